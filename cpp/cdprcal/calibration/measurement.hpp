@@ -1,0 +1,31 @@
+// What was read at one pose, and how measurements are drawn from a log.
+#pragma once
+
+#include <vector>
+
+#include "cdprcal/acquisition/equilibrium_detection.hpp"
+#include "cdprcal/model/robot.hpp"
+
+namespace cdprcal {
+
+/// static_pose: the platform rests, statics hold. kinematic_pose: it may move, geometry only.
+enum class PoseKind { static_pose, kinematic_pose };
+
+/// Readings at one pose; NaN where absent. Lengths, swivels and yaw have unknown offsets that are
+/// the same in all measurements of a problem.
+struct Measurement {
+  double time_s = 0.0;
+  PoseKind kind = PoseKind::static_pose;
+  CableVector length_m;
+  CableVector swivel_rad;
+  CableVector tension_N;
+  Vector3 roll_pitch_yaw_rad = Vector3::Constant(kNaN);
+};
+
+/// The sample at row `index` as a measurement of a robot with `cable_count` cables.
+Measurement measurement_at(const Log& log, Eigen::Index index, PoseKind kind, int cable_count);
+/// The mean over an interval; time_s is the middle of it.
+Measurement measurement_mean(const Log& log, const SampleRange& range, PoseKind kind,
+                             int cable_count);
+
+}  // namespace cdprcal

@@ -1,0 +1,95 @@
+// The initial-pose self-calibration problem (paper §3.1): what is free, how to solve, what came out.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cdprcal/calibration/measurement.hpp"
+#include "cdprcal/geometry/pose.hpp"
+#include "cdprcal/statics/tension.hpp"
+
+namespace cdprcal {
+
+/// Which statics the static poses obey.
+enum class StaticsModel {
+  none,          ///< j = lσε
+  left_inverse,  ///< eqs 10–12: modelled tensions against measured ones
+  wrench         ///< eq. 6, all six equations: Ξᵀτ* − f against the noise of τ* mapped through Ξᵀ
+};
+
+/// What is modelled and what is free. measurements[0] is the reference: its pose is ζ0.
+struct CalibrationProblem {
+  Robot robot;
+  std::vector<Measurement> measurements;
+  StaticsModel statics = StaticsModel::wrench;
+  std::vector<WrenchRow> left_inverse_rows;  ///< empty: left_inverse_rows(n)
+  /// What pose 0 knows by itself, which the paper leaves out: absolute roll and pitch, and (when it
+  /// is a static pose) its balance; and the noise of its own readings, which every difference
+  /// "relative to the reference" shares.
+  bool reference_attitude = true;
+  bool reference_statics = true;
+  bool reference_noise = true;
+};
+
+/// How to solve.
+struct SolveOptions {
+  /// Standard deviations of tensions and wrenches are multiplied by these in turn: statics are
+  /// steep (kN a radian), so they start weak and tighten. The last must be 1.
+  std::vector<double> graduation{100.0, 10.0, 1.0};
+  int max_iterations = 200;            ///< of each stage
+  double function_tolerance = 1e-12;   ///< relative change of the cost
+  double parameter_tolerance = 1e-12;
+  double gradient_tolerance = 1e-12;
+};
+
+enum class CalibrationStatus { converged, not_converged, unobservable };
+
+/// Root mean square of the unweighted residuals, a channel; NaN where nothing measured it.
+struct ResidualRms {
+  double length_m = kNaN;
+  double swivel_rad = kNaN;
+  double roll_pitch_rad = kNaN;
+  double yaw_rad = kNaN;
+  double tension_N = kNaN;
+  double wrench_force_N = kNaN;
+  double wrench_moment_Nm = kNaN;
+};
+
+/// Residuals at one pose, measured minus … as in eq. 13 (modelled − measured); NaN where absent.
+struct PoseResidual {
+  CableVector length_m;
+  CableVector swivel_rad;
+  CableVector tension_N;
+  Vector3 roll_pitch_yaw_rad = Vector3::Constant(kNaN);
+  Vector6 wrench = Vector6::Constant(kNaN);  ///< Ξᵀτ* − f [N, Nm]
+};
+
+/// What came out.
+struct CalibrationResult {
+  CalibrationStatus status = CalibrationStatus::not_converged;
+  std::string reason;                 ///< one sentence for people, always filled
+  std::vector<Pose> poses;            ///< ζ0, ζ1 … in the order of the measurements
+  std::vector<PoseResidual> residuals;
+  std::optional<Matrix6> covariance;  ///< of ζ0: position [m], world-frame rotation vector [rad];
+                                      ///< filled when ζ0 is observable
+  Vector6 standard_deviation = Vector6::Constant(kNaN);
+  CableVector initial_length_m;       ///< l(ζ0): what the relative length readings start from
+  CableVector initial_swivel_rad;     ///< σ(ζ0)
+  double cost = kNaN;                 ///< ½ Σ (F/σ)², eq. 14
+  int iterations = 0;
+  double solve_time_s = 0.0;
+  int residual_count = 0;
+  int parameter_count = 0;
+  double chi_square_p_value = kNaN;   ///< of 2·cost on residuals − parameters degrees of freedom
+  ResidualRms residual_rms;
+};
+
+/// Solves from a guess (one pose a measurement). Never throws on numerical failure: see status.
+/// Throws InputError when the problem itself makes no sense (sizes, no measurement, bad σ).
+CalibrationResult solve(const CalibrationProblem& problem, const std::vector<Pose>& guess,
+                        const SolveOptions& options = {});
+
+const char* to_string(CalibrationStatus status);
+
+}  // namespace cdprcal

@@ -1,0 +1,257 @@
+#include <ceres/solver.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+
+#include "cdprcal/calibration/assembly.hpp"
+#include "cdprcal/calibration/problem.hpp"
+#include "cdprcal/error.hpp"
+#include "cdprcal/statistics.hpp"
+
+namespace cdprcal {
+namespace {
+
+/// Residuals this many σ, root mean square over a whole channel, contradict the model whatever
+/// their number: the pose that fits them is not to be trusted.
+constexpr double kContradiction = 3.0;
+/// A rotation known to no better than this [rad] says nothing: the linearisation behind the
+/// covariance ends there too.
+constexpr double kUselessRotation = 1.0;
+
+void check(const CalibrationProblem& problem, const std::vector<Pose>& guess,
+           const SolveOptions& options) {
+  const int n = problem.robot.cable_count();
+  if (problem.measurements.empty()) throw InputError("calibration: no measurement");
+  if (guess.size() != problem.measurements.size()) {
+    throw InputError("calibration: " + std::to_string(guess.size()) + " guessed poses for " +
+                     std::to_string(problem.measurements.size()) + " measurements");
+  }
+  for (const Measurement& m : problem.measurements) {
+    if (m.length_m.size() != n || m.swivel_rad.size() != n || m.tension_N.size() != n) {
+      throw InputError("calibration: a measurement has not one length, swivel and tension for "
+                       "each of the robot's " + std::to_string(n) + " cables (NaN where absent)");
+    }
+  }
+  if (options.graduation.empty() || options.graduation.back() != 1.0) {
+    throw InputError("calibration: the last graduation must be 1");
+  }
+}
+
+ceres::Solver::Options solver_options(const SolveOptions& options, Assembly& assembly,
+                                      bool last_stage) {
+  ceres::Solver::Options out;
+  out.linear_solver_type =
+      assembly.cache().size() > 1 ? ceres::DENSE_SCHUR : ceres::DENSE_QR;
+  if (assembly.cache().size() > 1) out.linear_solver_ordering = assembly.elimination_order();
+  out.logging_type = ceres::SILENT;
+  out.num_threads = 1;
+  out.max_num_iterations = options.max_iterations;
+  // A stage before the last only has to come near.
+  out.function_tolerance = last_stage ? options.function_tolerance : 1e-3;
+  out.parameter_tolerance = last_stage ? options.parameter_tolerance : 1e-6;
+  out.gradient_tolerance = options.gradient_tolerance;
+  return out;
+}
+
+/// Runs the graduated stages; returns whether the last one converged.
+bool run_stages(const CalibrationProblem& problem, const SolveOptions& options,
+                Assembly& assembly, CalibrationResult& result) {
+  ceres::Solver::Summary summary;
+  const auto stage = [&](double graduation, bool last) {
+    assembly.cache().update_wrench_whitening(graduation);
+    ceres::Solve(solver_options(options, assembly, last), &assembly.ceres_problem(), &summary);
+    result.iterations += static_cast<int>(summary.iterations.size());
+    return summary.IsSolutionUsable();
+  };
+  bool usable = true;
+  if (problem.statics != StaticsModel::none) {
+    for (std::size_t i = 0; usable && i + 1 < options.graduation.size(); ++i) {
+      usable = stage(options.graduation[i], false);
+    }
+  }
+  usable = usable && stage(1.0, true);
+  if (usable && problem.statics == StaticsModel::wrench) {
+    // The weights of the balance depend on the poses: repeat until they agree with each other.
+    constexpr int kMostRefreshes = 20;
+    for (int i = 0; usable && i < kMostRefreshes; ++i) {
+      const Pose before = assembly.cache().pose(0);
+      usable = stage(1.0, true);
+      if (minus(assembly.cache().pose(0), before).norm() < 1e-10) break;
+    }
+  }
+  const bool converged = usable && summary.termination_type == ceres::CONVERGENCE;
+  if (!converged) {
+    result.reason = usable ? "stopped after " + std::to_string(result.iterations) +
+                                 " iterations without reaching a minimum"
+                           : "the solver failed: a pose left the region where the cables' "
+                             "geometry is defined, or the start was outside it";
+  }
+  return converged;
+}
+
+struct MeanSquare {
+  double sum = 0.0;
+  int count = 0;
+  void add(double value) {
+    if (!std::isfinite(value)) return;
+    sum += value * value;
+    ++count;
+  }
+  [[nodiscard]] double rms() const { return count > 0 ? std::sqrt(sum / count) : kNaN; }
+};
+
+ResidualRms channel_rms(const std::vector<PoseResidual>& residuals, bool reference_attitude) {
+  MeanSquare length, swivel, roll_pitch, yaw, tension, force, moment;
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    const PoseResidual& r = residuals[i];
+    if (i > 0) {  // at the reference these are zero by construction
+      for (const double v : r.length_m) length.add(v);
+      for (const double v : r.swivel_rad) swivel.add(v);
+      yaw.add(r.roll_pitch_yaw_rad[2]);
+    }
+    if (i > 0 || reference_attitude) {
+      roll_pitch.add(r.roll_pitch_yaw_rad[0]);
+      roll_pitch.add(r.roll_pitch_yaw_rad[1]);
+    }
+    for (const double v : r.tension_N) tension.add(v);
+    for (int a = 0; a < 3; ++a) force.add(r.wrench[a]);
+    for (int a = 3; a < 6; ++a) moment.add(r.wrench[a]);
+  }
+  return {length.rms(),  swivel.rms(), roll_pitch.rms(), yaw.rms(),
+          tension.rms(), force.rms(),  moment.rms()};
+}
+
+std::string format(const char* pattern, double a, double b) {
+  char text[160];
+  std::snprintf(text, sizeof text, pattern, a, b);
+  return text;
+}
+
+/// The channels whose residuals contradict their σ, in words; empty when none does.
+std::string contradictions(const CalibrationProblem& problem, Assembly& assembly,
+                           const ResidualRms& rms) {
+  const SensorSigma& sigma = problem.robot.sigma;
+  std::string text;
+  const auto judge = [&](double value, double limit, double scale, const char* pattern) {
+    if (std::isfinite(value) && value > kContradiction * limit) {
+      text += (text.empty() ? "" : "; ") + format(pattern, value * scale, limit * scale);
+    }
+  };
+  judge(rms.length_m, sigma.length_m, 1e3, "lengths off by %.3g mm rms against sigma %.3g mm");
+  judge(rms.swivel_rad, sigma.swivel_rad, 1.0 / kDegree,
+        "swivel angles off by %.3g deg rms against sigma %.3g deg");
+  judge(rms.roll_pitch_rad, sigma.attitude_rad, 1.0 / kDegree,
+        "roll and pitch off by %.3g deg rms against sigma %.3g deg");
+  judge(rms.yaw_rad, sigma.attitude_rad, 1.0 / kDegree,
+        "yaw off by %.3g deg rms against sigma %.3g deg");
+  judge(rms.tension_N, sigma.tension_N, 1.0, "tensions off by %.3g N rms against sigma %.3g N");
+  MeanSquare whitened;
+  PoseCache& cache = assembly.cache();
+  for (std::size_t i = 0; i < cache.size(); ++i) {
+    if (cache.statics_of(i) != StaticsModel::wrench) continue;
+    for (const double v : Vector6(cache.wrench_whitening(i) * cache[i].wrench)) whitened.add(v);
+  }
+  judge(whitened.rms(), 1.0, 1.0, "static balance off by %.3g sigma rms (expected %.3g)");
+  return text;
+}
+
+/// Largest distance between two pulleys [m]: a position known to no better says nothing.
+double frame_size_m(const Robot& robot) {
+  double size = 0.0;
+  for (const Cable& a : robot.cables) {
+    for (const Cable& b : robot.cables) {
+      size = std::max(size, (a.pulley.position_m - b.pulley.position_m).norm());
+    }
+  }
+  return size > 0.0 ? size : 1.0;
+}
+
+void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged,
+           CalibrationResult& result) {
+  if (!converged) return;
+  const ReferenceInformation information = assembly.reference_information();
+  if (!information.covariance) {
+    result.status = CalibrationStatus::unobservable;
+    result.reason = "the readings leave at least one direction of the initial pose undetermined; "
+                    "measure at more or more varied poses, or with more sensors";
+    return;
+  }
+  const Vector6 deviation = information.covariance->diagonal().cwiseSqrt();
+  if (deviation.head<3>().maxCoeff() > frame_size_m(problem.robot) ||
+      deviation.tail<3>().maxCoeff() > kUselessRotation) {
+    result.status = CalibrationStatus::unobservable;
+    result.reason = format("the readings hardly determine the initial pose: standard deviations "
+                           "reach %.3g m and %.3g deg; measure at more or more varied poses",
+                           deviation.head<3>().maxCoeff(), deviation.tail<3>().maxCoeff() / kDegree);
+    return;
+  }
+  result.covariance = information.covariance;
+  result.standard_deviation = deviation;
+  const std::string doubts = contradictions(problem, assembly, result.residual_rms);
+  if (!doubts.empty()) {
+    result.status = CalibrationStatus::not_converged;
+    result.reason = "a minimum was found, but it contradicts the readings, so it is not the pose: " +
+                    doubts + "; check signs, scales and order of the sensors in the configuration";
+    return;
+  }
+  result.status = CalibrationStatus::converged;
+  result.reason = "minimum found; residuals are within what the sensors' sigma allow";
+}
+
+}  // namespace
+
+CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>& guess,
+                        const SolveOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  check(given, guess, options);
+  CalibrationProblem problem = given;
+  if (problem.statics == StaticsModel::left_inverse && problem.left_inverse_rows.empty()) {
+    problem.left_inverse_rows = left_inverse_rows(problem.robot.cable_count());
+  }
+  Assembly assembly(problem, guess);
+  CalibrationResult result;
+  result.residual_count = assembly.residual_count();
+  result.parameter_count = assembly.parameter_count();
+  if (result.residual_count < result.parameter_count) {
+    result.status = CalibrationStatus::unobservable;
+    result.reason = "fewer readings than unknowns: " + std::to_string(result.residual_count) +
+                    " equations for " + std::to_string(result.parameter_count) +
+                    " unknowns; measure at more poses or with more sensors";
+    return result;
+  }
+  const bool converged = run_stages(problem, options, assembly, result);
+  result.solve_time_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+
+  assembly.cache().PrepareForEvaluation(true, true);
+  result.cost = assembly.cost();
+  for (std::size_t i = 0; i < assembly.cache().size(); ++i) {
+    result.poses.push_back(assembly.cache().pose(i));
+  }
+  const PlatformState initial = platform_state(problem.robot, result.poses[0]);
+  if (!initial.valid || !std::isfinite(result.cost)) {
+    if (result.reason.empty()) result.reason = describe_invalid(initial);
+    result.poses.clear();
+    return result;
+  }
+  result.initial_length_m = initial.length_m();
+  result.initial_swivel_rad = initial.swivel_rad();
+  result.residuals = assembly.residuals();
+  result.residual_rms = channel_rms(result.residuals, problem.reference_attitude);
+  result.chi_square_p_value =
+      chi_square_survival(2.0 * result.cost, result.residual_count - result.parameter_count);
+  judge(problem, assembly, converged, result);
+  return result;
+}
+
+const char* to_string(CalibrationStatus status) {
+  switch (status) {
+    case CalibrationStatus::converged: return "converged";
+    case CalibrationStatus::not_converged: return "not_converged";
+    case CalibrationStatus::unobservable: return "unobservable";
+  }
+  return "unknown";
+}
+
+}  // namespace cdprcal

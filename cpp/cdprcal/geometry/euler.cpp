@@ -1,0 +1,92 @@
+#include "cdprcal/geometry/euler.hpp"
+
+#include <array>
+
+#include "cdprcal/error.hpp"
+
+namespace cdprcal {
+namespace {
+
+struct Order {
+  EulerConvention convention;
+  const char* name;
+  std::array<int, 3> axis;  // first, second, third turn: 0 = X, 1 = Y, 2 = Z
+};
+
+constexpr std::array<Order, 6> kOrders{{{EulerConvention::XYZ, "XYZ", {0, 1, 2}},
+                                        {EulerConvention::XZY, "XZY", {0, 2, 1}},
+                                        {EulerConvention::YXZ, "YXZ", {1, 0, 2}},
+                                        {EulerConvention::YZX, "YZX", {1, 2, 0}},
+                                        {EulerConvention::ZXY, "ZXY", {2, 0, 1}},
+                                        {EulerConvention::ZYX, "ZYX", {2, 1, 0}}}};
+
+const Order& order_of(EulerConvention convention) {
+  return kOrders[static_cast<std::size_t>(convention)];
+}
+
+Eigen::Quaterniond turn(int axis, double angle_rad) {
+  return exp_so3(angle_rad * Vector3::Unit(axis));
+}
+
+}  // namespace
+
+EulerConvention parse_euler_convention(const std::string& name) {
+  for (const auto& order : kOrders) {
+    if (name == order.name) return order.convention;
+  }
+  throw InputError("euler_convention: '" + name +
+                   "' is not one of XYZ, XZY, YXZ, YZX, ZXY, ZYX (intrinsic order)");
+}
+
+std::string to_string(EulerConvention convention) { return order_of(convention).name; }
+
+Eigen::Quaterniond rotation_from_euler(const Vector3& roll_pitch_yaw_rad,
+                                       EulerConvention convention) {
+  const auto& [a, b, c] = order_of(convention).axis;
+  return turn(a, roll_pitch_yaw_rad[a]) * turn(b, roll_pitch_yaw_rad[b]) *
+         turn(c, roll_pitch_yaw_rad[c]);
+}
+
+Vector3 euler_from_rotation(const Matrix3& rotation, EulerConvention convention) {
+  const auto& [a, b, c] = order_of(convention).axis;
+  // +1 for even orders (XYZ, YZX, ZXY), −1 for odd: the sign of every sine off the diagonal.
+  const double sign = (b - a + 3) % 3 == 1 ? 1.0 : -1.0;
+  Vector3 angles;
+  const double cos_middle = std::hypot(rotation(a, a), rotation(a, b));
+  angles[b] = std::atan2(sign * rotation(a, c), cos_middle);
+  if (cos_middle > 1e-12) {
+    angles[a] = std::atan2(-sign * rotation(b, c), rotation(c, c));
+    angles[c] = std::atan2(-sign * rotation(a, b), rotation(a, a));
+  } else {
+    angles[a] = std::atan2(sign * rotation(c, b), rotation(b, b));
+    angles[c] = 0.0;
+  }
+  return angles;
+}
+
+Matrix3 euler_rate_matrix(const Vector3& roll_pitch_yaw_rad, EulerConvention convention) {
+  const auto& [a, b, c] = order_of(convention).axis;
+  const Eigen::Quaterniond first = turn(a, roll_pitch_yaw_rad[a]);
+  Matrix3 rates;
+  rates.col(a) = Vector3::Unit(a);
+  rates.col(b) = first * Vector3::Unit(b);
+  rates.col(c) = first * (turn(b, roll_pitch_yaw_rad[b]) * Vector3::Unit(c));
+  return rates;
+}
+
+EulerRateDerivative euler_rate_derivative(const Vector3& roll_pitch_yaw_rad,
+                                          EulerConvention convention) {
+  const auto& [a, b, c] = order_of(convention).axis;
+  EulerRateDerivative result;
+  result.rate_matrix = euler_rate_matrix(roll_pitch_yaw_rad, convention);
+  const Matrix3 angles_by_rotation = result.rate_matrix.inverse();
+  const Vector3 axis_a = result.rate_matrix.col(a);
+  const Vector3 axis_b = result.rate_matrix.col(b);
+  const Vector3 axis_c = result.rate_matrix.col(c);
+  result.column_derivative[a].setZero();  // fixed in the world
+  result.column_derivative[b] = axis_a.cross(axis_b) * angles_by_rotation.row(a);
+  result.column_derivative[c] = -skew(axis_c);  // fixed in the platform: δ(R e) = δθ × R e
+  return result;
+}
+
+}  // namespace cdprcal

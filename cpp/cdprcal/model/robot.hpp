@@ -1,0 +1,69 @@
+// A robot as data: platform, cables on swivel pulleys, limits and sensors.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cdprcal/geometry/euler.hpp"
+#include "cdprcal/types.hpp"
+
+namespace cdprcal {
+
+/// Swivel pulley: the groove is tangent to the swivel axis at D (paper Fig. 1).
+struct Pulley {
+  double radius_m = 0.0;                        ///< r; 0 is a plain eyelet
+  Vector3 position_m = Vector3::Zero();         ///< d: point D in the world
+  Matrix3 axes_world = Matrix3::Identity();     ///< columns i (x_axis), j, k (swivel_axis); j = k × i
+
+  [[nodiscard]] Vector3 x_axis() const { return axes_world.col(0); }
+  [[nodiscard]] Vector3 y_axis() const { return axes_world.col(1); }
+  [[nodiscard]] Vector3 swivel_axis() const { return axes_world.col(2); }
+};
+
+struct Cable {
+  Pulley pulley;
+  Vector3 platform_anchor_m = Vector3::Zero();  ///< a′ in the platform frame
+};
+
+struct Platform {
+  double mass_kg = 1.0;
+  Vector3 centre_of_mass_m = Vector3::Zero();   ///< s′ in the platform frame
+  Matrix3 inertia_kg_m2 = Matrix3::Identity();  ///< about the centre of mass, platform axes
+};
+
+/// One-sigma errors of the readings and of the statics model (paper eq. 18 by default).
+struct SensorSigma {
+  double length_m = 0.01;
+  double swivel_rad = 1.0 * kDegree;
+  double attitude_rad = 2.0 * kDegree;
+  double tension_N = 10.0;
+  /// What the wrench balance itself may be wrong by, beyond the load cells. Not in the paper.
+  /// 0 means: what a geometry known to 1 mm leaves. `finalise` then puts weight × 1e-3 here (a
+  /// cable direction wrong by 1 mm a metre) and weight × 1 mm below (the weight's lever).
+  double wrench_force_N = 0.0;
+  double wrench_moment_Nm = 0.0;
+};
+
+struct Robot {
+  std::string name;
+  double gravity_m_s2 = 9.81;
+  Platform platform;
+  std::vector<Cable> cables;
+  double tension_min_N = 0.0;
+  double tension_max_N = 0.0;
+  EulerConvention euler_convention = EulerConvention::XYZ;
+  SensorSigma sigma;
+
+  [[nodiscard]] int cable_count() const { return static_cast<int>(cables.size()); }
+  [[nodiscard]] double weight_N() const { return platform.mass_kg * gravity_m_s2; }
+  /// Weight as a force in world axes [N]; z points up.
+  [[nodiscard]] Vector3 gravity_force_N() const { return {0.0, 0.0, -weight_N()}; }
+};
+
+/// Checks every field (finite, positive, consistent), makes the pulley axes orthonormal (x_axis is
+/// turned to be exactly perpendicular to swivel_axis; more than 1e-3 off is an error) and derives
+/// the defaults that depend on others. Finalising twice changes no bit.
+/// Throws InputError naming the field. The robot-file reader calls it; call it after editing by hand.
+void finalise(Robot& robot);
+
+}  // namespace cdprcal

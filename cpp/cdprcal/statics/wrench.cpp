@@ -1,0 +1,69 @@
+#include "cdprcal/statics/wrench.hpp"
+
+#include <Eigen/SVD>
+
+namespace cdprcal {
+
+WrenchMatrix structure_matrix(const PlatformState& state) {
+  return length_jacobian(state).transpose();
+}
+
+Vector6 gravity_wrench(const Robot& robot, const PlatformState& state) {
+  const Vector3 g = robot.gravity_force_N();
+  Vector6 wrench;
+  wrench << g, state.centre_of_mass_arm_m.cross(g);
+  return wrench;
+}
+
+Vector6 wrench_residual(const Robot& robot, const PlatformState& state,
+                        const CableVector& tension_N) {
+  return structure_matrix(state) * tension_N - gravity_wrench(robot, state);
+}
+
+Matrix6 tension_stiffness(const PlatformState& state, const CableVector& tension_N) {
+  Matrix6 k = Matrix6::Zero();
+  for (int i = 0; i < state.cable_count; ++i) {
+    const Matrix3 t_by_q = direction_by_q(state.cable[i]);
+    const Matrix3 arm = skew(state.anchor_arm_m[i]);
+    const Matrix3 arm_t = arm * t_by_q;
+    k.topLeftCorner<3, 3>() += tension_N[i] * t_by_q;
+    k.topRightCorner<3, 3>() += tension_N[i] * arm_t.transpose();  // −T ã = (ã T)ᵀ
+    k.bottomLeftCorner<3, 3>() += tension_N[i] * arm_t;
+    k.bottomRightCorner<3, 3>() +=
+        tension_N[i] * (skew(state.cable[i].direction) * arm - arm_t * arm);
+  }
+  return k;
+}
+
+Matrix6 gravity_stiffness(const Robot& robot, const PlatformState& state) {
+  Matrix6 q = Matrix6::Zero();
+  q.bottomRightCorner<3, 3>() =
+      -skew(robot.gravity_force_N()) * skew(state.centre_of_mass_arm_m);
+  return q;
+}
+
+Matrix6 stiffness(const Robot& robot, const PlatformState& state, const CableVector& tension_N) {
+  return tension_stiffness(state, tension_N) + gravity_stiffness(robot, state);
+}
+
+Eigen::MatrixXd free_motion_basis(const PlatformState& state) {
+  const Eigen::MatrixXd lengths = length_jacobian(state);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(lengths, Eigen::ComputeFullV);
+  const Eigen::Index rank = svd.rank();
+  return svd.matrixV().rightCols(6 - rank);
+}
+
+Eigen::MatrixXd free_motion_stiffness(const Robot& robot, const PlatformState& state,
+                                      const CableVector& tension_N) {
+  const Eigen::MatrixXd basis = free_motion_basis(state);
+  const Eigen::MatrixXd k = basis.transpose() * stiffness(robot, state, tension_N) * basis;
+  return 0.5 * (k + k.transpose());
+}
+
+double potential_energy(const Robot& robot, const Pose& pose, const PlatformState& state,
+                        const CableVector& tension_N) {
+  const double height = pose.position_m.z() + state.centre_of_mass_arm_m.z();
+  return tension_N.dot(state.length_m()) + robot.weight_N() * height;
+}
+
+}  // namespace cdprcal

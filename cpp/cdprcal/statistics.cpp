@@ -1,0 +1,24 @@
+#include "cdprcal/statistics.hpp"
+
+#include <boost/math/special_functions/erf.hpp>
+#include <boost/math/special_functions/gamma.hpp>
+#include <cmath>
+
+#include "cdprcal/types.hpp"
+
+namespace cdprcal {
+
+double chi_square_survival(double chi_square, double degrees_of_freedom) {
+  if (!(degrees_of_freedom > 0.0) || !(chi_square >= 0.0)) return kNaN;
+  return boost::math::gamma_q(0.5 * degrees_of_freedom, 0.5 * chi_square);
+}
+
+double chi_square_quantile(double probability, double degrees_of_freedom) {
+  return 2.0 * boost::math::gamma_p_inv(0.5 * degrees_of_freedom, probability);
+}
+
+double normal_quantile(double probability) {
+  return -std::sqrt(2.0) * boost::math::erfc_inv(2.0 * probability);
+}
+
+}  // namespace cdprcal

@@ -1,0 +1,13 @@
+// The few distributions that tests and thresholds come from (Boost.Math behind one door).
+#pragma once
+
+namespace cdprcal {
+
+/// P(X ≥ chi_square) for X ~ χ²(degrees_of_freedom); NaN without degrees of freedom.
+double chi_square_survival(double chi_square, double degrees_of_freedom);
+/// The value that χ²(degrees_of_freedom) stays below with this probability.
+double chi_square_quantile(double probability, double degrees_of_freedom);
+/// The value that a standard normal stays below with this probability.
+double normal_quantile(double probability);
+
+}  // namespace cdprcal
