@@ -6,32 +6,41 @@
 
 namespace cdprcal {
 
-enum class Method { unified, statics, kinematic };   ///< unified, "static" (τlσε), kinematic (lσε)
+/// unified: statics at equilibria, kinematics everywhere. statics ("static", paper τlσε):
+/// equilibria only. kinematic (paper lσε): samples along the run, no statics.
+enum class Method { unified, statics, kinematic };
+/// full: six-equation wrench statics and all that pose 0 knows. paper: eqs 13–17 to the letter.
 enum class Formulation { full, paper };
 
 struct CalibrateOptions {
   Method method = Method::unified;
   Formulation formulation = Formulation::full;
   std::vector<double> at_s;        ///< poses by hand; the first is the reference. Empty: automatic
-  int segment = -1;                ///< which segment is the run; −1: the last
-  std::optional<std::vector<Pose>> guess;  ///< one a pose, or only ζ0; empty: automatic
-  std::optional<SensorSigma> sigma;        ///< instead of the robot's
+  int segment = -1;                ///< which segment is the run, from 0; −1: the last
+  double kinematic_spacing_s = 1.0;  ///< between samples that count as poses of their own
+  std::vector<Pose> guess;         ///< one a pose, or only ζ0; empty: automatic
   DetectionOptions detection;
   SolveOptions solve;
 };
 
 struct Calibration {
   CalibrationResult result;
-  std::vector<Measurement> measurements;
+  CalibrationProblem problem;            ///< what was solved: it can be solved again
   std::vector<Equilibrium> equilibria;   ///< found in the run (empty with at_s)
   double reference_time_s = 0.0;
-  int static_poses = 0;
+  int static_poses = 0;                  ///< the reference included, when it is one
   int kinematic_poses = 0;
 };
 
-/// Throws InputError for a log that does not fit the robot; otherwise see result.status.
+/// The problem that a log poses under these options, and the equilibria it was drawn from.
+/// Throws InputError for a log that does not fit the robot or the options.
+Calibration prepare(const Robot& robot, const Log& log, const CalibrateOptions& options = {});
+
+/// prepare, guess, solve. Starts again from other guesses while no minimum agrees with the
+/// readings, and keeps the best. Throws as prepare does; otherwise see result.status.
 Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions& options = {});
 
+/// "unified", "static", "kinematic"; "full", "paper". Throw InputError naming the choices.
 Method parse_method(const std::string& name);
 Formulation parse_formulation(const std::string& name);
 const char* to_string(Method method);

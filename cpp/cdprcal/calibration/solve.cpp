@@ -54,6 +54,33 @@ ceres::Solver::Options solver_options(const SolveOptions& options, Assembly& ass
   return out;
 }
 
+struct MeanSquare {
+  double sum = 0.0;
+  int count = 0;
+  void add(double value) {
+    if (!std::isfinite(value)) return;
+    sum += value * value;
+    ++count;
+  }
+  [[nodiscard]] double rms() const { return count > 0 ? std::sqrt(sum / count) : kNaN; }
+};
+
+/// Root mean square of the statics residuals at the present poses, in σ; 0 without statics.
+double statics_rms(const CalibrationProblem& problem, PoseCache& cache) {
+  cache.update_wrench_whitening(1.0);
+  cache.PrepareForEvaluation(false, true);
+  MeanSquare whitened;
+  for (std::size_t i = 0; i < cache.size(); ++i) {
+    if (cache.statics_of(i) == StaticsModel::wrench) {
+      for (const double v : Vector6(cache.wrench_whitening(i) * cache[i].wrench)) whitened.add(v);
+    } else if (cache.statics_of(i) == StaticsModel::left_inverse) {
+      const CableVector r = cache[i].tension_N - problem.measurements[i].tension_N;
+      for (const double v : r) whitened.add(cache.tension_weight() * v);
+    }
+  }
+  return whitened.count > 0 ? whitened.rms() : 0.0;
+}
+
 /// Runs the graduated stages; returns whether the last one converged.
 bool run_stages(const CalibrationProblem& problem, const SolveOptions& options,
                 Assembly& assembly, CalibrationResult& result) {
@@ -65,19 +92,20 @@ bool run_stages(const CalibrationProblem& problem, const SolveOptions& options,
     return summary.IsSolutionUsable();
   };
   bool usable = true;
-  if (problem.statics != StaticsModel::none) {
-    for (std::size_t i = 0; usable && i + 1 < options.graduation.size(); ++i) {
-      usable = stage(options.graduation[i], false);
-    }
+  for (std::size_t i = 0; usable && i + 1 < options.graduation.size(); ++i) {
+    // A stage is for residuals of about its own size; a start that is nearer needs no weaker one.
+    if (options.graduation[i] > statics_rms(problem, assembly.cache())) continue;
+    usable = stage(options.graduation[i], false);
   }
   usable = usable && stage(1.0, true);
   if (usable && problem.statics == StaticsModel::wrench) {
     // The weights of the balance depend on the poses: repeat until they agree with each other.
     constexpr int kMostRefreshes = 20;
+    constexpr double kSettled = 1e-9;  // m, rad: far below any sensor
     for (int i = 0; usable && i < kMostRefreshes; ++i) {
       const Pose before = assembly.cache().pose(0);
       usable = stage(1.0, true);
-      if (minus(assembly.cache().pose(0), before).norm() < 1e-10) break;
+      if (minus(assembly.cache().pose(0), before).norm() < kSettled) break;
     }
   }
   const bool converged = usable && summary.termination_type == ceres::CONVERGENCE;
@@ -89,17 +117,6 @@ bool run_stages(const CalibrationProblem& problem, const SolveOptions& options,
   }
   return converged;
 }
-
-struct MeanSquare {
-  double sum = 0.0;
-  int count = 0;
-  void add(double value) {
-    if (!std::isfinite(value)) return;
-    sum += value * value;
-    ++count;
-  }
-  [[nodiscard]] double rms() const { return count > 0 ? std::sqrt(sum / count) : kNaN; }
-};
 
 ResidualRms channel_rms(const std::vector<PoseResidual>& residuals, bool reference_attitude) {
   MeanSquare length, swivel, roll_pitch, yaw, tension, force, moment;
@@ -146,13 +163,10 @@ std::string contradictions(const CalibrationProblem& problem, Assembly& assembly
   judge(rms.yaw_rad, sigma.attitude_rad, 1.0 / kDegree,
         "yaw off by %.3g deg rms against sigma %.3g deg");
   judge(rms.tension_N, sigma.tension_N, 1.0, "tensions off by %.3g N rms against sigma %.3g N");
-  MeanSquare whitened;
-  PoseCache& cache = assembly.cache();
-  for (std::size_t i = 0; i < cache.size(); ++i) {
-    if (cache.statics_of(i) != StaticsModel::wrench) continue;
-    for (const double v : Vector6(cache.wrench_whitening(i) * cache[i].wrench)) whitened.add(v);
+  if (problem.statics == StaticsModel::wrench) {
+    judge(statics_rms(problem, assembly.cache()), 1.0, 1.0,
+          "static balance off by %.3g sigma rms (expected %.3g)");
   }
-  judge(whitened.rms(), 1.0, 1.0, "static balance off by %.3g sigma rms (expected %.3g)");
   return text;
 }
 

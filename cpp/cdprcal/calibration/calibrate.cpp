@@ -1,0 +1,210 @@
+#include "cdprcal/calibration/calibrate.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "cdprcal/calibration/initial_guess.hpp"
+#include "cdprcal/error.hpp"
+
+namespace cdprcal {
+namespace {
+
+std::string seconds(double time_s) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3f s", time_s);
+  return text;
+}
+
+SampleRange run_of(const Log& log, int segment) {
+  const std::vector<SampleRange> all = segments(log);
+  const int count = static_cast<int>(all.size());
+  const int index = segment < 0 ? count - 1 : segment;
+  if (index >= count) {
+    throw InputError(log.source + ": segment " + std::to_string(segment) + " asked for, but the log has " +
+                     std::to_string(count) + " (counted from 0)");
+  }
+  return all[static_cast<std::size_t>(index)];
+}
+
+void check_fit(const Robot& robot, const Log& log, const CalibrateOptions& options) {
+  const int cables = log.cable_count();
+  if (log.sample_count() == 0) throw InputError(log.source + ": the log has no samples");
+  if (cables != robot.cable_count()) {
+    throw InputError(log.source + ": the log has " + std::to_string(cables) + " cables, robot '" +
+                     robot.name + "' has " + std::to_string(robot.cable_count()) +
+                     "; give the robot file that belongs to this log");
+  }
+  if (options.method == Method::statics && log.tension_N.cols() == 0) {
+    throw InputError(log.source + ": method static needs tensions, and the log has no tension_1_N … "
+                                  "columns; use method kinematic");
+  }
+  if (!(options.kinematic_spacing_s > 0.0)) {
+    throw InputError("kinematic_spacing_s must be positive");
+  }
+}
+
+/// Row of the sample nearest to a time picked by hand; it must be there.
+Eigen::Index row_at(const Log& log, const SampleRange& run, double time_s) {
+  const double* begin = log.time_s.data() + run.begin;
+  const double* end = log.time_s.data() + run.end;
+  const double* after = std::lower_bound(begin, end, time_s);
+  const double* nearest = after == end ? after - 1 : after;
+  if (nearest != begin && std::abs(*(nearest - 1) - time_s) < std::abs(*nearest - time_s)) --nearest;
+  const double spacing =
+      run.size() > 1 ? (*(end - 1) - *begin) / static_cast<double>(run.size() - 1) : 0.0;
+  if (!(std::abs(*nearest - time_s) <= std::max(spacing, 1e-3))) {
+    throw InputError(log.source + ": no sample at " + seconds(time_s) + "; the run lasts from " +
+                     seconds(*begin) + " to " + seconds(*(end - 1)));
+  }
+  return run.begin + (nearest - begin);
+}
+
+void measure_by_hand(const Log& log, const SampleRange& run, const CalibrateOptions& options,
+                     Calibration& out) {
+  const PoseKind kind =
+      options.method == Method::kinematic ? PoseKind::kinematic_pose : PoseKind::static_pose;
+  std::vector<Eigen::Index> rows;
+  for (const double time_s : options.at_s) {
+    const Eigen::Index row = row_at(log, run, time_s);
+    if (std::find(rows.begin(), rows.end(), row) != rows.end()) {
+      throw InputError("at: " + seconds(time_s) + " names a sample that is named already");
+    }
+    rows.push_back(row);
+    out.problem.measurements.push_back(
+        measurement_at(log, row, kind, out.problem.robot.cable_count()));
+  }
+}
+
+void measure_automatically(const Log& log, const SampleRange& run,
+                           const CalibrateOptions& options, Calibration& out) {
+  const int n = out.problem.robot.cable_count();
+  auto& measurements = out.problem.measurements;
+  std::vector<char> used(static_cast<std::size_t>(run.size()), 0);
+  const auto mark = [&](const SampleRange& samples) {
+    std::fill(used.begin() + (samples.begin - run.begin), used.begin() + (samples.end - run.begin), 1);
+  };
+  if (options.method != Method::kinematic) {
+    out.equilibria = detect_equilibria(log, run, out.problem.robot.sigma, options.detection);
+    for (const Equilibrium& rest : out.equilibria) {
+      measurements.push_back(measurement_mean(log, rest.samples, PoseKind::static_pose, n));
+      mark(rest.samples);
+    }
+  }
+  const bool starts_at_rest =
+      !out.equilibria.empty() && out.equilibria.front().samples.begin == run.begin;
+  if (!starts_at_rest) {
+    measurements.insert(measurements.begin(),
+                        measurement_at(log, run.begin, PoseKind::kinematic_pose, n));
+    used.front() = 1;
+  }
+  measurements.front().time_s = log.time_s[run.begin];  // the reference is the first sample
+  if (options.method == Method::statics) return;
+
+  double last = log.time_s[run.begin];
+  std::vector<Measurement> moving;
+  for (Eigen::Index row = run.begin; row < run.end; ++row) {
+    if (used[static_cast<std::size_t>(row - run.begin)]) continue;
+    if (log.time_s[row] - last < options.kinematic_spacing_s - 1e-9) continue;
+    last = log.time_s[row];
+    moving.push_back(measurement_at(log, row, PoseKind::kinematic_pose, n));
+  }
+  const auto by_time = [](const Measurement& a, const Measurement& b) { return a.time_s < b.time_s; };
+  measurements.insert(measurements.end(), moving.begin(), moving.end());
+  std::stable_sort(measurements.begin() + 1, measurements.end(), by_time);
+}
+
+/// A better outcome: an accepted minimum before a doubtful one, then the lower cost.
+bool better(const CalibrationResult& a, const CalibrationResult& b) {
+  const bool a_good = a.status == CalibrationStatus::converged;
+  const bool b_good = b.status == CalibrationStatus::converged;
+  if (a_good != b_good) return a_good;
+  if (std::isfinite(a.cost) != std::isfinite(b.cost)) return std::isfinite(a.cost);
+  return a.cost < b.cost;
+}
+
+}  // namespace
+
+Calibration prepare(const Robot& robot, const Log& log, const CalibrateOptions& options) {
+  check_fit(robot, log, options);
+  const SampleRange run = run_of(log, options.segment);
+  Calibration out;
+  CalibrationProblem& problem = out.problem;
+  problem.robot = robot;
+  const bool paper = options.formulation == Formulation::paper;
+  problem.statics = options.method == Method::kinematic ? StaticsModel::none
+                    : paper                             ? StaticsModel::left_inverse
+                                                        : StaticsModel::wrench;
+  if (problem.statics == StaticsModel::left_inverse) {
+    problem.left_inverse_rows = left_inverse_rows(robot.cable_count());
+  }
+  problem.reference_attitude = problem.reference_statics = problem.reference_noise = !paper;
+  if (options.at_s.empty()) {
+    measure_automatically(log, run, options, out);
+  } else {
+    measure_by_hand(log, run, options, out);
+  }
+  out.reference_time_s = problem.measurements.front().time_s;
+  for (const Measurement& m : problem.measurements) {
+    (m.kind == PoseKind::static_pose ? out.static_poses : out.kinematic_poses) += 1;
+  }
+  return out;
+}
+
+Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions& options) {
+  Calibration out = prepare(robot, log, options);
+  const CalibrationProblem& problem = out.problem;
+  if (options.guess.size() == problem.measurements.size()) {
+    out.result = solve(problem, options.guess, options.solve);
+    return out;
+  }
+  if (options.guess.size() > 1) {
+    throw InputError("guess: " + std::to_string(options.guess.size()) + " poses given for " +
+                     std::to_string(problem.measurements.size()) +
+                     " measurements; give one a measurement, or the initial pose alone");
+  }
+  const std::vector<Pose> starts =
+      options.guess.empty() ? reference_guesses(robot, problem.measurements.front())
+                            : options.guess;
+  double solve_time_s = 0.0;
+  bool first = true;
+  for (const Pose& start : starts) {
+    CalibrationResult result = solve(
+        problem, measurement_guesses(robot, problem.measurements, start), options.solve);
+    solve_time_s += result.solve_time_s;
+    if (first || better(result, out.result)) out.result = std::move(result);
+    first = false;
+    // A good minimum ends the search; too few readings would fail the same way from anywhere.
+    if (out.result.status == CalibrationStatus::converged) break;
+    if (out.result.residual_count < out.result.parameter_count) break;
+  }
+  out.result.solve_time_s = solve_time_s;
+  return out;
+}
+
+Method parse_method(const std::string& name) {
+  if (name == "unified") return Method::unified;
+  if (name == "static") return Method::statics;
+  if (name == "kinematic") return Method::kinematic;
+  throw InputError("method: '" + name + "' is not one of unified, static, kinematic");
+}
+
+Formulation parse_formulation(const std::string& name) {
+  if (name == "full") return Formulation::full;
+  if (name == "paper") return Formulation::paper;
+  throw InputError("formulation: '" + name + "' is not one of full, paper");
+}
+
+const char* to_string(Method method) {
+  switch (method) {
+    case Method::unified: return "unified";
+    case Method::statics: return "static";
+    case Method::kinematic: return "kinematic";
+  }
+  return "unknown";
+}
+
+const char* to_string(Formulation formulation) {
+  return formulation == Formulation::paper ? "paper" : "full";
+}
+
+}  // namespace cdprcal

@@ -1,0 +1,147 @@
+#include "cdprcal/calibration/initial_guess.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <array>
+
+#include "cdprcal/equilibria/direct.hpp"
+
+namespace cdprcal {
+namespace {
+
+/// Weighted residuals of absolute readings as normal equations; returns the cost, NaN off-domain.
+double normal_equations(const Robot& robot, const AbsoluteReadings& readings, const Pose& pose,
+                        Matrix6& hessian, Vector6& gradient) {
+  const PlatformState state = platform_state(robot, pose);
+  if (!state.valid) return kNaN;
+  hessian.setZero();
+  gradient.setZero();
+  double cost = 0.0;
+  const auto add = [&](double residual, const Eigen::Matrix<double, 1, 6>& row, double sigma) {
+    if (!std::isfinite(residual)) return;
+    const double weight = 1.0 / (sigma * sigma);
+    cost += 0.5 * weight * residual * residual;
+    hessian.noalias() += weight * row.transpose() * row;
+    gradient.noalias() += weight * residual * row.transpose();
+  };
+  const CableJacobian by_length = length_jacobian(state);
+  const CableJacobian by_swivel = swivel_jacobian(state);
+  const SensorSigma& sigma = robot.sigma;
+  for (int i = 0; i < state.cable_count; ++i) {
+    add(state.cable[i].length_m - readings.length_m[i], by_length.row(i), sigma.length_m);
+    const double swivel = state.cable[i].swivel_rad - readings.swivel_rad[i];
+    if (std::isfinite(swivel)) add(wrap_angle(swivel), by_swivel.row(i), sigma.swivel_rad);
+  }
+  const Vector3 angles = euler_from_rotation(state.rotation, robot.euler_convention);
+  const Matrix3 by_rotation = euler_rate_matrix(angles, robot.euler_convention).inverse();
+  for (int a = 0; a < 3; ++a) {
+    const double error = angles[a] - readings.roll_pitch_yaw_rad[a];
+    if (!std::isfinite(error)) continue;
+    Eigen::Matrix<double, 1, 6> row;
+    row << 0.0, 0.0, 0.0, by_rotation.row(a);
+    add(wrap_angle(error), row, sigma.attitude_rad);
+  }
+  return cost;
+}
+
+/// Roll and pitch as measured (0 where absent), yaw as given.
+Eigen::Quaterniond measured_attitude(const Robot& robot, const Measurement& m, double yaw_rad) {
+  Vector3 angles{m.roll_pitch_yaw_rad[0], m.roll_pitch_yaw_rad[1], yaw_rad};
+  angles = angles.unaryExpr([](double a) { return std::isfinite(a) ? a : 0.0; });
+  return rotation_from_euler(angles, robot.euler_convention);
+}
+
+}  // namespace
+
+Pose estimate_pose(const Robot& robot, const AbsoluteReadings& readings, const Pose& start) {
+  Pose best = start;
+  Matrix6 hessian;
+  Vector6 gradient;
+  double cost = normal_equations(robot, readings, best, hessian, gradient);
+  if (!std::isfinite(cost)) return best;
+  constexpr int kMostSteps = 50;
+  double damping = 1e-6;
+  for (int step = 0; step < kMostSteps; ++step) {
+    Matrix6 damped = hessian;
+    damped.diagonal() *= 1.0 + damping;
+    damped.diagonal().array() += 1e-9 * hessian.diagonal().maxCoeff() * damping + 1e-12;
+    const Vector6 move = -damped.ldlt().solve(gradient);
+    if (!move.allFinite()) break;
+    const Pose trial = plus(best, move);
+    Matrix6 trial_hessian;
+    Vector6 trial_gradient;
+    const double trial_cost =
+        normal_equations(robot, readings, trial, trial_hessian, trial_gradient);
+    if (trial_cost < cost) {
+      const bool settled = cost - trial_cost < 1e-9 * cost || move.norm() < 1e-9;
+      best = trial;
+      cost = trial_cost;
+      hessian = trial_hessian;
+      gradient = trial_gradient;
+      damping = std::max(1e-9, 0.1 * damping);
+      if (settled) break;
+    } else {
+      damping *= 10.0;
+      if (damping > 1e9) break;
+    }
+  }
+  return best;
+}
+
+std::vector<Pose> reference_guesses(const Robot& robot, const Measurement& reference) {
+  std::vector<Pose> guesses;
+  if (reference.tension_N.size() == robot.cable_count() && reference.tension_N.allFinite() &&
+      reference.tension_N.minCoeff() > 0.0) {
+    const EquilibriumResult direct = direct_from_tensions(robot, reference.tension_N);
+    if (direct.status == EquilibriumStatus::found) guesses.push_back(direct.pose);
+  }
+  // A cross of positions below the pulleys: platforms hang there.
+  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
+  Vector3 high = -low;
+  for (const Cable& cable : robot.cables) {
+    low = low.cwiseMin(cable.pulley.position_m);
+    high = high.cwiseMax(cable.pulley.position_m);
+  }
+  const Vector3 span = high - low;
+  const double depth = std::max({0.5 * span.x(), 0.5 * span.y(), 0.5});
+  const Eigen::Quaterniond attitude = measured_attitude(robot, reference, 0.0);
+  constexpr std::array<std::array<double, 3>, 7> kSpread{{{0.0, 0.0, -0.75},
+                                                          {0.0, 0.0, -1.5},
+                                                          {0.25, 0.0, -1.0},
+                                                          {-0.25, 0.0, -1.0},
+                                                          {0.0, 0.25, -1.0},
+                                                          {0.0, -0.25, -1.0},
+                                                          {0.0, 0.0, -0.4}}};
+  for (const auto& [x, y, z] : kSpread) {
+    const Vector3 position = 0.5 * (low + high) + Vector3(x * span.x(), y * span.y(), z * depth);
+    if (const Pose pose{position, attitude}; platform_state(robot, pose).valid) {
+      guesses.push_back(pose);
+    }
+  }
+  if (guesses.empty()) guesses.push_back({0.5 * (low + high) - Vector3(0, 0, depth), attitude});
+  return guesses;
+}
+
+std::vector<Pose> measurement_guesses(const Robot& robot,
+                                      const std::vector<Measurement>& measurements,
+                                      const Pose& reference_guess) {
+  const PlatformState initial = platform_state(robot, reference_guess);
+  if (!initial.valid) return std::vector<Pose>(measurements.size(), reference_guess);
+  const CableVector length0 = initial.length_m();
+  const CableVector swivel0 = initial.swivel_rad();
+  const Vector3 angles0 = euler_from_rotation(initial.rotation, robot.euler_convention);
+  const Measurement& reference = measurements.front();
+  std::vector<Pose> guesses{reference_guess};
+  for (std::size_t i = 1; i < measurements.size(); ++i) {
+    const Measurement& m = measurements[i];
+    AbsoluteReadings readings;
+    readings.length_m = length0 + m.length_m - reference.length_m;
+    readings.swivel_rad = swivel0 + m.swivel_rad - reference.swivel_rad;
+    readings.roll_pitch_yaw_rad = m.roll_pitch_yaw_rad;
+    readings.roll_pitch_yaw_rad[2] += angles0[2] - reference.roll_pitch_yaw_rad[2];
+    guesses.push_back(estimate_pose(robot, readings, guesses.back()));
+  }
+  return guesses;
+}
+
+}  // namespace cdprcal

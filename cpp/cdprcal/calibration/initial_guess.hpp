@@ -1,0 +1,32 @@
+// Where the solver starts from (paper §3.3), without anyone's help.
+#pragma once
+
+#include <vector>
+
+#include "cdprcal/calibration/problem.hpp"
+
+namespace cdprcal {
+
+/// Guesses for ζ0, best first: the direct problem at the measured tensions (§3.3), then, for
+/// references without tensions or far from rest, positions spread below the pulleys at the
+/// measured roll and pitch. Never empty.
+std::vector<Pose> reference_guesses(const Robot& robot, const Measurement& reference);
+
+/// Absolute readings of one pose: what is NaN does not count.
+struct AbsoluteReadings {
+  CableVector length_m;
+  CableVector swivel_rad;
+  Vector3 roll_pitch_yaw_rad = Vector3::Constant(kNaN);
+};
+
+/// The pose that explains absolute readings best (weighted Gauss–Newton with damping, from
+/// `start`): step 3 of §3.3. Returns the best pose met, which is a guess and no more.
+Pose estimate_pose(const Robot& robot, const AbsoluteReadings& readings, const Pose& start);
+
+/// Poses of all measurements from a guess of ζ0 (steps 1–3 of §3.3): l0, σ0 and χ0 follow from
+/// it, the changes are added, and each pose is estimated from its neighbour's in the list.
+std::vector<Pose> measurement_guesses(const Robot& robot,
+                                      const std::vector<Measurement>& measurements,
+                                      const Pose& reference_guess);
+
+}  // namespace cdprcal
