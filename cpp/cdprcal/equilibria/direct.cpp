@@ -1,0 +1,186 @@
+#include "cdprcal/equilibria/direct.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "cdprcal/equilibria/distinct.hpp"
+#include "cdprcal/equilibria/pose_search.hpp"
+#include "cdprcal/equilibria/starts.hpp"
+#include "cdprcal/error.hpp"
+#include "cdprcal/statics/tension.hpp"
+
+namespace cdprcal {
+namespace {
+
+void check_tensions(const Robot& robot, const CableVector& tension_N) {
+  if (tension_N.size() != robot.cable_count() || robot.cable_count() < 1) {
+    throw InputError("direct_from_tensions: " + std::to_string(tension_N.size()) +
+                     " tensions for " + std::to_string(robot.cable_count()) + " cables");
+  }
+  if (!tension_N.allFinite() || (tension_N.array() < 0.0).any()) {
+    throw InputError("direct_from_tensions: tensions must be finite and not negative [N]");
+  }
+}
+
+/// Solves for constant tensions; counts what it costs.
+class TensionProblem {
+ public:
+  TensionProblem(const Robot& robot, const CableVector& tension_N, const DirectOptions& options)
+      : robot_(robot),
+        tension_N_(tension_N),
+        options_(options),
+        length_scale_m_(characteristic_length_m(robot)),
+        step_limit_m_(0.2 * robot_size_m(robot)) {}
+
+  /// Newton on Ξᵀτ = f: any stationary pose of the potential, stable or not.
+  EquilibriumResult newton(const Pose& start) {
+    EquilibriumResult result;
+    Pose pose = start;
+    const double weight = std::max(robot_.weight_N(), 1e-12);
+    double best = HUGE_VAL;
+    int stalled = 0;
+    for (int step = 0; step <= options_.max_newton_steps; ++step) {
+      const PlatformState state = platform_state(robot_, pose);
+      ++evaluations_;
+      if (!state.valid) {
+        result.status = EquilibriumStatus::invalid_geometry;
+        result.reason = describe_invalid(state);
+        break;
+      }
+      const Vector6 residual = wrench_residual(robot_, state, tension_N_);
+      const double error = balance_error_N(residual, length_scale_m_);
+      if (error < best) {
+        best = error;
+        stalled = 0;
+        result.pose = pose;
+      } else if (++stalled > (best <= options_.tolerance * weight ? 0 : 8)) {
+        break;  // as exact as rounding allows, or going nowhere
+      }
+      if (error == 0.0) break;
+      const Vector6 twist =
+          -Eigen::PartialPivLU<Matrix6>(stiffness(robot_, state, tension_N_)).solve(residual);
+      if (!twist.allFinite()) break;
+      const double size = std::max(twist.head<3>().norm() / step_limit_m_, twist.tail<3>().norm() / 0.5);
+      pose = plus(pose, twist / std::max(1.0, size));
+    }
+    if (best <= options_.tolerance * weight) return accept(result.pose);
+    if (result.status == EquilibriumStatus::invalid_geometry) return failure(result);
+    result.reason = "Newton's method did not balance the platform";
+    return failure(result);
+  }
+
+  /// NLopt to a minimum, then Newton.
+  EquilibriumResult minimum(const Pose& start) {
+    EquilibriumResult result;
+    if (!platform_state(robot_, start).valid) {
+      result.status = EquilibriumStatus::invalid_geometry;
+      result.reason = "the start: " + describe_invalid(platform_state(robot_, start));
+      return failure(result);
+    }
+    const double weight = std::max(robot_.weight_N(), 1e-12);
+    PoseObjective objective;
+    objective.value = [&](const Pose& pose, const PlatformState& state, Vector6* gradient) {
+      if (gradient != nullptr) *gradient = wrench_residual(robot_, state, tension_N_) / weight;
+      return potential_energy(robot_, pose, state, tension_N_) / weight;
+    };
+    PoseSearchOptions search;
+    search.length_scale_m = length_scale_m_;
+    search.max_evaluations = options_.max_evaluations;
+    const PoseSearchResult found =
+        search_pose(robot_, start, search_bounds(robot_), objective, search);
+    evaluations_ += found.evaluations;
+    if (found.at_bound) {
+      result.reason = "the potential has no minimum below the pulleys: these tensions do not hold "
+                      "the platform (it sinks, or is pulled into a pulley)";
+      return failure(result);
+    }
+    result = newton(found.pose);
+    if (!result.balanced() && !found.finished) result.reason += "; " + found.message;
+    return result;
+  }
+
+  double potential(const EquilibriumResult& result) const {
+    return potential_energy(robot_, result.pose, platform_state(robot_, result.pose), tension_N_);
+  }
+
+ private:
+  EquilibriumResult accept(const Pose& pose) {
+    EquilibriumResult result;
+    const PlatformState state = platform_state(robot_, pose);
+    result.pose = pose;
+    result.tension_N = tension_N_;
+    result.length_m = state.length_m();
+    result.residual_N = balance_error_N(wrench_residual(robot_, state, tension_N_), length_scale_m_);
+    result.stability = stability(robot_, state, tension_N_);
+    result.stable = result.stability.constant_tensions_N_m > 0.0;
+    result.status = result.stable ? EquilibriumStatus::found : EquilibriumStatus::unstable;
+    if (!result.stable) result.reason = "the potential has a saddle or a maximum here";
+    result.evaluations = evaluations_;
+    return result;
+  }
+
+  EquilibriumResult failure(const EquilibriumResult& why) const {
+    EquilibriumResult result;
+    if (why.status == EquilibriumStatus::invalid_geometry) result.status = why.status;
+    result.reason = why.reason;
+    result.evaluations = evaluations_;
+    return result;
+  }
+
+  const Robot& robot_;
+  const CableVector& tension_N_;
+  const DirectOptions& options_;
+  double length_scale_m_;
+  double step_limit_m_;
+  int evaluations_ = 0;
+};
+
+}  // namespace
+
+EquilibriumResult direct_from_tensions(const Robot& robot, const CableVector& tension_N,
+                                       const std::optional<Pose>& start,
+                                       const DirectOptions& options) {
+  check_tensions(robot, tension_N);
+  TensionProblem problem(robot, tension_N, options);
+  EquilibriumResult last;
+  if (tension_N.sum() <= robot.weight_N()) {  // |t_z| ≤ 1: no pose can carry the weight
+    last.reason = "the tensions add up to less than the weight: no pose can be in balance";
+    return last;
+  }
+  if (start) {
+    last = problem.newton(*start);
+    if (last.status == EquilibriumStatus::found) return last;
+    last = problem.minimum(*start);
+    if (last.status == EquilibriumStatus::found) return last;
+  }
+  for (const bool many : {false, true}) {  // the unlikely starts only when the likely ones fail
+    const auto rotations = start_rotations(robot, many);
+    const std::size_t tried = many ? start_rotations(robot, false).size() : 0;
+    for (std::size_t k = tried; k < rotations.size(); ++k) {
+      const Drop drop = drop_for_tensions(robot, rotations[k], tension_N);
+      const EquilibriumResult result =
+          problem.minimum(hanging_pose(robot, rotations[k], tension_N, drop.drop_m));
+      if (result.status == EquilibriumStatus::found) return result;
+      if (last.reason.empty() || result.balanced()) last = result;
+    }
+  }
+  return last;
+}
+
+std::vector<EquilibriumResult> all_equilibria_from_tensions(const Robot& robot,
+                                                            const CableVector& tension_N,
+                                                            const DirectOptions& options) {
+  check_tensions(robot, tension_N);
+  TensionProblem problem(robot, tension_N, options);
+  DistinctEquilibria distinct(robot);
+  for (const Eigen::Quaterniond& rotation : start_rotations(robot, true)) {
+    const Drop drop = drop_for_tensions(robot, rotation, tension_N);
+    const Pose start = hanging_pose(robot, rotation, tension_N, drop.drop_m);
+    for (const EquilibriumResult& result : {problem.minimum(start), problem.newton(start)}) {
+      if (result.balanced()) distinct.add(result, problem.potential(result));
+    }
+  }
+  return distinct.sorted();
+}
+
+}  // namespace cdprcal

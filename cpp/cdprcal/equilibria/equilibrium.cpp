@@ -1,0 +1,113 @@
+#include "cdprcal/equilibria/equilibrium.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <limits>
+
+#include "cdprcal/statics/tension.hpp"
+
+namespace cdprcal {
+namespace {
+
+/// A cable row that adds less than this (relative) to the others' span adds no constraint.
+constexpr double kRankTolerance = 1e-10;
+
+/// Square of at most six rows: motions that remain free.
+using FreeMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
+
+/// diag(1, 1/scale): turns twists measured in metres into twists (m, rad).
+Vector6 twist_scale(double length_scale_m) {
+  Vector6 scale;
+  scale << Vector3::Ones(), Vector3::Constant(1.0 / length_scale_m);
+  return scale;
+}
+
+/// Orthonormal complement of the cables' rows: Gram–Schmidt with reorthogonalisation, first over
+/// the rows of ∂l/∂δ, then over the axes, always taking the axis that is farthest from the span.
+FreeMatrix free_basis(const CableJacobian& rows) {
+  Eigen::Matrix<double, 6, 6> basis;
+  int count = 0;
+  const auto project = [&](Vector6 v) {
+    for (int pass = 0; pass < 2; ++pass) {
+      for (int k = 0; k < count; ++k) v -= basis.col(k).dot(v) * basis.col(k);
+    }
+    return v;
+  };
+  for (Eigen::Index i = 0; i < rows.rows() && count < 6; ++i) {
+    const Vector6 row = rows.row(i).transpose();
+    const Vector6 rest = project(row);
+    if (rest.norm() > kRankTolerance * row.norm()) basis.col(count++) = rest.normalized();
+  }
+  const int rank = count;
+  while (count < 6) {
+    Vector6 best = Vector6::Zero();
+    for (int axis = 0; axis < 6; ++axis) {
+      const Vector6 rest = project(Vector6::Unit(axis));
+      if (rest.squaredNorm() > best.squaredNorm()) best = rest;
+    }
+    basis.col(count++) = best.normalized();
+  }
+  return basis.rightCols(6 - rank);
+}
+
+/// K_f of eq. A4 in scaled coordinates, symmetrised (at an equilibrium it is symmetric already).
+FreeMatrix scaled_free_stiffness(const PlatformState& state, const Matrix6& stiffness,
+                                 const Vector6& scale) {
+  const CableJacobian rows = length_jacobian(state) * scale.asDiagonal();
+  const FreeMatrix basis = free_basis(rows);
+  const Matrix6 scaled = scale.asDiagonal() * stiffness * scale.asDiagonal();
+  const FreeMatrix k = basis.transpose() * scaled * basis;
+  return 0.5 * (k + k.transpose());
+}
+
+}  // namespace
+
+bool stable_with_locked_lengths(const PlatformState& state, const Matrix6& stiffness,
+                                double length_scale_m) {
+  FreeMatrix k = scaled_free_stiffness(state, stiffness, twist_scale(length_scale_m));
+  // Cholesky in place: positive definite exactly when every pivot is positive.
+  const double floor = 1e-12 * k.cwiseAbs().maxCoeff();
+  for (Eigen::Index i = 0; i < k.rows(); ++i) {
+    if (!(k(i, i) > floor)) return false;
+    for (Eigen::Index r = i + 1; r < k.rows(); ++r) {
+      const double factor = k(r, i) / k(i, i);
+      for (Eigen::Index c = i + 1; c <= r; ++c) k(r, c) -= factor * k(c, i);
+    }
+  }
+  return true;
+}
+
+Stability stability(const Robot& robot, const PlatformState& state, const CableVector& tension_N) {
+  const Vector6 scale = twist_scale(characteristic_length_m(robot));
+  const Matrix6 hessian = stiffness(robot, state, tension_N);
+  Stability result;
+  const FreeMatrix free = scaled_free_stiffness(state, hessian, scale);
+  result.locked_lengths_N_m =
+      free.rows() == 0 ? std::numeric_limits<double>::infinity()
+                       : Eigen::SelfAdjointEigenSolver<FreeMatrix>(free, Eigen::EigenvaluesOnly)
+                             .eigenvalues()[0];
+  const Matrix6 scaled = scale.asDiagonal() * hessian * scale.asDiagonal();
+  const Matrix6 symmetric = 0.5 * (scaled + scaled.transpose());
+  result.constant_tensions_N_m =
+      Eigen::SelfAdjointEigenSolver<Matrix6>(symmetric, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  return result;
+}
+
+double balance_error_N(const Vector6& wrench_residual, double length_scale_m) {
+  return std::sqrt(wrench_residual.head<3>().squaredNorm() +
+                   wrench_residual.tail<3>().squaredNorm() / (length_scale_m * length_scale_m));
+}
+
+const char* to_string(EquilibriumStatus status) {
+  switch (status) {
+    case EquilibriumStatus::found: return "found";
+    case EquilibriumStatus::unstable: return "unstable";
+    case EquilibriumStatus::infeasible: return "infeasible";
+    case EquilibriumStatus::slack: return "slack";
+    case EquilibriumStatus::not_found: return "not_found";
+    case EquilibriumStatus::invalid_geometry: return "invalid_geometry";
+  }
+  return "unknown";
+}
+
+}  // namespace cdprcal
