@@ -56,7 +56,12 @@ Vector3 euler_from_rotation(const Matrix3& rotation, EulerConvention convention)
   angles[b] = std::atan2(sign * rotation(a, c), cos_middle);
   if (cos_middle > 1e-12) {
     angles[a] = std::atan2(-sign * rotation(b, c), rotation(c, c));
-    angles[c] = std::atan2(-sign * rotation(a, b), rotation(a, a));
+    // From R_aᵀ R rather than from −R(a,b)/R(a,a): near gimbal lock it makes up for the rounding
+    // of the first angle, so that the three together give the rotation back to the last digits.
+    const double cos_first = std::cos(angles[a]);
+    const double sin_first = sign * std::sin(angles[a]);
+    angles[c] = std::atan2(sign * (cos_first * rotation(b, a) + sin_first * rotation(c, a)),
+                           cos_first * rotation(b, b) + sin_first * rotation(c, b));
   } else {
     angles[a] = std::atan2(sign * rotation(c, b), rotation(b, b));
     angles[c] = 0.0;

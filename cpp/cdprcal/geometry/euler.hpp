@@ -24,7 +24,7 @@ Eigen::Quaterniond rotation_from_euler(const Vector3& roll_pitch_yaw_rad, EulerC
 /// At ±π/2 (gimbal lock) the last angle is returned as 0.
 Vector3 euler_from_rotation(const Matrix3& rotation, EulerConvention convention);
 
-/// H of ω_world = H · (roll̇, pitcḣ, yaẇ): column a is the axis that angle a turns about.
+/// H of ω_world = H · (roll rate, pitch rate, yaw rate): column a is the axis that angle a turns about.
 /// Its inverse is ∂(roll, pitch, yaw)/∂δθ; singular at gimbal lock.
 Matrix3 euler_rate_matrix(const Vector3& roll_pitch_yaw_rad, EulerConvention convention);
 

@@ -33,7 +33,8 @@ double rotation_distance_rad(const Pose& a, const Pose& b);
 /// |α_a − α_b| [rad], paper eq. 20. Not a distance between rotations; kept to compare with the paper.
 double rotation_angle_difference_rad(const Pose& a, const Pose& b);
 
-/// Nearest rotation to a 3×3 matrix; throws InputError when it is not one within 1e-6.
+/// Nearest rotation (least squares) to a 3×3 matrix; throws InputError when R Rᵀ is farther than
+/// 1e-6 from the identity, or the matrix mirrors.
 Eigen::Quaterniond rotation_from_matrix(const Matrix3& matrix);
 
 }  // namespace cdprcal

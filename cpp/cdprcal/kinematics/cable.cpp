@@ -2,6 +2,16 @@
 
 namespace cdprcal {
 
+namespace {
+
+/// No number of a state without a tangent may pass for a result.
+CableState invalid_state(CableStatus status, double radial_distance_m) {
+  const Vector3 none = Vector3::Constant(kNaN);
+  return {status, kNaN, kNaN, kNaN, kNaN, radial_distance_m, none, none, none, none};
+}
+
+}  // namespace
+
 CableState cable_state(const Pulley& pulley, const Vector3& q_world_m) {
   CableState s;
   const double r = pulley.radius_m;
@@ -11,8 +21,7 @@ CableState cable_state(const Pulley& pulley, const Vector3& q_world_m) {
   const double q_u = std::hypot(q_i, q_j);
   s.radial_distance_m = q_u;
   if (!(q_u > 0.0)) {
-    s.status = CableStatus::anchor_on_swivel_axis;
-    return s;
+    return invalid_state(CableStatus::anchor_on_swivel_axis, q_u);
   }
   const double cos_swivel = q_i / q_u;
   const double sin_swivel = q_j / q_u;
@@ -26,8 +35,7 @@ CableState cable_state(const Pulley& pulley, const Vector3& q_world_m) {
   const double distance_squared = v_u * v_u + q_k * q_k;
   const double free_squared = q_u * q_u - 2.0 * r * q_u + q_k * q_k;
   if (!(free_squared > 0.0)) {
-    s.status = CableStatus::anchor_inside_pulley;
-    return s;
+    return invalid_state(CableStatus::anchor_inside_pulley, q_u);
   }
   s.free_length_m = std::sqrt(free_squared);
   const double cos_tangency = (r * v_u - s.free_length_m * q_k) / distance_squared;

@@ -11,7 +11,7 @@ enum class CableStatus {
   anchor_on_swivel_axis  ///< u·q = 0: the swivel angle is undefined
 };
 
-/// Zero-order kinematics. Vectors are unit vectors in world axes. Meaningless unless status is ok.
+/// Zero-order kinematics. Vectors are unit vectors in world axes. NaN unless status is ok.
 struct CableState {
   CableStatus status = CableStatus::ok;
   double length_m = 0.0;        ///< l, eq. 5: free part plus the arc on the pulley

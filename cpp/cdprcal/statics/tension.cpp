@@ -90,12 +90,13 @@ double characteristic_length_m(const Robot& robot) {
 TensionModel tensions_least_squares(const Robot& robot, const PlatformState& state) {
   const int n = state.cable_count;
   TensionModel model;
+  if (n > 6) return model;
   Vector6 scale;
   scale << Vector3::Ones(), Vector3::Constant(1.0 / characteristic_length_m(robot));
   const WrenchMatrix a = scale.asDiagonal() * structure_matrix(state);
   const Vector6 b = scale.asDiagonal() * gravity_wrench(robot, state);
-  if (n > 6) return model;
-  const Eigen::ColPivHouseholderQR<WrenchMatrix> qr(a);
+  Eigen::ColPivHouseholderQR<WrenchMatrix> qr;
+  qr.setThreshold(kSingular).compute(a);
   if (qr.rank() < n) return model;
   model.tension_N = qr.solve(b);
 
@@ -111,9 +112,14 @@ TensionModel tensions_least_squares(const Robot& robot, const PlatformState& sta
     unit[i] = 1.0;
     normal_part.row(i) = dual.transpose() * tension_stiffness(state, unit);
   }
-  const CableMatrix gram = a.transpose() * a;
-  model.by_twist =
-      -CableJacobian(gram.ldlt().solve(a.transpose() * balance_by_twist + normal_part));
+  // (AᵀA)⁻¹ = P R⁻¹ R⁻ᵀ Pᵀ from the factors of A P = Q R, without squaring the condition number.
+  const CableMatrix upper = qr.matrixR().topLeftCorner(n, n);
+  const auto triangle = upper.triangularView<Eigen::Upper>();
+  const CableJacobian permuted = qr.colsPermutation().transpose() * normal_part;
+  const CableJacobian forward = triangle.transpose().solve(permuted);
+  const CableJacobian back = triangle.solve(forward);
+  const CableJacobian curvature_part = qr.colsPermutation() * back;
+  model.by_twist = -(qr.solve(balance_by_twist) + curvature_part);
   model.valid = model.tension_N.allFinite() && model.by_twist.allFinite();
   return model;
 }

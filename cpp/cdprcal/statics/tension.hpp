@@ -25,11 +25,12 @@ TensionModel tensions_left_inverse(const Robot& robot, const PlatformState& stat
                                    const std::vector<WrenchRow>& rows);
 
 /// Tensions of least squared wrench error: min ‖S(Ξᵀτ − f)‖, S scaling moments by
-/// 1/characteristic_length so that both halves are newtons. Defined for n ≤ 6 cables of full rank.
+/// 1/characteristic_length so that both halves are newtons. Not valid for more than 6 cables or a
+/// structure matrix without full rank.
 TensionModel tensions_least_squares(const Robot& robot, const PlatformState& state);
 
-/// Root mean square distance of the platform anchors from the centre of mass [m] (1 when all are at it): turns
-/// moments into forces.
+/// Root mean square distance of the platform anchors from the centre of mass [m] (1 when all are at
+/// it): turns moments into forces.
 double characteristic_length_m(const Robot& robot);
 
 }  // namespace cdprcal

@@ -1,0 +1,173 @@
+#include "cdprcal/model/robot.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <array>
+#include <charconv>
+
+#include "cdprcal/error.hpp"
+#include "cdprcal/model/robot_check.hpp"
+
+namespace cdprcal {
+namespace detail {
+namespace {
+
+/// How far from perpendicular x_axis and swivel_axis may be written (cosine of their angle): a
+/// rounded file is put right, a wrong one is refused.
+constexpr double kPerpendicularTolerance = 1e-3;
+/// How well a geometry measured with a tape is known [m] (paper §4).
+constexpr double kGeometryError_m = 1e-3;
+/// A vector this close to exact is left alone, so that finalising twice changes no bit.
+constexpr double kRounding = 8.0 * std::numeric_limits<double>::epsilon();
+constexpr double kInertiaTolerance = 1e-9;
+
+void require_finite(double value, const std::string& field) {
+  if (!std::isfinite(value)) {
+    throw FieldError(field, "must be a finite number, not " + shortest(value));
+  }
+}
+
+void require_positive(double value, const std::string& field) {
+  require_finite(value, field);
+  if (!(value > 0.0)) throw FieldError(field, "must be positive, not " + shortest(value));
+}
+
+void require_not_negative(double value, const std::string& field) {
+  require_finite(value, field);
+  if (value < 0.0) throw FieldError(field, "must not be negative, but is " + shortest(value));
+}
+
+void require_finite(const Vector3& value, const std::string& field) {
+  if (!value.allFinite()) throw FieldError(field, "must be three finite numbers");
+}
+
+Vector3 unit_vector(const Vector3& value, const std::string& field) {
+  require_finite(value, field);
+  const double norm = value.stableNorm();
+  if (!(norm > 0.0)) {
+    throw FieldError(field, "is zero: give a direction in the world, such as [0, 0, -1]");
+  }
+  if (std::abs(norm - 1.0) <= kRounding) return value;
+  return value.stableNormalized();
+}
+
+void complete_axes(Pulley& pulley, std::size_t index) {
+  Vector3 x = unit_vector(pulley.x_axis(), cable_field(index, "pulley.x_axis"));
+  const Vector3 k = unit_vector(pulley.swivel_axis(), cable_field(index, "pulley.swivel_axis"));
+  const double cosine = x.dot(k);
+  if (std::abs(cosine) > kPerpendicularTolerance) {
+    throw FieldError(cable_field(index, "pulley.x_axis"),
+                     "must be perpendicular to swivel_axis, but the cosine of their angle is " +
+                         shortest(cosine) + "; x_axis is the direction of zero swivel angle");
+  }
+  for (int pass = 0; pass < 3 && std::abs(x.dot(k)) > kRounding; ++pass) {
+    x = (x - x.dot(k) * k).normalized();
+  }
+  pulley.axes_world << x, k.cross(x), k;  // y = swivel × x
+}
+
+void check_inertia(Matrix3& inertia) {
+  const std::string field = "platform.inertia_kg_m2";
+  if (!inertia.allFinite()) throw FieldError(field, "must be nine finite numbers");
+  const double scale = inertia.cwiseAbs().maxCoeff();
+  if (!((inertia - inertia.transpose()).cwiseAbs().maxCoeff() <= kInertiaTolerance * scale)) {
+    throw FieldError(field, "must be symmetric: rows and columns differ");
+  }
+  inertia = (0.5 * (inertia + inertia.transpose())).eval();
+  const Vector3 moments =
+      Eigen::SelfAdjointEigenSolver<Matrix3>(inertia, Eigen::EigenvaluesOnly).eigenvalues();
+  if (!(moments[0] > kInertiaTolerance * scale)) {
+    throw FieldError(field, "must be positive definite, but its least principal moment is " +
+                                shortest(moments[0]));
+  }
+  // Any body obeys J1 + J2 ≥ J3: a sign slip or a tensor about another point often does not.
+  if (moments[0] + moments[1] < moments[2] * (1.0 - kInertiaTolerance)) {
+    throw FieldError(field, "no body has the principal moments " + shortest(moments[0]) + ", " +
+                                shortest(moments[1]) + ", " + shortest(moments[2]) +
+                                ": the two smaller must add up to the largest or more; give the "
+                                "tensor about the centre of mass");
+  }
+}
+
+void check_sigma(const Robot& robot) {
+  const SensorSigma& sigma = robot.sigma;
+  require_positive(sigma.length_m, "sensors.sigma.length_m");
+  require_positive(sigma.swivel_rad, "sensors.sigma.swivel_deg");
+  require_positive(sigma.attitude_rad, "sensors.sigma.attitude_deg");
+  require_positive(sigma.tension_N, "sensors.sigma.tension_N");
+  require_not_negative(sigma.wrench_force_N, "sensors.sigma.wrench_force_N");
+  require_not_negative(sigma.wrench_moment_Nm, "sensors.sigma.wrench_moment_Nm");
+}
+
+}  // namespace
+
+std::string cable_field(std::size_t index, const std::string& name) {
+  return "cables[#" + std::to_string(index + 1) + "]." + name;
+}
+
+std::string shortest(double value) {
+  std::array<char, 32> text;
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  return {text.data(), end};
+}
+
+double default_wrench_force_N(const Robot& robot) {
+  return robot.weight_N() * kGeometryError_m;  // a cable direction wrong by 1 mm in about 1 m
+}
+
+double default_wrench_moment_Nm(const Robot& robot) {
+  return robot.weight_N() * kGeometryError_m;  // the weight at a lever wrong by 1 mm
+}
+
+void check_and_complete(Robot& robot) {
+  if (robot.name.empty()) throw FieldError("name", "must not be empty");
+  for (const char c : robot.name) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+      throw FieldError("name", "must not hold control characters");
+    }
+  }
+  require_positive(robot.gravity_m_s2, "gravity_m_s2");
+  require_positive(robot.platform.mass_kg, "platform.mass_kg");
+  require_finite(robot.platform.centre_of_mass_m, "platform.centre_of_mass_m");
+  check_inertia(robot.platform.inertia_kg_m2);
+
+  if (robot.cables.empty() || robot.cables.size() > static_cast<std::size_t>(kMaxCables)) {
+    throw FieldError("cables", "a robot has 1 to " + std::to_string(kMaxCables) +
+                                   " cables, not " + std::to_string(robot.cables.size()));
+  }
+  for (std::size_t i = 0; i < robot.cables.size(); ++i) {
+    Cable& cable = robot.cables[i];
+    require_not_negative(cable.pulley.radius_m, cable_field(i, "pulley.radius_m"));
+    require_finite(cable.pulley.position_m, cable_field(i, "pulley.position_m"));
+    complete_axes(cable.pulley, i);
+    require_finite(cable.platform_anchor_m, cable_field(i, "platform_anchor_m"));
+  }
+
+  require_finite(robot.tension_min_N, "tension_limits_N");
+  require_finite(robot.tension_max_N, "tension_limits_N");
+  if (!(robot.tension_min_N >= 0.0 && robot.tension_min_N < robot.tension_max_N)) {
+    throw FieldError("tension_limits_N",
+                     "must be [minimum, maximum] with 0 ≤ minimum < maximum, not [" +
+                         shortest(robot.tension_min_N) + ", " + shortest(robot.tension_max_N) +
+                         "]");
+  }
+  check_sigma(robot);
+  if (robot.sigma.wrench_force_N == 0.0) {
+    robot.sigma.wrench_force_N = default_wrench_force_N(robot);
+  }
+  if (robot.sigma.wrench_moment_Nm == 0.0) {
+    robot.sigma.wrench_moment_Nm = default_wrench_moment_Nm(robot);
+  }
+}
+
+}  // namespace detail
+
+void finalise(Robot& robot) {
+  try {
+    detail::check_and_complete(robot);
+  } catch (const detail::FieldError& error) {
+    throw InputError("robot: " + error.field + ": " + error.what());
+  }
+}
+
+}  // namespace cdprcal

@@ -1,0 +1,33 @@
+// Private to model/: the checks of `finalise`, with the field kept apart so that the robot-file
+// reader can point at its line.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+#include "cdprcal/model/robot.hpp"
+
+namespace cdprcal::detail {
+
+/// A field that cannot be used: `field` is its path in the robot file ("cables[#1].pulley.x_axis",
+/// cables counted from 1), `problem` says what is wrong and what to do.
+struct FieldError : std::runtime_error {
+  FieldError(std::string field_path, const std::string& problem)
+      : std::runtime_error(problem), field(std::move(field_path)) {}
+  std::string field;
+};
+
+/// `finalise`, throwing FieldError.
+void check_and_complete(Robot& robot);
+
+/// Path of a cable's field: cable_field(0, "pulley.radius_m") is "cables[#1].pulley.radius_m".
+std::string cable_field(std::size_t index, const std::string& name);
+
+/// The wrench sigmas that `finalise` derives when they are 0: [N] and [Nm].
+double default_wrench_force_N(const Robot& robot);
+double default_wrench_moment_Nm(const Robot& robot);
+
+/// Shortest decimal that reads back as the same double.
+std::string shortest(double value);
+
+}  // namespace cdprcal::detail

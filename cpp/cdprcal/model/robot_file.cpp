@@ -1,0 +1,217 @@
+#include "cdprcal/model/robot_file.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "cdprcal/error.hpp"
+#include "cdprcal/model/builtin_robots.hpp"
+#include "cdprcal/model/robot_check.hpp"
+#include "cdprcal/model/yaml_reader.hpp"
+
+namespace cdprcal {
+namespace {
+
+using detail::shortest;
+using detail::YamlField;
+using detail::YamlMapping;
+
+// Reading: one function a mapping of the file. A new section is one more key and one more function.
+
+Platform read_platform(const YamlField& field) {
+  const YamlMapping map(field, {"mass_kg", "centre_of_mass_m", "inertia_kg_m2"});
+  Platform platform;
+  platform.mass_kg = map.require("mass_kg").number();
+  platform.centre_of_mass_m = map.require("centre_of_mass_m").vector3();
+  platform.inertia_kg_m2 = map.require("inertia_kg_m2").matrix3();
+  return platform;
+}
+
+Pulley read_pulley(const YamlField& field) {
+  const YamlMapping map(field, {"radius_m", "position_m", "x_axis", "swivel_axis"});
+  Pulley pulley;
+  pulley.radius_m = map.require("radius_m").number();
+  pulley.position_m = map.require("position_m").vector3();
+  pulley.axes_world.col(0) = map.require("x_axis").vector3();
+  pulley.axes_world.col(2) = map.require("swivel_axis").vector3();
+  return pulley;  // the y axis is completed by finalise
+}
+
+Cable read_cable(const YamlField& field) {
+  const YamlMapping map(field, {"pulley", "platform_anchor_m"});
+  return {read_pulley(map.require("pulley")), map.require("platform_anchor_m").vector3()};
+}
+
+/// An angle that may be given in degrees or in radians, once.
+double read_angle(const YamlMapping& map, const std::string& name, double fallback_rad) {
+  const auto degrees = map.find(name + "_deg");
+  const auto radians = map.find(name + "_rad");
+  if (degrees && radians) radians->fail("is given in degrees too: delete one");
+  if (degrees) return degrees->number() * kDegree;
+  return radians ? radians->number() : fallback_rad;
+}
+
+SensorSigma read_sigma(const YamlField& field) {
+  const YamlMapping map(field, {"length_m", "swivel_deg", "swivel_rad", "attitude_deg",
+                                "attitude_rad", "tension_N", "wrench_force_N", "wrench_moment_Nm"});
+  SensorSigma sigma;
+  sigma.length_m = map.number_or("length_m", sigma.length_m);
+  sigma.swivel_rad = read_angle(map, "swivel", sigma.swivel_rad);
+  sigma.attitude_rad = read_angle(map, "attitude", sigma.attitude_rad);
+  sigma.tension_N = map.number_or("tension_N", sigma.tension_N);
+  sigma.wrench_force_N = map.number_or("wrench_force_N", sigma.wrench_force_N);
+  sigma.wrench_moment_Nm = map.number_or("wrench_moment_Nm", sigma.wrench_moment_Nm);
+  return sigma;
+}
+
+void read_sensors(const YamlField& field, Robot& robot) {
+  const YamlMapping map(field, {"euler_convention", "sigma"});
+  if (const auto convention = map.find("euler_convention")) {
+    try {
+      robot.euler_convention = parse_euler_convention(convention->text());
+    } catch (const InputError&) {
+      convention->fail("must be one of XYZ, XZY, YXZ, YZX, ZXY, ZYX (intrinsic order), not '" +
+                       convention->text().substr(0, 40) + "'");
+    }
+  }
+  if (const auto sigma = map.find("sigma")) robot.sigma = read_sigma(*sigma);
+}
+
+std::string read_file(const std::string& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) {
+    throw InputError(path + ": is a folder, not a robot file");
+  }
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw InputError(path + ": cannot be opened");
+  std::string text(1'000'001, '\0');  // one more than the parser accepts: it says "over 1 MB"
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (file.bad()) throw InputError(path + ": cannot be read");
+  return text;
+}
+
+// Writing.
+
+std::string flow(const Vector3& v) {
+  return "[" + shortest(v[0]) + ", " + shortest(v[1]) + ", " + shortest(v[2]) + "]";
+}
+
+std::string double_quoted(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
+
+/// Degrees when they read back as the very same radians (always so for an angle that was read in
+/// degrees), radians otherwise.
+std::string angle_entry(const std::string& name, double angle_rad) {
+  const double nearest = angle_rad / kDegree;
+  for (const double degrees : {nearest, std::nextafter(nearest, 0.0), std::nextafter(nearest, 1e9)}) {
+    if (degrees * kDegree == angle_rad) return name + "_deg: " + shortest(degrees);
+  }
+  return name + "_rad: " + shortest(angle_rad);
+}
+
+std::string sigma_entry(const Robot& robot) {
+  const SensorSigma& sigma = robot.sigma;
+  std::string text = "{length_m: " + shortest(sigma.length_m) + ", " +
+                     angle_entry("swivel", sigma.swivel_rad) + ", " +
+                     angle_entry("attitude", sigma.attitude_rad) +
+                     ", tension_N: " + shortest(sigma.tension_N);
+  // Derived values stay derived, so that a change of mass in the file changes them too.
+  if (sigma.wrench_force_N != detail::default_wrench_force_N(robot)) {
+    text += ", wrench_force_N: " + shortest(sigma.wrench_force_N);
+  }
+  if (sigma.wrench_moment_Nm != detail::default_wrench_moment_Nm(robot)) {
+    text += ", wrench_moment_Nm: " + shortest(sigma.wrench_moment_Nm);
+  }
+  return text + "}";
+}
+
+}  // namespace
+
+Robot parse_robot(const std::string& yaml_text, const std::string& source) {
+  const YamlField document = YamlField::parse_document(yaml_text, source);
+  const YamlMapping map(document, {"name", "gravity_m_s2", "platform", "cables",
+                                   "tension_limits_N", "sensors"});
+  Robot robot;
+  robot.name = map.require("name").text();
+  robot.gravity_m_s2 = map.number_or("gravity_m_s2", robot.gravity_m_s2);
+  robot.platform = read_platform(map.require("platform"));
+  for (const YamlField& cable : map.require("cables").items()) {
+    robot.cables.push_back(read_cable(cable));
+  }
+  const std::vector<double> limits = map.require("tension_limits_N").numbers(2);
+  robot.tension_min_N = limits[0];
+  robot.tension_max_N = limits[1];
+  if (const auto sensors = map.find("sensors")) read_sensors(*sensors, robot);
+  try {
+    detail::check_and_complete(robot);
+  } catch (const detail::FieldError& error) {
+    document.fail_at(error.field, error.what());
+  }
+  return robot;
+}
+
+std::vector<std::string> builtin_robot_names() {
+  std::vector<std::string> names;
+  for (const auto& robot : detail::kBuiltinRobots) names.emplace_back(robot.name);
+  return names;
+}
+
+std::string builtin_robot_yaml(const std::string& name) {
+  for (const auto& robot : detail::kBuiltinRobots) {
+    if (name == robot.name) return robot.yaml;
+  }
+  std::string known;
+  for (const std::string& builtin : builtin_robot_names()) {
+    known += (known.empty() ? "" : ", ") + builtin;
+  }
+  throw InputError("robot '" + name + "': neither a file nor a built-in robot (built in: " +
+                   known + ")");
+}
+
+Robot load_robot(const std::string& name_or_path) {
+  for (const auto& robot : detail::kBuiltinRobots) {
+    if (name_or_path == robot.name) return parse_robot(robot.yaml, robot.name);
+  }
+  std::error_code error;
+  if (!std::filesystem::exists(name_or_path, error)) {
+    return parse_robot(builtin_robot_yaml(name_or_path), name_or_path);  // throws, naming both
+  }
+  return parse_robot(read_file(name_or_path), name_or_path);
+}
+
+std::string to_yaml(const Robot& robot) {
+  Robot checked = robot;
+  finalise(checked);
+  std::ostringstream out;
+  out << "name: " << double_quoted(checked.name) << '\n'
+      << "gravity_m_s2: " << shortest(checked.gravity_m_s2) << '\n'
+      << "platform:\n"
+      << "  mass_kg: " << shortest(checked.platform.mass_kg) << '\n'
+      << "  centre_of_mass_m: " << flow(checked.platform.centre_of_mass_m) << '\n'
+      << "  inertia_kg_m2: [" << flow(checked.platform.inertia_kg_m2.row(0)) << ", "
+      << flow(checked.platform.inertia_kg_m2.row(1)) << ", "
+      << flow(checked.platform.inertia_kg_m2.row(2)) << "]\n"
+      << "cables:\n";
+  for (const Cable& cable : checked.cables) {
+    const Pulley& pulley = cable.pulley;
+    out << "  - pulley: {radius_m: " << shortest(pulley.radius_m)
+        << ", position_m: " << flow(pulley.position_m) << ", x_axis: " << flow(pulley.x_axis())
+        << ", swivel_axis: " << flow(pulley.swivel_axis()) << "}\n"
+        << "    platform_anchor_m: " << flow(cable.platform_anchor_m) << '\n';
+  }
+  out << "tension_limits_N: [" << shortest(checked.tension_min_N) << ", "
+      << shortest(checked.tension_max_N) << "]\n"
+      << "sensors:\n"
+      << "  euler_convention: " << to_string(checked.euler_convention) << '\n'
+      << "  sigma: " << sigma_entry(checked) << '\n';
+  return out.str();
+}
+
+}  // namespace cdprcal
