@@ -1,0 +1,310 @@
+// calibration/: what is free, how to solve, what came out; and log → initial pose.
+#include "cdprcal/calibration/calibrate.hpp"
+
+#include <optional>
+
+#include "bindings.hpp"
+
+namespace cdprcal::python {
+namespace {
+
+void require_row(const Log& log, Eigen::Index index) {
+  if (index < 0 || index >= log.sample_count()) {
+    throw InputError("index: " + std::to_string(index) + " is not a sample of a log of " +
+                     std::to_string(log.sample_count()));
+  }
+}
+
+void register_enums(py::module_& module) {
+  py::native_enum<PoseKind>(module, "PoseKind", "enum.Enum",
+                            "static_pose: at rest, statics hold; kinematic_pose: geometry only.")
+      .value("static_pose", PoseKind::static_pose)
+      .value("kinematic_pose", PoseKind::kinematic_pose)
+      .finalize();
+  py::native_enum<StaticsModel>(module, "StaticsModel", "enum.Enum",
+                                "none: j = lσε; left_inverse: eqs 10–12; wrench: eq. 6, all six "
+                                "equations.")
+      .value("none", StaticsModel::none)
+      .value("left_inverse", StaticsModel::left_inverse)
+      .value("wrench", StaticsModel::wrench)
+      .finalize();
+  py::native_enum<CalibrationStatus>(module, "CalibrationStatus", "enum.Enum",
+                                     "Whether the initial pose can be trusted.")
+      .value("converged", CalibrationStatus::converged)
+      .value("not_converged", CalibrationStatus::not_converged)
+      .value("unobservable", CalibrationStatus::unobservable)
+      .finalize();
+  py::native_enum<Method>(module, "Method", "enum.Enum",
+                          "unified; statics: τlσε on equilibria ('static'); kinematic: lσε.")
+      .value("unified", Method::unified)
+      .value("statics", Method::statics)
+      .value("kinematic", Method::kinematic)
+      .finalize();
+  py::native_enum<Formulation>(module, "Formulation", "enum.Enum",
+                               "full: wrench statics and all that pose 0 knows; paper: eqs 13–17.")
+      .value("full", Formulation::full)
+      .value("paper", Formulation::paper)
+      .finalize();
+  module.def("parse_method", &parse_method, py::arg("name"),
+             "'unified', 'static' or 'kinematic' → Method; raises InputError.");
+  module.def("parse_formulation", &parse_formulation, py::arg("name"),
+             "'full' or 'paper' → Formulation; raises InputError.");
+}
+
+Measurement make_measurement(double time_s, PoseKind kind, const Eigen::VectorXd& length_m,
+                             const Eigen::VectorXd& swivel_rad, const Eigen::VectorXd& tension_N,
+                             const Vector3& roll_pitch_yaw_rad) {
+  const CableVector lengths = to_cable_vector(length_m, "length_m");
+  const int n = static_cast<int>(lengths.size());
+  return {time_s,
+          kind,
+          lengths,
+          to_cable_vector(swivel_rad, "swivel_rad", n),
+          to_cable_vector(tension_N, "tension_N", n),
+          roll_pitch_yaw_rad};
+}
+
+void register_measurement(py::module_& module) {
+  py::class_<Measurement>(module, "Measurement",
+                          "Readings at one pose; NaN where absent. Lengths, swivels and yaw have "
+                          "unknown offsets common to a problem's measurements. Immutable.")
+      .def(py::init(&make_measurement), py::kw_only(), py::arg("time_s"), py::arg("kind"),
+           py::arg("length_m"), py::arg("swivel_rad"), py::arg("tension_N"),
+           py::arg("roll_pitch_yaw_rad"),
+           "length_m, swivel_rad, tension_N [n]; roll_pitch_yaw_rad [3]. Raises InputError when "
+           "their sizes differ.")
+      .def_readonly("time_s", &Measurement::time_s)
+      .def_readonly("kind", &Measurement::kind)
+      .def_property_readonly("length_m", [](const Measurement& m) { return m.length_m; }, "[n] [m].")
+      .def_property_readonly("swivel_rad", [](const Measurement& m) { return m.swivel_rad; },
+                             "[n] [rad].")
+      .def_property_readonly("tension_N", [](const Measurement& m) { return m.tension_N; },
+                             "[n] [N].")
+      .def_property_readonly("roll_pitch_yaw_rad",
+                             [](const Measurement& m) { return m.roll_pitch_yaw_rad; },
+                             "[3] [rad] in the robot's Euler convention.");
+  module.def(
+      "measurement_at",
+      [](const Log& log, Eigen::Index index, PoseKind kind, int cable_count) {
+        require_row(log, index);
+        return measurement_at(log, index, kind, cable_count);
+      },
+      py::arg("log"), py::arg("index"), py::arg("kind"), py::arg("cable_count"),
+      "The sample at row `index` as a Measurement.");
+  module.def(
+      "measurement_mean",
+      [](const Log& log, const SampleRange& range, PoseKind kind, int cable_count) {
+        require_row(log, range.begin);
+        require_row(log, range.end - 1);
+        if (range.size() < 1) throw InputError("range: holds no sample");
+        return measurement_mean(log, range, kind, cable_count);
+      },
+      py::arg("log"), py::arg("range"), py::arg("kind"), py::arg("cable_count"),
+      "The mean over an interval; time_s is the middle of it.");
+}
+
+void register_problem(py::module_& module) {
+  py::class_<CalibrationProblem>(module, "CalibrationProblem",
+                                 "What is modelled and what is free (§3.1 of the paper). "
+                                 "measurements[0] is the reference: its pose is ζ0.")
+      .def(py::init([](const Robot& robot, std::vector<Measurement> measurements,
+                       StaticsModel statics, std::vector<WrenchRow> rows, bool reference_attitude,
+                       bool reference_statics, bool reference_noise) {
+             CalibrationProblem problem;
+             problem.robot = robot;
+             problem.measurements = std::move(measurements);
+             problem.statics = statics;
+             problem.left_inverse_rows = std::move(rows);
+             problem.reference_attitude = reference_attitude;
+             problem.reference_statics = reference_statics;
+             problem.reference_noise = reference_noise;
+             return problem;
+           }),
+           py::kw_only(), py::arg("robot"), py::arg("measurements"),
+           py::arg_v("statics", StaticsModel::wrench, "StaticsModel.wrench"),
+           py::arg("left_inverse_rows") = std::vector<WrenchRow>{},
+           py::arg("reference_attitude") = true, py::arg("reference_statics") = true,
+           py::arg("reference_noise") = true,
+           "reference_attitude, reference_statics, reference_noise: what pose 0 knows by itself "
+           "and the paper leaves out. left_inverse_rows: empty means left_inverse_rows(n).")
+      .def_readonly("robot", &CalibrationProblem::robot)
+      .def_property_readonly(
+          "measurements", [](const CalibrationProblem& problem) { return problem.measurements; },
+          "List of Measurement; a copy.")
+      .def_readonly("statics", &CalibrationProblem::statics)
+      .def_readonly("left_inverse_rows", &CalibrationProblem::left_inverse_rows)
+      .def_readonly("reference_attitude", &CalibrationProblem::reference_attitude)
+      .def_readonly("reference_statics", &CalibrationProblem::reference_statics)
+      .def_readonly("reference_noise", &CalibrationProblem::reference_noise);
+  const SolveOptions usual;
+  py::class_<SolveOptions>(module, "SolveOptions", "How to solve.")
+      .def(py::init([](std::vector<double> graduation, int max_iterations,
+                       double function_tolerance, double parameter_tolerance,
+                       double gradient_tolerance) {
+             SolveOptions options;
+             options.graduation = std::move(graduation);
+             options.max_iterations = max_iterations;
+             options.function_tolerance = function_tolerance;
+             options.parameter_tolerance = parameter_tolerance;
+             options.gradient_tolerance = gradient_tolerance;
+             return options;
+           }),
+           py::kw_only(), py::arg("graduation") = usual.graduation,
+           py::arg("max_iterations") = usual.max_iterations,
+           py::arg("function_tolerance") = usual.function_tolerance,
+           py::arg("parameter_tolerance") = usual.parameter_tolerance,
+           py::arg("gradient_tolerance") = usual.gradient_tolerance)
+      .def_readwrite("graduation", &SolveOptions::graduation,
+                     "Factors on the standard deviations of tensions and wrenches, in turn; the "
+                     "last is 1. Assign a whole list: the one read is a copy.")
+      .def_readwrite("max_iterations", &SolveOptions::max_iterations, "Of each stage.")
+      .def_readwrite("function_tolerance", &SolveOptions::function_tolerance)
+      .def_readwrite("parameter_tolerance", &SolveOptions::parameter_tolerance)
+      .def_readwrite("gradient_tolerance", &SolveOptions::gradient_tolerance);
+}
+
+void register_result(py::module_& module) {
+  py::class_<ResidualRms>(module, "ResidualRms",
+                          "Root mean square of the unweighted residuals, a channel; NaN where "
+                          "nothing measured it.")
+      .def_readonly("length_m", &ResidualRms::length_m)
+      .def_readonly("swivel_rad", &ResidualRms::swivel_rad)
+      .def_readonly("roll_pitch_rad", &ResidualRms::roll_pitch_rad)
+      .def_readonly("yaw_rad", &ResidualRms::yaw_rad)
+      .def_readonly("tension_N", &ResidualRms::tension_N)
+      .def_readonly("wrench_force_N", &ResidualRms::wrench_force_N)
+      .def_readonly("wrench_moment_Nm", &ResidualRms::wrench_moment_Nm);
+  py::class_<PoseResidual>(module, "PoseResidual",
+                           "Residuals at one pose, modelled − measured (eq. 13); NaN where absent.")
+      .def_property_readonly("length_m", [](const PoseResidual& r) { return r.length_m; }, "[n].")
+      .def_property_readonly("swivel_rad", [](const PoseResidual& r) { return r.swivel_rad; },
+                             "[n].")
+      .def_property_readonly("tension_N", [](const PoseResidual& r) { return r.tension_N; }, "[n].")
+      .def_property_readonly("roll_pitch_yaw_rad",
+                             [](const PoseResidual& r) { return r.roll_pitch_yaw_rad; }, "[3].")
+      .def_property_readonly("wrench", [](const PoseResidual& r) { return r.wrench; },
+                             "Ξᵀτ* − f [6] [N, Nm], world axes, about P.");
+  py::class_<CalibrationResult>(module, "CalibrationResult", "What came out. Look at status first.")
+      .def_readonly("status", &CalibrationResult::status)
+      .def_readonly("reason", &CalibrationResult::reason, "One sentence for people, always filled.")
+      .def_readonly("poses", &CalibrationResult::poses,
+                    "ζ0, ζ1 … in the order of the measurements.")
+      .def_readonly("residuals", &CalibrationResult::residuals, "One PoseResidual a pose.")
+      .def_readonly("covariance", &CalibrationResult::covariance,
+                    "Of ζ0 [6, 6]: position [m], world-frame rotation vector [rad]; None when ζ0 "
+                    "is not observable.")
+      .def_property_readonly(
+          "standard_deviation",
+          [](const CalibrationResult& result) { return result.standard_deviation; },
+          "[6] [m, rad]; NaN when ζ0 is not observable.")
+      .def_property_readonly("initial_length_m",
+                             [](const CalibrationResult& result) { return result.initial_length_m; },
+                             "l(ζ0) [n].")
+      .def_property_readonly(
+          "initial_swivel_rad",
+          [](const CalibrationResult& result) { return result.initial_swivel_rad; }, "σ(ζ0) [n].")
+      .def_readonly("cost", &CalibrationResult::cost, "½ Σ (F/σ)², eq. 14.")
+      .def_readonly("iterations", &CalibrationResult::iterations)
+      .def_readonly("solve_time_s", &CalibrationResult::solve_time_s)
+      .def_readonly("residual_count", &CalibrationResult::residual_count)
+      .def_readonly("parameter_count", &CalibrationResult::parameter_count)
+      .def_readonly("chi_square_p_value", &CalibrationResult::chi_square_p_value)
+      .def_readonly("residual_rms", &CalibrationResult::residual_rms);
+  module.def(
+      "solve",
+      [](const CalibrationProblem& problem, const std::vector<Pose>& guess,
+         const std::optional<SolveOptions>& options) {
+        return solve(problem, guess, options.value_or(SolveOptions{}));
+      },
+      py::arg("problem"), py::arg("guess"), py::arg("options") = py::none(),
+      py::call_guard<py::gil_scoped_release>(),
+      "Solves from a guess, one Pose a measurement. Numerical failure is a status. Raises "
+      "InputError when the problem itself makes no sense.");
+}
+
+CalibrateOptions make_options(Method method, Formulation formulation, std::vector<double> at_s,
+                              int segment, double kinematic_spacing_s, std::vector<Pose> guess,
+                              const std::optional<DetectionOptions>& detection,
+                              const std::optional<SolveOptions>& solve) {
+  CalibrateOptions options;
+  options.method = method;
+  options.formulation = formulation;
+  options.at_s = std::move(at_s);
+  options.segment = segment;
+  options.kinematic_spacing_s = kinematic_spacing_s;
+  options.guess = std::move(guess);
+  if (detection) options.detection = *detection;
+  if (solve) options.solve = *solve;
+  return options;
+}
+
+void register_options(py::module_& module) {
+  const CalibrateOptions usual;
+  py::class_<CalibrateOptions>(module, "CalibrateOptions", "How to calibrate from a log.")
+      .def(py::init(&make_options), py::kw_only(),
+           py::arg_v("method", usual.method, "Method.unified"),
+           py::arg_v("formulation", usual.formulation, "Formulation.full"),
+           py::arg("at_s") = usual.at_s, py::arg("segment") = usual.segment,
+           py::arg("kinematic_spacing_s") = usual.kinematic_spacing_s,
+           py::arg_v("guess", usual.guess, "[]"), py::arg("detection") = py::none(),
+           py::arg("solve") = py::none(),
+           "at_s: times of the poses [s], the first is the reference; empty: automatic. segment: "
+           "which is the run, from 0; -1 the last. kinematic_spacing_s: between samples that count "
+           "as poses of their own. guess: one Pose a pose, or only ζ0; empty: automatic.")
+      .def_readwrite("method", &CalibrateOptions::method)
+      .def_readwrite("formulation", &CalibrateOptions::formulation)
+      .def_readwrite("at_s", &CalibrateOptions::at_s, "A copy; assign a whole list.")
+      .def_readwrite("segment", &CalibrateOptions::segment)
+      .def_readwrite("kinematic_spacing_s", &CalibrateOptions::kinematic_spacing_s)
+      // By value: a reference into the options would dangle as soon as they are assigned anew.
+      .def_property(
+          "guess", [](const CalibrateOptions& options) { return options.guess; },
+          [](CalibrateOptions& options, std::vector<Pose> guess) {
+            options.guess = std::move(guess);
+          },
+          "A copy; assign a whole list.")
+      .def_readwrite("detection", &CalibrateOptions::detection)
+      .def_readwrite("solve", &CalibrateOptions::solve);
+}
+
+void register_calibrate(py::module_& module) {
+  register_options(module);
+  py::class_<Calibration>(module, "Calibration", "A calibration and what it was made from.")
+      .def_readonly("result", &Calibration::result)
+      .def_readonly("problem", &Calibration::problem,
+                    "What was solved; it can be solved again.")
+      .def_readonly("equilibria", &Calibration::equilibria, "Found in the run; empty with at_s.")
+      .def_readonly("reference_time_s", &Calibration::reference_time_s)
+      .def_readonly("static_poses", &Calibration::static_poses,
+                    "The reference included, when it is one.")
+      .def_readonly("kinematic_poses", &Calibration::kinematic_poses);
+  module.def(
+      "prepare",
+      [](const Robot& robot, const Log& log, const std::optional<CalibrateOptions>& options) {
+        return prepare(robot, log, options.value_or(CalibrateOptions{}));
+      },
+      py::arg("robot"), py::arg("log"), py::arg("options") = py::none(),
+      py::call_guard<py::gil_scoped_release>(),
+      "The problem that a log poses, and the equilibria it was drawn from; result is not filled. "
+      "Raises InputError for a log that does not fit the robot or the options.");
+  module.def(
+      "calibrate",
+      [](const Robot& robot, const Log& log, const std::optional<CalibrateOptions>& options) {
+        return calibrate(robot, log, options.value_or(CalibrateOptions{}));
+      },
+      py::arg("robot"), py::arg("log"), py::arg("options") = py::none(),
+      py::call_guard<py::gil_scoped_release>(),
+      "From a log to the initial pose. Look at result.status. Raises as prepare does.");
+}
+
+}  // namespace
+
+void register_calibration(py::module_& module) {
+  register_enums(module);
+  register_measurement(module);
+  register_problem(module);
+  register_result(module);
+  register_calibrate(module);
+}
+
+}  // namespace cdprcal::python

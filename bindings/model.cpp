@@ -1,0 +1,167 @@
+// model/: the robot as data, and the robot file (parsed once, in C++).
+#include "cdprcal/model/robot.hpp"
+
+#include <array>
+
+#include "bindings.hpp"
+#include "cdprcal/model/robot_file.hpp"
+
+namespace cdprcal::python {
+namespace {
+
+/// The library's own check of a pulley, by way of a robot that has nothing else wrong.
+Pulley make_pulley(const Vector3& position_m, const Vector3& x_axis, const Vector3& swivel_axis,
+                   double radius_m) {
+  Robot probe;
+  probe.name = "pulley";
+  probe.tension_max_N = 1.0;
+  Cable cable;
+  cable.pulley.radius_m = radius_m;
+  cable.pulley.position_m = position_m;
+  cable.pulley.axes_world << x_axis, swivel_axis.cross(x_axis), swivel_axis;
+  probe.cables = {cable};
+  try {
+    finalise(probe);
+  } catch (const InputError& error) {
+    const std::string message = error.what();
+    const auto field = message.find("pulley.");
+    throw InputError(field == std::string::npos ? message : message.substr(field));
+  }
+  return probe.cables[0].pulley;
+}
+
+void register_parts(py::module_& module) {
+  py::class_<Pulley>(module, "Pulley",
+                     "Swivel pulley: the groove is tangent to the swivel axis at D (Fig. 1). "
+                     "Immutable.")
+      .def(py::init(&make_pulley), py::kw_only(), py::arg("position_m"), py::arg("x_axis"),
+           py::arg("swivel_axis"), py::arg("radius_m") = 0.0,
+           "position_m [3]: D in the world. x_axis [3]: direction of zero swivel angle; "
+           "swivel_axis [3]: perpendicular to it; both in world axes, any length. radius_m: 0 is a "
+           "plain eyelet. Raises InputError naming the field.")
+      .def_readonly("radius_m", &Pulley::radius_m)
+      .def_property_readonly("position_m", [](const Pulley& p) { return p.position_m; },
+                             "D in the world [3] [m]; a copy.")
+      .def_property_readonly("axes_world", [](const Pulley& p) { return p.axes_world; },
+                             "Columns i (x_axis), j, k (swivel_axis) [3, 3]; j = k × i; a copy.")
+      .def_property_readonly("x_axis", &Pulley::x_axis, "i [3].")
+      .def_property_readonly("y_axis", &Pulley::y_axis, "j = k × i [3].")
+      .def_property_readonly("swivel_axis", &Pulley::swivel_axis, "k [3].");
+  py::class_<Cable>(module, "Cable", "A pulley and where the cable holds the platform. Immutable.")
+      .def(py::init([](const Pulley& pulley, const Vector3& anchor) {
+             require_finite(anchor, "platform_anchor_m");
+             return Cable{pulley, anchor};
+           }),
+           py::kw_only(), py::arg("pulley"), py::arg("platform_anchor_m"),
+           "platform_anchor_m [3]: a′ in the platform frame.")
+      .def_property_readonly("pulley", [](const Cable& c) { return c.pulley; })
+      .def_property_readonly("platform_anchor_m", [](const Cable& c) { return c.platform_anchor_m; },
+                             "a′ in the platform frame [3] [m]; a copy.");
+  py::class_<Platform>(module, "Platform", "Mass, its centre and inertia. Immutable.")
+      .def(py::init([](double mass_kg, const Vector3& centre, const Matrix3& inertia) {
+             return Platform{mass_kg, centre, inertia};
+           }),
+           py::kw_only(), py::arg("mass_kg"), py::arg("centre_of_mass_m"),
+           py::arg("inertia_kg_m2"),
+           "centre_of_mass_m [3]: s′ in the platform frame; inertia_kg_m2 [3, 3]: about the centre "
+           "of mass, platform axes. Checked when a Robot is made of it.")
+      .def_readonly("mass_kg", &Platform::mass_kg)
+      .def_property_readonly("centre_of_mass_m", [](const Platform& p) { return p.centre_of_mass_m; },
+                             "s′ in the platform frame [3] [m]; a copy.")
+      .def_property_readonly("inertia_kg_m2", [](const Platform& p) { return p.inertia_kg_m2; },
+                             "About the centre of mass, platform axes [3, 3]; a copy.");
+  const SensorSigma usual;
+  py::class_<SensorSigma>(module, "SensorSigma",
+                          "One-sigma errors of the readings (eq. 18 by default) and of the "
+                          "statics model. Immutable.")
+      .def(py::init([](double length_m, double swivel_rad, double attitude_rad, double tension_N,
+                       double wrench_force_N, double wrench_moment_Nm) {
+             return SensorSigma{length_m,  swivel_rad,     attitude_rad,
+                                tension_N, wrench_force_N, wrench_moment_Nm};
+           }),
+           py::kw_only(), py::arg("length_m") = usual.length_m,
+           py::arg("swivel_rad") = usual.swivel_rad, py::arg("attitude_rad") = usual.attitude_rad,
+           py::arg("tension_N") = usual.tension_N,
+           py::arg("wrench_force_N") = usual.wrench_force_N,
+           py::arg("wrench_moment_Nm") = usual.wrench_moment_Nm,
+           "wrench_force_N, wrench_moment_Nm: what the wrench balance may be wrong by beyond the "
+           "load cells; 0 means what a geometry known to 1 mm leaves. Checked when used.")
+      .def_readonly("length_m", &SensorSigma::length_m)
+      .def_readonly("swivel_rad", &SensorSigma::swivel_rad)
+      .def_readonly("attitude_rad", &SensorSigma::attitude_rad)
+      .def_readonly("tension_N", &SensorSigma::tension_N)
+      .def_readonly("wrench_force_N", &SensorSigma::wrench_force_N)
+      .def_readonly("wrench_moment_Nm", &SensorSigma::wrench_moment_Nm);
+}
+
+Robot make_robot(const std::string& name, const Platform& platform, std::vector<Cable> cables,
+                 const std::array<double, 2>& tension_limits_N, double gravity_m_s2,
+                 EulerConvention euler_convention, const std::optional<SensorSigma>& sigma) {
+  Robot robot;
+  robot.name = name;
+  robot.gravity_m_s2 = gravity_m_s2;
+  robot.platform = platform;
+  robot.cables = std::move(cables);
+  robot.tension_min_N = tension_limits_N[0];
+  robot.tension_max_N = tension_limits_N[1];
+  robot.euler_convention = euler_convention;
+  if (sigma) robot.sigma = *sigma;
+  finalise(robot);
+  return robot;
+}
+
+}  // namespace
+
+void register_model(py::module_& module) {
+  register_parts(module);
+  py::class_<Robot>(module, "Robot",
+                    "Platform, cables on swivel pulleys, limits and sensors. Immutable; pickles as "
+                    "its robot file.")
+      .def(py::init(&make_robot), py::kw_only(), py::arg("name"), py::arg("platform"),
+           py::arg("cables"), py::arg("tension_limits_N"), py::arg("gravity_m_s2") = 9.81,
+           py::arg_v("euler_convention", EulerConvention::XYZ, "EulerConvention.XYZ"),
+           py::arg("sigma") = py::none(),
+           "cables: 1 to 8 Cable; tension_limits_N: (minimum, maximum); sigma: None is eq. 18. "
+           "Checks every field and fills defaults; raises InputError naming the field.")
+      .def_readonly("name", &Robot::name)
+      .def_readonly("gravity_m_s2", &Robot::gravity_m_s2)
+      .def_property_readonly("platform", [](const Robot& robot) { return robot.platform; })
+      .def_property_readonly("cables", [](const Robot& robot) { return robot.cables; },
+                             "List of n Cable; a copy.")
+      .def_property_readonly(
+          "tension_limits_N",
+          [](const Robot& robot) {
+            return std::array<double, 2>{robot.tension_min_N, robot.tension_max_N};
+          },
+          "[minimum, maximum] [N].")
+      .def_readonly("tension_min_N", &Robot::tension_min_N)
+      .def_readonly("tension_max_N", &Robot::tension_max_N)
+      .def_readonly("euler_convention", &Robot::euler_convention)
+      .def_property_readonly("sigma", [](const Robot& robot) { return robot.sigma; })
+      .def_property_readonly("cable_count", &Robot::cable_count)
+      .def_property_readonly("weight_N", &Robot::weight_N)
+      .def_property_readonly("gravity_force_N", &Robot::gravity_force_N,
+                             "Weight as a force in world axes [3] [N]; z points up.")
+      .def("__repr__",
+           [](const Robot& robot) {
+             return "Robot(name='" + robot.name +
+                    "', cable_count=" + std::to_string(robot.cable_count()) + ")";
+           })
+      .def(py::pickle([](const Robot& robot) { return py::make_tuple(to_yaml(robot)); },
+                      [](const py::tuple& state) {
+                        return parse_robot(state[0].cast<std::string>(), "pickled robot");
+                      }));
+  module.def("parse_robot", &parse_robot, py::arg("yaml_text"), py::arg("source"),
+             "Parses a robot file's text; `source` is what messages call it. Raises InputError "
+             "'source:line:column: field: …'.");
+  module.def("load_robot", &load_robot, py::arg("name_or_path"),
+             "A robot by built-in name ('irma4') or by path to a robot file. Raises InputError.");
+  module.def("to_yaml", &to_yaml, py::arg("robot"),
+             "The robot as a robot file that parse_robot reads back exactly.");
+  module.def("builtin_robot_names", &builtin_robot_names,
+             "Names that load_robot knows without a file.");
+  module.def("builtin_robot_yaml", &builtin_robot_yaml, py::arg("name"),
+             "Robot file text of a built-in robot. Raises InputError for an unknown name.");
+}
+
+}  // namespace cdprcal::python
