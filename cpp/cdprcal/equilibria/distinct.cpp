@@ -6,13 +6,15 @@
 
 namespace cdprcal {
 
-DistinctEquilibria::DistinctEquilibria(const Robot& robot)
-    : tolerance_m_(1e-6 * robot_size_m(robot)) {}
+bool same_equilibrium(const Robot& robot, const Pose& a, const Pose& b) {
+  const Vector6 difference = minus(a, b);
+  return difference.head<3>().norm() < 1e-6 * robot_size_m(robot) &&
+         difference.tail<3>().norm() < 1e-6;
+}
 
 void DistinctEquilibria::add(const EquilibriumResult& result, double rank) {
   for (const Ranked& known : found_) {
-    const Vector6 difference = minus(result.pose, known.result.pose);
-    if (difference.head<3>().norm() < tolerance_m_ && difference.tail<3>().norm() < 1e-6) return;
+    if (same_equilibrium(robot_, result.pose, known.result.pose)) return;
   }
   found_.push_back({result, rank});
 }

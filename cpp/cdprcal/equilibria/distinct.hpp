@@ -7,11 +7,13 @@
 
 namespace cdprcal {
 
-/// Collects equilibria; two are the same when they differ by less than 1e-6 of the robot's size
-/// and 1e-6 rad.
+/// Whether two poses differ by less than 1e-6 of the robot's size and 1e-6 rad.
+bool same_equilibrium(const Robot& robot, const Pose& a, const Pose& b);
+
+/// Collects distinct equilibria.
 class DistinctEquilibria {
  public:
-  explicit DistinctEquilibria(const Robot& robot);
+  explicit DistinctEquilibria(const Robot& robot) : robot_(robot) {}
   /// `rank` orders equilibria of equal stability, the lowest first.
   void add(const EquilibriumResult& result, double rank);
   /// Stable ones first, by rank within each half.
@@ -22,7 +24,7 @@ class DistinctEquilibria {
     EquilibriumResult result;
     double rank;
   };
-  double tolerance_m_;
+  const Robot& robot_;
   std::vector<Ranked> found_;
 };
 

@@ -60,12 +60,8 @@ FreeMatrix scaled_free_stiffness(const PlatformState& state, const Matrix6& stif
   return 0.5 * (k + k.transpose());
 }
 
-}  // namespace
-
-bool stable_with_locked_lengths(const PlatformState& state, const Matrix6& stiffness,
-                                double length_scale_m) {
-  FreeMatrix k = scaled_free_stiffness(state, stiffness, twist_scale(length_scale_m));
-  // Cholesky in place: positive definite exactly when every pivot is positive.
+/// Cholesky in place on the lower half: positive definite exactly when every pivot is positive.
+bool positive_definite(FreeMatrix k) {
   const double floor = 1e-12 * k.cwiseAbs().maxCoeff();
   for (Eigen::Index i = 0; i < k.rows(); ++i) {
     if (!(k(i, i) > floor)) return false;
@@ -75,6 +71,18 @@ bool stable_with_locked_lengths(const PlatformState& state, const Matrix6& stiff
     }
   }
   return true;
+}
+
+}  // namespace
+
+bool stable_with_locked_lengths(const PlatformState& state, const Matrix6& stiffness,
+                                double length_scale_m) {
+  return positive_definite(scaled_free_stiffness(state, stiffness, twist_scale(length_scale_m)));
+}
+
+bool stable_with_constant_tensions(const Matrix6& stiffness, double length_scale_m) {
+  const Vector6 scale = twist_scale(length_scale_m);
+  return positive_definite(scale.asDiagonal() * stiffness * scale.asDiagonal());
 }
 
 Stability stability(const Robot& robot, const PlatformState& state, const CableVector& tension_N) {

@@ -19,6 +19,9 @@ enum class EquilibriumStatus {
 
 const char* to_string(EquilibriumStatus status);
 
+/// Preference: 0 for found, then in the order of the list above.
+inline int rank(EquilibriumStatus status) { return static_cast<int>(status); }
+
 /// How firmly an equilibrium holds: smallest eigenvalues of the two stiffnesses [N/m], where a
 /// rotation is measured as the arc at the platform's characteristic length (so both halves of a
 /// twist are metres). Positive means stable.
@@ -36,9 +39,11 @@ struct Stability {
 /// Both notions at a pose that is in balance. Needs a valid state.
 Stability stability(const Robot& robot, const PlatformState& state, const CableVector& tension_N);
 
-/// Whether K_f of eq. A4 is positive definite, without eigenvalues or heap: for hot loops.
+/// Whether K_f of eq. A4, or the whole of `stiffness` (K + Q at the state), is positive definite,
+/// without eigenvalues or heap: for hot loops.
 bool stable_with_locked_lengths(const PlatformState& state, const Matrix6& stiffness,
                                 double length_scale_m);
+bool stable_with_constant_tensions(const Matrix6& stiffness, double length_scale_m);
 
 /// One equilibrium, or the reason why there is none. When status is not_found or invalid_geometry
 /// every number below is NaN: a failure can never be taken for a pose.
