@@ -1,0 +1,123 @@
+#include "cdprcal/acquisition/synthetic.hpp"
+
+#include "cdprcal/equilibria/direct.hpp"
+#include "cdprcal/error.hpp"
+#include "cdprcal/kinematics/platform.hpp"
+
+namespace cdprcal {
+
+std::uint64_t RandomNormal::next() {
+  // SplitMix64 (Steele, Lea, Flood 2014)
+  state_ += 0x9e3779b97f4a7c15ULL;
+  std::uint64_t z = state_;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return z ^ (z >> 31);
+}
+
+double RandomNormal::uniform() {
+  return (static_cast<double>(next() >> 11) + 0.5) * 0x1.0p-53;
+}
+
+double RandomNormal::operator()() {
+  const double radius = std::sqrt(-2.0 * std::log(uniform()));
+  return radius * std::cos(2.0 * kPi * uniform());
+}
+
+ReadingNoise reading_noise(const SensorSigma& sigma, double scale) {
+  return {scale * sigma.length_m, scale * sigma.swivel_rad, scale * sigma.attitude_rad,
+          scale * sigma.attitude_rad, scale * sigma.tension_N};
+}
+
+ReadingOffsets random_offsets(int cable_count, RandomNormal& random) {
+  ReadingOffsets offsets{CableVector(cable_count), CableVector(cable_count), 0.0};
+  for (int i = 0; i < cable_count; ++i) {
+    offsets.length_m[i] = 2.0 * random.uniform() - 1.0;
+    offsets.swivel_rad[i] = (2.0 * random.uniform() - 1.0) * 60.0 * kDegree;
+  }
+  offsets.yaw_rad = (2.0 * random.uniform() - 1.0) * kPi;
+  return offsets;
+}
+
+Measurement synthetic_measurement(const Robot& robot, const Pose& pose,
+                                  const CableVector& tension_N, PoseKind kind,
+                                  const ReadingOffsets& offsets, const ReadingNoise& noise,
+                                  RandomNormal& random) {
+  const PlatformState state = platform_state(robot, pose);
+  if (!state.valid) throw InputError("synthetic measurement: " + describe_invalid(state));
+  Measurement m;
+  m.kind = kind;
+  m.length_m = state.length_m() + offsets.length_m;
+  m.swivel_rad = state.swivel_rad() + offsets.swivel_rad;
+  m.tension_N = tension_N;
+  m.roll_pitch_yaw_rad = euler_from_rotation(state.rotation, robot.euler_convention);
+  m.roll_pitch_yaw_rad[2] += offsets.yaw_rad;
+  for (int i = 0; i < robot.cable_count(); ++i) {
+    m.length_m[i] += noise.length_m * random();
+    m.swivel_rad[i] += noise.swivel_rad * random();
+    m.tension_N[i] += noise.tension_N * random();
+  }
+  m.roll_pitch_yaw_rad[0] += noise.roll_pitch_rad * random();
+  m.roll_pitch_yaw_rad[1] += noise.roll_pitch_rad * random();
+  m.roll_pitch_yaw_rad[2] += noise.yaw_rad * random();
+  return m;
+}
+
+double fifth_degree(double fraction) {
+  const double x = std::min(1.0, std::max(0.0, fraction));
+  return x * x * x * (10.0 + x * (-15.0 + 6.0 * x));
+}
+
+SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& setpoints_N,
+                           const SyntheticLogOptions& options) {
+  if (setpoints_N.empty()) throw InputError("synthetic log: no set-points");
+  if (!(options.rate_Hz > 0.0) || !(options.dwell_s >= 0.0) || !(options.move_s >= 0.0) ||
+      !(options.dwell_s + options.move_s > 0.0)) {
+    throw InputError("synthetic log: rate_Hz, dwell_s and move_s must be positive");
+  }
+  const int n = robot.cable_count();
+  RandomNormal random(options.seed);
+  const ReadingOffsets offsets = random_offsets(n, random);
+  const double period_s = options.dwell_s + options.move_s;
+  const double duration_s = period_s * static_cast<double>(setpoints_N.size()) - options.move_s;
+  const auto samples = static_cast<Eigen::Index>(std::floor(duration_s * options.rate_Hz + 1e-9)) + 1;
+
+  SyntheticLog out;
+  Log& log = out.log;
+  log.source = "synthetic log of " + robot.name;
+  log.time_s.resize(samples);
+  log.length_m.resize(samples, n);
+  log.swivel_rad.resize(samples, n);
+  log.tension_N.resize(samples, n);
+  log.tension_setpoint_N.resize(samples, n);
+  log.roll_pitch_yaw_rad.resize(samples, 3);
+  std::optional<Pose> previous;
+  for (Eigen::Index row = 0; row < samples; ++row) {
+    const double time_s = static_cast<double>(row) / options.rate_Hz;
+    const auto index = std::min(static_cast<std::size_t>(time_s / period_s), setpoints_N.size() - 1);
+    const double into_move = time_s - static_cast<double>(index) * period_s - options.dwell_s;
+    CableVector tension_N = setpoints_N[index];
+    if (into_move > 0.0 && index + 1 < setpoints_N.size()) {
+      tension_N += fifth_degree(into_move / options.move_s) * (setpoints_N[index + 1] - tension_N);
+    }
+    const EquilibriumResult rest = direct_from_tensions(robot, tension_N, previous);
+    if (rest.status != EquilibriumStatus::found) {
+      throw InputError("synthetic log: no stable equilibrium at set-point " +
+                       std::to_string(index + 1) + (into_move > 0.0 ? " (moving on)" : "") + ": " +
+                       rest.reason);
+    }
+    previous = rest.pose;
+    out.poses.push_back(rest.pose);
+    const Measurement m = synthetic_measurement(robot, rest.pose, tension_N, PoseKind::static_pose,
+                                                offsets, options.noise, random);
+    log.time_s[row] = time_s;
+    log.length_m.row(row) = m.length_m;
+    log.swivel_rad.row(row) = m.swivel_rad;
+    log.tension_N.row(row) = m.tension_N;
+    log.tension_setpoint_N.row(row) = tension_N;
+    log.roll_pitch_yaw_rad.row(row) = m.roll_pitch_yaw_rad;
+  }
+  return out;
+}
+
+}  // namespace cdprcal

@@ -1,0 +1,136 @@
+// The whole way from a log to the initial pose, on logs the project makes itself.
+#include <gtest/gtest.h>
+
+#include "cdprcal/calibration/calibrate.hpp"
+#include "cdprcal/calibration/initial_guess.hpp"
+#include "cdprcal/error.hpp"
+#include "scenario.hpp"
+
+namespace cdprcal::test {
+namespace {
+
+SyntheticLog run_of_irma4(double noise_scale, std::uint64_t seed) {
+  const Robot robot = load_robot("irma4");
+  SyntheticLogOptions options;
+  options.noise = reading_noise(robot.sigma, noise_scale);
+  options.seed = seed;
+  return synthetic_log(robot, irma4_setpoints(), options);
+}
+
+TEST(Calibrate, AutomaticOnEveryMethod) {
+  const Robot robot = load_robot("irma4");
+  const SyntheticLog run = run_of_irma4(0.05, 21);
+  for (const Method method : {Method::unified, Method::statics, Method::kinematic}) {
+    for (const Formulation formulation : {Formulation::full, Formulation::paper}) {
+      SCOPED_TRACE(std::string(to_string(method)) + " " + to_string(formulation));
+      CalibrateOptions options;
+      options.method = method;
+      options.formulation = formulation;
+      const Calibration c = calibrate(robot, run.log, options);
+      EXPECT_EQ(c.result.status, CalibrationStatus::converged) << c.result.reason;
+      EXPECT_EQ(c.reference_time_s, run.log.time_s[0]);
+      ASSERT_FALSE(c.result.poses.empty());
+      // σ of the robot file are 20 times the noise: errors are far inside the claim.
+      const Vector6 error = minus(c.result.poses[0], run.poses[0]);
+      EXPECT_LT((error.array() / c.result.standard_deviation.array()).abs().maxCoeff(), 1.0);
+      EXPECT_LT(error.head<3>().norm(), 0.01);
+      if (method != Method::kinematic) {
+        EXPECT_EQ(c.static_poses, 9);
+        EXPECT_EQ(c.equilibria.size(), 9u);
+      }
+      if (method == Method::unified) {
+        EXPECT_GT(c.kinematic_poses, 20);
+      }
+    }
+  }
+}
+
+TEST(Calibrate, PosesByHand) {
+  const Robot robot = load_robot("irma4");
+  const SyntheticLog run = run_of_irma4(0.0, 5);
+  CalibrateOptions options;
+  options.method = Method::statics;
+  options.at_s = {22.0, 2.0, 12.0, 32.04, 42.0, 52.0, 62.0, 72.0, 82.0};
+  const Calibration c = calibrate(robot, run.log, options);
+  EXPECT_EQ(c.result.status, CalibrationStatus::converged) << c.result.reason;
+  EXPECT_EQ(c.reference_time_s, 22.0);
+  EXPECT_LT(minus(c.result.poses[0], run.poses[220]).norm(), 1e-8);
+  EXPECT_LT(minus(c.result.poses[3], run.poses[320]).norm(), 1e-8);
+
+  options.at_s = {2.0, 12.0, 200.0};
+  EXPECT_THROW(calibrate(robot, run.log, options), InputError);
+  options.at_s = {2.0, 12.0, 12.01};
+  EXPECT_THROW(calibrate(robot, run.log, options), InputError);
+}
+
+TEST(Calibrate, RunAfterAGapIsTheLastSegment) {
+  const Robot robot = load_robot("irma4");
+  SyntheticLog run = run_of_irma4(0.0, 5);
+  // The first plateau before, the rest after a gap of a minute: readings stay valid across it.
+  run.log.time_s.tail(run.log.sample_count() - 50).array() += 60.0;
+  CalibrateOptions options;
+  options.method = Method::statics;
+  const Calibration c = calibrate(robot, run.log, options);
+  EXPECT_EQ(c.reference_time_s, run.log.time_s[50]);
+  EXPECT_LT(minus(c.result.poses[0], run.poses[50]).norm(), 1e-3);
+  options.segment = 7;
+  EXPECT_THROW(calibrate(robot, run.log, options), InputError);
+}
+
+TEST(Calibrate, LogOfAnotherRobotIsRefused) {
+  Robot robot = load_robot("irma4");
+  const SyntheticLog run = run_of_irma4(0.0, 5);
+  robot.cables.pop_back();
+  try {
+    calibrate(robot, run.log);
+    FAIL() << "a four-cable log was taken for a three-cable robot";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("4 cables"), std::string::npos) << error.what();
+  }
+}
+
+TEST(Calibrate, WithoutTensions) {
+  const Robot robot = load_robot("irma4");
+  SyntheticLog run = run_of_irma4(0.05, 9);
+  run.log.tension_N.resize(run.log.sample_count(), 0);
+  const Calibration c = calibrate(robot, run.log);
+  EXPECT_EQ(c.result.status, CalibrationStatus::converged) << c.result.reason;
+  EXPECT_LT((c.result.poses[0].position_m - run.poses[0].position_m).norm(), 0.02);
+  CalibrateOptions options;
+  options.method = Method::statics;
+  EXPECT_THROW(calibrate(robot, run.log, options), InputError);
+}
+
+TEST(InitialGuess, PoseFromAbsoluteReadings) {
+  const Robot robot = load_robot("irma4");
+  const Scenario s = scenario(robot, irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
+  for (const Pose& pose : s.truth) {
+    const PlatformState state = platform_state(robot, pose);
+    AbsoluteReadings readings{state.length_m(), state.swivel_rad(),
+                              euler_from_rotation(state.rotation, robot.euler_convention)};
+    const Pose found = estimate_pose(robot, readings, s.truth[0]);
+    EXPECT_LT(minus(found, pose).norm(), 1e-6);
+  }
+}
+
+TEST(InitialGuess, ReferenceFromTensionsIsTheEquilibrium) {
+  const Robot robot = load_robot("irma4");
+  const Scenario s = scenario(robot, irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
+  const auto guesses = reference_guesses(robot, s.problem.measurements[3]);
+  ASSERT_FALSE(guesses.empty());
+  EXPECT_LT(minus(guesses[0], s.truth[3]).norm(), 1e-8);
+}
+
+TEST(Names, RoundTripAndErrors) {
+  for (const Method m : {Method::unified, Method::statics, Method::kinematic}) {
+    EXPECT_EQ(parse_method(to_string(m)), m);
+  }
+  for (const Formulation f : {Formulation::full, Formulation::paper}) {
+    EXPECT_EQ(parse_formulation(to_string(f)), f);
+  }
+  EXPECT_THROW(parse_method("statics"), InputError);
+  EXPECT_THROW(parse_formulation(""), InputError);
+}
+
+}  // namespace
+}  // namespace cdprcal::test

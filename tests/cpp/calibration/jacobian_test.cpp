@@ -1,0 +1,96 @@
+// Every cost function's analytic Jacobian against the shared numeric harness.
+#include <gtest/gtest.h>
+
+#include "../support/numeric_jacobian.hpp"
+#include "../support/random_robot.hpp"
+#include "cdprcal/acquisition/synthetic.hpp"
+#include "cdprcal/calibration/assembly.hpp"
+#include "cdprcal/calibration/pose_manifold.hpp"
+
+namespace cdprcal::test {
+namespace {
+
+/// Three poses of a robot with plausible readings; not equilibria: residuals must not vanish.
+CalibrationProblem problem_at(const RobotPose& at, StaticsModel statics, Rng& rng,
+                              std::vector<Pose>& poses) {
+  CalibrationProblem problem;
+  problem.robot = at.robot;
+  problem.statics = statics;
+  if (statics == StaticsModel::left_inverse) {
+    problem.left_inverse_rows = left_inverse_rows(at.robot.cable_count());
+  }
+  RandomNormal random(rng());
+  const ReadingOffsets offsets = random_offsets(at.robot.cable_count(), random);
+  poses = {random_pose(rng, at.robot), at.pose, random_pose(rng, at.robot)};
+  for (const Pose& pose : poses) {
+    problem.measurements.push_back(synthetic_measurement(
+        at.robot, pose, random_tensions(rng, at.robot), PoseKind::static_pose, offsets,
+        reading_noise(at.robot.sigma), random));
+  }
+  return problem;
+}
+
+Eigen::VectorXd residuals_at(const CalibrationProblem& problem, const std::vector<Pose>& whitened_at,
+                             const std::vector<Pose>& poses) {
+  // Whitening is a constant of a solve: taken where the Jacobian is, not where the residual is.
+  Assembly assembly(problem, whitened_at);
+  assembly.cache().update_wrench_whitening(1.0);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    Eigen::Map<PoseBlock>{assembly.cache().block(i)} = to_block(poses[i]);
+  }
+  Eigen::VectorXd residuals;
+  Eigen::MatrixXd jacobian;
+  assembly.linearise(residuals, jacobian);
+  return residuals;
+}
+
+void check_all(StaticsModel statics, int max_cables) {
+  Rng rng(7);
+  for (const RobotPose& at : derivative_cases(max_cables)) {
+    SCOPED_TRACE(at.label);
+    std::vector<Pose> poses;
+    const CalibrationProblem problem = problem_at(at, statics, rng, poses);
+    Assembly assembly(problem, poses);
+    assembly.cache().update_wrench_whitening(1.0);
+    Eigen::VectorXd residuals;
+    Eigen::MatrixXd jacobian;
+    assembly.linearise(residuals, jacobian);
+    if (!residuals.allFinite() || residuals.cwiseAbs().maxCoeff() > 1e6) continue;  // near singular
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const NumericJacobian numeric = numeric_pose_jacobian(
+          [&](const Pose& moved) {
+            std::vector<Pose> trial = poses;
+            trial[i] = moved;
+            return residuals_at(problem, poses, trial);
+          },
+          poses[i], 1e-3);
+      EXPECT_TRUE(jacobian_matches(
+          jacobian.middleCols(6 * static_cast<Eigen::Index>(i), 6), numeric, 1e-6))
+          << "pose " << i;
+    }
+  }
+}
+
+TEST(CalibrationJacobian, KinematicResiduals) { check_all(StaticsModel::none, kMaxCables); }
+TEST(CalibrationJacobian, WrenchResiduals) { check_all(StaticsModel::wrench, kMaxCables); }
+TEST(CalibrationJacobian, LeftInverseResiduals) { check_all(StaticsModel::left_inverse, 6); }
+
+TEST(PoseManifold, PlusAndMinusAreInverse) {
+  Rng rng(3);
+  const PoseManifold manifold;
+  for (int i = 0; i < 100; ++i) {
+    const Pose pose{uniform_vector(rng, Vector3::Constant(-2), Vector3::Constant(2)),
+                    random_rotation(rng)};
+    Vector6 delta = Vector6::Random() * (i < 50 ? 1.0 : 1e-9);
+    const PoseBlock x = to_block(pose);
+    PoseBlock y;
+    ASSERT_TRUE(manifold.Plus(x.data(), delta.data(), y.data()));
+    EXPECT_NEAR(y.tail<4>().norm(), 1.0, 1e-15);
+    Vector6 back;
+    ASSERT_TRUE(manifold.Minus(y.data(), x.data(), back.data()));
+    EXPECT_LT((back - delta).norm(), 1e-14);
+  }
+}
+
+}  // namespace
+}  // namespace cdprcal::test

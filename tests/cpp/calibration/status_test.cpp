@@ -1,0 +1,87 @@
+// A result that cannot be trusted is never returned as if it could.
+#include <gtest/gtest.h>
+
+#include "cdprcal/error.hpp"
+#include "scenario.hpp"
+
+namespace cdprcal::test {
+namespace {
+
+using ::testing::Test;
+
+TEST(CalibrationStatus, FewerReadingsThanUnknownsIsUnobservable) {
+  Scenario s = scenario(load_robot("irma4"), {irma4_setpoints()[0], irma4_setpoints()[1]},
+                        PoseKind::kinematic_pose, 0.0, 1);
+  s.problem.statics = StaticsModel::none;
+  s.problem.reference_attitude = s.problem.reference_noise = false;
+  const CalibrationResult result = solve(s.problem, s.truth);
+  EXPECT_EQ(result.status, CalibrationStatus::unobservable);
+  EXPECT_NE(result.reason.find("11 equations for 12 unknowns"), std::string::npos)
+      << result.reason;
+  EXPECT_FALSE(result.covariance);
+}
+
+TEST(CalibrationStatus, PosesInOnePlaceAreUnobservable) {
+  // Many readings, all of the same pose: geometry alone says nothing about where it is.
+  const std::vector<CableVector> same(12, irma4_setpoints()[0]);
+  Scenario s = scenario(load_robot("irma4"), same, PoseKind::kinematic_pose, 0.0, 1);
+  s.problem.statics = StaticsModel::none;
+  const CalibrationResult result = solve(s.problem, s.truth);
+  EXPECT_EQ(result.status, CalibrationStatus::unobservable) << result.reason;
+  EXPECT_FALSE(result.covariance);
+}
+
+TEST(CalibrationStatus, ContradictedModelIsNotConverged) {
+  Scenario s =
+      scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
+  for (Measurement& m : s.problem.measurements) m.swivel_rad = -m.swivel_rad;  // encoder signs
+  const CalibrationResult result = solve(s.problem, s.truth);
+  EXPECT_EQ(result.status, CalibrationStatus::not_converged);
+  EXPECT_NE(result.reason.find("swivel"), std::string::npos) << result.reason;
+}
+
+TEST(CalibrationStatus, IterationLimitIsNotConverged) {
+  Scenario s =
+      scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
+  SolveOptions options;
+  options.max_iterations = 1;
+  const CalibrationResult result =
+      solve(s.problem, disturbed(s.truth, 0.2, 10.0 * kDegree, 3), options);
+  EXPECT_EQ(result.status, CalibrationStatus::not_converged);
+  EXPECT_FALSE(result.reason.empty());
+  EXPECT_FALSE(result.covariance);
+}
+
+TEST(CalibrationStatus, StartOutsideTheGeometryIsNotConverged) {
+  Scenario s =
+      scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
+  std::vector<Pose> guess = s.truth;
+  // Anchor 1 on its pulley: no tangent exists.
+  const Cable& cable = s.problem.robot.cables[0];
+  guess[0].position_m = cable.pulley.position_m -
+                        guess[0].rotation_matrix() * cable.platform_anchor_m +
+                        0.5 * cable.pulley.radius_m * cable.pulley.x_axis();
+  const CalibrationResult result = solve(s.problem, guess);
+  EXPECT_EQ(result.status, CalibrationStatus::not_converged);
+  EXPECT_TRUE(result.poses.empty() || std::isfinite(result.cost));
+  EXPECT_FALSE(result.covariance);
+}
+
+TEST(CalibrationStatus, WrongUseThrows) {
+  Scenario s =
+      scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
+  std::vector<Pose> short_guess(s.truth.begin(), s.truth.end() - 1);
+  EXPECT_THROW(solve(s.problem, short_guess), InputError);
+  CalibrationProblem empty;
+  empty.robot = s.problem.robot;
+  EXPECT_THROW(solve(empty, {}), InputError);
+  SolveOptions options;
+  options.graduation = {10.0};
+  EXPECT_THROW(solve(s.problem, s.truth, options), InputError);
+  CalibrationProblem wrong = s.problem;
+  wrong.measurements[2].length_m.resize(3);
+  EXPECT_THROW(solve(wrong, s.truth), InputError);
+}
+
+}  // namespace
+}  // namespace cdprcal::test
