@@ -1,5 +1,5 @@
 // The harness itself: it must find right derivatives, and must not accept wrong or vague ones.
-#include "support/numeric_jacobian.hpp"
+#include "numeric_jacobian.hpp"
 
 namespace cdprcal::test {
 namespace {
