@@ -38,6 +38,7 @@ inline Matrix3 skew(const Vector3& v) {
 
 /// The same angle in (−π, π].
 inline double wrap_angle(double angle_rad) {
+  if (angle_rad > -kPi && angle_rad <= kPi) return angle_rad;
   const double wrapped = std::remainder(angle_rad, 2.0 * kPi);
   return wrapped <= -kPi ? wrapped + 2.0 * kPi : wrapped;
 }

@@ -14,7 +14,8 @@
 namespace cdprcal {
 namespace {
 
-using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using BlockJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor,
+                                    kMaxCables, kMaxCables>;
 
 bool any_finite(const CableVector& values) { return values.array().isFinite().any(); }
 
@@ -30,8 +31,18 @@ ceres::Problem::Options problem_options(ceres::EvaluationCallback* callback) {
   return options;
 }
 
+/// The common unknowns are ζ0 and at most 2n + 1 reference errors.
+constexpr int kMostCommon = 6 + 2 * kMaxCables + 1;
+using PoseByCommon = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMostCommon>;
+
+using RowsByCommon = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor,
+                                   kMaxCables, kMostCommon>;
+
 /// A⁺B for a symmetric A ≥ 0: Cholesky, or the pseudo-inverse when a pose is not fully determined.
-Eigen::MatrixXd solve_psd(const Matrix6& a, const Eigen::MatrixXd& b) {
+PoseByCommon solve_psd(const Matrix6& a, const PoseByCommon& b) {
+  const Eigen::LDLT<Matrix6> ldlt(a);
+  const Vector6 pivots = ldlt.vectorD();
+  if (pivots.minCoeff() > 1e-10 * pivots.maxCoeff()) return ldlt.solve(b);
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(a);
   const Vector6 values = eigen.eigenvalues();
   const double floor = 1e-13 * std::max(values.maxCoeff(), 1e-300);
@@ -177,21 +188,24 @@ int Assembly::common_size() const { return group_offset(yaw + 1); }
 namespace {
 
 /// One residual block with its Jacobians with respect to (ζ0 | ζi | e), evaluated from the cache.
+/// Of fixed capacity: there are several of these for each of perhaps 100,000 poses.
 struct EvaluatedBlock {
-  Eigen::VectorXd residual;
-  std::vector<RowMatrix> by_block;
+  Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxCables, 1> residual;
+  std::array<BlockJacobian, 3> by_block;
+  [[nodiscard]] const BlockJacobian& by_error() const { return by_block[blocks - 1]; }
+  std::size_t blocks = 0;
 };
 
 EvaluatedBlock evaluate_block(const ceres::CostFunction& cost, const double* reference_error) {
   EvaluatedBlock out;
   out.residual.resize(cost.num_residuals());
-  std::vector<const double*> parameters;
-  std::vector<double*> jacobians;
+  const std::array<const double*, 3> parameters{reference_error, reference_error, reference_error};
+  std::array<double*, 3> jacobians{};
   for (const int size : cost.parameter_block_sizes()) {
-    out.by_block.emplace_back(cost.num_residuals(), size);
-    parameters.push_back(reference_error);
+    out.by_block[out.blocks].resize(cost.num_residuals(), size);
+    jacobians[out.blocks] = out.by_block[out.blocks].data();
+    ++out.blocks;
   }
-  for (RowMatrix& jacobian : out.by_block) jacobians.push_back(jacobian.data());
   if (!cost.Evaluate(parameters.data(), out.residual.data(), jacobians.data())) {
     out.residual.setConstant(kNaN);
   }
@@ -205,7 +219,7 @@ ReferenceInformation Assembly::reference_information() {
   const int size = common_size();
   Eigen::MatrixXd common = Eigen::MatrixXd::Zero(size, size);
   Matrix6 own = Matrix6::Zero();
-  Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(6, size);
+  PoseByCommon cross = PoseByCommon::Zero(6, size);
   std::size_t pose = 0;
   ReferenceInformation out;
 
@@ -223,10 +237,10 @@ ReferenceInformation Assembly::reference_information() {
         entry.group == kNoGroup ? nullptr : reference_error_[entry.group].data();
     const EvaluatedBlock block = evaluate_block(*entry.cost, error);
     if (!block.residual.allFinite()) return out;
-    RowMatrix by_common = RowMatrix::Zero(block.residual.size(), size);
+    RowsByCommon by_common = RowsByCommon::Zero(block.residual.size(), size);
     if (entry.group != kNoGroup) {
       by_common.middleCols(group_offset(entry.group), reference_error_[entry.group].size()) =
-          block.by_block.back() * error_is_free_[entry.group].asDiagonal();
+          block.by_error() * error_is_free_[entry.group].asDiagonal();
     }
     if (entry.relative) by_common.leftCols<6>() = block.by_block[0].leftCols<6>();
     if (entry.group == kNoGroup && entry.pose == 0) {
@@ -234,7 +248,7 @@ ReferenceInformation Assembly::reference_information() {
     }
     common.noalias() += by_common.transpose() * by_common;
     if (entry.pose != 0) {
-      const RowMatrix by_own = block.by_block[entry.relative ? 1 : 0].leftCols<6>();
+      const CableJacobian by_own = block.by_block[entry.relative ? 1 : 0].leftCols<6>();
       own.noalias() += by_own.transpose() * by_own;
       cross.noalias() += by_own.transpose() * by_common;
     }
@@ -292,7 +306,7 @@ void Assembly::linearise(Eigen::VectorXd& residuals, Eigen::MatrixXd& jacobian) 
     if (entry.group != kNoGroup) {
       jacobian.block(row, 6 * poses + group_offset(entry.group) - 6, m,
                      reference_error_[entry.group].size()) =
-          block.by_block.back() * error_is_free_[entry.group].asDiagonal();
+          block.by_error() * error_is_free_[entry.group].asDiagonal();
     }
     row += m;
   }
