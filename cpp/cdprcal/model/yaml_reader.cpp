@@ -53,7 +53,8 @@ std::string known_keys_hint(const std::string& key, std::initializer_list<const 
   for (const char* candidate : known) {
     all += (all.empty() ? "" : ", ") + std::string(candidate);
     // Long keys cannot be typing errors, and would make this quadratic in the size of the file.
-    const std::size_t distance = key.size() > 64 ? best_distance : edit_distance(key, candidate);
+    std::size_t distance = key.size() > 64 ? best_distance : edit_distance(key, candidate);
+    if (std::string(candidate).rfind(key + "_", 0) == 0) distance = 0;  // only the unit is missing
     if (distance < best_distance) {
       best_distance = distance;
       best = candidate;
