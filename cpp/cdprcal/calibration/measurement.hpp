@@ -20,6 +20,13 @@ struct Measurement {
   CableVector swivel_rad;
   CableVector tension_N;
   Vector3 roll_pitch_yaw_rad = Vector3::Constant(kNaN);
+
+  // How the pose was reached, for effects that depend on it (effects/).
+  double run_time_s = 0.0;           ///< since the first sample of the run
+  CableVector length_direction;      ///< s in [−1, 1]: +1 after paying out; empty: unknown
+  CableVector swivel_direction;      ///< the same for the swivels; +1 after a positive turn
+  Vector3 attitude_rate_rad_s = Vector3::Zero();  ///< of (roll, pitch, yaw), while moving
+  int samples = 1;                   ///< readings behind the mean
 };
 
 /// The sample at row `index` as a measurement of a robot with `cable_count` cables.

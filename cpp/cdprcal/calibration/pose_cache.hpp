@@ -15,26 +15,6 @@ using PoseBlock = Eigen::Matrix<double, kPoseBlockSize, 1>;
 PoseBlock to_block(const Pose& pose);
 Pose from_block(const double* block);
 
-/// Everything that residuals need at one pose. Jacobians are with respect to a world-frame twist.
-struct PoseEvaluation {
-  bool valid = false;
-  CableVector length_m;
-  CableVector swivel_rad;
-  Vector3 roll_pitch_yaw_rad;
-  CableVector tension_N;   ///< left-inverse statics only
-  Vector6 wrench;          ///< Ξᵀτ* − f, wrench statics only
-  CableJacobian length_by_twist;
-  CableJacobian swivel_by_twist;
-  Eigen::Matrix<double, 3, 6, Eigen::RowMajor> attitude_by_twist;
-  CableJacobian tension_by_twist;
-  Matrix6 wrench_by_twist;
-};
-
-/// Evaluates the models of one pose. `statics` is none for poses that may move.
-void evaluate_pose(const Robot& robot, const Measurement& measurement, const Pose& pose,
-                   StaticsModel statics, const std::vector<WrenchRow>& left_inverse_rows,
-                   bool with_jacobians, PoseEvaluation& out);
-
 /// Holds the parameter blocks and their evaluations. ζ0 is evaluated once a step, however many
 /// residuals refer to it. Residuals therefore are valid only for the state held here.
 class PoseCache final : public ceres::EvaluationCallback {
@@ -62,6 +42,7 @@ class PoseCache final : public ceres::EvaluationCallback {
 
  private:
   const CalibrationProblem& problem_;
+  const Robot robot_;  ///< with the geometry of the effects
   std::vector<PoseBlock> blocks_;
   std::vector<StaticsModel> statics_;
   std::vector<PoseEvaluation> evaluations_;

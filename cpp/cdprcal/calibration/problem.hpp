@@ -6,23 +6,19 @@
 #include <vector>
 
 #include "cdprcal/calibration/measurement.hpp"
+#include "cdprcal/calibration/pose_evaluation.hpp"
+#include "cdprcal/effects/effect.hpp"
 #include "cdprcal/geometry/pose.hpp"
 #include "cdprcal/statics/tension.hpp"
 
 namespace cdprcal {
-
-/// Which statics the static poses obey.
-enum class StaticsModel {
-  none,          ///< j = lσε
-  left_inverse,  ///< eqs 10–12: modelled tensions against measured ones
-  wrench         ///< eq. 6, all six equations: Ξᵀτ* − f against the noise of τ* mapped through Ξᵀ
-};
 
 /// What is modelled and what is free. measurements[0] is the reference: its pose is ζ0.
 struct CalibrationProblem {
   Robot robot;
   std::vector<Measurement> measurements;
   StaticsModel statics = StaticsModel::wrench;
+  ActiveEffects effects;  ///< known effects, held at their values
   std::vector<WrenchRow> left_inverse_rows;  ///< empty: left_inverse_rows(n)
   /// What pose 0 knows by itself, which the paper leaves out: absolute roll and pitch, and (when it
   /// is a static pose) its balance; and the noise of its own readings, which every difference

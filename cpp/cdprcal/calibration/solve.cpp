@@ -243,7 +243,8 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
   for (std::size_t i = 0; i < assembly.cache().size(); ++i) {
     result.poses.push_back(assembly.cache().pose(i));
   }
-  const PlatformState initial = platform_state(problem.robot, result.poses[0]);
+  const PlatformState initial =
+      platform_state(with_effects(problem.robot, problem.effects), result.poses[0]);
   if (!initial.valid || !std::isfinite(result.cost)) {
     if (result.reason.empty()) result.reason = describe_invalid(initial);
     result.poses.clear();

@@ -1,0 +1,41 @@
+// What the model predicts at one pose, with derivatives: the one place where readings come from.
+#pragma once
+
+#include "cdprcal/calibration/measurement.hpp"
+#include "cdprcal/statics/tension.hpp"
+
+namespace cdprcal {
+
+struct ActiveEffect;
+
+/// Which statics the static poses obey.
+enum class StaticsModel {
+  none,          ///< j = lσε
+  left_inverse,  ///< eqs 10–12: modelled tensions against measured ones
+  wrench         ///< eq. 6, all six equations: Ξᵀτ* − f against the noise of τ* mapped through Ξᵀ
+};
+
+/// Everything that residuals need at one pose. Jacobians are with respect to a world-frame twist.
+struct PoseEvaluation {
+  bool valid = false;
+  CableVector length_m;
+  CableVector swivel_rad;
+  Vector3 roll_pitch_yaw_rad;
+  CableVector tension_N;   ///< left-inverse statics only
+  Vector6 wrench;          ///< Ξᵀτ* − f, wrench statics only
+  CableJacobian length_by_twist;
+  CableJacobian swivel_by_twist;
+  Eigen::Matrix<double, 3, 6, Eigen::RowMajor> attitude_by_twist;
+  CableJacobian tension_by_twist;
+  Matrix6 wrench_by_twist;
+};
+
+/// Evaluates the models of one pose. `statics` is none for poses that may move. `robot` has the
+/// geometry of the effects applied already (with_effects); `effects` then add what they do to the
+/// readings. Left-inverse statics know no effects on tensions: eqs 10–12 as they stand.
+void evaluate_pose(const Robot& robot, const Measurement& measurement, const Pose& pose,
+                   StaticsModel statics, const std::vector<WrenchRow>& left_inverse_rows,
+                   const std::vector<ActiveEffect>& effects, bool with_jacobians,
+                   PoseEvaluation& out);
+
+}  // namespace cdprcal

@@ -1,0 +1,117 @@
+// A physical effect that the ideal model leaves out: what it does to the robot and to its readings.
+//
+// An effect is one file in this folder: a class, its EffectInfo and a factory; catalogue.cpp has one
+// row for it. Everything else (calibration, scan, refit, reports, robot file) follows from these.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cdprcal/calibration/pose_evaluation.hpp"
+
+namespace cdprcal {
+
+/// How many numbers a parameter has: 1, n, 3 or n·3 (cable by cable).
+enum class ParameterShape { scalar, per_cable, vector3, per_cable_vector3 };
+
+/// One parameter as people and files see it. Its zero means: the effect is absent (for a stiffness,
+/// see Effect::to_reported).
+struct EffectParameter {
+  const char* name;   ///< with the unit as suffix: "bias_N"
+  const char* unit;   ///< "N", "m", "rad", "1" …
+  ParameterShape shape;
+  double typical;     ///< size to expect, internal units: one σ of the prior
+  double plausible;   ///< largest |value| that is physically believable, internal units
+};
+
+/// Whether a robot keeps the effect from one run to the next.
+enum class EffectScope { robot, run };
+
+struct EffectInfo {
+  const char* name;
+  const char* equation;
+  std::vector<EffectParameter> parameters;
+  EffectScope scope;
+  std::vector<const char*> confused_with;  ///< effects of the catalogue
+  const char* sentence;                    ///< for people: what it is
+  const char* remedy;                      ///< for people: what to do about it on the robot
+  const char* settle;                      ///< what measurement would tell it from its rivals
+};
+
+/// What an effect may look at. `evaluation` holds what the model predicts without effects.
+struct EffectContext {
+  const Robot& robot;
+  const PlatformState& state;
+  const Pose& pose;
+  const Measurement& measurement;
+};
+
+/// Rows of derivative columns: lengths (n), swivels (n), roll pitch yaw (3), wrench (6).
+struct ReadingRows {
+  int cables;
+  [[nodiscard]] int length() const { return 0; }
+  [[nodiscard]] int swivel() const { return cables; }
+  [[nodiscard]] int attitude() const { return 2 * cables; }
+  [[nodiscard]] int wrench() const { return 2 * cables + 3; }
+  [[nodiscard]] int size() const { return 2 * cables + 9; }
+};
+
+using EffectValues = Eigen::VectorXd;
+using EffectColumns = Eigen::Ref<Eigen::MatrixXd>;
+
+class Effect {
+ public:
+  virtual ~Effect() = default;
+  [[nodiscard]] virtual const EffectInfo& info() const = 0;
+  [[nodiscard]] std::string name() const { return info().name; }
+
+  /// Number of internal values on a robot with n cables.
+  [[nodiscard]] int size(int cables) const;
+  /// Prior σ, and plausible bound, of each value.
+  [[nodiscard]] EffectValues typical(int cables) const;
+  [[nodiscard]] EffectValues plausible(int cables) const;
+
+  /// Geometry and inertia: changes the robot itself.
+  virtual void apply(const EffectValues&, Robot&) const {}
+  /// Adds to `tension_N`, which starts as the load cells' readings and shall become the tensions
+  /// at the platform. Effects add up: each looks at the readings, not at one another.
+  virtual void correct_tension(const EffectContext&, const EffectValues&, CableVector&) const {}
+  /// Adds to the predicted readings (and to their derivatives by twist) what the effect does.
+  virtual void add_to_readings(const EffectContext&, const EffectValues&, PoseEvaluation&) const {}
+  /// Derivatives of predicted readings and of the wrench balance with respect to the values,
+  /// ReadingRows × size. Comes zeroed.
+  virtual void columns(const EffectContext&, const EffectValues&, EffectColumns) const = 0;
+
+  /// Internal values ↔ what people and files see. Identity except where zero effect is an infinite
+  /// parameter. `reported_deviation` maps standard deviations at `values`.
+  [[nodiscard]] virtual EffectValues to_reported(const EffectValues& values) const { return values; }
+  [[nodiscard]] virtual EffectValues from_reported(const EffectValues& reported) const {
+    return reported;
+  }
+  [[nodiscard]] virtual EffectValues reported_deviation(const EffectValues&,
+                                                        const EffectValues& deviation) const {
+    return deviation;
+  }
+  /// Whether readings can show it at all: some effects need readings while the platform moves.
+  [[nodiscard]] virtual bool needs_motion() const { return false; }
+};
+
+/// An effect with its internal values, as part of a model.
+struct ActiveEffect {
+  std::shared_ptr<const Effect> effect;
+  EffectValues values;
+};
+using ActiveEffects = std::vector<ActiveEffect>;
+
+/// The robot with the geometry and inertia changes of all effects.
+Robot with_effects(const Robot& robot, const ActiveEffects& effects);
+
+/// ∂(Ξᵀτ)/∂θ for tensions that change by `tension_by_value` (n × p).
+inline Eigen::MatrixXd wrench_by_tension(const PlatformState& state,
+                                         const Eigen::MatrixXd& tension_by_value) {
+  return structure_matrix(state) * tension_by_value;
+}
+
+}  // namespace cdprcal
