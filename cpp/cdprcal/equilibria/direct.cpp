@@ -90,12 +90,20 @@ class TensionProblem {
         search_pose(robot_, start, search_bounds(robot_), objective, search);
     evaluations_ += found.evaluations;
     if (found.at_bound) {
-      result.reason = "the potential has no minimum below the pulleys: these tensions do not hold "
-                      "the platform (it sinks, or is pulled into a pulley)";
+      result.reason = "the platform sinks without end: these tensions do not hold it";
       return failure(result);
     }
     result = newton(found.pose);
-    if (!result.balanced() && !found.finished) result.reason += "; " + found.message;
+    if (!result.balanced()) {
+      const int close = cable_at_pulley(found.pose);
+      if (close > 0) {
+        result.status = EquilibriumStatus::not_found;
+        result.reason = "the platform is drawn into the pulley of cable " + std::to_string(close) +
+                        ": its tension is too strong for the others and the weight";
+      } else if (!found.finished) {
+        result.reason += "; " + found.message;
+      }
+    }
     return result;
   }
 
@@ -117,6 +125,18 @@ class TensionProblem {
     if (!result.stable) result.reason = "the potential has a saddle or a maximum here";
     result.evaluations = evaluations_;
     return result;
+  }
+
+  /// Number (from 1) of a cable with next to no free length left; 0: none.
+  int cable_at_pulley(const Pose& pose) const {
+    const PlatformState state = platform_state(robot_, pose);
+    for (int i = 0; i < state.cable_count; ++i) {
+      const CableState& cable = state.cable[i];
+      if (cable.status != CableStatus::ok || cable.free_length_m < 0.1 * step_limit_m_) {
+        return i + 1;
+      }
+    }
+    return 0;
   }
 
   EquilibriumResult failure(const EquilibriumResult& why) const {

@@ -67,6 +67,11 @@ class LengthProblem {
     const PoseSearchResult found =
         search_pose(robot_, start, search_bounds(robot_), objective, search);
     evaluations_ += found.evaluations;
+    const PlatformState state = platform_state(robot_, found.pose);
+    if (state.valid && (state.length_m() - target_m_).maxCoeff() > 1e-3 * size_m_) {
+      return failure(EquilibriumStatus::not_found,
+                     "the cables are too short: no pose is within the reach of all of them");
+    }
     if (!found.finished) return failure(EquilibriumStatus::not_found, found.message);
     return polish(found.pose, true);
   }
@@ -149,7 +154,11 @@ class LengthProblem {
         kkt.block<6, 1>(0, 6 + k) = structure.col(active[k]);
         kkt.block<1, 6>(6 + k, 0) = structure.col(active[k]).transpose();
       }
-      const KktVector move = -Eigen::PartialPivLU<KktMatrix>(kkt).solve(residual);
+      KktVector move = -Eigen::PartialPivLU<KktMatrix>(kkt).solve(residual);
+      if (!move.allFinite() || move.head<6>().norm() > 1e6 * size_m_) {
+        // A neutral motion, such as the spin of a platform on one cable: take the shortest step.
+        move = -Eigen::CompleteOrthogonalDecomposition<KktMatrix>(kkt).solve(residual);
+      }
       if (!move.allFinite()) break;
       const double size =
           std::max({1.0, move.head<3>().norm() / (0.2 * size_m_), move.segment<3>(3).norm() / 0.5});
