@@ -36,6 +36,7 @@ TensionModel tensions_left_inverse(const Robot& robot, const PlatformState& stat
     throw InputError("the left inverse needs as many wrench rows as cables");
   }
   TensionModel model;
+  if (!state.valid) return model;
   const Vector3 angles = euler_from_rotation(state.rotation, robot.euler_convention);
   const EulerRateDerivative rates = euler_rate_derivative(angles, robot.euler_convention);
   const WrenchMatrix structure = structure_matrix(state);
@@ -90,7 +91,7 @@ double characteristic_length_m(const Robot& robot) {
 TensionModel tensions_least_squares(const Robot& robot, const PlatformState& state) {
   const int n = state.cable_count;
   TensionModel model;
-  if (n > 6) return model;
+  if (n > 6 || !state.valid) return model;
   Vector6 scale;
   scale << Vector3::Ones(), Vector3::Constant(1.0 / characteristic_length_m(robot));
   const WrenchMatrix a = scale.asDiagonal() * structure_matrix(state);

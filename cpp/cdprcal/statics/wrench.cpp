@@ -1,6 +1,7 @@
 #include "cdprcal/statics/wrench.hpp"
 
 #include <Eigen/SVD>
+#include <algorithm>
 
 namespace cdprcal {
 
@@ -47,6 +48,9 @@ Matrix6 stiffness(const Robot& robot, const PlatformState& state, const CableVec
 }
 
 Eigen::MatrixXd free_motion_basis(const PlatformState& state) {
+  if (!state.valid) {  // a decomposition of NaN would return memory that nobody wrote
+    return Eigen::MatrixXd::Constant(6, std::max(0, 6 - state.cable_count), kNaN);
+  }
   const Eigen::MatrixXd lengths = length_jacobian(state);
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(lengths, Eigen::ComputeFullV);
   const Eigen::Index rank = svd.rank();

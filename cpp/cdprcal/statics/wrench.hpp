@@ -1,4 +1,5 @@
 // Static balance of the platform (paper eqs 6, 7) and its derivatives: the stiffness of eq. A5.
+// At a state that is not valid (a cable without a tangent) the results are NaN.
 #pragma once
 
 #include "cdprcal/kinematics/platform.hpp"

@@ -199,6 +199,30 @@ TEST(Log, AGapOfMoreThanTwoSecondsStartsASegment) {
   EXPECT_TRUE(segments(Log{}).empty());
 }
 
+TEST(Log, RandomDamageIsRefusedOrReadNeverAnythingElse) {
+  test::Rng rng(84);
+  const std::string text = format_log(random_log(rng, 20, 4));
+  int refused = 0;
+  for (int i = 0; i < 5000; ++i) {
+    std::string damaged = text;
+    for (std::uint64_t n = 1 + rng() % 3; n > 0; --n) {
+      const std::size_t at = rng() % damaged.size();
+      switch (rng() % 3) {
+        case 0: damaged[at] = static_cast<char>(rng() % 256); break;
+        case 1: damaged.erase(at, 1 + rng() % 20); break;
+        default: damaged.insert(at, damaged.substr(rng() % damaged.size(), 1 + rng() % 20));
+      }
+    }
+    try {
+      validate(parse_log(damaged, "damaged"));
+    } catch (const InputError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 1000);
+  EXPECT_LT(refused, 5000);  // a changed digit is still a log
+}
+
 TEST(Log, AnHourAt100HzReadsInWellUnderASecond) {
   test::Rng rng(83);
   Log hour;

@@ -161,6 +161,24 @@ TEST(LeastSquares, UndefinedForRedundantOrCoincidentCables) {
                    .valid);
 }
 
+TEST(Tension, NoCableTangentNoTensionsAndNoStiffness) {
+  const Robot robot = load_robot("irma4");
+  const Cable& first = robot.cables[0];
+  const Pose inside{first.pulley.position_m + 0.03 * first.pulley.x_axis() -
+                        first.platform_anchor_m,
+                    Eigen::Quaterniond::Identity()};
+  const PlatformState state = platform_state(robot, inside);
+  ASSERT_FALSE(state.valid);
+  EXPECT_FALSE(tensions_left_inverse(robot, state, left_inverse_rows(4)).valid);
+  EXPECT_FALSE(tensions_least_squares(robot, state).valid);
+  const CableVector tension = CableVector::Constant(4, 50.0);
+  EXPECT_FALSE(wrench_residual(robot, state, tension).allFinite());
+  EXPECT_FALSE(stiffness(robot, state, tension).allFinite());
+  const Eigen::MatrixXd free = free_motion_stiffness(robot, state, tension);
+  EXPECT_EQ(free.rows(), 2);
+  EXPECT_TRUE(free.array().isNaN().all());
+}
+
 TEST(CharacteristicLength, IsTheRmsAnchorDistanceFromTheCentreOfMass) {
   const Robot robot = load_robot("irma4");
   EXPECT_NEAR(characteristic_length_m(robot),
