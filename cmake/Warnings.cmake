@@ -9,7 +9,6 @@ target_compile_options(
     -Wextra
     -Wpedantic
     -Wconversion # without -Wsign-conversion: Eigen's indices are signed, the standard library's are not
-    -Wdouble-promotion
     -Wshadow
     -Wcast-qual
     -Wnon-virtual-dtor
