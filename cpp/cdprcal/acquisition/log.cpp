@@ -148,7 +148,8 @@ class LogParser {
       fail_in(column, shown(cell) + " is beyond double precision");
     }
     if (status != std::errc{} || stop != digits.data() + digits.size()) {
-      fail_in(column, shown(cell) + " is not a number; leave the cell empty where nothing was read");
+      fail_in(column,
+              shown(cell) + " is not a number; leave the cell empty where nothing was read");
     }
     if (std::isinf(value)) {
       fail_in(column, "infinite; leave the cell empty where nothing was read");
@@ -207,8 +208,8 @@ class LogParser {
 }  // namespace
 
 int Log::cable_count() const {
-  return static_cast<int>(std::max(
-      {length_m.cols(), swivel_rad.cols(), tension_N.cols(), tension_setpoint_N.cols()}));
+  return static_cast<int>(
+      std::max({length_m.cols(), swivel_rad.cols(), tension_N.cols(), tension_setpoint_N.cols()}));
 }
 
 Log parse_log(const std::string& text, const std::string& source) {
@@ -282,10 +283,10 @@ void validate(const Log& log) {
     const bool attitude = group == LogColumn::Group::attitude;
     const Index width = attitude ? 3 : cables;
     if (matrix.cols() != width || matrix.rows() != samples) {
-      throw InputError(source + ": " + name + ": has shape " + std::to_string(matrix.rows()) +
-                       "×" + std::to_string(matrix.cols()) + ", expected " +
-                       std::to_string(samples) + "×" + std::to_string(width) +
-                       " (samples × " + (attitude ? "roll, pitch, yaw" : "cables") + ")");
+      throw InputError(source + ": " + name + ": has shape " + std::to_string(matrix.rows()) + "×" +
+                       std::to_string(matrix.cols()) + ", expected " + std::to_string(samples) +
+                       "×" + std::to_string(width) + " (samples × " +
+                       (attitude ? "roll, pitch, yaw" : "cables") + ")");
     }
     if (matrix.array().isInf().any()) {
       throw InputError(source + ": " + name + ": holds infinities; NaN stands for an absent value");

@@ -13,13 +13,13 @@ using LogMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::R
 /// One row a sample. A matrix without columns, or NaN in a cell: that sensor is absent (there).
 /// Lengths, swivels and yaw carry unknown constant offsets; roll, pitch and tension are absolute.
 struct Log {
-  std::string source;              ///< what messages call it
-  Eigen::VectorXd time_s;          ///< [N], strictly increasing
-  LogMatrix length_m;              ///< [N, n] or [N, 0]
-  LogMatrix swivel_rad;            ///< [N, n] or [N, 0]
-  LogMatrix tension_N;             ///< [N, n] or [N, 0]
-  LogMatrix tension_setpoint_N;    ///< [N, n] or [N, 0]
-  LogMatrix roll_pitch_yaw_rad;    ///< [N, 3], NaN columns where absent; or [N, 0]
+  std::string source;            ///< what messages call it
+  Eigen::VectorXd time_s;        ///< [N], strictly increasing
+  LogMatrix length_m;            ///< [N, n] or [N, 0]
+  LogMatrix swivel_rad;          ///< [N, n] or [N, 0]
+  LogMatrix tension_N;           ///< [N, n] or [N, 0]
+  LogMatrix tension_setpoint_N;  ///< [N, n] or [N, 0]
+  LogMatrix roll_pitch_yaw_rad;  ///< [N, 3], NaN columns where absent; or [N, 0]
 
   [[nodiscard]] Eigen::Index sample_count() const { return time_s.size(); }
   /// Number of cables: the width of the widest per-cable group.

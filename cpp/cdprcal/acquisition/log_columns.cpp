@@ -18,11 +18,11 @@ struct CableGroup {
   std::string_view after;
 };
 
-constexpr std::array<CableGroup, 4> kCableGroups{{{Group::length, "length_", "_m"},
-                                                  {Group::swivel, "swivel_", "_rad"},
-                                                  {Group::tension, "tension_", "_N"},
-                                                  {Group::tension_setpoint, "tension_setpoint_",
-                                                   "_N"}}};
+constexpr std::array<CableGroup, 4> kCableGroups{
+    {{Group::length, "length_", "_m"},
+     {Group::swivel, "swivel_", "_rad"},
+     {Group::tension, "tension_", "_N"},
+     {Group::tension_setpoint, "tension_setpoint_", "_N"}}};
 constexpr std::array<const char*, 3> kAttitude{"roll_rad", "pitch_rad", "yaw_rad"};
 
 const CableGroup& cable_group(Group group) {
@@ -61,18 +61,18 @@ LogColumn parse_column(std::string_view name, const std::string& place) {
     }
     return {g.group, cable - 1};
   }
-  const std::string hint = name.find(';') != std::string_view::npos
-                               ? "columns must be separated by commas"
-                               : "known are time_s, length_1_m, swivel_1_rad, tension_1_N, "
-                                 "tension_setpoint_1_N (…one a cable), roll_rad, pitch_rad, yaw_rad";
+  const std::string hint =
+      name.find(';') != std::string_view::npos
+          ? "columns must be separated by commas"
+          : "known are time_s, length_1_m, swivel_1_rad, tension_1_N, "
+            "tension_setpoint_1_N (…one a cable), roll_rad, pitch_rad, yaw_rad";
   throw InputError(place + ": column '" + std::string(name.substr(0, 40)) + "': unknown; " + hint);
 }
 
 void check_groups(const std::vector<LogColumn>& columns, const std::string& place) {
   const auto has = [&](Group group, Index index) {
-    return std::any_of(columns.begin(), columns.end(), [&](const LogColumn& c) {
-      return c.group == group && c.index == index;
-    });
+    return std::any_of(columns.begin(), columns.end(),
+                       [&](const LogColumn& c) { return c.group == group && c.index == index; });
   };
   if (!has(Group::time, 0)) throw InputError(place + ": column time_s: is missing");
   Index cables = 0;
@@ -87,8 +87,8 @@ void check_groups(const std::vector<LogColumn>& columns, const std::string& plac
     if (c.group == Group::time || c.group == Group::attitude) continue;
     for (Index i = 0; i < cables; ++i) {
       if (has(c.group, i)) continue;
-      throw InputError(place + ": column " + LogColumn{c.group, i}.name() + ": is missing, though " +
-                       widest.name() +
+      throw InputError(place + ": column " + LogColumn{c.group, i}.name() +
+                       ": is missing, though " + widest.name() +
                        " is there; leave its cells empty if that sensor does not exist");
     }
   }
@@ -123,8 +123,8 @@ std::vector<LogColumn> parse_log_header(std::string_view line, const std::string
 
 std::vector<LogColumn> columns_of(const Log& log) {
   std::vector<LogColumn> columns{{Group::time, 0}};
-  for (const Group group : {Group::length, Group::swivel, Group::tension, Group::attitude,
-                            Group::tension_setpoint}) {
+  for (const Group group :
+       {Group::length, Group::swivel, Group::tension, Group::attitude, Group::tension_setpoint}) {
     for (Index i = 0; i < log_group(log, group).cols(); ++i) columns.push_back({group, i});
   }
   return columns;
@@ -138,12 +138,18 @@ Index group_width(const std::vector<LogColumn>& columns, Group group) {
 
 const LogMatrix& log_group(const Log& log, Group group) {
   switch (group) {
-    case Group::length: return log.length_m;
-    case Group::swivel: return log.swivel_rad;
-    case Group::tension: return log.tension_N;
-    case Group::tension_setpoint: return log.tension_setpoint_N;
-    case Group::attitude: return log.roll_pitch_yaw_rad;
-    case Group::time: break;
+    case Group::length:
+      return log.length_m;
+    case Group::swivel:
+      return log.swivel_rad;
+    case Group::tension:
+      return log.tension_N;
+    case Group::tension_setpoint:
+      return log.tension_setpoint_N;
+    case Group::attitude:
+      return log.roll_pitch_yaw_rad;
+    case Group::time:
+      break;
   }
   throw std::logic_error("time is not a matrix");
 }

@@ -18,14 +18,15 @@ EulerConvention parse_euler_convention(const std::string& name);
 std::string to_string(EulerConvention convention);
 
 /// (roll, pitch, yaw) [rad] → R_world_platform.
-Eigen::Quaterniond rotation_from_euler(const Vector3& roll_pitch_yaw_rad, EulerConvention convention);
+Eigen::Quaterniond rotation_from_euler(const Vector3& roll_pitch_yaw_rad,
+                                       EulerConvention convention);
 
 /// R_world_platform → (roll, pitch, yaw) [rad]: the middle angle in [−π/2, π/2].
 /// At ±π/2 (gimbal lock) the last angle is returned as 0.
 Vector3 euler_from_rotation(const Matrix3& rotation, EulerConvention convention);
 
-/// H of ω_world = H · (roll rate, pitch rate, yaw rate): column a is the axis that angle a turns about.
-/// Its inverse is ∂(roll, pitch, yaw)/∂δθ; singular at gimbal lock.
+/// H of ω_world = H · (roll rate, pitch rate, yaw rate): column a is the axis that angle a turns
+/// about. Its inverse is ∂(roll, pitch, yaw)/∂δθ; singular at gimbal lock.
 Matrix3 euler_rate_matrix(const Vector3& roll_pitch_yaw_rad, EulerConvention convention);
 
 /// H and ∂H/∂δθ: derivative[j] = ∂(column j of H)/∂δθ (3×3).

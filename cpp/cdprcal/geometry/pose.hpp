@@ -30,7 +30,8 @@ Vector6 minus(const Pose& to, const Pose& from);
 
 /// Geodesic angle [rad] between two orientations.
 double rotation_distance_rad(const Pose& a, const Pose& b);
-/// |α_a − α_b| [rad], paper eq. 20. Not a distance between rotations; kept to compare with the paper.
+/// |α_a − α_b| [rad], paper eq. 20. Not a distance between rotations; kept to compare with the
+/// paper.
 double rotation_angle_difference_rad(const Pose& a, const Pose& b);
 
 /// Nearest rotation (least squares) to a 3×3 matrix; throws InputError when R Rᵀ is farther than

@@ -41,14 +41,15 @@ CableState cable_state(const Pulley& pulley, const Vector3& q_world_m) {
   const double cos_tangency = (r * v_u - s.free_length_m * q_k) / distance_squared;
   const double sin_tangency = (r * q_k + s.free_length_m * v_u) / distance_squared;
   s.tangency_rad = std::atan2(sin_tangency, cos_tangency);
-  s.length_m = s.free_length_m + r * (kPi - s.tangency_rad);  // eq. 5
+  s.length_m = s.free_length_m + r * (kPi - s.tangency_rad);                        // eq. 5
   s.contact = cos_tangency * s.radial + sin_tangency * pulley.axes_world.col(2);    // eq. 1
   s.direction = sin_tangency * s.radial - cos_tangency * pulley.axes_world.col(2);  // eq. 1
   return s;
 }
 
 Matrix3 direction_by_q(const CableState& s) {
-  // T of eq. A5 with sin ψ = u·t in place of ‖u × n‖: the same for ψ in (0, π), right beyond it too.
+  // T of eq. A5 with sin ψ = u·t in place of ‖u × n‖: the same for ψ in (0, π), right beyond it
+  // too.
   const double sin_tangency = s.radial.dot(s.direction);
   return (sin_tangency / s.radial_distance_m) * s.groove_normal * s.groove_normal.transpose() +
          (1.0 / s.free_length_m) * s.contact * s.contact.transpose();
@@ -70,9 +71,12 @@ CableDerivatives cable_derivatives(const Pulley& pulley, const CableState& s) {
 
 const char* to_string(CableStatus status) {
   switch (status) {
-    case CableStatus::ok: return "ok";
-    case CableStatus::anchor_inside_pulley: return "the platform anchor is inside the pulley";
-    case CableStatus::anchor_on_swivel_axis: return "the platform anchor is on the swivel axis";
+    case CableStatus::ok:
+      return "ok";
+    case CableStatus::anchor_inside_pulley:
+      return "the platform anchor is inside the pulley";
+    case CableStatus::anchor_on_swivel_axis:
+      return "the platform anchor is on the swivel axis";
   }
   return "unknown";
 }

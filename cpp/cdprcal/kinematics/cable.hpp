@@ -14,23 +14,23 @@ enum class CableStatus {
 /// Zero-order kinematics. Vectors are unit vectors in world axes. NaN unless status is ok.
 struct CableState {
   CableStatus status = CableStatus::ok;
-  double length_m = 0.0;        ///< l, eq. 5: free part plus the arc on the pulley
-  double swivel_rad = 0.0;      ///< σ, eq. 2
-  double tangency_rad = 0.0;    ///< ψ, eq. 4
-  double free_length_m = 0.0;   ///< ‖ρ‖
+  double length_m = 0.0;           ///< l, eq. 5: free part plus the arc on the pulley
+  double swivel_rad = 0.0;         ///< σ, eq. 2
+  double tangency_rad = 0.0;       ///< ψ, eq. 4
+  double free_length_m = 0.0;      ///< ‖ρ‖
   double radial_distance_m = 0.0;  ///< u·q
-  Vector3 radial;               ///< u: from D to the pulley centre C
-  Vector3 groove_normal;        ///< w = k × u
-  Vector3 contact;              ///< n: from C to B, where the cable leaves
-  Vector3 direction;            ///< t: along the cable, from B to the platform
+  Vector3 radial;                  ///< u: from D to the pulley centre C
+  Vector3 groove_normal;           ///< w = k × u
+  Vector3 contact;                 ///< n: from C to B, where the cable leaves
+  Vector3 direction;               ///< t: along the cable, from B to the platform
 };
 
 /// First derivatives with respect to q [m] and to the pulley radius [m].
 struct CableDerivatives {
-  Vector3 length_by_q;        ///< t
-  Vector3 swivel_by_q;        ///< w / (u·q)
-  Vector3 tangency_by_q;      ///< n / ‖ρ‖
-  Matrix3 direction_by_q;     ///< T of eq. A5: also the Hessian of the length
+  Vector3 length_by_q;     ///< t
+  Vector3 swivel_by_q;     ///< w / (u·q)
+  Vector3 tangency_by_q;   ///< n / ‖ρ‖
+  Matrix3 direction_by_q;  ///< T of eq. A5: also the Hessian of the length
   double length_by_radius = 0.0;
   double tangency_by_radius = 0.0;
   Vector3 direction_by_radius;  ///< the swivel angle does not depend on the radius

@@ -10,9 +10,9 @@ namespace cdprcal {
 
 /// Inverse kinematics at one pose (eqs 2–5 for every cable).
 struct PlatformState {
-  bool valid = false;            ///< every cable's status is ok
+  bool valid = false;  ///< every cable's status is ok
   int cable_count = 0;
-  Matrix3 rotation;              ///< R_world_platform
+  Matrix3 rotation;                              ///< R_world_platform
   std::array<Vector3, kMaxCables> anchor_arm_m;  ///< R a′: from P to A, world axes
   Vector3 centre_of_mass_arm_m;                  ///< R s′: from P to G, world axes
   std::array<CableState, kMaxCables> cable;

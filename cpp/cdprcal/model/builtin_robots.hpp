@@ -11,7 +11,8 @@ struct BuiltinRobot {
 };
 
 /// The four-cable prototype of paper Table I; mass, centre of mass and sigma from paper §4.
-inline constexpr const char* kIrma4Yaml = R"(# Four-cable underactuated robot of Zoffoli, Idà, Carricato, Robotica 43 (2025), Table I.
+inline constexpr const char* kIrma4Yaml =
+    R"(# Four-cable underactuated robot of Zoffoli, Idà, Carricato, Robotica 43 (2025), Table I.
 name: irma4
 gravity_m_s2: 9.81
 platform:

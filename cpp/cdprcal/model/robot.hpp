@@ -11,9 +11,9 @@ namespace cdprcal {
 
 /// Swivel pulley: the groove is tangent to the swivel axis at D (paper Fig. 1).
 struct Pulley {
-  double radius_m = 0.0;                        ///< r; 0 is a plain eyelet
-  Vector3 position_m = Vector3::Zero();         ///< d: point D in the world
-  Matrix3 axes_world = Matrix3::Identity();     ///< columns i (x_axis), j, k (swivel_axis); j = k × i
+  double radius_m = 0.0;                     ///< r; 0 is a plain eyelet
+  Vector3 position_m = Vector3::Zero();      ///< d: point D in the world
+  Matrix3 axes_world = Matrix3::Identity();  ///< columns i (x_axis), j, k (swivel_axis); j = k × i
 
   [[nodiscard]] Vector3 x_axis() const { return axes_world.col(0); }
   [[nodiscard]] Vector3 y_axis() const { return axes_world.col(1); }
@@ -63,7 +63,8 @@ struct Robot {
 /// Checks every field (finite, positive, consistent), makes the pulley axes orthonormal (x_axis is
 /// turned to be exactly perpendicular to swivel_axis; more than 1e-3 off is an error) and derives
 /// the defaults that depend on others. Finalising twice changes no bit.
-/// Throws InputError naming the field. The robot-file reader calls it; call it after editing by hand.
+/// Throws InputError naming the field. The robot-file reader calls it; call it after editing by
+/// hand.
 void finalise(Robot& robot);
 
 }  // namespace cdprcal

@@ -110,7 +110,8 @@ std::string double_quoted(const std::string& text) {
 /// degrees), radians otherwise.
 std::string angle_entry(const std::string& name, double angle_rad) {
   const double nearest = angle_rad / kDegree;
-  for (const double degrees : {nearest, std::nextafter(nearest, 0.0), std::nextafter(nearest, 1e9)}) {
+  for (const double degrees :
+       {nearest, std::nextafter(nearest, 0.0), std::nextafter(nearest, 1e9)}) {
     if (degrees * kDegree == angle_rad) return name + "_deg: " + shortest(degrees);
   }
   return name + "_rad: " + shortest(angle_rad);
@@ -136,8 +137,8 @@ std::string sigma_entry(const Robot& robot) {
 
 Robot parse_robot(const std::string& yaml_text, const std::string& source) {
   const YamlField document = YamlField::parse_document(yaml_text, source);
-  const YamlMapping map(document, {"name", "gravity_m_s2", "platform", "cables",
-                                   "tension_limits_N", "sensors"});
+  const YamlMapping map(
+      document, {"name", "gravity_m_s2", "platform", "cables", "tension_limits_N", "sensors"});
   Robot robot;
   robot.name = map.require("name").text();
   robot.gravity_m_s2 = map.number_or("gravity_m_s2", robot.gravity_m_s2);
@@ -171,8 +172,8 @@ std::string builtin_robot_yaml(const std::string& name) {
   for (const std::string& builtin : builtin_robot_names()) {
     known += (known.empty() ? "" : ", ") + builtin;
   }
-  throw InputError("robot '" + name + "': neither a file nor a built-in robot (built in: " +
-                   known + ")");
+  throw InputError("robot '" + name + "': neither a file nor a built-in robot (built in: " + known +
+                   ")");
 }
 
 Robot load_robot(const std::string& name_or_path) {

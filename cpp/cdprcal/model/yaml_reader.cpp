@@ -66,17 +66,22 @@ std::string known_keys_hint(const std::string& key, std::initializer_list<const 
 /// .inf and .nan of YAML 1.2, which from_chars does not know.
 bool is_yaml_infinity(const std::string& scalar) {
   const std::string word = scalar.substr(scalar.find_first_not_of("+-") == 1 ? 1 : 0);
-  return word == ".inf" || word == ".Inf" || word == ".INF" || word == ".nan" ||
-         word == ".NaN" || word == ".NAN";
+  return word == ".inf" || word == ".Inf" || word == ".INF" || word == ".nan" || word == ".NaN" ||
+         word == ".NAN";
 }
 
 const char* kind_of(const YAML::Node& node) {
   switch (node.Type()) {
-    case YAML::NodeType::Null: return "empty";
-    case YAML::NodeType::Scalar: return "a single value";
-    case YAML::NodeType::Sequence: return "a list";
-    case YAML::NodeType::Map: return "a mapping";
-    default: return "undefined";
+    case YAML::NodeType::Null:
+      return "empty";
+    case YAML::NodeType::Scalar:
+      return "a single value";
+    case YAML::NodeType::Sequence:
+      return "a list";
+    case YAML::NodeType::Map:
+      return "a mapping";
+    default:
+      return "undefined";
   }
 }
 
@@ -120,8 +125,7 @@ YamlField YamlField::parse_document(const std::string& text, const std::string& 
 }
 
 void YamlField::fail(const std::string& problem) const {
-  throw InputError(place(document_->source, mark_) + (path_.empty() ? "" : path_ + ": ") +
-                   problem);
+  throw InputError(place(document_->source, mark_) + (path_.empty() ? "" : path_ + ": ") + problem);
 }
 
 void YamlField::fail_at(const std::string& path, const std::string& problem) const {
@@ -149,9 +153,9 @@ double YamlField::number() const {
   if (scalar.size() > 1 && scalar[0] == '+' && scalar[1] != '-') ++begin;
   double value = 0.0;
   const auto [stop, status] = std::from_chars(begin, end, value);
-  if (status == std::errc::result_out_of_range) fail(quoted(scalar) + " is beyond double precision");
-  if (is_yaml_infinity(scalar) ||
-      (stop == end && status == std::errc{} && !std::isfinite(value))) {
+  if (status == std::errc::result_out_of_range)
+    fail(quoted(scalar) + " is beyond double precision");
+  if (is_yaml_infinity(scalar) || (stop == end && status == std::errc{} && !std::isfinite(value))) {
     fail("must be a finite number, not " + scalar);
   }
   if (status != std::errc{} || stop != end) fail("must be a number, not " + quoted(scalar));
@@ -207,8 +211,8 @@ YamlMapping::YamlMapping(YamlField field, std::initializer_list<const char*> kno
     const YAML::Node& key = entry.first;
     if (!key.IsScalar()) field_.at(key, "").fail("a key must be text");
     const std::string& name = key.Scalar();
-    const bool known = std::any_of(known_keys.begin(), known_keys.end(),
-                                   [&](const char* k) { return name == k; });
+    const bool known =
+        std::any_of(known_keys.begin(), known_keys.end(), [&](const char* k) { return name == k; });
     if (!known) {
       field_.at(key, shown(name)).fail("unknown key" + known_keys_hint(name, known_keys));
     }

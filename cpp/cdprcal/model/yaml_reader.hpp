@@ -25,11 +25,11 @@ class YamlField {
   /// nested too deeply, not YAML, or more than one document.
   static YamlField parse_document(const std::string& text, const std::string& source);
 
-  [[nodiscard]] double number() const;          ///< finite
-  [[nodiscard]] std::string text() const;       ///< any scalar but null
+  [[nodiscard]] double number() const;     ///< finite
+  [[nodiscard]] std::string text() const;  ///< any scalar but null
   [[nodiscard]] std::vector<double> numbers(std::size_t count) const;
   [[nodiscard]] Vector3 vector3() const;
-  [[nodiscard]] Matrix3 matrix3() const;        ///< a list of three rows of three
+  [[nodiscard]] Matrix3 matrix3() const;  ///< a list of three rows of three
   /// Items of a list; item i is called "path[#i+1]".
   [[nodiscard]] std::vector<YamlField> items() const;
 

@@ -103,8 +103,7 @@ TensionModel tensions_least_squares(const Robot& robot, const PlatformState& sta
 
   // τ = A⁺b: ∂τ = −A⁺ (∂A τ − ∂b) − (AᵀA)⁻¹ ∂Aᵀ (A τ − b)   (Golub & Pereyra 1973)
   const Vector6 residual = a * model.tension_N - b;
-  const Matrix6 balance_by_twist =
-      scale.asDiagonal() * stiffness(robot, state, model.tension_N);
+  const Matrix6 balance_by_twist = scale.asDiagonal() * stiffness(robot, state, model.tension_N);
   CableJacobian normal_part(n, 6);
   // Row i of ∂Aᵀ r: the derivative of column ξ_i dotted with the (scaled) residual.
   const Vector6 dual = scale.cwiseProduct(residual);

@@ -15,9 +15,9 @@ enum class WrenchRow { force_x, force_y, force_z, moment_roll, moment_pitch, mom
 std::vector<WrenchRow> left_inverse_rows(int cable_count);
 
 struct TensionModel {
-  bool valid = false;        ///< false: a cable is not valid, or the equations are singular here
-  CableVector tension_N;     ///< τ(ζ)
-  CableJacobian by_twist;    ///< ∂τ/∂δ (n×6)
+  bool valid = false;      ///< false: a cable is not valid, or the equations are singular here
+  CableVector tension_N;   ///< τ(ζ)
+  CableJacobian by_twist;  ///< ∂τ/∂δ (n×6)
 };
 
 /// Tensions by the paper's left inverse (eqs 11, 12) on `rows` (as many as cables).

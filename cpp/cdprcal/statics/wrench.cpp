@@ -38,8 +38,7 @@ Matrix6 tension_stiffness(const PlatformState& state, const CableVector& tension
 
 Matrix6 gravity_stiffness(const Robot& robot, const PlatformState& state) {
   Matrix6 q = Matrix6::Zero();
-  q.bottomRightCorner<3, 3>() =
-      -skew(robot.gravity_force_N()) * skew(state.centre_of_mass_arm_m);
+  q.bottomRightCorner<3, 3>() = -skew(robot.gravity_force_N()) * skew(state.centre_of_mass_arm_m);
   return q;
 }
 

@@ -100,8 +100,9 @@ TEST_P(Euler, AtGimbalLockTheLastAngleIsZero) {
 TEST_P(Euler, RateMatrixMapsRatesToAngularVelocity) {
   Rng rng(15);
   for (int i = 0; i < 20; ++i) {
-    const Vector3 angles = i == 0 ? Vector3::Zero() : i == 1 ? Vector3::Constant(1e-9)
-                                                             : random_angles(rng);
+    const Vector3 angles = i == 0   ? Vector3::Zero()
+                           : i == 1 ? Vector3::Constant(1e-9)
+                                    : random_angles(rng);
     const Eigen::Quaterniond here = rotation_from_euler(angles, convention());
     const auto numeric = test::numeric_jacobian(
         [&](const Eigen::VectorXd& x) {
@@ -132,8 +133,9 @@ TEST_P(Euler, InverseRateMatrixIsTheDerivativeOfTheAngles) {
 TEST_P(Euler, ColumnDerivatives) {
   Rng rng(17);
   for (int i = 0; i < 20; ++i) {
-    const Vector3 angles = i == 0 ? Vector3::Zero() : i == 1 ? Vector3::Constant(1e-9)
-                                                             : random_angles(rng, 1.2);
+    const Vector3 angles = i == 0   ? Vector3::Zero()
+                           : i == 1 ? Vector3::Constant(1e-9)
+                                    : random_angles(rng, 1.2);
     const Pose pose{Vector3::Zero(), rotation_from_euler(angles, convention())};
     const EulerRateDerivative analytic = euler_rate_derivative(angles, convention());
     EXPECT_EQ(analytic.rate_matrix, euler_rate_matrix(angles, convention()));

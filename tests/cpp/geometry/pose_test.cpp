@@ -14,8 +14,8 @@ using test::random_rotation;
 using test::Rng;
 using test::uniform_vector;
 
-const std::vector<double> kAngles{0.0,  1e-300, 1e-12, 1e-8, 9.9e-7, 1.1e-6, 9.9e-5,
-                                  1.1e-4, 1e-2,   0.5,   2.0,  3.1};
+const std::vector<double> kAngles{0.0,    1e-300, 1e-12, 1e-8, 9.9e-7, 1.1e-6,
+                                  9.9e-5, 1.1e-4, 1e-2,  0.5,  2.0,    3.1};
 
 TEST(Rotation, ExpIsTheTurnAboutTheVectorByItsNorm) {
   Rng rng(1);

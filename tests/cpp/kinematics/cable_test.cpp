@@ -36,8 +36,8 @@ std::vector<PulleyCase> pulley_cases(int count = 300) {
   while (static_cast<int>(cases.size()) < count) {
     const double radius = cases.size() % 3 == 0 ? 0.0 : uniform(rng, 0.005, 0.2);
     const Pulley pulley = random_pulley(rng, radius);
-    const Vector3 q = in_world(pulley, uniform(rng, 0.04, 1.5), uniform(rng, -kPi, kPi),
-                               uniform(rng, -1.5, 1.5));
+    const Vector3 q =
+        in_world(pulley, uniform(rng, 0.04, 1.5), uniform(rng, -kPi, kPi), uniform(rng, -1.5, 1.5));
     const CableState state = cable_state(pulley, q);
     if (state.status != CableStatus::ok || state.free_length_m < 0.04) continue;
     cases.push_back({pulley, q});
@@ -66,8 +66,9 @@ TEST(Cable, VectorsAreThoseOfEquations1To3) {
     EXPECT_NEAR(s.swivel_rad, std::atan2(j.dot(q), i.dot(q)), 1e-15);
     EXPECT_LE((s.radial - std::cos(s.swivel_rad) * i - std::sin(s.swivel_rad) * j).norm(), 1e-14);
     EXPECT_LE((s.groove_normal - k.cross(s.radial)).norm(), 1e-14);
-    EXPECT_LE((s.contact - std::cos(s.tangency_rad) * s.radial - std::sin(s.tangency_rad) * k)
-                  .norm(), 1e-14);
+    EXPECT_LE(
+        (s.contact - std::cos(s.tangency_rad) * s.radial - std::sin(s.tangency_rad) * k).norm(),
+        1e-14);
     EXPECT_LE((s.direction - s.groove_normal.cross(s.contact)).norm(), 1e-14);
     EXPECT_NEAR(s.radial_distance_m, s.radial.dot(q), 1e-14);
     EXPECT_NEAR(s.groove_normal.dot(q), 0.0, 1e-14);
@@ -99,8 +100,8 @@ TEST(Cable, DerivativesByThePlatformAnchor) {
     const CableDerivatives d = cable_derivatives(pulley, here);
     const Pulley& p = pulley;
     const auto by_q = [&](const auto& output) {
-      return numeric_jacobian(
-          [&](const Eigen::VectorXd& x) { return output(cable_state(p, x)); }, q, 1e-3);
+      return numeric_jacobian([&](const Eigen::VectorXd& x) { return output(cable_state(p, x)); },
+                              q, 1e-3);
     };
     EXPECT_TRUE(jacobian_matches(d.length_by_q.transpose(),
                                  by_q([](const CableState& s) { return s.length_m; })));
@@ -109,8 +110,8 @@ TEST(Cable, DerivativesByThePlatformAnchor) {
                                  })));
     EXPECT_TRUE(jacobian_matches(d.tangency_by_q.transpose(),
                                  by_q([](const CableState& s) { return s.tangency_rad; })));
-    EXPECT_TRUE(jacobian_matches(d.direction_by_q,
-                                 by_q([](const CableState& s) { return s.direction; })));
+    EXPECT_TRUE(
+        jacobian_matches(d.direction_by_q, by_q([](const CableState& s) { return s.direction; })));
     EXPECT_EQ(d.direction_by_q, direction_by_q(here));
     EXPECT_EQ(d.swivel_by_q, swivel_by_q(here));
   }
@@ -146,10 +147,9 @@ TEST(Cable, DirectionDerivativeIsTheTOfEquationA5WhileTheWrapIsUnderHalfATurn) {
     EXPECT_LE((t - t.transpose()).norm(), 1e-13 * t.norm());
     EXPECT_LE((t * s.direction).norm(), 1e-13 * t.norm());  // pulling along the cable turns nothing
     const Vector3 rho = q - pulley.radius_m * (s.radial + s.contact);
-    const Matrix3 printed =
-        s.radial.cross(s.contact).norm() / s.radial.dot(q) * s.groove_normal *
-            s.groove_normal.transpose() +
-        s.contact * s.contact.transpose() / rho.norm();
+    const Matrix3 printed = s.radial.cross(s.contact).norm() / s.radial.dot(q) * s.groove_normal *
+                                s.groove_normal.transpose() +
+                            s.contact * s.contact.transpose() / rho.norm();
     // ‖u × n‖ is |sin ψ|: the printed formula loses the sign of sin ψ beyond half a turn.
     const bool agrees = (t - printed).norm() <= 1e-12 * t.norm();
     EXPECT_EQ(agrees, s.tangency_rad > 0.0) << s.tangency_rad;

@@ -66,8 +66,7 @@ TEST(Platform, ARigidMotionOfRobotAndPoseChangesNoReading) {
     const PlatformState before = platform_state(robot, pose);
     const PlatformState after = platform_state(moved, moved_pose);
     EXPECT_LE((after.length_m() - before.length_m()).norm(), 1e-13);
-    const CableVector turned =
-        (after.swivel_rad() - before.swivel_rad()).unaryExpr(&wrap_angle);
+    const CableVector turned = (after.swivel_rad() - before.swivel_rad()).unaryExpr(&wrap_angle);
     EXPECT_LE(turned.norm(), 1e-12);
   }
 }

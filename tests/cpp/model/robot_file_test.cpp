@@ -75,9 +75,13 @@ TEST(RobotFile, Irma4IsTable1) {
   EXPECT_EQ(robot.platform.mass_kg, 12.992);
   EXPECT_EQ(robot.platform.centre_of_mass_m, Vector3(0.0, 0.0, 0.173));
   const Vector3 i(1, 0, 0), j(0, 1, 0), k(0, 0, 1);
-  const Vector3 d[4] = {{1.065, -1.155, 1.839}, {1.066, 1.155, 1.839}, {-1.066, 1.155, 1.839},
+  const Vector3 d[4] = {{1.065, -1.155, 1.839},
+                        {1.066, 1.155, 1.839},
+                        {-1.066, 1.155, 1.839},
                         {-1.065, -1.155, 1.839}};
-  const Vector3 a[4] = {{0.075, -0.075, 0.266}, {0.075, 0.075, 0.266}, {-0.075, 0.075, 0.266},
+  const Vector3 a[4] = {{0.075, -0.075, 0.266},
+                        {0.075, 0.075, 0.266},
+                        {-0.075, 0.075, 0.266},
                         {-0.075, -0.075, 0.266}};
   const Vector3 y[4] = {j, j, -j, -j};
   const Vector3 z[4] = {i, i, -i, -i};
@@ -130,15 +134,15 @@ TEST(RobotFile, OptionalKeysHaveTheDocumentedDefaults) {
 
 TEST(RobotFile, KeysUnknownDuplicateOrMissing) {
   expect_refused(irma4_with("mass_kg", "mass"), "5:3: platform.mass: ", "did you mean mass_kg?");
-  expect_refused(irma4_with("gravity_m_s2: 9.81", "colour: red"), "3:1: colour: ",
-                 "unknown key; known here: name, gravity_m_s2");
+  expect_refused(irma4_with("gravity_m_s2: 9.81", "colour: red"),
+                 "3:1: colour: ", "unknown key; known here: name, gravity_m_s2");
   expect_refused(irma4_with("radius_m: 0.03", "radius_m: 0.03, <<: {}"), "9:", "<<");
   expect_refused(irma4_with("gravity_m_s2: 9.81", "gravity_m_s2: 9.81\ngravity_m_s2: 9.80"),
                  "4:1: gravity_m_s2: ", "given twice");
   expect_refused(irma4_with("radius_m: 0.03,", "radius_m: 0.03, radius_m: 0.04,"),
                  "9:30: cables[#1].pulley.radius_m: ", "given twice");
-  expect_refused(irma4_with("swivel_deg: 1,", "swivel_deg: 1, swivel_rad: 0.1,"), "20:",
-                 "in degrees too");
+  expect_refused(irma4_with("swivel_deg: 1,", "swivel_deg: 1, swivel_rad: 0.1,"),
+                 "20:", "in degrees too");
   for (const auto& [line, field] : std::vector<std::pair<std::string, std::string>>{
            {"name: irma4\n", "name"},
            {"  mass_kg: 12.992\n", "platform.mass_kg"},
@@ -161,30 +165,32 @@ TEST(RobotFile, ValuesOfTheWrongKind) {
   expect_refused(irma4_with("mass_kg: 12.992", "mass_kg:"), "5:3: platform.mass_kg: ", "empty");
   for (const char* good : {"+12.992", "12992e-3", "1.2992e+1"}) {
     EXPECT_EQ(parse_robot(irma4_with("mass_kg: 12.992", std::string("mass_kg: ") + good), "")
-                  .platform.mass_kg, 12.992);
+                  .platform.mass_kg,
+              12.992);
   }
   expect_refused(irma4_with("[1.065, -1.155, 1.839]", "[1.065, -1.155]"),
                  "9:42: cables[#1].pulley.position_m: ", "3 numbers, but has 2");
   expect_refused(irma4_with("[1.065, -1.155, 1.839]", "1.065"), "9:42: ", "a list of 3 numbers");
   expect_refused(irma4_with("[1.065, -1.155, 1.839]", "[1.065, x, 1.839]"),
                  "9:50: cables[#1].pulley.position_m[#2]: ", "'x'");
-  expect_refused(irma4_with(", [0, 0, 0.18643]]", "]"), "7:18: platform.inertia_kg_m2: ",
-                 "three rows");
-  expect_refused(irma4_with("[20, 400]", "[20, 200, 400]"), "17:19: tension_limits_N: ", "2 numbers");
-  expect_refused(irma4_with("convention: XYZ", "convention: xyz"), "19:21: sensors.euler_convention",
-                 "ZYX");
+  expect_refused(irma4_with(", [0, 0, 0.18643]]", "]"),
+                 "7:18: platform.inertia_kg_m2: ", "three rows");
+  expect_refused(irma4_with("[20, 400]", "[20, 200, 400]"),
+                 "17:19: tension_limits_N: ", "2 numbers");
+  expect_refused(irma4_with("convention: XYZ", "convention: xyz"),
+                 "19:21: sensors.euler_convention", "ZYX");
   expect_refused(irma4_with("name: irma4", "name: [a]"), "2:7: name: ", "must be text");
-  expect_refused("name: x\nplatform: 3\ncables: []\ntension_limits_N: [0, 1]\n", "2:11: platform: ",
-                 "must be a mapping");
+  expect_refused("name: x\nplatform: 3\ncables: []\ntension_limits_N: [0, 1]\n",
+                 "2:11: platform: ", "must be a mapping");
 }
 
 TEST(RobotFile, ValuesThatMakeNoRobotPointAtTheirLine) {
-  expect_refused(irma4_with("mass_kg: 12.992", "mass_kg: -1"), "5:12: platform.mass_kg: ",
-                 "must be positive, not -1");
+  expect_refused(irma4_with("mass_kg: 12.992", "mass_kg: -1"),
+                 "5:12: platform.mass_kg: ", "must be positive, not -1");
   expect_refused(irma4_with("x_axis: [0, 0, -1]", "x_axis: [0, 0, 0]"),
                  "9:74: cables[#1].pulley.x_axis: ", "is zero");
-  expect_refused(irma4_with("swivel_axis: [-1, 0, 0]", "swivel_axis: [0, 0, 0]"), "13:",
-                 "cables[#3].pulley.swivel_axis: is zero");
+  expect_refused(irma4_with("swivel_axis: [-1, 0, 0]", "swivel_axis: [0, 0, 0]"),
+                 "13:", "cables[#3].pulley.swivel_axis: is zero");
   expect_refused(irma4_with("[20, 400]", "[400, 20]"), "17:19: tension_limits_N: ", "minimum");
   expect_refused(irma4_with("[0, 0.11545, 0]", "[0, -0.11545, 0]"),
                  "7:18: platform.inertia_kg_m2: ", "positive definite");
@@ -207,15 +213,17 @@ TEST(RobotFile, WhatIsNoRobotFileIsRefusedQuickly) {
   EXPECT_NE(message_of(repeat("{a: ", 200'000)).find("nested"), std::string::npos);
   EXPECT_NE(message_of("just some words").find("mapping"), std::string::npos);
   EXPECT_NE(message_of("name: [1, 2").find("not YAML"), std::string::npos);
-  EXPECT_NE(message_of(irma4_with("name: irma4", "name: irma4\n\tgravity_m_s2: 1")).find("robot.yaml:3"),
-            std::string::npos);
+  EXPECT_NE(
+      message_of(irma4_with("name: irma4", "name: irma4\n\tgravity_m_s2: 1")).find("robot.yaml:3"),
+      std::string::npos);
   const std::string yaml = builtin_robot_yaml("irma4");
   expect_refused(yaml + "---\n" + yaml, "23:1: ", "second document");
   // Every alias of this doubles what it stands for; nothing of it may be expanded.
   std::string laughs = "a: &a0 [1, 1]\n";
   for (int i = 1; i < 60; ++i) {
     const std::string last = "*a" + std::to_string(i - 1);
-    laughs += "b" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + last + ", " + last + "]\n";
+    laughs +=
+        "b" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + last + ", " + last + "]\n";
   }
   EXPECT_NE(message_of(laughs).find("unknown key"), std::string::npos);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
@@ -223,7 +231,8 @@ TEST(RobotFile, WhatIsNoRobotFileIsRefusedQuickly) {
 }
 
 TEST(RobotFile, AliasesStandForWhatTheyName) {
-  const std::string yaml = irma4_with("[0, 0, -1], swivel_axis: [1", "&down [0, 0, -1], swivel_axis: [1");
+  const std::string yaml =
+      irma4_with("[0, 0, -1], swivel_axis: [1", "&down [0, 0, -1], swivel_axis: [1");
   std::string aliased = yaml;
   const std::size_t second = aliased.rfind("x_axis: [0, 0, -1]");
   aliased.replace(second, std::string("x_axis: [0, 0, -1]").size(), "x_axis: *down");
@@ -237,8 +246,8 @@ TEST(RobotFile, LoadByNameOrByPath) {
   const std::string path = (folder / "mine.yaml").string();
   std::ofstream(path) << irma4_with("name: irma4", "name: mine");
   EXPECT_EQ(load_robot(path).name, "mine");
-  for (const std::string& bad : {folder.string(), (folder / "absent.yaml").string(),
-                                 std::string("irma5"), std::string()}) {
+  for (const std::string& bad :
+       {folder.string(), (folder / "absent.yaml").string(), std::string("irma5"), std::string()}) {
     try {
       load_robot(bad);
       ADD_FAILURE() << bad;
@@ -271,9 +280,14 @@ TEST(RobotFile, RandomDamageIsRefusedOrReadNeverAnythingElse) {
     for (std::uint64_t n = 1 + rng() % 3; n > 0; --n) {
       const std::size_t at = rng() % damaged.size();
       switch (rng() % 3) {
-        case 0: damaged[at] = static_cast<char>(rng() % 256); break;
-        case 1: damaged.erase(at, 1 + rng() % 20); break;
-        default: damaged.insert(at, damaged.substr(rng() % damaged.size(), 1 + rng() % 20));
+        case 0:
+          damaged[at] = static_cast<char>(rng() % 256);
+          break;
+        case 1:
+          damaged.erase(at, 1 + rng() % 20);
+          break;
+        default:
+          damaged.insert(at, damaged.substr(rng() % damaged.size(), 1 + rng() % 20));
       }
     }
     try {

@@ -38,8 +38,7 @@ TEST(Finalise, RefusesEveryImpossibleNumberByName) {
   for (const double bad : {kNaN, infinity, -1e-9}) {
     expect_refused("cables[#2].pulley.radius_m",
                    [&](Robot& r) { r.cables[1].pulley.radius_m = bad; });
-    expect_refused("sensors.sigma.wrench_force_N",
-                   [&](Robot& r) { r.sigma.wrench_force_N = bad; });
+    expect_refused("sensors.sigma.wrench_force_N", [&](Robot& r) { r.sigma.wrench_force_N = bad; });
     expect_refused("sensors.sigma.wrench_moment_Nm",
                    [&](Robot& r) { r.sigma.wrench_moment_Nm = bad; });
   }
@@ -82,10 +81,10 @@ TEST(Finalise, RefusesInertiaThatNoBodyHas) {
   const std::string field = "platform.inertia_kg_m2";
   Matrix3 matrix = Matrix3::Identity();
   matrix(0, 1) = 0.1;
-  expect_refused(field, inertia(matrix));                                     // not symmetric
-  expect_refused(field, inertia(Matrix3::Zero()));                            // no body at all
-  expect_refused(field, inertia(Vector3(1.0, 1.0, -0.1).asDiagonal()));       // negative
-  expect_refused(field, inertia(Vector3(1.0, 1.0, 2.1).asDiagonal()));        // 1 + 1 < 2.1
+  expect_refused(field, inertia(matrix));                                // not symmetric
+  expect_refused(field, inertia(Matrix3::Zero()));                       // no body at all
+  expect_refused(field, inertia(Vector3(1.0, 1.0, -0.1).asDiagonal()));  // negative
+  expect_refused(field, inertia(Vector3(1.0, 1.0, 2.1).asDiagonal()));   // 1 + 1 < 2.1
   matrix = Matrix3::Identity();
   matrix(2, 2) = kNaN;
   expect_refused(field, inertia(matrix));

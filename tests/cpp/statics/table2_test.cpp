@@ -32,9 +32,7 @@ Vector3 unrounded_angles(const Robot& robot, const Table2Row& row) {
   Vector3 angles = row.euler();
   for (int i = 0; i < 5; ++i) {
     const TensionModel model = recorded_left_inverse(robot, row.pose(angles));
-    angles += by_angles(model, angles)
-                  .colPivHouseholderQr()
-                  .solve(row.tension() - model.tension_N);
+    angles += by_angles(model, angles).colPivHouseholderQr().solve(row.tension() - model.tension_N);
   }
   return angles;
 }
@@ -43,10 +41,9 @@ TEST(Table2, TensionsFollowFromThePosesTo1e5N) {
   const Robot robot = load_robot("irma4");
   for (const Table2Row& row : kTable2) {
     const Vector3 angles = unrounded_angles(robot, row);
-    // Six decimals of angle are up to 5 mN of tension: so the angles are completed first, by no more
-    // than their rounding (and what the rounding of the tensions adds).
-    EXPECT_LE((angles - row.euler()).cwiseAbs().maxCoeff(),
-              1.01 * test::kTable2AngleRounding_rad);
+    // Six decimals of angle are up to 5 mN of tension: so the angles are completed first, by no
+    // more than their rounding (and what the rounding of the tensions adds).
+    EXPECT_LE((angles - row.euler()).cwiseAbs().maxCoeff(), 1.01 * test::kTable2AngleRounding_rad);
     const TensionModel model = recorded_left_inverse(robot, row.pose(angles));
     ASSERT_TRUE(model.valid);
     EXPECT_LE((model.tension_N - row.tension()).cwiseAbs().maxCoeff(), 1e-5);
@@ -58,8 +55,8 @@ TEST(Table2, RoundedPosesGiveTheTensionsWithinTheirRounding) {
   for (const Table2Row& row : kTable2) {
     const TensionModel model = recorded_left_inverse(robot, row.pose());
     ASSERT_TRUE(model.valid);
-    const Eigen::Vector4d rounding = by_angles(model, row.euler()).cwiseAbs().rowwise().sum() *
-                                     test::kTable2AngleRounding_rad;
+    const Eigen::Vector4d rounding =
+        by_angles(model, row.euler()).cwiseAbs().rowwise().sum() * test::kTable2AngleRounding_rad;
     for (int i = 0; i < 4; ++i) {
       EXPECT_NEAR(model.tension_N[i], row.tension()[i],
                   rounding[i] + test::kTable2TensionRounding_N);

@@ -83,7 +83,8 @@ TEST(LeftInverse, DerivativeByTwistForEveryChoiceOfRows) {
             return tensions_left_inverse(robot, platform_state(robot, p), rows).tension_N;
           },
           pose, 1e-2 / conditioning(model));
-      EXPECT_TRUE(jacobian_matches(model.by_twist, numeric, 1e-7)) << n << " cables, rows " << choice;
+      EXPECT_TRUE(jacobian_matches(model.by_twist, numeric, 1e-7))
+          << n << " cables, rows " << choice;
       ++tested;
     }
   }
@@ -153,20 +154,20 @@ TEST(LeastSquares, DerivativeByTwistWithANonZeroResidual) {
 TEST(LeastSquares, UndefinedForRedundantOrCoincidentCables) {
   test::Rng rng(52);
   const Robot seven = test::random_robot(rng, 7);
-  EXPECT_FALSE(tensions_least_squares(seven, platform_state(seven, test::random_pose(rng, seven)))
-                   .valid);
+  EXPECT_FALSE(
+      tensions_least_squares(seven, platform_state(seven, test::random_pose(rng, seven))).valid);
   Robot twin = test::random_robot(rng, 2);
   twin.cables[1] = twin.cables[0];
-  EXPECT_FALSE(tensions_least_squares(twin, platform_state(twin, test::random_pose(rng, twin)))
-                   .valid);
+  EXPECT_FALSE(
+      tensions_least_squares(twin, platform_state(twin, test::random_pose(rng, twin))).valid);
 }
 
 TEST(Tension, NoCableTangentNoTensionsAndNoStiffness) {
   const Robot robot = load_robot("irma4");
   const Cable& first = robot.cables[0];
-  const Pose inside{first.pulley.position_m + 0.03 * first.pulley.x_axis() -
-                        first.platform_anchor_m,
-                    Eigen::Quaterniond::Identity()};
+  const Pose inside{
+      first.pulley.position_m + 0.03 * first.pulley.x_axis() - first.platform_anchor_m,
+      Eigen::Quaterniond::Identity()};
   const PlatformState state = platform_state(robot, inside);
   ASSERT_FALSE(state.valid);
   EXPECT_FALSE(tensions_left_inverse(robot, state, left_inverse_rows(4)).valid);
@@ -181,8 +182,7 @@ TEST(Tension, NoCableTangentNoTensionsAndNoStiffness) {
 
 TEST(CharacteristicLength, IsTheRmsAnchorDistanceFromTheCentreOfMass) {
   const Robot robot = load_robot("irma4");
-  EXPECT_NEAR(characteristic_length_m(robot),
-              std::sqrt(2 * 0.075 * 0.075 + 0.093 * 0.093), 1e-15);
+  EXPECT_NEAR(characteristic_length_m(robot), std::sqrt(2 * 0.075 * 0.075 + 0.093 * 0.093), 1e-15);
   Robot point = robot;
   for (Cable& cable : point.cables) cable.platform_anchor_m = point.platform.centre_of_mass_m;
   EXPECT_EQ(characteristic_length_m(point), 1.0);

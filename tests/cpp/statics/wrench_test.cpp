@@ -56,8 +56,8 @@ TEST(Wrench, ResidualIsTheGradientOfThePotential) {
   for (const auto& [robot, pose, label] : derivative_cases()) {
     SCOPED_TRACE(label);
     const CableVector tension = test::random_tensions(rng, robot);
-    const auto numeric = numeric_pose_jacobian(
-        [&](const Pose& p) { return potential(robot, p, tension); }, pose);
+    const auto numeric =
+        numeric_pose_jacobian([&](const Pose& p) { return potential(robot, p, tension); }, pose);
     const Vector6 residual = wrench_residual(robot, platform_state(robot, pose), tension);
     EXPECT_TRUE(jacobian_matches(residual.transpose(), numeric, 1e-9));
   }
@@ -69,27 +69,27 @@ TEST(Wrench, StiffnessIsTheDerivativeOfTheResidual) {
     SCOPED_TRACE(label);
     const CableVector tension = test::random_tensions(rng, robot);
     const PlatformState state = platform_state(robot, pose);
-    EXPECT_TRUE(jacobian_matches(
-        stiffness(robot, state, tension),
-        numeric_pose_jacobian(
-            [&](const Pose& p) {
-              return wrench_residual(robot, platform_state(robot, p), tension);
-            },
-            pose)));
-    EXPECT_TRUE(jacobian_matches(
-        tension_stiffness(state, tension),
-        numeric_pose_jacobian(
-            [&](const Pose& p) {
-              return Vector6(structure_matrix(platform_state(robot, p)) * tension);
-            },
-            pose)));
-    EXPECT_TRUE(jacobian_matches(
-        gravity_stiffness(robot, state),
-        numeric_pose_jacobian(
-            [&](const Pose& p) {
-              return Vector6(-gravity_wrench(robot, platform_state(robot, p)));
-            },
-            pose)));
+    EXPECT_TRUE(jacobian_matches(stiffness(robot, state, tension),
+                                 numeric_pose_jacobian(
+                                     [&](const Pose& p) {
+                                       return wrench_residual(robot, platform_state(robot, p),
+                                                              tension);
+                                     },
+                                     pose)));
+    EXPECT_TRUE(jacobian_matches(tension_stiffness(state, tension),
+                                 numeric_pose_jacobian(
+                                     [&](const Pose& p) {
+                                       return Vector6(structure_matrix(platform_state(robot, p)) *
+                                                      tension);
+                                     },
+                                     pose)));
+    EXPECT_TRUE(jacobian_matches(gravity_stiffness(robot, state),
+                                 numeric_pose_jacobian(
+                                     [&](const Pose& p) {
+                                       return Vector6(
+                                           -gravity_wrench(robot, platform_state(robot, p)));
+                                     },
+                                     pose)));
   }
 }
 
@@ -99,8 +99,8 @@ TEST(Wrench, SymmetricPartOfTheStiffnessIsTheHessianOfThePotential) {
     SCOPED_TRACE(label);
     const CableVector tension = test::random_tensions(rng, robot);
     const Matrix6 k = stiffness(robot, platform_state(robot, pose), tension);
-    const auto numeric = numeric_pose_hessian(
-        [&](const Pose& p) { return potential(robot, p, tension); }, pose);
+    const auto numeric =
+        numeric_pose_hessian([&](const Pose& p) { return potential(robot, p, tension); }, pose);
     EXPECT_TRUE(jacobian_matches(0.5 * (k + k.transpose()), numeric, 1e-6));
   }
 }
@@ -114,8 +114,8 @@ TEST(Wrench, AtAnEquilibriumTheStiffnessItselfIsTheHessianAndEquationA5HasTheOth
     ASSERT_LE(wrench_residual(robot, state, tension).norm(), 1e-10);
     const Matrix6 k = stiffness(robot, state, tension);
     EXPECT_LE((k - k.transpose()).norm(), 1e-10 * k.norm());
-    const auto hessian = numeric_pose_hessian(
-        [&](const Pose& p) { return potential(robot, p, tension); }, pose);
+    const auto hessian =
+        numeric_pose_hessian([&](const Pose& p) { return potential(robot, p, tension); }, pose);
     EXPECT_TRUE(jacobian_matches(k, hessian, 1e-6));
     // Eq. A5 as printed: Q = +s̃′g̃. Its sum with K is symmetric too, but it is no Hessian.
     Matrix6 printed = tension_stiffness(state, tension);
@@ -152,8 +152,9 @@ TEST(Wrench, FreeMotionsAreAnOrthonormalBasisThatMovesNoCable) {
     const Eigen::MatrixXd basis = free_motion_basis(state);
     ASSERT_EQ(basis.rows(), 6);
     ASSERT_EQ(basis.cols(), std::max(0, 6 - robot.cable_count()));
-    EXPECT_LE((basis.transpose() * basis -
-               Eigen::MatrixXd::Identity(basis.cols(), basis.cols())).norm(), 1e-13);
+    EXPECT_LE(
+        (basis.transpose() * basis - Eigen::MatrixXd::Identity(basis.cols(), basis.cols())).norm(),
+        1e-13);
     EXPECT_LE((length_jacobian(state) * basis).norm(), 1e-13);
   }
 }
@@ -168,8 +169,8 @@ TEST(Wrench, FreeMotionStiffnessIsEquationA4) {
     ASSERT_EQ(free.cols(), std::max(0, 6 - robot.cable_count()));
     EXPECT_EQ(free, Eigen::MatrixXd(free.transpose()));
     const Eigen::MatrixXd basis = free_motion_basis(state);
-    const auto hessian = numeric_pose_hessian(
-        [&](const Pose& p) { return potential(robot, p, tension); }, pose);
+    const auto hessian =
+        numeric_pose_hessian([&](const Pose& p) { return potential(robot, p, tension); }, pose);
     if (free.size() == 0) continue;
     const Eigen::MatrixXd expected = basis.transpose() * hessian.value * basis;
     EXPECT_LE((free - expected).norm(), 1e-5 * hessian.value.norm());

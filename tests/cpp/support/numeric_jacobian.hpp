@@ -26,8 +26,8 @@ namespace cdprcal::test {
 /// A numeric derivative: rows are outputs, columns inputs.
 struct NumericJacobian {
   Eigen::MatrixXd value;
-  Eigen::MatrixXd error;       ///< estimated, entry by entry
-  Eigen::VectorXd magnitude;   ///< |f| at the point: what rounding errors are relative to
+  Eigen::MatrixXd error;      ///< estimated, entry by entry
+  Eigen::VectorXd magnitude;  ///< |f| at the point: what rounding errors are relative to
 };
 
 /// Extrapolates `difference(h)` (even in h, Eigen vector) to h → 0; returns value and error.
@@ -151,8 +151,8 @@ template <class Derived>
            << numeric.value.rows() << "x" << numeric.value.cols();
   }
   for (Eigen::Index i = 0; i < analytic.rows(); ++i) {
-    const double scale = std::max(
-        {numeric.value.row(i).cwiseAbs().maxCoeff(), numeric.magnitude[i], 1e-12});
+    const double scale =
+        std::max({numeric.value.row(i).cwiseAbs().maxCoeff(), numeric.magnitude[i], 1e-12});
     for (Eigen::Index j = 0; j < analytic.cols(); ++j) {
       const double a = analytic(i, j);
       const double n = numeric.value(i, j);
@@ -161,9 +161,10 @@ template <class Derived>
       std::ostringstream text;
       text.precision(12);
       text << (known ? "derivative" : "the numeric derivative is too vague: entry") << " (" << i
-           << ", " << j << "): analytic " << a << ", numeric " << n << " ± "
-           << numeric.error(i, j) << ", allowed difference " << tolerance * scale
-           << "\nanalytic:\n" << analytic << "\nnumeric:\n" << numeric.value;
+           << ", " << j << "): analytic " << a << ", numeric " << n << " ± " << numeric.error(i, j)
+           << ", allowed difference " << tolerance * scale << "\nanalytic:\n"
+           << analytic << "\nnumeric:\n"
+           << numeric.value;
       return ::testing::AssertionFailure() << text.str();
     }
   }

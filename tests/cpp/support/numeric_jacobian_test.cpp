@@ -41,8 +41,8 @@ TEST(NumericJacobian, RefusesNaNsShapesAndFunctionsThatAreNotSmooth) {
   const auto constant = [](const Eigen::VectorXd&) { return 1.0; };
   EXPECT_FALSE(jacobian_matches(Eigen::MatrixXd::Zero(1, 2), numeric_jacobian(constant, x)));
   EXPECT_TRUE(jacobian_matches(Eigen::MatrixXd::Zero(1, 1), numeric_jacobian(constant, x)));
-  EXPECT_FALSE(jacobian_matches(Eigen::MatrixXd::Constant(1, 1, kNaN),
-                                numeric_jacobian(constant, x)));
+  EXPECT_FALSE(
+      jacobian_matches(Eigen::MatrixXd::Constant(1, 1, kNaN), numeric_jacobian(constant, x)));
 }
 
 TEST(NumericJacobian, PoseColumnsAreAWorldFrameTwist) {

@@ -38,8 +38,7 @@ inline Robot random_robot(Rng& rng, int cables, bool zero_radius = false) {
   robot.name = "random" + std::to_string(cables);
   robot.gravity_m_s2 = uniform(rng, 9.7, 9.9);
   robot.platform.mass_kg = uniform(rng, 2.0, 40.0);
-  robot.platform.centre_of_mass_m =
-      uniform_vector(rng, {-0.1, -0.1, -0.15}, {0.1, 0.1, 0.15});
+  robot.platform.centre_of_mass_m = uniform_vector(rng, {-0.1, -0.1, -0.15}, {0.1, 0.1, 0.15});
   const Vector3 sides = uniform_vector(rng, Vector3::Constant(0.2), Vector3::Constant(0.6));
   const Matrix3 axes = random_rotation(rng).toRotationMatrix();
   const Vector3 squares = sides.cwiseAbs2();
@@ -111,9 +110,9 @@ inline std::vector<RobotPose> derivative_cases(int max_cables = kMaxCables,
     for (const bool zero_radius : {false, true}) {
       const Robot robot = random_robot(rng, n, zero_radius);
       const auto add = [&](const Pose& pose, const std::string& rotation) {
-        cases.push_back({robot, pose, std::to_string(n) + " cables, " +
-                                          (zero_radius ? "eyelets, " : "pulleys, ") + rotation +
-                                          " rotation"});
+        cases.push_back({robot, pose,
+                         std::to_string(n) + " cables, " +
+                             (zero_radius ? "eyelets, " : "pulleys, ") + rotation + " rotation"});
       };
       add(random_pose(rng, robot, Eigen::Quaterniond::Identity()), "identity");
       for (const double angle : {1e-9, 1e-5}) {
