@@ -62,6 +62,7 @@ FreeMatrix scaled_free_stiffness(const PlatformState& state, const Matrix6& stif
 
 /// Cholesky in place on the lower half: positive definite exactly when every pivot is positive.
 bool positive_definite(FreeMatrix k) {
+  if (k.rows() == 0) return true;  // no motion is left
   const double floor = 1e-12 * k.cwiseAbs().maxCoeff();
   for (Eigen::Index i = 0; i < k.rows(); ++i) {
     if (!(k(i, i) > floor)) return false;
