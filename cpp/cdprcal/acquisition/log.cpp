@@ -193,6 +193,10 @@ class LogParser {
       }
       group.col(c.index) = table.col(column);
     }
+    for (LogMatrix* group : {&log.length_m, &log.swivel_rad, &log.tension_N,
+                             &log.tension_setpoint_N, &log.roll_pitch_yaw_rad}) {
+      if (group->cols() == 0) group->resize(row_count_, 0);
+    }
     return log;
   }
 

@@ -57,10 +57,10 @@ Log random_log(test::Rng& rng, Index samples, Index cables) {
   double time = test::uniform(rng, -10.0, 1e9);
   for (Index i = 0; i < samples; ++i) log.time_s[i] = time += test::uniform(rng, 1e-3, 1.0);
   log.length_m = matrix(cables);
-  if (rng() % 2 == 0) log.swivel_rad = matrix(cables);
-  if (rng() % 2 == 0) log.tension_N = matrix(cables);
-  if (rng() % 2 == 0) log.tension_setpoint_N = matrix(cables);
-  if (rng() % 2 == 0) log.roll_pitch_yaw_rad = matrix(3);
+  log.swivel_rad = matrix(rng() % 2 == 0 ? cables : 0);
+  log.tension_N = matrix(rng() % 2 == 0 ? cables : 0);
+  log.tension_setpoint_N = matrix(rng() % 2 == 0 ? cables : 0);
+  log.roll_pitch_yaw_rad = matrix(rng() % 2 == 0 ? 3 : 0);
   return log;
 }
 
@@ -77,6 +77,7 @@ TEST(Log, ReadsColumnsInAnyOrderAndLeavesAbsentSensorsOut) {
   EXPECT_TRUE(same(log.length_m, length));
   EXPECT_TRUE(same(log.roll_pitch_yaw_rad, attitude));
   for (const LogMatrix* absent : {&log.swivel_rad, &log.tension_N, &log.tension_setpoint_N}) {
+    EXPECT_EQ(absent->rows(), 2);
     EXPECT_EQ(absent->cols(), 0);
   }
 }
