@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <thread>
+#include <utility>
 
 #include "cdprcal/error.hpp"
 
@@ -225,6 +226,20 @@ std::vector<std::int64_t> seed_points(const Grid& grid, const std::vector<Vector
   return seeds;
 }
 
+/// The equilibrium at a position, continued from a solved row along a straight line.
+InverseSolver::Point follow(const InverseSolver& solver, const Workspace& workspace,
+                            std::int32_t row, const Vector3& position_m, int pieces) {
+  const Vector3 start = workspace.position_m(row);
+  InverseSolver::Point point;
+  point.rotation = workspace.rotation[row];
+  for (int piece = 1; piece <= pieces; ++piece) {
+    const double fraction = static_cast<double>(piece) / pieces;
+    point = solver.continue_from(start + fraction * (position_m - start), point.rotation);
+    if (rank(point.status) >= rank(EquilibriumStatus::not_found)) break;
+  }
+  return point;
+}
+
 }  // namespace
 
 CableVector Workspace::tension_at_N(std::size_t row) const {
@@ -276,10 +291,32 @@ std::string explain_empty(const Workspace& workspace) {
 
 InverseResult probe(const Workspace& workspace, const Vector3& position_m) {
   if (!position_m.allFinite()) throw InputError("position_m: must be finite [m]");
-  const std::array<int, 3> nearest = workspace.grid.nearest(position_m);
-  const std::int32_t row = workspace.solution[workspace.grid.index(nearest)];
-  if (row < 0) return inverse(workspace.robot, position_m, workspace.inverse);
-  return inverse(workspace.robot, position_m, workspace.inverse, workspace.rotation[row]);
+  // Solved points of the 3×3×3 block around the closest one, closest first.
+  const Grid& grid = workspace.grid;
+  const std::array<int, 3> centre = grid.nearest(position_m);
+  std::vector<std::pair<double, std::int32_t>> starts;
+  for (int k = 0; k < 27; ++k) {
+    const std::array<int, 3> at{centre[0] + k % 3 - 1, centre[1] + k / 3 % 3 - 1,
+                                centre[2] + k / 9 - 1};
+    bool in_grid = true;
+    for (int a = 0; a < 3; ++a) in_grid = in_grid && at[a] >= 0 && at[a] < grid.count[a];
+    if (!in_grid) continue;
+    const std::int32_t row = workspace.solution[grid.index(at)];
+    if (row >= 0) starts.emplace_back((grid.position_m(at) - position_m).squaredNorm(), row);
+  }
+  std::sort(starts.begin(), starts.end());
+  const InverseSolver solver(workspace.robot, workspace.inverse);
+  InverseSolver::Point best;
+  for (const int pieces : {1, 8}) {  // in one go; else along the line, in short steps
+    for (const auto& [distance, row] : starts) {
+      const InverseSolver::Point point = follow(solver, workspace, row, position_m, pieces);
+      if (rank(point.status) < rank(best.status)) best = point;
+      if (best.status == EquilibriumStatus::found) return solver.describe(position_m, best);
+    }
+    if (rank(best.status) < rank(EquilibriumStatus::not_found)) break;
+  }
+  if (best.status == EquilibriumStatus::not_found) best = solver.solve(position_m);
+  return solver.describe(position_m, best);
 }
 
 bool in_solid_cell(const Workspace& workspace, const Vector3& position_m) {

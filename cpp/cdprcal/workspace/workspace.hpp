@@ -40,8 +40,8 @@ struct WorkspaceOptions {
   /// Halvings of the step with which the boundary is located between a point inside and its
   /// neighbour outside (or the box's face); 0: none.
   int boundary_halvings = 5;
-  /// Called from the calling thread, every few milliseconds; false stops and leaves a usable,
-  /// flagged partial result.
+  /// Called from the calling thread, after every level of the flood or 32768 points; false stops and
+  /// leaves a usable partial result, flagged as not complete.
   std::function<bool(const WorkspaceProgress&)> progress;
 };
 
@@ -76,8 +76,8 @@ Workspace compute_workspace(const Robot& robot, const WorkspaceOptions& options 
 /// Why nothing is inside, from what was tested: one sentence. Empty when something is.
 std::string explain_empty(const Workspace& workspace);
 
-/// Everything about one position: solved from the closest solved grid point, from nothing when
-/// there is none. `margin_N` is the margin to the tension limits.
+/// Everything about one position: continued from the solved grid points around it, from nothing when
+/// there are none. `margin_N` is the margin to the tension limits.
 InverseResult probe(const Workspace& workspace, const Vector3& position_m);
 
 /// Whether the cell of the grid around a position has all its corners inside: conservative.
