@@ -59,8 +59,8 @@ Eigen::Index row_at(const Log& log, const SampleRange& run, double time_s) {
   return run.begin + (nearest - begin);
 }
 
-void measure_by_hand(const Log& log, const SampleRange& run, const CalibrateOptions& options,
-                     Calibration& out) {
+void measure_by_hand(const Log& log, const PathState& path, const SampleRange& run,
+                     const CalibrateOptions& options, Calibration& out) {
   const PoseKind kind =
       options.method == Method::kinematic ? PoseKind::kinematic_pose : PoseKind::static_pose;
   std::vector<Eigen::Index> rows;
@@ -72,10 +72,11 @@ void measure_by_hand(const Log& log, const SampleRange& run, const CalibrateOpti
     rows.push_back(row);
     out.problem.measurements.push_back(
         measurement_at(log, row, kind, out.problem.robot.cable_count()));
+    add_path(path, log, {row, row + 1}, log.time_s[run.begin], out.problem.measurements.back());
   }
 }
 
-void measure_automatically(const Log& log, const SampleRange& run,
+void measure_automatically(const Log& log, const PathState& path, const SampleRange& run,
                            const CalibrateOptions& options, Calibration& out) {
   const int n = out.problem.robot.cable_count();
   auto& measurements = out.problem.measurements;
@@ -87,6 +88,7 @@ void measure_automatically(const Log& log, const SampleRange& run,
     out.equilibria = detect_equilibria(log, run, out.problem.robot.sigma, options.detection);
     for (const Equilibrium& rest : out.equilibria) {
       measurements.push_back(measurement_mean(log, rest.samples, PoseKind::static_pose, n));
+      add_path(path, log, rest.samples, log.time_s[run.begin], measurements.back());
       mark(rest.samples);
     }
   }
@@ -95,6 +97,7 @@ void measure_automatically(const Log& log, const SampleRange& run,
   if (!starts_at_rest) {
     measurements.insert(measurements.begin(),
                         measurement_at(log, run.begin, PoseKind::kinematic_pose, n));
+    add_path(path, log, {run.begin, run.begin + 1}, log.time_s[run.begin], measurements.front());
     used.front() = 1;
   }
   measurements.front().time_s = log.time_s[run.begin];  // the reference is the first sample
@@ -107,6 +110,7 @@ void measure_automatically(const Log& log, const SampleRange& run,
     if (log.time_s[row] - last < options.kinematic_spacing_s - 1e-9) continue;
     last = log.time_s[row];
     moving.push_back(measurement_at(log, row, PoseKind::kinematic_pose, n));
+    add_path(path, log, {row, row + 1}, log.time_s[run.begin], moving.back());
   }
   const auto by_time = [](const Measurement& a, const Measurement& b) { return a.time_s < b.time_s; };
   measurements.insert(measurements.end(), moving.begin(), moving.end());
@@ -138,10 +142,11 @@ Calibration prepare(const Robot& robot, const Log& log, const CalibrateOptions& 
     problem.left_inverse_rows = left_inverse_rows(robot.cable_count());
   }
   problem.reference_attitude = problem.reference_statics = problem.reference_noise = !paper;
+  const PathState path = path_state(log);
   if (options.at_s.empty()) {
-    measure_automatically(log, run, options, out);
+    measure_automatically(log, path, run, options, out);
   } else {
-    measure_by_hand(log, run, options, out);
+    measure_by_hand(log, path, run, options, out);
   }
   out.reference_time_s = problem.measurements.front().time_s;
   for (const Measurement& m : problem.measurements) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "cdprcal/acquisition/equilibrium_detection.hpp"
+#include "cdprcal/acquisition/path_state.hpp"
 #include "cdprcal/model/robot.hpp"
 
 namespace cdprcal {
@@ -34,5 +35,9 @@ Measurement measurement_at(const Log& log, Eigen::Index index, PoseKind kind, in
 /// The mean over an interval; time_s is the middle of it.
 Measurement measurement_mean(const Log& log, const SampleRange& range, PoseKind kind,
                              int cable_count);
+
+/// Fills in how the pose of `range` was reached (directions: means over the range).
+void add_path(const PathState& path, const Log& log, const SampleRange& range,
+              double run_start_s, Measurement& measurement);
 
 }  // namespace cdprcal

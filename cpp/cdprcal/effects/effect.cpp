@@ -5,15 +5,19 @@ namespace {
 
 int count(ParameterShape shape, int cables) {
   switch (shape) {
-    case ParameterShape::scalar: return 1;
-    case ParameterShape::per_cable: return cables;
-    case ParameterShape::vector3: return 3;
-    case ParameterShape::per_cable_vector3: return 3 * cables;
+    case ParameterShape::scalar:
+      return 1;
+    case ParameterShape::per_cable:
+      return cables;
+    case ParameterShape::vector3:
+      return 3;
+    case ParameterShape::per_cable_vector3:
+      return 3 * cables;
   }
   return 0;
 }
 
-EffectValues spread(const EffectInfo& info, int cables, double EffectParameter::* member) {
+EffectValues spread(const EffectInfo& info, int cables, double EffectParameter::*member) {
   EffectValues values;
   for (const EffectParameter& parameter : info.parameters) {
     const Eigen::Index before = values.size();
@@ -27,7 +31,8 @@ EffectValues spread(const EffectInfo& info, int cables, double EffectParameter::
 
 int Effect::size(int cables) const {
   int total = 0;
-  for (const EffectParameter& parameter : info().parameters) total += count(parameter.shape, cables);
+  for (const EffectParameter& parameter : info().parameters)
+    total += count(parameter.shape, cables);
   return total;
 }
 

@@ -1,7 +1,8 @@
 // A physical effect that the ideal model leaves out: what it does to the robot and to its readings.
 //
-// An effect is one file in this folder: a class, its EffectInfo and a factory; catalogue.cpp has one
-// row for it. Everything else (calibration, scan, refit, reports, robot file) follows from these.
+// An effect is one file in this folder: a class, its EffectInfo and a factory; catalogue.cpp has
+// one row for it. Everything else (calibration, scan, refit, reports, robot file) follows from
+// these.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,11 +20,11 @@ enum class ParameterShape { scalar, per_cable, vector3, per_cable_vector3 };
 /// One parameter as people and files see it. Its zero means: the effect is absent (for a stiffness,
 /// see Effect::to_reported).
 struct EffectParameter {
-  const char* name;   ///< with the unit as suffix: "bias_N"
-  const char* unit;   ///< "N", "m", "rad", "1" …
+  const char* name;  ///< with the unit as suffix: "bias_N"
+  const char* unit;  ///< "N", "m", "rad", "1" …
   ParameterShape shape;
-  double typical;     ///< size to expect, internal units: one σ of the prior
-  double plausible;   ///< largest |value| that is physically believable, internal units
+  double typical;    ///< size to expect, internal units: one σ of the prior
+  double plausible;  ///< largest |value| that is physically believable, internal units
 };
 
 /// Whether a robot keeps the effect from one run to the next.
@@ -86,7 +87,9 @@ class Effect {
 
   /// Internal values ↔ what people and files see. Identity except where zero effect is an infinite
   /// parameter. `reported_deviation` maps standard deviations at `values`.
-  [[nodiscard]] virtual EffectValues to_reported(const EffectValues& values) const { return values; }
+  [[nodiscard]] virtual EffectValues to_reported(const EffectValues& values) const {
+    return values;
+  }
   [[nodiscard]] virtual EffectValues from_reported(const EffectValues& reported) const {
     return reported;
   }

@@ -1,0 +1,20 @@
+// From which side each cable and each swivel came to where it is: what hysteresis depends on.
+#pragma once
+
+#include "cdprcal/acquisition/log.hpp"
+
+namespace cdprcal {
+
+/// s in [−1, 1] a sample and cable: +1 after paying out (or turning positive) by more than the
+/// turn-over distance, −1 the other way, between them while turning over; a dwell keeps it. 0 until
+/// the first motion. A play operator on the smoothed reading: the turn-over distance is 1 mm of
+/// cable (0.5° of swivel), and motion within three σ of the noise that smoothing leaves is none.
+struct PathState {
+  LogMatrix length_direction;     ///< [N, n] or [N, 0]
+  LogMatrix swivel_direction;     ///< [N, n] or [N, 0]
+  LogMatrix attitude_rate_rad_s;  ///< [N, 3] or [N, 0]: slope over the smoothing window
+};
+
+PathState path_state(const Log& log, double smoothing_s = 1.0);
+
+}  // namespace cdprcal

@@ -1,0 +1,34 @@
+// Configuration faults: a sign, an order, a unit, a convention. They change the readings' map
+// itself, so they are found by trying, before any small effect is looked for.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cdprcal/calibration/calibrate.hpp"
+
+namespace cdprcal {
+
+/// One fault of a log: its name in the catalogue and what sets it right.
+struct DiscreteFault {
+  std::string name;             ///< length_sign, swivel_sign, cable_order, angle_unit, length_unit,
+                                ///< euler_convention
+  std::string parameter;        ///< "sign", "order", "factor", "convention"
+  std::vector<double> values;   ///< a cable: ±1, or the index (from 1) of the channel it is read on
+  std::string text;             ///< for people
+};
+
+/// The log (and, for the Euler convention, the robot) as it reads with a fault set right.
+void set_right(const DiscreteFault& fault, Robot& robot, Log& log);
+
+struct DiscreteSearch {
+  std::vector<DiscreteFault> faults;   ///< in the order found
+  double cost_before = 0.0, cost_after = 0.0;
+};
+
+/// Looks for discrete faults when the log contradicts the model: tries each fault, keeps the one
+/// that lowers the cost most if it lowers it tenfold, and looks again. `robot` and `log` come back
+/// set right. Nothing is tried on a log that agrees with the model.
+DiscreteSearch find_discrete_faults(Robot& robot, Log& log);
+
+}  // namespace cdprcal

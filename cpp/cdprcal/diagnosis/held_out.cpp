@@ -1,0 +1,136 @@
+#include "cdprcal/diagnosis/held_out.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <numeric>
+
+namespace cdprcal {
+namespace {
+
+using Folds = std::vector<int>;  ///< fold of each pose of the system
+
+/// Equal shares of the poses in the order of `key`.
+Folds split(const Eigen::VectorXd& key, int folds) {
+  const auto count = static_cast<std::size_t>(key.size());
+  std::vector<std::size_t> order(count);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return key[static_cast<Eigen::Index>(a)] < key[static_cast<Eigen::Index>(b)];
+  });
+  Folds out(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    out[order[i]] = static_cast<int>(i * static_cast<std::size_t>(folds) / count);
+  }
+  return out;
+}
+
+std::vector<Folds> partitions(const DiagnosisModel& model, const DiagnosisSystem& system,
+                              int folds) {
+  const auto count = static_cast<Eigen::Index>(system.poses.size());
+  Eigen::VectorXd time(count);
+  Eigen::Matrix<double, Eigen::Dynamic, 3> position(count, 3);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const PoseSystem& pose = system.poses[static_cast<std::size_t>(i)];
+    const DiagnosisRun& run = model.runs[pose.run];
+    time[i] = 1e6 * static_cast<double>(pose.run) + run.measurements[pose.pose].run_time_s;
+    position.row(i) = run.poses[pose.pose].position_m;
+  }
+  const Eigen::RowVector3d mean = position.colwise().mean();
+  const Matrix3 scatter = (position.rowwise() - mean).transpose() * (position.rowwise() - mean);
+  const Eigen::SelfAdjointEigenSolver<Matrix3> axes(scatter);
+  return {split(time, folds), split(position * axes.eigenvectors().col(2), folds)};
+}
+
+struct FoldSums {
+  Eigen::VectorXd per_pose;   ///< ½ Σ squares of each held-out pose
+  NoiseLevels train{}, held{}, train_freedom{}, held_freedom{};
+};
+
+void add_channels(const PoseSystem& pose, const Eigen::VectorXd& reduced, NoiseLevels& squares,
+                  NoiseLevels& freedom) {
+  const Eigen::VectorXd rows = pose.projection * reduced;
+  for (Eigen::Index row = 0; row < rows.size(); ++row) {
+    const auto c = static_cast<std::size_t>(pose.channel[static_cast<std::size_t>(row)]);
+    squares[c] += std::pow(rows[row] * pose.scale[row], 2);
+    freedom[c] += pose.projection.row(row).squaredNorm();
+  }
+}
+
+/// Fits the common unknowns on all folds but one at a time, and looks at the one left out.
+FoldSums cross_validate(const DiagnosisSystem& system, const Folds& folds) {
+  const int size = system.layout.nuisance();
+  const int fold_count = *std::max_element(folds.begin(), folds.end()) + 1;
+  FoldSums out;
+  out.per_pose.setZero(static_cast<Eigen::Index>(system.poses.size()));
+  for (int fold = 0; fold < fold_count; ++fold) {
+    Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(size, size);
+    Eigen::VectorXd gradient =
+        system.prior_precision.cwiseSqrt().cwiseProduct(system.prior_residual);
+    hessian.diagonal() = system.prior_precision;
+    for (std::size_t i = 0; i < system.poses.size(); ++i) {
+      if (folds[i] == fold) continue;
+      const auto columns = system.poses[i].reduced_by_common.leftCols(size);
+      hessian.noalias() += columns.transpose() * columns;
+      gradient.noalias() += columns.transpose() * system.poses[i].reduced;
+    }
+    const Eigen::VectorXd step = -hessian.completeOrthogonalDecomposition().solve(gradient);
+    for (std::size_t i = 0; i < system.poses.size(); ++i) {
+      const PoseSystem& pose = system.poses[i];
+      const Eigen::VectorXd reduced =
+          pose.reduced + pose.reduced_by_common.leftCols(size) * step;
+      if (folds[i] == fold) {
+        out.per_pose[static_cast<Eigen::Index>(i)] = 0.5 * reduced.squaredNorm();
+        add_channels(pose, reduced, out.held, out.held_freedom);
+      } else {
+        add_channels(pose, reduced, out.train, out.train_freedom);
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+HeldOut held_out(const DiagnosisModel& before, const DiagnosisModel& after, int folds) {
+  DiagnosisModel plain = before;
+  plain.noise = after.noise;  // one yardstick for both
+  const DiagnosisSystem system_before = linearise(plain);
+  const DiagnosisSystem system_after = linearise(after);
+  HeldOut out;
+  if (!system_before.valid || !system_after.valid) return out;
+  NoiseLevels train{}, held{}, train_freedom{}, held_freedom{};
+  double gain_variance = 0.0;
+  const std::vector<Folds> both = partitions(after, system_after, folds);
+  for (const Folds& partition : both) {
+    const FoldSums a = cross_validate(system_before, partition);
+    const FoldSums b = cross_validate(system_after, partition);
+    const double share = 1.0 / static_cast<double>(both.size());
+    const auto count = static_cast<double>(a.per_pose.size());
+    const Eigen::VectorXd difference = a.per_pose - b.per_pose;
+    out.before += share * a.per_pose.mean();
+    out.after += share * b.per_pose.mean();
+    out.gain += share * difference.sum();
+    const double variance =
+        (difference.array() - difference.mean()).square().sum() / std::max(1.0, count - 1.0);
+    gain_variance += share * count * variance;
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      train[c] += b.train[c];
+      held[c] += b.held[c];
+      train_freedom[c] += b.train_freedom[c];
+      held_freedom[c] += b.held_freedom[c];
+    }
+  }
+  out.gain_error = std::sqrt(gain_variance);
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    // Balance rows are whitened by the load cells' σ: back to newtons.
+    const double unit =
+        c == static_cast<std::size_t>(Channel::balance) ? after.robot.sigma.tension_N : 1.0;
+    out.train_rms[c] = train_freedom[c] > 0 ? unit * std::sqrt(train[c] / train_freedom[c]) : kNaN;
+    out.held_out_rms[c] =
+        held_freedom[c] > 0 ? unit * std::sqrt(held[c] / held_freedom[c]) : kNaN;
+  }
+  return out;
+}
+
+}  // namespace cdprcal

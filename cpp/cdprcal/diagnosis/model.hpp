@@ -1,0 +1,106 @@
+// The diagnosis' own view of a robot's runs: poses, offsets, effects and noise, all estimated
+// together and linearised into one system per pose.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "cdprcal/calibration/calibrate.hpp"
+#include "cdprcal/effects/catalogue.hpp"
+
+namespace cdprcal {
+
+/// Groups of readings that share one noise level.
+enum class Channel { length, swivel, roll_pitch, yaw, balance };
+inline constexpr int kChannels = 5;
+const char* to_string(Channel channel);
+
+/// One run: where the platform stood, and what was read there.
+struct DiagnosisRun {
+  std::string name;
+  std::vector<Measurement> measurements;  ///< measurements[0] is the initial pose
+  std::vector<Pose> poses;                ///< estimates
+  Eigen::VectorXd offsets;                ///< of lengths (n), swivels (n), yaw: reading − model
+};
+
+/// An effect in the model. Values of run-scoped effects are kept for each run in turn.
+struct EffectTerm {
+  std::shared_ptr<const Effect> effect;
+  Eigen::VectorXd values;                 ///< size(n), or size(n) · runs
+  [[nodiscard]] bool by_run() const { return effect->info().scope == EffectScope::run; }
+};
+
+/// Noise of one reading, a channel; the balance's is relative to its own covariance.
+using NoiseLevels = std::array<double, kChannels>;
+
+struct DiagnosisModel {
+  Robot robot;                         ///< as in the robot file
+  std::vector<EffectTerm> effects;     ///< in the order accepted
+  std::vector<DiagnosisRun> runs;
+  NoiseLevels noise{};                 ///< present estimate: m, rad, rad, rad, 1
+  NoiseLevels floor{};                 ///< below which no estimate goes: the readings' own ripple
+
+  [[nodiscard]] int pose_count() const;
+  /// The effects as they act on run `run`.
+  [[nodiscard]] ActiveEffects active(std::size_t run) const;
+};
+
+/// One pose's residuals and derivatives, whitened, and their part that its own six unknowns cannot
+/// explain (the projection Q2 off the pose).
+struct PoseSystem {
+  std::size_t run = 0, pose = 0;
+  std::vector<Channel> channel;          ///< of each row
+  std::vector<int> component;            ///< cable, angle or wrench row of each row
+  Eigen::VectorXd scale;                 ///< unwhitened = whitened · scale (balance rows: 1)
+  Eigen::VectorXd residual;              ///< (model − reading) / σ
+  Eigen::MatrixXd by_pose;               ///< m × 6
+  Eigen::MatrixXd by_common;             ///< m × columns
+  Eigen::MatrixXd projection;            ///< Q2, m × (m − rank)
+  Eigen::VectorXd reduced;               ///< Q2ᵀ residual
+  Eigen::MatrixXd reduced_by_common;     ///< Q2ᵀ by_common
+};
+
+/// Columns of the common unknowns: offsets of all runs, accepted effects, candidates.
+struct CommonLayout {
+  int offsets = 0, accepted = 0, candidates = 0;
+  std::vector<int> accepted_begin, accepted_size;    ///< one an accepted effect
+  std::vector<int> candidate_begin, candidate_size;  ///< one a candidate
+  [[nodiscard]] int nuisance() const { return offsets + accepted; }
+  [[nodiscard]] int size() const { return offsets + accepted + candidates; }
+};
+
+struct DiagnosisSystem {
+  CommonLayout layout;
+  std::vector<PoseSystem> poses;
+  Eigen::VectorXd prior_precision;   ///< 1/σ² of the accepted effects' values, 0 for offsets
+  Eigen::VectorXd prior_residual;    ///< values/σ of the accepted effects (offsets: 0)
+  bool valid = true;
+};
+
+using Candidates = std::vector<std::shared_ptr<const Effect>>;
+
+/// Linearises the model at its present state; candidates enter at zero, their columns scaled by
+/// their prior σ (so one unit is one typical size).
+DiagnosisSystem linearise(const DiagnosisModel& model, const Candidates& candidates = {});
+
+/// ½ Σ (residual/σ)² + prior.
+double penalised_cost(const DiagnosisSystem& system);
+
+/// Gauss–Newton to the maximum a posteriori at the present noise levels. Returns whether it settled.
+bool fit(DiagnosisModel& model, int max_steps = 30);
+
+/// Noise levels from the residuals: each channel's sum of squares over what the leverages leave of
+/// its rows, floored. Changes model.noise; returns the largest relative change.
+double estimate_noise(DiagnosisModel& model);
+
+/// fit and estimate_noise in turn until both settle.
+bool fit_with_noise(DiagnosisModel& model);
+
+/// Degrees of freedom that the leverages leave each channel, and its whitened sum of squares.
+struct ChannelSums {
+  NoiseLevels freedom{}, squares{};
+};
+ChannelSums channel_sums(const DiagnosisSystem& system);
+
+}  // namespace cdprcal

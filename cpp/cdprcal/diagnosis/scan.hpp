@@ -1,0 +1,35 @@
+// The whole catalogue at once: which effect would explain what is left?
+#pragma once
+
+#include "cdprcal/diagnosis/model.hpp"
+
+namespace cdprcal {
+
+/// One candidate's score, from one linearisation and no refit.
+struct CandidateScore {
+  std::shared_ptr<const Effect> effect;
+  double log_evidence = 0.0;   ///< of the effect under its prior against its absence
+  double p_value = 1.0;        ///< family-wise: how often the best of all would do as well by chance
+  Eigen::VectorXd values;      ///< linear estimate, internal units
+  Eigen::VectorXd deviation;   ///< its standard deviation
+  bool visible = false;        ///< a typical size would show at all (information above the prior's)
+  double detectable = kNaN;    ///< size, in typical sizes, whose evidence would reach 3 on average
+};
+
+struct ScanOptions {
+  int draws = 999;             ///< of chance residuals behind the p-values
+  std::uint64_t seed = 1;
+};
+
+/// Scores of all candidates, best first. With S = CᵀMr and I = CᵀMC (columns C in prior units, M
+/// the projection off poses, offsets and accepted effects) the MAP value is (I + 1)⁻¹S; evidence is
+/// Σ ν/2 · log(s0²/s1²) over channels, whose noise is unknown above its floor, minus the prior's
+/// penalty and Occam's ½ log|I + 1|.
+std::vector<CandidateScore> scan(const DiagnosisModel& model, const Candidates& candidates,
+                                 const ScanOptions& options = {});
+
+/// Share of `winner`'s signature that each candidate could imitate (0 … 1), in the order given.
+std::vector<double> imitation(const DiagnosisModel& model, const CandidateScore& winner,
+                              const Candidates& candidates);
+
+}  // namespace cdprcal

@@ -1,0 +1,60 @@
+// The attitude sensor is not mounted parallel to the platform frame.
+#include "cdprcal/effects/effect.hpp"
+
+namespace cdprcal {
+namespace {
+
+class AhrsMisalignment final : public Effect {
+ public:
+  const EffectInfo& info() const override {
+    static const EffectInfo info{
+        .name = "ahrs_misalignment",
+        .equation = "R* = R exp(rho)",
+        .parameters = {{.name = "rotation_rad",
+                        .unit = "rad",
+                        .shape = ParameterShape::vector3,
+                        .typical = 0.02,
+                        .plausible = 0.105}},
+        .scope = EffectScope::robot,
+        .confused_with = {"centre_of_mass"},
+        .sentence = "the attitude sensor is mounted askew on the platform",
+        .remedy = "shim the sensor, or enter the mounting rotation",
+        .settle = "level the platform with a spirit level and read roll and pitch"};
+    return info;
+  }
+  void add_to_readings(const EffectContext& context, const EffectValues& rotation_rad,
+                       PoseEvaluation& evaluation) const override {
+    const EulerConvention convention = context.robot.euler_convention;
+    const Matrix3 mounted = context.state.rotation * exp_so3(rotation_rad).toRotationMatrix();
+    const Vector3 plain = euler_from_rotation(context.state.rotation, convention);
+    const Vector3 angles = euler_from_rotation(mounted, convention);
+    for (int a = 0; a < 3; ++a) {
+      evaluation.roll_pitch_yaw_rad[a] += wrap_angle(angles[a] - plain[a]);
+    }
+    // A world-frame turn moves R exp(rho) as it moves R.
+    evaluation.attitude_by_twist.rightCols<3>() += euler_rate_matrix(angles, convention).inverse() -
+                                                   euler_rate_matrix(plain, convention).inverse();
+  }
+  void columns(const EffectContext& context, const EffectValues& rotation_rad,
+               EffectColumns out) const override {
+    const ReadingRows rows{context.state.cable_count};
+    const EulerConvention convention = context.robot.euler_convention;
+    const Matrix3 mounting = exp_so3(rotation_rad).toRotationMatrix();
+    const Matrix3 mounted = context.state.rotation * mounting;
+    const Vector3 angles = euler_from_rotation(mounted, convention);
+    // exp(rho + drho) = exp(J drho) exp(rho), J the left Jacobian of SO(3).
+    const double angle = rotation_rad.norm();
+    const Matrix3 axis = skew(rotation_rad);
+    const double a = angle > 1e-4 ? (1.0 - std::cos(angle)) / (angle * angle) : 0.5;
+    const double b = angle > 1e-4 ? (angle - std::sin(angle)) / (angle * angle * angle) : 1.0 / 6.0;
+    const Matrix3 left_jacobian = Matrix3::Identity() + a * axis + b * axis * axis;
+    out.middleRows<3>(rows.attitude()) =
+        euler_rate_matrix(angles, convention).inverse() * context.state.rotation * left_jacobian;
+  }
+};
+
+}  // namespace
+
+std::shared_ptr<const Effect> ahrs_misalignment() { return std::make_shared<AhrsMisalignment>(); }
+
+}  // namespace cdprcal

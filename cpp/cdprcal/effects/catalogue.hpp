@@ -1,0 +1,18 @@
+// All effects the project knows, by name.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cdprcal/effects/effect.hpp"
+
+namespace cdprcal {
+
+/// One row an effect file. A new effect: its file, one declaration and one row in catalogue.cpp.
+const std::vector<std::shared_ptr<const Effect>>& effect_catalogue();
+
+/// Throws InputError naming the known effects.
+std::shared_ptr<const Effect> find_effect(const std::string& name);
+
+}  // namespace cdprcal

@@ -1,0 +1,48 @@
+// The pulleys are not quite where the robot file says.
+#include "cdprcal/effects/effect.hpp"
+
+namespace cdprcal {
+namespace {
+
+class FrameAnchors final : public Effect {
+ public:
+  const EffectInfo& info() const override {
+    static const EffectInfo info{
+        .name = "frame_anchors",
+        .equation = "d + dd",
+        .parameters = {{.name = "offset_m",
+                        .unit = "m",
+                        .shape = ParameterShape::per_cable_vector3,
+                        .typical = 0.002,
+                        .plausible = 0.015}},
+        .scope = EffectScope::robot,
+        .confused_with = {"transmission_ratio", "platform_anchors", "pulley_radius"},
+        .sentence = "a pulley sits elsewhere on the frame than the robot file says",
+        .remedy = "measure the pulley positions again and correct the robot file",
+        .settle = "measure the distances between the pulleys by tape"};
+    return info;
+  }
+  void apply(const EffectValues& offset_m, Robot& robot) const override {
+    for (int i = 0; i < robot.cable_count(); ++i) {
+      robot.cables[i].pulley.position_m += offset_m.segment<3>(3 * i);
+    }
+  }
+  void columns(const EffectContext& context, const EffectValues&,
+               EffectColumns out) const override {
+    const ReadingRows rows{context.state.cable_count};
+    for (int i = 0; i < rows.cables; ++i) {  // q = a - d
+      const CableState& cable = context.state.cable[i];
+      out.row(rows.length() + i).segment<3>(3 * i) = -cable.direction.transpose();
+      out.row(rows.swivel() + i).segment<3>(3 * i) = -swivel_by_q(cable).transpose();
+      const Matrix3 force = -context.measurement.tension_N[i] * direction_by_q(cable);
+      out.block<3, 3>(rows.wrench(), 3 * i) = force;
+      out.block<3, 3>(rows.wrench() + 3, 3 * i) = skew(context.state.anchor_arm_m[i]) * force;
+    }
+  }
+};
+
+}  // namespace
+
+std::shared_ptr<const Effect> frame_anchors() { return std::make_shared<FrameAnchors>(); }
+
+}  // namespace cdprcal

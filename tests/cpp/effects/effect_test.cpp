@@ -1,0 +1,140 @@
+// Every effect of the catalogue: derivatives by value and by pose, zero means absent, names.
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "../support/numeric_jacobian.hpp"
+#include "../support/random_robot.hpp"
+#include "cdprcal/effects/catalogue.hpp"
+#include "cdprcal/error.hpp"
+
+namespace cdprcal::test {
+namespace {
+
+Measurement random_measurement(Rng& rng, const RobotPose& at) {
+  const int n = at.robot.cable_count();
+  Measurement m;
+  m.length_m = m.swivel_rad = CableVector::Zero(n);
+  m.tension_N = random_tensions(rng, at.robot);
+  m.run_time_s = uniform(rng, 1.0, 300.0);
+  m.length_direction.resize(n);
+  m.swivel_direction.resize(n);
+  for (int i = 0; i < n; ++i) {
+    m.length_direction[i] = uniform(rng, -1.0, 1.0);
+    m.swivel_direction[i] = uniform(rng, -1.0, 1.0);
+  }
+  m.attitude_rate_rad_s = uniform_vector(rng, Vector3::Constant(-0.3), Vector3::Constant(0.3));
+  return m;
+}
+
+/// Predicted readings and wrench, stacked as ReadingRows says. Angles relative to `about`.
+Eigen::VectorXd predicted(const Robot& robot, const Measurement& m, const Pose& pose,
+                          const ActiveEffects& effects, const PoseEvaluation* about,
+                          PoseEvaluation& e) {
+  evaluate_pose(with_effects(robot, effects), m, pose, StaticsModel::wrench, {}, effects, true, e);
+  EXPECT_TRUE(e.valid);
+  const ReadingRows rows{robot.cable_count()};
+  Eigen::VectorXd out(rows.size());
+  for (int i = 0; i < rows.cables; ++i) {
+    out[i] = e.length_m[i];
+    out[rows.swivel() + i] =
+        about ? wrap_angle(e.swivel_rad[i] - about->swivel_rad[i]) : 0.0;
+  }
+  for (int a = 0; a < 3; ++a) {
+    out[rows.attitude() + a] =
+        about ? wrap_angle(e.roll_pitch_yaw_rad[a] - about->roll_pitch_yaw_rad[a]) : 0.0;
+  }
+  out.tail<6>() = e.wrench;
+  return out;
+}
+
+EffectValues random_values(Rng& rng, const Effect& effect, int cables) {
+  EffectValues values = effect.typical(cables);
+  for (double& v : values) v *= uniform(rng, -1.0, 1.0);
+  if (effect.name() == "cable_elasticity" || effect.name() == "cable_sag") values = values.cwiseAbs();
+  return values;
+}
+
+class EveryEffect : public ::testing::TestWithParam<std::shared_ptr<const Effect>> {};
+
+TEST_P(EveryEffect, DerivativesByValueAndByPose) {
+  const auto& effect = GetParam();
+  Rng rng(5);
+  for (const RobotPose& at : derivative_cases()) {
+    SCOPED_TRACE(at.label);
+    if (at.robot.cables[0].pulley.radius_m == 0.0 && effect->name() == "pulley_radius") continue;
+    const Vector3 angles =
+        euler_from_rotation(at.pose.rotation_matrix(), at.robot.euler_convention);
+    const Matrix3 rates = euler_rate_matrix(angles, at.robot.euler_convention);
+    if (std::abs(rates.determinant()) < 0.3) continue;  // too near gimbal lock for differences
+    const int n = at.robot.cable_count();
+    const Measurement m = random_measurement(rng, at);
+    const EffectValues values = random_values(rng, *effect, n);
+    const ActiveEffects active{{effect, values}};
+    PoseEvaluation about, scratch;
+    predicted(at.robot, m, at.pose, active, nullptr, about);
+
+    const Robot changed = with_effects(at.robot, active);
+    const PlatformState state = platform_state(changed, at.pose);
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(ReadingRows{n}.size(), effect->size(n));
+    effect->columns({changed, state, at.pose, m}, values, columns);
+    const EffectValues scale = effect->typical(n);
+    const NumericJacobian by_value = numeric_jacobian(
+        [&](const Eigen::VectorXd& x) {
+          return predicted(at.robot, m, at.pose,
+                           {{effect, EffectValues(x.cwiseProduct(scale))}}, &about, scratch);
+        },
+        values.cwiseQuotient(scale), 2e-2);
+    EXPECT_TRUE(jacobian_matches(columns * scale.asDiagonal(), by_value, 1e-6)) << "by value";
+
+    const NumericJacobian by_pose = numeric_pose_jacobian(
+        [&](const Pose& pose) { return predicted(at.robot, m, pose, active, &about, scratch); },
+        at.pose, 1e-3);
+    Eigen::MatrixXd analytic(ReadingRows{n}.size(), 6);
+    analytic << about.length_by_twist, about.swivel_by_twist, about.attitude_by_twist,
+        about.wrench_by_twist;
+    EXPECT_TRUE(jacobian_matches(analytic, by_pose, 1e-6)) << "by pose";
+  }
+}
+
+TEST_P(EveryEffect, ZeroIsAbsentAndValuesCount) {
+  const auto& effect = GetParam();
+  Rng rng(9);
+  const RobotPose at = derivative_cases(4)[40];
+  const int n = at.robot.cable_count();
+  const Measurement m = random_measurement(rng, at);
+  PoseEvaluation e;
+  const Eigen::VectorXd without = predicted(at.robot, m, at.pose, {}, nullptr, e);
+  PoseEvaluation about = e;
+  const Eigen::VectorXd zero = predicted(
+      at.robot, m, at.pose, {{effect, EffectValues::Zero(effect->size(n))}}, &about, e);
+  const Eigen::VectorXd plain = predicted(at.robot, m, at.pose, {}, &about, e);
+  EXPECT_LT((zero - plain).norm(), 1e-12);
+  const Eigen::VectorXd one =
+      predicted(at.robot, m, at.pose, {{effect, effect->typical(n)}}, &about, e);
+  EXPECT_GT((one - plain).norm(), 1e-6);
+  EXPECT_EQ(effect->typical(n).size(), effect->size(n));
+  EXPECT_TRUE((effect->plausible(n).array() >= effect->typical(n).array()).all());
+  const EffectValues values = effect->typical(n);
+  EXPECT_LT((effect->from_reported(effect->to_reported(values)) - values).norm(), 1e-12);
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalogue, EveryEffect, ::testing::ValuesIn(effect_catalogue()),
+                         [](const auto& info) { return info.param->name(); });
+
+TEST(Catalogue, NamesAreUniqueAndRivalsExist) {
+  std::set<std::string> names;
+  for (const auto& effect : effect_catalogue()) {
+    EXPECT_TRUE(names.insert(effect->name()).second) << effect->name();
+    EXPECT_EQ(find_effect(effect->name()), effect);
+  }
+  for (const auto& effect : effect_catalogue()) {
+    for (const char* rival : effect->info().confused_with) {
+      EXPECT_TRUE(names.count(rival)) << effect->name() << " names rival " << rival;
+    }
+  }
+  EXPECT_THROW(find_effect("gremlins"), InputError);
+}
+
+}  // namespace
+}  // namespace cdprcal::test
