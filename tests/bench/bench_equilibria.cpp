@@ -63,9 +63,7 @@ void inverse_warm(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations());
   state.SetLabel(to_string(options.distribution));
 }
-BENCHMARK(inverse_warm)
-    ->ArgNames({"cables", "distribution"})
-    ->ArgsProduct({{3, 4, 5}, {0, 1, 2}});
+BENCHMARK(inverse_warm)->ArgNames({"cables", "distribution"})->ArgsProduct({{3, 4, 5}, {0, 1, 2}});
 
 void inverse_cold(benchmark::State& state) {
   const InverseSolver solver(irma4_with_cables(state.range(0)), {});

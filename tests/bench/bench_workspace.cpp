@@ -4,8 +4,8 @@
 #include <sys/resource.h>
 
 #include "cdprcal/model/robot_file.hpp"
-#include "cdprcal/workspace/alpha_shape.hpp"
 #include "cdprcal/workspace/inscribed_box.hpp"
+#include "cdprcal/workspace/workspace_shape.hpp"
 
 namespace cdprcal {
 namespace {

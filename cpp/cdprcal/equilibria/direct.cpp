@@ -60,7 +60,8 @@ class TensionProblem {
       const Vector6 twist =
           -Eigen::PartialPivLU<Matrix6>(stiffness(robot_, state, tension_N_)).solve(residual);
       if (!twist.allFinite()) break;
-      const double size = std::max(twist.head<3>().norm() / step_limit_m_, twist.tail<3>().norm() / 0.5);
+      const double size =
+          std::max(twist.head<3>().norm() / step_limit_m_, twist.tail<3>().norm() / 0.5);
       pose = plus(pose, twist / std::max(1.0, size));
     }
     if (best <= options_.tolerance * weight) return accept(result.pose);
@@ -118,7 +119,8 @@ class TensionProblem {
     result.pose = pose;
     result.tension_N = tension_N_;
     result.length_m = state.length_m();
-    result.residual_N = balance_error_N(wrench_residual(robot_, state, tension_N_), length_scale_m_);
+    result.residual_N =
+        balance_error_N(wrench_residual(robot_, state, tension_N_), length_scale_m_);
     result.stability = stability(robot_, state, tension_N_);
     result.stable = result.stability.constant_tensions_N_m > 0.0;
     result.status = result.stable ? EquilibriumStatus::found : EquilibriumStatus::unstable;

@@ -9,20 +9,19 @@
 namespace cdprcal {
 
 struct DirectOptions {
-  double tolerance = 1e-10;      ///< balance error ÷ weight at which a pose counts as found
+  double tolerance = 1e-10;  ///< balance error ÷ weight at which a pose counts as found
   int max_newton_steps = 40;
-  int max_evaluations = 200;     ///< of NLopt, each start
+  int max_evaluations = 200;  ///< of NLopt, each start
 };
 
-/// The stable pose of a force-controlled robot: minimum of V = Σ τ l + m g z_G at constant tensions.
-/// tension_N: n values ≥ 0. With `start`, Newton's method on the six balance equations (eq. 6)
-/// goes first; if it fails or ends on an unstable pose, and always without `start`, NLopt searches
-/// the minimum and Newton polishes it. Without `start` the poses of start_rotations are tried.
-/// stable/unstable: Stability::constant_tensions_N_m.
-/// Status: found; unstable (no minimum was reached, only a saddle); not_found (with the reason, e.g.
-/// tensions too weak, or one so strong that it draws the platform into its pulley);
-/// invalid_geometry. Neutral counts as unstable.
-/// Throws InputError for a wrong number of tensions, negative or not finite ones.
+/// The stable pose of a force-controlled robot: minimum of V = Σ τ l + m g z_G at constant
+/// tensions. tension_N: n values ≥ 0. With `start`, Newton's method on the six balance equations
+/// (eq. 6) goes first; if it fails or ends on an unstable pose, and always without `start`, NLopt
+/// searches the minimum and Newton polishes it. Without `start` the poses of start_rotations are
+/// tried. stable/unstable: Stability::constant_tensions_N_m. Status: found; unstable (no minimum
+/// was reached, only a saddle); not_found (with the reason, e.g. tensions too weak, or one so
+/// strong that it draws the platform into its pulley); invalid_geometry. Neutral counts as
+/// unstable. Throws InputError for a wrong number of tensions, negative or not finite ones.
 EquilibriumResult direct_from_tensions(const Robot& robot, const CableVector& tension_N,
                                        const std::optional<Pose>& start = std::nullopt,
                                        const DirectOptions& options = {});

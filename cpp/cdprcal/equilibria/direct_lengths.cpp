@@ -84,7 +84,8 @@ class LengthProblem {
     Pose pose = start;
     if (release) {
       const PlatformState state = platform_state(robot_, pose);
-      if (!state.valid) return failure(EquilibriumStatus::invalid_geometry, describe_invalid(state));
+      if (!state.valid)
+        return failure(EquilibriumStatus::invalid_geometry, describe_invalid(state));
       for (int i = 0; i < robot_.cable_count(); ++i) {
         taut[i] = state.cable[i].length_m > target_m_[i] - 1e-4 * size_m_;
       }
@@ -198,8 +199,7 @@ class LengthProblem {
     result.pose = pose;
     result.tension_N = tension_N;
     result.length_m = state.length_m();
-    result.residual_N =
-        balance_error_N(wrench_residual(robot_, state, tension_N), length_scale_m_);
+    result.residual_N = balance_error_N(wrench_residual(robot_, state, tension_N), length_scale_m_);
     result.evaluations = evaluations_;
     result.stability = taut_stability(state, tension_N, taut);
     result.stable = result.stability.locked_lengths_N_m > 0.0;
@@ -291,8 +291,8 @@ std::vector<EquilibriumResult> all_equilibria_from_lengths(const Robot& robot,
       if (!result.balanced()) continue;
       // All cables taut but one pushing is no equilibrium of a cable robot.
       if ((result.tension_N.array() < -1e-9 * robot.weight_N()).any()) continue;
-      const double height = result.pose.position_m.z() +
-                            (result.pose.rotation * robot.platform.centre_of_mass_m).z();
+      const double height =
+          result.pose.position_m.z() + (result.pose.rotation * robot.platform.centre_of_mass_m).z();
       distinct.add(result, height);
     }
   }

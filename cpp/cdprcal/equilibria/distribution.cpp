@@ -17,10 +17,10 @@ using Directions = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 
 /// A, its right inverse and the null-space basis.
 struct ForceRows {
   bool valid = false;
-  Directions a;           ///< A (3×n): cable directions
-  Matrix3 gram_inverse;   ///< (A Aᵀ)⁻¹
+  Directions a;              ///< A (3×n): cable directions
+  Matrix3 gram_inverse;      ///< (A Aᵀ)⁻¹
   CableRows3 right_inverse;  ///< A⁺ = Aᵀ (A Aᵀ)⁻¹
-  NullBasis basis;        ///< N
+  NullBasis basis;           ///< N
 };
 
 ForceRows force_rows(const PlatformState& state) {
@@ -201,10 +201,14 @@ TensionDistribution parse_tension_distribution(const std::string& name) {
 
 const char* to_string(TensionDistribution distribution) {
   switch (distribution) {
-    case TensionDistribution::barycentre: return "barycentre";
-    case TensionDistribution::minimum_norm: return "minimum_norm";
-    case TensionDistribution::mid_range: return "mid_range";
-    case TensionDistribution::given_lambda: return "given_lambda";
+    case TensionDistribution::barycentre:
+      return "barycentre";
+    case TensionDistribution::minimum_norm:
+      return "minimum_norm";
+    case TensionDistribution::mid_range:
+      return "mid_range";
+    case TensionDistribution::given_lambda:
+      return "given_lambda";
   }
   return "unknown";
 }

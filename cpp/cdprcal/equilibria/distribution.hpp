@@ -51,8 +51,8 @@ struct DistributedTension {
   bool polytope_exists = true;
   CableVector tension_N;
   CableVector lambda_N;
-  CableRows3 by_rotation;    ///< ∂τ/∂δθ (n×3)
-  CableRows3 by_position;    ///< ∂τ/∂δp (n×3), when asked for
+  CableRows3 by_rotation;  ///< ∂τ/∂δθ (n×3)
+  CableRows3 by_position;  ///< ∂τ/∂δp (n×3), when asked for
 };
 
 /// n = 3, 4, 5 (the caller checks). `given` is used by given_lambda only. No heap.

@@ -109,12 +109,18 @@ double balance_error_N(const Vector6& wrench_residual, double length_scale_m) {
 
 const char* to_string(EquilibriumStatus status) {
   switch (status) {
-    case EquilibriumStatus::found: return "found";
-    case EquilibriumStatus::unstable: return "unstable";
-    case EquilibriumStatus::infeasible: return "infeasible";
-    case EquilibriumStatus::slack: return "slack";
-    case EquilibriumStatus::not_found: return "not_found";
-    case EquilibriumStatus::invalid_geometry: return "invalid_geometry";
+    case EquilibriumStatus::found:
+      return "found";
+    case EquilibriumStatus::unstable:
+      return "unstable";
+    case EquilibriumStatus::infeasible:
+      return "infeasible";
+    case EquilibriumStatus::slack:
+      return "slack";
+    case EquilibriumStatus::not_found:
+      return "not_found";
+    case EquilibriumStatus::invalid_geometry:
+      return "invalid_geometry";
   }
   return "unknown";
 }

@@ -9,12 +9,12 @@
 namespace cdprcal {
 
 enum class EquilibriumStatus {
-  found,             ///< balanced to machine precision and stable; every cable carries tension ≥ 0
-  unstable,          ///< balanced, but the platform would leave this pose at the slightest touch
-  infeasible,        ///< balanced, but a tension is outside the robot's limits (inverse problem)
-  slack,             ///< balanced, but a cable hangs loose: it is on fewer cables than asked
-  not_found,         ///< no balanced pose was reached; the pose is NaN
-  invalid_geometry   ///< an anchor sits inside a pulley or on its swivel axis; the pose is NaN
+  found,            ///< balanced to machine precision and stable; every cable carries tension ≥ 0
+  unstable,         ///< balanced, but the platform would leave this pose at the slightest touch
+  infeasible,       ///< balanced, but a tension is outside the robot's limits (inverse problem)
+  slack,            ///< balanced, but a cable hangs loose: it is on fewer cables than asked
+  not_found,        ///< no balanced pose was reached; the pose is NaN
+  invalid_geometry  ///< an anchor sits inside a pulley or on its swivel axis; the pose is NaN
 };
 
 const char* to_string(EquilibriumStatus status);
@@ -49,14 +49,14 @@ bool stable_with_constant_tensions(const Matrix6& stiffness, double length_scale
 /// every number below is NaN: a failure can never be taken for a pose.
 struct EquilibriumResult {
   EquilibriumStatus status = EquilibriumStatus::not_found;
-  std::string reason;              ///< one sentence for people; empty when found
+  std::string reason;  ///< one sentence for people; empty when found
   Pose pose{Vector3::Constant(kNaN), Eigen::Quaterniond(kNaN, kNaN, kNaN, kNaN)};
   CableVector tension_N;
   CableVector length_m;
-  bool stable = false;             ///< by the notion that fits the problem (see each solver)
+  bool stable = false;  ///< by the notion that fits the problem (see each solver)
   Stability stability;
-  double residual_N = kNaN;        ///< ‖Ξᵀτ − f‖, moments divided by the characteristic length
-  int evaluations = 0;             ///< of the robot's kinematics, over all starts
+  double residual_N = kNaN;  ///< ‖Ξᵀτ − f‖, moments divided by the characteristic length
+  int evaluations = 0;       ///< of the robot's kinematics, over all starts
 
   /// Whether the pose is an equilibrium at all, whatever else is wrong with it.
   [[nodiscard]] bool balanced() const {

@@ -128,8 +128,7 @@ InverseSolver::Point InverseSolver::search_from(const Vector3& position_m,
   search.fixed_position = true;
   search.relative_tolerance = 1e-5;
   search.max_evaluations = options_.max_evaluations;
-  const PoseSearchResult found =
-      search_pose(robot_, {position_m, rotation}, {}, objective, search);
+  const PoseSearchResult found = search_pose(robot_, {position_m, rotation}, {}, objective, search);
   if (evaluations != nullptr) *evaluations += found.evaluations;
   const Point point = continue_from(position_m, found.pose.rotation);
   if (evaluations != nullptr) *evaluations += point.steps + 1;
@@ -211,8 +210,8 @@ std::vector<InverseResult> all_equilibria_at(const Robot& robot, const Vector3& 
   const InverseSolver solver(robot, options);
   std::vector<InverseResult> results;
   for (const Eigen::Quaterniond& rotation : start_rotations(robot, true)) {
-    for (const auto& point : {solver.search_from(position_m, rotation),
-                              solver.continue_from(position_m, rotation)}) {
+    for (const auto& point :
+         {solver.search_from(position_m, rotation), solver.continue_from(position_m, rotation)}) {
       InverseResult result = solver.describe(position_m, point);
       if (!result.balanced()) continue;
       const bool known = std::any_of(results.begin(), results.end(), [&](const InverseResult& r) {

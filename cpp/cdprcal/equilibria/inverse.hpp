@@ -14,17 +14,17 @@ enum class StabilityNotion { locked_lengths, constant_tensions };
 
 struct InverseOptions {
   TensionDistribution distribution = TensionDistribution::barycentre;
-  CableVector lambda_N;              ///< n − 3 values, for given_lambda (see ForceFamily)
+  CableVector lambda_N;  ///< n − 3 values, for given_lambda (see ForceFamily)
   StabilityNotion stability = StabilityNotion::locked_lengths;  ///< the paper's (eq. A4)
-  double tolerance = 1e-10;          ///< moment error ÷ (weight · characteristic length)
+  double tolerance = 1e-10;  ///< moment error ÷ (weight · characteristic length)
   int max_newton_steps = 20;
-  int max_evaluations = 300;         ///< of NLopt, each start
+  int max_evaluations = 300;  ///< of NLopt, each start
 };
 
 /// An equilibrium with what the inverse problem adds to it.
 struct InverseResult : EquilibriumResult {
-  CableVector lambda_N;              ///< n − 3 values
-  double margin_N = kNaN;            ///< tension_margin_N: negative when infeasible
+  CableVector lambda_N;    ///< n − 3 values
+  double margin_N = kNaN;  ///< tension_margin_N: negative when infeasible
 };
 
 /// Solves many positions of one robot. Checks the problem once; what follows does not allocate.
@@ -36,10 +36,10 @@ class InverseSolver {
 
   struct Point {
     EquilibriumStatus status = EquilibriumStatus::not_found;
-    Eigen::Quaterniond rotation;     ///< meaningful when balanced
+    Eigen::Quaterniond rotation;  ///< meaningful when balanced
     CableVector tension_N;
     double margin_N = kNaN;
-    int steps = 0;                   ///< Newton steps taken
+    int steps = 0;  ///< Newton steps taken
   };
 
   /// Newton on eq. A1 from a rotation that is close (a solved neighbour). Status: found,
@@ -82,7 +82,8 @@ class InverseSolver {
 };
 
 /// One position. With `start` Newton goes first, NLopt from there if it fails; without, see
-/// InverseSolver::solve. Throws InputError like InverseSolver and for a position that is not finite.
+/// InverseSolver::solve. Throws InputError like InverseSolver and for a position that is not
+/// finite.
 InverseResult inverse(const Robot& robot, const Vector3& position_m,
                       const InverseOptions& options = {},
                       const std::optional<Eigen::Quaterniond>& start = std::nullopt);

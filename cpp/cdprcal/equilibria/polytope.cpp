@@ -119,7 +119,8 @@ Barycentre least_violation(const MovingFamily& f, const HalfPlanes& planes) {
         bool feasible = true;
         for (int k = 0; k < planes.count && feasible; ++k) {
           const HalfPlane& p = planes.plane[k];
-          feasible = p.normal.dot(x.head<2>()) - x.z() <= p.bound + 1e-9 * (1.0 + std::abs(p.bound));
+          feasible =
+              p.normal.dot(x.head<2>()) - x.z() <= p.bound + 1e-9 * (1.0 + std::abs(p.bound));
         }
         if (!feasible) continue;
         best = x.z();
@@ -163,8 +164,8 @@ Barycentre polygon_centroid(const MovingFamily& f, double low_N, double high_N) 
   Barycentre result;
   result.exists = true;
   result.lambda_N = origin + moment / twice_area;
-  // An edge that moves outward by v sweeps area: dC = (∮ (x − C) v ds) / area. Along an edge x and v
-  // are linear, so Simpson's rule is exact.
+  // An edge that moves outward by v sweeps area: dC = (∮ (x − C) v ds) / area. Along an edge x and
+  // v are linear, so Simpson's rule is exact.
   const double area = 0.5 * twice_area;
   for (int d = 0; d < f.directions; ++d) {
     Vector2d sweep = Vector2d::Zero();

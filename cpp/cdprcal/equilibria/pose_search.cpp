@@ -158,7 +158,7 @@ PoseSearchResult search_pose(const Robot& robot, const Pose& start, const PoseBo
     result.finished = code > 0 && code != nlopt::MAXEVAL_REACHED && std::isfinite(result.value);
     if (!result.finished) result.message = "the optimiser spent its evaluations";
   } catch (const nlopt::roundoff_limited&) {
-    result.finished = true;  // as good as doubles allow: Newton takes over
+    result.finished = true;                // as good as doubles allow: Newton takes over
   } catch (const std::exception& error) {  // NLopt reports numerical failure by throwing
     result.message = std::string("the optimiser gave up (") + error.what() + ")";
   }

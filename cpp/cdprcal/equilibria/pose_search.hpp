@@ -37,12 +37,12 @@ struct PoseSearchOptions {
 };
 
 struct PoseSearchResult {
-  bool finished = false;        ///< the optimiser stopped by itself at a finite value
-  bool at_bound = false;        ///< it ran into the edge of the box: no minimum inside
-  Pose pose;                    ///< the best pose seen
+  bool finished = false;  ///< the optimiser stopped by itself at a finite value
+  bool at_bound = false;  ///< it ran into the edge of the box: no minimum inside
+  Pose pose;              ///< the best pose seen
   double value = 0.0;
   int evaluations = 0;
-  std::string message;          ///< of the optimiser, when it did not finish
+  std::string message;  ///< of the optimiser, when it did not finish
 };
 
 /// Local minimum by NLopt's SLSQP (dense quasi-Newton with bounds and constraints) from `start`.

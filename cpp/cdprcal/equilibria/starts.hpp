@@ -15,8 +15,8 @@ namespace cdprcal {
 /// turns them all alike.
 std::vector<Eigen::Quaterniond> start_rotations(const Robot& robot, bool many);
 
-/// Pose with this rotation, the anchors' centroid under the weighted centroid of the pulleys, `drop_m`
-/// below it. Weights ≥ 0, one a cable; all zero counts as equal.
+/// Pose with this rotation, the anchors' centroid under the weighted centroid of the pulleys,
+/// `drop_m` below it. Weights ≥ 0, one a cable; all zero counts as equal.
 Pose hanging_pose(const Robot& robot, const Eigen::Quaterniond& rotation,
                   const CableVector& weights, double drop_m);
 

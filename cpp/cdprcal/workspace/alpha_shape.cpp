@@ -7,6 +7,7 @@
 #include <CGAL/Triangulation_cell_base_with_info_3.h>
 #include <CGAL/Triangulation_vertex_base_with_info_3.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <unordered_map>
 #include <utility>
@@ -24,10 +25,12 @@ struct CellInfo {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using VertexBase = CGAL::Triangulation_vertex_base_with_info_3<int, Kernel>;
-using CellBase = CGAL::Triangulation_cell_base_with_info_3<
-    CellInfo, Kernel, CGAL::Delaunay_triangulation_cell_base_3<Kernel>>;
+using CellBase =
+    CGAL::Triangulation_cell_base_with_info_3<CellInfo, Kernel,
+                                              CGAL::Delaunay_triangulation_cell_base_3<Kernel>>;
 using Delaunay =
-    CGAL::Delaunay_triangulation_3<Kernel, CGAL::Triangulation_data_structure_3<VertexBase, CellBase>>;
+    CGAL::Delaunay_triangulation_3<Kernel,
+                                   CGAL::Triangulation_data_structure_3<VertexBase, CellBase>>;
 using Cell = Delaunay::Cell_handle;
 
 /// Coordinates are rounded to this many steps across the set: lattices become exact lattices, whose
@@ -62,15 +65,15 @@ double squared_circumradius(const Cell& cell) {
   const Vector3 b = vector(cell->vertex(2)->point()) - o;
   const Vector3 c = vector(cell->vertex(3)->point()) - o;
   const double six_volumes = a.dot(b.cross(c));
-  const Vector3 numerator = a.squaredNorm() * b.cross(c) + b.squaredNorm() * c.cross(a) +
-                            c.squaredNorm() * a.cross(b);
+  const Vector3 numerator =
+      a.squaredNorm() * b.cross(c) + b.squaredNorm() * c.cross(a) + c.squaredNorm() * a.cross(b);
   return numerator.squaredNorm() / (4.0 * six_volumes * six_volumes);
 }
 
 /// The Delaunay triangulation and which of its cells are solid.
 class Solid {
  public:
-  /// `rim`: see alpha_shape of a workspace; empty when no points were left out.
+  /// `rim`: AlphaShapeOptions::core_rim.
   Solid(const std::vector<Vector3>& points_m, std::vector<bool> rim)
       : point_count_(points_m.size()), rim_(std::move(rim)) {
     const Quantised grid = quantise(points_m);
@@ -180,7 +183,7 @@ class Solid {
   std::size_t point_count_;
   std::vector<bool> rim_;
   Delaunay delaunay_;
-  std::vector<Cell> cells_;   ///< the finite ones
+  std::vector<Cell> cells_;  ///< the finite ones
   std::vector<Cell> piece_;
   int components_ = 0;
   int points_outside_ = 0;
@@ -216,7 +219,8 @@ std::pair<Cell, int> wedge_partner(const BoundaryFace& face, int a, int b) {
   int from = face.opposite;
   while (true) {
     int across = 0;  // the vertex that is neither on the edge nor opposite to where we came from
-    while (across == from || cell->vertex(across)->info() == a || cell->vertex(across)->info() == b) {
+    while (across == from || cell->vertex(across)->info() == a ||
+           cell->vertex(across)->info() == b) {
       ++across;
     }
     const Cell next = cell->neighbor(across);
@@ -307,15 +311,22 @@ Mesh manifold_mesh(const std::vector<Vector3>& points_m, const std::vector<Bound
   return mesh;
 }
 
-AlphaShape shape(const std::vector<Vector3>& points_m, const AlphaShapeOptions& options,
-                 std::vector<bool> rim) {
+}  // namespace
+
+AlphaShape alpha_shape(const std::vector<Vector3>& points_m, const AlphaShapeOptions& options) {
+  if (options.alpha_m2 && !(*options.alpha_m2 > 0.0)) {
+    throw InputError("alpha_m2: must be positive [m²]");
+  }
+  if (!options.core_rim.empty() && options.core_rim.size() != points_m.size()) {
+    throw InputError("core_rim: needs one value a point");
+  }
   AlphaShape result;
-  Solid solid(points_m, std::move(rim));
+  Solid solid(points_m, options.core_rim);
   result.points_outside = static_cast<int>(points_m.size());
   if (solid.flat()) return result;
-  result.alpha_m2 = options.alpha_m2 ? *options.alpha_m2
-                                     : solid.automatic_alpha(options.min_alpha_m2,
-                                                             options.max_alpha_m2);
+  result.alpha_m2 = options.alpha_m2
+                        ? *options.alpha_m2
+                        : solid.automatic_alpha(options.min_alpha_m2, options.max_alpha_m2);
   solid.set_alpha(result.alpha_m2);
   result.components = solid.components();
   result.points_outside = solid.points_outside();
@@ -323,72 +334,6 @@ AlphaShape shape(const std::vector<Vector3>& points_m, const AlphaShapeOptions& 
   result.volume_m3 = mesh_volume_m3(result.mesh);
   result.watertight = is_watertight(result.mesh);
   return result;
-}
-
-/// How many steps (at most `limit`) a point inside is from anything that is not, in all 26
-/// directions: 0 outside, 1 at the boundary.
-std::vector<std::uint8_t> depth_in_steps(const Workspace& workspace, std::uint8_t limit) {
-  const Grid& grid = workspace.grid;
-  std::vector<std::uint8_t> depth(workspace.status.size());
-  std::vector<std::uint8_t> eroded(depth.size());
-  for (std::size_t k = 0; k < depth.size(); ++k) {
-    depth[k] = workspace.status[k] == PointStatus::inside ? 1 : 0;
-  }
-  const std::array<std::int64_t, 3> stride{
-      1, grid.count[0], static_cast<std::int64_t>(grid.count[0]) * grid.count[1]};
-  for (std::uint8_t level = 1; level < limit; ++level) {
-    // The cube of 26 neighbours as three passes along the axes.
-    std::vector<std::uint8_t> current(depth.size());
-    for (std::size_t k = 0; k < depth.size(); ++k) current[k] = depth[k] >= level ? 1 : 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (std::int64_t k = 0; k < grid.size(); ++k) {
-        const std::int64_t at = k / stride[axis] % grid.count[axis];
-        const bool interior = at > 0 && at + 1 < grid.count[axis];
-        eroded[k] = interior && current[k - stride[axis]] != 0 && current[k] != 0 &&
-                            current[k + stride[axis]] != 0
-                        ? 1
-                        : 0;
-      }
-      current.swap(eroded);
-    }
-    for (std::size_t k = 0; k < depth.size(); ++k) depth[k] += current[k];
-  }
-  return depth;
-}
-
-}  // namespace
-
-AlphaShape alpha_shape(const std::vector<Vector3>& points_m, const AlphaShapeOptions& options) {
-  if (options.alpha_m2 && !(*options.alpha_m2 > 0.0)) {
-    throw InputError("alpha_m2: must be positive [m²]");
-  }
-  return shape(points_m, options, {});
-}
-
-AlphaShape workspace_shape(const Workspace& workspace, const std::optional<double>& alpha_m2) {
-  if (alpha_m2 && !(*alpha_m2 > 0.0)) throw InputError("alpha_m2: must be positive [m²]");
-  const double step = workspace.grid.step_m;
-  AlphaShapeOptions options;
-  options.alpha_m2 = alpha_m2;
-  options.min_alpha_m2 = step * step;
-  options.max_alpha_m2 = 4.0 * step * step;
-  // A ball larger than a cell cannot pass through a full layer of grid points, so the points below
-  // it do not touch the boundary at any alpha of at least a cell's.
-  constexpr std::uint8_t kShell = 4;
-  const bool omit = !alpha_m2 || *alpha_m2 > 0.8 * step * step;
-  const std::vector<std::uint8_t> depth =
-      omit ? depth_in_steps(workspace, kShell + 1) : std::vector<std::uint8_t>();
-  std::vector<Vector3> points;
-  std::vector<bool> rim;
-  for (std::size_t row = 0; row < workspace.inside.size(); ++row) {
-    const std::uint8_t steps = omit ? depth[workspace.inside[row]] : 0;
-    if (steps > kShell) continue;
-    points.push_back(workspace.position_m(row));
-    if (omit) rim.push_back(steps > 1);
-  }
-  points.insert(points.end(), workspace.boundary_m.begin(), workspace.boundary_m.end());
-  if (omit) rim.resize(points.size(), false);
-  return shape(points, options, std::move(rim));
 }
 
 }  // namespace cdprcal

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "cdprcal/workspace/mesh.hpp"
-#include "cdprcal/workspace/workspace.hpp"
 
 namespace cdprcal {
 
@@ -18,14 +17,18 @@ struct AlphaShapeOptions {
   /// Bounds of the automatic alpha; 0: none.
   double min_alpha_m2 = 0.0;
   double max_alpha_m2 = 0.0;
+  /// For sets whose inner points were left out because the space there is solid anyway: one value a
+  /// point, true where only left-out or other points are around it, none missing. A hollow with
+  /// nothing but such points on its wall counts as solid. Empty: nothing was left out.
+  std::vector<bool> core_rim;
 };
 
 struct AlphaShape {
-  Mesh mesh;              ///< watertight, outward; vertices are input points (see below)
-  double alpha_m2 = 0.0;  ///< used
-  int components = 0;     ///< pieces of the solid (through faces)
-  int points_outside = 0; ///< input points neither in nor on the solid
-  double volume_m3 = 0.0; ///< of the solid
+  Mesh mesh;               ///< watertight, outward; vertices are input points (see below)
+  double alpha_m2 = 0.0;   ///< used
+  int components = 0;      ///< pieces of the solid (through faces)
+  int points_outside = 0;  ///< input points neither in nor on the solid
+  double volume_m3 = 0.0;  ///< of the solid
   bool watertight = false;
 };
 
@@ -35,13 +38,5 @@ struct AlphaShape {
 /// Returns an empty mesh when fewer than four points, or all in a plane, or none fits.
 /// Throws InputError for points that are not finite or an alpha that is not positive.
 AlphaShape alpha_shape(const std::vector<Vector3>& points_m, const AlphaShapeOptions& options = {});
-
-/// Of a workspace: grid points inside and boundary points. Automatic alpha: at least step² (a grid
-/// cell needs ¾ step²), so that full cells are solid; at most (2 · step)², so that hollows wider
-/// than four steps stay hollow; the least in between with one piece and no point outside.
-/// Points deep inside are left out of the triangulation and their space is solid as it is: the
-/// result is the same, sooner.
-AlphaShape workspace_shape(const Workspace& workspace,
-                           const std::optional<double>& alpha_m2 = std::nullopt);
 
 }  // namespace cdprcal

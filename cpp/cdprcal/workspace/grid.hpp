@@ -25,14 +25,14 @@ struct Box {
 /// when the lowest pulley hangs above it by over half that side.
 Box workspace_box(const Robot& robot);
 
-/// Throws InputError when the box is empty or not finite, or lies wholly where no cable can hold the
-/// platform up: beside all pulleys or above them (by more than the platform's own size).
+/// Throws InputError when the box is empty or not finite, or lies wholly where no cable can hold
+/// the platform up: beside all pulleys or above them (by more than the platform's own size).
 void check_box(const Robot& robot, const Box& box);
 
 /// Points at equal steps in all directions, centred in the box.
 struct Grid {
   Box box;
-  Vector3 origin_m = Vector3::Zero();   ///< the point of index (0, 0, 0)
+  Vector3 origin_m = Vector3::Zero();  ///< the point of index (0, 0, 0)
   double step_m = 0.0;
   std::array<int, 3> count{0, 0, 0};
 

@@ -9,7 +9,7 @@ namespace {
 struct Block {
   std::array<int, 3> low{};
   std::array<int, 3> high{};
-  double cells = 0.0;   ///< volume in grid cells; 0: none yet
+  double cells = 0.0;  ///< volume in grid cells; 0: none yet
 };
 
 /// All maximal rectangles under a histogram (column heights in points), by the stack of rising
@@ -96,10 +96,8 @@ bool box_is_inside(const Workspace& workspace, const Box& box) {
   std::array<int, 3> high{};
   for (int a = 0; a < 3; ++a) {
     // Grid points strictly around the box, so that nothing of it lies in an untested cell.
-    low[a] = static_cast<int>(
-        std::floor((box.lower_m[a] - grid.origin_m[a]) / grid.step_m + 1e-9));
-    high[a] = static_cast<int>(
-        std::ceil((box.upper_m[a] - grid.origin_m[a]) / grid.step_m - 1e-9));
+    low[a] = static_cast<int>(std::floor((box.lower_m[a] - grid.origin_m[a]) / grid.step_m + 1e-9));
+    high[a] = static_cast<int>(std::ceil((box.upper_m[a] - grid.origin_m[a]) / grid.step_m - 1e-9));
     if (low[a] < 0 || high[a] >= grid.count[a] || low[a] > high[a]) return false;
   }
   for (int k = low[2]; k <= high[2]; ++k) {

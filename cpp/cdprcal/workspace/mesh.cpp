@@ -73,8 +73,7 @@ bool contains(const Mesh& mesh, const Vector3& position_m) {
     const double la = a.norm();
     const double lb = b.norm();
     const double lc = c.norm();
-    const double denominator =
-        la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+    const double denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
     solid_angle += 2.0 * std::atan2(a.dot(b.cross(c)), denominator);
   }
   return solid_angle > 2.0 * kPi;  // half of the full angle

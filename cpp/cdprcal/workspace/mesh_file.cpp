@@ -154,8 +154,9 @@ Mesh read_ply(const std::string& data, const std::string& path) {
   const bool wide = scalar == "double" || scalar == "float64";
   if (!ended || coordinates != 3 || (!binary && format != "ascii") ||
       (!wide && scalar != "float" && scalar != "float32")) {
-    throw InputError(path + ": not a PLY triangle mesh (ASCII or binary little-endian, float or "
-                            "double coordinates)");
+    throw InputError(path +
+                     ": not a PLY triangle mesh (ASCII or binary little-endian, float or "
+                     "double coordinates)");
   }
   if (vertices > data.size() || faces > data.size()) {  // before anything of that size is made
     throw InputError(path + ": the file ends too early");

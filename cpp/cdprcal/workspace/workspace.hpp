@@ -18,9 +18,9 @@ namespace cdprcal {
 enum class PointStatus : std::uint8_t {
   untested,
   inside,
-  infeasible,      ///< in balance only beyond the tension limits
-  unstable,        ///< in balance, not stable
-  no_equilibrium   ///< no orientation in balance was reached, or the geometry is invalid there
+  infeasible,     ///< in balance only beyond the tension limits
+  unstable,       ///< in balance, not stable
+  no_equilibrium  ///< no orientation in balance was reached, or the geometry is invalid there
 };
 
 const char* to_string(PointStatus status);
@@ -28,20 +28,20 @@ const char* to_string(PointStatus status);
 struct WorkspaceProgress {
   std::int64_t tested = 0;
   std::int64_t inside = 0;
-  std::int64_t total = 0;     ///< all points of the grid: an upper bound of `tested`
+  std::int64_t total = 0;  ///< all points of the grid: an upper bound of `tested`
 };
 
 struct WorkspaceOptions {
-  std::optional<Box> box;              ///< default: workspace_box(robot)
+  std::optional<Box> box;  ///< default: workspace_box(robot)
   double step_m = 0.05;
   InverseOptions inverse;
-  std::vector<Vector3> seeds_m;        ///< default: a lattice of at most 5×5×5 points in the box
-  int threads = 0;                     ///< 0: one a core
+  std::vector<Vector3> seeds_m;  ///< default: a lattice of at most 5×5×5 points in the box
+  int threads = 0;               ///< 0: one a core
   /// Halvings of the step with which the boundary is located between a point inside and its
   /// neighbour outside (or the box's face); 0: none.
   int boundary_halvings = 5;
-  /// Called from the calling thread, after every level of the flood or 32768 points; false stops and
-  /// leaves a usable partial result, flagged as not complete.
+  /// Called from the calling thread, after every level of the flood or 32768 points; false stops
+  /// and leaves a usable partial result, flagged as not complete.
   std::function<bool(const WorkspaceProgress&)> progress;
 };
 
@@ -49,15 +49,15 @@ struct Workspace {
   Robot robot;
   InverseOptions inverse;
   Grid grid;
-  bool complete = false;               ///< false: stopped by `progress`
-  std::vector<PointStatus> status;     ///< a grid point, by Grid::index
+  bool complete = false;            ///< false: stopped by `progress`
+  std::vector<PointStatus> status;  ///< a grid point, by Grid::index
   std::int64_t points_tested = 0;
   std::int64_t points_inside = 0;
   std::vector<std::int32_t> solution;  ///< a grid point: row in the arrays below, −1 when outside
   std::vector<std::int64_t> inside;    ///< grid index of each row
   std::vector<Eigen::Quaterniond> rotation;  ///< equilibrium orientation, a row
-  std::vector<double> tension_N;       ///< n values a row
-  std::vector<Vector3> boundary_m;     ///< points inside, within step/2^halvings of the boundary
+  std::vector<double> tension_N;             ///< n values a row
+  std::vector<Vector3> boundary_m;  ///< points inside, within step/2^halvings of the boundary
 
   [[nodiscard]] Vector3 position_m(std::size_t row) const {
     return grid.position_m(grid.coordinates(inside[row]));
@@ -76,8 +76,8 @@ Workspace compute_workspace(const Robot& robot, const WorkspaceOptions& options 
 /// Why nothing is inside, from what was tested: one sentence. Empty when something is.
 std::string explain_empty(const Workspace& workspace);
 
-/// Everything about one position: continued from the solved grid points around it, from nothing when
-/// there are none. `margin_N` is the margin to the tension limits.
+/// Everything about one position: continued from the solved grid points around it, from nothing
+/// when there are none. `margin_N` is the margin to the tension limits.
 InverseResult probe(const Workspace& workspace, const Vector3& position_m);
 
 /// Whether the cell of the grid around a position has all its corners inside: conservative.

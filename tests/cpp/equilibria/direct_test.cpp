@@ -62,8 +62,7 @@ TEST(DirectFromTensions, AWarmStartGivesTheSamePose) {
   for (const Table2Row& row : kTable2) {
     const EquilibriumResult cold = direct_from_tensions(robot, row.tension());
     Vector6 off = Vector6::Random() * 0.1;
-    const EquilibriumResult warm =
-        direct_from_tensions(robot, row.tension(), plus(cold.pose, off));
+    const EquilibriumResult warm = direct_from_tensions(robot, row.tension(), plus(cold.pose, off));
     ASSERT_EQ(warm.status, EquilibriumStatus::found);
     EXPECT_LT(distance(warm.pose, cold.pose), 1e-9);
     EXPECT_LT(warm.evaluations, 15);
@@ -185,8 +184,7 @@ TEST(DirectFromTensions, AllEquilibriaAreDistinctBalancedAndClassified) {
     const Matrix6 k = stiffness(robot, state, tension);
     const bool positive = (0.5 * (k + k.transpose())).eval().llt().info() == Eigen::Success;
     EXPECT_EQ(all[i].stable, positive);
-    EXPECT_EQ(all[i].status,
-              positive ? EquilibriumStatus::found : EquilibriumStatus::unstable);
+    EXPECT_EQ(all[i].status, positive ? EquilibriumStatus::found : EquilibriumStatus::unstable);
     if (i > 0) {
       EXPECT_LE(all[i].stable, all[i - 1].stable) << "stable ones come first";
     }

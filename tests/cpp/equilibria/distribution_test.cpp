@@ -48,11 +48,13 @@ TEST(ForceFamily, HoldsAllTensionsThatCarryTheWeight) {
     EXPECT_LT((family.minimum_norm_N - least).norm(), 1e-9);
     ASSERT_EQ(family.basis.cols(), n - 3);
     EXPECT_LT((a * family.basis).norm(), 1e-12);
-    EXPECT_LT((family.basis.transpose() * family.basis -
-               Eigen::MatrixXd::Identity(n - 3, n - 3)).norm(), 1e-12);
+    EXPECT_LT(
+        (family.basis.transpose() * family.basis - Eigen::MatrixXd::Identity(n - 3, n - 3)).norm(),
+        1e-12);
     for (int col = 0; col < n - 3; ++col) {  // the documented rule
       EXPECT_GT(family.basis(3 + col, col), 0.0);
-      for (int above = 0; above < col; ++above) EXPECT_NEAR(family.basis(3 + above, col), 0.0, 1e-12);
+      for (int above = 0; above < col; ++above)
+        EXPECT_NEAR(family.basis(3 + above, col), 0.0, 1e-12);
     }
   }
 }
@@ -62,7 +64,8 @@ TEST(ForceFamily, LambdaReproducesItsTensions) {
   for (int trial = 0; trial < 60; ++trial) {
     const int n = 3 + trial % 3;
     const Case c = random_case(rng, n);
-    const CableVector lambda = CableVector::NullaryExpr(n - 3, [&] { return uniform(rng, -50, 50); });
+    const CableVector lambda =
+        CableVector::NullaryExpr(n - 3, [&] { return uniform(rng, -50, 50); });
     const DistributedTension t = distribute(c.robot, c.state, D::given_lambda, lambda);
     ASSERT_TRUE(t.valid);
     EXPECT_LT(force_error(c, t.tension_N).norm(), 1e-9);
@@ -94,7 +97,8 @@ TEST(ForceFamily, IsNotValidWhenTheCablesAreCoplanar) {
     cable.pulley.radius_m = 0.0;
   }
   robot.cables[1].pulley.position_m.x() = 0.3;
-  const PlatformState state = platform_state(robot, {{0.1, 0.0, 0.8}, Eigen::Quaterniond::Identity()});
+  const PlatformState state =
+      platform_state(robot, {{0.1, 0.0, 0.8}, Eigen::Quaterniond::Identity()});
   ASSERT_TRUE(state.valid);
   EXPECT_FALSE(force_family(robot, state).valid);
   EXPECT_FALSE(distribute(robot, state, D::minimum_norm, {}).valid);

@@ -5,6 +5,7 @@
 
 #include "../equilibria/robots.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/workspace/workspace_shape.hpp"
 #include "shapes.hpp"
 
 namespace cdprcal {
@@ -32,7 +33,8 @@ TEST(AlphaShape, OfACubeIsTheCube) {
 TEST(AlphaShape, FindsAlphaByItself) {
   Rng rng(1);
   std::vector<Vector3> points = lattice({0, 0, 0}, {5, 4, 3});
-  for (Vector3& p : points) p += uniform_vector(rng, Vector3::Constant(-0.02), Vector3::Constant(0.02));
+  for (Vector3& p : points)
+    p += uniform_vector(rng, Vector3::Constant(-0.02), Vector3::Constant(0.02));
   const AlphaShape s = alpha_shape(points);
   EXPECT_TRUE(s.watertight);
   EXPECT_EQ(s.components, 1);

@@ -13,8 +13,8 @@ using namespace test;  // NOLINT: test vocabulary
 /// A made-up workspace: only the grid and the statuses matter here.
 Workspace made_up(Rng& rng, const std::array<int, 3>& count, double density) {
   Workspace w;
-  w.grid = make_grid({{0, 0, 0}, {0.1 * (count[0] - 1), 0.1 * (count[1] - 1), 0.1 * (count[2] - 1)}},
-                     0.1);
+  w.grid = make_grid(
+      {{0, 0, 0}, {0.1 * (count[0] - 1), 0.1 * (count[1] - 1), 0.1 * (count[2] - 1)}}, 0.1);
   for (std::int64_t k = 0; k < w.grid.size(); ++k) {
     const bool inside = uniform(rng, 0.0, 1.0) < density;
     w.status.push_back(inside ? PointStatus::inside : PointStatus::infeasible);
@@ -25,12 +25,16 @@ Workspace made_up(Rng& rng, const std::array<int, 3>& count, double density) {
 double largest_by_trying(const Workspace& w) {
   const auto& n = w.grid.count;
   double best = 0.0;
-  for (int a = 0; a < n[0]; ++a) for (int b = 0; b < n[1]; ++b) for (int c = 0; c < n[2]; ++c) {
-    for (int x = a + 1; x < n[0]; ++x) for (int y = b + 1; y < n[1]; ++y) for (int z = c + 1; z < n[2]; ++z) {
-      const Box box{w.grid.position_m({a, b, c}), w.grid.position_m({x, y, z})};
-      if (box.volume_m3() > best && box_is_inside(w, box)) best = box.volume_m3();
-    }
-  }
+  for (int a = 0; a < n[0]; ++a)
+    for (int b = 0; b < n[1]; ++b)
+      for (int c = 0; c < n[2]; ++c) {
+        for (int x = a + 1; x < n[0]; ++x)
+          for (int y = b + 1; y < n[1]; ++y)
+            for (int z = c + 1; z < n[2]; ++z) {
+              const Box box{w.grid.position_m({a, b, c}), w.grid.position_m({x, y, z})};
+              if (box.volume_m3() > best && box_is_inside(w, box)) best = box.volume_m3();
+            }
+      }
   return best;
 }
 

@@ -136,10 +136,12 @@ TEST_F(MeshFile, WhatIsBrokenIsRefusedByName) {
   const std::string header =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\n"
       "property double z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
-  EXPECT_EQ(read_mesh(written("e.ply", header + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")).faces.size(), 1U);
+  EXPECT_EQ(read_mesh(written("e.ply", header + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")).faces.size(),
+            1U);
   EXPECT_THROW(read_mesh(written("f.ply", header + "0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n")), InputError);
   EXPECT_THROW(read_mesh(written("g.ply", header + "0 0 0\n1 0 0\n")), InputError);
-  EXPECT_THROW(read_mesh(written("h.ply", header + "0 0 0\n1 0 0\n0 1 0\n4 0 1 2 0\n")), InputError);
+  EXPECT_THROW(read_mesh(written("h.ply", header + "0 0 0\n1 0 0\n0 1 0\n4 0 1 2 0\n")),
+               InputError);
 }
 
 TEST_F(MeshFile, ATruncatedFileIsNeverHalfRead) {
@@ -148,7 +150,8 @@ TEST_F(MeshFile, ATruncatedFileIsNeverHalfRead) {
     std::ifstream in(path(name), std::ios::binary);
     const std::string whole((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
     for (std::size_t size = 0; size < whole.size(); size += 37) {
-      EXPECT_THROW(read_mesh(written(std::string("cut_") + name, whole.substr(0, size))), InputError)
+      EXPECT_THROW(read_mesh(written(std::string("cut_") + name, whole.substr(0, size))),
+                   InputError)
           << name << " cut at " << size;
     }
   }

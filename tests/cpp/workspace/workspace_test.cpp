@@ -81,8 +81,8 @@ TEST(Workspace, AgreesWithSolvingEveryPointFromNothing) {
   const InverseSolver solver(robot, {});
   int disagreements = 0;
   for (std::int64_t k = 0; k < w.grid.size(); ++k) {
-    const bool found = solver.solve(w.grid.position_m(w.grid.coordinates(k))).status ==
-                       EquilibriumStatus::found;
+    const bool found =
+        solver.solve(w.grid.position_m(w.grid.coordinates(k))).status == EquilibriumStatus::found;
     if (found != (w.status[k] == PointStatus::inside)) ++disagreements;
   }
   EXPECT_LE(disagreements, w.grid.size() / 100);
