@@ -21,6 +21,7 @@ void register_kinematics(py::module_& module);
 void register_statics(py::module_& module);
 void register_acquisition(py::module_& module);
 void register_calibration(py::module_& module);
+void bind_simulator(py::module_& module);
 
 /// An array of any length as a CableVector. The Eigen caster would write past the fixed capacity
 /// when there are more than kMaxCables numbers, so per-cable arrays enter through here.

@@ -56,4 +56,5 @@ PYBIND11_MODULE(_core, module) {
   register_statics(module);
   register_acquisition(module);
   register_calibration(module);
+  bind_simulator(module);
 }

@@ -99,9 +99,8 @@ double PlantDynamics::mean_tension_N(int i, const StrandState& end, double payou
   const double e1 = end.length_m - payout_1_m - grown;
   double tension = 0.0;
   if (law_.weight_N_m > 0.0) {
-    const ChordTension chord =
-        sagging_tension(law_, 0.5 * (strand_[i].length_m + end.length_m),
-                        0.5 * (winch.payout_m + payout_1_m) + grown, end);
+    const ChordTension chord = sagging_tension(law_, 0.5 * (strand_[i].length_m + end.length_m),
+                                               0.5 * (winch.payout_m + payout_1_m) + grown, end);
     tension = chord.tension_N;
     by_length_N_m = 0.5 * chord.by_length_N_m;
   } else {
@@ -201,8 +200,8 @@ bool PlantDynamics::step(const WinchCommand& command) {
       if (squared > 1e-20) {
         along += ((end[i].length_m - strand_[i].length_m - along.dot(moved)) / squared) * moved;
       }
-      const Vector3 pull_N = -pulls[i].tension_N * along -
-                             Vector3(0.0, 0.0, 0.5 * law_.weight_N_m * end[i].chord_m);
+      const Vector3 pull_N =
+          -pulls[i].tension_N * along - Vector3(0.0, 0.0, 0.5 * law_.weight_N_m * end[i].chord_m);
       force += pull_N;
       moment += 0.5 * (arm_m_[i] + arm_1[i]).cross(pull_N);
       new_slopes = new_slopes || used_slope[i] < 0.0 ||
@@ -211,7 +210,8 @@ bool PlantDynamics::step(const WinchCommand& command) {
     // Between slack and taut the slopes may never settle: keep the last ones then.
     if (new_slopes && iteration < kMaxIterations / 2) {
       Matrix6 jacobian = Matrix6::Zero();
-      jacobian.topLeftCorner<3, 3>().diagonal().setConstant(m + 0.5 * h_ * translation_damping_N_s_m_);
+      jacobian.topLeftCorner<3, 3>().diagonal().setConstant(m +
+                                                            0.5 * h_ * translation_damping_N_s_m_);
       jacobian.bottomRightCorner<3, 3>() =
           (1.0 + 0.5 * h_ * turning) * rotation_0 * inertia * rotation_0.transpose();
       for (int i = 0; i < n_; ++i) {
@@ -229,8 +229,8 @@ bool PlantDynamics::step(const WinchCommand& command) {
     if (!move.allFinite()) return false;
     next.velocity_m_s -= move.head<3>();
     next.body_rate_rad_s -= rotation_1.transpose() * move.tail<3>();
-    const double size = std::max(move.head<3>().cwiseAbs().maxCoeff(),
-                                 move.tail<3>().cwiseAbs().maxCoeff());
+    const double size =
+        std::max(move.head<3>().cwiseAbs().maxCoeff(), move.tail<3>().cwiseAbs().maxCoeff());
     if (size < kVelocityTolerance_m_s) break;
     if (iteration + 1 == kMaxIterations && size > 1e-6) return false;
   }
@@ -282,9 +282,9 @@ double PlantDynamics::load_cell_tension_N(int cable) const {
 
 double PlantDynamics::encoder_m(int cable) const {
   const double payout = winch_[cable].payout_m;
-  const double runout =
-      p_.runout_m == 0.0 ? 0.0
-                         : p_.runout_m * std::sin(2.0 * kPi * payout / p_.drum_circumference_m);
+  const double runout = p_.runout_m == 0.0
+                            ? 0.0
+                            : p_.runout_m * std::sin(2.0 * kPi * payout / p_.drum_circumference_m);
   return (1.0 + p_.ratio_error[cable]) * payout + runout;
 }
 
@@ -326,7 +326,8 @@ Vector6 PlantDynamics::net_wrench(const Pose& pose, const CableVector& tension_N
     const bool bends = law_.weight_N_m > 0.0 || p_.frame_compliance_m_N > 0.0;
     for (int round = 0; bends && strand.valid && round < 8; ++round) {
       q = centre + arm - pulley.position_m - p_.frame_compliance_m_N * tension_N[i] * strand.chord;
-      strand = strand_state(pulley, q, strand_drop_m(law_, strand.chord_m, std::max(chord_N, 1e-3)));
+      strand =
+          strand_state(pulley, q, strand_drop_m(law_, strand.chord_m, std::max(chord_N, 1e-3)));
       if (strand.valid) chord_N = chord_tension_N(law_, strand, tension_N[i]);
     }
     if (!strand.valid) return Vector6::Constant(kNaN);

@@ -1,13 +1,13 @@
 // The moving plant: a rigid platform on n elastic strands, and the winches that wind them.
 //
 // Integrator: an energy–momentum scheme. The platform follows Simo and Wong (1991): its rotation
-// over a step is the Cayley transform of the mean body rate, its spatial angular momentum changes by
-// exactly h × moment. Each strand pulls with the discrete gradient (Gonzalez 1996) of its elastic
-// energy ½k max(0, l − w)², along a mean direction that makes the work equal to the change of
-// length. Kinetic + elastic + gravity energy is then constant to the accuracy of the step's equation
-// (1e-12 m/s), whatever the step, also through slack, although the strands vibrate at hundreds of
-// hertz. An explicit scheme would need steps below 0.1 ms for them. Sag and damping are not in the
-// discrete gradient: a sagging strand is evaluated at the middle of the step.
+// over a step is the Cayley transform of the mean body rate, its spatial angular momentum changes
+// by exactly h × moment. Each strand pulls with the discrete gradient (Gonzalez 1996) of its
+// elastic energy ½k max(0, l − w)², along a mean direction that makes the work equal to the change
+// of length. Kinetic + elastic + gravity energy is then constant to the accuracy of the step's
+// equation (1e-12 m/s), whatever the step, also through slack, although the strands vibrate at
+// hundreds of hertz. An explicit scheme would need steps below 0.1 ms for them. Sag and damping are
+// not in the discrete gradient: a sagging strand is evaluated at the middle of the step.
 #pragma once
 
 #include <array>
@@ -28,17 +28,17 @@ struct WinchCommand {
 
 /// The platform's motion: rates about and of the centre of mass.
 struct PlatformMotion {
-  Vector3 centre_of_mass_m = Vector3::Zero();               ///< world
+  Vector3 centre_of_mass_m = Vector3::Zero();                    ///< world
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  ///< R_world_platform
-  Vector3 velocity_m_s = Vector3::Zero();                   ///< of the centre of mass, world axes
-  Vector3 body_rate_rad_s = Vector3::Zero();                ///< platform axes
+  Vector3 velocity_m_s = Vector3::Zero();     ///< of the centre of mass, world axes
+  Vector3 body_rate_rad_s = Vector3::Zero();  ///< platform axes
 };
 
 struct PlantEnergy {
   double kinetic_J = 0.0;
-  double gravity_J = 0.0;      ///< and of the external force
+  double gravity_J = 0.0;  ///< and of the external force
   double elastic_J = 0.0;
-  double drums_J = 0.0;        ///< torque mode
+  double drums_J = 0.0;  ///< torque mode
   [[nodiscard]] double total_J() const { return kinetic_J + gravity_J + elastic_J + drums_J; }
 };
 
@@ -77,16 +77,16 @@ class PlantDynamics {
 
  private:
   struct Winch {
-    double payout_m = 0.0;        ///< by the drum's true circumference
-    double velocity_m_s = 0.0;    ///< of the true pay-out
-    double slipped_m = 0.0;       ///< run off unseen by the encoder
+    double payout_m = 0.0;             ///< by the drum's true circumference
+    double velocity_m_s = 0.0;         ///< of the true pay-out
+    double slipped_m = 0.0;            ///< run off unseen by the encoder
     std::array<double, 3> friction{};  ///< states of the friction elements, each in [−1, 1]
     Vector3 give_m = Vector3::Zero();  ///< how far the frame gives way at the pulley
-    double chord_N = 0.0;         ///< mean chord tension of the last step
+    double chord_N = 0.0;              ///< mean chord tension of the last step
   };
   struct Pull {
     double tension_N = 0.0;
-    double by_length_N_m = 0.0;   ///< ∂T/∂(length at the end of the step)
+    double by_length_N_m = 0.0;  ///< ∂T/∂(length at the end of the step)
     double payout_1_m = 0.0, velocity_1_m_s = 0.0;
   };
   [[nodiscard]] double natural_m(int cable, double payout_m) const;
@@ -103,14 +103,14 @@ class PlantDynamics {
   StrandLaw law_;
   double h_;
   double translation_damping_N_s_m_, rotation_decay_s_;
-  double drum_kg_, drum_damping_N_s_m_;      ///< torque mode, at the rim
-  double virtual_kg_, dashpot_N_s_m_;        ///< tension mode: the same equation
+  double drum_kg_, drum_damping_N_s_m_;  ///< torque mode, at the rim
+  double virtual_kg_, dashpot_N_s_m_;    ///< tension mode: the same equation
   int n_;
   std::array<Vector3, kMaxCables> anchor_from_centre_m_;  ///< a′ − s′, platform axes
   std::int64_t steps_ = 0;
   PlatformMotion motion_;
   std::array<StrandState, kMaxCables> strand_;
-  std::array<Vector3, kMaxCables> arm_m_;     ///< from centre of mass to anchor, world axes
+  std::array<Vector3, kMaxCables> arm_m_;  ///< from centre of mass to anchor, world axes
   std::array<Winch, kMaxCables> winch_;
 };
 

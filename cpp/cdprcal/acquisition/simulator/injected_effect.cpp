@@ -27,10 +27,14 @@ const InjectableEffect& find(const std::string& name) {
 std::size_t entries(InjectedShape shape, int cable_count) {
   const auto n = static_cast<std::size_t>(cable_count);
   switch (shape) {
-    case InjectedShape::scalar: return 1;
-    case InjectedShape::per_cable: return n;
-    case InjectedShape::vector3: return 3;
-    case InjectedShape::per_cable_vector3: return 3 * n;
+    case InjectedShape::scalar:
+      return 1;
+    case InjectedShape::per_cable:
+      return n;
+    case InjectedShape::vector3:
+      return 3;
+    case InjectedShape::per_cable_vector3:
+      return 3 * n;
   }
   return 0;
 }
@@ -45,10 +49,17 @@ std::string sizes_text(const InjectableEffect& effect) {
   for (const InjectedParameter& parameter : effect.parameters) {
     text += (text.empty() ? "" : ", ") + parameter.name;
     switch (parameter.shape) {
-      case InjectedShape::scalar: break;
-      case InjectedShape::per_cable: text += " [1 or n]"; break;
-      case InjectedShape::vector3: text += " [3]"; break;
-      case InjectedShape::per_cable_vector3: text += " [3 or n*3]"; break;
+      case InjectedShape::scalar:
+        break;
+      case InjectedShape::per_cable:
+        text += " [1 or n]";
+        break;
+      case InjectedShape::vector3:
+        text += " [3]";
+        break;
+      case InjectedShape::per_cable_vector3:
+        text += " [3 or n*3]";
+        break;
     }
   }
   return text;
@@ -62,7 +73,8 @@ double parse_number(const InjectableEffect& effect, std::string text) {
   const auto is_space = [](char c) { return c == ' ' || c == '\t'; };
   while (!text.empty() && is_space(text.back())) text.pop_back();
   text.erase(text.begin(), std::find_if_not(text.begin(), text.end(), is_space));
-  if (effect.name == "euler_convention" && text.size() == 3 && text.find_first_not_of("XYZ") == std::string::npos) {
+  if (effect.name == "euler_convention" && text.size() == 3 &&
+      text.find_first_not_of("XYZ") == std::string::npos) {
     return static_cast<double>(parse_euler_convention(text));
   }
   const char* begin = text.data() + (text.starts_with('+') ? 1 : 0);
@@ -115,19 +127,25 @@ void check_values(const InjectableEffect& effect, const std::vector<double>& val
 
 const std::vector<InjectableEffect>& injectable_effects() {
   static const std::vector<InjectableEffect> table{
-      {"transmission_ratio", {{"ratio_error", kPerCable}}, false,
+      {"transmission_ratio",
+       {{"ratio_error", kPerCable}},
+       false,
        "the drum pays out less than the encoder says"},
       {"cable_elasticity", {{"axial_stiffness_N", kScalar}}, false, "the cable stretches"},
       {"cable_creep", {{"amplitude_m", kScalar}}, false, "the cable grows longer with log time"},
       {"cable_sag", {{"linear_density_kg_m", kScalar}}, false, "the cable has weight"},
       {"pulley_friction", {{"coefficient", kScalar}}, false, "the pulley rubs"},
-      {"bending_hysteresis", {{"force_N", kScalar}, {"coefficient", kScalar}}, false,
+      {"bending_hysteresis",
+       {{"force_N", kScalar}, {"coefficient", kScalar}},
+       false,
        "bending the cable over the pulley takes force"},
       {"swivel_hysteresis", {{"half_width_rad", kScalar}}, false, "the swivel lags"},
       {"swivel_scale", {{"scale_error", kPerCable}}, false, "the swivel encoder's scale is off"},
       {"pulley_radius", {{"radius_error_m", kPerCable}}, false, "the pulley is larger"},
       {"frame_anchors", {{"offset_m", kPerCableVector3}}, false, "the pulley is elsewhere"},
-      {"platform_anchors", {{"offset_m", kPerCableVector3}}, false,
+      {"platform_anchors",
+       {{"offset_m", kPerCableVector3}},
+       false,
        "the cable is attached elsewhere"},
       {"load_cell_bias", {{"bias_N", kPerCable}}, false, "the load cell's zero is off"},
       {"load_cell_gain", {{"gain_error", kPerCable}}, false, "the load cell's gain is off"},
@@ -137,31 +155,50 @@ const std::vector<InjectableEffect>& injectable_effects() {
       {"external_force", {{"force_N", kVector3}}, false, "something pulls at the platform"},
       {"ahrs_misalignment", {{"rotation_rad", kVector3}}, false, "the AHRS is mounted askew"},
       {"yaw_drift", {{"rate_rad_s", kScalar}}, false, "yaw drifts"},
-      {"magnetic_disturbance", {{"gradient_rad_m", kVector3}}, false,
-       "yaw depends on the place"},
+      {"magnetic_disturbance", {{"gradient_rad_m", kVector3}}, false, "yaw depends on the place"},
       {"sensor_delay", {{"delay_s", kScalar}}, false, "the attitude arrives late"},
       {"length_sign", {{"sign", kPerCable}}, false, "the encoder counts backwards"},
       {"swivel_sign", {{"sign", kPerCable}}, false, "the swivel encoder counts backwards"},
-      {"cable_order", {{"cable", kPerCable}}, false,
+      {"cable_order",
+       {{"cable", kPerCable}},
+       false,
        "the length and swivel columns 1 … n are those of other cables"},
-      {"angle_unit", {{"swivel_factor", kScalar}, {"attitude_factor", kScalar}}, false,
+      {"angle_unit",
+       {{"swivel_factor", kScalar}, {"attitude_factor", kScalar}},
+       false,
        "angles are in another unit (57.29577951308232: degrees)"},
       {"length_unit", {{"factor", kScalar}}, false, "lengths are in another unit (1000: mm)"},
-      {"euler_convention", {{"order", kScalar}}, false,
+      {"euler_convention",
+       {{"order", kScalar}},
+       false,
        "the AHRS speaks another order: XYZ, XZY, YXZ, YZX, ZXY, ZYX (0 … 5)"},
-      {"slack", {{"time_s", kScalar}, {"cable", kScalar}, {"length_m", kScalar}}, false,
+      {"slack",
+       {{"time_s", kScalar}, {"cable", kScalar}, {"length_m", kScalar}},
+       false,
        "the winch loses its grip: so much cable runs off, and the encoder sees it"},
-      {"outlier", {{"time_s", kScalar}, {"cable", kScalar}, {"length_m", kScalar}}, false,
+      {"outlier",
+       {{"time_s", kScalar}, {"cable", kScalar}, {"length_m", kScalar}},
+       false,
        "the encoder is off by so much for 0.1 s"},
-      {"oscillation", {{"time_s", kScalar}, {"cable", kScalar}, {"impulse_N_s", kScalar}}, false,
+      {"oscillation",
+       {{"time_s", kScalar}, {"cable", kScalar}, {"impulse_N_s", kScalar}},
+       false,
        "a knock at the cable's anchor, across the cable"},
-      {"cable_slip", {{"time_s", kScalar}, {"cable", kScalar}, {"length_m", kScalar}}, false,
+      {"cable_slip",
+       {{"time_s", kScalar}, {"cable", kScalar}, {"length_m", kScalar}},
+       false,
        "the cable slips on its drum: longer by so much, unseen by the encoder"},
-      {"bent_frame_under_load", {{"compliance_m_N", kScalar}}, true,
+      {"bent_frame_under_load",
+       {{"compliance_m_N", kScalar}},
+       true,
        "each pulley gives way along its cable's pull"},
-      {"temperature_step", {{"time_s", kScalar}, {"rise_K", kScalar}}, true,
+      {"temperature_step",
+       {{"time_s", kScalar}, {"rise_K", kScalar}},
+       true,
        "it gets warmer: cables lengthen, load cells shift"},
-      {"drum_runout", {{"amplitude_m", kScalar}, {"circumference_m", kScalar}}, true,
+      {"drum_runout",
+       {{"amplitude_m", kScalar}, {"circumference_m", kScalar}},
+       true,
        "an eccentric drum: a sine of the pay-out"}};
   return table;
 }
@@ -202,8 +239,10 @@ InjectedEffect expanded(const InjectedEffect& injected, int cable_count) {
     auto value = injected.values.begin();
     for (const InjectedParameter& parameter : effect.parameters) {
       const auto count = static_cast<std::ptrdiff_t>(short_entries(parameter.shape));
-      const std::size_t repeat = entries(parameter.shape, cable_count) / short_entries(parameter.shape);
-      for (std::size_t k = 0; k < repeat; ++k) out.values.insert(out.values.end(), value, value + count);
+      const std::size_t repeat =
+          entries(parameter.shape, cable_count) / short_entries(parameter.shape);
+      for (std::size_t k = 0; k < repeat; ++k)
+        out.values.insert(out.values.end(), value, value + count);
       value += count;
     }
   } else {

@@ -26,8 +26,8 @@ struct InjectableEffect {
 };
 
 /// An effect and its numbers: its parameters one after the other, each as many as its shape says
-/// (cable by cable). A per-cable parameter may also be one number for all cables, a per-cable vector
-/// three for all.
+/// (cable by cable). A per-cable parameter may also be one number for all cables, a per-cable
+/// vector three for all.
 struct InjectedEffect {
   std::string name;
   std::vector<double> values;

@@ -9,11 +9,11 @@
 
 namespace cdprcal {
 
-/// Cables. The nominal ones are so stiff that a model with rigid cables is right to a hundredth of a
-/// millimetre; the injected effect cable_elasticity replaces the stiffness.
+/// Cables. The nominal ones are so stiff that a model with rigid cables is right to a hundredth of
+/// a millimetre; the injected effect cable_elasticity replaces the stiffness.
 struct StrandOptions {
-  double axial_stiffness_N = 1e7;   ///< EA: 100 N stretch 1.5 m by 0.015 mm
-  double damping_time_s = 2e-4;     ///< viscous force = this × stiffness × rate of stretch
+  double axial_stiffness_N = 1e7;  ///< EA: 100 N stretch 1.5 m by 0.015 mm
+  double damping_time_s = 2e-4;    ///< viscous force = this × stiffness × rate of stretch
 };
 
 /// Damping of the platform: e-folding times of a free oscillation's amplitude. They stand for all
@@ -27,7 +27,8 @@ struct PlatformDamping {
 enum class WinchMode {
   /// CiA-402 cyclic synchronous velocity: the drive follows a commanded speed.
   velocity,
-  /// As on the real robot: a velocity drive under its own tension loop at the drive's internal rate.
+  /// As on the real robot: a velocity drive under its own tension loop at the drive's internal
+  /// rate.
   /// Speed of pay-out = gain × (load-cell reading − set-point), after the drive's lag.
   tension,
   /// The motor pulls with a commanded tension, whatever the load cell says; the drum has inertia.
@@ -36,11 +37,11 @@ enum class WinchMode {
 
 struct WinchOptions {
   WinchMode mode = WinchMode::tension;
-  double time_constant_s = 0.01;     ///< of the drive's velocity loop
-  double max_velocity_m_s = 1.0;     ///< velocity mode: the drive's own limit
-  /// Tension mode: speed per newton of error. Seen from the platform each winch is then a dashpot of
-  /// 1/gain. 0: that dashpot is 2 N s/m a kilogram of platform, which damps the slow modes of robots
-  /// of a few metres (2 to 5 rad/s) about critically.
+  double time_constant_s = 0.01;  ///< of the drive's velocity loop
+  double max_velocity_m_s = 1.0;  ///< velocity mode: the drive's own limit
+  /// Tension mode: speed per newton of error. Seen from the platform each winch is then a dashpot
+  /// of 1/gain. 0: that dashpot is 2 N s/m a kilogram of platform, which damps the slow modes of
+  /// robots of a few metres (2 to 5 rad/s) about critically.
   double tension_gain_m_s_N = 0.0;
   /// Tension mode: white noise of the load cell inside the drive's loop, each millisecond. The data
   /// sheet's accuracy of the real one; what is logged has picked up more on its way.
@@ -52,11 +53,11 @@ struct WinchOptions {
 
 /// One kind of sensor. Noise, resolution and bias in the unit of the reading.
 struct SensorChannel {
-  double noise = 0.0;        ///< white, one σ, each reading
-  double resolution = 0.0;   ///< quantisation step; 0 is none
-  double bias = 0.0;         ///< constant, the same in every cable
-  double rate_Hz = 100.0;    ///< between readings the last one is held
-  double delay_s = 0.0;      ///< a reading shows the world this long ago
+  double noise = 0.0;       ///< white, one σ, each reading
+  double resolution = 0.0;  ///< quantisation step; 0 is none
+  double bias = 0.0;        ///< constant, the same in every cable
+  double rate_Hz = 100.0;   ///< between readings the last one is held
+  double delay_s = 0.0;     ///< a reading shows the world this long ago
 };
 
 /// As measured on the real robot at rest: 12 to 25 times below paper eq. 18.
@@ -66,19 +67,19 @@ struct SensorOptions {
   SensorChannel tension_N{0.8, 0.01};
   SensorChannel roll_pitch_rad{0.08 * kDegree, 1e-6};
   SensorChannel yaw_rad{0.15 * kDegree, 1e-6};  ///< rate and delay are those of roll and pitch
-  bool random_offsets = true;   ///< lengths, swivels and yaw start anywhere; false: at the truth
+  bool random_offsets = true;  ///< lengths, swivels and yaw start anywhere; false: at the truth
 };
 /// Without noise, quantisation, bias, delay and offsets.
 SensorOptions perfect_sensors();
 
 struct SimulatorOptions {
-  double step_s = 1e-3;             ///< of the integrator
+  double step_s = 1e-3;  ///< of the integrator
   StrandOptions strand;
   PlatformDamping damping;
   WinchOptions winch;
   SensorOptions sensors;
   std::vector<InjectedEffect> effects;
-  std::uint64_t seed = 1;           ///< of offsets and noise
+  std::uint64_t seed = 1;  ///< of offsets and noise
 };
 
 }  // namespace cdprcal

@@ -38,14 +38,22 @@ void inject(const InjectedEffect& effect, PlantParameters& p) {
   const int n = p.robot.cable_count();
   Values v(effect, n);
   const std::string& name = effect.name;
-  if (name == "transmission_ratio") p.ratio_error += v.per_cable();
-  else if (name == "cable_elasticity") p.axial_stiffness_N = v.scalar();
-  else if (name == "cable_creep") p.creep_m += v.scalar();
-  else if (name == "cable_sag") p.linear_density_kg_m += v.scalar();
-  else if (name == "pulley_friction") p.friction += v.scalar();
-  else if (name == "bending_hysteresis") p.hysteresis_N += v.scalar(), p.hysteresis += v.scalar();
-  else if (name == "swivel_hysteresis") p.swivel_half_width_rad += v.scalar();
-  else if (name == "swivel_scale") p.swivel_scale += v.per_cable();
+  if (name == "transmission_ratio")
+    p.ratio_error += v.per_cable();
+  else if (name == "cable_elasticity")
+    p.axial_stiffness_N = v.scalar();
+  else if (name == "cable_creep")
+    p.creep_m += v.scalar();
+  else if (name == "cable_sag")
+    p.linear_density_kg_m += v.scalar();
+  else if (name == "pulley_friction")
+    p.friction += v.scalar();
+  else if (name == "bending_hysteresis")
+    p.hysteresis_N += v.scalar(), p.hysteresis += v.scalar();
+  else if (name == "swivel_hysteresis")
+    p.swivel_half_width_rad += v.scalar();
+  else if (name == "swivel_scale")
+    p.swivel_scale += v.per_cable();
   else if (name == "pulley_radius") {
     for (Cable& cable : p.robot.cables) {
       cable.pulley.radius_m += v.scalar();
@@ -55,33 +63,55 @@ void inject(const InjectedEffect& effect, PlantParameters& p) {
     for (Cable& cable : p.robot.cables) cable.pulley.position_m += v.vector3();
   } else if (name == "platform_anchors") {
     for (Cable& cable : p.robot.cables) cable.platform_anchor_m += v.vector3();
-  } else if (name == "load_cell_bias") p.load_cell_bias_N += v.per_cable();
-  else if (name == "load_cell_gain") p.load_cell_gain += v.per_cable();
-  else if (name == "load_cell_drift") p.load_cell_drift_N_s += v.scalar();
+  } else if (name == "load_cell_bias")
+    p.load_cell_bias_N += v.per_cable();
+  else if (name == "load_cell_gain")
+    p.load_cell_gain += v.per_cable();
+  else if (name == "load_cell_drift")
+    p.load_cell_drift_N_s += v.scalar();
   else if (name == "mass") {
     p.robot.platform.mass_kg += v.scalar();
     if (!(p.robot.platform.mass_kg > 0.0)) throw InputError("effect mass: no mass is left");
-  } else if (name == "centre_of_mass") p.robot.platform.centre_of_mass_m += v.vector3();
-  else if (name == "external_force") p.external_force_N += v.vector3();
-  else if (name == "ahrs_misalignment") p.ahrs_rotation = p.ahrs_rotation * exp_so3(v.vector3());
-  else if (name == "yaw_drift") p.yaw_drift_rad_s += v.scalar();
-  else if (name == "magnetic_disturbance") p.magnetic_rad_m += v.vector3();
-  else if (name == "sensor_delay") p.attitude_delay_s += v.scalar();
-  else if (name == "length_sign") p.length_sign.array() *= v.per_cable().array();
-  else if (name == "swivel_sign") p.swivel_sign.array() *= v.per_cable().array();
+  } else if (name == "centre_of_mass")
+    p.robot.platform.centre_of_mass_m += v.vector3();
+  else if (name == "external_force")
+    p.external_force_N += v.vector3();
+  else if (name == "ahrs_misalignment")
+    p.ahrs_rotation = p.ahrs_rotation * exp_so3(v.vector3());
+  else if (name == "yaw_drift")
+    p.yaw_drift_rad_s += v.scalar();
+  else if (name == "magnetic_disturbance")
+    p.magnetic_rad_m += v.vector3();
+  else if (name == "sensor_delay")
+    p.attitude_delay_s += v.scalar();
+  else if (name == "length_sign")
+    p.length_sign.array() *= v.per_cable().array();
+  else if (name == "swivel_sign")
+    p.swivel_sign.array() *= v.per_cable().array();
   else if (name == "cable_order") {
     for (int& cable : p.cable_order) cable = static_cast<int>(v.scalar()) - 1;
-  } else if (name == "angle_unit") p.swivel_factor *= v.scalar(), p.attitude_factor *= v.scalar();
-  else if (name == "length_unit") p.length_factor *= v.scalar();
-  else if (name == "euler_convention") p.euler_convention = static_cast<EulerConvention>(static_cast<int>(v.scalar()));
-  else if (name == "slack") p.events.push_back(v.event(PlantEvent::Kind::slack));
-  else if (name == "outlier") p.events.push_back(v.event(PlantEvent::Kind::outlier));
-  else if (name == "oscillation") p.events.push_back(v.event(PlantEvent::Kind::oscillation));
-  else if (name == "cable_slip") p.events.push_back(v.event(PlantEvent::Kind::cable_slip));
-  else if (name == "bent_frame_under_load") p.frame_compliance_m_N += v.scalar();
-  else if (name == "temperature_step") p.warming_time_s = v.scalar(), p.warming_K += v.scalar();
-  else if (name == "drum_runout") p.runout_m += v.scalar(), p.drum_circumference_m = v.scalar();
-  else throw InputError("effect " + name + ": it is in the table but not in the plant");
+  } else if (name == "angle_unit")
+    p.swivel_factor *= v.scalar(), p.attitude_factor *= v.scalar();
+  else if (name == "length_unit")
+    p.length_factor *= v.scalar();
+  else if (name == "euler_convention")
+    p.euler_convention = static_cast<EulerConvention>(static_cast<int>(v.scalar()));
+  else if (name == "slack")
+    p.events.push_back(v.event(PlantEvent::Kind::slack));
+  else if (name == "outlier")
+    p.events.push_back(v.event(PlantEvent::Kind::outlier));
+  else if (name == "oscillation")
+    p.events.push_back(v.event(PlantEvent::Kind::oscillation));
+  else if (name == "cable_slip")
+    p.events.push_back(v.event(PlantEvent::Kind::cable_slip));
+  else if (name == "bent_frame_under_load")
+    p.frame_compliance_m_N += v.scalar();
+  else if (name == "temperature_step")
+    p.warming_time_s = v.scalar(), p.warming_K += v.scalar();
+  else if (name == "drum_runout")
+    p.runout_m += v.scalar(), p.drum_circumference_m = v.scalar();
+  else
+    throw InputError("effect " + name + ": it is in the table but not in the plant");
 }
 
 void check(const SimulatorOptions& options) {
@@ -99,7 +129,8 @@ void check(const SimulatorOptions& options) {
               options.winch.tension_noise_N >= 0.0,
           "winch values must be positive");
   const SensorOptions& s = options.sensors;
-  for (const SensorChannel* c : {&s.length_m, &s.swivel_rad, &s.tension_N, &s.roll_pitch_rad, &s.yaw_rad}) {
+  for (const SensorChannel* c :
+       {&s.length_m, &s.swivel_rad, &s.tension_N, &s.roll_pitch_rad, &s.yaw_rad}) {
     require(c->noise >= 0.0 && c->resolution >= 0.0 && c->delay_s >= 0.0 && c->rate_Hz > 0.0 &&
                 std::isfinite(c->bias),
             "sensor noise, resolution and delay must not be negative, rates must be positive");
@@ -125,7 +156,8 @@ PlantParameters plant_parameters(const Robot& robot, const SimulatorOptions& opt
   const int n = robot.cable_count();
   p.axial_stiffness_N = options.strand.axial_stiffness_N;
   p.strand_damping_s = options.strand.damping_time_s;
-  for (CableVector* zeros : {&p.ratio_error, &p.load_cell_gain, &p.load_cell_bias_N, &p.swivel_scale}) {
+  for (CableVector* zeros :
+       {&p.ratio_error, &p.load_cell_gain, &p.load_cell_bias_N, &p.swivel_scale}) {
     zeros->setZero(n);
   }
   p.length_sign.setOnes(n);
@@ -134,7 +166,8 @@ PlantParameters plant_parameters(const Robot& robot, const SimulatorOptions& opt
   p.euler_convention = robot.euler_convention;
   for (const InjectedEffect& effect : options.effects) inject(expanded(effect, n), p);
   if (p.attitude_delay_s > 2.0) throw InputError("effect sensor_delay: more than 2 s");
-  if (!(p.drum_circumference_m > 0.0)) throw InputError("effect drum_runout: circumference_m must be positive");
+  if (!(p.drum_circumference_m > 0.0))
+    throw InputError("effect drum_runout: circumference_m must be positive");
   std::stable_sort(p.events.begin(), p.events.end(),
                    [](const PlantEvent& a, const PlantEvent& b) { return a.time_s < b.time_s; });
   return p;

@@ -22,12 +22,16 @@ constexpr double kOutlier_s = 0.1;
 }  // namespace
 
 SensorBank::SensorBank(const PlantParameters& parameters, const SimulatorOptions& options)
-    : p_(parameters), options_(options.sensors), seed_(options.seed), drive_noise_N_(options.winch.tension_noise_N) {
+    : p_(parameters),
+      options_(options.sensors),
+      seed_(options.seed),
+      drive_noise_N_(options.winch.tension_noise_N) {
   const SensorOptions& s = options_;
   length_clock_ = {1.0 / s.length_m.rate_Hz, s.length_m.delay_s};
   swivel_clock_ = {1.0 / s.swivel_rad.rate_Hz, s.swivel_rad.delay_s};
   tension_clock_ = {1.0 / s.tension_N.rate_Hz, s.tension_N.delay_s};
-  attitude_clock_ = {1.0 / s.roll_pitch_rad.rate_Hz, s.roll_pitch_rad.delay_s + p_.attitude_delay_s};
+  attitude_clock_ = {1.0 / s.roll_pitch_rad.rate_Hz,
+                     s.roll_pitch_rad.delay_s + p_.attitude_delay_s};
   for (const Clock& c : {length_clock_, swivel_clock_, tension_clock_, attitude_clock_}) {
     history_s_ = std::max(history_s_, c.delay_s);
   }
@@ -40,7 +44,8 @@ PlantSnapshot SensorBank::snapshot(const PlantDynamics& plant) {
     now.encoder_m[i] = plant.encoder_m(i);
     const double swivel = plant.strand(i).cable.swivel_rad;
     double& lagging = swivel_play_rad_[i];
-    lagging = std::clamp(lagging, swivel - p_.swivel_half_width_rad, swivel + p_.swivel_half_width_rad);
+    lagging =
+        std::clamp(lagging, swivel - p_.swivel_half_width_rad, swivel + p_.swivel_half_width_rad);
     now.swivel_rad[i] = lagging;
     now.load_cell_N[i] = plant.load_cell_tension_N(i);
   }
@@ -72,16 +77,16 @@ void SensorBank::reset(const PlantDynamics& plant) {
 PlantSnapshot SensorBank::seen(double time_s) const {
   // Before the beginning the robot hung as it did at the beginning.
   if (time_s <= history_.front().time_s) return history_.front();
-  const auto after = std::partition_point(history_.begin(), history_.end(), [&](const PlantSnapshot& s) {
-    return s.time_s < time_s - 1e-12;
-  });
+  const auto after =
+      std::partition_point(history_.begin(), history_.end(),
+                           [&](const PlantSnapshot& s) { return s.time_s < time_s - 1e-12; });
   if (after == history_.end()) return history_.back();
   const PlantSnapshot& b = *after;
   const PlantSnapshot& a = *std::prev(after);
   const double f = (time_s - a.time_s) / (b.time_s - a.time_s);
   PlantSnapshot out{time_s, plus(a.pose, f * minus(b.pose, a.pose)),
-                    a.encoder_m + f * (b.encoder_m - a.encoder_m),
-                    a.swivel_rad, a.load_cell_N + f * (b.load_cell_N - a.load_cell_N)};
+                    a.encoder_m + f * (b.encoder_m - a.encoder_m), a.swivel_rad,
+                    a.load_cell_N + f * (b.load_cell_N - a.load_cell_N)};
   for (Eigen::Index i = 0; i < out.swivel_rad.size(); ++i) {
     out.swivel_rad[i] += f * wrap_angle(b.swivel_rad[i] - a.swivel_rad[i]);
   }
@@ -96,7 +101,8 @@ void SensorBank::update(const PlantDynamics& plant) {
   if (!due && history_s_ == 0.0 && p_.swivel_half_width_rad == 0.0) return;
   if (history_s_ == 0.0) history_.clear();
   history_.push_back(snapshot(plant));
-  while (history_.size() > 2 && history_[1].time_s < now_s - history_s_ - 1e-9) history_.pop_front();
+  while (history_.size() > 2 && history_[1].time_s < now_s - history_s_ - 1e-9)
+    history_.pop_front();
   if (!due) return;
   const auto take = [&](Clock& clock, auto read) {
     if (!clock.due(now_s)) return;
@@ -116,7 +122,8 @@ void SensorBank::read_lengths(const PlantSnapshot& world) {
     double value = world.encoder_m[source];
     for (const PlantEvent& event : p_.events) {
       if (event.kind == PlantEvent::Kind::outlier && event.cable == source &&
-          sample_.time_s >= event.time_s - 1e-9 && sample_.time_s < event.time_s + kOutlier_s - 1e-9) {
+          sample_.time_s >= event.time_s - 1e-9 &&
+          sample_.time_s < event.time_s + kOutlier_s - 1e-9) {
         value += event.size;
       }
     }
@@ -163,9 +170,9 @@ void SensorBank::read_attitude(const PlantSnapshot& world) {
   Vector3 angles = euler_from_rotation(rotation, p_.euler_convention);
   angles[0] = reading(angles[0], options_.roll_pitch_rad, attitude_noise_);
   angles[1] = reading(angles[1], options_.roll_pitch_rad, attitude_noise_);
-  angles[2] = reading(angles[2] + p_.yaw_drift_rad_s * world.time_s +
-                          p_.magnetic_rad_m.dot(world.pose.position_m),
-                      options_.yaw_rad, attitude_noise_);
+  angles[2] = reading(
+      angles[2] + p_.yaw_drift_rad_s * world.time_s + p_.magnetic_rad_m.dot(world.pose.position_m),
+      options_.yaw_rad, attitude_noise_);
   angles[2] += offsets_.yaw_rad;
   for (int a = 0; a < 3; ++a) {
     sample_.roll_pitch_yaw_rad[a] = p_.attitude_factor * wrap_angle(angles[a]);

@@ -27,8 +27,8 @@ class SensorBank {
 
   /// The latest readings.
   [[nodiscard]] const RobotSample& sample() const { return sample_; }
-  /// By how much a drive that reads its own load cell now finds it off [N]: the systematic errors of
-  /// the readings, and fresh noise.
+  /// By how much a drive that reads its own load cell now finds it off [N]: the systematic errors
+  /// of the readings, and fresh noise.
   [[nodiscard]] const CableVector& drive_reading_error_N(const PlantDynamics& plant);
   [[nodiscard]] const ReadingOffsets& offsets() const { return offsets_; }
 
@@ -54,9 +54,10 @@ class SensorBank {
   double drive_noise_N_;
   double history_s_ = 0.0;
   Clock length_clock_, swivel_clock_, tension_clock_, attitude_clock_;
-  RandomNormal drive_noise_{0}, length_noise_{0}, swivel_noise_{0}, tension_noise_{0}, attitude_noise_{0};
+  RandomNormal drive_noise_{0}, length_noise_{0}, swivel_noise_{0}, tension_noise_{0},
+      attitude_noise_{0};
   ReadingOffsets offsets_;
-  CableVector swivel_play_rad_;   ///< where the lagging swivels are
+  CableVector swivel_play_rad_;  ///< where the lagging swivels are
   std::deque<PlantSnapshot> history_;
   RobotSample sample_;
   CableVector drive_error_N_;

@@ -18,24 +18,25 @@ struct StartUpChange {
 
 /// What happened; the log is there whatever the outcome.
 struct StartUpRun {
-  StartUpState state = StartUpState::idle;  ///< done or holding; idle: the robot could not be placed
-  std::string reason;                       ///< not done: why
+  StartUpState state =
+      StartUpState::idle;  ///< done or holding; idle: the robot could not be placed
+  std::string reason;      ///< not done: why
   Log log;
-  std::vector<PlantTruth> truth;            ///< one a row of the log
-  std::vector<StartUpRest> rests;           ///< as detected on line
-  std::vector<SampleRange> rest_rows;       ///< the rows of the log of each rest
-  std::vector<StartUpChange> changes;       ///< state history
+  std::vector<PlantTruth> truth;                        ///< one a row of the log
+  std::vector<StartUpRest> rests;                       ///< as detected on line
+  std::vector<SampleRange> rest_rows;                   ///< the rows of the log of each rest
+  std::vector<StartUpChange> changes;                   ///< state history
   double min_setpoint_N = kNaN, max_setpoint_N = kNaN;  ///< of all commanded tensions
-  double max_velocity_m_s = 0.0;            ///< largest commanded
-  double max_tension_N = 0.0;               ///< largest true tension in a row of the log
+  double max_velocity_m_s = 0.0;                        ///< largest commanded
+  double max_tension_N = 0.0;  ///< largest true tension in a row of the log
 };
 
 struct StartUpRunOptions {
   SimulatorOptions simulator;
   StartUpOptions startup;
-  double control_rate_Hz = 100.0;     ///< how often StartUp is asked
-  double log_rate_Hz = 10.0;          ///< rows of the log; at most the control rate
-  double max_duration_s = 3600.0;     ///< of the robot's time: ends as holding
+  double control_rate_Hz = 100.0;  ///< how often StartUp is asked
+  double log_rate_Hz = 10.0;       ///< rows of the log; at most the control rate
+  double max_duration_s = 3600.0;  ///< of the robot's time: ends as holding
   /// True tensions at power-on [N], n values; empty: the first set-point.
   CableVector initial_tension_N;
   /// Changes what StartUp is told, for fault injection. Called with every sample.

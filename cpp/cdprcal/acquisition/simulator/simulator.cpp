@@ -11,7 +11,8 @@ namespace {
 
 /// Newton on the plant's own balance of forces from a pose close to it. Numeric derivatives: the
 /// plant has effects that the analytic ones of statics/ do not know.
-bool balance(const PlantDynamics& plant, const Robot& robot, const CableVector& tension_N, Pose& pose) {
+bool balance(const PlantDynamics& plant, const Robot& robot, const CableVector& tension_N,
+             Pose& pose) {
   const double length_m = characteristic_length_m(robot);
   const double weight = robot.weight_N();
   const auto error = [&](const Vector6& w) {
@@ -26,7 +27,8 @@ bool balance(const PlantDynamics& plant, const Robot& robot, const CableVector& 
     for (int c = 0; c < 6; ++c) {
       const Vector6 delta = kStep * Vector6::Unit(c);
       jacobian.col(c) = (plant.net_wrench(plus(pose, delta), tension_N) -
-                         plant.net_wrench(plus(pose, -delta), tension_N)) / (2.0 * kStep);
+                         plant.net_wrench(plus(pose, -delta), tension_N)) /
+                        (2.0 * kStep);
     }
     if (!jacobian.allFinite()) return false;
     Vector6 move = -jacobian.partialPivLu().solve(wrench);
@@ -121,18 +123,25 @@ void Simulator::happen() {
        ++next_event_) {
     const PlantEvent& event = events[next_event_];
     switch (event.kind) {
-      case PlantEvent::Kind::slack: dynamics_.run_off(event.cable, event.size, true); break;
-      case PlantEvent::Kind::cable_slip: dynamics_.run_off(event.cable, event.size, false); break;
+      case PlantEvent::Kind::slack:
+        dynamics_.run_off(event.cable, event.size, true);
+        break;
+      case PlantEvent::Kind::cable_slip:
+        dynamics_.run_off(event.cable, event.size, false);
+        break;
       case PlantEvent::Kind::oscillation:
         dynamics_.knock(event.cable,
                         event.size * dynamics_.strand(event.cable).cable.groove_normal);
         break;
-      case PlantEvent::Kind::outlier: break;  // the sensors' business
+      case PlantEvent::Kind::outlier:
+        break;  // the sensors' business
     }
   }
 }
 
-void Simulator::note_reading_error() { command_.reading_error_N = sensors_.drive_reading_error_N(dynamics_); }
+void Simulator::note_reading_error() {
+  command_.reading_error_N = sensors_.drive_reading_error_N(dynamics_);
+}
 
 bool Simulator::advance(double duration_s) {
   if (!(duration_s >= 0.0)) throw InputError("simulator: advance: a duration must not be negative");

@@ -22,19 +22,19 @@ namespace cdprcal {
 struct PlantTruth {
   double time_s = 0.0;
   Pose pose;
-  Vector6 twist = Vector6::Zero();   ///< of P: velocity [m/s], angular velocity [rad/s], world axes
-  CableVector tension_N;             ///< of the strands, at the pulley
-  CableVector load_cell_N;           ///< at the load cells, before their errors
-  CableVector direction;             ///< s in [−1, 1]: +1 after paying out
+  Vector6 twist = Vector6::Zero();  ///< of P: velocity [m/s], angular velocity [rad/s], world axes
+  CableVector tension_N;            ///< of the strands, at the pulley
+  CableVector load_cell_N;          ///< at the load cells, before their errors
+  CableVector direction;            ///< s in [−1, 1]: +1 after paying out
   PlantEnergy energy;
 };
 
 /// Whether the robot could be put somewhere at rest.
 struct RestResult {
   bool found = false;
-  std::string reason;        ///< one sentence when not
-  Pose pose;                 ///< the true one
-  CableVector tension_N;     ///< the true ones
+  std::string reason;     ///< one sentence when not
+  Pose pose;              ///< the true one
+  CableVector tension_N;  ///< the true ones
 };
 
 class Simulator {

@@ -34,7 +34,8 @@ double strand_drop_m(const StrandLaw& law, double chord_m, double tension_N) {
 ChordTension sagging_tension(const StrandLaw& law, double length_m, double natural_m,
                              const StrandState& state) {
   // Length of the parabola = natural length stretched: l + L W⊥²/(24 T²) = w (1 + T/EA).
-  const double across = law.weight_N_m * state.chord_m * std::hypot(state.chord.x(), state.chord.y());
+  const double across =
+      law.weight_N_m * state.chord_m * std::hypot(state.chord.x(), state.chord.y());
   const double sag = state.chord_m * across * across / 24.0;
   const double compliance = natural_m / law.axial_stiffness_N;
   const double excess = length_m - natural_m;
@@ -58,8 +59,10 @@ ChordTension sagging_tension(const StrandLaw& law, double length_m, double natur
 }
 
 double natural_length_m(const StrandLaw& law, const StrandState& state, double tension_N) {
-  const double across = law.weight_N_m * state.chord_m * std::hypot(state.chord.x(), state.chord.y());
-  const double sag = across > 0.0 ? state.chord_m * across * across / (24.0 * tension_N * tension_N) : 0.0;
+  const double across =
+      law.weight_N_m * state.chord_m * std::hypot(state.chord.x(), state.chord.y());
+  const double sag =
+      across > 0.0 ? state.chord_m * across * across / (24.0 * tension_N * tension_N) : 0.0;
   return (state.length_m + sag) / (1.0 + tension_N / law.axial_stiffness_N);
 }
 

@@ -11,8 +11,8 @@ namespace cdprcal {
 
 /// Material of a strand of natural length w [m].
 struct StrandLaw {
-  double axial_stiffness_N = 0.0;   ///< EA
-  double weight_N_m = 0.0;          ///< ρ g
+  double axial_stiffness_N = 0.0;  ///< EA
+  double weight_N_m = 0.0;         ///< ρ g
 
   /// Stiffness [N/m] of natural length w.
   [[nodiscard]] double stiffness_N_m(double natural_m) const {
@@ -23,10 +23,10 @@ struct StrandLaw {
 /// Geometry at one moment.
 struct StrandState {
   bool valid = false;
-  CableState cable;        ///< what the swivel and the pulley see
-  Vector3 chord;           ///< unit vector from where the cable leaves the pulley to the platform
+  CableState cable;  ///< what the swivel and the pulley see
+  Vector3 chord;     ///< unit vector from where the cable leaves the pulley to the platform
   double chord_m = 0.0;
-  double length_m = 0.0;   ///< arc on the pulley plus chord
+  double length_m = 0.0;  ///< arc on the pulley plus chord
 };
 
 /// Geometry for q from pulley entry D to platform anchor A [m]. A strand with weight leaves the

@@ -19,13 +19,13 @@ struct PathNode {
   Pose pose;
   /// −∂l/∂τ of the equilibrium, J (K+Q)⁻¹ Jᵀ [m/N]: how much cable a lower tension lets out.
   CableMatrix flexibility_m_N;
-  double slowest_rad_s = 0.0;         ///< lowest natural frequency under constant tensions
+  double slowest_rad_s = 0.0;  ///< lowest natural frequency under constant tensions
   double mean_length_m = 0.0;
 };
 
 struct PathLeg {
-  std::vector<PathNode> nodes;        ///< evenly spaced in s
-  CableVector change_N;               ///< τ_b − τ_a
+  std::vector<PathNode> nodes;  ///< evenly spaced in s
+  CableVector change_N;         ///< τ_b − τ_a
   /// Interpolated between the nodes; s is clamped to [0, 1].
   [[nodiscard]] CableMatrix flexibility_m_N(double s) const;
   /// dl/ds, s in [0, 1]: how the cables run along the leg.
@@ -36,8 +36,8 @@ struct PathLeg {
   [[nodiscard]] double mean_length_m() const;
 };
 
-/// Follows the equilibrium from tensions a to b [N] from the one closest to `start` (the first found
-/// without). On failure the reason is set and the leg ends where the equilibrium was lost.
+/// Follows the equilibrium from tensions a to b [N] from the one closest to `start` (the first
+/// found without). On failure the reason is set and the leg ends where the equilibrium was lost.
 struct PathResult {
   bool found = false;
   std::string reason;

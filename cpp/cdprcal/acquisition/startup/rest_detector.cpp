@@ -94,18 +94,21 @@ double RestDetector::judge(Channel& channel, const Group& group, double begin_s)
     const double t = group.time_s[i] - mean_t, v = channel.values[i] - mean;
     tt += t * t, tv += t * v, vv += v * v;
   }
-  const Eigen::Map<const Eigen::VectorXd> all(channel.values.data(), static_cast<Eigen::Index>(size));
+  const Eigen::Map<const Eigen::VectorXd> all(channel.values.data(),
+                                              static_cast<Eigen::Index>(size));
   channel.noise = channel_noise(all);
   const double z = normal_quantile(0.5 + 0.5 * options_.confidence);
   const double span = group.time_s.back() - group.time_s[first];
   const double scatter = vv / (count - 1.0);
   // Tensions may chatter at a platform at rest: what they scatter counts as their noise.
-  const double noise = channel.tension ? std::max(channel.noise, std::sqrt(scatter)) : channel.noise;
+  const double noise =
+      channel.tension ? std::max(channel.noise, std::sqrt(scatter)) : channel.noise;
   const double moved = std::abs(tv / tt) * span;
   const double ripple = moved / (z * noise / std::sqrt(tt) * span + channel.tolerance + 1e-300);
   if (channel.tension) return ripple;
-  const double allowed = noise * noise * chi_square_quantile(options_.confidence, count - 1.0) /
-                             (count - 1.0) + channel.tolerance * channel.tolerance;
+  const double allowed =
+      noise * noise * chi_square_quantile(options_.confidence, count - 1.0) / (count - 1.0) +
+      channel.tolerance * channel.tolerance;
   return std::max(ripple, std::sqrt(scatter / (allowed + 1e-300)));
 }
 

@@ -1,7 +1,8 @@
 // Rest, judged while it happens, by each sensor's own noise.
 //
 // The same idea as detect_equilibria on a whole log. Over the last `window_s`:
-// - the slope of every reading over the window is what its own noise explains, plus a motion that no
+// - the slope of every reading over the window is what its own noise explains, plus a motion that
+// no
 //   estimate notices;
 // - so is the scatter of lengths, swivels and angles (χ²): a swing of whole periods has no slope.
 //   Tensions may chatter at a platform at rest, and are judged by their slope alone.
@@ -18,8 +19,8 @@ namespace cdprcal {
 
 struct RestOptions {
   double window_s = 1.0;
-  double confidence = 0.99;   ///< of each test; one that fails by chance costs a tenth of a second
-  double tolerance = 0.02;    ///< motion over the window that does not matter, in the sensor's σ
+  double confidence = 0.99;  ///< of each test; one that fails by chance costs a tenth of a second
+  double tolerance = 0.02;   ///< motion over the window that does not matter, in the sensor's σ
 };
 
 class RestDetector {
@@ -31,7 +32,8 @@ class RestDetector {
   void clear();
   /// Whether the platform rested over the whole window that ends now. Re-judged ten times a window.
   [[nodiscard]] bool at_rest();
-  /// Largest motion over the window ÷ what rest allows; above 1 it moves. NaN before a window is full.
+  /// Largest motion over the window ÷ what rest allows; above 1 it moves. NaN before a window is
+  /// full.
   [[nodiscard]] double ripple() const { return ripple_; }
   /// White noise of a tension [N], as last judged; 0 before.
   [[nodiscard]] double tension_noise_N(int cable) const;
@@ -43,7 +45,7 @@ class RestDetector {
     double noise = 0.0;
     std::vector<double> values;  ///< parallel to the group's times
   };
-  struct Group {                 ///< channels that arrive together
+  struct Group {  ///< channels that arrive together
     std::vector<double> time_s;
     std::vector<Channel> channels;
   };

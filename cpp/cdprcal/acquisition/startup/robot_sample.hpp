@@ -9,15 +9,15 @@ namespace cdprcal {
 
 /// Readings as they arrive; NaN: absent. Lengths, swivels and yaw carry unknown constant offsets.
 struct RobotSample {
-  double time_s = 0.0;               ///< the backend's clock, now
-  CableVector length_m;              ///< [n], growing as cable is paid out
-  CableVector swivel_rad;            ///< [n], or empty: no such sensors
-  CableVector tension_N;             ///< [n]
+  double time_s = 0.0;     ///< the backend's clock, now
+  CableVector length_m;    ///< [n], growing as cable is paid out
+  CableVector swivel_rad;  ///< [n], or empty: no such sensors
+  CableVector tension_N;   ///< [n]
   Vector3 roll_pitch_yaw_rad = Vector3::Constant(kNaN);
-  double drives_time_s = kNaN;       ///< when lengths, swivels and tensions last arrived; NaN: now
-  double attitude_time_s = kNaN;     ///< when the attitude last arrived; NaN: now
-  std::string drive_error;           ///< not empty: a drive is not operational, and why
-  bool stop_requested = false;       ///< the operator wants to stop
+  double drives_time_s = kNaN;    ///< when lengths, swivels and tensions last arrived; NaN: now
+  double attitude_time_s = kNaN;  ///< when the attitude last arrived; NaN: now
+  std::string drive_error;        ///< not empty: a drive is not operational, and why
+  bool stop_requested = false;    ///< the operator wants to stop
 };
 
 }  // namespace cdprcal

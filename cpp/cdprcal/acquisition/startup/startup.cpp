@@ -29,8 +29,8 @@ void check_options(const StartUpOptions& o) {
   require(o.record_s >= 0.0 && o.measure_s >= 0.0 && o.settle_timeout_s > 0.0,
           "times must not be negative");
   require(o.velocity_limit_m_s >= 0.0, "velocity_limit_m_s must not be negative");
-  require(o.control.bandwidth > 0.0 && o.control.filter > 0.0 &&
-              o.control.direction_error >= 0.0 && o.control.axial_stiffness_N > 0.0,
+  require(o.control.bandwidth > 0.0 && o.control.filter > 0.0 && o.control.direction_error >= 0.0 &&
+              o.control.axial_stiffness_N > 0.0,
           "control values must be positive");
   require(o.rest.window_s > 0.0 && o.rest.confidence > 0.0 && o.rest.confidence < 1.0 &&
               o.rest.tolerance >= 0.0,
@@ -55,7 +55,8 @@ void check_plan(const Robot& robot, StartUpPlan& plan) {
     throw InputError("start-up plan: give as many transition times as set-points, or none");
   }
   for (const double t : plan.transition_s) {
-    if (!(t >= 0.0) || std::isinf(t)) throw InputError("start-up plan: transition_s must be 0 or more");
+    if (!(t >= 0.0) || std::isinf(t))
+      throw InputError("start-up plan: transition_s must be 0 or more");
   }
 }
 
@@ -63,14 +64,22 @@ void check_plan(const Robot& robot, StartUpPlan& plan) {
 
 const char* to_string(StartUpState state) {
   switch (state) {
-    case StartUpState::idle: return "idle";
-    case StartUpState::recording: return "recording";
-    case StartUpState::moving_to_start: return "moving_to_start";
-    case StartUpState::moving: return "moving";
-    case StartUpState::settling: return "settling";
-    case StartUpState::measuring: return "measuring";
-    case StartUpState::done: return "done";
-    case StartUpState::holding: return "holding";
+    case StartUpState::idle:
+      return "idle";
+    case StartUpState::recording:
+      return "recording";
+    case StartUpState::moving_to_start:
+      return "moving_to_start";
+    case StartUpState::moving:
+      return "moving";
+    case StartUpState::settling:
+      return "settling";
+    case StartUpState::measuring:
+      return "measuring";
+    case StartUpState::done:
+      return "done";
+    case StartUpState::holding:
+      return "holding";
   }
   return "unknown";
 }
@@ -97,7 +106,8 @@ StartUp::StartUp(const Robot& robot, StartUpPlan plan, const StartUpOptions& opt
                        std::to_string(k + 1) + ": " + path.reason);
     }
     at = path.leg.nodes.back().pose;
-    if (transition_s_[k] == 0.0) transition_s_[k] = transition_time_s(path.leg, velocity_limit_m_s_);
+    if (transition_s_[k] == 0.0)
+      transition_s_[k] = transition_time_s(path.leg, velocity_limit_m_s_);
     leg_.push_back(std::move(path.leg));
   }
   const int n = robot_.cable_count();
@@ -128,9 +138,8 @@ const StartUpCommand& StartUp::step(const RobotSample& sample) {
   const bool ended = command_.state == done || command_.state == holding;
   const bool controlling = !ended && command_.state != idle && command_.state != recording;
   if (!ended) {
-    const std::string& fault =
-        watchdog_.check(sample, controlling ? command_.tension_setpoint_N : CableVector(),
-                        command_.velocity_m_s);
+    const std::string& fault = watchdog_.check(
+        sample, controlling ? command_.tension_setpoint_N : CableVector(), command_.velocity_m_s);
     if (std::isfinite(sample.time_s)) now_s_ = sample.time_s;
     if (!fault.empty()) hold(fault);
   } else if (std::isfinite(sample.time_s)) {
@@ -147,19 +156,22 @@ const StartUpCommand& StartUp::step(const RobotSample& sample) {
       if (usable) record(sample);
       break;
     case moving_to_start:
-    case moving: move(sample, dt_s); break;
+    case moving:
+      move(sample, dt_s);
+      break;
     case settling:
     case measuring:
       control(sample, CableVector::Zero(robot_.cable_count()), dt_s);
       command_.state == settling ? settle() : measure();
       break;
     case done:
-    case holding: break;
+    case holding:
+      break;
   }
   if (command_.state == done || command_.state == holding) {
     // Without a clock that runs, stop at once.
-    command_.velocity_m_s = dt_s > 0.0 ? controller_.stop(dt_s)
-                                       : CableVector(CableVector::Zero(robot_.cable_count()));
+    command_.velocity_m_s =
+        dt_s > 0.0 ? controller_.stop(dt_s) : CableVector(CableVector::Zero(robot_.cable_count()));
     command_.locked = command_.velocity_m_s.isZero(0.0);
   }
   command_.remaining_s = estimate_remaining_s();
@@ -171,7 +183,8 @@ void StartUp::record(const RobotSample& sample) {
   ++recorded_;
   from_N_ = recorded_sum_N_ / recorded_;
   // What is there now is what is wanted; a tension outside the limits is not.
-  command_.tension_setpoint_N = from_N_.cwiseMax(robot_.tension_min_N).cwiseMin(robot_.tension_max_N);
+  command_.tension_setpoint_N =
+      from_N_.cwiseMax(robot_.tension_min_N).cwiseMin(robot_.tension_max_N);
   if (now_s_ - entered_s_ < options_.record_s - 1e-9) return;
   from_N_ = command_.tension_setpoint_N;
   plan_first_leg();
@@ -279,19 +292,26 @@ double StartUp::estimate_remaining_s() const {
   if (command_.state == done) return 0.0;
   if (command_.state == holding) return kNaN;
   const double in_state_s = std::isnan(entered_s_) ? 0.0 : now_s_ - entered_s_;
-  const double rest_s = rests_.empty()
-                            ? 1.5 + options_.rest.window_s + options_.measure_s
-                            : settle_sum_s_ / static_cast<double>(rests_.size()) + 0.5;
+  const double rest_s = rests_.empty() ? 1.5 + options_.rest.window_s + options_.measure_s
+                                       : settle_sum_s_ / static_cast<double>(rests_.size()) + 0.5;
   const auto k = static_cast<std::size_t>(command_.setpoint);
   double left = 0.0;
   for (std::size_t j = k + 1; j < count; ++j) left += transition_s_[j] + rest_s;
   switch (command_.state) {
     case idle:
-    case recording: left += options_.record_s - in_state_s + transition_s_[k] + rest_s; break;
+    case recording:
+      left += options_.record_s - in_state_s + transition_s_[k] + rest_s;
+      break;
     case moving_to_start:
-    case moving: left += transition_s_[k] - in_state_s + rest_s; break;
-    case settling: left += std::max(options_.measure_s, rest_s - in_state_s); break;
-    default: left += options_.measure_s - in_state_s; break;
+    case moving:
+      left += transition_s_[k] - in_state_s + rest_s;
+      break;
+    case settling:
+      left += std::max(options_.measure_s, rest_s - in_state_s);
+      break;
+    default:
+      left += options_.measure_s - in_state_s;
+      break;
   }
   return std::max(0.0, left);
 }

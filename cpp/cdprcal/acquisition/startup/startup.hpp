@@ -11,8 +11,8 @@
 //   }
 //
 // Safe hold: the winches come to a stop within 0.2 s and stay locked. A platform that hangs on
-// locked cables is where gravity wants it whatever the sensors say; tension control would let it run
-// away with the first load cell that lies. A stop on purpose (operator, end) ends the same way.
+// locked cables is where gravity wants it whatever the sensors say; tension control would let it
+// run away with the first load cell that lies. A stop on purpose (operator, end) ends the same way.
 #pragma once
 
 #include <string>
@@ -26,16 +26,16 @@ namespace cdprcal {
 
 /// What to visit. The first set-point is τ₀; the run measures at every one of them.
 struct StartUpPlan {
-  std::vector<CableVector> setpoint_N;   ///< each n values within the tension limits
+  std::vector<CableVector> setpoint_N;  ///< each n values within the tension limits
   /// Time of the transition to each set-point [s]. Empty, or 0 for one: derived from the robot (see
   /// transition_time_s). The first is from the tensions found at power-on.
   std::vector<double> transition_s;
 };
 
 struct StartUpOptions {
-  double record_s = 1.0;            ///< tensions at power-on are averaged over this long
-  double measure_s = 1.0;           ///< rest is kept this long after it was detected
-  double settle_timeout_s = 20.0;   ///< for rest after a transition
+  double record_s = 1.0;           ///< tensions at power-on are averaged over this long
+  double measure_s = 1.0;          ///< rest is kept this long after it was detected
+  double settle_timeout_s = 20.0;  ///< for rest after a transition
   /// No cable is told to move faster. 0: robot size × 0.15 / s (see velocity_limit_m_s()).
   double velocity_limit_m_s = 0.0;
   TensionControlOptions control;
@@ -44,26 +44,26 @@ struct StartUpOptions {
 };
 
 enum class StartUpState {
-  idle,          ///< before the first sample
-  recording,     ///< tensions at power-on; winches locked
+  idle,             ///< before the first sample
+  recording,        ///< tensions at power-on; winches locked
   moving_to_start,  ///< to τ₀
-  moving,        ///< to the next set-point
-  settling,      ///< until rest is detected
-  measuring,     ///< resting, measure_s
-  done,          ///< all set-points measured; winches locked
-  holding        ///< stopped early; `reason` says why
+  moving,           ///< to the next set-point
+  settling,         ///< until rest is detected
+  measuring,        ///< resting, measure_s
+  done,             ///< all set-points measured; winches locked
+  holding           ///< stopped early; `reason` says why
 };
 const char* to_string(StartUpState state);
 
 struct StartUpCommand {
   StartUpState state = StartUpState::idle;
-  std::string reason;               ///< holding: why
-  CableVector velocity_m_s;         ///< of pay-out, for drives in velocity mode
-  CableVector tension_setpoint_N;   ///< wanted now; for drives in torque mode, and for the log
-  bool locked = true;               ///< winches must stand still: brakes may be set
-  int setpoint = 0;                 ///< which one is being moved to or measured, from 0
-  double ripple = kNaN;             ///< motion ÷ what rest allows (settling, measuring)
-  double remaining_s = kNaN;        ///< estimate of the time to the end
+  std::string reason;              ///< holding: why
+  CableVector velocity_m_s;        ///< of pay-out, for drives in velocity mode
+  CableVector tension_setpoint_N;  ///< wanted now; for drives in torque mode, and for the log
+  bool locked = true;              ///< winches must stand still: brakes may be set
+  int setpoint = 0;                ///< which one is being moved to or measured, from 0
+  double ripple = kNaN;            ///< motion ÷ what rest allows (settling, measuring)
+  double remaining_s = kNaN;       ///< estimate of the time to the end
 };
 
 /// One measured rest.
@@ -109,7 +109,7 @@ class StartUp {
   StartUpPlan plan_;
   StartUpOptions options_;
   double velocity_limit_m_s_;
-  std::vector<PathLeg> leg_;            ///< to each set-point; the first is found when recorded
+  std::vector<PathLeg> leg_;  ///< to each set-point; the first is found when recorded
   std::vector<double> transition_s_;
   TensionController controller_;
   RestDetector rest_;
@@ -119,7 +119,7 @@ class StartUp {
   CableVector from_N_, recorded_sum_N_;
   int recorded_ = 0;
   double now_s_ = kNaN, entered_s_ = kNaN;
-  double settle_sum_s_ = 0.0;           ///< over rests_: the estimate of the time left learns
+  double settle_sum_s_ = 0.0;  ///< over rests_: the estimate of the time left learns
   bool feed_forward_ = false;
 };
 

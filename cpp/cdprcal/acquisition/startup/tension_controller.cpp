@@ -30,8 +30,7 @@ void TensionController::tune(const PathLeg& leg, double fraction) {
   filter_s_ = options_.filter / slowest_rad_s;
   const Eigen::SelfAdjointEigenSolver<CableMatrix> eigen(leg.flexibility_m_N(fraction));
   CableVector values = eigen.eigenvalues();
-  const double uncertain =
-      options_.direction_error * std::sqrt(std::max(0.0, values.maxCoeff()));
+  const double uncertain = options_.direction_error * std::sqrt(std::max(0.0, values.maxCoeff()));
   const double stretch = leg.mean_length_m() / options_.axial_stiffness_N;
   for (double& f : values) {
     const double root = std::max(0.0, std::sqrt(std::max(0.0, f)) - uncertain);
@@ -44,8 +43,8 @@ void TensionController::command(const CableVector& wanted_m_s, double dt_s) {
   const double change = limit_m_s_ * dt_s / kFullSpeed_s;
   for (Eigen::Index i = 0; i < wanted_m_s.size(); ++i) {
     const double now = commanded_m_s_[i];
-    commanded_m_s_[i] = std::clamp(std::clamp(wanted_m_s[i], now - change, now + change),
-                                   -limit_m_s_, limit_m_s_);
+    commanded_m_s_[i] =
+        std::clamp(std::clamp(wanted_m_s[i], now - change, now + change), -limit_m_s_, limit_m_s_);
   }
 }
 

@@ -3,14 +3,15 @@
 //   v = v_ff − g F (τ_set − τ) filtered twice with time constant T
 //
 // F = J (K+Q)⁻¹ Jᵀ is how much cable the ideal robot's equilibrium lets out for a newton less, so
-// that at low frequency every combination of tensions converges at the same rate g, however stiff or
-// soft it is. Everything follows from the slowest natural frequency ω₁ of the ideal platform under
-// constant tensions:
+// that at low frequency every combination of tensions converges at the same rate g, however stiff
+// or soft it is. Everything follows from the slowest natural frequency ω₁ of the ideal platform
+// under constant tensions:
 // - g = 0.4 ω₁: the platform follows the winches quasi-statically;
 // - T = 0.4/ω₁: above ω₁ the platform answers with its inertia, and the gain g ω/ω₁² would rise for
 //   ever. Filtered twice it falls as 2.5 ω₁/ω, and stays below 1 at the resonances of the cables,
 //   which are lightly damped, and at the delays of drives and bus, up to about T/2.
-// - Where n cables are almost one too many, F is small in some combination of them, and uncertain: a
+// - Where n cables are almost one too many, F is small in some combination of them, and uncertain:
+// a
 //   wrong pose may make it many times too large. 3 % of the root of the largest is taken off the
 //   root of each eigenvalue of F. What a locked cable of the stiffest kind foreseen stretches is
 //   added, so that the loop also closes there. The pose hardly depends on that combination.
@@ -21,10 +22,10 @@
 namespace cdprcal {
 
 struct TensionControlOptions {
-  double bandwidth = 0.4;              ///< g/ω₁
-  double filter = 0.4;                 ///< T ω₁
-  double direction_error = 0.03;       ///< how far cable directions may be off the ideal ones [rad]
-  double axial_stiffness_N = 1e7;      ///< EA of the stiffest cable foreseen
+  double bandwidth = 0.4;          ///< g/ω₁
+  double filter = 0.4;             ///< T ω₁
+  double direction_error = 0.03;   ///< how far cable directions may be off the ideal ones [rad]
+  double axial_stiffness_N = 1e7;  ///< EA of the stiffest cable foreseen
 };
 
 class TensionController {

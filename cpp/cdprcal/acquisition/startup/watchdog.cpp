@@ -14,7 +14,9 @@ std::string newtons(double value) {
   return text;
 }
 
-bool all_there(const CableVector& values, int n) { return values.size() == n && values.allFinite(); }
+bool all_there(const CableVector& values, int n) {
+  return values.size() == n && values.allFinite();
+}
 
 }  // namespace
 

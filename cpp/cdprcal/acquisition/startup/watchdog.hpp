@@ -10,15 +10,15 @@
 namespace cdprcal {
 
 struct WatchdogOptions {
-  double stale_s = 0.15;        ///< readings of the drives may be missing or old this long
+  double stale_s = 0.15;          ///< readings of the drives may be missing or old this long
   double attitude_stale_s = 0.5;  ///< those of the AHRS
-  double tension_s = 0.2;       ///< a slack or overloaded cable is believed after this long
-  double follow_s = 1.5;        ///< a tension may be off its set-point this long
-  double stuck_s = 1.0;         ///< a reading that used to flicker may stand still this long
-  double slack_share = 0.25;    ///< of the lower tension limit: less is slack
-  double overload_share = 1.05; ///< of the upper tension limit: more is too much
-  double follow_share = 0.3;    ///< of the set-point: how far a tension may be off it
-  double runaway_m = 0.05;      ///< cable commanded to move that the encoder does not show
+  double tension_s = 0.2;         ///< a slack or overloaded cable is believed after this long
+  double follow_s = 1.5;          ///< a tension may be off its set-point this long
+  double stuck_s = 1.0;           ///< a reading that used to flicker may stand still this long
+  double slack_share = 0.25;      ///< of the lower tension limit: less is slack
+  double overload_share = 1.05;   ///< of the upper tension limit: more is too much
+  double follow_share = 0.3;      ///< of the set-point: how far a tension may be off it
+  double runaway_m = 0.05;        ///< cable commanded to move that the encoder does not show
 };
 
 /// Looks at every sample. The first reason found is final.
