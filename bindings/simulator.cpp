@@ -101,7 +101,7 @@ void bind_options(py::module_& module) {
   py::class_<StrandOptions>(module, "StrandOptions", "Cables of the simulated robot.")
       .def(py::init(&from_keywords<StrandOptions>))
       .def_readwrite("axial_stiffness_N", &StrandOptions::axial_stiffness_N)
-      .def_readwrite("damping_time_s", &StrandOptions::damping_time_s);
+      .def_readwrite("damping_ratio", &StrandOptions::damping_ratio);
   py::class_<PlatformDamping>(module, "PlatformDamping",
                               "E-folding times of a free oscillation [s]; inf: no damping.")
       .def(py::init(&from_keywords<PlatformDamping>))
@@ -241,7 +241,8 @@ void bind_startup_options(py::module_& module) {
       .def_readwrite("bandwidth", &TensionControlOptions::bandwidth)
       .def_readwrite("filter", &TensionControlOptions::filter)
       .def_readwrite("direction_error", &TensionControlOptions::direction_error)
-      .def_readwrite("axial_stiffness_N", &TensionControlOptions::axial_stiffness_N);
+      .def_readwrite("axial_stiffness_N", &TensionControlOptions::axial_stiffness_N)
+      .def_readwrite("locked_bandwidth_1_s", &TensionControlOptions::locked_bandwidth_1_s);
   py::class_<RestOptions>(module, "RestOptions", "How rest is judged while it happens.")
       .def(py::init(&from_keywords<RestOptions>))
       .def_readwrite("window_s", &RestOptions::window_s)

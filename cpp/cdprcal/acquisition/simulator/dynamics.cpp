@@ -11,7 +11,7 @@ namespace {
 constexpr std::array<double, 3> kTurnOver_m{0.5e-3, 1.0e-3, 1.5e-3};
 constexpr double kFrameTime_s = 0.1;  ///< the frame follows its load this slowly
 constexpr int kMaxIterations = 40;
-constexpr double kVelocityTolerance_m_s = 1e-12;
+constexpr double kVelocityTolerance_m_s = 1e-12;  ///< or as far as the arithmetic goes
 
 double damping_rate(double decay_s) { return std::isinf(decay_s) ? 0.0 : 2.0 / decay_s; }
 
@@ -94,7 +94,8 @@ double PlantDynamics::mean_tension_N(int i, const StrandState& end, double payou
   const Winch& winch = winch_[i];
   const double grown = natural_m(i, winch.payout_m) - winch.payout_m;
   const double k = law_.stiffness_N_m(winch.payout_m + grown);
-  const double viscous = k * p_.strand_damping_s / h_;
+  const double viscous =
+      2.0 * p_.strand_damping_ratio * std::sqrt(k * p_.robot.platform.mass_kg) / h_;
   const double e0 = strand_[i].length_m - winch.payout_m - grown;
   const double e1 = end.length_m - payout_1_m - grown;
   double tension = 0.0;
@@ -107,7 +108,7 @@ double PlantDynamics::mean_tension_N(int i, const StrandState& end, double payou
     tension = mean_elastic_tension_N(k, e0, e1);
     by_length_N_m = e1 > 0.0 ? 0.5 * k : 0.0;
   }
-  if (p_.strand_damping_s > 0.0 && e0 > 0.0 && e1 > 0.0) {
+  if (viscous > 0.0 && e0 > 0.0 && e1 > 0.0) {
     tension += viscous * (e1 - e0);
     by_length_N_m += viscous;
   }
@@ -154,6 +155,12 @@ PlantDynamics::Pull PlantDynamics::pull(int i, const StrandState& end,
   }
   out.velocity_1_m_s = v1;
   out.by_length_N_m = slope * (1.0 - 0.5 * h_ * slope / by_speed);
+  const double limit = winch_options_.max_velocity_m_s;
+  if (loop && std::abs(v1) > limit) {  // as a velocity drive at its limit
+    out.velocity_1_m_s = std::copysign(limit, v1);
+    out.payout_1_m = winch.payout_m + 0.5 * h_ * (winch.velocity_m_s + out.velocity_1_m_s);
+    out.tension_N = mean_tension_N(i, end, out.payout_1_m, out.by_length_N_m);
+  }
   return out;
 }
 
@@ -172,6 +179,7 @@ bool PlantDynamics::step(const WinchCommand& command) {
   std::array<Vector3, kMaxCables> arm_1;
   PlatformMotion next = motion_;
   Eigen::LLT<Matrix6> factor;
+  double last_size = HUGE_VAL;
   std::array<double, kMaxCables> used_slope;
   used_slope.fill(-1.0);
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
@@ -193,11 +201,11 @@ bool PlantDynamics::step(const WinchCommand& command) {
       end[i] = strand_state(p_.robot.cables[i].pulley, q1, drop[i]);
       if (!end[i].valid) return false;
       pulls[i] = pull(i, end[i], command);
-      // Direction with (mean direction)·Δq = Δl exactly.
+      // Direction with (mean direction)·Δq = Δl exactly. Not with sag, whose drop also moves Δl.
       const Vector3 moved = h_ * velocity + (arm_1[i] - arm_m_[i]);
       Vector3 along = 0.5 * (strand_[i].chord + end[i].chord);
       const double squared = moved.squaredNorm();
-      if (squared > 1e-20) {
+      if (squared > 1e-20 && law_.weight_N_m == 0.0) {
         along += ((end[i].length_m - strand_[i].length_m - along.dot(moved)) / squared) * moved;
       }
       const Vector3 pull_N =
@@ -231,7 +239,8 @@ bool PlantDynamics::step(const WinchCommand& command) {
     next.body_rate_rad_s -= rotation_1.transpose() * move.tail<3>();
     const double size =
         std::max(move.head<3>().cwiseAbs().maxCoeff(), move.tail<3>().cwiseAbs().maxCoeff());
-    if (size < kVelocityTolerance_m_s) break;
+    if (size < kVelocityTolerance_m_s || (size < 1e-9 && size > 0.3 * last_size)) break;
+    last_size = size;
     if (iteration + 1 == kMaxIterations && size > 1e-6) return false;
   }
   motion_ = next;

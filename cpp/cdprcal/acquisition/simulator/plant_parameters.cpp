@@ -120,7 +120,7 @@ void check(const SimulatorOptions& options) {
   };
   require(options.step_s > 0.0 && options.step_s <= 0.01, "step_s must be in (0, 0.01]");
   require(options.strand.axial_stiffness_N > 0.0, "strand.axial_stiffness_N must be positive");
-  require(options.strand.damping_time_s >= 0.0, "strand.damping_time_s must not be negative");
+  require(options.strand.damping_ratio >= 0.0, "strand.damping_ratio must not be negative");
   require(options.damping.translation_decay_s > 0.0 && options.damping.rotation_decay_s > 0.0,
           "damping decay times must be positive (infinity: none)");
   require(options.winch.time_constant_s >= 0.0 && options.winch.max_velocity_m_s > 0.0 &&
@@ -155,7 +155,7 @@ PlantParameters plant_parameters(const Robot& robot, const SimulatorOptions& opt
   finalise(p.robot);
   const int n = robot.cable_count();
   p.axial_stiffness_N = options.strand.axial_stiffness_N;
-  p.strand_damping_s = options.strand.damping_time_s;
+  p.strand_damping_ratio = options.strand.damping_ratio;
   for (CableVector* zeros :
        {&p.ratio_error, &p.load_cell_gain, &p.load_cell_bias_N, &p.swivel_scale}) {
     zeros->setZero(n);

@@ -21,7 +21,7 @@ struct PlantParameters {
   Robot robot;  ///< true geometry and inertia
   // Cables and winches
   double axial_stiffness_N = 0.0;  ///< EA
-  double strand_damping_s = 0.0;
+  double strand_damping_ratio = 0.0;
   double linear_density_kg_m = 0.0;
   double creep_m = 0.0;     ///< per decade of 1 + t/30 s
   CableVector ratio_error;  ///< encoder length ÷ paid-out length − 1

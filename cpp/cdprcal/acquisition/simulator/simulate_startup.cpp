@@ -64,7 +64,13 @@ StartUpRun simulate_startup(const Robot& robot, const StartUpPlan& plan,
     throw InputError("start-up run: rates must be positive, log_rate_Hz at most control_rate_Hz");
   }
   StartUp startup(robot, plan, options.startup);
-  Simulator simulator(robot, options.simulator);
+  SimulatorOptions plant = options.simulator;
+  // A drive with a tension loop of its own is given a limit that planned motion does not reach.
+  if (plant.winch.mode == WinchMode::tension) {
+    plant.winch.max_velocity_m_s =
+        std::min(plant.winch.max_velocity_m_s, 1.5 * startup.velocity_limit_m_s());
+  }
+  Simulator simulator(robot, plant);
   StartUpRun run;
   const CableVector initial_N =
       options.initial_tension_N.size() > 0 ? options.initial_tension_N : plan.setpoint_N.front();

@@ -31,6 +31,7 @@ PathNode node_at(const Robot& robot, const Pose& pose, const CableVector& tensio
   const Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxCables> forces = j.transpose();
   const CableMatrix flexibility = j * symmetric.partialPivLu().solve(forces);
   node.flexibility_m_N = 0.5 * (flexibility + flexibility.transpose());
+  node.mobility_1_kg = j * mass.partialPivLu().solve(forces);
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6> modes(symmetric, mass,
                                                                 Eigen::EigenvaluesOnly);
   node.slowest_rad_s = std::sqrt(std::max(0.0, modes.eigenvalues().minCoeff()));
@@ -51,6 +52,12 @@ auto between(std::size_t count, double s, const Blend& blend) {
 CableMatrix PathLeg::flexibility_m_N(double s) const {
   return between(nodes.size(), s, [&](std::size_t i, std::size_t j, double f) -> CableMatrix {
     return (1.0 - f) * nodes[i].flexibility_m_N + f * nodes[j].flexibility_m_N;
+  });
+}
+
+CableMatrix PathLeg::mobility_1_kg(double s) const {
+  return between(nodes.size(), s, [&](std::size_t i, std::size_t j, double f) -> CableMatrix {
+    return (1.0 - f) * nodes[i].mobility_1_kg + f * nodes[j].mobility_1_kg;
   });
 }
 

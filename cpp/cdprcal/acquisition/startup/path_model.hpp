@@ -19,6 +19,8 @@ struct PathNode {
   Pose pose;
   /// −∂l/∂τ of the equilibrium, J (K+Q)⁻¹ Jᵀ [m/N]: how much cable a lower tension lets out.
   CableMatrix flexibility_m_N;
+  /// J M⁻¹ Jᵀ [1/kg]: how the free platform would accelerate the cables.
+  CableMatrix mobility_1_kg;
   double slowest_rad_s = 0.0;  ///< lowest natural frequency under constant tensions
   double mean_length_m = 0.0;
 };
@@ -28,6 +30,7 @@ struct PathLeg {
   CableVector change_N;         ///< τ_b − τ_a
   /// Interpolated between the nodes; s is clamped to [0, 1].
   [[nodiscard]] CableMatrix flexibility_m_N(double s) const;
+  [[nodiscard]] CableMatrix mobility_1_kg(double s) const;
   /// dl/ds, s in [0, 1]: how the cables run along the leg.
   [[nodiscard]] CableVector length_by_fraction_m(double s) const {
     return -(flexibility_m_N(s) * change_N);

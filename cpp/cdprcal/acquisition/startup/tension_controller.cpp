@@ -8,13 +8,23 @@ namespace {
 
 constexpr double kFullSpeed_s = 0.2;  ///< from rest to the velocity limit: the drives' ramp
 
+/// The symmetric matrix with eigenvalues changed by f (≥ 0 before).
+template <class Function>
+CableMatrix with_eigenvalues(const CableMatrix& matrix, const Function& f) {
+  const Eigen::SelfAdjointEigenSolver<CableMatrix> eigen(matrix);
+  CableVector values = eigen.eigenvalues();
+  for (double& v : values) v = f(std::max(0.0, v));
+  return eigen.eigenvectors() * values.asDiagonal() * eigen.eigenvectors().transpose();
+}
+
 }  // namespace
 
 TensionController::TensionController(int cable_count, const TensionControlOptions& options,
                                      double velocity_limit_m_s)
     : options_(options),
       limit_m_s_(velocity_limit_m_s),
-      gain_m_s_N_(CableMatrix::Zero(cable_count, cable_count)),
+      slow_m_s_N_(CableMatrix::Zero(cable_count, cable_count)),
+      fast_m_s_N_(CableMatrix::Zero(cable_count, cable_count)),
       once_N_(CableVector::Zero(cable_count)),
       twice_N_(CableVector::Zero(cable_count)),
       commanded_m_s_(CableVector::Zero(cable_count)) {}
@@ -28,15 +38,17 @@ void TensionController::reset(const CableVector& velocity_m_s) {
 void TensionController::tune(const PathLeg& leg, double fraction) {
   const double slowest_rad_s = leg.slowest_rad_s();
   filter_s_ = options_.filter / slowest_rad_s;
-  const Eigen::SelfAdjointEigenSolver<CableMatrix> eigen(leg.flexibility_m_N(fraction));
-  CableVector values = eigen.eigenvalues();
-  const double uncertain = options_.direction_error * std::sqrt(std::max(0.0, values.maxCoeff()));
-  const double stretch = leg.mean_length_m() / options_.axial_stiffness_N;
-  for (double& f : values) {
-    const double root = std::max(0.0, std::sqrt(std::max(0.0, f)) - uncertain);
-    f = options_.bandwidth * slowest_rad_s * (root * root + stretch);
-  }
-  gain_m_s_N_ = eigen.eigenvectors() * values.asDiagonal() * eigen.eigenvectors().transpose();
+  const double rate_1_s = options_.bandwidth * slowest_rad_s;
+  const CableMatrix flexibility = leg.flexibility_m_N(fraction);
+  const double largest = flexibility.trace();
+  slow_m_s_N_ = with_eigenvalues(flexibility, [&](double f) {
+    const double root = std::sqrt(f) - options_.direction_error * std::sqrt(std::max(0.0, largest));
+    return rate_1_s * std::pow(std::max(0.0, root), 2);
+  });
+  const double k = options_.axial_stiffness_N / leg.mean_length_m();
+  const double r = options_.locked_bandwidth_1_s;
+  fast_m_s_N_ = with_eigenvalues(leg.mobility_1_kg(fraction),
+                                 [&](double a) { return r / k / (1.0 + k * a / (4.0 * r * r)); });
 }
 
 void TensionController::command(const CableVector& wanted_m_s, double dt_s) {
@@ -54,7 +66,7 @@ const CableVector& TensionController::step(const CableVector& error_N,
   once_N_ += share * (error_N - once_N_);
   twice_N_ += share * (once_N_ - twice_N_);
   // Too little tension hauls in: error > 0 gives v < 0.
-  command(feed_forward_m_s - gain_m_s_N_ * twice_N_, dt_s);
+  command(feed_forward_m_s - slow_m_s_N_ * twice_N_ - fast_m_s_N_ * error_N, dt_s);
   return commanded_m_s_;
 }
 
