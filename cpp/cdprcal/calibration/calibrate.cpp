@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "cdprcal/calibration/initial_guess.hpp"
+#include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
 
 namespace cdprcal {
@@ -128,12 +129,15 @@ bool better(const CalibrationResult& a, const CalibrationResult& b) {
 
 }  // namespace
 
-Calibration prepare(const Robot& robot, const Log& log, const CalibrateOptions& options) {
-  check_fit(robot, log, options);
+Calibration prepare(const Robot& robot, const Log& given, const CalibrateOptions& options) {
+  check_fit(robot, given, options);
+  const std::optional<Log> corrected = correct_readings(robot, given);
+  const Log& log = corrected ? *corrected : given;
   const SampleRange run = run_of(log, options.segment);
   Calibration out;
   CalibrationProblem& problem = out.problem;
   problem.robot = robot;
+  problem.effects = resolve_effects(robot, log.source);
   const bool paper = options.formulation == Formulation::paper;
   problem.statics = options.method == Method::kinematic ? StaticsModel::none
                     : paper                             ? StaticsModel::left_inverse
@@ -168,13 +172,14 @@ Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions
                      " measurements; give one a measurement, or the initial pose alone");
   }
   const std::vector<Pose> starts =
-      options.guess.empty() ? reference_guesses(robot, problem.measurements.front())
+      options.guess.empty() ? reference_guesses(robot, problem.measurements.front(), problem.effects)
                             : options.guess;
   double solve_time_s = 0.0;
   bool first = true;
   for (const Pose& start : starts) {
     CalibrationResult result = solve(
-        problem, measurement_guesses(robot, problem.measurements, start), options.solve);
+        problem, measurement_guesses(robot, problem.measurements, start, problem.effects),
+        options.solve);
     solve_time_s += result.solve_time_s;
     if (first || better(result, out.result)) out.result = std::move(result);
     first = false;

@@ -32,7 +32,8 @@ struct Calibration {
   int kinematic_poses = 0;
 };
 
-/// The problem that a log poses under these options, and the equilibria it was drawn from.
+/// The problem that a log poses under these options, and the equilibria it was drawn from. What the
+/// robot file lists as known effects is part of the problem; faults of the readings are set right.
 /// Throws InputError for a log that does not fit the robot or the options.
 Calibration prepare(const Robot& robot, const Log& log, const CalibrateOptions& options = {});
 

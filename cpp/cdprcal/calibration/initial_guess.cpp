@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <array>
+#include <optional>
 
 #include "cdprcal/equilibria/direct.hpp"
 
@@ -42,6 +43,39 @@ double normal_equations(const Robot& robot, const AbsoluteReadings& readings, co
     add(wrap_angle(error), row, sigma.attitude_rad);
   }
   return cost;
+}
+
+/// Readings at a pose without what known effects add to them there. `robot` has their geometry.
+AbsoluteReadings without_effects(const Robot& robot, const ActiveEffects& effects,
+                                 const Measurement& m, const Pose& pose) {
+  AbsoluteReadings readings{m.length_m, m.swivel_rad, m.roll_pitch_yaw_rad};
+  if (effects.empty()) return readings;
+  PoseEvaluation with, without;
+  evaluate_pose(robot, m, pose, StaticsModel::none, {}, effects, false, with);
+  evaluate_pose(robot, m, pose, StaticsModel::none, {}, {}, false, without);
+  if (!with.valid || !without.valid) return readings;
+  readings.length_m -= with.length_m - without.length_m;
+  readings.swivel_rad -= with.swivel_rad - without.swivel_rad;
+  readings.roll_pitch_yaw_rad -= with.roll_pitch_yaw_rad - without.roll_pitch_yaw_rad;
+  return readings;
+}
+
+/// Equilibrium at the measured tensions; known effects correct these, as seen from where the
+/// uncorrected ones would hold the platform.
+std::optional<Pose> direct_guess(const Robot& robot, const Measurement& m,
+                                 const ActiveEffects& effects) {
+  EquilibriumResult direct = direct_from_tensions(robot, m.tension_N);
+  if (direct.status != EquilibriumStatus::found) return std::nullopt;
+  if (effects.empty()) return direct.pose;
+  const PlatformState state = platform_state(robot, direct.pose);
+  const EffectContext context{robot, state, direct.pose, m};
+  CableVector tension_N = m.tension_N;
+  for (const ActiveEffect& active : effects) {
+    active.effect->correct_tension(context, active.values, tension_N);
+  }
+  if (!(tension_N.minCoeff() > 0.0)) return direct.pose;
+  const EquilibriumResult corrected = direct_from_tensions(robot, tension_N);
+  return corrected.status == EquilibriumStatus::found ? corrected.pose : direct.pose;
 }
 
 /// Roll and pitch as measured (0 where absent), yaw as given.
@@ -88,12 +122,13 @@ Pose estimate_pose(const Robot& robot, const AbsoluteReadings& readings, const P
   return best;
 }
 
-std::vector<Pose> reference_guesses(const Robot& robot, const Measurement& reference) {
+std::vector<Pose> reference_guesses(const Robot& given, const Measurement& reference,
+                                    const ActiveEffects& effects) {
+  const Robot robot = with_effects(given, effects);
   std::vector<Pose> guesses;
   if (reference.tension_N.size() == robot.cable_count() && reference.tension_N.allFinite() &&
       reference.tension_N.minCoeff() > 0.0) {
-    const EquilibriumResult direct = direct_from_tensions(robot, reference.tension_N);
-    if (direct.status == EquilibriumStatus::found) guesses.push_back(direct.pose);
+    if (const auto pose = direct_guess(robot, reference, effects)) guesses.push_back(*pose);
   }
   // A cross of positions below the pulleys: platforms hang there.
   Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
@@ -122,24 +157,30 @@ std::vector<Pose> reference_guesses(const Robot& robot, const Measurement& refer
   return guesses;
 }
 
-std::vector<Pose> measurement_guesses(const Robot& robot,
+std::vector<Pose> measurement_guesses(const Robot& given,
                                       const std::vector<Measurement>& measurements,
-                                      const Pose& reference_guess) {
+                                      const Pose& reference_guess, const ActiveEffects& effects) {
+  const Robot robot = with_effects(given, effects);
   const PlatformState initial = platform_state(robot, reference_guess);
   if (!initial.valid) return std::vector<Pose>(measurements.size(), reference_guess);
   const CableVector length0 = initial.length_m();
   const CableVector swivel0 = initial.swivel_rad();
   const Vector3 angles0 = euler_from_rotation(initial.rotation, robot.euler_convention);
-  const Measurement& reference = measurements.front();
+  const AbsoluteReadings reference =
+      without_effects(robot, effects, measurements.front(), reference_guess);
   std::vector<Pose> guesses{reference_guess};
   for (std::size_t i = 1; i < measurements.size(); ++i) {
     const Measurement& m = measurements[i];
-    AbsoluteReadings readings;
-    readings.length_m = length0 + m.length_m - reference.length_m;
-    readings.swivel_rad = swivel0 + m.swivel_rad - reference.swivel_rad;
-    readings.roll_pitch_yaw_rad = m.roll_pitch_yaw_rad;
-    readings.roll_pitch_yaw_rad[2] += angles0[2] - reference.roll_pitch_yaw_rad[2];
-    guesses.push_back(estimate_pose(robot, readings, guesses.back()));
+    Pose pose = guesses.back();
+    // Effects on the readings depend on the pose: a second pass sees them from near the right one.
+    for (int pass = 0; pass < (effects.empty() ? 1 : 2); ++pass) {
+      AbsoluteReadings readings = without_effects(robot, effects, m, pose);
+      readings.length_m += length0 - reference.length_m;
+      readings.swivel_rad += swivel0 - reference.swivel_rad;
+      readings.roll_pitch_yaw_rad[2] += angles0[2] - reference.roll_pitch_yaw_rad[2];
+      pose = estimate_pose(robot, readings, pose);
+    }
+    guesses.push_back(pose);
   }
   return guesses;
 }

@@ -9,8 +9,9 @@ namespace cdprcal {
 
 /// Guesses for ζ0, best first: the direct problem at the measured tensions (§3.3), then, for
 /// references without tensions or far from rest, positions spread below the pulleys at the
-/// measured roll and pitch. Never empty.
-std::vector<Pose> reference_guesses(const Robot& robot, const Measurement& reference);
+/// measured roll and pitch. Never empty. `effects` are known effects, at their values.
+std::vector<Pose> reference_guesses(const Robot& robot, const Measurement& reference,
+                                    const ActiveEffects& effects = {});
 
 /// Absolute readings of one pose: what is NaN does not count.
 struct AbsoluteReadings {
@@ -27,6 +28,7 @@ Pose estimate_pose(const Robot& robot, const AbsoluteReadings& readings, const P
 /// it, the changes are added, and each pose is estimated from its neighbour's in the list.
 std::vector<Pose> measurement_guesses(const Robot& robot,
                                       const std::vector<Measurement>& measurements,
-                                      const Pose& reference_guess);
+                                      const Pose& reference_guess,
+                                      const ActiveEffects& effects = {});
 
 }  // namespace cdprcal

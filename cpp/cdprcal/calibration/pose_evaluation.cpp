@@ -31,6 +31,13 @@ void evaluate_pose(const Robot& robot, const Measurement& measurement, const Pos
     out.valid = out.valid && model.valid;
     if (!out.valid) return;
     out.tension_N = model.tension_N;
+    if (!effects.empty()) {  // what the load cells would read of these
+      CableVector corrected_N = measurement.tension_N;
+      for (const ActiveEffect& active : effects) {
+        active.effect->correct_tension(context, active.values, corrected_N);
+      }
+      out.tension_N += measurement.tension_N - corrected_N;
+    }
     out.tension_by_twist = model.by_twist;
   } else if (statics == StaticsModel::wrench) {
     CableVector tension_N = measurement.tension_N;

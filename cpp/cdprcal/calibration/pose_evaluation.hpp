@@ -32,7 +32,7 @@ struct PoseEvaluation {
 
 /// Evaluates the models of one pose. `statics` is none for poses that may move. `robot` has the
 /// geometry of the effects applied already (with_effects); `effects` then add what they do to the
-/// readings. Left-inverse statics know no effects on tensions: eqs 10–12 as they stand.
+/// readings. With left-inverse statics (eqs 10–12) tension_N is what the load cells would read.
 void evaluate_pose(const Robot& robot, const Measurement& measurement, const Pose& pose,
                    StaticsModel statics, const std::vector<WrenchRow>& left_inverse_rows,
                    const std::vector<ActiveEffect>& effects, bool with_jacobians,

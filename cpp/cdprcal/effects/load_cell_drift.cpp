@@ -29,8 +29,9 @@ class LoadCellDrift final : public Effect {
   void columns(const EffectContext& context, const EffectValues&,
                EffectColumns out) const override {
     const ReadingRows rows{context.state.cable_count};
-    out.middleRows<6>(rows.wrench()) =
-        -context.measurement.run_time_s * structure_matrix(context.state).rowwise().sum();
+    // Into a vector of its own first: Eigen 3.4 asserts on partial sums into an unaligned target.
+    const Vector6 wrench_by_tension = structure_matrix(context.state).rowwise().sum();
+    out.middleRows<6>(rows.wrench()) = -context.measurement.run_time_s * wrench_by_tension;
   }
 };
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <charconv>
 
+#include "cdprcal/effects/schema.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/model/robot_check.hpp"
 
@@ -158,6 +159,7 @@ void check_and_complete(Robot& robot) {
   if (robot.sigma.wrench_moment_Nm == 0.0) {
     robot.sigma.wrench_moment_Nm = default_wrench_moment_Nm(robot);
   }
+  check_effects(robot);
 }
 
 }  // namespace detail

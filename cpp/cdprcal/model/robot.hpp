@@ -44,6 +44,18 @@ struct SensorSigma {
   double wrench_moment_Nm = 0.0;
 };
 
+/// A known effect, or a known fault of the readings' map, as the robot file lists it: in the file's
+/// own units. What it means is up to effects/ (schema.hpp has the names, applied.hpp applies it).
+struct AppliedEffect {
+  struct Parameter {
+    std::string name;            ///< with the unit as suffix: "bias_N"
+    std::vector<double> values;  ///< nested lists one after the other
+  };
+  std::string name;
+  std::string run;  ///< file name of the one log it belongs to (yaw drift, creep); empty: every log
+  std::vector<Parameter> parameters;
+};
+
 struct Robot {
   std::string name;
   double gravity_m_s2 = 9.81;
@@ -53,6 +65,7 @@ struct Robot {
   double tension_max_N = 0.0;
   EulerConvention euler_convention = EulerConvention::XYZ;
   SensorSigma sigma;
+  std::vector<AppliedEffect> effects;  ///< known beyond the ideal model; calibration applies them
 
   [[nodiscard]] int cable_count() const { return static_cast<int>(cables.size()); }
   [[nodiscard]] double weight_N() const { return platform.mass_kg * gravity_m_s2; }

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "cdprcal/effects/schema.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/model/builtin_robots.hpp"
 #include "cdprcal/model/robot_check.hpp"
@@ -77,6 +78,25 @@ void read_sensors(const YamlField& field, Robot& robot) {
   if (const auto sigma = map.find("sigma")) robot.sigma = read_sigma(*sigma);
 }
 
+AppliedEffect read_effect(const YamlField& field, int cables) {
+  // Which keys are known follows from the name.
+  const auto name = field.peek("name");
+  const auto layout = name ? effect_layout(name->text(), cables) : std::nullopt;
+  if (name && !layout) name->fail(unknown_effect(name->text()));
+  std::vector<std::string> keys{"name", "run"};
+  if (layout) {
+    for (const ParameterLayout& parameter : layout->parameters) keys.push_back(parameter.name);
+  }
+  const YamlMapping map(field, keys);
+  AppliedEffect effect{map.require("name").text(), "", {}};
+  if (const auto run = map.find("run")) effect.run = run->text();
+  for (const ParameterLayout& parameter : layout->parameters) {
+    effect.parameters.push_back(
+        {parameter.name, map.require(parameter.name).numbers(parameter.shape)});
+  }
+  return effect;
+}
+
 std::string read_file(const std::string& path) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error)) {
@@ -95,6 +115,14 @@ std::string read_file(const std::string& path) {
 
 std::string flow(const Vector3& v) {
   return "[" + shortest(v[0]) + ", " + shortest(v[1]) + ", " + shortest(v[2]) + "]";
+}
+
+/// Nested flow lists of the shape; `next` walks through the values.
+std::string flow(const std::vector<int>& shape, std::size_t depth, const double*& next) {
+  if (depth == shape.size()) return shortest(*next++);
+  std::string list = "[";
+  for (int i = 0; i < shape[depth]; ++i) list += (i > 0 ? ", " : "") + flow(shape, depth + 1, next);
+  return list + "]";
 }
 
 std::string double_quoted(const std::string& text) {
@@ -133,12 +161,27 @@ std::string sigma_entry(const Robot& robot) {
   return text + "}";
 }
 
+std::string effect_entry(const AppliedEffect& effect, int cables) {
+  std::string text = "  - name: " + effect.name + "\n";
+  if (!effect.run.empty()) text += "    run: " + double_quoted(effect.run) + "\n";
+  const EffectLayout layout = effect_layout(effect.name, cables).value();
+  for (const ParameterLayout& parameter : layout.parameters) {
+    for (const AppliedEffect::Parameter& given : effect.parameters) {
+      if (given.name != parameter.name) continue;
+      const double* next = given.values.data();
+      text += "    " + parameter.name + ": " + flow(parameter.shape, 0, next) + "\n";
+    }
+  }
+  return text;
+}
+
 }  // namespace
 
 Robot parse_robot(const std::string& yaml_text, const std::string& source) {
   const YamlField document = YamlField::parse_document(yaml_text, source);
   const YamlMapping map(
-      document, {"name", "gravity_m_s2", "platform", "cables", "tension_limits_N", "sensors"});
+      document,
+      {"name", "gravity_m_s2", "platform", "cables", "tension_limits_N", "sensors", "effects"});
   Robot robot;
   robot.name = map.require("name").text();
   robot.gravity_m_s2 = map.number_or("gravity_m_s2", robot.gravity_m_s2);
@@ -150,6 +193,11 @@ Robot parse_robot(const std::string& yaml_text, const std::string& source) {
   robot.tension_min_N = limits[0];
   robot.tension_max_N = limits[1];
   if (const auto sensors = map.find("sensors")) read_sensors(*sensors, robot);
+  if (const auto effects = map.find("effects")) {
+    for (const YamlField& effect : effects->items()) {
+      robot.effects.push_back(read_effect(effect, robot.cable_count()));
+    }
+  }
   try {
     detail::check_and_complete(robot);
   } catch (const detail::FieldError& error) {
@@ -212,6 +260,10 @@ std::string to_yaml(const Robot& robot) {
       << "sensors:\n"
       << "  euler_convention: " << to_string(checked.euler_convention) << '\n'
       << "  sigma: " << sigma_entry(checked) << '\n';
+  if (!checked.effects.empty()) out << "effects:\n";
+  for (const AppliedEffect& effect : checked.effects) {
+    out << effect_entry(effect, checked.cable_count());
+  }
   return out.str();
 }
 

@@ -14,7 +14,9 @@ namespace cdprcal {
 /// {pulley {radius_m, position_m, x_axis, swivel_axis}, platform_anchor_m}), tension_limits_N.
 /// Optional: gravity_m_s2 (9.81), sensors {euler_convention (XYZ), sigma {length_m (0.01),
 /// swivel_deg (1), attitude_deg (2), tension_N (10), wrench_force_N and wrench_moment_Nm (see
-/// SensorSigma)}}; swivel_rad and attitude_rad may stand for the angles in degrees.
+/// SensorSigma)}}; swivel_rad and attitude_rad may stand for the angles in degrees; effects, a list
+/// of known effects of the catalogue and faults of the readings, each {name, its parameters, and
+/// run when it belongs to the one log of that file name} (effects/schema.hpp).
 ///
 /// Throws InputError "source:line:column: field: what is wrong and what to do" on unknown,
 /// duplicate, missing or impossible fields, and on text that is no YAML, binary or over 1 MB.

@@ -47,14 +47,14 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-std::string known_keys_hint(const std::string& key, std::initializer_list<const char*> known) {
+std::string known_keys_hint(const std::string& key, const std::vector<std::string>& known) {
   std::string best, all;
   std::size_t best_distance = 1 + std::max<std::size_t>(2, key.size() / 3);  // beyond: another word
-  for (const char* candidate : known) {
-    all += (all.empty() ? "" : ", ") + std::string(candidate);
+  for (const std::string& candidate : known) {
+    all += (all.empty() ? "" : ", ") + candidate;
     // Long keys cannot be typing errors, and would make this quadratic in the size of the file.
     std::size_t distance = key.size() > 64 ? best_distance : edit_distance(key, candidate);
-    if (std::string(candidate).rfind(key + "_", 0) == 0) distance = 0;  // only the unit is missing
+    if (candidate.rfind(key + "_", 0) == 0) distance = 0;  // only the unit is missing
     if (distance < best_distance) {
       best_distance = distance;
       best = candidate;
@@ -187,6 +187,32 @@ std::vector<double> YamlField::numbers(std::size_t count) const {
   return values;
 }
 
+std::vector<double> YamlField::numbers(const std::vector<int>& shape) const {
+  if (shape.empty()) return {number()};
+  if (shape.size() == 1) return numbers(static_cast<std::size_t>(shape[0]));
+  const auto count = static_cast<std::size_t>(shape[0]);
+  const std::vector<int> inner(shape.begin() + 1, shape.end());
+  const std::string wanted = "must be a list of " + std::to_string(count) + " lists of " +
+                             std::to_string(inner[0]) + " numbers";
+  if (!node_.IsSequence()) fail(wanted + ", not " + kind_of(node_));
+  if (node_.size() != count) fail(wanted + ", but has " + std::to_string(node_.size()));
+  std::vector<double> values;
+  for (const YamlField& item : items()) {
+    const std::vector<double> row = item.numbers(inner);
+    values.insert(values.end(), row.begin(), row.end());
+  }
+  return values;
+}
+
+std::optional<YamlField> YamlField::peek(const std::string& key) const {
+  if (!node_.IsMap()) return std::nullopt;
+  for (const auto& entry : node_) {
+    const bool here = entry.first.IsScalar() && entry.first.Scalar() == key;
+    if (here && entry.second.IsScalar()) return at(entry.second, key);
+  }
+  return std::nullopt;
+}
+
 Vector3 YamlField::vector3() const {
   const std::vector<double> values = numbers(3);
   return {values[0], values[1], values[2]};
@@ -202,7 +228,7 @@ Matrix3 YamlField::matrix3() const {
   return matrix;
 }
 
-YamlMapping::YamlMapping(YamlField field, std::initializer_list<const char*> known_keys)
+YamlMapping::YamlMapping(YamlField field, const std::vector<std::string>& known_keys)
     : field_(std::move(field)) {
   if (!field_.node_.IsMap()) {
     field_.fail(std::string("must be a mapping (key: value), not ") + kind_of(field_.node_));
@@ -211,9 +237,7 @@ YamlMapping::YamlMapping(YamlField field, std::initializer_list<const char*> kno
     const YAML::Node& key = entry.first;
     if (!key.IsScalar()) field_.at(key, "").fail("a key must be text");
     const std::string& name = key.Scalar();
-    const bool known =
-        std::any_of(known_keys.begin(), known_keys.end(), [&](const char* k) { return name == k; });
-    if (!known) {
+    if (std::find(known_keys.begin(), known_keys.end(), name) == known_keys.end()) {
       field_.at(key, shown(name)).fail("unknown key" + known_keys_hint(name, known_keys));
     }
     if (!values_.emplace(name, entry).second) field_.at(key, name).fail("given twice: delete one");

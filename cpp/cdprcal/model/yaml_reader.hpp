@@ -7,7 +7,6 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <initializer_list>
 #include <map>
 #include <memory>
 #include <optional>
@@ -30,6 +29,11 @@ class YamlField {
   [[nodiscard]] std::vector<double> numbers(std::size_t count) const;
   [[nodiscard]] Vector3 vector3() const;
   [[nodiscard]] Matrix3 matrix3() const;  ///< a list of three rows of three
+  /// Numbers in nested lists, one after the other: shape {} is one number, {4, 3} four lists of
+  /// three.
+  [[nodiscard]] std::vector<double> numbers(const std::vector<int>& shape) const;
+  /// The scalar at a key of this mapping before its keys are checked, if there is one.
+  [[nodiscard]] std::optional<YamlField> peek(const std::string& key) const;
   /// Items of a list; item i is called "path[#i+1]".
   [[nodiscard]] std::vector<YamlField> items() const;
 
@@ -60,7 +64,7 @@ class YamlField {
 /// A field that is a mapping; construction refuses unknown, duplicate and non-text keys.
 class YamlMapping {
  public:
-  YamlMapping(YamlField field, std::initializer_list<const char*> known_keys);
+  YamlMapping(YamlField field, const std::vector<std::string>& known_keys);
 
   /// The value of a key; InputError when it is missing.
   [[nodiscard]] YamlField require(const std::string& key) const;

@@ -1,0 +1,82 @@
+#include "cdprcal/effects/applied.hpp"
+
+#include <algorithm>
+
+#include "cdprcal/effects/catalogue.hpp"
+#include "cdprcal/effects/reading_faults.hpp"
+#include "cdprcal/effects/schema.hpp"
+#include "cdprcal/error.hpp"
+
+namespace cdprcal {
+namespace {
+
+bool belongs_to(const AppliedEffect& effect, const std::string& log_source) {
+  return effect.run.empty() || effect.run == run_name(log_source);
+}
+
+}  // namespace
+
+std::string run_name(const std::string& log_source) {
+  const auto slash = log_source.find_last_of("/\\");
+  return slash == std::string::npos ? log_source : log_source.substr(slash + 1);
+}
+
+ActiveEffect resolve_effect(const AppliedEffect& applied, int cables) {
+  ActiveEffect active{find_effect(applied.name), EffectValues(0)};
+  for (const EffectParameter& parameter : active.effect->info().parameters) {
+    for (const AppliedEffect::Parameter& given : applied.parameters) {
+      if (given.name != parameter.name) continue;
+      const Eigen::Index before = active.values.size();
+      const auto count = static_cast<Eigen::Index>(given.values.size());
+      active.values.conservativeResize(before + count);
+      active.values.tail(count) = Eigen::Map<const EffectValues>(given.values.data(), count);
+    }
+  }
+  if (active.values.size() != active.effect->size(cables)) {
+    throw InputError("effects: " + applied.name + " has " + std::to_string(active.values.size()) +
+                     " values; a robot with " + std::to_string(cables) + " cables needs " +
+                     std::to_string(active.effect->size(cables)));
+  }
+  active.values = active.effect->from_reported(active.values);
+  return active;
+}
+
+ActiveEffects resolve_effects(const Robot& robot, const std::string& log_source) {
+  ActiveEffects active;
+  for (const AppliedEffect& applied : robot.effects) {
+    if (is_reading_fault(applied.name) || !belongs_to(applied, log_source)) continue;
+    active.push_back(resolve_effect(applied, robot.cable_count()));
+  }
+  return active;
+}
+
+std::optional<Log> correct_readings(const Robot& robot, const Log& log) {
+  std::optional<Log> corrected;
+  for (const AppliedEffect& applied : robot.effects) {
+    if (!is_reading_fault(applied.name) || !belongs_to(applied, log.source)) continue;
+    if (log.cable_count() != robot.cable_count()) {
+      throw InputError(log.source + ": the log has " + std::to_string(log.cable_count()) +
+                       " cables, robot '" + robot.name + "' has " +
+                       std::to_string(robot.cable_count()));
+    }
+    if (!corrected) corrected = log;
+    set_right(applied, *corrected);
+  }
+  return corrected;
+}
+
+AppliedEffect applied_effect(const Effect& effect, const EffectValues& reported, int cables) {
+  AppliedEffect applied{effect.name(), "", {}};
+  Eigen::Index begin = 0;
+  const EffectLayout known = effect_layout(effect.name(), cables).value();
+  for (const ParameterLayout& layout : known.parameters) {
+    const auto count = static_cast<Eigen::Index>(layout.size());
+    if (begin + count > reported.size()) break;
+    const double* values = reported.data() + begin;
+    applied.parameters.push_back({layout.name, {values, values + count}});
+    begin += count;
+  }
+  return applied;
+}
+
+}  // namespace cdprcal

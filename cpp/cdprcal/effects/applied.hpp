@@ -1,0 +1,29 @@
+// Effects that the robot file lists, made ready for use; and found ones, made ready for the file.
+#pragma once
+
+#include <optional>
+
+#include "cdprcal/acquisition/log.hpp"
+#include "cdprcal/effects/effect.hpp"
+
+namespace cdprcal {
+
+/// One effect of the catalogue with its internal values. Throws InputError for an unknown name or
+/// the wrong number of values.
+ActiveEffect resolve_effect(const AppliedEffect& applied, int cables);
+
+/// The effects of the catalogue that a robot lists for a run: those of every run, and those of the
+/// log of that name (its file name counts, not its folder).
+ActiveEffects resolve_effects(const Robot& robot, const std::string& log_source);
+
+/// The log with the faults that the robot lists for it set right, in their order; nothing when
+/// there are none. Throws InputError when the log has another number of cables than the robot.
+std::optional<Log> correct_readings(const Robot& robot, const Log& log);
+
+/// An effect as a robot file lists it, from values in reported units.
+AppliedEffect applied_effect(const Effect& effect, const EffectValues& reported, int cables);
+
+/// File name of a log, without its folder: what AppliedEffect::run holds.
+std::string run_name(const std::string& log_source);
+
+}  // namespace cdprcal

@@ -1,0 +1,151 @@
+#include "cdprcal/effects/schema.hpp"
+
+#include <algorithm>
+
+#include "cdprcal/effects/applied.hpp"
+#include "cdprcal/effects/catalogue.hpp"
+#include "cdprcal/effects/reading_faults.hpp"
+#include "cdprcal/error.hpp"
+#include "cdprcal/model/robot_check.hpp"
+
+namespace cdprcal {
+namespace {
+
+/// A file may hold ten times what a diagnosis would believe. Beyond, it is a slip: mm for m.
+constexpr double kFarBeyondPlausible = 10.0;
+/// Effects on the mass stop here (mass.cpp).
+constexpr double kLeastMass_kg = 1e-3;
+
+std::vector<int> shape_of(ParameterShape shape, int cables) {
+  switch (shape) {
+    case ParameterShape::scalar:
+      return {};
+    case ParameterShape::per_cable:
+      return {cables};
+    case ParameterShape::vector3:
+      return {3};
+    case ParameterShape::per_cable_vector3:
+      return {cables, 3};
+  }
+  return {};
+}
+
+std::string effect_field(std::size_t index, const std::string& name) {
+  const std::string field = "effects[#" + std::to_string(index + 1) + "]";
+  return name.empty() ? field : field + "." + name;
+}
+
+void check_parameters(const AppliedEffect& effect, const EffectLayout& layout, std::size_t index) {
+  for (const AppliedEffect::Parameter& given : effect.parameters) {
+    const bool known =
+        std::any_of(layout.parameters.begin(), layout.parameters.end(),
+                    [&](const ParameterLayout& parameter) { return parameter.name == given.name; });
+    if (!known) {
+      throw detail::FieldError(effect_field(index, given.name),
+                               "is no parameter of " + effect.name);
+    }
+  }
+  for (const ParameterLayout& parameter : layout.parameters) {
+    const std::string field = effect_field(index, parameter.name);
+    const auto matches = [&](const AppliedEffect::Parameter& p) { return p.name == parameter.name; };
+    const auto count =
+        std::count_if(effect.parameters.begin(), effect.parameters.end(), matches);
+    if (count != 1) throw detail::FieldError(field, count == 0 ? "is missing: add it" : "given twice");
+    const auto given = std::find_if(effect.parameters.begin(), effect.parameters.end(), matches);
+    if (given->values.size() != parameter.size()) {
+      throw detail::FieldError(field, "must have " + std::to_string(parameter.size()) +
+                                          " values, not " + std::to_string(given->values.size()));
+    }
+    const auto finite = [](double value) { return std::isfinite(value); };
+    if (!std::all_of(given->values.begin(), given->values.end(), finite)) {
+      throw detail::FieldError(field, "must be finite numbers");
+    }
+  }
+}
+
+}  // namespace
+
+std::size_t ParameterLayout::size() const {
+  std::size_t count = 1;
+  for (const int extent : shape) count *= static_cast<std::size_t>(extent);
+  return count;
+}
+
+std::vector<EffectLayout> effect_layouts(int cables) {
+  std::vector<EffectLayout> layouts;
+  for (const auto& effect : effect_catalogue()) {
+    EffectLayout layout{effect->name(), {}, effect->info().scope == EffectScope::run};
+    for (const EffectParameter& parameter : effect->info().parameters) {
+      layout.parameters.push_back({parameter.name, shape_of(parameter.shape, cables)});
+    }
+    layouts.push_back(std::move(layout));
+  }
+  layouts.push_back({"length_sign", {{"sign", {cables}}}, true});
+  layouts.push_back({"swivel_sign", {{"sign", {cables}}}, true});
+  layouts.push_back({"cable_order", {{"order", {cables}}}, true});
+  layouts.push_back({"length_unit", {{"factor", {}}}, true});
+  layouts.push_back({"angle_unit", {{"factor", {2}}}, true});
+  return layouts;
+}
+
+std::optional<EffectLayout> effect_layout(const std::string& name, int cables) {
+  for (EffectLayout& layout : effect_layouts(cables)) {
+    if (layout.name == name) return std::move(layout);
+  }
+  return std::nullopt;
+}
+
+std::string unknown_effect(const std::string& name) {
+  std::string known;
+  for (const EffectLayout& layout : effect_layouts(1)) {
+    known += (known.empty() ? "" : ", ") + layout.name;
+  }
+  return "unknown effect '" + name.substr(0, 40) + "'; known: " + known;
+}
+
+namespace detail {
+
+void check_effects(const Robot& robot) {
+  Robot changed = robot;
+  for (std::size_t i = 0; i < robot.effects.size(); ++i) {
+    const AppliedEffect& effect = robot.effects[i];
+    const auto layout = effect_layout(effect.name, robot.cable_count());
+    if (!layout) throw FieldError(effect_field(i, "name"), unknown_effect(effect.name));
+    if (!effect.run.empty() && !layout->by_run) {
+      throw FieldError(effect_field(i, "run"), "a " + effect.name + " is the robot's own and the "
+                                               "same in every run: delete this key");
+    }
+    for (const char c : effect.run) {
+      if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+        throw FieldError(effect_field(i, "run"), "must not hold control characters");
+      }
+    }
+    check_parameters(effect, *layout, i);
+    if (is_reading_fault(effect.name)) {
+      const std::string problem = fault_problem(effect);
+      if (!problem.empty()) {
+        throw FieldError(effect_field(i, effect.parameters.front().name), problem);
+      }
+      continue;
+    }
+    const ActiveEffect active = resolve_effect(effect, robot.cable_count());
+    const std::string first = effect.parameters.front().name;
+    if (!active.values.allFinite()) {
+      throw FieldError(effect_field(i, first), "is impossible for a " + effect.name);
+    }
+    const EffectValues bound =
+        kFarBeyondPlausible * active.effect->plausible(robot.cable_count());
+    if (!(active.values.cwiseAbs().array() <= bound.array()).all()) {
+      throw FieldError(effect_field(i, first),
+                       "is far from anything physically plausible: check the unit in the name");
+    }
+    active.effect->apply(active.values, changed);
+    if (!(changed.platform.mass_kg > kLeastMass_kg)) {
+      throw FieldError(effect_field(i, first), "leaves the platform without mass");
+    }
+  }
+}
+
+}  // namespace detail
+
+}  // namespace cdprcal
