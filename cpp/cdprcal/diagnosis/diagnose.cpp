@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <set>
 
+#include "cdprcal/effects/applied.hpp"
+#include "cdprcal/effects/reading_faults.hpp"
 #include "cdprcal/error.hpp"
 
 namespace cdprcal {
@@ -52,6 +54,7 @@ DiagnosisRun run_from(const Robot& robot, const Log& log, Diagnosis& out, NoiseL
   run.name = log.source;
   run.measurements = calibration.problem.measurements;
   run.poses = calibration.result.poses;
+  run.known = calibration.problem.effects;
   double samples = 0.0;
   for (Measurement& m : run.measurements) {
     samples += m.samples;
@@ -195,6 +198,32 @@ bool plausible(const EffectTerm& term, int cables) {
   return true;
 }
 
+/// The robot with what was found beside what it listed already. Effects of a run, when there are
+/// several, say whose they are.
+Robot corrected_robot(const Robot& given, const std::vector<Log>& logs, const Diagnosis& found) {
+  Robot robot = given;
+  for (const DiscreteFault& fault : found.faults) {
+    if (fault.name == "euler_convention") {
+      robot.euler_convention = static_cast<EulerConvention>(static_cast<int>(fault.values[0]));
+    } else {
+      robot.effects.push_back({fault.name, "", {{fault.parameter, fault.values}}});
+    }
+  }
+  const int n = robot.cable_count();
+  for (const NamedEffect& effect : found.effects) {
+    const int size = effect.effect->size(n);
+    for (Eigen::Index begin = 0; begin < effect.values.size(); begin += size) {
+      AppliedEffect applied =
+          applied_effect(*effect.effect, effect.values.segment(begin, size), n);
+      if (logs.size() > 1 && effect.effect->info().scope == EffectScope::run) {
+        applied.run = run_name(logs[static_cast<std::size_t>(begin / size)].source);
+      }
+      robot.effects.push_back(std::move(applied));
+    }
+  }
+  return robot;
+}
+
 Candidates remaining(const DiagnosisModel& model) {
   Candidates out;
   for (const auto& effect : effect_catalogue()) {
@@ -246,12 +275,16 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   };
   Robot robot = given;
   std::vector<Log> logs = given_logs;
+  for (Log& log : logs) {
+    if (auto corrected = correct_readings(given, log)) log = *std::move(corrected);
+  }
+  std::erase_if(robot.effects, [](const AppliedEffect& e) { return is_reading_fault(e.name); });
   report("discrete faults: signs, order, units, conventions");
   {
     const DiscreteSearch search = find_discrete_faults(robot, logs.front());
     out.faults = search.faults;
     for (std::size_t i = 1; i < logs.size(); ++i) {
-      Robot scratch = given;
+      Robot scratch = robot;
       for (const DiscreteFault& fault : search.faults) set_right(fault, scratch, logs[i]);
     }
   }
@@ -439,7 +472,7 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   out.model = model;
   out.initial_pose_after = model.runs.front().poses.front();
   out.covariance_after = initial_pose_covariance(model, 0);
-  out.corrected = robot;
+  out.corrected = corrected_robot(given, logs, out);
   out.verdict = !out.unexplained.empty()                      ? Verdict::unexplained
                 : !out.effects.empty() || !out.faults.empty() ? Verdict::explained
                                                               : Verdict::consistent;

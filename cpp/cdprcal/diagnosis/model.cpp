@@ -224,6 +224,8 @@ ActiveEffects DiagnosisModel::active(std::size_t run) const {
     const auto begin = term.by_run() ? static_cast<Eigen::Index>(run) * size : 0;
     out.push_back({term.effect, term.values.segment(begin, size)});
   }
+  const ActiveEffects& known = runs[run].known;
+  out.insert(out.end(), known.begin(), known.end());
   return out;
 }
 

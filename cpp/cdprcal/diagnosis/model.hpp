@@ -22,6 +22,7 @@ struct DiagnosisRun {
   std::vector<Measurement> measurements;  ///< measurements[0] is the initial pose
   std::vector<Pose> poses;                ///< estimates
   Eigen::VectorXd offsets;                ///< of lengths (n), swivels (n), yaw: reading − model
+  ActiveEffects known;                    ///< that the robot file lists: held at their values
 };
 
 /// An effect in the model. Values of run-scoped effects are kept for each run in turn.
@@ -42,7 +43,7 @@ struct DiagnosisModel {
   NoiseLevels floor{};                 ///< below which no estimate goes: the readings' own ripple
 
   [[nodiscard]] int pose_count() const;
-  /// The effects as they act on run `run`.
+  /// The effects as they act on run `run`; the known ones follow after `effects`.
   [[nodiscard]] ActiveEffects active(std::size_t run) const;
 };
 

@@ -1,0 +1,22 @@
+// What a diagnosis model leaves of each reading, in the reading's own unit: for tables and pictures.
+#pragma once
+
+#include <vector>
+
+#include "cdprcal/diagnosis/model.hpp"
+
+namespace cdprcal {
+
+/// One pose of one run: modelled − measured at the fitted pose, offsets and effects included; NaN
+/// where absent. tension_N is the smallest change of the tensions that would balance the platform
+/// best (Ξᵀ⁺ times the wrench residual): the wrench residual as seen from the load cells.
+struct ModelResidual {
+  std::size_t run = 0;
+  double run_time_s = 0.0;
+  PoseResidual residual;
+};
+
+/// All poses of all runs, in order. Poses that the model cannot be evaluated at are left out.
+std::vector<ModelResidual> model_residuals(const DiagnosisModel& model);
+
+}  // namespace cdprcal
