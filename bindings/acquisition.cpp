@@ -2,6 +2,8 @@
 #include "cdprcal/acquisition/equilibrium_detection.hpp"
 #include "cdprcal/acquisition/log.hpp"
 
+#include <pybind11/typing.h>
+
 #include <optional>
 
 #include "bindings.hpp"
@@ -44,10 +46,10 @@ void register_log(py::module_& module) {
                   "What a robot's own sensors read, one row a sample. Immutable: the arrays are "
                   "read-only views of the log, which they keep alive. NaN, or no columns: that "
                   "sensor is absent. Lengths, swivels and yaw carry unknown constant offsets.")
-      .def(py::init(&make_log), py::kw_only(), py::arg("time_s"),
-           py::arg("length_m") = py::none(), py::arg("swivel_rad") = py::none(),
-           py::arg("tension_N") = py::none(), py::arg("roll_pitch_yaw_rad") = py::none(),
-           py::arg("tension_setpoint_N") = py::none(), py::arg("source") = "log",
+      .def(py::init(&make_log), py::kw_only(), py::arg("time_s"), py::arg("length_m") = py::none(),
+           py::arg("swivel_rad") = py::none(), py::arg("tension_N") = py::none(),
+           py::arg("roll_pitch_yaw_rad") = py::none(), py::arg("tension_setpoint_N") = py::none(),
+           py::arg("source") = "log",
            "time_s [N] strictly increasing; per-cable arrays [N, n], roll_pitch_yaw_rad [N, 3]; "
            "None: absent. `source` is what messages call it. Copies its input. Raises InputError "
            "when shapes or times do not fit.")
@@ -64,16 +66,24 @@ void register_log(py::module_& module) {
                              "Width of the widest per-cable group.")
       .def("__len__", &Log::sample_count)
       .def("__repr__", [](const Log& log) {
-        return "Log(source='" + log.source + "', sample_count=" +
-               std::to_string(log.sample_count()) +
+        return "Log(source='" + log.source +
+               "', sample_count=" + std::to_string(log.sample_count()) +
                ", cable_count=" + std::to_string(log.cable_count()) + ")";
       });
   const py::call_guard<py::gil_scoped_release> without_gil;
   module.def("read_log", &read_log, py::arg("path"), without_gil,
              "Reads a canonical CSV log. Raises InputError 'file:line: column: …'.");
-  module.def("parse_log", &parse_log, py::arg("text"), py::arg("source"), without_gil,
-             "Parses the text of a canonical CSV log; `source` is what messages call it. Raises "
-             "InputError 'source:line: column: …'.");
+  module.def(
+      "parse_log",
+      [](const py::typing::Union<py::str, py::bytes>& text, const std::string& source) {
+        const auto content =
+            text.cast<std::string>();  // bytes as they are: the file may be damaged
+        const py::gil_scoped_release without_lock;
+        return parse_log(content, source);
+      },
+      py::arg("text"), py::arg("source"),
+      "Parses the text of a canonical CSV log; `source` is what messages call it. Raises "
+      "InputError 'source:line: column: …'.");
   module.def("format_log", &format_log, py::arg("log"), without_gil,
              "The canonical CSV text; parse_log gives back the same numbers.");
   module.def("write_log", &write_log, py::arg("log"), py::arg("path"), without_gil,
@@ -122,8 +132,7 @@ void register_acquisition(py::module_& module) {
   module.def(
       "detect_equilibria",
       [](const Log& log, const std::optional<SampleRange>& range,
-         const std::optional<SensorSigma>& sigma,
-         const std::optional<DetectionOptions>& options) {
+         const std::optional<SensorSigma>& sigma, const std::optional<DetectionOptions>& options) {
         const SampleRange all = range.value_or(SampleRange{0, log.sample_count()});
         require_within(all, log);
         return detect_equilibria(log, all, sigma.value_or(SensorSigma{}),

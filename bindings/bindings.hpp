@@ -20,8 +20,10 @@ void register_model(py::module_& module);
 void register_kinematics(py::module_& module);
 void register_statics(py::module_& module);
 void register_acquisition(py::module_& module);
-void register_calibration(py::module_& module);
+void register_synthetic(py::module_& module);
 void bind_simulator(py::module_& module);
+void register_calibration(py::module_& module);
+void register_diagnosis(py::module_& module);
 
 /// An array of any length as a CableVector. The Eigen caster would write past the fixed capacity
 /// when there are more than kMaxCables numbers, so per-cable arrays enter through here.

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "bindings.hpp"
+#include "cdprcal/effects/applied.hpp"
 
 namespace cdprcal::python {
 namespace {
@@ -54,14 +55,15 @@ void register_enums(py::module_& module) {
 Measurement make_measurement(double time_s, PoseKind kind, const Eigen::VectorXd& length_m,
                              const Eigen::VectorXd& swivel_rad, const Eigen::VectorXd& tension_N,
                              const Vector3& roll_pitch_yaw_rad) {
-  const CableVector lengths = to_cable_vector(length_m, "length_m");
-  const int n = static_cast<int>(lengths.size());
-  return {time_s,
-          kind,
-          lengths,
-          to_cable_vector(swivel_rad, "swivel_rad", n),
-          to_cable_vector(tension_N, "tension_N", n),
-          roll_pitch_yaw_rad};
+  Measurement measurement;
+  measurement.time_s = time_s;
+  measurement.kind = kind;
+  measurement.length_m = to_cable_vector(length_m, "length_m");
+  const int n = static_cast<int>(measurement.length_m.size());
+  measurement.swivel_rad = to_cable_vector(swivel_rad, "swivel_rad", n);
+  measurement.tension_N = to_cable_vector(tension_N, "tension_N", n);
+  measurement.roll_pitch_yaw_rad = roll_pitch_yaw_rad;
+  return measurement;
 }
 
 void register_measurement(py::module_& module) {
@@ -75,14 +77,15 @@ void register_measurement(py::module_& module) {
            "their sizes differ.")
       .def_readonly("time_s", &Measurement::time_s)
       .def_readonly("kind", &Measurement::kind)
-      .def_property_readonly("length_m", [](const Measurement& m) { return m.length_m; }, "[n] [m].")
-      .def_property_readonly("swivel_rad", [](const Measurement& m) { return m.swivel_rad; },
-                             "[n] [rad].")
-      .def_property_readonly("tension_N", [](const Measurement& m) { return m.tension_N; },
-                             "[n] [N].")
-      .def_property_readonly("roll_pitch_yaw_rad",
-                             [](const Measurement& m) { return m.roll_pitch_yaw_rad; },
-                             "[3] [rad] in the robot's Euler convention.");
+      .def_property_readonly(
+          "length_m", [](const Measurement& m) { return m.length_m; }, "[n] [m].")
+      .def_property_readonly(
+          "swivel_rad", [](const Measurement& m) { return m.swivel_rad; }, "[n] [rad].")
+      .def_property_readonly(
+          "tension_N", [](const Measurement& m) { return m.tension_N; }, "[n] [N].")
+      .def_property_readonly(
+          "roll_pitch_yaw_rad", [](const Measurement& m) { return m.roll_pitch_yaw_rad; },
+          "[3] [rad] in the robot's Euler convention.");
   module.def(
       "measurement_at",
       [](const Log& log, Eigen::Index index, PoseKind kind, int cable_count) {
@@ -112,6 +115,7 @@ void register_problem(py::module_& module) {
                        bool reference_statics, bool reference_noise) {
              CalibrationProblem problem;
              problem.robot = robot;
+             problem.effects = resolve_effects(robot, "");
              problem.measurements = std::move(measurements);
              problem.statics = statics;
              problem.left_inverse_rows = std::move(rows);
@@ -138,22 +142,22 @@ void register_problem(py::module_& module) {
       .def_readonly("reference_noise", &CalibrationProblem::reference_noise);
   const SolveOptions usual;
   py::class_<SolveOptions>(module, "SolveOptions", "How to solve.")
-      .def(py::init([](std::vector<double> graduation, int max_iterations,
-                       double function_tolerance, double parameter_tolerance,
-                       double gradient_tolerance) {
-             SolveOptions options;
-             options.graduation = std::move(graduation);
-             options.max_iterations = max_iterations;
-             options.function_tolerance = function_tolerance;
-             options.parameter_tolerance = parameter_tolerance;
-             options.gradient_tolerance = gradient_tolerance;
-             return options;
-           }),
-           py::kw_only(), py::arg("graduation") = usual.graduation,
-           py::arg("max_iterations") = usual.max_iterations,
-           py::arg("function_tolerance") = usual.function_tolerance,
-           py::arg("parameter_tolerance") = usual.parameter_tolerance,
-           py::arg("gradient_tolerance") = usual.gradient_tolerance)
+      .def(
+          py::init([](std::vector<double> graduation, int max_iterations, double function_tolerance,
+                      double parameter_tolerance, double gradient_tolerance) {
+            SolveOptions options;
+            options.graduation = std::move(graduation);
+            options.max_iterations = max_iterations;
+            options.function_tolerance = function_tolerance;
+            options.parameter_tolerance = parameter_tolerance;
+            options.gradient_tolerance = gradient_tolerance;
+            return options;
+          }),
+          py::kw_only(), py::arg("graduation") = usual.graduation,
+          py::arg("max_iterations") = usual.max_iterations,
+          py::arg("function_tolerance") = usual.function_tolerance,
+          py::arg("parameter_tolerance") = usual.parameter_tolerance,
+          py::arg("gradient_tolerance") = usual.gradient_tolerance)
       .def_readwrite("graduation", &SolveOptions::graduation,
                      "Factors on the standard deviations of tensions and wrenches, in turn; the "
                      "last is 1. Assign a whole list: the one read is a copy.")
@@ -176,14 +180,17 @@ void register_result(py::module_& module) {
       .def_readonly("wrench_moment_Nm", &ResidualRms::wrench_moment_Nm);
   py::class_<PoseResidual>(module, "PoseResidual",
                            "Residuals at one pose, modelled − measured (eq. 13); NaN where absent.")
-      .def_property_readonly("length_m", [](const PoseResidual& r) { return r.length_m; }, "[n].")
-      .def_property_readonly("swivel_rad", [](const PoseResidual& r) { return r.swivel_rad; },
-                             "[n].")
-      .def_property_readonly("tension_N", [](const PoseResidual& r) { return r.tension_N; }, "[n].")
-      .def_property_readonly("roll_pitch_yaw_rad",
-                             [](const PoseResidual& r) { return r.roll_pitch_yaw_rad; }, "[3].")
-      .def_property_readonly("wrench", [](const PoseResidual& r) { return r.wrench; },
-                             "Ξᵀτ* − f [6] [N, Nm], world axes, about P.");
+      .def_property_readonly(
+          "length_m", [](const PoseResidual& r) { return r.length_m; }, "[n].")
+      .def_property_readonly(
+          "swivel_rad", [](const PoseResidual& r) { return r.swivel_rad; }, "[n].")
+      .def_property_readonly(
+          "tension_N", [](const PoseResidual& r) { return r.tension_N; }, "[n].")
+      .def_property_readonly(
+          "roll_pitch_yaw_rad", [](const PoseResidual& r) { return r.roll_pitch_yaw_rad; }, "[3].")
+      .def_property_readonly(
+          "wrench", [](const PoseResidual& r) { return r.wrench; },
+          "Ξᵀτ* − f [6] [N, Nm], world axes, about P.");
   py::class_<CalibrationResult>(module, "CalibrationResult", "What came out. Look at status first.")
       .def_readonly("status", &CalibrationResult::status)
       .def_readonly("reason", &CalibrationResult::reason, "One sentence for people, always filled.")
@@ -197,9 +204,9 @@ void register_result(py::module_& module) {
           "standard_deviation",
           [](const CalibrationResult& result) { return result.standard_deviation; },
           "[6] [m, rad]; NaN when ζ0 is not observable.")
-      .def_property_readonly("initial_length_m",
-                             [](const CalibrationResult& result) { return result.initial_length_m; },
-                             "l(ζ0) [n].")
+      .def_property_readonly(
+          "initial_length_m",
+          [](const CalibrationResult& result) { return result.initial_length_m; }, "l(ζ0) [n].")
       .def_property_readonly(
           "initial_swivel_rad",
           [](const CalibrationResult& result) { return result.initial_swivel_rad; }, "σ(ζ0) [n].")
@@ -271,8 +278,7 @@ void register_calibrate(py::module_& module) {
   register_options(module);
   py::class_<Calibration>(module, "Calibration", "A calibration and what it was made from.")
       .def_readonly("result", &Calibration::result)
-      .def_readonly("problem", &Calibration::problem,
-                    "What was solved; it can be solved again.")
+      .def_readonly("problem", &Calibration::problem, "What was solved; it can be solved again.")
       .def_readonly("equilibria", &Calibration::equilibria, "Found in the run; empty with at_s.")
       .def_readonly("reference_time_s", &Calibration::reference_time_s)
       .def_readonly("static_poses", &Calibration::static_poses,

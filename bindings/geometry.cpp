@@ -59,8 +59,9 @@ void register_pose(py::module_& module) {
           py::arg("position_m"), py::arg("roll_pitch_yaw_rad"),
           py::arg_v("convention", EulerConvention::XYZ, "EulerConvention.XYZ"),
           "The pose at position_m [3] with (roll, pitch, yaw) [rad] in the given convention.")
-      .def_property_readonly("position_m", [](const Pose& pose) { return pose.position_m; },
-                             "Position of P in world axes [3]; a copy.")
+      .def_property_readonly(
+          "position_m", [](const Pose& pose) { return pose.position_m; },
+          "Position of P in world axes [3]; a copy.")
       .def_property_readonly("rotation", &Pose::rotation_matrix, "R_world_platform [3, 3]; a copy.")
       .def(
           "euler_rad",
@@ -71,8 +72,8 @@ void register_pose(py::module_& module) {
           "(roll, pitch, yaw) [rad] in the given convention.")
       .def("__repr__",
            [](const Pose& pose) {
-             return "Pose(position_m=" + to_text(pose.position_m) + ", rotation_vector_rad=" +
-                    to_text(log_so3(pose.rotation)) + ")";
+             return "Pose(position_m=" + to_text(pose.position_m) +
+                    ", rotation_vector_rad=" + to_text(log_so3(pose.rotation)) + ")";
            })
       .def(py::pickle(
           [](const Pose& pose) {
@@ -106,8 +107,7 @@ void register_geometry(py::module_& module) {
       "exp_so3", [](const Vector3& v) -> Matrix3 { return exp_so3(v).toRotationMatrix(); },
       py::arg("rotation_vector_rad"), "Rotation vector [3] [rad] → rotation [3, 3].");
   module.def(
-      "log_so3",
-      [](const Matrix3& rotation) { return log_so3(rotation_from_matrix(rotation)); },
+      "log_so3", [](const Matrix3& rotation) { return log_so3(rotation_from_matrix(rotation)); },
       py::arg("rotation"),
       "Rotation [3, 3] → rotation vector [3] [rad], of norm ≤ pi. Raises InputError when it is "
       "not a rotation.");

@@ -2,6 +2,7 @@
 #include "cdprcal/model/robot.hpp"
 
 #include <array>
+#include <map>
 
 #include "bindings.hpp"
 #include "cdprcal/model/robot_file.hpp"
@@ -40,10 +41,12 @@ void register_parts(py::module_& module) {
            "swivel_axis [3]: perpendicular to it; both in world axes, any length. radius_m: 0 is a "
            "plain eyelet. Raises InputError naming the field.")
       .def_readonly("radius_m", &Pulley::radius_m)
-      .def_property_readonly("position_m", [](const Pulley& p) { return p.position_m; },
-                             "D in the world [3] [m]; a copy.")
-      .def_property_readonly("axes_world", [](const Pulley& p) { return p.axes_world; },
-                             "Columns i (x_axis), j, k (swivel_axis) [3, 3]; j = k × i; a copy.")
+      .def_property_readonly(
+          "position_m", [](const Pulley& p) { return p.position_m; },
+          "D in the world [3] [m]; a copy.")
+      .def_property_readonly(
+          "axes_world", [](const Pulley& p) { return p.axes_world; },
+          "Columns i (x_axis), j, k (swivel_axis) [3, 3]; j = k × i; a copy.")
       .def_property_readonly("x_axis", &Pulley::x_axis, "i [3].")
       .def_property_readonly("y_axis", &Pulley::y_axis, "j = k × i [3].")
       .def_property_readonly("swivel_axis", &Pulley::swivel_axis, "k [3].");
@@ -55,21 +58,23 @@ void register_parts(py::module_& module) {
            py::kw_only(), py::arg("pulley"), py::arg("platform_anchor_m"),
            "platform_anchor_m [3]: a′ in the platform frame.")
       .def_property_readonly("pulley", [](const Cable& c) { return c.pulley; })
-      .def_property_readonly("platform_anchor_m", [](const Cable& c) { return c.platform_anchor_m; },
-                             "a′ in the platform frame [3] [m]; a copy.");
+      .def_property_readonly(
+          "platform_anchor_m", [](const Cable& c) { return c.platform_anchor_m; },
+          "a′ in the platform frame [3] [m]; a copy.");
   py::class_<Platform>(module, "Platform", "Mass, its centre and inertia. Immutable.")
       .def(py::init([](double mass_kg, const Vector3& centre, const Matrix3& inertia) {
              return Platform{mass_kg, centre, inertia};
            }),
-           py::kw_only(), py::arg("mass_kg"), py::arg("centre_of_mass_m"),
-           py::arg("inertia_kg_m2"),
+           py::kw_only(), py::arg("mass_kg"), py::arg("centre_of_mass_m"), py::arg("inertia_kg_m2"),
            "centre_of_mass_m [3]: s′ in the platform frame; inertia_kg_m2 [3, 3]: about the centre "
            "of mass, platform axes. Checked when a Robot is made of it.")
       .def_readonly("mass_kg", &Platform::mass_kg)
-      .def_property_readonly("centre_of_mass_m", [](const Platform& p) { return p.centre_of_mass_m; },
-                             "s′ in the platform frame [3] [m]; a copy.")
-      .def_property_readonly("inertia_kg_m2", [](const Platform& p) { return p.inertia_kg_m2; },
-                             "About the centre of mass, platform axes [3, 3]; a copy.");
+      .def_property_readonly(
+          "centre_of_mass_m", [](const Platform& p) { return p.centre_of_mass_m; },
+          "s′ in the platform frame [3] [m]; a copy.")
+      .def_property_readonly(
+          "inertia_kg_m2", [](const Platform& p) { return p.inertia_kg_m2; },
+          "About the centre of mass, platform axes [3, 3]; a copy.");
   const SensorSigma usual;
   py::class_<SensorSigma>(module, "SensorSigma",
                           "One-sigma errors of the readings (eq. 18 by default) and of the "
@@ -81,8 +86,7 @@ void register_parts(py::module_& module) {
            }),
            py::kw_only(), py::arg("length_m") = usual.length_m,
            py::arg("swivel_rad") = usual.swivel_rad, py::arg("attitude_rad") = usual.attitude_rad,
-           py::arg("tension_N") = usual.tension_N,
-           py::arg("wrench_force_N") = usual.wrench_force_N,
+           py::arg("tension_N") = usual.tension_N, py::arg("wrench_force_N") = usual.wrench_force_N,
            py::arg("wrench_moment_Nm") = usual.wrench_moment_Nm,
            "wrench_force_N, wrench_moment_Nm: what the wrench balance may be wrong by beyond the "
            "load cells; 0 means what a geometry known to 1 mm leaves. Checked when used.")
@@ -94,9 +98,40 @@ void register_parts(py::module_& module) {
       .def_readonly("wrench_moment_Nm", &SensorSigma::wrench_moment_Nm);
 }
 
+AppliedEffect make_effect(const std::string& name,
+                          const std::map<std::string, std::vector<double>>& parameters,
+                          const std::string& run) {
+  AppliedEffect effect{name, run, {}};
+  for (const auto& [key, values] : parameters) effect.parameters.push_back({key, values});
+  return effect;
+}
+
+void register_effect(py::module_& module) {
+  py::class_<AppliedEffect>(module, "AppliedEffect",
+                            "A known effect, or a known fault of the readings, as the robot file "
+                            "lists it. Immutable.")
+      .def(py::init(&make_effect), py::kw_only(), py::arg("name"), py::arg("parameters"),
+           py::arg("run") = "",
+           "parameters: name → numbers, nested lists one after the other. run: file name of the "
+           "one log it belongs to; empty: every log. Checked when a Robot is made of it.")
+      .def_readonly("name", &AppliedEffect::name)
+      .def_readonly("run", &AppliedEffect::run)
+      .def_property_readonly(
+          "parameters",
+          [](const AppliedEffect& effect) {
+            std::map<std::string, std::vector<double>> parameters;
+            for (const auto& parameter : effect.parameters) {
+              parameters[parameter.name] = parameter.values;
+            }
+            return parameters;
+          },
+          "Name → numbers, in the robot file's units; a copy.");
+}
+
 Robot make_robot(const std::string& name, const Platform& platform, std::vector<Cable> cables,
                  const std::array<double, 2>& tension_limits_N, double gravity_m_s2,
-                 EulerConvention euler_convention, const std::optional<SensorSigma>& sigma) {
+                 EulerConvention euler_convention, const std::optional<SensorSigma>& sigma,
+                 std::vector<AppliedEffect> effects) {
   Robot robot;
   robot.name = name;
   robot.gravity_m_s2 = gravity_m_s2;
@@ -106,6 +141,7 @@ Robot make_robot(const std::string& name, const Platform& platform, std::vector<
   robot.tension_max_N = tension_limits_N[1];
   robot.euler_convention = euler_convention;
   if (sigma) robot.sigma = *sigma;
+  robot.effects = std::move(effects);
   finalise(robot);
   return robot;
 }
@@ -114,6 +150,7 @@ Robot make_robot(const std::string& name, const Platform& platform, std::vector<
 
 void register_model(py::module_& module) {
   register_parts(module);
+  register_effect(module);
   py::class_<Robot>(module, "Robot",
                     "Platform, cables on swivel pulleys, limits and sensors. Immutable; pickles as "
                     "its robot file.")
@@ -121,13 +158,15 @@ void register_model(py::module_& module) {
            py::arg("cables"), py::arg("tension_limits_N"), py::arg("gravity_m_s2") = 9.81,
            py::arg_v("euler_convention", EulerConvention::XYZ, "EulerConvention.XYZ"),
            py::arg("sigma") = py::none(),
-           "cables: 1 to 8 Cable; tension_limits_N: (minimum, maximum); sigma: None is eq. 18. "
+           py::arg_v("effects", std::vector<AppliedEffect>{}, "[]"),
+           "cables: 1 to 8 Cable; tension_limits_N: (minimum, maximum); sigma: None is eq. 18; "
+           "effects: known effects and faults of the readings, as the robot file lists them. "
            "Checks every field and fills defaults; raises InputError naming the field.")
       .def_readonly("name", &Robot::name)
       .def_readonly("gravity_m_s2", &Robot::gravity_m_s2)
       .def_property_readonly("platform", [](const Robot& robot) { return robot.platform; })
-      .def_property_readonly("cables", [](const Robot& robot) { return robot.cables; },
-                             "List of n Cable; a copy.")
+      .def_property_readonly(
+          "cables", [](const Robot& robot) { return robot.cables; }, "List of n Cable; a copy.")
       .def_property_readonly(
           "tension_limits_N",
           [](const Robot& robot) {
@@ -138,6 +177,9 @@ void register_model(py::module_& module) {
       .def_readonly("tension_max_N", &Robot::tension_max_N)
       .def_readonly("euler_convention", &Robot::euler_convention)
       .def_property_readonly("sigma", [](const Robot& robot) { return robot.sigma; })
+      .def_property_readonly(
+          "effects", [](const Robot& robot) { return robot.effects; },
+          "List of AppliedEffect; a copy.")
       .def_property_readonly("cable_count", &Robot::cable_count)
       .def_property_readonly("weight_N", &Robot::weight_N)
       .def_property_readonly("gravity_force_N", &Robot::gravity_force_N,

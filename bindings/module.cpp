@@ -1,5 +1,5 @@
 // cdprcal._core: the C++ core under the same names.
-#include <cmath>
+#include <exception>
 #include <sstream>
 
 #include "bindings.hpp"
@@ -38,6 +38,32 @@ std::string to_text(const Eigen::Ref<const Eigen::VectorXd>& values) {
   return text.str();
 }
 
+namespace {
+
+PYBIND11_CONSTINIT py::gil_safe_call_once_and_store<py::object> input_error;
+
+/// InputError → cdprcal.InputError. Not register_exception: a message may quote bytes of a damaged
+/// file, and what is not UTF-8 must not become a UnicodeDecodeError.
+void register_input_error(py::module_& module) {
+  input_error.call_once_and_store_result([&module] {
+    py::exception<InputError> type(module, "InputError", PyExc_ValueError);
+    type.doc() =
+        "Wrong use or unusable input. The message names the file, line or field and what to do.";
+    return py::object(type);
+  });
+  py::register_exception_translator([](std::exception_ptr pending) {
+    try {
+      if (pending) std::rethrow_exception(pending);
+    } catch (const InputError& error) {
+      const std::string text = error.what();
+      const auto message = py::reinterpret_steal<py::object>(
+          PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "replace"));
+      PyErr_SetObject(input_error.get_stored().ptr(), message.ptr());
+    }
+  });
+}
+
+}  // namespace
 }  // namespace cdprcal::python
 
 PYBIND11_MODULE(_core, module) {
@@ -46,15 +72,14 @@ PYBIND11_MODULE(_core, module) {
       "C++ core of cdprcal. SI units; the unit is the name's suffix. Poses and rotations map the "
       "platform frame P into the world frame O.\n\n"
       "Wrong use raises InputError; a numerical failure is a status in the result.";
-  auto& input_error =
-      py::register_exception<cdprcal::InputError>(module, "InputError", PyExc_ValueError);
-  input_error.doc() =
-      "Wrong use or unusable input. The message names the file, line or field and what to do.";
+  register_input_error(module);
   register_geometry(module);
   register_model(module);
   register_kinematics(module);
   register_statics(module);
   register_acquisition(module);
   register_calibration(module);
+  register_diagnosis(module);
+  register_synthetic(module);
   bind_simulator(module);
 }

@@ -1,4 +1,5 @@
-// What a diagnosis model leaves of each reading, in the reading's own unit: for tables and pictures.
+// What a diagnosis model leaves of each reading, in the reading's own unit: for tables and
+// pictures.
 #pragma once
 
 #include <vector>

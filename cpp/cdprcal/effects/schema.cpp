@@ -47,10 +47,12 @@ void check_parameters(const AppliedEffect& effect, const EffectLayout& layout, s
   }
   for (const ParameterLayout& parameter : layout.parameters) {
     const std::string field = effect_field(index, parameter.name);
-    const auto matches = [&](const AppliedEffect::Parameter& p) { return p.name == parameter.name; };
-    const auto count =
-        std::count_if(effect.parameters.begin(), effect.parameters.end(), matches);
-    if (count != 1) throw detail::FieldError(field, count == 0 ? "is missing: add it" : "given twice");
+    const auto matches = [&](const AppliedEffect::Parameter& p) {
+      return p.name == parameter.name;
+    };
+    const auto count = std::count_if(effect.parameters.begin(), effect.parameters.end(), matches);
+    if (count != 1)
+      throw detail::FieldError(field, count == 0 ? "is missing: add it" : "given twice");
     const auto given = std::find_if(effect.parameters.begin(), effect.parameters.end(), matches);
     if (given->values.size() != parameter.size()) {
       throw detail::FieldError(field, "must have " + std::to_string(parameter.size()) +
@@ -112,8 +114,9 @@ void check_effects(const Robot& robot) {
     const auto layout = effect_layout(effect.name, robot.cable_count());
     if (!layout) throw FieldError(effect_field(i, "name"), unknown_effect(effect.name));
     if (!effect.run.empty() && !layout->by_run) {
-      throw FieldError(effect_field(i, "run"), "a " + effect.name + " is the robot's own and the "
-                                               "same in every run: delete this key");
+      throw FieldError(effect_field(i, "run"), "a " + effect.name +
+                                                   " is the robot's own and the "
+                                                   "same in every run: delete this key");
     }
     for (const char c : effect.run) {
       if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
@@ -133,8 +136,7 @@ void check_effects(const Robot& robot) {
     if (!active.values.allFinite()) {
       throw FieldError(effect_field(i, first), "is impossible for a " + effect.name);
     }
-    const EffectValues bound =
-        kFarBeyondPlausible * active.effect->plausible(robot.cable_count());
+    const EffectValues bound = kFarBeyondPlausible * active.effect->plausible(robot.cable_count());
     if (!(active.values.cwiseAbs().array() <= bound.array()).all()) {
       throw FieldError(effect_field(i, first),
                        "is far from anything physically plausible: check the unit in the name");

@@ -179,9 +179,8 @@ std::string effect_entry(const AppliedEffect& effect, int cables) {
 
 Robot parse_robot(const std::string& yaml_text, const std::string& source) {
   const YamlField document = YamlField::parse_document(yaml_text, source);
-  const YamlMapping map(
-      document,
-      {"name", "gravity_m_s2", "platform", "cables", "tension_limits_N", "sensors", "effects"});
+  const YamlMapping map(document, {"name", "gravity_m_s2", "platform", "cables", "tension_limits_N",
+                                   "sensors", "effects"});
   Robot robot;
   robot.name = map.require("name").text();
   robot.gravity_m_s2 = map.number_or("gravity_m_s2", robot.gravity_m_s2);

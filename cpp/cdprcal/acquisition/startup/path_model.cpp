@@ -1,24 +1,13 @@
 #include "cdprcal/acquisition/startup/path_model.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 
 #include "cdprcal/equilibria/direct.hpp"
+#include "cdprcal/planning/natural_frequencies.hpp"
 
 namespace cdprcal {
 namespace {
-
-/// Inertia of the platform about P for world-frame twists of P.
-Matrix6 mass_matrix(const Robot& robot, const PlatformState& state) {
-  Matrix6 from_p = Matrix6::Identity();  // (v_P, ω) → (v_G, ω)
-  from_p.topRightCorner<3, 3>() = -skew(state.centre_of_mass_arm_m);
-  Matrix6 about_g = Matrix6::Zero();
-  about_g.topLeftCorner<3, 3>().diagonal().setConstant(robot.platform.mass_kg);
-  about_g.bottomRightCorner<3, 3>() =
-      state.rotation * robot.platform.inertia_kg_m2 * state.rotation.transpose();
-  return from_p.transpose() * about_g * from_p;
-}
 
 PathNode node_at(const Robot& robot, const Pose& pose, const CableVector& tension_N) {
   const PlatformState state = platform_state(robot, pose);
@@ -32,9 +21,9 @@ PathNode node_at(const Robot& robot, const Pose& pose, const CableVector& tensio
   const CableMatrix flexibility = j * symmetric.partialPivLu().solve(forces);
   node.flexibility_m_N = 0.5 * (flexibility + flexibility.transpose());
   node.mobility_1_kg = j * mass.partialPivLu().solve(forces);
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6> modes(symmetric, mass,
-                                                                Eigen::EigenvaluesOnly);
-  node.slowest_rad_s = std::sqrt(std::max(0.0, modes.eigenvalues().minCoeff()));
+  const double slowest_hz =
+      constant_tension_modes(robot, state, tension_N).natural_frequency_hz.minCoeff();
+  node.slowest_rad_s = 2.0 * kPi * slowest_hz;
   node.mean_length_m = state.length_m().mean();
   return node;
 }

@@ -1,0 +1,240 @@
+// diagnosis/ and effects/: the catalogue as data, and what the model lacks.
+#include "cdprcal/diagnosis/diagnose.hpp"
+
+#include <optional>
+
+#include "bindings.hpp"
+#include "cdprcal/diagnosis/model_residuals.hpp"
+
+namespace cdprcal::python {
+namespace {
+
+void register_catalogue(py::module_& module) {
+  py::native_enum<ParameterShape>(module, "ParameterShape", "enum.Enum",
+                                  "How many numbers a parameter has: 1, n, 3 or n × 3.")
+      .value("scalar", ParameterShape::scalar)
+      .value("per_cable", ParameterShape::per_cable)
+      .value("vector3", ParameterShape::vector3)
+      .value("per_cable_vector3", ParameterShape::per_cable_vector3)
+      .finalize();
+  py::native_enum<EffectScope>(module, "EffectScope", "enum.Enum",
+                               "robot: the same in every run; run: differs from run to run.")
+      .value("robot", EffectScope::robot)
+      .value("run", EffectScope::run)
+      .finalize();
+  py::class_<EffectParameter>(module, "EffectParameter", "One parameter of an effect.")
+      .def_property_readonly(
+          "name", [](const EffectParameter& p) { return std::string(p.name); },
+          "Key in the robot file, with the unit as suffix.")
+      .def_property_readonly("unit", [](const EffectParameter& p) { return std::string(p.unit); })
+      .def_readonly("shape", &EffectParameter::shape)
+      .def_readonly("typical", &EffectParameter::typical,
+                    "Size to expect, one sigma of the prior. Of the internal value: for a "
+                    "stiffness, of its inverse.")
+      .def_readonly("plausible", &EffectParameter::plausible,
+                    "Largest size that is believable; internal value as `typical`.");
+  py::class_<EffectInfo>(module, "EffectInfo", "One row of the effect catalogue.")
+      .def_property_readonly("name", [](const EffectInfo& i) { return std::string(i.name); })
+      .def_property_readonly(
+          "equation", [](const EffectInfo& i) { return std::string(i.equation); }, "measured = …")
+      .def_readonly("parameters", &EffectInfo::parameters)
+      .def_readonly("scope", &EffectInfo::scope)
+      .def_property_readonly(
+          "confused_with",
+          [](const EffectInfo& i) {
+            return std::vector<std::string>(i.confused_with.begin(), i.confused_with.end());
+          },
+          "Names of effects that look alike.")
+      .def_property_readonly(
+          "sentence", [](const EffectInfo& i) { return std::string(i.sentence); },
+          "For people: what it is.")
+      .def_property_readonly(
+          "remedy", [](const EffectInfo& i) { return std::string(i.remedy); },
+          "For people: what to do about it on the robot.")
+      .def_property_readonly(
+          "settle", [](const EffectInfo& i) { return std::string(i.settle); },
+          "What measurement would tell it from its rivals.")
+      .def("__repr__",
+           [](const EffectInfo& i) { return "EffectInfo(name='" + std::string(i.name) + "')"; });
+  module.def(
+      "effect_catalogue",
+      [] {
+        std::vector<EffectInfo> rows;
+        for (const auto& effect : effect_catalogue()) rows.push_back(effect->info());
+        return rows;
+      },
+      "All effects the project knows, as a list of EffectInfo.");
+}
+
+void register_findings(py::module_& module) {
+  py::native_enum<Verdict>(module, "Verdict", "enum.Enum",
+                           "consistent: nothing is missing; explained: the named effects explain "
+                           "it; unexplained: something is left that no effect explains.")
+      .value("consistent", Verdict::consistent)
+      .value("explained", Verdict::explained)
+      .value("unexplained", Verdict::unexplained)
+      .finalize();
+  py::class_<DiscreteFault>(module, "DiscreteFault",
+                            "A sign, an order, a unit or a convention that was wrong.")
+      .def_readonly("name", &DiscreteFault::name)
+      .def_readonly("parameter", &DiscreteFault::parameter)
+      .def_readonly("values", &DiscreteFault::values)
+      .def_readonly("text", &DiscreteFault::text, "One phrase for people.");
+  py::class_<NamedEffect>(module, "NamedEffect", "An effect that was accepted.")
+      .def_property_readonly("info", [](const NamedEffect& e) { return e.effect->info(); })
+      .def_property_readonly(
+          "values", [](const NamedEffect& e) { return e.values; },
+          "In reported units, parameter after parameter; of an effect of the run, for each log in "
+          "turn.")
+      .def_property_readonly(
+          "standard_deviation", [](const NamedEffect& e) { return e.standard_deviation; },
+          "Of each value.")
+      .def_readonly("log_evidence", &NamedEffect::log_evidence, "Against its absence [nat].")
+      .def_readonly("p_value", &NamedEffect::p_value, "Family-wise.")
+      .def_readonly("rivals", &NamedEffect::rivals, "What these poses cannot tell it from.")
+      .def_readonly("held_out_before", &NamedEffect::held_out_before,
+                    "½ Σ (residual/σ)² a held-out pose without the effect.")
+      .def_readonly("held_out_after", &NamedEffect::held_out_after, "The same with it.");
+  py::class_<RejectedEffect>(module, "RejectedEffect", "An effect that was not accepted, and why.")
+      .def_readonly("name", &RejectedEffect::name)
+      .def_readonly("reason", &RejectedEffect::reason);
+  py::class_<Unexplained>(module, "Unexplained", "What no effect of the catalogue explains.")
+      .def_readonly("channel", &Unexplained::channel)
+      .def_readonly("rms", &Unexplained::rms, "Of what is left, in the channel's unit.")
+      .def_readonly("sigma", &Unexplained::sigma, "Of the readings' own ripple.")
+      .def_readonly("depends_on", &Unexplained::depends_on);
+  py::class_<Gap>(module, "Gap", "Residuals of one channel after one step.")
+      .def_readonly("after_effect", &Gap::after_effect, "Empty before any.")
+      .def_readonly("channel", &Gap::channel)
+      .def_readonly("train_rms", &Gap::train_rms, "On the poses that the model was fitted on.")
+      .def_readonly("held_out_rms", &Gap::held_out_rms, "On the poses left out of the fit.");
+  py::class_<Identifiability>(module, "Identifiability", "What a log could see of an effect.")
+      .def_readonly("name", &Identifiability::name)
+      .def_readonly("visible", &Identifiability::visible)
+      .def_readonly("detectable", &Identifiability::detectable,
+                    "Smallest size that would show, in typical sizes.");
+}
+
+void register_models(py::module_& module) {
+  py::class_<DiagnosisModel>(module, "DiagnosisModel", "A fitted model of a robot's runs.")
+      .def_property_readonly("pose_count", &DiagnosisModel::pose_count)
+      .def_property_readonly("run_names",
+                             [](const DiagnosisModel& model) {
+                               std::vector<std::string> names;
+                               for (const DiagnosisRun& run : model.runs) names.push_back(run.name);
+                               return names;
+                             })
+      .def_readonly("noise", &DiagnosisModel::noise,
+                    "Estimated noise of length [m], swivel, roll and pitch, yaw [rad], and of the "
+                    "balance [in sigma of the load cells].")
+      .def_readonly("floor", &DiagnosisModel::floor, "The readings' own ripple, as `noise`.");
+  py::class_<ModelResidual>(module, "ModelResidual", "What a model leaves at one pose.")
+      .def_readonly("run", &ModelResidual::run, "From 0.")
+      .def_readonly("run_time_s", &ModelResidual::run_time_s, "Since the run's first sample.")
+      .def_readonly("residual", &ModelResidual::residual,
+                    "tension_N: the smallest change of tensions that would balance the platform.");
+  module.def("model_residuals", &model_residuals, py::arg("model"),
+             py::call_guard<py::gil_scoped_release>(),
+             "A ModelResidual for each pose of each run.");
+  py::class_<CandidateScore>(module, "CandidateScore", "How well one effect would explain a gap.")
+      .def_property_readonly("name", [](const CandidateScore& s) { return s.effect->name(); })
+      .def_readonly("log_evidence", &CandidateScore::log_evidence, "Against its absence [nat].")
+      .def_readonly("p_value", &CandidateScore::p_value, "Family-wise.")
+      .def_readonly("visible", &CandidateScore::visible)
+      .def_readonly("detectable", &CandidateScore::detectable, "In typical sizes.");
+  module.def(
+      "scan",
+      [](const DiagnosisModel& model) {
+        Candidates candidates = effect_catalogue();
+        std::erase_if(candidates, [](const auto& effect) { return effect->needs_motion(); });
+        return scan(model, candidates);
+      },
+      py::arg("model"), py::call_guard<py::gil_scoped_release>(),
+      "Scores of all effects that rest can show on what a model leaves, best first; nothing is "
+      "refitted.");
+}
+
+using Progress = std::optional<py::function>;
+
+/// Asks Python between two steps: Ctrl-C ends the diagnosis, and so does a callback's False.
+bool go_on(const Progress& progress, const std::string& step) {
+  const py::gil_scoped_acquire gil;
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  return !progress || !(*progress)(step).is(py::bool_(false));
+}
+
+Diagnosis diagnose_logs(const Robot& robot, const std::vector<Log>& logs,
+                        std::optional<DiagnoseOptions> options, const Progress& progress) {
+  DiagnoseOptions used = options.value_or(DiagnoseOptions{});
+  used.progress = [&progress](const std::string& step) { return go_on(progress, step); };
+  const py::gil_scoped_release release;
+  return diagnose(robot, logs, used);
+}
+
+void register_diagnose(py::module_& module) {
+  const DiagnoseOptions usual;
+  py::class_<DiagnoseOptions>(module, "DiagnoseOptions", "When an effect is accepted.")
+      .def(py::init([](double family_wise_p, double least_evidence, double rival_nats,
+                       double rival_share, int most_effects, int refits, int draws,
+                       std::uint64_t seed) {
+             DiagnoseOptions o;
+             o.family_wise_p = family_wise_p;
+             o.least_evidence = least_evidence;
+             o.rival_nats = rival_nats;
+             o.rival_share = rival_share;
+             o.most_effects = most_effects;
+             o.refits = refits;
+             o.scan = {draws, seed};
+             return o;
+           }),
+           py::kw_only(), py::arg("family_wise_p") = usual.family_wise_p,
+           py::arg("least_evidence") = usual.least_evidence,
+           py::arg("rival_nats") = usual.rival_nats, py::arg("rival_share") = usual.rival_share,
+           py::arg("most_effects") = usual.most_effects, py::arg("refits") = usual.refits,
+           py::arg("draws") = usual.scan.draws, py::arg("seed") = usual.scan.seed,
+           "family_wise_p: chance that a clean log is accused of anything. least_evidence, "
+           "rival_nats [nat]. rival_share: of a signature that a rival imitates. refits: "
+           "candidates refitted a round. draws, seed: of the chance residuals behind p-values.")
+      .def_readwrite("family_wise_p", &DiagnoseOptions::family_wise_p)
+      .def_readwrite("least_evidence", &DiagnoseOptions::least_evidence)
+      .def_readwrite("rival_nats", &DiagnoseOptions::rival_nats)
+      .def_readwrite("rival_share", &DiagnoseOptions::rival_share)
+      .def_readwrite("most_effects", &DiagnoseOptions::most_effects)
+      .def_readwrite("refits", &DiagnoseOptions::refits);
+  py::class_<Diagnosis>(module, "Diagnosis", "What the model lacks. Look at verdict first.")
+      .def_readonly("verdict", &Diagnosis::verdict)
+      .def_readonly("reason", &Diagnosis::reason, "One sentence for people.")
+      .def_readonly("faults", &Diagnosis::faults, "DiscreteFault, in the order found.")
+      .def_readonly("effects", &Diagnosis::effects, "NamedEffect, in the order accepted.")
+      .def_readonly("rejected", &Diagnosis::rejected)
+      .def_readonly("unexplained", &Diagnosis::unexplained)
+      .def_readonly("gap", &Diagnosis::gap, "Before any effect and after each.")
+      .def_readonly("identifiability", &Diagnosis::identifiability)
+      .def_readonly("next", &Diagnosis::next, "What would settle a tie, for people.")
+      .def_readonly("gated", &Diagnosis::gated, "Readings left out, for people.")
+      .def_readonly("initial_pose_before", &Diagnosis::initial_pose_before, "Of the first log.")
+      .def_readonly("initial_pose_after", &Diagnosis::initial_pose_after, "Of the first log.")
+      .def_readonly("covariance_before", &Diagnosis::covariance_before,
+                    "[6, 6] position [m], world-frame rotation vector [rad].")
+      .def_readonly("covariance_after", &Diagnosis::covariance_after, "As covariance_before.")
+      .def_readonly("baseline", &Diagnosis::baseline, "Fitted before any effect.")
+      .def_readonly("model", &Diagnosis::model, "Fitted with the effects.")
+      .def_readonly("corrected", &Diagnosis::corrected,
+                    "The robot with what was found; to_yaml writes it as a robot file.");
+  module.def("diagnose", &diagnose_logs, py::arg("robot"), py::arg("logs"),
+             py::arg("options") = py::none(), py::arg("progress") = py::none(),
+             "Names what the model lacks, from one or more logs of one robot. `progress` is called "
+             "with each step's name; False ends the search and keeps what was found. Ctrl-C is "
+             "noticed between steps. Raises InputError for a log that does not fit the robot.");
+}
+
+}  // namespace
+
+void register_diagnosis(py::module_& module) {
+  register_catalogue(module);
+  register_findings(module);
+  register_models(module);
+  register_diagnose(module);
+}
+
+}  // namespace cdprcal::python

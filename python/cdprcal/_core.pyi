@@ -1,0 +1,1579 @@
+"""
+C++ core of cdprcal. SI units; the unit is the name's suffix. Poses and rotations map the platform frame P into the world frame O.
+
+Wrong use raises InputError; a numerical failure is a status in the result.
+"""
+
+from __future__ import annotations
+import collections.abc
+import enum
+import numpy
+import numpy.typing
+import typing
+
+__all__: list[str] = [
+    "Cable",
+    "CableDerivatives",
+    "CableState",
+    "CableStatus",
+    "CalibrateOptions",
+    "Calibration",
+    "CalibrationProblem",
+    "CalibrationResult",
+    "CalibrationStatus",
+    "DetectionOptions",
+    "Equilibrium",
+    "EulerConvention",
+    "Formulation",
+    "InputError",
+    "Log",
+    "Measurement",
+    "Method",
+    "Platform",
+    "PlatformState",
+    "Pose",
+    "PoseKind",
+    "PoseResidual",
+    "Pulley",
+    "RandomNormal",
+    "ReadingNoise",
+    "ReadingOffsets",
+    "ResidualRms",
+    "Robot",
+    "SampleRange",
+    "SensorSigma",
+    "SolveOptions",
+    "StaticsModel",
+    "SyntheticLog",
+    "SyntheticLogOptions",
+    "TensionModel",
+    "WrenchRow",
+    "builtin_robot_names",
+    "builtin_robot_yaml",
+    "cable_derivatives",
+    "cable_state",
+    "calibrate",
+    "channel_noise",
+    "characteristic_length_m",
+    "default_setpoints",
+    "describe_invalid",
+    "detect_equilibria",
+    "euler_from_rotation",
+    "euler_rate_matrix",
+    "exp_so3",
+    "fifth_degree",
+    "format_log",
+    "free_motion_basis",
+    "free_motion_stiffness",
+    "gravity_stiffness",
+    "gravity_wrench",
+    "left_inverse_rows",
+    "length_jacobian",
+    "load_robot",
+    "log_so3",
+    "measurement_at",
+    "measurement_mean",
+    "minus",
+    "parse_euler_convention",
+    "parse_formulation",
+    "parse_log",
+    "parse_method",
+    "parse_robot",
+    "platform_state",
+    "plus",
+    "potential_energy",
+    "prepare",
+    "random_offsets",
+    "read_log",
+    "reading_noise",
+    "rotation_angle_difference_rad",
+    "rotation_distance_rad",
+    "rotation_from_euler",
+    "segments",
+    "solve",
+    "stiffness",
+    "structure_matrix",
+    "swivel_jacobian",
+    "synthetic_log",
+    "synthetic_measurement",
+    "tension_stiffness",
+    "tensions_least_squares",
+    "tensions_left_inverse",
+    "to_yaml",
+    "wrench_residual",
+    "write_log",
+]
+
+class InputError(ValueError):
+    """
+    Wrong use or unusable input. The message names the file, line or field and what to do.
+    """
+
+class EulerConvention(enum.Enum):
+    """
+    Intrinsic order of the Tait–Bryan angles: XYZ means R = Rx(roll) Ry(pitch) Rz(yaw).
+    """
+
+    XYZ = 0
+    XZY = 1
+    YXZ = 2
+    YZX = 3
+    ZXY = 4
+    ZYX = 5
+
+class Pose:
+    """
+    Pose of the platform frame P in the world frame O: x_world = position_m + rotation @ x_platform. Immutable.
+    """
+
+    @staticmethod
+    def from_euler(
+        position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+        roll_pitch_yaw_rad: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+        convention: EulerConvention = ...,
+    ) -> Pose:
+        """
+        The pose at position_m [3] with (roll, pitch, yaw) [rad] in the given convention.
+        """
+
+    def __init__(
+        self,
+        position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"] = ...,
+    ) -> None:
+        """
+        position_m [3] in world axes; rotation [3, 3] R_world_platform. Raises InputError when rotation is not a rotation within 1e-6 or position_m is not finite.
+        """
+
+    def __repr__(self) -> str: ...
+    def euler_rad(
+        self, convention: EulerConvention = ...
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (roll, pitch, yaw) [rad] in the given convention.
+        """
+
+    @property
+    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Position of P in world axes [3]; a copy.
+        """
+
+    @property
+    def rotation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        R_world_platform [3, 3]; a copy.
+        """
+
+class Pulley:
+    """
+    Swivel pulley: the groove is tangent to the swivel axis at D (Fig. 1). Immutable.
+    """
+
+    def __init__(
+        self,
+        *,
+        position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+        x_axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+        swivel_axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+        radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> None:
+        """
+        position_m [3]: D in the world. x_axis [3]: direction of zero swivel angle; swivel_axis [3]: perpendicular to it; both in world axes, any length. radius_m: 0 is a plain eyelet. Raises InputError naming the field.
+        """
+
+    @property
+    def axes_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        Columns i (x_axis), j, k (swivel_axis) [3, 3]; j = k × i; a copy.
+        """
+
+    @property
+    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        D in the world [3] [m]; a copy.
+        """
+
+    @property
+    def radius_m(self) -> float: ...
+    @property
+    def swivel_axis(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        k [3].
+        """
+
+    @property
+    def x_axis(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        i [3].
+        """
+
+    @property
+    def y_axis(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        j = k × i [3].
+        """
+
+class Cable:
+    """
+    A pulley and where the cable holds the platform. Immutable.
+    """
+
+    def __init__(
+        self,
+        *,
+        pulley: Pulley,
+        platform_anchor_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+    ) -> None:
+        """
+        platform_anchor_m [3]: a′ in the platform frame.
+        """
+
+    @property
+    def platform_anchor_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        a′ in the platform frame [3] [m]; a copy.
+        """
+
+    @property
+    def pulley(self) -> Pulley: ...
+
+class Platform:
+    """
+    Mass, its centre and inertia. Immutable.
+    """
+
+    def __init__(
+        self,
+        *,
+        mass_kg: typing.SupportsFloat | typing.SupportsIndex,
+        centre_of_mass_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+        inertia_kg_m2: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"],
+    ) -> None:
+        """
+        centre_of_mass_m [3]: s′ in the platform frame; inertia_kg_m2 [3, 3]: about the centre of mass, platform axes. Checked when a Robot is made of it.
+        """
+
+    @property
+    def centre_of_mass_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        s′ in the platform frame [3] [m]; a copy.
+        """
+
+    @property
+    def inertia_kg_m2(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        About the centre of mass, platform axes [3, 3]; a copy.
+        """
+
+    @property
+    def mass_kg(self) -> float: ...
+
+class SensorSigma:
+    """
+    One-sigma errors of the readings (eq. 18 by default) and of the statics model. Immutable.
+    """
+
+    def __init__(
+        self,
+        *,
+        length_m: typing.SupportsFloat | typing.SupportsIndex = 0.01,
+        swivel_rad: typing.SupportsFloat | typing.SupportsIndex = 0.017453292519943295,
+        attitude_rad: typing.SupportsFloat | typing.SupportsIndex = 0.03490658503988659,
+        tension_N: typing.SupportsFloat | typing.SupportsIndex = 10.0,
+        wrench_force_N: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        wrench_moment_Nm: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> None:
+        """
+        wrench_force_N, wrench_moment_Nm: what the wrench balance may be wrong by beyond the load cells; 0 means what a geometry known to 1 mm leaves. Checked when used.
+        """
+
+    @property
+    def attitude_rad(self) -> float: ...
+    @property
+    def length_m(self) -> float: ...
+    @property
+    def swivel_rad(self) -> float: ...
+    @property
+    def tension_N(self) -> float: ...
+    @property
+    def wrench_force_N(self) -> float: ...
+    @property
+    def wrench_moment_Nm(self) -> float: ...
+
+class Robot:
+    """
+    Platform, cables on swivel pulleys, limits and sensors. Immutable; pickles as its robot file.
+    """
+
+    def __init__(
+        self,
+        *,
+        name: str,
+        platform: Platform,
+        cables: collections.abc.Sequence[Cable],
+        tension_limits_N: typing.Annotated[
+            collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"
+        ],
+        gravity_m_s2: typing.SupportsFloat | typing.SupportsIndex = 9.81,
+        euler_convention: EulerConvention = ...,
+        sigma: SensorSigma | None = None,
+    ) -> None:
+        """
+        cables: 1 to 8 Cable; tension_limits_N: (minimum, maximum); sigma: None is eq. 18. Checks every field and fills defaults; raises InputError naming the field.
+        """
+
+    def __repr__(self) -> str: ...
+    @property
+    def cable_count(self) -> int: ...
+    @property
+    def cables(self) -> list[Cable]:
+        """
+        List of n Cable; a copy.
+        """
+
+    @property
+    def euler_convention(self) -> EulerConvention: ...
+    @property
+    def gravity_force_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Weight as a force in world axes [3] [N]; z points up.
+        """
+
+    @property
+    def gravity_m_s2(self) -> float: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def platform(self) -> Platform: ...
+    @property
+    def sigma(self) -> SensorSigma: ...
+    @property
+    def tension_limits_N(self) -> typing.Annotated[list[float], "FixedSize(2)"]:
+        """
+        [minimum, maximum] [N].
+        """
+
+    @property
+    def tension_max_N(self) -> float: ...
+    @property
+    def tension_min_N(self) -> float: ...
+    @property
+    def weight_N(self) -> float: ...
+
+class CableStatus(enum.Enum):
+    """
+    Whether a cable's kinematics exist at a point.
+    """
+
+    ok = 0
+    anchor_inside_pulley = 1
+    anchor_on_swivel_axis = 2
+
+class CableState:
+    """
+    One cable's kinematics (eqs 2–5). Vectors are unit vectors in world axes. Meaningless unless status is ok.
+    """
+
+    @property
+    def contact(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        n [3]: from C to B, where the cable leaves.
+        """
+
+    @property
+    def direction(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        t [3]: along the cable, from B to the platform.
+        """
+
+    @property
+    def free_length_m(self) -> float:
+        """
+        ‖rho‖ [m].
+        """
+
+    @property
+    def groove_normal(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        w = k × u [3].
+        """
+
+    @property
+    def length_m(self) -> float:
+        """
+        l, eq. 5: free part plus the arc on the pulley [m].
+        """
+
+    @property
+    def radial(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        u [3]: from D to the pulley centre C.
+        """
+
+    @property
+    def radial_distance_m(self) -> float:
+        """
+        u·q [m].
+        """
+
+    @property
+    def status(self) -> CableStatus: ...
+    @property
+    def swivel_rad(self) -> float:
+        """
+        sigma, eq. 2 [rad].
+        """
+
+    @property
+    def tangency_rad(self) -> float:
+        """
+        psi, eq. 4 [rad].
+        """
+
+class CableDerivatives:
+    """
+    First derivatives of one cable by q [m] and pulley radius [m].
+    """
+
+    @property
+    def direction_by_q(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        T of eq. A5 [3, 3].
+        """
+
+    @property
+    def direction_by_radius(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        [3] [1/m].
+        """
+
+    @property
+    def length_by_q(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        t [3].
+        """
+
+    @property
+    def length_by_radius(self) -> float: ...
+    @property
+    def swivel_by_q(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        w/(u·q) [3] [rad/m].
+        """
+
+    @property
+    def tangency_by_q(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        n/‖rho‖ [3] [rad/m].
+        """
+
+    @property
+    def tangency_by_radius(self) -> float:
+        """
+        [rad/m].
+        """
+
+class PlatformState:
+    """
+    Inverse kinematics of all cables at one pose (eqs 2–5).
+    """
+
+    @property
+    def anchor_arm_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        R a′ [n, 3] [m]: from P to each platform anchor, world axes.
+        """
+
+    @property
+    def cable(self) -> list[CableState]:
+        """
+        List of n CableState; copies.
+        """
+
+    @property
+    def cable_count(self) -> int: ...
+    @property
+    def centre_of_mass_arm_m(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        R s′ [3] [m]: from P to the centre of mass, world axes.
+        """
+
+    @property
+    def length_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Cable lengths [n] [m], eq. 5.
+        """
+
+    @property
+    def rotation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        R_world_platform [3, 3].
+        """
+
+    @property
+    def swivel_rad(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Swivel angles [n] [rad], eq. 2.
+        """
+
+    @property
+    def valid(self) -> bool:
+        """
+        Every cable's status is ok.
+        """
+
+class WrenchRow(enum.Enum):
+    """
+    Rows of the wrench in Euler-rate coordinates.
+    """
+
+    force_x = 0
+    force_y = 1
+    force_z = 2
+    moment_roll = 3
+    moment_pitch = 4
+    moment_yaw = 5
+
+class TensionModel:
+    """
+    Modelled tensions at a pose.
+    """
+
+    @property
+    def by_twist(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 6]"]:
+        """
+        dtau/ddelta [n, 6].
+        """
+
+    @property
+    def tension_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        tau [n] [N].
+        """
+
+    @property
+    def valid(self) -> bool:
+        """
+        False: the chosen rows are singular at this pose.
+        """
+
+class Log:
+    """
+    What a robot's own sensors read, one row a sample. Immutable: the arrays are read-only views of the log, which they keep alive. NaN, or no columns: that sensor is absent. Lengths, swivels and yaw carry unknown constant offsets.
+    """
+
+    def __init__(
+        self,
+        *,
+        time_s: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+        length_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None,
+        swivel_rad: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None,
+        tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None,
+        roll_pitch_yaw_rad: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]
+        | None = None,
+        tension_setpoint_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]
+        | None = None,
+        source: str = "log",
+    ) -> None:
+        """
+        time_s [N] strictly increasing; per-cable arrays [N, n], roll_pitch_yaw_rad [N, 3]; None: absent. `source` is what messages call it. Copies its input. Raises InputError when shapes or times do not fit.
+        """
+
+    def __len__(self) -> int: ...
+    def __repr__(self) -> str: ...
+    @property
+    def cable_count(self) -> int:
+        """
+        Width of the widest per-cable group.
+        """
+
+    @property
+    def length_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        [N, n] or [N, 0] [m], relative.
+        """
+
+    @property
+    def roll_pitch_yaw_rad(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        [N, 3] or [N, 0] [rad] in the sensor's Euler convention; yaw is relative.
+        """
+
+    @property
+    def sample_count(self) -> int: ...
+    @property
+    def source(self) -> str: ...
+    @property
+    def swivel_rad(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        [N, n] or [N, 0] [rad], relative.
+        """
+
+    @property
+    def tension_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        [N, n] or [N, 0] [N].
+        """
+
+    @property
+    def tension_setpoint_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        [N, n] or [N, 0] [N].
+        """
+
+    @property
+    def time_s(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [N] [s], strictly increasing.
+        """
+
+class SampleRange:
+    """
+    Half-open range of sample numbers. Immutable.
+    """
+
+    def __init__(
+        self,
+        begin: typing.SupportsInt | typing.SupportsIndex,
+        end: typing.SupportsInt | typing.SupportsIndex,
+    ) -> None: ...
+    def __len__(self) -> int: ...
+    def __repr__(self) -> str: ...
+    @property
+    def begin(self) -> int: ...
+    @property
+    def end(self) -> int: ...
+
+class DetectionOptions:
+    """
+    How equilibria are detected: rest is judged window by window.
+    """
+
+    def __init__(
+        self,
+        *,
+        window_s: typing.SupportsFloat | typing.SupportsIndex = 1.0,
+        confidence: typing.SupportsFloat | typing.SupportsIndex = 0.999,
+        tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.05,
+    ) -> None: ...
+    @property
+    def confidence(self) -> float:
+        """
+        Of the tests that 'nothing moves' is judged by.
+        """
+
+    @confidence.setter
+    def confidence(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def tolerance(self) -> float:
+        """
+        Motion that does not matter, in units of the sensor's sigma.
+        """
+
+    @tolerance.setter
+    def tolerance(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def window_s(self) -> float:
+        """
+        The platform must look at rest at least this long [s].
+        """
+
+    @window_s.setter
+    def window_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+
+class Equilibrium:
+    """
+    One interval at rest.
+    """
+
+    def __repr__(self) -> str: ...
+    @property
+    def begin_s(self) -> float: ...
+    @property
+    def end_s(self) -> float: ...
+    @property
+    def samples(self) -> SampleRange: ...
+
+class PoseKind(enum.Enum):
+    """
+    static_pose: at rest, statics hold; kinematic_pose: geometry only.
+    """
+
+    static_pose = 0
+    kinematic_pose = 1
+
+class StaticsModel(enum.Enum):
+    """
+    none: j = lσε; left_inverse: eqs 10–12; wrench: eq. 6, all six equations.
+    """
+
+    none = 0
+    left_inverse = 1
+    wrench = 2
+
+class CalibrationStatus(enum.Enum):
+    """
+    Whether the initial pose can be trusted.
+    """
+
+    converged = 0
+    not_converged = 1
+    unobservable = 2
+
+class Method(enum.Enum):
+    """
+    unified; statics: τlσε on equilibria ('static'); kinematic: lσε.
+    """
+
+    unified = 0
+    statics = 1
+    kinematic = 2
+
+class Formulation(enum.Enum):
+    """
+    full: wrench statics and all that pose 0 knows; paper: eqs 13–17.
+    """
+
+    full = 0
+    paper = 1
+
+class Measurement:
+    """
+    Readings at one pose; NaN where absent. Lengths, swivels and yaw have unknown offsets common to a problem's measurements. Immutable.
+    """
+
+    def __init__(
+        self,
+        *,
+        time_s: typing.SupportsFloat | typing.SupportsIndex,
+        kind: PoseKind,
+        length_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+        swivel_rad: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+        tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+        roll_pitch_yaw_rad: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+    ) -> None:
+        """
+        length_m, swivel_rad, tension_N [n]; roll_pitch_yaw_rad [3]. Raises InputError when their sizes differ.
+        """
+
+    @property
+    def kind(self) -> PoseKind: ...
+    @property
+    def length_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n] [m].
+        """
+
+    @property
+    def roll_pitch_yaw_rad(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        [3] [rad] in the robot's Euler convention.
+        """
+
+    @property
+    def swivel_rad(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n] [rad].
+        """
+
+    @property
+    def tension_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n] [N].
+        """
+
+    @property
+    def time_s(self) -> float: ...
+
+class CalibrationProblem:
+    """
+    What is modelled and what is free (§3.1 of the paper). measurements[0] is the reference: its pose is ζ0.
+    """
+
+    def __init__(
+        self,
+        *,
+        robot: Robot,
+        measurements: collections.abc.Sequence[Measurement],
+        statics: StaticsModel = ...,
+        left_inverse_rows: collections.abc.Sequence[WrenchRow] = [],
+        reference_attitude: bool = True,
+        reference_statics: bool = True,
+        reference_noise: bool = True,
+    ) -> None:
+        """
+        reference_attitude, reference_statics, reference_noise: what pose 0 knows by itself and the paper leaves out. left_inverse_rows: empty means left_inverse_rows(n).
+        """
+
+    @property
+    def left_inverse_rows(self) -> list[WrenchRow]: ...
+    @property
+    def measurements(self) -> list[Measurement]:
+        """
+        List of Measurement; a copy.
+        """
+
+    @property
+    def reference_attitude(self) -> bool: ...
+    @property
+    def reference_noise(self) -> bool: ...
+    @property
+    def reference_statics(self) -> bool: ...
+    @property
+    def robot(self) -> Robot: ...
+    @property
+    def statics(self) -> StaticsModel: ...
+
+class SolveOptions:
+    """
+    How to solve.
+    """
+
+    def __init__(
+        self,
+        *,
+        graduation: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [
+            100.0,
+            10.0,
+            1.0,
+        ],
+        max_iterations: typing.SupportsInt | typing.SupportsIndex = 200,
+        function_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-12,
+        parameter_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-12,
+        gradient_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-12,
+    ) -> None: ...
+    @property
+    def function_tolerance(self) -> float: ...
+    @function_tolerance.setter
+    def function_tolerance(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def gradient_tolerance(self) -> float: ...
+    @gradient_tolerance.setter
+    def gradient_tolerance(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def graduation(self) -> list[float]:
+        """
+        Factors on the standard deviations of tensions and wrenches, in turn; the last is 1. Assign a whole list: the one read is a copy.
+        """
+
+    @graduation.setter
+    def graduation(
+        self, arg0: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]
+    ) -> None: ...
+    @property
+    def max_iterations(self) -> int:
+        """
+        Of each stage.
+        """
+
+    @max_iterations.setter
+    def max_iterations(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    @property
+    def parameter_tolerance(self) -> float: ...
+    @parameter_tolerance.setter
+    def parameter_tolerance(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+
+class ResidualRms:
+    """
+    Root mean square of the unweighted residuals, a channel; NaN where nothing measured it.
+    """
+
+    @property
+    def length_m(self) -> float: ...
+    @property
+    def roll_pitch_rad(self) -> float: ...
+    @property
+    def swivel_rad(self) -> float: ...
+    @property
+    def tension_N(self) -> float: ...
+    @property
+    def wrench_force_N(self) -> float: ...
+    @property
+    def wrench_moment_Nm(self) -> float: ...
+    @property
+    def yaw_rad(self) -> float: ...
+
+class PoseResidual:
+    """
+    Residuals at one pose, modelled − measured (eq. 13); NaN where absent.
+    """
+
+    @property
+    def length_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n].
+        """
+
+    @property
+    def roll_pitch_yaw_rad(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        [3].
+        """
+
+    @property
+    def swivel_rad(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n].
+        """
+
+    @property
+    def tension_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n].
+        """
+
+    @property
+    def wrench(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+        """
+        Ξᵀτ* − f [6] [N, Nm], world axes, about P.
+        """
+
+class CalibrationResult:
+    """
+    What came out. Look at status first.
+    """
+
+    @property
+    def chi_square_p_value(self) -> float: ...
+    @property
+    def cost(self) -> float:
+        """
+        ½ Σ (F/σ)², eq. 14.
+        """
+
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"] | None:
+        """
+        Of ζ0 [6, 6]: position [m], world-frame rotation vector [rad]; None when ζ0 is not observable.
+        """
+
+    @property
+    def initial_length_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        l(ζ0) [n].
+        """
+
+    @property
+    def initial_swivel_rad(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        σ(ζ0) [n].
+        """
+
+    @property
+    def iterations(self) -> int: ...
+    @property
+    def parameter_count(self) -> int: ...
+    @property
+    def poses(self) -> list[Pose]:
+        """
+        ζ0, ζ1 … in the order of the measurements.
+        """
+
+    @property
+    def reason(self) -> str:
+        """
+        One sentence for people, always filled.
+        """
+
+    @property
+    def residual_count(self) -> int: ...
+    @property
+    def residual_rms(self) -> ResidualRms: ...
+    @property
+    def residuals(self) -> list[PoseResidual]:
+        """
+        One PoseResidual a pose.
+        """
+
+    @property
+    def solve_time_s(self) -> float: ...
+    @property
+    def standard_deviation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+        """
+        [6] [m, rad]; NaN when ζ0 is not observable.
+        """
+
+    @property
+    def status(self) -> CalibrationStatus: ...
+
+class CalibrateOptions:
+    """
+    How to calibrate from a log.
+    """
+
+    detection: DetectionOptions
+    formulation: Formulation
+    method: Method
+    solve: SolveOptions
+
+    def __init__(
+        self,
+        *,
+        method: Method = ...,
+        formulation: Formulation = ...,
+        at_s: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [],
+        segment: typing.SupportsInt | typing.SupportsIndex = -1,
+        kinematic_spacing_s: typing.SupportsFloat | typing.SupportsIndex = 1.0,
+        guess: collections.abc.Sequence[Pose] = [],
+        detection: DetectionOptions | None = None,
+        solve: SolveOptions | None = None,
+    ) -> None:
+        """
+        at_s: times of the poses [s], the first is the reference; empty: automatic. segment: which is the run, from 0; -1 the last. kinematic_spacing_s: between samples that count as poses of their own. guess: one Pose a pose, or only ζ0; empty: automatic.
+        """
+
+    @property
+    def at_s(self) -> list[float]:
+        """
+        A copy; assign a whole list.
+        """
+
+    @at_s.setter
+    def at_s(
+        self, arg0: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]
+    ) -> None: ...
+    @property
+    def guess(self) -> list[Pose]:
+        """
+        A copy; assign a whole list.
+        """
+
+    @guess.setter
+    def guess(self, arg1: collections.abc.Sequence[Pose]) -> None: ...
+    @property
+    def kinematic_spacing_s(self) -> float: ...
+    @kinematic_spacing_s.setter
+    def kinematic_spacing_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def segment(self) -> int: ...
+    @segment.setter
+    def segment(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+
+class Calibration:
+    """
+    A calibration and what it was made from.
+    """
+
+    @property
+    def equilibria(self) -> list[Equilibrium]:
+        """
+        Found in the run; empty with at_s.
+        """
+
+    @property
+    def kinematic_poses(self) -> int: ...
+    @property
+    def problem(self) -> CalibrationProblem:
+        """
+        What was solved; it can be solved again.
+        """
+
+    @property
+    def reference_time_s(self) -> float: ...
+    @property
+    def result(self) -> CalibrationResult: ...
+    @property
+    def static_poses(self) -> int:
+        """
+        The reference included, when it is one.
+        """
+
+class RandomNormal:
+    """
+    Normal random numbers that are the same on every platform.
+    """
+
+    def __call__(self) -> float:
+        """
+        Standard normal.
+        """
+
+    def __init__(self, seed: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    def uniform(self) -> float:
+        """
+        In (0, 1).
+        """
+
+class ReadingNoise:
+    """
+    White noise of the readings, one sigma; 0: none. Immutable.
+    """
+
+    def __init__(
+        self,
+        *,
+        length_m: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        swivel_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        roll_pitch_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        yaw_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        tension_N: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> None: ...
+    @property
+    def length_m(self) -> float: ...
+    @property
+    def roll_pitch_rad(self) -> float: ...
+    @property
+    def swivel_rad(self) -> float: ...
+    @property
+    def tension_N(self) -> float: ...
+    @property
+    def yaw_rad(self) -> float: ...
+
+class ReadingOffsets:
+    """
+    Constant offsets of the relative readings. Immutable.
+    """
+
+    def __init__(
+        self,
+        *,
+        length_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+        swivel_rad: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+        yaw_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> None:
+        """
+        length_m, swivel_rad [n].
+        """
+
+    @property
+    def length_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n] [m].
+        """
+
+    @property
+    def swivel_rad(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n] [rad].
+        """
+
+    @property
+    def yaw_rad(self) -> float: ...
+
+class SyntheticLogOptions:
+    """
+    How a run is made.
+    """
+
+    noise: ReadingNoise
+
+    def __init__(
+        self,
+        *,
+        dwell_s: typing.SupportsFloat | typing.SupportsIndex = 5.0,
+        move_s: typing.SupportsFloat | typing.SupportsIndex = 5.0,
+        rate_Hz: typing.SupportsFloat | typing.SupportsIndex = 10.0,
+        noise: ReadingNoise | None = None,
+        seed: typing.SupportsInt | typing.SupportsIndex = 1,
+    ) -> None:
+        """
+        noise None: none.
+        """
+
+    @property
+    def dwell_s(self) -> float:
+        """
+        At every set-point, the first included.
+        """
+
+    @dwell_s.setter
+    def dwell_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def move_s(self) -> float:
+        """
+        Fifth-degree transition between two set-points.
+        """
+
+    @move_s.setter
+    def move_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def rate_Hz(self) -> float: ...
+    @rate_Hz.setter
+    def rate_Hz(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def seed(self) -> int: ...
+    @seed.setter
+    def seed(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+
+class SyntheticLog:
+    """
+    A log and its truth.
+    """
+
+    @property
+    def log(self) -> Log: ...
+    @property
+    def poses(self) -> list[Pose]:
+        """
+        Truth, one Pose a sample; the first is the initial pose.
+        """
+
+def builtin_robot_names() -> list[str]:
+    """
+    Names that load_robot knows without a file.
+    """
+
+def builtin_robot_yaml(name: str) -> str:
+    """
+    Robot file text of a built-in robot. Raises InputError for an unknown name.
+    """
+
+def cable_derivatives(pulley: Pulley, state: CableState) -> CableDerivatives:
+    """
+    Derivatives at a state. Raises InputError unless state.status is ok.
+    """
+
+def cable_state(
+    pulley: Pulley, q_world_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]
+) -> CableState:
+    """
+    CableState for q [3] [m], world axes, from the pulley's entry D to the platform anchor A.
+    """
+
+def calibrate(robot: Robot, log: Log, options: CalibrateOptions | None = None) -> Calibration:
+    """
+    From a log to the initial pose. Look at result.status. Raises as prepare does.
+    """
+
+def channel_noise(values: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]) -> float:
+    """
+    White noise of a channel [N], in its unit, from second differences (robust to motion); NaN entries are passed over; 0 with fewer than three samples.
+    """
+
+def characteristic_length_m(robot: Robot) -> float:
+    """
+    Root mean square distance of the platform anchors from the centre of mass [m].
+    """
+
+def default_setpoints(
+    robot: Robot,
+    nx: typing.SupportsInt | typing.SupportsIndex,
+    ny: typing.SupportsInt | typing.SupportsIndex,
+    nz: typing.SupportsInt | typing.SupportsIndex,
+) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]:
+    """
+    Tension set-points of an nx × ny × nz grid of equilibria, visited in a serpentine. Needs 3 to 5 cables; raises InputError when no such grid is found.
+    """
+
+def describe_invalid(state: PlatformState) -> str:
+    """
+    Why a state is not valid, with the cable's number from 1; empty when it is.
+    """
+
+def detect_equilibria(
+    log: Log,
+    range: SampleRange | None = None,
+    sigma: SensorSigma | None = None,
+    options: DetectionOptions | None = None,
+) -> list[Equilibrium]:
+    """
+    Equilibria in `range` of a log (None: all of it), in time order; sigma None is eq. 18. Absent channels do not vote. Raises InputError for a range outside the log and when neither lengths, swivels nor attitude are there to tell.
+    """
+
+def euler_from_rotation(
+    rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"],
+    convention: EulerConvention,
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+    """
+    R_world_platform [3, 3] → (roll, pitch, yaw) [rad], the middle angle in [-pi/2, pi/2]; at gimbal lock the last angle is 0.
+    """
+
+def euler_rate_matrix(
+    roll_pitch_yaw_rad: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+    convention: EulerConvention,
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+    """
+    H [3, 3] of omega_world = H · d(roll, pitch, yaw)/dt; singular at gimbal lock.
+    """
+
+def exp_so3(
+    rotation_vector_rad: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+    """
+    Rotation vector [3] [rad] → rotation [3, 3].
+    """
+
+def fifth_degree(fraction: typing.SupportsFloat | typing.SupportsIndex) -> float:
+    """
+    Smooth 0 → 1 with zero speed and acceleration at both ends.
+    """
+
+def format_log(log: Log) -> str:
+    """
+    The canonical CSV text; parse_log gives back the same numbers.
+    """
+
+def free_motion_basis(
+    state: PlatformState,
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+    """
+    Orthonormal basis [6, m] of the motions that no cable length resists.
+    """
+
+def free_motion_stiffness(
+    robot: Robot,
+    state: PlatformState,
+    tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+    """
+    K_f of eq. A4 [6-n, 6-n]: K + Q on the motions that no cable length resists.
+    """
+
+def gravity_stiffness(
+    robot: Robot, state: PlatformState
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+    """
+    Q [6, 6]: -df/ddelta.
+    """
+
+def gravity_wrench(
+    robot: Robot, state: PlatformState
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+    """
+    f of eq. 6 [6] [N, Nm]: weight and its moment about P, world axes.
+    """
+
+def left_inverse_rows(cable_count: typing.SupportsInt | typing.SupportsIndex) -> list[WrenchRow]:
+    """
+    The n wrench rows that the left inverse of eq. 12 solves. Raises InputError for n > 6.
+    """
+
+def length_jacobian(
+    state: PlatformState,
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 6]"]:
+    """
+    dl/ddelta [n, 6] for a world-frame twist: row i is (t, a′ × t), eq. 7.
+    """
+
+def load_robot(name_or_path: str) -> Robot:
+    """
+    A robot by built-in name ('irma4') or by path to a robot file. Raises InputError.
+    """
+
+def log_so3(
+    rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"],
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+    """
+    Rotation [3, 3] → rotation vector [3] [rad], of norm ≤ pi. Raises InputError when it is not a rotation.
+    """
+
+def measurement_at(
+    log: Log,
+    index: typing.SupportsInt | typing.SupportsIndex,
+    kind: PoseKind,
+    cable_count: typing.SupportsInt | typing.SupportsIndex,
+) -> Measurement:
+    """
+    The sample at row `index` as a Measurement.
+    """
+
+def measurement_mean(
+    log: Log,
+    range: SampleRange,
+    kind: PoseKind,
+    cable_count: typing.SupportsInt | typing.SupportsIndex,
+) -> Measurement:
+    """
+    The mean over an interval; time_s is the middle of it.
+    """
+
+def minus(to: Pose, from_: Pose) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+    """
+    The twist [6] (m, rad, world axes) for which plus(from_, twist) is `to`.
+    """
+
+def parse_euler_convention(name: str) -> EulerConvention:
+    """
+    'XYZ' … → EulerConvention. Raises InputError naming the accepted orders.
+    """
+
+def parse_formulation(name: str) -> Formulation:
+    """
+    'full' or 'paper' → Formulation; raises InputError.
+    """
+
+def parse_log(text: str | bytes, source: str) -> Log:
+    """
+    Parses the text of a canonical CSV log; `source` is what messages call it. Raises InputError 'source:line: column: …'.
+    """
+
+def parse_method(name: str) -> Method:
+    """
+    'unified', 'static' or 'kinematic' → Method; raises InputError.
+    """
+
+def parse_robot(yaml_text: str, source: str) -> Robot:
+    """
+    Parses a robot file's text; `source` is what messages call it. Raises InputError 'source:line:column: field: …'.
+    """
+
+def platform_state(robot: Robot, pose: Pose) -> PlatformState:
+    """
+    PlatformState of a robot at a pose; see its `valid`.
+    """
+
+def plus(
+    pose: Pose, twist: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"]
+) -> Pose:
+    """
+    pose ⊕ twist, twist [6] = (dp [m], dtheta [rad]) in world axes: p + dp, exp(dtheta) R.
+    """
+
+def potential_energy(
+    robot: Robot,
+    pose: Pose,
+    state: PlatformState,
+    tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+) -> float:
+    """
+    Potential energy at constant tensions [J]; its gradient along a twist is wrench_residual.
+    """
+
+def prepare(robot: Robot, log: Log, options: CalibrateOptions | None = None) -> Calibration:
+    """
+    The problem that a log poses, and the equilibria it was drawn from; result is not filled. Raises InputError for a log that does not fit the robot or the options.
+    """
+
+def random_offsets(
+    cable_count: typing.SupportsInt | typing.SupportsIndex, random: RandomNormal
+) -> ReadingOffsets:
+    """
+    Random offsets: ±1 m, ±60°, ±180°.
+    """
+
+def read_log(path: str) -> Log:
+    """
+    Reads a canonical CSV log. Raises InputError 'file:line: column: …'.
+    """
+
+def reading_noise(
+    sigma: SensorSigma, scale: typing.SupportsFloat | typing.SupportsIndex = 1.0
+) -> ReadingNoise:
+    """
+    The sigma of a robot's sensors times `scale`.
+    """
+
+def rotation_angle_difference_rad(a: Pose, b: Pose) -> float:
+    """
+    |alpha_a - alpha_b| [rad], eq. 20 of the paper: not a distance between rotations, kept to compare with it.
+    """
+
+def rotation_distance_rad(a: Pose, b: Pose) -> float:
+    """
+    Geodesic angle [rad] between two orientations.
+    """
+
+def rotation_from_euler(
+    roll_pitch_yaw_rad: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+    convention: EulerConvention,
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+    """
+    (roll, pitch, yaw) [rad] → R_world_platform [3, 3].
+    """
+
+def segments(
+    log: Log, gap_s: typing.SupportsFloat | typing.SupportsIndex = 2.0
+) -> list[SampleRange]:
+    """
+    Segments of a log: a gap longer than gap_s starts a new one. The last is the run.
+    """
+
+def solve(
+    problem: CalibrationProblem,
+    guess: collections.abc.Sequence[Pose],
+    options: SolveOptions | None = None,
+) -> CalibrationResult:
+    """
+    Solves from a guess, one Pose a measurement. Numerical failure is a status. Raises InputError when the problem itself makes no sense.
+    """
+
+def stiffness(
+    robot: Robot,
+    state: PlatformState,
+    tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+    """
+    K + Q [6, 6]; at an equilibrium the Hessian of the potential energy.
+    """
+
+def structure_matrix(
+    state: PlatformState,
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, n]"]:
+    """
+    Structure matrix Xi^T [6, n], eq. 7: column i is (t, a′ × t), world axes, about P.
+    """
+
+def swivel_jacobian(
+    state: PlatformState,
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 6]"]:
+    """
+    dsigma/ddelta [n, 6]: row i is (w, a′ × w)/(u·q).
+    """
+
+def synthetic_log(
+    robot: Robot,
+    setpoints_N: collections.abc.Sequence[
+        typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
+    ],
+    options: SyntheticLogOptions | None = None,
+) -> SyntheticLog:
+    """
+    A quasi-static start-up run through tension set-points [poses][n] under perfect tension control. Raises InputError where there is no stable equilibrium.
+    """
+
+def synthetic_measurement(
+    robot: Robot,
+    pose: Pose,
+    tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+    kind: PoseKind,
+    offsets: ReadingOffsets,
+    noise: ReadingNoise,
+    random: RandomNormal,
+) -> Measurement:
+    """
+    Exact readings at a pose plus offsets and noise; tension_N [n]: the true tensions there.
+    """
+
+def tension_stiffness(
+    state: PlatformState,
+    tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+    """
+    K of eq. A5 [6, 6]: d(Xi^T tau)/ddelta at constant tensions.
+    """
+
+def tensions_least_squares(robot: Robot, state: PlatformState) -> TensionModel:
+    """
+    Tensions of least squared wrench error, moments scaled by the characteristic length; for n ≤ 6 cables of full rank.
+    """
+
+def tensions_left_inverse(
+    robot: Robot, state: PlatformState, rows: collections.abc.Sequence[WrenchRow]
+) -> TensionModel:
+    """
+    Tensions by the paper's left inverse (eqs 11, 12) on n rows.
+    """
+
+def to_yaml(robot: Robot) -> str:
+    """
+    The robot as a robot file that parse_robot reads back exactly.
+    """
+
+def wrench_residual(
+    robot: Robot,
+    state: PlatformState,
+    tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+    """
+    Xi^T tau - f [6] [N, Nm], world axes, about P: zero at a static equilibrium (eq. 6).
+    """
+
+def write_log(log: Log, path: str) -> None:
+    """
+    Writes the canonical CSV; read_log gives back the same numbers. Raises InputError when the file cannot be written.
+    """

@@ -1,0 +1,162 @@
+"""Readings that no robot of this kind can produce: out of range, or faster than physics."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cdprcal import _core
+from cdprcal.check.subject import Channel, Flags, Floats, Subject, stretches
+
+#: A cable cannot change its length by more than this many times the pulleys' largest distance.
+_MOST_FRAME_SIZES = 3.0
+#: Second differences beyond this many times the channel's own noise are no noise.
+_NOISE_FACTOR = 15.0
+#: … and beyond this many times what the same channel does otherwise stand out.
+_USUAL_FACTOR = 5.0
+_USUAL_QUANTILE = 0.99
+_REGULAR_PERIODS = 1.5
+
+
+def check_ranges(subject: Subject) -> None:
+    """Angles and lengths beyond what the geometry allows."""
+    frame = _frame_size_m(subject.robot)
+    for channel in subject.channels:
+        values = channel.values
+        if not np.isfinite(values).any():
+            continue
+        if channel.name in ("roll_rad", "pitch_rad"):
+            _check_limit(
+                subject, channel, np.abs(values), math.pi / 2, "the platform would lie on its side"
+            )
+        elif channel.is_angle:
+            limit = math.pi if channel.name == "yaw_rad" else 2 * math.pi
+            change = np.abs(_unwrapped(values) - _first(values))
+            _check_limit(subject, channel, change, limit, "relative to its first reading")
+        elif channel.group == "length_m" and frame > 0:
+            change = np.abs(values - _first(values))
+            _check_limit(
+                subject, channel, change, _MOST_FRAME_SIZES * frame, "relative to its first reading"
+            )
+
+
+def _check_limit(
+    subject: Subject, channel: Channel, values: Floats, limit: float, why: str
+) -> None:
+    with np.errstate(invalid="ignore"):
+        beyond = stretches(values > limit)
+    if not beyond:
+        return
+    unit = "rad" if channel.is_angle else "m"
+    worst = float(np.nanmax(values))
+    remedy = (
+        f"is it in degrees? the canonical log has radians ({channel.name})"
+        if channel.is_angle
+        else f"is it in millimetres? the canonical log has metres ({channel.name})"
+    )
+    subject.add(
+        "error",
+        "impossible_value",
+        f"{channel.name} reaches {worst:.4g} {unit}, beyond {limit:.3g} {unit} ({why})",
+        remedy,
+        begin=beyond[0][0],
+        end=beyond[0][1],
+        channel=channel.name,
+    )
+
+
+def check_jumps(subject: Subject) -> None:
+    """Changes faster than gravity can move the platform, and changes unlike all others.
+
+    A platform that hangs on cables cannot fall faster than g, nor turn faster than g on the
+    lever of its own size. What stays below that but far above the rest of the run is a warning.
+    """
+    lever_m = _core.characteristic_length_m(subject.robot)
+    gravity = subject.robot.gravity_m_s2
+    for channel in subject.channels:
+        if channel.group == "tension_N":
+            continue
+        index = np.flatnonzero(np.isfinite(channel.values))
+        if index.size < 5:
+            continue
+        time = subject.time_s[index]
+        values = channel.values[index]
+        limit = gravity / lever_m if channel.is_angle else gravity
+        impossible, unusual = _second_differences(time, values, limit, channel)
+        _report_jumps(subject, channel, index, impossible, error=True)
+        if not impossible.any():
+            _report_jumps(subject, channel, index, unusual, error=False)
+
+
+def _second_differences(
+    time: Floats, values: Floats, acceleration_limit: float, channel: Channel
+) -> tuple[Flags, Flags]:
+    steps = np.diff(time)
+    change = np.diff(values)
+    if channel.is_angle:
+        change = (change + math.pi) % (2 * math.pi) - math.pi
+    rate = change / steps
+    span = np.maximum(steps[1:], steps[:-1])
+    second = np.abs(np.diff(rate)) * span
+    # Time stamps that jitter make a steady motion look jerky by rate × jitter.
+    jitter = float(np.median(np.abs(steps - np.median(steps))))
+    slack = _NOISE_FACTOR * channel.noise + 6.0 * jitter * np.maximum(
+        np.minimum(np.abs(rate[1:]), np.abs(rate[:-1])), 0.0
+    )
+    # A continuous acceleration a shows as a·Δt²; one that sets in shows as no more.
+    impossible = second > acceleration_limit * span**2 + slack
+    usual = float(np.quantile(second, _USUAL_QUANTILE))
+    regular = span <= _REGULAR_PERIODS * np.median(steps)  # across a dropout anything may happen
+    unusual = regular & (second > np.maximum(_USUAL_FACTOR * usual, slack))
+    pad = [False]
+    return np.concatenate([pad, impossible, pad]), np.concatenate([pad, unusual, pad])
+
+
+def _report_jumps(
+    subject: Subject, channel: Channel, index: np.ndarray, flags: Flags, *, error: bool
+) -> None:
+    places = stretches(flags)
+    if not places:
+        return
+    samples = [int(index[_steepest(channel.values[index], begin, end)]) for begin, end in places]
+    times = ", ".join(f"{subject.time_s[i]:g} s" for i in samples[:5])
+    more = "" if len(samples) <= 5 else f" and {len(samples) - 5} more"
+    message = (
+        f"{channel.name} jumps faster than the platform can fall at {times}{more}"
+        if error
+        else f"{channel.name} changes more suddenly than anywhere else at {times}{more}"
+    )
+    subject.add(
+        "error" if error else "warning",
+        "jump" if error else "sudden_change",
+        message,
+        "look for a slipping cable, a lost encoder count or a loose plug; poses before and after "
+        "do not share one offset",
+        begin=samples[0],
+        end=samples[0] + 1,
+        channel=channel.name,
+    )
+
+
+def _steepest(values: Floats, begin: int, end: int) -> int:
+    """The sample after the largest step among those around [begin, end)."""
+    low = max(begin, 1)
+    steps = np.abs(np.diff(values[low - 1 : end + 1]))
+    return low + int(np.argmax(steps))
+
+
+def _frame_size_m(robot: _core.Robot) -> float:
+    points = np.array([cable.pulley.position_m for cable in robot.cables])
+    return float(np.max(np.linalg.norm(points[:, None] - points[None], axis=-1)))
+
+
+def _unwrapped(values: Floats) -> Floats:
+    out = values.copy()
+    finite = np.isfinite(values)
+    out[finite] = np.unwrap(values[finite])
+    return out
+
+
+def _first(values: Floats) -> float:
+    return float(values[np.isfinite(values)][0])

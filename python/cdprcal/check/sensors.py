@@ -1,0 +1,125 @@
+"""Sensors that are absent, that drop out, or that are stuck."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cdprcal import _core
+from cdprcal.check.subject import (
+    GROUPS,
+    Channel,
+    Floats,
+    Subject,
+    channel_name,
+    duration_s,
+    stretches,
+)
+
+_WITHOUT = {
+    "length_m": "the pose rests on swivel angles, attitude and tensions alone",
+    "swivel_rad": "the pose rests on lengths, attitude and tensions alone",
+    "tension_N": "statics cannot be used: calibrate with --method kinematic",
+    "roll_pitch_yaw_rad": "roll, pitch and yaw come from the cables alone",
+}
+#: A channel is stuck when it repeats one value while the others move by this many sigma.
+_MOVED_SIGMA = 5.0
+_FEWEST_REPEATS = 10
+
+
+def check_presence(subject: Subject) -> None:
+    """Whole groups and single channels without a reading in the run, and dropouts."""
+    present = {}
+    for group, (what, _) in GROUPS.items():
+        matrix: Floats = getattr(subject.log, group)[subject.run]
+        width = 3 if group == "roll_pitch_yaw_rad" else subject.robot.cable_count
+        read = np.isfinite(matrix)
+        present[group] = bool(read.any())
+        if not present[group]:
+            subject.add(
+                "warning",
+                "missing_sensor",
+                f"no {what} was read in the run",
+                _WITHOUT[group],
+                begin=0,
+                end=subject.time_s.size,
+                channel=group,
+            )
+            continue
+        for i in range(width):
+            _check_channel(
+                subject, channel_name(group, i), read[:, i] if i < read.shape[1] else None
+            )
+    if not (present["length_m"] or present["swivel_rad"]):
+        subject.add(
+            "error",
+            "missing_sensor",
+            "neither cable lengths nor swivel angles were read",
+            "at least one of them must be logged to calibrate anything",
+            begin=0,
+            end=subject.time_s.size,
+        )
+
+
+def _check_channel(subject: Subject, name: str, read: np.ndarray | None) -> None:
+    if read is None or not read.any():
+        subject.add(
+            "warning",
+            "missing_sensor",
+            f"{name} was never read in the run",
+            "check the sensor and its cable; the other channels are used",
+            begin=0,
+            end=subject.time_s.size,
+            channel=name,
+        )
+        return
+    dropouts = stretches(~read)
+    if dropouts:
+        longest = max(dropouts, key=lambda r: r[1] - r[0])
+        subject.add(
+            "warning",
+            "dropout",
+            f"{name} drops out {len(dropouts)} times, {duration_s(subject, dropouts):.3g} s in all",
+            "poses in these intervals do without this channel",
+            begin=longest[0],
+            end=longest[1],
+            channel=name,
+        )
+
+
+def check_stuck(subject: Subject) -> None:
+    """A reading that repeats one value while the others say that the platform moves."""
+    for channel in subject.channels:
+        for begin, end in _constant_stretches(subject, channel):
+            if _movement(subject, channel, begin, end) > _MOVED_SIGMA:
+                subject.add(
+                    "error",
+                    "stuck_sensor",
+                    f"{channel.name} repeats {channel.values[begin]:g} from "
+                    f"{subject.time_s[begin]:g} s to {subject.time_s[end - 1]:g} s while the "
+                    "platform moves",
+                    "check the sensor; leave its cells empty to calibrate without it",
+                    begin=begin,
+                    end=end,
+                    channel=channel.name,
+                )
+
+
+def _constant_stretches(subject: Subject, channel: Channel) -> list[tuple[int, int]]:
+    same = np.concatenate([channel.values[1:] == channel.values[:-1], [False]])
+    window = _core.DetectionOptions().window_s
+    found = []
+    for begin, end in stretches(same, _FEWEST_REPEATS - 1):
+        if subject.time_s[end] - subject.time_s[begin] >= window:
+            found.append((begin, end + 1))
+    return found
+
+
+def _movement(subject: Subject, stuck: Channel, begin: int, end: int) -> float:
+    """Median span of the other channels, in sigma."""
+    spans = [
+        float(np.ptp(values)) / channel.sigma
+        for channel in subject.channels
+        if channel is not stuck
+        and (values := channel.values[begin:end][np.isfinite(channel.values[begin:end])]).size
+    ]
+    return float(np.median(spans)) if spans else 0.0

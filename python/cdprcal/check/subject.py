@@ -1,0 +1,130 @@
+"""What a log is checked against, and the channels it is checked by."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdprcal import _core
+from cdprcal.findings import Finding, Severity
+from cdprcal.io import LogFile
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+#: Attribute of a log, what people call it, and the robot's sigma for it.
+GROUPS = {
+    "length_m": ("cable length", "length_m"),
+    "swivel_rad": ("swivel angle", "swivel_rad"),
+    "tension_N": ("cable tension", "tension_N"),
+    "roll_pitch_yaw_rad": ("attitude", "attitude_rad"),
+}
+_ANGLE_NAMES = ("roll_rad", "pitch_rad", "yaw_rad")
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One reading over the run: its canonical column name, values [N] and sigma."""
+
+    group: str
+    name: str
+    values: Floats
+    sigma: float
+
+    @cached_property
+    def noise(self) -> float:
+        """White noise of the reading, from the data itself."""
+        return float(_core.channel_noise(self.values))
+
+    @property
+    def is_angle(self) -> bool:
+        return self.name.endswith("_rad")
+
+
+@dataclass
+class Subject:
+    """One run of a log, the robot it belongs to, and what has been found so far."""
+
+    robot: _core.Robot
+    file: LogFile
+    run: slice
+    findings: list[Finding] = field(default_factory=list)
+
+    @property
+    def log(self) -> _core.Log:
+        return self.file.log
+
+    @cached_property
+    def time_s(self) -> Floats:
+        """Times of the run [N]."""
+        return self.log.time_s[self.run]
+
+    @cached_property
+    def channels(self) -> list[Channel]:
+        """Every channel that the log has columns for, in the run."""
+        return list(self._channels())
+
+    @cached_property
+    def period_s(self) -> float:
+        """The usual time between samples; NaN for fewer than two."""
+        return float(np.median(np.diff(self.time_s))) if self.time_s.size > 1 else float("nan")
+
+    def _channels(self) -> Iterator[Channel]:
+        for group, (_, sigma_name) in GROUPS.items():
+            matrix: Floats = getattr(self.log, group)
+            sigma = float(getattr(self.robot.sigma, sigma_name))
+            for i in range(matrix.shape[1]):
+                yield Channel(group, channel_name(group, i), matrix[self.run, i], sigma)
+
+    def add(
+        self,
+        severity: Severity,
+        code: str,
+        message: str,
+        remedy: str,
+        *,
+        begin: int | None = None,
+        end: int | None = None,
+        channel: str | None = None,
+    ) -> None:
+        """Notes a finding; begin and end (exclusive) are samples of the run."""
+        where = None if begin is None else self.run.start + begin
+        last = None if end is None else self.run.start + end - 1
+        self.findings.append(
+            Finding(
+                severity=severity,
+                code=code,
+                message=message,
+                remedy=remedy,
+                line=None if where is None else self.file.line_of(where),
+                time_s=None if where is None else float(self.log.time_s[where]),
+                end_s=None if last is None else float(self.log.time_s[last]),
+                channel=channel,
+            )
+        )
+
+
+def channel_name(group: str, index: int) -> str:
+    """The canonical column: ('length_m', 0) is length_1_m."""
+    if group == "roll_pitch_yaw_rad":
+        return _ANGLE_NAMES[index]
+    stem, unit = group.rsplit("_", 1)
+    return f"{stem}_{index + 1}_{unit}"
+
+
+def stretches(flags: Flags, at_least: int = 1) -> list[tuple[int, int]]:
+    """Half-open ranges in which every flag is set, of at least that many samples."""
+    edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
+    begins, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    return [(int(b), int(e)) for b, e in zip(begins, ends, strict=True) if e - b >= at_least]
+
+
+def duration_s(subject: Subject, ranges: list[tuple[int, int]]) -> float:
+    """How long the ranges last together, each sample counting until the next."""
+    period = subject.period_s if np.isfinite(subject.period_s) else 0.0
+    time = subject.time_s
+    return float(sum(time[e - 1] - time[b] + period for b, e in ranges))

@@ -1,0 +1,134 @@
+"""Tensions: slack cables, saturated load cells, tensions outside the robot's limits."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cdprcal.check.subject import Channel, Flags, Subject, channel_name, duration_s, stretches
+
+#: A cable counts as slack below this share of the least tension that the robot allows, …
+_SLACK_SHARE = 0.5
+#: … or of its weight, where no least tension is given; and always within the noise around zero.
+_SLACK_WEIGHT_SHARE = 0.01
+_NOISE_FACTOR = 3.0
+#: A load cell is saturated when it repeats its largest reading this often …
+_FEWEST_CLIPPED = 5
+#: … although it repeats readings otherwise no more often than this.
+_USUAL_REPEATS = 0.05
+
+
+def check_tensions(subject: Subject) -> None:
+    """Each load cell against the robot's limits and its own noise."""
+    for channel in subject.channels:
+        if channel.group == "tension_N" and np.isfinite(channel.values).any():
+            slack = _check_slack(subject, channel)
+            saturated = _check_saturated(subject, channel)
+            _check_limits(subject, channel, ~(slack | saturated))
+    _check_setpoints(subject)
+
+
+def _check_slack(subject: Subject, channel: Channel) -> Flags:
+    robot = subject.robot
+    level = max(
+        _SLACK_SHARE * robot.tension_min_N,
+        _SLACK_WEIGHT_SHARE * robot.weight_N,
+        _NOISE_FACTOR * channel.noise,
+    )
+    with np.errstate(invalid="ignore"):
+        flags = channel.values < level
+    places = stretches(flags)
+    if places:
+        longest = max(places, key=lambda r: r[1] - r[0])
+        lasting = longest[1] - longest[0] > 1
+        subject.add(
+            "error" if lasting else "warning",
+            "slack",
+            f"cable {_cable(channel)} is slack: {channel.name} is below {level:.3g} N for "
+            f"{duration_s(subject, places):.3g} s in {len(places)} intervals, down to "
+            f"{np.nanmin(channel.values):.3g} N",
+            "a slack cable's length and swivel angle say nothing; raise its least tension and log "
+            "again",
+            begin=longest[0],
+            end=longest[1],
+            channel=channel.name,
+        )
+    return flags
+
+
+def _check_saturated(subject: Subject, channel: Channel) -> Flags:
+    values = channel.values
+    with np.errstate(invalid="ignore"):
+        flags = values >= subject.robot.tension_max_N
+    flags |= _clipped(values)
+    places = stretches(flags)
+    if places:
+        longest = max(places, key=lambda r: r[1] - r[0])
+        lasting = longest[1] - longest[0] > 1
+        subject.add(
+            "error" if lasting else "warning",
+            "saturated_tension",
+            f"{channel.name} is saturated at {np.nanmax(values):.4g} N for "
+            f"{duration_s(subject, places):.3g} s (limit {subject.robot.tension_max_N:g} N)",
+            "the true tension is unknown there; lower the tensions or check the load cell's range",
+            begin=longest[0],
+            end=longest[1],
+            channel=channel.name,
+        )
+    return flags
+
+
+def _clipped(values: np.ndarray) -> Flags:
+    """Samples that sit exactly on the channel's largest reading, again and again."""
+    top = values == np.nanmax(values)
+    repeats = float(np.mean(np.diff(values[~top]) == 0)) if (~top).sum() > 1 else 1.0
+    flags = np.zeros(values.size, dtype=np.bool_)
+    if repeats <= _USUAL_REPEATS:
+        for begin, end in stretches(top, _FEWEST_CLIPPED):
+            flags[begin:end] = True
+    return flags
+
+
+def _check_limits(subject: Subject, channel: Channel, rest: Flags) -> None:
+    robot = subject.robot
+    margin = _NOISE_FACTOR * channel.noise
+    with np.errstate(invalid="ignore"):
+        flags = rest & (channel.values < robot.tension_min_N - margin)
+    places = stretches(flags)
+    if places:
+        longest = max(places, key=lambda r: r[1] - r[0])
+        subject.add(
+            "warning",
+            "tension_outside_limits",
+            f"{channel.name} is below the robot's {robot.tension_min_N:g} N for "
+            f"{duration_s(subject, places):.3g} s, down to {np.min(channel.values[flags]):.3g} N",
+            "check the set-points and the tension control",
+            begin=longest[0],
+            end=longest[1],
+            channel=channel.name,
+        )
+
+
+def _check_setpoints(subject: Subject) -> None:
+    robot = subject.robot
+    setpoints = subject.log.tension_setpoint_N[subject.run]
+    for i in range(setpoints.shape[1]):
+        with np.errstate(invalid="ignore"):
+            flags = (setpoints[:, i] < robot.tension_min_N) | (
+                setpoints[:, i] > robot.tension_max_N
+            )
+        if places := stretches(flags):
+            name = channel_name("tension_setpoint_N", i)
+            subject.add(
+                "warning",
+                "setpoint_outside_limits",
+                f"{name} is outside the robot's [{robot.tension_min_N:g}, "
+                f"{robot.tension_max_N:g}] N for {duration_s(subject, places):.3g} s",
+                "correct the set-points, or the limits in the robot file",
+                begin=places[0][0],
+                end=places[0][1],
+                channel=name,
+            )
+
+
+def _cable(channel: Channel) -> str:
+    return channel.name.split("_")[1]

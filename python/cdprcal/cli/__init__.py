@@ -1,0 +1,52 @@
+"""The command line: one file a command.
+
+Only typer is imported until a command runs, so that ``cdprcal --help`` answers at once.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from cdprcal.cli import calibrate, check, diagnose, generate, import_log
+
+app = typer.Typer(
+    name="cdprcal",
+    help="Find out where a cable robot hangs when it is switched on, and what its model gets "
+    "wrong.\n\nExit codes: 0 done, 1 the data or the solution cannot be trusted, 2 wrong use.",
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+app.command("import")(import_log.command)
+app.command("check")(check.command)
+app.command("calibrate")(calibrate.command)
+app.command("diagnose")(diagnose.command)
+app.command("generate")(generate.command)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(version("cdprcal"))
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version."
+        ),
+    ] = False,
+) -> None:
+    pass
+
+
+def main() -> None:
+    """Entry point of the program ``cdprcal``."""
+    app()

@@ -1,0 +1,113 @@
+"""``cdprcal calibrate``: the initial pose from a log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cdprcal.cli.common import (
+    DONE,
+    UNTRUSTED,
+    JsonOption,
+    LogArgument,
+    RobotArgument,
+    SegmentOption,
+    interruptible,
+    print_json,
+    reports_errors,
+)
+
+
+@reports_errors
+def command(
+    robot: RobotArgument,
+    log: LogArgument,
+    method: Annotated[
+        str,
+        typer.Option(
+            metavar="unified|static|kinematic",
+            help="static: tensions, lengths, swivels and attitude at rest; kinematic: without "
+            "tensions, also in motion; unified: both.",
+        ),
+    ] = "unified",
+    formulation: Annotated[
+        str,
+        typer.Option(
+            metavar="full|paper",
+            help="full: all six equations of statics and everything the first pose knows; paper: "
+            "eqs 13-17 to the letter.",
+        ),
+    ] = "full",
+    at: Annotated[
+        str,
+        typer.Option(
+            metavar="T1,T2,…",
+            help="Times of the poses in seconds, the first is the reference (default: found).",
+        ),
+    ] = "",
+    segment: SegmentOption = -1,
+    json: JsonOption = False,
+    output: Annotated[
+        str, typer.Option("-o", "--output", metavar="FILE", help="Also write the result as JSON.")
+    ] = "",
+) -> None:
+    """Find the initial pose, with its uncertainty, from a log.
+
+    Exit code 1: the solution cannot be trusted; the status and its reason say why.
+    """
+    from cdprcal import _core
+    from cdprcal.io import load_run
+    from cdprcal.results import calibration_as_dict, calibration_inputs, strict_json
+
+    options = _core.CalibrateOptions(
+        method=_core.parse_method(method),
+        formulation=_core.parse_formulation(formulation),
+        at_s=parse_times(at),
+        segment=segment,
+    )
+    the_robot = _core.load_robot(robot)
+    file = load_run(log, the_robot)
+    with interruptible():
+        calibration = _core.calibrate(the_robot, file.log, options)
+    document = calibration_as_dict(the_robot, calibration)
+    if output:
+        from cdprcal.io.files import write_text
+
+        inputs = calibration_inputs(the_robot, file.log.source, options)
+        write_text(Path(output), strict_json(document | {"inputs": inputs}))
+    if json:
+        print_json(document)
+    else:
+        from cdprcal.tables import print_calibration, print_findings
+
+        print_findings(file.findings)
+        print_calibration(document, sigma_of(the_robot))
+    converged = calibration.result.status == _core.CalibrationStatus.converged
+    raise typer.Exit(DONE if converged else UNTRUSTED)
+
+
+def parse_times(text: str) -> list[float]:
+    """'1,2.5' → [1.0, 2.5]. Raises InputError naming what is no time."""
+    import math
+
+    from cdprcal._core import InputError
+
+    times = []
+    for part in text.split(",") if text else []:
+        try:
+            time = float(part)
+        except ValueError:
+            time = math.nan
+        if not math.isfinite(time):
+            raise InputError(f"--at: {part!r} is not a time in seconds (write --at 12.5,20,31)")
+        times.append(time)
+    return times
+
+
+def sigma_of(robot: object) -> dict[str, float]:
+    """The robot's sigma by channel, in SI units."""
+    sigma = getattr(robot, "sigma")  # noqa: B009
+    names = ("length_m", "swivel_rad", "attitude_rad", "tension_N")
+    return {name: getattr(sigma, name) for name in names}

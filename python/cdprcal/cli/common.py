@@ -1,0 +1,106 @@
+"""What every command shares: errors as one message, exit codes, JSON on stdout, prose on stderr."""
+
+from __future__ import annotations
+
+import functools
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Annotated, Any, NoReturn, ParamSpec, TypeVar
+
+import typer
+
+DONE, UNTRUSTED, WRONG_USE, INTERRUPTED = 0, 1, 2, 130
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+RobotArgument = Annotated[
+    str, typer.Argument(metavar="ROBOT", help="Robot file (YAML) or built-in name (irma4).")
+]
+LogArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="LOG", help="Canonical CSV, MCAP or raw robot log, told apart by content."
+    ),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, alone on stdout.")]
+SegmentOption = Annotated[
+    int, typer.Option("--segment", help="Which segment is the run, from 0; -1 is the last.")
+]
+
+
+def reports_errors(command: Callable[P, R]) -> Callable[P, R]:
+    """Turns every exception into one message on stderr and an exit code, never a traceback.
+
+    With CDPRCAL_TRACEBACK set, an unexpected one shows where it comes from.
+    """
+
+    @functools.wraps(command)
+    def wrapper(*args: P.args, **kwargs: P.kwargs) -> R:
+        try:
+            return command(*args, **kwargs)
+        except (typer.Exit, typer.Abort, typer.BadParameter):
+            raise
+        except KeyboardInterrupt:
+            fail("interrupted", INTERRUPTED)
+        except BrokenPipeError:
+            # Whoever read stdout has gone; keep the interpreter from flushing into nothing.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            raise typer.Exit(UNTRUSTED) from None
+        except Exception as error:
+            _fail_with(error)
+
+    return wrapper
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Around a long calculation in C++ that cannot ask Python: Ctrl-C ends the process at once.
+
+    Only where no file is open: nothing is left half written.
+    """
+    try:
+        before = signal.signal(signal.SIGINT, signal.SIG_DFL)
+    except ValueError:  # not the main thread: signals are not ours
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _fail_with(error: Exception) -> NoReturn:
+    from cdprcal._core import InputError
+    from cdprcal.io.files import reason
+
+    if isinstance(error, InputError):
+        fail(str(error))
+    if isinstance(error, OSError):
+        fail(f"{error.filename or 'output'}: {reason(error)}")
+    if isinstance(error, MemoryError):
+        fail("not enough memory")
+    if os.environ.get("CDPRCAL_TRACEBACK"):
+        raise error
+    fail(
+        f"internal error ({type(error).__name__}: {error}); please report it, with what "
+        "CDPRCAL_TRACEBACK=1 shows",
+        UNTRUSTED,
+    )
+
+
+def fail(message: str, code: int = WRONG_USE) -> NoReturn:
+    """Ends the command with one message on stderr."""
+    typer.echo(f"cdprcal: {message}", err=True)
+    raise typer.Exit(code)
+
+
+def print_json(document: Any) -> None:
+    """The only thing that is ever written to stdout."""
+    from cdprcal.results import strict_json
+
+    sys.stdout.write(strict_json(document))
+    sys.stdout.flush()

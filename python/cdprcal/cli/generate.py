@@ -1,0 +1,80 @@
+"""``cdprcal generate``: a synthetic log of a robot, with known truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cdprcal.cli.common import RobotArgument, fail, reports_errors
+
+
+@reports_errors
+def command(
+    robot: RobotArgument,
+    output: Annotated[
+        str,
+        typer.Option("-o", "--output", metavar="FILE", help="Canonical log: .csv, or .mcap."),
+    ],
+    grid: Annotated[
+        str, typer.Option(metavar="NXxNYxNZ", help="Equilibria to visit, in a grid.")
+    ] = "2x2x2",
+    noise: Annotated[
+        float, typer.Option(min=0.0, help="Noise of the readings, in the robot's own sigma.")
+    ] = 0.1,
+    rate_hz: Annotated[float, typer.Option("--rate-hz", help="Samples a second.")] = 10.0,
+    dwell_s: Annotated[float, typer.Option("--dwell-s", help="Rest at each pose.")] = 5.0,
+    move_s: Annotated[float, typer.Option("--move-s", help="Motion between two poses.")] = 5.0,
+    seed: Annotated[int, typer.Option(min=0, help="Of noise and offsets.")] = 1,
+    truth: Annotated[
+        str,
+        typer.Option(metavar="FILE", help="Also write the true pose of every sample, as JSON."),
+    ] = "",
+) -> None:
+    """Generate the log of a start-up run: quasi-static, with unknown offsets and noise.
+
+    It obeys the estimator's own model: for trying things out, not for judging the model.
+    """
+    from cdprcal import _core
+    from cdprcal.io import save_log
+    from cdprcal.io.files import write_text
+    from cdprcal.results import pose_as_dict, strict_json
+    from cdprcal.tables import console, say
+
+    the_robot = _core.load_robot(robot)
+    options = _core.SyntheticLogOptions(
+        dwell_s=dwell_s,
+        move_s=move_s,
+        rate_Hz=rate_hz,
+        noise=_core.reading_noise(the_robot.sigma, noise),
+        seed=seed,
+    )
+    setpoints = _core.default_setpoints(the_robot, *parse_grid(grid))
+    made = _core.synthetic_log(the_robot, setpoints, options)
+    if truth and Path(truth).resolve() == Path(output).resolve():
+        fail(f"{truth}: is the log's name too; give another")
+    save_log(made.log, output)
+    if truth:
+        poses = [
+            {"time_s": time} | pose_as_dict(pose, the_robot.euler_convention)
+            for time, pose in zip(made.log.time_s.tolist(), made.poses, strict=True)
+        ]
+        write_text(Path(truth), strict_json({"poses": poses}))
+    say(
+        console(),
+        f"{output}: {len(made.log)} samples, {len(setpoints)} equilibria, "
+        f"{made.log.time_s[-1]:g} s",
+    )
+
+
+def parse_grid(text: str) -> tuple[int, int, int]:
+    """'2x2x3' → (2, 2, 3). Raises InputError."""
+    import re
+
+    from cdprcal._core import InputError
+
+    match = re.fullmatch(r"([1-9]\d?)x([1-9]\d?)x([1-9]\d?)", text.strip().lower())
+    if not match:
+        raise InputError(f"--grid: {text!r} is not of the form 2x2x3 (1 to 99 in each direction)")
+    return int(match[1]), int(match[2]), int(match[3])

@@ -1,0 +1,114 @@
+"""The document of ``diagnose --json``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from cdprcal import _core
+from cdprcal.results import number, numbers, pose_as_dict
+
+
+def diagnosis_as_dict(diagnosis: _core.Diagnosis, robot: _core.Robot) -> dict[str, Any]:
+    """A diagnosis of ``robot`` as plain data: NaN and absent become None.
+
+    Discrete faults come first among the effects: they were found first, and without statistics.
+    An effect that differs from run to run has, for several logs, one entry a log in each parameter.
+    """
+    convention = diagnosis.corrected.euler_convention
+    runs = len(diagnosis.model.run_names)
+    return {
+        "verdict": diagnosis.verdict.name,
+        "reason": diagnosis.reason,
+        "effects": [
+            *(_fault(fault) for fault in diagnosis.faults),
+            *(_effect(effect, robot.cable_count, runs) for effect in diagnosis.effects),
+        ],
+        "rejected": [{"name": r.name, "reason": r.reason} for r in diagnosis.rejected],
+        "unexplained": [
+            {
+                "channel": left.channel,
+                "rms": number(left.rms),
+                "sigma": number(left.sigma),
+                "depends_on": left.depends_on,
+            }
+            for left in diagnosis.unexplained
+        ],
+        "gap": [
+            {
+                "after_effect": gap.after_effect or None,
+                "channel": gap.channel,
+                "train_rms": number(gap.train_rms),
+                "held_out_rms": number(gap.held_out_rms),
+            }
+            for gap in diagnosis.gap
+        ],
+        "initial_pose_before": pose_as_dict(diagnosis.initial_pose_before, convention),
+        "initial_pose_after": pose_as_dict(diagnosis.initial_pose_after, convention),
+        "covariance_before": numbers(diagnosis.covariance_before),
+        "covariance_after": numbers(diagnosis.covariance_after),
+        "identifiability": [
+            {"name": i.name, "visible": i.visible, "detectable": number(i.detectable)}
+            for i in diagnosis.identifiability
+        ],
+        "left_out": list(diagnosis.gated),
+        "next": list(diagnosis.next),
+    }
+
+
+def _fault(fault: _core.DiscreteFault) -> dict[str, Any]:
+    values: Any = numbers(fault.values)
+    if fault.name == "euler_convention":
+        values = list(_core.EulerConvention)[int(fault.values[0])].name
+    elif len(values) == 1:
+        values = values[0]
+    return {
+        "name": fault.name,
+        "parameters": {fault.parameter: values},
+        "standard_deviation": None,
+        "log_evidence": None,
+        "p_value": None,
+        "rivals": [],
+        "held_out": {"before": None, "after": None},
+        "sentence": fault.text,
+    }
+
+
+def _effect(effect: _core.NamedEffect, cables: int, runs: int) -> dict[str, Any]:
+    by_run = effect.info.scope == _core.EffectScope.run
+    return {
+        "name": effect.info.name,
+        "parameters": named_values(effect.info, effect.values, cables, runs if by_run else 1),
+        "standard_deviation": named_values(
+            effect.info, effect.standard_deviation, cables, runs if by_run else 1
+        ),
+        "log_evidence": number(effect.log_evidence),
+        "p_value": number(effect.p_value),
+        "rivals": list(effect.rivals),
+        "held_out": {
+            "before": number(effect.held_out_before),
+            "after": number(effect.held_out_after),
+        },
+        "sentence": effect.info.sentence,
+    }
+
+
+def named_values(info: _core.EffectInfo, values: Any, cables: int, runs: int) -> dict[str, Any]:
+    """Values in the order of the catalogue → parameter by name, nested as in the robot file."""
+    table = np.asarray(values, dtype=float).reshape(runs, -1)
+    named: dict[str, Any] = {}
+    begin = 0
+    for parameter in info.parameters:
+        shape = {
+            _core.ParameterShape.scalar: (),
+            _core.ParameterShape.per_cable: (cables,),
+            _core.ParameterShape.vector3: (3,),
+            _core.ParameterShape.per_cable_vector3: (cables, 3),
+        }[parameter.shape]
+        count = int(np.prod(shape, dtype=int))
+        own = table[:, begin : begin + count].reshape((runs, *shape))
+        begin += count
+        plain = numbers(own) if own.ndim > 1 else [number(v) for v in own.tolist()]
+        named[parameter.name] = plain if runs > 1 else plain[0]
+    return named

@@ -1,0 +1,189 @@
+"""A diagnosis for people: what was found step by step, and what it did to gap and pose."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from cdprcal import _core
+from cdprcal.diagnosis.units import GAP_CHANNELS, for_people
+from cdprcal.tables import console, degrees, fixed, plain_table, say, scaled
+
+_STYLE = {"consistent": "bold green", "explained": "bold cyan", "unexplained": "bold red"}
+
+
+def print_diagnosis(document: dict[str, Any]) -> None:
+    """The document of ``diagnose`` on stderr."""
+    out = console()
+    verdict = document["verdict"]
+    say(out, Text(verdict, style=_STYLE[verdict]) + Text(f": {document['reason']}", style="none"))
+    for line in document["left_out"]:
+        say(out, Text(f"left out: {line}", style="yellow"))
+    if document["effects"]:
+        say(out, "what was missing, in the order found")
+        out.print(_effects_table(document["effects"]))
+        _print_sentences(out, document["effects"])
+    say(out, "gap: rms on the poses fitted / on poses held out")
+    out.print(_gap_table(document["gap"]))
+    say(out, "initial pose: without and with what was found")
+    out.print(_pose_table(document))
+    for left in document["unexplained"]:
+        say(out, Text(_unexplained(left), style="red"))
+    if document["rejected"]:
+        say(out, "looked at and rejected")
+        table = plain_table("effect", "because")
+        for column in table.columns:
+            column.justify = "left"
+        table.columns[1].no_wrap = False
+        for name, reason in unique((r["name"], r["reason"]) for r in document["rejected"]):
+            table.add_row(name, reason)
+        out.print(table)
+    for text in document["next"]:
+        say(out, Text("next: ", style="bold") + Text(text, style="none"))
+
+
+def unique(pairs: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
+    """The last word on each name, in the order of the first."""
+    return list(dict(pairs).items())
+
+
+def _effects_table(effects: list[dict[str, Any]]) -> Table:
+    table = plain_table("step", "effect", "of", "value", "± σ", "", "evidence [nat]", "p", "rivals")
+    for index in (1, 2, 5, 8):
+        table.columns[index].justify = "left"
+    for step, effect in enumerate(effects, 1):
+        statistics = [
+            fixed(effect["log_evidence"], 1),
+            "–" if effect["p_value"] is None else f"{effect['p_value']:.3f}",
+            ", ".join(effect["rivals"]),
+        ]
+        for row, (where, value, deviation, unit) in enumerate(_values(effect)):
+            first = row == 0
+            table.add_row(
+                str(step) if first else "",
+                effect["name"] if first else "",
+                where,
+                value,
+                deviation,
+                unit,
+                *(statistics if first else ["", "", ""]),
+            )
+    return table
+
+
+def _values(effect: dict[str, Any]) -> Iterator[tuple[str, str, str, str]]:
+    """Where, value, its deviation and unit, number by number."""
+    units = {
+        (info.name, parameter.name): (parameter.unit, parameter.shape)
+        for info in _core.effect_catalogue()
+        for parameter in info.parameters
+    }
+    for name, nested in effect["parameters"].items():
+        if (effect["name"], name) not in units:  # a discrete fault
+            parts = nested if isinstance(nested, list) else [nested]
+            yield (
+                name,
+                " ".join(f"{p:g}" if isinstance(p, float) else str(p) for p in parts),
+                "",
+                "",
+            )
+            continue
+        unit, shape = units[effect["name"], name]
+        values = np.array(nested, dtype=float)
+        deviations = np.array(effect["standard_deviation"][name], dtype=float)
+        label, factor = for_people(unit, float(np.nanmax(np.abs(values), initial=0.0)))
+        several = len(effect["parameters"]) > 1
+        for index in np.ndindex(values.shape):
+            where = _place(shape, index, values.ndim)
+            yield (
+                f"{name} {where}".strip() if several else where,
+                f"{values[index] * factor:+.3f}",
+                f"{deviations[index] * factor:.3f}",
+                label,
+            )
+
+
+def _place(shape: _core.ParameterShape, index: tuple[int, ...], dimensions: int) -> str:
+    """'cable 2', 'y', 'cable 2, y'; with 'log 1' in front where each log has its own."""
+    own = {
+        _core.ParameterShape.scalar: 0,
+        _core.ParameterShape.per_cable: 1,
+        _core.ParameterShape.vector3: 1,
+        _core.ParameterShape.per_cable_vector3: 2,
+    }[shape]
+    parts = [f"log {index[0] + 1}"] if dimensions > own else []
+    index = index[dimensions - own :]
+    if shape == _core.ParameterShape.vector3:
+        parts.append("xyz"[index[0]])
+    elif index:
+        parts.append(f"cable {index[0] + 1}")
+        parts += ["xyz"[i] for i in index[1:]]
+    return ", ".join(parts)
+
+
+def _print_sentences(out: Console, effects: list[dict[str, Any]]) -> None:
+    remedies = {info.name: info.remedy for info in _core.effect_catalogue()}
+    for effect in effects:
+        line = f"{effect['name']}: {effect['sentence']}"
+        remedy = remedies.get(effect["name"])
+        say(out, f"{line}; {remedy}" if remedy else line)
+
+
+def _gap_table(gap: list[dict[str, Any]]) -> Table:
+    channels = [c for c in GAP_CHANNELS if any(g["channel"] == c for g in gap)]
+    table = plain_table("", *(f"{GAP_CHANNELS[c][0]} [{GAP_CHANNELS[c][1]}]" for c in channels))
+    table.columns[0].justify = "left"
+    cells = {(g["after_effect"], g["channel"]): (g["train_rms"], g["held_out_rms"]) for g in gap}
+    for step in dict.fromkeys(g["after_effect"] for g in gap):
+        row = []
+        for channel in channels:
+            factor = GAP_CHANNELS[channel][2]
+            both = cells.get((step, channel), (None, None))
+            row.append(" / ".join(fixed(scaled(value, factor), 3) for value in both))
+        table.add_row("before" if step is None else f"+ {step}", *row)
+    return table
+
+
+def _pose_table(document: dict[str, Any]) -> Table:
+    before, after = document["initial_pose_before"], document["initial_pose_after"]
+    table = plain_table("", "before", "± σ", "after", "± σ", "moved", "")
+    sigma_before, sigma_after = (
+        np.sqrt(np.diag(np.array(document[key], dtype=float)))
+        for key in ("covariance_before", "covariance_after")
+    )
+    for i in range(6):
+        angle = i >= 3
+        key = "euler_rad" if angle else "position_m"
+        a, b = before[key][i % 3], after[key][i % 3]
+        shown = degrees if angle else _millimetres
+        move = (b - a + np.pi) % (2 * np.pi) - np.pi if angle else b - a
+        table.add_row(
+            ("x", "y", "z", "roll", "pitch", "yaw")[i],
+            fixed(shown(a), 2),
+            fixed(shown(float(sigma_before[i])), 2),
+            fixed(shown(b), 2),
+            fixed(shown(float(sigma_after[i])), 2),
+            fixed(shown(float(move)), 2),
+            "°" if angle else "mm",
+        )
+    return table
+
+
+def _millimetres(value: float | None) -> float | None:
+    return scaled(value, 1e3)
+
+
+def _unexplained(left: dict[str, Any]) -> str:
+    units = {"length": "m", "balance": "N", "tension": "N"}
+    unit = units.get(left["channel"], "rad")
+    label, factor = for_people(unit, 0.0)
+    return (
+        f"unexplained: {left['channel']}, rms {fixed(scaled(left['rms'], factor), 3)} {label} "
+        f"where the readings themselves ripple by {fixed(scaled(left['sigma'], factor), 3)} "
+        f"{label}; it depends on {left['depends_on']}"
+    )

@@ -1,0 +1,131 @@
+"""A canonical CSV log with the damage that a power cut leaves: read what is good, say what is not.
+
+Only ``check`` reads logs this way. Whatever calculates refuses a damaged CSV.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from cdprcal import _core
+from cdprcal._core import InputError
+from cdprcal.findings import Finding
+from cdprcal.io.files import read_bytes
+from cdprcal.io.log_file import LogFile, display_name, load_log, sniff_format
+
+
+def load_log_leniently(path: str | Path) -> LogFile:
+    """As load_log; NUL padding, a cut last line and time that goes back become findings."""
+    path = Path(path)
+    try:
+        return load_log(path)
+    except InputError as error:
+        data = read_bytes(path)
+        if sniff_format(data) != "csv":
+            raise
+        repaired = _repair(data)
+        if not repaired.findings:
+            raise
+        try:
+            log = _core.parse_log(repaired.text, display_name(path))
+        except InputError:
+            raise error from None  # damaged beyond this: the first message has the right line
+        line = np.array(repaired.line, dtype=np.int64)
+        return LogFile(path, "csv", log, tuple(repaired.findings), line)
+
+
+class _Repaired:
+    def __init__(self) -> None:
+        self.text = b""
+        self.line: list[int] = []  # of each row that was kept
+        self.findings: list[Finding] = []
+
+
+def _repair(data: bytes) -> _Repaired:
+    """Drops NUL bytes, a cut last line and rows that are not later than all before them."""
+    out = _Repaired()
+    lines = data.split(b"\n")
+    header = next(
+        (i for i, line in enumerate(lines) if line.strip(b"\0 \t\r") and line.strip()[:1] != b"#"),
+        len(lines),
+    )
+    names = [name.strip() for name in lines[header].split(b",")] if header < len(lines) else []
+    if b"time_s" not in names:
+        return out
+    time_column = names.index(b"time_s")
+    kept = [lines[header]]
+    latest = -np.inf
+    backwards: list[int] = []
+    for number, raw in enumerate(lines[header + 1 :], start=header + 2):
+        line = raw.replace(b"\0", b"")
+        last = number == len(lines)
+        if line != raw:
+            _report_nul(out, number, len(raw) - len(line))
+            if line.count(b",") != len(names) - 1:
+                continue  # the rest of the row was swallowed
+        if not line.strip():
+            continue
+        if last and line.count(b",") < len(names) - 1:
+            _report_cut(out, number)
+            continue
+        cells = line.split(b",")
+        time = _number(cells[time_column]) if len(cells) == len(names) else None
+        if time is not None and time <= latest:
+            backwards.append(number)
+            continue
+        latest = latest if time is None else time
+        kept.append(line)
+        out.line.append(number)
+    _report_backwards(out, backwards)
+    out.text = b"\n".join([*kept, b""])
+    return out
+
+
+def _number(cell: bytes) -> float | None:
+    try:
+        value = float(cell)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
+
+
+def _report_nul(out: _Repaired, line: int, count: int) -> None:
+    out.findings.append(
+        Finding(
+            severity="error",
+            code="nul_padding",
+            message=f"{count} NUL bytes at line {line}: space that the logger reserved and never "
+            "filled",
+            remedy="delete them; calibrate refuses the file as it is",
+            line=line,
+        )
+    )
+
+
+def _report_cut(out: _Repaired, line: int) -> None:
+    out.findings.append(
+        Finding(
+            severity="error",
+            code="truncated",
+            message=f"the last line, {line}, is cut off",
+            remedy="delete that line; calibrate refuses the file as it is",
+            line=line,
+        )
+    )
+
+
+def _report_backwards(out: _Repaired, lines: list[int]) -> None:
+    if lines:
+        more = "" if len(lines) == 1 else f" (and {len(lines) - 1} more, the last {lines[-1]})"
+        out.findings.append(
+            Finding(
+                severity="error",
+                code="time_not_increasing",
+                message=f"time does not increase at line {lines[0]}{more}",
+                remedy="split the file where the clock was set, or log again",
+                line=lines[0],
+            )
+        )

@@ -1,0 +1,110 @@
+"""A log file of any kind as a canonical Log, with what reading it brought to light."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdprcal import _core
+from cdprcal._core import InputError, Log
+from cdprcal.findings import Finding
+from cdprcal.io.files import read_bytes
+
+LogFormat = Literal["csv", "mcap", "raw"]
+
+_MCAP_MAGIC = b"\x89MCAP0\r\n"
+_RAW_LINE = re.compile(rb"\s*\d+,[-+.\deE]+,")
+
+
+@dataclass(frozen=True)
+class LogFile:
+    """A log, where it came from and what its reader noticed.
+
+    ``line`` [N] holds the line of the file that each sample begins on, counted from 1; None where
+    the format has no lines.
+    """
+
+    path: Path
+    format: LogFormat
+    log: Log
+    findings: tuple[Finding, ...] = ()
+    line: NDArray[np.int64] | None = None
+
+    def line_of(self, sample: int) -> int | None:
+        """The line on which a sample begins, if the format has lines."""
+        return None if self.line is None else int(self.line[sample])
+
+
+def sniff_format(data: bytes) -> LogFormat:
+    """The kind of log, by content alone: MCAP's magic, a raw robot line, else canonical CSV."""
+    if data.startswith(_MCAP_MAGIC):
+        return "mcap"
+    start = data[: 1 << 16].lstrip(b"\0\r\n\t ") or data.lstrip(b"\0\r\n\t ")[: 1 << 16]
+    return "raw" if _RAW_LINE.match(start) else "csv"
+
+
+def load_log(path: str | Path) -> LogFile:
+    """Reads a canonical CSV, MCAP or raw robot log, told apart by content.
+
+    Raises InputError naming the file and, where there is one, the line.
+    """
+    path = Path(path)
+    data = read_bytes(path)
+    kind = sniff_format(data)
+    if kind == "mcap":
+        from cdprcal.io.mcap_log import parse_mcap_log
+
+        return parse_mcap_log(data, path)
+    if kind == "raw":
+        from cdprcal.io.raw_log import parse_raw_log
+
+        return parse_raw_log(data, path)
+    return parse_csv_log(data, path)
+
+
+def parse_csv_log(data: bytes, path: Path) -> LogFile:
+    """A canonical CSV log by the C++ reader, which is the one authority on it."""
+    log = _core.parse_log(data, display_name(path))
+    first = _first_sample_line(data)
+    return LogFile(path, "csv", log, line=np.arange(first, first + len(log), dtype=np.int64))
+
+
+def load_run(path: str | Path, robot: _core.Robot) -> LogFile:
+    """As load_log, for a robot: raises InputError when the cables do not match."""
+    file = load_log(path)
+    require_cable_count(file, robot)
+    return file
+
+
+def require_cable_count(file: LogFile, robot: _core.Robot) -> None:
+    """Raises InputError when the log is of a robot with another number of cables."""
+    count = file.log.cable_count
+    if count not in (0, robot.cable_count):
+        raise InputError(
+            f"{display_name(file.path)}: has {_cables(count)}, robot {robot.name} has "
+            f"{robot.cable_count}: use the robot file of the robot that wrote this log"
+        )
+
+
+def display_name(path: Path) -> str:
+    """The path as messages show it: always valid UTF-8."""
+    return str(path).encode("utf-8", "replace").decode()
+
+
+def _cables(count: int) -> str:
+    return "1 cable" if count == 1 else f"{count} cables"
+
+
+def _first_sample_line(data: bytes) -> int:
+    """The line after the header, which blank and comment lines may precede."""
+    number = 1
+    for line in data.split(b"\n", 1000):
+        if line.strip() and not line.lstrip().startswith(b"#"):
+            return number + 1
+        number += 1
+    return number

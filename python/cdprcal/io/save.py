@@ -1,0 +1,20 @@
+"""Writing a canonical log, all or nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from cdprcal import _core
+from cdprcal.io.files import atomic_output
+
+
+def save_log(log: _core.Log, path: str | Path) -> None:
+    """Writes MCAP when the name ends in .mcap, else canonical CSV. Raises InputError."""
+    path = Path(path)
+    with atomic_output(path) as temporary:
+        if path.suffix.lower() == ".mcap":
+            from cdprcal.io.mcap_log import write_mcap_log
+
+            write_mcap_log(log, temporary)
+        else:
+            temporary.write_text(_core.format_log(log), encoding="utf-8")

@@ -1,0 +1,117 @@
+"""What calculations give back, as plain data for JSON: NaN and absent become None."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from cdprcal import _core
+
+_RMS = (
+    "length_m",
+    "swivel_rad",
+    "roll_pitch_rad",
+    "yaw_rad",
+    "tension_N",
+    "wrench_force_N",
+    "wrench_moment_Nm",
+)
+
+
+def strict_json(document: Any) -> str:
+    """JSON that every reader accepts: NaN and infinities are refused, not written."""
+    return json.dumps(document, indent=2, allow_nan=False) + "\n"
+
+
+def number(value: float) -> float | None:
+    """A finite float, or None."""
+    return float(value) if math.isfinite(value) else None
+
+
+def numbers(values: Any) -> list[Any]:
+    """An array of any shape as nested lists of finite floats or None."""
+    array = np.asarray(values, dtype=float)
+    if array.ndim <= 1:
+        return [number(value) for value in array.tolist()]
+    return [numbers(row) for row in array]
+
+
+def pose_as_dict(pose: _core.Pose, convention: _core.EulerConvention) -> dict[str, Any]:
+    """position_m [3], rotation [3][3], euler_rad [3] (roll, pitch, yaw)."""
+    return {
+        "position_m": numbers(pose.position_m),
+        "rotation": numbers(pose.rotation),
+        "euler_rad": numbers(pose.euler_rad(convention)),
+    }
+
+
+def calibration_as_dict(robot: _core.Robot, calibration: _core.Calibration) -> dict[str, Any]:
+    """The document of ``calibrate --json``."""
+    result = calibration.result
+    convention = robot.euler_convention
+    return {
+        "status": result.status.name,
+        "reason": result.reason,
+        "reference_time_s": number(calibration.reference_time_s),
+        "initial_pose": pose_as_dict(result.poses[0], convention) if result.poses else None,
+        "covariance": None if result.covariance is None else numbers(result.covariance),
+        "standard_deviation": numbers(result.standard_deviation),
+        "initial_lengths_m": numbers(result.initial_length_m),
+        "initial_swivels_rad": numbers(result.initial_swivel_rad),
+        "cost": number(result.cost),
+        "residual_count": result.residual_count,
+        "parameter_count": result.parameter_count,
+        "chi_square_p_value": number(result.chi_square_p_value),
+        "iterations": result.iterations,
+        "solve_time_s": number(result.solve_time_s),
+        "static_poses": calibration.static_poses,
+        "kinematic_poses": calibration.kinematic_poses,
+        "residual_rms": {name: number(getattr(result.residual_rms, name)) for name in _RMS},
+        "poses": list(_poses(calibration)),
+        "equilibria": [{"begin_s": e.begin_s, "end_s": e.end_s} for e in calibration.equilibria],
+    }
+
+
+def calibration_inputs(
+    robot: _core.Robot, log_name: str, options: _core.CalibrateOptions
+) -> dict[str, Any]:
+    """What a result was made from: enough to solve again."""
+    return {
+        "robot": _core.to_yaml(robot),
+        "log": log_name,
+        "method": "static" if options.method == _core.Method.statics else options.method.name,
+        "formulation": options.formulation.name,
+        "at_s": list(options.at_s),
+        "segment": options.segment,
+        "kinematic_spacing_s": options.kinematic_spacing_s,
+    }
+
+
+def _poses(calibration: _core.Calibration) -> Iterable[dict[str, Any]]:
+    result = calibration.result
+    count = len(result.poses)  # none when the problem was not even solved
+    measurements = calibration.problem.measurements[:count]
+    residuals: list[_core.PoseResidual | None] = [*result.residuals[:count]] or [None] * count
+    for pose, measurement, residual in zip(result.poses, measurements, residuals, strict=True):
+        rests = measurement.kind == _core.PoseKind.static_pose
+        yield {
+            "time_s": number(measurement.time_s),
+            "position_m": numbers(pose.position_m),
+            "rotation": numbers(pose.rotation),
+            "kind": "static" if rests else "kinematic",
+            "residuals": None if residual is None else _residual(residual),
+        }
+
+
+def _residual(residual: _core.PoseResidual) -> dict[str, Any]:
+    return {
+        "length_m": numbers(residual.length_m),
+        "swivel_rad": numbers(residual.swivel_rad),
+        "tension_N": numbers(residual.tension_N),
+        "roll_pitch_yaw_rad": numbers(residual.roll_pitch_yaw_rad),
+        "wrench": numbers(residual.wrench),
+    }

@@ -1,0 +1,190 @@
+"""Results for people: tables and prose on stderr, so that stdout stays free for JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from cdprcal.findings import Finding
+
+_STYLE = {"error": "bold red", "warning": "yellow", "info": "cyan"}
+_MOST_POSES = 40
+
+
+def console() -> Console:
+    """A console on stderr; piped, its tables are as wide as they need to be."""
+    out = Console(stderr=True, highlight=False, emoji=False, markup=False)
+    if out.is_terminal:
+        return out
+    return Console(stderr=True, highlight=False, emoji=False, markup=False, width=200)
+
+
+def say(out: Console, text: str | Text) -> None:
+    """Prose: wrapped on a terminal, one line when piped, so that it can be searched."""
+    out.print(text, soft_wrap=not out.is_terminal, markup=False)
+
+
+def print_findings(findings: Iterable[Finding]) -> None:
+    """One line a finding, its remedy below it."""
+    out = console()
+    for finding in findings:
+        line = Text(f"{finding.severity}: ", style=_STYLE[finding.severity])
+        say(out, line + Text(f"{finding.message}{_place(finding)}", style="none"))
+        say(out, Text(f"    {finding.remedy}", style="dim"))
+
+
+def _place(finding: Finding) -> str:
+    """The place, unless the message already names it."""
+    parts = []
+    if finding.line is not None and "line" not in finding.message:
+        parts.append(f"line {finding.line}")
+    if finding.time_s is not None:
+        end = finding.end_s
+        parts.append(
+            f"{finding.time_s:g} s"
+            if end is None or end == finding.time_s
+            else f"{finding.time_s:g} to {end:g} s"
+        )
+    return f" [{', '.join(parts)}]" if parts else ""
+
+
+def print_check(report: dict[str, Any], findings: Iterable[Finding]) -> None:
+    """What a log holds, what is wrong with it, and the verdict."""
+    out = console()
+    count = len(report["segments"])
+    say(
+        out,
+        f"{report['log']}: {report['format']} log, {report['samples']} samples, {count} "
+        f"{'segment' if count == 1 else 'segments'}, {len(report['equilibria'])} equilibria in the "
+        "run",
+    )
+    table = plain_table("segment", "from [s]", "to [s]", "samples", "")
+    for number, segment in enumerate(report["segments"]):
+        table.add_row(
+            str(number),
+            f"{segment['begin_s']:.3f}",
+            f"{segment['end_s']:.3f}",
+            str(segment["samples"]),
+            "run" if segment["run"] else "",
+        )
+    out.print(table)
+    print_findings(findings)
+    say(
+        out,
+        Text("this log can be used", style="green")
+        if report["trusted"]
+        else Text("this log cannot be trusted", style="bold red"),
+    )
+
+
+def print_calibration(document: dict[str, Any], sigma: dict[str, float]) -> None:
+    """The result of ``calibrate``; ``sigma`` is what each channel's residuals are held against."""
+    out = console()
+    converged = document["status"] == "converged"
+    status = Text(document["status"], style="bold green" if converged else "bold red")
+    say(out, status + Text(f": {document['reason']}", style="none"))
+    say(
+        out,
+        f"{document['static_poses']} static and {document['kinematic_poses']} kinematic poses, "
+        f"{document['iterations']} iterations, {1e3 * document['solve_time_s']:.2f} ms, "
+        f"cost {fixed(document['cost'], 3)}",
+    )
+    if document["initial_pose"] is None:
+        return
+    title = f"initial pose at {document['reference_time_s']:.3f} s"
+    say(out, title if converged else f"{title} (not to be trusted)")
+    out.print(_pose_table(document))
+    out.print(_cable_table(document))
+    say(out, "residuals")
+    out.print(_residual_table(document["residual_rms"], sigma))
+    out.print(_poses_table(document["poses"]))
+
+
+def plain_table(*headers: str) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
+    for header in headers:
+        table.add_column(header, justify="right", no_wrap=True)
+    return table
+
+
+def _pose_table(document: dict[str, Any]) -> Table:
+    pose = document["initial_pose"]
+    deviation = document["standard_deviation"]
+    table = plain_table("", "value", "± σ", "", "value", "± σ (about world x, y, z)")
+    for i in range(3):
+        table.add_row(
+            "xyz"[i],
+            f"{fixed(pose['position_m'][i], 4)} m",
+            f"{fixed(scaled(deviation[i], 1e3), 2)} mm",
+            ("roll", "pitch", "yaw")[i],
+            f"{fixed(degrees(pose['euler_rad'][i]), 3)}°",
+            f"{fixed(degrees(deviation[3 + i]), 3)}°",
+        )
+    return table
+
+
+def _cable_table(document: dict[str, Any]) -> Table:
+    table = plain_table("cable", "initial length [m]", "initial swivel [deg]")
+    swivels = document["initial_swivels_rad"]
+    for i, length in enumerate(document["initial_lengths_m"]):
+        table.add_row(str(i + 1), fixed(length, 4), fixed(degrees(swivels[i]), 3))
+    return table
+
+
+#: Channel of residual_rms → name for people, unit, factor from SI, key of sigma.
+CHANNELS = {
+    "length_m": ("length", "mm", 1e3, "length_m"),
+    "swivel_rad": ("swivel angle", "deg", math.degrees(1), "swivel_rad"),
+    "roll_pitch_rad": ("roll, pitch", "deg", math.degrees(1), "attitude_rad"),
+    "yaw_rad": ("yaw", "deg", math.degrees(1), "attitude_rad"),
+    "tension_N": ("tension", "N", 1.0, "tension_N"),
+    "wrench_force_N": ("balance, force", "N", 1.0, None),
+    "wrench_moment_Nm": ("balance, moment", "Nm", 1.0, None),
+}
+
+
+def _residual_table(rms: dict[str, float | None], sigma: dict[str, float]) -> Table:
+    table = plain_table("channel", "rms", "σ", "unit")
+    for key, (name, unit, factor, sigma_key) in CHANNELS.items():
+        value = rms[key]
+        if value is not None:
+            limit = sigma[sigma_key] * factor if sigma_key else None
+            table.add_row(
+                name, f"{value * factor:.3g}", "" if limit is None else f"{limit:.3g}", unit
+            )
+    return table
+
+
+def _poses_table(poses: list[dict[str, Any]]) -> Table:
+    table = plain_table("pose", "time [s]", "x [m]", "y [m]", "z [m]", "kind")
+    shown = poses
+    if len(poses) > _MOST_POSES:  # the reference and what rests; --json has them all
+        shown = [p for i, p in enumerate(poses) if i == 0 or p["kind"] == "static"][:_MOST_POSES]
+    for pose in shown:
+        table.add_row(
+            str(poses.index(pose)),
+            f"{pose['time_s']:.3f}",
+            *(fixed(value, 4) for value in pose["position_m"]),
+            pose["kind"],
+        )
+    if len(shown) < len(poses):
+        table.caption = f"and {len(poses) - len(shown)} more, see --json"
+        table.caption_justify = "left"
+    return table
+
+
+def fixed(value: float | None, digits: int) -> str:
+    return "–" if value is None else f"{value:.{digits}f}"
+
+
+def scaled(value: float | None, factor: float) -> float | None:
+    return None if value is None else value * factor
+
+
+def degrees(value: float | None) -> float | None:
+    return scaled(value, math.degrees(1))

@@ -1,0 +1,208 @@
+#include "cdprcal/diagnosis/diagnose.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "cdprcal/error.hpp"
+#include "run.hpp"
+
+namespace cdprcal {
+namespace {
+
+using test::startup_log;
+using test::summary;
+
+constexpr double kNoise = 0.2;  // a sample; a dwell's mean is quieter
+
+struct OneEffect {
+  std::string name;
+  std::vector<double> truth;
+  std::function<void(Log&)> spoil;     ///< what it does to the readings,
+  std::function<void(Robot&)> change;  ///< or to the robot that makes them
+};
+
+std::vector<OneEffect> single_effects() {
+  const auto columns = [](LogMatrix Log::* group, std::vector<double> values, bool scales) {
+    return [=](Log& log) {
+      for (Eigen::Index i = 0; i < (log.*group).cols(); ++i) {
+        const double v = values[static_cast<std::size_t>(i)];
+        if (scales)
+          (log.*group).col(i) *= 1.0 + v;
+        else
+          (log.*group).col(i).array() += v;
+      }
+    };
+  };
+  return {
+      {"load_cell_bias", {9, -7, 11, -8}, columns(&Log::tension_N, {9, -7, 11, -8}, false), {}},
+      {"transmission_ratio",
+       {0.02, -0.015, 0.025, 0.012},
+       columns(&Log::length_m, {0.02, -0.015, 0.025, 0.012}, true),
+       {}},
+      {"load_cell_gain",
+       {0.09, -0.08, 0.07, -0.1},
+       columns(&Log::tension_N, {0.09, -0.08, 0.07, -0.1}, true),
+       {}},
+      {"yaw_drift",
+       {0.0004},
+       [](Log& log) { log.roll_pitch_yaw_rad.col(2) += 0.0004 * log.time_s; },
+       {}},
+      {"centre_of_mass",
+       {0.012, -0.015, 0.0},
+       {},
+       [](Robot& robot) { robot.platform.centre_of_mass_m += Vector3(0.012, -0.015, 0.0); }},
+  };
+}
+
+Log log_with(const OneEffect& effect, std::uint64_t seed) {
+  Robot robot = load_robot("irma4");
+  if (effect.change) effect.change(robot);
+  Log log = startup_log(robot, kNoise, seed);
+  if (effect.spoil) effect.spoil(log);
+  return log;
+}
+
+TEST(Diagnose, CleanLogsAreConsistentAndThePoseStays) {
+  const Robot robot = load_robot("irma4");
+  for (const std::uint64_t seed : {11, 12, 13}) {
+    const Diagnosis d = diagnose(robot, {startup_log(robot, kNoise, seed)});
+    EXPECT_EQ(d.verdict, Verdict::consistent) << summary(d);
+    EXPECT_EQ(d.initial_pose_before.position_m, d.initial_pose_after.position_m);
+    EXPECT_TRUE(d.corrected.effects.empty());
+    EXPECT_FALSE(d.gap.empty());
+  }
+}
+
+class OneEffectTest : public testing::TestWithParam<OneEffect> {};
+
+TEST_P(OneEffectTest, IsNamedMeasuredAndCorrected) {
+  const OneEffect& effect = GetParam();
+  const Robot robot = load_robot("irma4");
+  const Log log = log_with(effect, 21);
+  const Diagnosis d = diagnose(robot, {log});
+  ASSERT_EQ(d.verdict, Verdict::explained) << summary(d);
+  ASSERT_EQ(d.effects.size(), 1U) << summary(d);
+  const NamedEffect& found = d.effects.front();
+  EXPECT_EQ(found.effect->name(), effect.name) << summary(d);
+  ASSERT_EQ(found.values.size(), static_cast<Eigen::Index>(effect.truth.size()));
+  for (Eigen::Index i = 0; i < found.values.size(); ++i) {
+    EXPECT_NEAR(found.values[i], effect.truth[static_cast<std::size_t>(i)],
+                3.0 * found.standard_deviation[i])
+        << i;
+  }
+  EXPECT_LT(found.p_value, 0.01);
+  EXPECT_GT(found.log_evidence, 3.0);
+  EXPECT_LT(found.held_out_after, found.held_out_before);
+
+  // The corrected file explains the same log, and another one of the same robot.
+  const Robot corrected = parse_robot(to_yaml(d.corrected), "corrected");
+  for (const Log& again : {log, log_with(effect, 22)}) {
+    const Diagnosis second = diagnose(corrected, {again});
+    EXPECT_EQ(second.verdict, Verdict::consistent) << summary(second);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalogue, OneEffectTest, testing::ValuesIn(single_effects()),
+                         [](const auto& one) { return one.param.name; });
+
+struct OneFault {
+  std::string name;
+  std::vector<double> values;
+  std::function<void(Log&)> spoil;
+};
+
+class OneFaultTest : public testing::TestWithParam<OneFault> {};
+
+TEST_P(OneFaultTest, IsFoundAndCorrected) {
+  const Robot robot = load_robot("irma4");
+  Log log = startup_log(robot, kNoise, 31, 0);  // few poses: a fault is gross
+  GetParam().spoil(log);
+  const Diagnosis d = diagnose(robot, {log});
+  EXPECT_EQ(d.verdict, Verdict::explained) << summary(d);
+  ASSERT_EQ(d.faults.size(), 1U) << summary(d);
+  EXPECT_EQ(d.faults[0].name, GetParam().name);
+  EXPECT_EQ(d.faults[0].values, GetParam().values);
+  EXPECT_TRUE(d.effects.empty()) << summary(d);
+  const Diagnosis second = diagnose(parse_robot(to_yaml(d.corrected), "corrected"), {log});
+  EXPECT_EQ(second.verdict, Verdict::consistent) << summary(second);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Configuration, OneFaultTest,
+    testing::Values(
+        OneFault{"length_sign", {1, -1, 1, 1}, [](Log& log) { log.length_m.col(1) *= -1.0; }},
+        OneFault{
+            "swivel_sign", {1, 1, -1, -1}, [](Log& log) { log.swivel_rad.rightCols<2>() *= -1.0; }},
+        OneFault{"cable_order",
+                 {3, 2, 1, 4},
+                 [](Log& log) {
+                   for (LogMatrix* m :
+                        {&log.length_m, &log.swivel_rad, &log.tension_N, &log.tension_setpoint_N}) {
+                     if (m->cols() > 0) m->col(0).swap(m->col(2));
+                   }
+                 }},
+        OneFault{"length_unit", {1e-3}, [](Log& log) { log.length_m *= 1e3; }},
+        OneFault{
+            "angle_unit", {1.0, kDegree}, [](Log& log) { log.roll_pitch_yaw_rad /= kDegree; }}),
+    [](const auto& one) { return one.param.name; });
+
+TEST(Diagnose, SeveralLogsShareTheRobotsEffectsAndKeepTheRunsOwn) {
+  const Robot robot = load_robot("irma4");
+  std::vector<Log> logs;
+  const std::vector<double> rates{0.0006, -0.0004};
+  for (std::size_t k = 0; k < rates.size(); ++k) {
+    Log log = startup_log(robot, kNoise, 41 + k);
+    log.roll_pitch_yaw_rad.col(2) += rates[k] * log.time_s;
+    log.tension_N.rowwise() += Eigen::RowVector4d(10, -8, 9, -12);
+    logs.push_back(std::move(log));
+  }
+  const Diagnosis d = diagnose(robot, logs);
+  ASSERT_EQ(d.effects.size(), 2U) << summary(d);
+  for (const NamedEffect& effect : d.effects) {
+    if (effect.effect->name() != "yaw_drift") {
+      EXPECT_EQ(effect.effect->name(), "load_cell_bias");
+      EXPECT_EQ(effect.values.size(), 4);
+      continue;
+    }
+    ASSERT_EQ(effect.values.size(), 2);
+    for (int k = 0; k < 2; ++k) {
+      EXPECT_NEAR(effect.values[k], rates[static_cast<std::size_t>(k)],
+                  3.0 * effect.standard_deviation[k]);
+    }
+  }
+  ASSERT_EQ(d.corrected.effects.size(), 3U);
+  const Robot corrected = parse_robot(to_yaml(d.corrected), "corrected");
+  for (const std::vector<Log>& again : {logs, {logs[0]}, {logs[1]}}) {
+    const Diagnosis second = diagnose(corrected, again);
+    EXPECT_EQ(second.verdict, Verdict::consistent) << summary(second);
+  }
+}
+
+TEST(Diagnose, CanBeStoppedAndKeepsItsFindings) {
+  const Robot robot = load_robot("irma4");
+  Log log = startup_log(robot, kNoise, 51);
+  log.tension_N.rowwise() += Eigen::RowVector4d(10, -8, 9, -12);
+  std::vector<std::string> steps;
+  DiagnoseOptions options;
+  options.progress = [&](const std::string& step) {
+    steps.push_back(step);
+    return step != "scan after 1 effects";
+  };
+  const Diagnosis d = diagnose(robot, {log}, options);
+  EXPECT_EQ(d.effects.size(), 1U);
+  EXPECT_EQ(steps.back(), "scan after 1 effects");
+}
+
+TEST(Diagnose, RefusesLogsThatDoNotFit) {
+  const Robot robot = load_robot("irma4");
+  EXPECT_THROW(diagnose(robot, {}), InputError);
+  Log log = startup_log(robot, 0.0, 1);
+  for (LogMatrix* m : {&log.length_m, &log.swivel_rad, &log.tension_N, &log.tension_setpoint_N}) {
+    *m = m->leftCols(3).eval();
+  }
+  EXPECT_THROW(diagnose(robot, {log}), InputError);
+}
+
+}  // namespace
+}  // namespace cdprcal

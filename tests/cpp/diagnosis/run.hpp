@@ -1,0 +1,37 @@
+// Start-up runs of irma4 with known imperfections, for the diagnosis tests.
+#pragma once
+
+#include <string>
+
+#include "cdprcal/acquisition/synthetic.hpp"
+#include "cdprcal/diagnosis/diagnose.hpp"
+#include "cdprcal/model/robot_file.hpp"
+
+namespace cdprcal::test {
+
+/// A run of `robot` through a 3 × 3 × nz grid (nz = 0: 2 × 2 × 2); noise in the robot's own σ, a
+/// sample. The set-points are those that irma4 as drawn would choose.
+inline Log startup_log(const Robot& robot, double noise, std::uint64_t seed, int nz = 2) {
+  SyntheticLogOptions options;
+  options.noise = reading_noise(robot.sigma, noise);
+  options.seed = seed;
+  options.dwell_s = 4.0;
+  options.move_s = 4.0;
+  const Robot drawn = load_robot("irma4");
+  const std::vector<CableVector> setpoints =
+      nz == 0 ? default_setpoints(drawn, 2, 2, 2) : default_setpoints(drawn, 3, 3, nz);
+  Log log = synthetic_log(robot, setpoints, options).log;
+  log.source = "run" + std::to_string(seed) + ".csv";
+  return log;
+}
+
+inline std::string summary(const Diagnosis& d) {
+  std::string text = std::string(to_string(d.verdict)) + ":";
+  for (const DiscreteFault& fault : d.faults) text += " " + fault.name;
+  for (const NamedEffect& effect : d.effects) text += " " + effect.effect->name();
+  for (const Unexplained& left : d.unexplained) text += " ?" + left.channel + "~" + left.depends_on;
+  for (const RejectedEffect& r : d.rejected) text += "\n  " + r.name + ": " + r.reason;
+  return text;
+}
+
+}  // namespace cdprcal::test

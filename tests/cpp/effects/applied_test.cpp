@@ -1,0 +1,200 @@
+// Known effects in the robot file: read, refused, written, and honoured by the calibration.
+#include "cdprcal/effects/applied.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+
+#include "cdprcal/acquisition/synthetic.hpp"
+#include "cdprcal/calibration/calibrate.hpp"
+#include "cdprcal/effects/catalogue.hpp"
+#include "cdprcal/effects/schema.hpp"
+#include "cdprcal/error.hpp"
+#include "cdprcal/model/robot_file.hpp"
+
+namespace cdprcal {
+namespace {
+
+Robot with_section(const std::string& section) {
+  return parse_robot(builtin_robot_yaml("irma4") + "\n" + section, "robot.yaml");
+}
+
+std::string refusal(const std::string& section) {
+  try {
+    with_section(section);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+int lines_of(const std::string& text) {
+  return static_cast<int>(std::count(text.begin(), text.end(), '\n'));
+}
+
+/// "robot.yaml:<line>:<column>: " of a place in the section, counted from the section's first line.
+std::string place(int line, int column) {
+  const int before = lines_of(builtin_robot_yaml("irma4")) + 1;
+  return "robot.yaml:" + std::to_string(before + line) + ":" + std::to_string(column) + ": ";
+}
+
+TEST(AppliedEffects, EveryEffectOfTheCatalogueGoesThroughTheFileToTheBit) {
+  const Robot plain = load_robot("irma4");
+  Robot robot = plain;
+  RandomNormal random(5);
+  for (const auto& effect : effect_catalogue()) {
+    EffectValues values = effect->typical(4);
+    for (double& v : values) v *= 0.1 + random.uniform();
+    robot.effects.push_back(applied_effect(*effect, effect->to_reported(values), 4));
+    if (effect->info().scope == EffectScope::run) robot.effects.back().run = "a \"b\" \\ c.csv";
+  }
+  robot.effects.push_back({"length_sign", "", {{"sign", {1, -1, -1, 1}}}});
+  robot.effects.push_back({"swivel_sign", "run 1.csv", {{"sign", {-1, 1, 1, 1}}}});
+  robot.effects.push_back({"cable_order", "", {{"order", {2, 1, 4, 3}}}});
+  robot.effects.push_back({"length_unit", "", {{"factor", {1e-3}}}});
+  robot.effects.push_back({"angle_unit", "", {{"factor", {1.0, kDegree}}}});
+  finalise(robot);
+  const Robot read = parse_robot(to_yaml(robot), "written");
+  ASSERT_EQ(read.effects.size(), effect_layouts(4).size());
+  for (std::size_t i = 0; i < read.effects.size(); ++i) {
+    EXPECT_EQ(read.effects[i].name, robot.effects[i].name);
+    EXPECT_EQ(read.effects[i].run, robot.effects[i].run);
+    ASSERT_EQ(read.effects[i].parameters.size(), robot.effects[i].parameters.size());
+    for (std::size_t p = 0; p < read.effects[i].parameters.size(); ++p) {
+      EXPECT_EQ(read.effects[i].parameters[p].name, robot.effects[i].parameters[p].name);
+      EXPECT_EQ(read.effects[i].parameters[p].values, robot.effects[i].parameters[p].values);
+    }
+  }
+}
+
+TEST(AppliedEffects, MistakesAreRefusedAtTheirPlace) {
+  const auto expect = [](const std::string& section, int line, int column,
+                         const std::string& what) {
+    const std::string message = refusal("effects:\n" + section);
+    EXPECT_EQ(message.rfind(place(line + 1, column), 0), 0U) << message;
+    EXPECT_NE(message.find(what), std::string::npos) << message;
+  };
+  expect("  - name: load_cell_boas\n    bias_N: [1, 2, 3, 4]\n", 1, 11, "unknown effect");
+  expect("  - name: load_cell_bias\n    bias: [1, 2, 3, 4]\n", 2, 5, "did you mean bias_N");
+  expect("  - name: load_cell_bias\n", 1, 5, "bias_N: is missing");
+  expect("  - name: load_cell_bias\n    bias_N: [1, 2, 3]\n", 2, 13,
+         "list of 4 numbers, but has 3");
+  expect("  - name: load_cell_bias\n    bias_N: 3\n", 2, 13,
+         "list of 4 numbers, not a single value");
+  expect("  - name: frame_anchors\n    offset_m: [0, 0, 0, 0]\n", 2, 16, "must be a list of 3");
+  expect("  - name: frame_anchors\n    offset_m: [[0, 0, 0]]\n", 2, 15, "4 lists of 3 numbers");
+  expect("  - name: cable_elasticity\n    axial_stiffness_N: [1e5]\n", 2, 24, "must be a number");
+  expect("  - name: cable_elasticity\n    axial_stiffness_N: 0\n", 2, 24, "impossible");
+  expect("  - name: mass\n    mass_error_kg: -20\n", 2, 20, "without mass");
+  expect("  - name: pulley_radius\n    radius_error_m: [0, 0, 0.5, 0]\n", 2, 21, "check the unit");
+  expect("  - name: length_sign\n    sign: [1, 0, 1, 1]\n", 2, 11, "1 or -1");
+  expect("  - name: cable_order\n    order: [1, 2, 2, 4]\n", 2, 12, "every cable once");
+  expect("  - name: mass\n    run: a.csv\n    mass_error_kg: 1\n", 2, 10, "the robot's own");
+  expect("  - bias_N: [1, 2, 3, 4]\n", 1, 5, "");
+  EXPECT_NE(refusal("effects: {name: mass, mass_error_kg: 1}\n").find("must be a list"),
+            std::string::npos);
+  EXPECT_EQ(refusal("effects: []\n"), "accepted");
+}
+
+TEST(AppliedEffects, AreCheckedOnRobotsMadeByHandToo) {
+  Robot robot = load_robot("irma4");
+  robot.effects = {{"load_cell_bias", "", {{"bias_N", {1, 2, 3}}}}};
+  EXPECT_THROW(finalise(robot), InputError);
+  robot.effects = {{"load_cell_bias", "", {{"bias_N", {1, 2, 3, kNaN}}}}};
+  EXPECT_THROW(finalise(robot), InputError);
+  robot.effects = {{"load_cell_bias", "", {{"bias_N", {1, 2, 3, 4}}, {"gain", {1}}}}};
+  EXPECT_THROW(finalise(robot), InputError);
+  robot.effects = {{"load_cell_bias", "", {{"bias_N", {1, 2, 3, 4}}}}};
+  EXPECT_NO_THROW(finalise(robot));
+}
+
+TEST(AppliedEffects, ReportedUnitsAreTurnedIntoInternalOnes) {
+  const Robot robot = with_section("effects: [{name: cable_elasticity, axial_stiffness_N: 80000}]");
+  const ActiveEffects active = resolve_effects(robot, "any");
+  ASSERT_EQ(active.size(), 1U);
+  EXPECT_DOUBLE_EQ(active[0].values[0], 1.0 / 80000.0);
+  const AppliedEffect back =
+      applied_effect(*active[0].effect, active[0].effect->to_reported(active[0].values), 4);
+  EXPECT_DOUBLE_EQ(back.parameters.at(0).values.at(0), 80000.0);
+}
+
+TEST(AppliedEffects, OfOneRunActOnThatLogAlone) {
+  const Robot robot = with_section(
+      "effects:\n"
+      "  - {name: yaw_drift, run: a.csv, rate_rad_s: 0.001}\n"
+      "  - {name: mass, mass_error_kg: 0.5}\n");
+  EXPECT_EQ(resolve_effects(robot, "/folder/a.csv").size(), 2U);
+  EXPECT_EQ(resolve_effects(robot, "a.csv").size(), 2U);
+  EXPECT_EQ(resolve_effects(robot, "b.csv").size(), 1U);
+}
+
+/// A clean start-up run of irma4 and what it does to the readings.
+struct CleanRun {
+  Robot robot = load_robot("irma4");
+  SyntheticLog made;
+  CleanRun() {
+    SyntheticLogOptions options;
+    options.noise = reading_noise(robot.sigma, 0.02);
+    options.seed = 3;
+    made = synthetic_log(robot, default_setpoints(robot, 2, 2, 2), options);
+  }
+};
+
+double position_error_m(const Calibration& c, const CleanRun& run) {
+  EXPECT_EQ(c.result.status, CalibrationStatus::converged) << c.result.reason;
+  return (c.result.poses.front().position_m - run.made.poses.front().position_m).norm();
+}
+
+TEST(AppliedEffects, TheCalibrationHonoursEachKind) {
+  const CleanRun run;
+  const Eigen::Index samples = run.made.log.sample_count();
+  const Eigen::RowVector4d bias(14, -11, 12, -9), ratio(0.02, -0.015, 0.025, 0.01);
+  struct Case {
+    std::string section;
+    std::function<void(Log&)> spoil;
+  };
+  const std::vector<Case> cases{
+      {"effects: [{name: load_cell_bias, bias_N: [14, -11, 12, -9]}]",
+       [&](Log& log) { log.tension_N.rowwise() += bias; }},
+      {"effects: [{name: transmission_ratio, ratio_error: [0.02, -0.015, 0.025, 0.01]}]",
+       [&](Log& log) { log.length_m.array().rowwise() *= 1.0 + ratio.array(); }},
+      {"effects: [{name: yaw_drift, rate_rad_s: 0.002}]",
+       [&](Log& log) { log.roll_pitch_yaw_rad.col(2) += 0.002 * log.time_s; }},
+      {"effects: [{name: length_sign, sign: [1, -1, 1, 1]}, {name: cable_order, order: [2, 1, 3, 4]}]",
+       [&](Log& log) {
+         log.length_m.col(1) *= -1.0;
+         for (LogMatrix* m : {&log.length_m, &log.swivel_rad, &log.tension_N}) {
+           m->col(0).swap(m->col(1));
+         }
+         // The sign is put right first, as listed: on the channel where the reading now is.
+         log.length_m.col(0) *= -1.0;
+         log.length_m.col(1) *= -1.0;
+       }},
+      {"effects: [{name: length_unit, factor: 0.001}, {name: angle_unit, factor: [1, 0.017453292519943295]}]",
+       [&](Log& log) {
+         log.length_m *= 1000.0;
+         log.roll_pitch_yaw_rad /= kDegree;
+       }},
+  };
+  const double clean = position_error_m(calibrate(run.robot, run.made.log), run);
+  EXPECT_LT(clean, 2e-3);
+  for (const Case& c : cases) {
+    Log log = run.made.log;
+    ASSERT_EQ(log.sample_count(), samples);
+    c.spoil(log);
+    for (const Formulation formulation : {Formulation::full, Formulation::paper}) {
+      CalibrateOptions options;
+      options.formulation = formulation;
+      options.method = Method::statics;
+      EXPECT_LT(position_error_m(calibrate(with_section(c.section), log, options), run), 4e-3)
+          << c.section << " " << to_string(formulation);
+    }
+    const double aware = calibrate(with_section(c.section), log).result.cost;
+    const double unaware = calibrate(run.robot, log).result.cost;
+    EXPECT_FALSE(unaware < 3.0 * aware) << c.section << ": the effect must matter";
+  }
+}
+
+}  // namespace
+}  // namespace cdprcal

@@ -1,0 +1,113 @@
+"""What the Python tests share: a robot, generated logs, the measured data when it is there."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cdprcal
+from cdprcal.cli import app
+
+#: Tensions of Table II [N]: eight equilibria of irma4 around its workspace.
+TABLE_II_TENSIONS_N = [
+    [118.476264, 170.828165, 115.569155, 82.981581],
+    [82.981579, 115.569157, 170.828164, 118.476265],
+    [115.489778, 82.967942, 118.540763, 170.725470],
+    [170.725469, 118.540765, 82.967940, 115.489780],
+    [81.175193, 55.900918, 31.006417, 53.855798],
+    [53.855797, 31.006417, 55.900918, 81.175194],
+    [31.018552, 53.872214, 81.210513, 55.871600],
+    [55.871600, 81.210513, 53.872213, 31.018553],
+]
+
+
+@dataclass(frozen=True)
+class Ran:
+    """What a command left behind."""
+
+    code: int
+    stdout: str
+    stderr: str
+
+
+@pytest.fixture(scope="session")
+def robot() -> cdprcal.Robot:
+    return cdprcal.load_robot("irma4")
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """The folder of measured and practice data; skips when it is not there."""
+    root = Path(__file__).resolve().parents[2]
+    path = Path(os.environ.get("CDPRCAL_SHARED_DATA", root.parent / "shared" / "data"))
+    if not (path / "irma4").is_dir():
+        pytest.skip(f"no shared data at {path}; set CDPRCAL_SHARED_DATA")
+    return path
+
+
+@pytest.fixture(scope="session")
+def synthetic(robot: cdprcal.Robot) -> cdprcal.SyntheticLog:
+    """A run through Table II with a fifth of the robot's sigma as noise."""
+    options = cdprcal.SyntheticLogOptions(
+        dwell_s=4.0, move_s=4.0, noise=cdprcal.reading_noise(robot.sigma, 0.05), seed=7
+    )
+    return cdprcal.synthetic_log(robot, [np.array(t) for t in TABLE_II_TENSIONS_N], options)
+
+
+@pytest.fixture
+def log_path(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> Path:
+    """The synthetic run as a canonical CSV log."""
+    path = tmp_path / "run.csv"
+    cdprcal.write_log(synthetic.log, str(path))
+    return path
+
+
+@pytest.fixture
+def cli(capfd: pytest.CaptureFixture[str]) -> Callable[..., Ran]:
+    """Runs a command in this process: cli("check", "irma4", path) → Ran."""
+
+    def run(*arguments: object) -> Ran:
+        capfd.readouterr()
+        with pytest.raises(SystemExit) as stop:
+            app([str(argument) for argument in arguments], prog_name="cdprcal")
+        code = stop.value.code
+        out, err = capfd.readouterr()
+        return Ran(code if isinstance(code, int) else 0, out, err)
+
+    return run
+
+
+def changed(log: cdprcal.Log, **arrays: object) -> cdprcal.Log:
+    """A copy of a log with some arrays replaced (None: absent)."""
+    names = (
+        "time_s",
+        "length_m",
+        "swivel_rad",
+        "tension_N",
+        "tension_setpoint_N",
+        "roll_pitch_yaw_rad",
+    )
+    kept = {name: getattr(log, name) for name in names}
+    return cdprcal.Log(**(kept | arrays), source="changed")
+
+
+def raw_text(log: cdprcal.Log) -> str:
+    """A log as the robot would write it: one line a cable, one for the attitude in degrees."""
+    lines = []
+    for i, time in enumerate(log.time_s.tolist()):
+        for c in range(log.cable_count):
+            length, swivel = float(log.length_m[i, c]), float(log.swivel_rad[i, c])
+            tension, target = float(log.tension_N[i, c]), float(log.tension_setpoint_N[i, c])
+            lines.append(
+                f"3,{time!r},{c},9,-93392,7,0,{length!r},-1.9e-07,{tension!r},{target!r},15218,1,"
+                f"{swivel!r}"
+            )
+        roll, pitch, yaw = np.rad2deg(log.roll_pitch_yaw_rad[i]).tolist()
+        lines.append(f"5,{time!r},{roll!r},{pitch!r},{yaw!r}")
+        lines.append(f"6,{time!r},0,0,0,0,0,0,0,0,0,0")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,297 @@
+"""Each fault injected into a good log is found, by name, place and severity, and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cdprcal
+from cdprcal import InputError
+from cdprcal.check import CheckReport, check_file, check_log
+from cdprcal.io import LogFile
+from conftest import changed
+
+Array = np.ndarray
+
+
+def check(robot: cdprcal.Robot, log: cdprcal.Log, segment: int = -1) -> CheckReport:
+    return check_log(robot, LogFile(Path("made.csv"), "csv", log), segment)
+
+
+def found(report: CheckReport) -> set[tuple[str, str]]:
+    return {(finding.severity, finding.code) for finding in report.findings}
+
+
+def edited(log: cdprcal.Log, name: str, edit: Callable[[Array], None]) -> cdprcal.Log:
+    """A copy of a log with one array edited in place."""
+    values = np.array(getattr(log, name))
+    edit(values)
+    return changed(log, **{name: values})
+
+
+def test_a_good_log_is_trusted(robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog) -> None:
+    report = check(robot, synthetic.log)
+    assert report.findings == ()
+    assert report.trusted
+    assert len(report.equilibria) == 8
+
+
+FAULTS: dict[str, tuple[str, Callable[[Array], None], set[tuple[str, str]], str | None]] = {
+    "slack": (
+        "tension_N",
+        lambda t: t.__setitem__((slice(100, 130), 2), 0.4),
+        {("error", "slack")},
+        "tension_3_N",
+    ),
+    "one slack sample": (
+        "tension_N",
+        lambda t: t.__setitem__((100, 2), 0.4),
+        {("warning", "slack")},
+        "tension_3_N",
+    ),
+    "saturated at the limit": (
+        "tension_N",
+        lambda t: t.__setitem__((slice(100, 130), 0), 400.0),
+        {("error", "saturated_tension")},
+        "tension_1_N",
+    ),
+    "clipped below the limit": (
+        "tension_N",
+        lambda t: np.minimum(t, 150.0, out=t),
+        {("error", "saturated_tension")},
+        None,
+    ),
+    "below the limit": (
+        "tension_N",
+        lambda t: t.__setitem__((slice(100, 110), 1), 15.0),
+        {("warning", "tension_outside_limits")},
+        "tension_2_N",
+    ),
+    "set-point beyond the limit": (
+        "tension_setpoint_N",
+        lambda t: t.__setitem__((slice(100, 110), 1), 500.0),
+        {("warning", "setpoint_outside_limits")},
+        "tension_setpoint_2_N",
+    ),
+    "stuck encoder": (
+        "length_m",
+        lambda v: v.__setitem__((slice(150, None), 3), v[150, 3]),
+        {("error", "stuck_sensor")},
+        "length_4_m",
+    ),
+    "stuck from the start": (
+        "swivel_rad",
+        lambda v: v.__setitem__((slice(None), 0), 0.25),
+        {("error", "stuck_sensor")},
+        "swivel_1_rad",
+    ),
+    "lost counts": (
+        "length_m",
+        lambda v: v.__setitem__((slice(200, None), 1), v[200:, 1] + 0.5),
+        {("error", "jump")},
+        "length_2_m",
+    ),
+    "attitude spike": (
+        "roll_pitch_yaw_rad",
+        lambda v: v.__setitem__((200, 0), 1.4),
+        {("error", "jump")},
+        "roll_rad",
+    ),
+    "attitude in degrees": (
+        "roll_pitch_yaw_rad",
+        lambda v: np.rad2deg(v, out=v),
+        {("error", "impossible_value")},
+        "roll_rad",
+    ),
+    "lengths in millimetres": (
+        "length_m",
+        lambda v: np.multiply(v, 1000, out=v),
+        {("error", "impossible_value")},
+        "length_1_m",
+    ),
+    "swivel in degrees": (
+        "swivel_rad",
+        lambda v: np.rad2deg(v, out=v),
+        {("error", "impossible_value")},
+        "swivel_1_rad",
+    ),
+    "dropout": (
+        "length_m",
+        lambda v: v.__setitem__((slice(200, 230), 1), np.nan),
+        {("warning", "dropout")},
+        "length_2_m",
+    ),
+    "one dead swivel encoder": (
+        "swivel_rad",
+        lambda v: v.__setitem__((slice(None), 1), np.nan),
+        {("warning", "missing_sensor")},
+        "swivel_2_rad",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_is_found(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, fault: str
+) -> None:
+    name, edit, expected, channel = FAULTS[fault]
+    report = check(robot, edited(synthetic.log, name, edit))
+    assert expected <= found(report)
+    # A unit error also makes jumps; no other fault may be blamed on something else.
+    assert found(report) - expected <= {("error", "jump"), ("warning", "sudden_change")}
+    if fault not in ("attitude in degrees", "lengths in millimetres", "swivel in degrees"):
+        assert found(report) == expected
+    assert report.trusted == all(severity != "error" for severity, _ in expected)
+    if channel:
+        assert channel in {finding.channel for finding in report.findings}
+    for finding in report.findings:
+        assert finding.remedy
+        assert finding.time_s is not None
+
+
+@pytest.mark.parametrize("group", ["length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad"])
+@pytest.mark.parametrize("how", ["no columns", "empty cells"])
+def test_a_missing_sensor_is_found(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, group: str, how: str
+) -> None:
+    old = getattr(synthetic.log, group)
+    log = changed(
+        synthetic.log, **{group: None if how == "no columns" else np.full_like(old, np.nan)}
+    )
+    report = check(robot, log)
+    assert ("warning", "missing_sensor") in found(report)
+    assert group in {finding.channel for finding in report.findings}
+    assert report.trusted
+
+
+def test_without_lengths_and_swivels_nothing_can_be_done(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    report = check(robot, changed(synthetic.log, length_m=None, swivel_rad=None))
+    assert ("error", "missing_sensor") in found(report)
+
+
+def shifted(log: cdprcal.Log, after: int, by: float) -> cdprcal.Log:
+    time = np.array(log.time_s)
+    time[after:] += by
+    return changed(log, time_s=time)
+
+
+def test_a_gap_starts_a_segment_and_the_last_is_the_run(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    log = shifted(synthetic.log, 90, 30.0)
+    report = check(robot, log)
+    assert found(report) == {("warning", "gap")}
+    assert report.findings[0].time_s == pytest.approx(log.time_s[90])
+    assert [len(segment) for segment in report.segments] == [90, len(log) - 90]
+    assert report.run == 1
+    short = check(robot, shifted(synthetic.log, 400, 30.0))
+    assert ("warning", "short_run") in found(short)
+
+
+def test_missing_samples_within_the_run_are_found(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    report = check(robot, shifted(synthetic.log, 20, 1.0))
+    assert found(report) == {("warning", "missing_samples")}
+
+
+def test_too_little_of_a_run(robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog) -> None:
+    names = (
+        "time_s", "length_m", "swivel_rad", "tension_N", "tension_setpoint_N", "roll_pitch_yaw_rad"
+    )  # fmt: skip
+    few = cdprcal.Log(**{name: getattr(synthetic.log, name)[:2] for name in names})
+    assert ("error", "too_few_samples") in found(check(robot, few))
+    one_pose = cdprcal.Log(**{name: getattr(synthetic.log, name)[:35] for name in names})
+    assert ("error", "too_few_poses") in found(check(robot, one_pose))
+
+
+def test_another_robots_log_is_wrong_use(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    log = changed(
+        synthetic.log,
+        **{
+            name: getattr(synthetic.log, name)[:, :3]
+            for name in ("length_m", "swivel_rad", "tension_N", "tension_setpoint_N")
+        },
+    )
+    with pytest.raises(InputError, match=r"has 3 cables, robot irma4 has 4"):
+        check(robot, log)
+
+
+@pytest.mark.parametrize("segment", [1, -2])
+def test_a_segment_that_is_not_there_is_wrong_use(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, segment: int
+) -> None:
+    with pytest.raises(InputError, match="--segment"):
+        check(robot, synthetic.log, segment)
+
+
+def damaged(path: Path, edit: Callable[[list[bytes]], bytes]) -> Path:
+    path.write_bytes(edit(path.read_bytes().splitlines(keepends=True)))
+    return path
+
+
+#: Edit, code, line; -1 is the line after the last sample, -2 the last sample's own.
+DAMAGE: dict[str, tuple[Callable[[list[bytes]], bytes], str, int]] = {
+    "NUL tail": (lambda rows: b"".join(rows) + b"\0" * 99, "nul_padding", -1),
+    "NUL in between": (
+        lambda rows: b"".join(rows[:50]) + b"\0" * 99 + b"".join(rows[50:]),
+        "nul_padding",
+        51,
+    ),
+    "cut": (lambda rows: b"".join(rows)[:-60], "truncated", -2),
+    "clock went back": (
+        lambda rows: b"".join(rows[:50] + rows[30:40] + rows[50:]),
+        "time_not_increasing",
+        51,
+    ),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_a_damaged_csv_is_read_as_far_as_it_is_good(
+    robot: cdprcal.Robot, log_path: Path, synthetic: cdprcal.SyntheticLog, damage: str
+) -> None:
+    edit, code, line = DAMAGE[damage]
+    if line < 0:
+        line += len(synthetic.log) + 3
+    report = check_file(robot, damaged(log_path, edit))
+    assert found(report) == {("error", code)}
+    assert report.findings[0].line == line
+    assert len(report.file.log) >= len(synthetic.log) - 1
+    assert not report.trusted
+
+
+def test_the_line_of_a_finding_is_the_line_of_the_file(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    log = edited(synthetic.log, "tension_N", lambda t: t.__setitem__((slice(100, 130), 2), 0.4))
+    path = tmp_path / "slack.csv"
+    path.write_text("# made by hand\n" + cdprcal.format_log(log))
+    (finding,) = check_file(robot, path).findings
+    assert finding.line == 103
+    time = path.read_text().splitlines()[finding.line - 1].split(",")[0]
+    assert float(time) == finding.time_s
+
+
+def test_what_damage_does_not_explain_stays_an_error(robot: cdprcal.Robot, log_path: Path) -> None:
+    rows = log_path.read_bytes().splitlines(keepends=True)
+    rows[20] = rows[20].replace(b",", b",abc", 1)
+    log_path.write_bytes(b"".join(rows) + b"\0")
+    with pytest.raises(InputError):
+        check_file(robot, log_path)
+
+
+def test_measured_logs_have_a_gap_and_nothing_worse(
+    robot: cdprcal.Robot, shared_data: Path
+) -> None:
+    for name in ("sc_8_final.log", "sc_27_medium_a.log"):
+        report = check_file(robot, shared_data / "irma4" / name)
+        assert found(report) == {("warning", "gap")}
+    assert check_file(robot, shared_data / "irma4" / "trial_a.csv").findings == ()

@@ -1,0 +1,331 @@
+"""The contract of the command line: JSON schema, exit codes, stdout for JSON alone."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cdprcal
+from conftest import Ran, changed, raw_text
+
+Cli = Callable[..., Ran]
+CHANNELS = {
+    "length_m",
+    "swivel_rad",
+    "roll_pitch_rad",
+    "yaw_rad",
+    "tension_N",
+    "wrench_force_N",
+    "wrench_moment_Nm",
+}
+
+
+def refuse(constant: str) -> Any:
+    raise AssertionError(f"{constant} is no JSON")
+
+
+def strict(text: str) -> Any:
+    """JSON without NaN or infinities, and nothing else around it."""
+    return json.loads(text, parse_constant=refuse)
+
+
+def assert_is_pose(pose: dict[str, Any]) -> None:
+    assert np.shape(pose["position_m"]) == (3,)
+    rotation = np.array(pose["rotation"])
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)
+
+
+@pytest.mark.parametrize("method", ["unified", "static", "kinematic"])
+@pytest.mark.parametrize("formulation", ["full", "paper"])
+def test_calibrate_json_is_as_documented(
+    cli: Cli, log_path: Path, method: str, formulation: str
+) -> None:
+    ran = cli(
+        "calibrate", "irma4", log_path, "--json", "--method", method, "--formulation", formulation
+    )
+    assert (ran.code, ran.stderr) == (0, "")
+    result = strict(ran.stdout)
+    assert result["status"] == "converged"
+    assert result["reference_time_s"] >= 0
+    assert_is_pose(result["initial_pose"])
+    rotation = cdprcal.rotation_from_euler(
+        result["initial_pose"]["euler_rad"], cdprcal.EulerConvention.XYZ
+    )
+    np.testing.assert_allclose(rotation, result["initial_pose"]["rotation"], atol=1e-12)
+    assert np.shape(result["covariance"]) == (6, 6)
+    assert np.shape(result["initial_lengths_m"]) == np.shape(result["initial_swivels_rad"]) == (4,)
+    assert result["cost"] > 0
+    assert result["iterations"] > 0
+    assert result["solve_time_s"] > 0
+    assert set(result["residual_rms"]) == CHANNELS
+    kinds = [pose["kind"] for pose in result["poses"]]
+    assert kinds.count("static") == result["static_poses"]
+    assert kinds.count("kinematic") == result["kinematic_poses"]
+    for pose in result["poses"]:
+        assert pose["time_s"] >= 0
+        assert_is_pose(pose)
+    if method == "kinematic":
+        assert result["residual_rms"]["tension_N"] is None
+
+
+def test_the_same_numbers_come_from_the_program_without_python(cli: Cli, log_path: Path) -> None:
+    folder = os.environ.get("CDPRCAL_BIN")
+    if not folder:
+        pytest.skip("CDPRCAL_BIN does not name the folder of cdprcal-solve")
+    ran = subprocess.run(
+        [Path(folder) / "cdprcal-solve", "irma4", log_path, "--json"],
+        capture_output=True,
+        check=True,
+        text=True,
+    )
+    theirs = strict(ran.stdout)
+    ours = strict(cli("calibrate", "irma4", log_path, "--json").stdout)
+    assert theirs.keys() <= ours.keys()
+    assert theirs["poses"][0].keys() <= ours["poses"][0].keys()
+    np.testing.assert_allclose(
+        theirs["initial_pose"]["position_m"], ours["initial_pose"]["position_m"], atol=1e-12
+    )
+
+
+def test_calibrate_at_times_by_hand(cli: Cli, log_path: Path) -> None:
+    times = [2.0, 10.0, 18.0, 26.0, 34.0, 42.0, 50.0, 58.0]
+    ran = cli(
+        "calibrate", "irma4", log_path, "--json", "--method", "static",
+        "--at", ",".join(map(str, times)),
+    )  # fmt: skip
+    result = strict(ran.stdout)
+    assert ran.code == 0
+    assert result["reference_time_s"] == 2.0
+    assert [pose["time_s"] for pose in result["poses"]] == times
+    assert result["equilibria"] == []
+
+
+def test_trial_a(cli: Cli, shared_data: Path) -> None:
+    record = json.loads((shared_data / "irma4" / "trial_a.json").read_text())
+    ran = cli(
+        "calibrate", "irma4", shared_data / "irma4" / "trial_a.csv", "--json",
+        "--formulation", "paper", "--method", "static",
+        "--at", ",".join(map(str, record["times_s"])),
+    )  # fmt: skip
+    assert ran.code == 0
+    result = strict(ran.stdout)
+    assert result["cost"] == pytest.approx(14.942858, abs=1e-5)
+    pose = result["initial_pose"]
+    np.testing.assert_allclose(
+        pose["position_m"] + pose["euler_rad"],
+        record["recorded_solution_initial_pose"],
+        atol=1e-5,
+        rtol=0,
+    )
+
+
+def test_the_measured_raw_log_is_not_taken_for_solved(cli: Cli, shared_data: Path) -> None:
+    """Its swivel angles have another sign than the model: a small cost is not to be had."""
+    ran = cli(
+        "calibrate", "irma4", shared_data / "irma4" / "sc_8_final.log", "--json",
+        "--method", "static",
+    )  # fmt: skip
+    result = strict(ran.stdout)
+    assert ran.code == 1
+    assert result["status"] != "converged"
+    assert "swivel" in result["reason"]
+
+
+def test_a_table_for_people_goes_to_stderr(cli: Cli, log_path: Path) -> None:
+    ran = cli("calibrate", "irma4", log_path)
+    assert (ran.code, ran.stdout) == (0, "")
+    for words in ("converged:", "initial pose at 0.000 s", "±", "swivel angle", "static"):
+        assert words in ran.stderr
+
+
+def test_the_result_file_holds_the_result_and_its_inputs(
+    cli: Cli, log_path: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "result.json"
+    ran = cli("calibrate", "irma4", log_path, "--json", "-o", path)
+    document = strict(path.read_text())
+    inputs = document.pop("inputs")
+    assert document.keys() == strict(ran.stdout).keys()
+    assert cdprcal.parse_robot(inputs["robot"], "again").name == "irma4"
+    assert inputs["log"] == str(log_path)
+    assert (inputs["method"], inputs["formulation"]) == ("unified", "full")
+
+
+def test_an_unobservable_pose_is_exit_1_and_still_json(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    path = tmp_path / "poor.csv"
+    poor = changed(synthetic.log, swivel_rad=None, tension_N=None)
+    cdprcal.write_log(poor, str(path))
+    ran = cli("calibrate", "irma4", path, "--json", "--method", "kinematic", "--at", "1,10")
+    result = strict(ran.stdout)
+    assert (ran.code, result["status"]) == (1, "unobservable")
+    assert result["covariance"] is None
+    assert result["standard_deviation"] == [None] * 6
+    assert cli("calibrate", "irma4", path, "--method", "kinematic", "--at", "1,10").code == 1
+
+
+@pytest.mark.parametrize("kind", ["csv", "mcap", "raw"])
+def test_a_log_of_any_kind_is_taken_whatever_its_name(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path, kind: str
+) -> None:
+    path = tmp_path / "log.txt"
+    if kind == "csv":
+        log_path.rename(path)
+    elif kind == "mcap":
+        assert cli("import", log_path, "-o", tmp_path / "x.mcap").code == 0
+        (tmp_path / "x.mcap").rename(path)
+    else:
+        path.write_text(raw_text(synthetic.log))
+    assert cli("check", "irma4", path).code == 0
+    ran = cli("calibrate", "irma4", path, "--json")
+    assert ran.code == 0
+    assert strict(ran.stdout)["status"] == "converged"
+    assert cli("import", path, "-o", tmp_path / "again.csv").code == 0
+    again = cdprcal.read_log(str(tmp_path / "again.csv"))
+    np.testing.assert_array_equal(again.length_m, synthetic.log.length_m)
+
+
+def test_import_says_what_it_left_out(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    path = tmp_path / "robot.log"
+    path.write_text(raw_text(synthetic.log)[:-5])
+    ran = cli("import", path, "-o", tmp_path / "out.csv")
+    assert (ran.code, ran.stdout) == (0, "")
+    assert f"the last line, {6 * len(synthetic.log)}, has no end" in ran.stderr
+    lines = raw_text(synthetic.log).splitlines(keepends=True)
+    path.write_text("".join(lines + lines[:6]))
+    ran = cli("import", path, "-o", tmp_path / "out.csv")
+    assert ran.code == 1
+    assert "time goes back" in ran.stderr
+    assert len(cdprcal.read_log(str(tmp_path / "out.csv"))) == len(synthetic.log)
+
+
+def test_check_json(cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
+    tension = np.array(synthetic.log.tension_N)
+    tension[100:130, 2] = 0.4
+    path = tmp_path / "slack.csv"
+    cdprcal.write_log(changed(synthetic.log, tension_N=tension), str(path))
+    ran = cli("check", "irma4", path, "--json")
+    assert (ran.code, ran.stderr) == (1, "")
+    report = strict(ran.stdout)
+    assert report["trusted"] is False
+    assert (
+        report["segments"]
+        == [{"begin_s": 0.0, "end_s": pytest.approx(60.0), "samples": 601, "run": True}]
+        or report["segments"][0]["run"]
+    )
+    (finding,) = report["findings"]
+    assert finding["severity"] == "error"
+    assert finding["code"] == "slack"
+    assert finding["line"] == 102
+    assert (finding["time_s"], finding["end_s"]) == (
+        pytest.approx(synthetic.log.time_s[100]),
+        pytest.approx(synthetic.log.time_s[129]),
+    )
+    for_people = cli("check", "irma4", path)
+    assert (for_people.code, for_people.stdout) == (1, "")
+    assert "cable 3 is slack" in for_people.stderr
+    assert "cannot be trusted" in for_people.stderr
+
+
+def test_generate_makes_what_calibrate_recovers(cli: Cli, tmp_path: Path) -> None:
+    log, truth = tmp_path / "made.csv", tmp_path / "truth.json"
+    ran = cli("generate", "irma4", "-o", log, "--truth", truth, "--seed", 3, "--grid", "2x2x2")
+    assert (ran.code, ran.stdout) == (0, "")
+    assert cli("check", "irma4", log).code == 0
+    result = strict(cli("calibrate", "irma4", log, "--json").stdout)
+    assert result["status"] == "converged"
+    true = strict(truth.read_text())["poses"][0]
+    error = np.subtract(result["initial_pose"]["position_m"], true["position_m"])
+    deviation = np.sqrt(np.diag(result["covariance"])[:3])
+    assert np.all(np.abs(error) < deviation)
+    first = log.read_bytes()
+    cli("generate", "irma4", "-o", log, "--seed", 3, "--grid", "2x2x2")
+    assert log.read_bytes() == first
+    cli("generate", "irma4", "-o", log, "--seed", 4, "--grid", "2x2x2")
+    assert log.read_bytes() != first
+
+
+def program(*arguments: object, **options: Any) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "cdprcal", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        **options,
+    )
+
+
+def test_help_answers_at_once() -> None:
+    """Best of five: what else the machine does is not the program's fault."""
+    times = []
+    for _ in range(5):
+        begin = time.perf_counter()
+        ran = program("--help")
+        times.append(time.perf_counter() - begin)
+    assert ran.returncode == 0
+    for command in ("import", "check", "calibrate", "generate"):
+        assert command in ran.stdout
+    assert min(times) < 0.3
+
+
+def test_every_command_has_help_and_a_version_is_told(cli: Cli) -> None:
+    for command in ("import", "check", "calibrate", "generate"):
+        ran = cli(command, "--help")
+        assert (ran.code, ran.stderr) == (0, "")
+        assert "Usage" in ran.stdout
+    assert cli("--version").stdout.strip().count(".") == 2
+
+
+def test_help_loads_neither_numpy_nor_the_core() -> None:
+    code = (
+        "import sys, cdprcal.cli; "
+        "heavy = {'numpy', 'rich', 'mcap', 'cdprcal._core'} & set(sys.modules); "
+        "sys.exit(str(heavy) if heavy else 0)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_a_reader_that_goes_away_is_no_traceback(log_path: Path) -> None:
+    command = f"'{sys.executable}' -m cdprcal calibrate irma4 '{log_path}' --json | head -c 1"
+    ran = subprocess.run(
+        ["bash", "-c", command], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert ran.stdout == "{"
+    assert "Traceback" not in ran.stderr
+    assert "Exception" not in ran.stderr
+
+
+def test_a_terminal_that_knows_ascii_only_is_no_problem(log_path: Path) -> None:
+    environment = os.environ | {"PYTHONIOENCODING": "ascii", "LC_ALL": "C", "PYTHONUTF8": "0"}
+    ran = program("calibrate", "irma4", log_path, env=environment)
+    assert ran.returncode == 0
+    assert "converged" in ran.stderr
+
+
+def test_ctrl_c_ends_without_a_traceback(tmp_path: Path) -> None:
+    pipe = tmp_path / "slow.csv"
+    os.mkfifo(pipe)  # a log that never comes
+    process = subprocess.Popen(
+        [sys.executable, "-m", "cdprcal", "calibrate", "irma4", str(pipe)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    time.sleep(1.5)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert (out, err) == ("", "cdprcal: interrupted\n")

@@ -1,0 +1,260 @@
+"""``cdprcal diagnose``: the JSON contract, the table, exit codes, the corrected robot file."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cdprcal
+from conftest import Ran, changed
+
+Cli = Callable[..., Ran]
+BIAS_N = [9.0, -7.0, 11.0, -8.0]
+KEYS = {
+    "verdict",
+    "effects",
+    "rejected",
+    "unexplained",
+    "gap",
+    "initial_pose_before",
+    "initial_pose_after",
+    "next",
+}
+CHANNELS = {"length_m", "swivel_rad", "roll_pitch_rad", "yaw_rad", "tension_N"}
+
+
+def strict(text: str) -> Any:
+    """JSON without NaN or infinities, and nothing else around it."""
+
+    def refuse(constant: str) -> Any:
+        raise AssertionError(f"{constant} is no JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
+@pytest.fixture(scope="module")
+def clean_log(robot: cdprcal.Robot) -> cdprcal.Log:
+    options = cdprcal.SyntheticLogOptions(
+        dwell_s=4.0, move_s=4.0, noise=cdprcal.reading_noise(robot.sigma, 0.2), seed=5
+    )
+    return cdprcal.synthetic_log(robot, cdprcal.default_setpoints(robot, 3, 3, 2), options).log
+
+
+@pytest.fixture(scope="module")
+def biased_log(clean_log: cdprcal.Log) -> cdprcal.Log:
+    return changed(clean_log, tension_N=clean_log.tension_N + np.array(BIAS_N))
+
+
+def written(log: cdprcal.Log, path: Path) -> Path:
+    cdprcal.write_log(log, str(path))
+    return path
+
+
+def test_json_of_a_clean_log_is_as_documented(
+    cli: Cli, clean_log: cdprcal.Log, tmp_path: Path
+) -> None:
+    ran = cli("diagnose", "irma4", written(clean_log, tmp_path / "clean.csv"), "--json")
+    result = strict(ran.stdout)
+    assert (ran.code, result["verdict"]) == (0, "consistent")
+    assert set(result) >= KEYS
+    assert result["effects"] == result["unexplained"] == []
+    assert {gap["channel"] for gap in result["gap"]} == CHANNELS
+    assert all(gap["after_effect"] is None for gap in result["gap"])
+    assert result["initial_pose_before"] == result["initial_pose_after"]
+
+
+def test_json_of_a_bias_is_as_documented(cli: Cli, biased_log: cdprcal.Log, tmp_path: Path) -> None:
+    ran = cli("diagnose", "irma4", written(biased_log, tmp_path / "biased.csv"), "--json")
+    result = strict(ran.stdout)
+    assert (ran.code, result["verdict"]) == (0, "explained")
+    (effect,) = result["effects"]
+    assert effect["name"] == "load_cell_bias"
+    assert set(effect["parameters"]) == set(effect["standard_deviation"]) == {"bias_N"}
+    error = np.array(effect["parameters"]["bias_N"]) - BIAS_N
+    assert np.all(np.abs(error) < 3 * np.array(effect["standard_deviation"]["bias_N"]))
+    assert effect["log_evidence"] > 3
+    assert 0 < effect["p_value"] < 0.01
+    assert effect["held_out"]["after"] < effect["held_out"]["before"]
+    assert isinstance(effect["rivals"], list)
+    for pose in (result["initial_pose_before"], result["initial_pose_after"]):
+        assert set(pose) == {"position_m", "rotation", "euler_rad"}
+        rotation = np.array(pose["rotation"])
+        np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-9)
+    by_step = {
+        (gap["after_effect"], gap["channel"]): (gap["train_rms"], gap["held_out_rms"])
+        for gap in result["gap"]
+    }
+    for i in range(2):
+        assert by_step["load_cell_bias", "tension_N"][i] < 0.5 * by_step[None, "tension_N"][i]
+    for rejected in result["rejected"]:
+        assert set(rejected) == {"name", "reason"}
+        assert rejected["reason"]
+
+
+def test_the_corrected_file_is_consistent_and_calibrates(
+    cli: Cli, biased_log: cdprcal.Log, tmp_path: Path
+) -> None:
+    log = written(biased_log, tmp_path / "biased.csv")
+    corrected = tmp_path / "corrected.yaml"
+    first = cli("diagnose", "irma4", log, "-o", corrected, "--json")
+    assert first.code == 0
+    assert "load_cell_bias" in corrected.read_text()
+    again = strict(cli("diagnose", corrected, log, "--json").stdout)
+    assert again["verdict"] == "consistent"
+    after = np.array(strict(first.stdout)["initial_pose_after"]["position_m"])
+    calibrated = strict(cli("calibrate", corrected, log, "--method", "static", "--json").stdout)
+    np.testing.assert_allclose(calibrated["initial_pose"]["position_m"], after, atol=2e-3)
+
+
+def test_a_discrete_fault_stands_among_the_effects(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    degrees = np.rad2deg(synthetic.log.roll_pitch_yaw_rad)
+    log = written(changed(synthetic.log, roll_pitch_yaw_rad=degrees), tmp_path / "degrees.csv")
+    corrected = tmp_path / "corrected.yaml"
+    ran = cli("diagnose", "irma4", log, "--json", "-o", corrected)
+    result = strict(ran.stdout)
+    assert (ran.code, result["verdict"]) == (0, "explained")
+    fault = result["effects"][0]
+    assert fault["name"] == "angle_unit"
+    assert fault["parameters"] == {"factor": [1.0, math.radians(1)]}
+    assert fault["standard_deviation"] is fault["log_evidence"] is fault["p_value"] is None
+    assert fault["held_out"] == {"before": None, "after": None}
+    assert strict(cli("diagnose", corrected, log, "--json").stdout)["verdict"] == "consistent"
+
+
+def test_the_table_says_what_why_and_how_much(
+    cli: Cli, biased_log: cdprcal.Log, tmp_path: Path
+) -> None:
+    ran = cli("diagnose", "irma4", written(biased_log, tmp_path / "biased.csv"))
+    assert (ran.code, ran.stdout) == (0, "")
+    for text in ("explained", "load_cell_bias", "cable 4", " N ", "tare", "tension [N]", "± σ"):
+        assert text in ran.stderr
+    assert "+ load_cell_bias" in ran.stderr  # the gap after that step
+
+
+def test_pictures_are_written(cli: Cli, biased_log: cdprcal.Log, tmp_path: Path) -> None:
+    log = written(biased_log, tmp_path / "biased.csv")
+    folder = tmp_path / "new" / "pictures"
+    assert cli("diagnose", "irma4", log, "--plot", folder).code == 0
+    names = {path.name for path in folder.iterdir()}
+    assert names == {"residuals.png", "gap.png", "ranking.png", "held_out.png"}
+    for path in folder.iterdir():
+        assert path.read_bytes().startswith(b"\x89PNG")
+        assert path.stat().st_size > 10_000
+    blocked = cli("diagnose", "irma4", log, "--plot", log)  # a file, not a folder
+    assert blocked.code == 2
+    assert "biased.csv" in blocked.stderr
+
+
+def test_several_logs_are_explained_together(
+    cli: Cli, robot: cdprcal.Robot, clean_log: cdprcal.Log, tmp_path: Path
+) -> None:
+    rates = [0.0006, -0.0004]
+    paths = []
+    for i, rate in enumerate(rates):
+        angles = clean_log.roll_pitch_yaw_rad.copy()
+        angles[:, 2] += rate * clean_log.time_s
+        log = changed(clean_log, roll_pitch_yaw_rad=angles)
+        paths.append(written(log, tmp_path / f"run{i}.csv"))
+    corrected = tmp_path / "corrected.yaml"
+    result = strict(cli("diagnose", "irma4", *paths, "--json", "-o", corrected).stdout)
+    (effect,) = result["effects"]
+    assert effect["name"] == "yaw_drift"
+    np.testing.assert_allclose(effect["parameters"]["rate_rad_s"], rates, atol=5e-5)
+    effects = cdprcal.load_robot(str(corrected)).effects
+    assert [e.run for e in effects] == ["run0.csv", "run1.csv"]
+    for path in paths:
+        assert strict(cli("diagnose", corrected, path, "--json").stdout)["verdict"] == "consistent"
+
+
+def test_what_no_effect_explains_is_said_and_fails(
+    cli: Cli, clean_log: cdprcal.Log, tmp_path: Path
+) -> None:
+    # A swivel encoder that follows the square of its cable's tension: nothing in the catalogue.
+    tension = clean_log.tension_N
+    swivel = clean_log.swivel_rad + 0.05 * (tension / tension.mean()) ** 2
+    log = written(changed(clean_log, swivel_rad=swivel), tmp_path / "odd.csv")
+    ran = cli("diagnose", "irma4", log, "--json")
+    result = strict(ran.stdout)
+    assert (ran.code, result["verdict"]) == (1, "unexplained")
+    channels = {left["channel"] for left in result["unexplained"]}
+    assert "swivel" in channels
+    for left in result["unexplained"]:
+        assert left["rms"] > left["sigma"] > 0
+        assert left["depends_on"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["nowhere.yaml", "LOG"], "nowhere.yaml"),
+        (["irma4", "missing.csv"], "missing.csv"),
+        (["irma4", "LOG", "-o", "no/such/folder/c.yaml"], "no/such/folder/c.yaml"),
+        (["irma4"], "LOG"),
+    ],
+)
+def test_wrong_use_is_one_message(
+    cli: Cli, log_path: Path, arguments: list[str], text: str
+) -> None:
+    ran = cli("diagnose", *(str(log_path) if a == "LOG" else a for a in arguments))
+    assert ran.code == 2
+    assert ran.stdout == ""
+    assert text in ran.stderr
+    assert "Traceback" not in ran.stderr
+
+
+def test_the_catalogue_is_data() -> None:
+    catalogue = cdprcal.effect_catalogue()
+    names = [info.name for info in catalogue]
+    assert len(names) == len(set(names)) == 21
+    for info in catalogue:
+        assert info.equation
+        assert info.sentence
+        assert info.remedy
+        assert info.settle
+        assert set(info.confused_with) <= set(names)
+        for parameter in info.parameters:
+            assert 0 < parameter.typical < parameter.plausible
+
+
+def test_progress_can_stop_and_its_errors_come_through(
+    robot: cdprcal.Robot, biased_log: cdprcal.Log
+) -> None:
+    steps: list[str] = []
+    found = cdprcal.diagnose(robot, [biased_log], progress=steps.append)
+    assert steps[0].startswith("discrete faults")
+    assert [effect.info.name for effect in found.effects] == ["load_cell_bias"]
+    stopped = cdprcal.diagnose(robot, [biased_log], progress=lambda step: "scan" not in step)
+    assert stopped.effects == []
+
+    def interrupt(step: str) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        cdprcal.diagnose(robot, [biased_log], progress=interrupt)
+
+
+def test_effects_of_a_robot_are_checked_kept_and_pickled(robot: cdprcal.Robot) -> None:
+    import pickle
+
+    effect = cdprcal.AppliedEffect(name="load_cell_bias", parameters={"bias_N": BIAS_N})
+    parts = {
+        "name": "r",
+        "platform": robot.platform,
+        "cables": robot.cables,
+        "tension_limits_N": robot.tension_limits_N,
+    }
+    made = cdprcal.Robot(**parts, effects=[effect])
+    for copy in (made, pickle.loads(pickle.dumps(made))):
+        assert copy.effects[0].name == "load_cell_bias"
+        assert copy.effects[0].parameters == {"bias_N": BIAS_N}
+    wrong = cdprcal.AppliedEffect(name="load_cell_bias", parameters={"bias_N": [1.0]})
+    with pytest.raises(cdprcal.InputError, match="bias_N: must have 4 values"):
+        cdprcal.Robot(**parts, effects=[wrong])

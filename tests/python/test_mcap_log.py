@@ -1,0 +1,125 @@
+"""The canonical log as MCAP."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.writer import Writer
+
+import cdprcal
+from cdprcal import InputError
+from cdprcal.io import load_log, save_log
+
+ARRAYS = (
+    "time_s",
+    "length_m",
+    "swivel_rad",
+    "tension_N",
+    "tension_setpoint_N",
+    "roll_pitch_yaw_rad",
+)
+
+
+def write(path: Path, *topics: list[object], encoding: str = "json") -> Path:
+    """An MCAP file with one channel a list of messages."""
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        for number, messages in enumerate(topics):
+            schema = writer.register_schema("any", "jsonschema", b"{}")
+            channel = writer.register_channel(f"/topic{number}", encoding, schema)
+            for i, message in enumerate(messages):
+                data = message if isinstance(message, bytes) else json.dumps(message).encode()
+                writer.add_message(channel, i, data, i)
+        writer.finish()
+    return path
+
+
+def test_a_log_reads_back_to_the_bit(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    save_log(synthetic.log, path)
+    file = load_log(path)
+    assert file.format == "mcap"
+    assert file.findings == ()
+    for name in ARRAYS:
+        np.testing.assert_array_equal(getattr(file.log, name), getattr(synthetic.log, name))
+
+
+def test_absent_readings_stay_absent(tmp_path: Path) -> None:
+    log = cdprcal.Log(
+        time_s=[-1.5, 0.1, 0.30000000000000004],
+        length_m=[[1, np.nan], [2, 3], [np.nan, np.nan]],
+        roll_pitch_yaw_rad=[[0.1, 0.2, np.nan]] * 3,
+    )
+    path = tmp_path / "log.mcap"
+    save_log(log, path)
+    again = load_log(path).log
+    for name in ("time_s", "length_m", "swivel_rad"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(log, name))
+    np.testing.assert_array_equal(again.roll_pitch_yaw_rad, log.roll_pitch_yaw_rad)
+
+
+def test_channels_of_one_time_are_one_sample_in_time_order(tmp_path: Path) -> None:
+    path = write(
+        tmp_path / "two.mcap",
+        [{"time_s": 2, "length_1_m": 3.0}, {"time_s": 1, "length_1_m": 2.0, "note": "x"}],
+        [{"time_s": 1, "roll_rad": 0.5, "pitch_rad": None}, {"unrelated": 1}, [1, 2]],
+    )
+    log = load_log(path).log
+    np.testing.assert_array_equal(log.time_s, [1, 2])
+    np.testing.assert_array_equal(log.length_m, [[2], [3]])
+    np.testing.assert_array_equal(log.roll_pitch_yaw_rad, [[0.5, np.nan, np.nan], [np.nan] * 3])
+
+
+def test_a_cut_file_is_read_as_far_as_it_goes(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    whole = tmp_path / "log.mcap"
+    save_log(synthetic.log, whole)
+    data = whole.read_bytes()
+    path = tmp_path / "cut.mcap"
+    for share in (0.3, 0.6, 0.9):
+        path.write_bytes(data[: int(share * len(data))])
+        file = load_log(path)
+        assert [finding.code for finding in file.findings] == ["truncated"]
+        count = len(file.log)
+        assert 0.5 * share < count / len(synthetic.log) <= 1
+        np.testing.assert_array_equal(file.log.length_m, synthetic.log.length_m[:count])
+
+
+@pytest.mark.parametrize(
+    ("messages", "words"),
+    [
+        ([], "no JSON messages"),
+        ([{"other": 1}], "no JSON messages"),
+        ([{"time_s": 0, "length_1_m": "abc"}], r"message 1 on /topic0: length_1_m: 'abc'"),
+        ([{"time_s": 0, "length_1_m": True}], "length_1_m"),
+        ([{"length_1_m": 1.0}], r"message 1 on /topic0: time_s"),
+        ([b"{"], "message 1: is not JSON"),
+        ([b'{"time_s": 0, "length_1_m": 1e999}'], "length_1_m"),
+    ],
+)
+def test_what_is_no_reading_is_refused(tmp_path: Path, messages: list[object], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        load_log(write(tmp_path / "bad.mcap", messages))
+
+
+def test_random_damage_never_escapes_as_another_exception(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    path = tmp_path / "log.mcap"
+    save_log(synthetic.log, path)
+    data = bytearray(path.read_bytes())
+    random = np.random.default_rng(3)
+    for _ in range(40):
+        damaged = bytearray(data)
+        for place in random.integers(8, len(data), size=5):
+            damaged[place] = int(random.integers(256))
+        path.write_bytes(damaged)
+        try:
+            load_log(path)
+        except InputError:
+            continue
