@@ -25,7 +25,7 @@ T from_keywords(const py::kwargs& keywords) {
 
 /// A CableVector as an attribute of any length that fits; see to_cable_vector.
 template <class T, class Class>
-void cable_field(Class& type, const char* name, CableVector T::* field, const char* doc) {
+void cable_field(Class& type, const char* name, CableVector T::*field, const char* doc) {
   type.def_property(
       name, [field](const T& self) -> Eigen::VectorXd { return self.*field; },
       [field, name](T& self, const Eigen::VectorXd& values) {
@@ -165,7 +165,9 @@ void bind_robot_sample(py::module_& module) {
 }
 
 void bind_plant(py::module_& module) {
-  py::class_<PlantEnergy>(module, "PlantEnergy")
+  py::class_<PlantEnergy>(
+      module, "PlantEnergy",
+      "Energy of the simulated plant by kind [J]: conserved without damping, friction and winches.")
       .def_readonly("kinetic_J", &PlantEnergy::kinetic_J)
       .def_readonly("gravity_J", &PlantEnergy::gravity_J)
       .def_readonly("elastic_J", &PlantEnergy::elastic_J)

@@ -12,6 +12,7 @@ import numpy.typing
 import typing
 
 __all__: list[str] = [
+    "AppliedEffect",
     "Cable",
     "CableDerivatives",
     "CableState",
@@ -21,15 +22,32 @@ __all__: list[str] = [
     "CalibrationProblem",
     "CalibrationResult",
     "CalibrationStatus",
+    "CandidateScore",
     "DetectionOptions",
+    "DiagnoseOptions",
+    "Diagnosis",
+    "DiagnosisModel",
+    "DiscreteFault",
+    "EffectInfo",
+    "EffectParameter",
+    "EffectScope",
     "Equilibrium",
     "EulerConvention",
     "Formulation",
+    "Gap",
+    "Identifiability",
+    "InjectedEffect",
     "InputError",
     "Log",
     "Measurement",
     "Method",
+    "ModelResidual",
+    "NamedEffect",
+    "ParameterShape",
+    "PlantEnergy",
+    "PlantTruth",
     "Platform",
+    "PlatformDamping",
     "PlatformState",
     "Pose",
     "PoseKind",
@@ -38,15 +56,38 @@ __all__: list[str] = [
     "RandomNormal",
     "ReadingNoise",
     "ReadingOffsets",
+    "RejectedEffect",
     "ResidualRms",
+    "RestOptions",
+    "RestResult",
     "Robot",
+    "RobotSample",
     "SampleRange",
+    "SensorChannel",
+    "SensorOptions",
     "SensorSigma",
+    "Simulator",
+    "SimulatorOptions",
     "SolveOptions",
+    "StartUp",
+    "StartUpChange",
+    "StartUpCommand",
+    "StartUpOptions",
+    "StartUpPlan",
+    "StartUpRest",
+    "StartUpRun",
+    "StartUpState",
     "StaticsModel",
+    "StrandOptions",
     "SyntheticLog",
     "SyntheticLogOptions",
+    "TensionControlOptions",
     "TensionModel",
+    "Unexplained",
+    "Verdict",
+    "WatchdogOptions",
+    "WinchMode",
+    "WinchOptions",
     "WrenchRow",
     "builtin_robot_names",
     "builtin_robot_yaml",
@@ -58,15 +99,19 @@ __all__: list[str] = [
     "default_setpoints",
     "describe_invalid",
     "detect_equilibria",
+    "diagnose",
+    "effect_catalogue",
     "euler_from_rotation",
     "euler_rate_matrix",
     "exp_so3",
+    "expanded_effect",
     "fifth_degree",
     "format_log",
     "free_motion_basis",
     "free_motion_stiffness",
     "gravity_stiffness",
     "gravity_wrench",
+    "injectable_effects",
     "left_inverse_rows",
     "length_jacobian",
     "load_robot",
@@ -74,11 +119,14 @@ __all__: list[str] = [
     "measurement_at",
     "measurement_mean",
     "minus",
+    "model_residuals",
     "parse_euler_convention",
     "parse_formulation",
+    "parse_injected_effect",
     "parse_log",
     "parse_method",
     "parse_robot",
+    "perfect_sensors",
     "platform_state",
     "plus",
     "potential_energy",
@@ -89,7 +137,9 @@ __all__: list[str] = [
     "rotation_angle_difference_rad",
     "rotation_distance_rad",
     "rotation_from_euler",
+    "scan",
     "segments",
+    "simulate_startup",
     "solve",
     "stiffness",
     "structure_matrix",
@@ -301,6 +351,35 @@ class SensorSigma:
     @property
     def wrench_moment_Nm(self) -> float: ...
 
+class AppliedEffect:
+    """
+    A known effect, or a known fault of the readings, as the robot file lists it. Immutable.
+    """
+
+    def __init__(
+        self,
+        *,
+        name: str,
+        parameters: collections.abc.Mapping[
+            str, collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]
+        ],
+        run: str = "",
+    ) -> None:
+        """
+        parameters: name → numbers, nested lists one after the other. run: file name of the one log it belongs to; empty: every log. Checked when a Robot is made of it.
+        """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def parameters(self) -> dict[str, list[float]]:
+        """
+        Name → numbers, in the robot file's units; a copy.
+        """
+
+    @property
+    def run(self) -> str: ...
+
 class Robot:
     """
     Platform, cables on swivel pulleys, limits and sensors. Immutable; pickles as its robot file.
@@ -318,9 +397,10 @@ class Robot:
         gravity_m_s2: typing.SupportsFloat | typing.SupportsIndex = 9.81,
         euler_convention: EulerConvention = ...,
         sigma: SensorSigma | None = None,
+        effects: collections.abc.Sequence[AppliedEffect] = [],
     ) -> None:
         """
-        cables: 1 to 8 Cable; tension_limits_N: (minimum, maximum); sigma: None is eq. 18. Checks every field and fills defaults; raises InputError naming the field.
+        cables: 1 to 8 Cable; tension_limits_N: (minimum, maximum); sigma: None is eq. 18; effects: known effects and faults of the readings, as the robot file lists them. Checks every field and fills defaults; raises InputError naming the field.
         """
 
     def __repr__(self) -> str: ...
@@ -330,6 +410,12 @@ class Robot:
     def cables(self) -> list[Cable]:
         """
         List of n Cable; a copy.
+        """
+
+    @property
+    def effects(self) -> list[AppliedEffect]:
+        """
+        List of AppliedEffect; a copy.
         """
 
     @property
@@ -1083,6 +1169,453 @@ class Calibration:
         The reference included, when it is one.
         """
 
+class ParameterShape(enum.Enum):
+    """
+    How many numbers a parameter has: 1, n, 3 or n × 3.
+    """
+
+    scalar = 0
+    per_cable = 1
+    vector3 = 2
+    per_cable_vector3 = 3
+
+class EffectScope(enum.Enum):
+    """
+    robot: the same in every run; run: differs from run to run.
+    """
+
+    robot = 0
+    run = 1
+
+class EffectParameter:
+    """
+    One parameter of an effect.
+    """
+
+    @property
+    def name(self) -> str:
+        """
+        Key in the robot file, with the unit as suffix.
+        """
+
+    @property
+    def plausible(self) -> float:
+        """
+        Largest size that is believable; internal value as `typical`.
+        """
+
+    @property
+    def shape(self) -> ParameterShape: ...
+    @property
+    def typical(self) -> float:
+        """
+        Size to expect, one sigma of the prior. Of the internal value: for a stiffness, of its inverse.
+        """
+
+    @property
+    def unit(self) -> str: ...
+
+class EffectInfo:
+    """
+    One row of the effect catalogue.
+    """
+
+    def __repr__(self) -> str: ...
+    @property
+    def confused_with(self) -> list[str]:
+        """
+        Names of effects that look alike.
+        """
+
+    @property
+    def equation(self) -> str:
+        """
+        measured = …
+        """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def parameters(self) -> list[EffectParameter]: ...
+    @property
+    def remedy(self) -> str:
+        """
+        For people: what to do about it on the robot.
+        """
+
+    @property
+    def scope(self) -> EffectScope: ...
+    @property
+    def sentence(self) -> str:
+        """
+        For people: what it is.
+        """
+
+    @property
+    def settle(self) -> str:
+        """
+        What measurement would tell it from its rivals.
+        """
+
+class Verdict(enum.Enum):
+    """
+    consistent: nothing is missing; explained: the named effects explain it; unexplained: something is left that no effect explains.
+    """
+
+    consistent = 0
+    explained = 1
+    unexplained = 2
+
+class DiscreteFault:
+    """
+    A sign, an order, a unit or a convention that was wrong.
+    """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def parameter(self) -> str: ...
+    @property
+    def text(self) -> str:
+        """
+        One phrase for people.
+        """
+
+    @property
+    def values(self) -> list[float]: ...
+
+class NamedEffect:
+    """
+    An effect that was accepted.
+    """
+
+    @property
+    def held_out_after(self) -> float:
+        """
+        The same with it.
+        """
+
+    @property
+    def held_out_before(self) -> float:
+        """
+        ½ Σ (residual/σ)² a held-out pose without the effect.
+        """
+
+    @property
+    def info(self) -> EffectInfo: ...
+    @property
+    def log_evidence(self) -> float:
+        """
+        Against its absence [nat].
+        """
+
+    @property
+    def p_value(self) -> float:
+        """
+        Family-wise.
+        """
+
+    @property
+    def rivals(self) -> list[str]:
+        """
+        What these poses cannot tell it from.
+        """
+
+    @property
+    def standard_deviation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Of each value.
+        """
+
+    @property
+    def values(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        In reported units, parameter after parameter; of an effect of the run, for each log in turn.
+        """
+
+class RejectedEffect:
+    """
+    An effect that was not accepted, and why.
+    """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def reason(self) -> str: ...
+
+class Unexplained:
+    """
+    What no effect of the catalogue explains.
+    """
+
+    @property
+    def channel(self) -> str: ...
+    @property
+    def depends_on(self) -> str: ...
+    @property
+    def rms(self) -> float:
+        """
+        Of what is left, in the channel's unit.
+        """
+
+    @property
+    def sigma(self) -> float:
+        """
+        Of the readings' own ripple.
+        """
+
+class Gap:
+    """
+    Residuals of one channel after one step.
+    """
+
+    @property
+    def after_effect(self) -> str:
+        """
+        Empty before any.
+        """
+
+    @property
+    def channel(self) -> str: ...
+    @property
+    def held_out_rms(self) -> float:
+        """
+        On the poses left out of the fit.
+        """
+
+    @property
+    def train_rms(self) -> float:
+        """
+        On the poses that the model was fitted on.
+        """
+
+class Identifiability:
+    """
+    What a log could see of an effect.
+    """
+
+    @property
+    def detectable(self) -> float:
+        """
+        Smallest size that would show, in typical sizes.
+        """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def visible(self) -> bool: ...
+
+class DiagnosisModel:
+    """
+    A fitted model of a robot's runs.
+    """
+
+    @property
+    def floor(self) -> typing.Annotated[list[float], "FixedSize(5)"]:
+        """
+        The readings' own ripple, as `noise`.
+        """
+
+    @property
+    def noise(self) -> typing.Annotated[list[float], "FixedSize(5)"]:
+        """
+        Estimated noise of length [m], swivel, roll and pitch, yaw [rad], and of the balance [in sigma of the load cells].
+        """
+
+    @property
+    def pose_count(self) -> int: ...
+    @property
+    def run_names(self) -> list[str]: ...
+
+class ModelResidual:
+    """
+    What a model leaves at one pose.
+    """
+
+    @property
+    def residual(self) -> PoseResidual:
+        """
+        tension_N: the smallest change of tensions that would balance the platform.
+        """
+
+    @property
+    def run(self) -> int:
+        """
+        From 0.
+        """
+
+    @property
+    def run_time_s(self) -> float:
+        """
+        Since the run's first sample.
+        """
+
+class CandidateScore:
+    """
+    How well one effect would explain a gap.
+    """
+
+    @property
+    def detectable(self) -> float:
+        """
+        In typical sizes.
+        """
+
+    @property
+    def log_evidence(self) -> float:
+        """
+        Against its absence [nat].
+        """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def p_value(self) -> float:
+        """
+        Family-wise.
+        """
+
+    @property
+    def visible(self) -> bool: ...
+
+class DiagnoseOptions:
+    """
+    When an effect is accepted.
+    """
+
+    def __init__(
+        self,
+        *,
+        family_wise_p: typing.SupportsFloat | typing.SupportsIndex = 0.01,
+        least_evidence: typing.SupportsFloat | typing.SupportsIndex = 3.0,
+        rival_nats: typing.SupportsFloat | typing.SupportsIndex = 3.0,
+        rival_share: typing.SupportsFloat | typing.SupportsIndex = 0.8,
+        most_effects: typing.SupportsInt | typing.SupportsIndex = 6,
+        refits: typing.SupportsInt | typing.SupportsIndex = 5,
+        draws: typing.SupportsInt | typing.SupportsIndex = 999,
+        seed: typing.SupportsInt | typing.SupportsIndex = 1,
+    ) -> None:
+        """
+        family_wise_p: chance that a clean log is accused of anything. least_evidence, rival_nats [nat]. rival_share: of a signature that a rival imitates. refits: candidates refitted a round. draws, seed: of the chance residuals behind p-values.
+        """
+
+    @property
+    def family_wise_p(self) -> float: ...
+    @family_wise_p.setter
+    def family_wise_p(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def least_evidence(self) -> float: ...
+    @least_evidence.setter
+    def least_evidence(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def most_effects(self) -> int: ...
+    @most_effects.setter
+    def most_effects(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    @property
+    def refits(self) -> int: ...
+    @refits.setter
+    def refits(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    @property
+    def rival_nats(self) -> float: ...
+    @rival_nats.setter
+    def rival_nats(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def rival_share(self) -> float: ...
+    @rival_share.setter
+    def rival_share(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+
+class Diagnosis:
+    """
+    What the model lacks. Look at verdict first.
+    """
+
+    @property
+    def baseline(self) -> DiagnosisModel:
+        """
+        Fitted before any effect.
+        """
+
+    @property
+    def corrected(self) -> Robot:
+        """
+        The robot with what was found; to_yaml writes it as a robot file.
+        """
+
+    @property
+    def covariance_after(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        As covariance_before.
+        """
+
+    @property
+    def covariance_before(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        [6, 6] position [m], world-frame rotation vector [rad].
+        """
+
+    @property
+    def effects(self) -> list[NamedEffect]:
+        """
+        NamedEffect, in the order accepted.
+        """
+
+    @property
+    def faults(self) -> list[DiscreteFault]:
+        """
+        DiscreteFault, in the order found.
+        """
+
+    @property
+    def gap(self) -> list[Gap]:
+        """
+        Before any effect and after each.
+        """
+
+    @property
+    def gated(self) -> list[str]:
+        """
+        Readings left out, for people.
+        """
+
+    @property
+    def identifiability(self) -> list[Identifiability]: ...
+    @property
+    def initial_pose_after(self) -> Pose:
+        """
+        Of the first log.
+        """
+
+    @property
+    def initial_pose_before(self) -> Pose:
+        """
+        Of the first log.
+        """
+
+    @property
+    def model(self) -> DiagnosisModel:
+        """
+        Fitted with the effects.
+        """
+
+    @property
+    def next(self) -> list[str]:
+        """
+        What would settle a tie, for people.
+        """
+
+    @property
+    def reason(self) -> str:
+        """
+        One sentence for people.
+        """
+
+    @property
+    def rejected(self) -> list[RejectedEffect]: ...
+    @property
+    def unexplained(self) -> list[Unexplained]: ...
+    @property
+    def verdict(self) -> Verdict: ...
+
 class RandomNormal:
     """
     Normal random numbers that are the same on every platform.
@@ -1213,6 +1746,653 @@ class SyntheticLog:
         Truth, one Pose a sample; the first is the initial pose.
         """
 
+class InjectedEffect:
+    """
+    An imperfection of the simulated robot: name and values, its parameters one after the other. Immutable.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        values: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex],
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def __str__(self) -> str: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def values(self) -> list[float]: ...
+
+class WinchMode(enum.Enum):
+    """
+    velocity: the drive follows a commanded speed. tension: it has its own tension loop. torque: the motor pulls with a commanded tension.
+    """
+
+    velocity = 0
+    tension = 1
+    torque = 2
+
+class StrandOptions:
+    """
+    Cables of the simulated robot.
+    """
+
+    def __init__(self, **kwargs) -> None: ...
+    @property
+    def axial_stiffness_N(self) -> float: ...
+    @axial_stiffness_N.setter
+    def axial_stiffness_N(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def damping_ratio(self) -> float: ...
+    @damping_ratio.setter
+    def damping_ratio(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+
+class PlatformDamping:
+    """
+    E-folding times of a free oscillation [s]; inf: no damping.
+    """
+
+    def __init__(self, **kwargs) -> None: ...
+    @property
+    def rotation_decay_s(self) -> float: ...
+    @rotation_decay_s.setter
+    def rotation_decay_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def translation_decay_s(self) -> float: ...
+    @translation_decay_s.setter
+    def translation_decay_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+
+class WinchOptions:
+    """
+    Drives of the simulated robot.
+    """
+
+    mode: WinchMode
+
+    def __init__(self, **kwargs) -> None: ...
+    @property
+    def drum_damping_Nms(self) -> float: ...
+    @drum_damping_Nms.setter
+    def drum_damping_Nms(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def drum_inertia_kg_m2(self) -> float: ...
+    @drum_inertia_kg_m2.setter
+    def drum_inertia_kg_m2(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def drum_radius_m(self) -> float: ...
+    @drum_radius_m.setter
+    def drum_radius_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def max_velocity_m_s(self) -> float: ...
+    @max_velocity_m_s.setter
+    def max_velocity_m_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def tension_gain_m_s_N(self) -> float: ...
+    @tension_gain_m_s_N.setter
+    def tension_gain_m_s_N(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def tension_noise_N(self) -> float: ...
+    @tension_noise_N.setter
+    def tension_noise_N(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def time_constant_s(self) -> float: ...
+    @time_constant_s.setter
+    def time_constant_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+
+class SensorChannel:
+    """
+    One kind of sensor; noise (one sigma), resolution and bias in the unit of the reading.
+    """
+
+    def __init__(self, **kwargs) -> None: ...
+    @property
+    def bias(self) -> float: ...
+    @bias.setter
+    def bias(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def delay_s(self) -> float: ...
+    @delay_s.setter
+    def delay_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def noise(self) -> float: ...
+    @noise.setter
+    def noise(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def rate_Hz(self) -> float: ...
+    @rate_Hz.setter
+    def rate_Hz(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def resolution(self) -> float: ...
+    @resolution.setter
+    def resolution(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+
+class SensorOptions:
+    """
+    Sensors of the simulated robot.
+    """
+
+    length_m: SensorChannel
+    random_offsets: bool
+    roll_pitch_rad: SensorChannel
+    swivel_rad: SensorChannel
+    tension_N: SensorChannel
+    yaw_rad: SensorChannel
+
+    def __init__(self, **kwargs) -> None: ...
+
+class SimulatorOptions:
+    """
+    What the simulated robot is made of.
+    """
+
+    damping: PlatformDamping
+    sensors: SensorOptions
+    strand: StrandOptions
+    winch: WinchOptions
+
+    def __init__(self, **kwargs) -> None: ...
+    @property
+    def effects(self) -> list[InjectedEffect]: ...
+    @effects.setter
+    def effects(self, arg0: collections.abc.Sequence[InjectedEffect]) -> None: ...
+    @property
+    def seed(self) -> int: ...
+    @seed.setter
+    def seed(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    @property
+    def step_s(self) -> float: ...
+    @step_s.setter
+    def step_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+
+class RobotSample:
+    """
+    Readings of a robot's drives and AHRS as they arrive; NaN: absent.
+    """
+
+    stop_requested: bool
+
+    def __init__(self, **kwargs) -> None: ...
+    @property
+    def attitude_time_s(self) -> float: ...
+    @attitude_time_s.setter
+    def attitude_time_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def drive_error(self) -> str:
+        """
+        Not empty: a drive is not operational, and why.
+        """
+
+    @drive_error.setter
+    def drive_error(self, arg0: str) -> None: ...
+    @property
+    def drives_time_s(self) -> float:
+        """
+        When lengths, swivels and tensions last arrived; NaN: now.
+        """
+
+    @drives_time_s.setter
+    def drives_time_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def length_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n], growing as cable is paid out.
+        """
+
+    @length_m.setter
+    def length_m(
+        self, arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
+    ) -> None: ...
+    @property
+    def roll_pitch_yaw_rad(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]: ...
+    @roll_pitch_yaw_rad.setter
+    def roll_pitch_yaw_rad(
+        self, arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]
+    ) -> None: ...
+    @property
+    def swivel_rad(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n], or empty.
+        """
+
+    @swivel_rad.setter
+    def swivel_rad(
+        self, arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
+    ) -> None: ...
+    @property
+    def tension_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n]
+        """
+
+    @tension_N.setter
+    def tension_N(
+        self, arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
+    ) -> None: ...
+    @property
+    def time_s(self) -> float:
+        """
+        The backend's clock, now.
+        """
+
+    @time_s.setter
+    def time_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+
+class PlantEnergy:
+    """
+    Energy of the simulated plant by kind [J]: conserved without damping, friction and winches.
+    """
+
+    @property
+    def drums_J(self) -> float: ...
+    @property
+    def elastic_J(self) -> float: ...
+    @property
+    def gravity_J(self) -> float: ...
+    @property
+    def kinetic_J(self) -> float: ...
+    @property
+    def total_J(self) -> float: ...
+
+class PlantTruth:
+    """
+    What the sensors of the simulated robot do not say.
+    """
+
+    @property
+    def direction(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n] direction of cable motion in [-1, 1]; +1 after paying out.
+        """
+
+    @property
+    def energy(self) -> PlantEnergy: ...
+    @property
+    def load_cell_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]: ...
+    @property
+    def pose(self) -> Pose: ...
+    @property
+    def tension_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]: ...
+    @property
+    def time_s(self) -> float: ...
+    @property
+    def twist(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+        """
+        [6] of P: m/s, rad/s, world axes.
+        """
+
+class RestResult:
+    """
+    Whether the robot could be put somewhere at rest.
+    """
+
+    @property
+    def found(self) -> bool: ...
+    @property
+    def pose(self) -> Pose: ...
+    @property
+    def reason(self) -> str: ...
+    @property
+    def tension_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]: ...
+
+class Simulator:
+    """
+    A simulated robot on a virtual clock. The same seed, options and commands give the same readings to the last bit.
+    """
+
+    def __init__(self, robot: Robot, options: SimulatorOptions = ...) -> None: ...
+    def advance(self, duration_s: typing.SupportsFloat | typing.SupportsIndex) -> bool:
+        """
+        Lets time pass. False: the platform ran into a pulley; the world stands still then.
+        """
+
+    def command_tension(
+        self, tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
+    ) -> None:
+        """
+        Set-points of the drives' tension loops, or motor tensions [N].
+        """
+
+    def command_velocity(
+        self, velocity_m_s: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
+    ) -> None:
+        """
+        Speeds of pay-out [m/s], n values.
+        """
+
+    def hold(self) -> None:
+        """
+        Winches stopped and locked.
+        """
+
+    def push(
+        self,
+        velocity_m_s: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+        body_rate_rad_s: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+    ) -> None:
+        """
+        Sets the platform moving: centre of mass [m/s, world], rate [rad/s, platform].
+        """
+
+    def read(self) -> RobotSample:
+        """
+        The latest readings.
+        """
+
+    def reset(
+        self,
+        tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+        near: Pose | None = None,
+    ) -> RestResult:
+        """
+        At rest under these true tensions [N], n values > 0, at the equilibrium closest to `near`. Time, sensors and noise start over. When none is found nothing has changed.
+        """
+
+    def reset_at(self, pose: Pose) -> RestResult:
+        """
+        At rest with the cable lengths of this pose, winches locked.
+        """
+
+    def truth(self) -> PlantTruth: ...
+    @property
+    def crashed(self) -> str:
+        """
+        Why the world stands still; or ''.
+        """
+
+    @property
+    def offsets(self) -> ReadingOffsets:
+        """
+        Constant offsets of the readings.
+        """
+
+    @property
+    def time_s(self) -> float: ...
+
+class TensionControlOptions:
+    """
+    Tension loop over winches in velocity mode.
+    """
+
+    def __init__(self, **kwargs) -> None: ...
+    @property
+    def axial_stiffness_N(self) -> float: ...
+    @axial_stiffness_N.setter
+    def axial_stiffness_N(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def bandwidth(self) -> float: ...
+    @bandwidth.setter
+    def bandwidth(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def direction_error(self) -> float: ...
+    @direction_error.setter
+    def direction_error(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def filter(self) -> float: ...
+    @filter.setter
+    def filter(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def locked_bandwidth_1_s(self) -> float: ...
+    @locked_bandwidth_1_s.setter
+    def locked_bandwidth_1_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+
+class RestOptions:
+    """
+    How rest is judged while it happens.
+    """
+
+    def __init__(self, **kwargs) -> None: ...
+    @property
+    def confidence(self) -> float: ...
+    @confidence.setter
+    def confidence(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def tolerance(self) -> float:
+        """
+        In the sensor's sigma.
+        """
+
+    @tolerance.setter
+    def tolerance(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def window_s(self) -> float: ...
+    @window_s.setter
+    def window_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+
+class WatchdogOptions:
+    """
+    When the robot is stopped.
+    """
+
+    def __init__(self, **kwargs) -> None: ...
+    @property
+    def attitude_stale_s(self) -> float: ...
+    @attitude_stale_s.setter
+    def attitude_stale_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def follow_s(self) -> float: ...
+    @follow_s.setter
+    def follow_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def follow_share(self) -> float: ...
+    @follow_share.setter
+    def follow_share(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def overload_share(self) -> float: ...
+    @overload_share.setter
+    def overload_share(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def runaway_m(self) -> float: ...
+    @runaway_m.setter
+    def runaway_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def slack_share(self) -> float: ...
+    @slack_share.setter
+    def slack_share(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def stale_s(self) -> float: ...
+    @stale_s.setter
+    def stale_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def stuck_s(self) -> float: ...
+    @stuck_s.setter
+    def stuck_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def tension_s(self) -> float: ...
+    @tension_s.setter
+    def tension_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+
+class StartUpPlan:
+    """
+    Tension set-points to visit, the first is tau_0; transition_s empty, or 0 for one: derived from the robot.
+    """
+
+    def __init__(
+        self,
+        setpoint_N: collections.abc.Sequence[
+            typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
+        ],
+        transition_s: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [],
+    ) -> None: ...
+    @property
+    def setpoint_N(
+        self,
+    ) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]: ...
+    @property
+    def transition_s(self) -> list[float]: ...
+
+class StartUpOptions:
+    """
+    How the start-up is run.
+    """
+
+    control: TensionControlOptions
+    rest: RestOptions
+    watchdog: WatchdogOptions
+
+    def __init__(self, **kwargs) -> None: ...
+    @property
+    def measure_s(self) -> float: ...
+    @measure_s.setter
+    def measure_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def record_s(self) -> float: ...
+    @record_s.setter
+    def record_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def settle_timeout_s(self) -> float: ...
+    @settle_timeout_s.setter
+    def settle_timeout_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def velocity_limit_m_s(self) -> float: ...
+    @velocity_limit_m_s.setter
+    def velocity_limit_m_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+
+class StartUpState(enum.Enum):
+    """
+    State of the start-up.
+    """
+
+    idle = 0
+    recording = 1
+    moving_to_start = 2
+    moving = 3
+    settling = 4
+    measuring = 5
+    done = 6
+    holding = 7
+
+class StartUpCommand:
+    """
+    What to do until the next sample.
+    """
+
+    @property
+    def locked(self) -> bool:
+        """
+        Winches must stand still.
+        """
+
+    @property
+    def reason(self) -> str:
+        """
+        Holding: why.
+        """
+
+    @property
+    def remaining_s(self) -> float: ...
+    @property
+    def ripple(self) -> float:
+        """
+        Motion over what rest allows.
+        """
+
+    @property
+    def setpoint(self) -> int: ...
+    @property
+    def state(self) -> StartUpState: ...
+    @property
+    def tension_setpoint_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n] for drives with a tension loop of their own, and for the log.
+        """
+
+    @property
+    def velocity_m_s(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n] of pay-out, for drives in velocity mode.
+        """
+
+class StartUpRest:
+    """
+    One measured rest.
+    """
+
+    @property
+    def begin_s(self) -> float: ...
+    @property
+    def end_s(self) -> float: ...
+    @property
+    def setpoint(self) -> int: ...
+
+class StartUp:
+    """
+    The start-up procedure: a pure function of samples, for any backend.
+    """
+
+    def __init__(self, robot: Robot, plan: StartUpPlan, options: StartUpOptions = ...) -> None: ...
+    def step(self, sample: RobotSample) -> StartUpCommand:
+        """
+        Takes the sample and says what to do until the next.
+        """
+
+    @property
+    def finished(self) -> bool: ...
+    @property
+    def planned_duration_s(self) -> float: ...
+    @property
+    def reason(self) -> str: ...
+    @property
+    def rests(self) -> list[StartUpRest]: ...
+    @property
+    def state(self) -> StartUpState: ...
+    @property
+    def velocity_limit_m_s(self) -> float: ...
+
+class StartUpChange:
+    """
+    One change of state.
+    """
+
+    @property
+    def setpoint(self) -> int: ...
+    @property
+    def state(self) -> StartUpState: ...
+    @property
+    def time_s(self) -> float: ...
+
+class StartUpRun:
+    """
+    What happened in a simulated start-up.
+    """
+
+    @property
+    def changes(self) -> list[StartUpChange]: ...
+    @property
+    def log(self) -> Log: ...
+    @property
+    def max_setpoint_N(self) -> float: ...
+    @property
+    def max_tension_N(self) -> float: ...
+    @property
+    def max_velocity_m_s(self) -> float: ...
+    @property
+    def min_setpoint_N(self) -> float: ...
+    @property
+    def poses(self) -> list[Pose]:
+        """
+        True poses, one a row of the log.
+        """
+
+    @property
+    def reason(self) -> str: ...
+    @property
+    def rest_rows(self) -> list[SampleRange]:
+        """
+        Rows of the log of each rest.
+        """
+
+    @property
+    def rests(self) -> list[StartUpRest]: ...
+    @property
+    def state(self) -> StartUpState: ...
+    @property
+    def truth(self) -> list[PlantTruth]:
+        """
+        One a row of the log.
+        """
+
 def builtin_robot_names() -> list[str]:
     """
     Names that load_robot knows without a file.
@@ -1275,6 +2455,21 @@ def detect_equilibria(
     Equilibria in `range` of a log (None: all of it), in time order; sigma None is eq. 18. Absent channels do not vote. Raises InputError for a range outside the log and when neither lengths, swivels nor attitude are there to tell.
     """
 
+def diagnose(
+    robot: Robot,
+    logs: collections.abc.Sequence[Log],
+    options: DiagnoseOptions | None = None,
+    progress: collections.abc.Callable | None = None,
+) -> Diagnosis:
+    """
+    Names what the model lacks, from one or more logs of one robot. `progress` is called with each step's name; False ends the search and keeps what was found. Ctrl-C is noticed between steps. Raises InputError for a log that does not fit the robot.
+    """
+
+def effect_catalogue() -> list[EffectInfo]:
+    """
+    All effects the project knows, as a list of EffectInfo.
+    """
+
 def euler_from_rotation(
     rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"],
     convention: EulerConvention,
@@ -1296,6 +2491,13 @@ def exp_so3(
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
     """
     Rotation vector [3] [rad] → rotation [3, 3].
+    """
+
+def expanded_effect(
+    effect: InjectedEffect, cable_count: typing.SupportsInt | typing.SupportsIndex
+) -> InjectedEffect:
+    """
+    The same effect with scalars broadcast over the cables. Raises InputError when the values do not fit.
     """
 
 def fifth_degree(fraction: typing.SupportsFloat | typing.SupportsIndex) -> float:
@@ -1336,6 +2538,11 @@ def gravity_wrench(
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
     """
     f of eq. 6 [6] [N, Nm]: weight and its moment about P, world axes.
+    """
+
+def injectable_effects() -> list:
+    """
+    Everything that can be injected: dicts of name, parameters [(name, shape)], generator_only (not in the catalogue of the diagnosis), description.
     """
 
 def left_inverse_rows(cable_count: typing.SupportsInt | typing.SupportsIndex) -> list[WrenchRow]:
@@ -1387,6 +2594,11 @@ def minus(to: Pose, from_: Pose) -> typing.Annotated[numpy.typing.NDArray[numpy.
     The twist [6] (m, rad, world axes) for which plus(from_, twist) is `to`.
     """
 
+def model_residuals(model: DiagnosisModel) -> list[ModelResidual]:
+    """
+    A ModelResidual for each pose of each run.
+    """
+
 def parse_euler_convention(name: str) -> EulerConvention:
     """
     'XYZ' … → EulerConvention. Raises InputError naming the accepted orders.
@@ -1395,6 +2607,11 @@ def parse_euler_convention(name: str) -> EulerConvention:
 def parse_formulation(name: str) -> Formulation:
     """
     'full' or 'paper' → Formulation; raises InputError.
+    """
+
+def parse_injected_effect(text: str) -> InjectedEffect:
+    """
+    Parses 'NAME=v1,v2,…'. Raises InputError naming the accepted effects, or the sizes of this one's parameters.
     """
 
 def parse_log(text: str | bytes, source: str) -> Log:
@@ -1410,6 +2627,11 @@ def parse_method(name: str) -> Method:
 def parse_robot(yaml_text: str, source: str) -> Robot:
     """
     Parses a robot file's text; `source` is what messages call it. Raises InputError 'source:line:column: field: …'.
+    """
+
+def perfect_sensors() -> SensorOptions:
+    """
+    Without noise, quantisation, bias, delay and offsets.
     """
 
 def platform_state(robot: Robot, pose: Pose) -> PlatformState:
@@ -1476,11 +2698,32 @@ def rotation_from_euler(
     (roll, pitch, yaw) [rad] → R_world_platform [3, 3].
     """
 
+def scan(model: DiagnosisModel) -> list[CandidateScore]:
+    """
+    Scores of all effects that rest can show on what a model leaves, best first; nothing is refitted.
+    """
+
 def segments(
     log: Log, gap_s: typing.SupportsFloat | typing.SupportsIndex = 2.0
 ) -> list[SampleRange]:
     """
     Segments of a log: a gap longer than gap_s starts a new one. The last is the run.
+    """
+
+def simulate_startup(
+    robot: Robot,
+    plan: StartUpPlan,
+    *,
+    simulator: SimulatorOptions = ...,
+    startup: StartUpOptions = ...,
+    control_rate_Hz: typing.SupportsFloat | typing.SupportsIndex = 100.0,
+    log_rate_Hz: typing.SupportsFloat | typing.SupportsIndex = 10.0,
+    initial_tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
+    | None = None,
+    progress: typing.Any = None,
+) -> StartUpRun:
+    """
+    The start-up procedure on the simulated robot. `progress(command, sample)` is called with every command; False stops the run as the operator would.
     """
 
 def solve(

@@ -176,7 +176,9 @@ Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions
                             : options.guess;
   double solve_time_s = 0.0;
   bool first = true;
+  int tried = 0;
   for (const Pose& start : starts) {
+    if (tried++ >= std::max(1, options.most_starts)) break;
     CalibrationResult result = solve(
         problem, measurement_guesses(robot, problem.measurements, start, problem.effects),
         options.solve);

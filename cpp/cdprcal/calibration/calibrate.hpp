@@ -19,6 +19,7 @@ struct CalibrateOptions {
   int segment = -1;                ///< which segment is the run, from 0; −1: the last
   double kinematic_spacing_s = 1.0;  ///< between samples that count as poses of their own
   std::vector<Pose> guess;         ///< one a pose, or only ζ0; empty: automatic
+  int most_starts = 8;             ///< guesses of ζ0 to try while no minimum agrees with the readings
   DetectionOptions detection;
   SolveOptions solve;
 };
