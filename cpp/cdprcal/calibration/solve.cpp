@@ -1,4 +1,5 @@
 #include <ceres/solver.h>
+#include <glog/logging.h>
 
 #include <algorithm>
 #include <chrono>
@@ -18,6 +19,12 @@ constexpr double kContradiction = 3.0;
 /// A rotation known to no better than this [rad] says nothing: the linearisation behind the
 /// covariance ends there too.
 constexpr double kUselessRotation = 1.0;
+
+/// Ceres says through glog, on stderr, what our status says in words; a program that has set its own
+/// level keeps it.
+void silence_ceres() {
+  if (FLAGS_minloglevel == google::GLOG_INFO) FLAGS_minloglevel = google::GLOG_FATAL;
+}
 
 void check(const CalibrationProblem& problem, const std::vector<Pose>& guess,
            const SolveOptions& options) {
@@ -219,6 +226,7 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
                         const SolveOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   check(given, guess, options);
+  silence_ceres();
   CalibrationProblem problem = given;
   if (problem.statics == StaticsModel::left_inverse && problem.left_inverse_rows.empty()) {
     problem.left_inverse_rows = left_inverse_rows(problem.robot.cable_count());
