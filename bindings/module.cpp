@@ -77,6 +77,9 @@ PYBIND11_MODULE(_core, module) {
   register_model(module);
   register_kinematics(module);
   register_statics(module);
+  register_equilibria(module);
+  register_workspace(module);
+  register_planning(module);
   register_acquisition(module);
   register_calibration(module);
   register_diagnosis(module);

@@ -12,7 +12,10 @@ import numpy.typing
 import typing
 
 __all__: list[str] = [
+    "AlphaShape",
     "AppliedEffect",
+    "ApproachCoverage",
+    "Box",
     "Cable",
     "CableDerivatives",
     "CableState",
@@ -32,23 +35,39 @@ __all__: list[str] = [
     "EffectParameter",
     "EffectScope",
     "Equilibrium",
+    "EquilibriumResult",
+    "EquilibriumStatus",
     "EulerConvention",
     "Formulation",
     "Gap",
+    "Grid",
+    "GridComparison",
     "Identifiability",
     "InjectedEffect",
     "InputError",
+    "InverseResult",
+    "KnownEffects",
     "Log",
     "Measurement",
+    "Mesh",
+    "MeshEncoding",
     "Method",
     "ModelResidual",
     "NamedEffect",
     "ParameterShape",
+    "Path",
+    "PathPoint",
+    "PathStatus",
+    "Plan",
+    "PlanResult",
+    "PlanStatus",
+    "PlannedPose",
     "PlantEnergy",
     "PlantTruth",
     "Platform",
     "PlatformDamping",
     "PlatformState",
+    "PointStatus",
     "Pose",
     "PoseKind",
     "PoseResidual",
@@ -66,9 +85,13 @@ __all__: list[str] = [
     "SensorChannel",
     "SensorOptions",
     "SensorSigma",
+    "SetPoint",
+    "SetPointOptions",
     "Simulator",
     "SimulatorOptions",
     "SolveOptions",
+    "Stability",
+    "StabilityNotion",
     "StartUp",
     "StartUpChange",
     "StartUpCommand",
@@ -82,13 +105,23 @@ __all__: list[str] = [
     "SyntheticLog",
     "SyntheticLogOptions",
     "TensionControlOptions",
+    "TensionDistribution",
     "TensionModel",
+    "TimingOptions",
     "Unexplained",
     "Verdict",
+    "VisitingOrder",
     "WatchdogOptions",
     "WinchMode",
     "WinchOptions",
+    "Workspace",
+    "WorkspaceProgress",
     "WrenchRow",
+    "all_equilibria_at",
+    "all_equilibria_from_lengths",
+    "all_equilibria_from_tensions",
+    "alpha_shape",
+    "box_is_inside",
     "builtin_robot_names",
     "builtin_robot_yaml",
     "cable_derivatives",
@@ -96,26 +129,40 @@ __all__: list[str] = [
     "calibrate",
     "channel_noise",
     "characteristic_length_m",
+    "compute_workspace",
+    "constant_tension_modes",
     "default_setpoints",
     "describe_invalid",
     "detect_equilibria",
     "diagnose",
+    "direct_from_lengths",
+    "direct_from_tensions",
     "effect_catalogue",
     "euler_from_rotation",
     "euler_rate_matrix",
     "exp_so3",
     "expanded_effect",
+    "explain_empty",
     "fifth_degree",
+    "follow_path",
     "format_log",
+    "format_plan",
     "free_motion_basis",
+    "free_motion_modes",
     "free_motion_stiffness",
     "gravity_stiffness",
     "gravity_wrench",
+    "in_solid_cell",
     "injectable_effects",
+    "inverse",
+    "inverse_along",
+    "lambda_of",
+    "largest_inscribed_box",
     "left_inverse_rows",
     "length_jacobian",
     "load_robot",
     "log_so3",
+    "make_plan",
     "measurement_at",
     "measurement_mean",
     "minus",
@@ -125,33 +172,50 @@ __all__: list[str] = [
     "parse_injected_effect",
     "parse_log",
     "parse_method",
+    "parse_plan",
     "parse_robot",
+    "parse_tension_distribution",
+    "parse_visiting_order",
     "perfect_sensors",
     "platform_state",
     "plus",
     "potential_energy",
+    "predicted_covariance",
     "prepare",
+    "probe",
+    "published_measurement_box",
     "random_offsets",
     "read_log",
+    "read_mesh",
+    "read_plan",
     "reading_noise",
     "rotation_angle_difference_rad",
     "rotation_distance_rad",
     "rotation_from_euler",
     "scan",
     "segments",
+    "set_point_at",
+    "settling_deviation",
     "simulate_startup",
     "solve",
+    "stability",
     "stiffness",
     "structure_matrix",
     "swivel_jacobian",
     "synthetic_log",
     "synthetic_measurement",
+    "tension_margin_N",
     "tension_stiffness",
     "tensions_least_squares",
     "tensions_left_inverse",
     "to_yaml",
+    "verify_plan",
+    "workspace_box",
+    "workspace_shape",
     "wrench_residual",
     "write_log",
+    "write_mesh",
+    "write_plan",
 ]
 
 class InputError(ValueError):
@@ -647,6 +711,704 @@ class TensionModel:
         """
         False: the chosen rows are singular at this pose.
         """
+
+class EquilibriumStatus(enum.Enum):
+    """
+    found: balanced and stable, every cable pulls. unstable, infeasible (a tension beyond the robot's limits) and slack are balanced too. not_found, invalid_geometry: no pose.
+    """
+
+    found = 0
+    unstable = 1
+    infeasible = 2
+    slack = 3
+    not_found = 4
+    invalid_geometry = 5
+
+class TensionDistribution(enum.Enum):
+    """
+    Which of the tensions that carry the weight a robot is given. barycentre: centroid of the feasible polytope; minimum_norm; mid_range: closest to the middle of the limits; given_lambda: eq. A2 with lambda as given.
+    """
+
+    barycentre = 0
+    minimum_norm = 1
+    mid_range = 2
+    given_lambda = 3
+
+class StabilityNotion(enum.Enum):
+    """
+    locked_lengths: winches hold the cable lengths (K_f of eq. A4, the paper's criterion); constant_tensions: force control (the whole K + Q), which demands more.
+    """
+
+    locked_lengths = 0
+    constant_tensions = 1
+
+class Stability:
+    """
+    Smallest eigenvalues of the two stiffnesses [N/m], rotations measured as arcs at the characteristic length; positive: stable. Immutable.
+    """
+
+    @property
+    def constant_tensions_N_m(self) -> float:
+        """
+        Of K + Q.
+        """
+
+    @property
+    def locked_lengths_N_m(self) -> float:
+        """
+        Of K_f (eq. A4); inf when the cables leave no freedom.
+        """
+
+class EquilibriumResult:
+    """
+    One equilibrium, or the reason why there is none. Immutable.
+    """
+
+    def __repr__(self) -> str: ...
+    @property
+    def balanced(self) -> bool:
+        """
+        Whether the pose is an equilibrium, whatever else is wrong with it.
+        """
+
+    @property
+    def evaluations(self) -> int: ...
+    @property
+    def length_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n], arc on the pulley included.
+        """
+
+    @property
+    def pose(self) -> Pose | None:
+        """
+        The balanced pose; None when none was reached.
+        """
+
+    @property
+    def reason(self) -> str:
+        """
+        One sentence; empty when found.
+        """
+
+    @property
+    def residual_N(self) -> float:
+        """
+        ‖Ξᵀτ − f‖, moments divided by the characteristic length.
+        """
+
+    @property
+    def stability(self) -> Stability: ...
+    @property
+    def stable(self) -> bool:
+        """
+        By the notion that fits the problem.
+        """
+
+    @property
+    def status(self) -> EquilibriumStatus: ...
+    @property
+    def tension_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n]; NaN or empty when no pose was reached.
+        """
+
+class InverseResult(EquilibriumResult):
+    """
+    An equilibrium at a position that was asked for. Immutable.
+    """
+
+    @property
+    def lambda_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n - 3]: what reproduces these tensions with given_lambda.
+        """
+
+    @property
+    def margin_N(self) -> float:
+        """
+        Of the closest tension to its limit; negative when infeasible.
+        """
+
+class Box:
+    """
+    Axis-aligned box [m], world axes. Immutable.
+    """
+
+    def __init__(
+        self,
+        lower_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+        upper_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+    ) -> None:
+        """
+        Corners [3] [m].
+        """
+
+    def __repr__(self) -> str: ...
+    def contains(
+        self,
+        position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+        tolerance_m: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> bool: ...
+    @property
+    def lower_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        [3]; a copy.
+        """
+
+    @property
+    def upper_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        [3]; a copy.
+        """
+
+    @property
+    def volume_m3(self) -> float: ...
+
+class Grid:
+    """
+    Points at equal steps in all directions. Immutable.
+    """
+
+    @property
+    def box(self) -> Box: ...
+    @property
+    def count(self) -> typing.Annotated[list[int], "FixedSize(3)"]:
+        """
+        [3] along x, y, z.
+        """
+
+    @property
+    def origin_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Point of index (0, 0, 0) [3].
+        """
+
+    @property
+    def size(self) -> int: ...
+    @property
+    def step_m(self) -> float: ...
+
+class Mesh:
+    """
+    Closed surface of triangles, counter-clockwise seen from outside. Immutable.
+    """
+
+    def __init__(
+        self,
+        vertices_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"],
+        faces: typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 3]"],
+    ) -> None:
+        """
+        vertices_m [v, 3], faces [f, 3].
+        """
+
+    def contains(
+        self, position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]
+    ) -> bool:
+        """
+        Inclusion by the winding number.
+        """
+
+    def cross_section(
+        self, height_m: typing.SupportsFloat | typing.SupportsIndex
+    ) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"]]:
+        """
+        Closed polygons [k, 2] at z = height_m: outer ones counter-clockwise, holes clockwise.
+        """
+
+    @property
+    def area_m2(self) -> float: ...
+    @property
+    def faces(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 3]"]:
+        """
+        Vertex indices [f, 3]; a copy.
+        """
+
+    @property
+    def vertices_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        [v, 3]; a copy.
+        """
+
+    @property
+    def volume_m3(self) -> float: ...
+    @property
+    def watertight(self) -> bool:
+        """
+        Every edge belongs to exactly two faces that run along it in opposite directions.
+        """
+
+class MeshEncoding(enum.Enum):
+    """
+    Of a mesh file.
+    """
+
+    binary = 0
+    ascii = 1
+
+class AlphaShape:
+    """
+    Boundary of a set of points. Immutable.
+    """
+
+    @property
+    def alpha_m2(self) -> float:
+        """
+        Used; squared radius.
+        """
+
+    @property
+    def components(self) -> int:
+        """
+        Pieces of the solid.
+        """
+
+    @property
+    def mesh(self) -> Mesh: ...
+    @property
+    def points_outside(self) -> int: ...
+    @property
+    def volume_m3(self) -> float: ...
+    @property
+    def watertight(self) -> bool: ...
+
+class PointStatus(enum.IntEnum):
+    """
+    What is known about a grid point. untested: the flood never reached its neighbourhood.
+    """
+
+    untested = 0
+    inside = 1
+    infeasible = 2
+    unstable = 3
+    no_equilibrium = 4
+
+class WorkspaceProgress:
+    """
+    How far the flood has come.
+    """
+
+    @property
+    def inside(self) -> int: ...
+    @property
+    def tested(self) -> int: ...
+    @property
+    def total(self) -> int:
+        """
+        Points of the grid: an upper bound.
+        """
+
+class Workspace:
+    """
+    Static workspace on a grid. Immutable.
+    """
+
+    def __repr__(self) -> str: ...
+    @property
+    def boundary_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        Points inside, close to the boundary [b, 3]; a copy.
+        """
+
+    @property
+    def complete(self) -> bool:
+        """
+        False: it was stopped, and is partial.
+        """
+
+    @property
+    def grid(self) -> Grid: ...
+    @property
+    def inside_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        Grid points inside [m, 3]; a copy.
+        """
+
+    @property
+    def points_inside(self) -> int: ...
+    @property
+    def points_tested(self) -> int: ...
+    @property
+    def quaternion_wxyz(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        Equilibrium orientation at each point inside [m, 4]; a copy.
+        """
+
+    @property
+    def robot(self) -> Robot:
+        """
+        With the effects it listed applied.
+        """
+
+    @property
+    def status(self) -> numpy.typing.NDArray[numpy.uint8]:
+        """
+        PointStatus values [n_z, n_y, n_x]; a copy.
+        """
+
+    @property
+    def tension_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        Tensions at each point inside [m, n]; a copy.
+        """
+
+class SetPoint:
+    """
+    An equilibrium of constant tensions: command the tensions and the platform settles at the pose. Immutable.
+    """
+
+    def __init__(
+        self,
+        pose: Pose,
+        tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+    ) -> None: ...
+    @property
+    def pose(self) -> Pose: ...
+    @property
+    def tension_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n].
+        """
+
+class SetPointOptions:
+    """
+    Which tensions hold the platform.
+    """
+
+    def __init__(
+        self,
+        *,
+        distribution: TensionDistribution = ...,
+        lambda_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...,
+        tension_margin_N: typing.SupportsFloat | typing.SupportsIndex | None = None,
+    ) -> None:
+        """
+        lambda_N [n - 3]: with given_lambda. tension_margin_N: least distance from the limits; default one sigma of the load cells.
+        """
+
+    @property
+    def distribution(self) -> TensionDistribution: ...
+    @property
+    def lambda_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]: ...
+    @property
+    def tension_margin_N(self) -> float | None: ...
+
+class PathStatus(enum.Enum):
+    """
+    Whether a transition keeps the platform stable and inside.
+    """
+
+    clear = 0
+    unstable = 1
+    other_equilibrium = 2
+    beyond_tension_limits = 3
+    outside_workspace = 4
+
+class PathPoint:
+    """
+    One equilibrium on the way. Immutable.
+    """
+
+    @property
+    def fraction(self) -> float:
+        """
+        Of the tension change: 0 … 1.
+        """
+
+    @property
+    def pose(self) -> Pose: ...
+    @property
+    def stiffness_N_m(self) -> float: ...
+    @property
+    def tension_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n].
+        """
+
+class Path:
+    """
+    What happens between two set-points. Immutable.
+    """
+
+    @property
+    def points(self) -> list[PathPoint]:
+        """
+        Up to the failure when not clear.
+        """
+
+    @property
+    def reason(self) -> str:
+        """
+        One sentence; empty when clear.
+        """
+
+    @property
+    def status(self) -> PathStatus: ...
+
+class KnownEffects:
+    """
+    The effects that a robot file lists for every run, as planning sees them. Immutable.
+    """
+
+    def __init__(self, robot: Robot) -> None: ...
+    def as_planned(self, stop: SetPoint) -> SetPoint | None:
+        """
+        The set-point of true tensions, without forces but the weight, behind a stop of a finished plan; None when those tensions do not hold the platform.
+        """
+
+    def reading_N(
+        self,
+        pose: Pose,
+        tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        What the load cells read under tensions [n].
+        """
+
+    def settled(
+        self,
+        reading_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+        near: Pose,
+    ) -> Pose | None:
+        """
+        Where the platform rests when the load cells are held at these readings [n], close to a pose: with all effects, an external force too. None when it does not settle.
+        """
+
+    def tension_N(
+        self,
+        pose: Pose,
+        reading_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Tensions [n] behind readings of the load cells.
+        """
+
+    @property
+    def robot(self) -> Robot:
+        """
+        The robot with their geometry and inertia, its list of effects empty.
+        """
+
+class PlannedPose:
+    """
+    One stop of a plan. Immutable.
+    """
+
+    @property
+    def constant_tension_frequencies_hz(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Under force control [6], rising.
+        """
+
+    @property
+    def dwell_s(self) -> float: ...
+    @property
+    def measured(self) -> bool:
+        """
+        False: passed through only.
+        """
+
+    @property
+    def natural_frequencies_hz(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Free motions with locked cables [6 - n], rising.
+        """
+
+    @property
+    def pose(self) -> Pose: ...
+    @property
+    def tension_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Set-point [n], as the load cells read it.
+        """
+
+    @property
+    def transition_s(self) -> float:
+        """
+        Of the fifth-degree transition from the stop before.
+        """
+
+class Plan:
+    """
+    What `acquire` runs. Immutable.
+    """
+
+    def __repr__(self) -> str: ...
+    @property
+    def duration_s(self) -> float: ...
+    @property
+    def measured_count(self) -> int: ...
+    @property
+    def poses(self) -> list[PlannedPose]:
+        """
+        PlannedPose in visiting order.
+        """
+
+    @property
+    def predicted_standard_deviation(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+        """
+        Of the initial pose [6]: position [m], world-frame rotation vector [rad]; NaN when it would not be observable.
+        """
+
+    @property
+    def robot_name(self) -> str: ...
+    @property
+    def start_dwell_s(self) -> float: ...
+    @property
+    def start_pose(self) -> Pose: ...
+    @property
+    def start_tension_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        tau_0 [n], as the load cells read it.
+        """
+
+class VisitingOrder(enum.Enum):
+    """
+    least_time: each pose once; random: each several times, shuffled so that drifts and creep look like no pose.
+    """
+
+    least_time = 0
+    random = 1
+
+class TimingOptions:
+    """
+    What transition and dwell times are derived from. Immutable.
+    """
+
+    def __init__(
+        self,
+        *,
+        max_platform_speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.5,
+        max_cable_speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.5,
+        damping_ratio: typing.SupportsFloat | typing.SupportsIndex = 0.1,
+        rest_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.05,
+        measuring_s: typing.SupportsFloat | typing.SupportsIndex = 2.0,
+    ) -> None:
+        """
+        Peak speeds; damping ratio of every mode; ringing that counts as rest, in sigma of each sensor; rest left for measuring.
+        """
+
+    @property
+    def damping_ratio(self) -> float: ...
+    @property
+    def max_cable_speed_m_s(self) -> float: ...
+    @property
+    def max_platform_speed_m_s(self) -> float: ...
+    @property
+    def measuring_s(self) -> float: ...
+    @property
+    def rest_tolerance(self) -> float: ...
+
+class PlanStatus(enum.Enum):
+    """
+    infeasible: a pose is no set-point or cannot be reached; stopped: by the progress callback. The plan is empty unless planned.
+    """
+
+    planned = 0
+    infeasible = 1
+    stopped = 2
+
+class GridComparison:
+    """
+    How many poses chosen by observability the grid is worth. Immutable.
+    """
+
+    @property
+    def grid_poses(self) -> int: ...
+    @property
+    def grid_standard_deviation(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+        """
+        [6] [m, rad].
+        """
+
+    @property
+    def optimal_standard_deviation(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        Row k - 1: of k poses [6] [m, rad].
+        """
+
+    @property
+    def poses_needed(self) -> int | None:
+        """
+        The fewest that are no worse in position and in rotation; None: not within those that were chosen.
+        """
+
+class ApproachCoverage:
+    """
+    How well an order tells the two directions apart. Immutable.
+    """
+
+    @property
+    def both(self) -> int:
+        """
+        Pairs (pose, cable) approached paying out and reeling in.
+        """
+
+    @property
+    def possible(self) -> int: ...
+
+class PlanResult:
+    """
+    A plan, or why there is none. Immutable.
+    """
+
+    @property
+    def approach(self) -> ApproachCoverage | None:
+        """
+        Of a random order.
+        """
+
+    @property
+    def box(self) -> Box:
+        """
+        Of the grid.
+        """
+
+    @property
+    def box_origin(self) -> str:
+        """
+        Where the box comes from.
+        """
+
+    @property
+    def candidates(self) -> int:
+        """
+        That `optimal` chose from.
+        """
+
+    @property
+    def comparison(self) -> GridComparison | None:
+        """
+        With `optimal`.
+        """
+
+    @property
+    def order_is_optimal(self) -> bool:
+        """
+        Least time, proved.
+        """
+
+    @property
+    def plan(self) -> Plan: ...
+    @property
+    def reason(self) -> str:
+        """
+        One sentence; empty when planned.
+        """
+
+    @property
+    def status(self) -> PlanStatus: ...
 
 class Log:
     """
@@ -2393,6 +3155,45 @@ class StartUpRun:
         One a row of the log.
         """
 
+def all_equilibria_at(
+    robot: Robot,
+    position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+    *,
+    distribution: TensionDistribution = ...,
+    lambda_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...,
+    stability: StabilityNotion = ...,
+) -> list[InverseResult]:
+    """
+    All distinct equilibria at a position that about a dozen starts reach: found ones first, by falling tension margin.
+    """
+
+def all_equilibria_from_lengths(
+    robot: Robot, length_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
+) -> list[EquilibriumResult]:
+    """
+    All equilibria that about a dozen starts reach, distinct, stable ones first.
+    """
+
+def all_equilibria_from_tensions(
+    robot: Robot, tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
+) -> list[EquilibriumResult]:
+    """
+    All equilibria that about a dozen starts reach, distinct, stable ones first.
+    """
+
+def alpha_shape(
+    points_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"],
+    alpha_m2: typing.SupportsFloat | typing.SupportsIndex | None = None,
+) -> AlphaShape:
+    """
+    Alpha shape of points [m, 3]; alpha (a squared radius) is automatic unless given. Raises InputError for points that are not finite or an alpha that is not positive.
+    """
+
+def box_is_inside(workspace: Workspace, box: Box) -> bool:
+    """
+    Whether every grid cell that a box touches has all its corners inside.
+    """
+
 def builtin_robot_names() -> list[str]:
     """
     Names that load_robot knows without a file.
@@ -2430,6 +3231,35 @@ def characteristic_length_m(robot: Robot) -> float:
     Root mean square distance of the platform anchors from the centre of mass [m].
     """
 
+def compute_workspace(
+    robot: Robot,
+    *,
+    box: Box | None = None,
+    step_m: typing.SupportsFloat | typing.SupportsIndex = 0.05,
+    distribution: TensionDistribution = ...,
+    lambda_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...,
+    stability: StabilityNotion = ...,
+    seeds_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] | None = None,
+    threads: typing.SupportsInt | typing.SupportsIndex = 0,
+    boundary_halvings: typing.SupportsInt | typing.SupportsIndex = 5,
+    progress: collections.abc.Callable | None = None,
+) -> Workspace:
+    """
+    Floods outward from seeds_m [s, 3] (default: a lattice in the box), each point warm-started from a solved neighbour. box: default workspace_box. threads: 0 is one a core. progress(WorkspaceProgress): False stops. Stopped so, or by Ctrl-C, the workspace is what was found until then and `complete` is False. The robot's known effects are applied. Raises InputError for a bad box, step or seed, and unless 3 ≤ n ≤ 5.
+    """
+
+def constant_tension_modes(
+    robot: Robot,
+    state: PlatformState,
+    tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+) -> tuple[
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"],
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"],
+]:
+    """
+    The six small oscillations at constant tensions: (natural_frequency_hz [6], rising; shapes [6, 6], one twist a column). NaN: the motion grows instead.
+    """
+
 def default_setpoints(
     robot: Robot,
     nx: typing.SupportsInt | typing.SupportsIndex,
@@ -2463,6 +3293,24 @@ def diagnose(
 ) -> Diagnosis:
     """
     Names what the model lacks, from one or more logs of one robot. `progress` is called with each step's name; False ends the search and keeps what was found. Ctrl-C is noticed between steps. Raises InputError for a log that does not fit the robot.
+    """
+
+def direct_from_lengths(
+    robot: Robot,
+    length_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+    start: Pose | None = None,
+) -> EquilibriumResult:
+    """
+    Where a platform hangs on cables of given length [n] > 0: the lowest centre of mass with no cable longer. Status found, slack, unstable, not_found or invalid_geometry. Raises InputError for n > 6.
+    """
+
+def direct_from_tensions(
+    robot: Robot,
+    tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+    start: Pose | None = None,
+) -> EquilibriumResult:
+    """
+    Where a force-controlled platform hangs: minimum of Σ τ l + m g z_G at constant tensions [n] ≥ 0. Status found, unstable, not_found or invalid_geometry.
     """
 
 def effect_catalogue() -> list[EffectInfo]:
@@ -2500,9 +3348,26 @@ def expanded_effect(
     The same effect with scalars broadcast over the cables. Raises InputError when the values do not fit.
     """
 
+def explain_empty(workspace: Workspace) -> str:
+    """
+    Why nothing is inside, in one sentence; '' when something is.
+    """
+
 def fifth_degree(fraction: typing.SupportsFloat | typing.SupportsIndex) -> float:
     """
     Smooth 0 → 1 with zero speed and acceleration at both ends.
+    """
+
+def follow_path(
+    robot: Robot,
+    from_set_point: SetPoint,
+    to_set_point: SetPoint,
+    *,
+    bounds: Box | None = None,
+    tension_margin_N: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+) -> Path:
+    """
+    The platform's quasi-static path while the tensions change from one set-point to another: stable, inside the static workspace and the bounds (default workspace_box), or why not.
     """
 
 def format_log(log: Log) -> str:
@@ -2510,11 +3375,28 @@ def format_log(log: Log) -> str:
     The canonical CSV text; parse_log gives back the same numbers.
     """
 
+def format_plan(plan: Plan) -> str:
+    """
+    Text of a plan file (CSV).
+    """
+
 def free_motion_basis(
     state: PlatformState,
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
     """
     Orthonormal basis [6, m] of the motions that no cable length resists.
+    """
+
+def free_motion_modes(
+    robot: Robot,
+    state: PlatformState,
+    tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+) -> tuple[
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"],
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"],
+]:
+    """
+    The 6 - n oscillations with locked cables: (natural_frequency_hz, shapes [6, 6 - n]).
     """
 
 def free_motion_stiffness(
@@ -2540,9 +3422,60 @@ def gravity_wrench(
     f of eq. 6 [6] [N, Nm]: weight and its moment about P, world axes.
     """
 
+def in_solid_cell(
+    workspace: Workspace,
+    position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+) -> bool:
+    """
+    Whether the grid cell around a position has all its corners inside.
+    """
+
 def injectable_effects() -> list:
     """
     Everything that can be injected: dicts of name, parameters [(name, shape)], generator_only (not in the catalogue of the diagnosis), description.
+    """
+
+def inverse(
+    robot: Robot,
+    position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+    *,
+    distribution: TensionDistribution = ...,
+    lambda_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...,
+    stability: StabilityNotion = ...,
+    start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"] | None = None,
+) -> InverseResult:
+    """
+    Inverse geometrico-static problem (eqs A1-A3): orientation and tensions at position_m [3] of P. lambda_N [n - 3]: with given_lambda. start [3, 3]: a rotation close to the solution; without it the search is by NLopt from several. Raises InputError unless 3 ≤ n ≤ 5.
+    """
+
+def inverse_along(
+    robot: Robot,
+    positions_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"],
+    *,
+    distribution: TensionDistribution = ...,
+    lambda_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...,
+    stability: StabilityNotion = ...,
+) -> tuple[
+    list[EquilibriumStatus],
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"],
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"],
+]:
+    """
+    The inverse problem at positions_m [m, 3], each continued from the one before by Newton steps, from nothing by NLopt where that fails: (status [m], quaternion_wxyz [m, 4], tension_N [m, n]), NaN where there is no balance. Raises InputError as inverse does.
+    """
+
+def lambda_of(
+    robot: Robot,
+    state: PlatformState,
+    tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    """
+    lambda [n - 3] [N] of given tensions at a pose; empty when the cables do not span space.
+    """
+
+def largest_inscribed_box(workspace: Workspace) -> Box | None:
+    """
+    The axis-aligned box of largest volume whose grid points are all inside, or None.
     """
 
 def left_inverse_rows(cable_count: typing.SupportsInt | typing.SupportsIndex) -> list[WrenchRow]:
@@ -2567,6 +3500,29 @@ def log_so3(
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
     """
     Rotation [3, 3] → rotation vector [3] [rad], of norm ≤ pi. Raises InputError when it is not a rotation.
+    """
+
+def make_plan(
+    robot: Robot,
+    *,
+    box: Box | None = None,
+    grid: typing.Annotated[
+        collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"
+    ] = [2, 2, 2],
+    optimal: typing.SupportsInt | typing.SupportsIndex = 0,
+    positions_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] | None = None,
+    home_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] | None = None,
+    order: VisitingOrder = ...,
+    visits: typing.SupportsInt | typing.SupportsIndex = 2,
+    seed: typing.SupportsInt | typing.SupportsIndex = 1,
+    set_points: SetPointOptions = ...,
+    bounds: Box | None = None,
+    timing: TimingOptions = ...,
+    threads: typing.SupportsInt | typing.SupportsIndex = 0,
+    progress: collections.abc.Callable | None = None,
+) -> PlanResult:
+    """
+    Which poses, in which order, at which tensions and how fast (paper §3.2), every path checked. grid: positions along x, y, z of the box (default: eq. 19 for irma4, else proposed). optimal > 0: that many poses chosen by observability instead. positions_m [k, 3]: instead of both. home_m [3]: where the run starts (default: the middle of the box). visits, seed: of the random order. bounds: that the platform may not leave. progress(stage, share): False stops. The robot's known effects are applied. A pose that cannot be measured or reached is a status. Raises InputError for options that make no sense and unless 3 ≤ n ≤ 5.
     """
 
 def measurement_at(
@@ -2624,9 +3580,24 @@ def parse_method(name: str) -> Method:
     'unified', 'static' or 'kinematic' → Method; raises InputError.
     """
 
+def parse_plan(text: str, source: str) -> Plan:
+    """
+    Text of a plan file → Plan. Raises InputError 'source:line:column: …'.
+    """
+
 def parse_robot(yaml_text: str, source: str) -> Robot:
     """
     Parses a robot file's text; `source` is what messages call it. Raises InputError 'source:line:column: field: …'.
+    """
+
+def parse_tension_distribution(name: str) -> TensionDistribution:
+    """
+    'barycentre' … → TensionDistribution. Raises InputError naming the choices.
+    """
+
+def parse_visiting_order(name: str) -> VisitingOrder:
+    """
+    'least-time', 'random' → VisitingOrder. Raises InputError naming the choices.
     """
 
 def perfect_sensors() -> SensorOptions:
@@ -2656,9 +3627,29 @@ def potential_energy(
     Potential energy at constant tensions [J]; its gradient along a twist is wrench_residual.
     """
 
+def predicted_covariance(
+    robot: Robot, start: SetPoint, set_points: collections.abc.Sequence[SetPoint]
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"] | None:
+    """
+    Covariance [6, 6] of the initial pose (position [m], world-frame rotation vector [rad]) that measuring these set-points will give; None while it stays unobservable.
+    """
+
 def prepare(robot: Robot, log: Log, options: CalibrateOptions | None = None) -> Calibration:
     """
     The problem that a log poses, and the equilibria it was drawn from; result is not filled. Raises InputError for a log that does not fit the robot or the options.
+    """
+
+def probe(
+    workspace: Workspace,
+    position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+) -> InverseResult:
+    """
+    Everything about one position [3]: equilibrium, and margin_N to the tension limits.
+    """
+
+def published_measurement_box(robot: Robot) -> Box | None:
+    """
+    The box of eq. 19 when the robot is irma4, else None.
     """
 
 def random_offsets(
@@ -2671,6 +3662,16 @@ def random_offsets(
 def read_log(path: str) -> Log:
     """
     Reads a canonical CSV log. Raises InputError 'file:line: column: …'.
+    """
+
+def read_mesh(path: str) -> Mesh:
+    """
+    Reads PLY or STL of triangles. Raises InputError naming the file.
+    """
+
+def read_plan(path: str) -> Plan:
+    """
+    Reads a plan file. Raises InputError 'file:line:column: …'.
     """
 
 def reading_noise(
@@ -2710,6 +3711,22 @@ def segments(
     Segments of a log: a gap longer than gap_s starts a new one. The last is the run.
     """
 
+def set_point_at(
+    robot: Robot,
+    position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+    options: SetPointOptions = ...,
+) -> tuple[SetPoint | None, str]:
+    """
+    The set-point at a position [3]: (SetPoint or None, reason why there is none).
+    """
+
+def settling_deviation(
+    robot: Robot, set_point: SetPoint
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+    """
+    Standard deviation [6] of the pose (position [m], world-frame rotation vector [rad]) when every tension is wrong by one sigma of the load cells.
+    """
+
 def simulate_startup(
     robot: Robot,
     plan: StartUpPlan,
@@ -2733,6 +3750,15 @@ def solve(
 ) -> CalibrationResult:
     """
     Solves from a guess, one Pose a measurement. Numerical failure is a status. Raises InputError when the problem itself makes no sense.
+    """
+
+def stability(
+    robot: Robot,
+    state: PlatformState,
+    tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+) -> Stability:
+    """
+    Both notions of stability at a pose that is in balance.
     """
 
 def stiffness(
@@ -2782,6 +3808,13 @@ def synthetic_measurement(
     Exact readings at a pose plus offsets and noise; tension_N [n]: the true tensions there.
     """
 
+def tension_margin_N(
+    robot: Robot, tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
+) -> float:
+    """
+    Distance [N] of the closest tension to its limit; negative outside.
+    """
+
 def tension_stiffness(
     state: PlatformState,
     tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
@@ -2807,6 +3840,23 @@ def to_yaml(robot: Robot) -> str:
     The robot as a robot file that parse_robot reads back exactly.
     """
 
+def verify_plan(robot: Robot, plan: Plan, bounds: Box | None = None) -> str:
+    """
+    '' when every set-point of a plan is an equilibrium of this robot and every path clear; otherwise what is wrong with which stop. Raises InputError for a plan of another robot.
+    """
+
+def workspace_box(robot: Robot) -> Box:
+    """
+    Where a suspended platform may be: the pulleys' horizontal rectangle, down from the highest pulley by its larger side, not below the floor.
+    """
+
+def workspace_shape(
+    workspace: Workspace, alpha_m2: typing.SupportsFloat | typing.SupportsIndex | None = None
+) -> AlphaShape:
+    """
+    The boundary as a watertight mesh; alpha_m2 is automatic unless given.
+    """
+
 def wrench_residual(
     robot: Robot,
     state: PlatformState,
@@ -2819,4 +3869,14 @@ def wrench_residual(
 def write_log(log: Log, path: str) -> None:
     """
     Writes the canonical CSV; read_log gives back the same numbers. Raises InputError when the file cannot be written.
+    """
+
+def write_mesh(path: str, mesh: Mesh, encoding: MeshEncoding = ...) -> None:
+    """
+    Writes .ply (double precision) or .stl (single). Raises InputError.
+    """
+
+def write_plan(plan: Plan, path: str) -> None:
+    """
+    Writes a plan file. Raises InputError when it cannot be written.
     """

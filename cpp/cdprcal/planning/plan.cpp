@@ -5,6 +5,7 @@
 
 #include "cdprcal/error.hpp"
 #include "cdprcal/planning/candidates.hpp"
+#include "cdprcal/planning/known_effects.hpp"
 #include "cdprcal/planning/legs.hpp"
 #include "cdprcal/planning/observability.hpp"
 
@@ -17,6 +18,9 @@ std::string text(const Vector3& v) {
   out << '(' << v.x() << ", " << v.y() << ", " << v.z() << ") m";
   return out.str();
 }
+
+/// How far a planned pose may be from where the platform settles [m, rad].
+constexpr double kSettled = 1e-3;
 
 /// Ends planning from anywhere in it; make_plan turns it into a status.
 struct Ended {
@@ -280,10 +284,19 @@ const char* to_string(PlanStatus status) {
 }
 
 PlanResult make_plan(const Robot& robot, const PlanOptions& options) {
-  return Planner(robot, options).run();
+  const KnownEffects effects(robot);
+  PlanResult result = Planner(effects.robot(), options).run();
+  if (result.status == PlanStatus::planned &&
+      !apply_known_effects(effects, result.plan, result.reason)) {
+    result.status = PlanStatus::infeasible;
+    result.plan = Plan{};
+  }
+  return result;
 }
 
-std::string verify_plan(const Robot& robot, const Plan& plan, const std::optional<Box>& bounds) {
+std::string verify_plan(const Robot& given, const Plan& plan, const std::optional<Box>& bounds) {
+  const KnownEffects effects(given);
+  const Robot& robot = effects.robot();
   const auto check_tensions = [&](const CableVector& tension_N, const std::string& what) {
     if (tension_N.size() != robot.cable_count()) {
       throw InputError("plan: " + what + " has " + std::to_string(tension_N.size()) +
@@ -299,7 +312,19 @@ std::string verify_plan(const Robot& robot, const Plan& plan, const std::optiona
   };
   std::vector<SetPoint> stops{{plan.start_pose, plan.start_tension_N}};
   for (const PlannedPose& pose : plan.poses) stops.push_back({pose.pose, pose.tension_N});
-  for (std::size_t i = 0; i < stops.size(); ++i) check_tensions(stops[i].tension_N, name_of(i));
+  for (std::size_t i = 0; i < stops.size(); ++i) {
+    SetPoint& stop = stops[i];
+    check_tensions(stop.tension_N, name_of(i));
+    if (!effects.any()) continue;
+    const std::optional<Pose> settled = effects.settled(stop.tension_N, stop.pose);
+    if (!settled || minus(*settled, stop.pose).norm() > kSettled) {
+      return name_of(i) + " is not where the platform rests, with the effects of " + robot.name;
+    }
+    // The path is followed as it was planned: true tensions, no forces but the weight.
+    const std::optional<SetPoint> planned = effects.as_planned(stop);
+    if (!planned) return name_of(i) + ": its tensions do not hold the platform";
+    stop = *planned;
+  }
 
   SetPointOptions any_margin;
   any_margin.tension_margin_N = 0.0;

@@ -26,7 +26,9 @@ struct PlannedPose {
   ModeVector constant_tension_frequencies_hz;   ///< under force control: 6, rising
 };
 
-/// What `acquire` runs. Everything in SI units, the world frame, poses of P.
+/// What `acquire` runs. Everything in SI units, the world frame, poses of P. Tensions are set-points
+/// as the load cells read them: what the cables carry, unless the robot file lists effects of the
+/// load cells.
 struct Plan {
   std::string robot_name;
   CableVector start_tension_N;           ///< τ0: the set-point of the home pose
@@ -95,7 +97,9 @@ struct PlanResult {
   int candidates = 0;                            ///< that `optimal` chose from
 };
 
-/// Plans. A pose that cannot be measured or reached is a status, not an exception. Throws InputError
+/// Plans, with the effects that the robot lists for every run (see KnownEffects): their geometry
+/// and inertia throughout; readings and poses of the finished plan are those of the robot with all
+/// of them, so with an external force a stop is where it rests, a little off the grid. A pose that cannot be measured or reached is a status, not an exception. Throws InputError
 /// for options that make no sense and for robots without an inverse problem (n < 3, n > 5).
 PlanResult make_plan(const Robot& robot, const PlanOptions& options = {});
 
@@ -103,7 +107,7 @@ PlanResult make_plan(const Robot& robot, const PlanOptions& options = {});
 /// made for other parameters, is caught before anything moves. Empty when every set-point is an
 /// equilibrium and every path clear; otherwise what is wrong with which stop. Throws InputError for
 /// a plan that does not fit the robot (cable_count, tension limits).
-std::string verify_plan(const Robot& robot, const Plan& plan,
+std::string verify_plan(const Robot& given, const Plan& plan,
                         const std::optional<Box>& bounds = std::nullopt);
 
 }  // namespace cdprcal

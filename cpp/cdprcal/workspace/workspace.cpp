@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/workspace/flood.hpp"
 
@@ -60,7 +61,9 @@ std::vector<Vector3> Workspace::points_m() const {
   return points;
 }
 
-Workspace compute_workspace(const Robot& robot, const WorkspaceOptions& options) {
+Workspace compute_workspace(const Robot& given, const WorkspaceOptions& options) {
+  Robot robot = with_effects(given, resolve_effects(given, ""));
+  robot.effects.clear();  // applied
   const InverseSolver solver(robot, options.inverse);
   const Box box = options.box.value_or(workspace_box(robot));
   check_box(robot, box);

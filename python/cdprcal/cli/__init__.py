@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from cdprcal.cli import calibrate, check, diagnose, generate, import_log
+from cdprcal.cli import calibrate, check, diagnose, generate, import_log, plan, workspace
 
 app = typer.Typer(
     name="cdprcal",
@@ -20,6 +20,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+app.command("workspace")(workspace.command)
+app.command("plan")(plan.command)
 app.command("import")(import_log.command)
 app.command("check")(check.command)
 app.command("calibrate")(calibrate.command)

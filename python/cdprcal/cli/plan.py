@@ -1,0 +1,148 @@
+"""``cdprcal plan``: which poses to measure, in which order, at which tensions and how fast."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from cdprcal.cli.common import JsonOption, RobotArgument, fail, print_json, reports_errors
+from cdprcal.cli.values import (
+    BoxOption,
+    DistributionOption,
+    LambdaOption,
+    ThreadsOption,
+    parse_box,
+    parse_numbers,
+    parse_position,
+)
+
+
+@reports_errors
+def command(
+    robot: RobotArgument,
+    output: Annotated[
+        str, typer.Option("-o", "--output", metavar="FILE", help="Write the plan (CSV).")
+    ] = "",
+    grid: Annotated[
+        str,
+        typer.Option("--grid", metavar="NXxNYxNZ", help="Positions along each side of the box."),
+    ] = "2x2x2",
+    box: BoxOption = "",
+    optimal: Annotated[
+        int,
+        typer.Option(
+            "--optimal",
+            min=0,
+            help="Instead of the grid, this many poses chosen by what they say about the initial "
+            "pose (D-optimal), and how many poses of the grid they are worth.",
+        ),
+    ] = 0,
+    position: Annotated[
+        list[str] | None,
+        typer.Option("--position", metavar="X,Y,Z", help="Instead of the grid; may be repeated."),
+    ] = None,
+    home: Annotated[
+        str,
+        typer.Option("--home", metavar="X,Y,Z", help="Where the run starts (default: mid box)."),
+    ] = "",
+    order: Annotated[
+        str,
+        typer.Option(
+            metavar="least-time|random",
+            help="random: each pose several times, shuffled, so that drifts and creep look like no "
+            "pose and friction shows in both directions; diagnose wants it.",
+        ),
+    ] = "least-time",
+    visits: Annotated[int, typer.Option(min=1, help="Of each pose, in random order.")] = 2,
+    seed: Annotated[int, typer.Option(min=0, help="Of the random order.")] = 1,
+    distribution: DistributionOption = "barycentre",
+    lambda_: LambdaOption = "",
+    margin: Annotated[
+        float | None,
+        typer.Option(
+            "--margin-n",
+            help="Least distance of tensions from their limits [N] (default: one sigma).",
+        ),
+    ] = None,
+    bounds: Annotated[
+        str,
+        typer.Option(
+            "--bounds",
+            metavar="X,Y,Z:X,Y,Z",
+            help="What the platform may not leave, on the way either (default: the pulleys' box).",
+        ),
+    ] = "",
+    speed: Annotated[
+        float, typer.Option("--speed-m-s", help="Peak speed of the platform and of any cable.")
+    ] = 0.5,
+    damping: Annotated[
+        float, typer.Option("--damping", help="Damping ratio of the platform's swings.")
+    ] = 0.1,
+    threads: ThreadsOption = 0,
+    plot: Annotated[
+        str, typer.Option("--plot", metavar="FILE", help="Draw the plan (PNG, PDF or SVG).")
+    ] = "",
+    json: JsonOption = False,
+) -> None:
+    """Plan a start-up run: measurement poses, tension set-points, order and times.
+
+    Every set-point is a stable equilibrium with a margin to the tension limits, and every
+    transition is followed to see that the platform stays inside; times come from the platform's
+    own natural frequencies. What the robot file lists under effects is taken into account.
+
+    Example: cdprcal plan irma4 --grid 3x3x3 --order random -o plan.csv
+    """
+    from cdprcal import _core
+    from cdprcal.cli.generate import parse_grid
+    from cdprcal.cli.progress import progress_bar
+    from cdprcal.io.files import write_text
+    from cdprcal.pictures import check_picture_name
+    from cdprcal.planning import plan_as_dict
+    from cdprcal.planning.table import print_plan
+    from cdprcal.tables import console, say
+
+    the_robot = _core.load_robot(robot)
+    options: dict[str, Any] = {
+        "box": parse_box("--box", box),
+        "grid": parse_grid(grid),
+        "optimal": optimal,
+        "positions_m": [parse_position("--position", text) for text in position or []] or None,
+        "home_m": parse_position("--home", home) if home else None,
+        "order": _core.parse_visiting_order(order),
+        "visits": visits,
+        "seed": seed,
+        "set_points": _core.SetPointOptions(
+            distribution=_core.parse_tension_distribution(distribution),
+            lambda_N=parse_numbers("--lambda", lambda_),
+            tension_margin_N=margin,
+        ),
+        "bounds": parse_box("--bounds", bounds),
+        "timing": _core.TimingOptions(
+            max_platform_speed_m_s=speed, max_cable_speed_m_s=speed, damping_ratio=damping
+        ),
+        "threads": threads,
+    }
+    if optimal and position:
+        fail("--optimal chooses the poses itself: leave out --position")
+    if plot:
+        check_picture_name(Path(plot))
+    with progress_bar() as show:
+        result = _core.make_plan(the_robot, progress=show, **options)
+    if result.status != _core.PlanStatus.planned:
+        fail(f"{the_robot.name}: no plan: {result.reason}")
+    document = plan_as_dict(the_robot, result)
+    if plot:
+        from cdprcal.planning.pictures import write_plan_picture
+
+        write_plan_picture(the_robot, result, Path(plot))
+    if output:
+        write_text(Path(output), _core.format_plan(result.plan))
+    if json:
+        print_json(document)
+    else:
+        print_plan(document)
+    out = console()
+    for path in filter(None, (output, plot)):
+        say(out, path)

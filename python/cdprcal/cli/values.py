@@ -1,0 +1,76 @@
+"""Positions, boxes and lists of numbers as options of a command."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from cdprcal._core import Box
+
+BoxOption = Annotated[
+    str,
+    typer.Option(
+        "--box",
+        metavar="X,Y,Z:X,Y,Z",
+        help="Two opposite corners [m], for example -0.4,-0.4,0.6:0.4,0.4,1.2.",
+    ),
+]
+DistributionOption = Annotated[
+    str,
+    typer.Option(
+        "--distribution",
+        metavar="barycentre|minimum_norm|mid_range|given_lambda",
+        help="Which of the tensions that carry the weight are meant.",
+    ),
+]
+LambdaOption = Annotated[
+    str,
+    typer.Option("--lambda", metavar="N,…", help="The n-3 free tensions [N] for given_lambda."),
+]
+ThreadsOption = Annotated[
+    int, typer.Option("--threads", min=0, help="Threads to use; 0 is one a core.")
+]
+
+
+def parse_numbers(option: str, text: str, count: int | None = None) -> list[float]:
+    """'1,2.5' → [1.0, 2.5]; '' → []. Raises InputError naming the option."""
+    from cdprcal._core import InputError
+
+    numbers = []
+    for part in text.split(",") if text else []:
+        try:
+            value = float(part)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise InputError(f"{option}: {part.strip()!r} in {text!r} is not a number")
+        numbers.append(value)
+    if count is not None and len(numbers) != count:
+        raise InputError(f"{option}: {text!r} has {len(numbers)} numbers instead of {count}")
+    return numbers
+
+
+def parse_position(option: str, text: str) -> list[float]:
+    """'0,0,0.9' → [0.0, 0.0, 0.9]. Raises InputError naming the option."""
+    return parse_numbers(option, text, 3)
+
+
+def parse_box(option: str, text: str) -> Box | None:
+    """'-0.4,-0.4,0.6:0.4,0.4,1.2' → Box; '' → None. Raises InputError naming the option."""
+    from cdprcal._core import Box, InputError
+
+    if not text:
+        return None
+    corners = text.split(":")
+    if len(corners) != 2:
+        raise InputError(
+            f"{option}: {text!r} is not two corners (write {option} -0.4,-0.4,0.6:0.4,0.4,1.2)"
+        )
+    lower, upper = (parse_position(option, corner) for corner in corners)
+    return Box(
+        [min(a, b) for a, b in zip(lower, upper, strict=True)],
+        [max(a, b) for a, b in zip(lower, upper, strict=True)],
+    )

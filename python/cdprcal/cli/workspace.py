@@ -1,0 +1,173 @@
+"""``cdprcal workspace``: where the platform can hang."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NoReturn
+
+import typer
+
+from cdprcal.cli.common import (
+    DONE,
+    INTERRUPTED,
+    UNTRUSTED,
+    JsonOption,
+    RobotArgument,
+    fail,
+    interruptible,
+    print_json,
+    reports_errors,
+)
+from cdprcal.cli.values import (
+    BoxOption,
+    DistributionOption,
+    LambdaOption,
+    ThreadsOption,
+    parse_box,
+    parse_numbers,
+    parse_position,
+)
+
+if TYPE_CHECKING:
+    from cdprcal import _core
+
+_MESHES = (".ply", ".stl")
+
+
+@reports_errors
+def command(
+    robot: RobotArgument,
+    output: Annotated[
+        str,
+        typer.Option("-o", "--output", metavar="FILE", help="Write the mesh: .ply, or .stl."),
+    ] = "",
+    box: BoxOption = "",
+    step_m: Annotated[
+        float, typer.Option("--step-m", help="Between the grid's points [m].")
+    ] = 0.05,
+    alpha_m2: Annotated[
+        float | None,
+        typer.Option(
+            "--alpha-m2",
+            help="Squared radius of the alpha shape [m²] (default: the least that leaves one piece "
+            "with all points in it).",
+        ),
+    ] = None,
+    stability: Annotated[
+        str,
+        typer.Option(
+            metavar="locked-lengths|constant-tensions",
+            help="What must hold the platform still: the winches' brakes (eq. A4), or tension "
+            "control, which demands more.",
+        ),
+    ] = "locked-lengths",
+    distribution: DistributionOption = "barycentre",
+    lambda_: LambdaOption = "",
+    seed: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--from",
+            metavar="X,Y,Z",
+            help="Search outward from here only (default: from all over the box); may be repeated.",
+        ),
+    ] = None,
+    section: Annotated[
+        list[float] | None,
+        typer.Option("--section-m", metavar="Z", help="Cut at this height; may be repeated."),
+    ] = None,
+    probe: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--probe",
+            metavar="X,Y,Z",
+            help="Tensions, stiffness and margin to the limits at a point; may be repeated.",
+        ),
+    ] = None,
+    ascii_: Annotated[
+        bool, typer.Option("--ascii", help="Write the mesh as text, not binary.")
+    ] = False,
+    threads: ThreadsOption = 0,
+    plot: Annotated[
+        str, typer.Option("--plot", metavar="FILE", help="Draw the workspace (PNG, PDF or SVG).")
+    ] = "",
+    json: JsonOption = False,
+) -> None:
+    """Find the static workspace: where the platform hangs stably within the tension limits.
+
+    Searches outward on a grid, then draws the alpha shape around what was found. Ctrl-C ends the
+    search and keeps what was found until then (exit code 1). What the robot file lists under
+    effects is taken into account.
+
+    Example: cdprcal workspace irma4 -o mesh.ply --section-m 0.9 --plot workspace.png
+    """
+    from cdprcal import _core
+    from cdprcal.cli.progress import progress_bar
+    from cdprcal.io.files import atomic_output
+    from cdprcal.pictures import check_picture_name
+    from cdprcal.tables import console, say
+    from cdprcal.workspace import workspace_as_dict
+    from cdprcal.workspace.table import print_workspace
+
+    the_robot = _core.load_robot(robot)
+    the_box = parse_box("--box", box)
+    seeds = [parse_position("--from", text) for text in seed or []]
+    probes = [parse_position("--probe", text) for text in probe or []]
+    if output and Path(output).suffix.lower() not in _MESHES:
+        fail(f"{output}: a mesh's name must end in .ply or .stl")
+    if plot:
+        check_picture_name(Path(plot))
+    with progress_bar() as show:
+
+        def progress(done: _core.WorkspaceProgress) -> None:
+            show(f"{done.inside} points inside", done.tested / done.total)
+
+        workspace = _core.compute_workspace(
+            the_robot,
+            box=the_box,
+            step_m=step_m,
+            distribution=_core.parse_tension_distribution(distribution),
+            lambda_N=parse_numbers("--lambda", lambda_),
+            stability=_stability(stability),
+            seeds_m=seeds or None,
+            threads=threads,
+            progress=progress,
+        )
+    if not workspace.points_inside:
+        _nothing(workspace)
+    with interruptible():
+        shape = _core.workspace_shape(workspace, alpha_m2)
+    document = workspace_as_dict(workspace, shape, heights_m=section, probes_m=probes)
+    if plot:
+        from cdprcal.workspace.pictures import write_workspace_picture
+
+        write_workspace_picture(workspace, shape, Path(plot))
+    if output:
+        encoding = _core.MeshEncoding.ascii if ascii_ else _core.MeshEncoding.binary
+        with atomic_output(Path(output)) as temporary:
+            _core.write_mesh(str(temporary), shape.mesh, encoding)
+    if json:
+        print_json(document)
+    else:
+        print_workspace(document)
+    out = console()
+    for path in filter(None, (output, plot)):
+        say(out, path)
+    raise typer.Exit(DONE if workspace.complete else UNTRUSTED)
+
+
+def _stability(name: str) -> _core.StabilityNotion:
+    from cdprcal._core import InputError, StabilityNotion
+
+    names = {notion.name.replace("_", "-"): notion for notion in StabilityNotion}
+    if name not in names:
+        raise InputError(f"--stability: {name!r} is not one of {', '.join(names)}")
+    return names[name]
+
+
+def _nothing(workspace: _core.Workspace) -> NoReturn:
+    """Ends the command: there is no workspace to draw."""
+    from cdprcal._core import explain_empty
+
+    if not workspace.complete:
+        fail("interrupted", INTERRUPTED)
+    fail(f"{workspace.robot.name}: {explain_empty(workspace)}")

@@ -1,0 +1,37 @@
+"""What all pictures share: figures without a window system, files written all or nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cdprcal._core import InputError
+from cdprcal.io.files import atomic_output
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: Formats that a picture's name may ask for.
+FORMATS = (".png", ".pdf", ".svg")
+_DOTS_PER_INCH = 130
+
+
+def new_figure(width_in: float, height_in: float) -> Figure:
+    """Without pyplot: no window system, no state that outlives the picture."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width_in, height_in), layout="constrained")
+
+
+def check_picture_name(path: Path) -> Path:
+    """Raises InputError unless the name ends in one of FORMATS."""
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(f"{path}: a picture's name must end in {', '.join(FORMATS)}")
+    return path
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Writes in the format of the name. Raises InputError when that cannot be."""
+    check_picture_name(path)
+    with atomic_output(path) as temporary:
+        figure.savefig(temporary, dpi=_DOTS_PER_INCH, format=path.suffix[1:].lower())

@@ -1,0 +1,137 @@
+"""A measurement plan for people, on stderr."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from rich.text import Text
+
+from cdprcal.tables import console, degrees, fixed, plain_table, say, scaled
+
+_MOST_STOPS = 60
+
+
+def print_plan(document: dict[str, Any]) -> None:
+    """Where and when, at which tensions, and what accuracy the plan promises."""
+    out = console()
+    minutes, seconds = divmod(round(document["duration_s"]), 60)
+    say(
+        out,
+        f"{document['measured_count']} measured poses, {minutes} min {seconds} s; box "
+        f"{box_text(document['box'])} m: {document['box_origin']}",
+    )
+    out.print(_stops_table(document))
+    say(out, _order_text(document))
+    if document["comparison"] is not None:
+        _print_comparison(document["comparison"], document["candidates"])
+    say(out, _accuracy(document["predicted_standard_deviation"]))
+
+
+def box_text(box: dict[str, Any]) -> str:
+    """'[-0.4, 0.4] × [-0.4, 0.4] × [0.6, 1.2]'."""
+    sides = zip(box["lower_m"], box["upper_m"], strict=True)
+    return " × ".join(f"[{low:.4g}, {high:.4g}]" for low, high in sides)
+
+
+def _stops_table(document: dict[str, Any]) -> Any:
+    cables = len(document["start_tension_N"])
+    tensions = [f"τ{i + 1} [N]" for i in range(cables)]
+    table = plain_table(
+        "stop", "x [m]", "y [m]", "z [m]", *tensions, "move [s]", "rest [s]", "swing [Hz]", ""
+    )
+    start = document["start_pose"]["position_m"]
+    table.add_row(
+        "start",
+        *(fixed(value, 3) for value in start),
+        *(fixed(value, 1) for value in document["start_tension_N"]),
+        "",
+        fixed(document["start_dwell_s"], 1),
+        "",
+        "",
+    )
+    for i, stop in enumerate(document["poses"][:_MOST_STOPS]):
+        swing = min(stop["constant_tension_frequencies_hz"], default=None)
+        table.add_row(
+            str(i + 1),
+            *(fixed(value, 3) for value in stop["position_m"]),
+            *(fixed(value, 1) for value in stop["tension_N"]),
+            fixed(stop["transition_s"], 1),
+            fixed(stop["dwell_s"], 1),
+            fixed(swing, 2),
+            "" if stop["measured"] else "on the way",
+        )
+    more = len(document["poses"]) - _MOST_STOPS
+    if more > 0:
+        table.caption = f"and {more} more, see --json"
+        table.caption_justify = "left"
+    return table
+
+
+def _order_text(document: dict[str, Any]) -> str:
+    approach = document["approach"]
+    if approach is not None:
+        return (
+            f"random order: {approach['both']} of {approach['possible']} pairs of a pose and a "
+            "cable are approached both paying out and reeling in"
+        )
+    if document["order_is_optimal"]:
+        return "order: no other takes less time"
+    return "order: short; whether it is the shortest was not proved"
+
+
+def _accuracy(deviation: dict[str, Any]) -> Text:
+    position, rotation = _norms(deviation)
+    if position is None or rotation is None:
+        return Text(
+            "the initial pose would not be observable from these poses: add poses", style="yellow"
+        )
+    return Text(
+        f"predicted accuracy of the initial pose (1 σ): {1e3 * position:.1f} mm, "
+        f"{math.degrees(rotation):.2f}°",
+        style="bold",
+    )
+
+
+def _print_comparison(comparison: dict[str, Any], candidates: int) -> None:
+    out = console()
+    say(
+        out,
+        "poses chosen by observability (D-optimal) against the grid: predicted accuracy of the "
+        "initial pose (1 σ)",
+    )
+    table = plain_table("poses", "", "position [mm]", "rotation [deg]", "")
+    needed = comparison["poses_needed"]
+    for row in comparison["optimal"]:
+        mark = "as good as the grid" if row["poses"] == needed else ""
+        _comparison_row(table, row["poses"], "chosen", row["standard_deviation"], mark)
+    _comparison_row(
+        table, comparison["grid_poses"], "grid", comparison["grid_standard_deviation"], ""
+    )
+    out.print(table)
+    poses = comparison["grid_poses"]
+    say(
+        out,
+        f"{needed} poses chosen from {candidates} that can be reached do the work of {poses} in a "
+        f"grid: {poses - needed} fewer"
+        if needed is not None
+        else f"the grid's {poses} poses are more accurate than the {len(comparison['optimal'])} "
+        "chosen; ask for more with --optimal",
+    )
+
+
+def _comparison_row(
+    table: Any, poses: int, kind: str, deviation: dict[str, Any], mark: str
+) -> None:
+    position, rotation = _norms(deviation)
+    table.add_row(
+        str(poses), kind, fixed(scaled(position, 1e3), 2), fixed(degrees(rotation), 3), mark
+    )
+
+
+def _norms(deviation: dict[str, Any]) -> tuple[float | None, float | None]:
+    """Root sum of squares over the axes; None when it is not observable."""
+    lists = deviation["position_m"], deviation["rotation_rad"]
+    if any(value is None for values in lists for value in values):
+        return None, None
+    return math.hypot(*lists[0]), math.hypot(*lists[1])

@@ -1,0 +1,80 @@
+"""A static workspace for people, on stderr."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from rich.text import Text
+
+from cdprcal.planning.table import box_text
+from cdprcal.tables import console, fixed, plain_table, say
+
+
+def print_workspace(document: dict[str, Any]) -> None:
+    """Volume, extent, what bounds it, sections and probed points."""
+    out = console()
+    if not document["complete"]:
+        say(
+            out,
+            Text(
+                "interrupted: this is the part that was found until then, not the workspace",
+                style="yellow",
+            ),
+        )
+    size = document["points"]
+    say(
+        out,
+        f"searched {box_text(document['box'])} m in steps of {1e3 * document['step_m']:g} mm: "
+        f"{document['points_inside']} of {sum(size.values())} points inside, "
+        f"{size['infeasible']} beyond the tension limits, {size['unstable']} unstable, "
+        f"{size['no_equilibrium']} without equilibrium, {size['untested']} out of reach of any "
+        "point inside",
+    )
+    pieces = document["components"]
+    say(
+        out,
+        Text(f"volume {document['volume_m3']:.4g} m³", style="bold")
+        + Text(
+            f", surface {document['area_m2']:.4g} m² ({len(document['faces'])} triangles, "
+            f"{'watertight' if document['watertight'] else 'not watertight'}, "
+            f"{pieces} {'piece' if pieces == 1 else 'pieces'}, alpha "
+            f"{math.sqrt(document['alpha_m2']):.3g} m)"
+        ),
+    )
+    inscribed = document["inscribed_box"]
+    if inscribed is None:
+        say(out, "no grid cell lies inside: take a smaller step")
+    else:
+        say(out, f"largest inscribed box {box_text(inscribed)} m, {_volume(inscribed):.4g} m³")
+    if document["sections"]:
+        table = plain_table("height [m]", "area [m²]", "outlines")
+        for section in document["sections"]:
+            table.add_row(
+                f"{section['height_m']:g}",
+                fixed(section["area_m2"], 4),
+                str(len(section["polygons"])),
+            )
+        out.print(table)
+    if document["probes"]:
+        out.print(_probes_table(document["probes"]))
+
+
+def _volume(box: dict[str, Any]) -> float:
+    return math.prod(b - a for a, b in zip(box["lower_m"], box["upper_m"], strict=True))
+
+
+def _probes_table(probes: list[dict[str, Any]]) -> Any:
+    tensions = max(len(probe["tension_N"] or []) for probe in probes)
+    headers = [f"τ{i + 1} [N]" for i in range(tensions)]
+    table = plain_table("x [m]", "y [m]", "z [m]", "", *headers, "margin [N]", "stiffness [N/m]")
+    for probe in probes:
+        tension = probe["tension_N"] or [None] * tensions
+        table.add_row(
+            *(f"{value:g}" for value in probe["position_m"]),
+            probe["status"] if probe["status"] != "found" else "inside",
+            *(fixed(value, 1) for value in tension),
+            fixed(probe["margin_N"], 1),
+            fixed(probe["stiffness_N_m"]["locked_lengths"], 1),
+        )
+    return table
