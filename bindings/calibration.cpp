@@ -1,5 +1,6 @@
 // calibration/: what is free, how to solve, what came out; and log → initial pose.
 #include "cdprcal/calibration/calibrate.hpp"
+#include "cdprcal/calibration/linearise.hpp"
 
 #include <optional>
 
@@ -276,6 +277,18 @@ void register_options(py::module_& module) {
 
 void register_calibrate(py::module_& module) {
   register_options(module);
+  module.def(
+      "linearise",
+      [](const CalibrationProblem& problem, const std::vector<Pose>& poses,
+         const Eigen::VectorXd& errors) {
+        LinearisedProblem system = linearise(problem, poses, errors);
+        return py::make_tuple(std::move(system.residual), std::move(system.jacobian));
+      },
+      py::arg("problem"), py::arg("poses"), py::arg("errors") = Eigen::VectorXd(),
+      "(residual [m], jacobian [m, 6 k + 2 n + 1]) at the poses, whitened (eq. 13 over sigma): six "
+      "columns a pose (world-frame twist), then the errors of the reference readings, which are "
+      "`errors` [2 n + 1] (none: zero). NaN where a pose has no geometry. Raises InputError for "
+      "another number of poses or errors.");
   py::class_<Calibration>(module, "Calibration", "A calibration and what it was made from.")
       .def_readonly("result", &Calibration::result)
       .def_readonly("problem", &Calibration::problem, "What was solved; it can be solved again.")

@@ -160,6 +160,7 @@ __all__: list[str] = [
     "largest_inscribed_box",
     "left_inverse_rows",
     "length_jacobian",
+    "linearise",
     "load_robot",
     "log_so3",
     "make_plan",
@@ -3488,6 +3489,18 @@ def length_jacobian(
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 6]"]:
     """
     dl/ddelta [n, 6] for a world-frame twist: row i is (t, a′ × t), eq. 7.
+    """
+
+def linearise(
+    problem: CalibrationProblem,
+    poses: collections.abc.Sequence[Pose],
+    errors: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...,
+) -> tuple[
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"],
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"],
+]:
+    """
+    (residual [m], jacobian [m, 6 k + 2 n + 1]) at the poses, whitened (eq. 13 over sigma): six columns a pose (world-frame twist), then the errors of the reference readings, which are `errors` [2 n + 1] (none: zero). NaN where a pose has no geometry. Raises InputError for another number of poses or errors.
     """
 
 def load_robot(name_or_path: str) -> Robot:

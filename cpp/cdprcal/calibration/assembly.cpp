@@ -4,39 +4,26 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 
-#include "cdprcal/calibration/residuals/attitude.hpp"
-#include "cdprcal/calibration/residuals/length.hpp"
-#include "cdprcal/calibration/residuals/reference_error.hpp"
-#include "cdprcal/calibration/residuals/swivel.hpp"
-#include "cdprcal/calibration/residuals/tension.hpp"
-#include "cdprcal/calibration/residuals/wrench.hpp"
+#include "cdprcal/error.hpp"
 
 namespace cdprcal {
 namespace {
 
-using BlockJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor,
-                                    kMaxCables, kMaxCables>;
-
-bool any_finite(const CableVector& values) { return values.array().isFinite().any(); }
-
-int count_finite(const CableVector& values) {
-  return static_cast<int>(values.array().isFinite().count());
-}
-
 ceres::Problem::Options problem_options(ceres::EvaluationCallback* callback) {
   ceres::Problem::Options options;
+  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   options.disable_all_safety_checks = true;  // every block is added here, once
   options.evaluation_callback = callback;
   return options;
 }
 
-/// The common unknowns are ζ0 and at most 2n + 1 reference errors.
+/// The common unknowns are ζ0 and 2n + 1 reference errors.
 constexpr int kMostCommon = 6 + 2 * kMaxCables + 1;
 using PoseByCommon = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMostCommon>;
-
-using RowsByCommon = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor,
-                                   kMaxCables, kMostCommon>;
+using RowsByCommon =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, kMostRows, kMostCommon>;
+using RowsByPose = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor, kMostRows, 6>;
 
 /// A⁺B for a symmetric A ≥ 0: Cholesky, or the pseudo-inverse when a pose is not fully determined.
 PoseByCommon solve_psd(const Matrix6& a, const PoseByCommon& b) {
@@ -53,122 +40,68 @@ PoseByCommon solve_psd(const Matrix6& a, const PoseByCommon& b) {
 
 }  // namespace
 
+struct Assembly::EvaluatedBlock {
+  Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostRows, 1> residual;
+  Eigen::Matrix<double, Eigen::Dynamic, kPoseBlockSize, Eigen::RowMajor, kMostRows, kPoseBlockSize>
+      own, initial;  ///< at the reference itself only `own` is filled
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, kMostRows,
+                2 * kMaxCables + 1>
+      error;
+};
+
 Assembly::Assembly(const CalibrationProblem& problem, const std::vector<Pose>& guess)
-    : problem_(problem), cache_(problem, guess) {
+    : problem_(problem), cache_(problem, guess), reference_(problem) {
+  for (std::size_t i = 0; i < cache_.size(); ++i) {
+    costs_.emplace_back(problem_, cache_, reference_, i);
+    residual_count_ += costs_.back().num_residuals();
+  }
+  parameter_count_ = 6 * static_cast<int>(cache_.size()) + reference_.free_errors();
+
   ceres_problem_ = std::make_unique<ceres::Problem>(problem_options(&cache_));
   for (std::size_t i = 0; i < cache_.size(); ++i) {
     ceres_problem_->AddParameterBlock(cache_.block(i), kPoseBlockSize, &manifold_);
   }
-  parameter_count_ = 6 * static_cast<int>(cache_.size());
-  prepare_reference();
-
-  const SensorSigma& sigma = problem_.robot.sigma;
+  hold_reference_errors();
   for (std::size_t i = 0; i < cache_.size(); ++i) {
-    const Measurement& measured = problem_.measurements[i];
-    if (i > 0) {
-      if (const CableVector m = reading(i, lengths) - base_[lengths]; any_finite(m)) {
-        residual_count_ += count_finite(m);
-        add(std::make_unique<LengthResidual>(cache_, i, m, sigma.length_m), i, lengths, true);
-      }
-      if (const CableVector m = reading(i, swivels) - base_[swivels]; any_finite(m)) {
-        residual_count_ += count_finite(m);
-        add(std::make_unique<SwivelResidual>(cache_, i, m, sigma.swivel_rad), i, swivels, true);
-      }
-      if (const CableVector m = reading(i, yaw) - base_[yaw]; any_finite(m)) {
-        residual_count_ += 1;
-        add(std::make_unique<YawResidual>(cache_, i, m, sigma.attitude_rad), i, yaw, true);
-      }
-    }
-    const int absolute_angles =
-        static_cast<int>(measured.roll_pitch_yaw_rad.head<2>().array().isFinite().count());
-    if (absolute_angles > 0 && (i > 0 || problem_.reference_attitude)) {
-      residual_count_ += absolute_angles;
-      add(std::make_unique<RollPitchResidual>(cache_, i, measured.roll_pitch_yaw_rad,
-                                              sigma.attitude_rad),
-          i, kNoGroup, false);
-    }
-    if (cache_.statics_of(i) == StaticsModel::left_inverse) {
-      residual_count_ += problem_.robot.cable_count();
-      add(std::make_unique<TensionResidual>(cache_, i, measured.tension_N), i, kNoGroup, false);
-    } else if (cache_.statics_of(i) == StaticsModel::wrench) {
-      residual_count_ += 6;
-      add(std::make_unique<WrenchResidual>(cache_, i), i, kNoGroup, false);
+    if (costs_[i].num_residuals() == 0) continue;
+    if (i == 0) {
+      ceres_problem_->AddResidualBlock(&costs_[i], nullptr, cache_.block(0), reference_.block());
+    } else {
+      ceres_problem_->AddResidualBlock(&costs_[i], nullptr, cache_.block(i), cache_.block(0),
+                                       reference_.block());
     }
   }
 }
 
-CableVector Assembly::reading(std::size_t pose, int group) const {
-  const Measurement& m = problem_.measurements[pose];
-  if (group == lengths) return m.length_m;
-  if (group == swivels) return m.swivel_rad;
-  return CableVector::Constant(1, m.roll_pitch_yaw_rad[2]);
-}
-
-void Assembly::prepare_reference() {
-  const SensorSigma& sigma = problem_.robot.sigma;
-  const std::array<double, 3> sigmas{sigma.length_m, sigma.swivel_rad, sigma.attitude_rad};
-  for (int group = lengths; group <= yaw; ++group) {
-    base_[group] = reading(0, group);
-    const Eigen::Index size = base_[group].size();
-    reference_error_[group] = CableVector::Zero(size);
-    error_is_free_[group] = CableVector::Zero(size);
-    CableVector present = CableVector::Zero(size);
-    for (Eigen::Index c = 0; c < size; ++c) {
-      bool measured_elsewhere = false;
-      const bool at_reference = std::isfinite(base_[group][c]);
-      for (std::size_t i = 1; i < cache_.size() && !measured_elsewhere; ++i) {
-        const double value = reading(i, group)[c];
-        measured_elsewhere = std::isfinite(value);
-        // Without a reading at the reference, count from the first there is: the offset is free.
-        if (measured_elsewhere && !at_reference) base_[group][c] = value;
-      }
-      present[c] = at_reference ? 1.0 : 0.0;
-      const bool estimated = measured_elsewhere && (problem_.reference_noise || !at_reference);
-      error_is_free_[group][c] = estimated ? 1.0 : 0.0;
-    }
-    double* block = reference_error_[group].data();
-    ceres_problem_->AddParameterBlock(block, static_cast<int>(size));
-    std::vector<int> held;
-    for (Eigen::Index c = 0; c < size; ++c) {
-      if (error_is_free_[group][c] == 0.0) held.push_back(static_cast<int>(c));
-    }
-    if (static_cast<Eigen::Index>(held.size()) == size) {
-      ceres_problem_->SetParameterBlockConstant(block);
-      continue;
-    }
-    if (!held.empty()) {
-      subset_manifolds_.push_back(
-          std::make_unique<ceres::SubsetManifold>(static_cast<int>(size), held));
-      ceres_problem_->SetManifold(block, subset_manifolds_.back().get());
-    }
-    parameter_count_ += static_cast<int>(error_is_free_[group].sum());
-    if (const CableVector known = present.cwiseProduct(error_is_free_[group]); known.sum() > 0) {
-      residual_count_ += static_cast<int>(known.sum());
-      add(std::make_unique<ReferenceErrorResidual>(known, sigmas[group]), 0, group, false);
-    }
+void Assembly::hold_reference_errors() {
+  ceres_problem_->AddParameterBlock(reference_.block(), reference_.size());
+  std::vector<int> held;
+  for (int e = 0; e < reference_.size(); ++e) {
+    if (!reference_.is_free(e)) held.push_back(e);
   }
-}
-
-void Assembly::add(std::unique_ptr<ceres::CostFunction> cost, std::size_t pose, int group,
-                   bool relative) {
-  const ceres::CostFunction* kept = cost.get();
-  if (relative) {
-    ceres_problem_->AddResidualBlock(cost.release(), nullptr, cache_.block(0), cache_.block(pose),
-                                     reference_error_[group].data());
-  } else if (group != kNoGroup) {
-    ceres_problem_->AddResidualBlock(cost.release(), nullptr, reference_error_[group].data());
-  } else {
-    ceres_problem_->AddResidualBlock(cost.release(), nullptr, cache_.block(pose));
+  if (held.empty()) return;
+  if (static_cast<int>(held.size()) == reference_.size()) {
+    ceres_problem_->SetParameterBlockConstant(reference_.block());
+    return;
   }
-  entries_.push_back({kept, pose, group, relative});
+  free_errors_ = std::make_unique<ceres::SubsetManifold>(reference_.size(), held);
+  ceres_problem_->SetManifold(reference_.block(), free_errors_.get());
 }
 
 std::shared_ptr<ceres::OrderedGroups<double*>> Assembly::elimination_order() {
   auto order = std::make_shared<ceres::OrderedGroups<double*>>();
   for (std::size_t i = 1; i < cache_.size(); ++i) order->AddElementToGroup(cache_.block(i), 0);
   order->AddElementToGroup(cache_.block(0), 1);
-  for (auto& error : reference_error_) order->AddElementToGroup(error.data(), 1);
+  order->AddElementToGroup(reference_.block(), 1);
   return order;
+}
+
+void Assembly::set_reference_errors(const Eigen::VectorXd& errors) {
+  if (errors.size() != reference_.size()) {
+    throw InputError("reference errors: " + std::to_string(errors.size()) + " values given, " +
+                     std::to_string(reference_.size()) + " expected (lengths, swivels, yaw)");
+  }
+  Eigen::Map<Eigen::VectorXd>(reference_.block(), reference_.size()) = errors;
 }
 
 double Assembly::cost() {
@@ -177,99 +110,56 @@ double Assembly::cost() {
   return cost;
 }
 
-int Assembly::group_offset(int group) const {
-  int offset = 6;
-  for (int g = lengths; g < group; ++g) offset += static_cast<int>(reference_error_[g].size());
-  return offset;
-}
-
-int Assembly::common_size() const { return group_offset(yaw + 1); }
-
-namespace {
-
-/// One residual block with its Jacobians with respect to (ζ0 | ζi | e), evaluated from the cache.
-/// Of fixed capacity: there are several of these for each of perhaps 100,000 poses.
-struct EvaluatedBlock {
-  Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxCables, 1> residual;
-  std::array<BlockJacobian, 3> by_block;
-  [[nodiscard]] const BlockJacobian& by_error() const { return by_block[blocks - 1]; }
-  std::size_t blocks = 0;
-};
-
-EvaluatedBlock evaluate_block(const ceres::CostFunction& cost, const double* reference_error) {
+Assembly::EvaluatedBlock Assembly::evaluate(std::size_t pose) const {
+  const PoseCost& cost = costs_[pose];
+  const int rows = cost.num_residuals();
   EvaluatedBlock out;
-  out.residual.resize(cost.num_residuals());
-  const std::array<const double*, 3> parameters{reference_error, reference_error, reference_error};
-  std::array<double*, 3> jacobians{};
-  for (const int size : cost.parameter_block_sizes()) {
-    out.by_block[out.blocks].resize(cost.num_residuals(), size);
-    jacobians[out.blocks] = out.by_block[out.blocks].data();
-    ++out.blocks;
-  }
-  if (!cost.Evaluate(parameters.data(), out.residual.data(), jacobians.data())) {
+  out.residual.resize(rows);
+  out.own.resize(rows, kPoseBlockSize);
+  out.initial.resize(pose == 0 ? 0 : rows, kPoseBlockSize);
+  out.error.resize(rows, reference_.size());
+  double* at_reference[] = {out.own.data(), out.error.data()};
+  double* elsewhere[] = {out.own.data(), out.initial.data(), out.error.data()};
+  if (!cost.Evaluate(nullptr, out.residual.data(), pose == 0 ? at_reference : elsewhere)) {
     out.residual.setConstant(kNaN);
+    out.own.setConstant(kNaN);
+    out.initial.setConstant(kNaN);
+    out.error.setConstant(kNaN);
+  }
+  for (int e = 0; e < reference_.size(); ++e) {
+    if (!reference_.is_free(e)) out.error.col(e).setZero();
   }
   return out;
 }
 
-}  // namespace
-
 ReferenceInformation Assembly::reference_information() {
   cache_.PrepareForEvaluation(true, true);
-  const int size = common_size();
+  const int size = 6 + reference_.size();
   Eigen::MatrixXd common = Eigen::MatrixXd::Zero(size, size);
-  Matrix6 own = Matrix6::Zero();
-  PoseByCommon cross = PoseByCommon::Zero(6, size);
-  std::size_t pose = 0;
   ReferenceInformation out;
-
-  const auto eliminate = [&] {
-    if (pose != 0) common -= cross.transpose() * solve_psd(own, cross);
-    own.setZero();
-    cross.setZero();
-  };
-  for (const Entry& entry : entries_) {  // in the order of poses, as added
-    if (entry.pose != pose) {
-      eliminate();
-      pose = entry.pose;
-    }
-    const double* error =
-        entry.group == kNoGroup ? nullptr : reference_error_[entry.group].data();
-    const EvaluatedBlock block = evaluate_block(*entry.cost, error);
+  for (std::size_t i = 0; i < cache_.size(); ++i) {
+    const EvaluatedBlock block = evaluate(i);
     if (!block.residual.allFinite()) return out;
-    RowsByCommon by_common = RowsByCommon::Zero(block.residual.size(), size);
-    if (entry.group != kNoGroup) {
-      by_common.middleCols(group_offset(entry.group), reference_error_[entry.group].size()) =
-          block.by_error() * error_is_free_[entry.group].asDiagonal();
-    }
-    if (entry.relative) by_common.leftCols<6>() = block.by_block[0].leftCols<6>();
-    if (entry.group == kNoGroup && entry.pose == 0) {
-      by_common.leftCols<6>() = block.by_block[0].leftCols<6>();
-    }
+    RowsByCommon by_common(block.residual.size(), size);
+    by_common.leftCols<6>() = (i == 0 ? block.own : block.initial).leftCols<6>();
+    by_common.rightCols(reference_.size()) = block.error;
     common.noalias() += by_common.transpose() * by_common;
-    if (entry.pose != 0) {
-      const CableJacobian by_own = block.by_block[entry.relative ? 1 : 0].leftCols<6>();
-      own.noalias() += by_own.transpose() * by_own;
-      cross.noalias() += by_own.transpose() * by_common;
-    }
+    if (i == 0) continue;
+    const RowsByPose by_own = block.own.leftCols<6>();
+    const Matrix6 own = by_own.transpose() * by_own;
+    const PoseByCommon cross = by_own.transpose() * by_common;
+    common.noalias() -= cross.transpose() * solve_psd(own, cross);
   }
-  eliminate();
 
   // Reference errors that are held have no columns: keep the free ones only.
   std::vector<int> free;
-  for (int group = lengths; group <= yaw; ++group) {
-    for (Eigen::Index c = 0; c < error_is_free_[group].size(); ++c) {
-      if (error_is_free_[group][c] != 0.0) free.push_back(group_offset(group) + static_cast<int>(c));
-    }
+  for (int e = 0; e < reference_.size(); ++e) {
+    if (reference_.is_free(e)) free.push_back(6 + e);
   }
   out.information = common.topLeftCorner<6, 6>();
   if (!free.empty()) {
-    const auto m = static_cast<Eigen::Index>(free.size());
-    Eigen::MatrixXd errors(m, m), coupling(m, 6);
-    for (Eigen::Index i = 0; i < m; ++i) {
-      coupling.row(i) = common.row(free[i]).head<6>();
-      for (Eigen::Index j = 0; j < m; ++j) errors(i, j) = common(free[i], free[j]);
-    }
+    const Eigen::MatrixXd errors = common(free, free);
+    const Eigen::MatrixXd coupling = common(free, Eigen::seqN(0, 6));
     const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition(errors);
     out.information -= coupling.transpose() * decomposition.solve(coupling);
   }
@@ -284,31 +174,18 @@ ReferenceInformation Assembly::reference_information() {
 
 void Assembly::linearise(Eigen::VectorXd& residuals, Eigen::MatrixXd& jacobian) {
   cache_.PrepareForEvaluation(true, true);
-  int rows = 0;
-  for (const Entry& entry : entries_) rows += entry.cost->num_residuals();
   const auto poses = static_cast<Eigen::Index>(cache_.size());
-  residuals.resize(rows);
-  jacobian.setZero(rows, 6 * poses + common_size() - 6);
+  residuals.resize(residual_count_);
+  jacobian.setZero(residual_count_, 6 * poses + reference_.size());
   Eigen::Index row = 0;
-  for (const Entry& entry : entries_) {
-    const double* error =
-        entry.group == kNoGroup ? nullptr : reference_error_[entry.group].data();
-    const EvaluatedBlock block = evaluate_block(*entry.cost, error);
-    const Eigen::Index m = block.residual.size();
-    residuals.segment(row, m) = block.residual;
-    const auto own = 6 * static_cast<Eigen::Index>(entry.pose);
-    if (entry.relative) {
-      jacobian.block(row, 0, m, 6) = block.by_block[0].leftCols<6>();
-      jacobian.block(row, own, m, 6) = block.by_block[1].leftCols<6>();
-    } else if (entry.group == kNoGroup) {
-      jacobian.block(row, own, m, 6) = block.by_block[0].leftCols<6>();
-    }
-    if (entry.group != kNoGroup) {
-      jacobian.block(row, 6 * poses + group_offset(entry.group) - 6, m,
-                     reference_error_[entry.group].size()) =
-          block.by_error() * error_is_free_[entry.group].asDiagonal();
-    }
-    row += m;
+  for (Eigen::Index i = 0; i < poses; ++i) {
+    const EvaluatedBlock block = evaluate(static_cast<std::size_t>(i));
+    const Eigen::Index rows = block.residual.size();
+    residuals.segment(row, rows) = block.residual;
+    jacobian.block(row, 6 * i, rows, 6) = block.own.leftCols<6>();
+    if (i > 0) jacobian.block(row, 0, rows, 6) = block.initial.leftCols<6>();
+    jacobian.block(row, 6 * poses, rows, reference_.size()) = block.error;
+    row += rows;
   }
 }
 
@@ -319,10 +196,11 @@ std::vector<PoseResidual> Assembly::residuals() const {
     const Measurement& measured = problem_.measurements[i];
     PoseResidual& r = out[i];
     // At the reference the change is 0: what is left there is its own reading's error.
-    r.length_m = pose.length_m - cache_[0].length_m - (measured.length_m - base_[lengths]) -
-                 reference_error_[lengths];
+    r.length_m = pose.length_m - cache_[0].length_m - (measured.length_m - reference_.length_m) -
+                 reference_.length_error_m();
     r.swivel_rad = (pose.swivel_rad - cache_[0].swivel_rad -
-                    (measured.swivel_rad - base_[swivels]) - reference_error_[swivels])
+                    (measured.swivel_rad - reference_.swivel_rad) -
+                    reference_.swivel_error_rad())
                        .unaryExpr([](double a) { return wrap_angle(a); });
     r.roll_pitch_yaw_rad =
         (pose.roll_pitch_yaw_rad - measured.roll_pitch_yaw_rad).unaryExpr([](double a) {
@@ -330,7 +208,8 @@ std::vector<PoseResidual> Assembly::residuals() const {
         });
     r.roll_pitch_yaw_rad[2] =
         wrap_angle(pose.roll_pitch_yaw_rad[2] - cache_[0].roll_pitch_yaw_rad[2] -
-                   (measured.roll_pitch_yaw_rad[2] - base_[yaw][0]) - reference_error_[yaw][0]);
+                   (measured.roll_pitch_yaw_rad[2] - reference_.yaw_rad) -
+                   reference_.yaw_error_rad());
     r.tension_N = CableVector::Constant(problem_.robot.cable_count(), kNaN);
     if (cache_.statics_of(i) == StaticsModel::left_inverse) {
       r.tension_N = pose.tension_N - measured.tension_N;

@@ -127,6 +127,14 @@ bool better(const CalibrationResult& a, const CalibrationResult& b) {
   return a.cost < b.cost;
 }
 
+/// Whether two starts ended in one place.
+bool same_minimum(const CalibrationResult& a, const CalibrationResult& b) {
+  if (a.poses.empty() || b.poses.empty()) return false;
+  constexpr double kNear = 1e-3;  // m, rad: far below the distance between minima
+  return std::abs(a.cost - b.cost) < 1e-3 * std::max(a.cost, b.cost) &&
+         minus(a.poses.front(), b.poses.front()).norm() < kNear;
+}
+
 }  // namespace
 
 Calibration prepare(const Robot& robot, const Log& given, const CalibrateOptions& options) {
@@ -183,10 +191,12 @@ Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions
         problem, measurement_guesses(robot, problem.measurements, start, problem.effects),
         options.solve);
     solve_time_s += result.solve_time_s;
+    const bool again = !first && same_minimum(result, out.result);
     if (first || better(result, out.result)) out.result = std::move(result);
     first = false;
-    // A good minimum ends the search; too few readings would fail the same way from anywhere.
-    if (out.result.status == CalibrationStatus::converged) break;
+    // A good minimum ends the search, and so does a bad one that two starts agree on; too few
+    // readings would fail the same way from anywhere.
+    if (again || out.result.status == CalibrationStatus::converged) break;
     if (out.result.residual_count < out.result.parameter_count) break;
   }
   out.result.solve_time_s = solve_time_s;

@@ -33,13 +33,14 @@ PoseCache::PoseCache(const CalibrationProblem& problem, const std::vector<Pose>&
 }
 
 void PoseCache::PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) {
-  if (!new_evaluation_point && (have_jacobians_ || !evaluate_jacobians)) return;
+  if (!new_evaluation_point) return;
+  // With derivatives even where only the cost is asked for: nearly every step is accepted, and the
+  // derivatives are wanted at the same point next.
+  static_cast<void>(evaluate_jacobians);
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     evaluate_pose(robot_, problem_.measurements[i], pose(i), statics_[i],
-                  problem_.left_inverse_rows, problem_.effects, evaluate_jacobians,
-                  evaluations_[i]);
+                  problem_.left_inverse_rows, problem_.effects, true, evaluations_[i]);
   }
-  have_jacobians_ = evaluate_jacobians;
 }
 
 void PoseCache::update_wrench_whitening(double graduation) {

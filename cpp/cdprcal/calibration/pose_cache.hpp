@@ -48,7 +48,6 @@ class PoseCache final : public ceres::EvaluationCallback {
   std::vector<PoseEvaluation> evaluations_;
   std::vector<Matrix6> whitening_;
   double tension_weight_ = 0.0;
-  bool have_jacobians_ = false;
 };
 
 }  // namespace cdprcal

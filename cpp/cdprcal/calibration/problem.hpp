@@ -86,6 +86,10 @@ struct CalibrationResult {
 CalibrationResult solve(const CalibrationProblem& problem, const std::vector<Pose>& guess,
                         const SolveOptions& options = {});
 
+/// The problem with its defaults filled in. Throws InputError when it makes no sense (no
+/// measurement, sizes that do not fit the robot or the poses).
+CalibrationProblem completed(const CalibrationProblem& problem, const std::vector<Pose>& poses);
+
 const char* to_string(CalibrationStatus status);
 
 }  // namespace cdprcal

@@ -26,25 +26,6 @@ void silence_ceres() {
   if (FLAGS_minloglevel == google::GLOG_INFO) FLAGS_minloglevel = google::GLOG_FATAL;
 }
 
-void check(const CalibrationProblem& problem, const std::vector<Pose>& guess,
-           const SolveOptions& options) {
-  const int n = problem.robot.cable_count();
-  if (problem.measurements.empty()) throw InputError("calibration: no measurement");
-  if (guess.size() != problem.measurements.size()) {
-    throw InputError("calibration: " + std::to_string(guess.size()) + " guessed poses for " +
-                     std::to_string(problem.measurements.size()) + " measurements");
-  }
-  for (const Measurement& m : problem.measurements) {
-    if (m.length_m.size() != n || m.swivel_rad.size() != n || m.tension_N.size() != n) {
-      throw InputError("calibration: a measurement has not one length, swivel and tension for "
-                       "each of the robot's " + std::to_string(n) + " cables (NaN where absent)");
-    }
-  }
-  if (options.graduation.empty() || options.graduation.back() != 1.0) {
-    throw InputError("calibration: the last graduation must be 1");
-  }
-}
-
 ceres::Solver::Options solver_options(const SolveOptions& options, Assembly& assembly,
                                       bool last_stage) {
   ceres::Solver::Options out;
@@ -109,7 +90,8 @@ bool run_stages(const CalibrationProblem& problem, const SolveOptions& options,
     // The weights of the balance depend on the poses: repeat until they agree with each other.
     constexpr int kMostRefreshes = 20;
     constexpr double kSettled = 1e-9;  // m, rad: far below any sensor
-    for (int i = 0; usable && i < kMostRefreshes; ++i) {
+    const auto settles = [&] { return usable && summary.termination_type == ceres::CONVERGENCE; };
+    for (int i = 0; settles() && i < kMostRefreshes; ++i) {
       const Pose before = assembly.cache().pose(0);
       usable = stage(1.0, true);
       if (minus(assembly.cache().pose(0), before).norm() < kSettled) break;
@@ -190,7 +172,14 @@ double frame_size_m(const Robot& robot) {
 
 void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged,
            CalibrationResult& result) {
-  if (!converged) return;
+  const std::string doubts = contradictions(problem, assembly, result.residual_rms);
+  if (!converged) {
+    if (!doubts.empty()) {
+      result.reason += "; where it stopped the model contradicts the readings: " + doubts +
+                       "; check signs, scales and order of the sensors in the configuration";
+    }
+    return;
+  }
   const ReferenceInformation information = assembly.reference_information();
   if (!information.covariance) {
     result.status = CalibrationStatus::unobservable;
@@ -209,7 +198,6 @@ void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged
   }
   result.covariance = information.covariance;
   result.standard_deviation = deviation;
-  const std::string doubts = contradictions(problem, assembly, result.residual_rms);
   if (!doubts.empty()) {
     result.status = CalibrationStatus::not_converged;
     result.reason = "a minimum was found, but it contradicts the readings, so it is not the pose: " +
@@ -225,12 +213,11 @@ void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged
 CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>& guess,
                         const SolveOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  check(given, guess, options);
-  silence_ceres();
-  CalibrationProblem problem = given;
-  if (problem.statics == StaticsModel::left_inverse && problem.left_inverse_rows.empty()) {
-    problem.left_inverse_rows = left_inverse_rows(problem.robot.cable_count());
+  const CalibrationProblem problem = completed(given, guess);
+  if (options.graduation.empty() || options.graduation.back() != 1.0) {
+    throw InputError("calibration: the last graduation must be 1");
   }
+  silence_ceres();
   Assembly assembly(problem, guess);
   CalibrationResult result;
   result.residual_count = assembly.residual_count();

@@ -1,21 +1,21 @@
-// F_l of eqs 13, 16: cable-length changes, n rows [m/σ].
+// F_l of eqs 13, 16: cable-length changes, up to n rows [m/σ].
 #pragma once
 
-#include "cdprcal/calibration/residuals/residual.hpp"
+#include "cdprcal/calibration/residuals/term.hpp"
 
 namespace cdprcal {
 
-/// F_l,i = l(ζi) − l(ζ0) − Δl*_i. Blocks: ζ0, ζi, error of the reference readings (n).
-class LengthResidual final : public RelativeResidual {
- public:
-  using RelativeResidual::RelativeResidual;
-  bool Evaluate(const double* const* parameters, double* residuals,
-                double** jacobians) const override {
-    if (!valid()) return false;
-    const PoseEvaluation& pose = cache_[pose_];
-    const PoseEvaluation& reference = cache_[0];
-    return fill(pose.length_m, reference.length_m, pose.length_by_twist,
-                reference.length_by_twist, false, parameters[2], residuals, jacobians);
+/// F_l,i = l(ζi) − l(ζ0) − Δl*_i − e_l.
+struct LengthTerm {
+  static int rows(const TermInput& in) {
+    return in.index == 0 ? 0 : count_changes(in.measured().length_m, in.reference.length_m);
+  }
+  static void write(const TermInput& in, RowWriter& rows) {
+    if (in.index == 0) return;
+    write_changes({in.measured().length_m, in.reference.length_m, in.pose().length_m,
+                   in.initial().length_m, in.pose().length_by_twist, in.initial().length_by_twist,
+                   in.sigma().length_m, in.reference.length_error(0), false},
+                  in.reference.errors().data() + in.reference.length_error(0), rows);
   }
 };
 

@@ -1,21 +1,22 @@
-// F_σ of eqs 13, 16: swivel-angle changes, n rows [rad/σ].
+// F_σ of eqs 13, 16: swivel-angle changes, up to n rows [rad/σ].
 #pragma once
 
-#include "cdprcal/calibration/residuals/residual.hpp"
+#include "cdprcal/calibration/residuals/term.hpp"
 
 namespace cdprcal {
 
-/// F_σ,i = σ(ζi) − σ(ζ0) − Δσ*_i, wrapped to (−π, π]. Blocks: ζ0, ζi, reference error (n).
-class SwivelResidual final : public RelativeResidual {
- public:
-  using RelativeResidual::RelativeResidual;
-  bool Evaluate(const double* const* parameters, double* residuals,
-                double** jacobians) const override {
-    if (!valid()) return false;
-    const PoseEvaluation& pose = cache_[pose_];
-    const PoseEvaluation& reference = cache_[0];
-    return fill(pose.swivel_rad, reference.swivel_rad, pose.swivel_by_twist,
-                reference.swivel_by_twist, true, parameters[2], residuals, jacobians);
+/// F_σ,i = σ(ζi) − σ(ζ0) − Δσ*_i − e_σ, wrapped to (−π, π].
+struct SwivelTerm {
+  static int rows(const TermInput& in) {
+    return in.index == 0 ? 0 : count_changes(in.measured().swivel_rad, in.reference.swivel_rad);
+  }
+  static void write(const TermInput& in, RowWriter& rows) {
+    if (in.index == 0) return;
+    write_changes({in.measured().swivel_rad, in.reference.swivel_rad, in.pose().swivel_rad,
+                   in.initial().swivel_rad, in.pose().swivel_by_twist,
+                   in.initial().swivel_by_twist, in.sigma().swivel_rad,
+                   in.reference.swivel_error(0), true},
+                  in.reference.errors().data() + in.reference.swivel_error(0), rows);
   }
 };
 

@@ -1,32 +1,24 @@
 // Eq. 6 as it stands: all six balance equations at the measured tensions, whitened.
 #pragma once
 
-#include "cdprcal/calibration/residuals/residual.hpp"
+#include "cdprcal/calibration/residuals/term.hpp"
 
 namespace cdprcal {
 
-/// W (Ξᵀτ*_i − f(ζi)), 6 rows: forces then moments about P, world axes. Block: ζi.
-/// W is the inverse square root of the covariance Ξᵀ diag(σ_τ²) Ξ + model noise; it is held
-/// constant within a solve and refreshed between solves (PoseCache::update_wrench_whitening).
-class WrenchResidual final : public ceres::SizedCostFunction<6, kPoseBlockSize> {
- public:
-  WrenchResidual(const PoseCache& cache, std::size_t pose) : cache_(cache), pose_(pose) {}
-
-  bool Evaluate(const double* const*, double* residuals, double** jacobians) const override {
-    const PoseEvaluation& pose = cache_[pose_];
-    if (!pose.valid) return false;
-    const Matrix6& whitening = cache_.wrench_whitening(pose_);
-    Eigen::Map<Vector6> out(residuals);
-    out.noalias() = whitening * pose.wrench;
-    if (jacobians != nullptr && jacobians[0] != nullptr) {
-      fill_pose_jacobian(jacobians[0], Matrix6(whitening * pose.wrench_by_twist));
-    }
-    return true;
+/// W (Ξᵀτ*_i − f(ζi)), 6 rows: forces then moments about P, world axes. W is the inverse square
+/// root of the covariance Ξᵀ diag(σ_τ²) Ξ + model noise; it is held constant within a solve and
+/// refreshed between solves (PoseCache::update_wrench_whitening).
+struct WrenchTerm {
+  static int rows(const TermInput& in) {
+    return in.cache.statics_of(in.index) == StaticsModel::wrench ? 6 : 0;
   }
-
- private:
-  const PoseCache& cache_;
-  const std::size_t pose_;
+  static void write(const TermInput& in, RowWriter& rows) {
+    if (WrenchTerm::rows(in) == 0) return;
+    const Matrix6& whitening = in.cache.wrench_whitening(in.index);
+    const Vector6 balance = whitening * in.pose().wrench;
+    const Matrix6 by_twist = whitening * in.pose().wrench_by_twist;
+    for (int i = 0; i < 6; ++i) rows.absolute(balance[i], 1.0, by_twist.row(i));
+  }
 };
 
 }  // namespace cdprcal
