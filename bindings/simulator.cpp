@@ -158,7 +158,10 @@ void bind_robot_sample(py::module_& module) {
       .def_readwrite("attitude_time_s", &RobotSample::attitude_time_s)
       .def_readwrite("drive_error", &RobotSample::drive_error,
                      "Not empty: a drive is not operational, and why.")
-      .def_readwrite("stop_requested", &RobotSample::stop_requested);
+      .def_readwrite("host_error", &RobotSample::host_error,
+                     "Not empty: this computer cannot go on (disk full), and why.")
+      .def_readwrite("stop_requested", &RobotSample::stop_requested,
+                     "The operator wants to stop.");
   cable_field(sample, "length_m", &RobotSample::length_m, "[n], growing as cable is paid out.");
   cable_field(sample, "swivel_rad", &RobotSample::swivel_rad, "[n], or empty.");
   cable_field(sample, "tension_N", &RobotSample::tension_N, "[n]");
@@ -172,6 +175,7 @@ void bind_plant(py::module_& module) {
       .def_readonly("gravity_J", &PlantEnergy::gravity_J)
       .def_readonly("elastic_J", &PlantEnergy::elastic_J)
       .def_readonly("drums_J", &PlantEnergy::drums_J)
+      .def_readonly("wound_J", &PlantEnergy::wound_J)
       .def_property_readonly("total_J", &PlantEnergy::total_J);
   py::class_<PlantTruth>(module, "PlantTruth",
                          "What the sensors of the simulated robot do not say.")
@@ -263,15 +267,18 @@ void bind_startup_options(py::module_& module) {
       .def_readwrite("runaway_m", &WatchdogOptions::runaway_m);
   py::class_<StartUpPlan>(module, "StartUpPlan",
                           "Tension set-points to visit, the first is tau_0; transition_s empty, or "
-                          "0 for one: derived from the robot.")
+                          "0 for one: derived from the robot; via: settle there and go on without "
+                          "measuring, empty: measure everywhere.")
       .def(py::init([](const std::vector<Eigen::VectorXd>& setpoint_N,
-                       std::vector<double> transition_s) {
-             return StartUpPlan{to_setpoints(setpoint_N), std::move(transition_s)};
+                       std::vector<double> transition_s, std::vector<bool> via) {
+             return StartUpPlan{to_setpoints(setpoint_N), std::move(transition_s), std::move(via)};
            }),
-           py::arg("setpoint_N"), py::arg("transition_s") = std::vector<double>{})
+           py::arg("setpoint_N"), py::arg("transition_s") = std::vector<double>{},
+           py::arg("via") = std::vector<bool>{})
       .def_property_readonly("setpoint_N",
                              [](const StartUpPlan& p) { return to_rows(p.setpoint_N); })
-      .def_readonly("transition_s", &StartUpPlan::transition_s);
+      .def_readonly("transition_s", &StartUpPlan::transition_s)
+      .def_readonly("via", &StartUpPlan::via);
   py::class_<StartUpOptions>(module, "StartUpOptions", "How the start-up is run.")
       .def(py::init(&from_keywords<StartUpOptions>))
       .def_readwrite("record_s", &StartUpOptions::record_s)

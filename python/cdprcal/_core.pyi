@@ -2672,8 +2672,6 @@ class RobotSample:
     Readings of a robot's drives and AHRS as they arrive; NaN: absent.
     """
 
-    stop_requested: bool
-
     def __init__(self, **kwargs) -> None: ...
     @property
     def attitude_time_s(self) -> float: ...
@@ -2696,6 +2694,14 @@ class RobotSample:
     @drives_time_s.setter
     def drives_time_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
     @property
+    def host_error(self) -> str:
+        """
+        Not empty: this computer cannot go on (disk full), and why.
+        """
+
+    @host_error.setter
+    def host_error(self, arg0: str) -> None: ...
+    @property
     def length_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         [n], growing as cable is paid out.
@@ -2713,6 +2719,14 @@ class RobotSample:
     def roll_pitch_yaw_rad(
         self, arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]
     ) -> None: ...
+    @property
+    def stop_requested(self) -> bool:
+        """
+        The operator wants to stop.
+        """
+
+    @stop_requested.setter
+    def stop_requested(self, arg0: bool) -> None: ...
     @property
     def swivel_rad(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
@@ -2757,6 +2771,8 @@ class PlantEnergy:
     def kinetic_J(self) -> float: ...
     @property
     def total_J(self) -> float: ...
+    @property
+    def wound_J(self) -> float: ...
 
 class PlantTruth:
     """
@@ -2968,7 +2984,7 @@ class WatchdogOptions:
 
 class StartUpPlan:
     """
-    Tension set-points to visit, the first is tau_0; transition_s empty, or 0 for one: derived from the robot.
+    Tension set-points to visit, the first is tau_0; transition_s empty, or 0 for one: derived from the robot; via: settle there and go on without measuring, empty: measure everywhere.
     """
 
     def __init__(
@@ -2977,6 +2993,7 @@ class StartUpPlan:
             typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
         ],
         transition_s: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [],
+        via: collections.abc.Sequence[bool] = [],
     ) -> None: ...
     @property
     def setpoint_N(
@@ -2984,6 +3001,8 @@ class StartUpPlan:
     ) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]: ...
     @property
     def transition_s(self) -> list[float]: ...
+    @property
+    def via(self) -> list[bool]: ...
 
 class StartUpOptions:
     """

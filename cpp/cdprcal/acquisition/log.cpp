@@ -99,10 +99,12 @@ class LogParser {
     std::string_view line;
     std::size_t blank_line = 0;
     while (lines_.next(line)) {
-      if (trimmed(line).empty()) {
+      const std::string_view content = trimmed(line);
+      if (content.empty()) {
         if (blank_line == 0) blank_line = lines_.number();
         continue;
       }
+      if (content.front() == '#') continue;  // what happened meanwhile, for people
       if (blank_line != 0) {
         throw InputError(source_ + ":" + std::to_string(blank_line) +
                          ": a blank line among the samples: delete it");

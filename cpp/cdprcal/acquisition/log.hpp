@@ -26,7 +26,8 @@ struct Log {
   [[nodiscard]] int cable_count() const;
 };
 
-/// Reads a canonical CSV log. Columns in any order, cells may be empty (absent).
+/// Reads a canonical CSV log. Columns in any order, cells may be empty (absent); lines that start
+/// with # are comments.
 /// Throws InputError "file:line: column: …" for a missing time column, unknown or duplicate
 /// columns, a group with a gap in its cable numbers, text or infinities in a number, a ragged row,
 /// time that does not increase, an empty or binary file.

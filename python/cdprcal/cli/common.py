@@ -18,7 +18,10 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 RobotArgument = Annotated[
-    str, typer.Argument(metavar="ROBOT", help="Robot file (YAML) or built-in name (irma4).")
+    str,
+    typer.Argument(
+        metavar="ROBOT", help="Robot file (YAML) or built-in name (irma4, ring3, ring5)."
+    ),
 ]
 LogArgument = Annotated[
     str,

@@ -10,7 +10,9 @@ namespace {
 /// elastic up to its own travel (Iwan), so that small jitter about a place is forgotten.
 constexpr std::array<double, 3> kTurnOver_m{0.5e-3, 1.0e-3, 1.5e-3};
 constexpr double kFrameTime_s = 0.1;  ///< the frame follows its load this slowly
-constexpr int kMaxIterations = 40;
+constexpr int kMaxIterations = 100;
+constexpr double kTooSmallToHalve_m_s = 1e-7;
+constexpr double kVelocityAccepted_m_s = 1e-8;
 constexpr double kVelocityTolerance_m_s = 1e-12;  ///< or as far as the arithmetic goes
 
 double damping_rate(double decay_s) { return std::isinf(decay_s) ? 0.0 : 2.0 / decay_s; }
@@ -63,6 +65,7 @@ double PlantDynamics::drop_m(int cable) const {
 
 void PlantDynamics::place(const Pose& pose, const CableVector& tension_N) {
   steps_ = 0;
+  wound_J_ = 0.0;
   motion_ = {};
   motion_.rotation = pose.rotation.normalized();
   motion_.centre_of_mass_m =
@@ -93,26 +96,29 @@ double PlantDynamics::mean_tension_N(int i, const StrandState& end, double payou
                                      double& by_length_N_m) const {
   const Winch& winch = winch_[i];
   const double grown = natural_m(i, winch.payout_m) - winch.payout_m;
-  const double k = law_.stiffness_N_m(winch.payout_m + grown);
+  // Half way: the order of two motions to and fro must not make energy.
+  const double k = 0.5 * (law_.stiffness_N_m(winch.payout_m + grown) +
+                          law_.stiffness_N_m(payout_1_m + grown));
   const double viscous =
       2.0 * p_.strand_damping_ratio * std::sqrt(k * p_.robot.platform.mass_kg) / h_;
   const double e0 = strand_[i].length_m - winch.payout_m - grown;
   const double e1 = end.length_m - payout_1_m - grown;
-  double tension = 0.0;
+  ChordTension mean;
   if (law_.weight_N_m > 0.0) {
-    const ChordTension chord = sagging_tension(law_, 0.5 * (strand_[i].length_m + end.length_m),
-                                               0.5 * (winch.payout_m + payout_1_m) + grown, end);
-    tension = chord.tension_N;
-    by_length_N_m = 0.5 * chord.by_length_N_m;
+    mean = sagging_tension(law_, 0.5 * (strand_[i].length_m + end.length_m),
+                           0.5 * (winch.payout_m + payout_1_m) + grown, end);
+    mean.by_length_N_m *= 0.5;
   } else {
-    tension = mean_elastic_tension_N(k, e0, e1);
-    by_length_N_m = e1 > 0.0 ? 0.5 * k : 0.0;
+    mean = mean_elastic_tension(k, e0, e1);
   }
-  if (viscous > 0.0 && e0 > 0.0 && e1 > 0.0) {
-    tension += viscous * (e1 - e0);
-    by_length_N_m += viscous;
+  if (viscous > 0.0) {
+    // Of the taut part of the way alone: smooth, and never a push.
+    mean.tension_N += viscous * (std::max(e1, 0.0) - std::max(e0, 0.0));
+    if (e1 > 0.0) mean.by_length_N_m += viscous;
   }
-  return std::max(tension, 0.0);
+  if (mean.tension_N < 0.0) mean = {};
+  by_length_N_m = mean.by_length_N_m;
+  return mean.tension_N;
 }
 
 PlantDynamics::Pull PlantDynamics::pull(int i, const StrandState& end,
@@ -140,7 +146,9 @@ PlantDynamics::Pull PlantDynamics::pull(int i, const StrandState& end,
   const double s = direction(i);
   double v1 = winch.velocity_m_s;
   double slope = 0.0, by_speed = 0.0;
-  for (int iteration = 0; iteration < 20; ++iteration) {
+  // Less speed of pay-out, more pull: one root, which Newton finds within a shrinking bracket.
+  double low = -HUGE_VAL, high = HUGE_VAL;
+  for (int iteration = 0; iteration < 60; ++iteration) {
     out.payout_1_m = winch.payout_m + 0.5 * h_ * (winch.velocity_m_s + v1);
     out.tension_N = mean_tension_N(i, end, out.payout_1_m, slope);
     const double pulled =
@@ -149,9 +157,14 @@ PlantDynamics::Pull PlantDynamics::pull(int i, const StrandState& end,
                            0.5 * dashpot * (winch.velocity_m_s + v1) - pulled + told;
     by_speed = mass / h_ + 0.5 * dashpot + 0.5 * h_ * slope;
     const double move = balance / by_speed;
-    v1 -= move;
     // Down to the rounding of the length.
-    if (std::abs(move) < 1e-13 + 2e-15 * end.length_m * slope / by_speed) break;
+    if (std::abs(move) < 1e-13 + 2e-15 * end.length_m * slope / by_speed) {
+      v1 -= move;
+      break;
+    }
+    (balance > 0.0 ? high : low) = v1;
+    v1 -= move;
+    if (!(v1 > low && v1 < high)) v1 = 0.5 * (low + high);
   }
   out.velocity_1_m_s = v1;
   out.by_length_N_m = slope * (1.0 - 0.5 * h_ * slope / by_speed);
@@ -164,7 +177,7 @@ PlantDynamics::Pull PlantDynamics::pull(int i, const StrandState& end,
   return out;
 }
 
-bool PlantDynamics::step(const WinchCommand& command) {
+StepStatus PlantDynamics::step(const WinchCommand& command) {
   const double m = p_.robot.platform.mass_kg;
   const Matrix3& inertia = p_.robot.platform.inertia_kg_m2;
   const Vector3 constant_N = p_.robot.gravity_force_N() + p_.external_force_N;
@@ -179,7 +192,8 @@ bool PlantDynamics::step(const WinchCommand& command) {
   std::array<Vector3, kMaxCables> arm_1;
   PlatformMotion next = motion_;
   Eigen::LLT<Matrix6> factor;
-  double last_size = HUGE_VAL;
+  double last_size = HUGE_VAL, last_norm = HUGE_VAL;
+  Vector6 move = Vector6::Zero();
   std::array<double, kMaxCables> used_slope;
   used_slope.fill(-1.0);
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
@@ -199,13 +213,14 @@ bool PlantDynamics::step(const WinchCommand& command) {
       arm_1[i] = rotation_1 * anchor_from_centre_m_[i];
       const Vector3 q1 = pulley_to_anchor(i, next.centre_of_mass_m + arm_1[i]);
       end[i] = strand_state(p_.robot.cables[i].pulley, q1, drop[i]);
-      if (!end[i].valid) return false;
+      if (!end[i].valid) return StepStatus::into_pulley;
       pulls[i] = pull(i, end[i], command);
       // Direction with (mean direction)·Δq = Δl exactly. Not with sag, whose drop also moves Δl.
+      // What is missing is Δq³/l²; below a micrometre that drowns in the rounding of l.
       const Vector3 moved = h_ * velocity + (arm_1[i] - arm_m_[i]);
       Vector3 along = 0.5 * (strand_[i].chord + end[i].chord);
       const double squared = moved.squaredNorm();
-      if (squared > 1e-20 && law_.weight_N_m == 0.0) {
+      if (squared > 1e-12 && law_.weight_N_m == 0.0) {
         along += ((end[i].length_m - strand_[i].length_m - along.dot(moved)) / squared) * moved;
       }
       const Vector3 pull_N =
@@ -215,8 +230,20 @@ bool PlantDynamics::step(const WinchCommand& command) {
       new_slopes = new_slopes || used_slope[i] < 0.0 ||
                    std::abs(pulls[i].by_length_N_m - used_slope[i]) > 0.05 * used_slope[i];
     }
-    // Between slack and taut the slopes may never settle: keep the last ones then.
-    if (new_slopes && iteration < kMaxIterations / 2) {
+    Vector6 residual;
+    residual << m * (next.velocity_m_s - motion_.velocity_m_s) - h_ * force,
+        rotation_1 * (inertia * next.body_rate_rad_s) - momentum_0 - h_ * moment;
+    // Stiff strands between slack and taut: a move that makes it worse was too long.
+    const double norm = residual.norm();
+    if (norm > last_norm && last_size > kTooSmallToHalve_m_s) {
+      move *= 0.5;
+      last_size *= 0.5;
+      next.velocity_m_s += move.head<3>();
+      next.body_rate_rad_s += move.tail<3>();
+      continue;
+    }
+    last_norm = norm;
+    if (new_slopes) {
       Matrix6 jacobian = Matrix6::Zero();
       jacobian.topLeftCorner<3, 3>().diagonal().setConstant(m +
                                                             0.5 * h_ * translation_damping_N_s_m_);
@@ -230,25 +257,35 @@ bool PlantDynamics::step(const WinchCommand& command) {
       }
       factor.compute(jacobian);
     }
-    Vector6 residual;
-    residual << m * (next.velocity_m_s - motion_.velocity_m_s) - h_ * force,
-        rotation_1 * (inertia * next.body_rate_rad_s) - momentum_0 - h_ * moment;
-    const Vector6 move = factor.solve(residual);
-    if (!move.allFinite()) return false;
+    move = factor.solve(residual);
+    if (!move.allFinite()) return StepStatus::not_solved;
+    move.tail<3>() = rotation_1.transpose() * move.tail<3>();
     next.velocity_m_s -= move.head<3>();
-    next.body_rate_rad_s -= rotation_1.transpose() * move.tail<3>();
+    next.body_rate_rad_s -= move.tail<3>();
     const double size =
         std::max(move.head<3>().cwiseAbs().maxCoeff(), move.tail<3>().cwiseAbs().maxCoeff());
-    if (size < kVelocityTolerance_m_s || (size < 1e-9 && size > 0.3 * last_size)) break;
+    const bool settled =
+        size < kVelocityTolerance_m_s || (size < 1e-9 && size > 0.3 * last_size);
     last_size = size;
-    if (iteration + 1 == kMaxIterations && size > 1e-6) return false;
+    if (settled) break;
   }
+  if (!(last_size < kVelocityAccepted_m_s)) return StepStatus::not_solved;
+  for (int i = 0; i < n_; ++i) wound_J_ += wound_J(i, end[i], pulls[i].payout_1_m);
   motion_ = next;
   motion_.rotation.normalize();
   strand_ = end;
   arm_m_ = arm_1;
   finish_step(pulls);
-  return true;
+  return StepStatus::done;
+}
+
+double PlantDynamics::wound_J(int i, const StrandState& end, double payout_1_m) const {
+  const double natural_0 = natural_m(i, winch_[i].payout_m);
+  const double natural_1 = natural_0 + payout_1_m - winch_[i].payout_m;
+  const double e0 = std::max(0.0, strand_[i].length_m - natural_0);
+  const double e1 = std::max(0.0, end.length_m - natural_1);
+  return -0.25 * (law_.stiffness_N_m(natural_1) - law_.stiffness_N_m(natural_0)) *
+         (e0 * e0 + e1 * e1);
 }
 
 void PlantDynamics::finish_step(const std::array<Pull, kMaxCables>& pulls) {
@@ -263,7 +300,11 @@ void PlantDynamics::finish_step(const std::array<Pull, kMaxCables>& pulls) {
     winch.chord_N = pulls[i].tension_N;
     if (p_.frame_compliance_m_N > 0.0) {
       const Vector3 target = p_.frame_compliance_m_N * winch.chord_N * strand_[i].chord;
-      winch.give_m += (1.0 - std::exp(-h_ / kFrameTime_s)) * (target - winch.give_m);
+      // As the frame gives way the strand loses tension: implicit, or stiff strands make it ring.
+      const double share = 1.0 - std::exp(-h_ / kFrameTime_s);
+      const double loss =
+          p_.frame_compliance_m_N * law_.stiffness_N_m(natural_m(i, winch.payout_m));
+      winch.give_m += share / (1.0 + share * loss) * (target - winch.give_m);
       const Vector3 q = pulley_to_anchor(i, motion_.centre_of_mass_m + arm_m_[i]);
       strand_[i] = strand_state(p_.robot.cables[i].pulley, q, drop_m(i));
     }
@@ -305,6 +346,7 @@ double PlantDynamics::direction(int cable) const {
 
 PlantEnergy PlantDynamics::energy() const {
   PlantEnergy energy;
+  energy.wound_J = wound_J_;
   const Platform& platform = p_.robot.platform;
   energy.kinetic_J =
       0.5 * platform.mass_kg * motion_.velocity_m_s.squaredNorm() +

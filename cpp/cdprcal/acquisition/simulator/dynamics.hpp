@@ -39,7 +39,16 @@ struct PlantEnergy {
   double gravity_J = 0.0;  ///< and of the external force
   double elastic_J = 0.0;
   double drums_J = 0.0;  ///< torque mode
-  [[nodiscard]] double total_J() const { return kinetic_J + gravity_J + elastic_J + drums_J; }
+  double wound_J = 0.0;  ///< strain energy that went onto the drums with the cable, since the start
+  [[nodiscard]] double total_J() const {
+    return kinetic_J + gravity_J + elastic_J + drums_J + wound_J;
+  }
+};
+
+enum class StepStatus {
+  done,
+  into_pulley,  ///< a cable's anchor came inside its pulley or onto its swivel axis
+  not_solved    ///< the step's equations have no solution that was found
 };
 
 class PlantDynamics {
@@ -50,9 +59,8 @@ class PlantDynamics {
   void place(const Pose& pose, const CableVector& tension_N);
   void set_motion(const Vector3& velocity_m_s, const Vector3& body_rate_rad_s);
 
-  /// One step of the integrator. False: no solution (the platform ran into a pulley); the state is
-  /// then the last good one.
-  bool step(const WinchCommand& command);
+  /// One step of the integrator. Unless it is done the state is the last good one.
+  StepStatus step(const WinchCommand& command);
 
   /// A knock: impulse [N s, world] at the platform anchor of a cable.
   void knock(int cable, const Vector3& impulse_N_s);
@@ -96,6 +104,7 @@ class PlantDynamics {
   /// Mean chord tension over the step if the pay-out ends there, and its derivative by length.
   [[nodiscard]] double mean_tension_N(int cable, const StrandState& end, double payout_1_m,
                                       double& by_length_N_m) const;
+  [[nodiscard]] double wound_J(int cable, const StrandState& end, double payout_1_m) const;
   void finish_step(const std::array<Pull, kMaxCables>& pulls);
 
   PlantParameters p_;
@@ -108,6 +117,7 @@ class PlantDynamics {
   int n_;
   std::array<Vector3, kMaxCables> anchor_from_centre_m_;  ///< a′ − s′, platform axes
   std::int64_t steps_ = 0;
+  double wound_J_ = 0.0;
   PlatformMotion motion_;
   std::array<StrandState, kMaxCables> strand_;
   std::array<Vector3, kMaxCables> arm_m_;  ///< from centre of mass to anchor, world axes

@@ -12,9 +12,13 @@ class Recorder {
  public:
   explicit Recorder(int cables) : n_(cables) {}
 
-  void add(const RobotSample& sample, const CableVector& setpoint_N) {
+  /// False: not recorded, because a log's time increases and this sample's does not.
+  bool add(const RobotSample& sample, const CableVector& setpoint_N) {
+    const double last_s = samples_.empty() ? -HUGE_VAL : samples_.back().time_s;
+    if (!std::isfinite(sample.time_s) || !(sample.time_s > last_s)) return false;
     samples_.push_back(sample);
     setpoints_.push_back(setpoint_N);
+    return true;
   }
 
   [[nodiscard]] Log log(const std::string& source) const {
@@ -99,9 +103,10 @@ StartUpRun simulate_startup(const Robot& robot, const StartUpPlan& plan,
     const auto n = static_cast<double>(logged);
     if (simulator.time_s() >= n / options.log_rate_Hz - 1e-9) {
       ++logged;
-      recorder.add(sample, command.tension_setpoint_N);
-      run.truth.push_back(simulator.truth());
-      run.max_tension_N = std::max(run.max_tension_N, run.truth.back().tension_N.maxCoeff());
+      if (recorder.add(sample, command.tension_setpoint_N)) {
+        run.truth.push_back(simulator.truth());
+        run.max_tension_N = std::max(run.max_tension_N, run.truth.back().tension_N.maxCoeff());
+      }
     }
     const CableVector& wanted = command.tension_setpoint_N;
     run.min_setpoint_N = std::fmin(run.min_setpoint_N, wanted.minCoeff());

@@ -148,8 +148,11 @@ bool Simulator::advance(double duration_s) {
   const double end_s = time_s() + duration_s - 0.5 * options_.step_s;
   while (crashed_.empty() && time_s() < end_s) {
     happen();
-    if (!dynamics_.step(command_)) {
-      crashed_ = "the platform ran into a pulley";
+    const StepStatus status = dynamics_.step(command_);
+    if (status != StepStatus::done) {
+      crashed_ = status == StepStatus::into_pulley
+                     ? "the platform ran into a pulley"
+                     : "the simulator's step was not solved; take a shorter step_s";
       break;
     }
     sensors_.update(dynamics_);

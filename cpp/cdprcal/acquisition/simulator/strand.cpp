@@ -80,11 +80,14 @@ double chord_tension_N(const StrandLaw& law, const StrandState& state, double at
   return along + std::sqrt(std::max(0.0, root));
 }
 
-double mean_elastic_tension_N(double stiffness_N_m, double e0, double e1) {
-  if (e0 >= 0.0 && e1 >= 0.0) return 0.5 * stiffness_N_m * (e0 + e1);
-  if (e0 <= 0.0 && e1 <= 0.0) return 0.0;
-  const double a = std::max(0.0, e0), b = std::max(0.0, e1);
-  return 0.5 * stiffness_N_m * (b * b - a * a) / (e1 - e0);
+ChordTension mean_elastic_tension(double stiffness_N_m, double e0, double e1) {
+  const double half = 0.5 * stiffness_N_m;
+  if (e0 >= 0.0 && e1 >= 0.0) return {half * (e0 + e1), half};
+  if (e0 <= 0.0 && e1 <= 0.0) return {};
+  const double between = e1 - e0;
+  const double share = e0 / between;
+  if (e1 > 0.0) return {half * e1 * e1 / between, half * (1.0 - share * share)};
+  return {-half * e0 * share, half * share * share};
 }
 
 }  // namespace cdprcal

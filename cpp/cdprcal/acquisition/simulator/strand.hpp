@@ -53,8 +53,10 @@ double natural_length_m(const StrandLaw& law, const StrandState& state, double t
 double tension_at_pulley_N(const StrandLaw& law, const StrandState& state, double chord_N);
 double chord_tension_N(const StrandLaw& law, const StrandState& state, double at_pulley_N);
 
-/// Mean of the elastic pull over a step between two elongations [N], the discrete gradient of
-/// ½ k max(0, e)²: it does exactly the work that the strand's energy loses. No push.
-double mean_elastic_tension_N(double stiffness_N_m, double elongation_0_m, double elongation_1_m);
+/// Mean of the elastic pull over a step between two elongations, the discrete gradient of
+/// ½ k max(0, e)²: it does exactly the work that the strand's energy loses. No push. Smooth in the
+/// elongation at the end, also where the strand goes slack or taut.
+ChordTension mean_elastic_tension(double stiffness_N_m, double elongation_0_m,
+                                  double elongation_1_m);
 
 }  // namespace cdprcal

@@ -17,6 +17,7 @@ struct RobotSample {
   double drives_time_s = kNaN;    ///< when lengths, swivels and tensions last arrived; NaN: now
   double attitude_time_s = kNaN;  ///< when the attitude last arrived; NaN: now
   std::string drive_error;        ///< not empty: a drive is not operational, and why
+  std::string host_error;         ///< not empty: this computer cannot go on (disk full), and why
   bool stop_requested = false;    ///< the operator wants to stop
 };
 

@@ -54,6 +54,9 @@ void check_plan(const Robot& robot, StartUpPlan& plan) {
   if (plan.transition_s.size() != plan.setpoint_N.size()) {
     throw InputError("start-up plan: give as many transition times as set-points, or none");
   }
+  if (!plan.via.empty() && plan.via.size() != plan.setpoint_N.size()) {
+    throw InputError("start-up plan: say of every set-point whether it is via, or of none");
+  }
   for (const double t : plan.transition_s) {
     if (!(t >= 0.0) || std::isinf(t))
       throw InputError("start-up plan: transition_s must be 0 or more");
@@ -244,7 +247,9 @@ void StartUp::control(const RobotSample& sample, const CableVector& feed_forward
 void StartUp::settle() {
   const bool rests = rest_.at_rest();
   command_.ripple = rest_.ripple();
-  if (rests) {
+  if (rests && is_via(static_cast<std::size_t>(command_.setpoint))) {
+    next_setpoint();
+  } else if (rests) {
     enter(StartUpState::measuring);
   } else if (now_s_ - entered_s_ > options_.settle_timeout_s) {
     hold("set-point " + std::to_string(command_.setpoint + 1) +
@@ -265,6 +270,10 @@ void StartUp::measure() {
   const double begin_s = entered_s_ - options_.rest.window_s;
   rests_.push_back({command_.setpoint, begin_s, now_s_});
   settle_sum_s_ += now_s_ - begin_s;
+  next_setpoint();
+}
+
+void StartUp::next_setpoint() {
   if (static_cast<std::size_t>(command_.setpoint) + 1 == plan_.setpoint_N.size()) {
     enter(StartUpState::done);
     return;

@@ -30,6 +30,9 @@ struct StartUpPlan {
   /// Time of the transition to each set-point [s]. Empty, or 0 for one: derived from the robot (see
   /// transition_time_s). The first is from the tensions found at power-on.
   std::vector<double> transition_s;
+  /// One a set-point: true settles there and goes on without measuring, because no direct way is
+  /// safe. Empty: every set-point is measured.
+  std::vector<bool> via;
 };
 
 struct StartUpOptions {
@@ -103,6 +106,8 @@ class StartUp {
   void control(const RobotSample& sample, const CableVector& feed_forward_m_s, double dt_s);
   void settle();
   void measure();
+  void next_setpoint();
+  [[nodiscard]] bool is_via(std::size_t k) const { return k < plan_.via.size() && plan_.via[k]; }
   [[nodiscard]] double estimate_remaining_s() const;
 
   Robot robot_;

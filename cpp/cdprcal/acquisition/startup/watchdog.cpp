@@ -61,6 +61,7 @@ const std::string& Watchdog::check(const RobotSample& sample, const CableVector&
                                    const CableVector& velocity_m_s) {
   if (!reason_.empty()) return reason_;
   if (sample.stop_requested) raise("stopped by the operator");
+  if (!sample.host_error.empty()) raise(sample.host_error);
   if (!sample.drive_error.empty()) raise("drive error: " + sample.drive_error);
   if (!std::isfinite(sample.time_s) || sample.time_s < last_s_) {
     raise("the clock of the samples does not run forward");
