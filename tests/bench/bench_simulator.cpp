@@ -20,10 +20,12 @@ void SimulatorStep(benchmark::State& state) {
   if (!rest.found) state.SkipWithError(rest.reason.c_str());
   double simulated_s = 0.0;
   std::size_t next = 0;
+  double velocity_m_s = 0.01;
   for (auto _ : state) {
     next = (next + 1) % plan.setpoint_N.size();
     if (mode == WinchMode::velocity) {
-      simulator.command_velocity(CableVector::Constant(robot.cable_count(), next % 2 ? 0.01 : -0.01));
+      velocity_m_s = -velocity_m_s;  // to and fro: no more cable is hauled in than was let out
+      simulator.command_velocity(CableVector::Constant(robot.cable_count(), velocity_m_s));
     } else {
       simulator.command_tension(0.9 * plan.setpoint_N[0] + 0.1 * plan.setpoint_N[next]);
     }
