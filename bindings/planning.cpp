@@ -286,7 +286,7 @@ PlanResult plan(const Robot& robot, const std::optional<Box>& box, const std::ar
                 const std::optional<Vector3>& home_m, VisitingOrder order, int visits,
                 std::uint64_t seed, const SetPointOptions& set_points,
                 const std::optional<Box>& bounds, const TimingOptions& timing, int threads,
-                const ProgressCallback& progress) {
+                const ProgressCallback<std::string, double>& progress) {
   PlanOptions options;
   options.box = box;
   options.grid = grid;

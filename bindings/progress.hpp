@@ -1,20 +1,27 @@
 // Progress of a long call: a Python callback, Ctrl-C, and neither thrown through C++ threads.
 #pragma once
 
+#include <pybind11/typing.h>
+
 #include <exception>
 #include <optional>
+#include <utility>
 
 #include "bindings.hpp"
 
 namespace cdprcal::python {
 
-using ProgressCallback = std::optional<py::function>;
+/// A callable of these arguments, or None; what it returns matters only when it is False.
+template <typename... Values>
+using ProgressCallback = std::optional<py::typing::Callable<py::object(Values...)>>;
 
 /// Asks Python now and then whether to go on. The GIL is not held between. An exception of the
 /// callback, or Ctrl-C, stops the calculation like False does; rethrow it when the call is back.
 class Progress {
  public:
-  explicit Progress(const ProgressCallback& callback) : callback_(callback) {}
+  template <typename Callback>
+  explicit Progress(const std::optional<Callback>& callback)
+      : callback_(callback ? std::optional<py::function>(*callback) : std::nullopt) {}
 
   template <typename... Values>
   bool operator()(const Values&... values) {
@@ -35,7 +42,7 @@ class Progress {
   }
 
  private:
-  const ProgressCallback& callback_;
+  std::optional<py::function> callback_;
   std::exception_ptr failure_;
 };
 

@@ -3262,7 +3262,7 @@ def compute_workspace(
     seeds_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] | None = None,
     threads: typing.SupportsInt | typing.SupportsIndex = 0,
     boundary_halvings: typing.SupportsInt | typing.SupportsIndex = 5,
-    progress: collections.abc.Callable | None = None,
+    progress: collections.abc.Callable[[WorkspaceProgress], typing.Any] | None = None,
 ) -> Workspace:
     """
     Floods outward from seeds_m [s, 3] (default: a lattice in the box), each point warm-started from a solved neighbour. box: default workspace_box. threads: 0 is one a core. progress(WorkspaceProgress): False stops. Stopped so, or by Ctrl-C, the workspace is what was found until then and `complete` is False. The robot's known effects are applied. Raises InputError for a bad box, step or seed, and unless 3 ≤ n ≤ 5.
@@ -3551,7 +3551,7 @@ def make_plan(
     bounds: Box | None = None,
     timing: TimingOptions = ...,
     threads: typing.SupportsInt | typing.SupportsIndex = 0,
-    progress: collections.abc.Callable | None = None,
+    progress: collections.abc.Callable[[str, float], typing.Any] | None = None,
 ) -> PlanResult:
     """
     Which poses, in which order, at which tensions and how fast (paper §3.2), every path checked. grid: positions along x, y, z of the box (default: eq. 19 for irma4, else proposed). optimal > 0: that many poses chosen by observability instead. positions_m [k, 3]: instead of both. home_m [3]: where the run starts (default: the middle of the box). visits, seed: of the random order. bounds: that the platform may not leave. progress(stage, share): False stops. The robot's known effects are applied. A pose that cannot be measured or reached is a status. Raises InputError for options that make no sense and unless 3 ≤ n ≤ 5.

@@ -32,7 +32,8 @@ def write_plan_picture(robot: _core.Robot, result: _core.PlanResult, path: Path)
 def draw_plan(robot: _core.Robot, result: _core.PlanResult) -> Figure:
     """From above, from the side, and the tension set-points over time."""
     figure = new_figure(11.0, 8.0)
-    upper, lower = figure.subfigures(2, 1, height_ratios=(1.35, 1.0))
+    parts = figure.subfigures(2, 1, height_ratios=(1.35, 1.0), squeeze=False)
+    upper, lower = parts.ravel()
     above, side = upper.subplots(1, 2)
     stops = _merged_stops(result.plan)
     ways = _ways(robot, result.plan)
@@ -145,8 +146,8 @@ def _number_stops(axes: Axes, stops: list[tuple[Array, bool, str]], plane: tuple
         shared.setdefault((round(position[i], 2), round(position[j], 2)), []).append(numbers)
     if sum(len(numbers) for numbers in shared.values()) > _MOST_NUMBERS:
         return
-    for at, numbers in shared.items():
-        text = " · ".join(numbers)
+    for at, visits in shared.items():
+        text = " · ".join(visits)
         if len(text) <= 24:
             axes.annotate(text, at, textcoords="offset points", xytext=(5, 5), fontsize=7)
 

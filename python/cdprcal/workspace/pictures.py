@@ -37,7 +37,8 @@ def write_workspace_picture(
 def draw_workspace(workspace: _core.Workspace, shape: _core.AlphaShape) -> Figure:
     """The surface in space; a horizontal and a vertical cut through the middle."""
     figure = new_figure(13.0, 4.9)
-    left, right = figure.subfigures(1, 2, width_ratios=(1.0, 1.7))
+    parts = figure.subfigures(1, 2, width_ratios=(1.0, 1.7), squeeze=False)
+    left, right = parts.ravel()
     inscribed = _core.largest_inscribed_box(workspace)
     _draw_surface(left.add_subplot(projection="3d"), workspace, shape.mesh, inscribed)
     margins = _margins(workspace)
@@ -59,8 +60,8 @@ def draw_workspace(workspace: _core.Workspace, shape: _core.AlphaShape) -> Figur
 
 
 def _draw_surface(axes: Any, workspace: _core.Workspace, mesh: _core.Mesh, box: Any) -> None:
-    """Axes3D is not typed."""
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+    """In three dimensions matplotlib is not typed."""
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
     triangles = _thinned(mesh)
     axes.add_collection3d(

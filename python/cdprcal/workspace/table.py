@@ -61,7 +61,8 @@ def print_workspace(document: dict[str, Any]) -> None:
 
 
 def _volume(box: dict[str, Any]) -> float:
-    return math.prod(b - a for a, b in zip(box["lower_m"], box["upper_m"], strict=True))
+    sides: list[tuple[float, float]] = list(zip(box["lower_m"], box["upper_m"], strict=True))
+    return math.prod(high - low for low, high in sides)
 
 
 def _probes_table(probes: list[dict[str, Any]]) -> Any:

@@ -1,0 +1,88 @@
+"""Robots that the tests make: polygons of 3, 4 and 5 cables, and changed copies of a robot."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+import cdprcal
+
+
+def polygon_robot(count: int, pulley_radius_m: float = 0.02, **changes: Any) -> cdprcal.Robot:
+    """Pulleys on a circle of 1.2 m at heights around 2 m; nothing is exactly symmetric."""
+    cables = []
+    for i in range(count):
+        angle = 2.0 * np.pi * (i + 0.15 * np.sin(3.0 * i)) / count
+        out = np.array([np.cos(angle), np.sin(angle), 0.0])
+        cables.append(
+            cdprcal.Cable(
+                pulley=cdprcal.Pulley(
+                    position_m=1.2 * out + [0.0, 0.0, 2.0 + 0.05 * np.cos(2.0 * i)],
+                    x_axis=[0.0, 0.0, -1.0],
+                    swivel_axis=[-out[1], out[0], 0.0],
+                    radius_m=pulley_radius_m,
+                ),
+                platform_anchor_m=0.15 * out + [0.0, 0.0, 0.12],
+            )
+        )
+    platform = cdprcal.Platform(
+        mass_kg=8.0,
+        centre_of_mass_m=[0.004, -0.003, 0.02],
+        inertia_kg_m2=[[0.12, 0.004, 0.0], [0.004, 0.1, -0.003], [0.0, -0.003, 0.14]],
+    )
+    usual: dict[str, Any] = {
+        "name": f"polygon{count}",
+        "platform": platform,
+        "cables": cables,
+        "tension_limits_N": [4.0, 200.0],
+        "sigma": cdprcal.SensorSigma(tension_N=1.0),
+    }
+    return cdprcal.Robot(**(usual | changes))
+
+
+def altered(robot: cdprcal.Robot, **changes: Any) -> cdprcal.Robot:
+    """A copy of a robot with some fields replaced."""
+    fields = ("name", "platform", "cables", "tension_limits_N", "gravity_m_s2", "sigma", "effects")
+    kept = {field: getattr(robot, field) for field in fields}
+    return cdprcal.Robot(**(kept | {"euler_convention": robot.euler_convention} | changes))
+
+
+def turned(robot: cdprcal.Robot, angle_rad: float) -> cdprcal.Robot:
+    """The whole installation turned about the vertical through the world's origin."""
+    turn = rotation_z(angle_rad)
+    cables = [
+        cdprcal.Cable(
+            pulley=cdprcal.Pulley(
+                position_m=turn @ cable.pulley.position_m,
+                x_axis=turn @ cable.pulley.x_axis,
+                swivel_axis=turn @ cable.pulley.swivel_axis,
+                radius_m=cable.pulley.radius_m,
+            ),
+            platform_anchor_m=cable.platform_anchor_m,
+        )
+        for cable in robot.cables
+    ]
+    return altered(robot, cables=cables)
+
+
+def rotation_z(angle_rad: float) -> np.ndarray:
+    c, s = np.cos(angle_rad), np.sin(angle_rad)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def heavier(robot: cdprcal.Robot, factor: float) -> cdprcal.Robot:
+    """Mass, inertia and tension limits times a factor."""
+    platform = robot.platform
+    scaled = cdprcal.Platform(
+        mass_kg=factor * platform.mass_kg,
+        centre_of_mass_m=platform.centre_of_mass_m,
+        inertia_kg_m2=factor * platform.inertia_kg_m2,
+    )
+    low, high = robot.tension_limits_N
+    return altered(robot, platform=scaled, tension_limits_N=[factor * low, factor * high])
+
+
+def angle_between(a: np.ndarray, b: np.ndarray) -> float:
+    """Geodesic angle of two rotations [rad], accurate near zero."""
+    return float(2.0 * np.arcsin(min(1.0, np.linalg.norm(a - b) / np.sqrt(8.0))))

@@ -1,0 +1,212 @@
+"""Equilibria from Python, and MuJoCo's dynamics as a second opinion that nobody here wrote."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import cdprcal
+from conftest import TABLE_II_TENSIONS_N
+from robots import altered, angle_between, polygon_robot
+
+_SETS = 10  # of tensions, a robot
+
+
+@pytest.mark.parametrize("row", range(8))
+def test_inverse_and_direct_problem_agree_on_table_ii(robot: cdprcal.Robot, row: int) -> None:
+    tension = TABLE_II_TENSIONS_N[row]
+    direct = cdprcal.direct_from_tensions(robot, tension)
+    assert direct.status == cdprcal.EquilibriumStatus.found
+    assert direct.stable
+    assert direct.residual_N < 1e-7
+    state = cdprcal.platform_state(robot, direct.pose)
+    inverse = cdprcal.inverse(
+        robot,
+        direct.pose.position_m,
+        distribution=cdprcal.TensionDistribution.given_lambda,
+        lambda_N=cdprcal.lambda_of(robot, state, tension),
+    )
+    assert inverse.status == cdprcal.EquilibriumStatus.found
+    assert inverse.tension_N == pytest.approx(tension, abs=1e-6)
+    assert angle_between(inverse.pose.rotation, direct.pose.rotation) < 1e-7
+    # Rows 5 to 8 hang at the corners of the box to six decimals; see direct_test.cpp for 1 to 4.
+    corner = np.array([0.4, 0.4, 0.6 if row >= 4 else 1.2])
+    tolerance = 1e-6 if row >= 4 else 1e-5
+    assert np.abs(direct.pose.position_m) == pytest.approx([0.4, 0.4, corner[2]], abs=tolerance)
+
+
+def test_lengths_of_an_equilibrium_give_it_back(robot: cdprcal.Robot) -> None:
+    inverse = cdprcal.inverse(robot, [0.2, -0.1, 0.8])
+    direct = cdprcal.direct_from_lengths(robot, inverse.length_m)
+    assert direct.status == cdprcal.EquilibriumStatus.found
+    assert direct.pose.position_m == pytest.approx([0.2, -0.1, 0.8], abs=1e-7)
+    assert direct.tension_N == pytest.approx(inverse.tension_N, abs=1e-4)
+
+
+def test_along_a_line_every_point_is_what_it_is_by_itself(robot: cdprcal.Robot) -> None:
+    line = np.linspace([-0.4, -0.4, 0.6], [0.4, 0.4, 1.2], 25)
+    status, quaternion, tension = cdprcal.inverse_along(robot, line)
+    assert status == [cdprcal.EquilibriumStatus.found] * 25
+    for i in (0, 11, 24):
+        alone = cdprcal.inverse(robot, line[i])
+        assert tension[i] == pytest.approx(alone.tension_N, abs=1e-6)
+        assert np.linalg.norm(quaternion[i]) == pytest.approx(1.0)
+
+
+def test_a_failure_has_no_pose(robot: cdprcal.Robot) -> None:
+    weak = cdprcal.direct_from_tensions(robot, [1.0, 1.0, 1.0, 1.0])
+    assert weak.status == cdprcal.EquilibriumStatus.not_found
+    assert weak.pose is None
+    assert weak.reason
+    assert not weak.balanced
+    below = cdprcal.inverse(robot, [0.0, 0.0, 5.0])
+    assert below.status != cdprcal.EquilibriumStatus.found
+    assert below.reason
+
+
+def test_several_equilibria_are_classified(robot: cdprcal.Robot) -> None:
+    found = cdprcal.all_equilibria_from_tensions(robot, TABLE_II_TENSIONS_N[0])
+    assert found[0].stable
+    stable = [equilibrium.stable for equilibrium in found]
+    assert stable == sorted(stable, reverse=True), "stable ones first"
+    for equilibrium in found:
+        assert equilibrium.residual_N < 1e-6
+        assert equilibrium.stable == (equilibrium.stability.constant_tensions_N_m > 0.0)
+
+
+@pytest.mark.parametrize("count", [1, 2, 6, 8])
+def test_the_inverse_problem_is_refused_where_it_is_not_defined(count: int) -> None:
+    with pytest.raises(cdprcal.InputError, match="needs 3, 4 or 5 cables"):
+        cdprcal.inverse(polygon_robot(count), [0.0, 0.0, 1.0])
+
+
+def test_lengths_of_more_than_six_cables_are_refused() -> None:
+    with pytest.raises(cdprcal.InputError, match="6"):
+        cdprcal.direct_from_lengths(polygon_robot(8), np.full(8, 1.5))
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda r: cdprcal.inverse(r, [np.nan, 0.0, 1.0]), "finite"),
+        (lambda r: cdprcal.direct_from_tensions(r, [50.0, 50.0]), "tension_N"),
+        (lambda r: cdprcal.direct_from_tensions(r, [50.0, -50.0, 50.0, 50.0]), "tension"),
+        (lambda r: cdprcal.direct_from_lengths(r, [1.0, 1.0, 0.0, 1.0]), "length"),
+        (lambda r: cdprcal.parse_tension_distribution("even"), "barycentre"),
+        (
+            lambda r: cdprcal.inverse(
+                r, [0.0, 0.0, 1.0], distribution=cdprcal.TensionDistribution.given_lambda
+            ),
+            "lambda",
+        ),
+    ],
+)
+def test_wrong_use_is_an_input_error(robot: cdprcal.Robot, call, words: str) -> None:
+    with pytest.raises(cdprcal.InputError, match=words):
+        call(robot)
+
+
+def mujoco_xml(robot: cdprcal.Robot, start: np.ndarray) -> str:
+    """Each cable a tendon from eyelet to anchor, pulled by a motor."""
+    platform = robot.platform
+    inertia = platform.inertia_kg_m2
+    full = [
+        inertia[0, 0],
+        inertia[1, 1],
+        inertia[2, 2],
+        inertia[0, 1],
+        inertia[0, 2],
+        inertia[1, 2],
+    ]
+
+    def text(values: object) -> str:
+        return " ".join(repr(float(value)) for value in np.ravel(values))
+
+    eyelets, anchors, tendons, motors = [], [], [], []
+    for i, cable in enumerate(robot.cables):
+        eyelets.append(f'<site name="d{i}" pos="{text(cable.pulley.position_m)}"/>')
+        anchors.append(f'<site name="a{i}" pos="{text(cable.platform_anchor_m)}"/>')
+        tendons.append(f'<spatial name="c{i}"><site site="d{i}"/><site site="a{i}"/></spatial>')
+        motors.append(f'<motor tendon="c{i}"/>')
+    # Damping settles the platform and moves no equilibrium.
+    return f"""
+      <mujoco>
+        <option gravity="0 0 {-robot.gravity_m_s2!r}" timestep="0.004" integrator="implicitfast"/>
+        <worldbody>
+          {"".join(eyelets)}
+          <body name="platform" pos="{text(start)}">
+            <joint type="free" damping="2.5"/>
+            <inertial pos="{text(platform.centre_of_mass_m)}" mass="{platform.mass_kg!r}"
+                      fullinertia="{text(full)}"/>
+            {"".join(anchors)}
+          </body>
+        </worldbody>
+        <tendon>{"".join(tendons)}</tendon>
+        <actuator>{"".join(motors)}</actuator>
+      </mujoco>"""
+
+
+def settle(mujoco, model, data, tension_N: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Position and rotation when the platform has come to rest under constant tendon forces."""
+    mujoco.mj_resetData(model, data)
+    data.ctrl[:] = -tension_N  # a positive force lengthens a tendon
+    for _ in range(100):
+        mujoco.mj_step(model, data, nstep=500)
+        if max(np.abs(data.qvel).max(), np.abs(data.qacc).max()) < 1e-8:
+            break
+    else:
+        pytest.fail("the platform has not come to rest in MuJoCo")
+    rotation = np.empty(9)
+    mujoco.mju_quat2Mat(rotation, data.qpos[3:7])
+    return data.qpos[:3].copy(), rotation.reshape(3, 3)
+
+
+@pytest.mark.parametrize("count", [3, 4, 5])
+def test_mujoco_settles_at_the_same_pose(count: int) -> None:
+    mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed (the test extra has it)")
+    robot = polygon_robot(count, pulley_radius_m=0.0)
+    start = np.array([0.0, 0.0, 1.0])
+    model = mujoco.MjModel.from_xml_string(mujoco_xml(robot, start))
+    data = mujoco.MjData(model)
+    random = np.random.default_rng(count)
+    sets = 0
+    while sets < _SETS:
+        position = random.uniform([-0.35, -0.35, 0.6], [0.35, 0.35, 1.4])
+        wanted, _ = cdprcal.set_point_at(robot, position)
+        if wanted is None:
+            continue
+        sets += 1
+        tension = wanted.tension_N
+        ours = cdprcal.direct_from_tensions(robot, tension)  # from nothing
+        assert ours.status == cdprcal.EquilibriumStatus.found
+        theirs, rotation = settle(mujoco, model, data, tension)  # swings there from the start
+        assert ours.pose.position_m == pytest.approx(theirs, abs=1e-4)
+        assert angle_between(ours.pose.rotation, rotation) < 1e-4
+        assert np.linalg.norm(theirs - start) > 1e-3, "MuJoCo has moved"
+
+
+def test_a_pulley_of_no_radius_is_the_limit_of_small_ones() -> None:
+    """So what MuJoCo says about eyelets says something about pulleys."""
+    tension = cdprcal.set_point_at(polygon_robot(4, 0.0), [0.1, 0.2, 1.0])[0].tension_N
+    eyelet = cdprcal.direct_from_tensions(polygon_robot(4, 0.0), tension).pose.position_m
+    gaps = [
+        np.linalg.norm(
+            cdprcal.direct_from_tensions(polygon_robot(4, radius), tension).pose.position_m - eyelet
+        )
+        for radius in (2e-3, 1e-3, 0.0)
+    ]
+    assert gaps[0] > 1e-5
+    assert gaps[1] == pytest.approx(0.5 * gaps[0], rel=0.05)
+    assert gaps[2] == 0.0
+
+
+def test_known_effects_are_left_to_the_commands(robot: cdprcal.Robot) -> None:
+    """The problems themselves solve the robot that they are given."""
+    effect = cdprcal.AppliedEffect(name="mass", parameters={"mass_error_kg": [2.0]})
+    listed = altered(robot, effects=[effect])
+    known = cdprcal.KnownEffects(listed).robot
+    assert known.platform.mass_kg == pytest.approx(robot.platform.mass_kg + 2.0)
+    assert known.effects == []
+    alone = cdprcal.inverse(listed, [0.0, 0.0, 0.9]).tension_N
+    assert alone == pytest.approx(cdprcal.inverse(robot, [0.0, 0.0, 0.9]).tension_N)
+    assert cdprcal.inverse(known, [0.0, 0.0, 0.9]).tension_N.sum() > alone.sum()
