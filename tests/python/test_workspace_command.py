@@ -1,0 +1,290 @@
+"""``cdprcal workspace``: its document, mesh and picture, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+import signal
+import struct
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cdprcal
+from conftest import Ran
+from robots import altered, polygon_robot
+from test_cli_bad_input import assert_refused
+from test_plan_command import effect, robot_file
+
+Cli = Callable[..., Ran]
+
+
+def workspace_of(cli: Cli, *arguments: object) -> dict[str, Any]:
+    ran = cli("workspace", *arguments, "--json")
+    assert ran.code == 0, ran.stderr
+    document: dict[str, Any] = json.loads(ran.stdout)
+    return document
+
+
+def volume_of(vertices: np.ndarray, faces: np.ndarray) -> float:
+    """By the divergence theorem; positive when the faces look outward."""
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
+
+
+def assert_closed(faces: np.ndarray) -> None:
+    """Every edge in two faces, once in each direction."""
+    edges = Counter((int(face[i]), int(face[(i + 1) % 3])) for face in faces for i in range(3))
+    assert set(edges.values()) == {1}
+    assert all((b, a) in edges for a, b in edges)
+
+
+def test_document(cli: Cli) -> None:
+    document = workspace_of(cli, "irma4", "--step-m", 0.1)
+    assert {
+        "volume_m3",
+        "points_tested",
+        "points_inside",
+        "box",
+        "vertices",
+        "faces",
+        "alpha_m2",
+        "watertight",
+    } <= document.keys()
+    assert document["watertight"]
+    assert document["complete"]
+    assert 0 < document["points_inside"] < document["points_tested"]
+    assert document["points"]["inside"] == document["points_inside"]
+    vertices, faces = np.array(document["vertices"]), np.array(document["faces"])
+    assert_closed(faces)
+    assert volume_of(vertices, faces) == pytest.approx(document["volume_m3"], rel=1e-9)
+    low, high = (np.array(document["box"][end]) for end in ("lower_m", "upper_m"))
+    assert (vertices >= low - 1e-9).all()
+    assert (vertices <= high + 1e-9).all()
+    inscribed = document["inscribed_box"]
+    assert (np.array(inscribed["lower_m"]) >= low).all()
+    # A grid point inside stands for a cell: the counts say the volume too, coarsely.
+    assert document["points_inside"] * 0.1**3 == pytest.approx(document["volume_m3"], rel=0.1)
+
+
+def test_the_papers_box_is_inside_and_the_volume_converges(cli: Cli) -> None:
+    """Eq. 19; three steps, each volume within the one before's distance, 2 % at the finest."""
+    volumes = []
+    for step in (0.16, 0.08, 0.04):
+        document = workspace_of(cli, "irma4", "--step-m", step)
+        volumes.append(document["volume_m3"])
+        mesh = cdprcal.Mesh(document["vertices"], document["faces"])
+        assert mesh.watertight
+        for x in np.linspace(-0.4, 0.4, 5):
+            for y in np.linspace(-0.4, 0.4, 5):
+                for z in (0.6, 0.9, 1.2):
+                    assert mesh.contains([x, y, z])
+    changes = np.abs(np.diff(volumes)) / volumes[-1]
+    assert changes[1] < 0.02
+    assert changes[1] < changes[0]
+
+
+def test_sections_and_probes(cli: Cli, robot: cdprcal.Robot) -> None:
+    arguments = ["--section-m", 0.9, "--probe", "0.2,-0.1,0.8", "--probe", "0,0,1.8"]
+    document = workspace_of(cli, "irma4", *arguments, "--step-m", 0.08)
+    (section,) = document["sections"]
+    assert section["height_m"] == 0.9
+    # The paper's box is 0.8 m wide; the pulleys stand on 2.13 × 2.31 m.
+    assert 0.64 < section["area_m2"] < 2.13 * 2.31
+    (polygon,) = section["polygons"]
+    assert len(polygon) > 20
+    inside, outside = document["probes"]
+    alone = cdprcal.inverse(robot, [0.2, -0.1, 0.8])
+    assert inside["inside"]
+    assert inside["status"] == "found"
+    assert inside["tension_N"] == pytest.approx(alone.tension_N, abs=1e-6)
+    low, high = robot.tension_limits_N
+    margin = min(min(t - low, high - t) for t in inside["tension_N"])
+    assert inside["margin_N"] == pytest.approx(margin)
+    assert not outside["inside"]
+    assert outside["status"] != "found"
+
+
+@pytest.mark.parametrize("name", ["mesh.ply", "mesh.stl"])
+@pytest.mark.parametrize("text", [False, True])
+def test_the_mesh_file_is_the_documents_mesh(
+    cli: Cli, tmp_path: Path, name: str, text: bool
+) -> None:
+    path = tmp_path / name
+    extra = ["--ascii"] if text else []
+    document = workspace_of(cli, "irma4", "--step-m", 0.12, "-o", path, *extra)
+    mesh = cdprcal.read_mesh(str(path))
+    assert mesh.watertight
+    assert mesh.volume_m3 == pytest.approx(document["volume_m3"], rel=1e-6)
+    content = path.read_bytes()
+    count = len(document["faces"])
+    if name == "mesh.ply":
+        assert content.startswith(b"ply\nformat ascii" if text else b"ply\nformat binary_little")
+        assert f"element face {count}\n".encode() in content
+    elif text:
+        assert content.count(b"endfacet") == count
+    else:
+        assert len(content) == 84 + 50 * count
+        assert struct.unpack_from("<I", content, 80) == (count,)
+
+
+@pytest.mark.parametrize("count", [3, 4, 5])
+def test_other_robots(cli: Cli, tmp_path: Path, count: int) -> None:
+    document = workspace_of(cli, robot_file(polygon_robot(count), tmp_path), "--step-m", 0.08)
+    assert document["watertight"]
+    assert document["volume_m3"] > 0.1
+    assert document["inscribed_box"] is not None
+
+
+def test_tension_control_demands_more_than_brakes(cli: Cli) -> None:
+    arguments = ["irma4", "--step-m", 0.1, "--box", "-1,-1,0.2:1,1,1.7"]
+    brakes = workspace_of(cli, *arguments)
+    control = workspace_of(cli, *arguments, "--stability", "constant-tensions")
+    assert control["points_inside"] <= brakes["points_inside"]
+
+
+def test_what_is_searched_from_one_point_is_its_part(cli: Cli) -> None:
+    document = workspace_of(cli, "irma4", "--step-m", 0.1, "--from", "0,0,0.9", "--threads", 1)
+    whole = workspace_of(cli, "irma4", "--step-m", 0.1)
+    assert document["points_inside"] == whole["points_inside"]
+    assert document["points_tested"] <= whole["points_tested"]
+
+
+def test_a_larger_alpha_fills_more(cli: Cli) -> None:
+    tight = workspace_of(cli, "irma4", "--step-m", 0.1)
+    loose = workspace_of(cli, "irma4", "--step-m", 0.1, "--alpha-m2", 4.0)
+    assert loose["alpha_m2"] == 4.0
+    assert loose["volume_m3"] > tight["volume_m3"]
+
+
+def test_known_effects_move_the_boundary(cli: Cli, robot: cdprcal.Robot, tmp_path: Path) -> None:
+    listed = altered(robot, name="listed", effects=[effect("mass", mass_error_kg=[6.0])])
+    platform = robot.platform
+    heavier = cdprcal.Platform(
+        mass_kg=platform.mass_kg + 6.0,
+        centre_of_mass_m=platform.centre_of_mass_m,
+        inertia_kg_m2=platform.inertia_kg_m2,
+    )
+    same = altered(robot, name="same", platform=heavier)
+    a, b, plain = (
+        workspace_of(cli, robot_file(r, tmp_path), "--step-m", 0.1)["volume_m3"]
+        for r in (listed, same, altered(robot, name="plain"))
+    )
+    assert a == pytest.approx(b, rel=1e-9)
+    assert a != pytest.approx(plain, rel=1e-3)
+
+
+def test_for_people(cli: Cli, tmp_path: Path) -> None:
+    picture = tmp_path / "workspace.png"
+    ran = cli("workspace", "irma4", "--step-m", 0.1, "--section-m", 0.9, "--plot", picture)
+    assert ran.code == 0
+    assert ran.stdout == ""
+    for words in ("volume", "watertight", "largest inscribed box", "area"):
+        assert words in ran.stderr
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert picture.stat().st_size > 20_000
+
+
+def test_the_callback_can_stop_it_and_the_part_is_usable(robot: cdprcal.Robot) -> None:
+    calls = []
+
+    def enough(done: cdprcal.WorkspaceProgress) -> bool:
+        calls.append(done.inside)
+        return done.inside < 2000
+
+    part = cdprcal.compute_workspace(robot, step_m=0.05, progress=enough)
+    assert not part.complete
+    assert calls == sorted(calls)
+    assert part.points_inside >= 2000
+    assert part.inside_m.shape == (part.points_inside, 3)
+    assert part.tension_N.shape == (part.points_inside, 4)
+    shape = cdprcal.workspace_shape(part)
+    assert shape.watertight
+    whole = cdprcal.compute_workspace(robot, step_m=0.05)
+    assert part.points_inside < whole.points_inside
+    assert 0.0 < shape.volume_m3 < cdprcal.workspace_shape(whole).volume_m3
+
+    def broken(done: cdprcal.WorkspaceProgress) -> None:
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        cdprcal.compute_workspace(robot, progress=broken)
+
+
+def test_ctrl_c_leaves_what_was_found(tmp_path: Path) -> None:
+    mesh = tmp_path / "part.ply"
+    command = [
+        "workspace",
+        "irma4",
+        "--step-m",
+        "0.012",
+        "--threads",
+        "1",
+        "-o",
+        str(mesh),
+        "--json",
+    ]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "cdprcal", *command],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    time.sleep(2.5)  # several million points take far longer
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 1, err
+    document = json.loads(out)
+    assert not document["complete"]
+    assert document["points_inside"] > 0
+    assert document["watertight"]
+    assert cdprcal.read_mesh(str(mesh)).watertight
+    assert "Traceback" not in err
+
+
+BAD = {
+    "box outside the anchors": (["--box", "3,3,0.5:4,4,1"], ("box", "pulleys")),
+    "box above the pulleys": (["--box", "-0.3,-0.3,4:0.3,0.3,5"], ("box",)),
+    "empty box": (["--box", "0,0,1:0,0,1"], ("box",)),
+    "step of nothing": (["--step-m", "0"], ("step",)),
+    "step beyond the box": (["--step-m", "9"], ("step",)),
+    "step too fine": (["--step-m", "0.0005"], ("step|points",)),
+    "alpha": (["--alpha-m2", "-1"], ("alpha",)),
+    "seed outside": (["--from", "9,9,9"], ("seed", "outside")),
+    "stability": (["--stability", "firm"], ("firm", "locked-lengths")),
+    "mesh format": (["-o", "mesh.obj"], (r"mesh\.obj", r"\.ply")),
+    "picture's format": (["--plot", "mesh.gif"], (r"mesh\.gif", r"\.png")),
+    "no such folder": (["-o", "nowhere/mesh.ply"], ("nowhere/mesh.ply", "cannot be written")),
+    "nothing there": (["--box", "-0.2,-0.2,1.7:0.2,0.2,1.83"], ("no static workspace",)),
+    "probe": (["--probe", "1,2"], ("--probe", "2 numbers instead of 3")),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_wrong_use_is_refused(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, case: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    arguments, words = BAD[case]
+    assert_refused(cli("workspace", "irma4", *arguments), *words)
+    assert not list(tmp_path.iterdir()), "nothing is written"
+
+
+@pytest.mark.parametrize("count", [2, 6])
+def test_other_numbers_of_cables_are_refused(cli: Cli, tmp_path: Path, count: int) -> None:
+    path = robot_file(polygon_robot(count), tmp_path)
+    assert_refused(cli("workspace", path), "needs 3, 4 or 5 cables", f"not {count}")
+
+
+def test_limits_that_hold_nothing_are_an_empty_workspace(
+    cli: Cli, robot: cdprcal.Robot, tmp_path: Path
+) -> None:
+    weak = altered(robot, name="weak", tension_limits_N=[1.0, 25.0])
+    words = ("no static workspace", "outside the limits", "tension_limits_N")
+    assert_refused(cli("workspace", robot_file(weak, tmp_path), "--json"), *words)
