@@ -5,11 +5,9 @@ from __future__ import annotations
 import json
 import signal
 import struct
-import subprocess
-import sys
-import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -217,35 +215,34 @@ def test_the_callback_can_stop_it_and_the_part_is_usable(robot: cdprcal.Robot) -
         cdprcal.compute_workspace(robot, progress=broken)
 
 
-def test_ctrl_c_leaves_what_was_found(tmp_path: Path) -> None:
-    mesh = tmp_path / "part.ply"
-    command = [
-        "workspace",
-        "irma4",
-        "--step-m",
-        "0.012",
-        "--threads",
-        "1",
-        "-o",
-        str(mesh),
-        "--json",
-    ]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "cdprcal", *command],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    time.sleep(2.5)  # several million points take far longer
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
-    assert process.returncode == 1, err
-    document = json.loads(out)
+def test_ctrl_c_leaves_what_was_found(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The signal comes in the middle of the search, when the bar shows how far it is."""
+    shown = []
+
+    @contextmanager
+    def bar_with_ctrl_c() -> Iterator[Callable[[str, float], None]]:
+        def show(stage: str, share: float) -> None:
+            shown.append(share)
+            if share > 0.05:
+                signal.raise_signal(signal.SIGINT)
+
+        yield show
+
+    monkeypatch.setattr("cdprcal.cli.progress.progress_bar", bar_with_ctrl_c)
+    path = tmp_path / "part.ply"
+    ran = cli("workspace", "irma4", "-o", path, "--json")
+    assert ran.code == 1
+    document = json.loads(ran.stdout)
     assert not document["complete"]
-    assert document["points_inside"] > 0
+    assert 0 < document["points_inside"] < 30_000  # the whole has 40,000
+    assert max(shown) < 0.5
     assert document["watertight"]
-    assert cdprcal.read_mesh(str(mesh)).watertight
-    assert "Traceback" not in err
+    assert cdprcal.read_mesh(str(path)).watertight
+    said = cli("workspace", "irma4")
+    assert said.code == 1
+    assert "interrupted" in said.stderr
 
 
 BAD = {

@@ -20,8 +20,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-app.command("workspace")(workspace.command)
-app.command("plan")(plan.command)
+app.command("workspace", epilog=workspace.EXAMPLE)(workspace.command)
+app.command("plan", epilog=plan.EXAMPLE)(plan.command)
 app.command("import")(import_log.command)
 app.command("check")(check.command)
 app.command("calibrate")(calibrate.command)

@@ -9,7 +9,6 @@ import typer
 
 from cdprcal.cli.common import JsonOption, RobotArgument, fail, print_json, reports_errors
 from cdprcal.cli.values import (
-    BoxOption,
     DistributionOption,
     LambdaOption,
     ThreadsOption,
@@ -17,6 +16,8 @@ from cdprcal.cli.values import (
     parse_numbers,
     parse_position,
 )
+
+EXAMPLE = "Example: cdprcal plan irma4 --order random -o plan.csv --plot plan.png"
 
 
 @reports_errors
@@ -29,14 +30,24 @@ def command(
         str,
         typer.Option("--grid", metavar="NXxNYxNZ", help="Positions along each side of the box."),
     ] = "2x2x2",
-    box: BoxOption = "",
+    box: Annotated[
+        str,
+        typer.Option(
+            "--box",
+            metavar="X,Y,Z:X,Y,Z",
+            help="Where to measure: two opposite corners [m], for example "
+            "-0.4,-0.4,0.6:0.4,0.4,1.2 (default: the largest that is safe; that of eq. 19 for "
+            "irma4).",
+        ),
+    ] = "",
     optimal: Annotated[
         int,
         typer.Option(
             "--optimal",
             min=0,
             help="Instead of the grid, this many poses chosen by what they say about the initial "
-            "pose (D-optimal), and how many poses of the grid they are worth.",
+            "pose (D-optimal), from all over the workspace unless --box is given; and how many "
+            "poses of the grid they are worth.",
         ),
     ] = 0,
     position: Annotated[
@@ -91,8 +102,6 @@ def command(
     Every set-point is a stable equilibrium with a margin to the tension limits, and every
     transition is followed to see that the platform stays inside; times come from the platform's
     own natural frequencies. What the robot file lists under effects is taken into account.
-
-    Example: cdprcal plan irma4 --grid 3x3x3 --order random -o plan.csv
     """
     from cdprcal import _core
     from cdprcal.cli.generate import parse_grid
@@ -133,6 +142,8 @@ def command(
     if result.status != _core.PlanStatus.planned:
         fail(f"{the_robot.name}: no plan: {result.reason}")
     document = plan_as_dict(the_robot, result)
+    if result.comparison is not None:
+        document["comparison"]["chosen_from"] = "the box" if box else "the static workspace"
     if plot:
         from cdprcal.planning.pictures import write_plan_picture
 

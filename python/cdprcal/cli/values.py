@@ -10,14 +10,6 @@ import typer
 if TYPE_CHECKING:
     from cdprcal._core import Box
 
-BoxOption = Annotated[
-    str,
-    typer.Option(
-        "--box",
-        metavar="X,Y,Z:X,Y,Z",
-        help="Two opposite corners [m], for example -0.4,-0.4,0.6:0.4,0.4,1.2.",
-    ),
-]
 DistributionOption = Annotated[
     str,
     typer.Option(

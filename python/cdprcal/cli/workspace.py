@@ -19,7 +19,6 @@ from cdprcal.cli.common import (
     reports_errors,
 )
 from cdprcal.cli.values import (
-    BoxOption,
     DistributionOption,
     LambdaOption,
     ThreadsOption,
@@ -31,6 +30,7 @@ from cdprcal.cli.values import (
 if TYPE_CHECKING:
     from cdprcal import _core
 
+EXAMPLE = "Example: cdprcal workspace irma4 -o mesh.ply --plot workspace.png"
 _MESHES = (".ply", ".stl")
 
 
@@ -41,7 +41,15 @@ def command(
         str,
         typer.Option("-o", "--output", metavar="FILE", help="Write the mesh: .ply, or .stl."),
     ] = "",
-    box: BoxOption = "",
+    box: Annotated[
+        str,
+        typer.Option(
+            "--box",
+            metavar="X,Y,Z:X,Y,Z",
+            help="Where to search: two opposite corners [m], for example "
+            "-0.4,-0.4,0.6:0.4,0.4,1.2 (default: below and between the pulleys).",
+        ),
+    ] = "",
     step_m: Annotated[
         float, typer.Option("--step-m", help="Between the grid's points [m].")
     ] = 0.05,
@@ -97,8 +105,6 @@ def command(
     Searches outward on a grid, then draws the alpha shape around what was found. Ctrl-C ends the
     search and keeps what was found until then (exit code 1). What the robot file lists under
     effects is taken into account.
-
-    Example: cdprcal workspace irma4 -o mesh.ply --section-m 0.9 --plot workspace.png
     """
     from cdprcal import _core
     from cdprcal.cli.progress import progress_bar
@@ -134,7 +140,10 @@ def command(
         )
     if not workspace.points_inside:
         _nothing(workspace)
-    with interruptible():
+    out = console()
+    if not workspace.complete:
+        say(out, "interrupted: going on with what was found; Ctrl-C again ends at once")
+    with interruptible(), out.status("drawing the boundary"):
         shape = _core.workspace_shape(workspace, alpha_m2)
     document = workspace_as_dict(workspace, shape, heights_m=section, probes_m=probes)
     if plot:
@@ -149,7 +158,6 @@ def command(
         print_json(document)
     else:
         print_workspace(document)
-    out = console()
     for path in filter(None, (output, plot)):
         say(out, path)
     raise typer.Exit(DONE if workspace.complete else UNTRUSTED)

@@ -10,6 +10,7 @@ from rich.text import Text
 from cdprcal.tables import console, degrees, fixed, plain_table, say, scaled
 
 _MOST_STOPS = 60
+_MOST_ROWS = 12  # of the comparison
 
 
 def print_plan(document: dict[str, Any]) -> None:
@@ -102,7 +103,10 @@ def _print_comparison(comparison: dict[str, Any], candidates: int) -> None:
     )
     table = plain_table("poses", "", "position [mm]", "rotation [deg]", "")
     needed = comparison["poses_needed"]
-    for row in comparison["optimal"]:
+    rows = comparison["optimal"]
+    for row in rows:
+        if len(rows) > _MOST_ROWS and row["poses"] not in {1, 2, 3, needed, len(rows)}:
+            continue
         mark = "as good as the grid" if row["poses"] == needed else ""
         _comparison_row(table, row["poses"], "chosen", row["standard_deviation"], mark)
     _comparison_row(
@@ -112,8 +116,8 @@ def _print_comparison(comparison: dict[str, Any], candidates: int) -> None:
     poses = comparison["grid_poses"]
     say(
         out,
-        f"{needed} poses chosen from {candidates} that can be reached do the work of {poses} in a "
-        f"grid: {poses - needed} fewer"
+        f"{needed} of the {candidates} poses that can be reached in {comparison['chosen_from']} do "
+        f"the work of {poses} in the grid: {poses - needed} fewer"
         if needed is not None
         else f"the grid's {poses} poses are more accurate than the {len(comparison['optimal'])} "
         "chosen; ask for more with --optimal",

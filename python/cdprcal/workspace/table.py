@@ -15,13 +15,8 @@ def print_workspace(document: dict[str, Any]) -> None:
     """Volume, extent, what bounds it, sections and probed points."""
     out = console()
     if not document["complete"]:
-        say(
-            out,
-            Text(
-                "interrupted: this is the part that was found until then, not the workspace",
-                style="yellow",
-            ),
-        )
+        text = "not the whole workspace: this part was found until the search was interrupted"
+        say(out, Text(text, style="yellow"))
     size = document["points"]
     say(
         out,
