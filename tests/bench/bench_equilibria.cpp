@@ -3,10 +3,12 @@
 #include <benchmark/benchmark.h>
 
 #include <array>
+#include <cmath>
 
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/equilibria/inverse.hpp"
 #include "cdprcal/model/robot_file.hpp"
+#include "cdprcal/workspace/grid.hpp"
 
 namespace cdprcal {
 namespace {
@@ -50,7 +52,7 @@ void inverse_warm(benchmark::State& state) {
   std::size_t k = 0;
   for (auto _ : state) {
     InverseSolver::Point point = solver.continue_from(points[k], rotation);
-    if (!balanced(point)) {  // as the workspace does: what Newton loses, NLopt finds
+    if (!balanced(point)) {  // what Newton loses, NLopt finds
       ++searched;
       point = solver.solve(points[k]);
     }
@@ -85,6 +87,28 @@ void inverse_cold(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations());
 }
 BENCHMARK(inverse_cold)->ArgName("cables")->Arg(3)->Arg(4)->Arg(5)->Unit(benchmark::kMicrosecond);
+
+/// Cold at positions all over the pulleys' box: a third of them hold no equilibrium within the
+/// limits, so all starts are tried.
+void inverse_cold_anywhere(benchmark::State& state) {
+  const InverseSolver solver(load_robot("irma4"), {});
+  const Box box = workspace_box(solver.robot());
+  std::array<Vector3, 1000> points;
+  for (std::size_t k = 0; k < points.size(); ++k) {  // a low-discrepancy sequence (Roberts)
+    const auto fraction = [k](double step) {
+      return std::fmod(0.5 + step * static_cast<double>(k), 1.0);
+    };
+    const Vector3 f(fraction(0.8191725134), fraction(0.6710436067), fraction(0.5497004779));
+    points[k] = box.lower_m + f.cwiseProduct(box.upper_m - box.lower_m);
+  }
+  std::size_t k = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(solver.solve(points[k]));
+    k = (k + 1) % points.size();
+  }
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK(inverse_cold_anywhere)->Unit(benchmark::kMicrosecond);
 
 /// Tension sets whose equilibria are inside the paper's box.
 std::vector<InverseResult> equilibria(const Robot& robot) {

@@ -180,8 +180,8 @@ def test_mujoco_settles_at_the_same_pose(count: int) -> None:
         ours = cdprcal.direct_from_tensions(robot, tension)  # from nothing
         assert ours.status == cdprcal.EquilibriumStatus.found
         theirs, rotation = settle(mujoco, model, data, tension)  # swings there from the start
-        assert ours.pose.position_m == pytest.approx(theirs, abs=1e-4)
-        assert angle_between(ours.pose.rotation, rotation) < 1e-4
+        assert ours.pose.position_m == pytest.approx(theirs, abs=1e-6)
+        assert angle_between(ours.pose.rotation, rotation) < 1e-6
         assert np.linalg.norm(theirs - start) > 1e-3, "MuJoCo has moved"
 
 

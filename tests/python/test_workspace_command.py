@@ -134,7 +134,8 @@ def test_the_mesh_file_is_the_documents_mesh(
 
 @pytest.mark.parametrize("count", [3, 4, 5])
 def test_other_robots(cli: Cli, tmp_path: Path, count: int) -> None:
-    document = workspace_of(cli, robot_file(polygon_robot(count), tmp_path), "--step-m", 0.08)
+    document = workspace_of(cli, robot_file(polygon_robot(count), tmp_path))
+    assert 60_000 < sum(document["points"].values()) < 100_000, "the step fits the box"
     assert document["watertight"]
     assert document["volume_m3"] > 0.1
     assert document["inscribed_box"] is not None

@@ -51,8 +51,11 @@ def command(
         ),
     ] = "",
     step_m: Annotated[
-        float, typer.Option("--step-m", help="Between the grid's points [m].")
-    ] = 0.05,
+        float | None,
+        typer.Option(
+            "--step-m", help="Between the grid's points [m] (default: 80,000 points in the box)."
+        ),
+    ] = None,
     alpha_m2: Annotated[
         float | None,
         typer.Option(
@@ -115,7 +118,7 @@ def command(
     from cdprcal.workspace.table import print_workspace
 
     the_robot = _core.load_robot(robot)
-    the_box = parse_box("--box", box)
+    the_box = parse_box("--box", box) or _core.workspace_box(the_robot)
     seeds = [parse_position("--from", text) for text in seed or []]
     probes = [parse_position("--probe", text) for text in probe or []]
     if output and Path(output).suffix.lower() not in _MESHES:
@@ -130,7 +133,7 @@ def command(
         workspace = _core.compute_workspace(
             the_robot,
             box=the_box,
-            step_m=step_m,
+            step_m=_step_m(the_box) if step_m is None else step_m,
             distribution=_core.parse_tension_distribution(distribution),
             lambda_N=parse_numbers("--lambda", lambda_),
             stability=_stability(stability),
@@ -161,6 +164,11 @@ def command(
     for path in filter(None, (output, plot)):
         say(out, path)
     raise typer.Exit(DONE if workspace.complete else UNTRUSTED)
+
+
+def _step_m(box: _core.Box) -> float:
+    """The step of about 80,000 points, to two digits; a flat box is refused with any step."""
+    return float(f"{max(box.volume_m3 / 80_000, 1e-12) ** (1 / 3):.2g}")
 
 
 def _stability(name: str) -> _core.StabilityNotion:

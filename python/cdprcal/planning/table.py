@@ -19,7 +19,7 @@ def print_plan(document: dict[str, Any]) -> None:
     minutes, seconds = divmod(round(document["duration_s"]), 60)
     say(
         out,
-        f"{document['measured_count']} measured poses, {minutes} min {seconds} s; box "
+        f"{_measured(document['measured_count'])}, {minutes} min {seconds} s; box "
         f"{box_text(document['box'])} m: {document['box_origin']}",
     )
     out.print(_stops_table(document))
@@ -27,6 +27,10 @@ def print_plan(document: dict[str, Any]) -> None:
     if document["comparison"] is not None:
         _print_comparison(document["comparison"], document["candidates"])
     say(out, _accuracy(document["predicted_standard_deviation"]))
+
+
+def _measured(count: int) -> str:
+    return f"{count} measured {'pose' if count == 1 else 'poses'}"
 
 
 def box_text(box: dict[str, Any]) -> str:

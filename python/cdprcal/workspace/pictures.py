@@ -37,7 +37,7 @@ def write_workspace_picture(
 def draw_workspace(workspace: _core.Workspace, shape: _core.AlphaShape) -> Figure:
     """The surface in space; a horizontal and a vertical cut through the middle."""
     figure = new_figure(13.0, 4.9)
-    parts = figure.subfigures(1, 2, width_ratios=(1.0, 1.7), squeeze=False)
+    parts = figure.subfigures(1, 2, width_ratios=(1.0, 1.7), wspace=0.04, squeeze=False)
     left, right = parts.ravel()
     inscribed = _core.largest_inscribed_box(workspace)
     _draw_surface(left.add_subplot(projection="3d"), workspace, shape.mesh, inscribed)
@@ -91,14 +91,17 @@ def _thinned(mesh: _core.Mesh) -> Array:
     vertices = mesh.vertices_m
     low = vertices.min(axis=0)
     cell = float((vertices.max(axis=0) - low).max()) / _FINEST
-    _, first, of_vertex = np.unique(
-        np.round((vertices - low) / cell), axis=0, return_index=True, return_inverse=True
+    _, of_vertex, count = np.unique(
+        np.round((vertices - low) / cell), axis=0, return_inverse=True, return_counts=True
     )
-    faces = of_vertex.reshape(-1)[mesh.faces]
+    of_vertex = of_vertex.reshape(-1)
+    mean = np.stack([np.bincount(of_vertex, column) for column in vertices.T], axis=1)
+    mean /= count[:, None]
+    faces = of_vertex[mesh.faces]
     whole = (
         (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
     )
-    thinned: Array = vertices[first][faces[whole]]
+    thinned: Array = mean[faces[whole]]
     return thinned
 
 
