@@ -179,7 +179,7 @@ def _poses_table(poses: list[dict[str, Any]]) -> Table:
 
 
 def fixed(value: float | None, digits: int) -> str:
-    return "–" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"  # no -0.000
+    return "–" if value is None else f"{value:.{digits}f}"
 
 
 def scaled(value: float | None, factor: float) -> float | None:

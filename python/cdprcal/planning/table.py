@@ -33,6 +33,10 @@ def _measured(count: int) -> str:
     return f"{count} measured {'pose' if count == 1 else 'poses'}"
 
 
+def _metres(value: float) -> str:
+    return fixed(round(value, 3) + 0.0, 3)  # no -0.000
+
+
 def box_text(box: dict[str, Any]) -> str:
     """'[-0.4, 0.4] × [-0.4, 0.4] × [0.6, 1.2]'."""
     sides = zip(box["lower_m"], box["upper_m"], strict=True)
@@ -48,7 +52,7 @@ def _stops_table(document: dict[str, Any]) -> Any:
     start = document["start_pose"]["position_m"]
     table.add_row(
         "start",
-        *(fixed(value, 3) for value in start),
+        *(_metres(value) for value in start),
         *(fixed(value, 1) for value in document["start_tension_N"]),
         "",
         fixed(document["start_dwell_s"], 1),
@@ -59,7 +63,7 @@ def _stops_table(document: dict[str, Any]) -> Any:
         swing = min(stop["constant_tension_frequencies_hz"], default=None)
         table.add_row(
             str(i + 1),
-            *(fixed(value, 3) for value in stop["position_m"]),
+            *(_metres(value) for value in stop["position_m"]),
             *(fixed(value, 1) for value in stop["tension_N"]),
             fixed(stop["transition_s"], 1),
             fixed(stop["dwell_s"], 1),
