@@ -1,5 +1,6 @@
 // acquisition/simulator and acquisition/startup: a simulated robot, and the procedure that starts
 // any robot.
+#include "cdprcal/acquisition/simulator/random_start.hpp"
 #include "cdprcal/acquisition/simulator/simulate_startup.hpp"
 
 #include <optional>
@@ -359,6 +360,11 @@ void bind_run(py::module_& module) {
       .def_readonly("max_setpoint_N", &StartUpRun::max_setpoint_N)
       .def_readonly("max_velocity_m_s", &StartUpRun::max_velocity_m_s)
       .def_readonly("max_tension_N", &StartUpRun::max_tension_N);
+  module.def("random_start", &random_start, py::arg("robot"), py::arg("box"), py::arg("seed"),
+             py::arg("tries") = 200, py::call_guard<py::gil_scoped_release>(),
+             "Where a robot may hang at power-on: the SetPoint at a position drawn evenly from the "
+             "Box, stable at constant tensions; the same for the same seed. None when `tries` "
+             "positions were none. Raises InputError for robots without an inverse problem.");
   module.def(
       "simulate_startup",
       [](const Robot& robot, const StartUpPlan& plan, const SimulatorOptions& simulator,

@@ -32,7 +32,29 @@ def make_stubs() -> str:
 
 
 class _PutRight(ast.NodeTransformer):
-    """Enum members as members, no pickling plumbing."""
+    """Enum members as members, no pickling plumbing, a type for **kwargs and bare generics."""
+
+    _GENERIC = {"collections.abc.Callable": "[..., typing.Any]", "list": "[typing.Any]"}
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
+        if node.args.kwarg is not None and node.args.kwarg.annotation is None:
+            node.args.kwarg.annotation = ast.parse("typing.Any", mode="eval").body
+        for argument in [*node.args.args, *node.args.kwonlyargs]:
+            if argument.annotation is not None:
+                argument.annotation = self._whole(argument.annotation)
+        if node.returns is not None:
+            node.returns = self._whole(node.returns)
+        return node
+
+    def _whole(self, annotation: ast.expr) -> ast.expr:
+        if isinstance(annotation, ast.BinOp):  # X | None
+            annotation.left = self._whole(annotation.left)
+            annotation.right = self._whole(annotation.right)
+            return annotation
+        text = ast.unparse(annotation)
+        if text in self._GENERIC:
+            return ast.parse(text + self._GENERIC[text], mode="eval").body
+        return annotation
 
     def visit_ClassDef(self, node: ast.ClassDef) -> ast.ClassDef:
         import cdprcal._core
@@ -47,6 +69,7 @@ class _PutRight(ast.NodeTransformer):
             members = [ast.parse(f"{member.name} = {member.value!r}").body[0] for member in actual]
             docstring = [item for item in node.body if isinstance(item, ast.Expr)]
             node.body = [*docstring, *members]
+        self.generic_visit(node)
         return node
 
 

@@ -186,6 +186,7 @@ __all__: list[str] = [
     "probe",
     "published_measurement_box",
     "random_offsets",
+    "random_start",
     "read_log",
     "read_mesh",
     "read_plan",
@@ -2540,7 +2541,7 @@ class StrandOptions:
     Cables of the simulated robot.
     """
 
-    def __init__(self, **kwargs) -> None: ...
+    def __init__(self, **kwargs: typing.Any) -> None: ...
     @property
     def axial_stiffness_N(self) -> float: ...
     @axial_stiffness_N.setter
@@ -2555,7 +2556,7 @@ class PlatformDamping:
     E-folding times of a free oscillation [s]; inf: no damping.
     """
 
-    def __init__(self, **kwargs) -> None: ...
+    def __init__(self, **kwargs: typing.Any) -> None: ...
     @property
     def rotation_decay_s(self) -> float: ...
     @rotation_decay_s.setter
@@ -2572,7 +2573,7 @@ class WinchOptions:
 
     mode: WinchMode
 
-    def __init__(self, **kwargs) -> None: ...
+    def __init__(self, **kwargs: typing.Any) -> None: ...
     @property
     def drum_damping_Nms(self) -> float: ...
     @drum_damping_Nms.setter
@@ -2607,7 +2608,7 @@ class SensorChannel:
     One kind of sensor; noise (one sigma), resolution and bias in the unit of the reading.
     """
 
-    def __init__(self, **kwargs) -> None: ...
+    def __init__(self, **kwargs: typing.Any) -> None: ...
     @property
     def bias(self) -> float: ...
     @bias.setter
@@ -2641,7 +2642,7 @@ class SensorOptions:
     tension_N: SensorChannel
     yaw_rad: SensorChannel
 
-    def __init__(self, **kwargs) -> None: ...
+    def __init__(self, **kwargs: typing.Any) -> None: ...
 
 class SimulatorOptions:
     """
@@ -2653,7 +2654,7 @@ class SimulatorOptions:
     strand: StrandOptions
     winch: WinchOptions
 
-    def __init__(self, **kwargs) -> None: ...
+    def __init__(self, **kwargs: typing.Any) -> None: ...
     @property
     def effects(self) -> list[InjectedEffect]: ...
     @effects.setter
@@ -2672,7 +2673,7 @@ class RobotSample:
     Readings of a robot's drives and AHRS as they arrive; NaN: absent.
     """
 
-    def __init__(self, **kwargs) -> None: ...
+    def __init__(self, **kwargs: typing.Any) -> None: ...
     @property
     def attitude_time_s(self) -> float: ...
     @attitude_time_s.setter
@@ -2894,7 +2895,7 @@ class TensionControlOptions:
     Tension loop over winches in velocity mode.
     """
 
-    def __init__(self, **kwargs) -> None: ...
+    def __init__(self, **kwargs: typing.Any) -> None: ...
     @property
     def axial_stiffness_N(self) -> float: ...
     @axial_stiffness_N.setter
@@ -2921,7 +2922,7 @@ class RestOptions:
     How rest is judged while it happens.
     """
 
-    def __init__(self, **kwargs) -> None: ...
+    def __init__(self, **kwargs: typing.Any) -> None: ...
     @property
     def confidence(self) -> float: ...
     @confidence.setter
@@ -2944,7 +2945,7 @@ class WatchdogOptions:
     When the robot is stopped.
     """
 
-    def __init__(self, **kwargs) -> None: ...
+    def __init__(self, **kwargs: typing.Any) -> None: ...
     @property
     def attitude_stale_s(self) -> float: ...
     @attitude_stale_s.setter
@@ -3013,7 +3014,7 @@ class StartUpOptions:
     rest: RestOptions
     watchdog: WatchdogOptions
 
-    def __init__(self, **kwargs) -> None: ...
+    def __init__(self, **kwargs: typing.Any) -> None: ...
     @property
     def measure_s(self) -> float: ...
     @measure_s.setter
@@ -3309,7 +3310,7 @@ def diagnose(
     robot: Robot,
     logs: collections.abc.Sequence[Log],
     options: DiagnoseOptions | None = None,
-    progress: collections.abc.Callable | None = None,
+    progress: collections.abc.Callable[..., typing.Any] | None = None,
 ) -> Diagnosis:
     """
     Names what the model lacks, from one or more logs of one robot. `progress` is called with each step's name; False ends the search and keeps what was found. Ctrl-C is noticed between steps. Raises InputError for a log that does not fit the robot.
@@ -3450,7 +3451,7 @@ def in_solid_cell(
     Whether the grid cell around a position has all its corners inside.
     """
 
-def injectable_effects() -> list:
+def injectable_effects() -> list[typing.Any]:
     """
     Everything that can be injected: dicts of name, parameters [(name, shape)], generator_only (not in the catalogue of the diagnosis), description.
     """
@@ -3689,6 +3690,16 @@ def random_offsets(
 ) -> ReadingOffsets:
     """
     Random offsets: ±1 m, ±60°, ±180°.
+    """
+
+def random_start(
+    robot: Robot,
+    box: Box,
+    seed: typing.SupportsInt | typing.SupportsIndex,
+    tries: typing.SupportsInt | typing.SupportsIndex = 200,
+) -> SetPoint | None:
+    """
+    Where a robot may hang at power-on: the SetPoint at a position drawn evenly from the Box, stable at constant tensions; the same for the same seed. None when `tries` positions were none. Raises InputError for robots without an inverse problem.
     """
 
 def read_log(path: str) -> Log:

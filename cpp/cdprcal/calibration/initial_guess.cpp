@@ -60,22 +60,35 @@ AbsoluteReadings without_effects(const Robot& robot, const ActiveEffects& effect
   return readings;
 }
 
-/// Equilibrium at the measured tensions; known effects correct these, as seen from where the
-/// uncorrected ones would hold the platform.
+bool pulls(const CableVector& tension_N, int cable_count) {
+  return tension_N.size() == cable_count && tension_N.allFinite() && tension_N.minCoeff() > 0.0;
+}
+
+/// Equilibrium at these readings of the load cells, near `start` if given; known effects correct
+/// them, as seen from where the uncorrected ones would hold the platform.
 std::optional<Pose> direct_guess(const Robot& robot, const Measurement& m,
-                                 const ActiveEffects& effects) {
-  EquilibriumResult direct = direct_from_tensions(robot, m.tension_N);
+                                 const CableVector& reading_N, const ActiveEffects& effects,
+                                 const std::optional<Pose>& start = std::nullopt) {
+  if (!pulls(reading_N, robot.cable_count())) return std::nullopt;
+  EquilibriumResult direct = direct_from_tensions(robot, reading_N, start);
   if (direct.status != EquilibriumStatus::found) return std::nullopt;
   if (effects.empty()) return direct.pose;
   const PlatformState state = platform_state(robot, direct.pose);
   const EffectContext context{robot, state, direct.pose, m};
-  CableVector tension_N = m.tension_N;
+  CableVector tension_N = reading_N;
   for (const ActiveEffect& active : effects) {
     active.effect->correct_tension(context, active.values, tension_N);
   }
   if (!(tension_N.minCoeff() > 0.0)) return direct.pose;
-  const EquilibriumResult corrected = direct_from_tensions(robot, tension_N);
+  const EquilibriumResult corrected = direct_from_tensions(robot, tension_N, start);
   return corrected.status == EquilibriumStatus::found ? corrected.pose : direct.pose;
+}
+
+/// Z_ideal: the equilibrium of the set-point, or of the measured tensions.
+std::optional<Pose> ideal_pose(const Robot& robot, const Measurement& m,
+                               const ActiveEffects& effects, const std::optional<Pose>& start) {
+  if (auto pose = direct_guess(robot, m, m.tension_setpoint_N, effects, start)) return pose;
+  return direct_guess(robot, m, m.tension_N, effects, start);
 }
 
 /// Roll and pitch as measured (0 where absent), yaw as given.
@@ -126,9 +139,10 @@ std::vector<Pose> reference_guesses(const Robot& given, const Measurement& refer
                                     const ActiveEffects& effects) {
   const Robot robot = with_effects(given, effects);
   std::vector<Pose> guesses;
-  if (reference.tension_N.size() == robot.cable_count() && reference.tension_N.allFinite() &&
-      reference.tension_N.minCoeff() > 0.0) {
-    if (const auto pose = direct_guess(robot, reference, effects)) guesses.push_back(*pose);
+  for (const CableVector& tension_N : {reference.tension_setpoint_N, reference.tension_N}) {
+    if (const auto pose = direct_guess(robot, reference, tension_N, effects)) {
+      guesses.push_back(*pose);
+    }
   }
   // A cross of positions below the pulleys: platforms hang there.
   Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
@@ -159,7 +173,8 @@ std::vector<Pose> reference_guesses(const Robot& given, const Measurement& refer
 
 std::vector<Pose> measurement_guesses(const Robot& given,
                                       const std::vector<Measurement>& measurements,
-                                      const Pose& reference_guess, const ActiveEffects& effects) {
+                                      const Pose& reference_guess, const ActiveEffects& effects,
+                                      RestGuess rests) {
   const Robot robot = with_effects(given, effects);
   const PlatformState initial = platform_state(robot, reference_guess);
   if (!initial.valid) return std::vector<Pose>(measurements.size(), reference_guess);
@@ -172,6 +187,12 @@ std::vector<Pose> measurement_guesses(const Robot& given,
   for (std::size_t i = 1; i < measurements.size(); ++i) {
     const Measurement& m = measurements[i];
     Pose pose = guesses.back();
+    if (rests == RestGuess::ideal && m.kind == PoseKind::static_pose) {
+      if (const auto ideal = ideal_pose(robot, m, effects, pose)) {
+        guesses.push_back(*ideal);
+        continue;
+      }
+    }
     // Effects on the readings depend on the pose: a second pass sees them from near the right one.
     for (int pass = 0; pass < (effects.empty() ? 1 : 2); ++pass) {
       AbsoluteReadings readings = without_effects(robot, effects, m, pose);

@@ -7,9 +7,10 @@
 
 namespace cdprcal {
 
-/// Guesses for ζ0, best first: the direct problem at the measured tensions (§3.3), then, for
-/// references without tensions or far from rest, positions spread below the pulleys at the
-/// measured roll and pitch. Never empty. `effects` are known effects, at their values.
+/// Guesses for ζ0, best first: the direct problem at the set-point τ0 (§3.3), if there is one, and
+/// at the measured tensions, then, for references without tensions or far from rest, positions
+/// spread below the pulleys at the measured roll and pitch. Never empty. `effects` are known
+/// effects, at their values.
 std::vector<Pose> reference_guesses(const Robot& robot, const Measurement& reference,
                                     const ActiveEffects& effects = {});
 
@@ -24,11 +25,19 @@ struct AbsoluteReadings {
 /// `start`): step 3 of §3.3. Returns the best pose met, which is a guess and no more.
 Pose estimate_pose(const Robot& robot, const AbsoluteReadings& readings, const Pose& start);
 
-/// Poses of all measurements from a guess of ζ0 (steps 1–3 of §3.3): l0, σ0 and χ0 follow from
-/// it, the changes are added, and each pose is estimated from its neighbour's in the list.
+/// Where the poses of measurements at rest are guessed.
+enum class RestGuess {
+  ideal,     ///< j = τlσε: Z_ideal, where the set-point (else the measured tensions) holds the platform
+  estimated  ///< as those of measurements in motion
+};
+
+/// Poses of all measurements from a guess of ζ0. In motion, and at rest if asked for or where no
+/// tensions hold the platform, steps 1–3 of §3.3: l0, σ0 and χ0 follow from ζ0, the changes are
+/// added, and each pose is estimated from its neighbour's in the list.
 std::vector<Pose> measurement_guesses(const Robot& robot,
                                       const std::vector<Measurement>& measurements,
                                       const Pose& reference_guess,
-                                      const ActiveEffects& effects = {});
+                                      const ActiveEffects& effects = {},
+                                      RestGuess rests = RestGuess::estimated);
 
 }  // namespace cdprcal

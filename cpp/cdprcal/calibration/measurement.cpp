@@ -40,6 +40,7 @@ Measurement measurement_mean(const Log& log, const SampleRange& range, PoseKind 
   m.swivel_rad = column_means(log.swivel_rad, range, cable_count, true);
   m.tension_N = column_means(log.tension_N, range, cable_count, false);
   m.roll_pitch_yaw_rad = column_means(log.roll_pitch_yaw_rad, range, 3, true);
+  m.tension_setpoint_N = column_means(log.tension_setpoint_N, range, cable_count, false);
   m.samples = static_cast<int>(range.size());
   return m;
 }

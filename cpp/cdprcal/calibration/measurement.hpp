@@ -21,6 +21,8 @@ struct Measurement {
   CableVector swivel_rad;
   CableVector tension_N;
   Vector3 roll_pitch_yaw_rad = Vector3::Constant(kNaN);
+  /// What the tensions were told to be: τ_setpoint of §3.2, for guesses alone. Empty or NaN: unknown.
+  CableVector tension_setpoint_N;
 
   // How the pose was reached, for effects that depend on it (effects/).
   double run_time_s = 0.0;           ///< since the first sample of the run

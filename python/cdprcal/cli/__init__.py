@@ -9,7 +9,17 @@ from typing import Annotated
 
 import typer
 
-from cdprcal.cli import calibrate, check, diagnose, generate, import_log, plan, workspace
+from cdprcal.cli import (
+    acquire,
+    calibrate,
+    check,
+    demo,
+    diagnose,
+    generate,
+    import_log,
+    plan,
+    workspace,
+)
 
 app = typer.Typer(
     name="cdprcal",
@@ -20,8 +30,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+app.command("demo", epilog=demo.EXAMPLE)(demo.command)
 app.command("workspace", epilog=workspace.EXAMPLE)(workspace.command)
 app.command("plan", epilog=plan.EXAMPLE)(plan.command)
+app.command("acquire", epilog=acquire.EXAMPLE)(acquire.command)
 app.command("import")(import_log.command)
 app.command("check")(check.command)
 app.command("calibrate")(calibrate.command)

@@ -66,7 +66,7 @@ def _repair(data: bytes) -> _Repaired:
             _report_nul(out, number, len(raw) - len(line))
             if line.count(b",") != len(names) - 1:
                 continue  # the rest of the row was swallowed
-        if not line.strip():
+        if not line.strip() or line.lstrip().startswith(b"#"):
             continue
         if last and line.count(b",") < len(names) - 1:
             _report_cut(out, number)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -18,6 +19,10 @@ from cdprcal.io.files import read_bytes
 LogFormat = Literal["csv", "mcap", "raw"]
 
 _MCAP_MAGIC = b"\x89MCAP0\r\n"
+#: How a CSV log begins that ``cdprcal acquire`` wrote.
+ACQUIRED = b"# cdprcal acquisition"
+_COMMENT = re.compile(rb"\n[ \t]*#")
+_END = re.compile(rb'"state": "(done|holding)"')
 _RAW_LINE = re.compile(rb"\s*\d+,[-+.\deE]+,")
 
 
@@ -69,9 +74,12 @@ def load_log(path: str | Path) -> LogFile:
 
 def parse_csv_log(data: bytes, path: Path) -> LogFile:
     """A canonical CSV log by the C++ reader, which is the one authority on it."""
+    findings: list[Finding] = []
+    if data.startswith(ACQUIRED):
+        data = _whole_lines(data, findings)
+        findings += _unfinished(data)
     log = _core.parse_log(data, display_name(path))
-    first = _first_sample_line(data)
-    return LogFile(path, "csv", log, line=np.arange(first, first + len(log), dtype=np.int64))
+    return LogFile(path, "csv", log, tuple(findings), line=_sample_lines(data, len(log)))
 
 
 def load_run(path: str | Path, robot: _core.Robot) -> LogFile:
@@ -100,11 +108,46 @@ def _cables(count: int) -> str:
     return "1 cable" if count == 1 else f"{count} cables"
 
 
-def _first_sample_line(data: bytes) -> int:
-    """The line after the header, which blank and comment lines may precede."""
+def _sample_lines(data: bytes, count: int) -> NDArray[np.int64]:
+    """The line of each sample, counted from 1; blank lines and comments hold none."""
     number = 1
     for line in data.split(b"\n", 1000):
         if line.strip() and not line.lstrip().startswith(b"#"):
-            return number + 1
+            break  # the header
         number += 1
-    return number
+    if _COMMENT.search(data, data.find(b"\n", data.find(b"time_s"))) is None:
+        return np.arange(number + 1, number + 1 + count, dtype=np.int64)
+    rows = (
+        at
+        for at, line in enumerate(data.split(b"\n"), start=1)
+        if at > number and line.strip() and not line.lstrip().startswith(b"#")
+    )
+    return np.fromiter(rows, dtype=np.int64, count=count)
+
+
+def _whole_lines(data: bytes, findings: list[Finding]) -> bytes:
+    """Without a last line that was cut: even its last number may be half a number."""
+    whole = data[: data.rfind(b"\n") + 1]
+    if len(whole) < len(data):
+        findings.append(
+            Finding(
+                severity="warning",
+                code="truncated",
+                message="the last line is cut off and left out",
+                remedy="what was read before is used",
+                line=whole.count(b"\n") + 1,
+            )
+        )
+    return whole
+
+
+def _unfinished(data: bytes) -> Iterator[Finding]:
+    """Whether an acquired log ends before its run did: the logger was killed, or lost power."""
+    last = data.rfind(b"\n# event| ")
+    if last < 0 or not _END.search(data, last):
+        yield Finding(
+            severity="warning",
+            code="unfinished",
+            message="the log ends in the middle of its run: the program was killed, or lost power",
+            remedy="what is there can be used; acquire again for the rest",
+        )

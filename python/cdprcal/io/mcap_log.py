@@ -26,7 +26,7 @@ from cdprcal.findings import Finding
 from cdprcal.io.log_file import LogFile, display_name
 
 TOPIC = "/cdprcal/sample"
-_SCHEMA = "cdprcal.Sample"
+SAMPLE_SCHEMA = "cdprcal.Sample"
 _JSON = "json"
 #: Small chunks: a file that is cut loses at most this much (uncompressed bytes).
 _CHUNK_BYTES = 32 * 1024
@@ -47,7 +47,9 @@ def write_mcap_log(log: Log, path: Path) -> None:
     with path.open("wb") as stream:
         writer = Writer(stream, chunk_size=_CHUNK_BYTES)
         writer.start(profile="", library="cdprcal")
-        schema = writer.register_schema(_SCHEMA, "jsonschema", json.dumps(_schema(names)).encode())
+        schema = writer.register_schema(
+            SAMPLE_SCHEMA, "jsonschema", json.dumps(sample_schema(names)).encode()
+        )
         channel = writer.register_channel(TOPIC, _JSON, schema)
         for sequence, (time_s, row) in enumerate(
             zip(log.time_s.tolist(), table.tolist(), strict=True)
@@ -82,9 +84,11 @@ def parse_mcap_log(data: bytes, path: Path) -> LogFile:
             "(time_s, length_1_m, …, roll_rad, …)"
         )
     time_s = np.array(sorted(samples))
+    # A sensor that never answered has no key: the other groups know how many cables there are.
+    cables = max((place[1] for key in columns if (place := _group_of(key))), default=0)
     log = Log(
         time_s=time_s,
-        **{group: _per_cable(samples, time_s, columns, group) for group in _GROUPS},
+        **{group: _per_cable(samples, time_s, columns, group, cables) for group in _GROUPS},
         roll_pitch_yaw_rad=_matrix(samples, time_s, _ANGLES) if columns.keys() & _ANGLES else None,
         source=name,
     )
@@ -165,13 +169,12 @@ def _per_cable(
     time_s: Floats,
     columns: dict[str, None],
     group: str,
+    cables: int,
 ) -> Floats | None:
-    places = [place for key in columns if (place := _group_of(key)) and place[0] == group]
-    if not places:
+    if not any(place[0] == group for key in columns if (place := _group_of(key))):
         return None
-    count = max(cable for _, cable in places)
     stem, unit = group.rsplit("_", 1)
-    return _matrix(samples, time_s, [f"{stem}_{i + 1}_{unit}" for i in range(count)])
+    return _matrix(samples, time_s, [f"{stem}_{i + 1}_{unit}" for i in range(cables)])
 
 
 def _matrix(
@@ -201,11 +204,12 @@ def _table(log: Log) -> tuple[list[str], Floats]:
     return names, np.hstack(values)
 
 
-def _schema(names: list[str]) -> dict[str, Any]:
+def sample_schema(names: list[str]) -> dict[str, Any]:
+    """JSON schema of a sample with these columns beside time_s."""
     properties = {"time_s": {"type": "number", "description": "seconds"}}
     properties |= {name: {"type": "number"} for name in names}
     return {
-        "title": _SCHEMA,
+        "title": SAMPLE_SCHEMA,
         "description": "One sample of a cable robot's own sensors; a missing key is an absent "
         "reading. Lengths, swivels and yaw carry unknown constant offsets.",
         "type": "object",

@@ -100,6 +100,25 @@ TEST(Simulator, NoiseQuantisationBiasAndRateAreAsAsked) {
   EXPECT_NEAR(std::sqrt(yaw / attitude_changes), 2e-3, 2e-4);
 }
 
+TEST(Simulator, EffectsOfTheRobotFileAreInThePlant) {
+  Robot robot = load_robot("irma4");
+  SimulatorOptions options = perfect();
+  options.effects = {parse_injected_effect("load_cell_bias=3,-2,4,1"),
+                     parse_injected_effect("centre_of_mass=0.01,0,0.02"),
+                     parse_injected_effect("swivel_sign=-1,1,1,1")};
+  Simulator injected(robot, options);
+  ASSERT_TRUE(injected.reset(hundred()).found);
+  robot.effects = {{"load_cell_bias", "", {{"bias_N", {3, -2, 4, 1}}}},
+                   {"centre_of_mass", "", {{"offset_m", {0.01, 0, 0.02}}}},
+                   {"swivel_sign", "", {{"sign", {-1, 1, 1, 1}}}},
+                   {"mass", "another_run.csv", {{"mass_error_kg", {1.0}}}}};
+  Simulator known(robot, perfect());
+  ASSERT_TRUE(known.reset(hundred()).found);
+  EXPECT_EQ(known.read().tension_N, injected.read().tension_N);
+  EXPECT_EQ(known.read().swivel_rad, injected.read().swivel_rad);
+  EXPECT_EQ(known.truth().pose.position_m, injected.truth().pose.position_m);
+}
+
 TEST(Simulator, RelativeReadingsStartAnywhere) {
   const Robot robot = load_robot("irma4");
   SimulatorOptions options = perfect();

@@ -164,6 +164,16 @@ PlantParameters plant_parameters(const Robot& robot, const SimulatorOptions& opt
   p.swivel_sign.setOnes(n);
   for (int i = 0; i < n; ++i) p.cable_order.push_back(i);
   p.euler_convention = robot.euler_convention;
+  // What the robot file says of the robot is so in the plant; what a file says of one run is not.
+  for (const AppliedEffect& known : robot.effects) {
+    if (!known.run.empty()) continue;
+    InjectedEffect effect{known.name, {}};
+    for (const AppliedEffect::Parameter& parameter : known.parameters) {
+      effect.values.insert(effect.values.end(), parameter.values.begin(), parameter.values.end());
+    }
+    inject(expanded(effect, n), p);
+  }
+  p.robot.effects.clear();
   for (const InjectedEffect& effect : options.effects) inject(expanded(effect, n), p);
   if (p.attitude_delay_s > 2.0) throw InputError("effect sensor_delay: more than 2 s");
   if (!(p.drum_circumference_m > 0.0))

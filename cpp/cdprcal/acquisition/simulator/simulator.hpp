@@ -39,7 +39,8 @@ struct RestResult {
 
 class Simulator {
  public:
-  /// Throws InputError for impossible options and for effects that do not fit the robot.
+  /// The effects that the robot lists act too. Throws InputError for impossible options and for
+  /// effects that do not fit the robot.
   explicit Simulator(const Robot& robot, const SimulatorOptions& options = {});
 
   /// At rest under these true tensions [N], n values > 0; found by the direct problem of the true

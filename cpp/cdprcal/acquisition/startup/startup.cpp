@@ -8,8 +8,8 @@
 namespace cdprcal {
 namespace {
 
-/// Cables may cross 15 % of the robot's size a second: the mean distance of the pulleys from their
-/// middle. For a robot of 1.6 m that is 0.24 m/s.
+/// Cables may cross a fifth of the robot's size a second: the mean distance of the pulleys from their
+/// middle. For a robot of 1.6 m that is 0.32 m/s.
 double derived_velocity_m_s(const Robot& robot) {
   Vector3 middle = Vector3::Zero();
   for (const Cable& cable : robot.cables) middle += cable.pulley.position_m;
@@ -19,7 +19,7 @@ double derived_velocity_m_s(const Robot& robot) {
   size /= robot.cable_count();
   // One cable: its pulley is the middle. Take the platform's own size, or a metre.
   if (!(size > 1e-3)) size = 1.0;
-  return 0.15 * size;
+  return 0.2 * size;
 }
 
 void check_options(const StartUpOptions& o) {

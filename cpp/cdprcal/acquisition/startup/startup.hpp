@@ -39,7 +39,7 @@ struct StartUpOptions {
   double record_s = 1.0;           ///< tensions at power-on are averaged over this long
   double measure_s = 1.0;          ///< rest is kept this long after it was detected
   double settle_timeout_s = 20.0;  ///< for rest after a transition
-  /// No cable is told to move faster. 0: robot size × 0.15 / s (see velocity_limit_m_s()).
+  /// No cable is told to move faster. 0: robot size × 0.2 / s (see velocity_limit_m_s()).
   double velocity_limit_m_s = 0.0;
   TensionControlOptions control;
   RestOptions rest;

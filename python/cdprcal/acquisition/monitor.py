@@ -1,0 +1,168 @@
+"""What a run looks like while it goes on, on stderr; and Ctrl-C, which stops the robot gently."""
+
+from __future__ import annotations
+
+import math
+import signal
+import time
+from types import FrameType, TracebackType
+from typing import Any, Self
+
+import numpy as np
+from rich.console import Group
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+from rich.text import Text
+
+from cdprcal import _core
+from cdprcal._core import RobotSample, StartUpCommand, StartUpState
+from cdprcal.acquisition.procedure import Acquired
+from cdprcal.tables import console, fixed, say
+
+_REFRESH_S = 0.1
+_BAR_WIDTH = 30
+_DOES = {
+    StartUpState.idle: "waiting for the first sample",
+    StartUpState.recording: "recording the tensions at power-on",
+    StartUpState.moving_to_start: "moving to τ0",
+    StartUpState.moving: "moving",
+    StartUpState.settling: "settling",
+    StartUpState.measuring: "at rest, measuring",
+    StartUpState.done: "done, winches locked",
+    StartUpState.holding: "stopped, winches locked",
+}
+
+
+class Monitor:
+    """Shows state, tensions against set-points, ripple, poses done and time left.
+
+    On a terminal as a table that is refreshed; else one line for each rest. Within its context
+    Ctrl-C and SIGTERM set ``stop_wanted``; a second Ctrl-C raises KeyboardInterrupt.
+    """
+
+    def __init__(self, robot: _core.Robot, plan: _core.Plan, log: str) -> None:
+        self._cables = robot.cable_count
+        self._limits_N = robot.tension_limits_N
+        self._stops = [True, *(stop.measured for stop in plan.poses)]
+        self._log = log
+        self._out = console()
+        self._live = Live(console=self._out, transient=True, auto_refresh=False)
+        self._animated = self._out.is_terminal
+        self._shown_s = 0.0
+        self._stop = False
+        self._handlers: dict[signal.Signals, Any] = {}
+        self._state: tuple[StartUpState, int] | None = None
+
+    def __enter__(self) -> Self:
+        for name in (signal.SIGINT, signal.SIGTERM):
+            try:
+                self._handlers[name] = signal.signal(name, self._interrupted)
+            except ValueError:  # not the main thread: signals are not ours
+                break
+        if self._animated:
+            self._live.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._animated:
+            self._live.stop()
+        for name, handler in self._handlers.items():
+            signal.signal(name, handler)
+
+    def stop_wanted(self) -> bool:
+        """Whether the operator asked to stop."""
+        return self._stop
+
+    def show(self, command: StartUpCommand, sample: RobotSample) -> None:
+        """To be called with every command; draws ten times a second."""
+        if not self._animated:
+            self._say_state(command, sample)
+            return
+        now = time.monotonic()
+        if now - self._shown_s < _REFRESH_S:
+            return
+        self._shown_s = now
+        self._live.update(self._picture(command, sample), refresh=True)
+
+    def print_end(self, run: Acquired, robot: str) -> None:
+        """The last word: what was acquired, why it stopped, what to do next."""
+        done = run.state == StartUpState.done and not run.reason
+        style = "bold green" if done else "bold red"
+        text = Text("done" if done else "stopped", style=style)
+        if run.reason:
+            text += Text(f": {run.reason}", style="none")
+        say(self._out, text)
+        say(
+            self._out,
+            f"{self._log}: {run.samples} samples, {len(run.rests)} of {sum(self._stops)} "
+            f"set-points measured, {run.duration_s:.1f} s of robot time",
+        )
+        if done:
+            say(self._out, f"next: cdprcal calibrate {robot} {self._log}")
+
+    def _interrupted(self, number: int, frame: FrameType | None) -> None:
+        if self._stop and number == signal.SIGINT:
+            raise KeyboardInterrupt
+        self._stop = True
+
+    def _say_state(self, command: StartUpCommand, sample: RobotSample) -> None:
+        state = (command.state, command.setpoint)
+        if state == self._state:
+            return
+        self._state = state
+        if command.state in (StartUpState.moving, StartUpState.moving_to_start):
+            say(
+                self._out,
+                f"{sample.time_s:7.1f} s  set-point {command.setpoint + 1} of {len(self._stops)}, "
+                f"{_duration(command.remaining_s)} left",
+            )
+
+    def _picture(self, command: StartUpCommand, sample: RobotSample) -> Group:
+        done = sum(self._stops[: command.setpoint])
+        if command.state == StartUpState.done:
+            done += 1
+        total = sum(self._stops)
+        head = Table.grid(padding=(0, 2))
+        head.add_row(
+            Text(_DOES[command.state], style="bold"),
+            f"set-point {command.setpoint + 1} of {len(self._stops)}",
+            f"{sample.time_s:.1f} s",
+            f"{_duration(command.remaining_s)} left",
+        )
+        poses = Table.grid(padding=(0, 2))
+        poses.add_row("measured", ProgressBar(total, done, width=_BAR_WIDTH), f"{done} of {total}")
+        if math.isfinite(command.ripple):
+            still = ProgressBar(1.0, min(1.0, 1.0 / max(command.ripple, 1e-9)), width=_BAR_WIDTH)
+            rest = "rest" if command.ripple <= 1 else f"{command.ripple:.1f} × what rest allows"
+            poses.add_row("ripple", still, rest)
+        return Group(head, poses, self._tensions(command, sample), Text(self._log, style="dim"))
+
+    def _tensions(self, command: StartUpCommand, sample: RobotSample) -> Table:
+        table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
+        for name in ("cable", "τ [N]", "set-point [N]"):
+            table.add_column(name, justify="right")
+        table.add_column(f"{self._limits_N[0]:g} … {self._limits_N[1]:g} N")
+        wanted = command.tension_setpoint_N.tolist()
+        missing = [math.nan] * self._cables
+        read = sample.tension_N.tolist() if len(sample.tension_N) == self._cables else missing
+        for i, (tension_N, setpoint_N) in enumerate(zip(read, wanted, strict=True)):
+            there = math.isfinite(tension_N)
+            bar = ProgressBar(
+                self._limits_N[1], float(np.nan_to_num(max(0.0, tension_N))), width=_BAR_WIDTH
+            )
+            table.add_row(
+                str(i + 1), fixed(tension_N if there else None, 1), fixed(setpoint_N, 1), bar
+            )
+        return table
+
+
+def _duration(seconds: float) -> str:
+    if not math.isfinite(seconds):
+        return "–"
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"

@@ -1,0 +1,172 @@
+"""The loop between a robot, the start-up procedure and the log (paper §3.2.2, Fig. 3).
+
+What to do is decided in C++ (``cdprcal.StartUp``); here it is only carried to and fro.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from cdprcal import _core
+from cdprcal._core import RobotSample, StartUp, StartUpCommand, StartUpRest, StartUpState
+from cdprcal.hardware import Backend, BackendError
+from cdprcal.io.files import reason
+from cdprcal.io.live_log import LiveLog
+
+#: Called with every command and the sample it answers, and whether that was logged.
+Watch = Callable[[StartUpCommand, RobotSample, bool], None]
+
+
+@dataclass(frozen=True)
+class Acquired:
+    """How a run ended. done: every set-point was measured; holding: stopped early, see ``reason``.
+
+    Times are the backend's; set-points count from 0, the first is tau_0.
+    """
+
+    state: StartUpState
+    reason: str
+    rests: tuple[StartUpRest, ...]
+    begin_s: float
+    end_s: float
+    samples: int
+
+    @property
+    def duration_s(self) -> float:
+        """Robot time from the first sample to the last."""
+        return self.end_s - self.begin_s
+
+
+def start_up_plan(plan: _core.Plan, *, quick: bool = False) -> _core.StartUpPlan:
+    """What StartUp visits: tau_0, then the stops of a plan.
+
+    The way to tau_0 takes what StartUp derives from the tensions it finds; the others take the
+    plan's times or, if quick, what the platform's slowest mode and the speed of the winches allow.
+    """
+    stops = plan.poses
+    times = [] if quick else [0.0, *(stop.transition_s for stop in stops)]
+    return _core.StartUpPlan(
+        [plan.start_tension_N, *(stop.tension_N for stop in stops)],
+        times,
+        [False, *(not stop.measured for stop in stops)],
+    )
+
+
+def acquire(
+    startup: StartUp,
+    backend: Backend,
+    log: LiveLog,
+    *,
+    log_rate_Hz: float = 10.0,
+    stop: Callable[[], bool] = lambda: False,
+    watch: Watch | None = None,
+) -> Acquired:
+    """Runs the procedure to its end: done, or holding with a reason. The log is closed either way.
+
+    ``stop`` is asked before every command: true stops the robot as an operator would. A log that
+    can no longer be written and a robot that no longer answers stop it too. Whatever is raised on
+    the way, the winches are locked and the log is closed first.
+    """
+    rows = _Rows(log, log_rate_Hz)
+    sample = RobotSample(time_s=0.0)
+    begin_s = math.nan
+    state = StartUpState.idle
+    setpoint = 0
+    try:
+        while True:
+            sample = _read(backend, sample)
+            begin_s = sample.time_s if math.isnan(begin_s) else begin_s
+            sample.stop_requested = sample.stop_requested or stop()
+            sample.host_error = rows.fault
+            command = startup.step(sample)
+            logged = rows.add(sample, command)
+            if (command.state, command.setpoint) != (state, setpoint):
+                state, setpoint = command.state, command.setpoint
+                rows.event(sample, command)
+            if watch is not None:
+                watch(command, sample, logged)
+            if startup.finished:
+                break
+            _command(backend, command, rows)
+    finally:
+        backend.stop()
+        rows.close()
+    return Acquired(
+        startup.state,
+        startup.reason or rows.fault,
+        tuple(startup.rests),
+        begin_s,
+        sample.time_s,
+        rows.count,
+    )
+
+
+def _read(backend: Backend, before: RobotSample) -> RobotSample:
+    try:
+        return backend.read()
+    except BackendError as error:
+        # The last that is known, with what happened since.
+        before.drive_error = str(error) or "the robot does not answer"
+        return before
+
+
+def _command(backend: Backend, command: StartUpCommand, rows: _Rows) -> None:
+    try:
+        backend.command(command)
+    except BackendError as error:
+        rows.fault = rows.fault or f"drive error: {error}"
+
+
+class _Rows:
+    """Samples and events on their way into the log; the first failure is kept as ``fault``."""
+
+    def __init__(self, log: LiveLog, rate_Hz: float) -> None:
+        self._log = log
+        self._rate_Hz = rate_Hz
+        self._ticks = 0
+        self._first_s: float | None = None
+        self._last_s = float("-inf")
+        self.count = 0
+        self.fault = ""
+
+    def add(self, sample: RobotSample, command: StartUpCommand) -> bool:
+        """Logs the sample if it is due; a log's time increases, so others are left out."""
+        if self.fault or not self._last_s < sample.time_s < float("inf"):
+            return False
+        if self._first_s is None:
+            self._first_s = sample.time_s
+        if sample.time_s - self._first_s < self._ticks / self._rate_Hz - 1e-9:
+            return False
+        elapsed = (sample.time_s - self._first_s) * self._rate_Hz
+        self._ticks = int(elapsed + 1e-6) + 1
+        self._last_s = sample.time_s
+        if not self._write(lambda: self._log.sample(sample, command.tension_setpoint_N)):
+            return False
+        self.count += 1
+        return True
+
+    def event(self, sample: RobotSample, command: StartUpCommand) -> None:
+        known = [t for t in (self._last_s, sample.time_s) if math.isfinite(t)]
+        event: dict[str, Any] = {
+            "time_s": max(known, default=0.0),
+            "state": command.state.name,
+            "setpoint": command.setpoint + 1,
+        }
+        if command.reason:
+            event["reason"] = command.reason
+        if not self.fault:
+            self._write(lambda: self._log.event(event))
+
+    def close(self) -> None:
+        self._write(self._log.close)
+
+    def _write(self, write: Callable[[], None]) -> bool:
+        try:
+            write()
+        except OSError as error:
+            self.fault = self.fault or f"the log cannot be written: {reason(error)}"
+            return False
+        return True

@@ -1,0 +1,176 @@
+"""``cdprcal acquire``: run the start-up procedure on a robot and log it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cdprcal.cli.common import (
+    DONE,
+    UNTRUSTED,
+    JsonOption,
+    RobotArgument,
+    fail,
+    print_json,
+    reports_errors,
+)
+
+if TYPE_CHECKING:
+    from cdprcal import _core
+    from cdprcal.acquisition import Acquired
+
+EXAMPLE = (
+    "Example: cdprcal plan irma4 -o plan.csv && cdprcal acquire irma4 plan.csv --seed 3 -o run.mcap"
+)
+
+
+@reports_errors
+def command(
+    robot: RobotArgument,
+    plan: Annotated[
+        str, typer.Argument(metavar="PLAN", help="Plan file (CSV), as cdprcal plan writes it.")
+    ],
+    output: Annotated[
+        str,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="LOG",
+            help="Canonical log: .csv, or .mcap; written while the robot moves.",
+        ),
+    ],
+    backend: Annotated[
+        str, typer.Option(metavar="simulated", help="Which robot to drive.")
+    ] = "simulated",
+    seed: Annotated[
+        int,
+        typer.Option(min=0, help="Simulated: of where it hangs at power-on, offsets and noise."),
+    ] = 1,
+    effect: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--effect",
+            metavar="NAME=VALUES",
+            help="Simulated: an imperfection of the plant, by its name in the catalogue; may be "
+            "repeated.",
+        ),
+    ] = None,
+    truth: Annotated[
+        str,
+        typer.Option(
+            metavar="FILE", help="Simulated: also write the true pose of every sample, as JSON."
+        ),
+    ] = "",
+    speed: Annotated[
+        float,
+        typer.Option(min=0.0, help="Simulated: seconds a second; 0: as fast as it goes."),
+    ] = 0.0,
+    quick: Annotated[
+        bool,
+        typer.Option(
+            "--quick",
+            help="Instead of the plan's transition times: as fast as the platform's slowest mode "
+            "and the speed of the winches allow. Their tension loops must damp its swings.",
+        ),
+    ] = False,
+    rate_hz: Annotated[float, typer.Option("--rate-hz", help="Rows of the log a second.")] = 10.0,
+    json: JsonOption = False,
+) -> None:
+    """Run the start-up procedure: tensions at power-on, to tau_0, through all set-points of a plan.
+
+    The platform is measured wherever it comes to rest. Ctrl-C, a fault of a sensor or drive, a
+    slack or overloaded cable, a full disk: the winches stop and lock, and the log is kept. It
+    holds the robot file, the plan and the seed: all that is needed to solve again. Exit code 1:
+    the robot was stopped early.
+    """
+    from pathlib import Path
+
+    from cdprcal import _core
+    from cdprcal.acquisition import acquire, start_up_plan
+    from cdprcal.acquisition.monitor import Monitor
+    from cdprcal.hardware import BACKENDS
+    from cdprcal.hardware.simulated import SimulatedBackend
+    from cdprcal.io import AcquisitionInputs, open_live_log
+    from cdprcal.io.files import read_bytes, write_text
+    from cdprcal.results import strict_json
+
+    if backend not in BACKENDS:
+        fail(f"--backend: {backend!r} is not one of {', '.join(BACKENDS)}")
+    if not 0.0 < rate_hz <= 100.0:
+        fail("--rate-hz: must be above 0 and at most 100")
+    if truth and Path(truth).resolve() == Path(output).resolve():
+        fail(f"{truth}: is the log's name too; give another")
+    the_robot = _core.load_robot(robot)
+    plan_text = read_bytes(Path(plan)).decode("utf-8", "replace")
+    the_plan = _core.parse_plan(plan_text, plan)
+    if wrong := _core.verify_plan(the_robot, the_plan):
+        fail(f"{plan}: cannot be run with {the_robot.name}: {wrong}")
+    startup = _core.StartUp(the_robot, start_up_plan(the_plan, quick=quick))
+    options = _core.SimulatorOptions(
+        seed=seed, effects=[_core.parse_injected_effect(text) for text in effect or []]
+    )
+    device = SimulatedBackend.somewhere(
+        the_robot, the_plan, options, velocity_limit_m_s=startup.velocity_limit_m_s, speed=speed
+    )
+    settings = device.settings | {
+        "robot": the_robot.name,
+        "quick": quick,
+        "log_rate_Hz": rate_hz,
+        "version": _version(),
+    }
+    inputs = AcquisitionInputs(_core.to_yaml(the_robot), plan_text, settings)
+    log = open_live_log(output, the_robot.cable_count, inputs, rate_hz)
+    poses: list[tuple[float, _core.Pose]] = []
+    with Monitor(the_robot, the_plan, output) as monitor:
+
+        def watch(command: _core.StartUpCommand, sample: _core.RobotSample, logged: bool) -> None:
+            monitor.show(command, sample)
+            if truth and logged:
+                poses.append((sample.time_s, device.truth().pose))
+
+        run = acquire(
+            startup, device, log, log_rate_Hz=rate_hz, stop=monitor.stop_wanted, watch=watch
+        )
+    if truth:
+        write_text(Path(truth), strict_json({"poses": truth_rows(the_robot, poses)}))
+    document = run_as_dict(run, the_plan, output)
+    if json:
+        print_json(document)
+    else:
+        monitor.print_end(run, robot)
+    raise typer.Exit(UNTRUSTED if run.reason else DONE)
+
+
+def run_as_dict(run: Acquired, plan: _core.Plan, log: str) -> dict[str, object]:
+    """The document of ``acquire --json``."""
+    return {
+        "state": run.state.name,
+        "reason": run.reason,
+        "log": log,
+        "samples": run.samples,
+        "duration_s": run.duration_s,
+        "rests": [
+            {"setpoint": rest.setpoint + 1, "begin_s": rest.begin_s, "end_s": rest.end_s}
+            for rest in run.rests
+        ],
+        "setpoints": 1 + plan.measured_count,
+    }
+
+
+def truth_rows(
+    robot: _core.Robot, poses: list[tuple[float, _core.Pose]]
+) -> list[dict[str, object]]:
+    """True poses as ``generate --truth`` writes them."""
+    from cdprcal.results import pose_as_dict
+
+    return [{"time_s": t} | pose_as_dict(pose, robot.euler_convention) for t, pose in poses]
+
+
+def _version() -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("cdprcal")
+    except PackageNotFoundError:
+        return "unknown"

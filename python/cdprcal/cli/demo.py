@@ -1,0 +1,93 @@
+"""``cdprcal demo``: the whole story on a simulated robot."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from cdprcal.cli.common import DONE, UNTRUSTED, JsonOption, print_json, reports_errors
+
+EXAMPLE = "Example: cdprcal demo --seed 2 --effect load_cell_bias=6,-5,4,-8"
+
+
+@reports_errors
+def command(
+    robot: Annotated[
+        str,
+        typer.Argument(metavar="[ROBOT]", help="Robot file (YAML) or built-in name."),
+    ] = "irma4",
+    output: Annotated[
+        str, typer.Option("-o", "--output", metavar="DIR", help="Where plan, logs and pictures go.")
+    ] = "cdprcal-demo",
+    seed: Annotated[
+        int,
+        typer.Option(min=0, help="Of the unknown pose, the noise, and the hidden effect's choice."),
+    ] = 1,
+    effect: Annotated[
+        str,
+        typer.Option(
+            "--effect",
+            metavar="NAME=VALUES",
+            help="What to hide in the second robot (default: one of a few, by the seed).",
+        ),
+    ] = "",
+    json: JsonOption = False,
+) -> None:
+    """A robot wakes up somewhere: plan, start up, calibrate by all methods, find a hidden fault.
+
+    All of it simulated, with the noise of real sensors, and with the truth to compare with. Exit
+    code 1: a pose was not found, or the hidden effect was not named.
+    """
+    from pathlib import Path
+
+    from cdprcal import _core
+    from cdprcal.demo import pictures, story, table
+    from cdprcal.diagnosis.pictures import write_pictures
+    from cdprcal.tables import console, say
+
+    out = console()
+    the_robot = _core.load_robot(robot)
+    folder = Path(output)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise _core.InputError(f"{folder}: cannot be made: {error.strerror}") from None
+    hide = effect or story.HIDDEN[seed % len(story.HIDDEN)]
+    _core.expanded_effect(_core.parse_injected_effect(hide), the_robot.cable_count)
+
+    say(out, f"1. {the_robot.name} wakes up: lengths, swivel angles and yaw are relative")
+    plan = story.make_plan(the_robot, folder / "plan.csv").plan
+    say(out, f"2. planned: {plan.measured_count} poses ({folder / 'plan.csv'})")
+    run = story.start_up(the_robot, plan, seed, [], folder / "run.csv")
+    acquired = run.acquired
+    if acquired.reason:
+        say(out, f"the robot was stopped: {acquired.reason}")
+        raise typer.Exit(UNTRUSTED)
+    say(
+        out,
+        f"3. started up: τ0 and {plan.measured_count} poses at rest in {acquired.duration_s:.1f} s "
+        f"of robot time ({run.path})",
+    )
+    rows = story.calibrate_by_all_methods(the_robot, run)
+    say(out, "4. calibrated: error of the initial pose")
+    out.print(table.methods_table(rows))
+    drawn = pictures.write_pictures(the_robot, run, rows, folder)
+
+    say(out, f"5. another robot, with a fault that nobody knows of: {hide}")
+    hidden = story.diagnose_hidden(
+        the_robot,
+        plan,
+        seed + 1,
+        hide,
+        folder / "faulty.csv",
+        lambda step: say(out, f"   … {step}"),
+    )
+    say(out, table.verdict(hidden))
+    out.print(table.hidden_table(hidden))
+    drawn += write_pictures(hidden.diagnosis, folder)
+    say(out, "pictures: " + ", ".join(str(path) for path in drawn))
+    if json:
+        print_json(table.demo_as_dict(run, rows, hidden))
+    found = all(row.calibration.result.status == _core.CalibrationStatus.converged for row in rows)
+    raise typer.Exit(DONE if found and (hidden.named or hidden.among_rivals) else UNTRUSTED)

@@ -1,0 +1,8 @@
+"""Robots that the start-up procedure can drive: one file a device, behind one small protocol."""
+
+from cdprcal.hardware.backend import Backend, BackendError
+
+#: Names that ``cdprcal acquire --backend`` takes.
+BACKENDS = ("simulated",)
+
+__all__ = ["BACKENDS", "Backend", "BackendError"]

@@ -1,0 +1,53 @@
+"""What a robot must be able to do to be started up: give a sample, obey a command, stop.
+
+The procedure itself is ``cdprcal.StartUp``, the same for every robot; backends know nothing of it::
+
+    backend = SimulatedBackend(robot, ...)
+    try:
+        while not startup.finished:
+            backend.command(startup.step(backend.read()))
+    finally:
+        backend.stop()
+"""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from cdprcal._core import RobotSample, StartUpCommand
+
+
+class BackendError(Exception):
+    """A device that does not answer or obey. The message names it and says what happened."""
+
+
+class Backend(Protocol):
+    """The drives and sensors of one robot.
+
+    A backend keeps the control clock: 50 Hz or more, at the rate of its devices. What arrives late
+    or not at all is no exception but a sample that says so (NaN, old ``drives_time_s`` or
+    ``attitude_time_s``, ``drive_error``): the procedure judges it.
+    """
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What this robot was set up with (devices, rates, seed …), as plain data for the log."""
+
+    def read(self) -> RobotSample:
+        """Waits for the next tick of the control clock and gives the latest readings.
+
+        ``time_s`` is the backend's clock and never runs backwards. Raises BackendError when the
+        connection itself is lost.
+        """
+
+    def command(self, command: StartUpCommand) -> None:
+        """Takes over what to do until the next command; returns at once.
+
+        ``locked``: the winches stand still, brakes may be set. Otherwise drives in velocity mode
+        follow ``velocity_m_s``, drives with a tension loop of their own ``tension_setpoint_N``,
+        but ``velocity_m_s`` while ``state`` is holding or done: that is the smooth stop. A backend
+        that gets no further command in time locks the winches by itself. Raises BackendError.
+        """
+
+    def stop(self) -> None:
+        """Stops and locks the winches now, whatever was before. May be repeated; never raises."""

@@ -1,0 +1,97 @@
+"""What a log was acquired with: it is in the log, so that the log alone is enough to solve again.
+
+In MCAP they are attachments (robot.yaml, plan.csv, settings.json), in CSV comment lines before the
+header: ``# robot| name: irma4``.
+"""
+
+from __future__ import annotations
+
+import io as binary_io
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cdprcal._core import InputError
+from cdprcal.io.files import read_bytes
+from cdprcal.io.log_file import ACQUIRED, display_name, sniff_format
+
+ROBOT, PLAN, SETTINGS = "robot.yaml", "plan.csv", "settings.json"
+_MARKS = {ROBOT: b"# robot| ", PLAN: b"# plan| ", SETTINGS: b"# settings| "}
+_MEDIA = {ROBOT: "application/yaml", PLAN: "text/csv", SETTINGS: "application/json"}
+
+
+@dataclass(frozen=True)
+class AcquisitionInputs:
+    """Robot file and plan file as texts; settings of procedure and backend, the seed among them."""
+
+    robot_yaml: str
+    plan_csv: str
+    settings: dict[str, Any]
+
+    def files(self) -> dict[str, str]:
+        """Name → text."""
+        settings = json.dumps(self.settings, allow_nan=False)
+        return {ROBOT: self.robot_yaml, PLAN: self.plan_csv, SETTINGS: settings}
+
+
+def media_type(name: str) -> str:
+    """Of one of the files."""
+    return _MEDIA[name]
+
+
+def as_comments(inputs: AcquisitionInputs) -> bytes:
+    """The lines that stand before a CSV log's header."""
+    lines = [ACQUIRED + b": this log's robot, plan and settings"]
+    for name, text in inputs.files().items():
+        lines += [(_MARKS[name] + line.encode()).rstrip() for line in text.splitlines()]
+    return b"\n".join(lines) + b"\n"
+
+
+def read_inputs(path: str | Path) -> AcquisitionInputs | None:
+    """What a log was acquired with; None when it does not say (it was not acquired by cdprcal).
+
+    Logs that were cut are read as far as they go. Raises InputError when the file cannot be read
+    or the settings are damaged.
+    """
+    path = Path(path)
+    data = read_bytes(path)
+    kind = sniff_format(data)
+    files = _attachments(data) if kind == "mcap" else _comments(data) if kind == "csv" else {}
+    if not files.keys() >= _MARKS.keys():
+        return None
+    try:
+        settings = json.loads(files[SETTINGS])
+    except ValueError:
+        settings = None
+    if not isinstance(settings, dict):
+        raise InputError(f"{display_name(path)}: the settings in this log are damaged")
+    return AcquisitionInputs(files[ROBOT], files[PLAN], settings)
+
+
+def _comments(data: bytes) -> dict[str, str]:
+    found: dict[str, list[str]] = {}
+    for line in data.split(b"\n"):
+        if line and not line.startswith(b"#"):
+            break  # the header
+        for name, mark in _MARKS.items():
+            if line.startswith(mark.rstrip()):
+                found.setdefault(name, []).append(line[len(mark) :].decode("utf-8", "replace"))
+    return {name: "\n".join(lines) + "\n" for name, lines in found.items()}
+
+
+def _attachments(data: bytes) -> dict[str, str]:
+    from mcap.records import Attachment
+    from mcap.stream_reader import StreamReader
+
+    found: dict[str, str] = {}
+    records = iter(StreamReader(binary_io.BytesIO(data), record_size_limit=len(data)).records)
+    while True:
+        try:
+            record = next(records, None)
+        except Exception:  # cut or damaged: whatever the library makes of it
+            return found
+        if record is None:
+            return found
+        if isinstance(record, Attachment) and record.name in _MARKS:
+            found[record.name] = record.data.decode("utf-8", "replace")

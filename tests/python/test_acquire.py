@@ -1,0 +1,430 @@
+"""``cdprcal acquire`` and the loop behind it: the simulated robot, faults, what is in the log."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+import pytest
+
+import cdprcal
+from cdprcal import RobotSample, StartUpCommand, StartUpState
+from cdprcal.acquisition import Acquired, acquire, start_up_plan
+from cdprcal.hardware import BackendError
+from cdprcal.hardware.simulated import SimulatedBackend
+from cdprcal.io import AcquisitionInputs, LiveLog, load_log, open_live_log, read_inputs
+from conftest import Ran
+from test_live_log import disk_of
+
+FAULT_S = 6.0
+KINDS = pytest.mark.parametrize("kind", ["csv", "mcap"])
+
+
+@pytest.fixture(scope="session")
+def plan(robot: cdprcal.Robot) -> cdprcal.Plan:
+    """Three stops near the middle: quick."""
+    positions = [[0.2, 0.1, 0.8], [-0.2, 0.1, 1.0], [0.0, -0.2, 0.9]]
+    result = cdprcal.make_plan(robot, positions_m=[np.array(p) for p in positions])
+    assert result.status == cdprcal.PlanStatus.planned, result.reason
+    return result.plan
+
+
+@pytest.fixture
+def plan_path(plan: cdprcal.Plan, tmp_path: Path) -> Path:
+    path = tmp_path / "plan.csv"
+    path.write_text(cdprcal.format_plan(plan))
+    return path
+
+
+class Tampered:
+    """The simulated robot with a fault of the readings from FAULT_S on."""
+
+    def __init__(self, inner: SimulatedBackend, fault: Callable[[RobotSample], None]) -> None:
+        self.inner = inner
+        self.fault = fault
+        self.commands: list[StartUpCommand] = []
+        self.stops = 0
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        return self.inner.settings
+
+    def read(self) -> RobotSample:
+        sample = self.inner.read()
+        if sample.time_s >= FAULT_S:
+            self.fault(sample)
+        return sample
+
+    def command(self, command: StartUpCommand) -> None:
+        self.commands.append(command)
+        self.inner.command(command)
+
+    def stop(self) -> None:
+        self.stops += 1
+        self.inner.stop()
+
+
+def hung(
+    robot: cdprcal.Robot, plan: cdprcal.Plan, startup: cdprcal.StartUp, effects: list[str]
+) -> SimulatedBackend:
+    injected = [cdprcal.parse_injected_effect(effect) for effect in effects]
+    return SimulatedBackend.somewhere(
+        robot,
+        plan,
+        cdprcal.SimulatorOptions(seed=1, effects=injected),
+        velocity_limit_m_s=startup.velocity_limit_m_s,
+    )
+
+
+def run_with(
+    robot: cdprcal.Robot,
+    plan: cdprcal.Plan,
+    path: Path,
+    fault: Callable[[RobotSample], None],
+    *,
+    effects: list[str] | None = None,
+    wrap: Callable[[LiveLog], LiveLog] = lambda log: log,
+    **options: Any,
+) -> tuple[Acquired, Tampered]:
+    startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
+    backend = Tampered(hung(robot, plan, startup, effects or []), fault)
+    inputs = AcquisitionInputs(cdprcal.to_yaml(robot), cdprcal.format_plan(plan), backend.settings)
+    log = wrap(open_live_log(path, robot.cable_count, inputs, 10.0))
+    return acquire(startup, backend, log, **options), backend
+
+
+def set_nan(name: str, cable: int) -> Callable[[RobotSample], None]:
+    def fault(sample: RobotSample) -> None:
+        values = getattr(sample, name).copy()
+        values[cable] = np.nan
+        setattr(sample, name, values)
+
+    return fault
+
+
+def set_to(name: str, cable: int, value: float) -> Callable[[RobotSample], None]:
+    def fault(sample: RobotSample) -> None:
+        values = getattr(sample, name).copy()
+        values[cable] = value
+        setattr(sample, name, values)
+
+    return fault
+
+
+def lose_connection(sample: RobotSample) -> None:
+    raise BackendError("bus off")
+
+
+def drive_error(sample: RobotSample) -> None:
+    sample.drive_error = "node 3: following error"
+
+
+def dead(name: str) -> Callable[[RobotSample], None]:
+    return lambda sample: setattr(sample, name, FAULT_S)
+
+
+@KINDS
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        (set_nan("tension_N", 2), "cable 3: the load cell does not answer"),
+        (set_nan("length_m", 0), "cable 1: the winch encoder does not answer"),
+        (set_nan("swivel_rad", 3), "cable 4: the swivel encoder does not answer"),
+        (set_nan("roll_pitch_yaw_rad", 1), "the AHRS does not answer"),
+        (dead("drives_time_s"), "the drives' readings are stale"),
+        (dead("attitude_time_s"), "the AHRS readings are stale"),
+        (set_to("tension_N", 1, 77.25), "cable 2: the load cell is stuck"),
+        (set_to("length_m", 1, 0.25), "cable 2: the winch"),
+        (set_to("tension_N", 0, 1.0), "cable 1: slack"),
+        (set_to("tension_N", 0, 450.0), "cable 1: over-tension"),
+        (drive_error, "drive error: node 3: following error"),
+        (lose_connection, "drive error: bus off"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_a_fault_ends_in_the_safe_state_with_a_readable_log(
+    kind: str,
+    fault: Callable[[RobotSample], None],
+    words: str,
+    robot: cdprcal.Robot,
+    plan: cdprcal.Plan,
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / f"run.{kind}"
+    run, backend = run_with(robot, plan, path, fault)
+    assert run.state == StartUpState.holding
+    assert words in run.reason
+    assert FAULT_S - 0.015 < run.end_s < FAULT_S + 2.0
+    assert_safe(backend)
+    file = load_log(path)
+    assert file.findings == ()
+    assert len(file.log) == run.samples > 50
+    assert words.encode() in path.read_bytes() or kind == "mcap"  # compressed there
+    inputs = read_inputs(path)
+    assert inputs is not None
+    assert inputs.robot_yaml == cdprcal.to_yaml(robot)
+
+
+def assert_safe(backend: Tampered) -> None:
+    """Locked, and standing still from there on."""
+    assert backend.stops == 1
+    backend.inner.read()
+    before = backend.inner.truth().pose
+    twist = np.inf
+    for _ in range(1000):
+        backend.inner.read()
+        twist = float(np.linalg.norm(backend.inner.truth().twist))
+    assert twist < 0.02  # what is left of a swing after ten seconds
+    after = backend.inner.truth().pose
+    assert np.linalg.norm(after.position_m - before.position_m) < 0.2
+
+
+@KINDS
+def test_a_cable_that_runs_off_stops_the_robot(
+    kind: str, robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+) -> None:
+    path = tmp_path / f"run.{kind}"
+    effects = [f"cable_slip={FAULT_S},2,2"]
+    run, backend = run_with(robot, plan, path, lambda sample: None, effects=effects)
+    assert run.state == StartUpState.holding
+    assert "cable 2: slack" in run.reason
+    assert backend.stops == 1
+    assert len(load_log(path).log) == run.samples
+
+
+@KINDS
+def test_a_full_disk_stops_the_robot(
+    kind: str, robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+) -> None:
+    path = tmp_path / f"run.{kind}"
+    with disk_of(30_000):
+        run, backend = run_with(robot, plan, path, lambda sample: None)
+    assert run.state == StartUpState.holding
+    assert "the log cannot be written: file too large" in run.reason
+    assert_safe(backend)
+    log = load_log(path).log
+    assert run.samples - len(log) <= 10
+    assert run.end_s - log.time_s[-1] < 2.0
+
+
+def test_whatever_is_raised_on_the_way_the_winches_are_locked_and_the_log_closed(
+    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+) -> None:
+    path = tmp_path / "run.csv"
+    closed = []
+
+    def note_close(log: LiveLog) -> LiveLog:
+        close = log.close
+        log.close = lambda: (closed.append(True), close())[1]  # type: ignore[method-assign]
+        return log
+
+    def fault(sample: RobotSample) -> None:
+        raise ZeroDivisionError
+
+    backends: list[Tampered] = []
+
+    def watch(command: StartUpCommand, sample: RobotSample, logged: bool) -> None:
+        if sample.time_s > 1.0:
+            raise ZeroDivisionError
+
+    startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
+    backend = Tampered(hung(robot, plan, startup, []), fault)
+    backends.append(backend)
+    inputs = AcquisitionInputs("", "", {})
+    log = note_close(open_live_log(path, 4, inputs, 10.0))
+    with pytest.raises(ZeroDivisionError):
+        acquire(startup, backend, log, watch=watch)
+    assert backend.stops == 1
+    assert closed
+
+
+def test_the_loop_is_that_of_the_core(
+    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+) -> None:
+    """The same robot, plan and seed through simulate_startup: the same samples to the last bit."""
+    run, _ = run_with(robot, plan, tmp_path / "run.csv", lambda sample: None)
+    corners = np.array([plan.start_pose.position_m, *(s.pose.position_m for s in plan.poses)])
+    start = cdprcal.random_start(robot, cdprcal.Box(corners.min(axis=0), corners.max(axis=0)), 1)
+    assert start is not None
+    core = cdprcal.simulate_startup(
+        robot,
+        start_up_plan(plan, quick=True),
+        simulator=cdprcal.SimulatorOptions(seed=1),
+        initial_tension_N=start.tension_N,
+    )
+    log = load_log(tmp_path / "run.csv").log
+    assert run.state == core.state == StartUpState.done
+    assert len(run.rests) == len(core.rests) == 4
+    for name in ("time_s", "length_m", "swivel_rad", "tension_N", "tension_setpoint_N"):
+        np.testing.assert_array_equal(getattr(log, name), getattr(core.log, name))
+
+
+@KINDS
+def test_a_log_alone_is_enough_to_solve_and_to_run_again(
+    kind: str, cli: Callable[..., Ran], plan_path: Path, tmp_path: Path
+) -> None:
+    path, truth = tmp_path / f"run.{kind}", tmp_path / "truth.json"
+    effects = ("--effect", "load_cell_bias=1,-1,2,0", "--effect", "mass=0.05")
+    ran = cli("acquire", "irma4", plan_path, "--seed", 5, *effects, "--quick", "-o", path,
+              "--truth", truth, "--json")  # fmt: skip
+    assert ran.code == 0, ran.stderr
+    document = json.loads(ran.stdout)
+    assert document["state"] == "done"
+    assert document["setpoints"] == len(document["rests"]) == 4
+    inputs = read_inputs(path)
+    assert inputs is not None
+    assert inputs.plan_csv == plan_path.read_text()
+    assert inputs.settings["seed"] == 5
+    assert inputs.settings["effects"] == ["load_cell_bias=1,-1,2,0", "mass=0.05"]
+    # Solve again: the robot in the log, the pose it truly had.
+    robot = cdprcal.parse_robot(inputs.robot_yaml, "log")
+    log = load_log(path).log
+    result = cdprcal.calibrate(robot, log).result
+    assert result.status == cdprcal.CalibrationStatus.converged
+    poses = json.loads(truth.read_text())["poses"]
+    assert [pose["time_s"] for pose in poses] == log.time_s.tolist()
+    error = np.subtract(poses[0]["position_m"], result.poses[0].position_m)
+    assert np.linalg.norm(error) < 0.02  # the effects are not in the model
+    # Run again: the same bytes.
+    again, plan_again, robot_again = (tmp_path / n for n in (f"again.{kind}", "p.csv", "r.yaml"))
+    plan_again.write_text(inputs.plan_csv)
+    robot_again.write_text(inputs.robot_yaml)
+    injected = [a for effect in inputs.settings["effects"] for a in ("--effect", effect)]
+    seed = inputs.settings["seed"]
+    ran = cli("acquire", robot_again, plan_again, "--seed", seed, *injected, "--quick", "-o", again)
+    assert ran.code == 0, ran.stderr
+    assert again.read_bytes() == path.read_bytes()
+
+
+def test_progress_is_said_on_stderr(
+    cli: Callable[..., Ran], plan_path: Path, tmp_path: Path
+) -> None:
+    ran = cli("acquire", "irma4", plan_path, "--quick", "-o", tmp_path / "run.csv")
+    assert ran.code == 0
+    assert ran.stdout == ""
+    for words in ("set-point 1 of 4", "set-point 4 of 4", "left", "4 of 4 set-points measured",
+                  "next: cdprcal calibrate irma4"):  # fmt: skip
+        assert words in ran.stderr
+
+
+def test_wrong_use_is_said_and_nothing_written(
+    cli: Callable[..., Ran], plan_path: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "run.csv"
+    for arguments, words in (
+        (("irma4", plan_path, "--backend", "canopen5"), "--backend: 'canopen5'"),
+        (("irma4", plan_path, "--rate-hz", "0"), "--rate-hz"),
+        (("irma4", plan_path, "--effect", "mas=1"), "effect 'mas': not known"),
+        (("irma4", plan_path, "--truth", out), "is the log's name too"),
+        (("ring3", plan_path), "3"),
+        (("irma4", tmp_path / "none.csv"), "none.csv"),
+        (("irma4", tmp_path), "cannot be read"),
+    ):
+        ran = cli("acquire", *arguments, "-o", out)
+        assert ran.code == 2, ran.stderr
+        assert words in ran.stderr
+        assert not out.exists()
+    out.write_text("precious")
+    ran = cli("acquire", "irma4", plan_path, "-o", out)
+    assert ran.code == 2
+    assert "exists already" in ran.stderr
+    assert out.read_text() == "precious"
+
+
+@KINDS
+def test_ctrl_c_stops_the_robot_and_keeps_the_log(
+    kind: str, plan_path: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / f"run.{kind}"
+    process = subprocess.Popen(
+        [
+            sys.executable,
+            "-m",
+            "cdprcal",
+            "acquire",
+            "irma4",
+            plan_path,
+            "-o",
+            path,
+            "--speed",
+            "4",
+        ],
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    # A few seconds of robot time, then Ctrl-C.
+    deadline = time.monotonic() + 30.0
+    while not (path.exists() and path.stat().st_size > 12_000):
+        assert time.monotonic() < deadline
+        assert process.poll() is None
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=30)
+    assert process.returncode == 1, said
+    assert "stopped by the operator" in said
+    assert "Traceback" not in said
+    file = load_log(path)
+    assert file.findings == ()
+    assert f"{len(file.log)} samples" in said
+
+
+def run_and_tell(robot: cdprcal.Robot, plan: cdprcal.Plan, path: Path, tell: int) -> NoReturn:
+    """A run at 50 times real time that tells of every logged row; ends the process."""
+
+    def watch(command: StartUpCommand, sample: RobotSample, logged: bool) -> None:
+        if logged:
+            os.write(tell, b"%d\n" % round(10 * sample.time_s))
+            time.sleep(0.002)
+
+    try:
+        run_with(robot, plan, path, lambda sample: None, watch=watch)
+    finally:
+        os._exit(0)
+
+
+KILLS = int(os.environ.get("CDPRCAL_KILLS", "50"))
+
+
+def test_killed_at_any_moment_a_log_loses_at_most_a_second(
+    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+) -> None:
+    """kill -9 of the process that acquires; what it had logged by then is told through a pipe."""
+    random = np.random.default_rng(9)
+    whole = tmp_path / "whole.csv"
+    run_with(robot, plan, whole, lambda sample: None)
+    complete = load_log(whole).log
+    judged = 0
+    for kill in range(KILLS):
+        path = tmp_path / f"killed{kill}.{'csv' if kill % 2 else 'mcap'}"
+        told, tell = os.pipe()
+        child = os.fork()
+        if child == 0:
+            os.close(told)
+            run_and_tell(robot, plan, path, tell)
+        os.close(tell)
+        time.sleep(float(random.uniform(0.05, 0.6)))
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        with os.fdopen(told) as pipe:
+            lines = pipe.read().split()
+        if len(lines) < 12:
+            continue  # it had hardly begun
+        judged += 1
+        file = load_log(path)
+        lost_s = 0.1 * int(lines[-1]) - file.log.time_s[-1]
+        assert lost_s < 1.0, f"kill {kill}: {lost_s:.1f} s lost"
+        assert {finding.code for finding in file.findings} <= {"truncated", "unfinished"}
+        count = len(file.log)
+        np.testing.assert_array_equal(file.log.length_m, complete.length_m[:count])
+        inputs = read_inputs(path)
+        assert inputs is not None
+        assert inputs.plan_csv == cdprcal.format_plan(plan)
+    assert judged > 0.6 * KILLS
