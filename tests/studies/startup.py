@@ -171,8 +171,8 @@ def study_starts(robot_name: str, count: int) -> int:
 #: Robots of 4, 3 and 5 cables; the grid is the paper's for irma4, in proportion for the others.
 BOXES = {
     "irma4": None,
-    "ring3": ([-0.25, -0.25, 0.9], [0.25, 0.25, 1.3]),
-    "ring5": ([-0.25, -0.25, 0.9], [0.25, 0.25, 1.3]),
+    "ring3": ([-0.17, -0.17, 0.65], [0.17, 0.17, 0.95]),
+    "ring5": ([-0.17, -0.17, 0.65], [0.17, 0.17, 0.95]),
 }
 
 
@@ -182,7 +182,7 @@ def durations(seeds: range) -> Iterator[tuple[str, str, int, float, Start]]:
         robot = cdprcal.load_robot(name)
         boxes = {"default box": None}
         if corners is not None:
-            boxes["0.5 × 0.5 × 0.4 m"] = cdprcal.Box(*corners)
+            boxes["0.34 × 0.34 × 0.3 m"] = cdprcal.Box(*corners)
         for label, box in boxes.items():
             plan = planned(robot, box=box)
             for start in random_starts(robot, plan, seeds):

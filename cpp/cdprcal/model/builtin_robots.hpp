@@ -36,7 +36,7 @@ sensors:
 
 /// Examples of other numbers of cables. Their swivel axes are vertical.
 inline constexpr const char* kRing3Yaml =
-    R"(# 3 cables on pulleys evenly around a circle of 1.5 m: not like irma4 in any number.
+    R"(# 3 cables on pulleys evenly around a circle of 1 m: not like irma4 in any number.
 name: ring3
 gravity_m_s2: 9.81
 platform:
@@ -44,19 +44,19 @@ platform:
   centre_of_mass_m: [0.01, -0.015, -0.12]
   inertia_kg_m2: [[0.11, 0.01, 0], [0.01, 0.14, 0], [0, 0, 0.09]]
 cables:
-  - pulley: {radius_m: 0.025, position_m: [1.4447, 0.4034, 2.2], x_axis: [-0.963163, -0.268920, 0], swivel_axis: [0, 0, -1]}
-    platform_anchor_m: [0.1445, 0.0403, 0]
-  - pulley: {radius_m: 0.025, position_m: [-1.0717, 1.0495, 2.2], x_axis: [0.714473, -0.699663, 0], swivel_axis: [0, 0, -1]}
-    platform_anchor_m: [-0.1072, 0.1049, 0.05]
-  - pulley: {radius_m: 0.025, position_m: [-0.3730, -1.4529, 2.2], x_axis: [0.248690, 0.968583, 0], swivel_axis: [0, 0, -1]}
-    platform_anchor_m: [-0.0373, -0.1453, 0]
+  - pulley: {radius_m: 0.025, position_m: [0.9632, 0.2689, 1.6], x_axis: [-0.963163, -0.268920, 0], swivel_axis: [0, 0, -1]}
+    platform_anchor_m: [0.1156, 0.0323, 0]
+  - pulley: {radius_m: 0.025, position_m: [-0.7145, 0.6997, 1.6], x_axis: [0.714473, -0.699663, 0], swivel_axis: [0, 0, -1]}
+    platform_anchor_m: [-0.0857, 0.0840, 0.05]
+  - pulley: {radius_m: 0.025, position_m: [-0.2487, -0.9686, 1.6], x_axis: [0.248690, 0.968583, 0], swivel_axis: [0, 0, -1]}
+    platform_anchor_m: [-0.0298, -0.1162, 0]
 tension_limits_N: [5, 250]
 sensors:
   euler_convention: XYZ
   sigma: {length_m: 0.01, swivel_deg: 1, attitude_deg: 2, tension_N: 10}
 )";
 inline constexpr const char* kRing5Yaml =
-    R"(# 5 cables on pulleys evenly around a circle of 1.5 m: not like irma4 in any number.
+    R"(# 5 cables on pulleys evenly around a circle of 1 m: not like irma4 in any number.
 name: ring5
 gravity_m_s2: 9.81
 platform:
@@ -64,16 +64,16 @@ platform:
   centre_of_mass_m: [0.01, -0.015, -0.12]
   inertia_kg_m2: [[0.11, 0.01, 0], [0.01, 0.14, 0], [0, 0, 0.09]]
 cables:
-  - pulley: {radius_m: 0.025, position_m: [1.4800, 0.2440, 2.2], x_axis: [-0.986686, -0.162637, 0], swivel_axis: [0, 0, -1]}
-    platform_anchor_m: [0.1480, 0.0244, 0]
-  - pulley: {radius_m: 0.025, position_m: [0.2253, 1.4830, 2.2], x_axis: [-0.150226, -0.988652, 0], swivel_axis: [0, 0, -1]}
-    platform_anchor_m: [0.0225, 0.1483, 0.05]
-  - pulley: {radius_m: 0.025, position_m: [-1.3408, 0.6726, 2.2], x_axis: [0.893841, -0.448383, 0], swivel_axis: [0, 0, -1]}
-    platform_anchor_m: [-0.1341, 0.0673, 0]
-  - pulley: {radius_m: 0.025, position_m: [-1.0540, -1.0673, 2.2], x_axis: [0.702650, 0.711536, 0], swivel_axis: [0, 0, -1]}
-    platform_anchor_m: [-0.1054, -0.1067, 0.05]
-  - pulley: {radius_m: 0.025, position_m: [0.6894, -1.3322, 2.2], x_axis: [-0.459580, 0.888136, 0], swivel_axis: [0, 0, -1]}
-    platform_anchor_m: [0.0689, -0.1332, 0]
+  - pulley: {radius_m: 0.025, position_m: [0.9867, 0.1626, 1.6], x_axis: [-0.986686, -0.162637, 0], swivel_axis: [0, 0, -1]}
+    platform_anchor_m: [0.1184, 0.0195, 0]
+  - pulley: {radius_m: 0.025, position_m: [0.1502, 0.9887, 1.6], x_axis: [-0.150226, -0.988652, 0], swivel_axis: [0, 0, -1]}
+    platform_anchor_m: [0.0180, 0.1186, 0.05]
+  - pulley: {radius_m: 0.025, position_m: [-0.8938, 0.4484, 1.6], x_axis: [0.893841, -0.448383, 0], swivel_axis: [0, 0, -1]}
+    platform_anchor_m: [-0.1073, 0.0538, 0]
+  - pulley: {radius_m: 0.025, position_m: [-0.7026, -0.7115, 1.6], x_axis: [0.702650, 0.711536, 0], swivel_axis: [0, 0, -1]}
+    platform_anchor_m: [-0.0843, -0.0854, 0.05]
+  - pulley: {radius_m: 0.025, position_m: [0.4596, -0.8881, 1.6], x_axis: [-0.459580, 0.888136, 0], swivel_axis: [0, 0, -1]}
+    platform_anchor_m: [0.0551, -0.1066, 0]
 tension_limits_N: [5, 250]
 sensors:
   euler_convention: XYZ

@@ -40,7 +40,7 @@ inline StartUpPlan irma4_plan() {
 }
 
 inline StartUpPlan ring_plan(const Robot& robot) {
-  return box_plan(robot, {-0.25, -0.25, 0.9}, {0.25, 0.25, 1.3});
+  return box_plan(robot, {-0.17, -0.17, 0.65}, {0.17, 0.17, 0.95});
 }
 
 /// Sensors and drives without noise, quantisation, offsets.

@@ -35,7 +35,8 @@ PlantDynamics::PlantDynamics(const PlantParameters& parameters, const SimulatorO
       virtual_kg_(0.0),
       dashpot_N_s_m_(options.winch.tension_gain_m_s_N > 0.0
                          ? 1.0 / options.winch.tension_gain_m_s_N
-                         : 2.0 * parameters.robot.platform.mass_kg),
+                         : 4.0 * parameters.robot.platform.mass_kg /
+                               parameters.robot.cable_count()),
       n_(parameters.robot.cable_count()) {
   virtual_kg_ = dashpot_N_s_m_ * options.winch.time_constant_s;
   for (int i = 0; i < n_; ++i) {
