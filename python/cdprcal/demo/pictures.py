@@ -41,9 +41,7 @@ def draw_tensions(robot: _core.Robot, run: Run) -> Figure:
         axes.axvspan(rest.begin_s, rest.end_s, color=_REST, zorder=0)
     time_s = run.log.time_s
     for cable in range(robot.cable_count):
-        axes.plot(
-            time_s, run.log.tension_N[:, cable], linewidth=0.9, label=f"measured, {cable + 1}"
-        )
+        axes.plot(time_s, run.log.tension_N[:, cable], linewidth=0.9, label=f"cable {cable + 1}")
     for cable in range(robot.cable_count):
         axes.plot(
             time_s,

@@ -1,0 +1,79 @@
+"""``cdprcal demo``: the first thing a user runs."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import cdprcal
+from cdprcal.demo.story import HIDDEN, METHODS
+from cdprcal.io import read_inputs
+from conftest import Ran
+
+PICTURES = {"tensions", "path", "methods", "residuals", "gap", "ranking", "held_out"}
+
+
+def test_the_story_ends_well_within_thirty_seconds(cli: Callable[..., Ran], tmp_path: Path) -> None:
+    folder = tmp_path / "demo"
+    began = time.monotonic()
+    ran = cli("demo", "-o", folder, "--json")
+    assert time.monotonic() - began < 30.0
+    assert ran.code == 0, ran.stderr
+    document = json.loads(ran.stdout)
+    assert document["acquisition"]["state"] == "done"
+    assert document["acquisition"]["rests"] == 9
+    assert document["acquisition"]["duration_s"] < 80.0  # the paper: 128 s
+    rows = {(row["method"], row["formulation"]): row for row in document["methods"]}
+    assert rows.keys() == {(method, formulation) for _, method, formulation in METHODS}
+    for row in rows.values():
+        assert row["status"] == "converged"
+        assert row["error"]["position_m"] < 0.01
+        assert row["solve_time_s"] < 1.0
+    assert rows["unified", "full"]["error"]["position_m"] < 2e-3
+    assert rows["unified", "full"]["error"]["rotation_rad"] < 1e-3
+    # What was hidden is named, and the pose gets better for it.
+    hidden = document["hidden"]
+    assert hidden["effect"] == HIDDEN[1]
+    assert hidden["found"] == ["centre_of_mass"]
+    assert hidden["error_before"]["position_m"] > 0.01
+    assert hidden["error_after"]["position_m"] < 2e-3
+    for words in ("wakes up", "ε_p [mm]", "eq. 20", "found: centre_of_mass", "trial a"):
+        assert words in ran.stderr
+    for name in PICTURES:
+        assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    inputs = read_inputs(folder / "faulty.csv")
+    assert inputs is not None
+    assert inputs.settings["effects"] == [HIDDEN[1]]
+    # The logs are there to go on with.
+    assert cli("check", "irma4", folder / "run.csv").code == 0
+    again = cli("demo", "-o", folder, "--json")  # over its own files
+    assert again.code == 0
+
+
+@pytest.mark.parametrize("robot_name", ["ring3", "ring5"])
+def test_other_robots_can_be_shown_too(
+    robot_name: str, cli: Callable[..., Ran], tmp_path: Path
+) -> None:
+    ran = cli("demo", robot_name, "--effect", "cable_sag=0.06", "-o", tmp_path, "--json")
+    document = json.loads(ran.stdout)
+    assert [row["status"] for row in document["methods"]] == ["converged"] * len(METHODS)
+    assert document["methods"][-1]["error"]["position_m"] < 5e-3
+    assert cdprcal.load_robot(robot_name).cable_count == int(robot_name[-1])
+    assert ran.code in (0, 1)
+
+
+def test_wrong_use_is_said(cli: Callable[..., Ran], tmp_path: Path) -> None:
+    for arguments, words in (
+        (("--effect", "gravity=1"), "effect 'gravity': not known"),
+        (("--effect", "load_cell_bias=1,2"), "2 values do not fit 4 cables"),
+        (("nobody",), "nobody"),
+        (("-o", tmp_path / "file" / "x"), "cannot be made"),
+    ):
+        (tmp_path / "file").touch()
+        ran = cli("demo", "-o", tmp_path / "out", *arguments)
+        assert ran.code == 2, ran.stderr
+        assert words in ran.stderr
