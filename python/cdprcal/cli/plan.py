@@ -101,7 +101,8 @@ def command(
 
     Every set-point is a stable equilibrium with a margin to the tension limits, and every
     transition is followed to see that the platform stays inside; times come from the platform's
-    own natural frequencies. What the robot file lists under effects is taken into account.
+    own natural frequencies. Effects that the robot file lists are taken into account: set-points
+    are what its load cells will read, poses are where its platform will rest.
     """
     from cdprcal import _core
     from cdprcal.cli.generate import parse_grid

@@ -23,7 +23,7 @@ def progress_bar() -> Iterator[Show]:
         TimeElapsedColumn(),
     )
     with Progress(*columns, console=out, transient=True, disable=not out.is_terminal) as bar:
-        task = bar.add_task("", total=1.0)
+        task = bar.add_task("starting", total=1.0)
 
         def show(stage: str, share: float) -> None:
             bar.update(task, description=stage, completed=share)

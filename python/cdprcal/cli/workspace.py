@@ -106,8 +106,8 @@ def command(
     """Find the static workspace: where the platform hangs stably within the tension limits.
 
     Searches outward on a grid, then draws the alpha shape around what was found. Ctrl-C ends the
-    search and keeps what was found until then (exit code 1). What the robot file lists under
-    effects is taken into account.
+    search and keeps what was found until then (exit code 1). Geometry and mass are those with the
+    effects that the robot file lists; forces and sensor errors do not count here.
     """
     from cdprcal import _core
     from cdprcal.cli.progress import progress_bar
