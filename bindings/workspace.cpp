@@ -219,7 +219,8 @@ void register_results(py::module_& module) {
 Workspace compute(const Robot& robot, const std::optional<Box>& box, double step_m,
                   TensionDistribution distribution, const Eigen::VectorXd& lambda_N,
                   StabilityNotion stability, const std::optional<Eigen::MatrixX3d>& seeds_m,
-                  int threads, int boundary_halvings, const ProgressCallback<WorkspaceProgress>& progress) {
+                  int threads, int boundary_halvings,
+                  const ProgressCallback<WorkspaceProgress>& progress) {
   WorkspaceOptions options;
   options.box = box;
   options.step_m = step_m;

@@ -14,8 +14,8 @@
 //   measure,0.4,-0.4,0.6,…
 //
 // One row a stop, in visiting order; purpose is measure, or via for a stop that is only passed
-// through. Position and quaternion are of R_world_platform; tensions are set-points as the load cells
-// read them (Plan). Other comment lines are ignored.
+// through. Position and quaternion are of R_world_platform; tensions are set-points as the load
+// cells read them (Plan). Other comment lines are ignored.
 #pragma once
 
 #include <string>

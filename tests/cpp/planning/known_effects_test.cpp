@@ -67,8 +67,8 @@ TEST(KnownEffects, ThePlatformRestsWhereAllOfThemBalance) {
       const CableState& cable = state.cable[i];
       const double gain = kGain.parameters[0].values[i], bias = kBias.parameters[0].values[i];
       const double weight = density * g * cable.free_length_m;
-      const double tension = reading[i] - bias - reading[i] * gain / (1.0 + gain) +
-                             0.5 * cable.direction.z() * weight;
+      const double tension =
+          reading[i] - bias - reading[i] * gain / (1.0 + gain) + 0.5 * cable.direction.z() * weight;
       const Vector3 pull = tension * cable.direction + Vector3(0.0, 0.0, 0.5 * weight);
       left.head<3>() += pull;
       left.tail<3>() += state.anchor_arm_m[i].cross(pull);
