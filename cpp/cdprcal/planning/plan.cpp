@@ -297,12 +297,14 @@ PlanResult make_plan(const Robot& robot, const PlanOptions& options) {
 std::string verify_plan(const Robot& given, const Plan& plan, const std::optional<Box>& bounds) {
   const KnownEffects effects(given);
   const Robot& robot = effects.robot();
-  const auto check_tensions = [&](const CableVector& tension_N, const std::string& what) {
+  const auto check_count = [&](const CableVector& tension_N, const std::string& what) {
     if (tension_N.size() != robot.cable_count()) {
       throw InputError("plan: " + what + " has " + std::to_string(tension_N.size()) +
                        " tensions; " + robot.name + " has " +
                        std::to_string(robot.cable_count()) + " cables");
     }
+  };
+  const auto check_limits = [&](const CableVector& tension_N, const std::string& what) {
     if (!(tension_margin_N(robot, tension_N) >= 0.0)) {
       throw InputError("plan: a tension of " + what + " is beyond the limits of " + robot.name);
     }
@@ -314,8 +316,11 @@ std::string verify_plan(const Robot& given, const Plan& plan, const std::optiona
   for (const PlannedPose& pose : plan.poses) stops.push_back({pose.pose, pose.tension_N});
   for (std::size_t i = 0; i < stops.size(); ++i) {
     SetPoint& stop = stops[i];
-    check_tensions(stop.tension_N, name_of(i));
-    if (!effects.any()) continue;
+    check_count(stop.tension_N, name_of(i));
+    if (!effects.any()) {
+      check_limits(stop.tension_N, name_of(i));
+      continue;
+    }
     const std::optional<Pose> settled = effects.settled(stop.tension_N, stop.pose);
     if (!settled || minus(*settled, stop.pose).norm() > kSettled) {
       return name_of(i) + " is not where the platform rests, with the effects of " + robot.name;
@@ -324,6 +329,7 @@ std::string verify_plan(const Robot& given, const Plan& plan, const std::optiona
     const std::optional<SetPoint> planned = effects.as_planned(stop);
     if (!planned) return name_of(i) + ": its tensions do not hold the platform";
     stop = *planned;
+    check_limits(stop.tension_N, name_of(i));
   }
 
   SetPointOptions any_margin;
