@@ -86,10 +86,12 @@ TEST(KnownEffects, ThePlatformRestsWhereAllOfThemBalance) {
 TEST(KnownEffects, AForceThatPullsThePlatformAwayHasNoRest) {
   AppliedEffect strong = kForce;
   strong.parameters[0].values = {400.0, 0.0, 0.0};
-  const KnownEffects known(irma4_with({strong}));
+  Robot robot = load_robot("irma4");
+  robot.effects = {strong};  // not finalised: that would refuse so strong a force
+  const KnownEffects known(robot);
   const Pose pose = test::kTable2[0].pose();
   EXPECT_FALSE(known.settled(test::kTable2[0].tension(), pose));
-  const PlanResult plan = make_plan(irma4_with({strong}));
+  const PlanResult plan = make_plan(robot);
   EXPECT_EQ(plan.status, PlanStatus::infeasible);
   EXPECT_NE(plan.reason.find("effects that the robot file lists"), std::string::npos);
   EXPECT_TRUE(plan.plan.poses.empty());
