@@ -294,14 +294,30 @@ def test_a_log_alone_is_enough_to_solve_and_to_run_again(
     error = np.subtract(poses[0]["position_m"], result.poses[0].position_m)
     assert np.linalg.norm(error) < 0.02  # the effects are not in the model
     # Run again: the same bytes.
-    again, plan_again, robot_again = (tmp_path / n for n in (f"again.{kind}", "p.csv", "r.yaml"))
-    plan_again.write_text(inputs.plan_csv)
-    robot_again.write_text(inputs.robot_yaml)
+    held = tmp_path / "held"
+    ran = cli("import", path, "-o", tmp_path / "copy.csv", "--inputs", held)
+    assert ran.code == 0, ran.stderr
+    np.testing.assert_array_equal(load_log(tmp_path / "copy.csv").log.length_m, log.length_m)
+    again, robot_again, plan_again = (
+        tmp_path / f"again.{kind}",
+        held / "robot.yaml",
+        held / "plan.csv",
+    )
+    assert json.loads((held / "settings.json").read_text()) == inputs.settings
     injected = [a for effect in inputs.settings["effects"] for a in ("--effect", effect)]
     seed = inputs.settings["seed"]
     ran = cli("acquire", robot_again, plan_again, "--seed", seed, *injected, "--quick", "-o", again)
     assert ran.code == 0, ran.stderr
     assert again.read_bytes() == path.read_bytes()
+
+
+def test_a_log_without_inputs_has_none_to_give(
+    cli: Callable[..., Ran], log_path: Path, tmp_path: Path
+) -> None:
+    ran = cli("import", log_path, "-o", tmp_path / "copy.csv", "--inputs", tmp_path / "held")
+    assert ran.code == 2
+    assert "cdprcal did not acquire it" in ran.stderr
+    assert not (tmp_path / "copy.csv").exists()
 
 
 def test_progress_is_said_on_stderr(

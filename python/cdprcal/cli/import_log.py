@@ -17,6 +17,15 @@ def command(
         str,
         typer.Option("-o", "--output", metavar="FILE", help="Canonical log: .csv, or .mcap."),
     ],
+    inputs: Annotated[
+        str,
+        typer.Option(
+            "--inputs",
+            metavar="DIR",
+            help="Of a log that cdprcal acquired: also write the robot file, the plan and the "
+            "settings that it holds.",
+        ),
+    ] = "",
 ) -> None:
     """Turn a raw robot log or MCAP into a canonical log.
 
@@ -24,14 +33,25 @@ def command(
     written, but the log cannot be trusted as it is (for example, its clock went back).
     """
     from cdprcal._core import InputError
-    from cdprcal.io import load_log, save_log
+    from cdprcal.io import load_log, read_inputs, save_log
+    from cdprcal.io.files import write_text
     from cdprcal.tables import console, print_findings, say
 
     file = load_log(raw)
     target = Path(output)
     if target.exists() and target.samefile(raw):
         raise InputError(f"{output}: is the log that is read; give another name")
+    held = read_inputs(raw) if inputs else None
+    if inputs and held is None:
+        raise InputError(f"{raw}: holds no robot, plan and settings: cdprcal did not acquire it")
     save_log(file.log, target)
+    if held is not None:
+        try:
+            Path(inputs).mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{inputs}: cannot be made: {error.strerror}") from None
+        for name, text in held.files().items():
+            write_text(Path(inputs) / name, text)
     print_findings(file.findings)
     log = file.log
     say(

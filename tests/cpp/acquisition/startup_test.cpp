@@ -138,6 +138,27 @@ TEST(StartUpRun, RecordsWhatItDid) {
   }
 }
 
+TEST(StartUpRun, PassesThroughSetpointsThatAreOnlyOnTheWay) {
+  const Robot robot = load_robot("irma4");
+  StartUpPlan plan = irma4_plan();
+  plan.setpoint_N.resize(4);
+  plan.via = {false, true, false, true};
+  const StartUpRun run = simulate_startup(robot, plan);
+  ASSERT_EQ(run.state, StartUpState::done) << run.reason;
+  ASSERT_EQ(run.rests.size(), 2U);
+  EXPECT_EQ(run.rests[0].setpoint, 0);
+  EXPECT_EQ(run.rests[1].setpoint, 2);
+  // It settles there all the same: the way on starts where it was planned from.
+  const auto settled = [&](int setpoint) {
+    return std::any_of(run.changes.begin(), run.changes.end(), [&](const StartUpChange& c) {
+      return c.setpoint == setpoint && c.state == StartUpState::settling;
+    });
+  };
+  EXPECT_TRUE(settled(1));
+  EXPECT_TRUE(settled(3));
+  expect_within_limits(robot, run, plan);
+}
+
 TEST(StartUpRun, ProgressCountsDownAndCanStop) {
   const Robot robot = load_robot("irma4");
   StartUpPlan plan = irma4_plan();
@@ -195,6 +216,9 @@ TEST(StartUp, RefusesPlansThatCannotBe) {
   plan.setpoint_N[3] = CableVector::Constant(4, kNaN);
   EXPECT_THROW(StartUp(robot, plan), InputError);
   plan.setpoint_N[3] = CableVector::Constant(4, 22.0);  // cannot carry the platform
+  EXPECT_THROW(StartUp(robot, plan), InputError);
+  plan = good;
+  plan.via = {true};
   EXPECT_THROW(StartUp(robot, plan), InputError);
   plan = good;
   plan.transition_s = {1.0, 2.0};
