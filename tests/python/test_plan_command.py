@@ -204,6 +204,33 @@ def test_with_a_known_force_the_stops_are_where_the_platform_rests(robot: cdprca
     assert min(away) > 1e-3
 
 
+@pytest.mark.parametrize(
+    "known",
+    [
+        [],
+        [effect("load_cell_bias", bias_N=[12.0, -8.0, 5.0, 15.0])],
+        [effect("load_cell_gain", gain_error=[0.03, -0.02, 0.01, 0.05])],
+        [effect("external_force", force_N=[1.5, -1.0, 2.0]), effect("mass", mass_error_kg=[0.4])],
+        [effect("cable_sag", linear_density_kg_m=[0.03])],
+        [effect("pulley_radius", radius_error_m=[0.0005, 0.0, -0.0003, 0.0002])],
+    ],
+    ids=lambda known: "+".join(each.name for each in known) or "none",
+)
+def test_the_simulated_robot_rests_where_the_plan_says(
+    cli: Cli, robot: cdprcal.Robot, tmp_path: Path, known: list[cdprcal.AppliedEffect]
+) -> None:
+    """Its dynamics share nothing with planning but the robot file."""
+    path = robot_file(altered(robot, name="real", effects=known), tmp_path)
+    plan, log, truth = (tmp_path / name for name in ("plan.csv", "run.csv", "truth.json"))
+    box = ("--box", "-0.4,-0.4,0.6:0.4,0.4,1.2", "--grid", "2x1x1")
+    document = plan_of(cli, path, "-o", plan, *box)
+    ran = cli("acquire", path, plan, "-o", log, "--truth", truth, "--speed", 0)
+    assert ran.code == 0, ran.stderr
+    been = np.array([pose["position_m"] for pose in json.loads(truth.read_text())["poses"]])
+    for stop in document["poses"]:
+        assert np.linalg.norm(been - stop["position_m"], axis=1).min() < 5e-4
+
+
 def test_effects_of_one_run_are_left_out(robot: cdprcal.Robot) -> None:
     of_run = cdprcal.AppliedEffect(
         name="external_force", parameters={"force_N": [9.0, 0.0, 0.0]}, run="monday.csv"
