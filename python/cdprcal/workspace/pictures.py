@@ -96,7 +96,7 @@ def _thinned(mesh: _core.Mesh) -> Array:
     )
     of_vertex = of_vertex.reshape(-1)
     mean = np.stack([np.bincount(of_vertex, column) for column in vertices.T], axis=1)
-    mean /= count[:, None]
+    mean = mean / count[:, None]
     faces = of_vertex[mesh.faces]
     whole = (
         (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
