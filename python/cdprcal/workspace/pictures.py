@@ -95,13 +95,12 @@ def _thinned(mesh: _core.Mesh) -> Array:
         np.round((vertices - low) / cell), axis=0, return_inverse=True, return_counts=True
     )
     of_vertex = of_vertex.reshape(-1)
-    mean = np.stack([np.bincount(of_vertex, column) for column in vertices.T], axis=1)
-    mean = mean / count[:, None]
+    total = np.stack([np.bincount(of_vertex, column) for column in vertices.T], axis=1)
     faces = of_vertex[mesh.faces]
     whole = (
         (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
     )
-    thinned: Array = mean[faces[whole]]
+    thinned: Array = (total / count[:, None])[faces[whole]]
     return thinned
 
 
