@@ -26,7 +26,7 @@ T from_keywords(const py::kwargs& keywords) {
 
 /// A CableVector as an attribute of any length that fits; see to_cable_vector.
 template <class T, class Class>
-void cable_field(Class& type, const char* name, CableVector T::*field, const char* doc) {
+void cable_field(Class& type, const char* name, CableVector T::* field, const char* doc) {
   type.def_property(
       name, [field](const T& self) -> Eigen::VectorXd { return self.*field; },
       [field, name](T& self, const Eigen::VectorXd& values) {
@@ -161,8 +161,7 @@ void bind_robot_sample(py::module_& module) {
                      "Not empty: a drive is not operational, and why.")
       .def_readwrite("host_error", &RobotSample::host_error,
                      "Not empty: this computer cannot go on (disk full), and why.")
-      .def_readwrite("stop_requested", &RobotSample::stop_requested,
-                     "The operator wants to stop.");
+      .def_readwrite("stop_requested", &RobotSample::stop_requested, "The operator wants to stop.");
   cable_field(sample, "length_m", &RobotSample::length_m, "[n], growing as cable is paid out.");
   cable_field(sample, "swivel_rad", &RobotSample::swivel_rad, "[n], or empty.");
   cable_field(sample, "tension_N", &RobotSample::tension_N, "[n]");

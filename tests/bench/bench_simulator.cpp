@@ -10,8 +10,8 @@ using namespace cdprcal;
 /// A transition between two set-points, again and again. Counter x_real_time: seconds a second.
 void SimulatorStep(benchmark::State& state) {
   const auto mode = static_cast<WinchMode>(state.range(1));
-  const Robot robot =
-      state.range(0) == 4 ? load_robot("irma4") : test::ring_robot(static_cast<int>(state.range(0)));
+  const Robot robot = state.range(0) == 4 ? load_robot("irma4")
+                                          : test::ring_robot(static_cast<int>(state.range(0)));
   const StartUpPlan plan = state.range(0) == 4 ? test::irma4_plan() : test::ring_plan(robot);
   SimulatorOptions options;
   options.winch.mode = mode;

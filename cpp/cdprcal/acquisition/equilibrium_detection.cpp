@@ -72,7 +72,8 @@ class Channel {
     const Eigen::RowVector3d s = sums_.row(w.end) - sums_.row(w.begin);
     if (s[0] < 1.0) return {0.0, 0.0, 0.0};
     const double mean = s[1] / s[0];
-    const double variance = s[0] > 1.0 ? std::max(0.0, s[2] - s[0] * mean * mean) / (s[0] - 1.0) : 0.0;
+    const double variance =
+        s[0] > 1.0 ? std::max(0.0, s[2] - s[0] * mean * mean) / (s[0] - 1.0) : 0.0;
     return {s[0], mean, variance};
   }
 
@@ -145,11 +146,12 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
     if (end >= count) break;
     const SampleRange window{begin, end + 1};
     if (window.size() < 4) continue;
-    const bool at_rest =
-        std::all_of(geometry.begin(), geometry.end(),
-                    [&](const Channel& c) { return c.scatter_is_noise(window, options.confidence); }) &&
-        std::all_of(tensions.begin(), tensions.end(),
-                    [&](const Channel& c) { return c.halves_agree(window, z); });
+    const bool at_rest = std::all_of(geometry.begin(), geometry.end(),
+                                     [&](const Channel& c) {
+                                       return c.scatter_is_noise(window, options.confidence);
+                                     }) &&
+                         std::all_of(tensions.begin(), tensions.end(),
+                                     [&](const Channel& c) { return c.halves_agree(window, z); });
     if (at_rest) std::fill(rests.begin() + begin, rests.begin() + end + 1, 1);
   }
 
@@ -175,9 +177,8 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
     i = stop;
   }
   for (const SampleRange& run : runs) {
-    found.push_back({{range.begin + run.begin, range.begin + run.end},
-                     time[run.begin],
-                     time[run.end - 1]});
+    found.push_back(
+        {{range.begin + run.begin, range.begin + run.end}, time[run.begin], time[run.end - 1]});
   }
   return found;
 }

@@ -59,10 +59,9 @@ LogMatrix directions(const Log& log, const LogMatrix& values, double turn_over, 
                      bool angles) {
   LogMatrix out = LogMatrix::Zero(values.rows(), values.cols());
   for (const SampleRange& range : segments(log)) {
-    const double rate =
-        range.size() > 1
-            ? static_cast<double>(range.size() - 1) / (log.time_s[range.end - 1] - log.time_s[range.begin])
-            : 1.0;
+    const double rate = range.size() > 1 ? static_cast<double>(range.size() - 1) /
+                                               (log.time_s[range.end - 1] - log.time_s[range.begin])
+                                         : 1.0;
     const double averaged = std::max(1.0, window_s * rate);
     for (Eigen::Index c = 0; c < values.cols(); ++c) {
       const Eigen::VectorXd column = values.col(c);
@@ -82,13 +81,13 @@ PathState path_state(const Log& log, double smoothing_s) {
   PathState state;
   state.length_direction = directions(log, log.length_m, kTurnOver_m, smoothing_s, false);
   state.swivel_direction = directions(log, log.swivel_rad, kTurnOver_rad, smoothing_s, true);
-  state.attitude_rate_rad_s = LogMatrix::Zero(log.roll_pitch_yaw_rad.rows(), log.roll_pitch_yaw_rad.cols());
+  state.attitude_rate_rad_s =
+      LogMatrix::Zero(log.roll_pitch_yaw_rad.rows(), log.roll_pitch_yaw_rad.cols());
   // Central differences of the reading itself, over three samples: short against any swing.
   for (const SampleRange& range : segments(log)) {
     for (Eigen::Index i = range.begin + 1; i + 1 < range.end; ++i) {
       for (Eigen::Index c = 0; c < log.roll_pitch_yaw_rad.cols(); ++c) {
-        const double change =
-            log.roll_pitch_yaw_rad(i + 1, c) - log.roll_pitch_yaw_rad(i - 1, c);
+        const double change = log.roll_pitch_yaw_rad(i + 1, c) - log.roll_pitch_yaw_rad(i - 1, c);
         if (std::isfinite(change)) {
           state.attitude_rate_rad_s(i, c) =
               wrap_angle(change) / (log.time_s[i + 1] - log.time_s[i - 1]);

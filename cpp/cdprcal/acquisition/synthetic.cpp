@@ -15,9 +15,7 @@ std::uint64_t RandomNormal::next() {
   return z ^ (z >> 31);
 }
 
-double RandomNormal::uniform() {
-  return (static_cast<double>(next() >> 11) + 0.5) * 0x1.0p-53;
-}
+double RandomNormal::uniform() { return (static_cast<double>(next() >> 11) + 0.5) * 0x1.0p-53; }
 
 double RandomNormal::operator()() {
   const double radius = std::sqrt(-2.0 * std::log(uniform()));
@@ -80,7 +78,8 @@ SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& s
   const ReadingOffsets offsets = random_offsets(n, random);
   const double period_s = options.dwell_s + options.move_s;
   const double duration_s = period_s * static_cast<double>(setpoints_N.size()) - options.move_s;
-  const auto samples = static_cast<Eigen::Index>(std::floor(duration_s * options.rate_Hz + 1e-9)) + 1;
+  const auto samples =
+      static_cast<Eigen::Index>(std::floor(duration_s * options.rate_Hz + 1e-9)) + 1;
 
   SyntheticLog out;
   Log& log = out.log;
@@ -94,7 +93,8 @@ SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& s
   std::optional<Pose> previous;
   for (Eigen::Index row = 0; row < samples; ++row) {
     const double time_s = static_cast<double>(row) / options.rate_Hz;
-    const auto index = std::min(static_cast<std::size_t>(time_s / period_s), setpoints_N.size() - 1);
+    const auto index =
+        std::min(static_cast<std::size_t>(time_s / period_s), setpoints_N.size() - 1);
     const double into_move = time_s - static_cast<double>(index) * period_s - options.dwell_s;
     CableVector tension_N = setpoints_N[index];
     if (into_move > 0.0 && index + 1 < setpoints_N.size()) {

@@ -17,7 +17,7 @@ namespace cdprcal {
 class RandomNormal {
  public:
   explicit RandomNormal(std::uint64_t seed) : state_(seed) {}
-  double uniform();    ///< in (0, 1)
+  double uniform();     ///< in (0, 1)
   double operator()();  ///< standard normal (Box–Muller)
 
  private:
@@ -52,8 +52,8 @@ Measurement synthetic_measurement(const Robot& robot, const Pose& pose,
                                   RandomNormal& random);
 
 struct SyntheticLogOptions {
-  double dwell_s = 5.0;    ///< at every set-point, the first included
-  double move_s = 5.0;     ///< fifth-degree transition between two set-points
+  double dwell_s = 5.0;  ///< at every set-point, the first included
+  double move_s = 5.0;   ///< fifth-degree transition between two set-points
   double rate_Hz = 10.0;
   ReadingNoise noise;
   std::uint64_t seed = 1;
@@ -61,7 +61,7 @@ struct SyntheticLogOptions {
 
 struct SyntheticLog {
   Log log;
-  std::vector<Pose> poses;       ///< truth, one a sample; the first is the initial pose
+  std::vector<Pose> poses;  ///< truth, one a sample; the first is the initial pose
 };
 
 /// A start-up run through `setpoints_N` under perfect tension control. Throws InputError when a

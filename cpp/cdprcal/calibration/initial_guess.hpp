@@ -27,7 +27,8 @@ Pose estimate_pose(const Robot& robot, const AbsoluteReadings& readings, const P
 
 /// Where the poses of measurements at rest are guessed.
 enum class RestGuess {
-  ideal,     ///< j = τlσε: Z_ideal, where the set-point (else the measured tensions) holds the platform
+  ideal,     ///< j = τlσε: Z_ideal, where the set-point (else the measured tensions) holds the
+             ///< platform
   estimated  ///< as those of measurements in motion
 };
 

@@ -76,8 +76,7 @@ TEST(EquilibriumDetection, MeasuredRun) {
   const std::string path = shared_data("irma4/trial_a.csv");
   if (path.empty()) GTEST_SKIP() << "no shared data: irma4/trial_a.csv";
   const Log log = read_log(path);
-  const auto found =
-      detect_equilibria(log, segments(log).back(), load_robot("irma4").sigma);
+  const auto found = detect_equilibria(log, segments(log).back(), load_robot("irma4").sigma);
   // The times the authors picked. At 337.954 s the lengths still run at over 20 mm/s in the log:
   // that one is no equilibrium, and is not to be found.
   for (const double picked_s : {277.054, 290.754, 306.354, 320.754, 352.154, 382.554}) {

@@ -211,7 +211,8 @@ TEST(PlantDynamics, ASlackCableDoesNotPush) {
   simulator.advance(20.0);
   const PlantTruth truth = simulator.truth();
   const Robot robot = load_robot("irma4");
-  EXPECT_LT(wrench_residual(robot, platform_state(robot, truth.pose), truth.tension_N).norm(), 1e-2);
+  EXPECT_LT(wrench_residual(robot, platform_state(robot, truth.pose), truth.tension_N).norm(),
+            1e-2);
 }
 
 TEST(PlantDynamics, StepSizeDoesNotMatterForTheMotion) {
@@ -248,7 +249,7 @@ Catenary catenary(double weight_N_m, double across_m, double down_m, double hori
 TEST(PlantStrand, SagIsThatOfTheCatenary) {
   Pulley eyelet;
   eyelet.axes_world << 0, 0, 1, 0, 1, 0, -1, 0, 0;  // x down, swivel axis along world x
-  const StrandLaw law{1e14, 0.08 * 9.81};  // does not stretch, like the exact one
+  const StrandLaw law{1e14, 0.08 * 9.81};           // does not stretch, like the exact one
   for (const double horizontal_N : {15.0, 40.0, 120.0}) {
     const double across = 1.2, down = 0.9;
     const Catenary exact = catenary(law.weight_N_m, across, down, horizontal_N);

@@ -99,7 +99,8 @@ TEST_F(InjectedEffects, CableCreep) {
   start({"cable_creep=0.004"});
   const Rest a = look();
   const Rest b = go(0, 270.0);
-  EXPECT_CLOSE(change(a, b), ideal_change(a, b) - CableVector::Constant(4, 0.004), 1e-6);  // one decade
+  EXPECT_CLOSE(change(a, b), ideal_change(a, b) - CableVector::Constant(4, 0.004),
+               1e-6);  // one decade
 }
 
 TEST_F(InjectedEffects, CableSag) {
@@ -114,12 +115,14 @@ TEST_F(InjectedEffects, CableSag) {
   for (int i = 0; i < 4; ++i) {
     const CableState& cable = r.ideal.cable[i];
     const double half = 0.5 * w * cable.free_length_m;
-    // The load cell feels the pulley's end; the chord pulls the platform, half the weight hangs there.
+    // The load cell feels the pulley's end; the chord pulls the platform, half the weight hangs
+    // there.
     const Vector3 pull = half * cable.direction.z() * cable.direction + Vector3(0.0, 0.0, half);
     balance.head<3>() += pull;
     balance.tail<3>() += r.ideal.anchor_arm_m[i].cross(pull);
     // The swivel sees the cable leave lower than its chord.
-    const double drop = w * cable.free_length_m * cable.free_length_m / (2.0 * r.truth.tension_N[i]);
+    const double drop =
+        w * cable.free_length_m * cable.free_length_m / (2.0 * r.truth.tension_N[i]);
     const Vector3 q = r.truth.pose.position_m + r.ideal.anchor_arm_m[i] -
                       robot.cables[i].pulley.position_m - Vector3(0.0, 0.0, drop);
     const double tilt = cable_state(robot.cables[i].pulley, q).swivel_rad - cable.swivel_rad;
@@ -135,8 +138,8 @@ TEST_F(InjectedEffects, PulleyFriction) {
   const Rest b = go(1);
   EXPECT_LT(imbalance(b).norm(), 1e-3);  // the strands' own tensions carry the platform
   for (int i = 0; i < 4; ++i) {
-    EXPECT_NEAR(b.sample.tension_N[i], b.truth.tension_N[i] * std::exp(-0.03 * b.truth.direction[i]),
-                1e-3);
+    EXPECT_NEAR(b.sample.tension_N[i],
+                b.truth.tension_N[i] * std::exp(-0.03 * b.truth.direction[i]), 1e-3);
   }
   EXPECT_GT((b.sample.tension_N - b.truth.tension_N).cwiseAbs().maxCoeff(), 2.0);
   // The sign, commanded: paying out reads less than the strand's tension, hauling in more.
@@ -313,8 +316,8 @@ TEST_F(InjectedEffects, DiscreteMaps) {
   const Rest plain_0 = look(), plain = go(1);
   start({"length_sign=1,-1,1,-1"});
   Rest a = look(), b = go(1);
-  EXPECT_CLOSE(change(a, b).array(),
-               Eigen::Array4d(1, -1, 1, -1) * change(plain_0, plain).array(), 1e-9);
+  EXPECT_CLOSE(change(a, b).array(), Eigen::Array4d(1, -1, 1, -1) * change(plain_0, plain).array(),
+               1e-9);
   start({"swivel_sign=-1,1,1,1"});
   b = go(1);
   EXPECT_CLOSE(b.sample.swivel_rad.array(),
@@ -400,14 +403,27 @@ TEST_F(InjectedEffects, OutsideTheCatalogue) {
 TEST_F(InjectedEffects, ALogOfEveryEffectIsComplete) {
   StartUpPlan brief = plan;
   brief.setpoint_N.resize(2);
-  const std::vector<std::string> all{
-      "transmission_ratio=0.01", "cable_elasticity=60000", "cable_creep=0.002", "cable_sag=0.03",
-      "pulley_friction=0.02", "bending_hysteresis=1,0.01", "swivel_hysteresis=0.005",
-      "swivel_scale=0.02", "pulley_radius=0.0003", "frame_anchors=0.002,0.001,-0.003",
-      "platform_anchors=0.001,0.001,-0.002", "load_cell_bias=3,-2,4,-5", "load_cell_gain=0.02",
-      "load_cell_drift=0.02", "mass=0.2", "centre_of_mass=0.003,0.002,0.01",
-      "external_force=1,-1,2", "ahrs_misalignment=0.01,0.01,0.01", "yaw_drift=0.0002",
-      "magnetic_disturbance=0.02,0.03,0.01", "sensor_delay=0.05"};
+  const std::vector<std::string> all{"transmission_ratio=0.01",
+                                     "cable_elasticity=60000",
+                                     "cable_creep=0.002",
+                                     "cable_sag=0.03",
+                                     "pulley_friction=0.02",
+                                     "bending_hysteresis=1,0.01",
+                                     "swivel_hysteresis=0.005",
+                                     "swivel_scale=0.02",
+                                     "pulley_radius=0.0003",
+                                     "frame_anchors=0.002,0.001,-0.003",
+                                     "platform_anchors=0.001,0.001,-0.002",
+                                     "load_cell_bias=3,-2,4,-5",
+                                     "load_cell_gain=0.02",
+                                     "load_cell_drift=0.02",
+                                     "mass=0.2",
+                                     "centre_of_mass=0.003,0.002,0.01",
+                                     "external_force=1,-1,2",
+                                     "ahrs_misalignment=0.01,0.01,0.01",
+                                     "yaw_drift=0.0002",
+                                     "magnetic_disturbance=0.02,0.03,0.01",
+                                     "sensor_delay=0.05"};
   StartUpRunOptions options;
   for (const std::string& text : all) {
     options.simulator.effects.push_back(parse_injected_effect(text));

@@ -69,8 +69,7 @@ TEST(Simulator, NoiseQuantisationBiasAndRateAreAsAsked) {
   Simulator simulator(robot, options);
   const RestResult rest = simulator.reset(hundred() * 0.997);
   const CableVector length = platform_state(robot, rest.pose).length_m();
-  const Vector3 euler =
-      euler_from_rotation(rest.pose.rotation_matrix(), robot.euler_convention);
+  const Vector3 euler = euler_from_rotation(rest.pose.rotation_matrix(), robot.euler_convention);
   double sum = 0.0, squares = 0.0, roll = 0.0, yaw = 0.0;
   int changes = 0, attitude_changes = 0;
   RobotSample last = simulator.read();
@@ -111,9 +110,14 @@ TEST(Simulator, EffectsOfTheRobotFileAreInThePlant) {
   robot.effects = {{"load_cell_bias", "", {{"bias_N", {3, -2, 4, 1}}}},
                    {"centre_of_mass", "", {{"offset_m", {0.01, 0, 0.02}}}},
                    {"swivel_sign", "", {{"sign", {-1, 1, 1, 1}}}},
-                   {"mass", "another_run.csv", {{"mass_error_kg", {1.0}}}}};
+                   {"cable_creep", "another_run.csv", {{"amplitude_m", {0.01}}}}};
   Simulator known(robot, perfect());
   ASSERT_TRUE(known.reset(hundred()).found);
+  for (Simulator* simulator : {&injected, &known}) {  // long enough for a cable to creep
+    simulator->command_tension(hundred());
+    ASSERT_TRUE(simulator->advance(20.0));
+  }
+  EXPECT_EQ(known.read().length_m, injected.read().length_m);
   EXPECT_EQ(known.read().tension_N, injected.read().tension_N);
   EXPECT_EQ(known.read().swivel_rad, injected.read().swivel_rad);
   EXPECT_EQ(known.truth().pose.position_m, injected.truth().pose.position_m);

@@ -61,7 +61,8 @@ TEST_F(StartUpFaults, EncoderDead) {
 }
 
 TEST_F(StartUpFaults, SwivelDead) {
-  expect_hold([](RobotSample& s) { s.swivel_rad[3] = kNaN; }, "cable 4: the swivel encoder does not");
+  expect_hold([](RobotSample& s) { s.swivel_rad[3] = kNaN; },
+              "cable 4: the swivel encoder does not");
 }
 
 TEST_F(StartUpFaults, AhrsDead) {
@@ -82,7 +83,8 @@ TEST_F(StartUpFaults, AhrsStale) {
 }
 
 TEST_F(StartUpFaults, LoadCellStuck) {
-  expect_hold([](RobotSample& s) { s.tension_N[1] = 101.25; }, "cable 2: the load cell is stuck", 1.2);
+  expect_hold([](RobotSample& s) { s.tension_N[1] = 101.25; }, "cable 2: the load cell is stuck",
+              1.2);
 }
 
 TEST_F(StartUpFaults, EncoderStuck) {
@@ -98,7 +100,8 @@ TEST_F(StartUpFaults, EncoderWithoutNoiseStuck) {
 }
 
 TEST_F(StartUpFaults, AhrsStuck) {
-  expect_hold([](RobotSample& s) { s.roll_pitch_yaw_rad << 0.01, 0.02, 0.03; }, "AHRS is stuck", 1.2);
+  expect_hold([](RobotSample& s) { s.roll_pitch_yaw_rad << 0.01, 0.02, 0.03; }, "AHRS is stuck",
+              1.2);
 }
 
 TEST_F(StartUpFaults, LoadCellLies) {

@@ -26,8 +26,8 @@ std::optional<CableVector> random_start(const Robot& robot, const Vector3& lower
   const Vector3 fraction(random.uniform(), random.uniform(), random.uniform());
   InverseOptions options;
   options.stability = StabilityNotion::constant_tensions;
-  const InverseResult at = inverse(
-      robot, lower_m + fraction.cwiseProduct(Vector3(upper_m - lower_m)), options);
+  const InverseResult at =
+      inverse(robot, lower_m + fraction.cwiseProduct(Vector3(upper_m - lower_m)), options);
   if (at.status != EquilibriumStatus::found) return std::nullopt;
   return at.tension_N;
 }
@@ -45,8 +45,10 @@ TEST(StartUpRun, RandomStartsEndAtRestWithinTheLimits) {
     while (plan.setpoint_N.size() < 3) {
       const auto at = random_start(robot, {-0.45, -0.45, 0.55}, {0.45, 0.45, 1.25}, random);
       if (!at) continue;
-      if (!initial) initial = at;
-      else plan.setpoint_N.push_back(*at);
+      if (!initial)
+        initial = at;
+      else
+        plan.setpoint_N.push_back(*at);
       try {
         if (!plan.setpoint_N.empty()) StartUp(robot, plan);
       } catch (const InputError&) {
@@ -116,7 +118,9 @@ TEST(StartUpRun, RecordsWhatItDid) {
   EXPECT_NEAR(run.log.time_s[10], 1.0, 1e-9);  // 10 Hz
   // It starts at the tensions found, goes to τ₀ without a jump, and ends at the last set-point.
   EXPECT_LT((run.log.tension_setpoint_N.row(9).transpose() - options.initial_tension_N)
-                .cwiseAbs().maxCoeff(), 1.5);
+                .cwiseAbs()
+                .maxCoeff(),
+            1.5);
   // Nowhere faster than a fifth-degree transition of the larger leg: 15/8 of its mean rate.
   const CableVector change = plan.setpoint_N[1] - plan.setpoint_N[0];
   const double fastest_N_s =

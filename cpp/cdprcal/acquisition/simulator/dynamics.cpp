@@ -98,8 +98,8 @@ double PlantDynamics::mean_tension_N(int i, const StrandState& end, double payou
   const Winch& winch = winch_[i];
   const double grown = natural_m(i, winch.payout_m) - winch.payout_m;
   // Half way: the order of two motions to and fro must not make energy.
-  const double k = 0.5 * (law_.stiffness_N_m(winch.payout_m + grown) +
-                          law_.stiffness_N_m(payout_1_m + grown));
+  const double k =
+      0.5 * (law_.stiffness_N_m(winch.payout_m + grown) + law_.stiffness_N_m(payout_1_m + grown));
   const double viscous =
       2.0 * p_.strand_damping_ratio * std::sqrt(k * p_.robot.platform.mass_kg) / h_;
   const double e0 = strand_[i].length_m - winch.payout_m - grown;
@@ -265,8 +265,7 @@ StepStatus PlantDynamics::step(const WinchCommand& command) {
     next.body_rate_rad_s -= move.tail<3>();
     const double size =
         std::max(move.head<3>().cwiseAbs().maxCoeff(), move.tail<3>().cwiseAbs().maxCoeff());
-    const bool settled =
-        size < kVelocityTolerance_m_s || (size < 1e-9 && size > 0.3 * last_size);
+    const bool settled = size < kVelocityTolerance_m_s || (size < 1e-9 && size > 0.3 * last_size);
     last_size = size;
     if (settled) break;
   }
