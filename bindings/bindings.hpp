@@ -25,6 +25,7 @@ void register_planning(py::module_& module);
 void register_acquisition(py::module_& module);
 void register_synthetic(py::module_& module);
 void bind_simulator(py::module_& module);
+void register_noise(py::module_& module);
 void register_calibration(py::module_& module);
 void register_diagnosis(py::module_& module);
 

@@ -1,10 +1,12 @@
 // calibration/: what is free, how to solve, what came out; and log → initial pose.
 #include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/calibration/linearise.hpp"
+#include "cdprcal/calibration/refine.hpp"
 
 #include <optional>
 
 #include "bindings.hpp"
+#include "cdprcal/diagnosis/allow_for_effects.hpp"
 #include "cdprcal/effects/applied.hpp"
 
 namespace cdprcal::python {
@@ -49,6 +51,14 @@ void register_enums(py::module_& module) {
       .finalize();
   module.def("parse_method", &parse_method, py::arg("name"),
              "'unified', 'static' or 'kinematic' → Method; raises InputError.");
+  py::native_enum<NoiseSource>(module, "NoiseSource", "enum.Enum",
+                               "from_data: estimated from the readings, outliers and slack cables "
+                               "left out; specified: the robot file's sigma.")
+      .value("from_data", NoiseSource::from_data)
+      .value("specified", NoiseSource::specified)
+      .finalize();
+  module.def("parse_noise_source", &parse_noise_source, py::arg("name"),
+             "'data' or 'specified' → NoiseSource; raises InputError.");
   module.def("parse_formulation", &parse_formulation, py::arg("name"),
              "'full' or 'paper' → Formulation; raises InputError.");
 }
@@ -111,27 +121,30 @@ void register_problem(py::module_& module) {
   py::class_<CalibrationProblem>(module, "CalibrationProblem",
                                  "What is modelled and what is free (§3.1 of the paper). "
                                  "measurements[0] is the reference: its pose is ζ0.")
-      .def(py::init([](const Robot& robot, std::vector<Measurement> measurements,
-                       StaticsModel statics, std::vector<WrenchRow> rows, bool reference_attitude,
-                       bool reference_statics, bool reference_noise) {
-             CalibrationProblem problem;
-             problem.robot = robot;
-             problem.effects = resolve_effects(robot, "");
-             problem.measurements = std::move(measurements);
-             problem.statics = statics;
-             problem.left_inverse_rows = std::move(rows);
-             problem.reference_attitude = reference_attitude;
-             problem.reference_statics = reference_statics;
-             problem.reference_noise = reference_noise;
-             return problem;
-           }),
-           py::kw_only(), py::arg("robot"), py::arg("measurements"),
-           py::arg_v("statics", StaticsModel::wrench, "StaticsModel.wrench"),
-           py::arg("left_inverse_rows") = std::vector<WrenchRow>{},
-           py::arg("reference_attitude") = true, py::arg("reference_statics") = true,
-           py::arg("reference_noise") = true,
-           "reference_attitude, reference_statics, reference_noise: what pose 0 knows by itself "
-           "and the paper leaves out. left_inverse_rows: empty means left_inverse_rows(n).")
+      .def(
+          py::init([](const Robot& robot, std::vector<Measurement> measurements,
+                      StaticsModel statics, std::vector<WrenchRow> rows, bool reference_attitude,
+                      bool reference_statics, bool reference_noise,
+                      const std::optional<NoiseModel>& noise) {
+            CalibrationProblem problem;
+            problem.noise = noise;
+            problem.robot = robot;
+            problem.effects = resolve_effects(robot, "");
+            problem.measurements = std::move(measurements);
+            problem.statics = statics;
+            problem.left_inverse_rows = std::move(rows);
+            problem.reference_attitude = reference_attitude;
+            problem.reference_statics = reference_statics;
+            problem.reference_noise = reference_noise;
+            return problem;
+          }),
+          py::kw_only(), py::arg("robot"), py::arg("measurements"),
+          py::arg_v("statics", StaticsModel::wrench, "StaticsModel.wrench"),
+          py::arg("left_inverse_rows") = std::vector<WrenchRow>{},
+          py::arg("reference_attitude") = true, py::arg("reference_statics") = true,
+          py::arg("reference_noise") = true, py::arg("noise") = py::none(),
+          "noise: None is specified_noise(robot.sigma). reference_attitude, reference_statics, reference_noise: what pose 0 knows by itself "
+          "and the paper leaves out. left_inverse_rows: empty means left_inverse_rows(n).")
       .def_readonly("robot", &CalibrationProblem::robot)
       .def_property_readonly(
           "measurements", [](const CalibrationProblem& problem) { return problem.measurements; },
@@ -140,7 +153,13 @@ void register_problem(py::module_& module) {
       .def_readonly("left_inverse_rows", &CalibrationProblem::left_inverse_rows)
       .def_readonly("reference_attitude", &CalibrationProblem::reference_attitude)
       .def_readonly("reference_statics", &CalibrationProblem::reference_statics)
-      .def_readonly("reference_noise", &CalibrationProblem::reference_noise);
+      .def_readonly("reference_noise", &CalibrationProblem::reference_noise)
+      .def_property_readonly(
+          "noise",
+          [](const CalibrationProblem& problem) {
+            return problem.noise.value_or(specified_noise(problem.robot.sigma));
+          },
+          "NoiseModel of the readings; a copy.");
   const SolveOptions usual;
   py::class_<SolveOptions>(module, "SolveOptions", "How to solve.")
       .def(
@@ -217,7 +236,13 @@ void register_result(py::module_& module) {
       .def_readonly("residual_count", &CalibrationResult::residual_count)
       .def_readonly("parameter_count", &CalibrationResult::parameter_count)
       .def_readonly("chi_square_p_value", &CalibrationResult::chi_square_p_value)
-      .def_readonly("residual_rms", &CalibrationResult::residual_rms);
+      .def_readonly("residual_rms", &CalibrationResult::residual_rms)
+      .def_readonly("least_observed", &CalibrationResult::least_observed,
+                    "The weakest direction of the initial pose, in words, and which readings see "
+                    "it; empty when nothing was found.")
+      .def_property_readonly(
+          "reference_errors", [](const CalibrationResult& r) { return r.reference_errors; },
+          "Estimated errors of the reference's lengths, swivels and yaw [2 n + 1] (m, rad).");
   module.def(
       "solve",
       [](const CalibrationProblem& problem, const std::vector<Pose>& guess,
@@ -230,13 +255,17 @@ void register_result(py::module_& module) {
       "InputError when the problem itself makes no sense.");
 }
 
-CalibrateOptions make_options(Method method, Formulation formulation, std::vector<double> at_s,
-                              int segment, double kinematic_spacing_s, std::vector<Pose> guess,
+CalibrateOptions make_options(Method method, Formulation formulation,
+                              std::optional<NoiseSource> noise, bool allow_for_effects,
+                              std::vector<double> at_s, int segment, double kinematic_spacing_s,
+                              std::vector<Pose> guess,
                               const std::optional<DetectionOptions>& detection,
                               const std::optional<SolveOptions>& solve) {
   CalibrateOptions options;
   options.method = method;
   options.formulation = formulation;
+  options.noise = noise;
+  options.allow_for_effects = allow_for_effects;
   options.at_s = std::move(at_s);
   options.segment = segment;
   options.kinematic_spacing_s = kinematic_spacing_s;
@@ -249,18 +278,24 @@ CalibrateOptions make_options(Method method, Formulation formulation, std::vecto
 void register_options(py::module_& module) {
   const CalibrateOptions usual;
   py::class_<CalibrateOptions>(module, "CalibrateOptions", "How to calibrate from a log.")
-      .def(py::init(&make_options), py::kw_only(),
-           py::arg_v("method", usual.method, "Method.unified"),
-           py::arg_v("formulation", usual.formulation, "Formulation.full"),
-           py::arg("at_s") = usual.at_s, py::arg("segment") = usual.segment,
-           py::arg("kinematic_spacing_s") = usual.kinematic_spacing_s,
-           py::arg_v("guess", usual.guess, "[]"), py::arg("detection") = py::none(),
-           py::arg("solve") = py::none(),
-           "at_s: times of the poses [s], the first is the reference; empty: automatic. segment: "
-           "which is the run, from 0; -1 the last. kinematic_spacing_s: between samples that count "
-           "as poses of their own. guess: one Pose a pose, or only ζ0; empty: automatic.")
+      .def(
+          py::init(&make_options), py::kw_only(),
+          py::arg_v("method", usual.method, "Method.unified"),
+          py::arg_v("formulation", usual.formulation, "Formulation.full"),
+          py::arg("noise") = py::none(), py::arg("allow_for_effects") = usual.allow_for_effects,
+          py::arg("at_s") = usual.at_s, py::arg("segment") = usual.segment,
+          py::arg("kinematic_spacing_s") = usual.kinematic_spacing_s,
+          py::arg_v("guess", usual.guess, "[]"), py::arg("detection") = py::none(),
+          py::arg("solve") = py::none(),
+          "noise: where the weights come from; None: from_data for the full formulation, specified "
+          "for the paper's. allow_for_effects: where poses misfit by more than single readings "
+          "scatter. at_s: times of the poses [s], the first is the reference; empty: automatic. segment: "
+          "which is the run, from 0; -1 the last. kinematic_spacing_s: between samples that count "
+          "as poses of their own. guess: one Pose a pose, or only ζ0; empty: automatic.")
       .def_readwrite("method", &CalibrateOptions::method)
       .def_readwrite("formulation", &CalibrateOptions::formulation)
+      .def_readwrite("noise", &CalibrateOptions::noise)
+      .def_readwrite("allow_for_effects", &CalibrateOptions::allow_for_effects)
       .def_readwrite("at_s", &CalibrateOptions::at_s, "A copy; assign a whole list.")
       .def_readwrite("segment", &CalibrateOptions::segment)
       .def_readwrite("kinematic_spacing_s", &CalibrateOptions::kinematic_spacing_s)
@@ -293,6 +328,7 @@ void register_calibrate(py::module_& module) {
       .def_readonly("result", &Calibration::result)
       .def_readonly("problem", &Calibration::problem, "What was solved; it can be solved again.")
       .def_readonly("equilibria", &Calibration::equilibria, "Found in the run; empty with at_s.")
+      .def_readonly("gated", &Calibration::gated, "Readings left out: list of GatedReading.")
       .def_readonly("reference_time_s", &Calibration::reference_time_s)
       .def_readonly("static_poses", &Calibration::static_poses,
                     "The reference included, when it is one.")
@@ -309,11 +345,13 @@ void register_calibrate(py::module_& module) {
   module.def(
       "calibrate",
       [](const Robot& robot, const Log& log, const std::optional<CalibrateOptions>& options) {
-        return calibrate(robot, log, options.value_or(CalibrateOptions{}));
+        return calibrate_allowing_for_effects(robot, log, options.value_or(CalibrateOptions{}));
       },
       py::arg("robot"), py::arg("log"), py::arg("options") = py::none(),
       py::call_guard<py::gil_scoped_release>(),
-      "From a log to the initial pose. Look at result.status. Raises as prepare does.");
+      "From a log to the initial pose. Look at result.status. Where the readings show that the model "
+      "lacks something, the pose and its covariance allow for every known effect at its typical "
+      "size (options.allow_for_effects). Raises as prepare does.");
 }
 
 }  // namespace

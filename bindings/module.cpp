@@ -81,6 +81,7 @@ PYBIND11_MODULE(_core, module) {
   register_workspace(module);
   register_planning(module);
   register_acquisition(module);
+  register_noise(module);
   register_calibration(module);
   register_diagnosis(module);
   register_synthetic(module);

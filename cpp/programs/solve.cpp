@@ -6,7 +6,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "cdprcal/calibration/calibrate.hpp"
+#include "cdprcal/diagnosis/allow_for_effects.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/model/robot_file.hpp"
 #include "cdprcal/version.hpp"
@@ -44,10 +44,10 @@ ordered_json to_json(const Robot& robot, const Calibration& calibration) {
   out["initial_pose"] = nullptr;
   if (!result.poses.empty()) {
     const Pose& pose = result.poses.front();
-    out["initial_pose"] = {
-        {"position_m", numbers(pose.position_m)},
-        {"rotation", rows(pose.rotation_matrix())},
-        {"euler_rad", numbers(euler_from_rotation(pose.rotation_matrix(), robot.euler_convention))}};
+    out["initial_pose"] = {{"position_m", numbers(pose.position_m)},
+                           {"rotation", rows(pose.rotation_matrix())},
+                           {"euler_rad", numbers(euler_from_rotation(pose.rotation_matrix(),
+                                                                     robot.euler_convention))}};
   }
   out["covariance"] = result.covariance ? rows(*result.covariance) : ordered_json(nullptr);
   out["initial_lengths_m"] = numbers(result.initial_length_m);
@@ -96,6 +96,11 @@ void print_table(const Robot& robot, const Calibration& calibration) {
     std::printf("  %s  %10.3f deg  (world-frame rotation about %c: sigma %.3f deg)\n", kNames[i],
                 angles[i] / kDegree, "xyz"[i], sigma[3 + i] / kDegree);
   }
+  if (!result.least_observed.empty()) std::printf("  %s\n", result.least_observed.c_str());
+  for (const GatedReading& g : calibration.gated) {
+    std::printf("  left out at %.3f s: %s %d (%s)\n", g.time_s, to_string(g.channel),
+                g.component + 1, to_string(g.reason));
+  }
   for (int i = 0; i < robot.cable_count(); ++i) {
     std::printf("  cable %d: initial length %.4f m, swivel %.3f deg\n", i + 1,
                 result.initial_length_m[i], result.initial_swivel_rad[i] / kDegree);
@@ -105,10 +110,11 @@ void print_table(const Robot& robot, const Calibration& calibration) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Initial pose of a cable robot from the log of its own sensors.\n"
-               "Example: cdprcal-solve irma4 log.csv --json",
-               "cdprcal-solve"};
-  std::string robot_name, log_path, method = "unified", formulation = "full";
+  CLI::App app{
+      "Initial pose of a cable robot from the log of its own sensors.\n"
+      "Example: cdprcal-solve irma4 log.csv --json",
+      "cdprcal-solve"};
+  std::string robot_name, log_path, method = "unified", formulation = "full", noise;
   std::vector<double> at_s;
   int segment = -1;
   bool json = false;
@@ -118,6 +124,7 @@ int main(int argc, char** argv) {
   app.add_option("--formulation", formulation, "full | paper")->capture_default_str();
   app.add_option("--at", at_s, "poses by hand: times in seconds, the first is the reference")
       ->delimiter(',');
+  app.add_option("--noise", noise, "data | specified (default: data; specified for paper)");
   app.add_option("--segment", segment, "which segment is the run, from 0 (default: the last)");
   app.add_flag("--json", json, "print the result as JSON");
   app.set_version_flag("--version", CDPRCAL_VERSION);
@@ -132,9 +139,10 @@ int main(int argc, char** argv) {
     CalibrateOptions options;
     options.method = parse_method(method);
     options.formulation = parse_formulation(formulation);
+    if (!noise.empty()) options.noise = parse_noise_source(noise);
     options.at_s = at_s;
     options.segment = segment;
-    const Calibration calibration = calibrate(robot, log, options);
+    const Calibration calibration = calibrate_allowing_for_effects(robot, log, options);
     if (json) {
       std::cout << to_json(robot, calibration).dump(2) << "\n";
     } else {

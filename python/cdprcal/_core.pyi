@@ -26,6 +26,7 @@ __all__: list[str] = [
     "CalibrationResult",
     "CalibrationStatus",
     "CandidateScore",
+    "ChannelNoise",
     "DetectionOptions",
     "DiagnoseOptions",
     "Diagnosis",
@@ -40,6 +41,7 @@ __all__: list[str] = [
     "EulerConvention",
     "Formulation",
     "Gap",
+    "GatedReading",
     "Grid",
     "GridComparison",
     "Identifiability",
@@ -54,6 +56,8 @@ __all__: list[str] = [
     "Method",
     "ModelResidual",
     "NamedEffect",
+    "NoiseModel",
+    "NoiseSource",
     "ParameterShape",
     "Path",
     "PathPoint",
@@ -173,6 +177,7 @@ __all__: list[str] = [
     "parse_injected_effect",
     "parse_log",
     "parse_method",
+    "parse_noise_source",
     "parse_plan",
     "parse_robot",
     "parse_tension_distribution",
@@ -200,6 +205,7 @@ __all__: list[str] = [
     "settling_deviation",
     "simulate_startup",
     "solve",
+    "specified_noise",
     "stability",
     "stiffness",
     "structure_matrix",
@@ -1549,6 +1555,94 @@ class Equilibrium:
     @property
     def samples(self) -> SampleRange: ...
 
+class ChannelNoise:
+    """
+    Noise of one channel, two components.
+    """
+
+    def __init__(
+        self,
+        pose: typing.SupportsFloat | typing.SupportsIndex,
+        sample: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> None: ...
+    def sigma(self, samples: typing.SupportsInt | typing.SupportsIndex) -> float:
+        """
+        Of the mean of so many samples.
+        """
+
+    @property
+    def pose(self) -> float:
+        """
+        sigma shared by all samples of a pose: does not average out.
+        """
+
+    @property
+    def sample(self) -> float:
+        """
+        White sigma from sample to sample.
+        """
+
+class NoiseModel:
+    """
+    Noise by channel: length [m], swivel, roll_pitch, yaw [rad], balance (of a tension) [N].
+    """
+
+    def __init__(
+        self,
+        channels: collections.abc.Mapping[str, ChannelNoise],
+        wrench_force_N: typing.SupportsFloat | typing.SupportsIndex,
+        wrench_moment_Nm: typing.SupportsFloat | typing.SupportsIndex,
+    ) -> None:
+        """
+        A ChannelNoise for each channel. Raises InputError otherwise.
+        """
+
+    @property
+    def channels(self) -> dict[str, ChannelNoise]:
+        """
+        By name; a copy.
+        """
+
+    @property
+    def wrench_force_N(self) -> float:
+        """
+        What the balance itself is wrong by along each axis, beyond the load cells.
+        """
+
+    @property
+    def wrench_moment_Nm(self) -> float:
+        """
+        The same, moments.
+        """
+
+class GatedReading:
+    """
+    A reading that was left out of the fit.
+    """
+
+    @property
+    def channel(self) -> str: ...
+    @property
+    def component(self) -> int:
+        """
+        Cable or angle, from 0; 0 for a whole balance.
+        """
+
+    @property
+    def reason(self) -> str:
+        """
+        'outlier' or 'slack'.
+        """
+
+    @property
+    def size(self) -> float:
+        """
+        Outlier: residual over its standard deviation; slack: the tension [N].
+        """
+
+    @property
+    def time_s(self) -> float: ...
+
 class PoseKind(enum.Enum):
     """
     static_pose: at rest, statics hold; kinematic_pose: geometry only.
@@ -1591,6 +1685,14 @@ class Formulation(enum.Enum):
 
     full = 0
     paper = 1
+
+class NoiseSource(enum.Enum):
+    """
+    from_data: estimated from the readings, outliers and slack cables left out; specified: the robot file's sigma.
+    """
+
+    from_data = 0
+    specified = 1
 
 class Measurement:
     """
@@ -1655,9 +1757,10 @@ class CalibrationProblem:
         reference_attitude: bool = True,
         reference_statics: bool = True,
         reference_noise: bool = True,
+        noise: NoiseModel | None = None,
     ) -> None:
         """
-        reference_attitude, reference_statics, reference_noise: what pose 0 knows by itself and the paper leaves out. left_inverse_rows: empty means left_inverse_rows(n).
+        noise: None is specified_noise(robot.sigma). reference_attitude, reference_statics, reference_noise: what pose 0 knows by itself and the paper leaves out. left_inverse_rows: empty means left_inverse_rows(n).
         """
 
     @property
@@ -1666,6 +1769,12 @@ class CalibrationProblem:
     def measurements(self) -> list[Measurement]:
         """
         List of Measurement; a copy.
+        """
+
+    @property
+    def noise(self) -> NoiseModel:
+        """
+        NoiseModel of the readings; a copy.
         """
 
     @property
@@ -1817,6 +1926,12 @@ class CalibrationResult:
     @property
     def iterations(self) -> int: ...
     @property
+    def least_observed(self) -> str:
+        """
+        The weakest direction of the initial pose, in words, and which readings see it; empty when nothing was found.
+        """
+
+    @property
     def parameter_count(self) -> int: ...
     @property
     def poses(self) -> list[Pose]:
@@ -1828,6 +1943,12 @@ class CalibrationResult:
     def reason(self) -> str:
         """
         One sentence for people, always filled.
+        """
+
+    @property
+    def reference_errors(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Estimated errors of the reference's lengths, swivels and yaw [2 n + 1] (m, rad).
         """
 
     @property
@@ -1856,9 +1977,11 @@ class CalibrateOptions:
     How to calibrate from a log.
     """
 
+    allow_for_effects: bool
     detection: DetectionOptions
     formulation: Formulation
     method: Method
+    noise: NoiseSource | None
     solve: SolveOptions
 
     def __init__(
@@ -1866,6 +1989,8 @@ class CalibrateOptions:
         *,
         method: Method = ...,
         formulation: Formulation = ...,
+        noise: NoiseSource | None = None,
+        allow_for_effects: bool = True,
         at_s: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [],
         segment: typing.SupportsInt | typing.SupportsIndex = -1,
         kinematic_spacing_s: typing.SupportsFloat | typing.SupportsIndex = 1.0,
@@ -1874,7 +1999,7 @@ class CalibrateOptions:
         solve: SolveOptions | None = None,
     ) -> None:
         """
-        at_s: times of the poses [s], the first is the reference; empty: automatic. segment: which is the run, from 0; -1 the last. kinematic_spacing_s: between samples that count as poses of their own. guess: one Pose a pose, or only ζ0; empty: automatic.
+        noise: where the weights come from; None: from_data for the full formulation, specified for the paper's. allow_for_effects: where poses misfit by more than single readings scatter. at_s: times of the poses [s], the first is the reference; empty: automatic. segment: which is the run, from 0; -1 the last. kinematic_spacing_s: between samples that count as poses of their own. guess: one Pose a pose, or only ζ0; empty: automatic.
         """
 
     @property
@@ -1913,6 +2038,12 @@ class Calibration:
     def equilibria(self) -> list[Equilibrium]:
         """
         Found in the run; empty with at_s.
+        """
+
+    @property
+    def gated(self) -> list[GatedReading]:
+        """
+        Readings left out: list of GatedReading.
         """
 
     @property
@@ -3239,7 +3370,7 @@ def cable_state(
 
 def calibrate(robot: Robot, log: Log, options: CalibrateOptions | None = None) -> Calibration:
     """
-    From a log to the initial pose. Look at result.status. Raises as prepare does.
+    From a log to the initial pose. Look at result.status. Where the readings show that the model lacks something, the pose and its covariance allow for every known effect at its typical size (options.allow_for_effects). Raises as prepare does.
     """
 
 def channel_noise(values: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]) -> float:
@@ -3613,6 +3744,11 @@ def parse_method(name: str) -> Method:
     'unified', 'static' or 'kinematic' → Method; raises InputError.
     """
 
+def parse_noise_source(name: str) -> NoiseSource:
+    """
+    'data' or 'specified' → NoiseSource; raises InputError.
+    """
+
 def parse_plan(text: str, source: str) -> Plan:
     """
     Text of a plan file → Plan. Raises InputError 'source:line:column: …'.
@@ -3793,6 +3929,11 @@ def solve(
 ) -> CalibrationResult:
     """
     Solves from a guess, one Pose a measurement. Numerical failure is a status. Raises InputError when the problem itself makes no sense.
+    """
+
+def specified_noise(sigma: SensorSigma) -> NoiseModel:
+    """
+    What the robot file says (eq. 18): nothing averages out.
     """
 
 def stability(

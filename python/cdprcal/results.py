@@ -70,6 +70,21 @@ def calibration_as_dict(robot: _core.Robot, calibration: _core.Calibration) -> d
         "solve_time_s": number(result.solve_time_s),
         "static_poses": calibration.static_poses,
         "kinematic_poses": calibration.kinematic_poses,
+        "least_observed": result.least_observed or None,
+        "noise": {
+            name: {"pose": number(level.pose), "sample": number(level.sample)}
+            for name, level in calibration.problem.noise.channels.items()
+        },
+        "gated": [
+            {
+                "reason": g.reason,
+                "time_s": number(g.time_s),
+                "channel": g.channel,
+                "component": g.component,
+                "size": number(g.size),
+            }
+            for g in calibration.gated
+        ],
         "residual_rms": {name: number(getattr(result.residual_rms, name)) for name in _RMS},
         "poses": list(_poses(calibration)),
         "equilibria": [{"begin_s": e.begin_s, "end_s": e.end_s} for e in calibration.equilibria],
@@ -85,6 +100,7 @@ def calibration_inputs(
         "log": log_name,
         "method": "static" if options.method == _core.Method.statics else options.method.name,
         "formulation": options.formulation.name,
+        "noise": None if options.noise is None else options.noise.name,
         "at_s": list(options.at_s),
         "segment": options.segment,
         "kinematic_spacing_s": options.kinematic_spacing_s,

@@ -99,10 +99,34 @@ def print_calibration(document: dict[str, Any], sigma: dict[str, float]) -> None
     title = f"initial pose at {document['reference_time_s']:.3f} s"
     say(out, title if converged else f"{title} (not to be trusted)")
     out.print(_pose_table(document))
+    if document["least_observed"]:
+        say(out, document["least_observed"])
     out.print(_cable_table(document))
+    for gated in document["gated"]:
+        say(out, _gated_line(gated))
     say(out, "residuals")
     out.print(_residual_table(document["residual_rms"], sigma))
     out.print(_poses_table(document["poses"]))
+
+
+def _gated_line(gated: dict[str, Any]) -> str:
+    """Which reading was left out, when and why."""
+    if gated["reason"] == "slack":
+        return (
+            f"left out at {gated['time_s']:.3f} s: cable {gated['component'] + 1} is slack "
+            f"({gated['size']:.3g} N); its length and swivel, and the balance there"
+        )
+    names = {
+        "length": f"length {gated['component'] + 1}",
+        "swivel": f"swivel {gated['component'] + 1}",
+        "roll_pitch": ("roll", "pitch", "yaw")[gated["component"]],
+        "yaw": "yaw",
+        "balance": "the balance of the tensions",
+    }
+    return (
+        f"left out at {gated['time_s']:.3f} s: {names[gated['channel']]}, an outlier of "
+        f"{gated['size']:.1f} standard deviations"
+    )
 
 
 def plain_table(*headers: str) -> Table:

@@ -250,7 +250,8 @@ def test_generate_makes_what_calibrate_recovers(cli: Cli, tmp_path: Path) -> Non
     true = strict(truth.read_text())["poses"][0]
     error = np.subtract(result["initial_pose"]["position_m"], true["position_m"])
     deviation = np.sqrt(np.diag(result["covariance"])[:3])
-    assert np.all(np.abs(error) < deviation)
+    assert np.all(np.abs(error) < 4.0 * deviation)
+    assert np.all(deviation < 1e-3)  # the noise is a tenth of sigma, and means of 50 are taken
     first = log.read_bytes()
     cli("generate", "irma4", "-o", log, "--seed", 3, "--grid", "2x2x2")
     assert log.read_bytes() == first

@@ -62,10 +62,10 @@ def test_document(cli: Cli) -> None:
     vertices, faces = np.array(document["vertices"]), np.array(document["faces"])
     assert_closed(faces)
     assert volume_of(vertices, faces) == pytest.approx(document["volume_m3"], rel=1e-9)
-    low, high = (np.array(document["box"][end]) for end in ("lower_m", "upper_m"))
+    low, high = (np.array(document["searched_box"][end]) for end in ("lower_m", "upper_m"))
     assert (vertices >= low - 1e-9).all()
     assert (vertices <= high + 1e-9).all()
-    inscribed = document["inscribed_box"]
+    inscribed = document["box"]
     assert (np.array(inscribed["lower_m"]) >= low).all()
     # A grid point inside stands for a cell: the counts say the volume too, coarsely.
     assert document["points_inside"] * 0.1**3 == pytest.approx(document["volume_m3"], rel=0.1)
@@ -138,7 +138,7 @@ def test_other_robots(cli: Cli, tmp_path: Path, count: int) -> None:
     assert 60_000 < sum(document["points"].values()) < 100_000, "the step fits the box"
     assert document["watertight"]
     assert document["volume_m3"] > 0.1
-    assert document["inscribed_box"] is not None
+    assert document["box"] is not None
 
 
 def test_tension_control_demands_more_than_brakes(cli: Cli) -> None:

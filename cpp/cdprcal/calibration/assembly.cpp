@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
+#include <algorithm>
 
 #include "cdprcal/error.hpp"
 
@@ -20,7 +21,9 @@ ceres::Problem::Options problem_options(ceres::EvaluationCallback* callback) {
 
 /// The common unknowns are ζ0 and 2n + 1 reference errors.
 constexpr int kMostCommon = 6 + 2 * kMaxCables + 1;
-using PoseByCommon = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMostCommon>;
+/// Wide enough for the common unknowns and for a pose's rows.
+using PoseByCommon =
+    Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, std::max(kMostCommon, kMostRows)>;
 using RowsByCommon =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, kMostRows, kMostCommon>;
 using RowsByPose = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor, kMostRows, 6>;
@@ -31,10 +34,9 @@ PoseByCommon solve_psd(const Matrix6& a, const PoseByCommon& b) {
   const Vector6 pivots = ldlt.vectorD();
   if (pivots.minCoeff() > 1e-10 * pivots.maxCoeff()) return ldlt.solve(b);
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(a);
-  const Vector6 values = eigen.eigenvalues();
+  const Vector6& values = eigen.eigenvalues();
   const double floor = 1e-13 * std::max(values.maxCoeff(), 1e-300);
-  const Vector6 inverse =
-      values.unaryExpr([floor](double v) { return v > floor ? 1.0 / v : 0.0; });
+  const Vector6 inverse = values.unaryExpr([floor](double v) { return v > floor ? 1.0 / v : 0.0; });
   return eigen.eigenvectors() * inverse.asDiagonal() * (eigen.eigenvectors().transpose() * b);
 }
 
@@ -47,6 +49,18 @@ struct Assembly::EvaluatedBlock {
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, kMostRows,
                 2 * kMaxCables + 1>
       error;
+  void drop(Eigen::Index row) {
+    own.row(row).setZero();
+    if (initial.rows() > 0) initial.row(row).setZero();
+    error.row(row).setZero();
+  }
+  /// Derivatives by ζ0 and the reference errors. `own` is that by ζ0 at the reference.
+  [[nodiscard]] RowsByCommon by_common() const {
+    RowsByCommon out(residual.size(), 6 + error.cols());
+    out.leftCols<6>() = (initial.rows() == residual.size() ? initial : own).leftCols<6>();
+    out.rightCols(error.cols()) = error;
+    return out;
+  }
 };
 
 Assembly::Assembly(const CalibrationProblem& problem, const std::vector<Pose>& guess)
@@ -118,9 +132,10 @@ Assembly::EvaluatedBlock Assembly::evaluate(std::size_t pose) const {
   out.own.resize(rows, kPoseBlockSize);
   out.initial.resize(pose == 0 ? 0 : rows, kPoseBlockSize);
   out.error.resize(rows, reference_.size());
-  double* at_reference[] = {out.own.data(), out.error.data()};
-  double* elsewhere[] = {out.own.data(), out.initial.data(), out.error.data()};
-  if (!cost.Evaluate(nullptr, out.residual.data(), pose == 0 ? at_reference : elsewhere)) {
+  double* const at_reference[] = {out.own.data(), out.error.data()};
+  double* const elsewhere[] = {out.own.data(), out.initial.data(), out.error.data()};
+  if (!cost.Evaluate(nullptr, out.residual.data(),
+                     const_cast<double**>(pose == 0 ? at_reference : elsewhere))) {
     out.residual.setConstant(kNaN);
     out.own.setConstant(kNaN);
     out.initial.setConstant(kNaN);
@@ -132,24 +147,65 @@ Assembly::EvaluatedBlock Assembly::evaluate(std::size_t pose) const {
   return out;
 }
 
-ReferenceInformation Assembly::reference_information() {
-  cache_.PrepareForEvaluation(true, true);
+Eigen::MatrixXd Assembly::common_information(std::optional<Channel> without) const {
   const int size = 6 + reference_.size();
   Eigen::MatrixXd common = Eigen::MatrixXd::Zero(size, size);
-  ReferenceInformation out;
   for (std::size_t i = 0; i < cache_.size(); ++i) {
-    const EvaluatedBlock block = evaluate(i);
-    if (!block.residual.allFinite()) return out;
-    RowsByCommon by_common(block.residual.size(), size);
-    by_common.leftCols<6>() = (i == 0 ? block.own : block.initial).leftCols<6>();
-    by_common.rightCols(reference_.size()) = block.error;
+    EvaluatedBlock block = evaluate(i);
+    if (without && block.residual.allFinite()) {
+      const std::vector<RowLabel> labels = costs_[i].labels();
+      for (Eigen::Index r = 0; r < block.residual.size(); ++r) {
+        if (labels[static_cast<std::size_t>(r)].channel == *without) block.drop(r);
+      }
+    }
+    const RowsByCommon by_common = block.by_common();
     common.noalias() += by_common.transpose() * by_common;
-    if (i == 0) continue;
+    if (!block.residual.allFinite()) common.setConstant(kNaN);
+    if (i == 0 || !common.allFinite()) continue;
     const RowsByPose by_own = block.own.leftCols<6>();
     const Matrix6 own = by_own.transpose() * by_own;
     const PoseByCommon cross = by_own.transpose() * by_common;
     common.noalias() -= cross.transpose() * solve_psd(own, cross);
   }
+  return common;
+}
+
+std::vector<FittedRow> Assembly::fitted_rows() {
+  cache_.PrepareForEvaluation(true, true);
+  const Eigen::MatrixXd common = common_information();
+  if (!common.allFinite()) return {};
+  const Eigen::MatrixXd covariance = common.completeOrthogonalDecomposition().pseudoInverse();
+  std::vector<FittedRow> rows;
+  rows.reserve(static_cast<std::size_t>(residual_count_));
+  for (std::size_t i = 0; i < cache_.size(); ++i) {
+    const EvaluatedBlock block = evaluate(i);
+    const std::vector<RowLabel> labels = costs_[i].labels();
+    RowsByCommon lifted = block.by_common();  // off the pose's own unknowns
+    Eigen::VectorXd leverage = Eigen::VectorXd::Zero(block.residual.size());
+    if (i > 0) {
+      const RowsByPose own = block.own.leftCols<6>();
+      const PoseByCommon by_rows = solve_psd(own.transpose() * own, own.transpose());
+      leverage = own.cwiseProduct(by_rows.transpose()).rowwise().sum();
+      lifted -= own * (by_rows * lifted).eval();
+    }
+    leverage += (lifted * covariance).cwiseProduct(lifted).rowwise().sum();
+    for (Eigen::Index r = 0; r < block.residual.size(); ++r) {
+      const RowLabel& label = labels[static_cast<std::size_t>(r)];
+      const double gain =
+          label.channel == Channel::balance && cache_.statics_of(i) == StaticsModel::wrench
+              ? cache_.tension_gain(i, label.component)
+              : 0.0;
+      rows.push_back({label, i, block.residual[r], std::clamp(1.0 - leverage[r], 0.0, 1.0), gain});
+    }
+  }
+  return rows;
+}
+
+ReferenceInformation Assembly::reference_information(std::optional<Channel> without) {
+  cache_.PrepareForEvaluation(true, true);
+  const Eigen::MatrixXd common = common_information(without);
+  ReferenceInformation out;
+  if (!common.allFinite()) return out;
 
   // Reference errors that are held have no columns: keep the free ones only.
   std::vector<int> free;
@@ -199,17 +255,15 @@ std::vector<PoseResidual> Assembly::residuals() const {
     r.length_m = pose.length_m - cache_[0].length_m - (measured.length_m - reference_.length_m) -
                  reference_.length_error_m();
     r.swivel_rad = (pose.swivel_rad - cache_[0].swivel_rad -
-                    (measured.swivel_rad - reference_.swivel_rad) -
-                    reference_.swivel_error_rad())
+                    (measured.swivel_rad - reference_.swivel_rad) - reference_.swivel_error_rad())
                        .unaryExpr([](double a) { return wrap_angle(a); });
     r.roll_pitch_yaw_rad =
         (pose.roll_pitch_yaw_rad - measured.roll_pitch_yaw_rad).unaryExpr([](double a) {
           return wrap_angle(a);
         });
-    r.roll_pitch_yaw_rad[2] =
-        wrap_angle(pose.roll_pitch_yaw_rad[2] - cache_[0].roll_pitch_yaw_rad[2] -
-                   (measured.roll_pitch_yaw_rad[2] - reference_.yaw_rad) -
-                   reference_.yaw_error_rad());
+    r.roll_pitch_yaw_rad[2] = wrap_angle(
+        pose.roll_pitch_yaw_rad[2] - cache_[0].roll_pitch_yaw_rad[2] -
+        (measured.roll_pitch_yaw_rad[2] - reference_.yaw_rad) - reference_.yaw_error_rad());
     r.tension_N = CableVector::Constant(problem_.robot.cable_count(), kNaN);
     if (cache_.statics_of(i) == StaticsModel::left_inverse) {
       r.tension_N = pose.tension_N - measured.tension_N;

@@ -21,8 +21,8 @@ SampleRange run_of(const Log& log, int segment) {
   const int count = static_cast<int>(all.size());
   const int index = segment < 0 ? count - 1 : segment;
   if (index >= count) {
-    throw InputError(log.source + ": segment " + std::to_string(segment) + " asked for, but the log has " +
-                     std::to_string(count) + " (counted from 0)");
+    throw InputError(log.source + ": segment " + std::to_string(segment) +
+                     " asked for, but the log has " + std::to_string(count) + " (counted from 0)");
   }
   return all[static_cast<std::size_t>(index)];
 }
@@ -36,8 +36,9 @@ void check_fit(const Robot& robot, const Log& log, const CalibrateOptions& optio
                      "; give the robot file that belongs to this log");
   }
   if (options.method == Method::statics && log.tension_N.cols() == 0) {
-    throw InputError(log.source + ": method static needs tensions, and the log has no tension_1_N … "
-                                  "columns; use method kinematic");
+    throw InputError(log.source +
+                     ": method static needs tensions, and the log has no tension_1_N … "
+                     "columns; use method kinematic");
   }
   if (!(options.kinematic_spacing_s > 0.0)) {
     throw InputError("kinematic_spacing_s must be positive");
@@ -50,7 +51,8 @@ Eigen::Index row_at(const Log& log, const SampleRange& run, double time_s) {
   const double* end = log.time_s.data() + run.end;
   const double* after = std::lower_bound(begin, end, time_s);
   const double* nearest = after == end ? after - 1 : after;
-  if (nearest != begin && std::abs(*(nearest - 1) - time_s) < std::abs(*nearest - time_s)) --nearest;
+  if (nearest != begin && std::abs(*(nearest - 1) - time_s) < std::abs(*nearest - time_s))
+    --nearest;
   const double spacing =
       run.size() > 1 ? (*(end - 1) - *begin) / static_cast<double>(run.size() - 1) : 0.0;
   if (!(std::abs(*nearest - time_s) <= std::max(spacing, 1e-3))) {
@@ -83,7 +85,8 @@ void measure_automatically(const Log& log, const PathState& path, const SampleRa
   auto& measurements = out.problem.measurements;
   std::vector<char> used(static_cast<std::size_t>(run.size()), 0);
   const auto mark = [&](const SampleRange& samples) {
-    std::fill(used.begin() + (samples.begin - run.begin), used.begin() + (samples.end - run.begin), 1);
+    std::fill(used.begin() + (samples.begin - run.begin), used.begin() + (samples.end - run.begin),
+              1);
   };
   if (options.method != Method::kinematic) {
     out.equilibria = detect_equilibria(log, run, out.problem.robot.sigma, options.detection);
@@ -113,7 +116,9 @@ void measure_automatically(const Log& log, const PathState& path, const SampleRa
     moving.push_back(measurement_at(log, row, PoseKind::kinematic_pose, n));
     add_path(path, log, {row, row + 1}, log.time_s[run.begin], moving.back());
   }
-  const auto by_time = [](const Measurement& a, const Measurement& b) { return a.time_s < b.time_s; };
+  const auto by_time = [](const Measurement& a, const Measurement& b) {
+    return a.time_s < b.time_s;
+  };
   measurements.insert(measurements.end(), moving.begin(), moving.end());
   std::stable_sort(measurements.begin() + 1, measurements.end(), by_time);
 }
@@ -135,7 +140,23 @@ bool same_minimum(const CalibrationResult& a, const CalibrationResult& b) {
          minus(a.poses.front(), b.poses.front()).norm() < kNear;
 }
 
+/// Puts the noise that the readings show in place of the specified one, and leaves out what does
+/// not belong; nothing happens to a fit that is not to be trusted anyway.
+void refine_in_place(const CalibrateOptions& options, Calibration& out) {
+  if (noise_source(options) != NoiseSource::from_data) return;
+  Refinement refined =
+      refine(out.problem, out.result, out.sample_noise, options.solve, options.refine);
+  out.problem = std::move(refined.problem);
+  out.result = std::move(refined.result);
+  out.gated.insert(out.gated.end(), refined.gated.begin(), refined.gated.end());
+}
+
 }  // namespace
+
+NoiseSource noise_source(const CalibrateOptions& options) {
+  return options.noise.value_or(options.formulation == Formulation::paper ? NoiseSource::specified
+                                                                          : NoiseSource::from_data);
+}
 
 Calibration prepare(const Robot& robot, const Log& given, const CalibrateOptions& options) {
   check_fit(robot, given, options);
@@ -160,6 +181,10 @@ Calibration prepare(const Robot& robot, const Log& given, const CalibrateOptions
   } else {
     measure_by_hand(log, path, run, options, out);
   }
+  out.sample_noise = sample_noise(log, run, robot.sigma);
+  if (noise_source(options) == NoiseSource::from_data) {
+    out.gated = gate_slack(problem, out.sample_noise[static_cast<std::size_t>(Channel::balance)]);
+  }
   out.reference_time_s = problem.measurements.front().time_s;
   for (const Measurement& m : problem.measurements) {
     (m.kind == PoseKind::static_pose ? out.static_poses : out.kinematic_poses) += 1;
@@ -172,6 +197,7 @@ Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions
   const CalibrationProblem& problem = out.problem;
   if (options.guess.size() == problem.measurements.size()) {
     out.result = solve(problem, options.guess, options.solve);
+    refine_in_place(options, out);
     return out;
   }
   if (options.guess.size() > 1) {
@@ -180,16 +206,17 @@ Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions
                      " measurements; give one a measurement, or the initial pose alone");
   }
   const std::vector<Pose> starts =
-      options.guess.empty() ? reference_guesses(robot, problem.measurements.front(), problem.effects)
-                            : options.guess;
+      options.guess.empty()
+          ? reference_guesses(robot, problem.measurements.front(), problem.effects)
+          : options.guess;
   double solve_time_s = 0.0;
   bool first = true;
   int tried = 0;
   for (const Pose& start : starts) {
     if (tried++ >= std::max(1, options.most_starts)) break;
-    CalibrationResult result = solve(
-        problem, measurement_guesses(robot, problem.measurements, start, problem.effects),
-        options.solve);
+    CalibrationResult result =
+        solve(problem, measurement_guesses(robot, problem.measurements, start, problem.effects),
+              options.solve);
     solve_time_s += result.solve_time_s;
     const bool again = !first && same_minimum(result, out.result);
     if (first || better(result, out.result)) out.result = std::move(result);
@@ -200,6 +227,7 @@ Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions
     if (out.result.residual_count < out.result.parameter_count) break;
   }
   out.result.solve_time_s = solve_time_s;
+  refine_in_place(options, out);
   return out;
 }
 
@@ -216,11 +244,24 @@ Formulation parse_formulation(const std::string& name) {
   throw InputError("formulation: '" + name + "' is not one of full, paper");
 }
 
+NoiseSource parse_noise_source(const std::string& name) {
+  if (name == "data") return NoiseSource::from_data;
+  if (name == "specified") return NoiseSource::specified;
+  throw InputError("noise: '" + name + "' is not one of data, specified");
+}
+
+const char* to_string(NoiseSource source) {
+  return source == NoiseSource::specified ? "specified" : "data";
+}
+
 const char* to_string(Method method) {
   switch (method) {
-    case Method::unified: return "unified";
-    case Method::statics: return "static";
-    case Method::kinematic: return "kinematic";
+    case Method::unified:
+      return "unified";
+    case Method::statics:
+      return "static";
+    case Method::kinematic:
+      return "kinematic";
   }
   return "unknown";
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cdprcal/acquisition/log.hpp"
-#include "cdprcal/calibration/problem.hpp"
+#include "cdprcal/calibration/refine.hpp"
 
 namespace cdprcal {
 
@@ -12,40 +12,58 @@ enum class Method { unified, statics, kinematic };
 /// full: six-equation wrench statics and all that pose 0 knows. paper: eqs 13–17 to the letter.
 enum class Formulation { full, paper };
 
+/// from_data: estimated from the readings, never below their ripple (refine.hpp), outliers and
+/// slack cables left out. specified: the robot file's σ and every reading, as the paper.
+enum class NoiseSource { from_data, specified };
+
 struct CalibrateOptions {
   Method method = Method::unified;
   Formulation formulation = Formulation::full;
-  std::vector<double> at_s;        ///< poses by hand; the first is the reference. Empty: automatic
-  int segment = -1;                ///< which segment is the run, from 0; −1: the last
+  /// Empty: from_data for the full formulation, specified for the paper's.
+  std::optional<NoiseSource> noise;
+  /// With noise from data: where the model is seen to lack something, let any known effect be there
+  /// at its typical size (diagnosis/allow_for_effects.hpp). calibrate() itself does not look at it.
+  bool allow_for_effects = true;
+  std::vector<double> at_s;  ///< poses by hand; the first is the reference. Empty: automatic
+  int segment = -1;          ///< which segment is the run, from 0; −1: the last
   double kinematic_spacing_s = 1.0;  ///< between samples that count as poses of their own
-  std::vector<Pose> guess;         ///< one a pose, or only ζ0; empty: automatic
-  int most_starts = 8;             ///< guesses of ζ0 to try while no minimum agrees with the readings
+  std::vector<Pose> guess;           ///< one a pose, or only ζ0; empty: automatic
+  int most_starts = 8;  ///< guesses of ζ0 to try while no minimum agrees with the readings
   DetectionOptions detection;
   SolveOptions solve;
+  RefineOptions refine;
 };
 
 struct Calibration {
   CalibrationResult result;
-  CalibrationProblem problem;            ///< what was solved: it can be solved again
-  std::vector<Equilibrium> equilibria;   ///< found in the run (empty with at_s)
+  CalibrationProblem problem;                    ///< what was solved: it can be solved again
+  std::vector<Equilibrium> equilibria;           ///< found in the run (empty with at_s)
+  std::vector<GatedReading> gated;               ///< readings left out of the problem
+  std::array<double, kChannels> sample_noise{};  ///< ripple of each channel (noise.hpp)
   double reference_time_s = 0.0;
-  int static_poses = 0;                  ///< the reference included, when it is one
+  int static_poses = 0;  ///< the reference included, when it is one
   int kinematic_poses = 0;
 };
+
+/// options.noise, or its default for the formulation.
+NoiseSource noise_source(const CalibrateOptions& options);
 
 /// The problem that a log poses under these options, and the equilibria it was drawn from. What the
 /// robot file lists as known effects is part of the problem; faults of the readings are set right.
 /// Throws InputError for a log that does not fit the robot or the options.
 Calibration prepare(const Robot& robot, const Log& log, const CalibrateOptions& options = {});
 
-/// prepare, guess, solve. Starts again from other guesses while no minimum agrees with the
+/// prepare, guess, solve, refine. Starts again from other guesses while no minimum agrees with the
 /// readings, and keeps the best. Throws as prepare does; otherwise see result.status.
 Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions& options = {});
 
 /// "unified", "static", "kinematic"; "full", "paper". Throw InputError naming the choices.
 Method parse_method(const std::string& name);
 Formulation parse_formulation(const std::string& name);
+/// "data", "specified".
+NoiseSource parse_noise_source(const std::string& name);
 const char* to_string(Method method);
 const char* to_string(Formulation formulation);
+const char* to_string(NoiseSource source);
 
 }  // namespace cdprcal

@@ -1,6 +1,7 @@
 #include "cdprcal/calibration/pose_cache.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 namespace cdprcal {
 
@@ -21,7 +22,8 @@ PoseCache::PoseCache(const CalibrationProblem& problem, const std::vector<Pose>&
     : problem_(problem),
       robot_(with_effects(problem.robot, problem.effects)),
       evaluations_(poses.size()),
-      whitening_(poses.size(), Matrix6::Identity()) {
+      whitening_(poses.size(), Matrix6::Identity()),
+      tension_gain_(poses.size(), Vector6::Zero()) {
   blocks_.reserve(poses.size());
   for (const Pose& pose : poses) blocks_.push_back(to_block(pose));
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -29,6 +31,15 @@ PoseCache::PoseCache(const CalibrationProblem& problem, const std::vector<Pose>&
     const bool rests = measurement.kind == PoseKind::static_pose &&
                        (i > 0 || problem.reference_statics) && measurement.tension_N.allFinite();
     statics_.push_back(rests ? problem.statics : StaticsModel::none);
+  }
+  const NoiseModel noise = problem.noise.value_or(specified_noise(problem.robot.sigma));
+  wrench_force_N_ = noise.wrench_force_N;
+  wrench_moment_Nm_ = noise.wrench_moment_Nm;
+  for (const Measurement& measurement : problem.measurements) {
+    auto& weights = weights_.emplace_back();
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      weights[c] = 1.0 / noise.channel[c].sigma(measurement.samples);
+    }
   }
 }
 
@@ -43,23 +54,30 @@ void PoseCache::PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluatio
   }
 }
 
+Matrix6 balance_root(const PlatformState& state, double tension_sigma_N, const SensorSigma& sigma) {
+  const WrenchMatrix structure = structure_matrix(state);
+  Matrix6 covariance = tension_sigma_N * tension_sigma_N * structure * structure.transpose();
+  covariance.diagonal().head<3>().array() += sigma.wrench_force_N * sigma.wrench_force_N;
+  covariance.diagonal().tail<3>().array() += sigma.wrench_moment_Nm * sigma.wrench_moment_Nm;
+  return covariance.llt().matrixL();
+}
+
 void PoseCache::update_wrench_whitening(double graduation) {
-  const SensorSigma& sigma = problem_.robot.sigma;
-  tension_weight_ = 1.0 / (graduation * sigma.tension_N);
-  Vector6 model_variance;
-  model_variance << Vector3::Constant(sigma.wrench_force_N * sigma.wrench_force_N),
-      Vector3::Constant(sigma.wrench_moment_Nm * sigma.wrench_moment_Nm);
+  graduation_ = graduation;
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     if (statics_[i] != StaticsModel::wrench) continue;
     const PlatformState state = platform_state(robot_, pose(i));
     if (!state.valid) continue;
-    const WrenchMatrix structure = structure_matrix(state);
-    Matrix6 covariance = sigma.tension_N * sigma.tension_N * structure * structure.transpose();
-    covariance.diagonal() += model_variance;
-    // C = L Lᵀ ⇒ ‖L⁻¹ r‖² = rᵀ C⁻¹ r
-    const Matrix6 root = covariance.llt().matrixL();
-    whitening_[i] =
-        root.triangularView<Eigen::Lower>().solve(Matrix6::Identity()) / graduation;
+    Vector6 scale;
+    scale << Vector3::Constant(1.0 / wrench_force_N_), Vector3::Constant(1.0 / wrench_moment_Nm_);
+    const WrenchMatrix structure = scale.asDiagonal() * structure_matrix(state);
+    const Matrix6 gram = structure * structure.transpose();
+    const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(gram);
+    tension_gain_[i] = eigen.eigenvalues().cwiseMax(0.0);
+    const double tension_sigma_N = 1.0 / weight(i, Channel::balance);
+    const Vector6 variance = (tension_sigma_N * tension_sigma_N * tension_gain_[i]).array() + 1.0;
+    whitening_[i] = (graduation * variance.cwiseSqrt()).cwiseInverse().asDiagonal() *
+                    eigen.eigenvectors().transpose() * scale.asDiagonal();
   }
 }
 

@@ -1,5 +1,6 @@
 #include "cdprcal/calibration/problem.hpp"
 
+#include "cdprcal/calibration/mean_square.hpp"
 #include "cdprcal/error.hpp"
 
 namespace cdprcal {
@@ -13,8 +14,10 @@ CalibrationProblem completed(const CalibrationProblem& problem, const std::vecto
   }
   for (const Measurement& m : problem.measurements) {
     if (m.length_m.size() != n || m.swivel_rad.size() != n || m.tension_N.size() != n) {
-      throw InputError("calibration: a measurement has not one length, swivel and tension for "
-                       "each of the robot's " + std::to_string(n) + " cables (NaN where absent)");
+      throw InputError(
+          "calibration: a measurement has not one length, swivel and tension for "
+          "each of the robot's " +
+          std::to_string(n) + " cables (NaN where absent)");
     }
   }
   CalibrationProblem out = problem;
@@ -22,6 +25,27 @@ CalibrationProblem completed(const CalibrationProblem& problem, const std::vecto
     out.left_inverse_rows = left_inverse_rows(n);
   }
   return out;
+}
+
+ResidualRms residual_rms(const std::vector<PoseResidual>& residuals, bool reference_attitude) {
+  MeanSquare length, swivel, roll_pitch, yaw, tension, force, moment;
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    const PoseResidual& r = residuals[i];
+    if (i > 0) {  // at the reference these are zero by construction
+      for (const double v : r.length_m) length.add(v);
+      for (const double v : r.swivel_rad) swivel.add(v);
+      yaw.add(r.roll_pitch_yaw_rad[2]);
+    }
+    if (i > 0 || reference_attitude) {
+      roll_pitch.add(r.roll_pitch_yaw_rad[0]);
+      roll_pitch.add(r.roll_pitch_yaw_rad[1]);
+    }
+    for (const double v : r.tension_N) tension.add(v);
+    for (int a = 0; a < 3; ++a) force.add(r.wrench[a]);
+    for (int a = 3; a < 6; ++a) moment.add(r.wrench[a]);
+  }
+  return {length.rms(),  swivel.rms(), roll_pitch.rms(), yaw.rms(),
+          tension.rms(), force.rms(),  moment.rms()};
 }
 
 }  // namespace cdprcal

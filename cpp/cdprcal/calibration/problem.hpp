@@ -1,4 +1,5 @@
-// The initial-pose self-calibration problem (paper §3.1): what is free, how to solve, what came out.
+// The initial-pose self-calibration problem (paper §3.1): what is free, how to solve, what came
+// out.
 #pragma once
 
 #include <optional>
@@ -6,6 +7,7 @@
 #include <vector>
 
 #include "cdprcal/calibration/measurement.hpp"
+#include "cdprcal/calibration/noise.hpp"
 #include "cdprcal/calibration/pose_evaluation.hpp"
 #include "cdprcal/effects/effect.hpp"
 #include "cdprcal/geometry/pose.hpp"
@@ -18,8 +20,9 @@ struct CalibrationProblem {
   Robot robot;
   std::vector<Measurement> measurements;
   StaticsModel statics = StaticsModel::wrench;
-  ActiveEffects effects;  ///< known effects, held at their values
+  ActiveEffects effects;                     ///< known effects, held at their values
   std::vector<WrenchRow> left_inverse_rows;  ///< empty: left_inverse_rows(n)
+  std::optional<NoiseModel> noise;           ///< empty: what the robot file specifies
   /// What pose 0 knows by itself, which the paper leaves out: absolute roll and pitch, and (when it
   /// is a static pose) its balance; and the noise of its own readings, which every difference
   /// "relative to the reference" shares.
@@ -33,8 +36,8 @@ struct SolveOptions {
   /// Standard deviations of tensions and wrenches are multiplied by these in turn: statics are
   /// steep (kN a radian), so they start weak and tighten. The last must be 1.
   std::vector<double> graduation{100.0, 10.0, 1.0};
-  int max_iterations = 200;            ///< of each stage
-  double function_tolerance = 1e-12;   ///< relative change of the cost
+  int max_iterations = 200;           ///< of each stage
+  double function_tolerance = 1e-12;  ///< relative change of the cost
   double parameter_tolerance = 1e-12;
   double gradient_tolerance = 1e-12;
 };
@@ -64,20 +67,22 @@ struct PoseResidual {
 /// What came out.
 struct CalibrationResult {
   CalibrationStatus status = CalibrationStatus::not_converged;
-  std::string reason;                 ///< one sentence for people, always filled
-  std::vector<Pose> poses;            ///< ζ0, ζ1 … in the order of the measurements
+  std::string reason;       ///< one sentence for people, always filled
+  std::vector<Pose> poses;  ///< ζ0, ζ1 … in the order of the measurements
   std::vector<PoseResidual> residuals;
   std::optional<Matrix6> covariance;  ///< of ζ0: position [m], world-frame rotation vector [rad];
                                       ///< filled when ζ0 is observable
   Vector6 standard_deviation = Vector6::Constant(kNaN);
-  CableVector initial_length_m;       ///< l(ζ0): what the relative length readings start from
-  CableVector initial_swivel_rad;     ///< σ(ζ0)
-  double cost = kNaN;                 ///< ½ Σ (F/σ)², eq. 14
+  Eigen::VectorXd reference_errors;  ///< of the reference's lengths, swivels and yaw (2n + 1)
+  std::string least_observed;        ///< the weakest direction of ζ0, in words (least_observed.hpp)
+  CableVector initial_length_m;      ///< l(ζ0): what the relative length readings start from
+  CableVector initial_swivel_rad;    ///< σ(ζ0)
+  double cost = kNaN;                ///< ½ Σ (F/σ)², eq. 14
   int iterations = 0;
   double solve_time_s = 0.0;
   int residual_count = 0;
   int parameter_count = 0;
-  double chi_square_p_value = kNaN;   ///< of 2·cost on residuals − parameters degrees of freedom
+  double chi_square_p_value = kNaN;  ///< of 2·cost on residuals − parameters degrees of freedom
   ResidualRms residual_rms;
 };
 
@@ -89,6 +94,10 @@ CalibrationResult solve(const CalibrationProblem& problem, const std::vector<Pos
 /// The problem with its defaults filled in. Throws InputError when it makes no sense (no
 /// measurement, sizes that do not fit the robot or the poses).
 CalibrationProblem completed(const CalibrationProblem& problem, const std::vector<Pose>& poses);
+
+/// Root mean squares of residuals, one entry a pose, the reference first: there changes are zero by
+/// construction and do not count, nor does its attitude unless `reference_attitude`.
+ResidualRms residual_rms(const std::vector<PoseResidual>& residuals, bool reference_attitude);
 
 const char* to_string(CalibrationStatus status);
 

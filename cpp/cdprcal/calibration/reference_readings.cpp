@@ -23,25 +23,25 @@ double ReferenceReadings::prepare(const CalibrationProblem& problem, int index,
 
 ReferenceReadings::ReferenceReadings(const CalibrationProblem& problem)
     : cables_(problem.robot.cable_count()),
-      sigma_(problem.robot.sigma),
       error_(Eigen::VectorXd::Zero(2 * cables_ + 1)),
       free_(static_cast<std::size_t>(size()), 0),
       known_(static_cast<std::size_t>(size()), 0) {
   length_m.resize(cables_);
   swivel_rad.resize(cables_);
   for (int c = 0; c < cables_; ++c) {
-    length_m[c] = prepare(problem, length_error(c),
-                          [c](const Measurement& m) { return m.length_m[c]; });
-    swivel_rad[c] = prepare(problem, swivel_error(c),
-                            [c](const Measurement& m) { return m.swivel_rad[c]; });
+    length_m[c] =
+        prepare(problem, length_error(c), [c](const Measurement& m) { return m.length_m[c]; });
+    swivel_rad[c] =
+        prepare(problem, swivel_error(c), [c](const Measurement& m) { return m.swivel_rad[c]; });
   }
-  yaw_rad = prepare(problem, yaw_error(),
-                    [](const Measurement& m) { return m.roll_pitch_yaw_rad[2]; });
+  yaw_rad =
+      prepare(problem, yaw_error(), [](const Measurement& m) { return m.roll_pitch_yaw_rad[2]; });
 }
 
-double ReferenceReadings::sigma(int index) const {
-  if (index < cables_) return sigma_.length_m;
-  return index < 2 * cables_ ? sigma_.swivel_rad : sigma_.attitude_rad;
+RowLabel ReferenceReadings::label(int index) const {
+  if (index < cables_) return {Channel::length, index, true};
+  if (index < 2 * cables_) return {Channel::swivel, index - cables_, true};
+  return {Channel::yaw, 2, true};
 }
 
 int ReferenceReadings::free_errors() const {

@@ -13,7 +13,7 @@ class ReferenceReadings {
  public:
   explicit ReferenceReadings(const CalibrationProblem& problem);
 
-  CableVector length_m;   ///< NaN: measured nowhere
+  CableVector length_m;  ///< NaN: measured nowhere
   CableVector swivel_rad;
   double yaw_rad = kNaN;
 
@@ -33,7 +33,8 @@ class ReferenceReadings {
   /// Whether e is estimated, and whether (then) a reading at the reference says how large it is.
   [[nodiscard]] bool is_free(int index) const { return free_[static_cast<std::size_t>(index)]; }
   [[nodiscard]] bool is_known(int index) const { return known_[static_cast<std::size_t>(index)]; }
-  [[nodiscard]] double sigma(int index) const;
+  /// Which reading e belongs to.
+  [[nodiscard]] RowLabel label(int index) const;
   [[nodiscard]] int free_errors() const;
   [[nodiscard]] int known_errors() const;
 
@@ -43,7 +44,6 @@ class ReferenceReadings {
   double prepare(const CalibrationProblem& problem, int index, const Reading& reading);
 
   int cables_;
-  SensorSigma sigma_;
   Eigen::VectorXd error_;
   std::vector<char> free_, known_;
 };

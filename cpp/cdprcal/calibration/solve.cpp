@@ -6,6 +6,8 @@
 #include <cstdio>
 
 #include "cdprcal/calibration/assembly.hpp"
+#include "cdprcal/calibration/least_observed.hpp"
+#include "cdprcal/calibration/mean_square.hpp"
 #include "cdprcal/calibration/problem.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/statistics.hpp"
@@ -20,8 +22,8 @@ constexpr double kContradiction = 3.0;
 /// covariance ends there too.
 constexpr double kUselessRotation = 1.0;
 
-/// Ceres says through glog, on stderr, what our status says in words; a program that has set its own
-/// level keeps it.
+/// Ceres says through glog, on stderr, what our status says in words; a program that has set its
+/// own level keeps it.
 void silence_ceres() {
   if (FLAGS_minloglevel == google::GLOG_INFO) FLAGS_minloglevel = google::GLOG_FATAL;
 }
@@ -29,8 +31,7 @@ void silence_ceres() {
 ceres::Solver::Options solver_options(const SolveOptions& options, Assembly& assembly,
                                       bool last_stage) {
   ceres::Solver::Options out;
-  out.linear_solver_type =
-      assembly.cache().size() > 1 ? ceres::DENSE_SCHUR : ceres::DENSE_QR;
+  out.linear_solver_type = assembly.cache().size() > 1 ? ceres::DENSE_SCHUR : ceres::DENSE_QR;
   if (assembly.cache().size() > 1) out.linear_solver_ordering = assembly.elimination_order();
   out.logging_type = ceres::SILENT;
   out.num_threads = 1;
@@ -42,17 +43,6 @@ ceres::Solver::Options solver_options(const SolveOptions& options, Assembly& ass
   return out;
 }
 
-struct MeanSquare {
-  double sum = 0.0;
-  int count = 0;
-  void add(double value) {
-    if (!std::isfinite(value)) return;
-    sum += value * value;
-    ++count;
-  }
-  [[nodiscard]] double rms() const { return count > 0 ? std::sqrt(sum / count) : kNaN; }
-};
-
 /// Root mean square of the statics residuals at the present poses, in σ; 0 without statics.
 double statics_rms(const CalibrationProblem& problem, PoseCache& cache) {
   cache.update_wrench_whitening(1.0);
@@ -63,15 +53,34 @@ double statics_rms(const CalibrationProblem& problem, PoseCache& cache) {
       for (const double v : Vector6(cache.wrench_whitening(i) * cache[i].wrench)) whitened.add(v);
     } else if (cache.statics_of(i) == StaticsModel::left_inverse) {
       const CableVector r = cache[i].tension_N - problem.measurements[i].tension_N;
-      for (const double v : r) whitened.add(cache.tension_weight() * v);
+      for (const double v : r) whitened.add(cache.tension_weight(i) * v);
     }
   }
   return whitened.count > 0 ? whitened.rms() : 0.0;
 }
 
+/// Root mean square of the balance in units of what the robot file specifies for the load cells,
+/// whatever the weights; what the model itself is wrong by is allowed for as it was found.
+double specified_statics_rms(const CalibrationProblem& problem, const PoseCache& cache) {
+  const Robot robot = with_effects(problem.robot, problem.effects);
+  SensorSigma sigma = problem.robot.sigma;
+  if (problem.noise) {
+    sigma.wrench_force_N = std::max(sigma.wrench_force_N, problem.noise->wrench_force_N);
+    sigma.wrench_moment_Nm = std::max(sigma.wrench_moment_Nm, problem.noise->wrench_moment_Nm);
+  }
+  MeanSquare whitened;
+  for (std::size_t i = 0; i < cache.size(); ++i) {
+    if (cache.statics_of(i) != StaticsModel::wrench) continue;
+    const Matrix6 root = balance_root(platform_state(robot, cache.pose(i)), sigma.tension_N, sigma);
+    const Vector6 balance = root.triangularView<Eigen::Lower>().solve(cache[i].wrench);
+    for (const double v : balance) whitened.add(v);
+  }
+  return whitened.rms();
+}
+
 /// Runs the graduated stages; returns whether the last one converged.
-bool run_stages(const CalibrationProblem& problem, const SolveOptions& options,
-                Assembly& assembly, CalibrationResult& result) {
+bool run_stages(const CalibrationProblem& problem, const SolveOptions& options, Assembly& assembly,
+                CalibrationResult& result) {
   ceres::Solver::Summary summary;
   const auto stage = [&](double graduation, bool last) {
     assembly.cache().update_wrench_whitening(graduation);
@@ -107,27 +116,6 @@ bool run_stages(const CalibrationProblem& problem, const SolveOptions& options,
   return converged;
 }
 
-ResidualRms channel_rms(const std::vector<PoseResidual>& residuals, bool reference_attitude) {
-  MeanSquare length, swivel, roll_pitch, yaw, tension, force, moment;
-  for (std::size_t i = 0; i < residuals.size(); ++i) {
-    const PoseResidual& r = residuals[i];
-    if (i > 0) {  // at the reference these are zero by construction
-      for (const double v : r.length_m) length.add(v);
-      for (const double v : r.swivel_rad) swivel.add(v);
-      yaw.add(r.roll_pitch_yaw_rad[2]);
-    }
-    if (i > 0 || reference_attitude) {
-      roll_pitch.add(r.roll_pitch_yaw_rad[0]);
-      roll_pitch.add(r.roll_pitch_yaw_rad[1]);
-    }
-    for (const double v : r.tension_N) tension.add(v);
-    for (int a = 0; a < 3; ++a) force.add(r.wrench[a]);
-    for (int a = 3; a < 6; ++a) moment.add(r.wrench[a]);
-  }
-  return {length.rms(),  swivel.rms(), roll_pitch.rms(), yaw.rms(),
-          tension.rms(), force.rms(),  moment.rms()};
-}
-
 std::string format(const char* pattern, double a, double b) {
   char text[160];
   std::snprintf(text, sizeof text, pattern, a, b);
@@ -153,8 +141,12 @@ std::string contradictions(const CalibrationProblem& problem, Assembly& assembly
         "yaw off by %.3g deg rms against sigma %.3g deg");
   judge(rms.tension_N, sigma.tension_N, 1.0, "tensions off by %.3g N rms against sigma %.3g N");
   if (problem.statics == StaticsModel::wrench) {
-    judge(statics_rms(problem, assembly.cache()), 1.0, 1.0,
+    judge(specified_statics_rms(problem, assembly.cache()), 1.0, 1.0,
           "static balance off by %.3g sigma rms (expected %.3g)");
+    if (problem.noise) {
+      judge(problem.noise->wrench_force_N, sigma.tension_N, 1.0,
+            "static balance off by %.3g N beyond what the load cells explain (sigma %.3g N)");
+    }
   }
   return text;
 }
@@ -181,27 +173,31 @@ void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged
     return;
   }
   const ReferenceInformation information = assembly.reference_information();
+  result.least_observed = least_observed(problem, assembly).sentence;
   if (!information.covariance) {
     result.status = CalibrationStatus::unobservable;
-    result.reason = "the readings leave at least one direction of the initial pose undetermined; "
-                    "measure at more or more varied poses, or with more sensors";
+    result.reason = "the readings leave at least one direction of the initial pose undetermined (" +
+                    result.least_observed +
+                    "); measure at more or more varied poses, or with more sensors";
     return;
   }
   const Vector6 deviation = information.covariance->diagonal().cwiseSqrt();
   if (deviation.head<3>().maxCoeff() > frame_size_m(problem.robot) ||
       deviation.tail<3>().maxCoeff() > kUselessRotation) {
     result.status = CalibrationStatus::unobservable;
-    result.reason = format("the readings hardly determine the initial pose: standard deviations "
-                           "reach %.3g m and %.3g deg; measure at more or more varied poses",
-                           deviation.head<3>().maxCoeff(), deviation.tail<3>().maxCoeff() / kDegree);
+    result.reason = format(
+        "the readings hardly determine the initial pose: standard deviations "
+        "reach %.3g m and %.3g deg; measure at more or more varied poses",
+        deviation.head<3>().maxCoeff(), deviation.tail<3>().maxCoeff() / kDegree);
     return;
   }
   result.covariance = information.covariance;
   result.standard_deviation = deviation;
   if (!doubts.empty()) {
     result.status = CalibrationStatus::not_converged;
-    result.reason = "a minimum was found, but it contradicts the readings, so it is not the pose: " +
-                    doubts + "; check signs, scales and order of the sensors in the configuration";
+    result.reason =
+        "a minimum was found, but it contradicts the readings, so it is not the pose: " + doubts +
+        "; check signs, scales and order of the sensors in the configuration";
     return;
   }
   result.status = CalibrationStatus::converged;
@@ -248,7 +244,8 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
   result.initial_length_m = initial.length_m();
   result.initial_swivel_rad = initial.swivel_rad();
   result.residuals = assembly.residuals();
-  result.residual_rms = channel_rms(result.residuals, problem.reference_attitude);
+  result.reference_errors = assembly.reference_errors();
+  result.residual_rms = residual_rms(result.residuals, problem.reference_attitude);
   result.chi_square_p_value =
       chi_square_survival(2.0 * result.cost, result.residual_count - result.parameter_count);
   judge(problem, assembly, converged, result);
@@ -257,9 +254,12 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
 
 const char* to_string(CalibrationStatus status) {
   switch (status) {
-    case CalibrationStatus::converged: return "converged";
-    case CalibrationStatus::not_converged: return "not_converged";
-    case CalibrationStatus::unobservable: return "unobservable";
+    case CalibrationStatus::converged:
+      return "converged";
+    case CalibrationStatus::not_converged:
+      return "not_converged";
+    case CalibrationStatus::unobservable:
+      return "unobservable";
   }
   return "unknown";
 }

@@ -46,9 +46,11 @@ void add_ripple(const Log& log, const SampleRange& run, double samples, NoiseLev
 DiagnosisRun run_from(const Robot& robot, const Log& log, Diagnosis& out, NoiseLevels& ripple) {
   CalibrateOptions options;
   options.method = log.tension_N.cols() > 0 ? Method::statics : Method::kinematic;
+  options.noise = NoiseSource::specified;  // the diagnosis has its own, with the effects in it
   const Calibration calibration = calibrate(robot, log, options);
   if (calibration.result.poses.empty()) {
-    throw InputError(log.source + ": the baseline calibration failed: " + calibration.result.reason);
+    throw InputError(log.source +
+                     ": the baseline calibration failed: " + calibration.result.reason);
   }
   DiagnosisRun run;
   run.name = log.source;
@@ -116,8 +118,8 @@ double profile_cost(const DiagnosisModel& model, const NoiseLevels& freedom) {
     if (freedom[c] < 1.0) continue;
     const double level =
         std::max(model.floor[c], model.noise[c] * std::sqrt(sums.squares[c] / freedom[c]));
-    total += freedom[c] * std::log(level) +
-             0.5 * sums.squares[c] * std::pow(model.noise[c] / level, 2);
+    total +=
+        freedom[c] * std::log(level) + 0.5 * sums.squares[c] * std::pow(model.noise[c] / level, 2);
   }
   return total;
 }
@@ -136,10 +138,11 @@ double occam_of_last(const DiagnosisModel& model) {
   }
   hessian.diagonal().head(begin) += system.prior_precision.head(begin);
   Eigen::MatrixXd own = hessian.block(begin, begin, width, width);
-  own -= hessian.block(begin, 0, width, begin) *
-         hessian.topLeftCorner(begin, begin).completeOrthogonalDecomposition().solve(
-             hessian.block(0, begin, begin, width));
-  const Eigen::VectorXd sigma = system.prior_precision.segment(begin, width).cwiseSqrt().cwiseInverse();
+  own -= hessian.block(begin, 0, width, begin) * hessian.topLeftCorner(begin, begin)
+                                                     .completeOrthogonalDecomposition()
+                                                     .solve(hessian.block(0, begin, begin, width));
+  const Eigen::VectorXd sigma =
+      system.prior_precision.segment(begin, width).cwiseSqrt().cwiseInverse();
   Eigen::MatrixXd scaled = sigma.asDiagonal() * own * sigma.asDiagonal();
   scaled = 0.5 * (scaled + scaled.transpose()).eval();
   scaled.diagonal().array() += 1.0;
@@ -213,8 +216,7 @@ Robot corrected_robot(const Robot& given, const std::vector<Log>& logs, const Di
   for (const NamedEffect& effect : found.effects) {
     const int size = effect.effect->size(n);
     for (Eigen::Index begin = 0; begin < effect.values.size(); begin += size) {
-      AppliedEffect applied =
-          applied_effect(*effect.effect, effect.values.segment(begin, size), n);
+      AppliedEffect applied = applied_effect(*effect.effect, effect.values.segment(begin, size), n);
       if (logs.size() > 1 && effect.effect->info().scope == EffectScope::run) {
         applied.run = run_name(logs[static_cast<std::size_t>(begin / size)].source);
       }
@@ -227,9 +229,8 @@ Robot corrected_robot(const Robot& given, const std::vector<Log>& logs, const Di
 Candidates remaining(const DiagnosisModel& model) {
   Candidates out;
   for (const auto& effect : effect_catalogue()) {
-    const bool taken = std::any_of(model.effects.begin(), model.effects.end(), [&](const EffectTerm& t) {
-      return t.effect == effect;
-    });
+    const bool taken = std::any_of(model.effects.begin(), model.effects.end(),
+                                   [&](const EffectTerm& t) { return t.effect == effect; });
     if (!taken && !effect->needs_motion()) out.push_back(effect);
   }
   return out;
@@ -239,9 +240,12 @@ Candidates remaining(const DiagnosisModel& model) {
 
 const char* to_string(Verdict verdict) {
   switch (verdict) {
-    case Verdict::consistent: return "consistent";
-    case Verdict::explained: return "explained";
-    case Verdict::unexplained: return "unexplained";
+    case Verdict::consistent:
+      return "consistent";
+    case Verdict::explained:
+      return "explained";
+    case Verdict::unexplained:
+      return "unexplained";
   }
   return "unknown";
 }
@@ -355,9 +359,10 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
         reason = "the value it would need is physically implausible";
       } else if (best.log_evidence + options.rival_nats < generic_evidence) {
         const GenericName what = *generic_name(*best_generic->effect);
-        reason = text("a mere dependence of %s on %s explains the readings better (%.1f nats "
-                      "against %.1f)", what.channel.c_str(), what.depends_on.c_str(),
-                      generic_evidence, best.log_evidence);
+        reason = text(
+            "a mere dependence of %s on %s explains the readings better (%.1f nats "
+            "against %.1f)",
+            what.channel.c_str(), what.depends_on.c_str(), generic_evidence, best.log_evidence);
       } else {
         held = held_out(model, best.model);
         if (!(held.gain > held.gain_error)) {
@@ -416,8 +421,8 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
       DiagnosisModel last = without;
       last.effects.push_back(dropped);
       if (fit_with_noise(last)) {
-        const double evidence = profile_cost(without, freedom) - profile_cost(last, freedom) -
-                                occam_of_last(last);
+        const double evidence =
+            profile_cost(without, freedom) - profile_cost(last, freedom) - occam_of_last(last);
         needless = evidence < options.least_evidence;
       }
     }
@@ -459,7 +464,8 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
     left.depends_on = what.depends_on;
     for (std::size_t c = 0; c < kChannels; ++c) {
       const std::string channel = to_string(static_cast<Channel>(c));
-      const bool same = channel == what.channel || (channel == "balance" && what.channel == "tension");
+      const bool same =
+          channel == what.channel || (channel == "balance" && what.channel == "tension");
       if (!same) continue;
       const double unit = channel == "balance" ? robot.sigma.tension_N : 1.0;
       left.rms = unit * model.noise[c];

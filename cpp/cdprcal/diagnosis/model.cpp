@@ -4,18 +4,10 @@
 #include <Eigen/QR>
 #include <algorithm>
 
+#include "cdprcal/calibration/pose_cache.hpp"
+
 namespace cdprcal {
 namespace {
-
-/// Weight of the balance: its covariance at the load cells' and the model's σ.
-Matrix6 balance_root(const Robot& robot, const PlatformState& state) {
-  const WrenchMatrix structure = structure_matrix(state);
-  Matrix6 covariance =
-      robot.sigma.tension_N * robot.sigma.tension_N * structure * structure.transpose();
-  covariance.diagonal().head<3>().array() += std::pow(robot.sigma.wrench_force_N, 2);
-  covariance.diagonal().tail<3>().array() += std::pow(robot.sigma.wrench_moment_Nm, 2);
-  return covariance.llt().matrixL();
-}
 
 CommonLayout layout_of(const DiagnosisModel& model, const Candidates& candidates) {
   const int n = model.robot.cable_count();
@@ -104,8 +96,8 @@ RawRows raw_rows(const DiagnosisModel& model, const Robot& robot, const ActiveEf
 }
 
 /// Keeps the rows that carry a reading, whitens them and projects them off the pose.
-PoseSystem whiten(const DiagnosisModel& model, const Robot& robot, RawRows raw,
-                  const Pose& pose, bool rests) {
+PoseSystem whiten(const DiagnosisModel& model, const Robot& robot, RawRows raw, const Pose& pose,
+                  bool rests) {
   const int n = robot.cable_count();
   const ReadingRows rows{n};
   PoseSystem out;
@@ -117,7 +109,8 @@ PoseSystem whiten(const DiagnosisModel& model, const Robot& robot, RawRows raw,
   sigma[rows.attitude() + 2] = level(Channel::yaw);
   sigma.tail<6>().setConstant(level(Channel::balance));
   if (rests) {
-    const Matrix6 root = balance_root(robot, platform_state(robot, pose));
+    const Matrix6 root =
+        balance_root(platform_state(robot, pose), robot.sigma.tension_N, robot.sigma);
     const auto lower = root.triangularView<Eigen::Lower>();
     raw.residual.tail<6>() = lower.solve(raw.residual.tail<6>()).eval();
     raw.by_pose.bottomRows<6>() = lower.solve(raw.by_pose.bottomRows<6>()).eval();
@@ -199,17 +192,6 @@ void move(DiagnosisModel& model, const DiagnosisSystem& system, const Eigen::Vec
 
 }  // namespace
 
-const char* to_string(Channel channel) {
-  switch (channel) {
-    case Channel::length: return "length";
-    case Channel::swivel: return "swivel";
-    case Channel::roll_pitch: return "roll_pitch";
-    case Channel::yaw: return "yaw";
-    case Channel::balance: return "balance";
-  }
-  return "unknown";
-}
-
 int DiagnosisModel::pose_count() const {
   std::size_t count = 0;
   for (const DiagnosisRun& run : runs) count += run.poses.size();
@@ -280,8 +262,7 @@ bool fit(DiagnosisModel& model, int max_steps) {
   Eigen::VectorXd gradient;
   for (int iteration = 0; iteration < max_steps; ++iteration) {
     normal_equations(system, hessian, gradient);
-    const Eigen::VectorXd step =
-        -hessian.completeOrthogonalDecomposition().solve(gradient);
+    const Eigen::VectorXd step = -hessian.completeOrthogonalDecomposition().solve(gradient);
     const DiagnosisModel before = model;
     double fraction = 1.0;
     double trial_cost = cost;
@@ -310,8 +291,7 @@ ChannelSums channel_sums(const DiagnosisSystem& system) {
   Eigen::MatrixXd hessian;
   Eigen::VectorXd gradient;
   normal_equations(system, hessian, gradient);
-  const Eigen::MatrixXd covariance =
-      hessian.completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::MatrixXd covariance = hessian.completeOrthogonalDecomposition().pseudoInverse();
   const int size = system.layout.nuisance();
   ChannelSums sums;
   for (const PoseSystem& pose : system.poses) {

@@ -11,11 +11,6 @@
 
 namespace cdprcal {
 
-/// Groups of readings that share one noise level.
-enum class Channel { length, swivel, roll_pitch, yaw, balance };
-inline constexpr int kChannels = 5;
-const char* to_string(Channel channel);
-
 /// One run: where the platform stood, and what was read there.
 struct DiagnosisRun {
   std::string name;
@@ -28,7 +23,7 @@ struct DiagnosisRun {
 /// An effect in the model. Values of run-scoped effects are kept for each run in turn.
 struct EffectTerm {
   std::shared_ptr<const Effect> effect;
-  Eigen::VectorXd values;                 ///< size(n), or size(n) · runs
+  Eigen::VectorXd values;  ///< size(n), or size(n) · runs
   [[nodiscard]] bool by_run() const { return effect->info().scope == EffectScope::run; }
 };
 
@@ -36,11 +31,11 @@ struct EffectTerm {
 using NoiseLevels = std::array<double, kChannels>;
 
 struct DiagnosisModel {
-  Robot robot;                         ///< as in the robot file
-  std::vector<EffectTerm> effects;     ///< in the order accepted
+  Robot robot;                      ///< as in the robot file
+  std::vector<EffectTerm> effects;  ///< in the order accepted
   std::vector<DiagnosisRun> runs;
-  NoiseLevels noise{};                 ///< present estimate: m, rad, rad, rad, 1
-  NoiseLevels floor{};                 ///< below which no estimate goes: the readings' own ripple
+  NoiseLevels noise{};  ///< present estimate: m, rad, rad, rad, 1
+  NoiseLevels floor{};  ///< below which no estimate goes: the readings' own ripple
 
   [[nodiscard]] int pose_count() const;
   /// The effects as they act on run `run`; the known ones follow after `effects`.
@@ -51,15 +46,15 @@ struct DiagnosisModel {
 /// explain (the projection Q2 off the pose).
 struct PoseSystem {
   std::size_t run = 0, pose = 0;
-  std::vector<Channel> channel;          ///< of each row
-  std::vector<int> component;            ///< cable, angle or wrench row of each row
-  Eigen::VectorXd scale;                 ///< unwhitened = whitened · scale (balance rows: 1)
-  Eigen::VectorXd residual;              ///< (model − reading) / σ
-  Eigen::MatrixXd by_pose;               ///< m × 6
-  Eigen::MatrixXd by_common;             ///< m × columns
-  Eigen::MatrixXd projection;            ///< Q2, m × (m − rank)
-  Eigen::VectorXd reduced;               ///< Q2ᵀ residual
-  Eigen::MatrixXd reduced_by_common;     ///< Q2ᵀ by_common
+  std::vector<Channel> channel;       ///< of each row
+  std::vector<int> component;         ///< cable, angle or wrench row of each row
+  Eigen::VectorXd scale;              ///< unwhitened = whitened · scale (balance rows: 1)
+  Eigen::VectorXd residual;           ///< (model − reading) / σ
+  Eigen::MatrixXd by_pose;            ///< m × 6
+  Eigen::MatrixXd by_common;          ///< m × columns
+  Eigen::MatrixXd projection;         ///< Q2, m × (m − rank)
+  Eigen::VectorXd reduced;            ///< Q2ᵀ residual
+  Eigen::MatrixXd reduced_by_common;  ///< Q2ᵀ by_common
 };
 
 /// Columns of the common unknowns: offsets of all runs, accepted effects, candidates.
@@ -74,8 +69,8 @@ struct CommonLayout {
 struct DiagnosisSystem {
   CommonLayout layout;
   std::vector<PoseSystem> poses;
-  Eigen::VectorXd prior_precision;   ///< 1/σ² of the accepted effects' values, 0 for offsets
-  Eigen::VectorXd prior_residual;    ///< values/σ of the accepted effects (offsets: 0)
+  Eigen::VectorXd prior_precision;  ///< 1/σ² of the accepted effects' values, 0 for offsets
+  Eigen::VectorXd prior_residual;   ///< values/σ of the accepted effects (offsets: 0)
   bool valid = true;
 };
 
@@ -88,7 +83,8 @@ DiagnosisSystem linearise(const DiagnosisModel& model, const Candidates& candida
 /// ½ Σ (residual/σ)² + prior.
 double penalised_cost(const DiagnosisSystem& system);
 
-/// Gauss–Newton to the maximum a posteriori at the present noise levels. Returns whether it settled.
+/// Gauss–Newton to the maximum a posteriori at the present noise levels. Returns whether it
+/// settled.
 bool fit(DiagnosisModel& model, int max_steps = 30);
 
 /// Noise levels from the residuals: each channel's sum of squares over what the leverages leave of

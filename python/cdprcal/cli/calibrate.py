@@ -47,6 +47,15 @@ def command(
             help="Times of the poses in seconds, the first is the reference (default: found).",
         ),
     ] = "",
+    noise: Annotated[
+        str,
+        typer.Option(
+            metavar="data|specified",
+            help="Where the weights come from: the readings themselves, with outliers and slack "
+            "cables left out, or the robot file's sigma (default: data; specified for "
+            "--formulation paper).",
+        ),
+    ] = "",
     segment: SegmentOption = -1,
     json: JsonOption = False,
     output: Annotated[
@@ -64,6 +73,7 @@ def command(
     options = _core.CalibrateOptions(
         method=_core.parse_method(method),
         formulation=_core.parse_formulation(formulation),
+        noise=_core.parse_noise_source(noise) if noise else None,
         at_s=parse_times(at),
         segment=segment,
     )

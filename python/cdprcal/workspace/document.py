@@ -18,7 +18,7 @@ def workspace_as_dict(
     heights_m: list[float] | None = None,
     probes_m: list[list[float]] | None = None,
 ) -> dict[str, Any]:
-    """``box`` is where was searched, ``inscribed_box`` the largest one inside (or None).
+    """``box`` is the largest one inside (or None), ``searched_box`` where was searched.
 
     ``complete`` is False when the search was interrupted: everything is a lower bound then.
     """
@@ -33,9 +33,9 @@ def workspace_as_dict(
         "points_tested": workspace.points_tested,
         "points_inside": workspace.points_inside,
         "points": {s.name: int(status[s]) for s in _core.PointStatus},
-        "box": box_as_dict(grid.box),
+        "box": None if inscribed is None else box_as_dict(inscribed),
+        "searched_box": box_as_dict(grid.box),
         "step_m": grid.step_m,
-        "inscribed_box": None if inscribed is None else box_as_dict(inscribed),
         "vertices": numbers(shape.mesh.vertices_m),
         "faces": shape.mesh.faces.tolist(),
         "alpha_m2": number(shape.alpha_m2),

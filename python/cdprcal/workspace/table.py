@@ -20,7 +20,7 @@ def print_workspace(document: dict[str, Any]) -> None:
     size = document["points"]
     say(
         out,
-        f"searched {box_text(document['box'])} m in steps of {1e3 * document['step_m']:g} mm: "
+        f"searched {box_text(document['searched_box'])} m in steps of {1e3 * document['step_m']:g} mm: "
         f"{document['points_inside']} of {sum(size.values())} points inside, "
         f"{size['infeasible']} beyond the tension limits, {size['unstable']} unstable, "
         f"{size['no_equilibrium']} without equilibrium, {size['untested']} out of reach of any "
@@ -37,7 +37,7 @@ def print_workspace(document: dict[str, Any]) -> None:
             f"{math.sqrt(document['alpha_m2']):.3g} m)"
         ),
     )
-    inscribed = document["inscribed_box"]
+    inscribed = document["box"]
     if inscribed is None:
         say(out, "no grid cell lies inside: take a smaller step")
     else:

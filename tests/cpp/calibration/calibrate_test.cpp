@@ -30,9 +30,11 @@ TEST(Calibrate, AutomaticOnEveryMethod) {
       EXPECT_EQ(c.result.status, CalibrationStatus::converged) << c.result.reason;
       EXPECT_EQ(c.reference_time_s, run.log.time_s[0]);
       ASSERT_FALSE(c.result.poses.empty());
-      // σ of the robot file are 20 times the noise: errors are far inside the claim.
+      // The paper's claim rests on the robot file's σ, 20 times the noise; the full one's on the
+      // noise.
       const Vector6 error = minus(c.result.poses[0], run.poses[0]);
-      EXPECT_LT((error.array() / c.result.standard_deviation.array()).abs().maxCoeff(), 1.0);
+      EXPECT_LT((error.array() / c.result.standard_deviation.array()).abs().maxCoeff(),
+                formulation == Formulation::paper ? 1.0 : 4.0);
       EXPECT_LT(error.head<3>().norm(), 0.01);
       if (method != Method::kinematic) {
         EXPECT_EQ(c.static_poses, 9);

@@ -55,6 +55,16 @@ class PoseCost final : public ceres::CostFunction {
     return true;
   }
 
+  /// Which reading each row is, in the order of the rows. Needs an evaluated, valid state.
+  [[nodiscard]] std::vector<RowLabel> labels() const {
+    std::array<double, kMostRows> residuals;
+    std::vector<RowLabel> out(static_cast<std::size_t>(num_residuals()));
+    RowWriter rows(residuals.data(), nullptr, nullptr, nullptr, num_residuals(), 0);
+    rows.label_rows(out.data());
+    for_each_term([&]<typename Term>() { Term::write(input_, rows); });
+    return out;
+  }
+
  private:
   const TermInput input_;
 };

@@ -13,7 +13,8 @@ struct ReferenceErrorTerm {
     if (in.index > 0) return;
     for (int e = 0; e < in.reference.size(); ++e) {
       if (!in.reference.is_known(e)) continue;
-      rows.error(in.reference.errors()[e], 1.0 / in.reference.sigma(e), e);
+      const RowLabel label = in.reference.label(e);
+      rows.error(label, in.reference.errors()[e], in.weight(label.channel), e);
     }
   }
 };

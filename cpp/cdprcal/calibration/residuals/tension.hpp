@@ -15,8 +15,9 @@ struct TensionTerm {
   static void write(const TermInput& in, RowWriter& rows) {
     if (TensionTerm::rows(in) == 0) return;
     for (Eigen::Index c = 0; c < in.measured().tension_N.size(); ++c) {
-      rows.absolute(in.pose().tension_N[c] - in.measured().tension_N[c], in.cache.tension_weight(),
-                    in.pose().tension_by_twist.row(c));
+      rows.absolute({Channel::balance, static_cast<int>(c)},
+                    in.pose().tension_N[c] - in.measured().tension_N[c],
+                    in.cache.tension_weight(in.index), in.pose().tension_by_twist.row(c));
     }
   }
 };

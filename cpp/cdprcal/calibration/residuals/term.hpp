@@ -16,7 +16,7 @@ struct TermInput {
   [[nodiscard]] const Measurement& measured() const { return problem.measurements[index]; }
   [[nodiscard]] const PoseEvaluation& pose() const { return cache[index]; }
   [[nodiscard]] const PoseEvaluation& initial() const { return cache[0]; }
-  [[nodiscard]] const SensorSigma& sigma() const { return problem.robot.sigma; }
+  [[nodiscard]] double weight(Channel channel) const { return cache.weight(index, channel); }
 };
 
 /// Writes whitened residuals and their derivatives, row by row, where Ceres wants them. A Jacobian
@@ -32,33 +32,40 @@ class RowWriter {
     if (error_ != nullptr) std::fill_n(error_, rows * errors, 0.0);
   }
 
+  /// Wanted: which reading each row is. One entry a row; null: not wanted.
+  void label_rows(RowLabel* labels) { labels_ = labels; }
+
   /// weight · value, where value depends on ζi alone.
   template <typename Row>
-  void absolute(double value, double weight, const Row& by_twist) {
-    residuals_[row_] = weight * value;
+  void absolute(RowLabel label, double value, double weight, const Row& by_twist) {
+    start(label, weight * value);
     write(own_, weight, by_twist);
     if (initial_ != nullptr) std::fill_n(initial_ + kPoseBlockSize * row_, kPoseBlockSize, 0.0);
     ++row_;
   }
   /// weight · (m(ζi) − m(ζ0) − change − e): derivatives of m at both, and which e it is.
   template <typename Row, typename InitialRow>
-  void relative(double value, double weight, const Row& by_twist, const InitialRow& initial_by_twist,
-                int error_index) {
-    residuals_[row_] = weight * value;
+  void relative(RowLabel label, double value, double weight, const Row& by_twist,
+                const InitialRow& initial_by_twist, int error_index) {
+    start(label, weight * value);
     write(own_, weight, by_twist);
     write(initial_, -weight, initial_by_twist);
     if (error_ != nullptr) error_[row_ * errors_ + error_index] = -weight;
     ++row_;
   }
   /// weight · e: depends on a reference error alone.
-  void error(double value, double weight, int error_index) {
-    residuals_[row_] = weight * value;
+  void error(RowLabel label, double value, double weight, int error_index) {
+    start(label, weight * value);
     if (own_ != nullptr) std::fill_n(own_ + kPoseBlockSize * row_, kPoseBlockSize, 0.0);
     if (error_ != nullptr) error_[row_ * errors_ + error_index] = weight;
     ++row_;
   }
 
  private:
+  void start(const RowLabel& label, double residual) {
+    residuals_[row_] = residual;
+    if (labels_ != nullptr) labels_[row_] = label;
+  }
   template <typename Row>
   void write(double* block, double weight, const Row& by_twist) {
     if (block == nullptr) return;
@@ -71,8 +78,9 @@ class RowWriter {
   double* own_;
   double* initial_;
   double* error_;
-  int errors_;
-  int row_ = 0;
+  RowLabel* labels_ = nullptr;
+  Eigen::Index errors_;
+  Eigen::Index row_ = 0;
 };
 
 /// Readings of all cables relative to the reference:  F = (m(ζi) − m(ζ0) − Δ* − e) / σ, where e is
@@ -84,7 +92,8 @@ struct CableChanges {
   const CableVector& modelled_first;
   const CableJacobian& by_twist;
   const CableJacobian& by_twist_first;
-  double sigma;
+  Channel channel;
+  double weight;
   int first_error;  ///< index of the first cable's e
   bool wrap;        ///< angles
 };
@@ -94,14 +103,14 @@ inline int count_changes(const CableVector& measured, const CableVector& measure
 }
 
 inline void write_changes(const CableChanges& in, const double* errors, RowWriter& rows) {
-  const double weight = 1.0 / in.sigma;
   for (Eigen::Index c = 0; c < in.measured.size(); ++c) {
     const double change = in.measured[c] - in.measured_first[c];
     if (!std::isfinite(change)) continue;
     double value = in.modelled[c] - in.modelled_first[c] - change - errors[c];
     if (in.wrap) value = wrap_angle(value);
-    rows.relative(value, weight, in.by_twist.row(c), in.by_twist_first.row(c),
-                  in.first_error + static_cast<int>(c));
+    const int cable = static_cast<int>(c);
+    rows.relative({in.channel, cable}, value, in.weight, in.by_twist.row(c),
+                  in.by_twist_first.row(c), in.first_error + cable);
   }
 }
 

@@ -6,7 +6,7 @@
 namespace cdprcal {
 
 /// W (Ξᵀτ*_i − f(ζi)), 6 rows: forces then moments about P, world axes. W is the inverse square
-/// root of the covariance Ξᵀ diag(σ_τ²) Ξ + model noise; it is held constant within a solve and
+/// root of the covariance Ξᵀ σ_τ² Ξ + model noise; it is held constant within a solve and
 /// refreshed between solves (PoseCache::update_wrench_whitening).
 struct WrenchTerm {
   static int rows(const TermInput& in) {
@@ -17,7 +17,9 @@ struct WrenchTerm {
     const Matrix6& whitening = in.cache.wrench_whitening(in.index);
     const Vector6 balance = whitening * in.pose().wrench;
     const Matrix6 by_twist = whitening * in.pose().wrench_by_twist;
-    for (int i = 0; i < 6; ++i) rows.absolute(balance[i], 1.0, by_twist.row(i));
+    for (int i = 0; i < 6; ++i) {
+      rows.absolute({Channel::balance, i}, balance[i], 1.0, by_twist.row(i));
+    }
   }
 };
 

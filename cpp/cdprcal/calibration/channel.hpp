@@ -1,0 +1,18 @@
+// Groups of readings that share one noise level.
+#pragma once
+
+namespace cdprcal {
+
+enum class Channel { length, swivel, roll_pitch, yaw, balance };
+inline constexpr int kChannels = 5;
+/// "length", "swivel", "roll_pitch", "yaw", "balance".
+const char* to_string(Channel channel);
+
+/// Which row of a residual is which reading.
+struct RowLabel {
+  Channel channel = Channel::length;
+  int component = 0;          ///< cable, angle (0 roll, 1 pitch, 2 yaw) or wrench row
+  bool of_reference = false;  ///< the error of a reading at the reference, not a reading
+};
+
+}  // namespace cdprcal

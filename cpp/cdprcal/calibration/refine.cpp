@@ -1,0 +1,185 @@
+#include "cdprcal/calibration/refine.hpp"
+
+#include <algorithm>
+#include <boost/math/distributions/normal.hpp>
+#include <tuple>
+
+#include "cdprcal/calibration/assembly.hpp"
+#include "cdprcal/calibration/noise_estimate.hpp"
+
+namespace cdprcal {
+namespace {
+
+std::vector<FittedRow> rows_of(const CalibrationProblem& problem, const CalibrationResult& result) {
+  Assembly assembly(problem, result.poses);
+  assembly.set_reference_errors(result.reference_errors);
+  assembly.cache().update_wrench_whitening(1.0);
+  return assembly.fitted_rows();
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Takes one reading out of its measurement; a balance goes as a whole.
+void leave_out(Measurement& m, const RowLabel& label) {
+  switch (label.channel) {
+    case Channel::length:
+      m.length_m[label.component] = kNaN;
+      break;
+    case Channel::swivel:
+      m.swivel_rad[label.component] = kNaN;
+      break;
+    case Channel::roll_pitch:
+    case Channel::yaw:
+      m.roll_pitch_yaw_rad[label.component] = kNaN;
+      break;
+    case Channel::balance:
+      m.tension_N.setConstant(kNaN);
+      break;
+  }
+}
+
+/// Rows beyond what the channel's own scatter makes believable: standardised residuals over a
+/// robust scale (median of squares), against a Bonferroni bound over all rows.
+std::vector<FittedRow> outliers(const std::vector<FittedRow>& rows, const RefineOptions& options) {
+  constexpr double kLeastFreedom = 0.05;  // less: the fit follows the reading, nothing to see
+  constexpr double kMedianChiSquare = 0.4549364;  // of one degree of freedom
+  const double bound = boost::math::quantile(
+      boost::math::normal(), 1.0 - 0.5 * options.family_wise / static_cast<double>(rows.size()));
+  std::vector<FittedRow> out;
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    std::vector<FittedRow> own;
+    std::vector<double> squares;
+    for (FittedRow row : rows) {
+      if (row.label.channel != static_cast<Channel>(c) || row.label.of_reference) continue;
+      if (row.freedom < kLeastFreedom) continue;
+      row.residual /= std::sqrt(row.freedom);
+      squares.push_back(row.residual * row.residual);
+      own.push_back(row);
+    }
+    if (own.size() < 10) continue;  // no scale to speak of
+    const double scale = std::max(1.0, std::sqrt(median(squares) / kMedianChiSquare));
+    std::erase_if(own,
+                  [&](const FittedRow& row) { return std::abs(row.residual) <= bound * scale; });
+    if (static_cast<double>(own.size()) >
+        options.largest_share * static_cast<double>(squares.size())) {
+      continue;
+    }
+    for (FittedRow& row : own) row.residual /= scale;
+    out.insert(out.end(), own.begin(), own.end());
+  }
+  return out;
+}
+
+/// Largest change of any channel's σ (of single samples), as a ratio's logarithm.
+double change(const NoiseModel& a, const NoiseModel& b) {
+  double largest = 0.0;
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    largest = std::max(largest, std::abs(std::log(a.channel[c].sigma(1) / b.channel[c].sigma(1))));
+  }
+  return std::max(largest, std::abs(std::log(a.wrench_moment_Nm / b.wrench_moment_Nm)));
+}
+
+/// Halfway, as ratios go.
+NoiseModel between(const NoiseModel& a, const NoiseModel& b) {
+  const auto mean = [](double x, double y) {
+    return x > 0.0 && y > 0.0 ? std::sqrt(x * y) : 0.5 * (x + y);
+  };
+  NoiseModel out;
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    out.channel[c] = {mean(a.channel[c].pose, b.channel[c].pose),
+                      mean(a.channel[c].sample, b.channel[c].sample)};
+  }
+  out.wrench_force_N = mean(a.wrench_force_N, b.wrench_force_N);
+  out.wrench_moment_Nm = mean(a.wrench_moment_Nm, b.wrench_moment_Nm);
+  return out;
+}
+
+}  // namespace
+
+std::vector<GatedReading> gate_slack(CalibrationProblem& problem, double tension_noise_N) {
+  const Robot& robot = problem.robot;
+  const double level_N =
+      std::max({0.5 * robot.tension_min_N, 0.01 * robot.weight_N(), 3.0 * tension_noise_N});
+  std::vector<GatedReading> gated;
+  for (Measurement& m : problem.measurements) {
+    bool any = false;
+    for (Eigen::Index c = 0; c < m.tension_N.size(); ++c) {
+      if (!(m.tension_N[c] < level_N)) continue;
+      gated.push_back({GatedReading::Reason::slack, m.time_s, Channel::balance, static_cast<int>(c),
+                       m.tension_N[c]});
+      m.length_m[c] = m.swivel_rad[c] = kNaN;
+      any = true;
+    }
+    if (any) m.tension_N.setConstant(kNaN);
+  }
+  return gated;
+}
+
+Refinement refine(const CalibrationProblem& problem, const CalibrationResult& fit,
+                  const std::array<double, kChannels>& sample_noise,
+                  const SolveOptions& solve_options, const RefineOptions& options) {
+  Refinement out{problem, fit, {}};
+  if (fit.status != CalibrationStatus::converged) return out;
+  double solve_time_s = fit.solve_time_s;
+  int iterations = fit.iterations;
+  for (int round = 0; round < options.most_rounds; ++round) {
+    const std::vector<FittedRow> rows = rows_of(out.problem, out.result);
+    if (rows.empty()) break;
+    const NoiseModel before = out.problem.noise.value_or(specified_noise(problem.robot.sigma));
+    CalibrationProblem next = out.problem;
+    next.noise = noise_from_residuals(out.problem, rows, sample_noise);
+    const bool settled = round > 0 && change(*next.noise, before) < 0.01;
+    std::vector<GatedReading> gated;
+    if (settled) {
+      for (const FittedRow& row : outliers(rows, options)) {
+        Measurement& m = next.measurements[row.pose];
+        leave_out(m, row.label);
+        gated.push_back({GatedReading::Reason::outlier, m.time_s, row.label.channel,
+                         row.label.channel == Channel::balance ? 0 : row.label.component,
+                         std::abs(row.residual)});
+      }
+      if (gated.empty()) break;
+    }
+    CalibrationResult result;
+    // A long step to much smaller noise may lose the minimum: shorter ones then.
+    constexpr int kMostHalvings = 4;
+    for (int halving = 0; halving <= kMostHalvings; ++halving) {
+      result = solve(next, out.result.poses, solve_options);
+      solve_time_s += result.solve_time_s;
+      iterations += result.iterations;
+      if (result.status == CalibrationStatus::converged) break;
+      next.noise = between(before, *next.noise);
+    }
+    if (result.status != CalibrationStatus::converged) {  // the last that stood stands
+      out.result.reason += "; the noise could not be taken from the readings (" + result.reason +
+                           "), so the weights are the specified ones or those of an earlier round";
+      break;
+    }
+    out.problem = std::move(next);
+    out.result = std::move(result);
+    out.gated.insert(out.gated.end(), gated.begin(), gated.end());
+  }
+  // Several rows of one balance are one reading left out.
+  std::stable_sort(out.gated.begin(), out.gated.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.time_s, a.channel, a.component) < std::tie(b.time_s, b.channel, b.component);
+  });
+  out.gated.erase(std::unique(out.gated.begin(), out.gated.end(),
+                              [](const auto& a, const auto& b) {
+                                return std::tie(a.time_s, a.channel, a.component) ==
+                                       std::tie(b.time_s, b.channel, b.component);
+                              }),
+                  out.gated.end());
+  out.result.solve_time_s = solve_time_s;
+  out.result.iterations = iterations;
+  return out;
+}
+
+const char* to_string(GatedReading::Reason reason) {
+  return reason == GatedReading::Reason::slack ? "slack" : "outlier";
+}
+
+}  // namespace cdprcal

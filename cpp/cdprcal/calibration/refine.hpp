@@ -1,0 +1,50 @@
+// After a first fit: noise from the readings themselves, and readings that do not belong.
+#pragma once
+
+#include <string>
+
+#include "cdprcal/calibration/problem.hpp"
+
+namespace cdprcal {
+
+/// A reading that was left out of the fit.
+struct GatedReading {
+  enum class Reason { outlier, slack };
+  Reason reason = Reason::outlier;
+  double time_s = 0.0;
+  Channel channel = Channel::length;
+  int component = 0;   ///< cable or angle; 0 for a whole balance
+  double size = kNaN;  ///< outlier: residual over its standard deviation; slack: tension [N]
+};
+
+struct RefineOptions {
+  /// Probability with which a clean log loses any reading at all to the outlier gate.
+  double family_wise = 0.01;
+  /// Outliers are few: a channel with a larger share beyond the gate is not made of them, its model
+  /// is wrong, and nothing of it is gated.
+  double largest_share = 0.05;
+  int most_rounds = 20;
+};
+
+struct Refinement {
+  CalibrationProblem problem;       ///< with the noise found, without the gated readings
+  CalibrationResult result;         ///< its solution
+  std::vector<GatedReading> gated;  ///< in order of time
+};
+
+/// Takes cables that hang slack out of a problem before any fit: below half of the least tension
+/// that the robot allows (a hundredth of its weight where it allows any), or within three times the
+/// noise of a tension reading around zero, that cable's length and swivel and the pose's balance
+/// say nothing.
+std::vector<GatedReading> gate_slack(CalibrationProblem& problem, double tension_noise_N);
+
+/// Estimates the noise from the residuals of a converged fit, solves again, gates outliers, and
+/// repeats until the noise settles and nothing more is gated. Returns the first fit unchanged when
+/// it had not converged. `sample_noise`: see noise.hpp.
+Refinement refine(const CalibrationProblem& problem, const CalibrationResult& fit,
+                  const std::array<double, kChannels>& sample_noise, const SolveOptions& solve = {},
+                  const RefineOptions& options = {});
+
+const char* to_string(GatedReading::Reason reason);
+
+}  // namespace cdprcal

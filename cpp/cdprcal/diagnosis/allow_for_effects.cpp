@@ -1,0 +1,119 @@
+#include "cdprcal/diagnosis/allow_for_effects.hpp"
+
+#include <cstdio>
+
+#include "cdprcal/diagnosis/diagnose.hpp"
+#include "cdprcal/diagnosis/model.hpp"
+#include "cdprcal/diagnosis/model_residuals.hpp"
+#include "cdprcal/effects/applied.hpp"
+
+namespace cdprcal {
+namespace {
+
+std::string part(const char* pattern, double a, double b) {
+  char text[128];
+  std::snprintf(text, sizeof text, pattern, a, b);
+  return text;
+}
+
+DiagnosisModel model_of(const Calibration& calibration) {
+  const CalibrationProblem& problem = calibration.problem;
+  const int n = problem.robot.cable_count();
+  DiagnosisModel model;
+  model.robot = problem.robot;
+  DiagnosisRun& run = model.runs.emplace_back();
+  run.measurements = problem.measurements;
+  run.poses = calibration.result.poses;
+  run.known = problem.effects;
+  // reading = model + offset, at the reference; unknown errors start at 0.
+  const PlatformState initial =
+      platform_state(with_effects(problem.robot, problem.effects), run.poses.front());
+  const Measurement& first = run.measurements.front();
+  run.offsets.resize(2 * n + 1);
+  run.offsets << first.length_m - initial.length_m(), first.swivel_rad - initial.swivel_rad(),
+      first.roll_pitch_yaw_rad[2] -
+          euler_from_rotation(initial.rotation, problem.robot.euler_convention)[2];
+  run.offsets = run.offsets.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; }).eval();
+  const NoiseModel specified = specified_noise(problem.robot.sigma);
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    const bool balance = static_cast<Channel>(c) == Channel::balance;
+    const double sigma = specified.channel[c].pose;
+    const double unit = balance ? sigma : 1.0;  // the balance's level is relative to its covariance
+    model.noise[c] = sigma / unit;
+    // A thousandth of σ keeps noise-free data from a division by zero.
+    model.floor[c] = std::max(calibration.sample_noise[c], 1e-3 * sigma) / unit;
+  }
+  for (const auto& effect : effect_catalogue()) {
+    if (effect->needs_motion()) continue;
+    model.effects.push_back({effect, EffectValues::Zero(effect->size(n))});
+  }
+  return model;
+}
+
+}  // namespace
+
+std::string misfit(const Calibration& calibration) {
+  if (!calibration.problem.noise) return {};
+  const NoiseModel& noise = *calibration.problem.noise;
+  std::string text;
+  const auto add = [&](double pose, double sample, double scale, const char* pattern) {
+    if (pose > sample) {
+      text += (text.empty() ? "" : ", ") + part(pattern, scale * pose, scale * sample);
+    }
+  };
+  const auto channel = [&](Channel c, double scale, const char* pattern) {
+    add(noise[c].pose, noise[c].sample, scale, pattern);
+  };
+  channel(Channel::length, 1e3, "lengths by %.3g mm (they scatter by %.3g mm)");
+  channel(Channel::swivel, 1.0 / kDegree, "swivels by %.3g deg (%.3g deg)");
+  channel(Channel::roll_pitch, 1.0 / kDegree, "roll and pitch by %.3g deg (%.3g deg)");
+  channel(Channel::yaw, 1.0 / kDegree, "yaw by %.3g deg (%.3g deg)");
+  if (calibration.problem.statics == StaticsModel::wrench) {
+    add(std::hypot(noise[Channel::balance].pose, noise.wrench_force_N),
+        noise[Channel::balance].sample, 1.0, "the balance by %.3g N (tensions scatter by %.3g N)");
+  }
+  return text;
+}
+
+void allow_for_effects(const CalibrateOptions& options, Calibration& calibration) {
+  CalibrationResult& result = calibration.result;
+  if (!options.allow_for_effects || result.status != CalibrationStatus::converged ||
+      noise_source(options) != NoiseSource::from_data) {
+    return;
+  }
+  const std::string found = misfit(calibration);
+  if (found.empty()) return;
+  result.reason += "; yet the model misfits " + found +
+                   ", so it lacks something (cdprcal diagnose looks for it)";
+  DiagnosisModel model = model_of(calibration);
+  fit_with_noise(model);
+  const Matrix6 covariance = initial_pose_covariance(model, 0);
+  const PlatformState initial =
+      platform_state(with_effects(model.robot, model.active(0)), model.runs[0].poses.front());
+  if (!covariance.allFinite() || !initial.valid) {
+    result.reason += ", and the uncertainty leaves that out";
+    return;
+  }
+  result.poses = model.runs[0].poses;
+  result.covariance = covariance;
+  result.standard_deviation = covariance.diagonal().cwiseSqrt();
+  result.initial_length_m = initial.length_m();
+  result.initial_swivel_rad = initial.swivel_rad();
+  std::vector<PoseResidual> residuals;
+  for (const ModelResidual& r : model_residuals(model)) residuals.push_back(r.residual);
+  if (residuals.size() == result.poses.size()) {
+    result.residuals = std::move(residuals);
+    result.residual_rms = residual_rms(result.residuals, true);
+  }
+  result.reason +=
+      "; the pose and its uncertainty allow for every known effect at its typical size";
+}
+
+Calibration calibrate_allowing_for_effects(const Robot& robot, const Log& log,
+                                           const CalibrateOptions& options) {
+  Calibration out = calibrate(robot, log, options);
+  allow_for_effects(options, out);
+  return out;
+}
+
+}  // namespace cdprcal
