@@ -1,5 +1,6 @@
 // acquisition/: the canonical log, its segments and its equilibria.
 #include "cdprcal/acquisition/equilibrium_detection.hpp"
+#include "cdprcal/acquisition/equilibrium_mean.hpp"
 #include "cdprcal/acquisition/log.hpp"
 
 #include <pybind11/typing.h>
@@ -143,6 +144,17 @@ void register_acquisition(py::module_& module) {
       "Equilibria in `range` of a log (None: all of it), in time order; sigma None is eq. 18. "
       "Absent channels do not vote. Raises InputError for a range outside the log and when neither "
       "lengths, swivels nor attitude are there to tell.");
+  py::class_<EquilibriumMean>(module, "EquilibriumMean",
+                              "Readings of a rest as one. Channels: lengths, swivels, tensions, "
+                              "roll, pitch, yaw, as far as the log has them; NaN: absent.")
+      .def_readonly("mean", &EquilibriumMean::mean, "[c] m, rad, N.")
+      .def_readonly("covariance", &EquilibriumMean::covariance, "[c, c] of the mean.")
+      .def_readonly("effective_samples", &EquilibriumMean::effective_samples,
+                    "[c] how many independent readings they are worth.");
+  module.def("equilibrium_mean", &equilibrium_mean, py::arg("log"), py::arg("samples"),
+             py::call_guard<py::gil_scoped_release>(),
+             "The mean over an interval at rest and its covariance, in which correlated readings "
+             "count as what they are. Raises InputError for a range outside the log.");
   module.def("channel_noise", &channel_noise, py::arg("values"),
              "White noise of a channel [N], in its unit, from second differences (robust to "
              "motion); NaN entries are passed over; 0 with fewer than three samples.");

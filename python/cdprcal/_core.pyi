@@ -36,6 +36,7 @@ __all__: list[str] = [
     "EffectParameter",
     "EffectScope",
     "Equilibrium",
+    "EquilibriumMean",
     "EquilibriumResult",
     "EquilibriumStatus",
     "EulerConvention",
@@ -142,6 +143,7 @@ __all__: list[str] = [
     "direct_from_lengths",
     "direct_from_tensions",
     "effect_catalogue",
+    "equilibrium_mean",
     "euler_from_rotation",
     "euler_rate_matrix",
     "exp_so3",
@@ -1554,6 +1556,29 @@ class Equilibrium:
     def end_s(self) -> float: ...
     @property
     def samples(self) -> SampleRange: ...
+
+class EquilibriumMean:
+    """
+    Readings of a rest as one. Channels: lengths, swivels, tensions, roll, pitch, yaw, as far as the log has them; NaN: absent.
+    """
+
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        [c, c] of the mean.
+        """
+
+    @property
+    def effective_samples(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [c] how many independent readings they are worth.
+        """
+
+    @property
+    def mean(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [c] m, rad, N.
+        """
 
 class ChannelNoise:
     """
@@ -3468,6 +3493,11 @@ def direct_from_tensions(
 def effect_catalogue() -> list[EffectInfo]:
     """
     All effects the project knows, as a list of EffectInfo.
+    """
+
+def equilibrium_mean(log: Log, samples: SampleRange) -> EquilibriumMean:
+    """
+    The mean over an interval at rest and its covariance, in which correlated readings count as what they are. Raises InputError for a range outside the log.
     """
 
 def euler_from_rotation(

@@ -218,10 +218,16 @@ def study_equilibria(robot_name: str, logs: list[str]) -> int:
         found = cdprcal.detect_equilibria(log, run, robot.sigma)
         print(f"{path}: {len(found)} rests in the run of {log.time_s[run.end - 1]:.1f} s")
         for e in found:
-            rows = slice(e.samples.begin, e.samples.end)
-            tension = log.tension_N[rows].mean(axis=0).round(1).tolist()
+            rest = cdprcal.equilibrium_mean(log, e.samples)
+            sigma = np.sqrt(np.diag(rest.covariance))
+            n = robot.cable_count
+            tension_N = ", ".join(
+                f"{mean:.1f} ± {s:.1f}"
+                for mean, s in zip(rest.mean[2 * n : 3 * n], sigma[2 * n : 3 * n], strict=True)
+            )
             print(
-                f"  {e.begin_s:8.2f} to {e.end_s:8.2f} s, {e.end_s - e.begin_s:5.1f} s, {tension} N"
+                f"  {e.begin_s:8.2f} to {e.end_s:8.2f} s: {tension_N} N, "
+                f"lengths ± {1e3 * sigma[:n].max():.2f} mm"
             )
     return 0
 
