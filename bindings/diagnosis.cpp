@@ -1,6 +1,8 @@
 // diagnosis/ and effects/: the catalogue as data, and what the model lacks.
 #include "cdprcal/diagnosis/diagnose.hpp"
 
+#include <pybind11/typing.h>
+
 #include <optional>
 
 #include "bindings.hpp"
@@ -92,6 +94,14 @@ void register_findings(py::module_& module) {
       .def_readonly("log_evidence", &NamedEffect::log_evidence, "Against its absence [nat].")
       .def_readonly("p_value", &NamedEffect::p_value, "Family-wise.")
       .def_readonly("rivals", &NamedEffect::rivals, "What these poses cannot tell it from.")
+      .def_property_readonly(
+          "where",
+          [](const NamedEffect& e) {
+            py::typing::Dict<py::str, py::float_> where;
+            for (const auto& [name, value] : e.where) where[py::str(name)] = value;
+            return where;
+          },
+          "Of a cable_slip: time_s since the run's first sample, cable from 1.")
       .def_readonly("held_out_before", &NamedEffect::held_out_before,
                     "½ Σ (residual/σ)² a held-out pose without the effect.")
       .def_readonly("held_out_after", &NamedEffect::held_out_after, "The same with it.");
@@ -111,8 +121,24 @@ void register_findings(py::module_& module) {
   py::class_<Identifiability>(module, "Identifiability", "What a log could see of an effect.")
       .def_readonly("name", &Identifiability::name)
       .def_readonly("visible", &Identifiability::visible)
+      .def_readonly("detectable_after", &Identifiability::detectable_after,
+                    "The same with the accepted effects in the model.")
       .def_readonly("detectable", &Identifiability::detectable,
                     "Smallest size that would show, in typical sizes.");
+}
+
+void register_path(py::module_& module) {
+  py::class_<PathState>(module, "PathState",
+                        "From which side each cable and swivel came to where it is, row by row.")
+      .def_readonly("length_direction", &PathState::length_direction,
+                    "[N, n] s in [-1, 1]: +1 after paying out.")
+      .def_readonly("swivel_direction", &PathState::swivel_direction,
+                    "[N, n] the same for the swivels; +1 after a positive turn.")
+      .def_readonly("attitude_rate_rad_s", &PathState::attitude_rate_rad_s,
+                    "[N, 3] of roll, pitch, yaw.");
+  module.def("path_state", &path_state, py::arg("log"), py::arg("smoothing_s") = 1.0,
+             py::call_guard<py::gil_scoped_release>(),
+             "Directions of motion of a log: what hysteresis and delays depend on.");
 }
 
 void register_models(py::module_& module) {
@@ -184,7 +210,8 @@ void register_diagnose(py::module_& module) {
              o.rival_share = rival_share;
              o.most_effects = most_effects;
              o.refits = refits;
-             o.scan = {draws, seed};
+             o.scan.draws = draws;
+             o.scan.seed = seed;
              return o;
            }),
            py::kw_only(), py::arg("family_wise_p") = usual.family_wise_p,
@@ -233,6 +260,7 @@ void register_diagnose(py::module_& module) {
 void register_diagnosis(py::module_& module) {
   register_catalogue(module);
   register_findings(module);
+  register_path(module);
   register_models(module);
   register_diagnose(module);
 }

@@ -62,6 +62,7 @@ __all__: list[str] = [
     "ParameterShape",
     "Path",
     "PathPoint",
+    "PathState",
     "PathStatus",
     "Plan",
     "PlanResult",
@@ -184,6 +185,7 @@ __all__: list[str] = [
     "parse_robot",
     "parse_tension_distribution",
     "parse_visiting_order",
+    "path_state",
     "perfect_sensors",
     "platform_state",
     "plus",
@@ -2253,6 +2255,12 @@ class NamedEffect:
         In reported units, parameter after parameter; of an effect of the run, for each log in turn.
         """
 
+    @property
+    def where(self) -> dict[str, float]:
+        """
+        Of a cable_slip: time_s since the run's first sample, cable from 1.
+        """
+
 class RejectedEffect:
     """
     An effect that was not accepted, and why.
@@ -2321,9 +2329,40 @@ class Identifiability:
         """
 
     @property
+    def detectable_after(self) -> float:
+        """
+        The same with the accepted effects in the model.
+        """
+
+    @property
     def name(self) -> str: ...
     @property
     def visible(self) -> bool: ...
+
+class PathState:
+    """
+    From which side each cable and swivel came to where it is, row by row.
+    """
+
+    @property
+    def attitude_rate_rad_s(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        [N, 3] of roll, pitch, yaw.
+        """
+
+    @property
+    def length_direction(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        [N, n] s in [-1, 1]: +1 after paying out.
+        """
+
+    @property
+    def swivel_direction(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        [N, n] the same for the swivels; +1 after a positive turn.
+        """
 
 class DiagnosisModel:
     """
@@ -2331,13 +2370,13 @@ class DiagnosisModel:
     """
 
     @property
-    def floor(self) -> typing.Annotated[list[float], "FixedSize(5)"]:
+    def floor(self) -> typing.Annotated[list[float], "FixedSize(9)"]:
         """
         The readings' own ripple, as `noise`.
         """
 
     @property
-    def noise(self) -> typing.Annotated[list[float], "FixedSize(5)"]:
+    def noise(self) -> typing.Annotated[list[float], "FixedSize(9)"]:
         """
         Estimated noise of length [m], swivel, roll and pitch, yaw [rad], and of the balance [in sigma of the load cells].
         """
@@ -3797,6 +3836,13 @@ def parse_tension_distribution(name: str) -> TensionDistribution:
 def parse_visiting_order(name: str) -> VisitingOrder:
     """
     'least-time', 'random' → VisitingOrder. Raises InputError naming the choices.
+    """
+
+def path_state(
+    log: Log, smoothing_s: typing.SupportsFloat | typing.SupportsIndex = 1.0
+) -> PathState:
+    """
+    Directions of motion of a log: what hysteresis and delays depend on.
     """
 
 def perfect_sensors() -> SensorOptions:

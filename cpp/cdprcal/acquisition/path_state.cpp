@@ -9,6 +9,11 @@ namespace {
 
 constexpr double kTurnOver_m = 1e-3;
 constexpr double kTurnOver_rad = 0.5 * kDegree;
+/// Dead bands in σ of the smoothed noise.
+constexpr double kNarrow = 1.0, kWide = 3.0;
+/// Half the window of a rate: short against the swings of robots of a few metres (2 to 5 rad/s),
+/// long enough that the noise of a rate stays well below the rates of a transition.
+constexpr double kSlope_s = 0.3;
 
 /// Mean over ±half window around each sample, within a segment, angles unwrapped.
 Eigen::VectorXd smoothed(const Eigen::VectorXd& time, Eigen::VectorXd values,
@@ -55,8 +60,9 @@ void follow(const Eigen::VectorXd& values, const SampleRange& range, double half
   }
 }
 
+/// s with `band` σ of dead band.
 LogMatrix directions(const Log& log, const LogMatrix& values, double turn_over, double window_s,
-                     bool angles) {
+                     bool angles, double band) {
   LogMatrix out = LogMatrix::Zero(values.rows(), values.cols());
   for (const SampleRange& range : segments(log)) {
     const double rate = range.size() > 1 ? static_cast<double>(range.size() - 1) /
@@ -68,31 +74,53 @@ LogMatrix directions(const Log& log, const LogMatrix& values, double turn_over, 
       const double noise = channel_noise(column.segment(range.begin, range.size()));
       Eigen::VectorXd direction = Eigen::VectorXd::Zero(values.rows());
       follow(smoothed(log.time_s, column, range, window_s, angles), range, 0.5 * turn_over,
-             3.0 * noise / std::sqrt(averaged), direction);
+             band * noise / std::sqrt(averaged), direction);
       out.col(c).segment(range.begin, range.size()) = direction.segment(range.begin, range.size());
     }
   }
   return out;
 }
 
+/// Slope of a straight line through the angles around each sample of a segment.
+void slopes(const Eigen::VectorXd& time, const Eigen::VectorXd& angles, const SampleRange& range,
+            Eigen::Ref<Eigen::VectorXd> out) {
+  Eigen::Index begin = range.begin, end = range.begin;
+  for (Eigen::Index i = range.begin; i < range.end; ++i) {
+    while (end < range.end && time[end] <= time[i] + kSlope_s + 1e-9) ++end;
+    while (time[begin] < time[i] - kSlope_s - 1e-9) ++begin;
+    if (!std::isfinite(angles[i])) continue;
+    double count = 0.0, t = 0.0, y = 0.0, tt = 0.0, ty = 0.0;
+    for (Eigen::Index j = begin; j < end; ++j) {
+      const double dy = wrap_angle(angles[j] - angles[i]);
+      if (!std::isfinite(angles[j])) continue;
+      const double dt = time[j] - time[i];
+      count += 1.0, t += dt, y += dy, tt += dt * dt, ty += dt * dy;
+    }
+    const double spread = tt - t * t / std::max(count, 1.0);
+    if (count >= 3.0 && spread > 0.0) out[i] = (ty - t * y / count) / spread;
+  }
+}
+
 }  // namespace
 
 PathState path_state(const Log& log, double smoothing_s) {
   PathState state;
-  state.length_direction = directions(log, log.length_m, kTurnOver_m, smoothing_s, false);
-  state.swivel_direction = directions(log, log.swivel_rad, kTurnOver_rad, smoothing_s, true);
+  const auto both = [&](const LogMatrix& values, double turn_over, bool angles,
+                        LogMatrix& direction, LogMatrix& error) {
+    const LogMatrix narrow = directions(log, values, turn_over, smoothing_s, angles, kNarrow);
+    const LogMatrix wide = directions(log, values, turn_over, smoothing_s, angles, kWide);
+    direction = 0.5 * (narrow + wide);
+    error = 0.5 * (narrow - wide);
+  };
+  both(log.length_m, kTurnOver_m, false, state.length_direction, state.length_direction_error);
+  both(log.swivel_rad, kTurnOver_rad, true, state.swivel_direction, state.swivel_direction_error);
   state.attitude_rate_rad_s =
       LogMatrix::Zero(log.roll_pitch_yaw_rad.rows(), log.roll_pitch_yaw_rad.cols());
-  // Central differences of the reading itself, over three samples: short against any swing.
   for (const SampleRange& range : segments(log)) {
-    for (Eigen::Index i = range.begin + 1; i + 1 < range.end; ++i) {
-      for (Eigen::Index c = 0; c < log.roll_pitch_yaw_rad.cols(); ++c) {
-        const double change = log.roll_pitch_yaw_rad(i + 1, c) - log.roll_pitch_yaw_rad(i - 1, c);
-        if (std::isfinite(change)) {
-          state.attitude_rate_rad_s(i, c) =
-              wrap_angle(change) / (log.time_s[i + 1] - log.time_s[i - 1]);
-        }
-      }
+    for (Eigen::Index c = 0; c < log.roll_pitch_yaw_rad.cols(); ++c) {
+      Eigen::VectorXd rate = state.attitude_rate_rad_s.col(c);
+      slopes(log.time_s, log.roll_pitch_yaw_rad.col(c), range, rate);
+      state.attitude_rate_rad_s.col(c) = rate;
     }
   }
   return state;

@@ -8,11 +8,16 @@ namespace cdprcal {
 /// s in [−1, 1] a sample and cable: +1 after paying out (or turning positive) by more than the
 /// turn-over distance, −1 the other way, between them while turning over; a dwell keeps it. 0 until
 /// the first motion. A play operator on the smoothed reading: the turn-over distance is 1 mm of
-/// cable (0.5° of swivel), and motion within three σ of the noise that smoothing leaves is none.
+/// cable (0.5° of swivel), and motion within a dead band of the noise that smoothing leaves is
+/// none. With one σ of dead band noise turns s over now and then, with three true reversals are
+/// missed: on simulated start-ups with noise of 0.4 to 10 mm the true s is 0.94 to 1.08 times the
+/// one and 0.75 to 0.9 times the other. s is the mean of both, and half their difference is kept
+/// beside it.
 struct PathState {
-  LogMatrix length_direction;     ///< [N, n] or [N, 0]
-  LogMatrix swivel_direction;     ///< [N, n] or [N, 0]
-  LogMatrix attitude_rate_rad_s;  ///< [N, 3] or [N, 0]: slope over the smoothing window
+  LogMatrix length_direction;                                ///< [N, n] or [N, 0]
+  LogMatrix swivel_direction;                                ///< [N, n] or [N, 0]
+  LogMatrix length_direction_error, swivel_direction_error;  ///< s of one σ − s: what it may be off
+  LogMatrix attitude_rate_rad_s;  ///< [N, 3] or [N, 0]: slope over ±0.3 s
 };
 
 PathState path_state(const Log& log, double smoothing_s = 1.0);

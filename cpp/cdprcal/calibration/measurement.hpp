@@ -28,6 +28,7 @@ struct Measurement {
   double run_time_s = 0.0;           ///< since the first sample of the run
   CableVector length_direction;      ///< s in [−1, 1]: +1 after paying out; empty: unknown
   CableVector swivel_direction;      ///< the same for the swivels; +1 after a positive turn
+  CableVector length_direction_error, swivel_direction_error;  ///< what s may be off (path_state.hpp)
   Vector3 attitude_rate_rad_s = Vector3::Zero();  ///< of (roll, pitch, yaw), while moving
   int samples = 1;                   ///< readings behind the mean
 };

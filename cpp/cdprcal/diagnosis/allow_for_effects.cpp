@@ -42,6 +42,10 @@ DiagnosisModel model_of(const Calibration& calibration) {
     model.noise[c] = sigma / unit;
     // A thousandth of σ keeps noise-free data from a division by zero.
     model.floor[c] = std::max(calibration.sample_noise[c], 1e-3 * sigma) / unit;
+    if (!balance) {  // single readings in motion: groups of their own
+      model.noise[c + kRestGroups] = model.noise[c];
+      model.floor[c + kRestGroups] = model.floor[c];
+    }
   }
   for (const auto& effect : effect_catalogue()) {
     if (effect->needs_motion()) continue;

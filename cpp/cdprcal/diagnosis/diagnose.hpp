@@ -11,12 +11,12 @@
 namespace cdprcal {
 
 struct DiagnoseOptions {
-  double family_wise_p = 0.01;   ///< chance that a clean log is accused of anything
-  double least_evidence = 3.0;   ///< nats
-  double rival_nats = 3.0;       ///< within this of the winner: cannot be told apart
-  double rival_share = 0.8;      ///< or imitating this share of its signature
+  double family_wise_p = 0.01;  ///< chance that a clean log is accused of anything
+  double least_evidence = 3.0;  ///< nats
+  double rival_nats = 3.0;      ///< within this of the winner: cannot be told apart
+  double rival_share = 0.8;     ///< or imitating this share of its signature
   int most_effects = 6;
-  int refits = 5;                ///< candidates refitted a round
+  int refits = 5;  ///< candidates refitted a round
   ScanOptions scan;
   std::function<bool(const std::string&)> progress;  ///< false stops; what was found is kept
 };
@@ -26,11 +26,12 @@ const char* to_string(Verdict verdict);
 
 struct NamedEffect {
   std::shared_ptr<const Effect> effect;
-  EffectValues values;             ///< as files and people see them (reported units)
+  EffectValues values;  ///< as files and people see them (reported units)
   EffectValues standard_deviation;
   double log_evidence = 0.0;
   double p_value = 1.0;
   std::vector<std::string> rivals;
+  std::vector<std::pair<std::string, double>> where;  ///< of a cable_slip: time_s, cable (from 1)
   double held_out_before = kNaN, held_out_after = kNaN;  ///< ½ Σ (residual/σ)² a held-out pose
 };
 
@@ -40,13 +41,13 @@ struct RejectedEffect {
 
 struct Unexplained {
   std::string channel;
-  double rms = 0.0, sigma = 0.0;   ///< of what is left, and of the ripple; in the channel's unit
+  double rms = 0.0, sigma = 0.0;  ///< of what is left, and of the ripple; in the channel's unit
   std::string depends_on;
 };
 
 struct Gap {
-  std::string after_effect;        ///< "" before any
-  std::string channel;             ///< length_m, swivel_rad, roll_pitch_rad, yaw_rad, tension_N
+  std::string after_effect;  ///< "" before any
+  std::string channel;       ///< length_m, swivel_rad, roll_pitch_rad, yaw_rad, tension_N
   double train_rms = kNaN, held_out_rms = kNaN;
 };
 
@@ -54,24 +55,25 @@ struct Gap {
 struct Identifiability {
   std::string name;
   bool visible = false;
-  double detectable = kNaN;        ///< in typical sizes
+  double detectable = kNaN;        ///< smallest size, in typical sizes, before any effect
+  double detectable_after = kNaN;  ///< with the accepted effects in the model; NaN for these
 };
 
 struct Diagnosis {
   Verdict verdict = Verdict::unexplained;
   std::string reason;
   std::vector<DiscreteFault> faults;
-  std::vector<NamedEffect> effects;       ///< in the order accepted
+  std::vector<NamedEffect> effects;  ///< in the order accepted
   std::vector<RejectedEffect> rejected;
   std::vector<Unexplained> unexplained;
   std::vector<Gap> gap;
   std::vector<Identifiability> identifiability;
   std::vector<std::string> next;
-  std::vector<std::string> gated;         ///< readings left out, with their time
-  Pose initial_pose_before, initial_pose_after;   ///< of the first run
+  std::vector<std::string> gated;                ///< readings left out, with their time
+  Pose initial_pose_before, initial_pose_after;  ///< of the first run
   Matrix6 covariance_before = Matrix6::Constant(kNaN), covariance_after = Matrix6::Constant(kNaN);
-  DiagnosisModel baseline, model;         ///< fitted before any effect, and after the last
-  Robot corrected;                        ///< the robot with discrete faults and effects
+  DiagnosisModel baseline, model;  ///< fitted before any effect, and after the last
+  Robot corrected;                 ///< the robot with discrete faults and effects
 };
 
 /// One robot, one or more logs. Throws InputError for a log that does not fit the robot.

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
+
+#include "cdprcal/effects/reading_faults.hpp"
 
 namespace cdprcal {
 namespace {
@@ -9,6 +12,9 @@ namespace {
 /// A fault must lower the cost by this factor: the small effects never do.
 constexpr double kOrdersOfMagnitude = 10.0;
 constexpr int kMostFaults = 6;
+constexpr int kAllStarts = 8;
+/// Rests that the trials look at.
+constexpr int kFewestRests = 4, kMostRests = 9;
 
 std::string channel_list(const std::vector<double>& signs) {
   std::string out;
@@ -22,7 +28,8 @@ void add_signs(const std::string& name, const std::string& what, int n,
                std::vector<DiscreteFault>& out) {
   const auto add = [&](std::vector<double> signs) {
     const std::string list = channel_list(signs);
-    out.push_back({name, "sign", std::move(signs), what + " of cable " + list + " counts backwards"});
+    out.push_back(
+        {name, "sign", std::move(signs), what + " of cable " + list + " counts backwards"});
   };
   add(std::vector<double>(static_cast<std::size_t>(n), -1.0));
   // Every combination while there are few; one and two at a time beyond.
@@ -63,65 +70,99 @@ std::vector<DiscreteFault> all_faults(const Robot& robot, const Log& log) {
   out.push_back({"angle_unit", "factor", {kDegree, kDegree}, "all angles are in degrees"});
   for (int c = 0; c < 6; ++c) {
     if (static_cast<EulerConvention>(c) == robot.euler_convention) continue;
-    out.push_back({"euler_convention", "convention", {static_cast<double>(c)},
-                   "the attitude's Euler angles are " +
-                       to_string(static_cast<EulerConvention>(c))});
+    out.push_back(
+        {"euler_convention",
+         "convention",
+         {static_cast<double>(c)},
+         "the attitude's Euler angles are " + to_string(static_cast<EulerConvention>(c))});
   }
   return out;
 }
 
-double cost_of(const Robot& robot, const Log& log, int most_starts, bool& agrees) {
+CalibrateOptions options_for(const Log& log) {
   CalibrateOptions options;
   options.method = log.tension_N.cols() > 0 ? Method::statics : Method::kinematic;
-  options.most_starts = most_starts;
+  options.noise = NoiseSource::specified;
   options.solve.max_iterations = 50;
+  return options;
+}
+
+double cost_of(const Robot& robot, const Log& log, const std::vector<double>& at_s, int most_starts,
+               bool& agrees) {
+  CalibrateOptions options = options_for(log);
+  options.most_starts = most_starts;
+  options.at_s = at_s;
   const Calibration c = calibrate(robot, log, options);
   agrees = c.result.status == CalibrationStatus::converged;
   return std::isfinite(c.result.cost) ? c.result.cost : std::numeric_limits<double>::infinity();
 }
 
+/// A log of a few rows, each the mean over a rest, spread over the run, and their times. Nothing
+/// when there are too few rests.
+std::optional<Log> few_rests(const Robot& robot, const Log& log, std::vector<double>& at_s) {
+  const Calibration whole = prepare(robot, log, options_for(log));
+  const auto rests = static_cast<int>(whole.equilibria.size());
+  if (rests < kFewestRests) return std::nullopt;
+  const int rows = std::min(rests, kMostRests);
+  const int n = robot.cable_count();
+  Log brief;
+  brief.source = log.source;
+  brief.time_s.resize(rows);
+  brief.length_m.resize(rows, log.length_m.cols());
+  brief.swivel_rad.resize(rows, log.swivel_rad.cols());
+  brief.tension_N.resize(rows, log.tension_N.cols());
+  brief.roll_pitch_yaw_rad.resize(rows, log.roll_pitch_yaw_rad.cols());
+  brief.tension_setpoint_N.resize(rows, 0);
+  for (int row = 0; row < rows; ++row) {
+    const int rest = rows > 1 ? row * (rests - 1) / (rows - 1) : 0;
+    const Measurement m = measurement_mean(
+        log, whole.equilibria[static_cast<std::size_t>(rest)].samples, PoseKind::static_pose, n);
+    brief.time_s[row] = row;  // a second apart: one segment
+    at_s.push_back(row);
+    if (brief.length_m.cols() > 0) brief.length_m.row(row) = m.length_m;
+    if (brief.swivel_rad.cols() > 0) brief.swivel_rad.row(row) = m.swivel_rad;
+    if (brief.tension_N.cols() > 0) brief.tension_N.row(row) = m.tension_N;
+    if (brief.roll_pitch_yaw_rad.cols() > 0)
+      brief.roll_pitch_yaw_rad.row(row) = m.roll_pitch_yaw_rad;
+  }
+  return brief;
+}
+
 }  // namespace
 
+AppliedEffect as_listed(const DiscreteFault& fault) {
+  return {fault.name, "", {{fault.parameter, fault.values}}};
+}
+
 void set_right(const DiscreteFault& fault, Robot& robot, Log& log) {
-  const auto scale = [&](LogMatrix& m) {
-    for (Eigen::Index i = 0; i < m.cols(); ++i) m.col(i) *= fault.values[static_cast<std::size_t>(i)];
-  };
-  if (fault.name == "length_sign") {
-    scale(log.length_m);
-  } else if (fault.name == "swivel_sign") {
-    scale(log.swivel_rad);
-  } else if (fault.name == "cable_order") {
-    for (LogMatrix* m : {&log.length_m, &log.swivel_rad, &log.tension_N, &log.tension_setpoint_N}) {
-      const LogMatrix read = *m;
-      for (Eigen::Index i = 0; i < m->cols(); ++i) {
-        m->col(i) = read.col(static_cast<Eigen::Index>(fault.values[static_cast<std::size_t>(i)]) - 1);
-      }
-    }
-  } else if (fault.name == "length_unit") {
-    log.length_m *= fault.values[0];
-  } else if (fault.name == "angle_unit") {
-    log.swivel_rad *= fault.values[0];
-    log.roll_pitch_yaw_rad *= fault.values[1];
-  } else if (fault.name == "euler_convention") {
+  if (fault.name == "euler_convention") {
     robot.euler_convention = static_cast<EulerConvention>(static_cast<int>(fault.values[0]));
+  } else {
+    set_right(as_listed(fault), log);
   }
 }
 
 DiscreteSearch find_discrete_faults(Robot& robot, Log& log) {
   DiscreteSearch search;
   bool agrees = false;
-  double cost = search.cost_before = cost_of(robot, log, 8, agrees);
-  while (!agrees && static_cast<int>(search.faults.size()) < kMostFaults) {
+  search.cost_before = search.cost_after = cost_of(robot, log, {}, kAllStarts, agrees);
+  if (agrees) return search;
+  // Some hundred trials: a few of the rests tell a wrong map as well as all of them do.
+  std::vector<double> at_s;
+  std::optional<Log> brief = few_rests(robot, log, at_s);
+  Log& tried = brief ? *brief : log;
+  double cost = cost_of(robot, tried, at_s, kAllStarts, agrees);
+  while (static_cast<int>(search.faults.size()) < kMostFaults) {
     std::optional<DiscreteFault> best;
     double best_cost = cost;
     bool best_agrees = false;
     for (const DiscreteFault& fault : all_faults(robot, log)) {
       Robot trial_robot = robot;
-      Log trial_log = log;
+      Log trial_log = tried;
       set_right(fault, trial_robot, trial_log);
       bool trial_agrees = false;
-      // Some hundred trials: the right one comes down from the first start in a few steps.
-      const double trial_cost = cost_of(trial_robot, trial_log, 1, trial_agrees);
+      // The right one comes down from the first start in a few steps.
+      const double trial_cost = cost_of(trial_robot, trial_log, at_s, 1, trial_agrees);
       if (trial_cost < best_cost) {
         best = fault;
         best_cost = trial_cost;
@@ -131,11 +172,15 @@ DiscreteSearch find_discrete_faults(Robot& robot, Log& log) {
     // The last of several faults must make the log agree; one on the way must help a great deal.
     if (!best || !(best_cost * kOrdersOfMagnitude < cost)) break;
     set_right(*best, robot, log);
+    if (brief) {
+      Robot scratch = robot;
+      set_right(*best, scratch, *brief);
+    }
     search.faults.push_back(*best);
     cost = best_cost;
-    agrees = best_agrees;
+    if (best_agrees) break;
   }
-  search.cost_after = cost;
+  if (!search.faults.empty()) search.cost_after = cost_of(robot, log, {}, 1, agrees);
   return search;
 }
 

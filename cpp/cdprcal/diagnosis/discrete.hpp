@@ -11,18 +11,22 @@ namespace cdprcal {
 
 /// One fault of a log: its name in the catalogue and what sets it right.
 struct DiscreteFault {
-  std::string name;             ///< length_sign, swivel_sign, cable_order, angle_unit, length_unit,
-                                ///< euler_convention
-  std::string parameter;        ///< "sign", "order", "factor", "convention"
-  std::vector<double> values;   ///< a cable: ±1, or the index (from 1) of the channel it is read on
-  std::string text;             ///< for people
+  std::string name;            ///< length_sign, swivel_sign, cable_order, angle_unit, length_unit,
+                               ///< euler_convention
+  std::string parameter;       ///< "sign", "order", "factor", "convention"
+  std::vector<double> values;  ///< a cable: ±1, or the index (from 1) of the channel it is read on
+  std::string text;            ///< for people
 };
+
+/// A fault of the readings as the robot file lists it; not for the Euler convention, which has a
+/// place of its own there.
+AppliedEffect as_listed(const DiscreteFault& fault);
 
 /// The log (and, for the Euler convention, the robot) as it reads with a fault set right.
 void set_right(const DiscreteFault& fault, Robot& robot, Log& log);
 
 struct DiscreteSearch {
-  std::vector<DiscreteFault> faults;   ///< in the order found
+  std::vector<DiscreteFault> faults;  ///< in the order found
   double cost_before = 0.0, cost_after = 0.0;
 };
 

@@ -1,122 +1,297 @@
 #include "cdprcal/diagnosis/generic.hpp"
 
-#include <map>
+#include <algorithm>
 
 namespace cdprcal {
 namespace {
 
 enum class Target { length, swivel, roll_pitch, yaw, tension };
-enum class Covariate { time, position, tension, direction };
+enum class Covariate { time, position, tension, direction, itself };
 
 constexpr const char* kTargets[] = {"length", "swivel", "roll_pitch", "yaw", "tension"};
-constexpr const char* kCovariates[] = {"time", "pose", "tension", "direction"};
+constexpr const char* kCovariates[] = {"time", "pose", "tension", "direction", "reading"};
 
-/// Typical size of the whole dependence over a run, in units of the sensor's σ of eq. 18.
-constexpr double kTypical = 0.3;
+/// Size to expect of a dependence over a run: that of typical effects on a robot of some 13 kg and
+/// 2 m [m, rad, rad, rad, N]. As for the catalogue, a prior's σ; no threshold depends on it.
+constexpr double kTypical[] = {3e-3, 0.01, 0.01, 0.03, 4.0};
+
+/// What the runs visited: x → (x − middle) / spread is of order one.
+struct Scale {
+  double middle = 0.0, spread = 1.0;
+  [[nodiscard]] double operator()(double x) const { return (x - middle) / spread; }
+};
+
+struct Visited {
+  Scale time;  ///< to [−1, 1]
+  std::array<Scale, 3> position;
+  double tension_N = 1.0, tilt_rad = 1.0;      ///< root mean squares
+  std::vector<Scale> tension, length, swivel;  ///< by cable
+};
+
+template <class Values>
+Scale scale_of(const Values& values) {
+  double sum = 0.0, squares = 0.0;
+  int count = 0;
+  for (const double v : values) {
+    if (!std::isfinite(v)) continue;
+    sum += v, squares += v * v, ++count;
+  }
+  if (count < 2) return {};
+  const double mean = sum / count;
+  const double spread = std::sqrt(std::max(0.0, squares / count - mean * mean));
+  return {mean, spread > 1e-9 ? spread : 1.0};
+}
+
+struct RootMeanSquare {
+  double squares = 0.0;
+  int count = 0;
+  void add(double v) {
+    if (std::isfinite(v)) squares += v * v, ++count;
+  }
+  /// 1 where nothing of any size was added.
+  [[nodiscard]] double value() const {
+    const double mean = count > 0 ? std::sqrt(squares / count) : 0.0;
+    return mean > 1e-9 ? mean : 1.0;
+  }
+};
+
+/// Legendre polynomials P1 … P4: a smooth course over the run.
+double legendre(int degree, double x) {
+  switch (degree) {
+    case 1:
+      return x;
+    case 2:
+      return 0.5 * (3.0 * x * x - 1.0);
+    case 3:
+      return 0.5 * x * (5.0 * x * x - 3.0);
+    default:
+      return 0.125 * ((35.0 * x * x - 30.0) * x * x + 3.0);
+  }
+}
+
+/// One dependence: `terms` functions of the covariate, for all cables alike or for each.
+struct Form {
+  Target target;
+  Covariate covariate;
+  bool common;
+  int terms;
+};
 
 class GenericEffect final : public Effect {
  public:
-  GenericEffect(Target target, Covariate covariate)
-      : target_(target),
-        covariate_(covariate),
-        name_(std::string("unexplained_") + kTargets[static_cast<int>(target)] + "_vs_" +
-              kCovariates[static_cast<int>(covariate)]) {
+  GenericEffect(Form form, std::shared_ptr<const Visited> visited, int number)
+      : form_(form),
+        visited_(std::move(visited)),
+        name_(std::string("unexplained_") + kTargets[static_cast<int>(form.target)] + "_vs_" +
+              kCovariates[static_cast<int>(form.covariate)] + "_" + std::to_string(number)) {
     info_.name = name_.c_str();
-    info_.equation = "reading* = reading + linear in the covariate";
-    // Values are in units of the sensor's σ: the columns carry it.
-    const bool per_cable = target != Target::roll_pitch && target != Target::yaw;
-    const bool vector = covariate == Covariate::position;
-    info_.parameters = {{"slope", "sigma",
-                         per_cable ? (vector ? ParameterShape::per_cable_vector3
-                                             : ParameterShape::per_cable)
-                                   : (vector ? ParameterShape::vector3 : ParameterShape::scalar),
-                         kTypical, 1e3}};
+    info_.equation = "reading* = reading + functions of the covariate";
+    const double typical = kTypical[static_cast<int>(form.target)];
+    const bool alike = form.common || !of_a_cable(form.target);
+    for (int t = 0; t < form.terms; ++t) {
+      info_.parameters.push_back({"amplitude", "",
+                                  alike ? ParameterShape::scalar : ParameterShape::per_cable,
+                                  typical, 1e9});
+    }
     info_.scope = EffectScope::run;
     info_.sentence = info_.remedy = info_.settle = "";
   }
   const EffectInfo& info() const override { return info_; }
   [[nodiscard]] GenericName generic() const {
-    return {kTargets[static_cast<int>(target_)], kCovariates[static_cast<int>(covariate_)]};
+    return {kTargets[static_cast<int>(form_.target)],
+            kCovariates[static_cast<int>(form_.covariate)]};
   }
 
+  void add_to_readings(const EffectContext& context, const EffectValues& values,
+                       PoseEvaluation& evaluation) const override {
+    if (form_.target == Target::tension) return;
+    const ReadingRows rows{context.state.cable_count};
+    Eigen::MatrixXd by_value = Eigen::MatrixXd::Zero(rows.size(), values.size());
+    columns(context, values, by_value);
+    const Eigen::VectorXd change = by_value * values;
+    for (int i = 0; i < rows.cables; ++i) {
+      evaluation.length_m[i] += change[rows.length() + i];
+      evaluation.swivel_rad[i] += change[rows.swivel() + i];
+    }
+    evaluation.roll_pitch_yaw_rad += change.segment<3>(rows.attitude());
+  }
+  void correct_tension(const EffectContext& context, const EffectValues& values,
+                       CableVector& tension_N) const override {
+    if (form_.target != Target::tension) return;
+    for (int i = 0; i < context.state.cable_count; ++i) {
+      for (int t = 0; t < form_.terms; ++t) {
+        tension_N[i] -= values[column(i, t, context.state.cable_count)] * term(context, i, t);
+      }
+    }
+  }
   void columns(const EffectContext& context, const EffectValues&,
                EffectColumns out) const override {
     const ReadingRows rows{context.state.cable_count};
-    const SensorSigma& sigma = context.robot.sigma;
-    const int width = covariate_ == Covariate::position ? 3 : 1;
-    WrenchMatrix structure;
-    if (target_ == Target::tension) structure = structure_matrix(context.state);
-    if (target_ == Target::roll_pitch || target_ == Target::yaw) {
-      const Vector3 x = covariate(context, 0);
-      for (int j = 0; j < width; ++j) {
-        if (target_ == Target::yaw) {
-          out(rows.attitude() + 2, j) = sigma.attitude_rad * x[j];
-        } else {
-          out(rows.attitude(), j) = sigma.attitude_rad * x[j];
-          out(rows.attitude() + 1, j) = sigma.attitude_rad * x[j];
-        }
+    if (form_.target == Target::yaw) {
+      for (int t = 0; t < form_.terms; ++t) out(rows.attitude() + 2, t) = term(context, 0, t);
+      return;
+    }
+    if (form_.target == Target::roll_pitch) {
+      // The first half of the terms acts on roll, the second on pitch.
+      const int half = form_.terms / 2;
+      for (int t = 0; t < form_.terms; ++t) {
+        out(rows.attitude() + t / half, t) = term(context, 0, t % half);
       }
       return;
     }
+    Eigen::MatrixXd by_cable = Eigen::MatrixXd::Zero(rows.cables, out.cols());
     for (int i = 0; i < rows.cables; ++i) {
-      const Vector3 x = covariate(context, i);
-      for (int j = 0; j < width; ++j) {
-        const int column = width * i + j;
-        if (target_ == Target::length) out(rows.length() + i, column) = sigma.length_m * x[j];
-        if (target_ == Target::swivel) out(rows.swivel() + i, column) = sigma.swivel_rad * x[j];
-        if (target_ == Target::tension) {
-          out.col(column).segment<6>(rows.wrench()) =
-              -sigma.tension_N * x[j] * structure.col(i);
-        }
+      for (int t = 0; t < form_.terms; ++t) {
+        by_cable(i, column(i, t, rows.cables)) = term(context, i, t);
       }
+    }
+    switch (form_.target) {
+      case Target::length:
+        out.middleRows(rows.length(), rows.cables) = by_cable;
+        break;
+      case Target::swivel:
+        out.middleRows(rows.swivel(), rows.cables) = by_cable;
+        break;
+      default:
+        out.middleRows<6>(rows.wrench()) = -wrench_by_tension(context.state, by_cable);
     }
   }
 
  private:
-  /// Of order one over a run.
-  [[nodiscard]] Vector3 covariate(const EffectContext& context, int cable) const {
-    const Measurement& m = context.measurement;
-    switch (covariate_) {
-      case Covariate::time: return Vector3::Constant(m.run_time_s / 100.0);
-      case Covariate::position: return context.pose.position_m / 0.5;
-      case Covariate::tension: {
-        const double mean = context.robot.weight_N() / context.state.cable_count;
-        const double value = m.tension_N[cable];
-        return Vector3::Constant(std::isfinite(value) ? value / mean : 0.0);
-      }
-      case Covariate::direction: {
-        const CableVector& s =
-            target_ == Target::swivel ? m.swivel_direction : m.length_direction;
-        return Vector3::Constant(s.size() > cable ? s[cable] : 0.0);
-      }
-    }
-    return Vector3::Zero();
+  static bool of_a_cable(Target target) {
+    return target == Target::length || target == Target::swivel || target == Target::tension;
+  }
+  [[nodiscard]] int column(int cable, int t, int cables) const {
+    return form_.common ? t : t * cables + cable;
   }
 
-  Target target_;
-  Covariate covariate_;
+  /// The t-th function of the covariate, of order one over the runs.
+  [[nodiscard]] double term(const EffectContext& context, int cable, int t) const {
+    const Measurement& m = context.measurement;
+    const auto c = static_cast<std::size_t>(cable);
+    switch (form_.covariate) {
+      case Covariate::time:  // nothing yet at the start of the run
+        return legendre(t + 1, visited_->time(m.run_time_s)) - legendre(t + 1, -1.0);
+      case Covariate::position: {
+        const auto x = [&](int axis) {
+          return visited_->position[static_cast<std::size_t>(axis)](context.pose.position_m[axis]);
+        };
+        if (t < 3) return x(t);
+        if (t < 6) return x(t - 3) * x(t - 3) - 1.0;
+        return x(t - 6) * x((t - 5) % 3);
+      }
+      case Covariate::tension:
+        return bent(visited_->tension[c](m.tension_N[cable]), t);
+      case Covariate::direction: {
+        const CableVector& s =
+            form_.target == Target::swivel ? m.swivel_direction : m.length_direction;
+        return s.size() > cable ? s[cable] : 0.0;
+      }
+      case Covariate::itself:
+        break;
+    }
+    switch (form_.target) {
+      case Target::length:
+        return bent(visited_->length[c](m.length_m[cable]), t);
+      case Target::swivel:
+        return bent(visited_->swivel[c](m.swivel_rad[cable]), t);
+      // Absolute readings have a true zero.
+      case Target::tension: {
+        const double x = finite(m.tension_N[cable] / visited_->tension_N);
+        return t == 0 ? x : x * x;
+      }
+      case Target::roll_pitch:
+        return finite(m.roll_pitch_yaw_rad[t] / visited_->tilt_rad);
+      case Target::yaw: {
+        const double yaw = m.roll_pitch_yaw_rad[2];
+        return finite(t == 0 ? std::sin(yaw) : std::cos(yaw));
+      }
+    }
+    return 0.0;
+  }
+  static double finite(double x) { return std::isfinite(x) ? x : 0.0; }
+  static double bent(double x, int t) { return finite(t == 0 ? x : x * x - 1.0); }
+
+  Form form_;
+  std::shared_ptr<const Visited> visited_;
   std::string name_;
   EffectInfo info_;
 };
 
-}  // namespace
-
-const Candidates& generic_candidates() {
-  static const Candidates candidates = [] {
-    Candidates out;
-    for (const Target target :
-         {Target::length, Target::swivel, Target::roll_pitch, Target::yaw, Target::tension}) {
-      for (const Covariate covariate :
-           {Covariate::time, Covariate::position, Covariate::tension, Covariate::direction}) {
-        const bool about_a_cable =
-            covariate == Covariate::tension || covariate == Covariate::direction;
-        if (about_a_cable && (target == Target::roll_pitch || target == Target::yaw)) continue;
-        out.push_back(std::make_shared<GenericEffect>(target, covariate));
+std::shared_ptr<const Visited> visited_by(const DiagnosisModel& model) {
+  auto out = std::make_shared<Visited>();
+  const auto n = static_cast<std::size_t>(model.robot.cable_count());
+  double last_s = 0.0;
+  std::array<std::vector<double>, 3> position;
+  RootMeanSquare tilt, pull;
+  std::vector<std::vector<double>> tension(n), length(n), swivel(n);
+  for (const DiagnosisRun& run : model.runs) {
+    for (std::size_t i = 0; i < run.measurements.size(); ++i) {
+      const Measurement& m = run.measurements[i];
+      last_s = std::max(last_s, m.run_time_s);
+      for (std::size_t a = 0; a < 3; ++a) {
+        position[a].push_back(run.poses[i].position_m[static_cast<Eigen::Index>(a)]);
+      }
+      for (const double angle : {m.roll_pitch_yaw_rad[0], m.roll_pitch_yaw_rad[1]}) tilt.add(angle);
+      for (std::size_t c = 0; c < n; ++c) {
+        const auto cable = static_cast<Eigen::Index>(c);
+        tension[c].push_back(m.tension_N[cable]);
+        pull.add(m.tension_N[cable]);
+        length[c].push_back(m.length_m[cable]);
+        swivel[c].push_back(m.swivel_rad[cable]);
       }
     }
-    return out;
-  }();
-  return candidates;
+  }
+  if (last_s > 0.0) out->time = {0.5 * last_s, 0.5 * last_s};
+  for (std::size_t a = 0; a < 3; ++a) out->position[a] = scale_of(position[a]);
+  out->tilt_rad = tilt.value();
+  out->tension_N = pull.value();
+  for (std::size_t c = 0; c < n; ++c) {
+    out->tension.push_back(scale_of(tension[c]));
+    out->length.push_back(scale_of(length[c]));
+    out->swivel.push_back(scale_of(swivel[c]));
+  }
+  return out;
+}
+
+constexpr bool kCommon = true, kEach = false;
+constexpr Form kForms[] = {
+    {Target::length, Covariate::time, kCommon, 4},
+    {Target::length, Covariate::time, kEach, 2},
+    {Target::length, Covariate::position, kEach, 3},
+    {Target::length, Covariate::tension, kCommon, 1},
+    {Target::length, Covariate::tension, kEach, 2},
+    {Target::length, Covariate::direction, kEach, 1},
+    {Target::length, Covariate::itself, kEach, 2},
+    {Target::swivel, Covariate::time, kEach, 2},
+    {Target::swivel, Covariate::position, kEach, 3},
+    {Target::swivel, Covariate::tension, kEach, 1},
+    {Target::swivel, Covariate::direction, kEach, 1},
+    {Target::swivel, Covariate::itself, kEach, 2},
+    {Target::roll_pitch, Covariate::time, kCommon, 6},
+    {Target::roll_pitch, Covariate::position, kCommon, 6},
+    {Target::roll_pitch, Covariate::itself, kCommon, 4},
+    {Target::yaw, Covariate::time, kCommon, 4},
+    {Target::yaw, Covariate::position, kCommon, 9},
+    {Target::yaw, Covariate::itself, kCommon, 2},
+    {Target::tension, Covariate::time, kCommon, 4},
+    {Target::tension, Covariate::time, kEach, 2},
+    {Target::tension, Covariate::position, kEach, 3},
+    {Target::tension, Covariate::itself, kCommon, 2},
+    {Target::tension, Covariate::itself, kEach, 2},
+    {Target::tension, Covariate::direction, kEach, 1},
+};
+
+}  // namespace
+
+Candidates generic_candidates(const DiagnosisModel& model) {
+  const std::shared_ptr<const Visited> visited = visited_by(model);
+  Candidates out;
+  int number = 0;
+  for (const Form& form : kForms) {
+    out.push_back(std::make_shared<GenericEffect>(form, visited, ++number));
+  }
+  return out;
 }
 
 std::optional<GenericName> generic_name(const Effect& effect) {

@@ -43,7 +43,7 @@ std::vector<Folds> partitions(const DiagnosisModel& model, const DiagnosisSystem
 }
 
 struct FoldSums {
-  Eigen::VectorXd per_pose;   ///< ½ Σ squares of each held-out pose
+  Eigen::VectorXd per_pose;  ///< ½ Σ squares of each held-out pose
   NoiseLevels train{}, held{}, train_freedom{}, held_freedom{};
 };
 
@@ -77,8 +77,7 @@ FoldSums cross_validate(const DiagnosisSystem& system, const Folds& folds) {
     const Eigen::VectorXd step = -hessian.completeOrthogonalDecomposition().solve(gradient);
     for (std::size_t i = 0; i < system.poses.size(); ++i) {
       const PoseSystem& pose = system.poses[i];
-      const Eigen::VectorXd reduced =
-          pose.reduced + pose.reduced_by_common.leftCols(size) * step;
+      const Eigen::VectorXd reduced = pose.reduced + pose.reduced_by_common.leftCols(size) * step;
       if (folds[i] == fold) {
         out.per_pose[static_cast<Eigen::Index>(i)] = 0.5 * reduced.squaredNorm();
         add_channels(pose, reduced, out.held, out.held_freedom);
@@ -114,7 +113,7 @@ HeldOut held_out(const DiagnosisModel& before, const DiagnosisModel& after, int 
     const double variance =
         (difference.array() - difference.mean()).square().sum() / std::max(1.0, count - 1.0);
     gain_variance += share * count * variance;
-    for (std::size_t c = 0; c < kChannels; ++c) {
+    for (std::size_t c = 0; c < kNoiseGroups; ++c) {
       train[c] += b.train[c];
       held[c] += b.held[c];
       train_freedom[c] += b.train_freedom[c];
@@ -122,13 +121,12 @@ HeldOut held_out(const DiagnosisModel& before, const DiagnosisModel& after, int 
     }
   }
   out.gain_error = std::sqrt(gain_variance);
-  for (std::size_t c = 0; c < kChannels; ++c) {
+  for (std::size_t c = 0; c < kNoiseGroups; ++c) {
     // Balance rows are whitened by the load cells' σ: back to newtons.
     const double unit =
-        c == static_cast<std::size_t>(Channel::balance) ? after.robot.sigma.tension_N : 1.0;
+        c == static_cast<std::size_t>(NoiseGroup::balance) ? after.robot.sigma.tension_N : 1.0;
     out.train_rms[c] = train_freedom[c] > 0 ? unit * std::sqrt(train[c] / train_freedom[c]) : kNaN;
-    out.held_out_rms[c] =
-        held_freedom[c] > 0 ? unit * std::sqrt(held[c] / held_freedom[c]) : kNaN;
+    out.held_out_rms[c] = held_freedom[c] > 0 ? unit * std::sqrt(held[c] / held_freedom[c]) : kNaN;
   }
   return out;
 }

@@ -7,10 +7,10 @@ namespace cdprcal {
 
 /// Sums over held-out poses, each with its own six unknowns and nothing else free.
 struct HeldOut {
-  double before = 0.0;     ///< ½ Σ (residual/σ)² a pose without the effect, mean over folds
-  double after = 0.0;      ///< the same with it, in the same σ (those of the fit with the effect)
-  double gain = 0.0;       ///< total before − after
-  double gain_error = 0.0; ///< its standard error, from pose to pose
+  double before = 0.0;      ///< ½ Σ (residual/σ)² a pose without the effect, mean over folds
+  double after = 0.0;       ///< the same with it, in the same σ (those of the fit with the effect)
+  double gain = 0.0;        ///< total before − after
+  double gain_error = 0.0;  ///< its standard error, from pose to pose
   NoiseLevels train_rms{}, held_out_rms{};  ///< with the effect: m, rad, rad, rad, N
 };
 

@@ -95,19 +95,39 @@ RawRows raw_rows(const DiagnosisModel& model, const Robot& robot, const ActiveEf
   return out;
 }
 
+/// σ of one reading of a channel. The part of a mean's noise that is the readings' own ripple falls
+/// with their number; what is beyond it (the model's errors) does not.
+double row_noise(const DiagnosisModel& model, NoiseGroup channel, const Measurement& m) {
+  const auto c = static_cast<std::size_t>(channel);
+  const double level = model.noise[c];
+  if (c >= kRestGroups) return level;
+  const double ripple = std::min(model.floor[c], level);
+  return std::sqrt(level * level + ripple * ripple * (model.rest_samples / m.samples - 1.0));
+}
+
 /// Keeps the rows that carry a reading, whitens them and projects them off the pose.
-PoseSystem whiten(const DiagnosisModel& model, const Robot& robot, RawRows raw, const Pose& pose,
-                  bool rests) {
+PoseSystem whiten(const DiagnosisModel& model, const Robot& robot, RawRows raw,
+                  const Measurement& m, const Pose& pose, bool rests) {
   const int n = robot.cable_count();
   const ReadingRows rows{n};
   PoseSystem out;
   Eigen::VectorXd sigma(rows.size());
-  const auto level = [&](Channel c) { return model.noise[static_cast<std::size_t>(c)]; };
-  sigma.head(n).setConstant(level(Channel::length));
-  sigma.segment(n, n).setConstant(level(Channel::swivel));
-  sigma.segment<2>(rows.attitude()).setConstant(level(Channel::roll_pitch));
-  sigma[rows.attitude() + 2] = level(Channel::yaw);
-  sigma.tail<6>().setConstant(level(Channel::balance));
+  const bool moves = m.kind == PoseKind::kinematic_pose && m.samples == 1;
+  const auto channel_of = [&](int row) {
+    int group = static_cast<int>(NoiseGroup::balance);
+    if (row < n)
+      group = static_cast<int>(NoiseGroup::length);
+    else if (row < 2 * n)
+      group = static_cast<int>(NoiseGroup::swivel);
+    else if (row < rows.attitude() + 2)
+      group = static_cast<int>(NoiseGroup::roll_pitch);
+    else if (row == rows.attitude() + 2)
+      group = static_cast<int>(NoiseGroup::yaw);
+    return static_cast<NoiseGroup>(group + (moves ? kRestGroups : 0));
+  };
+  for (int row = 0; row < rows.size(); ++row) {
+    sigma[row] = row_noise(model, channel_of(row), m);
+  }
   if (rests) {
     const Matrix6 root =
         balance_root(platform_state(robot, pose), robot.sigma.tension_N, robot.sigma);
@@ -120,24 +140,18 @@ PoseSystem whiten(const DiagnosisModel& model, const Robot& robot, RawRows raw, 
   for (int row = 0; row < rows.size(); ++row) {
     if (!std::isfinite(raw.residual[row])) continue;
     kept.push_back(row);
-    if (row < n) {
-      out.channel.push_back(Channel::length), out.component.push_back(row);
-    } else if (row < 2 * n) {
-      out.channel.push_back(Channel::swivel), out.component.push_back(row - n);
-    } else if (row < rows.attitude() + 2) {
-      out.channel.push_back(Channel::roll_pitch), out.component.push_back(row - rows.attitude());
-    } else if (row == rows.attitude() + 2) {
-      out.channel.push_back(Channel::yaw), out.component.push_back(2);
-    } else {
-      out.channel.push_back(Channel::balance), out.component.push_back(row - rows.wrench());
-    }
+    out.channel.push_back(channel_of(row));
+    out.component.push_back(row < n               ? row
+                            : row < 2 * n         ? row - n
+                            : row < rows.wrench() ? row - rows.attitude()
+                                                  : row - rows.wrench());
   }
-  const auto m = static_cast<Eigen::Index>(kept.size());
-  out.residual.resize(m);
-  out.scale.resize(m);
-  out.by_pose.resize(m, 6);
-  out.by_common.resize(m, raw.by_common.cols());
-  for (Eigen::Index i = 0; i < m; ++i) {
+  const auto count = static_cast<Eigen::Index>(kept.size());
+  out.residual.resize(count);
+  out.scale.resize(count);
+  out.by_pose.resize(count, 6);
+  out.by_common.resize(count, raw.by_common.cols());
+  for (Eigen::Index i = 0; i < count; ++i) {
     const int row = kept[static_cast<std::size_t>(i)];
     const double weight = 1.0 / sigma[row];
     out.scale[i] = sigma[row];
@@ -147,50 +161,38 @@ PoseSystem whiten(const DiagnosisModel& model, const Robot& robot, RawRows raw, 
   }
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(out.by_pose);
   const Eigen::Index rank = qr.rank();
-  const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(m, m);
-  out.projection = q.rightCols(m - rank);
+  const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(count, count);
+  out.projection = q.rightCols(count - rank);
   out.reduced = out.projection.transpose() * out.residual;
   out.reduced_by_common = out.projection.transpose() * out.by_common;
   return out;
 }
 
-/// Normal equations of the nuisance unknowns with their prior.
-void normal_equations(const DiagnosisSystem& system, Eigen::MatrixXd& hessian,
-                      Eigen::VectorXd& gradient) {
-  const int size = system.layout.nuisance();
-  hessian.setZero(size, size);
-  gradient.setZero(size);
-  for (const PoseSystem& pose : system.poses) {
-    const auto columns = pose.reduced_by_common.leftCols(size);
-    hessian.noalias() += columns.transpose() * columns;
-    gradient.noalias() += columns.transpose() * pose.reduced;
-  }
-  hessian.diagonal() += system.prior_precision;
-  gradient += system.prior_precision.cwiseSqrt().cwiseProduct(system.prior_residual);
-}
-
-/// Moves the state by a step of the nuisance unknowns; poses follow.
-void move(DiagnosisModel& model, const DiagnosisSystem& system, const Eigen::VectorXd& step,
-          double fraction) {
-  const int n = model.robot.cable_count();
-  for (const PoseSystem& pose : system.poses) {
-    const Eigen::VectorXd rest =
-        pose.residual + pose.by_common.leftCols(system.layout.nuisance()) * step;
-    const Vector6 twist = -pose.by_pose.colPivHouseholderQr().solve(rest);
-    Pose& estimate = model.runs[pose.run].poses[pose.pose];
-    estimate = plus(estimate, fraction * twist);
-  }
-  for (std::size_t r = 0; r < model.runs.size(); ++r) {
-    model.runs[r].offsets +=
-        fraction * step.segment(static_cast<Eigen::Index>(r) * (2 * n + 1), 2 * n + 1);
-  }
-  for (std::size_t k = 0; k < model.effects.size(); ++k) {
-    model.effects[k].values +=
-        fraction * step.segment(system.layout.accepted_begin[k], system.layout.accepted_size[k]);
-  }
-}
-
 }  // namespace
+
+const char* to_string(NoiseGroup channel) {
+  switch (channel) {
+    case NoiseGroup::length:
+      return "length";
+    case NoiseGroup::swivel:
+      return "swivel";
+    case NoiseGroup::roll_pitch:
+      return "roll_pitch";
+    case NoiseGroup::yaw:
+      return "yaw";
+    case NoiseGroup::balance:
+      return "balance";
+    case NoiseGroup::moving_length:
+      return "length while moving";
+    case NoiseGroup::moving_swivel:
+      return "swivel while moving";
+    case NoiseGroup::moving_roll_pitch:
+      return "roll_pitch while moving";
+    case NoiseGroup::moving_yaw:
+      return "yaw while moving";
+  }
+  return "unknown";
+}
 
 int DiagnosisModel::pose_count() const {
   std::size_t count = 0;
@@ -229,7 +231,7 @@ DiagnosisSystem linearise(const DiagnosisModel& model, const Candidates& candida
         system.valid = false;
         return system;
       }
-      system.poses.push_back(whiten(model, robot, std::move(raw), run.poses[i], rests));
+      system.poses.push_back(whiten(model, robot, std::move(raw), m, run.poses[i], rests));
       system.poses.back().run = r;
       system.poses.back().pose = i;
     }
@@ -240,97 +242,12 @@ DiagnosisSystem linearise(const DiagnosisModel& model, const Candidates& candida
     const EffectTerm& term = model.effects[k];
     const EffectValues typical = term.effect->typical(n);
     for (Eigen::Index j = 0; j < term.values.size(); ++j) {
-      const double sigma = typical[j % typical.size()];
+      const double sigma = term.prior_scale * typical[j % typical.size()];
       system.prior_precision[system.layout.accepted_begin[k] + j] = 1.0 / (sigma * sigma);
       system.prior_residual[system.layout.accepted_begin[k] + j] = term.values[j] / sigma;
     }
   }
   return system;
-}
-
-double penalised_cost(const DiagnosisSystem& system) {
-  double cost = 0.5 * system.prior_residual.squaredNorm();
-  for (const PoseSystem& pose : system.poses) cost += 0.5 * pose.residual.squaredNorm();
-  return cost;
-}
-
-bool fit(DiagnosisModel& model, int max_steps) {
-  DiagnosisSystem system = linearise(model);
-  if (!system.valid) return false;
-  double cost = penalised_cost(system);
-  Eigen::MatrixXd hessian;
-  Eigen::VectorXd gradient;
-  for (int iteration = 0; iteration < max_steps; ++iteration) {
-    normal_equations(system, hessian, gradient);
-    const Eigen::VectorXd step = -hessian.completeOrthogonalDecomposition().solve(gradient);
-    const DiagnosisModel before = model;
-    double fraction = 1.0;
-    double trial_cost = cost;
-    DiagnosisSystem trial;
-    for (int halving = 0; halving < 12; ++halving, fraction *= 0.5) {
-      model = before;
-      move(model, system, step, fraction);
-      trial = linearise(model);
-      trial_cost = trial.valid ? penalised_cost(trial) : kNaN;
-      if (trial_cost <= cost * (1.0 + 1e-12)) break;
-    }
-    if (!(trial_cost <= cost * (1.0 + 1e-12))) {
-      model = before;
-      // No descent along the Gauss–Newton step: at a minimum to rounding, or lost.
-      return iteration > 0;
-    }
-    const double gain = cost - trial_cost;
-    system = std::move(trial);
-    cost = trial_cost;
-    if (gain < 1e-9 * (1.0 + cost)) return true;
-  }
-  return false;
-}
-
-ChannelSums channel_sums(const DiagnosisSystem& system) {
-  Eigen::MatrixXd hessian;
-  Eigen::VectorXd gradient;
-  normal_equations(system, hessian, gradient);
-  const Eigen::MatrixXd covariance = hessian.completeOrthogonalDecomposition().pseudoInverse();
-  const int size = system.layout.nuisance();
-  ChannelSums sums;
-  for (const PoseSystem& pose : system.poses) {
-    const Eigen::VectorXd residual = pose.projection * pose.reduced;
-    const Eigen::MatrixXd lifted = pose.projection * pose.reduced_by_common.leftCols(size);
-    for (Eigen::Index row = 0; row < residual.size(); ++row) {
-      const double freedom = pose.projection.row(row).squaredNorm() -
-                             lifted.row(row) * covariance * lifted.row(row).transpose();
-      const auto c = static_cast<std::size_t>(pose.channel[static_cast<std::size_t>(row)]);
-      sums.freedom[c] += std::max(0.0, freedom);
-      sums.squares[c] += residual[row] * residual[row];
-    }
-  }
-  return sums;
-}
-
-double estimate_noise(DiagnosisModel& model) {
-  const DiagnosisSystem system = linearise(model);
-  if (!system.valid) return 0.0;
-  const ChannelSums sums = channel_sums(system);
-  double change = 0.0;
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    if (sums.freedom[c] < 1.0) continue;  // too few rows to say anything: keep what was assumed
-    const double factor = std::sqrt(sums.squares[c] / sums.freedom[c]);
-    const double level = std::max(model.floor[c], model.noise[c] * factor);
-    change = std::max(change, std::abs(std::log(level / model.noise[c])));
-    model.noise[c] = level;
-  }
-  return change;
-}
-
-bool fit_with_noise(DiagnosisModel& model) {
-  constexpr int kMostRounds = 15;
-  bool settled = false;
-  for (int round = 0; round < kMostRounds; ++round) {
-    settled = fit(model);
-    if (!settled || estimate_noise(model) < 0.01) break;
-  }
-  return settled;
 }
 
 }  // namespace cdprcal

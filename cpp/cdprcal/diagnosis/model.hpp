@@ -11,10 +11,28 @@
 
 namespace cdprcal {
 
+/// Groups of readings that share one noise level. Single readings while the platform moves are
+/// groups of their own: their noise is not averaged over a rest, and motion adds to it.
+enum class NoiseGroup {
+  length,
+  swivel,
+  roll_pitch,
+  yaw,
+  balance,
+  moving_length,
+  moving_swivel,
+  moving_roll_pitch,
+  moving_yaw
+};
+inline constexpr int kRestGroups = 5;  ///< the first so many
+inline constexpr int kNoiseGroups = 9;
+const char* to_string(NoiseGroup channel);
+
 /// One run: where the platform stood, and what was read there.
 struct DiagnosisRun {
   std::string name;
   std::vector<Measurement> measurements;  ///< measurements[0] is the initial pose
+  std::vector<SampleRange> rows;          ///< of the log, behind each measurement
   std::vector<Pose> poses;                ///< estimates
   Eigen::VectorXd offsets;                ///< of lengths (n), swivels (n), yaw: reading − model
   ActiveEffects known;                    ///< that the robot file lists: held at their values
@@ -23,19 +41,21 @@ struct DiagnosisRun {
 /// An effect in the model. Values of run-scoped effects are kept for each run in turn.
 struct EffectTerm {
   std::shared_ptr<const Effect> effect;
-  Eigen::VectorXd values;  ///< size(n), or size(n) · runs
+  Eigen::VectorXd values;    ///< size(n), or size(n) · runs
+  double prior_scale = 1.0;  ///< prior's σ in typical sizes
   [[nodiscard]] bool by_run() const { return effect->info().scope == EffectScope::run; }
 };
 
 /// Noise of one reading, a channel; the balance's is relative to its own covariance.
-using NoiseLevels = std::array<double, kChannels>;
+using NoiseLevels = std::array<double, kNoiseGroups>;
 
 struct DiagnosisModel {
   Robot robot;                      ///< as in the robot file
   std::vector<EffectTerm> effects;  ///< in the order accepted
   std::vector<DiagnosisRun> runs;
-  NoiseLevels noise{};  ///< present estimate: m, rad, rad, rad, 1
-  NoiseLevels floor{};  ///< below which no estimate goes: the readings' own ripple
+  NoiseLevels noise{};        ///< present estimate: m, rad, rad, rad, 1
+  NoiseLevels floor{};        ///< below which no estimate goes: the readings' own ripple
+  double rest_samples = 1.0;  ///< readings behind the mean that noise and floor are for
 
   [[nodiscard]] int pose_count() const;
   /// The effects as they act on run `run`; the known ones follow after `effects`.
@@ -46,7 +66,7 @@ struct DiagnosisModel {
 /// explain (the projection Q2 off the pose).
 struct PoseSystem {
   std::size_t run = 0, pose = 0;
-  std::vector<Channel> channel;       ///< of each row
+  std::vector<NoiseGroup> channel;    ///< of each row
   std::vector<int> component;         ///< cable, angle or wrench row of each row
   Eigen::VectorXd scale;              ///< unwhitened = whitened · scale (balance rows: 1)
   Eigen::VectorXd residual;           ///< (model − reading) / σ
@@ -79,6 +99,11 @@ using Candidates = std::vector<std::shared_ptr<const Effect>>;
 /// Linearises the model at its present state; candidates enter at zero, their columns scaled by
 /// their prior σ (so one unit is one typical size).
 DiagnosisSystem linearise(const DiagnosisModel& model, const Candidates& candidates = {});
+
+/// Information about the offsets and the accepted effects' values with the poses left free, their
+/// prior included; and its inverse.
+Eigen::MatrixXd information(const DiagnosisSystem& system);
+Eigen::MatrixXd covariance(const DiagnosisSystem& system);
 
 /// ½ Σ (residual/σ)² + prior.
 double penalised_cost(const DiagnosisSystem& system);

@@ -10,11 +10,14 @@
 namespace cdprcal {
 namespace {
 
+/// Nats beyond the bound that cover what it leaves out: the noise is estimated, too.
+constexpr double kFarAbove = 10.0;
+
 /// All reduced rows stacked, projected off the nuisance unknowns.
 struct Stacked {
-  Eigen::VectorXd residual;      ///< M r
-  Eigen::MatrixXd candidates;    ///< M C
-  Eigen::MatrixXd nuisance_q;    ///< orthonormal basis of what M removes
+  Eigen::VectorXd residual;         ///< M r
+  Eigen::MatrixXd candidates;       ///< M C
+  Eigen::MatrixXd nuisance_q;       ///< orthonormal basis of what M removes
   std::vector<Eigen::Index> begin;  ///< first row of each pose
   ChannelSums sums;
 };
@@ -48,28 +51,11 @@ Stacked stack(const DiagnosisSystem& system) {
   return out;
 }
 
-/// Whitened sums of squares a channel of residuals given in reduced rows.
-NoiseLevels squares(const DiagnosisSystem& system, const Stacked& stacked,
-                    const Eigen::VectorXd& reduced) {
-  NoiseLevels out{};
-  for (std::size_t i = 0; i < system.poses.size(); ++i) {
-    const PoseSystem& pose = system.poses[i];
-    const Eigen::VectorXd rows =
-        pose.projection *
-        reduced.segment(stacked.begin[i], stacked.begin[i + 1] - stacked.begin[i]);
-    for (Eigen::Index row = 0; row < rows.size(); ++row) {
-      out[static_cast<std::size_t>(pose.channel[static_cast<std::size_t>(row)])] +=
-          rows[row] * rows[row];
-    }
-  }
-  return out;
-}
-
 /// −log of the likelihood maximised over each channel's noise, which its floor bounds from below.
-/// `floor` in units of the present noise.
+/// `squares`: whitened sums a channel; `floor` in units of the present noise.
 double profile(const NoiseLevels& squares, const NoiseLevels& freedom, const NoiseLevels& floor) {
   double total = 0.0;
-  for (std::size_t c = 0; c < kChannels; ++c) {
+  for (std::size_t c = 0; c < kNoiseGroups; ++c) {
     if (freedom[c] < 1.0) continue;
     const double level = std::max(std::sqrt(squares[c] / freedom[c]), floor[c]);
     total += freedom[c] * std::log(level) + 0.5 * squares[c] / (level * level);
@@ -77,12 +63,152 @@ double profile(const NoiseLevels& squares, const NoiseLevels& freedom, const Noi
   return total;
 }
 
-struct CandidateAlgebra {
-  Eigen::Index begin, size;
-  Eigen::LLT<Eigen::MatrixXd> llt;   ///< of I + 1
-  Eigen::MatrixXd information;       ///< I
-  double occam = 0.0;                ///< ½ log|I + 1|
+/// Evidence for every candidate as a function of the reduced residual alone. Sums of squares by
+/// channel are quadratic forms rᵀW_c r, so that moving r along a candidate's columns costs products
+/// of the candidate's own size: thousands of residuals go through in a few matrix products.
+class EvidenceOf {
+ public:
+  EvidenceOf(const DiagnosisSystem& system, const Stacked& stacked, const NoiseLevels& floor)
+      : system_(system), stacked_(stacked), floor_(floor) {
+    for (std::size_t c = 0; c < kNoiseGroups; ++c) {
+      if (stacked.sums.freedom[c] >= 1.0) used_.push_back(c);
+    }
+    const Eigen::MatrixXd& columns = stacked.candidates;
+    for (const std::size_t c : used_) weighted_.push_back(by_channel(columns, c));
+    const int base = system.layout.nuisance();
+    for (std::size_t k = 0; k < system.layout.candidate_begin.size(); ++k) {
+      Candidate a;
+      a.begin = system.layout.candidate_begin[k] - base;
+      a.size = system.layout.candidate_size[k];
+      const auto own = columns.middleCols(a.begin, a.size);
+      a.information = own.transpose() * own;
+      a.llt.compute(a.information + Eigen::MatrixXd::Identity(a.size, a.size));
+      const Eigen::MatrixXd root = a.llt.matrixL();
+      a.occam = root.diagonal().array().log().sum();
+      for (const Eigen::MatrixXd& w : weighted_) {
+        a.squares.push_back(own.transpose() * w.middleCols(a.begin, a.size));
+      }
+      candidates_.push_back(std::move(a));
+    }
+  }
+
+  struct Candidate {
+    Eigen::Index begin, size;
+    Eigen::MatrixXd information;           ///< I
+    Eigen::LLT<Eigen::MatrixXd> llt;       ///< of I + 1
+    double occam = 0.0;                    ///< ½ log|I + 1|
+    std::vector<Eigen::MatrixXd> squares;  ///< own columns' sums of squares, a used channel
+  };
+  [[nodiscard]] const std::vector<Candidate>& candidates() const { return candidates_; }
+
+  /// log evidence [candidate × residual] of residuals given as columns, projected off the nuisance
+  /// unknowns. `values` takes each candidate's estimate for the first residual.
+  [[nodiscard]] Eigen::MatrixXd operator()(const Eigen::MatrixXd& residuals,
+                                           std::vector<Eigen::VectorXd>* values = nullptr) const {
+    const Eigen::Index count = residuals.cols();
+    const Eigen::MatrixXd scores = stacked_.candidates.transpose() * residuals;
+    std::vector<Eigen::MatrixXd> cross;  // C^T W_c r
+    std::vector<Eigen::RowVectorXd> squares;
+    for (std::size_t u = 0; u < used_.size(); ++u) {
+      cross.push_back(weighted_[u].transpose() * residuals);
+      squares.push_back(squares_of(residuals, used_[u]));
+    }
+    Eigen::RowVectorXd before(count);
+    NoiseLevels sums{};
+    for (Eigen::Index j = 0; j < count; ++j) {
+      for (std::size_t u = 0; u < used_.size(); ++u) sums[used_[u]] = squares[u][j];
+      before[j] = profile(sums, stacked_.sums.freedom, floor_);
+    }
+    Eigen::MatrixXd out(static_cast<Eigen::Index>(candidates_.size()), count);
+    for (std::size_t k = 0; k < candidates_.size(); ++k) {
+      const Candidate& a = candidates_[k];
+      const Eigen::MatrixXd estimate = -a.llt.solve(scores.middleRows(a.begin, a.size));
+      std::vector<Eigen::RowVectorXd> after(used_.size());
+      for (std::size_t u = 0; u < used_.size(); ++u) {
+        const auto own = cross[u].middleRows(a.begin, a.size);
+        after[u] = squares[u] + (estimate.array() * (2.0 * own + a.squares[u] * estimate).array())
+                                    .colwise()
+                                    .sum()
+                                    .matrix();
+      }
+      for (Eigen::Index j = 0; j < count; ++j) {
+        for (std::size_t u = 0; u < used_.size(); ++u) sums[used_[u]] = after[u][j];
+        out(static_cast<Eigen::Index>(k), j) = before[j] -
+                                               profile(sums, stacked_.sums.freedom, floor_) -
+                                               0.5 * estimate.col(j).squaredNorm() - a.occam;
+      }
+      if (values != nullptr) values->push_back(estimate.col(0));
+    }
+    return out;
+  }
+
+ private:
+  /// W_c times columns of reduced rows.
+  [[nodiscard]] Eigen::MatrixXd by_channel(const Eigen::MatrixXd& columns, std::size_t c) const {
+    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(columns.rows(), columns.cols());
+    for (std::size_t i = 0; i < system_.poses.size(); ++i) {
+      const Eigen::Index size = stacked_.begin[i + 1] - stacked_.begin[i];
+      const Eigen::MatrixXd rows = rows_of(system_.poses[i], c);
+      if (rows.rows() == 0) continue;
+      out.middleRows(stacked_.begin[i], size).noalias() =
+          rows.transpose() * (rows * columns.middleRows(stacked_.begin[i], size));
+    }
+    return out;
+  }
+  [[nodiscard]] Eigen::RowVectorXd squares_of(const Eigen::MatrixXd& residuals,
+                                              std::size_t c) const {
+    Eigen::RowVectorXd out = Eigen::RowVectorXd::Zero(residuals.cols());
+    for (std::size_t i = 0; i < system_.poses.size(); ++i) {
+      const Eigen::Index size = stacked_.begin[i + 1] - stacked_.begin[i];
+      out += (rows_of(system_.poses[i], c) * residuals.middleRows(stacked_.begin[i], size))
+                 .colwise()
+                 .squaredNorm();
+    }
+    return out;
+  }
+  /// The projection's rows that belong to a channel.
+  static Eigen::MatrixXd rows_of(const PoseSystem& pose, std::size_t c) {
+    std::vector<Eigen::Index> own;
+    for (std::size_t row = 0; row < pose.channel.size(); ++row) {
+      if (static_cast<std::size_t>(pose.channel[row]) == c) {
+        own.push_back(static_cast<Eigen::Index>(row));
+      }
+    }
+    return pose.projection(own, Eigen::all);
+  }
+
+  const DiagnosisSystem& system_;
+  const Stacked& stacked_;
+  NoiseLevels floor_;
+  std::vector<std::size_t> used_;
+  std::vector<Eigen::MatrixXd> weighted_;  ///< W_c C, a used channel
+  std::vector<Candidate> candidates_;
 };
+
+/// How well the best of all candidates does on nothing but noise, `draws` times.
+Eigen::VectorXd best_by_chance(const EvidenceOf& evidence, const Stacked& stacked,
+                               const ScanOptions& options) {
+  constexpr Eigen::Index kBatch = 128;
+  RandomNormal random(options.seed);
+  Eigen::VectorXd best(options.draws);
+  for (Eigen::Index begin = 0; begin < options.draws; begin += kBatch) {
+    const Eigen::Index count = std::min<Eigen::Index>(kBatch, options.draws - begin);
+    Eigen::MatrixXd noise(stacked.residual.size(), count);
+    for (double& v : noise.reshaped()) v = random();
+    noise -= stacked.nuisance_q * (stacked.nuisance_q.transpose() * noise);
+    best.segment(begin, count) = evidence(noise).colwise().maxCoeff();
+  }
+  return best;
+}
+
+/// Size in typical sizes whose evidence would reach 3 on average.
+double detectable_size(const EvidenceOf::Candidate& a) {
+  // A unit vector of size x typical gives S of x times the mean information on average.
+  const double mean = a.information.trace() / static_cast<double>(a.size);
+  if (!(mean > 1e-12)) return kNaN;
+  const double gain = 0.5 * mean * mean / (mean + 1.0);
+  return std::sqrt((3.0 + a.occam) / (gain * static_cast<double>(a.size)));
+}
 
 }  // namespace
 
@@ -94,84 +220,43 @@ std::vector<CandidateScore> scan(const DiagnosisModel& model, const Candidates& 
   const Stacked stacked = stack(system);
   const int n = model.robot.cable_count();
   NoiseLevels floor{};
-  for (std::size_t c = 0; c < kChannels; ++c) floor[c] = model.floor[c] / model.noise[c];
-
-  std::vector<CandidateAlgebra> algebra;
-  for (std::size_t k = 0; k < candidates.size(); ++k) {
-    CandidateAlgebra a;
-    a.begin = system.layout.candidate_begin[k] - system.layout.nuisance();
-    a.size = system.layout.candidate_size[k];
-    const auto columns = stacked.candidates.middleCols(a.begin, a.size);
-    a.information = columns.transpose() * columns;
-    const Eigen::MatrixXd posterior =
-        a.information + Eigen::MatrixXd::Identity(a.size, a.size);
-    a.llt.compute(posterior);
-    const Eigen::MatrixXd root = a.llt.matrixL();
-    a.occam = root.diagonal().array().log().sum();
-    algebra.push_back(std::move(a));
+  for (std::size_t c = 0; c < kNoiseGroups; ++c) {
+    floor[c] = model.noise[c] > 0.0 ? model.floor[c] / model.noise[c] : 0.0;
   }
-  const auto evidence = [&](const CandidateAlgebra& a, const Eigen::VectorXd& residual,
-                            double before, Eigen::VectorXd* values) {
-    const auto columns = stacked.candidates.middleCols(a.begin, a.size);
-    const Eigen::VectorXd estimate = -a.llt.solve(columns.transpose() * residual);
-    if (values != nullptr) *values = estimate;
-    const NoiseLevels after = squares(system, stacked, residual + columns * estimate);
-    return before - profile(after, stacked.sums.freedom, floor) - 0.5 * estimate.squaredNorm() -
-           a.occam;
-  };
-
-  const double before =
-      profile(squares(system, stacked, stacked.residual), stacked.sums.freedom, floor);
+  const EvidenceOf evidence(system, stacked, floor);
+  std::vector<Eigen::VectorXd> values;
+  const Eigen::VectorXd log_evidence = evidence(stacked.residual, &values);
   for (std::size_t k = 0; k < candidates.size(); ++k) {
-    const CandidateAlgebra& a = algebra[k];
+    const EvidenceOf::Candidate& a = evidence.candidates()[k];
     CandidateScore score;
     score.effect = candidates[k];
-    Eigen::VectorXd values;
-    score.log_evidence = evidence(a, stacked.residual, before, &values);
+    score.log_evidence = log_evidence[static_cast<Eigen::Index>(k)];
     const EffectValues typical = candidates[k]->typical(n);
     Eigen::VectorXd scale(a.size);
     for (Eigen::Index j = 0; j < a.size; ++j) scale[j] = typical[j % typical.size()];
-    score.values = values.cwiseProduct(scale);
-    const Eigen::MatrixXd covariance =
-        a.llt.solve(Eigen::MatrixXd::Identity(a.size, a.size));
-    score.deviation = covariance.diagonal().cwiseSqrt().cwiseProduct(scale);
-    // A unit vector of size x typical gives S of x times the mean information on average.
-    const double mean_information = a.information.trace() / static_cast<double>(a.size);
-    score.visible = mean_information > 1.0;
-    if (mean_information > 1e-12) {
-      const double gain = 0.5 * mean_information * mean_information / (mean_information + 1.0);
-      score.detectable =
-          std::sqrt((3.0 + a.occam) / (gain * static_cast<double>(a.size)));
-    }
+    score.values = values[k].cwiseProduct(scale);
+    const Eigen::MatrixXd spread = a.llt.solve(Eigen::MatrixXd::Identity(a.size, a.size));
+    score.deviation = spread.diagonal().cwiseSqrt().cwiseProduct(scale);
+    score.visible = a.information.trace() > static_cast<double>(a.size);
+    score.detectable = detectable_size(a);
     scores.push_back(std::move(score));
   }
+  std::stable_sort(scores.begin(), scores.end(),
+                   [](const auto& a, const auto& b) { return a.log_evidence > b.log_evidence; });
+  if (options.draws < 1) return scores;
 
-  // How well the best of all candidates does on nothing but noise.
-  RandomNormal random(options.seed);
-  std::vector<double> best_by_chance;
-  Eigen::VectorXd noise(stacked.residual.size());
-  for (int draw = 0; draw < options.draws; ++draw) {
-    for (double& v : noise) v = random();
-    const Eigen::VectorXd residual =
-        noise - stacked.nuisance_q * (stacked.nuisance_q.transpose() * noise);
-    const double chance_before =
-        profile(squares(system, stacked, residual), stacked.sums.freedom, floor);
-    double best = -1e300;
-    for (const CandidateAlgebra& a : algebra) {
-      best = std::max(best, evidence(a, residual, chance_before, nullptr));
-    }
-    best_by_chance.push_back(best);
-  }
+  const Eigen::VectorXd chance = best_by_chance(evidence, stacked, options);
   for (CandidateScore& score : scores) {
-    const auto as_good =
-        std::count_if(best_by_chance.begin(), best_by_chance.end(),
-                      [&](double best) { return best >= score.log_evidence; });
+    const auto as_good = (chance.array() >= score.log_evidence).count();
     score.p_value = (1.0 + static_cast<double>(as_good)) / (1.0 + options.draws);
   }
-  std::stable_sort(scores.begin(), scores.end(), [](const auto& a, const auto& b) {
-    return a.log_evidence > b.log_evidence;
-  });
   return scores;
+}
+
+bool beyond_chance(const CandidateScore& score, std::size_t candidates, int draws) {
+  // On noise alone a Bayes factor is 1 on average, so that it exceeds e^E with probability e^-E at
+  // most (Markov), and one of K does with K e^-E.
+  return score.log_evidence > kFarAbove + std::log(static_cast<double>(candidates) * (1.0 + draws));
 }
 
 std::vector<double> imitation(const DiagnosisModel& model, const CandidateScore& winner,

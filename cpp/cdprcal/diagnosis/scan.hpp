@@ -8,16 +8,16 @@ namespace cdprcal {
 /// One candidate's score, from one linearisation and no refit.
 struct CandidateScore {
   std::shared_ptr<const Effect> effect;
-  double log_evidence = 0.0;   ///< of the effect under its prior against its absence
-  double p_value = 1.0;        ///< family-wise: how often the best of all would do as well by chance
-  Eigen::VectorXd values;      ///< linear estimate, internal units
-  Eigen::VectorXd deviation;   ///< its standard deviation
-  bool visible = false;        ///< a typical size would show at all (information above the prior's)
-  double detectable = kNaN;    ///< size, in typical sizes, whose evidence would reach 3 on average
+  double log_evidence = 0.0;  ///< of the effect under its prior against its absence
+  double p_value = 1.0;       ///< family-wise: how often the best of all would do as well by chance
+  Eigen::VectorXd values;     ///< linear estimate, internal units
+  Eigen::VectorXd deviation;  ///< its standard deviation
+  bool visible = false;       ///< a typical size would show at all (information above the prior's)
+  double detectable = kNaN;   ///< size, in typical sizes, whose evidence would reach 3 on average
 };
 
 struct ScanOptions {
-  int draws = 999;             ///< of chance residuals behind the p-values
+  int draws = 999;  ///< of chance residuals behind the p-values; 0: no p-values
   std::uint64_t seed = 1;
 };
 
@@ -27,6 +27,10 @@ struct ScanOptions {
 /// penalty and Occam's ½ log|I + 1|.
 std::vector<CandidateScore> scan(const DiagnosisModel& model, const Candidates& candidates,
                                  const ScanOptions& options = {});
+
+/// Whether a score is so high among so many candidates that none of so many draws would reach it:
+/// then nothing need be drawn.
+bool beyond_chance(const CandidateScore& score, std::size_t candidates, int draws);
 
 /// Share of `winner`'s signature that each candidate could imitate (0 … 1), in the order given.
 std::vector<double> imitation(const DiagnosisModel& model, const CandidateScore& winner,

@@ -49,7 +49,12 @@ def diagnosis_as_dict(diagnosis: _core.Diagnosis, robot: _core.Robot) -> dict[st
         "covariance_before": numbers(diagnosis.covariance_before),
         "covariance_after": numbers(diagnosis.covariance_after),
         "identifiability": [
-            {"name": i.name, "visible": i.visible, "detectable": number(i.detectable)}
+            {
+                "name": i.name,
+                "visible": i.visible,
+                "detectable": number(i.detectable),
+                "detectable_after": number(i.detectable_after),
+            }
             for i in diagnosis.identifiability
         ],
         "left_out": list(diagnosis.gated),
@@ -79,7 +84,10 @@ def _effect(effect: _core.NamedEffect, cables: int, runs: int) -> dict[str, Any]
     by_run = effect.info.scope == _core.EffectScope.run
     return {
         "name": effect.info.name,
-        "parameters": named_values(effect.info, effect.values, cables, runs if by_run else 1),
+        "parameters": {
+            **effect.where,
+            **named_values(effect.info, effect.values, cables, runs if by_run else 1),
+        },
         "standard_deviation": named_values(
             effect.info, effect.standard_deviation, cables, runs if by_run else 1
         ),

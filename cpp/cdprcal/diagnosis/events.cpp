@@ -1,0 +1,260 @@
+#include "cdprcal/diagnosis/events.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <set>
+
+#include "cdprcal/acquisition/equilibrium_detection.hpp"
+#include "cdprcal/statistics.hpp"
+
+namespace cdprcal {
+namespace {
+
+/// Beyond so many σ no sample of a run of any length is by chance.
+constexpr double kOutlier = 8.0;
+/// And so many times as far off as any reading nearby: motion bends readings, too.
+constexpr double kAboveNearby = 3.0;
+/// Readings on either side that an outlier is compared with, and that its scatter is taken from.
+constexpr Eigen::Index kBeside = 3, kNearby = 10;
+/// More than this in a row is motion, not an outlier.
+constexpr Eigen::Index kLongestOutlier = 2;
+constexpr double kSlackShare = 0.1;
+
+std::string text(const char* pattern, auto... values) {
+  char buffer[256];
+  std::snprintf(buffer, sizeof buffer, pattern, values...);
+  return buffer;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// How far each reading is from the median of those around it; NaN at the ends and without
+/// readings.
+Eigen::VectorXd departures(const Eigen::VectorXd& values, bool angles) {
+  Eigen::VectorXd out = Eigen::VectorXd::Constant(values.size(), kNaN);
+  for (Eigen::Index i = kBeside; i + kBeside < values.size(); ++i) {
+    if (!std::isfinite(values[i])) continue;
+    std::vector<double> around;
+    for (Eigen::Index j = i - kBeside; j <= i + kBeside; ++j) {
+      const double d = values[j] - values[i];
+      if (std::isfinite(d)) around.push_back(angles ? wrap_angle(d) : d);
+    }
+    if (around.size() > 3) out[i] = -median(std::move(around));
+  }
+  return out;
+}
+
+void gate_outliers(const Log& log, const SampleRange& run, LogMatrix& readings, Eigen::Index column,
+                   double sigma, const std::string& channel, int cable, bool angles,
+                   std::vector<LogEvent>& out) {
+  const Eigen::VectorXd values = readings.col(column).segment(run.begin, run.size());
+  const double noise = channel_noise(values);
+  const Eigen::VectorXd off = departures(values, angles);
+  // Motion bends readings away from the median around them: judged by the scatter nearby.
+  const auto stands_out = [&](Eigen::Index i) {
+    std::vector<double> nearby;
+    for (Eigen::Index j = std::max<Eigen::Index>(0, i - kNearby);
+         j < std::min(off.size(), i + kNearby + 1); ++j) {
+      if (std::abs(j - i) > kLongestOutlier && std::isfinite(off[j])) {
+        nearby.push_back(std::abs(off[j]));
+      }
+    }
+    if (nearby.size() < 5 || !(std::abs(off[i]) > sigma)) return false;
+    const double scatter = *std::max_element(nearby.begin(), nearby.end());
+    return std::abs(off[i]) > std::max(kOutlier * noise, kAboveNearby * scatter);
+  };
+  for (Eigen::Index i = 0; i < off.size();) {
+    if (!std::isfinite(off[i]) || !stands_out(i)) {
+      ++i;
+      continue;
+    }
+    Eigen::Index end = i;
+    while (end < off.size() && std::isfinite(off[end]) && stands_out(end)) ++end;
+    if (end - i <= kLongestOutlier) {
+      out.push_back({"outlier", log.time_s[run.begin + i], log.time_s[run.begin + end - 1], cable,
+                     channel, off[i]});
+      readings.col(column).segment(run.begin + i, end - i).setConstant(kNaN);
+    }
+    i = end;
+  }
+}
+
+void find_slack(const Robot& robot, const Log& log, const SampleRange& run,
+                std::vector<LogEvent>& out) {
+  const double limit_N = kSlackShare * robot.tension_min_N;
+  for (Eigen::Index c = 0; c < log.tension_N.cols(); ++c) {
+    for (Eigen::Index i = run.begin; i < run.end; ++i) {
+      if (!(log.tension_N(i, c) < limit_N)) continue;
+      LogEvent event{"slack",   log.time_s[i],      log.time_s[i], static_cast<int>(c),
+                     "tension", log.tension_N(i, c)};
+      while (i < run.end && log.tension_N(i, c) < limit_N) {
+        event.end_s = log.time_s[i];
+        event.size = std::min(event.size, log.tension_N(i, c));
+        ++i;
+      }
+      if (event.end_s > event.begin_s) out.push_back(event);  // one reading alone is an outlier
+    }
+  }
+}
+
+/// Whether a channel scatters within a range as its noise does, by a χ² test that a clean log of
+/// thousands of windows passes.
+bool quiet(const Eigen::VectorXd& values, const SampleRange& range, double noise, bool angles) {
+  constexpr double kConfidence = 1.0 - 1e-7;
+  double count = 0.0, sum = 0.0, squares = 0.0;
+  for (Eigen::Index i = range.begin; i < range.end; ++i) {
+    double d = values[i] - values[range.begin];
+    if (!std::isfinite(d)) continue;
+    if (angles) d = wrap_angle(d);
+    count += 1.0, sum += d, squares += d * d;
+  }
+  if (count < 3.0 || !(noise > 0.0)) return true;
+  const double scatter = squares - sum * sum / count;
+  return scatter <= 2.0 * noise * noise * chi_square_quantile(kConfidence, count - 1.0);
+}
+
+/// A rest joins quiet spells at one place when the time between them is short: a swing was there.
+void find_oscillations(const Robot& robot, const Log& log, const SampleRange& run,
+                       std::vector<LogEvent>& out) {
+  constexpr double kWindow_s = 1.0;
+  struct Channel {
+    Eigen::VectorXd values;
+    double noise;
+    bool angles;
+  };
+  std::vector<Channel> channels;
+  const auto add = [&](const LogMatrix& readings, bool angles) {
+    for (Eigen::Index c = 0; c < readings.cols(); ++c) {
+      const Eigen::VectorXd values = readings.col(c);
+      channels.push_back({values, channel_noise(values.segment(run.begin, run.size())), angles});
+    }
+  };
+  add(log.length_m, false);
+  add(log.swivel_rad, true);
+  add(log.roll_pitch_yaw_rad, true);
+  if (channels.empty()) return;
+  for (const Equilibrium& rest : detect_equilibria(log, run, robot.sigma)) {
+    LogEvent event{"oscillation", kNaN, kNaN, -1, "", 0.0};
+    Eigen::Index end = rest.samples.begin;
+    for (Eigen::Index begin = rest.samples.begin; begin < rest.samples.end; ++begin) {
+      while (end < rest.samples.end && log.time_s[end] - log.time_s[begin] < kWindow_s) ++end;
+      if (end >= rest.samples.end) break;
+      const bool at_rest = std::all_of(channels.begin(), channels.end(), [&](const Channel& c) {
+        return quiet(c.values, {begin, end}, c.noise, c.angles);
+      });
+      if (at_rest) continue;
+      if (!std::isfinite(event.begin_s)) event.begin_s = log.time_s[begin];
+      event.end_s = log.time_s[end];
+    }
+    // At its ends a rest passes into motion.
+    const bool within =
+        event.begin_s > rest.begin_s + kWindow_s && event.end_s < rest.end_s - kWindow_s;
+    if (within) out.push_back(event);
+  }
+}
+
+class SlipEffect final : public Effect {
+ public:
+  explicit SlipEffect(Slip slip) : slip_(slip) {
+    info_.name = "cable_slip";
+    info_.equation = "dl* = dl + length_m after time_s";
+    // As far as a cable slips before anyone hears it.
+    info_.parameters = {{"length_m", "m", ParameterShape::scalar, 0.01, 0.3}};
+    info_.scope = EffectScope::run;
+    info_.sentence = "a cable slipped on its drum, unseen by the encoder";
+    info_.remedy = "check the drum's grip; what came before and after are two different references";
+    info_.settle = "look at the cable's marks on the drum";
+  }
+  const EffectInfo& info() const override { return info_; }
+  [[nodiscard]] const Slip& slip() const { return slip_; }
+  void add_to_readings(const EffectContext& context, const EffectValues& length_m,
+                       PoseEvaluation& evaluation) const override {
+    if (after(context)) evaluation.length_m[slip_.cable] -= length_m[0];
+  }
+  void columns(const EffectContext& context, const EffectValues&,
+               EffectColumns out) const override {
+    if (after(context))
+      out(ReadingRows{context.state.cable_count}.length() + slip_.cable, 0) = -1.0;
+  }
+
+ private:
+  [[nodiscard]] bool after(const EffectContext& context) const {
+    return context.measurement.run_time_s > slip_.time_s;
+  }
+  Slip slip_;
+  EffectInfo info_;
+};
+
+}  // namespace
+
+std::string describe(const LogEvent& event) {
+  if (event.name == "slack") {
+    return text("slack from %.2f to %.2f s, cable %d (down to %.1f N): its balance is left out",
+                event.begin_s, event.end_s, event.cable + 1, event.size);
+  }
+  if (event.name == "oscillation") {
+    return text("oscillation from %.2f to %.2f s within a rest", event.begin_s, event.end_s);
+  }
+  const std::string whose = event.cable >= 0 ? text(" of cable %d", event.cable + 1) : "";
+  return text("outlier at %.2f s, %s%s (%+.4g): left out", event.begin_s, event.channel.c_str(),
+              whose.c_str(), event.size);
+}
+
+std::vector<LogEvent> gate_events(const Robot& robot, Log& log) {
+  std::vector<LogEvent> out;
+  const SampleRange run = segments(log).back();
+  for (Eigen::Index c = 0; c < log.length_m.cols(); ++c) {
+    gate_outliers(log, run, log.length_m, c, robot.sigma.length_m, "length", static_cast<int>(c),
+                  false, out);
+  }
+  for (Eigen::Index c = 0; c < log.swivel_rad.cols(); ++c) {
+    gate_outliers(log, run, log.swivel_rad, c, robot.sigma.swivel_rad, "swivel",
+                  static_cast<int>(c), true, out);
+  }
+  for (Eigen::Index c = 0; c < log.tension_N.cols(); ++c) {
+    gate_outliers(log, run, log.tension_N, c, robot.sigma.tension_N, "tension", static_cast<int>(c),
+                  false, out);
+  }
+  constexpr const char* kAngles[] = {"roll", "pitch", "yaw"};
+  for (Eigen::Index c = 0; c < log.roll_pitch_yaw_rad.cols(); ++c) {
+    gate_outliers(log, run, log.roll_pitch_yaw_rad, c, robot.sigma.attitude_rad, kAngles[c], -1,
+                  true, out);
+  }
+  find_slack(robot, log, run, out);
+  find_oscillations(robot, log, run, out);
+  std::stable_sort(out.begin(), out.end(),
+                   [](const LogEvent& a, const LogEvent& b) { return a.begin_s < b.begin_s; });
+  return out;
+}
+
+Candidates slip_candidates(const DiagnosisModel& model) {
+  Candidates out;
+  std::set<double> seen;
+  for (const DiagnosisRun& run : model.runs) {
+    std::vector<double> time_s;
+    for (const Measurement& m : run.measurements) {
+      if (m.kind == PoseKind::static_pose) time_s.push_back(m.run_time_s);
+    }
+    std::sort(time_s.begin(), time_s.end());
+    for (std::size_t i = 0; i + 1 < time_s.size(); ++i) {
+      const double middle_s = 0.5 * (time_s[i] + time_s[i + 1]);
+      if (!seen.insert(middle_s).second) continue;
+      for (int cable = 0; cable < model.robot.cable_count(); ++cable) {
+        out.push_back(std::make_shared<SlipEffect>(Slip{cable, middle_s}));
+      }
+    }
+  }
+  return out;
+}
+
+std::optional<Slip> as_slip(const Effect& effect) {
+  const auto* slip = dynamic_cast<const SlipEffect*>(&effect);
+  if (slip == nullptr) return std::nullopt;
+  return slip->slip();
+}
+
+}  // namespace cdprcal

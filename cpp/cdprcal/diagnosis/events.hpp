@@ -1,0 +1,38 @@
+// What happens once, at one time: found in the log before any fit, or as a step between two rests.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cdprcal/diagnosis/model.hpp"
+
+namespace cdprcal {
+
+/// One event of a log. Its readings say nothing about the model and are left out.
+struct LogEvent {
+  std::string name;  ///< outlier, slack, oscillation
+  double begin_s = 0.0, end_s = 0.0;
+  int cable = -1;       ///< from 0; −1: none
+  std::string channel;  ///< of an outlier: length, swivel, tension, roll, pitch, yaw
+  double size = 0.0;    ///< outlier: how far off [m, rad, N]; slack: least tension [N]
+};
+std::string describe(const LogEvent& event);
+
+/// Looks through the run (the last segment) for
+/// - outliers: one or two readings that stand out of those around them by eight times the noise of
+///   the channel, three times the scatter nearby, and one σ of the robot file (less does no harm);
+/// - slack: a cable that carries less than a tenth of the least tension allowed;
+/// - oscillation: a rest that a swing interrupts.
+/// Outliers come back as NaN in `log`.
+std::vector<LogEvent> gate_events(const Robot& robot, Log& log);
+
+/// A cable that slipped on its drum between two rests: its length is off by a step that the encoder
+/// did not see. One candidate for each cable and pair of rests in a row.
+struct Slip {
+  int cable = 0;
+  double time_s = 0.0;  ///< since the run's first sample: in the middle of the move
+};
+Candidates slip_candidates(const DiagnosisModel& model);
+std::optional<Slip> as_slip(const Effect& effect);
+
+}  // namespace cdprcal

@@ -1,0 +1,47 @@
+// Evidence for one more effect, fitted in full: what the scan estimates from one linearisation.
+#pragma once
+
+#include "cdprcal/diagnosis/scan.hpp"
+
+namespace cdprcal {
+
+/// One candidate added to a model and everything fitted again.
+struct Refit {
+  CandidateScore score;          ///< from the scan
+  DiagnosisModel model;          ///< with the candidate as its last effect
+  double log_evidence = -1e300;  ///< against the model without it; very low: the fit failed
+};
+
+/// Fits a model and compares candidates with it. `model` must be fitted.
+class EvidenceAgainst {
+ public:
+  explicit EvidenceAgainst(const DiagnosisModel& model);
+  /// Starts the candidate at the scan's linear estimate.
+  [[nodiscard]] Refit refit(const CandidateScore& score) const;
+  /// The refits of the best `most` of `scores` that `take` accepts, best first.
+  template <class Take>
+  [[nodiscard]] std::vector<Refit> refits(const std::vector<CandidateScore>& scores, int most,
+                                          Take take) const {
+    std::vector<Refit> out;
+    for (const CandidateScore& score : scores) {
+      if (static_cast<int>(out.size()) >= most) break;
+      if (take(score)) out.push_back(refit(score));
+    }
+    sort(out);
+    return out;
+  }
+
+ private:
+  static void sort(std::vector<Refit>& refits);
+  const DiagnosisModel& model_;
+  NoiseLevels freedom_{};
+  double cost_ = 0.0;
+};
+
+/// The model without its effect `k`, fitted again; nothing when that fit fails.
+std::optional<DiagnosisModel> without_effect(const DiagnosisModel& model, std::size_t k);
+
+/// Whether all values are physically believable.
+bool plausible(const EffectTerm& term, int cables);
+
+}  // namespace cdprcal

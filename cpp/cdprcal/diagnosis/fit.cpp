@@ -1,0 +1,144 @@
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+
+#include "cdprcal/diagnosis/model.hpp"
+
+namespace cdprcal {
+namespace {
+
+/// Normal equations of the nuisance unknowns with their prior.
+void normal_equations(const DiagnosisSystem& system, Eigen::MatrixXd& hessian,
+                      Eigen::VectorXd& gradient) {
+  const int size = system.layout.nuisance();
+  hessian = information(system);
+  gradient.setZero(size);
+  for (const PoseSystem& pose : system.poses) {
+    gradient.noalias() += pose.reduced_by_common.leftCols(size).transpose() * pose.reduced;
+  }
+  gradient += system.prior_precision.cwiseSqrt().cwiseProduct(system.prior_residual);
+}
+
+/// Moves the state by a step of the nuisance unknowns; poses follow.
+void move(DiagnosisModel& model, const DiagnosisSystem& system, const Eigen::VectorXd& step,
+          double fraction) {
+  const int n = model.robot.cable_count();
+  for (const PoseSystem& pose : system.poses) {
+    const Eigen::VectorXd rest =
+        pose.residual + pose.by_common.leftCols(system.layout.nuisance()) * step;
+    const Vector6 twist = -pose.by_pose.colPivHouseholderQr().solve(rest);
+    Pose& estimate = model.runs[pose.run].poses[pose.pose];
+    estimate = plus(estimate, fraction * twist);
+  }
+  for (std::size_t r = 0; r < model.runs.size(); ++r) {
+    model.runs[r].offsets +=
+        fraction * step.segment(static_cast<Eigen::Index>(r) * (2 * n + 1), 2 * n + 1);
+  }
+  for (std::size_t k = 0; k < model.effects.size(); ++k) {
+    model.effects[k].values +=
+        fraction * step.segment(system.layout.accepted_begin[k], system.layout.accepted_size[k]);
+  }
+}
+
+}  // namespace
+
+Eigen::MatrixXd information(const DiagnosisSystem& system) {
+  const int size = system.layout.nuisance();
+  Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(size, size);
+  for (const PoseSystem& pose : system.poses) {
+    const auto columns = pose.reduced_by_common.leftCols(size);
+    hessian.noalias() += columns.transpose() * columns;
+  }
+  hessian.diagonal() += system.prior_precision;
+  return hessian;
+}
+
+Eigen::MatrixXd covariance(const DiagnosisSystem& system) {
+  return information(system).completeOrthogonalDecomposition().pseudoInverse();
+}
+
+double penalised_cost(const DiagnosisSystem& system) {
+  double cost = 0.5 * system.prior_residual.squaredNorm();
+  for (const PoseSystem& pose : system.poses) cost += 0.5 * pose.residual.squaredNorm();
+  return cost;
+}
+
+bool fit(DiagnosisModel& model, int max_steps) {
+  DiagnosisSystem system = linearise(model);
+  if (!system.valid) return false;
+  double cost = penalised_cost(system);
+  Eigen::MatrixXd hessian;
+  Eigen::VectorXd gradient;
+  for (int iteration = 0; iteration < max_steps; ++iteration) {
+    normal_equations(system, hessian, gradient);
+    const Eigen::VectorXd step = -hessian.completeOrthogonalDecomposition().solve(gradient);
+    const DiagnosisModel before = model;
+    double fraction = 1.0;
+    double trial_cost = cost;
+    DiagnosisSystem trial;
+    for (int halving = 0; halving < 12; ++halving, fraction *= 0.5) {
+      model = before;
+      move(model, system, step, fraction);
+      trial = linearise(model);
+      trial_cost = trial.valid ? penalised_cost(trial) : kNaN;
+      if (trial_cost <= cost * (1.0 + 1e-12)) break;
+    }
+    if (!(trial_cost <= cost * (1.0 + 1e-12))) {
+      model = before;
+      // No descent along the Gauss–Newton step: at a minimum, to what the derivatives leave out
+      // (the balance's weight changes with the pose), or lost.
+      constexpr double kStationary = 1e-5;
+      return iteration > 0 || trial_cost <= cost + kStationary * (1.0 + cost);
+    }
+    const double gain = cost - trial_cost;
+    system = std::move(trial);
+    cost = trial_cost;
+    if (gain < 1e-9 * (1.0 + cost)) return true;
+  }
+  return false;
+}
+
+ChannelSums channel_sums(const DiagnosisSystem& system) {
+  const Eigen::MatrixXd spread = covariance(system);
+  const int size = system.layout.nuisance();
+  ChannelSums sums;
+  for (const PoseSystem& pose : system.poses) {
+    const Eigen::VectorXd residual = pose.projection * pose.reduced;
+    const Eigen::MatrixXd lifted = pose.projection * pose.reduced_by_common.leftCols(size);
+    for (Eigen::Index row = 0; row < residual.size(); ++row) {
+      const double freedom = pose.projection.row(row).squaredNorm() -
+                             lifted.row(row) * spread * lifted.row(row).transpose();
+      const auto c = static_cast<std::size_t>(pose.channel[static_cast<std::size_t>(row)]);
+      sums.freedom[c] += std::max(0.0, freedom);
+      sums.squares[c] += residual[row] * residual[row];
+    }
+  }
+  return sums;
+}
+
+double estimate_noise(DiagnosisModel& model) {
+  const DiagnosisSystem system = linearise(model);
+  if (!system.valid) return 0.0;
+  const ChannelSums sums = channel_sums(system);
+  double change = 0.0;
+  for (std::size_t c = 0; c < kNoiseGroups; ++c) {
+    if (sums.freedom[c] < 1.0) continue;  // too few rows to say anything: keep what was assumed
+    const double factor = std::sqrt(sums.squares[c] / sums.freedom[c]);
+    const double level = std::max(model.floor[c], model.noise[c] * factor);
+    change = std::max(change, std::abs(std::log(level / model.noise[c])));
+    model.noise[c] = level;
+  }
+  return change;
+}
+
+bool fit_with_noise(DiagnosisModel& model) {
+  constexpr int kMostRounds = 15;
+  bool settled = false;
+  for (int round = 0; round < kMostRounds; ++round) {
+    settled = fit(model);
+    if (!settled || estimate_noise(model) < 0.01) break;
+  }
+  return settled;
+}
+
+}  // namespace cdprcal

@@ -1,0 +1,404 @@
+#include "cdprcal/diagnosis/search.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <set>
+
+#include "cdprcal/diagnosis/events.hpp"
+#include "cdprcal/diagnosis/motion.hpp"
+
+namespace cdprcal {
+namespace {
+
+constexpr const char* kChannelUnits[kRestGroups] = {"length_m", "swivel_rad", "roll_pitch_rad",
+                                                    "yaw_rad", "tension_N"};
+/// Named effects that a dependence is weighed against together.
+constexpr int kMostTogether = 3;
+/// Evidence for what a name leaves, as a share of its own, up to which the name stands.
+constexpr double kRemainder = 0.1;
+/// Candidates refitted where the best of several is not much better known than the next.
+constexpr int kFewRefits = 3;
+
+std::string text(const char* pattern, auto... values) {
+  char buffer[256];
+  std::snprintf(buffer, sizeof buffer, pattern, values...);
+  return buffer;
+}
+
+bool is_named(const CandidateScore& score) { return !generic_name(*score.effect); }
+
+/// The best refit of the first few dependences; nothing when none is worth it.
+std::optional<Refit> best_generic(const EvidenceAgainst& against,
+                                  const std::vector<CandidateScore>& scores, double least) {
+  std::vector<Refit> refits = against.refits(scores, kFewRefits, [&](const CandidateScore& s) {
+    return !is_named(s) && s.log_evidence > least;
+  });
+  if (refits.empty()) return std::nullopt;
+  return std::move(refits.front());
+}
+
+/// Family-wise p-values, drawn when first asked for: far above chance nothing need be drawn.
+class PValues {
+ public:
+  PValues(const DiagnosisModel& model, const Candidates& candidates, const ScanOptions& options)
+      : model_(model), candidates_(candidates), options_(options) {}
+  [[nodiscard]] double of(const CandidateScore& score) const {
+    if (beyond_chance(score, candidates_.size(), options_.draws)) {
+      return 1.0 / (1.0 + options_.draws);
+    }
+    // The score of the best of many steps bears their number already.
+    if (as_slip(*score.effect)) {
+      return std::clamp(std::exp(-score.log_evidence) * static_cast<double>(candidates_.size()),
+                        1.0 / (1.0 + options_.draws), 1.0);
+    }
+    if (drawn_.empty()) drawn_ = scan(model_, candidates_, options_);
+    for (const CandidateScore& s : drawn_) {
+      if (s.effect == score.effect) return s.p_value;
+    }
+    return 1.0;
+  }
+
+ private:
+  const DiagnosisModel& model_;
+  const Candidates& candidates_;
+  const ScanOptions& options_;
+  mutable std::vector<CandidateScore> drawn_;
+};
+
+}  // namespace
+
+void record_gap(const DiagnosisModel& before, const DiagnosisModel& model,
+                const std::string& after_effect, Diagnosis& out) {
+  const HeldOut held = held_out(before, model);
+  for (std::size_t c = 0; c < kRestGroups; ++c) {
+    if (!std::isfinite(held.held_out_rms[c])) continue;
+    out.gap.push_back({after_effect, kChannelUnits[c], held.train_rms[c], held.held_out_rms[c]});
+  }
+}
+
+Search::Search(const std::vector<Log>& logs, DiagnosisModel& model, Diagnosis& out,
+               const DiagnoseOptions& options)
+    : logs_(logs), model_(model), out_(out), options_(options) {}
+
+bool Search::report(const std::string& what) const {
+  return !options_.progress || options_.progress(what);
+}
+
+Candidates Search::untried(const DiagnosisModel& model, bool in_motion) {
+  Candidates out;
+  for (const auto& effect : effect_catalogue()) {
+    const bool taken = std::any_of(model.effects.begin(), model.effects.end(),
+                                   [&](const EffectTerm& t) { return t.effect == effect; });
+    if (!taken && effect->needs_motion() == in_motion) out.push_back(effect);
+  }
+  return out;
+}
+
+bool Search::names_reach(double log_evidence, const Refit& first) const {
+  double total = first.log_evidence;
+  DiagnosisModel model = first.model;
+  for (int k = 1; k < kMostTogether && total + options_.rival_nats < log_evidence; ++k) {
+    const std::vector<CandidateScore> scores = scan(model, untried(model), {.draws = 0});
+    const EvidenceAgainst against(model);
+    std::vector<Refit> refits = against.refits(scores, kFewRefits, [&](const CandidateScore& s) {
+      return s.log_evidence > options_.least_evidence;
+    });
+    std::erase_if(refits, [&](const Refit& r) {
+      return r.log_evidence <= options_.least_evidence ||
+             !plausible(r.model.effects.back(), model.robot.cable_count());
+    });
+    if (refits.empty()) return false;
+    total += refits.front().log_evidence;
+    model = std::move(refits.front().model);
+  }
+  return total + options_.rival_nats >= log_evidence;
+}
+
+std::string Search::objection(const Refit& candidate, const Refit* generic, double least_p,
+                              HeldOut& held) const {
+  if (candidate.score.p_value >= least_p) {
+    return text("chance does as well (family-wise p = %.3f)", candidate.score.p_value);
+  }
+  if (candidate.log_evidence <= -1e299) return "the fit with it does not settle";
+  if (candidate.log_evidence <= options_.least_evidence) {
+    return text("evidence %.1f nats after the refit, %.1f needed", candidate.log_evidence,
+                options_.least_evidence);
+  }
+  if (!plausible(candidate.model.effects.back(), model_.robot.cable_count())) {
+    return "the value it would need is physically implausible";
+  }
+  held = held_out(model_, candidate.model);
+  if (!(held.gain > held.gain_error)) {
+    return text("does not predict poses it was not fitted on (gain %.1f +- %.1f nats)", held.gain,
+                held.gain_error);
+  }
+  if (generic != nullptr && candidate.log_evidence + options_.rival_nats < generic->log_evidence &&
+      !names_reach(generic->log_evidence, candidate)) {
+    const GenericName what = *generic_name(*generic->score.effect);
+    return text(
+        "a mere dependence of %s on %s explains the readings better (%.1f nats against "
+        "%.1f)",
+        what.channel.c_str(), what.depends_on.c_str(), generic->log_evidence,
+        candidate.log_evidence);
+  }
+  return "";
+}
+
+void Search::accept(Refit& winner, const HeldOut& held) {
+  NamedEffect found;
+  found.effect = winner.score.effect;
+  found.log_evidence = winner.log_evidence;
+  found.p_value = winner.score.p_value;
+  found.held_out_before = held.before;
+  found.held_out_after = held.after;
+  if (const std::optional<Slip> slip = as_slip(*found.effect)) {
+    found.where = {{"time_s", slip->time_s}, {"cable", slip->cable + 1.0}};
+  }
+  const DiagnosisModel before = std::move(model_);
+  model_ = std::move(winner.model);
+  if (found.effect->name() == "swivel_hysteresis") refine_swivel_play(model_, logs_);
+  record_gap(before, model_, found.effect->name(), out_);
+  out_.effects.push_back(std::move(found));
+}
+
+bool Search::forward() {
+  std::set<std::string> refused;
+  for (;;) {
+    const Candidates named = untried(model_);
+    const Candidates generic = generic_candidates(model_);
+    Candidates all = named;
+    all.insert(all.end(), generic.begin(), generic.end());
+    // Two families share the chance of a false alarm: names, and dependences without one.
+    const double named_p = 0.8 * options_.family_wise_p, generic_p = 0.2 * options_.family_wise_p;
+    std::vector<CandidateScore> scores = scan(model_, all, {.draws = 0});
+    const Candidates slips = slip_candidates(model_);
+    const double choice = std::log(std::max<double>(1.0, static_cast<double>(slips.size())));
+    if (std::vector<CandidateScore> steps = scan(model_, slips, {.draws = 0}); !steps.empty()) {
+      steps.front().log_evidence -= choice;
+      const auto place = std::find_if(scores.begin(), scores.end(), [&](const CandidateScore& s) {
+        return s.log_evidence < steps.front().log_evidence;
+      });
+      scores.insert(place, std::move(steps.front()));
+    }
+    const PValues p_named(model_, named, options_.scan), p_generic(model_, generic, options_.scan);
+    left_.reset();
+    for (CandidateScore& s : scores) {
+      if (is_named(s)) continue;
+      if (s.log_evidence > options_.least_evidence && p_generic.of(s) < generic_p) {
+        left_ = s;
+      }
+      break;
+    }
+    if (static_cast<int>(model_.effects.size()) >= options_.most_effects) return true;
+    if (!report(text("scan after %d effects", static_cast<int>(model_.effects.size())))) {
+      return false;
+    }
+    const EvidenceAgainst against(model_);
+    std::vector<Refit> refits =
+        against.refits(scores, options_.refits, [&](const CandidateScore& s) {
+          return is_named(s) && !refused.count(s.effect->name()) &&
+                 s.log_evidence > options_.least_evidence;
+        });
+    for (Refit& refit : refits) {
+      if (as_slip(*refit.score.effect)) refit.log_evidence -= choice;
+    }
+    std::stable_sort(refits.begin(), refits.end(), [](const Refit& a, const Refit& b) {
+      return a.log_evidence > b.log_evidence;
+    });
+    if (refits.empty()) return true;
+    const std::optional<Refit> rival = best_generic(against, scores, options_.least_evidence);
+    bool accepted = false;
+    for (Refit& refit : refits) {
+      HeldOut held;
+      const std::string name = refit.score.effect->name();
+      refit.score.p_value = p_named.of(refit.score);
+      const std::string reason = objection(refit, rival ? &*rival : nullptr, named_p, held);
+      if (reason.empty()) {
+        const bool go_on = report("accepted " + name);
+        accept(refit, held);
+        accepted = true;
+        refused.clear();  // what was hidden behind this effect may show now
+        if (!go_on) return false;
+        break;
+      }
+      refused.insert(name);
+      out_.rejected.push_back({name, reason});
+    }
+    if (!accepted) return true;
+  }
+}
+
+void Search::in_motion() {
+  if (static_cast<int>(model_.effects.size()) >= options_.most_effects) return;
+  if (!report("samples in motion")) return;
+  // Errors of a model last longer than noise: samples are taken so far apart that what is left at
+  // one says nothing about the next.
+  constexpr double kIndependent = 0.2;
+  DiagnosisModel moving = model_;
+  for (const double spacing_s : {0.09, 0.3, 1.0, 3.0}) {
+    moving = with_motion(model_, logs_, {.least_spacing_s = spacing_s});
+    if (moving.pose_count() == model_.pose_count() || !fit_with_noise(moving)) return;
+    if (motion_correlation(moving) < kIndependent) break;
+  }
+  const Candidates candidates = untried(moving, true);
+  std::vector<CandidateScore> scores = scan(moving, candidates, {.draws = 0});
+  for (const CandidateScore& s : scores) {
+    out_.identifiability.push_back({s.effect->name(), s.visible, s.detectable});
+  }
+  if (scores.empty() || scores.front().log_evidence <= options_.least_evidence) return;
+  scores.front().p_value = PValues(moving, candidates, options_.scan).of(scores.front());
+  Refit refit = EvidenceAgainst(moving).refit(scores.front());
+  HeldOut held;
+  std::swap(model_, moving);  // what the refit is judged against
+  const std::string name = refit.score.effect->name();
+  const std::string reason = objection(refit, nullptr, options_.family_wise_p, held);
+  if (reason.empty()) {
+    report("accepted " + name);
+    accept(refit, held);
+    return;
+  }
+  out_.rejected.push_back({name, reason});
+  std::swap(model_, moving);
+}
+
+Candidates Search::confusable(const DiagnosisModel& without, const EffectTerm& term) const {
+  const Candidates named = untried(without);
+  CandidateScore winner;
+  winner.effect = term.effect;
+  winner.values = term.values;
+  const std::vector<double> shares = imitation(without, winner, named);
+  Candidates out;
+  for (std::size_t j = 0; j < named.size(); ++j) {
+    if (named[j] == term.effect || shares[j] > options_.rival_share) out.push_back(named[j]);
+  }
+  return out;
+}
+
+bool Search::exchange() {
+  bool any = false;
+  for (std::size_t k = 0; k < model_.effects.size(); ++k) {
+    std::optional<DiagnosisModel> without = without_effect(model_, k);
+    if (!without) continue;
+    const auto present = model_.effects[k].effect;
+    if (as_slip(*present)) continue;
+    const Candidates alike = confusable(*without, model_.effects[k]);
+    if (alike.size() < 2) continue;
+    const std::vector<CandidateScore> scores = scan(*without, alike, {.draws = 0});
+    const EvidenceAgainst against(*without);
+    std::vector<Refit> refits =
+        against.refits(scores, options_.refits, [](const CandidateScore&) { return true; });
+    const auto mine = std::find_if(refits.begin(), refits.end(),
+                                   [&](const Refit& r) { return r.score.effect == present; });
+    if (mine == refits.begin()) continue;
+    Refit& best = refits.front();
+    const double own = mine != refits.end() ? mine->log_evidence : -1e300;
+    if (!(best.log_evidence > own + 1e-6) ||
+        !plausible(best.model.effects.back(), model_.robot.cable_count())) {
+      continue;
+    }
+    const HeldOut held = held_out(*without, best.model);
+    if (!(held.gain > held.gain_error)) continue;
+    out_.rejected.push_back(
+        {present->name(), text("with all accepted effects in the model, %s explains the "
+                               "readings better (%.1f nats against %.1f)",
+                               best.score.effect->info().name, best.log_evidence, own)});
+    NamedEffect& found = out_.effects[k];
+    found.effect = best.score.effect;
+    found.log_evidence = best.log_evidence;
+    found.held_out_before = held.before;
+    found.held_out_after = held.after;
+    // The newcomer takes the old one's place in the order.
+    EffectTerm term = std::move(best.model.effects.back());
+    best.model.effects.pop_back();
+    best.model.effects.insert(best.model.effects.begin() + static_cast<std::ptrdiff_t>(k),
+                              std::move(term));
+    model_ = std::move(best.model);
+    record_gap(*without, model_, found.effect->name(), out_);
+    any = true;
+  }
+  return any;
+}
+
+void Search::drop() {
+  for (std::size_t k = 0; k + 1 < model_.effects.size();) {
+    const std::optional<DiagnosisModel> without = without_effect(model_, k);
+    const EffectTerm& term = model_.effects[k];
+    bool needless = false;
+    if (without) {
+      CandidateScore again;
+      again.effect = term.effect;
+      again.values = term.values;
+      needless = EvidenceAgainst(*without).refit(again).log_evidence < options_.least_evidence;
+    }
+    if (!needless) {
+      ++k;
+      continue;
+    }
+    out_.rejected.push_back({term.effect->name(), "needless once the later effects are in"});
+    out_.effects.erase(out_.effects.begin() + static_cast<std::ptrdiff_t>(k));
+    model_ = *without;
+  }
+}
+
+void Search::withdraw() {
+  if (!left_) return;
+  const Refit rest = EvidenceAgainst(model_).refit(*left_);
+  DiagnosisModel with = rest.model;
+  const GenericName what = *generic_name(*left_->effect);
+  for (std::size_t k = 0; k + 1 < with.effects.size();) {
+    const std::optional<DiagnosisModel> without = without_effect(with, k);
+    CandidateScore again;
+    again.effect = with.effects[k].effect;
+    again.values = with.effects[k].values;
+    // A name that explains nine tenths is a good name, with something unexplained beside it.
+    const bool most = rest.log_evidence < kRemainder * out_.effects[k].log_evidence;
+    if (most || !without ||
+        EvidenceAgainst(*without).refit(again).log_evidence > options_.least_evidence) {
+      ++k;
+      continue;
+    }
+    out_.rejected.push_back(
+        {again.effect->name(), "only stood in for what is unexplained: a dependence of " +
+                                   what.channel + " on " + what.depends_on});
+    out_.effects.erase(out_.effects.begin() + static_cast<std::ptrdiff_t>(k));
+    model_.effects.erase(model_.effects.begin() + static_cast<std::ptrdiff_t>(k));
+    with = *without;
+  }
+  fit_with_noise(model_);
+}
+
+void Search::find_rivals() {
+  for (std::size_t k = 0; k < model_.effects.size(); ++k) {
+    const std::optional<DiagnosisModel> without = without_effect(model_, k);
+    if (!without) continue;
+    const Candidates named = untried(*without);
+    const std::vector<CandidateScore> scores = scan(*without, named, {.draws = 0});
+    const EvidenceAgainst against(*without);
+    std::vector<Refit> refits =
+        against.refits(scores, options_.refits, [](const CandidateScore&) { return true; });
+    const auto evidence_of = [&](const Effect* effect) -> std::optional<double> {
+      for (const Refit& r : refits) {
+        if (r.score.effect.get() == effect) return r.log_evidence;
+      }
+      return std::nullopt;
+    };
+    const double own =
+        evidence_of(model_.effects[k].effect.get()).value_or(out_.effects[k].log_evidence);
+    CandidateScore winner;
+    winner.effect = model_.effects[k].effect;
+    winner.values = model_.effects[k].values;
+    const std::vector<double> shares = imitation(*without, winner, named);
+    for (std::size_t j = 0; j < named.size(); ++j) {
+      if (named[j] == winner.effect) continue;
+      const std::optional<double> its = evidence_of(named[j].get());
+      const bool close = its && *its > own - options_.rival_nats;
+      // One that imitates but is far less probable was told apart all the same.
+      const bool far = its && *its < own - 3.0 * options_.rival_nats;
+      if (close || (shares[j] > options_.rival_share && !far)) {
+        out_.effects[k].rivals.push_back(named[j]->name());
+      }
+    }
+  }
+}
+
+}  // namespace cdprcal

@@ -1,0 +1,103 @@
+"""``python -m cdprcal.blind_bench``: run a blind study, or report on one."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from cdprcal.blind_bench.cases import NoiseKind, Setting, Split, kind_of
+from cdprcal.blind_bench.judge import run_case
+from cdprcal.blind_bench.report import markdown, read_lines
+from cdprcal.cli.common import fail, reports_errors
+
+app = typer.Typer(
+    help="Blind tests of the diagnosis, on logs of the dynamic simulator.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+)
+
+
+@app.command(
+    epilog="Example: python -m cdprcal.blind_bench run --cases 110 --seed 1 -o build/bench"
+)
+@reports_errors
+def run(
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Study folder.")],
+    cases: Annotated[
+        int, typer.Option(min=1, help="Cases 0 … N-1; shares are even over 110.")
+    ] = 110,
+    seed: Annotated[int, typer.Option(help="Of the study.")] = 1,
+    split: Annotated[Split, typer.Option(help="sealed: for published numbers, run once.")] = (
+        Split.tuning
+    ),
+    poses: Annotated[int, typer.Option(help="8 or 27.")] = 27,
+    noise: Annotated[float, typer.Option(min=0.0, help="Of the sigma of eq. 18.")] = 0.2,
+    noise_kind: Annotated[
+        NoiseKind, typer.Option(help="reading: white; pose: constant over a rest.")
+    ] = NoiseKind.reading,
+    only: Annotated[
+        str, typer.Option(help="Cases of one kind: clean, one, two, outside or fault.")
+    ] = "",
+    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
+) -> None:
+    """Draws, simulates and diagnoses cases; one JSON line a case. Goes on where it was stopped."""
+    if poses not in (8, 27):
+        fail(f"--poses: 8 or 27, not {poses}")
+    setting = Setting(poses, noise, noise_kind)
+    output.mkdir(parents=True, exist_ok=True)
+    path = output / f"{split}-{seed}_{setting.name}.jsonl"
+    done = {line["case"]["number"] for line in read_lines(path)} if path.exists() else set()
+    left = [
+        number
+        for number in range(cases)
+        if number not in done and (not only or kind_of(split, seed, setting, number) == only)
+    ]
+    torn = path.exists() and not path.read_text().endswith("\n")
+    with path.open("a") as file:
+        file.write("\n" if torn else "")  # after a line cut short by an interruption
+        for count, line in enumerate(_lines(split, seed, setting, left, jobs), start=1):
+            file.write(json.dumps(line) + "\n")
+            file.flush()
+            if count % 10 == 0 or count == len(left):
+                typer.echo(f"… {count} of {len(left)} cases", err=True)
+    typer.echo(f"{path}", err=True)
+
+
+def _lines(
+    split: Split, seed: int, setting: Setting, numbers: list[int], jobs: int
+) -> Iterator[dict[str, Any]]:
+    if jobs == 1:
+        for number in numbers:
+            yield run_case(split, seed, setting, number)
+        return
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        futures = [pool.submit(run_case, split, seed, setting, number) for number in numbers]
+        for future in futures:
+            yield future.result()
+
+
+@app.command(epilog="Example: python -m cdprcal.blind_bench report build/bench/*.jsonl")
+@reports_errors
+def report(
+    files: Annotated[list[Path], typer.Argument(metavar="STUDY.jsonl…", help="Of `run`.")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Markdown; else stdout.")
+    ] = None,
+) -> None:
+    """Scores, confusion, detection by size, calibration of intervals, every failure."""
+    text = markdown(files)
+    if output is None:
+        typer.echo(text, nl=False)
+    else:
+        output.write_text(text)
+
+
+if __name__ == "__main__":
+    app()
