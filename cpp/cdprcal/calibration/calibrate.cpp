@@ -79,6 +79,48 @@ void measure_by_hand(const Log& log, const PathState& path, const SampleRange& r
   }
 }
 
+/// Longest part of a rest over which no tension set-point changes.
+SampleRange longest_hold(const Log& log, const SampleRange& rest) {
+  const LogMatrix& setpoints = log.tension_setpoint_N;
+  const auto changes = [&](Eigen::Index row) {
+    for (Eigen::Index c = 0; c < setpoints.cols(); ++c) {
+      const double step = std::abs(setpoints(row, c) - setpoints(row - 1, c));
+      if (step > 1e-9 * (1.0 + std::abs(setpoints(row, c)))) return true;  // NaN: not logged
+    }
+    return false;
+  };
+  SampleRange longest{rest.begin, rest.begin}, now = longest;
+  for (Eigen::Index row = rest.begin; row < rest.end; ++row) {
+    if (row > rest.begin && changes(row)) now.begin = row;
+    now.end = row + 1;
+    if (now.size() > longest.size()) longest = now;
+  }
+  return longest;
+}
+
+/// The samples of a rest that are averaged. Detection judges whole windows, so their outermost part
+/// may hold the first or the last of a slow motion: far below the noise of a sample, but not below
+/// that of a mean. Where set-points are logged and held for half of the rest or more, that part
+/// counts. Otherwise half a window goes on either side, at most a quarter of the rest, and nothing
+/// where the run itself ends.
+SampleRange core(const Log& log, const SampleRange& run, const Equilibrium& rest, double window_s) {
+  SampleRange out = rest.samples;
+  if (log.tension_setpoint_N.cols() > 0) {
+    const SampleRange hold = longest_hold(log, rest.samples);
+    if (2 * hold.size() >= rest.samples.size()) return hold;
+  }
+  const Eigen::Index most = rest.samples.size() / 4;
+  const double begin_s = log.time_s[rest.samples.begin] + 0.5 * window_s;
+  const double end_s = log.time_s[rest.samples.end - 1] - 0.5 * window_s;
+  if (rest.samples.begin > run.begin) {
+    while (out.begin < rest.samples.begin + most && log.time_s[out.begin] < begin_s) ++out.begin;
+  }
+  if (rest.samples.end < run.end) {
+    while (out.end > rest.samples.end - most && log.time_s[out.end - 1] > end_s) --out.end;
+  }
+  return out;
+}
+
 void measure_automatically(const Log& log, const PathState& path, const SampleRange& run,
                            const CalibrateOptions& options, Calibration& out) {
   const int n = out.problem.robot.cable_count();
@@ -91,13 +133,19 @@ void measure_automatically(const Log& log, const PathState& path, const SampleRa
   if (options.method != Method::kinematic) {
     out.equilibria = detect_equilibria(log, run, out.problem.robot.sigma, options.detection);
     for (const Equilibrium& rest : out.equilibria) {
-      measurements.push_back(measurement_mean(log, rest.samples, PoseKind::static_pose, n));
-      add_path(path, log, rest.samples, log.time_s[run.begin], measurements.back());
+      const SampleRange samples = core(log, run, rest, options.detection.window_s);
+      measurements.push_back(measurement_mean(log, samples, PoseKind::static_pose, n));
+      add_path(path, log, samples, log.time_s[run.begin], measurements.back());
       mark(rest.samples);
     }
   }
+  // A test of many windows fails one now and then: a rest that is found within half a window of the
+  // start holds the first sample too, unless a set-point changed before it.
   const bool starts_at_rest =
-      !out.equilibria.empty() && out.equilibria.front().samples.begin == run.begin;
+      !out.equilibria.empty() &&
+      out.equilibria.front().begin_s - log.time_s[run.begin] < 0.5 * options.detection.window_s &&
+      longest_hold(log, {run.begin, out.equilibria.front().samples.begin + 1}).size() ==
+          out.equilibria.front().samples.begin + 1 - run.begin;
   if (!starts_at_rest) {
     measurements.insert(measurements.begin(),
                         measurement_at(log, run.begin, PoseKind::kinematic_pose, n));

@@ -43,7 +43,8 @@ void leave_out(Measurement& m, const RowLabel& label) {
 }
 
 /// Rows beyond what the channel's own scatter makes believable: standardised residuals over a
-/// robust scale (median of squares), against a Bonferroni bound over all rows.
+/// robust scale (median of squares), against a Bonferroni bound over all rows; the worst of each
+/// pose.
 std::vector<FittedRow> outliers(const std::vector<FittedRow>& rows, const RefineOptions& options) {
   constexpr double kLeastFreedom = 0.05;  // less: the fit follows the reading, nothing to see
   constexpr double kMedianChiSquare = 0.4549364;  // of one degree of freedom
@@ -61,7 +62,8 @@ std::vector<FittedRow> outliers(const std::vector<FittedRow>& rows, const Refine
       own.push_back(row);
     }
     if (own.size() < 10) continue;  // no scale to speak of
-    const double scale = std::max(1.0, std::sqrt(median(squares) / kMedianChiSquare));
+    const double scale = std::sqrt(median(squares) / kMedianChiSquare);
+    if (!(scale > 0.0)) continue;
     std::erase_if(own,
                   [&](const FittedRow& row) { return std::abs(row.residual) <= bound * scale; });
     if (static_cast<double>(own.size()) >
@@ -71,6 +73,14 @@ std::vector<FittedRow> outliers(const std::vector<FittedRow>& rows, const Refine
     for (FittedRow& row : own) row.residual /= scale;
     out.insert(out.end(), own.begin(), own.end());
   }
+  // One wrong reading drags its pose along and makes its neighbours look wrong: only the worst of a
+  // pose goes, then all is fitted anew.
+  std::stable_sort(out.begin(), out.end(), [](const FittedRow& a, const FittedRow& b) {
+    return a.pose != b.pose ? a.pose < b.pose : std::abs(a.residual) > std::abs(b.residual);
+  });
+  out.erase(std::unique(out.begin(), out.end(),
+                        [](const FittedRow& a, const FittedRow& b) { return a.pose == b.pose; }),
+            out.end());
   return out;
 }
 
@@ -98,14 +108,25 @@ NoiseModel between(const NoiseModel& a, const NoiseModel& b) {
   return out;
 }
 
+/// The model's wrench error and the poses explain each other, so a small one is approached slowly: what
+/// shrinks twice in a row takes three steps at once. Too far is put right at once from below.
+void hasten(const NoiseModel& before, bool& shrinks, NoiseModel& next) {
+  const double ratio = next.wrench_force_N / before.wrench_force_N;
+  const bool again = ratio < 1.0 && shrinks;
+  shrinks = ratio < 1.0;
+  if (!again) return;
+  next.wrench_force_N *= ratio * ratio;
+  next.wrench_moment_Nm *= ratio * ratio;
+}
+
 }  // namespace
 
 std::vector<GatedReading> gate_slack(CalibrationProblem& problem, double tension_noise_N) {
   const Robot& robot = problem.robot;
-  const double level_N =
-      std::max({0.5 * robot.tension_min_N, 0.01 * robot.weight_N(), 3.0 * tension_noise_N});
+  const double taut_N = std::max(0.5 * robot.tension_min_N, 0.01 * robot.weight_N());
   std::vector<GatedReading> gated;
   for (Measurement& m : problem.measurements) {
+    const double level_N = std::max(taut_N, 3.0 * tension_noise_N / std::sqrt(m.samples));
     bool any = false;
     for (Eigen::Index c = 0; c < m.tension_N.size(); ++c) {
       if (!(m.tension_N[c] < level_N)) continue;
@@ -126,6 +147,7 @@ Refinement refine(const CalibrationProblem& problem, const CalibrationResult& fi
   if (fit.status != CalibrationStatus::converged) return out;
   double solve_time_s = fit.solve_time_s;
   int iterations = fit.iterations;
+  bool shrinks = false;
   for (int round = 0; round < options.most_rounds; ++round) {
     const std::vector<FittedRow> rows = rows_of(out.problem, out.result);
     if (rows.empty()) break;
@@ -133,8 +155,9 @@ Refinement refine(const CalibrationProblem& problem, const CalibrationResult& fi
     CalibrationProblem next = out.problem;
     next.noise = noise_from_residuals(out.problem, rows, sample_noise);
     const bool settled = round > 0 && change(*next.noise, before) < 0.01;
+    hasten(before, shrinks, *next.noise);
     std::vector<GatedReading> gated;
-    if (settled) {
+    if (round > 0) {
       for (const FittedRow& row : outliers(rows, options)) {
         Measurement& m = next.measurements[row.pose];
         leave_out(m, row.label);
@@ -142,7 +165,7 @@ Refinement refine(const CalibrationProblem& problem, const CalibrationResult& fi
                          row.label.channel == Channel::balance ? 0 : row.label.component,
                          std::abs(row.residual)});
       }
-      if (gated.empty()) break;
+      if (settled && gated.empty()) break;
     }
     CalibrationResult result;
     // A long step to much smaller noise may lose the minimum: shorter ones then.

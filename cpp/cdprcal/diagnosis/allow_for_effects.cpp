@@ -4,7 +4,6 @@
 
 #include "cdprcal/diagnosis/diagnose.hpp"
 #include "cdprcal/diagnosis/model.hpp"
-#include "cdprcal/diagnosis/model_residuals.hpp"
 #include "cdprcal/effects/applied.hpp"
 
 namespace cdprcal {
@@ -22,8 +21,17 @@ DiagnosisModel model_of(const Calibration& calibration) {
   DiagnosisModel model;
   model.robot = problem.robot;
   DiagnosisRun& run = model.runs.emplace_back();
-  run.measurements = problem.measurements;
-  run.poses = calibration.result.poses;
+  // The reference and what rests: readings in motion lag and hang behind in ways of their own, and
+  // a single sample of them would weigh as much as a rest.
+  double samples = 0.0;
+  for (std::size_t i = 0; i < problem.measurements.size(); ++i) {
+    const Measurement& m = problem.measurements[i];
+    if (i > 0 && m.kind != PoseKind::static_pose) continue;
+    run.measurements.push_back(m);
+    run.poses.push_back(calibration.result.poses[i]);
+    samples += m.samples;
+  }
+  model.rest_samples = samples / static_cast<double>(run.measurements.size());
   run.known = problem.effects;
   // reading = model + offset, at the reference; unknown errors start at 0.
   const PlatformState initial =
@@ -41,7 +49,8 @@ DiagnosisModel model_of(const Calibration& calibration) {
     const double unit = balance ? sigma : 1.0;  // the balance's level is relative to its covariance
     model.noise[c] = sigma / unit;
     // A thousandth of σ keeps noise-free data from a division by zero.
-    model.floor[c] = std::max(calibration.sample_noise[c], 1e-3 * sigma) / unit;
+    const double ripple = calibration.sample_noise[c] / std::sqrt(model.rest_samples);
+    model.floor[c] = std::max(ripple, 1e-3 * sigma) / unit;
     if (!balance) {  // single readings in motion: groups of their own
       model.noise[c + kRestGroups] = model.noise[c];
       model.floor[c + kRestGroups] = model.floor[c];
@@ -90,25 +99,23 @@ void allow_for_effects(const CalibrateOptions& options, Calibration& calibration
   result.reason += "; yet the model misfits " + found +
                    ", so it lacks something (cdprcal diagnose looks for it)";
   DiagnosisModel model = model_of(calibration);
-  fit_with_noise(model);
+  const bool settled = fit_with_noise(model);
   const Matrix6 covariance = initial_pose_covariance(model, 0);
   const PlatformState initial =
       platform_state(with_effects(model.robot, model.active(0)), model.runs[0].poses.front());
-  if (!covariance.allFinite() || !initial.valid) {
+  if (!settled || !covariance.allFinite() || !initial.valid) {
     result.reason += ", and the uncertainty leaves that out";
     return;
   }
-  result.poses = model.runs[0].poses;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < result.poses.size(); ++i) {
+    if (i > 0 && calibration.problem.measurements[i].kind != PoseKind::static_pose) continue;
+    result.poses[i] = model.runs[0].poses[next++];
+  }
   result.covariance = covariance;
   result.standard_deviation = covariance.diagonal().cwiseSqrt();
   result.initial_length_m = initial.length_m();
   result.initial_swivel_rad = initial.swivel_rad();
-  std::vector<PoseResidual> residuals;
-  for (const ModelResidual& r : model_residuals(model)) residuals.push_back(r.residual);
-  if (residuals.size() == result.poses.size()) {
-    result.residuals = std::move(residuals);
-    result.residual_rms = residual_rms(result.residuals, true);
-  }
   result.reason +=
       "; the pose and its uncertainty allow for every known effect at its typical size";
 }
