@@ -237,6 +237,9 @@ void register_diagnose(py::module_& module) {
       .def_readonly("unexplained", &Diagnosis::unexplained)
       .def_readonly("gap", &Diagnosis::gap, "Before any effect and after each.")
       .def_readonly("identifiability", &Diagnosis::identifiability)
+      .def_readonly("ranking", &Diagnosis::ranking,
+                    "CandidateScore of all effects on the baseline, best first; their p_value is "
+                    "not drawn.")
       .def_readonly("next", &Diagnosis::next, "What would settle a tie, for people.")
       .def_readonly("gated", &Diagnosis::gated, "Readings left out, for people.")
       .def_readonly("initial_pose_before", &Diagnosis::initial_pose_before, "Of the first log.")

@@ -3,10 +3,12 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
+#include <cstdio>
 
 #include "cdprcal/diagnosis/baseline.hpp"
 #include "cdprcal/diagnosis/events.hpp"
 #include "cdprcal/diagnosis/search.hpp"
+#include "cdprcal/diagnosis/separation.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/effects/reading_faults.hpp"
 #include "cdprcal/error.hpp"
@@ -26,13 +28,16 @@ Robot corrected_robot(const Robot& given, const std::vector<Log>& logs, const Di
     }
   }
   const int n = robot.cable_count();
+  std::vector<std::string> sources;
+  for (const Log& log : logs) sources.push_back(log.source);
+  const std::vector<std::string> names = run_names(sources);
   for (const NamedEffect& effect : found.effects) {
     if (as_slip(*effect.effect)) continue;  // of one moment of one log, not of the robot
     const int size = effect.effect->size(n);
     for (Eigen::Index begin = 0; begin < effect.values.size(); begin += size) {
       AppliedEffect applied = applied_effect(*effect.effect, effect.values.segment(begin, size), n);
       if (logs.size() > 1 && effect.effect->info().scope == EffectScope::run) {
-        applied.run = run_name(logs[static_cast<std::size_t>(begin / size)].source);
+        applied.run = names[static_cast<std::size_t>(begin / size)];
       }
       robot.effects.push_back(std::move(applied));
     }
@@ -111,14 +116,51 @@ void report_values(const DiagnosisModel& model, Diagnosis& out) {
   }
 }
 
+std::string list_of(const CableVector& values) {
+  std::string text;
+  for (const double v : values) {
+    char number[32];
+    std::snprintf(number, sizeof number, "%s%.0f", text.empty() ? "" : ", ", v);
+    text += number;
+  }
+  return text;
+}
+
+/// Poses that would tell an effect from a rival, for people; empty when none would.
+std::string poses_between(const DiagnosisModel& model, std::size_t k,
+                          const std::shared_ptr<const Effect>& rival) {
+  const Separation found = separating_poses(model, k, rival);
+  std::string text;
+  for (const SeparatingPose& pose : found.poses) {
+    char line[256];
+    std::snprintf(line, sizeof line, "%s(%.2f, %.2f, %.2f) m from %s (tensions %s N)",
+                  text.empty() ? "" : ", then ", pose.position_m.x(), pose.position_m.y(),
+                  pose.position_m.z(), pose.from_above ? "above" : "below",
+                  list_of(pose.tension_N).c_str());
+    text += line;
+  }
+  if (text.empty()) return text;
+  char gain[96];
+  std::snprintf(gain, sizeof gain, ": the expected evidence goes from %.1f to %.1f nats",
+                found.nats, found.poses.back().nats);
+  return text + gain;
+}
+
 /// What would settle the ties.
-void advise(Diagnosis& out) {
-  for (const NamedEffect& effect : out.effects) {
+void advise(const DiagnosisModel& model, Diagnosis& out) {
+  for (std::size_t k = 0; k < out.effects.size(); ++k) {
+    const NamedEffect& effect = out.effects[k];
     std::string rivals;
     for (const std::string& rival : effect.rivals) rivals += (rivals.empty() ? "" : ", ") + rival;
     if (rivals.empty()) continue;
     out.next.push_back(effect.effect->name() + " and " + rivals +
                        " cannot be told apart with these poses: " + effect.effect->info().settle);
+    for (const std::string& rival : effect.rivals) {
+      const std::string poses = poses_between(model, k, find_effect(rival));
+      if (poses.empty()) continue;
+      out.next.push_back("to tell " + effect.effect->name() + " from " + rival +
+                         ", measure also at " + poses);
+    }
   }
 }
 
@@ -208,10 +250,10 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   out.initial_pose_before = model.runs.front().poses.front();
   out.covariance_before = initial_pose_covariance(model, 0);
   record_gap(model, model, "", out);
-  for (const CandidateScore& s : scan(model, effect_catalogue(), {.draws = 0})) {
-    if (!s.effect->needs_motion()) {
-      out.identifiability.push_back({s.effect->name(), s.visible, s.detectable});
-    }
+  for (CandidateScore& s : scan(model, effect_catalogue(), {.draws = 0})) {
+    if (s.effect->needs_motion()) continue;
+    out.identifiability.push_back({s.effect->name(), s.visible, s.detectable});
+    out.ranking.push_back(std::move(s));
   }
 
   Search search(logs, model, out, options);
@@ -231,7 +273,7 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
       if (i.name == s.effect->name()) i.detectable_after = s.detectable;
     }
   }
-  advise(out);
+  advise(model, out);
   if (search.left()) report_left(model, *search.left(), out);
   out.model = model;
   out.initial_pose_after = model.runs.front().poses.front();

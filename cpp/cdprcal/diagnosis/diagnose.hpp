@@ -68,6 +68,7 @@ struct Diagnosis {
   std::vector<Unexplained> unexplained;
   std::vector<Gap> gap;
   std::vector<Identifiability> identifiability;
+  std::vector<CandidateScore> ranking;  ///< of all effects on the baseline, best first; no refit
   std::vector<std::string> next;
   std::vector<std::string> gated;                ///< readings left out, with their time
   Pose initial_pose_before, initial_pose_after;  ///< of the first run

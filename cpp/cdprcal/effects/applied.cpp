@@ -10,15 +10,42 @@
 namespace cdprcal {
 namespace {
 
+constexpr const char* kSlashes = "/\\";
+
+/// Whether `run` is the log's name: its last components, whole.
 bool belongs_to(const AppliedEffect& effect, const std::string& log_source) {
-  return effect.run.empty() || effect.run == run_name(log_source);
+  const std::string& run = effect.run;
+  if (run.empty() || run == log_source) return true;
+  if (run.size() >= log_source.size() || !log_source.ends_with(run)) return false;
+  const char before = log_source[log_source.size() - run.size() - 1];
+  return before == kSlashes[0] || before == kSlashes[1];
+}
+
+/// The last `count` components of a path.
+std::string tail_of(const std::string& path, int count) {
+  auto begin = path.size();
+  for (; count > 0 && begin != std::string::npos && begin > 0; --count) {
+    begin = path.find_last_of(kSlashes, begin - 1);
+  }
+  return begin == std::string::npos ? path : count > 0 ? path : path.substr(begin + 1);
 }
 
 }  // namespace
 
-std::string run_name(const std::string& log_source) {
-  const auto slash = log_source.find_last_of("/\\");
-  return slash == std::string::npos ? log_source : log_source.substr(slash + 1);
+std::vector<std::string> run_names(const std::vector<std::string>& log_sources) {
+  std::vector<std::string> names;
+  for (const std::string& source : log_sources) {
+    std::string name;
+    for (int count = 1; name != source; ++count) {
+      name = tail_of(source, count);
+      const auto same = std::count_if(
+          log_sources.begin(), log_sources.end(),
+          [&](const std::string& other) { return belongs_to({"", name, {}}, other); });
+      if (same <= 1) break;
+    }
+    names.push_back(std::move(name));
+  }
+  return names;
 }
 
 ActiveEffect resolve_effect(const AppliedEffect& applied, int cables) {

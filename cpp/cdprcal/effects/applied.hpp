@@ -13,7 +13,7 @@ namespace cdprcal {
 ActiveEffect resolve_effect(const AppliedEffect& applied, int cables);
 
 /// The effects of the catalogue that a robot lists for a run: those of every run, and those of the
-/// log of that name (its file name counts, not its folder).
+/// log of that name (run_names).
 ActiveEffects resolve_effects(const Robot& robot, const std::string& log_source);
 
 /// The log with the faults that the robot lists for it set right, in their order; nothing when
@@ -23,7 +23,8 @@ std::optional<Log> correct_readings(const Robot& robot, const Log& log);
 /// An effect as a robot file lists it, from values in reported units.
 AppliedEffect applied_effect(const Effect& effect, const EffectValues& reported, int cables);
 
-/// File name of a log, without its folder: what AppliedEffect::run holds.
-std::string run_name(const std::string& log_source);
+/// What AppliedEffect::run holds for each of several logs: the file name, with as many folders
+/// before it as tell it from the others'. It matches every log whose path ends with it.
+std::vector<std::string> run_names(const std::vector<std::string>& log_sources);
 
 }  // namespace cdprcal

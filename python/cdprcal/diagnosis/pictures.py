@@ -113,7 +113,7 @@ def draw_gap(diagnosis: _core.Diagnosis) -> Figure:
 
 def draw_ranking(diagnosis: _core.Diagnosis) -> Figure:
     """How well each effect of the catalogue would explain the gap before any was accepted."""
-    scores = list(reversed(_core.scan(diagnosis.baseline)))
+    scores = list(reversed(diagnosis.ranking))
     accepted = {effect.info.name for effect in diagnosis.effects}
     rivals = {rival for effect in diagnosis.effects for rival in effect.rivals}
     colours = [
