@@ -2563,6 +2563,12 @@ class Diagnosis:
         """
 
     @property
+    def ranking(self) -> list[CandidateScore]:
+        """
+        CandidateScore of all effects on the baseline, best first; their p_value is not drawn.
+        """
+
+    @property
     def reason(self) -> str:
         """
         One sentence for people.

@@ -10,9 +10,7 @@ namespace cdprcal {
 /// the first motion. A play operator on the smoothed reading: the turn-over distance is 1 mm of
 /// cable (0.5° of swivel), and motion within a dead band of the noise that smoothing leaves is
 /// none. With one σ of dead band noise turns s over now and then, with three true reversals are
-/// missed: on simulated start-ups with noise of 0.4 to 10 mm the true s is 0.94 to 1.08 times the
-/// one and 0.75 to 0.9 times the other. s is the mean of both, and half their difference is kept
-/// beside it.
+/// missed. s is the mean of both, and half their difference is kept beside it.
 struct PathState {
   LogMatrix length_direction;                                ///< [N, n] or [N, 0]
   LogMatrix swivel_direction;                                ///< [N, n] or [N, 0]

@@ -70,25 +70,32 @@ void learn_priors(DiagnosisModel& model) {
   }
 }
 
-/// What the values would change by if the directions of motion were off by what they may be.
-std::vector<Eigen::VectorXd> direction_errors(const DiagnosisModel& model) {
-  DiagnosisModel other = model;
-  for (DiagnosisRun& run : other.runs) {
-    for (Measurement& m : run.measurements) {
-      if (m.length_direction.size() == m.length_direction_error.size()) {
-        m.length_direction += m.length_direction_error;
-      }
-      if (m.swivel_direction.size() == m.swivel_direction_error.size()) {
-        m.swivel_direction += m.swivel_direction_error;
+/// Variance of the values from what the directions of motion may be off: by their estimate's own
+/// error, and by what motion too small for the encoders took from them during a dwell.
+std::vector<Eigen::VectorXd> direction_variance(const DiagnosisModel& model) {
+  // A tension loop stirs the cables by tenths of a millimetre, against a turn-over of about one.
+  constexpr double kLost = 0.1;
+  std::vector<Eigen::VectorXd> out;
+  for (const EffectTerm& term : model.effects) {
+    out.push_back(Eigen::VectorXd::Zero(term.values.size()));
+  }
+  const auto add = [&](auto change) {
+    DiagnosisModel other = model;
+    for (DiagnosisRun& run : other.runs) {
+      for (Measurement& m : run.measurements) {
+        change(m.length_direction, m.length_direction_error);
+        change(m.swivel_direction, m.swivel_direction_error);
       }
     }
-  }
-  const bool settled = fit(other);
-  std::vector<Eigen::VectorXd> out;
-  for (std::size_t k = 0; k < model.effects.size(); ++k) {
-    const Eigen::VectorXd change = other.effects[k].values - model.effects[k].values;
-    out.push_back(settled ? change : Eigen::VectorXd::Zero(change.size()));
-  }
+    if (!fit(other)) return;
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      out[k] += (other.effects[k].values - model.effects[k].values).cwiseAbs2();
+    }
+  };
+  add([](CableVector& s, const CableVector& error) {
+    if (s.size() == error.size()) s += error;
+  });
+  add([](CableVector& s, const CableVector&) { s *= 1.0 - kLost; });
   return out;
 }
 
@@ -96,12 +103,12 @@ std::vector<Eigen::VectorXd> direction_errors(const DiagnosisModel& model) {
 void report_values(const DiagnosisModel& model, Diagnosis& out) {
   const Eigen::VectorXd variance = covariance(linearise(model)).diagonal();
   const CommonLayout layout = linearise(model).layout;
-  const std::vector<Eigen::VectorXd> systematic = direction_errors(model);
+  const std::vector<Eigen::VectorXd> systematic = direction_variance(model);
   for (std::size_t k = 0; k < model.effects.size(); ++k) {
     const EffectTerm& term = model.effects[k];
     const Eigen::VectorXd deviation =
         (variance.segment(layout.accepted_begin[k], layout.accepted_size[k]).cwiseMax(0.0) +
-         systematic[k].cwiseAbs2())
+         systematic[k])
             .cwiseSqrt();
     const int size = term.effect->size(model.robot.cable_count());
     NamedEffect& found = out.effects[k];

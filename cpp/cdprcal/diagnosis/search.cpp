@@ -16,6 +16,8 @@ constexpr const char* kChannelUnits[kRestGroups] = {"length_m", "swivel_rad", "r
 constexpr int kMostTogether = 3;
 /// Evidence for what a name leaves, as a share of its own, up to which the name stands.
 constexpr double kRemainder = 0.1;
+/// Imitating this share of a signature is doing the same: then the prior alone tells them apart.
+constexpr double kSame = 0.98;
 /// Candidates refitted where the best of several is not much better known than the next.
 constexpr int kFewRefits = 3;
 
@@ -394,7 +396,7 @@ void Search::find_rivals() {
       const bool close = its && *its > own - options_.rival_nats;
       // One that imitates but is far less probable was told apart all the same.
       const bool far = its && *its < own - 3.0 * options_.rival_nats;
-      if (close || (shares[j] > options_.rival_share && !far)) {
+      if (close || shares[j] > kSame || (shares[j] > options_.rival_share && !far)) {
         out_.effects[k].rivals.push_back(named[j]->name());
       }
     }

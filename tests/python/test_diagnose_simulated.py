@@ -1,0 +1,91 @@
+"""What the diagnosis finds in start-ups of the dynamic simulator: physics code not its own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cdprcal import _core
+from cdprcal.blind_bench.cases import Case, Hidden, Setting
+from cdprcal.blind_bench.simulate import simulate
+
+SETTING = Setting(poses=27, noise=0.1)
+
+
+def diagnosed(hidden: list[Hidden], setting: Setting = SETTING, seed: int = 7) -> _core.Diagnosis:
+    case = Case(number=1, seed=seed, kind="one", shuffled=True, stated=1.0, hidden=hidden)
+    made = simulate(case, setting)
+    return _core.diagnose(made.robot, [made.log])
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("sensor_delay", [0.12]),
+        ("swivel_hysteresis", [0.01]),
+        ("pulley_friction", [0.03]),
+        ("cable_elasticity", [6e4]),
+    ],
+)
+def test_one_effect_is_named_and_its_interval_holds_the_truth(
+    name: str, values: list[float]
+) -> None:
+    diagnosis = diagnosed([Hidden(name, values, 1.0)])
+    assert diagnosis.verdict == _core.Verdict.explained
+    assert [e.info.name for e in diagnosis.effects] == [name]
+    error = np.abs(diagnosis.effects[0].values - np.array(values))
+    assert np.all(error <= 3.0 * diagnosis.effects[0].standard_deviation)
+    assert np.all(error <= 0.25 * np.array(values))
+
+
+def test_a_slip_is_found_with_its_cable_time_and_length() -> None:
+    diagnosis = diagnosed([Hidden("cable_slip", [0.4, 3.0, 0.02], 1.0)])
+    (slip,) = diagnosis.effects
+    assert slip.info.name == "cable_slip"
+    assert slip.where["cable"] == 3.0
+    assert slip.values[0] == pytest.approx(0.02, abs=0.002)
+    duration_s = diagnosis.model.pose_count * 10.0  # rough: some ten seconds a pose
+    assert slip.where["time_s"] == pytest.approx(0.4 * duration_s, rel=0.4)
+    # It belongs to this log, not to the robot: the corrected robot does not carry it.
+    assert not diagnosis.corrected.effects
+
+
+def test_an_outlier_is_left_out_by_time_and_cable_and_accuses_nobody() -> None:
+    diagnosis = diagnosed([Hidden("outlier", [0.5, 2.0, 0.1], 1.0)])
+    assert diagnosis.verdict == _core.Verdict.consistent
+    assert any("outlier" in text and "cable 2" in text for text in diagnosis.gated)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "channel", "depends_on"),
+    [
+        ("load_cell_curvature", [4e-4], "tension", "reading"),
+        ("roll_pitch_scale", [0.08], "roll_pitch", "reading"),
+        ("temperature_step", [0.3, 8.0], "tension", "time"),
+    ],
+)
+def test_what_the_catalogue_lacks_is_not_given_a_name(
+    name: str, values: list[float], channel: str, depends_on: str
+) -> None:
+    diagnosis = diagnosed([Hidden(name, values, 1.0)])
+    assert diagnosis.verdict == _core.Verdict.unexplained
+    assert not diagnosis.effects
+    (left,) = diagnosis.unexplained
+    assert (left.channel, left.depends_on) == (channel, depends_on)
+
+
+def test_the_smallest_visible_size_grows_with_the_noise() -> None:
+    quiet, loud = (
+        {i.name: i.detectable for i in diagnosed([], Setting(27, noise)).identifiability}
+        for noise in (0.05, 0.5)
+    )
+    for name in ("load_cell_bias", "transmission_ratio", "sensor_delay", "yaw_drift"):
+        assert quiet[name] < loud[name]
+
+
+def test_ties_come_with_poses_that_raise_the_evidence() -> None:
+    diagnosis = diagnosed([Hidden("platform_anchors", [0.003, 0.0, 0.0] * 4, 1.0)])
+    names = {n for e in diagnosis.effects for n in [e.info.name, *e.rivals]}
+    # A common shift of the anchors is a shift of the centre of mass: exactly (design, section 5).
+    assert {"platform_anchors", "centre_of_mass"} <= names
+    assert any("cannot be told apart" in text for text in diagnosis.next)
