@@ -253,20 +253,38 @@ Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions
                      std::to_string(problem.measurements.size()) +
                      " measurements; give one a measurement, or the initial pose alone");
   }
-  const std::vector<Pose> starts =
-      options.guess.empty()
-          ? reference_guesses(robot, problem.measurements.front(), problem.effects)
-          : options.guess;
+  // First as §3.3 has it: ζ0 of τ0, ideal poses at rest, estimated ones in motion. Then all poses
+  // estimated, from there and from other ζ0.
+  struct Start {
+    Pose reference;
+    RestGuess rests = RestGuess::estimated;
+    bool elsewhere = true;  ///< another ζ0 than the one before
+  };
+  std::vector<Start> starts;
+  if (options.guess.empty()) {
+    for (const Pose& pose :
+         reference_guesses(robot, problem.measurements.front(), problem.effects)) {
+      starts.push_back({pose});
+    }
+    if (problem.statics != StaticsModel::none) {
+      starts.front().elsewhere = false;
+      starts.insert(starts.begin(), {starts.front().reference, RestGuess::ideal});
+    }
+  } else {
+    starts.push_back({options.guess.front()});
+  }
   double solve_time_s = 0.0;
   bool first = true;
   int tried = 0;
-  for (const Pose& start : starts) {
+  for (const Start& start : starts) {
     if (tried++ >= std::max(1, options.most_starts)) break;
     CalibrationResult result =
-        solve(problem, measurement_guesses(robot, problem.measurements, start, problem.effects),
+        solve(problem,
+              measurement_guesses(robot, problem.measurements, start.reference, problem.effects,
+                                  start.rests),
               options.solve);
     solve_time_s += result.solve_time_s;
-    const bool again = !first && same_minimum(result, out.result);
+    const bool again = !first && start.elsewhere && same_minimum(result, out.result);
     if (first || better(result, out.result)) out.result = std::move(result);
     first = false;
     // A good minimum ends the search, and so does a bad one that two starts agree on; too few

@@ -3,6 +3,7 @@
 
 #include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/calibration/initial_guess.hpp"
+#include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/error.hpp"
 #include "scenario.hpp"
 
@@ -121,6 +122,46 @@ TEST(InitialGuess, ReferenceFromTensionsIsTheEquilibrium) {
   const auto guesses = reference_guesses(robot, s.problem.measurements[3]);
   ASSERT_FALSE(guesses.empty());
   EXPECT_LT(minus(guesses[0], s.truth[3]).norm(), 1e-8);
+}
+
+TEST(InitialGuess, IsThatOfThePaper) {
+  // §3.3: ζ0 is the equilibrium of the set-point τ0, whatever the load cells read; poses at rest
+  // are the ideal ones of their set-points, poses in motion are estimated from ζ0 and the changes.
+  const Robot robot = load_robot("irma4");
+  Scenario s = scenario(robot, irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
+  std::vector<Measurement>& measurements = s.problem.measurements;
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    measurements[i].tension_setpoint_N = measurements[i].tension_N;
+    measurements[i].tension_N.array() += 5.0;
+  }
+  measurements[4].kind = PoseKind::kinematic_pose;
+  const auto references = reference_guesses(robot, measurements.front());
+  EXPECT_LT(minus(references[0], s.truth[0]).norm(), 1e-8);
+  // From another ζ0 the ideal poses stay, the estimated ones move with it.
+  Vector6 off;
+  off << 0.02, -0.01, 0.03, 0.01, 0.02, -0.03;
+  const Pose reference = plus(s.truth[0], off);
+  const auto ideal = measurement_guesses(robot, measurements, reference, {}, RestGuess::ideal);
+  const auto estimated = measurement_guesses(robot, measurements, reference);
+  ASSERT_EQ(ideal.size(), measurements.size());
+  EXPECT_LT(minus(ideal[0], reference).norm(), 1e-15);
+  for (std::size_t i = 1; i < ideal.size(); ++i) {
+    SCOPED_TRACE(i);
+    const double error = minus(ideal[i], s.truth[i]).norm();
+    if (i == 4) {
+      EXPECT_GT(error, 1e-3);
+    } else {
+      EXPECT_LT(error, 1e-6);
+    }
+    EXPECT_GT(minus(estimated[i], s.truth[i]).norm(), 1e-3);
+  }
+  // Without a set-point the measured tensions are used.
+  measurements[2].tension_setpoint_N.setConstant(kNaN);
+  const auto measured = measurement_guesses(robot, measurements, reference, {}, RestGuess::ideal);
+  const EquilibriumResult rest = direct_from_tensions(robot, measurements[2].tension_N, s.truth[2]);
+  ASSERT_EQ(rest.status, EquilibriumStatus::found);
+  EXPECT_LT(minus(measured[2], rest.pose).norm(), 1e-6);
+  EXPECT_GT(minus(measured[2], s.truth[2]).norm(), 1e-3);
 }
 
 TEST(Names, RoundTripAndErrors) {
