@@ -31,10 +31,11 @@ def make_stubs() -> str:
     return ast.unparse(_PutRight().visit(tree)) + "\n"
 
 
+_GENERIC = {"collections.abc.Callable": "[..., typing.Any]", "list": "[typing.Any]"}
+
+
 class _PutRight(ast.NodeTransformer):
     """Enum members as members, no pickling plumbing, a type for **kwargs and bare generics."""
-
-    _GENERIC = {"collections.abc.Callable": "[..., typing.Any]", "list": "[typing.Any]"}
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
         if node.args.kwarg is not None and node.args.kwarg.annotation is None:
@@ -52,8 +53,8 @@ class _PutRight(ast.NodeTransformer):
             annotation.right = self._whole(annotation.right)
             return annotation
         text = ast.unparse(annotation)
-        if text in self._GENERIC:
-            return ast.parse(text + self._GENERIC[text], mode="eval").body
+        if text in _GENERIC:
+            return ast.parse(text + _GENERIC[text], mode="eval").body
         return annotation
 
     def visit_ClassDef(self, node: ast.ClassDef) -> ast.ClassDef:

