@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <fstream>
 #include <string_view>
 
 #include "cdprcal/acquisition/log_columns.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/text_file.hpp"
 
 namespace cdprcal {
 namespace {
@@ -224,17 +224,7 @@ Log parse_log(const std::string& text, const std::string& source) {
   return LogParser(body, source).parse();
 }
 
-Log read_log(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError(path + ": cannot be opened");
-  std::string text;
-  std::array<char, 1 << 16> block;
-  while (file.read(block.data(), block.size()) || file.gcount() > 0) {
-    text.append(block.data(), static_cast<std::size_t>(file.gcount()));
-  }
-  if (file.bad()) throw InputError(path + ": cannot be read (a folder, or a failing disk)");
-  return parse_log(text, path);
-}
+Log read_log(const std::string& path) { return parse_log(read_text_file(path), path); }
 
 std::string format_log(const Log& log) {
   validate(log);
@@ -260,12 +250,7 @@ std::string format_log(const Log& log) {
 }
 
 void write_log(const Log& log, const std::string& path) {
-  const std::string text = format_log(log);  // complete before the file is touched
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  if (!file) throw InputError(path + ": cannot be created");
-  file.write(text.data(), static_cast<std::streamsize>(text.size()));
-  file.close();
-  if (!file) throw InputError(path + ": could not be written to its end (disk full?)");
+  write_text_file(path, format_log(log));  // complete before the file is touched
 }
 
 void validate(const Log& log) {

@@ -31,6 +31,9 @@ struct Measurement {
   CableVector length_direction_error, swivel_direction_error;  ///< what s may be off (path_state.hpp)
   Vector3 attitude_rate_rad_s = Vector3::Zero();  ///< of (roll, pitch, yaw), while moving
   int samples = 1;                   ///< readings behind the mean
+
+  /// Whether the wrench balance can be written down here: at rest, with every tension read.
+  bool in_balance() const { return kind == PoseKind::static_pose && tension_N.allFinite(); }
 };
 
 /// The sample at row `index` as a measurement of a robot with `cable_count` cables.

@@ -28,9 +28,8 @@ PoseCache::PoseCache(const CalibrationProblem& problem, const std::vector<Pose>&
   for (const Pose& pose : poses) blocks_.push_back(to_block(pose));
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Measurement& measurement = problem.measurements[i];
-    const bool rests = measurement.kind == PoseKind::static_pose &&
-                       (i > 0 || problem.reference_statics) && measurement.tension_N.allFinite();
-    statics_.push_back(rests ? problem.statics : StaticsModel::none);
+    const bool counts = measurement.in_balance() && (i > 0 || problem.reference_statics);
+    statics_.push_back(counts ? problem.statics : StaticsModel::none);
   }
   const NoiseModel noise = problem.noise.value_or(specified_noise(problem.robot.sigma));
   wrench_force_N_ = noise.wrench_force_N;

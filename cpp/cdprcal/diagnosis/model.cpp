@@ -223,7 +223,7 @@ DiagnosisSystem linearise(const DiagnosisModel& model, const Candidates& candida
     const DiagnosisRun& run = model.runs[r];
     for (std::size_t i = 0; i < run.measurements.size(); ++i) {
       const Measurement& m = run.measurements[i];
-      const bool rests = m.kind == PoseKind::static_pose && m.tension_N.allFinite();
+      const bool rests = m.in_balance();
       bool valid = true;
       RawRows raw = raw_rows(model, robot, active, system.layout, candidates, r, m, run.poses[i],
                              rests, valid);

@@ -20,7 +20,7 @@ std::vector<ModelResidual> model_residuals(const DiagnosisModel& model) {
     const DiagnosisRun& run = model.runs[r];
     for (std::size_t i = 0; i < run.measurements.size(); ++i) {
       const Measurement& m = run.measurements[i];
-      const bool rests = m.kind == PoseKind::static_pose && m.tension_N.allFinite();
+      const bool rests = m.in_balance();
       PoseEvaluation e;
       evaluate_pose(robot, m, run.poses[i], rests ? StaticsModel::wrench : StaticsModel::none, {},
                     active, false, e);

@@ -1,7 +1,6 @@
 #include "cdprcal/model/robot_file.hpp"
 
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 
 #include "cdprcal/effects/schema.hpp"
@@ -9,6 +8,7 @@
 #include "cdprcal/model/builtin_robots.hpp"
 #include "cdprcal/model/robot_check.hpp"
 #include "cdprcal/model/yaml_reader.hpp"
+#include "cdprcal/text_file.hpp"
 
 namespace cdprcal {
 namespace {
@@ -95,20 +95,6 @@ AppliedEffect read_effect(const YamlField& field, int cables) {
         {parameter.name, map.require(parameter.name).numbers(parameter.shape)});
   }
   return effect;
-}
-
-std::string read_file(const std::string& path) {
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) {
-    throw InputError(path + ": is a folder, not a robot file");
-  }
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError(path + ": cannot be opened");
-  std::string text(1'000'001, '\0');  // one more than the parser accepts: it says "over 1 MB"
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  if (file.bad()) throw InputError(path + ": cannot be read");
-  return text;
 }
 
 // Writing.
@@ -231,7 +217,7 @@ Robot load_robot(const std::string& name_or_path) {
   if (!std::filesystem::exists(name_or_path, error)) {
     return parse_robot(builtin_robot_yaml(name_or_path), name_or_path);  // throws, naming both
   }
-  return parse_robot(read_file(name_or_path), name_or_path);
+  return parse_robot(read_text_file(name_or_path, detail::kMostYamlBytes + 1), name_or_path);
 }
 
 std::string to_yaml(const Robot& robot) {

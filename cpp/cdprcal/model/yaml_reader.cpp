@@ -11,7 +11,6 @@
 namespace cdprcal::detail {
 namespace {
 
-constexpr std::size_t kMaxBytes = 1'000'000;
 
 std::string place(const std::string& source, const YAML::Mark& mark) {
   if (mark.is_null()) return source + ": ";
@@ -94,7 +93,7 @@ YamlField::YamlField(std::shared_ptr<Document> document, std::string path, const
 }
 
 YamlField YamlField::parse_document(const std::string& text, const std::string& source) {
-  if (text.size() > kMaxBytes) {
+  if (text.size() > kMostYamlBytes) {
     throw InputError(source + ": is over 1 MB: this is not a robot file");
   }
   for (std::size_t i = 0, line = 1; i < text.size(); ++i) {

@@ -17,6 +17,9 @@
 
 namespace cdprcal::detail {
 
+/// Larger texts are refused: no robot file needs this, and a mistaken file may be huge.
+inline constexpr std::size_t kMostYamlBytes = 1'000'000;
+
 /// A field of a YAML document.
 class YamlField {
  public:

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 
 #include "cdprcal/acquisition/log_columns.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/planning/plan_columns.hpp"
+#include "cdprcal/text_file.hpp"
 
 namespace cdprcal {
 namespace {
@@ -83,24 +83,9 @@ std::string format_plan(const Plan& plan) {
 }
 
 void write_plan(const Plan& plan, const std::string& path) {
-  const std::string text = format_plan(plan);  // complete before the file is touched
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  if (!file) throw InputError(path + ": cannot be created");
-  file.write(text.data(), static_cast<std::streamsize>(text.size()));
-  file.close();
-  if (!file) throw InputError(path + ": could not be written to its end (disk full?)");
+  write_text_file(path, format_plan(plan));  // complete before the file is touched
 }
 
-Plan read_plan(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError(path + ": cannot be opened");
-  std::string text;
-  std::array<char, 1 << 16> block;
-  while (file.read(block.data(), block.size()) || file.gcount() > 0) {
-    text.append(block.data(), static_cast<std::size_t>(file.gcount()));
-  }
-  if (file.bad()) throw InputError(path + ": cannot be read (a folder, or a failing disk)");
-  return parse_plan(text, path);
-}
+Plan read_plan(const std::string& path) { return parse_plan(read_text_file(path), path); }
 
 }  // namespace cdprcal

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "cdprcal/error.hpp"
+#include "cdprcal/text_file.hpp"
 
 namespace cdprcal {
 namespace {
@@ -267,9 +268,7 @@ void write_mesh(const std::string& path, const Mesh& mesh, MeshEncoding encoding
 
 Mesh read_mesh(const std::string& path) {
   const bool ply = extension(path) == "ply";
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw InputError(path + ": cannot be read");
-  const std::string data((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const std::string data = read_text_file(path);
   return ply ? read_ply(data, path) : read_stl(data, path);
 }
 
