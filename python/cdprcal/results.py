@@ -91,22 +91,6 @@ def calibration_as_dict(robot: _core.Robot, calibration: _core.Calibration) -> d
     }
 
 
-def calibration_inputs(
-    robot: _core.Robot, log_name: str, options: _core.CalibrateOptions
-) -> dict[str, Any]:
-    """What a result was made from: enough to solve again."""
-    return {
-        "robot": _core.to_yaml(robot),
-        "log": log_name,
-        "method": "static" if options.method == _core.Method.statics else options.method.name,
-        "formulation": options.formulation.name,
-        "noise": None if options.noise is None else options.noise.name,
-        "at_s": list(options.at_s),
-        "segment": options.segment,
-        "kinematic_spacing_s": options.kinematic_spacing_s,
-    }
-
-
 def _poses(calibration: _core.Calibration) -> Iterable[dict[str, Any]]:
     result = calibration.result
     count = len(result.poses)  # none when the problem was not even solved
@@ -119,11 +103,12 @@ def _poses(calibration: _core.Calibration) -> Iterable[dict[str, Any]]:
             "position_m": numbers(pose.position_m),
             "rotation": numbers(pose.rotation),
             "kind": "static" if rests else "kinematic",
-            "residuals": None if residual is None else _residual(residual),
+            "residuals": None if residual is None else residual_as_dict(residual),
         }
 
 
-def _residual(residual: _core.PoseResidual) -> dict[str, Any]:
+def residual_as_dict(residual: _core.PoseResidual) -> dict[str, Any]:
+    """Modelled minus measured at one pose (eq. 13), by channel; absent: None."""
     return {
         "length_m": numbers(residual.length_m),
         "swivel_rad": numbers(residual.swivel_rad),

@@ -103,13 +103,20 @@ def print_calibration(document: dict[str, Any], sigma: dict[str, float]) -> None
         say(out, document["least_observed"])
     out.print(_cable_table(document))
     for gated in document["gated"]:
-        say(out, _gated_line(gated))
+        say(out, gated_line(gated))
     say(out, "residuals")
     out.print(_residual_table(document["residual_rms"], sigma))
     out.print(_poses_table(document["poses"]))
 
 
-def _gated_line(gated: dict[str, Any]) -> str:
+def sigma_of(robot: object) -> dict[str, float]:
+    """The robot's sigma by channel, in SI units."""
+    sigma = getattr(robot, "sigma")  # noqa: B009
+    names = ("length_m", "swivel_rad", "attitude_rad", "tension_N")
+    return {name: getattr(sigma, name) for name in names}
+
+
+def gated_line(gated: dict[str, Any]) -> str:
     """Which reading was left out, when and why."""
     if gated["reason"] == "slack":
         return (

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import shutil
+import subprocess
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -111,3 +114,48 @@ def raw_text(log: cdprcal.Log) -> str:
         lines.append(f"5,{time!r},{roll!r},{pitch!r},{yaw!r}")
         lines.append(f"6,{time!r},0,0,0,0,0,0,0,0,0,0")
     return "\n".join(lines) + "\n"
+
+
+@dataclass(frozen=True)
+class Browsed:
+    """A page as a browser left it: its elements after all scripts, and what its console said."""
+
+    dom: str
+    console: list[str]
+
+
+@pytest.fixture(scope="session")
+def browse() -> Callable[..., Browsed]:
+    """Opens a page in headless Chromium with the network off; skips where there is none."""
+    names = ("chromium", "chromium-browser", "google-chrome")
+    browser = next(filter(None, map(shutil.which, names)), None)
+    if browser is None:
+        pytest.skip("no Chromium on PATH: apt-get install chromium")
+
+    def run(address: str, *flags: str) -> Browsed:
+        with tempfile.TemporaryDirectory() as profile:
+            done = subprocess.run(
+                [
+                    browser,
+                    "--headless=new",
+                    "--no-sandbox",
+                    "--disable-dev-shm-usage",
+                    "--use-angle=swiftshader",
+                    "--enable-unsafe-swiftshader",
+                    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
+                    "--enable-logging=stderr",
+                    f"--user-data-dir={profile}",
+                    "--window-size=1200,1600",
+                    *flags,
+                    "--dump-dom",
+                    address,
+                ],
+                capture_output=True,
+                text=True,
+                timeout=120,
+                check=False,
+            )
+        lines = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+        return Browsed(done.stdout, lines)
+
+    return run

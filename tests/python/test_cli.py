@@ -159,7 +159,7 @@ def test_the_result_file_holds_the_result_and_its_inputs(
     inputs = document.pop("inputs")
     assert document.keys() == strict(ran.stdout).keys()
     assert cdprcal.parse_robot(inputs["robot"], "again").name == "irma4"
-    assert inputs["log"] == str(log_path)
+    assert [log["name"] for log in inputs["logs"]] == [str(log_path)]
     assert (inputs["method"], inputs["formulation"]) == ("unified", "full")
 
 

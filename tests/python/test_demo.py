@@ -45,6 +45,8 @@ def test_the_story_ends_well_within_thirty_seconds(cli: Callable[..., Ran], tmp_
         assert words in ran.stderr
     for name in PICTURES:
         assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    assert (folder / "report.html").read_text().startswith("<!doctype html>")
+    assert "report.html" in ran.stderr
     inputs = read_inputs(folder / "faulty.csv")
     assert inputs is not None
     assert inputs.settings["effects"] == [HIDDEN[1]]

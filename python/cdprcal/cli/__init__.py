@@ -18,6 +18,8 @@ from cdprcal.cli import (
     generate,
     import_log,
     plan,
+    repeat,
+    report,
     workspace,
 )
 
@@ -34,11 +36,13 @@ app.command("demo", epilog=demo.EXAMPLE)(demo.command)
 app.command("workspace", epilog=workspace.EXAMPLE)(workspace.command)
 app.command("plan", epilog=plan.EXAMPLE)(plan.command)
 app.command("acquire", epilog=acquire.EXAMPLE)(acquire.command)
-app.command("import")(import_log.command)
-app.command("check")(check.command)
-app.command("calibrate")(calibrate.command)
-app.command("diagnose")(diagnose.command)
-app.command("generate")(generate.command)
+app.command("import", epilog=import_log.EXAMPLE)(import_log.command)
+app.command("check", epilog=check.EXAMPLE)(check.command)
+app.command("calibrate", epilog=calibrate.EXAMPLE)(calibrate.command)
+app.command("diagnose", epilog=diagnose.EXAMPLE)(diagnose.command)
+app.command("report", epilog=report.EXAMPLE)(report.command)
+app.command("repeat", epilog=repeat.EXAMPLE)(repeat.command)
+app.command("generate", epilog=generate.EXAMPLE)(generate.command)
 
 
 def _print_version(wanted: bool) -> None:

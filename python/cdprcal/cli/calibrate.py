@@ -19,6 +19,8 @@ from cdprcal.cli.common import (
     reports_errors,
 )
 
+EXAMPLE = "Example: cdprcal calibrate irma4 run.csv -o result.json"
+
 
 @reports_errors
 def command(
@@ -59,7 +61,14 @@ def command(
     segment: SegmentOption = -1,
     json: JsonOption = False,
     output: Annotated[
-        str, typer.Option("-o", "--output", metavar="FILE", help="Also write the result as JSON.")
+        str,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="Also write the result as JSON, with robot, log and options: for cdprcal report "
+            "and cdprcal repeat.",
+        ),
     ] = "",
 ) -> None:
     """Find the initial pose, with its uncertainty, from a log.
@@ -68,7 +77,7 @@ def command(
     """
     from cdprcal import _core
     from cdprcal.io import load_run
-    from cdprcal.results import calibration_as_dict, calibration_inputs, strict_json
+    from cdprcal.results import calibration_as_dict
 
     options = _core.CalibrateOptions(
         method=_core.parse_method(method),
@@ -83,14 +92,14 @@ def command(
         calibration = _core.calibrate(the_robot, file.log, options)
     document = calibration_as_dict(the_robot, calibration)
     if output:
-        from cdprcal.io.files import write_text
+        from cdprcal.io.result_file import calibrate_options_as_dict, save_result
 
-        inputs = calibration_inputs(the_robot, file.log.source, options)
-        write_text(Path(output), strict_json(document | {"inputs": inputs}))
+        as_dict = calibrate_options_as_dict(options)
+        save_result(Path(output), "calibrate", document, the_robot, [file.log], as_dict)
     if json:
         print_json(document)
     else:
-        from cdprcal.tables import print_calibration, print_findings
+        from cdprcal.tables import print_calibration, print_findings, sigma_of
 
         print_findings(file.findings)
         print_calibration(document, sigma_of(the_robot))
@@ -114,10 +123,3 @@ def parse_times(text: str) -> list[float]:
             raise InputError(f"--at: {part!r} is not a time in seconds (write --at 12.5,20,31)")
         times.append(time)
     return times
-
-
-def sigma_of(robot: object) -> dict[str, float]:
-    """The robot's sigma by channel, in SI units."""
-    sigma = getattr(robot, "sigma")  # noqa: B009
-    names = ("length_m", "swivel_rad", "attitude_rad", "tension_N")
-    return {name: getattr(sigma, name) for name in names}

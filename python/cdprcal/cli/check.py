@@ -15,6 +15,8 @@ from cdprcal.cli.common import (
     reports_errors,
 )
 
+EXAMPLE = "Example: cdprcal check irma4 run.csv"
+
 
 @reports_errors
 def command(

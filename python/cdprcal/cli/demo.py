@@ -18,7 +18,10 @@ def command(
         typer.Argument(metavar="[ROBOT]", help="Robot file (YAML) or built-in name."),
     ] = "irma4",
     output: Annotated[
-        str, typer.Option("-o", "--output", metavar="DIR", help="Where plan, logs and pictures go.")
+        str,
+        typer.Option(
+            "-o", "--output", metavar="DIR", help="Where plan, logs, pictures and the report go."
+        ),
     ] = "cdprcal-demo",
     seed: Annotated[
         int,
@@ -86,7 +89,10 @@ def command(
     say(out, table.verdict(hidden))
     out.print(table.hidden_table(hidden))
     drawn += write_pictures(hidden.diagnosis, folder)
+    page = folder / "report.html"
+    story.write_hidden_report(the_robot, hidden, page)
     say(out, "pictures: " + ", ".join(str(path) for path in drawn))
+    say(out, f"the report, to be opened in a browser: {page}")
     if json:
         print_json(table.demo_as_dict(run, rows, hidden))
     found = all(row.calibration.result.status == _core.CalibrationStatus.converged for row in rows)

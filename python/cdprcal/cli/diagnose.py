@@ -17,6 +17,8 @@ from cdprcal.cli.common import (
     reports_errors,
 )
 
+EXAMPLE = "Example: cdprcal diagnose irma4 run.csv -o corrected.yaml --result diagnosis.json"
+
 
 @reports_errors
 def command(
@@ -36,6 +38,15 @@ def command(
     ] = "",
     plot: Annotated[
         str, typer.Option("--plot", metavar="DIR", help="Write pictures (PNG) into this folder.")
+    ] = "",
+    result: Annotated[
+        str,
+        typer.Option(
+            "--result",
+            metavar="FILE",
+            help="Also write the result as JSON, with robot and logs: for cdprcal report and "
+            "cdprcal repeat.",
+        ),
     ] = "",
     json: JsonOption = False,
 ) -> None:
@@ -64,6 +75,10 @@ def command(
     document = diagnosis_as_dict(diagnosis, the_robot)
     if output:
         write_text(Path(output), _core.to_yaml(diagnosis.corrected))
+    if result:
+        from cdprcal.io.result_file import save_result
+
+        save_result(Path(result), "diagnose", document, the_robot, [file.log for file in files], {})
     if plot:
         from cdprcal.diagnosis.pictures import write_pictures
 

@@ -9,6 +9,8 @@ import typer
 
 from cdprcal.cli.common import RobotArgument, fail, reports_errors
 
+EXAMPLE = "Example: cdprcal generate irma4 --grid 3x3x3 -o run.csv --truth truth.json"
+
 
 @reports_errors
 def command(

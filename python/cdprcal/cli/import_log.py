@@ -9,6 +9,8 @@ import typer
 
 from cdprcal.cli.common import DONE, UNTRUSTED, LogArgument, reports_errors
 
+EXAMPLE = "Example: cdprcal import robot.log -o run.csv"
+
 
 @reports_errors
 def command(

@@ -168,6 +168,14 @@ def calibrate_by_all_methods(robot: _core.Robot, run: Run) -> list[Row]:
     return rows
 
 
+def write_hidden_report(robot: _core.Robot, hidden: Hidden, path: Path) -> None:
+    """The page of ``cdprcal report`` about the second robot."""
+    from cdprcal.report import subject_of_diagnosis, write_report
+
+    command = ("cdprcal", "report", robot.name, str(hidden.run.path), "-o", str(path))
+    write_report(subject_of_diagnosis(robot, [hidden.run.log], hidden.diagnosis, command), path)
+
+
 def diagnose_hidden(
     robot: _core.Robot, plan: _core.Plan, seed: int, effect: str, path: Path, say: Say
 ) -> Hidden:

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
-from cdprcal.results import number, numbers, pose_as_dict
+from cdprcal.diagnosis.units import GAP_CHANNELS
+from cdprcal.results import number, numbers, pose_as_dict, residual_as_dict
 
 
 def diagnosis_as_dict(diagnosis: _core.Diagnosis, robot: _core.Robot) -> dict[str, Any]:
@@ -57,9 +58,34 @@ def diagnosis_as_dict(diagnosis: _core.Diagnosis, robot: _core.Robot) -> dict[st
             }
             for i in diagnosis.identifiability
         ],
+        "ranking": [
+            {"name": s.name, "log_evidence": number(s.log_evidence)} for s in diagnosis.ranking
+        ],
+        "ripple": _ripple(diagnosis),
+        "residuals": {
+            "before": _residuals(diagnosis.baseline),
+            "after": _residuals(diagnosis.model),
+        },
+        "runs": list(diagnosis.model.run_names),
+        "corrected": _core.to_yaml(diagnosis.corrected),
         "left_out": list(diagnosis.gated),
         "next": list(diagnosis.next),
     }
+
+
+def _ripple(diagnosis: _core.Diagnosis) -> dict[str, float | None]:
+    """The readings' own noise by channel of the gap; tension from the balance's, which is in σ."""
+    scale = {"tension_N": diagnosis.corrected.sigma.tension_N}
+    levels = zip(GAP_CHANNELS, diagnosis.baseline.floor, strict=False)
+    return {channel: number(level * scale.get(channel, 1.0)) for channel, level in levels}
+
+
+def _residuals(model: _core.DiagnosisModel) -> list[dict[str, Any]]:
+    """Modelled minus measured, pose by pose; ``run`` counts from 0."""
+    return [
+        {"run": r.run, "run_time_s": number(r.run_time_s)} | residual_as_dict(r.residual)
+        for r in _core.model_residuals(model)
+    ]
 
 
 def _fault(fault: _core.DiscreteFault) -> dict[str, Any]:

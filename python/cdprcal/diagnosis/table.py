@@ -33,7 +33,7 @@ def print_diagnosis(document: dict[str, Any]) -> None:
     say(out, "initial pose: without and with what was found")
     out.print(_pose_table(document))
     for left in document["unexplained"]:
-        say(out, Text(_unexplained(left), style="red"))
+        say(out, Text(unexplained_line(left), style="red"))
     if document["rejected"]:
         say(out, "looked at and rejected")
         table = plain_table("effect", "because")
@@ -62,7 +62,7 @@ def _effects_table(effects: list[dict[str, Any]]) -> Table:
             "–" if effect["p_value"] is None else f"{effect['p_value']:.3f}",
             ", ".join(effect["rivals"]),
         ]
-        for row, (where, value, deviation, unit) in enumerate(_values(effect)):
+        for row, (where, value, deviation, unit) in enumerate(value_rows(effect)):
             first = row == 0
             table.add_row(
                 str(step) if first else "",
@@ -76,7 +76,7 @@ def _effects_table(effects: list[dict[str, Any]]) -> Table:
     return table
 
 
-def _values(effect: dict[str, Any]) -> Iterator[tuple[str, str, str, str]]:
+def value_rows(effect: dict[str, Any]) -> Iterator[tuple[str, str, str, str]]:
     """Where, value, its deviation and unit, number by number."""
     units = {
         (info.name, parameter.name): (parameter.unit, parameter.shape)
@@ -178,7 +178,7 @@ def _millimetres(value: float | None) -> float | None:
     return scaled(value, 1e3)
 
 
-def _unexplained(left: dict[str, Any]) -> str:
+def unexplained_line(left: dict[str, Any]) -> str:
     units = {"length": "m", "balance": "N", "tension": "N"}
     unit = units.get(left["channel"], "rad")
     label, factor = for_people(unit, 0.0)

@@ -1,0 +1,74 @@
+"""``cdprcal report``: everything about a start-up on one page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cdprcal.cli.common import DONE, UNTRUSTED, interruptible, reports_errors
+
+if TYPE_CHECKING:
+    from cdprcal.report import Subject
+
+EXAMPLE = "Example: cdprcal report irma4 run.csv -o report.html"
+
+
+@reports_errors
+def command(
+    inputs: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="ROBOT LOG… | RESULT…",
+            help="Robot file or built-in name and its logs, to be calibrated and diagnosed now; or "
+            "result files of calibrate -o and diagnose --result, to be shown as they are.",
+        ),
+    ],
+    output: Annotated[
+        str, typer.Option("-o", "--output", metavar="FILE", help="The page (HTML).")
+    ] = "report.html",
+) -> None:
+    """Write one HTML page about a start-up: pose, robot in 3D, residuals, diagnosis, inputs.
+
+    The page is self-contained: it needs no network and no other file. Exit code 1: written, but a
+    pose cannot be trusted or something is left unexplained; the page says so at its top.
+    """
+    from cdprcal._core import InputError
+    from cdprcal.report import write_report
+    from cdprcal.tables import console, say
+
+    path = Path(output)
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"{output}: a page's name must end in .html")
+    out = console()
+    subject = _subject(inputs, ["cdprcal", "report", *inputs, "-o", output])
+    with interruptible(), out.status("drawing the page"):
+        write_report(subject, path)
+    from cdprcal.report.text import headline
+
+    _, title, lead = headline(subject)
+    say(out, title)
+    say(out, lead)
+    say(out, f"{path}: {path.stat().st_size / 1e6:.1f} MB, open it in any browser")
+    raise typer.Exit(DONE if subject.trusted else UNTRUSTED)
+
+
+def _subject(inputs: list[str], command: list[str]) -> Subject:
+    from cdprcal import _core
+    from cdprcal._core import InputError
+    from cdprcal.io import load_run
+    from cdprcal.io.result_file import is_result_file, load_result
+    from cdprcal.report import subject_of_logs, subject_of_results
+    from cdprcal.tables import console, print_findings, say
+
+    if is_result_file(inputs[0]):
+        return subject_of_results([load_result(path) for path in inputs], command)
+    robot = _core.load_robot(inputs[0])
+    if len(inputs) < 2:
+        raise InputError(f"{inputs[0]}: a robot alone is no report: name its logs after it")
+    files = [load_run(log, robot) for log in inputs[1:]]
+    for file in files:
+        print_findings(file.findings)
+    with interruptible():
+        return subject_of_logs(robot, files, command, lambda step: say(console(), f"… {step}"))

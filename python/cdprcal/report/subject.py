@@ -1,0 +1,176 @@
+"""What a report is about: a robot, its logs, and what was made of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from cdprcal import _core
+from cdprcal._core import InputError
+from cdprcal.findings import Finding
+from cdprcal.io.log_file import LogFile
+from cdprcal.io.result_file import Result, calibrate_options, calibrate_options_as_dict
+from cdprcal.results import calibration_as_dict
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Run:
+    """One log and its calibration (the document of ``calibrate --json``).
+
+    ``corrected`` is the same with what the diagnosis found in the model; None when that is nothing.
+    """
+
+    log: _core.Log
+    calibration: dict[str, Any]
+    options: dict[str, Any]
+    findings: tuple[Finding, ...] = ()
+    corrected: dict[str, Any] | None = None
+
+    @property
+    def best(self) -> dict[str, Any]:
+        """What to show: the corrected calibration, where there is one with a pose."""
+        if self.corrected is not None and self.corrected["poses"]:
+            return self.corrected
+        return self.calibration
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A robot, its runs, and the diagnosis of all of them (the document of ``diagnose --json``).
+
+    ``diagnosis`` is None when there is none; ``no_diagnosis`` says why. ``command`` repeats the
+    report.
+    """
+
+    robot: _core.Robot
+    runs: tuple[Run, ...]
+    diagnosis: dict[str, Any] | None
+    no_diagnosis: str
+    command: tuple[str, ...]
+
+    @property
+    def corrected(self) -> _core.Robot:
+        """The robot with what the diagnosis found."""
+        if self.diagnosis is None or not self.diagnosis["effects"]:
+            return self.robot
+        return _core.parse_robot(self.diagnosis["corrected"], "corrected robot file")
+
+    @property
+    def converged(self) -> bool:
+        """Whether every log gave an initial pose, with what was found in the model."""
+        return all(run.best["status"] == "converged" for run in self.runs)
+
+    @property
+    def trusted(self) -> bool:
+        """Whether poses were found and nothing is left unexplained."""
+        verdict = None if self.diagnosis is None else self.diagnosis["verdict"]
+        return self.converged and verdict != "unexplained"
+
+
+def subject_of_logs(
+    robot: _core.Robot,
+    files: Sequence[LogFile],
+    command: Sequence[str],
+    progress: Progress = lambda step: None,
+) -> Subject:
+    """Calibrates each log by itself, then diagnoses all together. Raises InputError."""
+    runs = tuple(_calibrated(robot, file.log, None, file.findings) for file in files)
+    diagnosis, why_not = _diagnosed(robot, [file.log for file in files], progress)
+    return _with_corrected(Subject(robot, runs, diagnosis, why_not, tuple(command)))
+
+
+def subject_of_diagnosis(
+    robot: _core.Robot,
+    logs: Sequence[_core.Log],
+    diagnosis: _core.Diagnosis,
+    command: Sequence[str],
+) -> Subject:
+    """Of logs that were diagnosed already."""
+    from cdprcal.diagnosis import diagnosis_as_dict
+
+    runs = tuple(_calibrated(robot, log, None) for log in logs)
+    document = diagnosis_as_dict(diagnosis, robot)
+    return _with_corrected(Subject(robot, runs, document, "", tuple(command)))
+
+
+def subject_of_results(results: Sequence[Result], command: Sequence[str]) -> Subject:
+    """From result files, whose documents are shown as they are: calibrations, a diagnosis, or both.
+
+    A log that was diagnosed only is calibrated here. Raises InputError when the files are of
+    different robots or logs.
+    """
+    robot = results[0].robot
+    if any(_core.to_yaml(other.robot) != _core.to_yaml(robot) for other in results):
+        raise InputError("the results are of different robot files: make a report of each")
+    diagnoses = [result for result in results if result.command == "diagnose"]
+    if len(diagnoses) > 1:
+        raise InputError(f"{len(diagnoses)} diagnoses: a report shows one; make a report of each")
+    calibrated = {
+        _core.format_log(result.logs[0]): result
+        for result in results
+        if result.command == "calibrate"
+    }
+    if not diagnoses:
+        runs = [Run(r.logs[0], r.document, r.options) for r in calibrated.values()]
+        why_not = "no diagnosis was given: make one by cdprcal diagnose ROBOT LOG --result FILE"
+        return Subject(robot, tuple(runs), None, why_not, tuple(command))
+    runs = []
+    for log in diagnoses[0].logs:
+        found = calibrated.pop(_core.format_log(log), None)
+        runs.append(
+            _calibrated(robot, log, None)
+            if found is None
+            else Run(log, found.document, found.options)
+        )
+    if calibrated:
+        names = ", ".join(result.logs[0].source for result in calibrated.values())
+        raise InputError(f"{names}: was calibrated, but the diagnosis is of other logs")
+    return _with_corrected(Subject(robot, tuple(runs), diagnoses[0].document, "", tuple(command)))
+
+
+def _with_corrected(subject: Subject) -> Subject:
+    """Calibrates each run once more with what the diagnosis found.
+
+    The first run's initial pose is the diagnosis' own, which was fitted together with the effects
+    and knows their uncertainty.
+    """
+    if subject.diagnosis is None or not subject.diagnosis["effects"]:
+        return subject
+    robot = subject.corrected
+    runs = []
+    for run in subject.runs:
+        calibration = _core.calibrate(robot, run.log, calibrate_options(run.options))
+        runs.append(replace(run, corrected=calibration_as_dict(robot, calibration)))
+    first = runs[0].corrected
+    if first is not None and first["poses"]:
+        pose = subject.diagnosis["initial_pose_after"]
+        first["initial_pose"] = pose
+        first["poses"][0] |= {key: pose[key] for key in ("position_m", "rotation")}
+        first["covariance"] = subject.diagnosis["covariance_after"]
+    return replace(subject, runs=tuple(runs))
+
+
+def _calibrated(
+    robot: _core.Robot,
+    log: _core.Log,
+    options: dict[str, Any] | None,
+    findings: Sequence[Finding] = (),
+) -> Run:
+    chosen = _core.CalibrateOptions() if options is None else calibrate_options(options)
+    document = calibration_as_dict(robot, _core.calibrate(robot, log, chosen))
+    return Run(log, document, calibrate_options_as_dict(chosen), tuple(findings))
+
+
+def _diagnosed(
+    robot: _core.Robot, logs: list[_core.Log], progress: Progress
+) -> tuple[dict[str, Any] | None, str]:
+    from cdprcal.diagnosis import diagnosis_as_dict
+
+    try:
+        diagnosis = _core.diagnose(robot, logs, progress=progress)
+    except InputError as error:  # too few rests, no tensions: the pose is still worth a page
+        return None, str(error)
+    return diagnosis_as_dict(diagnosis, robot), ""

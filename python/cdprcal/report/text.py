@@ -1,0 +1,123 @@
+"""Numbers and sentences of a report: every value with its unit and σ."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from cdprcal.report.subject import Subject
+
+
+def decimals(sigma: float | None, most: int = 6) -> int:
+    """Decimals that show two digits of σ; 4 without one."""
+    if sigma is None or not sigma > 0 or not math.isfinite(sigma):
+        return 4
+    return min(most, max(0, 1 - math.floor(math.log10(sigma))))
+
+
+def with_sigma(value: float | None, sigma: float | None, unit: str) -> str:
+    """'367.09 ± 0.41 mm', to two digits of σ; '–' for what is absent."""
+    if value is None:
+        return "–"
+    digits = decimals(sigma)
+    number = f"{value:.{digits}f}"
+    if sigma is not None and math.isfinite(sigma):
+        number += f" ± {sigma:.{digits}f}"
+    return typeset(f"{number}{_space(unit)}{unit}")
+
+
+def typeset(text: str) -> str:
+    """A number with a true minus, and its unit kept on its line."""
+    return text.replace("-", "\N{MINUS SIGN}").replace(" ", "\u00a0")
+
+
+def _space(unit: str) -> str:
+    return "" if unit.startswith("°") else " "
+
+
+def small(value: float | None, unit: str, digits: int = 3) -> str:
+    """A few digits and the unit; '–' for what is absent."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    number = f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.{digits}g}"
+    return typeset(f"{number}{_space(unit)}{unit}".strip())
+
+
+def worst_sigma(covariance: Any) -> tuple[float, float] | None:
+    """Largest σ in any direction: position [m], rotation [rad]; None when not observable."""
+    if covariance is None:
+        return None
+    table = np.array(covariance, dtype=float)
+    if not np.isfinite(table).all():
+        return None
+    position, rotation = (
+        math.sqrt(max(0.0, float(np.linalg.eigvalsh(table[i : i + 3, i : i + 3])[-1])))
+        for i in (0, 3)
+    )
+    return position, rotation
+
+
+def names_in_words(names: list[str]) -> str:
+    """'a', 'a and b', 'a, b and c'; underscores become spaces."""
+    words = [name.replace("_", " ") for name in names]
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def headline(subject: Subject) -> tuple[str, str, str]:
+    """(state, title, lead): the one message of the page. state: good, changed or bad."""
+    document, diagnosis = subject.runs[0].calibration, subject.diagnosis
+    name = subject.robot.name
+    converged = document["status"] == "converged"
+    found = [] if diagnosis is None else [effect["name"] for effect in diagnosis["effects"]]
+    found = list(dict.fromkeys(found))
+    left = diagnosis is not None and diagnosis["verdict"] == "unexplained"
+    best = subject.runs[0].best
+    if best["status"] != "converged" and not left:
+        title = f"{name}: this log gives no pose that can be trusted"
+        finds = f" The diagnosis names {names_in_words(found)}." if found else ""
+        lead = f"{best['reason'].rstrip('.')}.{finds}"
+        return "bad", title, lead[0].upper() + lead[1:]
+    if found and not left and diagnosis is not None:
+        before, after = (diagnosis[f"initial_pose_{when}"] for when in ("before", "after"))
+        moved = np.linalg.norm(np.subtract(after["position_m"], before["position_m"]))
+        effects = "one effect" if len(found) == 1 else f"{len(found)} effects"
+        title = f"The model of {name} misses {effects}: {names_in_words(found)}"
+        without = f"the model puts it {_length(float(moved))} away"
+        lead = (
+            f"With {'it' if len(found) == 1 else 'them'}, the platform hung at "
+            f"{_place(after, diagnosis['covariance_after'])} when it was switched on. "
+            f"Without, {without if converged else 'no pose can be trusted'}."
+        )
+        return "changed", title, lead
+    if left and diagnosis is not None:
+        knows = f"{names_in_words(found)} explain much of it; " if found else ""
+        title = f"{name}: something is left that no known effect explains"
+        lead = f"{knows}{diagnosis['reason']}. The pose below is to be used with care."
+        return "bad", title, lead[0].upper() + lead[1:]
+    title = f"{name} knows where it hangs"
+    place = _place(document["initial_pose"], document["covariance"])
+    model = (
+        f"No diagnosis: {subject.no_diagnosis.rstrip('.')}."
+        if diagnosis is None
+        else "Model and sensors agree: nothing is missing."
+    )
+    return "good", title, f"When it was switched on, the platform hung at {place}. {model}"
+
+
+def _place(pose: dict[str, Any], covariance: Any) -> str:
+    x, y, z = pose["position_m"]
+    sigma = worst_sigma(covariance)
+    digits = 4 if sigma is None else decimals(sigma[0])
+    place = typeset(f"({x:.{digits}f}, {y:.{digits}f}, {z:.{digits}f}) m")
+    if sigma is None:
+        return place
+    angle = small(math.degrees(sigma[1]), "°", 2)
+    return f"{place}, ±\u00a0{_length(sigma[0])} and ±\u00a0{angle} (1\u00a0σ)"
+
+
+def _length(metres: float) -> str:
+    return small(1e3 * metres, "mm", 2) if metres < 0.0995 else small(metres, "m", 2)

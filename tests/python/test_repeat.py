@@ -1,0 +1,118 @@
+"""Result files: what they hold is enough to solve again."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cdprcal
+from cdprcal.io.result_file import (
+    calibrate_options,
+    calibrate_options_as_dict,
+    load_result,
+    log_sha256,
+)
+from conftest import Ran
+
+Cli = Callable[..., Ran]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        (),
+        ("--method", "static", "--formulation", "paper"),
+        ("--method", "kinematic", "--noise", "data"),
+        ("--at", "2,10,18,26", "--noise", "specified"),
+    ],
+)
+def test_a_calibration_is_solved_again_from_its_file_alone(
+    cli: Cli, log_path: Path, tmp_path: Path, options: tuple[str, ...]
+) -> None:
+    path = tmp_path / "result.json"
+    cli("calibrate", "irma4", log_path, "-o", path, *options)
+    log_path.unlink()
+    ran = cli("repeat", path, "--json")
+    document = json.loads(ran.stdout)
+    assert (ran.code, document["same"]) == (0, True), ran.stderr
+    assert document["difference_sigma"] < 0.1
+    held = json.loads(path.read_text())
+    assert document["again"].keys() == held.keys() - {"inputs"}
+    assert document["again"]["cost"] == pytest.approx(held["cost"], rel=1e-2)
+
+
+def test_a_diagnosis_is_solved_again_from_its_file_alone(
+    cli: Cli, log_path: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "result.json"
+    cli("diagnose", "irma4", log_path, "--result", path)
+    log_path.unlink()
+    ran = cli("repeat", path)
+    assert ran.code == 0
+    assert "the same again: consistent" in ran.stderr
+
+
+def test_another_result_is_noticed(cli: Cli, log_path: Path, tmp_path: Path) -> None:
+    path = tmp_path / "result.json"
+    cli("calibrate", "irma4", log_path, "-o", path)
+    document = json.loads(path.read_text())
+    document["initial_pose"]["position_m"][0] += 0.5 * document["standard_deviation"][0]
+    path.write_text(json.dumps(document))
+    ran = cli("repeat", path)
+    assert ran.code == 1
+    assert "not the same: the initial pose moved by 0.5" in ran.stderr
+
+
+def test_a_changed_log_is_refused(cli: Cli, log_path: Path, tmp_path: Path) -> None:
+    path = tmp_path / "result.json"
+    cli("calibrate", "irma4", log_path, "-o", path)
+    document = json.loads(path.read_text())
+    document["inputs"]["logs"][0]["sha256"] = "0" * 64
+    path.write_text(json.dumps(document))
+    ran = cli("repeat", path)
+    assert ran.code == 2
+    assert "was changed: SHA-256 does not fit" in ran.stderr
+    document["inputs"]["logs"][0]["csv_gzip_base64"] = "H4sI"
+    path.write_text(json.dumps(document))
+    ran = cli("repeat", path)
+    assert ran.code == 2
+    assert "its log is damaged" in ran.stderr
+
+
+def test_what_is_no_result_file_is_said(cli: Cli, log_path: Path, tmp_path: Path) -> None:
+    ran = cli("repeat", log_path)
+    assert ran.code == 2
+    assert "is no JSON" in ran.stderr
+    ran = cli("repeat", tmp_path / "none.json")
+    assert ran.code == 2
+    assert "cannot be read" in ran.stderr
+
+
+def test_the_log_comes_back_bit_for_bit(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "result.json"
+    cli("calibrate", "irma4", log_path, "-o", path)
+    (log,) = load_result(path).logs
+    assert log_sha256(log) == log_sha256(synthetic.log)
+    for name in ("time_s", "length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad"):
+        np.testing.assert_array_equal(getattr(log, name), getattr(synthetic.log, name))
+
+
+def test_options_survive_the_way_through_a_file() -> None:
+    options = cdprcal.CalibrateOptions(
+        method=cdprcal.Method.statics,
+        formulation=cdprcal.parse_formulation("paper"),
+        noise=cdprcal.NoiseSource.from_data,
+        at_s=[1.0, 2.5],
+        segment=0,
+        kinematic_spacing_s=0.5,
+    )
+    plain = json.loads(json.dumps(calibrate_options_as_dict(options)))
+    assert calibrate_options_as_dict(calibrate_options(plain)) == plain
+    with pytest.raises(cdprcal.InputError, match="options are damaged"):
+        calibrate_options({})

@@ -1,0 +1,250 @@
+"""``cdprcal report``: one page that holds everything and needs nothing else."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cdprcal
+from cdprcal.cli import app
+from cdprcal.diagnosis.table import value_rows
+from cdprcal.report.text import decimals, small, with_sigma, worst_sigma
+from conftest import Browsed, Ran, changed
+
+Cli = Callable[..., Ran]
+LARGEST_PAGE_BYTES = 5_000_000
+MINUS = "\N{MINUS SIGN}"
+BIAS_N = np.array([6.0, -5.0, 4.0, -8.0])
+
+
+@pytest.fixture(scope="module")
+def biased(synthetic: cdprcal.SyntheticLog, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run whose load cells read too much or too little."""
+    path = tmp_path_factory.mktemp("biased") / "biased.csv"
+    log = changed(synthetic.log, tension_N=synthetic.log.tension_N + BIAS_N)
+    cdprcal.write_log(log, str(path))
+    return path
+
+
+@pytest.fixture(scope="module")
+def page(biased: Path) -> Path:
+    path = biased.parent / "report.html"
+    with pytest.raises(SystemExit) as stop:
+        app(["report", "irma4", str(biased), "-o", str(path)], prog_name="cdprcal")
+    assert stop.value.code == 0
+    return path
+
+
+def embedded(text: str, name: str) -> Any:
+    """The JSON that a page holds under a name."""
+    match = re.search(rf'<script type="application/json" id="{name}">(.*?)</script>', text, re.S)
+    assert match is not None
+    return json.loads(match[1])
+
+
+def shown(text: str) -> str:
+    """What a reader sees: no tags, no scripts, no styles."""
+    text = re.sub(r"<(script|style)\b.*?</\1>", "", text, flags=re.S)
+    return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", text)).split())
+
+
+def test_the_page_is_whole_and_light(page: Path) -> None:
+    assert page.stat().st_size < LARGEST_PAGE_BYTES
+    text = page.read_text()
+    head = re.sub(r'<script type="application/octet-stream".*?</script>', "", text, flags=re.S)
+    # Nothing is fetched from anywhere: every src and href is inside the page.
+    links = re.findall(r'\b(?:src|href)\s*=\s*["\']([^"\']*)', head)
+    assert links
+    assert all(link.startswith(("#", "data:")) for link in links)
+    assert not re.search(r"@import|url\(", head)
+
+
+def test_the_top_says_what_was_found(page: Path) -> None:
+    text = page.read_text()
+    title = re.search(r"<h1>(.*?)</h1>", text)
+    assert title is not None
+    assert title[1] == "The model of irma4 misses one effect: load cell bias"
+    assert '<header class="changed">' in text
+    assert text.index("<h1>") < text.index("<table")
+
+
+def test_every_number_of_the_diagnosis_is_there_with_its_sigma(page: Path) -> None:
+    text = page.read_text()
+    words = shown(text)
+    numbers = embedded(text, "numbers")
+    (effect,) = numbers["diagnosis"]["effects"]
+    assert effect["name"] == "load_cell_bias"
+    for where, value, deviation, unit in value_rows(effect):
+        assert f"{where} {value.replace('-', MINUS)} ± {deviation} {unit}" in words
+    for cable, bias in enumerate(effect["parameters"]["bias_N"]):
+        sigma = effect["standard_deviation"]["bias_N"][cable]
+        assert abs(bias - BIAS_N[cable]) < 5.0 * sigma + 0.5
+    pose, covariance = (numbers["diagnosis"][f"{k}_after"] for k in ("initial_pose", "covariance"))
+    for i in range(3):
+        cell = with_sigma(pose["position_m"][i], float(np.sqrt(covariance[i][i])), "m")
+        assert " ".join(cell.split()) in words
+    calibration = numbers["calibrations"][0]
+    length_mm = 1e3 * calibration["residual_rms"]["length_m"]
+    assert f"length {small(length_mm, 'mm')}".replace("\u00a0", " ") in words
+    for word in ("cdprcal report", "SHA-256", "gravity_m_s2", "ripple of the readings"):
+        assert word in words
+
+
+def test_the_figures_are_what_plotly_takes(page: Path) -> None:
+    graph_objects = pytest.importorskip("plotly.graph_objects")
+    figures = embedded(page.read_text(), "figures")
+    assert figures.keys() == {"scene-0", "time-0", "residuals", "staircase", "ranking"}
+    for figure in figures.values():
+        moving = figure.pop("moving", None)
+        drawn = graph_objects.Figure(figure)  # refuses names and values that do not exist
+        if moving is not None:
+            kinds = [type(drawn.data[i]).__name__ for i in moving["traces"]]
+            pose = moving["poses"][0]
+            assert len(kinds) == len(pose["cables"]) + 3
+            assert set(kinds) == {"Scatter3d"}
+
+
+def test_the_cables_of_the_scene_have_their_lengths(page: Path) -> None:
+    text = page.read_text()
+    figures, numbers = embedded(text, "figures"), embedded(text, "numbers")
+    pose = numbers["diagnosis"]["initial_pose_after"]
+    robot = cdprcal.load_robot("irma4")
+    state = cdprcal.platform_state(robot, cdprcal.Pose(pose["position_m"], pose["rotation"]))
+    for cable, line in enumerate(figures["scene-0"]["moving"]["poses"][0]["cables"]):
+        points = np.array(line, dtype=float).T
+        length_m = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+        assert length_m == pytest.approx(state.length_m[cable], abs=1e-3)
+        # The cable enters at D and ends at the platform.
+        np.testing.assert_allclose(points[0], robot.cables[cable].pulley.position_m, atol=1e-3)
+
+
+def test_a_browser_without_network_draws_it_all(page: Path, browse: Callable[..., Browsed]) -> None:
+    seen = browse(page.as_uri(), "--virtual-time-budget=60000")
+    errors = [line for line in seen.console if "Error" in line or ":ERROR:" in line]
+    assert errors == []
+    assert 'data-report="drawn"' in seen.dom
+    assert seen.dom.count('data-drawn="true"') == 5
+    # The picture for paper of the 3D view: it has the colours of all four cables.
+    from matplotlib.image import imread
+
+    match = re.search(
+        r'id="scene-0".*?<img class="print"[^>]*src="data:image/png;base64,([^"]+)"', seen.dom, re.S
+    )
+    assert match is not None
+    pixels = imread(io.BytesIO(base64.b64decode(match[1])))[..., :3]
+    from cdprcal.report.figures import CABLES
+
+    for colour in CABLES[:4]:
+        wanted = np.array([int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5)])
+        near = np.abs(pixels - wanted).max(axis=-1) < 0.12
+        assert near.sum() > 200, colour
+    assert "poses at rest" in seen.dom
+
+
+def test_results_make_the_same_page_as_their_logs(
+    cli: Cli, biased: Path, page: Path, tmp_path: Path
+) -> None:
+    calibration, diagnosis = tmp_path / "c.json", tmp_path / "d.json"
+    assert cli("calibrate", "irma4", biased, "-o", calibration).code == 0
+    assert cli("diagnose", "irma4", biased, "--result", diagnosis).code == 0
+    biased.rename(biased.with_suffix(".away"))
+    try:
+        ran = cli("report", calibration, diagnosis, "-o", tmp_path / "again.html")
+    finally:
+        biased.with_suffix(".away").rename(biased)
+    assert ran.code == 0, ran.stderr
+    again = (tmp_path / "again.html").read_text()
+
+    first, second = (embedded(text, "numbers") for text in (page.read_text(), again))
+    assert first["diagnosis"]["verdict"] == second["diagnosis"]["verdict"]
+    one, two = (numbers["calibrations"][0] for numbers in (first, second))
+    assert one.keys() == two.keys()
+    # Solved twice: the same to far below σ.
+    apart = np.subtract(one["initial_pose"]["position_m"], two["initial_pose"]["position_m"])
+    assert np.all(np.abs(apart) < 0.1 * np.array(one["standard_deviation"][:3]))
+    # One of them alone will do.
+    for alone in (calibration, diagnosis):
+        assert cli("report", alone, "-o", tmp_path / "alone.html").code == 0
+    assert "no diagnosis was given" not in (tmp_path / "alone.html").read_text()
+
+
+def test_a_pose_that_cannot_be_trusted_is_said_at_the_top(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    log = changed(synthetic.log, tension_N=None, swivel_rad=None, tension_setpoint_N=None)
+    cdprcal.write_log(log, str(tmp_path / "poor.csv"))
+    ran = cli("report", "irma4", tmp_path / "poor.csv", "-o", tmp_path / "poor.html")
+    assert ran.code == 1
+    text = (tmp_path / "poor.html").read_text()
+    assert '<header class="bad">' in text
+    assert "no pose that can be trusted" in text
+
+
+@pytest.mark.parametrize("robot_name", ["ring3", "ring5"])
+def test_other_robots_have_a_page_too(cli: Cli, robot_name: str, tmp_path: Path) -> None:
+    run = tmp_path / "run.csv"
+    assert cli("generate", robot_name, "-o", run, "--noise", "0.05").code == 0
+    ran = cli("report", robot_name, run, "-o", tmp_path / "report.html")
+    assert ran.code in (0, 1), ran.stderr
+    figures = embedded((tmp_path / "report.html").read_text(), "figures")
+    assert len(figures["scene-0"]["moving"]["poses"][0]["cables"]) == int(robot_name[-1])
+
+
+def test_names_cannot_break_out_of_the_page(cli: Cli, log_path: Path, tmp_path: Path) -> None:
+    evil = "</script><script>alert(1)</script><!--"
+    yaml = cdprcal.builtin_robot_yaml("irma4").replace("name: irma4", f"name: '{evil}'")
+    (tmp_path / "robot.yaml").write_text(yaml)
+    log = tmp_path / "<img src=x onerror=alert(1)>.csv"
+    log_path.rename(log)
+    ran = cli("report", tmp_path / "robot.yaml", log, "-o", tmp_path / "report.html")
+    assert ran.code == 0, ran.stderr
+    text = (tmp_path / "report.html").read_text()
+    assert "<script>alert" not in text
+    assert "<img src=x" not in text
+    assert embedded(text, "numbers")["calibrations"]
+
+
+def test_wrong_use_is_said_and_nothing_is_written(
+    cli: Cli, log_path: Path, biased: Path, tmp_path: Path
+) -> None:
+    result, other = tmp_path / "c.json", tmp_path / "o.json"
+    cli("calibrate", "irma4", log_path, "-o", result)
+    cli("diagnose", "irma4", biased, "--result", other)
+    (tmp_path / "plain.json").write_text('{"status": "converged"}')
+    (tmp_path / "half.json").write_text('{"inputs": {"command": "calibrate"}}')
+    for arguments, words in (
+        (("irma4",), "name its logs after it"),
+        (("irma4", log_path, "-o", tmp_path / "page.pdf"), "must end in .html"),
+        (("irma4", tmp_path / "none.csv"), "none.csv: cannot be read"),
+        (("nobody", log_path), "nobody"),
+        ((tmp_path / "plain.json",), "is no result file"),
+        ((tmp_path / "half.json",), "damaged"),
+        ((result, other), "the diagnosis is of other logs"),
+        ((other, other), "2 diagnoses"),
+    ):
+        out = tmp_path / "out.html"
+        ran = cli("report", *arguments, *(() if "-o" in arguments else ("-o", out)))
+        assert ran.code == 2, ran.stderr
+        assert words in ran.stderr
+        assert not out.exists()
+
+
+def test_numbers_are_shown_to_two_digits_of_sigma() -> None:
+    assert with_sigma(0.367123, 0.00041, "m") == "0.36712\u00a0±\u00a00.00041\u00a0m"
+    assert with_sigma(-12.3456, 1.234, "°") == f"{MINUS}12.3\u00a0±\u00a01.2°"
+    assert with_sigma(None, 1.0, "m") == "–"
+    assert with_sigma(1.0, None, "m") == "1.0000\u00a0m"
+    assert small(23912.0, "") == "23,912"
+    assert decimals(0.0) == decimals(None) == 4
+    covariance = np.diag([1.0, 4.0, 9.0, 16.0, 25.0, 36.0])
+    assert worst_sigma(covariance) == (3.0, 6.0)
+    assert worst_sigma(None) is None
