@@ -20,6 +20,7 @@ from cdprcal.cli import (
     plan,
     repeat,
     report,
+    schema,
     workspace,
 )
 
@@ -42,6 +43,7 @@ app.command("calibrate", epilog=calibrate.EXAMPLE)(calibrate.command)
 app.command("diagnose", epilog=diagnose.EXAMPLE)(diagnose.command)
 app.command("report", epilog=report.EXAMPLE)(report.command)
 app.command("repeat", epilog=repeat.EXAMPLE)(repeat.command)
+app.command("schema", epilog=schema.EXAMPLE)(schema.command)
 app.command("generate", epilog=generate.EXAMPLE)(generate.command)
 
 

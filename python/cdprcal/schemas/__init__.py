@@ -1,0 +1,60 @@
+"""JSON schemas of what ``--json`` prints and of result files (draft 2020-12), shipped as data."""
+
+from __future__ import annotations
+
+import json
+from importlib import resources
+from typing import Any
+
+from cdprcal._core import InputError
+
+#: Definitions that are whole documents; the others are parts of them.
+DOCUMENTS = (
+    "acquire",
+    "calibrate",
+    "calibrate-result",
+    "check",
+    "demo",
+    "diagnose",
+    "diagnose-result",
+    "plan",
+    "repeat",
+    "truth",
+    "workspace",
+)
+
+
+def schema(name: str) -> dict[str, Any]:
+    """The schema of one document, complete in itself. Raises InputError naming the choices."""
+    if name not in DOCUMENTS:
+        raise InputError(f"no schema {name!r}; there are {', '.join(DOCUMENTS)}")
+    text = resources.files(__name__).joinpath("documents.schema.json").read_text(encoding="utf-8")
+    everything = json.loads(text)
+    definitions: dict[str, Any] = everything["$defs"]
+    needed = _reachable(definitions, name)
+    root = dict(definitions[name])
+    return {
+        "$schema": everything["$schema"],
+        "title": f"cdprcal {name}",
+        **root,
+        "$defs": {key: definitions[key] for key in sorted(needed)},
+    }
+
+
+def _reachable(definitions: dict[str, Any], name: str) -> set[str]:
+    """Names of the definitions that one refers to, directly or not; without itself."""
+    found: set[str] = set()
+    waiting = [definitions[name]]
+    while waiting:
+        part = waiting.pop()
+        if isinstance(part, list):
+            waiting += part
+        elif isinstance(part, dict):
+            reference = part.get("$ref")
+            if isinstance(reference, str):
+                key = reference.rpartition("/")[2]
+                if key not in found:
+                    found.add(key)
+                    waiting.append(definitions[key])
+            waiting += part.values()
+    return found

@@ -1,0 +1,128 @@
+"""Every --json and every result file is what the shipped schemas say, and nothing more."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from jsonschema import Draft202012Validator
+from typer.main import get_command
+
+import cdprcal
+from cdprcal.cli import app
+from cdprcal.schemas import DOCUMENTS, schema
+from conftest import Ran, changed
+
+Cli = Callable[..., Ran]
+
+
+def validate(name: str, document: Any) -> None:
+    errors = sorted(Draft202012Validator(schema(name)).iter_errors(document), key=str)
+    assert not errors, "\n".join(f"{error.json_path}: {error.message}" for error in errors[:5])
+
+
+@pytest.mark.parametrize("name", DOCUMENTS)
+def test_the_schemas_are_schemas(name: str) -> None:
+    whole = schema(name)
+    Draft202012Validator.check_schema(whole)
+    # Complete in itself: every reference leads somewhere.
+    for reference in json.dumps(whole).split('"$ref": "#/$defs/')[1:]:
+        assert reference.partition('"')[0] in whole["$defs"]
+    assert not Draft202012Validator(whole).is_valid({})
+
+
+def test_every_command_with_json_has_a_schema() -> None:
+    commands = get_command(app).commands  # type: ignore[attr-defined]
+    with_json = {
+        name
+        for name, command in commands.items()
+        if any("--json" in option.opts for option in command.params)
+    }
+    assert with_json <= set(DOCUMENTS)
+    assert {"calibrate", "diagnose", "plan", "workspace", "check", "acquire"} <= with_json
+
+
+@pytest.mark.parametrize(
+    "options",
+    [(), ("--method", "kinematic"), ("--formulation", "paper"), ("--at", "2,10,18,26")],
+)
+def test_calibrate(cli: Cli, log_path: Path, tmp_path: Path, options: tuple[str, ...]) -> None:
+    path = tmp_path / "result.json"
+    ran = cli("calibrate", "irma4", log_path, "--json", "-o", path, *options)
+    validate("calibrate", json.loads(ran.stdout))
+    validate("calibrate-result", json.loads(path.read_text()))
+    assert not Draft202012Validator(schema("calibrate")).is_valid(json.loads(path.read_text()))
+
+
+def test_calibrate_without_a_pose(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    poor = changed(synthetic.log, swivel_rad=None, tension_N=None)
+    cdprcal.write_log(poor, str(tmp_path / "poor.csv"))
+    arguments = ("--json", "--method", "kinematic", "--at", "1,10")
+    ran = cli("calibrate", "irma4", tmp_path / "poor.csv", *arguments)
+    assert ran.code == 1
+    validate("calibrate", json.loads(ran.stdout))
+
+
+def test_diagnose_and_repeat(cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
+    tension_N = synthetic.log.tension_N + np.array([6.0, -5.0, 4.0, -8.0])
+    # Signs turned over and a bias: a discrete fault and an effect.
+    log = changed(synthetic.log, tension_N=tension_N, swivel_rad=-synthetic.log.swivel_rad)
+    cdprcal.write_log(log, str(tmp_path / "run.csv"))
+    path = tmp_path / "result.json"
+    ran = cli("diagnose", "irma4", tmp_path / "run.csv", "--json", "--result", path)
+    document = json.loads(ran.stdout)
+    assert [effect["name"] for effect in document["effects"]] == ["swivel_sign", "load_cell_bias"]
+    validate("diagnose", document)
+    validate("diagnose-result", json.loads(path.read_text()))
+    ran = cli("repeat", path, "--json")
+    assert ran.code == 0, ran.stderr
+    document = json.loads(ran.stdout)
+    validate("repeat", document)
+    validate("diagnose", document["again"])
+
+
+def test_plan_acquire_check_and_truth(cli: Cli, tmp_path: Path) -> None:
+    plan, log, truth = (tmp_path / name for name in ("plan.csv", "run.csv", "truth.json"))
+    ran = cli("plan", "irma4", "-o", plan, "--grid", "2x1x1", "--json")
+    validate("plan", json.loads(ran.stdout))
+    arguments = ("--quick", "--truth", truth, "--json")
+    ran = cli("acquire", "irma4", plan, "-o", log, *arguments)
+    assert ran.code == 0, ran.stderr
+    validate("acquire", json.loads(ran.stdout))
+    validate("truth", json.loads(truth.read_text()))
+    validate("check", json.loads(cli("check", "irma4", log, "--json").stdout))
+
+
+def test_plan_with_a_comparison_and_a_random_order(cli: Cli) -> None:
+    ran = cli("plan", "irma4", "--optimal", "2", "--box", "-0.2,-0.2,0.7:0.2,0.2,1", "--json")
+    document = json.loads(ran.stdout)
+    validate("plan", document)
+    assert document["comparison"] is not None
+    document = json.loads(cli("plan", "irma4", "--order", "random", "--json").stdout)
+    validate("plan", document)
+    assert document["approach"] is not None
+
+
+def test_workspace(cli: Cli) -> None:
+    arguments = ("--step-m", "0.2", "--section-m", "0.8", "--probe", "0,0,0.9", "--probe", "9,9,9")
+    ran = cli("workspace", "irma4", "--json", *arguments)
+    assert ran.code == 0, ran.stderr
+    validate("workspace", json.loads(ran.stdout))
+
+
+def test_demo(cli: Cli, tmp_path: Path) -> None:
+    validate("demo", json.loads(cli("demo", "-o", tmp_path, "--json").stdout))
+
+
+def test_the_command_prints_them(cli: Cli) -> None:
+    assert cli("schema").stdout.split() == list(DOCUMENTS)
+    assert json.loads(cli("schema", "check").stdout) == schema("check")
+    ran = cli("schema", "nothing")
+    assert (ran.code, ran.stdout) == (2, "")
+    assert "there are acquire, calibrate" in ran.stderr
