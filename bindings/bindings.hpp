@@ -27,6 +27,7 @@ void register_synthetic(py::module_& module);
 void bind_simulator(py::module_& module);
 void register_noise(py::module_& module);
 void register_calibration(py::module_& module);
+void register_online(py::module_& module);
 void register_diagnosis(py::module_& module);
 
 /// An array of any length as a CableVector. The Eigen caster would write past the fixed capacity

@@ -184,7 +184,9 @@ void register_problem(py::module_& module) {
       .def_readwrite("max_iterations", &SolveOptions::max_iterations, "Of each stage.")
       .def_readwrite("function_tolerance", &SolveOptions::function_tolerance)
       .def_readwrite("parameter_tolerance", &SolveOptions::parameter_tolerance)
-      .def_readwrite("gradient_tolerance", &SolveOptions::gradient_tolerance);
+      .def_readwrite("gradient_tolerance", &SolveOptions::gradient_tolerance)
+      .def_readwrite("settled", &SolveOptions::settled,
+                     "Weights of the balance are renewed until the initial pose moves less [m, rad].");
 }
 
 void register_result(py::module_& module) {

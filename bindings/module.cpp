@@ -86,4 +86,5 @@ PYBIND11_MODULE(_core, module) {
   register_diagnosis(module);
   register_synthetic(module);
   bind_simulator(module);
+  register_online(module);
 }

@@ -326,6 +326,12 @@ void bind_startup(py::module_& module) {
       .def(
           "step", [](StartUp& self, const RobotSample& sample) { return self.step(sample); },
           py::arg("sample"), "Takes the sample and says what to do until the next.")
+      .def("finish", &StartUp::finish,
+           "What was measured is enough: the run ends done where it is, the winches stop and lock.")
+      .def("go_on_with", &StartUp::go_on_with, py::arg("rest"),
+           "Other stops (StartUpPlan) after the present set-point, or after the one being moved "
+           "to. Raises InputError, and changes nothing, for what the constructor refuses and when "
+           "the run has ended.")
       .def_property_readonly("finished", &StartUp::finished)
       .def_property_readonly("state", &StartUp::state)
       .def_property_readonly("reason", &StartUp::reason)

@@ -3,6 +3,8 @@
 #include <boost/math/special_functions/erf.hpp>
 #include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "cdprcal/types.hpp"
 
@@ -14,7 +16,15 @@ double chi_square_survival(double chi_square, double degrees_of_freedom) {
 }
 
 double chi_square_quantile(double probability, double degrees_of_freedom) {
-  return 2.0 * boost::math::gamma_p_inv(0.5 * degrees_of_freedom, probability);
+  // Sliding windows ask for the same few thresholds thousands of times.
+  constexpr std::size_t kMost = 4096;
+  thread_local std::map<std::pair<double, double>, double> known;
+  if (known.size() >= kMost) known.clear();
+  const auto [entry, is_new] = known.try_emplace({probability, degrees_of_freedom}, kNaN);
+  if (is_new) {
+    entry->second = 2.0 * boost::math::gamma_p_inv(0.5 * degrees_of_freedom, probability);
+  }
+  return entry->second;
 }
 
 double normal_quantile(double probability) {

@@ -140,7 +140,7 @@ int main(int argc, char** argv) {
     options.method = parse_method(method);
     options.formulation = parse_formulation(formulation);
     if (!noise.empty()) options.noise = parse_noise_source(noise);
-    options.at_s = at_s;
+    options.at_s = std::move(at_s);
     options.segment = segment;
     const Calibration calibration = calibrate_allowing_for_effects(robot, log, options);
     if (json) {

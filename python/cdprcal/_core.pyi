@@ -15,6 +15,7 @@ __all__: list[str] = [
     "AlphaShape",
     "AppliedEffect",
     "ApproachCoverage",
+    "AskedAccuracy",
     "Box",
     "Cable",
     "CableDerivatives",
@@ -57,8 +58,11 @@ __all__: list[str] = [
     "Method",
     "ModelResidual",
     "NamedEffect",
+    "NextStop",
+    "NextStopChooser",
     "NoiseModel",
     "NoiseSource",
+    "OnlineCalibration",
     "ParameterShape",
     "Path",
     "PathPoint",
@@ -1863,6 +1867,14 @@ class SolveOptions:
     def parameter_tolerance(self) -> float: ...
     @parameter_tolerance.setter
     def parameter_tolerance(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def settled(self) -> float:
+        """
+        Weights of the balance are renewed until the initial pose moves less [m, rad].
+        """
+
+    @settled.setter
+    def settled(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
 
 class ResidualRms:
     """
@@ -3306,6 +3318,16 @@ class StartUp:
     """
 
     def __init__(self, robot: Robot, plan: StartUpPlan, options: StartUpOptions = ...) -> None: ...
+    def finish(self) -> None:
+        """
+        What was measured is enough: the run ends done where it is, the winches stop and lock.
+        """
+
+    def go_on_with(self, rest: StartUpPlan) -> None:
+        """
+        Other stops (StartUpPlan) after the present set-point, or after the one being moved to. Raises InputError, and changes nothing, for what the constructor refuses and when the run has ended.
+        """
+
     def step(self, sample: RobotSample) -> StartUpCommand:
         """
         Takes the sample and says what to do until the next.
@@ -3375,6 +3397,108 @@ class StartUpRun:
     def truth(self) -> list[PlantTruth]:
         """
         One a row of the log.
+        """
+
+class OnlineCalibration:
+    """
+    The estimate while the robot is being measured, a stretch of the log at a time: the same problem as calibrate() poses, started from what was solved before. calibrate() on the finished log has the last word.
+    """
+
+    def __init__(self, robot: Robot, options: CalibrateOptions | None = None) -> None:
+        """
+        options: at_s, segment and guess must be unset. Raises InputError.
+        """
+
+    def add(self, since_last: Log) -> CalibrationResult:
+        """
+        Takes what was read since the last call, best up to the end of a rest; the first sample of the first stretch is the reference. CalibrationResult after it: what calibrate() would say, unobservable while there is too little. Raises InputError for a stretch that does not fit the robot or begins before the last one ended.
+        """
+
+    @property
+    def calibration(self) -> Calibration:
+        """
+        So far; a copy.
+        """
+
+class AskedAccuracy:
+    """
+    Standard deviations of the initial pose that somebody wants, of the worst axis whichever way it points. Immutable.
+    """
+
+    def __init__(
+        self,
+        *,
+        position_m: typing.SupportsFloat | typing.SupportsIndex,
+        rotation_rad: typing.SupportsFloat | typing.SupportsIndex,
+    ) -> None: ...
+    def reached(
+        self, covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 6]"]
+    ) -> bool:
+        """
+        Whether a covariance [6, 6] of the initial pose (position [m], world-frame rotation vector [rad]) is good enough.
+        """
+
+    @property
+    def position_m(self) -> float: ...
+    @property
+    def rotation_rad(self) -> float: ...
+
+class NextStop:
+    """
+    The stop to measure next and how to get there. Immutable.
+    """
+
+    @property
+    def predicted_deviation(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+        """
+        [6] of the initial pose after it, from rests alone [m, rad].
+        """
+
+    @property
+    def stop(self) -> int:
+        """
+        Which of the plan's poses, from 0.
+        """
+
+    @property
+    def time_s(self) -> float:
+        """
+        With settling and measuring.
+        """
+
+    @property
+    def way(self) -> StartUpPlan:
+        """
+        StartUpPlan: set-points to pass, then the stop.
+        """
+
+class NextStopChooser:
+    """
+    Chooses among the measured stops of a plan what to measure next: the stop that teaches most about the initial pose per second (A-optimal in the units of the accuracy asked for).
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        plan: Plan,
+        threads: typing.SupportsInt | typing.SupportsIndex = 0,
+        progress: collections.abc.Callable[[float], typing.Any] | None = None,
+    ) -> None:
+        """
+        Follows the ways between all stops. Raises InputError for a plan of another robot.
+        """
+
+    def choose(
+        self,
+        measured: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex],
+        initial: Pose,
+        initial_reading_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+        asked: AskedAccuracy,
+    ) -> NextStop | None:
+        """
+        measured: stops so far, in order, from 0; the robot is at the last one, or at τ0. initial: the estimate of ζ0, initial_reading_N [n] the load cells there. None: no stop is left that can be reached.
         """
 
 def all_equilibria_at(

@@ -159,13 +159,14 @@ Eigen::MatrixXd Assembly::common_information(std::optional<Channel> without) con
       }
     }
     const RowsByCommon by_common = block.by_common();
-    common.noalias() += by_common.transpose() * by_common;
+    // lazyProduct: these are too small for blocking to pay.
+    common.noalias() += by_common.transpose().lazyProduct(by_common);
     if (!block.residual.allFinite()) common.setConstant(kNaN);
     if (i == 0 || !common.allFinite()) continue;
     const RowsByPose by_own = block.own.leftCols<6>();
-    const Matrix6 own = by_own.transpose() * by_own;
-    const PoseByCommon cross = by_own.transpose() * by_common;
-    common.noalias() -= cross.transpose() * solve_psd(own, cross);
+    const Matrix6 own = by_own.transpose().lazyProduct(by_own);
+    const PoseByCommon cross = by_own.transpose().lazyProduct(by_common);
+    common.noalias() -= cross.transpose().lazyProduct(solve_psd(own, cross));
   }
   return common;
 }

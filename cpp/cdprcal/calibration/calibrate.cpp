@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "cdprcal/calibration/initial_guess.hpp"
+#include "cdprcal/calibration/multi_start.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
 
@@ -171,23 +171,6 @@ void measure_automatically(const Log& log, const PathState& path, const SampleRa
   std::stable_sort(measurements.begin() + 1, measurements.end(), by_time);
 }
 
-/// A better outcome: an accepted minimum before a doubtful one, then the lower cost.
-bool better(const CalibrationResult& a, const CalibrationResult& b) {
-  const bool a_good = a.status == CalibrationStatus::converged;
-  const bool b_good = b.status == CalibrationStatus::converged;
-  if (a_good != b_good) return a_good;
-  if (std::isfinite(a.cost) != std::isfinite(b.cost)) return std::isfinite(a.cost);
-  return a.cost < b.cost;
-}
-
-/// Whether two starts ended in one place.
-bool same_minimum(const CalibrationResult& a, const CalibrationResult& b) {
-  if (a.poses.empty() || b.poses.empty()) return false;
-  constexpr double kNear = 1e-3;  // m, rad: far below the distance between minima
-  return std::abs(a.cost - b.cost) < 1e-3 * std::max(a.cost, b.cost) &&
-         minus(a.poses.front(), b.poses.front()).norm() < kNear;
-}
-
 /// Puts the noise that the readings show in place of the specified one, and leaves out what does
 /// not belong; nothing happens to a fit that is not to be trusted anyway.
 void refine_in_place(const CalibrateOptions& options, Calibration& out) {
@@ -253,46 +236,9 @@ Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions
                      std::to_string(problem.measurements.size()) +
                      " measurements; give one a measurement, or the initial pose alone");
   }
-  // First as §3.3 has it: ζ0 of τ0, ideal poses at rest, estimated ones in motion. Then all poses
-  // estimated, from there and from other ζ0.
-  struct Start {
-    Pose reference;
-    RestGuess rests = RestGuess::estimated;
-    bool elsewhere = true;  ///< another ζ0 than the one before
-  };
-  std::vector<Start> starts;
-  if (options.guess.empty()) {
-    for (const Pose& pose :
-         reference_guesses(robot, problem.measurements.front(), problem.effects)) {
-      starts.push_back({pose});
-    }
-    if (problem.statics != StaticsModel::none) {
-      starts.front().elsewhere = false;
-      starts.insert(starts.begin(), {starts.front().reference, RestGuess::ideal});
-    }
-  } else {
-    starts.push_back({options.guess.front()});
-  }
-  double solve_time_s = 0.0;
-  bool first = true;
-  int tried = 0;
-  for (const Start& start : starts) {
-    if (tried++ >= std::max(1, options.most_starts)) break;
-    CalibrationResult result =
-        solve(problem,
-              measurement_guesses(robot, problem.measurements, start.reference, problem.effects,
-                                  start.rests),
-              options.solve);
-    solve_time_s += result.solve_time_s;
-    const bool again = !first && start.elsewhere && same_minimum(result, out.result);
-    if (first || better(result, out.result)) out.result = std::move(result);
-    first = false;
-    // A good minimum ends the search, and so does a bad one that two starts agree on; too few
-    // readings would fail the same way from anywhere.
-    if (again || out.result.status == CalibrationStatus::converged) break;
-    if (out.result.residual_count < out.result.parameter_count) break;
-  }
-  out.result.solve_time_s = solve_time_s;
+  const std::optional<Pose> initial =
+      options.guess.empty() ? std::nullopt : std::optional<Pose>(options.guess.front());
+  out.result = solve_from_starts(problem, initial, options.most_starts, options.solve);
   refine_in_place(options, out);
   return out;
 }

@@ -35,9 +35,9 @@ std::string axis_name(const Vector6& unit) {
   Vector6 rest = size;
   rest[first] = 0.0;
   rest.maxCoeff(&second);
-  const std::string name = kAxes[static_cast<std::size_t>(first)];
+  const char* const name = kAxes[static_cast<std::size_t>(first)];
   if (largest * largest > 0.8) return name;
-  return name + " together with " + kAxes[static_cast<std::size_t>(second)];
+  return std::string(name) + " together with " + kAxes[static_cast<std::size_t>(second)];
 }
 
 /// Standard deviation along a direction (unit in scaled units) for a given information matrix.

@@ -40,6 +40,8 @@ struct SolveOptions {
   double function_tolerance = 1e-12;  ///< relative change of the cost
   double parameter_tolerance = 1e-12;
   double gradient_tolerance = 1e-12;
+  /// The weights of the balance depend on the poses: solved again until ζ0 moves less [m, rad].
+  double settled = 1e-9;
 };
 
 enum class CalibrationStatus { converged, not_converged, unobservable };

@@ -94,16 +94,16 @@ bool run_stages(const CalibrationProblem& problem, const SolveOptions& options, 
     if (options.graduation[i] > statics_rms(problem, assembly.cache())) continue;
     usable = stage(options.graduation[i], false);
   }
+  Pose before = assembly.cache().pose(0);
   usable = usable && stage(1.0, true);
-  if (usable && problem.statics == StaticsModel::wrench) {
+  if (problem.statics == StaticsModel::wrench) {
     // The weights of the balance depend on the poses: repeat until they agree with each other.
     constexpr int kMostRefreshes = 20;
-    constexpr double kSettled = 1e-9;  // m, rad: far below any sensor
-    const auto settles = [&] { return usable && summary.termination_type == ceres::CONVERGENCE; };
-    for (int i = 0; settles() && i < kMostRefreshes; ++i) {
-      const Pose before = assembly.cache().pose(0);
+    for (int i = 0; i < kMostRefreshes; ++i) {
+      if (!usable || summary.termination_type != ceres::CONVERGENCE) break;
+      if (minus(assembly.cache().pose(0), before).norm() < options.settled) break;
+      before = assembly.cache().pose(0);
       usable = stage(1.0, true);
-      if (minus(assembly.cache().pose(0), before).norm() < kSettled) break;
     }
   }
   const bool converged = usable && summary.termination_type == ceres::CONVERGENCE;

@@ -101,7 +101,7 @@ void constraint_callback(unsigned, double* result, unsigned, const double* x, do
 
 Matrix3 left_jacobian_so3(const Vector3& v) {
   const double angle_squared = v.squaredNorm();
-  double a, b;  // (1 − cos θ)/θ², (θ − sin θ)/θ³
+  double a = 0.0, b = 0.0;  // (1 − cos θ)/θ², (θ − sin θ)/θ³
   if (angle_squared < 1e-6) {
     a = 0.5 - angle_squared / 24.0;
     b = 1.0 / 6.0 - angle_squared / 120.0;

@@ -8,7 +8,7 @@ namespace cdprcal {
 
 Eigen::Quaterniond exp_so3(const Vector3& rotation_vector_rad) {
   const double angle_squared = rotation_vector_rad.squaredNorm();
-  double w, scale;
+  double w = 1.0, scale = 0.5;
   if (angle_squared < 1e-8) {  // Taylor: exact to double precision here
     w = 1.0 - angle_squared / 8.0;
     scale = 0.5 - angle_squared / 48.0;

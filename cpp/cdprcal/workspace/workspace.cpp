@@ -22,7 +22,8 @@ std::vector<std::int64_t> seed_points(const Grid& grid, const std::vector<Vector
   if (seeds_m.empty()) {  // cell centres of a 5×5×5 division: away from the box's faces
     const Vector3 extent = grid.box.upper_m - grid.box.lower_m;
     for (int k = 0; k < 125; ++k) {
-      const Vector3 fraction((k % 5 + 0.5) / 5.0, (k / 5 % 5 + 0.5) / 5.0, (k / 25 + 0.5) / 5.0);
+      const Eigen::Vector3i cell(k % 5, k / 5 % 5, k / 25);
+      const Vector3 fraction = (cell.cast<double>().array() + 0.5) / 5.0;
       const Vector3 seed = grid.box.lower_m + fraction.cwiseProduct(extent);
       seeds.push_back(grid.index(grid.nearest(seed)));
     }

@@ -271,10 +271,10 @@ StepStatus PlantDynamics::step(const WinchCommand& command) {
   }
   if (!(last_size < kVelocityAccepted_m_s)) return StepStatus::not_solved;
   for (int i = 0; i < n_; ++i) wound_J_ += wound_J(i, end[i], pulls[i].payout_1_m);
-  motion_ = next;
+  motion_ = std::move(next);
   motion_.rotation.normalize();
-  strand_ = end;
-  arm_m_ = arm_1;
+  strand_ = std::move(end);
+  arm_m_ = std::move(arm_1);
   finish_step(pulls);
   return StepStatus::done;
 }

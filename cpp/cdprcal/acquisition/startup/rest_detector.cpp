@@ -127,7 +127,7 @@ bool RestDetector::at_rest() {
 }
 
 double RestDetector::tension_noise_N(int cable) const {
-  return drives_.channels[static_cast<std::size_t>(2 * n_ + cable)].noise;
+  return drives_.channels[2 * static_cast<std::size_t>(n_) + static_cast<std::size_t>(cable)].noise;
 }
 
 }  // namespace cdprcal

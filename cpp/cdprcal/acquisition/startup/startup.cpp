@@ -119,6 +119,47 @@ StartUp::StartUp(const Robot& robot, StartUpPlan plan, const StartUpOptions& opt
   recorded_sum_N_.setZero(n);
 }
 
+void StartUp::finish() {
+  if (command_.state == StartUpState::done || command_.state == StartUpState::holding) return;
+  enter(StartUpState::done);
+}
+
+void StartUp::go_on_with(const StartUpPlan& rest) {
+  if (command_.state == StartUpState::done || command_.state == StartUpState::holding) {
+    throw InputError("start-up: the run has ended, no set-points can be added");
+  }
+  StartUpPlan checked = rest;
+  if (!checked.setpoint_N.empty()) check_plan(robot_, checked);
+  const auto present = static_cast<std::size_t>(command_.setpoint);
+  std::vector<PathLeg> legs;
+  CableVector from = plan_.setpoint_N[present];
+  std::optional<Pose> at = leg_[present].nodes.back().pose;
+  for (std::size_t k = 0; k < checked.setpoint_N.size(); ++k) {
+    PathResult path = follow_equilibrium(robot_, from, checked.setpoint_N[k], at);
+    if (!path.found) {
+      throw InputError("start-up plan: no stable equilibrium on the way to set-point " +
+                       std::to_string(k + 1) + " of the rest: " + path.reason);
+    }
+    from = checked.setpoint_N[k];
+    at = path.leg.nodes.back().pose;
+    if (checked.transition_s[k] == 0.0) {
+      checked.transition_s[k] = transition_time_s(path.leg, velocity_limit_m_s_);
+    }
+    legs.push_back(std::move(path.leg));
+  }
+  const auto replace = [&](auto& all, auto& by) {
+    all.resize(present + 1);
+    all.insert(all.end(), by.begin(), by.end());
+  };
+  plan_.via.resize(plan_.setpoint_N.size(), false);
+  checked.via.resize(checked.setpoint_N.size(), false);
+  replace(plan_.setpoint_N, checked.setpoint_N);
+  replace(plan_.via, checked.via);
+  replace(transition_s_, checked.transition_s);
+  replace(leg_, legs);
+  plan_.transition_s = transition_s_;
+}
+
 void StartUp::enter(StartUpState state) {
   command_.state = state;
   entered_s_ = now_s_;

@@ -84,10 +84,20 @@ class StartUp {
   /// Takes the sample and says what to do until the next. To be called at 50 Hz or more.
   const StartUpCommand& step(const RobotSample& sample);
 
+  /// What was measured is enough: the run ends `done` where it is, the winches stop and lock. No
+  /// effect on a run that has ended.
+  void finish();
+  /// Other stops than the plan's after the present set-point, or after the one being moved to; each
+  /// way is followed as in the constructor. Throws InputError for what the constructor refuses and
+  /// for a run that has ended; the plan is as before then.
+  void go_on_with(const StartUpPlan& rest);
+
   /// Nothing more will happen, and the winches stand still.
   [[nodiscard]] bool finished() const;
   [[nodiscard]] StartUpState state() const { return command_.state; }
   [[nodiscard]] const std::string& reason() const { return command_.reason; }
+  /// How many set-points there are, those passed through included.
+  [[nodiscard]] std::size_t setpoint_count() const { return plan_.setpoint_N.size(); }
   /// The rests measured so far.
   [[nodiscard]] const std::vector<StartUpRest>& rests() const { return rests_; }
   [[nodiscard]] double velocity_limit_m_s() const { return velocity_limit_m_s_; }

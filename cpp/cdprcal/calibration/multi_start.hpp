@@ -1,0 +1,20 @@
+// A first fit without anyone's guess: from as many starts as it takes.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "cdprcal/calibration/problem.hpp"
+
+namespace cdprcal {
+
+/// Solves from guesses of ζ0 in turn until a minimum agrees with the readings, two starts agree on
+/// one that does not, or `most_starts` were tried; returns the best. First as §3.3 has it: ζ0 of
+/// τ0, ideal poses at rest, estimated ones in motion; then all poses estimated, from there and from
+/// other ζ0. `initial`: the only ζ0 to start from. iterations are those of the best start,
+/// solve_time_s of all.
+CalibrationResult solve_from_starts(const CalibrationProblem& problem,
+                                    const std::optional<Pose>& initial, int most_starts,
+                                    const SolveOptions& options);
+
+}  // namespace cdprcal

@@ -1,0 +1,120 @@
+#include "cdprcal/calibration/online.hpp"
+
+#include <cmath>
+
+#include "cdprcal/calibration/initial_guess.hpp"
+#include "cdprcal/calibration/multi_start.hpp"
+#include "cdprcal/error.hpp"
+
+namespace cdprcal {
+namespace {
+
+/// The noise is taken anew when there are this many times more poses than when it last was.
+constexpr double kNoiseRenewal = 1.1;
+
+/// A live estimate may be off by a little of its standard deviation: millimetres, not nanometres.
+SolveOptions live(SolveOptions options) {
+  options.function_tolerance = std::max(options.function_tolerance, 1e-6);
+  options.parameter_tolerance = std::max(options.parameter_tolerance, 1e-7);
+  options.settled = std::max(options.settled, 1e-4);
+  return options;
+}
+
+}  // namespace
+
+OnlineCalibration::OnlineCalibration(const Robot& robot, const CalibrateOptions& options)
+    : robot_(robot), options_(options) {
+  options_.solve = live(options.solve);
+  if (!options.at_s.empty() || options.segment != -1 || !options.guess.empty()) {
+    throw InputError("online calibration: at_s, segment and guess belong to finished logs");
+  }
+}
+
+const Calibration& OnlineCalibration::add(const Log& since_last) {
+  if (since_last.sample_count() == 0) throw InputError("online calibration: no samples to add");
+  if (!(since_last.time_s[0] > last_s_)) {
+    throw InputError("online calibration: the samples begin before the last ones end");
+  }
+  Calibration stretch = prepare(robot_, since_last, options_);
+  last_s_ = since_last.time_s[since_last.sample_count() - 1];
+  append(since_last, std::move(stretch));
+  update();
+  return calibration_;
+}
+
+void OnlineCalibration::append(const Log& since_last, Calibration&& stretch) {
+  const auto samples = static_cast<double>(since_last.sample_count());
+  auto& measurements = calibration_.problem.measurements;
+  if (measurements.empty()) {
+    calibration_ = std::move(stretch);
+    samples_ = samples;
+    return;
+  }
+  const double run_start_s = measurements.front().time_s;
+  const double offset_s = since_last.time_s[0] - run_start_s;
+  auto& more = stretch.problem.measurements;
+  // A reference in motion is there because a problem needs one; this one has another.
+  if (more.front().kind == PoseKind::kinematic_pose) more.erase(more.begin());
+  for (Measurement& m : more) m.run_time_s += offset_s;
+  measurements.insert(measurements.end(), more.begin(), more.end());
+  const auto join = [](auto& all, const auto& added) {
+    all.insert(all.end(), added.begin(), added.end());
+  };
+  join(calibration_.equilibria, stretch.equilibria);
+  join(calibration_.gated, stretch.gated);
+  weigh_sample_noise(stretch, samples);
+  calibration_.static_poses = calibration_.kinematic_poses = 0;
+  for (const Measurement& m : measurements) {
+    (m.kind == PoseKind::static_pose ? calibration_.static_poses : calibration_.kinematic_poses)++;
+  }
+}
+
+void OnlineCalibration::weigh_sample_noise(const Calibration& stretch, double samples) {
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    double& sigma = calibration_.sample_noise[c];
+    const double other = stretch.sample_noise[c];
+    sigma = std::sqrt((samples_ * sigma * sigma + samples * other * other) / (samples_ + samples));
+  }
+  samples_ += samples;
+}
+
+void OnlineCalibration::update() {
+  CalibrationProblem& problem = calibration_.problem;
+  CalibrationResult& result = calibration_.result;
+  const auto& all = problem.measurements;
+  bool fitted = false;
+  if (result.status == CalibrationStatus::converged && result.poses.size() <= all.size()) {
+    // New poses are estimated from where the last one was (§3.3), the others are known.
+    std::vector<Pose> guess = result.poses;
+    if (all.size() > guess.size()) {
+      std::vector<Measurement> last{all.front()};
+      const std::size_t from = std::max<std::size_t>(guess.size() - 1, 1);
+      last.insert(last.end(), all.begin() + static_cast<std::ptrdiff_t>(from), all.end());
+      const std::vector<Pose> estimated =
+          measurement_guesses(robot_, last, guess.front(), problem.effects);
+      guess.insert(guess.end(),
+                   estimated.end() - static_cast<std::ptrdiff_t>(all.size() - guess.size()),
+                   estimated.end());
+    }
+    CalibrationResult next = solve(problem, guess, options_.solve);
+    fitted = next.status == CalibrationStatus::converged;
+    if (fitted) result = std::move(next);
+  }
+  if (!fitted) {
+    problem.noise.reset();
+    result = solve_from_starts(problem, std::nullopt, options_.most_starts, options_.solve);
+  }
+  const auto poses = static_cast<double>(all.size());
+  if (noise_source(options_) == NoiseSource::from_data &&
+      (!fitted || poses >= kNoiseRenewal * noise_poses_)) {
+    noise_poses_ = poses;
+    Refinement refined =
+        refine(problem, result, calibration_.sample_noise, options_.solve, options_.refine);
+    calibration_.gated.insert(calibration_.gated.end(), refined.gated.begin(),
+                              refined.gated.end());
+    problem = std::move(refined.problem);
+    result = std::move(refined.result);
+  }
+}
+
+}  // namespace cdprcal

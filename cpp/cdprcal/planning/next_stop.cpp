@@ -1,0 +1,131 @@
+#include "cdprcal/planning/next_stop.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "cdprcal/error.hpp"
+#include "cdprcal/planning/observability.hpp"
+
+namespace cdprcal {
+namespace {
+
+double largest_deviation(const Matrix3& covariance) {
+  return std::sqrt(Eigen::SelfAdjointEigenSolver<Matrix3>(covariance).eigenvalues().maxCoeff());
+}
+
+/// Covariance of ζ0 under a guess of it as wide as the frame (10 m, 1 rad), so that sets of poses
+/// which leave it unobservable can be compared too.
+Matrix6 covariance_of(const Eigen::MatrixXd& information) {
+  Matrix6 own = Observability::on_initial_pose(information);
+  own.diagonal().head<3>().array() += 1e-2;
+  own.diagonal().tail<3>().array() += 1.0;
+  return own.inverse();
+}
+
+double weighted_trace(const Matrix6& covariance, const AskedAccuracy& asked) {
+  return covariance.topLeftCorner<3, 3>().trace() / (asked.position_m * asked.position_m) +
+         covariance.bottomRightCorner<3, 3>().trace() / (asked.rotation_rad * asked.rotation_rad);
+}
+
+PathOptions path_options(const Robot& robot) {
+  PathOptions out;
+  out.tension_margin_N = tension_margin_N(robot, SetPointOptions{});
+  return out;
+}
+
+}  // namespace
+
+bool reached(const Matrix6& covariance, const AskedAccuracy& asked) {
+  return largest_deviation(covariance.topLeftCorner<3, 3>()) <= asked.position_m &&
+         largest_deviation(covariance.bottomRightCorner<3, 3>()) <= asked.rotation_rad;
+}
+
+NextStopChooser::NextStopChooser(const Robot& robot, const Plan& plan, int threads,
+                                 const ShareDone& progress)
+    : effects_(robot),
+      solver_(effects_.robot()),
+      checker_(solver_, path_options(effects_.robot())),
+      timer_(checker_) {
+  std::vector<SetPoint> places;
+  const auto add = [&](const Pose& pose, const CableVector& reading_N, const std::string& name) {
+    SetPoint place{pose, reading_N};
+    if (reading_N.size() != robot.cable_count()) {
+      throw InputError("plan: " + name + " has " + std::to_string(reading_N.size()) +
+                       " tensions; " + robot.name + " has " + std::to_string(robot.cable_count()) +
+                       " cables");
+    }
+    if (effects_.any()) {
+      const std::optional<SetPoint> planned = effects_.as_planned(place);
+      if (!planned) throw InputError("plan: " + name + ": its tensions do not hold the platform");
+      place = *planned;
+    }
+    places.push_back(place);
+    reading_N_.push_back(reading_N);
+  };
+  add(plan.start_pose, plan.start_tension_N, "the start");
+  stop_of_place_.push_back(-1);
+  for (std::size_t i = 0; i < plan.poses.size(); ++i) {
+    if (!plan.poses[i].measured) continue;
+    add(plan.poses[i].pose, plan.poses[i].tension_N, "stop " + std::to_string(i + 1));
+    stop_of_place_.push_back(static_cast<int>(i));
+  }
+  legs_ = std::make_unique<LegTable>(checker_, timer_, std::move(places), threads, progress);
+}
+
+std::optional<NextStop> NextStopChooser::choose(const std::vector<int>& measured,
+                                                const Pose& initial,
+                                                const CableVector& initial_reading_N,
+                                                const AskedAccuracy& asked) const {
+  if (stopped()) return std::nullopt;
+  const auto place_of = [&](int stop) {
+    const auto found = std::find(stop_of_place_.begin() + 1, stop_of_place_.end(), stop);
+    if (found == stop_of_place_.end()) {
+      throw InputError("next stop: pose " + std::to_string(stop + 1) +
+                       " of the plan is none that is measured");
+    }
+    return static_cast<int>(found - stop_of_place_.begin());
+  };
+  const CableVector tension_N =
+      effects_.any() ? effects_.tension_N(initial, initial_reading_N) : initial_reading_N;
+  const Observability observability(effects_.robot(), {initial, tension_N});
+  std::vector<bool> done(stop_of_place_.size(), false);
+  Eigen::MatrixXd sum = observability.of_start();
+  // τ0 itself is measured, before any stop.
+  sum += observability.added_by(legs_->places().front());
+  int at = 0;
+  for (const int stop : measured) {
+    at = place_of(stop);
+    done[static_cast<std::size_t>(at)] = true;
+    sum += observability.added_by(legs_->places()[static_cast<std::size_t>(at)]);
+  }
+  const double now = weighted_trace(covariance_of(sum), asked);
+  const Eigen::MatrixXd time_s = legs_->time_s();
+  std::optional<NextStop> best;
+  double best_gain = 0.0;
+  int best_place = 0;
+  for (std::size_t place = 1; place < stop_of_place_.size(); ++place) {
+    const double needed_s = time_s(at, static_cast<Eigen::Index>(place));
+    if (done[place] || !std::isfinite(needed_s) || !(needed_s > 0.0)) continue;
+    const Matrix6 covariance = covariance_of(sum + observability.added_by(legs_->places()[place]));
+    const double gain = std::log(now / weighted_trace(covariance, asked)) / needed_s;
+    if (best && !(gain > best_gain)) continue;
+    best_gain = gain;
+    best_place = static_cast<int>(place);
+    best = NextStop{stop_of_place_[place], {}, needed_s, covariance.diagonal().cwiseSqrt()};
+  }
+  if (!best) return std::nullopt;
+  for (const Leg& leg : legs_->way(at, best_place)) {
+    const auto to = static_cast<std::size_t>(leg.to);
+    const SetPoint& place = legs_->places()[to];
+    best->way.setpoint_N.push_back(to < reading_N_.size() ? reading_N_[to]
+                                   : effects_.any()
+                                       ? effects_.reading_N(place.pose, place.tension_N)
+                                       : place.tension_N);
+    best->way.transition_s.push_back(leg.timing.transition_s);
+    best->way.via.push_back(leg.to != best_place);
+  }
+  return best;
+}
+
+}  // namespace cdprcal
