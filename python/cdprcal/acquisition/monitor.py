@@ -17,6 +17,7 @@ from rich.text import Text
 
 from cdprcal import _core
 from cdprcal._core import RobotSample, StartUpCommand, StartUpState
+from cdprcal.acquisition.guide import Estimate, Guide
 from cdprcal.acquisition.procedure import Acquired
 from cdprcal.tables import console, fixed, say
 
@@ -41,10 +42,15 @@ class Monitor:
     Ctrl-C and SIGTERM set ``stop_wanted``; a second Ctrl-C raises KeyboardInterrupt.
     """
 
-    def __init__(self, robot: _core.Robot, plan: _core.Plan, log: str) -> None:
+    def __init__(
+        self, robot: _core.Robot, plan: _core.Plan, log: str, *, guided: bool = False
+    ) -> None:
+        """guided: the run chooses its stops, so how many are left is not known."""
         self._cables = robot.cable_count
         self._limits_N = robot.tension_limits_N
         self._stops = [True, *(stop.measured for stop in plan.poses)]
+        self._guided = guided
+        self._estimate: Estimate | None = None
         self._log = log
         self._out = console()
         self._live = Live(console=self._out, transient=True, auto_refresh=False)
@@ -79,9 +85,14 @@ class Monitor:
         """Whether the operator asked to stop."""
         return self._stop
 
-    def show(self, command: StartUpCommand, sample: RobotSample) -> None:
+    def show(
+        self, command: StartUpCommand, sample: RobotSample, estimate: Estimate | None = None
+    ) -> None:
         """To be called with every command; draws ten times a second."""
+        self._estimate = estimate or self._estimate
         if not self._animated:
+            if estimate is not None:
+                say(self._out, f"{sample.time_s:7.1f} s  initial pose {estimate}")
             self._say_state(command, sample)
             return
         now = time.monotonic()
@@ -90,7 +101,7 @@ class Monitor:
         self._shown_s = now
         self._live.update(self._picture(command, sample), refresh=True)
 
-    def print_end(self, run: Acquired, robot: str) -> None:
+    def print_end(self, run: Acquired, robot: str, guide: Guide) -> None:
         """The last word: what was acquired, why it stopped, what to do next."""
         done = run.state == StartUpState.done and not run.reason
         style = "bold green" if done else "bold red"
@@ -103,6 +114,16 @@ class Monitor:
             f"{self._log}: {run.samples} samples, {len(run.rests)} of {sum(self._stops)} "
             f"set-points measured, {run.duration_s:.1f} s of robot time",
         )
+        if guide.estimates:
+            last = guide.estimates[-1]
+            say(self._out, f"initial pose {last}")
+            if self._guided and not guide.reached:
+                weakest = f"; weakest: {last.least_observed}" if last.least_observed else ""
+                say(
+                    self._out,
+                    Text("the accuracy asked for was not reached", style="bold red")
+                    + Text(f"{weakest}; plan more or more varied poses", style="none"),
+                )
         if done:
             say(self._out, f"next: cdprcal calibrate {robot} {self._log}")
 
@@ -117,31 +138,33 @@ class Monitor:
             return
         self._state = state
         if command.state in (StartUpState.moving, StartUpState.moving_to_start):
-            say(
-                self._out,
-                f"{sample.time_s:7.1f} s  set-point {command.setpoint + 1} of {len(self._stops)}, "
-                f"{_duration(command.remaining_s)} left",
-            )
+            most = "" if self._guided else f" of {len(self._stops)}"
+            left = "" if self._guided else f", {_duration(command.remaining_s)} left"
+            say(self._out, f"{sample.time_s:7.1f} s  set-point {command.setpoint + 1}{most}{left}")
 
     def _picture(self, command: StartUpCommand, sample: RobotSample) -> Group:
-        done = sum(self._stops[: command.setpoint])
-        if command.state == StartUpState.done:
-            done += 1
-        total = sum(self._stops)
         head = Table.grid(padding=(0, 2))
-        head.add_row(
-            Text(_DOES[command.state], style="bold"),
-            f"set-point {command.setpoint + 1} of {len(self._stops)}",
-            f"{sample.time_s:.1f} s",
-            f"{_duration(command.remaining_s)} left",
-        )
+        row: list[Text | str] = [Text(_DOES[command.state], style="bold"), f"{sample.time_s:.1f} s"]
+        if not self._guided:
+            row.insert(1, f"set-point {command.setpoint + 1} of {len(self._stops)}")
+            row.append(f"{_duration(command.remaining_s)} left")
+        head.add_row(*row)
         poses = Table.grid(padding=(0, 2))
+        total = sum(self._stops)
+        done = self._done(command)
         poses.add_row("measured", ProgressBar(total, done, width=_BAR_WIDTH), f"{done} of {total}")
+        if self._estimate is not None:
+            poses.add_row("initial pose", "", str(self._estimate))
         if math.isfinite(command.ripple):
             still = ProgressBar(1.0, min(1.0, 1.0 / max(command.ripple, 1e-9)), width=_BAR_WIDTH)
             rest = "rest" if command.ripple <= 1 else f"{command.ripple:.1f} × what rest allows"
             poses.add_row("ripple", still, rest)
         return Group(head, poses, self._tensions(command, sample), Text(self._log, style="dim"))
+
+    def _done(self, command: StartUpCommand) -> int:
+        if self._guided:
+            return self._estimate.rests if self._estimate is not None else 0
+        return sum(self._stops[: command.setpoint]) + (command.state == StartUpState.done)
 
     def _tensions(self, command: StartUpCommand, sample: RobotSample) -> Table:
         table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))

@@ -6,7 +6,7 @@ What to do is decided in C++ (``cdprcal.StartUp``); here it is only carried to a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,8 +16,9 @@ from cdprcal.hardware import Backend, BackendError
 from cdprcal.io.files import reason
 from cdprcal.io.live_log import LiveLog
 
-#: Called with every command and the sample it answers, and whether that was logged.
-Watch = Callable[[StartUpCommand, RobotSample, bool], None]
+#: Called with every command and the sample it answers, and whether that was logged. What it returns
+#: goes into the log as an event, with time_s and what else there is to say.
+Watch = Callable[[StartUpCommand, RobotSample, bool], Mapping[str, Any] | None]
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ def acquire(
                 state, setpoint = command.state, command.setpoint
                 rows.event(sample, command)
             if watch is not None:
-                watch(command, sample, logged)
+                rows.note(watch(command, sample, logged))
             if startup.finished:
                 break
             _command(backend, command, rows)
@@ -158,6 +159,10 @@ class _Rows:
         if command.reason:
             event["reason"] = command.reason
         if not self.fault:
+            self._write(lambda: self._log.event(event))
+
+    def note(self, event: Mapping[str, Any] | None) -> None:
+        if event is not None and not self.fault:
             self._write(lambda: self._log.event(event))
 
     def close(self) -> None:

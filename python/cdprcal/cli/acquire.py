@@ -74,20 +74,29 @@ def command(
             "and the speed of the winches allow. Their tension loops must damp its swings.",
         ),
     ] = False,
+    until: Annotated[
+        str,
+        typer.Option(
+            metavar="ACCURACY",
+            help="Stop as soon as the initial pose is known this well (1 sigma, worst axis), for "
+            "example 5mm,0.5deg; the stops of the plan are then visited in the order in which they "
+            "teach most. Exit code 1 when all of them are not enough.",
+        ),
+    ] = "",
     rate_hz: Annotated[float, typer.Option("--rate-hz", help="Rows of the log a second.")] = 10.0,
     json: JsonOption = False,
 ) -> None:
     """Run the start-up procedure: tensions at power-on, to tau_0, through all set-points of a plan.
 
-    The platform is measured wherever it comes to rest. Ctrl-C, a fault of a sensor or drive, a
-    slack or overloaded cable, a full disk: the winches stop and lock, and the log is kept. It
-    holds the robot file, the plan and the seed: all that is needed to solve again. Exit code 1:
-    the robot was stopped early.
+    The platform is measured wherever it comes to rest, and the initial pose is estimated after
+    every rest. Ctrl-C, a fault of a sensor or drive, a slack or overloaded cable, a full disk: the
+    winches stop and lock, and the log is kept. It holds the robot file, the plan and the seed: all
+    that is needed to solve again. Exit code 1: the robot was stopped early.
     """
     from pathlib import Path
 
     from cdprcal import _core
-    from cdprcal.acquisition import acquire, start_up_plan
+    from cdprcal.acquisition import Guide, acquire, parse_accuracy, start_up_plan
     from cdprcal.acquisition.monitor import Monitor
     from cdprcal.hardware import BACKENDS
     from cdprcal.hardware.simulated import SimulatedBackend
@@ -101,6 +110,7 @@ def command(
         fail("--rate-hz: must be above 0 and at most 100")
     if truth and Path(truth).resolve() == Path(output).resolve():
         fail(f"{truth}: is the log's name too; give another")
+    asked = parse_accuracy(until) if until else None
     the_robot = _core.load_robot(robot)
     plan_text = read_bytes(Path(plan)).decode("utf-8", "replace")
     the_plan = _core.parse_plan(plan_text, plan)
@@ -113,33 +123,63 @@ def command(
     device = SimulatedBackend.somewhere(
         the_robot, the_plan, options, velocity_limit_m_s=startup.velocity_limit_m_s, speed=speed
     )
+    guide = Guide(
+        the_robot,
+        the_plan,
+        startup,
+        asked=asked,
+        quick=quick,
+        background=not (backend == "simulated" and speed == 0.0),
+    )
     settings = device.settings | {
         "robot": the_robot.name,
         "quick": quick,
+        "until": until,
         "log_rate_Hz": rate_hz,
         "version": _version(),
     }
     inputs = AcquisitionInputs(_core.to_yaml(the_robot), plan_text, settings)
     log = open_live_log(output, the_robot.cable_count, inputs, rate_hz)
     poses: list[tuple[float, _core.Pose]] = []
-    with Monitor(the_robot, the_plan, output) as monitor:
+    with Monitor(the_robot, the_plan, output, guided=asked is not None) as monitor:
 
-        def watch(command: _core.StartUpCommand, sample: _core.RobotSample, logged: bool) -> None:
-            monitor.show(command, sample)
+        def watch(
+            command: _core.StartUpCommand, sample: _core.RobotSample, logged: bool
+        ) -> dict[str, object] | None:
             if truth and logged:
                 poses.append((sample.time_s, device.truth().pose))
+            estimate = guide.step(command, sample, logged)
+            monitor.show(command, sample, estimate)
+            if estimate is None:
+                return None
+            return {
+                "time_s": sample.time_s,
+                "state": command.state.name,
+                "estimate": estimate.as_event(),
+            }
 
         run = acquire(
             startup, device, log, log_rate_Hz=rate_hz, stop=monitor.stop_wanted, watch=watch
         )
     if truth:
         write_text(Path(truth), strict_json({"poses": truth_rows(the_robot, poses)}))
-    document = run_as_dict(run, the_plan, output)
+    guide.close()
+    document = run_as_dict(run, the_plan, output) | {
+        "estimates": [estimate.as_event() for estimate in guide.estimates],
+        "asked": None
+        if asked is None
+        else {
+            "position_sigma_m": asked.position_m,
+            "rotation_sigma_rad": asked.rotation_rad,
+            "reached": guide.reached,
+        },
+    }
     if json:
         print_json(document)
     else:
-        monitor.print_end(run, robot)
-    raise typer.Exit(UNTRUSTED if run.reason else DONE)
+        monitor.print_end(run, robot, guide)
+    short = asked is not None and not guide.reached
+    raise typer.Exit(UNTRUSTED if run.reason or short else DONE)
 
 
 def run_as_dict(run: Acquired, plan: _core.Plan, log: str) -> dict[str, object]:

@@ -34,6 +34,7 @@ _EVENT_SCHEMA = {
         "state": {"type": "string"},
         "setpoint": {"type": "integer", "description": "from 1, the first is tau_0"},
         "reason": {"type": "string", "description": "why the robot was stopped"},
+        "estimate": {"type": "object", "description": "of the initial pose, after a rest; SI"},
     },
     "required": ["time_s", "state"],
 }

@@ -1,0 +1,306 @@
+"""What is known while the robot is started up, and what to do about it.
+
+After every rest the initial pose is estimated from all that was read so far; when the accuracy
+that was asked for is reached the run ends, and until then each next stop is the one that teaches
+most per second. What is solved, predicted and decided is C++ (``OnlineCalibration``, ``NextStopChooser``).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cdprcal import _core
+from cdprcal._core import RobotSample, StartUp, StartUpCommand, StartUpState
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """The initial pose after some rests. NaN: not known yet."""
+
+    time_s: float
+    rests: int
+    status: str
+    reason: str
+    position_sigma_m: float  #: standard deviation along the worst axis, whichever way it points
+    rotation_sigma_rad: float
+    least_observed: str
+    pose: _core.Pose | None
+    reached: bool  #: the accuracy asked for, confirmed by a complete calibration of the log so far
+
+    def as_event(self) -> dict[str, Any]:
+        """The estimate for the log and ``--json``: SI, None where nothing is known."""
+        known = self.pose if math.isfinite(self.position_sigma_m) else None
+        return {
+            "time_s": self.time_s,
+            "rests": self.rests,
+            "status": self.status,
+            "position_m": None if known is None else [float(v) for v in known.position_m],
+            "rotation": None if known is None else known.rotation.tolist(),
+            "position_sigma_m": _number(self.position_sigma_m),
+            "rotation_sigma_rad": _number(self.rotation_sigma_rad),
+            "reached": self.reached,
+        }
+
+    def __str__(self) -> str:
+        if not math.isfinite(self.position_sigma_m):
+            return f"after {self.rests} rests: {self.status.replace('_', ' ')}"
+        return (
+            f"after {self.rests} rests: ± {1e3 * self.position_sigma_m:.2g} mm, "
+            f"± {math.degrees(self.rotation_sigma_rad):.2g}° (1 σ, worst axis)"
+        )
+
+
+def parse_accuracy(text: str) -> _core.AskedAccuracy:
+    """``5mm,0.5deg`` (also ``m``, ``rad``; either order) as an AskedAccuracy.
+
+    Raises InputError for anything else.
+    """
+    scale = {"mm": ("m", 1e-3), "m": ("m", 1.0), "deg": ("rad", math.pi / 180), "rad": ("rad", 1.0)}
+    found: dict[str, float] = {}
+    for part in text.split(","):
+        match = re.fullmatch(r"\s*([0-9.eE+-]+)\s*(mm|m|deg|rad)\s*", part)
+        try:
+            value = float(match[1]) if match else math.nan
+        except ValueError:
+            value = math.nan
+        if match is None or not 0.0 < value < math.inf or scale[match[2]][0] in found:
+            break
+        kind, unit = scale[match[2]]
+        found[kind] = value * unit
+    if set(found) != {"m", "rad"}:
+        raise _core.InputError(
+            f"--until: {text!r} is no accuracy: give standard deviations of position and rotation, "
+            "for example 5mm,0.5deg"
+        )
+    return _core.AskedAccuracy(position_m=found["m"], rotation_rad=found["rad"])
+
+
+class Guide:
+    """Estimates after every rest; with ``asked``, chooses the stops and ends the run.
+
+    ``background``: estimate on a thread of its own, so that no control cycle is late; for robots
+    whose clock does not wait. ``options``: of the estimate.
+    """
+
+    def __init__(
+        self,
+        robot: _core.Robot,
+        plan: _core.Plan,
+        startup: StartUp,
+        *,
+        asked: _core.AskedAccuracy | None = None,
+        quick: bool = False,
+        background: bool = False,
+        options: _core.CalibrateOptions | None = None,
+        progress: Callable[[float], object] | None = None,
+    ) -> None:
+        self._robot = robot
+        self._plan = plan
+        self._startup = startup
+        self._asked = asked
+        self._quick = quick
+        self._options = options or _core.CalibrateOptions()
+        self._online = _core.OnlineCalibration(robot, self._options)
+        self._chooser = (
+            _core.NextStopChooser(robot, plan, progress=progress) if asked is not None else None
+        )
+        self._pool: Executor | None = ThreadPoolExecutor(1) if background else None
+        self._pending: Future[Estimate] | None = None
+        self._rows = _Rows(robot.cable_count)
+        self._sent = 0  # rows that the estimate has
+        self._rests = 0
+        self._state = StartUpState.idle
+        self._setpoint = -1
+        # Which stop of the plan each set-point of the start-up is; None: passed through.
+        self._stops: list[int | None] = [None]
+        self._stops += [i if stop.measured else None for i, stop in enumerate(plan.poses)]
+        self._measured: list[int] = []
+        self._initial_reading_N = plan.start_tension_N
+        self.estimates: list[Estimate] = []
+
+    @property
+    def reached(self) -> bool:
+        """Whether the accuracy asked for was reached."""
+        return bool(self.estimates) and self.estimates[-1].reached
+
+    @property
+    def most_stops(self) -> int:
+        """Set-points that are measured at most, τ0 included."""
+        return 1 + self._plan.measured_count
+
+    def step(self, command: StartUpCommand, sample: RobotSample, logged: bool) -> Estimate | None:
+        """To be called with every command; an estimate when there is a new one."""
+        if logged:
+            self._rows.add(sample, command)
+        rests = self._startup.rests
+        if len(rests) > self._rests:
+            for rest in rests[self._rests :]:
+                stop = self._stops[rest.setpoint]
+                if stop is not None:
+                    self._measured.append(stop)
+            self._rests = len(rests)
+            self._request()
+        self._choose(command, sample)
+        return self._collect()
+
+    def close(self) -> Estimate | None:
+        """Waits for the last estimate; one when there is a new one."""
+        done = self._collect(wait=True)
+        if self._pool is not None:
+            self._pool.shutdown()
+        return done
+
+    def _request(self) -> None:
+        """Starts an estimate, unless one is going on: then what is new waits for the next rest."""
+        if self._pending is not None:
+            return
+        begin, self._sent = self._sent, len(self._rows)
+        work = _Work(self._robot, self._online, self._asked, self._options, self._rows)
+        if self._pool is None:
+            self._pending = Future()
+            self._pending.set_result(work(begin, self._sent, self._rests))
+        else:
+            self._pending = self._pool.submit(work, begin, self._sent, self._rests)
+
+    def _collect(self, *, wait: bool = False) -> Estimate | None:
+        if self._pending is None or not (wait or self._pending.done()):
+            return None
+        estimate = self._pending.result()
+        self._pending = None
+        self.estimates.append(estimate)
+        if estimate.reached:
+            self._startup.finish()
+        return estimate
+
+    def _choose(self, command: StartUpCommand, sample: RobotSample) -> None:
+        """On setting out for a stop, says where to go from there."""
+        before, self._state = (self._state, self._setpoint), command.state
+        self._setpoint = command.setpoint
+        if self._chooser is None or (command.state, command.setpoint) == before:
+            return
+        if command.state not in (StartUpState.moving_to_start, StartUpState.moving):
+            return
+        target = self._stops[command.setpoint]
+        if command.state == StartUpState.moving_to_start:
+            self._initial_reading_N = sample.tension_N
+        elif target is None:
+            return  # on the way to a stop that was chosen already
+        measured = self._measured + ([] if target is None else [target])
+        asked = self._asked
+        assert asked is not None
+        initial = self.estimates[-1].pose if self.estimates else None
+        choice = self._chooser.choose(
+            measured, initial or self._plan.start_pose, self._initial_reading_N, asked
+        )
+        way = choice.way if choice is not None else _core.StartUpPlan([])
+        times = [] if self._quick else way.transition_s
+        self._startup.go_on_with(_core.StartUpPlan(list(way.setpoint_N), times, way.via))
+        del self._stops[command.setpoint + 1 :]
+        if choice is not None:
+            self._stops += [None] * (len(way.via) - 1) + [choice.stop]
+
+
+@dataclass(frozen=True)
+class _Work:
+    """One estimate, on whatever thread."""
+
+    robot: _core.Robot
+    online: _core.OnlineCalibration
+    asked: _core.AskedAccuracy | None
+    options: _core.CalibrateOptions
+    rows: _Rows
+
+    def __call__(self, begin: int, end: int, rests: int) -> Estimate:
+        log = self.rows.log(begin, end)
+        result = self.online.add(log)
+        reached = False
+        if self.asked is not None and self._good(result):
+            # A live estimate does not look for what the model lacks; the whole procedure does.
+            result = _core.calibrate(self.robot, self.rows.log(0, end), self.options).result
+            reached = self._good(result)
+        position_m, rotation_rad = worst_axes(result)
+        return Estimate(
+            float(log.time_s[-1]),
+            rests,
+            result.status.name,
+            result.reason,
+            position_m,
+            rotation_rad,
+            result.least_observed,
+            result.poses[0] if result.poses else None,
+            reached,
+        )
+
+    def _good(self, result: _core.CalibrationResult) -> bool:
+        return (
+            self.asked is not None
+            and result.status == _core.CalibrationStatus.converged
+            and result.covariance is not None
+            and self.asked.reached(result.covariance)
+        )
+
+
+def worst_axes(result: _core.CalibrationResult) -> tuple[float, float]:
+    """Standard deviations of position [m] and rotation [rad] of ζ0 along their worst axes."""
+    if result.covariance is None:
+        return math.nan, math.nan
+    covariance = np.asarray(result.covariance)
+    blocks = covariance[:3, :3], covariance[3:, 3:]
+    position_m, rotation_rad = (float(np.sqrt(np.linalg.eigvalsh(b)[-1])) for b in blocks)
+    return position_m, rotation_rad
+
+
+class _Rows:
+    """Logged samples, as they come, in one array that doubles when it is full."""
+
+    def __init__(self, cables: int) -> None:
+        self._cables = cables
+        widths = {
+            "time_s": 1,
+            "length_m": cables,
+            "swivel_rad": cables,
+            "tension_N": cables,
+            "roll_pitch_yaw_rad": 3,
+            "tension_setpoint_N": cables,
+        }
+        ends = np.cumsum(list(widths.values()))
+        self._columns = {
+            name: slice(int(end) - width, int(end))
+            for (name, width), end in zip(widths.items(), ends, strict=True)
+        }
+        self._data = np.empty((1024, int(ends[-1])))
+        self._count = 0
+
+    def __len__(self) -> int:
+        return self._count
+
+    def add(self, sample: RobotSample, command: StartUpCommand) -> None:
+        if self._count == len(self._data):
+            self._data = np.concatenate([self._data, np.empty_like(self._data)])
+        row = self._data[self._count]
+        for name, columns in self._columns.items():
+            source = command if name == "tension_setpoint_N" else sample
+            values = np.asarray(getattr(source, name), dtype=float).reshape(-1)
+            row[columns] = values if values.size == columns.stop - columns.start else np.nan
+        self._count += 1
+
+    def log(self, begin: int, end: int) -> _core.Log:
+        """Some rows as a log; sensors that never spoke in them are absent."""
+        data = self._data[begin:end]
+        groups: dict[str, Any] = {
+            name: data[:, columns]
+            for name, columns in self._columns.items()
+            if name != "time_s" and np.isfinite(data[:, columns]).any()
+        }
+        return _core.Log(time_s=data[:, 0], **groups)
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None
