@@ -19,6 +19,7 @@ from cdprcal.cli import (
     import_log,
     plan,
     repeat,
+    replay,
     report,
     schema,
     workspace,
@@ -37,6 +38,7 @@ app.command("demo", epilog=demo.EXAMPLE)(demo.command)
 app.command("workspace", epilog=workspace.EXAMPLE)(workspace.command)
 app.command("plan", epilog=plan.EXAMPLE)(plan.command)
 app.command("acquire", epilog=acquire.EXAMPLE)(acquire.command)
+app.command("replay", epilog=replay.EXAMPLE)(replay.command)
 app.command("import", epilog=import_log.EXAMPLE)(import_log.command)
 app.command("check", epilog=check.EXAMPLE)(check.command)
 app.command("calibrate", epilog=calibrate.EXAMPLE)(calibrate.command)

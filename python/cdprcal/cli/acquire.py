@@ -15,6 +15,7 @@ from cdprcal.cli.common import (
     print_json,
     reports_errors,
 )
+from cdprcal.cli.live import LiveOption, LiveStopOption, PortOption, live_page
 
 if TYPE_CHECKING:
     from cdprcal import _core
@@ -84,6 +85,9 @@ def command(
         ),
     ] = "",
     rate_hz: Annotated[float, typer.Option("--rate-hz", help="Rows of the log a second.")] = 10.0,
+    live: LiveOption = False,
+    live_stop: LiveStopOption = False,
+    port: PortOption = 0,
     json: JsonOption = False,
 ) -> None:
     """Run the start-up procedure: tensions at power-on, to tau_0, through all set-points of a plan.
@@ -141,7 +145,10 @@ def command(
     inputs = AcquisitionInputs(_core.to_yaml(the_robot), plan_text, settings)
     log = open_live_log(output, the_robot.cable_count, inputs, rate_hz)
     poses: list[tuple[float, _core.Pose]] = []
-    with Monitor(the_robot, the_plan, output, guided=asked is not None) as monitor:
+    with (
+        live_page(live, live_stop, port, the_robot, the_plan, output, bool(until)) as page,
+        Monitor(the_robot, the_plan, output, guided=asked is not None) as monitor,
+    ):
 
         def watch(
             command: _core.StartUpCommand, sample: _core.RobotSample, logged: bool
@@ -150,6 +157,7 @@ def command(
                 poses.append((sample.time_s, device.truth().pose))
             estimate = guide.step(command, sample, logged)
             monitor.show(command, sample, estimate)
+            page.show(command, sample, logged, estimate)
             if estimate is None:
                 return None
             return {
@@ -158,9 +166,11 @@ def command(
                 "estimate": estimate.as_event(),
             }
 
-        run = acquire(
-            startup, device, log, log_rate_Hz=rate_hz, stop=monitor.stop_wanted, watch=watch
-        )
+        def stop() -> bool:
+            return monitor.stop_wanted() or page.stop_wanted
+
+        run = acquire(startup, device, log, log_rate_Hz=rate_hz, stop=stop, watch=watch)
+        page.end(run)
     if truth:
         write_text(Path(truth), strict_json({"poses": truth_rows(the_robot, poses)}))
     guide.close()

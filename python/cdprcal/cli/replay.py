@@ -1,0 +1,60 @@
+"""``cdprcal replay``: a log on the live page, as if it were running."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from cdprcal.cli.common import DONE, LogArgument, reports_errors
+from cdprcal.cli.live import PortOption
+
+EXAMPLE = "Example: cdprcal replay run.csv --speed 10"
+
+
+@reports_errors
+def command(
+    log: LogArgument,
+    robot: Annotated[
+        str,
+        typer.Option(
+            "--robot",
+            metavar="ROBOT",
+            help="Whose tension limits to show (default: the one in an acquired log).",
+        ),
+    ] = "",
+    speed: Annotated[
+        float, typer.Option(min=0.0, help="Seconds of the log a second; 0: all at once.")
+    ] = 1.0,
+    port: PortOption = 0,
+) -> None:
+    """Show a log on the live page, from its beginning for every page that is opened.
+
+    Only this computer can open the page. Ctrl-C ends the command.
+    """
+    import threading
+
+    from cdprcal import _core
+    from cdprcal.io import load_log, read_inputs
+    from cdprcal.live import LiveServer, replay_messages
+    from cdprcal.tables import console, print_findings, say
+
+    file = load_log(log)
+    print_findings(file.findings)
+    held = read_inputs(log)
+    the_robot = None
+    if robot:
+        the_robot = _core.load_robot(robot)
+    elif held is not None:
+        the_robot = _core.parse_robot(held.robot_yaml, f"{log}: robot")
+    setpoints = None
+    if held is not None:
+        setpoints = 1 + _core.parse_plan(held.plan_csv, f"{log}: plan").measured_count
+    with LiveServer(
+        lambda: replay_messages(file, the_robot, setpoints, speed=speed), port=port
+    ) as server:
+        say(console(), f"{server.address}: open it in a browser on this computer; Ctrl-C ends")
+        try:
+            threading.Event().wait()
+        except KeyboardInterrupt:
+            raise typer.Exit(DONE) from None

@@ -1,0 +1,57 @@
+"""Events of an acquired log: changes of state, and whatever else was noted while it ran."""
+
+from __future__ import annotations
+
+import io as binary_io
+import json
+from pathlib import Path
+from typing import Any
+
+from cdprcal.io.files import read_bytes
+from cdprcal.io.live_log import EVENT_TOPIC
+from cdprcal.io.log_file import sniff_format
+
+_MARK = b"# event| "
+
+
+def read_events(path: str | Path) -> list[dict[str, Any]]:
+    """Events in the order of their times, each with ``time_s``; none in logs of other origin.
+
+    Logs that were cut are read as far as they go. Raises InputError when the file cannot be read.
+    """
+    data = read_bytes(Path(path))
+    kind = sniff_format(data)
+    texts = _mcap(data) if kind == "mcap" else _csv(data) if kind == "csv" else []
+    events = []
+    for text in texts:
+        try:
+            event = json.loads(text)
+        except ValueError:
+            continue  # the line that was being written when the program was killed
+        if isinstance(event, dict) and isinstance(event.get("time_s"), int | float):
+            events.append(event)
+    return sorted(events, key=lambda event: float(event["time_s"]))
+
+
+def _csv(data: bytes) -> list[bytes]:
+    return [line[len(_MARK) :] for line in data.split(b"\n") if line.startswith(_MARK)]
+
+
+def _mcap(data: bytes) -> list[bytes]:
+    from mcap.records import Channel, Message
+    from mcap.stream_reader import StreamReader
+
+    topics: dict[int, str] = {}
+    found: list[bytes] = []
+    records = iter(StreamReader(binary_io.BytesIO(data), record_size_limit=len(data)).records)
+    while True:
+        try:
+            record = next(records, None)
+        except Exception:  # cut or damaged: whatever the library makes of it
+            return found
+        if record is None:
+            return found
+        if isinstance(record, Channel):
+            topics[record.id] = record.topic
+        elif isinstance(record, Message) and topics.get(record.channel_id) == EVENT_TOPIC:
+            found.append(record.data)

@@ -1,0 +1,134 @@
+"""A log as if it were running: the messages of the live page, in the log's time."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from cdprcal import _core
+from cdprcal._core import StartUpState
+from cdprcal.io.events import read_events
+from cdprcal.io.log_file import LogFile
+from cdprcal.live.feed import STATES, end_message, estimate_message, hello, sample_message
+
+_DOES = {state.name: text for state, text in STATES.items()}
+_LONGEST_PAUSE_S = 2.0
+
+
+def replay_messages(
+    file: LogFile,
+    robot: _core.Robot | None,
+    setpoints: int | None,
+    *,
+    speed: float = 1.0,
+    sleep: Callable[[float], None] = time.sleep,
+) -> Iterator[str]:
+    """Messages of a log from its beginning, ``speed`` seconds of it a second; 0: all at once.
+
+    What the robot was doing comes from the events of an acquired log; in others, rests are found.
+    setpoints: of the plan, where it is known.
+    """
+    log = file.log
+    title = Path(file.path).name
+    yield _text(hello(title, robot, log.cable_count, setpoints, replay=True))
+    following = _Events(file, robot) if file.format != "raw" else _Rests(file, robot)
+    if isinstance(following, _Events) and following.empty:
+        following = _Rests(file, robot)
+    before_s = None
+    row: tuple[list[float], list[float]] = ([], [])
+    for i, time_s in enumerate(log.time_s.tolist()):
+        if speed and before_s is not None:
+            sleep(min((time_s - before_s) / speed, _LONGEST_PAUSE_S))
+        before_s = time_s
+        state, does, setpoint, done = following.at(time_s)
+        for estimate in following.estimates():
+            yield _text(estimate)
+        row = (log.tension_N[i].tolist(), log.tension_setpoint_N[i].tolist())
+        yield _text(
+            sample_message(time_s, *row, state=state, does=does, setpoint=setpoint, done=done)
+        )
+    state, does, setpoint, done = following.at(math.inf)
+    for estimate in following.estimates():
+        yield _text(estimate)
+    if before_s is not None:
+        last = sample_message(before_s, *row, state=state, does=does, setpoint=setpoint, done=done)
+        yield _text(last)
+    yield _text(end_message(following.last_state, following.reason))
+
+
+class _Events:
+    """What an acquired log says the robot was doing."""
+
+    def __init__(self, file: LogFile, robot: _core.Robot | None) -> None:
+        self._events = read_events(file.path)
+        self._convention = _core.EulerConvention.XYZ if robot is None else robot.euler_convention
+        self._next = 0
+        self._now: Mapping[str, Any] = {}
+        self._done = 0
+        self._new: list[dict[str, Any]] = []
+
+    @property
+    def empty(self) -> bool:
+        return not self._events
+
+    @property
+    def last_state(self) -> str:
+        return str(self._events[-1].get("state", "done"))
+
+    @property
+    def reason(self) -> str:
+        return str(self._events[-1].get("reason", ""))
+
+    def at(self, time_s: float) -> tuple[str, str, int | None, int]:
+        while self._next < len(self._events) and self._events[self._next]["time_s"] <= time_s:
+            event = self._events[self._next]
+            self._next += 1
+            if isinstance(event.get("estimate"), dict):
+                self._new.append(
+                    estimate_message(event["time_s"], event["estimate"], self._convention)
+                )
+            elif "state" in event:
+                ended = event["state"] != StartUpState.holding.name
+                if ended and self._now.get("state") == StartUpState.measuring.name:
+                    self._done += 1
+                self._now = event
+        state = str(self._now.get("state", ""))
+        does = str(self._now.get("reason", "")) or _DOES.get(state, state)
+        return state, does, self._now.get("setpoint"), self._done
+
+    def estimates(self) -> list[dict[str, Any]]:
+        new, self._new = self._new, []
+        return new
+
+
+class _Rests:
+    """Where nobody says: the rests that are found in the log."""
+
+    last_state, reason = "done", ""
+
+    def __init__(self, file: LogFile, robot: _core.Robot | None) -> None:
+        sigma = None if robot is None else robot.sigma
+        self._rests = []
+        for segment in _core.segments(file.log):
+            try:
+                self._rests += _core.detect_equilibria(file.log, segment, sigma)
+            except _core.InputError:
+                return  # nothing that could tell
+
+    def at(self, time_s: float) -> tuple[str, str, int | None, int]:
+        done = sum(rest.end_s < time_s for rest in self._rests)
+        resting = any(rest.begin_s <= time_s <= rest.end_s for rest in self._rests)
+        if not self._rests:
+            return "", "", None, 0
+        return ("measuring", "at rest", None, done) if resting else ("moving", "moving", None, done)
+
+    def estimates(self) -> list[dict[str, Any]]:
+        return []
+
+
+def _text(message: dict[str, Any]) -> str:
+    return json.dumps(message, allow_nan=False)

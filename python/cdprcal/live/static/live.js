@@ -1,0 +1,174 @@
+"use strict";
+(() => {
+  const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#4d4d4d", "#8c6d1f"];
+  const FONT = { family: "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif", size: 12, color: "#1f2933" };
+  const AXIS = { gridcolor: "#e3e7eb", zeroline: false, linecolor: "#b8c0c8", ticks: "outside", ticklen: 4, tickcolor: "#b8c0c8" };
+  const config = { responsive: true, displayModeBar: false };
+  const at = (id) => document.getElementById(id);
+  const fixed = (value, digits) => (value === null || value === undefined ? "–" : value.toFixed(digits).replace("-", "\u2212"));
+  const clock = (seconds) => (seconds === null ? "–" : `${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`);
+
+  let hello = null, waiting = [], due = false, bars = [], estimates = [], last = null, ended = false;
+
+  function started(message) {
+    hello = message;
+    waiting = [];
+    estimates = [];
+    document.body.className = "";
+    document.title = `${message.title}: ${message.replay ? "replay" : "live"}`;
+    at("title").textContent = [message.replay ? "replay" : "live", message.robot, message.title].filter(Boolean).join(" · ");
+    at("stop").hidden = !message.may_stop;
+    at("warning").hidden = true;
+    at("estimate").hidden = true;
+    at("no-estimate").hidden = false;
+    const limits = message.limits_N;
+    at("tension-note").textContent = limits
+      ? `Bar: load cell; black mark: set-point; dashed: limits of ${limits[0]} and ${limits[1]} N.`
+      : "Bar: load cell; black mark: set-point. The limits are in the robot file: name it with --robot.";
+    const place = at("tensions");
+    place.replaceChildren();
+    bars = [];
+    for (let i = 0; i < message.cables; i++) {
+      const row = document.createElement("div");
+      row.className = "cable";
+      const part = (name, parent = row) => parent.appendChild(Object.assign(document.createElement(name === "track" || name.startsWith("t-") ? "div" : "span"), { className: name.replace("t-", "") }));
+      part("name").textContent = `cable ${i + 1}`;
+      const track = part("track");
+      const fill = part("t-fill", track);
+      fill.style.background = COLOURS[i % 8];
+      const mark = part("t-mark", track);
+      const lines = limits ? limits.map(() => part("t-limit", track)) : [];
+      bars.push({ row, fill, mark, lines, value: part("value"), wanted: part("wanted") });
+      place.append(row);
+    }
+    const line = (i, wanted) => ({
+      x: [], y: [], mode: "lines", name: wanted ? "set-points" : `cable ${i + 1}`, legendgroup: wanted ? "set-points" : `cable ${i + 1}`, showlegend: !wanted || i === 0,
+      line: wanted ? { color: "#1f2933", width: 0.9, dash: "dot" } : { color: COLOURS[i % 8], width: 1.4 },
+    });
+    const cables = [...Array(message.cables).keys()];
+    Plotly.newPlot("plot", [...cables.map((i) => line(i, false)), ...cables.map((i) => line(i, true))], {
+      height: 320, margin: { l: 60, r: 16, t: 24, b: 44 }, font: FONT,
+      xaxis: { ...AXIS, title: { text: "time [s]" } }, yaxis: { ...AXIS, title: { text: "tension [N]" }, rangemode: "tozero" },
+      legend: { orientation: "h", x: 0, y: 1, yanchor: "bottom" },
+      shapes: [], hovermode: "closest",
+    }, config);
+  }
+
+  // The axis of the bars: to the upper limit where tensions come near it, else to what was seen.
+  function top() {
+    const seen = 1.25 * Math.max(10, ...last.tension_N.filter((v) => v !== null), ...last.setpoint_N.filter((v) => v !== null), top.most || 0);
+    top.most = Math.max(top.most || 0, seen / 1.25);
+    return seen;
+  }
+
+  function draw() {
+    due = false;
+    if (!last) return;
+    if (!ended) at("does").textContent = last.does || (hello.replay ? "replay" : "running");
+    at("time").textContent = `${fixed(last.time_s, 1)} s`;
+    at("left").textContent = clock(last.remaining_s);
+    at("ripple").textContent = last.ripple === null ? "–" : `${Math.round(100 * last.ripple)} %`;
+    at("done").textContent = hello.setpoints ? `${last.done} of ${hello.setpoints}` : `${last.done}`;
+    at("bar").max = hello.setpoints || 1;
+    at("bar").value = hello.setpoints ? last.done : 0;
+    at("bar").hidden = !hello.setpoints;
+    const most = top();
+    const percent = (value) => `${Math.min(100, Math.max(0, (100 * value) / most))}%`;
+    bars.forEach((bar, i) => {
+      const value = last.tension_N[i] ?? null, wanted = last.setpoint_N[i] ?? null;
+      bar.fill.style.width = value === null ? "0" : percent(value);
+      bar.mark.hidden = wanted === null;
+      bar.mark.style.left = percent(wanted ?? 0);
+      bar.value.textContent = `${fixed(value, 1)} N`;
+      bar.wanted.textContent = wanted === null ? "" : `set-point ${fixed(wanted, 1)} N`;
+      bar.lines.forEach((line, k) => { line.hidden = hello.limits_N[k] > most; line.style.left = percent(hello.limits_N[k]); });
+      bar.row.classList.toggle("outside", !!hello.limits_N && value !== null && (value < hello.limits_N[0] || value > hello.limits_N[1]));
+    });
+    if (waiting.length) {
+      const x = waiting.map((s) => s.time_s);
+      const columns = [...Array(hello.cables).keys()];
+      const ys = [...columns.map((i) => waiting.map((s) => s.tension_N[i] ?? null)), ...columns.map((i) => waiting.map((s) => s.setpoint_N[i] ?? null))];
+      waiting = [];
+      Plotly.extendTraces("plot", { x: ys.map(() => x), y: ys }, ys.map((_, i) => i), 20000);
+    }
+  }
+
+  function soon() {
+    if (!due) { due = true; setTimeout(draw, 250); }
+  }
+
+  function estimated(message) {
+    estimates.push(message);
+    at("estimate").hidden = false;
+    at("no-estimate").hidden = true;
+    const degree = 180 / Math.PI;
+    const known = message.pose && message.position_sigma_m !== null;
+    const after = `After ${message.rests} ${message.rests === 1 ? "rest" : "rests"}`;
+    at("known").textContent = known
+      ? `${after}: ± ${(1e3 * message.position_sigma_m).toPrecision(2)} mm and ± ${(degree * message.rotation_sigma_rad).toPrecision(2)}° (1 σ, worst axis)${message.reached ? ": as well as was asked for" : ""}.`
+      : `${after}: ${message.status.replaceAll("_", " ")}.`;
+    const rows = [];
+    if (known) {
+      ["x", "y", "z"].forEach((name, i) => rows.push([name, `${fixed(message.pose.position_m[i], 4)} m`]));
+      ["roll", "pitch", "yaw"].forEach((name, i) => rows.push([name, `${fixed(degree * message.pose.roll_pitch_yaw_rad[i], 3)}°`]));
+    }
+    at("pose").replaceChildren(...rows.map((row) => {
+      const line = document.createElement("tr");
+      row.forEach((text, i) => {
+        const cell = document.createElement(i ? "td" : "th");
+        if (!i) cell.scope = "row";
+        cell.textContent = text;
+        line.append(cell);
+      });
+      return line;
+    }));
+    const trace = (name, key, factor, unit, axis, colour, symbol) => ({
+      x: estimates.map((e) => e.time_s), y: estimates.map((e) => (e[key] === null ? null : factor * e[key])),
+      name: `${name} [${unit}]`, mode: "lines+markers", yaxis: axis, line: { color: colour }, marker: { symbol, size: 7 },
+    });
+    Plotly.react("shrink", [trace("position", "position_sigma_m", 1e3, "mm", "y", COLOURS[0], "circle"), trace("rotation", "rotation_sigma_rad", degree, "°", "y2", COLOURS[1], "diamond")], {
+      height: 300, margin: { l: 60, r: 60, t: 24, b: 44 }, font: FONT, legend: { orientation: "h", x: 0, y: 1, yanchor: "bottom" },
+      xaxis: { ...AXIS, title: { text: "time [s]" } },
+      yaxis: { ...AXIS, type: "log", title: { text: "σ of the position [mm]" }, nticks: 5 },
+      yaxis2: { ...AXIS, type: "log", overlaying: "y", side: "right", showgrid: false, title: { text: "σ of the rotation [°]" }, nticks: 5 },
+    }, config);
+  }
+
+  function warn(text) {
+    at("warning").textContent = text;
+    at("warning").hidden = !text;
+  }
+
+  const source = new EventSource("/events");
+  source.onmessage = (event) => {
+    const message = JSON.parse(event.data);
+    if (message.type === "hello") started(message);
+    else if (message.type === "sample") { last = message; waiting.push(message); soon(); }
+    else if (message.type === "estimate") estimated(message);
+    else if (message.type === "end") {
+      source.close();
+      draw();
+      ended = true;
+      const well = message.state === "done" && !message.reason;
+      document.body.className = well ? "done" : "stopped";
+      at("does").textContent = hello.replay ? "end of the log" : well ? "done, winches locked" : "stopped, winches locked";
+      if (message.reason) warn(message.reason);
+      at("stop").disabled = true;
+      document.documentElement.dataset.live = "ended";
+    }
+  };
+  source.onerror = () => warn("The connection is lost: what is shown is old. The robot does not depend on this page.");
+  source.onopen = () => warn("");
+
+  at("stop").addEventListener("click", async () => {
+    at("stop").disabled = true;
+    const token = document.querySelector('meta[name="token"]').content;
+    try {
+      const answer = await fetch("/stop", { method: "POST", headers: { "X-Token": token } });
+      if (!answer.ok) throw new Error(`${answer.status}`);
+    } catch (error) {
+      at("stop").disabled = false;
+      warn(`The stop was not received (${error.message}): use the emergency stop.`);
+    }
+  });
+})();
