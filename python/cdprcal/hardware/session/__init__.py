@@ -1,0 +1,34 @@
+"""The session file: which device is which cable, signs, scales, limits and rates of one robot."""
+
+from cdprcal.hardware.session.file import SCHEMA_FILE, load_session, parse_session, schema_text
+from cdprcal.hardware.session.model import (
+    Ahrs,
+    CanopenBus,
+    EthercatBus,
+    Limits,
+    LoadCell,
+    Ros2,
+    Safety,
+    Session,
+    Swivel,
+    Torque,
+    Winch,
+)
+
+__all__ = [
+    "SCHEMA_FILE",
+    "Ahrs",
+    "CanopenBus",
+    "EthercatBus",
+    "Limits",
+    "LoadCell",
+    "Ros2",
+    "Safety",
+    "Session",
+    "Swivel",
+    "Torque",
+    "Winch",
+    "load_session",
+    "parse_session",
+    "schema_text",
+]

@@ -1,0 +1,100 @@
+"""Session files: what they say, and what is said about wrong ones."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+import cdprcal
+from cdprcal.hardware.session import CanopenBus, load_session, parse_session, schema_text
+from cdprcal.hardware.session.file import shipped_schema
+from cdprcal.hardware.session.objects import object_type, parse_object
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "canopen-simulated.yaml"
+
+
+@pytest.fixture(scope="module")
+def text() -> str:
+    return EXAMPLE.read_text()
+
+
+def test_example() -> None:
+    session = load_session(EXAMPLE)
+    assert isinstance(session.bus, CanopenBus)
+    assert [winch.node for winch in session.winches] == [1, 2, 3, 4]
+    assert session.winches[0].counts_per_m == 1e6
+    assert session.late_s == session.period_s == 0.01
+    assert session.ahrs_stale_s == pytest.approx(0.025)
+    assert session.is_simulated
+
+
+FAULTS: dict[str, tuple[str, str, str]] = {
+    "unknown key": ("rate_Hz: 100\n", "rate_hz: 100\n", r":6:1: rate_hz: is not known here"),
+    "unknown key below": ("counts_per_m: 1e6", "counts_m: 1e6", r":\d+:5: winches\[#1\]\.counts_"),
+    "missing": ("format: cdprcal-session-1\n", "", r":4:1: format: is missing"),
+    "missing below": (" quick_stop_m_s2: 4", "", r":9:9: limits\.quick_stop_m_s2: is missing"),
+    "sign": ("sign: -1", "sign: 0", r":21:11: winches\[#2\]\.sign: .* not '0'"),
+    "negative": ("counts_per_m: 1e6", "counts_per_m: -3", r":15:19: .*counts_per_m: .*'-3'"),
+    "not finite": ("counts_per_m: 1e6", "counts_per_m: .inf", r"counts_per_m: .*finite"),
+    "text": ("velocity_m_s: 0.4", "velocity_m_s: fast", r"limits\.velocity_m_s: .*'fast'"),
+    "reversed": ("[10, 420]", "[420, 10]", r":9:21: limits\.tension_N: the first must be less"),
+    "object": ("0x2401:01", "2401", r"load_cell\.object: write an object as 0xINDEX:SUBINDEX"),
+    "same node": ("node: 2", "node: 1", r":20:11: winches\[#2\]\.node: another winch has"),
+    "master's node": ("node: 2", "node: 127", r":20:11: winches\[#2\]\.node: is bus\.master_node"),
+    "cable left out": ("cable: 4", "cable: 5", r":\d+:12: winches\[#4\]\.cable: 4 winches have"),
+    "cable twice": ("cable: 4", "cable: 3", r":\d+:12: winches\[#4\]\.cable: 4 winches have"),
+    "duplicate key": ("robot: irma4", "robot: irma4\nrobot: b", r":6:1: found duplicate key"),
+    "real and simulated": ("interface: virtual", "interface: socketcan", r"bus\.interface: simul"),
+    "bus type": ("type: canopen, ", "", r":8:6: bus: "),
+    "unknown bus type": ("type: canopen", "type: canoe", r":8:6: bus: .*'canopen', 'ethercat'"),
+    "simulated AHRS": ("interface: virtual", "interface: udp_multicast", r"ahrs\.port: simulated"),
+    "slow": ("rate_Hz: 100\n", "rate_Hz: 10\n", r":6:10: rate_Hz: .*50"),
+    "not YAML": ("[10, 420]", "[10", r":9:\d+: expected"),
+    "mode": ("mode: velocity", "mode: position", r":7:7: mode: .*'position'"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_wrong_files_are_refused_with_the_place(text: str, fault: str) -> None:
+    old, new, words = FAULTS[fault]
+    assert old in text
+    with pytest.raises(cdprcal.InputError) as error:
+        parse_session(text.replace(old, new, 1), "mine.yaml")
+    message = str(error.value)
+    assert message.startswith("mine.yaml:")
+    assert re.search(words, message), message
+    assert "\n" not in message
+
+
+def test_torque_mode_needs_the_drum(text: str) -> None:
+    text = re.sub(r"    torque: .*\n", "", text.replace("mode: velocity", "mode: torque"), count=1)
+    with pytest.raises(cdprcal.InputError, match=r"winches\[#1\]: mode torque needs"):
+        parse_session(text, "mine.yaml")
+
+
+@pytest.mark.parametrize("text", ["", "[]", "4", "a: [", "\t", "{}", "&a [*a]", "? [1]: 2"])
+def test_anything_else_is_refused(text: str) -> None:
+    with pytest.raises(cdprcal.InputError, match=r"mine\.yaml"):
+        parse_session(text, "mine.yaml")
+
+
+def test_absent_file(tmp_path: Path) -> None:
+    with pytest.raises(cdprcal.InputError, match="cannot be read"):
+        load_session(tmp_path / "none.yaml")
+
+
+def test_shipped_schema_is_that_of_the_models() -> None:
+    assert shipped_schema() == schema_text(), (
+        "python -m cdprcal.hardware.session > python/cdprcal/hardware/session/session.schema.json"
+    )
+    assert json.loads(schema_text())["title"] == "cdprcal session"
+
+
+def test_objects() -> None:
+    assert parse_object("0x2401:01") == (0x2401, 1)
+    assert parse_object("0x60e4:0x0A") == (0x60E4, 10)
+    assert object_type("int16").range == (-32768, 32767)
+    assert object_type("uint32").range == (0, 2**32 - 1)
