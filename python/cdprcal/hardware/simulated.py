@@ -66,14 +66,9 @@ class SimulatedBackend:
         Raises InputError when it hangs nowhere there.
         """
         options = options or _core.SimulatorOptions()
-        positions = np.array([plan.start_pose.position_m, *(s.pose.position_m for s in plan.poses)])
-        box = _core.Box(positions.min(axis=0), positions.max(axis=0))
-        start = _core.random_start(robot, box, options.seed)
-        if start is None:
-            raise InputError(f"{robot.name}: hangs nowhere in the box that the plan spans")
         return cls(
             robot,
-            start.tension_N,
+            start_of(robot, plan, options.seed),
             options,
             velocity_limit_m_s=velocity_limit_m_s,
             control_rate_Hz=control_rate_Hz,
@@ -118,3 +113,16 @@ class SimulatedBackend:
     def truth(self) -> PlantTruth:
         """What the sensors do not say, at the time of the latest sample."""
         return self._simulator.truth()
+
+
+def start_of(robot: _core.Robot, plan: _core.Plan, seed: int) -> NDArray[np.float64]:
+    """True tensions [n] at power-on of a robot that hangs somewhere in the box of a plan.
+
+    Raises InputError when it hangs nowhere there.
+    """
+    positions = np.array([plan.start_pose.position_m, *(s.pose.position_m for s in plan.poses)])
+    box = _core.Box(positions.min(axis=0), positions.max(axis=0))
+    start = _core.random_start(robot, box, seed)
+    if start is None:
+        raise InputError(f"{robot.name}: hangs nowhere in the box that the plan spans")
+    return start.tension_N

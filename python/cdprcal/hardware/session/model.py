@@ -219,8 +219,11 @@ class Simulated(_Strict):
     """Present: the drives are simulated. Only on the buses virtual and udp_multicast."""
 
     speed: Annotated[float, Field(ge=0.0)] = Field(
-        0.0, description="Simulated seconds a second; 0: as fast as it goes. Interface virtual "
-        "only."
+        0.0, description="Simulated seconds a second; 0: as fast as it goes."
+    )
+    axial_stiffness_N: Positive = Field(
+        1.5e5, description="EA of the cables. Much stiffer ones than this default need a tension "
+        "loop in the drive, or mode torque."
     )  # fmt: skip
 
 

@@ -1,0 +1,109 @@
+"""From a session to a backend: opens the bus and the AHRS, simulated or real."""
+
+from __future__ import annotations
+
+from cdprcal import _core
+from cdprcal._core import InputError
+from cdprcal.hardware.attitude import AttitudeSource
+from cdprcal.hardware.drives.backend import FieldbusBackend, check_session
+from cdprcal.hardware.drives.canopen_bus import CanopenFieldbus, open_can_bus
+from cdprcal.hardware.drives.fieldbus import Clock, Fieldbus, RealClock, SimulatedClock
+from cdprcal.hardware.session import CanopenBus, Session
+from cdprcal.hardware.simulated import start_of
+from cdprcal.hardware.simulated_devices.mti import SimulatedPort
+from cdprcal.hardware.simulated_devices.robot import SimulatedRobotOnCan
+from cdprcal.hardware.xsens.device import XsensMti, open_port
+
+#: How long simulated drives in another process may take to answer.
+_PATIENCE_S = 2.0
+
+
+class SessionBackend(FieldbusBackend):
+    """A robot by its session file. ``simulated``: the robot itself, if it is in this process."""
+
+    simulated: SimulatedRobotOnCan | None = None
+
+    @classmethod
+    def connect(
+        cls,
+        session: Session,
+        robot: _core.Robot,
+        plan: _core.Plan,
+        options: _core.SimulatorOptions | None = None,
+        *,
+        armed: bool,
+    ) -> SessionBackend:
+        """Opens all devices.
+
+        plan, options: of simulated drives in this process, which hang somewhere in the box that the
+        plan spans. Raises InputError when session and robot do not fit, BackendError when a device
+        does not answer or obey.
+        """
+        check_session(session, robot)
+        clock = clock_of(session)
+        simulated, port = None, None
+        if session.is_simulated and session.bus.interface == "virtual":
+            port = SimulatedPort(session.ahrs) if session.ahrs is not None else None
+            simulated = _simulated(session, robot, plan, options, clock, port)
+        bus: Fieldbus | None = None
+        attitude: AttitudeSource | None = None
+        try:
+            bus = open_fieldbus(session, clock)
+            if session.ahrs is not None:
+                own = port if port is not None and session.ahrs.port == "simulated" else None
+                attitude = XsensMti(own or open_port(session.ahrs), session.ahrs)
+            backend = cls(session, robot, bus, attitude, clock, armed=armed)
+        except BaseException:
+            if bus is not None:
+                bus.close()
+            if simulated is not None:
+                simulated.close()
+            raise
+        backend.simulated = simulated
+        return backend
+
+    def stop(self) -> None:
+        super().stop()
+        if self.simulated is not None:
+            self.simulated.close()
+
+
+def clock_of(session: Session) -> Clock:
+    """The clock that the control loop of a session runs on."""
+    if session.simulated is None:
+        return RealClock()
+    elsewhere = session.bus.interface != "virtual"
+    return SimulatedClock(
+        patience_s=_PATIENCE_S if elsewhere else 0.0, speed=session.simulated.speed
+    )
+
+
+def open_fieldbus(session: Session, clock: Clock) -> Fieldbus:
+    """The bus of a session. Raises BackendError, InputError when its extra is not installed."""
+    if isinstance(session.bus, CanopenBus):
+        return CanopenFieldbus(session, clock)
+    raise InputError("session: bus.type ethercat is not available")
+
+
+def _simulated(
+    session: Session,
+    robot: _core.Robot,
+    plan: _core.Plan,
+    options: _core.SimulatorOptions | None,
+    clock: Clock,
+    port: SimulatedPort | None,
+) -> SimulatedRobotOnCan:
+    if not isinstance(session.bus, CanopenBus) or not isinstance(clock, SimulatedClock):
+        raise InputError("session: simulated drives speak CANopen")
+    options = options or _core.SimulatorOptions()
+    simulated = SimulatedRobotOnCan(
+        session,
+        robot,
+        start_of(robot, plan, options.seed),
+        options,
+        open_can_bus(session.bus),
+        None if port is None else port.device,
+    )
+    clock.idle.append(simulated.process)
+    clock.advance.append(simulated.advance)
+    return simulated

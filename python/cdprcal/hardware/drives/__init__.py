@@ -1,0 +1,1 @@
+"""Winches with CiA-402 drives: state machine, process data, buses, limits. One file a concept."""

@@ -1,0 +1,414 @@
+"""A robot with CiA-402 winches on a fieldbus and an AHRS: the protocol of ``hardware.backend``.
+
+Arming enables the drives at standstill in velocity mode. From then on every cycle checks all
+devices; whatever is wrong trips the guard, which stops all winches at once, and tells the start-up
+procedure, which ends the log with the reason.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from cdprcal import _core
+from cdprcal._core import InputError, RobotSample, StartUpCommand, StartUpState
+from cdprcal.hardware.attitude import Attitude, AttitudeSource
+from cdprcal.hardware.backend import BackendError
+from cdprcal.hardware.drives import cia402
+from cdprcal.hardware.drives.canopen_bus import NoSuchObjectError
+from cdprcal.hardware.drives.cia402 import Goal, State
+from cdprcal.hardware.drives.fieldbus import Clock, Fieldbus
+from cdprcal.hardware.drives.guard import Guard
+from cdprcal.hardware.drives.process_data import Values, layouts
+from cdprcal.hardware.drives.winch import WinchState
+from cdprcal.hardware.session import Session
+
+_ENABLE_TIMEOUT_S = 3.0  # brakes take a while to open
+_STOP_TIMEOUT_S = 1.0
+_ATTITUDE_TIMEOUT_S = 2.0
+_MODE_CYCLES = 20  # a drive may take these to change its mode of operation
+_OVERSPEED = 1.25  # of the velocity limit; drives overshoot a little
+_OVERLOAD = 0.1  # of a tension limit: that far beyond is a quick stop
+
+
+class FieldbusBackend:
+    """The drives and sensors of one session.
+
+    robot: for the number of cables and the Euler convention of the samples. armed: false is a dry
+    run, in which samples are read, and no drive is ever told anything. Raises InputError when
+    session and robot do not fit, BackendError when a device does not answer or obey; the bus is
+    then closed.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        robot: _core.Robot,
+        bus: Fieldbus,
+        attitude: AttitudeSource | None,
+        clock: Clock,
+        *,
+        armed: bool,
+    ) -> None:
+        check_session(session, robot)
+        self._session = session
+        self._robot = robot
+        self._bus = bus
+        self._attitude_source = attitude
+        self._clock = clock
+        self._armed = armed
+        self._guard = Guard(bus, session, armed=armed)
+        self._winches = [
+            WinchState(winch, session) for winch in sorted(session.winches, key=lambda w: w.cable)
+        ]
+        self._identity: list[dict[str, Any]] = []
+        self._notes: list[str] = []
+        self._goal = Goal.off
+        self._mode = cia402.CSV
+        self._mode_waits = 0
+        self._velocity_m_s = [0.0] * len(self._winches)
+        self._tension_N = [math.nan] * len(self._winches)
+        self._attitude: Attitude | None = None
+        self._fresh_s = math.nan
+        self._due_s = math.nan
+        self._began_s = math.nan
+        self._stopped = False
+        try:
+            self._open()
+        except BaseException:
+            self.stop()
+            raise
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        return {
+            "backend": self._session.bus.type,
+            "session": self._session.model_dump(mode="json"),
+            "drives": self._identity,
+            "ahrs": None if self._attitude_source is None else self._attitude_source.settings,
+            "notes": self._notes,
+            "armed": self._armed,
+        }
+
+    @property
+    def winches(self) -> list[WinchState]:
+        """What each winch last said, by cable."""
+        return self._winches
+
+    @property
+    def notes(self) -> list[str]:
+        """What was noticed while the devices were set up, a sentence each."""
+        return self._notes
+
+    @property
+    def tripped(self) -> str:
+        """Why the winches were stopped quickly; empty: they were not."""
+        return self._guard.reason
+
+    # --- start -----------------------------------------------------------------------------------
+
+    def _open(self) -> None:
+        for winch in self._winches:
+            self._identify(winch)
+            if self._armed:
+                self._prepare(winch)
+        self._bus.configure(layouts(self._session), outputs=self._armed)
+        self._wait(
+            lambda: all(winch.missed == 0 for winch in self._winches),
+            _ENABLE_TIMEOUT_S,
+            "does not send its process data",
+            lambda winch: winch.missed == 0,
+        )
+        self._await_attitude()
+        if self._armed:
+            self._arm()
+
+    def _identify(self, winch: WinchState) -> None:
+        node, cable = winch.winch.node, winch.winch.cable
+        kind = int.from_bytes(self._bus.sdo_read(node, 0x1000, 0), "little")
+        if kind & 0xFFFF != 402:
+            raise BackendError(f"node {node} (cable {cable}): is no CiA-402 drive (0x1000: {kind})")
+        identity = {"cable": cable, "node": node}
+        for subindex, name in ((1, "vendor"), (2, "product"), (3, "revision"), (4, "serial")):
+            try:
+                data = self._bus.sdo_read(node, 0x1018, subindex)
+            except NoSuchObjectError:
+                continue
+            identity[name] = int.from_bytes(data, "little")
+        wanted = winch.winch.serial_number
+        if wanted is not None and identity.get("serial") != wanted:
+            raise BackendError(
+                f"node {node} (cable {cable}): has the serial number {identity.get('serial')}, the "
+                f"session says {wanted}: is it the drive of another cable?"
+            )
+        self._identity.append(identity)
+
+    def _prepare(self, winch: WinchState) -> None:
+        """What a drive must know before it may move: how to stop, and when by itself."""
+        session, node = self._session, winch.winch.node
+        ramp = round(winch.winch.deceleration_scale * session.limits.quick_stop_m_s2)
+        stop = cia402.QUICK_STOP_THEN_OFF if session.safety.brakes else cia402.QUICK_STOP_AND_STAY
+        self._write(winch, cia402.QUICK_STOP_DECELERATION, ramp, 4)
+        self._write(winch, cia402.QUICK_STOP_OPTION, stop, 2)
+        missing = self._try_write(
+            winch, cia402.ABORT_CONNECTION_OPTION, cia402.ABORT_CONNECTION_QUICK_STOP, 2
+        )
+        if missing:
+            self._notes.append(
+                f"node {node} (cable {winch.winch.cable}): has no object 0x6007; make sure by its "
+                "own set-up that it stops when this computer falls silent"
+            )
+        # Interpolation between set-points: the cycle in milliseconds, or tenths of them.
+        exponent = -3 if (1e3 * session.period_s) % 1.0 < 1e-9 else -4
+        period = round(session.period_s * 10.0**-exponent)
+        if 1 <= period <= 255:
+            self._try_write(winch, cia402.INTERPOLATION_PERIOD, period, 1)
+            self._try_write(winch, cia402.INTERPOLATION_EXPONENT, exponent & 0xFF, 1)
+
+    def _write(self, winch: WinchState, key: tuple[int, int], value: int, size: int) -> None:
+        self._bus.sdo_write(winch.winch.node, *key, value.to_bytes(size, "little"))
+
+    def _try_write(self, winch: WinchState, key: tuple[int, int], value: int, size: int) -> bool:
+        """True: the drive has no such object."""
+        try:
+            self._write(winch, key, value, size)
+        except NoSuchObjectError:
+            return True
+        return False
+
+    def _await_attitude(self) -> None:
+        if self._attitude_source is None:
+            return
+        until_s = self._clock.now_s() + _ATTITUDE_TIMEOUT_S
+        while self._attitude is None:
+            if self._clock.now_s() > until_s:
+                raise BackendError("the AHRS sends no attitude; is it on this port?")
+            self._cycle({})
+
+    def _arm(self) -> None:
+        faults = [winch for winch in self._winches if winch.state is State.fault]
+        for winch in faults:
+            self._notes.append(
+                f"node {winch.winch.node} (cable {winch.winch.cable}): fault "
+                f"0x{winch.error_code:04X} was reset"
+            )
+        if faults:
+            reset = self._outputs()
+            for winch in faults:
+                reset[winch.winch.node][cia402.CONTROLWORD] = cia402.FAULT_RESET
+            self._cycle(reset)
+        self._wait(
+            lambda: all(winch.state is not State.fault for winch in self._winches),
+            _ENABLE_TIMEOUT_S,
+            "is in fault",
+            lambda winch: winch.state is not State.fault,
+        )
+        self._goal = Goal.enabled
+        self._wait(
+            lambda: all(self._enabled(winch) for winch in self._winches),
+            _ENABLE_TIMEOUT_S,
+            "does not enable in cyclic synchronous velocity",
+            self._enabled,
+        )
+
+    def _enabled(self, winch: WinchState) -> bool:
+        return winch.state is State.enabled and winch.mode == cia402.CSV
+
+    def _wait(
+        self,
+        done: Callable[[], bool],
+        timeout_s: float,
+        what: str,
+        fine: Callable[[WinchState], bool],
+    ) -> None:
+        """Cycles until done. Raises BackendError naming the first winch that is not fine."""
+        until_s = self._clock.now_s() + timeout_s
+        while True:
+            self._cycle(self._outputs())
+            if done():
+                return
+            if faults := self._bus.faults():
+                raise BackendError("; ".join(faults))
+            if self._clock.now_s() > until_s:
+                winch = next(winch for winch in self._winches if not fine(winch))
+                raise BackendError(
+                    f"node {winch.winch.node} (cable {winch.winch.cable}): {what}; it says: "
+                    f"{winch.state.value}, error 0x{winch.error_code:04X}"
+                )
+
+    def _cycle(self, outputs: dict[int, Values]) -> None:
+        """One cycle on time, nothing judged."""
+        now_s = self._clock.now_s()
+        self._due_s = now_s if math.isnan(self._due_s) else max(self._due_s, now_s)
+        self._clock.sleep_until(self._due_s)
+        self._take(outputs)
+        self._due_s += self._session.period_s
+
+    # --- cycle -----------------------------------------------------------------------------------
+
+    def read(self) -> RobotSample:
+        if self._stopped:
+            raise BackendError(self._guard.reason or "the robot is stopped")
+        first = math.isnan(self._began_s)
+        now_s = self._clock.now_s()
+        # The first cycle begins when it is asked for; what came before was no control loop yet.
+        self._due_s = max(self._due_s, now_s) if first else self._due_s
+        self._clock.sleep_until(self._due_s)
+        late_s = self._clock.now_s() - self._due_s
+        if first:
+            self._began_s = self._due_s
+        elif late_s > self._session.late_s:
+            self._guard.trip(f"the control cycle began {1e3 * late_s:.0f} ms late")
+            self._due_s = self._clock.now_s()
+        time_s = self._clock.now_s() - self._began_s
+        try:
+            # The latest command has gone out already.
+            self._take({} if not self._guard.reason else self._outputs())
+        except BackendError as error:
+            self._guard.trip(str(error))
+        self._due_s += self._session.period_s
+        if not self._guard.reason and (wrong := self._wrong()):
+            self._guard.trip(wrong)
+        return self._sample(time_s)
+
+    def _take(self, outputs: dict[int, Values]) -> None:
+        image = self._guard.exchange(outputs)
+        for winch in self._winches:
+            winch.take(image)
+        self._guard.measured({winch.winch.node: winch.tension_N for winch in self._winches})
+        if self._attitude_source is not None:
+            self._attitude = self._attitude_source.poll(self._clock.now_s()) or self._attitude
+
+    def _wrong(self) -> str:
+        """Why the winches must stop; empty: they need not."""
+        if faults := self._bus.faults():
+            return "; ".join(faults[:3])
+        allowed = self._session.safety.missed_cycles
+        for winch in self._winches:
+            name = f"node {winch.winch.node} (cable {winch.winch.cable})"
+            if winch.missed > allowed:
+                return f"{name}: does not answer"
+            if winch.load_cell_missed > allowed:
+                counts = winch.load_cell_counts
+                said = "does not answer" if counts is None else f"reads {counts} counts, not valid"
+                return f"{name}: the load cell {said}"
+            if winch.swivel_missed > allowed:
+                return f"{name}: the swivel encoder does not answer"
+            low, high = self._session.limits.tension_N
+            tension_N = winch.tension_N  # NaN is within: it was counted above
+            if tension_N < low * (1.0 - _OVERLOAD) or tension_N > high * (1.0 + _OVERLOAD):
+                return f"{name}: tension {tension_N:.1f} N is beyond the limits"
+            if abs(winch.speed_m_s) > _OVERSPEED * self._session.limits.velocity_m_s:
+                return f"{name}: runs at {winch.speed_m_s:.2f} m/s, beyond the limit"
+            if self._armed and winch.missed == 0:
+                if winch.state is not State.enabled:
+                    code = f", error 0x{winch.error_code:04X}" if winch.error_code else ""
+                    return f"{name}: left operation enabled, is {winch.state.value}{code}"
+                if self._wrong_mode(winch):
+                    return f"{name}: is in mode of operation {winch.mode}, not {self._mode}"
+        if self._attitude_source is not None and self._attitude is not None:
+            silent_s = self._clock.now_s() - self._attitude.time_s
+            if silent_s > self._session.ahrs_stale_s:
+                return f"the AHRS has been silent for {1e3 * silent_s:.0f} ms"
+        return ""
+
+    def _wrong_mode(self, winch: WinchState) -> bool:
+        if all(other.mode == self._mode for other in self._winches):
+            self._mode_waits = 0
+        elif winch.mode != self._mode:
+            self._mode_waits += 1
+        return self._mode_waits > _MODE_CYCLES * len(self._winches)
+
+    def _sample(self, time_s: float) -> RobotSample:
+        sample = RobotSample(time_s=time_s)
+        sample.length_m = np.array([winch.length_m for winch in self._winches])
+        sample.tension_N = np.array([winch.tension_N for winch in self._winches])
+        if self._session.winches[0].swivel is not None:
+            sample.swivel_rad = np.array([winch.swivel_rad for winch in self._winches])
+        if not any(winch.missed for winch in self._winches):
+            self._fresh_s = time_s
+        sample.drives_time_s = self._fresh_s if math.isfinite(self._fresh_s) else time_s
+        if self._attitude is not None:
+            convention = self._robot.euler_convention
+            sample.roll_pitch_yaw_rad = _core.euler_from_rotation(
+                self._attitude.R_world_platform, convention
+            )
+            sample.attitude_time_s = min(time_s, self._attitude.time_s - self._began_s)
+        if self._guard.reason:
+            sample.drive_error = f"quick stop: {self._guard.reason}"
+        return sample
+
+    def command(self, command: StartUpCommand) -> None:
+        if not self._armed or self._stopped:
+            return
+        ending = command.state in (StartUpState.holding, StartUpState.done)
+        torque = self._session.mode == "torque" and not command.locked and not ending
+        self._mode = cia402.CST if torque else cia402.CSV
+        velocity = command.velocity_m_s.tolist()
+        self._velocity_m_s = [0.0] * len(velocity) if command.locked else velocity
+        self._tension_N = command.tension_setpoint_N.tolist()
+        try:
+            self._guard.send(self._outputs())
+        except BackendError as error:
+            self._guard.trip(str(error))
+
+    def _outputs(self) -> dict[int, Values]:
+        if not self._armed:
+            return {}
+        return {
+            winch.winch.node: winch.output(self._goal, self._mode, velocity_m_s, tension_N)
+            for winch, velocity_m_s, tension_N in zip(
+                self._winches, self._velocity_m_s, self._tension_N, strict=True
+            )
+        }
+
+    def stop(self) -> None:
+        if self._stopped:
+            return
+        self._stopped = True
+        # Drives without brakes hold the platform, and go on doing so after this program.
+        leave = not self._session.safety.brakes
+        try:
+            self._guard.trip("stopped")
+            until_s = self._clock.now_s() + _STOP_TIMEOUT_S
+            while self._armed and not self._standing() and self._clock.now_s() < until_s:
+                self._cycle(self._outputs())
+        except Exception:
+            # A bus that is gone: the drives miss the heartbeat and stop by themselves.
+            leave = False
+        finally:
+            if self._attitude_source is not None:
+                self._attitude_source.close()
+            self._bus.close(stop=not leave)
+
+    def _standing(self) -> bool:
+        wanted = (
+            (State.switch_on_disabled, State.ready, State.not_ready, State.fault)
+            if self._session.safety.brakes
+            else (State.quick_stop, State.switch_on_disabled, State.fault)
+        )
+        return all(winch.state in wanted or winch.missed > 1 for winch in self._winches)
+
+
+def check_session(session: Session, robot: _core.Robot) -> None:
+    """Raises InputError when a session is not of this robot or forbids what it must do."""
+    if session.robot != robot.name:
+        raise InputError(f"session: is of robot {session.robot}, not of {robot.name}")
+    if len(session.winches) != robot.cable_count:
+        raise InputError(
+            f"session: has {len(session.winches)} winches, robot {robot.name} has "
+            f"{robot.cable_count} cables"
+        )
+    low, high = session.limits.tension_N
+    wanted = robot.tension_limits_N
+    if low > wanted[0] or high < wanted[1]:
+        raise InputError(
+            f"session: limits.tension_N [{low:g}, {high:g}] must contain the robot's tension "
+            f"limits [{wanted[0]:g}, {wanted[1]:g}]"
+        )
+
+
+__all__ = ["FieldbusBackend", "check_session"]

@@ -1,0 +1,1 @@
+"""Devices that behave as real ones do at their plugs, with the simulated platform behind them."""

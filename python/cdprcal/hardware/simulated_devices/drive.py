@@ -1,0 +1,153 @@
+"""A simulated CiA-402 drive: its state machine, quick stop ramp and motion, without any bus."""
+
+from __future__ import annotations
+
+import math
+
+from cdprcal.hardware.drives import cia402
+from cdprcal.hardware.drives.cia402 import State
+from cdprcal.hardware.session import Session, Winch
+from cdprcal.hardware.session.objects import object_type, parse_object
+from cdprcal.hardware.simulated_devices.object_dictionary import ObjectDictionary
+
+_VENDOR, _PRODUCT = 0x0CDB, 402
+#: Errors of CiA 301 table 26 that a drive stops for.
+HEARTBEAT_ERROR = 0x8130
+
+
+class SimulatedDrive:
+    """One drive with its brake, load-cell input and secondary encoder.
+
+    At power-on it is switch on disabled with the brake set. It moves in cyclic synchronous velocity
+    and torque, and on the quick stop ramp; without that the winch stands.
+    """
+
+    def __init__(self, winch: Winch, session: Session) -> None:
+        self.winch = winch
+        self.state = State.switch_on_disabled
+        self.velocity_m_s = 0.0  #: of pay-out, commanded to the plant
+        self._fault = 0
+        self._before = 0
+        self.dictionary = dictionary = ObjectDictionary()
+        dictionary.add((0x1000, 0), 0x00020192, 4)  # servo drive, CiA 402
+        dictionary.add((0x1001, 0), 0, 1)
+        for subindex, value in enumerate((4, _VENDOR, _PRODUCT, 1, 1000 + winch.node)):
+            dictionary.add((0x1018, subindex), value, 4 if subindex else 1)
+        name = b"cdprcal simulated CiA-402 drive"
+        dictionary.add((0x1008, 0), int.from_bytes(name, "little"), len(name))
+        for key, size in (
+            (cia402.ERROR_CODE, 2), (cia402.STATUSWORD, 2), (cia402.MODE_DISPLAY, 1),
+            (cia402.POSITION, 4),
+        ):  # fmt: skip
+            dictionary.add(key, 0, size)
+        for key, value, size in (
+            (cia402.CONTROLWORD, 0, 2), (cia402.MODE, 0, 1), (cia402.TARGET_VELOCITY, 0, 4),
+            (cia402.TARGET_TORQUE, 0, 2), (cia402.QUICK_STOP_OPTION, 2, 2),
+            (cia402.QUICK_STOP_DECELERATION, round(winch.deceleration_scale), 4),
+            (cia402.ABORT_CONNECTION_OPTION, 1, 2), (cia402.INTERPOLATION_PERIOD, 1, 1),
+            (cia402.INTERPOLATION_EXPONENT, -3, 1),
+        ):  # fmt: skip
+            dictionary.add(key, value, size, writable=True)
+        dictionary.objects[cia402.CONTROLWORD].on_write = self._controlled
+        for sensor in (winch.load_cell, winch.swivel):
+            if sensor is not None and sensor.node in (None, winch.node):
+                size = object_type(sensor.type).bits // 8
+                dictionary.add(parse_object(sensor.object), 0, size)
+        self._tell()
+
+    @property
+    def in_torque(self) -> bool:
+        """Whether the motor pulls with the target torque."""
+        return self.state is State.enabled and self._mode == cia402.CST
+
+    @property
+    def tension_N(self) -> float:
+        """What the target torque pulls with."""
+        torque = self.winch.torque
+        if torque is None:
+            return 0.0
+        counts = self.dictionary.get(cia402.TARGET_TORQUE, signed=True)
+        motor_Nm = -self.winch.sign * counts / 1000.0 * torque.rated_torque_Nm
+        return motor_Nm * torque.gear_ratio / torque.drum_radius_m
+
+    @property
+    def _mode(self) -> int:
+        return self.dictionary.get(cia402.MODE, signed=True)
+
+    @property
+    def ramping(self) -> bool:
+        """Whether its speed changes by itself."""
+        return self.state in (State.quick_stop, State.fault_reaction) and self.velocity_m_s != 0.0
+
+    def fail(self, code: int) -> None:
+        """An error: fault reaction, which is the quick stop ramp, then fault."""
+        if self.state in (State.fault, State.fault_reaction):
+            return
+        self._fault = code
+        self.state = State.fault_reaction if self.state.powered else State.fault
+        self._tell()
+
+    def connection_lost(self) -> None:
+        """The heartbeat of the master is missing: what the abort connection option says."""
+        option = self.dictionary.get(cia402.ABORT_CONNECTION_OPTION, signed=True)
+        if option == cia402.ABORT_CONNECTION_QUICK_STOP:
+            if self.state is State.enabled:
+                self.state = State.quick_stop
+                self._tell()
+        elif option != 0:
+            self.fail(HEARTBEAT_ERROR)
+
+    def step(self, duration_s: float) -> None:
+        """Lets the drive's own time pass: sets velocity_m_s for it."""
+        target = 0.0
+        if self.state is State.enabled and self._mode == cia402.CSV:
+            counts = self.dictionary.get(cia402.TARGET_VELOCITY, signed=True)
+            target = self.winch.sign * counts / self.winch.velocity_scale
+        elif self.state in (State.quick_stop, State.fault_reaction):
+            units = self.dictionary.get(cia402.QUICK_STOP_DECELERATION)
+            most = units / self.winch.deceleration_scale * duration_s
+            slower = max(0.0, abs(self.velocity_m_s) - most)
+            target = math.copysign(slower, self.velocity_m_s)
+            if target == 0.0:
+                self._stopped()
+        self.velocity_m_s = target
+
+    def sense(self, length_m: float, swivel_rad: float | None, tension_N: float) -> None:
+        """The readings of its sensors, in counts; NaN: the sensor gives its lowest count."""
+        winch = self.winch
+        self.dictionary.set(cia402.POSITION, round(winch.sign * winch.counts_per_m * length_m))
+        cell = winch.load_cell
+        if cell.node in (None, winch.node):
+            low, high = object_type(cell.type).range
+            counts = low
+            if math.isfinite(tension_N):
+                counts = round(cell.zero_counts + cell.sign * cell.counts_per_N * tension_N)
+            self.dictionary.set(parse_object(cell.object), min(max(counts, low), high))
+        swivel = winch.swivel
+        if swivel is not None and swivel_rad is not None and swivel.node in (None, winch.node):
+            turns = swivel.sign * swivel_rad / (2.0 * math.pi)
+            counts = round(turns * swivel.counts_per_turn)
+            self.dictionary.set(parse_object(swivel.object), counts)
+        self._tell()
+
+    def _stopped(self) -> None:
+        if self.state is State.fault_reaction:
+            self.state = State.fault
+        elif self.dictionary.get(cia402.QUICK_STOP_OPTION) == cia402.QUICK_STOP_THEN_OFF:
+            self.state = State.switch_on_disabled
+        self._tell()
+
+    def _controlled(self) -> None:
+        word = self.dictionary.get(cia402.CONTROLWORD)
+        before, self._before = self._before, word
+        state = cia402.next_state(self.state, word, before)
+        if self.state is State.fault and state is not State.fault:
+            self._fault = 0
+        self.state = state
+        self._tell()
+
+    def _tell(self) -> None:
+        self.dictionary.set(cia402.STATUSWORD, cia402.statusword_of(self.state))
+        self.dictionary.set(cia402.MODE_DISPLAY, self._mode)
+        self.dictionary.set(cia402.ERROR_CODE, self._fault)
+        self.dictionary.set((0x1001, 0), 1 if self._fault else 0)

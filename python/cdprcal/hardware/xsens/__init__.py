@@ -1,0 +1,1 @@
+"""Xsens MTi AHRS over a serial port: frames, measurements, the device."""
