@@ -27,7 +27,7 @@ def test_example() -> None:
     assert [winch.node for winch in session.winches] == [1, 2, 3, 4]
     assert session.winches[0].counts_per_m == 1e6
     assert session.late_s == session.period_s == 0.01
-    assert session.ahrs_stale_s == pytest.approx(0.025)
+    assert session.ahrs_stale_s == pytest.approx(0.015)
     assert session.is_simulated
 
 

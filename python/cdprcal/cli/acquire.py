@@ -20,9 +20,13 @@ from cdprcal.cli.live import LiveOption, LiveStopOption, PortOption, live_page
 if TYPE_CHECKING:
     from cdprcal import _core
     from cdprcal.acquisition import Acquired
+    from cdprcal.hardware.connect import SessionBackend
+    from cdprcal.hardware.session import Session
 
 EXAMPLE = (
     "Example: cdprcal plan irma4 -o plan.csv && cdprcal acquire irma4 plan.csv --seed 3 -o run.mcap"
+    "\n\nOver CANopen, drives simulated: cdprcal acquire irma4 plan.csv --backend canopen "
+    "--session examples/canopen-simulated.yaml -o run.mcap"
 )
 
 
@@ -42,8 +46,25 @@ def command(
         ),
     ],
     backend: Annotated[
-        str, typer.Option(metavar="simulated", help="Which robot to drive.")
+        str, typer.Option(metavar="simulated|canopen|ethercat", help="Which robot to drive.")
     ] = "simulated",
+    session: Annotated[
+        str,
+        typer.Option(metavar="FILE", help="canopen, ethercat: which device is which cable (YAML)."),
+    ] = "",
+    arm: Annotated[
+        bool,
+        typer.Option(
+            "--arm",
+            help="canopen, ethercat: let real drives move. Without it they are read and nothing "
+            "else.",
+        ),
+    ] = False,
+    dry_run: Annotated[
+        bool,
+        typer.Option("--dry-run", help="Read and print, with simulated drives too; no log."),
+    ] = False,
+    seconds: Annotated[float, typer.Option(help="How long a dry run reads.")] = 5.0,
     seed: Annotated[
         int,
         typer.Option(min=0, help="Simulated: of where it hangs at power-on, offsets and noise."),
@@ -102,6 +123,7 @@ def command(
     from cdprcal import _core
     from cdprcal.acquisition import Guide, acquire, parse_accuracy, start_up_plan
     from cdprcal.acquisition.monitor import Monitor
+    from cdprcal.cli import devices
     from cdprcal.hardware import BACKENDS
     from cdprcal.hardware.simulated import SimulatedBackend
     from cdprcal.io import AcquisitionInputs, open_live_log
@@ -120,21 +142,31 @@ def command(
     the_plan = _core.parse_plan(plan_text, plan)
     if wrong := _core.verify_plan(the_robot, the_plan):
         fail(f"{plan}: cannot be run with {the_robot.name}: {wrong}")
-    startup = _core.StartUp(the_robot, start_up_plan(the_plan, quick=quick))
     options = _core.SimulatorOptions(
         seed=seed, effects=[_core.parse_injected_effect(text) for text in effect or []]
     )
-    device = SimulatedBackend.somewhere(
-        the_robot, the_plan, options, velocity_limit_m_s=startup.velocity_limit_m_s, speed=speed
-    )
-    guide = Guide(
-        the_robot,
-        the_plan,
-        startup,
-        asked=asked,
-        quick=quick,
-        background=not (backend == "simulated" and speed == 0.0),
-    )
+    wired: Session | None = None
+    if backend == "simulated":
+        if session or arm or dry_run:
+            fail("--session, --arm and --dry-run: are for --backend canopen and ethercat")
+        startup = _core.StartUp(the_robot, start_up_plan(the_plan, quick=quick))
+        paced = speed > 0.0
+    else:
+        wired = devices.session_for(backend, session)
+        devices.refuse_simulator_options(wired, effects=bool(effect), truth=bool(truth))
+        startup = devices.start_up(wired, the_robot, start_up_plan(the_plan, quick=quick))
+        paced = wired.simulated is None or wired.simulated.speed > 0.0
+    guide = Guide(the_robot, the_plan, startup, asked=asked, quick=quick, background=paced)
+    device: SimulatedBackend | SessionBackend
+    if wired is None:
+        device = SimulatedBackend.somewhere(
+            the_robot, the_plan, options, velocity_limit_m_s=startup.velocity_limit_m_s, speed=speed
+        )
+    else:
+        armed = not dry_run and (arm or wired.is_simulated)
+        device = devices.connect(wired, the_robot, the_plan, options, armed=armed)
+        if not armed:
+            devices.run_dry(device, seconds, json=json)
     settings = device.settings | {
         "robot": the_robot.name,
         "quick": quick,
@@ -143,7 +175,11 @@ def command(
         "version": _version(),
     }
     inputs = AcquisitionInputs(_core.to_yaml(the_robot), plan_text, settings)
-    log = open_live_log(output, the_robot.cable_count, inputs, rate_hz)
+    try:
+        log = open_live_log(output, the_robot.cable_count, inputs, rate_hz)
+    except BaseException:
+        device.stop()
+        raise
     poses: list[tuple[float, _core.Pose]] = []
     with (
         live_page(live, live_stop, port, the_robot, the_plan, output, bool(until)) as page,

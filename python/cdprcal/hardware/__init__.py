@@ -3,6 +3,6 @@
 from cdprcal.hardware.backend import Backend, BackendError
 
 #: Names that ``cdprcal acquire --backend`` takes.
-BACKENDS = ("simulated",)
+BACKENDS = ("simulated", "canopen", "ethercat")
 
 __all__ = ["BACKENDS", "Backend", "BackendError"]

@@ -10,7 +10,7 @@ from cdprcal.hardware.drives.canopen_bus import CanopenFieldbus, open_can_bus
 from cdprcal.hardware.drives.fieldbus import Clock, Fieldbus, RealClock, SimulatedClock
 from cdprcal.hardware.session import CanopenBus, Session
 from cdprcal.hardware.simulated import start_of
-from cdprcal.hardware.simulated_devices.mti import SimulatedPort
+from cdprcal.hardware.simulated_devices.faults import Can, Fault, FaultyCan, FaultyPort
 from cdprcal.hardware.simulated_devices.robot import SimulatedRobotOnCan
 from cdprcal.hardware.xsens.device import XsensMti, open_port
 
@@ -32,19 +32,20 @@ class SessionBackend(FieldbusBackend):
         options: _core.SimulatorOptions | None = None,
         *,
         armed: bool,
+        fault: Fault | None = None,
     ) -> SessionBackend:
         """Opens all devices.
 
         plan, options: of simulated drives in this process, which hang somewhere in the box that the
-        plan spans. Raises InputError when session and robot do not fit, BackendError when a device
-        does not answer or obey.
+        plan spans. fault: what goes wrong with them. Raises InputError when session and robot do
+        not fit, BackendError when a device does not answer or obey.
         """
         check_session(session, robot)
         clock = clock_of(session)
         simulated, port = None, None
         if session.is_simulated and session.bus.interface == "virtual":
-            port = SimulatedPort(session.ahrs) if session.ahrs is not None else None
-            simulated = _simulated(session, robot, plan, options, clock, port)
+            port = FaultyPort(session.ahrs) if session.ahrs is not None else None
+            simulated = _simulated(session, robot, plan, options, clock, port, fault)
         bus: Fieldbus | None = None
         attitude: AttitudeSource | None = None
         try:
@@ -61,6 +62,12 @@ class SessionBackend(FieldbusBackend):
             raise
         backend.simulated = simulated
         return backend
+
+    def truth(self) -> _core.PlantTruth:
+        """What the sensors do not say, at the time of the latest sample."""
+        if self.simulated is None:
+            raise InputError("only simulated drives in this process know the truth")
+        return self.simulated.truth()
 
     def stop(self) -> None:
         super().stop()
@@ -91,18 +98,25 @@ def _simulated(
     plan: _core.Plan,
     options: _core.SimulatorOptions | None,
     clock: Clock,
-    port: SimulatedPort | None,
+    port: FaultyPort | None,
+    fault: Fault | None,
 ) -> SimulatedRobotOnCan:
     if not isinstance(session.bus, CanopenBus) or not isinstance(clock, SimulatedClock):
         raise InputError("session: simulated drives speak CANopen")
     options = options or _core.SimulatorOptions()
+    bus: Can = open_can_bus(session.bus)
+    if fault is not None:
+        bus = FaultyCan(bus, fault, clock.now_s)
+        if port is not None:
+            port.fault, port.now_s = fault, clock.now_s
     simulated = SimulatedRobotOnCan(
         session,
         robot,
         start_of(robot, plan, options.seed),
         options,
-        open_can_bus(session.bus),
+        bus,
         None if port is None else port.device,
+        fault,
     )
     clock.idle.append(simulated.process)
     clock.advance.append(simulated.advance)

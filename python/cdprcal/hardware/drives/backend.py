@@ -1,8 +1,8 @@
 """A robot with CiA-402 winches on a fieldbus and an AHRS: the protocol of ``hardware.backend``.
 
-Arming enables the drives at standstill in velocity mode. From then on every cycle checks all
-devices; whatever is wrong trips the guard, which stops all winches at once, and tells the start-up
-procedure, which ends the log with the reason.
+The first read arms: it enables the drives at standstill in velocity mode. From then on every cycle
+checks all devices; whatever is wrong trips the guard, which stops all winches at once, and tells
+the start-up procedure, which ends the log with the reason.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from cdprcal.hardware.session import Session
 
 _ENABLE_TIMEOUT_S = 3.0  # brakes take a while to open
 _STOP_TIMEOUT_S = 1.0
+_STOP_CYCLES = 3
 _ATTITUDE_TIMEOUT_S = 2.0
 _MODE_CYCLES = 20  # a drive may take these to change its mode of operation
 _OVERSPEED = 1.25  # of the velocity limit; drives overshoot a little
@@ -76,6 +77,7 @@ class FieldbusBackend:
         self._due_s = math.nan
         self._began_s = math.nan
         self._stopped = False
+        self._fault = ""
         try:
             self._open()
         except BaseException:
@@ -106,7 +108,7 @@ class FieldbusBackend:
     @property
     def tripped(self) -> str:
         """Why the winches were stopped quickly; empty: they were not."""
-        return self._guard.reason
+        return self._fault if self._stopped else self._guard.reason
 
     # --- start -----------------------------------------------------------------------------------
 
@@ -123,8 +125,6 @@ class FieldbusBackend:
             lambda winch: winch.missed == 0,
         )
         self._await_attitude()
-        if self._armed:
-            self._arm()
 
     def _identify(self, winch: WinchState) -> None:
         node, cable = winch.winch.node, winch.winch.cable
@@ -189,6 +189,11 @@ class FieldbusBackend:
             self._cycle({})
 
     def _arm(self) -> None:
+        """Enables the drives at standstill. From its first cycle on they watch this computer."""
+        self._bus.faults()
+        self._due_s = math.nan
+        self._cycle(self._outputs())
+        self._bus.watch_us(on=True)
         faults = [winch for winch in self._winches if winch.state is State.fault]
         for winch in faults:
             self._notes.append(
@@ -251,11 +256,13 @@ class FieldbusBackend:
 
     def read(self) -> RobotSample:
         if self._stopped:
-            raise BackendError(self._guard.reason or "the robot is stopped")
+            raise BackendError(self._fault or "the robot is stopped")
         first = math.isnan(self._began_s)
-        now_s = self._clock.now_s()
-        # The first cycle begins when it is asked for; what came before was no control loop yet.
-        self._due_s = max(self._due_s, now_s) if first else self._due_s
+        if first and self._armed:
+            # Not before: until now nobody kept the cycle, and the drives would have stopped again.
+            self._arm()
+        elif first:
+            self._due_s = max(self._due_s, self._clock.now_s())
         self._clock.sleep_until(self._due_s)
         late_s = self._clock.now_s() - self._due_s
         if first:
@@ -368,14 +375,20 @@ class FieldbusBackend:
     def stop(self) -> None:
         if self._stopped:
             return
+        self._fault = self._guard.reason
         self._stopped = True
         # Drives without brakes hold the platform, and go on doing so after this program.
         leave = not self._session.safety.brakes
         try:
             self._guard.trip("stopped")
             until_s = self._clock.now_s() + _STOP_TIMEOUT_S
-            while self._armed and not self._standing() and self._clock.now_s() < until_s:
+            cycles = 0
+            # Said more than once: nodes that are not heard may still hear.
+            while self._armed and self._clock.now_s() < until_s:
                 self._cycle(self._outputs())
+                cycles += 1
+                if cycles >= _STOP_CYCLES and self._standing():
+                    break
         except Exception:
             # A bus that is gone: the drives miss the heartbeat and stop by themselves.
             leave = False
@@ -390,7 +403,7 @@ class FieldbusBackend:
             if self._session.safety.brakes
             else (State.quick_stop, State.switch_on_disabled, State.fault)
         )
-        return all(winch.state in wanted or winch.missed > 1 for winch in self._winches)
+        return all(winch.state in wanted or winch.missed for winch in self._winches)
 
 
 def check_session(session: Session, robot: _core.Robot) -> None:

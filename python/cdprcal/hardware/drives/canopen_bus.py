@@ -140,14 +140,13 @@ class CanopenFieldbus:
             self._map(node, outputs)
             if not outputs:
                 node.outputs = []
-            self._heartbeats(layout.node, watch_us=outputs)
+            period_ms = round(1e3 * self._session.safety.heartbeat_s)
+            self.sdo_write(layout.node, 0x1017, 0, period_ms.to_bytes(2, "little"))
             self._nodes[layout.node] = node
             self._network.subscribe(0x80 + layout.node, self._on_emcy)
             self._network.subscribe(0x700 + layout.node, self._on_heartbeat)
             for number in range(len(node.inputs)):
                 self._network.subscribe(_TPDO[number] + layout.node, self._on_tpdo)
-        # The drives watch this computer's heartbeat from its first one on.
-        self._send(0x700 + self._settings.master_node, bytes([_OPERATIONAL]))
         for layout in layouts:
             self._nmt(layout.node, 1)
             self._nodes[layout.node].heard_s = self._clock.now_s()
@@ -190,12 +189,17 @@ class CanopenFieldbus:
         write(mapping, 0, len(entries), 1)
         write(setting, 1, cob, 4)
 
-    def _heartbeats(self, node: int, *, watch_us: bool) -> None:
-        producer_ms = round(1e3 * self._session.safety.heartbeat_s)
-        self.sdo_write(node, 0x1017, 0, producer_ms.to_bytes(2, "little"))
-        if watch_us:
-            consumer = self._settings.master_node << 16 | self.watch_ms
-            self.sdo_write(node, 0x1016, 1, consumer.to_bytes(4, "little"))
+    def watch_us(self, *, on: bool) -> None:
+        consumer = self._settings.master_node << 16 | self.watch_ms if on else 0
+        for number, node in self._nodes.items():
+            if not node.outputs:
+                continue
+            self.sdo_write(number, 0x1016, 1, consumer.to_bytes(4, "little"))
+            for at in range(len(node.outputs)):
+                # Commands that stay away while the heartbeat comes: the event timer of the PDO.
+                timer = (self.watch_ms if on else 0).to_bytes(2, "little")
+                with contextlib.suppress(NoSuchObjectError):
+                    self.sdo_write(number, 0x1400 + at, 5, timer)
 
     @property
     def watch_ms(self) -> int:

@@ -26,6 +26,9 @@ class Fieldbus(Protocol):
     def configure(self, layouts: Sequence[Layout], *, outputs: bool) -> None:
         """Maps the process data and starts the nodes. Not ``outputs``: none can ever be sent."""
 
+    def watch_us(self, *, on: bool) -> None:
+        """Tells the nodes to stop by themselves when this computer falls silent, or not to."""
+
     def exchange(self, outputs: Image) -> Image:
         """One cycle: outputs out, inputs in. Waits for them, but not beyond the cycle."""
 

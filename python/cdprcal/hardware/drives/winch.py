@@ -52,6 +52,7 @@ class WinchState:
         self.length_m = math.nan
         self.swivel_rad = math.nan
         self.tension_N = math.nan
+        self.position_counts: int | None = None
         self.missed = 0  #: cycles in a row without the drive's data
         self.load_cell_missed = 0  #: … without a load-cell reading that can be true
         self.load_cell_counts: int | None = None
@@ -77,7 +78,8 @@ class WinchState:
             self.state = cia402.state_of(self.statusword)
             self.mode = own[cia402.MODE_DISPLAY]
             self.error_code = own[cia402.ERROR_CODE]
-            counts = self._position.follow(own[cia402.POSITION])
+            self.position_counts = own[cia402.POSITION]
+            counts = self._position.follow(self.position_counts)
             self.length_m = self.winch.sign * counts / self.winch.counts_per_m
         self._lengths_m.append(self.length_m)
         self._take_load_cell(image)

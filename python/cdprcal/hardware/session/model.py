@@ -191,8 +191,8 @@ class Ahrs(_Strict):
     )
     stale_s: Positive | None = Field(
         None,
-        description="Silent for longer is a quick stop. If left out: one cycle more than "
-        "missed_cycles, of the bus or the AHRS, whichever is longer.",
+        description="A reading older than this is a quick stop. If left out: half a cycle more "
+        "than missed_cycles, of the bus or the AHRS, whichever is longer.",
     )
 
 
@@ -262,7 +262,7 @@ class Session(_Strict):
         if self.ahrs is None:
             return math.inf
         cycle = max(self.period_s, 1.0 / self.ahrs.rate_Hz)
-        return self.ahrs.stale_s or (self.safety.missed_cycles + 1.5) * cycle
+        return self.ahrs.stale_s or (self.safety.missed_cycles + 0.5) * cycle
 
     @property
     def is_simulated(self) -> bool:

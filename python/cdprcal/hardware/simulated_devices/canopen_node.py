@@ -15,20 +15,22 @@ from cdprcal.hardware.simulated_devices.object_dictionary import Key, SdoServer
 _OFF = 1 << 31
 _PRE_OPERATIONAL, _OPERATIONAL, _STOPPED, _BOOT = 127, 5, 4, 0
 _PDOS = 4
+_PDO_LENGTH, _RPDO_TIMEOUT = 0x8210, 0x8250  # CiA 301 table 26
 
 
 class CanopenNode:
-    """A drive on the bus. ``send`` puts a message (COB-ID, data) on it."""
+    """A drive on the bus."""
 
     def __init__(self, drive: SimulatedDrive, send: Callable[[int, bytes], None]) -> None:
         self.drive = drive
         self.id = drive.winch.node
         self.nmt_state = _PRE_OPERATIONAL
-        self._send = send
+        self.send = send  #: puts a message (COB-ID, data) on the bus
         self._sdo = SdoServer(drive.dictionary)
         self._now_s = 0.0
         self._beat_s = math.inf  # when its next heartbeat is due
         self._heard_s = math.nan  # when the master's last came
+        self._rpdo_s = [math.nan] * _PDOS
         self._add_communication()
 
     def _add_communication(self) -> None:
@@ -39,6 +41,7 @@ class CanopenNode:
             for base, mapping in ((0x1400, 0x1600), (0x1800, 0x1A00)):
                 dictionary.add((base + number, 1), _OFF, 4, writable=True)
                 dictionary.add((base + number, 2), 255, 1, writable=True)
+                dictionary.add((base + number, 5), 0, 2, writable=True)
                 dictionary.add((mapping + number, 0), 0, 1, writable=True)
                 for at in range(1, 9):
                     dictionary.add((mapping + number, at), 0, 4, writable=True)
@@ -52,7 +55,7 @@ class CanopenNode:
     def boot(self) -> None:
         """Power-on: the boot-up message."""
         self.nmt_state = _PRE_OPERATIONAL
-        self._send(0x700 + self.id, bytes([_BOOT]))
+        self.send(0x700 + self.id, bytes([_BOOT]))
 
     def receive(self, can_id: int, data: bytes) -> None:
         """A message on the bus; most are not for this node."""
@@ -60,7 +63,7 @@ class CanopenNode:
             self._command(data)
         elif can_id == 0x600 + self.id and self.nmt_state != _STOPPED:
             if (answer := self._sdo.answer(data)) is not None:
-                self._send(0x580 + self.id, answer)
+                self.send(0x580 + self.id, answer)
         elif can_id == self._watched_id():
             self._heard_s = self._now_s
         elif self.nmt_state == _OPERATIONAL:
@@ -76,24 +79,32 @@ class CanopenNode:
             if not cob & _OFF and dictionary.get((0x1800 + number, 2)) == 1:
                 keys = self._mapped(0x1A00 + number)
                 data = b"".join(dictionary.objects[key].data[:size] for key, size in keys)
-                self._send(cob & 0x7FF, data)
+                self.send(cob & 0x7FF, data)
 
     def advance(self, now_s: float) -> None:
         """Time goes on: heartbeats, and the watch on the master's."""
         self._now_s = now_s
         if now_s >= self._beat_s - 1e-9:
-            self._send(0x700 + self.id, bytes([self.nmt_state]))
+            self.send(0x700 + self.id, bytes([self.nmt_state]))
             self._beat_s += self._period_s()
         limit_s = 1e-3 * (self.drive.dictionary.get((0x1016, 1)) & 0xFFFF)
-        if limit_s and now_s - self._heard_s > limit_s + 1e-9:
+        if limit_s and now_s - self._heard_s >= limit_s - 1e-9:
             self._heard_s = math.nan  # once
-            self.emergency(HEARTBEAT_ERROR)
-            self.drive.connection_lost()
+            self._lose_connection(HEARTBEAT_ERROR)
+        for number, came_s in enumerate(self._rpdo_s):
+            limit_s = 1e-3 * self.drive.dictionary.get((0x1400 + number, 5))
+            if limit_s and now_s - came_s >= limit_s - 1e-9:
+                self._rpdo_s[number] = math.nan
+                self._lose_connection(_RPDO_TIMEOUT)
 
     def emergency(self, code: int) -> None:
         """Sends an EMCY."""
         register = self.drive.dictionary.get((0x1001, 0)) | 1
-        self._send(0x80 + self.id, struct.pack("<HB5x", code, register))
+        self.send(0x80 + self.id, struct.pack("<HB5x", code, register))
+
+    def _lose_connection(self, code: int) -> None:
+        self.emergency(code)
+        self.drive.connection_lost()
 
     def _watched_id(self) -> int:
         node = self.drive.dictionary.get((0x1016, 1)) >> 16
@@ -126,8 +137,9 @@ class CanopenNode:
                 continue
             keys = self._mapped(0x1600 + number)
             if len(data) < sum(size for _, size in keys):
-                self.emergency(0x8210)  # PDO not processed due to length error
+                self.emergency(_PDO_LENGTH)
                 return
+            self._rpdo_s[number] = self._now_s
             at = 0
             for key, size in keys:
                 dictionary.write(key, data[at : at + size])

@@ -27,6 +27,7 @@ class SimulatedDrive:
         self.state = State.switch_on_disabled
         self.velocity_m_s = 0.0  #: of pay-out, commanded to the plant
         self._fault = 0
+        self._broken = False
         self._before = 0
         self.dictionary = dictionary = ObjectDictionary()
         dictionary.add((0x1000, 0), 0x00020192, 4)  # servo drive, CiA 402
@@ -87,6 +88,10 @@ class SimulatedDrive:
         self.state = State.fault_reaction if self.state.powered else State.fault
         self._tell()
 
+    def break_load_cell(self) -> None:
+        """The wire of the load cell breaks: its amplifier goes to the lowest count."""
+        self._broken = True
+
     def connection_lost(self) -> None:
         """The heartbeat of the master is missing: what the abort connection option says."""
         option = self.dictionary.get(cia402.ABORT_CONNECTION_OPTION, signed=True)
@@ -120,7 +125,7 @@ class SimulatedDrive:
         if cell.node in (None, winch.node):
             low, high = object_type(cell.type).range
             counts = low
-            if math.isfinite(tension_N):
+            if math.isfinite(tension_N) and not self._broken:
                 counts = round(cell.zero_counts + cell.sign * cell.counts_per_N * tension_N)
             self.dictionary.set(parse_object(cell.object), min(max(counts, low), high))
         swivel = winch.swivel

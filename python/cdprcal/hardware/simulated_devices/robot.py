@@ -13,6 +13,7 @@ from cdprcal.hardware.drives.cia402 import State
 from cdprcal.hardware.session import Session
 from cdprcal.hardware.simulated_devices.canopen_node import CanopenNode
 from cdprcal.hardware.simulated_devices.drive import SimulatedDrive
+from cdprcal.hardware.simulated_devices.faults import Can, Fault
 
 _STEP_S = 1e-3  # in which drives follow their ramps
 _SYNC = 0x80
@@ -40,13 +41,15 @@ class SimulatedRobotOnCan:
         robot: _core.Robot,
         tension_N: np.ndarray,
         options: _core.SimulatorOptions,
-        bus: can.BusABC,
+        bus: Can,
         ahrs: AttitudeSink | None = None,
+        fault: Fault | None = None,
     ) -> None:
         set_plant(options, session)
         self._session = session
         self._bus = bus
         self._ahrs = ahrs
+        self._fault = fault
         self._convention = robot.euler_convention
         self.simulator = _core.Simulator(robot, options)
         placed = self.simulator.reset(tension_N)
@@ -95,6 +98,7 @@ class SimulatedRobotOnCan:
         if self._closed:
             return
         self._now_s = max(self._now_s, now_s)
+        self._let_happen()
         if self._runs and now_s - self._sync_s > 1.5 * self._session.period_s:
             self._move(now_s - self._world_s)
             self._world_s = now_s
@@ -105,6 +109,13 @@ class SimulatedRobotOnCan:
     def truth(self) -> PlantTruth:
         """What the sensors do not say."""
         return self.simulator.truth()
+
+    def _let_happen(self) -> None:
+        fault = self._fault
+        if fault is not None and not fault.began and self._now_s >= fault.begin_s:
+            fault.began = True
+            if fault.happen is not None:
+                fault.happen(self.nodes)
 
     def close(self) -> None:
         """Leaves the bus. May be repeated."""

@@ -1,0 +1,171 @@
+"""What ``cdprcal acquire`` does with a session file: connects its devices, or only reads them."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import TYPE_CHECKING
+
+import typer
+
+from cdprcal.cli.common import DONE, UNTRUSTED, WRONG_USE, fail, print_json
+
+if TYPE_CHECKING:
+    from rich.console import Group
+
+    from cdprcal import _core
+    from cdprcal.hardware.connect import SessionBackend
+    from cdprcal.hardware.session import Session
+
+
+def session_for(backend: str, path: str) -> Session:
+    """The session file of a backend that needs one; ends the command when they do not fit."""
+    from cdprcal.hardware.session import load_session
+
+    if not path:
+        fail(f"--backend {backend}: needs --session FILE, which says what is wired to what")
+    session = load_session(path)
+    if session.bus.type != backend:
+        fail(f"--backend {backend}: the session is of bus.type {session.bus.type}")
+    return session
+
+
+def refuse_simulator_options(session: Session, *, effects: bool, truth: bool) -> None:
+    """Ends the command when the simulator is asked for things where there is none."""
+    here = session.is_simulated and session.bus.interface == "virtual"
+    for name, given in (("--effect", effects), ("--truth", truth)):
+        if given and not here:
+            fail(f"{name}: is for simulated drives in this process only")
+
+
+def start_up(session: Session, robot: _core.Robot, plan: _core.StartUpPlan) -> _core.StartUp:
+    """The procedure, no faster than the session allows."""
+    from cdprcal import _core
+
+    startup = _core.StartUp(robot, plan)
+    if startup.velocity_limit_m_s <= session.limits.velocity_m_s:
+        return startup
+    options = _core.StartUpOptions(velocity_limit_m_s=session.limits.velocity_m_s)
+    return _core.StartUp(robot, plan, options)
+
+
+def connect(
+    session: Session,
+    robot: _core.Robot,
+    plan: _core.Plan,
+    options: _core.SimulatorOptions,
+    *,
+    armed: bool,
+) -> SessionBackend:
+    """The devices; ends the command with exit code 1 when one does not answer or obey."""
+    from cdprcal.hardware import BackendError
+    from cdprcal.hardware.connect import SessionBackend
+
+    try:
+        backend = SessionBackend.connect(session, robot, plan, options, armed=armed)
+    except BackendError as error:
+        fail(str(error), UNTRUSTED)
+    for note in backend.notes:
+        typer.echo(f"cdprcal: note: {note}", err=True)
+    return backend
+
+
+def run_dry(backend: SessionBackend, seconds: float, *, json: bool) -> None:
+    """Reads and prints; ends the command."""
+    from cdprcal.hardware import BackendError
+    from cdprcal.hardware.dry_run import dry_run, readings
+
+    if not 0.0 < seconds < math.inf:
+        backend.stop()
+        fail("--seconds: must be above 0", WRONG_USE)
+    screen = _Screen(backend)
+    try:
+        with screen:
+            sample = dry_run(backend, seconds, stop=screen.stop_wanted, watch=screen.show)
+    except BackendError as error:
+        fail(str(error), UNTRUSTED)
+    if json:
+        print_json(readings(backend, sample))
+    screen.end(sample)
+    raise typer.Exit(UNTRUSTED if backend.tripped else DONE)
+
+
+class _Screen:
+    """The readings as a table: refreshed on a terminal, else printed once at the end."""
+
+    def __init__(self, backend: SessionBackend) -> None:
+        from rich.live import Live
+
+        from cdprcal.tables import console
+
+        self._backend = backend
+        self._out = console()
+        self._live = Live(console=self._out, transient=True, auto_refresh=False)
+        self._shown_s = 0.0
+        self._stop = False
+
+    def __enter__(self) -> _Screen:
+        import signal
+
+        if self._out.is_terminal:
+            self._live.start()
+        self._handler = signal.signal(signal.SIGINT, lambda *_: setattr(self, "_stop", True))
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        import signal
+
+        signal.signal(signal.SIGINT, self._handler)
+        if self._out.is_terminal:
+            self._live.stop()
+
+    def stop_wanted(self) -> bool:
+        return self._stop
+
+    def show(self, sample: _core.RobotSample) -> None:
+        now_s = time.monotonic()
+        if self._out.is_terminal and now_s - self._shown_s > 0.1:
+            self._shown_s = now_s
+            self._live.update(_table(self._backend, sample), refresh=True)
+
+    def end(self, sample: _core.RobotSample) -> None:
+        from cdprcal.tables import say
+
+        self._out.print(_table(self._backend, sample))
+        if self._backend.tripped:
+            say(self._out, f"would have stopped: {self._backend.tripped}")
+        say(self._out, "dry run: no drive was enabled and no log written; to move, add --arm")
+
+
+def _table(backend: SessionBackend, sample: _core.RobotSample) -> Group:
+    import numpy as np
+    from rich.console import Group
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
+    columns = (
+        "cable",
+        "node",
+        "drive",
+        "position",
+        "length [m]",
+        "swivel [°]",
+        "load cell",
+        "τ [N]",
+    )
+    for name in columns:
+        table.add_column(name, justify="left" if name == "drive" else "right")
+    for state in backend.winches:
+        table.add_row(
+            str(state.winch.cable),
+            str(state.winch.node),
+            state.state.value + (f" 0x{state.error_code:04X}" if state.error_code else ""),
+            "–" if state.position_counts is None else str(state.position_counts),
+            f"{state.length_m:.4f}",
+            f"{math.degrees(state.swivel_rad):.2f}",
+            "–" if state.load_cell_counts is None else str(state.load_cell_counts),
+            f"{state.tension_N:.1f}",
+        )
+    roll, pitch, yaw = np.rad2deg(sample.roll_pitch_yaw_rad).tolist()
+    attitude = f"roll {roll:.2f}°  pitch {pitch:.2f}°  yaw {yaw:.2f}°  {sample.time_s:.1f} s"
+    return Group(table, attitude)

@@ -1,0 +1,173 @@
+"""What tests and studies of the winches share: runs with a sniffer on the bus."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import can
+import numpy as np
+
+import cdprcal
+from cdprcal.acquisition import Acquired, acquire, start_up_plan
+from cdprcal.hardware.connect import SessionBackend
+from cdprcal.hardware.drives import cia402
+from cdprcal.hardware.drives.fieldbus import SimulatedClock
+from cdprcal.hardware.drives.process_data import DRIVE_OUTPUTS, split_into_pdos, unpack
+from cdprcal.hardware.session import CanopenBus, Session, parse_session
+from cdprcal.hardware.simulated_devices.faults import Fault, fault_kinds
+from cdprcal.io import AcquisitionInputs, open_live_log
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "canopen-simulated.yaml"
+_channels = itertools.count()
+
+
+def example_session(**changes: str) -> Session:
+    """The example on a bus of its own; changes: old text → new, given as old=new pairs."""
+    text = EXAMPLE.read_text().replace("channel: irma4", f"channel: test-{next(_channels)}")
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    return parse_session(text, str(EXAMPLE))
+
+
+def torque_session() -> Session:
+    """The example with drives in cyclic synchronous torque."""
+    return example_session(**{"mode: velocity": "mode: torque"})
+
+
+@dataclass
+class Sniffer:
+    """Listens on the bus, and holds every command against the limits of the session."""
+
+    session: Session
+    now_s: Callable[[], float]
+    commands: int = 0
+    outside: list[str] = field(default_factory=list)
+    sync_s: list[float] = field(default_factory=list)
+    enabling: int = 0  #: controlwords that enable operation
+
+    def __post_init__(self) -> None:
+        assert isinstance(self.session.bus, CanopenBus)
+        self._bus = can.Bus(interface="virtual", channel=self.session.bus.channel)
+        self._winches = {winch.node: winch for winch in self.session.winches}
+        self._pdos = split_into_pdos(DRIVE_OUTPUTS)
+
+    def listen(self) -> None:
+        """Takes what has been said."""
+        while (message := self._bus.recv(0.0)) is not None:
+            can_id = message.arbitration_id
+            if can_id == 0x80:
+                self.sync_s.append(self.now_s())
+            elif (base := can_id & 0x780) in (0x200, 0x300):
+                self._judge(can_id & 0x7F, (base - 0x200) // 0x100, bytes(message.data))
+
+    def close(self) -> None:
+        self.listen()
+        self._bus.shutdown()
+
+    def _judge(self, node: int, pdo: int, data: bytes) -> None:
+        winch, limits = self._winches[node], self.session.limits
+        values = unpack(self._pdos[pdo], data)
+        assert values is not None
+        self.commands += 1
+        if cia402.CONTROLWORD in values:
+            self.enabling += values[cia402.CONTROLWORD] & 0x0F == cia402.ENABLE_OPERATION
+            speed_m_s = abs(values[cia402.TARGET_VELOCITY]) / winch.velocity_scale
+            if speed_m_s > limits.velocity_m_s:
+                self.outside.append(f"node {node}: {speed_m_s} m/s")
+            if values[cia402.MODE] not in (cia402.CSV, cia402.CST):
+                self.outside.append(f"node {node}: mode {values[cia402.MODE]}")
+        elif winch.torque is not None:
+            torque = winch.torque
+            motor_Nm = -winch.sign * values[cia402.TARGET_TORQUE] / 1000 * torque.rated_torque_Nm
+            tension_N = motor_Nm * torque.gear_ratio / torque.drum_radius_m
+            if not limits.tension_N[0] <= tension_N <= limits.tension_N[1]:
+                self.outside.append(f"node {node}: {tension_N} N")
+
+
+@dataclass
+class Watched:
+    """A run with simulated drives, and what was seen of it from outside."""
+
+    run: Acquired
+    backend: SessionBackend
+    sniffer: Sniffer
+    fault_s: float
+    off_s: float  #: when the last drive left operation enabled after the fault
+    cycles: int  #: control cycles that began between the fault and that
+
+
+def small_plan(robot: cdprcal.Robot) -> cdprcal.Plan:
+    """Three stops near the middle."""
+    positions = [[0.2, 0.1, 0.8], [-0.2, 0.1, 1.0], [0.0, -0.2, 0.9]]
+    result = cdprcal.make_plan(robot, positions_m=[np.array(p) for p in positions])
+    assert result.status == cdprcal.PlanStatus.planned, result.reason
+    return result.plan
+
+
+def watched_run(
+    session: Session,
+    robot: cdprcal.Robot,
+    plan: cdprcal.Plan,
+    path: Path,
+    fault: Fault | None = None,
+    *,
+    seed: int = 1,
+    each_cycle: Callable[[SimulatedClock], None] = lambda clock: None,
+) -> Watched:
+    """The start-up over simulated CANopen with a sniffer; the fault's time counts from arming."""
+    startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
+    options = cdprcal.SimulatorOptions(seed=seed)
+    backend = SessionBackend.connect(session, robot, plan, options, armed=True, fault=fault)
+    clock, simulated = backend._clock, backend.simulated
+    assert isinstance(clock, SimulatedClock)
+    assert simulated is not None
+    sniffer = Sniffer(session, clock.now_s)
+    fault_s = fault.begin_s if fault is not None else math.inf
+    off_s: list[float] = []
+
+    def look(now_s: float = 0.0) -> None:
+        sniffer.listen()
+        enabled = any(node.drive.state is cia402.State.enabled for node in simulated.nodes)
+        if not enabled and not off_s and clock.now_s() >= fault_s:
+            off_s.append(clock.now_s())
+
+    clock.idle.append(look)
+    clock.advance.append(look)
+    inputs = AcquisitionInputs(cdprcal.to_yaml(robot), cdprcal.format_plan(plan), backend.settings)
+    log = open_live_log(path, robot.cable_count, inputs, 10.0)
+    run = acquire(startup, backend, log, watch=lambda *_: each_cycle(clock))
+    sniffer.close()
+    end_s = off_s[0] if off_s else math.inf
+    cycles = sum(fault_s <= t <= end_s for t in sniffer.sync_s)
+    return Watched(run, backend, sniffer, fault_s, end_s, cycles)
+
+
+#: Faults that show only when the next heartbeat is due, and how long that takes at most [s].
+SHOW_S = {"heartbeat lost": 0.25, "heartbeat cut": 0.1, "heartbeat tells stopped": 0.1}
+
+
+def random_fault(random: np.random.Generator, kind: str, latest_s: float) -> Fault:
+    """A fault of a kind at a random time and node."""
+    maker = fault_kinds()[kind]
+    return maker(float(random.uniform(1.0, latest_s)), int(random.integers(1, 5)), random)
+
+
+def judge(watched: Watched, fault: Fault) -> list[str]:
+    """What did not go as it must."""
+    wrong = []
+    kind = fault.name.rsplit(" of node", 1)[0]
+    allowed = 2 + math.ceil(100 * SHOW_S.get(kind, 0.0))
+    if watched.cycles > allowed:
+        wrong.append(f"{watched.cycles} cycles until the drives were off")
+    if not math.isfinite(watched.off_s):
+        wrong.append("the drives stayed on")
+    if watched.sniffer.outside:
+        wrong.append(f"outside the limits: {watched.sniffer.outside[0]}")
+    if watched.run.state != cdprcal.StartUpState.holding or not watched.run.reason:
+        wrong.append(f"ended {watched.run.state.name}: {watched.run.reason!r}")
+    return wrong
