@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -98,3 +99,8 @@ def test_objects() -> None:
     assert parse_object("0x60e4:0x0A") == (0x60E4, 10)
     assert object_type("int16").range == (-32768, 32767)
     assert object_type("uint32").range == (0, 2**32 - 1)
+
+
+@pytest.mark.parametrize("module", ["can", "canopen", "msgpack", "rosbags", "serial"])
+def test_what_the_hardware_needs_is_installed(module: str) -> None:
+    assert find_spec(module), f"{module} is not installed: run ./setup"

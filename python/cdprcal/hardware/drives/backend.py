@@ -272,8 +272,9 @@ class FieldbusBackend:
             self._due_s = self._clock.now_s()
         time_s = self._clock.now_s() - self._began_s
         try:
-            # The latest command has gone out already.
-            self._take({} if not self._guard.reason else self._outputs())
+            # The latest command once more: drives miss it when it stays away for two cycles, and a
+            # slow answer to the last sample must not look like that.
+            self._take(self._outputs())
         except BackendError as error:
             self._guard.trip(str(error))
         self._due_s += self._session.period_s

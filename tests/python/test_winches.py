@@ -1,0 +1,511 @@
+"""The start-up over simulated CANopen: the same as without a bus, and safe whatever goes wrong."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import can
+import numpy as np
+import pytest
+
+import cdprcal
+from cdprcal import StartUpState
+from cdprcal.acquisition import acquire, start_up_plan
+from cdprcal.hardware import BackendError
+from cdprcal.hardware.connect import SessionBackend
+from cdprcal.hardware.drives import cia402
+from cdprcal.hardware.drives.cia402 import State
+from cdprcal.hardware.drives.fieldbus import SimulatedClock
+from cdprcal.hardware.drives.guard import Guard, torque_range
+from cdprcal.hardware.drives.process_data import Image, Values
+from cdprcal.hardware.simulated import SimulatedBackend, start_of
+from cdprcal.hardware.simulated_devices.faults import Fault, fault_kinds
+from cdprcal.hardware.simulated_devices.robot import set_plant
+from cdprcal.io import AcquisitionInputs, load_log, open_live_log, read_inputs
+from conftest import Ran
+from winch_bus import (
+    EXAMPLE,
+    Watched,
+    example_session,
+    judge,
+    random_fault,
+    small_plan,
+    torque_session,
+    watched_run,
+)
+
+RUNS = int(os.environ.get("CDPRCAL_FAULT_RUNS", "60"))
+
+
+@pytest.fixture(scope="module")
+def plan(robot: cdprcal.Robot) -> cdprcal.Plan:
+    return small_plan(robot)
+
+
+@pytest.fixture(scope="module")
+def direct(
+    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path_factory: pytest.TempPathFactory
+) -> cdprcal.Log:
+    """The same start-up on the simulator without a bus, with the same seed."""
+    path = tmp_path_factory.mktemp("direct") / "run.csv"
+    options = cdprcal.SimulatorOptions(seed=1)
+    set_plant(options, example_session())
+    backend = SimulatedBackend(robot, start_of(robot, plan, 1), options)
+    startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
+    run = acquire(startup, backend, open_live_log(path, 4, AcquisitionInputs("", "", {}), 10.0))
+    assert run.state == StartUpState.done
+    return load_log(path).log
+
+
+@pytest.fixture(scope="module")
+def wired(
+    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Watched, cdprcal.Log]:
+    """The start-up over CANopen."""
+    path = tmp_path_factory.mktemp("wired") / "run.csv"
+    watched = watched_run(example_session(), robot, plan, path)
+    return watched, load_log(path).log
+
+
+def test_the_start_up_over_canopen_is_that_of_the_simulator(
+    robot: cdprcal.Robot, wired: tuple[Watched, cdprcal.Log], direct: cdprcal.Log
+) -> None:
+    watched, log = wired
+    assert watched.run.state == StartUpState.done
+    assert len(watched.run.rests) == 4
+    assert len(log) == len(direct)
+    np.testing.assert_allclose(log.time_s, direct.time_s, atol=1e-9)
+    # Commands are whole counts a second, so the plants drift apart by a few counts, and a reading
+    # may be rounded to the next step: of the encoders, the load cells and a float32 quaternion.
+    for name, step, steps in (
+        ("length_m", 1e-6, 10),
+        ("swivel_rad", 2 * np.pi / 65536, 2),
+        ("tension_N", 0.01, 2),
+        ("roll_pitch_yaw_rad", 1e-6, 6),
+    ):
+        np.testing.assert_allclose(getattr(log, name), getattr(direct, name), atol=steps * step)
+    over_bus = cdprcal.calibrate(robot, log).result
+    without = cdprcal.calibrate(robot, direct).result
+    assert over_bus.status == without.status == cdprcal.CalibrationStatus.converged
+    # The coarsest step, the swivel's, is 0.07 of that sensor's noise: so far may they be apart.
+    apart = over_bus.poses[0].position_m - without.poses[0].position_m
+    assert without.covariance is not None
+    deviation = np.sqrt(np.diag(without.covariance))
+    assert (np.abs(apart) < 0.07 * deviation[:3]).all()
+    turn_rad = cdprcal.minus(over_bus.poses[0], without.poses[0])[3:]
+    assert (np.abs(turn_rad) < 0.07 * deviation[3:]).all()
+
+
+def test_no_command_is_outside_the_limits_and_all_drives_end_switched_off(
+    wired: tuple[Watched, cdprcal.Log],
+) -> None:
+    watched, _ = wired
+    assert watched.sniffer.commands > 10_000
+    assert watched.sniffer.outside == []
+    assert watched.backend.tripped == ""
+    assert watched.backend.simulated is not None
+    states = {node.drive.state for node in watched.backend.simulated.nodes}
+    assert states == {State.switch_on_disabled}
+
+
+def test_torque_mode(robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path) -> None:
+    """Quantised by thousandths of the rated torque, half a newton here: its own run."""
+    path = tmp_path / "run.mcap"
+    watched = watched_run(torque_session(), robot, plan, path)
+    assert watched.run.state == StartUpState.done, watched.run.reason
+    assert watched.sniffer.outside == []
+    truth = start_of(robot, plan, 1)
+    result = cdprcal.calibrate(robot, load_log(path).log).result
+    assert result.status == cdprcal.CalibrationStatus.converged
+    assert np.isfinite(truth).all()
+
+
+def test_settings_in_the_log_tell_the_devices(
+    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+) -> None:
+    path = tmp_path / "run.mcap"
+    fault = Fault("AHRS silent", 1.5, serial=lambda data: b"")
+    watched_run(example_session(), robot, plan, path, fault)
+    inputs = read_inputs(path)
+    assert inputs is not None
+    settings = inputs.settings
+    assert [drive["serial"] for drive in settings["drives"]] == [1001, 1002, 1003, 1004]
+    assert settings["ahrs"]["device_id"] == "07812345"
+    assert settings["session"]["rate_Hz"] == 100
+    assert settings["armed"] is True
+
+
+# --- faults --------------------------------------------------------------------------------------
+
+
+def test_every_fault_stops_the_winches_within_two_cycles(
+    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+) -> None:
+    """Each kind in turn, at random times, on random nodes, in both modes."""
+    random = np.random.default_rng(7)
+    kinds = list(fault_kinds())
+    for number in range(RUNS):
+        fault = random_fault(random, kinds[number % len(kinds)], 3.0)
+        path = tmp_path / f"run{number}.{'csv' if number % 2 else 'mcap'}"
+        session = (example_session, torque_session)[number // len(kinds) % 2]()
+        watched = watched_run(session, robot, plan, path, fault, seed=number)
+        assert judge(watched, fault) == [], f"{fault.name} at {fault.begin_s:.3f} s"
+        file = load_log(path)
+        assert file.findings == ()
+        assert len(file.log) == watched.run.samples >= 8
+
+
+def test_a_late_cycle(robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path) -> None:
+    """This computer is busy with something else for 30 ms: the drives have stopped already."""
+
+    def dawdle(clock: SimulatedClock) -> None:
+        if 2.0 <= clock.now_s() < 2.0 + 1e-3:
+            clock.sleep_until(clock.now_s() + 0.03)
+
+    watched = watched_run(example_session(), robot, plan, tmp_path / "run.csv", each_cycle=dawdle)
+    assert watched.run.state == StartUpState.holding
+    assert re.search(r"the control cycle began 2\d ms late", watched.run.reason)
+    assert watched.sniffer.outside == []
+
+
+def test_a_cycle_late_by_less_than_allowed_is_none(
+    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+) -> None:
+    def dawdle(clock: SimulatedClock) -> None:
+        if 2.0 <= clock.now_s() < 2.0 + 1e-3:
+            clock.sleep_until(clock.now_s() + 0.014)
+        assert clock.now_s() < 4.0, "enough"
+
+    with pytest.raises(AssertionError, match="enough"):
+        watched_run(example_session(), robot, plan, tmp_path / "run.csv", each_cycle=dawdle)
+
+
+def test_a_computer_that_hangs_is_missed_by_the_drives(
+    robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    """Nobody calls the backend any more: within two cycles the drives stop by themselves."""
+    backend = SessionBackend.connect(example_session(), robot, plan, armed=True)
+    startup = cdprcal.StartUp(robot, start_up_plan(plan))
+    for _ in range(50):
+        backend.command(startup.step(backend.read()))
+    assert backend.simulated is not None
+    drives = [node.drive for node in backend.simulated.nodes]
+    assert {drive.state for drive in drives} == {State.enabled}
+    clock = backend._clock
+    began_s = clock.now_s()
+    while any(drive.state is State.enabled for drive in drives):
+        clock.sleep_until(clock.now_s() + 1e-3)
+        assert clock.now_s() - began_s < 0.021
+    backend.stop()
+
+
+def test_a_bus_that_fails_stops_the_robot(
+    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+) -> None:
+    session = example_session()
+    backend = SessionBackend.connect(session, robot, plan, armed=True)
+    log = open_live_log(tmp_path / "run.csv", 4, AcquisitionInputs("", "", {}), 10.0)
+
+    def pull_the_plug(*_: object) -> None:
+        if backend._clock.now_s() > 1.5:
+            backend._bus._bus.shutdown()  # type: ignore[attr-defined]
+
+    startup = cdprcal.StartUp(robot, start_up_plan(plan))
+    run = acquire(startup, backend, log, watch=pull_the_plug)
+    assert run.state == StartUpState.holding
+    assert "CAN bus: Cannot operate on a closed bus" in run.reason
+
+
+def test_a_cable_beyond_the_tension_limits_stops_the_robot(
+    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+) -> None:
+    options = cdprcal.SimulatorOptions(
+        seed=1, effects=[cdprcal.parse_injected_effect("slack=2.0,2,0.5")]
+    )
+    backend = SessionBackend.connect(example_session(), robot, plan, options, armed=True)
+    log = open_live_log(tmp_path / "run.csv", 4, AcquisitionInputs("", "", {}), 10.0)
+    run = acquire(cdprcal.StartUp(robot, start_up_plan(plan)), backend, log)
+    assert run.state == StartUpState.holding
+    assert re.search(r"node 2 \(cable 2\): tension -?\d\.\d N is beyond the limits", run.reason)
+
+
+# --- arming --------------------------------------------------------------------------------------
+
+
+def test_a_dry_run_reads_and_never_tells_a_drive_anything(
+    robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    session = example_session()
+    from winch_bus import Sniffer
+
+    backend = SessionBackend.connect(session, robot, plan, armed=False)
+    sniffer = Sniffer(session, backend._clock.now_s)
+    command = cdprcal.StartUp(robot, start_up_plan(plan)).step(backend.read())
+    tensions = []
+    for _ in range(100):
+        backend.command(command)
+        tensions.append(backend.read().tension_N)
+    assert backend.simulated is not None
+    assert {n.drive.state for n in backend.simulated.nodes} == {State.switch_on_disabled}
+    backend.stop()
+    sniffer.close()
+    assert sniffer.commands == sniffer.enabling == 0
+    assert len(sniffer.sync_s) > 100
+    assert np.ptp(tensions, axis=0).min() > 0.0  # it is alive
+
+
+def test_drives_without_brakes_hold_the_platform(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+    session = example_session(**{"brakes: true": "brakes: false"})
+    backend = SessionBackend.connect(session, robot, plan, armed=True)
+    for _ in range(20):
+        backend.read()
+    backend.stop()
+    assert backend.simulated is not None
+    assert {node.drive.state for node in backend.simulated.nodes} == {State.quick_stop}
+
+
+def test_a_fault_from_before_is_reset_and_noted(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+    fault = Fault("fault before arming", 0.0, happen=lambda nodes: nodes[2].drive.fail(0x7305))
+    backend = SessionBackend.connect(example_session(), robot, plan, armed=True, fault=fault)
+    backend.read()
+    assert backend.notes == ["node 3 (cable 3): fault 0x7305 was reset"]
+    assert {winch.state for winch in backend.winches} == {State.enabled}
+    backend.stop()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"node: 3": "node: 33"}, r"node 33 \(cable 3\): read of 0x1000:00: no answer; is it on"),
+        ({"node: 2\n": "node: 2\n    serial_number: 7\n"}, r"node 2 \(cable 2\): has the serial "
+         r"number 1002, the session says 7"),
+    ],
+)  # fmt: skip
+def test_what_is_wired_otherwise_is_refused(
+    change: dict[str, str], words: str, robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    # The simulated drives are wired as the example says, whatever the session does.
+    session = example_session(**change)
+    right = example_session()
+    wrong = session.model_copy(update={"bus": right.bus})
+    clock = SimulatedClock()
+    from cdprcal.hardware.drives.backend import FieldbusBackend
+    from cdprcal.hardware.drives.canopen_bus import CanopenFieldbus, open_can_bus
+    from cdprcal.hardware.simulated_devices.robot import SimulatedRobotOnCan
+
+    assert right.bus.type == "canopen"
+    simulated = SimulatedRobotOnCan(
+        right, robot, start_of(robot, plan, 1), cdprcal.SimulatorOptions(), open_can_bus(right.bus)
+    )
+    clock.idle.append(simulated.process)
+    bus = CanopenFieldbus(wrong, clock)
+    with pytest.raises(BackendError, match=words):
+        FieldbusBackend(wrong, robot, bus, None, clock, armed=True)
+    simulated.close()
+
+
+def answers(abort: int, index: int) -> Callable[[int, bytes], bytes]:
+    """SDO responses about an object become aborts."""
+
+    def tamper(can_id: int, data: bytes) -> bytes:
+        if can_id & 0x780 == 0x580 and int.from_bytes(data[1:3], "little") == index:
+            return b"\x80" + data[1:4] + abort.to_bytes(4, "little")
+        return data
+
+    return tamper
+
+
+@pytest.mark.parametrize(
+    ("tamper", "words"),
+    [
+        (answers(0x06010002, 0x6085), "write of 0x6085:00 refused"),
+        (answers(0x06020000, 0x605A), "write of 0x605A:00 refused"),
+        (answers(0x08000000, 0x1A00), "write of 0x1A00:00 refused"),
+        (lambda i, d: None if i & 0x780 == 0x580 else d, "0x1000:00: no answer"),
+        (lambda i, d: d[:2] if i & 0x780 == 0x580 else d, "0x1000:00"),
+        (lambda i, d: b"\xff" * 8 if i & 0x780 == 0x580 else d, "0x1000:00"),
+        (lambda i, d: None if i & 0x780 == 0x180 else d, "does not send its process data"),
+    ],
+)
+def test_nodes_that_do_not_obey_while_they_are_set_up(
+    tamper: Callable[[int, bytes], bytes | None],
+    words: str,
+    robot: cdprcal.Robot,
+    plan: cdprcal.Plan,
+) -> None:
+    fault = Fault("set-up", 0.0, from_nodes=tamper)
+    with pytest.raises(BackendError, match=words):
+        SessionBackend.connect(example_session(), robot, plan, armed=True, fault=fault)
+
+
+def test_a_drive_without_abort_option_is_noted(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+    fault = Fault("set-up", 0.0, from_nodes=answers(0x06020000, 0x6007))
+    backend = SessionBackend.connect(example_session(), robot, plan, armed=True, fault=fault)
+    backend.stop()
+    assert len(backend.notes) == 4
+    assert "has no object 0x6007" in backend.notes[0]
+
+
+def test_a_silent_ahrs_is_said_before_anything_moves(
+    robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    fault = Fault("AHRS", 0.0, serial=lambda data: b"")
+    with pytest.raises(BackendError, match="AHRS on simulated: does not answer"):
+        SessionBackend.connect(example_session(), robot, plan, armed=True, fault=fault)
+
+
+def test_session_and_robot_must_fit(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+    for change, words in (
+        ({"robot: irma4": "robot: irma8"}, "is of robot irma8, not of irma4"),
+        ({"[10, 420]": "[30, 420]"}, r"must contain the robot's tension limits \[20, 400\]"),
+    ):
+        with pytest.raises(cdprcal.InputError, match=words):
+            SessionBackend.connect(example_session(**change), robot, plan, armed=True)
+
+
+# --- the last layer ------------------------------------------------------------------------------
+
+
+class Recorded:
+    """A bus that keeps what is sent."""
+
+    def __init__(self) -> None:
+        self.sent: list[dict[int, Values]] = []
+
+    def send(self, outputs: Image) -> None:
+        self.sent.append({node: dict(values) for node, values in outputs.items()})
+
+    exchange = send
+
+
+def output(velocity: int, torque: int = 0, word: int = cia402.ENABLE_OPERATION) -> Values:
+    return {
+        cia402.CONTROLWORD: word,
+        cia402.MODE: cia402.CSV,
+        cia402.TARGET_VELOCITY: velocity,
+        cia402.TARGET_TORQUE: torque,
+    }
+
+
+def test_the_guard_cuts_what_is_too_much() -> None:
+    bus, session = Recorded(), torque_session()
+    guard = Guard(bus, session, armed=True)  # type: ignore[arg-type]
+    guard.measured({1: 100.0, 2: 100.0})
+    guard.send({1: output(10**9, -(2**15)), 2: output(10**9, -(2**15))})
+    low, high = torque_range(session.winches[0], session)
+    assert (low, high) == (-875, -21)  # 420 and 10 N at 0.05 m, 10:1, 2.4 Nm: -875.0, -20.8
+    assert bus.sent[-1][1] == output(400_000, low)
+    # The second winch counts the other way round: 10 N is 20.8, 420 N 875.
+    assert bus.sent[-1][2] == output(400_000, 21)
+
+
+@pytest.mark.parametrize(
+    ("tension_N", "reel_in", "pay_out"),
+    [(100.0, -5, 5), (420.0, 0, 5), (500.0, 0, 5), (10.0, -5, 0), (0.0, -5, 0), (math.nan, 0, 0)],
+)
+def test_a_cable_at_a_limit_is_only_moved_back(
+    tension_N: float, reel_in: int, pay_out: int
+) -> None:
+    bus = Recorded()
+    guard = Guard(bus, example_session(), armed=True)  # type: ignore[arg-type]
+    guard.measured({1: tension_N, 2: tension_N})
+    guard.send({1: output(-5), 2: output(5)})  # sign 1 and -1: both reel in
+    assert [values[cia402.TARGET_VELOCITY] for values in bus.sent[-1].values()] == [
+        reel_in,
+        -reel_in,
+    ]
+    guard.send({1: output(5), 2: output(-5)})
+    assert [values[cia402.TARGET_VELOCITY] for values in bus.sent[-1].values()] == [
+        pay_out,
+        -pay_out,
+    ]
+
+
+def test_once_tripped_only_quick_stops_pass() -> None:
+    bus = Recorded()
+    guard = Guard(bus, example_session(), armed=True)  # type: ignore[arg-type]
+    guard.measured({1: 100.0})
+    guard.send({1: output(5)})
+    guard.trip("first")
+    guard.trip("second")
+    guard.send({1: output(5)})
+    assert guard.reason == "first"
+    words = [sent[1][cia402.CONTROLWORD] for sent in bus.sent]
+    assert words == [cia402.ENABLE_OPERATION, cia402.QUICK_STOP, cia402.QUICK_STOP]
+    assert bus.sent[-1][1][cia402.TARGET_VELOCITY] == 0
+
+
+# --- the command ---------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def plan_path(plan: cdprcal.Plan, tmp_path: Path) -> Path:
+    path = tmp_path / "plan.csv"
+    path.write_text(cdprcal.format_plan(plan))
+    return path
+
+
+def test_acquire_over_canopen_calibrates(
+    cli: Callable[..., Ran], plan_path: Path, tmp_path: Path
+) -> None:
+    log, truth = tmp_path / "run.mcap", tmp_path / "truth.json"
+    ran = cli("acquire", "irma4", plan_path, "--backend", "canopen", "--session", EXAMPLE,
+              "--seed", 3, "--quick", "-o", log, "--truth", truth, "--json")  # fmt: skip
+    assert ran.code == 0, ran.stderr
+    assert json.loads(ran.stdout)["state"] == "done"
+    ran = cli("calibrate", "irma4", log, "--json")
+    assert ran.code == 0, ran.stderr
+    found = json.loads(ran.stdout)["initial_pose"]["position_m"]
+    true = json.loads(truth.read_text())["poses"][0]["position_m"]
+    assert np.linalg.norm(np.subtract(found, true)) < 2e-3  # the cables stretch by up to 1 mm
+
+
+def test_dry_run_command(cli: Callable[..., Ran], plan_path: Path, tmp_path: Path) -> None:
+    log = tmp_path / "run.mcap"
+    arguments = ("acquire", "irma4", plan_path, "--backend", "canopen", "--session", EXAMPLE,
+                 "--dry-run", "--seconds", 1, "-o", log)  # fmt: skip
+    ran = cli(*arguments, "--json")
+    assert ran.code == 0, ran.stderr
+    document = json.loads(ran.stdout)
+    assert document["state"] == "dry_run"
+    assert [row["state"] for row in document["winches"]] == ["switch on disabled"] * 4
+    assert len(document["roll_pitch_yaw_rad"]) == 3
+    assert "no drive was enabled" in ran.stderr
+    assert not log.exists()
+
+
+def test_wrong_use_of_acquire(cli: Callable[..., Ran], plan_path: Path, tmp_path: Path) -> None:
+    log, session = tmp_path / "run.mcap", tmp_path / "session.yaml"
+    session.write_text(EXAMPLE.read_text().replace("cable: 4", "cable: 9"))
+    real = tmp_path / "real.yaml"
+    text = EXAMPLE.read_text().replace("simulated: {}", "").replace("port: simulated", "port: x")
+    real.write_text(text.replace("interface: virtual", "interface: socketcan"))
+    for arguments, code, words in (
+        (("--backend", "canopen"), 2, "needs --session FILE"),
+        (("--session", EXAMPLE), 2, "are for --backend canopen"),
+        (("--arm",), 2, "are for --backend canopen"),
+        (("--backend", "ethercat", "--session", EXAMPLE), 2, "is of bus.type canopen"),
+        (("--backend", "canopen", "--session", session), 2, r"session\.yaml:\d+:\d+: winches"),
+        (("--backend", "canopen", "--session", tmp_path / "no"), 2, "cannot be read"),
+        (("--backend", "canopen", "--session", real, "--effect", "mass=1"), 2, "--effect: is for"),
+        (("--backend", "canopen", "--session", real), 1, "CAN bus socketcan irma4: cannot be open"),
+        (("--backend", "canopen", "--session", EXAMPLE, "--dry-run", "--seconds", "0"), 2, "above"),
+    ):
+        ran = cli("acquire", "irma4", plan_path, "-o", log, *arguments)
+        assert ran.code == code, ran.stderr
+        assert re.search(words, ran.stderr), ran.stderr
+        assert "Traceback" not in ran.stderr
+        assert not log.exists()
+
+
+def test_no_bus_is_left_open() -> None:
+    """Of all the runs above: every end has left its channel."""
+    from can.interfaces import virtual
+
+    assert not [name for name in virtual.channels if str(name).startswith("test-")]
+    assert can.__version__
