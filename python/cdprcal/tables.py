@@ -82,6 +82,26 @@ def print_check(report: dict[str, Any], findings: Iterable[Finding]) -> None:
     )
 
 
+def print_robot_check(report: dict[str, Any], findings: Iterable[Finding]) -> None:
+    """What a robot file describes, what is wrong with it, and the verdict."""
+    out = console()
+    low, high = report["tension_limits_N"]
+    volume = report["workspace_m3"]
+    where = "" if volume is None else f", static workspace about {volume:.2g} m³"
+    say(
+        out,
+        f"{report['robot']}: {report['cables']} cables, weight {report['weight_N']:.4g} N, "
+        f"tensions {low:g} to {high:g} N{where}",
+    )
+    print_findings(findings)
+    say(
+        out,
+        Text("this robot file can be used", style="green")
+        if report["trusted"]
+        else Text("this robot file cannot be trusted", style="bold red"),
+    )
+
+
 def print_calibration(document: dict[str, Any], sigma: dict[str, float]) -> None:
     """The result of ``calibrate``; ``sigma`` is what each channel's residuals are held against."""
     out = console()

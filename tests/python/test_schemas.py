@@ -97,6 +97,7 @@ def test_plan_acquire_check_and_truth(cli: Cli, tmp_path: Path) -> None:
     validate("acquire", json.loads(ran.stdout))
     validate("truth", json.loads(truth.read_text()))
     validate("check", json.loads(cli("check", "irma4", log, "--json").stdout))
+    validate("check", json.loads(cli("check", "ring3", "--json").stdout))
 
 
 def test_plan_with_a_comparison_and_a_random_order(cli: Cli) -> None:

@@ -1,5 +1,6 @@
-"""What is wrong with a log, before anyone fits it."""
+"""What is wrong with a robot file or a log, before anyone fits it."""
 
 from cdprcal.check.check import CheckReport, check_file, check_log
+from cdprcal.check.robot import RobotReport, check_robot
 
-__all__ = ["CheckReport", "check_file", "check_log"]
+__all__ = ["CheckReport", "RobotReport", "check_file", "check_log", "check_robot"]

@@ -22,6 +22,7 @@ from cdprcal.cli import (
     replay,
     report,
     schema,
+    template,
     workspace,
 )
 
@@ -45,6 +46,7 @@ app.command("calibrate", epilog=calibrate.EXAMPLE)(calibrate.command)
 app.command("diagnose", epilog=diagnose.EXAMPLE)(diagnose.command)
 app.command("report", epilog=report.EXAMPLE)(report.command)
 app.command("repeat", epilog=repeat.EXAMPLE)(repeat.command)
+app.command("template", epilog=template.EXAMPLE)(template.command)
 app.command("schema", epilog=schema.EXAMPLE)(schema.command)
 app.command("generate", epilog=generate.EXAMPLE)(generate.command)
 

@@ -1,6 +1,8 @@
-"""``cdprcal check``: what is wrong with this log, before anyone fits it."""
+"""``cdprcal check``: what is wrong with this robot file or log, before anyone fits it."""
 
 from __future__ import annotations
+
+from typing import Annotated
 
 import typer
 
@@ -8,7 +10,6 @@ from cdprcal.cli.common import (
     DONE,
     UNTRUSTED,
     JsonOption,
-    LogArgument,
     RobotArgument,
     SegmentOption,
     print_json,
@@ -20,21 +21,38 @@ EXAMPLE = "Example: cdprcal check irma4 run.csv"
 
 @reports_errors
 def command(
-    robot: RobotArgument, log: LogArgument, segment: SegmentOption = -1, json: JsonOption = False
+    robot: RobotArgument,
+    log: Annotated[
+        str,
+        typer.Argument(
+            metavar="[LOG]",
+            help="Canonical CSV, MCAP or raw robot log, told apart by content; without one the "
+            "robot file itself is checked.",
+        ),
+    ] = "",
+    segment: SegmentOption = -1,
+    json: JsonOption = False,
 ) -> None:
-    """Say what is wrong with a log: where, how bad, and what to do.
+    """Say what is wrong with a robot file or a log: where, how bad, and what to do.
 
     Thresholds come from the robot file's sigma and limits, from physics and from the data's own
-    noise. Exit code 1: the log cannot be trusted.
+    noise. Exit code 1: it cannot be trusted.
     """
     from cdprcal._core import load_robot
-    from cdprcal.check import check_file
+    from cdprcal.check import check_file, check_robot
+    from cdprcal.tables import print_check, print_robot_check
 
-    report = check_file(load_robot(robot), log, segment)
+    the_robot = load_robot(robot)
+    if not log:
+        about = check_robot(the_robot)
+        if json:
+            print_json(about.as_dict())
+        else:
+            print_robot_check(about.as_dict(), about.findings)
+        raise typer.Exit(DONE if about.trusted else UNTRUSTED)
+    report = check_file(the_robot, log, segment)
     if json:
         print_json(report.as_dict())
     else:
-        from cdprcal.tables import print_check
-
         print_check(report.as_dict(), report.findings)
     raise typer.Exit(DONE if report.trusted else UNTRUSTED)

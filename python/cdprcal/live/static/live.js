@@ -130,7 +130,7 @@
       height: 300, margin: { l: 60, r: 60, t: 24, b: 44 }, font: FONT, legend: { orientation: "h", x: 0, y: 1, yanchor: "bottom" },
       xaxis: { ...AXIS, title: { text: "time [s]" } },
       yaxis: { ...AXIS, type: "log", title: { text: "σ of the position [mm]" }, nticks: 5 },
-      yaxis2: { ...AXIS, type: "log", overlaying: "y", side: "right", showgrid: false, title: { text: "σ of the rotation [°]" }, nticks: 5 },
+      yaxis2: { ...AXIS, type: "log", overlaying: "y", side: "right", showgrid: false, tickmode: "auto", automargin: true, tickformat: ".2~g", title: { text: "σ of the rotation [°]" }, nticks: 5 },
     }, config);
   }
 

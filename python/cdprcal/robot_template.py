@@ -1,0 +1,56 @@
+"""A robot file to be filled in: ``cdprcal check`` names the next thing that is missing."""
+
+from __future__ import annotations
+
+#: Stands where a number is to be entered. The robot file's reader refuses it, naming the place.
+BLANK = "FILL"
+
+_HEAD = """\
+# Robot file of cdprcal. Replace every {blank}, then: cdprcal check {name}.yaml
+# SI units; the unit is the key's suffix. World frame: z up. Platform frame: any, fixed in it.
+name: {name}
+gravity_m_s2: 9.81
+
+platform:
+  # On a scale, with everything that hangs on it.
+  mass_kg: {blank}
+  # In the platform frame; from CAD, or hang the platform by one anchor after the other.
+  centre_of_mass_m: [{blank}, {blank}, {blank}]
+  # About the centre of mass, from CAD. Only plan and the simulator use it.
+  inertia_kg_m2: [[{blank}, 0, 0], [0, {blank}, 0], [0, 0, {blank}]]
+
+cables:
+"""
+
+_CABLE = """\
+  # Cable {number}
+  - pulley:
+      # Of the groove, where the cable runs; 0 is a plain eyelet.
+      radius_m: {blank}
+      # D: where the cable enters the groove, on the swivel axis. World frame.
+      position_m: [{blank}, {blank}, {blank}]
+      # Where the pulley points at swivel angle zero, and the axis that it swivels about.
+      x_axis: [{blank}, {blank}, {blank}]
+      swivel_axis: [{blank}, {blank}, {blank}]
+    # Where the cable holds the platform. Platform frame.
+    platform_anchor_m: [{blank}, {blank}, {blank}]
+"""
+
+_TAIL = """\
+
+# Least: no cable goes slack. Most: what winches, cables and load cells bear.
+tension_limits_N: [{blank}, {blank}]
+
+sensors:
+  # Order of the attitude sensor's angles: R = Rx(roll) Ry(pitch) Rz(yaw) is XYZ.
+  euler_convention: XYZ
+  # One standard deviation of each reading; these are the paper's (eq. 18), generous for most.
+  sigma: {{length_m: 0.01, swivel_deg: 1, attitude_deg: 2, tension_N: 10}}
+"""
+
+
+def robot_template(name: str, cables: int) -> str:
+    """The text of a robot file for so many cables, with blanks."""
+    parts = [_HEAD.format(blank=BLANK, name=name)]
+    parts += [_CABLE.format(blank=BLANK, number=number) for number in range(1, cables + 1)]
+    return "".join(parts) + _TAIL.format(blank=BLANK)

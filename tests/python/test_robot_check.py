@@ -1,0 +1,114 @@
+"""``cdprcal template`` and ``cdprcal check ROBOT``: from blanks to a robot file to be used."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cdprcal
+from cdprcal.robot_template import BLANK, robot_template
+from conftest import Ran
+
+Cli = Callable[..., Ran]
+PLACE = re.compile(r":(\d+):(\d+): ")
+
+
+def answers(robot: cdprcal.Robot) -> list[float]:
+    """What goes into the blanks of a template, in their order."""
+    platform = robot.platform
+    values = [platform.mass_kg, *platform.centre_of_mass_m, *np.diag(platform.inertia_kg_m2)]
+    for cable in robot.cables:
+        pulley = cable.pulley
+        values += [pulley.radius_m, *pulley.position_m, *pulley.x_axis, *pulley.swivel_axis]
+        values += [*cable.platform_anchor_m]
+    return [float(value) for value in (*values, *robot.tension_limits_N)]
+
+
+@pytest.mark.parametrize("robot_name", ["irma4", "ring3"])
+def test_check_walks_through_the_template(cli: Cli, robot_name: str, tmp_path: Path) -> None:
+    robot = cdprcal.load_robot(robot_name)
+    path = tmp_path / "mine.yaml"
+    assert cli("template", "--cables", robot.cable_count, "-o", path).code == 0
+    for value in answers(robot):
+        ran = cli("check", path)
+        assert ran.code == 2
+        match = PLACE.search(ran.stderr)
+        assert match is not None, ran.stderr
+        assert BLANK in ran.stderr
+        lines = path.read_text().splitlines(keepends=True)
+        row, column = int(match[1]) - 1, int(match[2]) - 1
+        # A list of numbers is named by its first blank or by its own place.
+        at = lines[row].index(BLANK, column)
+        lines[row] = lines[row][:at] + repr(value) + lines[row][at + len(BLANK) :]
+        path.write_text("".join(lines))
+    ran = cli("check", path, "--json")
+    assert ran.code == 0, ran.stderr
+    assert json.loads(ran.stdout)["cables"] == robot.cable_count
+    filled = cdprcal.load_robot(str(path))
+    for mine, theirs in zip(filled.cables, robot.cables, strict=True):
+        np.testing.assert_allclose(mine.pulley.axes_world, theirs.pulley.axes_world, atol=1e-9)
+
+
+def test_a_template_is_not_written_over_a_file(cli: Cli, tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text("mine")
+    ran = cli("template", "-o", path)
+    assert ran.code == 2
+    assert "exists already" in ran.stderr
+    assert path.read_text() == "mine"
+    assert robot_template("a", 8).count("platform_anchor_m") == 8
+
+
+@pytest.mark.parametrize("robot_name", ["irma4", "ring3", "ring5"])
+def test_the_built_in_robots_have_nothing_but_remarks(cli: Cli, robot_name: str) -> None:
+    ran = cli("check", robot_name, "--json")
+    document = json.loads(ran.stdout)
+    assert ran.code == 0
+    assert [finding["severity"] for finding in document["findings"]] == ["info"]
+    assert document["workspace_m3"] > 0.5
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code", "exit_code"),
+    [
+        ("position_m: [1.065,", "position_m: [1065,", "too_large", 1),
+        ("tension_limits_N: [20, 400]", "tension_limits_N: [1, 20]", "no_workspace", 1),
+        ("x_axis: [0, 0, -1]", "x_axis: [0, 0, 1]", "swivel_zero", 0),
+        (
+            "[[0.18396, 0, 0], [0, 0.11545, 0], [0, 0, 0.18643]]",
+            "[[184, 0, 0], [0, 115, 0], [0, 0, 186]]",
+            "large_inertia",
+            0,
+        ),
+        ("anchor_m: [0.075,", "anchor_m: [75,", "platform_larger_than_frame", 1),
+        ("radius_m: 0.03", "radius_m: 30", "large_pulley", 1),
+    ],
+)
+def test_slips_of_unit_and_sign_are_seen(
+    cli: Cli, old: str, new: str, code: str, exit_code: int, tmp_path: Path
+) -> None:
+    text = cdprcal.builtin_robot_yaml("irma4")
+    assert old in text
+    (tmp_path / "slip.yaml").write_text(text.replace(old, new))
+    ran = cli("check", tmp_path / "slip.yaml", "--json")
+    assert code in {finding["code"] for finding in json.loads(ran.stdout)["findings"]}
+    assert ran.code == exit_code
+
+
+@pytest.mark.parametrize("count", [1, 2, 6])
+def test_other_numbers_of_cables_are_checked_as_far_as_can_be(count: int) -> None:
+    from cdprcal.check import check_robot
+
+    four = cdprcal.load_robot("irma4")
+    cables = [four.cables[i % 4] for i in range(count)]
+    robot = cdprcal.Robot(
+        name="other", platform=four.platform, cables=cables, tension_limits_N=[1, 500]
+    )
+    report = check_robot(robot)
+    assert "workspace_not_computed" in {finding.code for finding in report.findings}
+    assert report.volume_m3 is None
