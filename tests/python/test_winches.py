@@ -12,6 +12,7 @@ from pathlib import Path
 import can
 import numpy as np
 import pytest
+from jsonschema import Draft202012Validator
 
 import cdprcal
 from cdprcal import StartUpState
@@ -27,6 +28,7 @@ from cdprcal.hardware.simulated import SimulatedBackend, start_of
 from cdprcal.hardware.simulated_devices.faults import Fault, fault_kinds
 from cdprcal.hardware.simulated_devices.robot import set_plant
 from cdprcal.io import AcquisitionInputs, load_log, open_live_log, read_inputs
+from cdprcal.schemas import schema
 from conftest import Ran
 from winch_bus import (
     EXAMPLE,
@@ -472,6 +474,7 @@ def test_dry_run_command(cli: Callable[..., Ran], plan_path: Path, tmp_path: Pat
     ran = cli(*arguments, "--json")
     assert ran.code == 0, ran.stderr
     document = json.loads(ran.stdout)
+    Draft202012Validator(schema("acquire-dry-run")).validate(document)
     assert document["state"] == "dry_run"
     assert [row["state"] for row in document["winches"]] == ["switch on disabled"] * 4
     assert len(document["roll_pitch_yaw_rad"]) == 3

@@ -15,6 +15,7 @@ from cdprcal.cli import (
     check,
     demo,
     diagnose,
+    export,
     generate,
     import_log,
     plan,
@@ -41,6 +42,7 @@ app.command("plan", epilog=plan.EXAMPLE)(plan.command)
 app.command("acquire", epilog=acquire.EXAMPLE)(acquire.command)
 app.command("replay", epilog=replay.EXAMPLE)(replay.command)
 app.command("import", epilog=import_log.EXAMPLE)(import_log.command)
+app.command("export", epilog=export.EXAMPLE)(export.command)
 app.command("check", epilog=check.EXAMPLE)(check.command)
 app.command("calibrate", epilog=calibrate.EXAMPLE)(calibrate.command)
 app.command("diagnose", epilog=diagnose.EXAMPLE)(diagnose.command)

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cdprcal.cli.common import DONE, UNTRUSTED, LogArgument, reports_errors
 
-EXAMPLE = "Example: cdprcal import robot.log -o run.csv"
+if TYPE_CHECKING:
+    from cdprcal.io import LogFile
+
+EXAMPLE = (
+    "Example: cdprcal import robot.log -o run.csv\n\n"
+    "A ROS 2 bag: cdprcal import bag --robot irma4 --session mine.yaml -o run.csv"
+)
 
 
 @reports_errors
@@ -28,8 +34,18 @@ def command(
             "settings that it holds.",
         ),
     ] = "",
+    robot: Annotated[
+        str,
+        typer.Option(
+            metavar="ROBOT", help="Of a ROS 2 bag with orientations: whose Euler convention to use."
+        ),
+    ] = "",
+    session: Annotated[
+        str,
+        typer.Option(metavar="FILE", help="Of a ROS 2 bag: its section ros2 names the topics."),
+    ] = "",
 ) -> None:
-    """Turn a raw robot log or MCAP into a canonical log.
+    """Turn a raw robot log, MCAP or ROS 2 bag into a canonical log.
 
     Nothing is corrected: signs, scales and offsets stay as the robot wrote them. Exit code 1:
     written, but the log cannot be trusted as it is (for example, its clock went back).
@@ -39,7 +55,7 @@ def command(
     from cdprcal.io.files import write_text
     from cdprcal.tables import console, print_findings, say
 
-    file = load_log(raw)
+    file = _load_bag(raw, robot, session) or load_log(raw)
     target = Path(output)
     if target.exists() and target.samefile(raw):
         raise InputError(f"{output}: is the log that is read; give another name")
@@ -63,3 +79,16 @@ def command(
     )
     errors = any(finding.severity == "error" for finding in file.findings)
     raise typer.Exit(UNTRUSTED if errors else DONE)
+
+
+def _load_bag(path: str, robot: str, session: str) -> LogFile | None:
+    """A ROS 2 bag; None when it is none."""
+    from cdprcal import _core
+    from cdprcal.hardware.session import load_session
+    from cdprcal.ros2 import is_bag, load_bag
+
+    if not is_bag(Path(path)):
+        return None
+    topics = load_session(session).ros2 if session else None
+    convention = _core.load_robot(robot).euler_convention if robot else None
+    return load_bag(path, topics, convention)

@@ -59,6 +59,8 @@ def load_log(path: str | Path) -> LogFile:
     Raises InputError naming the file and, where there is one, the line.
     """
     path = Path(path)
+    if path.is_dir() and (path / "metadata.yaml").is_file():
+        raise InputError(f"{path}: is a ROS 2 bag: turn it into a log first, with cdprcal import")
     data = read_bytes(path)
     kind = sniff_format(data)
     if kind == "mcap":

@@ -81,7 +81,7 @@ def parse_mcap_log(data: bytes, path: Path) -> LogFile:
     if not samples:
         raise InputError(
             f"{name}: holds no JSON messages with canonical log columns "
-            "(time_s, length_1_m, …, roll_rad, …)"
+            "(time_s, length_1_m, …, roll_rad, …); a ROS 2 bag becomes a log by cdprcal import"
         )
     time_s = np.array(sorted(samples))
     # A sensor that never answered has no key: the other groups know how many cables there are.

@@ -11,6 +11,7 @@ from cdprcal._core import InputError
 #: Definitions that are whole documents; the others are parts of them.
 DOCUMENTS = (
     "acquire",
+    "acquire-dry-run",
     "calibrate",
     "calibrate-result",
     "check",

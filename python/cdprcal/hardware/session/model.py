@@ -213,6 +213,11 @@ class Ros2(_Strict):
     )  # fmt: skip
     length_sign: Sign = 1
     swivel_sign: Sign = 1
+    tension_sign: Sign = Field(1, description="Of a joint's effort, when it is the tension.")
+    mounting_deg: Triple = Field(
+        [0.0, 0.0, 0.0],
+        description="Roll, pitch, yaw (ZYX) that turn the platform's axes into the IMU's.",
+    )
 
 
 class Simulated(_Strict):

@@ -1,0 +1,271 @@
+"""A rosbag2 (a folder, or one file of MCAP or SQLite) as a canonical log.
+
+A row is a joint state; IMU and wrenches are those nearest in time, if they are no further than half
+their own or the joint states' period. Stamps of the messages count, else those of the recorder.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdprcal import _core
+from cdprcal._core import InputError, Log
+from cdprcal.findings import Finding
+from cdprcal.hardware.session import Ros2
+from cdprcal.hardware.xsens.measurement import rotation_from_quaternion, rotation_from_zyx_deg
+from cdprcal.io.log_file import LogFile, display_name
+from cdprcal.ros2.topics import JOINT_STATE, length_joints, swivel_joints, wanted_types
+
+_MOST_CABLES = 8
+_MCAP_MAGIC = b"\x89MCAP0\r\n"
+_SQLITE_MAGIC = b"SQLite format 3\0"
+
+Floats = NDArray[np.float64]
+Messages = dict[str, list[tuple[int, Any]]]
+
+
+def is_bag(path: Path) -> bool:
+    """Whether this is a ROS 2 bag: a folder with metadata, or a file of its own with CDR."""
+    if path.is_dir():
+        return (path / "metadata.yaml").is_file()
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(4096)
+    except OSError:
+        return False
+    if head.startswith(_SQLITE_MAGIC):
+        return True
+    # The header's profile follows the magic, an opcode and two lengths.
+    return head.startswith(_MCAP_MAGIC) and head[21:25] == b"ros2"
+
+
+def load_bag(
+    path: str | Path, topics: Ros2 | None = None, convention: _core.EulerConvention | None = None
+) -> LogFile:
+    """Reads a bag.
+
+    topics: the session's map, else the defaults. convention: how roll, pitch and yaw are to be
+    written, the robot's; needed when there is an orientation. Raises InputError naming bag and
+    topic.
+    """
+    path = Path(path)
+    name = display_name(path)
+    topics = topics or Ros2.model_validate({})
+    messages, there = _read(path, name, topics)
+    joints = messages.get(topics.joint_states, [])
+    if not joints:
+        raise InputError(
+            f"{name}: no {JOINT_STATE} on {topics.joint_states}; it holds {there}: name the topics "
+            "under ros2 in a session file and give it with --session"
+        )
+    findings: list[Finding] = []
+    joints = _forward(joints, findings)
+    stamps = np.array([stamp for stamp, _ in joints], dtype=np.int64)
+    time_s = (stamps - stamps[0]) / 1e9
+    cables = _cable_count(joints[0][1], topics, name)
+    length_names = length_joints(topics, cables)
+    length_m = topics.length_sign * topics.length_per_position_m * _joint_values(
+        joints, length_names, "position"
+    )  # fmt: skip
+    swivel_rad = topics.swivel_sign * _joint_values(
+        joints, swivel_joints(topics, cables), "position"
+    )
+    attitude = _attitude(messages.get(topics.imu, []), topics, convention, stamps, name)
+    log = Log(
+        time_s=time_s,
+        length_m=length_m,
+        swivel_rad=_if_any(swivel_rad),
+        tension_N=_if_any(_tensions(messages, joints, topics, cables, stamps)),
+        tension_setpoint_N=_if_any(_setpoints(messages, topics, cables, stamps)),
+        roll_pitch_yaw_rad=None if attitude is None else _if_any(attitude),
+        source=name,
+    )
+    return LogFile(path, "mcap", log, tuple(findings))
+
+
+def _read(path: Path, name: str, topics: Ros2) -> tuple[Messages, str]:
+    """(stamp [ns], message) by topic, and what topics there are, for people."""
+    from rosbags.rosbag2 import Reader
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    wanted = wanted_types(topics)
+    messages: Messages = {}
+    topic = ""
+    try:
+        with Reader(path) as reader:
+            used = []
+            for connection in reader.connections:
+                topic = connection.topic
+                kind = wanted.get(topic)
+                if kind is None:
+                    continue
+                if connection.msgtype != kind:
+                    raise InputError(f"{name}: {topic} is {connection.msgtype}, not {kind}")
+                used.append(connection)
+            there = ", ".join(sorted({c.topic for c in reader.connections})[:10]) or "nothing"
+            if used:
+                for connection, recorded, data in reader.messages(connections=used):
+                    topic = connection.topic
+                    message: Any = store.deserialize_cdr(data, connection.msgtype)
+                    stamp = message.header.stamp
+                    taken = stamp.sec * 1_000_000_000 + stamp.nanosec
+                    messages.setdefault(topic, []).append((taken or recorded, message))
+    except InputError:
+        raise
+    except OSError as error:
+        raise InputError(f"{name}: cannot be read: {error.strerror or error}") from None
+    except Exception as error:  # damaged bytes make the library fail in any way
+        where = f" at {topic}" if topic else ""
+        raise InputError(
+            f"{name}: is no whole ROS 2 bag{where} ({type(error).__name__}: "
+            f"{' '.join(str(error).split())[:100]}); one that was cut: `ros2 bag reindex`, or "
+            "`mcap recover`"
+        ) from None
+    return messages, there
+
+
+def _forward(joints: list[tuple[int, Any]], findings: list[Finding]) -> list[tuple[int, Any]]:
+    """Joint states in the order of their stamps, each stamp once."""
+    kept = []
+    last = -1
+    for stamp, message in sorted(joints, key=lambda entry: entry[0]):
+        if stamp > last:
+            kept.append((stamp, message))
+            last = stamp
+    if len(kept) < len(joints):
+        findings.append(
+            Finding(
+                severity="warning",
+                code="same_time",
+                message=f"{len(joints) - len(kept)} joint states have the stamp of another",
+                remedy="the first of each is used; see that one node alone publishes the topic",
+            )
+        )
+    return kept
+
+
+def _cable_count(message: Any, topics: Ros2, name: str) -> int:
+    if topics.length_joints:
+        if missing := [joint for joint in topics.length_joints if joint not in message.name]:
+            raise InputError(
+                f"{name}: {topics.joint_states} has no joint {missing[0]!r}; it has "
+                f"{', '.join(message.name)}"
+            )
+        return len(topics.length_joints)
+    count = 0
+    while count < _MOST_CABLES and f"cable_{count + 1}" in message.name:
+        count += 1
+    if not count:
+        raise InputError(
+            f"{name}: {topics.joint_states} has the joints {', '.join(message.name) or 'none'}, "
+            "not cable_1 …: name them under ros2.length_joints in a session file"
+        )
+    return count
+
+
+def _joint_values(joints: list[tuple[int, Any]], names: list[str], field: str) -> Floats:
+    """[N, n] of a field; NaN where a message does not have the joint."""
+    values = np.full((len(joints), len(names)), np.nan)
+    known: dict[tuple[str, ...], list[int]] = {}
+    for row, (_, message) in enumerate(joints):
+        key = tuple(message.name)
+        if key not in known:
+            known[key] = [key.index(name) if name in key else -1 for name in names]
+        given = getattr(message, field)
+        for column, at in enumerate(known[key]):
+            if 0 <= at < len(given):
+                values[row, column] = given[at]
+    return values
+
+
+def _tensions(
+    messages: Messages, joints: list[tuple[int, Any]], topics: Ros2, cables: int, stamps: Any
+) -> Floats:
+    if not topics.wrenches:
+        # By virtual work: the effort of a joint is the tension times the cable a unit of position.
+        effort = _joint_values(joints, length_joints(topics, cables), "effort")
+        return topics.tension_sign * effort / topics.length_per_position_m
+    columns = []
+    for topic in topics.wrenches:
+
+        def norm(message: Any) -> list[float]:
+            force = message.wrench.force
+            return [math.sqrt(force.x**2 + force.y**2 + force.z**2)]
+
+        columns.append(_nearest(messages.get(topic, []), stamps, 1, norm))
+    return np.hstack(columns)
+
+
+def _setpoints(messages: Messages, topics: Ros2, cables: int, stamps: Any) -> Floats:
+    names = length_joints(topics, cables)
+
+    def effort(message: Any) -> list[float]:
+        values = _joint_values([(0, message)], names, "effort")[0]
+        scaled: list[float] = (topics.tension_sign * values / topics.length_per_position_m).tolist()
+        return scaled
+
+    found = messages.get(topics.setpoints, []) if topics.setpoints else []
+    return _nearest(found, stamps, len(names), effort)
+
+
+def _attitude(
+    imu: list[tuple[int, Any]],
+    topics: Ros2,
+    convention: _core.EulerConvention | None,
+    stamps: Any,
+    name: str,
+) -> Floats | None:
+    if not imu:
+        return None
+    if convention is None:
+        raise InputError(
+            f"{name}: has orientations on {topics.imu}: give --robot, whose Euler convention says "
+            "how roll, pitch and yaw are to be written"
+        )
+    chosen = convention
+    mounting = rotation_from_zyx_deg(tuple(topics.mounting_deg)).T
+
+    def angles(message: Any) -> list[float]:
+        q = message.orientation
+        quaternion = (q.w, q.x, q.y, q.z)
+        absent = message.orientation_covariance[0] == -1.0
+        if absent or not abs(math.hypot(*quaternion) - 1.0) < 0.01:
+            return [math.nan] * 3
+        rotation = rotation_from_quaternion(quaternion) @ mounting
+        found: list[float] = _core.euler_from_rotation(rotation, chosen).tolist()
+        return found
+
+    return _nearest(imu, stamps, 3, angles)
+
+
+def _nearest(
+    messages: list[tuple[int, Any]],
+    stamps: NDArray[np.int64],
+    width: int,
+    values_of: Callable[[Any], list[float]],
+) -> Floats:
+    """[N, width] of the message nearest to each stamp; NaN where there is none close enough."""
+    table = np.full((len(stamps), width), np.nan)
+    if not messages:
+        return table
+    messages = sorted(messages, key=lambda entry: entry[0])
+    times = np.array([stamp for stamp, _ in messages], dtype=np.int64)
+    values = np.array([values_of(message) for _, message in messages])
+    after = np.clip(np.searchsorted(times, stamps), 0, len(times) - 1)
+    before = np.maximum(after - 1, 0)
+    at = np.where(np.abs(times[before] - stamps) <= np.abs(times[after] - stamps), before, after)
+    periods = [float(np.median(np.diff(t))) for t in (times, stamps) if len(t) > 1]
+    close = np.abs(times[at] - stamps) <= 0.5 * max(periods, default=0.0)
+    table[close] = values[at[close]]
+    return table
+
+
+def _if_any(values: Floats) -> Floats | None:
+    return values if np.isfinite(values).any() else None

@@ -1,0 +1,175 @@
+"""A canonical log as a rosbag2, MCAP or SQLite inside, with the topics of a session."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from cdprcal import _core
+from cdprcal._core import InputError, Log
+from cdprcal.hardware.session import Ros2
+from cdprcal.hardware.xsens.measurement import quaternion_from_rotation, rotation_from_zyx_deg
+from cdprcal.io.files import reason
+from cdprcal.ros2.topics import IMU, JOINT_STATE, WRENCH, length_joints, swivel_joints
+
+_BAG_VERSION: Literal[8] = 8  # what ROS 2 Humble and later read
+
+
+def save_bag(
+    log: Log,
+    path: str | Path,
+    convention: _core.EulerConvention,
+    topics: Ros2 | None = None,
+    *,
+    storage: Literal["mcap", "sqlite3"] = "mcap",
+) -> None:
+    """Writes a bag, a new folder; nothing is left of it when that fails.
+
+    convention: how the log's roll, pitch and yaw are written, the robot's. A time of 0 becomes a
+    stamp of 0. Raises InputError naming the path when it exists or cannot be written, or when the
+    topics name another number of joints than the log has cables.
+    """
+    path = Path(path)
+    topics = topics or Ros2.model_validate({})
+    _check(log, topics)
+    if path.exists():
+        raise InputError(f"{path}: exists already; give another name for the bag")
+    try:
+        with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name[:50]}.") as folder:
+            whole = Path(folder) / path.name  # the files inside bear the bag's name
+            _write(log, whole, convention, topics, storage)
+            shutil.move(whole, path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {reason(error)}") from None
+
+
+def _check(log: Log, topics: Ros2) -> None:
+    cables = log.cable_count
+    for field in ("length_joints", "swivel_joints", "wrenches"):
+        names = getattr(topics, field)
+        if names and len(names) != cables:
+            raise InputError(f"ros2.{field}: names {len(names)}, the log has {cables} cables")
+
+
+def _write(
+    log: Log, path: Path, convention: _core.EulerConvention, topics: Ros2, storage: str
+) -> None:
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    plugin = StoragePlugin.MCAP if storage == "mcap" else StoragePlugin.SQLITE3
+    with Writer(path, version=_BAG_VERSION, storage_plugin=plugin) as writer:
+        messages = _Messages(store, log, convention, topics)
+        connections = {
+            topic: writer.add_connection(topic, kind, typestore=store)
+            for topic, kind in messages.kinds.items()
+        }
+        for row, time_s in enumerate(log.time_s.tolist()):
+            stamp = max(0, round(1e9 * time_s))
+            for topic, message in messages.of(row, stamp):
+                data = store.serialize_cdr(message, messages.kinds[topic])
+                writer.write(connections[topic], stamp, data)
+
+
+class _Messages:
+    """The messages of each row of a log."""
+
+    def __init__(
+        self, store: Any, log: Log, convention: _core.EulerConvention, topics: Ros2
+    ) -> None:
+        self._types = store.types
+        self._log = log
+        self._convention = convention
+        self._topics = topics
+        cables = log.cable_count
+        self._lengths = length_joints(topics, cables)
+        self._swivels = swivel_joints(topics, cables) if log.swivel_rad.shape[1] else []
+        self._R_platform_sensor = rotation_from_zyx_deg(tuple(topics.mounting_deg))
+        self.kinds = {topics.joint_states: JOINT_STATE}
+        if log.roll_pitch_yaw_rad.shape[1]:
+            self.kinds[topics.imu] = IMU
+        if log.tension_N.shape[1]:
+            self.kinds |= dict.fromkeys(topics.wrenches, WRENCH)
+        if topics.setpoints and log.tension_setpoint_N.shape[1]:
+            self.kinds[topics.setpoints] = JOINT_STATE
+
+    def of(self, row: int, stamp: int) -> list[tuple[str, Any]]:
+        """(topic, message) of one row."""
+        log, topics = self._log, self._topics
+        nothing = np.full(len(self._lengths), np.nan)
+        lengths = log.length_m[row] if log.length_m.shape[1] else nothing
+        swivels = log.swivel_rad[row] if self._swivels else np.zeros(0)
+        tensions = log.tension_N[row] if log.tension_N.shape[1] else nothing
+        position = np.concatenate(
+            [
+                topics.length_sign * lengths / topics.length_per_position_m,
+                topics.swivel_sign * swivels,
+            ]
+        )
+        names = [*self._lengths, *self._swivels]
+        effort = np.full(len(names), np.nan)
+        effort[: len(tensions)] = self._effort(tensions)
+        messages = [(topics.joint_states, self._joints(stamp, names, position, effort))]
+        if topics.imu in self.kinds and np.isfinite(log.roll_pitch_yaw_rad[row]).all():
+            messages.append((topics.imu, self._imu(stamp, log.roll_pitch_yaw_rad[row])))
+        for cable, topic in enumerate(topics.wrenches):
+            if topic in self.kinds and np.isfinite(tensions[cable]):
+                messages.append((topic, self._wrench(stamp, self._lengths[cable], tensions[cable])))
+        if topics.setpoints in self.kinds and topics.setpoints:
+            effort = self._effort(log.tension_setpoint_N[row])
+            joints = self._joints(stamp, self._lengths, np.zeros(0), effort)
+            messages.append((topics.setpoints, joints))
+        return messages
+
+    def _effort(self, tension_N: Any) -> Any:
+        return self._topics.tension_sign * tension_N * self._topics.length_per_position_m
+
+    def _make(self, kind: str, **fields: Any) -> Any:
+        return self._types[kind](**fields)
+
+    def _header(self, stamp: int, frame: str) -> Any:
+        sec, nanosec = divmod(stamp, 1_000_000_000)
+        time = self._make("builtin_interfaces/msg/Time", sec=sec, nanosec=nanosec)
+        return self._make("std_msgs/msg/Header", stamp=time, frame_id=frame)
+
+    def _vector(self, x: float, y: float, z: float) -> Any:
+        return self._make("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
+
+    def _joints(self, stamp: int, names: list[str], position: Any, effort: Any) -> Any:
+        return self._make(
+            JOINT_STATE,
+            header=self._header(stamp, ""),
+            name=names,
+            position=np.asarray(position, dtype=np.float64),
+            velocity=np.zeros(0),
+            effort=np.asarray(effort, dtype=np.float64),
+        )
+
+    def _imu(self, stamp: int, roll_pitch_yaw_rad: Any) -> Any:
+        rotation = _core.rotation_from_euler(roll_pitch_yaw_rad, self._convention)
+        w, x, y, z = quaternion_from_rotation(rotation @ self._R_platform_sensor)
+        unknown = np.zeros(9)
+        absent = np.array([-1.0, *np.zeros(8)])
+        return self._make(
+            IMU,
+            header=self._header(stamp, "imu_link"),
+            orientation=self._make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w),
+            orientation_covariance=unknown,
+            angular_velocity=self._vector(0.0, 0.0, 0.0),
+            angular_velocity_covariance=absent,
+            linear_acceleration=self._vector(0.0, 0.0, 0.0),
+            linear_acceleration_covariance=absent,
+        )
+
+    def _wrench(self, stamp: int, joint: str, tension_N: float) -> Any:
+        wrench = self._make(
+            "geometry_msgs/msg/Wrench",
+            force=self._vector(float(tension_N), 0.0, 0.0),
+            torque=self._vector(0.0, 0.0, 0.0),
+        )
+        return self._make(WRENCH, header=self._header(stamp, f"{joint}_load_cell"), wrench=wrench)

@@ -1,0 +1,295 @@
+"""ROS 2 bags: what is written opens with other readers, what others wrote calibrates."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+import cdprcal
+from cdprcal.hardware.session import Ros2
+from cdprcal.hardware.xsens.measurement import quaternion_from_rotation
+from cdprcal.ros2 import is_bag, load_bag, save_bag
+from conftest import Ran, changed
+
+CHANNELS = ("length_m", "swivel_rad", "tension_N", "tension_setpoint_N", "roll_pitch_yaw_rad")
+STORE = get_typestore(Stores.ROS2_HUMBLE)
+TYPES = STORE.types
+
+
+def topics(**fields: Any) -> Ros2:
+    return Ros2.model_validate(fields)
+
+
+WRENCHES = [f"/cable_{i}/wrench" for i in range(1, 5)]
+#: Names as a ros2_control robot might have them, drums of 50 mm that turn the other way.
+MAP = {
+    "joint_states": "/winches/joint_states",
+    "imu": "/imu",
+    "setpoints": "/winches/commands",
+    "length_joints": ["fl", "fr", "rr", "rl"],
+    "swivel_joints": ["fl_swivel", "fr_swivel", "rr_swivel", "rl_swivel"],
+    "length_per_position_m": 0.05,
+    "length_sign": -1,
+    "swivel_sign": -1,
+    "tension_sign": -1,
+    "mounting_deg": [180.0, 0.0, 90.0],
+}
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+@pytest.mark.parametrize(
+    "map_of",
+    [{"setpoints": "/set"}, MAP, MAP | {"wrenches": WRENCHES}],
+    ids=["plain", "map", "all"],
+)
+def test_what_is_written_is_read_again(
+    robot: cdprcal.Robot,
+    synthetic: cdprcal.SyntheticLog,
+    tmp_path: Path,
+    map_of: dict[str, Any],
+    storage: Literal["mcap", "sqlite3"],
+) -> None:
+    log, path = synthetic.log, tmp_path / "bag"
+    save_bag(log, path, robot.euler_convention, topics(**map_of), storage=storage)
+    assert is_bag(path)
+    for place in (path, next(path.glob("bag.*"))):
+        read = load_bag(place, topics(**map_of), robot.euler_convention).log
+        np.testing.assert_allclose(read.time_s, log.time_s - log.time_s[0], atol=2e-9)
+        for name in CHANNELS:
+            np.testing.assert_allclose(getattr(read, name), getattr(log, name), atol=1e-12)
+
+
+def test_gaps_are_kept(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    lengths, angles = synthetic.log.length_m.copy(), synthetic.log.roll_pitch_yaw_rad.copy()
+    lengths[5, 2], angles[7] = np.nan, np.nan
+    log = changed(synthetic.log, length_m=lengths, roll_pitch_yaw_rad=angles, swivel_rad=None)
+    save_bag(log, tmp_path / "bag", robot.euler_convention)
+    read = load_bag(tmp_path / "bag", None, robot.euler_convention).log
+    assert np.isnan(read.length_m[5, 2])
+    assert np.isnan(read.roll_pitch_yaw_rad[7]).all()
+    assert np.isnan(read.roll_pitch_yaw_rad).sum() == 3
+    assert read.swivel_rad.shape[1] == 0
+
+
+def test_a_bag_opens_with_mcap_ros2_support(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    from mcap.reader import make_reader
+    from mcap_ros2.decoder import DecoderFactory
+
+    save_bag(synthetic.log, tmp_path / "bag", robot.euler_convention, topics(wrenches=WRENCHES))
+    counts: dict[str, int] = {}
+    with (tmp_path / "bag" / "bag.mcap").open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        decoded = list(reader.iter_decoded_messages())
+    for _, channel, _, said in decoded:
+        row = counts.setdefault(channel.topic, 0)
+        counts[channel.topic] += 1
+        if channel.topic == "/joint_states":
+            assert said.name[:4] == ["cable_1", "cable_2", "cable_3", "cable_4"]
+            np.testing.assert_array_equal(said.position[:4], synthetic.log.length_m[row])
+            np.testing.assert_array_equal(said.effort[:4], synthetic.log.tension_N[row])
+        elif channel.topic == WRENCHES[2]:
+            assert said.wrench.force.x == synthetic.log.tension_N[row, 2]
+            assert said.header.frame_id == "cable_3_load_cell"
+    assert counts == dict.fromkeys(["/joint_states", "/imu/data", *WRENCHES], len(synthetic.log))
+
+
+def test_a_bag_opens_with_rosbags(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    save_bag(synthetic.log, tmp_path / "bag", robot.euler_convention)
+    with Reader(tmp_path / "bag") as reader:
+        assert {c.topic: c.msgtype for c in reader.connections} == {
+            "/joint_states": "sensor_msgs/msg/JointState",
+            "/imu/data": "sensor_msgs/msg/Imu",
+        }
+        assert reader.message_count == 2 * len(synthetic.log)
+
+
+def header(time_s: float) -> Any:
+    sec, nanosec = divmod(round(time_s * 1e9), 1_000_000_000)
+    stamp = TYPES["builtin_interfaces/msg/Time"](sec=sec, nanosec=nanosec)
+    return TYPES["std_msgs/msg/Header"](stamp=stamp, frame_id="x")
+
+
+def foreign_bag(path: Path, log: cdprcal.Log, robot: cdprcal.Robot) -> None:
+    """A bag as a ROS robot records it: by rosbags alone, joints in another order and not all of
+    them cables, an IMU that runs beside them, stamps of today."""
+    joint, imu = TYPES["sensor_msgs/msg/JointState"], TYPES["sensor_msgs/msg/Imu"]
+    start_s = 1.75e9
+    order = [7, 2, 0, 3, 1, 5, 4, 6]
+    names = np.array([*MAP["length_joints"], *MAP["swivel_joints"]])[order]  # type: ignore[misc]
+    vector = TYPES["geometry_msgs/msg/Vector3"](x=0.0, y=0.0, z=9.81)
+    covariance = np.zeros(9)
+    with Writer(path, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        kinds = {"/winches/joint_states": joint, "/imu": imu}
+        made = {
+            topic: writer.add_connection(topic, kind.__msgtype__, typestore=STORE)
+            for topic, kind in kinds.items()
+        }
+        for row, time_s in enumerate((start_s + log.time_s).tolist()):
+            position = np.concatenate([-log.length_m[row] / 0.05, -log.swivel_rad[row]])[order]
+            effort = np.concatenate([-log.tension_N[row] * 0.05, np.zeros(4)])[order]
+            said = joint(
+                header=header(time_s),
+                name=["gripper", *names.tolist()],
+                position=np.array([0.1, *position]),
+                velocity=np.zeros(9),
+                effort=np.array([0.0, *effort]),
+            )
+            data = STORE.serialize_cdr(said, joint.__msgtype__)
+            writer.write(made["/winches/joint_states"], round(time_s * 1e9) + 300_000, data)
+            rotation = cdprcal.rotation_from_euler(
+                log.roll_pitch_yaw_rad[row], robot.euler_convention
+            )
+            flip = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+            w, x, y, z = quaternion_from_rotation(rotation @ flip)
+            said = imu(
+                header=header(time_s + 0.004),
+                orientation=TYPES["geometry_msgs/msg/Quaternion"](x=x, y=y, z=z, w=w),
+                orientation_covariance=covariance,
+                angular_velocity=vector,
+                angular_velocity_covariance=covariance,
+                linear_acceleration=vector,
+                linear_acceleration_covariance=covariance,
+            )
+            data = STORE.serialize_cdr(said, imu.__msgtype__)
+            writer.write(made["/imu"], round(time_s * 1e9) + 5_000_000, data)
+
+
+SESSION_TEXT = (Path(__file__).resolve().parents[2] / "examples/canopen-simulated.yaml").read_text()
+
+
+def test_a_bag_of_rosbags_calibrates(
+    cli: Callable[..., Ran],
+    robot: cdprcal.Robot,
+    synthetic: cdprcal.SyntheticLog,
+    tmp_path: Path,
+) -> None:
+    foreign_bag(tmp_path / "bag", synthetic.log, robot)
+    session, out = tmp_path / "session.yaml", tmp_path / "run.csv"
+    session.write_text(f"{SESSION_TEXT}ros2: {json.dumps(MAP)}\n")
+    ran = cli("import", tmp_path / "bag", "--robot", "irma4", "--session", session, "-o", out)
+    assert ran.code == 0, ran.stderr
+    read = cdprcal_log(out)
+    assert read.time_s[0] == 0.0
+    for name in ("length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad"):
+        np.testing.assert_allclose(getattr(read, name), getattr(synthetic.log, name), atol=1e-9)
+    without_setpoints = changed(synthetic.log, tension_setpoint_N=None)
+    ran = cli("calibrate", "irma4", out, "--json")
+    assert ran.code == 0, ran.stderr
+    found = json.loads(ran.stdout)["initial_pose"]["position_m"]
+    wanted = cdprcal.calibrate(robot, without_setpoints).result.poses[0].position_m
+    np.testing.assert_allclose(found, wanted, atol=1e-6)
+
+
+def test_export_and_import_again(
+    cli: Callable[..., Ran], log_path: Path, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    bag, out = tmp_path / "bag", tmp_path / "again.mcap"
+    assert cli("export", "irma4", log_path, "-o", bag).code == 0
+    assert cli("import", bag, "--robot", "irma4", "-o", out).code == 0
+    again = cdprcal_log(out)
+    np.testing.assert_allclose(again.tension_N, synthetic.log.tension_N, atol=1e-12)
+    ran = cli("export", "irma4", log_path, "-o", bag)
+    assert ran.code == 2
+    assert "exists already" in ran.stderr
+    ran = cli("import", bag, "-o", tmp_path / "no.csv")
+    assert ran.code == 2
+    assert "give --robot" in ran.stderr
+    assert not (tmp_path / "no.csv").exists()
+
+
+def cdprcal_log(path: Path) -> cdprcal.Log:
+    from cdprcal.io import load_log
+
+    return load_log(path).log
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        (
+            {"joint_states": "/js"},
+            r"no sensor_msgs/msg/JointState on /js; it holds .*/joint_states",
+        ),
+        (
+            {"imu": "/joint_states", "joint_states": "/imu/data"},
+            r"is sensor_msgs/msg/\w+, not sensor_msgs/msg/",
+        ),
+        ({"length_joints": ["a", "b"]}, "has no joint 'a'; it has cable_1, "),
+    ],
+)
+def test_maps_that_do_not_fit_are_said(
+    robot: cdprcal.Robot,
+    synthetic: cdprcal.SyntheticLog,
+    tmp_path: Path,
+    fields: dict[str, Any],
+    words: str,
+) -> None:
+    save_bag(synthetic.log, tmp_path / "bag", robot.euler_convention)
+    with pytest.raises(cdprcal.InputError, match=words):
+        load_bag(tmp_path / "bag", topics(**fields), robot.euler_convention)
+
+
+def test_joints_of_other_names_are_listed(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    save_bag(synthetic.log, tmp_path / "bag", robot.euler_convention, topics(**MAP))
+    only = topics(joint_states=MAP["joint_states"])
+    with pytest.raises(cdprcal.InputError, match=r"has the joints fl, fr, .*ros2\.length_joints"):
+        load_bag(tmp_path / "bag", only)
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_damaged_bags_are_refused(
+    robot: cdprcal.Robot,
+    synthetic: cdprcal.SyntheticLog,
+    tmp_path: Path,
+    storage: Literal["mcap", "sqlite3"],
+) -> None:
+    save_bag(synthetic.log, tmp_path / "bag", robot.euler_convention, storage=storage)
+    path = next((tmp_path / "bag").glob("bag.*"))
+    whole = path.read_bytes()
+    random = np.random.default_rng(1)
+    for share in (0.1, 0.5, 0.9):
+        path.write_bytes(whole[: int(share * len(whole))])
+        with pytest.raises(cdprcal.InputError, match=r"bag.*(reindex|recover)"):
+            load_bag(path, None, robot.euler_convention)
+    for _ in range(20):
+        data = bytearray(whole)
+        for at in random.integers(64, len(data), 20).tolist():
+            data[at] = int(random.integers(256))
+        path.write_bytes(data)
+        with contextlib.suppress(cdprcal.InputError):  # and nothing else
+            load_bag(path, None, robot.euler_convention)
+    (tmp_path / "bag" / "metadata.yaml").write_text("rosbag2_bagfile_information: 3")
+    with pytest.raises(cdprcal.InputError, match="is no whole ROS 2 bag"):
+        load_bag(tmp_path / "bag")
+
+
+def test_what_is_no_bag_is_none(log_path: Path, tmp_path: Path) -> None:
+    assert not is_bag(log_path)
+    assert not is_bag(tmp_path)
+    assert not is_bag(tmp_path / "none")
+
+
+def test_a_map_for_another_number_of_cables(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    with pytest.raises(cdprcal.InputError, match=r"ros2\.wrenches: names 3, the log has 4"):
+        save_bag(
+            synthetic.log, tmp_path / "bag", robot.euler_convention, topics(wrenches=WRENCHES[:3])
+        )
+    assert list(tmp_path.iterdir()) == []
