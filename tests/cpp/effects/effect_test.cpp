@@ -8,6 +8,10 @@
 #include "cdprcal/effects/catalogue.hpp"
 #include "cdprcal/error.hpp"
 
+namespace cdprcal {
+std::shared_ptr<const Effect> swivel_drift();  // of docs/extend/effect.md
+}
+
 namespace cdprcal::test {
 namespace {
 
@@ -120,6 +124,9 @@ TEST_P(EveryEffect, ZeroIsAbsentAndValuesCount) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Catalogue, EveryEffect, ::testing::ValuesIn(effect_catalogue()),
+                         [](const auto& info) { return info.param->name(); });
+
+INSTANTIATE_TEST_SUITE_P(Documentation, EveryEffect, ::testing::Values(swivel_drift()),
                          [](const auto& info) { return info.param->name(); });
 
 TEST(Catalogue, NamesAreUniqueAndRivalsExist) {

@@ -1,0 +1,257 @@
+"""Makes docs/catalogue.md and its pictures: every effect, and the signature that it leaves.
+
+    python docs/tools/catalogue.py -o docs
+
+Each effect is hidden, at its typical size, in a simulated start-up of irma4 with the noise of real
+sensors; the picture shows what the model without it leaves of every reading, and the text what
+``diagnose`` makes of that very log.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from cdprcal import _core
+from cdprcal.demo.story import start_up
+from cdprcal.diagnosis.units import for_people
+
+ROBOT = "irma4"
+SEED = 4
+#: Sizes of an effect's numbers in typical sizes: no two alike, so that they are told apart.
+_PATTERN = (1.0, -0.8, 0.6, -1.0, 0.7, -0.6, 0.9, -0.7, 0.8, -0.9, 0.5, -0.5)
+_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
+_MARKERS = "osD^"
+_PANELS = (
+    ("length [mm]", 1e3, lambda r: r.length_m),
+    ("swivel [°]", 180.0 / np.pi, lambda r: r.swivel_rad),
+    ("tension [N]", 1.0, lambda r: r.tension_N),
+    ("attitude [°]", 180.0 / np.pi, lambda r: r.roll_pitch_yaw_rad),
+)
+
+HEAD = """\
+# The catalogue of effects
+
+What `diagnose` looks for, what each effect does to the readings, and what to do about it. *s* is
+the direction of a cable's motion (+1 paying out), *t* the time in the run, *d* a difference to the
+reference. Which size shows is told by `diagnose` itself, for the poses at hand.
+
+The pictures are *signatures*: what the model without the effect leaves of every reading, pose by
+pose, in a simulated start-up of `{robot}` where the effect is hidden at its typical size (16 poses
+in random order, noise of real sensors). Everything on this page comes from the program:
+`python docs/tools/catalogue.py -o docs`.
+
+| effect | measured = … | typical | looks like |
+|---|---|---|---|
+"""
+
+FAULTS = """\
+## Faults of the configuration
+
+They are looked for first, by refitting with each of them: the cost falls by orders of magnitude
+where one is real.
+
+| name | what is wrong |
+|---|---|
+"""
+
+EVENTS = """\
+## Events in time
+
+Found in the readings of single samples, before any fit or after it.
+
+| name | what happened |
+|---|---|
+"""
+
+#: Injectable effects that are no effect of the catalogue, by how they are found.
+FAULT_NAMES = (
+    "length_sign",
+    "swivel_sign",
+    "cable_order",
+    "angle_unit",
+    "length_unit",
+    "euler_convention",
+)
+EVENT_NAMES = ("slack", "outlier", "oscillation", "cable_slip")
+
+
+@dataclass(frozen=True)
+class Signature:
+    """A run with one effect hidden in it, and what was made of it."""
+
+    effect: str
+    diagnosis: _core.Diagnosis
+
+    def sentence(self) -> str:
+        """What diagnose says of the run of the picture."""
+        named = [effect.info.name for effect in self.diagnosis.effects]
+        if not named:
+            return (
+                "In the run of the picture `diagnose` names nothing: at this size it does not show."
+            )
+        rivals = sorted({rival for effect in self.diagnosis.effects for rival in effect.rivals})
+        text = f"In the run of the picture `diagnose` names {_code(named)}"
+        return text + (
+            f", and says that these poses do not tell it from {_code(rivals)}." if rivals else "."
+        )
+
+
+def injected(info: _core.EffectInfo, cables: int) -> str:
+    """An effect of typical size as ``--effect`` takes it."""
+    parts = []
+    for parameter in info.parameters:
+        count = {
+            _core.ParameterShape.scalar: 1,
+            _core.ParameterShape.per_cable: cables,
+            _core.ParameterShape.vector3: 3,
+            _core.ParameterShape.per_cable_vector3: 3 * cables,
+        }[parameter.shape]
+        parts += [f"{_reported(info, parameter) * share:.4g}" for share in _PATTERN[:count]]
+    return f"{info.name}={','.join(parts)}"
+
+
+def _reported(info: _core.EffectInfo, parameter: _core.EffectParameter) -> float:
+    """Typical size as files have it: stiffnesses are the inverse of what is estimated."""
+    return 1.0 / parameter.typical if parameter.name == "axial_stiffness_N" else parameter.typical
+
+
+def signature(info: _core.EffectInfo, plan: _core.Plan, folder: Path) -> Signature:
+    """Simulates a start-up with the effect in it, and diagnoses it."""
+    robot = _core.load_robot(ROBOT)
+    effect = injected(info, robot.cable_count)
+    run = start_up(robot, plan, SEED, [effect], folder / f"{info.name}.csv")
+    if run.acquired.reason:
+        raise RuntimeError(f"{effect}: {run.acquired.reason}")
+    return Signature(effect, _core.diagnose(robot, [run.log]))
+
+
+def signature_plan() -> _core.Plan:
+    """Eight poses, twice each, in random order."""
+    return _core.make_plan(_core.load_robot(ROBOT), order=_core.VisitingOrder.random, seed=2).plan
+
+
+def draw(found: Signature) -> Figure:
+    """Four panels: lengths, swivels, tensions by cable; roll, pitch and yaw."""
+    figure = Figure(figsize=(9.0, 2.1), layout="constrained")
+    residuals = _core.model_residuals(found.diagnosis.baseline)
+    times = [residual.run_time_s for residual in residuals]
+    for i, (title, factor, read) in enumerate(_PANELS):
+        axes = figure.add_subplot(1, 4, i + 1)
+        values = factor * np.array([read(residual.residual) for residual in residuals])
+        names = ("roll", "pitch", "yaw") if i == 3 else ("1", "2", "3", "4")
+        for k, name in enumerate(names):
+            style = {"marker": _MARKERS[k], "color": _COLOURS[k], "markersize": 3.2}
+            axes.plot(times, values[:, k], linewidth=0.7, label=name, **style)
+        axes.axhline(0.0, color="#9aa5b1", linewidth=0.6, zorder=0)
+        axes.set_title(title, fontsize=8)
+        axes.tick_params(labelsize=6.5)
+        axes.set_xlabel("time [s]", fontsize=7)
+        for side in ("top", "right"):
+            axes.spines[side].set_visible(False)
+        if i in (0, 3):
+            axes.legend(
+                fontsize=6, ncols=2, frameon=False, title=None if i else "cable", title_fontsize=6
+            )
+    return figure
+
+
+def entry(info: _core.EffectInfo) -> str:
+    """Markdown of one effect, without what its run says."""
+    lines = [
+        f"## {info.name}",
+        "",
+        f"{_sentence(info.sentence)} **On the robot:** {info.remedy}. **To settle it:** "
+        f"{info.settle}.",
+        "",
+        f"`{info.equation}`",
+        "",
+        "| parameter | typical | believable up to |",
+        "|---|---|---|",
+    ]
+    for parameter in info.parameters:
+        shape = parameter.shape.name.replace("_", " ").replace("vector3", "x, y, z")
+        each = "" if shape == "scalar" else f", {shape}"
+        if parameter.name == "axial_stiffness_N":
+            typical, most = (f"{1e-3 / v:.3g} kN" for v in (parameter.typical, parameter.plausible))
+            most = f"down to {most}"
+        else:
+            typical, most = (_size(parameter, v) for v in (parameter.typical, parameter.plausible))
+        lines.append(f"| `{parameter.name}`{each} | {typical} | {most} |")
+    scope = (
+        "Belongs to one run."
+        if info.scope == _core.EffectScope.run
+        else "Stays with the robot from run to run."
+    )
+    confused = f" Confused with {_code(info.confused_with)}." if info.confused_with else ""
+    return "\n".join([*lines, "", f"{scope}{confused}", ""])
+
+
+def row(info: _core.EffectInfo) -> str:
+    """The effect's line in the table."""
+    sizes = [
+        f"{1e-3 / p.typical:.3g} kN" if p.name == "axial_stiffness_N" else _size(p, p.typical)
+        for p in info.parameters
+    ]
+    rivals = ", ".join(f"`{name}`" for name in info.confused_with)
+    return f"| [`{info.name}`](#{info.name}) | `{info.equation}` | {', '.join(sizes)} | {rivals} |"
+
+
+def tables_of_faults() -> str:
+    """Faults and events, from what the simulator can inject."""
+    known = {effect["name"]: effect["description"] for effect in _core.injectable_effects()}
+    text = FAULTS + "".join(f"| `{name}` | {known[name]} |\n" for name in FAULT_NAMES)
+    return text + "\n" + EVENTS + "".join(f"| `{name}` | {known[name]} |\n" for name in EVENT_NAMES)
+
+
+def page(sentences: dict[str, str]) -> str:
+    """The whole page; ``sentences`` by effect: what diagnose made of its run."""
+    catalogue = _core.effect_catalogue()
+    text = HEAD.format(robot=ROBOT) + "".join(f"{row(info)}\n" for info in catalogue)
+    for info in catalogue:
+        picture = f"![What {info.name} leaves of every reading](catalogue/{info.name}.svg)"
+        text += f"\n{entry(info)}\n{picture}\n\n{sentences[info.name]}\n"
+    return text + "\n" + tables_of_faults()
+
+
+def _size(parameter: _core.EffectParameter, value: float) -> str:
+    unit, factor = for_people(parameter.unit, value)
+    return f"{value * factor:.3g}{'' if unit.startswith('°') else ' '}{unit}"
+
+
+def _sentence(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def _code(names: list[str]) -> str:
+    return ", ".join(f"`{name}`" for name in names)
+
+
+def main() -> None:
+    """Writes the page and the pictures."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs"), metavar="DIR")
+    folder = parser.parse_args().output
+    (folder / "catalogue").mkdir(parents=True, exist_ok=True)
+    # The same file from the same numbers, and text as text: a tenth of the size.
+    mpl.rcParams |= {"svg.hashsalt": "cdprcal", "svg.fonttype": "none", "path.simplify": True}
+    plan = signature_plan()
+    sentences = {}
+    with tempfile.TemporaryDirectory() as logs:
+        for info in _core.effect_catalogue():
+            found = signature(info, plan, Path(logs))
+            sentences[info.name] = found.sentence()
+            path = folder / "catalogue" / f"{info.name}.svg"
+            draw(found).savefig(path, metadata={"Date": None})
+            print(f"{info.name}: {found.sentence()}", flush=True)
+    (folder / "catalogue.md").write_text(page(sentences), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,216 @@
+"""The documentation: built strictly, its commands and code run, its made pages up to date."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cdprcal
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
+#: Pages whose commands are run, in their order, each in an empty directory.
+WALKED = ("first-calibration.md", "your-robot.md", "your-log.md", "results.md")
+#: Pages whose Python is run, block after block.
+RUN = ("your-log.md", "extend/sensor.md", "api/index.md")
+
+
+def blocks(page: str, language: str) -> list[str]:
+    """The fenced blocks of a page in one language."""
+    text = (DOCS / page).read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.M | re.S)
+
+
+def tool(name: str) -> ModuleType:
+    """One of docs/tools."""
+    spec = importlib.util.spec_from_file_location(name, DOCS / "tools" / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def shell(tmp_path: Path) -> dict[str, str]:
+    """An environment where ``cdprcal`` is this one."""
+    program = tmp_path / "bin" / "cdprcal"
+    program.parent.mkdir()
+    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m cdprcal "$@"\n')
+    program.chmod(0o755)
+    return {**os.environ, "PATH": f"{program.parent}:{os.environ['PATH']}"}
+
+
+def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
+    pytest.importorskip("mkdocs", reason="no mkdocs: pip install '.[test]'")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "-d", str(tmp_path / "site")]
+    # MkDocs' theme advertises itself on stderr, which is no warning of the build's.
+    environment = {**os.environ, "NO_MKDOCS_2_WARNING": "true", "DISABLE_MKDOCS_2_WARNING": "true"}
+    done = subprocess.run(
+        command, cwd=ROOT, capture_output=True, text=True, check=False, env=environment
+    )
+    assert done.returncode == 0, done.stderr
+    page = (tmp_path / "site" / "api" / "calibration.html").read_text(encoding="utf-8")
+    for name in ("calibrate", "CalibrationResult", "OnlineCalibration"):
+        assert f'id="cdprcal._core.{name}"' in page
+    # It opens without a network.
+    text = (tmp_path / "site" / "index.html").read_text(encoding="utf-8")
+    assert not re.search(r'(?:src|href)="https?://(?!doi\.org)[^"]*\.(?:js|css|woff2?)"', text)
+
+
+def test_every_name_of_the_core_is_in_the_api() -> None:
+    hook = tool("api_hook")
+    pages = [path.read_text(encoding="utf-8") for path in (DOCS / "api").glob("*.md")]
+    stages = [s for text in pages for wanted in hook._WANTED.findall(text) for s in wanted.split()]
+    names = [name for stage in stages for name in hook.bound_names(stage)]
+    from cdprcal import _core
+
+    public = {name for name in dir(_core) if not name.startswith("_")}
+    assert sorted(names) == sorted(public)
+
+
+@pytest.mark.parametrize("page", WALKED)
+def test_the_commands_of_a_page_do_what_it_says(
+    page: str, shell: dict[str, str], tmp_path: Path
+) -> None:
+    script = "\n".join(blocks(page, "sh"))
+    assert "cdprcal" in script
+    if page == "your-robot.md":  # the template's blanks are not filled in, and check says so
+        script = script.replace("cdprcal check myrobot.yaml", "! cdprcal check myrobot.yaml")
+    folder = tmp_path / "walk"
+    folder.mkdir()
+    done = subprocess.run(
+        ["bash", "-eu", "-c", script],
+        cwd=folder,
+        env=shell,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    if page == "first-calibration.md":
+        for made in ("cdprcal-demo/report.html", "corrected.yaml", "report.html"):
+            assert (folder / made).stat().st_size > 0
+        assert "load_cell_bias" in (folder / "corrected.yaml").read_text()
+        sigmas = re.findall(r"x +[-\d.]+ m +([\d.]+) mm", done.stderr)
+        assert len(sigmas) == 2
+        assert float(sigmas[0]) > 5.0 * float(sigmas[1])  # "known ten times better"
+    if page == "your-robot.md":
+        assert "'FILL'" in done.stderr
+
+
+@pytest.mark.parametrize("page", RUN)
+def test_the_python_of_a_page_runs(
+    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    for code in blocks(page, "python"):
+        exec(compile(code, page, "exec"), names)
+    if page == "extend/sensor.md":
+        # The laser helps where it looks, and the error stays within the new σ's.
+        assert np.all(names["after"] <= names["before"] * (1 + 1e-9))
+        assert names["after"][0] < 0.7 * names["before"][0]
+        error = cdprcal.minus(names["truth"], names["updated"])
+        assert np.all(np.abs(error[:3]) < 4.0 * names["after"])
+
+
+def test_the_device_of_its_page_starts_up_a_robot(tmp_path: Path) -> None:
+    names: dict[str, Any] = {}
+    for code in blocks("extend/device.md", "python"):
+        exec(compile(code, "device.md", "exec"), names)
+    robot = cdprcal.load_robot("irma4")
+    made = cdprcal.make_plan(robot, grid=[2, 1, 1])
+    link = names["time"] = SimulatedLink(robot, made.plan)
+    run = names["start_up"](robot, made.plan, names["MyRobot"](link), tmp_path / "run.csv")
+    assert (run.state, run.reason) == (cdprcal.StartUpState.done, "")
+    assert len(run.rests) == 3
+    # A connection that is lost ends in a stop, with the reason.
+    link = names["time"] = SimulatedLink(robot, made.plan, lost_after=300)
+    run = names["start_up"](robot, made.plan, names["MyRobot"](link), tmp_path / "lost.csv")
+    assert run.state == cdprcal.StartUpState.holding
+    assert "cable torn out" in run.reason
+    assert link.braked
+
+
+class SimulatedLink:
+    """A maker's library whose robot is simulated, and the clock that its time passes by."""
+
+    def __init__(
+        self, robot: cdprcal.Robot, plan: cdprcal.Plan, lost_after: int | None = None
+    ) -> None:
+        options = cdprcal.SimulatorOptions(seed=1)
+        assert options.winch.mode == cdprcal.WinchMode.tension
+        self._simulator = cdprcal.Simulator(robot, options)
+        assert self._simulator.reset(plan.start_tension_N).found
+        self._left = lost_after
+        self.braked = False
+
+    def monotonic(self) -> float:
+        return self._simulator.time_s
+
+    def sleep(self, duration_s: float) -> None:
+        self._simulator.advance(duration_s)
+
+    def read(self) -> tuple[Any, Any, Any, Any]:
+        if self._left is not None:
+            self._left -= 1
+            if self._left < 0:
+                raise OSError("cable torn out")
+        sample = self._simulator.read()
+        angles = sample.roll_pitch_yaw_rad
+        return sample.length_m, sample.swivel_rad, sample.tension_N, angles
+
+    def hold(self, tension_N: Any) -> None:
+        self._simulator.command_tension(tension_N)
+
+    def pay_out(self, velocity_m_s: Any) -> None:
+        self._simulator.command_velocity(velocity_m_s)
+
+    def brake(self) -> None:
+        self.braked = True
+        self._simulator.hold()
+
+
+def test_the_page_of_errors_is_that_of_the_sources() -> None:
+    made = tool("errors").page()
+    assert (DOCS / "errors.md").read_text(encoding="utf-8") == made, (
+        "run: python docs/tools/errors.py -o docs"
+    )
+    for known in ("`slack`", "`no_workspace`", "is no result file", "must be a number"):
+        assert known in made
+
+
+def test_the_catalogue_is_that_of_the_program(tmp_path: Path) -> None:
+    catalogue = tool("catalogue")
+    text = (DOCS / "catalogue.md").read_text(encoding="utf-8")
+    plan = catalogue.signature_plan()
+    for info in cdprcal.effect_catalogue():
+        assert catalogue.entry(info) in text, "run: python docs/tools/catalogue.py -o docs"
+        assert catalogue.row(info) in text
+        picture = DOCS / "catalogue" / f"{info.name}.svg"
+        assert picture.read_text(encoding="utf-8").startswith("<?xml")
+        if info.name in ("load_cell_bias", "yaw_drift"):  # the others take too long for every day
+            found = catalogue.signature(info, plan, tmp_path)
+            assert f"names `{info.name}`" in found.sentence()
+            assert found.sentence() in text
+    assert catalogue.tables_of_faults() in text
+
+
+def test_links_of_the_readme_lead_somewhere() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    links = [link for link in re.findall(r"\]\(([^)#]+)", text) if "://" not in link]
+    assert links
+    for link in links:
+        assert (ROOT / link).exists(), link
