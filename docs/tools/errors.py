@@ -5,7 +5,6 @@ python docs/tools/errors.py -o docs
 
 from __future__ import annotations
 
-import argparse
 import ast
 import re
 from collections.abc import Iterator
@@ -13,39 +12,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+#: Where the tables go in docs/errors.md.
+PLACE = "<!-- made: findings and messages -->"
 GAP = "…"
 #: Exceptions and functions whose text is what a user reads, with exit code 2.
 _RAISED = {"InputError", "fail", "SessionError"}
-
-HEAD = """\
-# Errors and findings
-
-Every command ends with one of these exit codes, prints at most one message of an error, never a
-traceback, and writes nothing on error. `…` stands for what the message names: the file, line, field
-or value. This page is made from the sources by `python docs/tools/errors.py -o docs`.
-
-| exit code | means | what to do |
-|---|---|---|
-| 0 | done | |
-| 1 | the data or the solution cannot be trusted | the result is printed or written, and says why: \
-`status` of `calibrate`, `verdict` and `unexplained` of `diagnose`, the findings of `check` |
-| 2 | wrong use: an option, a file or a value | the message says what; see [below](#wrong-use) |
-| 130 | Ctrl-C | nothing was written, but what `acquire` logged is kept |
-
-An *internal error* is a fault of the program: report it, with what `CDPRCAL_TRACEBACK=1` shows.
-
-## Status of a calibration
-
-| `status` | means | what to do |
-|---|---|---|
-| `converged` | a minimum, and the residuals are believable | \
-the `reason` may still say that the model lacks something: `cdprcal diagnose` |
-| `not_converged` | no minimum was reached, or the model contradicts the readings | \
-`cdprcal check`, then `cdprcal diagnose`: signs, units, order of the cables |
-| `unobservable` | the readings leave a direction of the pose open | \
-more varied poses (`cdprcal plan --optimal`), or the sensor that is missing |
-
-"""
 
 
 @dataclass(frozen=True)
@@ -157,8 +128,8 @@ def cell(text: str) -> str:
     return text.replace("|", "\\|").replace("\n", " ").replace("<", "&lt;").replace("[", "\\[")
 
 
-def page() -> str:
-    """The whole page."""
+def tables() -> str:
+    """What is made: the findings, and the messages by where they come from."""
     lines = ["## Findings in logs and robot files", ""]
     lines += ["| code | severity | message | what to do |", "|---|---|---|---|"]
     lines += [
@@ -167,15 +138,13 @@ def page() -> str:
     lines += ["", "## Wrong use", ""]
     for area, texts in wrong_use().items():
         lines += [f"### {area}", "", *(f"- {cell(text)}" for text in texts), ""]
-    return HEAD + "\n".join(lines).rstrip() + "\n"
+    return "\n".join(lines).rstrip() + "\n"
 
 
-def main() -> None:
-    """Writes the page."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("-o", "--output", type=Path, default=Path("docs"), metavar="DIR")
-    (parser.parse_args().output / "errors.md").write_text(page(), encoding="utf-8")
+def fill(markdown: str) -> str:
+    """The page with the tables in their place."""
+    return markdown.replace(PLACE, tables())
 
 
 if __name__ == "__main__":
-    main()
+    print(fill((ROOT / "docs" / "errors.md").read_text(encoding="utf-8")), end="")

@@ -1,13 +1,18 @@
-"""Fills the pages of the API: ``<!-- bindings: geometry model -->`` becomes what these files bind.
+"""Fills pages from the sources when the site is built, so that nothing added there is forgotten.
 
-The names come from the bindings' sources, so that nothing that is added there is forgotten here.
+``<!-- bindings: geometry model -->`` becomes what these files of bindings/ bind; the table of errors
+is made by errors.py.
 """
 
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
 from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+import errors  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[2]
 _WANTED = re.compile(r"<!-- bindings: ([\w ]+) -->")
@@ -30,4 +35,4 @@ def on_page_markdown(markdown: str, **context: Any) -> str:
         names = [name for stage in match[1].split() for name in bound_names(stage)]
         return "\n\n".join(f"::: cdprcal._core.{name}" for name in names)
 
-    return _WANTED.sub(entries, markdown)
+    return errors.fill(_WANTED.sub(entries, markdown))
