@@ -155,9 +155,10 @@ void register_acquisition(py::module_& module) {
              py::call_guard<py::gil_scoped_release>(),
              "The mean over an interval at rest and its covariance, in which correlated readings "
              "count as what they are. Raises InputError for a range outside the log.");
-  module.def("channel_noise", &channel_noise, py::arg("values"),
+  module.def("channel_noise", &channel_noise, py::arg("values"), py::arg("angles") = false,
              "White noise of a channel [N], in its unit, from second differences (robust to "
-             "motion); NaN entries are passed over; 0 with fewer than three samples.");
+             "motion); NaN entries are passed over; 0 with fewer than three samples. angles: "
+             "jumps of 2 pi are none.");
 }
 
 }  // namespace cdprcal::python

@@ -83,13 +83,18 @@ void register_synthetic(py::module_& module) {
   const SyntheticLogOptions usual;
   py::class_<SyntheticLogOptions>(module, "SyntheticLogOptions", "How a run is made.")
       .def(py::init([](double dwell_s, double move_s, double rate_Hz,
-                       const std::optional<ReadingNoise>& noise, std::uint64_t seed) {
-             return SyntheticLogOptions{dwell_s, move_s, rate_Hz, noise.value_or(ReadingNoise{}),
-                                        seed};
+                       const std::optional<ReadingNoise>& noise, double wrench_force_N,
+                       double wrench_moment_Nm, std::uint64_t seed) {
+             return SyntheticLogOptions{
+                 dwell_s,        move_s,           rate_Hz, noise.value_or(ReadingNoise{}),
+                 wrench_force_N, wrench_moment_Nm, seed};
            }),
            py::kw_only(), py::arg("dwell_s") = usual.dwell_s, py::arg("move_s") = usual.move_s,
            py::arg("rate_Hz") = usual.rate_Hz, py::arg("noise") = py::none(),
-           py::arg("seed") = usual.seed, "noise None: none.")
+           py::arg("wrench_force_N") = usual.wrench_force_N,
+           py::arg("wrench_moment_Nm") = usual.wrench_moment_Nm, py::arg("seed") = usual.seed,
+           "noise None: none. wrench_force_N, wrench_moment_Nm: what the balance is wrong by along "
+           "each axis, drawn anew for every set-point.")
       .def_readwrite("dwell_s", &SyntheticLogOptions::dwell_s,
                      "At every set-point, the first included.")
       .def_readwrite("move_s", &SyntheticLogOptions::move_s,
@@ -98,6 +103,8 @@ void register_synthetic(py::module_& module) {
       .def_property(
           "noise", [](const SyntheticLogOptions& options) { return options.noise; },
           [](SyntheticLogOptions& options, const ReadingNoise& noise) { options.noise = noise; })
+      .def_readwrite("wrench_force_N", &SyntheticLogOptions::wrench_force_N)
+      .def_readwrite("wrench_moment_Nm", &SyntheticLogOptions::wrench_moment_Nm)
       .def_readwrite("seed", &SyntheticLogOptions::seed);
   py::class_<SyntheticLog>(module, "SyntheticLog", "A log and its truth.")
       .def_readonly("log", &SyntheticLog::log)

@@ -2679,10 +2679,12 @@ class SyntheticLogOptions:
         move_s: typing.SupportsFloat | typing.SupportsIndex = 5.0,
         rate_Hz: typing.SupportsFloat | typing.SupportsIndex = 10.0,
         noise: ReadingNoise | None = None,
+        wrench_force_N: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        wrench_moment_Nm: typing.SupportsFloat | typing.SupportsIndex = 0.0,
         seed: typing.SupportsInt | typing.SupportsIndex = 1,
     ) -> None:
         """
-        noise None: none.
+        noise None: none. wrench_force_N, wrench_moment_Nm: what the balance is wrong by along each axis, drawn anew for every set-point.
         """
 
     @property
@@ -2709,6 +2711,14 @@ class SyntheticLogOptions:
     def seed(self) -> int: ...
     @seed.setter
     def seed(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    @property
+    def wrench_force_N(self) -> float: ...
+    @wrench_force_N.setter
+    def wrench_force_N(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def wrench_moment_Nm(self) -> float: ...
+    @wrench_moment_Nm.setter
+    def wrench_moment_Nm(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
 
 class SyntheticLog:
     """
@@ -3567,9 +3577,11 @@ def calibrate(robot: Robot, log: Log, options: CalibrateOptions | None = None) -
     From a log to the initial pose. Look at result.status. Where the readings show that the model lacks something, the pose and its covariance allow for every known effect at its typical size (options.allow_for_effects). Raises as prepare does.
     """
 
-def channel_noise(values: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]) -> float:
+def channel_noise(
+    values: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], angles: bool = False
+) -> float:
     """
-    White noise of a channel [N], in its unit, from second differences (robust to motion); NaN entries are passed over; 0 with fewer than three samples.
+    White noise of a channel [N], in its unit, from second differences (robust to motion); NaN entries are passed over; 0 with fewer than three samples. angles: jumps of 2 pi are none.
     """
 
 def characteristic_length_m(robot: Robot) -> float:

@@ -4,7 +4,8 @@
     python tests/studies/estimator.py guesses --count 10000   # bad starts, right minimum
     python tests/studies/estimator.py methods --count 100     # paper's two methods beside unified
 
-Logs are quasi-static with white noise, so the model is exact and the Cramer-Rao bound is known.
+Logs are quasi-static with white noise, and balanced as well as the robot file says, so the
+Cramer-Rao bound is known.
 Each prints a table on stdout and ends with exit code 1 when a requirement is not met.
 --jobs: processes.
 """
@@ -36,12 +37,14 @@ DWELL_S, MOVE_S = 4.0, 4.0
 
 
 def run(robot: cdprcal.Robot, seed: int, noise: float) -> cdprcal.SyntheticLog:
-    """A start-up through eight poses with `noise` times eq. 18."""
+    """A start-up through eight poses with `noise` times eq. 18, and a balance as exact as stated."""
     setpoints = cdprcal.default_setpoints(robot, *GRID)
     options = cdprcal.SyntheticLogOptions(
         dwell_s=DWELL_S,
         move_s=MOVE_S,
         noise=cdprcal.reading_noise(robot.sigma, noise),
+        wrench_force_N=robot.sigma.wrench_force_N,
+        wrench_moment_Nm=cdprcal.characteristic_length_m(robot) * robot.sigma.wrench_force_N,
         seed=seed,
     )
     return cdprcal.synthetic_log(robot, setpoints, options)
@@ -74,7 +77,7 @@ def cramer_rao(
 ) -> Vector:
     """Least standard deviations of the initial pose for these measurements and white noise.
 
-    The model's own error is the least that the estimator allows: a hundredth of the robot file's.
+    The model's own error is the robot file's.
     """
     sigma = problem.robot.sigma
     white = {
@@ -90,8 +93,8 @@ def cramer_rao(
         measurements=problem.measurements,
         noise=cdprcal.NoiseModel(
             {name: cdprcal.ChannelNoise(0.0, noise * s) for name, s in white.items()},
-            0.01 * sigma.wrench_force_N,
-            0.01 * arm_m * sigma.wrench_force_N,
+            sigma.wrench_force_N,
+            arm_m * sigma.wrench_force_N,
         ),
     )
     _, jacobian = cdprcal.linearise(exact, poses)

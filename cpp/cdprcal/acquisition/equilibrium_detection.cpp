@@ -82,6 +82,8 @@ class Channel {
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> sums_;
 };
 
+}  // namespace
+
 Eigen::VectorXd unwrapped(Eigen::VectorXd angles) {
   double previous = kNaN;
   for (Eigen::Index i = 0; i < angles.size(); ++i) {
@@ -92,9 +94,8 @@ Eigen::VectorXd unwrapped(Eigen::VectorXd angles) {
   return angles;
 }
 
-}  // namespace
-
-double channel_noise(const Eigen::Ref<const Eigen::VectorXd>& values) {
+double channel_noise(const Eigen::Ref<const Eigen::VectorXd>& given, bool angles) {
+  const Eigen::VectorXd values = angles ? unwrapped(given) : Eigen::VectorXd(given);
   std::vector<double> seconds;
   double resolution = std::numeric_limits<double>::infinity();
   for (Eigen::Index i = 2; i < values.size(); ++i) {

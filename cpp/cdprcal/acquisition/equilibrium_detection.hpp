@@ -34,7 +34,11 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
                                            const DetectionOptions& options = {});
 
 /// White noise [same unit] of a channel, from its second differences (robust to motion); floored
-/// at its resolution/√12. NaN entries are passed over; 0 with fewer than three samples.
-double channel_noise(const Eigen::Ref<const Eigen::VectorXd>& values);
+/// at its resolution/√12. NaN entries are passed over; 0 with fewer than three samples. `angles`:
+/// readings that jump by 2π are no jump.
+double channel_noise(const Eigen::Ref<const Eigen::VectorXd>& values, bool angles = false);
+
+/// Angles [rad] without jumps of 2π; NaN entries are passed over.
+Eigen::VectorXd unwrapped(Eigen::VectorXd angles_rad);
 
 }  // namespace cdprcal

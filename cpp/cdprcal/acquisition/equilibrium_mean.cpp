@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "cdprcal/acquisition/equilibrium_detection.hpp"
 #include "cdprcal/error.hpp"
 
 namespace cdprcal {
@@ -14,12 +15,7 @@ Eigen::MatrixXd readings(const Log& log, const SampleRange& samples) {
   const auto add = [&](const LogMatrix& group, bool angles) {
     for (Eigen::Index c = 0; c < group.cols(); ++c) {
       Eigen::VectorXd column = group.col(c).segment(samples.begin, rows);
-      double last = kNaN;
-      for (double& v : column) {
-        if (!angles || !std::isfinite(v)) continue;
-        if (std::isfinite(last)) v = last + wrap_angle(v - last);
-        last = v;
-      }
+      if (angles) column = unwrapped(std::move(column));
       values.conservativeResize(rows, values.cols() + 1);
       values.col(values.cols() - 1) = column;
     }

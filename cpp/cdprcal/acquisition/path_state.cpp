@@ -19,12 +19,8 @@ constexpr double kSlope_s = 0.3;
 Eigen::VectorXd smoothed(const Eigen::VectorXd& time, Eigen::VectorXd values,
                          const SampleRange& range, double window_s, bool angles) {
   if (angles) {
-    double previous = kNaN;
-    for (Eigen::Index i = range.begin; i < range.end; ++i) {
-      if (!std::isfinite(values[i])) continue;
-      if (std::isfinite(previous)) values[i] = previous + wrap_angle(values[i] - previous);
-      previous = values[i];
-    }
+    auto own = values.segment(range.begin, range.size());
+    own = unwrapped(own);
   }
   Eigen::VectorXd out = values;
   Eigen::Index begin = range.begin, end = range.begin;
@@ -71,7 +67,7 @@ LogMatrix directions(const Log& log, const LogMatrix& values, double turn_over, 
     const double averaged = std::max(1.0, window_s * rate);
     for (Eigen::Index c = 0; c < values.cols(); ++c) {
       const Eigen::VectorXd column = values.col(c);
-      const double noise = channel_noise(column.segment(range.begin, range.size()));
+      const double noise = channel_noise(column.segment(range.begin, range.size()), angles);
       Eigen::VectorXd direction = Eigen::VectorXd::Zero(values.rows());
       follow(smoothed(log.time_s, column, range, window_s, angles), range, 0.5 * turn_over,
              band * noise / std::sqrt(averaged), direction);

@@ -66,6 +66,35 @@ double fifth_degree(double fraction) {
   return x * x * x * (10.0 + x * (-15.0 + 6.0 * x));
 }
 
+namespace {
+
+/// One wrench a set-point, from a stream of its own: readings are the same with and without.
+std::vector<Vector6> disturbances(const SyntheticLogOptions& options, std::size_t count) {
+  RandomNormal random(options.seed ^ 0x9e3779b97f4a7c15ULL);
+  std::vector<Vector6> out(count, Vector6::Zero());
+  for (Vector6& wrench : out) {
+    for (double& v : wrench.head<3>()) v = options.wrench_force_N * random();
+    for (double& v : wrench.tail<3>()) v = options.wrench_moment_Nm * random();
+  }
+  return out;
+}
+
+/// Where the platform rests at these tensions under one more wrench: Newton from where it rests
+/// without.
+void yield_to(const Robot& robot, const CableVector& tension_N, const Vector6& wrench, Pose& pose) {
+  if (wrench.isZero(0.0)) return;
+  constexpr int kSteps = 8;  // of quadratic convergence, from millimetres
+  for (int i = 0; i < kSteps; ++i) {
+    const PlatformState state = platform_state(robot, pose);
+    const Vector6 left = wrench_residual(robot, state, tension_N) - wrench;
+    const Vector6 step = stiffness(robot, state, tension_N).partialPivLu().solve(left);
+    pose = plus(pose, -step);
+    if (step.norm() < 1e-14) break;
+  }
+}
+
+}  // namespace
+
 SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& setpoints_N,
                            const SyntheticLogOptions& options) {
   if (setpoints_N.empty()) throw InputError("synthetic log: no set-points");
@@ -90,6 +119,7 @@ SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& s
   log.tension_N.resize(samples, n);
   log.tension_setpoint_N.resize(samples, n);
   log.roll_pitch_yaw_rad.resize(samples, 3);
+  const std::vector<Vector6> wrench = disturbances(options, setpoints_N.size());
   std::optional<Pose> previous;
   for (Eigen::Index row = 0; row < samples; ++row) {
     const double time_s = static_cast<double>(row) / options.rate_Hz;
@@ -97,10 +127,14 @@ SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& s
         std::min(static_cast<std::size_t>(time_s / period_s), setpoints_N.size() - 1);
     const double into_move = time_s - static_cast<double>(index) * period_s - options.dwell_s;
     CableVector tension_N = setpoints_N[index];
+    Vector6 disturbance = wrench[index];
     if (into_move > 0.0 && index + 1 < setpoints_N.size()) {
-      tension_N += fifth_degree(into_move / options.move_s) * (setpoints_N[index + 1] - tension_N);
+      const double fraction = fifth_degree(into_move / options.move_s);
+      tension_N += fraction * (setpoints_N[index + 1] - tension_N);
+      disturbance += fraction * (wrench[index + 1] - disturbance);
     }
-    const EquilibriumResult rest = direct_from_tensions(robot, tension_N, previous);
+    EquilibriumResult rest = direct_from_tensions(robot, tension_N, previous);
+    if (rest.status == EquilibriumStatus::found) yield_to(robot, tension_N, disturbance, rest.pose);
     if (rest.status != EquilibriumStatus::found) {
       throw InputError("synthetic log: no stable equilibrium at set-point " +
                        std::to_string(index + 1) + (into_move > 0.0 ? " (moving on)" : "") + ": " +

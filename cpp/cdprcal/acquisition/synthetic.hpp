@@ -56,6 +56,10 @@ struct SyntheticLogOptions {
   double move_s = 5.0;   ///< fifth-degree transition between two set-points
   double rate_Hz = 10.0;
   ReadingNoise noise;
+  /// What the balance is wrong by along each axis, drawn anew for every set-point: what the model
+  /// does not know. It grows from one set-point's to the next's during the move.
+  double wrench_force_N = 0.0;
+  double wrench_moment_Nm = 0.0;
   std::uint64_t seed = 1;
 };
 

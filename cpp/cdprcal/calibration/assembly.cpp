@@ -106,7 +106,8 @@ std::shared_ptr<ceres::OrderedGroups<double*>> Assembly::elimination_order() {
   auto order = std::make_shared<ceres::OrderedGroups<double*>>();
   for (std::size_t i = 1; i < cache_.size(); ++i) order->AddElementToGroup(cache_.block(i), 0);
   order->AddElementToGroup(cache_.block(0), 1);
-  order->AddElementToGroup(reference_.block(), 1);
+  // A group of its own: within a group the order is that of addresses, and rounding with it.
+  order->AddElementToGroup(reference_.block(), 2);
   return order;
 }
 

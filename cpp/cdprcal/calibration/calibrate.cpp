@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "cdprcal/acquisition/still.hpp"
 #include "cdprcal/calibration/multi_start.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
@@ -100,14 +101,15 @@ SampleRange longest_hold(const Log& log, const SampleRange& rest) {
 
 /// The samples of a rest that are averaged. Detection judges whole windows, so their outermost part
 /// may hold the first or the last of a slow motion: far below the noise of a sample, but not below
-/// that of a mean. Where set-points are logged and held for half of the rest or more, that part
-/// counts. Otherwise half a window goes on either side, at most a quarter of the rest, and nothing
-/// where the run itself ends.
+/// that of a mean. Where set-points are logged and held for half of the rest or for half a window,
+/// that part counts: while they change nothing rests. Otherwise half a window goes on either side,
+/// at most a quarter of the rest, and nothing where the run itself ends.
 SampleRange core(const Log& log, const SampleRange& run, const Equilibrium& rest, double window_s) {
   SampleRange out = rest.samples;
   if (log.tension_setpoint_N.cols() > 0) {
     const SampleRange hold = longest_hold(log, rest.samples);
-    if (2 * hold.size() >= rest.samples.size()) return hold;
+    const double held_s = log.time_s[hold.end - 1] - log.time_s[hold.begin];
+    if (2 * hold.size() >= rest.samples.size() || held_s >= 0.5 * window_s) return hold;
   }
   const Eigen::Index most = rest.samples.size() / 4;
   const double begin_s = log.time_s[rest.samples.begin] + 0.5 * window_s;
@@ -133,7 +135,8 @@ void measure_automatically(const Log& log, const PathState& path, const SampleRa
   if (options.method != Method::kinematic) {
     out.equilibria = detect_equilibria(log, run, out.problem.robot.sigma, options.detection);
     for (const Equilibrium& rest : out.equilibria) {
-      const SampleRange samples = core(log, run, rest, options.detection.window_s);
+      SampleRange samples = core(log, run, rest, options.detection.window_s);
+      if (samples.begin == run.begin) samples = still_since_start(log, samples);
       measurements.push_back(measurement_mean(log, samples, PoseKind::static_pose, n));
       add_path(path, log, samples, log.time_s[run.begin], measurements.back());
       mark(rest.samples);

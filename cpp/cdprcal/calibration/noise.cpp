@@ -14,12 +14,12 @@ std::array<double, kChannels> by_channel(const SensorSigma& sigma) {
 
 /// Median over the columns [from, to) that have a reading; `otherwise` without any.
 double median_noise(const LogMatrix& values, Eigen::Index from, Eigen::Index to,
-                    const SampleRange& run, double otherwise) {
+                    const SampleRange& run, bool angles, double otherwise) {
   std::vector<double> noise;
   for (Eigen::Index c = from; c < std::min(to, values.cols()); ++c) {
     const auto column = values.col(c).segment(run.begin, run.size());
     if (column.array().isFinite().count() < 3) continue;
-    noise.push_back(channel_noise(column));
+    noise.push_back(channel_noise(column, angles));
   }
   if (noise.empty()) return otherwise;
   const auto middle = noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2);
@@ -57,11 +57,11 @@ NoiseModel specified_noise(const SensorSigma& sigma) {
 std::array<double, kChannels> sample_noise(const Log& log, const SampleRange& run,
                                            const SensorSigma& sigma) {
   const std::array<double, kChannels> specified = by_channel(sigma);
-  return {median_noise(log.length_m, 0, kMaxCables, run, specified[0]),
-          median_noise(log.swivel_rad, 0, kMaxCables, run, specified[1]),
-          median_noise(log.roll_pitch_yaw_rad, 0, 2, run, specified[2]),
-          median_noise(log.roll_pitch_yaw_rad, 2, 3, run, specified[3]),
-          median_noise(log.tension_N, 0, kMaxCables, run, specified[4])};
+  return {median_noise(log.length_m, 0, kMaxCables, run, false, specified[0]),
+          median_noise(log.swivel_rad, 0, kMaxCables, run, true, specified[1]),
+          median_noise(log.roll_pitch_yaw_rad, 0, 2, run, true, specified[2]),
+          median_noise(log.roll_pitch_yaw_rad, 2, 3, run, true, specified[3]),
+          median_noise(log.tension_N, 0, kMaxCables, run, false, specified[4])};
 }
 
 }  // namespace cdprcal

@@ -17,9 +17,17 @@ struct Square {
   double gain;
 };
 
-/// −2 log likelihood of a variance component, up to a constant.
-double deviance(const std::vector<Square>& squares, double component) {
-  double sum = 0.0;
+/// What is known of a component beforehand, as so many readings of that size would say it. Weight
+/// 0: nothing.
+struct Prior {
+  double value = 1.0;
+  double weight = 0.0;
+};
+
+/// −2 log likelihood (times prior) of a variance component, up to a constant.
+double deviance(const std::vector<Square>& squares, double component, const Prior& prior) {
+  double sum =
+      prior.weight > 0.0 ? prior.weight * (std::log(component) + prior.value / component) : 0.0;
   for (const Square& s : squares) {
     const double variance = s.known + s.gain * component;
     sum += s.freedom * std::log(variance) + s.value / variance;
@@ -28,8 +36,8 @@ double deviance(const std::vector<Square>& squares, double component) {
 }
 
 /// The component of greatest likelihood that is not below `least`.
-double most_likely(const std::vector<Square>& squares, double least) {
-  double largest = least;
+double most_likely(const std::vector<Square>& squares, double least, const Prior& prior = {}) {
+  double largest = prior.weight > 0.0 ? std::max(least, prior.value) : least;
   for (const Square& s : squares) {
     if (s.gain > 0.0) largest = std::max(largest, s.value / s.gain);
   }
@@ -39,18 +47,19 @@ double most_likely(const std::vector<Square>& squares, double least) {
   // More than one hump may be: the best of a coarse scan, then its neighbourhood.
   constexpr int kScan = 48;
   const double step = (high - low) / kScan;
-  double best = low, best_deviance = deviance(squares, std::exp(low));
+  double best = low, best_deviance = deviance(squares, std::exp(low), prior);
   for (int i = 1; i <= kScan; ++i) {
     const double at = low + i * step;
-    if (const double d = deviance(squares, std::exp(at)); d < best_deviance) {
+    if (const double d = deviance(squares, std::exp(at), prior); d < best_deviance) {
       best = at;
       best_deviance = d;
     }
   }
   const auto [at, found] = boost::math::tools::brent_find_minima(
-      [&](double log_component) { return deviance(squares, std::exp(log_component)); },
+      [&](double log_component) { return deviance(squares, std::exp(log_component), prior); },
       std::max(low, best - step), best + step, 30);
-  return deviance(squares, least) <= found ? least : std::exp(at);
+  const bool at_least = least > 0.0 || prior.weight == 0.0;
+  return at_least && deviance(squares, least, prior) <= found ? least : std::exp(at);
 }
 
 double freedom_of(const std::vector<Square>& squares) {
@@ -94,14 +103,18 @@ void balance_components(const CalibrationProblem& problem, const std::vector<Fit
   }
   if (freedom < 2.0) return;
   // A model exact to a hundredth of what the robot file says is as exact as anyone can ask.
-  const double least =
-      std::pow(0.01 * problem.robot.sigma.wrench_force_N / fitted.wrench_force_N, 2);
+  const double specified = std::pow(problem.robot.sigma.wrench_force_N / fitted.wrench_force_N, 2);
+  const double least = 1e-4 * specified;
+  // Where no load cell has a say (off the span of the cables) the balance fixes the pose so well
+  // that few sensors can tell whether it is that good: a flat likelihood, which must not end at
+  // `least`. What the robot file says counts as much as two readings.
+  const Prior prior{specified, 2.0};
   double pose = 0.0, model = 1.0;  // model: in units of the fitted one
   for (int round = 0; round < 10; ++round) {
     std::vector<Square> squares;
     for (const Row& r : kept)
       squares.push_back({r.value, r.freedom, r.gain * (r.sample + pose), 1.0});
-    model = most_likely(squares, least);
+    model = most_likely(squares, least, prior);
     squares.clear();
     for (const Row& r : kept)
       squares.push_back({r.value, r.freedom, r.gain * r.sample + model, r.gain});

@@ -13,22 +13,22 @@ constexpr double kSlackShare = 0.1;
 
 /// Adds the mean squared noise of one reading, from its ripple at each rest and in motion alike.
 void add_ripple(const Log& log, const SampleRange& run, NoiseLevels& sums) {
-  const auto group = [&](const LogMatrix& values, int from, int to) {
+  const auto group = [&](const LogMatrix& values, int from, int to, bool angles) {
     double sum = 0.0;
     int count = 0;
     for (int c = from; c < std::min<int>(to, static_cast<int>(values.cols())); ++c) {
-      const double noise = channel_noise(values.col(c).segment(run.begin, run.size()));
+      const double noise = channel_noise(values.col(c).segment(run.begin, run.size()), angles);
       sum += noise * noise;
       ++count;
     }
     return count > 0 ? sum / count : 0.0;
   };
   const int n = static_cast<int>(log.length_m.cols());
-  sums[0] += group(log.length_m, 0, n);
-  sums[1] += group(log.swivel_rad, 0, n);
-  sums[2] += group(log.roll_pitch_yaw_rad, 0, 2);
-  sums[3] += group(log.roll_pitch_yaw_rad, 2, 3);
-  sums[4] += group(log.tension_N, 0, n);
+  sums[0] += group(log.length_m, 0, n, false);
+  sums[1] += group(log.swivel_rad, 0, n, true);
+  sums[2] += group(log.roll_pitch_yaw_rad, 0, 2, true);
+  sums[3] += group(log.roll_pitch_yaw_rad, 2, 3, true);
+  sums[4] += group(log.tension_N, 0, n, false);
 }
 
 /// The balance needs every cable: without it where one hangs slack.

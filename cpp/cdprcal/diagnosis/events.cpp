@@ -52,7 +52,7 @@ void gate_outliers(const Log& log, const SampleRange& run, LogMatrix& readings, 
                    double sigma, const std::string& channel, int cable, bool angles,
                    std::vector<LogEvent>& out) {
   const Eigen::VectorXd values = readings.col(column).segment(run.begin, run.size());
-  const double noise = channel_noise(values);
+  const double noise = channel_noise(values, angles);
   const Eigen::VectorXd off = departures(values, angles);
   // Motion bends readings away from the median around them: judged by the scatter nearby.
   const auto stands_out = [&](Eigen::Index i) {
@@ -130,7 +130,7 @@ void find_oscillations(const Robot& robot, const Log& log, const SampleRange& ru
   const auto add = [&](const LogMatrix& readings, bool angles) {
     for (Eigen::Index c = 0; c < readings.cols(); ++c) {
       const Eigen::VectorXd values = readings.col(c);
-      channels.push_back({values, channel_noise(values.segment(run.begin, run.size())), angles});
+      channels.push_back({values, channel_noise(values.segment(run.begin, run.size()), angles), angles});
     }
   };
   add(log.length_m, false);

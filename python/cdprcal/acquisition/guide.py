@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdprcal import _core
 from cdprcal._core import RobotSample, StartUp, StartUpCommand, StartUpState
@@ -32,6 +33,7 @@ class Estimate:
     rotation_sigma_rad: float
     least_observed: str
     pose: _core.Pose | None
+    covariance: NDArray[np.float64] | None  #: [6, 6] of the pose, as in CalibrationResult
     reached: bool  #: the accuracy asked for, confirmed by a complete calibration of the log so far
 
     def as_event(self) -> dict[str, Any]:
@@ -235,6 +237,7 @@ class _Work:
             rotation_rad,
             result.least_observed,
             result.poses[0] if result.poses else None,
+            result.covariance,
             reached,
         )
 

@@ -38,7 +38,7 @@ class Channel:
     @cached_property
     def noise(self) -> float:
         """White noise of the reading, from the data itself."""
-        return float(_core.channel_noise(self.values))
+        return float(_core.channel_noise(self.values, self.is_angle))
 
     @property
     def is_angle(self) -> bool:

@@ -226,11 +226,14 @@ void StartUp::record(const RobotSample& sample) {
   recorded_sum_N_ += sample.tension_N;
   ++recorded_;
   from_N_ = recorded_sum_N_ / recorded_;
-  // What is there now is what is wanted; a tension outside the limits is not.
-  command_.tension_setpoint_N =
-      from_N_.cwiseMax(robot_.tension_min_N).cwiseMin(robot_.tension_max_N);
+  // What is there now is what is wanted; a tension outside the limits is not. Held until something
+  // moves: whoever reads the log sees from when on.
+  const auto within_limits = [this](const CableVector& tension_N) -> CableVector {
+    return tension_N.cwiseMax(robot_.tension_min_N).cwiseMin(robot_.tension_max_N);
+  };
+  if (recorded_ == 1) command_.tension_setpoint_N = within_limits(from_N_);
   if (now_s_ - entered_s_ < options_.record_s - 1e-9) return;
-  from_N_ = command_.tension_setpoint_N;
+  from_N_ = command_.tension_setpoint_N = within_limits(from_N_);
   plan_first_leg();
   begin_move();
   enter(StartUpState::moving_to_start);
