@@ -37,7 +37,7 @@ DWELL_S, MOVE_S = 4.0, 4.0
 
 
 def run(robot: cdprcal.Robot, seed: int, noise: float) -> cdprcal.SyntheticLog:
-    """A start-up through eight poses with `noise` times eq. 18, and a balance as exact as stated."""
+    """Eight poses with `noise` times eq. 18, and a balance as exact as the robot file says."""
     setpoints = cdprcal.default_setpoints(robot, *GRID)
     options = cdprcal.SyntheticLogOptions(
         dwell_s=DWELL_S,

@@ -103,7 +103,8 @@ def stopped(seed: int, noise: float, name: str, effects: Sequence[str] = ()) -> 
     def watch(command: cdprcal.StartUpCommand, sample: cdprcal.RobotSample, logged: bool) -> None:
         estimate = guide.step(command, sample, logged)
         if estimate is not None and estimate.status == "converged":
-            assert estimate.pose is not None and estimate.covariance is not None
+            assert estimate.pose is not None
+            assert estimate.covariance is not None
             error = cdprcal.minus(estimate.pose, truth)
             size = float(error @ np.linalg.solve(estimate.covariance, error))
             honesty.append((estimate.rests, size))
@@ -144,7 +145,8 @@ def study(count: int, noise: float, jobs: int, name: str, effects: Sequence[str]
     good = [s for s in stops if s.reached]
     asked = parse_accuracy(ASKED)
     print(
-        f"{name}, {count} start-ups, noise {noise:g} of eq. 18, until {ASKED}; {len(good)} reached it"
+        f"{name}, {count} start-ups, noise {noise:g} of eq. 18, until {ASKED}; "
+        f"{len(good)} reached it"
     )
     for seed, s in enumerate(stops, 1):
         if not s.reached:
@@ -161,8 +163,8 @@ def study(count: int, noise: float, jobs: int, name: str, effects: Sequence[str]
     rotation = np.array([s.rotation_rad for s in good])
     print(
         f"errors rms {1e3 * np.sqrt((position**2).mean()):.2f} mm, "
-        f"{np.degrees(np.sqrt((rotation**2).mean())):.3f} deg; worst {1e3 * position.max():.2f} mm, "
-        f"{np.degrees(rotation.max()):.3f} deg"
+        f"{np.degrees(np.sqrt((rotation**2).mean())):.3f} deg; "
+        f"worst {1e3 * position.max():.2f} mm, {np.degrees(rotation.max()):.3f} deg"
     )
     broken = (position > BOUND * asked.position_m) | (rotation > BOUND * asked.rotation_rad)
     beyond = (position > asked.position_m) | (rotation > asked.rotation_rad)

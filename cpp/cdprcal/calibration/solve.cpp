@@ -162,6 +162,25 @@ double frame_size_m(const Robot& robot) {
   return size > 0.0 ? size : 1.0;
 }
 
+/// The largest change of a cable's length or swivel since the reference, over its noise.
+double largest_motion(const CalibrationProblem& problem, const PoseCache& cache) {
+  const Measurement& first = problem.measurements.front();
+  double largest = 0.0;
+  const auto look = [&](const CableVector& now, const CableVector& then, double weight, bool wrap) {
+    for (Eigen::Index c = 0; c < std::min(now.size(), then.size()); ++c) {
+      double change = now[c] - then[c];
+      if (wrap && std::isfinite(change)) change = wrap_angle(change);
+      if (std::isfinite(change)) largest = std::max(largest, weight * std::abs(change));
+    }
+  };
+  for (std::size_t i = 1; i < problem.measurements.size(); ++i) {
+    const Measurement& m = problem.measurements[i];
+    look(m.length_m, first.length_m, cache.weight(i, Channel::length), false);
+    look(m.swivel_rad, first.swivel_rad, cache.weight(i, Channel::swivel), true);
+  }
+  return largest;
+}
+
 void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged,
            CalibrationResult& result) {
   const std::string doubts = contradictions(problem, assembly, result.residual_rms);
@@ -170,6 +189,17 @@ void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged
       result.reason += "; where it stopped the model contradicts the readings: " + doubts +
                        "; check signs, scales and order of the sensors in the configuration";
     }
+    return;
+  }
+  // Without statics all there is to see is motion. Where there was none, noise looks like it, and
+  // the linearised covariance believes it.
+  constexpr double kMotion = 6.0;  // σ: what noise alone does not do in thousands of readings
+  if (problem.statics == StaticsModel::none &&
+      largest_motion(problem, assembly.cache()) < kMotion) {
+    result.status = CalibrationStatus::unobservable;
+    result.reason =
+        "the platform hardly moved: no length or swivel changed beyond its noise; measure at more "
+        "varied poses";
     return;
   }
   const ReferenceInformation information = assembly.reference_information();

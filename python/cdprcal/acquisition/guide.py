@@ -2,7 +2,8 @@
 
 After every rest the initial pose is estimated from all that was read so far; when the accuracy
 that was asked for is reached the run ends, and until then each next stop is the one that teaches
-most per second. What is solved, predicted and decided is C++ (``OnlineCalibration``, ``NextStopChooser``).
+most per second. What is solved, predicted and decided is C++ (``OnlineCalibration``,
+``NextStopChooser``).
 """
 
 from __future__ import annotations
@@ -73,6 +74,7 @@ def parse_accuracy(text: str) -> _core.AskedAccuracy:
         except ValueError:
             value = math.nan
         if match is None or not 0.0 < value < math.inf or scale[match[2]][0] in found:
+            found.clear()
             break
         kind, unit = scale[match[2]]
         found[kind] = value * unit

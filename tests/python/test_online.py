@@ -1,0 +1,344 @@
+"""The estimate while the robot is measured, when to stop, and where to go next."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cdprcal
+from cdprcal import CalibrateOptions, CalibrationStatus, InputError, Method
+from cdprcal.acquisition import Guide, acquire, parse_accuracy, start_up_plan
+from cdprcal.hardware.simulated import SimulatedBackend
+from cdprcal.io import load_log
+from conftest import TABLE_II_TENSIONS_N, Ran, changed
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
+import stopping
+
+PERIOD_S = 8.0  # of one rest and one move
+
+
+@pytest.fixture(scope="module")
+def made(robot: cdprcal.Robot) -> cdprcal.SyntheticLog:
+    options = cdprcal.SyntheticLogOptions(
+        dwell_s=4.0,
+        move_s=4.0,
+        noise=cdprcal.reading_noise(robot.sigma, 0.2),
+        wrench_force_N=robot.sigma.wrench_force_N,
+        wrench_moment_Nm=cdprcal.characteristic_length_m(robot) * robot.sigma.wrench_force_N,
+        seed=4,
+    )
+    return cdprcal.synthetic_log(robot, [np.array(t) for t in TABLE_II_TENSIONS_N], options)
+
+
+@pytest.fixture(scope="module")
+def plan() -> cdprcal.Plan:
+    return stopping.planned("irma4")
+
+
+def rows(log: cdprcal.Log, begin: int, end: int) -> cdprcal.Log:
+    names = ("length_m", "swivel_rad", "tension_N", "tension_setpoint_N", "roll_pitch_yaw_rad")
+    arrays = {name: getattr(log, name)[begin:end] for name in names if getattr(log, name).size}
+    return cdprcal.Log(time_s=log.time_s[begin:end], **arrays)
+
+
+def stretches(log: cdprcal.Log) -> list[cdprcal.Log]:
+    """Cut at the end of each rest."""
+    ends = [int(np.searchsorted(log.time_s, PERIOD_S * i + 4.0 - 1e-6)) for i in range(8)]
+    return [rows(log, begin, end) for begin, end in zip([0, *ends[:-1]], ends, strict=True)]
+
+
+@pytest.mark.parametrize("method", [Method.unified, Method.statics, Method.kinematic])
+def test_piece_by_piece_is_as_good_as_at_once(
+    robot: cdprcal.Robot, made: cdprcal.SyntheticLog, method: Method
+) -> None:
+    options = CalibrateOptions(method=method)
+    online = cdprcal.OnlineCalibration(robot, options)
+    claims = []
+    for stretch in stretches(made.log):
+        result = online.add(stretch)
+        if result.covariance is not None:
+            claims.append(result.standard_deviation)
+            error = cdprcal.minus(result.poses[0], made.poses[0])
+            assert np.all(np.abs(error) < 4.5 * result.standard_deviation)
+    assert result.status == CalibrationStatus.converged
+    assert np.all(claims[-1] < claims[0])  # more rests, less doubt
+    whole = cdprcal.calibrate(robot, made.log, options).result
+    apart = cdprcal.minus(result.poses[0], whole.poses[0])
+    assert np.all(np.abs(apart) < whole.standard_deviation)  # other samples in motion
+    ratio = result.standard_deviation / whole.standard_deviation
+    assert np.all((ratio > 0.7) & (ratio < 1.4))
+
+
+def test_too_little_is_said(robot: cdprcal.Robot, made: cdprcal.SyntheticLog) -> None:
+    online = cdprcal.OnlineCalibration(robot, CalibrateOptions(method=Method.kinematic))
+    result = online.add(rows(made.log, 0, 39))  # rest alone
+    assert result.status == CalibrationStatus.unobservable
+    assert result.reason
+    assert online.calibration.kinematic_poses + online.calibration.static_poses == len(
+        online.calibration.problem.measurements
+    )
+
+
+def test_what_cannot_be_added(robot: cdprcal.Robot, made: cdprcal.SyntheticLog) -> None:
+    online = cdprcal.OnlineCalibration(robot)
+    first, second = stretches(made.log)[:2]
+    online.add(first)
+    with pytest.raises(InputError, match="begin before the last ones end"):
+        online.add(first)
+    online.add(second)  # nothing was spoilt
+    with pytest.raises(InputError, match="belong to finished logs"):
+        cdprcal.OnlineCalibration(robot, CalibrateOptions(at_s=[0.0, 1.0]))
+    with pytest.raises(InputError, match="cables"):
+        cdprcal.OnlineCalibration(cdprcal.load_robot("ring3")).add(first)
+
+
+def test_an_update_is_quick(robot: cdprcal.Robot) -> None:
+    """Among 128 rests; the median of the last ones that only start from the last solution."""
+    import time
+
+    setpoints = cdprcal.default_setpoints(robot, 4, 4, 8)
+    log = cdprcal.synthetic_log(
+        robot,
+        setpoints,
+        cdprcal.SyntheticLogOptions(
+            dwell_s=2.0, move_s=2.0, noise=cdprcal.reading_noise(robot.sigma, 0.2), seed=1
+        ),
+    ).log
+    ends = [int(np.searchsorted(log.time_s, 4.0 * i + 2.0 - 1e-6)) for i in range(128)]
+    online = cdprcal.OnlineCalibration(robot, CalibrateOptions(method=Method.statics))
+    times = []
+    for begin, end in zip([0, *ends[:-1]], ends, strict=True):
+        stretch = rows(log, begin, end)
+        began = time.perf_counter()
+        result = online.add(stretch)
+        times.append(time.perf_counter() - began)
+    assert result.status == CalibrationStatus.converged
+    assert online.calibration.static_poses >= 128
+    # Under 5 ms on a machine of its own; tests share theirs.
+    assert np.median(times[-16:]) < 0.025
+
+
+def test_the_next_stop_teaches_most_per_second(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+    chooser = cdprcal.NextStopChooser(robot, plan)
+    asked = parse_accuracy("5mm,0.5deg")
+    start = plan.start_pose
+    reading_N = plan.start_tension_N
+    measured: list[int] = []
+    traces = []
+    for _ in range(6):
+        choice = chooser.choose(measured, start, reading_N, asked)
+        assert choice is not None
+        assert choice.stop not in measured
+        assert choice.time_s > 0.0
+        assert choice.way.via == [True] * (len(choice.way.via) - 1) + [False]
+        np.testing.assert_array_equal(choice.way.setpoint_N[-1], plan.poses[choice.stop].tension_N)
+        deviation = choice.predicted_deviation
+        traces.append(float(np.sum(deviation[:3] ** 2) / 5e-3**2 + np.sum(deviation[3:] ** 2)))
+        measured.append(choice.stop)
+    assert np.all(np.diff(traces) < 0.0)
+    everything = [i for i, stop in enumerate(plan.poses) if stop.measured]
+    assert chooser.choose(everything, start, reading_N, asked) is None
+    with pytest.raises(InputError, match="none that is measured"):
+        chooser.choose([len(plan.poses)], start, reading_N, asked)
+
+
+def test_accuracy_as_text() -> None:
+    asked = parse_accuracy("5mm,0.5deg")
+    assert asked.position_m == pytest.approx(5e-3)
+    assert asked.rotation_rad == pytest.approx(math.radians(0.5))
+    assert parse_accuracy(" 0.01 rad, 0.002m").rotation_rad == pytest.approx(0.01)
+    assert asked.reached(np.diag([4.9e-3, 1e-3, 1e-3, 8e-3, 1e-4, 1e-4]) ** 2)
+    # The worst axis counts, whichever way it points.
+    oblique = np.zeros((6, 6))
+    oblique[0, 1] = oblique[1, 0] = 0.9 * (4.9e-3) ** 2
+    np.fill_diagonal(oblique, [4.9e-3**2, 4.9e-3**2, 1e-9, 1e-9, 1e-9, 1e-9])
+    assert not asked.reached(oblique)
+    for text in (
+        "5mm",
+        "5mm,3mm",
+        "5,0.5",
+        "0mm,1deg",
+        "-1mm,1deg",
+        "5mm,0.5deg,1rad",
+        "e mm,1deg",
+    ):
+        with pytest.raises(InputError, match="for example 5mm"):
+            parse_accuracy(text)
+
+
+class Stepper:
+    """A start-up on the simulated robot, a step at a time."""
+
+    def __init__(self, robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+        self.startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
+        self.device = SimulatedBackend.somewhere(robot, plan)
+        self.command: cdprcal.StartUpCommand | None = None
+
+    def until(self, reached: Callable[[cdprcal.StartUpCommand], bool]) -> None:
+        for _ in range(60_000):
+            self.command = self.startup.step(self.device.read())
+            if reached(self.command) or self.startup.finished:
+                return
+            self.device.command(self.command)
+        raise AssertionError("did not get there")
+
+
+def test_a_start_up_can_end_early(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+    run = Stepper(robot, plan)
+    run.until(lambda c: c.state == cdprcal.StartUpState.moving and c.setpoint == 2)
+    run.startup.finish()
+    run.until(lambda c: False)
+    assert run.startup.state == cdprcal.StartUpState.done
+    assert run.startup.reason == ""
+    assert [rest.setpoint for rest in run.startup.rests] == [0, 1]
+    with pytest.raises(InputError, match="has ended"):
+        run.startup.go_on_with(start_up_plan(plan))
+
+
+def test_a_start_up_can_go_on_elsewhere(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+    run = Stepper(robot, plan)
+    run.until(lambda c: c.state == cdprcal.StartUpState.measuring)
+    bad = cdprcal.StartUpPlan([np.full(robot.cable_count, 1e4)])
+    with pytest.raises(InputError, match="outside the robot's limits"):
+        run.startup.go_on_with(bad)
+    elsewhere = plan.poses[1].tension_N
+    run.startup.go_on_with(cdprcal.StartUpPlan([elsewhere]))
+    run.until(lambda c: False)
+    assert run.startup.state == cdprcal.StartUpState.done
+    assert [rest.setpoint for rest in run.startup.rests] == [0, 1]
+    assert run.command is not None
+    np.testing.assert_array_equal(run.command.tension_setpoint_N, elsewhere)
+
+
+def test_until(cli: Callable[..., Ran], plan: cdprcal.Plan, tmp_path: Path) -> None:
+    path, log = tmp_path / "plan.csv", tmp_path / "run.csv"
+    path.write_text(cdprcal.format_plan(plan))
+    ran = cli("acquire", "irma4", path, "-o", log, "--until", "1.5mm,0.1deg", "--seed", 3, "--json")
+    assert ran.code == 0, ran.stderr
+    document = json.loads(ran.stdout)
+    assert document["asked"]["reached"]
+    last = document["estimates"][-1]
+    assert last["reached"]
+    assert last["position_sigma_m"] <= 1.5e-3
+    assert len(document["rests"]) < plan.measured_count / 2
+    # Anyone who calibrates the log finds the same.
+    result = cdprcal.calibrate(cdprcal.load_robot("irma4"), load_log(log).log).result
+    assert result.covariance is not None
+    assert parse_accuracy("1.6mm,0.11deg").reached(result.covariance)
+    # Asked for more than the plan can give: everything is measured, and the code says so.
+    short = tmp_path / "short.csv"
+    three = cdprcal.make_plan(
+        cdprcal.load_robot("irma4"),
+        positions_m=[np.array(p) for p in ([0.2, 0.1, 0.8], [-0.2, 0.1, 1.0], [0.0, -0.2, 0.9])],
+    ).plan
+    path.write_text(cdprcal.format_plan(three))
+    ran = cli("acquire", "irma4", path, "-o", short, "--until", "0.01mm,0.001deg", "--quick")
+    assert ran.code == 1
+    assert "was not reached" in ran.stderr
+    assert "4 of 4" in ran.stderr
+    ran = cli("acquire", "irma4", path, "-o", tmp_path / "no.csv", "--until", "soon")
+    assert ran.code == 2
+    assert not (tmp_path / "no.csv").exists()
+
+
+def test_a_live_robot_does_not_wait_for_the_estimate(
+    robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    """On a thread of its own the estimate comes when it comes, and is the same."""
+    runs = []
+    for background in (False, True):
+        startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
+        guide = Guide(robot, plan, startup, background=background)
+        device = SimulatedBackend.somewhere(robot, plan)
+        step = guide.step
+
+        def watch(
+            command: cdprcal.StartUpCommand,
+            sample: cdprcal.RobotSample,
+            logged: bool,
+            step: Callable[..., object] = step,
+            guide: Guide = guide,
+            wait: bool = background,
+        ) -> None:
+            step(command, sample, logged)
+            while wait and guide._pending is not None and not guide._pending.done():
+                pass  # the simulator does not wait by itself
+
+        acquire(
+            startup,
+            device,
+            stopping.NoLog(),
+            watch=watch,
+            stop=lambda guide=guide: len(guide.estimates) >= 3,  # type: ignore[misc]
+        )
+        guide.close()
+        runs.append([e.as_event() for e in guide.estimates[:3]])
+    assert runs[0] == runs[1]
+
+
+def test_stopping_keeps_its_promise() -> None:
+    """The study, in short: python tests/studies/stopping.py has the long version."""
+    problems = stopping.study(4, 1.0, 1, "irma4", [])
+    assert problems == []
+
+
+def test_yaw_around_half_a_turn_is_not_noise(
+    robot: cdprcal.Robot, made: cdprcal.SyntheticLog
+) -> None:
+    yaw = made.log.roll_pitch_yaw_rad.copy()
+    yaw[:, 2] += np.pi - yaw[0, 2]
+    yaw[:, 2] = (yaw[:, 2] + np.pi) % (2 * np.pi) - np.pi
+    turned = changed(made.log, roll_pitch_yaw_rad=yaw)
+    assert np.ptp(yaw[:20, 2]) > 6.0  # it does jump
+    plain, other = (cdprcal.calibrate(robot, log) for log in (made.log, turned))
+    noise = [c.problem.noise.channels["yaw"].sample for c in (plain, other)]
+    assert noise[1] == pytest.approx(noise[0], rel=1e-6)
+    assert cdprcal.channel_noise(yaw[:, 2], angles=True) < 0.1 * cdprcal.channel_noise(yaw[:20, 2])
+    apart = cdprcal.minus(other.result.poses[0], plain.result.poses[0])
+    assert np.all(np.abs(apart) < 1e-6)
+
+
+def test_the_reference_is_what_stood_still(
+    robot: cdprcal.Robot, made: cdprcal.SyntheticLog
+) -> None:
+    """A creep below the noise of a reading, but not below that of a mean, is not part of ζ0."""
+    sigma_m = 0.2 * robot.sigma.length_m
+    length_m = made.log.length_m.copy()
+    time_s = made.log.time_s
+    creeping = (time_s > 2.0) & (time_s < 4.0)
+    length_m[creeping] += 1.5 * sigma_m * ((time_s[creeping] - 2.0) / 2.0)[:, None]
+    length_m[time_s >= 4.0] += 1.5 * sigma_m
+    log = changed(made.log, length_m=length_m, tension_setpoint_N=None)
+    first = cdprcal.prepare(robot, log).problem.measurements[0]
+    still = made.log.length_m[time_s < 2.0].mean(axis=0)
+    assert np.all(np.abs(first.length_m - still) < 0.5 * sigma_m)
+
+
+def test_a_balance_is_no_better_than_stated_until_shown(robot: cdprcal.Robot) -> None:
+    """Two rests cannot show that the model is exact to millinewtons, so nobody claims it."""
+    exact = cdprcal.synthetic_log(
+        robot,
+        [np.array(t) for t in TABLE_II_TENSIONS_N[:2]],
+        cdprcal.SyntheticLogOptions(
+            dwell_s=4.0, move_s=4.0, noise=cdprcal.reading_noise(robot.sigma, 1.0), seed=2
+        ),
+    )
+    noise = cdprcal.calibrate(robot, exact.log).problem.noise
+    assert noise.wrench_force_N > 0.5 * robot.sigma.wrench_force_N
+
+
+def test_the_same_bits_every_time(robot: cdprcal.Robot, made: cdprcal.SyntheticLog) -> None:
+    results = []
+    ballast = []
+    for i in range(3):
+        ballast.append(np.empty(1000 + 17 * i))  # other addresses
+        result = cdprcal.calibrate(robot, made.log).result
+        results.append((result.poses[0].position_m.tobytes(), result.covariance.tobytes()))
+    assert results[0] == results[1] == results[2]
