@@ -11,6 +11,7 @@ from cdprcal.hardware.drives.fieldbus import Clock, Fieldbus, RealClock, Simulat
 from cdprcal.hardware.session import CanopenBus, Session
 from cdprcal.hardware.simulated import start_of
 from cdprcal.hardware.simulated_devices.faults import Can, Fault, FaultyCan, FaultyPort
+from cdprcal.hardware.simulated_devices.lockstep import LockstepAttitude
 from cdprcal.hardware.simulated_devices.robot import SimulatedRobotOnCan
 from cdprcal.hardware.xsens.device import XsensMti, open_port
 
@@ -53,6 +54,9 @@ class SessionBackend(FieldbusBackend):
             if session.ahrs is not None:
                 own = port if port is not None and session.ahrs.port == "simulated" else None
                 attitude = XsensMti(own or open_port(session.ahrs), session.ahrs)
+                if session.is_simulated and own is None:
+                    period_s = max(session.period_s, 1.0 / session.ahrs.rate_Hz)
+                    attitude = LockstepAttitude(attitude, period_s, _PATIENCE_S)
             backend = cls(session, robot, bus, attitude, clock, armed=armed)
         except BaseException:
             if bus is not None:

@@ -1,0 +1,237 @@
+"""Studies of the winches and the AHRS: faults, timing, garbage.
+
+    python tests/studies/hardware.py faults --runs 200     # injected at random times
+    python tests/studies/hardware.py same --seeds 10       # over CANopen as on the simulator
+    python tests/studies/hardware.py frames --count 1000000
+    python tests/studies/hardware.py jitter                # of this machine, at 100 Hz
+    python tests/studies/hardware.py fuzz --seconds 300    # needs: pip install atheris
+
+Each prints what it measured on stdout and ends with exit code 1 when a requirement is not met.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
+
+import cdprcal
+from cdprcal.acquisition import acquire, start_up_plan
+from cdprcal.hardware.drives.backend import FieldbusBackend
+from cdprcal.hardware.drives.canopen_bus import CanopenFieldbus, open_can_bus
+from cdprcal.hardware.drives.fieldbus import RealClock
+from cdprcal.hardware.session import CanopenBus
+from cdprcal.hardware.simulated import SimulatedBackend, start_of
+from cdprcal.hardware.simulated_devices.faults import fault_kinds
+from cdprcal.hardware.simulated_devices.mti import SimulatedPort
+from cdprcal.hardware.simulated_devices.robot import SimulatedRobotOnCan, set_plant
+from cdprcal.hardware.xsens import measurement as mt
+from cdprcal.hardware.xsens.device import XsensMti
+from cdprcal.hardware.xsens.frames import FrameReader
+from cdprcal.io import AcquisitionInputs, load_log, open_live_log
+from test_xsens import PACKET, mutated
+from winch_bus import example_session, judge, random_fault, small_plan, torque_session, watched_run
+
+NO_INPUTS = AcquisitionInputs("", "", {})
+
+
+def faults(runs: int, seed: int) -> bool:
+    """Each kind of fault in turn, at random times of the whole start-up, on random nodes."""
+    robot = cdprcal.load_robot("irma4")
+    plan = small_plan(robot)
+    random = np.random.default_rng(seed)
+    kinds = list(fault_kinds())
+    cycles: Counter[str] = Counter()
+    commands, wrong = 0, 0
+    with tempfile.TemporaryDirectory() as folder:
+        for number in range(runs):
+            fault = random_fault(random, kinds[number % len(kinds)], 24.0)
+            session = (example_session, torque_session)[int(random.integers(2))]()
+            path = Path(folder) / f"{number}.{('csv', 'mcap')[number % 2]}"
+            watched = watched_run(session, robot, plan, path, fault, seed=number)
+            problems = judge(watched, fault)
+            if len(load_log(path).log) != watched.run.samples:
+                problems.append("the log is not whole")
+            commands += watched.sniffer.commands
+            kind = fault.name.rsplit(" of node", 1)[0]
+            cycles[kind] = max(cycles[kind], watched.cycles)
+            wrong += bool(problems)
+            if problems:
+                print(f"{fault.name} at {fault.begin_s:.3f} s, {session.mode}: {problems}")
+    for kind, most in cycles.items():
+        print(f"{kind:28} off within {most} cycles")
+    print(f"{runs} runs, {commands} commands on the bus: {wrong} runs not as they must be")
+    return not wrong
+
+
+def same(seeds: int) -> bool:
+    """How far estimates over CANopen are from those of the simulator without a bus."""
+    robot = cdprcal.load_robot("irma4")
+    plan = small_plan(robot)
+    worst_m = worst_share = 0.0
+    for seed in range(seeds):
+        with tempfile.TemporaryDirectory() as folder:
+            wired, direct = Path(folder) / "wired.csv", Path(folder) / "direct.csv"
+            watched_run(example_session(), robot, plan, wired, seed=seed)
+            options = cdprcal.SimulatorOptions(seed=seed)
+            set_plant(options, example_session())
+            backend = SimulatedBackend(robot, start_of(robot, plan, seed), options)
+            startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
+            acquire(startup, backend, open_live_log(direct, 4, NO_INPUTS, 10.0))
+            a = cdprcal.calibrate(robot, load_log(wired).log).result
+            b = cdprcal.calibrate(robot, load_log(direct).log).result
+        assert b.covariance is not None
+        apart = np.abs(cdprcal.minus(a.poses[0], b.poses[0]))
+        share = float((apart / np.sqrt(np.diag(b.covariance))).max())
+        worst_share = max(worst_share, share)
+        worst_m = max(worst_m, float(np.linalg.norm(apart[:3])))
+        print(f"seed {seed}: {1e6 * np.linalg.norm(apart[:3]):.1f} µm, "
+              f"{1e6 * np.linalg.norm(apart[3:]):.1f} µrad, {share:.3f} standard deviations")  # fmt: skip
+    print(f"worst: {1e6 * worst_m:.1f} µm, {worst_share:.3f} standard deviations")
+    return worst_share < 0.07  # the swivel encoder's step by its noise, the coarsest
+
+
+def frames(count: int) -> bool:
+    """Random and mutated frames: no exception; and the rate of whole ones."""
+    random = np.random.default_rng(1)
+    reader, parsed, found = FrameReader(), 0, 0
+    for number, packet in enumerate(mutated(random, count)):
+        for frame in reader.feed(packet if number % 4 else random.bytes(40)):
+            found += 1
+            measurement = mt.parse(frame.data)
+            if measurement is not None and mt.rotation_enu_sensor(measurement) is not None:
+                parsed += 1
+    print(f"{count} frames, {found} with a right checksum, {parsed} attitudes, no exception")
+    data = PACKET * 1000
+    rates = []
+    for _ in range(20):
+        began = time.perf_counter()
+        whole = [mt.parse(frame.data) for frame in FrameReader().feed(data)]
+        rates.append(len(whole) / (time.perf_counter() - began))
+    print(f"{np.median(rates):.0f} frames a second (median of {len(rates)} times 1000)")
+    return bool(np.median(rates) > 1e5)
+
+
+def jitter(seconds: float, rate_Hz: int) -> bool:
+    """How late cycles begin on this machine, by its own clock; simulated nodes in a thread."""
+    robot = cdprcal.load_robot("irma4")
+    plan = small_plan(robot)
+    session = example_session(**{"rate_Hz: 100\n": f"rate_Hz: {rate_Hz}\n"})
+    # Nothing stops the run: what would have is what is measured.
+    safety = session.safety.model_copy(update={"late_s": 1.0, "missed_cycles": 10})
+    session = session.model_copy(update={"safety": safety, "simulated": None})
+    assert isinstance(session.bus, CanopenBus)
+    assert session.ahrs is not None
+    port = SimulatedPort(session.ahrs)
+    simulated_session = session.model_copy(update={"simulated": example_session().simulated})
+    options = cdprcal.SimulatorOptions(seed=1)
+    start = start_of(robot, plan, 1)
+    can_bus = open_can_bus(session.bus)
+    simulated = SimulatedRobotOnCan(simulated_session, robot, start, options, can_bus, port.device)
+    clock, done = RealClock(), threading.Event()
+    began_s = clock.now_s()
+
+    def serve() -> None:
+        while not done.is_set():
+            message = can_bus.recv(0.05)
+            if message is not None:
+                simulated.advance(clock.now_s() - began_s)
+                simulated.take(message)
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    late: list[float] = []
+    work: list[float] = []
+    try:
+        attitude = XsensMti(port, session.ahrs)
+        backend = FieldbusBackend(
+            session, robot, CanopenFieldbus(session, clock), attitude, clock, armed=True
+        )
+        startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
+        gc.collect()
+        while len(late) < seconds * rate_Hz and not startup.finished:
+            sample = backend.read()
+            read_s = clock.now_s()
+            late.append(sample.time_s - len(late) / rate_Hz)
+            backend.command(startup.step(sample))
+            work.append(clock.now_s() - read_s)
+        reason = backend.tripped
+        backend.stop()
+    finally:
+        done.set()
+        thread.join()
+        simulated.close()
+    for name, values in (("cycle begins late", late), ("answer takes", work)):
+        p = 1e3 * np.percentile(values, [50, 99, 99.9, 100])
+        print(f"{name}: median {p[0]:.2f} ms, 99 % {p[1]:.2f}, 99.9 % {p[2]:.2f}, worst {p[3]:.2f}")
+    print(f"{len(late)} cycles at {rate_Hz} Hz with 4 nodes; {reason or 'nothing stopped it'}")
+    return True
+
+
+def fuzz(seconds: int) -> bool:
+    """Coverage-guided: any bytes through the frame reader and the parser."""
+    import atheris
+
+    with atheris.instrument_imports():
+        import importlib
+
+        from cdprcal.hardware.xsens import frames as frames_module
+
+        importlib.reload(frames_module)
+        importlib.reload(mt)
+
+    def one(data: bytes) -> None:
+        reader = frames_module.FrameReader()
+        half = len(data) // 2
+        for frame in reader.feed(data[:half]) + reader.feed(data[half:]):
+            measurement = mt.parse(frame.data)
+            if measurement is not None:
+                mt.rotation_enu_sensor(measurement)
+        measurement = mt.parse(data)
+        if measurement is not None:
+            mt.rotation_enu_sensor(measurement)
+
+    with tempfile.TemporaryDirectory() as corpus:
+        for number, packet in enumerate(mutated(np.random.default_rng(0), 50)):
+            (Path(corpus) / str(number)).write_bytes(packet)
+        atheris.Setup(
+            [sys.argv[0], corpus, f"-max_total_time={seconds}", "-print_final_stats=1",
+             "-max_len=600"], one)  # fmt: skip
+        atheris.Fuzz()  # ends the process: 0 when nothing was found
+    return True
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
+    studies = parser.add_subparsers(dest="study", required=True)
+    one = studies.add_parser("faults")
+    one.add_argument("--runs", type=int, default=200)
+    one.add_argument("--seed", type=int, default=1)
+    studies.add_parser("same").add_argument("--seeds", type=int, default=10)
+    studies.add_parser("frames").add_argument("--count", type=int, default=1_000_000)
+    one = studies.add_parser("jitter")
+    one.add_argument("--seconds", type=float, default=30.0)
+    one.add_argument("--rate", type=int, default=100)
+    studies.add_parser("fuzz").add_argument("--seconds", type=int, default=300)
+    chosen = parser.parse_args()
+    fine = {
+        "faults": lambda: faults(chosen.runs, chosen.seed),
+        "same": lambda: same(chosen.seeds),
+        "frames": lambda: frames(chosen.count),
+        "jitter": lambda: jitter(chosen.seconds, chosen.rate),
+        "fuzz": lambda: fuzz(chosen.seconds),
+    }[chosen.study]()
+    return 0 if fine else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
