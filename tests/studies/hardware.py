@@ -94,8 +94,8 @@ def same(seeds: int) -> bool:
         share = float((apart / np.sqrt(np.diag(b.covariance))).max())
         worst_share = max(worst_share, share)
         worst_m = max(worst_m, float(np.linalg.norm(apart[:3])))
-        print(f"seed {seed}: {1e6 * np.linalg.norm(apart[:3]):.1f} µm, "
-              f"{1e6 * np.linalg.norm(apart[3:]):.1f} µrad, {share:.3f} standard deviations")  # fmt: skip
+        um, urad = (1e6 * np.linalg.norm(part) for part in (apart[:3], apart[3:]))
+        print(f"seed {seed}: {um:.1f} µm, {urad:.1f} µrad, {share:.3f} standard deviations")
     print(f"worst: {1e6 * worst_m:.1f} µm, {worst_share:.3f} standard deviations")
     return worst_share < 0.07  # the swivel encoder's step by its noise, the coarsest
 
