@@ -26,7 +26,7 @@ from cdprcal.hardware.drives.guard import Guard, torque_range
 from cdprcal.hardware.drives.process_data import Image, Values
 from cdprcal.hardware.simulated import SimulatedBackend, start_of
 from cdprcal.hardware.simulated_devices.faults import Fault, fault_kinds
-from cdprcal.hardware.simulated_devices.robot import set_plant
+from cdprcal.hardware.simulated_devices.platform import set_plant
 from cdprcal.io import AcquisitionInputs, load_log, open_live_log, read_inputs
 from cdprcal.schemas import schema
 from conftest import Ran

@@ -33,7 +33,8 @@ from cdprcal.hardware.session import CanopenBus
 from cdprcal.hardware.simulated import SimulatedBackend, start_of
 from cdprcal.hardware.simulated_devices.faults import fault_kinds
 from cdprcal.hardware.simulated_devices.mti import SimulatedPort
-from cdprcal.hardware.simulated_devices.robot import SimulatedRobotOnCan, set_plant
+from cdprcal.hardware.simulated_devices.platform import set_plant
+from cdprcal.hardware.simulated_devices.robot import SimulatedRobotOnCan
 from cdprcal.hardware.xsens import measurement as mt
 from cdprcal.hardware.xsens.device import XsensMti
 from cdprcal.hardware.xsens.frames import FrameReader
