@@ -1,7 +1,7 @@
 """Fills pages from the sources when the site is built, so that nothing added there is forgotten.
 
-``<!-- bindings: geometry model -->`` becomes what these files of bindings/ bind; the table of errors
-is made by errors.py.
+``<!-- bindings: geometry model -->`` becomes what these files of bindings/ bind; errors.py makes
+the table of errors.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-import errors  # noqa: E402
+import errors
 
 ROOT = Path(__file__).resolve().parents[2]
 _WANTED = re.compile(r"<!-- bindings: ([\w ]+) -->")
