@@ -15,6 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import errors
 
 ROOT = Path(__file__).resolve().parents[2]
+_OUTSIDE = re.compile(r"(?<!!)\[([^\]]*)\]\((\.\./[^)#]+)\)")
 _WANTED = re.compile(r"<!-- bindings: ([\w ]+) -->")
 _BOUND = re.compile(
     r"(?:py::(?:class_|native_enum|exception|register_\w+)<[^;(]*?>\s*(?:\w+\s*)?\(\s*module\s*,"
@@ -28,8 +29,22 @@ def bound_names(stage: str) -> list[str]:
     return list(dict.fromkeys(_BOUND.findall(source)))
 
 
-def on_page_markdown(markdown: str, **context: Any) -> str:
+def named_outside(markdown: str, folder: Path) -> str:
+    """Links to files of the source become their names; dead ones stay, and fail the build."""
+
+    def name(match: re.Match[str]) -> str:
+        target = (folder / match[2]).resolve()
+        if not target.exists() or target.is_relative_to(ROOT / "docs"):
+            return match[0]
+        path = f"`{target.relative_to(ROOT)}`"
+        return path if match[1].strip("`") in path else f"{match[1]} ({path})"
+
+    return _OUTSIDE.sub(name, markdown)
+
+
+def on_page_markdown(markdown: str, *, page: Any, **context: Any) -> str:
     """Called by MkDocs for every page."""
+    markdown = named_outside(markdown, Path(page.file.abs_src_path).parent)
 
     def entries(match: re.Match[str]) -> str:
         names = [name for stage in match[1].split() for name in bound_names(stage)]

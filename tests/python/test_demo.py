@@ -13,6 +13,7 @@ import cdprcal
 from cdprcal.demo.story import HIDDEN, METHODS
 from cdprcal.io import read_inputs
 from conftest import Ran
+from test_schemas import validate
 
 PICTURES = {"tensions", "path", "methods", "residuals", "gap", "ranking", "held_out"}
 
@@ -24,6 +25,7 @@ def test_the_story_ends_well_within_thirty_seconds(cli: Callable[..., Ran], tmp_
     assert time.monotonic() - began < 30.0
     assert ran.code == 0, ran.stderr
     document = json.loads(ran.stdout)
+    validate("demo", document)
     assert document["acquisition"]["state"] == "done"
     assert document["acquisition"]["rests"] == 9
     assert document["acquisition"]["duration_s"] < 80.0  # the paper: 128 s

@@ -117,10 +117,6 @@ def test_workspace(cli: Cli) -> None:
     validate("workspace", json.loads(ran.stdout))
 
 
-def test_demo(cli: Cli, tmp_path: Path) -> None:
-    validate("demo", json.loads(cli("demo", "-o", tmp_path, "--json").stdout))
-
-
 def test_the_command_prints_them(cli: Cli) -> None:
     assert cli("schema").stdout.split() == list(DOCUMENTS)
     assert json.loads(cli("schema", "check").stdout) == schema("check")
