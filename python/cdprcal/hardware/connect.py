@@ -93,7 +93,9 @@ def open_fieldbus(session: Session, clock: Clock) -> Fieldbus:
     """The bus of a session. Raises BackendError, InputError when its extra is not installed."""
     if isinstance(session.bus, CanopenBus):
         return CanopenFieldbus(session, clock)
-    raise InputError("session: bus.type ethercat is not available")
+    from cdprcal.hardware.drives.ethercat_bus import EthercatFieldbus
+
+    return EthercatFieldbus(session)
 
 
 def _simulated(

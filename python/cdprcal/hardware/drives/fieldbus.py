@@ -27,7 +27,10 @@ class Fieldbus(Protocol):
         """Maps the process data and starts the nodes. Not ``outputs``: none can ever be sent."""
 
     def watch_us(self, *, on: bool) -> None:
-        """Tells the nodes to stop by themselves when this computer falls silent, or not to."""
+        """Tells the nodes to stop by themselves when this computer falls silent, or not to.
+
+        Only from then on need commands be obeyed.
+        """
 
     def exchange(self, outputs: Image) -> Image:
         """One cycle: outputs out, inputs in. Waits for them, but not beyond the cycle."""

@@ -63,6 +63,7 @@ class EthercatBus(_Strict):
 
     type: Literal["ethercat"]
     interface: str = Field(description="Network interface, as eth1.")
+    sync0: bool = Field(False, description="Drives take over at the pulse of their own clocks.")
 
 
 Bus = Annotated[CanopenBus | EthercatBus, Field(discriminator="type")]

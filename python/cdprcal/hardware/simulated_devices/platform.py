@@ -51,7 +51,7 @@ class SimulatedPlatform:
         winches = sorted(session.winches, key=lambda winch: winch.cable)
         self.drives = [SimulatedDrive(winch, session) for winch in winches]
         self._runs = False
-        self._held = False
+        self._held = self._said = False  # whether the drives are all enabled, and say so
         self._moved_s = 0.0  # up to when the platform has moved
         self._cycle_s = 0.0  # when the last cycle was
         self._sense(0.0)
@@ -68,11 +68,12 @@ class SimulatedPlatform:
             self._move(self._period_s if regular else since_s)
         self._moved_s = self._cycle_s = now_s
         self._sense(now_s)
+        self._said = all(drive.state is State.enabled for drive in self.drives)
 
     def cycle_ended(self, *, commanded: bool) -> None:
         """The drives have said what they are. commanded: they take commands."""
         self._runs = self._runs or self._held or not commanded
-        self._held = all(drive.state is State.enabled for drive in self.drives)
+        self._held = self._said
 
     def advance(self, now_s: float) -> None:
         """The clock on the wall. Without cycles the platform moves on by it."""

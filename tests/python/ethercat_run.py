@@ -1,0 +1,223 @@
+"""What test_winch_ethercat.py runs in a network of its own: prints one JSON document.
+
+unshare -rn python tests/python/ethercat_run.py start-up|dry|hang|drive|cable
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pysoem
+
+import cdprcal
+from cdprcal.acquisition import acquire, start_up_plan
+from cdprcal.hardware.drives.backend import FieldbusBackend
+from cdprcal.hardware.drives.ethercat_bus import EthercatFieldbus
+from cdprcal.hardware.drives.fieldbus import SimulatedClock
+from cdprcal.hardware.drives.process_data import Image
+from cdprcal.hardware.session import Session, parse_session
+from cdprcal.hardware.simulated import SimulatedBackend, start_of
+from cdprcal.hardware.simulated_devices.__main__ import PtyMti
+from cdprcal.hardware.simulated_devices.ethercat_robot import (
+    SimulatedRobotOnEthercat,
+    control_frame,
+    raw_socket,
+)
+from cdprcal.hardware.simulated_devices.lockstep import LockstepAttitude
+from cdprcal.hardware.xsens.device import XsensMti, open_port
+from cdprcal.io import AcquisitionInputs, load_log, open_live_log
+from winch_bus import EXAMPLE, small_plan
+
+NO_INPUTS = AcquisitionInputs("", "", {})
+OURS, THEIRS = "ec0", "ec1"
+FAULT_S = 2.0
+ENABLED = "operation enabled"
+
+
+def make_cable() -> None:
+    """A pair of interfaces in this network namespace."""
+    for command in (
+        ["ip", "link", "add", OURS, "type", "veth", "peer", "name", THEIRS],
+        ["ip", "link", "set", OURS, "up"],
+        ["ip", "link", "set", THEIRS, "up"],
+    ):
+        subprocess.run(command, check=True, capture_output=True)
+
+
+def ethercat_session(folder: str) -> Session:
+    text = EXAMPLE.read_text()
+    canopen = "bus: {type: canopen, interface: virtual, channel: irma4}"
+    assert canopen in text
+    text = text.replace(canopen, f"bus: {{type: ethercat, interface: {OURS}}}")
+    text = text.replace("simulated: {}", "").replace("port: simulated", f"port: {folder}/mti")
+    return parse_session(text, "session")
+
+
+def simulator_options() -> cdprcal.SimulatorOptions:
+    options = cdprcal.SimulatorOptions(seed=1)
+    strand, winch = options.strand, options.winch
+    strand.axial_stiffness_N, winch.mode = 1.5e5, cdprcal.WinchMode.velocity
+    options.strand, options.winch = strand, winch
+    return options
+
+
+class Robot:
+    """The simulated robot in a child process, and the line that its clock is told by."""
+
+    def __init__(self, session: Session, robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+        ready, tell = os.pipe()
+        self._child = os.fork()
+        if self._child == 0:
+            assert session.ahrs is not None
+            with PtyMti(session.ahrs) as mti:
+                simulated = SimulatedRobotOnEthercat(
+                    session, robot, start_of(robot, plan, 1), simulator_options(), THEIRS,
+                    mti.device,
+                )  # fmt: skip
+                os.write(tell, b"1")
+                while True:
+                    simulated.serve(0.002)
+                    mti.serve()
+        assert os.read(ready, 1)
+        self._socket = raw_socket(OURS)
+        self._socket.settimeout(10.0)
+        self.now_s = 0.0
+        self.states: list[str] = []
+
+    def tell(self, **told: Any) -> None:
+        self._socket.send(control_frame({"now_s": self.now_s, **told}))
+        while True:
+            frame = self._socket.recv(2048)
+            if frame[6] & 0x02:
+                self.states = json.loads(frame[14:].rstrip(b"\0"))["states"]
+                return
+
+    def advance(self, now_s: float) -> None:
+        self.now_s = now_s
+        self.tell()
+
+    def close(self) -> None:
+        os.kill(self._child, signal.SIGKILL)
+        os.waitpid(self._child, 0)
+
+
+class InStep(EthercatFieldbus):
+    """Says when a cycle begins: commands go out between cycles too."""
+
+    robot: Robot | None = None
+
+    def exchange(self, outputs: Image) -> Image:
+        if self.robot is not None:
+            self.robot.tell(cycle=True)
+        return super().exchange(outputs)
+
+
+def main(what: str) -> dict[str, Any]:
+    make_cable()
+    # A busy machine, and slaves in Python: frames may take their time.
+    for name in ("ret", "safe"):
+        setattr(pysoem.settings.timeouts, name, 200_000)
+    robot = cdprcal.load_robot("irma4")
+    plan = small_plan(robot)
+    with tempfile.TemporaryDirectory() as folder:
+        session = ethercat_session(folder)
+        assert session.ahrs is not None
+        beside = Robot(session, robot, plan)
+        try:
+            clock = SimulatedClock()
+            clock.advance.append(beside.advance)
+            bus = InStep(session, answer_s=2.0)
+            bus.robot = beside
+            attitude = LockstepAttitude(
+                XsensMti(open_port(session.ahrs), session.ahrs), session.period_s, 2.0
+            )
+            backend = FieldbusBackend(session, robot, bus, attitude, clock, armed=what != "dry")
+            document: dict[str, Any] = {"drives": backend.settings["drives"]}
+            if what == "dry":
+                tensions = [backend.read().tension_N.tolist() for _ in range(20)]
+                document["alive"] = bool(np.ptp(tensions, axis=0).min() > 0.0)
+                backend.stop()
+            elif what == "hang":
+                hang(robot, plan, backend, beside, clock, document)
+            else:
+                start_up(robot, plan, backend, beside, clock, what, Path(folder), document)
+            beside.tell()
+            document["states"] = beside.states
+        finally:
+            beside.close()
+    return document
+
+
+def hang(
+    robot: cdprcal.Robot,
+    plan: cdprcal.Plan,
+    backend: FieldbusBackend,
+    beside: Robot,
+    clock: SimulatedClock,
+    document: dict[str, Any],
+) -> None:
+    """Nobody calls the backend any more."""
+    startup = cdprcal.StartUp(robot, start_up_plan(plan))
+    for _ in range(20):
+        backend.command(startup.step(backend.read()))
+    document["before"] = beside.states
+    began_s = clock.now_s()
+    while ENABLED in beside.states and clock.now_s() < began_s + 1.0:
+        clock.sleep_until(clock.now_s() + 1e-3)
+    document["off_after_s"] = clock.now_s() - began_s
+    backend.stop()
+
+
+def start_up(
+    robot: cdprcal.Robot,
+    plan: cdprcal.Plan,
+    backend: FieldbusBackend,
+    beside: Robot,
+    clock: SimulatedClock,
+    what: str,
+    folder: Path,
+    document: dict[str, Any],
+) -> None:
+    """The procedure, with a fault or to its end; then compared with the simulator's own."""
+    began: list[float] = []
+    off: list[float] = []
+
+    def watch(command: Any, sample: cdprcal.RobotSample, logged: bool) -> None:
+        if what != "start-up" and sample.time_s >= FAULT_S and not began:
+            began.append(clock.now_s())
+            backend._bus._answer_us = 2000  # type: ignore[attr-defined]  # frames that never come
+            beside.tell(**({"fail": 2} if what == "drive" else {"cut": True}))
+
+    def look(now_s: float) -> None:
+        if began and not off and ENABLED not in beside.states:
+            off.append(now_s - began[0])
+
+    clock.advance.append(look)
+    wired, direct = folder / "wired.csv", folder / "direct.csv"
+    startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
+    run = acquire(startup, backend, open_live_log(wired, 4, NO_INPUTS, 10.0), watch=watch)
+    document |= {"state": run.state.name, "reason": run.reason, "off_after_s": off}
+    if what != "start-up":
+        return
+    startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
+    other = SimulatedBackend(robot, start_of(robot, plan, 1), simulator_options())
+    acquire(startup, other, open_live_log(direct, 4, NO_INPUTS, 10.0))
+    a, b = load_log(wired).log, load_log(direct).log
+    document["rows"] = [len(a), len(b)]
+    if len(a) == len(b):
+        document["apart"] = {
+            name: float(np.abs(getattr(a, name) - getattr(b, name)).max())
+            for name in ("length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad")
+        }
+
+
+if __name__ == "__main__":
+    print(json.dumps(main(sys.argv[1])))
