@@ -199,6 +199,48 @@ def test_other_robots_have_a_page_too(cli: Cli, robot_name: str, tmp_path: Path)
     assert len(figures["scene-0"]["moving"]["poses"][0]["cables"]) == int(robot_name[-1])
 
 
+def eight_cables() -> cdprcal.Robot:
+    """A robot with more cables than the static workspace is computed for."""
+    four = cdprcal.load_robot("irma4")
+    cables = []
+    for i in range(8):
+        angle = 2 * np.pi * i / 8 + 0.3
+        away = np.array([np.cos(angle), np.sin(angle), 0.0])
+        pulley = cdprcal.Pulley(
+            position_m=1.2 * away + [0, 0, 2.0],
+            x_axis=-away,
+            swivel_axis=[0, 0, -1],
+            radius_m=0.03,
+        )
+        anchor = 0.12 * away + [0, 0, 0.1 + 0.03 * (i % 2)]
+        cables.append(cdprcal.Cable(pulley=pulley, platform_anchor_m=anchor))
+    return cdprcal.Robot(
+        name="octopus", platform=four.platform, cables=cables, tension_limits_N=[1, 500]
+    )
+
+
+def test_eight_cables_and_absent_sensors_have_a_page_too(cli: Cli, tmp_path: Path) -> None:
+    robot = eight_cables()
+    (tmp_path / "robot.yaml").write_text(cdprcal.to_yaml(robot))
+    random = np.random.default_rng(0)
+    setpoints = [robot.weight_N / 8 * 1.3 * (1 + random.uniform(-0.25, 0.25, 8)) for _ in range(6)]
+    options = cdprcal.SyntheticLogOptions(noise=cdprcal.reading_noise(robot.sigma, 0.05))
+    made = cdprcal.synthetic_log(robot, setpoints, options)
+    bare = changed(made.log, tension_N=None, tension_setpoint_N=None)
+    for name, log in (("whole", made.log), ("bare", bare)):
+        cdprcal.write_log(log, str(tmp_path / f"{name}.csv"))
+        page = tmp_path / f"{name}.html"
+        ran = cli("report", tmp_path / "robot.yaml", tmp_path / f"{name}.csv", "-o", page)
+        assert ran.code in (0, 1), ran.stderr
+        text = page.read_text()
+        assert "not computed for 8 cables" in text
+        figures = embedded(text, "figures")
+        assert len(figures["scene-0"]["moving"]["poses"][0]["cables"]) == 8
+        names = {trace["name"] for trace in figures["time-0"]["data"]}
+        assert ("cable 8" in names) == (name == "whole")
+        assert names >= {"x", "y", "z", "roll", "pitch", "yaw"}
+
+
 def test_names_cannot_break_out_of_the_page(cli: Cli, log_path: Path, tmp_path: Path) -> None:
     evil = "</script><script>alert(1)</script><!--"
     yaml = cdprcal.builtin_robot_yaml("irma4").replace("name: irma4", f"name: '{evil}'")

@@ -108,13 +108,13 @@ def timelines(robot: _core.Robot, run: Run) -> Figure:
         )
     poses = document["poses"]
     convention = robot.euler_convention
-    angles = [_core.euler_from_rotation(pose["rotation"], convention) for pose in poses]
+    angles = _angles(poses, convention)
     for i, (name, colour, dash, symbol) in enumerate(
         zip("xyz", CABLES, ("solid", "dash", "dot"), ("circle", "square", "diamond"), strict=False)
     ):
         style = (colour, dash, symbol)
         data.append(_pose_line(poses, [p["position_m"][i] for p in poses], name, "m", "y2", style))
-        turned = [math.degrees(angle[i]) for angle in angles]
+        turned = np.rad2deg(angles[:, i]).tolist()
         name = ("roll", "pitch", "yaw")[i]
         data.append(_pose_line(poses, turned, name, "°", "y3", style))
     y3 = [0.0, 0.29] if has_tension else [0.0, 0.46]
@@ -128,7 +128,7 @@ def timelines(robot: _core.Robot, run: Run) -> Figure:
     if poses:
         positions = np.array([pose["position_m"] for pose in poses])
         labels += _end_labels(positions[-1].tolist(), ["x", "y", "z"], "y2", _span(positions))
-        degrees = np.rad2deg(np.array(angles))
+        degrees = np.rad2deg(angles)
         labels += _end_labels(degrees[-1].tolist(), ["roll", "pitch", "yaw"], "y3", _span(degrees))
     figure_layout = layout(
         760 if has_tension else 560,
@@ -156,6 +156,12 @@ def timelines(robot: _core.Robot, run: Run) -> Figure:
     )
     figure_layout["margin"] = {**figure_layout["margin"], "r": 52}
     return {"data": data, "layout": figure_layout}
+
+
+def _angles(poses: Sequence[dict[str, Any]], convention: _core.EulerConvention) -> Any:
+    """Roll, pitch, yaw [k, 3] [rad] without jumps by whole turns."""
+    angles = [_core.euler_from_rotation(pose["rotation"], convention) for pose in poses]
+    return np.unwrap(np.array(angles).reshape(-1, 3), axis=0)
 
 
 def _run_range(log: _core.Log, document: dict[str, Any]) -> list[float]:

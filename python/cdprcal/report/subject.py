@@ -150,6 +150,7 @@ def _with_corrected(subject: Subject) -> Subject:
         first["initial_pose"] = pose
         first["poses"][0] |= {key: pose[key] for key in ("position_m", "rotation")}
         first["covariance"] = subject.diagnosis["covariance_after"]
+        first["least_observed"] = None  # said of the calibration, whose covariance this is not
     return replace(subject, runs=tuple(runs))
 
 
