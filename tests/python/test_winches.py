@@ -6,6 +6,7 @@ import json
 import math
 import os
 import re
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -24,6 +25,7 @@ from cdprcal.hardware.drives.cia402 import State
 from cdprcal.hardware.drives.fieldbus import SimulatedClock
 from cdprcal.hardware.drives.guard import Guard, torque_range
 from cdprcal.hardware.drives.process_data import Image, Values
+from cdprcal.hardware.real_time import leave_priority, take_priority
 from cdprcal.hardware.simulated import SimulatedBackend, start_of
 from cdprcal.hardware.simulated_devices.faults import Fault, fault_kinds
 from cdprcal.hardware.simulated_devices.platform import set_plant
@@ -41,7 +43,7 @@ from winch_bus import (
     watched_run,
 )
 
-RUNS = int(os.environ.get("CDPRCAL_FAULT_RUNS", "60"))
+RUNS = int(os.environ.get("CDPRCAL_FAULT_RUNS", "30"))
 
 
 @pytest.fixture(scope="module")
@@ -154,7 +156,7 @@ def test_every_fault_stops_the_winches_within_two_cycles(
     for number in range(RUNS):
         fault = random_fault(random, kinds[number % len(kinds)], 3.0)
         path = tmp_path / f"run{number}.{'csv' if number % 2 else 'mcap'}"
-        session = (example_session, torque_session)[number // len(kinds) % 2]()
+        session = (example_session, torque_session)[int(random.integers(2))]()
         watched = watched_run(session, robot, plan, path, fault, seed=number)
         assert judge(watched, fault) == [], f"{fault.name} at {fault.begin_s:.3f} s"
         file = load_log(path)
@@ -368,6 +370,40 @@ def test_session_and_robot_must_fit(robot: cdprcal.Robot, plan: cdprcal.Plan) ->
     ):
         with pytest.raises(cdprcal.InputError, match=words):
             SessionBackend.connect(example_session(**change), robot, plan, armed=True)
+
+
+def test_a_drive_that_does_not_enable_is_said_in_the_log(
+    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+) -> None:
+    path = tmp_path / "run.csv"
+    fault = Fault("deaf", 0.0, to_nodes=lambda i, data: None if i == 0x203 else data)
+    watched = watched_run(example_session(), robot, plan, path, fault)
+    words = "node 3 (cable 3): does not enable in cyclic synchronous velocity; it says: switch on"
+    assert watched.run.state == StartUpState.holding
+    assert words in watched.run.reason
+    assert words in path.read_text()
+    assert watched.backend.simulated is not None
+    assert State.enabled not in {node.drive.state for node in watched.backend.simulated.nodes}
+
+
+def test_real_time_priority_is_taken_and_given_back() -> None:
+    """Where this user may; threads that are started meanwhile do not have it."""
+    before = os.sched_getscheduler(0)
+    said = take_priority()
+    try:
+        if said:
+            assert "without real-time priority" in said
+            assert os.sched_getscheduler(0) == before
+        else:
+            assert os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK == os.SCHED_FIFO
+            others: list[int] = []
+            thread = threading.Thread(target=lambda: others.append(os.sched_getscheduler(0)))
+            thread.start()
+            thread.join()
+            assert others == [os.SCHED_OTHER]
+    finally:
+        leave_priority()
+    assert os.sched_getscheduler(0) == os.SCHED_OTHER
 
 
 # --- the last layer ------------------------------------------------------------------------------

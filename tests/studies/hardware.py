@@ -12,7 +12,6 @@ Each prints what it measured on stdout and ends with exit code 1 when a requirem
 from __future__ import annotations
 
 import argparse
-import gc
 import sys
 import tempfile
 import threading
@@ -25,10 +24,11 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
 
 import cdprcal
-from cdprcal.acquisition import acquire, start_up_plan
+from cdprcal.acquisition import Guide, acquire, start_up_plan
 from cdprcal.hardware.drives.backend import FieldbusBackend
 from cdprcal.hardware.drives.canopen_bus import CanopenFieldbus, open_can_bus
 from cdprcal.hardware.drives.fieldbus import RealClock
+from cdprcal.hardware.real_time import leave_priority, take_priority
 from cdprcal.hardware.session import CanopenBus
 from cdprcal.hardware.simulated import SimulatedBackend, start_of
 from cdprcal.hardware.simulated_devices.faults import fault_kinds
@@ -129,7 +129,9 @@ def jitter(seconds: float, rate_Hz: int) -> bool:
     session = example_session(**{"rate_Hz: 100\n": f"rate_Hz: {rate_Hz}\n"})
     # Nothing stops the run: what would have is what is measured.
     safety = session.safety.model_copy(update={"late_s": 1.0, "missed_cycles": 10})
-    session = session.model_copy(update={"safety": safety, "simulated": None})
+    assert session.ahrs is not None
+    ahrs = session.ahrs.model_copy(update={"stale_s": 10.0})
+    session = session.model_copy(update={"safety": safety, "simulated": None, "ahrs": ahrs})
     assert isinstance(session.bus, CanopenBus)
     assert session.ahrs is not None
     port = SimulatedPort(session.ahrs)
@@ -150,31 +152,50 @@ def jitter(seconds: float, rate_Hz: int) -> bool:
 
     thread = threading.Thread(target=serve)
     thread.start()
+    print(take_priority() or "with real-time priority, as acquire has it")
     late: list[float] = []
-    work: list[float] = []
+    answers: list[float] = []
     try:
         attitude = XsensMti(port, session.ahrs)
         backend = FieldbusBackend(
             session, robot, CanopenFieldbus(session, clock), attitude, clock, armed=True
         )
         startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
-        gc.collect()
-        while len(late) < seconds * rate_Hz and not startup.finished:
-            sample = backend.read()
-            read_s = clock.now_s()
+        # All that runs beside the control loop in cdprcal acquire.
+        guide = Guide(robot, plan, startup, asked=None, quick=True, background=True)
+        read, command = backend.read, backend.command
+
+        def timed_read() -> cdprcal.RobotSample:
+            sample = read()
             late.append(sample.time_s - len(late) / rate_Hz)
-            backend.command(startup.step(sample))
-            work.append(clock.now_s() - read_s)
-        reason = backend.tripped
-        backend.stop()
+            answers.append(clock.now_s())
+            return sample
+
+        def timed_command(wanted: cdprcal.StartUpCommand) -> None:
+            command(wanted)
+            answers[-1] = clock.now_s() - answers[-1]
+
+        backend.read, backend.command = timed_read, timed_command  # type: ignore[method-assign]
+        with tempfile.TemporaryDirectory() as folder:
+            log = open_live_log(Path(folder) / "run.mcap", 4, NO_INPUTS, 10.0)
+            run = acquire(
+                startup,
+                backend,
+                log,
+                stop=lambda: len(late) >= seconds * rate_Hz,
+                watch=lambda *now: guide.step(*now) and None,
+            )
+        guide.close()
     finally:
+        leave_priority()
         done.set()
         thread.join()
         simulated.close()
+    work = answers[:-1]
     for name, values in (("cycle begins late", late), ("answer takes", work)):
         p = 1e3 * np.percentile(values, [50, 99, 99.9, 100])
         print(f"{name}: median {p[0]:.2f} ms, 99 % {p[1]:.2f}, 99.9 % {p[2]:.2f}, worst {p[3]:.2f}")
-    print(f"{len(late)} cycles at {rate_Hz} Hz with 4 nodes; {reason or 'nothing stopped it'}")
+    print(f"{len(late)} cycles at {rate_Hz} Hz with 4 nodes; {run.reason or 'to its end'}")
     return True
 
 

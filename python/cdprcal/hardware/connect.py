@@ -8,6 +8,7 @@ from cdprcal.hardware.attitude import AttitudeSource
 from cdprcal.hardware.drives.backend import FieldbusBackend, check_session
 from cdprcal.hardware.drives.canopen_bus import CanopenFieldbus, open_can_bus
 from cdprcal.hardware.drives.fieldbus import Clock, Fieldbus, RealClock, SimulatedClock
+from cdprcal.hardware.real_time import leave_priority, take_priority
 from cdprcal.hardware.session import CanopenBus, Session
 from cdprcal.hardware.simulated import start_of
 from cdprcal.hardware.simulated_devices.faults import Can, Fault, FaultyCan, FaultyPort
@@ -65,6 +66,8 @@ class SessionBackend(FieldbusBackend):
                 simulated.close()
             raise
         backend.simulated = simulated
+        if armed and not session.is_simulated and (note := take_priority()):
+            backend.notes.append(note)
         return backend
 
     def truth(self) -> _core.PlantTruth:
@@ -75,6 +78,8 @@ class SessionBackend(FieldbusBackend):
 
     def stop(self) -> None:
         super().stop()
+        if not self._session.is_simulated:
+            leave_priority()
         if self.simulated is not None:
             self.simulated.close()
 

@@ -1,7 +1,8 @@
 """EtherCAT with CoE by ``pysoem``: the same objects and state machine as over CANopen.
 
 A dry run maps no outputs and stays in SAFE-OPERATIONAL, in which slaves send inputs and take no
-outputs: the standard's own way. Slaves stop by their process-data watchdog when this computer falls silent.
+outputs: the standard's own way. Slaves stop by their process-data watchdog when this computer falls
+silent.
 """
 
 from __future__ import annotations
