@@ -24,7 +24,7 @@ from cdprcal.hardware.drives.ethercat_bus import EthercatFieldbus
 from cdprcal.hardware.drives.fieldbus import SimulatedClock
 from cdprcal.hardware.drives.process_data import Image
 from cdprcal.hardware.session import Session, parse_session
-from cdprcal.hardware.simulated import SimulatedBackend, start_of
+from cdprcal.hardware.simulated import start_of
 from cdprcal.hardware.simulated_devices.__main__ import PtyMti
 from cdprcal.hardware.simulated_devices.ethercat_robot import (
     SimulatedRobotOnEthercat,
@@ -34,7 +34,7 @@ from cdprcal.hardware.simulated_devices.ethercat_robot import (
 from cdprcal.hardware.simulated_devices.lockstep import LockstepAttitude
 from cdprcal.hardware.xsens.device import XsensMti, open_port
 from cdprcal.io import AcquisitionInputs, load_log, open_live_log
-from winch_bus import EXAMPLE, small_plan
+from winch_bus import EXAMPLE, WithoutBus, small_plan
 
 NO_INPUTS = AcquisitionInputs("", "", {})
 OURS, THEIRS = "ec0", "ec1"
@@ -54,6 +54,8 @@ def make_cable() -> None:
 
 def ethercat_session(folder: str) -> Session:
     text = EXAMPLE.read_text()
+    # Finer than the sensors, as winch_bus.fine_session.
+    text = text.replace("m: 1e7", "m: 1e8").replace("turn: 1048576", "turn: 1073741824")
     canopen = "bus: {type: canopen, interface: virtual, channel: irma4}"
     assert canopen in text
     text = text.replace(canopen, f"bus: {{type: ethercat, interface: {OURS}}}")
@@ -208,7 +210,7 @@ def start_up(
     if what != "start-up":
         return
     startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
-    other = SimulatedBackend(robot, start_of(robot, plan, 1), simulator_options())
+    other = WithoutBus(robot, start_of(robot, plan, 1), simulator_options())
     acquire(startup, other, open_live_log(direct, 4, NO_INPUTS, 10.0))
     a, b = load_log(wired).log, load_log(direct).log
     document["rows"] = [len(a), len(b)]

@@ -26,7 +26,7 @@ def test_example() -> None:
     session = load_session(EXAMPLE)
     assert isinstance(session.bus, CanopenBus)
     assert [winch.node for winch in session.winches] == [1, 2, 3, 4]
-    assert session.winches[0].counts_per_m == 1e6
+    assert session.winches[0].counts_per_m == 1e7
     assert session.late_s == session.period_s == 0.01
     assert session.ahrs_stale_s == pytest.approx(0.015)
     assert session.is_simulated
@@ -34,12 +34,12 @@ def test_example() -> None:
 
 FAULTS: dict[str, tuple[str, str, str]] = {
     "unknown key": ("rate_Hz: 100\n", "rate_hz: 100\n", r":6:1: rate_hz: is not known here"),
-    "unknown key below": ("counts_per_m: 1e6", "counts_m: 1e6", r":\d+:5: winches\[#1\]\.counts_"),
+    "unknown key below": ("counts_per_m: 1e7", "counts_m: 1e6", r":\d+:5: winches\[#1\]\.counts_"),
     "missing": ("format: cdprcal-session-1\n", "", r":4:1: format: is missing"),
     "missing below": (" quick_stop_m_s2: 4", "", r":9:9: limits\.quick_stop_m_s2: is missing"),
     "sign": ("sign: -1", "sign: 0", r":21:11: winches\[#2\]\.sign: .* not '0'"),
-    "negative": ("counts_per_m: 1e6", "counts_per_m: -3", r":15:19: .*counts_per_m: .*'-3'"),
-    "not finite": ("counts_per_m: 1e6", "counts_per_m: .inf", r"counts_per_m: .*finite"),
+    "negative": ("counts_per_m: 1e7", "counts_per_m: -3", r":15:19: .*counts_per_m: .*'-3'"),
+    "not finite": ("counts_per_m: 1e7", "counts_per_m: .inf", r"counts_per_m: .*finite"),
     "text": ("velocity_m_s: 0.4", "velocity_m_s: fast", r"limits\.velocity_m_s: .*'fast'"),
     "reversed": ("[10, 420]", "[420, 10]", r":9:21: limits\.tension_N: the first must be less"),
     "object": ("0x2401:01", "2401", r"load_cell\.object: write an object as 0xINDEX:SUBINDEX"),

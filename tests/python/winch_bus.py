@@ -18,6 +18,7 @@ from cdprcal.hardware.drives import cia402
 from cdprcal.hardware.drives.fieldbus import SimulatedClock
 from cdprcal.hardware.drives.process_data import DRIVE_OUTPUTS, split_into_pdos, unpack
 from cdprcal.hardware.session import CanopenBus, Session, parse_session
+from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.hardware.simulated_devices.faults import Fault, fault_kinds
 from cdprcal.io import AcquisitionInputs, open_live_log
 
@@ -37,6 +38,28 @@ def example_session(**changes: str) -> Session:
 def torque_session() -> Session:
     """The example with drives in cyclic synchronous torque."""
     return example_session(**{"mode: velocity": "mode: torque"})
+
+
+def fine_session() -> Session:
+    """The example with counts much finer than the sensors: the bus adds no steps of its own.
+
+    Rest is judged by thresholds. A reading that is off by its last digit may shift a rest by a
+    tenth of a second, and with it all the noise that follows.
+    """
+    return example_session(**{"m: 1e7": "m: 1e8", "turn: 1048576": "turn: 1073741824"})
+
+
+class WithoutBus(SimulatedBackend):
+    """The simulator itself, its times to the nanosecond as those of a bus.
+
+    Whether a sample is the last in a window of a second must not hang on the last bit of its time.
+    """
+
+    def read(self) -> cdprcal.RobotSample:
+        sample = super().read()
+        for name in ("time_s", "drives_time_s", "attitude_time_s"):
+            setattr(sample, name, round(getattr(sample, name), 9))
+        return sample
 
 
 @dataclass

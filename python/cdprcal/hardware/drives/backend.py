@@ -270,7 +270,8 @@ class FieldbusBackend:
         elif late_s > self._session.late_s:
             self._guard.trip(f"the control cycle began {1e3 * late_s:.0f} ms late")
             self._due_s = self._clock.now_s()
-        time_s = self._clock.now_s() - self._began_s
+        # To the nanosecond: what sums of cycles leave beyond is no time.
+        time_s = round(self._clock.now_s() - self._began_s, 9)
         try:
             # The latest command once more: drives miss it when it stays away for two cycles, and a
             # slow answer to the last sample must not look like that.
@@ -344,7 +345,8 @@ class FieldbusBackend:
             sample.roll_pitch_yaw_rad = _core.euler_from_rotation(
                 self._attitude.R_world_platform, convention
             )
-            sample.attitude_time_s = min(time_s, self._attitude.time_s - self._began_s)
+            taken_s = round(self._attitude.time_s - self._began_s, 9)
+            sample.attitude_time_s = min(time_s, taken_s)
         if self._guard.reason:
             sample.drive_error = f"quick stop: {self._guard.reason}"
         return sample
