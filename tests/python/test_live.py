@@ -253,6 +253,30 @@ def test_acquire_shows_its_run_and_the_page_stops_it(plan: Path, tmp_path: Path)
     assert read_events(log)[-1]["state"] == "holding"
 
 
+def test_a_port_that_is_taken_is_said_before_anything_begins(
+    cli: Cli, plan: Path, tmp_path: Path
+) -> None:
+    with LiveServer(Feed(greeting()).messages) as server:
+        log = tmp_path / "run.csv"
+        ran = cli("acquire", "irma4", plan, "-o", log, "--live", "--port", server.port)
+    assert ran.code == 2
+    assert "is taken; choose another" in ran.stderr
+    assert not log.exists()
+
+
+def test_a_page_that_fails_does_not_stop_the_robot(capfd: pytest.CaptureFixture[str]) -> None:
+    from cdprcal.cli.live import Page
+
+    class Broken:
+        def show(self, *arguments: Any) -> None:
+            raise RuntimeError("no page any more")
+
+    page = Page(Broken())  # type: ignore[arg-type]
+    for _ in range(2):
+        page.show(None, None, True, None)  # type: ignore[arg-type]
+    assert capfd.readouterr().err.count("the robot goes on: no page any more") == 1
+
+
 def test_replay_serves_a_log_until_ctrl_c(log_path: Path) -> None:
     running, port = started("replay", log_path, "--speed", "0", "--robot", "irma4")
     try:

@@ -142,6 +142,7 @@ def command(
     the_plan = _core.parse_plan(plan_text, plan)
     if wrong := _core.verify_plan(the_robot, the_plan):
         fail(f"{plan}: cannot be run with {the_robot.name}: {wrong}")
+    shown = live_page(live, live_stop, port, the_robot, the_plan, output, bool(until))
     options = _core.SimulatorOptions(
         seed=seed, effects=[_core.parse_injected_effect(text) for text in effect or []]
     )
@@ -182,7 +183,7 @@ def command(
         raise
     poses: list[tuple[float, _core.Pose]] = []
     with (
-        live_page(live, live_stop, port, the_robot, the_plan, output, bool(until)) as page,
+        shown as page,
         Monitor(the_robot, the_plan, output, guided=asked is not None) as monitor,
     ):
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from cdprcal import _core
     from cdprcal.acquisition import Acquired
     from cdprcal.acquisition.guide import Estimate
-    from cdprcal.live import LiveRun
+    from cdprcal.live import Feed, LiveRun, LiveServer
 
 LiveOption = Annotated[
     bool,
@@ -47,12 +47,21 @@ class Page:
         logged: bool,
         estimate: Estimate | None,
     ) -> None:
-        """To be called with every command, and with an estimate when there is a new one."""
+        """To be called with every command, and with an estimate when there is a new one.
+
+        Never raises: the robot does not depend on its page.
+        """
         if self._run is None:
             return
-        self._run.show(command, sample, logged)
-        if estimate is not None:
-            self._run.estimate(sample.time_s, estimate.as_event())
+        try:
+            self._run.show(command, sample, logged)
+            if estimate is not None:
+                self._run.estimate(sample.time_s, estimate.as_event())
+        except Exception as error:
+            from cdprcal.tables import console, say
+
+            self._run = None
+            say(console(), f"the live page stopped, the robot goes on: {error}")
 
     def end(self, run: Acquired) -> None:
         """Says how the run ended."""
@@ -64,7 +73,6 @@ class Page:
         self.stop_wanted = True
 
 
-@contextmanager
 def live_page(
     wanted: bool,
     may_stop: bool,
@@ -73,22 +81,29 @@ def live_page(
     plan: _core.Plan,
     log: str,
     guided: bool,
-) -> Iterator[Page]:
-    """Serves the page of a run while the context lasts, if it is wanted. Raises InputError.
+) -> AbstractContextManager[Page]:
+    """The page of a run, served while the context lasts; one that shows nothing if not wanted.
 
-    guided: the run chooses its stops, so nobody knows how many there will be.
+    The port is taken at once, before any robot is connected: raises InputError when it cannot be
+    had. guided: the run chooses its stops, so nobody knows how many there will be.
     """
     if not (wanted or may_stop):
-        yield Page()
-        return
+        return nullcontext(Page())
     from cdprcal.live import Feed, LiveRun, LiveServer
     from cdprcal.live.feed import hello
-    from cdprcal.tables import console, say
 
     total = None if guided else 1 + plan.measured_count
     feed = Feed(hello(log, robot, robot.cable_count, total, replay=False, may_stop=may_stop))
     page = Page(LiveRun(feed, robot.euler_convention))
-    with LiveServer(feed.messages, port=port, stop=page.stop if may_stop else None) as server:
+    server = LiveServer(feed.messages, port=port, stop=page.stop if may_stop else None)
+    return _served(server, feed, page)
+
+
+@contextmanager
+def _served(server: LiveServer, feed: Feed, page: Page) -> Iterator[Page]:
+    from cdprcal.tables import console, say
+
+    with server:
         say(console(), f"{server.address}: open it in a browser on this computer")
         try:
             yield page
