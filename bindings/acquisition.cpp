@@ -19,7 +19,9 @@ LogMatrix or_absent(std::optional<LogMatrix> values, Eigen::Index samples) {
 Log make_log(Eigen::VectorXd time_s, std::optional<LogMatrix> length_m,
              std::optional<LogMatrix> swivel_rad, std::optional<LogMatrix> tension_N,
              std::optional<LogMatrix> roll_pitch_yaw_rad,
-             std::optional<LogMatrix> tension_setpoint_N, std::string source) {
+             std::optional<LogMatrix> tension_setpoint_N, std::optional<LogMatrix> absolute_yaw_rad,
+             std::optional<LogMatrix> direct_length_m, std::optional<LogMatrix> position_m,
+             std::string source) {
   Log log;
   const Eigen::Index samples = time_s.size();
   log.source = std::move(source);
@@ -29,6 +31,9 @@ Log make_log(Eigen::VectorXd time_s, std::optional<LogMatrix> length_m,
   log.tension_N = or_absent(std::move(tension_N), samples);
   log.tension_setpoint_N = or_absent(std::move(tension_setpoint_N), samples);
   log.roll_pitch_yaw_rad = or_absent(std::move(roll_pitch_yaw_rad), samples);
+  log.absolute_yaw_rad = or_absent(std::move(absolute_yaw_rad), samples);
+  log.direct_length_m = or_absent(std::move(direct_length_m), samples);
+  log.position_m = or_absent(std::move(position_m), samples);
   validate(log);
   return log;
 }
@@ -50,8 +55,10 @@ void register_log(py::module_& module) {
       .def(py::init(&make_log), py::kw_only(), py::arg("time_s"), py::arg("length_m") = py::none(),
            py::arg("swivel_rad") = py::none(), py::arg("tension_N") = py::none(),
            py::arg("roll_pitch_yaw_rad") = py::none(), py::arg("tension_setpoint_N") = py::none(),
-           py::arg("source") = "log",
-           "time_s [N] strictly increasing; per-cable arrays [N, n], roll_pitch_yaw_rad [N, 3]; "
+           py::arg("absolute_yaw_rad") = py::none(), py::arg("direct_length_m") = py::none(),
+           py::arg("position_m") = py::none(), py::arg("source") = "log",
+           "time_s [N] strictly increasing; per-cable arrays [N, n], roll_pitch_yaw_rad and "
+           "position_m [N, 3], absolute_yaw_rad [N, 1]; "
            "None: absent. `source` is what messages call it. Copies its input. Raises InputError "
            "when shapes or times do not fit.")
       .def_readonly("source", &Log::source)
@@ -62,6 +69,12 @@ void register_log(py::module_& module) {
       .def_readonly("tension_setpoint_N", &Log::tension_setpoint_N, "[N, n] or [N, 0] [N].")
       .def_readonly("roll_pitch_yaw_rad", &Log::roll_pitch_yaw_rad,
                     "[N, 3] or [N, 0] [rad] in the sensor's Euler convention; yaw is relative.")
+      .def_readonly("absolute_yaw_rad", &Log::absolute_yaw_rad,
+                    "[N, 1] or [N, 0] [rad]: yaw without an offset (compass, camera).")
+      .def_readonly("direct_length_m", &Log::direct_length_m,
+                    "[N, n] or [N, 0] [m]: whole cable lengths, arc included (laser, tape).")
+      .def_readonly("position_m", &Log::position_m,
+                    "[N, 3] or [N, 0] [m]: of P in the world (tracker).")
       .def_property_readonly("sample_count", &Log::sample_count)
       .def_property_readonly("cable_count", &Log::cable_count,
                              "Width of the widest per-cable group.")

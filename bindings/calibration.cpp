@@ -65,7 +65,9 @@ void register_enums(py::module_& module) {
 
 Measurement make_measurement(double time_s, PoseKind kind, const Eigen::VectorXd& length_m,
                              const Eigen::VectorXd& swivel_rad, const Eigen::VectorXd& tension_N,
-                             const Vector3& roll_pitch_yaw_rad) {
+                             const Vector3& roll_pitch_yaw_rad, double absolute_yaw_rad,
+                             const std::optional<Eigen::VectorXd>& direct_length_m,
+                             const std::optional<Vector3>& position_m) {
   Measurement measurement;
   measurement.time_s = time_s;
   measurement.kind = kind;
@@ -74,6 +76,11 @@ Measurement make_measurement(double time_s, PoseKind kind, const Eigen::VectorXd
   measurement.swivel_rad = to_cable_vector(swivel_rad, "swivel_rad", n);
   measurement.tension_N = to_cable_vector(tension_N, "tension_N", n);
   measurement.roll_pitch_yaw_rad = roll_pitch_yaw_rad;
+  measurement.absolute_yaw_rad = absolute_yaw_rad;
+  if (direct_length_m) {
+    measurement.direct_length_m = to_cable_vector(*direct_length_m, "direct_length_m", n);
+  }
+  if (position_m) measurement.position_m = *position_m;
   return measurement;
 }
 
@@ -83,7 +90,8 @@ void register_measurement(py::module_& module) {
                           "unknown offsets common to a problem's measurements. Immutable.")
       .def(py::init(&make_measurement), py::kw_only(), py::arg("time_s"), py::arg("kind"),
            py::arg("length_m"), py::arg("swivel_rad"), py::arg("tension_N"),
-           py::arg("roll_pitch_yaw_rad"),
+           py::arg("roll_pitch_yaw_rad"), py::arg("absolute_yaw_rad") = kNaN,
+           py::arg("direct_length_m") = py::none(), py::arg("position_m") = py::none(),
            "length_m, swivel_rad, tension_N [n]; roll_pitch_yaw_rad [3]. Raises InputError when "
            "their sizes differ.")
       .def_readonly("time_s", &Measurement::time_s)
@@ -96,7 +104,14 @@ void register_measurement(py::module_& module) {
           "tension_N", [](const Measurement& m) { return m.tension_N; }, "[n] [N].")
       .def_property_readonly(
           "roll_pitch_yaw_rad", [](const Measurement& m) { return m.roll_pitch_yaw_rad; },
-          "[3] [rad] in the robot's Euler convention.");
+          "[3] [rad] in the robot's Euler convention.")
+      .def_readonly("absolute_yaw_rad", &Measurement::absolute_yaw_rad)
+      .def_property_readonly(
+          "direct_length_m", [](const Measurement& m) { return m.direct_length_m; },
+          "[n] [m]; empty or NaN: not measured.")
+      .def_property_readonly(
+          "position_m", [](const Measurement& m) { return m.position_m; }, "[3] [m].")
+      .def_readonly("samples", &Measurement::samples, "Readings behind the mean.");
   module.def(
       "measurement_at",
       [](const Log& log, Eigen::Index index, PoseKind kind, int cable_count) {
@@ -185,8 +200,9 @@ void register_problem(py::module_& module) {
       .def_readwrite("function_tolerance", &SolveOptions::function_tolerance)
       .def_readwrite("parameter_tolerance", &SolveOptions::parameter_tolerance)
       .def_readwrite("gradient_tolerance", &SolveOptions::gradient_tolerance)
-      .def_readwrite("settled", &SolveOptions::settled,
-                     "Weights of the balance are renewed until the initial pose moves less [m, rad].");
+      .def_readwrite(
+          "settled", &SolveOptions::settled,
+          "Weights of the balance are renewed until the initial pose moves less [m, rad].");
 }
 
 void register_result(py::module_& module) {
@@ -199,7 +215,10 @@ void register_result(py::module_& module) {
       .def_readonly("yaw_rad", &ResidualRms::yaw_rad)
       .def_readonly("tension_N", &ResidualRms::tension_N)
       .def_readonly("wrench_force_N", &ResidualRms::wrench_force_N)
-      .def_readonly("wrench_moment_Nm", &ResidualRms::wrench_moment_Nm);
+      .def_readonly("wrench_moment_Nm", &ResidualRms::wrench_moment_Nm)
+      .def_readonly("absolute_yaw_rad", &ResidualRms::absolute_yaw_rad)
+      .def_readonly("direct_length_m", &ResidualRms::direct_length_m)
+      .def_readonly("position_m", &ResidualRms::position_m);
   py::class_<PoseResidual>(module, "PoseResidual",
                            "Residuals at one pose, modelled − measured (eq. 13); NaN where absent.")
       .def_property_readonly(
@@ -210,6 +229,11 @@ void register_result(py::module_& module) {
           "tension_N", [](const PoseResidual& r) { return r.tension_N; }, "[n].")
       .def_property_readonly(
           "roll_pitch_yaw_rad", [](const PoseResidual& r) { return r.roll_pitch_yaw_rad; }, "[3].")
+      .def_readonly("absolute_yaw_rad", &PoseResidual::absolute_yaw_rad)
+      .def_property_readonly(
+          "direct_length_m", [](const PoseResidual& r) { return r.direct_length_m; }, "[n].")
+      .def_property_readonly(
+          "position_m", [](const PoseResidual& r) { return r.position_m; }, "[3].")
       .def_property_readonly(
           "wrench", [](const PoseResidual& r) { return r.wrench; },
           "Ξᵀτ* − f [6] [N, Nm], world axes, about P.");
@@ -262,7 +286,7 @@ CalibrateOptions make_options(Method method, Formulation formulation,
                               std::vector<double> at_s, int segment, double kinematic_spacing_s,
                               std::vector<Pose> guess,
                               const std::optional<DetectionOptions>& detection,
-                              const std::optional<SolveOptions>& solve) {
+                              const std::optional<SolveOptions>& solve, int most_starts) {
   CalibrateOptions options;
   options.method = method;
   options.formulation = formulation;
@@ -274,6 +298,7 @@ CalibrateOptions make_options(Method method, Formulation formulation,
   options.guess = std::move(guess);
   if (detection) options.detection = *detection;
   if (solve) options.solve = *solve;
+  options.most_starts = most_starts;
   return options;
 }
 
@@ -288,12 +313,13 @@ void register_options(py::module_& module) {
           py::arg("at_s") = usual.at_s, py::arg("segment") = usual.segment,
           py::arg("kinematic_spacing_s") = usual.kinematic_spacing_s,
           py::arg_v("guess", usual.guess, "[]"), py::arg("detection") = py::none(),
-          py::arg("solve") = py::none(),
+          py::arg("solve") = py::none(), py::arg("most_starts") = usual.most_starts,
           "noise: where the weights come from; None: from_data for the full formulation, specified "
           "for the paper's. allow_for_effects: where poses misfit by more than single readings "
           "scatter. at_s: times of the poses [s], the first is the reference; empty: automatic. segment: "
           "which is the run, from 0; -1 the last. kinematic_spacing_s: between samples that count "
-          "as poses of their own. guess: one Pose a pose, or only ζ0; empty: automatic.")
+          "as poses of their own. guess: one Pose a pose, or only ζ0; empty: automatic. most_starts: "
+          "guesses of ζ0 to try while no minimum agrees with the readings.")
       .def_readwrite("method", &CalibrateOptions::method)
       .def_readwrite("formulation", &CalibrateOptions::formulation)
       .def_readwrite("noise", &CalibrateOptions::noise)
@@ -308,6 +334,7 @@ void register_options(py::module_& module) {
             options.guess = std::move(guess);
           },
           "A copy; assign a whole list.")
+      .def_readwrite("most_starts", &CalibrateOptions::most_starts)
       .def_readwrite("detection", &CalibrateOptions::detection)
       .def_readwrite("solve", &CalibrateOptions::solve);
 }

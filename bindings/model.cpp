@@ -80,13 +80,19 @@ void register_parts(py::module_& module) {
                           "One-sigma errors of the readings (eq. 18 by default) and of the "
                           "statics model. Immutable.")
       .def(py::init([](double length_m, double swivel_rad, double attitude_rad, double tension_N,
+                       double absolute_yaw_rad, double direct_length_m, double position_m,
                        double wrench_force_N, double wrench_moment_Nm) {
-             return SensorSigma{length_m,  swivel_rad,     attitude_rad,
-                                tension_N, wrench_force_N, wrench_moment_Nm};
+             return SensorSigma{length_m,   swivel_rad,       attitude_rad,
+                                tension_N,  absolute_yaw_rad, direct_length_m,
+                                position_m, wrench_force_N,   wrench_moment_Nm};
            }),
            py::kw_only(), py::arg("length_m") = usual.length_m,
            py::arg("swivel_rad") = usual.swivel_rad, py::arg("attitude_rad") = usual.attitude_rad,
-           py::arg("tension_N") = usual.tension_N, py::arg("wrench_force_N") = usual.wrench_force_N,
+           py::arg("tension_N") = usual.tension_N,
+           py::arg("absolute_yaw_rad") = usual.absolute_yaw_rad,
+           py::arg("direct_length_m") = usual.direct_length_m,
+           py::arg("position_m") = usual.position_m,
+           py::arg("wrench_force_N") = usual.wrench_force_N,
            py::arg("wrench_moment_Nm") = usual.wrench_moment_Nm,
            "wrench_force_N, wrench_moment_Nm: what the wrench balance may be wrong by beyond the "
            "load cells; 0 means what a geometry known to 1 mm leaves. Checked when used.")
@@ -94,6 +100,9 @@ void register_parts(py::module_& module) {
       .def_readonly("swivel_rad", &SensorSigma::swivel_rad)
       .def_readonly("attitude_rad", &SensorSigma::attitude_rad)
       .def_readonly("tension_N", &SensorSigma::tension_N)
+      .def_readonly("absolute_yaw_rad", &SensorSigma::absolute_yaw_rad)
+      .def_readonly("direct_length_m", &SensorSigma::direct_length_m)
+      .def_readonly("position_m", &SensorSigma::position_m)
       .def_readonly("wrench_force_N", &SensorSigma::wrench_force_N)
       .def_readonly("wrench_moment_Nm", &SensorSigma::wrench_moment_Nm);
 }
@@ -157,8 +166,7 @@ void register_model(py::module_& module) {
       .def(py::init(&make_robot), py::kw_only(), py::arg("name"), py::arg("platform"),
            py::arg("cables"), py::arg("tension_limits_N"), py::arg("gravity_m_s2") = 9.81,
            py::arg_v("euler_convention", EulerConvention::XYZ, "EulerConvention.XYZ"),
-           py::arg("sigma") = py::none(),
-           py::arg_v("effects", std::vector<AppliedEffect>{}, "[]"),
+           py::arg("sigma") = py::none(), py::arg_v("effects", std::vector<AppliedEffect>{}, "[]"),
            "cables: 1 to 8 Cable; tension_limits_N: (minimum, maximum); sigma: None is eq. 18; "
            "effects: known effects and faults of the readings, as the robot file lists them. "
            "Checks every field and fills defaults; raises InputError naming the field.")

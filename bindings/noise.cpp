@@ -26,29 +26,38 @@ void register_noise(py::module_& module) {
       .def("sigma", &ChannelNoise::sigma, py::arg("samples"), "Of the mean of so many samples.");
   py::class_<NoiseModel>(module, "NoiseModel",
                          "Noise by channel: length [m], swivel, roll_pitch, yaw [rad], balance "
-                         "(of a tension) [N].")
-      .def(py::init([](const std::map<std::string, ChannelNoise>& channels, double wrench_force_N,
-                       double wrench_moment_Nm) {
-             NoiseModel noise;
-             noise.wrench_force_N = wrench_force_N;
-             noise.wrench_moment_Nm = wrench_moment_Nm;
-             if (!(wrench_force_N > 0.0 && wrench_moment_Nm > 0.0)) {
-               throw InputError("NoiseModel: wrench_force_N and wrench_moment_Nm must be positive");
-             }
-             const std::vector<std::string> names = channel_names();
-             for (std::size_t c = 0; c < names.size(); ++c) {
-               const auto found = channels.find(names[c]);
-               if (found == channels.end() || channels.size() != names.size()) {
-                 throw InputError(
-                     "NoiseModel: give exactly the channels length, swivel, "
-                     "roll_pitch, yaw and balance");
-               }
-               noise.channel[c] = found->second;
-             }
-             return noise;
-           }),
-           py::arg("channels"), py::arg("wrench_force_N"), py::arg("wrench_moment_Nm"),
-           "A ChannelNoise for each channel. Raises InputError otherwise.")
+                         "(of a tension) [N], absolute_yaw [rad], direct_length, position [m].")
+      .def(
+          py::init([](const std::map<std::string, ChannelNoise>& channels, double wrench_force_N,
+                      double wrench_moment_Nm) {
+            NoiseModel noise;
+            noise.wrench_force_N = wrench_force_N;
+            noise.wrench_moment_Nm = wrench_moment_Nm;
+            if (!(wrench_force_N > 0.0 && wrench_moment_Nm > 0.0)) {
+              throw InputError("NoiseModel: wrench_force_N and wrench_moment_Nm must be positive");
+            }
+            const std::vector<std::string> names = channel_names();
+            noise.channel = specified_noise(SensorSigma{}).channel;
+            std::size_t used = 0;
+            for (std::size_t c = 0; c < names.size(); ++c) {
+              const auto found = channels.find(names[c]);
+              if (found == channels.end() && c < kPaperChannels) {
+                throw InputError("NoiseModel: channel " + names[c] + " is missing");
+              }
+              if (found == channels.end()) continue;
+              noise.channel[c] = found->second;
+              ++used;
+            }
+            if (used != channels.size()) {
+              throw InputError(
+                  "NoiseModel: channels are length, swivel, roll_pitch, yaw, balance, "
+                  "absolute_yaw, direct_length and position");
+            }
+            return noise;
+          }),
+          py::arg("channels"), py::arg("wrench_force_N"), py::arg("wrench_moment_Nm"),
+          "A ChannelNoise for each channel; absolute_yaw, direct_length and position may be left out. "
+          "Raises InputError otherwise.")
       .def_property_readonly(
           "channels",
           [](const NoiseModel& noise) {

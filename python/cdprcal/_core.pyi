@@ -411,6 +411,9 @@ class SensorSigma:
         swivel_rad: typing.SupportsFloat | typing.SupportsIndex = 0.017453292519943295,
         attitude_rad: typing.SupportsFloat | typing.SupportsIndex = 0.03490658503988659,
         tension_N: typing.SupportsFloat | typing.SupportsIndex = 10.0,
+        absolute_yaw_rad: typing.SupportsFloat | typing.SupportsIndex = 0.03490658503988659,
+        direct_length_m: typing.SupportsFloat | typing.SupportsIndex = 0.002,
+        position_m: typing.SupportsFloat | typing.SupportsIndex = 0.001,
         wrench_force_N: typing.SupportsFloat | typing.SupportsIndex = 0.0,
         wrench_moment_Nm: typing.SupportsFloat | typing.SupportsIndex = 0.0,
     ) -> None:
@@ -419,9 +422,15 @@ class SensorSigma:
         """
 
     @property
+    def absolute_yaw_rad(self) -> float: ...
+    @property
     def attitude_rad(self) -> float: ...
     @property
+    def direct_length_m(self) -> float: ...
+    @property
     def length_m(self) -> float: ...
+    @property
+    def position_m(self) -> float: ...
     @property
     def swivel_rad(self) -> float: ...
     @property
@@ -1442,14 +1451,25 @@ class Log:
         | None = None,
         tension_setpoint_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]
         | None = None,
+        absolute_yaw_rad: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]
+        | None = None,
+        direct_length_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]
+        | None = None,
+        position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None,
         source: str = "log",
     ) -> None:
         """
-        time_s [N] strictly increasing; per-cable arrays [N, n], roll_pitch_yaw_rad [N, 3]; None: absent. `source` is what messages call it. Copies its input. Raises InputError when shapes or times do not fit.
+        time_s [N] strictly increasing; per-cable arrays [N, n], roll_pitch_yaw_rad and position_m [N, 3], absolute_yaw_rad [N, 1]; None: absent. `source` is what messages call it. Copies its input. Raises InputError when shapes or times do not fit.
         """
 
     def __len__(self) -> int: ...
     def __repr__(self) -> str: ...
+    @property
+    def absolute_yaw_rad(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        [N, 1] or [N, 0] [rad]: yaw without an offset (compass, camera).
+        """
+
     @property
     def cable_count(self) -> int:
         """
@@ -1457,9 +1477,21 @@ class Log:
         """
 
     @property
+    def direct_length_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        [N, n] or [N, 0] [m]: whole cable lengths, arc included (laser, tape).
+        """
+
+    @property
     def length_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         """
         [N, n] or [N, 0] [m], relative.
+        """
+
+    @property
+    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        [N, 3] or [N, 0] [m]: of P in the world (tracker).
         """
 
     @property
@@ -1615,7 +1647,7 @@ class ChannelNoise:
 
 class NoiseModel:
     """
-    Noise by channel: length [m], swivel, roll_pitch, yaw [rad], balance (of a tension) [N].
+    Noise by channel: length [m], swivel, roll_pitch, yaw [rad], balance (of a tension) [N], absolute_yaw [rad], direct_length, position [m].
     """
 
     def __init__(
@@ -1625,7 +1657,7 @@ class NoiseModel:
         wrench_moment_Nm: typing.SupportsFloat | typing.SupportsIndex,
     ) -> None:
         """
-        A ChannelNoise for each channel. Raises InputError otherwise.
+        A ChannelNoise for each channel; absolute_yaw, direct_length and position may be left out. Raises InputError otherwise.
         """
 
     @property
@@ -1739,9 +1771,21 @@ class Measurement:
         swivel_rad: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
         tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
         roll_pitch_yaw_rad: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+        absolute_yaw_rad: typing.SupportsFloat | typing.SupportsIndex = ...,
+        direct_length_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
+        | None = None,
+        position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] | None = None,
     ) -> None:
         """
         length_m, swivel_rad, tension_N [n]; roll_pitch_yaw_rad [3]. Raises InputError when their sizes differ.
+        """
+
+    @property
+    def absolute_yaw_rad(self) -> float: ...
+    @property
+    def direct_length_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n] [m]; empty or NaN: not measured.
         """
 
     @property
@@ -1753,9 +1797,21 @@ class Measurement:
         """
 
     @property
+    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        [3] [m].
+        """
+
+    @property
     def roll_pitch_yaw_rad(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         [3] [rad] in the robot's Euler convention.
+        """
+
+    @property
+    def samples(self) -> int:
+        """
+        Readings behind the mean.
         """
 
     @property
@@ -1882,7 +1938,13 @@ class ResidualRms:
     """
 
     @property
+    def absolute_yaw_rad(self) -> float: ...
+    @property
+    def direct_length_m(self) -> float: ...
+    @property
     def length_m(self) -> float: ...
+    @property
+    def position_m(self) -> float: ...
     @property
     def roll_pitch_rad(self) -> float: ...
     @property
@@ -1902,9 +1964,23 @@ class PoseResidual:
     """
 
     @property
+    def absolute_yaw_rad(self) -> float: ...
+    @property
+    def direct_length_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [n].
+        """
+
+    @property
     def length_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         [n].
+        """
+
+    @property
+    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        [3].
         """
 
     @property
@@ -2611,7 +2687,7 @@ class RandomNormal:
 
 class ReadingNoise:
     """
-    White noise of the readings, one sigma; 0: none. Immutable.
+    White noise of the readings, one sigma; 0: exact readings. Absolute sensors with NaN are not there. Immutable.
     """
 
     def __init__(
@@ -2622,9 +2698,18 @@ class ReadingNoise:
         roll_pitch_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0,
         yaw_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0,
         tension_N: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        absolute_yaw_rad: typing.SupportsFloat | typing.SupportsIndex = ...,
+        direct_length_m: typing.SupportsFloat | typing.SupportsIndex = ...,
+        position_m: typing.SupportsFloat | typing.SupportsIndex = ...,
     ) -> None: ...
     @property
+    def absolute_yaw_rad(self) -> float: ...
+    @property
+    def direct_length_m(self) -> float: ...
+    @property
     def length_m(self) -> float: ...
+    @property
+    def position_m(self) -> float: ...
     @property
     def roll_pitch_rad(self) -> float: ...
     @property
@@ -4072,10 +4157,12 @@ def read_plan(path: str) -> Plan:
     """
 
 def reading_noise(
-    sigma: SensorSigma, scale: typing.SupportsFloat | typing.SupportsIndex = 1.0
+    sigma: SensorSigma,
+    scale: typing.SupportsFloat | typing.SupportsIndex = 1.0,
+    absolute: bool = False,
 ) -> ReadingNoise:
     """
-    The sigma of a robot's sensors times `scale`.
+    The sigma of a robot's sensors times `scale`; absolute: those of absolute yaw, direct lengths and position too.
     """
 
 def rotation_angle_difference_rad(a: Pose, b: Pose) -> float:

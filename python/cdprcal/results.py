@@ -20,6 +20,12 @@ _RMS = (
     "wrench_force_N",
     "wrench_moment_Nm",
 )
+#: Channels of sensors that few robots have, and their residuals.
+_EXTRA = {
+    "absolute_yaw": "absolute_yaw_rad",
+    "direct_length": "direct_length_m",
+    "position": "position_m",
+}
 
 
 def strict_json(document: Any) -> str:
@@ -74,6 +80,7 @@ def calibration_as_dict(robot: _core.Robot, calibration: _core.Calibration) -> d
         "noise": {
             name: {"pose": number(level.pose), "sample": number(level.sample)}
             for name, level in calibration.problem.noise.channels.items()
+            if name not in _EXTRA or number(getattr(result.residual_rms, _EXTRA[name])) is not None
         },
         "gated": [
             {
@@ -85,10 +92,17 @@ def calibration_as_dict(robot: _core.Robot, calibration: _core.Calibration) -> d
             }
             for g in calibration.gated
         ],
-        "residual_rms": {name: number(getattr(result.residual_rms, name)) for name in _RMS},
+        "residual_rms": _rms(result.residual_rms),
         "poses": list(_poses(calibration)),
         "equilibria": [{"begin_s": e.begin_s, "end_s": e.end_s} for e in calibration.equilibria],
     }
+
+
+def _rms(rms: _core.ResidualRms) -> dict[str, float | None]:
+    document = {name: number(getattr(rms, name)) for name in _RMS}
+    # Sensors that few robots have: only where they read something.
+    extra = {name: number(getattr(rms, name)) for name in _EXTRA.values()}
+    return document | {name: value for name, value in extra.items() if value is not None}
 
 
 def _poses(calibration: _core.Calibration) -> Iterable[dict[str, Any]]:

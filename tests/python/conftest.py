@@ -98,6 +98,9 @@ def changed(log: cdprcal.Log, **arrays: object) -> cdprcal.Log:
         "tension_N",
         "tension_setpoint_N",
         "roll_pitch_yaw_rad",
+        "absolute_yaw_rad",
+        "direct_length_m",
+        "position_m",
     )
     kept = {name: getattr(log, name) for name in names}
     return cdprcal.Log(**(kept | arrays), source="changed")

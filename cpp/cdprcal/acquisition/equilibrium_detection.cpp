@@ -132,6 +132,9 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
   add_group(geometry, log.length_m, sigma.length_m, false);
   add_group(geometry, log.swivel_rad, sigma.swivel_rad, true);
   add_group(geometry, log.roll_pitch_yaw_rad, sigma.attitude_rad, true);
+  add_group(geometry, log.absolute_yaw_rad, sigma.absolute_yaw_rad, true);
+  add_group(geometry, log.direct_length_m, sigma.direct_length_m, false);
+  add_group(geometry, log.position_m, sigma.position_m, false);
   add_group(tensions, log.tension_N, sigma.tension_N, false);
   if (geometry.empty()) {
     throw InputError(log.source + ": no lengths, swivels or attitude to tell rest from motion by");

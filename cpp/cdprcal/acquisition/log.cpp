@@ -195,9 +195,9 @@ class LogParser {
       }
       group.col(c.index) = table.col(column);
     }
-    for (LogMatrix* group : {&log.length_m, &log.swivel_rad, &log.tension_N,
-                             &log.tension_setpoint_N, &log.roll_pitch_yaw_rad}) {
-      if (group->cols() == 0) group->resize(row_count_, 0);
+    for (const auto& [group, name] : detail::kLogGroups) {
+      LogMatrix& matrix = detail::log_group(log, group);
+      if (matrix.cols() == 0) matrix.resize(row_count_, 0);
     }
     return log;
   }
@@ -214,8 +214,8 @@ class LogParser {
 }  // namespace
 
 int Log::cable_count() const {
-  return static_cast<int>(
-      std::max({length_m.cols(), swivel_rad.cols(), tension_N.cols(), tension_setpoint_N.cols()}));
+  return static_cast<int>(std::max({length_m.cols(), swivel_rad.cols(), tension_N.cols(),
+                                    tension_setpoint_N.cols(), direct_length_m.cols()}));
 }
 
 Log parse_log(const std::string& text, const std::string& source) {
@@ -271,13 +271,13 @@ void validate(const Log& log) {
   for (const auto& [group, name] : detail::kLogGroups) {
     const LogMatrix& matrix = detail::log_group(log, group);
     if (matrix.cols() == 0) continue;
-    const bool attitude = group == LogColumn::Group::attitude;
-    const Index width = attitude ? 3 : cables;
+    const Index of_platform = detail::platform_width(group);
+    const Index width = of_platform > 0 ? of_platform : cables;
     if (matrix.cols() != width || matrix.rows() != samples) {
       throw InputError(source + ": " + name + ": has shape " + std::to_string(matrix.rows()) + "×" +
                        std::to_string(matrix.cols()) + ", expected " + std::to_string(samples) +
                        "×" + std::to_string(width) + " (samples × " +
-                       (attitude ? "roll, pitch, yaw" : "cables") + ")");
+                       (of_platform > 0 ? "components" : "cables") + ")");
     }
     if (matrix.array().isInf().any()) {
       throw InputError(source + ": " + name + ": holds infinities; NaN stands for an absent value");

@@ -11,7 +11,7 @@ namespace cdprcal {
 using LogMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// One row a sample. A matrix without columns, or NaN in a cell: that sensor is absent (there).
-/// Lengths, swivels and yaw carry unknown constant offsets; roll, pitch and tension are absolute.
+/// Lengths, swivels and yaw carry unknown constant offsets; all others are absolute.
 struct Log {
   std::string source;            ///< what messages call it
   Eigen::VectorXd time_s;        ///< [N], strictly increasing
@@ -20,6 +20,9 @@ struct Log {
   LogMatrix tension_N;           ///< [N, n] or [N, 0]
   LogMatrix tension_setpoint_N;  ///< [N, n] or [N, 0]
   LogMatrix roll_pitch_yaw_rad;  ///< [N, 3], NaN columns where absent; or [N, 0]
+  LogMatrix absolute_yaw_rad;    ///< [N, 1] or [N, 0]: yaw without an offset (compass, camera)
+  LogMatrix direct_length_m;     ///< [N, n] or [N, 0]: whole lengths, arc included (laser, tape)
+  LogMatrix position_m;          ///< [N, 3] or [N, 0]: of P in the world (tracker)
 
   [[nodiscard]] Eigen::Index sample_count() const { return time_s.size(); }
   /// Number of cables: the width of the widest per-cable group.

@@ -18,12 +18,28 @@ struct CableGroup {
   std::string_view after;
 };
 
-constexpr std::array<CableGroup, 4> kCableGroups{
+constexpr std::array<CableGroup, 5> kCableGroups{
     {{Group::length, "length_", "_m"},
      {Group::swivel, "swivel_", "_rad"},
      {Group::tension, "tension_", "_N"},
-     {Group::tension_setpoint, "tension_setpoint_", "_N"}}};
-constexpr std::array<const char*, 3> kAttitude{"roll_rad", "pitch_rad", "yaw_rad"};
+     {Group::tension_setpoint, "tension_setpoint_", "_N"},
+     {Group::direct_length, "direct_length_", "_m"}}};
+
+struct PlatformColumn {
+  Group group;
+  Index index;
+  const char* name;
+};
+constexpr std::array<PlatformColumn, 7> kPlatformColumns{
+    {{Group::attitude, 0, "roll_rad"},
+     {Group::attitude, 1, "pitch_rad"},
+     {Group::attitude, 2, "yaw_rad"},
+     {Group::absolute_yaw, 0, "absolute_yaw_rad"},
+     {Group::position, 0, "position_x_m"},
+     {Group::position, 1, "position_y_m"},
+     {Group::position, 2, "position_z_m"}}};
+
+bool is_of_cables(Group group) { return group != Group::time && platform_width(group) == 0; }
 
 const CableGroup& cable_group(Group group) {
   return *std::find_if(kCableGroups.begin(), kCableGroups.end(),
@@ -39,8 +55,8 @@ std::string_view strip(std::string_view text) {
 
 LogColumn parse_column(std::string_view name, const std::string& place) {
   if (name == "time_s") return {Group::time, 0};
-  for (std::size_t i = 0; i < kAttitude.size(); ++i) {
-    if (name == kAttitude[i]) return {Group::attitude, static_cast<Index>(i)};
+  for (const PlatformColumn& c : kPlatformColumns) {
+    if (name == c.name) return {c.group, c.index};
   }
   for (const CableGroup& g : kCableGroups) {
     if (name.size() <= g.before.size() + g.after.size() || !name.starts_with(g.before) ||
@@ -65,7 +81,8 @@ LogColumn parse_column(std::string_view name, const std::string& place) {
       name.find(';') != std::string_view::npos
           ? "columns must be separated by commas"
           : "known are time_s, length_1_m, swivel_1_rad, tension_1_N, "
-            "tension_setpoint_1_N (…one a cable), roll_rad, pitch_rad, yaw_rad";
+            "tension_setpoint_1_N, direct_length_1_m (…one a cable), roll_rad, pitch_rad, "
+            "yaw_rad, absolute_yaw_rad, position_x_m, position_y_m, position_z_m";
   throw InputError(place + ": column '" + std::string(name.substr(0, 40)) + "': unknown; " + hint);
 }
 
@@ -78,13 +95,13 @@ void check_groups(const std::vector<LogColumn>& columns, const std::string& plac
   Index cables = 0;
   LogColumn widest;
   for (const LogColumn& c : columns) {
-    if (c.group == Group::time || c.group == Group::attitude || c.index < cables) continue;
+    if (!is_of_cables(c.group) || c.index < cables) continue;
     cables = c.index + 1;
     widest = c;
   }
   // Every group that is there covers every cable: a sensor that is missing on one has empty cells.
   for (const LogColumn& c : columns) {
-    if (c.group == Group::time || c.group == Group::attitude) continue;
+    if (!is_of_cables(c.group)) continue;
     for (Index i = 0; i < cables; ++i) {
       if (has(c.group, i)) continue;
       throw InputError(place + ": column " + LogColumn{c.group, i}.name() +
@@ -98,7 +115,9 @@ void check_groups(const std::vector<LogColumn>& columns, const std::string& plac
 
 std::string LogColumn::name() const {
   if (group == Group::time) return "time_s";
-  if (group == Group::attitude) return kAttitude[static_cast<std::size_t>(index)];
+  for (const PlatformColumn& c : kPlatformColumns) {
+    if (c.group == group && c.index == index) return c.name;
+  }
   const CableGroup& g = cable_group(group);
   return std::string(g.before) + std::to_string(index + 1) + std::string(g.after);
 }
@@ -124,16 +143,24 @@ std::vector<LogColumn> parse_log_header(std::string_view line, const std::string
 std::vector<LogColumn> columns_of(const Log& log) {
   std::vector<LogColumn> columns{{Group::time, 0}};
   for (const Group group :
-       {Group::length, Group::swivel, Group::tension, Group::attitude, Group::tension_setpoint}) {
+       {Group::length, Group::swivel, Group::tension, Group::attitude, Group::absolute_yaw,
+        Group::direct_length, Group::position, Group::tension_setpoint}) {
     for (Index i = 0; i < log_group(log, group).cols(); ++i) columns.push_back({group, i});
   }
   return columns;
 }
 
 Index group_width(const std::vector<LogColumn>& columns, Group group) {
-  if (group == Group::attitude) return 3;
-  return std::count_if(columns.begin(), columns.end(),
-                       [&](const LogColumn& c) { return c.group == group; });
+  const auto of_group = [&](const LogColumn& c) { return c.group == group; };
+  if (const Index width = platform_width(group); width > 0) {
+    return std::any_of(columns.begin(), columns.end(), of_group) ? width : 0;
+  }
+  return std::count_if(columns.begin(), columns.end(), of_group);
+}
+
+Index platform_width(Group group) {
+  return std::count_if(kPlatformColumns.begin(), kPlatformColumns.end(),
+                       [&](const PlatformColumn& c) { return c.group == group; });
 }
 
 const LogMatrix& log_group(const Log& log, Group group) {
@@ -148,6 +175,12 @@ const LogMatrix& log_group(const Log& log, Group group) {
       return log.tension_setpoint_N;
     case Group::attitude:
       return log.roll_pitch_yaw_rad;
+    case Group::absolute_yaw:
+      return log.absolute_yaw_rad;
+    case Group::direct_length:
+      return log.direct_length_m;
+    case Group::position:
+      return log.position_m;
     case Group::time:
       break;
   }

@@ -58,6 +58,9 @@ SampleRange still_since_start(const Log& log, const SampleRange& range, Eigen::I
   add(log.swivel_rad, true);
   add(log.tension_N, false);
   add(log.roll_pitch_yaw_rad, true);
+  add(log.absolute_yaw_rad, true);
+  add(log.direct_length_m, false);
+  add(log.position_m, false);
   Eigen::Index size = range.size();
   while (size > least && !halves_agree(channels, static_cast<std::size_t>(size))) {
     size = std::max(least, std::min(size - 1, size * 9 / 10));

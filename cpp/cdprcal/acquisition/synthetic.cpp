@@ -22,9 +22,15 @@ double RandomNormal::operator()() {
   return radius * std::cos(2.0 * kPi * uniform());
 }
 
-ReadingNoise reading_noise(const SensorSigma& sigma, double scale) {
-  return {scale * sigma.length_m, scale * sigma.swivel_rad, scale * sigma.attitude_rad,
-          scale * sigma.attitude_rad, scale * sigma.tension_N};
+ReadingNoise reading_noise(const SensorSigma& sigma, double scale, bool absolute) {
+  ReadingNoise noise{scale * sigma.length_m, scale * sigma.swivel_rad, scale * sigma.attitude_rad,
+                     scale * sigma.attitude_rad, scale * sigma.tension_N};
+  if (absolute) {
+    noise.absolute_yaw_rad = scale * sigma.absolute_yaw_rad;
+    noise.direct_length_m = scale * sigma.direct_length_m;
+    noise.position_m = scale * sigma.position_m;
+  }
+  return noise;
 }
 
 ReadingOffsets random_offsets(int cable_count, RandomNormal& random) {
@@ -58,6 +64,18 @@ Measurement synthetic_measurement(const Robot& robot, const Pose& pose,
   m.roll_pitch_yaw_rad[0] += noise.roll_pitch_rad * random();
   m.roll_pitch_yaw_rad[1] += noise.roll_pitch_rad * random();
   m.roll_pitch_yaw_rad[2] += noise.yaw_rad * random();
+  if (std::isfinite(noise.absolute_yaw_rad)) {
+    m.absolute_yaw_rad = euler_from_rotation(state.rotation, robot.euler_convention)[2] +
+                         noise.absolute_yaw_rad * random();
+  }
+  if (std::isfinite(noise.direct_length_m)) {
+    m.direct_length_m = state.length_m();
+    for (double& v : m.direct_length_m) v += noise.direct_length_m * random();
+  }
+  if (std::isfinite(noise.position_m)) {
+    m.position_m = pose.position_m;
+    for (double& v : m.position_m) v += noise.position_m * random();
+  }
   return m;
 }
 
@@ -119,6 +137,9 @@ SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& s
   log.tension_N.resize(samples, n);
   log.tension_setpoint_N.resize(samples, n);
   log.roll_pitch_yaw_rad.resize(samples, 3);
+  log.absolute_yaw_rad.resize(samples, std::isfinite(options.noise.absolute_yaw_rad) ? 1 : 0);
+  log.direct_length_m.resize(samples, std::isfinite(options.noise.direct_length_m) ? n : 0);
+  log.position_m.resize(samples, std::isfinite(options.noise.position_m) ? 3 : 0);
   const std::vector<Vector6> wrench = disturbances(options, setpoints_N.size());
   std::optional<Pose> previous;
   for (Eigen::Index row = 0; row < samples; ++row) {
@@ -150,6 +171,9 @@ SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& s
     log.tension_N.row(row) = m.tension_N;
     log.tension_setpoint_N.row(row) = tension_N;
     log.roll_pitch_yaw_rad.row(row) = m.roll_pitch_yaw_rad;
+    if (log.absolute_yaw_rad.cols() > 0) log.absolute_yaw_rad(row, 0) = m.absolute_yaw_rad;
+    if (log.direct_length_m.cols() > 0) log.direct_length_m.row(row) = m.direct_length_m;
+    if (log.position_m.cols() > 0) log.position_m.row(row) = m.position_m;
   }
   return out;
 }

@@ -266,6 +266,14 @@ std::vector<PoseResidual> Assembly::residuals() const {
     r.roll_pitch_yaw_rad[2] = wrap_angle(
         pose.roll_pitch_yaw_rad[2] - cache_[0].roll_pitch_yaw_rad[2] -
         (measured.roll_pitch_yaw_rad[2] - reference_.yaw_rad) - reference_.yaw_error_rad());
+    if (std::isfinite(measured.absolute_yaw_rad)) {
+      r.absolute_yaw_rad = wrap_angle(pose.roll_pitch_yaw_rad[2] - measured.absolute_yaw_rad);
+    }
+    r.direct_length_m = CableVector::Constant(pose.length_m.size(), kNaN);
+    if (measured.direct_length_m.size() == pose.length_m.size()) {
+      r.direct_length_m = pose.length_m - measured.direct_length_m;
+    }
+    r.position_m = cache_.pose(i).position_m - measured.position_m;
     r.tension_N = CableVector::Constant(problem_.robot.cable_count(), kNaN);
     if (cache_.statics_of(i) == StaticsModel::left_inverse) {
       r.tension_N = pose.tension_N - measured.tension_N;

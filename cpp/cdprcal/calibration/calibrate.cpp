@@ -80,23 +80,37 @@ void measure_by_hand(const Log& log, const PathState& path, const SampleRange& r
   }
 }
 
+/// Whether any tension set-point differs from that of the sample before. NaN: not logged.
+bool setpoint_changes(const Log& log, Eigen::Index row) {
+  const LogMatrix& setpoints = log.tension_setpoint_N;
+  for (Eigen::Index c = 0; c < setpoints.cols(); ++c) {
+    const double step = std::abs(setpoints(row, c) - setpoints(row - 1, c));
+    if (step > 1e-9 * (1.0 + std::abs(setpoints(row, c)))) return true;
+  }
+  return false;
+}
+
 /// Longest part of a rest over which no tension set-point changes.
 SampleRange longest_hold(const Log& log, const SampleRange& rest) {
-  const LogMatrix& setpoints = log.tension_setpoint_N;
-  const auto changes = [&](Eigen::Index row) {
-    for (Eigen::Index c = 0; c < setpoints.cols(); ++c) {
-      const double step = std::abs(setpoints(row, c) - setpoints(row - 1, c));
-      if (step > 1e-9 * (1.0 + std::abs(setpoints(row, c)))) return true;  // NaN: not logged
-    }
-    return false;
-  };
   SampleRange longest{rest.begin, rest.begin}, now = longest;
   for (Eigen::Index row = rest.begin; row < rest.end; ++row) {
-    if (row > rest.begin && changes(row)) now.begin = row;
+    if (row > rest.begin && setpoint_changes(log, row)) now.begin = row;
     now.end = row + 1;
     if (now.size() > longest.size()) longest = now;
   }
   return longest;
+}
+
+/// The samples that show where the platform was at the first one: up to the end of the first rest,
+/// no further than the first change of a set-point (if they are held for half a window at all), and
+/// only as long as no mean wanders.
+SampleRange start(const Log& log, const SampleRange& run, const Equilibrium& rest,
+                  double window_s) {
+  SampleRange out{run.begin, rest.samples.end};
+  Eigen::Index hold = run.begin + 1;
+  while (hold < out.end && !setpoint_changes(log, hold)) ++hold;
+  if (log.time_s[hold - 1] - log.time_s[run.begin] >= 0.5 * window_s) out.end = hold;
+  return still_since_start(log, out);
 }
 
 /// The samples of a rest that are averaged. Detection judges whole windows, so their outermost part
@@ -123,6 +137,20 @@ SampleRange core(const Log& log, const SampleRange& run, const Equilibrium& rest
   return out;
 }
 
+/// Whether the run began in this, its first rest. A test of many windows fails one now and then: a
+/// rest found within two windows of the start holds the first sample too, unless a set-point
+/// changed before it or the readings wandered.
+bool holds_the_start(const Log& log, const SampleRange& run, const Equilibrium& rest,
+                     double window_s) {
+  if (rest.samples.begin == run.begin) return true;
+  if (rest.begin_s - log.time_s[run.begin] > 2.0 * window_s) return false;
+  const SampleRange until{run.begin, rest.samples.begin + 1};
+  if (longest_hold(log, until).size() != until.size()) return false;
+  // As much of the rest again, where it is that long: a motion before it would show against that.
+  const SampleRange around{run.begin, std::min(rest.samples.end, run.begin + 2 * until.size())};
+  return still_since_start(log, around).end >= until.end;
+}
+
 void measure_automatically(const Log& log, const PathState& path, const SampleRange& run,
                            const CalibrateOptions& options, Calibration& out) {
   const int n = out.problem.robot.cable_count();
@@ -132,23 +160,21 @@ void measure_automatically(const Log& log, const PathState& path, const SampleRa
     std::fill(used.begin() + (samples.begin - run.begin), used.begin() + (samples.end - run.begin),
               1);
   };
+  bool starts_at_rest = false;
   if (options.method != Method::kinematic) {
     out.equilibria = detect_equilibria(log, run, out.problem.robot.sigma, options.detection);
     for (const Equilibrium& rest : out.equilibria) {
       SampleRange samples = core(log, run, rest, options.detection.window_s);
-      if (samples.begin == run.begin) samples = still_since_start(log, samples);
+      if (measurements.empty() && holds_the_start(log, run, rest, options.detection.window_s)) {
+        starts_at_rest = true;
+        samples = start(log, run, rest, options.detection.window_s);
+      }
       measurements.push_back(measurement_mean(log, samples, PoseKind::static_pose, n));
       add_path(path, log, samples, log.time_s[run.begin], measurements.back());
-      mark(rest.samples);
+      mark({measurements.size() == 1 && starts_at_rest ? run.begin : rest.samples.begin,
+            rest.samples.end});
     }
   }
-  // A test of many windows fails one now and then: a rest that is found within half a window of the
-  // start holds the first sample too, unless a set-point changed before it.
-  const bool starts_at_rest =
-      !out.equilibria.empty() &&
-      out.equilibria.front().begin_s - log.time_s[run.begin] < 0.5 * options.detection.window_s &&
-      longest_hold(log, {run.begin, out.equilibria.front().samples.begin + 1}).size() ==
-          out.equilibria.front().samples.begin + 1 - run.begin;
   if (!starts_at_rest) {
     measurements.insert(measurements.begin(),
                         measurement_at(log, run.begin, PoseKind::kinematic_pose, n));

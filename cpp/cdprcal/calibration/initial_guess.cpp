@@ -33,6 +33,14 @@ double normal_equations(const Robot& robot, const AbsoluteReadings& readings, co
     const double swivel = state.cable[i].swivel_rad - readings.swivel_rad[i];
     if (std::isfinite(swivel)) add(wrap_angle(swivel), by_swivel.row(i), sigma.swivel_rad);
   }
+  for (Eigen::Index i = 0; i < readings.direct_length_m.size(); ++i) {
+    add(state.cable[i].length_m - readings.direct_length_m[i], by_length.row(i),
+        sigma.direct_length_m);
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    add(pose.position_m[axis] - readings.position_m[axis], Vector6::Unit(axis).transpose(),
+        sigma.position_m);
+  }
   const Vector3 angles = euler_from_rotation(state.rotation, robot.euler_convention);
   const Matrix3 by_rotation = euler_rate_matrix(angles, robot.euler_convention).inverse();
   for (int a = 0; a < 3; ++a) {
@@ -48,7 +56,8 @@ double normal_equations(const Robot& robot, const AbsoluteReadings& readings, co
 /// Readings at a pose without what known effects add to them there. `robot` has their geometry.
 AbsoluteReadings without_effects(const Robot& robot, const ActiveEffects& effects,
                                  const Measurement& m, const Pose& pose) {
-  AbsoluteReadings readings{m.length_m, m.swivel_rad, m.roll_pitch_yaw_rad};
+  AbsoluteReadings readings{m.length_m, m.swivel_rad, m.roll_pitch_yaw_rad, m.direct_length_m,
+                            m.position_m};
   if (effects.empty()) return readings;
   PoseEvaluation with, without;
   evaluate_pose(robot, m, pose, StaticsModel::none, {}, effects, false, with);
@@ -89,6 +98,35 @@ std::optional<Pose> ideal_pose(const Robot& robot, const Measurement& m,
                                const ActiveEffects& effects, const std::optional<Pose>& start) {
   if (auto pose = direct_guess(robot, m, m.tension_setpoint_N, effects, start)) return pose;
   return direct_guess(robot, m, m.tension_N, effects, start);
+}
+
+/// Where absolute sensors see the reference: its position, or the best fit to its direct lengths
+/// from any of the other guesses. Nothing when they see neither.
+std::optional<Pose> absolute_guess(const Robot& robot, const Measurement& m,
+                                   const Eigen::Quaterniond& attitude,
+                                   const std::vector<Pose>& others) {
+  const bool position = m.position_m.allFinite();
+  if (!position && m.direct_length_m.array().isFinite().count() < 3) return std::nullopt;
+  AbsoluteReadings readings{CableVector::Constant(robot.cable_count(), kNaN),
+                            CableVector::Constant(robot.cable_count(), kNaN),
+                            {m.roll_pitch_yaw_rad[0], m.roll_pitch_yaw_rad[1], m.absolute_yaw_rad},
+                            m.direct_length_m,
+                            m.position_m};
+  std::vector<Pose> starts = others;
+  if (position) starts.insert(starts.begin(), {m.position_m, attitude});
+  std::optional<Pose> best;
+  double least = std::numeric_limits<double>::infinity();
+  Matrix6 hessian;
+  Vector6 gradient;
+  for (const Pose& start : starts) {
+    const Pose pose = estimate_pose(robot, readings, start);
+    const double cost = normal_equations(robot, readings, pose, hessian, gradient);
+    if (cost < least) {
+      least = cost;
+      best = pose;
+    }
+  }
+  return best;
 }
 
 /// Roll and pitch as measured (0 where absent), yaw as given.
@@ -153,7 +191,8 @@ std::vector<Pose> reference_guesses(const Robot& given, const Measurement& refer
   }
   const Vector3 span = high - low;
   const double depth = std::max({0.5 * span.x(), 0.5 * span.y(), 0.5});
-  const Eigen::Quaterniond attitude = measured_attitude(robot, reference, 0.0);
+  const Eigen::Quaterniond attitude =
+      measured_attitude(robot, reference, reference.absolute_yaw_rad);
   constexpr std::array<std::array<double, 3>, 7> kSpread{{{0.0, 0.0, -0.75},
                                                           {0.0, 0.0, -1.5},
                                                           {0.25, 0.0, -1.0},
@@ -166,6 +205,9 @@ std::vector<Pose> reference_guesses(const Robot& given, const Measurement& refer
     if (const Pose pose{position, attitude}; platform_state(robot, pose).valid) {
       guesses.push_back(pose);
     }
+  }
+  if (const auto seen = absolute_guess(robot, reference, attitude, guesses)) {
+    guesses.insert(guesses.begin(), *seen);
   }
   if (guesses.empty()) guesses.push_back({0.5 * (low + high) - Vector3(0, 0, depth), attitude});
   return guesses;

@@ -7,10 +7,11 @@
 
 namespace cdprcal {
 
-/// Guesses for ζ0, best first: the direct problem at the set-point τ0 (§3.3), if there is one, and
-/// at the measured tensions, then, for references without tensions or far from rest, positions
-/// spread below the pulleys at the measured roll and pitch. Never empty. `effects` are known
-/// effects, at their values.
+/// Guesses for ζ0, best first: from absolute sensors (position, direct lengths), where there are
+/// any; the direct problem at the set-point τ0 (§3.3), if there is one, and at the measured
+/// tensions, then, for references without tensions or far from rest, positions spread below the
+/// pulleys at the measured roll and pitch. Never empty. `effects` are known effects, at their
+/// values.
 std::vector<Pose> reference_guesses(const Robot& robot, const Measurement& reference,
                                     const ActiveEffects& effects = {});
 
@@ -19,6 +20,8 @@ struct AbsoluteReadings {
   CableVector length_m;
   CableVector swivel_rad;
   Vector3 roll_pitch_yaw_rad = Vector3::Constant(kNaN);
+  CableVector direct_length_m{};  ///< empty: none
+  Vector3 position_m = Vector3::Constant(kNaN);
 };
 
 /// The pose that explains absolute readings best (weighted Gauss–Newton with damping, from

@@ -12,9 +12,14 @@ namespace cdprcal {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr std::array<const char*, kChannels> kInWords{"the cable lengths", "the swivel angles",
-                                                      "roll and pitch", "the yaw changes",
-                                                      "the balance of forces and moments"};
+constexpr std::array<const char*, kChannels> kInWords{"the cable lengths",
+                                                      "the swivel angles",
+                                                      "roll and pitch",
+                                                      "the yaw changes",
+                                                      "the balance of forces and moments",
+                                                      "the absolute yaw",
+                                                      "the direct lengths",
+                                                      "the measured position"};
 
 std::string quantity(bool rotation, double value) {
   if (!std::isfinite(value)) return "not at all";

@@ -41,20 +41,25 @@ Measurement measurement_mean(const Log& log, const SampleRange& range, PoseKind 
   m.tension_N = column_means(log.tension_N, range, cable_count, false);
   m.roll_pitch_yaw_rad = column_means(log.roll_pitch_yaw_rad, range, 3, true);
   m.tension_setpoint_N = column_means(log.tension_setpoint_N, range, cable_count, false);
+  m.absolute_yaw_rad = column_means(log.absolute_yaw_rad, range, 1, true)[0];
+  m.direct_length_m = column_means(log.direct_length_m, range, cable_count, false);
+  m.position_m = column_means(log.position_m, range, 3, false);
   m.samples = static_cast<int>(range.size());
   return m;
 }
 
-void add_path(const PathState& path, const Log& log, const SampleRange& range,
-              double run_start_s, Measurement& measurement) {
+void add_path(const PathState& path, const Log& log, const SampleRange& range, double run_start_s,
+              Measurement& measurement) {
   const int n = static_cast<int>(measurement.length_m.size());
   const auto known = [](const CableVector& values) -> CableVector {
     return values.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
   };
   measurement.length_direction = known(column_means(path.length_direction, range, n, false));
   measurement.swivel_direction = known(column_means(path.swivel_direction, range, n, false));
-  measurement.length_direction_error = known(column_means(path.length_direction_error, range, n, false));
-  measurement.swivel_direction_error = known(column_means(path.swivel_direction_error, range, n, false));
+  measurement.length_direction_error =
+      known(column_means(path.length_direction_error, range, n, false));
+  measurement.swivel_direction_error =
+      known(column_means(path.swivel_direction_error, range, n, false));
   measurement.attitude_rate_rad_s = known(column_means(path.attitude_rate_rad_s, range, 3, false));
   // The middle of the interval: what depends on time is averaged over it as well.
   measurement.run_time_s =

@@ -21,16 +21,21 @@ struct Measurement {
   CableVector swivel_rad;
   CableVector tension_N;
   Vector3 roll_pitch_yaw_rad = Vector3::Constant(kNaN);
-  /// What the tensions were told to be: τ_setpoint of §3.2, for guesses alone. Empty or NaN: unknown.
+  double absolute_yaw_rad = kNaN;
+  CableVector direct_length_m;  ///< empty or NaN: not measured
+  Vector3 position_m = Vector3::Constant(kNaN);
+  /// What the tensions were told to be: τ_setpoint of §3.2, for guesses alone. Empty or NaN:
+  /// unknown.
   CableVector tension_setpoint_N;
 
   // How the pose was reached, for effects that depend on it (effects/).
-  double run_time_s = 0.0;           ///< since the first sample of the run
-  CableVector length_direction;      ///< s in [−1, 1]: +1 after paying out; empty: unknown
-  CableVector swivel_direction;      ///< the same for the swivels; +1 after a positive turn
-  CableVector length_direction_error, swivel_direction_error;  ///< what s may be off (path_state.hpp)
+  double run_time_s = 0.0;       ///< since the first sample of the run
+  CableVector length_direction;  ///< s in [−1, 1]: +1 after paying out; empty: unknown
+  CableVector swivel_direction;  ///< the same for the swivels; +1 after a positive turn
+  CableVector length_direction_error,
+      swivel_direction_error;                     ///< what s may be off (path_state.hpp)
   Vector3 attitude_rate_rad_s = Vector3::Zero();  ///< of (roll, pitch, yaw), while moving
-  int samples = 1;                   ///< readings behind the mean
+  int samples = 1;                                ///< readings behind the mean
 
   /// Whether the wrench balance can be written down here: at rest, with every tension read.
   bool in_balance() const { return kind == PoseKind::static_pose && tension_N.allFinite(); }
@@ -43,7 +48,7 @@ Measurement measurement_mean(const Log& log, const SampleRange& range, PoseKind 
                              int cable_count);
 
 /// Fills in how the pose of `range` was reached (directions: means over the range).
-void add_path(const PathState& path, const Log& log, const SampleRange& range,
-              double run_start_s, Measurement& measurement);
+void add_path(const PathState& path, const Log& log, const SampleRange& range, double run_start_s,
+              Measurement& measurement);
 
 }  // namespace cdprcal

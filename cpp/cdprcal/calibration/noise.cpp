@@ -8,8 +8,8 @@ namespace cdprcal {
 namespace {
 
 std::array<double, kChannels> by_channel(const SensorSigma& sigma) {
-  return {sigma.length_m, sigma.swivel_rad, sigma.attitude_rad, sigma.attitude_rad,
-          sigma.tension_N};
+  return {sigma.length_m,  sigma.swivel_rad,       sigma.attitude_rad,    sigma.attitude_rad,
+          sigma.tension_N, sigma.absolute_yaw_rad, sigma.direct_length_m, sigma.position_m};
 }
 
 /// Median over the columns [from, to) that have a reading; `otherwise` without any.
@@ -41,6 +41,12 @@ const char* to_string(Channel channel) {
       return "yaw";
     case Channel::balance:
       return "balance";
+    case Channel::absolute_yaw:
+      return "absolute_yaw";
+    case Channel::direct_length:
+      return "direct_length";
+    case Channel::position:
+      return "position";
   }
   return "unknown";
 }
@@ -61,7 +67,10 @@ std::array<double, kChannels> sample_noise(const Log& log, const SampleRange& ru
           median_noise(log.swivel_rad, 0, kMaxCables, run, true, specified[1]),
           median_noise(log.roll_pitch_yaw_rad, 0, 2, run, true, specified[2]),
           median_noise(log.roll_pitch_yaw_rad, 2, 3, run, true, specified[3]),
-          median_noise(log.tension_N, 0, kMaxCables, run, false, specified[4])};
+          median_noise(log.tension_N, 0, kMaxCables, run, false, specified[4]),
+          median_noise(log.absolute_yaw_rad, 0, 1, run, true, specified[5]),
+          median_noise(log.direct_length_m, 0, kMaxCables, run, false, specified[6]),
+          median_noise(log.position_m, 0, 3, run, false, specified[7])};
 }
 
 }  // namespace cdprcal

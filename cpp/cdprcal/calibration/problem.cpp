@@ -19,6 +19,11 @@ CalibrationProblem completed(const CalibrationProblem& problem, const std::vecto
           "each of the robot's " +
           std::to_string(n) + " cables (NaN where absent)");
     }
+    if (m.direct_length_m.size() != 0 && m.direct_length_m.size() != n) {
+      throw InputError("calibration: a measurement has " +
+                       std::to_string(m.direct_length_m.size()) + " direct lengths for " +
+                       std::to_string(n) + " cables (none, or NaN where absent)");
+    }
   }
   CalibrationProblem out = problem;
   if (out.statics == StaticsModel::left_inverse && out.left_inverse_rows.empty()) {
@@ -28,7 +33,8 @@ CalibrationProblem completed(const CalibrationProblem& problem, const std::vecto
 }
 
 ResidualRms residual_rms(const std::vector<PoseResidual>& residuals, bool reference_attitude) {
-  MeanSquare length, swivel, roll_pitch, yaw, tension, force, moment;
+  MeanSquare length, swivel, roll_pitch, yaw, tension, force, moment, absolute_yaw, direct,
+      position;
   for (std::size_t i = 0; i < residuals.size(); ++i) {
     const PoseResidual& r = residuals[i];
     if (i > 0) {  // at the reference these are zero by construction
@@ -41,11 +47,14 @@ ResidualRms residual_rms(const std::vector<PoseResidual>& residuals, bool refere
       roll_pitch.add(r.roll_pitch_yaw_rad[1]);
     }
     for (const double v : r.tension_N) tension.add(v);
+    absolute_yaw.add(r.absolute_yaw_rad);
+    for (const double v : r.direct_length_m) direct.add(v);
+    for (const double v : r.position_m) position.add(v);
     for (int a = 0; a < 3; ++a) force.add(r.wrench[a]);
     for (int a = 3; a < 6; ++a) moment.add(r.wrench[a]);
   }
-  return {length.rms(),  swivel.rms(), roll_pitch.rms(), yaw.rms(),
-          tension.rms(), force.rms(),  moment.rms()};
+  return {length.rms(), swivel.rms(), roll_pitch.rms(),   yaw.rms(),    tension.rms(),
+          force.rms(),  moment.rms(), absolute_yaw.rms(), direct.rms(), position.rms()};
 }
 
 }  // namespace cdprcal

@@ -55,6 +55,9 @@ struct ResidualRms {
   double tension_N = kNaN;
   double wrench_force_N = kNaN;
   double wrench_moment_Nm = kNaN;
+  double absolute_yaw_rad = kNaN;
+  double direct_length_m = kNaN;
+  double position_m = kNaN;
 };
 
 /// Residuals at one pose, measured minus … as in eq. 13 (modelled − measured); NaN where absent.
@@ -64,6 +67,9 @@ struct PoseResidual {
   CableVector tension_N;
   Vector3 roll_pitch_yaw_rad = Vector3::Constant(kNaN);
   Vector6 wrench = Vector6::Constant(kNaN);  ///< Ξᵀτ* − f [N, Nm]
+  double absolute_yaw_rad = kNaN;
+  CableVector direct_length_m;
+  Vector3 position_m = Vector3::Constant(kNaN);
 };
 
 /// What came out.

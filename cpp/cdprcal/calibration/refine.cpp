@@ -39,6 +39,15 @@ void leave_out(Measurement& m, const RowLabel& label) {
     case Channel::balance:
       m.tension_N.setConstant(kNaN);
       break;
+    case Channel::absolute_yaw:
+      m.absolute_yaw_rad = kNaN;
+      break;
+    case Channel::direct_length:
+      m.direct_length_m[label.component] = kNaN;
+      break;
+    case Channel::position:
+      m.position_m[label.component] = kNaN;
+      break;
   }
 }
 
@@ -129,7 +138,10 @@ std::vector<GatedReading> gate_slack(CalibrationProblem& problem, double tension
   const double taut_N = std::max(0.5 * robot.tension_min_N, 0.01 * robot.weight_N());
   std::vector<GatedReading> gated;
   for (Measurement& m : problem.measurements) {
-    const double level_N = std::max(taut_N, 3.0 * tension_noise_N / std::sqrt(m.samples));
+    // Never above what a taut cable may carry, however noisy the reading.
+    const double doubtful_N = std::min(3.0 * tension_noise_N / std::sqrt(m.samples),
+                                       std::max(taut_N, robot.tension_min_N));
+    const double level_N = std::max(taut_N, doubtful_N);
     bool any = false;
     for (Eigen::Index c = 0; c < m.tension_N.size(); ++c) {
       if (!(m.tension_N[c] < level_N)) continue;

@@ -139,6 +139,11 @@ std::string contradictions(const CalibrationProblem& problem, Assembly& assembly
         "roll and pitch off by %.3g deg rms against sigma %.3g deg");
   judge(rms.yaw_rad, sigma.attitude_rad, 1.0 / kDegree,
         "yaw off by %.3g deg rms against sigma %.3g deg");
+  judge(rms.absolute_yaw_rad, sigma.absolute_yaw_rad, 1.0 / kDegree,
+        "absolute yaw off by %.3g deg rms against sigma %.3g deg");
+  judge(rms.direct_length_m, sigma.direct_length_m, 1e3,
+        "direct lengths off by %.3g mm rms against sigma %.3g mm");
+  judge(rms.position_m, sigma.position_m, 1e3, "position off by %.3g mm rms against sigma %.3g mm");
   judge(rms.tension_N, sigma.tension_N, 1.0, "tensions off by %.3g N rms against sigma %.3g N");
   if (problem.statics == StaticsModel::wrench) {
     judge(specified_statics_rms(problem, assembly.cache()), 1.0, 1.0,
@@ -194,7 +199,11 @@ void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged
   // Without statics all there is to see is motion. Where there was none, noise looks like it, and
   // the linearised covariance believes it.
   constexpr double kMotion = 6.0;  // σ: what noise alone does not do in thousands of readings
-  if (problem.statics == StaticsModel::none &&
+  const bool relative_only = std::none_of(
+      problem.measurements.begin(), problem.measurements.end(), [](const Measurement& m) {
+        return m.direct_length_m.array().isFinite().any() || m.position_m.array().isFinite().any();
+      });
+  if (problem.statics == StaticsModel::none && relative_only &&
       largest_motion(problem, assembly.cache()) < kMotion) {
     result.status = CalibrationStatus::unobservable;
     result.reason =

@@ -43,7 +43,7 @@ DiagnosisModel model_of(const Calibration& calibration) {
           euler_from_rotation(initial.rotation, problem.robot.euler_convention)[2];
   run.offsets = run.offsets.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; }).eval();
   const NoiseModel specified = specified_noise(problem.robot.sigma);
-  for (std::size_t c = 0; c < kChannels; ++c) {
+  for (std::size_t c = 0; c < kPaperChannels; ++c) {
     const bool balance = static_cast<Channel>(c) == Channel::balance;
     const double sigma = specified.channel[c].pose;
     const double unit = balance ? sigma : 1.0;  // the balance's level is relative to its covariance
@@ -81,6 +81,17 @@ std::string misfit(const Calibration& calibration) {
   channel(Channel::swivel, 1.0 / kDegree, "swivels by %.3g deg (%.3g deg)");
   channel(Channel::roll_pitch, 1.0 / kDegree, "roll and pitch by %.3g deg (%.3g deg)");
   channel(Channel::yaw, 1.0 / kDegree, "yaw by %.3g deg (%.3g deg)");
+  // What few robots have keeps its specified noise where it is absent.
+  const ResidualRms& rms = calibration.result.residual_rms;
+  if (std::isfinite(rms.absolute_yaw_rad)) {
+    channel(Channel::absolute_yaw, 1.0 / kDegree, "absolute yaw by %.3g deg (%.3g deg)");
+  }
+  if (std::isfinite(rms.direct_length_m)) {
+    channel(Channel::direct_length, 1e3, "direct lengths by %.3g mm (%.3g mm)");
+  }
+  if (std::isfinite(rms.position_m)) {
+    channel(Channel::position, 1e3, "the position by %.3g mm (%.3g mm)");
+  }
   if (calibration.problem.statics == StaticsModel::wrench) {
     add(std::hypot(noise[Channel::balance].pose, noise.wrench_force_N),
         noise[Channel::balance].sample, 1.0, "the balance by %.3g N (tensions scatter by %.3g N)");
@@ -98,6 +109,14 @@ void allow_for_effects(const CalibrateOptions& options, Calibration& calibration
   if (found.empty()) return;
   result.reason += "; yet the model misfits " + found +
                    ", so it lacks something (cdprcal diagnose looks for it)";
+  // The larger model knows the paper's sensors only.
+  for (const Measurement& m : calibration.problem.measurements) {
+    if (std::isfinite(m.absolute_yaw_rad) || m.direct_length_m.array().isFinite().any() ||
+        m.position_m.array().isFinite().any()) {
+      result.reason += ", and the uncertainty leaves that out";
+      return;
+    }
+  }
   DiagnosisModel model = model_of(calibration);
   const bool settled = fit_with_noise(model);
   const Matrix6 covariance = initial_pose_covariance(model, 0);

@@ -96,6 +96,9 @@ void check_sigma(const Robot& robot) {
   require_positive(sigma.swivel_rad, "sensors.sigma.swivel_deg");
   require_positive(sigma.attitude_rad, "sensors.sigma.attitude_deg");
   require_positive(sigma.tension_N, "sensors.sigma.tension_N");
+  require_positive(sigma.absolute_yaw_rad, "sensors.sigma.absolute_yaw_deg");
+  require_positive(sigma.direct_length_m, "sensors.sigma.direct_length_m");
+  require_positive(sigma.position_m, "sensors.sigma.position_m");
   require_not_negative(sigma.wrench_force_N, "sensors.sigma.wrench_force_N");
   require_not_negative(sigma.wrench_moment_Nm, "sensors.sigma.wrench_moment_Nm");
 }

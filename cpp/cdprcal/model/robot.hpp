@@ -37,6 +37,10 @@ struct SensorSigma {
   double swivel_rad = 1.0 * kDegree;
   double attitude_rad = 2.0 * kDegree;
   double tension_N = 10.0;
+  // Sensors that the paper's robot does not have; each counts where a log holds its readings.
+  double absolute_yaw_rad = 2.0 * kDegree;
+  double direct_length_m = 2e-3;
+  double position_m = 1e-3;
   /// What the wrench balance itself may be wrong by, beyond the load cells. Not in the paper.
   /// 0 means: what a geometry known to 1 mm leaves. `finalise` then puts weight × 1e-3 here (a
   /// cable direction wrong by 1 mm a metre) and weight × 1 mm below (the weight's lever).

@@ -53,13 +53,18 @@ double read_angle(const YamlMapping& map, const std::string& name, double fallba
 }
 
 SensorSigma read_sigma(const YamlField& field) {
-  const YamlMapping map(field, {"length_m", "swivel_deg", "swivel_rad", "attitude_deg",
-                                "attitude_rad", "tension_N", "wrench_force_N", "wrench_moment_Nm"});
+  const YamlMapping map(
+      field, {"length_m", "swivel_deg", "swivel_rad", "attitude_deg", "attitude_rad", "tension_N",
+              "absolute_yaw_deg", "absolute_yaw_rad", "direct_length_m", "position_m",
+              "wrench_force_N", "wrench_moment_Nm"});
   SensorSigma sigma;
   sigma.length_m = map.number_or("length_m", sigma.length_m);
   sigma.swivel_rad = read_angle(map, "swivel", sigma.swivel_rad);
   sigma.attitude_rad = read_angle(map, "attitude", sigma.attitude_rad);
   sigma.tension_N = map.number_or("tension_N", sigma.tension_N);
+  sigma.absolute_yaw_rad = read_angle(map, "absolute_yaw", sigma.absolute_yaw_rad);
+  sigma.direct_length_m = map.number_or("direct_length_m", sigma.direct_length_m);
+  sigma.position_m = map.number_or("position_m", sigma.position_m);
   sigma.wrench_force_N = map.number_or("wrench_force_N", sigma.wrench_force_N);
   sigma.wrench_moment_Nm = map.number_or("wrench_moment_Nm", sigma.wrench_moment_Nm);
   return sigma;
@@ -137,6 +142,15 @@ std::string sigma_entry(const Robot& robot) {
                      angle_entry("swivel", sigma.swivel_rad) + ", " +
                      angle_entry("attitude", sigma.attitude_rad) +
                      ", tension_N: " + shortest(sigma.tension_N);
+  // Of sensors that few robots have, only what somebody changed.
+  const SensorSigma usual;
+  if (sigma.absolute_yaw_rad != usual.absolute_yaw_rad) {
+    text += ", " + angle_entry("absolute_yaw", sigma.absolute_yaw_rad);
+  }
+  if (sigma.direct_length_m != usual.direct_length_m) {
+    text += ", direct_length_m: " + shortest(sigma.direct_length_m);
+  }
+  if (sigma.position_m != usual.position_m) text += ", position_m: " + shortest(sigma.position_m);
   // Derived values stay derived, so that a change of mass in the file changes them too.
   if (sigma.wrench_force_N != detail::default_wrench_force_N(robot)) {
     text += ", wrench_force_N: " + shortest(sigma.wrench_force_N);

@@ -7,6 +7,8 @@ import numpy as np
 from cdprcal import _core
 from cdprcal.check.subject import (
     GROUPS,
+    OPTIONAL,
+    PLATFORM_WIDTH,
     Channel,
     Floats,
     Subject,
@@ -31,9 +33,11 @@ def check_presence(subject: Subject) -> None:
     present = {}
     for group, (what, _) in GROUPS.items():
         matrix: Floats = getattr(subject.log, group)[subject.run]
-        width = 3 if group == "roll_pitch_yaw_rad" else subject.robot.cable_count
+        width = PLATFORM_WIDTH.get(group, subject.robot.cable_count)
         read = np.isfinite(matrix)
         present[group] = bool(read.any())
+        if not present[group] and group in OPTIONAL:
+            continue
         if not present[group]:
             subject.add(
                 "warning",
@@ -49,7 +53,7 @@ def check_presence(subject: Subject) -> None:
             _check_channel(
                 subject, channel_name(group, i), read[:, i] if i < read.shape[1] else None
             )
-    if not (present["length_m"] or present["swivel_rad"]):
+    if not any(present[group] for group in ("length_m", "swivel_rad", *sorted(OPTIONAL))):
         subject.add(
             "error",
             "missing_sensor",

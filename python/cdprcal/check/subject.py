@@ -22,8 +22,18 @@ GROUPS = {
     "swivel_rad": ("swivel angle", "swivel_rad"),
     "tension_N": ("cable tension", "tension_N"),
     "roll_pitch_yaw_rad": ("attitude", "attitude_rad"),
+    "absolute_yaw_rad": ("absolute yaw", "absolute_yaw_rad"),
+    "direct_length_m": ("direct length", "direct_length_m"),
+    "position_m": ("position", "position_m"),
 }
-_ANGLE_NAMES = ("roll_rad", "pitch_rad", "yaw_rad")
+#: Groups that not every robot has: their absence is no finding.
+OPTIONAL = frozenset({"absolute_yaw_rad", "direct_length_m", "position_m"})
+_PLATFORM_NAMES = {
+    "roll_pitch_yaw_rad": ("roll_rad", "pitch_rad", "yaw_rad"),
+    "absolute_yaw_rad": ("absolute_yaw_rad",),
+    "position_m": ("position_x_m", "position_y_m", "position_z_m"),
+}
+PLATFORM_WIDTH = {group: len(names) for group, names in _PLATFORM_NAMES.items()}
 
 
 @dataclass(frozen=True)
@@ -110,8 +120,8 @@ class Subject:
 
 def channel_name(group: str, index: int) -> str:
     """The canonical column: ('length_m', 0) is length_1_m."""
-    if group == "roll_pitch_yaw_rad":
-        return _ANGLE_NAMES[index]
+    if group in _PLATFORM_NAMES:
+        return _PLATFORM_NAMES[group][index]
     stem, unit = group.rsplit("_", 1)
     return f"{stem}_{index + 1}_{unit}"
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cdprcal.cli.common import RobotArgument, fail, reports_errors
+
+if TYPE_CHECKING:
+    from cdprcal import _core
 
 EXAMPLE = "Example: cdprcal generate irma4 --grid 3x3x3 -o run.csv --truth truth.json"
 
@@ -28,6 +31,14 @@ def command(
     rate_hz: Annotated[float, typer.Option("--rate-hz", help="Samples a second.")] = 10.0,
     dwell_s: Annotated[float, typer.Option("--dwell-s", help="Rest at each pose.")] = 5.0,
     move_s: Annotated[float, typer.Option("--move-s", help="Motion between two poses.")] = 5.0,
+    sensors: Annotated[
+        str,
+        typer.Option(
+            metavar="LIST",
+            help="What the robot has: lengths, swivels, tensions, attitude; absolute-yaw, "
+            "direct-lengths, position.",
+        ),
+    ] = "lengths,swivels,tensions,attitude",
     seed: Annotated[int, typer.Option(min=0, help="Of noise and offsets.")] = 1,
     truth: Annotated[
         str,
@@ -49,14 +60,15 @@ def command(
         dwell_s=dwell_s,
         move_s=move_s,
         rate_Hz=rate_hz,
-        noise=_core.reading_noise(the_robot.sigma, noise),
+        noise=_core.reading_noise(the_robot.sigma, noise, absolute=True),
         seed=seed,
     )
     setpoints = _core.default_setpoints(the_robot, *parse_grid(grid))
+    groups = parse_sensors(sensors)
     made = _core.synthetic_log(the_robot, setpoints, options)
     if truth and Path(truth).resolve() == Path(output).resolve():
         fail(f"{truth}: is the log's name too; give another")
-    save_log(made.log, output)
+    save_log(with_sensors(made.log, groups), output)
     if truth:
         poses = [
             {"time_s": time} | pose_as_dict(pose, the_robot.euler_convention)
@@ -68,6 +80,36 @@ def command(
         f"{output}: {len(made.log)} samples, {len(setpoints)} equilibria, "
         f"{made.log.time_s[-1]:g} s",
     )
+
+
+SENSORS = {
+    "lengths": "length_m",
+    "swivels": "swivel_rad",
+    "tensions": "tension_N",
+    "attitude": "roll_pitch_yaw_rad",
+    "absolute-yaw": "absolute_yaw_rad",
+    "direct-lengths": "direct_length_m",
+    "position": "position_m",
+}
+
+
+def parse_sensors(text: str) -> set[str]:
+    """'lengths,swivels' → the groups of a Log. Raises InputError."""
+    from cdprcal._core import InputError
+
+    names = [name.strip() for name in text.split(",")]
+    for name in names:
+        if name not in SENSORS:
+            raise InputError(f"--sensors: {name!r} is not one of {', '.join(SENSORS)}")
+    return {SENSORS[name] for name in names}
+
+
+def with_sensors(log: _core.Log, groups: set[str]) -> _core.Log:
+    """The log of a robot that has these sensors only (set-points are kept)."""
+    from cdprcal import _core
+
+    kept = {group: getattr(log, group) for group in (*groups, "tension_setpoint_N")}
+    return _core.Log(time_s=log.time_s, source=log.source, **kept)
 
 
 def parse_grid(text: str) -> tuple[int, int, int]:

@@ -35,8 +35,15 @@ _GROUPS = {
     "swivel_rad": re.compile(r"swivel_([1-8])_rad"),
     "tension_N": re.compile(r"tension_([1-8])_N"),
     "tension_setpoint_N": re.compile(r"tension_setpoint_([1-8])_N"),
+    "direct_length_m": re.compile(r"direct_length_([1-8])_m"),
 }
-_ANGLES = ("roll_rad", "pitch_rad", "yaw_rad")
+#: Of the platform, whatever the number of cables.
+_PLATFORM = {
+    "roll_pitch_yaw_rad": ("roll_rad", "pitch_rad", "yaw_rad"),
+    "absolute_yaw_rad": ("absolute_yaw_rad",),
+    "position_m": ("position_x_m", "position_y_m", "position_z_m"),
+}
+_PLATFORM_NAMES = frozenset(name for names in _PLATFORM.values() for name in names)
 
 Floats = NDArray[np.float64]
 
@@ -89,7 +96,10 @@ def parse_mcap_log(data: bytes, path: Path) -> LogFile:
     log = Log(
         time_s=time_s,
         **{group: _per_cable(samples, time_s, columns, group, cables) for group in _GROUPS},
-        roll_pitch_yaw_rad=_matrix(samples, time_s, _ANGLES) if columns.keys() & _ANGLES else None,
+        **{
+            group: _matrix(samples, time_s, names) if columns.keys() & set(names) else None
+            for group, names in _PLATFORM.items()
+        },
         source=name,
     )
     return LogFile(path, "mcap", log, tuple(findings))
@@ -143,7 +153,7 @@ def _sample(message: dict[str, Any], place: str) -> dict[str, float]:
     """The canonical columns of a message; empty when it has none."""
     sample: dict[str, float] = {}
     for key, value in message.items():
-        if key != "time_s" and key not in _ANGLES and _group_of(key) is None:
+        if key != "time_s" and key not in _PLATFORM_NAMES and _group_of(key) is None:
             continue
         if value is None:
             value = math.nan
@@ -198,9 +208,11 @@ def _table(log: Log) -> tuple[list[str], Floats]:
         stem, unit = group.rsplit("_", 1)
         names += [f"{stem}_{i + 1}_{unit}" for i in range(matrix.shape[1])]
         values.append(matrix)
-    if log.roll_pitch_yaw_rad.shape[1]:
-        names += _ANGLES
-        values.append(log.roll_pitch_yaw_rad)
+    for group, columns in _PLATFORM.items():
+        matrix = getattr(log, group)
+        if matrix.shape[1]:
+            names += columns
+            values.append(matrix)
     return names, np.hstack(values)
 
 

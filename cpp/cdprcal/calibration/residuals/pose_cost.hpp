@@ -3,8 +3,11 @@
 
 #include <ceres/cost_function.h>
 
+#include "cdprcal/calibration/residuals/absolute_yaw.hpp"
 #include "cdprcal/calibration/residuals/attitude.hpp"
+#include "cdprcal/calibration/residuals/direct_length.hpp"
 #include "cdprcal/calibration/residuals/length.hpp"
+#include "cdprcal/calibration/residuals/position.hpp"
 #include "cdprcal/calibration/residuals/reference_error.hpp"
 #include "cdprcal/calibration/residuals/swivel.hpp"
 #include "cdprcal/calibration/residuals/tension.hpp"
@@ -12,8 +15,9 @@
 
 namespace cdprcal {
 
-/// Most rows one pose can have: lengths, swivels, attitude, and statics or reference errors.
-inline constexpr int kMostRows = 4 * kMaxCables + 4 + 6;
+/// Most rows one pose can have: lengths, swivels, attitude, statics or reference errors, and what
+/// absolute sensors read.
+inline constexpr int kMostRows = 5 * kMaxCables + 4 + 6 + 4;
 
 /// Calls `visit.operator()<Term>()` for every equation, in the order of its rows. A new equation is
 /// a file beside the others and a line here.
@@ -25,6 +29,9 @@ void for_each_term(const Visit& visit) {
   visit.template operator()<RollPitchTerm>();
   visit.template operator()<TensionTerm>();
   visit.template operator()<WrenchTerm>();
+  visit.template operator()<AbsoluteYawTerm>();
+  visit.template operator()<DirectLengthTerm>();
+  visit.template operator()<PositionTerm>();
   visit.template operator()<ReferenceErrorTerm>();
 }
 

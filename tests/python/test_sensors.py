@@ -1,0 +1,181 @@
+"""Sensor sets are open: any subset works or says why not, each sensor weighted by its own sigma."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+import cdprcal
+from cdprcal import CalibrateOptions, CalibrationStatus, InputError, Method
+from cdprcal.cli.generate import SENSORS, with_sensors
+from cdprcal.io import load_log, save_log
+from conftest import TABLE_II_TENSIONS_N, Ran, changed
+
+ABSOLUTE = ("absolute_yaw_rad", "direct_length_m", "position_m")
+
+
+def run_of(robot: cdprcal.Robot, seed: int = 6) -> cdprcal.SyntheticLog:
+    options = cdprcal.SyntheticLogOptions(
+        dwell_s=3.0,
+        move_s=3.0,
+        noise=cdprcal.reading_noise(robot.sigma, 0.2, absolute=True),
+        wrench_force_N=robot.sigma.wrench_force_N,
+        wrench_moment_Nm=cdprcal.characteristic_length_m(robot) * robot.sigma.wrench_force_N,
+        seed=seed,
+    )
+    return cdprcal.synthetic_log(robot, [np.array(t) for t in TABLE_II_TENSIONS_N[:5]], options)
+
+
+@pytest.fixture(scope="module")
+def made(robot: cdprcal.Robot) -> cdprcal.SyntheticLog:
+    return run_of(robot)
+
+
+def test_any_subset_works_or_says_why(robot: cdprcal.Robot, made: cdprcal.SyntheticLog) -> None:
+    unlikely = chi2.ppf(1.0 - 1e-6, 6)
+    converged = set()
+    for size in range(1, len(SENSORS) + 1):
+        for chosen in itertools.combinations(SENSORS, size):
+            log = with_sensors(made.log, {SENSORS[name] for name in chosen})
+            try:
+                result = cdprcal.calibrate(robot, log, CalibrateOptions(most_starts=3)).result
+            except InputError as error:
+                assert "to tell rest from motion by" in str(error), chosen  # tensions alone
+                continue
+            assert result.reason, chosen
+            if result.status != CalibrationStatus.converged:
+                continue
+            converged.add(frozenset(chosen))
+            assert result.covariance is not None
+            error = cdprcal.minus(result.poses[0], made.poses[0])
+            assert error @ np.linalg.solve(result.covariance, error) < unlikely, chosen
+    enough = [
+        {"lengths", "swivels", "tensions", "attitude"},
+        {"lengths", "tensions", "attitude"},
+        {"swivels", "tensions", "attitude"},
+        {"lengths", "swivels", "attitude"},
+        {"attitude", "absolute-yaw", "position"},
+        {"attitude", "absolute-yaw", "direct-lengths"},
+        {"direct-lengths", "tensions"},
+        {"position", "tensions", "attitude"},
+    ]
+    for chosen in map(frozenset, enough):
+        assert chosen in converged, set(chosen)
+    for chosen in ({"attitude"}, {"absolute-yaw"}, {"position"}, {"direct-lengths"}, {"lengths"}):
+        assert frozenset(chosen) not in converged, chosen
+
+
+def test_a_sensor_more_is_never_worse(robot: cdprcal.Robot, made: cdprcal.SyntheticLog) -> None:
+    plain = {"length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad"}
+
+    def claim(groups: set[str]) -> np.ndarray:
+        options = CalibrateOptions(noise=cdprcal.NoiseSource.specified)
+        result = cdprcal.calibrate(robot, with_sensors(made.log, groups), options).result
+        assert result.status == CalibrationStatus.converged, result.reason
+        return np.asarray(result.standard_deviation)
+
+    before = claim(plain)
+    for name in ABSOLUTE:
+        assert np.all(claim(plain | {name}) <= 1.001 * before), name
+    assert np.all(claim(plain | {"position_m"})[:3] <= 1.01 * robot.sigma.position_m)
+
+
+def test_derivatives(robot: cdprcal.Robot, made: cdprcal.SyntheticLog) -> None:
+    log = with_sensors(made.log, {*ABSOLUTE, "length_m", "roll_pitch_yaw_rad"})
+    problem = cdprcal.prepare(robot, log, CalibrateOptions(method=Method.kinematic)).problem
+    random = np.random.default_rng(1)
+    rows = np.searchsorted(made.log.time_s, [m.time_s for m in problem.measurements])
+    poses = [
+        cdprcal.plus(made.poses[min(row, len(made.poses) - 1)], 0.02 * random.normal(size=6))
+        for row in rows
+    ]
+    _, jacobian = cdprcal.linearise(problem, poses)
+    step = 1e-6
+    for pose in (0, 2, len(poses) - 1):
+        for axis in range(6):
+            twist = np.zeros(6)
+            twist[axis] = step
+            ends = []
+            for sign in (1.0, -1.0):
+                moved = list(poses)
+                moved[pose] = cdprcal.plus(poses[pose], sign * twist)
+                ends.append(cdprcal.linearise(problem, moved)[0])
+            numeric = (ends[0] - ends[1]) / (2.0 * step)
+            analytic = jacobian[:, 6 * pose + axis]
+            scale = np.abs(jacobian).max()
+            assert np.allclose(numeric, analytic, rtol=0.0, atol=1e-7 * scale)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "mcap"])
+def test_logs_hold_them(made: cdprcal.SyntheticLog, tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"run.{suffix}"
+    gaps = made.log.position_m.copy()
+    gaps[3, 1] = np.nan
+    log = changed(made.log, position_m=gaps)
+    save_log(log, str(path))
+    back = load_log(str(path)).log
+    for name in (*ABSOLUTE, "length_m", "roll_pitch_yaw_rad", "tension_setpoint_N"):
+        np.testing.assert_array_equal(getattr(back, name), getattr(log, name), err_msg=name)
+    # Some columns of a group are enough; the others are absent.
+    text = "time_s,length_1_m,length_2_m,position_z_m\n0,1,2,0.5\n1,1,2,0.5\n"
+    partial = cdprcal.parse_log(text, "x")
+    assert partial.position_m.shape == (2, 3)
+    assert np.isnan(partial.position_m[:, :2]).all()
+    assert partial.absolute_yaw_rad.shape == (2, 0)
+
+
+def test_wrong_columns_and_shapes(made: cdprcal.SyntheticLog) -> None:
+    with pytest.raises(InputError, match=r"direct_length_9_m.*numbered 1 to 8"):
+        cdprcal.parse_log("time_s,direct_length_9_m\n0,1\n", "x")
+    with pytest.raises(InputError, match="direct_length_2_m: is missing"):
+        cdprcal.parse_log("time_s,length_1_m,length_2_m,direct_length_1_m\n0,1,1,1\n", "x")
+    with pytest.raises(InputError, match="position_m: has shape"):
+        changed(made.log, position_m=np.zeros((len(made.log), 2)))
+
+
+def test_robot_files_state_their_sigma(robot: cdprcal.Robot) -> None:
+    text = cdprcal.to_yaml(robot).replace(
+        "tension_N: 10", "tension_N: 10, absolute_yaw_deg: 0.5, direct_length_m: 0.004", 1
+    )
+    other = cdprcal.parse_robot(text, "x")
+    assert other.sigma.absolute_yaw_rad == pytest.approx(np.radians(0.5))
+    assert other.sigma.direct_length_m == 0.004
+    assert other.sigma.position_m == robot.sigma.position_m
+    assert cdprcal.to_yaml(cdprcal.parse_robot(cdprcal.to_yaml(other), "y")) == cdprcal.to_yaml(
+        other
+    )
+    with pytest.raises(InputError, match="position_m"):
+        cdprcal.parse_robot(text.replace("direct_length_m: 0.004", "position_m: 0"), "x")
+
+
+def test_a_wrong_tracker_is_contradicted(robot: cdprcal.Robot, made: cdprcal.SyntheticLog) -> None:
+    off = made.log.position_m + np.array([0.05, 0.0, 0.0])
+    result = cdprcal.calibrate(robot, changed(made.log, position_m=off)).result
+    trusted = result.status == CalibrationStatus.converged
+    assert not trusted or "lacks something" in result.reason
+    assert "position" in result.reason or "length" in result.reason
+
+
+def test_by_command(cli: Callable[..., Ran], tmp_path: Path) -> None:
+    log = tmp_path / "run.csv"
+    ran = cli("generate", "irma4", "-o", log, "--sensors", "lengths,attitude,position,absolute-yaw")
+    assert ran.code == 0, ran.stderr
+    header = log.read_text().splitlines()[0]
+    assert "position_x_m" in header
+    assert "swivel_1_rad" not in header
+    ran = cli("calibrate", "irma4", log, "--json", "--method", "kinematic")
+    assert ran.code == 0, ran.stderr
+    document = json.loads(ran.stdout)
+    assert document["residual_rms"]["position_m"] < 2e-3
+    assert "direct_length_m" not in document["residual_rms"]
+    assert "position" in document["noise"]
+    ran = cli("generate", "irma4", "-o", tmp_path / "no.csv", "--sensors", "lengths,sonar")
+    assert ran.code == 2
+    assert "sonar" in ran.stderr
+    assert not (tmp_path / "no.csv").exists()
