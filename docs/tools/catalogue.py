@@ -139,26 +139,25 @@ def signature_plan() -> _core.Plan:
 
 def draw(found: Signature) -> Figure:
     """Four panels: lengths, swivels, tensions by cable; roll, pitch and yaw."""
-    figure = Figure(figsize=(9.0, 2.1), layout="constrained")
+    figure = Figure(figsize=(9.0, 2.3), layout="constrained")
     residuals = _core.model_residuals(found.diagnosis.baseline)
     times = [residual.run_time_s for residual in residuals]
     for i, (title, factor, read) in enumerate(_PANELS):
         axes = figure.add_subplot(1, 4, i + 1)
         values = factor * np.array([read(residual.residual) for residual in residuals])
-        names = ("roll", "pitch", "yaw") if i == 3 else ("1", "2", "3", "4")
-        for k, name in enumerate(names):
+        for k in range(values.shape[1]):
             style = {"marker": _MARKERS[k], "color": _COLOURS[k], "markersize": 3.2}
-            axes.plot(times, values[:, k], linewidth=0.7, label=name, **style)
+            axes.plot(times, values[:, k], linewidth=0.7, **style)
         axes.axhline(0.0, color="#9aa5b1", linewidth=0.6, zorder=0)
         axes.set_title(title, fontsize=8)
         axes.tick_params(labelsize=6.5)
         axes.set_xlabel("time [s]", fontsize=7)
         for side in ("top", "right"):
             axes.spines[side].set_visible(False)
-        if i in (0, 3):
-            axes.legend(
-                fontsize=6, ncols=2, frameon=False, title=None if i else "cable", title_fontsize=6
-            )
+    # One legend for all: the first three cables share their looks with the three angles.
+    labels = ("cable 1, roll", "cable 2, pitch", "cable 3, yaw", "cable 4")
+    handles = figure.axes[0].get_lines()[:4]
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=7, frameon=False)
     return figure
 
 
