@@ -26,12 +26,12 @@ TWO = EXAMPLE.with_name("canopen-two-processes.yaml")
 @pytest.fixture(scope="module")
 def group() -> str:
     """A multicast group that works here and is nobody else's, or a reason to skip."""
-    group = f"239.74.{os.getpid() % 250 + 1}.{os.getpid() // 250 % 250 + 1}"
+    group, port = "239.74.163.5", 20_000 + os.getpid() % 10_000
     try:
         with contextlib.ExitStack() as stack:
             ends = []
             for _ in range(2):
-                bus = can.Bus(interface="udp_multicast", channel=group, hop_limit=0)
+                bus = can.Bus(interface="udp_multicast", channel=group, port=port, hop_limit=0)
                 stack.callback(bus.shutdown)
                 ends.append(bus)
             ends[0].send(can.Message(arbitration_id=1, is_extended_id=False))
@@ -40,7 +40,7 @@ def group() -> str:
         pytest.skip(f"no UDP multicast on this machine: {error}")
     if arrived is None:
         pytest.skip("UDP multicast does not arrive on this machine")
-    return group
+    return f"{group}:{port}"
 
 
 @pytest.fixture

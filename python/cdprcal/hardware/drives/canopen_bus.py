@@ -330,12 +330,17 @@ class CanopenFieldbus:
 def open_can_bus(settings: CanopenBus) -> can.BusABC:
     """A bus by python-can. Raises BackendError."""
     options: dict[str, Any] = {"bitrate": settings.bitrate_bit_s}
+    channel = settings.channel
     if settings.interface == "udp_multicast":
         options = {"hop_limit": 0}  # not beyond this machine
+        # Sockets of one port hear all its groups: two busses at a time need two ports.
+        group, colon, port = channel.partition(":")
+        if colon and port.isdecimal():
+            channel, options["port"] = group, int(port)
     elif settings.interface == "virtual":
         options = {}
     try:
-        return can.Bus(interface=settings.interface, channel=settings.channel, **options)
+        return can.Bus(interface=settings.interface, channel=channel, **options)
     except Exception as error:  # every interface fails in its own way
         text = " ".join(str(error).split())
         raise BackendError(

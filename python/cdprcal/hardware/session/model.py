@@ -48,7 +48,10 @@ class CanopenBus(_Strict):
         description="python-can interface: socketcan, pcan, kvaser, slcan … for real ones; virtual "
         "(in this process) and udp_multicast (on this machine) for simulated drives."
     )
-    channel: str = Field(description="Channel of the interface, as can0.")
+    channel: str = Field(
+        description="Channel of the interface, as can0. Of udp_multicast: the group, and a port if "
+        "there are several busses on this machine, as 239.74.163.4:43200."
+    )
     bitrate_bit_s: int = Field(
         1_000_000, gt=0, description="Ignored by socketcan: `ip link` sets it there."
     )
