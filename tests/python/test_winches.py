@@ -26,6 +26,7 @@ from cdprcal.hardware.drives.fieldbus import SimulatedClock
 from cdprcal.hardware.drives.guard import Guard, torque_range
 from cdprcal.hardware.drives.process_data import Image, Values
 from cdprcal.hardware.real_time import leave_priority, take_priority
+from cdprcal.hardware.session import Session, parse_session
 from cdprcal.hardware.simulated import start_of
 from cdprcal.hardware.simulated_devices.faults import Fault, fault_kinds
 from cdprcal.hardware.simulated_devices.platform import set_plant
@@ -239,6 +240,46 @@ def test_a_cable_beyond_the_tension_limits_stops_the_robot(
     run = acquire(cdprcal.StartUp(robot, start_up_plan(plan)), backend, log)
     assert run.state == StartUpState.holding
     assert re.search(r"node 2 \(cable 2\): tension -?\d\.\d N is beyond the limits", run.reason)
+
+
+def sensors_apart() -> Session:
+    """Load cells of cables 1 and 2 on node 20, all swivel encoders on node 21, 16 bits each."""
+    text = EXAMPLE.read_text()
+    for cable in (1, 2):
+        before = (
+            'object: "0x2401:01", type: int32, counts_per_N: 1000, valid_counts: [-50000, 600000]'
+        )
+        after = f'object: "0x6401:0{cable}", type: int16, counts_per_N: 50, node: 20'
+        text = text.replace(f"{before}, valid_counts: [-50000, 600000]", after, 1)
+    for cable in range(1, 5):
+        before = 'object: "0x60E4:02", type: int32, counts_per_turn: 1048576'
+        after = f'object: "0x6004:0{cable}", type: uint16, counts_per_turn: 65536, node: 21'
+        text = text.replace(before, after, 1)
+    return parse_session(text.replace("channel: irma4", "channel: test-apart"), "session")
+
+
+def test_sensors_on_nodes_of_their_own(
+    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+) -> None:
+    path = tmp_path / "run.csv"
+    watched = watched_run(sensors_apart(), robot, plan, path)
+    assert watched.run.state == StartUpState.done, watched.run.reason
+    # Encoders of a single turn wrap around; what is logged does not.
+    assert np.abs(np.diff(load_log(path).log.swivel_rad, axis=0)).max() < 0.5
+
+
+@pytest.mark.parametrize(("node", "words"), [(20, "load cell"), (21, "swivel encoder")])
+def test_a_sensor_node_that_is_lost(
+    node: int, words: str, robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+) -> None:
+    lost = Fault(
+        f"node lost of node {node}",
+        2.0,
+        from_nodes=lambda can_id, data: None if can_id & 0x7F == node else data,
+    )
+    watched = watched_run(sensors_apart(), robot, plan, tmp_path / "run.csv", lost)
+    assert judge(watched, lost) == []
+    assert f"the {words} does not answer" in watched.run.reason
 
 
 # --- arming --------------------------------------------------------------------------------------

@@ -8,9 +8,14 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Callable
+from typing import Protocol
 
 from cdprcal.hardware.simulated_devices.drive import HEARTBEAT_ERROR, SimulatedDrive
-from cdprcal.hardware.simulated_devices.object_dictionary import Key, SdoServer
+from cdprcal.hardware.simulated_devices.object_dictionary import (
+    Key,
+    ObjectDictionary,
+    SdoServer,
+)
 
 _OFF = 1 << 31
 _PRE_OPERATIONAL, _OPERATIONAL, _STOPPED, _BOOT = 127, 5, 4, 0
@@ -18,15 +23,28 @@ _PDOS = 4
 _PDO_LENGTH, _RPDO_TIMEOUT = 0x8210, 0x8250  # CiA 301 table 26
 
 
-class CanopenNode:
-    """A drive on the bus."""
+class Device(Protocol):
+    """What is behind a node."""
 
-    def __init__(self, drive: SimulatedDrive, send: Callable[[int, bytes], None]) -> None:
-        self.drive = drive
-        self.id = drive.winch.node
+    dictionary: ObjectDictionary
+
+    @property
+    def node(self) -> int:
+        """Its number."""
+
+    def connection_lost(self) -> None:
+        """The master has fallen silent, or has left operation."""
+
+
+class CanopenNode:
+    """A device on the bus."""
+
+    def __init__(self, device: Device, send: Callable[[int, bytes], None]) -> None:
+        self.device = device
+        self.id = device.node
         self.nmt_state = _PRE_OPERATIONAL
         self.send = send  #: puts a message (COB-ID, data) on the bus
-        self._sdo = SdoServer(drive.dictionary)
+        self._sdo = SdoServer(device.dictionary)
         self._now_s = 0.0
         self._beat_s = math.inf  # when its next heartbeat is due
         self._heard_s = math.nan  # when the master's last came
@@ -34,7 +52,7 @@ class CanopenNode:
         self._add_communication()
 
     def _add_communication(self) -> None:
-        dictionary = self.drive.dictionary
+        dictionary = self.device.dictionary
         dictionary.add((0x1016, 1), 0, 4, writable=True)
         dictionary.add((0x1017, 0), 0, 2, writable=True, on_write=self._set_heartbeat)
         for number in range(_PDOS):
@@ -49,7 +67,7 @@ class CanopenNode:
     @property
     def listens(self) -> bool:
         """Whether it takes any PDO."""
-        cobs = [self.drive.dictionary.get((0x1400 + number, 1)) for number in range(_PDOS)]
+        cobs = [self.device.dictionary.get((0x1400 + number, 1)) for number in range(_PDOS)]
         return any(not cob & _OFF for cob in cobs)
 
     def boot(self) -> None:
@@ -73,7 +91,7 @@ class CanopenNode:
         """Sends the PDOs that go with SYNC; sensors have been read."""
         if self.nmt_state != _OPERATIONAL:
             return
-        dictionary = self.drive.dictionary
+        dictionary = self.device.dictionary
         for number in range(_PDOS):
             cob = dictionary.get((0x1800 + number, 1))
             if not cob & _OFF and dictionary.get((0x1800 + number, 2)) == 1:
@@ -87,31 +105,31 @@ class CanopenNode:
         if now_s >= self._beat_s - 1e-9:
             self.send(0x700 + self.id, bytes([self.nmt_state]))
             self._beat_s += self._period_s()
-        limit_s = 1e-3 * (self.drive.dictionary.get((0x1016, 1)) & 0xFFFF)
+        limit_s = 1e-3 * (self.device.dictionary.get((0x1016, 1)) & 0xFFFF)
         if limit_s and now_s - self._heard_s >= limit_s - 1e-9:
             self._heard_s = math.nan  # once
             self._lose_connection(HEARTBEAT_ERROR)
         for number, came_s in enumerate(self._rpdo_s):
-            limit_s = 1e-3 * self.drive.dictionary.get((0x1400 + number, 5))
+            limit_s = 1e-3 * self.device.dictionary.get((0x1400 + number, 5))
             if limit_s and now_s - came_s >= limit_s - 1e-9:
                 self._rpdo_s[number] = math.nan
                 self._lose_connection(_RPDO_TIMEOUT)
 
     def emergency(self, code: int) -> None:
         """Sends an EMCY."""
-        register = self.drive.dictionary.get((0x1001, 0)) | 1
+        register = self.device.dictionary.get((0x1001, 0)) | 1
         self.send(0x80 + self.id, struct.pack("<HB5x", code, register))
 
     def _lose_connection(self, code: int) -> None:
         self.emergency(code)
-        self.drive.connection_lost()
+        self.device.connection_lost()
 
     def _watched_id(self) -> int:
-        node = self.drive.dictionary.get((0x1016, 1)) >> 16
+        node = self.device.dictionary.get((0x1016, 1)) >> 16
         return 0x700 + node if node else -1
 
     def _period_s(self) -> float:
-        return 1e-3 * self.drive.dictionary.get((0x1017, 0))
+        return 1e-3 * self.device.dictionary.get((0x1017, 0))
 
     def _set_heartbeat(self) -> None:
         period_s = self._period_s()
@@ -125,13 +143,13 @@ class CanopenNode:
             leaves = self.nmt_state == _OPERATIONAL and data[0] != 1
             self.nmt_state = states[data[0]]
             if leaves:
-                self.drive.connection_lost()
+                self.device.connection_lost()
         elif data[0] in (129, 130):
-            self.drive.connection_lost()
+            self.device.connection_lost()
             self.boot()
 
     def _take_rpdo(self, can_id: int, data: bytes) -> None:
-        dictionary = self.drive.dictionary
+        dictionary = self.device.dictionary
         for number in range(_PDOS):
             if dictionary.get((0x1400 + number, 1)) != can_id:
                 continue
@@ -147,9 +165,17 @@ class CanopenNode:
 
     def _mapped(self, mapping: int) -> list[tuple[Key, int]]:
         """(object, bytes) of the entries of a PDO."""
-        dictionary = self.drive.dictionary
+        dictionary = self.device.dictionary
         keys = []
         for at in range(1, dictionary.get((mapping, 0)) + 1):
             entry = dictionary.get((mapping, at))
             keys.append(((entry >> 16, entry >> 8 & 0xFF), (entry & 0xFF) // 8))
         return keys
+
+
+class DriveNode(CanopenNode):
+    """A drive on the bus."""
+
+    def __init__(self, drive: SimulatedDrive, send: Callable[[int, bytes], None]) -> None:
+        super().__init__(drive, send)
+        self.drive = drive

@@ -6,13 +6,27 @@ import math
 
 from cdprcal.hardware.drives import cia402
 from cdprcal.hardware.drives.cia402 import State
-from cdprcal.hardware.session import Session, Winch
+from cdprcal.hardware.session import LoadCell, Session, Swivel, Winch
 from cdprcal.hardware.session.objects import object_type, parse_object
 from cdprcal.hardware.simulated_devices.object_dictionary import ObjectDictionary
 
 _VENDOR, _PRODUCT = 0x0CDB, 402
 #: Errors of CiA 301 table 26 that a drive stops for.
 HEARTBEAT_ERROR = 0x8130
+
+
+def load_cell_counts(cell: LoadCell, tension_N: float) -> int:
+    """What an amplifier gives; its lowest count when the wire is broken (NaN)."""
+    low, high = object_type(cell.type).range
+    if not math.isfinite(tension_N):
+        return low
+    counts = round(cell.zero_counts + cell.sign * cell.counts_per_N * tension_N)
+    return min(max(counts, low), high)
+
+
+def swivel_counts(swivel: Swivel, angle_rad: float) -> int:
+    """What a swivel encoder gives."""
+    return round(swivel.sign * angle_rad / (2.0 * math.pi) * swivel.counts_per_turn)
 
 
 class SimulatedDrive:
@@ -55,6 +69,11 @@ class SimulatedDrive:
                 size = object_type(sensor.type).bits // 8
                 dictionary.add(parse_object(sensor.object), 0, size)
         self._tell()
+
+    @property
+    def node(self) -> int:
+        """Where it is on the bus."""
+        return self.winch.node
 
     @property
     def in_torque(self) -> bool:
@@ -121,18 +140,12 @@ class SimulatedDrive:
         """The readings of its sensors, in counts; NaN: the sensor gives its lowest count."""
         winch = self.winch
         self.dictionary.set(cia402.POSITION, round(winch.sign * winch.counts_per_m * length_m))
-        cell = winch.load_cell
+        cell, swivel = winch.load_cell, winch.swivel
         if cell.node in (None, winch.node):
-            low, high = object_type(cell.type).range
-            counts = low
-            if math.isfinite(tension_N) and not self._broken:
-                counts = round(cell.zero_counts + cell.sign * cell.counts_per_N * tension_N)
-            self.dictionary.set(parse_object(cell.object), min(max(counts, low), high))
-        swivel = winch.swivel
+            broken = math.nan if self._broken else tension_N
+            self.dictionary.set(parse_object(cell.object), load_cell_counts(cell, broken))
         if swivel is not None and swivel_rad is not None and swivel.node in (None, winch.node):
-            turns = swivel.sign * swivel_rad / (2.0 * math.pi)
-            counts = round(turns * swivel.counts_per_turn)
-            self.dictionary.set(parse_object(swivel.object), counts)
+            self.dictionary.set(parse_object(swivel.object), swivel_counts(swivel, swivel_rad))
         self._tell()
 
     def _stopped(self) -> None:

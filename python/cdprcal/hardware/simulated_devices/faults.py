@@ -9,7 +9,7 @@ from typing import Protocol
 import can
 import numpy as np
 
-from cdprcal.hardware.simulated_devices.canopen_node import CanopenNode
+from cdprcal.hardware.simulated_devices.canopen_node import DriveNode
 from cdprcal.hardware.simulated_devices.mti import SimulatedPort
 
 #: What becomes of a message: other data, or None, which is nothing.
@@ -29,7 +29,7 @@ class Fault:
     to_nodes: Tamper | None = None
     from_nodes: Tamper | None = None
     serial: Callable[[bytes], bytes] | None = None
-    happen: Callable[[list[CanopenNode]], None] | None = None
+    happen: Callable[[list[DriveNode]], None] | None = None
     began: bool = field(default=False, init=False)
 
 
@@ -150,5 +150,5 @@ def fault_kinds() -> dict[str, Callable[[float, int, np.random.Generator], Fault
     return kinds
 
 
-def _of(nodes: list[CanopenNode], number: int) -> CanopenNode:
+def _of(nodes: list[DriveNode], number: int) -> DriveNode:
     return next(node for node in nodes if node.id == number)

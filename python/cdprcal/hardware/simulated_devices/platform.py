@@ -12,6 +12,7 @@ from cdprcal._core import InputError, PlantTruth
 from cdprcal.hardware.drives.cia402 import State
 from cdprcal.hardware.session import Session
 from cdprcal.hardware.simulated_devices.drive import SimulatedDrive
+from cdprcal.hardware.simulated_devices.sensors import sensor_nodes
 
 _STEP_S = 1e-3  # in which drives follow their ramps
 
@@ -50,6 +51,7 @@ class SimulatedPlatform:
             raise InputError(f"{robot.name}: cannot hang at its initial tensions: {placed.reason}")
         winches = sorted(session.winches, key=lambda winch: winch.cable)
         self.drives = [SimulatedDrive(winch, session) for winch in winches]
+        self.sensors = sensor_nodes(session)
         self._runs = False
         self._held = self._said = False  # whether the drives are all enabled, and say so
         self._moved_s = 0.0  # up to when the platform has moved
@@ -104,6 +106,8 @@ class SimulatedPlatform:
             drive.sense(sample.length_m[i], swivel, sample.tension_N[i])
             if self.simulator.crashed:
                 drive.fail(0x8612)  # position limit: the platform is where it cannot be
+        for sensors in self.sensors:
+            sensors.sense(sample.swivel_rad.tolist(), sample.tension_N.tolist())
         if self._ahrs is not None:
             angles = sample.roll_pitch_yaw_rad
             if np.isfinite(angles).all():

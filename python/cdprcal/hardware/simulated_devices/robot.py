@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from cdprcal import _core
 from cdprcal._core import PlantTruth
 from cdprcal.hardware.session import Session
-from cdprcal.hardware.simulated_devices.canopen_node import CanopenNode
+from cdprcal.hardware.simulated_devices.canopen_node import CanopenNode, DriveNode
 from cdprcal.hardware.simulated_devices.faults import Can, Fault
 from cdprcal.hardware.simulated_devices.platform import AttitudeSink, SimulatedPlatform
 
@@ -36,11 +36,13 @@ class SimulatedRobotOnCan:
         self._bus = bus
         self._fault = fault
         self._platform = SimulatedPlatform(session, robot, tension_N, options, ahrs)
-        self.nodes = [CanopenNode(drive, self._send) for drive in self._platform.drives]
-        self._by_id = {node.id: node for node in self.nodes}
+        self.nodes = [DriveNode(drive, self._send) for drive in self._platform.drives]
+        sensors = [CanopenNode(sensors, self._send) for sensors in self._platform.sensors]
+        self._all = [*self.nodes, *sensors]
+        self._by_id = {node.id: node for node in self._all}
         self._closed = False
         self._now_s = 0.0
-        for node in self.nodes:
+        for node in self._all:
             node.boot()
 
     @property
@@ -65,7 +67,7 @@ class SimulatedRobotOnCan:
             if node is not None:
                 node.receive(can_id, data)
         else:
-            for node in self.nodes:
+            for node in self._all:
                 node.receive(can_id, data)
 
     def advance(self, now_s: float) -> None:
@@ -75,7 +77,7 @@ class SimulatedRobotOnCan:
         self._now_s = max(self._now_s, now_s)
         self._let_happen()
         self._platform.advance(now_s)
-        for node in self.nodes:
+        for node in self._all:
             node.advance(now_s)
 
     def truth(self) -> PlantTruth:
@@ -97,7 +99,7 @@ class SimulatedRobotOnCan:
 
     def _cycle(self) -> None:
         self._platform.cycle(self._now_s)
-        for node in self.nodes:
+        for node in self._all:
             node.sync()
         self._platform.cycle_ended(commanded=any(node.listens for node in self.nodes))
 
