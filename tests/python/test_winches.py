@@ -250,10 +250,12 @@ def sensors_apart() -> Session:
             'object: "0x2401:01", type: int32, counts_per_N: 1000, valid_counts: [-50000, 600000]'
         )
         after = f'object: "0x6401:0{cable}", type: int16, counts_per_N: 50, node: 20'
-        text = text.replace(f"{before}, valid_counts: [-50000, 600000]", after, 1)
+        assert before in text
+        text = text.replace(before, after, 1)
     for cable in range(1, 5):
         before = 'object: "0x60E4:02", type: int32, counts_per_turn: 1048576'
         after = f'object: "0x6004:0{cable}", type: uint16, counts_per_turn: 65536, node: 21'
+        assert before in text
         text = text.replace(before, after, 1)
     return parse_session(text.replace("channel: irma4", "channel: test-apart"), "session")
 
