@@ -132,7 +132,15 @@ def print_calibration(document: dict[str, Any], sigma: dict[str, float]) -> None
 def sigma_of(robot: object) -> dict[str, float]:
     """The robot's sigma by channel, in SI units."""
     sigma = getattr(robot, "sigma")  # noqa: B009
-    names = ("length_m", "swivel_rad", "attitude_rad", "tension_N")
+    names = (
+        "length_m",
+        "swivel_rad",
+        "attitude_rad",
+        "tension_N",
+        "absolute_yaw_rad",
+        "direct_length_m",
+        "position_m",
+    )
     return {name: getattr(sigma, name) for name in names}
 
 
@@ -143,17 +151,24 @@ def gated_line(gated: dict[str, Any]) -> str:
             f"left out at {gated['time_s']:.3f} s: cable {gated['component'] + 1} is slack "
             f"({gated['size']:.3g} N); its length and swivel, and the balance there"
         )
-    names = {
-        "length": f"length {gated['component'] + 1}",
-        "swivel": f"swivel {gated['component'] + 1}",
-        "roll_pitch": ("roll", "pitch", "yaw")[gated["component"]],
-        "yaw": "yaw",
-        "balance": "the balance of the tensions",
-    }
+    name = _reading_name(gated["channel"], gated["component"])
     return (
-        f"left out at {gated['time_s']:.3f} s: {names[gated['channel']]}, an outlier of "
+        f"left out at {gated['time_s']:.3f} s: {name}, an outlier of "
         f"{gated['size']:.1f} standard deviations"
     )
+
+
+def _reading_name(channel: str, component: int) -> str:
+    """A reading in words; ``component`` is the cable or the axis, from 0."""
+    if channel in ("length", "swivel", "direct_length"):
+        return f"{channel.replace('_', ' ')} {component + 1}"
+    if channel == "roll_pitch":
+        return ("roll", "pitch", "yaw")[component]
+    if channel == "position":
+        return f"position {'xyz'[component]}"
+    if channel == "balance":
+        return "the balance of the tensions"
+    return channel.replace("_", " ")
 
 
 def plain_table(*headers: str) -> Table:
@@ -196,13 +211,16 @@ CHANNELS = {
     "tension_N": ("tension", "N", 1.0, "tension_N"),
     "wrench_force_N": ("balance, force", "N", 1.0, None),
     "wrench_moment_Nm": ("balance, moment", "Nm", 1.0, None),
+    "absolute_yaw_rad": ("absolute yaw", "deg", math.degrees(1), "absolute_yaw_rad"),
+    "direct_length_m": ("whole length", "mm", 1e3, "direct_length_m"),
+    "position_m": ("position", "mm", 1e3, "position_m"),
 }
 
 
 def _residual_table(rms: dict[str, float | None], sigma: dict[str, float]) -> Table:
     table = plain_table("channel", "rms", "σ", "unit")
     for key, (name, unit, factor, sigma_key) in CHANNELS.items():
-        value = rms[key]
+        value = rms.get(key)
         if value is not None:
             limit = sigma[sigma_key] * factor if sigma_key else None
             table.add_row(

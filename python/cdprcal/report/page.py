@@ -214,7 +214,7 @@ def _residual_rows(robot: _core.Robot, run: Run) -> list[tuple[str, ...]]:
     rows = []
     for key, (name, unit, factor, sigma_key) in CHANNELS.items():
         documents = [run.calibration, *([run.corrected] if run.corrected is not None else [])]
-        values = [document["residual_rms"][key] for document in documents]
+        values = [document["residual_rms"].get(key) for document in documents]
         if any(value is not None for value in values):
             unit = "°" if unit == "deg" else unit
             limit = sigma[sigma_key] if sigma_key else None
