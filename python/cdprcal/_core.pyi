@@ -2112,9 +2112,10 @@ class CalibrateOptions:
         guess: collections.abc.Sequence[Pose] = [],
         detection: DetectionOptions | None = None,
         solve: SolveOptions | None = None,
+        most_starts: typing.SupportsInt | typing.SupportsIndex = 8,
     ) -> None:
         """
-        noise: where the weights come from; None: from_data for the full formulation, specified for the paper's. allow_for_effects: where poses misfit by more than single readings scatter. at_s: times of the poses [s], the first is the reference; empty: automatic. segment: which is the run, from 0; -1 the last. kinematic_spacing_s: between samples that count as poses of their own. guess: one Pose a pose, or only ζ0; empty: automatic.
+        noise: where the weights come from; None: from_data for the full formulation, specified for the paper's. allow_for_effects: where poses misfit by more than single readings scatter. at_s: times of the poses [s], the first is the reference; empty: automatic. segment: which is the run, from 0; -1 the last. kinematic_spacing_s: between samples that count as poses of their own. guess: one Pose a pose, or only ζ0; empty: automatic. most_starts: guesses of ζ0 to try while no minimum agrees with the readings.
         """
 
     @property
@@ -2139,6 +2140,10 @@ class CalibrateOptions:
     def kinematic_spacing_s(self) -> float: ...
     @kinematic_spacing_s.setter
     def kinematic_spacing_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def most_starts(self) -> int: ...
+    @most_starts.setter
+    def most_starts(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
     @property
     def segment(self) -> int: ...
     @segment.setter

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "cdprcal/calibration/assembly.hpp"
+#include "cdprcal/calibration/curvature.hpp"
 #include "cdprcal/calibration/least_observed.hpp"
 #include "cdprcal/calibration/mean_square.hpp"
 #include "cdprcal/calibration/problem.hpp"
@@ -117,7 +118,7 @@ bool run_stages(const CalibrationProblem& problem, const SolveOptions& options, 
 }
 
 std::string format(const char* pattern, double a, double b) {
-  char text[160];
+  char text[320];
   std::snprintf(text, sizeof text, pattern, a, b);
   return text;
 }
@@ -288,6 +289,22 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
   result.chi_square_p_value =
       chi_square_survival(2.0 * result.cost, result.residual_count - result.parameter_count);
   judge(problem, assembly, converged, result);
+  // Only weak problems reach that far; what the paper's formulation claims is the paper's.
+  constexpr double kFar = 1.5 * kDegree;
+  constexpr double kMostChange = 4.0;  // of a variance: twice the standard deviation
+  if (result.status == CalibrationStatus::converged && problem.reference_noise &&
+      result.standard_deviation.tail<3>().maxCoeff() > kFar) {
+    if (const double change = variance_ratio_nearby(problem, result); change > kMostChange) {
+      result.status = CalibrationStatus::unobservable;
+      result.reason = format(
+          "a minimum was found, but how well it is known cannot be said: two standard deviations "
+          "away variances are %.3g times as large or small (at most %.3g); measure at more varied "
+          "poses, or with more sensors",
+          std::min(change, 1e6), kMostChange);
+      result.covariance.reset();
+      result.standard_deviation.setConstant(kNaN);
+    }
+  }
   return result;
 }
 
