@@ -1,5 +1,6 @@
 // diagnosis/ and effects/: the catalogue as data, and what the model lacks.
 #include "cdprcal/diagnosis/diagnose.hpp"
+#include "cdprcal/effects/applied.hpp"
 
 #include <pybind11/typing.h>
 
@@ -66,6 +67,17 @@ void register_catalogue(py::module_& module) {
         return rows;
       },
       "All effects the project knows, as a list of EffectInfo.");
+  module.def(
+      "with_known_effects",
+      [](const Robot& robot, const Log& log) {
+        KnownState known = with_known_effects(robot, log);
+        return std::pair(std::move(known.robot), std::move(known.log));
+      },
+      py::arg("robot"), py::arg("log"),
+      "Robot and log with all that the robot lists for that log taken into account: faults of the "
+      "readings set right, geometry and inertia changed, tensions without what the load cells add. "
+      "For whoever looks at readings without a model. Raises InputError when the log is another "
+      "robot's.");
 }
 
 void register_findings(py::module_& module) {
@@ -81,6 +93,9 @@ void register_findings(py::module_& module) {
       .def_readonly("name", &DiscreteFault::name)
       .def_readonly("parameter", &DiscreteFault::parameter)
       .def_readonly("values", &DiscreteFault::values)
+      .def_readonly("tension_order", &DiscreteFault::tension_order,
+                    "Of a cable_order: the load cells' where it differs from the encoders'; else "
+                    "empty.")
       .def_readonly("text", &DiscreteFault::text, "One phrase for people.");
   py::class_<NamedEffect>(module, "NamedEffect", "An effect that was accepted.")
       .def_property_readonly("info", [](const NamedEffect& e) { return e.effect->info(); })

@@ -226,6 +226,7 @@ __all__: list[str] = [
     "tensions_left_inverse",
     "to_yaml",
     "verify_plan",
+    "with_known_effects",
     "workspace_box",
     "workspace_shape",
     "wrench_residual",
@@ -2291,6 +2292,12 @@ class DiscreteFault:
     @property
     def parameter(self) -> str: ...
     @property
+    def tension_order(self) -> list[float]:
+        """
+        Of a cable_order: the load cells' where it differs from the encoders'; else empty.
+        """
+
+    @property
     def text(self) -> str:
         """
         One phrase for people.
@@ -4337,6 +4344,11 @@ def to_yaml(robot: Robot) -> str:
 def verify_plan(robot: Robot, plan: Plan, bounds: Box | None = None) -> str:
     """
     '' when every set-point of a plan is an equilibrium of this robot and every path clear; otherwise what is wrong with which stop. Raises InputError for a plan of another robot.
+    """
+
+def with_known_effects(robot: Robot, log: Log) -> tuple[Robot, Log]:
+    """
+    Robot and log with all that the robot lists for that log taken into account: faults of the readings set right, geometry and inertia changed, tensions without what the load cells add. For whoever looks at readings without a model. Raises InputError when the log is another robot's.
     """
 
 def workspace_box(robot: Robot) -> Box:

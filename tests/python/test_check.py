@@ -39,6 +39,24 @@ def test_a_good_log_is_trusted(robot: cdprcal.Robot, synthetic: cdprcal.Syntheti
     assert len(report.equilibria) == 8
 
 
+def test_what_the_robot_lists_is_taken_into_account(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    bias = np.array([-60.0, 10.0, 150.0, 0.0])
+    log = edited(synthetic.log, "tension_N", lambda t: t.__iadd__(bias))
+    log = edited(log, "length_m", lambda length: length.__imul__(1000.0))
+    codes = {code for _, code in found(check(robot, log))}
+    assert {"impossible_value", "slack"} <= codes
+    listing = cdprcal.parse_robot(
+        cdprcal.to_yaml(robot) + "effects:\n  - {name: length_unit, factor: 0.001}\n"
+        f"  - {{name: load_cell_bias, bias_N: {bias.tolist()}}}\n",
+        "listing",
+    )
+    report = check(listing, log)
+    assert report.findings == ()
+    assert report.robot is listing
+
+
 FAULTS: dict[str, tuple[str, Callable[[Array], None], set[tuple[str, str]], str | None]] = {
     "slack": (
         "tension_N",

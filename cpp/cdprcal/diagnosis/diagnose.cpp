@@ -189,6 +189,26 @@ void report_left(const DiagnosisModel& model, const CandidateScore& score, Diagn
                      ": look for something on the robot that does");
 }
 
+/// What contradicts the sensors' specification although nothing that was tried says why: a model
+/// that fits so badly is not consistent with its readings, whatever its residuals look like.
+void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
+  constexpr double kContradiction = 3.0;  // as calibrate's
+  const SensorSigma& s = model.robot.sigma;
+  const std::array<double, kRestGroups> sigma{s.length_m, s.swivel_rad, s.attitude_rad,
+                                              s.attitude_rad, 1.0};
+  for (std::size_t c = 0; c < kRestGroups; ++c) {
+    if (!(model.noise[c] > kContradiction * sigma[c])) continue;
+    const bool balance = c == static_cast<std::size_t>(NoiseGroup::balance);
+    const double unit = balance ? s.tension_N : 1.0;
+    out.unexplained.push_back({balance ? "tension" : to_string(static_cast<NoiseGroup>(c)),
+                               unit * model.noise[c], unit * sigma[c], "nothing that was tried"});
+  }
+  if (out.unexplained.empty()) return;
+  out.next.emplace_back(
+      "the readings contradict the sigma of the robot file: check signs, scales and order of the "
+      "sensors, and whether the log is this robot's");
+}
+
 const char* reason_for(Verdict verdict) {
   switch (verdict) {
     case Verdict::consistent:
@@ -281,7 +301,11 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
     }
   }
   advise(model, out);
-  if (search.left()) report_left(model, *search.left(), out);
+  if (search.left()) {
+    report_left(model, *search.left(), out);
+  } else {
+    report_contradictions(model, out);
+  }
   out.model = model;
   out.initial_pose_after = model.runs.front().poses.front();
   out.covariance_after = initial_pose_covariance(model, 0);

@@ -48,18 +48,27 @@ std::vector<DiscreteFault> all_faults(const Robot& robot, const Log& log) {
   if (log.swivel_rad.cols() > 0) add_signs("swivel_sign", "the swivel", n, out);
   std::vector<double> order(static_cast<std::size_t>(n));
   std::iota(order.begin(), order.end(), 1.0);
+  // The drives are in another order, or the encoders alone; the load cells sit on the drives.
+  const std::vector<double> as_it_is = order;
+  const auto add_order = [&](const std::vector<double>& wrong, const std::string& which) {
+    out.push_back({"cable_order", "order", wrong, which + " in another order"});
+    if (log.tension_N.cols() == 0) return;
+    out.push_back({"cable_order", "order", wrong,
+                   "the length and swivel encoders of " + which +
+                       " in another order, the load cells are not",
+                   as_it_is});
+  };
   if (n <= 4) {
     while (std::next_permutation(order.begin(), order.end())) {
-      out.push_back({"cable_order", "order", order, "the cables are read in another order"});
+      add_order(order, "the cables are read");
     }
   } else {
     for (int i = 0; i < n; ++i) {
       for (int j = i + 1; j < n; ++j) {
         std::vector<double> swapped = order;
         std::swap(swapped[static_cast<std::size_t>(i)], swapped[static_cast<std::size_t>(j)]);
-        out.push_back({"cable_order", "order", swapped,
-                       "cables " + std::to_string(i + 1) + " and " + std::to_string(j + 1) +
-                           " are read in each other's place"});
+        add_order(swapped,
+                  "cables " + std::to_string(i + 1) + " and " + std::to_string(j + 1) + " are read");
       }
     }
   }
@@ -131,7 +140,11 @@ std::optional<Log> few_rests(const Robot& robot, const Log& log, std::vector<dou
 }  // namespace
 
 AppliedEffect as_listed(const DiscreteFault& fault) {
-  return {fault.name, "", {{fault.parameter, fault.values}}};
+  AppliedEffect listed{fault.name, "", {{fault.parameter, fault.values}}};
+  if (!fault.tension_order.empty()) {
+    listed.parameters.push_back({"tension_order", fault.tension_order});
+  }
+  return listed;
 }
 
 void set_right(const DiscreteFault& fault, Robot& robot, Log& log) {

@@ -16,6 +16,8 @@ struct DiscreteFault {
   std::string parameter;       ///< "sign", "order", "factor", "convention"
   std::vector<double> values;  ///< a cable: ±1, or the index (from 1) of the channel it is read on
   std::string text;            ///< for people
+  /// Of a cable_order: the same for the load cells where it differs; else empty.
+  std::vector<double> tension_order = {};
 };
 
 /// A fault of the readings as the robot file lists it; not for the Euler convention, which has a

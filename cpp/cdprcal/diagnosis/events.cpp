@@ -48,6 +48,52 @@ Eigen::VectorXd departures(const Eigen::VectorXd& values, bool angles) {
   return out;
 }
 
+/// Whether any other reading jerks around a row by more than noise does: its second difference
+/// there against its noise, at a chance of a thousandth over all that is looked at.
+bool platform_jerks(const Log& log, const SampleRange& run, Eigen::Index row,
+                    Eigen::Index tension_column) {
+  constexpr Eigen::Index kBefore = 1, kAfter = 4;
+  constexpr double kChance = 1e-3;
+  const Eigen::Index begin = std::max(run.begin + 2, row - kBefore);
+  const Eigen::Index end = std::min(run.end, row + kAfter + 1);
+  const auto looked_at = static_cast<double>(
+      (end - begin) * (log.length_m.cols() + log.swivel_rad.cols() + log.tension_N.cols() + 3));
+  const double limit = normal_quantile(1.0 - 0.5 * kChance / std::max(1.0, looked_at));
+  const auto any = [&](const LogMatrix& readings, bool angles, Eigen::Index but) {
+    for (Eigen::Index c = 0; c < readings.cols(); ++c) {
+      if (c == but) continue;
+      const double noise = channel_noise(readings.col(c).segment(run.begin, run.size()));
+      for (Eigen::Index i = begin; i < end; ++i) {
+        double d1 = readings(i, c) - readings(i - 1, c);
+        double d0 = readings(i - 1, c) - readings(i - 2, c);
+        if (angles) d1 = wrap_angle(d1), d0 = wrap_angle(d0);
+        if (std::abs(d1 - d0) > limit * std::sqrt(6.0) * noise) return true;
+      }
+    }
+    return false;
+  };
+  return any(log.length_m, false, -1) || any(log.swivel_rad, true, -1) ||
+         any(log.roll_pitch_yaw_rad, true, -1) || any(log.tension_N, false, tension_column);
+}
+
+/// Outliers of tension that are cables gone slack between two samples, by name. `before`: the log
+/// before outliers were taken out of it.
+void name_short_slack(const Log& before, const SampleRange& run, std::vector<LogEvent>& events) {
+  constexpr double kZero = 4.0;  ///< σ of noise within which a reading is zero
+  for (LogEvent& event : events) {
+    if (event.name != "outlier" || event.channel != "tension") continue;
+    const double* times = before.time_s.data();
+    const Eigen::Index row =
+        std::lower_bound(times, times + before.time_s.size(), event.begin_s) - times;
+    const auto tension = before.tension_N.col(event.cable);
+    const double noise = channel_noise(tension.segment(run.begin, run.size()));
+    if (std::abs(tension[row]) > kZero * noise) continue;
+    if (!platform_jerks(before, run, row, event.cable)) continue;
+    event.name = "slack";
+    event.size = tension[row];
+  }
+}
+
 void gate_outliers(const Log& log, const SampleRange& run, LogMatrix& readings, Eigen::Index column,
                    double sigma, const std::string& channel, int cable, bool angles,
                    std::vector<LogEvent>& out) {
@@ -96,7 +142,7 @@ void find_slack(const Robot& robot, const Log& log, const SampleRange& run,
         event.size = std::min(event.size, log.tension_N(i, c));
         ++i;
       }
-      if (event.end_s > event.begin_s) out.push_back(event);  // one reading alone is an outlier
+      if (event.end_s > event.begin_s) out.push_back(event);  // one alone: name_short_slack
     }
   }
 }
@@ -115,6 +161,14 @@ bool quiet(const Eigen::VectorXd& values, const SampleRange& range, double noise
   if (count < 3.0 || !(noise > 0.0)) return true;
   const double scatter = squares - sum * sum / count;
   return scatter <= 2.0 * noise * noise * chi_square_quantile(kConfidence, count - 1.0);
+}
+
+/// Whether set-points are logged and none of them changes over these rows.
+bool same_setpoint(const Log& log, const SampleRange& rows) {
+  const LogMatrix& setpoint = log.tension_setpoint_N;
+  if (setpoint.cols() == 0) return false;
+  const auto held = setpoint.middleRows(rows.begin, rows.size());
+  return held.allFinite() && (held.rowwise() - held.row(0)).cwiseAbs().maxCoeff() <= 1e-9;
 }
 
 /// A rest joins quiet spells at one place when the time between them is short: a swing was there.
@@ -137,7 +191,14 @@ void find_oscillations(const Robot& robot, const Log& log, const SampleRange& ru
   add(log.swivel_rad, true);
   add(log.roll_pitch_yaw_rad, true);
   if (channels.empty()) return;
-  for (const Equilibrium& rest : detect_equilibria(log, run, robot.sigma)) {
+  const std::vector<Equilibrium> rests = detect_equilibria(log, run, robot.sigma);
+  for (std::size_t i = 0; i + 1 < rests.size(); ++i) {
+    const Equilibrium &a = rests[i], &b = rests[i + 1];
+    if (same_setpoint(log, {a.samples.end - 1, b.samples.begin + 1})) {
+      out.push_back({"oscillation", a.end_s, b.begin_s, -1, "", 0.0});
+    }
+  }
+  for (const Equilibrium& rest : rests) {
     LogEvent event{"oscillation", kNaN, kNaN, -1, "", 0.0};
     Eigen::Index end = rest.samples.begin;
     for (Eigen::Index begin = rest.samples.begin; begin < rest.samples.end; ++begin) {
@@ -193,11 +254,16 @@ class SlipEffect final : public Effect {
 
 std::string describe(const LogEvent& event) {
   if (event.name == "slack") {
+    if (event.channel == "tension" && event.end_s == event.begin_s) {
+      return text("slack at %.2f s for less than two samples, cable %d (%.1f N, and the platform "
+                  "jerks): left out",
+                  event.begin_s, event.cable + 1, event.size);
+    }
     return text("slack from %.2f to %.2f s, cable %d (down to %.1f N): its balance is left out",
                 event.begin_s, event.end_s, event.cable + 1, event.size);
   }
   if (event.name == "oscillation") {
-    return text("oscillation from %.2f to %.2f s within a rest", event.begin_s, event.end_s);
+    return text("oscillation from %.2f to %.2f s at one set-point", event.begin_s, event.end_s);
   }
   const std::string whose = event.cable >= 0 ? text(" of cable %d", event.cable + 1) : "";
   return text("outlier at %.2f s, %s%s (%+.4g): left out", event.begin_s, event.channel.c_str(),
@@ -207,6 +273,7 @@ std::string describe(const LogEvent& event) {
 std::vector<LogEvent> gate_events(const Robot& robot, Log& log) {
   std::vector<LogEvent> out;
   const SampleRange run = segments(log).back();
+  const Log before = log;
   for (Eigen::Index c = 0; c < log.length_m.cols(); ++c) {
     gate_outliers(log, run, log.length_m, c, robot.sigma.length_m, "length", static_cast<int>(c),
                   false, out);
@@ -224,6 +291,7 @@ std::vector<LogEvent> gate_events(const Robot& robot, Log& log) {
     gate_outliers(log, run, log.roll_pitch_yaw_rad, c, robot.sigma.attitude_rad, kAngles[c], -1,
                   true, out);
   }
+  name_short_slack(before, run, out);
   find_slack(robot, log, run, out);
   find_oscillations(robot, log, run, out);
   std::stable_sort(out.begin(), out.end(),

@@ -21,9 +21,11 @@ std::string describe(const LogEvent& event);
 /// Looks through the run (the last segment) for
 /// - outliers: one or two readings that stand out of those around them by eight times the noise of
 ///   the channel, three times the scatter nearby, and one σ of the robot file (less does no harm);
-/// - slack: a cable that carries less than a tenth of the least tension allowed;
-/// - oscillation: a rest that a swing interrupts.
-/// Outliers come back as NaN in `log`.
+/// - slack: a cable that carries less than a tenth of the least tension allowed. One reading alone
+///   is slack, too, when it stands out, is zero within its noise, and the platform jerks then:
+///   a tension loop takes up what hangs loose faster than a log has samples;
+/// - oscillation: a rest that a swing interrupts, or a swing between two rests of one set-point.
+/// Outliers, and readings of such short slack, come back as NaN in `log`.
 std::vector<LogEvent> gate_events(const Robot& robot, Log& log);
 
 /// A cable that slipped on its drum between two rests: its length is off by a step that the encoder

@@ -20,6 +20,15 @@ ActiveEffects resolve_effects(const Robot& robot, const std::string& log_source)
 /// there are none. Throws InputError when the log has another number of cables than the robot.
 std::optional<Log> correct_readings(const Robot& robot, const Log& log);
 
+/// Robot and log with all that the robot lists for that log taken into account, for whoever looks
+/// at readings without a model: correct_readings, geometry and inertia as they are, and the
+/// tensions without what its load cells add (load_cell_bias, load_cell_gain, load_cell_drift).
+struct KnownState {
+  Robot robot;  ///< lists nothing any more
+  Log log;
+};
+KnownState with_known_effects(const Robot& robot, const Log& log);
+
 /// An effect as a robot file lists it, from values in reported units.
 AppliedEffect applied_effect(const Effect& effect, const EffectValues& reported, int cables);
 

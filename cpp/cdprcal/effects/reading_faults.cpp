@@ -17,6 +17,13 @@ void scale_columns(const std::vector<double>& signs, LogMatrix& readings) {
   }
 }
 
+void reorder(const std::vector<double>& order, LogMatrix& readings) {
+  const LogMatrix read = readings;
+  for (Eigen::Index i = 0; i < readings.cols(); ++i) {
+    readings.col(i) = read.col(static_cast<Eigen::Index>(order[static_cast<std::size_t>(i)]) - 1);
+  }
+}
+
 }  // namespace
 
 bool is_reading_fault(const std::string& name) {
@@ -35,9 +42,12 @@ std::string fault_problem(const AppliedEffect& fault) {
   if (fault.name == "cable_order") {
     std::vector<double> wanted(values.size());
     std::iota(wanted.begin(), wanted.end(), 1.0);
-    const bool permutation =
-        std::is_permutation(values.begin(), values.end(), wanted.begin(), wanted.end());
-    return permutation ? "" : "must hold every cable once, counted from 1";
+    const bool permutations = std::all_of(
+        fault.parameters.begin(), fault.parameters.end(), [&](const AppliedEffect::Parameter& p) {
+          return std::is_permutation(p.values.begin(), p.values.end(), wanted.begin(),
+                                     wanted.end());
+        });
+    return permutations ? "" : "must hold every cable once, counted from 1";
   }
   return all([](double v) { return v > 0.0; }) ? "" : "must be positive";
 }
@@ -49,12 +59,11 @@ void set_right(const AppliedEffect& fault, Log& log) {
   } else if (fault.name == "swivel_sign") {
     scale_columns(values, log.swivel_rad);
   } else if (fault.name == "cable_order") {
-    for (LogMatrix* m : {&log.length_m, &log.swivel_rad, &log.tension_N, &log.tension_setpoint_N}) {
-      const LogMatrix read = *m;
-      for (Eigen::Index i = 0; i < m->cols(); ++i) {
-        m->col(i) = read.col(static_cast<Eigen::Index>(values[static_cast<std::size_t>(i)]) - 1);
-      }
-    }
+    reorder(values, log.length_m);
+    reorder(values, log.swivel_rad);
+    const std::vector<double>& of_tension = fault.parameters.back().values;
+    reorder(of_tension, log.tension_N);
+    reorder(of_tension, log.tension_setpoint_N);
   } else if (fault.name == "length_unit") {
     log.length_m *= values[0];
   } else if (fault.name == "angle_unit") {

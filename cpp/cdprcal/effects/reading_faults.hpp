@@ -12,6 +12,7 @@ namespace cdprcal {
 /// Whether `name` is one of these, as the robot file lists them:
 ///   length_sign, swivel_sign {sign}   ±1 a cable
 ///   cable_order {order}               cable i is read on channel order[i], counted from 1
+///     and {tension_order}             the same of its load cell, where that is not order
 ///   length_unit {factor}              readings × factor are metres
 ///   angle_unit {factor}               two: of the swivels, and of the attitude, to radians
 /// The Euler convention is none of them: it has its own place, sensors.euler_convention.

@@ -51,6 +51,7 @@ void check_parameters(const AppliedEffect& effect, const EffectLayout& layout, s
       return p.name == parameter.name;
     };
     const auto count = std::count_if(effect.parameters.begin(), effect.parameters.end(), matches);
+    if (count == 0 && parameter.optional) continue;
     if (count != 1)
       throw detail::FieldError(field, count == 0 ? "is missing: add it" : "given twice");
     const auto given = std::find_if(effect.parameters.begin(), effect.parameters.end(), matches);
@@ -84,7 +85,7 @@ std::vector<EffectLayout> effect_layouts(int cables) {
   }
   layouts.push_back({"length_sign", {{"sign", {cables}}}, true});
   layouts.push_back({"swivel_sign", {{"sign", {cables}}}, true});
-  layouts.push_back({"cable_order", {{"order", {cables}}}, true});
+  layouts.push_back({"cable_order", {{"order", {cables}}, {"tension_order", {cables}, true}}, true});
   layouts.push_back({"length_unit", {{"factor", {}}}, true});
   layouts.push_back({"angle_unit", {{"factor", {2}}}, true});
   return layouts;

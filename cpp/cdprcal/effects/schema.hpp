@@ -15,6 +15,7 @@ namespace cdprcal {
 struct ParameterLayout {
   std::string name;
   std::vector<int> shape;
+  bool optional = false;
   [[nodiscard]] std::size_t size() const;
 };
 

@@ -96,6 +96,7 @@ AppliedEffect read_effect(const YamlField& field, int cables) {
   AppliedEffect effect{map.require("name").text(), "", {}};
   if (const auto run = map.find("run")) effect.run = run->text();
   for (const ParameterLayout& parameter : layout->parameters) {
+    if (parameter.optional && !map.find(parameter.name)) continue;
     effect.parameters.push_back(
         {parameter.name, map.require(parameter.name).numbers(parameter.shape)});
   }

@@ -27,6 +27,7 @@ def run_case(split: Split, seed: int, setting: Setting, number_: int) -> dict[st
         simulated = simulate(case, setting)
     except SimulationError as error:
         return {**line, "status": "not_simulated", "reason": str(error)}
+    line["event_time_s"] = simulated.event_time_s
     line["simulation_s"] = round(time.process_time() - begin, 4)
     begin = time.process_time()
     try:
@@ -67,6 +68,7 @@ def _found(diagnosis: _core.Diagnosis, simulated: Simulated, case: Case) -> dict
         ],
         "left_out": list(diagnosis.gated),
         "detectable": {i.name: number(i.detectable) for i in diagnosis.identifiability},
+        "detectable_after": {i.name: number(i.detectable_after) for i in diagnosis.identifiability},
         "pose_count": diagnosis.model.pose_count,
         "noise": numbers(diagnosis.model.noise),
         "position_error_m": [

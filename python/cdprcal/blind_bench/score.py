@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
@@ -151,6 +152,12 @@ def score(lines: list[Line]) -> Scores:
         [x["found"]["pose_shift_sigma"] < 0.5 for x in clean]
     )
     s.rates["one: detected"] = rate([detected(x) for x in one])
+    s.rates["one: detected, of those that this log can show at that size"] = rate(
+        [detected(x) for x in one if all(_shown(x).values())]
+    )
+    s.rates["one: not detected and listed as not to be seen at that size, of not detected"] = rate(
+        [not all(_shown(x).values()) for x in one if not detected(x)]
+    )
     s.rates["one: an effect named"] = rate([bool(named(x)) for x in one])
     spoke = [x for x in one if named(x)]
     s.rates["one: right name first, of those named"] = rate([_right_name(x) for x in spoke])
@@ -165,6 +172,9 @@ def score(lines: list[Line]) -> Scores:
     )
     s.numbers["one: names in the reported set, mean"] = _mean([len(reported(x)) for x in spoke])
     s.rates["two: both named"] = rate([set(hidden_names(x)) <= set(named(x)) for x in two])
+    s.rates["two: both named, of those that this log can show at those sizes"] = rate(
+        [set(hidden_names(x)) <= set(named(x)) for x in two if all(_shown(x).values())]
+    )
     s.rates["two: both in the reported set"] = rate(
         [set(hidden_names(x)) <= reported(x) for x in two]
     )
@@ -177,7 +187,10 @@ def score(lines: list[Line]) -> Scores:
         [_right_fault(x) for x in fault if hidden_names(x)[0] in DISCRETE]
     )
     events = [x for x in fault if hidden_names(x)[0] not in DISCRETE]
-    s.rates["fault: event in time, located"] = rate([_located(x) for x in events])
+    s.rates["fault: event in time, right name, located"] = rate([_located(x) for x in events])
+    s.rates["fault: event in time, located, by whatever name"] = rate(
+        [_located(x) or _located_in_time(x) for x in events]
+    )
     s.rates["fault: event in time, no effect named"] = rate([not _misnamed(x) for x in events])
     excess = [e for x in [*one, *two] if (e := excess_removed(x)) is not None]
     s.numbers["held-out excess χ² removed, median"] = float(np.median(excess)) if excess else np.nan
@@ -244,9 +257,16 @@ def failure(line: Line) -> str:
     ]
     said = [*(f["name"] for f in found["faults"]), *effects]
     said += [f"{u['channel']} depends on {u['depends_on']}" for u in found["unexplained"]]
-    because = "; ".join(
+    notes = [
         f"{r['name']}: {r['reason']}" for r in found["rejected"] if r["name"] in hidden_names(line)
-    )
+    ]
+    if case["kind"] in ("one", "two"):
+        notes += [
+            f"{n}: listed as not to be seen at that size" for n, s in _shown(line).items() if not s
+        ]
+    elif case["kind"] == "fault" and not discrete and _located_in_time(line):
+        notes.append("something was left out at that time: " + "; ".join(found["left_out"][:2]))
+    because = "; ".join(notes)
     return f"{head}: {found['verdict']}: {', '.join(said) or 'nothing'}" + (
         f" — {because}" if because else ""
     )
@@ -258,6 +278,19 @@ def _describe(hidden: dict[str, Any]) -> str:
 
 def _unexplained(line: Line) -> bool:
     return bool(line["found"]["verdict"] == "unexplained")
+
+
+def _shown(line: Line) -> dict[str, bool]:
+    """Of each hidden effect: named, or large enough that the diagnosis says this log would show it
+    (beside what was accepted)."""
+    after = line["found"]["detectable_after"]
+    before = line["found"]["detectable"]
+    shown = {}
+    for hidden in line["case"]["hidden"]:
+        name = hidden["name"]
+        limit = after.get(name) or before.get(name)
+        shown[name] = name in named(line) or (limit is not None and hidden["size"] >= limit)
+    return shown
 
 
 def _right_name(line: Line) -> bool:
@@ -282,6 +315,13 @@ def _located(line: Line) -> bool:
             for e in line["found"]["effects"]
         )
     return any(hidden["name"] in text for text in line["found"]["left_out"])
+
+
+def _located_in_time(line: Line) -> bool:
+    """Something left out, or named, begins or ends within 3 s of the event."""
+    texts = [text.split(": ", 1)[-1] for text in line["found"]["left_out"]]
+    times = [float(t) for text in texts for t in re.findall(r"(?:at|from|to) ([0-9.]+)", text)]
+    return any(abs(time - line["event_time_s"]) < 3.0 for time in times)
 
 
 def _misnamed(line: Line) -> bool:

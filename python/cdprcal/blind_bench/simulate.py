@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdprcal import _core
-from cdprcal.blind_bench.cases import Case, Hidden, NoiseKind, Setting
+from cdprcal.blind_bench.cases import EVENTS, Case, Hidden, NoiseKind, Setting
 
 #: Grid of the set-points by number of poses.
 _GRIDS = {8: (2, 2, 2), 27: (3, 3, 3)}
@@ -26,6 +26,7 @@ class Simulated:
     log: _core.Log
     initial_pose: _core.Pose
     duration_s: float
+    event_time_s: float | None  #: of a fault that happens at one time
 
 
 class SimulationError(RuntimeError):
@@ -76,6 +77,7 @@ def simulate(case: Case, setting: Setting, robot_name: str = "irma4") -> Simulat
         log=log,
         initial_pose=run.poses[0],
         duration_s=float(log.time_s[-1]),
+        event_time_s=next((e.values[0] for e in effects if e.name in EVENTS), None),
     )
 
 
@@ -134,7 +136,7 @@ def _in_plant(hidden: Hidden) -> bool:
 
 def _injected(hidden: Hidden, duration_s: float) -> _core.InjectedEffect:
     values = list(hidden.values)
-    if hidden.name in ("temperature_step", "slack", "outlier", "oscillation", "cable_slip"):
+    if hidden.name in ("temperature_step", *EVENTS):
         values[0] *= duration_s  # drawn as a share of the run
     return _core.InjectedEffect(hidden.name, values)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -67,8 +67,15 @@ def check_file(robot: _core.Robot, path: str | Path, segment: int = -1) -> Check
 
 
 def check_log(robot: _core.Robot, file: LogFile, segment: int = -1) -> CheckReport:
-    """Checks one segment of a log (from 0; -1 is the last) against a robot. Raises InputError."""
+    """Checks one segment of a log (from 0; -1 is the last) against a robot. Raises InputError.
+
+    What the robot lists as known (``effects:``) is taken into account before anything is judged.
+    """
     require_cable_count(file, robot)
+    given = robot
+    if robot.effects:
+        robot, log = _core.with_known_effects(robot, file.log)
+        file = replace(file, log=log)
     segments = _core.segments(file.log)
     run = choose_segment(len(segments), segment)
     subject = Subject(robot, file, slice(segments[run].begin, segments[run].end))
@@ -85,7 +92,7 @@ def check_log(robot: _core.Robot, file: LogFile, segment: int = -1) -> CheckRepo
         equilibria = find_equilibria(subject)
         check_coverage(subject, equilibria)
     findings = sorted(subject.findings, key=lambda finding: _ORDER[finding.severity])
-    return CheckReport(file, robot, tuple(segments), run, tuple(equilibria), tuple(findings))
+    return CheckReport(file, given, tuple(segments), run, tuple(equilibria), tuple(findings))
 
 
 def choose_segment(count: int, segment: int) -> int:

@@ -96,7 +96,8 @@ def _fault(fault: _core.DiscreteFault) -> dict[str, Any]:
         values = values[0]
     return {
         "name": fault.name,
-        "parameters": {fault.parameter: values},
+        "parameters": {fault.parameter: values}
+        | ({"tension_order": numbers(fault.tension_order)} if fault.tension_order else {}),
         "standard_deviation": None,
         "log_evidence": None,
         "p_value": None,

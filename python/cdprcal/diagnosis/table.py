@@ -32,6 +32,8 @@ def print_diagnosis(document: dict[str, Any]) -> None:
     out.print(_gap_table(document["gap"]))
     say(out, "initial pose: without and with what was found")
     out.print(_pose_table(document))
+    if blind := blind_spots(document):
+        say(out, f"this log does not show: {'; '.join(blind)}")
     for left in document["unexplained"]:
         say(out, Text(unexplained_line(left), style="red"))
     if document["rejected"]:
@@ -45,6 +47,30 @@ def print_diagnosis(document: dict[str, Any]) -> None:
         out.print(table)
     for text in document["next"]:
         say(out, Text("next: ", style="bold") + Text(text, style="none"))
+
+
+def blind_spots(document: dict[str, Any]) -> list[str]:
+    """Effects that could be there at their typical size unseen, and the size that would show."""
+    accepted = {effect["name"] for effect in document["effects"]}
+    typical = {info.name: info.parameters[0] for info in _core.effect_catalogue()}
+    lines = []
+    for entry in document["identifiability"]:
+        name, size = entry["name"], entry["detectable_after"] or entry["detectable"]
+        if name in accepted or (size is not None and size <= 1.0):
+            continue
+        if size is None:
+            lines.append(f"{name} of any size")
+            continue
+        parameter = typical[name]
+        # Of a stiffness the typical size is that of its inverse.
+        inverse = name == "cable_elasticity"
+        value = 1.0 / (size * parameter.typical) if inverse else size * parameter.typical
+        label, factor = for_people(parameter.unit, value)
+        lines.append(
+            f"{name} {'above' if inverse else 'below'} {value * factor:.3g} {label} "
+            f"({size:.2g} × its typical size)"
+        )
+    return lines
 
 
 def unique(pairs: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:

@@ -3,6 +3,8 @@
 #include <functional>
 #include <memory>
 
+#include "cdprcal/effects/applied.hpp"
+#include "cdprcal/model/robot_file.hpp"
 #include "cdprcal/statics/wrench.hpp"
 #include "startup_scenario.hpp"
 
@@ -264,6 +266,55 @@ TEST_F(InjectedEffects, LoadCells) {
   start({"load_cell_drift=0.05"});
   r = go(1, 100.0);
   EXPECT_CLOSE(r.sample.tension_N, r.truth.tension_N + CableVector::Constant(4, 5.0), 1e-2);
+}
+
+TEST_F(InjectedEffects, LoadCellsTogetherReadAsTheCatalogueTakesThemApart) {
+  start({"load_cell_bias=5,-8,10,12", "load_cell_gain=0.05,0.02,-0.03,0.1",
+         "load_cell_drift=0.05"});
+  const Rest r = go(1, 100.0);
+  Robot known = parse_robot(
+      to_yaml(robot) +
+          "effects: [{name: load_cell_gain, gain_error: [0.05, 0.02, -0.03, 0.1]}, "
+          "{name: load_cell_bias, bias_N: [5, -8, 10, 12]}, {name: load_cell_drift, rate_N_s: "
+          "0.05}]",
+      "known");
+  Log log;
+  log.time_s = Eigen::VectorXd::LinSpaced(101, 0.0, 100.0);
+  log.tension_N = r.sample.tension_N.transpose().replicate(101, 1);
+  const KnownState state = with_known_effects(known, log);
+  EXPECT_CLOSE(state.log.tension_N.row(100).transpose(), r.truth.tension_N, 1e-2);
+  EXPECT_TRUE(state.robot.effects.empty());
+}
+
+TEST_F(InjectedEffects, WhatIsAskedForStandsInPlaceOfWhatTheRobotFileSays) {
+  SimulatorOptions options = perfect();
+  options.effects.push_back(parse_injected_effect("load_cell_bias=5,-8,0,12"));
+  const Robot listing =
+      parse_robot(to_yaml(robot) + "effects: [{name: load_cell_bias, bias_N: [4, 4, 4, 4]}]", "");
+  Simulator other(listing, options);
+  ASSERT_TRUE(other.reset(plan.setpoint_N[0]).found);
+  EXPECT_CLOSE(other.read().tension_N - other.truth().tension_N, Eigen::Vector4d(5, -8, 0, 12),
+               1e-3);
+}
+
+TEST_F(InjectedEffects, FaultsThatTheRobotFileListsAreThoseThatSetTheLogRight) {
+  const Robot listing = parse_robot(
+      to_yaml(robot) +
+          "effects: [{name: cable_order, order: [2, 3, 1, 4], tension_order: [1, 2, 3, 4]}, "
+          "{name: length_unit, factor: 0.001}, {name: angle_unit, factor: [0.0174532925, 1]}]",
+      "");
+  Simulator plain(robot, perfect()), faulty(listing, perfect());
+  Log log;
+  log.time_s = Eigen::VectorXd::Zero(1);
+  ASSERT_TRUE(plain.reset(plan.setpoint_N[0]).found && faulty.reset(plan.setpoint_N[0]).found);
+  log.length_m = faulty.read().length_m.transpose();
+  log.swivel_rad = faulty.read().swivel_rad.transpose();
+  log.tension_N = faulty.read().tension_N.transpose();
+  log.roll_pitch_yaw_rad = faulty.read().roll_pitch_yaw_rad.transpose();
+  const Log right = correct_readings(listing, log).value();
+  EXPECT_CLOSE(right.length_m.row(0).transpose(), plain.read().length_m, 1e-6);
+  EXPECT_CLOSE(right.swivel_rad.row(0).transpose(), plain.read().swivel_rad, 1e-6);
+  EXPECT_CLOSE(right.tension_N.row(0).transpose(), plain.read().tension_N, 1e-6);
 }
 
 TEST_F(InjectedEffects, ExternalForceIsFixedInTheWorldAtTheCentreOfMass) {

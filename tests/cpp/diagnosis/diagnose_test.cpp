@@ -147,6 +147,34 @@ INSTANTIATE_TEST_SUITE_P(
             "angle_unit", {1.0, kDegree}, [](Log& log) { log.roll_pitch_yaw_rad /= kDegree; }}),
     [](const auto& one) { return one.param.name; });
 
+TEST(Diagnose, EncodersInAnotherOrderThanTheLoadCells) {
+  const Robot robot = load_robot("irma4");
+  Log log = startup_log(robot, kNoise, 42, 0);
+  // Channel i reads the encoders of cable order[i]: a cycle, so that the way back is another one.
+  for (LogMatrix* m : {&log.length_m, &log.swivel_rad}) {
+    const LogMatrix read = *m;
+    m->col(0) = read.col(3);
+    m->rightCols<3>() = read.leftCols<3>();
+  }
+  const Diagnosis d = diagnose(robot, {log});
+  ASSERT_EQ(d.faults.size(), 1U) << summary(d);
+  EXPECT_EQ(d.faults[0].name, "cable_order");
+  EXPECT_EQ(d.faults[0].values, (std::vector<double>{2, 3, 4, 1}));
+  EXPECT_EQ(d.faults[0].tension_order, (std::vector<double>{1, 2, 3, 4}));
+  const Diagnosis second = diagnose(parse_robot(to_yaml(d.corrected), "corrected"), {log});
+  EXPECT_EQ(second.verdict, Verdict::consistent) << summary(second);
+}
+
+TEST(Diagnose, ALogThatContradictsTheRobotIsNeverConsistent) {
+  // Swivels alone in another order: no fault that is tried sets it right.
+  const Robot robot = load_robot("irma4");
+  Log log = startup_log(robot, kNoise, 43, 0);
+  log.swivel_rad.col(0).swap(log.swivel_rad.col(1));
+  const Diagnosis d = diagnose(robot, {log});
+  EXPECT_EQ(d.verdict, Verdict::unexplained) << summary(d);
+  EXPECT_FALSE(d.unexplained.empty());
+}
+
 TEST(Diagnose, SeveralLogsShareTheRobotsEffectsAndKeepTheRunsOwn) {
   const Robot robot = load_robot("irma4");
   std::vector<Log> logs;

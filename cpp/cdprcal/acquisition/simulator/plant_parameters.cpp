@@ -114,6 +114,25 @@ void inject(const InjectedEffect& effect, PlantParameters& p) {
     throw InputError("effect " + name + ": it is in the table but not in the plant");
 }
 
+/// As the plant takes it. What a file says of a reading's map sets it right; the plant has the map
+/// itself: the way back.
+InjectedEffect as_injected(const AppliedEffect& known) {
+  InjectedEffect effect{known.name, {}};
+  if (known.name == "cable_order") {
+    const std::vector<double>& order = known.parameters.front().values;
+    effect.values.resize(order.size());
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      effect.values[static_cast<std::size_t>(order[i]) - 1] = static_cast<double>(i + 1);
+    }
+    return effect;
+  }
+  const bool unit = known.name == "length_unit" || known.name == "angle_unit";
+  for (const AppliedEffect::Parameter& parameter : known.parameters) {
+    for (const double v : parameter.values) effect.values.push_back(unit ? 1.0 / v : v);
+  }
+  return effect;
+}
+
 void check(const SimulatorOptions& options) {
   const auto require = [](bool fine, const char* what) {
     if (!fine) throw InputError(std::string("simulator options: ") + what);
@@ -164,14 +183,13 @@ PlantParameters plant_parameters(const Robot& robot, const SimulatorOptions& opt
   p.swivel_sign.setOnes(n);
   for (int i = 0; i < n; ++i) p.cable_order.push_back(i);
   p.euler_convention = robot.euler_convention;
-  // What the robot file says of the robot is so in the plant; what a file says of one run is not.
+  // What the robot file says of the robot is so in the plant, unless the options say otherwise;
+  // what a file says of one run is not.
   for (const AppliedEffect& known : robot.effects) {
-    if (!known.run.empty()) continue;
-    InjectedEffect effect{known.name, {}};
-    for (const AppliedEffect::Parameter& parameter : known.parameters) {
-      effect.values.insert(effect.values.end(), parameter.values.begin(), parameter.values.end());
-    }
-    inject(expanded(effect, n), p);
+    const bool replaced =
+        std::any_of(options.effects.begin(), options.effects.end(),
+                    [&](const InjectedEffect& other) { return other.name == known.name; });
+    if (known.run.empty() && !replaced) inject(expanded(as_injected(known), n), p);
   }
   p.robot.effects.clear();
   for (const InjectedEffect& effect : options.effects) inject(expanded(effect, n), p);

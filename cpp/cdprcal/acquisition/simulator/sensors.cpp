@@ -144,8 +144,11 @@ void SensorBank::read_swivels(const PlantSnapshot& world) {
 }
 
 double SensorBank::load_cell_N(int cable, double tension_N, double time_s) const {
-  return (1.0 + p_.load_cell_gain[cable]) * tension_N + p_.load_cell_bias_N[cable] +
-         p_.load_cell_drift_N_s * time_s + p_.warm_zero_N(time_s);
+  // Zero and drift are newtons of force at the bridge, which the amplifier's gain then scales: as
+  // in the catalogue, where each effect's newtons are true ones.
+  const double at_bridge = tension_N + p_.load_cell_bias_N[cable] +
+                           p_.load_cell_drift_N_s * time_s + p_.warm_zero_N(time_s);
+  return (1.0 + p_.load_cell_gain[cable]) * at_bridge;
 }
 
 const CableVector& SensorBank::drive_reading_error_N(const PlantDynamics& plant) {
