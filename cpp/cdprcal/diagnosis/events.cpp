@@ -62,7 +62,7 @@ bool platform_jerks(const Log& log, const SampleRange& run, Eigen::Index row,
   const auto any = [&](const LogMatrix& readings, bool angles, Eigen::Index but) {
     for (Eigen::Index c = 0; c < readings.cols(); ++c) {
       if (c == but) continue;
-      const double noise = channel_noise(readings.col(c).segment(run.begin, run.size()));
+      const double noise = channel_noise(readings.col(c).segment(run.begin, run.size()), angles);
       for (Eigen::Index i = begin; i < end; ++i) {
         double d1 = readings(i, c) - readings(i - 1, c);
         double d0 = readings(i - 1, c) - readings(i - 2, c);
