@@ -39,6 +39,24 @@ std::optional<Refit> best_generic(const EvidenceAgainst& against,
   return std::move(refits.front());
 }
 
+/// Evidence for named effects with the noise at its floor, where that is more: an effect that fills
+/// a channel passes for noise in it, and under such noise the prior holds its value back.
+void look_below_the_noise(const DiagnosisModel& model, const Candidates& named,
+                          std::vector<CandidateScore>& scores) {
+  DiagnosisModel quiet = model;
+  quiet.noise = quiet.floor;
+  for (const CandidateScore& sharp : scan(quiet, named, {.draws = 0})) {
+    const auto same = std::find_if(scores.begin(), scores.end(), [&](const CandidateScore& s) {
+      return s.effect == sharp.effect;
+    });
+    if (same == scores.end() || !(sharp.log_evidence > same->log_evidence)) continue;
+    same->log_evidence = sharp.log_evidence;
+    same->values = sharp.values;
+  }
+  std::stable_sort(scores.begin(), scores.end(),
+                   [](const auto& a, const auto& b) { return a.log_evidence > b.log_evidence; });
+}
+
 /// Family-wise p-values, drawn when first asked for: far above chance nothing need be drawn.
 class PValues {
  public:
@@ -173,6 +191,7 @@ bool Search::forward() {
     // Two families share the chance of a false alarm: names, and dependences without one.
     const double named_p = 0.8 * options_.family_wise_p, generic_p = 0.2 * options_.family_wise_p;
     std::vector<CandidateScore> scores = scan(model_, all, {.draws = 0});
+    look_below_the_noise(model_, named, scores);
     const Candidates slips = slip_candidates(model_);
     const double choice = std::log(std::max<double>(1.0, static_cast<double>(slips.size())));
     if (std::vector<CandidateScore> steps = scan(model_, slips, {.draws = 0}); !steps.empty()) {
