@@ -163,8 +163,10 @@ def watched_run(
     clock.advance.append(look)
     inputs = AcquisitionInputs(cdprcal.to_yaml(robot), cdprcal.format_plan(plan), backend.settings)
     log = open_live_log(path, robot.cable_count, inputs, 10.0)
-    run = acquire(startup, backend, log, watch=lambda *_: each_cycle(clock))
-    sniffer.close()
+    try:
+        run = acquire(startup, backend, log, watch=lambda *_: each_cycle(clock))
+    finally:
+        sniffer.close()
     end_s = off_s[0] if off_s else math.inf
     cycles = sum(fault_s <= t <= end_s for t in sniffer.sync_s)
     return Watched(run, backend, sniffer, fault_s, end_s, cycles)
