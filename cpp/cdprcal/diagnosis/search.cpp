@@ -57,6 +57,21 @@ void look_below_the_noise(const DiagnosisModel& model, const Candidates& named,
                    [](const auto& a, const auto& b) { return a.log_evidence > b.log_evidence; });
 }
 
+/// The likeliest slip. There are as many as moves and cables: so many at a time, or their columns
+/// would take memory in the square of the poses.
+std::optional<CandidateScore> best_slip(const DiagnosisModel& model, const Candidates& slips) {
+  constexpr std::size_t kAtATime = 64;
+  std::optional<CandidateScore> best;
+  for (std::size_t begin = 0; begin < slips.size(); begin += kAtATime) {
+    const auto from = slips.begin() + static_cast<std::ptrdiff_t>(begin);
+    const auto count = static_cast<std::ptrdiff_t>(std::min(kAtATime, slips.size() - begin));
+    std::vector<CandidateScore> scores = scan(model, Candidates(from, from + count), {.draws = 0});
+    if (scores.empty()) continue;
+    if (!best || scores.front().log_evidence > best->log_evidence) best = std::move(scores.front());
+  }
+  return best;
+}
+
 /// Family-wise p-values, drawn when first asked for: far above chance nothing need be drawn.
 class PValues {
  public:
@@ -194,12 +209,12 @@ bool Search::forward() {
     look_below_the_noise(model_, named, scores);
     const Candidates slips = slip_candidates(model_);
     const double choice = std::log(std::max<double>(1.0, static_cast<double>(slips.size())));
-    if (std::vector<CandidateScore> steps = scan(model_, slips, {.draws = 0}); !steps.empty()) {
-      steps.front().log_evidence -= choice;
+    if (std::optional<CandidateScore> step = best_slip(model_, slips)) {
+      step->log_evidence -= choice;
       const auto place = std::find_if(scores.begin(), scores.end(), [&](const CandidateScore& s) {
-        return s.log_evidence < steps.front().log_evidence;
+        return s.log_evidence < step->log_evidence;
       });
-      scores.insert(place, std::move(steps.front()));
+      scores.insert(place, *std::move(step));
     }
     const PValues p_named(model_, named, options_.scan), p_generic(model_, generic, options_.scan);
     left_.reset();

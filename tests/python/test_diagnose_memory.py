@@ -1,0 +1,32 @@
+"""Memory of a diagnosis grows with the number of poses, not with its square."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+_DIAGNOSE = """
+import resource, sys
+from cdprcal import _core
+
+robot, poses = _core.load_robot("irma4"), int(sys.argv[1])
+grid = list(_core.default_setpoints(robot, 3, 3, 3))
+way = [*range(27), *range(25, 0, -1)]
+options = _core.SyntheticLogOptions(noise=_core.reading_noise(robot.sigma, 0.2))
+log = _core.synthetic_log(robot, [grid[way[i % 52]] for i in range(poses)], options).log
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+_core.diagnose(robot, [log])
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+"""
+
+
+def grown_kB(poses: int) -> int:
+    ran = subprocess.run(
+        [sys.executable, "-c", _DIAGNOSE, str(poses)], capture_output=True, text=True, check=True
+    )
+    return int(ran.stdout)
+
+
+def test_memory_is_linear_in_poses() -> None:
+    # Four times the poses: 4 times as much where it is linear, 16 times where it is quadratic.
+    assert grown_kB(512) < 8 * grown_kB(128)
