@@ -137,9 +137,11 @@ def test_specified_noise_is_the_robot_files(
 
 def test_noise_model_refuses_what_is_none() -> None:
     level = cdprcal.ChannelNoise(1.0)
-    with pytest.raises(cdprcal.InputError, match="exactly the channels"):
+    with pytest.raises(cdprcal.InputError, match="channel swivel is missing"):
         cdprcal.NoiseModel({"length": level}, 1.0, 1.0)
     names = ("length", "swivel", "roll_pitch", "yaw", "balance")
+    with pytest.raises(cdprcal.InputError, match="channels are length"):
+        cdprcal.NoiseModel(dict.fromkeys((*names, "sonar"), level), 1.0, 1.0)
     with pytest.raises(cdprcal.InputError, match="must be positive"):
         cdprcal.NoiseModel(dict.fromkeys(names, level), 0.0, 1.0)
     assert cdprcal.ChannelNoise(3.0, 4.0).sigma(1) == pytest.approx(5.0)

@@ -74,27 +74,28 @@ std::string misfit(const Calibration& calibration) {
       text += (text.empty() ? "" : ", ") + part(pattern, scale * pose, scale * sample);
     }
   };
-  const auto channel = [&](Channel c, double scale, const char* pattern) {
-    add(noise[c].pose, noise[c].sample, scale, pattern);
+  // A channel that nothing measured keeps its specified noise.
+  const auto channel = [&](Channel c, double rms, double scale, const char* pattern) {
+    if (std::isfinite(rms)) add(noise[c].pose, noise[c].sample, scale, pattern);
   };
-  channel(Channel::length, 1e3, "lengths by %.3g mm (they scatter by %.3g mm)");
-  channel(Channel::swivel, 1.0 / kDegree, "swivels by %.3g deg (%.3g deg)");
-  channel(Channel::roll_pitch, 1.0 / kDegree, "roll and pitch by %.3g deg (%.3g deg)");
-  channel(Channel::yaw, 1.0 / kDegree, "yaw by %.3g deg (%.3g deg)");
-  // What few robots have keeps its specified noise where it is absent.
+  constexpr double kDegrees = 1.0 / kDegree;
   const ResidualRms& rms = calibration.result.residual_rms;
-  if (std::isfinite(rms.absolute_yaw_rad)) {
-    channel(Channel::absolute_yaw, 1.0 / kDegree, "absolute yaw by %.3g deg (%.3g deg)");
-  }
-  if (std::isfinite(rms.direct_length_m)) {
-    channel(Channel::direct_length, 1e3, "direct lengths by %.3g mm (%.3g mm)");
-  }
-  if (std::isfinite(rms.position_m)) {
-    channel(Channel::position, 1e3, "the position by %.3g mm (%.3g mm)");
-  }
-  if (calibration.problem.statics == StaticsModel::wrench) {
-    add(std::hypot(noise[Channel::balance].pose, noise.wrench_force_N),
-        noise[Channel::balance].sample, 1.0, "the balance by %.3g N (tensions scatter by %.3g N)");
+  channel(Channel::length, rms.length_m, 1e3, "lengths by %.3g mm (they scatter by %.3g mm)");
+  channel(Channel::swivel, rms.swivel_rad, kDegrees, "swivels by %.3g deg (%.3g deg)");
+  channel(Channel::roll_pitch, rms.roll_pitch_rad, kDegrees,
+          "roll and pitch by %.3g deg (%.3g deg)");
+  channel(Channel::yaw, rms.yaw_rad, kDegrees, "yaw by %.3g deg (%.3g deg)");
+  channel(Channel::absolute_yaw, rms.absolute_yaw_rad, kDegrees,
+          "absolute yaw by %.3g deg (%.3g deg)");
+  channel(Channel::direct_length, rms.direct_length_m, 1e3, "direct lengths by %.3g mm (%.3g mm)");
+  channel(Channel::position, rms.position_m, 1e3, "the position by %.3g mm (%.3g mm)");
+  if (std::isfinite(rms.wrench_force_N)) {
+    // What the robot file allows the balance to be wrong by is no misfit.
+    const double allowed_N = calibration.problem.robot.sigma.wrench_force_N;
+    const double beyond_N = std::sqrt(
+        std::max(0.0, noise.wrench_force_N * noise.wrench_force_N - allowed_N * allowed_N));
+    add(std::hypot(noise[Channel::balance].pose, beyond_N), noise[Channel::balance].sample, 1.0,
+        "the balance by %.3g N (tensions scatter by %.3g N)");
   }
   return text;
 }
