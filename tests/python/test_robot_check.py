@@ -64,13 +64,17 @@ def test_a_template_is_not_written_over_a_file(cli: Cli, tmp_path: Path) -> None
     assert robot_template("a", 8).count("platform_anchor_m") == 8
 
 
-@pytest.mark.parametrize("robot_name", ["irma4", "ring3", "ring5"])
+@pytest.mark.parametrize("robot_name", ["irma4", "ring3", "ring5", "posts8"])
 def test_the_built_in_robots_have_nothing_but_remarks(cli: Cli, robot_name: str) -> None:
     ran = cli("check", robot_name, "--json")
     document = json.loads(ran.stdout)
     assert ran.code == 0
-    assert [finding["severity"] for finding in document["findings"]] == ["info"]
-    assert document["workspace_m3"] > 0.5
+    assert {finding["severity"] for finding in document["findings"]} == {"info"}
+    if robot_name == "posts8":  # the inverse problem is one of three to five cables
+        assert "not computed" in ran.stdout
+    else:
+        assert len(document["findings"]) == 1
+        assert document["workspace_m3"] > 0.5
 
 
 @pytest.mark.parametrize(

@@ -107,8 +107,11 @@ void balance_components(const CalibrationProblem& problem, const std::vector<Fit
   const double least = 1e-4 * specified;
   // Where no load cell has a say (off the span of the cables) the balance fixes the pose so well
   // that few sensors can tell whether it is that good: a flat likelihood, which must not end at
-  // `least`. What the robot file says counts as much as two readings.
-  const Prior prior{specified, 2.0};
+  // `least`. What the robot file says counts as four readings (scaled inverse χ²), and what is
+  // taken is the median of the posterior, as often too small as too large: Σ + 4 s² over their
+  // number + 4 − 2/3.
+  constexpr double kReadings = 4.0;
+  const Prior prior{specified * kReadings / (kReadings - 2.0 / 3.0), kReadings - 2.0 / 3.0};
   double pose = 0.0, model = 1.0;  // model: in units of the fitted one
   for (int round = 0; round < 10; ++round) {
     std::vector<Square> squares;

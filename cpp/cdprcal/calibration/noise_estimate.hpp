@@ -16,7 +16,7 @@ struct FittedRow;
 /// these forces at the platform's characteristic length (when `problem.noise` has other
 /// proportions, only those are put right: fit again first). A channel with less than one degree of
 /// freedom keeps the noise it was fitted with; the model's own error starts from what the robot
-/// file says, which counts as two readings. Never below the ripple: a mean of N samples keeps at
+/// file says, which counts as four readings. Never below the ripple: a mean of N samples keeps at
 /// least sample/√N. `rows`: of the fit at `problem.noise`.
 NoiseModel noise_from_residuals(const CalibrationProblem& problem,
                                 const std::vector<FittedRow>& rows,

@@ -80,7 +80,40 @@ sensors:
   sigma: {length_m: 0.01, swivel_deg: 1, attitude_deg: 2, tension_N: 10}
 )";
 
-inline constexpr std::array<BuiltinRobot, 3> kBuiltinRobots{
-    {{"irma4", kIrma4Yaml}, {"ring3", kRing3Yaml}, {"ring5", kRing5Yaml}}};
+inline constexpr const char* kPosts8Yaml =
+    R"(# 8 cables from four posts, two each, to the corners of a box: lengths alone hold the platform.
+name: posts8
+gravity_m_s2: 9.81
+platform:
+  mass_kg: 15
+  centre_of_mass_m: [0.005, -0.004, 0.03]
+  inertia_kg_m2: [[0.21, 0.004, 0], [0.004, 0.32, 0], [0, 0, 0.38]]
+cables:
+  - pulley: {radius_m: 0.03, position_m: [1.58, -1.12, 2.20], x_axis: [-0.815821, 0.578304, 0], swivel_axis: [0, 0, -1]}
+    platform_anchor_m: [0.22, -0.16, 0.15]
+  - pulley: {radius_m: 0.03, position_m: [1.42, -1.28, 2.30], x_axis: [-0.742774, 0.669543, 0], swivel_axis: [0, 0, -1]}
+    platform_anchor_m: [0.22, 0.16, -0.05]
+  - pulley: {radius_m: 0.03, position_m: [1.42, 1.28, 2.20], x_axis: [-0.742774, -0.669543, 0], swivel_axis: [0, 0, -1]}
+    platform_anchor_m: [0.22, 0.16, 0.15]
+  - pulley: {radius_m: 0.03, position_m: [1.58, 1.12, 2.30], x_axis: [-0.815821, -0.578304, 0], swivel_axis: [0, 0, -1]}
+    platform_anchor_m: [-0.22, 0.16, -0.05]
+  - pulley: {radius_m: 0.03, position_m: [-1.58, 1.12, 2.20], x_axis: [0.815821, -0.578304, 0], swivel_axis: [0, 0, -1]}
+    platform_anchor_m: [-0.22, 0.16, 0.15]
+  - pulley: {radius_m: 0.03, position_m: [-1.42, 1.28, 2.30], x_axis: [0.742774, -0.669543, 0], swivel_axis: [0, 0, -1]}
+    platform_anchor_m: [-0.22, -0.16, -0.05]
+  - pulley: {radius_m: 0.03, position_m: [-1.42, -1.28, 2.20], x_axis: [0.742774, 0.669543, 0], swivel_axis: [0, 0, -1]}
+    platform_anchor_m: [-0.22, -0.16, 0.15]
+  - pulley: {radius_m: 0.03, position_m: [-1.58, -1.12, 2.30], x_axis: [0.815821, 0.578304, 0], swivel_axis: [0, 0, -1]}
+    platform_anchor_m: [0.22, -0.16, -0.05]
+tension_limits_N: [5, 300]
+sensors:
+  euler_convention: XYZ
+  sigma: {length_m: 0.01, swivel_deg: 1, attitude_deg: 2, tension_N: 10}
+)";
+
+inline constexpr std::array<BuiltinRobot, 4> kBuiltinRobots{{{"irma4", kIrma4Yaml},
+                                                             {"ring3", kRing3Yaml},
+                                                             {"ring5", kRing5Yaml},
+                                                             {"posts8", kPosts8Yaml}}};
 
 }  // namespace cdprcal::detail

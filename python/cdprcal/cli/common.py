@@ -20,7 +20,7 @@ R = TypeVar("R")
 RobotArgument = Annotated[
     str,
     typer.Argument(
-        metavar="ROBOT", help="Robot file (YAML) or built-in name (irma4, ring3, ring5)."
+        metavar="ROBOT", help="Robot file (YAML) or built-in name (irma4, ring3, ring5, posts8)."
     ),
 ]
 LogArgument = Annotated[
