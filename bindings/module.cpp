@@ -3,6 +3,7 @@
 #include <sstream>
 
 #include "bindings.hpp"
+#include "versions.hpp"
 
 namespace cdprcal::python {
 
@@ -87,4 +88,5 @@ PYBIND11_MODULE(_core, module) {
   register_synthetic(module);
   bind_simulator(module);
   register_online(module);
+  register_versions(module);
 }

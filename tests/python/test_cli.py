@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -284,12 +286,45 @@ def test_help_answers_at_once() -> None:
     assert min(times) < 0.3
 
 
-def test_every_command_has_help_and_a_version_is_told(cli: Cli) -> None:
+def test_every_command_has_help(cli: Cli) -> None:
     for command in ("import", "check", "calibrate", "generate"):
         ran = cli(command, "--help")
         assert (ran.code, ran.stderr) == (0, "")
         assert "Usage" in ran.stdout
-    assert cli("--version").stdout.strip().count(".") == 2
+
+
+def test_the_version_and_those_of_the_libraries_are_told(cli: Cli) -> None:
+    ran = cli("--version")
+    assert (ran.code, ran.stderr) == (0, "")
+    lines = ran.stdout.splitlines()
+    assert lines[0] == f"cdprcal {version('cdprcal')}"
+    assert f"numpy {np.__version__}" in lines[1]
+    for library in ("Boost", "CGAL", "Ceres", "Eigen", "NLopt", "pybind11", "yaml-cpp"):
+        assert re.search(rf"\b{library} \d+\.\d+", lines[2])
+    assert re.search(r"built with \w+ \d+\.\d+", lines[3])
+
+
+@pytest.mark.parametrize(
+    ("shell", "typed"),
+    [
+        ("bash", {"COMP_WORDS": "cdprcal cali", "COMP_CWORD": "1"}),
+        ("zsh", {"_TYPER_COMPLETE_ARGS": "cdprcal cali"}),
+        (
+            "fish",
+            {"_TYPER_COMPLETE_ARGS": "cdprcal cali", "_TYPER_COMPLETE_FISH_ACTION": "get-args"},
+        ),
+    ],
+)
+def test_a_shell_completes_commands(shell: str, typed: dict[str, str]) -> None:
+    ran = subprocess.run(
+        [sys.executable, "-c", "import cdprcal.cli; cdprcal.cli.app(prog_name='cdprcal')"],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, **typed, "_CDPRCAL_COMPLETE": f"complete_{shell}"},
+    )
+    assert "calibrate" in ran.stdout
+    assert "diagnose" not in ran.stdout
 
 
 def test_help_loads_neither_numpy_nor_the_core() -> None:

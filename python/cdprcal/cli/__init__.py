@@ -31,7 +31,6 @@ app = typer.Typer(
     name="cdprcal",
     help="Find out where a cable robot hangs when it is switched on, and what its model gets "
     "wrong.\n\nExit codes: 0 done, 1 the data or the solution cannot be trusted, 2 wrong use.",
-    add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -55,9 +54,17 @@ app.command("generate", epilog=generate.EXAMPLE)(generate.command)
 
 def _print_version(wanted: bool) -> None:
     if wanted:
+        import platform
         from importlib.metadata import version
 
-        typer.echo(version("cdprcal"))
+        from cdprcal._core import library_versions
+
+        inside = library_versions()
+        compiler = inside.pop("compiler")
+        typer.echo(f"cdprcal {version('cdprcal')}")
+        typer.echo(f"Python {platform.python_version()}, numpy {version('numpy')}")
+        typer.echo(", ".join(f"{name} {number}" for name, number in inside.items()))
+        typer.echo(f"built with {compiler}")
         raise typer.Exit
 
 
@@ -66,7 +73,10 @@ def _options(
     version: Annotated[
         bool,
         typer.Option(
-            "--version", callback=_print_version, is_eager=True, help="Print the version."
+            "--version",
+            callback=_print_version,
+            is_eager=True,
+            help="Print the version, and those of the libraries inside.",
         ),
     ] = False,
 ) -> None:

@@ -1,0 +1,134 @@
+"""What is published: the sdist, the citation, and the style and types of the source."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import tomllib
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+from ruamel.yaml import YAML
+
+ROOT = Path(__file__).resolve().parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+#: All that may be at the top of an sdist; what is new there is put in, or left out, on purpose.
+TOP = {
+    ".clang-format",
+    ".clang-tidy",
+    ".gitignore",
+    "CHANGELOG.md",
+    "CITATION.cff",
+    "CMakeLists.txt",
+    "CMakePresets.json",
+    "CONTRIBUTING.md",
+    "LICENSE",
+    "PKG-INFO",
+    "README.md",
+    "bindings",
+    "cmake",
+    "cpp",
+    "docs",
+    "examples",
+    "mkdocs.yml",
+    "pyproject.toml",
+    "python",
+    "setup",
+    "tests",
+    "tools",
+}
+#: Tracked, but of use in the repository alone.
+LEFT_OUT = {".ci/run", ".gitattributes", ".pre-commit-config.yaml"}
+BUILT_OR_LOGGED = {".so", ".o", ".a", ".pyc", ".whl", ".gz", ".log", ".mcap", ".db3"}
+
+
+@pytest.fixture(scope="module")
+def sdist(tmp_path_factory: pytest.TempPathFactory) -> dict[str, int]:
+    """The sizes [bytes] of the sdist's files by their path in it."""
+    pytest.importorskip("scikit_build_core", reason="no scikit-build-core: ./setup installs it")
+    folder = tmp_path_factory.mktemp("sdist")
+    code = "import sys; from scikit_build_core.build import build_sdist; build_sdist(sys.argv[1])"
+    subprocess.run(
+        [sys.executable, "-c", code, str(folder)], cwd=ROOT, check=True, capture_output=True
+    )
+    (path,) = folder.iterdir()
+    name = f"{PROJECT['name']}-{PROJECT['version']}"
+    assert path.name == f"{name}.tar.gz"
+    with tarfile.open(path) as archive:
+        return {
+            member.name.removeprefix(f"{name}/"): member.size
+            for member in archive.getmembers()
+            if member.isfile()
+        }
+
+
+def test_sdist_holds_what_builds_and_tests_it_and_nothing_stray(sdist: dict[str, int]) -> None:
+    assert {name.split("/")[0] for name in sdist} == TOP
+    stray = [name for name in sdist if Path(name).suffix in BUILT_OR_LOGGED]
+    # tests/data holds small logs on purpose.
+    assert [name for name in stray if not name.startswith("tests/data/")] == []
+    assert max(sdist.values()) < 1e6, max(sdist, key=lambda name: sdist[name])
+    for name in (
+        "cpp/cdprcal/workspace/alpha_shape.cpp",
+        "bindings/module.cpp",
+        "LICENSE",
+        "setup",
+    ):
+        assert sdist[name] > 0
+
+
+def test_sdist_holds_every_tracked_file(sdist: dict[str, int]) -> None:
+    if not (ROOT / ".git").exists() or shutil.which("git") is None:
+        pytest.skip("no git checkout: nothing says which files are tracked")
+    listed = subprocess.run(
+        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+        cwd=ROOT,
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout
+    wanted = {name for name in listed.split("\0") if name and (ROOT / name).exists()}
+    assert set(sdist) - {"PKG-INFO"} == wanted - LEFT_OUT
+
+
+def test_citation_is_of_this_software_and_of_the_paper() -> None:
+    citation = YAML(typ="safe").load(ROOT / "CITATION.cff")
+    assert citation["title"] == PROJECT["name"]
+    assert citation["version"] == PROJECT["version"]
+    assert citation["license"] == PROJECT["license"]
+    assert citation["type"] == "software"
+    assert citation["references"][0]["doi"] in (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("tool", "arguments"),
+    [("ruff", ["check", "."]), ("ruff", ["format", "--check", "."]), ("mypy", [])],
+    ids=["ruff check", "ruff format", "mypy --strict"],
+)
+def test_style_and_types(tool: str, arguments: list[str], tmp_path: Path) -> None:
+    """The Python part of tools/lint."""
+    if find_spec(tool) is None:
+        pytest.skip(f"no {tool}: ./setup --dev installs it")
+    caches = {"RUFF_CACHE_DIR": str(tmp_path), "MYPY_CACHE_DIR": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, "-m", tool, *arguments],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, **caches},
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("name", ["setup", "tools/lint", "tools/wheel"])
+def test_scripts_say_how_they_are_used(name: str) -> None:
+    asked = subprocess.run([ROOT / name, "--help"], capture_output=True, text=True, check=True)
+    assert asked.stdout.startswith(f"usage: {name if '/' in name else './' + name}")
+    wrong = subprocess.run([ROOT / name, "--no-such"], capture_output=True, text=True, check=False)
+    assert wrong.returncode == 2
+    assert "usage:" in wrong.stderr
