@@ -22,6 +22,7 @@ PoseCache::PoseCache(const CalibrationProblem& problem, const std::vector<Pose>&
     : problem_(problem),
       robot_(with_effects(problem.robot, problem.effects)),
       evaluations_(poses.size()),
+      evaluated_at_(poses.size(), PoseBlock::Constant(kNaN)),
       whitening_(poses.size(), Matrix6::Identity()),
       tension_gain_(poses.size(), Vector6::Zero()) {
   blocks_.reserve(poses.size());
@@ -48,6 +49,8 @@ void PoseCache::PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluatio
   // derivatives are wanted at the same point next.
   static_cast<void>(evaluate_jacobians);
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    if (evaluated_at_[i] == blocks_[i]) continue;
+    evaluated_at_[i] = blocks_[i];
     evaluate_pose(robot_, problem_.measurements[i], pose(i), statics_[i],
                   problem_.left_inverse_rows, problem_.effects, true, evaluations_[i]);
   }

@@ -61,6 +61,7 @@ class PoseCache final : public ceres::EvaluationCallback {
   std::vector<PoseBlock> blocks_;
   std::vector<StaticsModel> statics_;
   std::vector<PoseEvaluation> evaluations_;
+  std::vector<PoseBlock> evaluated_at_;  ///< where evaluations_ belong; NaN: nowhere yet
   std::vector<Matrix6> whitening_;
   std::vector<Vector6> tension_gain_;
   std::vector<std::array<double, kChannels>> weights_;
