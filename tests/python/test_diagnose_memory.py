@@ -34,5 +34,5 @@ def grown_kB(poses: int) -> int:
 def test_memory_is_linear_in_poses() -> None:
     # Four times the poses: 4 times as much where it is linear, 16 times where it is quadratic.
     few_kB, many_kB = grown_kB(128), grown_kB(512)
-    assert 0 < few_kB
+    assert few_kB > 0
     assert many_kB < 8 * few_kB
