@@ -171,6 +171,7 @@ __all__: list[str] = [
     "largest_inscribed_box",
     "left_inverse_rows",
     "length_jacobian",
+    "library_versions",
     "linearise",
     "load_robot",
     "log_so3",
@@ -3948,6 +3949,11 @@ def length_jacobian(
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 6]"]:
     """
     dl/ddelta [n, 6] for a world-frame twist: row i is (t, a′ × t), eq. 7.
+    """
+
+def library_versions() -> dict[str, str]:
+    """
+    Versions of the compiler and of the libraries that this module was built with, by name.
     """
 
 def linearise(
