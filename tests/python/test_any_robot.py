@@ -47,7 +47,10 @@ def test_by_statics_and_unified(cables: int, radius_m: float) -> None:
     robot = polygon_robot(cables, radius_m)
     made = start_up(robot, cables)
     for method in (Method.unified, Method.statics):
-        result = cdprcal.calibrate(robot, made.log, CalibrateOptions(method=method)).result
+        # Moving samples of two cables on eyelets leave long valleys: more steps than usual.
+        steps = cdprcal.SolveOptions(max_iterations=1000)
+        options = CalibrateOptions(method=method, solve=steps if cables == 2 else None)
+        result = cdprcal.calibrate(robot, made.log, options).result
         assert result.status == CalibrationStatus.converged, (method, result.reason)
         assert result.covariance is not None
         error = cdprcal.minus(result.poses[0], made.poses[0])
