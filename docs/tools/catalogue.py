@@ -10,6 +10,7 @@ sensors; the picture shows what the model without it leaves of every reading, an
 from __future__ import annotations
 
 import argparse
+import math
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,7 @@ from matplotlib.figure import Figure
 
 from cdprcal import _core
 from cdprcal.demo.story import start_up
+from cdprcal.diagnosis.shapes import value_shape
 from cdprcal.diagnosis.units import for_people
 
 ROBOT = "irma4"
@@ -107,12 +109,7 @@ def injected(info: _core.EffectInfo, cables: int) -> str:
     """An effect of typical size as ``--effect`` takes it."""
     parts = []
     for parameter in info.parameters:
-        count = {
-            _core.ParameterShape.scalar: 1,
-            _core.ParameterShape.per_cable: cables,
-            _core.ParameterShape.vector3: 3,
-            _core.ParameterShape.per_cable_vector3: 3 * cables,
-        }[parameter.shape]
+        count = math.prod(value_shape(parameter.shape, cables))
         parts += [f"{_reported(info, parameter) * share:.4g}" for share in _PATTERN[:count]]
     return f"{info.name}={','.join(parts)}"
 

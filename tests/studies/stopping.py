@@ -13,21 +13,18 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, partial
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
+from estimator import all_of
 from scipy.stats import chi2
 
 import cdprcal
 from cdprcal.acquisition import Guide, acquire, parse_accuracy, start_up_plan
 from cdprcal.hardware.simulated import SimulatedBackend
-
-Item = TypeVar("Item")
-Result = TypeVar("Result")
 
 ASKED = "5mm,0.5deg"
 #: A promise of one σ is broken beyond the bound that an error of three normal parts stays within
@@ -128,13 +125,6 @@ def stopped(seed: int, noise: float, name: str, effects: Sequence[str] = ()) -> 
         last.rotation_sigma_rad,
         tuple(honesty),
     )
-
-
-def all_of(work: Callable[[Item], Result], items: Sequence[Item], jobs: int) -> list[Result]:
-    if jobs == 1:
-        return [work(item) for item in items]
-    with ProcessPoolExecutor(jobs) as pool:
-        return list(pool.map(work, items, chunksize=max(1, len(items) // (8 * jobs))))
 
 
 def study(count: int, noise: float, jobs: int, name: str, effects: Sequence[str]) -> list[str]:

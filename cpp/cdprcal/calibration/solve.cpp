@@ -9,6 +9,7 @@
 #include "cdprcal/calibration/curvature.hpp"
 #include "cdprcal/calibration/least_observed.hpp"
 #include "cdprcal/calibration/mean_square.hpp"
+#include "cdprcal/calibration/presence.hpp"
 #include "cdprcal/calibration/problem.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/statistics.hpp"
@@ -200,10 +201,8 @@ void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged
   // Without statics all there is to see is motion. Where there was none, noise looks like it, and
   // the linearised covariance believes it.
   constexpr double kMotion = 6.0;  // σ: what noise alone does not do in thousands of readings
-  const bool relative_only = std::none_of(
-      problem.measurements.begin(), problem.measurements.end(), [](const Measurement& m) {
-        return m.direct_length_m.array().isFinite().any() || m.position_m.array().isFinite().any();
-      });
+  const bool relative_only =
+      !is_read(problem, Channel::direct_length) && !is_read(problem, Channel::position);
   if (problem.statics == StaticsModel::none && relative_only &&
       largest_motion(problem, assembly.cache()) < kMotion) {
     result.status = CalibrationStatus::unobservable;

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "cdprcal/calibration/presence.hpp"
 #include "cdprcal/diagnosis/diagnose.hpp"
 #include "cdprcal/diagnosis/model.hpp"
 #include "cdprcal/effects/applied.hpp"
@@ -111,9 +112,9 @@ void allow_for_effects(const CalibrateOptions& options, Calibration& calibration
   result.reason += "; yet the model misfits " + found +
                    ", so it lacks something (cdprcal diagnose looks for it)";
   // The larger model knows the paper's sensors only.
-  for (const Measurement& m : calibration.problem.measurements) {
-    if (std::isfinite(m.absolute_yaw_rad) || m.direct_length_m.array().isFinite().any() ||
-        m.position_m.array().isFinite().any()) {
+  for (const Channel absolute :
+       {Channel::absolute_yaw, Channel::direct_length, Channel::position}) {
+    if (is_read(calibration.problem, absolute)) {
       result.reason += ", and the uncertainty leaves that out";
       return;
     }

@@ -134,11 +134,6 @@ class Guide:
         """Whether the accuracy asked for was reached."""
         return bool(self.estimates) and self.estimates[-1].reached
 
-    @property
-    def most_stops(self) -> int:
-        """Set-points that are measured at most, τ0 included."""
-        return 1 + self._plan.measured_count
-
     def step(self, command: StartUpCommand, sample: RobotSample, logged: bool) -> Estimate | None:
         """To be called with every command; an estimate when there is a new one."""
         if logged:

@@ -18,21 +18,11 @@ from rich.text import Text
 from cdprcal import _core
 from cdprcal._core import RobotSample, StartUpCommand, StartUpState
 from cdprcal.acquisition.guide import Estimate, Guide
-from cdprcal.acquisition.procedure import Acquired
+from cdprcal.acquisition.procedure import STATES, Acquired
 from cdprcal.tables import console, fixed, say
 
 _REFRESH_S = 0.1
 _BAR_WIDTH = 30
-_DOES = {
-    StartUpState.idle: "waiting for the first sample",
-    StartUpState.recording: "recording the tensions at power-on",
-    StartUpState.moving_to_start: "moving to τ0",
-    StartUpState.moving: "moving",
-    StartUpState.settling: "settling",
-    StartUpState.measuring: "at rest, measuring",
-    StartUpState.done: "done, winches locked",
-    StartUpState.holding: "stopped, winches locked",
-}
 
 
 class Monitor:
@@ -144,7 +134,10 @@ class Monitor:
 
     def _picture(self, command: StartUpCommand, sample: RobotSample) -> Group:
         head = Table.grid(padding=(0, 2))
-        row: list[Text | str] = [Text(_DOES[command.state], style="bold"), f"{sample.time_s:.1f} s"]
+        row: list[Text | str] = [
+            Text(STATES[command.state], style="bold"),
+            f"{sample.time_s:.1f} s",
+        ]
         if not self._guided:
             row.insert(1, f"set-point {command.setpoint + 1} of {len(self._stops)}")
             row.append(f"{_duration(command.remaining_s)} left")

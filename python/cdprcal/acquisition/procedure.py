@@ -21,6 +21,19 @@ from cdprcal.io.live_log import LiveLog
 Watch = Callable[[StartUpCommand, RobotSample, bool], Mapping[str, Any] | None]
 
 
+#: What the robot does in each state, in words.
+STATES = {
+    StartUpState.idle: "waiting for the first sample",
+    StartUpState.recording: "recording the tensions at power-on",
+    StartUpState.moving_to_start: "moving to τ0",
+    StartUpState.moving: "moving",
+    StartUpState.settling: "settling",
+    StartUpState.measuring: "at rest, measuring",
+    StartUpState.done: "done, winches locked",
+    StartUpState.holding: "stopped, winches locked",
+}
+
+
 @dataclass(frozen=True)
 class Acquired:
     """How a run ended. done: every set-point was measured; holding: stopped early, see ``reason``.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
+from cdprcal.diagnosis.shapes import value_shape
 
 
 class Split(StrEnum):
@@ -142,12 +144,7 @@ def _draw_effect(info: _core.EffectInfo, rng: np.random.Generator, cables: int) 
     size = _size(rng)
     values: list[float] = []
     for parameter in info.parameters:
-        count = {
-            _core.ParameterShape.scalar: 1,
-            _core.ParameterShape.per_cable: cables,
-            _core.ParameterShape.vector3: 3,
-            _core.ParameterShape.per_cable_vector3: 3 * cables,
-        }[parameter.shape]
+        count = math.prod(value_shape(parameter.shape, cables))
         direction = rng.standard_normal(count)
         if info.name in _POSITIVE:
             direction = np.abs(direction)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
+from cdprcal.diagnosis.shapes import value_shape
 from cdprcal.diagnosis.units import GAP_CHANNELS
 from cdprcal.results import number, numbers, pose_as_dict, residual_as_dict
 
@@ -135,12 +136,7 @@ def named_values(info: _core.EffectInfo, values: Any, cables: int, runs: int) ->
     named: dict[str, Any] = {}
     begin = 0
     for parameter in info.parameters:
-        shape = {
-            _core.ParameterShape.scalar: (),
-            _core.ParameterShape.per_cable: (cables,),
-            _core.ParameterShape.vector3: (3,),
-            _core.ParameterShape.per_cable_vector3: (cables, 3),
-        }[parameter.shape]
+        shape = value_shape(parameter.shape, cables)
         count = int(np.prod(shape, dtype=int))
         own = table[:, begin : begin + count].reshape((runs, *shape))
         begin += count

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cdprcal import _core
+from cdprcal.diagnosis.shapes import value_shape
 from cdprcal.diagnosis.units import GAP_CHANNELS, for_people
 from cdprcal.tables import console, degrees, fixed, plain_table, say, scaled
 
@@ -136,12 +137,7 @@ def value_rows(effect: dict[str, Any]) -> Iterator[tuple[str, str, str, str]]:
 
 def _place(shape: _core.ParameterShape, index: tuple[int, ...], dimensions: int) -> str:
     """'cable 2', 'y', 'cable 2, y'; with 'log 1' in front where each log has its own."""
-    own = {
-        _core.ParameterShape.scalar: 0,
-        _core.ParameterShape.per_cable: 1,
-        _core.ParameterShape.vector3: 1,
-        _core.ParameterShape.per_cable_vector3: 2,
-    }[shape]
+    own = len(value_shape(shape, cables=1))
     parts = [f"log {index[0] + 1}"] if dimensions > own else []
     index = index[dimensions - own :]
     if shape == _core.ParameterShape.vector3:

@@ -6,7 +6,6 @@ header: ``# robot| name: irma4``.
 
 from __future__ import annotations
 
-import io as binary_io
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any
 from cdprcal._core import InputError
 from cdprcal.io.files import read_bytes
 from cdprcal.io.log_file import ACQUIRED, display_name, sniff_format
+from cdprcal.io.mcap_records import readable_records
 
 ROBOT, PLAN, SETTINGS = "robot.yaml", "plan.csv", "settings.json"
 _MARKS = {ROBOT: b"# robot| ", PLAN: b"# plan| ", SETTINGS: b"# settings| "}
@@ -82,16 +82,9 @@ def _comments(data: bytes) -> dict[str, str]:
 
 def _attachments(data: bytes) -> dict[str, str]:
     from mcap.records import Attachment
-    from mcap.stream_reader import StreamReader
 
-    found: dict[str, str] = {}
-    records = iter(StreamReader(binary_io.BytesIO(data), record_size_limit=len(data)).records)
-    while True:
-        try:
-            record = next(records, None)
-        except Exception:  # cut or damaged: whatever the library makes of it
-            return found
-        if record is None:
-            return found
-        if isinstance(record, Attachment) and record.name in _MARKS:
-            found[record.name] = record.data.decode("utf-8", "replace")
+    return {
+        record.name: record.data.decode("utf-8", "replace")
+        for record in readable_records(data)
+        if isinstance(record, Attachment) and record.name in _MARKS
+    }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io as binary_io
 import json
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 from cdprcal.io.files import read_bytes
 from cdprcal.io.live_log import EVENT_TOPIC
 from cdprcal.io.log_file import sniff_format
+from cdprcal.io.mcap_records import readable_records
 
 _MARK = b"# event| "
 
@@ -39,19 +39,12 @@ def _csv(data: bytes) -> list[bytes]:
 
 def _mcap(data: bytes) -> list[bytes]:
     from mcap.records import Channel, Message
-    from mcap.stream_reader import StreamReader
 
     topics: dict[int, str] = {}
     found: list[bytes] = []
-    records = iter(StreamReader(binary_io.BytesIO(data), record_size_limit=len(data)).records)
-    while True:
-        try:
-            record = next(records, None)
-        except Exception:  # cut or damaged: whatever the library makes of it
-            return found
-        if record is None:
-            return found
+    for record in readable_records(data):
         if isinstance(record, Channel):
             topics[record.id] = record.topic
         elif isinstance(record, Message) and topics.get(record.channel_id) == EVENT_TOPIC:
             found.append(record.data)
+    return found

@@ -16,6 +16,7 @@ from typing import Any
 
 from cdprcal import _core
 from cdprcal._core import RobotSample, StartUpCommand, StartUpState
+from cdprcal.acquisition.procedure import STATES
 
 Message = dict[str, Any]
 
@@ -23,17 +24,6 @@ Message = dict[str, Any]
 _KEPT = 20_000
 #: A page that is so far behind has stopped reading.
 _WAITING = 5_000
-
-STATES = {
-    StartUpState.idle: "waiting for the first sample",
-    StartUpState.recording: "recording the tensions at power-on",
-    StartUpState.moving_to_start: "moving to τ0",
-    StartUpState.moving: "moving",
-    StartUpState.settling: "settling",
-    StartUpState.measuring: "at rest, measuring",
-    StartUpState.done: "done, winches locked",
-    StartUpState.holding: "stopped, winches locked",
-}
 
 
 class Feed:

@@ -11,9 +11,10 @@ from typing import Any
 
 from cdprcal import _core
 from cdprcal._core import StartUpState
+from cdprcal.acquisition.procedure import STATES
 from cdprcal.io.events import read_events
 from cdprcal.io.log_file import LogFile
-from cdprcal.live.feed import STATES, end_message, estimate_message, hello, sample_message
+from cdprcal.live.feed import end_message, estimate_message, hello, sample_message
 
 _DOES = {state.name: text for state, text in STATES.items()}
 _LONGEST_PAUSE_S = 2.0

@@ -96,8 +96,6 @@ class StartUp {
   [[nodiscard]] bool finished() const;
   [[nodiscard]] StartUpState state() const { return command_.state; }
   [[nodiscard]] const std::string& reason() const { return command_.reason; }
-  /// How many set-points there are, those passed through included.
-  [[nodiscard]] std::size_t setpoint_count() const { return plan_.setpoint_N.size(); }
   /// The rests measured so far.
   [[nodiscard]] const std::vector<StartUpRest>& rests() const { return rests_; }
   [[nodiscard]] double velocity_limit_m_s() const { return velocity_limit_m_s_; }
