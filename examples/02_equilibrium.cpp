@@ -18,7 +18,8 @@ int main() {
     return 1;
   }
   const Vector3 angles_deg =
-      euler_from_rotation(held.pose.rotation_matrix(), robot.euler_convention) * 180.0 / std::numbers::pi;
+      euler_from_rotation(held.pose.rotation_matrix(), robot.euler_convention) * 180.0 /
+      std::numbers::pi;
   std::printf("angles_deg: %.4f %.4f %.4f\n", angles_deg.x(), angles_deg.y(), angles_deg.z());
   std::printf("tensions_N:");
   for (double tension_N : held.tension_N) std::printf(" %.4f", tension_N);

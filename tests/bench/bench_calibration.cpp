@@ -68,8 +68,14 @@ void KinematicPaper(benchmark::State& state) {
   configure(s.problem, StaticsModel::none, false);
   run(state, s, disturbed(s.truth, 0.02, 2.0 * kDegree, 4));
 }
-BENCHMARK(KinematicPaper)->Arg(8)->Arg(128)->Arg(100)->Arg(1000)->Arg(10000)->Arg(100000)->Unit(
-    benchmark::kMillisecond);
+BENCHMARK(KinematicPaper)
+    ->Arg(8)
+    ->Arg(128)
+    ->Arg(100)
+    ->Arg(1000)
+    ->Arg(10000)
+    ->Arg(100000)
+    ->Unit(benchmark::kMillisecond);
 
 void KinematicFull(benchmark::State& state) {
   Scenario s = along_a_run(static_cast<int>(state.range(0)), PoseKind::kinematic_pose);

@@ -1,4 +1,5 @@
-// Stands for somebody else's program: it has the installed headers and the installed library, nothing of this tree.
+// Stands for somebody else's program: it has the installed headers and the installed library,
+// nothing of this tree.
 #include <cdprcal/calibration/calibrate.hpp>
 #include <cdprcal/kinematics/platform.hpp>
 #include <cdprcal/model/robot_file.hpp>

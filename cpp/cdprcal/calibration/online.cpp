@@ -110,8 +110,7 @@ void OnlineCalibration::update() {
     noise_poses_ = poses;
     Refinement refined =
         refine(problem, result, calibration_.sample_noise, options_.solve, options_.refine);
-    calibration_.gated.insert(calibration_.gated.end(), refined.gated.begin(),
-                              refined.gated.end());
+    calibration_.gated.insert(calibration_.gated.end(), refined.gated.begin(), refined.gated.end());
     problem = std::move(refined.problem);
     result = std::move(refined.result);
   }

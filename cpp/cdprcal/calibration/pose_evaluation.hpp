@@ -21,8 +21,8 @@ struct PoseEvaluation {
   CableVector length_m;
   CableVector swivel_rad;
   Vector3 roll_pitch_yaw_rad;
-  CableVector tension_N;   ///< left-inverse statics only
-  Vector6 wrench;          ///< Ξᵀτ* − f, wrench statics only
+  CableVector tension_N;  ///< left-inverse statics only
+  Vector6 wrench;         ///< Ξᵀτ* − f, wrench statics only
   CableJacobian length_by_twist;
   CableJacobian swivel_by_twist;
   Eigen::Matrix<double, 3, 6, Eigen::RowMajor> attitude_by_twist;

@@ -120,8 +120,8 @@ NoiseModel between(const NoiseModel& a, const NoiseModel& b) {
   return out;
 }
 
-/// The model's wrench error and the poses explain each other, so a small one is approached slowly: what
-/// shrinks twice in a row takes three steps at once. Too far is put right at once from below.
+/// The model's wrench error and the poses explain each other, so a small one is approached slowly:
+/// what shrinks twice in a row takes three steps at once. Too far is put right at once from below.
 void hasten(const NoiseModel& before, bool& shrinks, NoiseModel& next) {
   const double ratio = next.wrench_force_N / before.wrench_force_N;
   const bool again = ratio < 1.0 && shrinks;

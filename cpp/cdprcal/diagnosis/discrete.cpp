@@ -53,10 +53,10 @@ std::vector<DiscreteFault> all_faults(const Robot& robot, const Log& log) {
   const auto add_order = [&](const std::vector<double>& wrong, const std::string& which) {
     out.push_back({"cable_order", "order", wrong, which + " in another order"});
     if (log.tension_N.cols() == 0) return;
-    out.push_back({"cable_order", "order", wrong,
-                   "the length and swivel encoders of " + which +
-                       " in another order, the load cells are not",
-                   as_it_is});
+    out.push_back(
+        {"cable_order", "order", wrong,
+         "the length and swivel encoders of " + which + " in another order, the load cells are not",
+         as_it_is});
   };
   if (n <= 4) {
     while (std::next_permutation(order.begin(), order.end())) {
@@ -67,8 +67,8 @@ std::vector<DiscreteFault> all_faults(const Robot& robot, const Log& log) {
       for (int j = i + 1; j < n; ++j) {
         std::vector<double> swapped = order;
         std::swap(swapped[static_cast<std::size_t>(i)], swapped[static_cast<std::size_t>(j)]);
-        add_order(swapped,
-                  "cables " + std::to_string(i + 1) + " and " + std::to_string(j + 1) + " are read");
+        add_order(swapped, "cables " + std::to_string(i + 1) + " and " + std::to_string(j + 1) +
+                               " are read");
       }
     }
   }

@@ -184,7 +184,8 @@ void find_oscillations(const Robot& robot, const Log& log, const SampleRange& ru
   const auto add = [&](const LogMatrix& readings, bool angles) {
     for (Eigen::Index c = 0; c < readings.cols(); ++c) {
       const Eigen::VectorXd values = readings.col(c);
-      channels.push_back({values, channel_noise(values.segment(run.begin, run.size()), angles), angles});
+      channels.push_back(
+          {values, channel_noise(values.segment(run.begin, run.size()), angles), angles});
     }
   };
   add(log.length_m, false);
@@ -255,9 +256,10 @@ class SlipEffect final : public Effect {
 std::string describe(const LogEvent& event) {
   if (event.name == "slack") {
     if (event.channel == "tension" && event.end_s == event.begin_s) {
-      return text("slack at %.2f s for less than two samples, cable %d (%.1f N, and the platform "
-                  "jerks): left out",
-                  event.begin_s, event.cable + 1, event.size);
+      return text(
+          "slack at %.2f s for less than two samples, cable %d (%.1f N, and the platform "
+          "jerks): left out",
+          event.begin_s, event.cable + 1, event.size);
     }
     return text("slack from %.2f to %.2f s, cable %d (down to %.1f N): its balance is left out",
                 event.begin_s, event.end_s, event.cable + 1, event.size);

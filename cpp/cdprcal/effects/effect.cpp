@@ -17,7 +17,7 @@ int count(ParameterShape shape, int cables) {
   return 0;
 }
 
-EffectValues spread(const EffectInfo& info, int cables, double EffectParameter::*member) {
+EffectValues spread(const EffectInfo& info, int cables, double EffectParameter::* member) {
   EffectValues values;
   for (const EffectParameter& parameter : info.parameters) {
     const Eigen::Index before = values.size();

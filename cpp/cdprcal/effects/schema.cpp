@@ -85,7 +85,8 @@ std::vector<EffectLayout> effect_layouts(int cables) {
   }
   layouts.push_back({"length_sign", {{"sign", {cables}}}, true});
   layouts.push_back({"swivel_sign", {{"sign", {cables}}}, true});
-  layouts.push_back({"cable_order", {{"order", {cables}}, {"tension_order", {cables}, true}}, true});
+  layouts.push_back(
+      {"cable_order", {{"order", {cables}}, {"tension_order", {cables}, true}}, true});
   layouts.push_back({"length_unit", {{"factor", {}}}, true});
   layouts.push_back({"angle_unit", {{"factor", {2}}}, true});
   return layouts;

@@ -111,9 +111,7 @@ sensors:
   sigma: {length_m: 0.01, swivel_deg: 1, attitude_deg: 2, tension_N: 10}
 )";
 
-inline constexpr std::array<BuiltinRobot, 4> kBuiltinRobots{{{"irma4", kIrma4Yaml},
-                                                             {"ring3", kRing3Yaml},
-                                                             {"ring5", kRing5Yaml},
-                                                             {"posts8", kPosts8Yaml}}};
+inline constexpr std::array<BuiltinRobot, 4> kBuiltinRobots{
+    {{"irma4", kIrma4Yaml}, {"ring3", kRing3Yaml}, {"ring5", kRing5Yaml}, {"posts8", kPosts8Yaml}}};
 
 }  // namespace cdprcal::detail

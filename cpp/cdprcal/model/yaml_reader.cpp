@@ -11,7 +11,6 @@
 namespace cdprcal::detail {
 namespace {
 
-
 std::string place(const std::string& source, const YAML::Mark& mark) {
   if (mark.is_null()) return source + ": ";
   return source + ":" + std::to_string(mark.line + 1) + ":" + std::to_string(mark.column + 1) +

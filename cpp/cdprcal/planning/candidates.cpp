@@ -23,8 +23,8 @@ std::array<int, 3> counts_for(const Box& box) {
 }  // namespace
 
 ReachableSetPoints reachable_set_points(const PathChecker& checker, const SetPoint& start,
-                                const std::optional<Box>& box,
-                                const std::function<bool(double)>& progress) {
+                                        const std::optional<Box>& box,
+                                        const std::function<bool(double)>& progress) {
   const SetPointSolver& solver = checker.solver();
   const Box region = box.value_or(workspace_box(solver.robot()));
   const std::vector<Vector3> positions = grid_positions(region, counts_for(region));

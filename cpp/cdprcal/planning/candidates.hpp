@@ -18,7 +18,7 @@ struct ReachableSetPoints {
 /// static workspace within the pulleys' box (workspace_box). `progress` is called with the share
 /// done; false stops.
 ReachableSetPoints reachable_set_points(const PathChecker& checker, const SetPoint& start,
-                                const std::optional<Box>& box,
-                                const std::function<bool(double)>& progress = {});
+                                        const std::optional<Box>& box,
+                                        const std::function<bool(double)>& progress = {});
 
 }  // namespace cdprcal

@@ -12,7 +12,7 @@ namespace cdprcal {
 
 /// One transition.
 struct Leg {
-  int to = 0;        ///< place
+  int to = 0;  ///< place
   Timing timing;
 };
 
@@ -61,8 +61,8 @@ class LegTable {
   };
   Table<Timing> direct_;
   Table<std::string> obstacle_;
-  Table<double> settled_s_;   ///< best way, without the time to measure
-  Table<int> next_;           ///< first place on the best way; −1: none
+  Table<double> settled_s_;  ///< best way, without the time to measure
+  Table<int> next_;          ///< first place on the best way; −1: none
 };
 
 }  // namespace cdprcal

@@ -1,4 +1,5 @@
-// What measurement poses will say about the initial pose, before anything moves, and which say most.
+// What measurement poses will say about the initial pose, before anything moves, and which say
+// most.
 //
 // The information that a pose adds to the common unknowns (ζ0 and the errors of the reference
 // readings) does not depend on the other poses, so it is worked out once for each candidate and
@@ -59,8 +60,8 @@ class Observability {
 /// Candidates chosen, in the order of their gain.
 struct Selection {
   std::vector<int> chosen;
-  std::optional<Matrix6> covariance;   ///< of ζ0
-  bool stopped = false;                ///< `proceed` said so; `chosen` is short then
+  std::optional<Matrix6> covariance;  ///< of ζ0
+  bool stopped = false;               ///< `proceed` said so; `chosen` is short then
 };
 
 /// The `count` candidates that make the determinant of the information on ζ0 largest (D-optimal):

@@ -18,15 +18,15 @@ VisitingOrder parse_visiting_order(const std::string& name);
 const char* to_string(VisitingOrder order);
 
 struct Tour {
-  std::vector<int> order;   ///< poses from 0; the start is not listed
+  std::vector<int> order;  ///< poses from 0; the start is not listed
   double time_s = 0.0;
-  bool optimal = false;     ///< proved; otherwise no exchange of two stretches and no move of one
-                            ///< makes it shorter
+  bool optimal = false;  ///< proved; otherwise no exchange of two stretches and no move of one
+                         ///< makes it shorter
 };
 
 /// Shortest tour that starts at the start, visits every pose once and ends anywhere (an open
-/// travelling-salesman tour). time_s: (k+1)×(k+1), entry (i, j) from place i to place j, place 0 the
-/// start, place p + 1 pose p; it need not be symmetric; infinite where there is no way. Exact
+/// travelling-salesman tour). time_s: (k+1)×(k+1), entry (i, j) from place i to place j, place 0
+/// the start, place p + 1 pose p; it need not be symmetric; infinite where there is no way. Exact
 /// (Held & Karp 1962) up to `kMostExact` poses; beyond, nearest neighbour from several first poses,
 /// each improved by 2-opt and or-opt; the same input gives the same tour. time_s of the tour is
 /// infinite when no way was found. Throws InputError for a matrix that is not square or has NaN.
@@ -43,8 +43,8 @@ std::vector<int> random_order(const Eigen::MatrixXd& length_m, int visits, std::
 
 /// How well an order tells the two directions apart.
 struct ApproachCoverage {
-  int both = 0;       ///< pairs (pose, cable) approached paying out and reeling in
-  int possible = 0;   ///< pairs for which poses with longer and with shorter cable exist
+  int both = 0;      ///< pairs (pose, cable) approached paying out and reeling in
+  int possible = 0;  ///< pairs for which poses with longer and with shorter cable exist
 };
 ApproachCoverage approach_coverage(const Eigen::MatrixXd& length_m, const std::vector<int>& order);
 

@@ -15,7 +15,7 @@ constexpr double kMostTurn_rad = 0.1;      ///< between two points
 constexpr double kMoveShare = 1.0 / 40.0;  ///< of the robot's size, between two points
 constexpr double kLeastStep = 1e-5;        ///< of the fraction: below, the equilibrium is lost
 constexpr int kNewtonSteps = 12;
-constexpr double kBalance = 1e-10;         ///< error ÷ weight, as in DirectOptions
+constexpr double kBalance = 1e-10;  ///< error ÷ weight, as in DirectOptions
 
 std::string place(double fraction, const Vector3& p) {
   std::ostringstream out;
@@ -39,11 +39,16 @@ void fail(Path& path, PathStatus status, const PathPoint& at, const std::string&
 
 const char* to_string(PathStatus status) {
   switch (status) {
-    case PathStatus::clear: return "clear";
-    case PathStatus::unstable: return "unstable";
-    case PathStatus::other_equilibrium: return "other_equilibrium";
-    case PathStatus::beyond_tension_limits: return "beyond_tension_limits";
-    case PathStatus::outside_workspace: return "outside_workspace";
+    case PathStatus::clear:
+      return "clear";
+    case PathStatus::unstable:
+      return "unstable";
+    case PathStatus::other_equilibrium:
+      return "other_equilibrium";
+    case PathStatus::beyond_tension_limits:
+      return "beyond_tension_limits";
+    case PathStatus::outside_workspace:
+      return "outside_workspace";
   }
   return "unknown";
 }
@@ -82,8 +87,8 @@ bool PathChecker::settle(const CableVector& tension_N, Pose& pose) const {
     if (!state.valid) return false;
     const Vector6 residual = wrench_residual(solver_.robot(), state, tension_N);
     if (balance_error_N(residual, length_scale_m_) <= tolerance) return true;
-    const Vector6 twist = -Eigen::PartialPivLU<Matrix6>(
-                               stiffness(solver_.robot(), state, tension_N)).solve(residual);
+    const Vector6 twist =
+        -Eigen::PartialPivLU<Matrix6>(stiffness(solver_.robot(), state, tension_N)).solve(residual);
     if (!twist.allFinite() || size_of(twist, step_limit_m_) > 1.0) return false;
     pose = plus(pose, twist);
   }
@@ -140,17 +145,15 @@ Path PathChecker::follow(const SetPoint& from, const SetPoint& to) const {
       fail(path, PathStatus::unstable, at, "the equilibrium ends: the platform would jump");
       return path;
     }
-    const double fraction =
-        step >= 1.0 - at.fraction - 1e-12 ? 1.0 : at.fraction + step;
+    const double fraction = step >= 1.0 - at.fraction - 1e-12 ? 1.0 : at.fraction + step;
     const CableVector tension_N = from.tension_N + fraction * change_N;
     const Vector6 move = (fraction - at.fraction) * at.twist_by_fraction;
     const Pose predicted = plus(at.pose, move);
     Pose pose = predicted;
     // The prediction must be good to a tenth of a step, or this may be another equilibrium.
-    const bool settled = settle(tension_N, pose) &&
-                         size_of(minus(pose, predicted), step_limit_m_) < 0.1;
-    const PathPoint next =
-        settled ? describe(fraction, pose, tension_N, change_N) : PathPoint{};
+    const bool settled =
+        settle(tension_N, pose) && size_of(minus(pose, predicted), step_limit_m_) < 0.1;
+    const PathPoint next = settled ? describe(fraction, pose, tension_N, change_N) : PathPoint{};
     if (!settled || !(next.stiffness_N_m > 0.5 * at.stiffness_N_m)) {
       if (step < 2.0 * kLeastStep && settled) {  // softening to nothing within a hair
         fail(path, PathStatus::unstable, next, "the platform loses its stability");

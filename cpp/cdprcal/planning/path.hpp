@@ -3,7 +3,8 @@
 //
 // Every tension follows the same fifth-degree polynomial, so the tensions run along the straight
 // line between the set-points whatever the duration, and the quasi-static path depends on the line
-// alone: at each fraction of it the platform rests in the equilibrium that continues the one before.
+// alone: at each fraction of it the platform rests in the equilibrium that continues the one
+// before.
 #pragma once
 
 #include <optional>
@@ -17,10 +18,10 @@ namespace cdprcal {
 
 enum class PathStatus {
   clear,
-  unstable,              ///< the equilibrium loses its stability at constant tensions, or ends
-  other_equilibrium,     ///< it ends in another equilibrium of the same tensions
-  beyond_tension_limits, ///< a tension comes closer to its limits than the margin
-  outside_workspace      ///< the platform leaves the bounds or the static workspace
+  unstable,               ///< the equilibrium loses its stability at constant tensions, or ends
+  other_equilibrium,      ///< it ends in another equilibrium of the same tensions
+  beyond_tension_limits,  ///< a tension comes closer to its limits than the margin
+  outside_workspace       ///< the platform leaves the bounds or the static workspace
 };
 
 const char* to_string(PathStatus status);
@@ -32,19 +33,19 @@ struct PathOptions {
 
 /// One equilibrium on the way.
 struct PathPoint {
-  double fraction = 0.0;               ///< of the tension change: 0 … 1
+  double fraction = 0.0;  ///< of the tension change: 0 … 1
   Pose pose;
   CableVector tension_N;
-  Vector6 twist_by_fraction;           ///< dζ/ds [m, rad], world axes
-  CableVector length_by_fraction_m;    ///< dl/ds
-  double stiffness_N_m = 0.0;          ///< Stability::constant_tensions_N_m
+  Vector6 twist_by_fraction;         ///< dζ/ds [m, rad], world axes
+  CableVector length_by_fraction_m;  ///< dl/ds
+  double stiffness_N_m = 0.0;        ///< Stability::constant_tensions_N_m
 };
 
 /// What happens between two set-points.
 struct Path {
   PathStatus status = PathStatus::clear;
-  std::string reason;                  ///< one sentence for people; empty when clear
-  std::vector<PathPoint> points;       ///< by rising fraction; up to the failure when not clear
+  std::string reason;             ///< one sentence for people; empty when clear
+  std::vector<PathPoint> points;  ///< by rising fraction; up to the failure when not clear
 
   [[nodiscard]] bool clear() const { return status == PathStatus::clear; }
 };

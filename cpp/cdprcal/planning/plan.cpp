@@ -95,8 +95,7 @@ class Planner {
       const auto proceed = [this] {
         return !options_.progress || options_.progress({"measurement box", 0.0});
       };
-      const BoxProposal proposal =
-          propose_measurement_box(robot_, options_.set_points, proceed);
+      const BoxProposal proposal = propose_measurement_box(robot_, options_.set_points, proceed);
       if (proposal.stopped) throw Ended{PlanStatus::stopped, "stopped"};
       if (!proposal.box) throw Ended{PlanStatus::infeasible, proposal.reason};
       box_ = *proposal.box;
@@ -110,8 +109,8 @@ class Planner {
   [[nodiscard]] SetPoint set_point_at(const Vector3& position_m, const std::string& what) const {
     const SetPointSolver::Result found = solver_.at(position_m);
     if (!found.set_point) {
-      throw Ended{PlanStatus::infeasible, what + " at " + text(position_m) +
-                                              " is no set-point: " + found.reason};
+      throw Ended{PlanStatus::infeasible,
+                  what + " at " + text(position_m) + " is no set-point: " + found.reason};
     }
     return *found.set_point;
   }
@@ -134,10 +133,9 @@ class Planner {
     if (candidates.stopped) throw Ended{PlanStatus::stopped, "stopped"};
     result.candidates = static_cast<int>(candidates.set_points.size());
     if (result.candidates < options_.optimal) {
-      throw Ended{PlanStatus::infeasible,
-                  "only " + std::to_string(result.candidates) +
-                      " set-points can be reached safely; " + std::to_string(options_.optimal) +
-                      " were asked for"};
+      throw Ended{PlanStatus::infeasible, "only " + std::to_string(result.candidates) +
+                                              " set-points can be reached safely; " +
+                                              std::to_string(options_.optimal) + " were asked for"};
     }
     const Observability observability(robot_, start_);
     std::vector<Eigen::MatrixXd> information;
@@ -196,10 +194,10 @@ class Planner {
     for (std::size_t p = 1; p < places.size(); ++p) {
       const int place = static_cast<int>(p);
       if (!legs.way(0, place).empty() && !legs.way(place, 0).empty()) continue;
-      throw Ended{PlanStatus::infeasible,
-                  "pose " + std::to_string(p) + " at " + text(places[p].pose.position_m) +
-                      " cannot be reached from the start and left again: " +
-                      legs.obstacle(0, place)};
+      throw Ended{
+          PlanStatus::infeasible,
+          "pose " + std::to_string(p) + " at " + text(places[p].pose.position_m) +
+              " cannot be reached from the start and left again: " + legs.obstacle(0, place)};
     }
     report("order", 0.0);
     std::vector<int> order;
@@ -270,15 +268,18 @@ class Planner {
 }  // namespace
 
 int Plan::measured_count() const {
-  return static_cast<int>(std::count_if(poses.begin(), poses.end(),
-                                        [](const PlannedPose& p) { return p.measured; }));
+  return static_cast<int>(
+      std::count_if(poses.begin(), poses.end(), [](const PlannedPose& p) { return p.measured; }));
 }
 
 const char* to_string(PlanStatus status) {
   switch (status) {
-    case PlanStatus::planned: return "planned";
-    case PlanStatus::infeasible: return "infeasible";
-    case PlanStatus::stopped: return "stopped";
+    case PlanStatus::planned:
+      return "planned";
+    case PlanStatus::infeasible:
+      return "infeasible";
+    case PlanStatus::stopped:
+      return "stopped";
   }
   return "unknown";
 }
@@ -300,8 +301,8 @@ std::string verify_plan(const Robot& given, const Plan& plan, const std::optiona
   const auto check_count = [&](const CableVector& tension_N, const std::string& what) {
     if (tension_N.size() != robot.cable_count()) {
       throw InputError("plan: " + what + " has " + std::to_string(tension_N.size()) +
-                       " tensions; " + robot.name + " has " +
-                       std::to_string(robot.cable_count()) + " cables");
+                       " tensions; " + robot.name + " has " + std::to_string(robot.cable_count()) +
+                       " cables");
     }
   };
   const auto check_limits = [&](const CableVector& tension_N, const std::string& what) {

@@ -17,25 +17,25 @@ namespace cdprcal {
 
 /// One stop of a plan: a transition to its tensions, then a wait.
 struct PlannedPose {
-  bool measured = true;        ///< false: passed through only, because no direct way is safe
+  bool measured = true;  ///< false: passed through only, because no direct way is safe
   Pose pose;
   CableVector tension_N;
-  double transition_s = 0.0;   ///< of the fifth-degree transition from the stop before
-  double dwell_s = 0.0;        ///< until the platform rests and, when measured, has been measured
-  ModeVector natural_frequencies_hz;            ///< free motions (locked cables): 6 − n, rising
-  ModeVector constant_tension_frequencies_hz;   ///< under force control: 6, rising
+  double transition_s = 0.0;  ///< of the fifth-degree transition from the stop before
+  double dwell_s = 0.0;       ///< until the platform rests and, when measured, has been measured
+  ModeVector natural_frequencies_hz;           ///< free motions (locked cables): 6 − n, rising
+  ModeVector constant_tension_frequencies_hz;  ///< under force control: 6, rising
 };
 
-/// What `acquire` runs. Everything in SI units, the world frame, poses of P. Tensions are set-points
-/// as the load cells read them: what the cables carry, unless the robot file lists effects of the
-/// load cells.
+/// What `acquire` runs. Everything in SI units, the world frame, poses of P. Tensions are
+/// set-points as the load cells read them: what the cables carry, unless the robot file lists
+/// effects of the load cells.
 struct Plan {
   std::string robot_name;
-  CableVector start_tension_N;           ///< τ0: the set-point of the home pose
-  Pose start_pose;                       ///< where the run begins; ζ0, if the model is right
-  double start_dwell_s = 0.0;            ///< at τ0 before the run, for any swing to die out
-  std::vector<PlannedPose> poses;        ///< in visiting order
-  double duration_s = 0.0;               ///< the start's dwell and all transitions and dwells
+  CableVector start_tension_N;     ///< τ0: the set-point of the home pose
+  Pose start_pose;                 ///< where the run begins; ζ0, if the model is right
+  double start_dwell_s = 0.0;      ///< at τ0 before the run, for any swing to die out
+  std::vector<PlannedPose> poses;  ///< in visiting order
+  double duration_s = 0.0;         ///< the start's dwell and all transitions and dwells
   /// Of the initial pose after this plan, `--method static`, full formulation: position [m],
   /// world-frame rotation vector [rad]; NaN when it would not be observable.
   Vector6 predicted_standard_deviation = Vector6::Constant(kNaN);
@@ -49,28 +49,28 @@ struct PlanProgress {
 };
 
 struct PlanOptions {
-  std::optional<Box> box;                 ///< of the grid; default: propose_measurement_box
-  std::array<int, 3> grid{2, 2, 2};       ///< n_x, n_y, n_z
+  std::optional<Box> box;            ///< of the grid; default: propose_measurement_box
+  std::array<int, 3> grid{2, 2, 2};  ///< n_x, n_y, n_z
   /// Above 0: this many poses chosen by observability from the set-points that can be reached,
   /// inside `box` if that is given, else from the whole static workspace.
   int optimal = 0;
-  std::vector<Vector3> positions_m;       ///< instead of a grid, when not empty
-  std::optional<Vector3> home_m;          ///< position of the start; default: middle of the box
+  std::vector<Vector3> positions_m;  ///< instead of a grid, when not empty
+  std::optional<Vector3> home_m;     ///< position of the start; default: middle of the box
   VisitingOrder order = VisitingOrder::least_time;
-  int visits = 2;                         ///< of each pose, in random order
-  std::uint64_t seed = 1;                 ///< of the random order
+  int visits = 2;          ///< of each pose, in random order
+  std::uint64_t seed = 1;  ///< of the random order
   SetPointOptions set_points;
-  std::optional<Box> bounds;              ///< that the platform may not leave; see PathOptions
+  std::optional<Box> bounds;  ///< that the platform may not leave; see PathOptions
   TimingOptions timing;
-  int threads = 0;                        ///< 0: one a core
+  int threads = 0;  ///< 0: one a core
   /// Called from the calling thread now and then; false stops.
   std::function<bool(const PlanProgress&)> progress;
 };
 
 enum class PlanStatus {
   planned,
-  infeasible,   ///< a pose is no set-point or cannot be reached; the plan is empty
-  stopped       ///< `progress` said so; the plan is empty
+  infeasible,  ///< a pose is no set-point or cannot be reached; the plan is empty
+  stopped      ///< `progress` said so; the plan is empty
 };
 
 const char* to_string(PlanStatus status);
@@ -87,20 +87,21 @@ struct GridComparison {
 
 struct PlanResult {
   PlanStatus status = PlanStatus::infeasible;
-  std::string reason;          ///< one sentence for people; empty when planned
+  std::string reason;  ///< one sentence for people; empty when planned
   Plan plan;
-  Box box;                     ///< of the grid
-  std::string box_origin;      ///< where it comes from
-  bool order_is_optimal = false;                 ///< least time, proved
-  std::optional<ApproachCoverage> approach;      ///< of a random order
-  std::optional<GridComparison> comparison;      ///< with `optimal`, when the grid can be measured
-  int candidates = 0;                            ///< that `optimal` chose from
+  Box box;                                   ///< of the grid
+  std::string box_origin;                    ///< where it comes from
+  bool order_is_optimal = false;             ///< least time, proved
+  std::optional<ApproachCoverage> approach;  ///< of a random order
+  std::optional<GridComparison> comparison;  ///< with `optimal`, when the grid can be measured
+  int candidates = 0;                        ///< that `optimal` chose from
 };
 
 /// Plans, with the effects that the robot lists for every run (see KnownEffects): their geometry
 /// and inertia throughout; readings and poses of the finished plan are those of the robot with all
-/// of them, so with an external force a stop is where it rests, a little off the grid. A pose that cannot be measured or reached is a status, not an exception. Throws InputError
-/// for options that make no sense and for robots without an inverse problem (n < 3, n > 5).
+/// of them, so with an external force a stop is where it rests, a little off the grid. A pose that
+/// cannot be measured or reached is a status, not an exception. Throws InputError for options that
+/// make no sense and for robots without an inverse problem (n < 3, n > 5).
 PlanResult make_plan(const Robot& robot, const PlanOptions& options = {});
 
 /// Follows a plan's transitions with a robot's model, as make_plan did: a plan edited by hand, or

@@ -31,8 +31,9 @@ void check(const Plan& plan) {
   const auto control = [](unsigned char c) { return c < ' '; };
   if (name.empty() || name.front() == ' ' || name.back() == ' ' ||
       std::any_of(name.begin(), name.end(), control)) {
-    throw InputError("plan: the robot's name cannot be written: it is empty, begins or ends with a "
-                     "space, or holds control characters");
+    throw InputError(
+        "plan: the robot's name cannot be written: it is empty, begins or ends with a "
+        "space, or holds control characters");
   }
   const PlannedPose& first = plan.poses.front();
   for (const PlannedPose& stop : plan.poses) {
@@ -49,14 +50,15 @@ void check(const Plan& plan) {
 
 std::string format_plan(const Plan& plan) {
   check(plan);
-  std::string text = "# cdprcal plan\n# robot: " + plan.robot_name +
-                     "\n# start_tension_N: " + list_text(plan.start_tension_N) +
-                     "\n# start_position_m: " + list_text(plan.start_pose.position_m) +
-                     "\n# start_quaternion_wxyz: " + list_text(wxyz(plan.start_pose.rotation)) +
-                     "\n# start_dwell_s: " + number_text(plan.start_dwell_s) +
-                     "\n# stops: " + std::to_string(plan.poses.size()) +
-                     "\n# predicted_standard_deviation_m_rad: " +
-                     list_text(plan.predicted_standard_deviation) + "\npurpose";
+  std::string text =
+      "# cdprcal plan\n# robot: " + plan.robot_name +
+      "\n# start_tension_N: " + list_text(plan.start_tension_N) +
+      "\n# start_position_m: " + list_text(plan.start_pose.position_m) +
+      "\n# start_quaternion_wxyz: " + list_text(wxyz(plan.start_pose.rotation)) +
+      "\n# start_dwell_s: " + number_text(plan.start_dwell_s) +
+      "\n# stops: " + std::to_string(plan.poses.size()) +
+      "\n# predicted_standard_deviation_m_rad: " + list_text(plan.predicted_standard_deviation) +
+      "\npurpose";
   const PlannedPose& first = plan.poses.front();
   for (const char* name : kPoseColumns) text += std::string(",") + name;
   for (Eigen::Index i = 0; i < first.tension_N.size(); ++i) text += "," + tension_column(i);

@@ -144,8 +144,8 @@ class PlanParser {
     const auto setter = known.find(key);
     if (setter == known.end()) return;
     if (!seen_.insert({key, number_}).second) {
-      fail(hash + 1, "'# " + key + ":' appears twice, first on line " +
-                         std::to_string(seen_.at(key)));
+      fail(hash + 1,
+           "'# " + key + ":' appears twice, first on line " + std::to_string(seen_.at(key)));
     }
     if (key == "robot") {  // a name may hold commas
       const std::string_view name = trimmed(line.substr(colon + 1));
@@ -232,8 +232,8 @@ class PlanParser {
     }
     for (const Cell& cell : cells) {
       if (known.contains(std::string(cell.text))) continue;
-      fail(cell.column, "unknown column " + shown(cell.text) +
-                            " (numbered columns count from 1 without a gap)");
+      fail(cell.column,
+           "unknown column " + shown(cell.text) + " (numbered columns count from 1 without a gap)");
     }
     for (const auto& [name, required] : known) {
       if (!columns_.contains(name)) fail(1, "column '" + name + "' is missing");
@@ -276,8 +276,8 @@ class PlanParser {
   }
 
   void finish() {
-    for (const char* key : {"robot", "start_tension_N", "start_position_m",
-                            "start_quaternion_wxyz", "start_dwell_s", "stops"}) {
+    for (const char* key : {"robot", "start_tension_N", "start_position_m", "start_quaternion_wxyz",
+                            "start_dwell_s", "stops"}) {
       if (!seen_.contains(key)) fail(1, std::string("the comment '# ") + key + ": …' is missing");
     }
     if (plan_.start_tension_N.size() != cables_) {
@@ -298,7 +298,7 @@ class PlanParser {
   std::string_view text_;
   const std::string& source_;
   std::size_t at_ = 0;
-  std::size_t number_ = 0;   ///< line, from 1
+  std::size_t number_ = 0;  ///< line, from 1
   Plan plan_;
   double stops_ = -1.0;
   std::map<std::string, std::size_t> seen_;     ///< header comment → line

@@ -11,8 +11,8 @@ namespace cdprcal {
 namespace {
 
 constexpr std::int64_t kMostPositions = 100'000;
-constexpr double kSameRobot_m = 0.05;   ///< more than any calibration moves an anchor
-constexpr int kWorkspaceSteps = 24;     ///< along the shortest side of the searched box
+constexpr double kSameRobot_m = 0.05;  ///< more than any calibration moves an anchor
+constexpr int kWorkspaceSteps = 24;    ///< along the shortest side of the searched box
 
 /// Paper eq. 19.
 const Box kIrma4Box{{-0.4, -0.4, 0.6}, {0.4, 0.4, 1.2}};
@@ -45,8 +45,9 @@ Workspace coarse_workspace(const Robot& robot, const SetPointOptions& options,
   const Box box = workspace_box(robot);
   const Vector3 extent = box.upper_m - box.lower_m;
   if (!(extent.minCoeff() > 0.0)) {
-    throw InputError("measurement box: the pulleys are in one vertical plane, so none can be "
-                     "proposed; give a box");
+    throw InputError(
+        "measurement box: the pulleys are in one vertical plane, so none can be "
+        "proposed; give a box");
   }
   search.step_m = extent.minCoeff() / kWorkspaceSteps;
   search.boundary_halvings = 0;

@@ -25,8 +25,8 @@ std::optional<Box> published_measurement_box(const Robot& robot);
 /// Where to measure.
 struct BoxProposal {
   std::optional<Box> box;
-  std::string reason;   ///< when there is a box: where it comes from; otherwise why there is none
-  bool stopped = false; ///< `proceed` said so
+  std::string reason;    ///< when there is a box: where it comes from; otherwise why there is none
+  bool stopped = false;  ///< `proceed` said so
 };
 
 /// The published box, or else the largest one inscribed in the robot's static workspace, shrunk

@@ -23,7 +23,8 @@ std::string explain(const InverseResult& result) {
       return "the tensions that hold the platform there are beyond the robot's limits";
     case EquilibriumStatus::unstable:
       return "the platform is in balance there, but not stable when its tensions are held constant";
-    default: return result.reason;
+    default:
+      return result.reason;
   }
 }
 

@@ -18,7 +18,7 @@ struct SetPoint {
 
 struct SetPointOptions {
   TensionDistribution distribution = TensionDistribution::barycentre;
-  CableVector lambda_N;   ///< n − 3 values, for given_lambda (see ForceFamily)
+  CableVector lambda_N;  ///< n − 3 values, for given_lambda (see ForceFamily)
   /// Least distance of every tension from the robot's limits [N]; default: one σ of the load
   /// cells, so that a cable stays within its limits when its load cell is wrong by that much.
   std::optional<double> tension_margin_N;

@@ -11,9 +11,9 @@ namespace {
 /// What rings at one end of a path: modes and how the equilibrium sets out in (or arrives) in each.
 struct End {
   ModeVector omega_rad_s;
-  ModeVector by_fraction;   ///< |d/ds| of the equilibrium's coordinate in each mode
-  ModeVector excursion;     ///< farthest that the path's equilibria are away in each mode
-  ModeVector reading;       ///< readings_by_mode
+  ModeVector by_fraction;  ///< |d/ds| of the equilibrium's coordinate in each mode
+  ModeVector excursion;    ///< farthest that the path's equilibria are away in each mode
+  ModeVector reading;      ///< readings_by_mode
 };
 
 End end_of(const Robot& robot, const PathPoint& here, const std::vector<PathPoint>& path) {
@@ -68,9 +68,7 @@ double settling_time_s(const ModeVector& ringing, const End& end, double damping
 }
 
 /// To tenths of a second, as plans are read by people and logged at 10 Hz.
-double rounded_up(double time_s) {
-  return std::max(0.0, std::ceil(10.0 * time_s - 1e-3) / 10.0);
-}
+double rounded_up(double time_s) { return std::max(0.0, std::ceil(10.0 * time_s - 1e-3) / 10.0); }
 
 /// d²ζ/ds² at a point of a path, by differences of dζ/ds.
 Vector6 curvature(const std::vector<PathPoint>& points, std::size_t i) {
@@ -126,9 +124,9 @@ ModeVector readings_by_mode(const Robot& robot, const PlatformState& state, cons
   ModeVector out(modes.shape.cols());
   for (Eigen::Index k = 0; k < out.size(); ++k) {
     const Vector6 shape = modes.shape.col(k);
-    out[k] = std::max({(lengths * shape).cwiseAbs().maxCoeff(),
-                       (swivels * shape).cwiseAbs().maxCoeff(),
-                       shape.tail<3>().cwiseAbs().maxCoeff() / sigma.attitude_rad});
+    out[k] =
+        std::max({(lengths * shape).cwiseAbs().maxCoeff(), (swivels * shape).cwiseAbs().maxCoeff(),
+                  shape.tail<3>().cwiseAbs().maxCoeff() / sigma.attitude_rad});
   }
   return out;
 }

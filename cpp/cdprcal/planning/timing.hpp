@@ -16,8 +16,8 @@
 namespace cdprcal {
 
 struct TimingOptions {
-  double max_platform_speed_m_s = 0.5;   ///< peak speed of P
-  double max_cable_speed_m_s = 0.5;      ///< peak speed of any cable
+  double max_platform_speed_m_s = 0.5;  ///< peak speed of P
+  double max_cable_speed_m_s = 0.5;     ///< peak speed of any cable
   /// ζ of every mode. Winches under tension control and pulleys damp strongly (0.1 and more in
   /// recorded runs); take less for a free-running platform.
   double damping_ratio = 0.1;
@@ -29,8 +29,8 @@ struct TimingOptions {
 
 struct Timing {
   double transition_s = 0.0;
-  double settling_s = 0.0;       ///< until the ringing is below the tolerance
-  double dwell_s = 0.0;          ///< settling and measuring
+  double settling_s = 0.0;  ///< until the ringing is below the tolerance
+  double dwell_s = 0.0;     ///< settling and measuring
   [[nodiscard]] double total_s() const { return transition_s + dwell_s; }
 };
 
@@ -38,7 +38,7 @@ struct Timing {
 /// derivatives by x, and the x at which s is reached. s and x in [0, 1].
 struct FifthDegree {
   static double value(double x);
-  static double velocity(double x);       ///< at most 15/8
+  static double velocity(double x);  ///< at most 15/8
   static double acceleration(double x);
   static double inverse(double s);
 };
@@ -60,7 +60,8 @@ class TransitionTimer {
 
  private:
   [[nodiscard]] double least_by_speed_s(const Path& path) const;
-  [[nodiscard]] std::optional<double> least_by_workspace_s(const Path& path, double at_least_s) const;
+  [[nodiscard]] std::optional<double> least_by_workspace_s(const Path& path,
+                                                           double at_least_s) const;
 
   const PathChecker& checker_;
   TimingOptions options_;

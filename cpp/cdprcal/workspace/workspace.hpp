@@ -69,9 +69,9 @@ struct Workspace {
 
 /// Floods outward from the seeds, each point warm-started from a solved neighbour. The result does
 /// not depend on the number of threads. An empty workspace is a result (points_inside = 0), with
-/// the seeds' statuses telling why. The geometry and inertia of the effects that the robot lists for
-/// every run are applied; Workspace::robot has them and an empty list. Throws InputError for a bad
-/// box, step, seed outside the box, or a robot for which the inverse problem is not defined.
+/// the seeds' statuses telling why. The geometry and inertia of the effects that the robot lists
+/// for every run are applied; Workspace::robot has them and an empty list. Throws InputError for a
+/// bad box, step, seed outside the box, or a robot for which the inverse problem is not defined.
 Workspace compute_workspace(const Robot& given, const WorkspaceOptions& options = {});
 
 /// Why nothing is inside, from what was tested: one sentence. Empty when something is.

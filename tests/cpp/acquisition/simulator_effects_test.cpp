@@ -269,8 +269,8 @@ TEST_F(InjectedEffects, LoadCells) {
 }
 
 TEST_F(InjectedEffects, LoadCellsTogetherReadAsTheCatalogueTakesThemApart) {
-  start({"load_cell_bias=5,-8,10,12", "load_cell_gain=0.05,0.02,-0.03,0.1",
-         "load_cell_drift=0.05"});
+  start(
+      {"load_cell_bias=5,-8,10,12", "load_cell_gain=0.05,0.02,-0.03,0.1", "load_cell_drift=0.05"});
   const Rest r = go(1, 100.0);
   Robot known = parse_robot(
       to_yaml(robot) +

@@ -23,15 +23,15 @@ CalibrationProblem problem_at(const RobotPose& at, StaticsModel statics, Rng& rn
   const ReadingOffsets offsets = random_offsets(at.robot.cable_count(), random);
   poses = {random_pose(rng, at.robot), at.pose, random_pose(rng, at.robot)};
   for (const Pose& pose : poses) {
-    problem.measurements.push_back(synthetic_measurement(
-        at.robot, pose, random_tensions(rng, at.robot), PoseKind::static_pose, offsets,
-        reading_noise(at.robot.sigma), random));
+    problem.measurements.push_back(
+        synthetic_measurement(at.robot, pose, random_tensions(rng, at.robot), PoseKind::static_pose,
+                              offsets, reading_noise(at.robot.sigma), random));
   }
   return problem;
 }
 
-Eigen::VectorXd residuals_at(const CalibrationProblem& problem, const std::vector<Pose>& whitened_at,
-                             const std::vector<Pose>& poses) {
+Eigen::VectorXd residuals_at(const CalibrationProblem& problem,
+                             const std::vector<Pose>& whitened_at, const std::vector<Pose>& poses) {
   // Whitening is a constant of a solve: taken where the Jacobian is, not where the residual is.
   Assembly assembly(problem, whitened_at);
   assembly.cache().update_wrench_whitening(1.0);
@@ -64,8 +64,8 @@ void check_all(StaticsModel statics, int max_cables) {
             return residuals_at(problem, poses, trial);
           },
           poses[i], 1e-3);
-      EXPECT_TRUE(jacobian_matches(
-          jacobian.middleCols(6 * static_cast<Eigen::Index>(i), 6), numeric, 1e-6))
+      EXPECT_TRUE(
+          jacobian_matches(jacobian.middleCols(6 * static_cast<Eigen::Index>(i), 6), numeric, 1e-6))
           << "pose " << i;
     }
   }

@@ -36,8 +36,7 @@ TEST(Recovery, NoiseFreeToANanometre) {
     SCOPED_TRACE(configuration.name);
     Scenario s = scenario(robot, irma4_setpoints(), configuration.kind, 0.0, 11);
     configure(configuration, s.problem);
-    const CalibrationResult result =
-        solve(s.problem, disturbed(s.truth, 0.05, 3.0 * kDegree, 5));
+    const CalibrationResult result = solve(s.problem, disturbed(s.truth, 0.05, 3.0 * kDegree, 5));
     EXPECT_EQ(result.status, CalibrationStatus::converged) << result.reason;
     ASSERT_EQ(result.poses.size(), s.truth.size());
     for (std::size_t i = 0; i < s.truth.size(); ++i) {
@@ -121,9 +120,9 @@ void expect_consistent(const Configuration& configuration, double noise_scale) {
         error.tail<3>() *= robot.sigma.wrench_moment_Nm;
         truth[i] = rest_under(robot, truth[i], setpoints[i], error);
       }
-      problem.measurements[i] = synthetic_measurement(
-          robot, truth[i], setpoints[i], configuration.kind, offsets,
-          exact ? ReadingNoise{} : reading_noise(robot.sigma), random);
+      problem.measurements[i] =
+          synthetic_measurement(robot, truth[i], setpoints[i], configuration.kind, offsets,
+                                exact ? ReadingNoise{} : reading_noise(robot.sigma), random);
     }
     const CalibrationResult result = solve(problem, truth);
     ASSERT_EQ(result.status, CalibrationStatus::converged) << result.reason;

@@ -46,9 +46,8 @@ inline Scenario scenario(const Robot& robot, const std::vector<CableVector>& set
     const EquilibriumResult rest = direct_from_tensions(robot, tension);
     if (rest.status != EquilibriumStatus::found) throw std::runtime_error(rest.reason);
     out.truth.push_back(rest.pose);
-    out.problem.measurements.push_back(
-        synthetic_measurement(robot, rest.pose, tension, kind, offsets,
-                              reading_noise(robot.sigma, noise_scale), random));
+    out.problem.measurements.push_back(synthetic_measurement(
+        robot, rest.pose, tension, kind, offsets, reading_noise(robot.sigma, noise_scale), random));
   }
   return out;
 }

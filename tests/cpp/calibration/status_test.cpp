@@ -16,8 +16,7 @@ TEST(CalibrationStatus, FewerReadingsThanUnknownsIsUnobservable) {
   s.problem.reference_attitude = s.problem.reference_noise = false;
   const CalibrationResult result = solve(s.problem, s.truth);
   EXPECT_EQ(result.status, CalibrationStatus::unobservable);
-  EXPECT_NE(result.reason.find("11 equations for 12 unknowns"), std::string::npos)
-      << result.reason;
+  EXPECT_NE(result.reason.find("11 equations for 12 unknowns"), std::string::npos) << result.reason;
   EXPECT_FALSE(result.covariance);
 }
 
@@ -32,8 +31,7 @@ TEST(CalibrationStatus, PosesInOnePlaceAreUnobservable) {
 }
 
 TEST(CalibrationStatus, ContradictedModelIsNotConverged) {
-  Scenario s =
-      scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
+  Scenario s = scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
   for (Measurement& m : s.problem.measurements) m.swivel_rad = -m.swivel_rad;  // encoder signs
   const CalibrationResult result = solve(s.problem, s.truth);
   EXPECT_EQ(result.status, CalibrationStatus::not_converged);
@@ -41,8 +39,7 @@ TEST(CalibrationStatus, ContradictedModelIsNotConverged) {
 }
 
 TEST(CalibrationStatus, IterationLimitIsNotConverged) {
-  Scenario s =
-      scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
+  Scenario s = scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
   SolveOptions options;
   options.max_iterations = 1;
   const CalibrationResult result =
@@ -53,8 +50,7 @@ TEST(CalibrationStatus, IterationLimitIsNotConverged) {
 }
 
 TEST(CalibrationStatus, StartOutsideTheGeometryIsNotConverged) {
-  Scenario s =
-      scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
+  Scenario s = scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
   std::vector<Pose> guess = s.truth;
   // Anchor 1 on its pulley: no tangent exists.
   const Cable& cable = s.problem.robot.cables[0];
@@ -68,8 +64,7 @@ TEST(CalibrationStatus, StartOutsideTheGeometryIsNotConverged) {
 }
 
 TEST(CalibrationStatus, WrongUseThrows) {
-  Scenario s =
-      scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
+  Scenario s = scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
   std::vector<Pose> short_guess(s.truth.begin(), s.truth.end() - 1);
   EXPECT_THROW(solve(s.problem, short_guess), InputError);
   CalibrationProblem empty;

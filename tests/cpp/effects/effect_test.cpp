@@ -41,8 +41,7 @@ Eigen::VectorXd predicted(const Robot& robot, const Measurement& m, const Pose& 
   Eigen::VectorXd out(rows.size());
   for (int i = 0; i < rows.cables; ++i) {
     out[i] = e.length_m[i];
-    out[rows.swivel() + i] =
-        about ? wrap_angle(e.swivel_rad[i] - about->swivel_rad[i]) : 0.0;
+    out[rows.swivel() + i] = about ? wrap_angle(e.swivel_rad[i] - about->swivel_rad[i]) : 0.0;
   }
   for (int a = 0; a < 3; ++a) {
     out[rows.attitude() + a] =
@@ -55,7 +54,8 @@ Eigen::VectorXd predicted(const Robot& robot, const Measurement& m, const Pose& 
 EffectValues random_values(Rng& rng, const Effect& effect, int cables) {
   EffectValues values = effect.typical(cables);
   for (double& v : values) v *= uniform(rng, -1.0, 1.0);
-  if (effect.name() == "cable_elasticity" || effect.name() == "cable_sag") values = values.cwiseAbs();
+  if (effect.name() == "cable_elasticity" || effect.name() == "cable_sag")
+    values = values.cwiseAbs();
   return values;
 }
 
@@ -85,8 +85,8 @@ TEST_P(EveryEffect, DerivativesByValueAndByPose) {
     const EffectValues scale = effect->typical(n);
     const NumericJacobian by_value = numeric_jacobian(
         [&](const Eigen::VectorXd& x) {
-          return predicted(at.robot, m, at.pose,
-                           {{effect, EffectValues(x.cwiseProduct(scale))}}, &about, scratch);
+          return predicted(at.robot, m, at.pose, {{effect, EffectValues(x.cwiseProduct(scale))}},
+                           &about, scratch);
         },
         values.cwiseQuotient(scale), 2e-2);
     EXPECT_TRUE(jacobian_matches(columns * scale.asDiagonal(), by_value, 1e-6)) << "by value";
@@ -110,8 +110,8 @@ TEST_P(EveryEffect, ZeroIsAbsentAndValuesCount) {
   PoseEvaluation e;
   const Eigen::VectorXd without = predicted(at.robot, m, at.pose, {}, nullptr, e);
   PoseEvaluation about = e;
-  const Eigen::VectorXd zero = predicted(
-      at.robot, m, at.pose, {{effect, EffectValues::Zero(effect->size(n))}}, &about, e);
+  const Eigen::VectorXd zero =
+      predicted(at.robot, m, at.pose, {{effect, EffectValues::Zero(effect->size(n))}}, &about, e);
   const Eigen::VectorXd plain = predicted(at.robot, m, at.pose, {}, &about, e);
   EXPECT_LT((zero - plain).norm(), 1e-12);
   const Eigen::VectorXd one =

@@ -81,8 +81,7 @@ TEST(NaturalFrequencies, MassMatrixIsThatOfTheMassPointsOfABody) {
     for (double& t : twist) t = test::uniform(rng, -1.0, 1.0);
     double energy = 0.0;
     for (const Vector3& p : points) {
-      const Vector3 velocity =
-          twist.head<3>() + twist.tail<3>().cross(Vector3(pose.rotation * p));
+      const Vector3 velocity = twist.head<3>() + twist.tail<3>().cross(Vector3(pose.rotation * p));
       energy += 0.5 * m * velocity.squaredNorm();
     }
     const Matrix6 mass = mass_matrix(robot, platform_state(robot, pose));

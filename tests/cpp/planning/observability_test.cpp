@@ -71,9 +71,9 @@ TEST(Observability, TheEstimatorIsAsAccurateAsPredicted) {
         wrench[a] = (a < 3 ? sigma.wrench_force_N : sigma.wrench_moment_Nm) * random();
       }
       truth.push_back(pushed(s.robot, at, wrench));
-      problem.measurements.push_back(
-          synthetic_measurement(s.robot, truth.back(), at.tension_N, PoseKind::static_pose, offsets,
-                                reading_noise(sigma), random));
+      problem.measurements.push_back(synthetic_measurement(s.robot, truth.back(), at.tension_N,
+                                                           PoseKind::static_pose, offsets,
+                                                           reading_noise(sigma), random));
     };
     measure(s.start);
     for (const SetPoint& at : grid) measure(at);
@@ -106,7 +106,8 @@ TEST(DOptimal, IsTheBestSetOfAnExhaustiveSearch) {
   const Setting s;
   const Observability observability(s.robot, s.start);
   std::vector<Eigen::MatrixXd> information;
-  for (const SetPoint& point : s.grid({3, 2, 2})) information.push_back(observability.added_by(point));
+  for (const SetPoint& point : s.grid({3, 2, 2}))
+    information.push_back(observability.added_by(point));
   const int n = static_cast<int>(information.size());
   const auto log_determinant = [&](const std::vector<int>& set) {
     Eigen::MatrixXd sum = observability.of_start();
@@ -134,7 +135,8 @@ TEST(DOptimal, ChoosesEachCandidateAtMostOnce) {
   const Setting s;
   const Observability observability(s.robot, s.start);
   std::vector<Eigen::MatrixXd> information;
-  for (const SetPoint& point : s.grid({2, 2, 2})) information.push_back(observability.added_by(point));
+  for (const SetPoint& point : s.grid({2, 2, 2}))
+    information.push_back(observability.added_by(point));
   std::vector<int> all = select_d_optimal(observability.of_start(), information, 8).chosen;
   std::sort(all.begin(), all.end());
   EXPECT_EQ(all, (std::vector<int>{0, 1, 2, 3, 4, 5, 6, 7}));

@@ -138,8 +138,8 @@ TEST(RandomOrder, VisitsEachPoseOnceARoundAndNeverTwiceInARow) {
       const std::vector<int> order = random_order(lengths, visits, 7);
       ASSERT_EQ(order.size(), static_cast<std::size_t>(poses * visits));
       for (int v = 0; v < visits; ++v) {
-        EXPECT_TRUE(visits_all_once({order.begin() + v * poses, order.begin() + (v + 1) * poses},
-                                    poses));
+        EXPECT_TRUE(
+            visits_all_once({order.begin() + v * poses, order.begin() + (v + 1) * poses}, poses));
       }
       EXPECT_EQ(std::adjacent_find(order.begin(), order.end()), order.end());
     }

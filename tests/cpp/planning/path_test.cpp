@@ -63,8 +63,9 @@ TEST(Path, SpeedsAreTheDerivativesOfTheEquilibrium) {
     const Pose after = at(point.fraction + h), before = at(point.fraction - h);
     const Vector6 twist = (minus(after, point.pose) - minus(before, point.pose)) / (2.0 * h);
     EXPECT_LT((twist - point.twist_by_fraction).norm(), 1e-5 * (1.0 + twist.norm()));
-    const CableVector lengths = (platform_state(robot, after).length_m() -
-                                 platform_state(robot, before).length_m()) / (2.0 * h);
+    const CableVector lengths =
+        (platform_state(robot, after).length_m() - platform_state(robot, before).length_m()) /
+        (2.0 * h);
     EXPECT_LT((lengths - point.length_by_fraction_m).norm(), 1e-5 * (1.0 + lengths.norm()));
   }
 }
@@ -90,7 +91,8 @@ TEST(Path, ThatLeavesGivenBoundsIsCaught) {
   const Robot robot = load_robot("irma4");
   const SetPointSolver solver(robot);
   PathOptions options;
-  options.bounds = Box{{-0.41, -0.41, 0.0}, {0.41, 0.41, 1.0}};  // the platform rises above on its way
+  options.bounds =
+      Box{{-0.41, -0.41, 0.0}, {0.41, 0.41, 1.0}};  // the platform rises above on its way
   const PathChecker checker(solver, options);
   const SetPoint a = *solver.at({-0.4, -0.4, 0.99}).set_point;
   const SetPoint b = *solver.at({0.4, 0.4, 0.6}).set_point;
@@ -138,8 +140,8 @@ TEST(Path, WhereTheEquilibriumEndsIsCaughtWhereABruteForceSearchLosesItToo) {
       Pose pose = from.pose;
       for (int k = 1; k <= 4000; ++k) {
         const double s = k / 4000.0;
-        const EquilibriumResult rest = direct_from_tensions(
-            robot, from.tension_N + s * (to.tension_N - from.tension_N), pose);
+        const EquilibriumResult rest =
+            direct_from_tensions(robot, from.tension_N + s * (to.tension_N - from.tension_N), pose);
         if (rest.status != EquilibriumStatus::found ||
             (rest.pose.position_m - pose.position_m).norm() > 0.1 ||
             rotation_distance_rad(rest.pose, pose) > 0.2) {
@@ -165,8 +167,9 @@ TEST(Path, ReversedIsTheWayBack) {
   EXPECT_LT(minus(back.points.front().pose, b.pose).norm(), 1e-8);
   const Path direct = checker.follow(b, a);
   ASSERT_TRUE(direct.clear());
-  EXPECT_LT((direct.points.front().twist_by_fraction - back.points.front().twist_by_fraction).norm(),
-            1e-6);
+  EXPECT_LT(
+      (direct.points.front().twist_by_fraction - back.points.front().twist_by_fraction).norm(),
+      1e-6);
   EXPECT_LT(minus(direct.points.back().pose, back.points.back().pose).norm(), 1e-8);
 }
 

@@ -66,8 +66,7 @@ class Simulator {
     const State s2{plus(from.pose, 0.5 * step_s * from.velocity),
                    from.velocity + 0.5 * step_s * a1};
     const Vector6 a2 = acceleration(s2, tension_at(time_s + 0.5 * step_s), damping);
-    const State s3{plus(from.pose, 0.5 * step_s * s2.velocity),
-                   from.velocity + 0.5 * step_s * a2};
+    const State s3{plus(from.pose, 0.5 * step_s * s2.velocity), from.velocity + 0.5 * step_s * a2};
     const Vector6 a3 = acceleration(s3, tension_at(time_s + 0.5 * step_s), damping);
     const State s4{plus(from.pose, step_s * s3.velocity), from.velocity + step_s * a3};
     const Vector6 a4 = acceleration(s4, tension_at(time_s + step_s), damping);

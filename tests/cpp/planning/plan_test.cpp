@@ -1,4 +1,5 @@
-// Whole plans: every stop an equilibrium, every way clear, and the properties that physics asks for.
+// Whole plans: every stop an equilibrium, every way clear, and the properties that physics asks
+// for.
 #include "cdprcal/planning/plan.hpp"
 
 #include <gtest/gtest.h>
@@ -78,8 +79,8 @@ TEST(Plan, ByObservabilityNeedsFarFewerPosesThanTheGrid) {
     for (const PlannedPose& p : result.plan.poses) {
       if (p.measured) stops.push_back({p.pose, p.tension_N});
     }
-    const Vector6 again = standard_deviation(predicted_covariance(
-        robot, {result.plan.start_pose, result.plan.start_tension_N}, stops));
+    const Vector6 again = standard_deviation(
+        predicted_covariance(robot, {result.plan.start_pose, result.plan.start_tension_N}, stops));
     EXPECT_LT((again - c.optimal_standard_deviation.back()).norm(), 1e-9);
     EXPECT_LT((again - result.plan.predicted_standard_deviation).norm(), 1e-9);
   }

@@ -67,7 +67,8 @@ std::pair<double, double> simulate(const Robot& robot, const SetPoint& from, con
     const Matrix6 damping = at_start + share(t) * (at_end - at_start);
     state = simulator.step(state, t, kStep_s, tension, damping);
     const double away = test::readings_away(robot, to, state.pose);
-    if (t > timing.transition_s && t < timing.transition_s + period_s) after = std::max(after, away);
+    if (t > timing.transition_s && t < timing.transition_s + period_s)
+      after = std::max(after, away);
     if (t > timing.transition_s + timing.settling_s) measuring = std::max(measuring, away);
   }
   return {after, measuring};
