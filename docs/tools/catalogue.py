@@ -12,8 +12,10 @@ from __future__ import annotations
 import argparse
 import math
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -30,7 +32,7 @@ SEED = 4
 _PATTERN = (1.0, -0.8, 0.6, -1.0, 0.7, -0.6, 0.9, -0.7, 0.8, -0.9, 0.5, -0.5)
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 _MARKERS = "osD^"
-_PANELS = (
+_PANELS: tuple[tuple[str, float, Callable[[_core.PoseResidual], np.ndarray]], ...] = (
     ("length [mm]", 1e3, lambda r: r.length_m),
     ("swivel [°]", 180.0 / np.pi, lambda r: r.swivel_rad),
     ("tension [N]", 1.0, lambda r: r.tension_N),
@@ -143,7 +145,7 @@ def draw(found: Signature) -> Figure:
         axes = figure.add_subplot(1, 4, i + 1)
         values = factor * np.array([read(residual.residual) for residual in residuals])
         for k in range(values.shape[1]):
-            style = {"marker": _MARKERS[k], "color": _COLOURS[k], "markersize": 3.2}
+            style: dict[str, Any] = {"marker": _MARKERS[k], "color": _COLOURS[k], "markersize": 3.2}
             axes.plot(times, values[:, k], linewidth=0.7, **style)
         axes.axhline(0.0, color="#9aa5b1", linewidth=0.6, zorder=0)
         axes.set_title(title, fontsize=8)

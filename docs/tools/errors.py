@@ -31,7 +31,7 @@ class Found:
 
 def findings() -> list[Found]:
     """All findings in the sources, by code."""
-    found = {}
+    found: dict[tuple[str, str], Found] = {}
     for path in sorted((ROOT / "python" / "cdprcal").rglob("*.py")):
         for call in _calls(path):
             made = _finding(call)

@@ -223,7 +223,12 @@ def test_whatever_is_raised_on_the_way_the_winches_are_locked_and_the_log_closed
 
     def note_close(log: LiveLog) -> LiveLog:
         close = log.close
-        log.close = lambda: (closed.append(True), close())[1]  # type: ignore[method-assign]
+
+        def noted() -> None:
+            closed.append(True)
+            close()
+
+        log.close = noted  # type: ignore[method-assign]
         return log
 
     def fault(sample: RobotSample) -> None:

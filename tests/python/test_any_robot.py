@@ -21,8 +21,8 @@ def start_up(robot: cdprcal.Robot, seed: int) -> cdprcal.SyntheticLog:
     quick = cdprcal.SyntheticLogOptions(dwell_s=0.5, move_s=0.5, rate_Hz=4.0)
     setpoints: list[np.ndarray] = []
     for _ in range(300):
-        tension_N = share_N * random.uniform(1.1, 1.6)
-        tension_N = tension_N * random.uniform(0.8, 1.25, size=robot.cable_count)
+        mean_N = share_N * random.uniform(1.1, 1.6)
+        tension_N = mean_N * random.uniform(0.8, 1.25, size=robot.cable_count)
         try:
             cdprcal.synthetic_log(robot, [*setpoints[-1:], tension_N], quick)
         except cdprcal.InputError:

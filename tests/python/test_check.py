@@ -25,7 +25,7 @@ def found(report: CheckReport) -> set[tuple[str, str]]:
     return {(finding.severity, finding.code) for finding in report.findings}
 
 
-def edited(log: cdprcal.Log, name: str, edit: Callable[[Array], None]) -> cdprcal.Log:
+def edited(log: cdprcal.Log, name: str, edit: Callable[[Array], object]) -> cdprcal.Log:
     """A copy of a log with one array edited in place."""
     values = np.array(getattr(log, name))
     edit(values)

@@ -68,6 +68,11 @@ def with_line(path: Path, number: int, edit: Callable[[str], str]) -> None:
     path.write_text("".join(lines))
 
 
+def replace_by_folder(path: Path) -> None:
+    path.unlink()
+    path.mkdir()
+
+
 LOG_FAULTS: dict[str, tuple[Callable[[Path], object], tuple[str, ...]]] = {
     "missing column": (
         lambda p: with_line(p, 1, lambda s: s.replace("time_s,", "t,")),
@@ -109,7 +114,7 @@ LOG_FAULTS: dict[str, tuple[Callable[[Path], object], tuple[str, ...]]] = {
         lambda p: p.write_text("3,1.0,0,9,1,1,1,x,1,1,1,1,1,1\n"),
         (r"run\.csv:1: cable length: 'x'",),
     ),
-    "a folder": (lambda p: (p.unlink(), p.mkdir()), (r"run\.csv: cannot be read: is a directory",)),
+    "a folder": (replace_by_folder, (r"run\.csv: cannot be read: is a directory",)),
     "no such file": (lambda p: p.unlink(), (r"run\.csv: cannot be read: no such file",)),
 }
 

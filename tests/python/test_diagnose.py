@@ -245,7 +245,7 @@ def test_effects_of_a_robot_are_checked_kept_and_pickled(robot: cdprcal.Robot) -
     import pickle
 
     effect = cdprcal.AppliedEffect(name="load_cell_bias", parameters={"bias_N": BIAS_N})
-    parts = {
+    parts: dict[str, Any] = {
         "name": "r",
         "platform": robot.platform,
         "cables": robot.cables,

@@ -1,6 +1,11 @@
 """Equilibria from Python, and MuJoCo's dynamics as a second opinion that nobody here wrote."""
+# mypy: disable-error-code="union-attr"
+# A pose that is None fails the test by itself.
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +24,7 @@ def test_inverse_and_direct_problem_agree_on_table_ii(robot: cdprcal.Robot, row:
     assert direct.status == cdprcal.EquilibriumStatus.found
     assert direct.stable
     assert direct.residual_N < 1e-7
+    assert direct.pose is not None
     state = cdprcal.platform_state(robot, direct.pose)
     inverse = cdprcal.inverse(
         robot,
@@ -101,7 +107,9 @@ def test_lengths_of_more_than_six_cables_are_refused() -> None:
         ),
     ],
 )
-def test_wrong_use_is_an_input_error(robot: cdprcal.Robot, call, words: str) -> None:
+def test_wrong_use_is_an_input_error(
+    robot: cdprcal.Robot, call: Callable[[cdprcal.Robot], object], words: str
+) -> None:
     with pytest.raises(cdprcal.InputError, match=words):
         call(robot)
 
@@ -119,7 +127,7 @@ def mujoco_xml(robot: cdprcal.Robot, start: np.ndarray) -> str:
         inertia[1, 2],
     ]
 
-    def text(values: object) -> str:
+    def text(values: Any) -> str:
         return " ".join(repr(float(value)) for value in np.ravel(values))
 
     eyelets, anchors, tendons, motors = [], [], [], []
@@ -146,7 +154,9 @@ def mujoco_xml(robot: cdprcal.Robot, start: np.ndarray) -> str:
       </mujoco>"""
 
 
-def settle(mujoco, model, data, tension_N: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def settle(
+    mujoco: Any, model: Any, data: Any, tension_N: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Position and rotation when the platform has come to rest under constant tendon forces."""
     mujoco.mj_resetData(model, data)
     data.ctrl[:] = -tension_N  # a positive force lengthens a tendon

@@ -6,6 +6,7 @@ pytest tests/python/test_equilibria_speed.py --benchmark-columns=min,median,roun
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import numpy as np
 import pytest
@@ -51,15 +52,17 @@ class NumpyRobot:
 
 
 def exp_so3(v: np.ndarray) -> np.ndarray:
-    angle = np.sqrt(v @ v)
-    cross = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+    angle = float(np.sqrt(v @ v))
+    cross: np.ndarray = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+    rotation: np.ndarray = np.eye(3) + cross
     if angle < 1e-9:
-        return np.eye(3) + cross
-    return (
+        return rotation
+    rotation = (
         np.eye(3)
         + np.sin(angle) / angle * cross
         + (1.0 - np.cos(angle)) / angle**2 * (cross @ cross)
     )
+    return rotation
 
 
 def by_fsolve(robot: NumpyRobot) -> np.ndarray:
@@ -69,7 +72,9 @@ def by_fsolve(robot: NumpyRobot) -> np.ndarray:
     for position in LINE:
         start = rotation
 
-        def moment(v: np.ndarray, position=position, start=start) -> np.ndarray:
+        def moment(
+            v: np.ndarray, position: np.ndarray = position, start: np.ndarray = start
+        ) -> np.ndarray:
             return robot.statics(position, exp_so3(v) @ start)[1]
 
         solution, _, status, message = fsolve(moment, np.zeros(3), xtol=1e-10, full_output=True)
@@ -86,12 +91,12 @@ def by_cdprcal(robot: cdprcal.Robot) -> np.ndarray:
 
 
 @pytest.mark.benchmark(group=f"inverse problem, {POINTS} points")
-def test_cdprcal(benchmark, robot: cdprcal.Robot) -> None:
+def test_cdprcal(benchmark: Any, robot: cdprcal.Robot) -> None:
     assert benchmark.pedantic(by_cdprcal, (robot,), rounds=20).shape == (POINTS, 4)
 
 
 @pytest.mark.benchmark(group=f"inverse problem, {POINTS} points")
-def test_fsolve(benchmark, robot: cdprcal.Robot) -> None:
+def test_fsolve(benchmark: Any, robot: cdprcal.Robot) -> None:
     pytest.importorskip("scipy", reason="SciPy is not installed (the test extra has it)")
     theirs = benchmark.pedantic(by_fsolve, (NumpyRobot(robot),), rounds=3)
     elapsed_s = []

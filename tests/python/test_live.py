@@ -236,7 +236,7 @@ def test_acquire_shows_its_run_and_the_page_stops_it(plan: Path, tmp_path: Path)
         stream = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
         stream.request("GET", "/events")
         answer = stream.getresponse()
-        kinds = []
+        kinds: list[str] = []
         while len(kinds) < 5:
             line = answer.readline().decode()
             if line.startswith("data: "):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -92,9 +93,7 @@ def test_absent_groups_have_no_columns() -> None:
         ({"time_s": [0, 1], "length_m": np.zeros((2, 9))}, "8"),
     ],
 )
-def test_shapes_and_times_that_do_not_fit_are_refused(
-    arrays: dict[str, object], words: str
-) -> None:
+def test_shapes_and_times_that_do_not_fit_are_refused(arrays: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         Log(**arrays)
 
@@ -115,7 +114,7 @@ def test_canonical_csv_gives_back_the_same_numbers(
         rows = st.lists(row, min_size=samples, max_size=samples)
         return st.none() | rows.map(np.array)
 
-    arrays = {name: data.draw(group(cables)) for name in ARRAYS[1:5]}
+    arrays: dict[str, Any] = {name: data.draw(group(cables)) for name in ARRAYS[1:5]}
     arrays["roll_pitch_yaw_rad"] = data.draw(group(3))
     log = Log(time_s=times, **arrays)
     again = cdprcal.parse_log(cdprcal.format_log(log), "again")

@@ -34,7 +34,7 @@ def write(path: Path, *topics: list[object], encoding: str = "json") -> Path:
             for i, message in enumerate(messages):
                 data = message if isinstance(message, bytes) else json.dumps(message).encode()
                 writer.add_message(channel, i, data, i)
-        writer.finish()
+        writer.finish()  # type: ignore[no-untyped-call]
     return path
 
 
@@ -51,7 +51,7 @@ def test_a_log_reads_back_to_the_bit(synthetic: cdprcal.SyntheticLog, tmp_path: 
 def test_absent_readings_stay_absent(tmp_path: Path) -> None:
     log = cdprcal.Log(
         time_s=[-1.5, 0.1, 0.30000000000000004],
-        length_m=[[1, np.nan], [2, 3], [np.nan, np.nan]],
+        length_m=np.array([[1, np.nan], [2, 3], [np.nan, np.nan]]),
         roll_pitch_yaw_rad=[[0.1, 0.2, np.nan]] * 3,
     )
     path = tmp_path / "log.mcap"

@@ -341,5 +341,6 @@ def test_the_same_bits_every_time(robot: cdprcal.Robot, made: cdprcal.SyntheticL
     for i in range(3):
         ballast.append(np.empty(1000 + 17 * i))  # other addresses
         result = cdprcal.calibrate(robot, made.log).result
+        assert result.covariance is not None
         results.append((result.poses[0].position_m.tobytes(), result.covariance.tobytes()))
     assert results[0] == results[1] == results[2]

@@ -1,4 +1,4 @@
-"""What is published: the sdist, the citation, and the style and types of the source."""
+"""What is published: the sdist, the citation; and the checks of style and types."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import subprocess
 import sys
 import tarfile
 import tomllib
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -104,25 +103,45 @@ def test_citation_is_of_this_software_and_of_the_paper() -> None:
     assert citation["references"][0]["doi"] in (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(
-    ("tool", "arguments"),
-    [("ruff", ["check", "."]), ("ruff", ["format", "--check", "."]), ("mypy", [])],
-    ids=["ruff check", "ruff format", "mypy --strict"],
-)
-def test_style_and_types(tool: str, arguments: list[str], tmp_path: Path) -> None:
-    """The Python part of tools/lint."""
-    if find_spec(tool) is None:
-        pytest.skip(f"no {tool}: ./setup --dev installs it")
-    caches = {"RUFF_CACHE_DIR": str(tmp_path), "MYPY_CACHE_DIR": str(tmp_path)}
+def test_a_commit_and_ci_run_the_same_checks() -> None:
+    assert "\ntools/lint " in (ROOT / "setup").read_text(encoding="utf-8")
+    if not (ROOT / ".git").exists():
+        pytest.skip("the hooks are of the repository alone")
+    hooks = YAML(typ="safe").load(ROOT / ".pre-commit-config.yaml")["repos"][0]["hooks"]
+    assert hooks[0]["entry"] == "tools/lint"
+    assert "./setup --test" in (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("complains", ["ruff check", "ruff format", "clang-format", "mypy", None])
+def test_lint_fails_when_one_of_its_tools_complains(tmp_path: Path, complains: str | None) -> None:
+    """With stand-ins for the tools, which note how they were called."""
+    for name in ("ruff", "clang-format", "mypy"):
+        tool = tmp_path / name
+        tool.write_text(
+            f'#!/bin/sh\necho "{name} $*" >>"{tmp_path}/calls"\n'
+            f'case "{name} $1" in "{complains}"*) exit 1 ;; esac\n'
+        )
+        tool.chmod(0o755)
+    environment = {**os.environ, "CDPRCAL_TOOLS": str(tmp_path)}
     done = subprocess.run(
-        [sys.executable, "-m", tool, *arguments],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**os.environ, **caches},
+        [ROOT / "tools" / "lint"], capture_output=True, text=True, check=False, env=environment
     )
-    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.returncode == (0 if complains is None else 1), done.stderr
+    assert complains is None or f"failed: {complains}" in done.stderr
+    calls = (tmp_path / "calls").read_text().splitlines()
+    assert sorted(call.split()[0] for call in calls) == ["clang-format", "mypy", "ruff", "ruff"]
+    formatted = next(call for call in calls if call.startswith("clang-format"))
+    for folder in (
+        "cpp/cdprcal",
+        "cpp/programs",
+        "bindings",
+        "tests/cpp",
+        "tests/bench",
+        "examples",
+    ):
+        files = [*(ROOT / folder).rglob("*.cpp"), *(ROOT / folder).rglob("*.hpp")]
+        assert files
+        assert all(str(path.relative_to(ROOT)) in formatted for path in files)
 
 
 @pytest.mark.parametrize("name", ["setup", "tools/lint", "tools/wheel"])

@@ -30,11 +30,13 @@ def left_jacobian(rotation_vector: Vector) -> Vector:
     angle = float(np.linalg.norm(rotation_vector))
     x, y, z = rotation_vector
     skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    result: Vector
     if angle < 1e-6:
-        return np.eye(3) + 0.5 * skew + skew @ skew / 6.0
+        result = np.eye(3) + 0.5 * skew + skew @ skew / 6.0
+        return result
     a = (1.0 - np.cos(angle)) / angle**2
     b = (angle - np.sin(angle)) / angle**3
-    result: Vector = np.eye(3) + a * skew + b * skew @ skew
+    result = np.eye(3) + a * skew + b * skew @ skew
     return result
 
 
@@ -166,6 +168,6 @@ def test_time_of_ours(benchmark: Callable[..., Any], case: Case) -> None:
 
 
 @pytest.mark.benchmark(group="one calibration, 8 static poses")
-def test_time_of_scipy(benchmark: Callable[..., Any], case: Case) -> None:
+def test_time_of_scipy(benchmark: Any, case: Case) -> None:
     result = benchmark.pedantic(ScipyCalibration(*case).solve, rounds=5, warmup_rounds=1)
     assert result.success

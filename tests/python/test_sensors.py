@@ -68,10 +68,10 @@ def test_any_subset_works_or_says_why(robot: cdprcal.Robot, made: cdprcal.Synthe
         {"direct-lengths", "tensions", "attitude"},
         {"position", "tensions", "attitude"},
     ]
-    for chosen in map(frozenset, enough):
-        assert chosen in converged, set(chosen)
-    for chosen in ({"attitude"}, {"absolute-yaw"}, {"position"}, {"direct-lengths"}, {"lengths"}):
-        assert frozenset(chosen) not in converged, chosen
+    for group in enough:
+        assert frozenset(group) in converged, group
+    for group in ({"attitude"}, {"absolute-yaw"}, {"position"}, {"direct-lengths"}, {"lengths"}):
+        assert frozenset(group) not in converged, group
 
 
 def test_a_sensor_more_is_never_worse(robot: cdprcal.Robot, made: cdprcal.SyntheticLog) -> None:

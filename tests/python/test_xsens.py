@@ -339,7 +339,11 @@ def test_over_a_serial_line() -> None:
     theirs, ours = os.openpty()
     tty.setraw(theirs)
     ahrs = Ahrs(port=os.ttyname(ours), rate_Hz=100)
-    device_there = SimulatedMti(ahrs, lambda data: os.write(theirs, data) and None)
+
+    def send(data: bytes) -> None:
+        os.write(theirs, data)
+
+    device_there = SimulatedMti(ahrs, send)
     truth = mt.rotation_from_zyx_deg((10.0, -20.0, 30.0))
     done = threading.Event()
 

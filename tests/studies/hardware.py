@@ -18,6 +18,7 @@ import threading
 import time
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -186,7 +187,11 @@ def jitter(seconds: float, rate_Hz: int) -> bool:
             command(wanted)
             answers[-1] = clock.now_s() - answers[-1]
 
-        backend.read, backend.command = timed_read, timed_command  # type: ignore[method-assign]
+        def watch(*now: Any) -> None:
+            guide.step(*now)
+
+        backend.read = timed_read  # type: ignore[method-assign]
+        backend.command = timed_command  # type: ignore[method-assign, assignment]
         with tempfile.TemporaryDirectory() as folder:
             log = open_live_log(Path(folder) / "run.mcap", 4, NO_INPUTS, 10.0)
             run = acquire(
@@ -194,7 +199,7 @@ def jitter(seconds: float, rate_Hz: int) -> bool:
                 backend,
                 log,
                 stop=lambda: len(late) >= seconds * rate_Hz,
-                watch=lambda *now: guide.step(*now) and None,
+                watch=watch,
             )
         guide.close()
     finally:

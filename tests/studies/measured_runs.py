@@ -183,8 +183,8 @@ def page(logs: tuple[Path, Path], picture: Path) -> list[str]:
         "offsets. Rows: as the robot file says; with the other log's findings."
     )
     out.append("")
-    for found, other, name in ((a, logs[1], names[1]), (b, logs[0], names[0])):
-        frozen = diagnosed(_core.parse_robot(_core.to_yaml(found.corrected), "frozen"), other)
+    for one, other, name in ((a, logs[1], names[1]), (b, logs[0], names[0])):
+        frozen = diagnosed(_core.parse_robot(_core.to_yaml(one.corrected), "frozen"), other)
         signs_only = b if other == logs[1] else a
         out += [f"{name}:", ""]
         out += gap_table(

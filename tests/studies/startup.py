@@ -13,6 +13,7 @@ import argparse
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -64,7 +65,7 @@ def box_of(plan: cdprcal.Plan) -> cdprcal.Box:
     return cdprcal.Box(positions.min(axis=0), positions.max(axis=0))
 
 
-def planned(robot: cdprcal.Robot, **options: object) -> cdprcal.Plan:
+def planned(robot: cdprcal.Robot, **options: Any) -> cdprcal.Plan:
     """The plan that ``cdprcal plan`` makes."""
     result = cdprcal.make_plan(robot, **options)
     if result.status != cdprcal.PlanStatus.planned:
@@ -86,7 +87,7 @@ def off_equilibrium(
     wanted_N = run.log.tension_setpoint_N[middle]
     poses = run.poses[rows.begin : rows.end]
     rest = cdprcal.direct_from_tensions(robot, wanted_N, poses[0])
-    assert rest.status == cdprcal.EquilibriumStatus.found, rest.reason
+    assert rest.pose is not None, rest.reason
     mean = np.mean([cdprcal.minus(pose, rest.pose) for pose in poses], axis=0)
     return float(np.linalg.norm(mean[:3])), float(np.linalg.norm(mean[3:]))
 
@@ -118,7 +119,7 @@ def random_starts(
         yield Start(
             seed,
             run,
-            tuple(robot.tension_limits_N),
+            (robot.tension_limits_N[0], robot.tension_limits_N[1]),
             max((m for m, _ in online), default=np.nan),
             max((rad for _, rad in online), default=np.nan),
             len(at_setpoints),
@@ -180,7 +181,7 @@ def durations(seeds: range) -> Iterator[tuple[str, str, int, float, Start]]:
     """(robot, poses, set-points measured, robot time, run) for each robot, plan and seed."""
     for name, corners in BOXES.items():
         robot = cdprcal.load_robot(name)
-        boxes = {"default box": None}
+        boxes: dict[str, cdprcal.Box | None] = {"default box": None}
         if corners is not None:
             boxes["0.34 × 0.34 × 0.3 m"] = cdprcal.Box(*corners)
         for label, box in boxes.items():

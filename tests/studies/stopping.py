@@ -111,7 +111,16 @@ def stopped(seed: int, noise: float, name: str, effects: Sequence[str] = ()) -> 
     last = guide.estimates[-1] if guide.estimates else None
     if last is None or last.pose is None:
         return Stop(
-            False, run.reason or "no estimate", run.duration_s, np.nan, 0, *[np.nan] * 4, ()
+            False,
+            run.reason or "no estimate",
+            run.duration_s,
+            full_s=np.nan,
+            rests=0,
+            position_m=np.nan,
+            rotation_rad=np.nan,
+            sigma_m=np.nan,
+            sigma_rad=np.nan,
+            honesty=(),
         )
     return Stop(
         guide.reached,
