@@ -180,6 +180,7 @@ __all__: list[str] = [
     "measurement_mean",
     "minus",
     "model_residuals",
+    "number_table",
     "parse_euler_convention",
     "parse_formulation",
     "parse_injected_effect",
@@ -225,6 +226,7 @@ __all__: list[str] = [
     "tension_stiffness",
     "tensions_least_squares",
     "tensions_left_inverse",
+    "text_lines",
     "to_yaml",
     "verify_plan",
     "with_known_effects",
@@ -4033,6 +4035,15 @@ def model_residuals(model: DiagnosisModel) -> list[ModelResidual]:
     A ModelResidual for each pose of each run.
     """
 
+def number_table(
+    text: bytes | typing.Annotated[numpy.typing.ArrayLike, numpy.uint8],
+    begin: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
+    columns: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
+) -> tuple[numpy.typing.NDArray[numpy.float64], tuple[int, int, bytes] | None]:
+    """
+    (values [lines, columns], wrong) of comma-separated lines that begin at bytes `begin`; `columns` count from 0 and increase. NaN for a blank cell. wrong: None, or (line, column, text) of the first cell that is no number, and values end before that line. The text is not copied. Raises InputError for lines outside the text.
+    """
+
 def parse_euler_convention(name: str) -> EulerConvention:
     """
     'XYZ' … → EulerConvention. Raises InputError naming the accepted orders.
@@ -4340,6 +4351,13 @@ def tensions_left_inverse(
 ) -> TensionModel:
     """
     Tensions by the paper's left inverse (eqs 11, 12) on n rows.
+    """
+
+def text_lines(
+    text: bytes | typing.Annotated[numpy.typing.ArrayLike, numpy.uint8],
+) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.int32]]:
+    """
+    (begin [lines + 1], commas [lines]) of bytes: where each line begins (the last entry is the size) and how many commas it holds. The text is not copied.
     """
 
 def to_yaml(robot: Robot) -> str:

@@ -56,13 +56,10 @@ class Lines {
 class LogParser {
  public:
   LogParser(std::string_view text, const std::string& source) : lines_(text), source_(source) {
-    for (std::size_t i = 0, line = 1; i < text.size(); ++i) {
-      const auto c = static_cast<unsigned char>(text[i]);
-      if (c == '\n') ++line;
-      if (c == 0) {
-        throw InputError(source + ":" + std::to_string(line) +
-                         ": holds NUL bytes: this is a binary or damaged file, not a CSV log");
-      }
+    if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos) {
+      const auto line = 1 + std::count(text.begin(), text.begin() + nul, '\n');
+      throw InputError(source + ":" + std::to_string(line) +
+                       ": holds NUL bytes: this is a binary or damaged file, not a CSV log");
     }
     values_.reserve(text.size() / 8);  // a first guess of the bytes that a cell takes
   }
@@ -116,6 +113,8 @@ class LogParser {
 
   void read_row(std::string_view line) {
     const std::size_t width = columns_.size();
+    values_.resize(values_.size() + width);
+    double* const row = &values_[values_.size() - width];
     const char* at = line.data();
     const char* const end = at + line.size();
     for (std::size_t column = 0; column < width; ++column) {
@@ -128,7 +127,7 @@ class LogParser {
         at = std::find(begin, end, ',');
         value = slow_cell({begin, static_cast<std::size_t>(at - begin)}, column);
       }
-      values_.push_back(value);
+      row[column] = value;
       const bool last = column + 1 == width;
       if (last ? at != end : at == end) ragged(line);
       if (!last) ++at;

@@ -7,13 +7,13 @@ them is the diagnosis' job. Only the attitude is turned into radians.
 
 from __future__ import annotations
 
-import io as text_io
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cdprcal import _core
 from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
 from cdprcal.io.log_file import LogFile, display_name
@@ -43,15 +43,11 @@ class _Lines:
     """The file cut into lines; NUL bytes are gone, line numbers are those of the file."""
 
     text: NDArray[np.uint8]
-    length: Integers  # with the line end
+    begin: Integers  # first byte
     kind: Integers  # leading digit when a comma follows, else _UNKNOWN or _BLANK
-    commas: Integers
+    commas: NDArray[np.int32]
     damaged: Flags  # NUL bytes were inside
     cut: bool  # the last line has no line end
-
-    def block(self, chosen: Flags) -> bytes:
-        """The chosen lines as one text."""
-        return self.text[np.repeat(chosen, self.length)].tobytes()
 
 
 def parse_raw_log(data: bytes, path: Path) -> LogFile:
@@ -103,22 +99,17 @@ def _split(data: bytes, findings: list[Finding]) -> _Lines:
         text = text[~nul]
     if b"\r" in data:
         text = text[text != _RETURN]
-    ends = np.flatnonzero(text == _NEWLINE) + 1
-    cut = bool(text.size) and (ends.size == 0 or ends[-1] != text.size)
-    if cut:
-        ends = np.append(ends, text.size)
-    starts = np.concatenate([[0], ends[:-1]]).astype(np.int64)
-    length = ends - starts
+    begin, commas = _core.text_lines(text)
+    starts = begin[:-1]
+    cut = bool(text.size) and text[-1] != _NEWLINE
     first = text[starts]
     second = text[np.minimum(starts + 1, text.size - 1)]
     digit = (first >= ord("0")) & (first <= ord("9")) & (second == _COMMA)
     kind = np.where(digit, first.astype(np.int64) - ord("0"), _UNKNOWN)
     kind[first == _NEWLINE] = _BLANK
-    before = np.searchsorted(np.flatnonzero(text == _COMMA), np.append(0, ends))
-    commas = np.diff(before)
-    damaged = np.zeros(ends.size, dtype=np.bool_)
-    damaged[line_of_nul[line_of_nul < ends.size]] = True
-    return _Lines(text, length, kind, commas, damaged, cut)
+    damaged = np.zeros(starts.size, dtype=np.bool_)
+    damaged[line_of_nul[line_of_nul < starts.size]] = True
+    return _Lines(text, starts, kind, commas, damaged, cut)
 
 
 def _report_nul(positions: Integers, line_of_nul: Integers, findings: list[Finding]) -> None:
@@ -193,42 +184,19 @@ def _report_lines(chosen: Flags, code: str, what: str, findings: list[Finding]) 
 
 def _numbers(lines: _Lines, chosen: Integers, columns: dict[str, int], name: str) -> Floats:
     """Some columns of some lines. Raises InputError 'file:line: column …' for text in a number."""
-    if chosen.size == 0:
-        return np.empty((0, len(columns)))
-    mask = np.zeros(lines.kind.size, dtype=np.bool_)
-    mask[chosen] = True
-    block = lines.block(mask)
-    try:
-        values = np.loadtxt(
-            text_io.BytesIO(block),
-            delimiter=",",
-            usecols=tuple(columns.values()),
-            comments=None,
-            ndmin=2,
-            encoding="latin-1",
+    values, wrong = _core.number_table(
+        lines.text, lines.begin[chosen], np.array(list(columns.values()))
+    )
+    if wrong is not None:
+        row, place, cell = wrong
+        raise InputError(
+            f"{name}:{chosen[row] + 1}: {list(columns)[place]}: "
+            f"{cell.decode('latin-1')[:40]!r} is not a number"
         )
-    except ValueError:
-        values = _numbers_slowly(block, chosen, columns, name)
     infinite = np.argwhere(np.isinf(values))
     if infinite.size:
         row, place = infinite[0]
         raise InputError(f"{name}:{chosen[row] + 1}: {list(columns)[place]}: is infinite")
-    return values
-
-
-def _numbers_slowly(block: bytes, chosen: Integers, columns: dict[str, int], name: str) -> Floats:
-    """Cell by cell, when something is no number: blank is a missing reading, text is an error."""
-    values = np.full((chosen.size, len(columns)), np.nan)
-    for row, line in enumerate(block.decode("latin-1").splitlines()):
-        cells = line.split(",")
-        for place, (column, index) in enumerate(columns.items()):
-            if cell := cells[index].strip():
-                try:
-                    values[row, place] = float(cell)
-                except ValueError:
-                    raise InputError(
-                        f"{name}:{chosen[row] + 1}: {column}: {cell[:40]!r} is not a number"
-                    ) from None
     return values
 
 

@@ -17,4 +17,4 @@ def save_log(log: _core.Log, path: str | Path) -> None:
 
             write_mcap_log(log, temporary)
         else:
-            temporary.write_text(_core.format_log(log), encoding="utf-8")
+            temporary.write_bytes(_core.format_log(log).encode())
