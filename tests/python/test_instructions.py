@@ -1,0 +1,96 @@
+"""tools/instructions: counts of fixed workloads against those on record."""
+
+from __future__ import annotations
+
+import importlib.machinery
+import importlib.util
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SCRIPT = ROOT / "tools" / "instructions"
+
+
+@pytest.fixture(scope="module")
+def tool() -> ModuleType:
+    loader = importlib.machinery.SourceFileLoader("instructions_tool", str(SCRIPT))
+    spec = importlib.util.spec_from_loader(loader.name, loader)
+    assert spec is not None
+    module = importlib.util.module_from_spec(spec)
+    loader.exec_module(module)
+    return module
+
+
+def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, SCRIPT, *arguments],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+
+
+@pytest.fixture
+def bin_folder() -> str:
+    folder = os.environ.get("CDPRCAL_BIN", "")
+    if shutil.which("valgrind") is None:
+        pytest.skip("no valgrind on PATH")
+    if not folder or not (Path(folder) / "cdprcal_workloads").is_file():
+        pytest.skip("no cdprcal_workloads in CDPRCAL_BIN")
+    return folder
+
+
+def test_no_workload_needs_more_instructions_than_on_record(bin_folder: str) -> None:
+    done = run("--bin", bin_folder)
+    print(done.stdout, done.stderr)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_growth_is_named_and_ends_with_1(bin_folder: str, tmp_path: Path) -> None:
+    """Against a record that claims half of what direct_equilibria needs."""
+    path = tmp_path / "counts.json"
+    assert run("--bin", bin_folder, "--record", path, "--update", "direct").returncode == 0
+    record = json.loads(path.read_text())
+    assert run("--bin", bin_folder, "--record", path, "direct").returncode == 0
+    record["counts"]["direct_equilibria"] //= 2
+    path.write_text(json.dumps(record))
+    done = run("--bin", bin_folder, "--record", path, "direct")
+    assert done.returncode == 1
+    assert "GREW" in done.stdout
+    assert "direct_equilibria" in done.stderr
+
+    record["toolchain"]["compiler"] = "another"
+    path.write_text(json.dumps(record))
+    done = run("--bin", bin_folder, "--record", path, "direct")
+    assert done.returncode == 0
+    assert "on record another" in done.stderr
+
+
+def test_limits_of_the_comparison(tool: ModuleType) -> None:
+    before = {"a": 1000, "b": 1000}
+    assert tool.compare({"a": 1049, "b": 900}, before, True) == tool.DONE
+    assert tool.compare({"a": 1051, "b": 900}, before, True) == tool.GREW
+    assert tool.compare({"a": 2000}, before, False) == tool.DONE
+    assert tool.compare({"new": 2000}, before, True) == tool.DONE
+
+
+def test_a_workload_that_is_not_there(bin_folder: str) -> None:
+    done = run("--bin", bin_folder, "nonsense")
+    assert done.returncode == 2
+    assert "direct_equilibria" in done.stderr
+
+
+def test_the_record_holds_every_workload(bin_folder: str) -> None:
+    listed = subprocess.run(
+        [Path(bin_folder) / "cdprcal_workloads"], capture_output=True, text=True, check=True
+    )
+    record = json.loads((ROOT / "tests" / "instructions" / "counts.json").read_text())
+    assert listed.stdout.split() == list(record["counts"])
