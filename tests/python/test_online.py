@@ -16,6 +16,7 @@ from cdprcal import CalibrateOptions, CalibrationStatus, InputError, Method
 from cdprcal.acquisition import Guide, acquire, parse_accuracy, start_up_plan
 from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.io import load_log
+from cdprcal.studies import Workers
 from conftest import TABLE_II_TENSIONS_N, Ran, changed
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
@@ -286,7 +287,7 @@ def test_a_live_robot_does_not_wait_for_the_estimate(
 
 def test_stopping_keeps_its_promise() -> None:
     """The study, in short: python tests/studies/stopping.py has the long version."""
-    problems = stopping.study(4, 1.0, 1, "irma4", [])
+    problems = stopping.study(4, 1.0, Workers(jobs=1), "irma4", [])
     assert problems == []
 
 

@@ -10,6 +10,7 @@ import pytest
 
 import cdprcal
 from cdprcal import CalibrateOptions, CalibrationStatus, Method, NoiseSource
+from cdprcal.studies import Workers
 from conftest import TABLE_II_TENSIONS_N, changed
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
@@ -149,9 +150,10 @@ def test_noise_model_refuses_what_is_none() -> None:
 
 def test_short_studies(capsys: pytest.CaptureFixture[str]) -> None:
     """tests/studies/estimator.py with few runs; its long version has its own command."""
-    assert estimator.coverage(25, 0.2, 1) == []
-    assert estimator.methods(5, 1) == []
-    assert estimator.bad_guesses(50, 0.2, 1) == []
+    here = Workers(jobs=1)
+    assert estimator.coverage(25, 0.2, here) == []
+    assert estimator.methods(5, here) == []
+    assert estimator.bad_guesses(50, 0.2, here) == []
     assert "95 % regions cover" in capsys.readouterr().out
 
 

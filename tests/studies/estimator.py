@@ -7,7 +7,7 @@
 Logs are quasi-static with white noise, and balanced as well as the robot file says, so the
 Cramer-Rao bound is known.
 Each prints a table on stdout and ends with exit code 1 when a requirement is not met.
---jobs: processes.
+On all cores (--jobs), or a Dask cluster (--dask).
 """
 
 from __future__ import annotations
@@ -15,11 +15,9 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,10 +25,9 @@ from scipy.stats import beta, chi2
 
 import cdprcal
 from cdprcal import CalibrateOptions, CalibrationStatus, Formulation, Method
+from cdprcal.studies import Workers, add_worker_options, spread, workers_of
 
 Vector = NDArray[np.float64]
-Item = TypeVar("Item")
-Result = TypeVar("Result")
 
 GRID = (2, 2, 2)
 DWELL_S, MOVE_S = 4.0, 4.0
@@ -48,14 +45,6 @@ def run(robot: cdprcal.Robot, seed: int, noise: float) -> cdprcal.SyntheticLog:
         seed=seed,
     )
     return cdprcal.synthetic_log(robot, setpoints, options)
-
-
-def all_of(work: Callable[[Item], Result], items: Sequence[Item], jobs: int) -> list[Result]:
-    """work(item) for each, in order; the same whatever `jobs` is."""
-    if jobs == 1:
-        return [work(item) for item in items]
-    with ProcessPoolExecutor(jobs) as pool:
-        return list(pool.map(work, items, chunksize=max(1, len(items) // (8 * jobs))))
 
 
 # --- coverage ---
@@ -122,9 +111,9 @@ def outcome(seed: int, noise: float, name: str) -> Outcome:
     )
 
 
-def coverage(count: int, noise: float, jobs: int, robot: str = "irma4") -> list[str]:
+def coverage(count: int, noise: float, workers: Workers, robot: str = "irma4") -> list[str]:
     """Prints errors, claims and bounds; returns what is not as required."""
-    outcomes = all_of(partial(outcome, noise=noise, name=robot), range(1, count + 1), jobs)
+    outcomes = spread(partial(outcome, noise=noise, name=robot), range(1, count + 1), workers)
     good = [o for o in outcomes if o.status == "converged"]
     error = np.array([o.error for o in good])
     sigma = np.array([o.sigma for o in good])
@@ -132,11 +121,11 @@ def coverage(count: int, noise: float, jobs: int, robot: str = "irma4") -> list[
     inside = int(np.sum([o.mahalanobis < chi2.ppf(0.95, 6) for o in good]))
     low, high = beta.interval(0.95, inside + 0.5, len(good) - inside + 0.5)
 
-    def spread(values: Vector) -> tuple[float, float]:
+    def rms(values: Vector) -> tuple[float, float]:
         squares = (values**2).mean(axis=0)
         return 1e3 * np.sqrt(squares[:3].sum()), float(np.degrees(np.sqrt(squares[3:].sum())))
 
-    rows = {"error": spread(error), "claim": spread(sigma), "bound": spread(bound)}
+    rows = {"error": rms(error), "claim": rms(sigma), "bound": rms(bound)}
     print(
         f"{robot}, {count} start-ups of 8 poses, noise {noise:g} of eq. 18; converged {len(good)}"
     )
@@ -190,12 +179,12 @@ def from_guesses(seed: int, noise: float, name: str, guesses: int) -> tuple[int,
     return right, silent, worst
 
 
-def bad_guesses(count: int, noise: float, jobs: int, robot: str = "irma4") -> list[str]:
+def bad_guesses(count: int, noise: float, workers: Workers, robot: str = "irma4") -> list[str]:
     """`count` guesses, 25 a log, up to 0.3 m and 20 degrees from the true initial pose."""
     each = 25
     logs = range(1, max(1, count // each) + 1)
     work = partial(from_guesses, noise=noise, name=robot, guesses=each)
-    results = all_of(work, logs, jobs)
+    results = spread(work, logs, workers)
     right = sum(r for r, _, _ in results)
     silent = sum(s for _, s, _ in results)
     tried = each * len(logs)
@@ -244,7 +233,7 @@ def one_of_each(seed: int, noise: float, name: str) -> list[tuple[str, float, fl
     return rows
 
 
-def methods(count: int, jobs: int, robot: str = "irma4") -> list[str]:
+def methods(count: int, workers: Workers, robot: str = "irma4") -> list[str]:
     """The table of methods, at eq. 18 noise and at a fifth of it."""
     problems = []
     poses = int(np.prod(GRID))
@@ -255,7 +244,9 @@ def methods(count: int, jobs: int, robot: str = "irma4") -> list[str]:
         "solve [ms]"
     )
     for noise in (1.0, 0.2):
-        results = all_of(partial(one_of_each, noise=noise, name=robot), range(1, count + 1), jobs)
+        results = spread(
+            partial(one_of_each, noise=noise, name=robot), range(1, count + 1), workers
+        )
         rms = {}
         for i, name in enumerate(METHODS):
             rows = [r[i] for r in results]
@@ -284,15 +275,16 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--noise", type=float, default=0.2, help="of eq. 18")
     parser.add_argument("--robot", default="irma4")
-    parser.add_argument("--jobs", type=int, default=1)
+    add_worker_options(parser)
     given = parser.parse_args()
+    workers = workers_of(given)
     started = time.monotonic()
     if given.study == "coverage":
-        problems = coverage(given.count, given.noise, given.jobs, given.robot)
+        problems = coverage(given.count, given.noise, workers, given.robot)
     elif given.study == "guesses":
-        problems = bad_guesses(given.count, given.noise, given.jobs, given.robot)
+        problems = bad_guesses(given.count, given.noise, workers, given.robot)
     else:
-        problems = methods(given.count, given.jobs, given.robot)
+        problems = methods(given.count, workers, given.robot)
     for problem in problems:
         print(f"NOT AS REQUIRED: {problem}")
     print(f"{time.monotonic() - started:.0f} s", file=sys.stderr)

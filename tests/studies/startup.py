@@ -13,12 +13,14 @@ import argparse
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 import cdprcal
 from cdprcal.acquisition import start_up_plan
+from cdprcal.studies import Workers, add_worker_options, spread, workers_of
 
 POSITION_LIMIT_M, ROTATION_LIMIT_RAD = 1e-3, np.radians(0.1)
 DURATION_LIMIT_S = 80.0
@@ -131,32 +133,55 @@ def random_starts(
         )
 
 
-def study_starts(robot_name: str, count: int) -> int:
+@dataclass(frozen=True)
+class Row:
+    """A Start in numbers, which travel from one process to another."""
+
+    problems: list[str]
+    values: tuple[float, ...]
+    low_N: float
+    high_N: float
+
+
+def one_start(seed: int, robot_name: str, plan_text: str) -> Row:
     robot = cdprcal.load_robot(robot_name)
-    plan = planned(robot)
+    plan = cdprcal.parse_plan(plan_text, "plan")
+    (start,) = random_starts(robot, plan, range(seed, seed + 1))
+    return Row(
+        start.problems,
+        (
+            1e3 * start.online_m,
+            float(np.degrees(start.online_rad)),
+            1e3 * start.detected_m,
+            float(np.degrees(start.detected_rad)),
+            1e3 * start.pose_m,
+            float(np.degrees(start.pose_rad)),
+            float(start.run.log.time_s[-1]),
+        ),
+        start.run.min_setpoint_N,
+        start.run.max_setpoint_N,
+    )
+
+
+def study_starts(robot_name: str, count: int, workers: Workers) -> int:
+    robot = cdprcal.load_robot(robot_name)
+    text = cdprcal.format_plan(planned(robot))
     worst = dict.fromkeys(
         ("rest_mm", "rest_deg", "found_mm", "found_deg", "pose_mm", "pose_deg", "time_s"), 0.0
     )
     pose_mm = []
     failures = 0
     low_N, high_N = np.inf, -np.inf
-    for start in random_starts(robot, plan, range(1, count + 1)):
-        for problem in start.problems:
-            print(f"seed {start.seed}: {problem}")
-        failures += bool(start.problems)
-        values = (
-            1e3 * start.online_m,
-            np.degrees(start.online_rad),
-            1e3 * start.detected_m,
-            np.degrees(start.detected_rad),
-            1e3 * start.pose_m,
-            np.degrees(start.pose_rad),
-            start.run.log.time_s[-1],
-        )
-        worst = {k: max(w, v) for (k, w), v in zip(worst.items(), values, strict=True)}
-        pose_mm.append(1e3 * start.pose_m)
-        low_N = min(low_N, start.run.min_setpoint_N)
-        high_N = max(high_N, start.run.max_setpoint_N)
+    seeds = range(1, count + 1)
+    rows = spread(partial(one_start, robot_name=robot_name, plan_text=text), seeds, workers)
+    for seed, row in zip(seeds, rows, strict=True):
+        for problem in row.problems:
+            print(f"seed {seed}: {problem}")
+        failures += bool(row.problems)
+        worst = {k: max(w, v) for (k, w), v in zip(worst.items(), row.values, strict=True)}
+        pose_mm.append(row.values[list(worst).index("pose_mm")])
+        low_N = min(low_N, row.low_N)
+        high_N = max(high_N, row.high_N)
     print(f"{robot.name}: {count} random starts, {failures} with a problem")
     print(f"commanded tensions {low_N:.1f} to {high_N:.1f} N, limits {robot.tension_limits_N}")
     print(f"measured rests: worst {worst['rest_mm']:.3f} mm, {worst['rest_deg']:.4f} deg")
@@ -239,6 +264,7 @@ def main() -> int:
     starts = commands.add_parser("starts")
     starts.add_argument("--robot", default="irma4")
     starts.add_argument("--count", type=int, default=100)
+    add_worker_options(starts)
     times = commands.add_parser("durations")
     times.add_argument("--count", type=int, default=5)
     rests = commands.add_parser("equilibria")
@@ -246,7 +272,7 @@ def main() -> int:
     rests.add_argument("logs", nargs="+")
     arguments = parser.parse_args()
     if arguments.study == "starts":
-        failures = study_starts(arguments.robot, arguments.count)
+        failures = study_starts(arguments.robot, arguments.count, workers_of(arguments))
     elif arguments.study == "durations":
         failures = study_durations(arguments.count)
     else:
