@@ -175,24 +175,33 @@ void register_problem(py::module_& module) {
             return problem.noise.value_or(specified_noise(problem.robot.sigma));
           },
           "NoiseModel of the readings; a copy.");
+  py::native_enum<MinimiserKind>(module, "MinimiserKind", "enum.Enum",
+                                 "Who minimises: `arrowhead`, our own Levenberg-Marquardt on the "
+                                 "problem's structure; `ceres`, Ceres on the same rows, to check.")
+      .value("arrowhead", MinimiserKind::arrowhead)
+      .value("ceres", MinimiserKind::ceres)
+      .finalize();
   const SolveOptions usual;
   py::class_<SolveOptions>(module, "SolveOptions", "How to solve.")
-      .def(
-          py::init([](std::vector<double> graduation, int max_iterations, double function_tolerance,
-                      double parameter_tolerance, double gradient_tolerance) {
-            SolveOptions options;
-            options.graduation = std::move(graduation);
-            options.max_iterations = max_iterations;
-            options.function_tolerance = function_tolerance;
-            options.parameter_tolerance = parameter_tolerance;
-            options.gradient_tolerance = gradient_tolerance;
-            return options;
-          }),
-          py::kw_only(), py::arg("graduation") = usual.graduation,
-          py::arg("max_iterations") = usual.max_iterations,
-          py::arg("function_tolerance") = usual.function_tolerance,
-          py::arg("parameter_tolerance") = usual.parameter_tolerance,
-          py::arg("gradient_tolerance") = usual.gradient_tolerance)
+      .def(py::init([](std::vector<double> graduation, int max_iterations,
+                       double function_tolerance, double parameter_tolerance,
+                       double gradient_tolerance, MinimiserKind minimiser) {
+             SolveOptions options;
+             options.minimiser = minimiser;
+             options.graduation = std::move(graduation);
+             options.max_iterations = max_iterations;
+             options.function_tolerance = function_tolerance;
+             options.parameter_tolerance = parameter_tolerance;
+             options.gradient_tolerance = gradient_tolerance;
+             return options;
+           }),
+           py::kw_only(), py::arg("graduation") = usual.graduation,
+           py::arg("max_iterations") = usual.max_iterations,
+           py::arg("function_tolerance") = usual.function_tolerance,
+           py::arg("parameter_tolerance") = usual.parameter_tolerance,
+           py::arg("gradient_tolerance") = usual.gradient_tolerance,
+           py::arg_v("minimiser", usual.minimiser, "MinimiserKind.arrowhead"))
+      .def_readwrite("minimiser", &SolveOptions::minimiser)
       .def_readwrite("graduation", &SolveOptions::graduation,
                      "Factors on the standard deviations of tensions and wrenches, in turn; the "
                      "last is 1. Assign a whole list: the one read is a copy.")

@@ -56,6 +56,7 @@ __all__: list[str] = [
     "Mesh",
     "MeshEncoding",
     "Method",
+    "MinimiserKind",
     "ModelResidual",
     "NamedEffect",
     "NextStop",
@@ -1879,10 +1880,20 @@ class CalibrationProblem:
     @property
     def statics(self) -> StaticsModel: ...
 
+class MinimiserKind(enum.Enum):
+    """
+    Who minimises: `arrowhead`, our own Levenberg-Marquardt on the problem's structure; `ceres`, Ceres on the same rows, to check.
+    """
+
+    arrowhead = 0
+    ceres = 1
+
 class SolveOptions:
     """
     How to solve.
     """
+
+    minimiser: MinimiserKind
 
     def __init__(
         self,
@@ -1896,6 +1907,7 @@ class SolveOptions:
         function_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-12,
         parameter_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-12,
         gradient_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-12,
+        minimiser: MinimiserKind = ...,
     ) -> None: ...
     @property
     def function_tolerance(self) -> float: ...

@@ -5,19 +5,12 @@
 #include <Eigen/QR>
 #include <algorithm>
 
+#include "cdprcal/calibration/elimination.hpp"
+#include "cdprcal/calibration/residuals/pose_rows.hpp"
 #include "cdprcal/error.hpp"
 
 namespace cdprcal {
 namespace {
-
-ceres::Problem::Options problem_options(ceres::EvaluationCallback* callback) {
-  ceres::Problem::Options options;
-  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  options.disable_all_safety_checks = true;  // every block is added here, once
-  options.evaluation_callback = callback;
-  return options;
-}
 
 /// The common unknowns are ζ0 and 2n + 1 reference errors.
 constexpr int kMostCommon = 6 + 2 * kMaxCables + 1;
@@ -40,75 +33,50 @@ PoseByCommon solve_psd(const Matrix6& a, const PoseByCommon& b) {
   return eigen.eigenvectors() * inverse.asDiagonal() * (eigen.eigenvectors().transpose() * b);
 }
 
-}  // namespace
+/// ∂F/∂(ζ0, e) of rows; at the reference ζ0 is the rows' own pose.
+RowsByCommon by_common(const PoseRows& rows, bool at_reference, const OffsetJacobian& by_initial) {
+  RowsByCommon out = RowsByCommon::Zero(rows.count, 6 + by_initial.rows());
+  for (Eigen::Index i = 0; i < rows.count; ++i) {
+    const auto r = static_cast<std::size_t>(i);
+    if (const int offset = rows.offset[r]; offset >= 0) {
+      out(i, 6 + offset) = rows.by_offset[r];
+      if (!at_reference) out.row(i).head<6>() = rows.by_offset[r] * by_initial.row(offset);
+    } else if (at_reference) {
+      out.row(i).head<6>() = Eigen::Map<const Vector6>(rows.own[r].data()).transpose();
+    }
+  }
+  return out;
+}
 
-struct Assembly::EvaluatedBlock {
-  Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostRows, 1> residual;
-  Eigen::Matrix<double, Eigen::Dynamic, kPoseBlockSize, Eigen::RowMajor, kMostRows, kPoseBlockSize>
-      own, initial;  ///< at the reference itself only `own` is filled
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, kMostRows,
-                2 * kMaxCables + 1>
-      error;
-  void drop(Eigen::Index row) {
-    own.row(row).setZero();
-    if (initial.rows() > 0) initial.row(row).setZero();
-    error.row(row).setZero();
+RowsByPose by_own(const PoseRows& rows) {
+  return Eigen::Map<const RowsByPose>(rows.own.front().data(), rows.count, 6);
+}
+
+/// The rows of all channels but one.
+void keep_others(Channel channel, const PoseRows& all, PoseRows& out) {
+  std::size_t kept = 0;
+  for (std::size_t r = 0; r < static_cast<std::size_t>(all.count); ++r) {
+    if (all.label[r].channel == channel) continue;
+    out.own[kept] = all.own[r];
+    out.residual[kept] = all.residual[r];
+    out.offset[kept] = all.offset[r];
+    out.by_offset[kept] = all.by_offset[r];
+    ++kept;
   }
-  /// Derivatives by ζ0 and the reference errors. `own` is that by ζ0 at the reference.
-  [[nodiscard]] RowsByCommon by_common() const {
-    RowsByCommon out(residual.size(), 6 + error.cols());
-    out.leftCols<6>() = (initial.rows() == residual.size() ? initial : own).leftCols<6>();
-    out.rightCols(error.cols()) = error;
-    return out;
-  }
-};
+  out.count = static_cast<int>(kept);
+}
+
+}  // namespace
 
 Assembly::Assembly(const CalibrationProblem& problem, const std::vector<Pose>& guess)
     : problem_(problem), cache_(problem, guess), reference_(problem) {
-  for (std::size_t i = 0; i < cache_.size(); ++i) {
-    costs_.emplace_back(problem_, cache_, reference_, i);
-    residual_count_ += costs_.back().num_residuals();
-  }
+  for (std::size_t i = 0; i < cache_.size(); ++i) residual_count_ += rows_at(i);
   parameter_count_ = 6 * static_cast<int>(cache_.size()) + reference_.free_errors();
-
-  ceres_problem_ = std::make_unique<ceres::Problem>(problem_options(&cache_));
-  for (std::size_t i = 0; i < cache_.size(); ++i) {
-    ceres_problem_->AddParameterBlock(cache_.block(i), kPoseBlockSize, &manifold_);
-  }
-  hold_reference_errors();
-  for (std::size_t i = 0; i < cache_.size(); ++i) {
-    if (costs_[i].num_residuals() == 0) continue;
-    if (i == 0) {
-      ceres_problem_->AddResidualBlock(&costs_[i], nullptr, cache_.block(0), reference_.block());
-    } else {
-      ceres_problem_->AddResidualBlock(&costs_[i], nullptr, cache_.block(i), cache_.block(0),
-                                       reference_.block());
-    }
-  }
 }
 
-void Assembly::hold_reference_errors() {
-  ceres_problem_->AddParameterBlock(reference_.block(), reference_.size());
-  std::vector<int> held;
-  for (int e = 0; e < reference_.size(); ++e) {
-    if (!reference_.is_free(e)) held.push_back(e);
-  }
-  if (held.empty()) return;
-  if (static_cast<int>(held.size()) == reference_.size()) {
-    ceres_problem_->SetParameterBlockConstant(reference_.block());
-    return;
-  }
-  free_errors_ = std::make_unique<ceres::SubsetManifold>(reference_.size(), held);
-  ceres_problem_->SetManifold(reference_.block(), free_errors_.get());
-}
-
-std::shared_ptr<ceres::OrderedGroups<double*>> Assembly::elimination_order() {
-  auto order = std::make_shared<ceres::OrderedGroups<double*>>();
-  for (std::size_t i = 1; i < cache_.size(); ++i) order->AddElementToGroup(cache_.block(i), 0);
-  order->AddElementToGroup(cache_.block(0), 1);
-  // A group of its own: within a group the order is that of addresses, and rounding with it.
-  order->AddElementToGroup(reference_.block(), 2);
-  return order;
+int Assembly::rows_at(std::size_t index) const {
+  static const PoseEvaluation none;
+  return row_count({problem_, cache_, reference_, index, none, none, none.roll_pitch_yaw_rad});
 }
 
 void Assembly::set_reference_errors(const Eigen::VectorXd& errors) {
@@ -119,93 +87,131 @@ void Assembly::set_reference_errors(const Eigen::VectorXd& errors) {
   Eigen::Map<Eigen::VectorXd>(reference_.block(), reference_.size()) = errors;
 }
 
+bool Assembly::evaluate_rows(std::size_t index, const Pose& at, const PoseEvaluation& initial,
+                             PoseEvaluation& evaluation, PoseRows& rows) const {
+  cache_.evaluate(index, at, evaluation);
+  return write(index, at, initial, evaluation, rows);
+}
+
+bool Assembly::cached_rows(std::size_t index, PoseRows& rows) const {
+  return write(index, cache_.pose(index), cache_[0], cache_[index], rows);
+}
+
+bool Assembly::write(std::size_t index, const Pose& at, const PoseEvaluation& initial,
+                     const PoseEvaluation& evaluation, PoseRows& rows) const {
+  rows.count = 0;
+  if (!evaluation.valid || !initial.valid) return false;
+  write_rows({problem_, cache_, reference_, index, evaluation, initial, at.position_m}, rows);
+  return true;
+}
+
 double Assembly::cost() {
-  double cost = kNaN;
-  if (!ceres_problem_->Evaluate({}, &cost, nullptr, nullptr, nullptr)) return kNaN;
+  cache_.update();
+  PoseRows rows;
+  double cost = 0.0;
+  for (std::size_t i = 0; i < cache_.size(); ++i) {
+    if (!cached_rows(i, rows)) return kNaN;
+    cost += 0.5 * Eigen::Map<const Eigen::VectorXd>(rows.residual.data(), rows.count).squaredNorm();
+  }
   return cost;
 }
 
-Assembly::EvaluatedBlock Assembly::evaluate(std::size_t pose) const {
-  const PoseCost& cost = costs_[pose];
-  const int rows = cost.num_residuals();
-  EvaluatedBlock out;
-  out.residual.resize(rows);
-  out.own.resize(rows, kPoseBlockSize);
-  out.initial.resize(pose == 0 ? 0 : rows, kPoseBlockSize);
-  out.error.resize(rows, reference_.size());
-  double* const at_reference[] = {out.own.data(), out.error.data()};
-  double* const elsewhere[] = {out.own.data(), out.initial.data(), out.error.data()};
-  if (!cost.Evaluate(nullptr, out.residual.data(),
-                     const_cast<double**>(pose == 0 ? at_reference : elsewhere))) {
-    out.residual.setConstant(kNaN);
-    out.own.setConstant(kNaN);
-    out.initial.setConstant(kNaN);
-    out.error.setConstant(kNaN);
+std::vector<Eigen::MatrixXd> Assembly::common_informations(
+    const std::vector<std::optional<Channel>>& without) const {
+  // Just enough for a factor of poses with directions that no reading sees; what those say of the
+  // offsets is zero, and stays so.
+  constexpr double kBarely = 1e-14;
+  const Eigen::Index errors = reference_.size();
+  std::vector<Eigen::MatrixXd> out(without.size(),
+                                   Eigen::MatrixXd::Constant(6 + errors, 6 + errors, kNaN));
+  std::vector<PoseElimination> eliminations;
+  eliminations.reserve(without.size());
+  for (std::size_t w = 0; w < without.size(); ++w) {
+    eliminations.emplace_back(cache_.size(), reference_.size(), false).begin(kBarely);
   }
-  for (int e = 0; e < reference_.size(); ++e) {
-    if (!reference_.is_free(e)) out.error.col(e).setZero();
+  PoseRows rows, fewer;
+  const auto rows_for = [&](std::size_t w) -> const PoseRows& {
+    if (!without[w]) return rows;
+    keep_others(*without[w], rows, fewer);
+    return fewer;
+  };
+  for (std::size_t i = 1; i < cache_.size(); ++i) {
+    if (!cached_rows(i, rows)) return out;
+    for (std::size_t w = 0; w < without.size(); ++w) eliminations[w].add(rows_for(w));
+  }
+  if (!cached_rows(0, rows)) return out;
+  const OffsetJacobian by_initial = offsets_by_initial();
+  for (std::size_t w = 0; w < without.size(); ++w) {
+    Eigen::MatrixXd& common = out[w];
+    const RowsByCommon first = by_common(rows_for(w), true, by_initial);
+    // lazyProduct: these are too small for blocking to pay.
+    common.noalias() = first.transpose().lazyProduct(first);
+    const Eigen::MatrixXd& information = eliminations[w].finish().information;
+    const Eigen::MatrixXd cross = information.lazyProduct(by_initial);
+    common.topLeftCorner<6, 6>() += by_initial.transpose().lazyProduct(cross);
+    common.bottomLeftCorner(errors, 6) += cross;
+    common.topRightCorner(6, errors) += cross.transpose();
+    common.bottomRightCorner(errors, errors) += information;
+    for (int e = 0; e < reference_.size(); ++e) {
+      if (reference_.is_free(e)) continue;
+      common.row(6 + e).setZero();
+      common.col(6 + e).setZero();
+    }
   }
   return out;
 }
 
-Eigen::MatrixXd Assembly::common_information(std::optional<Channel> without) const {
-  const int size = 6 + reference_.size();
-  Eigen::MatrixXd common = Eigen::MatrixXd::Zero(size, size);
-  for (std::size_t i = 0; i < cache_.size(); ++i) {
-    EvaluatedBlock block = evaluate(i);
-    if (without && block.residual.allFinite()) {
-      const std::vector<RowLabel> labels = costs_[i].labels();
-      for (Eigen::Index r = 0; r < block.residual.size(); ++r) {
-        if (labels[static_cast<std::size_t>(r)].channel == *without) block.drop(r);
-      }
-    }
-    const RowsByCommon by_common = block.by_common();
-    // lazyProduct: these are too small for blocking to pay.
-    common.noalias() += by_common.transpose().lazyProduct(by_common);
-    if (!block.residual.allFinite()) common.setConstant(kNaN);
-    if (i == 0 || !common.allFinite()) continue;
-    const RowsByPose by_own = block.own.leftCols<6>();
-    const Matrix6 own = by_own.transpose().lazyProduct(by_own);
-    const PoseByCommon cross = by_own.transpose().lazyProduct(by_common);
-    common.noalias() -= cross.transpose().lazyProduct(solve_psd(own, cross));
-  }
-  return common;
-}
-
 std::vector<FittedRow> Assembly::fitted_rows() {
-  cache_.PrepareForEvaluation(true, true);
-  const Eigen::MatrixXd common = common_information();
+  cache_.update();
+  const Eigen::MatrixXd common = common_informations({std::nullopt}).front();
   if (!common.allFinite()) return {};
   const Eigen::MatrixXd covariance = common.completeOrthogonalDecomposition().pseudoInverse();
-  std::vector<FittedRow> rows;
-  rows.reserve(static_cast<std::size_t>(residual_count_));
+  const OffsetJacobian by_initial = offsets_by_initial();
+  std::vector<FittedRow> out;
+  out.reserve(static_cast<std::size_t>(residual_count_));
+  PoseRows rows;
   for (std::size_t i = 0; i < cache_.size(); ++i) {
-    const EvaluatedBlock block = evaluate(i);
-    const std::vector<RowLabel> labels = costs_[i].labels();
-    RowsByCommon lifted = block.by_common();  // off the pose's own unknowns
-    Eigen::VectorXd leverage = Eigen::VectorXd::Zero(block.residual.size());
+    cached_rows(i, rows);
+    RowsByCommon lifted = by_common(rows, i == 0, by_initial);  // off the pose's own unknowns
+    for (int e = 0; e < reference_.size(); ++e) {
+      if (!reference_.is_free(e)) lifted.col(6 + e).setZero();
+    }
+    Eigen::VectorXd leverage = Eigen::VectorXd::Zero(rows.count);
     if (i > 0) {
-      const RowsByPose own = block.own.leftCols<6>();
+      const RowsByPose own = by_own(rows);
       const PoseByCommon by_rows = solve_psd(own.transpose() * own, own.transpose());
       leverage = own.cwiseProduct(by_rows.transpose()).rowwise().sum();
       lifted -= own * (by_rows * lifted).eval();
     }
     leverage += (lifted * covariance).cwiseProduct(lifted).rowwise().sum();
-    for (Eigen::Index r = 0; r < block.residual.size(); ++r) {
-      const RowLabel& label = labels[static_cast<std::size_t>(r)];
+    for (Eigen::Index r = 0; r < rows.count; ++r) {
+      const auto row = static_cast<std::size_t>(r);
+      const RowLabel& label = rows.label[row];
       const double gain =
           label.channel == Channel::balance && cache_.statics_of(i) == StaticsModel::wrench
               ? cache_.tension_gain(i, label.component)
               : 0.0;
-      rows.push_back({label, i, block.residual[r], std::clamp(1.0 - leverage[r], 0.0, 1.0), gain});
+      out.push_back({label, i, rows.residual[row], std::clamp(1.0 - leverage[r], 0.0, 1.0), gain});
     }
   }
-  return rows;
+  return out;
 }
 
-ReferenceInformation Assembly::reference_information(std::optional<Channel> without) {
-  cache_.PrepareForEvaluation(true, true);
-  const Eigen::MatrixXd common = common_information(without);
+ReferenceInformation Assembly::reference_information() {
+  return reference_informations({std::nullopt}).front();
+}
+
+std::vector<ReferenceInformation> Assembly::reference_informations(
+    const std::vector<std::optional<Channel>>& without) {
+  cache_.update();
+  std::vector<ReferenceInformation> out;
+  for (const Eigen::MatrixXd& common : common_informations(without)) {
+    out.push_back(of_reference(common));
+  }
+  return out;
+}
+
+ReferenceInformation Assembly::of_reference(const Eigen::MatrixXd& common) const {
   ReferenceInformation out;
   if (!common.allFinite()) return out;
 
@@ -231,19 +237,31 @@ ReferenceInformation Assembly::reference_information(std::optional<Channel> with
 }
 
 void Assembly::linearise(Eigen::VectorXd& residuals, Eigen::MatrixXd& jacobian) {
-  cache_.PrepareForEvaluation(true, true);
+  cache_.update();
   const auto poses = static_cast<Eigen::Index>(cache_.size());
   residuals.resize(residual_count_);
   jacobian.setZero(residual_count_, 6 * poses + reference_.size());
+  PoseRows rows;
   Eigen::Index row = 0;
   for (Eigen::Index i = 0; i < poses; ++i) {
-    const EvaluatedBlock block = evaluate(static_cast<std::size_t>(i));
-    const Eigen::Index rows = block.residual.size();
-    residuals.segment(row, rows) = block.residual;
-    jacobian.block(row, 6 * i, rows, 6) = block.own.leftCols<6>();
-    if (i > 0) jacobian.block(row, 0, rows, 6) = block.initial.leftCols<6>();
-    jacobian.block(row, 6 * poses, rows, reference_.size()) = block.error;
-    row += rows;
+    const auto index = static_cast<std::size_t>(i);
+    if (!cached_rows(index, rows)) {
+      const int missing = rows_at(index);
+      residuals.segment(row, missing).setConstant(kNaN);
+      jacobian.middleRows(row, missing).setConstant(kNaN);
+      row += missing;
+      continue;
+    }
+    const RowsByCommon common = by_common(rows, i == 0, offsets_by_initial());
+    residuals.segment(row, rows.count) =
+        Eigen::Map<const Eigen::VectorXd>(rows.residual.data(), rows.count);
+    jacobian.block(row, 0, rows.count, 6) = common.leftCols<6>();
+    if (i > 0) jacobian.block(row, 6 * i, rows.count, 6) = by_own(rows);
+    for (int e = 0; e < reference_.size(); ++e) {
+      if (!reference_.is_free(e)) continue;
+      jacobian.block(row, 6 * poses + e, rows.count, 1) = common.col(6 + e);
+    }
+    row += rows.count;
   }
 }
 

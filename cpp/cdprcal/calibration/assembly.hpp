@@ -1,16 +1,10 @@
-// Puts a calibration problem together as a Ceres problem, and reads its normal equations back.
+// A calibration problem as least squares: its unknowns, its rows, its normal equations.
 #pragma once
 
-#include <ceres/ordered_groups.h>
-#include <ceres/problem.h>
-
-#include <deque>
-#include <memory>
 #include <optional>
 #include <vector>
 
-#include "cdprcal/calibration/pose_manifold.hpp"
-#include "cdprcal/calibration/residuals/pose_cost.hpp"
+#include "cdprcal/calibration/residuals/term.hpp"
 
 namespace cdprcal {
 
@@ -31,17 +25,15 @@ struct FittedRow {
   double tension_gain = 0.0;  ///< wrench rows: PoseCache::tension_gain
 };
 
-/// The Ceres problem: one parameter block a pose (ζ0 … ζk) and one of reference-reading errors;
-/// one residual block a pose.
+/// The unknowns are the poses ζ0 … ζk and the reference errors; the rows are those of
+/// residuals/, pose by pose.
 class Assembly {
  public:
   /// `guess`: one pose a measurement. The problem must outlive the assembly.
   Assembly(const CalibrationProblem& problem, const std::vector<Pose>& guess);
 
   PoseCache& cache() { return cache_; }
-  ceres::Problem& ceres_problem() { return *ceres_problem_; }
-  /// Poses first, ζ0 and the reference errors last.
-  [[nodiscard]] std::shared_ptr<ceres::OrderedGroups<double*>> elimination_order();
+  [[nodiscard]] const ReferenceReadings& reference() const { return reference_; }
 
   /// 2n + 1 values; throws InputError for another number of them.
   void set_reference_errors(const Eigen::VectorXd& errors);
@@ -53,8 +45,21 @@ class Assembly {
 
   /// ½ Σ (F/σ)² at the present state; NaN when a pose is invalid.
   double cost();
-  /// `without`: as if a channel had not been read (its readings at the reference included).
-  ReferenceInformation reference_information(std::optional<Channel> without = {});
+  ReferenceInformation reference_information();
+  /// One for each entry: nothing, or the channel without which (as if it had not been read, its
+  /// readings at the reference included).
+  std::vector<ReferenceInformation> reference_informations(
+      const std::vector<std::optional<Channel>>& without);
+  /// The rows of measurement `index` at any pose, with ζ0 as `initial` says (of measurement 0: what
+  /// this call evaluates). False, and no rows, when one of the two is not valid.
+  bool evaluate_rows(std::size_t index, const Pose& at, const PoseEvaluation& initial,
+                     PoseEvaluation& evaluation, PoseRows& rows) const;
+  /// The rows of a pose of the cache, as of its last update; false where it or ζ0 is not valid.
+  bool cached_rows(std::size_t index, PoseRows& rows) const;
+  /// ∂o/∂ζ0 as of the cache's last update.
+  [[nodiscard]] OffsetJacobian offsets_by_initial() const { return offset_jacobian(cache_[0]); }
+  /// How many rows a measurement has, valid or not.
+  [[nodiscard]] int rows_at(std::size_t index) const;
   /// Every residual with its freedom; empty when a pose is invalid. Linear in the number of poses.
   std::vector<FittedRow> fitted_rows();
   /// Whitened residuals and their dense Jacobian: six columns a pose, then the reference errors
@@ -64,21 +69,17 @@ class Assembly {
   [[nodiscard]] std::vector<PoseResidual> residuals() const;
 
  private:
-  /// One residual block and its derivatives. Of fixed capacity: there may be 100,000 poses.
-  struct EvaluatedBlock;
-  [[nodiscard]] EvaluatedBlock evaluate(std::size_t pose) const;
-  void hold_reference_errors();
-  /// Information on ζ0 and the reference errors with all other poses eliminated; NaN when one is
-  /// invalid. Rows and columns of held errors are zero.
-  [[nodiscard]] Eigen::MatrixXd common_information(std::optional<Channel> without = {}) const;
+  bool write(std::size_t index, const Pose& at, const PoseEvaluation& initial,
+             const PoseEvaluation& evaluation, PoseRows& rows) const;
+  /// Information on ζ0 and the reference errors with all other poses eliminated, for each entry of
+  /// `without`; NaN when a pose is invalid. Rows and columns of held errors are zero.
+  [[nodiscard]] std::vector<Eigen::MatrixXd> common_informations(
+      const std::vector<std::optional<Channel>>& without) const;
+  [[nodiscard]] ReferenceInformation of_reference(const Eigen::MatrixXd& common) const;
 
   const CalibrationProblem& problem_;
   PoseCache cache_;
-  PoseManifold manifold_;
   ReferenceReadings reference_;
-  std::unique_ptr<ceres::Manifold> free_errors_;  ///< when some errors are held and some are not
-  std::deque<PoseCost> costs_;  ///< never moved: ceres_problem_ keeps their addresses
-  std::unique_ptr<ceres::Problem> ceres_problem_;
   int residual_count_ = 0;
   int parameter_count_ = 0;
 };

@@ -1,11 +1,10 @@
 #include "cdprcal/calibration/curvature.hpp"
 
-#include <ceres/solver.h>
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
 #include "cdprcal/calibration/assembly.hpp"
+#include "cdprcal/calibration/minimise.hpp"
 
 namespace cdprcal {
 
@@ -20,16 +19,9 @@ double variance_ratio_nearby(const CalibrationProblem& problem, const Calibratio
     Assembly assembly(problem, poses);
     assembly.set_reference_errors(result.reference_errors);
     assembly.cache().update_wrench_whitening(1.0);
-    assembly.ceres_problem().SetParameterBlockConstant(assembly.cache().block(0));
-    ceres::Solver::Options options;
-    options.linear_solver_type = ceres::DENSE_SCHUR;
-    options.linear_solver_ordering = assembly.elimination_order();
-    options.logging_type = ceres::SILENT;
-    options.max_num_iterations = 50;
-    options.function_tolerance = 1e-4;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &assembly.ceres_problem(), &summary);
-    if (!summary.IsSolutionUsable()) continue;  // the geometry ends there, and so does any doubt
+    const MinimiserSummary summary = Minimiser(assembly).minimise(
+        {.max_iterations = 50, .function_tolerance = 1e-4, .hold_initial_pose = true});
+    if (!summary.usable) continue;  // the geometry ends there, and so does any doubt
     const std::optional<Matrix6> there = assembly.reference_information().covariance;
     if (!there) return std::numeric_limits<double>::infinity();
     const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6> ratio(*there, *result.covariance);

@@ -69,11 +69,16 @@ LeastObserved least_observed(const CalibrationProblem& problem, Assembly& assemb
   Vector6 scale;
   scale << Vector3::Ones(), Vector3::Constant(1.0 / characteristic_length_m(problem.robot));
   // δ = S x with x all in metres.
-  const auto information = [&](std::optional<Channel> without) {
-    return Matrix6(scale.asDiagonal() * assembly.reference_information(without).information *
-                   scale.asDiagonal());
+  std::vector<std::optional<Channel>> without{std::nullopt};
+  for (int c = 0; c < kChannels; ++c) {
+    if (is_read(problem, static_cast<Channel>(c))) without.emplace_back(static_cast<Channel>(c));
+  }
+  const std::vector<ReferenceInformation> informations = assembly.reference_informations(without);
+  out.information = informations.front();
+  const auto scaled = [&](std::size_t w) {
+    return Matrix6(scale.asDiagonal() * informations[w].information * scale.asDiagonal());
   };
-  const Matrix6 all = information({});
+  const Matrix6 all = scaled(0);
   if (!all.allFinite()) return out;
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(all);
   const Vector6 weakest = eigen.eigenvectors().col(0);
@@ -86,13 +91,12 @@ LeastObserved least_observed(const CalibrationProblem& problem, Assembly& assemb
   out.sigma = unit * sigma_along(all, weakest);
 
   double grows = 0.0;
-  for (int c = 0; c < kChannels; ++c) {
-    if (!is_read(problem, static_cast<Channel>(c))) continue;
-    const Matrix6 without = information(static_cast<Channel>(c));
-    const double sigma = without.isZero(0.0) ? kInfinite : unit * sigma_along(without, weakest);
+  for (std::size_t w = 1; w < without.size(); ++w) {
+    const Matrix6 others = scaled(w);
+    const double sigma = others.isZero(0.0) ? kInfinite : unit * sigma_along(others, weakest);
     if (!(sigma > grows)) continue;
     grows = sigma;
-    out.seen_by = static_cast<Channel>(c);
+    out.seen_by = *without[w];
     out.sigma_without = sigma;
   }
   const std::string name = axis_name(weakest);

@@ -3,11 +3,9 @@
 
 #include <string>
 
-#include "cdprcal/calibration/problem.hpp"
+#include "cdprcal/calibration/assembly.hpp"
 
 namespace cdprcal {
-
-class Assembly;
 
 /// The direction of largest standard deviation of ζ0, rotations weighed by the platform's
 /// characteristic length so that they compare with positions.
@@ -19,7 +17,8 @@ struct LeastObserved {
   double sigma_without = kNaN;          ///< then; infinite: only that channel sees it
   /// Ratio of the largest to the smallest standard deviation in those units: 1 is ideal.
   double condition = kNaN;
-  std::string sentence;  ///< for people
+  std::string sentence;              ///< for people
+  ReferenceInformation information;  ///< of all readings
 };
 
 /// At the assembly's present state, which should be a minimum.

@@ -4,37 +4,34 @@
 #include <Eigen/Eigenvalues>
 
 namespace cdprcal {
+namespace {
 
-PoseBlock to_block(const Pose& pose) {
-  PoseBlock block;
-  block << pose.position_m, pose.rotation.coeffs();
-  return block;
+bool same(const Pose& a, const Pose& b) {
+  return a.position_m == b.position_m && a.rotation.coeffs() == b.rotation.coeffs();
 }
 
-Pose from_block(const double* block) {
-  Pose pose;
-  pose.position_m = Eigen::Map<const Vector3>(block);
-  pose.rotation = Eigen::Map<const Eigen::Quaterniond>(block + 3);
-  return pose;
-}
+Pose nowhere() { return {Vector3::Constant(kNaN), Eigen::Quaterniond::Identity()}; }
+
+}  // namespace
 
 PoseCache::PoseCache(const CalibrationProblem& problem, const std::vector<Pose>& poses)
-    : problem_(problem),
-      robot_(with_effects(problem.robot, problem.effects)),
-      evaluations_(poses.size()),
-      evaluated_at_(poses.size(), PoseBlock::Constant(kNaN)),
-      whitening_(poses.size(), Matrix6::Identity()),
-      tension_gain_(poses.size(), Vector6::Zero()) {
-  blocks_.reserve(poses.size());
-  for (const Pose& pose : poses) blocks_.push_back(to_block(pose));
+    : problem_(problem), robot_(with_effects(problem.robot, problem.effects)), poses_(poses) {
+  statics_.reserve(poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Measurement& measurement = problem.measurements[i];
     const bool counts = measurement.in_balance() && (i > 0 || problem.reference_statics);
     statics_.push_back(counts ? problem.statics : StaticsModel::none);
   }
+  if (problem.statics == StaticsModel::wrench) {
+    whitening_.assign(poses.size(), Matrix6::Identity());
+    axes_.assign(poses.size(), Matrix6::Identity());
+    tension_gain_.assign(poses.size(), Vector6::Zero());
+    whitened_at_.assign(poses.size(), nowhere());
+  }
   const NoiseModel noise = problem.noise.value_or(specified_noise(problem.robot.sigma));
   wrench_force_N_ = noise.wrench_force_N;
   wrench_moment_Nm_ = noise.wrench_moment_Nm;
+  weights_.reserve(poses.size());
   for (const Measurement& measurement : problem.measurements) {
     auto& weights = weights_.emplace_back();
     for (std::size_t c = 0; c < kChannels; ++c) {
@@ -43,16 +40,20 @@ PoseCache::PoseCache(const CalibrationProblem& problem, const std::vector<Pose>&
   }
 }
 
-void PoseCache::PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) {
-  if (!new_evaluation_point) return;
-  // With derivatives even where only the cost is asked for: nearly every step is accepted, and the
-  // derivatives are wanted at the same point next.
-  static_cast<void>(evaluate_jacobians);
-  for (std::size_t i = 0; i < blocks_.size(); ++i) {
-    if (evaluated_at_[i] == blocks_[i]) continue;
-    evaluated_at_[i] = blocks_[i];
-    evaluate_pose(robot_, problem_.measurements[i], pose(i), statics_[i],
-                  problem_.left_inverse_rows, problem_.effects, true, evaluations_[i]);
+void PoseCache::evaluate(std::size_t index, const Pose& at, PoseEvaluation& out) const {
+  evaluate_pose(robot_, problem_.measurements[index], at, statics_[index],
+                problem_.left_inverse_rows, problem_.effects, true, out);
+}
+
+void PoseCache::update() {
+  if (evaluations_.empty()) {  // large, and a minimiser does without: not before it is asked for
+    evaluations_.resize(poses_.size());
+    evaluated_at_.assign(poses_.size(), nowhere());
+  }
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
+    if (same(evaluated_at_[i], poses_[i])) continue;
+    evaluated_at_[i] = poses_[i];
+    evaluate(i, poses_[i], evaluations_[i]);
   }
 }
 
@@ -66,20 +67,24 @@ Matrix6 balance_root(const PlatformState& state, double tension_sigma_N, const S
 
 void PoseCache::update_wrench_whitening(double graduation) {
   graduation_ = graduation;
-  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+  if (whitening_.empty()) return;
+  Vector6 scale;
+  scale << Vector3::Constant(1.0 / wrench_force_N_), Vector3::Constant(1.0 / wrench_moment_Nm_);
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
     if (statics_[i] != StaticsModel::wrench) continue;
-    const PlatformState state = platform_state(robot_, pose(i));
-    if (!state.valid) continue;
-    Vector6 scale;
-    scale << Vector3::Constant(1.0 / wrench_force_N_), Vector3::Constant(1.0 / wrench_moment_Nm_);
-    const WrenchMatrix structure = scale.asDiagonal() * structure_matrix(state);
-    const Matrix6 gram = structure * structure.transpose();
-    const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(gram);
-    tension_gain_[i] = eigen.eigenvalues().cwiseMax(0.0);
+    if (!same(whitened_at_[i], poses_[i])) {
+      const PlatformState state = platform_state(robot_, poses_[i]);
+      if (!state.valid) continue;
+      const WrenchMatrix structure = scale.asDiagonal() * structure_matrix(state);
+      const Matrix6 gram = structure.lazyProduct(structure.transpose());
+      const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(gram);
+      tension_gain_[i] = eigen.eigenvalues().cwiseMax(0.0);
+      axes_[i] = eigen.eigenvectors().transpose() * scale.asDiagonal();
+      whitened_at_[i] = poses_[i];
+    }
     const double tension_sigma_N = 1.0 / weight(i, Channel::balance);
     const Vector6 variance = (tension_sigma_N * tension_sigma_N * tension_gain_[i]).array() + 1.0;
-    whitening_[i] = (graduation * variance.cwiseSqrt()).cwiseInverse().asDiagonal() *
-                    eigen.eigenvectors().transpose() * scale.asDiagonal();
+    whitening_[i] = (graduation * variance.cwiseSqrt()).cwiseInverse().asDiagonal() * axes_[i];
   }
 }
 

@@ -1,8 +1,6 @@
 // All models and Jacobians at the current poses, evaluated once a step and read by every residual.
 #pragma once
 
-#include <ceres/evaluation_callback.h>
-
 #include <array>
 #include <vector>
 
@@ -10,30 +8,27 @@
 
 namespace cdprcal {
 
-/// Ceres' parameter block of a pose: p, then the quaternion as (x, y, z, w).
-inline constexpr int kPoseBlockSize = 7;
-using PoseBlock = Eigen::Matrix<double, kPoseBlockSize, 1>;
-PoseBlock to_block(const Pose& pose);
-Pose from_block(const double* block);
-
 /// Lower triangular L with L Lᵀ the covariance of the wrench balance at a pose: tensions with
 /// σ_τ `tension_sigma_N` through the structure matrix, and the model's own wrench error.
 Matrix6 balance_root(const PlatformState& state, double tension_sigma_N, const SensorSigma& sigma);
 
-/// Holds the parameter blocks and their evaluations. ζ0 is evaluated once a step, however many
-/// residuals refer to it. Residuals therefore are valid only for the state held here.
-class PoseCache final : public ceres::EvaluationCallback {
+/// Holds the poses, their evaluations, and the weights of the readings there.
+class PoseCache {
  public:
   PoseCache(const CalibrationProblem& problem, const std::vector<Pose>& poses);
 
-  void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
+  [[nodiscard]] const Pose& pose(std::size_t index) const { return poses_[index]; }
+  void set_pose(std::size_t index, const Pose& pose) { poses_[index] = pose; }
+  [[nodiscard]] std::size_t size() const { return poses_.size(); }
 
-  double* block(std::size_t pose) { return blocks_[pose].data(); }
-  [[nodiscard]] Pose pose(std::size_t index) const { return from_block(blocks_[index].data()); }
-  [[nodiscard]] std::size_t size() const { return blocks_.size(); }
+  /// Evaluates, with derivatives, what has moved since it was evaluated.
+  void update();
+  /// As of the last update.
   [[nodiscard]] const PoseEvaluation& operator[](std::size_t pose) const {
     return evaluations_[pose];
   }
+  /// The models of one measurement at any pose, with derivatives.
+  void evaluate(std::size_t index, const Pose& at, PoseEvaluation& out) const;
   /// 1/σ of a reading of a channel at a pose (the balance: of a tension, without graduation).
   [[nodiscard]] double weight(std::size_t pose, Channel channel) const {
     return weights_[pose][static_cast<std::size_t>(channel)];
@@ -58,11 +53,13 @@ class PoseCache final : public ceres::EvaluationCallback {
  private:
   const CalibrationProblem& problem_;
   const Robot robot_;  ///< with the geometry of the effects
-  std::vector<PoseBlock> blocks_;
+  std::vector<Pose> poses_;
   std::vector<StaticsModel> statics_;
   std::vector<PoseEvaluation> evaluations_;
-  std::vector<PoseBlock> evaluated_at_;  ///< where evaluations_ belong; NaN: nowhere yet
+  std::vector<Pose> evaluated_at_;  ///< where evaluations_ belong; NaN: nowhere yet
+  std::vector<Pose> whitened_at_;   ///< where axes_ belong; NaN: nowhere yet
   std::vector<Matrix6> whitening_;
+  std::vector<Matrix6> axes_;  ///< of the tensions' part of the balance, in units of the model's
   std::vector<Vector6> tension_gain_;
   std::vector<std::array<double, kChannels>> weights_;
   double graduation_ = 1.0;

@@ -31,8 +31,13 @@ struct CalibrationProblem {
   bool reference_noise = true;
 };
 
+/// Who minimises: our own (minimise.hpp), or Ceres on the same rows (minimise_ceres.hpp), which is
+/// there to check the first against.
+enum class MinimiserKind { arrowhead, ceres };
+
 /// How to solve.
 struct SolveOptions {
+  MinimiserKind minimiser = MinimiserKind::arrowhead;
   /// Standard deviations of tensions and wrenches are multiplied by these in turn: statics are
   /// steep (kN a radian), so they start weak and tighten. The last must be 1.
   std::vector<double> graduation{100.0, 10.0, 1.0};

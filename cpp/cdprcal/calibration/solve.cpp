@@ -1,6 +1,3 @@
-#include <ceres/solver.h>
-#include <glog/logging.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -9,6 +6,8 @@
 #include "cdprcal/calibration/curvature.hpp"
 #include "cdprcal/calibration/least_observed.hpp"
 #include "cdprcal/calibration/mean_square.hpp"
+#include "cdprcal/calibration/minimise.hpp"
+#include "cdprcal/calibration/minimise_ceres.hpp"
 #include "cdprcal/calibration/presence.hpp"
 #include "cdprcal/calibration/problem.hpp"
 #include "cdprcal/error.hpp"
@@ -24,31 +23,18 @@ constexpr double kContradiction = 3.0;
 /// covariance ends there too.
 constexpr double kUselessRotation = 1.0;
 
-/// Ceres says through glog, on stderr, what our status says in words; a program that has set its
-/// own level keeps it.
-void silence_ceres() {
-  if (FLAGS_minloglevel == google::GLOG_INFO) FLAGS_minloglevel = google::GLOG_FATAL;
-}
-
-ceres::Solver::Options solver_options(const SolveOptions& options, Assembly& assembly,
-                                      bool last_stage) {
-  ceres::Solver::Options out;
-  out.linear_solver_type = assembly.cache().size() > 1 ? ceres::DENSE_SCHUR : ceres::DENSE_QR;
-  if (assembly.cache().size() > 1) out.linear_solver_ordering = assembly.elimination_order();
-  out.logging_type = ceres::SILENT;
-  out.num_threads = 1;
-  out.max_num_iterations = options.max_iterations;
+MinimiserOptions minimiser_options(const SolveOptions& options, bool last_stage) {
   // A stage before the last only has to come near.
-  out.function_tolerance = last_stage ? options.function_tolerance : 1e-3;
-  out.parameter_tolerance = last_stage ? options.parameter_tolerance : 1e-6;
-  out.gradient_tolerance = options.gradient_tolerance;
-  return out;
+  return {.max_iterations = options.max_iterations,
+          .function_tolerance = last_stage ? options.function_tolerance : 1e-3,
+          .parameter_tolerance = last_stage ? options.parameter_tolerance : 1e-6,
+          .gradient_tolerance = options.gradient_tolerance};
 }
 
 /// Root mean square of the statics residuals at the present poses, in σ; 0 without statics.
 double statics_rms(const CalibrationProblem& problem, PoseCache& cache) {
   cache.update_wrench_whitening(1.0);
-  cache.PrepareForEvaluation(false, true);
+  cache.update();
   MeanSquare whitened;
   for (std::size_t i = 0; i < cache.size(); ++i) {
     if (cache.statics_of(i) == StaticsModel::wrench) {
@@ -83,12 +69,15 @@ double specified_statics_rms(const CalibrationProblem& problem, const PoseCache&
 /// Runs the graduated stages; returns whether the last one converged.
 bool run_stages(const CalibrationProblem& problem, const SolveOptions& options, Assembly& assembly,
                 CalibrationResult& result) {
-  ceres::Solver::Summary summary;
+  Minimiser minimiser(assembly);
+  MinimiserSummary summary;
   const auto stage = [&](double graduation, bool last) {
     assembly.cache().update_wrench_whitening(graduation);
-    ceres::Solve(solver_options(options, assembly, last), &assembly.ceres_problem(), &summary);
-    result.iterations += static_cast<int>(summary.iterations.size());
-    return summary.IsSolutionUsable();
+    summary = options.minimiser == MinimiserKind::ceres
+                  ? minimise_with_ceres(assembly, minimiser_options(options, last))
+                  : minimiser.minimise(minimiser_options(options, last));
+    result.iterations += summary.evaluations;
+    return summary.usable;
   };
   bool usable = true;
   for (std::size_t i = 0; usable && i + 1 < options.graduation.size(); ++i) {
@@ -102,13 +91,13 @@ bool run_stages(const CalibrationProblem& problem, const SolveOptions& options, 
     // The weights of the balance depend on the poses: repeat until they agree with each other.
     constexpr int kMostRefreshes = 20;
     for (int i = 0; i < kMostRefreshes; ++i) {
-      if (!usable || summary.termination_type != ceres::CONVERGENCE) break;
+      if (!usable || !summary.converged) break;
       if (minus(assembly.cache().pose(0), before).norm() < options.settled) break;
       before = assembly.cache().pose(0);
       usable = stage(1.0, true);
     }
   }
-  const bool converged = usable && summary.termination_type == ceres::CONVERGENCE;
+  const bool converged = usable && summary.converged;
   if (!converged) {
     result.reason = usable ? "stopped after " + std::to_string(result.iterations) +
                                  " iterations without reaching a minimum"
@@ -211,8 +200,9 @@ void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged
         "varied poses";
     return;
   }
-  const ReferenceInformation information = assembly.reference_information();
-  result.least_observed = least_observed(problem, assembly).sentence;
+  const LeastObserved weakest = least_observed(problem, assembly);
+  const ReferenceInformation& information = weakest.information;
+  result.least_observed = weakest.sentence;
   if (!information.covariance) {
     result.status = CalibrationStatus::unobservable;
     result.reason = "the readings leave at least one direction of the initial pose undetermined (" +
@@ -252,7 +242,6 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
   if (options.graduation.empty() || options.graduation.back() != 1.0) {
     throw InputError("calibration: the last graduation must be 1");
   }
-  silence_ceres();
   Assembly assembly(problem, guess);
   CalibrationResult result;
   result.residual_count = assembly.residual_count();
@@ -268,7 +257,7 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
   result.solve_time_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
-  assembly.cache().PrepareForEvaluation(true, true);
+  assembly.cache().update();
   result.cost = assembly.cost();
   for (std::size_t i = 0; i < assembly.cache().size(); ++i) {
     result.poses.push_back(assembly.cache().pose(i));

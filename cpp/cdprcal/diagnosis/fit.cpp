@@ -7,15 +7,43 @@
 namespace cdprcal {
 namespace {
 
+/// What the poses cannot explain, of all poses: residuals, and their derivatives by the nuisance
+/// unknowns. One tall product costs less than many small ones.
+struct Stacked {
+  Eigen::VectorXd residual;
+  Eigen::MatrixXd by_nuisance;
+};
+
+Stacked stacked(const DiagnosisSystem& system) {
+  Eigen::Index rows = 0;
+  for (const PoseSystem& pose : system.poses) rows += pose.reduced.size();
+  Stacked out{Eigen::VectorXd(rows), Eigen::MatrixXd(rows, system.layout.nuisance())};
+  Eigen::Index row = 0;
+  for (const PoseSystem& pose : system.poses) {
+    const Eigen::Index count = pose.reduced.size();
+    out.residual.segment(row, count) = pose.reduced;
+    out.by_nuisance.middleRows(row, count) =
+        pose.reduced_by_common.leftCols(system.layout.nuisance());
+    row += count;
+  }
+  return out;
+}
+
+Eigen::MatrixXd information_of(const Stacked& rows, const DiagnosisSystem& system) {
+  const Eigen::Index size = system.layout.nuisance();
+  Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(size, size);
+  hessian.selfadjointView<Eigen::Lower>().rankUpdate(rows.by_nuisance.transpose());
+  hessian.triangularView<Eigen::StrictlyUpper>() = hessian.transpose();
+  hessian.diagonal() += system.prior_precision;
+  return hessian;
+}
+
 /// Normal equations of the nuisance unknowns with their prior.
 void normal_equations(const DiagnosisSystem& system, Eigen::MatrixXd& hessian,
                       Eigen::VectorXd& gradient) {
-  const int size = system.layout.nuisance();
-  hessian = information(system);
-  gradient.setZero(size);
-  for (const PoseSystem& pose : system.poses) {
-    gradient.noalias() += pose.reduced_by_common.leftCols(size).transpose() * pose.reduced;
-  }
+  const Stacked rows = stacked(system);
+  hessian = information_of(rows, system);
+  gradient = rows.by_nuisance.transpose() * rows.residual;
   gradient += system.prior_precision.cwiseSqrt().cwiseProduct(system.prior_residual);
 }
 
@@ -24,9 +52,9 @@ void move(DiagnosisModel& model, const DiagnosisSystem& system, const Eigen::Vec
           double fraction) {
   const int n = model.robot.cable_count();
   for (const PoseSystem& pose : system.poses) {
-    const Eigen::VectorXd rest =
+    const PoseRowValues rest =
         pose.residual + pose.by_common.leftCols(system.layout.nuisance()) * step;
-    const Vector6 twist = -pose.by_pose.colPivHouseholderQr().solve(rest);
+    const Vector6 twist = -pose.factor.solve(rest);
     Pose& estimate = model.runs[pose.run].poses[pose.pose];
     estimate = plus(estimate, fraction * twist);
   }
@@ -43,14 +71,7 @@ void move(DiagnosisModel& model, const DiagnosisSystem& system, const Eigen::Vec
 }  // namespace
 
 Eigen::MatrixXd information(const DiagnosisSystem& system) {
-  const int size = system.layout.nuisance();
-  Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(size, size);
-  for (const PoseSystem& pose : system.poses) {
-    const auto columns = pose.reduced_by_common.leftCols(size);
-    hessian.noalias() += columns.transpose() * columns;
-  }
-  hessian.diagonal() += system.prior_precision;
-  return hessian;
+  return information_of(stacked(system), system);
 }
 
 Eigen::MatrixXd covariance(const DiagnosisSystem& system) {
@@ -103,11 +124,12 @@ ChannelSums channel_sums(const DiagnosisSystem& system) {
   const int size = system.layout.nuisance();
   ChannelSums sums;
   for (const PoseSystem& pose : system.poses) {
-    const Eigen::VectorXd residual = pose.projection * pose.reduced;
-    const Eigen::MatrixXd lifted = pose.projection * pose.reduced_by_common.leftCols(size);
+    const PoseProjection projection = pose.projection();
+    const PoseRowValues residual = projection * pose.reduced;
+    const Eigen::MatrixXd lifted = projection * pose.reduced_by_common.leftCols(size);
+    const PoseRowValues taken = (lifted * spread).cwiseProduct(lifted).rowwise().sum();
     for (Eigen::Index row = 0; row < residual.size(); ++row) {
-      const double freedom = pose.projection.row(row).squaredNorm() -
-                             lifted.row(row) * spread * lifted.row(row).transpose();
+      const double freedom = projection.row(row).squaredNorm() - taken[row];
       const auto c = static_cast<std::size_t>(pose.channel[static_cast<std::size_t>(row)]);
       sums.freedom[c] += std::max(0.0, freedom);
       sums.squares[c] += residual[row] * residual[row];

@@ -49,11 +49,12 @@ struct FoldSums {
 
 void add_channels(const PoseSystem& pose, const Eigen::VectorXd& reduced, NoiseLevels& squares,
                   NoiseLevels& freedom) {
-  const Eigen::VectorXd rows = pose.projection * reduced;
+  const PoseProjection projection = pose.projection();
+  const PoseRowValues rows = projection * reduced;
   for (Eigen::Index row = 0; row < rows.size(); ++row) {
     const auto c = static_cast<std::size_t>(pose.channel[static_cast<std::size_t>(row)]);
     squares[c] += std::pow(rows[row] * pose.scale[row], 2);
-    freedom[c] += pose.projection.row(row).squaredNorm();
+    freedom[c] += projection.row(row).squaredNorm();
   }
 }
 

@@ -33,13 +33,15 @@ CommonLayout layout_of(const DiagnosisModel& model, const Candidates& candidates
 
 /// All rows of one pose before whitening: residual, by pose, by common unknowns.
 struct RawRows {
-  Eigen::VectorXd residual;
-  Eigen::MatrixXd by_pose, by_common;
+  PoseRowValues residual;
+  PoseRowsByTwist by_pose;
+  Eigen::MatrixXd by_common;
 };
 
 RawRows raw_rows(const DiagnosisModel& model, const Robot& robot, const ActiveEffects& active,
                  const CommonLayout& layout, const Candidates& candidates, std::size_t run_index,
-                 const Measurement& m, const Pose& pose, bool rests, bool& valid) {
+                 const Measurement& m, const Pose& pose, const PlatformState& state, bool rests,
+                 bool& valid) {
   const int n = robot.cable_count();
   const ReadingRows rows{n};
   const DiagnosisRun& run = model.runs[run_index];
@@ -73,7 +75,6 @@ RawRows raw_rows(const DiagnosisModel& model, const Robot& robot, const ActiveEf
     out.residual.tail<6>() = e.wrench;
     out.by_pose.bottomRows<6>() = e.wrench_by_twist;
   }
-  const PlatformState state = platform_state(robot, pose);
   const EffectContext context{robot, state, pose, m};
   Eigen::MatrixXd columns;
   const auto place = [&](const Effect& effect, const EffectValues& values, int begin,
@@ -81,7 +82,7 @@ RawRows raw_rows(const DiagnosisModel& model, const Robot& robot, const ActiveEf
     const int size = effect.size(n);
     columns.setZero(rows.size(), size);
     effect.columns(context, values, columns);
-    if (scale != nullptr) columns = (columns * scale->asDiagonal()).eval();
+    if (scale != nullptr) columns.array().rowwise() *= scale->transpose().array();
     if (effect.info().scope == EffectScope::run) begin += size * static_cast<int>(run_index);
     out.by_common.middleCols(begin, size) += columns;
   };
@@ -107,11 +108,11 @@ double row_noise(const DiagnosisModel& model, NoiseGroup channel, const Measurem
 
 /// Keeps the rows that carry a reading, whitens them and projects them off the pose.
 PoseSystem whiten(const DiagnosisModel& model, const Robot& robot, RawRows raw,
-                  const Measurement& m, const Pose& pose, bool rests) {
+                  const Measurement& m, const PlatformState& state, bool rests) {
   const int n = robot.cable_count();
   const ReadingRows rows{n};
   PoseSystem out;
-  Eigen::VectorXd sigma(rows.size());
+  PoseRowValues sigma(rows.size());
   const bool moves = m.kind == PoseKind::kinematic_pose && m.samples == 1;
   const auto channel_of = [&](int row) {
     int group = static_cast<int>(NoiseGroup::balance);
@@ -129,14 +130,14 @@ PoseSystem whiten(const DiagnosisModel& model, const Robot& robot, RawRows raw,
     sigma[row] = row_noise(model, channel_of(row), m);
   }
   if (rests) {
-    const Matrix6 root =
-        balance_root(platform_state(robot, pose), robot.sigma.tension_N, robot.sigma);
-    const auto lower = root.triangularView<Eigen::Lower>();
-    raw.residual.tail<6>() = lower.solve(raw.residual.tail<6>()).eval();
-    raw.by_pose.bottomRows<6>() = lower.solve(raw.by_pose.bottomRows<6>()).eval();
-    raw.by_common.bottomRows<6>() = lower.solve(raw.by_common.bottomRows<6>()).eval();
+    const Matrix6 root = balance_root(state, robot.sigma.tension_N, robot.sigma);
+    const Matrix6 inverse = root.triangularView<Eigen::Lower>().solve(Matrix6::Identity());
+    raw.residual.tail<6>() = (inverse * raw.residual.tail<6>()).eval();
+    raw.by_pose.bottomRows<6>() = (inverse * raw.by_pose.bottomRows<6>()).eval();
+    raw.by_common.bottomRows<6>() = inverse.lazyProduct(raw.by_common.bottomRows<6>()).eval();
   }
   std::vector<int> kept;
+  kept.reserve(static_cast<std::size_t>(rows.size()));
   for (int row = 0; row < rows.size(); ++row) {
     if (!std::isfinite(raw.residual[row])) continue;
     kept.push_back(row);
@@ -147,28 +148,37 @@ PoseSystem whiten(const DiagnosisModel& model, const Robot& robot, RawRows raw,
                                                   : row - rows.wrench());
   }
   const auto count = static_cast<Eigen::Index>(kept.size());
-  out.residual.resize(count);
-  out.scale.resize(count);
-  out.by_pose.resize(count, 6);
-  out.by_common.resize(count, raw.by_common.cols());
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const int row = kept[static_cast<std::size_t>(i)];
-    const double weight = 1.0 / sigma[row];
-    out.scale[i] = sigma[row];
-    out.residual[i] = weight * raw.residual[row];
-    out.by_pose.row(i) = weight * raw.by_pose.row(row);
-    out.by_common.row(i) = weight * raw.by_common.row(row);
+  out.scale = sigma(kept);
+  const PoseRowValues weight = out.scale.cwiseInverse();
+  out.residual = weight.cwiseProduct(raw.residual(kept));
+  out.by_pose = raw.by_pose(kept, Eigen::all);
+  out.by_pose.array().colwise() *= weight.array();
+  if (count == rows.size()) {
+    out.by_common = std::move(raw.by_common);
+  } else {
+    out.by_common = raw.by_common(kept, Eigen::all);
   }
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(out.by_pose);
-  const Eigen::Index rank = qr.rank();
-  const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(count, count);
-  out.projection = q.rightCols(count - rank);
-  out.reduced = out.projection.transpose() * out.residual;
-  out.reduced_by_common = out.projection.transpose() * out.by_common;
+  out.by_common.array().colwise() *= weight.array();
+  // Qᵀ of both; its last rows are what the pose cannot explain.
+  out.factor.compute(out.by_pose);
+  const Eigen::Index left = count - out.factor.rank();
+  PoseRowValues residual = out.residual;
+  residual.applyOnTheLeft(out.factor.householderQ().adjoint());
+  out.reduced = residual.tail(left);
+  Eigen::MatrixXd by_common = out.by_common;
+  by_common.applyOnTheLeft(out.factor.householderQ().adjoint());
+  out.reduced_by_common = by_common.bottomRows(left);
   return out;
 }
 
 }  // namespace
+
+PoseProjection PoseSystem::projection() const {
+  const Eigen::Index count = residual.size();
+  PoseProjection q = PoseProjection::Identity(count, count);
+  q.applyOnTheLeft(factor.householderQ());
+  return q.rightCols(count - factor.rank());
+}
 
 const char* to_string(NoiseGroup channel) {
   switch (channel) {
@@ -225,13 +235,14 @@ DiagnosisSystem linearise(const DiagnosisModel& model, const Candidates& candida
       const Measurement& m = run.measurements[i];
       const bool rests = m.in_balance();
       bool valid = true;
+      const PlatformState state = platform_state(robot, run.poses[i]);
       RawRows raw = raw_rows(model, robot, active, system.layout, candidates, r, m, run.poses[i],
-                             rests, valid);
+                             state, rests, valid);
       if (!valid) {
         system.valid = false;
         return system;
       }
-      system.poses.push_back(whiten(model, robot, std::move(raw), m, run.poses[i], rests));
+      system.poses.push_back(whiten(model, robot, std::move(raw), m, state, rests));
       system.poses.back().run = r;
       system.poses.back().pose = i;
     }

@@ -2,6 +2,7 @@
 // together and linearised into one system per pose.
 #pragma once
 
+#include <Eigen/QR>
 #include <array>
 #include <string>
 #include <vector>
@@ -62,19 +63,28 @@ struct DiagnosisModel {
   [[nodiscard]] ActiveEffects active(std::size_t run) const;
 };
 
+/// Rows of one pose: at most two a cable, three angles, six of the balance. They never allocate.
+inline constexpr int kMostPoseRows = 2 * kMaxCables + 9;
+using PoseRowValues = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostPoseRows, 1>;
+using PoseRowsByTwist = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::ColMajor, kMostPoseRows, 6>;
+using PoseProjection = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
+                                     kMostPoseRows, kMostPoseRows>;
+
 /// One pose's residuals and derivatives, whitened, and their part that its own six unknowns cannot
 /// explain (the projection Q2 off the pose).
 struct PoseSystem {
   std::size_t run = 0, pose = 0;
-  std::vector<NoiseGroup> channel;    ///< of each row
-  std::vector<int> component;         ///< cable, angle or wrench row of each row
-  Eigen::VectorXd scale;              ///< unwhitened = whitened · scale (balance rows: 1)
-  Eigen::VectorXd residual;           ///< (model − reading) / σ
-  Eigen::MatrixXd by_pose;            ///< m × 6
-  Eigen::MatrixXd by_common;          ///< m × columns
-  Eigen::MatrixXd projection;         ///< Q2, m × (m − rank)
-  Eigen::VectorXd reduced;            ///< Q2ᵀ residual
-  Eigen::MatrixXd reduced_by_common;  ///< Q2ᵀ by_common
+  std::vector<NoiseGroup> channel;  ///< of each row
+  std::vector<int> component;       ///< cable, angle or wrench row of each row
+  PoseRowValues scale;              ///< unwhitened = whitened · scale (balance rows: 1)
+  PoseRowValues residual;           ///< (model − reading) / σ
+  PoseRowsByTwist by_pose;          ///< m × 6
+  Eigen::MatrixXd by_common;        ///< m × columns
+  Eigen::ColPivHouseholderQR<PoseRowsByTwist> factor;  ///< of by_pose
+  PoseRowValues reduced;                               ///< Q2ᵀ residual
+  Eigen::MatrixXd reduced_by_common;                   ///< Q2ᵀ by_common
+  /// Q2, m × (m − rank).
+  [[nodiscard]] PoseProjection projection() const;
 };
 
 /// Columns of the common unknowns: offsets of all runs, accepted effects, candidates.

@@ -144,7 +144,7 @@ double motion_correlation(const DiagnosisModel& model) {
       last.resize(0);
       continue;
     }
-    const Eigen::VectorXd rows = pose.projection * pose.reduced;
+    const Eigen::VectorXd rows = pose.projection() * pose.reduced;
     if (rows.size() == last.size()) {
       products += rows.dot(last);
       squares += 0.5 * (rows.squaredNorm() + last.squaredNorm());

@@ -69,12 +69,13 @@ double profile(const NoiseLevels& squares, const NoiseLevels& freedom, const Noi
 class EvidenceOf {
  public:
   EvidenceOf(const DiagnosisSystem& system, const Stacked& stacked, const NoiseLevels& floor)
-      : system_(system), stacked_(stacked), floor_(floor) {
+      : stacked_(stacked), floor_(floor) {
     for (std::size_t c = 0; c < kNoiseGroups; ++c) {
       if (stacked.sums.freedom[c] >= 1.0) used_.push_back(c);
     }
+    for (const PoseSystem& pose : system.poses) rows_.push_back(rows_of(pose));
     const Eigen::MatrixXd& columns = stacked.candidates;
-    for (const std::size_t c : used_) weighted_.push_back(by_channel(columns, c));
+    for (std::size_t u = 0; u < used_.size(); ++u) weighted_.push_back(by_channel(columns, u));
     const int base = system.layout.nuisance();
     for (std::size_t k = 0; k < system.layout.candidate_begin.size(); ++k) {
       Candidate a;
@@ -111,7 +112,7 @@ class EvidenceOf {
     std::vector<Eigen::RowVectorXd> squares;
     for (std::size_t u = 0; u < used_.size(); ++u) {
       cross.push_back(weighted_[u].transpose() * residuals);
-      squares.push_back(squares_of(residuals, used_[u]));
+      squares.push_back(squares_of(residuals, u));
     }
     Eigen::RowVectorXd before(count);
     NoiseLevels sums{};
@@ -144,11 +145,11 @@ class EvidenceOf {
 
  private:
   /// W_c times columns of reduced rows.
-  [[nodiscard]] Eigen::MatrixXd by_channel(const Eigen::MatrixXd& columns, std::size_t c) const {
+  [[nodiscard]] Eigen::MatrixXd by_channel(const Eigen::MatrixXd& columns, std::size_t used) const {
     Eigen::MatrixXd out = Eigen::MatrixXd::Zero(columns.rows(), columns.cols());
-    for (std::size_t i = 0; i < system_.poses.size(); ++i) {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
       const Eigen::Index size = stacked_.begin[i + 1] - stacked_.begin[i];
-      const Eigen::MatrixXd rows = rows_of(system_.poses[i], c);
+      const Eigen::MatrixXd& rows = rows_[i][used];
       if (rows.rows() == 0) continue;
       out.middleRows(stacked_.begin[i], size).noalias() =
           rows.transpose() * (rows * columns.middleRows(stacked_.begin[i], size));
@@ -156,32 +157,36 @@ class EvidenceOf {
     return out;
   }
   [[nodiscard]] Eigen::RowVectorXd squares_of(const Eigen::MatrixXd& residuals,
-                                              std::size_t c) const {
+                                              std::size_t used) const {
     Eigen::RowVectorXd out = Eigen::RowVectorXd::Zero(residuals.cols());
-    for (std::size_t i = 0; i < system_.poses.size(); ++i) {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
       const Eigen::Index size = stacked_.begin[i + 1] - stacked_.begin[i];
-      out += (rows_of(system_.poses[i], c) * residuals.middleRows(stacked_.begin[i], size))
-                 .colwise()
-                 .squaredNorm();
+      out +=
+          (rows_[i][used] * residuals.middleRows(stacked_.begin[i], size)).colwise().squaredNorm();
     }
     return out;
   }
-  /// The projection's rows that belong to a channel.
-  static Eigen::MatrixXd rows_of(const PoseSystem& pose, std::size_t c) {
-    std::vector<Eigen::Index> own;
-    for (std::size_t row = 0; row < pose.channel.size(); ++row) {
-      if (static_cast<std::size_t>(pose.channel[row]) == c) {
-        own.push_back(static_cast<Eigen::Index>(row));
+  /// A projection's rows that belong to each used channel.
+  [[nodiscard]] std::vector<Eigen::MatrixXd> rows_of(const PoseSystem& pose) const {
+    const PoseProjection projection = pose.projection();
+    std::vector<Eigen::MatrixXd> out;
+    for (const std::size_t c : used_) {
+      std::vector<Eigen::Index> own;
+      for (std::size_t row = 0; row < pose.channel.size(); ++row) {
+        if (static_cast<std::size_t>(pose.channel[row]) == c) {
+          own.push_back(static_cast<Eigen::Index>(row));
+        }
       }
+      out.push_back(projection(own, Eigen::all));
     }
-    return pose.projection(own, Eigen::all);
+    return out;
   }
 
-  const DiagnosisSystem& system_;
   const Stacked& stacked_;
   NoiseLevels floor_;
   std::vector<std::size_t> used_;
-  std::vector<Eigen::MatrixXd> weighted_;  ///< W_c C, a used channel
+  std::vector<std::vector<Eigen::MatrixXd>> rows_;  ///< a pose, a used channel: rows_of
+  std::vector<Eigen::MatrixXd> weighted_;           ///< W_c C, a used channel
   std::vector<Candidate> candidates_;
 };
 

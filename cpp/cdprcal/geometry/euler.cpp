@@ -71,11 +71,19 @@ Vector3 euler_from_rotation(const Matrix3& rotation, EulerConvention convention)
 
 Matrix3 euler_rate_matrix(const Vector3& roll_pitch_yaw_rad, EulerConvention convention) {
   const auto& [a, b, c] = order_of(convention).axis;
-  const Eigen::Quaterniond first = turn(a, roll_pitch_yaw_rad[a]);
+  const double sign = (b - a + 3) % 3 == 1 ? 1.0 : -1.0;  // e_a × e_b = sign · e_c
+  const double cos_first = std::cos(roll_pitch_yaw_rad[a]);
+  const double sin_first = sign * std::sin(roll_pitch_yaw_rad[a]);
+  const double cos_middle = std::cos(roll_pitch_yaw_rad[b]);
   Matrix3 rates;
-  rates.col(a) = Vector3::Unit(a);
-  rates.col(b) = first * Vector3::Unit(b);
-  rates.col(c) = first * (turn(b, roll_pitch_yaw_rad[b]) * Vector3::Unit(c));
+  rates(a, a) = 1.0;  // column a: the first axis itself
+  rates(b, a) = rates(c, a) = 0.0;
+  rates(a, b) = 0.0;  // column b: the second, after the first turn
+  rates(b, b) = cos_first;
+  rates(c, b) = sin_first;
+  rates(a, c) = sign * std::sin(roll_pitch_yaw_rad[b]);  // column c: the third, after both
+  rates(b, c) = -cos_middle * sin_first;
+  rates(c, c) = cos_middle * cos_first;
   return rates;
 }
 

@@ -18,7 +18,7 @@ CableState cable_state(const Pulley& pulley, const Vector3& q_world_m) {
   const double q_i = pulley.axes_world.col(0).dot(q_world_m);
   const double q_j = pulley.axes_world.col(1).dot(q_world_m);
   const double q_k = pulley.axes_world.col(2).dot(q_world_m);
-  const double q_u = std::hypot(q_i, q_j);
+  const double q_u = std::sqrt(q_i * q_i + q_j * q_j);
   s.radial_distance_m = q_u;
   if (!(q_u > 0.0)) {
     return invalid_state(CableStatus::anchor_on_swivel_axis, q_u);

@@ -6,7 +6,7 @@ namespace {
 using Row6 = Eigen::Matrix<double, 1, 6>;
 
 /// Chain rule through q: for a scalar with ∂/∂q = gradient, its derivative along a twist.
-Row6 by_twist(const Vector3& gradient, const Vector3& arm) {
+inline Row6 by_twist(const Vector3& gradient, const Vector3& arm) {
   Row6 row;
   row << gradient.transpose(), arm.cross(gradient).transpose();
   return row;

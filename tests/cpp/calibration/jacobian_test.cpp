@@ -5,7 +5,6 @@
 #include "../support/random_robot.hpp"
 #include "cdprcal/acquisition/synthetic.hpp"
 #include "cdprcal/calibration/assembly.hpp"
-#include "cdprcal/calibration/pose_manifold.hpp"
 
 namespace cdprcal::test {
 namespace {
@@ -36,7 +35,7 @@ Eigen::VectorXd residuals_at(const CalibrationProblem& problem,
   Assembly assembly(problem, whitened_at);
   assembly.cache().update_wrench_whitening(1.0);
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    Eigen::Map<PoseBlock>{assembly.cache().block(i)} = to_block(poses[i]);
+    assembly.cache().set_pose(i, poses[i]);
   }
   Eigen::VectorXd residuals;
   Eigen::MatrixXd jacobian;
@@ -74,23 +73,6 @@ void check_all(StaticsModel statics, int max_cables) {
 TEST(CalibrationJacobian, KinematicResiduals) { check_all(StaticsModel::none, kMaxCables); }
 TEST(CalibrationJacobian, WrenchResiduals) { check_all(StaticsModel::wrench, kMaxCables); }
 TEST(CalibrationJacobian, LeftInverseResiduals) { check_all(StaticsModel::left_inverse, 6); }
-
-TEST(PoseManifold, PlusAndMinusAreInverse) {
-  Rng rng(3);
-  const PoseManifold manifold;
-  for (int i = 0; i < 100; ++i) {
-    const Pose pose{uniform_vector(rng, Vector3::Constant(-2), Vector3::Constant(2)),
-                    random_rotation(rng)};
-    Vector6 delta = Vector6::Random() * (i < 50 ? 1.0 : 1e-9);
-    const PoseBlock x = to_block(pose);
-    PoseBlock y;
-    ASSERT_TRUE(manifold.Plus(x.data(), delta.data(), y.data()));
-    EXPECT_NEAR(y.tail<4>().norm(), 1.0, 1e-15);
-    Vector6 back;
-    ASSERT_TRUE(manifold.Minus(y.data(), x.data(), back.data()));
-    EXPECT_LT((back - delta).norm(), 1e-14);
-  }
-}
 
 }  // namespace
 }  // namespace cdprcal::test

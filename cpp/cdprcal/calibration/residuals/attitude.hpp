@@ -33,7 +33,7 @@ struct YawTerm {
                   wrap_angle(in.pose().roll_pitch_yaw_rad[2] - in.initial().roll_pitch_yaw_rad[2] -
                              change(in) - in.reference.yaw_error_rad()),
                   in.weight(Channel::yaw), in.pose().attitude_by_twist.row(2),
-                  in.initial().attitude_by_twist.row(2), in.reference.yaw_error());
+                  in.reference.yaw_error());
   }
 
  private:

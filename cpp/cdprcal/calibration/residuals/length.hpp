@@ -12,11 +12,10 @@ struct LengthTerm {
   }
   static void write(const TermInput& in, RowWriter& rows) {
     if (in.index == 0) return;
-    write_changes(
-        {in.measured().length_m, in.reference.length_m, in.pose().length_m, in.initial().length_m,
-         in.pose().length_by_twist, in.initial().length_by_twist, Channel::length,
-         in.weight(Channel::length), in.reference.length_error(0), false},
-        in.reference.errors().data() + in.reference.length_error(0), rows);
+    write_changes({in.measured().length_m, in.reference.length_m, in.pose().length_m,
+                   in.initial().length_m, in.pose().length_by_twist, Channel::length,
+                   in.weight(Channel::length), in.reference.length_error(0), false},
+                  in.reference.errors().data() + in.reference.length_error(0), rows);
   }
 };
 

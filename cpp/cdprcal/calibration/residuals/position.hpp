@@ -14,8 +14,7 @@ struct PositionTerm {
     const Vector3& read = in.measured().position_m;
     for (int axis = 0; axis < 3; ++axis) {
       if (!std::isfinite(read[axis])) continue;
-      rows.absolute({Channel::position, axis},
-                    in.cache.pose(in.index).position_m[axis] - read[axis],
+      rows.absolute({Channel::position, axis}, in.position_m[axis] - read[axis],
                     in.weight(Channel::position), Vector6::Unit(axis).transpose());
     }
   }

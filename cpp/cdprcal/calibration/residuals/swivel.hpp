@@ -13,8 +13,8 @@ struct SwivelTerm {
   static void write(const TermInput& in, RowWriter& rows) {
     if (in.index == 0) return;
     write_changes({in.measured().swivel_rad, in.reference.swivel_rad, in.pose().swivel_rad,
-                   in.initial().swivel_rad, in.pose().swivel_by_twist, in.initial().swivel_by_twist,
-                   Channel::swivel, in.weight(Channel::swivel), in.reference.swivel_error(0), true},
+                   in.initial().swivel_rad, in.pose().swivel_by_twist, Channel::swivel,
+                   in.weight(Channel::swivel), in.reference.swivel_error(0), true},
                   in.reference.errors().data() + in.reference.swivel_error(0), rows);
   }
 };

@@ -1,86 +1,94 @@
 // What the equations of eq. 13 share: where their rows go, and what they are made from.
 #pragma once
 
+#include <algorithm>
+#include <array>
+
 #include "cdprcal/calibration/pose_cache.hpp"
 #include "cdprcal/calibration/reference_readings.hpp"
 
 namespace cdprcal {
 
+/// Most rows one pose can have: lengths, swivels, attitude, statics or reference errors, and what
+/// absolute sensors read.
+inline constexpr int kMostRows = 5 * kMaxCables + 4 + 6 + 4;
+/// Most offsets there can be: one a length, one a swivel, one for yaw.
+inline constexpr int kMostOffsets = 2 * kMaxCables + 1;
+
 /// What a term looks at: the model and the readings at ζi and at ζ0.
 struct TermInput {
   const CalibrationProblem& problem;
-  const PoseCache& cache;
+  const PoseCache& cache;  ///< weights and the whitening of the balance
   const ReferenceReadings& reference;
-  std::size_t index;  ///< i of ζi
+  std::size_t index;              ///< i of ζi
+  const PoseEvaluation& at_pose;  ///< the model at ζi
+  const PoseEvaluation& at_initial;
+  const Vector3& position_m;  ///< of ζi
 
   [[nodiscard]] const Measurement& measured() const { return problem.measurements[index]; }
-  [[nodiscard]] const PoseEvaluation& pose() const { return cache[index]; }
-  [[nodiscard]] const PoseEvaluation& initial() const { return cache[0]; }
+  [[nodiscard]] const PoseEvaluation& pose() const { return at_pose; }
+  [[nodiscard]] const PoseEvaluation& initial() const { return at_initial; }
   [[nodiscard]] double weight(Channel channel) const { return cache.weight(index, channel); }
 };
 
-/// Writes whitened residuals and their derivatives, row by row, where Ceres wants them. A Jacobian
-/// block with respect to a pose has one column more than the tangent: PoseManifold
-/// (pose_manifold.hpp) has ∂plus/∂δ = [I₆; 0], so the first six columns are the derivative along a
-/// world-frame twist and the last is never used. Pointers may be null: not wanted.
+/// The whitened rows of one pose. Readings that count from the reference see ζ0 and the reference
+/// errors only through their offset o = m(ζ0) + e: its index k and one number hold both
+/// derivatives, ∂F/∂e_k = by_offset and ∂F/∂ζ0 = by_offset · ∂o_k/∂ζ0 (offset_jacobian).
+struct PoseRows {
+  int count = 0;
+  std::array<double, kMostRows> residual;
+  std::array<std::array<double, 6>, kMostRows> own;  ///< along a world-frame twist of ζi
+  std::array<int, kMostRows> offset;                 ///< −1: none
+  std::array<double, kMostRows> by_offset;
+  std::array<RowLabel, kMostRows> label;
+};
+
+/// ∂o/∂ζ0 (2n+1 × 6): lengths, swivels, yaw.
+using OffsetJacobian = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor, kMostOffsets, 6>;
+inline OffsetJacobian offset_jacobian(const PoseEvaluation& initial) {
+  const Eigen::Index n = initial.length_by_twist.rows();
+  OffsetJacobian out(2 * n + 1, 6);
+  out.topRows(n) = initial.length_by_twist;
+  out.middleRows(n, n) = initial.swivel_by_twist;
+  out.row(2 * n) = initial.attitude_by_twist.row(2);
+  return out;
+}
+
+/// Appends whitened residuals and their derivatives, row by row.
 class RowWriter {
  public:
-  /// `own`: by ζi; `initial`: by ζ0 (null at the reference itself, whose own block is ζ0);
-  /// `error`: by the reference errors, `errors` columns.
-  RowWriter(double* residuals, double* own, double* initial, double* error, int rows, int errors)
-      : residuals_(residuals), own_(own), initial_(initial), error_(error), errors_(errors) {
-    if (error_ != nullptr) std::fill_n(error_, rows * errors, 0.0);
-  }
-
-  /// Wanted: which reading each row is. One entry a row; null: not wanted.
-  void label_rows(RowLabel* labels) { labels_ = labels; }
+  explicit RowWriter(PoseRows& rows) : rows_(rows) { rows_.count = 0; }
 
   /// weight · value, where value depends on ζi alone.
   template <typename Row>
   void absolute(RowLabel label, double value, double weight, const Row& by_twist) {
-    start(label, weight * value);
-    write(own_, weight, by_twist);
-    if (initial_ != nullptr) std::fill_n(initial_ + kPoseBlockSize * row_, kPoseBlockSize, 0.0);
-    ++row_;
+    Eigen::Map<Eigen::Matrix<double, 1, 6>>(start(label, weight * value, -1, 0.0)) =
+        weight * by_twist;
   }
-  /// weight · (m(ζi) − m(ζ0) − change − e): derivatives of m at both, and which e it is.
-  template <typename Row, typename InitialRow>
-  void relative(RowLabel label, double value, double weight, const Row& by_twist,
-                const InitialRow& initial_by_twist, int error_index) {
-    start(label, weight * value);
-    write(own_, weight, by_twist);
-    write(initial_, -weight, initial_by_twist);
-    if (error_ != nullptr) error_[row_ * errors_ + error_index] = -weight;
-    ++row_;
+  /// weight · (m(ζi) − m(ζ0) − change − e): derivative of m at ζi, and which e it is.
+  template <typename Row>
+  void relative(RowLabel label, double value, double weight, const Row& by_twist, int error_index) {
+    Eigen::Map<Eigen::Matrix<double, 1, 6>>(start(label, weight * value, error_index, -weight)) =
+        weight * by_twist;
   }
-  /// weight · e: depends on a reference error alone.
+  /// weight · e: depends on a reference error alone, and stands at the reference, whose rows have
+  /// no other offsets.
   void error(RowLabel label, double value, double weight, int error_index) {
-    start(label, weight * value);
-    if (own_ != nullptr) std::fill_n(own_ + kPoseBlockSize * row_, kPoseBlockSize, 0.0);
-    if (error_ != nullptr) error_[row_ * errors_ + error_index] = weight;
-    ++row_;
+    std::fill_n(start(label, weight * value, error_index, weight), 6, 0.0);
   }
 
  private:
-  void start(const RowLabel& label, double residual) {
-    residuals_[row_] = residual;
-    if (labels_ != nullptr) labels_[row_] = label;
-  }
-  template <typename Row>
-  void write(double* block, double weight, const Row& by_twist) {
-    if (block == nullptr) return;
-    Eigen::Map<Eigen::Matrix<double, 1, kPoseBlockSize>> out(block + kPoseBlockSize * row_);
-    out.template head<6>() = weight * by_twist;
-    out[6] = 0.0;
+  /// Begins a row; returns where its derivatives by ζi go.
+  double* start(const RowLabel& label, double residual, int offset, double by_offset) {
+    const auto row = static_cast<std::size_t>(rows_.count++);
+    rows_.residual[row] = residual;
+    rows_.offset[row] = offset;
+    rows_.by_offset[row] = by_offset;
+    rows_.label[row] = label;
+    return rows_.own[row].data();
   }
 
-  double* residuals_;
-  double* own_;
-  double* initial_;
-  double* error_;
-  RowLabel* labels_ = nullptr;
-  Eigen::Index errors_;
-  Eigen::Index row_ = 0;
+  PoseRows& rows_;
 };
 
 /// Readings of all cables relative to the reference:  F = (m(ζi) − m(ζ0) − Δ* − e) / σ, where e is
@@ -91,7 +99,6 @@ struct CableChanges {
   const CableVector& modelled;
   const CableVector& modelled_first;
   const CableJacobian& by_twist;
-  const CableJacobian& by_twist_first;
   Channel channel;
   double weight;
   int first_error;  ///< index of the first cable's e
@@ -110,7 +117,7 @@ inline void write_changes(const CableChanges& in, const double* errors, RowWrite
     if (in.wrap) value = wrap_angle(value);
     const int cable = static_cast<int>(c);
     rows.relative({in.channel, cable}, value, in.weight, in.by_twist.row(c),
-                  in.by_twist_first.row(c), in.first_error + cable);
+                  in.first_error + cable);
   }
 }
 

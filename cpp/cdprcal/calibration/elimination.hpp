@@ -1,0 +1,73 @@
+// The measurement poses leave the normal equations (Schur complement), eight at a time.
+#pragma once
+
+#include <cstdlib>
+#include <memory>
+#include <vector>
+
+#include "cdprcal/calibration/residuals/term.hpp"
+
+namespace cdprcal {
+
+/// What the eliminated poses say about the offsets o = m(ζ0) + e. With H, C and g a pose's blocks
+/// of JᵀJ, JᵀJ_o and Jᵀr, and D the diagonal of H:
+struct EliminatedSums {
+  Eigen::MatrixXd information;   ///< Σ J_oᵀJ_o − Cᵀ (H + λD)⁻¹ C
+  Eigen::VectorXd gradient;      ///< Σ J_oᵀr − Cᵀ (H + λD)⁻¹ g
+  Eigen::VectorXd raw_gradient;  ///< Σ J_oᵀr
+  Eigen::VectorXd raw_diagonal;  ///< Σ of squares of J_o's columns
+  double cost = 0.0;             ///< ½ Σ r²
+  double decrease = 0.0;         ///< ½ Σ gᵀ (H + λD)⁻¹ g
+  double largest_gradient = 0.0;
+};
+
+/// What moving the offsets moves in the poses.
+struct PoseSteps {
+  double squared_norm = 0.0;  ///< Σ ‖δ‖²
+  double damping = 0.0;       ///< Σ δᵀDδ
+};
+
+/// Adds up poses one after another; keeps their factors for the way back. The arithmetic is that of
+/// a Cholesky factor a pose, done for eight poses side by side: the widest vectors that the
+/// processor has do it (AVX-512, AVX2, or what every x86-64 has), so the last bits of results may
+/// differ between kinds of processors, never between runs on one.
+class PoseElimination {
+ public:
+  /// Keeps factors when `steps_wanted`: (33 + 6 · offsets) numbers a pose.
+  PoseElimination(std::size_t poses, int offsets, bool steps_wanted);
+
+  /// Starts anew with the damping λ > 0 of H + λD.
+  void begin(double damping);
+  /// The next pose's rows. Rows without offset are its own; each offset occurs once at most.
+  void add(const PoseRows& rows);
+  /// The sums over all poses added. Not finite when a pose has no positive definite H + λD.
+  const EliminatedSums& finish();
+
+  /// Steps of all poses for a step of the offsets; pose i's is step(i).
+  PoseSteps back_substitute(const Eigen::VectorXd& offset_step);
+  [[nodiscard]] Vector6 step(std::size_t pose) const;
+
+ private:
+  struct Free {
+    void operator()(double* memory) const { std::free(memory); }
+  };
+  /// Aligned for vectors, and not touched before it is written.
+  using Buffer = std::unique_ptr<double[], Free>;
+  static Buffer buffer(std::size_t numbers);
+
+  void eliminate_batch();
+
+  int offsets_;
+  bool steps_wanted_;
+  std::size_t factor_size_;  ///< numbers a batch
+  double damping_ = 0.0;
+  std::size_t added_ = 0, batches_ = 0;
+  int own_rows_ = 0;  ///< most rows without offset in this batch
+  Buffer rows_;       ///< of this batch: [slot][6 derivatives, residual][lane]
+  Buffer by_offset_;  ///< [offset][lane]
+  Buffer sums_;
+  Buffer factors_;  ///< one batch after another; the steps end in them
+  EliminatedSums out_;
+};
+
+}  // namespace cdprcal

@@ -1,0 +1,46 @@
+// All equations of one pose.
+#pragma once
+
+#include "cdprcal/calibration/residuals/absolute_yaw.hpp"
+#include "cdprcal/calibration/residuals/attitude.hpp"
+#include "cdprcal/calibration/residuals/direct_length.hpp"
+#include "cdprcal/calibration/residuals/length.hpp"
+#include "cdprcal/calibration/residuals/position.hpp"
+#include "cdprcal/calibration/residuals/reference_error.hpp"
+#include "cdprcal/calibration/residuals/swivel.hpp"
+#include "cdprcal/calibration/residuals/tension.hpp"
+#include "cdprcal/calibration/residuals/wrench.hpp"
+
+namespace cdprcal {
+
+/// Calls `visit.operator()<Term>()` for every equation, in the order of its rows. A new equation is
+/// a file beside the others and a line here.
+template <typename Visit>
+void for_each_term(const Visit& visit) {
+  visit.template operator()<LengthTerm>();
+  visit.template operator()<SwivelTerm>();
+  visit.template operator()<YawTerm>();
+  visit.template operator()<RollPitchTerm>();
+  visit.template operator()<TensionTerm>();
+  visit.template operator()<WrenchTerm>();
+  visit.template operator()<AbsoluteYawTerm>();
+  visit.template operator()<DirectLengthTerm>();
+  visit.template operator()<PositionTerm>();
+  visit.template operator()<ReferenceErrorTerm>();
+}
+
+/// F_i of eq. 13, whitened, with derivatives. Both poses must have been evaluated with Jacobians
+/// and be valid.
+inline void write_rows(const TermInput& input, PoseRows& out) {
+  RowWriter writer(out);
+  for_each_term([&]<typename Term>() { Term::write(input, writer); });
+}
+
+/// How many rows write_rows writes; needs no evaluation.
+inline int row_count(const TermInput& input) {
+  int rows = 0;
+  for_each_term([&]<typename Term>() { rows += Term::rows(input); });
+  return rows;
+}
+
+}  // namespace cdprcal
