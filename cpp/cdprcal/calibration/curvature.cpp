@@ -18,7 +18,7 @@ double variance_ratio_nearby(const CalibrationProblem& problem, const Calibratio
     poses.front() = plus(poses.front(), sign * kReach * worst);
     Assembly assembly(problem, poses);
     assembly.set_reference_errors(result.reference_errors);
-    assembly.cache().update_wrench_whitening(1.0);
+    assembly.cache().update_wrench_weights(1.0);
     const MinimiserSummary summary = Minimiser(assembly).minimise(
         {.max_iterations = 50, .function_tolerance = 1e-4, .hold_initial_pose = true});
     if (!summary.usable) continue;  // the geometry ends there, and so does any doubt

@@ -25,8 +25,10 @@ PoseCache::PoseCache(const CalibrationProblem& problem, const std::vector<Pose>&
   if (problem.statics == StaticsModel::wrench) {
     whitening_.assign(poses.size(), Matrix6::Identity());
     axes_.assign(poses.size(), Matrix6::Identity());
+    roots_.assign(poses.size(), Matrix6::Identity());
     tension_gain_.assign(poses.size(), Vector6::Zero());
     whitened_at_.assign(poses.size(), nowhere());
+    rooted_at_.assign(poses.size(), nowhere());
   }
   const NoiseModel noise = problem.noise.value_or(specified_noise(problem.robot.sigma));
   wrench_force_N_ = noise.wrench_force_N;
@@ -65,17 +67,23 @@ Matrix6 balance_root(const PlatformState& state, double tension_sigma_N, const S
   return covariance.llt().matrixL();
 }
 
+bool PoseCache::scaled_structure(std::size_t index, Vector6& scale, WrenchMatrix& structure) const {
+  const PlatformState state = platform_state(robot_, poses_[index]);
+  if (!state.valid) return false;
+  scale << Vector3::Constant(1.0 / wrench_force_N_), Vector3::Constant(1.0 / wrench_moment_Nm_);
+  structure = scale.asDiagonal() * structure_matrix(state);
+  return true;
+}
+
 void PoseCache::update_wrench_whitening(double graduation) {
   graduation_ = graduation;
   if (whitening_.empty()) return;
   Vector6 scale;
-  scale << Vector3::Constant(1.0 / wrench_force_N_), Vector3::Constant(1.0 / wrench_moment_Nm_);
+  WrenchMatrix structure;
   for (std::size_t i = 0; i < poses_.size(); ++i) {
     if (statics_[i] != StaticsModel::wrench) continue;
     if (!same(whitened_at_[i], poses_[i])) {
-      const PlatformState state = platform_state(robot_, poses_[i]);
-      if (!state.valid) continue;
-      const WrenchMatrix structure = scale.asDiagonal() * structure_matrix(state);
+      if (!scaled_structure(i, scale, structure)) continue;
       const Matrix6 gram = structure.lazyProduct(structure.transpose());
       const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(gram);
       tension_gain_[i] = eigen.eigenvalues().cwiseMax(0.0);
@@ -85,6 +93,24 @@ void PoseCache::update_wrench_whitening(double graduation) {
     const double tension_sigma_N = 1.0 / weight(i, Channel::balance);
     const Vector6 variance = (tension_sigma_N * tension_sigma_N * tension_gain_[i]).array() + 1.0;
     whitening_[i] = (graduation * variance.cwiseSqrt()).cwiseInverse().asDiagonal() * axes_[i];
+  }
+}
+
+void PoseCache::update_wrench_weights(double graduation) {
+  graduation_ = graduation;
+  if (whitening_.empty()) return;
+  Vector6 scale;
+  WrenchMatrix structure;
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
+    if (statics_[i] != StaticsModel::wrench) continue;
+    if (!same(rooted_at_[i], poses_[i])) {
+      if (!scaled_structure(i, scale, structure)) continue;
+      structure /= weight(i, Channel::balance);
+      const Matrix6 covariance = Matrix6::Identity() + structure.lazyProduct(structure.transpose());
+      roots_[i] = covariance.llt().matrixL().solve(Matrix6(scale.asDiagonal()));
+      rooted_at_[i] = poses_[i];
+    }
+    whitening_[i] = roots_[i] / graduation;
   }
 }
 

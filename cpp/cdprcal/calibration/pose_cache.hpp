@@ -39,6 +39,9 @@ class PoseCache {
   /// graduation² · (σ_τ² ΞᵀΞ + diag(σ_f², σ_m²)). Its rows are the principal axes of the tensions'
   /// part in units of the model's own, so that each mixes the two in a known proportion.
   void update_wrench_whitening(double graduation);
+  /// Any inverse square root of it, a third of the work: the cost is the same, tension_gain is not
+  /// known then.
+  void update_wrench_weights(double graduation);
   [[nodiscard]] const Matrix6& wrench_whitening(std::size_t pose) const { return whitening_[pose]; }
   /// Variance of a wrench row, before whitening and in units of the model's own, that one N² of
   /// tension variance makes: 0 for what no tension can balance.
@@ -51,6 +54,9 @@ class PoseCache {
   }
 
  private:
+  /// Diagonal of 1/σ of the model's own wrench error, and Ξᵀ in these units; false where invalid.
+  bool scaled_structure(std::size_t index, Vector6& scale, WrenchMatrix& structure) const;
+
   const CalibrationProblem& problem_;
   const Robot robot_;  ///< with the geometry of the effects
   std::vector<Pose> poses_;
@@ -58,8 +64,10 @@ class PoseCache {
   std::vector<PoseEvaluation> evaluations_;
   std::vector<Pose> evaluated_at_;  ///< where evaluations_ belong; NaN: nowhere yet
   std::vector<Pose> whitened_at_;   ///< where axes_ belong; NaN: nowhere yet
+  std::vector<Pose> rooted_at_;     ///< where roots_ belong; NaN: nowhere yet
   std::vector<Matrix6> whitening_;
-  std::vector<Matrix6> axes_;  ///< of the tensions' part of the balance, in units of the model's
+  std::vector<Matrix6> axes_;   ///< of the tensions' part of the balance, in units of the model's
+  std::vector<Matrix6> roots_;  ///< whitening without principal axes, at graduation 1
   std::vector<Vector6> tension_gain_;
   std::vector<std::array<double, kChannels>> weights_;
   double graduation_ = 1.0;

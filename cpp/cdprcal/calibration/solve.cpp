@@ -33,7 +33,7 @@ MinimiserOptions minimiser_options(const SolveOptions& options, bool last_stage)
 
 /// Root mean square of the statics residuals at the present poses, in σ; 0 without statics.
 double statics_rms(const CalibrationProblem& problem, PoseCache& cache) {
-  cache.update_wrench_whitening(1.0);
+  cache.update_wrench_weights(1.0);
   cache.update();
   MeanSquare whitened;
   for (std::size_t i = 0; i < cache.size(); ++i) {
@@ -72,7 +72,7 @@ bool run_stages(const CalibrationProblem& problem, const SolveOptions& options, 
   Minimiser minimiser(assembly);
   MinimiserSummary summary;
   const auto stage = [&](double graduation, bool last) {
-    assembly.cache().update_wrench_whitening(graduation);
+    assembly.cache().update_wrench_weights(graduation);
     summary = options.minimiser == MinimiserKind::ceres
                   ? minimise_with_ceres(assembly, minimiser_options(options, last))
                   : minimiser.minimise(minimiser_options(options, last));

@@ -22,16 +22,22 @@ Vector6 wrench_residual(const Robot& robot, const PlatformState& state,
 }
 
 Matrix6 tension_stiffness(const PlatformState& state, const CableVector& tension_N) {
+  // Eq. A5 has [T, −T ã; ã T, t̃ ã − ã T ã]. T is (sin ψ / u·q) w wᵀ + n nᵀ/‖ρ‖, so all but t̃ ã are
+  // two outer products of (v, a × v).
   Matrix6 k = Matrix6::Zero();
   for (int i = 0; i < state.cable_count; ++i) {
-    const Matrix3 t_by_q = direction_by_q(state.cable[i]);
-    const Matrix3 arm = skew(state.anchor_arm_m[i]);
-    const Matrix3 arm_t = arm * t_by_q;
-    k.topLeftCorner<3, 3>() += tension_N[i] * t_by_q;
-    k.topRightCorner<3, 3>() += tension_N[i] * arm_t.transpose();  // −T ã = (ã T)ᵀ
-    k.bottomLeftCorner<3, 3>() += tension_N[i] * arm_t;
-    k.bottomRightCorner<3, 3>() +=
-        tension_N[i] * (skew(state.cable[i].direction) * arm - arm_t * arm);
+    const CableState& cable = state.cable[i];
+    const Vector3& arm = state.anchor_arm_m[i];
+    Vector6 swivel, tangency;
+    swivel << cable.groove_normal, arm.cross(cable.groove_normal);
+    tangency << cable.contact, arm.cross(cable.contact);
+    const double sin_tangency = cable.radial.dot(cable.direction);
+    const Vector6 by_swivel = (tension_N[i] * sin_tangency / cable.radial_distance_m) * swivel;
+    const Vector6 by_tangency = (tension_N[i] / cable.free_length_m) * tangency;
+    k += by_swivel * swivel.transpose() + by_tangency * tangency.transpose();
+    const Vector3 pull = tension_N[i] * cable.direction;
+    k.bottomRightCorner<3, 3>() += arm * pull.transpose();  // t̃ ã = a tᵀ − (t·a) 1
+    k.bottomRightCorner<3, 3>().diagonal().array() -= pull.dot(arm);
   }
   return k;
 }
