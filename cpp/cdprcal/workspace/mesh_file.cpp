@@ -3,10 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
+#include <charconv>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <sstream>
 
@@ -97,11 +96,12 @@ void write_stl(std::ostream& out, const Mesh& mesh, MeshEncoding encoding) {
 /// Reads plain values from a byte string, refusing to run past its end.
 class Bytes {
  public:
+  /// `at` is within the data.
   Bytes(const std::string& data, std::size_t at, const std::string& path)
       : data_(data), at_(at), path_(path) {}
   template <typename T>
   T take() {
-    if (at_ + sizeof(T) > data_.size()) throw InputError(path_ + ": the file ends too early");
+    if (data_.size() - at_ < sizeof(T)) throw InputError(path_ + ": the file ends too early");
     T value;
     std::memcpy(&value, data_.data() + at_, sizeof(T));
     at_ += sizeof(T);
@@ -114,13 +114,32 @@ class Bytes {
   const std::string& path_;
 };
 
-void check_faces(const Mesh& mesh, const std::string& path) {
+void check_mesh(const Mesh& mesh, const std::string& path) {
   const int count = static_cast<int>(mesh.vertices_m.size());
+  for (const Vector3& v : mesh.vertices_m) {
+    if (!v.allFinite()) throw InputError(path + ": a vertex is not finite");
+  }
   for (const auto& f : mesh.faces) {
     for (const int v : f) {
       if (v < 0 || v >= count) throw InputError(path + ": a face names a vertex that is not there");
     }
   }
+}
+
+/// A count in a header. More elements than the file has bytes are refused before anything of that
+/// size is made.
+std::size_t element_count(const std::string& word, const std::string& data,
+                          const std::string& path) {
+  std::size_t count = 0;
+  const char* const end = word.data() + word.size();
+  const auto [stop, status] = std::from_chars(word.data(), end, count);
+  if (status == std::errc::result_out_of_range || (stop == end && count > data.size())) {
+    throw InputError(path + ": the file ends too early");
+  }
+  if (status != std::errc{} || stop != end) {
+    throw InputError(path + ": the header does not say how many elements there are");
+  }
+  return count;
 }
 
 Mesh read_ply(const std::string& data, const std::string& path) {
@@ -139,8 +158,8 @@ Mesh read_ply(const std::string& data, const std::string& path) {
     std::string word, a, b, c, d;
     words >> word >> a >> b >> c >> d;
     if (word == "format") format = a;
-    if (word == "element" && a == "vertex") vertices = std::stoull("0" + b);
-    if (word == "element" && a == "face") faces = std::stoull("0" + b);
+    if (word == "element" && a == "vertex") vertices = element_count(b, data, path);
+    if (word == "element" && a == "face") faces = element_count(b, data, path);
     if (word == "property" && a != "list") {
       if (coordinates > 2 || b != std::string(1, "xyz"[coordinates])) {
         throw InputError(path + ": only vertices with x, y, z and nothing else are read");
@@ -158,9 +177,6 @@ Mesh read_ply(const std::string& data, const std::string& path) {
     throw InputError(path +
                      ": not a PLY triangle mesh (ASCII or binary little-endian, float or "
                      "double coordinates)");
-  }
-  if (vertices > data.size() || faces > data.size()) {  // before anything of that size is made
-    throw InputError(path + ": the file ends too early");
   }
   Mesh mesh;
   if (!binary) {
@@ -181,7 +197,9 @@ Mesh read_ply(const std::string& data, const std::string& path) {
     if (index != "int" && index != "int32" && index != "uint" && index != "uint32") {
       throw InputError(path + ": vertex indices must be 32-bit integers");
     }
-    Bytes bytes(data, static_cast<std::size_t>(header.tellg()), path);
+    // A header that ends with the file has no position, and nothing behind it.
+    const auto at = header.eof() ? data.size() : static_cast<std::size_t>(header.tellg());
+    Bytes bytes(data, at, path);
     for (std::size_t k = 0; k < vertices; ++k) {
       Vector3 v;
       for (int a = 0; a < 3; ++a) v[a] = wide ? bytes.take<double>() : bytes.take<float>();
@@ -194,7 +212,6 @@ Mesh read_ply(const std::string& data, const std::string& path) {
       mesh.faces.push_back(f);
     }
   }
-  check_faces(mesh, path);
   return mesh;
 }
 
@@ -224,7 +241,10 @@ Mesh read_stl(const std::string& data, const std::string& path) {
       std::array<int, 3> f{};
       for (int& v : f) {
         std::array<float, 3> p{};
-        for (float& x : p) x = bytes.take<float>();
+        for (float& x : p) {
+          x = bytes.take<float>();
+          if (!std::isfinite(x)) throw InputError(path + ": a vertex is not finite");
+        }
         v = corners.vertex(p);
       }
       bytes.take<std::uint16_t>();
@@ -253,23 +273,30 @@ Mesh read_stl(const std::string& data, const std::string& path) {
 
 }  // namespace
 
-void write_mesh(const std::string& path, const Mesh& mesh, MeshEncoding encoding) {
+std::string format_mesh(const Mesh& mesh, const std::string& path, MeshEncoding encoding) {
   const bool ply = extension(path) == "ply";
-  std::ofstream out(path, std::ios::binary);
-  if (!out) throw InputError(path + ": cannot be written");
+  std::ostringstream out;
   if (ply) {
     write_ply(out, mesh, encoding);
   } else {
     write_stl(out, mesh, encoding);
   }
-  out.flush();
-  if (!out) throw InputError(path + ": cannot be written to the end (disk full?)");
+  return std::move(out).str();
+}
+
+void write_mesh(const std::string& path, const Mesh& mesh, MeshEncoding encoding) {
+  write_text_file(path, format_mesh(mesh, path, encoding));
+}
+
+Mesh parse_mesh(const std::string& data, const std::string& path) {
+  Mesh mesh = extension(path) == "ply" ? read_ply(data, path) : read_stl(data, path);
+  check_mesh(mesh, path);
+  return mesh;
 }
 
 Mesh read_mesh(const std::string& path) {
-  const bool ply = extension(path) == "ply";
-  const std::string data = read_text_file(path);
-  return ply ? read_ply(data, path) : read_stl(data, path);
+  extension(path);  // a file that is no mesh by its name is not read at all
+  return parse_mesh(read_text_file(path), path);
 }
 
 }  // namespace cdprcal

@@ -144,6 +144,52 @@ TEST_F(MeshFile, WhatIsBrokenIsRefusedByName) {
                InputError);
 }
 
+/// The message when the bytes are refused; empty when they are not.
+std::string refusal(const std::string& data, const std::string& name) {
+  try {
+    parse_mesh(data, name);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST_F(MeshFile, CountsThatAreNoneAreRefused) {
+  const auto ply = [](const std::string& count) {
+    return "ply\nformat ascii 1.0\nelement vertex " + count +
+           "\nproperty double x\nproperty double y\nproperty double z\nelement face 0\n"
+           "property list uchar int vertex_indices\nend_header\n0 0 0\n";
+  };
+  EXPECT_EQ(refusal(ply("1"), "m.ply"), "");
+  EXPECT_EQ(refusal(ply("99999999999999999999999"), "m.ply"), "m.ply: the file ends too early");
+  EXPECT_EQ(refusal(ply("1e3"), "m.ply"),
+            "m.ply: the header does not say how many elements there are");
+  EXPECT_EQ(refusal(ply("-1"), "m.ply"),
+            "m.ply: the header does not say how many elements there are");
+  EXPECT_EQ(refusal(ply(""), "m.ply"),
+            "m.ply: the header does not say how many elements there are");
+}
+
+TEST_F(MeshFile, AHeaderThatEndsWithTheFileHasNoElements) {
+  const std::string header =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty double x\n"
+      "property double y\nproperty double z\nelement face 0\n"
+      "property list uchar int vertex_indices\nend_header";
+  EXPECT_EQ(refusal(header, "m.ply"), "m.ply: the file ends too early");
+  EXPECT_EQ(refusal(header + "\n", "m.ply"), "m.ply: the file ends too early");
+}
+
+TEST_F(MeshFile, VerticesThatAreNotFiniteAreRefused) {
+  for (const double bad : {kNaN, std::numeric_limits<double>::infinity()}) {
+    Mesh mesh = hollow_box();
+    mesh.vertices_m[3].y() = bad;
+    for (const char* name : {"m.ply", "m.stl"}) {
+      EXPECT_EQ(refusal(format_mesh(mesh, name), name),
+                std::string(name) + ": a vertex is not finite");
+    }
+  }
+}
+
 TEST_F(MeshFile, ATruncatedFileIsNeverHalfRead) {
   for (const char* name : {"m.ply", "m.stl"}) {
     write_mesh(path(name), hollow_box());
