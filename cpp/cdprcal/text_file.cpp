@@ -37,4 +37,22 @@ void write_text_file(const std::string& path, const std::string& text) {
   if (!file) throw InputError(path + ": could not be written to its end (disk full?)");
 }
 
+std::string shown(std::string_view text) {
+  constexpr std::size_t longest = 40;
+  const bool cut = text.size() > longest;
+  if (cut) {
+    std::size_t end = longest;
+    // Continuation bytes are 10xxxxxx; a character has three of them at most.
+    while (end > longest - 3 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
+    text = text.substr(0, end);
+  }
+  std::string line(text);
+  for (char& c : line) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  }
+  return line + (cut ? "…" : "");
+}
+
+std::string quoted(std::string_view text) { return "'" + shown(text) + "'"; }
+
 }  // namespace cdprcal

@@ -1,9 +1,10 @@
-// Whole text files, read and written in one piece.
+// Whole text files, read and written in one piece, and how a message quotes them.
 #pragma once
 
 #include <cstddef>
 #include <limits>
 #include <string>
+#include <string_view>
 
 namespace cdprcal {
 
@@ -13,5 +14,11 @@ std::string read_text_file(const std::string& path,
 
 /// Writes the file anew. Throws InputError naming the path when it cannot be created or completed.
 void write_text_file(const std::string& path, const std::string& text);
+
+/// Text of a file as a message may show it: on one line, without control characters, at most 40
+/// bytes and "…". No UTF-8 character is cut in two.
+std::string shown(std::string_view text);
+/// The same between quotation marks: 'text'.
+std::string quoted(std::string_view text);
 
 }  // namespace cdprcal

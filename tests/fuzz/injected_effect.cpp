@@ -7,9 +7,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using fuzz::require;
   const std::string source = "effect ";
   cdprcal::InjectedEffect effect;
-  const bool accepted = fuzz::accepts(source, [&] {
-    effect = cdprcal::parse_injected_effect(fuzz::text_of(data, size));
-  });
+  const bool accepted = fuzz::accepts(
+      source, [&] { effect = cdprcal::parse_injected_effect(fuzz::text_of(data, size)); });
   if (!accepted) return 0;
   const std::string written = cdprcal::to_string(effect);
   require(cdprcal::to_string(cdprcal::parse_injected_effect(written)) == written, "round trip");

@@ -8,8 +8,8 @@ using fuzz::require;
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string source = "log.csv";
   cdprcal::Log log;
-  const bool accepted = fuzz::accepts(
-      source, [&] { log = cdprcal::parse_log(fuzz::text_of(data, size), source); });
+  const bool accepted =
+      fuzz::accepts(source, [&] { log = cdprcal::parse_log(fuzz::text_of(data, size), source); });
   if (!accepted) return 0;
   cdprcal::validate(log);  // shapes, times that increase, no infinities
   require(log.cable_count() <= cdprcal::kMaxCables, "number of cables");

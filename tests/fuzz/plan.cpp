@@ -34,8 +34,8 @@ void check(const Plan& plan) {
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string source = "plan.csv";
   Plan plan;
-  const bool accepted = fuzz::accepts(
-      source, [&] { plan = cdprcal::parse_plan(fuzz::text_of(data, size), source); });
+  const bool accepted =
+      fuzz::accepts(source, [&] { plan = cdprcal::parse_plan(fuzz::text_of(data, size), source); });
   if (!accepted) return 0;
   check(plan);
   const std::string written = cdprcal::format_plan(plan);

@@ -23,11 +23,6 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-std::string shown(std::string_view cell) {
-  constexpr std::size_t longest = 40;
-  return "'" + std::string(cell.substr(0, longest)) + (cell.size() > longest ? "…'" : "'");
-}
-
 /// The text line by line, counting from 1, without line ends.
 class Lines {
  public:
@@ -146,11 +141,11 @@ class LogParser {
     const auto [stop, status] =
         std::from_chars(digits.data(), digits.data() + digits.size(), value);
     if (status == std::errc::result_out_of_range) {
-      fail_in(column, shown(cell) + " is beyond double precision");
+      fail_in(column, quoted(cell) + " is beyond double precision");
     }
     if (status != std::errc{} || stop != digits.data() + digits.size()) {
       fail_in(column,
-              shown(cell) + " is not a number; leave the cell empty where nothing was read");
+              quoted(cell) + " is not a number; leave the cell empty where nothing was read");
     }
     if (std::isinf(value)) {
       fail_in(column, "infinite; leave the cell empty where nothing was read");

@@ -7,6 +7,7 @@
 #include "cdprcal/effects/reading_faults.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/model/robot_check.hpp"
+#include "cdprcal/text_file.hpp"
 
 namespace cdprcal {
 namespace {
@@ -104,7 +105,7 @@ std::string unknown_effect(const std::string& name) {
   for (const EffectLayout& layout : effect_layouts(1)) {
     known += (known.empty() ? "" : ", ") + layout.name;
   }
-  return "unknown effect '" + name.substr(0, 40) + "'; known: " + known;
+  return "unknown effect " + quoted(name) + "; known: " + known;
 }
 
 namespace detail {

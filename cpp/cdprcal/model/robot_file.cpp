@@ -76,8 +76,8 @@ void read_sensors(const YamlField& field, Robot& robot) {
     try {
       robot.euler_convention = parse_euler_convention(convention->text());
     } catch (const InputError&) {
-      convention->fail("must be one of XYZ, XZY, YXZ, YZX, ZXY, ZYX (intrinsic order), not '" +
-                       convention->text().substr(0, 40) + "'");
+      convention->fail("must be one of XYZ, XZY, YXZ, YZX, ZXY, ZYX (intrinsic order), not " +
+                       quoted(convention->text()));
     }
   }
   if (const auto sigma = map.find("sigma")) robot.sigma = read_sigma(*sigma);

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "cdprcal/error.hpp"
+#include "cdprcal/text_file.hpp"
 
 namespace cdprcal::detail {
 namespace {
@@ -16,18 +17,6 @@ std::string place(const std::string& source, const YAML::Mark& mark) {
   return source + ":" + std::to_string(mark.line + 1) + ":" + std::to_string(mark.column + 1) +
          ": ";
 }
-
-/// Text of the file as a message may show it: one line of at most 40 bytes.
-std::string shown(const std::string& text) {
-  constexpr std::size_t longest = 40;
-  std::string line = text.substr(0, longest);
-  for (char& c : line) {
-    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
-  }
-  return line + (text.size() > longest ? "…" : "");
-}
-
-std::string quoted(const std::string& text) { return "'" + shown(text) + "'"; }
 
 /// Levenshtein distance, to suggest the key that was meant.
 std::size_t edit_distance(const std::string& a, const std::string& b) {

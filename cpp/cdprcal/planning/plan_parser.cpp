@@ -9,6 +9,7 @@
 #include "cdprcal/acquisition/log_columns.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/planning/plan_columns.hpp"
+#include "cdprcal/text_file.hpp"
 
 namespace cdprcal {
 namespace {
@@ -90,20 +91,15 @@ class PlanParser {
     return true;
   }
 
-  static std::string shown(std::string_view text) {
-    constexpr std::size_t kLongest = 40;
-    return "'" + std::string(text.substr(0, kLongest)) + (text.size() > kLongest ? "…'" : "'");
-  }
-
   double number(const Cell& cell, const std::string& what, bool may_be_nan = false) const {
     double value = kNaN;
     const char* const end = cell.text.data() + cell.text.size();
     const auto [stop, status] = std::from_chars(cell.text.data(), end, value);
     if (status != std::errc{} || stop != end) {
-      fail(cell.column, what + ": " + shown(cell.text) + " is not a number");
+      fail(cell.column, what + ": " + quoted(cell.text) + " is not a number");
     }
     if (!std::isfinite(value) && !(may_be_nan && std::isnan(value))) {
-      fail(cell.column, what + ": must be finite, not " + shown(cell.text));
+      fail(cell.column, what + ": must be finite, not " + quoted(cell.text));
     }
     return value;
   }
@@ -214,7 +210,7 @@ class PlanParser {
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const std::string name(cells[i].text);
       if (!columns_.insert({name, i}).second) {
-        fail(cells[i].column, "column " + shown(name) + " appears twice");
+        fail(cells[i].column, "column " + quoted(name) + " appears twice");
       }
     }
     width_ = cells.size();
@@ -232,8 +228,8 @@ class PlanParser {
     }
     for (const Cell& cell : cells) {
       if (known.contains(std::string(cell.text))) continue;
-      fail(cell.column,
-           "unknown column " + shown(cell.text) + " (numbered columns count from 1 without a gap)");
+      fail(cell.column, "unknown column " + quoted(cell.text) +
+                            " (numbered columns count from 1 without a gap)");
     }
     for (const auto& [name, required] : known) {
       if (!columns_.contains(name)) fail(1, "column '" + name + "' is missing");
@@ -250,7 +246,7 @@ class PlanParser {
     PlannedPose stop;
     const Cell purpose = cell("purpose");
     if (purpose.text != "measure" && purpose.text != "via") {
-      fail(purpose.column, "purpose: " + shown(purpose.text) + " is neither measure nor via");
+      fail(purpose.column, "purpose: " + quoted(purpose.text) + " is neither measure nor via");
     }
     stop.measured = purpose.text == "measure";
     Eigen::Matrix<double, 7, 1> pose;

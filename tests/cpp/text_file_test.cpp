@@ -1,0 +1,45 @@
+// Whole text files, and how messages quote them.
+#include "cdprcal/text_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "cdprcal/error.hpp"
+
+namespace cdprcal {
+namespace {
+
+TEST(TextFile, ComesBackByteForByteAndNoLongerThanAsked) {
+  const std::string path = ::testing::TempDir() + "cdprcal_text_file";
+  const std::string text = std::string("a\r\n\0b", 5) + std::string(200'000, 'x');
+  write_text_file(path, text);
+  EXPECT_EQ(read_text_file(path), text);
+  EXPECT_EQ(read_text_file(path, 4), text.substr(0, 4));
+  EXPECT_EQ(read_text_file(path, 100'000), text.substr(0, 100'000));
+  std::filesystem::remove(path);
+}
+
+TEST(TextFile, WhatCannotBeOpenedIsNamed) {
+  EXPECT_THROW(read_text_file("absent.txt"), InputError);
+  EXPECT_THROW(read_text_file(::testing::TempDir()), InputError);
+  EXPECT_THROW(write_text_file("absent/file.txt", ""), InputError);
+  EXPECT_THROW(write_text_file("/dev/full", std::string(100'000, 'x')), InputError);
+}
+
+TEST(Quoted, IsOneShortLineThatCutsNoCharacter) {
+  EXPECT_EQ(quoted("abc"), "'abc'");
+  EXPECT_EQ(quoted("a\nb\x1b[31m\x7f"), "'a b [31m '");
+  EXPECT_EQ(quoted(std::string(40, 'a')), "'" + std::string(40, 'a') + "'");
+  EXPECT_EQ(quoted(std::string(41, 'a')), "'" + std::string(40, 'a') + "…'");
+  const std::string head(39, 'a');
+  EXPECT_EQ(quoted(head + "é"), "'" + head + "…'");
+  EXPECT_EQ(quoted(head + "éb"), "'" + head + "…'");
+  EXPECT_EQ(quoted(head + "€uro"), "'" + head + "…'");
+  EXPECT_EQ(quoted(std::string(37, 'a') + "😀b"), "'" + std::string(37, 'a') + "…'");
+  // Bytes that are no UTF-8 are cut somewhere.
+  EXPECT_LE(quoted(std::string(100, '\x80')).size(), 45U);
+}
+
+}  // namespace
+}  // namespace cdprcal
