@@ -53,6 +53,6 @@ std::string shown(std::string_view text) {
   return line + (cut ? "…" : "");
 }
 
-std::string quoted(std::string_view text) { return "'" + shown(text) + "'"; }
+std::string in_quotes(std::string_view text) { return "'" + shown(text) + "'"; }
 
 }  // namespace cdprcal

@@ -19,6 +19,6 @@ void write_text_file(const std::string& path, const std::string& text);
 /// bytes and "…". No UTF-8 character is cut in two.
 std::string shown(std::string_view text);
 /// The same between quotation marks: 'text'.
-std::string quoted(std::string_view text);
+std::string in_quotes(std::string_view text);
 
 }  // namespace cdprcal

@@ -27,18 +27,18 @@ TEST(TextFile, WhatCannotBeOpenedIsNamed) {
   EXPECT_THROW(write_text_file("/dev/full", std::string(100'000, 'x')), InputError);
 }
 
-TEST(Quoted, IsOneShortLineThatCutsNoCharacter) {
-  EXPECT_EQ(quoted("abc"), "'abc'");
-  EXPECT_EQ(quoted("a\nb\x1b[31m\x7f"), "'a b [31m '");
-  EXPECT_EQ(quoted(std::string(40, 'a')), "'" + std::string(40, 'a') + "'");
-  EXPECT_EQ(quoted(std::string(41, 'a')), "'" + std::string(40, 'a') + "…'");
+TEST(InQuotes, IsOneShortLineThatCutsNoCharacter) {
+  EXPECT_EQ(in_quotes("abc"), "'abc'");
+  EXPECT_EQ(in_quotes("a\nb\x1b[31m\x7f"), "'a b [31m '");
+  EXPECT_EQ(in_quotes(std::string(40, 'a')), "'" + std::string(40, 'a') + "'");
+  EXPECT_EQ(in_quotes(std::string(41, 'a')), "'" + std::string(40, 'a') + "…'");
   const std::string head(39, 'a');
-  EXPECT_EQ(quoted(head + "é"), "'" + head + "…'");
-  EXPECT_EQ(quoted(head + "éb"), "'" + head + "…'");
-  EXPECT_EQ(quoted(head + "€uro"), "'" + head + "…'");
-  EXPECT_EQ(quoted(std::string(37, 'a') + "😀b"), "'" + std::string(37, 'a') + "…'");
+  EXPECT_EQ(in_quotes(head + "é"), "'" + head + "…'");
+  EXPECT_EQ(in_quotes(head + "éb"), "'" + head + "…'");
+  EXPECT_EQ(in_quotes(head + "€uro"), "'" + head + "…'");
+  EXPECT_EQ(in_quotes(std::string(37, 'a') + "😀b"), "'" + std::string(37, 'a') + "…'");
   // Bytes that are no UTF-8 are cut somewhere.
-  EXPECT_LE(quoted(std::string(100, '\x80')).size(), 45U);
+  EXPECT_LE(in_quotes(std::string(100, '\x80')).size(), 45U);
 }
 
 }  // namespace

@@ -141,11 +141,11 @@ class LogParser {
     const auto [stop, status] =
         std::from_chars(digits.data(), digits.data() + digits.size(), value);
     if (status == std::errc::result_out_of_range) {
-      fail_in(column, quoted(cell) + " is beyond double precision");
+      fail_in(column, in_quotes(cell) + " is beyond double precision");
     }
     if (status != std::errc{} || stop != digits.data() + digits.size()) {
       fail_in(column,
-              quoted(cell) + " is not a number; leave the cell empty where nothing was read");
+              in_quotes(cell) + " is not a number; leave the cell empty where nothing was read");
     }
     if (std::isinf(value)) {
       fail_in(column, "infinite; leave the cell empty where nothing was read");

@@ -84,7 +84,7 @@ LogColumn parse_column(std::string_view name, const std::string& place) {
           : "known are time_s, length_1_m, swivel_1_rad, tension_1_N, "
             "tension_setpoint_1_N, direct_length_1_m (…one a cable), roll_rad, pitch_rad, "
             "yaw_rad, absolute_yaw_rad, position_x_m, position_y_m, position_z_m";
-  throw InputError(place + ": column " + quoted(name) + ": unknown; " + hint);
+  throw InputError(place + ": column " + in_quotes(name) + ": unknown; " + hint);
 }
 
 void check_groups(const std::vector<LogColumn>& columns, const std::string& place) {

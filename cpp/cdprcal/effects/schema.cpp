@@ -105,7 +105,7 @@ std::string unknown_effect(const std::string& name) {
   for (const EffectLayout& layout : effect_layouts(1)) {
     known += (known.empty() ? "" : ", ") + layout.name;
   }
-  return "unknown effect " + quoted(name) + "; known: " + known;
+  return "unknown effect " + in_quotes(name) + "; known: " + known;
 }
 
 namespace detail {

@@ -77,7 +77,7 @@ void read_sensors(const YamlField& field, Robot& robot) {
       robot.euler_convention = parse_euler_convention(convention->text());
     } catch (const InputError&) {
       convention->fail("must be one of XYZ, XZY, YXZ, YZX, ZXY, ZYX (intrinsic order), not " +
-                       quoted(convention->text()));
+                       in_quotes(convention->text()));
     }
   }
   if (const auto sigma = map.find("sigma")) robot.sigma = read_sigma(*sigma);

@@ -134,18 +134,18 @@ YamlField YamlField::at(const YAML::Node& node, const std::string& key) const {
 double YamlField::number() const {
   if (!node_.IsScalar()) fail(std::string("must be a number, not ") + kind_of(node_));
   const std::string& scalar = node_.Scalar();
-  if (node_.Tag() == "!") fail("must be a number, not the text " + quoted(scalar));
+  if (node_.Tag() == "!") fail("must be a number, not the text " + in_quotes(scalar));
   const char* begin = scalar.data();
   const char* end = begin + scalar.size();
   if (scalar.size() > 1 && scalar[0] == '+' && scalar[1] != '-') ++begin;
   double value = 0.0;
   const auto [stop, status] = std::from_chars(begin, end, value);
   if (status == std::errc::result_out_of_range)
-    fail(quoted(scalar) + " is beyond double precision");
+    fail(in_quotes(scalar) + " is beyond double precision");
   if (is_yaml_infinity(scalar) || (stop == end && status == std::errc{} && !std::isfinite(value))) {
     fail("must be a finite number, not " + scalar);
   }
-  if (status != std::errc{} || stop != end) fail("must be a number, not " + quoted(scalar));
+  if (status != std::errc{} || stop != end) fail("must be a number, not " + in_quotes(scalar));
   return value;
 }
 

@@ -96,10 +96,10 @@ class PlanParser {
     const char* const end = cell.text.data() + cell.text.size();
     const auto [stop, status] = std::from_chars(cell.text.data(), end, value);
     if (status != std::errc{} || stop != end) {
-      fail(cell.column, what + ": " + quoted(cell.text) + " is not a number");
+      fail(cell.column, what + ": " + in_quotes(cell.text) + " is not a number");
     }
     if (!std::isfinite(value) && !(may_be_nan && std::isnan(value))) {
-      fail(cell.column, what + ": must be finite, not " + quoted(cell.text));
+      fail(cell.column, what + ": must be finite, not " + in_quotes(cell.text));
     }
     return value;
   }
@@ -210,7 +210,7 @@ class PlanParser {
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const std::string name(cells[i].text);
       if (!columns_.insert({name, i}).second) {
-        fail(cells[i].column, "column " + quoted(name) + " appears twice");
+        fail(cells[i].column, "column " + in_quotes(name) + " appears twice");
       }
     }
     width_ = cells.size();
@@ -228,7 +228,7 @@ class PlanParser {
     }
     for (const Cell& cell : cells) {
       if (known.contains(std::string(cell.text))) continue;
-      fail(cell.column, "unknown column " + quoted(cell.text) +
+      fail(cell.column, "unknown column " + in_quotes(cell.text) +
                             " (numbered columns count from 1 without a gap)");
     }
     for (const auto& [name, required] : known) {
@@ -246,7 +246,7 @@ class PlanParser {
     PlannedPose stop;
     const Cell purpose = cell("purpose");
     if (purpose.text != "measure" && purpose.text != "via") {
-      fail(purpose.column, "purpose: " + quoted(purpose.text) + " is neither measure nor via");
+      fail(purpose.column, "purpose: " + in_quotes(purpose.text) + " is neither measure nor via");
     }
     stop.measured = purpose.text == "measure";
     Eigen::Matrix<double, 7, 1> pose;

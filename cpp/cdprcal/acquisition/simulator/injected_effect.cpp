@@ -22,7 +22,7 @@ const InjectableEffect& find(const std::string& name) {
     if (effect.name == name) return effect;
     known += (known.empty() ? "" : ", ") + effect.name;
   }
-  throw InputError("effect " + quoted(name) + ": not known; give one of " + known);
+  throw InputError("effect " + in_quotes(name) + ": not known; give one of " + known);
 }
 
 std::size_t entries(InjectedShape shape, int cable_count) {
@@ -83,7 +83,7 @@ double parse_number(const InjectableEffect& effect, std::string text) {
   double value = 0.0;
   const auto [stop, error] = std::from_chars(begin, end, value);
   if (error != std::errc() || stop != end || !std::isfinite(value)) {
-    fail(effect, quoted(text) + " is not a finite number");
+    fail(effect, in_quotes(text) + " is not a finite number");
   }
   return value;
 }
