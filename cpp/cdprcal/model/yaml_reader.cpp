@@ -1,10 +1,12 @@
 #include "cdprcal/model/yaml_reader.hpp"
 
 #include <yaml-cpp/depthguard.h>
+#include <yaml-cpp/eventhandler.h>
 
 #include <algorithm>
 #include <charconv>
 #include <numeric>
+#include <sstream>
 
 #include "cdprcal/error.hpp"
 #include "cdprcal/text_file.hpp"
@@ -57,6 +59,37 @@ bool is_yaml_infinity(const std::string& scalar) {
          word == ".NAN";
 }
 
+/// Where documents begin, nothing else.
+class DocumentStarts : public YAML::EventHandler {
+ public:
+  std::vector<YAML::Mark> starts;
+
+  void OnDocumentStart(const YAML::Mark& mark) override { starts.push_back(mark); }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+};
+
+/// Where a second document begins. Not by YAML::LoadAll: at a bracket that nothing opened it makes
+/// empty documents without end.
+std::optional<YAML::Mark> second_document(const std::string& text) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  DocumentStarts documents;
+  for (int i = 0; i < 2 && parser.HandleNextDocument(documents); ++i) {
+  }
+  if (documents.starts.size() < 2) return std::nullopt;
+  return documents.starts[1];
+}
+
 const char* kind_of(const YAML::Node& node) {
   switch (node.Type()) {
     case YAML::NodeType::Null:
@@ -95,15 +128,16 @@ YamlField YamlField::parse_document(const std::string& text, const std::string& 
   auto document = std::make_shared<Document>();
   document->source = source;
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.empty() || documents[0].IsNull()) {
+    if (const std::optional<YAML::Mark> second = second_document(text)) {
+      throw InputError(place(source, *second) +
+                       "a second document begins here, or a bracket or comma has no beginning: a "
+                       "robot file holds one robot");
+    }
+    const YAML::Node root = YAML::Load(text);
+    if (!root.IsDefined() || root.IsNull()) {
       throw InputError(source + ": is empty: a robot file starts with 'name: …'");
     }
-    if (documents.size() > 1) {
-      throw InputError(place(source, documents[1].Mark()) +
-                       "a second document: a robot file holds one robot");
-    }
-    return {document, "", documents[0], documents[0].Mark()};
+    return {document, "", root, root.Mark()};
   } catch (const YAML::DeepRecursion& error) {
     throw InputError(place(source, error.mark) + "nested too deeply for a robot file");
   } catch (const YAML::Exception& error) {

@@ -158,6 +158,10 @@ class PlanParser {
   }
   void set_robot(const std::vector<Cell>& cells) {
     if (cells[0].text.empty()) fail(cells[0].column, "robot: the name is missing");
+    const auto control = [](unsigned char c) { return c < ' '; };
+    if (std::any_of(cells[0].text.begin(), cells[0].text.end(), control)) {
+      fail(cells[0].column, "robot: the name holds control characters");
+    }
     plan_.robot_name = std::string(cells[0].text);
   }
   void set_start_tension(const std::vector<Cell>& cells) {

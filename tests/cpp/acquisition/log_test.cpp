@@ -112,6 +112,7 @@ TEST(Log, ColumnErrorsNameTheLineAndTheColumn) {
                  "run.csv:1: column 'time_s;length_1_m': unknown; "
                  "columns must be separated by commas");
   expect_refused("time_s,\n", "run.csv:1: column '': unknown");
+  expect_refused("time_s,a\x1b[31m\n", "run.csv:1: column 'a [31m': unknown");
 }
 
 TEST(Log, CellErrorsNameTheLineAndTheColumn) {

@@ -218,6 +218,10 @@ TEST(RobotFile, WhatIsNoRobotFileIsRefusedQuickly) {
       std::string::npos);
   const std::string yaml = builtin_robot_yaml("irma4");
   expect_refused(yaml + "---\n" + yaml, "23:1: ", "second document");
+  // yaml-cpp makes empty documents of these, without end.
+  expect_refused(", 1e-2]]}\nname: one\n", "1:1: ", "a bracket or comma has no beginning");
+  expect_refused("]", "1:1: ", "a bracket or comma has no beginning");
+  EXPECT_NE(message_of(yaml + "]\n").find("not YAML"), std::string::npos);
   // Every alias of this doubles what it stands for; nothing of it may be expanded.
   std::string laughs = "a: &a0 [1, 1]\n";
   for (int i = 1; i < 60; ++i) {

@@ -76,7 +76,11 @@ double parse_number(const InjectableEffect& effect, std::string text) {
   text.erase(text.begin(), std::find_if_not(text.begin(), text.end(), is_space));
   if (effect.name == "euler_convention" && text.size() == 3 &&
       text.find_first_not_of("XYZ") == std::string::npos) {
-    return static_cast<double>(parse_euler_convention(text));
+    try {
+      return static_cast<double>(parse_euler_convention(text));
+    } catch (const InputError&) {
+      fail(effect, in_quotes(text) + " is none of XYZ, XZY, YXZ, YZX, ZXY, ZYX");
+    }
   }
   const char* begin = text.data() + (text.starts_with('+') ? 1 : 0);
   const char* end = text.data() + text.size();
