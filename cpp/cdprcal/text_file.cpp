@@ -37,6 +37,13 @@ void write_text_file(const std::string& path, const std::string& text) {
   if (!file) throw InputError(path + ": could not be written to its end (disk full?)");
 }
 
+std::string one_line(std::string text) {
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  }
+  return text;
+}
+
 std::string shown(std::string_view text) {
   constexpr std::size_t longest = 40;
   const bool cut = text.size() > longest;
@@ -46,11 +53,7 @@ std::string shown(std::string_view text) {
     while (end > longest - 3 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
     text = text.substr(0, end);
   }
-  std::string line(text);
-  for (char& c : line) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  }
-  return line + (cut ? "…" : "");
+  return one_line(std::string(text)) + (cut ? "…" : "");
 }
 
 std::string in_quotes(std::string_view text) { return "'" + shown(text) + "'"; }

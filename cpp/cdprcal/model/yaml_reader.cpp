@@ -141,7 +141,7 @@ YamlField YamlField::parse_document(const std::string& text, const std::string& 
   } catch (const YAML::DeepRecursion& error) {
     throw InputError(place(source, error.mark) + "nested too deeply for a robot file");
   } catch (const YAML::Exception& error) {
-    throw InputError(place(source, error.mark) + "not YAML: " + error.msg);
+    throw InputError(place(source, error.mark) + "not YAML: " + one_line(error.msg));
   }
 }
 

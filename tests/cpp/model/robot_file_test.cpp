@@ -222,6 +222,7 @@ TEST(RobotFile, WhatIsNoRobotFileIsRefusedQuickly) {
   expect_refused(", 1e-2]]}\nname: one\n", "1:1: ", "a bracket or comma has no beginning");
   expect_refused("]", "1:1: ", "a bracket or comma has no beginning");
   EXPECT_NE(message_of(yaml + "]\n").find("not YAML"), std::string::npos);
+  EXPECT_EQ(message_of("name: \"\\\x13\"").find('\x13'), std::string::npos);
   // Every alias of this doubles what it stands for; nothing of it may be expanded.
   std::string laughs = "a: &a0 [1, 1]\n";
   for (int i = 1; i < 60; ++i) {
