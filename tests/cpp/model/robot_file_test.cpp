@@ -217,10 +217,10 @@ TEST(RobotFile, WhatIsNoRobotFileIsRefusedQuickly) {
       message_of(irma4_with("name: irma4", "name: irma4\n\tgravity_m_s2: 1")).find("robot.yaml:3"),
       std::string::npos);
   const std::string yaml = builtin_robot_yaml("irma4");
-  expect_refused(yaml + "---\n" + yaml, "23:1: ", "second document");
+  expect_refused(yaml + "---\n" + yaml, "21:1: ", "second document");
   // yaml-cpp makes empty documents of these, without end.
   expect_refused(", 1e-2]]}\nname: one\n", "1:1: ", "a bracket or comma has no beginning");
-  expect_refused("]", "1:1: ", "a bracket or comma has no beginning");
+  EXPECT_NE(message_of("]").find("not YAML"), std::string::npos);
   EXPECT_NE(message_of(yaml + "]\n").find("not YAML"), std::string::npos);
   EXPECT_EQ(message_of("name: \"\\\x13\"").find('\x13'), std::string::npos);
   // Every alias of this doubles what it stands for; nothing of it may be expanded.

@@ -124,7 +124,7 @@ TEST(PlanFile, EveryRefusalNamesItsPlace) {
   expect(replaced(good, "tension_2_N", "tension_1_N"), "9:", "appears twice");
   expect(replaced(good, "purpose,", "pose,"), "9:1: ", "unknown column 'pose'");
   expect(replaced(good, "purpose,", "\x1bpose,"), "9:1: ", "unknown column ' pose'");
-  expect(replaced(good, "robot: irma4", "robot: ir\x16ma4"), "2:10: ", "control characters");
+  expect(replaced(good, "robot: irma4", "robot: ir\x16ma4"), "2:9: ", "control characters");
   expect(replaced(good, "# robot: irma4\n", ""), "", "'# robot: …' is missing");
   expect(replaced(good, "# stops: 8\n", ""), "", "'# stops: …' is missing");
   expect(replaced(good, "# robot: irma4", "# robot: "), "2:", "name is missing");
