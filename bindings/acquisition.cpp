@@ -42,7 +42,7 @@ void require_within(const SampleRange& range, const Log& log) {
   if (range.begin < 0 || range.end < range.begin || range.end > log.sample_count()) {
     throw InputError("range: [" + std::to_string(range.begin) + ", " + std::to_string(range.end) +
                      ") is not within the log's " + std::to_string(log.sample_count()) +
-                     " samples");
+                     " samples; give one that is");
   }
 }
 

@@ -15,7 +15,7 @@ namespace {
 void require_row(const Log& log, Eigen::Index index) {
   if (index < 0 || index >= log.sample_count()) {
     throw InputError("index: " + std::to_string(index) + " is not a sample of a log of " +
-                     std::to_string(log.sample_count()));
+                     std::to_string(log.sample_count()) + "; give one from 0 on");
   }
 }
 
@@ -125,7 +125,7 @@ void register_measurement(py::module_& module) {
       [](const Log& log, const SampleRange& range, PoseKind kind, int cable_count) {
         require_row(log, range.begin);
         require_row(log, range.end - 1);
-        if (range.size() < 1) throw InputError("range: holds no sample");
+        if (range.size() < 1) throw InputError("range: must hold at least one sample");
         return measurement_mean(log, range, kind, cable_count);
       },
       py::arg("log"), py::arg("range"), py::arg("kind"), py::arg("cable_count"),

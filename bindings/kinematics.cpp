@@ -10,7 +10,7 @@ namespace {
 void require_ok(const CableState& state) {
   if (state.status != CableStatus::ok) {
     throw InputError(std::string("state: ") + to_string(state.status) +
-                     ": derivatives exist only where status is ok");
+                     ": derivatives exist only where status is ok; check it first");
   }
 }
 

@@ -42,7 +42,7 @@ void register_noise(py::module_& module) {
             for (std::size_t c = 0; c < names.size(); ++c) {
               const auto found = channels.find(names[c]);
               if (found == channels.end() && c < kPaperChannels) {
-                throw InputError("NoiseModel: channel " + names[c] + " is missing");
+                throw InputError("NoiseModel: channel " + names[c] + " is missing; add it");
               }
               if (found == channels.end()) continue;
               noise.channel[c] = found->second;
@@ -50,7 +50,7 @@ void register_noise(py::module_& module) {
             }
             if (used != channels.size()) {
               throw InputError(
-                  "NoiseModel: channels are length, swivel, roll_pitch, yaw, balance, "
+                  "NoiseModel: channels must be among length, swivel, roll_pitch, yaw, balance, "
                   "absolute_yaw, direct_length and position");
             }
             return noise;

@@ -68,7 +68,7 @@ void register_readings(py::module_& module) {
         const int n = robot.cable_count();
         if (offsets.length_m.size() != n) {
           throw InputError("offsets: are for " + std::to_string(offsets.length_m.size()) +
-                           " cables; the robot has " + std::to_string(n));
+                           " cables; the robot has " + std::to_string(n) + "; give one a cable");
         }
         return synthetic_measurement(robot, pose, to_cable_vector(tension_N, "tension_N", n), kind,
                                      offsets, noise, random);

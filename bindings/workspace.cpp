@@ -34,7 +34,8 @@ Mesh make_mesh(const Eigen::MatrixX3d& vertices_m, const Eigen::MatrixX3i& faces
   Mesh mesh{to_points(vertices_m), {}};
   for (Eigen::Index i = 0; i < faces.rows(); ++i) {
     if (faces.row(i).minCoeff() < 0 || faces.row(i).maxCoeff() >= vertices_m.rows()) {
-      throw InputError("faces: row " + std::to_string(i) + " names a vertex that does not exist");
+      throw InputError("faces: row " + std::to_string(i) +
+                       " names a vertex that does not exist; correct it");
     }
     mesh.faces.push_back({faces(i, 0), faces(i, 1), faces(i, 2)});
   }

@@ -12,10 +12,10 @@ namespace cdprcal {
 std::string read_text_file(const std::string& path, std::size_t most) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) {
-    throw InputError(path + ": is a folder, not a file");
+    throw InputError(path + ": is a folder; give the path of a file");
   }
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError(path + ": cannot be opened");
+  if (!file) throw InputError(path + ": cannot be opened; check the path and its permissions");
   std::string text;
   std::array<char, 1 << 16> block;
   while (text.size() < most) {
@@ -25,16 +25,16 @@ std::string read_text_file(const std::string& path, std::size_t most) {
     text.append(block.data(), got);
     if (got < wanted) break;
   }
-  if (file.bad()) throw InputError(path + ": cannot be read (a failing disk?)");
+  if (file.bad()) throw InputError(path + ": cannot be read; look at the disk");
   return text;
 }
 
 void write_text_file(const std::string& path, const std::string& text) {
   std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  if (!file) throw InputError(path + ": cannot be created");
+  if (!file) throw InputError(path + ": cannot be created; check the path and its permissions");
   file.write(text.data(), static_cast<std::streamsize>(text.size()));
   file.close();
-  if (!file) throw InputError(path + ": could not be written to its end (disk full?)");
+  if (!file) throw InputError(path + ": could not be written to its end; free some space");
 }
 
 std::string one_line(std::string text) {

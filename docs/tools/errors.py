@@ -1,5 +1,9 @@
 """Makes docs/errors.md: every message of wrong use and every finding, from the sources themselves.
 
+A message says where, what is wrong and what to do, in this order. What is to be done is a clause of
+its own that begins with an order ("…; give another name"), or says what the value has to be ("must
+be positive").
+
 python docs/tools/errors.py -o docs
 """
 
@@ -15,8 +19,36 @@ ROOT = Path(__file__).resolve().parents[2]
 #: Where the tables go in docs/errors.md.
 PLACE = "<!-- made: findings and messages -->"
 GAP = "…"
-#: Exceptions and functions whose text is what a user reads, with exit code 2.
-_RAISED = {"InputError", "fail", "SessionError"}
+#: Calls in Python whose text is what a user reads, and which argument it is.
+_PYTHON = {"InputError": 0, "fail": 0, "BackendError": 0, "_wrong": 1}
+#: The same in C++, with all arguments. A path's failure is a status, and no error.
+_CPP = re.compile(
+    r"(?:throw (?:detail::)?(?:InputError|FieldError)|(?<!return )\bfail(?:_at|_in)?"
+    r"|(?<![.\w])(?:require|check))\((?!const |path,|std::size_t)"
+)
+#: Clauses that tell what to do: they begin with an order, or say what has to be.
+_ORDER = re.compile(
+    r"(?:then |please |or |and )?(?:add|allow|build|call|check|choose|close|connect|correct|delete"
+    r"|divide|end|enter|fill|free|give|install|it takes|keep|leave|let|log|look|lower|make|move"
+    r"|name|pass|pip|put|raise|read|rename|repair|repeat|report|run|save|say|see|set|split|start|switch"
+    r"|take|try|turn|use|wait|wire|write)\b",
+    re.IGNORECASE,
+)
+_HAS_TO_BE = re.compile(
+    rf"\b(?:must|needs?|at least|at most|neither .+ nor|(?:is not|give) one of|numbered 1 to"
+    rf"|1 to {GAP})\b"
+)
+#: Messages whose end is found when they are made: what it then is.
+_COMPUTED = {
+    "…: cannot be made: …": "the system's reason follows, and what to do about it",
+    "…: cannot be read: …": "the system's reason follows, and what to do about it",
+    "…: cannot be written: …": "the system's reason follows, and what to do about it",
+    "…simulator options: …": "what the option must be follows",
+    "…start-up options: …": "what the option must be follows",
+    "interrupted": "nothing was written; repeat it if that was not meant",
+    "unknown key…": "write it as the message says: it names the key that was meant, or all known",
+    "…: column '…': unknown; …": "the columns that are known follow; separate them by commas",
+}
 
 
 @dataclass(frozen=True)
@@ -27,6 +59,41 @@ class Found:
     severity: str
     message: str
     remedy: str
+
+
+@dataclass(frozen=True)
+class Message:
+    """One message of wrong use, and where the source makes it."""
+
+    text: str
+    file: Path  #: relative to the repository
+    line: int
+
+    @property
+    def area(self) -> str:
+        """The package or folder that it comes from."""
+        return (
+            self.file.relative_to(Path(*self.file.parts[: 2 if len(self.file.parts) > 2 else 1]))
+            .parts[0]
+            .removesuffix(self.file.suffix)
+        )
+
+    @property
+    def forwards(self) -> bool:
+        """Whether it only hands on the text of another: there is no more in it than values."""
+        return len(re.sub(rf"[\s{GAP}:.,;'()\[\]-]", "", self.text)) <= 8
+
+    @property
+    def parts(self) -> tuple[str, str]:
+        """What is wrong, and what to do; the latter is empty if it does not say."""
+        if self.text in _COMPUTED:
+            return (self.text, _COMPUTED[self.text])
+        clauses = re.split(r"(?<=[;:,(?])\s+|(?<=\s)(?=\()", self.text)
+        for i, clause in enumerate(clauses):
+            if _ORDER.match(clause.lstrip(f"( {GAP}")) or _HAS_TO_BE.search(clause):
+                wrong = " ".join(clauses[:i]).rstrip(" ;,(")
+                return (wrong or self.text, " ".join(clauses[i:]))
+        return (self.text, "")
 
 
 def findings() -> list[Found]:
@@ -40,27 +107,20 @@ def findings() -> list[Found]:
     return sorted(found.values(), key=lambda f: (f.code, f.message))
 
 
-def wrong_use() -> dict[str, list[str]]:
-    """Messages of wrong use by where they come from."""
-    found: dict[str, set[str]] = {}
-    package = ROOT / "python" / "cdprcal"
-    for path in sorted(package.rglob("*.py")):
-        area = path.relative_to(package).parts[0].removesuffix(".py")
+def messages() -> list[Message]:
+    """Every place in the sources that refuses something, by file and line."""
+    found = []
+    for path in sorted((ROOT / "python" / "cdprcal").rglob("*.py")):
         for call in _calls(path):
-            if _name(call) in _RAISED and call.args:
-                found.setdefault(area, set()).update(_texts(call.args[0]))
-    core = ROOT / "cpp" / "cdprcal"
-    for path in sorted([*core.rglob("*.cpp"), *core.rglob("*.hpp")]):
-        area = path.relative_to(core).parts[0].removesuffix(path.suffix)
-        for text in _thrown(path.read_text(encoding="utf-8")):
-            found.setdefault(area, set()).add(text)
-    told = {area: sorted(t for t in texts if _says(t)) for area, texts in found.items()}
-    return {area: texts for area, texts in sorted(told.items()) if texts}
-
-
-def _says(text: str) -> bool:
-    """Whether there is more in it than names and values."""
-    return len(re.sub(rf"[\s{GAP}:.,'()-]", "", text)) > 8
+            at = _PYTHON.get(_name(call))
+            if at is not None and len(call.args) > at:
+                texts = _texts(call.args[at])
+                found += [Message(t, path.relative_to(ROOT), call.lineno) for t in texts]
+    for folder in ("cpp/cdprcal", "bindings"):
+        for path in sorted([*(ROOT / folder).rglob("*.cpp"), *(ROOT / folder).rglob("*.hpp")]):
+            for line, text in _thrown(path.read_text(encoding="utf-8")):
+                found.append(Message(text, path.relative_to(ROOT), line))
+    return found
 
 
 def _calls(path: Path) -> Iterator[ast.Call]:
@@ -100,27 +160,25 @@ def _texts(node: ast.expr) -> list[str]:
     return [GAP]
 
 
-def _thrown(source: str) -> Iterator[str]:
-    """Literals of what is thrown in C++, anything else as a gap."""
-    for match in re.finditer(r"(?:throw InputError|\bfail)\((?!const)", source):
-        begin, depth, end, quoted = match.end(), 1, match.end(), False
+#: A comment, a string, a character, a parenthesis: what decides where a C++ call ends.
+_TOKEN = re.compile(r"""//[^\n]*|"((?:[^"\\]|\\.)*)"|'(?:[^'\\]|\\.)'|[()]""")
+
+
+def _thrown(source: str) -> Iterator[tuple[int, str]]:
+    """Line and text of what is refused in C++: its literals, anything else as a gap."""
+    for match in _CPP.finditer(source):
+        text, depth, end = "", 1, match.end()
         while depth:
-            character = source[end]
-            if character == '"' and source[end - 1] != "\\":
-                quoted = not quoted
-            depth += 0 if quoted else (character == "(") - (character == ")")
-            end += 1
-        pieces = re.findall(r'"((?:[^"\\]|\\.)*)"|([^"]+)', source[begin : end - 1])
-        text = "".join(
-            literal if literal else ("" if not code.strip() else GAP) for literal, code in pieces
-        )
+            token = _TOKEN.search(source, end)
+            assert token is not None
+            depth += (token[0] == "(") - (token[0] == ")")
+            text += GAP if source[end : token.start()].strip() else ""
+            text += token[1] or ""
+            end = token.end()
+        if match[0].startswith(("require", "check")) and not text.strip(GAP):
+            continue  # some other function of that name
         text = re.sub(rf"{GAP}+", GAP, text.replace('\\"', '"').replace("\\n", " "))
-        yield text.strip()
-
-
-def _is_value(code: str) -> bool:
-    """Whether C++ between two literals puts a value there: not mere glue."""
-    return bool(re.sub(r"std::string\(|[\s+()]", "", code))
+        yield source.count("\n", 0, match.start()) + 1, text.strip()
 
 
 def cell(text: str) -> str:
@@ -136,8 +194,14 @@ def tables() -> str:
         f"| `{f.code}` | {f.severity} | {cell(f.message)} | {cell(f.remedy)} |" for f in findings()
     ]
     lines += ["", "## Wrong use", ""]
-    for area, texts in wrong_use().items():
-        lines += [f"### {area}", "", *(f"- {cell(text)}" for text in texts), ""]
+    by_area: dict[str, set[tuple[str, str]]] = {}
+    for message in messages():
+        if not message.forwards:
+            by_area.setdefault(message.area, set()).add(message.parts)
+    for area, rows in sorted(by_area.items()):
+        lines += [f"### {area}", "", "| message | what to do |", "|---|---|"]
+        lines += [f"| {cell(wrong)} | {cell(what)} |" for wrong, what in sorted(rows)]
+        lines.append("")
     return "\n".join(lines).rstrip() + "\n"
 
 

@@ -96,7 +96,7 @@ def repeat(result: Result) -> Repeated:
             document,
         )
     except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"the result file is damaged: {error!r}") from None
+        raise InputError(f"the result file is damaged: {error!r}; write it anew") from None
 
 
 def _effects(document: dict[str, Any]) -> list[str]:

@@ -137,7 +137,9 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
   add_group(geometry, log.position_m, sigma.position_m, false);
   add_group(tensions, log.tension_N, sigma.tension_N, false);
   if (geometry.empty()) {
-    throw InputError(log.source + ": no lengths, swivels or attitude to tell rest from motion by");
+    throw InputError(
+        log.source +
+        ": no lengths, swivels or attitude to tell rest from motion by; log one of them");
   }
 
   // Mark every sample of every window that passes all tests.

@@ -54,7 +54,8 @@ class LogParser {
     if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos) {
       const auto line = 1 + std::count(text.begin(), text.begin() + nul, '\n');
       throw InputError(source + ":" + std::to_string(line) +
-                       ": holds NUL bytes: this is a binary or damaged file, not a CSV log");
+                       ": holds NUL bytes: this is a binary or damaged file; give "
+                       "the log itself");
     }
     values_.reserve(text.size() / 8);  // a first guess of the bytes that a cell takes
   }
@@ -84,7 +85,7 @@ class LogParser {
           std::find_if(columns_.begin(), columns_.end(), is_time) - columns_.begin());
       return;
     }
-    throw InputError(source_ + ": is empty: a log starts with a header 'time_s,…'");
+    throw InputError(source_ + ": is empty; a log must start with a header 'time_s,…'");
   }
 
   void read_rows() {
@@ -103,7 +104,7 @@ class LogParser {
       }
       read_row(line);
     }
-    if (row_count_ == 0) fail("no samples follow the header");
+    if (row_count_ == 0) fail("no samples follow the header; log again");
   }
 
   void read_row(std::string_view line) {
@@ -157,7 +158,8 @@ class LogParser {
     const auto cells = 1 + std::count(line.begin(), line.end(), ',');
     std::string problem = "has " + std::to_string(cells) + " cells, the header has " +
                           std::to_string(columns_.size());
-    if (!lines_.complete()) problem += "; the file ends here and may be cut: delete this line";
+    problem += lines_.complete() ? "; correct this line"
+                                 : "; the file ends here and may be cut: delete this line";
     fail(problem);
   }
 
@@ -250,7 +252,7 @@ void write_log(const Log& log, const std::string& path) {
 void validate(const Log& log) {
   const std::string source = log.source.empty() ? "log" : log.source;
   const Index samples = log.sample_count();
-  if (samples == 0) throw InputError(source + ": holds no samples");
+  if (samples == 0) throw InputError(source + ": holds no samples; log again");
   for (Index i = 0; i < samples; ++i) {
     if (!std::isfinite(log.time_s[i]) || (i > 0 && !(log.time_s[i] > log.time_s[i - 1]))) {
       throw InputError(source + ": time_s: must be finite and increase, but sample " +
@@ -271,10 +273,10 @@ void validate(const Log& log) {
       throw InputError(source + ": " + name + ": has shape " + std::to_string(matrix.rows()) + "×" +
                        std::to_string(matrix.cols()) + ", expected " + std::to_string(samples) +
                        "×" + std::to_string(width) + " (samples × " +
-                       (of_platform > 0 ? "components" : "cables") + ")");
+                       (of_platform > 0 ? "components" : "cables") + "); give it that shape");
     }
     if (matrix.array().isInf().any()) {
-      throw InputError(source + ": " + name + ": holds infinities; NaN stands for an absent value");
+      throw InputError(source + ": " + name + ": holds infinities; write NaN for an absent value");
     }
   }
 }

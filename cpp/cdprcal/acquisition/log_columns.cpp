@@ -92,7 +92,7 @@ void check_groups(const std::vector<LogColumn>& columns, const std::string& plac
     return std::any_of(columns.begin(), columns.end(),
                        [&](const LogColumn& c) { return c.group == group && c.index == index; });
   };
-  if (!has(Group::time, 0)) throw InputError(place + ": column time_s: is missing");
+  if (!has(Group::time, 0)) throw InputError(place + ": column time_s: is missing; add it");
   Index cables = 0;
   LogColumn widest;
   for (const LogColumn& c : columns) {
@@ -130,7 +130,7 @@ std::vector<LogColumn> parse_log_header(std::string_view line, const std::string
     const LogColumn column = parse_column(strip(line.substr(0, comma)), place);
     for (const LogColumn& other : columns) {
       if (other.group == column.group && other.index == column.index) {
-        throw InputError(place + ": column " + column.name() + ": given twice");
+        throw InputError(place + ": column " + column.name() + ": given twice; delete one");
       }
     }
     columns.push_back(column);

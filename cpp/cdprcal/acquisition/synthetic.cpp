@@ -48,7 +48,8 @@ Measurement synthetic_measurement(const Robot& robot, const Pose& pose,
                                   const ReadingOffsets& offsets, const ReadingNoise& noise,
                                   RandomNormal& random) {
   const PlatformState state = platform_state(robot, pose);
-  if (!state.valid) throw InputError("synthetic measurement: " + describe_invalid(state));
+  if (!state.valid)
+    throw InputError("synthetic measurement: " + describe_invalid(state) + "; give another pose");
   Measurement m;
   m.kind = kind;
   m.length_m = state.length_m() + offsets.length_m;
@@ -115,7 +116,7 @@ void yield_to(const Robot& robot, const CableVector& tension_N, const Vector6& w
 
 SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& setpoints_N,
                            const SyntheticLogOptions& options) {
-  if (setpoints_N.empty()) throw InputError("synthetic log: no set-points");
+  if (setpoints_N.empty()) throw InputError("synthetic log: no set-points; give at least one");
   if (!(options.rate_Hz > 0.0) || !(options.dwell_s >= 0.0) || !(options.move_s >= 0.0) ||
       !(options.dwell_s + options.move_s > 0.0)) {
     throw InputError("synthetic log: rate_Hz, dwell_s and move_s must be positive");
@@ -159,7 +160,7 @@ SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& s
     if (rest.status != EquilibriumStatus::found) {
       throw InputError("synthetic log: no stable equilibrium at set-point " +
                        std::to_string(index + 1) + (into_move > 0.0 ? " (moving on)" : "") + ": " +
-                       rest.reason);
+                       rest.reason + "; give others");
     }
     previous = rest.pose;
     out.poses.push_back(rest.pose);

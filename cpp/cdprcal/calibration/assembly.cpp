@@ -82,7 +82,7 @@ int Assembly::rows_at(std::size_t index) const {
 void Assembly::set_reference_errors(const Eigen::VectorXd& errors) {
   if (errors.size() != reference_.size()) {
     throw InputError("reference errors: " + std::to_string(errors.size()) + " values given, " +
-                     std::to_string(reference_.size()) + " expected (lengths, swivels, yaw)");
+                     std::to_string(reference_.size()) + " expected; give lengths, swivels, yaw");
   }
   Eigen::Map<Eigen::VectorXd>(reference_.block(), reference_.size()) = errors;
 }

@@ -23,14 +23,15 @@ SampleRange run_of(const Log& log, int segment) {
   const int index = segment < 0 ? count - 1 : segment;
   if (index >= count) {
     throw InputError(log.source + ": segment " + std::to_string(segment) +
-                     " asked for, but the log has " + std::to_string(count) + " (counted from 0)");
+                     " asked for, but the log has " + std::to_string(count) +
+                     "; give one of these, counted from 0");
   }
   return all[static_cast<std::size_t>(index)];
 }
 
 void check_fit(const Robot& robot, const Log& log, const CalibrateOptions& options) {
   const int cables = log.cable_count();
-  if (log.sample_count() == 0) throw InputError(log.source + ": the log has no samples");
+  if (log.sample_count() == 0) throw InputError(log.source + ": the log has no samples; log again");
   if (cables != robot.cable_count()) {
     throw InputError(log.source + ": the log has " + std::to_string(cables) + " cables, robot '" +
                      robot.name + "' has " + std::to_string(robot.cable_count()) +
@@ -58,7 +59,7 @@ Eigen::Index row_at(const Log& log, const SampleRange& run, double time_s) {
       run.size() > 1 ? (*(end - 1) - *begin) / static_cast<double>(run.size() - 1) : 0.0;
   if (!(std::abs(*nearest - time_s) <= std::max(spacing, 1e-3))) {
     throw InputError(log.source + ": no sample at " + seconds(time_s) + "; the run lasts from " +
-                     seconds(*begin) + " to " + seconds(*(end - 1)));
+                     seconds(*begin) + " to " + seconds(*(end - 1)) + "; choose a time within");
   }
   return run.begin + (nearest - begin);
 }
@@ -71,7 +72,8 @@ void measure_by_hand(const Log& log, const PathState& path, const SampleRange& r
   for (const double time_s : options.at_s) {
     const Eigen::Index row = row_at(log, run, time_s);
     if (std::find(rows.begin(), rows.end(), row) != rows.end()) {
-      throw InputError("at: " + seconds(time_s) + " names a sample that is named already");
+      throw InputError("at: " + seconds(time_s) +
+                       " names a sample that is named already; leave it out");
     }
     rows.push_back(row);
     out.problem.measurements.push_back(

@@ -26,14 +26,17 @@ OnlineCalibration::OnlineCalibration(const Robot& robot, const CalibrateOptions&
     : robot_(robot), options_(options) {
   options_.solve = live(options.solve);
   if (!options.at_s.empty() || options.segment != -1 || !options.guess.empty()) {
-    throw InputError("online calibration: at_s, segment and guess belong to finished logs");
+    throw InputError(
+        "online calibration: at_s, segment and guess belong to finished logs; leave them out");
   }
 }
 
 const Calibration& OnlineCalibration::add(const Log& since_last) {
-  if (since_last.sample_count() == 0) throw InputError("online calibration: no samples to add");
+  if (since_last.sample_count() == 0)
+    throw InputError("online calibration: no samples to add; give at least one");
   if (!(since_last.time_s[0] > last_s_)) {
-    throw InputError("online calibration: the samples begin before the last ones end");
+    throw InputError(
+        "online calibration: the samples begin before the last ones end; add them in order, each once");
   }
   Calibration stretch = prepare(robot_, since_last, options_);
   last_s_ = since_last.time_s[since_last.sample_count() - 1];

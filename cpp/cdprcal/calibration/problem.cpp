@@ -7,22 +7,23 @@ namespace cdprcal {
 
 CalibrationProblem completed(const CalibrationProblem& problem, const std::vector<Pose>& poses) {
   const int n = problem.robot.cable_count();
-  if (problem.measurements.empty()) throw InputError("calibration: no measurement");
+  if (problem.measurements.empty())
+    throw InputError("calibration: no measurement; give at least one");
   if (poses.size() != problem.measurements.size()) {
     throw InputError("calibration: " + std::to_string(poses.size()) + " guessed poses for " +
-                     std::to_string(problem.measurements.size()) + " measurements");
+                     std::to_string(problem.measurements.size()) + " measurements; give one each");
   }
   for (const Measurement& m : problem.measurements) {
     if (m.length_m.size() != n || m.swivel_rad.size() != n || m.tension_N.size() != n) {
       throw InputError(
-          "calibration: a measurement has not one length, swivel and tension for "
+          "calibration: a measurement must have one length, swivel and tension for "
           "each of the robot's " +
           std::to_string(n) + " cables (NaN where absent)");
     }
     if (m.direct_length_m.size() != 0 && m.direct_length_m.size() != n) {
       throw InputError("calibration: a measurement has " +
                        std::to_string(m.direct_length_m.size()) + " direct lengths for " +
-                       std::to_string(n) + " cables (none, or NaN where absent)");
+                       std::to_string(n) + " cables; give none, or one a cable (NaN where absent)");
     }
   }
   CalibrationProblem out = problem;

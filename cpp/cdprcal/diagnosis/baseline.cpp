@@ -61,8 +61,8 @@ DiagnosisRun run_from(const Robot& robot, const Log& log) {
   options.noise = NoiseSource::specified;  // the diagnosis has its own, with the effects in it
   const Calibration calibration = calibrate(robot, log, options);
   if (calibration.result.poses.empty()) {
-    throw InputError(log.source +
-                     ": the baseline calibration failed: " + calibration.result.reason);
+    throw InputError(log.source + ": the baseline calibration failed: " +
+                     calibration.result.reason + "; run cdprcal check");
   }
   DiagnosisRun run;
   run.name = log.source;

@@ -251,7 +251,7 @@ Matrix6 initial_pose_covariance(const DiagnosisModel& model, std::size_t run) {
 
 Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
                    const DiagnoseOptions& options) {
-  if (given_logs.empty()) throw InputError("diagnose: no log");
+  if (given_logs.empty()) throw InputError("diagnose: no log; give at least one");
   Diagnosis out;
   const auto report = [&](const std::string& what) {
     return !options.progress || options.progress(what);

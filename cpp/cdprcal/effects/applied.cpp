@@ -84,7 +84,8 @@ std::optional<Log> correct_readings(const Robot& robot, const Log& log) {
     if (log.cable_count() != robot.cable_count()) {
       throw InputError(log.source + ": the log has " + std::to_string(log.cable_count()) +
                        " cables, robot '" + robot.name + "' has " +
-                       std::to_string(robot.cable_count()));
+                       std::to_string(robot.cable_count()) +
+                       "; give the robot file that belongs to this log");
     }
     if (!corrected) corrected = log;
     set_right(applied, *corrected);

@@ -46,7 +46,7 @@ EffectPointer find_effect(const std::string& name) {
     if (effect->name() == name) return effect;
     known += (known.empty() ? "" : ", ") + effect->name();
   }
-  throw InputError("effect: '" + name + "' is not known; the catalogue has " + known);
+  throw InputError("effect: '" + name + "' is not known; give one of " + known);
 }
 
 }  // namespace cdprcal

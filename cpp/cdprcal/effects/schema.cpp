@@ -43,7 +43,7 @@ void check_parameters(const AppliedEffect& effect, const EffectLayout& layout, s
                     [&](const ParameterLayout& parameter) { return parameter.name == given.name; });
     if (!known) {
       throw detail::FieldError(effect_field(index, given.name),
-                               "is no parameter of " + effect.name);
+                               "is no parameter of " + effect.name + "; delete it");
     }
   }
   for (const ParameterLayout& parameter : layout.parameters) {
@@ -54,7 +54,8 @@ void check_parameters(const AppliedEffect& effect, const EffectLayout& layout, s
     const auto count = std::count_if(effect.parameters.begin(), effect.parameters.end(), matches);
     if (count == 0 && parameter.optional) continue;
     if (count != 1)
-      throw detail::FieldError(field, count == 0 ? "is missing: add it" : "given twice");
+      throw detail::FieldError(field,
+                               count == 0 ? "is missing: add it" : "given twice; delete one");
     const auto given = std::find_if(effect.parameters.begin(), effect.parameters.end(), matches);
     if (given->values.size() != parameter.size()) {
       throw detail::FieldError(field, "must have " + std::to_string(parameter.size()) +
@@ -137,7 +138,8 @@ void check_effects(const Robot& robot) {
     const ActiveEffect active = resolve_effect(effect, robot.cable_count());
     const std::string first = effect.parameters.front().name;
     if (!active.values.allFinite()) {
-      throw FieldError(effect_field(i, first), "is impossible for a " + effect.name);
+      throw FieldError(effect_field(i, first),
+                       "is impossible for a " + effect.name + "; correct it");
     }
     const EffectValues bound = kFarBeyondPlausible * active.effect->plausible(robot.cable_count());
     if (!(active.values.cwiseAbs().array() <= bound.array()).all()) {
@@ -146,7 +148,7 @@ void check_effects(const Robot& robot) {
     }
     active.effect->apply(active.values, changed);
     if (!(changed.platform.mass_kg > kLeastMass_kg)) {
-      throw FieldError(effect_field(i, first), "leaves the platform without mass");
+      throw FieldError(effect_field(i, first), "leaves the platform without mass; correct it");
     }
   }
 }

@@ -15,7 +15,8 @@ namespace {
 void check_tensions(const Robot& robot, const CableVector& tension_N) {
   if (tension_N.size() != robot.cable_count() || robot.cable_count() < 1) {
     throw InputError("direct_from_tensions: " + std::to_string(tension_N.size()) +
-                     " tensions for " + std::to_string(robot.cable_count()) + " cables");
+                     " tensions for " + std::to_string(robot.cable_count()) +
+                     " cables; give one a cable");
   }
   if (!tension_N.allFinite() || (tension_N.array() < 0.0).any()) {
     throw InputError("direct_from_tensions: tensions must be finite and not negative [N]");

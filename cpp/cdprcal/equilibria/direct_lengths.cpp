@@ -28,7 +28,7 @@ void check_lengths(const Robot& robot, const CableVector& length_m) {
   }
   if (length_m.size() != n || n < 1) {
     throw InputError("direct_from_lengths: " + std::to_string(length_m.size()) + " lengths for " +
-                     std::to_string(n) + " cables");
+                     std::to_string(n) + " cables; give one a cable");
   }
   if (!length_m.allFinite() || (length_m.array() <= 0.0).any()) {
     throw InputError("direct_from_lengths: lengths must be finite and positive [m]");

@@ -50,12 +50,11 @@ double rotation_angle_difference_rad(const Pose& a, const Pose& b) {
 }
 
 Eigen::Quaterniond rotation_from_matrix(const Matrix3& matrix) {
-  if (!matrix.allFinite())
-    throw InputError("rotation: the 3x3 matrix holds values that are not finite");
+  if (!matrix.allFinite()) throw InputError("rotation: the 3x3 matrix must hold finite values");
   const double error = (matrix * matrix.transpose() - Matrix3::Identity()).cwiseAbs().maxCoeff();
   if (!(error < 1e-6) || matrix.determinant() < 0.0) {
     throw InputError(
-        "rotation: the 3x3 matrix is not a rotation (R Rᵀ differs from the identity "
+        "rotation: the 3x3 matrix must be a rotation (here R Rᵀ differs from the identity "
         "or its determinant is negative)");
   }
   const Eigen::JacobiSVD<Matrix3> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);

@@ -136,8 +136,8 @@ void check_and_complete(Robot& robot) {
   check_inertia(robot.platform.inertia_kg_m2);
 
   if (robot.cables.empty() || robot.cables.size() > static_cast<std::size_t>(kMaxCables)) {
-    throw FieldError("cables", "a robot has 1 to " + std::to_string(kMaxCables) + " cables, not " +
-                                   std::to_string(robot.cables.size()));
+    throw FieldError("cables", "a robot must have 1 to " + std::to_string(kMaxCables) +
+                                   " cables, not " + std::to_string(robot.cables.size()));
   }
   for (std::size_t i = 0; i < robot.cables.size(); ++i) {
     Cable& cable = robot.cables[i];

@@ -115,14 +115,14 @@ YamlField::YamlField(std::shared_ptr<Document> document, std::string path, const
 
 YamlField YamlField::parse_document(const std::string& text, const std::string& source) {
   if (text.size() > kMostYamlBytes) {
-    throw InputError(source + ": is over 1 MB: this is not a robot file");
+    throw InputError(source + ": is over 1 MB: this is not a robot file; give one");
   }
   for (std::size_t i = 0, line = 1; i < text.size(); ++i) {
     const auto c = static_cast<unsigned char>(text[i]);
     if (c == '\n') ++line;
     if (c < 0x20 && c != '\n' && c != '\r' && c != '\t') {
       throw InputError(source + ":" + std::to_string(line) +
-                       ": holds control characters: this is a binary file, not a robot file");
+                       ": holds control characters: this is a binary file; give a robot file");
     }
   }
   auto document = std::make_shared<Document>();
@@ -139,7 +139,8 @@ YamlField YamlField::parse_document(const std::string& text, const std::string& 
     }
     return {document, "", root, root.Mark()};
   } catch (const YAML::DeepRecursion& error) {
-    throw InputError(place(source, error.mark) + "nested too deeply for a robot file");
+    throw InputError(place(source, error.mark) +
+                     "nested too deeply for a robot file; see cdprcal template");
   } catch (const YAML::Exception& error) {
     throw InputError(place(source, error.mark) + "not YAML: " + one_line(error.msg));
   }

@@ -53,11 +53,13 @@ NextStopChooser::NextStopChooser(const Robot& robot, const Plan& plan, int threa
     if (reading_N.size() != robot.cable_count()) {
       throw InputError("plan: " + name + " has " + std::to_string(reading_N.size()) +
                        " tensions; " + robot.name + " has " + std::to_string(robot.cable_count()) +
-                       " cables");
+                       " cables; give the plan of this robot");
     }
     if (effects_.any()) {
       const std::optional<SetPoint> planned = effects_.as_planned(place);
-      if (!planned) throw InputError("plan: " + name + ": its tensions do not hold the platform");
+      if (!planned)
+        throw InputError("plan: " + name +
+                         ": its tensions do not hold the platform; make the plan anew");
       place = *planned;
     }
     places.push_back(place);
@@ -82,7 +84,7 @@ std::optional<NextStop> NextStopChooser::choose(const std::vector<int>& measured
     const auto found = std::find(stop_of_place_.begin() + 1, stop_of_place_.end(), stop);
     if (found == stop_of_place_.end()) {
       throw InputError("next stop: pose " + std::to_string(stop + 1) +
-                       " of the plan is none that is measured");
+                       " of the plan is none that is measured; give one that is");
     }
     return static_cast<int>(found - stop_of_place_.begin());
   };

@@ -133,7 +133,7 @@ Selection select_d_optimal(const Eigen::MatrixXd& start_information,
   const int candidates = static_cast<int>(information.size());
   if (count < 1 || count > candidates) {
     throw InputError("observability: " + std::to_string(count) + " poses cannot be chosen from " +
-                     std::to_string(candidates) + " candidates");
+                     std::to_string(candidates) + " candidates; give between 1 and their number");
   }
   Selection selection;
   std::vector<bool> taken(information.size(), false);

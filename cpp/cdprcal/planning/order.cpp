@@ -193,7 +193,7 @@ Tour least_time_tour(const Eigen::MatrixXd& time_s) {
   if (time_s.rows() != time_s.cols() || time_s.rows() < 1) {
     throw InputError("tour: the matrix of times must be square, one row a place");
   }
-  if (time_s.hasNaN()) throw InputError("tour: the matrix of times holds NaN");
+  if (time_s.hasNaN()) throw InputError("tour: the matrix of times must not hold NaN");
   const int poses = static_cast<int>(time_s.rows()) - 1;
   if (poses == 0) return {{}, 0.0, true};
   if (poses <= kMostExact) return exact_tour(time_s);
@@ -252,7 +252,7 @@ ApproachCoverage approach_coverage(const Eigen::MatrixXd& length_m, const std::v
 std::vector<int> random_order(const Eigen::MatrixXd& length_m, int visits, std::uint64_t seed) {
   const int poses = static_cast<int>(length_m.rows()) - 1;
   if (visits < 1) throw InputError("random order: at least 1 visit of each pose");
-  if (poses < 1) throw InputError("random order: no poses");
+  if (poses < 1) throw InputError("random order: no poses; give at least one");
   if (poses == 1 && visits > 1) {
     throw InputError("random order: a single pose cannot be visited anew: give more poses");
   }

@@ -37,7 +37,8 @@ class Planner {
         solver_(robot, options.set_points),
         checker_(solver_, path_options(robot, options)),
         timer_(checker_, options.timing) {
-    if (options.optimal < 0) throw InputError("plan: the number of optimal poses is negative");
+    if (options.optimal < 0)
+      throw InputError("plan: the number of optimal poses must be 0 or more");
     if (options.order == VisitingOrder::random && options.visits < 1) {
       throw InputError("plan: at least 1 visit of each pose");
     }
@@ -302,12 +303,13 @@ std::string verify_plan(const Robot& given, const Plan& plan, const std::optiona
     if (tension_N.size() != robot.cable_count()) {
       throw InputError("plan: " + what + " has " + std::to_string(tension_N.size()) +
                        " tensions; " + robot.name + " has " + std::to_string(robot.cable_count()) +
-                       " cables");
+                       " cables; give the plan of this robot");
     }
   };
   const auto check_limits = [&](const CableVector& tension_N, const std::string& what) {
     if (!(tension_margin_N(robot, tension_N) >= 0.0)) {
-      throw InputError("plan: a tension of " + what + " is beyond the limits of " + robot.name);
+      throw InputError("plan: a tension of " + what + " is beyond the limits of " + robot.name +
+                       "; make the plan anew");
     }
   };
   const auto name_of = [](std::size_t i) {

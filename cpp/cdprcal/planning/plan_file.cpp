@@ -26,14 +26,14 @@ std::string list_text(const Eigen::Ref<const Eigen::VectorXd>& values) {
 Eigen::Vector4d wxyz(const Eigen::Quaterniond& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 
 void check(const Plan& plan) {
-  if (plan.poses.empty()) throw InputError("plan: has no stops");
+  if (plan.poses.empty()) throw InputError("plan: must have at least one stop");
   const std::string& name = plan.robot_name;
   const auto control = [](unsigned char c) { return c < ' '; };
   if (name.empty() || name.front() == ' ' || name.back() == ' ' ||
       std::any_of(name.begin(), name.end(), control)) {
     throw InputError(
-        "plan: the robot's name cannot be written: it is empty, begins or ends with a "
-        "space, or holds control characters");
+        "plan: the robot's name cannot be written: it must not be empty, begin or end with a "
+        "space, or hold control characters");
   }
   const PlannedPose& first = plan.poses.front();
   for (const PlannedPose& stop : plan.poses) {
@@ -41,7 +41,8 @@ void check(const Plan& plan) {
         stop.natural_frequencies_hz.size() != first.natural_frequencies_hz.size() ||
         stop.constant_tension_frequencies_hz.size() !=
             first.constant_tension_frequencies_hz.size()) {
-      throw InputError("plan: the stops' tensions or frequencies differ in number");
+      throw InputError(
+          "plan: the stops' tensions or frequencies differ in number; give each stop as many");
     }
   }
 }

@@ -58,7 +58,7 @@ class PlanParser {
     bool have_header = false;
     while (next(line)) {
       if (const std::size_t nul = line.find('\0'); nul != std::string_view::npos) {
-        fail(nul + 1, "holds NUL bytes: this is a binary or damaged file, not a plan");
+        fail(nul + 1, "holds NUL bytes: this is a binary or damaged file; give a plan");
       }
       const std::string_view content = trimmed(line);
       if (content.empty()) continue;
@@ -71,7 +71,7 @@ class PlanParser {
         read_row(line);
       }
     }
-    if (!have_header) fail(1, "holds no table: a plan has a header 'purpose,position_x_m,…'");
+    if (!have_header) fail(1, "holds no table; a plan must have a header 'purpose,position_x_m,…'");
     finish();
     return plan_;
   }
@@ -118,7 +118,7 @@ class PlanParser {
 
   Eigen::Quaterniond quaternion(const Eigen::Vector4d& q, std::size_t column) const {
     if (!(std::abs(q.norm() - 1.0) <= kNormTolerance)) {
-      fail(column, "the quaternion's norm is " + number_text(q.norm()) + ", not 1");
+      fail(column, "the quaternion's norm must be 1, not " + number_text(q.norm()));
     }
     return {q[0], q[1], q[2], q[3]};  // as it is: normalising would change its last bits
   }
@@ -140,8 +140,8 @@ class PlanParser {
     const auto setter = known.find(key);
     if (setter == known.end()) return;
     if (!seen_.insert({key, number_}).second) {
-      fail(hash + 1,
-           "'# " + key + ":' appears twice, first on line " + std::to_string(seen_.at(key)));
+      fail(hash + 1, "'# " + key + ":' appears twice, first on line " +
+                         std::to_string(seen_.at(key)) + "; delete one");
     }
     if (key == "robot") {  // a name may hold commas
       const std::string_view name = trimmed(line.substr(colon + 1));
@@ -154,7 +154,7 @@ class PlanParser {
   void expect(const std::vector<Cell>& cells, std::size_t count, const char* what) const {
     if (cells.size() == count) return;
     fail(cells.front().column, std::string(what) + ": has " + std::to_string(cells.size()) +
-                                   " values, expected " + std::to_string(count));
+                                   " values; give " + std::to_string(count));
   }
   void set_robot(const std::vector<Cell>& cells) {
     if (cells[0].text.empty()) fail(cells[0].column, "robot: the name is missing");
@@ -236,7 +236,7 @@ class PlanParser {
                             " (numbered columns count from 1 without a gap)");
     }
     for (const auto& [name, required] : known) {
-      if (!columns_.contains(name)) fail(1, "column '" + name + "' is missing");
+      if (!columns_.contains(name)) fail(1, "column '" + name + "' is missing; add it");
     }
   }
 
@@ -244,7 +244,8 @@ class PlanParser {
     const std::vector<Cell> cells = split(line);
     if (cells.size() != width_) {
       fail(cells.back().column, "has " + std::to_string(cells.size()) + " cells, the header has " +
-                                    std::to_string(width_) + "; the line may be cut");
+                                    std::to_string(width_) +
+                                    "; make the plan anew, it may be cut here");
     }
     const auto cell = [&](const std::string& name) { return cells[columns_.at(name)]; };
     PlannedPose stop;
@@ -278,16 +279,17 @@ class PlanParser {
   void finish() {
     for (const char* key : {"robot", "start_tension_N", "start_position_m", "start_quaternion_wxyz",
                             "start_dwell_s", "stops"}) {
-      if (!seen_.contains(key)) fail(1, std::string("the comment '# ") + key + ": …' is missing");
+      if (!seen_.contains(key))
+        fail(1, std::string("the comment '# ") + key + ": …' is missing; add it");
     }
     if (plan_.start_tension_N.size() != cables_) {
       fail(1, "start_tension_N has " + std::to_string(plan_.start_tension_N.size()) +
                   " values, but the table has the tensions of " + std::to_string(cables_) +
-                  " cables");
+                  " cables; give one a cable");
     }
     if (static_cast<double>(plan_.poses.size()) != stops_ || plan_.poses.empty()) {
       fail(1, "holds " + std::to_string(plan_.poses.size()) + " stops where " +
-                  number_text(stops_) + " are announced: the file may be cut");
+                  number_text(stops_) + " are announced; make the plan anew, it may be cut");
     }
     plan_.duration_s = plan_.start_dwell_s;
     for (const PlannedPose& stop : plan_.poses) {

@@ -67,7 +67,7 @@ std::vector<Vector3> grid_positions(const Box& box, const std::array<int, 3>& co
     if (counts[axis] < 1) throw InputError("grid: at least 1 position in each direction");
     total *= counts[axis];
     if (total > kMostPositions) {
-      throw InputError("grid: more than " + std::to_string(kMostPositions) + " positions");
+      throw InputError("grid: must have at most " + std::to_string(kMostPositions) + " positions");
     }
     const bool wide = counts[axis] == 1 ? extent[axis] >= 0.0 : extent[axis] > 0.0;
     if (!wide || !box.lower_m.allFinite() || !box.upper_m.allFinite()) {

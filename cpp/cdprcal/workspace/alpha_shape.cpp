@@ -50,7 +50,7 @@ Quantised quantise(const std::vector<Vector3>& points_m) {
   Vector3 low = Vector3::Constant(HUGE_VAL);
   Vector3 high = -low;
   for (const Vector3& p : points_m) {
-    if (!p.allFinite()) throw InputError("alpha shape: a point is not finite");
+    if (!p.allFinite()) throw InputError("alpha shape: points must be finite");
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
   }

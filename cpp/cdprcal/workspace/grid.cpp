@@ -11,7 +11,8 @@ namespace {
 constexpr std::int64_t kMaxPoints = 200'000'000;
 
 Box pulley_box(const Robot& robot) {
-  if (robot.cables.empty()) throw InputError("workspace: the robot has no cables");
+  if (robot.cables.empty())
+    throw InputError("workspace: the robot has no cables; give one that has");
   Box box{robot.cables[0].pulley.position_m, robot.cables[0].pulley.position_m};
   for (const Cable& cable : robot.cables) {
     box.lower_m = box.lower_m.cwiseMin(cable.pulley.position_m);
@@ -62,7 +63,7 @@ void check_box(const Robot& robot, const Box& box) {
     throw InputError("workspace box: " + text(box.lower_m) + " to " + text(box.upper_m) +
                      (above ? " is above" : " is beside") + " all pulleys, which span " +
                      text(pulleys.lower_m) + " to " + text(pulleys.upper_m) +
-                     "; a suspended platform cannot be there");
+                     "; a suspended platform cannot be there: give another");
   }
 }
 

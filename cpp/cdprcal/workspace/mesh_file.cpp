@@ -121,7 +121,8 @@ void check_mesh(const Mesh& mesh, const std::string& path) {
   }
   for (const auto& f : mesh.faces) {
     for (const int v : f) {
-      if (v < 0 || v >= count) throw InputError(path + ": a face names a vertex that is not there");
+      if (v < 0 || v >= count)
+        throw InputError(path + ": a face names a vertex that is not there; write it anew");
     }
   }
 }
@@ -162,7 +163,7 @@ Mesh read_ply(const std::string& data, const std::string& path) {
     if (word == "element" && a == "face") faces = element_count(b, data, path);
     if (word == "property" && a != "list") {
       if (coordinates > 2 || b != std::string(1, "xyz"[coordinates])) {
-        throw InputError(path + ": only vertices with x, y, z and nothing else are read");
+        throw InputError(path + ": vertices must have x, y, z and nothing else");
       }
       scalar = a;
       ++coordinates;
@@ -175,21 +176,22 @@ Mesh read_ply(const std::string& data, const std::string& path) {
   if (!ended || coordinates != 3 || (!binary && format != "ascii") ||
       (!wide && scalar != "float" && scalar != "float32")) {
     throw InputError(path +
-                     ": not a PLY triangle mesh (ASCII or binary little-endian, float or "
+                     ": must be a PLY triangle mesh (ASCII or binary little-endian, float or "
                      "double coordinates)");
   }
   Mesh mesh;
   if (!binary) {
     for (std::size_t k = 0; k < vertices; ++k) {
       Vector3 v;
-      if (!(header >> v.x() >> v.y() >> v.z())) throw InputError(path + ": a vertex is unreadable");
+      if (!(header >> v.x() >> v.y() >> v.z()))
+        throw InputError(path + ": a vertex is unreadable; write it anew");
       mesh.vertices_m.push_back(v);
     }
     for (std::size_t k = 0; k < faces; ++k) {
       int corners = 0;
       std::array<int, 3> f{};
       if (!(header >> corners >> f[0] >> f[1] >> f[2]) || corners != 3) {
-        throw InputError(path + ": a face is unreadable or not a triangle");
+        throw InputError(path + ": a face is unreadable, or not a triangle as it must be");
       }
       mesh.faces.push_back(f);
     }
@@ -206,7 +208,7 @@ Mesh read_ply(const std::string& data, const std::string& path) {
       mesh.vertices_m.push_back(v);
     }
     for (std::size_t k = 0; k < faces; ++k) {
-      if (bytes.take<std::uint8_t>() != 3) throw InputError(path + ": a face is not a triangle");
+      if (bytes.take<std::uint8_t>() != 3) throw InputError(path + ": faces must be triangles");
       std::array<int, 3> f{};
       for (int& v : f) v = bytes.take<std::int32_t>();
       mesh.faces.push_back(f);
@@ -252,22 +254,23 @@ Mesh read_stl(const std::string& data, const std::string& path) {
     }
     return corners.mesh;
   }
-  if (data.compare(0, 5, "solid") != 0) throw InputError(path + ": not an STL file");
+  if (data.compare(0, 5, "solid") != 0) throw InputError(path + ": must be an STL file");
   std::istringstream in(data);
   std::string word;
   std::vector<int> pending;
   while (in >> word) {
     if (word == "vertex") {
       std::array<float, 3> p{};
-      if (!(in >> p[0] >> p[1] >> p[2])) throw InputError(path + ": a vertex is unreadable");
+      if (!(in >> p[0] >> p[1] >> p[2]))
+        throw InputError(path + ": a vertex is unreadable; write it anew");
       pending.push_back(corners.vertex(p));
     } else if (word == "endloop") {
-      if (pending.size() != 3) throw InputError(path + ": a facet is not a triangle");
+      if (pending.size() != 3) throw InputError(path + ": facets must be triangles");
       corners.mesh.faces.push_back({pending[0], pending[1], pending[2]});
       pending.clear();
     }
   }
-  if (!pending.empty()) throw InputError(path + ": the file ends too early");
+  if (!pending.empty()) throw InputError(path + ": the file ends too early; write it anew");
   return corners.mesh;
 }
 

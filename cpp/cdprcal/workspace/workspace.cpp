@@ -15,7 +15,7 @@ std::vector<std::int64_t> seed_points(const Grid& grid, const std::vector<Vector
   std::vector<std::int64_t> seeds;
   for (const Vector3& seed : seeds_m) {
     if (!seed.allFinite() || !grid.box.contains(seed, 1e-9)) {
-      throw InputError("workspace seeds_m: a seed is outside the box");
+      throw InputError("workspace seeds_m: seeds must be in the box");
     }
     seeds.push_back(grid.index(grid.nearest(seed)));
   }

@@ -49,7 +49,7 @@ def run(
 ) -> None:
     """Draws, simulates and diagnoses cases; one JSON line a case. Goes on where it was stopped."""
     if poses not in (8, 27):
-        fail(f"--poses: 8 or 27, not {poses}")
+        fail(f"--poses: must be 8 or 27, not {poses}")
     setting = Setting(poses, noise, noise_kind)
     output.mkdir(parents=True, exist_ok=True)
     path = output / f"{split}-{seed}_{setting.name}.jsonl"

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 EXAMPLE = (
     "Example: cdprcal plan irma4 -o plan.csv && cdprcal acquire irma4 plan.csv --seed 3 -o run.mcap"
     "\n\nOver CANopen, drives simulated: cdprcal acquire irma4 plan.csv --backend canopen "
-    "--session examples/canopen-simulated.yaml -o run.mcap"
+    "--session examples/canopen-simulated.yaml -o can.mcap"
 )
 
 
@@ -141,7 +141,7 @@ def command(
     plan_text = read_bytes(Path(plan)).decode("utf-8", "replace")
     the_plan = _core.parse_plan(plan_text, plan)
     if wrong := _core.verify_plan(the_robot, the_plan):
-        fail(f"{plan}: cannot be run with {the_robot.name}: {wrong}")
+        fail(f"{plan}: cannot be run with {the_robot.name}: {wrong}; make one with cdprcal plan")
     shown = live_page(live, live_stop, port, the_robot, the_plan, output, bool(until))
     options = _core.SimulatorOptions(
         seed=seed, effects=[_core.parse_injected_effect(text) for text in effect or []]
@@ -149,7 +149,7 @@ def command(
     wired: Session | None = None
     if backend == "simulated":
         if session or arm or dry_run:
-            fail("--session, --arm and --dry-run: are for --backend canopen and ethercat")
+            fail("--session, --arm and --dry-run: need --backend canopen or ethercat")
         startup = _core.StartUp(the_robot, start_up_plan(the_plan, quick=quick))
         paced = speed > 0.0
     else:

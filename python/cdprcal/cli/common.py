@@ -85,7 +85,7 @@ def _fail_with(error: Exception) -> NoReturn:
     if isinstance(error, OSError):
         fail(f"{error.filename or 'output'}: {reason(error)}")
     if isinstance(error, MemoryError):
-        fail("not enough memory")
+        fail("not enough memory; close other programs, or ask for less: coarser, fewer, shorter")
     if os.environ.get("CDPRCAL_TRACEBACK"):
         raise error
     fail(

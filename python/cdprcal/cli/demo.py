@@ -47,6 +47,7 @@ def command(
     from cdprcal import _core
     from cdprcal.demo import pictures, story, table
     from cdprcal.diagnosis.pictures import write_pictures
+    from cdprcal.io.files import reason
     from cdprcal.tables import console, say
 
     out = console()
@@ -55,7 +56,7 @@ def command(
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise _core.InputError(f"{folder}: cannot be made: {error.strerror}") from None
+        raise _core.InputError(f"{folder}: cannot be made: {reason(error)}") from None
     hide = effect or story.HIDDEN[seed % len(story.HIDDEN)]
     _core.expanded_effect(_core.parse_injected_effect(hide), the_robot.cable_count)
 

@@ -26,7 +26,7 @@ def session_for(backend: str, path: str) -> Session:
         fail(f"--backend {backend}: needs --session FILE, which says what is wired to what")
     session = load_session(path)
     if session.bus.type != backend:
-        fail(f"--backend {backend}: the session is of bus.type {session.bus.type}")
+        fail(f"--backend {backend}: the session is of bus.type {session.bus.type}; give that one")
     return session
 
 
@@ -35,7 +35,7 @@ def refuse_simulator_options(session: Session, *, effects: bool, truth: bool) ->
     here = session.is_simulated and session.bus.interface == "virtual"
     for name, given in (("--effect", effects), ("--truth", truth)):
         if given and not here:
-            fail(f"{name}: is for simulated drives in this process only")
+            fail(f"{name}: is for simulated drives in this process only; leave it out")
 
 
 def start_up(session: Session, robot: _core.Robot, plan: _core.StartUpPlan) -> _core.StartUp:

@@ -120,5 +120,5 @@ def parse_grid(text: str) -> tuple[int, int, int]:
 
     match = re.fullmatch(r"([1-9]\d?)x([1-9]\d?)x([1-9]\d?)", text.strip().lower())
     if not match:
-        raise InputError(f"--grid: {text!r} is not of the form 2x2x3 (1 to 99 in each direction)")
+        raise InputError(f"--grid: {text!r} must be of the form 2x2x3, 1 to 99 in each direction")
     return int(match[1]), int(match[2]), int(match[3])

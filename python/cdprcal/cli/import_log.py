@@ -52,7 +52,7 @@ def command(
     """
     from cdprcal._core import InputError
     from cdprcal.io import load_log, read_inputs, save_log
-    from cdprcal.io.files import write_text
+    from cdprcal.io.files import reason, write_text
     from cdprcal.tables import console, print_findings, say
 
     file = _load_bag(raw, robot, session) or load_log(raw)
@@ -61,13 +61,16 @@ def command(
         raise InputError(f"{output}: is the log that is read; give another name")
     held = read_inputs(raw) if inputs else None
     if inputs and held is None:
-        raise InputError(f"{raw}: holds no robot, plan and settings: cdprcal did not acquire it")
+        raise InputError(
+            f"{raw}: holds no robot, plan and settings: cdprcal did not acquire it; "
+            "leave out --inputs"
+        )
     save_log(file.log, target)
     if held is not None:
         try:
             Path(inputs).mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise InputError(f"{inputs}: cannot be made: {error.strerror}") from None
+            raise InputError(f"{inputs}: cannot be made: {reason(error)}") from None
         for name, text in held.files().items():
             write_text(Path(inputs) / name, text)
     print_findings(file.findings)

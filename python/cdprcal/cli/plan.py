@@ -141,7 +141,10 @@ def command(
     with progress_bar() as show:
         result = _core.make_plan(the_robot, progress=show, **options)
     if result.status != _core.PlanStatus.planned:
-        fail(f"{the_robot.name}: no plan: {result.reason}")
+        fail(
+            f"{the_robot.name}: no plan: {result.reason}; try another --grid or --box, "
+            "cdprcal workspace shows where"
+        )
     document = plan_as_dict(the_robot, result)
     if result.comparison is not None:
         document["comparison"]["chosen_from"] = "the box" if box else "the static workspace"

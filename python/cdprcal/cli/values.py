@@ -38,10 +38,10 @@ def parse_numbers(option: str, text: str, count: int | None = None) -> list[floa
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
-            raise InputError(f"{option}: {part.strip()!r} in {text!r} is not a number")
+            raise InputError(f"{option}: {part.strip()!r} in {text!r} must be a number")
         numbers.append(value)
     if count is not None and len(numbers) != count:
-        raise InputError(f"{option}: {text!r} has {len(numbers)} numbers instead of {count}")
+        raise InputError(f"{option}: {text!r} has {len(numbers)} numbers; give {count}")
     return numbers
 
 

@@ -116,7 +116,7 @@ def make_plan(robot: _core.Robot, path: Path) -> _core.PlanResult:
     """The default plan, also written to a file."""
     result = _core.make_plan(robot)
     if result.status != _core.PlanStatus.planned:
-        raise InputError(f"{robot.name}: no plan: {result.reason}")
+        raise InputError(f"{robot.name}: no plan: {result.reason}; try another robot")
     write_text(path, _core.format_plan(result.plan))
     return result
 
@@ -182,7 +182,9 @@ def diagnose_hidden(
     """A start-up of a robot with an effect that nobody knows of, and what is made of it."""
     run = start_up(robot, plan, seed, [effect], path)
     if run.acquired.reason:
-        raise InputError(f"--effect {effect}: the robot was stopped: {run.acquired.reason}")
+        raise InputError(
+            f"--effect {effect}: the robot was stopped: {run.acquired.reason}; take a smaller one"
+        )
     diagnosis = _core.diagnose(robot, [run.log], progress=say)
     return Hidden(
         effect,

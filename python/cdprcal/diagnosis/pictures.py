@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from cdprcal import _core
 from cdprcal.diagnosis.units import GAP_CHANNELS
-from cdprcal.io.files import atomic_output
+from cdprcal.io.files import atomic_output, reason
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,7 +41,7 @@ def write_pictures(diagnosis: _core.Diagnosis, folder: Path) -> list[Path]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise _core.InputError(f"{folder}: cannot be made: {error.strerror}") from None
+        raise _core.InputError(f"{folder}: cannot be made: {reason(error)}") from None
     pictures = {
         "residuals.png": draw_residuals,
         "gap.png": draw_gap,

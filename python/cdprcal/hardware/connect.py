@@ -73,7 +73,7 @@ class SessionBackend(FieldbusBackend):
     def truth(self) -> _core.PlantTruth:
         """What the sensors do not say, at the time of the latest sample."""
         if self.simulated is None:
-            raise InputError("only simulated drives in this process know the truth")
+            raise InputError("only simulated drives in this process know the truth; leave it out")
         return self.simulated.truth()
 
     def stop(self) -> None:
@@ -113,7 +113,7 @@ def _simulated(
     fault: Fault | None,
 ) -> SimulatedRobotOnCan:
     if not isinstance(session.bus, CanopenBus) or not isinstance(clock, SimulatedClock):
-        raise InputError("session: simulated drives speak CANopen")
+        raise InputError("session: simulated drives speak CANopen; set bus.type to canopen")
     options = options or _core.SimulatorOptions()
     bus: Can = open_can_bus(session.bus)
     if fault is not None:

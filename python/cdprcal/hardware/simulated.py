@@ -46,7 +46,10 @@ class SimulatedBackend:
         self._simulator = _core.Simulator(robot, self._options)
         placed = self._simulator.reset(tension_N)
         if not placed.found:
-            raise InputError(f"{robot.name}: cannot hang at its initial tensions: {placed.reason}")
+            raise InputError(
+                f"{robot.name}: cannot hang at its initial tensions: {placed.reason}; make a plan "
+                "of this robot"
+            )
         self._tick = 0
         self._began = time.monotonic()
 
@@ -124,5 +127,7 @@ def start_of(robot: _core.Robot, plan: _core.Plan, seed: int) -> NDArray[np.floa
     box = _core.Box(positions.min(axis=0), positions.max(axis=0))
     start = _core.random_start(robot, box, seed)
     if start is None:
-        raise InputError(f"{robot.name}: hangs nowhere in the box that the plan spans")
+        raise InputError(
+            f"{robot.name}: hangs nowhere in the box that the plan spans; make a plan of this robot"
+        )
     return start.tension_N

@@ -65,7 +65,9 @@ def read_inputs(path: str | Path) -> AcquisitionInputs | None:
     except ValueError:
         settings = None
     if not isinstance(settings, dict):
-        raise InputError(f"{display_name(path)}: the settings in this log are damaged")
+        raise InputError(
+            f"{display_name(path)}: the settings in this log are damaged; leave out --inputs"
+        )
     return AcquisitionInputs(files[ROBOT], files[PLAN], settings)
 
 

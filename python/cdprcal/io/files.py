@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import tempfile
 from collections.abc import Iterator
@@ -36,7 +37,7 @@ def atomic_output(path: Path) -> Iterator[Path]:
     temporary = Path(name)
     try:
         if path.is_dir():
-            raise InputError(f"{path}: cannot be written: it is a directory")
+            raise InputError(f"{path}: is a directory; give the path of a file")
         yield temporary
         temporary.chmod(_usual_mode(path))
         temporary.replace(path)
@@ -52,9 +53,27 @@ def write_text(path: Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
+#: What to do about what the system says.
+_REMEDIES = {
+    errno.ENOENT: "check the path",
+    errno.ENOTDIR: "check the path",
+    errno.EISDIR: "give the path of a file",
+    errno.EEXIST: "give another name",
+    errno.ENAMETOOLONG: "give a shorter name",
+    errno.EACCES: "change its permissions, or give another path",
+    errno.EPERM: "change its permissions, or give another path",
+    errno.EROFS: "give another path",
+    errno.ENOSPC: "free some space, or give another path",
+    errno.EDQUOT: "free some space, or give another path",
+    errno.EIO: "look at the disk",
+}
+
+
 def reason(error: OSError) -> str:
-    """Why, in the system's words and without the number."""
-    return (error.strerror or str(error)).lower()
+    """Why, in the system's words and without the number; and what to do, where that is known."""
+    why = (error.strerror or str(error)).lower()
+    remedy = _REMEDIES.get(error.errno or 0)
+    return f"{why}; {remedy}" if remedy else why
 
 
 def _usual_mode(path: Path) -> int:

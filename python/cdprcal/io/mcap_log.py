@@ -88,7 +88,7 @@ def parse_mcap_log(data: bytes, path: Path) -> LogFile:
     if not samples:
         raise InputError(
             f"{name}: holds no JSON messages with canonical log columns "
-            "(time_s, length_1_m, …, roll_rad, …); a ROS 2 bag becomes a log by cdprcal import"
+            "(time_s, length_1_m, …, roll_rad, …); turn a ROS 2 bag into a log with cdprcal import"
         )
     time_s = np.array(sorted(samples))
     # A sensor that never answered has no key: the other groups know how many cables there are.
@@ -145,7 +145,9 @@ def _decoded(record: Message, place: str) -> dict[str, Any]:
     try:
         message = json.loads(record.data)
     except (ValueError, RecursionError):
-        raise InputError(f"{place}: is not JSON") from None
+        raise InputError(
+            f"{place}: is not JSON; see docs/your-log.md for what a message holds"
+        ) from None
     return message if isinstance(message, dict) else {}
 
 
@@ -158,7 +160,9 @@ def _sample(message: dict[str, Any], place: str) -> dict[str, float]:
         if value is None:
             value = math.nan
         if isinstance(value, bool) or not isinstance(value, int | float) or math.isinf(value):
-            raise InputError(f"{place}: {key}: {str(value)[:40]!r} is not a finite number")
+            raise InputError(
+                f"{place}: {key}: must be a finite number or null, not {str(value)[:40]!r}"
+            )
         sample[key] = float(value)
     if sample.keys() <= {"time_s"}:
         return {}

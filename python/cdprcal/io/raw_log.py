@@ -63,7 +63,8 @@ def parse_raw_log(data: bytes, path: Path) -> LogFile:
     attitude_lines = np.flatnonzero(usable & (lines.kind == _ATTITUDE))
     if len(cable_lines) + len(attitude_lines) == 0:
         raise InputError(
-            f"{name}: holds no complete cable (type 3) or attitude (type 5) line of a robot log"
+            f"{name}: holds no complete cable (type 3) or attitude (type 5) line of a robot log; "
+            "see docs/your-log.md for the formats that are read"
         )
     cables = _numbers(lines, cable_lines, _CABLE_COLUMNS, name)
     attitude = _numbers(lines, attitude_lines, _ATTITUDE_COLUMNS, name)
@@ -196,7 +197,10 @@ def _numbers(lines: _Lines, chosen: Integers, columns: dict[str, int], name: str
     infinite = np.argwhere(np.isinf(values))
     if infinite.size:
         row, place = infinite[0]
-        raise InputError(f"{name}:{chosen[row] + 1}: {list(columns)[place]}: is infinite")
+        raise InputError(
+            f"{name}:{chosen[row] + 1}: {list(columns)[place]}: is infinite; leave it "
+            "empty if there was no reading"
+        )
     return values
 
 
@@ -204,8 +208,8 @@ def _cable_ids(values: Floats, lines: Integers, name: str) -> Integers:
     wrong = np.flatnonzero(~((values >= 0) & (values < _MOST_CABLES) & (values % 1 == 0)))
     if wrong.size:
         raise InputError(
-            f"{name}:{lines[wrong[0]] + 1}: cable id: {values[wrong[0]]:g} is not a whole number "
-            f"from 0 to {_MOST_CABLES - 1}"
+            f"{name}:{lines[wrong[0]] + 1}: cable id: must be a whole number from 0 to "
+            f"{_MOST_CABLES - 1}, not {values[wrong[0]]:g}"
         )
     return values.astype(np.int64)
 

@@ -74,7 +74,7 @@ def load_result(path: str | Path) -> Result:
     try:
         document = json.loads(read_bytes(path))
     except ValueError as error:
-        raise InputError(f"{name}: is no JSON: {error}") from None
+        raise InputError(f"{name}: is no JSON ({error}); give a result file") from None
     inputs = document.pop("inputs", None) if isinstance(document, dict) else None
     if not isinstance(inputs, dict):
         raise InputError(
@@ -88,9 +88,11 @@ def load_result(path: str | Path) -> Result:
         logs = tuple(_unpacked(packed, name) for packed in options.pop("logs"))
         made_by = str(options.pop("version"))
     except (KeyError, TypeError, AttributeError) as error:
-        raise InputError(f"{name}: its inputs are damaged: {error}") from None
+        raise InputError(f"{name}: its inputs are damaged: {error}; write it anew") from None
     if command not in ("calibrate", "diagnose") or not logs:
-        raise InputError(f"{name}: its inputs are damaged: command {command!r}, {len(logs)} logs")
+        raise InputError(
+            f"{name}: its inputs are damaged: command {command!r}, {len(logs)} logs; write it anew"
+        )
     return Result(command, document, robot, logs, options, made_by)
 
 
@@ -115,7 +117,7 @@ def calibrate_options(options: Mapping[str, Any]) -> _core.CalibrateOptions:
             kinematic_spacing_s=options["kinematic_spacing_s"],
         )
     except (KeyError, TypeError) as error:
-        raise InputError(f"the result file's options are damaged: {error}") from None
+        raise InputError(f"the result file's options are damaged: {error}; write it anew") from None
 
 
 def calibrate_options_as_dict(options: _core.CalibrateOptions) -> dict[str, Any]:
@@ -151,9 +153,11 @@ def _unpacked(packed: Mapping[str, str], name: str) -> _core.Log:
         stream = gzip.GzipFile(fileobj=_bytes(packed["csv_gzip_base64"]))
         text = stream.read(_LONGEST_LOG_BYTES)
     except (OSError, EOFError, ValueError, binascii.Error) as error:
-        raise InputError(f"{name}: its log is damaged: {error}") from None
+        raise InputError(f"{name}: its log is damaged: {error}; write it anew") from None
     if hashlib.sha256(text).hexdigest() != packed["sha256"]:
-        raise InputError(f"{name}: its log {packed['name']} was changed: SHA-256 does not fit")
+        raise InputError(
+            f"{name}: its log {packed['name']} was changed: SHA-256 does not fit; write it anew"
+        )
     return _core.parse_log(text, packed["name"])
 
 

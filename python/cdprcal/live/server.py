@@ -19,6 +19,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from cdprcal._core import InputError
+from cdprcal.io.files import reason
 
 #: Gives the messages of one page, as JSON texts; '' keeps the connection alive.
 Messages = Callable[[], Iterator[str]]
@@ -47,7 +48,7 @@ class LiveServer:
             self._server = _Server(("127.0.0.1", port), _Handler)
         except OSError as error:
             taken = error.errno == errno.EADDRINUSE
-            why = "is taken; choose another" if taken else f"cannot be had: {error.strerror}"
+            why = "is taken; choose another" if taken else f"cannot be had: {reason(error)}"
             raise InputError(f"port {port} {why}") from None
         self._server.messages = messages
         self._server.stop_robot = stop

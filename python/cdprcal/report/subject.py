@@ -127,7 +127,10 @@ def subject_of_results(results: Sequence[Result], command: Sequence[str]) -> Sub
         )
     if calibrated:
         names = ", ".join(result.logs[0].source for result in calibrated.values())
-        raise InputError(f"{names}: was calibrated, but the diagnosis is of other logs")
+        raise InputError(
+            f"{names}: was calibrated, but the diagnosis is of other logs; give "
+            "results of the same logs"
+        )
     return _with_corrected(Subject(robot, tuple(runs), diagnoses[0].document, "", tuple(command)))
 
 

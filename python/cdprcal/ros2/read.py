@@ -19,6 +19,7 @@ from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
 from cdprcal.hardware.session import Ros2
 from cdprcal.hardware.xsens.measurement import rotation_from_quaternion, rotation_from_zyx_deg
+from cdprcal.io.files import reason
 from cdprcal.io.log_file import LogFile, display_name
 from cdprcal.ros2.topics import JOINT_STATE, length_joints, swivel_joints, wanted_types
 
@@ -107,7 +108,7 @@ def _read(path: Path, name: str, topics: Ros2) -> tuple[Messages, str]:
                 if kind is None:
                     continue
                 if connection.msgtype != kind:
-                    raise InputError(f"{name}: {topic} is {connection.msgtype}, not {kind}")
+                    raise InputError(f"{name}: {topic} is {connection.msgtype}, and must be {kind}")
                 used.append(connection)
             there = ", ".join(sorted({c.topic for c in reader.connections})[:10]) or "nothing"
             if used:
@@ -120,13 +121,13 @@ def _read(path: Path, name: str, topics: Ros2) -> tuple[Messages, str]:
     except InputError:
         raise
     except OSError as error:
-        raise InputError(f"{name}: cannot be read: {error.strerror or error}") from None
+        raise InputError(f"{name}: cannot be read: {reason(error)}") from None
     except Exception as error:  # damaged bytes make the library fail in any way
         where = f" at {topic}" if topic else ""
         raise InputError(
             f"{name}: is no whole ROS 2 bag{where} ({type(error).__name__}: "
-            f"{' '.join(str(error).split())[:100]}); one that was cut: `ros2 bag reindex`, or "
-            "`mcap recover`"
+            f"{' '.join(str(error).split())[:100]}); repair one that was cut with `ros2 bag "
+            "reindex` or `mcap recover`"
         ) from None
     return messages, there
 
@@ -156,7 +157,7 @@ def _cable_count(message: Any, topics: Ros2, name: str) -> int:
         if missing := [joint for joint in topics.length_joints if joint not in message.name]:
             raise InputError(
                 f"{name}: {topics.joint_states} has no joint {missing[0]!r}; it has "
-                f"{', '.join(message.name)}"
+                f"{', '.join(message.name)}: name them under ros2 in a session file"
             )
         return len(topics.length_joints)
     count = 0

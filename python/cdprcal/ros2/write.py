@@ -52,7 +52,9 @@ def _check(log: Log, topics: Ros2) -> None:
     for field in ("length_joints", "swivel_joints", "wrenches"):
         names = getattr(topics, field)
         if names and len(names) != cables:
-            raise InputError(f"ros2.{field}: names {len(names)}, the log has {cables} cables")
+            raise InputError(
+                f"ros2.{field}: names {len(names)}, the log has {cables} cables; name one a cable"
+            )
 
 
 def _write(

@@ -28,7 +28,7 @@ DOCUMENTS = (
 def schema(name: str) -> dict[str, Any]:
     """The schema of one document, complete in itself. Raises InputError naming the choices."""
     if name not in DOCUMENTS:
-        raise InputError(f"no schema {name!r}; there are {', '.join(DOCUMENTS)}")
+        raise InputError(f"no schema {name!r}; give one of {', '.join(DOCUMENTS)}")
     text = resources.files(__name__).joinpath("documents.schema.json").read_text(encoding="utf-8")
     everything = json.loads(text)
     definitions: dict[str, Any] = everything["$defs"]

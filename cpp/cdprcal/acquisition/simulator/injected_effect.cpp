@@ -98,7 +98,7 @@ void check_values(const InjectableEffect& effect, const std::vector<double>& val
   const auto check = [&](bool fine, const std::string& what) {
     if (!fine) fail(effect, what);
   };
-  for (const double v : values) check(std::isfinite(v), "a value is not finite");
+  for (const double v : values) check(std::isfinite(v), "values must be finite");
   if (effect.name == "length_sign" || effect.name == "swivel_sign") {
     for (const double v : values) check(v == 1.0 || v == -1.0, "a sign must be 1 or -1");
   } else if (effect.name == "cable_order") {
@@ -252,7 +252,7 @@ InjectedEffect expanded(const InjectedEffect& injected, int cable_count) {
     }
   } else {
     fail(effect, std::to_string(injected.values.size()) + " values do not fit " +
-                     std::to_string(cable_count) + " cables");
+                     std::to_string(cable_count) + " cables; give one a cable");
   }
   check_values(effect, out.values, cable_count);
   return out;

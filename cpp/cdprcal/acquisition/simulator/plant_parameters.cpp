@@ -57,7 +57,8 @@ void inject(const InjectedEffect& effect, PlantParameters& p) {
   else if (name == "pulley_radius") {
     for (Cable& cable : p.robot.cables) {
       cable.pulley.radius_m += v.scalar();
-      if (cable.pulley.radius_m < 0.0) throw InputError("effect pulley_radius: a radius below 0");
+      if (cable.pulley.radius_m < 0.0)
+        throw InputError("effect pulley_radius: leaves a radius below 0; give a smaller one");
     }
   } else if (name == "frame_anchors") {
     for (Cable& cable : p.robot.cables) cable.pulley.position_m += v.vector3();
@@ -71,7 +72,8 @@ void inject(const InjectedEffect& effect, PlantParameters& p) {
     p.load_cell_drift_N_s += v.scalar();
   else if (name == "mass") {
     p.robot.platform.mass_kg += v.scalar();
-    if (!(p.robot.platform.mass_kg > 0.0)) throw InputError("effect mass: no mass is left");
+    if (!(p.robot.platform.mass_kg > 0.0))
+      throw InputError("effect mass: leaves no mass; give a smaller one");
   } else if (name == "centre_of_mass")
     p.robot.platform.centre_of_mass_m += v.vector3();
   else if (name == "external_force")
@@ -111,7 +113,7 @@ void inject(const InjectedEffect& effect, PlantParameters& p) {
   else if (name == "drum_runout")
     p.runout_m += v.scalar(), p.drum_circumference_m = v.scalar();
   else
-    throw InputError("effect " + name + ": it is in the table but not in the plant");
+    throw InputError("effect " + name + ": it is in the table but not in the plant; report it");
 }
 
 /// As the plant takes it. What a file says of a reading's map sets it right; the plant has the map
@@ -193,7 +195,7 @@ PlantParameters plant_parameters(const Robot& robot, const SimulatorOptions& opt
   }
   p.robot.effects.clear();
   for (const InjectedEffect& effect : options.effects) inject(expanded(effect, n), p);
-  if (p.attitude_delay_s > 2.0) throw InputError("effect sensor_delay: more than 2 s");
+  if (p.attitude_delay_s > 2.0) throw InputError("effect sensor_delay: must be at most 2 s");
   if (!(p.drum_circumference_m > 0.0))
     throw InputError("effect drum_runout: circumference_m must be positive");
   std::stable_sort(p.events.begin(), p.events.end(),

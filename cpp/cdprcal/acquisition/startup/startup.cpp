@@ -34,11 +34,11 @@ void check_options(const StartUpOptions& o) {
           "control values must be positive");
   require(o.rest.window_s > 0.0 && o.rest.confidence > 0.0 && o.rest.confidence < 1.0 &&
               o.rest.tolerance >= 0.0,
-          "rest: window_s > 0, 0 < confidence < 1, tolerance >= 0");
+          "rest: window_s must be above 0, confidence between 0 and 1, tolerance 0 or more");
 }
 
 void check_plan(const Robot& robot, StartUpPlan& plan) {
-  if (plan.setpoint_N.empty()) throw InputError("start-up plan: no set-points");
+  if (plan.setpoint_N.empty()) throw InputError("start-up plan: no set-points; give at least one");
   for (std::size_t k = 0; k < plan.setpoint_N.size(); ++k) {
     const CableVector& t = plan.setpoint_N[k];
     const std::string name = "start-up plan: set-point " + std::to_string(k + 1);
@@ -47,7 +47,7 @@ void check_plan(const Robot& robot, StartUpPlan& plan) {
                        " finite tensions, one a cable");
     }
     if (t.minCoeff() < robot.tension_min_N || t.maxCoeff() > robot.tension_max_N) {
-      throw InputError(name + ": a tension is outside the robot's limits");
+      throw InputError(name + ": a tension is outside the robot's limits; give one within");
     }
   }
   if (plan.transition_s.empty()) plan.transition_s.assign(plan.setpoint_N.size(), 0.0);
@@ -106,7 +106,8 @@ StartUp::StartUp(const Robot& robot, StartUpPlan plan, const StartUpOptions& opt
     PathResult path = follow_equilibrium(robot_, from, plan_.setpoint_N[k], at, k == 0 ? 1 : 9);
     if (!path.found) {
       throw InputError("start-up plan: no stable equilibrium on the way to set-point " +
-                       std::to_string(k + 1) + ": " + path.reason);
+                       std::to_string(k + 1) + ": " + path.reason +
+                       "; make a plan with cdprcal plan");
     }
     at = path.leg.nodes.back().pose;
     if (transition_s_[k] == 0.0)
@@ -126,7 +127,7 @@ void StartUp::finish() {
 
 void StartUp::go_on_with(const StartUpPlan& rest) {
   if (command_.state == StartUpState::done || command_.state == StartUpState::holding) {
-    throw InputError("start-up: the run has ended, no set-points can be added");
+    throw InputError("start-up: the run has ended; start another to add set-points");
   }
   StartUpPlan checked = rest;
   if (!checked.setpoint_N.empty()) check_plan(robot_, checked);
@@ -138,7 +139,7 @@ void StartUp::go_on_with(const StartUpPlan& rest) {
     PathResult path = follow_equilibrium(robot_, from, checked.setpoint_N[k], at);
     if (!path.found) {
       throw InputError("start-up plan: no stable equilibrium on the way to set-point " +
-                       std::to_string(k + 1) + " of the rest: " + path.reason);
+                       std::to_string(k + 1) + " of the rest: " + path.reason + "; choose another");
     }
     from = checked.setpoint_N[k];
     at = path.leg.nodes.back().pose;

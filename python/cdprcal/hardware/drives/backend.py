@@ -130,7 +130,10 @@ class FieldbusBackend:
         node, cable = winch.winch.node, winch.winch.cable
         kind = int.from_bytes(self._bus.sdo_read(node, 0x1000, 0), "little")
         if kind & 0xFFFF != 402:
-            raise BackendError(f"node {node} (cable {cable}): is no CiA-402 drive (0x1000: {kind})")
+            raise BackendError(
+                f"node {node} (cable {cable}): is no CiA-402 drive (0x1000: {kind}); correct the "
+                "winch's node in the session"
+            )
         identity = {"cable": cable, "node": node}
         for subindex, name in ((1, "vendor"), (2, "product"), (3, "revision"), (4, "serial")):
             try:
@@ -142,7 +145,8 @@ class FieldbusBackend:
         if wanted is not None and identity.get("serial") != wanted:
             raise BackendError(
                 f"node {node} (cable {cable}): has the serial number {identity.get('serial')}, the "
-                f"session says {wanted}: is it the drive of another cable?"
+                f"session says {wanted}; correct the node or the serial number if it is "
+                "another cable's drive"
             )
         self._identity.append(identity)
 
@@ -185,7 +189,9 @@ class FieldbusBackend:
         until_s = self._clock.now_s() + _ATTITUDE_TIMEOUT_S
         while self._attitude is None:
             if self._clock.now_s() > until_s:
-                raise BackendError("the AHRS sends no attitude; is it on this port?")
+                raise BackendError(
+                    "the AHRS sends no attitude; check ahrs.port and its output settings"
+                )
             self._cycle({})
 
     def _arm(self) -> None:
@@ -241,7 +247,8 @@ class FieldbusBackend:
                 winch = next(winch for winch in self._winches if not fine(winch))
                 raise BackendError(
                     f"node {winch.winch.node} (cable {winch.winch.cable}): {what}; it says: "
-                    f"{winch.state.value}, error 0x{winch.error_code:04X}"
+                    f"{winch.state.value}, error 0x{winch.error_code:04X}; look "
+                    "it up in its manual"
                 )
 
     def _cycle(self, outputs: dict[int, Values]) -> None:
@@ -314,7 +321,11 @@ class FieldbusBackend:
                 return f"{name}: runs at {winch.speed_m_s:.2f} m/s, beyond the limit"
             if self._armed and winch.missed == 0:
                 if winch.state is not State.enabled:
-                    code = f", error 0x{winch.error_code:04X}" if winch.error_code else ""
+                    code = (
+                        f", error 0x{winch.error_code:04X}; look it up in its manual"
+                        if winch.error_code
+                        else ""
+                    )
                     return f"{name}: left operation enabled, is {winch.state.value}{code}"
                 if self._wrong_mode(winch):
                     return f"{name}: is in mode of operation {winch.mode}, not {self._mode}"
@@ -412,11 +423,14 @@ class FieldbusBackend:
 def check_session(session: Session, robot: _core.Robot) -> None:
     """Raises InputError when a session is not of this robot or forbids what it must do."""
     if session.robot != robot.name:
-        raise InputError(f"session: is of robot {session.robot}, not of {robot.name}")
+        raise InputError(
+            f"session: is of robot {session.robot}, not of {robot.name}; "
+            "give the session of this robot"
+        )
     if len(session.winches) != robot.cable_count:
         raise InputError(
             f"session: has {len(session.winches)} winches, robot {robot.name} has "
-            f"{robot.cable_count} cables"
+            f"{robot.cable_count} cables; give one winch a cable"
         )
     low, high = session.limits.tension_N
     wanted = robot.tension_limits_N

@@ -118,9 +118,11 @@ class CanopenFieldbus:
             kind = NoSuchObjectError if error.code in _NO_SUCH_OBJECT else BackendError
             raise kind(f"{place} refused: {str(error).lower()}") from None
         except SdoCommunicationError:
-            raise BackendError(f"{place}: no answer; is it on, and on this bus?") from None
+            raise BackendError(
+                f"{place}: no answer; check its power, its node number and the wiring of the bus"
+            ) from None
         except (can.CanError, OSError, struct.error) as error:
-            raise BackendError(f"{place}: {error}") from None
+            raise BackendError(f"{place}: {error}; look it up in its manual") from None
 
     def _client(self, node: int) -> SdoClient:
         if node not in self._sdo:
@@ -156,7 +158,9 @@ class CanopenFieldbus:
     def _map(self, node: _Node, outputs: bool) -> None:
         name = self._name(node.layout.node)
         if len(node.inputs) > len(_TPDO) or len(node.outputs) > len(_RPDO):
-            raise BackendError(f"{name}: has more process data than four PDOs hold")
+            raise BackendError(
+                f"{name}: has more process data than four PDOs hold; take some out of the session"
+            )
         at_once = 255 if self._settings.outputs == "at_once" else 1
         for number in range(len(_TPDO)):
             entries = node.inputs[number] if number < len(node.inputs) else []
@@ -269,11 +273,13 @@ class CanopenFieldbus:
         until_s = self._clock.now_s() + timeout_s
         while not done():
             if self._bus is None:
-                raise BackendError("the bus is closed")
+                raise BackendError("the bus is closed; connect again")
             try:
                 message = self._clock.receive(self._bus, until_s)
             except (can.CanError, OSError) as error:
-                raise BackendError(f"CAN bus: {error}") from None
+                raise BackendError(
+                    f"CAN bus: {error}; check that the interface is up and the bus terminated"
+                ) from None
             if message is None:
                 return done()
             self._take(message)
@@ -320,7 +326,9 @@ class CanopenFieldbus:
         try:
             self._network.send_message(can_id, data)
         except (can.CanError, OSError) as error:
-            raise BackendError(f"CAN bus: {error}") from None
+            raise BackendError(
+                f"CAN bus: {error}; check that the interface is up and the bus terminated"
+            ) from None
 
     def _name(self, node: int) -> str:
         cables = [winch.cable for winch in self._session.winches if winch.node == node]
@@ -344,5 +352,6 @@ def open_can_bus(settings: CanopenBus) -> can.BusABC:
     except Exception as error:  # every interface fails in its own way
         text = " ".join(str(error).split())
         raise BackendError(
-            f"CAN bus {settings.interface} {settings.channel}: cannot be opened: {text}"
+            f"CAN bus {settings.interface} {settings.channel}: cannot be opened: {text}; check "
+            "bus.interface and bus.channel, and that the interface is up"
         ) from None

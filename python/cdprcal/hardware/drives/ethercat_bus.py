@@ -54,7 +54,10 @@ class EthercatFieldbus:
         try:
             self._master.open(session.bus.interface)
             if self._master.config_init() <= 0:
-                raise BackendError(f"EtherCAT {session.bus.interface}: no slave answers")
+                raise BackendError(
+                    f"EtherCAT {session.bus.interface}: no slave answers; check "
+                    "their power and the wiring"
+                )
         except BackendError:
             self.close()
             raise
@@ -82,11 +85,12 @@ class EthercatFieldbus:
 
     def _slave(self, node: int) -> Any:
         if self._master is None:
-            raise BackendError("the bus is closed")
+            raise BackendError("the bus is closed; connect again")
         slaves = self._master.slaves
         if node > len(slaves):
             raise BackendError(
-                f"{self._name(node)}: the segment has {len(slaves)} slaves, and no such position"
+                f"{self._name(node)}: the segment has {len(slaves)} slaves, and no such position; "
+                "correct node in the session, or check the wiring"
             )
         return slaves[node - 1]
 
@@ -97,8 +101,13 @@ class EthercatFieldbus:
         if isinstance(error, self._soem.SdoError):
             missing = error.abort_code in _NO_SUCH_OBJECT
             kind = NoSuchObjectError if missing else BackendError
-            return kind(f"{place} refused: {error.desc} (0x{error.abort_code:08X})")
-        return BackendError(f"{place}: no answer ({type(error).__name__})")
+            return kind(
+                f"{place} refused: {error.desc} (0x{error.abort_code:08X}); look it up in "
+                "its manual"
+            )
+        return BackendError(
+            f"{place}: no answer ({type(error).__name__}); check its power and wiring"
+        )
 
     # --- start -----------------------------------------------------------------------------------
 
@@ -109,14 +118,18 @@ class EthercatFieldbus:
             self._master.config_map()
         except Exception as error:
             text = " ".join(str(error).split()) or type(error).__name__
-            raise BackendError(f"EtherCAT: process data cannot be mapped: {text}") from None
+            raise BackendError(
+                f"EtherCAT: process data cannot be mapped: {text}; check the "
+                "session's objects against the slave's manual"
+            ) from None
         for layout in layouts:
             slave = self._slave(layout.node)
             wanted = sum(entry.bits for entry in layout.inputs) // 8
             if len(slave.input) != wanted:
                 raise BackendError(
                     f"{self._name(layout.node)}: sends {len(slave.input)} bytes where "
-                    f"{wanted} were mapped: its process data cannot be changed as the session needs"
+                    f"{wanted} were mapped: its process data cannot be changed; take out what the "
+                    "session need not read"
                 )
             if isinstance(self._session.bus, EthercatBus) and self._session.bus.sync0:
                 slave.dc_sync(True, round(1e9 * self._session.period_s))
@@ -159,8 +172,13 @@ class EthercatFieldbus:
                 slave = self._slave(node)
                 if slave.state != state:
                     why = self._soem.al_status_code_to_string(slave.al_status)
-                    raise BackendError(f"{self._name(node)}: does not become {name}: {why}")
-            raise BackendError(f"EtherCAT: the segment does not become {name}")
+                    raise BackendError(
+                        f"{self._name(node)}: does not become {name}: {why}; look "
+                        "it up in its manual"
+                    )
+            raise BackendError(
+                f"EtherCAT: the segment does not become {name}; check the slaves' power and wiring"
+            )
 
     def watch_us(self, *, on: bool) -> None:
         """Slaves watch the process data while they are operational: from here on, if on."""
@@ -190,7 +208,7 @@ class EthercatFieldbus:
 
     def _cycle(self) -> dict[int, Values]:
         if self._master is None:
-            raise BackendError("the bus is closed")
+            raise BackendError("the bus is closed; connect again")
         for node, values in self._outputs.items():
             if layout := self._layouts.get(node):
                 self._slave(node).output = pack(layout.outputs, values)
@@ -198,7 +216,9 @@ class EthercatFieldbus:
             self._master.send_processdata()
             came = self._master.receive_processdata(self._answer_us)
         except Exception as error:
-            raise BackendError(f"EtherCAT: {type(error).__name__}: {error}") from None
+            raise BackendError(
+                f"EtherCAT: {type(error).__name__}: {error}; check the interface and the cable"
+            ) from None
         # Slaves that take no outputs now need not count them.
         wanted = self._master.expected_wkc if self._commanded else len(self._layouts)
         silent = self._silent() if came < wanted else set()

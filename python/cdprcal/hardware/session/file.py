@@ -28,7 +28,7 @@ def load_session(path: str | Path) -> Session:
     try:
         text = read_bytes(path).decode("utf-8")
     except UnicodeDecodeError:
-        raise InputError(f"{path}: is not UTF-8 text") from None
+        raise InputError(f"{path}: is not UTF-8 text; save it as such") from None
     return parse_session(text, str(path))
 
 
@@ -41,7 +41,9 @@ def parse_session(text: str, source: str) -> Session:
         place = f":{mark.line + 1}:{mark.column + 1}" if mark is not None else ""
         raise InputError(f"{source}{place}: {_one_line(str(error.problem))}") from None
     except (YAMLError, ValueError, RecursionError) as error:
-        raise InputError(f"{source}: is not YAML: {_one_line(str(error))}") from None
+        raise InputError(
+            f"{source}: is not YAML: {_one_line(str(error))}; see docs/hardware.md"
+        ) from None
     if not isinstance(document, CommentedMap):
         raise InputError(f"{source}:1:1: a session file is a map; see docs/hardware.md")
     try:

@@ -302,12 +302,12 @@ class Session(_Strict):
         for at, winch in enumerate(self.winches):
             here = f"winches.{at}"
             if winch.cable > count or winch.cable in cables:
-                raise _wrong(f"{here}.cable", f"{count} winches have the cables 1 to {count}, each "
+                raise _wrong(f"{here}.cable", f"{count} winches need the cables 1 to {count}, each "
                              "once")  # fmt: skip
             if winch.node in nodes:
-                raise _wrong(f"{here}.node", "another winch has this node")
+                raise _wrong(f"{here}.node", "another winch has this node; give each its own")
             if isinstance(self.bus, CanopenBus) and self.bus.master_node == winch.node:
-                raise _wrong(f"{here}.node", "is bus.master_node too")
+                raise _wrong(f"{here}.node", "is bus.master_node too; give another")
             if self.mode == "torque" and winch.torque is None:
                 raise _wrong(here, "mode torque needs a torque section")
             if (winch.swivel is None) != (self.winches[0].swivel is None):

@@ -32,7 +32,7 @@ from cdprcal.hardware.session import Ahrs, CanopenBus, load_session
 from cdprcal.hardware.simulated import start_of
 from cdprcal.hardware.simulated_devices.mti import SimulatedMti
 from cdprcal.hardware.simulated_devices.robot import SimulatedRobotOnCan
-from cdprcal.io.files import read_bytes
+from cdprcal.io.files import read_bytes, reason
 
 _SYNC = 0x80
 _POLL_S = 0.002
@@ -49,12 +49,15 @@ class PtyMti:
         os.set_blocking(self._ours, False)
         self._link = Path(ahrs.port)
         if self._link.exists() and not self._link.is_symlink():
-            raise BackendError(f"{ahrs.port}: is there already, and no link of a simulated AHRS")
+            raise BackendError(
+                f"{ahrs.port}: is there already, and no link of a simulated AHRS; give "
+                "another ahrs.port"
+            )
         try:
             self._link.unlink(missing_ok=True)
             self._link.symlink_to(os.ttyname(self._theirs))
         except OSError as error:
-            raise BackendError(f"{ahrs.port}: cannot be made: {error.strerror}") from None
+            raise BackendError(f"{ahrs.port}: cannot be made: {reason(error)}") from None
         self.device = SimulatedMti(ahrs, self._send)
 
     def __enter__(self) -> Self:

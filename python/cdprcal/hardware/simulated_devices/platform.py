@@ -48,7 +48,10 @@ class SimulatedPlatform:
         self.simulator = _core.Simulator(robot, options)
         placed = self.simulator.reset(tension_N)
         if not placed.found:
-            raise InputError(f"{robot.name}: cannot hang at its initial tensions: {placed.reason}")
+            raise InputError(
+                f"{robot.name}: cannot hang at its initial tensions: {placed.reason}; make a plan "
+                "of this robot"
+            )
         winches = sorted(session.winches, key=lambda winch: winch.cable)
         self.drives = [SimulatedDrive(winch, session) for winch in winches]
         self.sensors = sensor_nodes(session)

@@ -53,7 +53,9 @@ def open_port(ahrs: Ahrs) -> Port:
     try:
         return serial.Serial(ahrs.port, ahrs.baudrate_bit_s, timeout=_READ_S, exclusive=True)
     except (OSError, ValueError) as error:
-        raise BackendError(f"AHRS: {' '.join(str(error).split())}") from None
+        raise BackendError(
+            f"AHRS: {' '.join(str(error).split())}; check ahrs.port and its cable"
+        ) from None
 
 
 class XsensMti:
@@ -87,7 +89,9 @@ class XsensMti:
         try:
             data = self._port.read(self._port.in_waiting) if self._port.in_waiting else b""
         except OSError as error:
-            raise BackendError(f"AHRS: {' '.join(str(error).split())}") from None
+            raise BackendError(
+                f"AHRS: {' '.join(str(error).split())}; check ahrs.port and its cable"
+            ) from None
         if data:
             for frame in self._reader.feed(data):
                 self._take(frame, now_s)
@@ -99,7 +103,9 @@ class XsensMti:
 
     def _take(self, frame: Frame, now_s: float) -> None:
         if frame.mid == ERROR:
-            raise BackendError(f"AHRS: {_error(frame.data)}")
+            raise BackendError(
+                f"AHRS: {_error(frame.data)}; switch it off and on, or see its manual"
+            )
         if frame.mid != mt.MID:
             return
         measurement = mt.parse(frame.data)
@@ -185,9 +191,14 @@ class XsensMti:
                         if frame.mid == mid + 1:
                             return frame.data
                         if frame.mid == ERROR:
-                            raise BackendError(f"AHRS: {_error(frame.data)}")
+                            raise BackendError(
+                                f"AHRS: {_error(frame.data)}; switch it off and on, or "
+                                "see its manual"
+                            )
             except OSError as error:
-                raise BackendError(f"AHRS: {' '.join(str(error).split())}") from None
+                raise BackendError(
+                    f"AHRS: {' '.join(str(error).split())}; check ahrs.port and its cable"
+                ) from None
         raise BackendError(
             f"AHRS on {self._ahrs.port}: does not answer at {self._ahrs.baudrate_bit_s} bit/s; "
             "look at its power, the port and ahrs.baudrate_bit_s"

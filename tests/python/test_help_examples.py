@@ -1,0 +1,98 @@
+"""The example at the end of every command's --help: copied, it runs."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import cdprcal
+from cdprcal.cli import app
+from conftest import raw_text
+
+ROOT = Path(__file__).resolve().parents[2]
+#: Commands in an order in which each finds what it reads.
+ORDER = (
+    "generate",
+    "plan",
+    "acquire",
+    "export",
+    "import",
+    "check",
+    "calibrate",
+    "diagnose",
+    "report",
+    "repeat",
+    "replay",
+    "workspace",
+    "template",
+    "schema",
+    "demo",
+)
+
+
+def examples(command: str) -> list[str]:
+    """The commands after 'Example:' and after other lead-ins, from what --help is made of."""
+    (found,) = (each for each in app.registered_commands if each.name == command)
+    assert found.epilog is not None
+    lines = found.epilog.split("\n\n")
+    assert lines[0].startswith("Example: cdprcal ")
+    return [line.partition(": ")[2] for line in lines]
+
+
+@pytest.fixture(scope="module")
+def folder(synthetic: cdprcal.SyntheticLog, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where all are run, one after the other; the robot's raw log and ROS's program are there."""
+    folder = tmp_path_factory.mktemp("examples")
+    (folder / "robot.log").write_text(raw_text(synthetic.log))
+    (folder / "examples").symlink_to(ROOT / "examples")
+    (folder / "mine.yaml").symlink_to(ROOT / "examples" / "canopen-simulated.yaml")
+    programs = folder / ".bin"
+    programs.mkdir()
+    for name, line in (("cdprcal", f'exec "{sys.executable}" -m cdprcal "$@"'), ("ros2", "exit 0")):
+        (programs / name).write_text(f"#!/bin/sh\n{line}\n")
+        (programs / name).chmod(0o755)
+    return folder
+
+
+def run(script: str, folder: Path) -> subprocess.Popen[str]:
+    """Begins a command line in a shell of its own process group."""
+    return subprocess.Popen(
+        ["bash", "-eu", "-c", script],
+        cwd=folder,
+        env={**os.environ, "PATH": f"{folder / '.bin'}:{os.environ['PATH']}"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def test_every_command_has_an_example() -> None:
+    assert sorted(ORDER) == sorted(str(command.name) for command in app.registered_commands)
+    for command in ORDER:
+        for line in examples(command):
+            assert re.match(r"cdprcal [a-z]+ ", line), line
+            assert f"cdprcal {command} " in line
+
+
+@pytest.mark.parametrize("command", ORDER)
+def test_its_example_runs(command: str, folder: Path) -> None:
+    for script in examples(command):
+        running = run(script, folder)
+        if command == "replay":  # until Ctrl-C
+            assert running.stderr is not None
+            assert "http://127.0.0.1:" in running.stderr.readline()
+            os.killpg(running.pid, signal.SIGINT)
+        out, err = running.communicate(timeout=120)
+        # A template is full of blanks, and check says so.
+        wanted = 2 if command == "template" else 0
+        assert running.returncode == wanted, f"{script}\n{out}{err}"
+        assert "Traceback" not in err
+        for name in re.findall(r"(?:-o|--output|--plot|--truth|--result|>) (\S+)", script):
+            assert (folder / name).exists(), name
