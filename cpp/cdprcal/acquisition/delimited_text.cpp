@@ -69,7 +69,8 @@ NumberTable number_table(std::string_view text, std::span<const std::int64_t> be
   double* value = table.values.data();
   for (std::size_t line = 0; line < begin.size(); ++line) {
     if (begin[line] < 0 || begin[line] > size) {
-      throw InputError("begin: line " + std::to_string(line) + " begins outside the text");
+      throw InputError("begin: line " + std::to_string(line) +
+                       " begins outside the text; give offsets within");
     }
     const char* at = text.data() + begin[line];
     const char* const end = find_in(at, text.data() + size, '\n');

@@ -52,10 +52,11 @@ class Estimate:
         }
 
     def __str__(self) -> str:
+        after = f"after {self.rests} rest{'s' * (self.rests != 1)}"
         if not math.isfinite(self.position_sigma_m):
-            return f"after {self.rests} rests: {self.status.replace('_', ' ')}"
+            return f"{after}: {self.status.replace('_', ' ')}"
         return (
-            f"after {self.rests} rests: ± {1e3 * self.position_sigma_m:.2g} mm, "
+            f"{after}: ± {1e3 * self.position_sigma_m:.2g} mm, "
             f"± {math.degrees(self.rotation_sigma_rad):.2g}° (1 σ, worst axis)"
         )
 

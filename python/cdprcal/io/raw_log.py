@@ -192,7 +192,8 @@ def _numbers(lines: _Lines, chosen: Integers, columns: dict[str, int], name: str
         row, place, cell = wrong
         raise InputError(
             f"{name}:{chosen[row] + 1}: {list(columns)[place]}: "
-            f"{cell.decode('latin-1')[:40]!r} is not a number"
+            f"{cell.decode('latin-1')[:40]!r} is not a number; leave it empty if there was no "
+            "reading"
         )
     infinite = np.argwhere(np.isinf(values))
     if infinite.size:
