@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import ast
 import re
+import runpy
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 #: Where the tables go in docs/errors.md.
 PLACE = "<!-- made: findings and messages -->"
+STOPS = "<!-- made: stops -->"
 GAP = "…"
 #: Calls in Python whose text is what a user reads, and which argument it is.
 _PYTHON = {"InputError": 0, "fail": 0, "BackendError": 0, "_wrong": 1}
@@ -164,9 +166,9 @@ def _texts(node: ast.expr) -> list[str]:
 _TOKEN = re.compile(r"""//[^\n]*|"((?:[^"\\]|\\.)*)"|'(?:[^'\\]|\\.)'|[()]""")
 
 
-def _thrown(source: str) -> Iterator[tuple[int, str]]:
+def _thrown(source: str, calls: re.Pattern[str] = _CPP) -> Iterator[tuple[int, str]]:
     """Line and text of what is refused in C++: its literals, anything else as a gap."""
-    for match in _CPP.finditer(source):
+    for match in calls.finditer(source):
         text, depth, end = "", 1, match.end()
         while depth:
             token = _TOKEN.search(source, end)
@@ -205,9 +207,30 @@ def tables() -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
+def stops() -> list[str]:
+    """Reasons for which the start-up procedure stops the robot, values as gaps."""
+    folder = ROOT / "cpp" / "cdprcal" / "acquisition" / "startup"
+    sources = [path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.cpp"))]
+    return [
+        text
+        for source in sources
+        for _, text in _thrown(source, re.compile(r"(?<![:\w])(?:raise|hold)\((?!const )"))
+        if text.strip(GAP)
+    ]
+
+
+def stop_table() -> str:
+    """The reasons to stop and what to do."""
+    # From the source: the site is built without the package.
+    remedies = runpy.run_path(str(ROOT / "python" / "cdprcal" / "acquisition" / "remedies.py"))
+    rows = [(text, remedies["remedy_for"](text)) for text in stops()]
+    lines = ["| reason | what to do |", "|---|---|"]
+    return "\n".join([*lines, *(f"| {cell(text)} | {remedy} |" for text, remedy in rows)])
+
+
 def fill(markdown: str) -> str:
     """The page with the tables in their place."""
-    return markdown.replace(PLACE, tables())
+    return markdown.replace(STOPS, stop_table()).replace(PLACE, tables())
 
 
 if __name__ == "__main__":

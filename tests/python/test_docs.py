@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 import cdprcal
+from cdprcal.acquisition.remedies import remedy_for
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -254,6 +255,18 @@ def test_every_message_of_wrong_use_says_what_to_do() -> None:
             for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
                 if re.search(words, line):
                     assert (str(path.relative_to(ROOT)), number) in places, f"{path}:{number}"
+
+
+def test_every_reason_to_stop_the_robot_has_a_remedy() -> None:
+    errors = tool("errors")
+    reasons = errors.stops()
+    assert len(reasons) >= 16
+    page = errors.fill((DOCS / "errors.md").read_text(encoding="utf-8"))
+    for reason in reasons:
+        assert remedy_for(reason), reason
+        assert f"| {errors.cell(reason)} | {remedy_for(reason)} |" in page
+    assert "load cell" in remedy_for("node 2 (cable 2): the load cell reads 9 counts, not valid")
+    assert remedy_for("something else") == ""
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,7 @@ from cdprcal import _core
 from cdprcal._core import RobotSample, StartUpCommand, StartUpState
 from cdprcal.acquisition.guide import Estimate, Guide
 from cdprcal.acquisition.procedure import STATES, Acquired
+from cdprcal.acquisition.remedies import remedy_for
 from cdprcal.tables import console, fixed, say
 
 _REFRESH_S = 0.1
@@ -116,6 +117,8 @@ class Monitor:
                 )
         if done:
             say(self._out, f"next: cdprcal calibrate {robot} {self._log}")
+        elif remedy := remedy_for(run.reason):
+            say(self._out, f"what to do: {remedy}")
 
     def _interrupted(self, number: int, frame: FrameType | None) -> None:
         if self._stop and number == signal.SIGINT:
