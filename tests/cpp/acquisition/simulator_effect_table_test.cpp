@@ -103,10 +103,10 @@ TEST(InjectableEffects, WrongOnesAreRefusedWithTheRemedy) {
   EXPECT_THAT(parse("frame_anchors=1"), HasSubstr("offset_m [3 or n*3]"));
   EXPECT_THAT(parse("centre_of_mass=1"), HasSubstr("offset_m [3]"));
   EXPECT_THAT(parse("mass"), HasSubstr("mass=v1"));
-  EXPECT_THAT(parse("mass="), HasSubstr("not a finite number"));
+  EXPECT_THAT(parse("mass="), HasSubstr("must be a finite number"));
   EXPECT_THAT(parse("mass=heavy"), HasSubstr("'heavy'"));
-  EXPECT_THAT(parse("mass=nan"), HasSubstr("not a finite number"));
-  EXPECT_THAT(parse("mass=1,"), HasSubstr("not a finite number"));
+  EXPECT_THAT(parse("mass=nan"), HasSubstr("must be a finite number"));
+  EXPECT_THAT(parse("mass=1,"), HasSubstr("must be a finite number"));
   EXPECT_THAT(parse("length_sign=1,1,2,1"), HasSubstr("1 or -1"));
   EXPECT_THAT(parse("cable_order=1,1,2,3"), HasSubstr("each once"));
   EXPECT_THAT(parse("cable_order=1"), HasSubstr("4 cables"));

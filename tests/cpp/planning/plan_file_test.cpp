@@ -108,7 +108,7 @@ TEST(PlanFile, EveryRefusalNamesItsPlace) {
   expect("", "1:1: ", "no table");
   expect("# robot: x\n", "1:1: ", "no table");
   expect(std::string("a\0b", 3), "1:2: ", "NUL");
-  expect(with_cell(good, 1, 1, "abc"), "10:9: ", "'abc' is not a number");
+  expect(with_cell(good, 1, 1, "abc"), "10:9: ", "must be a number, not 'abc'");
   expect(with_cell(good, 2, 8, "-1"), "11:", "tension_1_N: a tension must be positive");
   expect(with_cell(good, 2, 8, ""), "11:", "tension_1_N");
   expect(with_cell(good, 2, 8, "inf"), "11:", "finite");
@@ -131,7 +131,7 @@ TEST(PlanFile, EveryRefusalNamesItsPlace) {
   expect(replaced(good, "# stops: 8", "# stops: 8\n# stops: 8"), "8:1: ", "twice, first on line 7");
   expect(replaced(good, "# start_tension_N: ", "# start_tension_N: 50, "), "", "tensions of 4");
   expect(replaced(good, "# start_tension_N: ", "# start_tension_N: x, "), "3:20: ", "number");
-  expect(replaced(good, "# start_position_m: ", "# start_position_m: 1, "), "4:", "expected 3");
+  expect(replaced(good, "# start_position_m: ", "# start_position_m: 1, "), "4:", "give 3");
   expect(replaced(good, "# start_quaternion_wxyz: 1", "# start_quaternion_wxyz: 2"), "5:", "norm");
   expect(good.substr(0, good.rfind("\nmeasure") + 1), "", "7 stops where 8 are announced");
   expect(good.substr(0, good.size() - 30), "17:", "may be cut");

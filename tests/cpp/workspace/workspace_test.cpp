@@ -286,7 +286,7 @@ TEST(Workspace, RefusesWhatMakesNoSense) {
   expect_refused(robot, options, "200 million");
   options.step_m = 0.1;
   options.seeds_m = {{3.0, 0.0, 1.0}};
-  expect_refused(robot, options, "outside the box");
+  expect_refused(robot, options, "seeds must be in the box");
   options.seeds_m.clear();
   options.threads = -1;
   expect_refused(robot, options, "threads");
