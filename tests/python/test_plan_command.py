@@ -250,7 +250,7 @@ BAD = {
     "flat box": (["--box", "-0.3,-0.3,0.8:0.3,0.3,0.8"], ("box",)),
     "half a box": (["--box", "-0.3,-0.3,0.8"], ("--box", "two corners")),
     "text in a box": (["--box", "a,b,c:1,1,1"], ("--box", "'a'", "must be a number")),
-    "two coordinates": (["--home", "0,0"], ("--home", "2 numbers instead of 3")),
+    "two coordinates": (["--home", "0,0"], ("--home", "has 2 numbers; give 3")),
     "grid": (["--grid", "2x2"], ("--grid", "2x2x2|2x2x3")),
     "no set-point": (["--position", "0,0,1.75"], ("no plan", r"\(0, 0, 1.75\) m")),
     "order": (["--order", "shortest"], ("shortest", "least-time")),

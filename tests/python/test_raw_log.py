@@ -154,9 +154,9 @@ def test_a_repeated_cable_line_is_named_and_the_last_is_taken(tmp_path: Path, te
         (7, "abc", r"robot\.log:7: cable length: 'abc' is not a number"),
         (9, "1.2.3", r"robot\.log:7: tension: '1.2.3' is not a number"),
         (13, "inf", r"robot\.log:7: swivel angle: is infinite"),
-        (2, "8", r"robot\.log:7: cable id: 8"),
-        (2, "0.5", r"robot\.log:7: cable id: 0.5"),
-        (2, "nan", r"robot\.log:7: cable id: nan"),
+        (2, "8", r"robot\.log:7: cable id: .* not 8"),
+        (2, "0.5", r"robot\.log:7: cable id: .* not 0.5"),
+        (2, "nan", r"robot\.log:7: cable id: .* not nan"),
     ],
 )
 def test_text_in_a_number_is_an_error_with_file_line_and_field(

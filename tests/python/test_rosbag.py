@@ -226,7 +226,7 @@ def cdprcal_log(path: Path) -> cdprcal.Log:
         ),
         (
             {"imu": "/joint_states", "joint_states": "/imu/data"},
-            r"is sensor_msgs/msg/\w+, not sensor_msgs/msg/",
+            r"is sensor_msgs/msg/\w+, and must be sensor_msgs/msg/",
         ),
         ({"length_joints": ["a", "b"]}, "has no joint 'a'; it has cable_1, "),
     ],

@@ -122,4 +122,4 @@ def test_the_command_prints_them(cli: Cli) -> None:
     assert json.loads(cli("schema", "check").stdout) == schema("check")
     ran = cli("schema", "nothing")
     assert (ran.code, ran.stdout) == (2, "")
-    assert "there are acquire, acquire-dry-run, calibrate" in ran.stderr
+    assert "give one of acquire, acquire-dry-run, calibrate" in ran.stderr

@@ -331,7 +331,7 @@ def test_a_fault_from_before_is_reset_and_noted(robot: cdprcal.Robot, plan: cdpr
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"node: 3": "node: 33"}, r"node 33 \(cable 3\): read of 0x1000:00: no answer; is it on"),
+        ({"node: 3": "node: 33"}, r"node 33 \(cable 3\): read of 0x1000:00: no answer; check its power"),
         ({"node: 2\n": "node: 2\n    serial_number: 7\n"}, r"node 2 \(cable 2\): has the serial "
          r"number 1002, the session says 7"),
     ],
@@ -572,8 +572,8 @@ def test_wrong_use_of_acquire(cli: Callable[..., Ran], plan_path: Path, tmp_path
     real.write_text(text.replace("interface: virtual", "interface: socketcan"))
     for arguments, code, words in (
         (("--backend", "canopen"), 2, "needs --session FILE"),
-        (("--session", EXAMPLE), 2, "are for --backend canopen"),
-        (("--arm",), 2, "are for --backend canopen"),
+        (("--session", EXAMPLE), 2, "need --backend canopen"),
+        (("--arm",), 2, "need --backend canopen"),
         (("--backend", "ethercat", "--session", EXAMPLE), 2, "is of bus.type canopen"),
         (("--backend", "canopen", "--session", session), 2, r"session\.yaml:\d+:\d+: winches"),
         (("--backend", "canopen", "--session", tmp_path / "no"), 2, "cannot be read"),

@@ -37,7 +37,7 @@ def atomic_output(path: Path) -> Iterator[Path]:
     temporary = Path(name)
     try:
         if path.is_dir():
-            raise InputError(f"{path}: is a directory; give the path of a file")
+            raise InputError(f"{path}: cannot be written: is a directory; give the path of a file")
         yield temporary
         temporary.chmod(_usual_mode(path))
         temporary.replace(path)
