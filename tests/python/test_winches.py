@@ -331,7 +331,7 @@ def test_a_fault_from_before_is_reset_and_noted(robot: cdprcal.Robot, plan: cdpr
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"node: 3": "node: 33"}, r"node 33 \(cable 3\): read of 0x1000:00: no answer; check its power"),
+        ({"node: 3": "node: 33"}, r"node 33 \(cable 3\): read of 0x1000:00: no answer; check its"),
         ({"node: 2\n": "node: 2\n    serial_number: 7\n"}, r"node 2 \(cable 2\): has the serial "
          r"number 1002, the session says 7"),
     ],
