@@ -38,7 +38,7 @@ _ORDER = re.compile(
 )
 _HAS_TO_BE = re.compile(
     rf"\b(?:must|needs?|at least|at most|neither .+ nor|(?:is not|give) one of|numbered 1 to"
-    rf"|1 to {GAP})\b"
+    rf"|1 to {GAP}|known are)\b"
 )
 #: Messages whose end is found when they are made: what it then is.
 _COMPUTED = {

@@ -58,7 +58,9 @@ def _places(at: Any, path: list[str], name: str) -> list[tuple[Any, Any]]:
         keys = _indices(at, key)
         known = "x, y, z" if _is_vector(at) else f"1 to {len(at)}, or * for all"
     else:
-        raise InputError(f"{name}: is no value of a robot file: nothing is inside {at}")
+        raise InputError(
+            f"{name}: is no value of a robot file: nothing is inside {at}; leave it out"
+        )
     if not keys:
         raise InputError(f"{name}: the robot file has no {key!r} there; known are {known}")
     if rest:
