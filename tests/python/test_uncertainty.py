@@ -141,7 +141,7 @@ def test_noise_model_refuses_what_is_none() -> None:
     with pytest.raises(cdprcal.InputError, match="channel swivel is missing"):
         cdprcal.NoiseModel({"length": level}, 1.0, 1.0)
     names = ("length", "swivel", "roll_pitch", "yaw", "balance")
-    with pytest.raises(cdprcal.InputError, match="channels are length"):
+    with pytest.raises(cdprcal.InputError, match="channels must be among length"):
         cdprcal.NoiseModel(dict.fromkeys((*names, "sonar"), level), 1.0, 1.0)
     with pytest.raises(cdprcal.InputError, match="must be positive"):
         cdprcal.NoiseModel(dict.fromkeys(names, level), 0.0, 1.0)

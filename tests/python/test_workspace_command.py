@@ -254,7 +254,7 @@ BAD = {
     "step beyond the box": (["--step-m", "9"], ("step",)),
     "step too fine": (["--step-m", "0.0005"], ("step|points",)),
     "alpha": (["--alpha-m2", "-1"], ("alpha",)),
-    "seed outside": (["--from", "9,9,9"], ("seed", "outside")),
+    "seed outside": (["--from", "9,9,9"], ("seed", "in the box")),
     "stability": (["--stability", "firm"], ("firm", "locked-lengths")),
     "mesh format": (["-o", "mesh.obj"], (r"mesh\.obj", r"\.ply")),
     "picture's format": (["--plot", "mesh.gif"], (r"mesh\.gif", r"\.png")),
