@@ -49,7 +49,7 @@ _COMPUTED = {
     "…start-up options: …": "what the option must be follows",
     "interrupted": "nothing was written; repeat it if that was not meant",
     "unknown key…": "write it as the message says: it names the key that was meant, or all known",
-    "…: column '…': unknown; …": "the columns that are known follow; separate them by commas",
+    "…: column …: unknown; …": "the columns that are known follow; separate them by commas",
 }
 
 

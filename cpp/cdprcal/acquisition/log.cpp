@@ -142,7 +142,7 @@ class LogParser {
     const auto [stop, status] =
         std::from_chars(digits.data(), digits.data() + digits.size(), value);
     if (status == std::errc::result_out_of_range) {
-      fail_in(column, in_quotes(cell) + " is beyond double precision");
+      fail_in(column, in_quotes(cell) + " is beyond double precision; check the number");
     }
     if (status != std::errc{} || stop != digits.data() + digits.size()) {
       fail_in(column,

@@ -130,19 +130,21 @@ YamlField YamlField::parse_document(const std::string& text, const std::string& 
   try {
     if (const std::optional<YAML::Mark> second = second_document(text)) {
       throw InputError(place(source, *second) +
-                       "a second document begins here, or a bracket or comma has no beginning: a "
-                       "robot file holds one robot");
+                       "a second document begins here, or a bracket or comma has no beginning; put "
+                       "each robot into a file of its own");
     }
     const YAML::Node root = YAML::Load(text);
     if (!root.IsDefined() || root.IsNull()) {
-      throw InputError(source + ": is empty: a robot file starts with 'name: …'");
+      throw InputError(source +
+                       ": is empty; a robot file must start with 'name: …', see cdprcal template");
     }
     return {document, "", root, root.Mark()};
   } catch (const YAML::DeepRecursion& error) {
     throw InputError(place(source, error.mark) +
                      "nested too deeply for a robot file; see cdprcal template");
   } catch (const YAML::Exception& error) {
-    throw InputError(place(source, error.mark) + "not YAML: " + one_line(error.msg));
+    throw InputError(place(source, error.mark) + "not YAML: " + one_line(error.msg) +
+                     "; see cdprcal template");
   }
 }
 
@@ -176,7 +178,7 @@ double YamlField::number() const {
   double value = 0.0;
   const auto [stop, status] = std::from_chars(begin, end, value);
   if (status == std::errc::result_out_of_range)
-    fail(in_quotes(scalar) + " is beyond double precision");
+    fail(in_quotes(scalar) + " is beyond double precision; check the number");
   if (is_yaml_infinity(scalar) || (stop == end && status == std::errc{} && !std::isfinite(value))) {
     fail("must be a finite number, not " + scalar);
   }

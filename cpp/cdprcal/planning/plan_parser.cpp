@@ -96,7 +96,7 @@ class PlanParser {
     const char* const end = cell.text.data() + cell.text.size();
     const auto [stop, status] = std::from_chars(cell.text.data(), end, value);
     if (status != std::errc{} || stop != end) {
-      fail(cell.column, what + ": " + in_quotes(cell.text) + " is not a number");
+      fail(cell.column, what + ": must be a number, not " + in_quotes(cell.text));
     }
     if (!std::isfinite(value) && !(may_be_nan && std::isnan(value))) {
       fail(cell.column, what + ": must be finite, not " + in_quotes(cell.text));
@@ -157,10 +157,10 @@ class PlanParser {
                                    " values; give " + std::to_string(count));
   }
   void set_robot(const std::vector<Cell>& cells) {
-    if (cells[0].text.empty()) fail(cells[0].column, "robot: the name is missing");
+    if (cells[0].text.empty()) fail(cells[0].column, "robot: the name is missing; add it");
     const auto control = [](unsigned char c) { return c < ' '; };
     if (std::any_of(cells[0].text.begin(), cells[0].text.end(), control)) {
-      fail(cells[0].column, "robot: the name holds control characters");
+      fail(cells[0].column, "robot: the name must not hold control characters");
     }
     plan_.robot_name = std::string(cells[0].text);
   }
@@ -214,7 +214,7 @@ class PlanParser {
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const std::string name(cells[i].text);
       if (!columns_.insert({name, i}).second) {
-        fail(cells[i].column, "column " + in_quotes(name) + " appears twice");
+        fail(cells[i].column, "column " + in_quotes(name) + " appears twice; delete one");
       }
     }
     width_ = cells.size();
@@ -233,7 +233,7 @@ class PlanParser {
     for (const Cell& cell : cells) {
       if (known.contains(std::string(cell.text))) continue;
       fail(cell.column, "unknown column " + in_quotes(cell.text) +
-                            " (numbered columns count from 1 without a gap)");
+                            "; delete it (numbered columns must count from 1 without a gap)");
     }
     for (const auto& [name, required] : known) {
       if (!columns_.contains(name)) fail(1, "column '" + name + "' is missing; add it");

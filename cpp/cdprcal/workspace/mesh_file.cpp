@@ -101,7 +101,8 @@ class Bytes {
       : data_(data), at_(at), path_(path) {}
   template <typename T>
   T take() {
-    if (data_.size() - at_ < sizeof(T)) throw InputError(path_ + ": the file ends too early");
+    if (data_.size() - at_ < sizeof(T))
+      throw InputError(path_ + ": the file ends too early; write it anew");
     T value;
     std::memcpy(&value, data_.data() + at_, sizeof(T));
     at_ += sizeof(T);
@@ -117,7 +118,7 @@ class Bytes {
 void check_mesh(const Mesh& mesh, const std::string& path) {
   const int count = static_cast<int>(mesh.vertices_m.size());
   for (const Vector3& v : mesh.vertices_m) {
-    if (!v.allFinite()) throw InputError(path + ": a vertex is not finite");
+    if (!v.allFinite()) throw InputError(path + ": vertices must be finite");
   }
   for (const auto& f : mesh.faces) {
     for (const int v : f) {
@@ -135,10 +136,10 @@ std::size_t element_count(const std::string& word, const std::string& data,
   const char* const end = word.data() + word.size();
   const auto [stop, status] = std::from_chars(word.data(), end, count);
   if (status == std::errc::result_out_of_range || (stop == end && count > data.size())) {
-    throw InputError(path + ": the file ends too early");
+    throw InputError(path + ": the file ends too early; write it anew");
   }
   if (status != std::errc{} || stop != end) {
-    throw InputError(path + ": the header does not say how many elements there are");
+    throw InputError(path + ": the header does not say how many elements there are; write it anew");
   }
   return count;
 }
@@ -245,7 +246,7 @@ Mesh read_stl(const std::string& data, const std::string& path) {
         std::array<float, 3> p{};
         for (float& x : p) {
           x = bytes.take<float>();
-          if (!std::isfinite(x)) throw InputError(path + ": a vertex is not finite");
+          if (!std::isfinite(x)) throw InputError(path + ": vertices must be finite");
         }
         v = corners.vertex(p);
       }

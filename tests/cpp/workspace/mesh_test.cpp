@@ -161,13 +161,14 @@ TEST_F(MeshFile, CountsThatAreNoneAreRefused) {
            "property list uchar int vertex_indices\nend_header\n0 0 0\n";
   };
   EXPECT_EQ(refusal(ply("1"), "m.ply"), "");
-  EXPECT_EQ(refusal(ply("99999999999999999999999"), "m.ply"), "m.ply: the file ends too early");
+  EXPECT_EQ(refusal(ply("99999999999999999999999"), "m.ply"),
+            "m.ply: the file ends too early; write it anew");
   EXPECT_EQ(refusal(ply("1e3"), "m.ply"),
-            "m.ply: the header does not say how many elements there are");
+            "m.ply: the header does not say how many elements there are; write it anew");
   EXPECT_EQ(refusal(ply("-1"), "m.ply"),
-            "m.ply: the header does not say how many elements there are");
+            "m.ply: the header does not say how many elements there are; write it anew");
   EXPECT_EQ(refusal(ply(""), "m.ply"),
-            "m.ply: the header does not say how many elements there are");
+            "m.ply: the header does not say how many elements there are; write it anew");
 }
 
 TEST_F(MeshFile, AHeaderThatEndsWithTheFileHasNoElements) {
@@ -175,8 +176,8 @@ TEST_F(MeshFile, AHeaderThatEndsWithTheFileHasNoElements) {
       "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty double x\n"
       "property double y\nproperty double z\nelement face 0\n"
       "property list uchar int vertex_indices\nend_header";
-  EXPECT_EQ(refusal(header, "m.ply"), "m.ply: the file ends too early");
-  EXPECT_EQ(refusal(header + "\n", "m.ply"), "m.ply: the file ends too early");
+  EXPECT_EQ(refusal(header, "m.ply"), "m.ply: the file ends too early; write it anew");
+  EXPECT_EQ(refusal(header + "\n", "m.ply"), "m.ply: the file ends too early; write it anew");
 }
 
 TEST_F(MeshFile, VerticesThatAreNotFiniteAreRefused) {
@@ -185,7 +186,7 @@ TEST_F(MeshFile, VerticesThatAreNotFiniteAreRefused) {
     mesh.vertices_m[3].y() = bad;
     for (const char* name : {"m.ply", "m.stl"}) {
       EXPECT_EQ(refusal(format_mesh(mesh, name), name),
-                std::string(name) + ": a vertex is not finite");
+                std::string(name) + ": vertices must be finite");
     }
   }
 }

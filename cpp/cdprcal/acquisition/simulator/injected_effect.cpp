@@ -79,7 +79,7 @@ double parse_number(const InjectableEffect& effect, std::string text) {
     try {
       return static_cast<double>(parse_euler_convention(text));
     } catch (const InputError&) {
-      fail(effect, in_quotes(text) + " is none of XYZ, XZY, YXZ, YZX, ZXY, ZYX");
+      fail(effect, in_quotes(text) + " must be one of XYZ, XZY, YXZ, YZX, ZXY, ZYX");
     }
   }
   const char* begin = text.data() + (text.starts_with('+') ? 1 : 0);
@@ -87,7 +87,7 @@ double parse_number(const InjectableEffect& effect, std::string text) {
   double value = 0.0;
   const auto [stop, error] = std::from_chars(begin, end, value);
   if (error != std::errc() || stop != end || !std::isfinite(value)) {
-    fail(effect, in_quotes(text) + " is not a finite number");
+    fail(effect, in_quotes(text) + " must be a finite number");
   }
   return value;
 }
