@@ -133,14 +133,24 @@ constexpr Workload kWorkloads[] = {
     {"direct_equilibria", &direct_equilibria},
 };
 
+/// What of the processor callgrind knows of and the library (and libm) asks for.
+const char* vector_instructions() {
+#if defined(__x86_64__)
+  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? "AVX2" : "SSE2";
+#else
+  return "none";
+#endif
+}
+
 void print_toolchain() {
   int major = 0, minor = 0, patch = 0;
   nlopt_version(&major, &minor, &patch);
   std::printf(
       "{\"compiler\": \"%s\", \"build\": \"%s\", \"eigen\": \"%d.%d.%d\", \"ceres\": \"%s\", "
-      "\"nlopt\": \"%d.%d.%d\", \"libc\": \"%s\"}\n",
+      "\"nlopt\": \"%d.%d.%d\", \"libc\": \"%s\", \"vectors\": \"%s\"}\n",
       CDPRCAL_COMPILER, CDPRCAL_BUILD, EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION,
-      EIGEN_MINOR_VERSION, CERES_VERSION_STRING, major, minor, patch, gnu_get_libc_version());
+      EIGEN_MINOR_VERSION, CERES_VERSION_STRING, major, minor, patch, gnu_get_libc_version(),
+      vector_instructions());
 }
 
 }  // namespace
