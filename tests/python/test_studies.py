@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -11,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import cdprcal
 from cdprcal import InputError
@@ -24,6 +27,7 @@ from cdprcal.studies import (
     vary,
     workspaces,
 )
+from cdprcal.studies.__main__ import app
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
 import estimator
@@ -175,3 +179,48 @@ def test_values_that_are_not_there(robot: cdprcal.Robot, name: str, words: str) 
 def test_a_value_that_makes_no_robot(robot: cdprcal.Robot) -> None:
     with pytest.raises(InputError, match=r"irma4 with platform\.mass_kg = -1.*mass_kg"):
         vary(robot, {"platform.mass_kg": -1.0})
+
+
+def study(*arguments: str) -> tuple[int, list[dict[str, str]], str]:
+    """(exit code, rows, stderr) of ``python -m cdprcal.studies`` in one process."""
+    ran = CliRunner().invoke(app, [*arguments, "--jobs", "1"])
+    return ran.exit_code, list(csv.DictReader(io.StringIO(ran.stdout))), ran.stderr
+
+
+def test_the_command_writes_what_the_functions_return(robot: cdprcal.Robot, tmp_path: Path) -> None:
+    code, rows, said = study("start-ups", "irma4", "--count", "2", "--noise", "0.2")
+    expected = start_ups(robot, [1, 2], noise=0.2, workers=SERIAL)
+    assert code == 0
+    assert "2 of 2 converged" in said
+    assert [float(r["position_error_m"]) for r in rows] == [e.position_error_m for e in expected]
+    assert [float(r["sigma_z_m"]) for r in rows] == [e.standard_deviation[2] for e in expected]
+
+    table = tmp_path / "table.csv"
+    values = ["--vary", "platform.mass_kg=5,13", "--step-m", "0.15"]
+    code, rows, _ = study("workspaces", "irma4", *values, "-o", str(table))
+    assert (code, rows) == (0, [])  # nothing on stdout
+    families = workspaces(robot, {"platform.mass_kg": [5, 13]}, step_m=0.15, workers=SERIAL)
+    written = list(csv.DictReader(table.open()))
+    assert [float(r["volume_m3"]) for r in written] == [f.volume_m3 for f in families]
+
+
+def test_the_command_tells_what_cannot_be_planned() -> None:
+    code, rows, _ = study("plans", "irma4", "--vary", "platform.mass_kg=0.1")
+    assert code == 1
+    assert rows[0]["duration_s"] == ""
+    assert "set-point" in rows[0]["reason"]
+
+
+@pytest.mark.parametrize(
+    ("vary", "words"),
+    [
+        ("platform.mass=1", "no 'mass' there"),
+        ("platform.mass_kg", "give NAME=V1,V2"),
+        ("platform.mass_kg=", "give NAME=V1,V2"),
+        ("platform.mass_kg=1,x", "'x' in '1,x' is not a number"),
+    ],
+)
+def test_the_command_names_a_wrong_value(vary: str, words: str) -> None:
+    code, rows, said = study("plans", "irma4", "--vary", vary)
+    assert (code, rows) == (2, [])
+    assert words in said
