@@ -217,7 +217,7 @@ def test_the_command_tells_what_cannot_be_planned() -> None:
         ("platform.mass=1", "no 'mass' there"),
         ("platform.mass_kg", "give NAME=V1,V2"),
         ("platform.mass_kg=", "give NAME=V1,V2"),
-        ("platform.mass_kg=1,x", "'x' in '1,x' is not a number"),
+        ("platform.mass_kg=1,x", "'x' in '1,x' must be a number"),
     ],
 )
 def test_the_command_names_a_wrong_value(vary: str, words: str) -> None:
