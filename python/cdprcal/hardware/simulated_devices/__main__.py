@@ -44,7 +44,12 @@ class PtyMti:
     """A simulated MTi at the end of a pty; ``ahrs.port`` becomes a link to its other end."""
 
     def __init__(self, ahrs: Ahrs) -> None:
-        self._ours, self._theirs = os.openpty()
+        try:
+            self._ours, self._theirs = os.openpty()
+        except OSError as error:
+            raise BackendError(
+                f"no pseudo-terminal for the simulated AHRS: {reason(error)}; mount /dev/pts"
+            ) from None
         tty.setraw(self._theirs)
         os.set_blocking(self._ours, False)
         self._link = Path(ahrs.port)
