@@ -31,9 +31,9 @@ _CPP = re.compile(
 #: Clauses that tell what to do: they begin with an order, or say what has to be.
 _ORDER = re.compile(
     r"(?:then |please |or |and )?(?:add|allow|build|call|check|choose|close|connect|correct|delete"
-    r"|divide|end|enter|fill|free|give|install|it takes|keep|leave|let|log|look|lower|make|mount|move"
-    r"|name|pass|pip|put|raise|read|rename|repair|repeat|report|run|save|say|see|set|split|start|switch"
-    r"|take|try|turn|use|wait|wire|write)\b",
+    r"|divide|end|enter|fill|free|give|install|it takes|keep|leave|let|log|look|lower|make|mount"
+    r"|move|name|pass|pip|put|raise|read|rename|repair|repeat|report|run|save|say|see|set|split|start"
+    r"|switch|take|try|turn|use|wait|wire|write)\b",
     re.IGNORECASE,
 )
 _HAS_TO_BE = re.compile(
