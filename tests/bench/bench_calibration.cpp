@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include "../cpp/calibration/scenario.hpp"
+#include "cdprcal/calibration/elimination.hpp"
 
 namespace {
 
@@ -89,5 +90,30 @@ void KinematicFull(benchmark::State& state) {
   run(state, s, disturbed(s.truth, 0.02, 2.0 * kDegree, 4));
 }
 BENCHMARK(KinematicFull)->Arg(128)->Arg(100000)->Unit(benchmark::kMillisecond);
+
+void Elimination(benchmark::State& state) {  // 11 rows a pose, nine offsets: kinematics of 4 cables
+  const auto poses = static_cast<std::size_t>(state.range(0));
+  RandomNormal random(1);
+  PoseRows rows;
+  rows.count = 11;
+  for (std::size_t r = 0; r < 11; ++r) {
+    rows.residual[r] = random();
+    for (double& v : rows.own[r]) v = random();
+    rows.offset[r] = r < 9 ? static_cast<int>(r) : -1;
+    rows.by_offset[r] = r < 9 ? -1.0 : 0.0;
+  }
+  const Eigen::VectorXd offset_step = Eigen::VectorXd::Ones(9);
+  PoseElimination elimination(poses, 9, true);
+  for (auto _ : state) {
+    elimination.begin(1e-4);
+    for (std::size_t i = 0; i < poses; ++i) elimination.add(rows);
+    benchmark::DoNotOptimize(elimination.finish().cost);
+    benchmark::DoNotOptimize(elimination.back_substitute(offset_step).damping);
+  }
+  state.counters["ns_per_pose"] = benchmark::Counter(
+      static_cast<double>(poses) * 1e-9,
+      benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+BENCHMARK(Elimination)->Arg(128)->Arg(1000)->Arg(100000)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
