@@ -39,6 +39,11 @@ _POLL_S = 0.002
 #: Time is the master's, cycle by cycle; when it has been silent for so long, that of the wall.
 _SILENCE_S = 0.5
 
+EXAMPLE = (
+    "Example: python -m cdprcal.hardware.simulated_devices irma4 plan.csv --session "
+    "examples/canopen-two-processes.yaml"
+)
+
 
 class PtyMti:
     """A simulated MTi at the end of a pty; ``ahrs.port`` becomes a link to its other end."""
@@ -170,5 +175,5 @@ class _Stop:
 
 if __name__ == "__main__":
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
-    app.command()(command)
+    app.command(epilog=EXAMPLE)(command)
     app(sys.argv[1:], prog_name="python -m cdprcal.hardware.simulated_devices")
