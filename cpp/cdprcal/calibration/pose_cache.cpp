@@ -67,51 +67,51 @@ Matrix6 balance_root(const PlatformState& state, double tension_sigma_N, const S
   return covariance.llt().matrixL();
 }
 
-bool PoseCache::scaled_structure(std::size_t index, Vector6& scale, WrenchMatrix& structure) const {
-  const PlatformState state = platform_state(robot_, poses_[index]);
-  if (!state.valid) return false;
+template <typename Decompose, typename Set>
+void PoseCache::whiten_balances(double graduation, std::vector<Pose>& known_at,
+                                const Decompose& decompose, const Set& set) {
+  graduation_ = graduation;
+  if (whitening_.empty()) return;
+  Vector6 scale;
   scale << Vector3::Constant(1.0 / wrench_force_N_), Vector3::Constant(1.0 / wrench_moment_Nm_);
-  structure = scale.asDiagonal() * structure_matrix(state);
-  return true;
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
+    if (statics_[i] != StaticsModel::wrench) continue;
+    if (!same(known_at[i], poses_[i])) {
+      const PlatformState state = platform_state(robot_, poses_[i]);
+      if (!state.valid) continue;
+      decompose(i, scale, WrenchMatrix(scale.asDiagonal() * structure_matrix(state)));
+      known_at[i] = poses_[i];
+    }
+    set(i, 1.0 / weight(i, Channel::balance));
+  }
 }
 
 void PoseCache::update_wrench_whitening(double graduation) {
-  graduation_ = graduation;
-  if (whitening_.empty()) return;
-  Vector6 scale;
-  WrenchMatrix structure;
-  for (std::size_t i = 0; i < poses_.size(); ++i) {
-    if (statics_[i] != StaticsModel::wrench) continue;
-    if (!same(whitened_at_[i], poses_[i])) {
-      if (!scaled_structure(i, scale, structure)) continue;
-      const Matrix6 gram = structure.lazyProduct(structure.transpose());
-      const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(gram);
-      tension_gain_[i] = eigen.eigenvalues().cwiseMax(0.0);
-      axes_[i] = eigen.eigenvectors().transpose() * scale.asDiagonal();
-      whitened_at_[i] = poses_[i];
-    }
-    const double tension_sigma_N = 1.0 / weight(i, Channel::balance);
-    const Vector6 variance = (tension_sigma_N * tension_sigma_N * tension_gain_[i]).array() + 1.0;
+  const auto decompose = [this](std::size_t i, const Vector6& scale,
+                                const WrenchMatrix& structure) {
+    const Matrix6 gram = structure.lazyProduct(structure.transpose());
+    const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(gram);
+    tension_gain_[i] = eigen.eigenvalues().cwiseMax(0.0);
+    axes_[i] = eigen.eigenvectors().transpose() * scale.asDiagonal();
+  };
+  const auto set = [this, graduation](std::size_t i, double sigma_N) {
+    const Vector6 variance = (sigma_N * sigma_N * tension_gain_[i]).array() + 1.0;
     whitening_[i] = (graduation * variance.cwiseSqrt()).cwiseInverse().asDiagonal() * axes_[i];
-  }
+  };
+  whiten_balances(graduation, whitened_at_, decompose, set);
 }
 
 void PoseCache::update_wrench_weights(double graduation) {
-  graduation_ = graduation;
-  if (whitening_.empty()) return;
-  Vector6 scale;
-  WrenchMatrix structure;
-  for (std::size_t i = 0; i < poses_.size(); ++i) {
-    if (statics_[i] != StaticsModel::wrench) continue;
-    if (!same(rooted_at_[i], poses_[i])) {
-      if (!scaled_structure(i, scale, structure)) continue;
-      structure /= weight(i, Channel::balance);
-      const Matrix6 covariance = Matrix6::Identity() + structure.lazyProduct(structure.transpose());
-      roots_[i] = covariance.llt().matrixL().solve(Matrix6(scale.asDiagonal()));
-      rooted_at_[i] = poses_[i];
-    }
+  const auto decompose = [this](std::size_t i, const Vector6& scale,
+                                const WrenchMatrix& structure) {
+    const WrenchMatrix whitened = structure / weight(i, Channel::balance);
+    const Matrix6 covariance = Matrix6::Identity() + whitened.lazyProduct(whitened.transpose());
+    roots_[i] = covariance.llt().matrixL().solve(Matrix6(scale.asDiagonal()));
+  };
+  const auto set = [this, graduation](std::size_t i, double) {
     whitening_[i] = roots_[i] / graduation;
-  }
+  };
+  whiten_balances(graduation, rooted_at_, decompose, set);
 }
 
 }  // namespace cdprcal

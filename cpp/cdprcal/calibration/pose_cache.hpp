@@ -54,8 +54,11 @@ class PoseCache {
   }
 
  private:
-  /// Diagonal of 1/σ of the model's own wrench error, and Ξᵀ in these units; false where invalid.
-  bool scaled_structure(std::size_t index, Vector6& scale, WrenchMatrix& structure) const;
+  /// Calls decompose(pose, 1/σ of the model's own wrench error, Ξᵀ in these units) where a pose in
+  /// balance has moved since `known_at`, and set(pose, σ of a tension) for all of them.
+  template <typename Decompose, typename Set>
+  void whiten_balances(double graduation, std::vector<Pose>& known_at, const Decompose& decompose,
+                       const Set& set);
 
   const CalibrationProblem& problem_;
   const Robot robot_;  ///< with the geometry of the effects
