@@ -30,8 +30,9 @@ bool read_slowly(std::string_view cell, double& value) {
   cell = trimmed(cell);
   if (cell.empty()) return true;
   if (cell.front() == '+' && cell.size() > 1 && cell[1] != '-') cell.remove_prefix(1);
-  const char* const end = cell.data() + cell.size();
-  const auto [stop, status] = std::from_chars(cell.data(), end, value);
+  const char* const begin = cell.data();
+  const char* const end = begin + cell.size();
+  const auto [stop, status] = std::from_chars(begin, end, value);
   if (stop != end || status == std::errc::invalid_argument) return false;
   if (status == std::errc::result_out_of_range) {  // from_chars does not say which way
     value = std::strtod(std::string(cell).c_str(), nullptr);

@@ -153,14 +153,16 @@ void YamlField::fail(const std::string& problem) const {
 }
 
 void YamlField::fail_at(const std::string& path, const std::string& problem) const {
+  std::string where = document_->source + ": ";
   for (std::string known = path;; known.resize(known.rfind('.'))) {
     const auto mark = document_->marks.find(known);
     if (mark != document_->marks.end()) {
-      throw InputError(place(document_->source, mark->second) + path + ": " + problem);
+      where = place(document_->source, mark->second);
+      break;
     }
     if (known.rfind('.') == std::string::npos) break;
   }
-  throw InputError(document_->source + ": " + path + ": " + problem);
+  throw InputError(where + path + ": " + problem);
 }
 
 YamlField YamlField::at(const YAML::Node& node, const std::string& key) const {

@@ -93,8 +93,9 @@ class PlanParser {
 
   double number(const Cell& cell, const std::string& what, bool may_be_nan = false) const {
     double value = kNaN;
-    const char* const end = cell.text.data() + cell.text.size();
-    const auto [stop, status] = std::from_chars(cell.text.data(), end, value);
+    const char* const begin = cell.text.data();
+    const char* const end = begin + cell.text.size();
+    const auto [stop, status] = std::from_chars(begin, end, value);
     if (status != std::errc{} || stop != end) {
       fail(cell.column, what + ": must be a number, not " + in_quotes(cell.text));
     }

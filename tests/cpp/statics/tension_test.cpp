@@ -162,6 +162,25 @@ TEST(LeastSquares, UndefinedForRedundantOrCoincidentCables) {
       tensions_least_squares(twin, platform_state(twin, test::random_pose(rng, twin))).valid);
 }
 
+TEST(Tension, AreDefinedAsLongAsMoreThanRoundingTellsTwoCablesApart) {
+  test::Rng rng(53);
+  const Robot robot = test::random_robot(rng, 2);
+  const Pose pose = test::random_pose(rng, robot);
+  const auto with_twins = [&](double apart_m) {
+    Robot twin = robot;
+    twin.cables[1] = twin.cables[0];
+    twin.cables[1].pulley.position_m.z() += apart_m;
+    const PlatformState state = platform_state(twin, pose);
+    const bool by_rows = tensions_left_inverse(twin, state, left_inverse_rows(2)).valid;
+    EXPECT_EQ(tensions_least_squares(twin, state).valid, by_rows) << apart_m;
+    return by_rows;
+  };
+  EXPECT_TRUE(with_twins(1e-6));
+  EXPECT_TRUE(with_twins(1e-10));
+  EXPECT_FALSE(with_twins(2e-14));
+  EXPECT_FALSE(with_twins(0.0));
+}
+
 TEST(Tension, NoCableTangentNoTensionsAndNoStiffness) {
   const Robot robot = load_robot("irma4");
   const Cable& first = robot.cables[0];

@@ -171,6 +171,19 @@ TEST_F(MeshFile, CountsThatAreNoneAreRefused) {
             "m.ply: the header does not say how many elements there are; write it anew");
 }
 
+TEST_F(MeshFile, NumbersOfOtherKindsAreRefused) {
+  const auto ply = [](const std::string& coordinate, const std::string& index) {
+    std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex 0\n";
+    for (const char* axis : {"x", "y", "z"}) header += "property " + coordinate + " " + axis + "\n";
+    return header + "element face 0\nproperty list uchar " + index +
+           " vertex_indices\nend_header\n";
+  };
+  EXPECT_EQ(refusal(ply("float32", "uint32"), "m.ply"), "");
+  EXPECT_NE(refusal(ply("short", "int"), "m.ply").find("float or double coordinates"),
+            std::string::npos);
+  EXPECT_NE(refusal(ply("double", "short"), "m.ply").find("32-bit integers"), std::string::npos);
+}
+
 TEST_F(MeshFile, AHeaderThatEndsWithTheFileHasNoElements) {
   const std::string header =
       "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty double x\n"
