@@ -85,9 +85,16 @@ void register_pose(py::module_& module) {
             pose.rotation.coeffs() = state[1].cast<Eigen::Vector4d>();
             return pose;
           }));
-  module.def("plus", &plus, py::arg("pose"), py::arg("twist"),
-             "pose ⊕ twist, twist [6] = (dp [m], dtheta [rad]) in world axes: p + dp, "
-             "exp(dtheta) R.");
+  module.def(
+      "plus",
+      [](const Pose& pose, const Vector6& twist) {
+        require_finite(twist.head<3>(), "twist");
+        require_finite(twist.tail<3>(), "twist");
+        return plus(pose, twist);
+      },
+      py::arg("pose"), py::arg("twist"),
+      "pose ⊕ twist, twist [6] = (dp [m], dtheta [rad]) in world axes: p + dp, "
+      "exp(dtheta) R.");
   module.def("minus", &minus, py::arg("to"), py::arg("from_"),
              "The twist [6] (m, rad, world axes) for which plus(from_, twist) is `to`.");
   module.def("rotation_distance_rad", &rotation_distance_rad, py::arg("a"), py::arg("b"),

@@ -4,6 +4,10 @@
 #include <array>
 #include <map>
 
+#include <pybind11/stl/filesystem.h>
+
+#include <filesystem>
+
 #include "bindings.hpp"
 #include "cdprcal/model/robot_file.hpp"
 
@@ -204,8 +208,11 @@ void register_model(py::module_& module) {
   module.def("parse_robot", &parse_robot, py::arg("yaml_text"), py::arg("source"),
              "Parses a robot file's text; `source` is what messages call it. Raises InputError "
              "'source:line:column: field: …'.");
-  module.def("load_robot", &load_robot, py::arg("name_or_path"),
-             "A robot by built-in name ('irma4') or by path to a robot file. Raises InputError.");
+  module.def(
+      "load_robot",
+      [](const std::filesystem::path& name_or_path) { return load_robot(name_or_path); },
+      py::arg("name_or_path"),
+      "A robot by built-in name ('irma4') or by path to a robot file. Raises InputError.");
   module.def("to_yaml", &to_yaml, py::arg("robot"),
              "The robot as a robot file that parse_robot reads back exactly.");
   module.def("builtin_robot_names", &builtin_robot_names,

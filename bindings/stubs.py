@@ -31,7 +31,11 @@ def make_stubs() -> str:
     return ast.unparse(_PutRight().visit(tree)) + "\n"
 
 
-_GENERIC = {"collections.abc.Callable": "[..., typing.Any]", "list": "[typing.Any]"}
+_GENERIC = {
+    "collections.abc.Callable": "[..., typing.Any]",
+    "list": "[typing.Any]",
+    "os.PathLike": "[str]",
+}
 
 
 class _PutRight(ast.NodeTransformer):

@@ -9,6 +9,7 @@ import collections.abc
 import enum
 import numpy
 import numpy.typing
+import os
 import typing
 
 __all__: list[str] = [
@@ -3982,7 +3983,7 @@ def linearise(
     (residual [m], jacobian [m, 6 k + 2 n + 1]) at the poses, whitened (eq. 13 over sigma): six columns a pose (world-frame twist), then the errors of the reference readings, which are `errors` [2 n + 1] (none: zero). NaN where a pose has no geometry. Raises InputError for another number of poses or errors.
     """
 
-def load_robot(name_or_path: str) -> Robot:
+def load_robot(name_or_path: os.PathLike[str] | str | bytes) -> Robot:
     """
     A robot by built-in name ('irma4') or by path to a robot file. Raises InputError.
     """

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
-from cdprcal._core import InputError
-from cdprcal.io.result_file import Result, calibrate_options, cdprcal_version
+from cdprcal.io.result_file import Result, calibrate_options, cdprcal_version, naming
 from cdprcal.results import calibration_as_dict
 
 #: What counts as the same initial pose, in its own standard deviations: far below what matters, far
@@ -74,6 +73,11 @@ class Repeated:
 
 def repeat(result: Result) -> Repeated:
     """Solves again what a result file holds. Raises InputError when the file is damaged."""
+    with naming(result.source):
+        return _repeated(result)
+
+
+def _repeated(result: Result) -> Repeated:
     if result.command == "calibrate":
         options = calibrate_options(result.options)
         calibration = _core.calibrate(result.robot, result.logs[0], options)
@@ -86,17 +90,14 @@ def repeat(result: Result) -> Repeated:
         document = diagnosis_as_dict(diagnosis, result.robot)
         keys = ("verdict", "initial_pose_after", "covariance_after")
     before = result.document
-    try:
-        return Repeated(
-            result.command,
-            result.version,
-            (before[keys[0]], document[keys[0]]),
-            (_effects(before), _effects(document)),
-            _difference(before[keys[1]], document[keys[1]], before[keys[2]]),
-            document,
-        )
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"the result file is damaged: {error!r}; write it anew") from None
+    return Repeated(
+        result.command,
+        result.version,
+        (before[keys[0]], document[keys[0]]),
+        (_effects(before), _effects(document)),
+        _difference(before[keys[1]], document[keys[1]], before[keys[2]]),
+        document,
+    )
 
 
 def _effects(document: dict[str, Any]) -> list[str]:

@@ -357,9 +357,9 @@ def test_a_terminal_that_knows_ascii_only_is_no_problem(log_path: Path) -> None:
 
 def test_ctrl_c_ends_without_a_traceback(tmp_path: Path) -> None:
     pipe = tmp_path / "slow.csv"
-    os.mkfifo(pipe)  # a log that never comes
+    os.mkfifo(pipe)  # that nobody reads: writing to it waits
     process = subprocess.Popen(
-        [sys.executable, "-m", "cdprcal", "calibrate", "irma4", str(pipe)],
+        [sys.executable, "-m", "cdprcal", "generate", "ring3", "--grid", "1x1x1", "-o", str(pipe)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

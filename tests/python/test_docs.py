@@ -41,6 +41,7 @@ HAND_ON = {
     "path.cpp",
     "plan_parser.cpp",
     "platform.py",
+    "result_file.py",
     "robot.cpp",
     "robot_file.cpp",
     "schema.cpp",

@@ -215,12 +215,18 @@ int Log::cable_count() const {
 }
 
 Log parse_log(const std::string& text, const std::string& source) {
+  if (text.size() > kMostLogBytes) throw InputError(source + ": is over 1 GB: split it");
+  if (std::count(text.begin(), text.end(), '\n') > kMostLogLines) {
+    throw InputError(source + ": has over 5 million lines: split it, or log at a lower rate");
+  }
   std::string_view body = text;
   if (body.starts_with("\xEF\xBB\xBF")) body.remove_prefix(3);
   return LogParser(body, source).parse();
 }
 
-Log read_log(const std::string& path) { return parse_log(read_text_file(path), path); }
+Log read_log(const std::string& path) {
+  return parse_log(read_text_file(path, kMostLogBytes + 1), path);
+}
 
 std::string format_log(const Log& log) {
   validate(log);

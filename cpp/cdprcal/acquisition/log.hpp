@@ -1,6 +1,7 @@
 // The canonical log: what a robot's own sensors read, sample by sample.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -29,11 +30,15 @@ struct Log {
   [[nodiscard]] int cable_count() const;
 };
 
+/// More than 11 hours of eight cables at 100 Hz. The readers refuse more, at once.
+inline constexpr std::size_t kMostLogBytes = std::size_t{1} << 30;
+inline constexpr std::ptrdiff_t kMostLogLines = 5'000'000;
+
 /// Reads a canonical CSV log. Columns in any order, cells may be empty (absent); lines that start
 /// with # are comments.
 /// Throws InputError "file:line: column: …" for a missing time column, unknown or duplicate
 /// columns, a group with a gap in its cable numbers, text or infinities in a number, a ragged row,
-/// time that does not increase, an empty or binary file.
+/// time that does not increase, an empty, binary or too large file.
 Log read_log(const std::string& path);
 Log parse_log(const std::string& text, const std::string& source);
 

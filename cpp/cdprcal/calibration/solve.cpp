@@ -266,6 +266,9 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
       platform_state(with_effects(problem.robot, problem.effects), result.poses[0]);
   if (!initial.valid || !std::isfinite(result.cost)) {
     if (result.reason.empty()) result.reason = describe_invalid(initial);
+    if (result.reason.empty()) {
+      result.reason = "the residuals are beyond double precision: a reading is absurdly large";
+    }
     result.poses.clear();
     return result;
   }

@@ -1,5 +1,7 @@
 #include "cdprcal/kinematics/cable.hpp"
 
+#include <limits>
+
 namespace cdprcal {
 
 namespace {
@@ -34,6 +36,10 @@ CableState cable_state(const Pulley& pulley, const Vector3& q_world_m) {
   const double v_u = q_u - r;
   const double distance_squared = v_u * v_u + q_k * q_k;
   const double free_squared = q_u * q_u - 2.0 * r * q_u + q_k * q_k;
+  // Beyond 1e154 m squares overflow: no numbers there, as there are none of NaN.
+  if (!(free_squared <= std::numeric_limits<double>::max())) {
+    return invalid_state(CableStatus::anchor_on_swivel_axis, q_u);
+  }
   if (!(free_squared > 0.0)) {
     return invalid_state(CableStatus::anchor_inside_pulley, q_u);
   }
@@ -76,7 +82,7 @@ const char* to_string(CableStatus status) {
     case CableStatus::anchor_inside_pulley:
       return "the platform anchor is inside the pulley";
     case CableStatus::anchor_on_swivel_axis:
-      return "the platform anchor is on the swivel axis";
+      return "the platform anchor is on the swivel axis (or at no finite place)";
   }
   return "unknown";
 }

@@ -225,6 +225,10 @@ std::string builtin_robot_yaml(const std::string& name) {
 }
 
 Robot load_robot(const std::string& name_or_path) {
+  if (const std::size_t nul = name_or_path.find('\0'); nul != std::string::npos) {
+    throw InputError(name_or_path.substr(0, nul) +
+                     ": no file's name holds NUL bytes; check the path");
+  }
   for (const auto& robot : detail::kBuiltinRobots) {
     if (name_or_path == robot.name) return parse_robot(robot.yaml, robot.name);
   }

@@ -19,7 +19,7 @@ namespace cdprcal {
 /// run when it belongs to the one log of that file name} (effects/schema.hpp).
 ///
 /// Throws InputError "source:line:column: field: what is wrong and what to do" on unknown,
-/// duplicate, missing or impossible fields, and on text that is no YAML, binary or over 1 MB.
+/// duplicate, missing or impossible fields, and on text that is no YAML, binary or over 250 kB.
 Robot parse_robot(const std::string& yaml_text, const std::string& source);
 
 /// A robot by built-in name ("irma4") or by path to a robot file. A built-in name wins over a file

@@ -115,7 +115,7 @@ YamlField::YamlField(std::shared_ptr<Document> document, std::string path, const
 
 YamlField YamlField::parse_document(const std::string& text, const std::string& source) {
   if (text.size() > kMostYamlBytes) {
-    throw InputError(source + ": is over 1 MB: this is not a robot file; give one");
+    throw InputError(source + ": is over 250 kB: this is not a robot file; give one");
   }
   for (std::size_t i = 0, line = 1; i < text.size(); ++i) {
     const auto c = static_cast<unsigned char>(text[i]);

@@ -18,12 +18,12 @@
 namespace cdprcal::detail {
 
 /// Larger texts are refused: no robot file needs this, and a mistaken file may be huge.
-inline constexpr std::size_t kMostYamlBytes = 1'000'000;
+inline constexpr std::size_t kMostYamlBytes = 250'000;
 
 /// A field of a YAML document.
 class YamlField {
  public:
-  /// Parses a whole document; throws InputError when it is empty, too large (over 1 MB), binary,
+  /// Parses a whole document; throws InputError when it is empty, too large (over 250 kB), binary,
   /// nested too deeply, not YAML, or more than one document.
   static YamlField parse_document(const std::string& text, const std::string& source);
 

@@ -89,6 +89,8 @@ void write_plan(const Plan& plan, const std::string& path) {
   write_text_file(path, format_plan(plan));  // complete before the file is touched
 }
 
-Plan read_plan(const std::string& path) { return parse_plan(read_text_file(path), path); }
+Plan read_plan(const std::string& path) {
+  return parse_plan(read_text_file(path, kMostPlanBytes + 1), path);
+}
 
 }  // namespace cdprcal

@@ -18,6 +18,7 @@
 // cells read them (Plan). Other comment lines are ignored.
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 #include "cdprcal/planning/plan.hpp"
@@ -29,12 +30,15 @@ namespace cdprcal {
 std::string format_plan(const Plan& plan);
 void write_plan(const Plan& plan, const std::string& path);
 
+/// Far beyond the largest grid that can be planned.
+inline constexpr std::size_t kMostPlanBytes = 64'000'000;
+
 /// Reads a plan file; `source` is what messages call it. Columns in any order; the frequencies may
 /// be left out (empty then), all else is required.
-/// Throws InputError "source:line:column: what is wrong and what to do" for an empty, binary or cut
-/// file, missing, unknown or duplicate columns or header comments, ragged rows, text or infinities
-/// in a number, tensions that are not positive, negative times, a quaternion whose norm is not 1
-/// (to 1e-6), and other than the announced number of stops.
+/// Throws InputError "source:line:column: what is wrong and what to do" for an empty, binary, cut
+/// or too large file, missing, unknown or duplicate columns or header comments, ragged rows, text
+/// or infinities in a number, tensions that are not positive, negative times, a quaternion whose
+/// norm is not 1 (to 1e-6), and other than the announced number of stops.
 Plan parse_plan(const std::string& text, const std::string& source);
 Plan read_plan(const std::string& path);
 

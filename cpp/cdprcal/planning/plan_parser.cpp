@@ -315,6 +315,9 @@ class PlanParser {
 }  // namespace
 
 Plan parse_plan(const std::string& text, const std::string& source) {
+  if (text.size() > kMostPlanBytes) {
+    throw InputError(source + ": is over 64 MB: this is not a plan; give one");
+  }
   std::string_view body = text;
   if (body.starts_with("\xEF\xBB\xBF")) body.remove_prefix(3);
   return PlanParser(body, source).parse();

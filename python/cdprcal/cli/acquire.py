@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from cdprcal.hardware.connect import SessionBackend
     from cdprcal.hardware.session import Session
 
+_MOST_PLAN_BYTES = 64_000_000  # what the C++ reader takes
 EXAMPLE = (
     "Example: cdprcal plan irma4 -o plan.csv && cdprcal acquire irma4 plan.csv --seed 3 -o run.mcap"
     "\n\nOver CANopen, drives simulated: cdprcal acquire irma4 plan.csv --backend canopen "
@@ -121,6 +122,7 @@ def command(
     from pathlib import Path
 
     from cdprcal import _core
+    from cdprcal._core import InputError
     from cdprcal.acquisition import Guide, acquire, parse_accuracy, start_up_plan
     from cdprcal.acquisition.monitor import Monitor
     from cdprcal.cli import devices
@@ -138,9 +140,13 @@ def command(
         fail(f"{truth}: is the log's name too; give another")
     asked = parse_accuracy(until) if until else None
     the_robot = _core.load_robot(robot)
-    plan_text = read_bytes(Path(plan)).decode("utf-8", "replace")
+    plan_text = read_bytes(Path(plan), _MOST_PLAN_BYTES).decode("utf-8", "replace")
     the_plan = _core.parse_plan(plan_text, plan)
-    if wrong := _core.verify_plan(the_robot, the_plan):
+    try:
+        wrong = _core.verify_plan(the_robot, the_plan)
+    except InputError as error:
+        wrong = str(error).removeprefix("plan: ")
+    if wrong:
         fail(f"{plan}: cannot be run with {the_robot.name}: {wrong}; make one with cdprcal plan")
     shown = live_page(live, live_stop, port, the_robot, the_plan, output, bool(until))
     options = _core.SimulatorOptions(

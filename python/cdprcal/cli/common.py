@@ -97,7 +97,8 @@ def _fail_with(error: Exception) -> NoReturn:
 
 def fail(message: str, code: int = WRONG_USE) -> NoReturn:
     """Ends the command with one message on stderr."""
-    typer.echo(f"cdprcal: {message}", err=True)
+    line = "".join(c if c.isprintable() else " " for c in message.strip())
+    typer.echo(f"cdprcal: {line}", err=True)
     raise typer.Exit(code)
 
 

@@ -77,8 +77,8 @@ def command(
     log = file.log
     say(
         console(),
-        f"{output}: {len(log)} samples of {log.cable_count} cables, {log.time_s[0]:g} to "
-        f"{log.time_s[-1]:g} s",
+        f"{raw}: {len(log)} samples of {log.cable_count} cables, {log.time_s[0]:g} to "
+        f"{log.time_s[-1]:g} s, now in {output}",
     )
     errors = any(finding.severity == "error" for finding in file.findings)
     raise typer.Exit(UNTRUSTED if errors else DONE)

@@ -44,7 +44,8 @@ def as_comments(inputs: AcquisitionInputs) -> bytes:
     """The lines that stand before a CSV log's header."""
     lines = [ACQUIRED + b": this log's robot, plan and settings"]
     for name, text in inputs.files().items():
-        lines += [(_MARKS[name] + line.encode()).rstrip() for line in text.splitlines()]
+        # Line feeds alone end a line: others, of any alphabet, may be in a robot's name.
+        lines += [_MARKS[name] + line.encode() for line in text.removesuffix("\n").split("\n")]
     return b"\n".join(lines) + b"\n"
 
 

@@ -13,17 +13,16 @@ import numpy as np
 from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.findings import Finding
-from cdprcal.io.files import read_bytes
-from cdprcal.io.log_file import LogFile, display_name, load_log, sniff_format
+from cdprcal.io.log_file import LogFile, display_name, parse_log_bytes, read_log_bytes, sniff_format
 
 
 def load_log_leniently(path: str | Path) -> LogFile:
     """As load_log; NUL padding, a cut last line and time that goes back become findings."""
     path = Path(path)
+    data = read_log_bytes(path)
     try:
-        return load_log(path)
+        return parse_log_bytes(data, path)
     except InputError as error:
-        data = read_bytes(path)
         if sniff_format(data) != "csv":
             raise
         repaired = _repair(data)
@@ -59,11 +58,12 @@ def _repair(data: bytes) -> _Repaired:
     kept = [lines[header]]
     latest = -np.inf
     backwards: list[int] = []
+    nul: dict[int, int] = {}
     for number, raw in enumerate(lines[header + 1 :], start=header + 2):
         line = raw.replace(b"\0", b"")
         last = number == len(lines)
         if line != raw:
-            _report_nul(out, number, len(raw) - len(line))
+            nul[number] = len(raw) - len(line)
             if line.count(b",") != len(names) - 1:
                 continue  # the rest of the row was swallowed
         if not line.strip() or line.lstrip().startswith(b"#"):
@@ -79,6 +79,7 @@ def _repair(data: bytes) -> _Repaired:
         latest = latest if time is None else time
         kept.append(line)
         out.line.append(number)
+    _report_nul(out, nul)
     _report_backwards(out, backwards)
     out.text = b"\n".join([*kept, b""])
     return out
@@ -92,13 +93,17 @@ def _number(cell: bytes) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _report_nul(out: _Repaired, line: int, count: int) -> None:
+def _report_nul(out: _Repaired, counts: dict[int, int]) -> None:
+    if not counts:
+        return
+    line = min(counts)
+    more = "" if len(counts) == 1 else f" (and in {len(counts) - 1} more, the last {max(counts)})"
     out.findings.append(
         Finding(
             severity="error",
             code="nul_padding",
-            message=f"{count} NUL bytes at line {line}: space that the logger reserved and never "
-            "filled",
+            message=f"{counts[line]} NUL bytes at line {line}{more}: space that the logger "
+            "reserved and never filled",
             remedy="delete them; calibrate refuses the file as it is",
             line=line,
         )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import errno
 import os
+import shutil
+import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,38 +13,112 @@ from pathlib import Path
 
 from cdprcal._core import InputError
 
+#: More than any log, plan or result: 11 hours of an eight-cable robot at 100 Hz.
+MOST_BYTES = 1 << 30
+_KINDS = (
+    (stat.S_ISDIR, "is a directory; give the path of a file"),
+    (stat.S_ISFIFO, "is a pipe: save what comes out of it to a file first"),
+    (stat.S_ISCHR, "is a device; give the path of a file"),
+    (stat.S_ISBLK, "is a device; give the path of a file"),
+    (stat.S_ISSOCK, "is a socket; give the path of a file"),
+)
 
-def read_bytes(path: Path) -> bytes:
-    """The file's content. Raises InputError naming the file when it cannot be read."""
+
+def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
+    """The file's content. Raises InputError naming the file when it cannot be read.
+
+    Also for what is no plain file, since that may never end, and for more than ``most`` bytes.
+    """
+    shown = shown_path(path)
     try:
-        return path.read_bytes()
+        if why := not_a_file(path):
+            raise InputError(f"{shown}: cannot be read: {why}")
+        with path.open("rb") as stream:
+            size = os.fstat(stream.fileno()).st_size
+            # What is read is allocated first; some files of the system do not know their size.
+            data = b"" if size > most else stream.read(max(size, 1 << 16) + 1)
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {reason(error)}") from None
+        raise InputError(f"{shown}: cannot be read: {reason(error)}") from None
+    except InputError:
+        raise
+    except ValueError:
+        raise InputError(
+            f"{shown}: cannot be read: no file's name holds NUL bytes; check the path"
+        ) from None
+    if max(size, len(data)) > most:
+        raise InputError(
+            f"{shown}: is over {in_words(most)}: give a file of the kind that is meant"
+        )
+    return data
+
+
+def not_a_file(path: Path) -> str:
+    """Why something that is there is no plain file; empty when it is one. Raises OSError."""
+    mode = path.stat().st_mode
+    return next((words for is_kind, words in _KINDS if is_kind(mode)), "")
+
+
+def begins_with(path: Path, count: int) -> bytes:
+    """The first bytes of a plain file; none when there is no such file or it cannot be read."""
+    try:
+        if not_a_file(path):
+            return b""
+        with path.open("rb") as stream:
+            return stream.read(count)
+    except (OSError, ValueError):
+        return b""
+
+
+def in_words(count: int) -> str:
+    """'64 kB', '256 MB', '1 GB'."""
+    for size, unit in ((1 << 30, "GB"), (1 << 20, "MB"), (1 << 10, "kB")):
+        if count >= size:
+            return f"{count // size} {unit}"
+    return f"{count} bytes"
+
+
+def shown_path(path: str | Path) -> str:
+    """The path as messages show it: valid UTF-8 on one line."""
+    text = str(path).encode("utf-8", "replace").decode()
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
 @contextmanager
 def atomic_output(path: Path) -> Iterator[Path]:
     """Yields a temporary path beside ``path`` that becomes ``path`` when the block succeeds.
 
-    When it fails, an older file of that name is untouched and nothing new is left behind.
+    When it fails, an older file of that name is untouched and nothing new is left behind. A
+    symbolic link stays one; a device (/dev/null) is written to, never replaced.
     Raises InputError naming the file when it cannot be written.
     """
+    shown = shown_path(path)
     try:
+        path = path.resolve()
+        device = path.exists() and not path.is_file() and not path.is_dir()
+        folder = None if device else path.parent
         handle, name = tempfile.mkstemp(
-            dir=path.parent, prefix=f".{path.name[:100]}.", suffix=path.suffix
+            dir=folder, prefix=f".{path.name[:50]}.", suffix=path.suffix[:50]
         )
         os.close(handle)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {reason(error)}") from None
+    except (OSError, RuntimeError) as error:
+        raise InputError(f"{shown}: cannot be written: {reason(error)}") from None
+    except ValueError:
+        raise InputError(
+            f"{shown}: cannot be written: no file's name holds NUL bytes; check the path"
+        ) from None
     temporary = Path(name)
     try:
         if path.is_dir():
-            raise InputError(f"{path}: cannot be written: is a directory; give the path of a file")
+            raise InputError(f"{shown}: cannot be written: is a directory; give the path of a file")
         yield temporary
-        temporary.chmod(_usual_mode(path))
-        temporary.replace(path)
+        if device:
+            with temporary.open("rb") as source, path.open("wb") as sink:
+                shutil.copyfileobj(source, sink)
+        else:
+            temporary.chmod(_usual_mode(path))
+            temporary.replace(path)
     except OSError as error:
-        raise InputError(f"{path}: cannot be written: {reason(error)}") from None
+        raise InputError(f"{shown}: cannot be written: {reason(error)}") from None
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -69,8 +145,10 @@ _REMEDIES = {
 }
 
 
-def reason(error: OSError) -> str:
+def reason(error: OSError | RuntimeError) -> str:
     """Why, in the system's words and without the number; and what to do, where that is known."""
+    if isinstance(error, RuntimeError):  # pathlib's word for a loop
+        return "too many levels of symbolic links; check the path"
     why = (error.strerror or str(error)).lower()
     remedy = _REMEDIES.get(error.errno or 0)
     return f"{why}; {remedy}" if remedy else why

@@ -14,10 +14,12 @@ from numpy.typing import NDArray
 from cdprcal import _core
 from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
-from cdprcal.io.files import read_bytes
+from cdprcal.io.files import read_bytes, shown_path
 
 LogFormat = Literal["csv", "mcap", "raw"]
 
+#: 13 hours of samples at 100 Hz; a day of a four-cable robot's raw log at 10 Hz.
+MOST_LINES = 5_000_000
 _MCAP_MAGIC = b"\x89MCAP0\r\n"
 #: How a CSV log begins that ``cdprcal acquire`` wrote.
 ACQUIRED = b"# cdprcal acquisition"
@@ -59,9 +61,11 @@ def load_log(path: str | Path) -> LogFile:
     Raises InputError naming the file and, where there is one, the line.
     """
     path = Path(path)
-    if path.is_dir() and (path / "metadata.yaml").is_file():
-        raise InputError(f"{path}: is a ROS 2 bag: turn it into a log first, with cdprcal import")
-    data = read_bytes(path)
+    return parse_log_bytes(read_log_bytes(path), path)
+
+
+def parse_log_bytes(data: bytes, path: Path) -> LogFile:
+    """A log's content as load_log reads it. Raises InputError."""
     kind = sniff_format(data)
     if kind == "mcap":
         from cdprcal.io.mcap_log import parse_mcap_log
@@ -72,6 +76,19 @@ def load_log(path: str | Path) -> LogFile:
 
         return parse_raw_log(data, path)
     return parse_csv_log(data, path)
+
+
+def read_log_bytes(path: Path) -> bytes:
+    """A log's content. Raises InputError for more lines than any reader could make sense of."""
+    if (path / "metadata.yaml").is_file():
+        raise InputError(f"{path}: is a ROS 2 bag: turn it into a log first, with cdprcal import")
+    data = read_bytes(path)
+    if not data.startswith(_MCAP_MAGIC) and data.count(b"\n") > MOST_LINES:
+        raise InputError(
+            f"{display_name(path)}: has over {MOST_LINES // 1_000_000} million lines: split it, or "
+            "log at a lower rate"
+        )
+    return data
 
 
 def parse_csv_log(data: bytes, path: Path) -> LogFile:
@@ -102,8 +119,8 @@ def require_cable_count(file: LogFile, robot: _core.Robot) -> None:
 
 
 def display_name(path: Path) -> str:
-    """The path as messages show it: always valid UTF-8."""
-    return str(path).encode("utf-8", "replace").decode()
+    """The path as messages show it: valid UTF-8 on one line."""
+    return shown_path(path)
 
 
 def _cables(count: int) -> str:

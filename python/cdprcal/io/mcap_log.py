@@ -5,7 +5,6 @@ A file that was cut (a crash, a full disk) is read up to where it ends.
 
 from __future__ import annotations
 
-import io as binary_io
 import json
 import math
 import re
@@ -17,13 +16,13 @@ from typing import Any
 import numpy as np
 from mcap.exceptions import EndOfFile
 from mcap.records import Channel, Message
-from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 from numpy.typing import NDArray
 
 from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
 from cdprcal.io.log_file import LogFile, display_name
+from cdprcal.io.mcap_records import DamagedError, records
 
 TOPIC = "/cdprcal/sample"
 SAMPLE_SCHEMA = "cdprcal.Sample"
@@ -111,12 +110,15 @@ def _messages(
     """(number, topic, decoded message) of every JSON object, as far as the file goes."""
     channels: dict[int, Channel] = {}
     number = 0
-    records = iter(StreamReader(binary_io.BytesIO(data), record_size_limit=len(data)).records)
+    found = records(data)
     while True:
         try:
-            record = next(records, None)
+            record = next(found, None)
         except EndOfFile:
             findings.append(_cut(number, "ends in the middle of a record"))
+            return
+        except DamagedError as error:
+            findings.append(_cut(number, f"is damaged ({error})"))
             return
         except Exception as error:  # damaged bytes make the library fail in any way
             findings.append(_cut(number, f"is damaged ({type(error).__name__})"))
@@ -159,11 +161,17 @@ def _sample(message: dict[str, Any], place: str) -> dict[str, float]:
             continue
         if value is None:
             value = math.nan
-        if isinstance(value, bool) or not isinstance(value, int | float) or math.isinf(value):
+        try:
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                raise ValueError
+            number = float(value)  # a whole number may be beyond double precision
+            if math.isinf(number):
+                raise ValueError
+        except (ValueError, OverflowError):
             raise InputError(
                 f"{place}: {key}: must be a finite number or null, not {str(value)[:40]!r}"
-            )
-        sample[key] = float(value)
+            ) from None
+        sample[key] = number
     if sample.keys() <= {"time_s"}:
         return {}
     if not math.isfinite(sample.get("time_s", math.nan)):

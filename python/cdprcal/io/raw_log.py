@@ -32,6 +32,8 @@ _CABLE_COLUMNS = {
 }
 _ATTITUDE_COLUMNS = {"time_s": 1, "roll": 2, "pitch": 3, "yaw": 4}
 _MOST_CABLES = 8
+#: Findings of one kind; more are counted.
+_MOST_ALIKE = 20
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -64,7 +66,7 @@ def parse_raw_log(data: bytes, path: Path) -> LogFile:
     if len(cable_lines) + len(attitude_lines) == 0:
         raise InputError(
             f"{name}: holds no complete cable (type 3) or attitude (type 5) line of a robot log; "
-            "see docs/your-log.md for the formats that are read"
+            "a CSV log begins with a header, 'time_s,…'; see docs/your-log.md"
         )
     cables = _numbers(lines, cable_lines, _CABLE_COLUMNS, name)
     attitude = _numbers(lines, attitude_lines, _ATTITUDE_COLUMNS, name)
@@ -95,8 +97,11 @@ def _split(data: bytes, findings: list[Finding]) -> _Lines:
     line_of_nul: Integers = np.empty(0, dtype=np.int64)
     if b"\0" in data:
         nul = text == 0
-        line_of_nul = np.searchsorted(np.flatnonzero(text == _NEWLINE), np.flatnonzero(nul))
-        _report_nul(np.flatnonzero(nul), line_of_nul, findings)
+        edges = np.flatnonzero(nul[1:] != nul[:-1]) + 1
+        edges = np.r_[[0] * int(nul[0]), edges, [nul.size] * int(nul[-1])].astype(np.int64)
+        begins, ends = edges[::2], edges[1::2]  # of runs: far fewer than bytes
+        line_of_nul = np.searchsorted(np.flatnonzero(text == _NEWLINE), begins)
+        _report_nul(ends - begins, line_of_nul, findings)
         text = text[~nul]
     if b"\r" in data:
         text = text[text != _RETURN]
@@ -113,20 +118,24 @@ def _split(data: bytes, findings: list[Finding]) -> _Lines:
     return _Lines(text, starts, kind, commas, damaged, cut)
 
 
-def _report_nul(positions: Integers, line_of_nul: Integers, findings: list[Finding]) -> None:
-    runs = np.flatnonzero(np.diff(positions, prepend=-2) > 1)
-    for begin, end in zip(runs, [*runs[1:], positions.size], strict=True):
-        line = int(line_of_nul[begin]) + 1
-        findings.append(
-            Finding(
-                severity="warning",
-                code="nul_padding",
-                message=f"{end - begin} NUL bytes at line {line}: space that the logger reserved "
-                "and never filled",
-                remedy="readings may be missing there; close the log properly before power-off",
-                line=line,
-            )
-        )
+def _report_nul(counts: Integers, line_of_nul: Integers, findings: list[Finding]) -> None:
+    """One finding a run of NUL bytes, as long as there are few."""
+    if counts.size > _MOST_ALIKE:
+        what = f"{counts.sum()} NUL bytes in {counts.size} places, the first at line "
+        findings.append(_nul_padding(what, int(line_of_nul[0]) + 1))
+        return
+    for count, line in zip(counts.tolist(), line_of_nul.tolist(), strict=True):
+        findings.append(_nul_padding(f"{count} NUL bytes at line ", line + 1))
+
+
+def _nul_padding(what: str, line: int) -> Finding:
+    return Finding(
+        severity="warning",
+        code="nul_padding",
+        message=f"{what}{line}: space that the logger reserved and never filled",
+        remedy="readings may be missing there; close the log properly before power-off",
+        line=line,
+    )
 
 
 def _usable(lines: _Lines, findings: list[Finding]) -> Flags:
@@ -256,7 +265,18 @@ def _later_than_all_before(time: Floats) -> Flags:
 
 def _report_time(time: Floats, line: Integers, kept: Flags, findings: list[Finding]) -> None:
     begins = np.flatnonzero(~kept & np.concatenate([[True], kept[:-1]]))
-    for begin in begins:
+    for number, begin in enumerate(begins):
+        if number == _MOST_ALIKE:
+            findings.append(
+                Finding(
+                    severity="error",
+                    code="time_not_increasing",
+                    message=f"time goes back {begins.size - number} times more",
+                    remedy="split the file where the clock was set, or log again",
+                    line=int(line[begin]),
+                )
+            )
+            return
         later = np.flatnonzero(kept[begin:])
         count = int(later[0]) if later.size else kept.size - int(begin)
         latest = float(np.max(time[:begin][kept[:begin]], initial=-np.inf))

@@ -7,28 +7,39 @@ options, and the logs themselves (canonical CSV, gzip, base64), each with its SH
 from __future__ import annotations
 
 import base64
-import binascii
 import gzip
 import hashlib
-import json
-from collections.abc import Mapping, Sequence
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 from cdprcal import _core
 from cdprcal._core import InputError
-from cdprcal.io.files import read_bytes, write_text
+from cdprcal.io.files import begins_with, read_bytes, write_text
+from cdprcal.io.json_document import parse_json, require_schema
 from cdprcal.io.log_file import display_name
 
 Command = Literal["calibrate", "diagnose"]
-_LONGEST_LOG_BYTES = 1 << 30
+#: Of the file; logs take a third of their size as CSV in it.
+_MOST_BYTES = 256 << 20
+#: A log's CSV over its gzip. Readings have noise: three or four; eight cables that never move: 40.
+_MOST_RATIO = 200
+_ROTATION_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
 class Result:
-    """A result as a file keeps it. ``options`` are those of the command, as plain data."""
+    """A result as a file keeps it. ``options`` are those of the command, as plain data.
+
+    ``source`` is what messages call the file.
+    """
 
     command: Command
     document: dict[str, Any]
@@ -36,6 +47,7 @@ class Result:
     logs: tuple[_core.Log, ...]
     options: dict[str, Any]
     version: str
+    source: str = "result file"
 
 
 def cdprcal_version() -> str:
@@ -71,38 +83,48 @@ def load_result(path: str | Path) -> Result:
     """Reads a result file. Raises InputError naming the file and what is wrong with it."""
     path = Path(path)
     name = display_name(path)
-    try:
-        document = json.loads(read_bytes(path))
-    except ValueError as error:
-        raise InputError(f"{name}: is no JSON ({error}); give a result file") from None
-    inputs = document.pop("inputs", None) if isinstance(document, dict) else None
+    document = parse_json(read_bytes(path, _MOST_BYTES), name)
+    inputs = document.get("inputs") if isinstance(document, dict) else None
     if not isinstance(inputs, dict):
         raise InputError(
             f"{name}: is no result file: it has no 'inputs' (write one with calibrate -o FILE or "
             "diagnose --result FILE)"
         )
-    options = dict(inputs)
-    try:
-        command = options.pop("command")
-        robot = _core.parse_robot(options.pop("robot"), f"{name}: robot")
-        logs = tuple(_unpacked(packed, name) for packed in options.pop("logs"))
-        made_by = str(options.pop("version"))
-    except (KeyError, TypeError, AttributeError) as error:
-        raise InputError(f"{name}: its inputs are damaged: {error}; write it anew") from None
-    if command not in ("calibrate", "diagnose") or not logs:
+    command: Any = inputs.get("command")
+    if command not in ("calibrate", "diagnose"):
         raise InputError(
-            f"{name}: its inputs are damaged: command {command!r}, {len(logs)} logs; write it anew"
+            f"{name}: inputs.command: {str(command)[:40]!r} is neither calibrate nor diagnose"
         )
-    return Result(command, document, robot, logs, options, made_by)
+    require_schema(document, f"{command}-result", name)
+    _require_sense(document, name)
+    options = dict(document.pop("inputs"))
+    del options["command"]
+    robot = _core.parse_robot(options.pop("robot"), f"{name}: inputs.robot")
+    logs = tuple(_unpacked(packed, name) for packed in options.pop("logs"))
+    for log in logs:
+        if log.cable_count not in (0, robot.cable_count):
+            raise InputError(
+                f"{name}: is damaged: its log has {log.cable_count} cables, its robot "
+                f"{robot.cable_count}; write it anew"
+            )
+    if "corrected" in document:
+        _core.parse_robot(document["corrected"], f"{name}: corrected")
+    return Result(command, document, robot, logs, options, options.pop("version"), name)
+
+
+@contextmanager
+def naming(source: str) -> Iterator[None]:
+    """Every InputError inside begins with the name of the file that it comes from."""
+    try:
+        yield
+    except InputError as error:
+        said = str(error)
+        raise InputError(said if said.startswith(source) else f"{source}: {said}") from None
 
 
 def is_result_file(path: str | Path) -> bool:
     """Whether a file is JSON, by its first character; False when it cannot be read."""
-    try:
-        with Path(path).open("rb") as file:
-            return file.read(64).lstrip()[:1] == b"{"
-    except OSError:
-        return False
+    return begins_with(Path(path), 64).lstrip()[:1] == b"{"
 
 
 def calibrate_options(options: Mapping[str, Any]) -> _core.CalibrateOptions:
@@ -117,7 +139,8 @@ def calibrate_options(options: Mapping[str, Any]) -> _core.CalibrateOptions:
             kinematic_spacing_s=options["kinematic_spacing_s"],
         )
     except (KeyError, TypeError) as error:
-        raise InputError(f"the result file's options are damaged: {error}; write it anew") from None
+        said = str(error).split("\n", 1)[0]
+        raise InputError(f"the result file's options are damaged: {said}; write it anew") from None
 
 
 def calibrate_options_as_dict(options: _core.CalibrateOptions) -> dict[str, Any]:
@@ -150,18 +173,37 @@ def _packed(log: _core.Log) -> dict[str, str]:
 
 def _unpacked(packed: Mapping[str, str], name: str) -> _core.Log:
     try:
-        stream = gzip.GzipFile(fileobj=_bytes(packed["csv_gzip_base64"]))
-        text = stream.read(_LONGEST_LOG_BYTES)
-    except (OSError, EOFError, ValueError, binascii.Error) as error:
+        zipped = base64.b64decode(packed["csv_gzip_base64"], validate=True)
+        most = _MOST_RATIO * len(zipped)
+        text = gzip.GzipFile(fileobj=BytesIO(zipped)).read(most + 1)
+    except (OSError, EOFError, ValueError, zlib.error) as error:
         raise InputError(f"{name}: its log is damaged: {error}; write it anew") from None
+    if len(text) > most:
+        raise InputError(
+            f"{name}: its log is damaged: it unpacks to far more than any log; write it anew"
+        )
     if hashlib.sha256(text).hexdigest() != packed["sha256"]:
         raise InputError(
             f"{name}: its log {packed['name']} was changed: SHA-256 does not fit; write it anew"
         )
-    return _core.parse_log(text, packed["name"])
+    with naming(name):
+        return _core.parse_log(text, packed["name"])
 
 
-def _bytes(text: str) -> Any:
-    from io import BytesIO
-
-    return BytesIO(base64.b64decode(text, validate=True))
+def _require_sense(document: Mapping[str, Any], name: str) -> None:
+    """What a schema cannot say: rotations are rotations, variances positive."""
+    poses = [
+        document.get(key) for key in ("initial_pose", "initial_pose_before", "initial_pose_after")
+    ]
+    poses += document.get("poses", [])
+    rotations = np.array([pose["rotation"] for pose in poses if pose is not None], dtype=float)
+    if rotations.size:
+        apart = np.abs(rotations @ np.swapaxes(rotations, 1, 2) - np.eye(3)).max()
+        if not (apart < _ROTATION_TOLERANCE and np.all(np.linalg.det(rotations) > 0.0)):
+            raise InputError(f"{name}: is damaged: a rotation in it is none; write it anew")
+    for key in ("covariance", "covariance_before", "covariance_after"):
+        covariance = document.get(key)
+        if covariance is not None and not np.all(np.diag(np.array(covariance, dtype=float)) > 0.0):
+            raise InputError(
+                f"{name}: is damaged: {key}: a variance is not positive; write it anew"
+            )

@@ -10,7 +10,7 @@ from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.findings import Finding
 from cdprcal.io.log_file import LogFile
-from cdprcal.io.result_file import Result, calibrate_options, calibrate_options_as_dict
+from cdprcal.io.result_file import Result, calibrate_options, calibrate_options_as_dict, naming
 from cdprcal.results import calibration_as_dict
 
 Progress = Callable[[str], None]
@@ -102,6 +102,11 @@ def subject_of_results(results: Sequence[Result], command: Sequence[str]) -> Sub
     A log that was diagnosed only is calibrated here. Raises InputError when the files are of
     different robots or logs.
     """
+    with naming(results[0].source):
+        return _of_results(results, command)
+
+
+def _of_results(results: Sequence[Result], command: Sequence[str]) -> Subject:
     robot = results[0].robot
     if any(_core.to_yaml(other.robot) != _core.to_yaml(robot) for other in results):
         raise InputError("the results are of different robot files: make a report of each")

@@ -19,7 +19,7 @@ from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
 from cdprcal.hardware.session import Ros2
 from cdprcal.hardware.xsens.measurement import rotation_from_quaternion, rotation_from_zyx_deg
-from cdprcal.io.files import reason
+from cdprcal.io.files import begins_with, reason
 from cdprcal.io.log_file import LogFile, display_name
 from cdprcal.ros2.topics import JOINT_STATE, length_joints, swivel_joints, wanted_types
 
@@ -33,13 +33,9 @@ Messages = dict[str, list[tuple[int, Any]]]
 
 def is_bag(path: Path) -> bool:
     """Whether this is a ROS 2 bag: a folder with metadata, or a file of its own with CDR."""
-    if path.is_dir():
-        return (path / "metadata.yaml").is_file()
-    try:
-        with path.open("rb") as stream:
-            head = stream.read(4096)
-    except OSError:
-        return False
+    if (path / "metadata.yaml").is_file():
+        return True
+    head = begins_with(path, 4096)
     if head.startswith(_SQLITE_MAGIC):
         return True
     # The header's profile follows the magic, an opcode and two lengths.

@@ -12,42 +12,49 @@ from typing import Any
 from pydantic import ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.error import MarkedYAMLError
 
 from cdprcal._core import InputError
 from cdprcal.hardware.session.model import Session
-from cdprcal.io.files import read_bytes
+from cdprcal.io.files import read_bytes, shown_path
 
 #: The JSON schema of session files, for editors; beside this module in an installation.
 SCHEMA_FILE = "session.schema.json"
+#: Eight winches with comments have a tenth of it; the reader takes a second for it.
+_MOST_BYTES = 64 << 10
+_MOST_NESTED = 50
 
 
 def load_session(path: str | Path) -> Session:
     """Reads a session file. Raises InputError 'file:line:column: …'."""
     path = Path(path)
     try:
-        text = read_bytes(path).decode("utf-8")
+        text = read_bytes(path, _MOST_BYTES).decode("utf-8")
     except UnicodeDecodeError:
-        raise InputError(f"{path}: is not UTF-8 text; save it as such") from None
-    return parse_session(text, str(path))
+        raise InputError(f"{shown_path(path)}: is not UTF-8 text; save it as such") from None
+    return parse_session(text, shown_path(path))
 
 
 def parse_session(text: str, source: str) -> Session:
     """A session from YAML text; ``source`` is its name in messages. Raises InputError."""
+    _refuse_deep_nesting(text, source)
     try:
         document = YAML(typ="rt").load(text)
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = f":{mark.line + 1}:{mark.column + 1}" if mark is not None else ""
         raise InputError(f"{source}{place}: {_one_line(str(error.problem))}") from None
-    except (YAMLError, ValueError, RecursionError) as error:
-        raise InputError(
-            f"{source}: is not YAML: {_one_line(str(error))}; see docs/hardware.md"
-        ) from None
+    except Exception as error:  # some damage makes the library fail in other ways
+        said = _one_line(str(error))[:200]
+        raise InputError(f"{source}: is not YAML: {said}; see docs/hardware.md") from None
     if not isinstance(document, CommentedMap):
         raise InputError(f"{source}:1:1: a session file is a map; see docs/hardware.md")
     try:
-        return Session.model_validate(_plain(document))
+        return Session.model_validate(_plain(document, {}))
+    except _HoldsItselfError:
+        raise InputError(
+            f"{source}:1:1: something holds itself, by an alias (*); write it out"
+        ) from None
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         where = _where(first)
@@ -70,12 +77,40 @@ def shipped_schema() -> str:
     return (resources.files("cdprcal.hardware.session") / SCHEMA_FILE).read_text("utf-8")
 
 
-def _plain(node: Any) -> Any:
-    """Without the reader's own types, which strict models do not take."""
-    if isinstance(node, dict):
-        return {_plain(key): _plain(value) for key, value in node.items()}
-    if isinstance(node, list):
-        return [_plain(value) for value in node]
+class _HoldsItselfError(Exception):
+    pass
+
+
+def _refuse_deep_nesting(text: str, source: str) -> None:
+    """Before the reader, which takes seconds to find out."""
+    depth = 0
+    for number, line in enumerate(text.split("\n"), start=1):
+        for at, char in enumerate(line, start=1):
+            depth += (char in "[{") - (char in "]}")
+            if depth > _MOST_NESTED:
+                raise InputError(
+                    f"{source}:{number}:{at}: nested too deeply for a session file; see "
+                    "docs/hardware.md"
+                )
+
+
+def _plain(node: Any, known: dict[int, Any]) -> Any:
+    """Without the reader's own types, which strict models do not take.
+
+    ``known``: nodes by identity. What an alias repeats stays one object, however often; what holds
+    itself raises.
+    """
+    if isinstance(node, dict | list):
+        if id(node) not in known:
+            known[id(node)] = _HoldsItselfError
+            known[id(node)] = (
+                {_plain(key, known): _plain(value, known) for key, value in node.items()}
+                if isinstance(node, dict)
+                else [_plain(value, known) for value in node]
+            )
+        if known[id(node)] is _HoldsItselfError:
+            raise _HoldsItselfError
+        return known[id(node)]
     if isinstance(node, bool) or node is None:
         return node
     for kind in (int, float, str):
