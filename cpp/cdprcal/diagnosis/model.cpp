@@ -100,7 +100,7 @@ RawRows raw_rows(const DiagnosisModel& model, const Robot& robot, const ActiveEf
 /// with their number; what is beyond it (the model's errors) does not.
 double row_noise(const DiagnosisModel& model, NoiseGroup channel, const Measurement& m) {
   const auto c = static_cast<std::size_t>(channel);
-  const double level = model.noise[c];
+  const double level = model.noise.at(c);
   if (c >= kRestGroups) return level;
   const double ripple = std::min(model.floor[c], level);
   return std::sqrt(level * level + ripple * ripple * (model.rest_samples / m.samples - 1.0));
@@ -124,7 +124,9 @@ PoseSystem whiten(const DiagnosisModel& model, const Robot& robot, RawRows raw,
       group = static_cast<int>(NoiseGroup::roll_pitch);
     else if (row == rows.attitude() + 2)
       group = static_cast<int>(NoiseGroup::yaw);
-    return static_cast<NoiseGroup>(group + (moves ? kRestGroups : 0));
+    // The balance has no group in motion; its rows carry nothing there.
+    const bool of_motion = moves && group != static_cast<int>(NoiseGroup::balance);
+    return static_cast<NoiseGroup>(group + (of_motion ? kRestGroups : 0));
   };
   for (int row = 0; row < rows.size(); ++row) {
     sigma[row] = row_noise(model, channel_of(row), m);
