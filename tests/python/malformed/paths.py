@@ -50,7 +50,7 @@ CASES = (
     _path("absent", NONE, lambda path, valid: path),
     _path("a folder", "directory|folder", lambda path, valid: _done(path, Path.mkdir)),
     _path("a pipe", "pipe", lambda path, valid: _done(path, os.mkfifo)),
-    _path("a socket", "not a file|no such device", lambda path, valid: _done(path, _socket)),
+    _path("a socket", "is a socket|no such device", lambda path, valid: _done(path, _socket)),
     _path("a loop of links", NONE + "|too many levels", lambda path, valid: _done(path, _loop)),
     _path(
         "a link to nothing", NONE, lambda path, valid: _done(path, lambda p: p.symlink_to("gone"))

@@ -24,11 +24,11 @@ def _plan(name: str, change: Change, words: str, big: bool = False) -> Case:
 CELLS = {
     "purpose unknown": (1, "look", "purpose: 'look'"),
     "purpose empty": (1, "", "purpose"),
-    "position is text": (2, "left", "position_x_m: 'left'"),
+    "position is text": (2, "left", "position_x_m: must be a number, not 'left'"),
     "position is NaN": (2, "nan", "position_x_m: must be finite"),
     "position is infinite": (3, "inf", "position_y_m: must be finite"),
     "position beyond double": (4, "1e999", "position_z_m"),
-    "position in mm": (2, "400 mm", "position_x_m: '400 mm'"),
+    "position in mm": (2, "400 mm", "position_x_m: must be a number, not '400 mm'"),
     "quaternion not of norm 1": (5, "0.5", "norm"),
     "quaternion zero": (5, "0", "norm"),
     "quaternion huge": (5, "1e300", "norm"),
@@ -38,16 +38,16 @@ CELLS = {
     "tension empty": (9, "", "tension_1_N"),
     "time negative": (13, "-1", "transition_s: must not be negative"),
     "time infinite": (13, "inf", "transition_s"),
-    "dwell is text": (14, "long", "dwell_s: 'long'"),
+    "dwell is text": (14, "long", "dwell_s: must be a number, not 'long'"),
     "frequency negative": (15, "-1", "natural_frequency_1_hz"),
 }
 COMMENTS = {
     "start_tension_N": ("0, 1, 1, 1", "positive"),
-    "start_position_m": ("0, 0", "2 values, expected 3"),
+    "start_position_m": ("0, 0", "has 2 values; give 3"),
     "start_quaternion_wxyz": ("1, 1, 0, 0", "norm"),
     "start_dwell_s": ("-2", "negative"),
     "stops": ("many", "'many'"),
-    "predicted_standard_deviation_m_rad": ("1", "1 values, expected 6"),
+    "predicted_standard_deviation_m_rad": ("1", "has 1 values; give 6"),
 }
 
 CASES = (
