@@ -53,8 +53,8 @@ def command(
     with LiveServer(
         lambda: replay_messages(file, the_robot, setpoints, speed=speed), port=port
     ) as server:
-        say(console(), f"{server.address}: open it in a browser on this computer; Ctrl-C ends")
         try:
+            say(console(), f"{server.address}: open it in a browser on this computer; Ctrl-C ends")
             threading.Event().wait()
         except KeyboardInterrupt:
             raise typer.Exit(DONE) from None
