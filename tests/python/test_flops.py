@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.machinery
-import importlib.util
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+
+from scripts import load_script
 
 SCRIPT = Path(__file__).resolve().parents[2] / "tools" / "flops"
 
@@ -36,12 +36,7 @@ ob=(1)
 
 @pytest.fixture(scope="module")
 def tool() -> ModuleType:
-    loader = importlib.machinery.SourceFileLoader("flops_tool", str(SCRIPT))
-    spec = importlib.util.spec_from_loader(loader.name, loader)
-    assert spec is not None
-    module = importlib.util.module_from_spec(spec)
-    loader.exec_module(module)
-    return module
+    return load_script(SCRIPT)
 
 
 def test_callgrinds_file(tool: ModuleType) -> None:

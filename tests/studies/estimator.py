@@ -26,6 +26,7 @@ from scipy.stats import beta, chi2
 import cdprcal
 from cdprcal import CalibrateOptions, CalibrationStatus, Formulation, Method
 from cdprcal.studies import Workers, add_worker_options, spread, workers_of
+from cdprcal.studies.monte_carlo import start_up_options
 
 Vector = NDArray[np.float64]
 
@@ -36,14 +37,7 @@ DWELL_S, MOVE_S = 4.0, 4.0
 def run(robot: cdprcal.Robot, seed: int, noise: float) -> cdprcal.SyntheticLog:
     """Eight poses with `noise` times eq. 18, and a balance as exact as the robot file says."""
     setpoints = cdprcal.default_setpoints(robot, *GRID)
-    options = cdprcal.SyntheticLogOptions(
-        dwell_s=DWELL_S,
-        move_s=MOVE_S,
-        noise=cdprcal.reading_noise(robot.sigma, noise),
-        wrench_force_N=robot.sigma.wrench_force_N,
-        wrench_moment_Nm=cdprcal.characteristic_length_m(robot) * robot.sigma.wrench_force_N,
-        seed=seed,
-    )
+    options = start_up_options(robot, seed, noise, DWELL_S, MOVE_S)
     return cdprcal.synthetic_log(robot, setpoints, options)
 
 

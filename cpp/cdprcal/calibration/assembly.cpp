@@ -12,8 +12,6 @@
 namespace cdprcal {
 namespace {
 
-/// The common unknowns are ζ0 and 2n + 1 reference errors.
-constexpr int kMostCommon = 6 + 2 * kMaxCables + 1;
 /// Wide enough for the common unknowns and for a pose's rows.
 using PoseByCommon =
     Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, std::max(kMostCommon, kMostRows)>;
@@ -144,14 +142,8 @@ std::vector<Eigen::MatrixXd> Assembly::common_informations(
   for (std::size_t w = 0; w < without.size(); ++w) {
     Eigen::MatrixXd& common = out[w];
     const RowsByCommon first = by_common(rows_for(w), true, by_initial);
-    // lazyProduct: these are too small for blocking to pay.
-    common.noalias() = first.transpose().lazyProduct(first);
-    const Eigen::MatrixXd& information = eliminations[w].finish().information;
-    const Eigen::MatrixXd cross = information.lazyProduct(by_initial);
-    common.topLeftCorner<6, 6>() += by_initial.transpose().lazyProduct(cross);
-    common.bottomLeftCorner(errors, 6) += cross;
-    common.topRightCorner(6, errors) += cross.transpose();
-    common.bottomRightCorner(errors, errors) += information;
+    common = through_offsets(eliminations[w].finish().information, by_initial);
+    common.noalias() += first.transpose().lazyProduct(first);
     for (int e = 0; e < reference_.size(); ++e) {
       if (reference_.is_free(e)) continue;
       common.row(6 + e).setZero();

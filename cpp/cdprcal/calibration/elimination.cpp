@@ -14,8 +14,6 @@ namespace {
 
 constexpr int kLanes = 8;
 constexpr int kRow = 7;  // six derivatives and the residual
-/// Directions without any reading: their damping must not vanish with D.
-constexpr double kLeastDiagonal = 1e-6;
 
 using Vector4 = double __attribute__((vector_size(4 * sizeof(double))));
 using Vector8 = double __attribute__((vector_size(8 * sizeof(double))));
@@ -226,6 +224,17 @@ const Kernels& kernels() {
 }
 
 }  // namespace
+
+CommonMatrix through_offsets(const Eigen::MatrixXd& information, const OffsetJacobian& by_initial) {
+  const Eigen::Index offsets = by_initial.rows();
+  CommonMatrix out(6 + offsets, 6 + offsets);
+  out.bottomRightCorner(offsets, offsets) = information;
+  // lazyProduct: these are too small for blocking to pay.
+  out.bottomLeftCorner(offsets, 6) = information.lazyProduct(by_initial);
+  out.topRightCorner(6, offsets) = out.bottomLeftCorner(offsets, 6).transpose();
+  out.topLeftCorner<6, 6>() = by_initial.transpose().lazyProduct(out.bottomLeftCorner(offsets, 6));
+  return out;
+}
 
 PoseElimination::Buffer PoseElimination::buffer(std::size_t numbers) {
   constexpr std::size_t kAlignment = kLanes * sizeof(double);

@@ -9,6 +9,16 @@
 
 namespace cdprcal {
 
+/// Unknowns that nothing measures: the diagonal of JᵀJ counts at least so much in the damping.
+inline constexpr double kLeastDiagonal = 1e-6;
+
+/// What is left when the poses are gone: ζ0's six unknowns and the reference errors.
+inline constexpr int kMostCommon = 6 + kMostOffsets;
+using CommonMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
+                                   kMostCommon, kMostCommon>;
+/// Information about the offsets as information about ζ0 and e: chain rule through o = m(ζ0) + e.
+CommonMatrix through_offsets(const Eigen::MatrixXd& information, const OffsetJacobian& by_initial);
+
 /// What the eliminated poses say about the offsets o = m(ζ0) + e. With H, C and g a pose's blocks
 /// of JᵀJ, JᵀJ_o and Jᵀr, and D the diagonal of H:
 struct EliminatedSums {

@@ -3,17 +3,16 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "cdprcal/calibration/assembly.hpp"
-#include "cdprcal/calibration/residuals/pose_rows.hpp"
 
 namespace cdprcal {
 namespace {
 
 constexpr double kFirstDamping = 1e-4;
 constexpr double kLeastDamping = 1e-14, kMostDamping = 1e32;
-constexpr double kLeastDiagonal = 1e-6;  // unknowns that nothing measures
-constexpr double kLeastGain = 1e-3;      // of the promised decrease, for a step to be accepted
+constexpr double kLeastGain = 1e-3;  // of the promised decrease, for a step to be accepted
 
 /// Nielsen's factor on the damping after a step that gained `ratio` of what was promised.
 double after_success(double ratio) {
@@ -57,13 +56,8 @@ bool Minimiser::sweep(const std::vector<Pose>& poses, double damping) {
   cost += sums.cost;
   if (!std::isfinite(cost)) return false;
 
-  // Chain rule through o = m(ζ0) + e.
-  information_.resize(6 + offsets, 6 + offsets);
-  information_.bottomRightCorner(offsets, offsets) = sums.information;
-  information_.bottomLeftCorner(offsets, 6).noalias() = sums.information.lazyProduct(by_initial_);
-  information_.topRightCorner(6, offsets) = information_.bottomLeftCorner(offsets, 6).transpose();
-  information_.topLeftCorner<6, 6>() =
-      own + by_initial_.transpose().lazyProduct(information_.bottomLeftCorner(offsets, 6));
+  information_ = through_offsets(sums.information, by_initial_);
+  information_.topLeftCorner<6, 6>() += own;
   information_.diagonal().tail(offsets) += error_diagonal;
   gradient_.resize(6 + offsets);
   gradient_.head<6>() = own_gradient + by_initial_.transpose() * sums.gradient;

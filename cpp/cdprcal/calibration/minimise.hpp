@@ -37,10 +37,7 @@ class Minimiser {
   MinimiserSummary minimise(const MinimiserOptions& options);
 
  private:
-  /// ζ0's six unknowns and the reference errors.
-  static constexpr int kMost = 6 + kMostOffsets;
-  using CommonMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMost, kMost>;
-  using CommonVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMost, 1>;
+  using CommonVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostCommon, 1>;
 
   /// Evaluates everything at a state and eliminates its poses. False when a pose is invalid there.
   bool sweep(const std::vector<Pose>& poses, double damping);

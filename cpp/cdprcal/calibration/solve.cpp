@@ -257,7 +257,6 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
   result.solve_time_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
-  assembly.cache().update();
   result.cost = assembly.cost();
   for (std::size_t i = 0; i < assembly.cache().size(); ++i) {
     result.poses.push_back(assembly.cache().pose(i));

@@ -58,6 +58,20 @@ def start_ups(
     return spread(work, list(seeds), workers)
 
 
+def start_up_options(
+    robot: Robot, seed: int, noise: float, dwell_s: float, move_s: float
+) -> _core.SyntheticLogOptions:
+    """A start-up with `noise` times the robot's σ and a balance as exact as its file says."""
+    return _core.SyntheticLogOptions(
+        dwell_s=dwell_s,
+        move_s=move_s,
+        noise=_core.reading_noise(robot.sigma, noise),
+        wrench_force_N=robot.sigma.wrench_force_N,
+        wrench_moment_Nm=_core.characteristic_length_m(robot) * robot.sigma.wrench_force_N,
+        seed=seed,
+    )
+
+
 def one_start_up(
     seed: int,
     robot: Robot,
@@ -67,14 +81,7 @@ def one_start_up(
     move_s: float,
 ) -> StartUpRow:
     """The row of one seed."""
-    options = _core.SyntheticLogOptions(
-        dwell_s=dwell_s,
-        move_s=move_s,
-        noise=_core.reading_noise(robot.sigma, noise),
-        wrench_force_N=robot.sigma.wrench_force_N,
-        wrench_moment_Nm=_core.characteristic_length_m(robot) * robot.sigma.wrench_force_N,
-        seed=seed,
-    )
+    options = start_up_options(robot, seed, noise, dwell_s, move_s)
     made = _core.synthetic_log(robot, [np.asarray(s) for s in setpoints_N], options)
     result = _core.calibrate(robot, made.log, CalibrateOptions()).result
     if result.covariance is None or not result.poses:
