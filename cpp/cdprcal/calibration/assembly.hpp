@@ -32,6 +32,7 @@ class Assembly {
   /// `guess`: one pose a measurement. The problem must outlive the assembly.
   Assembly(const CalibrationProblem& problem, const std::vector<Pose>& guess);
 
+  [[nodiscard]] const CalibrationProblem& problem() const { return problem_; }
   PoseCache& cache() { return cache_; }
   [[nodiscard]] const ReferenceReadings& reference() const { return reference_; }
 

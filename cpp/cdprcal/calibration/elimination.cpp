@@ -3,20 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
-#include <new>
-
-// Vectors never cross a function that is called.
-#pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace cdprcal {
 namespace {
 
-constexpr int kLanes = 8;
-constexpr int kRow = 7;  // six derivatives and the residual
+using namespace lanes;
 
-using Vector4 = double __attribute__((vector_size(4 * sizeof(double))));
-using Vector8 = double __attribute__((vector_size(8 * sizeof(double))));
+constexpr int kRow = 7;  // six derivatives and the residual
 
 static_assert(kMostOffsets <= 32);
 
@@ -35,41 +28,9 @@ constexpr int kFactorY = 21, kFactorD = 27, kFactorOffsets = 33;
 // Where the sums are: S (packed), then per offset g, raw g, raw diagonal, then three numbers.
 constexpr int sums_size(int offsets) { return packed(offsets, 0) + 3 * offsets + 3; }
 
-#define CDPRCAL_INLINE __attribute__((always_inline))
-
-/// The same `lanes` of every number of an array [index][kLanes].
-template <typename V>
-class LaneArray {
- public:
-  CDPRCAL_INLINE LaneArray(const double* numbers, int first) : numbers_(numbers + first) {}
-  CDPRCAL_INLINE V operator[](int index) const {
-    V out;
-    std::memcpy(&out, numbers_ + index * kLanes, sizeof out);
-    return out;
-  }
-
- private:
-  const double* numbers_;
-};
-template <typename V>
-class WritableLaneArray {
- public:
-  CDPRCAL_INLINE WritableLaneArray(double* numbers, int first) : numbers_(numbers + first) {}
-  CDPRCAL_INLINE V operator[](int index) const { return LaneArray<V>(numbers_, 0)[index]; }
-  CDPRCAL_INLINE void set(int index, const V& value) const {
-    std::memcpy(numbers_ + index * kLanes, &value, sizeof value);
-  }
-  CDPRCAL_INLINE void add(int index, const V& value) const { set(index, (*this)[index] + value); }
-
- private:
-  double* numbers_;
-};
-template <typename V>
-constexpr int lanes = sizeof(V) / sizeof(double);
-
 /// v ← L⁻¹ v, where h holds L with its diagonal inverted.
 template <typename V>
-CDPRCAL_INLINE inline void forward(const V* h, V* v) {
+CDPRCAL_INLINE void forward(const V* h, V* v) {
   for (int a = 0; a < 6; ++a) {
     for (int b = 0; b < a; ++b) v[a] -= h[packed(a, b)] * v[b];
     v[a] *= h[packed(a, a)];
@@ -78,9 +39,9 @@ CDPRCAL_INLINE inline void forward(const V* h, V* v) {
 
 /// Lanes `first` … of a batch, as many as V has.
 template <typename V>
-CDPRCAL_INLINE inline void eliminate(const Batch& in, int first) {
-  const LaneArray<V> rows(in.rows, first), by_offsets(in.by_offset, first);
-  const WritableLaneArray<V> factor(in.factor, first), sums(in.sums, first);
+CDPRCAL_INLINE void eliminate(const Batch& in, int first) {
+  const Lanes<V> rows(in.rows, first), by_offsets(in.by_offset, first);
+  const WritableLanes<V> factor(in.factor, first), sums(in.sums, first);
   V h[21] = {}, g[6] = {};
   V squares = {};
   for (int s = 0; s < in.slots; ++s) {
@@ -106,7 +67,7 @@ CDPRCAL_INLINE inline void eliminate(const Batch& in, int first) {
     V pivot = h[packed(j, j)];
     for (int k = 0; k < j; ++k) pivot -= h[packed(j, k)] * h[packed(j, k)];
     V inverse;
-    for (int l = 0; l < lanes<V>; ++l) inverse[l] = 1.0 / std::sqrt(pivot[l]);
+    for (int l = 0; l < count<V>; ++l) inverse[l] = 1.0 / std::sqrt(pivot[l]);
     h[packed(j, j)] = inverse;
     for (int i = j + 1; i < 6; ++i) {
       V value = h[packed(i, j)];
@@ -151,9 +112,9 @@ CDPRCAL_INLINE inline void eliminate(const Batch& in, int first) {
 
 /// δ = −L⁻ᵀ (y + Y δo); written over y. Adds Σ δ² to norm and Σ D δ² to damping.
 template <typename V>
-CDPRCAL_INLINE inline void substitute(double* numbers, int offsets, const double* offset_step,
-                                      int first, double& norm, double& damping) {
-  const WritableLaneArray<V> factor(numbers, first);
+CDPRCAL_INLINE void substitute(double* numbers, int offsets, const double* offset_step, int first,
+                               double& norm, double& damping) {
+  const WritableLanes<V> factor(numbers, first);
   V z[6];
   for (int a = 0; a < 6; ++a) z[a] = -factor[kFactorY + a];
   for (int k = 0; k < offsets; ++k) {
@@ -167,16 +128,14 @@ CDPRCAL_INLINE inline void substitute(double* numbers, int offsets, const double
     squares += z[a] * z[a];
     damped += factor[kFactorD + a] * z[a] * z[a];
   }
-  for (int l = 0; l < lanes<V>; ++l) {
+  for (int l = 0; l < count<V>; ++l) {
     norm += squares[l];
     damping += damped[l];
   }
 }
 
 // The same bodies for each kind of processor; what it has is asked once.
-#if defined(__x86_64__) && defined(__GNUC__)
-#define CDPRCAL_AVX2 __attribute__((target("avx2,fma")))
-#define CDPRCAL_AVX512 __attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma")))
+#ifdef CDPRCAL_HAS_AVX
 CDPRCAL_AVX512 void eliminate_avx512(const Batch& in) { eliminate<Vector8>(in, 0); }
 CDPRCAL_AVX2 void eliminate_avx2(const Batch& in) {
   eliminate<Vector4>(in, 0);
@@ -207,20 +166,12 @@ struct Kernels {
   void (*substitute)(double*, int, const double*, double&, double&) = substitute_anywhere;
 };
 
-const Kernels& kernels() {
-  static const Kernels chosen = [] {
-    Kernels out;
-#if defined(__x86_64__) && defined(__GNUC__)
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-        __builtin_cpu_supports("avx512vl")) {
-      out = {eliminate_avx512, substitute_avx512};
-    } else if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
-      out = {eliminate_avx2, substitute_avx2};
-    }
+Kernels kernels() {
+#ifdef CDPRCAL_HAS_AVX
+  if (processor() == Processor::avx512) return {eliminate_avx512, substitute_avx512};
+  if (processor() == Processor::avx2) return {eliminate_avx2, substitute_avx2};
 #endif
-    return out;
-  }();
-  return chosen;
+  return {};
 }
 
 }  // namespace
@@ -236,13 +187,6 @@ CommonMatrix through_offsets(const Eigen::MatrixXd& information, const OffsetJac
   return out;
 }
 
-PoseElimination::Buffer PoseElimination::buffer(std::size_t numbers) {
-  constexpr std::size_t kAlignment = kLanes * sizeof(double);
-  void* memory = std::aligned_alloc(kAlignment, numbers * kAlignment);
-  if (memory == nullptr) throw std::bad_alloc();
-  return Buffer(static_cast<double*>(memory));
-}
-
 PoseElimination::PoseElimination(std::size_t poses, int offsets, bool steps_wanted)
     : offsets_(offsets),
       steps_wanted_(steps_wanted),
@@ -250,7 +194,7 @@ PoseElimination::PoseElimination(std::size_t poses, int offsets, bool steps_want
       rows_(buffer(static_cast<std::size_t>(kRow * (offsets + kMostRows)))),
       by_offset_(buffer(static_cast<std::size_t>(offsets))),
       sums_(buffer(static_cast<std::size_t>(sums_size(offsets)))),
-      factors_(buffer(factor_size_ * (steps_wanted ? (poses + kLanes - 1) / kLanes : 1))) {
+      factors_(buffer(factor_size_ * (steps_wanted ? lanes::batches(poses) : 1))) {
   out_.information.resize(offsets, offsets);
   out_.gradient.resize(offsets);
   out_.raw_gradient.resize(offsets);
@@ -298,6 +242,12 @@ void PoseElimination::add(const PoseRows& rows) {
   if (++added_ % kLanes == 0) eliminate_batch();
 }
 
+void PoseElimination::add_batch(int own_rows) {
+  own_rows_ = own_rows;
+  added_ += kLanes;
+  eliminate_batch();
+}
+
 void PoseElimination::eliminate_batch() {
   double* const factor = factors_.get() + (steps_wanted_ ? batches_ : 0U) * factor_size_ * kLanes;
   kernels().eliminate({rows_.get(), by_offset_.get(), offsets_, offsets_ + own_rows_, damping_,
@@ -340,12 +290,8 @@ PoseSteps PoseElimination::back_substitute(const Eigen::VectorXd& offset_step) {
   return out;
 }
 
-Vector6 PoseElimination::step(std::size_t pose) const {
-  const double* const batch = factors_.get() + (pose / kLanes) * factor_size_ * kLanes;
-  Vector6 out;
-  for (int a = 0; a < 6; ++a)
-    out[a] = batch[(kFactorY + a) * kLanes + static_cast<int>(pose % kLanes)];
-  return out;
+const double* PoseElimination::steps(std::size_t batch) const {
+  return factors_.get() + (batch * factor_size_ + kFactorY) * kLanes;
 }
 
 }  // namespace cdprcal

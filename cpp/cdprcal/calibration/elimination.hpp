@@ -1,11 +1,10 @@
 // The measurement poses leave the normal equations (Schur complement), eight at a time.
 #pragma once
 
-#include <cstdlib>
-#include <memory>
 #include <vector>
 
 #include "cdprcal/calibration/residuals/term.hpp"
+#include "cdprcal/lanes.hpp"
 
 namespace cdprcal {
 
@@ -50,21 +49,20 @@ class PoseElimination {
   void begin(double damping);
   /// The next pose's rows. Rows without offset are its own; each offset occurs once at most.
   void add(const PoseRows& rows);
+  /// The next eight poses' rows, after a whole number of eights: what is written there as
+  /// RowLanes::write says, with so many rows of their own.
+  [[nodiscard]] double* rows() { return rows_.get(); }
+  [[nodiscard]] double* by_offset() { return by_offset_.get(); }
+  void add_batch(int own_rows);
   /// The sums over all poses added. Not finite when a pose has no positive definite H + λD.
   const EliminatedSums& finish();
 
-  /// Steps of all poses for a step of the offsets; pose i's is step(i).
+  /// Steps of all poses for a step of the offsets.
   PoseSteps back_substitute(const Eigen::VectorXd& offset_step);
-  [[nodiscard]] Vector6 step(std::size_t pose) const;
+  /// Those of a batch, world-frame twists: [6][lane].
+  [[nodiscard]] const double* steps(std::size_t batch) const;
 
  private:
-  struct Free {
-    void operator()(double* memory) const { std::free(memory); }
-  };
-  /// Aligned for vectors, and not touched before it is written.
-  using Buffer = std::unique_ptr<double[], Free>;
-  static Buffer buffer(std::size_t numbers);
-
   void eliminate_batch();
 
   int offsets_;
@@ -72,11 +70,11 @@ class PoseElimination {
   std::size_t factor_size_;  ///< numbers a batch
   double damping_ = 0.0;
   std::size_t added_ = 0, batches_ = 0;
-  int own_rows_ = 0;  ///< most rows without offset in this batch
-  Buffer rows_;       ///< of this batch: [slot][6 derivatives, residual][lane]
-  Buffer by_offset_;  ///< [offset][lane]
-  Buffer sums_;
-  Buffer factors_;  ///< one batch after another; the steps end in them
+  int own_rows_ = 0;         ///< most rows without offset in this batch
+  lanes::Buffer rows_;       ///< of this batch: [slot][6 derivatives, residual][lane]
+  lanes::Buffer by_offset_;  ///< [offset][lane]
+  lanes::Buffer sums_;
+  lanes::Buffer factors_;  ///< one batch after another; the steps end in them
   EliminatedSums out_;
 };
 

@@ -23,12 +23,34 @@ double after_success(double ratio) {
 
 Minimiser::Minimiser(Assembly& assembly)
     : assembly_(assembly),
-      elimination_(assembly.cache().size(), assembly.reference().size(), true) {}
+      current_{{}, PoseLanes(assembly.cache().size() - 1)},
+      candidate_{{}, PoseLanes(assembly.cache().size() - 1)},
+      elimination_(assembly.cache().size(), assembly.reference().size(), true) {
+  if (RowLanes::serve(assembly.problem())) {
+    row_lanes_.emplace(assembly.problem(), assembly.cache(), assembly.reference());
+  }
+}
 
-bool Minimiser::sweep(const std::vector<Pose>& poses, double damping) {
+bool Minimiser::eliminate(const PoseLanes& poses) {
+  if (row_lanes_) {
+    row_lanes_->set_offsets(initial_);
+    for (std::size_t b = 0; b < row_lanes_->batches(); ++b) {
+      if (!row_lanes_->write(b, poses, elimination_.rows(), elimination_.by_offset())) return false;
+      elimination_.add_batch(row_lanes_->own_rows());
+    }
+    return true;
+  }
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (!assembly_.evaluate_rows(i + 1, poses[i], initial_, evaluation_, rows_)) return false;
+    elimination_.add(rows_);
+  }
+  return true;
+}
+
+bool Minimiser::sweep(const State& state, double damping) {
   cost_ = kNaN;
   const int offsets = assembly_.reference().size();
-  if (!assembly_.evaluate_rows(0, poses[0], initial_, initial_, rows_)) return false;
+  if (!assembly_.evaluate_rows(0, state.initial, initial_, initial_, rows_)) return false;
   by_initial_ = offset_jacobian(initial_);
   Matrix6 own = Matrix6::Zero();
   Vector6 own_gradient = Vector6::Zero();
@@ -48,10 +70,7 @@ bool Minimiser::sweep(const std::vector<Pose>& poses, double damping) {
     }
   }
   elimination_.begin(damping);
-  for (std::size_t i = 1; i < poses.size(); ++i) {
-    if (!assembly_.evaluate_rows(i, poses[i], initial_, evaluation_, rows_)) return false;
-    elimination_.add(rows_);
-  }
+  if (!eliminate(state.others)) return false;
   const EliminatedSums& sums = elimination_.finish();
   cost += sums.cost;
   if (!std::isfinite(cost)) return false;
@@ -99,14 +118,15 @@ bool Minimiser::solve_common(double damping) {
 }
 
 void Minimiser::move() {
-  candidate_.resize(current_.size());
-  candidate_[0] = hold_initial_pose_ ? current_[0] : plus(current_[0], step_.head<6>());
-  state_norm_ = assembly_.reference_errors().squaredNorm();
-  for (std::size_t i = 1; i < current_.size(); ++i) {
-    candidate_[i] = plus(current_[i], elimination_.step(i - 1));
-    state_norm_ += current_[i].position_m.squaredNorm() + 1.0;
+  const Pose& initial = current_.initial;
+  candidate_.initial = hold_initial_pose_ ? initial : plus(initial, step_.head<6>());
+  double squares =
+      assembly_.reference_errors().squaredNorm() + initial.position_m.squaredNorm() + 1.0;
+  const std::size_t batches = lanes::batches(current_.others.size());
+  for (std::size_t b = 0; b < batches; ++b) {
+    squares += candidate_.others.move(b, current_.others, elimination_.steps(b));
   }
-  state_norm_ = std::sqrt(state_norm_ + current_[0].position_m.squaredNorm() + 1.0);
+  state_norm_ = std::sqrt(squares);
 }
 
 MinimiserSummary Minimiser::minimise(const MinimiserOptions& options) {
@@ -117,14 +137,16 @@ MinimiserSummary Minimiser::minimise(const MinimiserOptions& options) {
   for (int e = 0; e < assembly_.reference().size(); ++e) {
     if (assembly_.reference().is_free(e)) free_.push_back(6 + e);
   }
-  current_.resize(assembly_.cache().size());
-  for (std::size_t i = 0; i < current_.size(); ++i) current_[i] = assembly_.cache().pose(i);
+  current_.initial = assembly_.cache().pose(0);
+  const std::size_t others = current_.others.size();
+  for (std::size_t i = 0; i < others; ++i) current_.others.set(i, assembly_.cache().pose(i + 1));
+  if (row_lanes_) row_lanes_->update_weights();
   Eigen::VectorXd errors = assembly_.reference_errors();
 
   double damping = kFirstDamping, growth = 2.0;
-  const auto evaluate = [&](const std::vector<Pose>& poses) {
+  const auto evaluate = [&](const State& state) {
     ++out.evaluations;
-    return sweep(poses, damping);
+    return sweep(state, damping);
   };
   const auto reject = [&] {
     damping *= growth;
@@ -185,7 +207,8 @@ MinimiserSummary Minimiser::minimise(const MinimiserOptions& options) {
     }
   }
   assembly_.set_reference_errors(errors);
-  for (std::size_t i = 0; i < current_.size(); ++i) assembly_.cache().set_pose(i, current_[i]);
+  assembly_.cache().set_pose(0, current_.initial);
+  for (std::size_t i = 0; i < others; ++i) assembly_.cache().set_pose(i + 1, current_.others[i]);
   return out;
 }
 

@@ -1,8 +1,11 @@
 // The least-squares minimiser of the calibration: Levenberg-Marquardt on its arrowhead structure.
 #pragma once
 
+#include <optional>
+
 #include "cdprcal/calibration/elimination.hpp"
 #include "cdprcal/calibration/problem.hpp"
+#include "cdprcal/calibration/row_lanes.hpp"
 
 namespace cdprcal {
 
@@ -39,16 +42,25 @@ class Minimiser {
  private:
   using CommonVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostCommon, 1>;
 
+  /// ζ0 and the other poses.
+  struct State {
+    Pose initial;
+    PoseLanes others;
+  };
+
   /// Evaluates everything at a state and eliminates its poses. False when a pose is invalid there.
-  bool sweep(const std::vector<Pose>& poses, double damping);
+  bool sweep(const State& state, double damping);
+  /// Adds the poses but ζ0 to the elimination. False when one is invalid.
+  bool eliminate(const PoseLanes& poses);
   /// Whether the last sweep's common system has a step; it is in step_ then.
   bool solve_common(double damping);
   /// candidate_: current_ moved by the step.
   void move();
 
   Assembly& assembly_;
-  std::vector<Pose> current_, candidate_;
+  State current_, candidate_;
   PoseElimination elimination_;
+  std::optional<RowLanes> row_lanes_;  ///< where they serve
   PoseEvaluation initial_, evaluation_;
   PoseRows rows_;
   std::vector<int> free_;  ///< unknowns that are: ζ0's, then 6 + index of the error

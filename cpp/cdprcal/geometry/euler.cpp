@@ -10,7 +10,7 @@ namespace {
 struct Order {
   EulerConvention convention;
   const char* name;
-  std::array<int, 3> axis;  // first, second, third turn: 0 = X, 1 = Y, 2 = Z
+  std::array<int, 3> axis;
 };
 
 constexpr std::array<Order, 6> kOrders{{{EulerConvention::XYZ, "XYZ", {0, 1, 2}},
@@ -39,6 +39,8 @@ EulerConvention parse_euler_convention(const std::string& name) {
 }
 
 std::string to_string(EulerConvention convention) { return order_of(convention).name; }
+
+std::array<int, 3> euler_axes(EulerConvention convention) { return order_of(convention).axis; }
 
 Eigen::Quaterniond rotation_from_euler(const Vector3& roll_pitch_yaw_rad,
                                        EulerConvention convention) {

@@ -5,6 +5,7 @@
 // reproduce only with XYZ, so the convention belongs to each sensor and is never assumed.
 #pragma once
 
+#include <array>
 #include <string>
 
 #include "cdprcal/geometry/pose.hpp"
@@ -16,6 +17,8 @@ enum class EulerConvention { XYZ, XZY, YXZ, YZX, ZXY, ZYX };
 /// "XYZ" … ↔ enum; throws InputError naming the accepted orders.
 EulerConvention parse_euler_convention(const std::string& name);
 std::string to_string(EulerConvention convention);
+/// Axes of the first, second and third turn: 0 = X, 1 = Y, 2 = Z.
+std::array<int, 3> euler_axes(EulerConvention convention);
 
 /// (roll, pitch, yaw) [rad] → R_world_platform.
 Eigen::Quaterniond rotation_from_euler(const Vector3& roll_pitch_yaw_rad,

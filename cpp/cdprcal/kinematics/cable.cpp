@@ -1,6 +1,6 @@
 #include "cdprcal/kinematics/cable.hpp"
 
-#include <limits>
+#include "cdprcal/kinematics/cable_equations.hpp"
 
 namespace cdprcal {
 
@@ -12,45 +12,22 @@ CableState invalid_state(CableStatus status, double radial_distance_m) {
   return {status, kNaN, kNaN, kNaN, kNaN, radial_distance_m, none, none, none, none};
 }
 
+Vector3 vector(const lanes::Triple<double>& triple) { return {triple.x, triple.y, triple.z}; }
+
 }  // namespace
 
 CableState cable_state(const Pulley& pulley, const Vector3& q_world_m) {
-  CableState s;
-  const double r = pulley.radius_m;
-  const double q_i = pulley.axes_world.col(0).dot(q_world_m);
-  const double q_j = pulley.axes_world.col(1).dot(q_world_m);
-  const double q_k = pulley.axes_world.col(2).dot(q_world_m);
-  const double q_u = std::sqrt(q_i * q_i + q_j * q_j);
-  s.radial_distance_m = q_u;
-  if (!(q_u > 0.0)) {
-    return invalid_state(CableStatus::anchor_on_swivel_axis, q_u);
+  const CableEquations<double> s =
+      cable_equations<lanes::One>(pulley, {q_world_m.x(), q_world_m.y(), q_world_m.z()});
+  if (!s.is_tangent()) {
+    const bool inside = s.radial_distance_m > 0.0 && s.free_squared_m2 <= 0.0;
+    return invalid_state(
+        inside ? CableStatus::anchor_inside_pulley : CableStatus::anchor_on_swivel_axis,
+        s.radial_distance_m);
   }
-  const double cos_swivel = q_i / q_u;
-  const double sin_swivel = q_j / q_u;
-  s.swivel_rad = std::atan2(q_j, q_i);  // eq. 2
-  s.radial = cos_swivel * pulley.axes_world.col(0) + sin_swivel * pulley.axes_world.col(1);
-  s.groove_normal = -sin_swivel * pulley.axes_world.col(0) + cos_swivel * pulley.axes_world.col(1);
-
-  // In the groove plane, from the pulley centre: v = r n + ‖ρ‖ t. Solved for (cos ψ, sin ψ) it is
-  // eq. 4 without the division by u·q, hence exact close to the swivel axis too.
-  const double v_u = q_u - r;
-  const double distance_squared = v_u * v_u + q_k * q_k;
-  const double free_squared = q_u * q_u - 2.0 * r * q_u + q_k * q_k;
-  // Beyond 1e154 m squares overflow: no numbers there, as there are none of NaN.
-  if (!(free_squared <= std::numeric_limits<double>::max())) {
-    return invalid_state(CableStatus::anchor_on_swivel_axis, q_u);
-  }
-  if (!(free_squared > 0.0)) {
-    return invalid_state(CableStatus::anchor_inside_pulley, q_u);
-  }
-  s.free_length_m = std::sqrt(free_squared);
-  const double cos_tangency = (r * v_u - s.free_length_m * q_k) / distance_squared;
-  const double sin_tangency = (r * q_k + s.free_length_m * v_u) / distance_squared;
-  s.tangency_rad = std::atan2(sin_tangency, cos_tangency);
-  s.length_m = s.free_length_m + r * (kPi - s.tangency_rad);                        // eq. 5
-  s.contact = cos_tangency * s.radial + sin_tangency * pulley.axes_world.col(2);    // eq. 1
-  s.direction = sin_tangency * s.radial - cos_tangency * pulley.axes_world.col(2);  // eq. 1
-  return s;
+  return {CableStatus::ok,   s.length_m,          s.swivel_rad,     s.tangency_rad,
+          s.free_length_m,   s.radial_distance_m, vector(s.radial), vector(s.groove_normal),
+          vector(s.contact), vector(s.direction)};
 }
 
 Matrix3 direction_by_q(const CableState& s) {

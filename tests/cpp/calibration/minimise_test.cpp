@@ -84,7 +84,9 @@ TEST(PoseElimination, IsTheSchurComplementOfTheDenseNormalEquations) {
       const Eigen::VectorXd expected = -factor.solve(own_gradient + cross * offset_step);
       double damping = 0.0;
       for (int i = 0; i < poses; ++i) {
-        const Vector6 step = elimination.step(static_cast<std::size_t>(i));
+        const double* const at =
+            elimination.steps(static_cast<std::size_t>(i) / lanes::kLanes) + i % lanes::kLanes;
+        const Vector6 step = Eigen::Map<const Vector6, 0, Eigen::InnerStride<lanes::kLanes>>(at);
         EXPECT_LT((step - expected.segment<6>(6 * i)).norm(), 1e-9 * (1.0 + expected.norm()));
         damping += step.cwiseAbs2().dot(hessian.diagonal().segment<6>(6 * i));
       }
