@@ -103,45 +103,111 @@ bool Assembly::write(std::size_t index, const Pose& at, const PoseEvaluation& in
   return true;
 }
 
-double Assembly::cost() {
-  cache_.update();
-  PoseRows rows;
-  double cost = 0.0;
-  for (std::size_t i = 0; i < cache_.size(); ++i) {
-    if (!cached_rows(i, rows)) return kNaN;
-    cost += 0.5 * Eigen::Map<const Eigen::VectorXd>(rows.residual.data(), rows.count).squaredNorm();
+RowLanes* Assembly::row_lanes() {
+  if (!row_lanes_ && RowLanes::serve(problem_)) row_lanes_.emplace(problem_, cache_, reference_);
+  return row_lanes_ ? &*row_lanes_ : nullptr;
+}
+
+template <typename Single, typename Batch>
+bool Assembly::visit(const Single& at, const Batch& batch) {
+  RowLanes* const side_by_side = row_lanes();
+  if (side_by_side == nullptr) {
+    cache_.update();
+    PoseRows rows;
+    for (std::size_t i = 1; i < cache_.size(); ++i) {
+      if (!cached_rows(i, rows)) return false;
+      at(i, rows);
+    }
+    return true;
   }
-  return cost;
+  cache_.update_initial();
+  if (!cache_[0].valid) return false;
+  side_by_side->update_weights();
+  side_by_side->set_offsets(cache_[0]);
+  PoseLanes poses(cache_.size() - 1);
+  for (std::size_t i = 1; i < cache_.size(); ++i) poses.set(i - 1, cache_.pose(i));
+  for (std::size_t b = 0; b < side_by_side->batches(); ++b) {
+    if (!side_by_side->evaluate(b, poses)) return false;
+    batch(b);
+  }
+  return true;
+}
+
+double Assembly::cost() {
+  const auto squares_of = [](const PoseRows& rows) {
+    return Eigen::Map<const Eigen::VectorXd>(rows.residual.data(), rows.count).squaredNorm();
+  };
+  double squares = 0.0;
+  const bool valid = visit([&](std::size_t, const PoseRows& rows) { squares += squares_of(rows); },
+                           [&](std::size_t) { squares += row_lanes_->squared_residuals(); });
+  PoseRows rows;
+  if (!valid || !cached_rows(0, rows)) return kNaN;
+  return 0.5 * (squares + squares_of(rows));
+}
+
+double Assembly::statics_rms() {
+  double squares = 0.0;
+  const auto add = [&](std::size_t, const PoseRows& rows) {
+    for (std::size_t r = 0; r < static_cast<std::size_t>(rows.count); ++r) {
+      if (rows.label[r].channel == Channel::balance) squares += rows.residual[r] * rows.residual[r];
+    }
+  };
+  const bool valid =
+      visit(add, [&](std::size_t) { squares += row_lanes_->squared_residuals(Channel::balance); });
+  PoseRows rows;
+  if (!valid || !cached_rows(0, rows)) return kNaN;
+  add(0, rows);
+  int count = 0;
+  for (std::size_t i = 0; i < cache_.size(); ++i) {
+    const StaticsModel statics = cache_.statics_of(i);
+    count += statics == StaticsModel::wrench         ? 6
+             : statics == StaticsModel::left_inverse ? problem_.robot.cable_count()
+                                                     : 0;
+  }
+  return count > 0 ? std::sqrt(squares / count) : 0.0;
 }
 
 std::vector<Eigen::MatrixXd> Assembly::common_informations(
-    const std::vector<std::optional<Channel>>& without) const {
+    const std::vector<std::optional<Channel>>& without) {
   // Just enough for a factor of poses with directions that no reading sees; what those say of the
   // offsets is zero, and stays so.
   constexpr double kBarely = 1e-14;
   const Eigen::Index errors = reference_.size();
   std::vector<Eigen::MatrixXd> out(without.size(),
                                    Eigen::MatrixXd::Constant(6 + errors, 6 + errors, kNaN));
+  std::vector<RowSlots> slots;
   std::vector<PoseElimination> eliminations;
+  slots.reserve(without.size());
   eliminations.reserve(without.size());
-  for (std::size_t w = 0; w < without.size(); ++w) {
-    eliminations.emplace_back(cache_.size(), reference_.size(), false).begin(kBarely);
+  for (const std::optional<Channel>& channel : without) {
+    PoseElimination& elimination =
+        eliminations.emplace_back(cache_.size(), reference_.size(), false);
+    if (const RowLanes* const side_by_side = row_lanes()) {
+      elimination.begin(kBarely, slots.emplace_back(side_by_side->slots(channel)));
+    } else {
+      elimination.begin(kBarely);
+    }
   }
-  PoseRows rows, fewer;
-  const auto rows_for = [&](std::size_t w) -> const PoseRows& {
+  PoseRows fewer;
+  const auto rows_for = [&](std::size_t w, const PoseRows& rows) -> const PoseRows& {
     if (!without[w]) return rows;
     keep_others(*without[w], rows, fewer);
     return fewer;
   };
-  for (std::size_t i = 1; i < cache_.size(); ++i) {
-    if (!cached_rows(i, rows)) return out;
-    for (std::size_t w = 0; w < without.size(); ++w) eliminations[w].add(rows_for(w));
-  }
-  if (!cached_rows(0, rows)) return out;
+  const auto single = [&](std::size_t, const PoseRows& rows) {
+    for (std::size_t w = 0; w < without.size(); ++w) eliminations[w].add(rows_for(w, rows));
+  };
+  const auto batch = [&](std::size_t) {
+    for (PoseElimination& elimination : eliminations) {
+      elimination.add_batch(row_lanes_->rows(), row_lanes_->by_offset());
+    }
+  };
+  PoseRows rows;
+  if (!visit(single, batch) || !cached_rows(0, rows)) return out;
   const OffsetJacobian by_initial = offsets_by_initial();
   for (std::size_t w = 0; w < without.size(); ++w) {
     Eigen::MatrixXd& common = out[w];
-    const RowsByCommon first = by_common(rows_for(w), true, by_initial);
+    const RowsByCommon first = by_common(rows_for(w, rows), true, by_initial);
     common = through_offsets(eliminations[w].finish().information, by_initial);
     common.noalias() += first.transpose().lazyProduct(first);
     for (int e = 0; e < reference_.size(); ++e) {
@@ -195,7 +261,6 @@ ReferenceInformation Assembly::reference_information() {
 
 std::vector<ReferenceInformation> Assembly::reference_informations(
     const std::vector<std::optional<Channel>>& without) {
-  cache_.update();
   std::vector<ReferenceInformation> out;
   for (const Eigen::MatrixXd& common : common_informations(without)) {
     out.push_back(of_reference(common));
@@ -257,40 +322,47 @@ void Assembly::linearise(Eigen::VectorXd& residuals, Eigen::MatrixXd& jacobian) 
   }
 }
 
-std::vector<PoseResidual> Assembly::residuals() const {
-  std::vector<PoseResidual> out(cache_.size());
-  for (std::size_t i = 0; i < cache_.size(); ++i) {
-    const PoseEvaluation& pose = cache_[i];
-    const Measurement& measured = problem_.measurements[i];
-    PoseResidual& r = out[i];
-    // At the reference the change is 0: what is left there is its own reading's error.
-    r.length_m = pose.length_m - cache_[0].length_m - (measured.length_m - reference_.length_m) -
-                 reference_.length_error_m();
-    r.swivel_rad = (pose.swivel_rad - cache_[0].swivel_rad -
-                    (measured.swivel_rad - reference_.swivel_rad) - reference_.swivel_error_rad())
-                       .unaryExpr([](double a) { return wrap_angle(a); });
-    r.roll_pitch_yaw_rad =
-        (pose.roll_pitch_yaw_rad - measured.roll_pitch_yaw_rad).unaryExpr([](double a) {
-          return wrap_angle(a);
-        });
-    r.roll_pitch_yaw_rad[2] = wrap_angle(
-        pose.roll_pitch_yaw_rad[2] - cache_[0].roll_pitch_yaw_rad[2] -
-        (measured.roll_pitch_yaw_rad[2] - reference_.yaw_rad) - reference_.yaw_error_rad());
-    if (std::isfinite(measured.absolute_yaw_rad)) {
-      r.absolute_yaw_rad = wrap_angle(pose.roll_pitch_yaw_rad[2] - measured.absolute_yaw_rad);
-    }
-    r.direct_length_m = CableVector::Constant(pose.length_m.size(), kNaN);
-    if (measured.direct_length_m.size() == pose.length_m.size()) {
-      r.direct_length_m = pose.length_m - measured.direct_length_m;
-    }
-    r.position_m = cache_.pose(i).position_m - measured.position_m;
-    r.tension_N = CableVector::Constant(problem_.robot.cable_count(), kNaN);
-    if (cache_.statics_of(i) == StaticsModel::left_inverse) {
-      r.tension_N = pose.tension_N - measured.tension_N;
-    } else if (cache_.statics_of(i) == StaticsModel::wrench) {
-      r.wrench = pose.wrench;
-    }
+PoseResidual Assembly::residual(std::size_t index) const {
+  const PoseEvaluation& pose = cache_[index];
+  const PoseEvaluation& initial = cache_[0];
+  const Measurement& measured = problem_.measurements[index];
+  PoseResidual r;
+  // At the reference the change is 0: what is left there is its own reading's error.
+  r.length_m = pose.length_m - initial.length_m - (measured.length_m - reference_.length_m) -
+               reference_.length_error_m();
+  r.swivel_rad = (pose.swivel_rad - initial.swivel_rad -
+                  (measured.swivel_rad - reference_.swivel_rad) - reference_.swivel_error_rad())
+                     .unaryExpr([](double a) { return wrap_angle(a); });
+  r.roll_pitch_yaw_rad =
+      (pose.roll_pitch_yaw_rad - measured.roll_pitch_yaw_rad).unaryExpr([](double a) {
+        return wrap_angle(a);
+      });
+  r.roll_pitch_yaw_rad[2] = wrap_angle(pose.roll_pitch_yaw_rad[2] - initial.roll_pitch_yaw_rad[2] -
+                                       (measured.roll_pitch_yaw_rad[2] - reference_.yaw_rad) -
+                                       reference_.yaw_error_rad());
+  if (std::isfinite(measured.absolute_yaw_rad)) {
+    r.absolute_yaw_rad = wrap_angle(pose.roll_pitch_yaw_rad[2] - measured.absolute_yaw_rad);
   }
+  r.direct_length_m = CableVector::Constant(pose.length_m.size(), kNaN);
+  if (measured.direct_length_m.size() == pose.length_m.size()) {
+    r.direct_length_m = pose.length_m - measured.direct_length_m;
+  }
+  r.position_m = cache_.pose(index).position_m - measured.position_m;
+  r.tension_N = CableVector::Constant(problem_.robot.cable_count(), kNaN);
+  if (cache_.statics_of(index) == StaticsModel::left_inverse) {
+    r.tension_N = pose.tension_N - measured.tension_N;
+  } else if (cache_.statics_of(index) == StaticsModel::wrench) {
+    r.wrench = pose.wrench;
+  }
+  return r;
+}
+
+std::vector<PoseResidual> Assembly::residuals() {
+  std::vector<PoseResidual> out(cache_.size());
+  visit([&](std::size_t i, const PoseRows&) { out[i] = residual(i); },
+        [&](std::size_t b) { row_lanes_->residuals(b, out); });
+  cache_.update_initial();
+  out[0] = residual(0);
   return out;
 }
 

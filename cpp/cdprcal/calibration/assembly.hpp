@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "cdprcal/calibration/residuals/term.hpp"
+#include "cdprcal/calibration/row_lanes.hpp"
 
 namespace cdprcal {
 
@@ -31,6 +32,8 @@ class Assembly {
  public:
   /// `guess`: one pose a measurement. The problem must outlive the assembly.
   Assembly(const CalibrationProblem& problem, const std::vector<Pose>& guess);
+  Assembly(const Assembly&) = delete;
+  Assembly& operator=(const Assembly&) = delete;
 
   [[nodiscard]] const CalibrationProblem& problem() const { return problem_; }
   PoseCache& cache() { return cache_; }
@@ -44,8 +47,13 @@ class Assembly {
   [[nodiscard]] int residual_count() const { return residual_count_; }
   [[nodiscard]] int parameter_count() const { return parameter_count_; }
 
+  /// The rows of eight poses at once; nullptr for problems that they do not serve.
+  RowLanes* row_lanes();
+
   /// ½ Σ (F/σ)² at the present state; NaN when a pose is invalid.
   double cost();
+  /// Root mean square of the statics' rows at the present state and weights; 0 without statics.
+  double statics_rms();
   ReferenceInformation reference_information();
   /// One for each entry: nothing, or the channel without which (as if it had not been read, its
   /// readings at the reference included).
@@ -67,20 +75,26 @@ class Assembly {
   /// (zero where they are held).
   void linearise(Eigen::VectorXd& residuals, Eigen::MatrixXd& jacobian);
   /// The present state's residuals in their own units.
-  [[nodiscard]] std::vector<PoseResidual> residuals() const;
+  [[nodiscard]] std::vector<PoseResidual> residuals();
 
  private:
   bool write(std::size_t index, const Pose& at, const PoseEvaluation& initial,
              const PoseEvaluation& evaluation, PoseRows& rows) const;
+  /// Calls at(index, rows) with the rows of each pose after ζ0, or batch(index) when those of eight
+  /// poses are in the row lanes, whichever this problem has. False when a pose is invalid.
+  template <typename Single, typename Batch>
+  bool visit(const Single& at, const Batch& batch);
   /// Information on ζ0 and the reference errors with all other poses eliminated, for each entry of
   /// `without`; NaN when a pose is invalid. Rows and columns of held errors are zero.
-  [[nodiscard]] std::vector<Eigen::MatrixXd> common_informations(
-      const std::vector<std::optional<Channel>>& without) const;
+  std::vector<Eigen::MatrixXd> common_informations(
+      const std::vector<std::optional<Channel>>& without);
+  [[nodiscard]] PoseResidual residual(std::size_t index) const;
   [[nodiscard]] ReferenceInformation of_reference(const Eigen::MatrixXd& common) const;
 
   const CalibrationProblem& problem_;
   PoseCache cache_;
   ReferenceReadings reference_;
+  std::optional<RowLanes> row_lanes_;
   int residual_count_ = 0;
   int parameter_count_ = 0;
 };

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <cstdint>
 
+#include "cdprcal/lanes/algebra.hpp"
+#include "cdprcal/lanes/processor.hpp"
+
 namespace cdprcal {
 namespace {
 
@@ -13,13 +16,13 @@ constexpr int kRow = 7;  // six derivatives and the residual
 
 static_assert(kMostOffsets <= 32);
 
-constexpr int packed(int row, int column) { return row * (row + 1) / 2 + column; }
-
 /// One batch: kLanes poses side by side, each number an array of kLanes.
 struct Batch {
   const double* rows;
   const double* by_offset;
-  int offsets, slots;
+  int offsets;
+  const int* slot;  ///< those that count, offsets first
+  int present_offsets, slots;
   double damping;
   double* factor;  ///< [L 21 with 1/diagonal][y 6][D 6][Y 6 an offset]
   double* sums;
@@ -28,17 +31,8 @@ constexpr int kFactorY = 21, kFactorD = 27, kFactorOffsets = 33;
 // Where the sums are: S (packed), then per offset g, raw g, raw diagonal, then three numbers.
 constexpr int sums_size(int offsets) { return packed(offsets, 0) + 3 * offsets + 3; }
 
-/// v ← L⁻¹ v, where h holds L with its diagonal inverted.
-template <typename V>
-CDPRCAL_INLINE void forward(const V* h, V* v) {
-  for (int a = 0; a < 6; ++a) {
-    for (int b = 0; b < a; ++b) v[a] -= h[packed(a, b)] * v[b];
-    v[a] *= h[packed(a, a)];
-  }
-}
-
-/// Lanes `first` … of a batch, as many as V has.
-template <typename V>
+/// Lanes `first` … of a batch.
+template <typename Kind, typename V = typename Kind::V>
 CDPRCAL_INLINE void eliminate(const Batch& in, int first) {
   const Lanes<V> rows(in.rows, first), by_offsets(in.by_offset, first);
   const WritableLanes<V> factor(in.factor, first), sums(in.sums, first);
@@ -46,7 +40,7 @@ CDPRCAL_INLINE void eliminate(const Batch& in, int first) {
   V squares = {};
   for (int s = 0; s < in.slots; ++s) {
     V row[kRow];
-    for (int a = 0; a < kRow; ++a) row[a] = rows[kRow * s + a];
+    for (int a = 0; a < kRow; ++a) row[a] = rows[kRow * in.slot[s] + a];
     squares += row[6] * row[6];
     for (int a = 0; a < 6; ++a) {
       g[a] += row[a] * row[6];
@@ -63,18 +57,7 @@ CDPRCAL_INLINE void eliminate(const Batch& in, int first) {
     const V magnitude = g[a] < V{} ? -g[a] : g[a];
     steepest = magnitude > steepest ? magnitude : steepest;
   }
-  for (int j = 0; j < 6; ++j) {  // Cholesky
-    V pivot = h[packed(j, j)];
-    for (int k = 0; k < j; ++k) pivot -= h[packed(j, k)] * h[packed(j, k)];
-    V inverse;
-    for (int l = 0; l < count<V>; ++l) inverse[l] = 1.0 / std::sqrt(pivot[l]);
-    h[packed(j, j)] = inverse;
-    for (int i = j + 1; i < 6; ++i) {
-      V value = h[packed(i, j)];
-      for (int k = 0; k < j; ++k) value -= h[packed(i, k)] * h[packed(j, k)];
-      h[packed(i, j)] = value * inverse;
-    }
-  }
+  cholesky<Kind>(h);
   forward(h, g);  // y
   V decrease = {};
   for (int a = 0; a < 6; ++a) decrease += g[a] * g[a];
@@ -82,7 +65,8 @@ CDPRCAL_INLINE void eliminate(const Batch& in, int first) {
   for (int a = 0; a < 6; ++a) factor.set(kFactorY + a, g[a]);
 
   const int per_offset = packed(in.offsets, 0);
-  for (int k = 0; k < in.offsets; ++k) {
+  for (int i = 0; i < in.present_offsets; ++i) {
+    const int k = in.slot[i];
     const V by_offset = by_offsets[k];
     V y[6];
     for (int a = 0; a < 6; ++a) y[a] = by_offset * rows[kRow * k + a];
@@ -97,7 +81,8 @@ CDPRCAL_INLINE void eliminate(const Batch& in, int first) {
     sums.add(per_offset + in.offsets + k, raw);
     sums.add(per_offset + 2 * in.offsets + k, by_offset * by_offset);
     sums.add(packed(k, k), by_offset * by_offset);
-    for (int l = 0; l <= k; ++l) {
+    for (int j = 0; j <= i; ++j) {
+      const int l = in.slot[j];
       V product = {};
       for (int a = 0; a < 6; ++a) product -= y[a] * factor[kFactorOffsets + 6 * l + a];
       sums.add(packed(k, l), product);
@@ -110,15 +95,25 @@ CDPRCAL_INLINE void eliminate(const Batch& in, int first) {
   sums.set(last + 2, steepest > before ? steepest : before);
 }
 
-/// δ = −L⁻ᵀ (y + Y δo); written over y. Adds Σ δ² to norm and Σ D δ² to damping.
-template <typename V>
-CDPRCAL_INLINE void substitute(double* numbers, int offsets, const double* offset_step, int first,
-                               double& norm, double& damping) {
-  const WritableLanes<V> factor(numbers, first);
+/// The way back of one batch.
+struct Substitution {
+  double* factor;
+  const int* offset;  ///< those that count
+  int offsets;
+  const double* offset_step;
+  double& norm;     ///< Σ δ² is added
+  double& damping;  ///< Σ D δ² is added
+};
+
+/// δ = −L⁻ᵀ (y + Y δo); written over y.
+template <typename Kind, typename V = typename Kind::V>
+CDPRCAL_INLINE void substitute(const Substitution& in, int first) {
+  const WritableLanes<V> factor(in.factor, first);
   V z[6];
   for (int a = 0; a < 6; ++a) z[a] = -factor[kFactorY + a];
-  for (int k = 0; k < offsets; ++k) {
-    for (int a = 0; a < 6; ++a) z[a] -= offset_step[k] * factor[kFactorOffsets + 6 * k + a];
+  for (int i = 0; i < in.offsets; ++i) {
+    const int k = in.offset[i];
+    for (int a = 0; a < 6; ++a) z[a] -= in.offset_step[k] * factor[kFactorOffsets + 6 * k + a];
   }
   V squares = {}, damped = {};
   for (int a = 5; a >= 0; --a) {
@@ -129,50 +124,13 @@ CDPRCAL_INLINE void substitute(double* numbers, int offsets, const double* offse
     damped += factor[kFactorD + a] * z[a] * z[a];
   }
   for (int l = 0; l < count<V>; ++l) {
-    norm += squares[l];
-    damping += damped[l];
+    in.norm += squares[l];
+    in.damping += damped[l];
   }
 }
 
-// The same bodies for each kind of processor; what it has is asked once.
-#ifdef CDPRCAL_HAS_AVX
-CDPRCAL_AVX512 void eliminate_avx512(const Batch& in) { eliminate<Vector8>(in, 0); }
-CDPRCAL_AVX2 void eliminate_avx2(const Batch& in) {
-  eliminate<Vector4>(in, 0);
-  eliminate<Vector4>(in, 4);
-}
-CDPRCAL_AVX512 void substitute_avx512(double* factor, int offsets, const double* step, double& norm,
-                                      double& damping) {
-  substitute<Vector8>(factor, offsets, step, 0, norm, damping);
-}
-CDPRCAL_AVX2 void substitute_avx2(double* factor, int offsets, const double* step, double& norm,
-                                  double& damping) {
-  substitute<Vector4>(factor, offsets, step, 0, norm, damping);
-  substitute<Vector4>(factor, offsets, step, 4, norm, damping);
-}
-#endif
-void eliminate_anywhere(const Batch& in) {
-  eliminate<Vector4>(in, 0);
-  eliminate<Vector4>(in, 4);
-}
-void substitute_anywhere(double* factor, int offsets, const double* step, double& norm,
-                         double& damping) {
-  substitute<Vector4>(factor, offsets, step, 0, norm, damping);
-  substitute<Vector4>(factor, offsets, step, 4, norm, damping);
-}
-
-struct Kernels {
-  void (*eliminate)(const Batch&) = eliminate_anywhere;
-  void (*substitute)(double*, int, const double*, double&, double&) = substitute_anywhere;
-};
-
-Kernels kernels() {
-#ifdef CDPRCAL_HAS_AVX
-  if (processor() == Processor::avx512) return {eliminate_avx512, substitute_avx512};
-  if (processor() == Processor::avx2) return {eliminate_avx2, substitute_avx2};
-#endif
-  return {};
-}
+CDPRCAL_DEFINE_FOR_PROCESSORS(eliminate_lanes, eliminate, Batch)
+CDPRCAL_DEFINE_FOR_PROCESSORS(substitute_lanes, substitute, Substitution)
 
 }  // namespace
 
@@ -195,6 +153,8 @@ PoseElimination::PoseElimination(std::size_t poses, int offsets, bool steps_want
       by_offset_(buffer(static_cast<std::size_t>(offsets))),
       sums_(buffer(static_cast<std::size_t>(sums_size(offsets)))),
       factors_(buffer(factor_size_ * (steps_wanted ? lanes::batches(poses) : 1))) {
+  every_.offsets = offsets;
+  for (int s = 0; s < offsets + kMostRows; ++s) every_.index.push_back(s);
   out_.information.resize(offsets, offsets);
   out_.gradient.resize(offsets);
   out_.raw_gradient.resize(offsets);
@@ -203,9 +163,15 @@ PoseElimination::PoseElimination(std::size_t poses, int offsets, bool steps_want
 }
 
 void PoseElimination::begin(double damping) {
+  chosen_ = nullptr;
   damping_ = damping;
   added_ = batches_ = 0;
   std::fill_n(sums_.get(), sums_size(offsets_) * kLanes, 0.0);
+}
+
+void PoseElimination::begin(double damping, const RowSlots& slots) {
+  begin(damping);
+  chosen_ = &slots;
 }
 
 void PoseElimination::add(const PoseRows& rows) {
@@ -239,19 +205,20 @@ void PoseElimination::add(const PoseRows& rows) {
     clear(k);
     by_offset_[k * kLanes + lane] = 0.0;
   }
-  if (++added_ % kLanes == 0) eliminate_batch();
+  if (++added_ % kLanes == 0) {
+    eliminate_batch(rows_.get(), by_offset_.get(), offsets_ + own_rows_);
+  }
 }
 
-void PoseElimination::add_batch(int own_rows) {
-  own_rows_ = own_rows;
+void PoseElimination::add_batch(const double* rows, const double* by_offset) {
   added_ += kLanes;
-  eliminate_batch();
+  eliminate_batch(rows, by_offset, static_cast<int>(slots().index.size()));
 }
 
-void PoseElimination::eliminate_batch() {
+void PoseElimination::eliminate_batch(const double* rows, const double* by_offset, int count) {
   double* const factor = factors_.get() + (steps_wanted_ ? batches_ : 0U) * factor_size_ * kLanes;
-  kernels().eliminate({rows_.get(), by_offset_.get(), offsets_, offsets_ + own_rows_, damping_,
-                       factor, sums_.get()});
+  eliminate_lanes({rows, by_offset, offsets_, slots().index.data(), slots().offsets, count,
+                   damping_, factor, sums_.get()});
   ++batches_;
 }
 
@@ -284,8 +251,8 @@ const EliminatedSums& PoseElimination::finish() {
 PoseSteps PoseElimination::back_substitute(const Eigen::VectorXd& offset_step) {
   PoseSteps out;
   for (std::size_t b = 0; b < batches_; ++b) {
-    kernels().substitute(factors_.get() + b * factor_size_ * kLanes, offsets_, offset_step.data(),
-                         out.squared_norm, out.damping);
+    substitute_lanes({factors_.get() + b * factor_size_ * kLanes, slots().index.data(),
+                      slots().offsets, offset_step.data(), out.squared_norm, out.damping});
   }
   return out;
 }

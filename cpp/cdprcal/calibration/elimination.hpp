@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "cdprcal/calibration/residuals/term.hpp"
-#include "cdprcal/lanes.hpp"
+#include "cdprcal/lanes/vectors.hpp"
 
 namespace cdprcal {
 
@@ -36,6 +36,12 @@ struct PoseSteps {
   double damping = 0.0;       ///< Σ δᵀDδ
 };
 
+/// Which slots of a batch of rows count: indices of offsets, then of rows without offset.
+struct RowSlots {
+  std::vector<int> index;
+  int offsets = 0;  ///< so many of them are offsets
+};
+
 /// Adds up poses one after another; keeps their factors for the way back. The arithmetic is that of
 /// a Cholesky factor a pose, done for eight poses side by side: the widest vectors that the
 /// processor has do it (AVX-512, AVX2, or what every x86-64 has), so the last bits of results may
@@ -45,15 +51,15 @@ class PoseElimination {
   /// Keeps factors when `steps_wanted`: (33 + 6 · offsets) numbers a pose.
   PoseElimination(std::size_t poses, int offsets, bool steps_wanted);
 
-  /// Starts anew with the damping λ > 0 of H + λD.
+  /// Starts anew with the damping λ > 0 of H + λD; then either add() or add_batch().
   void begin(double damping);
   /// The next pose's rows. Rows without offset are its own; each offset occurs once at most.
   void add(const PoseRows& rows);
-  /// The next eight poses' rows, after a whole number of eights: what is written there as
-  /// RowLanes::write says, with so many rows of their own.
-  [[nodiscard]] double* rows() { return rows_.get(); }
-  [[nodiscard]] double* by_offset() { return by_offset_.get(); }
-  void add_batch(int own_rows);
+  /// The same for batches, of whose rows these slots count; to outlive the sums.
+  void begin(double damping, const RowSlots& slots);
+  /// The next eight poses: rows [slot][6 derivatives, residual][lane], the slots of the offsets
+  /// first, and by_offset [offset][lane] (RowLanes). Lanes without a pose have rows of zeros.
+  void add_batch(const double* rows, const double* by_offset);
   /// The sums over all poses added. Not finite when a pose has no positive definite H + λD.
   const EliminatedSums& finish();
 
@@ -63,16 +69,19 @@ class PoseElimination {
   [[nodiscard]] const double* steps(std::size_t batch) const;
 
  private:
-  void eliminate_batch();
+  [[nodiscard]] const RowSlots& slots() const { return chosen_ != nullptr ? *chosen_ : every_; }
+  void eliminate_batch(const double* rows, const double* by_offset, int count);
 
   int offsets_;
   bool steps_wanted_;
   std::size_t factor_size_;  ///< numbers a batch
   double damping_ = 0.0;
   std::size_t added_ = 0, batches_ = 0;
-  int own_rows_ = 0;         ///< most rows without offset in this batch
-  lanes::Buffer rows_;       ///< of this batch: [slot][6 derivatives, residual][lane]
-  lanes::Buffer by_offset_;  ///< [offset][lane]
+  int own_rows_ = 0;  ///< most rows without offset in this batch, one pose after another
+  RowSlots every_;    ///< slot there can be
+  const RowSlots* chosen_ = nullptr;  ///< nullptr: every_
+  lanes::Buffer rows_;                ///< of this batch: [slot][6 derivatives, residual][lane]
+  lanes::Buffer by_offset_;           ///< [offset][lane]
   lanes::Buffer sums_;
   lanes::Buffer factors_;  ///< one batch after another; the steps end in them
   EliminatedSums out_;

@@ -25,21 +25,21 @@ Minimiser::Minimiser(Assembly& assembly)
     : assembly_(assembly),
       current_{{}, PoseLanes(assembly.cache().size() - 1)},
       candidate_{{}, PoseLanes(assembly.cache().size() - 1)},
-      elimination_(assembly.cache().size(), assembly.reference().size(), true) {
-  if (RowLanes::serve(assembly.problem())) {
-    row_lanes_.emplace(assembly.problem(), assembly.cache(), assembly.reference());
-  }
-}
+      elimination_(assembly.cache().size(), assembly.reference().size(), true),
+      row_lanes_(assembly.row_lanes()),
+      slots_(row_lanes_ != nullptr ? row_lanes_->slots(std::nullopt) : RowSlots{}) {}
 
-bool Minimiser::eliminate(const PoseLanes& poses) {
-  if (row_lanes_) {
+bool Minimiser::eliminate(const PoseLanes& poses, double damping) {
+  if (row_lanes_ != nullptr) {
+    elimination_.begin(damping, slots_);
     row_lanes_->set_offsets(initial_);
     for (std::size_t b = 0; b < row_lanes_->batches(); ++b) {
-      if (!row_lanes_->write(b, poses, elimination_.rows(), elimination_.by_offset())) return false;
-      elimination_.add_batch(row_lanes_->own_rows());
+      if (!row_lanes_->evaluate(b, poses)) return false;
+      elimination_.add_batch(row_lanes_->rows(), row_lanes_->by_offset());
     }
     return true;
   }
+  elimination_.begin(damping);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     if (!assembly_.evaluate_rows(i + 1, poses[i], initial_, evaluation_, rows_)) return false;
     elimination_.add(rows_);
@@ -69,8 +69,7 @@ bool Minimiser::sweep(const State& state, double damping) {
       own_gradient += row * residual;
     }
   }
-  elimination_.begin(damping);
-  if (!eliminate(state.others)) return false;
+  if (!eliminate(state.others, damping)) return false;
   const EliminatedSums& sums = elimination_.finish();
   cost += sums.cost;
   if (!std::isfinite(cost)) return false;
@@ -140,7 +139,7 @@ MinimiserSummary Minimiser::minimise(const MinimiserOptions& options) {
   current_.initial = assembly_.cache().pose(0);
   const std::size_t others = current_.others.size();
   for (std::size_t i = 0; i < others; ++i) current_.others.set(i, assembly_.cache().pose(i + 1));
-  if (row_lanes_) row_lanes_->update_weights();
+  if (row_lanes_ != nullptr) row_lanes_->update_weights();
   Eigen::VectorXd errors = assembly_.reference_errors();
 
   double damping = kFirstDamping, growth = 2.0;

@@ -1,8 +1,6 @@
 // The least-squares minimiser of the calibration: Levenberg-Marquardt on its arrowhead structure.
 #pragma once
 
-#include <optional>
-
 #include "cdprcal/calibration/elimination.hpp"
 #include "cdprcal/calibration/problem.hpp"
 #include "cdprcal/calibration/row_lanes.hpp"
@@ -51,7 +49,7 @@ class Minimiser {
   /// Evaluates everything at a state and eliminates its poses. False when a pose is invalid there.
   bool sweep(const State& state, double damping);
   /// Adds the poses but ζ0 to the elimination. False when one is invalid.
-  bool eliminate(const PoseLanes& poses);
+  bool eliminate(const PoseLanes& poses, double damping);
   /// Whether the last sweep's common system has a step; it is in step_ then.
   bool solve_common(double damping);
   /// candidate_: current_ moved by the step.
@@ -60,7 +58,8 @@ class Minimiser {
   Assembly& assembly_;
   State current_, candidate_;
   PoseElimination elimination_;
-  std::optional<RowLanes> row_lanes_;  ///< where they serve
+  RowLanes* row_lanes_;  ///< where they serve
+  RowSlots slots_;       ///< of them
   PoseEvaluation initial_, evaluation_;
   PoseRows rows_;
   std::vector<int> free_;  ///< unknowns that are: ζ0's, then 6 + index of the error

@@ -1,7 +1,8 @@
 #include "cdprcal/calibration/pose_cache.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+
+#include "cdprcal/calibration/balance_roots.hpp"
 
 namespace cdprcal {
 namespace {
@@ -48,70 +49,76 @@ void PoseCache::evaluate(std::size_t index, const Pose& at, PoseEvaluation& out)
 }
 
 void PoseCache::update() {
-  if (evaluations_.empty()) {  // large, and a minimiser does without: not before it is asked for
+  if (evaluations_.size() < poses_.size()) {  // large: not before they are asked for
     evaluations_.resize(poses_.size());
-    evaluated_at_.assign(poses_.size(), nowhere());
+    evaluated_at_.resize(poses_.size(), nowhere());
   }
-  for (std::size_t i = 0; i < poses_.size(); ++i) {
-    if (same(evaluated_at_[i], poses_[i])) continue;
-    evaluated_at_[i] = poses_[i];
-    evaluate(i, poses_[i], evaluations_[i]);
-  }
+  for (std::size_t i = 0; i < poses_.size(); ++i) update(i);
 }
 
-Matrix6 balance_root(const PlatformState& state, double tension_sigma_N, const SensorSigma& sigma) {
-  const WrenchMatrix structure = structure_matrix(state);
-  Matrix6 covariance = tension_sigma_N * tension_sigma_N * structure * structure.transpose();
-  covariance.diagonal().head<3>().array() += sigma.wrench_force_N * sigma.wrench_force_N;
-  covariance.diagonal().tail<3>().array() += sigma.wrench_moment_Nm * sigma.wrench_moment_Nm;
-  return covariance.llt().matrixL();
+void PoseCache::update_initial() {
+  if (evaluations_.empty()) {
+    evaluations_.resize(1);
+    evaluated_at_.assign(1, nowhere());
+  }
+  update(0);
 }
 
-template <typename Decompose, typename Set>
-void PoseCache::whiten_balances(double graduation, std::vector<Pose>& known_at,
-                                const Decompose& decompose, const Set& set) {
-  graduation_ = graduation;
-  if (whitening_.empty()) return;
-  Vector6 scale;
-  scale << Vector3::Constant(1.0 / wrench_force_N_), Vector3::Constant(1.0 / wrench_moment_Nm_);
+void PoseCache::update(std::size_t pose) {
+  if (same(evaluated_at_[pose], poses_[pose])) return;
+  evaluated_at_[pose] = poses_[pose];
+  evaluate(pose, poses_[pose], evaluations_[pose]);
+}
+
+std::vector<std::size_t> PoseCache::moved(std::vector<Pose>& known_at) const {
+  std::vector<std::size_t> out;
   for (std::size_t i = 0; i < poses_.size(); ++i) {
-    if (statics_[i] != StaticsModel::wrench) continue;
-    if (!same(known_at[i], poses_[i])) {
-      const PlatformState state = platform_state(robot_, poses_[i]);
-      if (!state.valid) continue;
-      decompose(i, scale, WrenchMatrix(scale.asDiagonal() * structure_matrix(state)));
-      known_at[i] = poses_[i];
-    }
-    set(i, 1.0 / weight(i, Channel::balance));
+    if (statics_[i] != StaticsModel::wrench || same(known_at[i], poses_[i])) continue;
+    known_at[i] = poses_[i];
+    out.push_back(i);
   }
+  return out;
 }
 
 void PoseCache::update_wrench_whitening(double graduation) {
-  const auto decompose = [this](std::size_t i, const Vector6& scale,
-                                const WrenchMatrix& structure) {
+  graduation_ = graduation;
+  ++weights_version_;
+  if (whitening_.empty()) return;
+  Vector6 scale;
+  scale << Vector3::Constant(1.0 / wrench_force_N_), Vector3::Constant(1.0 / wrench_moment_Nm_);
+  for (const std::size_t i : moved(whitened_at_)) {
+    const PlatformState state = platform_state(robot_, poses_[i]);
+    if (!state.valid) continue;  // no row of it is asked for
+    const WrenchMatrix structure = scale.asDiagonal() * structure_matrix(state);
     const Matrix6 gram = structure.lazyProduct(structure.transpose());
     const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(gram);
     tension_gain_[i] = eigen.eigenvalues().cwiseMax(0.0);
     axes_[i] = eigen.eigenvectors().transpose() * scale.asDiagonal();
-  };
-  const auto set = [this, graduation](std::size_t i, double sigma_N) {
+  }
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
+    if (statics_[i] != StaticsModel::wrench) continue;
+    const double sigma_N = 1.0 / weight(i, Channel::balance);
     const Vector6 variance = (sigma_N * sigma_N * tension_gain_[i]).array() + 1.0;
     whitening_[i] = (graduation * variance.cwiseSqrt()).cwiseInverse().asDiagonal() * axes_[i];
-  };
-  whiten_balances(graduation, whitened_at_, decompose, set);
+  }
 }
 
 void PoseCache::update_wrench_weights(double graduation) {
-  const auto decompose = [this](std::size_t i, const Vector6& scale,
-                                const WrenchMatrix& structure) {
-    const WrenchMatrix whitened = structure / weight(i, Channel::balance);
-    const Matrix6 covariance = Matrix6::Identity() + whitened.lazyProduct(whitened.transpose());
-    roots_[i] = covariance.llt().matrixL().solve(Matrix6(scale.asDiagonal()));
-  };
-  const auto set = [this, graduation](std::size_t i, double) {
-    whitening_[i] = roots_[i] / graduation;
-  };
-  whiten_balances(graduation, rooted_at_, decompose, set);
+  graduation_ = graduation;
+  ++weights_version_;
+  if (whitening_.empty()) return;
+  const std::vector<std::size_t> changed = moved(rooted_at_);
+  std::vector<Pose> poses;
+  std::vector<BalanceSigma> sigma;
+  for (const std::size_t i : changed) {
+    poses.push_back(poses_[i]);
+    sigma.push_back({1.0 / weight(i, Channel::balance), wrench_force_N_, wrench_moment_Nm_});
+  }
+  const std::vector<Matrix6> roots = inverse_balance_roots(robot_, poses, sigma);
+  for (std::size_t c = 0; c < changed.size(); ++c) {
+    if (roots[c].allFinite()) roots_[changed[c]] = roots[c];  // else no row of it is asked for
+  }
+  for (std::size_t i = 0; i < poses_.size(); ++i) whitening_[i] = roots_[i] / graduation;
 }
 
 }  // namespace cdprcal

@@ -8,10 +8,6 @@
 
 namespace cdprcal {
 
-/// Lower triangular L with L Lᵀ the covariance of the wrench balance at a pose: tensions with
-/// σ_τ `tension_sigma_N` through the structure matrix, and the model's own wrench error.
-Matrix6 balance_root(const PlatformState& state, double tension_sigma_N, const SensorSigma& sigma);
-
 /// Holds the poses, their evaluations, and the weights of the readings there.
 class PoseCache {
  public:
@@ -23,6 +19,8 @@ class PoseCache {
 
   /// Evaluates, with derivatives, what has moved since it was evaluated.
   void update();
+  /// The same for ζ0 alone.
+  void update_initial();
   /// As of the last update.
   [[nodiscard]] const PoseEvaluation& operator[](std::size_t pose) const {
     return evaluations_[pose];
@@ -42,6 +40,8 @@ class PoseCache {
   /// Any inverse square root of it, a third of the work: the cost is the same, tension_gain is not
   /// known then.
   void update_wrench_weights(double graduation);
+  /// Grows with each of these two.
+  [[nodiscard]] int weights_version() const { return weights_version_; }
   [[nodiscard]] const Matrix6& wrench_whitening(std::size_t pose) const { return whitening_[pose]; }
   /// Variance of a wrench row, before whitening and in units of the model's own, that one N² of
   /// tension variance makes: 0 for what no tension can balance.
@@ -54,11 +54,10 @@ class PoseCache {
   }
 
  private:
-  /// Calls decompose(pose, 1/σ of the model's own wrench error, Ξᵀ in these units) where a pose in
-  /// balance has moved since `known_at`, and set(pose, σ of a tension) for all of them.
-  template <typename Decompose, typename Set>
-  void whiten_balances(double graduation, std::vector<Pose>& known_at, const Decompose& decompose,
-                       const Set& set);
+  /// Evaluates one pose if it has moved.
+  void update(std::size_t pose);
+  /// The poses in balance that have moved since `known_at`, which then says so.
+  [[nodiscard]] std::vector<std::size_t> moved(std::vector<Pose>& known_at) const;
 
   const CalibrationProblem& problem_;
   const Robot robot_;  ///< with the geometry of the effects
@@ -74,6 +73,7 @@ class PoseCache {
   std::vector<Vector6> tension_gain_;
   std::vector<std::array<double, kChannels>> weights_;
   double graduation_ = 1.0;
+  int weights_version_ = 0;
   double wrench_force_N_ = 1.0, wrench_moment_Nm_ = 1.0;
 };
 

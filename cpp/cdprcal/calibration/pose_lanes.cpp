@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 
+#include "cdprcal/lanes/algebra.hpp"
+#include "cdprcal/lanes/processor.hpp"
+
 namespace cdprcal {
 namespace {
 
@@ -46,23 +49,7 @@ CDPRCAL_INLINE void move(const Move& in, int first) {
   to.set(6, norm * real);
 }
 
-void move_anywhere(const Move& in) {
-  for (int first = 0; first < kLanes; first += 4) move<Anywhere>(in, first);
-}
-#ifdef CDPRCAL_HAS_AVX
-CDPRCAL_AVX2 void move_avx2(const Move& in) {
-  for (int first = 0; first < kLanes; first += 4) move<Avx2>(in, first);
-}
-CDPRCAL_AVX512 void move_avx512(const Move& in) { move<Avx512>(in, 0); }
-#endif
-
-void move(const Move& in) {
-#ifdef CDPRCAL_HAS_AVX
-  if (processor() == Processor::avx512) return move_avx512(in);
-  if (processor() == Processor::avx2) return move_avx2(in);
-#endif
-  move_anywhere(in);
-}
+CDPRCAL_DEFINE_FOR_PROCESSORS(move_lanes, move, Move)
 
 }  // namespace
 
@@ -86,7 +73,7 @@ void PoseLanes::set(std::size_t pose, const Pose& value) {
 
 double PoseLanes::move(std::size_t batch, const PoseLanes& from, const double* twists) {
   alignas(kLanes * sizeof(double)) std::array<double, kLanes> squared_norm;
-  cdprcal::move(
+  move_lanes(
       {from.batch(batch), twists, numbers_.get() + batch * kNumbers * kLanes, squared_norm.data()});
   double sum = 0.0;
   const std::size_t poses = std::min<std::size_t>(kLanes, size_ - batch * kLanes);

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "cdprcal/geometry/pose.hpp"
-#include "cdprcal/lanes.hpp"
+#include "cdprcal/lanes/vectors.hpp"
 
 namespace cdprcal {
 

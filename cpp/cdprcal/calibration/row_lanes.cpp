@@ -5,6 +5,8 @@
 #include "cdprcal/calibration/presence.hpp"
 #include "cdprcal/geometry/euler.hpp"
 #include "cdprcal/kinematics/cable_equations.hpp"
+#include "cdprcal/lanes/algebra.hpp"
+#include "cdprcal/lanes/processor.hpp"
 
 namespace cdprcal {
 namespace {
@@ -22,8 +24,10 @@ struct RowBatch {
   const double* poses;
   const double* readings;
   const double* whitening;
-  double* numbers;
+  double* rows;
   double* by_offset;
+  double* values;
+  bool& valid;  ///< becomes false where a pose is not
 };
 
 /// (v, a × v): derivative along a twist of what has gradient v at an arm a.
@@ -49,13 +53,14 @@ CDPRCAL_INLINE Twist<V> operator*(const V& factor, const Twist<V>& twist) {
 /// Writes whitened rows of some lanes; residual and derivatives of what is missing are zero.
 template <typename V>
 struct RowWriterLanes {
-  WritableLanes<V> numbers, by_offset;
+  WritableLanes<V> rows, by_offset, values;
 
   template <typename Row>
   CDPRCAL_INLINE void absolute(int slot, const V& value, const V& weight,
                                const Row& by_twist) const {
-    for (int a = 0; a < 6; ++a) numbers.set(kRow * slot + a, weight * by_twist[a]);
-    numbers.set(kRow * slot + 6, weight * value);
+    for (int a = 0; a < 6; ++a) rows.set(kRow * slot + a, weight * by_twist[a]);
+    rows.set(kRow * slot + 6, weight * value);
+    values.set(slot, weight != V{} ? value : V{} + kNaN);
   }
   template <typename Row>
   CDPRCAL_INLINE void relative(int slot, const V& value, const V& weight,
@@ -71,28 +76,6 @@ CDPRCAL_INLINE V weight_of(V& reading, const V& weight) {
   const auto present = finite(reading);
   reading = present ? reading : V{};
   return present ? weight : V{};
-}
-
-/// R of the quaternion x y z w at `pose`[3…6].
-template <typename V>
-CDPRCAL_INLINE void rotation_matrix(const Lanes<V>& pose, V (&r)[3][3]) {
-  const V x = pose[3], y = pose[4], z = pose[5], w = pose[6];
-  const V tx = 2.0 * x, ty = 2.0 * y, tz = 2.0 * z;
-  r[0][0] = 1.0 - (ty * y + tz * z);
-  r[0][1] = tx * y - tz * w;
-  r[0][2] = tx * z + ty * w;
-  r[1][0] = tx * y + tz * w;
-  r[1][1] = 1.0 - (tx * x + tz * z);
-  r[1][2] = ty * z - tx * w;
-  r[2][0] = tx * z - ty * w;
-  r[2][1] = ty * z + tx * w;
-  r[2][2] = 1.0 - (tx * x + ty * y);
-}
-template <typename V>
-CDPRCAL_INLINE Triple<V> rotate(const V (&r)[3][3], const Vector3& v) {
-  return {r[0][0] * v.x() + r[0][1] * v.y() + r[0][2] * v.z(),
-          r[1][0] * v.x() + r[1][1] * v.y() + r[1][2] * v.z(),
-          r[2][0] * v.x() + r[2][1] * v.y() + r[2][2] * v.z()};
 }
 
 /// Euler angles, their rates, and what the rates are as functions of ω: euler.cpp, away from gimbal
@@ -228,14 +211,14 @@ CDPRCAL_INLINE V invert(int n, const V (&matrix)[6][6], V (&inverse)[6][6]) {
   return largest * largest_inverse;
 }
 
-/// Lanes `first` … of a batch; false where a pose is not valid.
+/// Lanes `first` … of a batch.
 template <typename Kind, typename V = typename Kind::V>
-CDPRCAL_INLINE bool write(const RowBatch& in, int first) {
+CDPRCAL_INLINE void write(const RowBatch& in, int first) {
   const RowLanes::Layout& at = in.layout;
   const int n = at.cables;
   const Lanes<V> pose(in.poses, first), readings(in.readings, first),
       whitening(in.whitening, first);
-  const RowWriterLanes<V> rows{{in.numbers, first}, {in.by_offset, first}};
+  const RowWriterLanes<V> rows{{in.rows, first}, {in.by_offset, first}, {in.values, first}};
   const auto weight = [&](Channel channel) CDPRCAL_INLINE_LAMBDA {
     return readings[at.weight[static_cast<std::size_t>(channel)]];
   };
@@ -319,7 +302,10 @@ CDPRCAL_INLINE bool write(const RowBatch& in, int first) {
       rows.absolute(at.position + axis, pose[axis] - read, w, unit);
     }
   }
-  if (at.balance < 0) return all(valid);
+  if (at.balance < 0) {
+    in.valid &= all(valid);
+    return;
+  }
 
   const Vector3 g = in.robot.gravity_force_N();
   const Triple<V> gravity{V{} + g.x(), V{} + g.y(), V{} + g.z()};
@@ -338,8 +324,10 @@ CDPRCAL_INLINE bool write(const RowBatch& in, int first) {
         for (std::size_t a = 0; a < 6; ++a) row[a] += w * stiffness.k[k][a];
       }
       rows.absolute(at.balance + i, value, V{} + 1.0, row);
+      rows.values.set(at.balance + i, wrench[i]);
     }
-    return all(valid);
+    in.valid &= all(valid);
+    return;
   }
 
   // Eqs 10–12: tensions by the left inverse, as in tensions_left_inverse.
@@ -401,16 +389,10 @@ CDPRCAL_INLINE bool write(const RowBatch& in, int first) {
     for (V& number : row) number = asked ? number : V{};
     rows.absolute(at.balance + i, asked ? tension[i] - readings[at.tension + i] : V{}, w, row);
   }
-  return all(valid);
+  in.valid &= all(valid);
 }
 
-bool write_anywhere(const RowBatch& in) { return write<Anywhere>(in, 0) && write<Anywhere>(in, 4); }
-#ifdef CDPRCAL_HAS_AVX
-CDPRCAL_AVX2 bool write_avx2(const RowBatch& in) {
-  return write<Avx2>(in, 0) && write<Avx2>(in, 4);
-}
-CDPRCAL_AVX512 bool write_avx512(const RowBatch& in) { return write<Avx512>(in, 0); }
-#endif
+CDPRCAL_DEFINE_FOR_PROCESSORS(write_batch, write, RowBatch)
 
 }  // namespace
 
@@ -422,6 +404,38 @@ Channel RowLanes::channel(int slot) const {
   if (slot < 2 * n) return Channel::swivel;
   if (slot == 2 * n) return Channel::yaw;
   return own_channel_[static_cast<std::size_t>(slot - 2 * n - 1)];
+}
+
+int RowLanes::slot(Channel channel) const {
+  switch (channel) {
+    case Channel::length:
+      return layout_.lengths ? 0 : -1;
+    case Channel::swivel:
+      return layout_.swivels ? layout_.cables : -1;
+    case Channel::yaw:
+      return layout_.yaw ? 2 * layout_.cables : -1;
+    case Channel::roll_pitch:
+      return layout_.roll_pitch;
+    case Channel::balance:
+      return layout_.balance;
+    case Channel::absolute_yaw:
+      return layout_.absolute_yaw;
+    case Channel::direct_length:
+      return layout_.direct_length;
+    case Channel::position:
+      return layout_.position;
+  }
+  return -1;
+}
+
+RowSlots RowLanes::slots(std::optional<Channel> without) const {
+  RowSlots out;
+  for (int s = 0; s < slot_count(); ++s) {
+    if (channel(s) == without || slot(channel(s)) < 0) continue;
+    out.index.push_back(s);
+    if (s <= 2 * layout_.cables) ++out.offsets;
+  }
+  return out;
 }
 
 int RowLanes::reserve(Channel channel, int readings, int own_rows) {
@@ -446,6 +460,9 @@ RowLanes::RowLanes(const CalibrationProblem& problem, const PoseCache& cache,
   reserve(Channel::length, n, 0);
   reserve(Channel::swivel, n, 0);
   reserve(Channel::yaw, 1, 0);
+  layout_.lengths = is_read(problem, Channel::length);
+  layout_.swivels = is_read(problem, Channel::swivel);
+  layout_.yaw = is_read(problem, Channel::yaw);
   const auto optional = [&](Channel channel, int readings, int& slot) {
     if (is_read(problem, channel)) slot = reserve(channel, readings, readings);
   };
@@ -461,6 +478,10 @@ RowLanes::RowLanes(const CalibrationProblem& problem, const PoseCache& cache,
     layout_.tension = layout_.reading[static_cast<std::size_t>(Channel::balance)];
     if (wrench) whitening_ = lanes::buffer(batches_ * 36);
   }
+  const auto slots = static_cast<std::size_t>(slot_count());
+  rows_ = lanes::buffer(kRow * slots);
+  by_offset_ = lanes::buffer(static_cast<std::size_t>(2 * n + 1));
+  values_ = lanes::buffer(slots);
   const auto numbers = static_cast<std::size_t>(layout_.numbers);
   readings_ = lanes::buffer(std::max<std::size_t>(1, batches_) * numbers);
   for (std::size_t i = 0; i < batches_ * kLanes; ++i) {
@@ -511,7 +532,8 @@ RowLanes::RowLanes(const CalibrationProblem& problem, const PoseCache& cache,
 }
 
 void RowLanes::update_weights() {
-  if (layout_.balance < 0) return;
+  if (layout_.balance < 0 || weights_version_ == cache_.weights_version()) return;
+  weights_version_ = cache_.weights_version();
   const std::size_t poses = problem_.measurements.size() - 1;
   const auto numbers = static_cast<std::size_t>(layout_.numbers);
   const auto weight =
@@ -543,8 +565,8 @@ void RowLanes::set_offsets(const PoseEvaluation& initial) {
   }
 }
 
-bool RowLanes::write(std::size_t batch, const PoseLanes& poses, double* numbers,
-                     double* by_offset) const {
+bool RowLanes::evaluate(std::size_t batch, const PoseLanes& poses) {
+  bool valid = true;
   const RowBatch in{layout_,
                     problem_.robot,
                     problem_.left_inverse_rows,
@@ -552,13 +574,53 @@ bool RowLanes::write(std::size_t batch, const PoseLanes& poses, double* numbers,
                     poses.batch(batch),
                     readings_.get() + batch * static_cast<std::size_t>(layout_.numbers) * kLanes,
                     whitening_ ? whitening_.get() + batch * 36 * kLanes : nullptr,
-                    numbers,
-                    by_offset};
-#ifdef CDPRCAL_HAS_AVX
-  if (processor() == Processor::avx512) return write_avx512(in);
-  if (processor() == Processor::avx2) return write_avx2(in);
-#endif
-  return write_anywhere(in);
+                    rows_.get(),
+                    by_offset_.get(),
+                    values_.get(),
+                    valid};
+  write_batch(in);
+  return valid;
+}
+
+double RowLanes::squared_residuals(std::optional<Channel> only) const {
+  std::array<double, kLanes> sums{};
+  for (int s = 0; s < slot_count(); ++s) {
+    if (slot(channel(s)) < 0 || (only && channel(s) != *only)) continue;
+    const double* const residual = rows_.get() + (kRow * s + 6) * kLanes;
+    for (std::size_t l = 0; l < kLanes; ++l) sums[l] += residual[l] * residual[l];
+  }
+  double out = 0.0;
+  for (const double sum : sums) out += sum;
+  return out;
+}
+
+void RowLanes::residuals(std::size_t batch, std::vector<PoseResidual>& poses) const {
+  const int n = layout_.cables;
+  const std::size_t first = 1 + batch * kLanes;
+  for (std::size_t lane = 0; lane < kLanes && first + lane < poses.size(); ++lane) {
+    PoseResidual& r = poses[first + lane];
+    const auto value = [&](Channel channel, int index) {
+      const int at = slot(channel);
+      return at < 0 ? kNaN : values_[static_cast<std::size_t>(at + index) * kLanes + lane];
+    };
+    const auto cables = [&](Channel channel) {
+      CableVector out(n);
+      for (int c = 0; c < n; ++c) out[c] = value(channel, c);
+      return out;
+    };
+    r.length_m = cables(Channel::length);
+    r.swivel_rad = cables(Channel::swivel);
+    r.roll_pitch_yaw_rad = {value(Channel::roll_pitch, 0), value(Channel::roll_pitch, 1),
+                            value(Channel::yaw, 0)};
+    r.absolute_yaw_rad = value(Channel::absolute_yaw, 0);
+    r.direct_length_m = cables(Channel::direct_length);
+    for (int a = 0; a < 3; ++a) r.position_m[a] = value(Channel::position, a);
+    r.tension_N = CableVector::Constant(n, kNaN);
+    const StaticsModel statics = cache_.statics_of(first + lane);
+    if (statics == StaticsModel::left_inverse) r.tension_N = cables(Channel::balance);
+    if (statics != StaticsModel::wrench) continue;
+    for (int a = 0; a < 6; ++a) r.wrench[a] = value(Channel::balance, a);
+  }
 }
 
 }  // namespace cdprcal

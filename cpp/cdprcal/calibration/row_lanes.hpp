@@ -2,8 +2,10 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
+#include "cdprcal/calibration/elimination.hpp"
 #include "cdprcal/calibration/pose_lanes.hpp"
 #include "cdprcal/calibration/residuals/term.hpp"
 
@@ -21,25 +23,39 @@ class RowLanes {
   RowLanes(const CalibrationProblem& problem, const PoseCache& cache,
            const ReferenceReadings& reference);
 
-  /// Takes over the present weights of the balance from the cache.
+  /// Takes over the present weights of the balance from the cache, where they are not yet here.
   void update_weights();
   /// The offsets o = m(ζ0) + e of what follows.
   void set_offsets(const PoseEvaluation& initial);
-  /// Rows of a batch of poses: numbers [slot][6 derivatives, residual][lane], the offsets' slots
-  /// first, then own_rows() others; derivatives by offset [offset][lane]. False when a pose has no
-  /// valid kinematics, or no tensions.
-  [[nodiscard]] bool write(std::size_t batch, const PoseLanes& poses, double* numbers,
-                           double* by_offset) const;
+  /// Evaluates a batch of poses. False when a pose has no valid kinematics, or no tensions.
+  bool evaluate(std::size_t batch, const PoseLanes& poses);
+  /// Of the last batch, rows [slot][6 derivatives, residual][lane]: the offsets' slots first, then
+  /// own_rows() others.
+  [[nodiscard]] const double* rows() const { return rows_.get(); }
+  /// Derivatives by the offsets, [offset][lane].
+  [[nodiscard]] const double* by_offset() const { return by_offset_.get(); }
+  /// Residuals before whitening, [slot][lane]; NaN where a pose lacks the reading.
+  [[nodiscard]] const double* values() const { return values_.get(); }
+
+  /// Σ (F/σ)² of the last batch, of all rows or of a channel's.
+  [[nodiscard]] double squared_residuals(std::optional<Channel> only = std::nullopt) const;
+  /// The last batch's residuals in their own units: poses[1 + 8 · batch] and on.
+  void residuals(std::size_t batch, std::vector<PoseResidual>& poses) const;
 
   [[nodiscard]] int own_rows() const { return static_cast<int>(own_channel_.size()); }
   [[nodiscard]] std::size_t batches() const { return batches_; }
   /// Which channel a row belongs to.
   [[nodiscard]] Channel channel(int slot) const;
+  /// First slot of a channel; −1 where no pose reads it.
+  [[nodiscard]] int slot(Channel channel) const;
+  /// The slots that any pose reads, without those of a channel.
+  [[nodiscard]] RowSlots slots(std::optional<Channel> without) const;
 
   /// Where things stand; −1 for what no pose has.
   struct Layout {
     int cables = 0;
     StaticsModel statics = StaticsModel::none;
+    bool lengths = false, swivels = false, yaw = false;  ///< read anywhere
     // Slots.
     int roll_pitch = -1, balance = -1, absolute_yaw = -1, direct_length = -1, position = -1;
     // Readings, [index][lane]: NaN where a pose has none. Weights are 1/σ.
@@ -51,15 +67,19 @@ class RowLanes {
  private:
   int reserve(Channel channel, int readings, int own_rows);
 
+  [[nodiscard]] int slot_count() const { return 2 * layout_.cables + 1 + own_rows(); }
+
   const CalibrationProblem& problem_;
   const PoseCache& cache_;
   const ReferenceReadings& reference_;
   std::size_t batches_;
   Layout layout_;
   std::vector<Channel> own_channel_;  ///< a row
+  int weights_version_ = -1;
   lanes::Buffer readings_;
   lanes::Buffer whitening_;  ///< [batch][6 × 6][lane], wrench statics only
   std::array<double, kMostOffsets> offsets_{};
+  lanes::Buffer rows_, by_offset_, values_;
 };
 
 }  // namespace cdprcal

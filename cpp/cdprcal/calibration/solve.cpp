@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "cdprcal/calibration/assembly.hpp"
+#include "cdprcal/calibration/balance_roots.hpp"
 #include "cdprcal/calibration/curvature.hpp"
 #include "cdprcal/calibration/least_observed.hpp"
 #include "cdprcal/calibration/mean_square.hpp"
@@ -31,37 +32,29 @@ MinimiserOptions minimiser_options(const SolveOptions& options, bool last_stage)
           .gradient_tolerance = options.gradient_tolerance};
 }
 
-/// Root mean square of the statics residuals at the present poses, in σ; 0 without statics.
-double statics_rms(const CalibrationProblem& problem, PoseCache& cache) {
-  cache.update_wrench_weights(1.0);
-  cache.update();
-  MeanSquare whitened;
-  for (std::size_t i = 0; i < cache.size(); ++i) {
-    if (cache.statics_of(i) == StaticsModel::wrench) {
-      for (const double v : Vector6(cache.wrench_whitening(i) * cache[i].wrench)) whitened.add(v);
-    } else if (cache.statics_of(i) == StaticsModel::left_inverse) {
-      const CableVector r = cache[i].tension_N - problem.measurements[i].tension_N;
-      for (const double v : r) whitened.add(cache.tension_weight(i) * v);
-    }
-  }
-  return whitened.count > 0 ? whitened.rms() : 0.0;
-}
-
 /// Root mean square of the balance in units of what the robot file specifies for the load cells,
 /// whatever the weights; what the model itself is wrong by is allowed for as it was found.
-double specified_statics_rms(const CalibrationProblem& problem, const PoseCache& cache) {
-  const Robot robot = with_effects(problem.robot, problem.effects);
-  SensorSigma sigma = problem.robot.sigma;
+double specified_statics_rms(const CalibrationProblem& problem, const PoseCache& cache,
+                             const std::vector<PoseResidual>& residuals) {
+  BalanceSigma sigma{problem.robot.sigma.tension_N, problem.robot.sigma.wrench_force_N,
+                     problem.robot.sigma.wrench_moment_Nm};
   if (problem.noise) {
-    sigma.wrench_force_N = std::max(sigma.wrench_force_N, problem.noise->wrench_force_N);
-    sigma.wrench_moment_Nm = std::max(sigma.wrench_moment_Nm, problem.noise->wrench_moment_Nm);
+    sigma.force_N = std::max(sigma.force_N, problem.noise->wrench_force_N);
+    sigma.moment_Nm = std::max(sigma.moment_Nm, problem.noise->wrench_moment_Nm);
   }
-  MeanSquare whitened;
+  std::vector<Pose> poses;
+  std::vector<Vector6> balances;
   for (std::size_t i = 0; i < cache.size(); ++i) {
     if (cache.statics_of(i) != StaticsModel::wrench) continue;
-    const Matrix6 root = balance_root(platform_state(robot, cache.pose(i)), sigma.tension_N, sigma);
-    const Vector6 balance = root.triangularView<Eigen::Lower>().solve(cache[i].wrench);
-    for (const double v : balance) whitened.add(v);
+    poses.push_back(cache.pose(i));
+    balances.push_back(residuals[i].wrench);
+  }
+  const std::vector<Matrix6> roots =
+      inverse_balance_roots(with_effects(problem.robot, problem.effects), poses,
+                            std::vector<BalanceSigma>(poses.size(), sigma));
+  MeanSquare whitened;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    for (const double v : Vector6(roots[i] * balances[i])) whitened.add(v);
   }
   return whitened.rms();
 }
@@ -82,7 +75,8 @@ bool run_stages(const CalibrationProblem& problem, const SolveOptions& options, 
   bool usable = true;
   for (std::size_t i = 0; usable && i + 1 < options.graduation.size(); ++i) {
     // A stage is for residuals of about its own size; a start that is nearer needs no weaker one.
-    if (options.graduation[i] > statics_rms(problem, assembly.cache())) continue;
+    assembly.cache().update_wrench_weights(1.0);
+    if (options.graduation[i] > assembly.statics_rms()) continue;
     usable = stage(options.graduation[i], false);
   }
   Pose before = assembly.cache().pose(0);
@@ -115,7 +109,8 @@ std::string format(const char* pattern, double a, double b) {
 
 /// The channels whose residuals contradict their σ, in words; empty when none does.
 std::string contradictions(const CalibrationProblem& problem, Assembly& assembly,
-                           const ResidualRms& rms) {
+                           const CalibrationResult& result) {
+  const ResidualRms& rms = result.residual_rms;
   const SensorSigma& sigma = problem.robot.sigma;
   std::string text;
   const auto judge = [&](double value, double limit, double scale, const char* pattern) {
@@ -137,7 +132,7 @@ std::string contradictions(const CalibrationProblem& problem, Assembly& assembly
   judge(rms.position_m, sigma.position_m, 1e3, "position off by %.3g mm rms against sigma %.3g mm");
   judge(rms.tension_N, sigma.tension_N, 1.0, "tensions off by %.3g N rms against sigma %.3g N");
   if (problem.statics == StaticsModel::wrench) {
-    judge(specified_statics_rms(problem, assembly.cache()), 1.0, 1.0,
+    judge(specified_statics_rms(problem, assembly.cache(), result.residuals), 1.0, 1.0,
           "static balance off by %.3g sigma rms (expected %.3g)");
     if (problem.noise) {
       judge(problem.noise->wrench_force_N, sigma.tension_N, 1.0,
@@ -179,7 +174,7 @@ double largest_motion(const CalibrationProblem& problem, const PoseCache& cache)
 
 void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged,
            CalibrationResult& result) {
-  const std::string doubts = contradictions(problem, assembly, result.residual_rms);
+  const std::string doubts = contradictions(problem, assembly, result);
   if (!converged) {
     if (!doubts.empty()) {
       result.reason += "; where it stopped the model contradicts the readings: " + doubts +

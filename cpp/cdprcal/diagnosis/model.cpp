@@ -4,7 +4,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 
-#include "cdprcal/calibration/pose_cache.hpp"
+#include "cdprcal/calibration/balance_roots.hpp"
 
 namespace cdprcal {
 namespace {
@@ -132,7 +132,8 @@ PoseSystem whiten(const DiagnosisModel& model, const Robot& robot, RawRows raw,
     sigma[row] = row_noise(model, channel_of(row), m);
   }
   if (rests) {
-    const Matrix6 root = balance_root(state, robot.sigma.tension_N, robot.sigma);
+    const Matrix6 root = balance_root(
+        state, {robot.sigma.tension_N, robot.sigma.wrench_force_N, robot.sigma.wrench_moment_Nm});
     const Matrix6 inverse = root.triangularView<Eigen::Lower>().solve(Matrix6::Identity());
     raw.residual.tail<6>() = (inverse * raw.residual.tail<6>()).eval();
     raw.by_pose.bottomRows<6>() = (inverse * raw.by_pose.bottomRows<6>()).eval();

@@ -1,7 +1,7 @@
 // Private to the library: eqs 1–5 of one cable, for one pose or for several side by side.
 #pragma once
 
-#include "cdprcal/lanes.hpp"
+#include "cdprcal/lanes/algebra.hpp"
 #include "cdprcal/model/robot.hpp"
 
 namespace cdprcal {

@@ -11,6 +11,7 @@
 #include "cdprcal/acquisition/synthetic.hpp"
 #include "cdprcal/calibration/assembly.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/lanes/processor.hpp"
 
 namespace cdprcal::test {
 namespace {
@@ -88,7 +89,6 @@ std::map<std::pair<int, int>, LabelledRow> by_label(const PoseRows& rows) {
   return out;
 }
 std::map<std::pair<int, int>, LabelledRow> by_label(const RowLanes& lanes_of, int offsets,
-                                                    const double* numbers, const double* by_offset,
                                                     std::size_t lane) {
   std::map<std::pair<int, int>, LabelledRow> out;
   std::map<int, int> next;  // component of a channel
@@ -99,9 +99,10 @@ std::map<std::pair<int, int>, LabelledRow> by_label(const RowLanes& lanes_of, in
     const int component = yaw ? 2 : next[channel]++;
     LabelledRow row{};
     for (std::size_t a = 0; a < 7; ++a) {
-      row[a] = numbers[(7 * static_cast<std::size_t>(slot) + a) * kLanes + lane];
+      row[a] = lanes_of.rows()[(7 * static_cast<std::size_t>(slot) + a) * kLanes + lane];
     }
-    if (slot < offsets) row[7] = by_offset[static_cast<std::size_t>(slot) * kLanes + lane];
+    if (slot < offsets)
+      row[7] = lanes_of.by_offset()[static_cast<std::size_t>(slot) * kLanes + lane];
     if (row != LabelledRow{}) out[{channel, component}] = row;
   }
   return out;
@@ -131,9 +132,6 @@ TEST_P(EachProcessor, RowsAreThoseOfOnePoseAfterTheOther) {
     PoseLanes others(poses.size() - 1);
     for (std::size_t i = 1; i < poses.size(); ++i) others.set(i - 1, poses[i]);
     const int offsets = assembly.reference().size();
-    const auto slots = static_cast<std::size_t>(offsets + side_by_side.own_rows());
-    const lanes::Buffer numbers = lanes::buffer(7 * slots);
-    const lanes::Buffer by_offset = lanes::buffer(static_cast<std::size_t>(offsets));
     for (std::size_t b = 0; b < side_by_side.batches(); ++b) {
       bool valid = true;
       std::vector<PoseRows> expected;
@@ -143,10 +141,10 @@ TEST_P(EachProcessor, RowsAreThoseOfOnePoseAfterTheOther) {
         valid = assembly.evaluate_rows(i, poses[i], initial, evaluation, rows) && valid;
         expected.push_back(rows);
       }
-      ASSERT_EQ(side_by_side.write(b, others, numbers.get(), by_offset.get()), valid);
+      ASSERT_EQ(side_by_side.evaluate(b, others), valid);
       if (!valid) continue;
       for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        const auto got = by_label(side_by_side, offsets, numbers.get(), by_offset.get(), lane);
+        const auto got = by_label(side_by_side, offsets, lane);
         if (lane >= expected.size()) {
           EXPECT_TRUE(got.empty());
           continue;
@@ -190,7 +188,6 @@ TEST_P(EachProcessor, AnInvalidPoseIsSeenInEveryLane) {
   ASSERT_TRUE(assembly.evaluate_rows(0, poses[0], initial, initial, rows));
   RowLanes side_by_side(problem, assembly.cache(), assembly.reference());
   side_by_side.set_offsets(initial);
-  const lanes::Buffer numbers = lanes::buffer(7 * 20), by_offset = lanes::buffer(9);
   // An anchor on its swivel axis, inside its pulley, at no place.
   const Cable& cable = problem.robot.cables[2];
   const auto anchor_at = [&](const Vector3& place_m) {
@@ -207,7 +204,7 @@ TEST_P(EachProcessor, AnInvalidPoseIsSeenInEveryLane) {
     for (const Pose& pose : bad) {
       PoseLanes others(8);
       for (std::size_t i = 0; i < 8; ++i) others.set(i, i == lane ? pose : poses[i + 1]);
-      EXPECT_FALSE(side_by_side.write(0, others, numbers.get(), by_offset.get())) << lane;
+      EXPECT_FALSE(side_by_side.evaluate(0, others)) << lane;
     }
   }
 }

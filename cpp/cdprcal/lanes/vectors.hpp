@@ -3,8 +3,7 @@
 //
 // A formula is a template over a Kind: One computes with double, the others with vectors of it.
 // Functions that must be inlined are marked so, since a vector may only cross a call between
-// functions for the same kind of processor. Sources define, for each kind, one function with its
-// target attribute, and ask processor() which to call.
+// functions for the same kind of processor (processor.hpp).
 #pragma once
 
 #include <cmath>
@@ -12,7 +11,6 @@
 #include <cstring>
 #include <memory>
 #include <new>
-#include <string>
 
 #include "cdprcal/types.hpp"
 
@@ -21,16 +19,11 @@
 
 #define CDPRCAL_INLINE __attribute__((always_inline)) inline
 #define CDPRCAL_INLINE_LAMBDA __attribute__((always_inline))
-#if defined(__x86_64__) && defined(__GNUC__)
-#define CDPRCAL_HAS_AVX 1
-#define CDPRCAL_AVX2 __attribute__((target("avx2,fma")))
-#define CDPRCAL_AVX512 __attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma")))
 // glibc's vector functions, to four units in the last place. Clang would pass their arguments as
 // the processor without AVX does.
-#if defined(__GLIBC__) && !defined(__clang__)
+#if defined(__x86_64__) && defined(__GNUC__) && defined(__GLIBC__) && !defined(__clang__)
 #if __GLIBC_PREREQ(2, 35)
 #define CDPRCAL_HAS_LIBMVEC 1
-#endif
 #endif
 #endif
 
@@ -46,13 +39,14 @@ template <typename V>
 inline constexpr int count = sizeof(V) / sizeof(double);
 
 #ifdef CDPRCAL_HAS_LIBMVEC
+// Declared const: where a result is not used, it is not computed.
 extern "C" {  // NOLINTBEGIN(readability-identifier-naming): the names of x86-64's vector ABI
-Vector4 _ZGVdN4vv_atan2(Vector4, Vector4);
-Vector4 _ZGVdN4v_sin(Vector4);
-Vector4 _ZGVdN4v_cos(Vector4);
-Vector8 _ZGVeN8vv_atan2(Vector8, Vector8);
-Vector8 _ZGVeN8v_sin(Vector8);
-Vector8 _ZGVeN8v_cos(Vector8);
+Vector4 _ZGVdN4vv_atan2(Vector4, Vector4) __attribute__((const));
+Vector4 _ZGVdN4v_sin(Vector4) __attribute__((const));
+Vector4 _ZGVdN4v_cos(Vector4) __attribute__((const));
+Vector8 _ZGVeN8vv_atan2(Vector8, Vector8) __attribute__((const));
+Vector8 _ZGVeN8v_sin(Vector8) __attribute__((const));
+Vector8 _ZGVeN8v_cos(Vector8) __attribute__((const));
 }  // NOLINTEND(readability-identifier-naming)
 #endif
 
@@ -106,19 +100,6 @@ using Avx2 = Plain<Vector4>;
 using Avx512 = Plain<Vector8>;
 #endif
 
-/// Kinds of processor: what every one has, AVX2 with FMA, AVX-512. The last bits of results differ
-/// between them, never between runs on one.
-enum class Processor { any, avx2, avx512 };
-
-/// The one whose vectors are used: the widest that this processor has, or what the environment
-/// variable CDPRCAL_VECTORS says ("any", "avx2", "avx512"), so that two machines can compute alike.
-/// Throws InputError for another word, and for what the processor does not have.
-Processor processor();
-/// Another one from now on, for tests; throws InputError where the processor does not have it.
-void use_processor(Processor wanted);
-/// By name; throws InputError for another word.
-Processor parse_processor(const std::string& name);
-
 /// Which lanes hold a number that is finite.
 template <typename V>
 CDPRCAL_INLINE auto finite(const V& x) {
@@ -139,37 +120,6 @@ CDPRCAL_INLINE V wrap_angle(const V& angle_rad) {
   constexpr double kRound = 6755399441055744.0;  // 1.5 · 2⁵²: adding it rounds to integers
   const V turns = (angle_rad * (0.5 / kPi) + kRound) - kRound;
   return angle_rad - turns * (2.0 * kPi);
-}
-
-template <typename V>
-struct Triple {
-  V x, y, z;
-};
-
-template <typename V>
-CDPRCAL_INLINE V dot(const Triple<V>& a, const Triple<V>& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-template <typename V>
-CDPRCAL_INLINE V dot(const Vector3& a, const Triple<V>& b) {
-  return a.x() * b.x + a.y() * b.y + a.z() * b.z;
-}
-template <typename V>
-CDPRCAL_INLINE Triple<V> cross(const Triple<V>& a, const Triple<V>& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-template <typename V>
-CDPRCAL_INLINE Triple<V> operator+(const Triple<V>& a, const Triple<V>& b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-template <typename V>
-CDPRCAL_INLINE Triple<V> operator*(const V& a, const Triple<V>& b) {
-  return {a * b.x, a * b.y, a * b.z};
-}
-/// a · axis
-template <typename V>
-CDPRCAL_INLINE Triple<V> along(const V& a, const Vector3& axis) {
-  return {a * axis.x(), a * axis.y(), a * axis.z()};
 }
 
 /// The same lanes, from `first` on, of every number of an array [index][kLanes].

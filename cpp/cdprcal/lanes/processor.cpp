@@ -1,4 +1,4 @@
-#include "cdprcal/lanes.hpp"
+#include "cdprcal/lanes/processor.hpp"
 
 #include <array>
 #include <string>
