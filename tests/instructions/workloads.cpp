@@ -37,7 +37,7 @@ void require(bool good, const char* what) {
 }
 
 /// `poses` rests of irma4 along the lines between its set-points; noise a twentieth of σ.
-Work calibration(int poses, StaticsModel statics) {
+Work calibration(int poses, StaticsModel statics, bool as_in_the_paper = false) {
   const std::vector<CableVector> corners = test::irma4_setpoints();
   std::vector<CableVector> setpoints;
   for (int i = 0; i < poses; ++i) {
@@ -50,6 +50,8 @@ Work calibration(int poses, StaticsModel statics) {
       statics == StaticsModel::none ? PoseKind::kinematic_pose : PoseKind::static_pose;
   Scenario s = test::scenario(load_robot("irma4"), setpoints, kind, 0.05, 3);
   s.problem.statics = statics;
+  const bool full = !as_in_the_paper;
+  s.problem.reference_attitude = s.problem.reference_statics = s.problem.reference_noise = full;
   const std::vector<Pose> guess = test::disturbed(s.truth, 0.02, 0.03, 4);
   return [s, guess] {
     const CalibrationResult result = solve(s.problem, guess);
@@ -124,6 +126,7 @@ struct Workload {
 };
 
 constexpr Workload kWorkloads[] = {
+    {"solve_8_poses_paper", [] { return calibration(8, StaticsModel::none, true); }},
     {"solve_27_poses", [] { return calibration(27, StaticsModel::none); }},
     {"solve_27_poses_tensions", [] { return calibration(27, StaticsModel::wrench); }},
     {"solve_128_poses", [] { return calibration(128, StaticsModel::none); }},

@@ -146,6 +146,14 @@ double Assembly::cost() {
 }
 
 double Assembly::statics_rms() {
+  int count = 0;
+  for (std::size_t i = 0; i < cache_.size(); ++i) {
+    const StaticsModel statics = cache_.statics_of(i);
+    count += statics == StaticsModel::wrench         ? 6
+             : statics == StaticsModel::left_inverse ? problem_.robot.cable_count()
+                                                     : 0;
+  }
+  if (count == 0) return 0.0;
   double squares = 0.0;
   const auto add = [&](std::size_t, const PoseRows& rows) {
     for (std::size_t r = 0; r < static_cast<std::size_t>(rows.count); ++r) {
@@ -157,14 +165,7 @@ double Assembly::statics_rms() {
   PoseRows rows;
   if (!valid || !cached_rows(0, rows)) return kNaN;
   add(0, rows);
-  int count = 0;
-  for (std::size_t i = 0; i < cache_.size(); ++i) {
-    const StaticsModel statics = cache_.statics_of(i);
-    count += statics == StaticsModel::wrench         ? 6
-             : statics == StaticsModel::left_inverse ? problem_.robot.cable_count()
-                                                     : 0;
-  }
-  return count > 0 ? std::sqrt(squares / count) : 0.0;
+  return std::sqrt(squares / count);
 }
 
 std::vector<Eigen::MatrixXd> Assembly::common_informations(
@@ -263,12 +264,13 @@ std::vector<ReferenceInformation> Assembly::reference_informations(
     const std::vector<std::optional<Channel>>& without) {
   std::vector<ReferenceInformation> out;
   for (const Eigen::MatrixXd& common : common_informations(without)) {
-    out.push_back(of_reference(common));
+    out.push_back(of_reference(common, out.empty()));
   }
   return out;
 }
 
-ReferenceInformation Assembly::of_reference(const Eigen::MatrixXd& common) const {
+ReferenceInformation Assembly::of_reference(const Eigen::MatrixXd& common,
+                                            bool with_covariance) const {
   ReferenceInformation out;
   if (!common.allFinite()) return out;
 
@@ -285,6 +287,7 @@ ReferenceInformation Assembly::of_reference(const Eigen::MatrixXd& common) const
     out.information -= coupling.transpose() * decomposition.solve(coupling);
   }
   out.information = 0.5 * (out.information + out.information.transpose()).eval();
+  if (!with_covariance) return out;
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(out.information);
   if (eigen.eigenvalues().minCoeff() > 1e-12 * eigen.eigenvalues().maxCoeff()) {
     out.covariance = eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() *

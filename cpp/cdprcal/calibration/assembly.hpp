@@ -56,7 +56,7 @@ class Assembly {
   double statics_rms();
   ReferenceInformation reference_information();
   /// One for each entry: nothing, or the channel without which (as if it had not been read, its
-  /// readings at the reference included).
+  /// readings at the reference included). The first alone has its covariance.
   std::vector<ReferenceInformation> reference_informations(
       const std::vector<std::optional<Channel>>& without);
   /// The rows of measurement `index` at any pose, with ζ0 as `initial` says (of measurement 0: what
@@ -89,7 +89,8 @@ class Assembly {
   std::vector<Eigen::MatrixXd> common_informations(
       const std::vector<std::optional<Channel>>& without);
   [[nodiscard]] PoseResidual residual(std::size_t index) const;
-  [[nodiscard]] ReferenceInformation of_reference(const Eigen::MatrixXd& common) const;
+  [[nodiscard]] ReferenceInformation of_reference(const Eigen::MatrixXd& common,
+                                                  bool with_covariance) const;
 
   const CalibrationProblem& problem_;
   PoseCache cache_;
