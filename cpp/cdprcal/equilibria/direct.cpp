@@ -1,5 +1,6 @@
 #include "cdprcal/equilibria/direct.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 
@@ -71,8 +72,46 @@ class TensionProblem {
     return failure(result);
   }
 
-  /// NLopt to a minimum, then Newton.
+  /// Down the potential by Newton's steps while it is convex on the way: a pose close to its
+  /// minimum. Nothing where it is not, or where a step leads up.
+  std::optional<Pose> descend(const Pose& start) {
+    constexpr int kMostSteps = 12;
+    constexpr double kNear = 1e-3;  // of the weight: Newton's method does the rest
+    const double weight = std::max(robot_.weight_N(), 1e-12);
+    Pose pose = start;
+    double energy_J = HUGE_VAL;
+    for (int step = 0; step < kMostSteps; ++step) {
+      const PlatformState state = platform_state(robot_, pose);
+      ++evaluations_;
+      if (!state.valid) return std::nullopt;
+      const double now_J = potential_energy(robot_, pose, state, tension_N_);
+      const Matrix6 k = stiffness(robot_, state, tension_N_);
+      const Eigen::LLT<Matrix6> factor(Matrix6(0.5 * (k + k.transpose())));
+      if (!(now_J < energy_J) || factor.info() != Eigen::Success) return std::nullopt;
+      energy_J = now_J;
+      const Vector6 residual = wrench_residual(robot_, state, tension_N_);
+      if (balance_error_N(residual, length_scale_m_) < kNear * weight) return pose;
+      const Vector6 twist = -factor.solve(residual);
+      if (!twist.allFinite()) return std::nullopt;
+      const double size =
+          std::max(twist.head<3>().norm() / step_limit_m_, twist.tail<3>().norm() / 0.5);
+      pose = plus(pose, twist / std::max(1.0, size));
+    }
+    return std::nullopt;
+  }
+
+  /// To a minimum of the potential, by Newton's method where it is convex from the start on, by
+  /// NLopt elsewhere.
   EquilibriumResult minimum(const Pose& start) {
+    if (const std::optional<Pose> near = descend(start)) {
+      const EquilibriumResult result = newton(*near);
+      if (result.status == EquilibriumStatus::found) return result;
+    }
+    return search(start);
+  }
+
+  /// NLopt to a minimum, then Newton.
+  EquilibriumResult search(const Pose& start) {
     EquilibriumResult result;
     if (!platform_state(robot_, start).valid) {
       result.status = EquilibriumStatus::invalid_geometry;
@@ -85,11 +124,11 @@ class TensionProblem {
       if (gradient != nullptr) *gradient = wrench_residual(robot_, state, tension_N_) / weight;
       return potential_energy(robot_, pose, state, tension_N_) / weight;
     };
-    PoseSearchOptions search;
-    search.length_scale_m = length_scale_m_;
-    search.max_evaluations = options_.max_evaluations;
+    PoseSearchOptions options;
+    options.length_scale_m = length_scale_m_;
+    options.max_evaluations = options_.max_evaluations;
     const PoseSearchResult found =
-        search_pose(robot_, start, search_bounds(robot_), objective, search);
+        search_pose(robot_, start, search_bounds(robot_), objective, options);
     evaluations_ += found.evaluations;
     if (found.at_bound) {
       result.reason = "the platform sinks without end: these tensions do not hold it";
