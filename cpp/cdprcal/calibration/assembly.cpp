@@ -104,7 +104,12 @@ bool Assembly::write(std::size_t index, const Pose& at, const PoseEvaluation& in
 }
 
 RowLanes* Assembly::row_lanes() {
-  if (!row_lanes_ && RowLanes::serve(problem_)) row_lanes_.emplace(problem_, cache_, reference_);
+  if (!row_lanes_tried_ && RowLanes::serve(problem_)) {
+    row_lanes_.emplace(problem_, cache_, reference_);
+    // An equation that they do not know yet: then one pose after the other, which knows all.
+    if (row_lanes_->row_count() != residual_count_ - rows_at(0)) row_lanes_.reset();
+  }
+  row_lanes_tried_ = true;
   return row_lanes_ ? &*row_lanes_ : nullptr;
 }
 

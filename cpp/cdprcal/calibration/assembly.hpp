@@ -96,6 +96,7 @@ class Assembly {
   PoseCache cache_;
   ReferenceReadings reference_;
   std::optional<RowLanes> row_lanes_;
+  bool row_lanes_tried_ = false;
   int residual_count_ = 0;
   int parameter_count_ = 0;
 };

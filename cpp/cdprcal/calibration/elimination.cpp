@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "cdprcal/calibration/row_batch.hpp"
 #include "cdprcal/lanes/algebra.hpp"
 #include "cdprcal/lanes/processor.hpp"
 
@@ -11,8 +12,6 @@ namespace cdprcal {
 namespace {
 
 using namespace lanes;
-
-constexpr int kRow = 7;  // six derivatives and the residual
 
 static_assert(kMostOffsets <= 32);
 

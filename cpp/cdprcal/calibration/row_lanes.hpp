@@ -8,12 +8,13 @@
 #include "cdprcal/calibration/elimination.hpp"
 #include "cdprcal/calibration/pose_lanes.hpp"
 #include "cdprcal/calibration/residuals/term.hpp"
+#include "cdprcal/calibration/row_batch.hpp"
 
 namespace cdprcal {
 
 /// The equations of residuals/ for all measurements but the reference, in vectors: the same rows as
-/// write_rows (row_lanes_test.cpp), a fraction of the time. Each row has a slot that is the same in
-/// all poses; where a pose lacks the reading, its row is zero.
+/// write_rows (row_lanes_test.cpp), in a fraction of the time. Each row has a slot that is the same
+/// in all poses; where a pose lacks the reading, its row is zero.
 class RowLanes {
  public:
   /// Whether the equations of a problem can be written so: effects are models of one pose.
@@ -42,6 +43,8 @@ class RowLanes {
   /// The last batch's residuals in their own units: poses[1 + 8 · batch] and on.
   void residuals(std::size_t batch, std::vector<PoseResidual>& poses) const;
 
+  /// Rows that carry a reading, over all poses.
+  [[nodiscard]] int row_count() const { return row_count_; }
   [[nodiscard]] int own_rows() const { return static_cast<int>(own_channel_.size()); }
   [[nodiscard]] std::size_t batches() const { return batches_; }
   /// Which channel a row belongs to.
@@ -50,19 +53,6 @@ class RowLanes {
   [[nodiscard]] int slot(Channel channel) const;
   /// The slots that any pose reads, without those of a channel.
   [[nodiscard]] RowSlots slots(std::optional<Channel> without) const;
-
-  /// Where things stand; −1 for what no pose has.
-  struct Layout {
-    int cables = 0;
-    StaticsModel statics = StaticsModel::none;
-    bool lengths = false, swivels = false, yaw = false;  ///< read anywhere
-    // Slots.
-    int roll_pitch = -1, balance = -1, absolute_yaw = -1, direct_length = -1, position = -1;
-    // Readings, [index][lane]: NaN where a pose has none. Weights are 1/σ.
-    std::array<int, kChannels> reading{}, weight{};
-    int tension = -1;
-    int numbers = 0;  ///< a batch
-  };
 
  private:
   int reserve(Channel channel, int readings, int own_rows);
@@ -73,7 +63,8 @@ class RowLanes {
   const PoseCache& cache_;
   const ReferenceReadings& reference_;
   std::size_t batches_;
-  Layout layout_;
+  RowLayout layout_;
+  int row_count_ = 0;
   std::vector<Channel> own_channel_;  ///< a row
   int weights_version_ = -1;
   lanes::Buffer readings_;

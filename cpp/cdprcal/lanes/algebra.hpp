@@ -87,4 +87,46 @@ CDPRCAL_INLINE void forward(const V* h, V* v) {
   }
 }
 
+/// Inverse by Gauss–Jordan with pivots of each lane's own. Returns ‖A‖₁ ‖A⁻¹‖₁.
+template <typename V>
+CDPRCAL_INLINE V invert(int n, const V (&matrix)[6][6], V (&inverse)[6][6]) {
+  V a[6][12];
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      a[i][j] = matrix[i][j];
+      a[i][n + j] = V{} + (i == j ? 1.0 : 0.0);
+    }
+  }
+  const auto magnitude = [](const V& v) CDPRCAL_INLINE_LAMBDA { return v < V{} ? -v : v; };
+  for (int k = 0; k < n; ++k) {
+    for (int i = k + 1; i < n; ++i) {
+      const auto larger = magnitude(a[i][k]) > magnitude(a[k][k]);
+      for (int j = k; j < 2 * n; ++j) {
+        const V upper = a[k][j], lower = a[i][j];
+        a[k][j] = larger ? lower : upper;
+        a[i][j] = larger ? upper : lower;
+      }
+    }
+    const V scale = 1.0 / a[k][k];
+    for (int j = k; j < 2 * n; ++j) a[k][j] *= scale;
+    for (int i = 0; i < n; ++i) {
+      if (i == k) continue;
+      const V factor = a[i][k];
+      for (int j = k; j < 2 * n; ++j) a[i][j] -= factor * a[k][j];
+    }
+  }
+  V largest = {}, largest_inverse = {};
+  for (int j = 0; j < n; ++j) {
+    V sum = {}, sum_inverse = {};
+    for (int i = 0; i < n; ++i) {
+      inverse[i][j] = a[i][n + j];
+      sum += magnitude(matrix[i][j]);
+      sum_inverse += magnitude(inverse[i][j]);
+    }
+    largest = sum > largest ? sum : largest;
+    largest_inverse = sum_inverse > largest_inverse ? sum_inverse : largest_inverse;
+  }
+  return largest * largest_inverse;
+}
+
 }  // namespace cdprcal::lanes

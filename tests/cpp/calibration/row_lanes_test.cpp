@@ -127,6 +127,7 @@ TEST_P(EachProcessor, RowsAreThoseOfOnePoseAfterTheOther) {
     PoseRows rows;
     ASSERT_TRUE(assembly.evaluate_rows(0, poses[0], initial, initial, rows));
     RowLanes side_by_side(problem, assembly.cache(), assembly.reference());
+    EXPECT_EQ(side_by_side.row_count(), assembly.residual_count() - assembly.rows_at(0));
     side_by_side.update_weights();
     side_by_side.set_offsets(initial);
     PoseLanes others(poses.size() - 1);

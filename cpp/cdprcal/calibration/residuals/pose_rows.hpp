@@ -14,7 +14,8 @@
 namespace cdprcal {
 
 /// Calls `visit.operator()<Term>()` for every equation, in the order of its rows. A new equation is
-/// a file beside the others and a line here.
+/// a file beside the others and a line here; row_batch.cpp writes the same for eight poses at once,
+/// and is not used for problems with equations that it does not know.
 template <typename Visit>
 void for_each_term(const Visit& visit) {
   visit.template operator()<LengthTerm>();
