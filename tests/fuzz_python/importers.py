@@ -1,23 +1,29 @@
 """Fuzzing of what Python reads, with atheris: anything but an InputError of one line is a finding.
 
     pip install atheris
-    python tests/fuzz_python/importers.py raw --seconds 600      # one target; see TARGETS
-    python tests/fuzz_python/importers.py replay                 # the kept corpus, without atheris
+    python tests/fuzz_python/importers.py raw --seconds 600 --found /tmp/raw   # see TARGETS
+    python tests/fuzz_python/importers.py raw --keep /tmp/raw    # its smallest part, to the corpus
+    python tests/fuzz_python/importers.py replay                 # the corpus, without atheris
 
-It begins from the valid files of the malformed-input corpus and what earlier runs kept in
-tests/fuzz_python/corpus/TARGET. A finding is written to the working directory by libFuzzer; put it
-into the corpus, which tests/python/test_fuzz_corpus.py replays, and fix it.
+It begins from short valid files and what earlier runs kept in tests/fuzz_python/corpus/TARGET. A
+finding is written to the working directory by libFuzzer; put it into the corpus, which
+tests/python/test_fuzz_corpus.py replays, and fix it.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import inspect
+import json
 import math
 import sys
 import tempfile
+import unicodedata
 from collections.abc import Callable
 from pathlib import Path
+from types import FrameType, ModuleType
+from typing import Any
 
 HERE = Path(__file__).resolve().parent
 CORPUS = HERE / "corpus"
@@ -146,7 +152,8 @@ def guarded(target: Target, data: bytes) -> None:
     except InputError as error:
         said = str(error)
     assert said, "a message without words"
-    assert "\n" not in said, "a message of several lines"
+    kinds = {unicodedata.category(character) for character in said}
+    assert not kinds & {"Cc", "Zl", "Zp"}, "a message of several lines, or with control characters"
 
 
 def seeds(name: str) -> list[bytes]:
@@ -154,22 +161,70 @@ def seeds(name: str) -> list[bytes]:
     from malformed.case import make_valid
 
     _, kinds = TARGETS[name]
-    with tempfile.TemporaryDirectory() as folder:
-        files = make_valid(Path(folder)).files
-    found = [files[kind][:20_000] for kind in kinds]
-    if name == "raw":
-        found = [data[:4000] for data in found]
     if name == "mcap_json":
-        found = [b'{"time_s": 0.0, "length_1_m": 1.5, "roll_rad": null}\n{"time_s": 1}']
-    return found + kept(name)
+        begin = [b'{"time_s": 0.0, "length_1_m": 1.5, "roll_rad": null}\n{"time_s": 1}']
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            make_valid(Path(folder))
+            begin = [shortened(kind, Path(folder)) for kind in kinds]
+    return begin + kept(name)
+
+
+def shortened(kind: str, folder: Path) -> bytes:
+    """A whole file of a few samples: what is cut already never comes past its end."""
+    import cdprcal
+    from cdprcal.io import load_log, save_log
+    from cdprcal.io.result_file import _packed
+    from cdprcal.ros2 import save_bag
+    from malformed.case import EXAMPLES
+
+    if kind == "session":
+        return (EXAMPLES / "canopen-simulated.yaml").read_bytes()
+    if kind == "acquired mcap":
+        return (folder / "acquired.mcap").read_bytes()[:20_000]
+    lines = (folder / {"raw": "run.log", "csv": "run.csv"}.get(kind, "acquired.csv")).read_bytes()
+    cut = lines[: lines.rindex(b"\n", 0, 4000) + 1]
+    if kind in ("raw", "csv", "acquired"):
+        return cut
+    (folder / "short.csv").write_bytes(cut)
+    log = load_log(folder / "short.csv").log
+    if kind == "mcap":
+        save_log(log, folder / "short.mcap")
+        return (folder / "short.mcap").read_bytes()
+    if kind in ("bag", "sqlite"):
+        storage: Any = {"bag": "mcap", "sqlite": "sqlite3"}[kind]
+        save_bag(log, folder / f"short_{kind}", cdprcal.EulerConvention.XYZ, storage=storage)
+        return next(
+            p for p in (folder / f"short_{kind}").iterdir() if p.suffix != ".yaml"
+        ).read_bytes()
+    document = json.loads((folder / f"{kind}.json").read_bytes())
+    document["inputs"]["logs"] = [_packed(log)]
+    return json.dumps(document, separators=(",", ":")).encode()
 
 
 def kept(name: str) -> list[bytes]:
     """What earlier runs found worth keeping."""
-    return [path.read_bytes() for path in sorted((CORPUS / name).glob("*")) if path.is_file()]
+    return contents(CORPUS / name)
 
 
-def fuzz(name: str, seconds: int) -> None:
+def contents(folder: Path) -> list[bytes]:
+    """Of every file in a folder, by name."""
+    return [path.read_bytes() for path in sorted(folder.glob("*")) if path.is_file()]
+
+
+def readers() -> list[ModuleType]:
+    """The modules that read, as far as they are imported."""
+    prefixes = (
+        "cdprcal.io",
+        "cdprcal.ros2",
+        "cdprcal.hardware.session",
+        "mcap.",
+        "rosbags.rosbag2",
+    )
+    return [module for key, module in sys.modules.items() if key.startswith(prefixes)]
+
+
+def fuzz(name: str, seconds: int, found: Path) -> None:
     """Ends the process: 0 when nothing was found."""
     import atheris
 
@@ -177,29 +232,78 @@ def fuzz(name: str, seconds: int) -> None:
     begin = seeds(name)
     for data in begin:
         guarded(target, data)  # imports what it needs
-    readers = ("cdprcal.io", "cdprcal.ros2", "cdprcal.hardware.session", "mcap.", "rosbags.rosbag2")
-    for module in [m for key, m in sys.modules.items() if key.startswith(readers)]:
-        for key, function in list(vars(module).items()):
-            if inspect.isfunction(function) and function.__module__ == module.__name__:
-                setattr(module, key, atheris.instrument_func(function))
-    with tempfile.TemporaryDirectory() as corpus:
-        for number, data in enumerate(begin):
-            (Path(corpus) / str(number)).write_bytes(data)
-        atheris.Setup(
-            [sys.argv[0], corpus, f"-max_total_time={seconds}", "-print_final_stats=1",
-             "-max_len=20000", "-timeout=10", "-rss_limit_mb=2048"],
-            lambda data: guarded(target, data),
-        )  # fmt: skip
-        atheris.Fuzz()
+    for module in readers():
+        classes = [c for c in vars(module).values() if inspect.isclass(c)]
+        for holder in [module, *classes]:
+            for function in list(vars(holder).values()):
+                if inspect.isfunction(function) and function.__module__ == module.__name__:
+                    atheris.instrument_func(function)
+    found.mkdir(parents=True, exist_ok=True)
+    for number, data in enumerate(begin):
+        (found / f"seed{number}").write_bytes(data)
+    atheris.Setup(
+        [sys.argv[0], str(found), f"-max_total_time={seconds}", "-print_final_stats=1",
+         "-max_len=65536", "-timeout=10", "-rss_limit_mb=2048"],
+        lambda data: guarded(target, data),
+    )  # fmt: skip
+    atheris.Fuzz()
+
+
+def arcs(target: Target, data: bytes) -> set[tuple[str, int, int]]:
+    """The steps from line to line that an input takes in what reads it."""
+    files = {str(module.__file__) for module in readers()}
+    taken: set[tuple[str, int, int]] = set()
+
+    def call(frame: FrameType, event: str, argument: object) -> Any:
+        name = frame.f_code.co_filename
+        if name not in files:
+            return None
+        last = -1
+
+        def line(frame: FrameType, event: str, argument: object) -> Any:
+            nonlocal last
+            taken.add((name, last, frame.f_lineno))
+            last = frame.f_lineno
+            return line
+
+        return line
+
+    guarded(target, data)  # imports what it needs
+    sys.settrace(call)
+    try:
+        guarded(target, data)
+    finally:
+        sys.settrace(None)
+    return taken
+
+
+def keep(name: str, found: Path) -> None:
+    """Puts the smallest inputs that together go every way into the corpus."""
+    target, _ = TARGETS[name]
+    folder = CORPUS / name
+    folder.mkdir(parents=True, exist_ok=True)
+    seen: set[tuple[str, int, int]] = set()
+    for data in kept(name):
+        seen |= arcs(target, data)
+    for data in sorted(contents(found), key=lambda data: (len(data), data)):
+        new = arcs(target, data) - seen
+        if new:
+            seen |= new
+            (folder / hashlib.sha256(data).hexdigest()[:16]).write_bytes(data)
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("target", choices=[*TARGETS, "replay"])
     parser.add_argument("--seconds", type=int, default=600)
+    parser.add_argument("--found", type=Path, help="folder for what takes new ways")
+    parser.add_argument("--keep", type=Path, metavar="FOUND", help="minimise it into the corpus")
     chosen = parser.parse_args()
+    if chosen.target != "replay" and chosen.keep:
+        keep(chosen.target, chosen.keep)
+        return 0
     if chosen.target != "replay":
-        fuzz(chosen.target, chosen.seconds)
+        fuzz(chosen.target, chosen.seconds, chosen.found or Path(tempfile.mkdtemp()))
     for name, (target, _) in TARGETS.items():
         for data in kept(name):
             guarded(target, data)

@@ -84,6 +84,22 @@ def test_a_short_study_runs_goes_on_where_it_stopped_and_reports(tmp_path: Path)
     assert f"Failures ({len(scores.failures)})" in text
 
 
+def test_one_process_and_two_find_the_same_to_the_bit(tmp_path: Path) -> None:
+    found = []
+    for jobs in (1, 2):
+        folder = tmp_path / str(jobs)
+        words = ["run", "--cases", "4", "--poses", "8", "--jobs", str(jobs), "-o", str(folder)]
+        ran = CliRunner().invoke(app, words)
+        assert ran.exit_code == 0, ran.output
+        (path,) = folder.glob("*.jsonl")
+        clocks = ("simulation_s", "diagnosis_s")
+        found.append(
+            [{k: v for k, v in line.items() if k not in clocks} for line in read_lines(path)]
+        )
+    assert found[0] == found[1]
+    assert len(found[0]) == 4
+
+
 def test_a_wrong_name_counts_as_wrong(tmp_path: Path) -> None:
     number = next(n for n in range(200) if kind_of(Split.tuning, 1, SETTING, n) == "one")
     ran = CliRunner().invoke(

@@ -34,6 +34,13 @@ COMMANDS = (
     "calibrate irma4 generated.csv --json",
     "diagnose irma4 acquired.csv --result diagnosis.json --json",
     "diagnose irma4 heavy.csv -o corrected.yaml --result heavy.json --json",
+    "repeat result.json --json",
+    "report irma4 acquired.csv -o report.html",
+    "report heavy.json -o heavy.html",
+    "export irma4 acquired.csv -o bag",
+    "export irma4 acquired.csv -o bag3 --storage sqlite3",
+    "import bag --robot irma4 -o from_bag.csv",
+    "demo --seed 3 -o demo --json",
     "workspace irma4 --step-m 0.2 --threads {threads} -o mesh.ply --json",
     "workspace ring3 --step-m 0.3 --threads {threads} -o mesh.stl --json",
 )

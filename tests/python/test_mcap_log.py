@@ -123,3 +123,26 @@ def test_random_damage_never_escapes_as_another_exception(
             load_log(path)
         except InputError:
             continue
+
+
+def test_a_wrong_message_is_counted_over_all_chunks(tmp_path: Path) -> None:
+    good = [{"time_s": i, "length_1_m": 1.5} for i in range(200_000)]
+    good[150_000] = {"time_s": 1, "length_1_m": "x"}  # type: ignore[dict-item]
+    with pytest.raises(InputError, match="message 150001 on /topic0: length_1_m"):
+        load_log(write(tmp_path / "long.mcap", good))  # type: ignore[arg-type]
+
+
+def test_a_flipped_bit_is_noticed_and_what_was_before_it_is_kept(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    path = tmp_path / "log.mcap"
+    save_log(synthetic.log, path)
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 0x10
+    path.write_bytes(data)
+    file = load_log(path)
+    assert [finding.code for finding in file.findings] == ["truncated"]
+    assert "is damaged" in file.findings[0].message
+    count = len(file.log)
+    assert 0.2 < count / len(synthetic.log) < 0.6
+    np.testing.assert_array_equal(file.log.length_m, synthetic.log.length_m[:count])

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 import pytest
-from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 import cdprcal
@@ -293,3 +293,151 @@ def test_a_map_for_another_number_of_cables(
             synthetic.log, tmp_path / "bag", robot.euler_convention, topics(wrenches=WRENCHES[:3])
         )
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture
+def short(synthetic: cdprcal.SyntheticLog) -> cdprcal.Log:
+    """Its first hundred samples."""
+    log = synthetic.log
+    return changed(log, **{name: getattr(log, name)[:100] for name in ("time_s", *CHANNELS)})
+
+
+@pytest.mark.parametrize("of", ["message", "file", "storage"])
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_packed_bags_are_read(
+    robot: cdprcal.Robot, short: cdprcal.Log, tmp_path: Path, of: str, storage: str
+) -> None:
+    if (storage, of) == ("sqlite3", "storage"):
+        pytest.skip("SQLite packs nothing by itself")
+    save_bag(short, tmp_path / "plain", robot.euler_convention)
+    plugin = StoragePlugin.MCAP if storage == "mcap" else StoragePlugin.SQLITE3
+    writer = Writer(tmp_path / "packed", version=8, storage_plugin=plugin)
+    writer.set_compression(CompressionMode[of.upper()], CompressionFormat.ZSTD)
+    with Reader(tmp_path / "plain") as reader, writer:
+        made = {
+            c.topic: writer.add_connection(c.topic, c.msgtype, typestore=STORE)
+            for c in reader.connections
+        }
+        for connection, stamp, data in reader.messages():
+            writer.write(made[connection.topic], stamp, data)
+    packed = load_bag(tmp_path / "packed", None, robot.euler_convention).log
+    plain = load_bag(tmp_path / "plain", None, robot.euler_convention).log
+    for name in ("time_s", *CHANNELS):
+        np.testing.assert_array_equal(getattr(packed, name), getattr(plain, name))
+
+
+@pytest.mark.parametrize("compression", ["lz4", "zstd", ""])
+def test_an_mcap_of_another_writer_is_read(
+    robot: cdprcal.Robot, short: cdprcal.Log, tmp_path: Path, compression: str
+) -> None:
+    """As rosbag2_storage_mcap writes them: many chunks, with and without an index."""
+    from mcap.records import Channel, Message, Schema
+    from mcap.stream_reader import StreamReader
+    from mcap.writer import CompressionType
+    from mcap.writer import Writer as McapWriter
+
+    save_bag(short, tmp_path / "bag", robot.euler_convention)
+    kinds = {"lz4": CompressionType.LZ4, "zstd": CompressionType.ZSTD, "": CompressionType.NONE}
+    path = tmp_path / "other.mcap"
+    with path.open("wb") as stream:
+        writer = McapWriter(
+            stream, chunk_size=4000, compression=kinds[compression], enable_data_crcs=True,
+            use_chunking=bool(compression),
+        )  # fmt: skip
+        writer.start(profile="ros2", library="test")
+        schemas: dict[int, int] = {}
+        channels: dict[int, int] = {}
+        for record in StreamReader(str(tmp_path / "bag" / "bag.mcap")).records:
+            if isinstance(record, Schema) and record.id not in schemas:
+                schemas[record.id] = writer.register_schema(record.name, "ros2msg", record.data)
+            elif isinstance(record, Channel) and record.id not in channels:
+                channels[record.id] = writer.register_channel(
+                    record.topic, "cdr", schemas[record.schema_id]
+                )
+            elif isinstance(record, Message):
+                writer.add_message(
+                    channels[record.channel_id], record.log_time, record.data, record.publish_time
+                )
+        writer.finish()  # type: ignore[no-untyped-call]
+    assert is_bag(path)
+    read = load_bag(path, None, robot.euler_convention).log
+    plain = load_bag(tmp_path / "bag", None, robot.euler_convention).log
+    for name in ("time_s", *CHANNELS):
+        np.testing.assert_array_equal(getattr(read, name), getattr(plain, name))
+    if not compression:  # no chunk, no checksum of it: that of all data together counts
+        data = bytearray(path.read_bytes())
+        data[len(data) // 3] ^= 1
+        path.write_bytes(data)
+        with pytest.raises(cdprcal.InputError, match="checksum of the data"):
+            load_bag(path, None, robot.euler_convention)
+
+
+def test_a_flipped_bit_in_an_exported_mcap_is_noticed(
+    robot: cdprcal.Robot, short: cdprcal.Log, tmp_path: Path
+) -> None:
+    save_bag(short, tmp_path / "bag", robot.euler_convention)
+    path = tmp_path / "bag" / "bag.mcap"
+    whole = path.read_bytes()
+    chunk = 17 + whole[9]  # behind magic and header
+    records = chunk + 9 + 40  # behind the chunk's head: 28 bytes, no name of a compression, size
+    size = int.from_bytes(whole[records - 8 : records], "little")
+    random = np.random.default_rng(5)
+    for at in random.integers(records, records + size, 200).tolist():
+        data = bytearray(whole)
+        data[at] ^= 1 << int(random.integers(8))
+        path.write_bytes(data)
+        with pytest.raises(cdprcal.InputError, match="the checksum of a chunk does not fit"):
+            load_bag(path, None, robot.euler_convention)
+
+
+def test_sqlite_shows_damage_to_its_structure_and_none_to_readings(
+    robot: cdprcal.Robot, short: cdprcal.Log, tmp_path: Path
+) -> None:
+    """It has no checksums; docs/ros2.md says so."""
+    save_bag(short, tmp_path / "bag", robot.euler_convention, storage="sqlite3")
+    path = tmp_path / "bag" / "bag.db3"
+    whole = path.read_bytes()
+    load_bag(path, None, robot.euler_convention)
+    for page in range(1, len(whole) // 4096):
+        data = bytearray(whole)
+        data[4096 * page + 4] ^= 0x40  # of its count of cells
+        path.write_bytes(data)
+        with pytest.raises(cdprcal.InputError, match="is no whole ROS 2 bag"):
+            load_bag(path, None, robot.euler_convention)
+    reading = whole.index(short.length_m[50, 1].tobytes())
+    data = bytearray(whole)
+    data[reading + 3] ^= 1
+    path.write_bytes(data)
+    read = load_bag(path, None, robot.euler_convention).log
+    assert read.length_m[50, 1] != short.length_m[50, 1]
+
+
+def test_a_bag_of_several_files(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    """As ``ros2 bag record --max-bag-duration`` splits them."""
+    log = synthetic.log
+    save_bag(log, tmp_path / "whole", robot.euler_convention)
+    bag = tmp_path / "bag"
+    bag.mkdir()
+    names = []
+    for number, rows in enumerate((slice(0, 200), slice(200, None))):
+        parts = {name: getattr(log, name)[rows] for name in ("time_s", *CHANNELS)}
+        save_bag(changed(log, **parts), tmp_path / f"part{number}", robot.euler_convention)
+        names.append(f"part{number}.mcap")
+        (tmp_path / f"part{number}" / names[-1]).rename(bag / names[-1])
+    (bag / "metadata.yaml").write_text(
+        json.dumps(
+            {
+                "rosbag2_bagfile_information": {
+                    "version": 8,
+                    "storage_identifier": "mcap",
+                    "relative_file_paths": names,
+                }
+            }
+        )
+    )
+    read = load_bag(bag, None, robot.euler_convention).log
+    whole = load_bag(tmp_path / "whole", None, robot.euler_convention).log
+    for name in ("time_s", *CHANNELS):
+        np.testing.assert_array_equal(getattr(read, name), getattr(whole, name))

@@ -23,6 +23,7 @@ from cdprcal.studies import (
     plans,
     spread,
     start_ups,
+    stream,
     variants,
     vary,
     workspaces,
@@ -68,6 +69,19 @@ def test_order_and_errors_are_those_of_a_loop(two_workers: Workers) -> None:
     assert spread(half, [], two_workers) == []
     with pytest.raises(InputError, match="-1: is negative"):
         spread(half, [1.0, -1.0, 2.0], two_workers)
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_stream_gives_each_result_when_it_is_there(jobs: int) -> None:
+    items = [4.0, 3.0, -1.0, 2.0]
+    results = stream(half, items, Workers(jobs=jobs))
+    assert [next(results), next(results)] == [2.0, 1.5]
+    with pytest.raises(InputError, match="-1: is negative"):
+        next(results)
+    assert list(stream(half, [], Workers(jobs=jobs))) == []
+    stopped = stream(half, items, Workers(jobs=jobs))
+    assert next(stopped) == 2.0
+    stopped.close()  # what is left is not calculated, and nothing hangs
 
 
 def test_monte_carlo_is_the_same_to_the_bit(robot: cdprcal.Robot, two_workers: Workers) -> None:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -15,6 +13,7 @@ from cdprcal.blind_bench.cases import NoiseKind, Setting, Split, kind_of
 from cdprcal.blind_bench.judge import run_case
 from cdprcal.blind_bench.report import markdown, read_lines
 from cdprcal.cli.common import fail, reports_errors
+from cdprcal.studies.workers import Workers, stream
 
 app = typer.Typer(
     help="Blind tests of the diagnosis, on logs of the dynamic simulator.",
@@ -62,25 +61,13 @@ def run(
     torn = path.exists() and not path.read_text().endswith("\n")
     with path.open("a") as file:
         file.write("\n" if torn else "")  # after a line cut short by an interruption
-        for count, line in enumerate(_lines(split, seed, setting, left, jobs), start=1):
+        lines = stream(partial(run_case, split, seed, setting), left, Workers(jobs))
+        for count, line in enumerate(lines, start=1):
             file.write(json.dumps(line) + "\n")
             file.flush()
             if count % 10 == 0 or count == len(left):
                 typer.echo(f"… {count} of {len(left)} cases", err=True)
     typer.echo(f"{path}", err=True)
-
-
-def _lines(
-    split: Split, seed: int, setting: Setting, numbers: list[int], jobs: int
-) -> Iterator[dict[str, Any]]:
-    if jobs == 1:
-        for number in numbers:
-            yield run_case(split, seed, setting, number)
-        return
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        futures = [pool.submit(run_case, split, seed, setting, number) for number in numbers]
-        for future in futures:
-            yield future.result()
 
 
 @app.command(epilog="Example: python -m cdprcal.blind_bench report build/bench/*.jsonl")

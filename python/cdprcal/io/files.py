@@ -83,6 +83,12 @@ def shown_path(path: str | Path) -> str:
     return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
+def shown_text(text: str, most: int = 100) -> str:
+    """A name or message out of a file as messages show it: one line, no longer than ``most``."""
+    line = shown_path(" ".join(text.split()))
+    return line if len(line) <= most else f"{line[: most - 1]}…"
+
+
 @contextmanager
 def atomic_output(path: Path) -> Iterator[Path]:
     """Yields a temporary path beside ``path`` that becomes ``path`` when the block succeeds.

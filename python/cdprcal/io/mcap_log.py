@@ -9,20 +9,20 @@ import json
 import math
 import re
 from collections.abc import Iterator
-from itertools import chain
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mcap.exceptions import EndOfFile
-from mcap.records import Channel, Message
+from mcap.records import Channel, McapRecord, Message
 from mcap.writer import Writer
 from numpy.typing import NDArray
 
 from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
+from cdprcal.io.files import shown_text
 from cdprcal.io.log_file import LogFile, display_name
-from cdprcal.io.mcap_records import DamagedError, records
+from cdprcal.io.mcap_records import CutError, DamagedError, blocks, inside
 
 TOPIC = "/cdprcal/sample"
 SAMPLE_SCHEMA = "cdprcal.Sample"
@@ -68,6 +68,15 @@ def write_mcap_log(log: Log, path: Path) -> None:
         writer.finish()  # type: ignore[no-untyped-call]
 
 
+@dataclass(frozen=True)
+class _Rows:
+    """Some messages in the order of the file; ``present``: which have the key."""
+
+    names: list[str]
+    values: Floats  # [N, K]
+    present: NDArray[np.bool_]  # [N, K]
+
+
 def parse_mcap_log(data: bytes, path: Path) -> LogFile:
     """Reads every JSON message that carries canonical columns; messages of one time are one sample.
 
@@ -75,63 +84,111 @@ def parse_mcap_log(data: bytes, path: Path) -> LogFile:
     """
     name = display_name(path)
     findings: list[Finding] = []
-    samples: dict[float, dict[str, float]] = {}
-    columns: dict[str, None] = {}
-    for number, topic, message in _messages(data, name, findings):
-        sample = _sample(message, f"{name}: message {number} on {topic}")
-        if not sample:
-            continue
-        time = sample.pop("time_s")
-        columns.update(dict.fromkeys(sample))
-        samples.setdefault(time, {}).update(sample)
-    if not samples:
+    parts = [part for part in _parts(data, name, findings) if len(part.values)]
+    if not parts:
         raise InputError(
             f"{name}: holds no JSON messages with canonical log columns "
             "(time_s, length_1_m, …, roll_rad, …); turn a ROS 2 bag into a log with cdprcal import"
         )
-    time_s = np.array(sorted(samples))
+    time_s, columns = _merged(parts)
+
+    def table(names: list[str] | tuple[str, ...]) -> Floats:
+        absent = np.full(len(time_s), np.nan)
+        return np.column_stack([columns.get(key, absent) for key in names])
+
     # A sensor that never answered has no key: the other groups know how many cables there are.
-    cables = max((place[1] for key in columns if (place := _group_of(key))), default=0)
-    log = Log(
-        time_s=time_s,
-        **{group: _per_cable(samples, time_s, columns, group, cables) for group in _GROUPS},
-        **{
-            group: _matrix(samples, time_s, names) if columns.keys() & set(names) else None
-            for group, names in _PLATFORM.items()
-        },
-        source=name,
-    )
+    places = [place for key in columns if (place := _group_of(key))]
+    cables = max((cable for _, cable in places), default=0)
+    groups: dict[str, Floats | None] = dict.fromkeys([*_GROUPS, *_PLATFORM])
+    for group in {group for group, _ in places}:
+        stem, unit = group.rsplit("_", 1)
+        groups[group] = table([f"{stem}_{i + 1}_{unit}" for i in range(cables)])
+    for group, names in _PLATFORM.items():
+        if columns.keys() & set(names):
+            groups[group] = table(names)
+    log = Log(time_s=time_s, **groups, source=name)
     return LogFile(path, "mcap", log, tuple(findings))
 
 
-def _messages(
-    data: bytes, name: str, findings: list[Finding]
-) -> Iterator[tuple[int, str, dict[str, Any]]]:
-    """(number, topic, decoded message) of every JSON object, as far as the file goes."""
-    channels: dict[int, Channel] = {}
-    number = 0
-    found = records(data)
-    while True:
-        try:
-            record = next(found, None)
-        except EndOfFile:
-            findings.append(_cut(number, "ends in the middle of a record"))
-            return
-        except DamagedError as error:
-            findings.append(_cut(number, f"is damaged ({error})"))
-            return
-        except Exception as error:  # damaged bytes make the library fail in any way
-            findings.append(_cut(number, f"is damaged ({type(error).__name__})"))
-            return
-        if record is None:
-            return
-        if isinstance(record, Channel):
-            channels[record.id] = record
-        elif isinstance(record, Message):
-            number += 1
-            channel = channels.get(record.channel_id)
-            if channel is not None and channel.message_encoding == _JSON:
-                yield number, channel.topic, _decoded(record, f"{name}: message {number}")
+def _merged(parts: list[_Rows]) -> tuple[Floats, dict[str, Floats]]:
+    """Increasing times, and by column the value that each sample was given last."""
+    rows = sum(len(part.values) for part in parts)
+    columns = {key: np.full(rows, np.nan) for part in parts for key in part.names}
+    given = {key: np.zeros(rows, dtype=np.bool_) for key in columns}
+    begin = 0
+    for part in parts:
+        here = slice(begin, begin + len(part.values))
+        for place, key in enumerate(part.names):
+            columns[key][here] = part.values[:, place]
+            given[key][here] = part.present[:, place]
+        begin = here.stop
+    time = columns.pop("time_s")
+    order = np.argsort(time, kind="stable")
+    time = time[order]
+    first = np.flatnonzero(np.diff(time, prepend=np.nan) != 0.0)
+    found: dict[str, Floats] = {}
+    for key, values in columns.items():
+        if not given[key].any():
+            continue
+        values = values[order]
+        if len(first) < rows:
+            # Of the messages of one sample, the last that has the key.
+            last = np.where(given[key][order], np.arange(rows), -1)
+            last = np.maximum.reduceat(last, first)
+            values = np.where(last >= first, values[np.maximum(last, 0)], np.nan)
+        found[key] = values
+    return time[first], found
+
+
+def _parts(data: bytes, name: str, findings: list[Finding]) -> Iterator[_Rows]:
+    """The canonical columns of every JSON message, as far as the file goes."""
+    reader = _Messages(name)
+    try:
+        for block in blocks(data):
+            reader.read(block)
+    except CutError as error:
+        findings.append(_cut(reader.number, str(error)))
+    except DamagedError as error:
+        findings.append(_cut(reader.number, f"is damaged ({shown_text(str(error))})"))
+    yield reader.taken()
+
+
+class _Messages:
+    """Reads blocks of records; ``number`` counts the messages."""
+
+    def __init__(self, name: str) -> None:
+        self.number = 0
+        self._name = name
+        self._channels: dict[int, Channel] = {}
+        self._samples: list[dict[str, float]] = []
+
+    def read(self, block: McapRecord | bytes) -> None:
+        """Reads record by record. Raises InputError for a message that cannot be used."""
+        for record in inside(block) if isinstance(block, bytes) else [block]:
+            if isinstance(record, Channel):
+                self._channels[record.id] = record
+            elif isinstance(record, Message):
+                self.number += 1
+                channel = self._channels.get(record.channel_id)
+                if channel is not None and channel.message_encoding == _JSON:
+                    place = f"{self._name}: message {self.number}"
+                    message = _decoded(record, place)
+                    sample = _sample(message, f"{place} on {shown_text(channel.topic)}")
+                    if sample:
+                        self._samples.append(sample)
+
+    def taken(self) -> _Rows:
+        """What was read record by record since the last time."""
+        samples, self._samples = self._samples, []
+        return _rows_of(samples)
+
+
+def _rows_of(samples: list[dict[str, float]]) -> _Rows:
+    names = list(dict.fromkeys(key for sample in samples for key in sample))
+    values = np.array([[sample.get(key, math.nan) for key in names] for sample in samples])
+    present = np.array([[key in sample for key in names] for sample in samples], dtype=np.bool_)
+    shape = (len(samples), len(names))
+    return _Rows(names, values.reshape(shape), present.reshape(shape))
 
 
 def _cut(number: int, what: str) -> Finding:
@@ -157,7 +214,7 @@ def _sample(message: dict[str, Any], place: str) -> dict[str, float]:
     """The canonical columns of a message; empty when it has none."""
     sample: dict[str, float] = {}
     for key, value in message.items():
-        if key != "time_s" and key not in _PLATFORM_NAMES and _group_of(key) is None:
+        if key != "time_s" and not _is_column(key):
             continue
         if value is None:
             value = math.nan
@@ -179,36 +236,15 @@ def _sample(message: dict[str, Any], place: str) -> dict[str, float]:
     return sample
 
 
+def _is_column(key: str) -> bool:
+    return key in _PLATFORM_NAMES or _group_of(key) is not None
+
+
 def _group_of(key: str) -> tuple[str, int] | None:
     for group, pattern in _GROUPS.items():
         if match := pattern.fullmatch(key):
             return group, int(match[1])
     return None
-
-
-def _per_cable(
-    samples: dict[float, dict[str, float]],
-    time_s: Floats,
-    columns: dict[str, None],
-    group: str,
-    cables: int,
-) -> Floats | None:
-    if not any(place[0] == group for key in columns if (place := _group_of(key))):
-        return None
-    stem, unit = group.rsplit("_", 1)
-    return _matrix(samples, time_s, [f"{stem}_{i + 1}_{unit}" for i in range(cables)])
-
-
-def _matrix(
-    samples: dict[float, dict[str, float]], time_s: Floats, names: list[str] | tuple[str, ...]
-) -> Floats:
-    rows = [samples[time] for time in time_s.tolist()]
-    flat = np.fromiter(
-        chain.from_iterable([row.get(name, math.nan) for name in names] for row in rows),
-        dtype=np.float64,
-        count=len(rows) * len(names),
-    )
-    return flat.reshape(len(rows), len(names))
 
 
 def _table(log: Log) -> tuple[list[str], Floats]:

@@ -19,13 +19,13 @@ from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
 from cdprcal.hardware.session import Ros2
 from cdprcal.hardware.xsens.measurement import rotation_from_quaternion, rotation_from_zyx_deg
-from cdprcal.io.files import begins_with, reason
+from cdprcal.io.files import begins_with, reason, shown_text
 from cdprcal.io.log_file import LogFile, display_name
+from cdprcal.io.mcap_records import CutError, DamagedError
+from cdprcal.ros2.storage import MCAP_MAGIC, SQLITE_MAGIC, StorageError, messages
 from cdprcal.ros2.topics import JOINT_STATE, length_joints, swivel_joints, wanted_types
 
 _MOST_CABLES = 8
-_MCAP_MAGIC = b"\x89MCAP0\r\n"
-_SQLITE_MAGIC = b"SQLite format 3\0"
 
 Floats = NDArray[np.float64]
 Messages = dict[str, list[tuple[int, Any]]]
@@ -36,10 +36,10 @@ def is_bag(path: Path) -> bool:
     if (path / "metadata.yaml").is_file():
         return True
     head = begins_with(path, 4096)
-    if head.startswith(_SQLITE_MAGIC):
+    if head.startswith(SQLITE_MAGIC):
         return True
     # The header's profile follows the magic, an opcode and two lengths.
-    return head.startswith(_MCAP_MAGIC) and head[21:25] == b"ros2"
+    return head.startswith(MCAP_MAGIC) and head[21:25] == b"ros2"
 
 
 def load_bag(
@@ -54,8 +54,8 @@ def load_bag(
     path = Path(path)
     name = display_name(path)
     topics = topics or Ros2.model_validate({})
-    messages, there = _read(path, name, topics)
-    joints = messages.get(topics.joint_states, [])
+    read, there = _read(path, name, topics)
+    joints = read.get(topics.joint_states, [])
     if not joints:
         raise InputError(
             f"{name}: no {JOINT_STATE} on {topics.joint_states}; it holds {there}: name the topics "
@@ -73,13 +73,13 @@ def load_bag(
     swivel_rad = topics.swivel_sign * _joint_values(
         joints, swivel_joints(topics, cables), "position"
     )
-    attitude = _attitude(messages.get(topics.imu, []), topics, convention, stamps, name)
+    attitude = _attitude(read.get(topics.imu, []), topics, convention, stamps, name)
     log = Log(
         time_s=time_s,
         length_m=length_m,
         swivel_rad=_if_any(swivel_rad),
-        tension_N=_if_any(_tensions(messages, joints, topics, cables, stamps)),
-        tension_setpoint_N=_if_any(_setpoints(messages, topics, cables, stamps)),
+        tension_N=_if_any(_tensions(read, joints, topics, cables, stamps)),
+        tension_setpoint_N=_if_any(_setpoints(read, topics, cables, stamps)),
         roll_pitch_yaw_rad=None if attitude is None else _if_any(attitude),
         source=name,
     )
@@ -88,44 +88,46 @@ def load_bag(
 
 def _read(path: Path, name: str, topics: Ros2) -> tuple[Messages, str]:
     """(stamp [ns], message) by topic, and what topics there are, for people."""
-    from rosbags.rosbag2 import Reader
     from rosbags.typesys import Stores, get_typestore
 
     store = get_typestore(Stores.ROS2_HUMBLE)
     wanted = wanted_types(topics)
-    messages: Messages = {}
+    read: Messages = {}
+    types: dict[str, str] = {}
     topic = ""
     try:
-        with Reader(path) as reader:
-            used = []
-            for connection in reader.connections:
-                topic = connection.topic
-                kind = wanted.get(topic)
-                if kind is None:
-                    continue
-                if connection.msgtype != kind:
-                    raise InputError(f"{name}: {topic} is {connection.msgtype}, and must be {kind}")
-                used.append(connection)
-            there = ", ".join(sorted({c.topic for c in reader.connections})[:10]) or "nothing"
-            if used:
-                for connection, recorded, data in reader.messages(connections=used):
-                    topic = connection.topic
-                    message: Any = store.deserialize_cdr(data, connection.msgtype)
-                    stamp = message.header.stamp
-                    taken = stamp.sec * 1_000_000_000 + stamp.nanosec
-                    messages.setdefault(topic, []).append((taken or recorded, message))
+        for topic, recorded, data in messages(path, wanted, types):
+            kind = wanted[topic]
+            if types[topic] != kind:
+                raise InputError(
+                    f"{name}: {topic} is {shown_text(types[topic])}, and must be {kind}"
+                )
+            message: Any = store.deserialize_cdr(data, kind)
+            stamp = message.header.stamp
+            taken = stamp.sec * 1_000_000_000 + stamp.nanosec
+            read.setdefault(topic, []).append((taken or recorded, message))
     except InputError:
         raise
     except OSError as error:
         raise InputError(f"{name}: cannot be read: {reason(error)}") from None
-    except Exception as error:  # damaged bytes make the library fail in any way
-        where = f" at {topic}" if topic else ""
+    except Exception as error:  # damaged bytes make the libraries fail in any way
+        where = f" after a message on {shown_text(topic)}" if topic else ""
+        kind = (
+            ""
+            if isinstance(error, StorageError | DamagedError | CutError)
+            else type(error).__name__
+        )
+        said = ": ".join(part for part in (kind, shown_text(str(error))) if part)
         raise InputError(
-            f"{name}: is no whole ROS 2 bag{where} ({type(error).__name__}: "
-            f"{' '.join(str(error).split())[:100]}); repair one that was cut with `ros2 bag "
-            "reindex` or `mcap recover`"
+            f"{name}: is no whole ROS 2 bag{where} ({said}); repair one "
+            "that was cut with `ros2 bag reindex` or `mcap recover`"
         ) from None
-    return messages, there
+    return read, _listed(sorted(types)) or "nothing"
+
+
+def _listed(names: list[str]) -> str:
+    """The first of what is there."""
+    return ", ".join(shown_text(name, 40) for name in names[:20])
 
 
 def _forward(joints: list[tuple[int, Any]], findings: list[Finding]) -> list[tuple[int, Any]]:
@@ -153,7 +155,7 @@ def _cable_count(message: Any, topics: Ros2, name: str) -> int:
         if missing := [joint for joint in topics.length_joints if joint not in message.name]:
             raise InputError(
                 f"{name}: {topics.joint_states} has no joint {missing[0]!r}; it has "
-                f"{', '.join(message.name)}: name them under ros2 in a session file"
+                f"{_listed(message.name)}: name them under ros2 in a session file"
             )
         return len(topics.length_joints)
     count = 0
@@ -161,7 +163,7 @@ def _cable_count(message: Any, topics: Ros2, name: str) -> int:
         count += 1
     if not count:
         raise InputError(
-            f"{name}: {topics.joint_states} has the joints {', '.join(message.name) or 'none'}, "
+            f"{name}: {topics.joint_states} has the joints {_listed(message.name) or 'none'}, "
             "not cable_1 …: name them under ros2.length_joints in a session file"
         )
     return count
@@ -183,7 +185,7 @@ def _joint_values(joints: list[tuple[int, Any]], names: list[str], field: str) -
 
 
 def _tensions(
-    messages: Messages, joints: list[tuple[int, Any]], topics: Ros2, cables: int, stamps: Any
+    read: Messages, joints: list[tuple[int, Any]], topics: Ros2, cables: int, stamps: Any
 ) -> Floats:
     if not topics.wrenches:
         # By virtual work: the effort of a joint is the tension times the cable a unit of position.
@@ -196,11 +198,11 @@ def _tensions(
             force = message.wrench.force
             return [math.sqrt(force.x**2 + force.y**2 + force.z**2)]
 
-        columns.append(_nearest(messages.get(topic, []), stamps, 1, norm))
+        columns.append(_nearest(read.get(topic, []), stamps, 1, norm))
     return np.hstack(columns)
 
 
-def _setpoints(messages: Messages, topics: Ros2, cables: int, stamps: Any) -> Floats:
+def _setpoints(read: Messages, topics: Ros2, cables: int, stamps: Any) -> Floats:
     names = length_joints(topics, cables)
 
     def effort(message: Any) -> list[float]:
@@ -208,7 +210,7 @@ def _setpoints(messages: Messages, topics: Ros2, cables: int, stamps: Any) -> Fl
         scaled: list[float] = (topics.tension_sign * values / topics.length_per_position_m).tolist()
         return scaled
 
-    found = messages.get(topics.setpoints, []) if topics.setpoints else []
+    found = read.get(topics.setpoints, []) if topics.setpoints else []
     return _nearest(found, stamps, len(names), effort)
 
 

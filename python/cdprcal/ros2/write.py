@@ -14,6 +14,7 @@ from cdprcal._core import InputError, Log
 from cdprcal.hardware.session import Ros2
 from cdprcal.hardware.xsens.measurement import quaternion_from_rotation, rotation_from_zyx_deg
 from cdprcal.io.files import reason
+from cdprcal.io.mcap_records import write_checksums
 from cdprcal.ros2.topics import IMU, JOINT_STATE, WRENCH, length_joints, swivel_joints
 
 _BAG_VERSION: Literal[8] = 8  # what ROS 2 Humble and later read
@@ -76,6 +77,8 @@ def _write(
             for topic, message in messages.of(row, stamp):
                 data = store.serialize_cdr(message, messages.kinds[topic])
                 writer.write(connections[topic], stamp, data)
+    if storage == "mcap":  # without them no reader sees a flipped bit
+        write_checksums(path / f"{path.name}.mcap")
 
 
 class _Messages:

@@ -6,7 +6,7 @@ import argparse
 import importlib
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -69,6 +69,26 @@ def spread(
     # Not forked: threads of libraries do not survive that.
     with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
         return [result for part in pool.map(partial(_each, work), chunks) for result in part]
+
+
+def stream(
+    work: Callable[[Item], Result], items: Sequence[Item], workers: Workers | None = None
+) -> Generator[Result, None, None]:
+    """As spread on this computer, but each result as soon as it and those before it are there:
+    for a study that is written down as it goes. Whoever stops taking ends the rest.
+    """
+    workers = workers or Workers()
+    count = min(workers.processes, len(items))
+    if count <= 1:
+        for item in items:
+            yield from _each(work, [item])
+        return
+    pool = ProcessPoolExecutor(count, mp_context=get_context("spawn"))
+    try:
+        for part in pool.map(partial(_each, work), [[item] for item in items]):
+            yield from part
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def _each(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:

@@ -6,7 +6,8 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-from malformed.case import Case, Change, Valid, cut, only, sub, swap
+from malformed.case import Case, Change, Valid, cut, flip, only, sub, swap
+from malformed.mcap_logs import chunk, zeros_packed
 
 
 def _bag(name: str, change: Change, words: str, base: str = "") -> Case:
@@ -44,6 +45,47 @@ def _outside(folder: Path, valid: Valid) -> None:
     _metadata(lambda data: data.replace(b"bag.mcap", b"../outside.mcap"))(folder, valid)
 
 
+def _unchecked(change: Change) -> Change:
+    """A change that no checksum gives away: that of a bag's one chunk is taken out."""
+
+    def edit(data: bytes) -> bytes:
+        at = 17 + data[9] + 9 + 24  # magic, header, the chunk's opcode, size, times and size
+        return change(data[:at] + bytes(4) + data[at + 4 :])
+
+    return edit
+
+
+def _bomb(kind: str, says: int = 1 << 30) -> Change:
+    """A bag's header, and a gigabyte of zeros in one chunk."""
+
+    def edit(data: bytes) -> bytes:
+        return data[: 17 + data[9]] + chunk(kind.encode(), says, zeros_packed(kind))[8:]
+
+    return edit
+
+
+def _message_bomb(data: bytes) -> bytes:
+    """The joint states of a bag that packs each message by itself."""
+    import sqlite3
+
+    database = sqlite3.connect(":memory:")
+    database.deserialize(data)
+    database.execute("update messages set data = ? where id < 9", (zeros_packed("zstd"),))
+    database.commit()
+    after: bytes = database.serialize()
+    return after
+
+
+def _file_bomb(path: Path, valid: Valid) -> Path:
+    """A bag whose one file is packed as a whole."""
+    target = path.with_name("case_bag")
+    target.mkdir()
+    metadata = (valid.folder / "bag" / "metadata.yaml").read_bytes()
+    (target / "metadata.yaml").write_bytes(metadata.replace(b"bag.mcap", b"bag.mcap.zstd"))
+    (target / "bag.mcap.zstd").write_bytes(zeros_packed("zstd"))
+    return target
+
+
 WRONG = "no whole ROS 2 bag|cannot be read|no sensor_msgs"
 
 CASES = (
@@ -52,27 +94,59 @@ CASES = (
     _bag("cut in the footer", lambda data: data[:-20], WRONG),
     _bag(
         "a list of 2^31 names",
-        lambda data: data.replace(
-            b"\x08\0\0\0\x08\0\0\0cable_1", b"\xff\xff\xff\x7f\x08\0\0\0cable_1"
+        _unchecked(
+            lambda data: data.replace(
+                b"\x08\0\0\0\x08\0\0\0cable_1", b"\xff\xff\xff\x7f\x08\0\0\0cable_1"
+            )
         ),
         WRONG,
     ),
     _bag(
         "a name of 2^31 letters",
-        lambda data: data.replace(b"\x08\0\0\0cable_1", b"\xff\xff\xff\x7fcable_1"),
+        _unchecked(lambda data: data.replace(b"\x08\0\0\0cable_1", b"\xff\xff\xff\x7fcable_1")),
         WRONG,
     ),
     _bag(
         "joint states of another type",
-        lambda data: data.replace(b"sensor_msgs/msg/JointState", b"sensor_msgs/msg/JointStatE"),
-        WRONG + "|is sensor",
+        _unchecked(
+            lambda data: data.replace(b"sensor_msgs/msg/JointState", b"sensor_msgs/msg/JointStatE")
+        ),
+        "/joint_states is sensor_msgs/msg/JointStatE",
     ),
     _bag(
         "no joint states",
-        lambda data: data.replace(b"/joint_states", b"/joint_statez"),
+        _unchecked(lambda data: data.replace(b"/joint_states", b"/joint_statez")),
         "no sensor_msgs/JointState|no .*JointState",
     ),
-    _bag("other joints", lambda data: data.replace(b"cable_1", b"kable_1"), "not cable_1"),
+    _bag(
+        "other joints",
+        _unchecked(lambda data: data.replace(b"cable_1", b"kable_1")),
+        "not cable_1",
+    ),
+    _bag("a flipped bit", flip(0.4, 1), "the checksum of a chunk"),
+    _bag(
+        "a type of two lines",
+        _unchecked(
+            lambda data: data.replace(b"sensor_msgs/msg/JointState", b"sensor\nmsgs/msg/JointState")
+        ),
+        "is sensor msgs/msg/JointState, and must be",
+    ),
+    *(
+        Case("bag", f"a gigabyte in {kind}", _bomb(kind), "no whole ROS 2 bag.*large", big=True)
+        for kind in ("zstd", "lz4")
+    ),
+    *(
+        Case(
+            "bag",
+            f"a gigabyte in {kind} that says 1 MB",
+            _bomb(kind, 1 << 20),
+            "no whole ROS 2 bag.*another size",
+            big=True,
+        )
+        for kind in ("zstd", "lz4")
+    ),
+    Case("bag", "a message of a gigabyte", _message_bomb, "more than any log", "sqlite", big=True),
+    Case("bag", "a file of a gigabyte", words="far more than any log", place=_file_bomb, big=True),
     _bag("SQLite's magic alone", only(b"SQLite format 3\0"), WRONG),
     _bag("SQLite cut", cut(0.5), WRONG, "sqlite"),
     _bag("SQLite, a table renamed", swap("messages", "massages", 99), WRONG, "sqlite"),

@@ -40,15 +40,15 @@ def _record(opcode: int, length: int, content: bytes = b"") -> bytes:
     return bytes([opcode]) + struct.pack("<Q", length) + content
 
 
-def _chunk(compression: bytes, size: int, records: bytes) -> bytes:
+def chunk(compression: bytes, size: int, records: bytes) -> bytes:
     """A chunk that says its records have ``size`` bytes when they are unpacked."""
     content = struct.pack("<QQQI", 0, 1, size, 0) + struct.pack("<I", len(compression))
     content += compression + struct.pack("<Q", len(records)) + records
     return MAGIC + _record(6, len(content), content)
 
 
-def _zeros_compressed(kind: str) -> bytes:
-    """A gigabyte of zeros in a chunk of a hundred kilobytes or so."""
+def zeros_packed(kind: str) -> bytes:
+    """A gigabyte of zeros in a hundred kilobytes or so."""
     if kind == "zstd":
         import zstandard
 
@@ -60,7 +60,12 @@ def _zeros_compressed(kind: str) -> bytes:
         packer = lz4.frame.LZ4FrameCompressor()
         parts = [packer.begin()]
         parts += [packer.compress(bytes(1 << 20)) for _ in range(1024)] + [packer.flush()]
-    return _chunk(kind.encode(), 1 << 30, b"".join(parts))
+    return b"".join(parts)
+
+
+def _zeros_compressed(kind: str) -> bytes:
+    """A chunk of them."""
+    return chunk(kind.encode(), 1 << 30, zeros_packed(kind))
 
 
 GOOD = {"time_s": 0.0, "length_1_m": 1.0}
@@ -108,8 +113,8 @@ CASES = (
     _mcap("a record of 2^63 bytes", only(MAGIC + _record(1, 1 << 63)), "no JSON messages"),
     _mcap("a record of a terabyte", only(MAGIC + _record(5, 1 << 40, b"x")), "no JSON messages"),
     _mcap("unknown records", only(MAGIC + _record(200, 4, b"abcd") * 100), "no JSON messages"),
-    _mcap("an unknown compression", only(_chunk(b"rar", 10, b"0123456789")), "no JSON messages"),
-    _mcap("zstd that is none", only(_chunk(b"zstd", 10, b"0123456789")), "no JSON messages"),
+    _mcap("an unknown compression", only(chunk(b"rar", 10, b"0123456789")), "no JSON messages"),
+    _mcap("zstd that is none", only(chunk(b"zstd", 10, b"0123456789")), "no JSON messages"),
     _mcap("zeros after the magic", only(MAGIC + bytes(10_000)), "no JSON messages"),
     _mcap(
         "a gigabyte in zstd",
@@ -123,10 +128,10 @@ CASES = (
         "no JSON messages|large",
         big=True,
     ),
-    _mcap("a chunk that says a terabyte", only(_chunk(b"", 1 << 40, b"0123")), "no JSON messages"),
+    _mcap("a chunk that says a terabyte", only(chunk(b"", 1 << 40, b"0123")), "no JSON messages"),
     _mcap(
         "a chunk that says a terabyte in zstd",
-        only(_chunk(b"zstd", 1 << 40, b"0123")),
+        only(chunk(b"zstd", 1 << 40, b"0123")),
         "no JSON messages",
     ),
 )
