@@ -107,7 +107,7 @@ class Robot:
         self.tell()
 
     def close(self) -> None:
-        os.kill(self._child, signal.SIGKILL)
+        os.kill(self._child, signal.SIGTERM)
         os.waitpid(self._child, 0)
 
 

@@ -45,7 +45,9 @@ COMMANDS = (
     "workspace ring3 --step-m 0.3 --threads {threads} -o mesh.stl --json",
 )
 #: What a clock says is no result.
-CLOCK = re.compile(rb'"solve_time_s": [0-9.e+-]+')
+CLOCK = re.compile(
+    rb'("duration_s": [0-9.e+-]+,\s*)?"solve_time_s": [0-9.e+-]+|solved in</th><td>[0-9.]+'
+)
 
 PACKAGE = str(Path(cdprcal.__file__).resolve().parents[1])
 

@@ -12,6 +12,7 @@ import io
 import json
 import os
 import resource
+import shutil
 import sys
 import tempfile
 import time
@@ -70,7 +71,10 @@ def _every_command(case: Case, folder: Path, valid: Valid) -> None:
         new = set(folder.iterdir()) - before
         assert case.said or not new, (case.id, words, new)
     for left in folder.iterdir():
-        left.unlink()
+        if left.is_dir():
+            shutil.rmtree(left)
+        else:
+            left.unlink()
 
 
 def main() -> None:

@@ -1,0 +1,184 @@
+"""What commands draw on a terminal while they run, and what Ctrl-C does there."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import re
+import signal
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import typer
+from rich.console import Console
+
+import cdprcal
+from cdprcal import StartUpState
+from cdprcal.acquisition.monitor import Monitor
+from cdprcal.cli.devices import run_dry
+from cdprcal.hardware.connect import SessionBackend
+from cdprcal.hardware.simulated_devices.faults import Fault
+from conftest import Ran
+from winch_bus import EXAMPLE, example_session, small_plan
+
+CONTROL = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
+
+
+class Terminal:
+    """A console that believes to be a terminal, and all that it was sent."""
+
+    def __init__(self) -> None:
+        self._stream = io.StringIO()
+
+    def console(self) -> Console:
+        return Console(
+            file=self._stream, force_terminal=True, width=120, highlight=False, markup=False
+        )
+
+    @property
+    def text(self) -> str:
+        return CONTROL.sub("", self._stream.getvalue())
+
+
+@pytest.fixture
+def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
+    drawn = Terminal()
+    for place in ("cdprcal.acquisition.monitor.console", "cdprcal.tables.console"):
+        monkeypatch.setattr(place, drawn.console)
+    return drawn
+
+
+@pytest.fixture
+def plan_path(robot: cdprcal.Robot, tmp_path: Path) -> Path:
+    path = tmp_path / "plan.csv"
+    path.write_text(cdprcal.format_plan(small_plan(robot)))
+    return path
+
+
+def test_acquire_draws_the_run(
+    cli: Callable[..., Ran], terminal: Terminal, plan_path: Path, tmp_path: Path
+) -> None:
+    log = tmp_path / "run.csv"
+    ran = cli("acquire", "irma4", plan_path, "--quick", "--seed", 3, "-o", log)
+    assert ran.code == 0, ran.stderr
+    drawn = terminal.text
+    assert re.search(r"moving .*set-point [234] of 4 .*\d\.\d s +0:\d\d left", drawn)
+    assert re.search(r"measured .* [123] of 4", drawn)
+    assert "× what rest allows" in drawn
+    assert re.search(r"initial pose +\S.*\(1 σ, worst axis\)", drawn)
+    # Cable, tension, set-point, and a bar up to the limit.
+    assert "20 … 400 N" in drawn
+    rows = re.findall(r"^ *([1-4]) +(\d+\.\d) +(\d+\.\d) +━", drawn, flags=re.M)
+    assert {row[0] for row in rows} == {"1", "2", "3", "4"}
+    assert np.median([abs(float(read) - float(wanted)) for _, read, wanted in rows]) < 5.0
+    assert drawn.rstrip().endswith(f"next: cdprcal calibrate irma4 {log}")
+
+
+def test_a_guided_run_does_not_say_how_long_it_will_take(
+    cli: Callable[..., Ran], terminal: Terminal, plan_path: Path, tmp_path: Path
+) -> None:
+    arguments = ("--quick", "--until", "0.001mm,0.0001deg", "-o", tmp_path / "run.csv")
+    ran = cli("acquire", "irma4", plan_path, *arguments)
+    assert ran.code == 1, ran.stderr
+    drawn = terminal.text
+    assert re.search(r"measured .* [123] of 4", drawn)
+    assert " left" not in drawn
+    assert not re.search(r"set-point \d of", drawn)
+    assert "the accuracy asked for was not reached; weakest: " in drawn
+
+
+def test_readings_that_are_missing_are_drawn_as_such(
+    robot: cdprcal.Robot, terminal: Terminal
+) -> None:
+    command: Any = SimpleNamespace(
+        state=StartUpState.moving,
+        setpoint=1,
+        tension_setpoint_N=np.full(4, 100.0),
+        remaining_s=np.nan,
+        ripple=np.nan,
+    )
+    sample = cdprcal.RobotSample(time_s=1.0)
+    sample.tension_N = np.array([np.nan, -3.0, 100.0, 200.0])
+    with Monitor(robot, small_plan(robot), "run.csv") as monitor:
+        monitor.show(command, sample)
+        monitor._shown_s = 0.0
+        sample.tension_N = np.array([])  # before the first reading
+        monitor.show(command, sample)
+    drawn = terminal.text
+    assert "– left" in drawn
+    assert re.search(r"^ *1 +– +100\.0", drawn, flags=re.M)
+    assert re.search(r"^ *2 +-3\.0 +100\.0", drawn, flags=re.M)
+    assert re.search(r"^ *4 +200\.0 +100\.0", drawn, flags=re.M)
+    assert re.search(r"^ *4 +– +100\.0", drawn, flags=re.M)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_asks_to_stop_and_a_second_ctrl_c_insists(
+    robot: cdprcal.Robot, number: signal.Signals
+) -> None:
+    before = signal.getsignal(number)
+    monitor = Monitor(robot, small_plan(robot), "run.csv")
+    with monitor:
+        assert not monitor.stop_wanted()
+        os.kill(os.getpid(), number)
+        assert monitor.stop_wanted()
+        os.kill(os.getpid(), signal.SIGTERM)  # impatient scripts repeat it: it stays gentle
+        with pytest.raises(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+    assert signal.getsignal(number) is before
+
+
+def test_outside_of_the_main_thread_signals_are_left_alone(robot: cdprcal.Robot) -> None:
+    before = signal.getsignal(signal.SIGINT)
+    seen = []
+
+    def watch() -> None:
+        with Monitor(robot, small_plan(robot), "run.csv"):
+            seen.append(signal.getsignal(signal.SIGINT))
+
+    thread = threading.Thread(target=watch)
+    thread.start()
+    thread.join()
+    assert seen == [before]
+
+
+def test_a_dry_run_is_drawn_and_ctrl_c_ends_it(
+    cli: Callable[..., Ran], terminal: Terminal, plan_path: Path, tmp_path: Path
+) -> None:
+    before = signal.getsignal(signal.SIGINT)
+    timer = threading.Timer(1.5, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    ran = cli("acquire", "irma4", plan_path, "--backend", "canopen", "--session", EXAMPLE,
+              "--dry-run", "--seconds", 10_000, "-o", tmp_path / "run.csv", "--json")  # fmt: skip
+    timer.join()
+    assert ran.code == 0, ran.stderr
+    assert 0.0 < json.loads(ran.stdout)["duration_s"] < 9_000
+    assert signal.getsignal(signal.SIGINT) is before
+    drawn = terminal.text
+    assert drawn.count("load cell") >= 2  # refreshed
+    assert len(re.findall(r"^ *3 +3  switch on disabled +-?\d+ ", drawn, flags=re.M)) >= 2
+    assert re.search(r"roll -?\d+\.\d\d°  pitch .*°  yaw .*°  \d+\.\d s", drawn)
+
+
+def test_a_dry_run_says_why_it_would_have_stopped(
+    robot: cdprcal.Robot, terminal: Terminal, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lost = Fault(
+        "node lost of node 2",
+        0.3,
+        from_nodes=lambda can_id, data: None if can_id & 0x7F == 2 else data,
+    )
+    plan = small_plan(robot)
+    backend = SessionBackend.connect(example_session(), robot, plan, armed=False, fault=lost)
+    with pytest.raises(typer.Exit) as stop:
+        run_dry(backend, 1.0, json=True)
+    assert stop.value.exit_code == 1
+    document = json.loads(capsys.readouterr().out)
+    assert "node 2 (cable 2): does not answer" in document["reason"]
+    assert "would have stopped: node 2 (cable 2): does not answer" in terminal.text
