@@ -30,6 +30,13 @@ CalibrationProblem completed(const CalibrationProblem& problem, const std::vecto
   if (out.statics == StaticsModel::left_inverse && out.left_inverse_rows.empty()) {
     out.left_inverse_rows = left_inverse_rows(n);
   }
+  if (out.statics == StaticsModel::left_inverse &&
+      (n > 6 || static_cast<int>(out.left_inverse_rows.size()) != n)) {
+    throw InputError("calibration: " + std::to_string(out.left_inverse_rows.size()) +
+                     " left_inverse_rows for " + std::to_string(n) +
+                     " cables; the left inverse of eq. 12 needs one a cable, of 6 cables at most: "
+                     "give these, or use wrench statics");
+  }
   return out;
 }
 

@@ -8,7 +8,12 @@ namespace cdprcal {
 
 using lanes::kLanes;
 
-bool RowLanes::serve(const CalibrationProblem& problem) { return problem.effects.empty(); }
+bool RowLanes::serve(const CalibrationProblem& problem) {
+  const int n = problem.robot.cable_count();
+  const bool tensions = problem.statics != StaticsModel::left_inverse ||
+                        (n <= 6 && static_cast<int>(problem.left_inverse_rows.size()) == n);
+  return problem.effects.empty() && tensions;
+}
 
 Channel RowLanes::channel(int slot) const {
   const int n = layout_.cables;

@@ -17,7 +17,8 @@ namespace cdprcal {
 /// in all poses; where a pose lacks the reading, its row is zero.
 class RowLanes {
  public:
-  /// Whether the equations of a problem can be written so: effects are models of one pose.
+  /// Whether the equations of a problem can be written so: effects are models of one pose, and
+  /// the wrench rows of the left inverse must be one a cable.
   static bool serve(const CalibrationProblem& problem);
 
   /// Gathers the readings. All three must outlive this.

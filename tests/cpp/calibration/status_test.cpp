@@ -76,6 +76,10 @@ TEST(CalibrationStatus, WrongUseThrows) {
   CalibrationProblem wrong = s.problem;
   wrong.measurements[2].length_m.resize(3);
   EXPECT_THROW(solve(wrong, s.truth), InputError);
+  CalibrationProblem left = s.problem;
+  left.statics = StaticsModel::left_inverse;
+  left.left_inverse_rows = left_inverse_rows(3);  // for four cables
+  EXPECT_THROW(solve(left, s.truth), InputError);
 }
 
 }  // namespace
