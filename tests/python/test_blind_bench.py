@@ -14,7 +14,7 @@ from cdprcal.blind_bench.__main__ import app
 from cdprcal.blind_bench.cases import NoiseKind, Setting, Split, draw_case, kind_of
 from cdprcal.blind_bench.report import markdown, read_lines
 from cdprcal.blind_bench.score import CLASSES, score
-from cdprcal.blind_bench.simulate import simulate
+from cdprcal.blind_bench.simulate import SimulationError, simulate
 
 SETTING = Setting(poses=8, noise=0.2)
 
@@ -123,3 +123,39 @@ def test_a_wrong_name_counts_as_wrong(tmp_path: Path) -> None:
     assert scores.rates["one: right name first, of those named"].hits == 0
     assert scores.rates["one: right class first, of those named"].hits == 0
     assert len(scores.failures) == 1
+
+
+def test_a_case_that_cannot_be_run_is_a_line_that_says_why(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from cdprcal.blind_bench import judge
+
+    def not_simulated(*_: object) -> None:
+        raise SimulationError("holding: cable 2 slack")
+
+    def refused(*_: object) -> None:
+        raise _core.InputError("run: no poses")
+
+    monkeypatch.setattr(judge, "simulate", not_simulated)
+    line = judge.run_case(Split.tuning, 1, SETTING, 0)
+    assert (line["status"], line["reason"]) == ("not_simulated", "holding: cable 2 slack")
+    monkeypatch.undo()
+    monkeypatch.setattr("cdprcal._core.diagnose", refused)
+    line = judge.run_case(Split.tuning, 1, SETTING, 0)
+    assert (line["status"], line["reason"]) == ("refused", "run: no poses")
+    assert "found" not in line
+    # Neither is a failure of the diagnosis; the report counts them apart.
+    path = tmp_path / "study.jsonl"
+    path.write_text(json.dumps(line) + "\n")
+    ran = CliRunner().invoke(app, ["report", str(path), "-o", str(tmp_path / "report.md")])
+    assert ran.exit_code == 0, ran.output
+    text = (tmp_path / "report.md").read_text()
+    assert "8 poses" in text.replace("-", " ")
+    assert CliRunner().invoke(app, ["report", str(path)]).output == text
+
+
+def test_wrong_use_is_said(tmp_path: Path) -> None:
+    ran = CliRunner().invoke(app, ["run", "--poses", "9", "-o", str(tmp_path)])
+    assert ran.exit_code == 2
+    assert "--poses: must be 8 or 27, not 9" in ran.output
+    assert list(tmp_path.iterdir()) == []

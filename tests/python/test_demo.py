@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import io
 import json
+import re
 import time
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
+from rich.console import Console
 
 import cdprcal
-from cdprcal.demo.story import HIDDEN, METHODS
+from cdprcal.demo.story import HIDDEN, METHODS, Error, Hidden
+from cdprcal.demo.table import methods_table, verdict
 from cdprcal.io import read_inputs
 from conftest import Ran
 from test_schemas import validate
@@ -81,3 +87,41 @@ def test_wrong_use_is_said(cli: Callable[..., Ran], tmp_path: Path) -> None:
         ran = cli("demo", "-o", tmp_path / "out", *arguments)
         assert ran.code == 2, ran.stderr
         assert words in ran.stderr
+
+
+@pytest.mark.parametrize(
+    ("found", "rivals", "words", "style"),
+    [
+        (["mass"], [], "found: mass", "green"),
+        (["tilt"], ["mass"], "found: tilt, which these poses cannot tell from it", "yellow"),
+        (["tilt"], ["force"], "found: tilt", "red"),
+        ([], [], "found: nothing", "red"),
+    ],
+)
+def test_the_verdict_says_whether_it_was_found(
+    found: list[str], rivals: list[str], words: str, style: str
+) -> None:
+    effects = [SimpleNamespace(info=SimpleNamespace(name=name), rivals=rivals) for name in found]
+    diagnosis: Any = SimpleNamespace(effects=effects)
+    error = Error(1e-3, 1e-3, 1e-3)
+    run: Any = None
+    said = verdict(Hidden("mass=0.8", run, diagnosis, error, error))
+    assert said.plain == words
+    assert style in str(said.style)
+
+
+def test_a_method_that_does_not_converge_is_shown_with_its_reason() -> None:
+    result = SimpleNamespace(status=cdprcal.CalibrationStatus.not_converged, solve_time_s=0.002)
+    row: Any = SimpleNamespace(
+        label="τlσε",
+        method="unified",
+        formulation="full",
+        calibration=SimpleNamespace(result=result),
+        duration_s=60.0,
+        poses=9,
+        error=None,
+    )
+    out = Console(file=io.StringIO(), width=120)
+    out.print(methods_table([row]))
+    text = out.file.getvalue()  # type: ignore[attr-defined]
+    assert re.search(r"τlσε \(not_converged\) +1\.00 +9 +– +– +– +2\.0 ms", text)

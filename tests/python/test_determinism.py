@@ -46,8 +46,8 @@ COMMANDS = (
 )
 #: What a clock says is no result.
 CLOCK = re.compile(
-    rb'("duration_s": [0-9.e+-]+,\s*)?"solve_time_s": [0-9.e+-]+|solved in</th><td>[0-9.]+'
-    rb'|Made [0-9-]+ [0-9:]+ UTC'
+    rb'("duration_s": [0-9.e+-]+,\s*)?"solve_time_s":\s*[0-9.e+-]+|solved in</th><td>[0-9.]+'
+    rb"|Made [0-9-]+ [0-9:]+ UTC"
 )
 
 PACKAGE = str(Path(cdprcal.__file__).resolve().parents[1])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 import cdprcal
+from cdprcal.diagnosis.table import print_diagnosis
 from conftest import Ran, changed
 
 Cli = Callable[..., Ran]
@@ -137,6 +139,54 @@ def test_the_table_says_what_why_and_how_much(
     for text in ("explained", "load_cell_bias", "cable 4", " N ", "tare", "tension [N]", "± σ"):
         assert text in ran.stderr
     assert "+ load_cell_bias" in ran.stderr  # the gap after that step
+
+
+def test_what_is_left_open_is_said_to_people(
+    cli: Cli, biased_log: cdprcal.Log, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """What a document may also hold: rejected effects, what no effect explains, blind spots."""
+    ran = cli("diagnose", "irma4", written(biased_log, tmp_path / "biased.csv"), "--json")
+    document = json.loads(ran.stdout)
+    document["verdict"] = "unexplained"
+    document["left_out"] = ["12 readings of cable 2"]
+    document["rejected"] = [
+        {"name": "cable_sag", "reason": "too early"},
+        {"name": "mass", "reason": "held-out poses do not get better"},
+        {"name": "cable_sag", "reason": "its interval holds zero"},
+    ]
+    document["unexplained"] = [
+        {"channel": "length", "rms": 0.0123, "sigma": 0.001, "depends_on": "cable 3"},
+        {"channel": "yaw", "rms": math.radians(1.5), "sigma": 0.0, "depends_on": "time"},
+        {"channel": "balance", "rms": 25.0, "sigma": 2.0, "depends_on": "height"},
+    ]
+    document["identifiability"] = [
+        {"name": "yaw_drift", "detectable": None, "detectable_after": None},
+        {"name": "cable_elasticity", "detectable": 4.0, "detectable_after": 2.0},
+        {"name": "mass", "detectable": 0.5, "detectable_after": 0.4},  # would have shown
+        {"name": "load_cell_bias", "detectable": 9.0, "detectable_after": 9.0},  # was found
+    ]
+    document["next"] = ["measure at (0, 0, 1.2)"]
+    capfd.readouterr()
+    print_diagnosis(document)
+    said = capfd.readouterr().err
+    assert said.startswith("unexplained: ")
+    assert "left out: 12 readings of cable 2" in said
+    assert re.search(r"cable_sag +its interval holds zero", said)  # the last word
+    assert "too early" not in said
+    assert re.search(r"mass +held-out poses do not get better", said)
+    assert "unexplained: length, rms 12.300 mm where" in said
+    assert "ripple by 1.000 mm; it depends on cable 3" in said
+    assert "unexplained: yaw, rms 1.500 °" in said
+    assert "unexplained: balance, rms 25.000 N" in said
+    (blind,) = re.findall("this log does not show: (.*)", said)
+    typical = {info.name: info.parameters[0].typical for info in cdprcal.effect_catalogue()}
+    # Twice the typical compliance is half the typical stiffness, in newtons; kN for people.
+    stiffness = 1.0 / (2.0 * typical["cable_elasticity"])
+    assert blind == (
+        f"yaw_drift of any size; cable_elasticity above {1e-3 * stiffness:.3g} kN (2 × its typical "
+        "size)"
+    )
+    assert "next: measure at (0, 0, 1.2)" in said
 
 
 def test_pictures_are_written(cli: Cli, biased_log: cdprcal.Log, tmp_path: Path) -> None:

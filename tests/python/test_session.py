@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import re
+import subprocess
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -104,3 +106,14 @@ def test_objects() -> None:
 @pytest.mark.parametrize("module", ["can", "canopen", "msgpack", "rosbags", "serial"])
 def test_what_the_hardware_needs_is_installed(module: str) -> None:
     assert find_spec(module), f"{module} is not installed: run ./setup"
+
+
+def test_the_module_prints_the_schema() -> None:
+    ran = subprocess.run(
+        [sys.executable, "-m", "cdprcal.hardware.session"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert ran.stdout == schema_text()
+    assert ran.stderr == ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import struct
 from collections import Counter
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 
 import cdprcal
+from cdprcal.workspace.table import print_workspace
 from conftest import Ran
 from robots import altered, polygon_robot
 from test_cli_bad_input import assert_refused
@@ -188,6 +190,27 @@ def test_for_people(cli: Cli, tmp_path: Path) -> None:
         assert words in ran.stderr
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert picture.stat().st_size > 20_000
+
+
+def test_sections_and_probes_are_tables_for_people(cli: Cli) -> None:
+    ran = cli("workspace", "irma4", "--step-m", 0.2, "--section-m", 0.9, "--probe", "0,0,0.9",
+              "--probe", "9,0,0.9")  # fmt: skip
+    assert ran.code == 0, ran.stderr
+    assert re.search(r"^ *0\.9 +\d\.\d{4} +1$", ran.stderr, flags=re.M)
+    # Tensions, margin and stiffness; what is beyond the limits has them too, and is named so.
+    inside = r"^ *0 +0 +0\.9 +inside( +\d+\.\d){4} +\d+\.\d +\d+\.\d$"
+    assert re.search(inside, ran.stderr, flags=re.M)
+    assert re.search(r"^ *9 +0 +0\.9 +infeasible( +-?\d+\.\d){6}$", ran.stderr, flags=re.M)
+
+
+def test_a_part_without_a_box_says_so(cli: Cli, capfd: pytest.CaptureFixture[str]) -> None:
+    document = json.loads(cli("workspace", "irma4", "--step-m", 0.2, "--json").stdout)
+    capfd.readouterr()
+    print_workspace(document | {"box": None, "complete": False, "components": 2})
+    said = capfd.readouterr().err
+    assert "no grid cell lies inside: take a smaller step" in said
+    assert "this part was found until the search was interrupted" in said
+    assert "2 pieces" in said
 
 
 def test_the_callback_can_stop_it_and_the_part_is_usable(robot: cdprcal.Robot) -> None:

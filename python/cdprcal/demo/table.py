@@ -62,7 +62,7 @@ def verdict(hidden: Hidden) -> Text:
     return Text(f"found: {found}", style="bold red")
 
 
-def demo_as_dict(run: Run, rows: list[Row], hidden: Hidden | None) -> dict[str, Any]:
+def demo_as_dict(run: Run, rows: list[Row], hidden: Hidden) -> dict[str, Any]:
     """The document of ``demo --json``."""
     return {
         "acquisition": {
@@ -83,9 +83,7 @@ def demo_as_dict(run: Run, rows: list[Row], hidden: Hidden | None) -> dict[str, 
             }
             for row in rows
         ],
-        "hidden": None
-        if hidden is None
-        else {
+        "hidden": {
             "effect": hidden.effect,
             "log": str(hidden.run.path),
             "verdict": hidden.diagnosis.verdict.name,
