@@ -173,14 +173,14 @@ double Assembly::statics_rms() {
   return std::sqrt(squares / count);
 }
 
-std::vector<Eigen::MatrixXd> Assembly::common_informations(
+std::vector<CommonMatrix> Assembly::common_informations(
     const std::vector<std::optional<Channel>>& without) {
   // Just enough for a factor of poses with directions that no reading sees; what those say of the
   // offsets is zero, and stays so.
   constexpr double kBarely = 1e-14;
   const Eigen::Index errors = reference_.size();
-  std::vector<Eigen::MatrixXd> out(without.size(),
-                                   Eigen::MatrixXd::Constant(6 + errors, 6 + errors, kNaN));
+  std::vector<CommonMatrix> out(without.size(),
+                                CommonMatrix::Constant(6 + errors, 6 + errors, kNaN));
   std::vector<RowSlots> slots;
   std::vector<PoseElimination> eliminations;
   slots.reserve(without.size());
@@ -212,7 +212,7 @@ std::vector<Eigen::MatrixXd> Assembly::common_informations(
   if (!visit(single, batch) || !cached_rows(0, rows)) return out;
   const OffsetJacobian by_initial = offsets_by_initial();
   for (std::size_t w = 0; w < without.size(); ++w) {
-    Eigen::MatrixXd& common = out[w];
+    CommonMatrix& common = out[w];
     const RowsByCommon first = by_common(rows_for(w, rows), true, by_initial);
     common = through_offsets(eliminations[w].finish().information, by_initial);
     common.noalias() += first.transpose().lazyProduct(first);
@@ -227,7 +227,7 @@ std::vector<Eigen::MatrixXd> Assembly::common_informations(
 
 std::vector<FittedRow> Assembly::fitted_rows() {
   cache_.update();
-  const Eigen::MatrixXd common = common_informations({std::nullopt}).front();
+  const CommonMatrix common = common_informations({std::nullopt}).front();
   if (!common.allFinite()) return {};
   const Eigen::MatrixXd covariance = common.completeOrthogonalDecomposition().pseudoInverse();
   const OffsetJacobian by_initial = offsets_by_initial();
@@ -268,13 +268,13 @@ ReferenceInformation Assembly::reference_information() {
 std::vector<ReferenceInformation> Assembly::reference_informations(
     const std::vector<std::optional<Channel>>& without) {
   std::vector<ReferenceInformation> out;
-  for (const Eigen::MatrixXd& common : common_informations(without)) {
+  for (const CommonMatrix& common : common_informations(without)) {
     out.push_back(of_reference(common, out.empty()));
   }
   return out;
 }
 
-ReferenceInformation Assembly::of_reference(const Eigen::MatrixXd& common,
+ReferenceInformation Assembly::of_reference(const CommonMatrix& common,
                                             bool with_covariance) const {
   ReferenceInformation out;
   if (!common.allFinite()) return out;
@@ -286,10 +286,11 @@ ReferenceInformation Assembly::of_reference(const Eigen::MatrixXd& common,
   }
   out.information = common.topLeftCorner<6, 6>();
   if (!free.empty()) {
-    const Eigen::MatrixXd errors = common(free, free);
-    const Eigen::MatrixXd coupling = common(free, Eigen::seqN(0, 6));
-    const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition(errors);
-    out.information -= coupling.transpose() * decomposition.solve(coupling);
+    const OffsetMatrix errors = common(free, free);
+    const OffsetJacobian coupling = common(free, Eigen::seqN(0, 6));
+    const Eigen::CompleteOrthogonalDecomposition<OffsetMatrix> decomposition(errors);
+    const OffsetJacobian solved = decomposition.solve(coupling);
+    out.information -= coupling.transpose().lazyProduct(solved);
   }
   out.information = 0.5 * (out.information + out.information.transpose()).eval();
   if (!with_covariance) return out;

@@ -86,10 +86,9 @@ class Assembly {
   bool visit(const Single& at, const Batch& batch);
   /// Information on ζ0 and the reference errors with all other poses eliminated, for each entry of
   /// `without`; NaN when a pose is invalid. Rows and columns of held errors are zero.
-  std::vector<Eigen::MatrixXd> common_informations(
-      const std::vector<std::optional<Channel>>& without);
+  std::vector<CommonMatrix> common_informations(const std::vector<std::optional<Channel>>& without);
   [[nodiscard]] PoseResidual residual(std::size_t index) const;
-  [[nodiscard]] ReferenceInformation of_reference(const Eigen::MatrixXd& common,
+  [[nodiscard]] ReferenceInformation of_reference(const CommonMatrix& common,
                                                   bool with_covariance) const;
 
   const CalibrationProblem& problem_;

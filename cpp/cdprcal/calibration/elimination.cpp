@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 
 #include "cdprcal/calibration/row_batch.hpp"
 #include "cdprcal/lanes/algebra.hpp"
@@ -133,7 +134,7 @@ CDPRCAL_DEFINE_FOR_PROCESSORS(substitute_lanes, substitute, Substitution)
 
 }  // namespace
 
-CommonMatrix through_offsets(const Eigen::MatrixXd& information, const OffsetJacobian& by_initial) {
+CommonMatrix through_offsets(const OffsetMatrix& information, const OffsetJacobian& by_initial) {
   const Eigen::Index offsets = by_initial.rows();
   // Rows of six are added as a whole: much faster than products of any size.
   OffsetJacobian half = OffsetJacobian::Zero(offsets, 6);
@@ -154,12 +155,11 @@ PoseElimination::PoseElimination(std::size_t poses, int offsets, bool steps_want
     : offsets_(offsets),
       steps_wanted_(steps_wanted),
       factor_size_(static_cast<std::size_t>(kFactorOffsets + 6 * offsets)),
-      rows_(buffer(static_cast<std::size_t>(kRow * (offsets + kMostRows)))),
-      by_offset_(buffer(static_cast<std::size_t>(offsets))),
       sums_(buffer(static_cast<std::size_t>(sums_size(offsets)))),
       factors_(buffer(factor_size_ * (steps_wanted ? lanes::batches(poses) : 1))) {
   every_.offsets = offsets;
-  for (int s = 0; s < offsets + kMostRows; ++s) every_.index.push_back(s);
+  every_.count = offsets + kMostRows;
+  std::iota(every_.index.begin(), every_.index.end(), 0);
   out_.information.resize(offsets, offsets);
   out_.gradient.resize(offsets);
   out_.raw_gradient.resize(offsets);
@@ -179,6 +179,10 @@ void PoseElimination::begin(double damping, const RowSlots& slots) {
 }
 
 void PoseElimination::add(const PoseRows& rows) {
+  if (!rows_) {
+    rows_ = buffer(static_cast<std::size_t>(kRow * (offsets_ + kMostRows)));
+    by_offset_ = buffer(static_cast<std::size_t>(offsets_));
+  }
   const auto lane = static_cast<int>(added_ % kLanes);
   if (lane == 0) own_rows_ = 0;
   const auto clear = [&](int slot) {
@@ -216,7 +220,7 @@ void PoseElimination::add(const PoseRows& rows) {
 
 void PoseElimination::add_batch(const double* rows, const double* by_offset) {
   added_ += kLanes;
-  eliminate_batch(rows, by_offset, static_cast<int>(slots().index.size()));
+  eliminate_batch(rows, by_offset, slots().count);
 }
 
 void PoseElimination::eliminate_batch(const double* rows, const double* by_offset, int count) {

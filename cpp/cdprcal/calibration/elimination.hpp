@@ -1,7 +1,7 @@
 // The measurement poses leave the normal equations (Schur complement), eight at a time.
 #pragma once
 
-#include <vector>
+#include <array>
 
 #include "cdprcal/calibration/residuals/term.hpp"
 #include "cdprcal/lanes/vectors.hpp"
@@ -15,18 +15,21 @@ inline constexpr double kLeastDiagonal = 1e-6;
 inline constexpr int kMostCommon = 6 + kMostOffsets;
 using CommonMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
                                    kMostCommon, kMostCommon>;
+using OffsetMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
+                                   kMostOffsets, kMostOffsets>;
+using OffsetVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostOffsets, 1>;
 /// Information about the offsets as information about ζ0 and e: chain rule through o = m(ζ0) + e.
-CommonMatrix through_offsets(const Eigen::MatrixXd& information, const OffsetJacobian& by_initial);
+CommonMatrix through_offsets(const OffsetMatrix& information, const OffsetJacobian& by_initial);
 
 /// What the eliminated poses say about the offsets o = m(ζ0) + e. With H, C and g a pose's blocks
 /// of JᵀJ, JᵀJ_o and Jᵀr, and D the diagonal of H:
 struct EliminatedSums {
-  Eigen::MatrixXd information;   ///< Σ J_oᵀJ_o − Cᵀ (H + λD)⁻¹ C
-  Eigen::VectorXd gradient;      ///< Σ J_oᵀr − Cᵀ (H + λD)⁻¹ g
-  Eigen::VectorXd raw_gradient;  ///< Σ J_oᵀr
-  Eigen::VectorXd raw_diagonal;  ///< Σ of squares of J_o's columns
-  double cost = 0.0;             ///< ½ Σ r²
-  double decrease = 0.0;         ///< ½ Σ gᵀ (H + λD)⁻¹ g
+  OffsetMatrix information;   ///< Σ J_oᵀJ_o − Cᵀ (H + λD)⁻¹ C
+  OffsetVector gradient;      ///< Σ J_oᵀr − Cᵀ (H + λD)⁻¹ g
+  OffsetVector raw_gradient;  ///< Σ J_oᵀr
+  OffsetVector raw_diagonal;  ///< Σ of squares of J_o's columns
+  double cost = 0.0;          ///< ½ Σ r²
+  double decrease = 0.0;      ///< ½ Σ gᵀ (H + λD)⁻¹ g
   double largest_gradient = 0.0;
 };
 
@@ -38,7 +41,8 @@ struct PoseSteps {
 
 /// Which slots of a batch of rows count: indices of offsets, then of rows without offset.
 struct RowSlots {
-  std::vector<int> index;
+  std::array<int, kMostOffsets + kMostRows> index{};
+  int count = 0;
   int offsets = 0;  ///< so many of them are offsets
 };
 

@@ -16,7 +16,8 @@ constexpr double kLeastGain = 1e-3;  // of the promised decrease, for a step to 
 
 /// Nielsen's factor on the damping after a step that gained `ratio` of what was promised.
 double after_success(double ratio) {
-  return std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * ratio - 1.0, 3));
+  const double excess = 2.0 * ratio - 1.0;
+  return std::max(1.0 / 3.0, 1.0 - excess * excess * excess);
 }
 
 }  // namespace

@@ -49,7 +49,7 @@ RowSlots RowLanes::slots(std::optional<Channel> without) const {
   RowSlots out;
   for (int s = 0; s < slot_count(); ++s) {
     if (channel(s) == without || slot(channel(s)) < 0) continue;
-    out.index.push_back(s);
+    out.index[static_cast<std::size_t>(out.count++)] = s;
     if (s <= 2 * layout_.cables) ++out.offsets;
   }
   return out;
