@@ -10,6 +10,7 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -160,6 +161,7 @@ class _Messages:
         self.number = 0
         self._name = name
         self._channels: dict[int, Channel] = {}
+        self._topics: dict[int, str] = {}  # as messages show them
         self._samples: list[dict[str, float]] = []
 
     def read(self, block: McapRecord | bytes) -> None:
@@ -167,13 +169,14 @@ class _Messages:
         for record in inside(block) if isinstance(block, bytes) else [block]:
             if isinstance(record, Channel):
                 self._channels[record.id] = record
+                self._topics[record.id] = shown_text(record.topic)
             elif isinstance(record, Message):
                 self.number += 1
                 channel = self._channels.get(record.channel_id)
                 if channel is not None and channel.message_encoding == _JSON:
                     place = f"{self._name}: message {self.number}"
                     message = _decoded(record, place)
-                    sample = _sample(message, f"{place} on {shown_text(channel.topic)}")
+                    sample = _sample(message, f"{place} on {self._topics[channel.id]}")
                     if sample:
                         self._samples.append(sample)
 
@@ -185,10 +188,13 @@ class _Messages:
 
 def _rows_of(samples: list[dict[str, float]]) -> _Rows:
     names = list(dict.fromkeys(key for sample in samples for key in sample))
-    values = np.array([[sample.get(key, math.nan) for key in names] for sample in samples])
-    present = np.array([[key in sample for key in names] for sample in samples], dtype=np.bool_)
     shape = (len(samples), len(names))
-    return _Rows(names, values.reshape(shape), present.reshape(shape))
+    # None is an absent key, and NaN as a number.
+    values = np.array([[sample.get(key) for key in names] for sample in samples], dtype=np.float64)
+    present = np.ones(shape, dtype=np.bool_)
+    if any(len(sample) < len(names) for sample in samples):
+        present[:] = [[key in sample for key in names] for sample in samples]
+    return _Rows(names, values.reshape(shape), present)
 
 
 def _cut(number: int, what: str) -> Finding:
@@ -216,19 +222,8 @@ def _sample(message: dict[str, Any], place: str) -> dict[str, float]:
     for key, value in message.items():
         if key != "time_s" and not _is_column(key):
             continue
-        if value is None:
-            value = math.nan
-        try:
-            if isinstance(value, bool) or not isinstance(value, int | float):
-                raise ValueError
-            number = float(value)  # a whole number may be beyond double precision
-            if math.isinf(number):
-                raise ValueError
-        except (ValueError, OverflowError):
-            raise InputError(
-                f"{place}: {key}: must be a finite number or null, not {str(value)[:40]!r}"
-            ) from None
-        sample[key] = number
+        plain = type(value) is float and abs(value) != math.inf
+        sample[key] = value if plain else _number(value, f"{place}: {key}")
     if sample.keys() <= {"time_s"}:
         return {}
     if not math.isfinite(sample.get("time_s", math.nan)):
@@ -236,10 +231,28 @@ def _sample(message: dict[str, Any], place: str) -> dict[str, float]:
     return sample
 
 
+def _number(value: Any, place: str) -> float:
+    try:
+        if value is None:
+            return math.nan
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise ValueError
+        number = float(value)  # a whole number may be beyond double precision
+        if math.isinf(number):
+            raise ValueError
+    except (ValueError, OverflowError):
+        raise InputError(
+            f"{place}: must be a finite number or null, not {str(value)[:40]!r}"
+        ) from None
+    return number
+
+
+@lru_cache(maxsize=1024)
 def _is_column(key: str) -> bool:
     return key in _PLATFORM_NAMES or _group_of(key) is not None
 
 
+@lru_cache(maxsize=1024)
 def _group_of(key: str) -> tuple[str, int] | None:
     for group, pattern in _GROUPS.items():
         if match := pattern.fullmatch(key):
