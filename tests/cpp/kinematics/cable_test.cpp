@@ -195,5 +195,18 @@ TEST(Cable, WithoutATangentThereIsAStatusAndNoNumber) {
   EXPECT_EQ(cable_state(pulley, in_world(pulley, 0.05, 0.7, 0.0501)).status, CableStatus::ok);
 }
 
+TEST(Cable, AnAnchorOnTheRimHasNoFreeCableAndIsRefused) {
+  // A free length of 0 has no direction derivative. Powers of two, so that it is 0 exactly.
+  Pulley pulley;
+  pulley.radius_m = 0.0625;
+  const CableState rim = cable_state(pulley, {0.125, 0.0, 0.0});
+  EXPECT_EQ(rim.status, CableStatus::anchor_inside_pulley);
+  EXPECT_TRUE(std::isnan(rim.length_m));
+  const CableState above = cable_state(pulley, {0.125, 0.0, 1e-6});
+  ASSERT_EQ(above.status, CableStatus::ok);
+  EXPECT_DOUBLE_EQ(above.free_length_m, 1e-6);
+  EXPECT_TRUE(direction_by_q(above).allFinite());
+}
+
 }  // namespace
 }  // namespace cdprcal

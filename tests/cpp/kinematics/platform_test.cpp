@@ -76,13 +76,23 @@ TEST(Platform, TheFirstInvalidCableIsNamedFromOne) {
   Pose pose{{0.0, 0.0, 1.0}, Eigen::Quaterniond::Identity()};
   EXPECT_TRUE(platform_state(robot, pose).valid);
   EXPECT_EQ(describe_invalid(platform_state(robot, pose)), "");
-  // The third anchor in the middle of its pulley.
-  const Cable& third = robot.cables[2];
-  pose.position_m = third.pulley.position_m - third.platform_anchor_m +
-                    third.pulley.radius_m * third.pulley.x_axis();
-  const PlatformState state = platform_state(robot, pose);
-  EXPECT_FALSE(state.valid);
-  EXPECT_EQ(describe_invalid(state), "cable 3: the platform anchor is inside the pulley");
+  for (int i = 0; i < robot.cable_count(); ++i) {
+    // This anchor in the middle of its pulley.
+    const Cable& cable = robot.cables[i];
+    pose.position_m = cable.pulley.position_m - cable.platform_anchor_m +
+                      cable.pulley.radius_m * cable.pulley.x_axis();
+    const PlatformState state = platform_state(robot, pose);
+    EXPECT_FALSE(state.valid);
+    EXPECT_EQ(describe_invalid(state),
+              "cable " + std::to_string(i + 1) + ": the platform anchor is inside the pulley");
+  }
+}
+
+TEST(Platform, CablesThatTheRobotDoesNotHaveAreNotLookedAt) {
+  const Robot robot = load_robot("irma4");
+  PlatformState state = platform_state(robot, {{0.0, 0.0, 1.0}, Eigen::Quaterniond::Identity()});
+  state.cable[robot.cable_count()].status = CableStatus::anchor_inside_pulley;
+  EXPECT_EQ(describe_invalid(state), "");
 }
 
 }  // namespace
