@@ -1,0 +1,112 @@
+// The diagnosis' system as one dense least-squares problem: unknowns are six a pose, then the
+// common ones. Slow and without any elimination: what the fast one is checked against.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+#include "cdprcal/diagnosis/baseline.hpp"
+#include "run.hpp"
+
+namespace cdprcal::test {
+
+struct Dense {
+  Eigen::MatrixXd jacobian;
+  Eigen::VectorXd residual;
+  Eigen::VectorXd precision, prior_residual;  ///< of all unknowns; 0 of the poses'
+  std::vector<std::size_t> channel;
+  Eigen::Index poses = 0;  ///< columns of poses
+
+  [[nodiscard]] Eigen::MatrixXd hessian() const {
+    Eigen::MatrixXd h = jacobian.transpose() * jacobian;
+    h.diagonal() += precision;
+    return h;
+  }
+  [[nodiscard]] Eigen::VectorXd gradient() const {
+    return jacobian.transpose() * residual + precision.cwiseSqrt().cwiseProduct(prior_residual);
+  }
+  /// Scaled to a diagonal of ones first: metres, radians and newtons are mixed.
+  [[nodiscard]] Eigen::MatrixXd covariance() const {
+    const Eigen::MatrixXd h = hessian();
+    const Eigen::VectorXd unit = h.diagonal().cwiseSqrt().cwiseInverse();
+    return unit.asDiagonal() * (unit.asDiagonal() * h * unit.asDiagonal()).inverse() *
+           unit.asDiagonal();
+  }
+  /// Rows less their leverages, a channel.
+  [[nodiscard]] NoiseLevels freedom() const {
+    const Eigen::VectorXd hat = (jacobian * covariance()).cwiseProduct(jacobian).rowwise().sum();
+    NoiseLevels out{};
+    for (std::size_t row = 0; row < channel.size(); ++row) {
+      out[channel[row]] += 1.0 - hat[static_cast<Eigen::Index>(row)];
+    }
+    return out;
+  }
+  /// Squares of what is left when every pose goes where its own readings want it.
+  [[nodiscard]] NoiseLevels squares_off_poses() const {
+    const Eigen::MatrixXd a = jacobian.leftCols(poses);
+    const Eigen::VectorXd left = residual - a * a.colPivHouseholderQr().solve(residual);
+    NoiseLevels out{};
+    for (std::size_t row = 0; row < channel.size(); ++row) {
+      out[channel[row]] += std::pow(left[static_cast<Eigen::Index>(row)], 2);
+    }
+    return out;
+  }
+};
+
+inline Dense dense(const DiagnosisSystem& system) {
+  Eigen::Index rows = 0;
+  for (const PoseSystem& pose : system.poses) rows += pose.residual.size();
+  const Eigen::Index nuisance = system.layout.nuisance();
+  Dense out;
+  out.poses = 6 * static_cast<Eigen::Index>(system.poses.size());
+  out.jacobian.setZero(rows, out.poses + nuisance);
+  out.residual.resize(rows);
+  out.precision.setZero(out.poses + nuisance);
+  out.prior_residual.setZero(out.poses + nuisance);
+  out.precision.tail(nuisance) = system.prior_precision;
+  out.prior_residual.tail(nuisance) = system.prior_residual;
+  Eigen::Index row = 0, column = 0;
+  for (const PoseSystem& pose : system.poses) {
+    const Eigen::Index count = pose.residual.size();
+    out.jacobian.block(row, column, count, 6) = pose.by_pose;
+    out.jacobian.block(row, out.poses, count, nuisance) = pose.by_common.leftCols(nuisance);
+    out.residual.segment(row, count) = pose.residual;
+    for (const NoiseGroup c : pose.channel) out.channel.push_back(static_cast<std::size_t>(c));
+    row += count;
+    column += 6;
+  }
+  return out;
+}
+
+/// Two short runs of irma4 with biased load cells (the robot's) and a drifting yaw (each run's
+/// own), as logs and as the fitted model that knows both.
+inline std::vector<Log> two_logs() {
+  std::vector<Log> logs{startup_log(load_robot("irma4"), 0.2, 71, 0),
+                        startup_log(load_robot("irma4"), 0.2, 72, 0)};
+  for (std::size_t r = 0; r < 2; ++r) {
+    logs[r].tension_N.rowwise() += Eigen::RowVector4d(6.0, -4.0, 3.0, -7.0);
+    logs[r].roll_pitch_yaw_rad.col(2) += (r == 0 ? 3e-4 : -4e-4) * logs[r].time_s;
+  }
+  return logs;
+}
+
+inline DiagnosisModel two_runs_baseline() {
+  std::vector<Log> logs = two_logs();
+  std::vector<std::string> left_out;
+  return baseline_model(load_robot("irma4"), logs, left_out);
+}
+
+inline const DiagnosisModel& two_runs() {
+  static const DiagnosisModel model = [] {
+    DiagnosisModel m = two_runs_baseline();
+    m.effects.push_back({find_effect("load_cell_bias"), EffectValues::Zero(4)});
+    m.effects.push_back({find_effect("yaw_drift"), EffectValues::Zero(2)});
+    EXPECT_TRUE(fit_with_noise(m));
+    return m;
+  }();
+  return model;
+}
+
+}  // namespace cdprcal::test

@@ -1,0 +1,371 @@
+// What the diagnosis decides by: scores of the scan, evidence of the refit and prediction of poses
+// left out, against the same quantities from one dense least-squares problem.
+#include "cdprcal/diagnosis/evidence.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+#include "cdprcal/diagnosis/held_out.hpp"
+#include "dense.hpp"
+#include "run.hpp"
+
+namespace cdprcal {
+namespace {
+
+using test::Dense;
+using test::dense;
+using test::two_runs;
+
+/// The two runs with nothing but their noise in the model, once.
+const DiagnosisModel& plain() {
+  static const DiagnosisModel model = test::two_runs_baseline();
+  return model;
+}
+
+/// The model with one more effect at zero: its last columns of the dense problem.
+DiagnosisModel with_effect(const DiagnosisModel& model, const std::string& name) {
+  DiagnosisModel out = model;
+  const auto effect = find_effect(name);
+  const bool by_run = effect->info().scope == EffectScope::run;
+  out.effects.push_back(
+      {effect, EffectValues::Zero(effect->size(4) * (by_run ? model.runs.size() : 1))});
+  return out;
+}
+
+double log_determinant(const Eigen::MatrixXd& positive) {
+  const Eigen::VectorXd unit = positive.diagonal().cwiseSqrt();
+  const Eigen::MatrixXd scaled =
+      unit.cwiseInverse().asDiagonal() * positive * unit.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd root = scaled.llt().matrixL();
+  return 2.0 * (root.diagonal().array().log().sum() + unit.array().log().sum());
+}
+
+/// Occam's factor of a model's last effect: half the log of what the readings add to its prior's
+/// precision once everything else is free.
+double occam(const DiagnosisModel& model) {
+  const Dense all = dense(linearise(model));
+  const Eigen::Index own = model.effects.back().values.size();
+  const Eigen::MatrixXd hessian = all.hessian();
+  const Eigen::Index others = hessian.rows() - own;
+  const double prior = all.precision.tail(own).array().log().sum();
+  return 0.5 * (log_determinant(hessian) - log_determinant(hessian.topLeftCorner(others, others)) -
+                prior);
+}
+
+/// -log likelihood at the noise that explains the residuals best, a channel; and the prior's part.
+double cost(const DiagnosisModel& model, const NoiseLevels& freedom) {
+  const Dense all = dense(linearise(model));
+  const NoiseLevels squares = all.squares_off_poses();
+  double total = 0.5 * all.prior_residual.squaredNorm();
+  for (std::size_t c = 0; c < kNoiseGroups; ++c) {
+    if (freedom[c] < 1.0) continue;
+    const double sum = squares[c] * model.noise[c] * model.noise[c];
+    const double level = std::max(model.floor[c], std::sqrt(sum / freedom[c]));
+    total += freedom[c] * std::log(level) + 0.5 * sum / (level * level);
+  }
+  return total;
+}
+
+CandidateScore score_of(const std::vector<CandidateScore>& scores, const std::string& name) {
+  const auto found = std::find_if(scores.begin(), scores.end(), [&](const CandidateScore& s) {
+    return s.effect->name() == name;
+  });
+  EXPECT_NE(found, scores.end());
+  return *found;
+}
+
+const std::vector<std::string> kNames{"load_cell_bias", "yaw_drift", "mass", "centre_of_mass",
+                                      "transmission_ratio"};
+
+Candidates candidates() {
+  Candidates out;
+  for (const std::string& name : kNames) out.push_back(find_effect(name));
+  return out;
+}
+
+TEST(Scan, ValuesAndDeviationsAreThoseOfOneGaussNewtonStepWithTheEffectInTheModel) {
+  const std::vector<CandidateScore> scores = scan(plain(), candidates(), {.draws = 0});
+  for (const std::string& name : kNames) {
+    SCOPED_TRACE(name);
+    const CandidateScore score = score_of(scores, name);
+    const Dense all = dense(linearise(with_effect(plain(), name)));
+    const Eigen::MatrixXd spread = all.covariance();
+    const Eigen::VectorXd step = -spread * all.gradient();
+    const Eigen::Index own = score.values.size();
+    const Eigen::VectorXd deviation = spread.diagonal().tail(own).cwiseSqrt();
+    EXPECT_LE((score.values - step.tail(own)).norm(), 1e-5 * deviation.norm());
+    EXPECT_LE((score.deviation - deviation).norm(), 1e-5 * deviation.norm());
+  }
+}
+
+TEST(Scan, EvidenceIsThatOfTheLinearModelWithItsNoiseUnknown) {
+  const std::vector<CandidateScore> scores = scan(plain(), candidates(), {.draws = 0});
+  const NoiseLevels freedom = dense(linearise(plain())).freedom();
+  for (const std::string& name : kNames) {
+    SCOPED_TRACE(name);
+    const DiagnosisModel extended = with_effect(plain(), name);
+    const Dense all = dense(linearise(extended));
+    const Eigen::VectorXd step = -all.covariance() * all.gradient();
+    const Eigen::Index own = extended.effects.back().values.size();
+    // Sums of squares before and after, with poses and offsets at their best each time.
+    const auto profile = [&](const Eigen::VectorXd& values) {
+      const Eigen::Index others = all.jacobian.cols() - own;
+      const Eigen::MatrixXd rest = all.jacobian.leftCols(others);
+      const Eigen::VectorXd unit = rest.colwise().norm().cwiseInverse();
+      const Eigen::MatrixXd scaled = rest * unit.asDiagonal();
+      const Eigen::VectorXd start = all.residual + all.jacobian.rightCols(own) * values;
+      const Eigen::VectorXd left = start - scaled * scaled.colPivHouseholderQr().solve(start);
+      NoiseLevels squares{};
+      for (std::size_t row = 0; row < all.channel.size(); ++row) {
+        squares[all.channel[row]] += std::pow(left[static_cast<Eigen::Index>(row)], 2);
+      }
+      double total = 0.0;
+      for (std::size_t c = 0; c < kRestGroups; ++c) {
+        const double level =
+            std::max(std::sqrt(squares[c] / freedom[c]), plain().floor[c] / plain().noise[c]);
+        total += freedom[c] * std::log(level) + 0.5 * squares[c] / (level * level);
+      }
+      return total;
+    };
+    const Eigen::VectorXd values = step.tail(own);
+    const double prior =
+        0.5 * values.cwiseProduct(all.precision.tail(own).cwiseSqrt()).squaredNorm();
+    const double expected =
+        profile(Eigen::VectorXd::Zero(own)) - profile(values) - prior - occam(extended);
+    EXPECT_NEAR(score_of(scores, name).log_evidence, expected, 1e-3);
+  }
+}
+
+TEST(Scan, DetectableIsTheSizeWhoseEvidenceIsThreeOnAverage) {
+  // Of one value: x typical sizes give x²I²/(I + 1)/2 - log(I + 1)/2 where I is the information in
+  // typical sizes, which the deviation shows: its square is 1/(I + 1).
+  for (const CandidateScore& score : scan(plain(), {find_effect("mass")}, {.draws = 0})) {
+    const double deviation = score.deviation[0] / score.effect->typical(4)[0];
+    const double information = 1.0 / (deviation * deviation) - 1.0;
+    const double x = score.detectable;
+    EXPECT_NEAR(0.5 * x * x * information * information / (information + 1.0) -
+                    0.5 * std::log(information + 1.0),
+                3.0, 1e-6);
+    EXPECT_EQ(score.visible, information > 1.0);
+    EXPECT_TRUE(score.visible);
+  }
+  // What needs motion shows next to nothing in readings at rest.
+  for (const CandidateScore& score : scan(plain(), {find_effect("sensor_delay")}, {.draws = 0})) {
+    EXPECT_FALSE(score.visible);
+    EXPECT_FALSE(score.detectable < 3.0);  // many typical sizes, or NaN: none at all
+  }
+}
+
+TEST(Scan, PValuesCountHowOftenChanceDoesAsWell) {
+  const std::vector<CandidateScore> scores = scan(plain(), candidates(), {.draws = 99});
+  EXPECT_DOUBLE_EQ(scores.front().p_value, 0.01);  // no draw is as good: one in a hundred at most
+  for (std::size_t i = 0; i + 1 < scores.size(); ++i) {
+    EXPECT_LE(scores[i].p_value, scores[i + 1].p_value);
+  }
+  for (const CandidateScore& s : scan(plain(), candidates(), {.draws = 0})) {
+    EXPECT_EQ(s.p_value, 1.0);
+  }
+  EXPECT_GT(scores.back().p_value, 0.5);  // what explains nothing is beaten by most draws
+}
+
+TEST(Scan, BeyondChanceIsTenNatsAboveMarkovsBound) {
+  CandidateScore score;
+  const double bound = 10.0 + std::log(20.0 * 1000.0);
+  score.log_evidence = bound + 1e-9;
+  EXPECT_TRUE(beyond_chance(score, 20, 999));
+  score.log_evidence = bound - 1e-9;
+  EXPECT_FALSE(beyond_chance(score, 20, 999));
+}
+
+TEST(Scan, ImitationIsTheShareOfTheSignatureThatARivalTakesUnderItsPrior) {
+  CandidateScore winner;
+  winner.effect = find_effect("load_cell_bias");
+  winner.values = Eigen::Vector4d(5.0, -3.0, 2.0, -6.0);
+  const std::vector<double> shares = imitation(plain(), winner, candidates());
+  for (std::size_t k = 0; k < kNames.size(); ++k) {
+    SCOPED_TRACE(kNames[k]);
+    const DiagnosisModel both = with_effect(with_effect(plain(), "load_cell_bias"), kNames[k]);
+    const DiagnosisSystem system = linearise(both);
+    const Dense all = dense(system);
+    const Eigen::Index own = both.effects.back().values.size();
+    const Eigen::Index others = all.jacobian.cols() - own - 4;
+    const Eigen::MatrixXd rest = all.jacobian.leftCols(others);
+    const Eigen::VectorXd unit = rest.colwise().norm().cwiseInverse();
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rest * unit.asDiagonal());
+    const auto off = [&](const Eigen::MatrixXd& columns) -> Eigen::MatrixXd {
+      return columns - rest * unit.asDiagonal() * qr.solve(columns);
+    };
+    const Eigen::VectorXd signature = off(all.jacobian.middleCols(others, 4) * winner.values);
+    const Eigen::MatrixXd columns = off(all.jacobian.rightCols(own));
+    Eigen::MatrixXd posterior = columns.transpose() * columns;
+    posterior.diagonal() += all.precision.tail(own);
+    const Eigen::VectorXd taken = columns * posterior.ldlt().solve(columns.transpose() * signature);
+    EXPECT_NEAR(shares[k], 1.0 - (signature - taken).squaredNorm() / signature.squaredNorm(), 1e-6);
+  }
+  EXPECT_GT(shares[0], 0.99);
+  winner.values.setZero();  // nothing to imitate
+  EXPECT_EQ(imitation(plain(), winner, candidates()), std::vector<double>(kNames.size(), 0.0));
+}
+
+TEST(Evidence, OfARefitIsTheGainLessOccamsFactor) {
+  const EvidenceAgainst against(plain());
+  const NoiseLevels freedom = dense(linearise(plain())).freedom();
+  for (const CandidateScore& score : scan(plain(), candidates(), {.draws = 0})) {
+    SCOPED_TRACE(score.effect->name());
+    const Refit refit = against.refit(score);
+    ASSERT_EQ(refit.model.effects.size(), 1U);
+    const double expected =
+        cost(plain(), freedom) - cost(refit.model, freedom) - occam(refit.model);
+    EXPECT_NEAR(refit.log_evidence, expected, 1e-3);
+  }
+}
+
+TEST(Evidence, TheTruthBeatsTheRestAndAddsWhatIsThere) {
+  const EvidenceAgainst against(plain());
+  const std::vector<CandidateScore> scores = scan(plain(), candidates(), {.draws = 0});
+  const std::vector<Refit> best =
+      against.refits(scores, 3, [](const CandidateScore& s) { return s.effect->name() != "mass"; });
+  ASSERT_EQ(best.size(), 3U);
+  for (std::size_t i = 0; i + 1 < best.size(); ++i) {
+    EXPECT_GE(best[i].log_evidence, best[i + 1].log_evidence);
+  }
+  for (const Refit& refit : best) EXPECT_NE(refit.score.effect->name(), "mass");
+  EXPECT_EQ(against.refits(scores, 0, [](const CandidateScore&) { return true; }).size(), 0U);
+}
+
+TEST(Evidence, WithoutAnEffectTheOthersStayAndAreFittedAgain) {
+  const DiagnosisModel& model = two_runs();
+  const std::optional<DiagnosisModel> without = without_effect(model, 0);
+  ASSERT_TRUE(without.has_value());
+  ASSERT_EQ(without->effects.size(), 1U);
+  EXPECT_EQ(without->effects[0].effect->name(), "yaw_drift");
+  EXPECT_GT(without->noise[4], 2.0 * model.noise[4]);  // the load cells' bias is noise to it
+  // Adding it again gives back what was there.
+  CandidateScore score;
+  score.effect = model.effects[0].effect;
+  score.values = model.effects[0].values;
+  const Refit again = EvidenceAgainst(*without).refit(score);
+  EXPECT_GT(again.log_evidence, 20.0);
+  const Eigen::VectorXd deviation =
+      dense(linearise(again.model)).covariance().diagonal().tail(4).cwiseSqrt();
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_NEAR(again.model.effects[1].values[i], model.effects[0].values[i], 0.5 * deviation[i]);
+  }
+}
+
+TEST(Evidence, ValuesAreBelievableUpToTheirLimitOnEitherSide) {
+  const auto bias = find_effect("load_cell_bias");
+  const double limit = bias->plausible(4)[0];
+  const auto believable = [&](const Eigen::VectorXd& values) {
+    return plausible({bias, values}, 4);
+  };
+  EXPECT_TRUE(believable(Eigen::Vector4d(limit, -limit, 0.0, 0.0)));
+  EXPECT_FALSE(believable(Eigen::Vector4d(1.001 * limit, 0.0, 0.0, 0.0)));
+  EXPECT_FALSE(believable(Eigen::Vector4d(0.0, 0.0, 0.0, -1.001 * limit)));
+  // Values of several runs, one after the other.
+  const auto drift = find_effect("yaw_drift");
+  const double rate = drift->plausible(4)[0];
+  EXPECT_TRUE(plausible({drift, Eigen::Vector2d(rate, -rate)}, 4));
+  EXPECT_FALSE(plausible({drift, Eigen::Vector2d(0.0, 2.0 * rate)}, 4));
+}
+
+/// Squares of held-out poses, each with its own pose free, common unknowns from the other folds.
+double left_out(const Dense& all, const std::vector<int>& fold_of_pose, std::size_t pose,
+                const std::vector<Eigen::Index>& begin) {
+  const Eigen::Index others = all.jacobian.cols() - all.poses;
+  Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(others, others);
+  hessian.diagonal() = all.precision.tail(others);
+  Eigen::VectorXd gradient =
+      all.precision.tail(others).cwiseSqrt().cwiseProduct(all.prior_residual.tail(others));
+  const auto rows = [&](std::size_t i) {
+    const Eigen::Index first = begin[i], count = begin[i + 1] - begin[i];
+    const Eigen::MatrixXd own =
+        all.jacobian.block(first, 6 * static_cast<Eigen::Index>(i), count, 6);
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(own);
+    const Eigen::MatrixXd common = all.jacobian.block(first, all.poses, count, others);
+    const Eigen::VectorXd residual = all.residual.segment(first, count);
+    return std::pair<Eigen::MatrixXd, Eigen::VectorXd>(common - own * qr.solve(common),
+                                                       residual - own * qr.solve(residual));
+  };
+  for (std::size_t i = 0; i < fold_of_pose.size(); ++i) {
+    if (fold_of_pose[i] == fold_of_pose[pose]) continue;
+    const auto [common, residual] = rows(i);
+    hessian += common.transpose() * common;
+    gradient += common.transpose() * residual;
+  }
+  const Eigen::VectorXd unit = hessian.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::VectorXd step = -(
+      unit.asDiagonal() *
+      (unit.asDiagonal() * hessian * unit.asDiagonal()).ldlt().solve(unit.asDiagonal() * gradient));
+  const auto [common, residual] = rows(pose);
+  return 0.5 * (residual + common * step).squaredNorm();
+}
+
+TEST(HeldOutPoses, AreExplainedWithWhatTheOthersTaught) {
+  const DiagnosisModel& after = two_runs();
+  DiagnosisModel before = plain();
+  const HeldOut held = held_out(before, after);
+  before.noise = after.noise;
+  const DiagnosisSystem system = linearise(after);
+  const Dense dense_before = dense(linearise(before)), dense_after = dense(system);
+  const std::size_t count = system.poses.size();
+  std::vector<Eigen::Index> begin{0};
+  for (const PoseSystem& pose : system.poses) {
+    begin.push_back(begin.back() + pose.residual.size());
+  }
+  // Blocks of time: one run after the other. Regions: along the axis in which the poses lie.
+  Eigen::MatrixXd position(static_cast<Eigen::Index>(count), 3);
+  for (std::size_t i = 0; i < count; ++i) {
+    const PoseSystem& pose = system.poses[i];
+    position.row(static_cast<Eigen::Index>(i)) = after.runs[pose.run].poses[pose.pose].position_m;
+  }
+  const Eigen::MatrixXd centred = position.rowwise() - position.colwise().mean();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(centred.transpose() * centred);
+  const Eigen::VectorXd along = centred * axes.eigenvectors().col(2);
+  ASSERT_EQ(count % 4, 0U);
+  std::vector<int> by_time(count), by_region(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    by_time[i] = static_cast<int>(4 * i / count);
+    const auto before_it = (along.array() < along[static_cast<Eigen::Index>(i)]).count();
+    by_region[i] = static_cast<int>(4 * static_cast<std::size_t>(before_it) / count);
+  }
+  double sum_before = 0.0, sum_after = 0.0, variance = 0.0;
+  for (const std::vector<int>& folds : {by_time, by_region}) {
+    Eigen::VectorXd gain(static_cast<Eigen::Index>(count));
+    for (std::size_t i = 0; i < count; ++i) {
+      const double b = left_out(dense_before, folds, i, begin);
+      const double a = left_out(dense_after, folds, i, begin);
+      sum_before += 0.5 * b, sum_after += 0.5 * a;
+      gain[static_cast<Eigen::Index>(i)] = b - a;
+    }
+    const auto n = static_cast<double>(count);
+    variance += 0.5 * n * (gain.array() - gain.mean()).square().sum() / (n - 1.0);
+  }
+  const auto n = static_cast<double>(count);
+  EXPECT_NEAR(held.before, sum_before / n, 1e-5 * held.before);
+  EXPECT_NEAR(held.after, sum_after / n, 1e-5 * held.after);
+  EXPECT_NEAR(held.gain, sum_before - sum_after, 1e-5 * held.gain);
+  EXPECT_NEAR(held.gain_error, std::sqrt(variance), 1e-5 * held.gain_error);
+}
+
+TEST(HeldOutPoses, ScatterAsTheOthersDoInUnitsOfTheReadings) {
+  const DiagnosisModel& model = two_runs();
+  const HeldOut held = held_out(model, model);
+  for (std::size_t c = 0; c < kRestGroups; ++c) {
+    // The fit bends to the poses it was made on, never to those left out.
+    EXPECT_GT(held.held_out_rms[c], held.train_rms[c]) << c;
+    const double unit = c == 4 ? model.robot.sigma.tension_N : 1.0;
+    EXPECT_NEAR(held.train_rms[c], unit * model.noise[c], 0.5 * unit * model.noise[c]) << c;
+    EXPECT_LT(held.held_out_rms[c], 5.0 * unit * model.noise[c]) << c;  // eight poses a run
+  }
+  for (std::size_t c = kRestGroups; c < kNoiseGroups; ++c) {
+    EXPECT_TRUE(std::isnan(held.train_rms[c]));
+    EXPECT_TRUE(std::isnan(held.held_out_rms[c]));
+  }
+}
+
+}  // namespace
+}  // namespace cdprcal

@@ -1,0 +1,298 @@
+// The linearised system behind the diagnosis, against one dense least-squares problem in which the
+// poses are unknowns like all others: no elimination, no projections.
+#include "cdprcal/diagnosis/model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "../support/numeric_jacobian.hpp"
+#include "dense.hpp"
+#include "run.hpp"
+
+namespace cdprcal {
+namespace {
+
+using test::Dense;
+using test::dense;
+using test::jacobian_matches;
+using test::two_runs;
+
+/// All residuals of a system, pose after pose.
+Eigen::VectorXd residuals(const DiagnosisModel& model, bool with_balance = true) {
+  std::vector<double> out;
+  for (const PoseSystem& pose : linearise(model).poses) {
+    for (Eigen::Index row = 0; row < pose.residual.size(); ++row) {
+      const bool balance = pose.channel[static_cast<std::size_t>(row)] == NoiseGroup::balance;
+      if (with_balance || !balance) out.push_back(pose.residual[row]);
+    }
+  }
+  return Eigen::Map<Eigen::VectorXd>(out.data(), static_cast<Eigen::Index>(out.size()));
+}
+
+TEST(DiagnosisSystem, RowsAreReadingsOfTheirChannelOverItsNoise) {
+  const DiagnosisModel& model = two_runs();
+  const int n = model.robot.cable_count();
+  for (const PoseSystem& pose : linearise(model).poses) {
+    const DiagnosisRun& run = model.runs[pose.run];
+    const Measurement& m = run.measurements[pose.pose];
+    const Robot robot = with_effects(model.robot, model.active(pose.run));
+    const PlatformState state = platform_state(robot, run.poses[pose.pose]);
+    ASSERT_EQ(pose.residual.size(), 2 * n + 9);  // everything is read, at rest
+    for (int i = 0; i < n; ++i) {
+      const double length = state.cable[i].length_m + run.offsets[i] - m.length_m[i];
+      const double swivel = state.cable[i].swivel_rad + run.offsets[n + i] - m.swivel_rad[i];
+      EXPECT_NEAR(pose.residual[i] * pose.scale[i], length, 1e-14);
+      EXPECT_NEAR(pose.residual[n + i] * pose.scale[n + i], swivel, 1e-14);
+    }
+    const Vector3 angles = euler_from_rotation(state.rotation, robot.euler_convention);
+    const double drift = model.effects[1].values[static_cast<Eigen::Index>(pose.run)];
+    const Vector3 yaw(0.0, 0.0, run.offsets[2 * n] + drift * m.run_time_s);
+    const Eigen::Index attitude = 2 * n;
+    EXPECT_LE((pose.residual.segment<3>(attitude).cwiseProduct(pose.scale.segment<3>(attitude)) -
+               (angles + yaw - m.roll_pitch_yaw_rad))
+                  .norm(),
+              1e-13);
+    // The balance is whitened by its covariance: tensions' errors through the structure matrix and
+    // the model's own wrench error.
+    const CableVector tension = m.tension_N - model.effects[0].values;
+    const Vector6 wrench = structure_matrix(state) * tension - gravity_wrench(robot, state);
+    const SensorSigma& s = model.robot.sigma;
+    Matrix6 spread =
+        s.tension_N * s.tension_N * structure_matrix(state) * structure_matrix(state).transpose();
+    spread.diagonal().head<3>().array() += s.wrench_force_N * s.wrench_force_N;
+    spread.diagonal().tail<3>().array() += s.wrench_moment_Nm * s.wrench_moment_Nm;
+    const double level = pose.scale[2 * n + 3];
+    EXPECT_NEAR(pose.residual.tail<6>().squaredNorm() * level * level,
+                wrench.dot(spread.ldlt().solve(wrench)), 1e-9);
+    for (int row = 0; row < 2 * n + 9; ++row) {
+      const auto at = static_cast<std::size_t>(row);
+      const NoiseGroup channel = row < n            ? NoiseGroup::length
+                                 : row < 2 * n      ? NoiseGroup::swivel
+                                 : row < 2 * n + 2  ? NoiseGroup::roll_pitch
+                                 : row == 2 * n + 2 ? NoiseGroup::yaw
+                                                    : NoiseGroup::balance;
+      EXPECT_EQ(pose.channel[at], channel);
+      const int first = row < n ? 0 : row < 2 * n ? n : row < 2 * n + 3 ? 2 * n : 2 * n + 3;
+      EXPECT_EQ(pose.component[at], row - first);
+    }
+  }
+}
+
+TEST(DiagnosisSystem, AMeanOfFewerReadingsIsNoisierByItsRippleAlone) {
+  DiagnosisModel model = two_runs();
+  Measurement& m = model.runs[0].measurements[1];
+  m.samples = static_cast<int>(model.rest_samples) / 4;
+  const auto scale = [&](double floor, double level) {
+    model.floor[0] = floor, model.noise[0] = level;
+    return linearise(model).poses[1].scale[0];
+  };
+  const double more = model.rest_samples / m.samples;  // times the variance of the mean
+  EXPECT_NEAR(scale(2e-4, 2e-4), 2e-4 * std::sqrt(more), 1e-15);
+  EXPECT_NEAR(scale(2e-4, 1e-3), std::sqrt(1e-6 + 4e-8 * (more - 1.0)), 1e-15);
+  EXPECT_NEAR(scale(0.0, 1e-3), 1e-3, 1e-15);
+  // No estimate is below the floor; were it so, all of the noise would be ripple.
+  EXPECT_NEAR(scale(1e-3, 2e-4), 2e-4 * std::sqrt(more), 1e-15);
+}
+
+TEST(DiagnosisSystem, ColumnsAreTheDerivativesOfTheRows) {
+  const DiagnosisModel& model = two_runs();
+  const DiagnosisSystem system = linearise(model);
+  const Dense all = dense(system);
+  const Eigen::Index nuisance = system.layout.nuisance();
+  ASSERT_EQ(nuisance, 2 * 9 + 4 + 2);
+  const auto by_common = test::numeric_tangent_jacobian(
+      [&](const Eigen::VectorXd& step) {
+        DiagnosisModel moved = model;
+        moved.runs[0].offsets += step.head(9);
+        moved.runs[1].offsets += step.segment(9, 9);
+        moved.effects[0].values += step.segment(18, 4);
+        moved.effects[1].values += step.tail(2);
+        return residuals(moved);
+      },
+      nuisance, 1e-2);
+  EXPECT_TRUE(jacobian_matches(all.jacobian.rightCols(nuisance), by_common, 1e-7));
+  // The balance's weights follow the pose, which Gauss-Newton leaves out: readings alone.
+  const auto by_pose = test::numeric_tangent_jacobian(
+      [&](const Eigen::VectorXd& step) {
+        DiagnosisModel moved = model;
+        for (DiagnosisRun& run : moved.runs) {
+          for (Pose& pose : run.poses) pose = plus(pose, Vector6(step));
+        }
+        return residuals(moved, false);
+      },
+      6, 1e-3);
+  Eigen::MatrixXd expected(by_pose.value.rows(), 6);
+  Eigen::Index next = 0;
+  for (const PoseSystem& pose : system.poses) {
+    for (Eigen::Index row = 0; row < pose.residual.size(); ++row) {
+      if (pose.channel[static_cast<std::size_t>(row)] == NoiseGroup::balance) continue;
+      expected.row(next++) = pose.by_pose.row(row);
+    }
+  }
+  EXPECT_TRUE(jacobian_matches(expected, by_pose, 1e-7));
+}
+
+TEST(DiagnosisSystem, CandidatesEnterAsAcceptedEffectsAtZeroDoInTypicalSizes) {
+  DiagnosisModel model = two_runs();
+  model.effects.clear();
+  const Candidates candidates{find_effect("centre_of_mass"), find_effect("yaw_drift")};
+  const DiagnosisSystem offered = linearise(model, candidates);
+  for (const auto& effect : candidates) {
+    const bool by_run = effect->info().scope == EffectScope::run;
+    model.effects.push_back({effect, EffectValues::Zero(effect->size(4) * (by_run ? 2 : 1))});
+  }
+  const DiagnosisSystem accepted = linearise(model);
+  ASSERT_EQ(offered.layout.size(), accepted.layout.size());
+  ASSERT_EQ(offered.layout.candidates, 3 + 2);
+  for (std::size_t i = 0; i < offered.poses.size(); ++i) {
+    Eigen::MatrixXd columns = accepted.poses[i].by_common.rightCols(5);
+    columns.leftCols(3) *= candidates[0]->typical(4).asDiagonal();
+    columns.rightCols(2) *= candidates[1]->typical(4)[0];
+    EXPECT_LE((offered.poses[i].by_common.rightCols(5) - columns).norm(), 1e-12 * columns.norm());
+  }
+}
+
+TEST(DiagnosisSystem, ReducedRowsAreWhatThePoseCannotExplain) {
+  for (const PoseSystem& pose : linearise(two_runs()).poses) {
+    const Eigen::MatrixXd q = pose.projection();
+    ASSERT_EQ(q.cols(), pose.residual.size() - 6);
+    EXPECT_LE((q.transpose() * q - Eigen::MatrixXd::Identity(q.cols(), q.cols())).norm(), 1e-13);
+    EXPECT_LE((q.transpose() * pose.by_pose).norm(), 1e-12 * pose.by_pose.norm());
+    EXPECT_LE((q.transpose() * pose.residual - pose.reduced).norm(), 1e-12);
+    EXPECT_LE((q.transpose() * pose.by_common - pose.reduced_by_common).norm(), 1e-9);
+  }
+}
+
+TEST(DiagnosisSystem, MissingReadingsAndSlackTakeTheirRowsWithThem) {
+  DiagnosisModel model = two_runs();
+  Measurement& m = model.runs[1].measurements[2];
+  m.length_m[1] = kNaN;
+  m.swivel_rad[0] = kNaN;
+  m.roll_pitch_yaw_rad[2] = kNaN;
+  m.tension_N[3] = kNaN;
+  const DiagnosisSystem system = linearise(model);
+  const PoseSystem& pose = system.poses[model.runs[0].poses.size() + 2];
+  ASSERT_EQ(pose.run, 1U);
+  ASSERT_EQ(pose.pose, 2U);
+  EXPECT_EQ(pose.component, (std::vector<int>{0, 2, 3, 1, 2, 3, 0, 1}));
+  ASSERT_EQ(pose.residual.size(), 8);
+  EXPECT_TRUE(pose.residual.allFinite());
+  EXPECT_EQ(pose.by_common.rows(), 8);
+  EXPECT_EQ(pose.projection().cols(), 2);
+}
+
+TEST(DiagnosisSystem, PriorsAreInTypicalSizesTimesWhatTheRobotTaught) {
+  DiagnosisModel model = two_runs();
+  model.effects[0].prior_scale = 2.0;
+  const DiagnosisSystem system = linearise(model);
+  EXPECT_EQ(system.prior_precision.head(18), Eigen::VectorXd::Zero(18));
+  const double bias_N = 2.0 * find_effect("load_cell_bias")->typical(4)[0];
+  const double drift = find_effect("yaw_drift")->typical(4)[0];
+  double prior = 0.0;
+  for (int i = 0; i < 6; ++i) {
+    const double sigma = i < 4 ? bias_N : drift;
+    const double value = i < 4 ? model.effects[0].values[i] : model.effects[1].values[i - 4];
+    EXPECT_NEAR(system.prior_precision[18 + i] * sigma * sigma, 1.0, 1e-12);
+    EXPECT_NEAR(system.prior_residual[18 + i], value / sigma, 1e-12);
+    prior += 0.5 * value * value / (sigma * sigma);
+  }
+  EXPECT_NEAR(penalised_cost(system), 0.5 * dense(system).residual.squaredNorm() + prior, 1e-9);
+}
+
+TEST(DiagnosisSystem, InformationIsTheSchurComplementOfThePoses) {
+  const DiagnosisSystem system = linearise(two_runs());
+  const Dense all = dense(system);
+  const Eigen::MatrixXd expected = all.covariance().bottomRightCorner(24, 24);
+  EXPECT_LE((covariance(system) - expected).norm(), 1e-6 * expected.norm());
+  const Eigen::MatrixXd eye = information(system) * expected;
+  EXPECT_LE((eye - Eigen::MatrixXd::Identity(24, 24)).norm(), 1e-5);
+}
+
+TEST(DiagnosisFit, IsTheMinimumOfThePenalisedCost) {
+  constexpr double kNats = 0.01;  // far below what any decision turns on
+  DiagnosisModel model = two_runs();
+  ASSERT_TRUE(fit(model));  // at the noise that was estimated last
+  const DiagnosisSystem system = linearise(model);
+  const Dense all = dense(system);
+  const Eigen::VectorXd gradient = all.gradient();
+  EXPECT_LT(0.5 * gradient.dot(all.covariance() * gradient), kNats);  // another step's gain
+  const double least = penalised_cost(system);
+  DiagnosisModel moved = model;
+  moved.effects[0].values *= 0.5;
+  moved.effects[1].values *= -1.0;
+  moved.runs[1].offsets.array() += 0.01;
+  EXPECT_GT(penalised_cost(linearise(moved)), least + 100.0);
+  EXPECT_TRUE(fit(moved));
+  EXPECT_NEAR(penalised_cost(linearise(moved)), least, kNats);
+  const Eigen::VectorXd deviation =
+      all.covariance().diagonal().segment(all.poses + 18, 6).cwiseSqrt();
+  for (int i = 0; i < 6; ++i) {
+    const int k = i < 4 ? 0 : 1, j = i < 4 ? i : i - 4;
+    EXPECT_NEAR(moved.effects[k].values[j], model.effects[k].values[j], 0.2 * deviation[i]);
+  }
+}
+
+TEST(DiagnosisFit, SaysWhenItDoesNotSettle) {
+  DiagnosisModel model = two_runs();
+  model.runs[0].offsets.array() += 0.05;
+  EXPECT_FALSE(fit(model, 1));
+  EXPECT_FALSE(fit(model, 0));
+}
+
+TEST(NoiseEstimate, FreedomIsWhatTheLeveragesLeave) {
+  const DiagnosisSystem system = linearise(two_runs());
+  const Dense all = dense(system);
+  const ChannelSums sums = channel_sums(system);
+  const NoiseLevels freedom = all.freedom();
+  double total = 0.0;
+  for (std::size_t c = 0; c < kNoiseGroups; ++c) {
+    EXPECT_NEAR(sums.freedom[c], freedom[c], 1e-6);
+    total += sums.freedom[c];
+  }
+  // All rows, less six a pose, less the common unknowns but for what their priors hold.
+  const auto poses = static_cast<double>(system.poses.size());
+  EXPECT_LE(total, poses * (17 - 6) - 24 + 6);
+  EXPECT_GE(total, poses * (17 - 6) - 24 - 1e-9);
+  const NoiseLevels squares = all.squares_off_poses();
+  for (std::size_t c = 0; c < kNoiseGroups; ++c) EXPECT_NEAR(sums.squares[c], squares[c], 1e-9);
+}
+
+TEST(NoiseEstimate, IsTheRootMeanSquareOverTheFreedomAndNotBelowTheFloor) {
+  DiagnosisModel model = two_runs();
+  for (std::size_t c = 0; c < kRestGroups; ++c) model.noise[c] *= 1.5;
+  model.floor[1] = 10.0 * model.noise[1];
+  const NoiseLevels before = model.noise;
+  const Dense all = dense(linearise(model));
+  const NoiseLevels freedom = all.freedom(), squares = all.squares_off_poses();
+  const double change = estimate_noise(model);
+  double largest = 0.0;
+  for (std::size_t c = 0; c < kRestGroups; ++c) {
+    const double expected =
+        c == 1 ? model.floor[1]
+               : std::max(model.floor[c], before[c] * std::sqrt(squares[c] / freedom[c]));
+    EXPECT_NEAR(model.noise[c], expected, 1e-6 * expected) << c;
+    largest = std::max(largest, std::abs(std::log(expected / before[c])));
+  }
+  EXPECT_NEAR(change, largest, 1e-6);
+  EXPECT_NEAR(change, std::log(10.0), 1e-6);
+  for (std::size_t c = kRestGroups; c < kNoiseGroups; ++c) {
+    EXPECT_EQ(model.noise[c], before[c]);  // nothing was read in motion
+  }
+}
+
+TEST(NoiseEstimate, IsTheNoiseThatWasAdded) {
+  // A mean over a dwell of 40 samples of 0.2 sigma each; irma4's own sigma is for the mean.
+  const DiagnosisModel& model = two_runs();
+  const SensorSigma& s = model.robot.sigma;
+  const double mean = 0.2 / std::sqrt(model.rest_samples);
+  EXPECT_NEAR(model.noise[0], mean * s.length_m, 0.4 * mean * s.length_m);
+  EXPECT_NEAR(model.noise[1], mean * s.swivel_rad, 0.4 * mean * s.swivel_rad);
+  EXPECT_NEAR(model.noise[2], mean * s.attitude_rad, 0.4 * mean * s.attitude_rad);
+  EXPECT_NEAR(model.noise[3], mean * s.attitude_rad, 0.4 * mean * s.attitude_rad);
+  EXPECT_NEAR(model.noise[4], mean, 0.4 * mean);  // in units of the balance's own covariance
+}
+
+}  // namespace
+}  // namespace cdprcal
