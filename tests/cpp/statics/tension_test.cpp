@@ -118,6 +118,18 @@ TEST(LeftInverse, SingularRowsAreInvalidNotPlausible) {
   EXPECT_THROW(tensions_left_inverse(robot, state, left_inverse_rows(3)), InputError);
 }
 
+TEST(LeftInverse, MoreCablesThanRowsOfAWrenchHaveNone) {
+  test::Rng rng(54);
+  std::vector<WrenchRow> rows = left_inverse_rows(6);
+  for (const int n : {7, 8}) {
+    rows.push_back(WrenchRow::force_z);  // as many as cables, one more than once
+    const Robot robot = test::random_robot(rng, n);
+    const PlatformState state = platform_state(robot, test::random_pose(rng, robot));
+    ASSERT_TRUE(state.valid);
+    EXPECT_FALSE(tensions_left_inverse(robot, state, rows).valid);
+  }
+}
+
 TEST(LeastSquares, TensionsMinimiseTheScaledWrench) {
   for (const auto& [robot, pose, label] : derivative_cases(6)) {
     SCOPED_TRACE(label);
@@ -197,6 +209,19 @@ TEST(Tension, NoCableTangentNoTensionsAndNoStiffness) {
   const Eigen::MatrixXd free = free_motion_stiffness(robot, state, tension);
   EXPECT_EQ(free.rows(), 2);
   EXPECT_TRUE(free.array().isNaN().all());
+}
+
+TEST(Tension, NowhereIsNoPlaceForAnyNumberOfCables) {
+  test::Rng rng(55);
+  const Pose nowhere{Vector3::Constant(kNaN), Eigen::Quaterniond::Identity()};
+  for (int n = 1; n <= 8; ++n) {
+    const PlatformState state = platform_state(test::random_robot(rng, n), nowhere);
+    ASSERT_FALSE(state.valid);
+    const Eigen::MatrixXd basis = free_motion_basis(state);
+    EXPECT_EQ(basis.rows(), 6);
+    EXPECT_EQ(basis.cols(), n < 6 ? 6 - n : 0);
+    EXPECT_TRUE(basis.array().isNaN().all());
+  }
 }
 
 TEST(CharacteristicLength, IsTheRmsAnchorDistanceFromTheCentreOfMass) {
