@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import signal
@@ -422,7 +423,6 @@ def test_killed_at_any_moment_a_log_loses_at_most_a_second(
     whole = tmp_path / "whole.csv"
     run_with(robot, plan, whole, lambda sample: None)
     complete = load_log(whole).log
-    judged = 0
     for kill in range(KILLS):
         path = tmp_path / f"killed{kill}.{'csv' if kill % 2 else 'mcap'}"
         told, tell = os.pipe()
@@ -431,14 +431,13 @@ def test_killed_at_any_moment_a_log_loses_at_most_a_second(
             os.close(told)
             run_and_tell(robot, plan, path, tell)
         os.close(tell)
-        time.sleep(float(random.uniform(0.05, 0.6)))
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
         with os.fdopen(told) as pipe:
-            lines = pipe.read().split()
-        if len(lines) < 12:
-            continue  # it had hardly begun
-        judged += 1
+            # By rows, not by time: a busy machine takes long to begin.
+            lines = list(itertools.islice(pipe, int(random.integers(12, len(complete)))))
+            time.sleep(float(random.uniform(0.0, 0.004)))
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+            lines += pipe.readlines()
         file = load_log(path)
         lost_s = 0.1 * int(lines[-1]) - file.log.time_s[-1]
         assert lost_s < 1.0, f"kill {kill}: {lost_s:.1f} s lost"
@@ -448,4 +447,3 @@ def test_killed_at_any_moment_a_log_loses_at_most_a_second(
         inputs = read_inputs(path)
         assert inputs is not None
         assert inputs.plan_csv == cdprcal.format_plan(plan)
-    assert judged > 0.6 * KILLS

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 
 import cdprcal
+from cdprcal.planning.table import print_plan
 from conftest import Ran
 from robots import altered, angle_between, polygon_robot
 from test_cli_bad_input import assert_refused
@@ -150,6 +152,39 @@ def test_for_people(cli: Cli, tmp_path: Path) -> None:
         assert words in ran.stderr
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert picture.stat().st_size > 20_000
+
+
+def test_what_a_plan_is_not_is_said_to_people(cli: Cli, capfd: pytest.CaptureFixture[str]) -> None:
+    document = json.loads(cli("plan", "irma4", "--optimal", 5, "--json").stdout)
+    unseen = {"position_m": [0.001, None, 0.001], "rotation_rad": [0.01] * 3}
+    grid = {"position_m": [0.003, 0.004, 0.0], "rotation_rad": [0.001] * 3}
+    rows = [{"poses": n, "standard_deviation": unseen if n < 3 else grid} for n in range(1, 41)]
+    comparison = document["comparison"] | {
+        "poses_needed": None,
+        "optimal": rows,
+        "grid_standard_deviation": grid,
+        "grid_poses": 27,
+    }
+    stop = document["poses"][0] | {"measured": False}
+    changes = {
+        "comparison": comparison,
+        "predicted_standard_deviation": unseen,
+        "poses": [stop] * 100,
+        "order_is_optimal": False,
+        "approach": None,
+    }
+    assert changes.keys() <= document.keys()
+    capfd.readouterr()
+    print_plan(document | changes)
+    said = capfd.readouterr().err
+    assert "the grid's 27 poses are more accurate than the 40 chosen; ask for more" in said
+    assert re.search(r"^ *1 +chosen +– +–", said, flags=re.M)
+    assert re.search(r"^ *40 +chosen +5\.00 ", said, flags=re.M)
+    assert not re.search(r"^ *20 +chosen", said, flags=re.M)  # of many rows a few
+    assert "would not be observable from these poses: add poses" in said
+    assert "order: short; whether it is the shortest was not proved" in said
+    assert re.search(r"and \d+ more, see --json", said)
+    assert "on the way" in said
 
 
 # Effects that the robot file lists.
