@@ -20,16 +20,20 @@ from conftest import TABLE_II_TENSIONS_N, Ran, changed
 ABSOLUTE = ("absolute_yaw_rad", "direct_length_m", "position_m")
 
 
-def run_of(robot: cdprcal.Robot, seed: int = 6) -> cdprcal.SyntheticLog:
+def run_of(robot: cdprcal.Robot, seed: int = 6, noise: float = 0.2) -> cdprcal.SyntheticLog:
     options = cdprcal.SyntheticLogOptions(
         dwell_s=3.0,
         move_s=3.0,
-        noise=cdprcal.reading_noise(robot.sigma, 0.2, absolute=True),
+        noise=cdprcal.reading_noise(robot.sigma, noise, absolute=True),
         wrench_force_N=robot.sigma.wrench_force_N,
         wrench_moment_Nm=cdprcal.characteristic_length_m(robot) * robot.sigma.wrench_force_N,
         seed=seed,
     )
-    return cdprcal.synthetic_log(robot, [np.array(t) for t in TABLE_II_TENSIONS_N[:5]], options)
+    if robot.cable_count == 4:
+        set_points = [np.array(tension_N) for tension_N in TABLE_II_TENSIONS_N[:5]]
+    else:
+        set_points = cdprcal.default_setpoints(robot, 2, 2, 2)
+    return cdprcal.synthetic_log(robot, set_points, options)
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +76,47 @@ def test_any_subset_works_or_says_why(robot: cdprcal.Robot, made: cdprcal.Synthe
         assert frozenset(group) in converged, group
     for group in ({"attitude"}, {"absolute-yaw"}, {"position"}, {"direct-lengths"}, {"lengths"}):
         assert frozenset(group) not in converged, group
+
+
+@pytest.mark.parametrize("noise", [0.2, 1.0])
+@pytest.mark.parametrize("name", ["irma4", "ring3", "ring5"])
+def test_no_subset_of_any_robot_is_silently_wrong(name: str, noise: float) -> None:
+    """Few sensors leave several minima; a pose is claimed only where no other fits as well."""
+    robot = cdprcal.load_robot(name)
+    made = run_of(robot, seed=3, noise=noise)
+    converged = 0
+    for size in range(1, len(SENSORS) + 1):
+        for chosen in itertools.combinations(SENSORS, size):
+            log = with_sensors(made.log, {SENSORS[sensor] for sensor in chosen})
+            try:
+                result = cdprcal.calibrate(robot, log).result
+            except InputError:
+                continue
+            if result.status != CalibrationStatus.converged:
+                assert result.covariance is None or result.reason
+                continue
+            converged += 1
+            assert result.covariance is not None
+            error = cdprcal.minus(result.poses[0], made.poses[0])
+            assert error @ np.linalg.solve(result.covariance, error) < 36.0, chosen
+    assert converged > 70
+
+
+def test_diagnosis_accuses_nobody_where_few_sensors_say_little() -> None:
+    for name in ("irma4", "ring3", "ring5"):
+        robot = cdprcal.load_robot(name)
+        made = run_of(robot, seed=4)
+        for size in (2, 3, 4):
+            for chosen in itertools.combinations(
+                ("lengths", "swivels", "tensions", "attitude"), size
+            ):
+                log = with_sensors(made.log, {SENSORS[sensor] for sensor in chosen})
+                try:
+                    found = cdprcal.diagnose(robot, [log])
+                except InputError:
+                    continue
+                assert not found.faults, (name, chosen)
+                assert not found.effects, (name, chosen)
 
 
 def test_a_sensor_more_is_never_worse(robot: cdprcal.Robot, made: cdprcal.SyntheticLog) -> None:

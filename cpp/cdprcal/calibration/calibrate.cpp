@@ -1,10 +1,12 @@
 #include "cdprcal/calibration/calibrate.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cstdio>
 
 #include "cdprcal/acquisition/still.hpp"
 #include "cdprcal/calibration/multi_start.hpp"
+#include "cdprcal/calibration/presence.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
 
@@ -213,6 +215,66 @@ void refine_in_place(const CalibrateOptions& options, Calibration& out) {
   out.gated.insert(out.gated.end(), refined.gated.begin(), refined.gated.end());
 }
 
+/// Whether a fit may stand at a wrong minimum: poses misfit a geometric reading by more than it
+/// scatters, which a wrong model does as well; or nothing says how much it may.
+bool looks_wrong(const Calibration& calibration) {
+  if (!calibration.problem.noise) return true;
+  const NoiseModel& noise = *calibration.problem.noise;
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    const auto channel = static_cast<Channel>(c);
+    if (channel == Channel::balance || !is_read(calibration.problem, channel)) continue;
+    if (noise[channel].pose > noise[channel].sample) return true;
+  }
+  return false;
+}
+
+/// Few readings leave several minima, and a specified noise beyond the true one accepts all: the
+/// lowest of all starts takes the place of the first, also where it is not to be trusted; and no
+/// pose is claimed where another fits about as well. `prepared`: as it was before the fit.
+void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared,
+                    const CalibrationResult& first, Calibration& out) {
+  constexpr double kDecisive = 7.0;  // difference of costs: a likelihood ratio of a thousand
+  std::vector<CalibrationResult> minima =
+      minima_from_starts(prepared.problem, options.most_starts, options.solve);
+  if (minima.empty()) return;
+  out.result.solve_time_s += minima.front().solve_time_s;
+  const bool elsewhere = !same_minimum(first, minima.front()) && minima.front().cost < first.cost;
+  const CalibrationResult& origin = elsewhere ? minima.front() : first;  // with the noise specified
+  if (elsewhere) {
+    const double solve_time_s = out.result.solve_time_s;
+    out = prepared;
+    out.result = origin;
+    out.result.solve_time_s = solve_time_s;
+    refine_in_place(options, out);
+  }
+  if (out.result.status != CalibrationStatus::converged || !origin.covariance) return;
+  for (const CalibrationResult& other : minima) {
+    if (other.cost - origin.cost > kDecisive) break;
+    // Beyond what the fit calls possible, and found to be a minimum, too.
+    const Vector6 apart = minus(other.poses.front(), origin.poses.front());
+    if (apart.dot(origin.covariance->ldlt().solve(apart)) < 36.0 ||
+        other.status == CalibrationStatus::not_converged) {
+      continue;
+    }
+    char text[240];
+    std::snprintf(
+        text, sizeof text,
+        "another initial pose fits the readings about as well, %.3g mm and %.3g deg away; "
+        "measure at more varied poses, or with more sensors",
+        1e3 * apart.head<3>().norm(), apart.tail<3>().norm() / kDegree);
+    out.result.status = CalibrationStatus::unobservable;
+    out.result.reason = text;
+    out.result.covariance.reset();
+    out.result.standard_deviation.setConstant(kNaN);
+    return;
+  }
+}
+
+/// Whether any rest says how tensions balance, which tells minima far apart from each other.
+bool is_balanced(const CalibrationProblem& problem) {
+  return problem.statics != StaticsModel::none && is_read(problem, Channel::balance);
+}
+
 }  // namespace
 
 NoiseSource noise_source(const CalibrateOptions& options) {
@@ -269,8 +331,16 @@ Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions
   }
   const std::optional<Pose> initial =
       options.guess.empty() ? std::nullopt : std::optional<Pose>(options.guess.front());
+  const Calibration prepared = out;
   out.result = solve_from_starts(problem, initial, options.most_starts, options.solve);
+  const CalibrationResult first = out.result;
   refine_in_place(options, out);
+  const bool doubtful = !is_balanced(problem) ||
+                        (noise_source(options) == NoiseSource::from_data && looks_wrong(out));
+  if (!initial && options.most_starts > 1 && options.formulation == Formulation::full &&
+      first.status == CalibrationStatus::converged && doubtful) {
+    look_elsewhere(options, prepared, first, out);
+  }
   return out;
 }
 

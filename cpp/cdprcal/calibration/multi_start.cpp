@@ -17,7 +17,36 @@ bool better(const CalibrationResult& a, const CalibrationResult& b) {
   return a.cost < b.cost;
 }
 
-/// Whether two starts ended in one place.
+struct Start {
+  Pose reference;
+  RestGuess rests = RestGuess::estimated;
+  bool elsewhere = true;  ///< another ζ0 than the one before
+};
+
+std::vector<Start> starts_of(const CalibrationProblem& problem, int most_starts) {
+  std::vector<Start> starts;
+  for (const Pose& pose :
+       reference_guesses(problem.robot, problem.measurements.front(), problem.effects)) {
+    starts.push_back({pose});
+  }
+  if (problem.statics != StaticsModel::none) {
+    starts.front().elsewhere = false;
+    starts.insert(starts.begin(), {starts.front().reference, RestGuess::ideal});
+  }
+  starts.resize(std::min(starts.size(), static_cast<std::size_t>(std::max(1, most_starts))));
+  return starts;
+}
+
+CalibrationResult solve_from(const CalibrationProblem& problem, const Start& start,
+                             const SolveOptions& options) {
+  return solve(problem,
+               measurement_guesses(problem.robot, problem.measurements, start.reference,
+                                   problem.effects, start.rests),
+               options);
+}
+
+}  // namespace
+
 bool same_minimum(const CalibrationResult& a, const CalibrationResult& b) {
   if (a.poses.empty() || b.poses.empty()) return false;
   constexpr double kNear = 1e-3;  // m, rad: far below the distance between minima
@@ -25,41 +54,16 @@ bool same_minimum(const CalibrationResult& a, const CalibrationResult& b) {
          minus(a.poses.front(), b.poses.front()).norm() < kNear;
 }
 
-}  // namespace
-
 CalibrationResult solve_from_starts(const CalibrationProblem& problem,
                                     const std::optional<Pose>& initial, int most_starts,
                                     const SolveOptions& options) {
-  const Robot& robot = problem.robot;
+  const std::vector<Start> starts =
+      initial ? std::vector<Start>{{*initial}} : starts_of(problem, most_starts);
   CalibrationResult best;
-  struct Start {
-    Pose reference;
-    RestGuess rests = RestGuess::estimated;
-    bool elsewhere = true;  ///< another ζ0 than the one before
-  };
-  std::vector<Start> starts;
-  if (!initial) {
-    for (const Pose& pose :
-         reference_guesses(robot, problem.measurements.front(), problem.effects)) {
-      starts.push_back({pose});
-    }
-    if (problem.statics != StaticsModel::none) {
-      starts.front().elsewhere = false;
-      starts.insert(starts.begin(), {starts.front().reference, RestGuess::ideal});
-    }
-  } else {
-    starts.push_back({*initial});
-  }
   double solve_time_s = 0.0;
   bool first = true;
-  int tried = 0;
   for (const Start& start : starts) {
-    if (tried++ >= std::max(1, most_starts)) break;
-    CalibrationResult result =
-        solve(problem,
-              measurement_guesses(robot, problem.measurements, start.reference, problem.effects,
-                                  start.rests),
-              options);
+    CalibrationResult result = solve_from(problem, start, options);
     solve_time_s += result.solve_time_s;
     const bool again = !first && start.elsewhere && same_minimum(result, best);
     if (first || better(result, best)) best = std::move(result);
@@ -71,6 +75,24 @@ CalibrationResult solve_from_starts(const CalibrationProblem& problem,
   }
   best.solve_time_s = solve_time_s;
   return best;
+}
+
+std::vector<CalibrationResult> minima_from_starts(const CalibrationProblem& problem,
+                                                  int most_starts, const SolveOptions& options) {
+  std::vector<CalibrationResult> out;
+  double solve_time_s = 0.0;
+  for (const Start& start : starts_of(problem, most_starts)) {
+    CalibrationResult result = solve_from(problem, start, options);
+    solve_time_s += result.solve_time_s;
+    const auto known = [&](const CalibrationResult& other) { return same_minimum(result, other); };
+    if (!std::isfinite(result.cost) || std::any_of(out.begin(), out.end(), known)) continue;
+    out.push_back(std::move(result));
+  }
+  std::stable_sort(
+      out.begin(), out.end(),
+      [](const CalibrationResult& a, const CalibrationResult& b) { return a.cost < b.cost; });
+  if (!out.empty()) out.front().solve_time_s = solve_time_s;
+  return out;
 }
 
 }  // namespace cdprcal

@@ -17,4 +17,11 @@ CalibrationResult solve_from_starts(const CalibrationProblem& problem,
                                     const std::optional<Pose>& initial, int most_starts,
                                     const SolveOptions& options);
 
+/// What `most_starts` of these starts end in, trusted or not: one of each place, the lowest cost
+/// first. solve_time_s of the first is that of all.
+std::vector<CalibrationResult> minima_from_starts(const CalibrationProblem& problem,
+                                                  int most_starts, const SolveOptions& options);
+/// Whether two fits ended in one place.
+bool same_minimum(const CalibrationResult& a, const CalibrationResult& b);
+
 }  // namespace cdprcal

@@ -41,7 +41,7 @@ struct SolveOptions {
   /// Standard deviations of tensions and wrenches are multiplied by these in turn: statics are
   /// steep (kN a radian), so they start weak and tighten. The last must be 1.
   std::vector<double> graduation{100.0, 10.0, 1.0};
-  int max_iterations = 200;           ///< of each stage
+  int max_iterations = 1000;          ///< of each stage
   double function_tolerance = 1e-12;  ///< relative change of the cost
   double parameter_tolerance = 1e-12;
   double gradient_tolerance = 1e-12;

@@ -1,6 +1,7 @@
 #include "cdprcal/diagnosis/discrete.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <optional>
 
@@ -96,14 +97,32 @@ CalibrateOptions options_for(const Log& log) {
   return options;
 }
 
-double cost_of(const Robot& robot, const Log& log, const std::vector<double>& at_s, int most_starts,
-               bool& agrees) {
+/// What a calibration says of a map of the readings.
+struct Trial {
+  double cost = std::numeric_limits<double>::infinity();
+  bool agrees = false;      ///< a pose is found, and the residuals are within their sigma
+  bool says_enough = true;  ///< not when the pose is left open: whatever fits then proves nothing
+  bool surprises = true;    ///< residuals that chance would not make
+};
+
+Trial try_map(const Robot& robot, const Log& log, const std::vector<double>& at_s,
+              int most_starts) {
+  constexpr double kChance = 1e-3;
   CalibrateOptions options = options_for(log);
   options.most_starts = most_starts;
   options.at_s = at_s;
-  const Calibration c = calibrate(robot, log, options);
-  agrees = c.result.status == CalibrationStatus::converged;
-  return std::isfinite(c.result.cost) ? c.result.cost : std::numeric_limits<double>::infinity();
+  const CalibrationResult result = calibrate(robot, log, options).result;
+  Trial out;
+  if (std::isfinite(result.cost)) out.cost = result.cost;
+  out.agrees = result.status == CalibrationStatus::converged;
+  out.says_enough = result.status != CalibrationStatus::unobservable;
+  out.surprises = !(result.chi_square_p_value >= kChance);
+  return out;
+}
+
+/// Readings are in one unit: a second fault of the kind would only shrink them further.
+bool is_unit(const DiscreteFault& fault) {
+  return fault.name == "length_unit" || fault.name == "angle_unit";
 }
 
 /// A log of a few rows, each the mean over a rest, spread over the run, and their times. Nothing
@@ -157,29 +176,30 @@ void set_right(const DiscreteFault& fault, Robot& robot, Log& log) {
 
 DiscreteSearch find_discrete_faults(Robot& robot, Log& log) {
   DiscreteSearch search;
-  bool agrees = false;
-  search.cost_before = search.cost_after = cost_of(robot, log, {}, kAllStarts, agrees);
-  if (agrees) return search;
+  const Trial as_given = try_map(robot, log, {}, kAllStarts);
+  search.cost_before = search.cost_after = as_given.cost;
+  if (as_given.agrees || !as_given.surprises) return search;
   // Some hundred trials: a few of the rests tell a wrong map as well as all of them do.
   std::vector<double> at_s;
   std::optional<Log> brief = few_rests(robot, log, at_s);
   Log& tried = brief ? *brief : log;
-  double cost = cost_of(robot, tried, at_s, kAllStarts, agrees);
+  double cost = try_map(robot, tried, at_s, kAllStarts).cost;
   while (static_cast<int>(search.faults.size()) < kMostFaults) {
     std::optional<DiscreteFault> best;
     double best_cost = cost;
     bool best_agrees = false;
     for (const DiscreteFault& fault : all_faults(robot, log)) {
+      const auto same = [&](const DiscreteFault& known) { return known.name == fault.name; };
+      if (is_unit(fault) && std::any_of(search.faults.begin(), search.faults.end(), same)) continue;
       Robot trial_robot = robot;
       Log trial_log = tried;
       set_right(fault, trial_robot, trial_log);
-      bool trial_agrees = false;
       // The right one comes down from the first start in a few steps.
-      const double trial_cost = cost_of(trial_robot, trial_log, at_s, 1, trial_agrees);
-      if (trial_cost < best_cost) {
+      const Trial trial = try_map(trial_robot, trial_log, at_s, 1);
+      if (trial.says_enough && trial.cost < best_cost) {
         best = fault;
-        best_cost = trial_cost;
-        best_agrees = trial_agrees;
+        best_cost = trial.cost;
+        best_agrees = trial.agrees;
       }
     }
     // The last of several faults must make the log agree; one on the way must help a great deal.
@@ -193,7 +213,7 @@ DiscreteSearch find_discrete_faults(Robot& robot, Log& log) {
     cost = best_cost;
     if (best_agrees) break;
   }
-  if (!search.faults.empty()) search.cost_after = cost_of(robot, log, {}, 1, agrees);
+  if (!search.faults.empty()) search.cost_after = try_map(robot, log, {}, 1).cost;
   return search;
 }
 
