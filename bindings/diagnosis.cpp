@@ -205,7 +205,7 @@ bool go_on(const Progress& progress, const std::string& step) {
 }
 
 Diagnosis diagnose_logs(const Robot& robot, const std::vector<Log>& logs,
-                        std::optional<DiagnoseOptions> options, const Progress& progress) {
+                        const std::optional<DiagnoseOptions>& options, const Progress& progress) {
   DiagnoseOptions used = options.value_or(DiagnoseOptions{});
   used.progress = [&progress](const std::string& step) { return go_on(progress, step); };
   const py::gil_scoped_release release;

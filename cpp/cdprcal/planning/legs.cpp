@@ -1,10 +1,7 @@
 #include "cdprcal/planning/legs.hpp"
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <limits>
-#include <thread>
 
 #include "cdprcal/planning/pose_grid.hpp"
 
@@ -14,36 +11,6 @@ namespace {
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 const char* const kTooTight =
     "the path runs so close to the workspace's edge that no duration keeps the platform inside";
-
-/// Calls work(i) for i in [0, count) on several threads, the progress on this one.
-/// Returns false when the progress did.
-template <class Work>
-bool in_parallel(std::size_t count, int threads, const ShareDone& progress, const Work& work) {
-  std::atomic<std::size_t> next{0}, finished{0};
-  std::atomic<bool> stop{false};
-  const auto run = [&] {
-    for (std::size_t i = next++; i < count && !stop; i = next++) {
-      work(i);
-      ++finished;
-    }
-  };
-  const unsigned cores = threads > 0 ? static_cast<unsigned>(threads)
-                                     : std::max(1U, std::thread::hardware_concurrency());
-  {
-    std::vector<std::jthread> pool;  // joined at the end of the block, whatever `progress` throws
-    for (unsigned t = 0; t < cores; ++t) pool.emplace_back(run);
-    try {
-      while (progress && !stop && finished < count) {
-        if (!progress(static_cast<double>(finished) / static_cast<double>(count))) stop = true;
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
-      }
-    } catch (...) {
-      stop = true;
-      throw;
-    }
-  }
-  return !stop;
-}
 
 }  // namespace
 
@@ -105,12 +72,13 @@ void LegTable::fill(std::size_t first, const ShareDone& progress) {
       obstacle_(i, j) = kTooTight;
     }
   };
-  const bool finished = in_parallel(pairs.size(), threads_, progress, [&](std::size_t p) {
-    const auto [i, j] = pairs[p];
-    const Path path = checker_.follow(places_[i], places_[j]);
-    record(i, j, path);
-    record(j, i, reversed(path));
-  });
+  const bool finished =
+      parallel_for(pairs.size(), {.threads = threads_, .progress = progress}, [&](std::size_t p) {
+        const auto [i, j] = pairs[p];
+        const Path path = checker_.follow(places_[i], places_[j]);
+        record(i, j, path);
+        record(j, i, reversed(path));
+      });
   if (!finished) {
     stopped_ = true;
     return;

@@ -2,10 +2,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
 #include <string>
 #include <vector>
 
+#include "cdprcal/parallel.hpp"
 #include "cdprcal/planning/timing.hpp"
 
 namespace cdprcal {
@@ -15,9 +15,6 @@ struct Leg {
   int to = 0;  ///< place
   Timing timing;
 };
-
-/// Called from the calling thread with the share that is done; false stops.
-using ShareDone = std::function<bool(double)>;
 
 /// All ways between places. A way that is not clear is replaced by the shortest one through other
 /// places, stopping at each until the platform has settled. When some place cannot be reached at

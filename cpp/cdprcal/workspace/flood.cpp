@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <thread>
+
+#include "cdprcal/parallel.hpp"
 
 namespace cdprcal {
 namespace {
@@ -11,23 +12,8 @@ constexpr std::array<std::array<int, 3>, 6> kNeighbours{
     {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 /// Times a point may be tried again, each from another neighbour, when no equilibrium was reached.
 constexpr int kAttempts = 3;
-/// A thread is worth starting for this many points.
-constexpr std::size_t kPointsPerThread = 64;
-constexpr std::size_t kBatch = 1 << 15;  ///< points between two calls of `progress`
-
-/// Runs body(k) for k in [0, count), in contiguous parts. Bodies write only to their own element.
-template <typename Body>
-void parallel_for(std::size_t count, int threads, const Body& body) {
-  const std::size_t parts =
-      std::clamp<std::size_t>(count / kPointsPerThread, 1, static_cast<std::size_t>(threads));
-  const auto run = [&](std::size_t part) {
-    for (std::size_t k = count * part / parts; k < count * (part + 1) / parts; ++k) body(k);
-  };
-  std::vector<std::thread> workers;
-  for (std::size_t part = 1; part < parts; ++part) workers.emplace_back(run, part);
-  run(0);
-  for (std::thread& worker : workers) worker.join();
-}
+constexpr std::size_t kPointsAtOnce = 64;  ///< that a thread takes
+constexpr std::size_t kBatch = 1 << 15;    ///< points between two calls of `progress`
 
 PointStatus point_status(EquilibriumStatus status) {
   switch (status) {
@@ -51,11 +37,7 @@ struct Candidate {
 class Flood {
  public:
   Flood(const InverseSolver& solver, const WorkspaceOptions& options, Workspace& workspace)
-      : solver_(solver), options_(options), w_(workspace) {
-    threads_ = options.threads > 0
-                   ? options.threads
-                   : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  }
+      : solver_(solver), options_(options), w_(workspace) {}
 
   /// Level by level, so that what a point starts from never depends on timing.
   bool run(const std::vector<std::int64_t>& seeds) {
@@ -95,7 +77,7 @@ class Flood {
       return w_.position_m(edge.row) + fraction * w_.grid.step_m * Vector3(d[0], d[1], d[2]);
     };
     for (std::size_t begin = 0; begin < edges.size(); begin += kBatch) {
-      parallel_for(std::min(kBatch, edges.size() - begin), threads_, [&](std::size_t k) {
+      for_all(std::min(kBatch, edges.size() - begin), [&](std::size_t k) {
         const Edge& edge = edges[begin + k];
         Eigen::Quaterniond rotation = w_.rotation[edge.row];
         const auto inside = [&](double fraction) {
@@ -127,6 +109,12 @@ class Flood {
   }
 
  private:
+  /// Calls body(k) for k in [0, count); bodies write only to their own element.
+  template <typename Body>
+  void for_all(std::size_t count, const Body& body) const {
+    parallel_for(count, {.threads = options_.threads, .grain = kPointsAtOnce}, body);
+  }
+
   static std::array<int, 3> neighbour(const std::array<int, 3>& ijk, int k) {
     return {ijk[0] + kNeighbours[k][0], ijk[1] + kNeighbours[k][1], ijk[2] + kNeighbours[k][2]};
   }
@@ -140,7 +128,7 @@ class Flood {
 
   void test(const std::vector<Candidate>& level, std::size_t begin, std::size_t end) {
     results_.resize(end - begin);
-    parallel_for(end - begin, threads_, [&](std::size_t k) {
+    for_all(end - begin, [&](std::size_t k) {
       const Candidate& candidate = level[begin + k];
       const Vector3 position = w_.grid.position_m(w_.grid.coordinates(candidate.point));
       if (candidate.from < 0) {
@@ -199,7 +187,6 @@ class Flood {
   const InverseSolver& solver_;
   const WorkspaceOptions& options_;
   Workspace& w_;
-  int threads_ = 1;
   std::vector<std::uint8_t> attempts_;
   std::vector<InverseSolver::Point> results_;
 };

@@ -31,15 +31,12 @@ class Recorder {
     }
     log.roll_pitch_yaw_rad.resize(rows, 3);
     const CableVector none = CableVector::Constant(n_, kNaN);
-    const auto whole = [&](const CableVector& v) -> const CableVector& {
-      return v.size() == n_ ? v : none;
-    };
     for (Eigen::Index row = 0; row < rows; ++row) {
       const RobotSample& s = samples_[static_cast<std::size_t>(row)];
       log.time_s[row] = s.time_s;
-      log.length_m.row(row) = whole(s.length_m);
-      log.swivel_rad.row(row) = whole(s.swivel_rad);
-      log.tension_N.row(row) = whole(s.tension_N);
+      log.length_m.row(row) = s.length_m.size() == n_ ? s.length_m : none;
+      log.swivel_rad.row(row) = s.swivel_rad.size() == n_ ? s.swivel_rad : none;
+      log.tension_N.row(row) = s.tension_N.size() == n_ ? s.tension_N : none;
       log.tension_setpoint_N.row(row) = setpoints_[static_cast<std::size_t>(row)];
       log.roll_pitch_yaw_rad.row(row) = s.roll_pitch_yaw_rad;
     }
