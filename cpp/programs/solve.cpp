@@ -3,7 +3,7 @@
 // Exit codes as in the Python command: 0 done, 1 the solution cannot be trusted, 2 wrong use.
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <iostream>
+#include <exception>
 #include <nlohmann/json.hpp>
 
 #include "cdprcal/diagnosis/allow_for_effects.hpp"
@@ -114,9 +114,7 @@ void print_table(const Robot& robot, const Calibration& calibration) {
   }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int solve(int argc, char** argv) {
   CLI::App app{
       "Initial pose of a cable robot from the log of its own sensors.\n"
       "Example: cdprcal-solve irma4 log.csv --json",
@@ -140,24 +138,33 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
+  const Robot robot = load_robot(robot_name);
+  const Log log = read_log(log_path);
+  CalibrateOptions options;
+  options.method = parse_method(method);
+  options.formulation = parse_formulation(formulation);
+  if (!noise.empty()) options.noise = parse_noise_source(noise);
+  options.at_s = std::move(at_s);
+  options.segment = segment;
+  const Calibration calibration = calibrate_allowing_for_effects(robot, log, options);
+  if (json) {
+    std::printf("%s\n", to_json(robot, calibration).dump(2).c_str());
+  } else {
+    print_table(robot, calibration);
+  }
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    throw InputError("standard output: cannot be written to; the result is lost");
+  }
+  return calibration.result.status == CalibrationStatus::converged ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
   try {
-    const Robot robot = load_robot(robot_name);
-    const Log log = read_log(log_path);
-    CalibrateOptions options;
-    options.method = parse_method(method);
-    options.formulation = parse_formulation(formulation);
-    if (!noise.empty()) options.noise = parse_noise_source(noise);
-    options.at_s = std::move(at_s);
-    options.segment = segment;
-    const Calibration calibration = calibrate_allowing_for_effects(robot, log, options);
-    if (json) {
-      std::cout << to_json(robot, calibration).dump(2) << "\n";
-    } else {
-      print_table(robot, calibration);
-    }
-    return calibration.result.status == CalibrationStatus::converged ? 0 : 1;
-  } catch (const InputError& error) {
-    std::cerr << "cdprcal-solve: " << error.what() << "\n";
+    return solve(argc, argv);
+  } catch (const std::exception& error) {  // InputError, or no memory
+    std::fprintf(stderr, "cdprcal-solve: %s\n", error.what());
     return 2;
   }
 }

@@ -32,4 +32,13 @@ expect 1 "$solve" irma4 "$work/two.csv" --method kinematic --json
 grep -q '"status": "unobservable"' "$work/out"
 expect 2 "$solve" irma4 "$work/two.csv" --method guess
 grep -q 'unified, static, kinematic' "$work/err"
+# A result that could not be written is not done.
+if [[ -e /dev/full ]]; then
+  for format in "" --json; do
+    code=0
+    "$solve" irma4 "$work/two.csv" --method kinematic $format >/dev/full 2>"$work/err" || code=$?
+    [[ $code == 2 ]]
+    grep -q 'standard output' "$work/err"
+  done
+fi
 echo "cdprcal-solve: ok"

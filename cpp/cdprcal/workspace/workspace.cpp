@@ -72,7 +72,7 @@ Workspace compute_workspace(const Robot& given, const WorkspaceOptions& options)
     throw InputError("workspace: threads must be >= 0 and boundary_halvings in 0 to 20");
   }
   Workspace workspace;
-  workspace.robot = robot;
+  workspace.robot = std::move(robot);
   workspace.inverse = options.inverse;
   workspace.grid = make_grid(box, options.step_m);
   workspace.status.assign(workspace.grid.size(), PointStatus::untested);
