@@ -195,13 +195,13 @@ std::vector<CommonMatrix> Assembly::common_informations(
     }
   }
   PoseRows fewer;
-  const auto rows_for = [&](std::size_t w, const PoseRows& rows) -> const PoseRows& {
-    if (!without[w]) return rows;
+  const auto rows_for = [&](std::size_t w, const PoseRows& rows) -> const PoseRows* {
+    if (!without[w]) return &rows;
     keep_others(*without[w], rows, fewer);
-    return fewer;
+    return &fewer;
   };
   const auto single = [&](std::size_t, const PoseRows& rows) {
-    for (std::size_t w = 0; w < without.size(); ++w) eliminations[w].add(rows_for(w, rows));
+    for (std::size_t w = 0; w < without.size(); ++w) eliminations[w].add(*rows_for(w, rows));
   };
   const auto batch = [&](std::size_t) {
     for (PoseElimination& elimination : eliminations) {
@@ -213,7 +213,7 @@ std::vector<CommonMatrix> Assembly::common_informations(
   const OffsetJacobian by_initial = offsets_by_initial();
   for (std::size_t w = 0; w < without.size(); ++w) {
     CommonMatrix& common = out[w];
-    const RowsByCommon first = by_common(rows_for(w, rows), true, by_initial);
+    const RowsByCommon first = by_common(*rows_for(w, rows), true, by_initial);
     common = through_offsets(eliminations[w].finish().information, by_initial);
     common.noalias() += first.transpose().lazyProduct(first);
     for (int e = 0; e < reference_.size(); ++e) {

@@ -180,7 +180,7 @@ void PoseElimination::begin(double damping, const RowSlots& slots) {
 
 void PoseElimination::add(const PoseRows& rows) {
   if (!rows_) {
-    rows_ = buffer(static_cast<std::size_t>(kRow * (offsets_ + kMostRows)));
+    rows_ = buffer(static_cast<std::size_t>(kRow) * static_cast<std::size_t>(offsets_ + kMostRows));
     by_offset_ = buffer(static_cast<std::size_t>(offsets_));
   }
   const auto lane = static_cast<int>(added_ % kLanes);

@@ -22,6 +22,7 @@ Processor parse_processor(const std::string& name);
 
 }  // namespace cdprcal::lanes
 
+// NOLINTBEGIN(bugprone-macro-parentheses): the name of a template cannot be in parentheses
 /// Defines `void function(const Argument&)`, which calls kernel<Kind>(argument, first lane) for all
 /// lanes, with the Kind of processor().
 #define CDPRCAL_DEFINE_FOR_ANY(function, kernel, Argument)              \
@@ -54,3 +55,4 @@ Processor parse_processor(const std::string& name);
   CDPRCAL_DEFINE_FOR_ANY(function, kernel, Argument)              \
   void function(const Argument& in) { function##_any(in); }
 #endif
+// NOLINTEND(bugprone-macro-parentheses)
