@@ -250,12 +250,9 @@ void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared
   if (out.result.status != CalibrationStatus::converged || !origin.covariance) return;
   for (const CalibrationResult& other : minima) {
     if (other.cost - origin.cost > kDecisive) break;
-    // Beyond what the fit calls possible, and found to be a minimum, too.
+    // Beyond what the fit calls possible: that it is no minimum perhaps makes it fit better still.
     const Vector6 apart = minus(other.poses.front(), origin.poses.front());
-    if (apart.dot(origin.covariance->ldlt().solve(apart)) < 36.0 ||
-        other.status == CalibrationStatus::not_converged) {
-      continue;
-    }
+    if (apart.dot(origin.covariance->ldlt().solve(apart)) < 36.0) continue;
     char text[240];
     std::snprintf(
         text, sizeof text,

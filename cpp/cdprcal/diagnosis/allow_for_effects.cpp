@@ -75,9 +75,11 @@ std::string misfit(const Calibration& calibration) {
       text += (text.empty() ? "" : ", ") + part(pattern, scale * pose, scale * sample);
     }
   };
-  // A channel that nothing measured keeps its specified noise.
+  // A channel that nothing measured, or too little to tell, keeps its specified noise.
+  const NoiseModel specified = specified_noise(calibration.problem.robot.sigma);
   const auto channel = [&](Channel c, double rms, double scale, const char* pattern) {
-    if (std::isfinite(rms)) add(noise[c].pose, noise[c].sample, scale, pattern);
+    const bool told = noise[c].pose != specified[c].pose || noise[c].sample != specified[c].sample;
+    if (std::isfinite(rms) && told) add(noise[c].pose, noise[c].sample, scale, pattern);
   };
   constexpr double kDegrees = 1.0 / kDegree;
   const ResidualRms& rms = calibration.result.residual_rms;
