@@ -58,7 +58,8 @@ class TensionProblem {
       } else if (++stalled > (best <= options_.tolerance * weight ? 0 : 8)) {
         break;  // as exact as rounding allows, or going nowhere
       }
-      if (error == 0.0) break;
+      constexpr double kRounding = 1e-15;  // a step more could only be noise
+      if (error <= kRounding * weight) break;
       const Vector6 twist =
           -Eigen::PartialPivLU<Matrix6>(stiffness(robot_, state, tension_N_)).solve(residual);
       if (!twist.allFinite()) break;

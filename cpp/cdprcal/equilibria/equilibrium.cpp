@@ -40,12 +40,10 @@ FreeMatrix free_basis(const CableJacobian& rows) {
   }
   const int rank = count;
   while (count < 6) {
-    Vector6 best = Vector6::Zero();
-    for (int axis = 0; axis < 6; ++axis) {
-      const Vector6 rest = project(Vector6::Unit(axis));
-      if (rest.squaredNorm() > best.squaredNorm()) best = rest;
-    }
-    basis.col(count++) = best.normalized();
+    // What is left of a unit axis is 1 − Σ b², squared.
+    Eigen::Index farthest = 0;
+    basis.leftCols(count).rowwise().squaredNorm().minCoeff(&farthest);
+    basis.col(count++) = project(Vector6::Unit(farthest)).normalized();
   }
   return basis.rightCols(6 - rank);
 }
@@ -56,8 +54,18 @@ FreeMatrix scaled_free_stiffness(const PlatformState& state, const Matrix6& stif
   const CableJacobian rows = length_jacobian(state) * scale.asDiagonal();
   const FreeMatrix basis = free_basis(rows);
   const Matrix6 scaled = scale.asDiagonal() * stiffness * scale.asDiagonal();
-  const FreeMatrix k = basis.transpose() * scaled * basis;
+  // lazyProduct: these are too small for blocking to pay.
+  const FreeMatrix turned = scaled.lazyProduct(basis);
+  const FreeMatrix k = basis.transpose().lazyProduct(turned);
   return 0.5 * (k + k.transpose());
+}
+
+double least_eigenvalue(const FreeMatrix& k) {
+  if (k.rows() == 1) return k(0, 0);
+  if (k.rows() == 2) {
+    return 0.5 * (k(0, 0) + k(1, 1)) - std::hypot(0.5 * (k(0, 0) - k(1, 1)), k(1, 0));
+  }
+  return Eigen::SelfAdjointEigenSolver<FreeMatrix>(k, Eigen::EigenvaluesOnly).eigenvalues()[0];
 }
 
 /// Cholesky in place on the lower half: positive definite exactly when every pivot is positive.
@@ -92,9 +100,7 @@ Stability stability(const Robot& robot, const PlatformState& state, const CableV
   Stability result;
   const FreeMatrix free = scaled_free_stiffness(state, hessian, scale);
   result.locked_lengths_N_m =
-      free.rows() == 0 ? std::numeric_limits<double>::infinity()
-                       : Eigen::SelfAdjointEigenSolver<FreeMatrix>(free, Eigen::EigenvaluesOnly)
-                             .eigenvalues()[0];
+      free.rows() == 0 ? std::numeric_limits<double>::infinity() : least_eigenvalue(free);
   const Matrix6 scaled = scale.asDiagonal() * hessian * scale.asDiagonal();
   const Matrix6 symmetric = 0.5 * (scaled + scaled.transpose());
   result.constant_tensions_N_m =
