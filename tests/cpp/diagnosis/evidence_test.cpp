@@ -223,6 +223,18 @@ TEST(Evidence, OfARefitIsTheGainLessOccamsFactor) {
   }
 }
 
+TEST(Evidence, ChannelsWithoutReadingsSayNothing) {
+  DiagnosisModel silent = plain();
+  for (std::size_t c = kRestGroups; c < kNoiseGroups; ++c) {
+    silent.floor[c] = silent.noise[c] = 0.0;  // nothing was read in motion, so nothing is known
+  }
+  const CandidateScore score = scan(plain(), {find_effect("mass")}, {.draws = 0}).front();
+  EXPECT_EQ(scan(silent, {find_effect("mass")}, {.draws = 0}).front().log_evidence,
+            score.log_evidence);
+  EXPECT_EQ(EvidenceAgainst(silent).refit(score).log_evidence,
+            EvidenceAgainst(plain()).refit(score).log_evidence);
+}
+
 TEST(Evidence, TheTruthBeatsTheRestAndAddsWhatIsThere) {
   const EvidenceAgainst against(plain());
   const std::vector<CandidateScore> scores = scan(plain(), candidates(), {.draws = 0});
