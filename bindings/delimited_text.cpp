@@ -1,4 +1,4 @@
-// acquisition/delimited_text: what importers of other logs are built on.
+// acquisition/delimited_text, acquisition/json_messages: what importers of other logs are built on.
 #include "cdprcal/acquisition/delimited_text.hpp"
 
 #include <pybind11/numpy.h>
@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "bindings.hpp"
+#include "cdprcal/acquisition/json_messages.hpp"
 
 namespace cdprcal::python {
 namespace {
@@ -69,6 +70,22 @@ Table numbers_of(const Bytes& text, const Integers& begin, const Integers& colum
   return py::make_tuple(py::cast(std::move(table.values)), wrong);
 }
 
+using Messages =
+    py::typing::Tuple<py::int_, py::typing::List<py::str>, py::array_t<double>, py::array_t<bool>>;
+
+py::typing::Optional<Messages> messages_of(const py::bytes& records,
+                                           const std::vector<std::uint16_t>& channels) {
+  const std::string_view text = records;
+  std::optional<JsonMessages> read;
+  {
+    const py::gil_scoped_release without_lock;
+    read = plain_json_messages(text, channels);
+  }
+  if (!read) return py::none();
+  return py::make_tuple(read->messages, py::cast(std::move(read->names)),
+                        py::cast(std::move(read->values)), py::cast(std::move(read->present)));
+}
+
 }  // namespace
 
 void register_delimited_text(py::module_& module) {
@@ -80,6 +97,12 @@ void register_delimited_text(py::module_& module) {
              "`begin`; `columns` count from 0 and increase. NaN for a blank cell. wrong: None, or "
              "(line, column, text) of the first cell that is no number, and values end before "
              "that line. The text is not copied. Raises InputError for lines outside the text.");
+  module.def(
+      "plain_json_messages", &messages_of, py::arg("records"), py::arg("channels"),
+      "(count, names [K], values [N, K], present [N, K]) of the messages inside of one MCAP "
+      "chunk: how many, and those on `channels`: NaN for null and for a key that is absent. None unless every record "
+      "is a whole message, and every one of these a JSON object of numbers and nulls, no "
+      "key twice, no escape, no number beyond double precision.");
 }
 
 }  // namespace cdprcal::python

@@ -195,6 +195,7 @@ __all__: list[str] = [
     "parse_visiting_order",
     "path_state",
     "perfect_sensors",
+    "plain_json_messages",
     "platform_state",
     "plus",
     "potential_energy",
@@ -4117,6 +4118,16 @@ def path_state(
 def perfect_sensors() -> SensorOptions:
     """
     Without noise, quantisation, bias, delay and offsets.
+    """
+
+def plain_json_messages(
+    records: bytes, channels: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]
+) -> (
+    tuple[int, list[str], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.bool]]
+    | None
+):
+    """
+    (count, names [K], values [N, K], present [N, K]) of the messages inside of one MCAP chunk: how many, and those on `channels`: NaN for null and for a key that is absent. None unless every record is a whole message, and every one of these a JSON object of numbers and nulls, no key twice, no escape, no number beyond double precision.
     """
 
 def platform_state(robot: Robot, pose: Pose) -> PlatformState:

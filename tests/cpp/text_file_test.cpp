@@ -30,6 +30,8 @@ TEST(TextFile, WhatCannotBeOpenedIsNamed) {
 TEST(InQuotes, IsOneShortLineThatCutsNoCharacter) {
   EXPECT_EQ(in_quotes("abc"), "'abc'");
   EXPECT_EQ(in_quotes("a\nb\x1b[31m\x7f"), "'a b [31m '");
+  EXPECT_EQ(in_quotes("a\u009b31mb\u0085c\u2028d\u2029"), "'a 31mb c d '");
+  EXPECT_EQ(in_quotes("\u00a0\u00c2\u2027\u202a€\xC2"), "'\u00a0\u00c2\u2027\u202a€\xC2'");
   EXPECT_EQ(in_quotes(std::string(40, 'a')), "'" + std::string(40, 'a') + "'");
   EXPECT_EQ(in_quotes(std::string(41, 'a')), "'" + std::string(40, 'a') + "…'");
   const std::string head(39, 'a');

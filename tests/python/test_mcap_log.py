@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 from mcap.writer import Writer
 
 import cdprcal
@@ -123,6 +124,60 @@ def test_random_damage_never_escapes_as_another_exception(
             load_log(path)
         except InputError:
             continue
+
+
+def parsed(data: bytes) -> cdprcal.Log:
+    from cdprcal.io.log_file import parse_log_bytes
+
+    return parse_log_bytes(data, Path("any.mcap")).log
+
+
+def test_chunks_are_read_at_once_as_message_by_message(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Readings that are absent or null, in small chunks, some of which are not plain."""
+    random = np.random.default_rng(4)
+    path = tmp_path / "log.mcap"
+    keys = [f"length_{i}_m" for i in range(1, 5)] + ["roll_rad", "position_x_m", "speed"]
+    with path.open("wb") as stream:
+        writer = Writer(stream, chunk_size=2000)
+        writer.start()
+        schema = writer.register_schema("any", "jsonschema", b"{}")
+        channels = [writer.register_channel(f"/{i}", "json", schema) for i in range(3)]
+        for number in range(1000):
+            sample: dict[str, object] = {"time_s": int(random.integers(300)) / 8}
+            for key in random.permutation(keys)[: random.integers(len(keys) + 1)].tolist():
+                sample[key] = random.choice([None, random.normal(), int(random.integers(9))])
+            if number % 200 == 7:
+                sample["note"] = "text that is no reading"
+            data = json.dumps(sample).encode()
+            writer.add_message(channels[int(random.integers(3))], number, data, number)
+        writer.finish()  # type: ignore[no-untyped-call]
+    data = path.read_bytes()
+    counts = []
+    at_once = cdprcal._core.plain_json_messages
+
+    def counted(block: bytes, channels: list[int]) -> object:
+        read = at_once(block, channels)
+        counts.append(read is not None)
+        return read
+
+    monkeypatch.setattr("cdprcal._core.plain_json_messages", counted)
+    fast = parsed(data)
+    assert counts.count(True) > 20
+    assert counts.count(False) >= 4  # beside the first, which is not tried
+    monkeypatch.setattr("cdprcal._core.plain_json_messages", lambda block, channels: None)
+    slow = parsed(data)
+    for name in (*ARRAYS, "position_m"):
+        np.testing.assert_array_equal(getattr(fast, name), getattr(slow, name))
+    samples: dict[float, dict[str, float]] = {}
+    for _, _, message in make_reader(path.open("rb")).iter_messages(log_time_order=False):
+        read: dict[str, float] = json.loads(message.data)
+        if read.keys() & set(keys[:-1]):
+            samples.setdefault(read.pop("time_s"), {}).update(read)
+    assert fast.time_s.tolist() == sorted(samples)
+    wanted = [[samples[t].get(key) for key in keys[:4]] for t in sorted(samples)]
+    np.testing.assert_array_equal(fast.length_m, np.array(wanted, dtype=float))
 
 
 def test_a_wrong_message_is_counted_over_all_chunks(tmp_path: Path) -> None:

@@ -1,14 +1,17 @@
-"""How long an hour of log takes to read: canonical CSV and a raw robot log, 100 Hz, four cables.
+"""How long an hour of log takes: canonical CSV, a raw robot log and MCAP, 100 Hz, four cables.
 
     python tests/studies/log_reading.py
 
-Prints seconds of the processor (median of five) and ends with exit code 1 above --limit.
+Prints seconds of the processor (median of five) to read each, and for ``cdprcal import`` of each as
+a CSV log, with the start of the program. Ends with exit code 1 when reading is above --limit.
 """
 
 from __future__ import annotations
 
 import argparse
+import resource
 import statistics
+import subprocess
 import sys
 import tempfile
 import time
@@ -17,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 import cdprcal
-from cdprcal.io import load_log
+from cdprcal.io import load_log, save_log
 
 
 def made_log(samples: int) -> cdprcal.Log:
@@ -49,6 +52,18 @@ def write_raw(log: cdprcal.Log, path: Path) -> None:
             file.write(f"5,{time_s:.3f},{roll:.4f},{pitch:.4f},{yaw:.4f}\n")
 
 
+def import_seconds(path: Path) -> float:
+    """Of a process of its own; user and system."""
+    times = []
+    words = [sys.executable, "-m", "cdprcal", "import", str(path), "-o", str(path) + ".csv"]
+    for _ in range(5):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run(words, check=True, capture_output=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        times.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    return statistics.median(times)
+
+
 def seconds(path: Path, samples: int) -> float:
     times = []
     for _ in range(5):
@@ -69,15 +84,16 @@ def main() -> int:
     log = made_log(given.samples)
     slow = False
     with tempfile.TemporaryDirectory() as folder:
-        for name in ("hour.csv", "hour.log"):
+        for name in ("hour.csv", "hour.log", "hour.mcap"):
             path = Path(folder) / name
-            if path.suffix == ".csv":
-                cdprcal.write_log(log, str(path))
-            else:
+            if path.suffix == ".log":
                 write_raw(log, path)
+            else:
+                save_log(log, path)
             took = seconds(path, given.samples)
             slow |= took > given.limit
-            print(f"{name}: {path.stat().st_size / 1e6:.0f} MB, {took:.2f} s")
+            size = path.stat().st_size / 1e6
+            print(f"{name}: {size:.0f} MB, {took:.2f} s; imported: {import_seconds(path):.2f} s")
     return 1 if slow else 0
 
 

@@ -19,6 +19,7 @@ from mcap.records import Channel, McapRecord, Message
 from mcap.writer import Writer
 from numpy.typing import NDArray
 
+from cdprcal import _core
 from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
 from cdprcal.io.files import shown_text
@@ -114,7 +115,8 @@ def parse_mcap_log(data: bytes, path: Path) -> LogFile:
 def _merged(parts: list[_Rows]) -> tuple[Floats, dict[str, Floats]]:
     """Increasing times, and by column the value that each sample was given last."""
     rows = sum(len(part.values) for part in parts)
-    columns = {key: np.full(rows, np.nan) for part in parts for key in part.names}
+    names = dict.fromkeys(key for part in parts for key in part.names)
+    columns = {key: np.full(rows, np.nan) for key in names}
     given = {key: np.zeros(rows, dtype=np.bool_) for key in columns}
     begin = 0
     for part in parts:
@@ -146,7 +148,12 @@ def _parts(data: bytes, name: str, findings: list[Finding]) -> Iterator[_Rows]:
     reader = _Messages(name)
     try:
         for block in blocks(data):
-            reader.read(block)
+            rows = reader.plain(block)
+            if rows is None:
+                reader.read(block)
+            else:
+                yield reader.taken()
+                yield rows
     except CutError as error:
         findings.append(_cut(reader.number, str(error)))
     except DamagedError as error:
@@ -163,6 +170,29 @@ class _Messages:
         self._channels: dict[int, Channel] = {}
         self._topics: dict[int, str] = {}  # as messages show them
         self._samples: list[dict[str, float]] = []
+
+    def plain(self, block: McapRecord | bytes) -> _Rows | None:
+        """The rows of a chunk in which nothing is wrong and nothing new; None: read it message by
+        message, which finds out what is."""
+        known = [key for key, of in self._channels.items() if of.message_encoding == _JSON]
+        if not known or not isinstance(block, bytes):
+            return None
+        read = _core.plain_json_messages(block, known)
+        if read is None:
+            return None
+        count, names, values, present = read
+        columns = [at for at, key in enumerate(names) if key == "time_s" or _is_column(key)]
+        if len(columns) < len(names):
+            names = [names[at] for at in columns]
+            values, present = values[:, columns], present[:, columns]
+        is_time = np.array([key == "time_s" for key in names], dtype=np.bool_)
+        is_sample = present[:, ~is_time].any(axis=1)
+        if not is_sample.all():
+            values, present = values[is_sample], present[is_sample]
+        if len(values) and not (is_time.any() and np.isfinite(values[:, is_time]).all()):
+            return None
+        self.number += count
+        return _Rows(names, values, present)
 
     def read(self, block: McapRecord | bytes) -> None:
         """Reads record by record. Raises InputError for a message that cannot be used."""

@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <charconv>
+#include <cmath>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <random>
 
 #include "../support/random_robot.hpp"
 #include "../support/shared_data.hpp"
@@ -166,6 +169,31 @@ TEST(Log, WriterAndReaderAreInverseToTheBit) {
   }
   std::filesystem::remove(path);
   EXPECT_THROW(write_log(random_log(rng, 3, 4), "/no/such/folder/log.csv"), InputError);
+}
+
+TEST(Log, NumbersAreWrittenAsToCharsWritesThem) {
+  std::mt19937_64 random(3);
+  std::vector<double> values{0.0,      -0.0,    0.001,     0.00099,  0.000999999, 1e-6, 99999.5,
+                             99999.99, 100000., 1234567.5, 20000.,   10000.,      1.0,  0.1 + 0.2,
+                             1.000001, 7e-300,  1e300,     0.001001, 0.5e-6,      3.14};
+  for (int k = 0; k < 200'000; ++k) {
+    const double whole = static_cast<double>(random() % 20'000'000'000) - 1e10;
+    const double power = std::pow(10.0, static_cast<double>(random() % 12));
+    const double value = whole / power;
+    values.insert(values.end(), {value, std::nextafter(value, 0.0), -value * 1e-3});
+  }
+  Log log;
+  log.time_s = Eigen::VectorXd::LinSpaced(static_cast<Index>(values.size()), 0.0, 1e6);
+  log.length_m = Eigen::Map<const Eigen::VectorXd>(values.data(), log.time_s.size());
+  const std::string text = format_log(log);
+  std::size_t at = text.find('\n') + 1;
+  for (const double value : values) {
+    at = text.find(',', at) + 1;
+    std::array<char, 32> wanted;
+    const char* const end = std::to_chars(wanted.data(), wanted.data() + 32, value).ptr;
+    const std::string_view expected(wanted.data(), static_cast<std::size_t>(end - wanted.data()));
+    ASSERT_EQ(std::string_view(text).substr(at, text.find('\n', at) - at), expected);
+  }
 }
 
 TEST(Log, ValidateChecksLogsMadeByHand) {
