@@ -6,6 +6,13 @@
 #include "cdprcal/statistics.hpp"
 
 namespace cdprcal {
+namespace {
+
+/// Sums of sampling periods miss a window's edge by their last bits; whether the sample there
+/// belongs to the window must not hang on them.
+constexpr double kEdge_s = 1e-9;
+
+}  // namespace
 
 RestDetector::RestDetector(int cable_count, const SensorSigma& sigma, const RestOptions& options)
     : n_(cable_count), options_(options) {
@@ -65,7 +72,7 @@ void RestDetector::push(const RobotSample& sample) {
   // Twice the window is kept; dropped in bulk.
   for (Group* group : {&drives_, &attitude_}) {
     const auto keep = std::lower_bound(group->time_s.begin(), group->time_s.end(),
-                                       newest_s_ - 2.0 * options_.window_s);
+                                       newest_s_ - 2.0 * options_.window_s - kEdge_s);
     const auto drop = keep - group->time_s.begin();
     if (2 * drop < static_cast<std::ptrdiff_t>(group->time_s.size())) continue;
     group->time_s.erase(group->time_s.begin(), keep);
@@ -75,7 +82,8 @@ void RestDetector::push(const RobotSample& sample) {
 
 double RestDetector::judge(Channel& channel, const Group& group, double begin_s) const {
   const auto first = static_cast<std::size_t>(
-      std::lower_bound(group.time_s.begin(), group.time_s.end(), begin_s) - group.time_s.begin());
+      std::lower_bound(group.time_s.begin(), group.time_s.end(), begin_s - kEdge_s) -
+      group.time_s.begin());
   const std::size_t size = group.time_s.size();
   double count = 0.0, mean = 0.0, mean_t = 0.0;
   for (std::size_t i = first; i < size; ++i) {
@@ -114,8 +122,8 @@ double RestDetector::judge(Channel& channel, const Group& group, double begin_s)
 
 bool RestDetector::at_rest() {
   const double window = options_.window_s;
-  if (!(newest_s_ - begun_s_ >= window - 1e-9)) return false;
-  if (newest_s_ - judged_s_ < 0.1 * window - 1e-9) return at_rest_;
+  if (!(newest_s_ - begun_s_ >= window - kEdge_s)) return false;
+  if (newest_s_ - judged_s_ < 0.1 * window - kEdge_s) return at_rest_;
   judged_s_ = newest_s_;
   ripple_ = 0.0;
   for (Group* group : {&drives_, &attitude_}) {
