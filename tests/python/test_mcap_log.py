@@ -147,7 +147,8 @@ def test_chunks_are_read_at_once_as_message_by_message(
         for number in range(1000):
             sample: dict[str, object] = {"time_s": int(random.integers(300)) / 8}
             for key in random.permutation(keys)[: random.integers(len(keys) + 1)].tolist():
-                sample[key] = random.choice([None, random.normal(), int(random.integers(9))])
+                values = [None, float(random.normal()), int(random.integers(9))]
+                sample[key] = values[int(random.integers(3))]
             if number % 200 == 7:
                 sample["note"] = "text that is no reading"
             data = json.dumps(sample).encode()
