@@ -160,7 +160,6 @@ MinimiserSummary Minimiser::minimise(const MinimiserOptions& options) {
     if (!fresh) {
       assembly_.set_reference_errors(errors);
       evaluate(current_);
-      fresh = true;
     }
     if (largest_gradient_ <= options.gradient_tolerance) {
       out.converged = true;
