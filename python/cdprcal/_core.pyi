@@ -1905,7 +1905,7 @@ class SolveOptions:
             10.0,
             1.0,
         ],
-        max_iterations: typing.SupportsInt | typing.SupportsIndex = 200,
+        max_iterations: typing.SupportsInt | typing.SupportsIndex = 1000,
         function_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-12,
         parameter_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-12,
         gradient_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-12,
