@@ -47,12 +47,11 @@ CDPRCAL_INLINE void write(const RowBatch& in, int first) {
   const Lanes<V> pose(in.poses, first), readings(in.readings, first),
       whitening(in.whitening, first);
   const RowWriterLanes<V> rows{{in.rows, first}, {in.by_offset, first}, {in.values, first}};
-  const auto weight = [&](Channel channel) CDPRCAL_INLINE_LAMBDA {
-    return readings[at.weight[static_cast<std::size_t>(channel)]];
-  };
-  const auto reading = [&](Channel channel, int index) CDPRCAL_INLINE_LAMBDA {
-    return readings[at.reading[static_cast<std::size_t>(channel)] + index];
-  };
+  const auto slot = [&](Channel channel) CDPRCAL_INLINE_LAMBDA { return at[channel].slot; };
+  const auto weight = [&](Channel channel)
+                          CDPRCAL_INLINE_LAMBDA { return readings[at[channel].weight]; };
+  const auto reading = [&](Channel channel, int index)
+                           CDPRCAL_INLINE_LAMBDA { return readings[at[channel].reading + index]; };
   const Triple<V> p{pose[0], pose[1], pose[2]};
   V r[3][3];
   rotation_matrix(pose, r);
@@ -79,12 +78,12 @@ CDPRCAL_INLINE void write(const RowBatch& in, int first) {
       const V value = wrap_angle(V(s.swivel_rad - in.offsets[n + i] - change));
       rows.relative(n + i, value, w, per_radius * swivel);
     }
-    if (at.direct_length >= 0) {  // F_d
+    if (slot(Channel::direct_length) >= 0) {  // F_d
       V length = reading(Channel::direct_length, i);
       const V w = weight_of(length, weight(Channel::direct_length));
-      rows.absolute(at.direct_length + i, s.length_m - length, w, pull);
+      rows.absolute(slot(Channel::direct_length) + i, s.length_m - length, w, pull);
     }
-    if (at.balance >= 0) {
+    if (slot(Channel::balance) >= 0) {
       statics[i].arm = arm;
       statics[i].direction = s.direction;
       statics[i].pull = pull;
@@ -108,29 +107,30 @@ CDPRCAL_INLINE void write(const RowBatch& in, int first) {
     rows.relative(2 * n, wrap_angle(V(attitude.angle[2] - in.offsets[2 * n] - change)), w,
                   turning(2));
   }
-  if (at.roll_pitch >= 0) {  // F_ε: roll and pitch
+  if (slot(Channel::roll_pitch) >= 0) {  // F_ε: roll and pitch
     for (int angle = 0; angle < 2; ++angle) {
       V read = reading(Channel::roll_pitch, angle);
       const V w = weight_of(read, weight(Channel::roll_pitch));
-      rows.absolute(at.roll_pitch + angle, wrap_angle(V(attitude.angle[angle] - read)), w,
-                    turning(angle));
+      rows.absolute(slot(Channel::roll_pitch) + angle, wrap_angle(V(attitude.angle[angle] - read)),
+                    w, turning(angle));
     }
   }
-  if (at.absolute_yaw >= 0) {  // F_χ
+  if (slot(Channel::absolute_yaw) >= 0) {  // F_χ
     V read = reading(Channel::absolute_yaw, 0);
     const V w = weight_of(read, weight(Channel::absolute_yaw));
-    rows.absolute(at.absolute_yaw, wrap_angle(V(attitude.angle[2] - read)), w, turning(2));
+    rows.absolute(slot(Channel::absolute_yaw), wrap_angle(V(attitude.angle[2] - read)), w,
+                  turning(2));
   }
-  if (at.position >= 0) {  // F_p
+  if (slot(Channel::position) >= 0) {  // F_p
     for (int axis = 0; axis < 3; ++axis) {
       V read = reading(Channel::position, axis);
       const V w = weight_of(read, weight(Channel::position));
       std::array<V, 6> unit{};
       unit[static_cast<std::size_t>(axis)] = V{} + 1.0;
-      rows.absolute(at.position + axis, pose[axis] - read, w, unit);
+      rows.absolute(slot(Channel::position) + axis, pose[axis] - read, w, unit);
     }
   }
-  if (at.balance < 0) {
+  if (slot(Channel::balance) < 0) {
     in.valid &= all(valid);
     return;
   }
@@ -141,7 +141,7 @@ CDPRCAL_INLINE void write(const RowBatch& in, int first) {
   V tension[kMaxCables], wrench[6];
   Stiffness<V> stiffness;
   if (at.statics == StaticsModel::wrench) {  // eq. 6
-    for (int i = 0; i < n; ++i) tension[i] = readings[at.tension + i];
+    for (int i = 0; i < n; ++i) tension[i] = reading(Channel::balance, i);
     balance_of(statics, n, tension, gravity, mass_arm, wrench, stiffness);
     for (int i = 0; i < 6; ++i) {
       V value = {};
@@ -151,8 +151,8 @@ CDPRCAL_INLINE void write(const RowBatch& in, int first) {
         value += w * wrench[k];
         for (std::size_t a = 0; a < 6; ++a) row[a] += w * stiffness.k[k][a];
       }
-      rows.absolute(at.balance + i, value, V{} + 1.0, row);
-      rows.values.set(at.balance + i, wrench[i]);
+      rows.absolute(slot(Channel::balance) + i, value, V{} + 1.0, row);
+      rows.values.set(slot(Channel::balance) + i, wrench[i]);
     }
     in.valid &= all(valid);
     return;
@@ -215,7 +215,8 @@ CDPRCAL_INLINE void write(const RowBatch& in, int first) {
     // 0 · NaN where nothing is asked for.
     const auto asked = w != V{};
     for (V& number : row) number = asked ? number : V{};
-    rows.absolute(at.balance + i, asked ? tension[i] - readings[at.tension + i] : V{}, w, row);
+    rows.absolute(slot(Channel::balance) + i,
+                  asked ? tension[i] - reading(Channel::balance, i) : V{}, w, row);
   }
   in.valid &= all(valid);
 }

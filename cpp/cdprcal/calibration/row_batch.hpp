@@ -12,17 +12,26 @@ namespace cdprcal {
 /// Numbers of a row: six derivatives and the residual.
 inline constexpr int kRow = 7;
 
-/// Where things stand; −1 for what no pose has.
+/// Where things stand.
 struct RowLayout {
   int cables = 0;
   StaticsModel statics = StaticsModel::none;
-  bool lengths = false, swivels = false, yaw = false;  ///< read anywhere
-  // Slots.
-  int roll_pitch = -1, balance = -1, absolute_yaw = -1, direct_length = -1, position = -1;
-  // Readings, [index][lane]: NaN where a pose has none. Weights are 1/σ.
-  std::array<int, kChannels> reading{}, weight{};
-  int tension = -1;
-  int numbers = 0;  ///< a batch
+  int numbers = 0;  ///< of the readings of a batch
+
+  /// One channel's: the first of its slots (−1: no pose reads it); its readings, [index][lane], NaN
+  /// where a pose has none (tensions: 0); its weight 1/σ.
+  struct Place {
+    int slot = -1;
+    int reading = 0, weight = 0;
+  };
+  std::array<Place, kChannels> places;
+
+  [[nodiscard]] Place& operator[](Channel channel) {
+    return places[static_cast<std::size_t>(channel)];
+  }
+  [[nodiscard]] const Place& operator[](Channel channel) const {
+    return places[static_cast<std::size_t>(channel)];
+  }
 };
 
 /// One batch and all it is made from.

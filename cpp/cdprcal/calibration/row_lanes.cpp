@@ -23,28 +23,6 @@ Channel RowLanes::channel(int slot) const {
   return own_channel_[static_cast<std::size_t>(slot - 2 * n - 1)];
 }
 
-int RowLanes::slot(Channel channel) const {
-  switch (channel) {
-    case Channel::length:
-      return layout_.lengths ? 0 : -1;
-    case Channel::swivel:
-      return layout_.swivels ? layout_.cables : -1;
-    case Channel::yaw:
-      return layout_.yaw ? 2 * layout_.cables : -1;
-    case Channel::roll_pitch:
-      return layout_.roll_pitch;
-    case Channel::balance:
-      return layout_.balance;
-    case Channel::absolute_yaw:
-      return layout_.absolute_yaw;
-    case Channel::direct_length:
-      return layout_.direct_length;
-    case Channel::position:
-      return layout_.position;
-  }
-  return -1;
-}
-
 RowSlots RowLanes::slots(std::optional<Channel> without) const {
   RowSlots out;
   for (int s = 0; s < slot_count(); ++s) {
@@ -55,14 +33,14 @@ RowSlots RowLanes::slots(std::optional<Channel> without) const {
   return out;
 }
 
-int RowLanes::reserve(Channel channel, int readings, int own_rows) {
-  const auto c = static_cast<std::size_t>(channel);
-  layout_.reading[c] = layout_.numbers;
-  layout_.weight[c] = layout_.numbers + readings;
+void RowLanes::reserve(Channel channel, int readings, int own_rows) {
+  RowLayout::Place& place = layout_[channel];
+  place.reading = layout_.numbers;
+  place.weight = layout_.numbers + readings;
   layout_.numbers += readings + 1;
-  const int slot = 2 * layout_.cables + 1 + static_cast<int>(own_channel_.size());
+  if (own_rows == 0) return;
+  place.slot = slot_count();
   own_channel_.insert(own_channel_.end(), static_cast<std::size_t>(own_rows), channel);
-  return slot;
 }
 
 RowLanes::RowLanes(const CalibrationProblem& problem, const PoseCache& cache,
@@ -72,28 +50,29 @@ RowLanes::RowLanes(const CalibrationProblem& problem, const PoseCache& cache,
       reference_(reference),
       batches_(lanes::batches(problem.measurements.size() - 1)) {
   const int n = problem.robot.cable_count();
-  const std::size_t poses = problem.measurements.size() - 1;
   layout_.cables = n;
-  reserve(Channel::length, n, 0);
-  reserve(Channel::swivel, n, 0);
-  reserve(Channel::yaw, 1, 0);
-  layout_.lengths = is_read(problem, Channel::length);
-  layout_.swivels = is_read(problem, Channel::swivel);
-  layout_.yaw = is_read(problem, Channel::yaw);
-  const auto optional = [&](Channel channel, int readings, int& slot) {
-    if (is_read(problem, channel)) slot = reserve(channel, readings, readings);
+  // The rows of offsets are always there, for all poses or none.
+  const auto relative = [&](Channel channel, int readings, int slot) {
+    reserve(channel, readings, 0);
+    if (is_read(problem, channel)) layout_[channel].slot = slot;
   };
-  optional(Channel::roll_pitch, 2, layout_.roll_pitch);
-  optional(Channel::absolute_yaw, 1, layout_.absolute_yaw);
-  optional(Channel::direct_length, n, layout_.direct_length);
-  optional(Channel::position, 3, layout_.position);
-  for (std::size_t i = 1; i <= poses; ++i) {
-    if (layout_.balance >= 0 || cache.statics_of(i) == StaticsModel::none) continue;
+  relative(Channel::length, n, 0);
+  relative(Channel::swivel, n, n);
+  relative(Channel::yaw, 1, 2 * n);
+  const auto absolute = [&](Channel channel, int readings) {
+    if (is_read(problem, channel)) reserve(channel, readings, readings);
+  };
+  absolute(Channel::roll_pitch, 2);
+  absolute(Channel::absolute_yaw, 1);
+  absolute(Channel::direct_length, n);
+  absolute(Channel::position, 3);
+  for (std::size_t i = 1; i < problem.measurements.size(); ++i) {
+    if (cache.statics_of(i) == StaticsModel::none) continue;
     layout_.statics = cache.statics_of(i);
     const bool wrench = layout_.statics == StaticsModel::wrench;
-    layout_.balance = reserve(Channel::balance, n, wrench ? 6 : n);
-    layout_.tension = layout_.reading[static_cast<std::size_t>(Channel::balance)];
+    reserve(Channel::balance, n, wrench ? 6 : n);
     if (wrench) whitening_ = lanes::buffer(batches_ * 36);
+    break;
   }
   const auto slots = static_cast<std::size_t>(slot_count());
   rows_ = lanes::buffer(kRow * slots);
@@ -101,49 +80,55 @@ RowLanes::RowLanes(const CalibrationProblem& problem, const PoseCache& cache,
   values_ = lanes::buffer(slots);
   const auto numbers = static_cast<std::size_t>(layout_.numbers);
   readings_ = lanes::buffer(std::max<std::size_t>(1, batches_) * numbers);
+  gather();
+}
+
+void RowLanes::gather() {
+  const int n = layout_.cables;
+  const std::size_t poses = problem_.measurements.size() - 1;
+  const auto numbers = static_cast<std::size_t>(layout_.numbers);
   for (std::size_t i = 0; i < batches_ * kLanes; ++i) {
     double* const out = readings_.get() + (i / kLanes) * numbers * kLanes + i % kLanes;
     if (i >= poses) {  // no reading, and no weight
       for (std::size_t k = 0; k < numbers; ++k) out[k * kLanes] = 0.0;
       continue;
     }
-    const Measurement& m = problem.measurements[i + 1];
+    const Measurement& m = problem_.measurements[i + 1];
     const auto put = [&](Channel channel, int index, double value) {
-      out[(layout_.reading[static_cast<std::size_t>(channel)] + index) * kLanes] = value;
+      out[(layout_[channel].reading + index) * kLanes] = value;
       if (channel != Channel::balance && std::isfinite(value)) ++row_count_;
     };
     const auto put_weight = [&](Channel channel) {
-      out[layout_.weight[static_cast<std::size_t>(channel)] * kLanes] =
-          cache.weight(i + 1, channel);
+      out[layout_[channel].weight * kLanes] = cache_.weight(i + 1, channel);
     };
     for (const Channel channel : {Channel::length, Channel::swivel, Channel::yaw}) {
       put_weight(channel);
     }
     for (int c = 0; c < n; ++c) {
-      put(Channel::length, c, m.length_m[c] - reference.length_m[c]);
-      put(Channel::swivel, c, m.swivel_rad[c] - reference.swivel_rad[c]);
+      put(Channel::length, c, m.length_m[c] - reference_.length_m[c]);
+      put(Channel::swivel, c, m.swivel_rad[c] - reference_.swivel_rad[c]);
     }
-    put(Channel::yaw, 0, m.roll_pitch_yaw_rad[2] - reference.yaw_rad);
-    if (layout_.roll_pitch >= 0) {
+    put(Channel::yaw, 0, m.roll_pitch_yaw_rad[2] - reference_.yaw_rad);
+    if (slot(Channel::roll_pitch) >= 0) {
       put_weight(Channel::roll_pitch);
       for (int a = 0; a < 2; ++a) put(Channel::roll_pitch, a, m.roll_pitch_yaw_rad[a]);
     }
-    if (layout_.absolute_yaw >= 0) {
+    if (slot(Channel::absolute_yaw) >= 0) {
       put_weight(Channel::absolute_yaw);
       put(Channel::absolute_yaw, 0, m.absolute_yaw_rad);
     }
-    if (layout_.direct_length >= 0) {
+    if (slot(Channel::direct_length) >= 0) {
       put_weight(Channel::direct_length);
       for (int c = 0; c < n; ++c) {
         put(Channel::direct_length, c, c < m.direct_length_m.size() ? m.direct_length_m[c] : kNaN);
       }
     }
-    if (layout_.position >= 0) {
+    if (slot(Channel::position) >= 0) {
       put_weight(Channel::position);
       for (int a = 0; a < 3; ++a) put(Channel::position, a, m.position_m[a]);
     }
-    if (layout_.balance >= 0) {
-      const bool balanced = cache.statics_of(i + 1) != StaticsModel::none;
+    if (slot(Channel::balance) >= 0) {
+      const bool balanced = cache_.statics_of(i + 1) != StaticsModel::none;
       if (balanced) row_count_ += layout_.statics == StaticsModel::wrench ? 6 : n;
       for (int c = 0; c < n; ++c) put(Channel::balance, c, balanced ? m.tension_N[c] : 0.0);
     }
@@ -151,12 +136,11 @@ RowLanes::RowLanes(const CalibrationProblem& problem, const PoseCache& cache,
 }
 
 void RowLanes::update_weights() {
-  if (layout_.balance < 0 || weights_version_ == cache_.weights_version()) return;
+  if (slot(Channel::balance) < 0 || weights_version_ == cache_.weights_version()) return;
   weights_version_ = cache_.weights_version();
   const std::size_t poses = problem_.measurements.size() - 1;
   const auto numbers = static_cast<std::size_t>(layout_.numbers);
-  const auto weight =
-      static_cast<std::size_t>(layout_.weight[static_cast<std::size_t>(Channel::balance)]);
+  const auto weight = static_cast<std::size_t>(layout_[Channel::balance].weight);
   for (std::size_t i = 0; i < batches_ * kLanes; ++i) {
     const std::size_t batch = i / kLanes, lane = i % kLanes;
     const bool balanced = i < poses && cache_.statics_of(i + 1) != StaticsModel::none;

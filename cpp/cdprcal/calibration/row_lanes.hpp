@@ -36,8 +36,6 @@ class RowLanes {
   [[nodiscard]] const double* rows() const { return rows_.get(); }
   /// Derivatives by the offsets, [offset][lane].
   [[nodiscard]] const double* by_offset() const { return by_offset_.get(); }
-  /// Residuals before whitening, [slot][lane]; NaN where a pose lacks the reading.
-  [[nodiscard]] const double* values() const { return values_.get(); }
 
   /// Σ (F/σ)² of the last batch, of all rows or of a channel's.
   [[nodiscard]] double squared_residuals(std::optional<Channel> only = std::nullopt) const;
@@ -51,12 +49,14 @@ class RowLanes {
   /// Which channel a row belongs to.
   [[nodiscard]] Channel channel(int slot) const;
   /// First slot of a channel; −1 where no pose reads it.
-  [[nodiscard]] int slot(Channel channel) const;
+  [[nodiscard]] int slot(Channel channel) const { return layout_[channel].slot; }
   /// The slots that any pose reads, without those of a channel.
   [[nodiscard]] RowSlots slots(std::optional<Channel> without) const;
 
  private:
-  int reserve(Channel channel, int readings, int own_rows);
+  /// Room for a channel's readings and weight, and for its rows unless they have offsets.
+  void reserve(Channel channel, int readings, int own_rows);
+  void gather();
 
   [[nodiscard]] int slot_count() const { return 2 * layout_.cables + 1 + own_rows(); }
 
@@ -71,7 +71,8 @@ class RowLanes {
   lanes::Buffer readings_;
   lanes::Buffer whitening_;  ///< [batch][6 × 6][lane], wrench statics only
   std::array<double, kMostOffsets> offsets_{};
-  lanes::Buffer rows_, by_offset_, values_;
+  lanes::Buffer rows_, by_offset_;
+  lanes::Buffer values_;  ///< residuals before whitening, [slot][lane]; NaN where a pose has none
 };
 
 }  // namespace cdprcal

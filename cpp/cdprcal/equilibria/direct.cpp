@@ -34,6 +34,13 @@ class TensionProblem {
         length_scale_m_(characteristic_length_m(robot)),
         step_limit_m_(0.2 * robot_size_m(robot)) {}
 
+  /// One of Newton's steps, no longer than a fifth of the robot and half a radian.
+  Pose step_along(const Pose& pose, const Vector6& twist) const {
+    const double size =
+        std::max(twist.head<3>().norm() / step_limit_m_, twist.tail<3>().norm() / 0.5);
+    return plus(pose, twist / std::max(1.0, size));
+  }
+
   /// Newton on Ξᵀτ = f: any stationary pose of the potential, stable or not.
   EquilibriumResult newton(const Pose& start) {
     EquilibriumResult result;
@@ -63,9 +70,7 @@ class TensionProblem {
       const Vector6 twist =
           -Eigen::PartialPivLU<Matrix6>(stiffness(robot_, state, tension_N_)).solve(residual);
       if (!twist.allFinite()) break;
-      const double size =
-          std::max(twist.head<3>().norm() / step_limit_m_, twist.tail<3>().norm() / 0.5);
-      pose = plus(pose, twist / std::max(1.0, size));
+      pose = step_along(pose, twist);
     }
     if (best <= options_.tolerance * weight) return accept(result.pose);
     if (result.status == EquilibriumStatus::invalid_geometry) return failure(result);
@@ -94,9 +99,7 @@ class TensionProblem {
       if (balance_error_N(residual, length_scale_m_) < kNear * weight) return pose;
       const Vector6 twist = -factor.solve(residual);
       if (!twist.allFinite()) return std::nullopt;
-      const double size =
-          std::max(twist.head<3>().norm() / step_limit_m_, twist.tail<3>().norm() / 0.5);
-      pose = plus(pose, twist / std::max(1.0, size));
+      pose = step_along(pose, twist);
     }
     return std::nullopt;
   }
