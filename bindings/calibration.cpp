@@ -185,8 +185,9 @@ void register_problem(py::module_& module) {
   py::class_<SolveOptions>(module, "SolveOptions", "How to solve.")
       .def(py::init([](std::vector<double> graduation, int max_iterations,
                        double function_tolerance, double parameter_tolerance,
-                       double gradient_tolerance, MinimiserKind minimiser) {
+                       double gradient_tolerance, MinimiserKind minimiser, bool explain) {
              SolveOptions options;
+             options.explain = explain;
              options.minimiser = minimiser;
              options.graduation = std::move(graduation);
              options.max_iterations = max_iterations;
@@ -200,7 +201,10 @@ void register_problem(py::module_& module) {
            py::arg("function_tolerance") = usual.function_tolerance,
            py::arg("parameter_tolerance") = usual.parameter_tolerance,
            py::arg("gradient_tolerance") = usual.gradient_tolerance,
-           py::arg_v("minimiser", usual.minimiser, "MinimiserKind.arrowhead"))
+           py::arg_v("minimiser", usual.minimiser, "MinimiserKind.arrowhead"),
+           py::arg("explain") = usual.explain)
+      .def_readwrite("explain", &SolveOptions::explain,
+                     "Whether to say which direction is least certain, and what sees it.")
       .def_readwrite("minimiser", &SolveOptions::minimiser)
       .def_readwrite("graduation", &SolveOptions::graduation,
                      "Factors on the standard deviations of tensions and wrenches, in turn; the "
@@ -249,6 +253,12 @@ void register_result(py::module_& module) {
   py::class_<CalibrationResult>(module, "CalibrationResult", "What came out. Look at status first.")
       .def_readonly("status", &CalibrationResult::status)
       .def_readonly("reason", &CalibrationResult::reason, "One sentence for people, always filled.")
+      .def_property_readonly(
+          "initial_pose",
+          [](const CalibrationResult& r) {
+            return r.poses.empty() ? std::nullopt : std::optional<Pose>(r.poses.front());
+          },
+          "poses[0] without the list of all; None when there is no pose.")
       .def_readonly("poses", &CalibrationResult::poses,
                     "ζ0, ζ1 … in the order of the measurements.")
       .def_readonly("residuals", &CalibrationResult::residuals, "One PoseResidual a pose.")

@@ -12,7 +12,9 @@ namespace cdprcal {
 
 double chi_square_survival(double chi_square, double degrees_of_freedom) {
   if (!(degrees_of_freedom > 0.0) || !(chi_square >= 0.0)) return kNaN;
-  return boost::math::gamma_q(0.5 * degrees_of_freedom, 0.5 * chi_square);
+  // Not in long double, which is ten times as slow for digits that nobody reads.
+  using InDouble = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
+  return boost::math::gamma_q(0.5 * degrees_of_freedom, 0.5 * chi_square, InDouble());
 }
 
 double chi_square_quantile(double probability, double degrees_of_freedom) {

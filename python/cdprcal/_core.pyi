@@ -1910,7 +1910,16 @@ class SolveOptions:
         parameter_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-12,
         gradient_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-12,
         minimiser: MinimiserKind = ...,
+        explain: bool = True,
     ) -> None: ...
+    @property
+    def explain(self) -> bool:
+        """
+        Whether to say which direction is least certain, and what sees it.
+        """
+
+    @explain.setter
+    def explain(self, arg0: bool) -> None: ...
     @property
     def function_tolerance(self) -> float: ...
     @function_tolerance.setter
@@ -2048,6 +2057,12 @@ class CalibrationResult:
     def initial_length_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         l(ζ0) [n].
+        """
+
+    @property
+    def initial_pose(self) -> Pose | None:
+        """
+        poses[0] without the list of all; None when there is no pose.
         """
 
     @property

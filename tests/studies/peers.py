@@ -37,6 +37,7 @@ from peers_data import SETPOINTS_N, Case, Outcome, make_case, ours
 import cdprcal
 
 OURS = "cdprcal"
+EXPLAINED = "cdprcal, explained"  # and says which readings see the initial pose
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 #: Poses up to which a solver is tried: beyond, one round takes minutes or gigabytes.
 MOST_POSES = {"SciPy, dense": 128, "SciPy, sparse": 10000, "CasADi IPOPT": 1000, "GTSAM": 1000}
@@ -66,6 +67,8 @@ def prepared(solver: str, case: Case) -> Callable[[], Outcome]:
     """What is timed of a solver; raises ImportError when it is not installed."""
     if solver == OURS:
         return lambda: ours(case)
+    if solver == EXPLAINED:
+        return lambda: ours(case, cdprcal.SolveOptions(explain=True))
     if solver.startswith("SciPy"):
         import peers_scipy
 
@@ -80,7 +83,15 @@ def prepared(solver: str, case: Case) -> Callable[[], Outcome]:
     return peers_gtsam.GtsamCalibration(case).solve
 
 
-SOLVERS = (OURS, "SciPy, dense", "SciPy, sparse", "CasADi IPOPT", "CasADi Gauss-Newton", "GTSAM")
+SOLVERS = (
+    OURS,
+    EXPLAINED,
+    "SciPy, dense",
+    "SciPy, sparse",
+    "CasADi IPOPT",
+    "CasADi Gauss-Newton",
+    "GTSAM",
+)
 
 
 def missing(solver: str) -> str:
@@ -218,7 +229,11 @@ def show(rows: Sequence[Row]) -> None:
 def show_targets(rows: Sequence[Row]) -> None:
     """The least ratio of each problem against the targets, peers at their best."""
     for problem in dict.fromkeys(row.problem for row in rows):
-        theirs = [r for r in rows if r.problem == problem and r.solver != OURS and r.agrees]
+        theirs = [
+            r
+            for r in rows
+            if r.problem == problem and r.solver not in (OURS, EXPLAINED) and r.agrees
+        ]
         for name, wanted in TARGETS.items():
             of_scipy = name == "SciPy"
             ratios = [r for r in theirs if r.solver.startswith("SciPy") == of_scipy]

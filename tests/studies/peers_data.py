@@ -145,8 +145,12 @@ class Outcome:
     note: str = ""
 
 
-def ours(case: Case) -> Outcome:
-    result: Any = cdprcal.solve(case.problem, case.guess)
+#: The others only minimise: no sentence on which readings see what.
+WITHOUT_WORDS = cdprcal.SolveOptions(explain=False)
+
+
+def ours(case: Case, options: cdprcal.SolveOptions = WITHOUT_WORDS) -> Outcome:
+    result: Any = cdprcal.solve(case.problem, case.guess, options)
     if result.status != cdprcal.CalibrationStatus.converged:
         raise RuntimeError(result.reason)
-    return Outcome(result.cost, result.poses[0], result.iterations)
+    return Outcome(result.cost, result.initial_pose, result.iterations)

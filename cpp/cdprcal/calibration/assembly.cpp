@@ -77,7 +77,7 @@ int Assembly::rows_at(std::size_t index) const {
   return row_count({problem_, cache_, reference_, index, none, none, none.roll_pitch_yaw_rad});
 }
 
-void Assembly::set_reference_errors(const Eigen::VectorXd& errors) {
+void Assembly::set_reference_errors(const Eigen::Ref<const Eigen::VectorXd>& errors) {
   if (errors.size() != reference_.size()) {
     throw InputError("reference errors: " + std::to_string(errors.size()) + " values given, " +
                      std::to_string(reference_.size()) + " expected; give lengths, swivels, yaw");
@@ -213,9 +213,11 @@ std::vector<CommonMatrix> Assembly::common_informations(
   const OffsetJacobian by_initial = offsets_by_initial();
   for (std::size_t w = 0; w < without.size(); ++w) {
     CommonMatrix& common = out[w];
-    const RowsByCommon first = by_common(*rows_for(w, rows), true, by_initial);
-    common = through_offsets(eliminations[w].finish().information, by_initial);
-    common.noalias() += first.transpose().lazyProduct(first);
+    common = through_offsets(eliminations[w].finish().information, by_initial, true);
+    if (const PoseRows& own = *rows_for(w, rows); own.count > 0) {  // the paper's has none at ζ0
+      const RowsByCommon first = by_common(own, true, by_initial);
+      common.noalias() += first.transpose().lazyProduct(first);
+    }
     for (int e = 0; e < reference_.size(); ++e) {
       if (reference_.is_free(e)) continue;
       common.row(6 + e).setZero();
@@ -268,6 +270,7 @@ ReferenceInformation Assembly::reference_information() {
 std::vector<ReferenceInformation> Assembly::reference_informations(
     const std::vector<std::optional<Channel>>& without) {
   std::vector<ReferenceInformation> out;
+  out.reserve(without.size());
   for (const CommonMatrix& common : common_informations(without)) {
     out.push_back(of_reference(common, out.empty()));
   }
@@ -294,6 +297,10 @@ ReferenceInformation Assembly::of_reference(const CommonMatrix& common,
   }
   out.information = 0.5 * (out.information + out.information.transpose()).eval();
   if (!with_covariance) return out;
+  if (const Eigen::LLT<Matrix6> factor(out.information); is_regular(factor)) {
+    out.covariance = factor.solve(Matrix6::Identity());
+    return out;
+  }
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(out.information);
   if (eigen.eigenvalues().minCoeff() > 1e-12 * eigen.eigenvalues().maxCoeff()) {
     out.covariance = eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() *

@@ -1,6 +1,7 @@
 // A calibration problem as least squares: its unknowns, its rows, its normal equations.
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <optional>
 #include <vector>
 
@@ -15,6 +16,13 @@ struct ReferenceInformation {
   Matrix6 information = Matrix6::Zero();  ///< of ζ0 alone
   std::optional<Matrix6> covariance;      ///< its inverse, when that exists
 };
+
+/// Whether a symmetric matrix is so far from singular that its Cholesky factor may be relied upon.
+inline bool is_regular(const Eigen::LLT<Matrix6>& factor) {
+  if (factor.info() != Eigen::Success) return false;
+  const Vector6 pivots = factor.matrixLLT().diagonal();
+  return pivots.minCoeff() > 1e-5 * pivots.maxCoeff();
+}
 
 /// One whitened residual at the present state, and how much of its degree of freedom the fit left:
 /// 1 − leverage, so its expected square is that.
@@ -40,8 +48,8 @@ class Assembly {
   [[nodiscard]] const ReferenceReadings& reference() const { return reference_; }
 
   /// 2n + 1 values; throws InputError for another number of them.
-  void set_reference_errors(const Eigen::VectorXd& errors);
-  [[nodiscard]] const Eigen::VectorXd& reference_errors() const { return reference_.errors(); }
+  void set_reference_errors(const Eigen::Ref<const Eigen::VectorXd>& errors);
+  [[nodiscard]] const OffsetVector& reference_errors() const { return reference_.errors(); }
 
   /// Rows that carry a reading, and unknowns that are free.
   [[nodiscard]] int residual_count() const { return residual_count_; }

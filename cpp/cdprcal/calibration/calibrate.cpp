@@ -253,6 +253,7 @@ void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared
     // Beyond what the fit calls possible: that it is no minimum perhaps makes it fit better still.
     const Vector6 apart = minus(other.poses.front(), origin.poses.front());
     if (apart.dot(origin.covariance->ldlt().solve(apart)) < 36.0) continue;
+    explain(out.problem, out.result);  // which takes the covariance
     char text[240];
     std::snprintf(
         text, sizeof text,
@@ -313,7 +314,10 @@ Calibration prepare(const Robot& robot, const Log& given, const CalibrateOptions
   return out;
 }
 
-Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions& options) {
+namespace {
+
+/// The fit, without words on it.
+Calibration fit(const Robot& robot, const Log& log, const CalibrateOptions& options) {
   Calibration out = prepare(robot, log, options);
   const CalibrationProblem& problem = out.problem;
   if (options.guess.size() == problem.measurements.size()) {
@@ -338,6 +342,16 @@ Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions
       first.status == CalibrationStatus::converged && doubtful) {
     look_elsewhere(options, prepared, first, out);
   }
+  return out;
+}
+
+}  // namespace
+
+Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions& options) {
+  CalibrateOptions silent = options;  // of several fits only the last is explained
+  silent.solve.explain = false;
+  Calibration out = fit(robot, log, silent);
+  if (options.solve.explain) explain(out.problem, out.result);
   return out;
 }
 

@@ -129,24 +129,53 @@ CDPRCAL_INLINE void substitute(const Substitution& in, int first) {
   }
 }
 
+/// BᵀSB and SB of the offsets' information S; the lanes are the six of ζ0.
+struct Through {
+  const double* by_initial;   ///< [offset][lane]
+  const double* information;  ///< symmetric, column by column
+  Eigen::Index stride;        ///< from column to column
+  int offsets;
+  double* half;     ///< SB, [offset][lane]
+  double* initial;  ///< BᵀSB, [six][lane]
+};
+
+template <typename Kind, typename V = typename Kind::V>
+CDPRCAL_INLINE void through(const Through& in, int first) {
+  const Lanes<V> by_initial(in.by_initial, first);
+  const WritableLanes<V> half(in.half, first), initial(in.initial, first);
+  V sums[6] = {};
+  for (int k = 0; k < in.offsets; ++k) {
+    const double* const column = in.information + k * in.stride;
+    V row = {};
+    for (int l = 0; l < in.offsets; ++l) row += column[l] * by_initial[l];
+    half.set(k, row);
+    for (int a = 0; a < 6; ++a) sums[a] += in.by_initial[k * kLanes + a] * row;
+  }
+  for (int a = 0; a < 6; ++a) initial.set(a, sums[a]);
+}
+
+CDPRCAL_DEFINE_FOR_PROCESSORS(through_lanes, through, Through)
 CDPRCAL_DEFINE_FOR_PROCESSORS(eliminate_lanes, eliminate, Batch)
 CDPRCAL_DEFINE_FOR_PROCESSORS(substitute_lanes, substitute, Substitution)
 
 }  // namespace
 
-CommonMatrix through_offsets(const OffsetMatrix& information, const OffsetJacobian& by_initial) {
+CommonMatrix through_offsets(const OffsetMatrix& information, const OffsetJacobian& by_initial,
+                             bool with_errors) {
   const Eigen::Index offsets = by_initial.rows();
-  // Rows of six are added as a whole: much faster than products of any size.
-  OffsetJacobian half = OffsetJacobian::Zero(offsets, 6);
-  Matrix6 initial = Matrix6::Zero();
-  for (Eigen::Index k = 0; k < offsets; ++k) {
-    for (Eigen::Index l = 0; l < offsets; ++l) half.row(k) += information(k, l) * by_initial.row(l);
-    initial += by_initial.row(k).transpose() * half.row(k);
-  }
+  using Sixes =
+      Eigen::Matrix<double, kLanes, Eigen::Dynamic, Eigen::ColMajor, kLanes, kMostOffsets>;
+  Sixes six(kLanes, offsets), half(kLanes, offsets);
+  six.topRows<6>() = by_initial.transpose();
+  six.bottomRows<kLanes - 6>().setZero();
+  Eigen::Matrix<double, kLanes, 6> initial;
+  through_lanes({six.data(), information.data(), information.outerStride(),
+                 static_cast<int>(offsets), half.data(), initial.data()});
+  if (!with_errors) return initial.topRows<6>();
   CommonMatrix out(6 + offsets, 6 + offsets);
-  out.topLeftCorner<6, 6>() = initial;
-  out.bottomLeftCorner(offsets, 6) = half;
-  out.topRightCorner(6, offsets) = half.transpose();
+  out.topLeftCorner<6, 6>() = initial.topRows<6>();
+  out.topRightCorner(6, offsets) = half.topRows<6>();
+  out.bottomLeftCorner(offsets, 6) = half.topRows<6>().transpose();
   out.bottomRightCorner(offsets, offsets) = information;
   return out;
 }
@@ -155,8 +184,9 @@ PoseElimination::PoseElimination(std::size_t poses, int offsets, bool steps_want
     : offsets_(offsets),
       steps_wanted_(steps_wanted),
       factor_size_(static_cast<std::size_t>(kFactorOffsets + 6 * offsets)),
-      sums_(buffer(static_cast<std::size_t>(sums_size(offsets)))),
-      factors_(buffer(factor_size_ * (steps_wanted ? lanes::batches(poses) : 1))) {
+      sums_(buffer(static_cast<std::size_t>(sums_size(offsets)) +
+                   factor_size_ * (steps_wanted ? lanes::batches(poses) : 1))),
+      factors_(sums_.get() + sums_size(offsets) * kLanes) {
   every_.offsets = offsets;
   every_.count = offsets + kMostRows;
   std::iota(every_.index.begin(), every_.index.end(), 0);
@@ -224,7 +254,7 @@ void PoseElimination::add_batch(const double* rows, const double* by_offset) {
 }
 
 void PoseElimination::eliminate_batch(const double* rows, const double* by_offset, int count) {
-  double* const factor = factors_.get() + (steps_wanted_ ? batches_ : 0U) * factor_size_ * kLanes;
+  double* const factor = factors_ + (steps_wanted_ ? batches_ : 0U) * factor_size_ * kLanes;
   eliminate_lanes({rows, by_offset, offsets_, slots().index.data(), slots().offsets, count,
                    damping_, factor, sums_.get()});
   ++batches_;
@@ -234,10 +264,9 @@ const EliminatedSums& PoseElimination::finish() {
   static const PoseRows nothing{};  // H = 0, but λD > 0
   while (added_ % kLanes != 0) add(nothing);
   const auto sum = [&](int index) {
-    const double* lanes = sums_.get() + index * kLanes;
-    double total = 0.0;
-    for (int l = 0; l < kLanes; ++l) total += lanes[l];
-    return total;
+    return Eigen::Map<const Eigen::Matrix<double, kLanes, 1>, Eigen::Aligned64>(sums_.get() +
+                                                                                index * kLanes)
+        .sum();
   };
   const int per_offset = packed(offsets_, 0);
   for (int k = 0; k < offsets_; ++k) {
@@ -256,17 +285,17 @@ const EliminatedSums& PoseElimination::finish() {
   return out_;
 }
 
-PoseSteps PoseElimination::back_substitute(const Eigen::VectorXd& offset_step) {
+PoseSteps PoseElimination::back_substitute(const OffsetVector& offset_step) {
   PoseSteps out;
   for (std::size_t b = 0; b < batches_; ++b) {
-    substitute_lanes({factors_.get() + b * factor_size_ * kLanes, slots().index.data(),
-                      slots().offsets, offset_step.data(), out.squared_norm, out.damping});
+    substitute_lanes({factors_ + b * factor_size_ * kLanes, slots().index.data(), slots().offsets,
+                      offset_step.data(), out.squared_norm, out.damping});
   }
   return out;
 }
 
 const double* PoseElimination::steps(std::size_t batch) const {
-  return factors_.get() + (batch * factor_size_ + kFactorY) * kLanes;
+  return factors_ + (batch * factor_size_ + kFactorY) * kLanes;
 }
 
 }  // namespace cdprcal

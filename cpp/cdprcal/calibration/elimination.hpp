@@ -17,9 +17,10 @@ using CommonMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen
                                    kMostCommon, kMostCommon>;
 using OffsetMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
                                    kMostOffsets, kMostOffsets>;
-using OffsetVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostOffsets, 1>;
-/// Information about the offsets as information about ζ0 and e: chain rule through o = m(ζ0) + e.
-CommonMatrix through_offsets(const OffsetMatrix& information, const OffsetJacobian& by_initial);
+/// Information about the offsets as information about ζ0, and `with_errors` about e as well: chain
+/// rule through o = m(ζ0) + e.
+CommonMatrix through_offsets(const OffsetMatrix& information, const OffsetJacobian& by_initial,
+                             bool with_errors);
 
 /// What the eliminated poses say about the offsets o = m(ζ0) + e. With H, C and g a pose's blocks
 /// of JᵀJ, JᵀJ_o and Jᵀr, and D the diagonal of H:
@@ -68,7 +69,7 @@ class PoseElimination {
   const EliminatedSums& finish();
 
   /// Steps of all poses for a step of the offsets.
-  PoseSteps back_substitute(const Eigen::VectorXd& offset_step);
+  PoseSteps back_substitute(const OffsetVector& offset_step);
   /// Those of a batch, world-frame twists: [6][lane].
   [[nodiscard]] const double* steps(std::size_t batch) const;
 
@@ -86,8 +87,8 @@ class PoseElimination {
   const RowSlots* chosen_ = nullptr;  ///< nullptr: every_
   lanes::Buffer rows_;                ///< of this batch: [slot][6 derivatives, residual][lane]
   lanes::Buffer by_offset_;           ///< [offset][lane]
-  lanes::Buffer sums_;
-  lanes::Buffer factors_;  ///< one batch after another; the steps end in them
+  lanes::Buffer sums_;                ///< and behind them factors_
+  double* factors_;                   ///< one batch after another; the steps end in them
   EliminatedSums out_;
 };
 

@@ -50,12 +50,7 @@ std::string axis_name(const Vector6& unit) {
 /// Standard deviation along a direction (unit in scaled units) for a given information matrix.
 double sigma_along(const Matrix6& information, const Vector6& direction) {
   const Eigen::LLT<Matrix6> factor(information);
-  if (factor.info() == Eigen::Success) {  // far from singular: there is nothing to take care of
-    const Vector6 pivots = factor.matrixLLT().diagonal();
-    if (pivots.minCoeff() > 1e-5 * pivots.maxCoeff()) {
-      return factor.matrixL().solve(direction).norm();
-    }
-  }
+  if (is_regular(factor)) return factor.matrixL().solve(direction).norm();
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(information);
   const double floor = 1e-12 * eigen.eigenvalues().maxCoeff();
   double variance = 0.0;

@@ -75,9 +75,10 @@ bool Minimiser::sweep(const State& state, double damping) {
   cost += sums.cost;
   if (!std::isfinite(cost)) return false;
 
-  information_ = through_offsets(sums.information, by_initial_);
+  const bool errors_too = !free_.empty() && free_.back() >= 6;
+  information_ = through_offsets(sums.information, by_initial_, errors_too);
   information_.topLeftCorner<6, 6>() += own;
-  information_.diagonal().tail(offsets) += error_diagonal;
+  if (errors_too) information_.diagonal().tail(offsets) += error_diagonal;
   gradient_.resize(6 + offsets);
   gradient_.head<6>() = own_gradient + by_initial_.transpose() * sums.gradient;
   gradient_.tail(offsets) = sums.gradient + error_gradient;
@@ -100,16 +101,24 @@ bool Minimiser::sweep(const State& state, double damping) {
 bool Minimiser::solve_common(double damping) {
   step_.setZero(gradient_.size());
   if (!free_.empty()) {
-    CommonMatrix system = information_(free_, free_);
-    system.diagonal() += damping * diagonal_(free_);
+    const auto size = static_cast<Eigen::Index>(free_.size());
+    CommonMatrix system(size, size);
+    CommonVector moves(size);
+    for (Eigen::Index i = 0; i < size; ++i) {
+      const int u = free_[static_cast<std::size_t>(i)];
+      for (Eigen::Index j = 0; j < size; ++j) {
+        system(j, i) = information_(free_[static_cast<std::size_t>(j)], u);
+      }
+      system(i, i) += damping * diagonal_[u];
+      moves[i] = -gradient_[u];
+    }
     const Eigen::LLT<CommonMatrix> factor(system);
     if (factor.info() != Eigen::Success) return false;
-    const CommonVector slope = gradient_(free_);
-    const CommonVector moves = -factor.solve(slope);
-    step_(free_) = moves;
+    factor.solveInPlace(moves);
+    for (Eigen::Index i = 0; i < size; ++i) step_[free_[static_cast<std::size_t>(i)]] = moves[i];
   }
   if (!step_.allFinite() || !std::isfinite(pose_decrease_)) return false;
-  const CommonVector offset_step = by_initial_ * step_.head<6>() + step_.tail(by_initial_.rows());
+  const OffsetVector offset_step = by_initial_ * step_.head<6>() + step_.tail(by_initial_.rows());
   const PoseSteps poses = elimination_.back_substitute(offset_step);
   decrease_ = pose_decrease_ - 0.5 * gradient_.dot(step_) +
               0.5 * damping * (poses.damping + step_.cwiseAbs2().dot(diagonal_));
@@ -141,7 +150,7 @@ MinimiserSummary Minimiser::minimise(const MinimiserOptions& options) {
   const std::size_t others = current_.others.size();
   for (std::size_t i = 0; i < others; ++i) current_.others.set(i, assembly_.cache().pose(i + 1));
   if (row_lanes_ != nullptr) row_lanes_->update_weights();
-  Eigen::VectorXd errors = assembly_.reference_errors();
+  OffsetVector errors = assembly_.reference_errors();
 
   double damping = kFirstDamping, growth = 2.0;
   const auto evaluate = [&](const State& state) {
@@ -180,7 +189,7 @@ MinimiserSummary Minimiser::minimise(const MinimiserOptions& options) {
       continue;
     }
     const double promised = decrease_;
-    assembly_.set_reference_errors(errors + step_.tail(errors.size()));
+    assembly_.set_reference_errors(OffsetVector(errors + step_.tail(errors.size())));
     const double before = damping;
     damping = std::max(kLeastDamping, damping / 3.0);
     const bool valid = evaluate(candidate_);
@@ -205,6 +214,7 @@ MinimiserSummary Minimiser::minimise(const MinimiserOptions& options) {
       break;
     }
   }
+  out.cost = cost;
   assembly_.set_reference_errors(errors);
   assembly_.cache().set_pose(0, current_.initial);
   for (std::size_t i = 0; i < others; ++i) assembly_.cache().set_pose(i + 1, current_.others[i]);

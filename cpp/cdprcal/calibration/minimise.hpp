@@ -22,6 +22,7 @@ struct MinimiserSummary {
   bool usable = false;  ///< false: no valid state was met
   bool converged = false;
   int evaluations = 0;  ///< of all poses with derivatives, the first included
+  double cost = kNaN;   ///< where it ended
 };
 
 /// Minimises ½ Σ (F/σ)² (eq. 14) over all poses and the free reference errors, from the state an
@@ -70,9 +71,9 @@ class Minimiser {
   double largest_gradient_ = 0.0;
   double pose_decrease_ = 0.0;
   OffsetJacobian by_initial_;
-  CommonMatrix information_;
-  CommonVector gradient_;  ///< reduced: of the common system
-  CommonVector diagonal_;  ///< of JᵀJ, for the damping
+  CommonMatrix information_;  ///< of ζ0, and of the errors where any is free
+  CommonVector gradient_;     ///< reduced: of the common system
+  CommonVector diagonal_;     ///< of JᵀJ, for the damping
   CommonVector step_;
   double decrease_ = 0.0;   ///< that the linear model promises
   double step_norm_ = 0.0;  ///< of all unknowns

@@ -200,7 +200,8 @@ MinimiserSummary minimise_with_ceres(Assembly& assembly, const MinimiserOptions&
   ceres::Solve(solver, &problem, &summary);
   state.hand_over();
   return {summary.IsSolutionUsable(), summary.termination_type == ceres::CONVERGENCE,
-          static_cast<int>(summary.iterations.size())};
+          static_cast<int>(summary.iterations.size()),
+          summary.IsSolutionUsable() ? summary.final_cost : kNaN};
 }
 
 }  // namespace cdprcal

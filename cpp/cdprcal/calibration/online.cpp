@@ -23,8 +23,9 @@ SolveOptions live(SolveOptions options) {
 }  // namespace
 
 OnlineCalibration::OnlineCalibration(const Robot& robot, const CalibrateOptions& options)
-    : robot_(robot), options_(options) {
+    : robot_(robot), options_(options), explain_(options.solve.explain) {
   options_.solve = live(options.solve);
+  options_.solve.explain = false;  // said at the end of an update
   if (!options.at_s.empty() || options.segment != -1 || !options.guess.empty()) {
     throw InputError(
         "online calibration: at_s, segment and guess belong to finished logs; leave them out");
@@ -117,6 +118,7 @@ void OnlineCalibration::update() {
     problem = std::move(refined.problem);
     result = std::move(refined.result);
   }
+  if (explain_) explain(problem, result);
 }
 
 }  // namespace cdprcal

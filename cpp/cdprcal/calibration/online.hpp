@@ -29,6 +29,7 @@ class OnlineCalibration {
 
   Robot robot_;
   CalibrateOptions options_;
+  bool explain_;
   Calibration calibration_;
   double samples_ = 0.0;      ///< so far, behind sample_noise
   double noise_poses_ = 0.0;  ///< behind problem.noise

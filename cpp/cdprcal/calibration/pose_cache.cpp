@@ -16,7 +16,8 @@ Pose nowhere() { return {Vector3::Constant(kNaN), Eigen::Quaterniond::Identity()
 }  // namespace
 
 PoseCache::PoseCache(const CalibrationProblem& problem, const std::vector<Pose>& poses)
-    : problem_(problem), robot_(with_effects(problem.robot, problem.effects)), poses_(poses) {
+    : problem_(problem), poses_(poses) {
+  if (!problem.effects.empty()) changed_ = with_effects(problem.robot, problem.effects);
   statics_.reserve(poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Measurement& measurement = problem.measurements[i];
@@ -44,7 +45,7 @@ PoseCache::PoseCache(const CalibrationProblem& problem, const std::vector<Pose>&
 }
 
 void PoseCache::evaluate(std::size_t index, const Pose& at, PoseEvaluation& out) const {
-  evaluate_pose(robot_, problem_.measurements[index], at, statics_[index],
+  evaluate_pose(robot(), problem_.measurements[index], at, statics_[index],
                 problem_.left_inverse_rows, problem_.effects, true, out);
 }
 
@@ -87,7 +88,7 @@ void PoseCache::update_wrench_whitening(double graduation) {
   Vector6 scale;
   scale << Vector3::Constant(1.0 / wrench_force_N_), Vector3::Constant(1.0 / wrench_moment_Nm_);
   for (const std::size_t i : moved(whitened_at_)) {
-    const PlatformState state = platform_state(robot_, poses_[i]);
+    const PlatformState state = platform_state(robot(), poses_[i]);
     if (!state.valid) continue;  // no row of it is asked for
     const WrenchMatrix structure = scale.asDiagonal() * structure_matrix(state);
     const Matrix6 gram = structure.lazyProduct(structure.transpose());
@@ -114,7 +115,7 @@ void PoseCache::update_wrench_weights(double graduation) {
     poses.push_back(poses_[i]);
     sigma.push_back({1.0 / weight(i, Channel::balance), wrench_force_N_, wrench_moment_Nm_});
   }
-  const std::vector<Matrix6> roots = inverse_balance_roots(robot_, poses, sigma);
+  const std::vector<Matrix6> roots = inverse_balance_roots(robot(), poses, sigma);
   for (std::size_t c = 0; c < changed.size(); ++c) {
     if (roots[c].allFinite()) roots_[changed[c]] = roots[c];  // else no row of it is asked for
   }

@@ -12,6 +12,11 @@ namespace cdprcal {
 class PoseCache {
  public:
   PoseCache(const CalibrationProblem& problem, const std::vector<Pose>& poses);
+  PoseCache(const PoseCache&) = delete;
+  PoseCache& operator=(const PoseCache&) = delete;
+
+  /// The problem's robot with the geometry of its effects.
+  [[nodiscard]] const Robot& robot() const { return changed_ ? *changed_ : problem_.robot; }
 
   [[nodiscard]] const Pose& pose(std::size_t index) const { return poses_[index]; }
   void set_pose(std::size_t index, const Pose& pose) { poses_[index] = pose; }
@@ -60,7 +65,7 @@ class PoseCache {
   [[nodiscard]] std::vector<std::size_t> moved(std::vector<Pose>& known_at) const;
 
   const CalibrationProblem& problem_;
-  const Robot robot_;  ///< with the geometry of the effects
+  std::optional<Robot> changed_;  ///< where there are effects
   std::vector<Pose> poses_;
   std::vector<StaticsModel> statics_;
   std::vector<PoseEvaluation> evaluations_;

@@ -5,7 +5,9 @@
 
 namespace cdprcal {
 
-CalibrationProblem completed(const CalibrationProblem& problem, const std::vector<Pose>& poses) {
+const CalibrationProblem& completed(const CalibrationProblem& problem,
+                                    const std::vector<Pose>& poses,
+                                    std::optional<CalibrationProblem>& filled) {
   const int n = problem.robot.cable_count();
   if (problem.measurements.empty())
     throw InputError("calibration: no measurement; give at least one");
@@ -26,10 +28,10 @@ CalibrationProblem completed(const CalibrationProblem& problem, const std::vecto
                        std::to_string(n) + " cables; give none, or one a cable (NaN where absent)");
     }
   }
-  CalibrationProblem out = problem;
-  if (out.statics == StaticsModel::left_inverse && out.left_inverse_rows.empty()) {
-    out.left_inverse_rows = left_inverse_rows(n);
-  }
+  const bool complete =
+      problem.statics != StaticsModel::left_inverse || !problem.left_inverse_rows.empty();
+  if (!complete) filled.emplace(problem).left_inverse_rows = left_inverse_rows(n);
+  const CalibrationProblem& out = complete ? problem : *filled;
   if (out.statics == StaticsModel::left_inverse &&
       (n > 6 || static_cast<int>(out.left_inverse_rows.size()) != n)) {
     throw InputError("calibration: " + std::to_string(out.left_inverse_rows.size()) +
@@ -38,6 +40,11 @@ CalibrationProblem completed(const CalibrationProblem& problem, const std::vecto
                      "give these, or use wrench statics");
   }
   return out;
+}
+
+CalibrationProblem completed(const CalibrationProblem& problem, const std::vector<Pose>& poses) {
+  std::optional<CalibrationProblem> filled;
+  return completed(problem, poses, filled);
 }
 
 ResidualRms residual_rms(const std::vector<PoseResidual>& residuals, bool reference_attitude) {

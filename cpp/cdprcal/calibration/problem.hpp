@@ -47,6 +47,9 @@ struct SolveOptions {
   double gradient_tolerance = 1e-12;
   /// The weights of the balance depend on the poses: solved again until ζ0 moves less [m, rad].
   double settled = 1e-9;
+  /// Whether to say what least_observed says: which direction of the initial pose is least certain,
+  /// and which readings see it. As much work as eight iterations of a small problem.
+  bool explain = true;
 };
 
 enum class CalibrationStatus { converged, not_converged, unobservable };
@@ -104,8 +107,17 @@ struct CalibrationResult {
 CalibrationResult solve(const CalibrationProblem& problem, const std::vector<Pose>& guess,
                         const SolveOptions& options = {});
 
-/// The problem with its defaults filled in. Throws InputError when it makes no sense (no
-/// measurement, sizes that do not fit the robot or the poses).
+/// Says of a result solved without it what least_observed says; a result that has no covariance, or
+/// says it already, stays as it is.
+void explain(const CalibrationProblem& problem, CalibrationResult& result);
+
+/// The problem with its defaults filled in: itself, or where something lacked, a copy in `filled`.
+/// Throws InputError when it makes no sense (no measurement, sizes that do not fit the robot or the
+/// poses).
+const CalibrationProblem& completed(const CalibrationProblem& problem,
+                                    const std::vector<Pose>& poses,
+                                    std::optional<CalibrationProblem>& filled);
+/// The same, always a copy.
 CalibrationProblem completed(const CalibrationProblem& problem, const std::vector<Pose>& poses);
 
 /// Root mean squares of residuals, one entry a pose, the reference first: there changes are zero by

@@ -5,6 +5,10 @@
 
 namespace cdprcal {
 
+/// Most offsets there can be: one a length, one a swivel, one for yaw.
+inline constexpr int kMostOffsets = 2 * kMaxCables + 1;
+using OffsetVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostOffsets, 1>;
+
 /// Readings at the reference, one for each length, each swivel and the yaw, and one unknown a
 /// reading: its error e, in that order. e is free where the formulation estimates it, and where
 /// the reference has no reading of a channel that is measured elsewhere (then changes count from
@@ -25,7 +29,7 @@ class ReferenceReadings {
 
   /// The present errors; Ceres' parameter block.
   double* block() { return error_.data(); }
-  [[nodiscard]] const Eigen::VectorXd& errors() const { return error_; }
+  [[nodiscard]] const OffsetVector& errors() const { return error_; }
   [[nodiscard]] CableVector length_error_m() const { return error_.head(cables_); }
   [[nodiscard]] CableVector swivel_error_rad() const { return error_.segment(cables_, cables_); }
   [[nodiscard]] double yaw_error_rad() const { return error_[2 * cables_]; }
@@ -44,7 +48,7 @@ class ReferenceReadings {
   double prepare(const CalibrationProblem& problem, int index, const Reading& reading);
 
   int cables_;
-  Eigen::VectorXd error_;
+  OffsetVector error_;
   std::vector<char> free_, known_;
 };
 

@@ -50,8 +50,7 @@ double specified_statics_rms(const CalibrationProblem& problem, const PoseCache&
     balances.push_back(residuals[i].wrench);
   }
   const std::vector<Matrix6> roots =
-      inverse_balance_roots(with_effects(problem.robot, problem.effects), poses,
-                            std::vector<BalanceSigma>(poses.size(), sigma));
+      inverse_balance_roots(cache.robot(), poses, std::vector<BalanceSigma>(poses.size(), sigma));
   MeanSquare whitened;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     for (const double v : Vector6(roots[i] * balances[i])) whitened.add(v);
@@ -91,6 +90,7 @@ bool run_stages(const CalibrationProblem& problem, const SolveOptions& options, 
       usable = stage(1.0, true);
     }
   }
+  result.cost = summary.cost;
   const bool converged = usable && summary.converged;
   if (!converged) {
     result.reason = usable ? "stopped after " + std::to_string(result.iterations) +
@@ -172,7 +172,7 @@ double largest_motion(const CalibrationProblem& problem, const PoseCache& cache)
   return largest;
 }
 
-void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged,
+void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged, bool explain,
            CalibrationResult& result) {
   const std::string doubts = contradictions(problem, assembly, result);
   if (!converged) {
@@ -195,10 +195,14 @@ void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged
         "varied poses";
     return;
   }
-  const LeastObserved weakest = least_observed(problem, assembly);
-  const ReferenceInformation& information = weakest.information;
-  result.least_observed = weakest.sentence;
+  const auto least = [&] {
+    LeastObserved out = least_observed(problem, assembly);
+    result.least_observed = out.sentence;
+    return out.information;
+  };
+  const ReferenceInformation information = explain ? least() : assembly.reference_information();
   if (!information.covariance) {
+    if (!explain) least();  // what cannot be seen is to be said
     result.status = CalibrationStatus::unobservable;
     result.reason = "the readings leave at least one direction of the initial pose undetermined (" +
                     result.least_observed +
@@ -208,6 +212,7 @@ void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged
   const Vector6 deviation = information.covariance->diagonal().cwiseSqrt();
   if (deviation.head<3>().maxCoeff() > frame_size_m(problem.robot) ||
       deviation.tail<3>().maxCoeff() > kUselessRotation) {
+    if (!explain) least();
     result.status = CalibrationStatus::unobservable;
     result.reason = format(
         "the readings hardly determine the initial pose: standard deviations "
@@ -233,7 +238,8 @@ void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged
 CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>& guess,
                         const SolveOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  const CalibrationProblem problem = completed(given, guess);
+  std::optional<CalibrationProblem> filled;
+  const CalibrationProblem& problem = completed(given, guess, filled);
   if (options.graduation.empty() || options.graduation.back() != 1.0) {
     throw InputError("calibration: the last graduation must be 1");
   }
@@ -252,12 +258,12 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
   result.solve_time_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
-  result.cost = assembly.cost();
+  if (!std::isfinite(result.cost)) result.cost = assembly.cost();
+  result.poses.reserve(assembly.cache().size());
   for (std::size_t i = 0; i < assembly.cache().size(); ++i) {
     result.poses.push_back(assembly.cache().pose(i));
   }
-  const PlatformState initial =
-      platform_state(with_effects(problem.robot, problem.effects), result.poses[0]);
+  const PlatformState initial = platform_state(assembly.cache().robot(), result.poses[0]);
   if (!initial.valid || !std::isfinite(result.cost)) {
     if (result.reason.empty()) result.reason = describe_invalid(initial);
     if (result.reason.empty()) {
@@ -273,13 +279,14 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
   result.residual_rms = residual_rms(result.residuals, problem.reference_attitude);
   result.chi_square_p_value =
       chi_square_survival(2.0 * result.cost, result.residual_count - result.parameter_count);
-  judge(problem, assembly, converged, result);
+  judge(problem, assembly, converged, options.explain, result);
   // Only weak problems reach that far; what the paper's formulation claims is the paper's.
   constexpr double kFar = 1.5 * kDegree;
   constexpr double kMostChange = 4.0;  // of a variance: twice the standard deviation
   if (result.status == CalibrationStatus::converged && problem.reference_noise &&
       result.standard_deviation.tail<3>().maxCoeff() > kFar) {
     if (const double change = variance_ratio_nearby(problem, result); change > kMostChange) {
+      if (!options.explain) result.least_observed = least_observed(problem, assembly).sentence;
       result.status = CalibrationStatus::unobservable;
       result.reason = format(
           "a minimum was found, but how well it is known cannot be said: two standard deviations "
@@ -291,6 +298,16 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
     }
   }
   return result;
+}
+
+void explain(const CalibrationProblem& given, CalibrationResult& result) {
+  if (!result.covariance || !result.least_observed.empty()) return;
+  std::optional<CalibrationProblem> filled;
+  const CalibrationProblem& problem = completed(given, result.poses, filled);
+  Assembly assembly(problem, result.poses);
+  assembly.set_reference_errors(result.reference_errors);
+  assembly.cache().update_wrench_weights(1.0);
+  result.least_observed = least_observed(problem, assembly).sentence;
 }
 
 const char* to_string(CalibrationStatus status) {

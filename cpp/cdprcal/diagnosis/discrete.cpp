@@ -94,6 +94,7 @@ CalibrateOptions options_for(const Log& log) {
   options.method = log.tension_N.cols() > 0 ? Method::statics : Method::kinematic;
   options.noise = NoiseSource::specified;
   options.solve.max_iterations = 50;
+  options.solve.explain = false;
   return options;
 }
 

@@ -63,6 +63,42 @@ TEST(CalibrationStatus, StartOutsideTheGeometryIsNotConverged) {
   EXPECT_FALSE(result.covariance);
 }
 
+TEST(CalibrationStatus, ExplainingChangesNothingButTheSentence) {
+  for (const bool full : {true, false}) {
+    Scenario s = scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.05, 1);
+    s.problem.statics = full ? StaticsModel::wrench : StaticsModel::left_inverse;
+    s.problem.reference_attitude = s.problem.reference_statics = s.problem.reference_noise = full;
+    const std::vector<Pose> guess = disturbed(s.truth, 0.02, 1.0 * kDegree, 3);
+    SolveOptions options;
+    const CalibrationResult explained = solve(s.problem, guess, options);
+    options.explain = false;
+    CalibrationResult silent = solve(s.problem, guess, options);
+    EXPECT_NE(explained.least_observed, "");
+    EXPECT_EQ(silent.least_observed, "");
+    EXPECT_EQ(silent.status, explained.status);
+    EXPECT_EQ(silent.cost, explained.cost);
+    ASSERT_TRUE(silent.covariance && explained.covariance);
+    EXPECT_TRUE(silent.covariance->isApprox(*explained.covariance, 1e-12));
+    explain(s.problem, silent);
+    EXPECT_EQ(silent.least_observed, explained.least_observed);
+  }
+}
+
+TEST(CalibrationStatus, WhatCannotBeSeenIsSaidUnasked) {
+  // Eleven kinds of readings of one motion, for twelve unknowns.
+  std::vector<CableVector> there(12, irma4_setpoints()[1]);
+  there.front() = irma4_setpoints()[0];
+  Scenario s = scenario(load_robot("irma4"), there, PoseKind::kinematic_pose, 0.0, 1);
+  s.problem.statics = StaticsModel::none;
+  s.problem.reference_attitude = s.problem.reference_noise = false;
+  SolveOptions options;
+  options.explain = false;
+  const CalibrationResult result = solve(s.problem, s.truth, options);
+  EXPECT_EQ(result.status, CalibrationStatus::unobservable) << result.reason;
+  EXPECT_FALSE(result.covariance);
+  EXPECT_NE(result.least_observed, "");
+}
+
 TEST(CalibrationStatus, WrongUseThrows) {
   Scenario s = scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
   std::vector<Pose> short_guess(s.truth.begin(), s.truth.end() - 1);

@@ -12,8 +12,6 @@ namespace cdprcal {
 /// Most rows one pose can have: lengths, swivels, attitude, statics or reference errors, and what
 /// absolute sensors read.
 inline constexpr int kMostRows = 5 * kMaxCables + 4 + 6 + 4;
-/// Most offsets there can be: one a length, one a swivel, one for yaw.
-inline constexpr int kMostOffsets = 2 * kMaxCables + 1;
 
 /// What a term looks at: the model and the readings at ζi and at ζ0.
 struct TermInput {
