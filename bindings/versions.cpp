@@ -14,7 +14,8 @@ void register_versions(py::module_& module) {
             {"Boost", CDPRCAL_BOOST_VERSION},       {"CGAL", CDPRCAL_CGAL_VERSION},
             {"Ceres", CDPRCAL_CERES_VERSION},       {"Eigen", CDPRCAL_EIGEN_VERSION},
             {"NLopt", CDPRCAL_NLOPT_VERSION},       {"compiler", CDPRCAL_COMPILER_VERSION},
-            {"pybind11", CDPRCAL_PYBIND11_VERSION}, {"yaml-cpp", CDPRCAL_YAML_CPP_VERSION}};
+            {"pybind11", CDPRCAL_PYBIND11_VERSION}, {"simdjson", CDPRCAL_SIMDJSON_VERSION},
+            {"yaml-cpp", CDPRCAL_YAML_CPP_VERSION}};
       },
       "Versions of the compiler and of the libraries that this module was built with, by name.");
 }

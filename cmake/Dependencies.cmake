@@ -6,6 +6,7 @@ find_package(Boost 1.74 CONFIG REQUIRED) # Boost.Math, headers only
 find_package(Ceres 2.1 REQUIRED)
 find_package(NLopt 2.7 REQUIRED)
 find_package(yaml-cpp 0.7 REQUIRED)
+find_package(simdjson 3.0 REQUIRED)
 
 # yaml-cpp renamed its target in 0.8.
 if(NOT TARGET yaml-cpp::yaml-cpp)

@@ -5,7 +5,7 @@
 # has Eigen and the standard library, nothing else.
 cmake_policy(VERSION 3.25)
 
-set(private_dependencies "boost|ceres|CGAL|CLI|glog|gtest|nlohmann|nlopt|pybind11|yaml-cpp")
+set(private_dependencies "boost|ceres|CGAL|CLI|glog|gtest|nlohmann|nlopt|pybind11|simdjson|yaml-cpp")
 
 set(public "")
 set(private "")

@@ -301,7 +301,7 @@ def test_the_version_and_those_of_the_libraries_are_told(cli: Cli) -> None:
     lines = ran.stdout.splitlines()
     assert lines[0] == f"cdprcal {version('cdprcal')}"
     assert f"numpy {np.__version__}" in lines[1]
-    for library in ("Boost", "CGAL", "Ceres", "Eigen", "NLopt", "pybind11", "yaml-cpp"):
+    for library in ("Boost", "CGAL", "Ceres", "Eigen", "NLopt", "pybind11", "simdjson", "yaml-cpp"):
         assert re.search(rf"\b{library} \d+\.\d+", lines[2])
     assert re.search(r"built with \w+ \d+\.\d+", lines[3])
 

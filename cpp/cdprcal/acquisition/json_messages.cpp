@@ -1,8 +1,8 @@
 #include "cdprcal/acquisition/json_messages.hpp"
 
+#include <simdjson.h>
+
 #include <algorithm>
-#include <charconv>
-#include <cstring>
 
 namespace cdprcal {
 namespace {
@@ -21,29 +21,24 @@ T little_endian(const char* at) {
   return value;
 }
 
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
 /// Rows as they are read; the number of keys may grow.
 class Reader {
  public:
   /// False: not plain.
   bool add(std::string_view text) {
-    at_ = text.data();
-    end_ = at_ + text.size();
+    simdjson::dom::object object;
+    if (parser_.parse(text.data(), text.size()).get_object().get(object) != simdjson::SUCCESS) {
+      return false;
+    }
     row_.assign(row_.size(), kNaN);
     there_.assign(there_.size(), 0);
     next_key_ = 0;
-    skip_blanks();
-    if (!take('{')) return false;
-    skip_blanks();
-    if (!take('}')) {
-      do {
-        if (!member()) return false;
-      } while (take(','));
-      if (!take('}')) return false;
+    for (const auto& [name, value] : object) {
+      const std::optional<std::size_t> key = key_of(name);
+      if (!key || there_[*key] != 0) return false;
+      there_[*key] = 1;
+      if (!value.is_null() && value.get_double().get(row_[*key]) != simdjson::SUCCESS) return false;
     }
-    skip_blanks();
-    if (at_ != end_) return false;
     rows_.push_back(row_.size());
     values_.insert(values_.end(), row_.begin(), row_.end());
     present_.insert(present_.end(), there_.begin(), there_.end());
@@ -69,87 +64,24 @@ class Reader {
   }
 
  private:
-  void skip_blanks() {
-    while (at_ != end_ && (*at_ == ' ' || *at_ == '\t' || *at_ == '\n' || *at_ == '\r')) ++at_;
-  }
-
-  bool take(char wanted) {
-    if (at_ == end_ || *at_ != wanted) return false;
-    ++at_;
-    return true;
-  }
-
-  bool member() {
-    skip_blanks();
-    std::size_t key = 0;
-    if (!take('"') || !read_key(key)) return false;
-    if (there_[key] != 0) return false;  // twice
-    there_[key] = 1;
-    skip_blanks();
-    if (!take(':')) return false;
-    skip_blanks();
-    if (!number(row_[key]) && !null()) return false;
-    skip_blanks();
-    return true;
-  }
-
-  /// The key up to its closing quote. Most often it is the one after the last.
-  bool read_key(std::size_t& key) {
-    const auto left = static_cast<std::size_t>(end_ - at_);
-    if (next_key_ < names_.size()) {
-      const std::string& guess = names_[next_key_];
-      if (left > guess.size() && at_[guess.size()] == '"' &&
-          std::memcmp(at_, guess.data(), guess.size()) == 0) {
-        key = next_key_++;
-        at_ += guess.size() + 1;
-        return true;
-      }
+  /// Most often it is the one after the last.
+  std::optional<std::size_t> key_of(std::string_view name) {
+    std::size_t key = next_key_;
+    if (key >= names_.size() || names_[key] != name) {
+      key =
+          static_cast<std::size_t>(std::find(names_.begin(), names_.end(), name) - names_.begin());
     }
-    const char* stop = at_;
-    while (stop != end_ && *stop != '"') {
-      // Escapes and anything that is not ASCII: no column is called so.
-      const auto byte = static_cast<unsigned char>(*stop);
-      if (byte == '\\' || byte < 0x20 || byte >= 0x80) return false;
-      ++stop;
-    }
-    if (stop == end_) return false;
-    const std::string_view name(at_, static_cast<std::size_t>(stop - at_));
-    at_ = stop + 1;
-    key = static_cast<std::size_t>(std::find(names_.begin(), names_.end(), name) - names_.begin());
     if (key == names_.size()) {
-      if (key == kMostKeys) return false;
+      if (key == kMostKeys) return std::nullopt;
       names_.emplace_back(name);
       row_.push_back(kNaN);
       there_.push_back(0);
     }
     next_key_ = key + 1;
-    return true;
+    return key;
   }
 
-  /// A number by JSON's grammar, which is narrower than that of from_chars.
-  bool number(double& value) {
-    const char* digits = at_;
-    if (digits != end_ && *digits == '-') ++digits;
-    if (digits == end_ || !is_digit(*digits)) return false;
-    if (*digits == '0' && digits + 1 != end_ && is_digit(digits[1])) return false;
-    const auto [stop, status] = std::from_chars(at_, end_, value);
-    if (status != std::errc{}) return false;
-    const char* const point = std::find(digits, stop, '.');
-    if (point != stop && (point + 1 == stop || !is_digit(point[1]))) return false;
-    const auto is_real = [](char c) { return c == '.' || c == 'e' || c == 'E'; };
-    if (value == 0.0 && std::none_of(at_, stop, is_real)) value = 0.0;  // the whole number -0 is 0
-    at_ = stop;
-    return true;
-  }
-
-  bool null() {
-    if (end_ - at_ < 4 || std::memcmp(at_, "null", 4) != 0) return false;
-    at_ += 4;
-    return true;
-  }
-
-  const char* at_ = nullptr;
-  const char* end_ = nullptr;
+  simdjson::dom::parser parser_;
   std::vector<std::string> names_;
   std::size_t next_key_ = 0;
   std::vector<double> row_, values_;

@@ -25,8 +25,8 @@ struct JsonMessages {
 /// The messages on `channels` in `records`, which are the inside of one MCAP chunk: opcode, size,
 /// content, one after the other (https://mcap.dev/spec). Messages on other channels are passed
 /// over. Nothing unless every record is a whole message and every one of these is an object of
-/// numbers and nulls by the grammar of JSON (RFC 8259), no key twice, no escape, no number beyond
-/// double precision.
+/// numbers and nulls by the grammar of JSON (RFC 8259), no key twice, no number beyond double
+/// precision, no whole number beyond 64 bits.
 std::optional<JsonMessages> plain_json_messages(std::string_view records,
                                                 std::span<const std::uint16_t> channels);
 
