@@ -209,33 +209,6 @@ class LogParser {
   double last_time_ = 0.0;
 };
 
-/// Writes the shortest text that reads as `value` again, as std::to_chars does, which is slow: most
-/// readings have few decimals, and an integer of them is written many times faster.
-char* write_shortest(char* begin, char* end, double value) {
-  constexpr double kMillionth = 1e6;
-  // Between these the shortest text is never one with an exponent; of 15 digits, no two texts read
-  // as one number, so that the one with no more zeros behind it is the shortest.
-  const double size = std::abs(value);
-  if (size >= 1e-3 && size < 1e5) {
-    const double scaled = size * kMillionth;
-    const auto whole = static_cast<std::int64_t>(scaled + 0.5);
-    if (static_cast<double>(whole) / kMillionth == size) {
-      if (value < 0.0) *begin++ = '-';
-      begin = std::to_chars(begin, end, whole / 1'000'000).ptr;
-      std::int64_t rest = whole % 1'000'000;
-      if (rest == 0) return begin;
-      *begin = '.';
-      for (char* digit = begin + 6; digit != begin; --digit, rest /= 10) {
-        *digit = static_cast<char>('0' + rest % 10);
-      }
-      begin += 7;
-      while (begin[-1] == '0') --begin;
-      return begin;
-    }
-  }
-  return std::to_chars(begin, end, value).ptr;
-}
-
 }  // namespace
 
 int Log::cable_count() const {
@@ -274,7 +247,9 @@ std::string format_log(const Log& log) {
                                : detail::log_group(log, c.group)(row, c.index);
       if (i > 0) text += ',';
       if (std::isnan(value)) continue;
-      text.append(number.data(), write_shortest(number.data(), number.data() + 32, value));
+      // The shortest text that reads as the value again.
+      text.append(number.data(),
+                  std::to_chars(number.data(), number.data() + number.size(), value).ptr);
     }
     text += '\n';
   }
