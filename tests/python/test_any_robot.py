@@ -8,6 +8,7 @@ from scipy.stats import chi2
 
 import cdprcal
 from cdprcal import CalibrateOptions, CalibrationStatus, Method
+from cdprcal.cli.generate import SENSORS, with_sensors
 from robots import polygon_robot
 
 #: No honest error is this large (Mahalanobis², six degrees of freedom).
@@ -61,6 +62,22 @@ def test_by_statics_and_unified(cables: int, radius_m: float) -> None:
     if result.covariance is not None:
         error = cdprcal.minus(result.poses[0], made.poses[0])
         assert error @ np.linalg.solve(result.covariance, error) < UNLIKELY
+
+
+@pytest.mark.parametrize("radius_m", [0.0, 0.03])
+@pytest.mark.parametrize("cables", [3, 4, 5])
+def test_a_curved_valley_is_no_minimum(cables: int, radius_m: float) -> None:
+    """Swivels and attitude alone hardly know the scale: a pose is right, or is not claimed."""
+    robot = polygon_robot(cables, radius_m)
+    made = start_up(robot, cables)
+    log = with_sensors(made.log, {SENSORS["swivels"], SENSORS["attitude"]})
+    result = cdprcal.calibrate(robot, log).result
+    assert (result.covariance is not None) == (result.status == CalibrationStatus.converged)
+    if result.covariance is None:
+        assert "measure at more" in result.reason
+        return
+    error = cdprcal.minus(result.poses[0], made.poses[0])
+    assert error @ np.linalg.solve(result.covariance, error) < UNLIKELY
 
 
 @pytest.mark.parametrize("cables", [6, 7, 8])

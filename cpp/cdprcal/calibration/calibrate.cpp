@@ -1,6 +1,7 @@
 #include "cdprcal/calibration/calibrate.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cstdio>
 
@@ -228,12 +229,37 @@ bool looks_wrong(const Calibration& calibration) {
   return false;
 }
 
+/// Takes back the claim of a pose: another, `apart` from it, fits about as well.
+void leave_open(const Vector6& apart, Calibration& out) {
+  explain(out.problem, out.result);  // which takes the covariance
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "another initial pose fits the readings about as well, %.3g mm and %.3g deg away; "
+                "measure at more varied poses, or with more sensors",
+                1e3 * apart.head<3>().norm(), apart.tail<3>().norm() / kDegree);
+  out.result.status = CalibrationStatus::unobservable;
+  out.result.reason = text;
+  out.result.covariance.reset();
+  out.result.standard_deviation.setConstant(kNaN);
+}
+
+constexpr double kFar = 6.0;  // σ: beyond what a fit calls possible
+
+/// How far another minimum is from one, where it fits about as well and is beyond what the one
+/// calls possible. That it is no minimum perhaps makes it fit better still.
+std::optional<Vector6> rivalled(const CalibrationResult& one, const CalibrationResult& other) {
+  constexpr double kDecisive = 7.0;  // difference of costs: a likelihood ratio of a thousand
+  if (other.poses.empty() || !(other.cost - one.cost < kDecisive)) return std::nullopt;
+  const Vector6 apart = minus(other.poses.front(), one.poses.front());
+  const double distance = apart.dot(one.covariance->ldlt().solve(apart));
+  return distance < kFar * kFar ? std::nullopt : std::optional(apart);
+}
+
 /// Few readings leave several minima, and a specified noise beyond the true one accepts all: the
 /// lowest of all starts takes the place of the first, also where it is not to be trusted; and no
 /// pose is claimed where another fits about as well. `prepared`: as it was before the fit.
 void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared,
                     const CalibrationResult& first, Calibration& out) {
-  constexpr double kDecisive = 7.0;  // difference of costs: a likelihood ratio of a thousand
   std::vector<CalibrationResult> minima =
       minima_from_starts(prepared.problem, options.most_starts, options.solve);
   if (minima.empty()) return;
@@ -249,22 +275,22 @@ void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared
   }
   if (out.result.status != CalibrationStatus::converged || !origin.covariance) return;
   for (const CalibrationResult& other : minima) {
-    if (other.cost - origin.cost > kDecisive) break;
-    // Beyond what the fit calls possible: that it is no minimum perhaps makes it fit better still.
-    const Vector6 apart = minus(other.poses.front(), origin.poses.front());
-    if (apart.dot(origin.covariance->ldlt().solve(apart)) < 36.0) continue;
-    explain(out.problem, out.result);  // which takes the covariance
-    char text[240];
-    std::snprintf(
-        text, sizeof text,
-        "another initial pose fits the readings about as well, %.3g mm and %.3g deg away; "
-        "measure at more varied poses, or with more sensors",
-        1e3 * apart.head<3>().norm(), apart.tail<3>().norm() / kDegree);
-    out.result.status = CalibrationStatus::unobservable;
-    out.result.reason = text;
-    out.result.covariance.reset();
-    out.result.standard_deviation.setConstant(kNaN);
-    return;
+    if (const auto apart = rivalled(origin, other)) return leave_open(*apart, out);
+  }
+  // A valley that is one minimum with the noise specified may be several with the one found, which
+  // starts at the bottom do not leave: all poses are lifted over its walls together.
+  std::vector<std::vector<Pose>> starts;
+  for (CalibrationResult& other : minima) starts.push_back(std::move(other.poses));
+  const Eigen::SelfAdjointEigenSolver<Matrix6> spread(*out.result.covariance);
+  const Vector6 least = kFar * std::sqrt(spread.eigenvalues()[5]) * spread.eigenvectors().col(5);
+  for (const Vector6& move : {least, Vector6(-least)}) {
+    std::vector<Pose>& start = starts.emplace_back();
+    for (const Pose& pose : out.result.poses) start.push_back(plus(pose, move));
+  }
+  for (const std::vector<Pose>& start : starts) {
+    const CalibrationResult again = solve(out.problem, start, options.solve);
+    out.result.solve_time_s += again.solve_time_s;
+    if (const auto apart = rivalled(out.result, again)) return leave_open(*apart, out);
   }
 }
 
