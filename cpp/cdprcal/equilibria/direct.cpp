@@ -45,6 +45,8 @@ class TensionProblem {
   EquilibriumResult newton(const Pose& start) {
     EquilibriumResult result;
     Pose pose = start;
+    PlatformState there;  // at result.pose
+    Vector6 unbalanced = Vector6::Zero();
     const double weight = std::max(robot_.weight_N(), 1e-12);
     double best = HUGE_VAL;
     int stalled = 0;
@@ -62,6 +64,8 @@ class TensionProblem {
         best = error;
         stalled = 0;
         result.pose = pose;
+        there = state;
+        unbalanced = residual;
       } else if (++stalled > (best <= options_.tolerance * weight ? 0 : 8)) {
         break;  // as exact as rounding allows, or going nowhere
       }
@@ -72,7 +76,7 @@ class TensionProblem {
       if (!twist.allFinite()) break;
       pose = step_along(pose, twist);
     }
-    if (best <= options_.tolerance * weight) return accept(result.pose);
+    if (best <= options_.tolerance * weight) return accept(result.pose, there, unbalanced);
     if (result.status == EquilibriumStatus::invalid_geometry) return failure(result);
     result.reason = "Newton's method did not balance the platform";
     return failure(result);
@@ -157,14 +161,13 @@ class TensionProblem {
   }
 
  private:
-  EquilibriumResult accept(const Pose& pose) {
+  EquilibriumResult accept(const Pose& pose, const PlatformState& state,
+                           const Vector6& residual) const {
     EquilibriumResult result;
-    const PlatformState state = platform_state(robot_, pose);
     result.pose = pose;
     result.tension_N = tension_N_;
     result.length_m = state.length_m();
-    result.residual_N =
-        balance_error_N(wrench_residual(robot_, state, tension_N_), length_scale_m_);
+    result.residual_N = balance_error_N(residual, length_scale_m_);
     result.stability = stability(robot_, state, tension_N_);
     result.stable = result.stability.constant_tensions_N_m > 0.0;
     result.status = result.stable ? EquilibriumStatus::found : EquilibriumStatus::unstable;
