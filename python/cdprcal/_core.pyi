@@ -2502,13 +2502,13 @@ class DiagnosisModel:
     """
 
     @property
-    def floor(self) -> typing.Annotated[list[float], "FixedSize(9)"]:
+    def floor(self) -> typing.Annotated[list[float], "FixedSize(16)"]:
         """
         The readings' own ripple, as `noise`.
         """
 
     @property
-    def noise(self) -> typing.Annotated[list[float], "FixedSize(9)"]:
+    def noise(self) -> typing.Annotated[list[float], "FixedSize(16)"]:
         """
         Estimated noise of length [m], swivel, roll and pitch, yaw [rad], and of the balance [in sigma of the load cells].
         """

@@ -21,7 +21,7 @@ _RMS = (
     "wrench_moment_Nm",
 )
 #: Channels of sensors that few robots have, and their residuals.
-_EXTRA = {
+EXTRA = {
     "absolute_yaw": "absolute_yaw_rad",
     "direct_length": "direct_length_m",
     "position": "position_m",
@@ -80,7 +80,7 @@ def calibration_as_dict(robot: _core.Robot, calibration: _core.Calibration) -> d
         "noise": {
             name: {"pose": number(level.pose), "sample": number(level.sample)}
             for name, level in calibration.problem.noise.channels.items()
-            if name not in _EXTRA or number(getattr(result.residual_rms, _EXTRA[name])) is not None
+            if name not in EXTRA or number(getattr(result.residual_rms, EXTRA[name])) is not None
         },
         "gated": [
             {
@@ -101,7 +101,7 @@ def calibration_as_dict(robot: _core.Robot, calibration: _core.Calibration) -> d
 def _rms(rms: _core.ResidualRms) -> dict[str, float | None]:
     document = {name: number(getattr(rms, name)) for name in _RMS}
     # Sensors that few robots have: only where they read something.
-    extra = {name: number(getattr(rms, name)) for name in _EXTRA.values()}
+    extra = {name: number(getattr(rms, name)) for name in EXTRA.values()}
     return document | {name: value for name, value in extra.items() if value is not None}
 
 
@@ -122,11 +122,21 @@ def _poses(calibration: _core.Calibration) -> Iterable[dict[str, Any]]:
 
 
 def residual_as_dict(residual: _core.PoseResidual) -> dict[str, Any]:
-    """Modelled minus measured at one pose (eq. 13), by channel; absent: None."""
+    """Modelled minus measured at one pose (eq. 13), by channel; absent: None.
+
+    Channels of sensors that few robots have are there where something was read.
+    """
+    extra: dict[str, Any] = {}
+    if math.isfinite(residual.absolute_yaw_rad):
+        extra["absolute_yaw_rad"] = number(residual.absolute_yaw_rad)
+    if np.isfinite(residual.direct_length_m).any():
+        extra["direct_length_m"] = numbers(residual.direct_length_m)
+    if np.isfinite(residual.position_m).any():
+        extra["position_m"] = numbers(residual.position_m)
     return {
         "length_m": numbers(residual.length_m),
         "swivel_rad": numbers(residual.swivel_rad),
         "tension_N": numbers(residual.tension_N),
         "roll_pitch_yaw_rad": numbers(residual.roll_pitch_yaw_rad),
         "wrench": numbers(residual.wrench),
-    }
+    } | extra

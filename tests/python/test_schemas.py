@@ -14,6 +14,7 @@ from typer.main import get_command
 
 import cdprcal
 from cdprcal.cli import app
+from cdprcal.io import save_log
 from cdprcal.schemas import DOCUMENTS, schema
 from conftest import Ran, changed
 
@@ -85,6 +86,33 @@ def test_diagnose_and_repeat(cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path
     document = json.loads(ran.stdout)
     validate("repeat", document)
     validate("diagnose", document["again"])
+
+
+def test_diagnose_with_absolute_sensors(cli: Cli, tmp_path: Path) -> None:
+    """A drum that pays out more than it counts, beside lasers and a tracker that do not."""
+    robot = cdprcal.load_robot("irma4")
+    options = cdprcal.SyntheticLogOptions(
+        dwell_s=3.0, move_s=3.0, noise=cdprcal.reading_noise(robot.sigma, 0.2, absolute=True)
+    )
+    made = cdprcal.synthetic_log(robot, cdprcal.default_setpoints(robot, 2, 2, 2), options)
+    length_m = made.log.length_m.copy()
+    length_m[:, 1] *= 1.01
+    log = tmp_path / "absolute.csv"
+    save_log(changed(made.log, length_m=length_m), log)
+    ran = cli("diagnose", "irma4", log, "--json")
+    assert ran.code == 0, ran.stderr
+    document = json.loads(ran.stdout)
+    validate("diagnose", document)
+    assert [effect["name"] for effect in document["effects"]] == ["transmission_ratio"]
+    absolute = {"absolute_yaw_rad", "direct_length_m", "position_m"}
+    assert absolute <= set(document["ripple"])
+    assert absolute <= {gap["channel"] for gap in document["gap"]}
+    assert all(absolute <= set(residual) for residual in document["residuals"]["after"])
+    ran = cli("diagnose", "irma4", log)
+    assert "whole length" in " ".join(ran.stderr.split())
+    ran = cli("report", "irma4", log, "-o", tmp_path / "page.html")
+    assert ran.code == 0, ran.stderr
+    assert "whole length" in (tmp_path / "page.html").read_text()
 
 
 def test_plan_acquire_check_and_truth(cli: Cli, tmp_path: Path) -> None:

@@ -357,11 +357,11 @@ PoseResidual Assembly::residual(std::size_t index) const {
                                        (measured.roll_pitch_yaw_rad[2] - reference_.yaw_rad) -
                                        reference_.yaw_error_rad());
   if (std::isfinite(measured.absolute_yaw_rad)) {
-    r.absolute_yaw_rad = wrap_angle(pose.roll_pitch_yaw_rad[2] - measured.absolute_yaw_rad);
+    r.absolute_yaw_rad = wrap_angle(pose.absolute_yaw_rad - measured.absolute_yaw_rad);
   }
   r.direct_length_m = CableVector::Constant(pose.length_m.size(), kNaN);
   if (measured.direct_length_m.size() == pose.length_m.size()) {
-    r.direct_length_m = pose.length_m - measured.direct_length_m;
+    r.direct_length_m = pose.direct_length_m - measured.direct_length_m;
   }
   r.position_m = cache_.pose(index).position_m - measured.position_m;
   r.tension_N = CableVector::Constant(problem_.robot.cable_count(), kNaN);

@@ -21,11 +21,17 @@ struct PoseEvaluation {
   CableVector length_m;
   CableVector swivel_rad;
   Vector3 roll_pitch_yaw_rad;
+  /// What a laser or a tape, and a compass, read: the geometry, without what effects do to the
+  /// drums' encoders and to the AHRS.
+  CableVector direct_length_m;
+  double absolute_yaw_rad = kNaN;
   CableVector tension_N;  ///< left-inverse statics only
   Vector6 wrench;         ///< Ξᵀτ* − f, wrench statics only
   CableJacobian length_by_twist;
   CableJacobian swivel_by_twist;
   Eigen::Matrix<double, 3, 6, Eigen::RowMajor> attitude_by_twist;
+  CableJacobian direct_length_by_twist;
+  Eigen::Matrix<double, 1, 6> absolute_yaw_by_twist;
   CableJacobian tension_by_twist;
   Matrix6 wrench_by_twist;
 };

@@ -2,7 +2,6 @@
 
 #include <cstdio>
 
-#include "cdprcal/calibration/presence.hpp"
 #include "cdprcal/diagnosis/diagnose.hpp"
 #include "cdprcal/diagnosis/model.hpp"
 #include "cdprcal/effects/applied.hpp"
@@ -44,7 +43,7 @@ DiagnosisModel model_of(const Calibration& calibration) {
           euler_from_rotation(initial.rotation, problem.robot.euler_convention)[2];
   run.offsets = run.offsets.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; }).eval();
   const NoiseModel specified = specified_noise(problem.robot.sigma);
-  for (std::size_t c = 0; c < kPaperChannels; ++c) {
+  for (std::size_t c = 0; c < kRestGroups; ++c) {
     const bool balance = static_cast<Channel>(c) == Channel::balance;
     const double sigma = specified.channel[c].pose;
     const double unit = balance ? sigma : 1.0;  // the balance's level is relative to its covariance
@@ -113,14 +112,6 @@ void allow_for_effects(const CalibrateOptions& options, Calibration& calibration
   if (found.empty()) return;
   result.reason += "; yet the model misfits " + found +
                    ", so it lacks something (cdprcal diagnose looks for it)";
-  // The larger model knows the paper's sensors only.
-  for (const Channel absolute :
-       {Channel::absolute_yaw, Channel::direct_length, Channel::position}) {
-    if (is_read(calibration.problem, absolute)) {
-      result.reason += ", and the uncertainty leaves that out";
-      return;
-    }
-  }
   DiagnosisModel model = model_of(calibration);
   const bool settled = fit_with_noise(model);
   const Matrix6 covariance = initial_pose_covariance(model, 0);

@@ -29,6 +29,9 @@ void add_ripple(const Log& log, const SampleRange& run, NoiseLevels& sums) {
   sums[2] += group(log.roll_pitch_yaw_rad, 0, 2, true);
   sums[3] += group(log.roll_pitch_yaw_rad, 2, 3, true);
   sums[4] += group(log.tension_N, 0, n, false);
+  sums[5] += group(log.absolute_yaw_rad, 0, 1, true);
+  sums[6] += group(log.direct_length_m, 0, n, false);
+  sums[7] += group(log.position_m, 0, 3, false);
 }
 
 /// The balance needs every cable: without it where one hangs slack.
@@ -117,8 +120,9 @@ DiagnosisModel baseline_model(const Robot& robot, std::vector<Log>& logs,
   }
   model.rest_samples = mean_samples(model);
   const SensorSigma& s = robot.sigma;
-  const std::array<double, kRestGroups> sigma{s.length_m, s.swivel_rad, s.attitude_rad,
-                                              s.attitude_rad, s.tension_N};
+  const std::array<double, kRestGroups> sigma{s.length_m,        s.swivel_rad, s.attitude_rad,
+                                              s.attitude_rad,    s.tension_N,  s.absolute_yaw_rad,
+                                              s.direct_length_m, s.position_m};
   for (std::size_t c = 0; c < kRestGroups; ++c) {
     // A thousandth of σ keeps noise-free data from a division by zero.
     const double reading =

@@ -194,8 +194,9 @@ void report_left(const DiagnosisModel& model, const CandidateScore& score, Diagn
 void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
   constexpr double kContradiction = 3.0;  // as calibrate's
   const SensorSigma& s = model.robot.sigma;
-  const std::array<double, kRestGroups> sigma{s.length_m, s.swivel_rad, s.attitude_rad,
-                                              s.attitude_rad, 1.0};
+  const std::array<double, kRestGroups> sigma{s.length_m,        s.swivel_rad, s.attitude_rad,
+                                              s.attitude_rad,    1.0,          s.absolute_yaw_rad,
+                                              s.direct_length_m, s.position_m};
   for (std::size_t c = 0; c < kRestGroups; ++c) {
     if (!(model.noise[c] > kContradiction * sigma[c])) continue;
     const bool balance = c == static_cast<std::size_t>(NoiseGroup::balance);

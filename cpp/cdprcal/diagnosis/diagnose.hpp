@@ -47,7 +47,7 @@ struct Unexplained {
 
 struct Gap {
   std::string after_effect;  ///< "" before any
-  std::string channel;       ///< length_m, swivel_rad, roll_pitch_rad, yaw_rad, tension_N
+  std::string channel;       ///< with its unit: length_m … tension_N, position_m
   double train_rms = kNaN, held_out_rms = kNaN;
 };
 

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
+#include <utility>
 
 #include "cdprcal/calibration/balance_roots.hpp"
 
@@ -31,6 +32,35 @@ CommonLayout layout_of(const DiagnosisModel& model, const Candidates& candidates
   return layout;
 }
 
+/// The rows of a pose: those that effects know, then, where there is any, what absolute sensors
+/// read.
+struct PoseLayout {
+  ReadingRows readings;
+  bool absolute;
+  explicit PoseLayout(const Measurement& m, int cables)
+      : readings{cables},
+        absolute(std::isfinite(m.absolute_yaw_rad) || m.direct_length_m.array().isFinite().any() ||
+                 m.position_m.array().isFinite().any()) {}
+  [[nodiscard]] int absolute_yaw() const { return readings.size(); }
+  [[nodiscard]] int direct_length() const { return absolute_yaw() + 1; }
+  [[nodiscard]] int position() const { return direct_length() + readings.cables; }
+  [[nodiscard]] int size() const { return absolute ? position() + 3 : readings.size(); }
+
+  /// What a row is: its group at rest, and which cable, angle, axis or wrench row.
+  [[nodiscard]] std::pair<NoiseGroup, int> meaning(int row) const {
+    if (row < readings.swivel()) return {NoiseGroup::length, row};
+    if (row < readings.attitude()) return {NoiseGroup::swivel, row - readings.swivel()};
+    if (row < readings.wrench()) {
+      const int angle = row - readings.attitude();
+      return {angle == 2 ? NoiseGroup::yaw : NoiseGroup::roll_pitch, angle};
+    }
+    if (row < readings.size()) return {NoiseGroup::balance, row - readings.wrench()};
+    if (row < direct_length()) return {NoiseGroup::absolute_yaw, 2};
+    if (row < position()) return {NoiseGroup::direct_length, row - direct_length()};
+    return {NoiseGroup::position, row - position()};
+  }
+};
+
 /// All rows of one pose before whitening: residual, by pose, by common unknowns.
 struct RawRows {
   PoseRowValues residual;
@@ -43,7 +73,8 @@ RawRows raw_rows(const DiagnosisModel& model, const Robot& robot, const ActiveEf
                  const Measurement& m, const Pose& pose, const PlatformState& state, bool rests,
                  bool& valid) {
   const int n = robot.cable_count();
-  const ReadingRows rows{n};
+  const PoseLayout all(m, n);
+  const ReadingRows& rows = all.readings;
   const DiagnosisRun& run = model.runs[run_index];
   RawRows out;
   PoseEvaluation e;
@@ -51,9 +82,9 @@ RawRows raw_rows(const DiagnosisModel& model, const Robot& robot, const ActiveEf
                 e);
   valid = e.valid;
   if (!valid) return out;
-  out.residual.setConstant(rows.size(), kNaN);
-  out.by_pose.setZero(rows.size(), 6);
-  out.by_common.setZero(rows.size(), layout.size());
+  out.residual.setConstant(all.size(), kNaN);
+  out.by_pose.setZero(all.size(), 6);
+  out.by_common.setZero(all.size(), layout.size());
   const int offset = static_cast<int>(run_index) * (2 * n + 1);
   for (int i = 0; i < n; ++i) {
     out.residual[i] = e.length_m[i] + run.offsets[i] - m.length_m[i];
@@ -72,8 +103,19 @@ RawRows raw_rows(const DiagnosisModel& model, const Robot& robot, const ActiveEf
   out.by_pose.middleRows(n, n) = e.swivel_by_twist;
   out.by_pose.middleRows<3>(rows.attitude()) = e.attitude_by_twist;
   if (rests) {
-    out.residual.tail<6>() = e.wrench;
-    out.by_pose.bottomRows<6>() = e.wrench_by_twist;
+    out.residual.segment<6>(rows.wrench()) = e.wrench;
+    out.by_pose.middleRows<6>(rows.wrench()) = e.wrench_by_twist;
+  }
+  if (all.absolute) {
+    const double yaw = e.absolute_yaw_rad - m.absolute_yaw_rad;
+    out.residual[all.absolute_yaw()] = std::isfinite(yaw) ? wrap_angle(yaw) : kNaN;
+    out.by_pose.row(all.absolute_yaw()) = e.absolute_yaw_by_twist;
+    if (m.direct_length_m.size() == n) {
+      out.residual.segment(all.direct_length(), n) = e.direct_length_m - m.direct_length_m;
+    }
+    out.by_pose.middleRows(all.direct_length(), n) = e.direct_length_by_twist;
+    out.residual.segment<3>(all.position()) = pose.position_m - m.position_m;
+    out.by_pose.block<3, 3>(all.position(), 0).setIdentity();
   }
   const EffectContext context{robot, state, pose, m};
   Eigen::MatrixXd columns;
@@ -84,7 +126,11 @@ RawRows raw_rows(const DiagnosisModel& model, const Robot& robot, const ActiveEf
     effect.columns(context, values, columns);
     if (scale != nullptr) columns.array().rowwise() *= scale->transpose().array();
     if (effect.info().scope == EffectScope::run) begin += size * static_cast<int>(run_index);
-    out.by_common.middleCols(begin, size) += columns;
+    out.by_common.block(0, begin, rows.size(), size) += columns;
+    if (all.absolute && effect.moves_cables()) {
+      out.by_common.block(all.direct_length(), begin, n, size) +=
+          columns.middleRows(rows.length(), n);
+    }
   };
   for (std::size_t k = 0; k < model.effects.size(); ++k) {
     place(*active[k].effect, active[k].values, layout.accepted_begin[k], nullptr);
@@ -109,24 +155,15 @@ double row_noise(const DiagnosisModel& model, NoiseGroup channel, const Measurem
 /// Keeps the rows that carry a reading, whitens them and projects them off the pose.
 PoseSystem whiten(const DiagnosisModel& model, const Robot& robot, RawRows raw,
                   const Measurement& m, const PlatformState& state, bool rests) {
-  const int n = robot.cable_count();
-  const ReadingRows rows{n};
+  const PoseLayout rows(m, robot.cable_count());
   PoseSystem out;
   PoseRowValues sigma(rows.size());
   const bool moves = m.kind == PoseKind::kinematic_pose && m.samples == 1;
   const auto channel_of = [&](int row) {
-    int group = static_cast<int>(NoiseGroup::balance);
-    if (row < n)
-      group = static_cast<int>(NoiseGroup::length);
-    else if (row < 2 * n)
-      group = static_cast<int>(NoiseGroup::swivel);
-    else if (row < rows.attitude() + 2)
-      group = static_cast<int>(NoiseGroup::roll_pitch);
-    else if (row == rows.attitude() + 2)
-      group = static_cast<int>(NoiseGroup::yaw);
+    const NoiseGroup group = rows.meaning(row).first;
     // The balance has no group in motion; its rows carry nothing there.
-    const bool of_motion = moves && group != static_cast<int>(NoiseGroup::balance);
-    return static_cast<NoiseGroup>(group + (of_motion ? kRestGroups : 0));
+    if (!moves || group == NoiseGroup::balance) return group;
+    return static_cast<NoiseGroup>(static_cast<int>(group) + kRestGroups);
   };
   for (int row = 0; row < rows.size(); ++row) {
     sigma[row] = row_noise(model, channel_of(row), m);
@@ -135,9 +172,13 @@ PoseSystem whiten(const DiagnosisModel& model, const Robot& robot, RawRows raw,
     const Matrix6 root = balance_root(
         state, {robot.sigma.tension_N, robot.sigma.wrench_force_N, robot.sigma.wrench_moment_Nm});
     const Matrix6 inverse = root.triangularView<Eigen::Lower>().solve(Matrix6::Identity());
-    raw.residual.tail<6>() = (inverse * raw.residual.tail<6>()).eval();
-    raw.by_pose.bottomRows<6>() = (inverse * raw.by_pose.bottomRows<6>()).eval();
-    raw.by_common.bottomRows<6>() = inverse.lazyProduct(raw.by_common.bottomRows<6>()).eval();
+    const int wrench = rows.readings.wrench();
+    auto residual = raw.residual.segment<6>(wrench);
+    auto by_pose = raw.by_pose.middleRows<6>(wrench);
+    auto by_common = raw.by_common.middleRows<6>(wrench);
+    residual = (inverse * residual).eval();
+    by_pose = (inverse * by_pose).eval();
+    by_common = inverse.lazyProduct(by_common).eval();
   }
   std::vector<int> kept;
   kept.reserve(static_cast<std::size_t>(rows.size()));
@@ -145,10 +186,7 @@ PoseSystem whiten(const DiagnosisModel& model, const Robot& robot, RawRows raw,
     if (!std::isfinite(raw.residual[row])) continue;
     kept.push_back(row);
     out.channel.push_back(channel_of(row));
-    out.component.push_back(row < n               ? row
-                            : row < 2 * n         ? row - n
-                            : row < rows.wrench() ? row - rows.attitude()
-                                                  : row - rows.wrench());
+    out.component.push_back(rows.meaning(row).second);
   }
   const auto count = static_cast<Eigen::Index>(kept.size());
   out.scale = sigma(kept);
@@ -184,27 +222,23 @@ PoseProjection PoseSystem::projection() const {
 }
 
 const char* to_string(NoiseGroup channel) {
-  switch (channel) {
-    case NoiseGroup::length:
-      return "length";
-    case NoiseGroup::swivel:
-      return "swivel";
-    case NoiseGroup::roll_pitch:
-      return "roll_pitch";
-    case NoiseGroup::yaw:
-      return "yaw";
-    case NoiseGroup::balance:
-      return "balance";
-    case NoiseGroup::moving_length:
-      return "length while moving";
-    case NoiseGroup::moving_swivel:
-      return "swivel while moving";
-    case NoiseGroup::moving_roll_pitch:
-      return "roll_pitch while moving";
-    case NoiseGroup::moving_yaw:
-      return "yaw while moving";
-  }
-  return "unknown";
+  constexpr std::array<const char*, kNoiseGroups> kNames{"length",
+                                                         "swivel",
+                                                         "roll_pitch",
+                                                         "yaw",
+                                                         "balance",
+                                                         "absolute_yaw",
+                                                         "direct_length",
+                                                         "position",
+                                                         "length while moving",
+                                                         "swivel while moving",
+                                                         "roll_pitch while moving",
+                                                         "yaw while moving",
+                                                         "balance while moving",
+                                                         "absolute_yaw while moving",
+                                                         "direct_length while moving",
+                                                         "position while moving"};
+  return kNames.at(static_cast<std::size_t>(channel));
 }
 
 int DiagnosisModel::pose_count() const {

@@ -14,19 +14,26 @@ namespace cdprcal {
 
 /// Groups of readings that share one noise level. Single readings while the platform moves are
 /// groups of their own: their noise is not averaged over a rest, and motion adds to it.
-enum class NoiseGroup {
+enum class NoiseGroup {  // the channels, then each in motion
   length,
   swivel,
   roll_pitch,
   yaw,
   balance,
+  absolute_yaw,
+  direct_length,
+  position,
   moving_length,
   moving_swivel,
   moving_roll_pitch,
-  moving_yaw
+  moving_yaw,
+  moving_balance,  ///< always empty
+  moving_absolute_yaw,
+  moving_direct_length,
+  moving_position
 };
-inline constexpr int kRestGroups = 5;  ///< the first so many
-inline constexpr int kNoiseGroups = 9;
+inline constexpr int kRestGroups = kChannels;
+inline constexpr int kNoiseGroups = 2 * kRestGroups;
 const char* to_string(NoiseGroup channel);
 
 /// One run: where the platform stood, and what was read there.
@@ -63,8 +70,9 @@ struct DiagnosisModel {
   [[nodiscard]] ActiveEffects active(std::size_t run) const;
 };
 
-/// Rows of one pose: at most two a cable, three angles, six of the balance. They never allocate.
-inline constexpr int kMostPoseRows = 2 * kMaxCables + 9;
+/// Rows of one pose: at most three a cable, four angles, six of the balance, three of the position.
+/// They never allocate.
+inline constexpr int kMostPoseRows = 3 * kMaxCables + 13;
 using PoseRowValues = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostPoseRows, 1>;
 using PoseRowsByTwist = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::ColMajor, kMostPoseRows, 6>;
 using PoseProjection = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
@@ -75,7 +83,7 @@ using PoseProjection = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eig
 struct PoseSystem {
   std::size_t run = 0, pose = 0;
   std::vector<NoiseGroup> channel;  ///< of each row
-  std::vector<int> component;       ///< cable, angle or wrench row of each row
+  std::vector<int> component;       ///< cable, angle, axis or wrench row of each row
   PoseRowValues scale;              ///< unwhitened = whitened · scale (balance rows: 1)
   PoseRowValues residual;           ///< (model − reading) / σ
   PoseRowsByTwist by_pose;          ///< m × 6

@@ -33,6 +33,11 @@ std::vector<ModelResidual> model_residuals(const DiagnosisModel& model) {
       residual.roll_pitch_yaw_rad = e.roll_pitch_yaw_rad - m.roll_pitch_yaw_rad;
       residual.roll_pitch_yaw_rad[2] += run.offsets[2 * n];
       residual.roll_pitch_yaw_rad = residual.roll_pitch_yaw_rad.unaryExpr(&wrapped).eval();
+      residual.absolute_yaw_rad = wrapped(e.absolute_yaw_rad - m.absolute_yaw_rad);
+      residual.direct_length_m = m.direct_length_m.size() == n
+                                     ? CableVector(e.direct_length_m - m.direct_length_m)
+                                     : CableVector::Constant(n, kNaN);
+      residual.position_m = run.poses[i].position_m - m.position_m;
       residual.tension_N = CableVector::Constant(n, kNaN);
       if (rests) {
         residual.wrench = e.wrench;

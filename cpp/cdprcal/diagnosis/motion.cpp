@@ -37,6 +37,17 @@ bool follow(const DiagnosisModel& model, const Robot& robot, const ActiveEffects
       add(std::isfinite(angle) ? wrap_angle(angle) : kNaN, e.attitude_by_twist.row(a),
           a == 2 ? NoiseGroup::moving_yaw : NoiseGroup::moving_roll_pitch);
     }
+    const double yaw = e.absolute_yaw_rad - m.absolute_yaw_rad;
+    add(std::isfinite(yaw) ? wrap_angle(yaw) : kNaN, e.absolute_yaw_by_twist,
+        NoiseGroup::moving_absolute_yaw);
+    for (Eigen::Index i = 0; i < m.direct_length_m.size(); ++i) {
+      add(e.direct_length_m[i] - m.direct_length_m[i], e.direct_length_by_twist.row(i),
+          NoiseGroup::moving_direct_length);
+    }
+    for (int a = 0; a < 3; ++a) {
+      add(pose.position_m[a] - m.position_m[a], Vector6::Unit(a).transpose().eval(),
+          NoiseGroup::moving_position);
+    }
     const Eigen::LDLT<Matrix6> factors(hessian);
     if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 0.0)) return false;
     const Vector6 twist = -factors.solve(gradient);

@@ -10,8 +10,9 @@
 namespace cdprcal {
 namespace {
 
-constexpr const char* kChannelUnits[kRestGroups] = {"length_m", "swivel_rad", "roll_pitch_rad",
-                                                    "yaw_rad", "tension_N"};
+constexpr const char* kChannelUnits[kRestGroups] = {
+    "length_m",  "swivel_rad",       "roll_pitch_rad",  "yaw_rad",
+    "tension_N", "absolute_yaw_rad", "direct_length_m", "position_m"};
 /// Named effects that a dependence is weighed against together.
 constexpr int kMostTogether = 3;
 /// Evidence for what a name leaves, as a share of its own, up to which the name stands.

@@ -76,6 +76,9 @@ class Effect {
 
   /// Geometry and inertia: changes the robot itself.
   virtual void apply(const EffectValues&, Robot&) const {}
+  /// Whether apply() moves a cable's path: whole lengths then change with the readings of the
+  /// drums.
+  [[nodiscard]] virtual bool moves_cables() const { return false; }
   /// Adds to `tension_N`, which starts as the load cells' readings and shall become the tensions
   /// at the platform. Effects add up: each looks at the readings, not at one another.
   virtual void correct_tension(const EffectContext&, const EffectValues&, CableVector&) const {}

@@ -22,6 +22,7 @@ class FrameAnchors final : public Effect {
         .settle = "measure the distances between the pulleys by tape"};
     return info;
   }
+  [[nodiscard]] bool moves_cables() const override { return true; }
   void apply(const EffectValues& offset_m, Robot& robot) const override {
     for (int i = 0; i < robot.cable_count(); ++i) {
       robot.cables[i].pulley.position_m += offset_m.segment<3>(3 * i);

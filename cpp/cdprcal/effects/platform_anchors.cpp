@@ -23,6 +23,7 @@ class PlatformAnchors final : public Effect {
             "hang the platform by one anchor: the vertical through it passes the centre of mass"};
     return info;
   }
+  [[nodiscard]] bool moves_cables() const override { return true; }
   void apply(const EffectValues& offset_m, Robot& robot) const override {
     for (int i = 0; i < robot.cable_count(); ++i) {
       robot.cables[i].platform_anchor_m += offset_m.segment<3>(3 * i);

@@ -21,6 +21,7 @@ class PulleyRadius final : public Effect {
                                  .settle = "measure the groove diameter with a caliper"};
     return info;
   }
+  [[nodiscard]] bool moves_cables() const override { return true; }
   void apply(const EffectValues& radius_error_m, Robot& robot) const override {
     for (int i = 0; i < robot.cable_count(); ++i) {
       double& radius_m = robot.cables[i].pulley.radius_m;

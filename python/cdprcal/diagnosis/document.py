@@ -9,7 +9,7 @@ import numpy as np
 from cdprcal import _core
 from cdprcal.diagnosis.shapes import value_shape
 from cdprcal.diagnosis.units import GAP_CHANNELS
-from cdprcal.results import number, numbers, pose_as_dict, residual_as_dict
+from cdprcal.results import EXTRA, number, numbers, pose_as_dict, residual_as_dict
 
 
 def diagnosis_as_dict(diagnosis: _core.Diagnosis, robot: _core.Robot) -> dict[str, Any]:
@@ -75,10 +75,18 @@ def diagnosis_as_dict(diagnosis: _core.Diagnosis, robot: _core.Robot) -> dict[st
 
 
 def _ripple(diagnosis: _core.Diagnosis) -> dict[str, float | None]:
-    """The readings' own noise by channel of the gap; tension from the balance's, which is in σ."""
+    """The readings' own noise by channel of the gap; tension from the balance's, which is in σ.
+
+    Channels of sensors that few robots have only where they were read.
+    """
     scale = {"tension_N": diagnosis.corrected.sigma.tension_N}
     levels = zip(GAP_CHANNELS, diagnosis.baseline.floor, strict=False)
-    return {channel: number(level * scale.get(channel, 1.0)) for channel, level in levels}
+    read = {gap.channel for gap in diagnosis.gap}
+    return {
+        channel: number(level * scale.get(channel, 1.0))
+        for channel, level in levels
+        if channel in read or channel not in EXTRA.values()
+    }
 
 
 def _residuals(model: _core.DiagnosisModel) -> list[dict[str, Any]]:

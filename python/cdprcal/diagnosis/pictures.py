@@ -30,6 +30,9 @@ _RESIDUALS: tuple[tuple[str, tuple[str, ...], Callable[[_core.PoseResidual], Any
     ("tension_N", (), lambda r: r.tension_N),
     ("roll_pitch_rad", ("roll", "pitch"), lambda r: r.roll_pitch_yaw_rad[:2]),
     ("yaw_rad", ("yaw",), lambda r: r.roll_pitch_yaw_rad[2:]),
+    ("absolute_yaw_rad", ("absolute yaw",), lambda r: [r.absolute_yaw_rad]),
+    ("direct_length_m", (), lambda r: r.direct_length_m),
+    ("position_m", ("x", "y", "z"), lambda r: r.position_m),
 )
 
 

@@ -17,13 +17,16 @@ _FOR_PEOPLE = {
     "s": ("ms", 1e3),
 }
 
-#: Channel of the gap → name for people, unit, factor to it.
+#: Channel of the gap → name for people, unit, factor to it; in the order of the model's noise.
 GAP_CHANNELS = {
     "length_m": ("length", "mm", 1e3),
     "swivel_rad": ("swivel", "°", _DEGREE),
     "roll_pitch_rad": ("roll, pitch", "°", _DEGREE),
     "yaw_rad": ("yaw", "°", _DEGREE),
     "tension_N": ("tension", "N", 1.0),
+    "absolute_yaw_rad": ("absolute yaw", "°", _DEGREE),
+    "direct_length_m": ("whole length", "mm", 1e3),
+    "position_m": ("position", "mm", 1e3),
 }
 
 

@@ -262,13 +262,24 @@ def _pose_line(
     }
 
 
-#: Rows of the residuals: channel of the gap, key of a residual, columns of it (None: by cable).
-_RESIDUALS: tuple[tuple[str, str, tuple[int, ...] | None], ...] = (
-    ("length_m", "length_m", None),
-    ("swivel_rad", "swivel_rad", None),
-    ("tension_N", "tension_N", None),
-    ("roll_pitch_rad", "roll_pitch_yaw_rad", (0, 1, 2)),
+#: Rows of the residuals: channel of the gap, key of a residual, its columns (none: by cable).
+_RESIDUALS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
+    ("length_m", "length_m", ()),
+    ("swivel_rad", "swivel_rad", ()),
+    ("tension_N", "tension_N", ()),
+    ("roll_pitch_rad", "roll_pitch_yaw_rad", ("roll", "pitch", "yaw")),
+    ("absolute_yaw_rad", "absolute_yaw_rad", ("yaw",)),
+    ("direct_length_m", "direct_length_m", ()),
+    ("position_m", "position_m", ("x", "y", "z")),
 )
+
+
+def _parts(residual: dict[str, Any], key: str, columns: int) -> list[float | None]:
+    """A channel's residuals; None where nothing was read."""
+    value = residual.get(key)
+    if value is None:
+        return [None] * columns
+    return list(value) if isinstance(value, list) else [value]
 
 
 def residuals(subject: Subject) -> Figure | None:
@@ -280,7 +291,7 @@ def residuals(subject: Subject) -> Figure | None:
     rows = [
         row
         for row in _RESIDUALS
-        if any(v is not None for residual in series[0][3] for v in residual[row[1]])
+        if any(v is not None for residual in series[0][3] for v in _parts(residual, row[1], 0))
     ]
     data: list[dict[str, Any]] = []
     axes: dict[str, Any] = {}
@@ -289,16 +300,20 @@ def residuals(subject: Subject) -> Figure | None:
     number = 0
     for r, (channel, key, picked) in enumerate(rows):
         name, unit, factor = GAP_CHANNELS[channel]
-        name = "attitude" if picked else name
-        indices = picked or tuple(range(subject.robot.cable_count))
+        name = "attitude" if channel == "roll_pitch_rad" else name
+        titles = picked or [f"cable {i + 1}" for i in range(subject.robot.cable_count)]
         everything = [
-            abs(v) for _, _, _, table in series for res in table for v in res[key] if v is not None
+            abs(v)
+            for _, _, _, table in series
+            for res in table
+            for v in _parts(res, key, 0)
+            if v is not None
         ]
         limit = 1.15 * factor * max([*everything, 1e-12])
         sigma = _ripple(subject, channel)
         height = 1.0 / len(rows)
         top = 1.0 - r * height
-        for column, index in enumerate(indices):
+        for column, title in enumerate(titles):
             number += 1
             suffix = "" if number == 1 else str(number)
             x_key, y_key = f"x{suffix}", f"y{suffix}"
@@ -307,7 +322,12 @@ def residuals(subject: Subject) -> Figure | None:
                     {
                         "type": "scatter",
                         "x": rounded([res["run_time_s"] for res in table], 2),
-                        "y": rounded([_scaled(res[key][index], factor) for res in table]),
+                        "y": rounded(
+                            [
+                                _scaled(_parts(res, key, len(titles))[column], factor)
+                                for res in table
+                            ]
+                        ),
                         "mode": "markers",
                         "name": label,
                         "legendgroup": label,
@@ -337,7 +357,6 @@ def residuals(subject: Subject) -> Figure | None:
             )
             if sigma:
                 shapes.append(_band(x_key, y_key, sigma * factor))
-            title = ("roll", "pitch", "yaw")[index] if picked else f"cable {index + 1}"
             notes.append(
                 {
                     "text": title,

@@ -13,8 +13,8 @@ struct AbsoluteYawTerm {
   static void write(const TermInput& in, RowWriter& rows) {
     if (AbsoluteYawTerm::rows(in) == 0) return;
     rows.absolute({Channel::absolute_yaw, 2},
-                  wrap_angle(in.pose().roll_pitch_yaw_rad[2] - in.measured().absolute_yaw_rad),
-                  in.weight(Channel::absolute_yaw), in.pose().attitude_by_twist.row(2));
+                  wrap_angle(in.pose().absolute_yaw_rad - in.measured().absolute_yaw_rad),
+                  in.weight(Channel::absolute_yaw), in.pose().absolute_yaw_by_twist);
   }
 };
 

@@ -14,8 +14,9 @@ struct DirectLengthTerm {
     const CableVector& read = in.measured().direct_length_m;
     for (Eigen::Index c = 0; c < read.size(); ++c) {
       if (!std::isfinite(read[c])) continue;
-      rows.absolute({Channel::direct_length, static_cast<int>(c)}, in.pose().length_m[c] - read[c],
-                    in.weight(Channel::direct_length), in.pose().length_by_twist.row(c));
+      rows.absolute({Channel::direct_length, static_cast<int>(c)},
+                    in.pose().direct_length_m[c] - read[c], in.weight(Channel::direct_length),
+                    in.pose().direct_length_by_twist.row(c));
     }
   }
 };
