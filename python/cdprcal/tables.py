@@ -14,6 +14,7 @@ from cdprcal.findings import Finding
 
 _STYLE = {"error": "bold red", "warning": "yellow", "info": "cyan"}
 _MOST_POSES = 40
+_MOST_SEGMENTS = 10
 
 
 def console() -> Console:
@@ -65,6 +66,8 @@ def print_check(report: dict[str, Any], findings: Iterable[Finding]) -> None:
     )
     table = plain_table("segment", "from [s]", "to [s]", "samples", "")
     for number, segment in enumerate(report["segments"]):
+        if not (segment["run"] or number >= count - _MOST_SEGMENTS):
+            continue
         table.add_row(
             str(number),
             f"{segment['begin_s']:.3f}",
@@ -73,6 +76,8 @@ def print_check(report: dict[str, Any], findings: Iterable[Finding]) -> None:
             "run" if segment["run"] else "",
         )
     out.print(table)
+    if count > _MOST_SEGMENTS:
+        say(out, f"only the run and the last of {count} segments are shown: see --json")
     print_findings(findings)
     say(
         out,

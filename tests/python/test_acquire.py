@@ -18,7 +18,7 @@ import pytest
 
 import cdprcal
 from cdprcal import RobotSample, StartUpCommand, StartUpState
-from cdprcal.acquisition import Acquired, acquire, start_up_plan
+from cdprcal.acquisition import Acquired, acquire, start_up_options, start_up_plan
 from cdprcal.hardware import BackendError
 from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.io import AcquisitionInputs, LiveLog, load_log, open_live_log, read_inputs
@@ -345,7 +345,7 @@ def test_wrong_use_is_said_and_nothing_written(
         (("irma4", plan_path, "--backend", "canopen5"), "--backend: 'canopen5'"),
         (("irma4", plan_path, "--rate-hz", "0"), "--rate-hz"),
         (("irma4", plan_path, "--effect", "mas=1"), "effect 'mas': not known"),
-        (("irma4", plan_path, "--truth", out), "is the log's name too"),
+        (("irma4", plan_path, "--truth", out), "is the file of -o too"),
         (("ring3", plan_path), "3"),
         (("irma4", tmp_path / "none.csv"), "none.csv"),
         (("irma4", tmp_path), "cannot be read"),
@@ -447,3 +447,62 @@ def test_killed_at_any_moment_a_log_loses_at_most_a_second(
         inputs = read_inputs(path)
         assert inputs is not None
         assert inputs.plan_csv == cdprcal.format_plan(plan)
+
+
+def test_a_platform_that_is_slow_to_settle_is_waited_for(
+    cli: Callable[..., Ran], tmp_path: Path
+) -> None:
+    """Low in a corner of a large robot it sinks for half a minute, and the plan says so: longer
+    than the 20 s after which StartUp gives up by itself."""
+    robot = large_robot()
+    (tmp_path / "large.yaml").write_text(cdprcal.to_yaml(robot))
+    plan = cdprcal.make_plan(
+        robot, positions_m=[[0.8, -1.02, 0.052]], home_m=[0.0, -0.13, 1.0]
+    ).plan
+    (tmp_path / "plan.csv").write_text(cdprcal.format_plan(plan))
+    usual_s = cdprcal.StartUpOptions().settle_timeout_s
+    assert plan.poses[0].dwell_s > usual_s
+    assert start_up_options(plan).settle_timeout_s > plan.poses[0].dwell_s
+    out = tmp_path / "run.csv"
+    ran = cli("acquire", tmp_path / "large.yaml", tmp_path / "plan.csv", "--seed", 5, "-o", out)
+    assert ran.code == 0, ran
+    events = [plan.poses[0].transition_s, load_log(out).log.time_s[-1]]
+    assert events[1] - events[0] > usual_s, "it did not take long: this tests nothing"
+
+
+def large_robot() -> cdprcal.Robot:
+    """Five cables on a circle of 2 m, 2.5 m high, and 20 kg."""
+    directions = [
+        np.array([np.cos(angle), np.sin(angle), 0.0])
+        for angle in 0.3 + 2.0 * np.pi * np.arange(5) / 5
+    ]
+    return cdprcal.Robot(
+        name="large",
+        platform=cdprcal.Platform(
+            mass_kg=20.0,
+            centre_of_mass_m=[0.0, 0.0, -0.05],
+            inertia_kg_m2=np.diag([0.6, 0.6, 0.9]),
+        ),
+        cables=[
+            cdprcal.Cable(
+                pulley=cdprcal.Pulley(
+                    position_m=2.0 * out + [0.0, 0.0, 2.5],
+                    x_axis=[0.0, 0.0, -1.0],
+                    swivel_axis=-out,
+                    radius_m=0.03,
+                ),
+                platform_anchor_m=0.25 * out + [0.0, 0.0, 0.2],
+            )
+            for out in directions
+        ],
+        tension_limits_N=[15.0, 600.0],
+        sigma=cdprcal.SensorSigma(
+            length_m=0.002, swivel_rad=0.0035, attitude_rad=0.0035, tension_N=2.0
+        ),
+    )
+
+
+def test_a_platform_that_settles_soon_is_not_waited_for_longer(plan: cdprcal.Plan) -> None:
+    rests_s = [plan.start_dwell_s, *(stop.dwell_s for stop in plan.poses)]
+    usual_s = cdprcal.StartUpOptions().settle_timeout_s
+    assert start_up_options(plan).settle_timeout_s == max(usual_s, 2.0 * max(rests_s))

@@ -313,3 +313,27 @@ def test_measured_logs_have_a_gap_and_nothing_worse(
         report = check_file(robot, shared_data / "irma4" / name)
         assert found(report) == {("warning", "gap")}
     assert check_file(robot, shared_data / "irma4" / "trial_a.csv").findings == ()
+
+
+def test_milliseconds_are_one_finding(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    """Not a gap a sample: what is wrong is said once, with what it probably is."""
+    log = edited(synthetic.log, "time_s", lambda t: t.__imul__(1000.0))
+    findings = check(robot, log).findings
+    assert {finding.code for finding in findings} == {"impossible_value", "too_few_samples"}
+    (time,) = (finding for finding in findings if finding.channel == "time_s")
+    assert time.severity == "error"
+    assert "milliseconds" in time.remedy
+    assert "100 s" in time.message
+
+
+def test_a_load_cell_with_its_sign_reversed_is_no_slack_cable(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    log = edited(synthetic.log, "tension_N", lambda t: t[:, 2].__imul__(-1.0))
+    report = check(robot, log)
+    assert found(report) == {("error", "impossible_value")}
+    (finding,) = report.findings
+    assert finding.channel == "tension_3_N"
+    assert "sign reversed" in finding.remedy

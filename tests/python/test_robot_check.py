@@ -64,6 +64,15 @@ def test_a_template_is_not_written_over_a_file(cli: Cli, tmp_path: Path) -> None
     assert robot_template("a", 8).count("platform_anchor_m") == 8
 
 
+def test_a_centre_of_mass_in_millimetres_is_named(cli: Cli, tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    text = cdprcal.builtin_robot_yaml("irma4")
+    path.write_text(text.replace("[0, 0, 0.173]", "[0, 0, 173]"))
+    ran = cli("check", path)
+    assert ran.code == 1, ran
+    assert "error: the centre of mass is 172.7 m from the nearest anchor" in ran.stderr
+
+
 @pytest.mark.parametrize("robot_name", ["irma4", "ring3", "ring5", "posts8"])
 def test_the_built_in_robots_have_nothing_but_remarks(cli: Cli, robot_name: str) -> None:
     ran = cli("check", robot_name, "--json")

@@ -1,6 +1,14 @@
 """From power-on to a log: the start-up procedure on any robot, logged while it runs."""
 
 from cdprcal.acquisition.guide import Estimate, Guide, parse_accuracy
-from cdprcal.acquisition.procedure import Acquired, acquire, start_up_plan
+from cdprcal.acquisition.procedure import Acquired, acquire, start_up_options, start_up_plan
 
-__all__ = ["Acquired", "Estimate", "Guide", "acquire", "parse_accuracy", "start_up_plan"]
+__all__ = [
+    "Acquired",
+    "Estimate",
+    "Guide",
+    "acquire",
+    "parse_accuracy",
+    "start_up_options",
+    "start_up_plan",
+]

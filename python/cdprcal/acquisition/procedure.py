@@ -69,6 +69,18 @@ def start_up_plan(plan: _core.Plan, *, quick: bool = False) -> _core.StartUpPlan
     )
 
 
+#: A platform may take so many times its planned rest: the plan's damping ratio is an assumption.
+_PATIENCE = 2.0
+
+
+def start_up_options(plan: _core.Plan) -> _core.StartUpOptions:
+    """StartUp's own, but with the patience that the plan's slowest stop asks for."""
+    options = _core.StartUpOptions()
+    rests_s = [plan.start_dwell_s, *(stop.dwell_s for stop in plan.poses)]
+    options.settle_timeout_s = max(options.settle_timeout_s, _PATIENCE * max(rests_s))
+    return options
+
+
 def acquire(
     startup: StartUp,
     backend: Backend,

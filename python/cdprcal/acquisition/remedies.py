@@ -18,7 +18,8 @@ REMEDIES: tuple[tuple[str, str], ...] = (
     ("does not follow its set-point", "check the load cell's sign and scale, and the winch's gain"),
     (
         "does not come to rest in time",
-        "look for a draught or a loose cable; plan with longer rests",
+        "look for a draught or a loose cable; else plan again: with a lower --damping it waits "
+        "longer, with a higher --margin-n it keeps off poses where the platform swings slowly",
     ),
     ("beyond the limits", "check the load cell's zero, scale and sign, then the session's limits"),
     ("beyond the limit", "check counts_per_m and the session's limits.velocity_m_s"),

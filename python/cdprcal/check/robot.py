@@ -63,7 +63,8 @@ def check_robot(robot: _core.Robot) -> RobotReport:
                 "info",
                 "workspace_not_computed",
                 f"the static workspace is not computed for {robot.cable_count} cables",
-                "calibrate, check and diagnose work all the same; plan does not",
+                "calibrate, check, diagnose and report work all the same; workspace, plan and "
+                "generate do not",
             )
         )
     order = ("error", "warning", "info")
@@ -88,6 +89,15 @@ def _sizes(robot: _core.Robot) -> Iterator[Finding]:
             "platform_larger_than_frame",
             f"the platform's anchors are {platform_m:.4g} m apart, the pulleys {frame_m:.4g} m",
             "check that platform_anchor_m is in metres and in the platform's own frame",
+        )
+    below_m = float(np.linalg.norm(anchors - robot.platform.centre_of_mass_m, axis=1).min())
+    if frame_m > 0.0 and below_m > frame_m:
+        yield _finding(
+            "error",
+            "far_centre_of_mass",
+            f"the centre of mass is {below_m:.4g} m from the nearest anchor, farther than the "
+            f"pulleys are apart ({frame_m:.4g} m)",
+            "centre_of_mass_m is in metres and in the platform's own frame, as platform_anchor_m",
         )
     for i, cable in enumerate(robot.cables, 1):
         if cable.pulley.radius_m > 0.25 * frame_m > 0:

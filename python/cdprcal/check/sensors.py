@@ -20,7 +20,7 @@ from cdprcal.check.subject import (
 _WITHOUT = {
     "length_m": "the pose rests on swivel angles, attitude and tensions alone",
     "swivel_rad": "the pose rests on lengths, attitude and tensions alone",
-    "tension_N": "statics cannot be used: calibrate with --method kinematic",
+    "tension_N": "the pose rests on lengths, swivel angles and attitude alone, without statics",
     "roll_pitch_yaw_rad": "roll, pitch and yaw come from the cables alone",
 }
 #: A channel is stuck when it repeats one value while the others move by this many sigma.

@@ -40,6 +40,19 @@ def _check_slack(subject: Subject, channel: Channel) -> Flags:
     if places:
         longest = max(places, key=lambda r: r[1] - r[0])
         lasting = longest[1] - longest[0] > 1
+        if np.nanmedian(channel.values) < -level:
+            subject.add(
+                "error",
+                "impossible_value",
+                f"{channel.name} is negative, {np.nanmedian(channel.values):.3g} N in the middle: "
+                "a cable cannot push",
+                "is the load cell's sign reversed, or its zero far off? in the canonical log "
+                "the tension of a taut cable is positive",
+                begin=longest[0],
+                end=longest[1],
+                channel=channel.name,
+            )
+            return flags
         subject.add(
             "error" if lasting else "warning",
             "slack",

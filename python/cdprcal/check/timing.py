@@ -14,6 +14,19 @@ _MISSING_PERIODS = 2.5
 def check_segments(subject: Subject, segments: list[_core.SampleRange], chosen: int) -> None:
     """A gap starts a new segment; only one of them is the run."""
     time = subject.log.time_s
+    if len(segments) > 1 and len(segments) > time.size / 2:
+        usual_s = float(np.median(np.diff(time)))
+        subject.add(
+            "error",
+            "impossible_value",
+            f"time_s advances by {usual_s:g} s from one sample to the next: a gap that long ends a "
+            "segment, so that nearly every sample is a segment of its own",
+            "is it in milliseconds or nanoseconds? the canonical log has seconds (time_s); else "
+            "log at 10 Hz or more",
+            begin=segments[1].begin - subject.run.start,
+            channel="time_s",
+        )
+        return
     for number, segment in enumerate(segments[1:], start=1):
         before = float(time[segment.begin - 1])
         after = float(time[segment.begin])

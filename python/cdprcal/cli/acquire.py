@@ -12,6 +12,7 @@ from cdprcal.cli.common import (
     JsonOption,
     RobotArgument,
     fail,
+    keep_apart,
     print_json,
     reports_errors,
 )
@@ -123,7 +124,13 @@ def command(
 
     from cdprcal import _core
     from cdprcal._core import InputError
-    from cdprcal.acquisition import Guide, acquire, parse_accuracy, start_up_plan
+    from cdprcal.acquisition import (
+        Guide,
+        acquire,
+        parse_accuracy,
+        start_up_options,
+        start_up_plan,
+    )
     from cdprcal.acquisition.monitor import Monitor
     from cdprcal.cli import devices
     from cdprcal.hardware import BACKENDS
@@ -136,8 +143,10 @@ def command(
         fail(f"--backend: {backend!r} is not one of {', '.join(BACKENDS)}")
     if not 0.0 < rate_hz <= 100.0:
         fail("--rate-hz: must be above 0 and at most 100")
-    if truth and Path(truth).resolve() == Path(output).resolve():
-        fail(f"{truth}: is the log's name too; give another")
+    keep_apart(
+        {"-o": output, "--truth": truth},
+        {"robot file": robot, "plan": plan, "session file": session},
+    )
     asked = parse_accuracy(until) if until else None
     the_robot = _core.load_robot(robot)
     plan_text = read_bytes(Path(plan), _MOST_PLAN_BYTES).decode("utf-8", "replace")
@@ -152,16 +161,17 @@ def command(
     options = _core.SimulatorOptions(
         seed=seed, effects=[_core.parse_injected_effect(text) for text in effect or []]
     )
+    visits, patience = start_up_plan(the_plan, quick=quick), start_up_options(the_plan)
     wired: Session | None = None
     if backend == "simulated":
         if session or arm or dry_run:
             fail("--session, --arm and --dry-run: need --backend canopen or ethercat")
-        startup = _core.StartUp(the_robot, start_up_plan(the_plan, quick=quick))
+        startup = _core.StartUp(the_robot, visits, patience)
         paced = speed > 0.0
     else:
         wired = devices.session_for(backend, session)
         devices.refuse_simulator_options(wired, effects=bool(effect), truth=bool(truth))
-        startup = devices.start_up(wired, the_robot, start_up_plan(the_plan, quick=quick))
+        startup = devices.start_up(wired, the_robot, visits, patience)
         paced = wired.simulated is None or wired.simulated.speed > 0.0
     guide = Guide(the_robot, the_plan, startup, asked=asked, quick=quick, background=paced)
     device: SimulatedBackend | SessionBackend

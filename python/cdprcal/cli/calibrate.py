@@ -15,6 +15,7 @@ from cdprcal.cli.common import (
     RobotArgument,
     SegmentOption,
     interruptible,
+    keep_apart,
     print_json,
     reports_errors,
 )
@@ -79,6 +80,7 @@ def command(
     from cdprcal.io import load_run
     from cdprcal.results import calibration_as_dict
 
+    keep_apart({"-o": output}, {"robot file": robot, "log": log})
     options = _core.CalibrateOptions(
         method=_core.parse_method(method),
         formulation=_core.parse_formulation(formulation),
@@ -104,6 +106,10 @@ def command(
         print_findings(file.findings)
         print_calibration(document, sigma_of(the_robot))
     converged = calibration.result.status == _core.CalibrationStatus.converged
+    if not converged and not json:
+        from cdprcal.tables import console, say
+
+        say(console(), f"next: cdprcal check {robot} {log}, then cdprcal diagnose {robot} {log}")
     raise typer.Exit(DONE if converged else UNTRUSTED)
 
 

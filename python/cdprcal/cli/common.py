@@ -6,7 +6,7 @@ import functools
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Annotated, Any, NoReturn, ParamSpec, TypeVar
 
@@ -100,6 +100,44 @@ def fail(message: str, code: int = WRONG_USE) -> NoReturn:
     line = "".join(c if c.isprintable() else " " for c in message.strip())
     typer.echo(f"cdprcal: {line}", err=True)
     raise typer.Exit(code)
+
+
+def keep_apart(outputs: Mapping[str, str], inputs: Mapping[str, str | Sequence[str]]) -> None:
+    """Refuses to write over what is read, or two things into one file.
+
+    ``outputs``: option → its path, empty when it was not given; ``inputs``: what it is → its path
+    or paths, which need not exist (built-in robots). Raises InputError.
+    """
+    from cdprcal._core import InputError
+
+    read = [
+        (what, path)
+        for what, paths in inputs.items()
+        for path in ([paths] if isinstance(paths, str) else paths)
+    ]
+    written: dict[str, str] = {}
+    for option, path in outputs.items():
+        if not path:
+            continue
+        for what, source in read:
+            if source and _same_file(path, source):
+                raise InputError(
+                    f"{path}: is the {what} that is read; give another name with {option}"
+                )
+        for other, taken in written.items():
+            if _same_file(path, taken):
+                raise InputError(f"{path}: is the file of {other} too; give {option} another")
+        written[option] = path
+
+
+def _same_file(a: str, b: str) -> bool:
+    """Of two names, whether or not there is a file yet; a device is never the same."""
+    try:
+        if os.path.exists(a) and os.path.exists(b):
+            return os.path.samefile(a, b) and os.path.isfile(a)
+        return os.path.realpath(a) == os.path.realpath(b)
+    except (OSError, ValueError):  # what is no name at all is refused where it is opened
+        return False
 
 
 def print_json(document: Any) -> None:

@@ -38,14 +38,19 @@ def refuse_simulator_options(session: Session, *, effects: bool, truth: bool) ->
             fail(f"{name}: is for simulated drives in this process only; leave it out")
 
 
-def start_up(session: Session, robot: _core.Robot, plan: _core.StartUpPlan) -> _core.StartUp:
+def start_up(
+    session: Session,
+    robot: _core.Robot,
+    plan: _core.StartUpPlan,
+    options: _core.StartUpOptions,
+) -> _core.StartUp:
     """The procedure, no faster than the session allows."""
     from cdprcal import _core
 
-    startup = _core.StartUp(robot, plan)
+    startup = _core.StartUp(robot, plan, options)
     if startup.velocity_limit_m_s <= session.limits.velocity_m_s:
         return startup
-    options = _core.StartUpOptions(velocity_limit_m_s=session.limits.velocity_m_s)
+    options.velocity_limit_m_s = session.limits.velocity_m_s
     return _core.StartUp(robot, plan, options)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,9 +13,14 @@ from cdprcal.cli.common import (
     JsonOption,
     RobotArgument,
     interruptible,
+    keep_apart,
     print_json,
     reports_errors,
 )
+
+if TYPE_CHECKING:
+    from cdprcal import _core
+    from cdprcal.io import LogFile
 
 EXAMPLE = "Example: cdprcal diagnose irma4 run.csv -o corrected.yaml --result diagnosis.json"
 
@@ -53,16 +58,19 @@ def command(
     """Find where the model and the logs disagree, name the missing effects, show the gap shrink.
 
     Several logs of one robot are explained together. Exit code 1: something is left that no effect
-    of the catalogue explains.
+    of the catalogue explains, or a log gives no initial pose that can be trusted even so.
     """
     from cdprcal import _core
     from cdprcal.diagnosis import diagnosis_as_dict
     from cdprcal.io import load_run
-    from cdprcal.io.files import write_text
+    from cdprcal.io.files import write_texts
+    from cdprcal.io.result_file import result_text
     from cdprcal.tables import console, print_findings, say
 
+    keep_apart({"-o": output, "--result": result}, {"robot file": robot, "log": logs})
     the_robot = _core.load_robot(robot)
     files = [load_run(log, the_robot) for log in logs]
+    the_logs = [file.log for file in files]
     out = console()
     for file in files:
         print_findings(file.findings)
@@ -71,19 +79,26 @@ def command(
         say(out, f"… {step}")
 
     with interruptible():
-        diagnosis = _core.diagnose(the_robot, [file.log for file in files], progress=progress)
+        try:
+            diagnosis = _core.diagnose(the_robot, the_logs, progress=progress)
+        except _core.InputError:
+            _refuse_without_rest(the_robot, files)
+            raise
+        # Where nothing speaks against the model, does anything speak for the pose?
+        without = [] if diagnosis.unexplained else _without_pose(diagnosis.corrected, files)
     document = diagnosis_as_dict(diagnosis, the_robot)
+    document["next"] += without
+    texts = {}
     if output:
-        write_text(Path(output), _core.to_yaml(diagnosis.corrected))
+        texts[Path(output)] = _core.to_yaml(diagnosis.corrected)
     if result:
-        from cdprcal.io.result_file import save_result
-
-        save_result(Path(result), "diagnose", document, the_robot, [file.log for file in files], {})
+        texts[Path(result)] = result_text("diagnose", document, the_robot, the_logs, {})
     if plot:
         from cdprcal.diagnosis.pictures import write_pictures
 
         for path in write_pictures(diagnosis, Path(plot)):
             say(out, f"{path}")
+    write_texts(texts)
     if json:
         print_json(document)
     else:
@@ -91,4 +106,40 @@ def command(
 
         print_diagnosis(document)
     unexplained = diagnosis.verdict == _core.Verdict.unexplained
-    raise typer.Exit(UNTRUSTED if unexplained else DONE)
+    raise typer.Exit(UNTRUSTED if unexplained or without else DONE)
+
+
+def _without_pose(robot: _core.Robot, files: list[LogFile]) -> list[str]:
+    """What is to be said about logs that this robot file cannot calibrate."""
+    from cdprcal import _core
+    from cdprcal.io.log_file import display_name
+
+    lines = []
+    for file in files:
+        found = _core.calibrate(robot, file.log).result
+        if found.status != _core.CalibrationStatus.converged:
+            lines.append(
+                f"{display_name(file.path)} gives no initial pose that can be trusted, with this "
+                f"model either: {found.status.name}, {found.reason}; cdprcal check says more"
+            )
+    return lines
+
+
+def _refuse_without_rest(robot: _core.Robot, files: list[LogFile]) -> None:
+    """Raises InputError for a log whose run has no rest that could be found."""
+    from cdprcal import _core
+    from cdprcal.io.log_file import display_name
+
+    for file in files:
+        run = _core.segments(file.log)[-1]
+        try:
+            rests = len(_core.detect_equilibria(file.log, run, robot.sigma))
+        except _core.InputError:
+            continue  # no channel could tell: what was raised before says more
+        if not rests:
+            window_s = _core.DetectionOptions().window_s
+            raise _core.InputError(
+                f"{display_name(file.path)}: no pose at rest was found in the run ({len(run)} "
+                f"samples), and diagnose needs some: rests of 3 s, logged at 10 Hz or more "
+                f"({window_s:g} s must hold several samples); cdprcal check says more"
+            )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cdprcal.cli.common import RobotArgument, fail, reports_errors
+from cdprcal.cli.common import RobotArgument, keep_apart, reports_errors
 
 if TYPE_CHECKING:
     from cdprcal import _core
@@ -55,6 +55,7 @@ def command(
     from cdprcal.results import pose_as_dict, strict_json
     from cdprcal.tables import console, say
 
+    keep_apart({"-o": output, "--truth": truth}, {"robot file": robot})
     the_robot = _core.load_robot(robot)
     options = _core.SyntheticLogOptions(
         dwell_s=dwell_s,
@@ -66,8 +67,6 @@ def command(
     setpoints = _core.default_setpoints(the_robot, *parse_grid(grid))
     groups = parse_sensors(sensors)
     made = _core.synthetic_log(the_robot, setpoints, options)
-    if truth and Path(truth).resolve() == Path(output).resolve():
-        fail(f"{truth}: is the log's name too; give another")
     save_log(with_sensors(made.log, groups), output)
     if truth:
         poses = [

@@ -7,7 +7,14 @@ from typing import Annotated, Any
 
 import typer
 
-from cdprcal.cli.common import JsonOption, RobotArgument, fail, print_json, reports_errors
+from cdprcal.cli.common import (
+    JsonOption,
+    RobotArgument,
+    fail,
+    keep_apart,
+    print_json,
+    reports_errors,
+)
 from cdprcal.cli.values import (
     DistributionOption,
     LambdaOption,
@@ -113,6 +120,7 @@ def command(
     from cdprcal.planning.table import print_plan
     from cdprcal.tables import console, say
 
+    keep_apart({"-o": output, "--plot": plot}, {"robot file": robot})
     the_robot = _core.load_robot(robot)
     options: dict[str, Any] = {
         "box": parse_box("--box", box),

@@ -156,7 +156,11 @@ def command(
     if output:
         encoding = _core.MeshEncoding.ascii if ascii_ else _core.MeshEncoding.binary
         with atomic_output(Path(output)) as temporary:
-            _core.write_mesh(str(temporary), shape.mesh, encoding)
+            try:
+                _core.write_mesh(str(temporary), shape.mesh, encoding)
+            except _core.InputError as error:  # says the temporary's name
+                why = str(error).rsplit(": ", 1)[-1]
+                raise _core.InputError(f"{output}: {why}") from None
     if json:
         print_json(document)
     else:

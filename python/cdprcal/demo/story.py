@@ -10,7 +10,7 @@ import numpy as np
 
 from cdprcal import _core
 from cdprcal._core import InputError
-from cdprcal.acquisition import Acquired, acquire, start_up_plan
+from cdprcal.acquisition import Acquired, acquire, start_up_options, start_up_plan
 from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.io import AcquisitionInputs, load_log, open_live_log
 from cdprcal.io.files import write_text
@@ -125,7 +125,7 @@ def start_up(
     robot: _core.Robot, plan: _core.Plan, seed: int, effects: list[str], path: Path
 ) -> Run:
     """Hangs the robot somewhere, runs the start-up procedure and logs it."""
-    startup = _core.StartUp(robot, start_up_plan(plan, quick=True))
+    startup = _core.StartUp(robot, start_up_plan(plan, quick=True), start_up_options(plan))
     options = _core.SimulatorOptions(
         seed=seed, effects=[_core.parse_injected_effect(text) for text in effects]
     )

@@ -7,8 +7,8 @@ import os
 import shutil
 import stat
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from cdprcal._core import InputError
@@ -133,6 +133,13 @@ def write_text(path: Path, text: str) -> None:
     """Writes ``text`` as UTF-8, all or nothing."""
     with atomic_output(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def write_texts(texts: Mapping[Path, str]) -> None:
+    """As write_text, for several files: none is replaced before all are written."""
+    with ExitStack() as files:
+        for path, text in texts.items():
+            files.enter_context(atomic_output(path)).write_text(text, encoding="utf-8")
 
 
 #: What to do about what the system says.

@@ -67,6 +67,17 @@ def save_result(
     options: Mapping[str, Any],
 ) -> None:
     """Writes a result file, all or nothing. Raises InputError."""
+    write_text(path, result_text(command, document, robot, logs, options))
+
+
+def result_text(
+    command: Command,
+    document: Mapping[str, Any],
+    robot: _core.Robot,
+    logs: Sequence[_core.Log],
+    options: Mapping[str, Any],
+) -> str:
+    """What a result file holds."""
     from cdprcal.results import strict_json
 
     inputs = {
@@ -76,7 +87,7 @@ def save_result(
         "logs": [_packed(log) for log in logs],
         **options,
     }
-    write_text(path, strict_json({**document, "inputs": inputs}))
+    return strict_json({**document, "inputs": inputs})
 
 
 def load_result(path: str | Path) -> Result:

@@ -1,0 +1,129 @@
+"""What commands write: never over what they read, all of it or nothing, and trusted only if so."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cdprcal
+from conftest import Ran, changed
+
+Cli = Callable[..., Ran]
+
+OVERWRITING: dict[str, tuple[tuple[str, ...], str]] = {
+    "calibrate, its log": (("calibrate", "mine.yaml", "run.csv", "-o", "run.csv"), "log"),
+    "calibrate, its robot": (("calibrate", "mine.yaml", "run.csv", "-o", "mine.yaml"), "robot"),
+    "by another way": (("calibrate", "mine.yaml", "run.csv", "-o", "./folder/../run.csv"), "log"),
+    "by a link": (("calibrate", "mine.yaml", "run.csv", "-o", "link.csv"), "log"),
+    "diagnose, its log": (("diagnose", "mine.yaml", "run.csv", "-o", "run.csv"), "log"),
+    "diagnose, one of its logs": (
+        ("diagnose", "mine.yaml", "other.csv", "run.csv", "--result", "run.csv"),
+        "log",
+    ),
+    "diagnose, its robot": (("diagnose", "mine.yaml", "run.csv", "-o", "mine.yaml"), "robot"),
+    "diagnose, one name twice": (
+        ("diagnose", "mine.yaml", "run.csv", "-o", "new.yaml", "--result", "./new.yaml"),
+        "is the file of -o too",
+    ),
+    "plan": (("plan", "mine.yaml", "-o", "mine.yaml"), "robot"),
+    "generate": (("generate", "mine.yaml", "-o", "mine.yaml"), "robot"),
+    "generate, the truth": (
+        ("generate", "mine.yaml", "-o", "new.csv", "--truth", "mine.yaml"),
+        "robot",
+    ),
+    "acquire, the truth": (
+        ("acquire", "mine.yaml", "plan.csv", "-o", "new.csv", "--truth", "plan.csv"),
+        "plan",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", OVERWRITING)
+def test_what_is_read_is_never_written_over(
+    cli: Cli, log_path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, case: str
+) -> None:
+    arguments, words = OVERWRITING[case]
+    monkeypatch.chdir(tmp_path)
+    Path("folder").mkdir()
+    Path("mine.yaml").write_text(cdprcal.builtin_robot_yaml("irma4"))
+    Path("run.csv").write_bytes(log_path.read_bytes())
+    Path("other.csv").write_bytes(log_path.read_bytes())
+    Path("plan.csv").write_text("a plan that took an hour")
+    Path("link.csv").symlink_to("run.csv")
+    before = {path: path.read_bytes() for path in Path().iterdir() if path.is_file()}
+    ran = cli(*arguments)
+    assert ran.code == 2, ran
+    assert words in ran.stderr, ran.stderr
+    assert "give" in ran.stderr, ran.stderr
+    assert {path: path.read_bytes() for path in Path().iterdir() if path.is_file()} == before
+
+
+def test_diagnose_writes_all_or_nothing(cli: Cli, log_path: Path, tmp_path: Path) -> None:
+    corrected = tmp_path / "corrected.yaml"
+    ran = cli(
+        "diagnose", "irma4", log_path, "-o", corrected, "--result", tmp_path / "none" / "d.json"
+    )
+    assert ran.code == 2, ran
+    assert "d.json" in ran.stderr, ran
+    assert not corrected.exists()
+
+
+def test_a_log_that_says_nothing_is_no_consistent_one(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    """Every cell zero: nothing speaks against the model, and nothing for any pose."""
+    log = synthetic.log
+    groups = ("length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad", "tension_setpoint_N")
+    zeros = {name: np.zeros_like(np.array(getattr(log, name))) for name in groups}
+    path = tmp_path / "zeros.csv"
+    cdprcal.write_log(changed(log, **zeros), str(path))
+    ran = cli("diagnose", "irma4", path)
+    assert ran.code == 1, ran
+    assert "zeros.csv gives no initial pose that can be trusted" in ran.stderr
+
+
+def test_a_platform_ten_times_as_heavy_is_not_consistent(
+    cli: Cli, log_path: Path, tmp_path: Path
+) -> None:
+    """No effect of a believable size explains it, and no pose comes out of it."""
+    robot = tmp_path / "light.yaml"
+    robot.write_text(cdprcal.builtin_robot_yaml("irma4").replace("12.992", "1.2992"))
+    ran = cli("diagnose", robot, log_path, "--json")
+    assert ran.code == 1, ran
+    document = json.loads(ran.stdout)
+    assert document["verdict"] == "unexplained" or any(
+        "no initial pose that can be trusted" in text for text in document["next"]
+    )
+
+
+def test_diagnose_says_that_there_is_no_rest(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    """A sample a second cannot show a rest; 'fewer readings than unknowns' would mislead."""
+    log = synthetic.log
+    groups = ("time_s", "length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad")
+    path = tmp_path / "slow.csv"
+    slow: dict[str, Any] = {
+        name: np.array(getattr(log, name))[::10] for name in (*groups, "tension_setpoint_N")
+    }
+    cdprcal.write_log(cdprcal.Log(**slow), str(path))
+    ran = cli("diagnose", "irma4", path)
+    assert ran.code == 2, ran
+    assert "slow.csv: no pose at rest was found" in ran.stderr
+    assert "10 Hz" in ran.stderr
+
+
+def test_calibrate_says_what_to_do_when_it_cannot_be_trusted(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    path = tmp_path / "backwards.csv"
+    log = synthetic.log
+    cdprcal.write_log(changed(log, length_m=-np.array(log.length_m)), str(path))
+    ran = cli("calibrate", "irma4", path)
+    assert ran.code == 1, ran
+    assert f"next: cdprcal check irma4 {path}, then cdprcal diagnose" in ran.stderr
