@@ -162,6 +162,7 @@ def test_what_is_left_open_is_said_to_people(
     document["identifiability"] = [
         {"name": "yaw_drift", "detectable": None, "detectable_after": None},
         {"name": "cable_elasticity", "detectable": 4.0, "detectable_after": 2.0},
+        {"name": "sensor_delay", "detectable": 9e4, "detectable_after": 7e4},  # no delay is hours
         {"name": "mass", "detectable": 0.5, "detectable_after": 0.4},  # would have shown
         {"name": "load_cell_bias", "detectable": 9.0, "detectable_after": 9.0},  # was found
     ]
@@ -184,7 +185,7 @@ def test_what_is_left_open_is_said_to_people(
     stiffness = 1.0 / (2.0 * typical["cable_elasticity"])
     assert blind == (
         f"yaw_drift of any size; cable_elasticity above {1e-3 * stiffness:.3g} kN (2 × its typical "
-        "size)"
+        "size); sensor_delay of any believable size"
     )
     assert "next: measure at (0, 0, 1.2)" in said
 

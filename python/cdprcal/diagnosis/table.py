@@ -63,6 +63,9 @@ def blind_spots(document: dict[str, Any]) -> list[str]:
             lines.append(f"{name} of any size")
             continue
         parameter = typical[name]
+        if size * parameter.typical > parameter.plausible:  # its number would mean nothing
+            lines.append(f"{name} of any believable size")
+            continue
         # Of a stiffness the typical size is that of its inverse.
         inverse = name == "cable_elasticity"
         value = 1.0 / (size * parameter.typical) if inverse else size * parameter.typical

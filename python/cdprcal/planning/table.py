@@ -96,8 +96,8 @@ def _accuracy(deviation: dict[str, Any]) -> Text:
             "the initial pose would not be observable from these poses: add poses", style="yellow"
         )
     return Text(
-        f"predicted accuracy of the initial pose (1 σ): {1e3 * position:.1f} mm, "
-        f"{math.degrees(rotation):.2f}°",
+        "predicted accuracy of the initial pose (1 σ, each rest read once, with the sigma of the "
+        f"robot file): {1e3 * position:.1f} mm, {math.degrees(rotation):.2f}°",
         style="bold",
     )
 
