@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -99,6 +100,20 @@ def test_a_platform_ten_times_as_heavy_is_not_consistent(
     assert document["verdict"] == "unexplained" or any(
         "no initial pose that can be trusted" in text for text in document["next"]
     )
+
+
+@pytest.mark.parametrize("command", ["diagnose", "report"])
+def test_one_run_is_not_counted_twice(
+    cli: Cli, log_path: Path, tmp_path: Path, command: str
+) -> None:
+    """Not even under another name and in another format."""
+    other = tmp_path / "other.mcap"
+    assert cli("import", log_path, "-o", other).code == 0
+    page = tmp_path / "page.html"
+    ran = cli(command, "irma4", log_path, other, *(["-o", page] if command == "report" else []))
+    assert ran.code == 2, ran
+    assert re.search("other.mcap: holds the same run as .*; give each run once", ran.stderr)
+    assert not page.exists()
 
 
 def test_diagnose_says_that_there_is_no_rest(

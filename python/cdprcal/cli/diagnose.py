@@ -62,14 +62,14 @@ def command(
     """
     from cdprcal import _core
     from cdprcal.diagnosis import diagnosis_as_dict
-    from cdprcal.io import load_run
+    from cdprcal.io import load_runs
     from cdprcal.io.files import write_texts
     from cdprcal.io.result_file import result_text
     from cdprcal.tables import console, print_findings, say
 
     keep_apart({"-o": output, "--result": result}, {"robot file": robot, "log": logs})
     the_robot = _core.load_robot(robot)
-    files = [load_run(log, the_robot) for log in logs]
+    files = load_runs(logs, the_robot)
     the_logs = [file.log for file in files]
     out = console()
     for file in files:

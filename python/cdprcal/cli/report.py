@@ -57,7 +57,7 @@ def command(
 def _subject(inputs: list[str], command: list[str]) -> Subject:
     from cdprcal import _core
     from cdprcal._core import InputError
-    from cdprcal.io import load_run
+    from cdprcal.io import load_runs
     from cdprcal.io.result_file import is_result_file, load_result
     from cdprcal.report import subject_of_logs, subject_of_results
     from cdprcal.tables import console, print_findings, say
@@ -67,7 +67,7 @@ def _subject(inputs: list[str], command: list[str]) -> Subject:
     robot = _core.load_robot(inputs[0])
     if len(inputs) < 2:
         raise InputError(f"{inputs[0]}: a robot alone is no report: name its logs after it")
-    files = [load_run(log, robot) for log in inputs[1:]]
+    files = load_runs(inputs[1:], robot)
     for file in files:
         print_findings(file.findings)
     with interruptible():

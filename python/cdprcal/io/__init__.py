@@ -2,7 +2,7 @@
 
 from cdprcal.io.acquisition_inputs import AcquisitionInputs, read_inputs
 from cdprcal.io.live_log import LiveLog, open_live_log
-from cdprcal.io.log_file import LogFile, LogFormat, load_log, load_run, sniff_format
+from cdprcal.io.log_file import LogFile, LogFormat, load_log, load_run, load_runs, sniff_format
 from cdprcal.io.save import save_log
 
 __all__ = [
@@ -12,6 +12,7 @@ __all__ = [
     "LogFormat",
     "load_log",
     "load_run",
+    "load_runs",
     "open_live_log",
     "read_inputs",
     "save_log",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -106,6 +106,30 @@ def load_run(path: str | Path, robot: _core.Robot) -> LogFile:
     file = load_log(path)
     require_cable_count(file, robot)
     return file
+
+
+def load_runs(paths: Sequence[str | Path], robot: _core.Robot) -> list[LogFile]:
+    """As load_run, for several logs of one robot. Raises InputError also when two are the same run:
+    its readings would count twice, and everything would seem better known than it is."""
+    files = [load_run(path, robot) for path in paths]
+    for i, file in enumerate(files):
+        for other in files[:i]:
+            if _same_run(file.log, other.log):
+                raise InputError(
+                    f"{display_name(file.path)}: holds the same run as {display_name(other.path)}; "
+                    "give each run once"
+                )
+    return files
+
+
+def _same_run(a: _core.Log, b: _core.Log) -> bool:
+    """Whether the last segments have the same readings at the same times."""
+    runs = [slice(s.begin, s.end) for s in (_core.segments(a)[-1], _core.segments(b)[-1])]
+    groups = ("time_s", "length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad")
+    return all(
+        np.array_equal(getattr(a, name)[runs[0]], getattr(b, name)[runs[1]], equal_nan=True)
+        for name in groups
+    )
 
 
 def require_cable_count(file: LogFile, robot: _core.Robot) -> None:
