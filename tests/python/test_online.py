@@ -250,6 +250,23 @@ def test_until(cli: Callable[..., Ran], plan: cdprcal.Plan, tmp_path: Path) -> N
     assert not (tmp_path / "no.csv").exists()
 
 
+def test_until_is_not_fooled_by_a_single_rest(cli: Callable[..., Ran], tmp_path: Path) -> None:
+    """After one rest these load cells look faultless, and the pose is 15 mm off, 5 σ."""
+    path, truth = tmp_path / "plan.csv", tmp_path / "truth.json"
+    path.write_text(cdprcal.format_plan(cdprcal.make_plan(cdprcal.load_robot("irma4")).plan))
+    ran = cli(
+        *("acquire", "irma4", path, "-o", tmp_path / "run.csv", "--until", "5mm,0.5deg", "--json"),
+        *("--seed", 17, "--effect", "load_cell_gain=0.08,-0.06,0.05,-0.07", "--truth", truth),
+    )
+    document = json.loads(ran.stdout)
+    was = json.loads(truth.read_text())["poses"][0]["position_m"]
+    result = cdprcal.calibrate(
+        cdprcal.load_robot("irma4"), load_log(tmp_path / "run.csv").log
+    ).result
+    assert len(document["rests"]) >= 3
+    assert np.linalg.norm(result.poses[0].position_m - was) < 0.005
+
+
 def test_a_live_robot_does_not_wait_for_the_estimate(
     robot: cdprcal.Robot, plan: cdprcal.Plan
 ) -> None:

@@ -17,6 +17,8 @@ import pytest
 import cdprcal
 from cdprcal.cli import app
 from cdprcal.diagnosis.table import value_rows
+from cdprcal.io import load_runs
+from cdprcal.report import subject_of_logs
 from cdprcal.report.text import decimals, small, with_sigma, worst_sigma
 from conftest import Browsed, Ran, changed
 
@@ -290,3 +292,16 @@ def test_numbers_are_shown_to_two_digits_of_sigma() -> None:
     covariance = np.diag([1.0, 4.0, 9.0, 16.0, 25.0, 36.0])
     assert worst_sigma(covariance) == (3.0, 6.0)
     assert worst_sigma(None) is None
+
+
+def test_encoders_fit_the_pose_that_is_shown(biased: Path) -> None:
+    """The pose is the diagnosis' own, not that of the last calibration: so are the lengths."""
+    robot = cdprcal.load_robot("irma4")
+    subject = subject_of_logs(robot, load_runs([biased], robot), ["cdprcal"])
+    document = subject.runs[0].best
+    pose = document["initial_pose"]
+    shown = cdprcal.platform_state(robot, cdprcal.Pose(pose["position_m"], pose["rotation"]))
+    np.testing.assert_allclose(document["initial_lengths_m"], shown.length_m, atol=1e-9)
+    np.testing.assert_allclose(document["initial_swivels_rad"], shown.swivel_rad, atol=1e-9)
+    alone = cdprcal.calibrate(subject.corrected, subject.runs[0].log).result
+    assert np.abs(alone.initial_length_m - shown.length_m).max() > 1e-6, "this tests nothing"

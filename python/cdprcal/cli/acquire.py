@@ -102,9 +102,9 @@ def command(
         str,
         typer.Option(
             metavar="ACCURACY",
-            help="Stop as soon as the initial pose is known this well (1 sigma, worst axis), for "
-            "example 5mm,0.5deg; the stops of the plan are then visited in the order in which they "
-            "teach most. Exit code 1 when all of them are not enough.",
+            help="Stop, after three rests or more, when the initial pose is known this well (1 "
+            "sigma, worst axis), for example 5mm,0.5deg; the stops of the plan are then visited in "
+            "the order in which they teach most. Exit code 1 when all of them are not enough.",
         ),
     ] = "",
     rate_hz: Annotated[float, typer.Option("--rate-hz", help="Rows of the log a second.")] = 10.0,

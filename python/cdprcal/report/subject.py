@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.findings import Finding
@@ -155,11 +157,29 @@ def _with_corrected(subject: Subject) -> Subject:
     first = runs[0].corrected
     if first is not None and first["poses"]:
         pose = subject.diagnosis["initial_pose_after"]
+        _move_encoders(first, robot, runs[0].log, pose)
         first["initial_pose"] = pose
         first["poses"][0] |= {key: pose[key] for key in ("position_m", "rotation")}
         first["covariance"] = subject.diagnosis["covariance_after"]
         first["least_observed"] = None  # said of the calibration, whose covariance this is not
     return replace(subject, runs=tuple(runs))
+
+
+def _move_encoders(
+    document: dict[str, Any], robot: _core.Robot, log: _core.Log, pose: dict[str, Any]
+) -> None:
+    """Initial lengths and swivels at another initial pose: what is entered fits what is shown."""
+    known, _ = _core.with_known_effects(robot, log)
+    here, there = (
+        _core.platform_state(known, _core.Pose(p["position_m"], p["rotation"]))
+        for p in (document["initial_pose"], pose)
+    )
+    for key, values in (("initial_lengths_m", "length_m"), ("initial_swivels_rad", "swivel_rad")):
+        change = np.asarray(getattr(there, values)) - np.asarray(getattr(here, values))
+        document[key] = [
+            None if reading is None else reading + float(by)
+            for reading, by in zip(document[key], change, strict=True)
+        ]
 
 
 def _calibrated(
