@@ -135,6 +135,13 @@ DiagnosisModel with_motion(const DiagnosisModel& model, const std::vector<Log>& 
     const double duration_s = logs[r].time_s[range.end - 1] - logs[r].time_s[range.begin];
     if (!(static_cast<double>(range.size()) > kLeastRate_Hz * duration_s)) continue;
     std::vector<Sample> samples = followed(model, r, logs[r]);
+    // What was read at rest is in the model already.
+    std::erase_if(samples, [&](const Sample& sample) {
+      return std::any_of(model.runs[r].rows.begin(), model.runs[r].rows.end(),
+                         [&](const SampleRange& rest) {
+                           return rest.begin <= sample.row && sample.row < rest.end;
+                         });
+    });
     keep_fastest(samples, logs[r].time_s, options);
     for (Sample& sample : samples) {
       out.runs[r].measurements.push_back(std::move(sample.measurement));

@@ -14,9 +14,9 @@ struct MotionOptions {
 };
 
 /// The model with samples in which the platform moves, as kinematic poses in channels of their own.
-/// `logs` as the model's runs. The fastest samples are taken, spread over the run; the poses come
-/// from following the readings sample by sample. Runs without motion, or without three samples a
-/// second, add nothing.
+/// `logs` as the model's runs. The fastest samples outside of its rests are taken, spread over the
+/// run; the poses come from following the readings sample by sample. Runs without motion, or
+/// without three samples a second, add nothing.
 DiagnosisModel with_motion(const DiagnosisModel& model, const std::vector<Log>& logs,
                            const MotionOptions& options = {});
 

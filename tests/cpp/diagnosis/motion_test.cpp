@@ -1,0 +1,309 @@
+// Samples in motion, and what only they show: a run of which the truth is known at every sample.
+#include "cdprcal/diagnosis/motion.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "cdprcal/diagnosis/baseline.hpp"
+#include "run.hpp"
+
+namespace cdprcal {
+namespace {
+
+using test::summary;
+
+/// Eight rests of irma4 and the moves between them at 10 Hz, exact readings.
+const SyntheticLog& truth() {
+  static const SyntheticLog made = [] {
+    const Robot robot = load_robot("irma4");
+    SyntheticLogOptions options;
+    options.dwell_s = 4.0;
+    options.move_s = 4.0;
+    options.seed = 91;
+    return synthetic_log(robot, default_setpoints(robot, 2, 2, 2), options);
+  }();
+  return made;
+}
+
+/// White noise of `scale` σ on every reading.
+Log noisy(Log log, double scale, std::uint64_t seed) {
+  const SensorSigma sigma = load_robot("irma4").sigma;
+  RandomNormal random(seed);
+  const auto add = [&](LogMatrix& readings, double deviation) {
+    for (double& v : readings.reshaped<Eigen::RowMajor>()) v += scale * deviation * random();
+  };
+  add(log.length_m, sigma.length_m);
+  add(log.swivel_rad, sigma.swivel_rad);
+  add(log.tension_N, sigma.tension_N);
+  add(log.roll_pitch_yaw_rad, sigma.attitude_rad);
+  return log;
+}
+
+/// Attitude as it was `delay_s` before, along the true motion.
+Log delayed(Log log, double delay_s) {
+  const LogMatrix read = log.roll_pitch_yaw_rad;
+  for (Eigen::Index i = 0; i < read.rows(); ++i) {
+    const double at = std::max(0.0, static_cast<double>(i) - 10.0 * delay_s);
+    const auto before = static_cast<Eigen::Index>(at);
+    const Eigen::Index after = std::min(before + 1, read.rows() - 1);
+    const double fraction = at - static_cast<double>(before);
+    for (Eigen::Index c = 0; c < 3; ++c) {
+      log.roll_pitch_yaw_rad(i, c) =
+          read(before, c) + fraction * wrap_angle(read(after, c) - read(before, c));
+    }
+  }
+  return log;
+}
+
+DiagnosisModel baseline_of(Log log) {
+  std::vector<Log> logs{std::move(log)};
+  std::vector<std::string> left_out;
+  return baseline_model(load_robot("irma4"), logs, left_out);
+}
+
+/// Every `step`-th sample.
+Log thinned(const Log& log, Eigen::Index step) {
+  Log out;
+  out.source = log.source;
+  const auto rows = Eigen::seq(Eigen::Index{0}, log.sample_count() - 1, step);
+  out.time_s = log.time_s(rows);
+  out.length_m = log.length_m(rows, Eigen::all);
+  out.swivel_rad = log.swivel_rad(rows, Eigen::all);
+  out.tension_N = log.tension_N(rows, Eigen::all);
+  out.tension_setpoint_N = log.tension_setpoint_N(rows, Eigen::all);
+  out.roll_pitch_yaw_rad = log.roll_pitch_yaw_rad(rows, Eigen::all);
+  return out;
+}
+
+class Motion : public testing::Test {
+ protected:
+  static const DiagnosisModel& exact() {
+    static const DiagnosisModel model = baseline_of(truth().log);
+    return model;
+  }
+  static const Log& read() {
+    static const Log log = noisy(truth().log, 0.2, 92);
+    return log;
+  }
+  static const DiagnosisModel& plain() {
+    static const DiagnosisModel model = baseline_of(read());
+    return model;
+  }
+};
+
+TEST_F(Motion, SamplesStandWhereThePlatformWas) {
+  const Log& log = truth().log;
+  const DiagnosisModel moving = with_motion(exact(), {log});
+  const DiagnosisRun& before = exact().runs[0];
+  const DiagnosisRun& run = moving.runs[0];
+  ASSERT_GT(run.poses.size(), before.poses.size() + 100);
+  ASSERT_EQ(run.measurements.size(), run.poses.size());
+  ASSERT_EQ(run.rows.size(), run.poses.size());
+  for (std::size_t i = 0; i < before.poses.size(); ++i) {
+    EXPECT_EQ(run.poses[i].position_m, before.poses[i].position_m);
+  }
+  for (std::size_t i = before.poses.size(); i < run.poses.size(); ++i) {
+    const Eigen::Index row = run.rows[i].begin;
+    EXPECT_EQ(run.rows[i].size(), 1);
+    const Measurement& m = run.measurements[i];
+    EXPECT_EQ(m.kind, PoseKind::kinematic_pose);
+    EXPECT_EQ(m.samples, 1);
+    EXPECT_EQ(m.run_time_s, log.time_s[row] - log.time_s[0]);
+    EXPECT_EQ(m.length_m, log.length_m.row(row).transpose());
+    const Vector6 off = minus(run.poses[i], truth().poses[static_cast<std::size_t>(row)]);
+    EXPECT_LT(off.norm(), 1e-4) << row;  // as far as the baseline's offsets are exact
+  }
+}
+
+TEST_F(Motion, TheFastestSamplesAreTakenAtTheirSpacing) {
+  constexpr MotionOptions kFew{.most_samples = 12, .least_spacing_s = 0.55};
+  const Log& log = read();
+  const std::size_t rests = plain().runs[0].poses.size();
+  const DiagnosisModel moving = with_motion(plain(), {log}, kFew);
+  std::vector<Eigen::Index> kept;
+  for (std::size_t i = rests; i < moving.runs[0].rows.size(); ++i) {
+    kept.push_back(moving.runs[0].rows[i].begin);
+  }
+  ASSERT_EQ(kept.size(), 12U);
+  const LogMatrix rate = path_state(log).attitude_rate_rad_s;
+  const auto speed = [&](Eigen::Index row) { return rate.row(row).norm(); };
+  double slowest = 1e300;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    slowest = std::min(slowest, speed(kept[i]));
+    if (i > 0) {  // in the order of time
+      EXPECT_GT(log.time_s[kept[i]] - log.time_s[kept[i - 1]], 0.55);
+    }
+  }
+  for (Eigen::Index row = 0; row < log.sample_count(); ++row) {
+    const bool faster_nearby = std::any_of(kept.begin(), kept.end(), [&](Eigen::Index other) {
+      return std::abs(log.time_s[other] - log.time_s[row]) < 0.55 && speed(other) >= speed(row);
+    });
+    EXPECT_TRUE(faster_nearby || speed(row) <= slowest) << row;
+  }
+}
+
+TEST_F(Motion, WhatWasReadAtRestIsNotCountedAgain) {
+  const DiagnosisModel moving = with_motion(plain(), {read()}, {.least_spacing_s = 0.3});
+  const DiagnosisRun& run = moving.runs[0];
+  const std::size_t rests = plain().runs[0].rows.size();
+  ASSERT_GT(run.rows.size(), rests);
+  for (std::size_t i = rests; i < run.rows.size(); ++i) {
+    for (std::size_t k = 0; k < rests; ++k) {
+      EXPECT_FALSE(run.rows[k].begin <= run.rows[i].begin && run.rows[i].begin < run.rows[k].end);
+    }
+  }
+}
+
+TEST_F(Motion, RunsTooShortOrTooSlowlyReadAddNothing) {
+  EXPECT_EQ(with_motion(plain(), {thinned(read(), 4)}).pose_count(), plain().pose_count());
+  EXPECT_GT(with_motion(plain(), {thinned(read(), 3)}).pose_count(), plain().pose_count());
+  Log two = thinned(read(), 1);
+  for (LogMatrix* m : {&two.length_m, &two.swivel_rad, &two.tension_N, &two.tension_setpoint_N,
+                       &two.roll_pitch_yaw_rad}) {
+    *m = m->middleRows(60, 2).eval();  // of a move
+  }
+  two.time_s = two.time_s.segment(60, 2).eval();
+  EXPECT_EQ(with_motion(plain(), {two}).pose_count(), plain().pose_count());
+}
+
+/// What successive samples in motion leave, off their poses: from the rows, without projections.
+double correlation_of(const DiagnosisModel& model) {
+  double products = 0.0, squares = 0.0;
+  Eigen::VectorXd last;
+  const DiagnosisSystem system = linearise(model);
+  for (const PoseSystem& pose : system.poses) {
+    if (model.runs[pose.run].measurements[pose.pose].kind != PoseKind::kinematic_pose) continue;
+    if (model.runs[pose.run].measurements[pose.pose].samples != 1) continue;
+    const Eigen::MatrixXd by_pose = pose.by_pose;
+    const Eigen::VectorXd residual = pose.residual;
+    const Eigen::VectorXd rows = residual - by_pose * by_pose.colPivHouseholderQr().solve(residual);
+    if (last.size() > 0) {
+      products += rows.dot(last);
+      squares += 0.5 * (rows.squaredNorm() + last.squaredNorm());
+    }
+    last = rows;
+  }
+  return products / squares;
+}
+
+TEST_F(Motion, NoiseIsUncorrelatedAndASlowErrorIsNot) {
+  EXPECT_EQ(motion_correlation(plain()), 0.0);  // nothing in motion
+  const DiagnosisModel white = with_motion(plain(), {read()});
+  EXPECT_NEAR(motion_correlation(white), correlation_of(white), 1e-9);
+  EXPECT_LT(std::abs(motion_correlation(white)), 0.15);
+  Log wavy = read();
+  for (Eigen::Index i = 0; i < wavy.sample_count(); ++i) {
+    wavy.length_m(i, 1) += 0.05 * std::sin(0.5 * wavy.time_s[i]);
+  }
+  const DiagnosisModel slow = with_motion(plain(), {wavy});
+  EXPECT_NEAR(motion_correlation(slow), correlation_of(slow), 1e-9);
+  EXPECT_GT(motion_correlation(slow), 0.8);
+}
+
+TEST_F(Motion, ALateAttitudeIsNamedWithItsDelay) {
+  const Log log = noisy(delayed(truth().log, 0.12), 0.05, 93);
+  const Diagnosis d = diagnose(load_robot("irma4"), {log});
+  EXPECT_EQ(d.verdict, Verdict::explained) << summary(d);
+  ASSERT_EQ(d.effects.size(), 1U) << summary(d);
+  EXPECT_EQ(d.effects[0].effect->name(), "sensor_delay");
+  EXPECT_NEAR(d.effects[0].values[0], 0.12, 3.0 * d.effects[0].standard_deviation[0]);
+  EXPECT_LT(d.effects[0].standard_deviation[0], 0.02);
+  EXPECT_GT(d.model.pose_count(), d.baseline.pose_count());
+  EXPECT_EQ(d.corrected.effects.back().name, "sensor_delay");
+}
+
+TEST_F(Motion, WithoutADelayTheSamplesAreLookedAtAndLeftOut) {
+  const Diagnosis d = diagnose(load_robot("irma4"), {read()});
+  EXPECT_EQ(d.verdict, Verdict::consistent) << summary(d);
+  EXPECT_EQ(d.model.pose_count(), d.baseline.pose_count());
+  const auto delay =
+      std::find_if(d.identifiability.begin(), d.identifiability.end(),
+                   [](const Identifiability& i) { return i.name == "sensor_delay"; });
+  ASSERT_NE(delay, d.identifiability.end());
+  EXPECT_TRUE(delay->visible);
+  EXPECT_GT(delay->detectable, 0.0);
+  // Read too slowly to be followed, nothing is said about it.
+  const Diagnosis slow = diagnose(load_robot("irma4"), {thinned(read(), 4)});
+  for (const Identifiability& i : slow.identifiability) EXPECT_NE(i.name, "sensor_delay");
+}
+
+/// The swivels with play: each stands still until its cable has turned by the half-width beyond it.
+Log with_play(Log log, double half_rad, LogMatrix& state) {
+  const Robot robot = load_robot("irma4");
+  state.resize(log.sample_count(), 4);
+  CableVector lagging;
+  for (Eigen::Index i = 0; i < log.sample_count(); ++i) {
+    const PlatformState at = platform_state(robot, truth().poses[static_cast<std::size_t>(i)]);
+    const CableVector swivel = at.swivel_rad();
+    if (i == 0) lagging = swivel;
+    for (int c = 0; c < 4; ++c) {
+      lagging[c] = std::clamp(lagging[c], swivel[c] - half_rad, swivel[c] + half_rad);
+      state(i, c) = (swivel[c] - lagging[c]) / half_rad;
+      log.swivel_rad(i, c) -= half_rad * state(i, c);
+    }
+  }
+  return log;
+}
+
+TEST_F(Motion, ThePlayOfTheSwivelsFollowsTheModelNotTheirReadings) {
+  constexpr double kHalf_rad = 0.02;
+  LogMatrix state;
+  const Log log = noisy(with_play(truth().log, kHalf_rad, state), 0.05, 94);
+  DiagnosisModel model = baseline_of(log);
+  model.effects.push_back({find_effect("swivel_hysteresis"), EffectValues::Zero(1)});
+  ASSERT_TRUE(fit_with_noise(model));
+  const auto off = [&](const DiagnosisModel& m) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < m.runs[0].rows.size(); ++i) {
+      const SampleRange rows = m.runs[0].rows[i];
+      const Eigen::RowVectorXd mean = state.middleRows(rows.begin, rows.size()).colwise().mean();
+      sum += (m.runs[0].measurements[i].swivel_direction.transpose() - mean).squaredNorm();
+    }
+    return std::sqrt(sum / static_cast<double>(4 * m.runs[0].rows.size()));
+  };
+  const double before = off(model);
+  DiagnosisModel refined = model;
+  refine_swivel_play(refined, {log});
+  EXPECT_LT(off(refined), 0.5 * before);
+  EXPECT_LT(off(refined), 0.25);
+  EXPECT_NEAR(refined.effects[0].values[0], kHalf_rad, 0.05 * kHalf_rad);
+  EXPECT_LT(std::abs(refined.effects[0].values[0] - kHalf_rad),
+            std::abs(model.effects[0].values[0] - kHalf_rad));
+  EXPECT_LT(refined.noise[1], model.noise[1]);
+  for (const Measurement& m : refined.runs[0].measurements) {
+    EXPECT_EQ(m.swivel_direction_error, CableVector::Zero(4));
+  }
+}
+
+TEST_F(Motion, WithoutPlayNothingIsRefined) {
+  const auto unchanged = [&](const DiagnosisModel& before) {
+    DiagnosisModel after = before;
+    refine_swivel_play(after, {read()});
+    for (std::size_t i = 0; i < before.runs[0].poses.size(); ++i) {
+      EXPECT_EQ(after.runs[0].poses[i].position_m, before.runs[0].poses[i].position_m);
+      EXPECT_EQ(after.runs[0].measurements[i].swivel_direction,
+                before.runs[0].measurements[i].swivel_direction);
+    }
+    EXPECT_EQ(after.noise, before.noise);
+  };
+  unchanged(plain());
+  DiagnosisModel none = plain();
+  none.effects.push_back({find_effect("swivel_hysteresis"), EffectValues::Zero(1)});
+  unchanged(none);
+}
+
+TEST_F(Motion, SwivelHysteresisIsNamedFromAWholeRun) {
+  LogMatrix state;
+  const Log log = noisy(with_play(truth().log, 0.015, state), 0.05, 95);
+  const Diagnosis d = diagnose(load_robot("irma4"), {log});
+  ASSERT_EQ(d.effects.size(), 1U) << summary(d);
+  EXPECT_EQ(d.effects[0].effect->name(), "swivel_hysteresis");
+  EXPECT_NEAR(d.effects[0].values[0], 0.015,
+              std::max(3.0 * d.effects[0].standard_deviation[0], 0.05 * 0.015));
+}
+
+}  // namespace
+}  // namespace cdprcal
