@@ -39,7 +39,6 @@ double occam_of_last(const DiagnosisModel& model) {
                                                      .solve(hessian.block(0, begin, begin, width));
   const Eigen::VectorXd sigma = precision.cwiseSqrt().cwiseInverse();
   Eigen::MatrixXd scaled = sigma.asDiagonal() * own * sigma.asDiagonal();
-  scaled = 0.5 * (scaled + scaled.transpose()).eval();
   scaled.diagonal().array() += 1.0;
   const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
   const Eigen::MatrixXd root = llt.matrixL();

@@ -109,4 +109,33 @@ inline const DiagnosisModel& two_runs() {
   return model;
 }
 
+/// The two runs without effects, with so few swivels that they have less than one degree of freedom
+/// left, and so few yaws that they have one to two: then noise is estimated for the yaws alone.
+inline const DiagnosisModel& few_readings() {
+  static const DiagnosisModel model = [] {
+    DiagnosisModel m = two_runs_baseline();
+    // From the last pose on, never at the first, which the offsets are known from.
+    const auto drop = [&m](std::size_t channel, double below, auto take_out) {
+      for (std::size_t i = m.runs[0].measurements.size() - 1; i > 0; --i) {
+        for (DiagnosisRun& run : m.runs) {
+          for (int k = 0; k < 4; ++k) {
+            if (channel_sums(linearise(m)).freedom[channel] < below) return;
+            take_out(run.measurements[i], k);
+          }
+        }
+      }
+    };
+    drop(1, 1.0, [](Measurement& r, int k) { r.swivel_rad[k] = kNaN; });
+    drop(3, 2.0, [](Measurement& r, int) { r.roll_pitch_yaw_rad[2] = kNaN; });
+    EXPECT_TRUE(fit_with_noise(m));
+    const NoiseLevels freedom = dense(linearise(m)).freedom();
+    EXPECT_GT(freedom[1], 0.01);
+    EXPECT_LT(freedom[1], 1.0);
+    EXPECT_GT(freedom[3], 1.0);
+    EXPECT_LT(freedom[3], 2.0);
+    return m;
+  }();
+  return model;
+}
+
 }  // namespace cdprcal::test

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
+#include "dense.hpp"
 #include "run.hpp"
 
 namespace cdprcal {
@@ -76,6 +79,203 @@ TEST_F(Events, ASwingBetweenTwoRestsOfOneSetPointIsAnOscillation) {
   ASSERT_FALSE(swings.empty());
   EXPECT_NEAR(swings[0].begin_s, 6.0, 1.1);
   EXPECT_NEAR(swings[0].end_s, 10.0, 1.1);
+}
+
+/// One reading of a channel and where it stands in the log.
+struct Reading {
+  std::string channel;
+  LogMatrix Log::* group;
+  int column, cable;
+  double sigma;
+};
+
+std::vector<Reading> readings(const SensorSigma& s) {
+  return {{"length", &Log::length_m, 3, 3, s.length_m},
+          {"swivel", &Log::swivel_rad, 1, 1, s.swivel_rad},
+          {"tension", &Log::tension_N, 0, 0, s.tension_N},
+          {"roll", &Log::roll_pitch_yaw_rad, 0, -1, s.attitude_rad},
+          {"pitch", &Log::roll_pitch_yaw_rad, 1, -1, s.attitude_rad},
+          {"yaw", &Log::roll_pitch_yaw_rad, 2, -1, s.attitude_rad}};
+}
+
+TEST_F(Events, AnOutlierIsNamedByItsChannelCableTimeAndSize) {
+  constexpr Eigen::Index kRest = 20;  // while the platform rests
+  for (const Reading& reading : readings(robot.sigma)) {
+    SCOPED_TRACE(reading.channel);
+    for (const double side : {1.0, -1.0}) {
+      Log one = log;
+      (one.*reading.group)(kRest, reading.column) += side * 8.0 * reading.sigma;
+      const auto events = gate_events(robot, one);
+      ASSERT_EQ(events.size(), 1U);
+      EXPECT_EQ(events[0].name, "outlier");
+      EXPECT_EQ(events[0].channel, reading.channel);
+      EXPECT_EQ(events[0].cable, reading.cable);
+      EXPECT_EQ(events[0].begin_s, log.time_s[kRest]);
+      EXPECT_EQ(events[0].end_s, log.time_s[kRest]);
+      EXPECT_NEAR(events[0].size, side * 8.0 * reading.sigma, 1.0 * reading.sigma);
+      EXPECT_TRUE(std::isnan((one.*reading.group)(kRest, reading.column)));
+      // Nothing else is taken out of the log.
+      (one.*reading.group)(kRest, reading.column) = (log.*reading.group)(kRest, reading.column);
+      EXPECT_EQ(one.*reading.group, log.*reading.group);
+    }
+  }
+}
+
+TEST_F(Events, TwoReadingsInARowAreOneOutlierAndMoreAreMotion) {
+  for (const int count : {2, 3, 4}) {
+    SCOPED_TRACE(count);
+    Log some = log;
+    some.length_m.col(1).segment(20, count).array() += 0.1;  // at rest
+    const auto outliers = named(gate_events(robot, some), "outlier");
+    if (count > 2) {
+      EXPECT_TRUE(outliers.empty());
+      EXPECT_TRUE(some.length_m.allFinite());
+      continue;
+    }
+    ASSERT_EQ(outliers.size(), 1U);
+    EXPECT_EQ(outliers[0].begin_s, log.time_s[20]);
+    EXPECT_EQ(outliers[0].end_s, log.time_s[21]);
+    EXPECT_EQ(some.length_m.array().isNaN().count(), 2);
+  }
+}
+
+TEST_F(Events, WhatIsWithinOneSigmaDoesNoHarmHoweverQuietTheSensor) {
+  const Log quiet = startup_log(robot, 0.01, 6, 0);
+  for (const double sigmas : {0.8, 1.3}) {
+    Log one = quiet;
+    one.length_m(20, 2) += sigmas * robot.sigma.length_m;
+    EXPECT_EQ(named(gate_events(robot, one), "outlier").size(), sigmas > 1.0 ? 1U : 0U) << sigmas;
+  }
+}
+
+TEST_F(Events, ByChanceAReadingIsOffByMoreThanOneSigma) {
+  // Seven times the noise: less than eight, whatever is said of sigma.
+  const Log loud = startup_log(robot, 0.5, 7, 0);
+  for (const double times : {6.0, 11.0}) {
+    Log one = loud;
+    const double middle = one.length_m.col(0).segment(15, 11).mean();
+    one.length_m(20, 0) =
+        middle + times * channel_noise(loud.length_m.col(0).head(loud.sample_count()));
+    EXPECT_EQ(named(gate_events(robot, one), "outlier").size(), times > 8.0 ? 1U : 0U) << times;
+  }
+}
+
+TEST_F(Events, TheEndsOfARunAreNotJudged) {
+  Log ends = log;
+  ends.length_m(0, 0) += 0.5;
+  ends.length_m(log.sample_count() - 1, 1) += 0.5;
+  EXPECT_TRUE(named(gate_events(robot, ends), "outlier").empty());
+  EXPECT_TRUE(ends.length_m.allFinite());
+}
+
+TEST_F(Events, ASlackCableIsToldWithItsTimeAndLeastTension) {
+  const double limit_N = 0.1 * robot.tension_min_N;
+  for (Eigen::Index i = 20; i < 30; ++i) {
+    log.tension_N(i, 3) = limit_N * (i == 24 ? 0.2 : 0.6);
+  }
+  log.tension_N(40, 1) = 1.01 * limit_N;  // above: not slack
+  const auto slack = named(gate_events(robot, log), "slack");
+  ASSERT_EQ(slack.size(), 1U);
+  EXPECT_EQ(slack[0].cable, 3);
+  EXPECT_EQ(slack[0].channel, "tension");
+  EXPECT_EQ(slack[0].begin_s, log.time_s[20]);
+  EXPECT_EQ(slack[0].end_s, log.time_s[29]);
+  EXPECT_EQ(slack[0].size, 0.2 * limit_N);
+  EXPECT_EQ(log.tension_N(24, 3), 0.2 * limit_N);  // its readings stay
+}
+
+TEST_F(Events, ARunIsTheLastSegment) {
+  // What happened before a gap of ten seconds is not looked at.
+  log.length_m(20, 0) += 0.5;
+  log.time_s.tail(log.sample_count() - 40).array() += 10.0;
+  EXPECT_TRUE(named(gate_events(robot, log), "outlier").empty());
+  log.length_m(100, 0) += 0.5;
+  const auto outliers = named(gate_events(robot, log), "outlier");
+  ASSERT_EQ(outliers.size(), 1U);
+  EXPECT_EQ(outliers[0].begin_s, log.time_s[100]);
+  EXPECT_TRUE(std::isnan(log.length_m(100, 0)));
+}
+
+TEST_F(Events, ComeInTheOrderOfTime) {
+  log.roll_pitch_yaw_rad(30, 0) += 0.5;
+  log.length_m(100, 0) += 0.5;
+  log.swivel_rad(60, 2) += 0.5;
+  const auto events = gate_events(robot, log);
+  ASSERT_EQ(events.size(), 3U);
+  EXPECT_EQ(events[0].channel, "roll");
+  EXPECT_EQ(events[1].channel, "swivel");
+  EXPECT_EQ(events[2].channel, "length");
+}
+
+TEST_F(Events, AreDescribedForPeople) {
+  EXPECT_EQ(describe({"outlier", 3.0, 3.0, 1, "length", 0.1234}),
+            "outlier at 3.00 s, length of cable 2 (+0.1234): left out");
+  EXPECT_EQ(describe({"outlier", 3.0, 3.0, -1, "yaw", -0.5}),
+            "outlier at 3.00 s, yaw (-0.5): left out");
+  EXPECT_EQ(describe({"slack", 1.0, 2.5, 0, "tension", 0.25}),
+            "slack from 1.00 to 2.50 s, cable 1 (down to 0.2 N): its balance is left out");
+  EXPECT_EQ(describe({"slack", 1.0, 1.0, 3, "tension", 0.75}),
+            "slack at 1.00 s for less than two samples, cable 4 (0.8 N, and the platform jerks): "
+            "left out");
+  EXPECT_EQ(describe({"oscillation", 4.0, 6.0, -1, "", 0.0}),
+            "oscillation from 4.00 to 6.00 s at one set-point");
+}
+
+TEST(Slips, AreOneACableAndMoveInTheMiddleOfEach) {
+  const DiagnosisModel& model = test::two_runs();
+  const Candidates slips = slip_candidates(model);
+  std::vector<double> middles;
+  for (const DiagnosisRun& run : model.runs) {
+    for (std::size_t i = 0; i + 1 < run.measurements.size(); ++i) {
+      const double middle =
+          0.5 * (run.measurements[i].run_time_s + run.measurements[i + 1].run_time_s);
+      if (std::find(middles.begin(), middles.end(), middle) == middles.end()) {
+        middles.push_back(middle);
+      }
+    }
+  }
+  ASSERT_EQ(slips.size(), 4 * middles.size());
+  for (std::size_t k = 0; k < slips.size(); ++k) {
+    const std::optional<Slip> slip = as_slip(*slips[k]);
+    ASSERT_TRUE(slip.has_value());
+    EXPECT_EQ(slip->cable, static_cast<int>(k % 4));
+    EXPECT_EQ(slip->time_s, middles[k / 4]);
+    EXPECT_EQ(slips[k]->name(), "cable_slip");
+    EXPECT_EQ(slips[k]->info().scope, EffectScope::run);
+    EXPECT_EQ(slips[k]->size(4), 1);
+  }
+  EXPECT_FALSE(as_slip(*find_effect("mass")).has_value());
+  // Samples in motion are no rests.
+  DiagnosisModel moving = model;
+  for (DiagnosisRun& run : moving.runs) {
+    Measurement m = run.measurements[0];
+    m.kind = PoseKind::kinematic_pose;
+    m.run_time_s = 7.7;
+    run.measurements.push_back(m);
+  }
+  EXPECT_EQ(slip_candidates(moving).size(), slips.size());
+}
+
+TEST(Slips, ShortenWhatIsReadOfTheirCableFromThenOn) {
+  const DiagnosisModel& model = test::two_runs();
+  const DiagnosisRun& run = model.runs[0];
+  const Candidates slips = slip_candidates(model);
+  const auto& effect = slips[4 * 2 + 3];
+  const Slip slip = *as_slip(*effect);
+  for (std::size_t i = 0; i < run.measurements.size(); ++i) {
+    const Measurement& m = run.measurements[i];
+    const PlatformState state = platform_state(model.robot, run.poses[i]);
+    const EffectContext context{model.robot, state, run.poses[i], m};
+    PoseEvaluation e;
+    e.length_m = CableVector::Zero(4);
+    effect->add_to_readings(context, EffectValues::Constant(1, 0.02), e);
+    Eigen::MatrixXd column = Eigen::MatrixXd::Zero(17, 1);
+    effect->columns(context, {}, column);
+    // The cable is longer than its encoder says.
+    const double expected = m.run_time_s > slip.time_s ? -0.02 : 0.0;
+    EXPECT_EQ(e.length_m, CableVector(expected * Eigen::Vector4d::Unit(3)));
+    EXPECT_EQ(0.02 * column, Eigen::MatrixXd(expected * Eigen::VectorXd::Unit(17, 3)));
+  }
 }
 
 }  // namespace

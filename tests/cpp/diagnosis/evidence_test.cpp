@@ -101,12 +101,15 @@ TEST(Scan, ValuesAndDeviationsAreThoseOfOneGaussNewtonStepWithTheEffectInTheMode
   }
 }
 
-TEST(Scan, EvidenceIsThatOfTheLinearModelWithItsNoiseUnknown) {
-  const std::vector<CandidateScore> scores = scan(plain(), candidates(), {.draws = 0});
-  const NoiseLevels freedom = dense(linearise(plain())).freedom();
+class ScanEvidence : public testing::TestWithParam<const DiagnosisModel& (*)()> {};
+
+TEST_P(ScanEvidence, IsThatOfTheLinearModelWithItsNoiseUnknown) {
+  const DiagnosisModel& model = GetParam()();
+  const std::vector<CandidateScore> scores = scan(model, candidates(), {.draws = 0});
+  const NoiseLevels freedom = dense(linearise(model)).freedom();
   for (const std::string& name : kNames) {
     SCOPED_TRACE(name);
-    const DiagnosisModel extended = with_effect(plain(), name);
+    const DiagnosisModel extended = with_effect(model, name);
     const Dense all = dense(linearise(extended));
     const Eigen::VectorXd step = -all.covariance() * all.gradient();
     const Eigen::Index own = extended.effects.back().values.size();
@@ -124,8 +127,9 @@ TEST(Scan, EvidenceIsThatOfTheLinearModelWithItsNoiseUnknown) {
       }
       double total = 0.0;
       for (std::size_t c = 0; c < kRestGroups; ++c) {
+        if (freedom[c] < 1.0) continue;
         const double level =
-            std::max(std::sqrt(squares[c] / freedom[c]), plain().floor[c] / plain().noise[c]);
+            std::max(std::sqrt(squares[c] / freedom[c]), model.floor[c] / model.noise[c]);
         total += freedom[c] * std::log(level) + 0.5 * squares[c] / (level * level);
       }
       return total;
@@ -138,6 +142,8 @@ TEST(Scan, EvidenceIsThatOfTheLinearModelWithItsNoiseUnknown) {
     EXPECT_NEAR(score_of(scores, name).log_evidence, expected, 1e-3);
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Readings, ScanEvidence, testing::Values(&plain, &test::few_readings));
 
 TEST(Scan, DetectableIsTheSizeWhoseEvidenceIsThreeOnAverage) {
   // Of one value: x typical sizes give x²I²/(I + 1)/2 - log(I + 1)/2 where I is the information in
@@ -211,15 +217,17 @@ TEST(Scan, ImitationIsTheShareOfTheSignatureThatARivalTakesUnderItsPrior) {
 }
 
 TEST(Evidence, OfARefitIsTheGainLessOccamsFactor) {
-  const EvidenceAgainst against(plain());
-  const NoiseLevels freedom = dense(linearise(plain())).freedom();
-  for (const CandidateScore& score : scan(plain(), candidates(), {.draws = 0})) {
-    SCOPED_TRACE(score.effect->name());
-    const Refit refit = against.refit(score);
-    ASSERT_EQ(refit.model.effects.size(), 1U);
-    const double expected =
-        cost(plain(), freedom) - cost(refit.model, freedom) - occam(refit.model);
-    EXPECT_NEAR(refit.log_evidence, expected, 1e-3);
+  for (const DiagnosisModel* model : {&plain(), &test::few_readings()}) {
+    const EvidenceAgainst against(*model);
+    const NoiseLevels freedom = dense(linearise(*model)).freedom();
+    for (const CandidateScore& score : scan(*model, candidates(), {.draws = 0})) {
+      SCOPED_TRACE(score.effect->name());
+      const Refit refit = against.refit(score);
+      ASSERT_EQ(refit.model.effects.size(), 1U);
+      const double expected =
+          cost(*model, freedom) - cost(refit.model, freedom) - occam(refit.model);
+      EXPECT_NEAR(refit.log_evidence, expected, 1e-3);
+    }
   }
 }
 
@@ -246,6 +254,47 @@ TEST(Evidence, TheTruthBeatsTheRestAndAddsWhatIsThere) {
   }
   for (const Refit& refit : best) EXPECT_NE(refit.score.effect->name(), "mass");
   EXPECT_EQ(against.refits(scores, 0, [](const CandidateScore&) { return true; }).size(), 0U);
+}
+
+/// Pulleys so large that every cable's anchor is inside: no pose is possible.
+CandidateScore impossible() {
+  CandidateScore score;
+  score.effect = find_effect("pulley_radius");
+  score.values = EffectValues::Constant(score.effect->size(4), 50.0);
+  score.log_evidence = 1e6;  // of the scan: nothing that the refit would look at
+  return score;
+}
+
+TEST(Evidence, OfAFitThatFailsIsBelowAllOthers) {
+  const EvidenceAgainst against(plain());
+  EXPECT_LT(against.refit(impossible()).log_evidence, -1e299);
+  std::vector<CandidateScore> scores = scan(plain(), {find_effect("mass")}, {.draws = 0});
+  scores.insert(scores.begin(), impossible());
+  const std::vector<Refit> best =
+      against.refits(scores, 2, [](const CandidateScore&) { return true; });
+  ASSERT_EQ(best.size(), 2U);
+  EXPECT_EQ(best[0].score.effect->name(), "mass");
+  EXPECT_GT(best[0].log_evidence, -1e3);
+}
+
+TEST(Evidence, AModelThatCannotBeFittedIsNothing) {
+  DiagnosisModel model = two_runs();
+  model.effects.insert(model.effects.begin(), {impossible().effect, impossible().values});
+  EXPECT_FALSE(linearise(model).valid);
+  EXPECT_FALSE(fit(model));
+  EXPECT_EQ(estimate_noise(model), 0.0);
+  EXPECT_FALSE(without_effect(model, 1).has_value());
+  EXPECT_TRUE(without_effect(model, 0).has_value());  // what made it impossible is gone
+  // Nor does anything else say something about it.
+  EXPECT_TRUE(scan(model, candidates(), {.draws = 0}).empty());
+  CandidateScore winner;
+  winner.effect = find_effect("mass");
+  winner.values = EffectValues::Constant(1, 0.5);
+  EXPECT_EQ(imitation(model, winner, candidates()), std::vector<double>(kNames.size(), 0.0));
+  const HeldOut held = held_out(model, two_runs());
+  EXPECT_EQ(held.gain, 0.0);
+  EXPECT_EQ(held.gain_error, 0.0);
+  EXPECT_EQ(held_out(two_runs(), model).gain, 0.0);
 }
 
 TEST(Evidence, WithoutAnEffectTheOthersStayAndAreFittedAgain) {
@@ -366,14 +415,15 @@ TEST(HeldOutPoses, AreExplainedWithWhatTheOthersTaught) {
 TEST(HeldOutPoses, ScatterAsTheOthersDoInUnitsOfTheReadings) {
   const DiagnosisModel& model = two_runs();
   const HeldOut held = held_out(model, model);
-  for (std::size_t c = 0; c < kRestGroups; ++c) {
+  constexpr std::size_t kRead = 5;  // of the groups
+  for (std::size_t c = 0; c < kRead; ++c) {
     // The fit bends to the poses it was made on, never to those left out.
     EXPECT_GT(held.held_out_rms[c], held.train_rms[c]) << c;
     const double unit = c == 4 ? model.robot.sigma.tension_N : 1.0;
     EXPECT_NEAR(held.train_rms[c], unit * model.noise[c], 0.5 * unit * model.noise[c]) << c;
     EXPECT_LT(held.held_out_rms[c], 5.0 * unit * model.noise[c]) << c;  // eight poses a run
   }
-  for (std::size_t c = kRestGroups; c < kNoiseGroups; ++c) {
+  for (std::size_t c = kRead; c < kNoiseGroups; ++c) {
     EXPECT_TRUE(std::isnan(held.train_rms[c]));
     EXPECT_TRUE(std::isnan(held.held_out_rms[c]));
   }

@@ -183,6 +183,75 @@ TEST(DiagnosisSystem, MissingReadingsAndSlackTakeTheirRowsWithThem) {
   EXPECT_EQ(pose.projection().cols(), 2);
 }
 
+TEST(DiagnosisSystem, SingleReadingsInMotionAreGroupsOfTheirOwn) {
+  DiagnosisModel model = two_runs();
+  for (std::size_t c = 0; c < kNoiseGroups; ++c) {
+    model.noise[c] = 1e-3 * static_cast<double>(c + 1);
+    model.floor[c] = 0.5 * model.noise[c];
+  }
+  model.rest_samples = 40.0;
+  Measurement& m = model.runs[0].measurements[3];
+  m.kind = PoseKind::kinematic_pose;
+  m.samples = 1;
+  const PoseSystem alone = linearise(model).poses[3];
+  ASSERT_EQ(alone.residual.size(), 4 + 4 + 3);  // no balance in motion
+  for (int row = 0; row < 11; ++row) {
+    const auto at = static_cast<std::size_t>(row);
+    const NoiseGroup channel = row < 4    ? NoiseGroup::moving_length
+                               : row < 8  ? NoiseGroup::moving_swivel
+                               : row < 10 ? NoiseGroup::moving_roll_pitch
+                                          : NoiseGroup::moving_yaw;
+    EXPECT_EQ(alone.channel[at], channel) << row;
+    // One reading is one reading: its noise is not that of a mean.
+    EXPECT_EQ(alone.scale[row], model.noise[static_cast<std::size_t>(channel)]) << row;
+    EXPECT_EQ(alone.component[at], row < 4 ? row : row < 8 ? row - 4 : row - 8) << row;
+  }
+  // The mean over an interval is none of these, whether the platform moves or not.
+  m.samples = 10;
+  const PoseSystem mean = linearise(model).poses[3];
+  for (const NoiseGroup channel : mean.channel) {
+    EXPECT_LT(static_cast<int>(channel), kRestGroups);
+  }
+}
+
+TEST(DiagnosisSystem, AnglesAreTheSameAfterAWholeTurn) {
+  DiagnosisModel model = two_runs();
+  const Eigen::VectorXd before = residuals(model);
+  Measurement& m = model.runs[1].measurements[1];
+  m.swivel_rad[2] += 2.0 * std::acos(-1.0);
+  m.roll_pitch_yaw_rad[2] -= 2.0 * std::acos(-1.0);
+  m.roll_pitch_yaw_rad[0] += 2.0 * std::acos(-1.0);
+  EXPECT_LE((residuals(model) - before).norm(), 1e-9);
+}
+
+TEST(DiagnosisSystem, ValuesOfARunActOnTheirRunAlone) {
+  DiagnosisModel model = two_runs();
+  EXPECT_EQ(model.pose_count(),
+            static_cast<int>(model.runs[0].poses.size() + model.runs[1].poses.size()));
+  model.runs[1].known = {{find_effect("mass"), EffectValues::Constant(1, 0.3)}};
+  for (const std::size_t run : {0U, 1U}) {
+    const ActiveEffects active = model.active(run);
+    ASSERT_EQ(active.size(), run == 0 ? 2U : 3U);
+    EXPECT_EQ(active[0].values, model.effects[0].values);  // the robot's
+    ASSERT_EQ(active[1].values.size(), 1);
+    EXPECT_EQ(active[1].values[0], model.effects[1].values[static_cast<Eigen::Index>(run)]);
+  }
+  EXPECT_EQ(model.active(1)[2].effect->name(), "mass");
+  // Known effects come after those with columns, and have none.
+  EXPECT_EQ(linearise(model).layout.nuisance(), linearise(two_runs()).layout.nuisance());
+}
+
+TEST(DiagnosisSystem, GroupsHaveNames) {
+  const std::vector<std::string> rest{"length",  "swivel",       "roll_pitch",    "yaw",
+                                      "balance", "absolute_yaw", "direct_length", "position"};
+  ASSERT_EQ(rest.size(), static_cast<std::size_t>(kRestGroups));
+  for (std::size_t c = 0; c < kNoiseGroups; ++c) {
+    const std::string expected =
+        c < kRestGroups ? rest[c] : rest[c - kRestGroups] + " while moving";
+    EXPECT_EQ(to_string(static_cast<NoiseGroup>(c)), expected);
+  }
+}
+
 TEST(DiagnosisSystem, PriorsAreInTypicalSizesTimesWhatTheRobotTaught) {
   DiagnosisModel model = two_runs();
   model.effects[0].prior_scale = 2.0;
@@ -282,6 +351,23 @@ TEST(NoiseEstimate, IsTheRootMeanSquareOverTheFreedomAndNotBelowTheFloor) {
   for (std::size_t c = kRestGroups; c < kNoiseGroups; ++c) {
     EXPECT_EQ(model.noise[c], before[c]);  // nothing was read in motion
   }
+}
+
+TEST(NoiseEstimate, WithLessThanOneDegreeOfFreedomWhatWasAssumedStands) {
+  DiagnosisModel model = test::few_readings();
+  model.noise[1] *= 3.0;
+  model.noise[3] *= 3.0;
+  const NoiseLevels before = model.noise;
+  const Dense all = dense(linearise(model));
+  const NoiseLevels freedom = all.freedom(), squares = all.squares_off_poses();
+  ASSERT_LT(freedom[1], 1.0);
+  ASSERT_GE(freedom[3], 1.0);
+  ASSERT_LT(freedom[3], 2.0);
+  estimate_noise(model);
+  EXPECT_EQ(model.noise[1], before[1]);
+  const double yaw = std::max(model.floor[3], before[3] * std::sqrt(squares[3] / freedom[3]));
+  EXPECT_NEAR(model.noise[3], yaw, 1e-6 * yaw);
+  EXPECT_NE(model.noise[3], before[3]);
 }
 
 TEST(NoiseEstimate, IsTheNoiseThatWasAdded) {

@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+
 #include "cdprcal/effects/applied.hpp"
+#include "cdprcal/equilibria/direct.hpp"
+#include "dense.hpp"
 #include "run.hpp"
 
 namespace cdprcal {
@@ -10,7 +14,9 @@ namespace {
 
 DiagnosisModel model_with(const std::string& effect, const EffectValues& values) {
   const Robot robot = load_robot("irma4");
-  DiagnosisModel model = diagnose(robot, {test::startup_log(robot, 0.2, 5, 0)}).baseline;
+  std::vector<Log> logs{test::startup_log(robot, 0.2, 5, 0)};
+  std::vector<std::string> left_out;
+  DiagnosisModel model = baseline_model(robot, logs, left_out);
   model.effects.push_back({find_effect(effect), values});
   return model;
 }
@@ -35,6 +41,132 @@ TEST(SeparatingPoses, NoneTellAnEffectFromItself) {
   // Only the rival's prior stands against it: half a nat for one typical size.
   EXPECT_LT(found.nats, 0.51);
   EXPECT_TRUE(found.poses.empty());
+}
+
+/// Evidence between an effect at its values and a rival in its place, from one dense problem: what
+/// of the signature stays when offsets, other effects and the rival do what they can.
+double nats_between(const DiagnosisModel& model, std::size_t k, const std::string& rival) {
+  DiagnosisModel both = model;
+  both.effects.erase(both.effects.begin() + static_cast<std::ptrdiff_t>(k));
+  const EffectTerm truth = model.effects[k];
+  const auto other = find_effect(rival);
+  const auto zeros = [&](const Effect& effect) {
+    const bool by_run = effect.info().scope == EffectScope::run;
+    return EffectValues::Zero(effect.size(4) * (by_run ? model.runs.size() : 1));
+  };
+  both.effects.push_back({other, zeros(*other)});
+  both.effects.push_back({truth.effect, zeros(*truth.effect)});
+  const test::Dense all = test::dense(linearise(both));
+  const Eigen::Index own = truth.values.size();
+  const Eigen::VectorXd signature = all.jacobian.rightCols(own) * truth.values;
+  const Eigen::Index others = all.jacobian.cols() - own;
+  const Eigen::MatrixXd columns = all.jacobian.leftCols(others);
+  Eigen::MatrixXd hessian = columns.transpose() * columns;
+  hessian.diagonal() += all.precision.head(others);
+  const Eigen::VectorXd unit = hessian.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd scaled = unit.asDiagonal() * hessian * unit.asDiagonal();
+  const Eigen::VectorXd cross = unit.asDiagonal() * (columns.transpose() * signature);
+  return 0.5 * (signature.squaredNorm() - cross.dot(scaled.ldlt().solve(cross)));
+}
+
+/// The model with the pose measured as it is offered, without noise.
+DiagnosisModel measured_at(const DiagnosisModel& model, const SeparatingPose& offered) {
+  DiagnosisModel out = model;
+  DiagnosisRun& run = out.runs[0];
+  Pose near{offered.position_m, run.poses.front().rotation};
+  const EquilibriumResult rest = direct_from_tensions(model.robot, offered.tension_N, near);
+  EXPECT_EQ(rest.status, EquilibriumStatus::found);
+  EXPECT_LT((rest.pose.position_m - offered.position_m).norm(), 1e-6);  // they hold it there
+  const PlatformState state = platform_state(model.robot, rest.pose);
+  Measurement m;
+  m.samples = static_cast<int>(std::round(model.rest_samples));
+  for (const Measurement& other : run.measurements) {
+    m.run_time_s = std::max(m.run_time_s, other.run_time_s);
+  }
+  m.tension_N = offered.tension_N;
+  m.length_m = state.length_m() + run.offsets.head(4);
+  m.swivel_rad = state.swivel_rad() + run.offsets.segment(4, 4);
+  m.roll_pitch_yaw_rad = euler_from_rotation(state.rotation, model.robot.euler_convention);
+  m.roll_pitch_yaw_rad[2] += run.offsets[8];
+  m.length_direction = m.swivel_direction =
+      CableVector::Constant(4, offered.from_above ? 1.0 : -1.0);
+  run.measurements.push_back(m);
+  run.rows.push_back({});
+  run.poses.push_back(rest.pose);
+  return out;
+}
+
+TEST(SeparatingPoses, KeepWhatTheyPromise) {
+  for (const bool of_direction : {false, true}) {
+    const std::string name = of_direction ? "swivel_hysteresis" : "cable_elasticity";
+    const std::string rival = of_direction ? "swivel_scale" : "transmission_ratio";
+    SCOPED_TRACE(name);
+    const int size = find_effect(name)->size(4);
+    DiagnosisModel model =
+        model_with(name, EffectValues::Constant(size, of_direction ? 0.02 : 1e-5));
+    // One more effect that is known to be there, and stays free.
+    model.effects.insert(model.effects.begin(), {find_effect("mass"), EffectValues::Zero(1)});
+    const Separation found = separating_poses(model, 1, find_effect(rival), 2);
+    EXPECT_NEAR(found.nats, nats_between(model, 1, rival), 1e-4 * (1.0 + found.nats));
+    ASSERT_FALSE(found.poses.empty());
+    EXPECT_LE(found.poses.size(), 2U);
+    DiagnosisModel after = model;
+    double reached = found.nats;
+    for (const SeparatingPose& pose : found.poses) {
+      after = measured_at(after, pose);
+      EXPECT_NEAR(pose.nats, nats_between(after, 1, rival), 1e-3 * pose.nats);
+      EXPECT_GT(pose.nats, reached + 0.5);  // less is not worth the way
+      reached = pose.nats;
+    }
+  }
+}
+
+TEST(SeparatingPoses, TheFirstIsTheBestOfAllThatAreOffered) {
+  const DiagnosisModel model = model_with("cable_elasticity", EffectValues::Constant(1, 1e-5));
+  const auto rival = find_effect("transmission_ratio");
+  const Separation one = separating_poses(model, 0, rival, 1);
+  const Separation many = separating_poses(model, 0, rival, 4);
+  ASSERT_EQ(one.poses.size(), 1U);
+  ASSERT_GT(many.poses.size(), 1U);
+  EXPECT_EQ(one.poses[0].nats, many.poses[0].nats);
+  // Any of the others, measured first, tells less.
+  for (std::size_t i = 1; i < many.poses.size(); ++i) {
+    const DiagnosisModel after = measured_at(model, many.poses[i]);
+    EXPECT_LE(nats_between(after, 0, "transmission_ratio"), one.poses[0].nats * (1.0 + 1e-6));
+  }
+  EXPECT_TRUE(separating_poses(model, 0, rival, 0).poses.empty());
+}
+
+TEST(SeparatingPoses, NoneForARobotWhoseInverseProblemIsNotSolved) {
+  // Two cables more than can be distributed: the evidence of the log stands, nothing is offered.
+  DiagnosisModel model = model_with("mass", EffectValues::Constant(1, 0.7));
+  model.effects.clear();
+  DiagnosisModel six = model;
+  Robot& robot = six.robot;
+  robot.cables.push_back(robot.cables[0]);
+  robot.cables.push_back(robot.cables[1]);
+  const auto longer = [](const CableVector& v) {
+    CableVector out(6);
+    out << v, v.head(2);
+    return out;
+  };
+  for (DiagnosisRun& run : six.runs) {
+    Eigen::VectorXd offsets(13);
+    offsets << run.offsets.head(4), run.offsets.head(2), run.offsets.segment(4, 4),
+        run.offsets.segment(4, 2), run.offsets[8];
+    run.offsets = offsets;
+    for (Measurement& m : run.measurements) {
+      m.length_m = longer(m.length_m);
+      m.swivel_rad = longer(m.swivel_rad);
+      m.tension_N = longer(m.tension_N);
+      m.length_direction = longer(m.length_direction);
+      m.swivel_direction = longer(m.swivel_direction);
+    }
+  }
+  six.effects.push_back({find_effect("mass"), EffectValues::Constant(1, 0.7)});
+  const Separation found = separating_poses(six, 0, find_effect("load_cell_gain"));
+  EXPECT_TRUE(found.poses.empty());
+  EXPECT_GT(found.nats, 0.0);
 }
 
 TEST(RunNames, ShortestThatTellLogsApart) {

@@ -1,0 +1,158 @@
+// The diagnosis' starting point: what is made of logs before anything is looked for.
+#include "cdprcal/diagnosis/baseline.hpp"
+
+#include <gtest/gtest.h>
+
+#include "cdprcal/error.hpp"
+#include "run.hpp"
+
+namespace cdprcal {
+namespace {
+
+using test::startup_log;
+
+DiagnosisModel baseline_of(const Robot& robot, std::vector<Log> logs) {
+  std::vector<std::string> left_out;
+  return baseline_model(robot, logs, left_out);
+}
+
+class Baseline : public testing::Test {
+ protected:
+  const Robot robot = load_robot("irma4");
+  Log log = startup_log(robot, 0.2, 101, 0);
+};
+
+TEST_F(Baseline, MeasurementsAreMeansOverTheirRests) {
+  const DiagnosisModel model = baseline_of(robot, {log});
+  ASSERT_EQ(model.runs.size(), 1U);
+  const DiagnosisRun& run = model.runs[0];
+  EXPECT_EQ(run.name, log.source);
+  ASSERT_EQ(run.rows.size(), run.measurements.size());
+  ASSERT_EQ(run.poses.size(), run.measurements.size());
+  double samples = 0.0;
+  for (std::size_t i = 0; i < run.rows.size(); ++i) {
+    const SampleRange& rows = run.rows[i];
+    const Measurement& m = run.measurements[i];
+    // Of the middle of the rest, without the ends at which it passes into motion.
+    bool of_the_rest = false;
+    for (Eigen::Index first = rows.begin; first + m.samples <= rows.end; ++first) {
+      const Eigen::VectorXd mean = log.length_m.middleRows(first, m.samples).colwise().mean();
+      of_the_rest = of_the_rest || (m.length_m - mean).norm() < 1e-12;
+    }
+    EXPECT_TRUE(of_the_rest) << i;
+    EXPECT_GE(2 * m.samples, rows.size()) << i;
+    samples += m.samples;
+    if (i > 0) {
+      EXPECT_GE(rows.begin, run.rows[i - 1].end);
+    }
+  }
+  EXPECT_NEAR(model.rest_samples, samples / static_cast<double>(run.rows.size()), 1e-9);
+  EXPECT_TRUE(run.known.empty());
+}
+
+TEST_F(Baseline, TheFloorIsTheReadingsOwnRippleInTheMeanOverARest) {
+  const Log other = startup_log(robot, 0.3, 102, 0);
+  const DiagnosisModel model = baseline_of(robot, {log, other});
+  // Mean squares over the cables or angles of a channel, then over the logs.
+  const auto ripple = [&](LogMatrix Log::* group, int from, int count, bool angles) {
+    double sum = 0.0;
+    for (const Log* l : std::initializer_list<const Log*>{&log, &other}) {
+      for (int c = from; c < from + count; ++c) {
+        sum += std::pow(channel_noise((l->*group).col(c), angles), 2) / count;
+      }
+    }
+    return std::sqrt(sum / 2.0);
+  };
+  const SensorSigma& s = robot.sigma;
+  const std::array<double, 5> reading{
+      ripple(&Log::length_m, 0, 4, false), ripple(&Log::swivel_rad, 0, 4, true),
+      ripple(&Log::roll_pitch_yaw_rad, 0, 2, true), ripple(&Log::roll_pitch_yaw_rad, 2, 1, true),
+      ripple(&Log::tension_N, 0, 4, false)};
+  for (std::size_t c = 0; c < 5; ++c) {
+    const double unit = c == 4 ? s.tension_N : 1.0;  // relative to the balance's covariance
+    EXPECT_NEAR(model.floor[c], reading[c] / std::sqrt(model.rest_samples) / unit,
+                1e-9 * model.floor[c]);
+    EXPECT_GE(model.noise[c], model.floor[c]);
+    if (c < 4) {
+      EXPECT_NEAR(model.floor[c + kRestGroups], reading[c], 1e-9 * reading[c]);
+    }
+  }
+  // Nothing was read in motion: the robot file's word stands.
+  const std::array<double, 4> sigma{s.length_m, s.swivel_rad, s.attitude_rad, s.attitude_rad};
+  for (std::size_t c = 0; c < 4; ++c) EXPECT_EQ(model.noise[c + kRestGroups], sigma[c]);
+}
+
+TEST_F(Baseline, ExactReadingsKeepAThousandthOfSigma) {
+  const DiagnosisModel model = baseline_of(robot, {startup_log(robot, 0.0, 103, 0)});
+  const SensorSigma& s = robot.sigma;
+  const std::array<double, 4> sigma{s.length_m, s.swivel_rad, s.attitude_rad, s.attitude_rad};
+  for (std::size_t c = 0; c < 4; ++c) {
+    EXPECT_EQ(model.floor[c], 1e-3 * sigma[c]);
+    EXPECT_EQ(model.floor[c + kRestGroups], 1e-3 * sigma[c]);
+  }
+  EXPECT_EQ(model.floor[4], 1e-3);
+}
+
+TEST_F(Baseline, OffsetsAreWhatTheReadingsAreAheadOfTheModel) {
+  const DiagnosisModel model = baseline_of(robot, {log});
+  Log shifted = log;
+  shifted.length_m.col(2).array() += 0.7;
+  shifted.swivel_rad.col(1).array() -= 0.4;
+  shifted.roll_pitch_yaw_rad.col(2).array() += 1.3;
+  const DiagnosisModel moved = baseline_of(robot, {shifted});
+  Eigen::VectorXd expected = model.runs[0].offsets;
+  expected[2] += 0.7;
+  expected[4 + 1] -= 0.4;
+  expected[8] += 1.3;
+  for (int i = 0; i < 9; ++i) {
+    const double off = moved.runs[0].offsets[i] - expected[i];
+    EXPECT_NEAR(i < 4 ? off : wrap_angle(off), 0.0, 1e-5) << i;
+  }
+}
+
+TEST_F(Baseline, WhereACableHangsSlackItsTensionSaysNothing) {
+  const double limit_N = 0.1 * robot.tension_min_N;
+  const DiagnosisModel before = baseline_of(robot, {log});
+  const SampleRange rest = before.runs[0].rows[3];
+  log.tension_N.col(1).segment(rest.begin, rest.size()).setConstant(0.5 * limit_N);
+  std::vector<Log> logs{log};
+  std::vector<std::string> left_out;
+  const DiagnosisModel model = baseline_model(robot, logs, left_out);
+  for (const Measurement& m : model.runs[0].measurements) {
+    const bool there = m.time_s > log.time_s[rest.begin] && m.time_s < log.time_s[rest.end - 1];
+    EXPECT_EQ(std::isfinite(m.tension_N[1]), !there) << m.time_s;
+    EXPECT_TRUE(std::isfinite(m.tension_N[0]));
+    EXPECT_EQ(m.in_balance(), !there);
+  }
+  ASSERT_EQ(left_out.size(), 1U);
+  EXPECT_EQ(left_out[0].find(log.source + ": slack from "), 0U) << left_out[0];
+  EXPECT_NE(left_out[0].find("cable 2"), std::string::npos);
+}
+
+TEST_F(Baseline, KnownEffectsAreHeldAtTheirValues) {
+  Robot known = robot;
+  known.effects.push_back({"load_cell_bias", "", {{"bias_N", {5, -4, 3, -2}}}});
+  log.tension_N.rowwise() += Eigen::RowVector4d(5, -4, 3, -2);
+  const DiagnosisModel model = baseline_of(known, {log});
+  ASSERT_EQ(model.runs[0].known.size(), 1U);
+  EXPECT_EQ(model.runs[0].known[0].values, Eigen::Vector4d(5, -4, 3, -2));
+  EXPECT_TRUE(model.effects.empty());
+  // With it the balance is as quiet as that of load cells without a bias.
+  const DiagnosisModel clean = baseline_of(robot, {startup_log(robot, 0.2, 101, 0)});
+  EXPECT_NEAR(model.noise[4], clean.noise[4], 1e-3 * clean.noise[4]);
+}
+
+TEST_F(Baseline, ALogWithoutLoadCellsHasNoBalance) {
+  log.tension_N.resize(log.sample_count(), 0);
+  log.tension_setpoint_N.resize(log.sample_count(), 0);
+  const DiagnosisModel model = baseline_of(robot, {log});
+  const DiagnosisSystem system = linearise(model);
+  for (const PoseSystem& pose : system.poses) {
+    for (const NoiseGroup channel : pose.channel) EXPECT_NE(channel, NoiseGroup::balance);
+  }
+  EXPECT_EQ(model.noise[4], 1.0);
+  EXPECT_GT(model.pose_count(), 8);
+}
+
+}  // namespace
+}  // namespace cdprcal

@@ -1,0 +1,146 @@
+// Faults of the readings' map: what each means, and which are looked for.
+#include "cdprcal/diagnosis/discrete.hpp"
+
+#include <gtest/gtest.h>
+
+#include "cdprcal/effects/reading_faults.hpp"
+#include "run.hpp"
+
+namespace cdprcal {
+namespace {
+
+using test::startup_log;
+
+class Discrete : public testing::Test {
+ protected:
+  static const Log& clean() {
+    static const Log log = startup_log(load_robot("irma4"), 0.2, 31, 0);
+    return log;
+  }
+  Robot robot = load_robot("irma4");
+  Log log = clean();
+};
+
+TEST_F(Discrete, ALogThatAgreesIsLeftAsItIs) {
+  const DiscreteSearch search = find_discrete_faults(robot, log);
+  EXPECT_TRUE(search.faults.empty());
+  EXPECT_EQ(search.cost_before, search.cost_after);
+  EXPECT_EQ(log.length_m, clean().length_m);
+  EXPECT_EQ(log.swivel_rad, clean().swivel_rad);
+  EXPECT_EQ(log.roll_pitch_yaw_rad, clean().roll_pitch_yaw_rad);
+}
+
+TEST_F(Discrete, SeveralFaultsAreFoundOneAfterTheOther) {
+  log.length_m *= 1e3;
+  log.swivel_rad.col(1) *= -1.0;
+  const DiscreteSearch search = find_discrete_faults(robot, log);
+  ASSERT_EQ(search.faults.size(), 2U);
+  EXPECT_EQ(search.faults[0].name, "length_unit");  // the worse one first
+  EXPECT_EQ(search.faults[0].parameter, "factor");
+  EXPECT_EQ(search.faults[0].values, std::vector<double>{1e-3});
+  EXPECT_EQ(search.faults[0].text, "the lengths are in millimetres");
+  EXPECT_EQ(search.faults[1].name, "swivel_sign");
+  EXPECT_EQ(search.faults[1].parameter, "sign");
+  EXPECT_EQ(search.faults[1].values, (std::vector<double>{1, -1, 1, 1}));
+  EXPECT_EQ(search.faults[1].text, "the swivel of cable 2 counts backwards");
+  EXPECT_LT(10.0 * search.cost_after, search.cost_before);
+  // What comes back reads as if nothing had been wrong.
+  EXPECT_LE((log.length_m - clean().length_m).norm(), 1e-12);
+  EXPECT_EQ(log.swivel_rad, clean().swivel_rad);
+}
+
+TEST_F(Discrete, AllSignsAtOnceAreOneFault) {
+  log.swivel_rad *= -1.0;
+  const DiscreteSearch search = find_discrete_faults(robot, log);
+  ASSERT_EQ(search.faults.size(), 1U);
+  EXPECT_EQ(search.faults[0].name, "swivel_sign");
+  EXPECT_EQ(search.faults[0].values, (std::vector<double>{-1, -1, -1, -1}));
+  EXPECT_EQ(search.faults[0].text, "the swivel of cable 1, 2, 3, 4 counts backwards");
+}
+
+TEST_F(Discrete, AllAnglesInDegreesAreOneFault) {
+  log.swivel_rad /= kDegree;
+  log.roll_pitch_yaw_rad /= kDegree;
+  const DiscreteSearch search = find_discrete_faults(robot, log);
+  ASSERT_EQ(search.faults.size(), 1U);
+  EXPECT_EQ(search.faults[0].values, (std::vector<double>{kDegree, kDegree}));
+  EXPECT_EQ(search.faults[0].text, "all angles are in degrees");
+}
+
+TEST_F(Discrete, SwivelsInDegreesAreOne) {
+  log.swivel_rad /= kDegree;
+  const DiscreteSearch search = find_discrete_faults(robot, log);
+  ASSERT_EQ(search.faults.size(), 1U);
+  EXPECT_EQ(search.faults[0].values, (std::vector<double>{kDegree, 1.0}));
+  EXPECT_EQ(search.faults[0].text, "the swivel angles are in degrees");
+}
+
+TEST_F(Discrete, AFaultIsFoundWithoutLoadCells) {
+  log.tension_N.resize(log.sample_count(), 0);
+  log.tension_setpoint_N.resize(log.sample_count(), 0);
+  log.length_m.col(3) *= -1.0;
+  const DiscreteSearch search = find_discrete_faults(robot, log);
+  ASSERT_EQ(search.faults.size(), 1U);
+  EXPECT_EQ(search.faults[0].name, "length_sign");
+  EXPECT_EQ(search.faults[0].values, (std::vector<double>{1, 1, 1, -1}));
+}
+
+TEST_F(Discrete, AFaultIsFoundInThreeRests) {
+  SyntheticLogOptions options;
+  options.noise = reading_noise(robot.sigma, 0.2);
+  options.seed = 33;
+  options.dwell_s = 4.0;
+  options.move_s = 4.0;
+  std::vector<CableVector> setpoints = default_setpoints(robot, 2, 2, 2);
+  setpoints.resize(3);
+  log = synthetic_log(robot, setpoints, options).log;
+  log.length_m *= 1e3;
+  const DiscreteSearch search = find_discrete_faults(robot, log);
+  ASSERT_EQ(search.faults.size(), 1U);
+  EXPECT_EQ(search.faults[0].name, "length_unit");
+  EXPECT_EQ(search.faults[0].text, "the lengths are in millimetres");
+}
+
+TEST_F(Discrete, ASmallErrorIsNoFault) {
+  // Far beyond what chance does, and no sign, order, unit or convention.
+  log.length_m.col(0) *= 1.1;
+  log.length_m.col(2) *= 0.9;
+  const DiscreteSearch search = find_discrete_faults(robot, log);
+  EXPECT_TRUE(search.faults.empty());
+  EXPECT_GT(search.cost_before, 100.0);
+  EXPECT_EQ(search.cost_before, search.cost_after);
+}
+
+TEST_F(Discrete, WhatIsListedSetsTheLogRightAsTheFaultDoes) {
+  const std::vector<DiscreteFault> faults{
+      {"length_sign", "sign", {1, -1, 1, -1}, ""},
+      {"cable_order", "order", {2, 3, 4, 1}, "", {1, 2, 3, 4}},
+      {"cable_order", "order", {2, 3, 4, 1}, ""},
+      {"angle_unit", "factor", {1.0, kDegree}, ""},
+  };
+  for (const DiscreteFault& fault : faults) {
+    SCOPED_TRACE(fault.name);
+    const AppliedEffect listed = as_listed(fault);
+    EXPECT_TRUE(is_reading_fault(listed.name));
+    EXPECT_EQ(fault_problem(listed), "");
+    EXPECT_EQ(listed.parameters.size(), fault.tension_order.empty() ? 1U : 2U);
+    EXPECT_EQ(listed.parameters[0].name, fault.parameter);
+    EXPECT_EQ(listed.parameters[0].values, fault.values);
+    Log by_file = log, by_fault = log;
+    set_right(listed, by_file);
+    set_right(fault, robot, by_fault);
+    EXPECT_EQ(by_file.length_m, by_fault.length_m);
+    EXPECT_EQ(by_file.tension_N, by_fault.tension_N);
+    EXPECT_EQ(by_file.roll_pitch_yaw_rad, by_fault.roll_pitch_yaw_rad);
+    EXPECT_EQ(robot.euler_convention, load_robot("irma4").euler_convention);
+  }
+}
+
+TEST_F(Discrete, TheEulerConventionIsTheRobotsAndTheLogStays) {
+  set_right({"euler_convention", "convention", {5.0}, ""}, robot, log);
+  EXPECT_EQ(robot.euler_convention, EulerConvention::ZYX);
+  EXPECT_EQ(log.roll_pitch_yaw_rad, clean().roll_pitch_yaw_rad);
+}
+
+}  // namespace
+}  // namespace cdprcal

@@ -1,0 +1,371 @@
+// Which effects are added, exchanged, dropped and taken back: each step by itself, on models whose
+// readings are known to hold one thing or another.
+#include "cdprcal/diagnosis/search.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "cdprcal/diagnosis/events.hpp"
+#include "dense.hpp"
+#include "run.hpp"
+
+namespace cdprcal {
+namespace {
+
+using test::two_logs;
+using test::two_runs_baseline;
+
+/// Two runs with biased load cells and a drifting yaw (dense.hpp), nothing accepted yet.
+const DiagnosisModel& plain() {
+  static const DiagnosisModel model = two_runs_baseline();
+  return model;
+}
+
+DiagnosisModel baseline_of(Log log) {
+  std::vector<Log> logs{std::move(log)};
+  std::vector<std::string> left_out;
+  return baseline_model(load_robot("irma4"), logs, left_out);
+}
+
+std::vector<std::string> names(const DiagnosisModel& model) {
+  std::vector<std::string> out;
+  for (const EffectTerm& term : model.effects) out.push_back(term.effect->name());
+  return out;
+}
+std::vector<std::string> names(const Diagnosis& d) {
+  std::vector<std::string> out;
+  for (const NamedEffect& effect : d.effects) out.push_back(effect.effect->name());
+  return out;
+}
+
+using Names = std::vector<std::string>;
+
+/// A model and what was said of it, on the way.
+struct Progress {
+  DiagnosisModel model;
+  Diagnosis out;
+  DiagnoseOptions options;
+  std::vector<Log> logs = {};
+
+  explicit Progress(DiagnosisModel start) : model(std::move(start)) {}
+  Search search() { return {logs, model, out, options}; }
+  /// Puts an effect into the model as if it had been accepted.
+  void take(const std::string& name) {
+    const auto effect = find_effect(name);
+    const bool by_run = effect->info().scope == EffectScope::run;
+    const auto runs = static_cast<Eigen::Index>(by_run ? model.runs.size() : 1);
+    const DiagnosisModel before = model;
+    model.effects.push_back({effect, EffectValues::Zero(effect->size(4) * runs)});
+    ASSERT_TRUE(fit_with_noise(model));
+    NamedEffect found;
+    found.effect = effect;
+    CandidateScore score;
+    score.effect = effect;
+    score.values = model.effects.back().values;
+    found.log_evidence = EvidenceAgainst(before).refit(score).log_evidence;
+    out.effects.push_back(found);
+  }
+};
+
+TEST(Search, ForwardAcceptsWhatIsThereAndNothingElse) {
+  Progress p(plain());
+  EXPECT_TRUE(p.search().forward());
+  Names found = names(p.model);
+  EXPECT_EQ(found, names(p.out));
+  std::sort(found.begin(), found.end());
+  EXPECT_EQ(found, (Names{"load_cell_bias", "yaw_drift"}));
+  for (const NamedEffect& effect : p.out.effects) {
+    EXPECT_GT(effect.log_evidence, p.options.least_evidence);
+    EXPECT_LT(effect.p_value, p.options.family_wise_p);
+    EXPECT_LT(effect.held_out_after, effect.held_out_before);
+    EXPECT_TRUE(effect.where.empty());
+  }
+  // What was left after each step was written down, in the reading's units.
+  for (const NamedEffect& effect : p.out.effects) {
+    std::vector<std::string> channels;
+    for (const Gap& gap : p.out.gap) {
+      if (gap.after_effect == effect.effect->name()) channels.push_back(gap.channel);
+    }
+    EXPECT_EQ(channels,
+              (Names{"length_m", "swivel_rad", "roll_pitch_rad", "yaw_rad", "tension_N"}));
+  }
+}
+
+TEST(Search, NoChanceOfAFalseAlarmIsNoAccusation) {
+  Progress p(plain());
+  p.options.family_wise_p = 0.0;
+  Search search = p.search();
+  EXPECT_TRUE(search.forward());
+  EXPECT_TRUE(p.model.effects.empty());
+  EXPECT_FALSE(search.left().has_value());
+  ASSERT_FALSE(p.out.rejected.empty());
+  for (const RejectedEffect& rejected : p.out.rejected) {
+    EXPECT_EQ(rejected.reason.find("chance does as well (family-wise p = "), 0U) << rejected.name;
+  }
+}
+
+TEST(Search, EvidenceBelowWhatIsAskedForIsNotEvenTried) {
+  Progress p(plain());
+  p.options.least_evidence = 1e6;
+  EXPECT_TRUE(p.search().forward());
+  EXPECT_TRUE(p.model.effects.empty());
+  EXPECT_TRUE(p.out.rejected.empty());
+}
+
+TEST(Search, AcceptsSoManyEffectsAndNoMore) {
+  Progress p(plain());
+  p.options.most_effects = 1;
+  Search search = p.search();
+  EXPECT_TRUE(search.forward());
+  EXPECT_EQ(p.model.effects.size(), 1U);
+  // The other error is still in the readings, and is seen.
+  ASSERT_TRUE(search.left().has_value());
+  const std::string channel = generic_name(*search.left()->effect)->channel;
+  EXPECT_EQ(channel, names(p.model)[0] == "yaw_drift" ? "tension" : "yaw");
+}
+
+TEST(Search, AnImplausibleValueIsNoExplanation) {
+  // A yaw that drifts faster than that of any AHRS.
+  const double rate_rad_s = 1.5 * find_effect("yaw_drift")->plausible(4)[0];
+  Log log = test::startup_log(load_robot("irma4"), 0.2, 73);
+  log.roll_pitch_yaw_rad.col(2) += rate_rad_s * log.time_s;
+  Progress p(baseline_of(log));
+  Search search = p.search();
+  EXPECT_TRUE(search.forward());
+  const auto drift = std::find_if(p.out.rejected.begin(), p.out.rejected.end(),
+                                  [](const auto& r) { return r.name == "yaw_drift"; });
+  ASSERT_NE(drift, p.out.rejected.end());
+  EXPECT_EQ(drift->reason, "the value it would need is physically implausible");
+  const Names found = names(p.model);
+  EXPECT_EQ(std::count(found.begin(), found.end(), "yaw_drift"), 0);
+  ASSERT_TRUE(search.left().has_value());
+  EXPECT_EQ(generic_name(*search.left()->effect)->channel, "yaw");
+}
+
+TEST(Search, StopsWhereItIsToldToAndKeepsWhatWasAccepted) {
+  Progress p(plain());
+  p.options.progress = [](const std::string& step) { return step.find("accepted") != 0; };
+  EXPECT_FALSE(p.search().forward());
+  EXPECT_EQ(p.model.effects.size(), 1U);
+  EXPECT_EQ(p.out.effects.size(), 1U);
+  Progress none(plain());
+  none.options.progress = [](const std::string&) { return false; };
+  EXPECT_FALSE(none.search().forward());
+  EXPECT_TRUE(none.model.effects.empty());
+}
+
+/// Load cells read too much by a share of what they carry, and a little too little each.
+const DiagnosisModel& with_gain() {
+  static const DiagnosisModel model = [] {
+    Log log = test::startup_log(load_robot("irma4"), 0.2, 74);
+    const Eigen::RowVector4d gain(0.09, -0.08, 0.07, -0.1);
+    log.tension_N.array().rowwise() *= 1.0 + gain.array();
+    return baseline_of(log);
+  }();
+  return model;
+}
+
+TEST(Search, ExchangePutsTheTruthInThePlaceOfWhatImitatesIt) {
+  Progress p(with_gain());
+  p.take("load_cell_bias");
+  p.take("yaw_drift");
+  p.options.rival_share = 0.2;  // a gain does some of what a bias does
+  const double wrong = p.out.effects[0].log_evidence;
+  EXPECT_TRUE(p.search().exchange());
+  EXPECT_EQ(names(p.model), (Names{"load_cell_gain", "yaw_drift"}));  // in its place
+  EXPECT_EQ(names(p.out), names(p.model));
+  EXPECT_GT(p.out.effects[0].log_evidence, wrong);
+  EXPECT_LT(p.out.effects[0].held_out_after, p.out.effects[0].held_out_before);
+  ASSERT_EQ(p.out.rejected.size(), 1U);
+  EXPECT_EQ(p.out.rejected[0].name, "load_cell_bias");
+  EXPECT_NE(p.out.rejected[0].reason.find("load_cell_gain explains the readings better"),
+            std::string::npos);
+  const Eigen::Vector4d gain(0.09, -0.08, 0.07, -0.1);
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(p.model.effects[0].values[i], gain[i], 0.02);
+  ASSERT_FALSE(p.out.gap.empty());
+  EXPECT_EQ(p.out.gap.back().after_effect, "load_cell_gain");
+  // The truth is not exchanged for anything.
+  const DiagnosisModel settled = p.model;
+  EXPECT_FALSE(p.search().exchange());
+  EXPECT_EQ(names(p.model), names(settled));
+  EXPECT_EQ(p.model.effects[0].values, settled.effects[0].values);
+  EXPECT_EQ(p.out.rejected.size(), 1U);
+}
+
+TEST(Search, ExchangeAsksOnlyThoseThatImitate) {
+  Progress p(with_gain());
+  p.take("load_cell_bias");
+  p.options.rival_share = 1.0;  // nothing imitates all of it
+  EXPECT_FALSE(p.search().exchange());
+  EXPECT_EQ(names(p.model), Names{"load_cell_bias"});
+  EXPECT_TRUE(p.out.rejected.empty());
+}
+
+TEST(Search, DropsWhatTheLaterEffectsMadeNeedless) {
+  Progress p(plain());
+  p.take("mass");  // stands in for the bias, as far as it can
+  p.take("load_cell_bias");
+  p.take("yaw_drift");
+  p.search().drop();
+  EXPECT_EQ(names(p.model), (Names{"load_cell_bias", "yaw_drift"}));
+  EXPECT_EQ(names(p.out), names(p.model));
+  ASSERT_EQ(p.out.rejected.size(), 1U);
+  EXPECT_EQ(p.out.rejected[0].name, "mass");
+  EXPECT_EQ(p.out.rejected[0].reason, "needless once the later effects are in");
+}
+
+TEST(Search, TheLastEffectWasJustAcceptedAndIsNotDropped) {
+  Progress p(plain());
+  p.take("load_cell_bias");
+  p.take("yaw_drift");
+  p.take("mass");
+  p.search().drop();
+  EXPECT_EQ(names(p.model), (Names{"load_cell_bias", "yaw_drift", "mass"}));
+  EXPECT_TRUE(p.out.rejected.empty());
+}
+
+/// Load cells whose reading bends: in the catalogue only gain and bias come near.
+DiagnosisModel with_bent_cells() {
+  Log log = test::startup_log(load_robot("irma4"), 0.1, 75);
+  log.tension_N.array() += 8e-4 * log.tension_N.array().square();
+  return baseline_of(log);
+}
+
+TEST(Search, WhatNoNameExplainsIsLeftWithItsChannelAndDependence) {
+  Progress p(with_bent_cells());
+  Search search = p.search();
+  EXPECT_TRUE(search.forward());
+  ASSERT_TRUE(search.left().has_value());
+  const GenericName what = *generic_name(*search.left()->effect);
+  EXPECT_EQ(what.channel, "tension");
+  EXPECT_EQ(what.depends_on, "reading");
+  EXPECT_GT(search.left()->log_evidence, p.options.least_evidence);
+  // Names were weighed against it, alone and together.
+  const bool weighed =
+      std::any_of(p.out.rejected.begin(), p.out.rejected.end(), [](const RejectedEffect& r) {
+        return r.reason.find(
+                   "a mere dependence of tension on reading explains the readings "
+                   "better") == 0;
+      });
+  EXPECT_TRUE(weighed);
+}
+
+/// A yaw that is off by a bump over the run: no drift, though a drift takes some of it.
+DiagnosisModel with_bump() {
+  Log log = test::startup_log(load_robot("irma4"), 0.1, 78);
+  const double middle_s = 0.55 * log.time_s[log.sample_count() - 1];
+  log.roll_pitch_yaw_rad.col(2).array() -=
+      0.1 * ((log.time_s.array() - middle_s) / middle_s).square();
+  return baseline_of(log);
+}
+
+TEST(Search, WithdrawsANameThatOnlyStoodInForADependence) {
+  const DiagnosisModel plain = with_bump();
+  Progress p(plain);
+  p.take("yaw_drift");
+  p.options.most_effects = 1;  // accept nothing more, but look
+  Search search = p.search();
+  ASSERT_TRUE(search.forward());
+  ASSERT_TRUE(search.left().has_value());
+  EXPECT_EQ(generic_name(*search.left()->effect)->channel, "yaw");
+  EXPECT_EQ(generic_name(*search.left()->effect)->depends_on, "time");
+  search.withdraw();
+  EXPECT_TRUE(p.model.effects.empty());
+  EXPECT_TRUE(p.out.effects.empty());
+  ASSERT_EQ(p.out.rejected.size(), 1U);
+  EXPECT_EQ(p.out.rejected[0].name, "yaw_drift");
+  EXPECT_EQ(p.out.rejected[0].reason,
+            "only stood in for what is unexplained: a dependence of yaw on time");
+  // The model is fitted again without it.
+  for (std::size_t c = 0; c < kRestGroups; ++c) {
+    EXPECT_NEAR(p.model.noise[c], plain.noise[c], 0.02 * plain.noise[c]) << c;
+  }
+}
+
+TEST(Search, KeepsANameThatHoldsBesideADependence) {
+  Log log = test::startup_log(load_robot("irma4"), 0.1, 75);
+  log.tension_N.array() += 8e-4 * log.tension_N.array().square();
+  log.roll_pitch_yaw_rad.col(2) += 5e-4 * log.time_s;
+  Progress p(baseline_of(log));
+  p.take("yaw_drift");
+  p.options.most_effects = 1;
+  Search search = p.search();
+  ASSERT_TRUE(search.forward());
+  ASSERT_TRUE(search.left().has_value());
+  search.withdraw();
+  EXPECT_EQ(names(p.model), Names{"yaw_drift"});
+  EXPECT_EQ(names(p.out), Names{"yaw_drift"});
+  EXPECT_TRUE(p.out.rejected.empty());
+}
+
+TEST(Search, WithdrawsNothingWhereNothingIsLeft) {
+  Progress p(plain());
+  p.take("load_cell_bias");
+  p.take("yaw_drift");
+  Search search = p.search();
+  ASSERT_TRUE(search.forward());
+  EXPECT_FALSE(search.left().has_value());
+  const DiagnosisModel before = p.model;
+  search.withdraw();
+  EXPECT_EQ(names(p.model), names(before));
+  EXPECT_EQ(p.model.effects[0].values, before.effects[0].values);
+}
+
+TEST(Search, RivalsAreThoseThatDoTheSame) {
+  // A common shift of the platform's anchors is a shift of its centre of mass.
+  Robot moved = load_robot("irma4");
+  for (Cable& cable : moved.cables) cable.platform_anchor_m.x() += 0.003;
+  Progress p(baseline_of(test::startup_log(moved, 0.1, 76, 3)));
+  ASSERT_TRUE(p.search().forward());
+  ASSERT_EQ(p.out.effects.size(), 1U);
+  p.search().find_rivals();
+  Names both = p.out.effects[0].rivals;
+  EXPECT_EQ(std::count(both.begin(), both.end(), names(p.out)[0]), 0);  // not its own
+  both.push_back(names(p.out)[0]);
+  for (const char* one : {"centre_of_mass", "platform_anchors"}) {
+    EXPECT_EQ(std::count(both.begin(), both.end(), one), 1) << one;
+  }
+  for (const char* other : {"yaw_drift", "cable_sag", "load_cell_drift"}) {
+    EXPECT_EQ(std::count(both.begin(), both.end(), other), 0) << other;
+  }
+}
+
+TEST(Search, RivalsAreNoneForWhatNothingImitates) {
+  Progress p(plain());
+  p.take("load_cell_bias");
+  p.take("yaw_drift");
+  p.search().find_rivals();
+  EXPECT_TRUE(p.out.effects[1].rivals.empty()) << p.out.effects[1].rivals.front();
+  // Whoever asks for no difference at all is given every effect that was refitted.
+  p.options.rival_nats = 1e9;
+  for (NamedEffect& effect : p.out.effects) effect.rivals.clear();
+  p.search().find_rivals();
+  for (const NamedEffect& effect : p.out.effects) {
+    EXPECT_GE(static_cast<int>(effect.rivals.size()), p.options.refits - 1);
+  }
+}
+
+TEST(Search, ASlipIsNamedWithItsCableAndTime) {
+  const Robot robot = load_robot("irma4");
+  Log log = test::startup_log(robot, 0.1, 77, 0);
+  const double at_s = 8.0 * 3.0 - 2.0;  // in the middle of the third move
+  for (Eigen::Index i = 0; i < log.sample_count(); ++i) {
+    if (log.time_s[i] > at_s) log.length_m(i, 2) -= 0.03;
+  }
+  const Diagnosis d = diagnose(robot, {log});
+  ASSERT_EQ(names(d), Names{"cable_slip"}) << test::summary(d);
+  EXPECT_EQ(d.verdict, Verdict::explained);
+  const NamedEffect& slip = d.effects[0];
+  EXPECT_NEAR(slip.values[0], 0.03, 3.0 * slip.standard_deviation[0]);
+  EXPECT_LT(slip.standard_deviation[0], 0.005);
+  ASSERT_EQ(slip.where.size(), 2U);
+  EXPECT_EQ(slip.where[0].first, "time_s");
+  EXPECT_NEAR(slip.where[0].second, at_s, 1.0);
+  EXPECT_EQ(slip.where[1], (std::pair<std::string, double>{"cable", 3.0}));
+  EXPECT_LT(slip.p_value, 0.01);
+  EXPECT_TRUE(d.corrected.effects.empty());  // of one moment of one log, not of the robot
+}
+
+}  // namespace
+}  // namespace cdprcal
