@@ -315,6 +315,16 @@ def test_measured_logs_have_a_gap_and_nothing_worse(
     assert check_file(robot, shared_data / "irma4" / "trial_a.csv").findings == ()
 
 
+def test_attitude_that_counts_from_0_to_360_degrees_is_none_in_degrees(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    wrapped = edited(synthetic.log, "roll_pitch_yaw_rad", lambda a: np.mod(a, 2 * np.pi, out=a))
+    assert np.ptp(wrapped.roll_pitch_yaw_rad[:, 0]) > 6.0, "this tests nothing"
+    assert check(robot, wrapped).findings == ()
+    small = edited(synthetic.log, "roll_pitch_yaw_rad", lambda a: a.__imul__(180 / np.pi))
+    assert ("error", "impossible_value") in found(check(robot, small))
+
+
 def test_milliseconds_are_one_finding(
     robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
 ) -> None:

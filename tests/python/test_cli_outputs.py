@@ -116,6 +116,30 @@ def test_one_run_is_not_counted_twice(
     assert not page.exists()
 
 
+def test_load_cells_of_two_cables_exchanged_are_not_passed_over(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    """The balance is off by far more than noise, although not by more than sigma allows."""
+    tension = np.array(synthetic.log.tension_N)[:, [1, 0, 2, 3]]
+    path = tmp_path / "exchanged.csv"
+    cdprcal.write_log(changed(synthetic.log, tension_N=tension), str(path))
+    ran = cli("diagnose", "irma4", path)
+    assert "unexplained" in ran.stderr or re.search(
+        r"within the sigma of the robot file, but more than the readings ripple at rest, is left: "
+        r".*tension \d+ N \(they ripple by",
+        ran.stderr,
+    )
+    page = tmp_path / "page.html"
+    cli("report", "irma4", path, "-o", page)
+    assert "Model and sensors agree" not in page.read_text()
+
+
+def test_a_consistent_log_leaves_nothing_over(cli: Cli, log_path: Path) -> None:
+    ran = cli("diagnose", "irma4", log_path)
+    assert ran.stderr.count("consistent: ") == 1
+    assert "is left: " not in ran.stderr
+
+
 def test_diagnose_says_that_there_is_no_rest(
     cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
 ) -> None:

@@ -27,8 +27,12 @@ def check_ranges(subject: Subject) -> None:
         if not np.isfinite(values).any():
             continue
         if channel.name in ("roll_rad", "pitch_rad"):
+            # Some sensors count from 0 to 360°, which is harmless. Degrees go beyond that, or pass
+            # through what no platform reaches.
+            turned = np.nanmax(np.abs(values)) <= 2.0 * math.pi
+            angle = (values + math.pi) % (2.0 * math.pi) - math.pi if turned else values
             _check_limit(
-                subject, channel, np.abs(values), math.pi / 2, "the platform would lie on its side"
+                subject, channel, np.abs(angle), math.pi / 2, "the platform would lie on its side"
             )
         elif channel.is_angle:
             limit = math.pi if channel.name == "yaw_rad" else 2 * math.pi

@@ -17,6 +17,12 @@ from cdprcal.tables import console, degrees, fixed, plain_table, say, scaled
 
 _STYLE = {"consistent": "bold green", "explained": "bold cyan", "unexplained": "bold red"}
 
+#: More than so many times its ripple is no chance.
+_STANDS_OUT = 3.0
+#: What a contradiction depends on, in the core's words.
+_NOTHING = "nothing that was tried"
+LEFT_OVER = "within the sigma of the robot file, but more than the readings ripple at rest, is left"
+
 
 def print_diagnosis(document: dict[str, Any]) -> None:
     """The document of ``diagnose`` on stderr."""
@@ -35,6 +41,8 @@ def print_diagnosis(document: dict[str, Any]) -> None:
     out.print(_pose_table(document))
     if blind := blind_spots(document):
         say(out, f"this log does not show: {'; '.join(blind)}")
+    if verdict != "unexplained" and (rest := left_over(document)):
+        say(out, f"{LEFT_OVER}: {'; '.join(rest)}")
     for left in document["unexplained"]:
         say(out, Text(unexplained_line(left), style="red"))
     if document["rejected"]:
@@ -203,12 +211,36 @@ def _millimetres(value: float | None) -> float | None:
     return scaled(value, 1e3)
 
 
+def left_over(document: dict[str, Any]) -> list[str]:
+    """Channels whose rests disagree with the final model far more than their readings ripple.
+
+    Below what the sigma of the robot file allows, so that the verdict may be good all the same.
+    """
+    last = document["gap"][-1]["after_effect"] if document["gap"] else None
+    lines = []
+    for entry in document["gap"]:
+        ripple, rms = document["ripple"].get(entry["channel"]), entry["train_rms"]
+        if entry["after_effect"] != last or not ripple or rms is None:
+            continue
+        if rms > _STANDS_OUT * ripple:
+            name, unit, factor = GAP_CHANNELS[entry["channel"]]
+            lines.append(f"{name} {rms * factor:.2g} {unit} (they ripple by {ripple * factor:.2g})")
+    return lines
+
+
 def unexplained_line(left: dict[str, Any]) -> str:
     units = {"length": "m", "balance": "N", "tension": "N"}
     unit = units.get(left["channel"], "rad")
     label, factor = for_people(unit, 0.0)
+    # What merely contradicts the robot file is held against that; what depends on something,
+    # against the readings.
+    against = (
+        "the sigma of the robot file is"
+        if left["depends_on"] == _NOTHING
+        else "the readings themselves ripple by"
+    )
     return (
         f"unexplained: {left['channel']}, rms {fixed(scaled(left['rms'], factor), 3)} {label} "
-        f"where the readings themselves ripple by {fixed(scaled(left['sigma'], factor), 3)} "
-        f"{label}; it depends on {left['depends_on']}"
+        f"where {against} {fixed(scaled(left['sigma'], factor), 3)} {label}; it depends on "
+        f"{left['depends_on']}"
     )

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from cdprcal.diagnosis.table import left_over
 from cdprcal.report.subject import Subject
 
 
@@ -103,6 +104,9 @@ def headline(subject: Subject) -> tuple[str, str, str]:
     model = (
         f"No diagnosis: {subject.no_diagnosis.rstrip('.')}."
         if diagnosis is None
+        else "Nothing known would improve the model, yet it does not agree with the sensors "
+        "as well as they repeat."
+        if left_over(diagnosis)
         else "Model and sensors agree: nothing is missing."
     )
     return "good", title, f"When it was switched on, the platform hung at {place}. {model}"
