@@ -64,6 +64,15 @@ def test_what_is_read_is_never_written_over(
     assert {path: path.read_bytes() for path in Path().iterdir() if path.is_file()} == before
 
 
+@pytest.mark.parametrize("arguments", [("posts8",), ("irma4", "--effect", "nonsense=3")])
+def test_a_demo_that_cannot_be_leaves_no_folder(
+    cli: Cli, tmp_path: Path, arguments: tuple[str, ...]
+) -> None:
+    ran = cli("demo", *arguments, "-o", tmp_path / "demo")
+    assert ran.code == 2, ran
+    assert not (tmp_path / "demo").exists()
+
+
 def test_diagnose_writes_all_or_nothing(cli: Cli, log_path: Path, tmp_path: Path) -> None:
     corrected = tmp_path / "corrected.yaml"
     ran = cli(

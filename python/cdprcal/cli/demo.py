@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from cdprcal.cli.common import DONE, UNTRUSTED, JsonOption, print_json, reports_errors
+from cdprcal.cli.common import DONE, UNTRUSTED, JsonOption, fail, print_json, reports_errors
 
 EXAMPLE = "Example: cdprcal demo --seed 2 --effect load_cell_bias=6,-5,4,-8"
 
@@ -52,13 +52,17 @@ def command(
 
     out = console()
     the_robot = _core.load_robot(robot)
+    if not 3 <= the_robot.cable_count <= 5:
+        fail(
+            f"{robot}: has {the_robot.cable_count} cables; a start-up is planned for three to five"
+        )
+    hide = effect or story.HIDDEN[seed % len(story.HIDDEN)]
+    _core.expanded_effect(_core.parse_injected_effect(hide), the_robot.cable_count)
     folder = Path(output)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise _core.InputError(f"{folder}: cannot be made: {reason(error)}") from None
-    hide = effect or story.HIDDEN[seed % len(story.HIDDEN)]
-    _core.expanded_effect(_core.parse_injected_effect(hide), the_robot.cable_count)
 
     say(out, f"1. {the_robot.name} wakes up: lengths, swivel angles and yaw are relative")
     plan = story.make_plan(the_robot, folder / "plan.csv").plan
