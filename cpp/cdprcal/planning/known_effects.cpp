@@ -81,7 +81,6 @@ std::optional<Pose> KnownEffects::settled(const CableVector& reading_N, const Po
 }
 
 std::optional<SetPoint> KnownEffects::as_planned(const SetPoint& stop) const {
-  if (!any()) return stop;
   const CableVector tension = tension_N(stop.pose, stop.tension_N);
   if (!(tension.minCoeff() >= 0.0)) return std::nullopt;
   const EquilibriumResult rest = direct_from_tensions(robot_, tension, stop.pose);

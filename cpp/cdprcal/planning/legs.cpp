@@ -33,7 +33,7 @@ LegTable::LegTable(const PathChecker& checker, const TransitionTimer& timer,
       given_(places_.size()),
       threads_(threads) {
   fill(0, progress);
-  if (stopped_ || connected() || places_.empty()) return;
+  if (stopped_ || connected()) return;
   Box around{places_[0].pose.position_m, places_[0].pose.position_m};
   for (const SetPoint& place : places_) {
     around.lower_m = around.lower_m.cwiseMin(place.pose.position_m);

@@ -28,12 +28,6 @@ double weighted_trace(const Matrix6& covariance, const AskedAccuracy& asked) {
          covariance.bottomRightCorner<3, 3>().trace() / (asked.rotation_rad * asked.rotation_rad);
 }
 
-PathOptions path_options(const Robot& robot) {
-  PathOptions out;
-  out.tension_margin_N = tension_margin_N(robot, SetPointOptions{});
-  return out;
-}
-
 }  // namespace
 
 bool reached(const Matrix6& covariance, const AskedAccuracy& asked) {
@@ -43,26 +37,28 @@ bool reached(const Matrix6& covariance, const AskedAccuracy& asked) {
 
 NextStopChooser::NextStopChooser(const Robot& robot, const Plan& plan, int threads,
                                  const ShareDone& progress)
-    : effects_(robot),
-      solver_(effects_.robot()),
-      checker_(solver_, path_options(effects_.robot())),
-      timer_(checker_) {
+    : effects_(robot), solver_(effects_.robot()) {
   std::vector<SetPoint> places;
+  PathOptions options;
+  options.tension_margin_N = tension_margin_N(effects_.robot(), SetPointOptions{});
   const auto add = [&](const Pose& pose, const CableVector& reading_N, const std::string& name) {
-    SetPoint place{pose, reading_N};
     if (reading_N.size() != robot.cable_count()) {
       throw InputError("plan: " + name + " has " + std::to_string(reading_N.size()) +
                        " tensions; " + robot.name + " has " + std::to_string(robot.cable_count()) +
                        " cables; give the plan of this robot");
     }
-    if (effects_.any()) {
-      const std::optional<SetPoint> planned = effects_.as_planned(place);
-      if (!planned)
-        throw InputError("plan: " + name +
-                         ": its tensions do not hold the platform; make the plan anew");
-      place = *planned;
+    const double margin_N = tension_margin_N(effects_.robot(), effects_.tension_N(pose, reading_N));
+    if (!(margin_N >= 0.0)) {
+      throw InputError("plan: a tension of " + name + " is beyond the limits of " + robot.name +
+                       "; make the plan anew");
     }
-    places.push_back(place);
+    const std::optional<SetPoint> planned = effects_.as_planned({pose, reading_N});
+    if (!planned) {
+      throw InputError("plan: " + name +
+                       ": its tensions do not hold the platform; make the plan anew");
+    }
+    options.tension_margin_N = std::min(options.tension_margin_N, margin_N);
+    places.push_back(*planned);
     reading_N_.push_back(reading_N);
   };
   add(plan.start_pose, plan.start_tension_N, "the start");
@@ -72,7 +68,9 @@ NextStopChooser::NextStopChooser(const Robot& robot, const Plan& plan, int threa
     add(plan.poses[i].pose, plan.poses[i].tension_N, "stop " + std::to_string(i + 1));
     stop_of_place_.push_back(static_cast<int>(i));
   }
-  legs_ = std::make_unique<LegTable>(checker_, timer_, std::move(places), threads, progress);
+  checker_.emplace(solver_, options);
+  timer_.emplace(*checker_);
+  legs_ = std::make_unique<LegTable>(*checker_, *timer_, std::move(places), threads, progress);
 }
 
 std::optional<NextStop> NextStopChooser::choose(const std::vector<int>& measured,

@@ -28,13 +28,14 @@ struct NextStop {
   int stop = 0;                 ///< which of the plan's poses, from 0
   StartUpPlan way;              ///< set-points to pass through, then the stop itself
   double time_s = 0.0;          ///< with settling and measuring
-  Vector6 predicted_deviation;  ///< of ζ0 after it, from rests alone; NaN: not yet observable
+  Vector6 predicted_deviation;  ///< of ζ0 after it, from rests alone and a guess (10 m, 1 rad)
 };
 
 /// Chooses among the measured stops of a plan.
 class NextStopChooser {
  public:
-  /// Follows the ways between all stops, on `threads` cores (0: all). Throws InputError as
+  /// Follows the ways between all stops, on `threads` cores (0: all), no closer to the tension
+  /// limits than one σ of the load cells or than the plan's own stops are. Throws InputError as
   /// verify_plan does, and when a stop's tensions do not hold the platform.
   NextStopChooser(const Robot& robot, const Plan& plan, int threads = 0,
                   const ShareDone& progress = {});
@@ -55,8 +56,8 @@ class NextStopChooser {
  private:
   KnownEffects effects_;
   SetPointSolver solver_;
-  PathChecker checker_;
-  TransitionTimer timer_;
+  std::optional<PathChecker> checker_;
+  std::optional<TransitionTimer> timer_;
   std::vector<int> stop_of_place_;      ///< place p ≥ 1 is this pose of the plan
   std::vector<CableVector> reading_N_;  ///< of the places, as the plan has them
   std::unique_ptr<LegTable> legs_;
