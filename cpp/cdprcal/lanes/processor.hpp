@@ -17,8 +17,17 @@ enum class Processor { any, avx2, avx512 };
 Processor processor();
 /// Another one from now on, for tests; throws InputError where the processor does not have it.
 void use_processor(Processor wanted);
-/// By name; throws InputError for another word.
-Processor parse_processor(const std::string& name);
+
+/// What a processor can do, as far as it matters here.
+struct Features {
+  bool avx2 = false, fma = false;
+  bool avx512f = false, avx512dq = false, avx512vl = false;
+};
+/// The widest of these features.
+Processor widest(const Features& features);
+/// What `word` names, or `most` where it is empty. Throws InputError for another word, and for what
+/// is wider than `most`.
+Processor choose_processor(const std::string& word, Processor most);
 
 }  // namespace cdprcal::lanes
 

@@ -2,7 +2,6 @@
 // has.
 #include "cdprcal/calibration/row_lanes.hpp"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <map>
@@ -247,14 +246,6 @@ std::string name(const ::testing::TestParamInfo<Processor>& one) {
   return std::vector<std::string>{"any", "avx2", "avx512"}[static_cast<std::size_t>(one.param)];
 }
 INSTANTIATE_TEST_SUITE_P(Lanes, EachProcessor, ::testing::ValuesIn(processors()), name);
-
-TEST(Processor, HasANameOrIsRefused) {
-  EXPECT_EQ(lanes::parse_processor("any"), Processor::any);
-  EXPECT_EQ(lanes::parse_processor("avx512"), Processor::avx512);
-  EXPECT_THAT([] { lanes::parse_processor("widest"); },
-              ::testing::ThrowsMessage<InputError>(::testing::HasSubstr(
-                  "set the environment variable CDPRCAL_VECTORS to any, avx2")));
-}
 
 }  // namespace
 }  // namespace cdprcal::test
