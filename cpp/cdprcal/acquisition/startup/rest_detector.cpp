@@ -18,7 +18,7 @@ RestDetector::RestDetector(int cable_count, const SensorSigma& sigma, const Rest
     : n_(cable_count), options_(options) {
   const auto channels = [&](Group& group, int count, double sigma_c, bool angle, bool tension) {
     for (int i = 0; i < count; ++i) {
-      group.channels.push_back({options.tolerance * sigma_c, angle, tension, 0.0, {}});
+      group.channels.push_back({options.tolerance * sigma_c, angle, tension, {}});
     }
   };
   channels(drives_, n_, sigma.length_m, false, false);
@@ -80,7 +80,7 @@ void RestDetector::push(const RobotSample& sample) {
   }
 }
 
-double RestDetector::judge(Channel& channel, const Group& group, double begin_s) const {
+double RestDetector::judge(const Channel& channel, const Group& group, double begin_s) const {
   const auto first = static_cast<std::size_t>(
       std::lower_bound(group.time_s.begin(), group.time_s.end(), begin_s - kEdge_s) -
       group.time_s.begin());
@@ -104,13 +104,12 @@ double RestDetector::judge(Channel& channel, const Group& group, double begin_s)
   }
   const Eigen::Map<const Eigen::VectorXd> all(channel.values.data(),
                                               static_cast<Eigen::Index>(size));
-  channel.noise = channel_noise(all);
+  const double white = channel_noise(all);
   const double z = normal_quantile(0.5 + 0.5 * options_.confidence);
   const double span = group.time_s.back() - group.time_s[first];
   const double scatter = vv / (count - 1.0);
   // Tensions may chatter at a platform at rest: what they scatter counts as their noise.
-  const double noise =
-      channel.tension ? std::max(channel.noise, std::sqrt(scatter)) : channel.noise;
+  const double noise = channel.tension ? std::max(white, std::sqrt(scatter)) : white;
   const double moved = std::abs(tv / tt) * span;
   const double ripple = moved / (z * noise / std::sqrt(tt) * span + channel.tolerance + 1e-300);
   if (channel.tension) return ripple;
@@ -127,15 +126,11 @@ bool RestDetector::at_rest() {
   judged_s_ = newest_s_;
   ripple_ = 0.0;
   for (Group* group : {&drives_, &attitude_}) {
-    for (Channel& channel : group->channels) {
+    for (const Channel& channel : group->channels) {
       ripple_ = std::max(ripple_, judge(channel, *group, newest_s_ - window));
     }
   }
   return at_rest_ = ripple_ <= 1.0;
-}
-
-double RestDetector::tension_noise_N(int cable) const {
-  return drives_.channels[2 * static_cast<std::size_t>(n_) + static_cast<std::size_t>(cable)].noise;
 }
 
 }  // namespace cdprcal

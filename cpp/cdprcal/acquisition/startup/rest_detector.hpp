@@ -2,8 +2,7 @@
 //
 // The same idea as detect_equilibria on a whole log. Over the last `window_s`:
 // - the slope of every reading over the window is what its own noise explains, plus a motion that
-// no
-//   estimate notices;
+//   no estimate notices;
 // - so is the scatter of lengths, swivels and angles (χ²): a swing of whole periods has no slope.
 //   Tensions may chatter at a platform at rest, and are judged by their slope alone.
 // Noise is read off the readings themselves (second differences), so no sensor needs a threshold.
@@ -35,14 +34,11 @@ class RestDetector {
   /// Largest motion over the window ÷ what rest allows; above 1 it moves. NaN before a window is
   /// full.
   [[nodiscard]] double ripple() const { return ripple_; }
-  /// White noise of a tension [N], as last judged; 0 before.
-  [[nodiscard]] double tension_noise_N(int cable) const;
 
  private:
   struct Channel {
     double tolerance = 0.0;
     bool angle = false, tension = false;
-    double noise = 0.0;
     std::vector<double> values;  ///< parallel to the group's times
   };
   struct Group {  ///< channels that arrive together
@@ -51,7 +47,7 @@ class RestDetector {
   };
   void add(Group& group, double time_s, const Eigen::Ref<const Eigen::VectorXd>& values,
            std::size_t first);
-  [[nodiscard]] double judge(Channel& channel, const Group& group, double begin_s) const;
+  [[nodiscard]] double judge(const Channel& channel, const Group& group, double begin_s) const;
 
   int n_;
   RestOptions options_;
