@@ -99,17 +99,21 @@ std::vector<Vector6> disturbances(const SyntheticLogOptions& options, std::size_
 }
 
 /// Where the platform rests at these tensions under one more wrench: Newton from where it rests
-/// without.
-void yield_to(const Robot& robot, const CableVector& tension_N, const Vector6& wrench, Pose& pose) {
-  if (wrench.isZero(0.0)) return;
-  constexpr int kSteps = 8;  // of quadratic convergence, from millimetres
+/// without. False where that leads nowhere.
+bool yield_to(const Robot& robot, const CableVector& tension_N, const Vector6& wrench, Pose& pose) {
+  if (wrench.isZero(0.0)) return true;
+  constexpr int kSteps = 8;          // of quadratic convergence, from millimetres
+  constexpr double kSettled = 1e-9;  // m, rad
+  double last = HUGE_VAL;
   for (int i = 0; i < kSteps; ++i) {
     const PlatformState state = platform_state(robot, pose);
     const Vector6 left = wrench_residual(robot, state, tension_N) - wrench;
     const Vector6 step = stiffness(robot, state, tension_N).partialPivLu().solve(left);
     pose = plus(pose, -step);
-    if (step.norm() < 1e-14) break;
+    last = step.norm();
+    if (!(last >= 1e-14)) break;
   }
+  return last < kSettled;
 }
 
 }  // namespace
@@ -120,6 +124,12 @@ SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& s
   if (!(options.rate_Hz > 0.0) || !(options.dwell_s >= 0.0) || !(options.move_s >= 0.0) ||
       !(options.dwell_s + options.move_s > 0.0)) {
     throw InputError("synthetic log: rate_Hz, dwell_s and move_s must be positive");
+  }
+  const double rows = (options.dwell_s + options.move_s) * options.rate_Hz *
+                      static_cast<double>(setpoints_N.size());
+  if (!(rows <= static_cast<double>(kMostLogLines))) {
+    throw InputError("synthetic log: that would be more than " + std::to_string(kMostLogLines) +
+                     " samples; lower rate_Hz, dwell_s or move_s");
   }
   const int n = robot.cable_count();
   RandomNormal random(options.seed);
@@ -156,7 +166,11 @@ SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& s
       disturbance += fraction * (wrench[index + 1] - disturbance);
     }
     EquilibriumResult rest = direct_from_tensions(robot, tension_N, previous);
-    if (rest.status == EquilibriumStatus::found) yield_to(robot, tension_N, disturbance, rest.pose);
+    if (rest.status == EquilibriumStatus::found &&
+        !yield_to(robot, tension_N, disturbance, rest.pose)) {
+      rest.status = EquilibriumStatus::not_found;
+      rest.reason = "wrench_force_N and wrench_moment_Nm pull the platform away";
+    }
     if (rest.status != EquilibriumStatus::found) {
       throw InputError("synthetic log: no stable equilibrium at set-point " +
                        std::to_string(index + 1) + (into_move > 0.0 ? " (moving on)" : "") + ": " +
