@@ -1,8 +1,14 @@
 // Whole text files, and how messages quote them.
 #include "cdprcal/text_file.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
 
+#include <cstring>
 #include <filesystem>
 
 #include "cdprcal/error.hpp"
@@ -20,11 +26,57 @@ TEST(TextFile, ComesBackByteForByteAndNoLongerThanAsked) {
   std::filesystem::remove(path);
 }
 
-TEST(TextFile, WhatCannotBeOpenedIsNamed) {
-  EXPECT_THROW(read_text_file("absent.txt"), InputError);
-  EXPECT_THROW(read_text_file(::testing::TempDir()), InputError);
-  EXPECT_THROW(write_text_file("absent/file.txt", ""), InputError);
-  EXPECT_THROW(write_text_file("/dev/full", std::string(100'000, 'x')), InputError);
+/// What reading a path is refused with.
+std::string refusal(const std::string& path) {
+  try {
+    read_text_file(path);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST(TextFile, ThatIsNoneSaysWhatItIs) {
+  // A pipe, a device or a socket might never end: each is refused before a byte is read.
+  const std::string folder = ::testing::TempDir() + "cdprcal_no_text_file";
+  std::filesystem::create_directories(folder);
+  EXPECT_EQ(refusal(folder), folder + ": is a folder; give the path of a file");
+  const std::string pipe = folder + "/pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(refusal(pipe), pipe + ": is a pipe: save what comes out of it to a file first");
+  const std::string socket_path = folder + "/socket";
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  ASSERT_LT(socket_path.size(), sizeof address.sun_path);
+  std::memcpy(address.sun_path, socket_path.c_str(), socket_path.size());
+  const int listener = socket(AF_UNIX, SOCK_STREAM, 0);
+  ASSERT_EQ(bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  EXPECT_EQ(refusal(socket_path), socket_path + ": is a socket; give the path of a file");
+  close(listener);
+  EXPECT_EQ(refusal("/dev/zero"), "/dev/zero: is a device; give the path of a file");
+  EXPECT_EQ(refusal(folder + "/absent"), folder +
+                                             "/absent: cannot be opened: No such file or directory"
+                                             "; check the path and its permissions");
+  std::filesystem::remove_all(folder);
+}
+
+TEST(TextFile, WhoseDiskFailsIsNotTakenForAShortOne) {
+  // Nothing is mapped at address 0, so that the first read of this file is an input/output error.
+  const std::string failing = "/proc/self/mem";
+  if (!std::filesystem::exists(failing)) GTEST_SKIP() << "no " << failing << " on this system";
+  EXPECT_EQ(refusal(failing), failing + ": cannot be read; look at the disk");
+}
+
+TEST(TextFile, ThatCannotBeWrittenIsNamed) {
+  EXPECT_THAT([] { write_text_file("absent/file.txt", ""); },
+              ::testing::ThrowsMessage<InputError>(
+                  "absent/file.txt: cannot be created; check the path and its permissions"));
+  // Both what the stream writes at once and what it keeps until it is closed.
+  for (const std::size_t size : {std::size_t{10}, std::size_t{100'000}}) {
+    EXPECT_THAT([&] { write_text_file("/dev/full", std::string(size, 'x')); },
+                ::testing::ThrowsMessage<InputError>(
+                    "/dev/full: could not be written to its end; free some space"));
+  }
 }
 
 TEST(InQuotes, IsOneShortLineThatCutsNoCharacter) {

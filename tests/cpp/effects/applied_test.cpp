@@ -129,6 +129,101 @@ TEST(AppliedEffects, OfOneRunActOnThatLogAlone) {
   EXPECT_EQ(resolve_effects(robot, "b.csv").size(), 1U);
 }
 
+TEST(RunNames, TellTheLogsApartWithAsFewFoldersAsThatTakes) {
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(run_names({"/logs/a/x.csv", "/logs/b/x.csv", "y.csv"}),
+            (Names{"a/x.csv", "b/x.csv", "y.csv"}));
+  EXPECT_EQ(run_names({"/1/a/x.csv", "/2/a/x.csv"}), (Names{"1/a/x.csv", "2/a/x.csv"}));
+  EXPECT_EQ(run_names({"/a/x.csv", "b/x.csv"}), (Names{"a/x.csv", "b/x.csv"}));
+  EXPECT_EQ(run_names({"C:\\a\\x.csv", "C:\\b\\x.csv"}), (Names{"a\\x.csv", "b\\x.csv"}));
+  EXPECT_EQ(run_names({"x.csv", "not_x.csv"}), (Names{"x.csv", "not_x.csv"}));
+  EXPECT_EQ(run_names({"/a/x.csv", "/a/x.csv"}), (Names{"/a/x.csv", "/a/x.csv"})) << "the same log";
+  EXPECT_EQ(run_names({}), Names{});
+  // What is written for one log acts on it and on none of the others.
+  const Names logs{"/logs/a/x.csv", "/logs/b/x.csv", "/logs/b/y.csv", "y"};
+  const Names names = run_names(logs);
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    Robot robot = load_robot("irma4");
+    robot.effects = {{"yaw_drift", names[i], {{"rate_rad_s", {0.001}}}}};
+    for (std::size_t j = 0; j < logs.size(); ++j) {
+      EXPECT_EQ(resolve_effects(robot, logs[j]).size(), i == j ? 1U : 0U) << names[i] << logs[j];
+    }
+  }
+}
+
+TEST(KnownState, IsTheLogWithoutWhatTheRobotsLoadCellsAndMapsAddToIt) {
+  // Two segments; the drift counts from the first sample of the last, which is the run.
+  RandomNormal random(4);
+  Log clean;
+  clean.source = "folder/a.csv";
+  constexpr Eigen::Index kRows = 40;
+  clean.time_s = Eigen::VectorXd::LinSpaced(kRows, 5.0, 5.0 + 0.1 * (kRows - 1));
+  clean.time_s.tail(30).array() += 100.0;
+  const double start_s = clean.time_s[10];
+  for (LogMatrix* m : {&clean.length_m, &clean.swivel_rad, &clean.tension_N}) {
+    m->resize(kRows, 4);
+    for (double& v : m->reshaped()) v = 100.0 + random();
+  }
+  const Robot robot = with_section(
+      "effects:\n"
+      "  - {name: load_cell_bias, bias_N: [5, -3, 0, 8]}\n"
+      "  - {name: load_cell_drift, run: a.csv, rate_N_s: 0.4}\n"
+      "  - {name: load_cell_drift, run: b.csv, rate_N_s: 0.6}\n"
+      "  - {name: length_sign, sign: [1, -1, 1, -1]}\n"
+      "  - {name: pulley_friction, coefficient: 0.04}\n"
+      "  - {name: mass, mass_error_kg: 0.5}\n");
+  Log read = clean;
+  for (Eigen::Index row = 0; row < kRows; ++row) {
+    read.tension_N.row(row) += Eigen::RowVector4d(5, -3, 0, 8);
+    read.tension_N.row(row).array() += 0.4 * (clean.time_s[row] - start_s);
+  }
+  read.length_m.col(1) *= -1.0;
+  read.length_m.col(3) *= -1.0;
+  const KnownState known = with_known_effects(robot, read);
+  EXPECT_LT((known.log.tension_N - clean.tension_N).cwiseAbs().maxCoeff(), 1e-10);
+  EXPECT_EQ(known.log.length_m, clean.length_m);
+  EXPECT_EQ(known.log.swivel_rad, clean.swivel_rad);
+  EXPECT_NEAR(known.robot.platform.mass_kg, robot.platform.mass_kg + 0.5, 1e-12);
+  EXPECT_TRUE(known.robot.effects.empty());
+  // Once more it changes nothing.
+  const KnownState again = with_known_effects(known.robot, known.log);
+  EXPECT_EQ(again.log.tension_N, known.log.tension_N);
+  EXPECT_EQ(again.robot.platform.mass_kg, known.robot.platform.mass_kg);
+}
+
+TEST(KnownState, OfALogWithoutLoadCellsHasNone) {
+  const Robot robot = with_section("effects: [{name: load_cell_bias, bias_N: [5, -3, 0, 8]}]");
+  Log log;
+  log.source = "a.csv";
+  log.time_s = Eigen::VectorXd::LinSpaced(10, 0.0, 0.9);
+  log.length_m = LogMatrix::Ones(10, 4);
+  EXPECT_EQ(with_known_effects(robot, log).log.tension_N.size(), 0);
+  EXPECT_EQ(with_known_effects(robot, Log{}).log.sample_count(), 0);
+}
+
+TEST(CorrectReadings, OfALogOfAnotherRobotAreRefused) {
+  const Robot robot = with_section("effects: [{name: cable_order, order: [2, 1, 4, 3]}]");
+  Log log;
+  log.source = "three.csv";
+  log.time_s = Eigen::VectorXd::LinSpaced(10, 0.0, 0.9);
+  log.length_m = LogMatrix::Ones(10, 3);
+  try {
+    (void)correct_readings(robot, log);
+    FAIL() << "a log of three cables was set right for a robot of four";
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "three.csv: the log has 3 cables, robot 'irma4' has 4; give the robot file that "
+              "belongs to this log");
+  }
+  EXPECT_FALSE(correct_readings(load_robot("irma4"), log)) << "nothing to set right";
+}
+
+TEST(ResolveEffect, NeedsItsValues) {
+  EXPECT_THROW((void)resolve_effect({"load_cell_bias", "", {{"bias_N", {1.0, 2.0}}}}, 4),
+               InputError);
+  EXPECT_THROW((void)resolve_effect({"load_cell_boas", "", {}}, 4), InputError);
+}
+
 /// A clean start-up run of irma4 and what it does to the readings.
 struct CleanRun {
   Robot robot = load_robot("irma4");

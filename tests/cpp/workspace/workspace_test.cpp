@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <thread>
 
 #include "../equilibria/robots.hpp"
@@ -250,6 +251,58 @@ TEST(Workspace, AnEmptyOneSaysWhy) {
   EXPECT_NE(explain_empty(w).find("outside the limits"), std::string::npos) << explain_empty(w);
 }
 
+TEST(Workspace, AnEmptyOneCountsWhatItsSeedsLack) {
+  // Every seed is tested, and counted under the one thing that is wrong with it.
+  const Robot robot = irma4();
+  WorkspaceOptions options = coarse(0.05);
+  options.box = Box{{0.9, 1.0, 1.5}, {1.0, 1.1, 1.8}};  // a corner under the roof
+  options.seeds_m = {{0.9, 1.0, 1.5}, {1.0, 1.1, 1.5}, {1.0, 1.1, 1.8}};
+  const Workspace w = compute_workspace(robot, options);
+  ASSERT_EQ(w.points_inside, 0);
+  EXPECT_EQ(w.points_tested, 3);
+  std::map<PointStatus, int> counted;
+  const InverseSolver solver(robot, {});
+  for (const Vector3& seed : options.seeds_m) {
+    const auto at = w.grid.nearest(seed);
+    const PointStatus status = w.status[w.grid.index(at)];
+    ++counted[status];
+    const EquilibriumStatus alone = solver.solve(w.grid.position_m(at)).status;
+    EXPECT_EQ(status == PointStatus::infeasible, alone == EquilibriumStatus::infeasible);
+    EXPECT_EQ(status == PointStatus::unstable, alone == EquilibriumStatus::unstable);
+    EXPECT_EQ(status == PointStatus::no_equilibrium, rank(alone) >= rank(EquilibriumStatus::slack));
+  }
+  const auto count = [&](PointStatus status) { return std::to_string(counted[status]); };
+  EXPECT_EQ(explain_empty(w), "no static workspace: of 3 seeds, " + count(PointStatus::infeasible) +
+                                  " need tensions outside the limits, " +
+                                  count(PointStatus::unstable) + " are unstable and " +
+                                  count(PointStatus::no_equilibrium) +
+                                  " have no equilibrium; check tension_limits_N, the mass and the "
+                                  "box");
+}
+
+TEST(Workspace, ProbesWhereNoSolvedPointIsNear) {
+  // The grid is a small box in the middle; a metre beside it the search starts from nothing.
+  const Robot robot = irma4();
+  WorkspaceOptions options = coarse(0.1);
+  options.box = Box{{-0.2, -0.2, 0.8}, {0.0, 0.0, 1.0}};
+  const Workspace w = compute_workspace(robot, options);
+  const Vector3 far(0.5, 0.6, 0.7);
+  const InverseResult probed = probe(w, far);
+  const InverseResult alone = inverse(robot, far);
+  ASSERT_EQ(alone.status, EquilibriumStatus::found);
+  EXPECT_EQ(probed.status, EquilibriumStatus::found) << probed.reason;
+  EXPECT_LT((probed.tension_N - alone.tension_N).norm(), 1e-6);
+  EXPECT_THROW((void)probe(w, {kNaN, 0.0, 1.0}), InputError);
+}
+
+TEST(Workspace, NamesWhatItKnowsOfAPoint) {
+  EXPECT_STREQ(to_string(PointStatus::untested), "untested");
+  EXPECT_STREQ(to_string(PointStatus::inside), "inside");
+  EXPECT_STREQ(to_string(PointStatus::infeasible), "infeasible");
+  EXPECT_STREQ(to_string(PointStatus::unstable), "unstable");
+  EXPECT_STREQ(to_string(PointStatus::no_equilibrium), "no_equilibrium");
+}
+
 TEST(Workspace, ThreeAndFiveCablesHaveOnesToo) {
   for (const int n : {3, 5}) {
     const Workspace w = compute_workspace(irma4_with_cables(n), coarse(0.2));
@@ -290,6 +343,14 @@ TEST(Workspace, RefusesWhatMakesNoSense) {
   options.seeds_m.clear();
   options.threads = -1;
   expect_refused(robot, options, "threads");
+  options.threads = 0;
+  for (const int halvings : {-1, 21}) {
+    options.boundary_halvings = halvings;
+    expect_refused(robot, options, "boundary_halvings in 0 to 20");
+  }
+  options.boundary_halvings = 5;
+  options.seeds_m = {{0.0, kNaN, 1.0}};
+  expect_refused(robot, options, "seeds must be in the box");
   Rng rng(1);
   expect_refused(random_robot(rng, 6), coarse(0.2), "not 6");
   Robot limits = robot;
