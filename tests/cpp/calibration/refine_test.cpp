@@ -74,59 +74,6 @@ TEST(Refine, FindsTheNoiseThatIsThereAndLosesNoReadingOfACleanLog) {
   EXPECT_GE(refined.result.iterations, clean.fit.iterations);
 }
 
-TEST(Refine, LeavesOutOneWrongReadingOfEveryChannel) {
-  Fitted wrong(6);
-  auto& m = wrong.s.problem.measurements;
-  const auto by = [&](Channel c) { return 60.0 * wrong.ripple[static_cast<std::size_t>(c)]; };
-  m[3].length_m[1] += by(Channel::length);
-  m[7].swivel_rad[2] -= by(Channel::swivel);
-  m[11].roll_pitch_yaw_rad[1] += by(Channel::roll_pitch);
-  m[15].roll_pitch_yaw_rad[2] += by(Channel::yaw);
-  m[19].tension_N[3] += by(Channel::balance);
-  m[23].absolute_yaw_rad += by(Channel::absolute_yaw);
-  m[27].direct_length_m[0] += by(Channel::direct_length);
-  m[31].position_m[2] -= by(Channel::position);
-  const Refinement refined = wrong.refined();
-  ASSERT_EQ(refined.result.status, CalibrationStatus::converged) << refined.result.reason;
-  struct Expected {
-    double time_s;
-    Channel channel;
-    int component;
-  };
-  const std::vector<Expected> expected{
-      {3, Channel::length, 1},         {7, Channel::swivel, 2},   {11, Channel::roll_pitch, 1},
-      {15, Channel::yaw, 2},           {19, Channel::balance, 0}, {23, Channel::absolute_yaw, 0},
-      {27, Channel::direct_length, 0}, {31, Channel::position, 2}};
-  for (const GatedReading& g : refined.gated) {
-    RecordProperty(to_string(g.channel), std::to_string(g.time_s) + " " + std::to_string(g.size));
-  }
-  ASSERT_EQ(refined.gated.size(), expected.size());
-  for (std::size_t i = 0; i < expected.size(); ++i) {
-    SCOPED_TRACE(to_string(expected[i].channel));
-    EXPECT_EQ(refined.gated[i].reason, GatedReading::Reason::outlier);
-    EXPECT_EQ(refined.gated[i].time_s, expected[i].time_s);
-    EXPECT_EQ(refined.gated[i].channel, expected[i].channel);
-    EXPECT_EQ(refined.gated[i].component, expected[i].component);
-    EXPECT_GT(refined.gated[i].size, 5.0);
-  }
-  // Those readings and no others are gone from the problem.
-  const auto& left = refined.problem.measurements;
-  EXPECT_TRUE(std::isnan(left[3].length_m[1]));
-  EXPECT_TRUE(std::isnan(left[7].swivel_rad[2]));
-  EXPECT_TRUE(std::isnan(left[11].roll_pitch_yaw_rad[1]));
-  EXPECT_TRUE(std::isfinite(left[11].roll_pitch_yaw_rad[0]));
-  EXPECT_TRUE(std::isnan(left[15].roll_pitch_yaw_rad[2]));
-  EXPECT_TRUE(left[19].tension_N.array().isNaN().all()) << "a balance goes as a whole";
-  EXPECT_TRUE(std::isnan(left[23].absolute_yaw_rad));
-  EXPECT_TRUE(std::isnan(left[27].direct_length_m[0]));
-  EXPECT_TRUE(std::isnan(left[31].position_m[2]));
-  EXPECT_TRUE(left[2].length_m.allFinite());
-  // The noise is not that of the wrong ones.
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    EXPECT_LT(refined.problem.noise->channel[c].sigma(1), 1.6 * wrong.ripple[c]);
-  }
-}
-
 TEST(Refine, AChannelThatIsWrongAsAWholeLosesNothing) {
   // Every third position reading off by sixty times its noise: no few outliers, but a wrong sensor.
   Fitted wrong(6);

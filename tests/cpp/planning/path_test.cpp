@@ -157,27 +157,6 @@ TEST(Path, WhereTheEquilibriumEndsIsCaughtWhereABruteForceSearchLosesItToo) {
   EXPECT_GE(checked, 6) << "no robot lost its equilibrium: the test shows nothing";
 }
 
-TEST(Path, IsInTheStaticWorkspaceWhereverItIsStableWithinTheLimits) {
-  // The workspace is where some orientation is in balance, within the tension limits and stable:
-  // each such point of a path proves that it is inside. Only bounds can stop it then.
-  test::Rng rng(15);
-  int clear = 0;
-  for (int trial = 0; trial < 24; ++trial) {
-    const Robot robot = test::random_robot(rng, 3 + trial % 3);
-    const SetPointSolver solver(robot, no_margin());
-    PathOptions wide;
-    wide.bounds = Box{{-50, -50, -50}, {50, 50, 50}};
-    const PathChecker checker(solver, wide);
-    const auto points = test::set_points_in(solver, workspace_box(robot), {3, 3, 3});
-    for (std::size_t i = 0; i + 1 < points.size() && i < 8; ++i) {
-      const Path path = checker.follow(points[i], points[i + 1]);
-      EXPECT_NE(path.status, PathStatus::outside_workspace) << path.reason;
-      clear += path.clear() ? 1 : 0;
-    }
-  }
-  EXPECT_GE(clear, 40) << "too few paths to show anything";
-}
-
 TEST(Path, ReversedIsTheWayBack) {
   const Robot robot = load_robot("irma4");
   const SetPointSolver solver(robot);
