@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
+
 #include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/error.hpp"
 #include "scenario.hpp"
@@ -143,6 +145,38 @@ TEST_F(CalibrateUse, TheSourceOfTheNoiseFollowsTheFormulationUnlessItIsGiven) {
       ThrowsMessage<InputError>("method: 'dynamic' is not one of unified, static, kinematic"));
   EXPECT_THAT([] { (void)parse_formulation("short"); },
               ThrowsMessage<InputError>("formulation: 'short' is not one of full, paper"));
+}
+
+TEST_F(CalibrateUse, APoseThatAnotherFitsAsWellIsNotClaimed) {
+  // Geometry alone, on a run of two stops: few readings, and for some pairs of stops two places fit
+  // them. Where a pose is claimed it is the right one.
+  const auto setpoints = irma4_setpoints();
+  int claimed = 0, ambiguous = 0;
+  for (const auto& [a, b] : std::vector<std::pair<int, int>>{
+           {4, 5}, {2, 7}, {7, 6}, {1, 3}, {8, 5}, {1, 4}, {2, 6}, {0, 6}, {3, 7}, {7, 4}}) {
+    SCOPED_TRACE(std::to_string(a) + " to " + std::to_string(b));
+    SyntheticLogOptions made;
+    made.noise = reading_noise(robot.sigma, 0.01);
+    made.seed = static_cast<std::uint64_t>(10 * a + b);
+    const SyntheticLog two = synthetic_log(robot, {setpoints[a], setpoints[b]}, made);
+    CalibrateOptions options;
+    options.method = Method::kinematic;
+    const CalibrationResult result = calibrate(robot, two.log, options).result;
+    if (result.status == CalibrationStatus::converged) {
+      ++claimed;
+      const Vector6 error = minus(result.poses[0], two.poses[0]);
+      EXPECT_LT(error.dot(result.covariance->inverse() * error), 30.0) << "six of them; 4e-5";
+      continue;
+    }
+    EXPECT_EQ(result.status, CalibrationStatus::unobservable) << result.reason;
+    EXPECT_FALSE(result.covariance);
+    EXPECT_TRUE(result.standard_deviation.array().isNaN().all());
+    if (result.reason.starts_with("another initial pose fits the readings about as well, ")) {
+      ++ambiguous;
+    }
+  }
+  EXPECT_GE(claimed, 3);
+  EXPECT_GE(ambiguous, 3);
 }
 
 TEST_F(CalibrateUse, WithTheSpecifiedNoiseEveryReadingIsKept) {

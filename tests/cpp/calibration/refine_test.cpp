@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 
 #include "scenario.hpp"
 
@@ -72,6 +73,60 @@ TEST(Refine, FindsTheNoiseThatIsThereAndLosesNoReadingOfACleanLog) {
   const Vector6 error = minus(refined.result.poses[0], clean.s.truth[0]);
   EXPECT_LT(error.dot(refined.result.covariance->inverse() * error), 22.5) << "χ² of 6 at 0.1 %";
   EXPECT_GE(refined.result.iterations, clean.fit.iterations);
+}
+
+TEST(Refine, LeavesOutOneWrongReadingOfEveryChannel) {
+  Fitted wrong(6);
+  auto& m = wrong.s.problem.measurements;
+  const auto by = [&](Channel c) { return 60.0 * wrong.ripple[static_cast<std::size_t>(c)]; };
+  m[3].length_m[1] += by(Channel::length);
+  m[7].swivel_rad[2] -= by(Channel::swivel);
+  m[11].roll_pitch_yaw_rad[1] += by(Channel::roll_pitch);
+  m[15].roll_pitch_yaw_rad[2] += by(Channel::yaw);
+  m[19].tension_N[3] += by(Channel::balance);
+  m[23].absolute_yaw_rad += by(Channel::absolute_yaw);
+  m[27].direct_length_m[0] += by(Channel::direct_length);
+  m[31].position_m[2] -= by(Channel::position);
+  const Refinement refined = wrong.refined();
+  ASSERT_EQ(refined.result.status, CalibrationStatus::converged) << refined.result.reason;
+  struct Expected {
+    double time_s;
+    Channel channel;
+    int component;
+  };
+  const std::vector<Expected> expected{
+      {3, Channel::length, 1},         {7, Channel::swivel, 2},   {11, Channel::roll_pitch, 1},
+      {15, Channel::yaw, 2},           {19, Channel::balance, 0}, {23, Channel::absolute_yaw, 2},
+      {27, Channel::direct_length, 0}, {31, Channel::position, 2}};
+  for (const Expected& one : expected) {
+    SCOPED_TRACE(to_string(one.channel));
+    const auto found =
+        std::find_if(refined.gated.begin(), refined.gated.end(), [&](const GatedReading& g) {
+          return g.time_s == one.time_s && g.channel == one.channel && g.component == one.component;
+        });
+    ASSERT_NE(found, refined.gated.end());
+    EXPECT_EQ(found->reason, GatedReading::Reason::outlier);
+    EXPECT_GT(found->size, 5.0);
+  }
+  // Hardly any of the others, of which there are 27 a pose.
+  EXPECT_LT(refined.gated.size() - expected.size(), wrong.s.truth.size() * 27 / 200);
+  EXPECT_TRUE(std::is_sorted(refined.gated.begin(), refined.gated.end(),
+                             [](const auto& a, const auto& b) { return a.time_s < b.time_s; }));
+  // Those readings are gone from the problem, their neighbours are not.
+  const auto& left = refined.problem.measurements;
+  EXPECT_TRUE(std::isnan(left[3].length_m[1]));
+  EXPECT_TRUE(std::isnan(left[7].swivel_rad[2]));
+  EXPECT_TRUE(std::isnan(left[11].roll_pitch_yaw_rad[1]));
+  EXPECT_TRUE(std::isfinite(left[11].roll_pitch_yaw_rad[0]));
+  EXPECT_TRUE(std::isnan(left[15].roll_pitch_yaw_rad[2]));
+  EXPECT_TRUE(left[19].tension_N.array().isNaN().all()) << "a balance goes as a whole";
+  EXPECT_TRUE(std::isnan(left[23].absolute_yaw_rad));
+  EXPECT_TRUE(std::isnan(left[27].direct_length_m[0]));
+  EXPECT_TRUE(std::isnan(left[31].position_m[2]));
+  // The noise is not that of the wrong ones.
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    EXPECT_LT(refined.problem.noise->channel[c].sigma(1), 1.6 * wrong.ripple[c]);
+  }
 }
 
 TEST(Refine, AChannelThatIsWrongAsAWholeLosesNothing) {

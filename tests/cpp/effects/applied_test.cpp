@@ -151,6 +151,46 @@ TEST(RunNames, TellTheLogsApartWithAsFewFoldersAsThatTakes) {
   }
 }
 
+TEST(KnownState, IsTheLogWithoutWhatTheRobotsLoadCellsAndMapsAddToIt) {
+  // Two segments; the drift counts from the first sample of the last, which is the run.
+  RandomNormal random(4);
+  Log clean;
+  clean.source = "folder/a.csv";
+  constexpr Eigen::Index kRows = 40;
+  clean.time_s = Eigen::VectorXd::LinSpaced(kRows, 5.0, 5.0 + 0.1 * (kRows - 1));
+  clean.time_s.tail(30).array() += 100.0;
+  const double start_s = clean.time_s[10];
+  for (LogMatrix* m : {&clean.length_m, &clean.swivel_rad, &clean.tension_N}) {
+    m->resize(kRows, 4);
+    for (double& v : m->reshaped()) v = 100.0 + random();
+  }
+  const Robot robot = with_section(
+      "effects:\n"
+      "  - {name: load_cell_bias, bias_N: [5, -3, 0, 8]}\n"
+      "  - {name: load_cell_drift, run: a.csv, rate_N_s: 0.4}\n"
+      "  - {name: load_cell_drift, run: b.csv, rate_N_s: 0.6}\n"
+      "  - {name: length_sign, sign: [1, -1, 1, -1]}\n"
+      "  - {name: pulley_friction, coefficient: 0.04}\n"
+      "  - {name: mass, mass_error_kg: 0.5}\n");
+  Log read = clean;
+  for (Eigen::Index row = 0; row < kRows; ++row) {
+    read.tension_N.row(row) += Eigen::RowVector4d(5, -3, 0, 8);
+    read.tension_N.row(row).array() += 0.4 * (clean.time_s[row] - start_s);
+  }
+  read.length_m.col(1) *= -1.0;
+  read.length_m.col(3) *= -1.0;
+  const KnownState known = with_known_effects(robot, read);
+  EXPECT_LT((known.log.tension_N - clean.tension_N).cwiseAbs().maxCoeff(), 1e-10);
+  EXPECT_EQ(known.log.length_m, clean.length_m);
+  EXPECT_EQ(known.log.swivel_rad, clean.swivel_rad);
+  EXPECT_NEAR(known.robot.platform.mass_kg, robot.platform.mass_kg + 0.5, 1e-12);
+  EXPECT_TRUE(known.robot.effects.empty());
+  // Once more it changes nothing.
+  const KnownState again = with_known_effects(known.robot, known.log);
+  EXPECT_EQ(again.log.tension_N, known.log.tension_N);
+  EXPECT_EQ(again.robot.platform.mass_kg, known.robot.platform.mass_kg);
+}
+
 TEST(KnownState, OfALogWithoutLoadCellsHasNone) {
   const Robot robot = with_section("effects: [{name: load_cell_bias, bias_N: [5, -3, 0, 8]}]");
   Log log;
