@@ -105,10 +105,7 @@ def test_a_platform_ten_times_as_heavy_is_not_consistent(
     robot.write_text(cdprcal.builtin_robot_yaml("irma4").replace("12.992", "1.2992"))
     ran = cli("diagnose", robot, log_path, "--json")
     assert ran.code == 1, ran
-    document = json.loads(ran.stdout)
-    assert document["verdict"] == "unexplained" or any(
-        "no initial pose that can be trusted" in text for text in document["next"]
-    )
+    assert json.loads(ran.stdout)["verdict"] == "unexplained"
 
 
 @pytest.mark.parametrize("command", ["diagnose", "report"])

@@ -12,6 +12,7 @@ import cdprcal
 from cdprcal import CalibrateOptions, CalibrationStatus, Method, NoiseSource
 from cdprcal.studies import Workers
 from conftest import TABLE_II_TENSIONS_N, changed
+from robots import altered
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
 import estimator
@@ -124,6 +125,21 @@ def test_the_weakest_direction_is_named(robot: cdprcal.Robot, made: cdprcal.Synt
     assert result.least_observed.startswith("least certain: rotation about z")
     both = cdprcal.calibrate(robot, made.log).result
     assert "rotation about z" not in both.least_observed, "the balance sees yaw"
+
+
+@pytest.mark.parametrize("y_m", [0.3, 0.5, 0.75])
+@pytest.mark.parametrize("cable", range(4))
+def test_a_mistyped_anchor_is_no_pose(
+    robot: cdprcal.Robot, made: cdprcal.SyntheticLog, cable: int, y_m: float
+) -> None:
+    """The specified sigma alone hides what the readings contradict once they are weighed."""
+    cables = list(robot.cables)
+    x, y, z = cables[cable].platform_anchor_m
+    anchor = [x, np.copysign(y_m, y), z]
+    cables[cable] = cdprcal.Cable(pulley=cables[cable].pulley, platform_anchor_m=anchor)
+    result = cdprcal.calibrate(altered(robot, cables=cables), made.log).result
+    assert result.status != CalibrationStatus.converged, result.reason
+    assert "contradicts the readings" in result.reason
 
 
 def test_specified_noise_is_the_robot_files(

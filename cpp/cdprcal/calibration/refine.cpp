@@ -192,6 +192,14 @@ Refinement refine(const CalibrationProblem& problem, const CalibrationResult& fi
       if (result.status == CalibrationStatus::converged) break;
       next.noise = between(before, *next.noise);
     }
+    // A model so wrong that only the specified noise, far from what the readings show, hid it.
+    const bool contradicted =
+        result.status == CalibrationStatus::not_converged && result.covariance.has_value();
+    if (contradicted) {
+      out.result.status = result.status;
+      out.result.reason = "with the noise that the readings show, " + result.reason;
+      break;
+    }
     if (result.status != CalibrationStatus::converged) {  // the last that stood stands
       out.result.reason += "; the noise could not be taken from the readings (" + result.reason +
                            "), so the weights are the specified ones or those of an earlier round";

@@ -87,6 +87,9 @@ def command(
         # Where nothing speaks against the model, does anything speak for the pose?
         without = [] if diagnosis.unexplained else _without_pose(diagnosis.corrected, files)
     document = diagnosis_as_dict(diagnosis, the_robot)
+    if without:
+        document["verdict"] = _core.Verdict.unexplained.name
+        document["reason"] = "a log gives no initial pose that can be trusted, whatever was found"
     document["next"] += without
     texts = {}
     if output:
@@ -105,8 +108,8 @@ def command(
         from cdprcal.diagnosis.table import print_diagnosis
 
         print_diagnosis(document)
-    unexplained = diagnosis.verdict == _core.Verdict.unexplained
-    raise typer.Exit(UNTRUSTED if unexplained or without else DONE)
+    unexplained = document["verdict"] == _core.Verdict.unexplained.name
+    raise typer.Exit(UNTRUSTED if unexplained else DONE)
 
 
 def _without_pose(robot: _core.Robot, files: list[LogFile]) -> list[str]:
