@@ -412,6 +412,31 @@ TEST(HeldOutPoses, AreExplainedWithWhatTheOthersTaught) {
   EXPECT_NEAR(held.gain_error, std::sqrt(variance), 1e-5 * held.gain_error);
 }
 
+TEST(HeldOutPoses, WithNothingLearntAreOffByWhatTheirOwnPoseLeaves) {
+  // One fold: there are no other poses, and no effect's prior either.
+  const HeldOut held = held_out(plain(), plain(), 1);
+  NoiseLevels squares{}, freedom{};
+  const DiagnosisSystem system = linearise(plain());
+  for (const PoseSystem& pose : system.poses) {
+    const Eigen::MatrixXd by_pose = pose.by_pose;
+    const Eigen::MatrixXd q = by_pose.householderQr().householderQ() *
+                              Eigen::MatrixXd::Identity(by_pose.rows(), by_pose.cols());
+    const Eigen::VectorXd left = pose.residual - q * (q.transpose() * pose.residual);
+    for (Eigen::Index row = 0; row < left.size(); ++row) {
+      const auto c = static_cast<std::size_t>(pose.channel[static_cast<std::size_t>(row)]);
+      squares[c] += std::pow(left[row] * pose.scale[row], 2);
+      freedom[c] += 1.0 - q.row(row).squaredNorm();
+    }
+  }
+  for (std::size_t c = 0; c < 5; ++c) {
+    const double unit = c == 4 ? plain().robot.sigma.tension_N : 1.0;
+    const double rms = unit * std::sqrt(squares[c] / freedom[c]);
+    EXPECT_NEAR(held.held_out_rms[c], rms, 1e-6 * rms) << c;
+    EXPECT_TRUE(std::isnan(held.train_rms[c])) << c;
+  }
+  EXPECT_EQ(held.gain, 0.0);
+}
+
 TEST(HeldOutPoses, ScatterAsTheOthersDoInUnitsOfTheReadings) {
   const DiagnosisModel& model = two_runs();
   const HeldOut held = held_out(model, model);
