@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
 #include <tuple>
 
 #include "cdprcal/calibration/assembly.hpp"
@@ -52,13 +53,13 @@ void leave_out(Measurement& m, const RowLabel& label) {
 }
 
 /// Rows beyond what the channel's own scatter makes believable: standardised residuals over a
-/// robust scale (median of squares), against a Bonferroni bound over all rows; the worst of each
-/// pose.
+/// robust scale (median of squares), and over the scale of all that is within, which fewer rows
+/// leave less uncertain; each against a Bonferroni bound over all rows. The worst of each pose.
 std::vector<FittedRow> outliers(const std::vector<FittedRow>& rows, const RefineOptions& options) {
   constexpr double kLeastFreedom = 0.05;  // less: the fit follows the reading, nothing to see
   constexpr double kMedianChiSquare = 0.4549364;  // of one degree of freedom
-  const double bound = boost::math::quantile(
-      boost::math::normal(), 1.0 - 0.5 * options.family_wise / static_cast<double>(rows.size()));
+  const double probability = 0.5 * options.family_wise / static_cast<double>(rows.size());
+  const double bound = boost::math::quantile(boost::math::normal(), 1.0 - probability);
   std::vector<FittedRow> out;
   for (std::size_t c = 0; c < kChannels; ++c) {
     std::vector<FittedRow> own;
@@ -76,12 +77,20 @@ std::vector<FittedRow> outliers(const std::vector<FittedRow>& rows, const Refine
     // modelled (noise_estimate.hpp): they do not make the others outliers.
     if (static_cast<Channel>(c) == Channel::balance) scale = std::max(scale, 1.0);
     if (!(scale > 0.0)) continue;
-    std::erase_if(own,
-                  [&](const FittedRow& row) { return std::abs(row.residual) <= bound * scale; });
-    if (static_cast<double>(own.size()) >
-        options.largest_share * static_cast<double>(squares.size())) {
-      continue;
+    const double robust = bound * scale;
+    double within = 0.0, sum = 0.0;
+    for (const double square : squares) {
+      if (square > robust * robust) continue;
+      ++within;
+      sum += square;
     }
+    const auto all = static_cast<double>(squares.size());
+    if (all - within > options.largest_share * all) continue;
+    // The scale is of so many rows, so Student's distribution has that many degrees of freedom.
+    const double student =
+        boost::math::quantile(boost::math::students_t(within), 1.0 - probability);
+    const double least = std::max(robust, student * std::sqrt(sum / within));
+    std::erase_if(own, [&](const FittedRow& row) { return std::abs(row.residual) <= least; });
     for (FittedRow& row : own) row.residual /= scale;
     out.insert(out.end(), own.begin(), own.end());
   }
