@@ -54,7 +54,8 @@ def command(
     the_robot = _core.load_robot(robot)
     if not 3 <= the_robot.cable_count <= 5:
         fail(
-            f"{robot}: has {the_robot.cable_count} cables; a start-up is planned for three to five"
+            f"{robot}: has {the_robot.cable_count} cables, and a start-up is planned for three to "
+            "five; give a robot with as many, irma4 for one"
         )
     hide = effect or story.HIDDEN[seed % len(story.HIDDEN)]
     _core.expanded_effect(_core.parse_injected_effect(hide), the_robot.cable_count)
