@@ -142,5 +142,28 @@ TEST_F(Discrete, TheEulerConventionIsTheRobotsAndTheLogStays) {
   EXPECT_EQ(log.roll_pitch_yaw_rad, clean().roll_pitch_yaw_rad);
 }
 
+TEST(DiscreteOfFiveCables, AnyTwoExchangedAreFound) {
+  Robot robot = load_robot("ring5");
+  SyntheticLogOptions options;
+  options.noise = reading_noise(robot.sigma, 0.2);
+  options.seed = 32;
+  options.dwell_s = options.move_s = 4.0;
+  const Log clean = synthetic_log(robot, default_setpoints(robot, 2, 2, 2), options).log;
+  for (const auto& [a, b] : {std::pair{0, 1}, std::pair{0, 4}, std::pair{3, 4}}) {
+    Log log = clean;
+    log.length_m.col(a).swap(log.length_m.col(b));
+    log.swivel_rad.col(a).swap(log.swivel_rad.col(b));
+    log.tension_N.col(a).swap(log.tension_N.col(b));
+    const DiscreteSearch search = find_discrete_faults(robot, log);
+    ASSERT_EQ(search.faults.size(), 1U) << a << b;
+    EXPECT_EQ(search.faults[0].name, "cable_order");
+    std::vector<double> order{1, 2, 3, 4, 5};
+    std::swap(order[static_cast<std::size_t>(a)], order[static_cast<std::size_t>(b)]);
+    EXPECT_EQ(search.faults[0].values, order);
+    EXPECT_EQ(log.length_m, clean.length_m) << a << b;
+    EXPECT_EQ(log.tension_N, clean.tension_N) << a << b;
+  }
+}
+
 }  // namespace
 }  // namespace cdprcal
