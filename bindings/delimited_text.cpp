@@ -100,9 +100,9 @@ void register_delimited_text(py::module_& module) {
   module.def(
       "plain_json_messages", &messages_of, py::arg("records"), py::arg("channels"),
       "(count, names [K], values [N, K], present [N, K]) of the messages inside of one MCAP "
-      "chunk: how many, and those on `channels`: NaN for null and for a key that is absent. None unless every record "
-      "is a whole message, and every one of these a JSON object of numbers and nulls, no "
-      "key twice, no escape, no number beyond double precision.");
+      "chunk: how many, and those on `channels`: NaN for null and for a key that is absent. None "
+      "unless every record is a whole message, and every one of these a JSON object of numbers and "
+      "nulls, no key twice, no number beyond double precision, no whole number beyond 64 bits.");
 }
 
 }  // namespace cdprcal::python

@@ -4142,7 +4142,7 @@ def plain_json_messages(
     | None
 ):
     """
-    (count, names [K], values [N, K], present [N, K]) of the messages inside of one MCAP chunk: how many, and those on `channels`: NaN for null and for a key that is absent. None unless every record is a whole message, and every one of these a JSON object of numbers and nulls, no key twice, no escape, no number beyond double precision.
+    (count, names [K], values [N, K], present [N, K]) of the messages inside of one MCAP chunk: how many, and those on `channels`: NaN for null and for a key that is absent. None unless every record is a whole message, and every one of these a JSON object of numbers and nulls, no key twice, no number beyond double precision, no whole number beyond 64 bits.
     """
 
 def platform_state(robot: Robot, pose: Pose) -> PlatformState:

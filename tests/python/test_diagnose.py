@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import cdprcal
-from cdprcal.diagnosis.table import print_diagnosis
+from cdprcal.diagnosis.table import print_diagnosis, unexplained_line
 from conftest import Ran, changed
 
 Cli = Callable[..., Ran]
@@ -309,3 +309,10 @@ def test_effects_of_a_robot_are_checked_kept_and_pickled(robot: cdprcal.Robot) -
     wrong = cdprcal.AppliedEffect(name="load_cell_bias", parameters={"bias_N": [1.0]})
     with pytest.raises(cdprcal.InputError, match="bias_N: must have 4 values"):
         cdprcal.Robot(**parts, effects=[wrong])
+
+
+def test_what_is_left_of_absolute_sensors_has_their_units() -> None:
+    left = {"rms": 0.0123, "sigma": 0.001, "depends_on": "time"}
+    for channel, shown in (("position", "12.300 mm"), ("direct_length", "12.300 mm")):
+        assert shown in unexplained_line({"channel": channel} | left)
+    assert "0.705 °" in unexplained_line({"channel": "absolute_yaw"} | left)

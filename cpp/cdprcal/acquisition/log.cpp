@@ -4,7 +4,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdint>
 #include <string_view>
 
 #include "cdprcal/acquisition/log_columns.hpp"

@@ -119,22 +119,20 @@ DiagnosisModel baseline_model(const Robot& robot, std::vector<Log>& logs,
     add_ripple(log, segments(log).back(), squares);
   }
   model.rest_samples = mean_samples(model);
-  const SensorSigma& s = robot.sigma;
-  const std::array<double, kRestGroups> sigma{s.length_m,        s.swivel_rad, s.attitude_rad,
-                                              s.attitude_rad,    s.tension_N,  s.absolute_yaw_rad,
-                                              s.direct_length_m, s.position_m};
+  const NoiseModel specified = specified_noise(robot.sigma);
   for (std::size_t c = 0; c < kRestGroups; ++c) {
+    const double sigma = specified.channel[c].pose;
     // A thousandth of σ keeps noise-free data from a division by zero.
     const double reading =
-        std::max(std::sqrt(squares[c] / static_cast<double>(logs.size())), 1e-3 * sigma[c]);
-    const double mean = std::max(reading / std::sqrt(model.rest_samples), 1e-3 * sigma[c]);
+        std::max(std::sqrt(squares[c] / static_cast<double>(logs.size())), 1e-3 * sigma);
+    const double mean = std::max(reading / std::sqrt(model.rest_samples), 1e-3 * sigma);
     const bool balance = c == static_cast<std::size_t>(NoiseGroup::balance);
-    const double unit = balance ? sigma[c] : 1.0;
+    const double unit = balance ? sigma : 1.0;
     model.floor[c] = mean / unit;
-    model.noise[c] = sigma[c] / unit;
+    model.noise[c] = sigma / unit;
     if (!balance) {
       model.floor[c + kRestGroups] = reading;
-      model.noise[c + kRestGroups] = sigma[c];
+      model.noise[c + kRestGroups] = sigma;
     }
   }
   if (!fit_with_noise(model)) {

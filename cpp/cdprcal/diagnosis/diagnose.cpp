@@ -193,16 +193,14 @@ void report_left(const DiagnosisModel& model, const CandidateScore& score, Diagn
 /// that fits so badly is not consistent with its readings, whatever its residuals look like.
 void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
   constexpr double kContradiction = 3.0;  // as calibrate's
-  const SensorSigma& s = model.robot.sigma;
-  const std::array<double, kRestGroups> sigma{s.length_m,        s.swivel_rad, s.attitude_rad,
-                                              s.attitude_rad,    1.0,          s.absolute_yaw_rad,
-                                              s.direct_length_m, s.position_m};
+  const NoiseModel specified = specified_noise(model.robot.sigma);
   for (std::size_t c = 0; c < kRestGroups; ++c) {
-    if (!(model.noise[c] > kContradiction * sigma[c])) continue;
+    const double sigma = specified.channel[c].pose;
     const bool balance = c == static_cast<std::size_t>(NoiseGroup::balance);
-    const double unit = balance ? s.tension_N : 1.0;
+    const double unit = balance ? sigma : 1.0;  // the balance's noise is relative
+    if (!(model.noise[c] > kContradiction * (sigma / unit))) continue;
     out.unexplained.push_back({balance ? "tension" : to_string(static_cast<NoiseGroup>(c)),
-                               unit * model.noise[c], unit * sigma[c], "nothing that was tried"});
+                               unit * model.noise[c], sigma, "nothing that was tried"});
   }
   if (out.unexplained.empty()) return;
   out.next.emplace_back(

@@ -89,14 +89,14 @@ RawRows raw_rows(const DiagnosisModel& model, const Robot& robot, const ActiveEf
   for (int i = 0; i < n; ++i) {
     out.residual[i] = e.length_m[i] + run.offsets[i] - m.length_m[i];
     const double swivel = e.swivel_rad[i] + run.offsets[n + i] - m.swivel_rad[i];
-    out.residual[n + i] = std::isfinite(swivel) ? wrap_angle(swivel) : kNaN;
+    out.residual[n + i] = wrap_angle(swivel);
     out.by_common(i, offset + i) = 1.0;
     out.by_common(n + i, offset + n + i) = 1.0;
   }
   for (int a = 0; a < 3; ++a) {
     double angle = e.roll_pitch_yaw_rad[a] - m.roll_pitch_yaw_rad[a];
     if (a == 2) angle += run.offsets[2 * n];
-    out.residual[rows.attitude() + a] = std::isfinite(angle) ? wrap_angle(angle) : kNaN;
+    out.residual[rows.attitude() + a] = wrap_angle(angle);
   }
   out.by_common(rows.attitude() + 2, offset + 2 * n) = 1.0;
   out.by_pose.topRows(n) = e.length_by_twist;
@@ -108,7 +108,7 @@ RawRows raw_rows(const DiagnosisModel& model, const Robot& robot, const ActiveEf
   }
   if (all.absolute) {
     const double yaw = e.absolute_yaw_rad - m.absolute_yaw_rad;
-    out.residual[all.absolute_yaw()] = std::isfinite(yaw) ? wrap_angle(yaw) : kNaN;
+    out.residual[all.absolute_yaw()] = wrap_angle(yaw);
     out.by_pose.row(all.absolute_yaw()) = e.absolute_yaw_by_twist;
     if (m.direct_length_m.size() == n) {
       out.residual.segment(all.direct_length(), n) = e.direct_length_m - m.direct_length_m;

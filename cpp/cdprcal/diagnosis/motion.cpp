@@ -28,18 +28,16 @@ bool follow(const DiagnosisModel& model, const Robot& robot, const ActiveEffects
       add(e.length_m[i] + run.offsets[i] - m.length_m[i], e.length_by_twist.row(i),
           NoiseGroup::moving_length);
       const double swivel = e.swivel_rad[i] + run.offsets[n + i] - m.swivel_rad[i];
-      add(std::isfinite(swivel) ? wrap_angle(swivel) : kNaN, e.swivel_by_twist.row(i),
-          NoiseGroup::moving_swivel);
+      add(wrap_angle(swivel), e.swivel_by_twist.row(i), NoiseGroup::moving_swivel);
     }
     for (int a = 0; a < 3; ++a) {
       double angle = e.roll_pitch_yaw_rad[a] - m.roll_pitch_yaw_rad[a];
       if (a == 2) angle += run.offsets[2 * n];
-      add(std::isfinite(angle) ? wrap_angle(angle) : kNaN, e.attitude_by_twist.row(a),
+      add(wrap_angle(angle), e.attitude_by_twist.row(a),
           a == 2 ? NoiseGroup::moving_yaw : NoiseGroup::moving_roll_pitch);
     }
     const double yaw = e.absolute_yaw_rad - m.absolute_yaw_rad;
-    add(std::isfinite(yaw) ? wrap_angle(yaw) : kNaN, e.absolute_yaw_by_twist,
-        NoiseGroup::moving_absolute_yaw);
+    add(wrap_angle(yaw), e.absolute_yaw_by_twist, NoiseGroup::moving_absolute_yaw);
     for (Eigen::Index i = 0; i < m.direct_length_m.size(); ++i) {
       add(e.direct_length_m[i] - m.direct_length_m[i], e.direct_length_by_twist.row(i),
           NoiseGroup::moving_direct_length);

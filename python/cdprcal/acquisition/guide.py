@@ -239,7 +239,7 @@ class _Work:
             position_m,
             rotation_rad,
             result.least_observed,
-            result.poses[0] if result.poses else None,
+            result.initial_pose,
             result.covariance,
             reached,
         )

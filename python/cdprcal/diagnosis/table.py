@@ -21,6 +21,11 @@ _STYLE = {"consistent": "bold green", "explained": "bold cyan", "unexplained": "
 _STANDS_OUT = 3.0
 #: What a contradiction depends on, in the core's words.
 _NOTHING = "nothing that was tried"
+#: Channel without its unit → unit for people, factor to it.
+_OF_CHANNEL = {
+    key.rsplit("_", 1)[0]: (unit, factor) for key, (_, unit, factor) in GAP_CHANNELS.items()
+}
+_OF_CHANNEL["balance"] = _OF_CHANNEL["tension"]
 LEFT_OVER = "within the sigma of the robot file, but more than the readings ripple at rest, is left"
 
 
@@ -229,9 +234,7 @@ def left_over(document: dict[str, Any]) -> list[str]:
 
 
 def unexplained_line(left: dict[str, Any]) -> str:
-    units = {"length": "m", "balance": "N", "tension": "N"}
-    unit = units.get(left["channel"], "rad")
-    label, factor = for_people(unit, 0.0)
+    label, factor = _OF_CHANNEL[left["channel"]]
     # What merely contradicts the robot file is held against that; what depends on something,
     # against the readings.
     against = (

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
-from cdprcal.diagnosis.table import left_over, unexplained_line, unique, value_rows
+from cdprcal.diagnosis.table import LEFT_OVER, left_over, unexplained_line, unique, value_rows
 from cdprcal.diagnosis.units import GAP_CHANNELS
 from cdprcal.io.files import write_text
 from cdprcal.io.result_file import cdprcal_version, log_sha256
@@ -257,6 +257,7 @@ def _diagnosis(subject: Subject) -> dict[str, Any]:
         "verdict": document["verdict"],
         "reason": document["reason"],
         "left_over": [] if document["verdict"] == "unexplained" else left_over(document),
+        "left_over_words": LEFT_OVER[0].upper() + LEFT_OVER[1:],
         "effects": effects,
         "gap": _gap(document),
         "unexplained": [unexplained_line(left) for left in document["unexplained"]],
