@@ -3,14 +3,6 @@
 #include <Eigen/QR>
 
 namespace cdprcal {
-namespace {
-
-double wrapped(double angle_rad) {
-  return std::isfinite(angle_rad) ? wrap_angle(angle_rad) : angle_rad;
-}
-
-}  // namespace
-
 std::vector<ModelResidual> model_residuals(const DiagnosisModel& model) {
   std::vector<ModelResidual> out;
   const int n = model.robot.cable_count();
@@ -29,11 +21,11 @@ std::vector<ModelResidual> model_residuals(const DiagnosisModel& model) {
       PoseResidual& residual = entry.residual;
       residual.length_m = e.length_m + run.offsets.head(n) - m.length_m;
       residual.swivel_rad =
-          (e.swivel_rad + run.offsets.segment(n, n) - m.swivel_rad).unaryExpr(&wrapped);
+          (e.swivel_rad + run.offsets.segment(n, n) - m.swivel_rad).unaryExpr(&wrap_angle);
       residual.roll_pitch_yaw_rad = e.roll_pitch_yaw_rad - m.roll_pitch_yaw_rad;
       residual.roll_pitch_yaw_rad[2] += run.offsets[2 * n];
-      residual.roll_pitch_yaw_rad = residual.roll_pitch_yaw_rad.unaryExpr(&wrapped).eval();
-      residual.absolute_yaw_rad = wrapped(e.absolute_yaw_rad - m.absolute_yaw_rad);
+      residual.roll_pitch_yaw_rad = residual.roll_pitch_yaw_rad.unaryExpr(&wrap_angle).eval();
+      residual.absolute_yaw_rad = wrap_angle(e.absolute_yaw_rad - m.absolute_yaw_rad);
       residual.direct_length_m = m.direct_length_m.size() == n
                                      ? CableVector(e.direct_length_m - m.direct_length_m)
                                      : CableVector::Constant(n, kNaN);
