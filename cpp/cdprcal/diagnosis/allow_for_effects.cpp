@@ -23,39 +23,16 @@ DiagnosisModel model_of(const Calibration& calibration) {
   DiagnosisRun& run = model.runs.emplace_back();
   // The reference and what rests: readings in motion lag and hang behind in ways of their own, and
   // a single sample of them would weigh as much as a rest.
-  double samples = 0.0;
   for (std::size_t i = 0; i < problem.measurements.size(); ++i) {
     const Measurement& m = problem.measurements[i];
     if (i > 0 && m.kind != PoseKind::static_pose) continue;
     run.measurements.push_back(m);
     run.poses.push_back(calibration.result.poses[i]);
-    samples += m.samples;
   }
-  model.rest_samples = samples / static_cast<double>(run.measurements.size());
   run.known = problem.effects;
-  // reading = model + offset, at the reference; unknown errors start at 0.
-  const PlatformState initial =
-      platform_state(with_effects(problem.robot, problem.effects), run.poses.front());
-  const Measurement& first = run.measurements.front();
-  run.offsets.resize(2 * n + 1);
-  run.offsets << first.length_m - initial.length_m(), first.swivel_rad - initial.swivel_rad(),
-      first.roll_pitch_yaw_rad[2] -
-          euler_from_rotation(initial.rotation, problem.robot.euler_convention)[2];
-  run.offsets = run.offsets.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; }).eval();
-  const NoiseModel specified = specified_noise(problem.robot.sigma);
-  for (std::size_t c = 0; c < kRestGroups; ++c) {
-    const bool balance = static_cast<Channel>(c) == Channel::balance;
-    const double sigma = specified.channel[c].pose;
-    const double unit = balance ? sigma : 1.0;  // the balance's level is relative to its covariance
-    model.noise[c] = sigma / unit;
-    // A thousandth of σ keeps noise-free data from a division by zero.
-    const double ripple = calibration.sample_noise[c] / std::sqrt(model.rest_samples);
-    model.floor[c] = std::max(ripple, 1e-3 * sigma) / unit;
-    if (!balance) {  // single readings in motion: groups of their own
-      model.noise[c + kRestGroups] = model.noise[c];
-      model.floor[c + kRestGroups] = model.floor[c];
-    }
-  }
+  run.offsets =
+      offsets_at(with_effects(problem.robot, run.known), run.poses[0], run.measurements[0]);
+  start_noise(model, calibration.sample_noise);
   for (const auto& effect : effect_catalogue()) {
     if (effect->needs_motion()) continue;
     model.effects.push_back({effect, EffectValues::Zero(effect->size(n))});

@@ -138,6 +138,32 @@ ChannelSums channel_sums(const DiagnosisSystem& system) {
   return sums;
 }
 
+void start_noise(DiagnosisModel& model, const std::array<double, kChannels>& ripple) {
+  double samples = 0.0;
+  int rests = 0;
+  for (const DiagnosisRun& run : model.runs) {
+    for (const Measurement& m : run.measurements) {
+      if (m.kind == PoseKind::kinematic_pose && m.samples == 1) continue;
+      samples += m.samples;
+      ++rests;
+    }
+  }
+  model.rest_samples = rests > 0 ? samples / rests : 1.0;
+  const NoiseModel specified = specified_noise(model.robot.sigma);
+  for (std::size_t c = 0; c < kRestGroups; ++c) {
+    const double sigma = specified.channel[c].pose;
+    const double least = 1e-3 * sigma;  // exact readings would be weighed infinitely
+    const bool balance = c == static_cast<std::size_t>(NoiseGroup::balance);
+    const double unit = balance ? sigma : 1.0;  // its level is relative to its covariance
+    model.floor[c] = std::max(ripple[c] / std::sqrt(model.rest_samples), least) / unit;
+    model.noise[c] = sigma / unit;
+    if (!balance) {  // single readings in motion: groups of their own
+      model.floor[c + kRestGroups] = std::max(ripple[c], least);
+      model.noise[c + kRestGroups] = sigma;
+    }
+  }
+}
+
 double estimate_noise(DiagnosisModel& model) {
   const DiagnosisSystem system = linearise(model);
   if (!system.valid) return 0.0;

@@ -247,6 +247,14 @@ int DiagnosisModel::pose_count() const {
   return static_cast<int>(count);
 }
 
+Eigen::VectorXd offsets_at(const Robot& robot, const Pose& pose, const Measurement& m) {
+  const PlatformState state = platform_state(robot, pose);
+  Eigen::VectorXd out(2 * robot.cable_count() + 1);
+  out << m.length_m - state.length_m(), m.swivel_rad - state.swivel_rad(),
+      m.roll_pitch_yaw_rad[2] - euler_from_rotation(state.rotation, robot.euler_convention)[2];
+  return out.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
+}
+
 ActiveEffects DiagnosisModel::active(std::size_t run) const {
   ActiveEffects out;
   const int n = robot.cable_count();

@@ -46,6 +46,9 @@ struct DiagnosisRun {
   ActiveEffects known;                    ///< that the robot file lists: held at their values
 };
 
+/// Reading − model of lengths, swivels and yaw at a pose (2n + 1); 0 where nothing was read.
+Eigen::VectorXd offsets_at(const Robot& robot, const Pose& pose, const Measurement& m);
+
 /// An effect in the model. Values of run-scoped effects are kept for each run in turn.
 struct EffectTerm {
   std::shared_ptr<const Effect> effect;
@@ -129,6 +132,10 @@ double penalised_cost(const DiagnosisSystem& system);
 /// Gauss–Newton to the maximum a posteriori at the present noise levels. Returns whether it
 /// settled.
 bool fit(DiagnosisModel& model, int max_steps = 30);
+
+/// The noise to begin with: the robot file's σ, not below the readings' own ripple (that of one
+/// reading, a channel: `sample_noise`) in the mean over an average rest. Fills in rest_samples too.
+void start_noise(DiagnosisModel& model, const std::array<double, kChannels>& ripple);
 
 /// Noise levels from the residuals: each channel's sum of squares over what the leverages leave of
 /// its rows, floored. Changes model.noise; returns the largest relative change.

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "cdprcal/error.hpp"
 #include "run.hpp"
 
@@ -53,13 +55,16 @@ TEST_F(Baseline, MeasurementsAreMeansOverTheirRests) {
 TEST_F(Baseline, TheFloorIsTheReadingsOwnRippleInTheMeanOverARest) {
   const Log other = startup_log(robot, 0.3, 102, 0);
   const DiagnosisModel model = baseline_of(robot, {log, other});
-  // Mean squares over the cables or angles of a channel, then over the logs.
+  // The middle one of a channel's cables or angles; mean squares over the logs.
   const auto ripple = [&](LogMatrix Log::* group, int from, int count, bool angles) {
     double sum = 0.0;
     for (const Log* l : std::initializer_list<const Log*>{&log, &other}) {
+      std::vector<double> noise;
       for (int c = from; c < from + count; ++c) {
-        sum += std::pow(channel_noise((l->*group).col(c), angles), 2) / count;
+        noise.push_back(channel_noise((l->*group).col(c), angles));
       }
+      std::sort(noise.begin(), noise.end());
+      sum += std::pow(noise[noise.size() / 2], 2);
     }
     return std::sqrt(sum / 2.0);
   };
