@@ -236,6 +236,7 @@ const char* to_string(Verdict verdict) {
 
 Matrix6 initial_pose_covariance(const DiagnosisModel& model, std::size_t run) {
   const DiagnosisSystem system = linearise(model);
+  if (!system.valid) return Matrix6::Constant(kNaN);
   const int size = system.layout.nuisance();
   const Eigen::MatrixXd common = covariance(system);
   for (const PoseSystem& pose : system.poses) {

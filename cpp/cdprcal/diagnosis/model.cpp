@@ -272,6 +272,17 @@ DiagnosisSystem linearise(const DiagnosisModel& model, const Candidates& candida
   DiagnosisSystem system;
   system.layout = layout_of(model, candidates);
   const int n = model.robot.cable_count();
+  system.prior_precision.setZero(system.layout.nuisance());
+  system.prior_residual.setZero(system.layout.nuisance());
+  for (std::size_t k = 0; k < model.effects.size(); ++k) {
+    const EffectTerm& term = model.effects[k];
+    const EffectValues typical = term.effect->typical(n);
+    for (Eigen::Index j = 0; j < term.values.size(); ++j) {
+      const double sigma = term.prior_scale * typical[j % typical.size()];
+      system.prior_precision[system.layout.accepted_begin[k] + j] = 1.0 / (sigma * sigma);
+      system.prior_residual[system.layout.accepted_begin[k] + j] = term.values[j] / sigma;
+    }
+  }
   for (std::size_t r = 0; r < model.runs.size(); ++r) {
     const ActiveEffects active = model.active(r);
     const Robot robot = with_effects(model.robot, active);
@@ -290,17 +301,6 @@ DiagnosisSystem linearise(const DiagnosisModel& model, const Candidates& candida
       system.poses.push_back(whiten(model, robot, std::move(raw), m, state, rests));
       system.poses.back().run = r;
       system.poses.back().pose = i;
-    }
-  }
-  system.prior_precision.setZero(system.layout.nuisance());
-  system.prior_residual.setZero(system.layout.nuisance());
-  for (std::size_t k = 0; k < model.effects.size(); ++k) {
-    const EffectTerm& term = model.effects[k];
-    const EffectValues typical = term.effect->typical(n);
-    for (Eigen::Index j = 0; j < term.values.size(); ++j) {
-      const double sigma = term.prior_scale * typical[j % typical.size()];
-      system.prior_precision[system.layout.accepted_begin[k] + j] = 1.0 / (sigma * sigma);
-      system.prior_residual[system.layout.accepted_begin[k] + j] = term.values[j] / sigma;
     }
   }
   return system;

@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "cdprcal/diagnosis/baseline.hpp"
 #include "run.hpp"
 
 namespace cdprcal {
@@ -83,6 +84,150 @@ TEST(AllowForEffects, AbsoluteSensorsAreInTheLargerModel) {
   EXPECT_GT(without.result.standard_deviation.head<3>().maxCoeff(), robot.sigma.position_m);
   const Vector6 error = minus(allowing.result.poses.front(), truth.poses.front());
   EXPECT_LT(error.dot(allowing.result.covariance->ldlt().solve(error)), 22.5);  // χ² of 6, 0.999
+}
+
+/// A converged calibration whose channels scatter by 2 and misfit by `pose`.
+Calibration judged(double pose) {
+  Calibration out;
+  out.problem.robot = load_robot("irma4");
+  out.problem.noise = specified_noise(out.problem.robot.sigma);
+  out.problem.noise->wrench_force_N = 0.0;
+  for (ChannelNoise& channel : out.problem.noise->channel) channel = {pose, 2.0};
+  ResidualRms& rms = out.result.residual_rms;
+  for (double* v :
+       {&rms.length_m, &rms.swivel_rad, &rms.roll_pitch_rad, &rms.yaw_rad, &rms.wrench_force_N,
+        &rms.absolute_yaw_rad, &rms.direct_length_m, &rms.position_m}) {
+    *v = 1.0;  // that there are readings is all that counts
+  }
+  return out;
+}
+
+TEST(Misfit, IsWherePosesMisfitByMoreThanReadingsScatter) {
+  EXPECT_EQ(misfit(judged(2.0)), "");
+  EXPECT_EQ(misfit(judged(1.0)), "");
+  EXPECT_EQ(
+      misfit(judged(3.0)),
+      "lengths by 3e+03 mm (they scatter by 2e+03 mm), swivels by 172 deg (115 deg), roll and "
+      "pitch by 172 deg (115 deg), yaw by 172 deg (115 deg), absolute yaw by 172 deg (115 deg), "
+      "direct lengths by 3e+03 mm (2e+03 mm), the position by 3e+03 mm (2e+03 mm), the balance "
+      "by 3 N (tensions scatter by 2 N)");
+}
+
+TEST(Misfit, SaysNothingOfAChannelThatTooLittleIsKnownOf) {
+  Calibration c = judged(3.0);
+  const NoiseModel specified = specified_noise(c.problem.robot.sigma);
+  for (std::size_t i = 0; i < kChannels; ++i) {
+    if (i != static_cast<std::size_t>(Channel::balance)) {
+      c.problem.noise->channel[i] = specified.channel[i];  // kept: not told
+    }
+  }
+  const std::string balance = "the balance by 3 N (tensions scatter by 2 N)";
+  EXPECT_EQ(misfit(c), balance);
+  // One of its two components alone was told.
+  (*c.problem.noise)[Channel::yaw].sample = 1e-9;
+  EXPECT_EQ(misfit(c).find("yaw by "), 0U);
+  c.problem.noise = specified;
+  c.problem.noise->channel[static_cast<std::size_t>(Channel::length)].pose *= 2.0;
+  EXPECT_EQ(misfit(c).find("lengths by "), 0U);
+  // Nothing was read.
+  Calibration unread = judged(3.0);
+  unread.result.residual_rms = {};
+  EXPECT_EQ(misfit(unread), "");
+  unread.result.residual_rms.wrench_force_N = 1.0;
+  EXPECT_EQ(misfit(unread), balance);
+  unread.problem.noise.reset();
+  EXPECT_EQ(misfit(unread), "");
+}
+
+TEST(Misfit, OfTheBalanceLeavesOutWhatTheRobotFileAllows) {
+  Calibration c = judged(1.0);
+  const double allowed_N = c.problem.robot.sigma.wrench_force_N;
+  ASSERT_GT(allowed_N, 0.0);
+  c.problem.noise->wrench_force_N = allowed_N;
+  EXPECT_EQ(misfit(c), "");
+  c.problem.noise->wrench_force_N = 0.5 * allowed_N;  // less than allowed is no misfit either
+  EXPECT_EQ(misfit(c), "");
+  c.problem.noise->wrench_force_N =
+      std::hypot(allowed_N, 2.4);  // beyond it with the load cells: 2.6
+  EXPECT_EQ(misfit(c), "the balance by 2.6 N (tensions scatter by 2 N)");
+}
+
+/// The allowance by another way: the diagnosis' own model of the log with every effect in it.
+DiagnosisModel everything_in(const Robot& robot, const Log& log) {
+  std::vector<Log> logs{log};
+  std::vector<std::string> left_out;
+  DiagnosisModel model = baseline_model(robot, logs, left_out);
+  for (const auto& effect : effect_catalogue()) {
+    if (effect->needs_motion()) continue;
+    model.effects.push_back({effect, EffectValues::Zero(effect->size(robot.cable_count()))});
+  }
+  start_noise(model, calibrate(robot, log).sample_noise);
+  EXPECT_TRUE(fit_with_noise(model));
+  return model;
+}
+
+TEST(AllowForEffects, IsTheDiagnosisModelWithEveryEffectInIt) {
+  Robot robot = load_robot("irma4");
+  robot.effects.push_back({"mass", "", {{"mass_error_kg", {0.3}}}});  // known: part of both
+  Log log = biased(made().log);
+  log.length_m.array() += 0.4;  // offsets that are not small
+  log.roll_pitch_yaw_rad.col(2).array() -= 0.6;
+  const Calibration allowing = calibrate_allowing_for_effects(robot, log);
+  ASSERT_NE(allowing.result.reason.find("allow for every known effect"), std::string::npos);
+  ASSERT_GT(allowing.kinematic_poses, 5);  // of which nothing may count
+  const DiagnosisModel model = everything_in(robot, log);
+  const Matrix6 covariance = initial_pose_covariance(model, 0);
+  EXPECT_LT((*allowing.result.covariance - covariance).norm(), 0.05 * covariance.norm());
+  const Vector6 apart = minus(allowing.result.poses.front(), model.runs[0].poses.front());
+  EXPECT_LT(apart.dot(covariance.ldlt().solve(apart)), 0.01);
+  const PlatformState initial =
+      platform_state(with_effects(robot, model.active(0)), model.runs[0].poses.front());
+  EXPECT_LT((allowing.result.initial_length_m - initial.length_m()).norm(), 1e-3);
+  EXPECT_LT((allowing.result.initial_swivel_rad - initial.swivel_rad()).norm(), 1e-2);
+}
+
+TEST(AllowForEffects, RestsMoveAndWhatIsInMotionStays) {
+  const Robot robot = load_robot("irma4");
+  const Log log = biased(made().log);
+  const Calibration plain = calibrate(robot, log);
+  const Calibration allowing = calibrate_allowing_for_effects(robot, log);
+  const DiagnosisModel model = everything_in(robot, log);
+  const std::vector<Measurement>& readings = plain.problem.measurements;
+  ASSERT_EQ(allowing.result.poses.size(), readings.size());
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    const Pose &before = plain.result.poses[i], &after = allowing.result.poses[i];
+    if (readings[i].kind == PoseKind::static_pose) {
+      EXPECT_NE(after.position_m, before.position_m) << i;
+      ASSERT_LT(next, model.runs[0].poses.size());
+      EXPECT_LT(minus(after, model.runs[0].poses[next++]).norm(), 2e-3) << i;
+    } else {
+      EXPECT_EQ(after.position_m, before.position_m) << i;
+    }
+  }
+  EXPECT_EQ(next, model.runs[0].poses.size());
+}
+
+TEST(AllowForEffects, OnlyForAPoseThatIsClaimed) {
+  const Robot robot = load_robot("irma4");
+  Calibration c = calibrate(robot, biased(made().log));
+  ASSERT_NE(misfit(c), "");
+  const Calibration before = c;
+  c.result.status = CalibrationStatus::not_converged;
+  allow_for_effects({}, c);
+  expect_same(c, before);
+}
+
+TEST(AllowForEffects, SaysSoWhereTheLargerFitDoesNotSettle) {
+  const Robot robot = load_robot("irma4");
+  Calibration c = calibrate(robot, biased(made().log));
+  c.result.poses[5].position_m.setConstant(kNaN);  // of a rest
+  const Calibration before = c;
+  allow_for_effects({}, c);
+  EXPECT_EQ(c.result.poses.front().position_m, before.result.poses.front().position_m);
+  EXPECT_EQ(c.result.covariance, before.result.covariance);
+  EXPECT_NE(c.result.reason.find(", and the uncertainty leaves that out"), std::string::npos);
+  EXPECT_EQ(c.result.reason.find("allow for every"), std::string::npos);
 }
 
 }  // namespace
