@@ -159,5 +159,39 @@ TEST_F(Baseline, ALogWithoutLoadCellsHasNoBalance) {
   EXPECT_GT(model.pose_count(), 8);
 }
 
+TEST_F(Baseline, SamplesInMotionAreOneRowEach) {
+  Log moving = log;
+  moving.tension_N.resize(moving.sample_count(), 0);
+  moving.tension_setpoint_N.resize(moving.sample_count(), 0);
+  const DiagnosisRun run = baseline_of(robot, {moving}).runs[0];
+  ASSERT_EQ(run.rows.size(), run.measurements.size());
+  for (std::size_t i = 0; i < run.rows.size(); ++i) {
+    ASSERT_EQ(run.rows[i].size(), 1) << i;
+    EXPECT_EQ(log.time_s[run.rows[i].begin], run.measurements[i].time_s) << i;
+  }
+}
+
+TEST_F(Baseline, ALogThatBeginsInMotionHasOneSampleThenItsRests) {
+  const DiagnosisModel whole = baseline_of(robot, {log});
+  const Eigen::Index from = whole.runs[0].rows[0].end + 12;  // into the first move
+  const Eigen::Index count = log.sample_count() - from;
+  for (LogMatrix* m : {&log.length_m, &log.swivel_rad, &log.tension_N, &log.tension_setpoint_N,
+                       &log.roll_pitch_yaw_rad}) {
+    *m = m->bottomRows(count).eval();
+  }
+  log.time_s = log.time_s.tail(count).eval();
+  const DiagnosisRun run = baseline_of(robot, {log}).runs[0];
+  ASSERT_EQ(run.rows.size(), whole.runs[0].rows.size());
+  EXPECT_EQ(run.measurements[0].kind, PoseKind::kinematic_pose);
+  EXPECT_EQ(run.rows[0].begin, 0);
+  EXPECT_EQ(run.rows[0].end, 1);
+  for (std::size_t i = 1; i < run.rows.size(); ++i) {
+    EXPECT_EQ(run.measurements[i].kind, PoseKind::static_pose);
+    EXPECT_NEAR(static_cast<double>(run.rows[i].begin + from),
+                static_cast<double>(whole.runs[0].rows[i].begin), 2.0);
+    EXPECT_GT(run.rows[i].size(), 10);
+  }
+}
+
 }  // namespace
 }  // namespace cdprcal

@@ -80,6 +80,24 @@ TEST(DiagnosisSystem, RowsAreReadingsOfTheirChannelOverItsNoise) {
   }
 }
 
+TEST(DiagnosisSystem, OffsetsAreWhatReadingsAreAheadOfTheModelOrNothing) {
+  const DiagnosisModel& model = two_runs();
+  const int n = model.robot.cable_count();
+  const Pose& pose = model.runs[0].poses[2];
+  const PlatformState state = platform_state(model.robot, pose);
+  const Eigen::VectorXd ahead = Eigen::VectorXd::LinSpaced(2 * n + 1, -0.3, 0.5);
+  Measurement m;
+  m.length_m = state.length_m() + ahead.head(n);
+  m.swivel_rad = state.swivel_rad() + ahead.segment(n, n);
+  m.roll_pitch_yaw_rad = euler_from_rotation(state.rotation, model.robot.euler_convention);
+  m.roll_pitch_yaw_rad += Vector3(0.1, 0.1, ahead[2 * n]);
+  EXPECT_LT((offsets_at(model.robot, pose, m) - ahead).norm(), 1e-14);
+  m.length_m[1] = m.swivel_rad[2] = m.roll_pitch_yaw_rad[2] = kNaN;
+  Eigen::VectorXd read = ahead;
+  read[1] = read[n + 2] = read[2 * n] = 0.0;
+  EXPECT_LT((offsets_at(model.robot, pose, m) - read).norm(), 1e-14);
+}
+
 TEST(DiagnosisSystem, AMeanOfFewerReadingsIsNoisierByItsRippleAlone) {
   DiagnosisModel model = two_runs();
   Measurement& m = model.runs[0].measurements[1];
