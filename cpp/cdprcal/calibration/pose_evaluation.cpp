@@ -44,12 +44,12 @@ void evaluate_pose(const Robot& robot, const Measurement& measurement, const Pos
     }
     out.tension_by_twist = model.by_twist;
   } else if (statics == StaticsModel::wrench) {
-    CableVector tension_N = measurement.tension_N;
+    out.tension_N = measurement.tension_N;
     for (const ActiveEffect& active : effects) {
-      active.effect->correct_tension(context, active.values, tension_N);
+      active.effect->correct_tension(context, active.values, out.tension_N);
     }
-    out.wrench = wrench_residual(robot, state, tension_N);
-    if (jacobians) out.wrench_by_twist = stiffness(robot, state, tension_N);
+    out.wrench = wrench_residual(robot, state, out.tension_N);
+    if (jacobians) out.wrench_by_twist = stiffness(robot, state, out.tension_N);
   }
   for (const ActiveEffect& active : effects) {
     active.effect->add_to_readings(context, active.values, out);

@@ -25,7 +25,9 @@ struct PoseEvaluation {
   /// drums' encoders and to the AHRS.
   CableVector direct_length_m;
   double absolute_yaw_rad = kNaN;
-  CableVector tension_N;  ///< left-inverse statics only
+  /// Left-inverse statics: what the load cells would read. Wrench statics: τ*, the tensions at the
+  /// platform as the effects make them of the readings.
+  CableVector tension_N;
   Vector6 wrench;         ///< Ξᵀτ* − f, wrench statics only
   CableJacobian length_by_twist;
   CableJacobian swivel_by_twist;

@@ -92,9 +92,7 @@ void allow_for_effects(const CalibrateOptions& options, Calibration& calibration
   DiagnosisModel model = model_of(calibration);
   const bool settled = fit_with_noise(model);
   const Matrix6 covariance = initial_pose_covariance(model, 0);
-  const PlatformState initial =
-      platform_state(with_effects(model.robot, model.active(0)), model.runs[0].poses.front());
-  if (!settled || !covariance.allFinite() || !initial.valid) {
+  if (!settled || !covariance.allFinite()) {
     result.reason += ", and the uncertainty leaves that out";
     return;
   }
@@ -105,6 +103,8 @@ void allow_for_effects(const CalibrateOptions& options, Calibration& calibration
   }
   result.covariance = covariance;
   result.standard_deviation = covariance.diagonal().cwiseSqrt();
+  const PlatformState initial =
+      platform_state(with_effects(model.robot, model.active(0)), model.runs[0].poses.front());
   result.initial_length_m = initial.length_m();
   result.initial_swivel_rad = initial.swivel_rad();
   result.reason +=

@@ -106,10 +106,11 @@ bool fit(DiagnosisModel& model, int max_steps) {
     }
     if (!(trial_cost <= cost * (1.0 + 1e-12))) {
       model = before;
-      // No descent along the Gauss–Newton step: at a minimum, to what the derivatives leave out
-      // (the balance's weight changes with the pose), or lost.
-      constexpr double kStationary = 1e-5;
-      return iteration > 0 || trial_cost <= cost + kStationary * (1.0 + cost);
+      // No descent along the Gauss–Newton step: at a minimum, but for what the derivatives leave
+      // out (the balance's weight changes with the pose), if the step promised next to nothing, or
+      // lost.
+      constexpr double kNothing_nats = 0.01;  // 0.14 σ
+      return -0.5 * step.dot(gradient) < kNothing_nats;
     }
     const double gain = cost - trial_cost;
     system = std::move(trial);

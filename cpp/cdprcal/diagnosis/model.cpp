@@ -117,7 +117,7 @@ RawRows raw_rows(const DiagnosisModel& model, const Robot& robot, const ActiveEf
     out.residual.segment<3>(all.position()) = pose.position_m - m.position_m;
     out.by_pose.block<3, 3>(all.position(), 0).setIdentity();
   }
-  const EffectContext context{robot, state, pose, m};
+  const EffectContext context{robot, state, pose, m, rests ? e.tension_N : m.tension_N};
   Eigen::MatrixXd columns;
   const auto place = [&](const Effect& effect, const EffectValues& values, int begin,
                          const EffectValues* scale) {

@@ -41,12 +41,15 @@ struct EffectInfo {
   const char* settle;                      ///< what measurement would tell it from its rivals
 };
 
-/// What an effect may look at. `evaluation` holds what the model predicts without effects.
+/// What an effect may look at.
 struct EffectContext {
   const Robot& robot;
   const PlatformState& state;
   const Pose& pose;
   const Measurement& measurement;
+  /// Tensions at the platform, as all effects of the model make them of the readings: what pulls
+  /// where `columns` moves a cable.
+  const CableVector& tension_N = measurement.tension_N;
 };
 
 /// Rows of derivative columns: lengths (n), swivels (n), roll pitch yaw (3), wrench (6).

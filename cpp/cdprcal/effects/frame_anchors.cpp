@@ -35,7 +35,7 @@ class FrameAnchors final : public Effect {
       const CableState& cable = context.state.cable[i];
       out.row(rows.length() + i).segment<3>(3 * i) = -cable.direction.transpose();
       out.row(rows.swivel() + i).segment<3>(3 * i) = -swivel_by_q(cable).transpose();
-      const Matrix3 force = -context.measurement.tension_N[i] * direction_by_q(cable);
+      const Matrix3 force = -context.tension_N[i] * direction_by_q(cable);
       out.block<3, 3>(rows.wrench(), 3 * i) = force;
       out.block<3, 3>(rows.wrench() + 3, 3 * i) = skew(context.state.anchor_arm_m[i]) * force;
     }

@@ -37,7 +37,7 @@ class PlatformAnchors final : public Effect {
       const CableState& cable = context.state.cable[i];
       out.row(rows.length() + i).segment<3>(3 * i) = cable.direction.transpose() * rotation;
       out.row(rows.swivel() + i).segment<3>(3 * i) = swivel_by_q(cable).transpose() * rotation;
-      const double tension_N = context.measurement.tension_N[i];
+      const double tension_N = context.tension_N[i];
       const Matrix3 force = tension_N * direction_by_q(cable) * rotation;
       out.block<3, 3>(rows.wrench(), 3 * i) = force;
       out.block<3, 3>(rows.wrench() + 3, 3 * i) = skew(context.state.anchor_arm_m[i]) * force -

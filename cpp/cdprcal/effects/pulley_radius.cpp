@@ -35,7 +35,7 @@ class PulleyRadius final : public Effect {
       const CableDerivatives d =
           cable_derivatives(context.robot.cables[i].pulley, context.state.cable[i]);
       out(rows.length() + i, i) = d.length_by_radius;
-      const Vector3 force = context.measurement.tension_N[i] * d.direction_by_radius;
+      const Vector3 force = context.tension_N[i] * d.direction_by_radius;
       out.col(i).segment<3>(rows.wrench()) = force;
       out.col(i).segment<3>(rows.wrench() + 3) = context.state.anchor_arm_m[i].cross(force);
     }

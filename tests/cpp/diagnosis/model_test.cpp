@@ -18,6 +18,7 @@ using test::Dense;
 using test::dense;
 using test::jacobian_matches;
 using test::two_runs;
+using test::two_runs_baseline;
 
 /// All residuals of a system, pose after pose.
 Eigen::VectorXd residuals(const DiagnosisModel& model, bool with_balance = true) {
@@ -150,6 +151,38 @@ TEST(DiagnosisSystem, ColumnsAreTheDerivativesOfTheRows) {
     }
   }
   EXPECT_TRUE(jacobian_matches(expected, by_pose, 1e-7));
+}
+
+TEST(DiagnosisSystem, ColumnsOfTheGeometryKnowTheTensionsThatOtherEffectsMakeOfTheReadings) {
+  DiagnosisModel model = two_runs_baseline();
+  model.effects.push_back({find_effect("load_cell_gain"), EffectValues::Constant(4, 0.4)});
+  for (DiagnosisRun& run : model.runs) {  // known, and large
+    run.known.push_back({find_effect("load_cell_bias"), Eigen::Vector4d(60.0, -50.0, 40.0, 30.0)});
+  }
+  for (const char* name : {"platform_anchors", "frame_anchors", "pulley_radius", "mass"}) {
+    const auto effect = find_effect(name);
+    model.effects.push_back({effect, 0.5 * effect->typical(4)});
+  }
+  // Weights that do not change with the geometry: the columns leave such changes out.
+  SensorSigma& sigma = model.robot.sigma;
+  sigma.tension_N = 1e-6;
+  sigma.wrench_force_N = 2.0;
+  sigma.wrench_moment_Nm = 1.5;
+  const DiagnosisSystem system = linearise(model);
+  const Eigen::Index accepted = system.layout.accepted;
+  ASSERT_EQ(accepted, 4 + 12 + 12 + 4 + 1);
+  const auto numeric = test::numeric_tangent_jacobian(
+      [&](const Eigen::VectorXd& step) {
+        DiagnosisModel moved = model;
+        Eigen::Index at = 0;
+        for (EffectTerm& term : moved.effects) {
+          term.values += step.segment(at, term.values.size());
+          at += term.values.size();
+        }
+        return residuals(moved);
+      },
+      accepted, 1e-4);
+  EXPECT_TRUE(jacobian_matches(dense(system).jacobian.rightCols(accepted), numeric, 1e-6));
 }
 
 TEST(DiagnosisSystem, CandidatesEnterAsAcceptedEffectsAtZeroDoInTypicalSizes) {
@@ -319,6 +352,20 @@ TEST(DiagnosisFit, IsTheMinimumOfThePenalisedCost) {
     const int k = i < 4 ? 0 : 1, j = i < 4 ? i : i - 4;
     EXPECT_NEAR(moved.effects[k].values[j], model.effects[k].values[j], 0.2 * deviation[i]);
   }
+}
+
+TEST(DiagnosisFit, StaysWhereItHasSettled) {
+  // With all effects in it the weights of the balance change with nearly every unknown.
+  DiagnosisModel model = two_runs_baseline();
+  for (const auto& effect : effect_catalogue()) {
+    const Eigen::Index runs = effect->info().scope == EffectScope::run ? 2 : 1;
+    model.effects.push_back({effect, EffectValues::Zero(effect->size(4) * runs)});
+  }
+  ASSERT_TRUE(fit_with_noise(model));
+  ASSERT_TRUE(fit(model));
+  const double cost = penalised_cost(linearise(model));
+  EXPECT_TRUE(fit(model));
+  EXPECT_NEAR(penalised_cost(linearise(model)), cost, 1e-3);
 }
 
 TEST(DiagnosisFit, SaysWhenItDoesNotSettle) {

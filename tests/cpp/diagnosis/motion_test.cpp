@@ -118,6 +118,47 @@ TEST_F(Motion, SamplesStandWhereThePlatformWas) {
   }
 }
 
+TEST_F(Motion, SamplesStandWhereTheirOwnReadingsWantThemMost) {
+  // Every kind of reading, each with its own weight: the pose is the weighted least squares' one.
+  const Robot robot = load_robot("irma4");
+  SyntheticLogOptions options;
+  options.noise = reading_noise(robot.sigma, 0.3, true);
+  options.dwell_s = options.move_s = 4.0;
+  options.seed = 96;
+  const Log log = synthetic_log(robot, default_setpoints(robot, 2, 2, 2), options).log;
+  DiagnosisModel model = baseline_of(log);
+  for (std::size_t c = 0; c < kRestGroups; ++c) {
+    model.noise[c + kRestGroups] *= 0.4 + 0.3 * static_cast<double>((5 * c) % 7);
+  }
+  const DiagnosisModel moving = with_motion(model, {log});
+  const std::size_t rests = model.runs[0].poses.size();
+  ASSERT_GT(moving.runs[0].poses.size(), rests + 20);
+  for (const PoseSystem& pose : linearise(moving).poses) {
+    if (pose.pose < rests) continue;
+    ASSERT_EQ(pose.residual.size(), 4 + 4 + 3 + 1 + 4 + 3);
+    const Vector6 pull = pose.by_pose.transpose() * pose.residual;
+    const Vector6 most = pose.by_pose.colwise().norm().transpose() * pose.residual.norm();
+    for (int i = 0; i < 6; ++i) EXPECT_LT(std::abs(pull[i]), 1e-4 * most[i]) << pose.pose;
+  }
+}
+
+TEST_F(Motion, ReadingsThatLackAreDoneWithoutAndTooFewFollowNothing) {
+  Log log = truth().log;
+  log.swivel_rad.col(1).setConstant(kNaN);
+  log.roll_pitch_yaw_rad.col(2).setConstant(kNaN);
+  const DiagnosisModel moving = with_motion(exact(), {log});
+  const std::size_t rests = exact().runs[0].poses.size();
+  ASSERT_GT(moving.runs[0].poses.size(), rests + 100);
+  for (std::size_t i = rests; i < moving.runs[0].poses.size(); ++i) {
+    const auto row = static_cast<std::size_t>(moving.runs[0].rows[i].begin);
+    EXPECT_LT(minus(moving.runs[0].poses[i], truth().poses[row]).norm(), 1e-3) << row;
+  }
+  // Four lengths and no angle at all leave two directions open.
+  log.swivel_rad.setConstant(kNaN);
+  log.roll_pitch_yaw_rad.setConstant(kNaN);
+  EXPECT_EQ(with_motion(exact(), {log}).pose_count(), exact().pose_count());
+}
+
 TEST_F(Motion, TheFastestSamplesAreTakenAtTheirSpacing) {
   constexpr MotionOptions kFew{.most_samples = 12, .least_spacing_s = 0.55};
   const Log& log = read();

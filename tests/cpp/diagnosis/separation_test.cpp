@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <set>
 
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/equilibria/direct.hpp"
+#include "cdprcal/workspace/grid.hpp"
 #include "dense.hpp"
 #include "run.hpp"
 
@@ -135,6 +137,36 @@ TEST(SeparatingPoses, TheFirstIsTheBestOfAllThatAreOffered) {
     EXPECT_LE(nats_between(after, 0, "transmission_ratio"), one.poses[0].nats * (1.0 + 1e-6));
   }
   EXPECT_TRUE(separating_poses(model, 0, rival, 0).poses.empty());
+}
+
+TEST(SeparatingPoses, AreLookedForAllOverTheMiddleOfTheWorkspace) {
+  // Seven tenths of the box along each side; what grows with tension is told apart at its rims.
+  const DiagnosisModel stretch = model_with("cable_elasticity", EffectValues::Constant(1, 1e-5));
+  const DiagnosisModel lever = model_with("centre_of_mass", EffectValues::Constant(3, 0.01));
+  const Box box = workspace_box(stretch.robot);
+  const Vector3 middle = 0.5 * (box.lower_m + box.upper_m), size = box.upper_m - box.lower_m;
+  std::array<std::set<int>, 3> at;  // steps of the grid along each axis, from its lower rim
+  const std::array<int, 3> most{3, 3, 2};
+  const auto note = [&](const DiagnosisModel& model, const char* rival) {
+    for (const SeparatingPose& pose : separating_poses(model, 0, find_effect(rival), 12).poses) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto i = static_cast<Eigen::Index>(axis);
+        const double share = (pose.position_m[i] - middle[i]) / (0.7 * size[i]) + 0.5;
+        const double step = share * most[axis];
+        EXPECT_NEAR(step, std::round(step), 1e-9);
+        at[axis].insert(static_cast<int>(std::lround(step)));
+      }
+    }
+  };
+  note(stretch, "transmission_ratio");
+  note(stretch, "pulley_friction");
+  note(lever, "swivel_scale");
+  note(lever, "platform_anchors");
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(*at[axis].begin(), 0) << axis;
+    // The highest layer has no equilibria within the limits of this robot's tensions.
+    EXPECT_EQ(*at[axis].rbegin(), axis < 2 ? most[axis] : 1) << axis;
+  }
 }
 
 TEST(SeparatingPoses, NoneForARobotWhoseInverseProblemIsNotSolved) {
