@@ -150,7 +150,6 @@ class EvidenceOf {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const Eigen::Index size = stacked_.begin[i + 1] - stacked_.begin[i];
       const Eigen::MatrixXd& rows = rows_[i][used];
-      if (rows.rows() == 0) continue;
       out.middleRows(stacked_.begin[i], size).noalias() =
           rows.transpose() * (rows * columns.middleRows(stacked_.begin[i], size));
     }
@@ -226,7 +225,7 @@ std::vector<CandidateScore> scan(const DiagnosisModel& model, const Candidates& 
   const int n = model.robot.cable_count();
   NoiseLevels floor{};
   for (std::size_t c = 0; c < kNoiseGroups; ++c) {
-    floor[c] = model.noise[c] > 0.0 ? model.floor[c] / model.noise[c] : 0.0;
+    floor[c] = model.floor[c] / model.noise[c];  // NaN of groups without readings: not asked for
   }
   const EvidenceOf evidence(system, stacked, floor);
   std::vector<Eigen::VectorXd> values;

@@ -80,6 +80,25 @@ inline Dense dense(const DiagnosisSystem& system) {
   return out;
 }
 
+/// Spread of a model's only effect in one run: that of its estimate, and what it changes by when
+/// directions of motion are off by their own error, and by a tenth.
+inline Eigen::VectorXd deviation_with_directions(const DiagnosisModel& model) {
+  const Eigen::Index own = model.effects[0].values.size();
+  Eigen::VectorXd variance = dense(linearise(model)).covariance().diagonal().tail(own);
+  for (const bool by_error : {true, false}) {
+    DiagnosisModel other = model;
+    for (Measurement& m : other.runs[0].measurements) {
+      for (auto [s, error] : {std::pair{&m.length_direction, &m.length_direction_error},
+                              std::pair{&m.swivel_direction, &m.swivel_direction_error}}) {
+        *s = by_error ? CableVector(*s + *error) : CableVector(0.9 * *s);
+      }
+    }
+    EXPECT_TRUE(fit(other));
+    variance += (other.effects[0].values - model.effects[0].values).cwiseAbs2();
+  }
+  return variance.cwiseSqrt();
+}
+
 /// Two short runs of irma4 with biased load cells (the robot's) and a drifting yaw (each run's
 /// own), as logs and as the fitted model that knows both.
 inline std::vector<Log> two_logs() {

@@ -185,6 +185,42 @@ TEST(Diagnose, ALogThatContradictsTheRobotIsNeverConsistent) {
   }
 }
 
+TEST(Diagnose, WhatIsBeyondThreeSigmaIsNotConsistent) {
+  // Lengths that differ from rest to rest by so many sigma, each its own way: no effect does that.
+  const Robot robot = load_robot("irma4");
+  for (const double sigmas : {2.4, 3.75}) {
+    Log log = startup_log(robot, kNoise, 46);
+    RandomNormal random(47);
+    Eigen::RowVector4d off = Eigen::RowVector4d::Zero();
+    for (Eigen::Index i = 0; i < log.sample_count(); ++i) {
+      if (i % 80 == 60) {  // in the middle of each move
+        for (double& v : off) v = sigmas * robot.sigma.length_m * random();
+      }
+      log.length_m.row(i) += off;
+    }
+    const Diagnosis d = diagnose(robot, {log});
+    const auto length = std::find_if(d.unexplained.begin(), d.unexplained.end(), [](const auto& u) {
+      return u.channel == "length" && u.depends_on == "nothing that was tried";
+    });
+    EXPECT_EQ(length != d.unexplained.end(), sigmas > 3.0) << sigmas << " " << summary(d);
+    EXPECT_EQ(d.verdict == Verdict::unexplained, sigmas > 3.0) << summary(d);
+    if (length == d.unexplained.end()) continue;
+    EXPECT_EQ(length->sigma, robot.sigma.length_m);
+    EXPECT_EQ(length->rms, d.model.noise[0]);
+  }
+}
+
+TEST(Diagnose, AFaultOfTheRobotsFileIsSetRightInEveryLog) {
+  const Robot robot = load_robot("irma4");
+  std::vector<Log> logs{startup_log(robot, kNoise, 31, 0), startup_log(robot, kNoise, 32, 0)};
+  for (Log& log : logs) log.length_m *= 1e3;
+  const Diagnosis d = diagnose(robot, logs);
+  EXPECT_EQ(d.verdict, Verdict::explained) << summary(d);
+  ASSERT_EQ(d.faults.size(), 1U) << summary(d);
+  EXPECT_EQ(d.faults[0].name, "length_unit");
+  EXPECT_TRUE(d.effects.empty()) << summary(d);
+}
+
 TEST(Diagnose, SeveralLogsShareTheRobotsEffectsAndKeepTheRunsOwn) {
   const Robot robot = load_robot("irma4");
   std::vector<Log> logs;
@@ -229,7 +265,9 @@ TEST(Diagnose, CanBeStoppedAndKeepsItsFindings) {
   };
   const Diagnosis d = diagnose(robot, {log}, options);
   EXPECT_EQ(d.effects.size(), 1U);
-  EXPECT_EQ(steps.back(), "scan after 1 effects");
+  EXPECT_EQ(steps, (std::vector<std::string>{"discrete faults: signs, order, units, conventions",
+                                             "baseline", "scan after 0 effects",
+                                             "accepted load_cell_bias", "scan after 1 effects"}));
 }
 
 TEST(Diagnose, TheInitialPosesCovarianceIsItsBlockOfTheWhole) {
@@ -269,6 +307,21 @@ TEST(Diagnose, PriorsAndDeviationsAreThoseOfTheModelThatItReturns) {
                 std::sqrt(squares / (2.0 + static_cast<double>(term.values.size()))),
                 0.02 * term.prior_scale);
   }
+}
+
+TEST(Diagnose, DeviationsCountWhatDirectionsOfMotionMayBeOff) {
+  const Robot robot = load_robot("irma4");
+  const Log clean = startup_log(robot, kNoise, 48);
+  const PathState path = path_state(clean);
+  Log rubbing = clean;
+  rubbing.tension_N.array() *= (-0.06 * path.length_direction.array()).exp();
+  const Diagnosis d = diagnose(robot, {rubbing});
+  ASSERT_EQ(d.effects.size(), 1U) << summary(d);
+  ASSERT_EQ(d.effects[0].effect->name(), "pulley_friction");
+  const double expected = test::deviation_with_directions(d.model)[0];
+  EXPECT_NEAR(d.effects[0].standard_deviation[0], expected, 1e-3 * expected);
+  const Eigen::MatrixXd of_the_fit = test::dense(linearise(d.model)).covariance();
+  EXPECT_GT(expected, 1.5 * std::sqrt(of_the_fit(Eigen::last, Eigen::last)));
 }
 
 TEST(Diagnose, SaysWhatThisLogCouldSeeOfEachEffect) {

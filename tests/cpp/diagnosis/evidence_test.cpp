@@ -165,6 +165,99 @@ TEST(Scan, DetectableIsTheSizeWhoseEvidenceIsThreeOnAverage) {
   }
 }
 
+TEST(Scan, DetectableIsThatOfAMeanDirectionForEffectsOfManyValues) {
+  // Four load cells show their biases alike, so that the mean over directions is that of each: with
+  // the same for all four, x each, S = x² tr(I (I + 1)⁻¹ I)/2 - log|I + 1|/2.
+  const DiagnosisModel model = with_effect(plain(), "load_cell_bias");
+  const Dense all = dense(linearise(model));
+  const double typical = find_effect("load_cell_bias")->typical(4)[0];
+  const Eigen::MatrixXd posterior =
+      (all.covariance().bottomRightCorner(4, 4) / (typical * typical)).inverse();  // I + 1
+  const Eigen::MatrixXd information = posterior - Eigen::MatrixXd::Identity(4, 4);
+  const CandidateScore score = scan(plain(), {find_effect("load_cell_bias")}, {.draws = 0}).front();
+  const double x = score.detectable;
+  const double nats = 0.5 * x * x * (information * posterior.ldlt().solve(information)).trace() -
+                      0.5 * log_determinant(posterior);
+  EXPECT_NEAR(nats, 3.0, 0.3);  // not quite alike
+}
+
+/// Three poses of one run, without effects, as readings would be without noise.
+DiagnosisModel three_poses() {
+  DiagnosisModel model = plain();
+  model.runs.resize(1);
+  DiagnosisRun& run = model.runs[0];
+  run.poses.resize(3);
+  run.rows.resize(3);
+  run.measurements.resize(3);
+  return model;
+}
+
+/// The same with readings that are off by noise alone, of the levels that the model has.
+DiagnosisModel with_noise(DiagnosisModel model, RandomNormal& random) {
+  DiagnosisRun& run = model.runs[0];
+  for (std::size_t i = 0; i < run.poses.size(); ++i) {
+    Measurement& m = run.measurements[i];
+    const PlatformState state = platform_state(model.robot, run.poses[i]);
+    m.length_m = state.length_m() + run.offsets.head(4);
+    m.swivel_rad = state.swivel_rad() + run.offsets.segment(4, 4);
+    m.roll_pitch_yaw_rad = euler_from_rotation(state.rotation, model.robot.euler_convention);
+    m.roll_pitch_yaw_rad[2] += run.offsets[8];
+    const auto add = [&](auto& values, double level) {
+      for (double& v : values) v += level * random();
+    };
+    const PoseSystem system = linearise(model).poses[i];
+    const auto level = [&](NoiseGroup group) {
+      for (std::size_t row = 0; row < system.channel.size(); ++row) {
+        if (system.channel[row] == group) return system.scale[static_cast<Eigen::Index>(row)];
+      }
+      return 0.0;
+    };
+    add(m.length_m, level(NoiseGroup::length));
+    add(m.swivel_rad, level(NoiseGroup::swivel));
+    auto roll_pitch = m.roll_pitch_yaw_rad.head<2>();
+    add(roll_pitch, level(NoiseGroup::roll_pitch));
+    m.roll_pitch_yaw_rad[2] += level(NoiseGroup::yaw) * random();
+    m.tension_N.setConstant(kNaN);  // no balance: its noise is not of four readings
+  }
+  return model;
+}
+
+TEST(Scan, OnNoiseAlonePValuesAreUniform) {
+  RandomNormal random(97);
+  const Candidates tried{find_effect("transmission_ratio"), find_effect("swivel_scale"),
+                         find_effect("ahrs_misalignment"), find_effect("platform_anchors")};
+  constexpr int kTrials = 250, kDraws = 39;
+  const DiagnosisModel exact = three_poses();
+  double sum = 0.0;
+  int below_tenth = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const std::vector<CandidateScore> scores =
+        scan(with_noise(exact, random), tried,
+             {.draws = kDraws, .seed = static_cast<std::uint64_t>(trial) + 1});
+    double least = 1.0;
+    for (const CandidateScore& score : scores) least = std::min(least, score.p_value);
+    EXPECT_EQ(least, scores.front().p_value);
+    sum += least;
+    below_tenth += least <= 0.1 ? 1 : 0;
+  }
+  // Four standard errors: the best of all candidates is as good as chance's best, no more, no less.
+  EXPECT_NEAR(sum / kTrials, 0.5 + 0.5 / (kDraws + 1), 4.0 * 0.29 / std::sqrt(kTrials));
+  EXPECT_NEAR(below_tenth, 0.1 * kTrials, 4.0 * std::sqrt(0.09 * kTrials));
+}
+
+TEST(Scan, OneDrawIsADraw) {
+  RandomNormal random(98);
+  int beaten = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const DiagnosisModel model = with_noise(three_poses(), random);
+    const double p = scan(model, candidates(), {.draws = 1, .seed = seed}).front().p_value;
+    EXPECT_TRUE(p == 0.5 || p == 1.0) << p;
+    beaten += p == 1.0 ? 1 : 0;
+  }
+  EXPECT_GT(beaten, 0);
+  EXPECT_LT(beaten, 20);
+}
+
 TEST(Scan, PValuesCountHowOftenChanceDoesAsWell) {
   const std::vector<CandidateScore> scores = scan(plain(), candidates(), {.draws = 99});
   EXPECT_DOUBLE_EQ(scores.front().p_value, 0.01);  // no draw is as good: one in a hundred at most
@@ -186,34 +279,45 @@ TEST(Scan, BeyondChanceIsTenNatsAboveMarkovsBound) {
   EXPECT_FALSE(beyond_chance(score, 20, 999));
 }
 
-TEST(Scan, ImitationIsTheShareOfTheSignatureThatARivalTakesUnderItsPrior) {
-  CandidateScore winner;
-  winner.effect = find_effect("load_cell_bias");
-  winner.values = Eigen::Vector4d(5.0, -3.0, 2.0, -6.0);
+/// Shares of a signature, against the dense problem; and of the same signature a thousandth as
+/// large.
+void expect_shares(const CandidateScore& winner) {
   const std::vector<double> shares = imitation(plain(), winner, candidates());
+  CandidateScore small = winner;
+  small.values *= 1e-3;
+  const std::vector<double> of_small = imitation(plain(), small, candidates());
   for (std::size_t k = 0; k < kNames.size(); ++k) {
     SCOPED_TRACE(kNames[k]);
-    const DiagnosisModel both = with_effect(with_effect(plain(), "load_cell_bias"), kNames[k]);
-    const DiagnosisSystem system = linearise(both);
-    const Dense all = dense(system);
-    const Eigen::Index own = both.effects.back().values.size();
-    const Eigen::Index others = all.jacobian.cols() - own - 4;
+    const DiagnosisModel both = with_effect(with_effect(plain(), winner.effect->name()), kNames[k]);
+    const Dense all = dense(linearise(both));
+    const Eigen::Index own = both.effects.back().values.size(), its = winner.values.size();
+    const Eigen::Index others = all.jacobian.cols() - own - its;
     const Eigen::MatrixXd rest = all.jacobian.leftCols(others);
     const Eigen::VectorXd unit = rest.colwise().norm().cwiseInverse();
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rest * unit.asDiagonal());
     const auto off = [&](const Eigen::MatrixXd& columns) -> Eigen::MatrixXd {
       return columns - rest * unit.asDiagonal() * qr.solve(columns);
     };
-    const Eigen::VectorXd signature = off(all.jacobian.middleCols(others, 4) * winner.values);
+    const Eigen::VectorXd signature = off(all.jacobian.middleCols(others, its) * winner.values);
     const Eigen::MatrixXd columns = off(all.jacobian.rightCols(own));
     Eigen::MatrixXd posterior = columns.transpose() * columns;
     posterior.diagonal() += all.precision.tail(own);
     const Eigen::VectorXd taken = columns * posterior.ldlt().solve(columns.transpose() * signature);
     EXPECT_NEAR(shares[k], 1.0 - (signature - taken).squaredNorm() / signature.squaredNorm(), 1e-6);
+    EXPECT_NEAR(of_small[k], shares[k], 1e-9);
   }
-  EXPECT_GT(shares[0], 0.99);
-  winner.values.setZero();  // nothing to imitate
-  EXPECT_EQ(imitation(plain(), winner, candidates()), std::vector<double>(kNames.size(), 0.0));
+}
+
+TEST(Scan, ImitationIsTheShareOfTheSignatureThatARivalTakesUnderItsPrior) {
+  CandidateScore bias, bending;
+  bias.effect = find_effect("load_cell_bias");
+  bias.values = Eigen::Vector4d(5.0, -3.0, 2.0, -6.0);
+  bending.effect = find_effect("bending_hysteresis");  // values of two units
+  bending.values = Eigen::Vector2d(2.0, 0.02);
+  for (const CandidateScore& winner : {bias, bending}) expect_shares(winner);
+  EXPECT_GT(imitation(plain(), bias, candidates())[0], 0.99);
+  bias.values.setZero();  // nothing to imitate
+  EXPECT_EQ(imitation(plain(), bias, candidates()), std::vector<double>(kNames.size(), 0.0));
 }
 
 TEST(Evidence, OfARefitIsTheGainLessOccamsFactor) {

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "cdprcal/diagnosis/baseline.hpp"
+#include "dense.hpp"
 #include "run.hpp"
 
 namespace cdprcal {
@@ -344,6 +345,8 @@ TEST_F(Motion, SwivelHysteresisIsNamedFromAWholeRun) {
   EXPECT_EQ(d.effects[0].effect->name(), "swivel_hysteresis");
   EXPECT_NEAR(d.effects[0].values[0], 0.015,
               std::max(3.0 * d.effects[0].standard_deviation[0], 0.05 * 0.015));
+  const double deviation = test::deviation_with_directions(d.model)[0];
+  EXPECT_NEAR(d.effects[0].standard_deviation[0], deviation, 1e-3 * deviation);
 }
 
 }  // namespace
