@@ -154,6 +154,10 @@ TEST_F(Motion, ReadingsThatLackAreDoneWithoutAndTooFewFollowNothing) {
     const auto row = static_cast<std::size_t>(moving.runs[0].rows[i].begin);
     EXPECT_LT(minus(moving.runs[0].poses[i], truth().poses[row]).norm(), 1e-3) << row;
   }
+  // From a pose that cannot be evaluated nothing is followed either.
+  DiagnosisModel nowhere = exact();
+  nowhere.runs[0].poses[0].position_m.setConstant(kNaN);
+  EXPECT_EQ(with_motion(nowhere, {truth().log}).pose_count(), exact().pose_count());
   // Four lengths and no angle at all leave two directions open.
   log.swivel_rad.setConstant(kNaN);
   log.roll_pitch_yaw_rad.setConstant(kNaN);

@@ -7,6 +7,7 @@
 
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/equilibria/direct.hpp"
+#include "cdprcal/equilibria/inverse.hpp"
 #include "cdprcal/workspace/grid.hpp"
 #include "dense.hpp"
 #include "run.hpp"
@@ -145,10 +146,16 @@ TEST(SeparatingPoses, AreLookedForAllOverTheMiddleOfTheWorkspace) {
   const DiagnosisModel lever = model_with("centre_of_mass", EffectValues::Constant(3, 0.01));
   const Box box = workspace_box(stretch.robot);
   const Vector3 middle = 0.5 * (box.lower_m + box.upper_m), size = box.upper_m - box.lower_m;
-  std::array<std::set<int>, 3> at;  // steps of the grid along each axis, from its lower rim
+  InverseOptions options;
+  options.stability = StabilityNotion::constant_tensions;
+  const InverseSolver solver(stretch.robot, options);
+  int in_the_middle = 0, elsewhere = 0;  // of the tensions that are feasible there
+  std::array<std::set<int>, 3> at;       // steps of the grid along each axis, from its lower rim
   const std::array<int, 3> most{3, 3, 2};
   const auto note = [&](const DiagnosisModel& model, const char* rival) {
     for (const SeparatingPose& pose : separating_poses(model, 0, find_effect(rival), 12).poses) {
+      const CableVector tension_N = solver.solve(pose.position_m).tension_N;
+      ((tension_N - pose.tension_N).norm() < 0.01 ? in_the_middle : elsewhere) += 1;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto i = static_cast<Eigen::Index>(axis);
         const double share = (pose.position_m[i] - middle[i]) / (0.7 * size[i]) + 0.5;
@@ -162,6 +169,8 @@ TEST(SeparatingPoses, AreLookedForAllOverTheMiddleOfTheWorkspace) {
   note(stretch, "pulley_friction");
   note(lever, "swivel_scale");
   note(lever, "platform_anchors");
+  EXPECT_GT(in_the_middle, 0);
+  EXPECT_GT(elsewhere, 0);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     EXPECT_EQ(*at[axis].begin(), 0) << axis;
     // The highest layer has no equilibria within the limits of this robot's tensions.
