@@ -28,7 +28,7 @@ struct PoseEvaluation {
   /// Left-inverse statics: what the load cells would read. Wrench statics: τ*, the tensions at the
   /// platform as the effects make them of the readings.
   CableVector tension_N;
-  Vector6 wrench;         ///< Ξᵀτ* − f, wrench statics only
+  Vector6 wrench;  ///< Ξᵀτ* − f, wrench statics only
   CableJacobian length_by_twist;
   CableJacobian swivel_by_twist;
   Eigen::Matrix<double, 3, 6, Eigen::RowMajor> attitude_by_twist;

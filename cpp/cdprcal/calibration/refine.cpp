@@ -7,6 +7,7 @@
 
 #include "cdprcal/calibration/assembly.hpp"
 #include "cdprcal/calibration/noise_estimate.hpp"
+#include "cdprcal/effects/applied.hpp"
 
 namespace cdprcal {
 namespace {
@@ -152,10 +153,11 @@ std::vector<GatedReading> gate_slack(CalibrationProblem& problem, double tension
                                        std::max(taut_N, robot.tension_min_N));
     const double level_N = std::max(taut_N, doubtful_N);
     bool any = false;
-    for (Eigen::Index c = 0; c < m.tension_N.size(); ++c) {
-      if (!(m.tension_N[c] < level_N)) continue;
+    const CableVector tension_N = true_tension_N(robot, problem.effects, m);
+    for (Eigen::Index c = 0; c < tension_N.size(); ++c) {
+      if (!(tension_N[c] < level_N)) continue;
       gated.push_back({GatedReading::Reason::slack, m.time_s, Channel::balance, static_cast<int>(c),
-                       m.tension_N[c]});
+                       tension_N[c]});
       m.length_m[c] = m.swivel_rad[c] = kNaN;
       any = true;
     }

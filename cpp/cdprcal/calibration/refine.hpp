@@ -35,7 +35,7 @@ struct Refinement {
 /// Takes cables that hang slack out of a problem before any fit: below half of the least tension
 /// that the robot allows (a hundredth of its weight where it allows any), or within three times the
 /// noise of a tension reading around zero, that cable's length and swivel and the pose's balance
-/// say nothing.
+/// say nothing. What the problem knows of its load cells is counted in.
 std::vector<GatedReading> gate_slack(CalibrationProblem& problem, double tension_noise_N);
 
 /// Estimates the noise from the residuals of a converged fit, solves again, gates outliers, and

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "cdprcal/diagnosis/events.hpp"
+#include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
 
 namespace cdprcal {
@@ -12,9 +13,10 @@ namespace {
 constexpr double kSlackShare = 0.1;
 
 /// The balance needs every cable: without it where one hangs slack.
-void gate_slack(const Robot& robot, Measurement& m) {
-  for (double& tension_N : m.tension_N) {
-    if (tension_N < kSlackShare * robot.tension_min_N) tension_N = kNaN;
+void gate_slack(const Robot& robot, const ActiveEffects& known, Measurement& m) {
+  const CableVector tension_N = true_tension_N(robot, known, m);
+  for (Eigen::Index c = 0; c < tension_N.size(); ++c) {
+    if (tension_N[c] < kSlackShare * robot.tension_min_N) m.tension_N[c] = kNaN;
   }
 }
 
@@ -52,7 +54,7 @@ DiagnosisRun run_from(const Robot& robot, const Log& log, std::array<double, kCh
   run.poses = calibration.result.poses;
   run.rows = rows_of(log, calibration);
   run.known = calibration.problem.effects;
-  for (Measurement& m : run.measurements) gate_slack(robot, m);
+  for (Measurement& m : run.measurements) gate_slack(robot, run.known, m);
   run.offsets = offsets_at(with_effects(robot, run.known), run.poses[0], run.measurements[0]);
   return run;
 }

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "cdprcal/acquisition/equilibrium_detection.hpp"
+#include "cdprcal/effects/applied.hpp"
 #include "cdprcal/statistics.hpp"
 
 namespace cdprcal {
@@ -294,7 +295,7 @@ std::vector<LogEvent> gate_events(const Robot& robot, Log& log) {
                   true, out);
   }
   name_short_slack(before, run, out);
-  find_slack(robot, log, run, out);
+  find_slack(robot, with_known_effects(robot, log).log, run, out);
   find_oscillations(robot, log, run, out);
   std::stable_sort(out.begin(), out.end(),
                    [](const LogEvent& a, const LogEvent& b) { return a.begin_s < b.begin_s; });

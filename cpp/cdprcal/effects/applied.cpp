@@ -93,26 +93,30 @@ std::optional<Log> correct_readings(const Robot& robot, const Log& log) {
   return corrected;
 }
 
+CableVector true_tension_N(const Robot& robot, const ActiveEffects& effects, const Measurement& m) {
+  PlatformState nowhere;  // load cells do not ask where the platform is
+  nowhere.cable_count = robot.cable_count();
+  const Pose origin;
+  CableVector tension_N = m.tension_N;
+  for (const ActiveEffect& active : effects) {
+    if (active.effect->name().rfind("load_cell_", 0) != 0) continue;
+    active.effect->correct_tension({robot, nowhere, origin, m}, active.values, tension_N);
+  }
+  return tension_N;
+}
+
 KnownState with_known_effects(const Robot& robot, const Log& log) {
   const ActiveEffects effects = resolve_effects(robot, log.source);
   KnownState out{with_effects(robot, effects), correct_readings(robot, log).value_or(log)};
   out.robot.effects.clear();
   const SampleRange run = segments(log).empty() ? SampleRange{} : segments(log).back();
   const double start_s = run.size() > 0 ? log.time_s[run.begin] : 0.0;
-  PlatformState nowhere;  // load cells do not ask where the platform is
-  nowhere.cable_count = robot.cable_count();
-  const Pose origin;
   for (Eigen::Index row = 0; row < out.log.tension_N.rows(); ++row) {
     if (out.log.tension_N.cols() != robot.cable_count()) break;
     Measurement m;
     m.tension_N = out.log.tension_N.row(row).transpose();
     m.run_time_s = log.time_s[row] - start_s;
-    CableVector tension_N = m.tension_N;
-    for (const ActiveEffect& active : effects) {
-      if (active.effect->name().rfind("load_cell_", 0) != 0) continue;
-      active.effect->correct_tension({robot, nowhere, origin, m}, active.values, tension_N);
-    }
-    out.log.tension_N.row(row) = tension_N.transpose();
+    out.log.tension_N.row(row) = true_tension_N(robot, effects, m).transpose();
   }
   return out;
 }

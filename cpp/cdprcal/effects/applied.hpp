@@ -20,9 +20,13 @@ ActiveEffects resolve_effects(const Robot& robot, const std::string& log_source)
 /// there are none. Throws InputError when the log has another number of cables than the robot.
 std::optional<Log> correct_readings(const Robot& robot, const Log& log);
 
+/// The tensions of a measurement without what its load cells add, of known effects: what the cables
+/// carry, as far as it can be said without a model.
+CableVector true_tension_N(const Robot& robot, const ActiveEffects& effects, const Measurement& m);
+
 /// Robot and log with all that the robot lists for that log taken into account, for whoever looks
-/// at readings without a model: correct_readings, geometry and inertia as they are, and the
-/// tensions without what its load cells add (load_cell_bias, load_cell_gain, load_cell_drift).
+/// at readings without a model: correct_readings, geometry and inertia as they are, and
+/// true_tension_N (load_cell_bias, load_cell_gain, load_cell_drift).
 struct KnownState {
   Robot robot;  ///< lists nothing any more
   Log log;

@@ -7,6 +7,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "cdprcal/effects/catalogue.hpp"
 #include "scenario.hpp"
 
 namespace cdprcal::test {
@@ -213,6 +214,20 @@ TEST(GateSlack, DoubtsWhatItsNoiseCouldMakeOfNothingButNeverWhatIsAllowed) {
   free.problem.measurements[1].tension_N[0] = 0.0099 * free.problem.robot.weight_N();
   free.problem.measurements[2].tension_N[0] = 0.0101 * free.problem.robot.weight_N();
   EXPECT_EQ(gate_slack(free.problem, 0.0).size(), 1U);
+}
+
+TEST(GateSlack, AsksWhatTheCablesCarryNotWhatKnownBiasesMakeOfIt) {
+  Scenario s = scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
+  auto& m = s.problem.measurements;
+  s.problem.effects = {{find_effect("load_cell_bias"), Eigen::Vector4d(-80.0, 0.0, 0.0, 30.0)}};
+  for (Measurement& reading : m) reading.tension_N += Eigen::Vector4d(-80.0, 0.0, 0.0, 30.0);
+  m[1].tension_N[0] = 21.0 - 80.0;
+  EXPECT_TRUE(gate_slack(s.problem, 0.1).empty());
+  m[2].tension_N[3] = 5.0 + 30.0;
+  const auto gated = gate_slack(s.problem, 0.1);
+  ASSERT_EQ(gated.size(), 1U);
+  EXPECT_EQ(gated[0].component, 3);
+  EXPECT_DOUBLE_EQ(gated[0].size, 5.0);
 }
 
 }  // namespace

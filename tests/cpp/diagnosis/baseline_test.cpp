@@ -147,6 +147,26 @@ TEST_F(Baseline, KnownEffectsAreHeldAtTheirValues) {
   EXPECT_NEAR(model.noise[4], clean.noise[4], 1e-3 * clean.noise[4]);
 }
 
+TEST_F(Baseline, ALoadCellKnownToReadTooLittleIsNoSlackCable) {
+  Robot known = robot;
+  known.effects.push_back({"load_cell_bias", "", {{"bias_N", {-200, 0, 0, 60}}}});
+  const DiagnosisModel clean = baseline_of(robot, {log});
+  log.tension_N.rowwise() += Eigen::RowVector4d(-200, 0, 0, 60);
+  ASSERT_LT(log.tension_N.col(0).minCoeff(), 0.0);
+  std::vector<Log> logs{log};
+  std::vector<std::string> left_out;
+  const DiagnosisModel model = baseline_model(known, logs, left_out);
+  EXPECT_TRUE(left_out.empty()) << left_out.front();
+  for (const Measurement& m : model.runs[0].measurements) EXPECT_TRUE(m.in_balance());
+  EXPECT_NEAR(model.noise[4], clean.noise[4], 1e-3 * clean.noise[4]);
+  // One that reads too much hides a slack cable no more.
+  const SampleRange rest = model.runs[0].rows[3];
+  logs[0].tension_N.col(3).segment(rest.begin, rest.size()).setConstant(60.5);
+  baseline_model(known, logs, left_out);
+  ASSERT_EQ(left_out.size(), 1U);
+  EXPECT_NE(left_out[0].find("cable 4 (down to 0.5 N)"), std::string::npos) << left_out[0];
+}
+
 TEST_F(Baseline, ALogWithoutLoadCellsHasNoBalance) {
   log.tension_N.resize(log.sample_count(), 0);
   log.tension_setpoint_N.resize(log.sample_count(), 0);
