@@ -203,6 +203,28 @@ TEST_F(Motion, WhatWasReadAtRestIsNotCountedAgain) {
   }
 }
 
+TEST_F(Motion, WithoutALimitItIsEverySampleBetweenTheRests) {
+  const DiagnosisModel moving =
+      with_motion(plain(), {read()}, {.most_samples = 100000, .least_spacing_s = 0.0});
+  const DiagnosisRun& run = moving.runs[0];
+  const std::size_t rests = plain().runs[0].rows.size();
+  std::vector<Eigen::Index> expected, taken;
+  for (Eigen::Index row = 0; row < read().sample_count(); ++row) {
+    if (std::none_of(run.rows.begin(), run.rows.begin() + static_cast<std::ptrdiff_t>(rests),
+                     [&](const SampleRange& r) { return row >= r.begin && row < r.end; })) {
+      expected.push_back(row);
+    }
+  }
+  for (std::size_t i = rests; i < run.rows.size(); ++i) taken.push_back(run.rows[i].begin);
+  EXPECT_EQ(taken, expected);
+}
+
+TEST_F(Motion, TheClockMayBeginAnywhere) {
+  Log late = read();
+  late.time_s.array() += 1e4;
+  EXPECT_EQ(with_motion(plain(), {late}).pose_count(), with_motion(plain(), {read()}).pose_count());
+}
+
 TEST_F(Motion, RunsTooShortOrTooSlowlyReadAddNothing) {
   EXPECT_EQ(with_motion(plain(), {thinned(read(), 4)}).pose_count(), plain().pose_count());
   EXPECT_GT(with_motion(plain(), {thinned(read(), 3)}).pose_count(), plain().pose_count());
@@ -240,6 +262,10 @@ TEST_F(Motion, NoiseIsUncorrelatedAndASlowErrorIsNot) {
   const DiagnosisModel white = with_motion(plain(), {read()});
   EXPECT_NEAR(motion_correlation(white), correlation_of(white), 1e-9);
   EXPECT_LT(std::abs(motion_correlation(white)), 0.15);
+  DiagnosisModel brief = white;  // rests of one sample are no motion, nor is a mean in motion one
+  for (std::size_t i = 0; i < 4; ++i) brief.runs[0].measurements[i].samples = 1;
+  brief.runs[0].measurements.back().samples = 2;
+  EXPECT_NEAR(motion_correlation(brief), correlation_of(brief), 1e-9);
   Log wavy = read();
   for (Eigen::Index i = 0; i < wavy.sample_count(); ++i) {
     wavy.length_m(i, 1) += 0.05 * std::sin(0.5 * wavy.time_s[i]);
