@@ -78,7 +78,7 @@ bool platform_jerks(const Log& log, const SampleRange& run, Eigen::Index row,
 }
 
 /// Outliers of tension that are cables gone slack between two samples, by name. `before`: the log
-/// before outliers were taken out of it.
+/// before outliers were taken out of it, without what its load cells are known to add.
 void name_short_slack(const Log& before, const SampleRange& run, std::vector<LogEvent>& events) {
   constexpr double kZero = 4.0;  ///< σ of noise within which a reading is zero
   for (LogEvent& event : events) {
@@ -276,7 +276,7 @@ std::string describe(const LogEvent& event) {
 std::vector<LogEvent> gate_events(const Robot& robot, Log& log) {
   std::vector<LogEvent> out;
   const SampleRange run = segments(log).back();
-  const Log before = log;
+  const Log before = with_known_effects(robot, log).log;
   for (Eigen::Index c = 0; c < log.length_m.cols(); ++c) {
     gate_outliers(log, run, log.length_m, c, robot.sigma.length_m, "length", static_cast<int>(c),
                   false, out);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numbers>
 
 #include "dense.hpp"
 #include "run.hpp"
@@ -40,6 +41,67 @@ TEST_F(Events, OneReadingAtZeroIsSlackWhenThePlatformJerks) {
   EXPECT_NEAR(slack[0].begin_s, log.time_s[kRow], 1e-9);
   EXPECT_NE(describe(slack[0]).find("slack at 6.00 s"), std::string::npos) << describe(slack[0]);
   EXPECT_TRUE(std::isnan(log.tension_N(kRow, 2)));
+}
+
+TEST_F(Events, ZeroIsWhatALoadCellKnownToReadTooMuchReadsOfASlackCable) {
+  Robot known = robot;
+  known.effects.push_back({"load_cell_bias", "", {{"bias_N", {0, 0, 60, 0}}}});
+  log.tension_N.col(2).array() += 60.0;
+  EXPECT_TRUE(gate_events(known, log).empty());
+  log.tension_N(kRow, 2) = 60.7;
+  log.roll_pitch_yaw_rad(kRow, 0) += 0.08;
+  log.roll_pitch_yaw_rad(kRow + 1, 0) -= 0.08;
+  const auto slack = named(gate_events(known, log), "slack");
+  ASSERT_EQ(slack.size(), 1U);
+  EXPECT_NEAR(slack[0].size, 0.7, 1e-12);
+}
+
+TEST_F(Events, AJerkShowsInAnyOtherReading) {
+  struct Jerk {
+    LogMatrix Log::* group;
+    int columns;
+    double size;
+  };
+  const SensorSigma& s = robot.sigma;
+  for (const Jerk& jerk :
+       {Jerk{&Log::length_m, 4, 10.0 * s.length_m}, Jerk{&Log::swivel_rad, 4, 10.0 * s.swivel_rad},
+        Jerk{&Log::roll_pitch_yaw_rad, 3, 10.0 * s.attitude_rad},
+        Jerk{&Log::tension_N, 4, 10.0 * s.tension_N}}) {
+    for (int c = 0; c < jerk.columns; ++c) {
+      SCOPED_TRACE(std::to_string(jerk.columns) + " columns, " + std::to_string(c));
+      Log one = log;
+      const bool own = jerk.group == &Log::tension_N && c == 2;
+      one.tension_N(kRow, 2) = 0.5;
+      if (!own) {
+        (one.*jerk.group)(kRow, c) += jerk.size;
+        (one.*jerk.group)(kRow + 1, c) -= jerk.size;
+      }
+      EXPECT_EQ(named(gate_events(robot, one), "slack").size(), own ? 0U : 1U);
+    }
+  }
+  // An angle that is written a whole turn further from there on has not moved.
+  for (LogMatrix Log::* angles : {&Log::swivel_rad, &Log::roll_pitch_yaw_rad}) {
+    Log one = log;
+    one.tension_N(kRow, 2) = 0.5;
+    (one.*angles).col(1).tail(log.sample_count() - kRow).array() += 2.0 * std::numbers::pi;
+    EXPECT_TRUE(named(gate_events(robot, one), "slack").empty());
+  }
+}
+
+TEST_F(Events, AReadingIsJudgedByTheScatterOnBothSides) {
+  // A sensor that dips now and again: one more departure of that size, to the other side, is
+  // nothing out of the ordinary, whether the dips come before it or after it.
+  for (const bool before : {true, false}) {
+    Log dips = log;
+    for (const Eigen::Index k : {4, 8}) dips.length_m(before ? 20 - k : 20 + k, 1) -= 0.1;
+    dips.length_m(20, 1) += 0.1;
+    for (const LogEvent& event : gate_events(robot, dips)) {
+      EXPECT_NE(event.begin_s, log.time_s[20]) << before << " " << describe(event);
+    }
+    Log alone = log;
+    alone.length_m(20, 1) += 0.1;
+    EXPECT_EQ(named(gate_events(robot, alone), "outlier").size(), 1U);
+  }
 }
 
 TEST_F(Events, ADropOutOfOneReadingIsAnOutlier) {
