@@ -82,10 +82,9 @@ class PValues {
     if (beyond_chance(score, candidates_.size(), options_.draws)) {
       return 1.0 / (1.0 + options_.draws);
     }
-    // The score of the best of many steps bears their number already.
+    // The score of the best of many steps bears their number already. Markov: see beyond_chance.
     if (as_slip(*score.effect)) {
-      return std::clamp(std::exp(-score.log_evidence) * static_cast<double>(candidates_.size()),
-                        1.0 / (1.0 + options_.draws), 1.0);
+      return std::min(1.0, std::exp(-score.log_evidence) * static_cast<double>(candidates_.size()));
     }
     if (drawn_.empty()) drawn_ = scan(model_, candidates_, options_);
     for (const CandidateScore& s : drawn_) {

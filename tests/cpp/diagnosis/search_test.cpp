@@ -346,6 +346,36 @@ TEST(Search, RivalsAreNoneForWhatNothingImitates) {
   }
 }
 
+TEST(Search, ASlipBearsTheNumberOfMovesAndCablesThatItIsTheLikeliestOf) {
+  const Robot robot = load_robot("irma4");
+  const Log clean = test::startup_log(robot, 0.2, 79, 0);
+  const Candidates all = effect_catalogue();
+  const auto at_rest = static_cast<double>(std::count_if(
+      all.begin(), all.end(), [](const auto& effect) { return !effect->needs_motion(); }));
+  int refused = 0, checked = 0;
+  for (double size_m = 0.0005; size_m < 0.02; size_m *= 1.12) {
+    Log log = clean;
+    log.length_m.col(1).tail(log.sample_count() - 8 * 40 + 20).array() -= size_m;
+    Progress p(baseline_of(log));
+    const Candidates slips = slip_candidates(p.model);
+    const double score = scan(p.model, slips, {.draws = 0}).front().log_evidence -
+                         std::log(static_cast<double>(slips.size()));
+    const double by_chance = std::exp(-score) * at_rest;
+    ASSERT_TRUE(p.search().forward());
+    if (names(p.model).empty()) {
+      refused += score > 0.0 ? 1 : 0;
+      continue;
+    }
+    ASSERT_EQ(names(p.model), Names{"cable_slip"}) << size_m;
+    EXPECT_LT(by_chance, 0.8 * p.options.family_wise_p);
+    if (by_chance < std::exp(-10.0) / (1.0 + p.options.scan.draws)) break;  // far above chance
+    EXPECT_NEAR(p.out.effects[0].p_value, by_chance, 1e-6 * by_chance);
+    ++checked;
+  }
+  EXPECT_GT(refused, 0);  // more likely than nothing, but one of so many
+  EXPECT_GT(checked, 0);
+}
+
 TEST(Search, ASlipIsNamedWithItsCableAndTime) {
   const Robot robot = load_robot("irma4");
   Log log = test::startup_log(robot, 0.1, 77, 0);
