@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "cdprcal/acquisition/equilibrium_detection.hpp"
 #include "dense.hpp"
 #include "run.hpp"
 
@@ -19,6 +20,31 @@ std::vector<LogEvent> named(const std::vector<LogEvent>& events, const std::stri
     if (event.name == name) out.push_back(event);
   }
   return out;
+}
+
+/// The first dwell, 4 s at 10 Hz, made 20 s long.
+Log with_long_rest(const Log& log, const SensorSigma& sigma) {
+  constexpr Eigen::Index kMore = 160;
+  Log longer = log;
+  const Eigen::Index rows = log.sample_count() + kMore;
+  longer.time_s = Eigen::VectorXd::LinSpaced(rows, 0.0, 0.1 * static_cast<double>(rows - 1));
+  RandomNormal random(7);
+  const auto stretch = [&](const LogMatrix& from, LogMatrix& to, double noise) {
+    to.resize(rows, from.cols());
+    for (Eigen::Index i = 0; i < kMore; ++i) {
+      for (Eigen::Index c = 0; c < from.cols(); ++c) {
+        to(i, c) = from.col(c).head(40).mean() + noise * random();
+      }
+    }
+    to.bottomRows(from.rows()) = from;
+  };
+  stretch(log.length_m, longer.length_m, 0.2 * sigma.length_m);
+  stretch(log.swivel_rad, longer.swivel_rad, 0.2 * sigma.swivel_rad);
+  stretch(log.tension_N, longer.tension_N, 0.2 * sigma.tension_N);
+  stretch(log.roll_pitch_yaw_rad, longer.roll_pitch_yaw_rad, 0.2 * sigma.attitude_rad);
+  stretch(log.tension_setpoint_N, longer.tension_setpoint_N, 0.0);
+  longer.tension_setpoint_N.topRows(kMore).rowwise() = longer.tension_setpoint_N.row(kMore);
+  return longer;
 }
 
 class Events : public ::testing::Test {
@@ -113,27 +139,7 @@ TEST_F(Events, ADropOutOfOneReadingIsAnOutlier) {
 }
 
 TEST_F(Events, ASwingBetweenTwoRestsOfOneSetPointIsAnOscillation) {
-  // The first dwell, 4 s at 10 Hz, made 20 s long with 4 s of swing in its middle.
-  constexpr Eigen::Index kMore = 160;
-  Log longer = log;
-  const Eigen::Index rows = log.sample_count() + kMore;
-  longer.time_s = Eigen::VectorXd::LinSpaced(rows, 0.0, 0.1 * static_cast<double>(rows - 1));
-  RandomNormal random(7);
-  const auto stretch = [&](const LogMatrix& from, LogMatrix& to, double noise) {
-    to.resize(rows, from.cols());
-    for (Eigen::Index i = 0; i < kMore; ++i) {
-      for (Eigen::Index c = 0; c < from.cols(); ++c) {
-        to(i, c) = from.col(c).head(40).mean() + noise * random();
-      }
-    }
-    to.bottomRows(from.rows()) = from;
-  };
-  stretch(log.length_m, longer.length_m, 0.2 * robot.sigma.length_m);
-  stretch(log.swivel_rad, longer.swivel_rad, 0.2 * robot.sigma.swivel_rad);
-  stretch(log.tension_N, longer.tension_N, 0.2 * robot.sigma.tension_N);
-  stretch(log.roll_pitch_yaw_rad, longer.roll_pitch_yaw_rad, 0.2 * robot.sigma.attitude_rad);
-  stretch(log.tension_setpoint_N, longer.tension_setpoint_N, 0.0);
-  longer.tension_setpoint_N.topRows(kMore).rowwise() = longer.tension_setpoint_N.row(kMore);
+  Log longer = with_long_rest(log, robot.sigma);  // with 4 s of swing in its middle
   for (Eigen::Index i = 60; i < 100; ++i) {
     longer.length_m.row(i).array() += 0.03 * std::sin(0.4 * static_cast<double>(i - 60));
   }
@@ -141,6 +147,49 @@ TEST_F(Events, ASwingBetweenTwoRestsOfOneSetPointIsAnOscillation) {
   ASSERT_FALSE(swings.empty());
   EXPECT_NEAR(swings[0].begin_s, 6.0, 1.1);
   EXPECT_NEAR(swings[0].end_s, 10.0, 1.1);
+  // Another set-point in between: the platform was moved.
+  for (Eigen::Index i = 70; i < 90; ++i) longer.tension_setpoint_N(i, 0) += 1.0;
+  EXPECT_TRUE(named(gate_events(robot, longer), "oscillation").empty());
+}
+
+TEST_F(Events, ASwingTooShortToEndARestIsSeenInItsScatter) {
+  struct Swing {
+    LogMatrix Log::* group;
+    int column;
+    double sigma;
+  };
+  const SensorSigma& s = robot.sigma;
+  const Log calm = with_long_rest(log, s);
+  Log same = calm;
+  EXPECT_TRUE(gate_events(robot, same).empty());
+  for (const Swing& swing :
+       {Swing{&Log::length_m, 0, s.length_m}, Swing{&Log::length_m, 3, s.length_m},
+        Swing{&Log::swivel_rad, 1, s.swivel_rad},
+        Swing{&Log::roll_pitch_yaw_rad, 2, s.attitude_rad}}) {
+    Log longer = calm;
+    // For 2 s; the quiet spells on both sides are at the same place, which makes them one rest.
+    for (Eigen::Index i = 60; i < 80; ++i) {
+      (longer.*swing.group)(i, swing.column) +=
+          2.0 * swing.sigma * std::sin(0.6 * static_cast<double>(i - 60));
+    }
+    const std::vector<Equilibrium> rests = detect_equilibria(longer, {0, longer.sample_count()}, s);
+    ASSERT_LT(rests.front().begin_s, 5.0);
+    ASSERT_GT(rests.front().end_s, 11.0);
+    const auto swings = named(gate_events(robot, longer), "oscillation");
+    ASSERT_EQ(swings.size(), 1U) << swing.column;
+    EXPECT_NEAR(swings[0].begin_s, 6.0, 1.1);  // windows of a second that hold some of it
+    EXPECT_LE(swings[0].begin_s, 6.0);
+    EXPECT_NEAR(swings[0].end_s, 8.0, 1.1);
+    EXPECT_GE(swings[0].end_s, 7.8);
+    // The same written a whole turn further from the middle of it on is the same.
+    if (swing.group == &Log::length_m) continue;
+    (longer.*swing.group).col(swing.column).tail(longer.sample_count() - 70).array() +=
+        2.0 * std::numbers::pi;
+    const auto turned = named(gate_events(robot, longer), "oscillation");
+    ASSERT_EQ(turned.size(), 1U);
+    EXPECT_EQ(turned[0].begin_s, swings[0].begin_s);
+    EXPECT_EQ(turned[0].end_s, swings[0].end_s);
+  }
 }
 
 /// One reading of a channel and where it stands in the log.

@@ -345,6 +345,9 @@ TEST_F(Motion, ThePlayOfTheSwivelsFollowsTheModelNotTheirReadings) {
   EXPECT_LT(std::abs(refined.effects[0].values[0] - kHalf_rad),
             std::abs(model.effects[0].values[0] - kHalf_rad));
   EXPECT_LT(refined.noise[1], model.noise[1]);
+  DiagnosisModel again = refined;  // there is nothing left to refine
+  refine_swivel_play(again, {log});
+  EXPECT_NEAR(again.effects[0].values[0], refined.effects[0].values[0], 0.01 * kHalf_rad);
   for (const Measurement& m : refined.runs[0].measurements) {
     EXPECT_EQ(m.swivel_direction_error, CableVector::Zero(4));
   }
