@@ -79,7 +79,7 @@ LogColumn parse_column(std::string_view name, const std::string& place) {
     return {g.group, cable - 1};
   }
   const std::string hint =
-      name.find(';') != std::string_view::npos
+      name.find_first_of(";\t") != std::string_view::npos
           ? "columns must be separated by commas"
           : "known are time_s, length_1_m, swivel_1_rad, tension_1_N, "
             "tension_setpoint_1_N, direct_length_1_m (…one a cable), roll_rad, pitch_rad, "

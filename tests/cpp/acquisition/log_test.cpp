@@ -114,6 +114,9 @@ TEST(Log, ColumnErrorsNameTheLineAndTheColumn) {
   expect_refused("time_s;length_1_m\n0;1\n",
                  "run.csv:1: column 'time_s;length_1_m': unknown; "
                  "columns must be separated by commas");
+  expect_refused("time_s\tlength_1_m\n0\t1\n",
+                 "run.csv:1: column 'time_s length_1_m': unknown; "
+                 "columns must be separated by commas");
   expect_refused("time_s,\n", "run.csv:1: column '': unknown");
   expect_refused("time_s,a\x1b[31m\n", "run.csv:1: column 'a [31m': unknown");
 }

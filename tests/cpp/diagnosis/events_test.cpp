@@ -147,6 +147,7 @@ TEST_F(Events, ASwingBetweenTwoRestsOfOneSetPointIsAnOscillation) {
   ASSERT_FALSE(swings.empty());
   EXPECT_NEAR(swings[0].begin_s, 6.0, 1.1);
   EXPECT_NEAR(swings[0].end_s, 10.0, 1.1);
+  EXPECT_EQ(swings[0].cable, -1);
   // Another set-point in between: the platform was moved.
   for (Eigen::Index i = 70; i < 90; ++i) longer.tension_setpoint_N(i, 0) += 1.0;
   EXPECT_TRUE(named(gate_events(robot, longer), "oscillation").empty());
@@ -161,6 +162,7 @@ TEST_F(Events, ASwingTooShortToEndARestIsSeenInItsScatter) {
   const SensorSigma& s = robot.sigma;
   const Log calm = with_long_rest(log, s);
   Log same = calm;
+  same.length_m(70, 0) += s.length_m;  // five times its noise, once, is none
   EXPECT_TRUE(gate_events(robot, same).empty());
   for (const Swing& swing :
        {Swing{&Log::length_m, 0, s.length_m}, Swing{&Log::length_m, 3, s.length_m},
@@ -179,6 +181,7 @@ TEST_F(Events, ASwingTooShortToEndARestIsSeenInItsScatter) {
     ASSERT_EQ(swings.size(), 1U) << swing.column;
     EXPECT_NEAR(swings[0].begin_s, 6.0, 1.1);  // windows of a second that hold some of it
     EXPECT_LE(swings[0].begin_s, 6.0);
+    EXPECT_EQ(swings[0].cable, -1);
     EXPECT_NEAR(swings[0].end_s, 8.0, 1.1);
     EXPECT_GE(swings[0].end_s, 7.8);
     // The same written a whole turn further from the middle of it on is the same.
