@@ -358,8 +358,10 @@ TEST(Search, ASlipBearsTheNumberOfMovesAndCablesThatItIsTheLikeliestOf) {
     log.length_m.col(1).tail(log.sample_count() - 8 * 40 + 20).array() -= size_m;
     Progress p(baseline_of(log));
     const Candidates slips = slip_candidates(p.model);
-    const double score = scan(p.model, slips, {.draws = 0}).front().log_evidence -
-                         std::log(static_cast<double>(slips.size()));
+    const CandidateScore likeliest = scan(p.model, slips, {.draws = 0}).front();
+    const double choice = std::log(static_cast<double>(slips.size()));
+    const double score = likeliest.log_evidence - choice;
+    const double after_refit = EvidenceAgainst(p.model).refit(likeliest).log_evidence - choice;
     const double by_chance = std::exp(-score) * at_rest;
     ASSERT_TRUE(p.search().forward());
     if (names(p.model).empty()) {
@@ -368,12 +370,48 @@ TEST(Search, ASlipBearsTheNumberOfMovesAndCablesThatItIsTheLikeliestOf) {
     }
     ASSERT_EQ(names(p.model), Names{"cable_slip"}) << size_m;
     EXPECT_LT(by_chance, 0.8 * p.options.family_wise_p);
+    EXPECT_NEAR(p.out.effects[0].log_evidence, after_refit, 1e-6 * after_refit);
     if (by_chance < std::exp(-10.0) / (1.0 + p.options.scan.draws)) break;  // far above chance
     EXPECT_NEAR(p.out.effects[0].p_value, by_chance, 1e-6 * by_chance);
     ++checked;
   }
   EXPECT_GT(refused, 0);  // more likely than nothing, but one of so many
   EXPECT_GT(checked, 0);
+}
+
+TEST(Search, ASlipIsFoundAmongManyMoves) {
+  // More than are looked at together: at the third move, and at the last.
+  const Log clean = test::startup_log(load_robot("irma4"), 0.1, 80);
+  for (const int move : {3, 17}) {
+    SCOPED_TRACE(move);
+    Log log = clean;
+    const double at_s = 8.0 * move - 2.0;
+    for (Eigen::Index i = 0; i < log.sample_count(); ++i) {
+      if (log.time_s[i] > at_s) log.length_m(i, 2) -= 0.03;
+    }
+    Progress p(baseline_of(log));
+    ASSERT_GT(slip_candidates(p.model).size(), 64U);
+    ASSERT_TRUE(p.search().forward());
+    ASSERT_EQ(names(p.model), Names{"cable_slip"});
+    EXPECT_NEAR(p.out.effects[0].where[0].second, at_s, 1.0);
+    EXPECT_EQ(p.out.effects[0].where[1].second, 3.0);
+  }
+}
+
+TEST(Search, TwoNamesThatTogetherDoWhatADependenceDoesStand) {
+  // Bias and gain of each cell: a dependence of tension on its reading is both at once, and
+  // explains the readings better than either does.
+  Log log = test::startup_log(load_robot("irma4"), 0.1, 82);
+  const Eigen::RowVector4d gain(0.1, -0.09, 0.08, -0.12), bias(14.0, -12.0, 15.0, -11.0);
+  log.tension_N.array().rowwise() *= 1.0 + gain.array();
+  log.tension_N.rowwise() += bias;
+  Progress p(baseline_of(log));
+  Search search = p.search();
+  ASSERT_TRUE(search.forward());
+  Names found = names(p.model);
+  std::sort(found.begin(), found.end());
+  EXPECT_EQ(found, (Names{"load_cell_bias", "load_cell_gain"}));
+  EXPECT_FALSE(search.left().has_value());
 }
 
 TEST(Search, ASlipIsNamedWithItsCableAndTime) {
