@@ -402,10 +402,17 @@ TEST(Search, TwoNamesThatTogetherDoWhatADependenceDoesStand) {
   // Bias and gain of each cell: a dependence of tension on its reading is both at once, and
   // explains the readings better than either does.
   Log log = test::startup_log(load_robot("irma4"), 0.1, 82);
-  const Eigen::RowVector4d gain(0.1, -0.09, 0.08, -0.12), bias(14.0, -12.0, 15.0, -11.0);
+  const Eigen::RowVector4d gain(0.025, -0.022, 0.02, -0.03), bias(3.5, -3.0, 3.8, -2.8);
   log.tension_N.array().rowwise() *= 1.0 + gain.array();
   log.tension_N.rowwise() += bias;
   Progress p(baseline_of(log));
+  Candidates cells{find_effect("load_cell_gain")};
+  for (const auto& effect : generic_candidates(p.model)) cells.push_back(effect);
+  const std::vector<Refit> refits = EvidenceAgainst(p.model).refits(
+      scan(p.model, cells, {.draws = 0}), 3, [](const CandidateScore&) { return true; });
+  ASSERT_EQ(generic_name(*refits[0].score.effect)->depends_on, "reading");
+  ASSERT_EQ(refits[1].score.effect->name(), "load_cell_gain");
+  ASSERT_GT(refits[0].log_evidence, refits[1].log_evidence + p.options.rival_nats);
   Search search = p.search();
   ASSERT_TRUE(search.forward());
   Names found = names(p.model);
