@@ -203,9 +203,11 @@ void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
                                unit * model.noise[c], sigma, "nothing that was tried"});
   }
   if (out.unexplained.empty()) return;
-  out.next.emplace_back(
+  const bool several = model.runs.size() > 1;
+  out.next.push_back(
       "the readings contradict the sigma of the robot file: check signs, scales and order of the "
-      "sensors, and whether the log is this robot's");
+      "sensors, and whether the log is this robot's" +
+      std::string(several ? "; diagnose each log by itself to see which does" : ""));
 }
 
 const char* reason_for(Verdict verdict) {

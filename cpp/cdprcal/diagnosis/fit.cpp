@@ -185,7 +185,9 @@ bool fit_with_noise(DiagnosisModel& model) {
   bool settled = false;
   for (int round = 0; round < kMostRounds; ++round) {
     settled = fit(model);
-    if (!settled || estimate_noise(model) < 0.01) break;
+    // Of a fit that did not settle, too: its residuals tell how far it is off.
+    const double change = estimate_noise(model);
+    if (!settled || change < 0.01) break;
   }
   return settled;
 }

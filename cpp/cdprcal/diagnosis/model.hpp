@@ -141,7 +141,8 @@ void start_noise(DiagnosisModel& model, const std::array<double, kChannels>& rip
 /// its rows, floored. Changes model.noise; returns the largest relative change.
 double estimate_noise(DiagnosisModel& model);
 
-/// fit and estimate_noise in turn until both settle.
+/// fit and estimate_noise in turn until both settle. Returns whether the last fit did; the noise is
+/// that of its residuals in any case.
 bool fit_with_noise(DiagnosisModel& model);
 
 /// Degrees of freedom that the leverages leave each channel, and its whitened sum of squares.

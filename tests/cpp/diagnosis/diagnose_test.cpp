@@ -210,6 +210,24 @@ TEST(Diagnose, WhatIsBeyondThreeSigmaIsNotConsistent) {
   }
 }
 
+TEST(Diagnose, OneLogOfSeveralThatContradictsTheRobotIsNotConsistent) {
+  const Robot robot = load_robot("irma4");
+  const std::vector<std::function<void(Log&)>> spoil{
+      [](Log& log) { log.length_m *= 1e3; },
+      [](Log& log) { log.swivel_rad *= -1.0; },
+      [](Log& log) { log.length_m.col(0).swap(log.length_m.col(2)); },
+  };
+  for (const auto& change : spoil) {
+    std::vector<Log> logs{startup_log(robot, kNoise, 31, 0), startup_log(robot, kNoise, 32, 0)};
+    change(logs[1]);
+    const Diagnosis d = diagnose(robot, logs);
+    EXPECT_EQ(d.verdict, Verdict::unexplained) << summary(d);
+    ASSERT_FALSE(d.next.empty());
+    EXPECT_NE(d.next.back().find("diagnose each log by itself"), std::string::npos)
+        << d.next.back();
+  }
+}
+
 TEST(Diagnose, AFaultOfTheRobotsFileIsSetRightInEveryLog) {
   const Robot robot = load_robot("irma4");
   std::vector<Log> logs{startup_log(robot, kNoise, 31, 0), startup_log(robot, kNoise, 32, 0)};
