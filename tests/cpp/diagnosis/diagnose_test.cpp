@@ -356,6 +356,8 @@ TEST(Diagnose, SaysWhatThisLogCouldSeeOfEachEffect) {
     EXPECT_LE(d.ranking[i].log_evidence, d.ranking[i - 1].log_evidence);
     EXPECT_FALSE(d.ranking[i].effect->needs_motion());
   }
+  // Those that need motion are looked for in samples of it, and are told as well.
+  EXPECT_EQ(d.identifiability.size(), effect_catalogue().size());
   for (const Identifiability& seen : d.identifiability) {
     if (seen.name == "load_cell_bias") {
       EXPECT_TRUE(seen.visible);
@@ -366,6 +368,11 @@ TEST(Diagnose, SaysWhatThisLogCouldSeeOfEachEffect) {
       EXPECT_TRUE(std::isfinite(seen.detectable_after));
     }
   }
+  EXPECT_EQ(d.covariance_before, initial_pose_covariance(d.baseline, 0));
+  EXPECT_EQ(d.covariance_after, initial_pose_covariance(d.model, 0));
+  EXPECT_EQ(d.initial_pose_before.position_m, d.baseline.runs[0].poses[0].position_m);
+  EXPECT_EQ(d.initial_pose_after.position_m, d.model.runs[0].poses[0].position_m);
+  EXPECT_NE(d.initial_pose_after.position_m, d.initial_pose_before.position_m);
   EXPECT_EQ(d.gap.front().after_effect, "");
   EXPECT_EQ(d.gap.back().after_effect, "load_cell_bias");
 }
@@ -389,6 +396,18 @@ TEST(Diagnose, WhatNoEffectExplainsIsReportedInTheChannelsUnit) {
   EXPECT_EQ(d.next.back(),
             "what is left of tension depends on reading: look for something on the robot that "
             "does");
+}
+
+TEST(Diagnose, WhatIsLeftOfAnAngleIsInRadians) {
+  Log log = startup_log(load_robot("irma4"), 0.1, 78);
+  const double middle_s = 0.55 * log.time_s[log.sample_count() - 1];
+  log.roll_pitch_yaw_rad.col(2).array() -=
+      0.1 * ((log.time_s.array() - middle_s) / middle_s).square();
+  const Diagnosis d = diagnose(load_robot("irma4"), {log});
+  ASSERT_EQ(d.unexplained.size(), 1U) << summary(d);
+  EXPECT_EQ(d.unexplained[0].channel, "yaw");
+  EXPECT_EQ(d.unexplained[0].rms, d.model.noise[3]);
+  EXPECT_EQ(d.unexplained[0].sigma, d.model.floor[3]);
 }
 
 TEST(Diagnose, EffectsThatCannotBeToldApartComeWithPosesThatWould) {
