@@ -55,7 +55,7 @@ bool platform_jerks(const Log& log, const SampleRange& run, Eigen::Index row,
                     Eigen::Index tension_column) {
   constexpr Eigen::Index kBefore = 1, kAfter = 4;
   constexpr double kChance = 1e-3;
-  const Eigen::Index begin = std::max(run.begin + 2, row - kBefore);
+  const Eigen::Index begin = row - kBefore;  // no outlier is at the ends of a run (departures)
   const Eigen::Index end = std::min(run.end, row + kAfter + 1);
   const auto looked_at = static_cast<double>(
       (end - begin) * (log.length_m.cols() + log.swivel_rad.cols() + log.tension_N.cols() + 3));

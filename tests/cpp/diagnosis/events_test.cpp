@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "cdprcal/acquisition/equilibrium_detection.hpp"
+#include "cdprcal/statistics.hpp"
 #include "dense.hpp"
 #include "run.hpp"
 
@@ -111,6 +112,54 @@ TEST_F(Events, AJerkShowsInAnyOtherReading) {
     one.tension_N(kRow, 2) = 0.5;
     (one.*angles).col(1).tail(log.sample_count() - kRow).array() += 2.0 * std::numbers::pi;
     EXPECT_TRUE(named(gate_events(robot, one), "slack").empty());
+  }
+}
+
+TEST_F(Events, AJerkIsAboutTheTimeOfTheSlackAndBeyondNoise) {
+  // At rest, where nothing but the step bends the readings. Of six samples from one before the
+  // slack on, 4 + 4 + 4 + 3 channels are looked at, at a chance of a thousandth over all.
+  constexpr Eigen::Index kAt = 20;
+  const double noise = channel_noise(log.roll_pitch_yaw_rad.col(0), true);
+  const double least = normal_quantile(1.0 - 0.5e-3 / 90.0) * std::sqrt(6.0) * noise;
+  const auto slack = [&](Eigen::Index step_at, double size) {
+    Log one = log;
+    one.tension_N(kAt, 2) = 0.5;
+    const double bend = one.roll_pitch_yaw_rad(step_at, 0) -
+                        2.0 * one.roll_pitch_yaw_rad(step_at - 1, 0) +
+                        one.roll_pitch_yaw_rad(step_at - 2, 0);
+    one.roll_pitch_yaw_rad.col(0).tail(log.sample_count() - step_at).array() += size - bend;
+    return !named(gate_events(robot, one), "slack").empty();
+  };
+  for (const double side : {1.0, -1.0}) {
+    EXPECT_TRUE(slack(kAt, side * 1.02 * least));
+    EXPECT_FALSE(slack(kAt, side * 0.8 * least));
+    // A step bends the readings at two samples.
+    for (const Eigen::Index from : {-2, -1, 1, 3, 4}) {
+      EXPECT_TRUE(slack(kAt + from, side * 2.0 * least)) << from;
+    }
+    for (const Eigen::Index from : {-4, -3, 5, 6}) {
+      EXPECT_FALSE(slack(kAt + from, side * 2.0 * least)) << from;
+    }
+  }
+}
+
+TEST_F(Events, ZeroIsWithinFourSigmaOfNoise) {
+  for (const double sigmas : {-3.5, 3.5, -4.7, 4.7}) {
+    Log one = log;
+    one.roll_pitch_yaw_rad.col(0).tail(log.sample_count() - kRow).array() += 0.2;
+    one.tension_N(kRow, 2) = sigmas * channel_noise(log.tension_N.col(2));
+    EXPECT_EQ(named(gate_events(robot, one), "slack").size(), std::abs(sigmas) < 4.0 ? 1U : 0U)
+        << sigmas;
+  }
+}
+
+TEST_F(Events, SlackAtTheLastSamplesThatAreJudged) {
+  const Eigen::Index last = log.sample_count() - 4;
+  for (const Eigen::Index row : {Eigen::Index{3}, last}) {
+    Log one = log;
+    one.tension_N(row, 2) = 0.5;
+    one.roll_pitch_yaw_rad.col(0).tail(log.sample_count() - row).array() += 0.2;
+    EXPECT_EQ(named(gate_events(robot, one), "slack").size(), 1U) << row;
   }
 }
 
