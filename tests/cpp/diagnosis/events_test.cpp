@@ -347,6 +347,55 @@ TEST_F(Events, ASlackCableIsToldWithItsTimeAndLeastTension) {
   EXPECT_EQ(log.tension_N(24, 3), 0.2 * limit_N);  // its readings stay
 }
 
+TEST_F(Events, EveryCableIsLookedAt) {
+  for (int c = 0; c < 4; ++c) {
+    Log slack = log, swivel = log, length = log, tension = log;
+    slack.tension_N.col(c).segment(20, 5).setConstant(0.3);
+    EXPECT_EQ(named(gate_events(robot, slack), "slack").size(), 1U) << c;
+    swivel.swivel_rad(20, c) += 0.5;
+    length.length_m(20, c) += 0.5;
+    tension.tension_N(20, c) += 80.0;
+    for (Log* one : {&swivel, &length, &tension}) {
+      const auto outliers = named(gate_events(robot, *one), "outlier");
+      ASSERT_EQ(outliers.size(), 1U) << c;
+      EXPECT_EQ(outliers[0].cable, c);
+    }
+  }
+}
+
+TEST_F(Events, AWholeTurnIsNothingForAnAngleAndMuchForTheOthers) {
+  const double turn = 2.0 * std::numbers::pi;
+  log.swivel_rad(20, 1) += turn;
+  for (int c = 0; c < 3; ++c) log.roll_pitch_yaw_rad(20, c) -= turn;
+  EXPECT_TRUE(gate_events(robot, log).empty());
+  log.length_m(20, 0) += turn;
+  log.tension_N(30, 2) += 40.0 * turn;
+  EXPECT_EQ(named(gate_events(robot, log), "outlier").size(), 2U);
+}
+
+TEST_F(Events, WithoutSetPointsRestsOfOneSetPointAreNotKnown) {
+  Log longer = with_long_rest(log, robot.sigma);
+  for (Eigen::Index i = 60; i < 100; ++i) {
+    longer.length_m.row(i).array() += 0.03 * std::sin(0.4 * static_cast<double>(i - 60));
+  }
+  longer.tension_setpoint_N.resize(longer.sample_count(), 0);
+  EXPECT_TRUE(named(gate_events(robot, longer), "oscillation").empty());
+}
+
+TEST_F(Events, ARestMayEndInMotion) {
+  // What moves within a second of the ends of a rest is the way there, or on.
+  Log longer = with_long_rest(log, robot.sigma);
+  const std::vector<Equilibrium> rests =
+      detect_equilibria(longer, {0, longer.sample_count()}, robot.sigma);
+  for (const Eigen::Index from : {rests[0].samples.begin, rests[0].samples.end - 8}) {
+    Log one = longer;
+    for (Eigen::Index i = from; i < from + 8; ++i) {
+      one.length_m(i, 0) += 2.0 * robot.sigma.length_m * std::sin(0.8 * static_cast<double>(i));
+    }
+    EXPECT_TRUE(named(gate_events(robot, one), "oscillation").empty()) << from;
+  }
+}
+
 TEST_F(Events, ARunIsTheLastSegment) {
   // What happened before a gap of ten seconds is not looked at.
   log.length_m(20, 0) += 0.5;
@@ -373,6 +422,8 @@ TEST_F(Events, ComeInTheOrderOfTime) {
 TEST_F(Events, AreDescribedForPeople) {
   EXPECT_EQ(describe({"outlier", 3.0, 3.0, 1, "length", 0.1234}),
             "outlier at 3.00 s, length of cable 2 (+0.1234): left out");
+  EXPECT_EQ(describe({"outlier", 3.0, 3.0, 0, "swivel", 1.0}),
+            "outlier at 3.00 s, swivel of cable 1 (+1): left out");
   EXPECT_EQ(describe({"outlier", 3.0, 3.0, -1, "yaw", -0.5}),
             "outlier at 3.00 s, yaw (-0.5): left out");
   EXPECT_EQ(describe({"slack", 1.0, 2.5, 0, "tension", 0.25}),
@@ -417,6 +468,19 @@ TEST(Slips, AreOneACableAndMoveInTheMiddleOfEach) {
     run.measurements.push_back(m);
   }
   EXPECT_EQ(slip_candidates(moving).size(), slips.size());
+}
+
+TEST(Slips, AreEffectsWithWordsForPeople) {
+  const auto effect = slip_candidates(test::two_runs()).front();
+  const EffectInfo& info = effect->info();
+  EXPECT_EQ(effect->name(), "cable_slip");
+  EXPECT_EQ(effect->size(4), 1);
+  EXPECT_EQ(effect->typical(4)[0], 0.01);  // a centimetre, and not more than three decimetres
+  EXPECT_EQ(effect->plausible(4)[0], 0.3);
+  EXPECT_STREQ(info.equation, "dl* = dl + length_m after time_s");
+  EXPECT_NE(std::string(info.sentence).find("slipped"), std::string::npos);
+  EXPECT_NE(std::string(info.remedy).find("drum"), std::string::npos);
+  EXPECT_NE(std::string(info.settle).find("drum"), std::string::npos);
 }
 
 TEST(Slips, ShortenWhatIsReadOfTheirCableFromThenOn) {
