@@ -132,6 +132,13 @@ TEST_F(Baseline, WhereACableHangsSlackItsTensionSaysNothing) {
   ASSERT_EQ(left_out.size(), 1U);
   EXPECT_EQ(left_out[0].find(log.source + ": slack from "), 0U) << left_out[0];
   EXPECT_NE(left_out[0].find("cable 2"), std::string::npos);
+  // The first cable is looked at as well; a little above the limit a cable is taut.
+  for (const double share : {0.95, 1.05}) {
+    Log first = startup_log(robot, 0.2, 101, 0);
+    first.tension_N.col(0).segment(rest.begin, rest.size()).setConstant(share * limit_N);
+    const Measurement m = baseline_of(robot, {first}).runs[0].measurements[3];
+    EXPECT_EQ(std::isfinite(m.tension_N[0]), share > 1.0);
+  }
 }
 
 TEST_F(Baseline, KnownEffectsAreHeldAtTheirValues) {

@@ -225,6 +225,8 @@ TEST(Diagnose, OneLogOfSeveralThatContradictsTheRobotIsNotConsistent) {
     ASSERT_FALSE(d.next.empty());
     EXPECT_NE(d.next.back().find("diagnose each log by itself"), std::string::npos)
         << d.next.back();
+    ASSERT_FALSE(d.gated.empty());
+    EXPECT_EQ(d.gated.back(), "the baseline fit did not settle: results are to be taken with care");
   }
 }
 

@@ -243,8 +243,11 @@ double correlation_of(const DiagnosisModel& model) {
   Eigen::VectorXd last;
   const DiagnosisSystem system = linearise(model);
   for (const PoseSystem& pose : system.poses) {
-    if (model.runs[pose.run].measurements[pose.pose].kind != PoseKind::kinematic_pose) continue;
-    if (model.runs[pose.run].measurements[pose.pose].samples != 1) continue;
+    const Measurement& m = model.runs[pose.run].measurements[pose.pose];
+    if (m.kind != PoseKind::kinematic_pose || m.samples != 1) {
+      last.resize(0);  // what follows is another stretch of motion
+      continue;
+    }
     const Eigen::MatrixXd by_pose = pose.by_pose;
     const Eigen::VectorXd residual = pose.residual;
     const Eigen::VectorXd rows = residual - by_pose * by_pose.colPivHouseholderQr().solve(residual);
@@ -264,7 +267,11 @@ TEST_F(Motion, NoiseIsUncorrelatedAndASlowErrorIsNot) {
   EXPECT_LT(std::abs(motion_correlation(white)), 0.15);
   DiagnosisModel brief = white;  // rests of one sample are no motion, nor is a mean in motion one
   for (std::size_t i = 0; i < 4; ++i) brief.runs[0].measurements[i].samples = 1;
-  brief.runs[0].measurements.back().samples = 2;
+  const std::size_t rests = plain().runs[0].measurements.size();
+  for (std::size_t i = rests + 5; i < brief.runs[0].measurements.size(); i += 10) {
+    brief.runs[0].measurements[i].samples = 2;
+    brief.runs[0].measurements[i].length_m.array() += 0.2;
+  }
   EXPECT_NEAR(motion_correlation(brief), correlation_of(brief), 1e-9);
   Log wavy = read();
   for (Eigen::Index i = 0; i < wavy.sample_count(); ++i) {
@@ -350,6 +357,50 @@ TEST_F(Motion, ThePlayOfTheSwivelsFollowsTheModelNotTheirReadings) {
   EXPECT_NEAR(again.effects[0].values[0], refined.effects[0].values[0], 0.01 * kHalf_rad);
   for (const Measurement& m : refined.runs[0].measurements) {
     EXPECT_EQ(m.swivel_direction_error, CableVector::Zero(4));
+  }
+}
+
+TEST_F(Motion, ThePlayOfARestIsTheMeanOverItsSamplesOfAPlayThatFollowsSmoothedAngles) {
+  constexpr double kHalf_rad = 0.02, kWindow_s = 1.0;
+  LogMatrix state;
+  const Log log = with_play(truth().log, kHalf_rad, state);
+  DiagnosisModel model = exact();
+  model.effects.push_back({find_effect("swivel_hysteresis"), EffectValues::Constant(1, kHalf_rad)});
+  for (std::size_t i = 0; i < model.runs[0].measurements.size(); ++i) {
+    const SampleRange rows = model.runs[0].rows[i];
+    model.runs[0].measurements[i].swivel_rad =
+        log.swivel_rad.middleRows(rows.begin, rows.size()).colwise().mean().transpose();
+  }
+  // Followed by lengths and attitude alone, which are exact.
+  model.noise[static_cast<std::size_t>(NoiseGroup::moving_swivel)] = 1e3;
+  ASSERT_TRUE(fit_with_noise(model));
+  refine_swivel_play(model, {log});
+  const double half_rad = std::abs(model.effects[0].values[0]);
+  const Robot robot = load_robot("irma4");
+  const Eigen::Index count = log.sample_count();
+  LogMatrix swivel(count, 4), expected(count, 4);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    swivel.row(i) =
+        platform_state(robot, truth().poses[static_cast<std::size_t>(i)]).swivel_rad().transpose();
+  }
+  for (int c = 0; c < 4; ++c) {
+    double lagging = swivel(0, c);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      double sum = 0.0, inside = 0.0;
+      for (Eigen::Index j = 0; j < count; ++j) {
+        if (std::abs(log.time_s[j] - log.time_s[i]) > 0.5 * kWindow_s + 1e-9) continue;
+        sum += swivel(j, c), inside += 1.0;
+      }
+      lagging = std::clamp(lagging, sum / inside - half_rad, sum / inside + half_rad);
+      expected(i, c) = (sum / inside - lagging) / half_rad;
+    }
+  }
+  for (std::size_t i = 0; i < model.runs[0].rows.size(); ++i) {
+    const SampleRange rows = model.runs[0].rows[i];
+    const Eigen::RowVectorXd mean = expected.middleRows(rows.begin, rows.size()).colwise().mean();
+    for (int c = 0; c < 4; ++c) {
+      EXPECT_NEAR(model.runs[0].measurements[i].swivel_direction[c], mean[c], 0.03) << i;
+    }
   }
 }
 
