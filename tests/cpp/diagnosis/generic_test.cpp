@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <set>
 
 #include "../support/numeric_jacobian.hpp"
@@ -80,6 +81,16 @@ TEST(Generic, EveryChannelMayDependOnWhatItCould) {
   }
   EXPECT_EQ(names.size(), candidates.size());
   for (const auto& effect : effect_catalogue()) EXPECT_FALSE(generic_name(*effect).has_value());
+}
+
+TEST(Generic, SizesToExpectAreThoseOfTypicalEffectsOnTheirChannel) {
+  const std::map<std::string, double> typical{
+      {"length", 0.003}, {"swivel", 0.01}, {"roll_pitch", 0.01}, {"yaw", 0.03}, {"tension", 4.0}};
+  for (const auto& effect : generic_candidates(model())) {
+    const EffectValues sizes = effect->typical(4);
+    EXPECT_EQ(sizes.minCoeff(), typical.at(generic_name(*effect)->channel)) << effect->name();
+    EXPECT_EQ(sizes.maxCoeff(), sizes.minCoeff());
+  }
 }
 
 TEST(Generic, ColumnsAreTheDerivativesOfWhatTheEffectDoes) {
