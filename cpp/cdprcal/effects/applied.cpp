@@ -30,6 +30,10 @@ std::string tail_of(const std::string& path, int count) {
   return begin == std::string::npos ? path : count > 0 ? path : path.substr(begin + 1);
 }
 
+bool of_load_cells(const ActiveEffect& active) {
+  return active.effect->name().rfind("load_cell_", 0) == 0;
+}
+
 }  // namespace
 
 std::vector<std::string> run_names(const std::vector<std::string>& log_sources) {
@@ -94,12 +98,13 @@ std::optional<Log> correct_readings(const Robot& robot, const Log& log) {
 }
 
 CableVector true_tension_N(const Robot& robot, const ActiveEffects& effects, const Measurement& m) {
+  if (m.tension_N.size() != robot.cable_count()) return m.tension_N;  // not read
   PlatformState nowhere;  // load cells do not ask where the platform is
   nowhere.cable_count = robot.cable_count();
   const Pose origin;
   CableVector tension_N = m.tension_N;
   for (const ActiveEffect& active : effects) {
-    if (active.effect->name().rfind("load_cell_", 0) != 0) continue;
+    if (!of_load_cells(active)) continue;
     active.effect->correct_tension({robot, nowhere, origin, m}, active.values, tension_N);
   }
   return tension_N;
@@ -111,6 +116,7 @@ KnownState with_known_effects(const Robot& robot, const Log& log) {
   out.robot.effects.clear();
   const SampleRange run = segments(log).empty() ? SampleRange{} : segments(log).back();
   const double start_s = run.size() > 0 ? log.time_s[run.begin] : 0.0;
+  if (std::none_of(effects.begin(), effects.end(), &of_load_cells)) return out;
   for (Eigen::Index row = 0; row < out.log.tension_N.rows(); ++row) {
     if (out.log.tension_N.cols() != robot.cable_count()) break;
     Measurement m;
