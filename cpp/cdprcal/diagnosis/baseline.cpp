@@ -9,9 +9,6 @@
 namespace cdprcal {
 namespace {
 
-/// Below this share of the least tension allowed a cable carries nothing worth balancing.
-constexpr double kSlackShare = 0.1;
-
 /// The balance needs every cable: without it where one hangs slack.
 void gate_slack(const Robot& robot, const ActiveEffects& known, Measurement& m) {
   const CableVector tension_N = true_tension_N(robot, known, m);

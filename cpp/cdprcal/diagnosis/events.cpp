@@ -19,7 +19,6 @@ constexpr double kAboveNearby = 3.0;
 constexpr Eigen::Index kBeside = 3, kNearby = 10;
 /// More than this in a row is motion, not an outlier.
 constexpr Eigen::Index kLongestOutlier = 2;
-constexpr double kSlackShare = 0.1;
 
 std::string text(const char* pattern, auto... values) {
   char buffer[256];
@@ -130,17 +129,18 @@ void gate_outliers(const Log& log, const SampleRange& run, LogMatrix& readings, 
   }
 }
 
-void find_slack(const Robot& robot, const Log& log, const SampleRange& run,
-                std::vector<LogEvent>& out) {
+/// `tension_N`: what the cables carry, NaN where a reading was taken out of the log.
+void find_slack(const Robot& robot, const Log& log, const LogMatrix& tension_N,
+                const SampleRange& run, std::vector<LogEvent>& out) {
   const double limit_N = kSlackShare * robot.tension_min_N;
-  for (Eigen::Index c = 0; c < log.tension_N.cols(); ++c) {
+  for (Eigen::Index c = 0; c < tension_N.cols(); ++c) {
     for (Eigen::Index i = run.begin; i < run.end; ++i) {
-      if (!(log.tension_N(i, c) < limit_N)) continue;
-      LogEvent event{"slack",   log.time_s[i],      log.time_s[i], static_cast<int>(c),
-                     "tension", log.tension_N(i, c)};
-      while (i < run.end && log.tension_N(i, c) < limit_N) {
+      if (!(tension_N(i, c) < limit_N)) continue;
+      LogEvent event{"slack",   log.time_s[i],  log.time_s[i], static_cast<int>(c),
+                     "tension", tension_N(i, c)};
+      while (i < run.end && tension_N(i, c) < limit_N) {
         event.end_s = log.time_s[i];
-        event.size = std::min(event.size, log.tension_N(i, c));
+        event.size = std::min(event.size, tension_N(i, c));
         ++i;
       }
       if (event.end_s > event.begin_s) out.push_back(event);  // one alone: name_short_slack
@@ -295,7 +295,8 @@ std::vector<LogEvent> gate_events(const Robot& robot, Log& log) {
                   true, out);
   }
   name_short_slack(before, run, out);
-  find_slack(robot, with_known_effects(robot, log).log, run, out);
+  const LogMatrix carried_N = log.tension_N.array().isNaN().select(kNaN, before.tension_N);
+  find_slack(robot, log, carried_N, run, out);
   find_oscillations(robot, log, run, out);
   std::stable_sort(out.begin(), out.end(),
                    [](const LogEvent& a, const LogEvent& b) { return a.begin_s < b.begin_s; });

@@ -8,6 +8,9 @@
 
 namespace cdprcal {
 
+/// Below this share of the least tension allowed a cable carries nothing worth balancing.
+inline constexpr double kSlackShare = 0.1;
+
 /// One event of a log. Its readings say nothing about the model and are left out.
 struct LogEvent {
   std::string name;  ///< outlier, slack, oscillation

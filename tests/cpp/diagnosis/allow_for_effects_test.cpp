@@ -197,13 +197,8 @@ TEST(AllowForEffects, IsTheDiagnosisModelWithEveryEffectInIt) {
 }
 
 TEST(AllowForEffects, AReferenceInMotionIsPartOfIt) {
-  Log log = biased(made().log);
-  const Eigen::Index from = 52, count = log.sample_count() - from;  // into the first move
-  for (LogMatrix* m : {&log.length_m, &log.swivel_rad, &log.tension_N, &log.tension_setpoint_N,
-                       &log.roll_pitch_yaw_rad}) {
-    *m = m->bottomRows(count).eval();
-  }
-  log.time_s = log.time_s.tail(count).eval();
+  const Log whole = biased(made().log);
+  const Log log = test::cut(whole, 52, whole.sample_count() - 52);  // from the first move on
   const Robot robot = load_robot("irma4");
   const Calibration plain = calibrate(robot, log);
   ASSERT_EQ(plain.problem.measurements[0].kind, PoseKind::kinematic_pose);

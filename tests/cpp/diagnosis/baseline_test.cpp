@@ -201,13 +201,8 @@ TEST_F(Baseline, SamplesInMotionAreOneRowEach) {
 TEST_F(Baseline, ALogThatBeginsInMotionHasOneSampleThenItsRests) {
   const DiagnosisModel whole = baseline_of(robot, {log});
   const Eigen::Index from = whole.runs[0].rows[0].end + 12;  // into the first move
-  const Eigen::Index count = log.sample_count() - from;
-  for (LogMatrix* m : {&log.length_m, &log.swivel_rad, &log.tension_N, &log.tension_setpoint_N,
-                       &log.roll_pitch_yaw_rad}) {
-    *m = m->bottomRows(count).eval();
-  }
-  log.time_s = log.time_s.tail(count).eval();
-  const DiagnosisRun run = baseline_of(robot, {log}).runs[0];
+  const Log later = test::cut(log, from, log.sample_count() - from);
+  const DiagnosisRun run = baseline_of(robot, {later}).runs[0];
   ASSERT_EQ(run.rows.size(), whole.runs[0].rows.size());
   EXPECT_EQ(run.measurements[0].kind, PoseKind::kinematic_pose);
   EXPECT_EQ(run.rows[0].begin, 0);

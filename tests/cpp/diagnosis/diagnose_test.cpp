@@ -401,11 +401,7 @@ TEST(Diagnose, WhatNoEffectExplainsIsReportedInTheChannelsUnit) {
 }
 
 TEST(Diagnose, WhatIsLeftOfAnAngleIsInRadians) {
-  Log log = startup_log(load_robot("irma4"), 0.1, 78);
-  const double middle_s = 0.55 * log.time_s[log.sample_count() - 1];
-  log.roll_pitch_yaw_rad.col(2).array() -=
-      0.1 * ((log.time_s.array() - middle_s) / middle_s).square();
-  const Diagnosis d = diagnose(load_robot("irma4"), {log});
+  const Diagnosis d = diagnose(load_robot("irma4"), {test::log_with_bump()});
   ASSERT_EQ(d.unexplained.size(), 1U) << summary(d);
   EXPECT_EQ(d.unexplained[0].channel, "yaw");
   EXPECT_EQ(d.unexplained[0].rms, d.model.noise[3]);

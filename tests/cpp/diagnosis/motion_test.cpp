@@ -228,12 +228,7 @@ TEST_F(Motion, TheClockMayBeginAnywhere) {
 TEST_F(Motion, RunsTooShortOrTooSlowlyReadAddNothing) {
   EXPECT_EQ(with_motion(plain(), {thinned(read(), 4)}).pose_count(), plain().pose_count());
   EXPECT_GT(with_motion(plain(), {thinned(read(), 3)}).pose_count(), plain().pose_count());
-  Log two = thinned(read(), 1);
-  for (LogMatrix* m : {&two.length_m, &two.swivel_rad, &two.tension_N, &two.tension_setpoint_N,
-                       &two.roll_pitch_yaw_rad}) {
-    *m = m->middleRows(60, 2).eval();  // of a move
-  }
-  two.time_s = two.time_s.segment(60, 2).eval();
+  const Log two = test::cut(read(), 60, 2);  // of a move
   EXPECT_EQ(with_motion(plain(), {two}).pose_count(), plain().pose_count());
 }
 

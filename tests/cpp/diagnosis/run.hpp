@@ -25,6 +25,25 @@ inline Log startup_log(const Robot& robot, double noise, std::uint64_t seed, int
   return log;
 }
 
+/// Rows of a log with the paper's sensors.
+inline Log cut(Log log, Eigen::Index begin, Eigen::Index count) {
+  for (LogMatrix* m : {&log.length_m, &log.swivel_rad, &log.tension_N, &log.tension_setpoint_N,
+                       &log.roll_pitch_yaw_rad}) {
+    *m = m->middleRows(begin, count).eval();
+  }
+  log.time_s = log.time_s.segment(begin, count).eval();
+  return log;
+}
+
+/// A run whose yaw is off by a bump over time, which nothing in the catalogue does.
+inline Log log_with_bump() {
+  Log log = startup_log(load_robot("irma4"), 0.1, 78);
+  const double middle_s = 0.55 * log.time_s[log.sample_count() - 1];
+  log.roll_pitch_yaw_rad.col(2).array() -=
+      0.1 * ((log.time_s.array() - middle_s) / middle_s).square();
+  return log;
+}
+
 inline std::string summary(const Diagnosis& d) {
   std::string text = std::string(to_string(d.verdict)) + ":";
   for (const DiscreteFault& fault : d.faults) text += " " + fault.name;

@@ -251,14 +251,11 @@ TEST(Search, WhatNoNameExplainsIsLeftWithItsChannelAndDependence) {
   EXPECT_TRUE(weighed);
 }
 
-/// A yaw that is off by a bump over the run: no drift, though a drift takes some of it. The load
-/// cells read too much by these.
+/// A bump of the yaw is no drift, though a drift takes some of it. The load cells read too much by
+/// these.
 DiagnosisModel with_bump(const Eigen::RowVector4d& bias_N = Eigen::RowVector4d::Zero()) {
-  Log log = test::startup_log(load_robot("irma4"), 0.1, 78);
+  Log log = test::log_with_bump();
   log.tension_N.rowwise() += bias_N;
-  const double middle_s = 0.55 * log.time_s[log.sample_count() - 1];
-  log.roll_pitch_yaw_rad.col(2).array() -=
-      0.1 * ((log.time_s.array() - middle_s) / middle_s).square();
   return baseline_of(log);
 }
 
@@ -363,6 +360,14 @@ TEST(Search, RivalsAreNoneForWhatNothingImitates) {
   }
 }
 
+/// The log as it is when the third cable slips by 3 cm in the middle of a move.
+Log with_slip(Log log, double at_s) {
+  for (Eigen::Index i = 0; i < log.sample_count(); ++i) {
+    if (log.time_s[i] > at_s) log.length_m(i, 2) -= 0.03;
+  }
+  return log;
+}
+
 TEST(Search, ASlipBearsTheNumberOfMovesAndCablesThatItIsTheLikeliestOf) {
   const Robot robot = load_robot("irma4");
   const Log clean = test::startup_log(robot, 0.2, 79, 0);
@@ -401,12 +406,8 @@ TEST(Search, ASlipIsFoundAmongManyMoves) {
   const Log clean = test::startup_log(load_robot("irma4"), 0.1, 80);
   for (const int move : {3, 17}) {
     SCOPED_TRACE(move);
-    Log log = clean;
     const double at_s = 8.0 * move - 2.0;
-    for (Eigen::Index i = 0; i < log.sample_count(); ++i) {
-      if (log.time_s[i] > at_s) log.length_m(i, 2) -= 0.03;
-    }
-    Progress p(baseline_of(log));
+    Progress p(baseline_of(with_slip(clean, at_s)));
     ASSERT_GT(slip_candidates(p.model).size(), 64U);
     ASSERT_TRUE(p.search().forward());
     ASSERT_EQ(names(p.model), Names{"cable_slip"});
@@ -440,12 +441,8 @@ TEST(Search, TwoNamesThatTogetherDoWhatADependenceDoesStand) {
 
 TEST(Search, ASlipIsNamedWithItsCableAndTime) {
   const Robot robot = load_robot("irma4");
-  Log log = test::startup_log(robot, 0.1, 77, 0);
   const double at_s = 8.0 * 3.0 - 2.0;  // in the middle of the third move
-  for (Eigen::Index i = 0; i < log.sample_count(); ++i) {
-    if (log.time_s[i] > at_s) log.length_m(i, 2) -= 0.03;
-  }
-  const Diagnosis d = diagnose(robot, {log});
+  const Diagnosis d = diagnose(robot, {with_slip(test::startup_log(robot, 0.1, 77, 0), at_s)});
   ASSERT_EQ(names(d), Names{"cable_slip"}) << test::summary(d);
   EXPECT_EQ(d.verdict, Verdict::explained);
   const NamedEffect& slip = d.effects[0];
