@@ -27,14 +27,18 @@ AppliedEffect as_listed(const DiscreteFault& fault);
 /// The log (and, for the Euler convention, the robot) as it reads with a fault set right.
 void set_right(const DiscreteFault& fault, Robot& robot, Log& log);
 
+/// Every fault that is looked for in a log of these channels: signs in any combination, cables in
+/// any order (of more than six only the exchange of any two), units, Euler conventions.
+std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log);
+
 struct DiscreteSearch {
   std::vector<DiscreteFault> faults;  ///< in the order found
   double cost_before = 0.0, cost_after = 0.0;
 };
 
-/// Looks for discrete faults when the log contradicts the model: tries each fault, keeps the one
-/// that lowers the cost most if it lowers it tenfold, and looks again. `robot` and `log` come back
-/// set right. Nothing is tried on a log that agrees with the model.
+/// Looks for discrete faults when the log contradicts the model: tries each of discrete_faults(),
+/// keeps the one that lowers the cost most if it lowers it tenfold, and looks again. `robot` and
+/// `log` come back set right. Nothing is tried on a log that agrees with the model.
 DiscreteSearch find_discrete_faults(Robot& robot, Log& log);
 
 }  // namespace cdprcal

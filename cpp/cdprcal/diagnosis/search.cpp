@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <set>
 
 #include "cdprcal/diagnosis/events.hpp"
 #include "cdprcal/diagnosis/motion.hpp"
@@ -197,7 +196,6 @@ void Search::accept(Refit& winner, const HeldOut& held) {
 }
 
 bool Search::forward() {
-  std::set<std::string> refused;
   for (;;) {
     const Candidates named = untried(model_);
     const Candidates generic = generic_candidates(model_);
@@ -232,8 +230,7 @@ bool Search::forward() {
     const EvidenceAgainst against(model_);
     std::vector<Refit> refits =
         against.refits(scores, options_.refits, [&](const CandidateScore& s) {
-          return is_named(s) && !refused.count(s.effect->name()) &&
-                 s.log_evidence > options_.least_evidence;
+          return is_named(s) && s.log_evidence > options_.least_evidence;
         });
     for (Refit& refit : refits) {
       if (as_slip(*refit.score.effect)) refit.log_evidence -= choice;
@@ -253,11 +250,9 @@ bool Search::forward() {
         const bool go_on = report("accepted " + name);
         accept(refit, held);
         accepted = true;
-        refused.clear();  // what was hidden behind this effect may show now
         if (!go_on) return false;
         break;
       }
-      refused.insert(name);
       out_.rejected.push_back({name, reason});
     }
     if (!accepted) return true;

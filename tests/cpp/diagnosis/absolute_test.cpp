@@ -67,6 +67,29 @@ TEST(AbsoluteSensors, RowsAreTheGeometryLessTheReading) {
     }
     EXPECT_LE((unwhitened.segment<3>(first + 1 + n) - (at.position_m - m.position_m)).norm(),
               1e-14);
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto row = static_cast<std::size_t>(first + 1 + n + axis);
+      EXPECT_EQ(pose.component[row], axis);
+      EXPECT_EQ(pose.channel[row], NoiseGroup::position);
+    }
+  }
+}
+
+TEST(AbsoluteSensors, AnyOneOfThemHasItsRows) {
+  const DiagnosisModel all = model_with({});
+  for (const NoiseGroup kept :
+       {NoiseGroup::absolute_yaw, NoiseGroup::direct_length, NoiseGroup::position}) {
+    DiagnosisModel model = all;
+    for (Measurement& m : model.runs[0].measurements) {
+      if (kept != NoiseGroup::absolute_yaw) m.absolute_yaw_rad = kNaN;
+      if (kept != NoiseGroup::direct_length) m.direct_length_m.setConstant(kNaN);
+      if (kept != NoiseGroup::position) m.position_m.setConstant(kNaN);
+    }
+    const int rows = kept == NoiseGroup::absolute_yaw ? 1 : kept == NoiseGroup::position ? 3 : 4;
+    for (const PoseSystem& pose : linearise(model).poses) {
+      ASSERT_EQ(pose.residual.size(), 2 * 4 + 9 + rows);
+      EXPECT_EQ(std::count(pose.channel.begin(), pose.channel.end(), kept), rows);
+    }
   }
 }
 

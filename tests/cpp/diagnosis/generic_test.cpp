@@ -120,6 +120,25 @@ TEST(Generic, ColumnsAreTheDerivativesOfWhatTheEffectDoes) {
   }
 }
 
+TEST(Generic, AReadingThatLacksAtOneRestTakesNothingFromTheOthers) {
+  DiagnosisModel gap = model();
+  Measurement& there = gap.runs[0].measurements[2];
+  there.length_m[1] = there.swivel_rad[1] = there.tension_N[1] = there.roll_pitch_yaw_rad[0] = kNaN;
+  const Candidates candidates = generic_candidates(gap), whole = generic_candidates(model());
+  const DiagnosisRun& run = gap.runs[1];
+  const PlatformState state = platform_state(gap.robot, run.poses[3]);
+  for (std::size_t k = 0; k < candidates.size(); ++k) {
+    SCOPED_TRACE(candidates[k]->name());
+    const auto size = static_cast<Eigen::Index>(candidates[k]->size(4));
+    const EffectContext context{gap.robot, state, run.poses[3], run.measurements[3]};
+    Eigen::MatrixXd with = Eigen::MatrixXd::Zero(17, size), without = with;
+    whole[k]->columns(context, {}, with);
+    candidates[k]->columns(context, {}, without);
+    // Scales and middles are those of the readings that there are: nearly the same.
+    EXPECT_LT((with - without).norm(), 0.5 * (1e-9 + with.norm()));
+  }
+}
+
 TEST(Generic, ADependenceOnTimeBeginsAtNothingAndSpansTheRuns) {
   double last_s = 0.0;
   for (const DiagnosisRun& run : model().runs) {

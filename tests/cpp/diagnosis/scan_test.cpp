@@ -78,6 +78,7 @@ TEST_F(ScanTest, AnEffectImitatesItselfAndNoShareLeavesZeroToOne) {
 TEST_F(ScanTest, HeldOutGainIsNothingForTheSameModelAndPositiveForTheRightOne) {
   const HeldOut same = held_out(biased_->baseline, biased_->baseline);
   EXPECT_NEAR(same.gain, 0.0, 1e-9);
+  EXPECT_EQ(same.gain_error, 0.0);
   EXPECT_DOUBLE_EQ(same.before, same.after);
   const HeldOut right = held_out(biased_->baseline, biased_->model);
   EXPECT_GT(right.gain, 3.0 * right.gain_error);

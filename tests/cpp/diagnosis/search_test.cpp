@@ -193,6 +193,23 @@ TEST(Search, ExchangePutsTheTruthInThePlaceOfWhatImitatesIt) {
   EXPECT_EQ(p.out.rejected.size(), 1U);
 }
 
+TEST(Search, ExchangeKeepsTheOrderOfTheOthers) {
+  Progress p(with_gain());
+  for (const char* name : {"yaw_drift", "load_cell_bias", "load_cell_drift"}) p.take(name);
+  p.options.rival_share = 0.2;
+  EXPECT_TRUE(p.search().exchange());
+  EXPECT_EQ(names(p.model), (Names{"yaw_drift", "load_cell_gain", "load_cell_drift"}));
+  EXPECT_EQ(names(p.out), names(p.model));
+}
+
+TEST(Search, WhatIsFarAboveChanceNeedsNoDraws) {
+  Progress p(with_gain());
+  p.options.scan.draws = 499;
+  ASSERT_TRUE(p.search().forward());
+  ASSERT_EQ(names(p.model), Names{"load_cell_gain"});
+  EXPECT_DOUBLE_EQ(p.out.effects[0].p_value, 1.0 / 500.0);
+}
+
 TEST(Search, ExchangeAsksOnlyThoseThatImitate) {
   Progress p(with_gain());
   p.take("load_cell_bias");
@@ -203,16 +220,20 @@ TEST(Search, ExchangeAsksOnlyThoseThatImitate) {
 }
 
 TEST(Search, DropsWhatTheLaterEffectsMadeNeedless) {
-  Progress p(plain());
-  p.take("mass");  // stands in for the bias, as far as it can
-  p.take("load_cell_bias");
-  p.take("yaw_drift");
-  p.search().drop();
-  EXPECT_EQ(names(p.model), (Names{"load_cell_bias", "yaw_drift"}));
-  EXPECT_EQ(names(p.out), names(p.model));
-  ASSERT_EQ(p.out.rejected.size(), 1U);
-  EXPECT_EQ(p.out.rejected[0].name, "mass");
-  EXPECT_EQ(p.out.rejected[0].reason, "needless once the later effects are in");
+  // The mass stands in for the bias, as far as it can, wherever it came in.
+  for (const Names& order :
+       {Names{"mass", "load_cell_bias", "yaw_drift"}, {"yaw_drift", "mass", "load_cell_bias"}}) {
+    Progress p(plain());
+    for (const std::string& name : order) p.take(name);
+    p.search().drop();
+    Names left = order;
+    std::erase(left, "mass");
+    EXPECT_EQ(names(p.model), left);
+    EXPECT_EQ(names(p.out), left);
+    ASSERT_EQ(p.out.rejected.size(), 1U);
+    EXPECT_EQ(p.out.rejected[0].name, "mass");
+    EXPECT_EQ(p.out.rejected[0].reason, "needless once the later effects are in");
+  }
 }
 
 TEST(Search, TheLastEffectWasJustAcceptedAndIsNotDropped) {
@@ -345,6 +366,31 @@ TEST(Search, RivalsAreThoseThatDoTheSame) {
   }
 }
 
+TEST(Search, WhatImitatesButIsFarLessProbableIsNoRival) {
+  Progress p(with_gain());
+  p.take("load_cell_gain");
+  p.options.rival_share = 0.2;  // a bias does some of what a gain does
+  const auto bias_is_rival = [&](double nats) {
+    p.options.rival_nats = nats;
+    p.out.effects[0].rivals.clear();
+    p.search().find_rivals();
+    const Names& rivals = p.out.effects[0].rivals;
+    return std::count(rivals.begin(), rivals.end(), "load_cell_bias") == 1;
+  };
+  const DiagnosisModel baseline = *without_effect(p.model, 0);
+  const std::vector<Refit> refits = EvidenceAgainst(baseline).refits(
+      scan(baseline, {find_effect("load_cell_gain"), find_effect("load_cell_bias")}, {.draws = 0}),
+      2, [](const CandidateScore&) { return true; });
+  ASSERT_EQ(refits[1].score.effect->name(), "load_cell_bias");
+  const double nats = refits[0].log_evidence - refits[1].log_evidence;
+  ASSERT_GT(nats, 5.0);
+  EXPECT_TRUE(bias_is_rival(1.2 * nats));   // as probable as that
+  EXPECT_TRUE(bias_is_rival(nats / 2.0));   // less, but it imitates
+  EXPECT_FALSE(bias_is_rival(nats / 4.0));  // told apart all the same
+  p.options.rival_share = 0.97;
+  EXPECT_FALSE(bias_is_rival(nats / 2.0));  // less, and it does not imitate so much
+}
+
 TEST(Search, RivalsAreNoneForWhatNothingImitates) {
   Progress p(plain());
   p.take("load_cell_bias");
@@ -361,9 +407,9 @@ TEST(Search, RivalsAreNoneForWhatNothingImitates) {
 }
 
 /// The log as it is when the third cable slips by 3 cm in the middle of a move.
-Log with_slip(Log log, double at_s) {
+Log with_slip(Log log, double at_s, int cable = 2) {
   for (Eigen::Index i = 0; i < log.sample_count(); ++i) {
-    if (log.time_s[i] > at_s) log.length_m(i, 2) -= 0.03;
+    if (log.time_s[i] > at_s) log.length_m(i, cable) -= 0.03;
   }
   return log;
 }
@@ -402,17 +448,17 @@ TEST(Search, ASlipBearsTheNumberOfMovesAndCablesThatItIsTheLikeliestOf) {
 }
 
 TEST(Search, ASlipIsFoundAmongManyMoves) {
-  // More than are looked at together: at the third move, and at the last.
+  // More than are looked at together: the first of all, at the third move, and the last.
   const Log clean = test::startup_log(load_robot("irma4"), 0.1, 80);
-  for (const int move : {3, 17}) {
+  for (const auto& [move, cable] : {std::pair{1, 0}, std::pair{3, 2}, std::pair{17, 3}}) {
     SCOPED_TRACE(move);
     const double at_s = 8.0 * move - 2.0;
-    Progress p(baseline_of(with_slip(clean, at_s)));
+    Progress p(baseline_of(with_slip(clean, at_s, cable)));
     ASSERT_GT(slip_candidates(p.model).size(), 64U);
     ASSERT_TRUE(p.search().forward());
     ASSERT_EQ(names(p.model), Names{"cable_slip"});
     EXPECT_NEAR(p.out.effects[0].where[0].second, at_s, 1.0);
-    EXPECT_EQ(p.out.effects[0].where[1].second, 3.0);
+    EXPECT_EQ(p.out.effects[0].where[1].second, cable + 1.0);
   }
 }
 
