@@ -354,6 +354,35 @@ TEST(DiagnosisFit, IsTheMinimumOfThePenalisedCost) {
   }
 }
 
+TEST(DiagnosisFit, FromFarAwayGoesDownAndFindsTheSameMinimum) {
+  // Where a whole step would lead uphill or to no pose at all, a shorter one is taken.
+  DiagnosisModel model = two_runs();
+  ASSERT_TRUE(fit(model));
+  const double least = penalised_cost(linearise(model));
+  int settled = 0;
+  for (int seed = 0; seed < 20; ++seed) {
+    SCOPED_TRACE(seed);
+    RandomNormal random(static_cast<std::uint64_t>(seed));
+    DiagnosisModel far = model;
+    for (DiagnosisRun& run : far.runs) {
+      for (Pose& pose : run.poses) {
+        Vector6 twist;
+        for (double& v : twist) v = 0.02 * (seed + 1) * random();
+        pose = plus(pose, twist);
+      }
+    }
+    const DiagnosisSystem before = linearise(far);
+    if (!before.valid) continue;
+    const bool ok = fit(far, 100);
+    const double cost = penalised_cost(linearise(far));
+    EXPECT_LE(cost, penalised_cost(before));
+    if (!ok) continue;
+    ++settled;
+    EXPECT_NEAR(cost, least, 1e-6 * least);
+  }
+  EXPECT_GT(settled, 10);
+}
+
 TEST(DiagnosisFit, StaysWhereItHasSettled) {
   // With all effects in it the weights of the balance change with nearly every unknown.
   DiagnosisModel model = two_runs_baseline();
