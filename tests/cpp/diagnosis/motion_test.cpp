@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "cdprcal/diagnosis/baseline.hpp"
+#include "cdprcal/diagnosis/search.hpp"
 #include "dense.hpp"
 #include "run.hpp"
 
@@ -289,6 +290,43 @@ TEST_F(Motion, ALateAttitudeIsNamedWithItsDelay) {
   EXPECT_EQ(d.corrected.effects.back().name, "sensor_delay");
 }
 
+TEST_F(Motion, ADelayThatIsRefusedLeavesTheModelAtRest) {
+  std::vector<Log> logs{noisy(delayed(truth().log, 0.12), 0.05, 93)};
+  std::vector<std::string> left_out;
+  const DiagnosisModel at_rest = baseline_model(load_robot("irma4"), logs, left_out);
+  const auto after = [&](DiagnoseOptions options, DiagnosisModel& model) {
+    Diagnosis out;
+    model = at_rest;
+    Search(logs, model, out, options).in_motion();
+    return out;
+  };
+  DiagnosisModel model;
+  std::vector<std::string> steps;
+  DiagnoseOptions options;
+  options.progress = [&](const std::string& step) {
+    steps.push_back(step);
+    return true;
+  };
+  EXPECT_EQ(after(options, model).effects.size(), 1U);
+  EXPECT_GT(model.pose_count(), at_rest.pose_count());
+  EXPECT_EQ(steps, (std::vector<std::string>{"samples in motion", "accepted sensor_delay"}));
+
+  DiagnoseOptions strict;
+  strict.family_wise_p = 0.0;
+  Diagnosis out = after(strict, model);
+  EXPECT_TRUE(out.effects.empty());
+  ASSERT_EQ(out.rejected.size(), 1U);
+  EXPECT_EQ(out.rejected[0].name, "sensor_delay");
+  EXPECT_EQ(out.rejected[0].reason.find("chance does as well"), 0U);
+  EXPECT_EQ(model.pose_count(), at_rest.pose_count());
+  EXPECT_TRUE(model.effects.empty());
+  EXPECT_EQ(model.noise, at_rest.noise);
+
+  DiagnoseOptions full;
+  full.most_effects = 0;
+  EXPECT_TRUE(after(full, model).identifiability.empty());  // not even looked at
+}
+
 TEST_F(Motion, WithoutADelayTheSamplesAreLookedAtAndLeftOut) {
   const Diagnosis d = diagnose(load_robot("irma4"), {read()});
   EXPECT_EQ(d.verdict, Verdict::consistent) << summary(d);
@@ -426,6 +464,15 @@ TEST_F(Motion, SwivelHysteresisIsNamedFromAWholeRun) {
               std::max(3.0 * d.effects[0].standard_deviation[0], 0.05 * 0.015));
   const double deviation = test::deviation_with_directions(d.model)[0];
   EXPECT_NEAR(d.effects[0].standard_deviation[0], deviation, 1e-3 * deviation);
+  // The directions are those of the model along the whole run, and no estimates of the readings'.
+  double guessed = 0.0;
+  for (const Measurement& m : d.baseline.runs[0].measurements) {
+    guessed += m.swivel_direction_error.norm();
+  }
+  EXPECT_GT(guessed, 0.0);
+  for (const Measurement& m : d.model.runs[0].measurements) {
+    EXPECT_EQ(m.swivel_direction_error.norm(), 0.0);
+  }
 }
 
 }  // namespace

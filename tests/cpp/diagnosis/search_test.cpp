@@ -202,6 +202,39 @@ TEST(Search, ExchangeKeepsTheOrderOfTheOthers) {
   EXPECT_EQ(names(p.out), names(p.model));
 }
 
+TEST(Search, TheFirstOfTheCatalogueIsExchangedForAndARivalToo) {
+  Log log = test::startup_log(load_robot("irma4"), 0.1, 83);
+  const Eigen::RowVector4d ratio(0.02, -0.015, 0.01, -0.02);
+  log.length_m.array().rowwise() *= 1.0 + ratio.array();
+  Progress p(baseline_of(log));
+  p.take("cable_elasticity");
+  p.search().find_rivals();
+  const Names& rivals = p.out.effects[0].rivals;
+  EXPECT_EQ(std::count(rivals.begin(), rivals.end(), "transmission_ratio"), 1);
+  p.options.rival_share = 0.05;
+  EXPECT_TRUE(p.search().exchange());
+  EXPECT_EQ(names(p.model), Names{effect_catalogue().front()->name()});
+  EXPECT_EQ(names(p.model), Names{"transmission_ratio"});
+}
+
+TEST(Search, ExchangeTakesNoImplausibleValue) {
+  const double limit = find_effect("load_cell_gain")->plausible(4)[0];
+  Log log = test::startup_log(load_robot("irma4"), 0.1, 74);
+  const Eigen::RowVector4d gain(0.5, -0.4, 0.3, -1.3);
+  log.tension_N.array().rowwise() *= 1.0 + limit * gain.array();
+  Progress p(baseline_of(log));
+  p.take("load_cell_bias");
+  p.options.rival_share = 0.2;
+  const std::optional<DiagnosisModel> without = without_effect(p.model, 0);
+  const std::vector<Refit> refits = EvidenceAgainst(*without).refits(
+      scan(*without, {find_effect("load_cell_gain"), find_effect("load_cell_bias")}, {.draws = 0}),
+      2, [](const CandidateScore&) { return true; });
+  ASSERT_EQ(refits[0].score.effect->name(), "load_cell_gain");  // explains more, with a value
+  ASSERT_FALSE(plausible(refits[0].model.effects.back(), 4));   // that no load cell has
+  p.search().exchange();
+  EXPECT_EQ(names(p.model), Names{"load_cell_bias"});
+}
+
 TEST(Search, WhatIsFarAboveChanceNeedsNoDraws) {
   Progress p(with_gain());
   p.options.scan.draws = 499;
