@@ -198,6 +198,10 @@ TEST_F(Discrete, AUnitIsAccusedOnlyWhereTheReadingsThenSaySomething) {
   EXPECT_FALSE(accused(&SensorSigma::swivel_rad, 40.0 * kDegree, &Log::swivel_rad, 1.0 / kDegree));
   EXPECT_FALSE(
       accused(&SensorSigma::attitude_rad, 20.0 * kDegree, &Log::roll_pitch_yaw_rad, 1.0 / kDegree));
+  // Only those readings count whose unit is another.
+  EXPECT_TRUE(
+      accused(&SensorSigma::swivel_rad, 40.0 * kDegree, &Log::roll_pitch_yaw_rad, 1.0 / kDegree));
+  EXPECT_TRUE(accused(&SensorSigma::attitude_rad, 20.0 * kDegree, &Log::swivel_rad, 1.0 / kDegree));
 }
 
 TEST_F(Discrete, AnglesThatTheLogLacksAreNotAccused) {
