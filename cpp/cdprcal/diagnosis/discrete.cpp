@@ -68,11 +68,6 @@ Trial try_map(const Robot& robot, const Log& log, const std::vector<double>& at_
   return out;
 }
 
-/// Readings are in one unit: a second fault of the kind would only shrink them further.
-bool is_unit(const DiscreteFault& fault) {
-  return fault.name == "length_unit" || fault.name == "angle_unit";
-}
-
 /// Root mean square of what readings vary by about each sensor's mean.
 double variation(const LogMatrix& readings) {
   double squares = 0.0;
@@ -116,7 +111,7 @@ std::optional<Log> few_rests(const Robot& robot, const Log& log, std::vector<dou
   brief.roll_pitch_yaw_rad.resize(rows, log.roll_pitch_yaw_rad.cols());
   brief.tension_setpoint_N.resize(rows, 0);
   for (int row = 0; row < rows; ++row) {
-    const int rest = rows > 1 ? row * (rests - 1) / (rows - 1) : 0;
+    const int rest = row * (rests - 1) / (rows - 1);
     const Measurement m = measurement_mean(
         log, whole.equilibria[static_cast<std::size_t>(rest)].samples, PoseKind::static_pose, n);
     brief.time_s[row] = row;  // a second apart: one segment
@@ -210,8 +205,6 @@ DiscreteSearch find_discrete_faults(Robot& robot, Log& log) {
     double best_cost = cost;
     bool best_agrees = false;
     for (const DiscreteFault& fault : discrete_faults(robot, log)) {
-      const auto same = [&](const DiscreteFault& known) { return known.name == fault.name; };
-      if (is_unit(fault) && std::any_of(search.faults.begin(), search.faults.end(), same)) continue;
       Robot trial_robot = robot;
       Log trial_log = tried;
       set_right(fault, trial_robot, trial_log);
