@@ -355,32 +355,37 @@ TEST(DiagnosisFit, IsTheMinimumOfThePenalisedCost) {
 }
 
 TEST(DiagnosisFit, FromFarAwayGoesDownAndFindsTheSameMinimum) {
-  // Where a whole step would lead uphill or to no pose at all, a shorter one is taken.
+  // Where a whole step would lead uphill or to no pose at all, a shorter one is taken: with whole
+  // steps alone, three of these starts are lost.
   DiagnosisModel model = two_runs();
   ASSERT_TRUE(fit(model));
   const double least = penalised_cost(linearise(model));
-  int settled = 0;
-  for (int seed = 0; seed < 20; ++seed) {
-    SCOPED_TRACE(seed);
-    RandomNormal random(static_cast<std::uint64_t>(seed));
-    DiagnosisModel far = model;
-    for (DiagnosisRun& run : far.runs) {
-      for (Pose& pose : run.poses) {
-        Vector6 twist;
-        for (double& v : twist) v = 0.02 * (seed + 1) * random();
-        pose = plus(pose, twist);
+  int lost = 0;
+  for (int seed = 0; seed < 60; ++seed) {
+    for (const double scale : {0.15, 0.2, 0.4}) {  // m and rad
+      SCOPED_TRACE(seed);
+      RandomNormal random(static_cast<std::uint64_t>(seed));
+      DiagnosisModel far = model;
+      for (DiagnosisRun& run : far.runs) {
+        for (Pose& pose : run.poses) {
+          Vector6 twist;
+          for (double& v : twist) v = scale * random();
+          pose = plus(pose, twist);
+        }
       }
+      const DiagnosisSystem before = linearise(far);
+      if (!before.valid) continue;
+      const bool settled = fit(far, 100);
+      const double cost = penalised_cost(linearise(far));
+      EXPECT_LE(cost, penalised_cost(before));
+      if (scale > 0.2) continue;  // other minima
+      if (settled) {
+        EXPECT_NEAR(cost, least, 1e-6 * least);
+      }
+      lost += settled ? 0 : 1;
     }
-    const DiagnosisSystem before = linearise(far);
-    if (!before.valid) continue;
-    const bool ok = fit(far, 100);
-    const double cost = penalised_cost(linearise(far));
-    EXPECT_LE(cost, penalised_cost(before));
-    if (!ok) continue;
-    ++settled;
-    EXPECT_NEAR(cost, least, 1e-6 * least);
   }
-  EXPECT_GT(settled, 10);
+  EXPECT_LE(lost, 1);
 }
 
 TEST(DiagnosisFit, StaysWhereItHasSettled) {
