@@ -452,6 +452,47 @@ TEST(NoiseEstimate, IsTheRootMeanSquareOverTheFreedomAndNotBelowTheFloor) {
   }
 }
 
+TEST(NoiseStart, IsTheSpecifiedOneAboveWhatMeansOfSoManyReadingsRipple) {
+  DiagnosisModel model = two_runs();
+  model.runs.resize(1);
+  std::vector<Measurement>& at = model.runs[0].measurements;
+  at.resize(4);
+  at[0].kind = PoseKind::static_pose, at[0].samples = 40;
+  at[1].kind = PoseKind::static_pose, at[1].samples = 1;      // a rest read once
+  at[2].kind = PoseKind::kinematic_pose, at[2].samples = 13;  // a mean all the same
+  at[3].kind = PoseKind::kinematic_pose, at[3].samples = 1;   // a reading in motion
+  const SensorSigma& s = model.robot.sigma;
+  std::array<double, kChannels> ripple{};
+  ripple[0] = 0.2 * s.length_m, ripple[1] = 1e-9 * s.swivel_rad;
+  ripple[4] = 0.3 * s.tension_N;
+  start_noise(model, ripple);
+  EXPECT_DOUBLE_EQ(model.rest_samples, (40.0 + 1.0 + 13.0) / 3.0);
+  const double mean = 1.0 / std::sqrt(18.0);
+  EXPECT_DOUBLE_EQ(model.floor[0], 0.2 * s.length_m * mean);
+  EXPECT_DOUBLE_EQ(model.floor[1], 1e-3 * s.swivel_rad);  // nothing is read without any noise
+  EXPECT_DOUBLE_EQ(model.floor[4], 0.3 * mean);           // in units of the balance's covariance
+  EXPECT_DOUBLE_EQ(model.floor[kRestGroups], 0.2 * s.length_m);
+  EXPECT_DOUBLE_EQ(model.floor[kRestGroups + 1], 1e-3 * s.swivel_rad);
+  EXPECT_DOUBLE_EQ(model.noise[0], s.length_m);
+  EXPECT_DOUBLE_EQ(model.noise[4], 1.0);
+  EXPECT_DOUBLE_EQ(model.noise[kRestGroups + 1], s.swivel_rad);
+
+  // One rest is enough to count, and without any a mean is as good as a reading.
+  at.resize(1);
+  start_noise(model, ripple);
+  EXPECT_EQ(model.rest_samples, 40.0);
+  at[0] = Measurement();
+  at[0].kind = PoseKind::kinematic_pose, at[0].samples = 1;
+  start_noise(model, ripple);
+  EXPECT_EQ(model.rest_samples, 1.0);
+}
+
+TEST(NoiseEstimate, HasSettledAfterAFitWithIt) {
+  DiagnosisModel model = two_runs();
+  ASSERT_TRUE(fit_with_noise(model));
+  EXPECT_LT(estimate_noise(model), 0.02);
+}
+
 TEST(NoiseEstimate, WithLessThanOneDegreeOfFreedomWhatWasAssumedStands) {
   DiagnosisModel model = test::few_readings();
   model.noise[1] *= 3.0;
