@@ -192,16 +192,21 @@ TEST_F(Discrete, AUnitIsAccusedOnlyWhereTheReadingsThenSaySomething) {
     Log same = log;
     EXPECT_EQ(find_discrete_faults(robot, same).faults.size(), 1U);
     robot.sigma.*sigma = coarse;
-    return !find_discrete_faults(robot, log).faults.empty();
+    const std::vector<DiscreteFault> faults = find_discrete_faults(robot, log).faults;
+    return faults.empty() ? std::string() : faults.front().text;
   };
-  EXPECT_FALSE(accused(&SensorSigma::length_m, 2.0, &Log::length_m, 1e3));
-  EXPECT_FALSE(accused(&SensorSigma::swivel_rad, 40.0 * kDegree, &Log::swivel_rad, 1.0 / kDegree));
-  EXPECT_FALSE(
-      accused(&SensorSigma::attitude_rad, 20.0 * kDegree, &Log::roll_pitch_yaw_rad, 1.0 / kDegree));
+  constexpr double kInDegrees = 1.0 / kDegree;
+  const double coarse_swivel = 40.0 * kDegree, coarse_attitude = 20.0 * kDegree;
+  EXPECT_EQ(accused(&SensorSigma::length_m, 2.0, &Log::length_m, 1e3), "");
+  EXPECT_EQ(accused(&SensorSigma::swivel_rad, coarse_swivel, &Log::swivel_rad, kInDegrees), "");
+  EXPECT_EQ(
+      accused(&SensorSigma::attitude_rad, coarse_attitude, &Log::roll_pitch_yaw_rad, kInDegrees),
+      "");
   // Only those readings count whose unit is another.
-  EXPECT_TRUE(
-      accused(&SensorSigma::swivel_rad, 40.0 * kDegree, &Log::roll_pitch_yaw_rad, 1.0 / kDegree));
-  EXPECT_TRUE(accused(&SensorSigma::attitude_rad, 20.0 * kDegree, &Log::swivel_rad, 1.0 / kDegree));
+  EXPECT_EQ(accused(&SensorSigma::swivel_rad, coarse_swivel, &Log::roll_pitch_yaw_rad, kInDegrees),
+            "the attitude is in degrees");
+  EXPECT_EQ(accused(&SensorSigma::attitude_rad, coarse_attitude, &Log::swivel_rad, kInDegrees),
+            "the swivel angles are in degrees");
 }
 
 TEST_F(Discrete, AnglesThatTheLogLacksAreNotAccused) {
