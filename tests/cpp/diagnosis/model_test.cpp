@@ -456,18 +456,19 @@ TEST(NoiseStart, IsTheSpecifiedOneAboveWhatMeansOfSoManyReadingsRipple) {
   DiagnosisModel model = two_runs();
   model.runs.resize(1);
   std::vector<Measurement>& at = model.runs[0].measurements;
-  at.resize(4);
+  at.resize(5);
   at[0].kind = PoseKind::static_pose, at[0].samples = 40;
   at[1].kind = PoseKind::static_pose, at[1].samples = 1;      // a rest read once
   at[2].kind = PoseKind::kinematic_pose, at[2].samples = 13;  // a mean all the same
   at[3].kind = PoseKind::kinematic_pose, at[3].samples = 1;   // a reading in motion
+  at[4].kind = PoseKind::static_pose, at[4].samples = 1;
   const SensorSigma& s = model.robot.sigma;
   std::array<double, kChannels> ripple{};
   ripple[0] = 0.2 * s.length_m, ripple[1] = 1e-9 * s.swivel_rad;
   ripple[4] = 0.3 * s.tension_N;
   start_noise(model, ripple);
-  EXPECT_DOUBLE_EQ(model.rest_samples, (40.0 + 1.0 + 13.0) / 3.0);
-  const double mean = 1.0 / std::sqrt(18.0);
+  EXPECT_DOUBLE_EQ(model.rest_samples, (40.0 + 1.0 + 13.0 + 1.0) / 4.0);
+  const double mean = 1.0 / std::sqrt(13.75);
   EXPECT_DOUBLE_EQ(model.floor[0], 0.2 * s.length_m * mean);
   EXPECT_DOUBLE_EQ(model.floor[1], 1e-3 * s.swivel_rad);  // nothing is read without any noise
   EXPECT_DOUBLE_EQ(model.floor[4], 0.3 * mean);           // in units of the balance's covariance
