@@ -59,7 +59,9 @@ FAULTS = """\
 ## Faults of the configuration
 
 They are looked for first, by refitting with each of them: the cost falls by orders of magnitude
-where one is real.
+where one is real. Signs are tried in every combination, cables in every order (of more than six,
+any two exchanged). A unit in which readings would vary by less than their sigma is not accused:
+they would contradict nothing any more.
 
 | name | what is wrong |
 |---|---|
