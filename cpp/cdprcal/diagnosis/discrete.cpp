@@ -14,8 +14,8 @@ namespace {
 constexpr double kOrdersOfMagnitude = 10.0;
 constexpr int kMostFaults = 6;
 constexpr int kAllStarts = 8;
-/// Rests that the trials look at.
-constexpr int kFewestRests = 4, kMostRests = 9;
+/// Rests that the trials look at, or samples where nothing says that the platform rests.
+constexpr int kMostRests = 9, kMostSamples = 30;
 
 std::string channel_list(const std::vector<double>& signs) {
   std::string out;
@@ -94,14 +94,20 @@ bool silences(const DiscreteFault& fault, const Robot& robot, const Log& log) {
          (fault.values[1] != 1.0 && silent(log.roll_pitch_yaw_rad, robot.sigma.attitude_rad));
 }
 
-/// A log of a few rows, each the mean over a rest, spread over the run, and their times. Nothing
-/// when there are too few rests.
-std::optional<Log> few_rests(const Robot& robot, const Log& log, std::vector<double>& at_s) {
-  const Calibration whole = prepare(robot, log, options_for(log));
-  const auto rests = static_cast<int>(whole.equilibria.size());
-  if (rests < kFewestRests) return std::nullopt;
-  const int rows = std::min(rests, kMostRests);
-  const int n = robot.cable_count();
+/// A log of a few rows, each the mean over a rest, or a sample in motion where there are no load
+/// cells, spread over the run; and their times. Nothing when there are too few.
+std::optional<Log> few_poses(const Robot& robot, const Log& log, std::vector<double>& at_s) {
+  Robot as_read = robot;
+  std::erase_if(as_read.effects, [](const AppliedEffect& e) { return is_reading_fault(e.name); });
+  const CalibrateOptions options = options_for(log);
+  std::vector<Measurement> poses = prepare(as_read, log, options).problem.measurements;
+  const bool at_rest = options.method == Method::statics;
+  if (at_rest) {
+    std::erase_if(poses, [](const Measurement& m) { return m.kind != PoseKind::static_pose; });
+  }
+  const auto count = static_cast<int>(poses.size());
+  if (count < 2) return std::nullopt;
+  const int rows = std::min(count, at_rest ? kMostRests : kMostSamples);
   Log brief;
   brief.source = log.source;
   brief.time_s.resize(rows);
@@ -111,9 +117,7 @@ std::optional<Log> few_rests(const Robot& robot, const Log& log, std::vector<dou
   brief.roll_pitch_yaw_rad.resize(rows, log.roll_pitch_yaw_rad.cols());
   brief.tension_setpoint_N.resize(rows, 0);
   for (int row = 0; row < rows; ++row) {
-    const int rest = row * (rests - 1) / (rows - 1);
-    const Measurement m = measurement_mean(
-        log, whole.equilibria[static_cast<std::size_t>(rest)].samples, PoseKind::static_pose, n);
+    const Measurement& m = poses[static_cast<std::size_t>(row * (count - 1) / (rows - 1))];
     brief.time_s[row] = row;  // a second apart: one segment
     at_s.push_back(row);
     if (brief.length_m.cols() > 0) brief.length_m.row(row) = m.length_m;
@@ -195,9 +199,9 @@ DiscreteSearch find_discrete_faults(Robot& robot, Log& log) {
   const Trial as_given = try_map(robot, log, {}, kAllStarts);
   search.cost_before = search.cost_after = as_given.cost;
   if (as_given.agrees || !as_given.surprises) return search;
-  // Some hundred trials: a few of the rests tell a wrong map as well as all of them do.
+  // Hundreds of trials: a few of the poses tell a wrong map as well as all of them do.
   std::vector<double> at_s;
-  std::optional<Log> brief = few_rests(robot, log, at_s);
+  std::optional<Log> brief = few_poses(robot, log, at_s);
   Log& tried = brief ? *brief : log;
   double cost = try_map(robot, tried, at_s, kAllStarts).cost;
   while (static_cast<int>(search.faults.size()) < kMostFaults) {

@@ -88,6 +88,15 @@ TEST_F(Discrete, AFaultIsFoundWithoutLoadCells) {
   EXPECT_EQ(search.faults[0].values, (std::vector<double>{1, 1, 1, -1}));
 }
 
+TEST_F(Discrete, WhatTheRobotFileListsIsSetRightOnceAndNotFoundAgain) {
+  log.swivel_rad.col(1) *= -1.0;
+  log.length_m *= 1e3;
+  robot.effects.push_back({"swivel_sign", "", {{"sign", {1, -1, 1, 1}}}});
+  const DiscreteSearch search = find_discrete_faults(robot, log);
+  ASSERT_EQ(search.faults.size(), 1U);
+  EXPECT_EQ(search.faults[0].name, "length_unit");
+}
+
 TEST_F(Discrete, AFaultIsFoundInThreeRests) {
   SyntheticLogOptions options;
   options.noise = reading_noise(robot.sigma, 0.2);
