@@ -37,7 +37,6 @@ double median(std::vector<double> values) {
 Eigen::VectorXd departures(const Eigen::VectorXd& values, bool angles) {
   Eigen::VectorXd out = Eigen::VectorXd::Constant(values.size(), kNaN);
   for (Eigen::Index i = kBeside; i + kBeside < values.size(); ++i) {
-    if (!std::isfinite(values[i])) continue;
     std::vector<double> around;
     for (Eigen::Index j = i - kBeside; j <= i + kBeside; ++j) {
       const double d = values[j] - values[i];

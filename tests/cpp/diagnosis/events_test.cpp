@@ -179,6 +179,15 @@ TEST_F(Events, AReadingIsJudgedByTheScatterOnBothSides) {
   }
 }
 
+TEST_F(Events, AnOutlierFarAwayHidesNone) {
+  log.length_m(20, 1) += 1.0;
+  log.length_m(70, 1) += 0.1;
+  log.length_m(120, 1) += 1.0;
+  const auto outliers = named(gate_events(robot, log), "outlier");
+  ASSERT_EQ(outliers.size(), 3U);
+  EXPECT_EQ(outliers[1].begin_s, log.time_s[70]);
+}
+
 TEST_F(Events, ADropOutOfOneReadingIsAnOutlier) {
   log.tension_N(kRow, 2) = 0.0;
   const auto events = gate_events(robot, log);
@@ -345,6 +354,17 @@ TEST_F(Events, ASlackCableIsToldWithItsTimeAndLeastTension) {
   EXPECT_EQ(slack[0].end_s, log.time_s[29]);
   EXPECT_EQ(slack[0].size, 0.2 * limit_N);
   EXPECT_EQ(log.tension_N(24, 3), 0.2 * limit_N);  // its readings stay
+}
+
+TEST_F(Events, ATensionThatPassesZeroForOneSampleOnItsWayIsNotSlack) {
+  // Down and up again over a second: no outlier, and nothing that stayed.
+  const double limit_N = 0.1 * robot.tension_min_N;
+  for (Eigen::Index k = -5; k <= 5; ++k) {
+    log.tension_N(60 + k, 3) = 0.9 * limit_N + 5.0 * static_cast<double>(std::abs(k));
+  }
+  EXPECT_TRUE(named(gate_events(robot, log), "slack").empty());
+  log.tension_N(61, 3) = 0.9 * limit_N;
+  EXPECT_EQ(named(gate_events(robot, log), "slack").size(), 1U);
 }
 
 TEST_F(Events, EveryCableIsLookedAt) {

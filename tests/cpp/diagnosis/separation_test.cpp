@@ -211,6 +211,30 @@ TEST(SeparatingPoses, AreLookedForAllOverTheMiddleOfTheWorkspace) {
   }
 }
 
+TEST(SeparatingPoses, AreOfferedOnceAndFromTheSideThatTellsMore) {
+  // Friction turns its sign with the direction of motion: from one side it is nearly a gain.
+  const DiagnosisModel model = model_with("pulley_friction", EffectValues::Constant(1, 0.05));
+  const auto rival = find_effect("load_cell_gain");
+  const Separation found = separating_poses(model, 0, rival, 12);
+  ASSERT_GT(found.poses.size(), 2U);
+  std::set<bool> sides;
+  for (std::size_t i = 0; i < found.poses.size(); ++i) {
+    const SeparatingPose& one = found.poses[i];
+    sides.insert(one.from_above);
+    for (std::size_t j = 0; j < i; ++j) {
+      const SeparatingPose& other = found.poses[j];
+      EXPECT_FALSE(one.position_m == other.position_m && one.tension_N == other.tension_N &&
+                   one.from_above == other.from_above)
+          << i << " " << j;
+    }
+  }
+  EXPECT_EQ(sides.size(), 2U);
+  // The best, from its other side, tells less.
+  SeparatingPose turned = found.poses[0];
+  turned.from_above = !turned.from_above;
+  EXPECT_LT(nats_between(measured_at(model, turned), 0, "load_cell_gain"), found.poses[0].nats);
+}
+
 TEST(SeparatingPoses, NoneForARobotWhoseInverseProblemIsNotSolved) {
   // Two cables more than can be distributed: the evidence of the log stands, nothing is offered.
   DiagnosisModel model = model_with("mass", EffectValues::Constant(1, 0.7));
