@@ -235,6 +235,18 @@ TEST(SeparatingPoses, AreOfferedOnceAndFromTheSideThatTellsMore) {
   EXPECT_LT(nats_between(measured_at(model, turned), 0, "load_cell_gain"), found.poses[0].nats);
 }
 
+TEST(SeparatingPoses, EndWhereAnotherIsNotWorthTheWay) {
+  const DiagnosisModel model = model_with("cable_elasticity", EffectValues::Constant(1, 5e-6));
+  const Separation found = separating_poses(model, 0, find_effect("transmission_ratio"), 1000);
+  double reached = found.nats;
+  for (const SeparatingPose& pose : found.poses) {
+    EXPECT_GT(pose.nats, reached + 0.5);
+    reached = pose.nats;
+  }
+  EXPECT_GT(found.poses.size(), 1U);
+  EXPECT_LT(found.poses.size(), 50U);  // of nearly two hundred
+}
+
 TEST(SeparatingPoses, NoneForARobotWhoseInverseProblemIsNotSolved) {
   // Two cables more than can be distributed: the evidence of the log stands, nothing is offered.
   DiagnosisModel model = model_with("mass", EffectValues::Constant(1, 0.7));
