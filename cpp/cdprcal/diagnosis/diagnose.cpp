@@ -258,12 +258,11 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   const auto report = [&](const std::string& what) {
     return !options.progress || options.progress(what);
   };
-  Robot robot = given;
+  Robot robot = without_reading_faults(given);
   std::vector<Log> logs = given_logs;
   for (Log& log : logs) {
     if (auto corrected = correct_readings(given, log)) log = *std::move(corrected);
   }
-  std::erase_if(robot.effects, [](const AppliedEffect& e) { return is_reading_fault(e.name); });
   report("discrete faults: signs, order, units, conventions");
   {
     const DiscreteSearch search = find_discrete_faults(robot, logs.front());

@@ -97,10 +97,9 @@ bool silences(const DiscreteFault& fault, const Robot& robot, const Log& log) {
 /// A log of a few rows, each the mean over a rest, or a sample in motion where there are no load
 /// cells, spread over the run; and their times. Nothing when there are too few.
 std::optional<Log> few_poses(const Robot& robot, const Log& log, std::vector<double>& at_s) {
-  Robot as_read = robot;
-  std::erase_if(as_read.effects, [](const AppliedEffect& e) { return is_reading_fault(e.name); });
   const CalibrateOptions options = options_for(log);
-  std::vector<Measurement> poses = prepare(as_read, log, options).problem.measurements;
+  std::vector<Measurement> poses =
+      prepare(without_reading_faults(robot), log, options).problem.measurements;
   const bool at_rest = options.method == Method::statics;
   if (at_rest) {
     std::erase_if(poses, [](const Measurement& m) { return m.kind != PoseKind::static_pose; });

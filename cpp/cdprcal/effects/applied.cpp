@@ -114,11 +114,11 @@ KnownState with_known_effects(const Robot& robot, const Log& log) {
   const ActiveEffects effects = resolve_effects(robot, log.source);
   KnownState out{with_effects(robot, effects), correct_readings(robot, log).value_or(log)};
   out.robot.effects.clear();
+  if (out.log.tension_N.cols() != robot.cable_count()) return out;
+  if (std::none_of(effects.begin(), effects.end(), &of_load_cells)) return out;
   const SampleRange run = segments(log).empty() ? SampleRange{} : segments(log).back();
   const double start_s = run.size() > 0 ? log.time_s[run.begin] : 0.0;
-  if (std::none_of(effects.begin(), effects.end(), &of_load_cells)) return out;
   for (Eigen::Index row = 0; row < out.log.tension_N.rows(); ++row) {
-    if (out.log.tension_N.cols() != robot.cable_count()) break;
     Measurement m;
     m.tension_N = out.log.tension_N.row(row).transpose();
     m.run_time_s = log.time_s[row] - start_s;

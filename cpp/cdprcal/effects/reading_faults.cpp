@@ -52,6 +52,11 @@ std::string fault_problem(const AppliedEffect& fault) {
   return all([](double v) { return v > 0.0; }) ? "" : "must be positive";
 }
 
+Robot without_reading_faults(Robot robot) {
+  std::erase_if(robot.effects, [](const AppliedEffect& e) { return is_reading_fault(e.name); });
+  return robot;
+}
+
 void set_right(const AppliedEffect& fault, Log& log) {
   const std::vector<double>& values = values_of(fault);
   if (fault.name == "length_sign") {

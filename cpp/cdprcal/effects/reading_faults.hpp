@@ -21,6 +21,10 @@ bool is_reading_fault(const std::string& name);
 /// What is wrong with a fault's values; empty when nothing is.
 std::string fault_problem(const AppliedEffect& fault);
 
+/// The robot without those that it lists: for logs that are set right already, or are to be read as
+/// they are.
+Robot without_reading_faults(Robot robot);
+
 /// The log as it would read without the fault. The fault must be valid for the log's cables.
 void set_right(const AppliedEffect& fault, Log& log);
 

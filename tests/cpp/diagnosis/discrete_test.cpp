@@ -12,6 +12,7 @@
 namespace cdprcal {
 namespace {
 
+using test::named;
 using test::startup_log;
 
 class Discrete : public testing::Test {
@@ -98,14 +99,9 @@ TEST_F(Discrete, WhatTheRobotFileListsIsSetRightOnceAndNotFoundAgain) {
 }
 
 TEST_F(Discrete, AFaultIsFoundInThreeRests) {
-  SyntheticLogOptions options;
-  options.noise = reading_noise(robot.sigma, 0.2);
-  options.seed = 33;
-  options.dwell_s = 4.0;
-  options.move_s = 4.0;
   std::vector<CableVector> setpoints = default_setpoints(robot, 2, 2, 2);
   setpoints.resize(3);
-  log = synthetic_log(robot, setpoints, options).log;
+  log = test::run_through(robot, setpoints, 0.2, 33);
   log.length_m *= 1e3;
   const DiscreteSearch search = find_discrete_faults(robot, log);
   ASSERT_EQ(search.faults.size(), 1U);
@@ -292,13 +288,6 @@ Log channels(int n, bool lengths, bool swivels, bool tensions) {
   return log;
 }
 
-std::vector<DiscreteFault> named(const std::vector<DiscreteFault>& all, const std::string& name) {
-  std::vector<DiscreteFault> out;
-  std::copy_if(all.begin(), all.end(), std::back_inserter(out),
-               [&](const DiscreteFault& fault) { return fault.name == name; });
-  return out;
-}
-
 TEST(DiscreteFaults, SignsAreEveryCombination) {
   for (int n = 1; n <= kMaxCables; ++n) {
     const std::vector<DiscreteFault> all =
@@ -406,18 +395,9 @@ TEST(DiscreteFaults, UnitsAndConventions) {
   }
 }
 
-/// A quick run of a robot on set-points of its own.
-Log run_of(const Robot& robot, std::uint64_t seed) {
-  SyntheticLogOptions options;
-  options.noise = reading_noise(robot.sigma, 0.2);
-  options.seed = seed;
-  options.dwell_s = options.move_s = 4.0;
-  return synthetic_log(robot, default_setpoints(robot, 2, 2, 2), options).log;
-}
-
 TEST(DiscreteOfFiveCables, AnyOrderIsFound) {
   Robot robot = load_robot("ring5");
-  const Log clean = run_of(robot, 32);
+  const Log clean = test::run_through(robot, default_setpoints(robot, 2, 2, 2), 0.2, 32);
   for (const std::vector<double>& order :
        {std::vector<double>{2, 1, 3, 4, 5}, {5, 2, 3, 4, 1}, {3, 5, 1, 2, 4}}) {
     SCOPED_TRACE(testing::PrintToString(order));

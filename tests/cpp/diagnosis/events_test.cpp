@@ -13,15 +13,8 @@
 namespace cdprcal {
 namespace {
 
+using test::named;
 using test::startup_log;
-
-std::vector<LogEvent> named(const std::vector<LogEvent>& events, const std::string& name) {
-  std::vector<LogEvent> out;
-  for (const LogEvent& event : events) {
-    if (event.name == name) out.push_back(event);
-  }
-  return out;
-}
 
 /// The first dwell, 4 s at 10 Hz, made 20 s long.
 Log with_long_rest(const Log& log, const SensorSigma& sigma) {

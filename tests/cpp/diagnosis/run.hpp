@@ -1,7 +1,10 @@
 // Start-up runs of irma4 with known imperfections, for the diagnosis tests.
 #pragma once
 
+#include <algorithm>
+#include <iterator>
 #include <string>
+#include <vector>
 
 #include "cdprcal/acquisition/synthetic.hpp"
 #include "cdprcal/diagnosis/diagnose.hpp"
@@ -9,18 +12,23 @@
 
 namespace cdprcal::test {
 
-/// A run of `robot` through a 3 × 3 × nz grid (nz = 0: 2 × 2 × 2); noise in the robot's own σ, a
-/// sample. The set-points are those that irma4 as drawn would choose.
-inline Log startup_log(const Robot& robot, double noise, std::uint64_t seed, int nz = 2) {
+/// A run of `robot` through set-points; noise in the robot's own σ, a sample.
+inline Log run_through(const Robot& robot, const std::vector<CableVector>& setpoints_N,
+                       double noise, std::uint64_t seed) {
   SyntheticLogOptions options;
   options.noise = reading_noise(robot.sigma, noise);
   options.seed = seed;
-  options.dwell_s = 4.0;
-  options.move_s = 4.0;
+  options.dwell_s = options.move_s = 4.0;
+  return synthetic_log(robot, setpoints_N, options).log;
+}
+
+/// A run of `robot` through a 3 × 3 × nz grid (nz = 0: 2 × 2 × 2); noise in the robot's own σ, a
+/// sample. The set-points are those that irma4 as drawn would choose.
+inline Log startup_log(const Robot& robot, double noise, std::uint64_t seed, int nz = 2) {
   const Robot drawn = load_robot("irma4");
   const std::vector<CableVector> setpoints =
       nz == 0 ? default_setpoints(drawn, 2, 2, 2) : default_setpoints(drawn, 3, 3, nz);
-  Log log = synthetic_log(robot, setpoints, options).log;
+  Log log = run_through(robot, setpoints, noise, seed);
   log.source = "run" + std::to_string(seed) + ".csv";
   return log;
 }
@@ -42,6 +50,15 @@ inline Log log_with_bump() {
   log.roll_pitch_yaw_rad.col(2).array() -=
       0.1 * ((log.time_s.array() - middle_s) / middle_s).square();
   return log;
+}
+
+/// Those of a list that have this name.
+template <class T>
+std::vector<T> named(const std::vector<T>& all, const std::string& name) {
+  std::vector<T> out;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(out),
+               [&](const T& one) { return one.name == name; });
+  return out;
 }
 
 inline std::string summary(const Diagnosis& d) {

@@ -155,6 +155,12 @@ TEST(Search, StopsWhereItIsToldToAndKeepsWhatWasAccepted) {
   EXPECT_TRUE(none.model.effects.empty());
 }
 
+/// The best refits of some candidates.
+std::vector<Refit> refitted(const DiagnosisModel& model, const Candidates& candidates, int most) {
+  return EvidenceAgainst(model).refits(scan(model, candidates, {.draws = 0}), most,
+                                       [](const CandidateScore&) { return true; });
+}
+
 /// Load cells read too much by a share of what they carry, and a little too little each.
 const DiagnosisModel& with_gain() {
   static const DiagnosisModel model = [] {
@@ -226,9 +232,8 @@ TEST(Search, ExchangeTakesNoImplausibleValue) {
   p.take("load_cell_bias");
   p.options.rival_share = 0.2;
   const std::optional<DiagnosisModel> without = without_effect(p.model, 0);
-  const std::vector<Refit> refits = EvidenceAgainst(*without).refits(
-      scan(*without, {find_effect("load_cell_gain"), find_effect("load_cell_bias")}, {.draws = 0}),
-      2, [](const CandidateScore&) { return true; });
+  const std::vector<Refit> refits =
+      refitted(*without, {find_effect("load_cell_gain"), find_effect("load_cell_bias")}, 2);
   ASSERT_EQ(refits[0].score.effect->name(), "load_cell_gain");  // explains more, with a value
   ASSERT_FALSE(plausible(refits[0].model.effects.back(), 4));   // that no load cell has
   p.search().exchange();
@@ -411,9 +416,8 @@ TEST(Search, WhatImitatesButIsFarLessProbableIsNoRival) {
     return std::count(rivals.begin(), rivals.end(), "load_cell_bias") == 1;
   };
   const DiagnosisModel baseline = *without_effect(p.model, 0);
-  const std::vector<Refit> refits = EvidenceAgainst(baseline).refits(
-      scan(baseline, {find_effect("load_cell_gain"), find_effect("load_cell_bias")}, {.draws = 0}),
-      2, [](const CandidateScore&) { return true; });
+  const std::vector<Refit> refits =
+      refitted(baseline, {find_effect("load_cell_gain"), find_effect("load_cell_bias")}, 2);
   ASSERT_EQ(refits[1].score.effect->name(), "load_cell_bias");
   const double nats = refits[0].log_evidence - refits[1].log_evidence;
   ASSERT_GT(nats, 5.0);
@@ -439,7 +443,7 @@ TEST(Search, RivalsAreNoneForWhatNothingImitates) {
   }
 }
 
-/// The log as it is when the third cable slips by 3 cm in the middle of a move.
+/// The log as it is when a cable, the third unless told, slips by 3 cm.
 Log with_slip(Log log, double at_s, int cable = 2) {
   for (Eigen::Index i = 0; i < log.sample_count(); ++i) {
     if (log.time_s[i] > at_s) log.length_m(i, cable) -= 0.03;
@@ -505,8 +509,7 @@ TEST(Search, TwoNamesThatTogetherDoWhatADependenceDoesStand) {
   Progress p(baseline_of(log));
   Candidates cells{find_effect("load_cell_gain")};
   for (const auto& effect : generic_candidates(p.model)) cells.push_back(effect);
-  const std::vector<Refit> refits = EvidenceAgainst(p.model).refits(
-      scan(p.model, cells, {.draws = 0}), 3, [](const CandidateScore&) { return true; });
+  const std::vector<Refit> refits = refitted(p.model, cells, 3);
   ASSERT_EQ(generic_name(*refits[0].score.effect)->depends_on, "reading");
   ASSERT_EQ(refits[1].score.effect->name(), "load_cell_gain");
   ASSERT_GT(refits[0].log_evidence, refits[1].log_evidence + p.options.rival_nats);

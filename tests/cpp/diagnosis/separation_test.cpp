@@ -142,10 +142,7 @@ TEST(SeparatingPoses, AreOfferedToRobotsOfThreeToFiveCables) {
   for (const char* name : {"ring3", "ring5"}) {
     SCOPED_TRACE(name);
     const Robot robot = load_robot(name);
-    SyntheticLogOptions options;
-    options.noise = reading_noise(robot.sigma, 0.2);
-    options.dwell_s = options.move_s = 4.0;
-    std::vector<Log> logs{synthetic_log(robot, default_setpoints(robot, 2, 2, 2), options).log};
+    std::vector<Log> logs{test::run_through(robot, default_setpoints(robot, 2, 2, 2), 0.2, 1)};
     std::vector<std::string> left_out;
     DiagnosisModel model = baseline_model(robot, logs, left_out);
     model.effects.push_back({find_effect("centre_of_mass"), EffectValues::Constant(3, 0.01)});
