@@ -22,7 +22,7 @@ void register_statics(py::module_& module);
 void register_equilibria(py::module_& module);
 void register_workspace(py::module_& module);
 void register_planning(py::module_& module);
-void register_acquisition(py::module_& module);
+void register_readings(py::module_& module);
 void register_delimited_text(py::module_& module);
 void register_synthetic(py::module_& module);
 void bind_simulator(py::module_& module);

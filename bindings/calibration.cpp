@@ -1,7 +1,7 @@
 // calibration/: what is free, how to solve, what came out; and log → initial pose.
 #include "cdprcal/calibration/calibrate.hpp"
-#include "cdprcal/calibration/linearise.hpp"
 #include "cdprcal/calibration/refine.hpp"
+#include "cdprcal/estimation/linearise.hpp"
 
 #include <optional>
 

@@ -1,5 +1,5 @@
-// acquisition/delimited_text, acquisition/json_messages: what importers of other logs are built on.
-#include "cdprcal/acquisition/delimited_text.hpp"
+// readings/delimited_text, readings/json_messages: what importers of other logs are built on.
+#include "cdprcal/readings/delimited_text.hpp"
 
 #include <pybind11/numpy.h>
 #include <pybind11/typing.h>
@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "bindings.hpp"
-#include "cdprcal/acquisition/json_messages.hpp"
+#include "cdprcal/readings/json_messages.hpp"
 
 namespace cdprcal::python {
 namespace {

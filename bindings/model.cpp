@@ -1,4 +1,5 @@
 // model/: the robot as data, and the robot file (parsed once, in C++).
+#include "cdprcal/effects/schema.hpp"
 #include "cdprcal/model/robot.hpp"
 
 #include <array>
@@ -9,7 +10,7 @@
 #include <filesystem>
 
 #include "bindings.hpp"
-#include "cdprcal/model/robot_file.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
 
 namespace cdprcal::python {
 namespace {
@@ -156,6 +157,7 @@ Robot make_robot(const std::string& name, const Platform& platform, std::vector<
   if (sigma) robot.sigma = *sigma;
   robot.effects = std::move(effects);
   finalise(robot);
+  check_effects(robot);
   return robot;
 }
 

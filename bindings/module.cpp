@@ -81,7 +81,7 @@ PYBIND11_MODULE(_core, module) {
   register_equilibria(module);
   register_workspace(module);
   register_planning(module);
-  register_acquisition(module);
+  register_readings(module);
   register_delimited_text(module);
   register_noise(module);
   register_calibration(module);

@@ -1,7 +1,7 @@
-// acquisition/simulator and acquisition/startup: a simulated robot, and the procedure that starts
+// simulator/ and startup/: a simulated robot, and the procedure that starts
 // any robot.
-#include "cdprcal/acquisition/simulator/random_start.hpp"
-#include "cdprcal/acquisition/simulator/simulate_startup.hpp"
+#include "cdprcal/simulator/random_start.hpp"
+#include "cdprcal/simulator/simulate_startup.hpp"
 
 #include <optional>
 

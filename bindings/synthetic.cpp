@@ -1,5 +1,5 @@
-// acquisition/synthetic: readings and logs that the project makes itself, with known truth.
-#include "cdprcal/acquisition/synthetic.hpp"
+// synthetic/: readings and logs that the project makes itself, with known truth.
+#include "cdprcal/synthetic/synthetic.hpp"
 
 #include <optional>
 

@@ -3,7 +3,7 @@
 
 #include "cdprcal/geometry/euler.hpp"
 #include "cdprcal/kinematics/platform.hpp"
-#include "cdprcal/model/robot_file.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
 #include "cdprcal/statics/tension.hpp"
 
 int main() {

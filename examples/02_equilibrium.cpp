@@ -5,7 +5,7 @@
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/equilibria/inverse.hpp"
 #include "cdprcal/geometry/euler.hpp"
-#include "cdprcal/model/robot_file.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
 
 int main() {
   using namespace cdprcal;

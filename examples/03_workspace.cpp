@@ -3,7 +3,7 @@
 
 #include <cstdio>
 
-#include "cdprcal/model/robot_file.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
 #include "cdprcal/workspace/inscribed_box.hpp"
 #include "cdprcal/workspace/workspace_shape.hpp"
 

@@ -3,8 +3,8 @@
 
 #include <cstdio>
 
-#include "cdprcal/model/robot_file.hpp"
 #include "cdprcal/planning/plan_file.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
 
 int main() {
   using namespace cdprcal;

@@ -4,10 +4,10 @@
 #include <cstdio>
 #include <numbers>
 
-#include "cdprcal/acquisition/simulator/simulate_startup.hpp"
 #include "cdprcal/geometry/pose.hpp"
-#include "cdprcal/model/robot_file.hpp"
 #include "cdprcal/planning/plan.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
+#include "cdprcal/simulator/simulate_startup.hpp"
 
 int main() {
   using namespace cdprcal;

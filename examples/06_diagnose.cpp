@@ -3,10 +3,10 @@
 
 #include <cstdio>
 
-#include "cdprcal/acquisition/simulator/injected_effect.hpp"
-#include "cdprcal/acquisition/simulator/simulate_startup.hpp"
-#include "cdprcal/model/robot_file.hpp"
 #include "cdprcal/planning/plan.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
+#include "cdprcal/simulator/injected_effect.hpp"
+#include "cdprcal/simulator/simulate_startup.hpp"
 
 int main() {
   using namespace cdprcal;

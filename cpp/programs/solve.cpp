@@ -8,7 +8,7 @@
 
 #include "cdprcal/diagnosis/allow_for_effects.hpp"
 #include "cdprcal/error.hpp"
-#include "cdprcal/model/robot_file.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
 #include "cdprcal/version.hpp"
 
 namespace {

@@ -3,7 +3,7 @@
 #include <sys/resource.h>
 
 #include "../cpp/calibration/scenario.hpp"
-#include "cdprcal/calibration/elimination.hpp"
+#include "cdprcal/estimation/elimination.hpp"
 
 namespace {
 

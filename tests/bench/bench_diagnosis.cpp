@@ -2,9 +2,9 @@
 #include <benchmark/benchmark.h>
 #include <sys/resource.h>
 
-#include "cdprcal/acquisition/synthetic.hpp"
 #include "cdprcal/diagnosis/diagnose.hpp"
-#include "cdprcal/model/robot_file.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
+#include "cdprcal/synthetic/synthetic.hpp"
 
 namespace {
 

@@ -1,5 +1,5 @@
 // Lines, columns and numbers of any text: what the importers are built on.
-#include "cdprcal/acquisition/delimited_text.hpp"
+#include "cdprcal/readings/delimited_text.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // NAME=v1,v2,…: an effect on the command line.
-#include "cdprcal/acquisition/simulator/injected_effect.hpp"
+#include "cdprcal/simulator/injected_effect.hpp"
 
 #include "target.hpp"
 

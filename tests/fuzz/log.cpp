@@ -1,5 +1,5 @@
 // The canonical log.
-#include "cdprcal/acquisition/log.hpp"
+#include "cdprcal/readings/log.hpp"
 
 #include "target.hpp"
 

@@ -1,5 +1,5 @@
 // The robot file, its effects among it.
-#include "cdprcal/model/robot_file.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
 
 #include "target.hpp"
 

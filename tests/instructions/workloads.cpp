@@ -14,8 +14,8 @@
 #include <string>
 
 #include "../cpp/calibration/scenario.hpp"
-#include "cdprcal/acquisition/log.hpp"
 #include "cdprcal/diagnosis/diagnose.hpp"
+#include "cdprcal/readings/log.hpp"
 #include "cdprcal/workspace/workspace.hpp"
 
 /// Only what happens in here is counted: callgrind is told its name (--toggle-collect).

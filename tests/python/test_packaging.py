@@ -20,6 +20,7 @@ TOP = {
     ".clang-format",
     ".clang-tidy",
     ".gitignore",
+    "ARCHITECTURE.md",
     "CHANGELOG.md",
     "CITATION.cff",
     "CMakeLists.txt",

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "cdprcal/acquisition/still.hpp"
 #include "cdprcal/calibration/multi_start.hpp"
-#include "cdprcal/calibration/presence.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/estimation/presence.hpp"
+#include "cdprcal/readings/still.hpp"
 
 namespace cdprcal {
 namespace {

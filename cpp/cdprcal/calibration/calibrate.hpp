@@ -1,8 +1,8 @@
 // From a log to the initial pose, with nothing picked by hand.
 #pragma once
 
-#include "cdprcal/acquisition/log.hpp"
 #include "cdprcal/calibration/refine.hpp"
+#include "cdprcal/readings/log.hpp"
 
 namespace cdprcal {
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "cdprcal/calibration/problem.hpp"
+#include "cdprcal/estimation/problem.hpp"
 
 namespace cdprcal {
 

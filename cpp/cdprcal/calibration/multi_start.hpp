@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "cdprcal/calibration/problem.hpp"
+#include "cdprcal/estimation/problem.hpp"
 
 namespace cdprcal {
 

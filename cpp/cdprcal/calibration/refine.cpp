@@ -5,9 +5,9 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <tuple>
 
-#include "cdprcal/calibration/assembly.hpp"
-#include "cdprcal/calibration/noise_estimate.hpp"
 #include "cdprcal/effects/applied.hpp"
+#include "cdprcal/estimation/assembly.hpp"
+#include "cdprcal/estimation/noise_estimate.hpp"
 
 namespace cdprcal {
 namespace {

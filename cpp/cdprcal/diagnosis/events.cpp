@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <set>
 
-#include "cdprcal/acquisition/equilibrium_detection.hpp"
 #include "cdprcal/effects/applied.hpp"
+#include "cdprcal/readings/equilibrium_detection.hpp"
 #include "cdprcal/statistics.hpp"
 
 namespace cdprcal {

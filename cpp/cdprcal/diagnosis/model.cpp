@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "cdprcal/calibration/balance_roots.hpp"
+#include "cdprcal/estimation/balance_roots.hpp"
 
 namespace cdprcal {
 namespace {

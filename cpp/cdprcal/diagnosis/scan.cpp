@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "cdprcal/acquisition/synthetic.hpp"
+#include "cdprcal/synthetic/synthetic.hpp"
 
 namespace cdprcal {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "cdprcal/acquisition/log.hpp"
 #include "cdprcal/effects/effect.hpp"
+#include "cdprcal/readings/log.hpp"
 
 namespace cdprcal {
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "cdprcal/calibration/pose_evaluation.hpp"
+#include "cdprcal/effects/pose_evaluation.hpp"
 
 namespace cdprcal {
 

@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "cdprcal/acquisition/log.hpp"
 #include "cdprcal/model/robot.hpp"
+#include "cdprcal/readings/log.hpp"
 
 namespace cdprcal {
 

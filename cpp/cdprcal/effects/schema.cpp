@@ -155,4 +155,8 @@ void check_effects(const Robot& robot) {
 
 }  // namespace detail
 
+void check_effects(const Robot& robot) {
+  detail::as_input_error([&] { detail::check_effects(robot); });
+}
+
 }  // namespace cdprcal

@@ -34,9 +34,12 @@ std::optional<EffectLayout> effect_layout(const std::string& name, int cables);
 /// What to say of a name that is not known: the nearest ones, or all.
 std::string unknown_effect(const std::string& name);
 
-namespace detail {
 /// Checks robot.effects (names, parameters, sizes, values) and that the robot they make is one.
-/// Throws FieldError.
+/// Throws InputError naming the field. For a robot that `finalise` has seen.
+void check_effects(const Robot& robot);
+
+namespace detail {
+/// The same, throwing FieldError.
 void check_effects(const Robot& robot);
 }  // namespace detail
 

@@ -5,7 +5,6 @@
 #include <array>
 #include <charconv>
 
-#include "cdprcal/effects/schema.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/model/robot_check.hpp"
 
@@ -162,17 +161,12 @@ void check_and_complete(Robot& robot) {
   if (robot.sigma.wrench_moment_Nm == 0.0) {
     robot.sigma.wrench_moment_Nm = default_wrench_moment_Nm(robot);
   }
-  check_effects(robot);
 }
 
 }  // namespace detail
 
 void finalise(Robot& robot) {
-  try {
-    detail::check_and_complete(robot);
-  } catch (const detail::FieldError& error) {
-    throw InputError("robot: " + error.field + ": " + error.what());
-  }
+  detail::as_input_error([&] { detail::check_and_complete(robot); });
 }
 
 }  // namespace cdprcal

@@ -81,7 +81,7 @@ struct Robot {
 /// turned to be exactly perpendicular to swivel_axis; more than 1e-3 off is an error) and derives
 /// the defaults that depend on others. Finalising twice changes no bit.
 /// Throws InputError naming the field. The robot-file reader calls it; call it after editing by
-/// hand.
+/// hand, and check_effects (effects/schema.hpp) where `effects` was edited.
 void finalise(Robot& robot);
 
 }  // namespace cdprcal

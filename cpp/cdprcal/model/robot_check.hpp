@@ -1,10 +1,11 @@
-// Private to model/: the checks of `finalise`, with the field kept apart so that the robot-file
+// Private: the checks of `finalise`, with the field kept apart so that the robot-file
 // reader can point at its line.
 #pragma once
 
 #include <stdexcept>
 #include <string>
 
+#include "cdprcal/error.hpp"
 #include "cdprcal/model/robot.hpp"
 
 namespace cdprcal::detail {
@@ -16,6 +17,16 @@ struct FieldError : std::runtime_error {
       : std::runtime_error(problem), field(std::move(field_path)) {}
   std::string field;
 };
+
+/// Runs a check of a robot that no file stands behind: its FieldError becomes an InputError.
+template <typename Check>
+void as_input_error(const Check& check) {
+  try {
+    check();
+  } catch (const FieldError& error) {
+    throw InputError("robot: " + error.field + ": " + error.what());
+  }
+}
 
 /// `finalise`, throwing FieldError.
 void check_and_complete(Robot& robot);

@@ -2,7 +2,7 @@
 
 #include <Eigen/LU>
 
-#include "cdprcal/calibration/pose_evaluation.hpp"
+#include "cdprcal/effects/pose_evaluation.hpp"
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/statics/tension.hpp"
 

@@ -6,10 +6,10 @@
 #include <optional>
 #include <vector>
 
-#include "cdprcal/acquisition/startup/startup.hpp"
 #include "cdprcal/planning/known_effects.hpp"
 #include "cdprcal/planning/legs.hpp"
 #include "cdprcal/planning/plan.hpp"
+#include "cdprcal/startup/startup.hpp"
 
 namespace cdprcal {
 

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "cdprcal/acquisition/synthetic.hpp"
-#include "cdprcal/calibration/assembly.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/estimation/assembly.hpp"
+#include "cdprcal/synthetic/synthetic.hpp"
 
 namespace cdprcal {
 namespace {

@@ -10,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-#include "cdprcal/calibration/problem.hpp"
+#include "cdprcal/estimation/problem.hpp"
 #include "cdprcal/planning/set_point.hpp"
 
 namespace cdprcal {

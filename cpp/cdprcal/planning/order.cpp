@@ -5,8 +5,8 @@
 #include <limits>
 #include <numeric>
 
-#include "cdprcal/acquisition/synthetic.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/synthetic/synthetic.hpp"
 
 namespace cdprcal {
 namespace {

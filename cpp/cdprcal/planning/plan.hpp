@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "cdprcal/planning/natural_frequencies.hpp"
 #include "cdprcal/planning/order.hpp"
 #include "cdprcal/planning/pose_grid.hpp"
 #include "cdprcal/planning/timing.hpp"
+#include "cdprcal/statics/natural_frequencies.hpp"
 
 namespace cdprcal {
 

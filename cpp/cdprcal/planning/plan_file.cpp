@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 
-#include "cdprcal/acquisition/log_columns.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/planning/plan_columns.hpp"
+#include "cdprcal/readings/log_columns.hpp"
 #include "cdprcal/text_file.hpp"
 
 namespace cdprcal {

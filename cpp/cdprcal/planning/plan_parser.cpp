@@ -6,9 +6,9 @@
 #include <map>
 #include <string_view>
 
-#include "cdprcal/acquisition/log_columns.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/planning/plan_columns.hpp"
+#include "cdprcal/readings/log_columns.hpp"
 #include "cdprcal/text_file.hpp"
 
 namespace cdprcal {

@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "cdprcal/error.hpp"
-#include "cdprcal/model/robot_file.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
 #include "cdprcal/workspace/inscribed_box.hpp"
 
 namespace cdprcal {

@@ -9,9 +9,9 @@
 
 #include <optional>
 
-#include "cdprcal/acquisition/equilibrium_detection.hpp"
-#include "cdprcal/planning/natural_frequencies.hpp"
 #include "cdprcal/planning/path.hpp"
+#include "cdprcal/readings/equilibrium_detection.hpp"
+#include "cdprcal/statics/natural_frequencies.hpp"
 
 namespace cdprcal {
 

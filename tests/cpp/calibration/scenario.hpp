@@ -3,10 +3,10 @@
 
 #include <vector>
 
-#include "cdprcal/acquisition/synthetic.hpp"
-#include "cdprcal/calibration/problem.hpp"
 #include "cdprcal/equilibria/direct.hpp"
-#include "cdprcal/model/robot_file.hpp"
+#include "cdprcal/estimation/problem.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
+#include "cdprcal/synthetic/synthetic.hpp"
 
 namespace cdprcal::test {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "cdprcal/acquisition/equilibrium_detection.hpp"
+#include "cdprcal/readings/equilibrium_detection.hpp"
 #include "cdprcal/statistics.hpp"
 #include "dense.hpp"
 #include "run.hpp"

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "cdprcal/acquisition/synthetic.hpp"
 #include "cdprcal/diagnosis/diagnose.hpp"
-#include "cdprcal/model/robot_file.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
+#include "cdprcal/synthetic/synthetic.hpp"
 
 namespace cdprcal::test {
 

@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <functional>
 
-#include "cdprcal/acquisition/synthetic.hpp"
 #include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/effects/catalogue.hpp"
 #include "cdprcal/effects/schema.hpp"
 #include "cdprcal/error.hpp"
-#include "cdprcal/model/robot_file.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
+#include "cdprcal/synthetic/synthetic.hpp"
 
 namespace cdprcal {
 namespace {

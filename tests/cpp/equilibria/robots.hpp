@@ -4,7 +4,7 @@
 #include <array>
 
 #include "../support/random_robot.hpp"
-#include "cdprcal/model/robot_file.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
 #include "cdprcal/statics/wrench.hpp"
 
 namespace cdprcal::test {

@@ -4,7 +4,7 @@
 
 #include "../support/numeric_jacobian.hpp"
 #include "../support/random_robot.hpp"
-#include "cdprcal/model/robot_file.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
 
 namespace cdprcal {
 namespace {

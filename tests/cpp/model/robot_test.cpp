@@ -6,7 +6,7 @@
 
 #include "../support/random_robot.hpp"
 #include "cdprcal/error.hpp"
-#include "cdprcal/model/robot_file.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
 
 namespace cdprcal {
 namespace {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "../support/table2.hpp"
-#include "cdprcal/model/robot_file.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
 
 namespace cdprcal {
 namespace {

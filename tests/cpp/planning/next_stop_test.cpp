@@ -9,8 +9,8 @@
 #include <algorithm>
 #include <set>
 
-#include "cdprcal/calibration/linearise.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/estimation/linearise.hpp"
 #include "cdprcal/planning/observability.hpp"
 #include "plan_robots.hpp"
 

@@ -7,8 +7,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 
-#include "cdprcal/acquisition/synthetic.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/synthetic/synthetic.hpp"
 #include "plan_robots.hpp"
 
 namespace cdprcal {

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "cdprcal/error.hpp"
-#include "cdprcal/model/robot_file.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
 
 namespace cdprcal {
 namespace {

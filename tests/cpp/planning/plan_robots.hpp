@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "../support/random_robot.hpp"
-#include "cdprcal/model/robot_file.hpp"
 #include "cdprcal/planning/path.hpp"
 #include "cdprcal/planning/pose_grid.hpp"
 #include "cdprcal/planning/timing.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
 
 namespace cdprcal::test {
 

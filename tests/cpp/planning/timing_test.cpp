@@ -6,9 +6,9 @@
 #include <cmath>
 #include <complex>
 
-#include "cdprcal/acquisition/synthetic.hpp"
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/synthetic/synthetic.hpp"
 #include "plan_robots.hpp"
 
 namespace cdprcal {

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "../support/shared_data.hpp"
-#include "cdprcal/model/robot_file.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
 #include "cdprcal/statics/tension.hpp"
 
 namespace cdprcal {

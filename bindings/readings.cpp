@@ -1,0 +1,177 @@
+// readings/: the canonical log, its segments and its equilibria.
+#include "cdprcal/readings/equilibrium_detection.hpp"
+#include "cdprcal/readings/equilibrium_mean.hpp"
+#include "cdprcal/readings/log.hpp"
+
+#include <pybind11/typing.h>
+
+#include <optional>
+
+#include "bindings.hpp"
+
+namespace cdprcal::python {
+namespace {
+
+LogMatrix or_absent(std::optional<LogMatrix> values, Eigen::Index samples) {
+  return values ? std::move(*values) : LogMatrix(samples, 0);
+}
+
+Log make_log(Eigen::VectorXd time_s, std::optional<LogMatrix> length_m,
+             std::optional<LogMatrix> swivel_rad, std::optional<LogMatrix> tension_N,
+             std::optional<LogMatrix> roll_pitch_yaw_rad,
+             std::optional<LogMatrix> tension_setpoint_N, std::optional<LogMatrix> absolute_yaw_rad,
+             std::optional<LogMatrix> direct_length_m, std::optional<LogMatrix> position_m,
+             std::string source) {
+  Log log;
+  const Eigen::Index samples = time_s.size();
+  log.source = std::move(source);
+  log.time_s = std::move(time_s);
+  log.length_m = or_absent(std::move(length_m), samples);
+  log.swivel_rad = or_absent(std::move(swivel_rad), samples);
+  log.tension_N = or_absent(std::move(tension_N), samples);
+  log.tension_setpoint_N = or_absent(std::move(tension_setpoint_N), samples);
+  log.roll_pitch_yaw_rad = or_absent(std::move(roll_pitch_yaw_rad), samples);
+  log.absolute_yaw_rad = or_absent(std::move(absolute_yaw_rad), samples);
+  log.direct_length_m = or_absent(std::move(direct_length_m), samples);
+  log.position_m = or_absent(std::move(position_m), samples);
+  validate(log);
+  return log;
+}
+
+void require_within(const SampleRange& range, const Log& log) {
+  if (range.begin < 0 || range.end < range.begin || range.end > log.sample_count()) {
+    throw InputError("range: [" + std::to_string(range.begin) + ", " + std::to_string(range.end) +
+                     ") is not within the log's " + std::to_string(log.sample_count()) +
+                     " samples; give one that is");
+  }
+}
+
+void register_log(py::module_& module) {
+  // The arrays are read-only views of the log's own memory and keep the log alive.
+  py::class_<Log>(module, "Log",
+                  "What a robot's own sensors read, one row a sample. Immutable: the arrays are "
+                  "read-only views of the log, which they keep alive. NaN, or no columns: that "
+                  "sensor is absent. Lengths, swivels and yaw carry unknown constant offsets.")
+      .def(py::init(&make_log), py::kw_only(), py::arg("time_s"), py::arg("length_m") = py::none(),
+           py::arg("swivel_rad") = py::none(), py::arg("tension_N") = py::none(),
+           py::arg("roll_pitch_yaw_rad") = py::none(), py::arg("tension_setpoint_N") = py::none(),
+           py::arg("absolute_yaw_rad") = py::none(), py::arg("direct_length_m") = py::none(),
+           py::arg("position_m") = py::none(), py::arg("source") = "log",
+           "time_s [N] strictly increasing; per-cable arrays [N, n], roll_pitch_yaw_rad and "
+           "position_m [N, 3], absolute_yaw_rad [N, 1]; "
+           "None: absent. `source` is what messages call it. Copies its input. Raises InputError "
+           "when shapes or times do not fit.")
+      .def_readonly("source", &Log::source)
+      .def_readonly("time_s", &Log::time_s, "[N] [s], strictly increasing.")
+      .def_readonly("length_m", &Log::length_m, "[N, n] or [N, 0] [m], relative.")
+      .def_readonly("swivel_rad", &Log::swivel_rad, "[N, n] or [N, 0] [rad], relative.")
+      .def_readonly("tension_N", &Log::tension_N, "[N, n] or [N, 0] [N].")
+      .def_readonly("tension_setpoint_N", &Log::tension_setpoint_N, "[N, n] or [N, 0] [N].")
+      .def_readonly("roll_pitch_yaw_rad", &Log::roll_pitch_yaw_rad,
+                    "[N, 3] or [N, 0] [rad] in the sensor's Euler convention; yaw is relative.")
+      .def_readonly("absolute_yaw_rad", &Log::absolute_yaw_rad,
+                    "[N, 1] or [N, 0] [rad]: yaw without an offset (compass, camera).")
+      .def_readonly("direct_length_m", &Log::direct_length_m,
+                    "[N, n] or [N, 0] [m]: whole cable lengths, arc included (laser, tape).")
+      .def_readonly("position_m", &Log::position_m,
+                    "[N, 3] or [N, 0] [m]: of P in the world (tracker).")
+      .def_property_readonly("sample_count", &Log::sample_count)
+      .def_property_readonly("cable_count", &Log::cable_count,
+                             "Width of the widest per-cable group.")
+      .def("__len__", &Log::sample_count)
+      .def("__repr__", [](const Log& log) {
+        return "Log(source='" + log.source +
+               "', sample_count=" + std::to_string(log.sample_count()) +
+               ", cable_count=" + std::to_string(log.cable_count()) + ")";
+      });
+  const py::call_guard<py::gil_scoped_release> without_gil;
+  module.def("read_log", &read_log, py::arg("path"), without_gil,
+             "Reads a canonical CSV log. Raises InputError 'file:line: column: …'.");
+  module.def(
+      "parse_log",
+      [](const py::typing::Union<py::str, py::bytes>& text, const std::string& source) {
+        const auto content =
+            text.cast<std::string>();  // bytes as they are: the file may be damaged
+        const py::gil_scoped_release without_lock;
+        return parse_log(content, source);
+      },
+      py::arg("text"), py::arg("source"),
+      "Parses the text of a canonical CSV log; `source` is what messages call it. Raises "
+      "InputError 'source:line: column: …'.");
+  module.def("format_log", &format_log, py::arg("log"), without_gil,
+             "The canonical CSV text; parse_log gives back the same numbers.");
+  module.def("write_log", &write_log, py::arg("log"), py::arg("path"), without_gil,
+             "Writes the canonical CSV; read_log gives back the same numbers. Raises InputError "
+             "when the file cannot be written.");
+}
+
+}  // namespace
+
+void register_readings(py::module_& module) {
+  register_log(module);
+  py::class_<SampleRange>(module, "SampleRange", "Half-open range of sample numbers. Immutable.")
+      .def(py::init([](Eigen::Index begin, Eigen::Index end) { return SampleRange{begin, end}; }),
+           py::arg("begin"), py::arg("end"))
+      .def_readonly("begin", &SampleRange::begin)
+      .def_readonly("end", &SampleRange::end)
+      .def("__len__", &SampleRange::size)
+      .def("__repr__", [](const SampleRange& range) {
+        return "SampleRange(" + std::to_string(range.begin) + ", " + std::to_string(range.end) +
+               ")";
+      });
+  module.def("segments", &segments, py::arg("log"), py::arg("gap_s") = 2.0,
+             "Segments of a log: a gap longer than gap_s starts a new one. The last is the run.");
+  const DetectionOptions usual;
+  py::class_<DetectionOptions>(module, "DetectionOptions",
+                               "How equilibria are detected: rest is judged window by window.")
+      .def(py::init([](double window_s, double confidence, double tolerance) {
+             return DetectionOptions{window_s, confidence, tolerance};
+           }),
+           py::kw_only(), py::arg("window_s") = usual.window_s,
+           py::arg("confidence") = usual.confidence, py::arg("tolerance") = usual.tolerance)
+      .def_readwrite("window_s", &DetectionOptions::window_s,
+                     "The platform must look at rest at least this long [s].")
+      .def_readwrite("confidence", &DetectionOptions::confidence,
+                     "Of the tests that 'nothing moves' is judged by.")
+      .def_readwrite("tolerance", &DetectionOptions::tolerance,
+                     "Motion that does not matter, in units of the sensor's sigma.");
+  py::class_<Equilibrium>(module, "Equilibrium", "One interval at rest.")
+      .def_readonly("samples", &Equilibrium::samples)
+      .def_readonly("begin_s", &Equilibrium::begin_s)
+      .def_readonly("end_s", &Equilibrium::end_s)
+      .def("__repr__", [](const Equilibrium& e) {
+        return "Equilibrium(begin_s=" + std::to_string(e.begin_s) +
+               ", end_s=" + std::to_string(e.end_s) + ")";
+      });
+  module.def(
+      "detect_equilibria",
+      [](const Log& log, const std::optional<SampleRange>& range,
+         const std::optional<SensorSigma>& sigma, const std::optional<DetectionOptions>& options) {
+        const SampleRange all = range.value_or(SampleRange{0, log.sample_count()});
+        require_within(all, log);
+        return detect_equilibria(log, all, sigma.value_or(SensorSigma{}),
+                                 options.value_or(DetectionOptions{}));
+      },
+      py::arg("log"), py::arg("range") = py::none(), py::arg("sigma") = py::none(),
+      py::arg("options") = py::none(), py::call_guard<py::gil_scoped_release>(),
+      "Equilibria in `range` of a log (None: all of it), in time order; sigma None is eq. 18. "
+      "Absent channels do not vote. Raises InputError for a range outside the log and when neither "
+      "lengths, swivels nor attitude are there to tell.");
+  py::class_<EquilibriumMean>(module, "EquilibriumMean",
+                              "Readings of a rest as one. Channels: lengths, swivels, tensions, "
+                              "roll, pitch, yaw, as far as the log has them; NaN: absent.")
+      .def_readonly("mean", &EquilibriumMean::mean, "[c] m, rad, N.")
+      .def_readonly("covariance", &EquilibriumMean::covariance, "[c, c] of the mean.")
+      .def_readonly("effective_samples", &EquilibriumMean::effective_samples,
+                    "[c] how many independent readings they are worth.");
+  module.def("equilibrium_mean", &equilibrium_mean, py::arg("log"), py::arg("samples"),
+             py::call_guard<py::gil_scoped_release>(),
+             "The mean over an interval at rest and its covariance, in which correlated readings "
+             "count as what they are. Raises InputError for a range outside the log.");
+  module.def("channel_noise", &channel_noise, py::arg("values"), py::arg("angles") = false,
+             "White noise of a channel [N], in its unit, from second differences (robust to "
+             "motion); NaN entries are passed over; 0 with fewer than three samples. angles: "
+             "jumps of 2 pi are none.");
+}
+
+}  // namespace cdprcal::python

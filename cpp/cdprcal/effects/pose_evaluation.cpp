@@ -1,0 +1,59 @@
+#include "cdprcal/effects/pose_evaluation.hpp"
+
+#include <Eigen/LU>
+
+#include "cdprcal/effects/effect.hpp"
+
+namespace cdprcal {
+
+void evaluate_pose(const Robot& robot, const Measurement& measurement, const Pose& pose,
+                   StaticsModel statics, const std::vector<WrenchRow>& left_inverse_rows,
+                   const std::vector<ActiveEffect>& effects, bool with_jacobians,
+                   PoseEvaluation& out) {
+  const PlatformState state = platform_state(robot, pose);
+  out.valid = state.valid && pose.position_m.allFinite();
+  if (!out.valid) return;
+  out.length_m = state.length_m();
+  out.swivel_rad = state.swivel_rad();
+  out.roll_pitch_yaw_rad = euler_from_rotation(state.rotation, robot.euler_convention);
+  out.direct_length_m = out.length_m;
+  out.absolute_yaw_rad = out.roll_pitch_yaw_rad[2];
+  const bool jacobians = with_jacobians || !effects.empty();
+  if (jacobians) {
+    out.length_by_twist = length_jacobian(state);
+    out.swivel_by_twist = swivel_jacobian(state);
+    out.attitude_by_twist.leftCols<3>().setZero();
+    out.attitude_by_twist.rightCols<3>() =
+        euler_rate_matrix(out.roll_pitch_yaw_rad, robot.euler_convention).inverse();
+    out.valid = out.attitude_by_twist.allFinite();  // gimbal lock
+    out.direct_length_by_twist = out.length_by_twist;
+    out.absolute_yaw_by_twist = out.attitude_by_twist.row(2);
+  }
+  const EffectContext context{robot, state, pose, measurement};
+  if (statics == StaticsModel::left_inverse) {
+    const TensionModel model = tensions_left_inverse(robot, state, left_inverse_rows);
+    out.valid = out.valid && model.valid;
+    if (!out.valid) return;
+    out.tension_N = model.tension_N;
+    if (!effects.empty()) {  // what the load cells would read of these
+      CableVector corrected_N = measurement.tension_N;
+      for (const ActiveEffect& active : effects) {
+        active.effect->correct_tension(context, active.values, corrected_N);
+      }
+      out.tension_N += measurement.tension_N - corrected_N;
+    }
+    out.tension_by_twist = model.by_twist;
+  } else if (statics == StaticsModel::wrench) {
+    out.tension_N = measurement.tension_N;
+    for (const ActiveEffect& active : effects) {
+      active.effect->correct_tension(context, active.values, out.tension_N);
+    }
+    out.wrench = wrench_residual(robot, state, out.tension_N);
+    if (jacobians) out.wrench_by_twist = stiffness(robot, state, out.tension_N);
+  }
+  for (const ActiveEffect& active : effects) {
+    active.effect->add_to_readings(context, active.values, out);
+  }
+}
+
+}  // namespace cdprcal

@@ -1,0 +1,49 @@
+// What the model predicts at one pose, with derivatives: the one place where readings come from.
+#pragma once
+
+#include "cdprcal/readings/measurement.hpp"
+#include "cdprcal/statics/tension.hpp"
+
+namespace cdprcal {
+
+struct ActiveEffect;
+
+/// Which statics the static poses obey.
+enum class StaticsModel {
+  none,          ///< j = lσε
+  left_inverse,  ///< eqs 10–12: modelled tensions against measured ones
+  wrench         ///< eq. 6, all six equations: Ξᵀτ* − f against the noise of τ* mapped through Ξᵀ
+};
+
+/// Everything that residuals need at one pose. Jacobians are with respect to a world-frame twist.
+struct PoseEvaluation {
+  bool valid = false;
+  CableVector length_m;
+  CableVector swivel_rad;
+  Vector3 roll_pitch_yaw_rad;
+  /// What a laser or a tape, and a compass, read: the geometry, without what effects do to the
+  /// drums' encoders and to the AHRS.
+  CableVector direct_length_m;
+  double absolute_yaw_rad = kNaN;
+  /// Left-inverse statics: what the load cells would read. Wrench statics: τ*, the tensions at the
+  /// platform as the effects make them of the readings.
+  CableVector tension_N;
+  Vector6 wrench;  ///< Ξᵀτ* − f, wrench statics only
+  CableJacobian length_by_twist;
+  CableJacobian swivel_by_twist;
+  Eigen::Matrix<double, 3, 6, Eigen::RowMajor> attitude_by_twist;
+  CableJacobian direct_length_by_twist;
+  Eigen::Matrix<double, 1, 6> absolute_yaw_by_twist;
+  CableJacobian tension_by_twist;
+  Matrix6 wrench_by_twist;
+};
+
+/// Evaluates the models of one pose. `statics` is none for poses that may move. `robot` has the
+/// geometry of the effects applied already (with_effects); `effects` then add what they do to the
+/// readings. With left-inverse statics (eqs 10–12) tension_N is what the load cells would read.
+void evaluate_pose(const Robot& robot, const Measurement& measurement, const Pose& pose,
+                   StaticsModel statics, const std::vector<WrenchRow>& left_inverse_rows,
+                   const std::vector<ActiveEffect>& effects, bool with_jacobians,
+                   PoseEvaluation& out);
+
+}  // namespace cdprcal

@@ -1,0 +1,112 @@
+#include "cdprcal/estimation/balance_roots.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+#include "cdprcal/estimation/pose_lanes.hpp"
+#include "cdprcal/kinematics/cable_equations.hpp"
+#include "cdprcal/lanes/algebra.hpp"
+#include "cdprcal/lanes/processor.hpp"
+#include "cdprcal/statics/wrench.hpp"
+
+namespace cdprcal {
+namespace {
+
+using namespace lanes;
+
+constexpr int kRoot = 21;
+
+struct Batch {
+  const Robot& robot;
+  const double* poses;
+  const double* sigma;  ///< [tension, force, moment][lane]
+  double* root;         ///< [21][lane]: rows of the lower triangle
+};
+
+template <typename Kind, typename V = typename Kind::V>
+CDPRCAL_INLINE void roots(const Batch& in, int first) {
+  const Lanes<V> pose(in.poses, first), sigma(in.sigma, first);
+  const WritableLanes<V> out(in.root, first);
+  V r[3][3];
+  rotation_matrix(pose, r);
+  const V per_force = 1.0 / sigma[1], per_moment = 1.0 / sigma[2];
+  const V by_force = sigma[0] * per_force, by_moment = sigma[0] * per_moment;
+  // In units of the model's own error: 1 + σ_τ² (SΞᵀ)(SΞᵀ)ᵀ.
+  V h[kRoot];
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j <= i; ++j) h[packed(i, j)] = V{} + (i == j ? 1.0 : 0.0);
+  }
+  auto valid = finite(pose[0]) & finite(pose[1]) & finite(pose[2]);
+  for (const Cable& cable : in.robot.cables) {
+    const Triple<V> arm = rotate(r, cable.platform_anchor_m);
+    const Vector3& d = cable.pulley.position_m;
+    const Triple<V> q{pose[0] + arm.x - d.x(), pose[1] + arm.y - d.y(), pose[2] + arm.z - d.z()};
+    const CableEquations<V> s = cable_equations<Kind>(cable.pulley, q);
+    valid &= s.is_tangent();
+    const Triple<V> moment = cross(arm, s.direction);
+    const V wrench[6] = {by_force * s.direction.x, by_force * s.direction.y,
+                         by_force * s.direction.z, by_moment * moment.x,
+                         by_moment * moment.y,     by_moment * moment.z};
+    for (int i = 0; i < 6; ++i) {
+      for (int j = 0; j <= i; ++j) h[packed(i, j)] += wrench[i] * wrench[j];
+    }
+  }
+  cholesky<Kind>(h);
+  // L⁻¹, column by column; L has its diagonal inverted.
+  V inverse[kRoot];
+  for (int j = 0; j < 6; ++j) {
+    inverse[packed(j, j)] = h[packed(j, j)];
+    for (int i = j + 1; i < 6; ++i) {
+      V sum = {};
+      for (int k = j; k < i; ++k) sum -= h[packed(i, k)] * inverse[packed(k, j)];
+      inverse[packed(i, j)] = sum * h[packed(i, i)];
+    }
+  }
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      const V value = inverse[packed(i, j)] * (j < 3 ? per_force : per_moment);
+      out.set(packed(i, j), valid ? value : V{} + kNaN);
+    }
+  }
+}
+
+CDPRCAL_DEFINE_FOR_PROCESSORS(root_lanes, roots, Batch)
+
+}  // namespace
+
+Matrix6 balance_root(const PlatformState& state, const BalanceSigma& sigma) {
+  const WrenchMatrix structure = structure_matrix(state);
+  Matrix6 covariance = sigma.tension_N * sigma.tension_N * structure * structure.transpose();
+  covariance.diagonal().head<3>().array() += sigma.force_N * sigma.force_N;
+  covariance.diagonal().tail<3>().array() += sigma.moment_Nm * sigma.moment_Nm;
+  return covariance.llt().matrixL();
+}
+
+std::vector<Matrix6> inverse_balance_roots(const Robot& robot, const std::vector<Pose>& poses,
+                                           const std::vector<BalanceSigma>& sigma) {
+  std::vector<Matrix6> out(poses.size());
+  const Buffer sigmas = buffer(3), root = buffer(kRoot);
+  PoseLanes batch(kLanes);
+  for (std::size_t first = 0; first < poses.size(); first += kLanes) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const std::size_t i = std::min(first + lane, poses.size() - 1);
+      batch.set(lane, poses[i]);
+      sigmas[lane] = sigma[i].tension_N;
+      sigmas[kLanes + lane] = sigma[i].force_N;
+      sigmas[2 * kLanes + lane] = sigma[i].moment_Nm;
+    }
+    root_lanes({robot, batch.batch(0), sigmas.get(), root.get()});
+    for (std::size_t lane = 0; lane < std::min<std::size_t>(kLanes, poses.size() - first); ++lane) {
+      Matrix6& to = out[first + lane];
+      to.setZero();
+      for (int i = 0; i < 6; ++i) {
+        for (int j = 0; j <= i; ++j) {
+          to(i, j) = root[static_cast<std::size_t>(packed(i, j)) * kLanes + lane];
+        }
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace cdprcal

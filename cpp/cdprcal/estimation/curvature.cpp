@@ -1,0 +1,33 @@
+#include "cdprcal/estimation/curvature.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+#include "cdprcal/estimation/assembly.hpp"
+#include "cdprcal/estimation/minimise.hpp"
+
+namespace cdprcal {
+
+double variance_ratio_nearby(const CalibrationProblem& problem, const CalibrationResult& result) {
+  constexpr double kReach = 2.0;  // σ
+  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(*result.covariance);
+  const Vector6 worst = eigen.eigenvectors().col(5) * std::sqrt(eigen.eigenvalues()[5]);
+  double largest = 1.0;
+  for (const double sign : {1.0, -1.0}) {
+    std::vector<Pose> poses = result.poses;
+    poses.front() = plus(poses.front(), sign * kReach * worst);
+    Assembly assembly(problem, poses);
+    assembly.set_reference_errors(result.reference_errors);
+    assembly.cache().update_wrench_weights(1.0);
+    const MinimiserSummary summary = Minimiser(assembly).minimise(
+        {.max_iterations = 50, .function_tolerance = 1e-4, .hold_initial_pose = true});
+    if (!summary.usable) continue;  // the geometry ends there, and so does any doubt
+    const std::optional<Matrix6> there = assembly.reference_information().covariance;
+    if (!there) return std::numeric_limits<double>::infinity();
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6> ratio(*there, *result.covariance);
+    largest = std::max({largest, ratio.eigenvalues()[5], 1.0 / ratio.eigenvalues()[0]});
+  }
+  return largest;
+}
+
+}  // namespace cdprcal

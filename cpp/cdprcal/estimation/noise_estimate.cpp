@@ -1,0 +1,166 @@
+#include "cdprcal/estimation/noise_estimate.hpp"
+
+#include <algorithm>
+#include <boost/math/tools/minima.hpp>
+
+#include "cdprcal/estimation/assembly.hpp"
+#include "cdprcal/statics/tension.hpp"
+
+namespace cdprcal {
+namespace {
+
+/// One row: its variance is known + gain · (the component that is looked for).
+struct Square {
+  double value;    ///< residual²
+  double freedom;  ///< of it
+  double known;
+  double gain;
+};
+
+/// What is known of a component beforehand, as so many readings of that size would say it. Weight
+/// 0: nothing.
+struct Prior {
+  double value = 1.0;
+  double weight = 0.0;
+};
+
+/// −2 log likelihood (times prior) of a variance component, up to a constant.
+double deviance(const std::vector<Square>& squares, double component, const Prior& prior) {
+  double sum =
+      prior.weight > 0.0 ? prior.weight * (std::log(component) + prior.value / component) : 0.0;
+  for (const Square& s : squares) {
+    const double variance = s.known + s.gain * component;
+    sum += s.freedom * std::log(variance) + s.value / variance;
+  }
+  return sum;
+}
+
+/// The component of greatest likelihood that is not below `least`.
+double most_likely(const std::vector<Square>& squares, double least, const Prior& prior = {}) {
+  double largest = prior.weight > 0.0 ? std::max(least, prior.value) : least;
+  for (const Square& s : squares) {
+    if (s.gain > 0.0) largest = std::max(largest, s.value / s.gain);
+  }
+  if (!(largest > least)) return least;
+  double low = std::log(std::max(least, 1e-12 * largest));
+  const double high = std::log(4.0 * largest);
+  // More than one hump may be: the best of a coarse scan, then its neighbourhood.
+  constexpr int kScan = 48;
+  const double step = (high - low) / kScan;
+  double best = low, best_deviance = deviance(squares, std::exp(low), prior);
+  for (int i = 1; i <= kScan; ++i) {
+    const double at = low + i * step;
+    if (const double d = deviance(squares, std::exp(at), prior); d < best_deviance) {
+      best = at;
+      best_deviance = d;
+    }
+  }
+  const auto [at, found] = boost::math::tools::brent_find_minima(
+      [&](double log_component) { return deviance(squares, std::exp(log_component), prior); },
+      std::max(low, best - step), best + step, 30);
+  const bool at_least = least > 0.0 || prior.weight == 0.0;
+  return at_least && deviance(squares, least, prior) <= found ? least : std::exp(at);
+}
+
+double freedom_of(const std::vector<Square>& squares) {
+  double sum = 0.0;
+  for (const Square& s : squares) sum += s.freedom;
+  return sum;
+}
+
+/// The pose component of a channel whose rows are readings. Residuals of exactly zero (made-up
+/// data) must not give infinite weights: the component stays above `floor`.
+double reading_component(const CalibrationProblem& problem, const std::vector<FittedRow>& rows,
+                         Channel channel, const ChannelNoise& fitted, double sample, double floor) {
+  std::vector<Square> squares;
+  for (const FittedRow& row : rows) {
+    if (row.label.channel != channel) continue;
+    const int samples = problem.measurements[row.pose].samples;
+    const double value = fitted.sigma(samples) * row.residual;
+    squares.push_back({value * value, row.freedom, sample * sample / samples, 1.0});
+  }
+  if (freedom_of(squares) < 1.0) return kNaN;
+  return std::sqrt(most_likely(squares, floor * floor));
+}
+
+/// Tension and model components of the balance together: alternately, each given the other.
+void balance_components(const CalibrationProblem& problem, const std::vector<FittedRow>& rows,
+                        const NoiseModel& fitted, double sample, NoiseModel& out) {
+  const ChannelNoise& tension = fitted[Channel::balance];
+  struct Row {
+    double value, freedom, gain, sample;
+  };
+  std::vector<Row> kept;
+  double freedom = 0.0;
+  for (const FittedRow& row : rows) {
+    if (row.label.channel != Channel::balance) continue;
+    const int samples = problem.measurements[row.pose].samples;
+    const double sigma = tension.sigma(samples);
+    const double variance = sigma * sigma * row.tension_gain + 1.0;
+    kept.push_back({variance * row.residual * row.residual, row.freedom, row.tension_gain,
+                    sample * sample / samples});
+    freedom += row.freedom;
+  }
+  if (freedom < 2.0) return;
+  // A model exact to a hundredth of what the robot file says is as exact as anyone can ask.
+  const double specified = std::pow(problem.robot.sigma.wrench_force_N / fitted.wrench_force_N, 2);
+  const double least = 1e-4 * specified;
+  // Where no load cell has a say (off the span of the cables) the balance fixes the pose so well
+  // that few sensors can tell whether it is that good: a flat likelihood, which must not end at
+  // `least`. What the robot file says counts as four readings (scaled inverse χ²), and what is
+  // taken is the median of the posterior, as often too small as too large: Σ + 4 s² over their
+  // number + 4 − 2/3.
+  constexpr double kReadings = 4.0;
+  const Prior prior{specified * kReadings / (kReadings - 2.0 / 3.0), kReadings - 2.0 / 3.0};
+  double pose = 0.0, model = 1.0;  // model: in units of the fitted one
+  for (int round = 0; round < 10; ++round) {
+    std::vector<Square> squares;
+    for (const Row& r : kept)
+      squares.push_back({r.value, r.freedom, r.gain * (r.sample + pose), 1.0});
+    model = most_likely(squares, least, prior);
+    squares.clear();
+    for (const Row& r : kept)
+      squares.push_back({r.value, r.freedom, r.gain * r.sample + model, r.gain});
+    const double before = pose;
+    pose = most_likely(squares, 0.0);
+    if (std::abs(pose - before) <= 1e-3 * (pose + sample * sample)) break;
+  }
+  out[Channel::balance] = {std::sqrt(pose), sample};
+  out.wrench_force_N = std::sqrt(model) * fitted.wrench_force_N;
+  out.wrench_moment_Nm = std::sqrt(model) * fitted.wrench_moment_Nm;
+}
+
+}  // namespace
+
+NoiseModel noise_from_residuals(const CalibrationProblem& problem,
+                                const std::vector<FittedRow>& rows,
+                                const std::array<double, kChannels>& sample_noise) {
+  const NoiseModel fitted = problem.noise.value_or(specified_noise(problem.robot.sigma));
+  const NoiseModel specified = specified_noise(problem.robot.sigma);
+  NoiseModel out = fitted;
+  const bool wrench = problem.statics == StaticsModel::wrench;
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    const auto channel = static_cast<Channel>(c);
+    if (channel == Channel::balance && wrench) continue;
+    const double floor = sample_noise[c] > 0.0 ? 0.0 : 1e-6 * specified.channel[c].sigma(1);
+    const double pose =
+        reading_component(problem, rows, channel, fitted.channel[c], sample_noise[c], floor);
+    if (std::isfinite(pose)) out.channel[c] = {pose, sample_noise[c]};
+  }
+  // What the model lacks acts through the cables, at the platform's anchors: the arm of its
+  // moments.
+  const double arm_m = characteristic_length_m(problem.robot);
+  if (wrench && std::abs(fitted.wrench_moment_Nm - arm_m * fitted.wrench_force_N) >
+                    1e-9 * fitted.wrench_moment_Nm) {
+    out.wrench_moment_Nm = arm_m * out.wrench_force_N;  // a fit in these proportions comes first
+  } else if (wrench) {
+    balance_components(problem, rows, fitted,
+                       sample_noise[static_cast<std::size_t>(Channel::balance)], out);
+    if (out[Channel::balance].sigma(1) == 0.0) {
+      out[Channel::balance].pose = 1e-6 * specified[Channel::balance].sigma(1);
+    }
+  }
+  return out;
+}
+
+}  // namespace cdprcal

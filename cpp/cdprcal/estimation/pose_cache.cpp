@@ -1,0 +1,125 @@
+#include "cdprcal/estimation/pose_cache.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include "cdprcal/estimation/balance_roots.hpp"
+
+namespace cdprcal {
+namespace {
+
+bool same(const Pose& a, const Pose& b) {
+  return a.position_m == b.position_m && a.rotation.coeffs() == b.rotation.coeffs();
+}
+
+Pose nowhere() { return {Vector3::Constant(kNaN), Eigen::Quaterniond::Identity()}; }
+
+}  // namespace
+
+PoseCache::PoseCache(const CalibrationProblem& problem, const std::vector<Pose>& poses)
+    : problem_(problem), poses_(poses) {
+  if (!problem.effects.empty()) changed_ = with_effects(problem.robot, problem.effects);
+  statics_.reserve(poses.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const Measurement& measurement = problem.measurements[i];
+    const bool counts = measurement.in_balance() && (i > 0 || problem.reference_statics);
+    statics_.push_back(counts ? problem.statics : StaticsModel::none);
+  }
+  if (problem.statics == StaticsModel::wrench) {
+    whitening_.assign(poses.size(), Matrix6::Identity());
+    axes_.assign(poses.size(), Matrix6::Identity());
+    roots_.assign(poses.size(), Matrix6::Identity());
+    tension_gain_.assign(poses.size(), Vector6::Zero());
+    whitened_at_.assign(poses.size(), nowhere());
+    rooted_at_.assign(poses.size(), nowhere());
+  }
+  const NoiseModel noise = problem.noise.value_or(specified_noise(problem.robot.sigma));
+  wrench_force_N_ = noise.wrench_force_N;
+  wrench_moment_Nm_ = noise.wrench_moment_Nm;
+  weights_.reserve(poses.size());
+  for (const Measurement& measurement : problem.measurements) {
+    auto& weights = weights_.emplace_back();
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      weights[c] = 1.0 / noise.channel[c].sigma(measurement.samples);
+    }
+  }
+}
+
+void PoseCache::evaluate(std::size_t index, const Pose& at, PoseEvaluation& out) const {
+  evaluate_pose(robot(), problem_.measurements[index], at, statics_[index],
+                problem_.left_inverse_rows, problem_.effects, true, out);
+}
+
+void PoseCache::update() {
+  if (evaluations_.size() < poses_.size()) {  // large: not before they are asked for
+    evaluations_.resize(poses_.size());
+    evaluated_at_.resize(poses_.size(), nowhere());
+  }
+  for (std::size_t i = 0; i < poses_.size(); ++i) update(i);
+}
+
+void PoseCache::update_initial() {
+  if (evaluations_.empty()) {
+    evaluations_.resize(1);
+    evaluated_at_.assign(1, nowhere());
+  }
+  update(0);
+}
+
+void PoseCache::update(std::size_t pose) {
+  if (same(evaluated_at_[pose], poses_[pose])) return;
+  evaluated_at_[pose] = poses_[pose];
+  evaluate(pose, poses_[pose], evaluations_[pose]);
+}
+
+std::vector<std::size_t> PoseCache::moved(std::vector<Pose>& known_at) const {
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
+    if (statics_[i] != StaticsModel::wrench || same(known_at[i], poses_[i])) continue;
+    known_at[i] = poses_[i];
+    out.push_back(i);
+  }
+  return out;
+}
+
+void PoseCache::update_wrench_whitening(double graduation) {
+  graduation_ = graduation;
+  ++weights_version_;
+  if (whitening_.empty()) return;
+  Vector6 scale;
+  scale << Vector3::Constant(1.0 / wrench_force_N_), Vector3::Constant(1.0 / wrench_moment_Nm_);
+  for (const std::size_t i : moved(whitened_at_)) {
+    const PlatformState state = platform_state(robot(), poses_[i]);
+    if (!state.valid) continue;  // no row of it is asked for
+    const WrenchMatrix structure = scale.asDiagonal() * structure_matrix(state);
+    const Matrix6 gram = structure.lazyProduct(structure.transpose());
+    const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(gram);
+    tension_gain_[i] = eigen.eigenvalues().cwiseMax(0.0);
+    axes_[i] = eigen.eigenvectors().transpose() * scale.asDiagonal();
+  }
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
+    if (statics_[i] != StaticsModel::wrench) continue;
+    const double sigma_N = 1.0 / weight(i, Channel::balance);
+    const Vector6 variance = (sigma_N * sigma_N * tension_gain_[i]).array() + 1.0;
+    whitening_[i] = (graduation * variance.cwiseSqrt()).cwiseInverse().asDiagonal() * axes_[i];
+  }
+}
+
+void PoseCache::update_wrench_weights(double graduation) {
+  graduation_ = graduation;
+  ++weights_version_;
+  if (whitening_.empty()) return;
+  const std::vector<std::size_t> changed = moved(rooted_at_);
+  std::vector<Pose> poses;
+  std::vector<BalanceSigma> sigma;
+  for (const std::size_t i : changed) {
+    poses.push_back(poses_[i]);
+    sigma.push_back({1.0 / weight(i, Channel::balance), wrench_force_N_, wrench_moment_Nm_});
+  }
+  const std::vector<Matrix6> roots = inverse_balance_roots(robot(), poses, sigma);
+  for (std::size_t c = 0; c < changed.size(); ++c) {
+    if (roots[c].allFinite()) roots_[changed[c]] = roots[c];  // else no row of it is asked for
+  }
+  for (std::size_t i = 0; i < poses_.size(); ++i) whitening_[i] = roots_[i] / graduation;
+}
+
+}  // namespace cdprcal

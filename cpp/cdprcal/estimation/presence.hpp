@@ -1,0 +1,12 @@
+// Which sensors a problem has readings of.
+#pragma once
+
+#include "cdprcal/estimation/problem.hpp"
+#include "cdprcal/readings/channel.hpp"
+
+namespace cdprcal {
+
+/// Whether any measurement holds a reading of this channel.
+bool is_read(const CalibrationProblem& problem, Channel channel);
+
+}  // namespace cdprcal

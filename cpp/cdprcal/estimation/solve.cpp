@@ -1,0 +1,325 @@
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+
+#include "cdprcal/error.hpp"
+#include "cdprcal/estimation/assembly.hpp"
+#include "cdprcal/estimation/balance_roots.hpp"
+#include "cdprcal/estimation/curvature.hpp"
+#include "cdprcal/estimation/least_observed.hpp"
+#include "cdprcal/estimation/mean_square.hpp"
+#include "cdprcal/estimation/minimise.hpp"
+#include "cdprcal/estimation/minimise_ceres.hpp"
+#include "cdprcal/estimation/presence.hpp"
+#include "cdprcal/estimation/problem.hpp"
+#include "cdprcal/statistics.hpp"
+
+namespace cdprcal {
+namespace {
+
+/// Residuals this many σ, root mean square over a whole channel, contradict the model whatever
+/// their number: the pose that fits them is not to be trusted.
+constexpr double kContradiction = 3.0;
+/// A rotation known to no better than this [rad] says nothing: the linearisation behind the
+/// covariance ends there too.
+constexpr double kUselessRotation = 1.0;
+
+MinimiserOptions minimiser_options(const SolveOptions& options, bool last_stage) {
+  // A stage before the last only has to come near.
+  return {.max_iterations = options.max_iterations,
+          .function_tolerance = last_stage ? options.function_tolerance : 1e-3,
+          .parameter_tolerance = last_stage ? options.parameter_tolerance : 1e-6,
+          .gradient_tolerance = options.gradient_tolerance};
+}
+
+/// Root mean square of the balance in units of what the robot file specifies for the load cells,
+/// whatever the weights; what the model itself is wrong by is allowed for as it was found.
+double specified_statics_rms(const CalibrationProblem& problem, const PoseCache& cache,
+                             const std::vector<PoseResidual>& residuals) {
+  BalanceSigma sigma{problem.robot.sigma.tension_N, problem.robot.sigma.wrench_force_N,
+                     problem.robot.sigma.wrench_moment_Nm};
+  if (problem.noise) {
+    sigma.force_N = std::max(sigma.force_N, problem.noise->wrench_force_N);
+    sigma.moment_Nm = std::max(sigma.moment_Nm, problem.noise->wrench_moment_Nm);
+  }
+  std::vector<Pose> poses;
+  std::vector<Vector6> balances;
+  for (std::size_t i = 0; i < cache.size(); ++i) {
+    if (cache.statics_of(i) != StaticsModel::wrench) continue;
+    poses.push_back(cache.pose(i));
+    balances.push_back(residuals[i].wrench);
+  }
+  const std::vector<Matrix6> roots =
+      inverse_balance_roots(cache.robot(), poses, std::vector<BalanceSigma>(poses.size(), sigma));
+  MeanSquare whitened;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    for (const double v : Vector6(roots[i] * balances[i])) whitened.add(v);
+  }
+  return whitened.rms();
+}
+
+/// Runs the graduated stages; returns whether the last one converged.
+bool run_stages(const CalibrationProblem& problem, const SolveOptions& options, Assembly& assembly,
+                CalibrationResult& result) {
+  Minimiser minimiser(assembly);
+  MinimiserSummary summary;
+  const auto stage = [&](double graduation, bool last) {
+    assembly.cache().update_wrench_weights(graduation);
+    summary = options.minimiser == MinimiserKind::ceres
+                  ? minimise_with_ceres(assembly, minimiser_options(options, last))
+                  : minimiser.minimise(minimiser_options(options, last));
+    result.iterations += summary.evaluations;
+    return summary.usable;
+  };
+  bool usable = true;
+  for (std::size_t i = 0; usable && i + 1 < options.graduation.size(); ++i) {
+    // A stage is for residuals of about its own size; a start that is nearer needs no weaker one.
+    assembly.cache().update_wrench_weights(1.0);
+    if (options.graduation[i] > assembly.statics_rms()) continue;
+    usable = stage(options.graduation[i], false);
+  }
+  Pose before = assembly.cache().pose(0);
+  usable = usable && stage(1.0, true);
+  if (problem.statics == StaticsModel::wrench) {
+    // The weights of the balance depend on the poses: repeat until they agree with each other.
+    constexpr int kMostRefreshes = 20;
+    for (int i = 0; i < kMostRefreshes; ++i) {
+      if (!usable || !summary.converged) break;
+      if (minus(assembly.cache().pose(0), before).norm() < options.settled) break;
+      before = assembly.cache().pose(0);
+      usable = stage(1.0, true);
+    }
+  }
+  result.cost = summary.cost;
+  const bool converged = usable && summary.converged;
+  if (!converged) {
+    result.reason = usable ? "stopped after " + std::to_string(result.iterations) +
+                                 " iterations without reaching a minimum"
+                           : "the solver failed: a pose left the region where the cables' "
+                             "geometry is defined, or the start was outside it";
+  }
+  return converged;
+}
+
+std::string format(const char* pattern, double a, double b) {
+  char text[320];
+  std::snprintf(text, sizeof text, pattern, a, b);
+  return text;
+}
+
+/// The channels whose residuals contradict their σ, in words; empty when none does.
+std::string contradictions(const CalibrationProblem& problem, Assembly& assembly,
+                           const CalibrationResult& result) {
+  const ResidualRms& rms = result.residual_rms;
+  const SensorSigma& sigma = problem.robot.sigma;
+  std::string text;
+  const auto judge = [&](double value, double limit, double scale, const char* pattern) {
+    if (std::isfinite(value) && value > kContradiction * limit) {
+      text += (text.empty() ? "" : "; ") + format(pattern, value * scale, limit * scale);
+    }
+  };
+  judge(rms.length_m, sigma.length_m, 1e3, "lengths off by %.3g mm rms against sigma %.3g mm");
+  judge(rms.swivel_rad, sigma.swivel_rad, 1.0 / kDegree,
+        "swivel angles off by %.3g deg rms against sigma %.3g deg");
+  judge(rms.roll_pitch_rad, sigma.attitude_rad, 1.0 / kDegree,
+        "roll and pitch off by %.3g deg rms against sigma %.3g deg");
+  judge(rms.yaw_rad, sigma.attitude_rad, 1.0 / kDegree,
+        "yaw off by %.3g deg rms against sigma %.3g deg");
+  judge(rms.absolute_yaw_rad, sigma.absolute_yaw_rad, 1.0 / kDegree,
+        "absolute yaw off by %.3g deg rms against sigma %.3g deg");
+  judge(rms.direct_length_m, sigma.direct_length_m, 1e3,
+        "direct lengths off by %.3g mm rms against sigma %.3g mm");
+  judge(rms.position_m, sigma.position_m, 1e3, "position off by %.3g mm rms against sigma %.3g mm");
+  judge(rms.tension_N, sigma.tension_N, 1.0, "tensions off by %.3g N rms against sigma %.3g N");
+  if (problem.statics == StaticsModel::wrench) {
+    judge(specified_statics_rms(problem, assembly.cache(), result.residuals), 1.0, 1.0,
+          "static balance off by %.3g sigma rms (expected %.3g)");
+    if (problem.noise) {
+      judge(problem.noise->wrench_force_N, sigma.tension_N, 1.0,
+            "static balance off by %.3g N beyond what the load cells explain (sigma %.3g N)");
+    }
+  }
+  return text;
+}
+
+/// Largest distance between two pulleys [m]: a position known to no better says nothing.
+double frame_size_m(const Robot& robot) {
+  double size = 0.0;
+  for (const Cable& a : robot.cables) {
+    for (const Cable& b : robot.cables) {
+      size = std::max(size, (a.pulley.position_m - b.pulley.position_m).norm());
+    }
+  }
+  return size > 0.0 ? size : 1.0;
+}
+
+/// The largest change of a cable's length or swivel since the reference, over its noise.
+double largest_motion(const CalibrationProblem& problem, const PoseCache& cache) {
+  const Measurement& first = problem.measurements.front();
+  double largest = 0.0;
+  const auto look = [&](const CableVector& now, const CableVector& then, double weight, bool wrap) {
+    for (Eigen::Index c = 0; c < std::min(now.size(), then.size()); ++c) {
+      double change = now[c] - then[c];
+      if (wrap && std::isfinite(change)) change = wrap_angle(change);
+      if (std::isfinite(change)) largest = std::max(largest, weight * std::abs(change));
+    }
+  };
+  for (std::size_t i = 1; i < problem.measurements.size(); ++i) {
+    const Measurement& m = problem.measurements[i];
+    look(m.length_m, first.length_m, cache.weight(i, Channel::length), false);
+    look(m.swivel_rad, first.swivel_rad, cache.weight(i, Channel::swivel), true);
+  }
+  return largest;
+}
+
+void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged, bool explain,
+           CalibrationResult& result) {
+  const std::string doubts = contradictions(problem, assembly, result);
+  if (!converged) {
+    if (!doubts.empty()) {
+      result.reason += "; where it stopped the model contradicts the readings: " + doubts +
+                       "; check signs, scales and order of the sensors in the configuration";
+    }
+    return;
+  }
+  // Without statics all there is to see is motion. Where there was none, noise looks like it, and
+  // the linearised covariance believes it.
+  constexpr double kMotion = 6.0;  // σ: what noise alone does not do in thousands of readings
+  const bool relative_only =
+      !is_read(problem, Channel::direct_length) && !is_read(problem, Channel::position);
+  if (problem.statics == StaticsModel::none && relative_only &&
+      largest_motion(problem, assembly.cache()) < kMotion) {
+    result.status = CalibrationStatus::unobservable;
+    result.reason =
+        "the platform hardly moved: no length or swivel changed beyond its noise; measure at more "
+        "varied poses";
+    return;
+  }
+  const auto least = [&] {
+    LeastObserved out = least_observed(problem, assembly);
+    result.least_observed = out.sentence;
+    return out.information;
+  };
+  const ReferenceInformation information = explain ? least() : assembly.reference_information();
+  if (!information.covariance) {
+    if (!explain) least();  // what cannot be seen is to be said
+    result.status = CalibrationStatus::unobservable;
+    result.reason = "the readings leave at least one direction of the initial pose undetermined (" +
+                    result.least_observed +
+                    "); measure at more or more varied poses, or with more sensors";
+    return;
+  }
+  const Vector6 deviation = information.covariance->diagonal().cwiseSqrt();
+  if (deviation.head<3>().maxCoeff() > frame_size_m(problem.robot) ||
+      deviation.tail<3>().maxCoeff() > kUselessRotation) {
+    if (!explain) least();
+    result.status = CalibrationStatus::unobservable;
+    result.reason = format(
+        "the readings hardly determine the initial pose: standard deviations "
+        "reach %.3g m and %.3g deg; measure at more or more varied poses",
+        deviation.head<3>().maxCoeff(), deviation.tail<3>().maxCoeff() / kDegree);
+    return;
+  }
+  result.covariance = information.covariance;
+  result.standard_deviation = deviation;
+  if (!doubts.empty()) {
+    result.status = CalibrationStatus::not_converged;
+    result.reason =
+        "a minimum was found, but it contradicts the readings, so it is not the pose: " + doubts +
+        "; check signs, scales and order of the sensors in the configuration";
+    return;
+  }
+  result.status = CalibrationStatus::converged;
+  result.reason = "minimum found; residuals are within what the sensors' sigma allow";
+}
+
+}  // namespace
+
+CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>& guess,
+                        const SolveOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  std::optional<CalibrationProblem> filled;
+  const CalibrationProblem& problem = completed(given, guess, filled);
+  if (options.graduation.empty() || options.graduation.back() != 1.0) {
+    throw InputError("calibration: the last graduation must be 1");
+  }
+  Assembly assembly(problem, guess);
+  CalibrationResult result;
+  result.residual_count = assembly.residual_count();
+  result.parameter_count = assembly.parameter_count();
+  if (result.residual_count < result.parameter_count) {
+    result.status = CalibrationStatus::unobservable;
+    result.reason = "fewer readings than unknowns: " + std::to_string(result.residual_count) +
+                    " equations for " + std::to_string(result.parameter_count) +
+                    " unknowns; measure at more poses or with more sensors";
+    return result;
+  }
+  const bool converged = run_stages(problem, options, assembly, result);
+  result.solve_time_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+
+  if (!std::isfinite(result.cost)) result.cost = assembly.cost();
+  result.poses.reserve(assembly.cache().size());
+  for (std::size_t i = 0; i < assembly.cache().size(); ++i) {
+    result.poses.push_back(assembly.cache().pose(i));
+  }
+  const PlatformState initial = platform_state(assembly.cache().robot(), result.poses[0]);
+  if (!initial.valid || !std::isfinite(result.cost)) {
+    if (result.reason.empty()) result.reason = describe_invalid(initial);
+    if (result.reason.empty()) {
+      result.reason = "the residuals are beyond double precision: a reading is absurdly large";
+    }
+    result.poses.clear();
+    return result;
+  }
+  result.initial_length_m = initial.length_m();
+  result.initial_swivel_rad = initial.swivel_rad();
+  result.residuals = assembly.residuals();
+  result.reference_errors = assembly.reference_errors();
+  result.residual_rms = residual_rms(result.residuals, problem.reference_attitude);
+  result.chi_square_p_value =
+      chi_square_survival(2.0 * result.cost, result.residual_count - result.parameter_count);
+  judge(problem, assembly, converged, options.explain, result);
+  // Only weak problems reach that far; what the paper's formulation claims is the paper's.
+  constexpr double kFar = 1.5 * kDegree;
+  constexpr double kMostChange = 4.0;  // of a variance: twice the standard deviation
+  if (result.status == CalibrationStatus::converged && problem.reference_noise &&
+      result.standard_deviation.tail<3>().maxCoeff() > kFar) {
+    if (const double change = variance_ratio_nearby(problem, result); change > kMostChange) {
+      if (!options.explain) result.least_observed = least_observed(problem, assembly).sentence;
+      result.status = CalibrationStatus::unobservable;
+      result.reason = format(
+          "a minimum was found, but how well it is known cannot be said: two standard deviations "
+          "away variances are %.3g times as large or small (at most %.3g); measure at more varied "
+          "poses, or with more sensors",
+          std::min(change, 1e6), kMostChange);
+      result.covariance.reset();
+      result.standard_deviation.setConstant(kNaN);
+    }
+  }
+  return result;
+}
+
+void explain(const CalibrationProblem& given, CalibrationResult& result) {
+  if (!result.covariance || !result.least_observed.empty()) return;
+  std::optional<CalibrationProblem> filled;
+  const CalibrationProblem& problem = completed(given, result.poses, filled);
+  Assembly assembly(problem, result.poses);
+  assembly.set_reference_errors(result.reference_errors);
+  assembly.cache().update_wrench_weights(1.0);
+  result.least_observed = least_observed(problem, assembly).sentence;
+}
+
+const char* to_string(CalibrationStatus status) {
+  switch (status) {
+    case CalibrationStatus::converged:
+      return "converged";
+    case CalibrationStatus::not_converged:
+      return "not_converged";
+    case CalibrationStatus::unobservable:
+      return "unobservable";
+  }
+  return "unknown";
+}
+
+}  // namespace cdprcal

@@ -1,0 +1,54 @@
+// What was read at one pose, and how measurements are drawn from a log.
+#pragma once
+
+#include <vector>
+
+#include "cdprcal/model/robot.hpp"
+#include "cdprcal/readings/equilibrium_detection.hpp"
+#include "cdprcal/readings/path_state.hpp"
+
+namespace cdprcal {
+
+/// static_pose: the platform rests, statics hold. kinematic_pose: it may move, geometry only.
+enum class PoseKind { static_pose, kinematic_pose };
+
+/// Readings at one pose; NaN where absent. Lengths, swivels and yaw have unknown offsets that are
+/// the same in all measurements of a problem.
+struct Measurement {
+  double time_s = 0.0;
+  PoseKind kind = PoseKind::static_pose;
+  CableVector length_m;
+  CableVector swivel_rad;
+  CableVector tension_N;
+  Vector3 roll_pitch_yaw_rad = Vector3::Constant(kNaN);
+  double absolute_yaw_rad = kNaN;
+  CableVector direct_length_m;  ///< empty or NaN: not measured
+  Vector3 position_m = Vector3::Constant(kNaN);
+  /// What the tensions were told to be: τ_setpoint of §3.2, for guesses alone. Empty or NaN:
+  /// unknown.
+  CableVector tension_setpoint_N;
+
+  // How the pose was reached, for effects that depend on it (effects/).
+  double run_time_s = 0.0;       ///< since the first sample of the run
+  CableVector length_direction;  ///< s in [−1, 1]: +1 after paying out; empty: unknown
+  CableVector swivel_direction;  ///< the same for the swivels; +1 after a positive turn
+  CableVector length_direction_error,
+      swivel_direction_error;                     ///< what s may be off (path_state.hpp)
+  Vector3 attitude_rate_rad_s = Vector3::Zero();  ///< of (roll, pitch, yaw), while moving
+  int samples = 1;                                ///< readings behind the mean
+
+  /// Whether the wrench balance can be written down here: at rest, with every tension read.
+  bool in_balance() const { return kind == PoseKind::static_pose && tension_N.allFinite(); }
+};
+
+/// The sample at row `index` as a measurement of a robot with `cable_count` cables.
+Measurement measurement_at(const Log& log, Eigen::Index index, PoseKind kind, int cable_count);
+/// The mean over an interval; time_s is the middle of it.
+Measurement measurement_mean(const Log& log, const SampleRange& range, PoseKind kind,
+                             int cable_count);
+
+/// Fills in how the pose of `range` was reached (directions: means over the range).
+void add_path(const PathState& path, const Log& log, const SampleRange& range, double run_start_s,
+              Measurement& measurement);
+
+}  // namespace cdprcal

@@ -1,0 +1,43 @@
+// How much a reading may be wrong: as the robot file says, or as the readings themselves show.
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "cdprcal/model/robot.hpp"
+#include "cdprcal/readings/channel.hpp"
+#include "cdprcal/readings/log.hpp"
+
+namespace cdprcal {
+
+/// Two components, one σ each.
+struct ChannelNoise {
+  double pose = 0.0;    ///< shared by all samples of a pose (model, drift): does not average out
+  double sample = 0.0;  ///< white from sample to sample: the mean of N has σ/√N
+  [[nodiscard]] double sigma(int samples) const {
+    return std::sqrt(pose * pose + sample * sample / samples);
+  }
+};
+
+/// One ChannelNoise a channel; the balance's is that of a tension [N].
+struct NoiseModel {
+  std::array<ChannelNoise, kChannels> channel;
+  /// What the balance itself is wrong by, beyond the load cells, along each axis.
+  double wrench_force_N = 0.0;
+  double wrench_moment_Nm = 0.0;
+  [[nodiscard]] const ChannelNoise& operator[](Channel c) const {
+    return channel[static_cast<std::size_t>(c)];
+  }
+  ChannelNoise& operator[](Channel c) { return channel[static_cast<std::size_t>(c)]; }
+};
+
+/// The robot file's σ (eq. 18), for poses and samples alike: nothing averages out.
+NoiseModel specified_noise(const SensorSigma& sigma);
+
+/// White noise of each channel between one sample and the next, from the second differences of a
+/// run (channel_noise; median over the channel's columns). Channels that are absent get the
+/// specified σ.
+std::array<double, kChannels> sample_noise(const Log& log, const SampleRange& run,
+                                           const SensorSigma& sigma);
+
+}  // namespace cdprcal

@@ -1,0 +1,125 @@
+#include "cdprcal/readings/path_state.hpp"
+
+#include <algorithm>
+
+#include "cdprcal/readings/equilibrium_detection.hpp"
+
+namespace cdprcal {
+namespace {
+
+constexpr double kTurnOver_m = 1e-3;
+constexpr double kTurnOver_rad = 0.5 * kDegree;
+/// Dead bands in σ of the smoothed noise.
+constexpr double kNarrow = 1.0, kWide = 3.0;
+/// Half the window of a rate: short against the swings of robots of a few metres (2 to 5 rad/s),
+/// long enough that the noise of a rate stays well below the rates of a transition.
+constexpr double kSlope_s = 0.3;
+
+/// Mean over ±half window around each sample, within a segment, angles unwrapped.
+Eigen::VectorXd smoothed(const Eigen::VectorXd& time, Eigen::VectorXd values,
+                         const SampleRange& range, double window_s, bool angles) {
+  if (angles) {
+    auto own = values.segment(range.begin, range.size());
+    own = unwrapped(own);
+  }
+  Eigen::VectorXd out = values;
+  Eigen::Index begin = range.begin, end = range.begin;
+  double sum = 0.0;
+  int count = 0;
+  for (Eigen::Index i = range.begin; i < range.end; ++i) {
+    while (end < range.end && time[end] <= time[i] + 0.5 * window_s + 1e-9) {
+      if (std::isfinite(values[end])) sum += values[end], ++count;
+      ++end;
+    }
+    while (time[begin] < time[i] - 0.5 * window_s - 1e-9) {
+      if (std::isfinite(values[begin])) sum -= values[begin], --count;
+      ++begin;
+    }
+    out[i] = count > 0 ? sum / count : kNaN;
+  }
+  return out;
+}
+
+/// Play operator of half-width `half`: the state follows the motion and saturates at ±1. Motion is
+/// what leaves a dead band of ± `noise` around where it last was, so that noise turns nothing over.
+void follow(const Eigen::VectorXd& values, const SampleRange& range, double half, double noise,
+            Eigen::Ref<Eigen::VectorXd> direction) {
+  double state = 0.0, reached = kNaN;
+  for (Eigen::Index i = range.begin; i < range.end; ++i) {
+    if (std::isfinite(values[i])) {
+      if (!std::isfinite(reached)) reached = values[i];
+      const double moved_to = std::clamp(reached, values[i] - noise, values[i] + noise);
+      state = std::clamp(state + (moved_to - reached) / half, -1.0, 1.0);
+      reached = moved_to;
+    }
+    direction[i] = state;
+  }
+}
+
+/// s with `band` σ of dead band.
+LogMatrix directions(const Log& log, const LogMatrix& values, double turn_over, double window_s,
+                     bool angles, double band) {
+  LogMatrix out = LogMatrix::Zero(values.rows(), values.cols());
+  for (const SampleRange& range : segments(log)) {
+    const double rate = range.size() > 1 ? static_cast<double>(range.size() - 1) /
+                                               (log.time_s[range.end - 1] - log.time_s[range.begin])
+                                         : 1.0;
+    const double averaged = std::max(1.0, window_s * rate);
+    for (Eigen::Index c = 0; c < values.cols(); ++c) {
+      const Eigen::VectorXd column = values.col(c);
+      const double noise = channel_noise(column.segment(range.begin, range.size()), angles);
+      Eigen::VectorXd direction = Eigen::VectorXd::Zero(values.rows());
+      follow(smoothed(log.time_s, column, range, window_s, angles), range, 0.5 * turn_over,
+             band * noise / std::sqrt(averaged), direction);
+      out.col(c).segment(range.begin, range.size()) = direction.segment(range.begin, range.size());
+    }
+  }
+  return out;
+}
+
+/// Slope of a straight line through the angles around each sample of a segment.
+void slopes(const Eigen::VectorXd& time, const Eigen::VectorXd& angles, const SampleRange& range,
+            Eigen::Ref<Eigen::VectorXd> out) {
+  Eigen::Index begin = range.begin, end = range.begin;
+  for (Eigen::Index i = range.begin; i < range.end; ++i) {
+    while (end < range.end && time[end] <= time[i] + kSlope_s + 1e-9) ++end;
+    while (time[begin] < time[i] - kSlope_s - 1e-9) ++begin;
+    if (!std::isfinite(angles[i])) continue;
+    double count = 0.0, t = 0.0, y = 0.0, tt = 0.0, ty = 0.0;
+    for (Eigen::Index j = begin; j < end; ++j) {
+      const double dy = wrap_angle(angles[j] - angles[i]);
+      if (!std::isfinite(angles[j])) continue;
+      const double dt = time[j] - time[i];
+      count += 1.0, t += dt, y += dy, tt += dt * dt, ty += dt * dy;
+    }
+    const double spread = tt - t * t / std::max(count, 1.0);
+    if (count >= 3.0 && spread > 0.0) out[i] = (ty - t * y / count) / spread;
+  }
+}
+
+}  // namespace
+
+PathState path_state(const Log& log, double smoothing_s) {
+  PathState state;
+  const auto both = [&](const LogMatrix& values, double turn_over, bool angles,
+                        LogMatrix& direction, LogMatrix& error) {
+    const LogMatrix narrow = directions(log, values, turn_over, smoothing_s, angles, kNarrow);
+    const LogMatrix wide = directions(log, values, turn_over, smoothing_s, angles, kWide);
+    direction = 0.5 * (narrow + wide);
+    error = 0.5 * (narrow - wide);
+  };
+  both(log.length_m, kTurnOver_m, false, state.length_direction, state.length_direction_error);
+  both(log.swivel_rad, kTurnOver_rad, true, state.swivel_direction, state.swivel_direction_error);
+  state.attitude_rate_rad_s =
+      LogMatrix::Zero(log.roll_pitch_yaw_rad.rows(), log.roll_pitch_yaw_rad.cols());
+  for (const SampleRange& range : segments(log)) {
+    for (Eigen::Index c = 0; c < log.roll_pitch_yaw_rad.cols(); ++c) {
+      Eigen::VectorXd rate = state.attitude_rate_rad_s.col(c);
+      slopes(log.time_s, log.roll_pitch_yaw_rad.col(c), range, rate);
+      state.attitude_rate_rad_s.col(c) = rate;
+    }
+  }
+  return state;
+}
+
+}  // namespace cdprcal

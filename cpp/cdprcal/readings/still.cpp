@@ -1,0 +1,71 @@
+#include "cdprcal/readings/still.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "cdprcal/readings/equilibrium_detection.hpp"
+#include "cdprcal/statistics.hpp"
+
+namespace cdprcal {
+namespace {
+
+/// Sums of one channel since the start, and its white noise.
+struct Running {
+  std::vector<double> sum{0.0}, count{0.0};
+  double noise = 0.0;
+};
+
+Running running(const Eigen::VectorXd& given, bool angle) {
+  Running out;
+  const Eigen::VectorXd values = angle ? unwrapped(given) : given;
+  out.noise = channel_noise(values);
+  double origin = kNaN;
+  for (const double v : values) {
+    const bool there = std::isfinite(v);
+    if (there && std::isnan(origin)) origin = v;
+    out.sum.push_back(out.sum.back() + (there ? v - origin : 0.0));
+    out.count.push_back(out.count.back() + (there ? 1.0 : 0.0));
+  }
+  return out;
+}
+
+bool halves_agree(const std::vector<Running>& channels, std::size_t end) {
+  constexpr double kConfidence = 0.95;
+  const std::size_t middle = end / 2;
+  double chi_square = 0.0;
+  int freedom = 0;
+  for (const Running& c : channels) {
+    const double first = c.count[middle], second = c.count[end] - first;
+    if (first < 1.0 || second < 1.0 || !(c.noise > 0.0)) continue;
+    const double change = (c.sum[end] - c.sum[middle]) / second - c.sum[middle] / first;
+    chi_square += change * change / (c.noise * c.noise * (1.0 / first + 1.0 / second));
+    ++freedom;
+  }
+  return freedom == 0 || chi_square <= chi_square_quantile(kConfidence, freedom);
+}
+
+}  // namespace
+
+SampleRange still_since_start(const Log& log, const SampleRange& range, Eigen::Index least) {
+  std::vector<Running> channels;
+  const auto add = [&](const LogMatrix& group, bool angle) {
+    for (Eigen::Index c = 0; c < group.cols(); ++c) {
+      channels.push_back(running(group.col(c).segment(range.begin, range.size()), angle));
+    }
+  };
+  add(log.length_m, false);
+  add(log.swivel_rad, true);
+  add(log.tension_N, false);
+  add(log.roll_pitch_yaw_rad, true);
+  add(log.absolute_yaw_rad, true);
+  add(log.direct_length_m, false);
+  add(log.position_m, false);
+  Eigen::Index size = range.size();
+  while (size > least && !halves_agree(channels, static_cast<std::size_t>(size))) {
+    size = std::max(least, std::min(size - 1, size * 9 / 10));
+  }
+  return {range.begin, range.begin + size};
+}
+
+}  // namespace cdprcal

@@ -1,0 +1,276 @@
+#include "cdprcal/robot_file/robot_file.hpp"
+
+#include <filesystem>
+#include <sstream>
+
+#include "cdprcal/effects/schema.hpp"
+#include "cdprcal/error.hpp"
+#include "cdprcal/model/robot_check.hpp"
+#include "cdprcal/robot_file/builtin_robots.hpp"
+#include "cdprcal/robot_file/yaml_reader.hpp"
+#include "cdprcal/text_file.hpp"
+
+namespace cdprcal {
+namespace {
+
+using detail::shortest;
+using detail::YamlField;
+using detail::YamlMapping;
+
+// Reading: one function a mapping of the file. A new section is one more key and one more function.
+
+Platform read_platform(const YamlField& field) {
+  const YamlMapping map(field, {"mass_kg", "centre_of_mass_m", "inertia_kg_m2"});
+  Platform platform;
+  platform.mass_kg = map.require("mass_kg").number();
+  platform.centre_of_mass_m = map.require("centre_of_mass_m").vector3();
+  platform.inertia_kg_m2 = map.require("inertia_kg_m2").matrix3();
+  return platform;
+}
+
+Pulley read_pulley(const YamlField& field) {
+  const YamlMapping map(field, {"radius_m", "position_m", "x_axis", "swivel_axis"});
+  Pulley pulley;
+  pulley.radius_m = map.require("radius_m").number();
+  pulley.position_m = map.require("position_m").vector3();
+  pulley.axes_world.col(0) = map.require("x_axis").vector3();
+  pulley.axes_world.col(2) = map.require("swivel_axis").vector3();
+  return pulley;  // the y axis is completed by finalise
+}
+
+Cable read_cable(const YamlField& field) {
+  const YamlMapping map(field, {"pulley", "platform_anchor_m"});
+  return {read_pulley(map.require("pulley")), map.require("platform_anchor_m").vector3()};
+}
+
+/// An angle that may be given in degrees or in radians, once.
+double read_angle(const YamlMapping& map, const std::string& name, double fallback_rad) {
+  const auto degrees = map.find(name + "_deg");
+  const auto radians = map.find(name + "_rad");
+  if (degrees && radians) radians->fail("is given in degrees too: delete one");
+  if (degrees) return degrees->number() * kDegree;
+  return radians ? radians->number() : fallback_rad;
+}
+
+SensorSigma read_sigma(const YamlField& field) {
+  const YamlMapping map(
+      field, {"length_m", "swivel_deg", "swivel_rad", "attitude_deg", "attitude_rad", "tension_N",
+              "absolute_yaw_deg", "absolute_yaw_rad", "direct_length_m", "position_m",
+              "wrench_force_N", "wrench_moment_Nm"});
+  SensorSigma sigma;
+  sigma.length_m = map.number_or("length_m", sigma.length_m);
+  sigma.swivel_rad = read_angle(map, "swivel", sigma.swivel_rad);
+  sigma.attitude_rad = read_angle(map, "attitude", sigma.attitude_rad);
+  sigma.tension_N = map.number_or("tension_N", sigma.tension_N);
+  sigma.absolute_yaw_rad = read_angle(map, "absolute_yaw", sigma.absolute_yaw_rad);
+  sigma.direct_length_m = map.number_or("direct_length_m", sigma.direct_length_m);
+  sigma.position_m = map.number_or("position_m", sigma.position_m);
+  sigma.wrench_force_N = map.number_or("wrench_force_N", sigma.wrench_force_N);
+  sigma.wrench_moment_Nm = map.number_or("wrench_moment_Nm", sigma.wrench_moment_Nm);
+  return sigma;
+}
+
+void read_sensors(const YamlField& field, Robot& robot) {
+  const YamlMapping map(field, {"euler_convention", "sigma"});
+  if (const auto convention = map.find("euler_convention")) {
+    try {
+      robot.euler_convention = parse_euler_convention(convention->text());
+    } catch (const InputError&) {
+      convention->fail("must be one of XYZ, XZY, YXZ, YZX, ZXY, ZYX (intrinsic order), not " +
+                       in_quotes(convention->text()));
+    }
+  }
+  if (const auto sigma = map.find("sigma")) robot.sigma = read_sigma(*sigma);
+}
+
+AppliedEffect read_effect(const YamlField& field, int cables) {
+  // Which keys are known follows from the name.
+  const auto name = field.peek("name");
+  const auto layout = name ? effect_layout(name->text(), cables) : std::nullopt;
+  if (name && !layout) name->fail(unknown_effect(name->text()));
+  std::vector<std::string> keys{"name", "run"};
+  if (layout) {
+    for (const ParameterLayout& parameter : layout->parameters) keys.push_back(parameter.name);
+  }
+  const YamlMapping map(field, keys);
+  AppliedEffect effect{map.require("name").text(), "", {}};
+  if (const auto run = map.find("run")) effect.run = run->text();
+  for (const ParameterLayout& parameter : layout->parameters) {
+    if (parameter.optional && !map.find(parameter.name)) continue;
+    effect.parameters.push_back(
+        {parameter.name, map.require(parameter.name).numbers(parameter.shape)});
+  }
+  return effect;
+}
+
+// Writing.
+
+std::string flow(const Vector3& v) {
+  return "[" + shortest(v[0]) + ", " + shortest(v[1]) + ", " + shortest(v[2]) + "]";
+}
+
+/// Nested flow lists of the shape; `next` walks through the values.
+std::string flow(const std::vector<int>& shape, std::size_t depth, const double*& next) {
+  if (depth == shape.size()) return shortest(*next++);
+  std::string list = "[";
+  for (int i = 0; i < shape[depth]; ++i) list += (i > 0 ? ", " : "") + flow(shape, depth + 1, next);
+  return list + "]";
+}
+
+std::string double_quoted(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
+
+/// Degrees when they read back as the very same radians (always so for an angle that was read in
+/// degrees), radians otherwise.
+std::string angle_entry(const std::string& name, double angle_rad) {
+  const double nearest = angle_rad / kDegree;
+  for (const double degrees :
+       {nearest, std::nextafter(nearest, 0.0), std::nextafter(nearest, 1e9)}) {
+    if (degrees * kDegree == angle_rad) return name + "_deg: " + shortest(degrees);
+  }
+  return name + "_rad: " + shortest(angle_rad);
+}
+
+std::string sigma_entry(const Robot& robot) {
+  const SensorSigma& sigma = robot.sigma;
+  std::string text = "{length_m: " + shortest(sigma.length_m) + ", " +
+                     angle_entry("swivel", sigma.swivel_rad) + ", " +
+                     angle_entry("attitude", sigma.attitude_rad) +
+                     ", tension_N: " + shortest(sigma.tension_N);
+  // Of sensors that few robots have, only what somebody changed.
+  const SensorSigma usual;
+  if (sigma.absolute_yaw_rad != usual.absolute_yaw_rad) {
+    text += ", " + angle_entry("absolute_yaw", sigma.absolute_yaw_rad);
+  }
+  if (sigma.direct_length_m != usual.direct_length_m) {
+    text += ", direct_length_m: " + shortest(sigma.direct_length_m);
+  }
+  if (sigma.position_m != usual.position_m) text += ", position_m: " + shortest(sigma.position_m);
+  // Derived values stay derived, so that a change of mass in the file changes them too.
+  if (sigma.wrench_force_N != detail::default_wrench_force_N(robot)) {
+    text += ", wrench_force_N: " + shortest(sigma.wrench_force_N);
+  }
+  if (sigma.wrench_moment_Nm != detail::default_wrench_moment_Nm(robot)) {
+    text += ", wrench_moment_Nm: " + shortest(sigma.wrench_moment_Nm);
+  }
+  return text + "}";
+}
+
+std::string effect_entry(const AppliedEffect& effect, int cables) {
+  std::string text = "  - name: " + effect.name + "\n";
+  if (!effect.run.empty()) text += "    run: " + double_quoted(effect.run) + "\n";
+  const EffectLayout layout = effect_layout(effect.name, cables).value();
+  for (const ParameterLayout& parameter : layout.parameters) {
+    for (const AppliedEffect::Parameter& given : effect.parameters) {
+      if (given.name != parameter.name) continue;
+      const double* next = given.values.data();
+      text += "    " + parameter.name + ": " + flow(parameter.shape, 0, next) + "\n";
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+Robot parse_robot(const std::string& yaml_text, const std::string& source) {
+  const YamlField document = YamlField::parse_document(yaml_text, source);
+  const YamlMapping map(document, {"name", "gravity_m_s2", "platform", "cables", "tension_limits_N",
+                                   "sensors", "effects"});
+  Robot robot;
+  robot.name = map.require("name").text();
+  robot.gravity_m_s2 = map.number_or("gravity_m_s2", robot.gravity_m_s2);
+  robot.platform = read_platform(map.require("platform"));
+  for (const YamlField& cable : map.require("cables").items()) {
+    robot.cables.push_back(read_cable(cable));
+  }
+  const std::vector<double> limits = map.require("tension_limits_N").numbers(2);
+  robot.tension_min_N = limits[0];
+  robot.tension_max_N = limits[1];
+  if (const auto sensors = map.find("sensors")) read_sensors(*sensors, robot);
+  if (const auto effects = map.find("effects")) {
+    for (const YamlField& effect : effects->items()) {
+      robot.effects.push_back(read_effect(effect, robot.cable_count()));
+    }
+  }
+  try {
+    detail::check_and_complete(robot);
+    detail::check_effects(robot);
+  } catch (const detail::FieldError& error) {
+    document.fail_at(error.field, error.what());
+  }
+  return robot;
+}
+
+std::vector<std::string> builtin_robot_names() {
+  std::vector<std::string> names;
+  for (const auto& robot : detail::kBuiltinRobots) names.emplace_back(robot.name);
+  return names;
+}
+
+std::string builtin_robot_yaml(const std::string& name) {
+  for (const auto& robot : detail::kBuiltinRobots) {
+    if (name == robot.name) return robot.yaml;
+  }
+  std::string known;
+  for (const std::string& builtin : builtin_robot_names()) {
+    known += (known.empty() ? "" : ", ") + builtin;
+  }
+  throw InputError("robot '" + name + "': neither a file nor a built-in robot (built in: " + known +
+                   ")");
+}
+
+Robot load_robot(const std::string& name_or_path) {
+  if (const std::size_t nul = name_or_path.find('\0'); nul != std::string::npos) {
+    throw InputError(name_or_path.substr(0, nul) +
+                     ": no file's name holds NUL bytes; check the path");
+  }
+  for (const auto& robot : detail::kBuiltinRobots) {
+    if (name_or_path == robot.name) return parse_robot(robot.yaml, robot.name);
+  }
+  std::error_code error;
+  if (!std::filesystem::exists(name_or_path, error)) {
+    return parse_robot(builtin_robot_yaml(name_or_path), name_or_path);  // throws, naming both
+  }
+  return parse_robot(read_text_file(name_or_path, detail::kMostYamlBytes + 1), name_or_path);
+}
+
+std::string to_yaml(const Robot& robot) {
+  Robot checked = robot;
+  finalise(checked);
+  check_effects(checked);
+  std::ostringstream out;
+  out << "name: " << double_quoted(checked.name) << '\n'
+      << "gravity_m_s2: " << shortest(checked.gravity_m_s2) << '\n'
+      << "platform:\n"
+      << "  mass_kg: " << shortest(checked.platform.mass_kg) << '\n'
+      << "  centre_of_mass_m: " << flow(checked.platform.centre_of_mass_m) << '\n'
+      << "  inertia_kg_m2: [" << flow(checked.platform.inertia_kg_m2.row(0)) << ", "
+      << flow(checked.platform.inertia_kg_m2.row(1)) << ", "
+      << flow(checked.platform.inertia_kg_m2.row(2)) << "]\n"
+      << "cables:\n";
+  for (const Cable& cable : checked.cables) {
+    const Pulley& pulley = cable.pulley;
+    out << "  - pulley: {radius_m: " << shortest(pulley.radius_m)
+        << ", position_m: " << flow(pulley.position_m) << ", x_axis: " << flow(pulley.x_axis())
+        << ", swivel_axis: " << flow(pulley.swivel_axis()) << "}\n"
+        << "    platform_anchor_m: " << flow(cable.platform_anchor_m) << '\n';
+  }
+  out << "tension_limits_N: [" << shortest(checked.tension_min_N) << ", "
+      << shortest(checked.tension_max_N) << "]\n"
+      << "sensors:\n"
+      << "  euler_convention: " << to_string(checked.euler_convention) << '\n'
+      << "  sigma: " << sigma_entry(checked) << '\n';
+  if (!checked.effects.empty()) out << "effects:\n";
+  for (const AppliedEffect& effect : checked.effects) {
+    out << effect_entry(effect, checked.cable_count());
+  }
+  return out.str();
+}
+
+}  // namespace cdprcal

@@ -1,0 +1,185 @@
+#include "cdprcal/simulator/sensors.hpp"
+
+#include <algorithm>
+
+namespace cdprcal {
+namespace {
+
+double reading(double value, const SensorChannel& channel, RandomNormal& random) {
+  double v = value + channel.bias;
+  if (channel.noise > 0.0) v += channel.noise * random();
+  if (channel.resolution > 0.0) v = channel.resolution * std::round(v / channel.resolution);
+  return v;
+}
+
+/// Independent streams, so that one sensor's noise does not depend on what the others do.
+std::uint64_t stream(std::uint64_t seed, std::uint64_t index) {
+  return (seed + 1) * 0x9e3779b97f4a7c15ULL ^ (index * 0xd1342543de82ef95ULL + 1);
+}
+
+constexpr double kOutlier_s = 0.1;
+
+}  // namespace
+
+SensorBank::SensorBank(const PlantParameters& parameters, const SimulatorOptions& options)
+    : p_(parameters),
+      options_(options.sensors),
+      seed_(options.seed),
+      drive_noise_N_(options.winch.tension_noise_N) {
+  const SensorOptions& s = options_;
+  length_clock_ = {1.0 / s.length_m.rate_Hz, s.length_m.delay_s};
+  swivel_clock_ = {1.0 / s.swivel_rad.rate_Hz, s.swivel_rad.delay_s};
+  tension_clock_ = {1.0 / s.tension_N.rate_Hz, s.tension_N.delay_s};
+  attitude_clock_ = {1.0 / s.roll_pitch_rad.rate_Hz,
+                     s.roll_pitch_rad.delay_s + p_.attitude_delay_s};
+  for (const Clock& c : {length_clock_, swivel_clock_, tension_clock_, attitude_clock_}) {
+    history_s_ = std::max(history_s_, c.delay_s);
+  }
+}
+
+PlantSnapshot SensorBank::snapshot(const PlantDynamics& plant) {
+  const int n = p_.robot.cable_count();
+  PlantSnapshot now{plant.time_s(), plant.pose(), CableVector(n), CableVector(n), CableVector(n)};
+  for (int i = 0; i < n; ++i) {
+    now.encoder_m[i] = plant.encoder_m(i);
+    const double swivel = plant.strand(i).cable.swivel_rad;
+    double& lagging = swivel_play_rad_[i];
+    lagging =
+        std::clamp(lagging, swivel - p_.swivel_half_width_rad, swivel + p_.swivel_half_width_rad);
+    now.swivel_rad[i] = lagging;
+    now.load_cell_N[i] = plant.load_cell_tension_N(i);
+  }
+  return now;
+}
+
+void SensorBank::reset(const PlantDynamics& plant) {
+  const int n = p_.robot.cable_count();
+  length_noise_ = RandomNormal(stream(seed_, 1));
+  swivel_noise_ = RandomNormal(stream(seed_, 2));
+  tension_noise_ = RandomNormal(stream(seed_, 3));
+  attitude_noise_ = RandomNormal(stream(seed_, 4));
+  drive_noise_ = RandomNormal(stream(seed_, 6));
+  RandomNormal random(stream(seed_, 5));
+  offsets_ = {CableVector::Zero(n), CableVector::Zero(n), 0.0};
+  if (options_.random_offsets) offsets_ = random_offsets(n, random);
+  for (Clock* c : {&length_clock_, &swivel_clock_, &tension_clock_, &attitude_clock_}) c->taken = 0;
+  swivel_play_rad_.resize(n);
+  for (int i = 0; i < n; ++i) swivel_play_rad_[i] = plant.strand(i).cable.swivel_rad;
+  history_.clear();
+  sample_ = {};
+  sample_.length_m.resize(n);
+  sample_.swivel_rad.resize(n);
+  sample_.tension_N.resize(n);
+  drive_error_N_.setZero(n);
+  update(plant);
+}
+
+PlantSnapshot SensorBank::seen(double time_s) const {
+  // Before the beginning the robot hung as it did at the beginning.
+  if (time_s <= history_.front().time_s) return history_.front();
+  const auto after =
+      std::partition_point(history_.begin(), history_.end(),
+                           [&](const PlantSnapshot& s) { return s.time_s < time_s - 1e-12; });
+  if (after == history_.end()) return history_.back();
+  const PlantSnapshot& b = *after;
+  const PlantSnapshot& a = *std::prev(after);
+  const double f = (time_s - a.time_s) / (b.time_s - a.time_s);
+  PlantSnapshot out{time_s, plus(a.pose, f * minus(b.pose, a.pose)),
+                    a.encoder_m + f * (b.encoder_m - a.encoder_m), a.swivel_rad,
+                    a.load_cell_N + f * (b.load_cell_N - a.load_cell_N)};
+  for (Eigen::Index i = 0; i < out.swivel_rad.size(); ++i) {
+    out.swivel_rad[i] += f * wrap_angle(b.swivel_rad[i] - a.swivel_rad[i]);
+  }
+  return out;
+}
+
+void SensorBank::update(const PlantDynamics& plant) {
+  const double now_s = plant.time_s();
+  const bool due = length_clock_.due(now_s) || swivel_clock_.due(now_s) ||
+                   tension_clock_.due(now_s) || attitude_clock_.due(now_s);
+  sample_.time_s = now_s;
+  if (!due && history_s_ == 0.0 && p_.swivel_half_width_rad == 0.0) return;
+  if (history_s_ == 0.0) history_.clear();
+  history_.push_back(snapshot(plant));
+  while (history_.size() > 2 && history_[1].time_s < now_s - history_s_ - 1e-9)
+    history_.pop_front();
+  if (!due) return;
+  const auto take = [&](Clock& clock, auto read) {
+    if (!clock.due(now_s)) return;
+    ++clock.taken;
+    (this->*read)(clock.delay_s > 0.0 ? seen(now_s - clock.delay_s) : history_.back());
+  };
+  take(length_clock_, &SensorBank::read_lengths);
+  take(swivel_clock_, &SensorBank::read_swivels);
+  take(tension_clock_, &SensorBank::read_tensions);
+  take(attitude_clock_, &SensorBank::read_attitude);
+}
+
+void SensorBank::read_lengths(const PlantSnapshot& world) {
+  sample_.drives_time_s = sample_.time_s;
+  for (Eigen::Index i = 0; i < sample_.length_m.size(); ++i) {
+    const int source = p_.cable_order[static_cast<std::size_t>(i)];
+    double value = world.encoder_m[source];
+    for (const PlantEvent& event : p_.events) {
+      if (event.kind == PlantEvent::Kind::outlier && event.cable == source &&
+          sample_.time_s >= event.time_s - 1e-9 &&
+          sample_.time_s < event.time_s + kOutlier_s - 1e-9) {
+        value += event.size;
+      }
+    }
+    value = reading(value, options_.length_m, length_noise_);
+    sample_.length_m[i] =
+        p_.length_factor * (p_.length_sign[source] * value + offsets_.length_m[source]);
+  }
+}
+
+void SensorBank::read_swivels(const PlantSnapshot& world) {
+  for (Eigen::Index i = 0; i < sample_.swivel_rad.size(); ++i) {
+    const int source = p_.cable_order[static_cast<std::size_t>(i)];
+    const double scaled = (1.0 + p_.swivel_scale[source]) * world.swivel_rad[source];
+    const double value = reading(scaled, options_.swivel_rad, swivel_noise_);
+    sample_.swivel_rad[i] =
+        p_.swivel_factor * (p_.swivel_sign[source] * value + offsets_.swivel_rad[source]);
+  }
+}
+
+double SensorBank::load_cell_N(int cable, double tension_N, double time_s) const {
+  // Zero and drift are newtons of force at the bridge, which the amplifier's gain then scales: as
+  // in the catalogue, where each effect's newtons are true ones.
+  const double at_bridge = tension_N + p_.load_cell_bias_N[cable] +
+                           p_.load_cell_drift_N_s * time_s + p_.warm_zero_N(time_s);
+  return (1.0 + p_.load_cell_gain[cable]) * at_bridge;
+}
+
+const CableVector& SensorBank::drive_reading_error_N(const PlantDynamics& plant) {
+  for (int i = 0; i < p_.robot.cable_count(); ++i) {
+    const double tension = plant.load_cell_tension_N(i);
+    drive_error_N_[i] = load_cell_N(i, tension, plant.time_s()) - tension;
+    if (drive_noise_N_ > 0.0) drive_error_N_[i] += drive_noise_N_ * drive_noise_();
+  }
+  return drive_error_N_;
+}
+
+void SensorBank::read_tensions(const PlantSnapshot& world) {
+  for (Eigen::Index i = 0; i < sample_.tension_N.size(); ++i) {
+    const double value = load_cell_N(static_cast<int>(i), world.load_cell_N[i], world.time_s);
+    sample_.tension_N[i] = reading(value, options_.tension_N, tension_noise_);
+  }
+}
+
+void SensorBank::read_attitude(const PlantSnapshot& world) {
+  sample_.attitude_time_s = sample_.time_s;
+  const Matrix3 rotation = (world.pose.rotation * p_.ahrs_rotation).toRotationMatrix();
+  Vector3 angles = euler_from_rotation(rotation, p_.euler_convention);
+  angles[0] = reading(angles[0], options_.roll_pitch_rad, attitude_noise_);
+  angles[1] = reading(angles[1], options_.roll_pitch_rad, attitude_noise_);
+  angles[2] = reading(
+      angles[2] + p_.yaw_drift_rad_s * world.time_s + p_.magnetic_rad_m.dot(world.pose.position_m),
+      options_.yaw_rad, attitude_noise_);
+  angles[2] += offsets_.yaw_rad;
+  for (int a = 0; a < 3; ++a) {
+    sample_.roll_pitch_yaw_rad[a] = p_.attitude_factor * wrap_angle(angles[a]);
+  }
+}
+
+}  // namespace cdprcal

@@ -1,0 +1,49 @@
+#include "cdprcal/statics/natural_frequencies.hpp"
+
+#include <Eigen/Eigenvalues>
+
+namespace cdprcal {
+namespace {
+
+using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
+
+/// Modes of the motions in the span of `basis` (6×m).
+Modes modes_in(const ModeShapes& basis, const Matrix6& stiffness, const Matrix6& mass) {
+  Modes modes;
+  modes.natural_frequency_hz.resize(basis.cols());
+  modes.shape.resize(6, basis.cols());
+  if (basis.cols() == 0) return modes;
+  const Square k = basis.transpose() * stiffness * basis;
+  const Square m = basis.transpose() * mass * basis;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Square> eigen(0.5 * (k + k.transpose()), m);
+  modes.natural_frequency_hz = eigen.eigenvalues().unaryExpr(
+      [](double square) { return square >= 0.0 ? std::sqrt(square) / (2.0 * kPi) : kNaN; });
+  modes.shape = basis * eigen.eigenvectors();
+  return modes;
+}
+
+}  // namespace
+
+Matrix6 mass_matrix(const Robot& robot, const PlatformState& state) {
+  const double m = robot.platform.mass_kg;
+  const Matrix3 arm = skew(state.centre_of_mass_arm_m);
+  Matrix6 mass;
+  // Steiner's theorem takes the inertia from the centre of mass to P.
+  mass << m * Matrix3::Identity(), -m * arm, m * arm,
+      state.rotation * robot.platform.inertia_kg_m2 * state.rotation.transpose() - m * arm * arm;
+  return mass;
+}
+
+Modes constant_tension_modes(const Robot& robot, const PlatformState& state,
+                             const CableVector& tension_N) {
+  return modes_in(Matrix6::Identity(), stiffness(robot, state, tension_N),
+                  mass_matrix(robot, state));
+}
+
+Modes free_motion_modes(const Robot& robot, const PlatformState& state,
+                        const CableVector& tension_N) {
+  return modes_in(free_motion_basis(state), stiffness(robot, state, tension_N),
+                  mass_matrix(robot, state));
+}
+
+}  // namespace cdprcal

@@ -1,0 +1,196 @@
+#include "cdprcal/synthetic/synthetic.hpp"
+
+#include "cdprcal/equilibria/direct.hpp"
+#include "cdprcal/error.hpp"
+#include "cdprcal/kinematics/platform.hpp"
+
+namespace cdprcal {
+
+std::uint64_t RandomNormal::next() {
+  // SplitMix64 (Steele, Lea, Flood 2014)
+  state_ += 0x9e3779b97f4a7c15ULL;
+  std::uint64_t z = state_;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return z ^ (z >> 31);
+}
+
+double RandomNormal::uniform() { return (static_cast<double>(next() >> 11) + 0.5) * 0x1.0p-53; }
+
+double RandomNormal::operator()() {
+  const double radius = std::sqrt(-2.0 * std::log(uniform()));
+  return radius * std::cos(2.0 * kPi * uniform());
+}
+
+ReadingNoise reading_noise(const SensorSigma& sigma, double scale, bool absolute) {
+  ReadingNoise noise{scale * sigma.length_m, scale * sigma.swivel_rad, scale * sigma.attitude_rad,
+                     scale * sigma.attitude_rad, scale * sigma.tension_N};
+  if (absolute) {
+    noise.absolute_yaw_rad = scale * sigma.absolute_yaw_rad;
+    noise.direct_length_m = scale * sigma.direct_length_m;
+    noise.position_m = scale * sigma.position_m;
+  }
+  return noise;
+}
+
+ReadingOffsets random_offsets(int cable_count, RandomNormal& random) {
+  ReadingOffsets offsets{CableVector(cable_count), CableVector(cable_count), 0.0};
+  for (int i = 0; i < cable_count; ++i) {
+    offsets.length_m[i] = 2.0 * random.uniform() - 1.0;
+    offsets.swivel_rad[i] = (2.0 * random.uniform() - 1.0) * 60.0 * kDegree;
+  }
+  offsets.yaw_rad = (2.0 * random.uniform() - 1.0) * kPi;
+  return offsets;
+}
+
+Measurement synthetic_measurement(const Robot& robot, const Pose& pose,
+                                  const CableVector& tension_N, PoseKind kind,
+                                  const ReadingOffsets& offsets, const ReadingNoise& noise,
+                                  RandomNormal& random) {
+  const PlatformState state = platform_state(robot, pose);
+  if (!state.valid)
+    throw InputError("synthetic measurement: " + describe_invalid(state) + "; give another pose");
+  Measurement m;
+  m.kind = kind;
+  m.length_m = state.length_m() + offsets.length_m;
+  m.swivel_rad = state.swivel_rad() + offsets.swivel_rad;
+  m.tension_N = tension_N;
+  m.roll_pitch_yaw_rad = euler_from_rotation(state.rotation, robot.euler_convention);
+  m.roll_pitch_yaw_rad[2] += offsets.yaw_rad;
+  for (int i = 0; i < robot.cable_count(); ++i) {
+    m.length_m[i] += noise.length_m * random();
+    m.swivel_rad[i] += noise.swivel_rad * random();
+    m.tension_N[i] += noise.tension_N * random();
+  }
+  m.roll_pitch_yaw_rad[0] += noise.roll_pitch_rad * random();
+  m.roll_pitch_yaw_rad[1] += noise.roll_pitch_rad * random();
+  m.roll_pitch_yaw_rad[2] += noise.yaw_rad * random();
+  if (std::isfinite(noise.absolute_yaw_rad)) {
+    m.absolute_yaw_rad = euler_from_rotation(state.rotation, robot.euler_convention)[2] +
+                         noise.absolute_yaw_rad * random();
+  }
+  if (std::isfinite(noise.direct_length_m)) {
+    m.direct_length_m = state.length_m();
+    for (double& v : m.direct_length_m) v += noise.direct_length_m * random();
+  }
+  if (std::isfinite(noise.position_m)) {
+    m.position_m = pose.position_m;
+    for (double& v : m.position_m) v += noise.position_m * random();
+  }
+  return m;
+}
+
+double fifth_degree(double fraction) {
+  const double x = std::min(1.0, std::max(0.0, fraction));
+  return x * x * x * (10.0 + x * (-15.0 + 6.0 * x));
+}
+
+namespace {
+
+/// One wrench a set-point, from a stream of its own: readings are the same with and without.
+std::vector<Vector6> disturbances(const SyntheticLogOptions& options, std::size_t count) {
+  RandomNormal random(options.seed ^ 0x9e3779b97f4a7c15ULL);
+  std::vector<Vector6> out(count, Vector6::Zero());
+  for (Vector6& wrench : out) {
+    for (double& v : wrench.head<3>()) v = options.wrench_force_N * random();
+    for (double& v : wrench.tail<3>()) v = options.wrench_moment_Nm * random();
+  }
+  return out;
+}
+
+/// Where the platform rests at these tensions under one more wrench: Newton from where it rests
+/// without. False where that leads nowhere.
+bool yield_to(const Robot& robot, const CableVector& tension_N, const Vector6& wrench, Pose& pose) {
+  if (wrench.isZero(0.0)) return true;
+  constexpr int kSteps = 8;          // of quadratic convergence, from millimetres
+  constexpr double kSettled = 1e-9;  // m, rad
+  double last = HUGE_VAL;
+  for (int i = 0; i < kSteps; ++i) {
+    const PlatformState state = platform_state(robot, pose);
+    const Vector6 left = wrench_residual(robot, state, tension_N) - wrench;
+    const Vector6 step = stiffness(robot, state, tension_N).partialPivLu().solve(left);
+    pose = plus(pose, -step);
+    last = step.norm();
+    if (!(last >= 1e-14)) break;
+  }
+  return last < kSettled;
+}
+
+}  // namespace
+
+SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& setpoints_N,
+                           const SyntheticLogOptions& options) {
+  if (setpoints_N.empty()) throw InputError("synthetic log: no set-points; give at least one");
+  if (!(options.rate_Hz > 0.0) || !(options.dwell_s >= 0.0) || !(options.move_s >= 0.0) ||
+      !(options.dwell_s + options.move_s > 0.0)) {
+    throw InputError("synthetic log: rate_Hz, dwell_s and move_s must be positive");
+  }
+  const double rows = (options.dwell_s + options.move_s) * options.rate_Hz *
+                      static_cast<double>(setpoints_N.size());
+  if (!(rows <= static_cast<double>(kMostLogLines))) {
+    throw InputError("synthetic log: that would be more than " + std::to_string(kMostLogLines) +
+                     " samples; lower rate_Hz, dwell_s or move_s");
+  }
+  const int n = robot.cable_count();
+  RandomNormal random(options.seed);
+  const ReadingOffsets offsets = random_offsets(n, random);
+  const double period_s = options.dwell_s + options.move_s;
+  const double duration_s = period_s * static_cast<double>(setpoints_N.size()) - options.move_s;
+  const auto samples =
+      static_cast<Eigen::Index>(std::floor(duration_s * options.rate_Hz + 1e-9)) + 1;
+
+  SyntheticLog out;
+  Log& log = out.log;
+  log.source = "synthetic log of " + robot.name;
+  log.time_s.resize(samples);
+  log.length_m.resize(samples, n);
+  log.swivel_rad.resize(samples, n);
+  log.tension_N.resize(samples, n);
+  log.tension_setpoint_N.resize(samples, n);
+  log.roll_pitch_yaw_rad.resize(samples, 3);
+  log.absolute_yaw_rad.resize(samples, std::isfinite(options.noise.absolute_yaw_rad) ? 1 : 0);
+  log.direct_length_m.resize(samples, std::isfinite(options.noise.direct_length_m) ? n : 0);
+  log.position_m.resize(samples, std::isfinite(options.noise.position_m) ? 3 : 0);
+  const std::vector<Vector6> wrench = disturbances(options, setpoints_N.size());
+  std::optional<Pose> previous;
+  for (Eigen::Index row = 0; row < samples; ++row) {
+    const double time_s = static_cast<double>(row) / options.rate_Hz;
+    const auto index =
+        std::min(static_cast<std::size_t>(time_s / period_s), setpoints_N.size() - 1);
+    const double into_move = time_s - static_cast<double>(index) * period_s - options.dwell_s;
+    CableVector tension_N = setpoints_N[index];
+    Vector6 disturbance = wrench[index];
+    if (into_move > 0.0 && index + 1 < setpoints_N.size()) {
+      const double fraction = fifth_degree(into_move / options.move_s);
+      tension_N += fraction * (setpoints_N[index + 1] - tension_N);
+      disturbance += fraction * (wrench[index + 1] - disturbance);
+    }
+    EquilibriumResult rest = direct_from_tensions(robot, tension_N, previous);
+    if (rest.status == EquilibriumStatus::found &&
+        !yield_to(robot, tension_N, disturbance, rest.pose)) {
+      rest.status = EquilibriumStatus::not_found;
+      rest.reason = "wrench_force_N and wrench_moment_Nm pull the platform away";
+    }
+    if (rest.status != EquilibriumStatus::found) {
+      throw InputError("synthetic log: no stable equilibrium at set-point " +
+                       std::to_string(index + 1) + (into_move > 0.0 ? " (moving on)" : "") + ": " +
+                       rest.reason + "; give others");
+    }
+    previous = rest.pose;
+    out.poses.push_back(rest.pose);
+    const Measurement m = synthetic_measurement(robot, rest.pose, tension_N, PoseKind::static_pose,
+                                                offsets, options.noise, random);
+    log.time_s[row] = time_s;
+    log.length_m.row(row) = m.length_m;
+    log.swivel_rad.row(row) = m.swivel_rad;
+    log.tension_N.row(row) = m.tension_N;
+    log.tension_setpoint_N.row(row) = tension_N;
+    log.roll_pitch_yaw_rad.row(row) = m.roll_pitch_yaw_rad;
+    if (log.absolute_yaw_rad.cols() > 0) log.absolute_yaw_rad(row, 0) = m.absolute_yaw_rad;
+    if (log.direct_length_m.cols() > 0) log.direct_length_m.row(row) = m.direct_length_m;
+    if (log.position_m.cols() > 0) log.position_m.row(row) = m.position_m;
+  }
+  return out;
+}
+
+}  // namespace cdprcal
