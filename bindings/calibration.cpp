@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "bindings.hpp"
-#include "cdprcal/diagnosis/allow_for_effects.hpp"
 #include "cdprcal/effects/applied.hpp"
 
 namespace cdprcal::python {
@@ -393,7 +392,7 @@ void register_calibrate(py::module_& module) {
   module.def(
       "calibrate",
       [](const Robot& robot, const Log& log, const std::optional<CalibrateOptions>& options) {
-        return calibrate_allowing_for_effects(robot, log, options.value_or(CalibrateOptions{}));
+        return calibrate(robot, log, options.value_or(CalibrateOptions{}));
       },
       py::arg("robot"), py::arg("log"), py::arg("options") = py::none(),
       py::call_guard<py::gil_scoped_release>(),

@@ -6,7 +6,7 @@
 #include <exception>
 #include <nlohmann/json.hpp>
 
-#include "cdprcal/diagnosis/allow_for_effects.hpp"
+#include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
 #include "cdprcal/version.hpp"
@@ -146,7 +146,7 @@ int solve(int argc, char** argv) {
   if (!noise.empty()) options.noise = parse_noise_source(noise);
   options.at_s = std::move(at_s);
   options.segment = segment;
-  const Calibration calibration = calibrate_allowing_for_effects(robot, log, options);
+  const Calibration calibration = calibrate(robot, log, options);
   if (json) {
     std::printf("%s\n", to_json(robot, calibration).dump(2).c_str());
   } else {

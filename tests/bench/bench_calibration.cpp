@@ -1,8 +1,10 @@
 // Time of one calibration: trial-sized problems, and growth with the number of poses.
 #include <benchmark/benchmark.h>
-#include <sys/resource.h>
 
-#include "../cpp/calibration/scenario.hpp"
+#include <sys/resource.h>
+#include <numeric>
+
+#include "../cpp/support/scenario.hpp"
 #include "cdprcal/estimation/elimination.hpp"
 
 namespace {
@@ -93,20 +95,20 @@ BENCHMARK(KinematicFull)->Arg(128)->Arg(100000)->Unit(benchmark::kMillisecond);
 
 void Elimination(benchmark::State& state) {  // 11 rows a pose, nine offsets: kinematics of 4 cables
   const auto poses = static_cast<std::size_t>(state.range(0));
+  constexpr std::size_t kRows = 11, kOffsets = 9;
   RandomNormal random(1);
-  PoseRows rows;
-  rows.count = 11;
-  for (std::size_t r = 0; r < 11; ++r) {
-    rows.residual[r] = random();
-    for (double& v : rows.own[r]) v = random();
-    rows.offset[r] = r < 9 ? static_cast<int>(r) : -1;
-    rows.by_offset[r] = r < 9 ? -1.0 : 0.0;
-  }
-  const Eigen::VectorXd offset_step = Eigen::VectorXd::Ones(9);
-  PoseElimination elimination(poses, 9, true);
+  const lanes::Buffer rows = lanes::buffer(kRow * kRows), by_offset = lanes::buffer(kOffsets);
+  for (std::size_t i = 0; i < kRow * kRows * lanes::kLanes; ++i) rows[i] = random();
+  std::fill_n(by_offset.get(), kOffsets * lanes::kLanes, -1.0);
+  std::vector<int> slots(kRows);
+  std::iota(slots.begin(), slots.end(), 0);
+  const Eigen::VectorXd offset_step = Eigen::VectorXd::Ones(kOffsets);
+  PoseElimination elimination(poses, kOffsets, 0, true);
   for (auto _ : state) {
-    elimination.begin(1e-4);
-    for (std::size_t i = 0; i < poses; ++i) elimination.add(rows);
+    elimination.begin(1e-4, slots);
+    for (std::size_t b = 0; b < lanes::batches(poses); ++b) {
+      elimination.add(rows.get(), by_offset.get(), rows.get());
+    }
     benchmark::DoNotOptimize(elimination.finish().cost);
     benchmark::DoNotOptimize(elimination.back_substitute(offset_step).damping);
   }

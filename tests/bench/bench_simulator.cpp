@@ -1,7 +1,7 @@
 // Speed of the simulated robot: times real time on one core.
 #include <benchmark/benchmark.h>
 
-#include "../cpp/acquisition/startup_scenario.hpp"
+#include "../cpp/support/startup_scenario.hpp"
 
 namespace {
 

@@ -13,7 +13,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "../cpp/calibration/scenario.hpp"
+#include "../cpp/support/scenario.hpp"
 #include "cdprcal/diagnosis/diagnose.hpp"
 #include "cdprcal/readings/log.hpp"
 #include "cdprcal/workspace/workspace.hpp"

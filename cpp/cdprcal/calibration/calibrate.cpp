@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "cdprcal/calibration/allow_for_effects.hpp"
 #include "cdprcal/calibration/multi_start.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
@@ -377,6 +378,7 @@ Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions
   CalibrateOptions silent = options;  // of several fits only the last is explained
   silent.solve.explain = false;
   Calibration out = fit(robot, log, silent);
+  allow_for_effects(options, out);
   if (options.solve.explain) explain(out.problem, out.result);
   return out;
 }

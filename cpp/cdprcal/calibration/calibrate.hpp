@@ -22,7 +22,7 @@ struct CalibrateOptions {
   /// Empty: from_data for the full formulation, specified for the paper's.
   std::optional<NoiseSource> noise;
   /// With noise from data: where the model is seen to lack something, let any known effect be there
-  /// at its typical size (diagnosis/allow_for_effects.hpp). calibrate() itself does not look at it.
+  /// at its typical size (allow_for_effects.hpp).
   bool allow_for_effects = true;
   std::vector<double> at_s;  ///< poses by hand; the first is the reference. Empty: automatic
   int segment = -1;          ///< which segment is the run, from 0; −1: the last
@@ -53,8 +53,9 @@ NoiseSource noise_source(const CalibrateOptions& options);
 /// Throws InputError for a log that does not fit the robot or the options.
 Calibration prepare(const Robot& robot, const Log& log, const CalibrateOptions& options = {});
 
-/// prepare, guess, solve, refine. Starts again from other guesses while no minimum agrees with the
-/// readings, and keeps the best. Throws as prepare does; otherwise see result.status.
+/// prepare, guess, solve, refine, and allow_for_effects where the options ask for it. Starts again
+/// from other guesses while no minimum agrees with the readings, and keeps the best. Throws as
+/// prepare does; otherwise see result.status.
 Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions& options = {});
 
 /// "unified", "static", "kinematic"; "full", "paper". Throw InputError naming the choices.

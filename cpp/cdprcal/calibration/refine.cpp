@@ -15,7 +15,7 @@ namespace {
 std::vector<FittedRow> rows_of(const CalibrationProblem& problem, const CalibrationResult& result) {
   Assembly assembly(problem, result.poses);
   assembly.set_reference_errors(result.reference_errors);
-  assembly.cache().update_wrench_whitening(1.0);
+  assembly.poses().update_wrench_whitening(1.0);
   return assembly.fitted_rows();
 }
 

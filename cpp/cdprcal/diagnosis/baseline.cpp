@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/diagnosis/events.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"

@@ -1,7 +1,7 @@
 // The diagnosis' starting point: every log as a run, its readings' ripple, nothing added yet.
 #pragma once
 
-#include "cdprcal/diagnosis/model.hpp"
+#include "cdprcal/estimation/model.hpp"
 
 namespace cdprcal {
 

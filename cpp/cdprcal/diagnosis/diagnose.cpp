@@ -53,14 +53,14 @@ void learn_priors(DiagnosisModel& model) {
   constexpr double kPseudo = 2.0;
   const int n = model.robot.cable_count();
   for (int round = 0; round < kRounds && !model.effects.empty(); ++round) {
-    const DiagnosisSystem system = linearise(model);
-    const Eigen::VectorXd variance = covariance(system).diagonal().cwiseMax(0.0);
+    const Eigen::VectorXd variance = covariance(model).diagonal().cwiseMax(0.0);
+    Eigen::Index begin = variance.size() - prior_precision(model).size();
     for (std::size_t k = 0; k < model.effects.size(); ++k) {
       EffectTerm& term = model.effects[k];
       const EffectValues typical = term.effect->typical(n);
       double sum = kPseudo;
       for (Eigen::Index j = 0; j < term.values.size(); ++j) {
-        const double spread = variance[system.layout.accepted_begin[k] + j];
+        const double spread = variance[begin++];
         sum +=
             (term.values[j] * term.values[j] + spread) / std::pow(typical[j % typical.size()], 2);
       }
@@ -101,15 +101,14 @@ std::vector<Eigen::VectorXd> direction_variance(const DiagnosisModel& model) {
 
 /// Values and their standard deviations in reported units, by run after run.
 void report_values(const DiagnosisModel& model, Diagnosis& out) {
-  const Eigen::VectorXd variance = covariance(linearise(model)).diagonal();
-  const CommonLayout layout = linearise(model).layout;
+  const Eigen::VectorXd variance = covariance(model).diagonal();
+  Eigen::Index first = variance.size() - prior_precision(model).size();
   const std::vector<Eigen::VectorXd> systematic = direction_variance(model);
   for (std::size_t k = 0; k < model.effects.size(); ++k) {
     const EffectTerm& term = model.effects[k];
     const Eigen::VectorXd deviation =
-        (variance.segment(layout.accepted_begin[k], layout.accepted_size[k]).cwiseMax(0.0) +
-         systematic[k])
-            .cwiseSqrt();
+        (variance.segment(first, term.values.size()).cwiseMax(0.0) + systematic[k]).cwiseSqrt();
+    first += term.values.size();
     const int size = term.effect->size(model.robot.cable_count());
     NamedEffect& found = out.effects[k];
     found.values.resize(term.values.size());
@@ -234,21 +233,6 @@ const char* to_string(Verdict verdict) {
       return "unexplained";
   }
   return "unknown";
-}
-
-Matrix6 initial_pose_covariance(const DiagnosisModel& model, std::size_t run) {
-  const DiagnosisSystem system = linearise(model);
-  if (!system.valid) return Matrix6::Constant(kNaN);
-  const int size = system.layout.nuisance();
-  const Eigen::MatrixXd common = covariance(system);
-  for (const PoseSystem& pose : system.poses) {
-    if (pose.run != run || pose.pose != 0) continue;
-    // δζ = −A⁺(r + C δx): its own readings' noise, and what the common unknowns pass on.
-    const Eigen::MatrixXd inverse = pose.by_pose.completeOrthogonalDecomposition().pseudoInverse();
-    const Eigen::MatrixXd passed = inverse * pose.by_common.leftCols(size);
-    return inverse * inverse.transpose() + passed * common * passed.transpose();
-  }
-  return Matrix6::Constant(kNaN);
 }
 
 Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,

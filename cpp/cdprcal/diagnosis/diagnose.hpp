@@ -81,8 +81,4 @@ struct Diagnosis {
 Diagnosis diagnose(const Robot& robot, const std::vector<Log>& logs,
                    const DiagnoseOptions& options = {});
 
-/// Covariance of the initial pose of run `run` under the model's noise, effects estimated too. NaN
-/// where the model cannot be evaluated, or has no such run.
-Matrix6 initial_pose_covariance(const DiagnosisModel& model, std::size_t run);
-
 }  // namespace cdprcal

@@ -101,6 +101,7 @@ void gate_outliers(const Log& log, const SampleRange& run, LogMatrix& readings, 
   const Eigen::VectorXd off = departures(values, angles);
   // Motion bends readings away from the median around them: judged by the scatter nearby.
   const auto stands_out = [&](Eigen::Index i) {
+    if (!(std::abs(off[i]) > std::max(sigma, kOutlier * noise))) return false;
     std::vector<double> nearby;
     for (Eigen::Index j = std::max<Eigen::Index>(0, i - kNearby);
          j < std::min(off.size(), i + kNearby + 1); ++j) {
@@ -108,9 +109,8 @@ void gate_outliers(const Log& log, const SampleRange& run, LogMatrix& readings, 
         nearby.push_back(std::abs(off[j]));
       }
     }
-    if (nearby.size() < 5 || !(std::abs(off[i]) > sigma)) return false;
-    const double scatter = *std::max_element(nearby.begin(), nearby.end());
-    return std::abs(off[i]) > std::max(kOutlier * noise, kAboveNearby * scatter);
+    if (nearby.size() < 5) return false;
+    return std::abs(off[i]) > kAboveNearby * *std::max_element(nearby.begin(), nearby.end());
   };
   for (Eigen::Index i = 0; i < off.size();) {
     if (!std::isfinite(off[i]) || !stands_out(i)) {

@@ -1,10 +1,12 @@
 // What happens once, at one time: found in the log before any fit, or as a step between two rests.
 #pragma once
 
+#include <optional>
+
 #include <string>
 #include <vector>
 
-#include "cdprcal/diagnosis/model.hpp"
+#include "cdprcal/estimation/model.hpp"
 
 namespace cdprcal {
 

@@ -10,10 +10,14 @@ namespace {
 
 /// Peak cost with every channel's degrees of freedom as in `freedom`: comparable between models.
 double profile_cost(const DiagnosisModel& model, const NoiseLevels& freedom) {
-  const DiagnosisSystem system = linearise(model);
-  if (!system.valid) return std::numeric_limits<double>::infinity();
-  const ChannelSums sums = channel_sums(system);
-  double total = 0.5 * system.prior_residual.squaredNorm();
+  const ChannelSums sums = channel_sums(model);
+  if (!sums.valid) return std::numeric_limits<double>::infinity();
+  double total = 0.0;
+  const Eigen::VectorXd precision = prior_precision(model);
+  Eigen::Index value = 0;
+  for (const EffectTerm& term : model.effects) {
+    for (const double v : term.values) total += 0.5 * precision[value++] * v * v;
+  }
   for (std::size_t c = 0; c < kNoiseGroups; ++c) {
     if (freedom[c] < 1.0) continue;
     const double level =
@@ -27,11 +31,10 @@ double profile_cost(const DiagnosisModel& model, const NoiseLevels& freedom) {
 /// ½ log|I/Λ + 1| of the last effect of a fitted model: I is the information about it with all else
 /// free, Λ its prior's.
 double occam_of_last(const DiagnosisModel& model) {
-  const DiagnosisSystem system = linearise(model);
-  const int begin = system.layout.accepted_begin.back();
-  const int width = system.layout.accepted_size.back();
-  Eigen::MatrixXd hessian = information(system);
-  const Eigen::VectorXd precision = system.prior_precision.segment(begin, width);
+  Eigen::MatrixXd hessian = information(model);
+  const Eigen::Index width = model.effects.back().values.size();
+  const Eigen::Index begin = hessian.rows() - width;
+  const Eigen::VectorXd precision = prior_precision(model).tail(width);
   hessian.diagonal().segment(begin, width) -= precision;
   Eigen::MatrixXd own = hessian.block(begin, begin, width, width);
   own -= hessian.block(begin, 0, width, begin) * hessian.topLeftCorner(begin, begin)
@@ -48,7 +51,7 @@ double occam_of_last(const DiagnosisModel& model) {
 }  // namespace
 
 EvidenceAgainst::EvidenceAgainst(const DiagnosisModel& model)
-    : model_(model), freedom_(channel_sums(linearise(model)).freedom) {
+    : model_(model), freedom_(channel_sums(model).freedom) {
   cost_ = profile_cost(model, freedom_);
 }
 

@@ -1,6 +1,8 @@
 // Evidence for one more effect, fitted in full: what the scan estimates from one linearisation.
 #pragma once
 
+#include <optional>
+
 #include "cdprcal/diagnosis/scan.hpp"
 
 namespace cdprcal {

@@ -1,7 +1,9 @@
 // Stand-ins for what the catalogue does not know: "this channel depends on that".
 #pragma once
 
-#include "cdprcal/diagnosis/model.hpp"
+#include <optional>
+
+#include "cdprcal/estimation/model.hpp"
 
 namespace cdprcal {
 

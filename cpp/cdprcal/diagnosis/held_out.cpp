@@ -31,7 +31,7 @@ std::vector<Folds> partitions(const DiagnosisModel& model, const DiagnosisSystem
   Eigen::VectorXd time(count);
   Eigen::Matrix<double, Eigen::Dynamic, 3> position(count, 3);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const PoseSystem& pose = system.poses[static_cast<std::size_t>(i)];
+    const DiagnosisSystem::PoseRange& pose = system.poses[static_cast<std::size_t>(i)];
     const DiagnosisRun& run = model.runs[pose.run];
     time[i] = 1e6 * static_cast<double>(pose.run) + run.measurements[pose.pose].run_time_s;
     position.row(i) = run.poses[pose.pose].position_m;
@@ -47,14 +47,13 @@ struct FoldSums {
   NoiseLevels train{}, held{}, train_freedom{}, held_freedom{};
 };
 
-void add_channels(const PoseSystem& pose, const Eigen::VectorXd& reduced, NoiseLevels& squares,
-                  NoiseLevels& freedom) {
-  const PoseProjection projection = pose.projection();
-  const PoseRowValues rows = projection * reduced;
-  for (Eigen::Index row = 0; row < rows.size(); ++row) {
-    const auto c = static_cast<std::size_t>(pose.channel[static_cast<std::size_t>(row)]);
-    squares[c] += std::pow(rows[row] * pose.scale[row], 2);
-    freedom[c] += projection.row(row).squaredNorm();
+void add_channels(const DiagnosisSystem& system, const DiagnosisSystem::PoseRange& pose,
+                  const Eigen::VectorXd& left, NoiseLevels& squares, NoiseLevels& freedom) {
+  for (Eigen::Index i = 0; i < pose.size; ++i) {
+    const SystemRow& row = system.rows[static_cast<std::size_t>(pose.begin + i)];
+    const auto c = static_cast<std::size_t>(row.channel);
+    squares[c] += std::pow(left[i] * row.scale, 2);
+    freedom[c] += system.freedom[pose.begin + i];
   }
 }
 
@@ -71,19 +70,22 @@ FoldSums cross_validate(const DiagnosisSystem& system, const Folds& folds) {
     hessian.diagonal() = system.prior_precision;
     for (std::size_t i = 0; i < system.poses.size(); ++i) {
       if (folds[i] == fold) continue;
-      const auto columns = system.poses[i].reduced_by_common.leftCols(size);
+      const DiagnosisSystem::PoseRange& pose = system.poses[i];
+      const auto columns = system.free_by_common.middleRows(pose.begin, pose.size);
       hessian.noalias() += columns.transpose() * columns;
-      gradient.noalias() += columns.transpose() * system.poses[i].reduced;
+      gradient.noalias() +=
+          columns.transpose() * system.free_residual.segment(pose.begin, pose.size);
     }
     const Eigen::VectorXd step = -hessian.completeOrthogonalDecomposition().solve(gradient);
     for (std::size_t i = 0; i < system.poses.size(); ++i) {
-      const PoseSystem& pose = system.poses[i];
-      const Eigen::VectorXd reduced = pose.reduced + pose.reduced_by_common.leftCols(size) * step;
+      const DiagnosisSystem::PoseRange& pose = system.poses[i];
+      const Eigen::VectorXd left = system.free_residual.segment(pose.begin, pose.size) +
+                                   system.free_by_common.middleRows(pose.begin, pose.size) * step;
       if (folds[i] == fold) {
-        out.per_pose[static_cast<Eigen::Index>(i)] = 0.5 * reduced.squaredNorm();
-        add_channels(pose, reduced, out.held, out.held_freedom);
+        out.per_pose[static_cast<Eigen::Index>(i)] = 0.5 * left.squaredNorm();
+        add_channels(system, pose, left, out.held, out.held_freedom);
       } else {
-        add_channels(pose, reduced, out.train, out.train_freedom);
+        add_channels(system, pose, left, out.train, out.train_freedom);
       }
     }
   }

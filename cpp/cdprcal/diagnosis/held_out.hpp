@@ -1,7 +1,7 @@
 // Does an effect predict poses it was not fitted on?
 #pragma once
 
-#include "cdprcal/diagnosis/model.hpp"
+#include "cdprcal/estimation/model.hpp"
 
 namespace cdprcal {
 

@@ -1,43 +1,64 @@
 #include "cdprcal/diagnosis/model_residuals.hpp"
 
 #include <Eigen/QR>
+#include <algorithm>
+
+#include "cdprcal/estimation/model_fit.hpp"
 
 namespace cdprcal {
+namespace {
+
+/// Residuals of a pose of the batch that was evaluated last.
+void write_residual(const RunRows& run, std::size_t pose, const Pose& at, PoseResidual& out) {
+  const int n = run.layout().cables;
+  const std::size_t lane = pose % lanes::kLanes;
+  const auto read = [&](Channel channel, CableVector& to) {
+    to.setConstant(n, kNaN);
+    for (int c = 0; c < n; ++c) to[c] = run.value(lane, channel, c);
+  };
+  read(Channel::length, out.length_m);
+  read(Channel::swivel, out.swivel_rad);
+  out.roll_pitch_yaw_rad = {run.value(lane, Channel::roll_pitch, 0),
+                            run.value(lane, Channel::roll_pitch, 1),
+                            run.value(lane, Channel::yaw, 0)};
+  out.absolute_yaw_rad = run.value(lane, Channel::absolute_yaw, 0);
+  read(Channel::direct_length, out.direct_length_m);
+  for (int a = 0; a < 3; ++a) out.position_m[a] = run.value(lane, Channel::position, a);
+  out.tension_N.setConstant(n, kNaN);
+  if (run.statics_of(pose) == StaticsModel::none) return;
+  for (int a = 0; a < 6; ++a) out.wrench[a] = run.value(lane, Channel::balance, a);
+  const WrenchMatrix structure = structure_matrix(platform_state(run.robot(), at));
+  out.tension_N = Eigen::MatrixXd(structure).completeOrthogonalDecomposition().solve(out.wrench);
+}
+
+/// Evaluates a pose whose neighbours in its batch cannot be evaluated; false: it is the one.
+bool evaluate_alone(RunRows& run, std::size_t pose, const Pose& at) {
+  PoseLanes everywhere(run.poses());
+  for (std::size_t i = 0; i < run.poses(); ++i) everywhere.set(i, at);
+  return run.evaluate(pose / lanes::kLanes, everywhere);
+}
+
+}  // namespace
+
 std::vector<ModelResidual> model_residuals(const DiagnosisModel& model) {
   std::vector<ModelResidual> out;
-  const int n = model.robot.cable_count();
+  out.reserve(static_cast<std::size_t>(model.pose_count()));
+  ModelRows rows(model);
+  const Eigen::VectorXd values = rows.values();
   for (std::size_t r = 0; r < model.runs.size(); ++r) {
-    const ActiveEffects active = model.active(r);
-    const Robot robot = with_effects(model.robot, active);
     const DiagnosisRun& run = model.runs[r];
-    for (std::size_t i = 0; i < run.measurements.size(); ++i) {
-      const Measurement& m = run.measurements[i];
-      const bool rests = m.in_balance();
-      PoseEvaluation e;
-      evaluate_pose(robot, m, run.poses[i], rests ? StaticsModel::wrench : StaticsModel::none, {},
-                    active, false, e);
-      if (!e.valid) continue;
-      ModelResidual entry{r, m.run_time_s, {}};
-      PoseResidual& residual = entry.residual;
-      residual.length_m = e.length_m + run.offsets.head(n) - m.length_m;
-      residual.swivel_rad =
-          (e.swivel_rad + run.offsets.segment(n, n) - m.swivel_rad).unaryExpr(&wrap_angle);
-      residual.roll_pitch_yaw_rad = e.roll_pitch_yaw_rad - m.roll_pitch_yaw_rad;
-      residual.roll_pitch_yaw_rad[2] += run.offsets[2 * n];
-      residual.roll_pitch_yaw_rad = residual.roll_pitch_yaw_rad.unaryExpr(&wrap_angle).eval();
-      residual.absolute_yaw_rad = wrap_angle(e.absolute_yaw_rad - m.absolute_yaw_rad);
-      residual.direct_length_m = m.direct_length_m.size() == n
-                                     ? CableVector(e.direct_length_m - m.direct_length_m)
-                                     : CableVector::Constant(n, kNaN);
-      residual.position_m = run.poses[i].position_m - m.position_m;
-      residual.tension_N = CableVector::Constant(n, kNaN);
-      if (rests) {
-        residual.wrench = e.wrench;
-        const WrenchMatrix structure = structure_matrix(platform_state(robot, run.poses[i]));
-        residual.tension_N =
-            Eigen::MatrixXd(structure).completeOrthogonalDecomposition().solve(e.wrench);
+    const PoseLanes poses = rows.poses(r);
+    rows.set_values(r, values, poses);
+    rows.run(r).set_offsets(rows.offsets(r).data());
+    for (std::size_t b = 0; b < rows.run(r).batches(); ++b) {
+      const bool valid = rows.run(r).evaluate(b, poses);
+      const std::size_t end = std::min((b + 1) * lanes::kLanes, run.poses.size());
+      for (std::size_t i = b * lanes::kLanes; i < end; ++i) {
+        if (!valid && !evaluate_alone(rows.run(r), i, run.poses[i])) continue;
+        ModelResidual entry{r, run.measurements[i].run_time_s, {}};
+        write_residual(rows.run(r), i, run.poses[i], entry.residual);
+        out.push_back(std::move(entry));
       }
-      out.push_back(std::move(entry));
     }
   }
   return out;

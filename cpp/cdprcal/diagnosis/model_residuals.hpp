@@ -4,7 +4,8 @@
 
 #include <vector>
 
-#include "cdprcal/diagnosis/model.hpp"
+#include "cdprcal/estimation/model.hpp"
+#include "cdprcal/estimation/problem.hpp"
 
 namespace cdprcal {
 

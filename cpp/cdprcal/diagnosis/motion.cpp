@@ -1,104 +1,112 @@
 #include "cdprcal/diagnosis/motion.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
+
+#include "cdprcal/estimation/elimination.hpp"
 
 namespace cdprcal {
 namespace {
 
-/// Least squares for one pose from one sample's readings, from a pose nearby. False: no solution.
-bool follow(const DiagnosisModel& model, const Robot& robot, const ActiveEffects& active,
-            const DiagnosisRun& run, const Measurement& m, Pose& pose) {
-  constexpr int kMostSteps = 6;
-  constexpr double kSettled = 1e-7;
-  const int n = robot.cable_count();
-  PoseEvaluation e;
-  for (int step = 0; step < kMostSteps; ++step) {
-    evaluate_pose(robot, m, pose, StaticsModel::none, {}, active, true, e);
-    if (!e.valid) return false;
-    Matrix6 hessian = Matrix6::Zero();
-    Vector6 gradient = Vector6::Zero();
-    const auto add = [&](double residual, const auto& row, NoiseGroup channel) {
-      if (!std::isfinite(residual)) return;
-      const double weight = std::pow(model.noise[static_cast<std::size_t>(channel)], -2);
-      hessian.noalias() += weight * row.transpose() * row;
-      gradient.noalias() += weight * residual * row.transpose();
-    };
-    for (int i = 0; i < n; ++i) {
-      add(e.length_m[i] + run.offsets[i] - m.length_m[i], e.length_by_twist.row(i),
-          NoiseGroup::moving_length);
-      const double swivel = e.swivel_rad[i] + run.offsets[n + i] - m.swivel_rad[i];
-      add(wrap_angle(swivel), e.swivel_by_twist.row(i), NoiseGroup::moving_swivel);
-    }
-    for (int a = 0; a < 3; ++a) {
-      double angle = e.roll_pitch_yaw_rad[a] - m.roll_pitch_yaw_rad[a];
-      if (a == 2) angle += run.offsets[2 * n];
-      add(wrap_angle(angle), e.attitude_by_twist.row(a),
-          a == 2 ? NoiseGroup::moving_yaw : NoiseGroup::moving_roll_pitch);
-    }
-    const double yaw = e.absolute_yaw_rad - m.absolute_yaw_rad;
-    add(wrap_angle(yaw), e.absolute_yaw_by_twist, NoiseGroup::moving_absolute_yaw);
-    for (Eigen::Index i = 0; i < m.direct_length_m.size(); ++i) {
-      add(e.direct_length_m[i] - m.direct_length_m[i], e.direct_length_by_twist.row(i),
-          NoiseGroup::moving_direct_length);
-    }
-    for (int a = 0; a < 3; ++a) {
-      add(pose.position_m[a] - m.position_m[a], Vector6::Unit(a).transpose().eval(),
-          NoiseGroup::moving_position);
-    }
-    const Eigen::LDLT<Matrix6> factors(hessian);
-    if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 0.0)) return false;
-    const Vector6 twist = -factors.solve(gradient);
-    pose = plus(pose, twist);
-    if (twist.norm() < kSettled) return true;
-  }
-  return true;
-}
+using lanes::kLanes;
 
-struct Sample {
-  Eigen::Index row;
-  double speed;
-  Pose pose;
-  Measurement measurement;
+/// Least squares for each pose of a batch from its own readings, from one pose nearby. Those that
+/// have none become NaN.
+class Follower {
+ public:
+  Follower(const DiagnosisModel& model, std::size_t run, std::vector<FollowedSample>& samples)
+      : samples_(samples),
+        at_(samples.size()),
+        rows_(model.robot, readings(model, samples), {}),
+        slots_(rows_.slots()),
+        elimination_(kLanes, rows_.layout().offsets(), 0, true),
+        none_(Eigen::VectorXd::Zero(rows_.layout().offsets())) {
+    if (const ActiveEffects active = model.active(run); !active.empty()) {
+      rows_.set_effects(with_effects(model.robot, active), active);
+    }
+    std::array<double, kChannels> weights{};
+    for (std::size_t c = 0; c < kChannels; ++c) weights[c] = 1.0 / model.noise[c + kRestGroups];
+    for (std::size_t i = 0; i < samples.size(); ++i) rows_.set_weights(i, weights);
+    const OffsetVector offsets = -model.runs[run].offsets;
+    rows_.set_offsets(offsets.data());
+  }
+
+  /// Poses of a batch, all from the same start.
+  void follow(std::size_t batch, const Pose& start) {
+    const std::size_t first = batch * kLanes, end = std::min(first + kLanes, samples_.size());
+    std::array<Pose, kLanes> poses;
+    poses.fill(start);
+    if (!iterate(batch, poses)) {  // one of them spoils the others' batch
+      for (std::size_t i = first; i < end; ++i) {
+        std::array<Pose, kLanes> alone;
+        alone.fill(start);
+        const bool found = iterate(batch, alone);
+        poses[i - first] = found ? alone[i - first] : nowhere();
+      }
+    }
+    for (std::size_t i = first; i < end; ++i) {
+      const bool told = rows_.row_count(i) >= 6 && poses[i - first].position_m.allFinite();
+      samples_[i].pose = told ? poses[i - first] : nowhere();
+    }
+  }
+
+ private:
+  static Pose nowhere() { return {Vector3::Constant(kNaN), Eigen::Quaterniond::Identity()}; }
+  static RunReadings readings(const DiagnosisModel& model,
+                              const std::vector<FollowedSample>& samples) {
+    RunReadings out;
+    for (const FollowedSample& sample : samples) out.measurements.push_back(&sample.measurement);
+    out.statics.assign(samples.size(), StaticsModel::none);
+    out.base = OffsetVector::Zero(2 * model.robot.cable_count() + 1);
+    return out;
+  }
+  bool iterate(std::size_t batch, std::array<Pose, kLanes>& poses) {
+    constexpr int kMostSteps = 10;
+    constexpr double kSettled = 1e-7;
+    for (int step = 0; step < kMostSteps; ++step) {
+      const std::size_t first = batch * kLanes;
+      for (std::size_t i = first; i < std::min(first + kLanes, samples_.size()); ++i) {
+        at_.set(i, poses[i - first]);
+      }
+      if (!rows_.evaluate(batch, at_)) return false;
+      elimination_.begin(1e-12, slots_);
+      elimination_.add(rows_.rows(), rows_.by_offset(), rows_.by_effect());
+      elimination_.back_substitute(none_);
+      double largest = 0.0;
+      for (std::size_t i = first; i < std::min(first + kLanes, samples_.size()); ++i) {
+        const Vector6 twist = Eigen::Map<const Vector6, 0, Eigen::InnerStride<kLanes>>(
+            elimination_.steps(0) + (i - first));
+        poses[i - first] = plus(poses[i - first], twist);
+        largest = std::max(largest, twist.norm());
+      }
+      if (largest < kSettled) break;
+    }
+    return true;
+  }
+
+  std::vector<FollowedSample>& samples_;
+  PoseLanes at_;
+  RunRows rows_;
+  std::vector<int> slots_;
+  PoseElimination elimination_;
+  Eigen::VectorXd none_;
 };
 
-/// Every sample of the run with its pose, followed from the first one, whose pose is known.
-std::vector<Sample> followed(const DiagnosisModel& model, std::size_t r, const Log& log) {
-  const SampleRange range = segments(log).back();
-  const DiagnosisRun& run = model.runs[r];
-  const ActiveEffects active = model.active(r);
-  const Robot robot = with_effects(model.robot, active);
-  const PathState path = path_state(log);
-  std::vector<Sample> out;
-  Pose pose = run.poses.front();
-  for (Eigen::Index row = range.begin; row < range.end; ++row) {
-    Sample sample{row, 0.0, pose, {}};
-    sample.measurement =
-        measurement_at(log, row, PoseKind::kinematic_pose, model.robot.cable_count());
-    add_path(path, log, {row, row + 1}, log.time_s[range.begin], sample.measurement);
-    if (!follow(model, robot, active, run, sample.measurement, sample.pose)) continue;
-    pose = sample.pose;
-    sample.speed = sample.measurement.attitude_rate_rad_s.norm();
-    out.push_back(std::move(sample));
-  }
-  return out;
-}
-
 /// The fastest samples, none within the spacing of another.
-void keep_fastest(std::vector<Sample>& samples, const Eigen::VectorXd& time_s,
-                  const MotionOptions& options) {
-  std::stable_sort(samples.begin(), samples.end(),
-                   [](const Sample& a, const Sample& b) { return a.speed > b.speed; });
-  std::vector<Sample> kept;
-  for (Sample& sample : samples) {
+void keep_fastest(std::vector<FollowedSample>& samples, const MotionOptions& options) {
+  std::stable_sort(
+      samples.begin(), samples.end(),
+      [](const FollowedSample& a, const FollowedSample& b) { return a.speed > b.speed; });
+  std::vector<FollowedSample> kept;
+  for (FollowedSample& sample : samples) {
     if (static_cast<int>(kept.size()) >= options.most_samples) break;
-    const bool close = std::any_of(kept.begin(), kept.end(), [&](const Sample& other) {
-      return std::abs(time_s[other.row] - time_s[sample.row]) < options.least_spacing_s;
+    const bool close = std::any_of(kept.begin(), kept.end(), [&](const FollowedSample& other) {
+      return std::abs(other.measurement.time_s - sample.measurement.time_s) <
+             options.least_spacing_s;
     });
     if (!close) kept.push_back(std::move(sample));
   }
   std::stable_sort(kept.begin(), kept.end(),
-                   [](const Sample& a, const Sample& b) { return a.row < b.row; });
+                   [](const FollowedSample& a, const FollowedSample& b) { return a.row < b.row; });
   samples = std::move(kept);
 }
 
@@ -123,25 +131,57 @@ Eigen::MatrixXd play(const Eigen::VectorXd& time_s, const Eigen::MatrixXd& angle
 
 }  // namespace
 
-DiagnosisModel with_motion(const DiagnosisModel& model, const std::vector<Log>& logs,
-                           const MotionOptions& options) {
+std::vector<FollowedSample> followed(const DiagnosisModel& model, std::size_t r, const Log& log) {
+  const SampleRange range = segments(log).back();
+  const PathState path = path_state(log);
+  std::vector<FollowedSample> out(static_cast<std::size_t>(range.size()));
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    FollowedSample& sample = out[i];
+    sample.row = range.begin + static_cast<Eigen::Index>(i);
+    sample.measurement =
+        measurement_at(log, sample.row, PoseKind::kinematic_pose, model.robot.cable_count());
+    add_path(path, log, {sample.row, sample.row + 1}, log.time_s[range.begin], sample.measurement);
+    sample.speed = sample.measurement.attitude_rate_rad_s.norm();
+  }
+  if (out.empty()) return out;
+  Follower follower(model, r, out);
+  Pose pose = model.runs[r].poses.front();
+  for (std::size_t b = 0; b < lanes::batches(out.size()); ++b) {
+    follower.follow(b, pose);
+    for (std::size_t i = b * kLanes; i < std::min((b + 1) * kLanes, out.size()); ++i) {
+      if (out[i].pose.position_m.allFinite()) pose = out[i].pose;
+    }
+  }
+  std::erase_if(out, [](const FollowedSample& s) { return !s.pose.position_m.allFinite(); });
+  return out;
+}
+
+MovingSamples moving_samples(const DiagnosisModel& model, const std::vector<Log>& logs) {
   constexpr double kLeastRate_Hz = 3.0;
-  DiagnosisModel out = model;
+  MovingSamples out(logs.size());
   for (std::size_t r = 0; r < logs.size(); ++r) {
     const SampleRange range = segments(logs[r]).back();
     if (range.size() < 3) continue;
     const double duration_s = logs[r].time_s[range.end - 1] - logs[r].time_s[range.begin];
     if (!(static_cast<double>(range.size()) > kLeastRate_Hz * duration_s)) continue;
-    std::vector<Sample> samples = followed(model, r, logs[r]);
+    out[r] = followed(model, r, logs[r]);
     // What was read at rest is in the model already.
-    std::erase_if(samples, [&](const Sample& sample) {
+    std::erase_if(out[r], [&](const FollowedSample& sample) {
       return std::any_of(model.runs[r].rows.begin(), model.runs[r].rows.end(),
                          [&](const SampleRange& rest) {
                            return rest.begin <= sample.row && sample.row < rest.end;
                          });
     });
-    keep_fastest(samples, logs[r].time_s, options);
-    for (Sample& sample : samples) {
+  }
+  return out;
+}
+
+DiagnosisModel with_motion(const DiagnosisModel& model, MovingSamples samples,
+                           const MotionOptions& options) {
+  DiagnosisModel out = model;
+  for (std::size_t r = 0; r < samples.size(); ++r) {
+    keep_fastest(samples[r], options);
+    for (FollowedSample& sample : samples[r]) {
       out.runs[r].measurements.push_back(std::move(sample.measurement));
       out.runs[r].rows.push_back({sample.row, sample.row + 1});
       out.runs[r].poses.push_back(sample.pose);
@@ -154,13 +194,14 @@ double motion_correlation(const DiagnosisModel& model) {
   const DiagnosisSystem system = linearise(model);
   double products = 0.0, squares = 0.0;
   Eigen::VectorXd last;
-  for (const PoseSystem& pose : system.poses) {
+  if (!system.valid) return 0.0;
+  for (const DiagnosisSystem::PoseRange& pose : system.poses) {
     const Measurement& m = model.runs[pose.run].measurements[pose.pose];
     if (m.kind != PoseKind::kinematic_pose || m.samples != 1) {
       last.resize(0);
       continue;
     }
-    const Eigen::VectorXd rows = pose.projection() * pose.reduced;
+    const Eigen::VectorXd rows = system.free_residual.segment(pose.begin, pose.size);
     if (rows.size() == last.size()) {
       products += rows.dot(last);
       squares += 0.5 * (rows.squaredNorm() + last.squaredNorm());
@@ -184,14 +225,14 @@ void refine_swivel_play(DiagnosisModel& model, const std::vector<Log>& logs) {
     if (!(half_rad > 0.0)) return;
     for (std::size_t r = 0; r < logs.size(); ++r) {
       DiagnosisRun& run = model.runs[r];
-      const std::vector<Sample> samples = followed(model, r, logs[r]);
+      const std::vector<FollowedSample> samples = followed(model, r, logs[r]);
       if (samples.empty()) continue;
       const Robot robot = with_effects(model.robot, model.active(r));
       const auto count = static_cast<Eigen::Index>(samples.size());
       Eigen::MatrixXd swivel(count, n);
       Eigen::VectorXd time(count);
       for (Eigen::Index i = 0; i < count; ++i) {
-        const Sample& sample = samples[static_cast<std::size_t>(i)];
+        const FollowedSample& sample = samples[static_cast<std::size_t>(i)];
         swivel.row(i) = platform_state(robot, sample.pose).swivel_rad();
         time[i] = logs[r].time_s[sample.row];
       }

@@ -1,7 +1,7 @@
 // Effects that only motion shows: single samples between the rests join the model.
 #pragma once
 
-#include "cdprcal/diagnosis/model.hpp"
+#include "cdprcal/estimation/model.hpp"
 
 namespace cdprcal {
 
@@ -13,12 +13,32 @@ struct MotionOptions {
   double least_spacing_s = 0.09;  ///< between two samples of a run
 };
 
+/// A sample of a run and where the platform was.
+struct FollowedSample {
+  Eigen::Index row = 0;
+  double speed = 0.0;  ///< of the attitude [rad/s]
+  Pose pose;
+  Measurement measurement;
+};
+
+/// Every sample of a run with its pose, followed from the first one, whose pose is known: each by
+/// least squares over its own readings, the run's offsets and effects as they are. Samples that too
+/// few readings tell the pose of are left out.
+std::vector<FollowedSample> followed(const DiagnosisModel& model, std::size_t run, const Log& log);
+
+/// The samples of all runs that move; empty for runs with fewer than three samples a second.
+using MovingSamples = std::vector<std::vector<FollowedSample>>;
+MovingSamples moving_samples(const DiagnosisModel& model, const std::vector<Log>& logs);
+
 /// The model with samples in which the platform moves, as kinematic poses in channels of their own.
-/// `logs` as the model's runs. The fastest samples outside of its rests are taken, spread over the
-/// run; the poses come from following the readings sample by sample. Runs without motion, or
-/// without three samples a second, add nothing.
-DiagnosisModel with_motion(const DiagnosisModel& model, const std::vector<Log>& logs,
-                           const MotionOptions& options = {});
+/// The fastest of `samples`, one entry a run, are taken, spread over the run. `logs` as the model's
+/// runs.
+DiagnosisModel with_motion(const DiagnosisModel& model, MovingSamples samples,
+                           const MotionOptions& options);
+inline DiagnosisModel with_motion(const DiagnosisModel& model, const std::vector<Log>& logs,
+                                  const MotionOptions& options = {}) {
+  return with_motion(model, moving_samples(model, logs), options);
+}
 
 /// The swivels' state of play by where the model says that they pointed all along the run, instead
 /// of by their own readings, which stand still while the play is crossed. Nothing to do without the

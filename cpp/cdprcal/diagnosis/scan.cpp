@@ -13,41 +13,59 @@ namespace {
 /// Nats beyond the bound that cover what it leaves out: the noise is estimated, too.
 constexpr double kFarAbove = 10.0;
 
-/// All reduced rows stacked, projected off the nuisance unknowns.
+/// The rows of a system, channel by channel, projected off the poses and the nuisance unknowns.
 struct Stacked {
-  Eigen::VectorXd residual;         ///< M r
-  Eigen::MatrixXd candidates;       ///< M C
-  Eigen::MatrixXd nuisance_q;       ///< orthonormal basis of what M removes
-  std::vector<Eigen::Index> begin;  ///< first row of each pose
+  Eigen::VectorXd residual;           ///< M r
+  Eigen::MatrixXd candidates;         ///< M C
+  Eigen::MatrixXd nuisance_q;         ///< orthonormal basis of what M removes beyond the poses
+  std::vector<std::size_t> channels;  ///< those whose noise can be told
+  std::vector<Eigen::Index> begin;    ///< of each of these channels' rows, and the end
+  std::vector<Eigen::Index> order;    ///< row of the system behind each row
   ChannelSums sums;
 };
 
-Stacked stack(const DiagnosisSystem& system) {
+/// Rows that belong to no channel of `used` come last.
+std::vector<Eigen::Index> order_of(const DiagnosisSystem& system,
+                                   const std::vector<std::size_t>& used,
+                                   std::vector<Eigen::Index>& begin) {
+  std::vector<Eigen::Index> order;
+  const auto append = [&](auto belongs) {
+    for (std::size_t row = 0; row < system.rows.size(); ++row) {
+      if (belongs(static_cast<std::size_t>(system.rows[row].channel))) {
+        order.push_back(static_cast<Eigen::Index>(row));
+      }
+    }
+  };
+  for (const std::size_t c : used) {
+    begin.push_back(static_cast<Eigen::Index>(order.size()));
+    append([c](std::size_t channel) { return channel == c; });
+  }
+  begin.push_back(static_cast<Eigen::Index>(order.size()));
+  append([&](std::size_t channel) {
+    return std::find(used.begin(), used.end(), channel) == used.end();
+  });
+  return order;
+}
+
+Stacked stack(const DiagnosisModel& model, const DiagnosisSystem& system) {
   Stacked out;
-  Eigen::Index rows = 0;
-  for (const PoseSystem& pose : system.poses) {
-    out.begin.push_back(rows);
-    rows += pose.reduced.size();
+  out.sums = channel_sums(model);
+  for (std::size_t c = 0; c < kNoiseGroups; ++c) {
+    if (out.sums.freedom[c] >= 1.0) out.channels.push_back(c);
   }
-  out.begin.push_back(rows);
-  const int nuisance = system.layout.nuisance();
-  Eigen::MatrixXd all(rows, system.layout.size());
-  Eigen::VectorXd residual(rows);
-  for (std::size_t i = 0; i < system.poses.size(); ++i) {
-    const Eigen::Index size = out.begin[i + 1] - out.begin[i];
-    all.middleRows(out.begin[i], size) = system.poses[i].reduced_by_common;
-    residual.segment(out.begin[i], size) = system.poses[i].reduced;
-  }
+  out.order = order_of(system, out.channels, out.begin);
+  const Eigen::MatrixXd all = system.free_by_common(out.order, Eigen::all);
+  const Eigen::VectorXd residual = system.free_residual(out.order);
   // The accepted effects' prior limits what they may absorb; their columns are removed all the
   // same: near their estimates the difference is far below one unit of evidence.
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(all.leftCols(nuisance));
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(all.leftCols(system.layout.nuisance()));
   qr.setThreshold(1e-9);
-  const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(rows, qr.rank());
-  out.nuisance_q = q;
-  out.residual = residual - q * (q.transpose() * residual);
-  const auto candidates = all.rightCols(system.layout.candidates);
-  out.candidates = candidates - q * (q.transpose() * candidates);
-  out.sums = channel_sums(system);
+  out.nuisance_q = qr.householderQ() * Eigen::MatrixXd::Identity(all.rows(), qr.rank());
+  const auto off_nuisance = [&](const auto& columns) -> Eigen::MatrixXd {
+    return columns - out.nuisance_q * (out.nuisance_q.transpose() * columns);
+  };
+  out.residual = off_nuisance(residual);
+  out.candidates = off_nuisance(all.rightCols(system.layout.candidates));
   return out;
 }
 
@@ -63,31 +81,32 @@ double profile(const NoiseLevels& squares, const NoiseLevels& freedom, const Noi
   return total;
 }
 
-/// Evidence for every candidate as a function of the reduced residual alone. Sums of squares by
-/// channel are quadratic forms rᵀW_c r, so that moving r along a candidate's columns costs products
-/// of the candidate's own size: thousands of residuals go through in a few matrix products.
+/// Evidence for every candidate as a function of the projected residual alone. Moving a residual
+/// along a candidate's columns changes its channels' sums of squares by products of the candidate's
+/// own size: thousands of residuals go through in a few matrix products.
 class EvidenceOf {
+  /// The rows of a used channel.
+  template <typename Matrix>
+  [[nodiscard]] auto of_channel(const Matrix& rows, std::size_t used) const {
+    return rows.middleRows(stacked_.begin[used], stacked_.begin[used + 1] - stacked_.begin[used]);
+  }
+
  public:
   EvidenceOf(const DiagnosisSystem& system, const Stacked& stacked, const NoiseLevels& floor)
       : stacked_(stacked), floor_(floor) {
-    for (std::size_t c = 0; c < kNoiseGroups; ++c) {
-      if (stacked.sums.freedom[c] >= 1.0) used_.push_back(c);
-    }
-    for (const PoseSystem& pose : system.poses) rows_.push_back(rows_of(pose));
-    const Eigen::MatrixXd& columns = stacked.candidates;
-    for (std::size_t u = 0; u < used_.size(); ++u) weighted_.push_back(by_channel(columns, u));
     const int base = system.layout.nuisance();
     for (std::size_t k = 0; k < system.layout.candidate_begin.size(); ++k) {
       Candidate a;
       a.begin = system.layout.candidate_begin[k] - base;
       a.size = system.layout.candidate_size[k];
-      const auto own = columns.middleCols(a.begin, a.size);
+      const auto own = stacked.candidates.middleCols(a.begin, a.size);
       a.information = own.transpose() * own;
       a.llt.compute(a.information + Eigen::MatrixXd::Identity(a.size, a.size));
       const Eigen::MatrixXd root = a.llt.matrixL();
       a.occam = root.diagonal().array().log().sum();
-      for (const Eigen::MatrixXd& w : weighted_) {
-        a.squares.push_back(own.transpose() * w.middleCols(a.begin, a.size));
+      for (std::size_t u = 0; u < stacked.channels.size(); ++u) {
+        const auto rows = of_channel(own, u);
+        a.squares.emplace_back(rows.transpose() * rows);
       }
       candidates_.push_back(std::move(a));
     }
@@ -102,30 +121,35 @@ class EvidenceOf {
   };
   [[nodiscard]] const std::vector<Candidate>& candidates() const { return candidates_; }
 
-  /// log evidence [candidate × residual] of residuals given as columns, projected off the nuisance
-  /// unknowns. `values` takes each candidate's estimate for the first residual.
+  /// log evidence [candidate × residual] of residuals given as columns, projected off poses and
+  /// nuisance unknowns. `values` takes each candidate's estimate for the first residual.
   [[nodiscard]] Eigen::MatrixXd operator()(const Eigen::MatrixXd& residuals,
                                            std::vector<Eigen::VectorXd>* values = nullptr) const {
     const Eigen::Index count = residuals.cols();
-    const Eigen::MatrixXd scores = stacked_.candidates.transpose() * residuals;
-    std::vector<Eigen::MatrixXd> cross;  // C^T W_c r
+    const std::size_t used = stacked_.channels.size();
+    std::vector<Eigen::MatrixXd> cross;  // Cᵀr of each channel
     std::vector<Eigen::RowVectorXd> squares;
-    for (std::size_t u = 0; u < used_.size(); ++u) {
-      cross.push_back(weighted_[u].transpose() * residuals);
-      squares.push_back(squares_of(residuals, u));
+    for (std::size_t u = 0; u < used; ++u) {
+      cross.emplace_back(of_channel(stacked_.candidates, u).transpose() * of_channel(residuals, u));
+      squares.emplace_back(of_channel(residuals, u).colwise().squaredNorm());
     }
+    const Eigen::Index rest = stacked_.begin.back();
+    Eigen::MatrixXd scores = stacked_.candidates.bottomRows(residuals.rows() - rest).transpose() *
+                             residuals.bottomRows(residuals.rows() - rest);
+    for (const Eigen::MatrixXd& part : cross) scores += part;
     Eigen::RowVectorXd before(count);
     NoiseLevels sums{};
-    for (Eigen::Index j = 0; j < count; ++j) {
-      for (std::size_t u = 0; u < used_.size(); ++u) sums[used_[u]] = squares[u][j];
-      before[j] = profile(sums, stacked_.sums.freedom, floor_);
-    }
+    const auto profile_of = [&](const std::vector<Eigen::RowVectorXd>& by_channel, Eigen::Index j) {
+      for (std::size_t u = 0; u < used; ++u) sums[stacked_.channels[u]] = by_channel[u][j];
+      return profile(sums, stacked_.sums.freedom, floor_);
+    };
+    for (Eigen::Index j = 0; j < count; ++j) before[j] = profile_of(squares, j);
     Eigen::MatrixXd out(static_cast<Eigen::Index>(candidates_.size()), count);
     for (std::size_t k = 0; k < candidates_.size(); ++k) {
       const Candidate& a = candidates_[k];
       const Eigen::MatrixXd estimate = -a.llt.solve(scores.middleRows(a.begin, a.size));
-      std::vector<Eigen::RowVectorXd> after(used_.size());
-      for (std::size_t u = 0; u < used_.size(); ++u) {
+      std::vector<Eigen::RowVectorXd> after(used);
+      for (std::size_t u = 0; u < used; ++u) {
         const auto own = cross[u].middleRows(a.begin, a.size);
         after[u] = squares[u] + (estimate.array() * (2.0 * own + a.squares[u] * estimate).array())
                                     .colwise()
@@ -133,10 +157,8 @@ class EvidenceOf {
                                     .matrix();
       }
       for (Eigen::Index j = 0; j < count; ++j) {
-        for (std::size_t u = 0; u < used_.size(); ++u) sums[used_[u]] = after[u][j];
-        out(static_cast<Eigen::Index>(k), j) = before[j] -
-                                               profile(sums, stacked_.sums.freedom, floor_) -
-                                               0.5 * estimate.col(j).squaredNorm() - a.occam;
+        out(static_cast<Eigen::Index>(k), j) =
+            before[j] - profile_of(after, j) - 0.5 * estimate.col(j).squaredNorm() - a.occam;
       }
       if (values != nullptr) values->push_back(estimate.col(0));
     }
@@ -144,63 +166,56 @@ class EvidenceOf {
   }
 
  private:
-  /// W_c times columns of reduced rows.
-  [[nodiscard]] Eigen::MatrixXd by_channel(const Eigen::MatrixXd& columns, std::size_t used) const {
-    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(columns.rows(), columns.cols());
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      const Eigen::Index size = stacked_.begin[i + 1] - stacked_.begin[i];
-      const Eigen::MatrixXd& rows = rows_[i][used];
-      out.middleRows(stacked_.begin[i], size).noalias() =
-          rows.transpose() * (rows * columns.middleRows(stacked_.begin[i], size));
-    }
-    return out;
-  }
-  [[nodiscard]] Eigen::RowVectorXd squares_of(const Eigen::MatrixXd& residuals,
-                                              std::size_t used) const {
-    Eigen::RowVectorXd out = Eigen::RowVectorXd::Zero(residuals.cols());
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      const Eigen::Index size = stacked_.begin[i + 1] - stacked_.begin[i];
-      out +=
-          (rows_[i][used] * residuals.middleRows(stacked_.begin[i], size)).colwise().squaredNorm();
-    }
-    return out;
-  }
-  /// A projection's rows that belong to each used channel.
-  [[nodiscard]] std::vector<Eigen::MatrixXd> rows_of(const PoseSystem& pose) const {
-    const PoseProjection projection = pose.projection();
-    std::vector<Eigen::MatrixXd> out;
-    for (const std::size_t c : used_) {
-      std::vector<Eigen::Index> own;
-      for (std::size_t row = 0; row < pose.channel.size(); ++row) {
-        if (static_cast<std::size_t>(pose.channel[row]) == c) {
-          own.push_back(static_cast<Eigen::Index>(row));
-        }
-      }
-      out.push_back(projection(own, Eigen::all));
-    }
-    return out;
-  }
-
   const Stacked& stacked_;
   NoiseLevels floor_;
-  std::vector<std::size_t> used_;
-  std::vector<std::vector<Eigen::MatrixXd>> rows_;  ///< a pose, a used channel: rows_of
-  std::vector<Eigen::MatrixXd> weighted_;           ///< W_c C, a used channel
   std::vector<Candidate> candidates_;
 };
 
+/// White noise off the poses: each pose's own directions taken out of its rows.
+class NoiseOffPoses {
+ public:
+  NoiseOffPoses(const DiagnosisSystem& system, const Stacked& stacked) : stacked_(stacked) {
+    const Eigen::Index rows = system.residual.size();
+    basis_.resize(rows, 6);
+    for (const DiagnosisSystem::PoseRange& pose : system.poses) {
+      const Eigen::MatrixXd own = system.by_pose.middleRows(pose.begin, pose.size);
+      const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(own);
+      Eigen::MatrixXd q = Eigen::MatrixXd::Zero(pose.size, 6);
+      q.leftCols(qr.rank()) = qr.householderQ() * Eigen::MatrixXd::Identity(pose.size, qr.rank());
+      basis_.middleRows(pose.begin, pose.size) = q;
+      poses_.push_back(pose);
+    }
+  }
+  [[nodiscard]] Eigen::MatrixXd operator()(RandomNormal& random, Eigen::Index count) const {
+    Eigen::MatrixXd noise(basis_.rows(), count);
+    for (double& v : noise.reshaped()) v = random();
+    for (const DiagnosisSystem::PoseRange& pose : poses_) {
+      const auto q = basis_.middleRows(pose.begin, pose.size);
+      auto own = noise.middleRows(pose.begin, pose.size);
+      const Eigen::MatrixXd along = q.transpose() * own;
+      own.noalias() -= q * along;
+    }
+    Eigen::MatrixXd out = noise(stacked_.order, Eigen::all);
+    const Eigen::MatrixXd along = stacked_.nuisance_q.transpose() * out;
+    out.noalias() -= stacked_.nuisance_q * along;
+    return out;
+  }
+
+ private:
+  const Stacked& stacked_;
+  Eigen::Matrix<double, Eigen::Dynamic, 6> basis_;
+  std::vector<DiagnosisSystem::PoseRange> poses_;
+};
+
 /// How well the best of all candidates does on nothing but noise, `draws` times.
-Eigen::VectorXd best_by_chance(const EvidenceOf& evidence, const Stacked& stacked,
+Eigen::VectorXd best_by_chance(const EvidenceOf& evidence, const NoiseOffPoses& noise,
                                const ScanOptions& options) {
   constexpr Eigen::Index kBatch = 128;
   RandomNormal random(options.seed);
   Eigen::VectorXd best(options.draws);
   for (Eigen::Index begin = 0; begin < options.draws; begin += kBatch) {
     const Eigen::Index count = std::min<Eigen::Index>(kBatch, options.draws - begin);
-    Eigen::MatrixXd noise(stacked.residual.size(), count);
-    for (double& v : noise.reshaped()) v = random();
-    noise -= stacked.nuisance_q * (stacked.nuisance_q.transpose() * noise);
-    best.segment(begin, count) = evidence(noise).colwise().maxCoeff();
+    best.segment(begin, count) = evidence(noise(random, count)).colwise().maxCoeff();
   }
   return best;
 }
@@ -221,7 +236,7 @@ std::vector<CandidateScore> scan(const DiagnosisModel& model, const Candidates& 
   const DiagnosisSystem system = linearise(model, candidates);
   std::vector<CandidateScore> scores;
   if (!system.valid || candidates.empty()) return scores;
-  const Stacked stacked = stack(system);
+  const Stacked stacked = stack(model, system);
   const int n = model.robot.cable_count();
   NoiseLevels floor{};
   for (std::size_t c = 0; c < kNoiseGroups; ++c) {
@@ -249,7 +264,7 @@ std::vector<CandidateScore> scan(const DiagnosisModel& model, const Candidates& 
                    [](const auto& a, const auto& b) { return a.log_evidence > b.log_evidence; });
   if (options.draws < 1) return scores;
 
-  const Eigen::VectorXd chance = best_by_chance(evidence, stacked, options);
+  const Eigen::VectorXd chance = best_by_chance(evidence, NoiseOffPoses(system, stacked), options);
   for (CandidateScore& score : scores) {
     const auto as_good = (chance.array() >= score.log_evidence).count();
     score.p_value = (1.0 + static_cast<double>(as_good)) / (1.0 + options.draws);
@@ -270,7 +285,7 @@ std::vector<double> imitation(const DiagnosisModel& model, const CandidateScore&
   const DiagnosisSystem system = linearise(model, all);
   std::vector<double> shares(candidates.size(), 0.0);
   if (!system.valid) return shares;
-  const Stacked stacked = stack(system);
+  const Stacked stacked = stack(model, system);
   const int n = model.robot.cable_count();
   const int base = system.layout.nuisance();
   const EffectValues typical = winner.effect->typical(n);

@@ -1,7 +1,7 @@
 // The whole catalogue at once: which effect would explain what is left?
 #pragma once
 
-#include "cdprcal/diagnosis/model.hpp"
+#include "cdprcal/estimation/model.hpp"
 
 namespace cdprcal {
 

@@ -266,8 +266,9 @@ void Search::in_motion() {
   // one says nothing about the next.
   constexpr double kIndependent = 0.2;
   DiagnosisModel moving = model_;
+  const MovingSamples samples = moving_samples(model_, logs_);
   for (const double spacing_s : {0.09, 0.3, 1.0, 3.0}) {
-    moving = with_motion(model_, logs_, {.least_spacing_s = spacing_s});
+    moving = with_motion(model_, samples, {.least_spacing_s = spacing_s});
     if (moving.pose_count() == model_.pose_count() || !fit_with_noise(moving)) return;
     if (motion_correlation(moving) < kIndependent) break;
   }

@@ -131,10 +131,10 @@ Separation separating_poses(const DiagnosisModel& model, std::size_t k,
   sums.hessian.diagonal().array() += 1e-9;  // an offset that no reading shows
   sums.hessian.diagonal().tail(system.layout.candidate_size[0]).array() += 1.0;
   std::vector<std::pair<Eigen::MatrixXd, Eigen::VectorXd>> offered;
-  for (const PoseSystem& pose : system.poses) {
-    Eigen::MatrixXd columns = pose.reduced_by_common.leftCols(known);
-    Eigen::VectorXd signature =
-        pose.reduced_by_common.rightCols(system.layout.candidate_size[1]) * values;
+  for (const DiagnosisSystem::PoseRange& pose : system.poses) {
+    const auto rows = system.free_by_common.middleRows(pose.begin, pose.size);
+    Eigen::MatrixXd columns = rows.leftCols(known);
+    Eigen::VectorXd signature = rows.rightCols(system.layout.candidate_size[1]) * values;
     if (pose.run == 0 && pose.pose >= measured) {
       offered.emplace_back(std::move(columns), std::move(signature));
     } else {

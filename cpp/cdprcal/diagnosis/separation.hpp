@@ -1,7 +1,7 @@
 // Which poses to measure next, so that two effects that explain a log alike come apart.
 #pragma once
 
-#include "cdprcal/diagnosis/model.hpp"
+#include "cdprcal/estimation/model.hpp"
 
 namespace cdprcal {
 

@@ -8,13 +8,6 @@ namespace cdprcal {
 
 struct ActiveEffect;
 
-/// Which statics the static poses obey.
-enum class StaticsModel {
-  none,          ///< j = lσε
-  left_inverse,  ///< eqs 10–12: modelled tensions against measured ones
-  wrench         ///< eq. 6, all six equations: Ξᵀτ* − f against the noise of τ* mapped through Ξᵀ
-};
-
 /// Everything that residuals need at one pose. Jacobians are with respect to a world-frame twist.
 struct PoseEvaluation {
   bool valid = false;

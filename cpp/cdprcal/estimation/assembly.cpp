@@ -1,43 +1,28 @@
 #include "cdprcal/estimation/assembly.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 
 #include "cdprcal/error.hpp"
-#include "cdprcal/estimation/elimination.hpp"
-#include "cdprcal/estimation/residuals/pose_rows.hpp"
 
 namespace cdprcal {
 namespace {
 
-/// Wide enough for the common unknowns and for a pose's rows.
-using PoseByCommon =
-    Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, std::max(kMostCommon, kMostRows)>;
-using RowsByCommon =
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, kMostRows, kMostCommon>;
-using RowsByPose = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor, kMostRows, 6>;
+using lanes::kLanes;
 
-/// A⁺B for a symmetric A ≥ 0: Cholesky, or the pseudo-inverse when a pose is not fully determined.
-PoseByCommon solve_psd(const Matrix6& a, const PoseByCommon& b) {
-  const Eigen::LDLT<Matrix6> ldlt(a);
-  const Vector6 pivots = ldlt.vectorD();
-  if (pivots.minCoeff() > 1e-10 * pivots.maxCoeff()) return ldlt.solve(b);
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(a);
-  const Vector6& values = eigen.eigenvalues();
-  const double floor = 1e-13 * std::max(values.maxCoeff(), 1e-300);
-  const Vector6 inverse = values.unaryExpr([floor](double v) { return v > floor ? 1.0 / v : 0.0; });
-  return eigen.eigenvectors() * inverse.asDiagonal() * (eigen.eigenvectors().transpose() * b);
-}
+/// Of rows or offsets, by ζ0 and the reference errors.
+using CommonByRow = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
+                                  std::max(kMostRows, kMostOffsets), 6 + kMostOffsets>;
 
-/// ∂F/∂(ζ0, e) of rows; at the reference ζ0 is the rows' own pose.
-RowsByCommon by_common(const PoseRows& rows, bool at_reference, const OffsetJacobian& by_initial) {
-  RowsByCommon out = RowsByCommon::Zero(rows.count, 6 + by_initial.rows());
+/// ∂F/∂(ζ0, e) of rows. At the reference ζ0 is the rows' own pose.
+CommonByRow by_common(const PoseRows& rows, bool at_reference, const OffsetJacobian& by_initial) {
+  CommonByRow out = CommonByRow::Zero(rows.count, 6 + by_initial.rows());
   for (Eigen::Index i = 0; i < rows.count; ++i) {
     const auto r = static_cast<std::size_t>(i);
     if (const int offset = rows.offset[r]; offset >= 0) {
       out(i, 6 + offset) = rows.by_offset[r];
+      // The reference's own m(ζ0) − o is −e: ζ0 drops out.
       if (!at_reference) out.row(i).head<6>() = rows.by_offset[r] * by_initial.row(offset);
     } else if (at_reference) {
       out.row(i).head<6>() = Eigen::Map<const Vector6>(rows.own[r].data()).transpose();
@@ -46,35 +31,65 @@ RowsByCommon by_common(const PoseRows& rows, bool at_reference, const OffsetJaco
   return out;
 }
 
-RowsByPose by_own(const PoseRows& rows) {
-  return Eigen::Map<const RowsByPose>(rows.own.front().data(), rows.count, 6);
-}
-
 /// The rows of all channels but one.
-void keep_others(Channel channel, const PoseRows& all, PoseRows& out) {
-  std::size_t kept = 0;
+PoseRows others(const PoseRows& all, std::optional<Channel> channel) {
+  PoseRows out;
   for (std::size_t r = 0; r < static_cast<std::size_t>(all.count); ++r) {
     if (all.label[r].channel == channel) continue;
+    const auto kept = static_cast<std::size_t>(out.count++);
     out.own[kept] = all.own[r];
     out.residual[kept] = all.residual[r];
     out.offset[kept] = all.offset[r];
     out.by_offset[kept] = all.by_offset[r];
-    ++kept;
+    out.label[kept] = all.label[r];
   }
-  out.count = static_cast<int>(kept);
+  return out;
+}
+
+OffsetVector offsets_of(const PoseEvaluation& at) {
+  OffsetVector out(2 * at.length_m.size() + 1);
+  out << at.length_m, at.swivel_rad, at.roll_pitch_yaw_rad[2];
+  return out;
+}
+
+std::vector<StaticsModel> statics_of(const WeighedPoses& poses, std::size_t first) {
+  std::vector<StaticsModel> out;
+  for (std::size_t i = first; i < poses.size(); ++i) out.push_back(poses.statics_of(i));
+  out.push_back(poses.statics_of(0));
+  return out;
 }
 
 }  // namespace
 
 Assembly::Assembly(const CalibrationProblem& problem, const std::vector<Pose>& guess)
-    : problem_(problem), cache_(problem, guess), reference_(problem) {
-  for (std::size_t i = 0; i < cache_.size(); ++i) residual_count_ += rows_at(i);
-  parameter_count_ = 6 * static_cast<int>(cache_.size()) + reference_.free_errors();
+    : problem_(problem),
+      poses_(problem, guess),
+      reference_(problem),
+      rows_(poses_.robot(), run_readings(), problem.left_inverse_rows) {
+  if (!problem.effects.empty()) rows_.set_effects(poses_.robot(), problem.effects);
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
+    rows_.set_weights(lane_of(i), poses_.weights(i));
+  }
 }
 
-int Assembly::rows_at(std::size_t index) const {
-  static const PoseEvaluation none;
-  return row_count({problem_, cache_, reference_, index, none, none, none.roll_pitch_yaw_rad});
+RunReadings Assembly::run_readings() const {
+  RunReadings out;
+  for (std::size_t lane = 0; lane < poses_.size(); ++lane) {
+    out.measurements.push_back(&problem_.measurements[measurement_of(lane)]);
+  }
+  out.statics = statics_of(poses_, 1);
+  out.base = reference_.base();
+  out.reference = lane_of(0);
+  out.reference_offsets = 0;
+  for (int e = 0; e < reference_.size(); ++e) {
+    if (reference_.is_known(e)) out.reference_offsets |= 1U << e;
+  }
+  out.reference_roll_pitch = problem_.reference_attitude;
+  return out;
+}
+
+int Assembly::parameter_count() const {
+  return 6 * static_cast<int>(poses_.size()) + reference_.free_errors();
 }
 
 void Assembly::set_reference_errors(const Eigen::Ref<const Eigen::VectorXd>& errors) {
@@ -82,142 +97,158 @@ void Assembly::set_reference_errors(const Eigen::Ref<const Eigen::VectorXd>& err
     throw InputError("reference errors: " + std::to_string(errors.size()) + " values given, " +
                      std::to_string(reference_.size()) + " expected; give lengths, swivels, yaw");
   }
-  Eigen::Map<Eigen::VectorXd>(reference_.block(), reference_.size()) = errors;
+  reference_.errors() = errors;
 }
 
-bool Assembly::evaluate_rows(std::size_t index, const Pose& at, const PoseEvaluation& initial,
-                             PoseEvaluation& evaluation, PoseRows& rows) const {
-  cache_.evaluate(index, at, evaluation);
-  return write(index, at, initial, evaluation, rows);
-}
-
-bool Assembly::cached_rows(std::size_t index, PoseRows& rows) const {
-  return write(index, cache_.pose(index), cache_[0], cache_[index], rows);
-}
-
-bool Assembly::write(std::size_t index, const Pose& at, const PoseEvaluation& initial,
-                     const PoseEvaluation& evaluation, PoseRows& rows) const {
-  rows.count = 0;
-  if (!evaluation.valid || !initial.valid) return false;
-  write_rows({problem_, cache_, reference_, index, evaluation, initial, at.position_m}, rows);
-  return true;
-}
-
-RowLanes* Assembly::row_lanes() {
-  if (!row_lanes_tried_ && RowLanes::serve(problem_)) {
-    row_lanes_.emplace(problem_, cache_, reference_);
-    // An equation that they do not know yet: then one pose after the other, which knows all.
-    if (row_lanes_->row_count() != residual_count_ - rows_at(0)) row_lanes_.reset();
-  }
-  row_lanes_tried_ = true;
-  return row_lanes_ ? &*row_lanes_ : nullptr;
-}
-
-template <typename Single, typename Batch>
-bool Assembly::visit(const Single& at, const Batch& batch) {
-  RowLanes* const side_by_side = row_lanes();
-  if (side_by_side == nullptr) {
-    cache_.update();
-    PoseRows rows;
-    for (std::size_t i = 1; i < cache_.size(); ++i) {
-      if (!cached_rows(i, rows)) return false;
-      at(i, rows);
+std::optional<OffsetVector> Assembly::hand_over(PoseLanes& poses) {
+  for (std::size_t i = 0; i < poses_.size(); ++i) poses.set(lane_of(i), poses_.pose(i));
+  poses.set(lane_of(0), poses_.pose(0));  // and behind it
+  if (weights_version_ != poses_.weights_version()) {
+    weights_version_ = poses_.weights_version();
+    for (std::size_t i = 0; i < poses_.size(); ++i) {
+      rows_.set_tension_weight(lane_of(i), poses_.tension_weight(i));
+      if (problem_.statics == StaticsModel::wrench) {
+        rows_.set_whitening(lane_of(i), poses_.wrench_whitening(i));
+      }
     }
-    return true;
   }
-  cache_.update_initial();
-  if (!cache_[0].valid) return false;
-  side_by_side->update_weights();
-  side_by_side->set_offsets(cache_[0]);
-  PoseLanes poses(cache_.size() - 1);
-  for (std::size_t i = 1; i < cache_.size(); ++i) poses.set(i - 1, cache_.pose(i));
-  for (std::size_t b = 0; b < side_by_side->batches(); ++b) {
-    if (!side_by_side->evaluate(b, poses)) return false;
-    batch(b);
+  const PoseEvaluation initial = rows_.evaluate_alone(lane_of(0), poses_.pose(0));
+  if (!initial.valid) return std::nullopt;
+  const OffsetVector offsets = offsets_of(initial) + reference_.errors();
+  rows_.set_offsets(offsets.data());
+  return offsets;
+}
+
+template <typename Visit>
+bool Assembly::visit(const Visit& visit) {
+  PoseLanes poses(poses_.size());
+  if (!hand_over(poses)) return false;
+  for (std::size_t b = 0; b < rows_.batches(); ++b) {
+    if (!rows_.evaluate(b, poses)) return false;
+    visit(b);
   }
   return true;
+}
+
+Estimation& Assembly::estimation(bool hold_initial_pose) {
+  if (!estimation_) {
+    std::vector<EstimatedRun> runs;
+    runs.emplace_back(rows_, 0);
+    estimation_.emplace(std::move(runs), Eigen::VectorXd(0), Eigen::VectorXd(0));
+  }
+  EstimatedRun& run = estimation_->runs().front();
+  const std::optional<OffsetVector> offsets = hand_over(run.poses);
+  if (offsets) run.offsets = *offsets;
+  run.free_offsets.clear();
+  run.reference = lane_of(0);
+  run.hold_reference = hold_initial_pose;
+  run.tied = is_tied();
+  run.errors = reference_.errors();
+  for (int e = 0; e < reference_.size(); ++e) {
+    if (reference_.is_free(e)) run.free_offsets.push_back(e);
+  }
+  return *estimation_;
+}
+
+MinimiserSummary Assembly::minimise(const MinimiserOptions& options) {
+  Estimation& estimation = this->estimation(options.hold_initial_pose);
+  const MinimiserSummary out = cdprcal::minimise(estimation, options);
+  if (!out.usable) return out;
+  const EstimatedRun& run = estimation.runs().front();
+  for (std::size_t i = 0; i < poses_.size(); ++i) poses_.set_pose(i, run.poses[lane_of(i)]);
+  if (run.tied) {
+    reference_.errors() = run.errors;
+    return out;
+  }
+  const OffsetVector modelled = offsets_of(rows_.evaluate_alone(lane_of(0), poses_.pose(0)));
+  for (const int e : run.free_offsets) {
+    reference_.errors()[e] = run.offsets[e] - modelled[e];
+    // Angles: an offset found a turn away is the same.
+    if (e >= reference_.swivel_error(0)) {
+      reference_.errors()[e] = wrap_angle(reference_.errors()[e]);
+    }
+  }
+  return out;
 }
 
 double Assembly::cost() {
-  const auto squares_of = [](const PoseRows& rows) {
-    return Eigen::Map<const Eigen::VectorXd>(rows.residual.data(), rows.count).squaredNorm();
-  };
   double squares = 0.0;
-  const bool valid = visit([&](std::size_t, const PoseRows& rows) { squares += squares_of(rows); },
-                           [&](std::size_t) { squares += row_lanes_->squared_residuals(); });
-  PoseRows rows;
-  if (!valid || !cached_rows(0, rows)) return kNaN;
-  return 0.5 * (squares + squares_of(rows));
+  const bool valid = visit([&](std::size_t) { squares += rows_.squared_residuals(); });
+  return valid ? 0.5 * squares : kNaN;
 }
 
 double Assembly::statics_rms() {
   int count = 0;
-  for (std::size_t i = 0; i < cache_.size(); ++i) {
-    const StaticsModel statics = cache_.statics_of(i);
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
+    const StaticsModel statics = poses_.statics_of(i);
     count += statics == StaticsModel::wrench         ? 6
              : statics == StaticsModel::left_inverse ? problem_.robot.cable_count()
                                                      : 0;
   }
   if (count == 0) return 0.0;
   double squares = 0.0;
-  const auto add = [&](std::size_t, const PoseRows& rows) {
-    for (std::size_t r = 0; r < static_cast<std::size_t>(rows.count); ++r) {
-      if (rows.label[r].channel == Channel::balance) squares += rows.residual[r] * rows.residual[r];
-    }
-  };
   const bool valid =
-      visit(add, [&](std::size_t) { squares += row_lanes_->squared_residuals(Channel::balance); });
-  PoseRows rows;
-  if (!valid || !cached_rows(0, rows)) return kNaN;
-  add(0, rows);
-  return std::sqrt(squares / count);
+      visit([&](std::size_t) { squares += rows_.squared_residuals(Channel::balance); });
+  return valid ? std::sqrt(squares / count) : kNaN;
 }
 
-std::vector<CommonMatrix> Assembly::common_informations(
+OffsetJacobian Assembly::offsets_by_initial() const {
+  const PoseEvaluation initial = rows_.evaluate_alone(lane_of(0), poses_.pose(0));
+  OffsetJacobian out = OffsetJacobian::Constant(reference_.size(), 6, kNaN);
+  if (!initial.valid) return out;
+  out << initial.length_by_twist, initial.swivel_by_twist, initial.attitude_by_twist.row(2);
+  return out;
+}
+
+std::vector<PoseRows> Assembly::rows() {
+  std::vector<PoseRows> out(poses_.size());
+  const bool valid = visit([&](std::size_t b) {
+    for (std::size_t i = b * kLanes; i < std::min((b + 1) * kLanes, poses_.size()); ++i) {
+      rows_.take(i, out[measurement_of(i)]);
+    }
+  });
+  if (!valid) out.clear();
+  return out;
+}
+
+std::vector<Eigen::MatrixXd> Assembly::common_informations(
     const std::vector<std::optional<Channel>>& without) {
   // Just enough for a factor of poses with directions that no reading sees; what those say of the
   // offsets is zero, and stays so.
   constexpr double kBarely = 1e-14;
   const Eigen::Index errors = reference_.size();
-  std::vector<CommonMatrix> out(without.size(),
-                                CommonMatrix::Constant(6 + errors, 6 + errors, kNaN));
-  std::vector<RowSlots> slots;
+  std::vector<Eigen::MatrixXd> out(without.size(),
+                                   Eigen::MatrixXd::Constant(6 + errors, 6 + errors, kNaN));
+  std::vector<std::vector<int>> slots;
   std::vector<PoseElimination> eliminations;
   slots.reserve(without.size());
   eliminations.reserve(without.size());
   for (const std::optional<Channel>& channel : without) {
-    PoseElimination& elimination =
-        eliminations.emplace_back(cache_.size(), reference_.size(), false);
-    if (const RowLanes* const side_by_side = row_lanes()) {
-      elimination.begin(kBarely, slots.emplace_back(side_by_side->slots(channel)));
-    } else {
-      elimination.begin(kBarely);
-    }
+    slots.push_back(rows_.slots(channel));
+    eliminations.emplace_back(poses_.size(), reference_.size(), 0, false);
+    eliminations.back().begin(kBarely, slots.back());
   }
-  PoseRows fewer;
-  const auto rows_for = [&](std::size_t w, const PoseRows& rows) -> const PoseRows* {
-    if (!without[w]) return &rows;
-    keep_others(*without[w], rows, fewer);
-    return &fewer;
-  };
-  const auto single = [&](std::size_t, const PoseRows& rows) {
-    for (std::size_t w = 0; w < without.size(); ++w) eliminations[w].add(*rows_for(w, rows));
-  };
-  const auto batch = [&](std::size_t) {
+  PoseRows own;
+  const bool valid = visit([&](std::size_t b) {
+    if (b == lane_of(0) / kLanes) {
+      rows_.take(lane_of(0), own);
+      rows_.forget(lane_of(0) % kLanes);
+    }
     for (PoseElimination& elimination : eliminations) {
-      elimination.add_batch(row_lanes_->rows(), row_lanes_->by_offset());
+      elimination.add(rows_.rows(), rows_.by_offset(), rows_.by_effect());
     }
-  };
-  PoseRows rows;
-  if (!visit(single, batch) || !cached_rows(0, rows)) return out;
+  });
+  if (!valid) return out;
   const OffsetJacobian by_initial = offsets_by_initial();
+  CommonByRow through = CommonByRow::Zero(errors, 6 + errors);  // ∂o/∂(ζ0, e)
+  through.leftCols<6>() = by_initial;
+  through.rightCols(errors).setIdentity();
   for (std::size_t w = 0; w < without.size(); ++w) {
-    CommonMatrix& common = out[w];
-    common = through_offsets(eliminations[w].finish().information, by_initial, true);
-    if (const PoseRows& own = *rows_for(w, rows); own.count > 0) {  // the paper's has none at ζ0
-      const RowsByCommon first = by_common(own, true, by_initial);
-      common.noalias() += first.transpose().lazyProduct(first);
-    }
+    Eigen::MatrixXd& common = out[w];
+    const CommonByRow half = eliminations[w].finish().information.lazyProduct(through);
+    common = through.transpose().lazyProduct(half);
+    const CommonByRow first = by_common(others(own, without[w]), true, by_initial);
+    common += first.transpose().lazyProduct(first);
     for (int e = 0; e < reference_.size(); ++e) {
       if (reference_.is_free(e)) continue;
       common.row(6 + e).setZero();
@@ -228,38 +259,45 @@ std::vector<CommonMatrix> Assembly::common_informations(
 }
 
 std::vector<FittedRow> Assembly::fitted_rows() {
-  cache_.update();
-  const CommonMatrix common = common_informations({std::nullopt}).front();
-  if (!common.allFinite()) return {};
-  const Eigen::MatrixXd covariance = common.completeOrthogonalDecomposition().pseudoInverse();
-  const OffsetJacobian by_initial = offsets_by_initial();
-  std::vector<FittedRow> out;
-  out.reserve(static_cast<std::size_t>(residual_count_));
-  PoseRows rows;
-  for (std::size_t i = 0; i < cache_.size(); ++i) {
-    cached_rows(i, rows);
-    RowsByCommon lifted = by_common(rows, i == 0, by_initial);  // off the pose's own unknowns
-    for (int e = 0; e < reference_.size(); ++e) {
-      if (!reference_.is_free(e)) lifted.col(6 + e).setZero();
-    }
-    Eigen::VectorXd leverage = Eigen::VectorXd::Zero(rows.count);
-    if (i > 0) {
-      const RowsByPose own = by_own(rows);
-      const PoseByCommon by_rows = solve_psd(own.transpose() * own, own.transpose());
-      leverage = own.cwiseProduct(by_rows.transpose()).rowwise().sum();
-      lifted -= own * (by_rows * lifted).eval();
-    }
-    leverage += (lifted * covariance).cwiseProduct(lifted).rowwise().sum();
-    for (Eigen::Index r = 0; r < rows.count; ++r) {
-      const auto row = static_cast<std::size_t>(r);
-      const RowLabel& label = rows.label[row];
+  Estimation& estimation = this->estimation(false);
+  const Eigen::MatrixXd covariance = estimation.covariance();
+  if (!covariance.allFinite()) return {};
+  const std::size_t reference = lane_of(0);
+  std::vector<std::vector<FittedRow>> by_measurement(poses_.size());
+  const auto add = [&](std::size_t lane, const PoseRows& rows, const auto& freedom) {
+    const std::size_t i = measurement_of(lane);
+    for (std::size_t r = 0; r < static_cast<std::size_t>(rows.count); ++r) {
+      RowLabel label = rows.label[r];
+      label.of_reference = i == 0 && rows.offset[r] >= 0;
       const double gain =
-          label.channel == Channel::balance && cache_.statics_of(i) == StaticsModel::wrench
-              ? cache_.tension_gain(i, label.component)
+          label.channel == Channel::balance && poses_.statics_of(i) == StaticsModel::wrench
+              ? poses_.tension_gain(i, label.component)
               : 0.0;
-      out.push_back({label, i, rows.residual[row], std::clamp(1.0 - leverage[r], 0.0, 1.0), gain});
+      by_measurement[i].push_back(
+          {label, i, rows.residual[r], std::clamp(freedom(r), 0.0, 1.0), gain});
     }
+  };
+  PoseRows rows;
+  const bool valid =
+      estimation.left_over(covariance, [&](std::size_t, std::size_t b, const double* left) {
+        for (std::size_t i = b * kLanes; i < std::min((b + 1) * kLanes, poses_.size()); ++i) {
+          if (is_tied() && i == reference) continue;
+          rows_.take(i, rows);
+          add(i, rows, [&](std::size_t r) {
+            return left[(2 * static_cast<std::size_t>(rows.slot[r]) + 1) * kLanes + i % kLanes];
+          });
+        }
+      });
+  if (!valid) return {};
+  if (is_tied()) {  // there ζ0 is no block: its own rows see it directly
+    rows = estimation.reference_rows();
+    add(reference, rows, [&](std::size_t r) {
+      const Eigen::Map<const Vector6> row(rows.own[r].data());
+      return 1.0 - row.dot(covariance.topLeftCorner<6, 6>() * row);
+    });
   }
+  std::vector<FittedRow> out;
+  for (const auto& some : by_measurement) out.insert(out.end(), some.begin(), some.end());
   return out;
 }
 
@@ -271,13 +309,13 @@ std::vector<ReferenceInformation> Assembly::reference_informations(
     const std::vector<std::optional<Channel>>& without) {
   std::vector<ReferenceInformation> out;
   out.reserve(without.size());
-  for (const CommonMatrix& common : common_informations(without)) {
+  for (const Eigen::MatrixXd& common : common_informations(without)) {
     out.push_back(of_reference(common, out.empty()));
   }
   return out;
 }
 
-ReferenceInformation Assembly::of_reference(const CommonMatrix& common,
+ReferenceInformation Assembly::of_reference(const Eigen::MatrixXd& common,
                                             bool with_covariance) const {
   ReferenceInformation out;
   if (!common.allFinite()) return out;
@@ -289,10 +327,11 @@ ReferenceInformation Assembly::of_reference(const CommonMatrix& common,
   }
   out.information = common.topLeftCorner<6, 6>();
   if (!free.empty()) {
-    const OffsetMatrix errors = common(free, free);
+    using Errors = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
+                                 kMostOffsets, kMostOffsets>;
+    const Errors errors = common(free, free);
     const OffsetJacobian coupling = common(free, Eigen::seqN(0, 6));
-    const Eigen::CompleteOrthogonalDecomposition<OffsetMatrix> decomposition(errors);
-    const OffsetJacobian solved = decomposition.solve(coupling);
+    const OffsetJacobian solved = errors.completeOrthogonalDecomposition().solve(coupling);
     out.information -= coupling.transpose().lazyProduct(solved);
   }
   out.information = 0.5 * (out.information + out.information.transpose()).eval();
@@ -310,26 +349,29 @@ ReferenceInformation Assembly::of_reference(const CommonMatrix& common,
 }
 
 void Assembly::linearise(Eigen::VectorXd& residuals, Eigen::MatrixXd& jacobian) {
-  cache_.update();
-  const auto poses = static_cast<Eigen::Index>(cache_.size());
-  residuals.resize(residual_count_);
-  jacobian.setZero(residual_count_, 6 * poses + reference_.size());
-  PoseRows rows;
+  const auto poses = static_cast<Eigen::Index>(poses_.size());
+  residuals.setConstant(residual_count(), kNaN);
+  jacobian.setConstant(residual_count(), 6 * poses + reference_.size(), kNaN);
+  const std::vector<PoseRows> all = rows();
+  if (all.empty()) return;
+  jacobian.setZero();
+  const OffsetJacobian by_initial = offsets_by_initial();
   Eigen::Index row = 0;
   for (Eigen::Index i = 0; i < poses; ++i) {
-    const auto index = static_cast<std::size_t>(i);
-    if (!cached_rows(index, rows)) {
-      const int missing = rows_at(index);
-      residuals.segment(row, missing).setConstant(kNaN);
-      jacobian.middleRows(row, missing).setConstant(kNaN);
-      row += missing;
-      continue;
-    }
-    const RowsByCommon common = by_common(rows, i == 0, offsets_by_initial());
-    residuals.segment(row, rows.count) =
-        Eigen::Map<const Eigen::VectorXd>(rows.residual.data(), rows.count);
+    const PoseRows& rows = all[static_cast<std::size_t>(i)];
+    const Eigen::MatrixXd common = by_common(rows, i == 0, by_initial);
     jacobian.block(row, 0, rows.count, 6) = common.leftCols<6>();
-    if (i > 0) jacobian.block(row, 6 * i, rows.count, 6) = by_own(rows);
+    for (Eigen::Index k = 0; k < rows.count; ++k) {
+      const auto r = static_cast<std::size_t>(k);
+      // At the reference m(ζ0) − o is −e, whatever ζ0.
+      const bool of_error = i == 0 && rows.offset[r] >= 0;
+      residuals[row + k] =
+          of_error ? rows.by_offset[r] * reference_.errors()[rows.offset[r]] : rows.residual[r];
+      if (i > 0) {
+        jacobian.block<1, 6>(row + k, 6 * i) =
+            Eigen::Map<const Vector6>(rows.own[r].data()).transpose();
+      }
+    }
     for (int e = 0; e < reference_.size(); ++e) {
       if (!reference_.is_free(e)) continue;
       jacobian.block(row, 6 * poses + e, rows.count, 1) = common.col(6 + e);
@@ -338,47 +380,57 @@ void Assembly::linearise(Eigen::VectorXd& residuals, Eigen::MatrixXd& jacobian) 
   }
 }
 
-PoseResidual Assembly::residual(std::size_t index) const {
-  const PoseEvaluation& pose = cache_[index];
-  const PoseEvaluation& initial = cache_[0];
-  const Measurement& measured = problem_.measurements[index];
+PoseResidual Assembly::reference_residual() const {
+  const PoseEvaluation pose = rows_.evaluate_alone(lane_of(0), poses_.pose(0));
+  const Measurement& measured = problem_.measurements[0];
+  const int n = problem_.robot.cable_count();
   PoseResidual r;
-  // At the reference the change is 0: what is left there is its own reading's error.
-  r.length_m = pose.length_m - initial.length_m - (measured.length_m - reference_.length_m) -
-               reference_.length_error_m();
-  r.swivel_rad = (pose.swivel_rad - initial.swivel_rad -
-                  (measured.swivel_rad - reference_.swivel_rad) - reference_.swivel_error_rad())
+  if (!pose.valid) return r;
+  // The change is 0: what is left is its own reading's error.
+  const OffsetVector& error = reference_.errors();
+  r.length_m = -(measured.length_m - reference_.length_m) - error.head(n);
+  r.swivel_rad = (-(measured.swivel_rad - reference_.swivel_rad) - error.segment(n, n))
                      .unaryExpr([](double a) { return wrap_angle(a); });
   r.roll_pitch_yaw_rad =
       (pose.roll_pitch_yaw_rad - measured.roll_pitch_yaw_rad).unaryExpr([](double a) {
         return wrap_angle(a);
       });
-  r.roll_pitch_yaw_rad[2] = wrap_angle(pose.roll_pitch_yaw_rad[2] - initial.roll_pitch_yaw_rad[2] -
-                                       (measured.roll_pitch_yaw_rad[2] - reference_.yaw_rad) -
-                                       reference_.yaw_error_rad());
-  if (std::isfinite(measured.absolute_yaw_rad)) {
-    r.absolute_yaw_rad = wrap_angle(pose.absolute_yaw_rad - measured.absolute_yaw_rad);
-  }
-  r.direct_length_m = CableVector::Constant(pose.length_m.size(), kNaN);
-  if (measured.direct_length_m.size() == pose.length_m.size()) {
-    r.direct_length_m = pose.direct_length_m - measured.direct_length_m;
-  }
-  r.position_m = cache_.pose(index).position_m - measured.position_m;
-  r.tension_N = CableVector::Constant(problem_.robot.cable_count(), kNaN);
-  if (cache_.statics_of(index) == StaticsModel::left_inverse) {
-    r.tension_N = pose.tension_N - measured.tension_N;
-  } else if (cache_.statics_of(index) == StaticsModel::wrench) {
-    r.wrench = pose.wrench;
-  }
+  r.roll_pitch_yaw_rad[2] =
+      wrap_angle(-(measured.roll_pitch_yaw_rad[2] - reference_.yaw_rad) - error[2 * n]);
   return r;
 }
 
 std::vector<PoseResidual> Assembly::residuals() {
-  std::vector<PoseResidual> out(cache_.size());
-  visit([&](std::size_t i, const PoseRows&) { out[i] = residual(i); },
-        [&](std::size_t b) { row_lanes_->residuals(b, out); });
-  cache_.update_initial();
-  out[0] = residual(0);
+  const int n = problem_.robot.cable_count();
+  std::vector<PoseResidual> out(poses_.size());
+  visit([&](std::size_t b) {
+    for (std::size_t i = b * kLanes; i < std::min((b + 1) * kLanes, poses_.size()); ++i) {
+      const std::size_t lane = i % kLanes, measurement = measurement_of(i);
+      PoseResidual& r = out[measurement];
+      const auto cables = [&](Channel channel) {
+        CableVector values(n);
+        for (int c = 0; c < n; ++c) values[c] = rows_.value(lane, channel, c);
+        return values;
+      };
+      if (measurement == 0) {
+        r = reference_residual();
+      } else {
+        r.length_m = cables(Channel::length);
+        r.swivel_rad = cables(Channel::swivel);
+        r.roll_pitch_yaw_rad = {rows_.value(lane, Channel::roll_pitch, 0),
+                                rows_.value(lane, Channel::roll_pitch, 1),
+                                rows_.value(lane, Channel::yaw, 0)};
+      }
+      r.absolute_yaw_rad = rows_.value(lane, Channel::absolute_yaw, 0);
+      r.direct_length_m = cables(Channel::direct_length);
+      for (int a = 0; a < 3; ++a) r.position_m[a] = rows_.value(lane, Channel::position, a);
+      r.tension_N = CableVector::Constant(n, kNaN);
+      const StaticsModel statics = poses_.statics_of(measurement);
+      if (statics == StaticsModel::left_inverse) r.tension_N = cables(Channel::balance);
+      if (statics != StaticsModel::wrench) continue;
+      for (int a = 0; a < 6; ++a) r.wrench[a] = rows_.value(lane, Channel::balance, a);
+    }
+  });
   return out;
 }
 

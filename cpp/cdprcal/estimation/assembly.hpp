@@ -5,8 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "cdprcal/estimation/residuals/term.hpp"
-#include "cdprcal/estimation/row_lanes.hpp"
+#include "cdprcal/estimation/estimation.hpp"
+#include "cdprcal/estimation/reference_readings.hpp"
+#include "cdprcal/estimation/weighed_poses.hpp"
 
 namespace cdprcal {
 
@@ -31,11 +32,13 @@ struct FittedRow {
   std::size_t pose = 0;
   double residual = 0.0;      ///< F/σ
   double freedom = 0.0;       ///< in [0, 1]
-  double tension_gain = 0.0;  ///< wrench rows: PoseCache::tension_gain
+  double tension_gain = 0.0;  ///< wrench rows: WeighedPoses::tension_gain
 };
 
-/// The unknowns are the poses ζ0 … ζk and the reference errors; the rows are those of
-/// residuals/, pose by pose.
+/// The unknowns are the poses ζ0 … ζk and the reference errors e. Every row but those of absolute
+/// readings sees ζ0 and e through the offset o = m(ζ0) + e alone, and the reference's own readings
+/// are rows like any other: so the poses are all alike, ζ0 among them, and o is what they share.
+/// The paper's formulation holds e at 0, so that o is m(ζ0).
 class Assembly {
  public:
   /// `guess`: one pose a measurement. The problem must outlive the assembly.
@@ -44,7 +47,7 @@ class Assembly {
   Assembly& operator=(const Assembly&) = delete;
 
   [[nodiscard]] const CalibrationProblem& problem() const { return problem_; }
-  PoseCache& cache() { return cache_; }
+  WeighedPoses& poses() { return poses_; }
   [[nodiscard]] const ReferenceReadings& reference() const { return reference_; }
 
   /// 2n + 1 values; throws InputError for another number of them.
@@ -52,11 +55,12 @@ class Assembly {
   [[nodiscard]] const OffsetVector& reference_errors() const { return reference_.errors(); }
 
   /// Rows that carry a reading, and unknowns that are free.
-  [[nodiscard]] int residual_count() const { return residual_count_; }
-  [[nodiscard]] int parameter_count() const { return parameter_count_; }
+  [[nodiscard]] int residual_count() const { return rows_.row_count(); }
+  [[nodiscard]] int parameter_count() const;
 
-  /// The rows of eight poses at once; nullptr for problems that they do not serve.
-  RowLanes* row_lanes();
+  /// Minimises ½ Σ (F/σ)² (eq. 14) over all poses and the free reference errors, and leaves the
+  /// minimum here.
+  MinimiserSummary minimise(const MinimiserOptions& options);
 
   /// ½ Σ (F/σ)² at the present state; NaN when a pose is invalid.
   double cost();
@@ -67,45 +71,51 @@ class Assembly {
   /// readings at the reference included). The first alone has its covariance.
   std::vector<ReferenceInformation> reference_informations(
       const std::vector<std::optional<Channel>>& without);
-  /// The rows of measurement `index` at any pose, with ζ0 as `initial` says (of measurement 0: what
-  /// this call evaluates). False, and no rows, when one of the two is not valid.
-  bool evaluate_rows(std::size_t index, const Pose& at, const PoseEvaluation& initial,
-                     PoseEvaluation& evaluation, PoseRows& rows) const;
-  /// The rows of a pose of the cache, as of its last update; false where it or ζ0 is not valid.
-  bool cached_rows(std::size_t index, PoseRows& rows) const;
-  /// ∂o/∂ζ0 as of the cache's last update.
-  [[nodiscard]] OffsetJacobian offsets_by_initial() const { return offset_jacobian(cache_[0]); }
+  /// The rows of every measurement; empty when a pose is invalid.
+  std::vector<PoseRows> rows();
   /// How many rows a measurement has, valid or not.
-  [[nodiscard]] int rows_at(std::size_t index) const;
+  [[nodiscard]] int rows_at(std::size_t index) const { return rows_.row_count(lane_of(index)); }
+  /// ∂o/∂ζ0 at the present state; NaN when ζ0 is invalid.
+  [[nodiscard]] OffsetJacobian offsets_by_initial() const;
   /// Every residual with its freedom; empty when a pose is invalid. Linear in the number of poses.
   std::vector<FittedRow> fitted_rows();
   /// Whitened residuals and their dense Jacobian: six columns a pose, then the reference errors
   /// (zero where they are held).
   void linearise(Eigen::VectorXd& residuals, Eigen::MatrixXd& jacobian);
   /// The present state's residuals in their own units.
-  [[nodiscard]] std::vector<PoseResidual> residuals();
+  std::vector<PoseResidual> residuals();
 
  private:
-  bool write(std::size_t index, const Pose& at, const PoseEvaluation& initial,
-             const PoseEvaluation& evaluation, PoseRows& rows) const;
-  /// Calls at(index, rows) with the rows of each pose after ζ0, or batch(index) when those of eight
-  /// poses are in the row lanes, whichever this problem has. False when a pose is invalid.
-  template <typename Single, typename Batch>
-  bool visit(const Single& at, const Batch& batch);
+  /// The reference comes last, so that where it is no block it costs no batch.
+  [[nodiscard]] std::size_t lane_of(std::size_t measurement) const {
+    return (measurement == 0 ? poses_.size() : measurement) - 1;
+  }
+  [[nodiscard]] std::size_t measurement_of(std::size_t lane) const {
+    return lane + 1 < poses_.size() ? lane + 1 : 0;
+  }
+  [[nodiscard]] bool is_tied() const { return !problem_.reference_noise; }
+  [[nodiscard]] RunReadings run_readings() const;
+  /// Hands weights and offsets over to the rows; returns the offsets, or nothing when ζ0 is
+  /// invalid.
+  std::optional<OffsetVector> hand_over(PoseLanes& poses);
+  /// Calls visit(batch) with the rows of each batch. False when a pose is invalid.
+  template <typename Visit>
+  bool visit(const Visit& visit);
+  Estimation& estimation(bool hold_initial_pose);
   /// Information on ζ0 and the reference errors with all other poses eliminated, for each entry of
   /// `without`; NaN when a pose is invalid. Rows and columns of held errors are zero.
-  std::vector<CommonMatrix> common_informations(const std::vector<std::optional<Channel>>& without);
-  [[nodiscard]] PoseResidual residual(std::size_t index) const;
-  [[nodiscard]] ReferenceInformation of_reference(const CommonMatrix& common,
+  std::vector<Eigen::MatrixXd> common_informations(
+      const std::vector<std::optional<Channel>>& without);
+  [[nodiscard]] PoseResidual reference_residual() const;
+  [[nodiscard]] ReferenceInformation of_reference(const Eigen::MatrixXd& common,
                                                   bool with_covariance) const;
 
   const CalibrationProblem& problem_;
-  PoseCache cache_;
+  WeighedPoses poses_;
   ReferenceReadings reference_;
-  std::optional<RowLanes> row_lanes_;
-  bool row_lanes_tried_ = false;
-  int residual_count_ = 0;
-  int parameter_count_ = 0;
+  RunRows rows_;
+  std::optional<Estimation> estimation_;
+  int weights_version_ = -1;
 };
 
 }  // namespace cdprcal

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "cdprcal/estimation/assembly.hpp"
-#include "cdprcal/estimation/minimise.hpp"
 
 namespace cdprcal {
 
@@ -18,8 +17,8 @@ double variance_ratio_nearby(const CalibrationProblem& problem, const Calibratio
     poses.front() = plus(poses.front(), sign * kReach * worst);
     Assembly assembly(problem, poses);
     assembly.set_reference_errors(result.reference_errors);
-    assembly.cache().update_wrench_weights(1.0);
-    const MinimiserSummary summary = Minimiser(assembly).minimise(
+    assembly.poses().update_wrench_weights(1.0);
+    const MinimiserSummary summary = assembly.minimise(
         {.max_iterations = 50, .function_tolerance = 1e-4, .hold_initial_pose = true});
     if (!summary.usable) continue;  // the geometry ends there, and so does any doubt
     const std::optional<Matrix6> there = assembly.reference_information().covariance;

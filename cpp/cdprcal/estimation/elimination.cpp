@@ -1,11 +1,7 @@
 #include "cdprcal/estimation/elimination.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <numeric>
 
-#include "cdprcal/estimation/row_batch.hpp"
 #include "cdprcal/lanes/algebra.hpp"
 #include "cdprcal/lanes/processor.hpp"
 
@@ -14,28 +10,29 @@ namespace {
 
 using namespace lanes;
 
-static_assert(kMostOffsets <= 32);
-
 /// One batch: kLanes poses side by side, each number an array of kLanes.
 struct Batch {
   const double* rows;
   const double* by_offset;
-  int offsets;
+  const double* by_effect;
+  int offsets, columns;
   const int* slot;  ///< those that count, offsets first
   int present_offsets, slots;
   double damping;
-  double* factor;  ///< [L 21 with 1/diagonal][y 6][D 6][Y 6 an offset]
+  double* factor;  ///< [L 21 with 1/diagonal][y 6][D 6][Y 6 an unknown]
   double* sums;
 };
-constexpr int kFactorY = 21, kFactorD = 27, kFactorOffsets = 33;
-// Where the sums are: S (packed), then per offset g, raw g, raw diagonal, then three numbers.
-constexpr int sums_size(int offsets) { return packed(offsets, 0) + 3 * offsets + 3; }
+constexpr int kFactorY = 21, kFactorD = 27, kFactorUnknowns = 33;
+// Where the sums are: S (packed), then per unknown g, raw g, raw diagonal, then three numbers.
+constexpr int sums_size(int unknowns) { return packed(unknowns, 0) + 3 * unknowns + 3; }
 
 /// Lanes `first` … of a batch.
 template <typename Kind, typename V = typename Kind::V>
 CDPRCAL_INLINE void eliminate(const Batch& in, int first) {
-  const Lanes<V> rows(in.rows, first), by_offsets(in.by_offset, first);
+  const Lanes<V> rows(in.rows, first), by_offsets(in.by_offset, first),
+      by_effects(in.by_effect, first);
   const WritableLanes<V> factor(in.factor, first), sums(in.sums, first);
+  const int unknowns = in.offsets + in.columns;
   V h[21] = {}, g[6] = {};
   V squares = {};
   for (int s = 0; s < in.slots; ++s) {
@@ -64,31 +61,57 @@ CDPRCAL_INLINE void eliminate(const Batch& in, int first) {
   for (int i = 0; i < 21; ++i) factor.set(i, h[i]);
   for (int a = 0; a < 6; ++a) factor.set(kFactorY + a, g[a]);
 
-  const int per_offset = packed(in.offsets, 0);
+  const int per_unknown = packed(unknowns, 0);
+  const auto add = [&](int u, V(&y)[6], const V& raw, const V& square) CDPRCAL_INLINE_LAMBDA {
+    forward(h, y);
+    V reduced = raw, own = square;
+    for (int a = 0; a < 6; ++a) {
+      reduced -= y[a] * g[a];
+      own -= y[a] * y[a];
+      factor.set(kFactorUnknowns + 6 * u + a, y[a]);
+    }
+    sums.add(per_unknown + u, reduced);
+    sums.add(per_unknown + unknowns + u, raw);
+    sums.add(per_unknown + 2 * unknowns + u, square);
+    sums.add(packed(u, u), own);
+  };
+  const auto shared = [&](const V(&y)[6], int u) CDPRCAL_INLINE_LAMBDA {
+    V product = {};
+    for (int a = 0; a < 6; ++a) product -= y[a] * factor[kFactorUnknowns + 6 * u + a];
+    return product;
+  };
   for (int i = 0; i < in.present_offsets; ++i) {
     const int k = in.slot[i];
     const V by_offset = by_offsets[k];
     V y[6];
     for (int a = 0; a < 6; ++a) y[a] = by_offset * rows[kRow * k + a];
-    forward(h, y);
-    const V raw = by_offset * rows[kRow * k + 6];
-    V reduced = raw;
-    for (int a = 0; a < 6; ++a) {
-      reduced -= y[a] * g[a];
-      factor.set(kFactorOffsets + 6 * k + a, y[a]);
+    add(k, y, by_offset * rows[kRow * k + 6], by_offset * by_offset);
+    for (int j = 0; j < i; ++j) sums.add(packed(k, in.slot[j]), shared(y, in.slot[j]));
+  }
+  for (int k = 0; k < in.columns; ++k) {
+    const int u = in.offsets + k;
+    V y[6] = {}, raw = {}, square = {};
+    for (int s = 0; s < in.slots; ++s) {
+      const V by_effect = by_effects[in.slot[s] * in.columns + k];
+      for (int a = 0; a < 6; ++a) y[a] += by_effect * rows[kRow * in.slot[s] + a];
+      raw += by_effect * rows[kRow * in.slot[s] + 6];
+      square += by_effect * by_effect;
     }
-    sums.add(per_offset + k, reduced);
-    sums.add(per_offset + in.offsets + k, raw);
-    sums.add(per_offset + 2 * in.offsets + k, by_offset * by_offset);
-    sums.add(packed(k, k), by_offset * by_offset);
-    for (int j = 0; j <= i; ++j) {
-      const int l = in.slot[j];
-      V product = {};
-      for (int a = 0; a < 6; ++a) product -= y[a] * factor[kFactorOffsets + 6 * l + a];
-      sums.add(packed(k, l), product);
+    add(u, y, raw, square);
+    for (int i = 0; i < in.present_offsets; ++i) {
+      const int o = in.slot[i];
+      sums.add(packed(u, o), by_offsets[o] * by_effects[o * in.columns + k] + shared(y, o));
+    }
+    for (int l = 0; l < k; ++l) {
+      V product = shared(y, in.offsets + l);
+      for (int s = 0; s < in.slots; ++s) {
+        const int at = in.slot[s] * in.columns;
+        product += by_effects[at + k] * by_effects[at + l];
+      }
+      sums.add(packed(u, in.offsets + l), product);
     }
   }
-  const int last = per_offset + 3 * in.offsets;
+  const int last = per_unknown + 3 * unknowns;
   sums.add(last, squares);
   sums.add(last + 1, decrease);
   const V before = sums[last + 2];
@@ -98,23 +121,25 @@ CDPRCAL_INLINE void eliminate(const Batch& in, int first) {
 /// The way back of one batch.
 struct Substitution {
   double* factor;
-  const int* offset;  ///< those that count
-  int offsets;
-  const double* offset_step;
+  int offsets, columns;
+  const int* slot;  ///< of offsets that count
+  int present_offsets;
+  const double* step;
   double& norm;     ///< Σ δ² is added
   double& damping;  ///< Σ D δ² is added
 };
 
-/// δ = −L⁻ᵀ (y + Y δo); written over y.
+/// δ = −L⁻ᵀ (y + Y δc); written over y.
 template <typename Kind, typename V = typename Kind::V>
 CDPRCAL_INLINE void substitute(const Substitution& in, int first) {
   const WritableLanes<V> factor(in.factor, first);
   V z[6];
   for (int a = 0; a < 6; ++a) z[a] = -factor[kFactorY + a];
-  for (int i = 0; i < in.offsets; ++i) {
-    const int k = in.offset[i];
-    for (int a = 0; a < 6; ++a) z[a] -= in.offset_step[k] * factor[kFactorOffsets + 6 * k + a];
-  }
+  const auto take = [&](int u) CDPRCAL_INLINE_LAMBDA {
+    for (int a = 0; a < 6; ++a) z[a] -= in.step[u] * factor[kFactorUnknowns + 6 * u + a];
+  };
+  for (int i = 0; i < in.present_offsets; ++i) take(in.slot[i]);
+  for (int k = 0; k < in.columns; ++k) take(in.offsets + k);
   V squares = {}, damped = {};
   for (int a = 5; a >= 0; --a) {
     for (int b = a + 1; b < 6; ++b) z[a] -= factor[packed(b, a)] * z[b];
@@ -129,155 +154,109 @@ CDPRCAL_INLINE void substitute(const Substitution& in, int first) {
   }
 }
 
-/// BᵀSB and SB of the offsets' information S; the lanes are the six of ζ0.
-struct Through {
-  const double* by_initial;   ///< [offset][lane]
-  const double* information;  ///< symmetric, column by column
-  Eigen::Index stride;        ///< from column to column
-  int offsets;
-  double* half;     ///< SB, [offset][lane]
-  double* initial;  ///< BᵀSB, [six][lane]
+/// What the fit leaves of the rows of one batch.
+struct LeftOver {
+  const Batch& batch;
+  const double* covariance;  ///< of the common unknowns, symmetric, column by column
+  Eigen::Index stride;
+  double* scratch;  ///< [unknown][lane]
+  double* out;
 };
 
 template <typename Kind, typename V = typename Kind::V>
-CDPRCAL_INLINE void through(const Through& in, int first) {
-  const Lanes<V> by_initial(in.by_initial, first);
-  const WritableLanes<V> half(in.half, first), initial(in.initial, first);
-  V sums[6] = {};
-  for (int k = 0; k < in.offsets; ++k) {
-    const double* const column = in.information + k * in.stride;
-    V row = {};
-    for (int l = 0; l < in.offsets; ++l) row += column[l] * by_initial[l];
-    half.set(k, row);
-    for (int a = 0; a < 6; ++a) sums[a] += in.by_initial[k * kLanes + a] * row;
+CDPRCAL_INLINE void left_over_of(const LeftOver& in, int first) {
+  const Batch& b = in.batch;
+  const Lanes<V> rows(b.rows, first), by_offsets(b.by_offset, first),
+      by_effects(b.by_effect, first), factor(b.factor, first);
+  const WritableLanes<V> lifted(in.scratch, first), out(in.out, first);
+  for (int s = 0; s < b.slots; ++s) {
+    const int slot = b.slot[s];
+    V j[6];
+    for (int a = 0; a < 6; ++a) {  // L⁻¹ of the row
+      j[a] = rows[kRow * slot + a];
+      for (int c = 0; c < a; ++c) j[a] -= factor[packed(a, c)] * j[c];
+      j[a] *= factor[packed(a, a)];
+    }
+    V residual = rows[kRow * slot + 6], freedom = V{} + 1.0;
+    for (int a = 0; a < 6; ++a) {
+      residual -= j[a] * factor[kFactorY + a];
+      freedom -= j[a] * j[a];
+    }
+    const auto lift = [&](int u, V value) CDPRCAL_INLINE_LAMBDA {
+      for (int a = 0; a < 6; ++a) value -= j[a] * factor[kFactorUnknowns + 6 * u + a];
+      lifted.set(u, value);
+      const double* const column = in.covariance + u * in.stride;
+      V sum = {};
+      for (int i = 0; i < b.present_offsets && b.slot[i] < u; ++i) {
+        sum += column[b.slot[i]] * lifted[b.slot[i]];
+      }
+      for (int v = b.offsets; v < u; ++v) sum += column[v] * lifted[v];
+      freedom -= value * (2.0 * sum + column[u] * value);
+    };
+    for (int i = 0; i < b.present_offsets; ++i) {
+      const int o = b.slot[i];
+      lift(o, o == slot ? by_offsets[o] : V{});
+    }
+    for (int k = 0; k < b.columns; ++k) lift(b.offsets + k, by_effects[slot * b.columns + k]);
+    out.set(2 * slot, residual);
+    out.set(2 * slot + 1, freedom);
   }
-  for (int a = 0; a < 6; ++a) initial.set(a, sums[a]);
 }
 
-CDPRCAL_DEFINE_FOR_PROCESSORS(through_lanes, through, Through)
 CDPRCAL_DEFINE_FOR_PROCESSORS(eliminate_lanes, eliminate, Batch)
 CDPRCAL_DEFINE_FOR_PROCESSORS(substitute_lanes, substitute, Substitution)
+CDPRCAL_DEFINE_FOR_PROCESSORS(left_over_lanes, left_over_of, LeftOver)
 
 }  // namespace
 
-CommonMatrix through_offsets(const OffsetMatrix& information, const OffsetJacobian& by_initial,
-                             bool with_errors) {
-  const Eigen::Index offsets = by_initial.rows();
-  using Sixes =
-      Eigen::Matrix<double, kLanes, Eigen::Dynamic, Eigen::ColMajor, kLanes, kMostOffsets>;
-  Sixes six(kLanes, offsets), half(kLanes, offsets);
-  six.topRows<6>() = by_initial.transpose();
-  six.bottomRows<kLanes - 6>().setZero();
-  Eigen::Matrix<double, kLanes, 6> initial;
-  through_lanes({six.data(), information.data(), information.outerStride(),
-                 static_cast<int>(offsets), half.data(), initial.data()});
-  if (!with_errors) return initial.topRows<6>();
-  CommonMatrix out(6 + offsets, 6 + offsets);
-  out.topLeftCorner<6, 6>() = initial.topRows<6>();
-  out.topRightCorner(6, offsets) = half.topRows<6>();
-  out.bottomLeftCorner(offsets, 6) = half.topRows<6>().transpose();
-  out.bottomRightCorner(offsets, offsets) = information;
-  return out;
-}
-
-PoseElimination::PoseElimination(std::size_t poses, int offsets, bool steps_wanted)
+PoseElimination::PoseElimination(std::size_t poses, int offsets, int columns, bool steps_wanted)
     : offsets_(offsets),
+      columns_(columns),
+      unknowns_(offsets + columns),
       steps_wanted_(steps_wanted),
-      factor_size_(static_cast<std::size_t>(kFactorOffsets + 6 * offsets)),
-      sums_(buffer(static_cast<std::size_t>(sums_size(offsets)) +
-                   factor_size_ * (steps_wanted ? lanes::batches(poses) : 1))),
-      factors_(sums_.get() + sums_size(offsets) * kLanes) {
-  every_.offsets = offsets;
-  every_.count = offsets + kMostRows;
-  std::iota(every_.index.begin(), every_.index.end(), 0);
-  out_.information.resize(offsets, offsets);
-  out_.gradient.resize(offsets);
-  out_.raw_gradient.resize(offsets);
-  out_.raw_diagonal.resize(offsets);
+      factor_size_(static_cast<std::size_t>(kFactorUnknowns + 6 * unknowns_)),
+      sums_(buffer(static_cast<std::size_t>(sums_size(unknowns_)) +
+                   factor_size_ *
+                       (steps_wanted ? std::max<std::size_t>(1, lanes::batches(poses)) : 1))),
+      factors_(sums_.get() + sums_size(unknowns_) * kLanes) {
+  out_.information.setZero(unknowns_, unknowns_);
+  out_.gradient.setZero(unknowns_);
+  out_.raw_gradient.setZero(unknowns_);
+  out_.raw_diagonal.setZero(unknowns_);
 }
 
-void PoseElimination::begin(double damping) {
-  chosen_ = nullptr;
+void PoseElimination::begin(double damping, const std::vector<int>& slots) {
+  slots_ = &slots;
+  present_offsets_ = static_cast<int>(
+      std::count_if(slots.begin(), slots.end(), [&](int slot) { return slot < offsets_; }));
   damping_ = damping;
-  added_ = batches_ = 0;
-  std::fill_n(sums_.get(), sums_size(offsets_) * kLanes, 0.0);
+  batches_ = 0;
+  std::fill_n(sums_.get(), sums_size(unknowns_) * kLanes, 0.0);
 }
 
-void PoseElimination::begin(double damping, const RowSlots& slots) {
-  begin(damping);
-  chosen_ = &slots;
-}
-
-void PoseElimination::add(const PoseRows& rows) {
-  if (!rows_) {
-    rows_ = buffer(static_cast<std::size_t>(kRow) * static_cast<std::size_t>(offsets_ + kMostRows));
-    by_offset_ = buffer(static_cast<std::size_t>(offsets_));
-  }
-  const auto lane = static_cast<int>(added_ % kLanes);
-  if (lane == 0) own_rows_ = 0;
-  const auto clear = [&](int slot) {
-    for (int a = 0; a < kRow; ++a) rows_[(kRow * slot + a) * kLanes + lane] = 0.0;
-  };
-  std::uint32_t present = 0;  // offsets
-  int own = 0;
-  for (int r = 0; r < rows.count; ++r) {
-    const auto row = static_cast<std::size_t>(r);
-    int slot = rows.offset[row];
-    if (slot < 0) {
-      slot = offsets_ + own++;
-      if (own > own_rows_) {  // lanes before this one have no such row
-        std::fill_n(rows_.get() + kRow * slot * kLanes, kRow * kLanes, 0.0);
-        own_rows_ = own;
-      }
-    } else {
-      present |= 1U << slot;
-      by_offset_[slot * kLanes + lane] = rows.by_offset[row];
-    }
-    double* const out = rows_.get() + kRow * slot * kLanes + lane;
-    for (int a = 0; a < 6; ++a) out[a * kLanes] = rows.own[row][static_cast<std::size_t>(a)];
-    out[6 * kLanes] = rows.residual[row];
-  }
-  for (int slot = offsets_ + own; slot < offsets_ + own_rows_; ++slot) clear(slot);
-  for (int k = 0; k < offsets_; ++k) {
-    if ((present >> k & 1U) != 0U) continue;
-    clear(k);
-    by_offset_[k * kLanes + lane] = 0.0;
-  }
-  if (++added_ % kLanes == 0) {
-    eliminate_batch(rows_.get(), by_offset_.get(), offsets_ + own_rows_);
-  }
-}
-
-void PoseElimination::add_batch(const double* rows, const double* by_offset) {
-  added_ += kLanes;
-  eliminate_batch(rows, by_offset, slots().count);
-}
-
-void PoseElimination::eliminate_batch(const double* rows, const double* by_offset, int count) {
+void PoseElimination::add(const double* rows, const double* by_offset, const double* by_effect) {
   double* const factor = factors_ + (steps_wanted_ ? batches_ : 0U) * factor_size_ * kLanes;
-  eliminate_lanes({rows, by_offset, offsets_, slots().index.data(), slots().offsets, count,
-                   damping_, factor, sums_.get()});
+  eliminate_lanes({rows, by_offset, by_effect, offsets_, columns_, slots_->data(), present_offsets_,
+                   static_cast<int>(slots_->size()), damping_, factor, sums_.get()});
   ++batches_;
 }
 
 const EliminatedSums& PoseElimination::finish() {
-  static const PoseRows nothing{};  // H = 0, but λD > 0
-  while (added_ % kLanes != 0) add(nothing);
   const auto sum = [&](int index) {
     return Eigen::Map<const Eigen::Matrix<double, kLanes, 1>, Eigen::Aligned64>(sums_.get() +
                                                                                 index * kLanes)
         .sum();
   };
-  const int per_offset = packed(offsets_, 0);
-  for (int k = 0; k < offsets_; ++k) {
+  const int per_unknown = packed(unknowns_, 0);
+  for (int k = 0; k < unknowns_; ++k) {
     for (int l = 0; l <= k; ++l) {
       out_.information(k, l) = out_.information(l, k) = sum(packed(k, l));
     }
-    out_.gradient[k] = sum(per_offset + k);
-    out_.raw_gradient[k] = sum(per_offset + offsets_ + k);
-    out_.raw_diagonal[k] = sum(per_offset + 2 * offsets_ + k);
+    out_.gradient[k] = sum(per_unknown + k);
+    out_.raw_gradient[k] = sum(per_unknown + unknowns_ + k);
+    out_.raw_diagonal[k] = sum(per_unknown + 2 * unknowns_ + k);
   }
-  const int last = per_offset + 3 * offsets_;
+  const int last = per_unknown + 3 * unknowns_;
   out_.cost = 0.5 * sum(last);
   out_.decrease = 0.5 * sum(last + 1);
   const double* const steepest = sums_.get() + (last + 2) * kLanes;
@@ -285,17 +264,36 @@ const EliminatedSums& PoseElimination::finish() {
   return out_;
 }
 
-PoseSteps PoseElimination::back_substitute(const OffsetVector& offset_step) {
+PoseSteps PoseElimination::back_substitute(const Eigen::VectorXd& common_step) {
   PoseSteps out;
   for (std::size_t b = 0; b < batches_; ++b) {
-    substitute_lanes({factors_ + b * factor_size_ * kLanes, slots().index.data(), slots().offsets,
-                      offset_step.data(), out.squared_norm, out.damping});
+    substitute_lanes({factors_ + b * factor_size_ * kLanes, offsets_, columns_, slots_->data(),
+                      present_offsets_, common_step.data(), out.squared_norm, out.damping});
   }
   return out;
 }
 
 const double* PoseElimination::steps(std::size_t batch) const {
   return factors_ + (batch * factor_size_ + kFactorY) * kLanes;
+}
+
+void PoseElimination::left_over(const double* rows, const double* by_offset,
+                                const double* by_effect, const Eigen::MatrixXd& covariance,
+                                double* out) const {
+  const Buffer scratch = buffer(static_cast<std::size_t>(unknowns_));
+  const std::size_t last = steps_wanted_ && batches_ > 0 ? batches_ - 1 : 0;
+  const Batch batch{rows,
+                    by_offset,
+                    by_effect,
+                    offsets_,
+                    columns_,
+                    slots_->data(),
+                    present_offsets_,
+                    static_cast<int>(slots_->size()),
+                    damping_,
+                    factors_ + last * factor_size_ * kLanes,
+                    sums_.get()};
+  left_over_lanes({batch, covariance.data(), covariance.outerStride(), scratch.get(), out});
 }
 
 }  // namespace cdprcal

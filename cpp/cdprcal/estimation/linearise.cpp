@@ -9,7 +9,7 @@ LinearisedProblem linearise(const CalibrationProblem& given, const std::vector<P
   const CalibrationProblem problem = completed(given, poses);
   Assembly assembly(problem, poses);
   if (errors.size() > 0) assembly.set_reference_errors(errors);
-  assembly.cache().update_wrench_whitening(1.0);
+  assembly.poses().update_wrench_whitening(1.0);
   LinearisedProblem out;
   assembly.linearise(out.residual, out.jacobian);
   return out;

@@ -65,8 +65,8 @@ class PoseManifold final : public ceres::Manifold {
 class State final : public ceres::EvaluationCallback {
  public:
   explicit State(Assembly& assembly) : assembly_(assembly), errors_(assembly.reference_errors()) {
-    for (std::size_t i = 0; i < assembly.cache().size(); ++i) {
-      poses_.push_back(to_block(assembly.cache().pose(i)));
+    for (std::size_t i = 0; i < assembly.poses().size(); ++i) {
+      poses_.push_back(to_block(assembly.poses().pose(i)));
     }
   }
   void PrepareForEvaluation(bool, bool new_evaluation_point) override {
@@ -74,11 +74,15 @@ class State final : public ceres::EvaluationCallback {
   }
   void hand_over() {
     for (std::size_t i = 0; i < poses_.size(); ++i) {
-      assembly_.cache().set_pose(i, from_block(poses_[i].data()));
+      assembly_.poses().set_pose(i, from_block(poses_[i].data()));
     }
     assembly_.set_reference_errors(errors_);
-    assembly_.cache().update();
+    rows_ = assembly_.rows();
+    by_initial_ = assembly_.offsets_by_initial();
   }
+  /// Empty where a pose is invalid.
+  [[nodiscard]] const std::vector<PoseRows>& rows() const { return rows_; }
+  [[nodiscard]] const OffsetJacobian& by_initial() const { return by_initial_; }
   double* pose(std::size_t i) { return poses_[i].data(); }
   double* errors() { return errors_.data(); }
 
@@ -86,47 +90,50 @@ class State final : public ceres::EvaluationCallback {
   Assembly& assembly_;
   std::vector<PoseBlock> poses_;
   Eigen::VectorXd errors_;
+  std::vector<PoseRows> rows_;
+  OffsetJacobian by_initial_;
 };
 
 /// F_i of eq. 13. Parameter blocks: ζi, ζ0, reference errors; at the reference: ζ0, errors.
 class PoseCost final : public ceres::CostFunction {
  public:
-  PoseCost(const Assembly& assembly, std::size_t pose)
-      : assembly_(assembly), pose_(pose), errors_(assembly.reference().size()) {
+  PoseCost(const State& state, const Assembly& assembly, std::size_t pose)
+      : state_(state), pose_(pose), errors_(assembly.reference().size()) {
     set_num_residuals(assembly.rows_at(pose));
     mutable_parameter_block_sizes()->assign(pose > 0 ? 2 : 1, kBlockSize);
     mutable_parameter_block_sizes()->push_back(errors_);
   }
 
   bool Evaluate(const double* const*, double* residuals, double** jacobians) const override {
-    PoseRows rows;
-    if (!assembly_.cached_rows(pose_, rows)) return false;
+    if (state_.rows().empty()) return false;
+    const PoseRows& rows = state_.rows()[pose_];
     std::copy_n(rows.residual.data(), rows.count, residuals);
     if (jacobians == nullptr) return true;
-    const OffsetJacobian by_initial = assembly_.offsets_by_initial();
     double* const own = jacobians[0];
-    double* const initial = pose_ > 0 ? jacobians[1] : nullptr;
+    double* const initial = pose_ > 0 ? jacobians[1] : jacobians[0];
     double* const errors = jacobians[pose_ > 0 ? 2 : 1];
     if (errors != nullptr) std::fill_n(errors, rows.count * errors_, 0.0);
     for (int i = 0; i < rows.count; ++i) {
       const auto r = static_cast<std::size_t>(i);
+      if (own != nullptr) block(own, i).setZero();
+      if (initial != nullptr) block(initial, i).setZero();
+      if (own != nullptr) block(own, i).head<6>() = Eigen::Map<const Vector6>(rows.own[r].data());
       const int offset = rows.offset[r];
-      if (own != nullptr) {
-        std::copy_n(rows.own[r].data(), 6, own + kBlockSize * i);
-        own[kBlockSize * i + 6] = 0.0;
-      }
+      if (offset < 0) continue;
       if (initial != nullptr) {
-        Eigen::Map<PoseBlock> row(initial + kBlockSize * i);
-        row.setZero();
-        if (offset >= 0) row.head<6>() = rows.by_offset[r] * by_initial.row(offset).transpose();
+        block(initial, i).head<6>() +=
+            rows.by_offset[r] * state_.by_initial().row(offset).transpose();
       }
-      if (errors != nullptr && offset >= 0) errors[i * errors_ + offset] = rows.by_offset[r];
+      if (errors != nullptr) errors[i * errors_ + offset] = rows.by_offset[r];
     }
     return true;
   }
 
  private:
-  const Assembly& assembly_;
+  static Eigen::Map<PoseBlock> block(double* jacobian, int row) {
+    return Eigen::Map<PoseBlock>(jacobian + kBlockSize * row);
+  }
+  const State& state_;
   std::size_t pose_;
   int errors_;
 };
@@ -141,7 +148,7 @@ void silence() {
 
 MinimiserSummary minimise_with_ceres(Assembly& assembly, const MinimiserOptions& options) {
   silence();
-  const std::size_t poses = assembly.cache().size();
+  const std::size_t poses = assembly.poses().size();
   const ReferenceReadings& reference = assembly.reference();
   State state(assembly);
   PoseManifold manifold;
@@ -172,7 +179,7 @@ MinimiserSummary minimise_with_ceres(Assembly& assembly, const MinimiserOptions&
   if (options.hold_initial_pose) problem.SetParameterBlockConstant(state.pose(0));
   for (std::size_t i = 0; i < poses; ++i) {
     if (assembly.rows_at(i) == 0) continue;
-    costs.emplace_back(assembly, i);
+    costs.emplace_back(state, assembly, i);
     std::vector<double*> blocks{state.pose(i)};
     if (i > 0) blocks.push_back(state.pose(0));
     blocks.push_back(state.errors());
@@ -199,9 +206,12 @@ MinimiserSummary minimise_with_ceres(Assembly& assembly, const MinimiserOptions&
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &problem, &summary);
   state.hand_over();
-  return {summary.IsSolutionUsable(), summary.termination_type == ceres::CONVERGENCE,
-          static_cast<int>(summary.iterations.size()),
-          summary.IsSolutionUsable() ? summary.final_cost : kNaN};
+  MinimiserSummary out;
+  out.usable = summary.IsSolutionUsable();
+  out.converged = summary.termination_type == ceres::CONVERGENCE;
+  out.evaluations = static_cast<int>(summary.iterations.size());
+  if (out.usable) out.cost = summary.final_cost;
+  return out;
 }
 
 }  // namespace cdprcal

@@ -31,7 +31,7 @@ struct CalibrationProblem {
   bool reference_noise = true;
 };
 
-/// Who minimises: our own (minimise.hpp), or Ceres on the same rows (minimise_ceres.hpp), which is
+/// Who minimises: our own (arrowhead.hpp), or Ceres on the same rows (minimise_ceres.hpp), which is
 /// there to check the first against.
 enum class MinimiserKind { arrowhead, ceres };
 

@@ -38,18 +38,14 @@ ReferenceReadings::ReferenceReadings(const CalibrationProblem& problem)
       prepare(problem, yaw_error(), [](const Measurement& m) { return m.roll_pitch_yaw_rad[2]; });
 }
 
-RowLabel ReferenceReadings::label(int index) const {
-  if (index < cables_) return {Channel::length, index, true};
-  if (index < 2 * cables_) return {Channel::swivel, index - cables_, true};
-  return {Channel::yaw, 2, true};
+OffsetVector ReferenceReadings::base() const {
+  OffsetVector out(size());
+  out << length_m, swivel_rad, yaw_rad;
+  return out;
 }
 
 int ReferenceReadings::free_errors() const {
   return static_cast<int>(std::count(free_.begin(), free_.end(), 1));
-}
-
-int ReferenceReadings::known_errors() const {
-  return static_cast<int>(std::count(known_.begin(), known_.end(), 1));
 }
 
 }  // namespace cdprcal

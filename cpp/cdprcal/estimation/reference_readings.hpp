@@ -1,13 +1,10 @@
 // What changes are measured from, and the errors of those readings.
 #pragma once
 
+#include "cdprcal/estimation/pose_rows.hpp"
 #include "cdprcal/estimation/problem.hpp"
 
 namespace cdprcal {
-
-/// Most offsets there can be: one a length, one a swivel, one for yaw.
-inline constexpr int kMostOffsets = 2 * kMaxCables + 1;
-using OffsetVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostOffsets, 1>;
 
 /// Readings at the reference, one for each length, each swivel and the yaw, and one unknown a
 /// reading: its error e, in that order. e is free where the formulation estimates it, and where
@@ -27,20 +24,16 @@ class ReferenceReadings {
   [[nodiscard]] int swivel_error(int cable) const { return cables_ + cable; }
   [[nodiscard]] int yaw_error() const { return 2 * cables_; }
 
-  /// The present errors; Ceres' parameter block.
-  double* block() { return error_.data(); }
+  /// The present errors.
+  OffsetVector& errors() { return error_; }
   [[nodiscard]] const OffsetVector& errors() const { return error_; }
-  [[nodiscard]] CableVector length_error_m() const { return error_.head(cables_); }
-  [[nodiscard]] CableVector swivel_error_rad() const { return error_.segment(cables_, cables_); }
-  [[nodiscard]] double yaw_error_rad() const { return error_[2 * cables_]; }
+  /// What changes count from, in that order.
+  [[nodiscard]] OffsetVector base() const;
 
   /// Whether e is estimated, and whether (then) a reading at the reference says how large it is.
   [[nodiscard]] bool is_free(int index) const { return free_[static_cast<std::size_t>(index)]; }
   [[nodiscard]] bool is_known(int index) const { return known_[static_cast<std::size_t>(index)]; }
-  /// Which reading e belongs to.
-  [[nodiscard]] RowLabel label(int index) const;
   [[nodiscard]] int free_errors() const;
-  [[nodiscard]] int known_errors() const;
 
  private:
   /// Decides about the channel read by `reading`; returns what its changes count from.

@@ -8,7 +8,6 @@
 #include "cdprcal/estimation/curvature.hpp"
 #include "cdprcal/estimation/least_observed.hpp"
 #include "cdprcal/estimation/mean_square.hpp"
-#include "cdprcal/estimation/minimise.hpp"
 #include "cdprcal/estimation/minimise_ceres.hpp"
 #include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/estimation/problem.hpp"
@@ -34,7 +33,7 @@ MinimiserOptions minimiser_options(const SolveOptions& options, bool last_stage)
 
 /// Root mean square of the balance in units of what the robot file specifies for the load cells,
 /// whatever the weights; what the model itself is wrong by is allowed for as it was found.
-double specified_statics_rms(const CalibrationProblem& problem, const PoseCache& cache,
+double specified_statics_rms(const CalibrationProblem& problem, const WeighedPoses& at,
                              const std::vector<PoseResidual>& residuals) {
   BalanceSigma sigma{problem.robot.sigma.tension_N, problem.robot.sigma.wrench_force_N,
                      problem.robot.sigma.wrench_moment_Nm};
@@ -44,13 +43,13 @@ double specified_statics_rms(const CalibrationProblem& problem, const PoseCache&
   }
   std::vector<Pose> poses;
   std::vector<Vector6> balances;
-  for (std::size_t i = 0; i < cache.size(); ++i) {
-    if (cache.statics_of(i) != StaticsModel::wrench) continue;
-    poses.push_back(cache.pose(i));
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    if (at.statics_of(i) != StaticsModel::wrench) continue;
+    poses.push_back(at.pose(i));
     balances.push_back(residuals[i].wrench);
   }
   const std::vector<Matrix6> roots =
-      inverse_balance_roots(cache.robot(), poses, std::vector<BalanceSigma>(poses.size(), sigma));
+      inverse_balance_roots(at.robot(), poses, std::vector<BalanceSigma>(poses.size(), sigma));
   MeanSquare whitened;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     for (const double v : Vector6(roots[i] * balances[i])) whitened.add(v);
@@ -61,32 +60,31 @@ double specified_statics_rms(const CalibrationProblem& problem, const PoseCache&
 /// Runs the graduated stages; returns whether the last one converged.
 bool run_stages(const CalibrationProblem& problem, const SolveOptions& options, Assembly& assembly,
                 CalibrationResult& result) {
-  Minimiser minimiser(assembly);
   MinimiserSummary summary;
   const auto stage = [&](double graduation, bool last) {
-    assembly.cache().update_wrench_weights(graduation);
+    assembly.poses().update_wrench_weights(graduation);
     summary = options.minimiser == MinimiserKind::ceres
                   ? minimise_with_ceres(assembly, minimiser_options(options, last))
-                  : minimiser.minimise(minimiser_options(options, last));
+                  : assembly.minimise(minimiser_options(options, last));
     result.iterations += summary.evaluations;
     return summary.usable;
   };
   bool usable = true;
   for (std::size_t i = 0; usable && i + 1 < options.graduation.size(); ++i) {
     // A stage is for residuals of about its own size; a start that is nearer needs no weaker one.
-    assembly.cache().update_wrench_weights(1.0);
+    assembly.poses().update_wrench_weights(1.0);
     if (options.graduation[i] > assembly.statics_rms()) continue;
     usable = stage(options.graduation[i], false);
   }
-  Pose before = assembly.cache().pose(0);
+  Pose before = assembly.poses().pose(0);
   usable = usable && stage(1.0, true);
   if (problem.statics == StaticsModel::wrench) {
     // The weights of the balance depend on the poses: repeat until they agree with each other.
     constexpr int kMostRefreshes = 20;
     for (int i = 0; i < kMostRefreshes; ++i) {
       if (!usable || !summary.converged) break;
-      if (minus(assembly.cache().pose(0), before).norm() < options.settled) break;
-      before = assembly.cache().pose(0);
+      if (minus(assembly.poses().pose(0), before).norm() < options.settled) break;
+      before = assembly.poses().pose(0);
       usable = stage(1.0, true);
     }
   }
@@ -132,7 +130,7 @@ std::string contradictions(const CalibrationProblem& problem, Assembly& assembly
   judge(rms.position_m, sigma.position_m, 1e3, "position off by %.3g mm rms against sigma %.3g mm");
   judge(rms.tension_N, sigma.tension_N, 1.0, "tensions off by %.3g N rms against sigma %.3g N");
   if (problem.statics == StaticsModel::wrench) {
-    judge(specified_statics_rms(problem, assembly.cache(), result.residuals), 1.0, 1.0,
+    judge(specified_statics_rms(problem, assembly.poses(), result.residuals), 1.0, 1.0,
           "static balance off by %.3g sigma rms (expected %.3g)");
     if (problem.noise) {
       judge(problem.noise->wrench_force_N, sigma.tension_N, 1.0,
@@ -154,7 +152,7 @@ double frame_size_m(const Robot& robot) {
 }
 
 /// The largest change of a cable's length or swivel since the reference, over its noise.
-double largest_motion(const CalibrationProblem& problem, const PoseCache& cache) {
+double largest_motion(const CalibrationProblem& problem, const WeighedPoses& at) {
   const Measurement& first = problem.measurements.front();
   double largest = 0.0;
   const auto look = [&](const CableVector& now, const CableVector& then, double weight, bool wrap) {
@@ -166,8 +164,8 @@ double largest_motion(const CalibrationProblem& problem, const PoseCache& cache)
   };
   for (std::size_t i = 1; i < problem.measurements.size(); ++i) {
     const Measurement& m = problem.measurements[i];
-    look(m.length_m, first.length_m, cache.weight(i, Channel::length), false);
-    look(m.swivel_rad, first.swivel_rad, cache.weight(i, Channel::swivel), true);
+    look(m.length_m, first.length_m, at.weight(i, Channel::length), false);
+    look(m.swivel_rad, first.swivel_rad, at.weight(i, Channel::swivel), true);
   }
   return largest;
 }
@@ -188,7 +186,7 @@ void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged
   const bool relative_only =
       !is_read(problem, Channel::direct_length) && !is_read(problem, Channel::position);
   if (problem.statics == StaticsModel::none && relative_only &&
-      largest_motion(problem, assembly.cache()) < kMotion) {
+      largest_motion(problem, assembly.poses()) < kMotion) {
     result.status = CalibrationStatus::unobservable;
     result.reason =
         "the platform hardly moved: no length or swivel changed beyond its noise; measure at more "
@@ -259,11 +257,11 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
   if (!std::isfinite(result.cost)) result.cost = assembly.cost();
-  result.poses.reserve(assembly.cache().size());
-  for (std::size_t i = 0; i < assembly.cache().size(); ++i) {
-    result.poses.push_back(assembly.cache().pose(i));
+  result.poses.reserve(assembly.poses().size());
+  for (std::size_t i = 0; i < assembly.poses().size(); ++i) {
+    result.poses.push_back(assembly.poses().pose(i));
   }
-  const PlatformState initial = platform_state(assembly.cache().robot(), result.poses[0]);
+  const PlatformState initial = platform_state(assembly.poses().robot(), result.poses[0]);
   if (!initial.valid || !std::isfinite(result.cost)) {
     if (result.reason.empty()) result.reason = describe_invalid(initial);
     if (result.reason.empty()) {
@@ -306,7 +304,7 @@ void explain(const CalibrationProblem& given, CalibrationResult& result) {
   const CalibrationProblem& problem = completed(given, result.poses, filled);
   Assembly assembly(problem, result.poses);
   assembly.set_reference_errors(result.reference_errors);
-  assembly.cache().update_wrench_weights(1.0);
+  assembly.poses().update_wrench_weights(1.0);
   result.least_observed = least_observed(problem, assembly).sentence;
 }
 

@@ -67,7 +67,7 @@ std::optional<Matrix6> predicted_covariance(const Robot& robot, const SetPoint& 
   std::vector<Pose> poses{start.pose};
   for (const SetPoint& s : set_points) poses.push_back(s.pose);
   Assembly assembly(problem, poses);
-  assembly.cache().update_wrench_weights(1.0);
+  assembly.poses().update_wrench_weights(1.0);
   return assembly.reference_information().covariance;
 }
 
@@ -84,7 +84,7 @@ Observability::Observability(const Robot& robot, const SetPoint& start)
 Observability::Split Observability::linearised(const SetPoint& set_point) const {
   const CalibrationProblem problem = predicted_problem(robot_, start_, {set_point});
   Assembly assembly(problem, {start_.pose, set_point.pose});
-  assembly.cache().update_wrench_weights(1.0);
+  assembly.poses().update_wrench_weights(1.0);
   Eigen::VectorXd residuals;
   Eigen::MatrixXd jacobian;  // columns: ζ0, ζ1, reference errors
   assembly.linearise(residuals, jacobian);

@@ -7,6 +7,13 @@
 
 namespace cdprcal {
 
+/// Which statics the static poses obey.
+enum class StaticsModel {
+  none,          ///< j = lσε
+  left_inverse,  ///< eqs 10–12: modelled tensions against measured ones
+  wrench         ///< eq. 6, all six equations: Ξᵀτ* − f against the noise of τ* mapped through Ξᵀ
+};
+
 /// Rows of the wrench in Euler-rate coordinates Dᵀf, ω = H(ε) ε̇ (the dual of (ṗ, ε̇)).
 enum class WrenchRow { force_x, force_y, force_z, moment_roll, moment_pitch, moment_yaw };
 

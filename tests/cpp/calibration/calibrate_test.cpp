@@ -1,11 +1,11 @@
 // The whole way from a log to the initial pose, on logs the project makes itself.
 #include <gtest/gtest.h>
 
+#include "../support/scenario.hpp"
 #include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/calibration/initial_guess.hpp"
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/error.hpp"
-#include "scenario.hpp"
 
 namespace cdprcal::test {
 namespace {

@@ -4,9 +4,9 @@
 
 #include <Eigen/LU>
 
+#include "../support/scenario.hpp"
 #include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/error.hpp"
-#include "scenario.hpp"
 
 namespace cdprcal::test {
 namespace {

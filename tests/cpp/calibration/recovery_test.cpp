@@ -5,8 +5,8 @@
 #include <Eigen/LU>
 
 #include "../support/random_robot.hpp"
+#include "../support/scenario.hpp"
 #include "cdprcal/statistics.hpp"
-#include "scenario.hpp"
 
 namespace cdprcal::test {
 namespace {

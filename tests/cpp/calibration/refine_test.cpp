@@ -7,8 +7,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "../support/scenario.hpp"
 #include "cdprcal/effects/catalogue.hpp"
-#include "scenario.hpp"
 
 namespace cdprcal::test {
 namespace {

@@ -1,8 +1,8 @@
 // A result that cannot be trusted is never returned as if it could.
 #include <gtest/gtest.h>
 
+#include "../support/scenario.hpp"
 #include "cdprcal/error.hpp"
-#include "scenario.hpp"
 
 namespace cdprcal::test {
 namespace {

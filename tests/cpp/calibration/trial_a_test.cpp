@@ -4,9 +4,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "../support/scenario.hpp"
 #include "../support/shared_data.hpp"
 #include "cdprcal/calibration/calibrate.hpp"
-#include "scenario.hpp"
 
 namespace cdprcal::test {
 namespace {

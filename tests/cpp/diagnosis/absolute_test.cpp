@@ -1,9 +1,9 @@
 // Absolute sensors in the diagnosis: what they read, what effects do to it, and what they decide.
 #include <gtest/gtest.h>
 
+#include "../support/dense.hpp"
 #include "../support/numeric_jacobian.hpp"
-#include "dense.hpp"
-#include "run.hpp"
+#include "../support/run.hpp"
 
 namespace cdprcal {
 namespace {
@@ -38,7 +38,7 @@ DiagnosisModel model_with(const std::vector<const char*>& effects) {
 
 Eigen::VectorXd readings(const DiagnosisModel& model) {
   std::vector<double> out;
-  for (const PoseSystem& pose : linearise(model).poses) {
+  for (const test::PoseSystem& pose : test::poses_of(linearise(model))) {
     for (Eigen::Index row = 0; row < pose.residual.size(); ++row) {
       if (pose.channel[static_cast<std::size_t>(row)] == NoiseGroup::balance) continue;
       out.push_back(pose.residual[row]);
@@ -51,7 +51,7 @@ TEST(AbsoluteSensors, RowsAreTheGeometryLessTheReading) {
   const DiagnosisModel model = model_with({"transmission_ratio", "yaw_drift"});
   const DiagnosisRun& run = model.runs[0];
   const int n = model.robot.cable_count();
-  for (const PoseSystem& pose : linearise(model).poses) {
+  for (const test::PoseSystem& pose : test::poses_of(linearise(model))) {
     const Measurement& m = run.measurements[pose.pose];
     const Pose& at = run.poses[pose.pose];
     const PlatformState state = platform_state(model.robot, at);
@@ -86,7 +86,7 @@ TEST(AbsoluteSensors, AnyOneOfThemHasItsRows) {
       if (kept != NoiseGroup::position) m.position_m.setConstant(kNaN);
     }
     const int rows = kept == NoiseGroup::absolute_yaw ? 1 : kept == NoiseGroup::position ? 3 : 4;
-    for (const PoseSystem& pose : linearise(model).poses) {
+    for (const test::PoseSystem& pose : test::poses_of(linearise(model))) {
       ASSERT_EQ(pose.residual.size(), 2 * 4 + 9 + rows);
       EXPECT_EQ(std::count(pose.channel.begin(), pose.channel.end(), kept), rows);
     }
@@ -102,7 +102,7 @@ TEST_P(AbsoluteColumns, AreTheDerivativesOfTheRows) {
   const Eigen::Index nuisance = system.layout.nuisance(), offsets = system.layout.offsets;
   std::vector<Eigen::Index> kept;
   Eigen::Index row = 0;
-  for (const PoseSystem& pose : system.poses) {
+  for (const test::PoseSystem& pose : test::poses_of(system)) {
     for (const NoiseGroup channel : pose.channel) {
       if (channel != NoiseGroup::balance) kept.push_back(row);
       ++row;

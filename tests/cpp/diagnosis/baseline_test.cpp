@@ -5,8 +5,9 @@
 
 #include <algorithm>
 
+#include "../support/dense.hpp"
+#include "../support/run.hpp"
 #include "cdprcal/error.hpp"
-#include "run.hpp"
 
 namespace cdprcal {
 namespace {
@@ -179,7 +180,7 @@ TEST_F(Baseline, ALogWithoutLoadCellsHasNoBalance) {
   log.tension_setpoint_N.resize(log.sample_count(), 0);
   const DiagnosisModel model = baseline_of(robot, {log});
   const DiagnosisSystem system = linearise(model);
-  for (const PoseSystem& pose : system.poses) {
+  for (const test::PoseSystem& pose : test::poses_of(system)) {
     for (const NoiseGroup channel : pose.channel) EXPECT_NE(channel, NoiseGroup::balance);
   }
   EXPECT_EQ(model.noise[4], 1.0);

@@ -5,9 +5,9 @@
 
 #include <set>
 
+#include "../support/run.hpp"
 #include "cdprcal/effects/reading_faults.hpp"
 #include "cdprcal/error.hpp"
-#include "run.hpp"
 
 namespace cdprcal {
 namespace {

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <numbers>
 
+#include "../support/dense.hpp"
+#include "../support/run.hpp"
 #include "cdprcal/readings/equilibrium_detection.hpp"
 #include "cdprcal/statistics.hpp"
-#include "dense.hpp"
-#include "run.hpp"
 
 namespace cdprcal {
 namespace {

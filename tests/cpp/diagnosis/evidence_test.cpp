@@ -8,9 +8,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
+#include "../support/dense.hpp"
+#include "../support/run.hpp"
 #include "cdprcal/diagnosis/held_out.hpp"
-#include "dense.hpp"
-#include "run.hpp"
 
 namespace cdprcal {
 namespace {
@@ -205,7 +205,7 @@ DiagnosisModel with_noise(DiagnosisModel model, RandomNormal& random) {
     const auto add = [&](auto& values, double level) {
       for (double& v : values) v += level * random();
     };
-    const PoseSystem system = linearise(model).poses[i];
+    const test::PoseSystem system = test::poses_of(linearise(model))[i];
     const auto level = [&](NoiseGroup group) {
       for (std::size_t row = 0; row < system.channel.size(); ++row) {
         if (system.channel[row] == group) return system.scale[static_cast<Eigen::Index>(row)];
@@ -478,13 +478,13 @@ TEST(HeldOutPoses, AreExplainedWithWhatTheOthersTaught) {
   const Dense dense_before = dense(linearise(before)), dense_after = dense(system);
   const std::size_t count = system.poses.size();
   std::vector<Eigen::Index> begin{0};
-  for (const PoseSystem& pose : system.poses) {
+  for (const test::PoseSystem& pose : test::poses_of(system)) {
     begin.push_back(begin.back() + pose.residual.size());
   }
   // Blocks of time: one run after the other. Regions: along the axis in which the poses lie.
   Eigen::MatrixXd position(static_cast<Eigen::Index>(count), 3);
   for (std::size_t i = 0; i < count; ++i) {
-    const PoseSystem& pose = system.poses[i];
+    const test::PoseSystem pose = test::poses_of(system)[i];
     position.row(static_cast<Eigen::Index>(i)) = after.runs[pose.run].poses[pose.pose].position_m;
   }
   const Eigen::MatrixXd centred = position.rowwise() - position.colwise().mean();
@@ -521,7 +521,7 @@ TEST(HeldOutPoses, WithNothingLearntAreOffByWhatTheirOwnPoseLeaves) {
   const HeldOut held = held_out(plain(), plain(), 1);
   NoiseLevels squares{}, freedom{};
   const DiagnosisSystem system = linearise(plain());
-  for (const PoseSystem& pose : system.poses) {
+  for (const test::PoseSystem& pose : test::poses_of(system)) {
     const Eigen::MatrixXd by_pose = pose.by_pose;
     const Eigen::MatrixXd q = by_pose.householderQr().householderQ() *
                               Eigen::MatrixXd::Identity(by_pose.rows(), by_pose.cols());

@@ -6,9 +6,9 @@
 #include <map>
 #include <set>
 
+#include "../support/dense.hpp"
 #include "../support/numeric_jacobian.hpp"
-#include "dense.hpp"
-#include "run.hpp"
+#include "../support/run.hpp"
 
 namespace cdprcal {
 namespace {

@@ -5,10 +5,10 @@
 
 #include <numbers>
 
+#include "../support/dense.hpp"
+#include "../support/run.hpp"
 #include "cdprcal/equilibria/inverse.hpp"
 #include "cdprcal/workspace/grid.hpp"
-#include "dense.hpp"
-#include "run.hpp"
 
 namespace cdprcal {
 namespace {

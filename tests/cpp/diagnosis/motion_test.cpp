@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../support/dense.hpp"
+#include "../support/run.hpp"
 #include "cdprcal/diagnosis/baseline.hpp"
 #include "cdprcal/diagnosis/search.hpp"
-#include "dense.hpp"
-#include "run.hpp"
 
 namespace cdprcal {
 namespace {
@@ -135,7 +135,7 @@ TEST_F(Motion, SamplesStandWhereTheirOwnReadingsWantThemMost) {
   const DiagnosisModel moving = with_motion(model, {log});
   const std::size_t rests = model.runs[0].poses.size();
   ASSERT_GT(moving.runs[0].poses.size(), rests + 20);
-  for (const PoseSystem& pose : linearise(moving).poses) {
+  for (const test::PoseSystem& pose : test::poses_of(linearise(moving))) {
     if (pose.pose < rests) continue;
     ASSERT_EQ(pose.residual.size(), 4 + 4 + 3 + 1 + 4 + 3);
     const Vector6 pull = pose.by_pose.transpose() * pose.residual;
@@ -238,7 +238,7 @@ double correlation_of(const DiagnosisModel& model) {
   double products = 0.0, squares = 0.0;
   Eigen::VectorXd last;
   const DiagnosisSystem system = linearise(model);
-  for (const PoseSystem& pose : system.poses) {
+  for (const test::PoseSystem& pose : test::poses_of(system)) {
     const Measurement& m = model.runs[pose.run].measurements[pose.pose];
     if (m.kind != PoseKind::kinematic_pose || m.samples != 1) {
       last.resize(0);  // what follows is another stretch of motion

@@ -6,9 +6,9 @@
 
 #include <algorithm>
 
+#include "../support/dense.hpp"
+#include "../support/run.hpp"
 #include "cdprcal/diagnosis/events.hpp"
-#include "dense.hpp"
-#include "run.hpp"
 
 namespace cdprcal {
 namespace {

@@ -5,12 +5,12 @@
 #include <Eigen/Cholesky>
 #include <set>
 
+#include "../support/dense.hpp"
+#include "../support/run.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/equilibria/inverse.hpp"
 #include "cdprcal/workspace/grid.hpp"
-#include "dense.hpp"
-#include "run.hpp"
 
 namespace cdprcal {
 namespace {

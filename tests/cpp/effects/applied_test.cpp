@@ -100,13 +100,13 @@ TEST(AppliedEffects, MistakesAreRefusedAtTheirPlace) {
 TEST(AppliedEffects, AreCheckedOnRobotsMadeByHandToo) {
   Robot robot = load_robot("irma4");
   robot.effects = {{"load_cell_bias", "", {{"bias_N", {1, 2, 3}}}}};
-  EXPECT_THROW(finalise(robot), InputError);
+  EXPECT_THROW(check_effects(robot), InputError);
   robot.effects = {{"load_cell_bias", "", {{"bias_N", {1, 2, 3, kNaN}}}}};
-  EXPECT_THROW(finalise(robot), InputError);
+  EXPECT_THROW(check_effects(robot), InputError);
   robot.effects = {{"load_cell_bias", "", {{"bias_N", {1, 2, 3, 4}}, {"gain", {1}}}}};
-  EXPECT_THROW(finalise(robot), InputError);
+  EXPECT_THROW(check_effects(robot), InputError);
   robot.effects = {{"load_cell_bias", "", {{"bias_N", {1, 2, 3, 4}}}}};
-  EXPECT_NO_THROW(finalise(robot));
+  EXPECT_NO_THROW(check_effects(robot));
 }
 
 TEST(AppliedEffects, ReportedUnitsAreTurnedIntoInternalOnes) {

@@ -33,9 +33,9 @@ Eigen::VectorXd residuals_at(const CalibrationProblem& problem,
                              const std::vector<Pose>& whitened_at, const std::vector<Pose>& poses) {
   // Whitening is a constant of a solve: taken where the Jacobian is, not where the residual is.
   Assembly assembly(problem, whitened_at);
-  assembly.cache().update_wrench_whitening(1.0);
+  assembly.poses().update_wrench_whitening(1.0);
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    assembly.cache().set_pose(i, poses[i]);
+    assembly.poses().set_pose(i, poses[i]);
   }
   Eigen::VectorXd residuals;
   Eigen::MatrixXd jacobian;
@@ -50,7 +50,7 @@ void check_all(StaticsModel statics, int max_cables) {
     std::vector<Pose> poses;
     const CalibrationProblem problem = problem_at(at, statics, rng, poses);
     Assembly assembly(problem, poses);
-    assembly.cache().update_wrench_whitening(1.0);
+    assembly.poses().update_wrench_whitening(1.0);
     Eigen::VectorXd residuals;
     Eigen::MatrixXd jacobian;
     assembly.linearise(residuals, jacobian);

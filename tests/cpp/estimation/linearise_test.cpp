@@ -5,8 +5,8 @@
 
 #include <Eigen/LU>
 
+#include "../support/scenario.hpp"
 #include "cdprcal/error.hpp"
-#include "scenario.hpp"
 
 namespace cdprcal::test {
 namespace {

@@ -1,111 +1,179 @@
 // Our minimiser against dense algebra and against Ceres.
-#include "cdprcal/estimation/minimise.hpp"
+#include "cdprcal/estimation/arrowhead.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <Eigen/QR>
+#include <numeric>
+#include <tuple>
 
+#include "../support/scenario.hpp"
 #include "cdprcal/estimation/assembly.hpp"
-#include "scenario.hpp"
 
 namespace cdprcal::test {
 namespace {
 
-/// Rows with random numbers: some of the offsets, then some of their own.
-PoseRows random_rows(int offsets, int own, double share, RandomNormal& random) {
-  PoseRows rows;
-  const auto add = [&](int offset) {
-    const auto r = static_cast<std::size_t>(rows.count++);
-    rows.residual[r] = random();
-    for (double& v : rows.own[r]) v = random();
-    rows.offset[r] = offset;
-    rows.by_offset[r] = offset < 0 ? 0.0 : random();
-  };
-  for (int k = 0; k < offsets; ++k) {
-    if (std::abs(random()) < share) add(k);
+/// Random rows of eight poses at a time, all of the offsets' slots and some more; the last batch's
+/// idle lanes are zero.
+struct RandomBatches {
+  RandomBatches(int pose_count, int offset_count, int own, int column_count, RandomNormal& random)
+      : poses(pose_count), offsets(offset_count), columns(column_count), slots(offset_count + own) {
+    for (int b = 0; b < static_cast<int>(lanes::batches(static_cast<std::size_t>(poses))); ++b) {
+      const auto fill = [&](int numbers) {
+        lanes::Buffer& to =
+            of_batch.emplace_back(lanes::buffer(static_cast<std::size_t>(std::max(numbers, 1))));
+        for (int i = 0; i < numbers * lanes::kLanes; ++i) {
+          to[static_cast<std::size_t>(i)] = 8 * b + i % lanes::kLanes < poses ? random() : 0.0;
+        }
+      };
+      fill(kRow * slots);
+      fill(offsets);
+      fill(slots * columns);
+    }
+    counted.resize(static_cast<std::size_t>(slots));
+    std::iota(counted.begin(), counted.end(), 0);
   }
-  for (int i = 0; i < own; ++i) add(-1);
-  return rows;
+  void add_to(PoseElimination& elimination) const {
+    for (std::size_t b = 0; 3 * b < of_batch.size(); ++b) {
+      elimination.add(of_batch[3 * b].get(), of_batch[3 * b + 1].get(), of_batch[3 * b + 2].get());
+    }
+  }
+  /// Row `slot` of a pose in all unknowns: six a pose, offsets, columns; and its residual.
+  [[nodiscard]] std::pair<Eigen::VectorXd, double> row(int pose, int slot) const {
+    const auto batch = static_cast<std::size_t>(pose / lanes::kLanes);
+    const auto number = [&](std::size_t which, int index) {
+      return of_batch[3 * batch + which]
+                     [static_cast<std::size_t>(index * lanes::kLanes + pose % lanes::kLanes)];
+    };
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(6 * poses + offsets + columns);
+    for (int a = 0; a < 6; ++a) out[6 * pose + a] = number(0, kRow * slot + a);
+    if (slot < offsets) out[6 * poses + slot] = number(1, slot);
+    for (int k = 0; k < columns; ++k) {
+      out[6 * poses + offsets + k] = number(2, slot * columns + k);
+    }
+    return {out, number(0, kRow * slot + 6)};
+  }
+
+  int poses, offsets, columns, slots;
+  std::vector<lanes::Buffer> of_batch;
+  std::vector<int> counted;
+};
+
+class Elimination : public ::testing::TestWithParam<std::tuple<int, int, int>> {};
+
+TEST_P(Elimination, IsTheSchurComplementOfTheDenseNormalEquations) {
+  const auto [offsets, columns, poses] = GetParam();
+  RandomNormal random(static_cast<std::uint64_t>(100 * offsets + 10 * columns + poses));
+  constexpr double kDamping = 0.3;
+  const RandomBatches batches(poses, offsets, 6, columns, random);
+  const int common = offsets + columns, own = 6 * poses;
+  Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(own + common, own + common);
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(own + common);
+  double cost = 0.0;
+  for (int pose = 0; pose < poses; ++pose) {
+    for (int slot = 0; slot < batches.slots; ++slot) {
+      const auto [row, residual] = batches.row(pose, slot);
+      hessian += row * row.transpose();
+      gradient += row * residual;
+      cost += 0.5 * residual * residual;
+    }
+  }
+  PoseElimination elimination(static_cast<std::size_t>(poses), offsets, columns, true);
+  elimination.begin(1.0, batches.counted);
+  batches.add_to(elimination);  // forgotten at the next begin
+  elimination.begin(kDamping, batches.counted);
+  batches.add_to(elimination);
+  const EliminatedSums& sums = elimination.finish();
+  EXPECT_NEAR(sums.cost, cost, 1e-12 * (1.0 + cost));
+  EXPECT_TRUE(sums.raw_gradient.isApprox(gradient.tail(common), 1e-12));
+  EXPECT_TRUE(sums.raw_diagonal.isApprox(hessian.diagonal().tail(common), 1e-12));
+
+  Eigen::MatrixXd damped = hessian;
+  damped.diagonal().head(own) *= 1.0 + kDamping;
+  const Eigen::MatrixXd cross = damped.topRightCorner(own, common);
+  const Eigen::LLT<Eigen::MatrixXd> factor(damped.topLeftCorner(own, own));
+  const Eigen::VectorXd own_gradient = gradient.head(own);
+  Eigen::MatrixXd information = damped.bottomRightCorner(common, common);
+  Eigen::VectorXd reduced = gradient.tail(common);
+  if (poses > 0) {
+    information -= cross.transpose() * factor.solve(cross);
+    reduced -= cross.transpose() * factor.solve(own_gradient);
+    EXPECT_NEAR(sums.decrease, 0.5 * own_gradient.dot(factor.solve(own_gradient)), 1e-9);
+    EXPECT_NEAR(sums.largest_gradient, own_gradient.cwiseAbs().maxCoeff(), 1e-12);
+  }
+  EXPECT_LT((sums.information - information).norm(), 1e-10 * (1.0 + hessian.norm()));
+  EXPECT_LT((sums.gradient - reduced).norm(), 1e-10 * (1.0 + gradient.norm()));
+
+  Eigen::VectorXd step(common);
+  for (double& v : step) v = random();
+  const PoseSteps steps = elimination.back_substitute(step);
+  if (poses == 0) return;
+  const Eigen::VectorXd expected = -factor.solve(own_gradient + cross * step);
+  double damping = 0.0;
+  for (int i = 0; i < poses; ++i) {
+    const double* const at =
+        elimination.steps(static_cast<std::size_t>(i) / lanes::kLanes) + i % lanes::kLanes;
+    const Vector6 moved = Eigen::Map<const Vector6, 0, Eigen::InnerStride<lanes::kLanes>>(at);
+    EXPECT_LT((moved - expected.segment<6>(6 * i)).norm(), 1e-9 * (1.0 + expected.norm()));
+    damping += moved.cwiseAbs2().dot(hessian.diagonal().segment<6>(6 * i));
+  }
+  EXPECT_NEAR(steps.squared_norm, expected.squaredNorm(), 1e-9 * expected.squaredNorm());
+  EXPECT_NEAR(steps.damping, damping, 1e-9 * damping);
 }
 
-TEST(PoseElimination, IsTheSchurComplementOfTheDenseNormalEquations) {
-  for (const int offsets : {1, 9, 17}) {
-    for (const int poses : {0, 1, 7, 8, 9, 30}) {
-      SCOPED_TRACE(std::to_string(offsets) + " offsets, " + std::to_string(poses) + " poses");
-      RandomNormal random(static_cast<std::uint64_t>(100 * offsets + poses));
-      constexpr double kDamping = 0.3;
-      const Eigen::Index size = 6 * poses + offsets;
-      Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(size, size);
-      Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
-      PoseElimination elimination(static_cast<std::size_t>(poses), offsets, true);
-      elimination.begin(1.0);
-      elimination.add(random_rows(offsets, 3, 1.0, random));  // forgotten at the next begin
-      elimination.begin(kDamping);
-      double cost = 0.0;
-      for (int i = 0; i < poses; ++i) {
-        const PoseRows rows = random_rows(offsets, 6 + i % 3, 1.0, random);
-        elimination.add(rows);
-        for (std::size_t r = 0; r < static_cast<std::size_t>(rows.count); ++r) {
-          Eigen::VectorXd row = Eigen::VectorXd::Zero(size);
-          row.segment<6>(6 * i) = Eigen::Map<const Vector6>(rows.own[r].data());
-          if (rows.offset[r] >= 0) row[6 * poses + rows.offset[r]] = rows.by_offset[r];
-          hessian += row * row.transpose();
-          gradient += row * rows.residual[r];
-          cost += 0.5 * rows.residual[r] * rows.residual[r];
-        }
-      }
-      const EliminatedSums& sums = elimination.finish();
-      EXPECT_NEAR(sums.cost, cost, 1e-12 * (1.0 + cost));
-      EXPECT_TRUE(sums.raw_gradient.isApprox(gradient.tail(offsets), 1e-12));
-      EXPECT_TRUE(sums.raw_diagonal.isApprox(hessian.diagonal().tail(offsets), 1e-12));
+TEST_P(Elimination, LeavesOfEachRowWhatADenseFitLeaves) {
+  const auto [offsets, columns, poses] = GetParam();
+  if (poses == 0) return;
+  RandomNormal random(static_cast<std::uint64_t>(7 + 100 * offsets + 10 * columns + poses));
+  const RandomBatches batches(poses, offsets, 9, columns, random);
+  const int common = offsets + columns, own = 6 * poses, rows = poses * batches.slots;
+  Eigen::MatrixXd jacobian(rows, own + common);
+  Eigen::VectorXd residual(rows);
+  for (int i = 0; i < rows; ++i) {
+    const auto [row, value] = batches.row(i / batches.slots, i % batches.slots);
+    jacobian.row(i) = row.transpose();
+    residual[i] = value;
+  }
+  // More is known of the common unknowns than these rows say.
+  Eigen::MatrixXd hessian = jacobian.transpose() * jacobian;
+  hessian.diagonal().tail(common).array() += 5.0;
+  const Eigen::MatrixXd covariance = hessian.inverse();
+  const Eigen::VectorXd leverage = (jacobian * covariance).cwiseProduct(jacobian).rowwise().sum();
+  const Eigen::MatrixXd by_pose = jacobian.leftCols(own);
+  const Eigen::VectorXd left = residual - by_pose * by_pose.colPivHouseholderQr().solve(residual);
 
-      Eigen::MatrixXd damped = hessian;
-      damped.diagonal().head(6 * poses) *= 1.0 + kDamping;
-      const auto own = damped.topLeftCorner(6 * poses, 6 * poses);
-      const auto cross = damped.topRightCorner(6 * poses, offsets);
-      const Eigen::LLT<Eigen::MatrixXd> factor(own);
-      const Eigen::VectorXd own_gradient = gradient.head(6 * poses);
-      Eigen::MatrixXd information = damped.bottomRightCorner(offsets, offsets);
-      Eigen::VectorXd reduced = gradient.tail(offsets);
-      if (poses > 0) {
-        information -= cross.transpose() * factor.solve(cross.eval());
-        reduced -= cross.transpose() * factor.solve(own_gradient);
-        EXPECT_NEAR(sums.decrease, 0.5 * own_gradient.dot(factor.solve(own_gradient)), 1e-9);
-        EXPECT_DOUBLE_EQ(sums.largest_gradient, own_gradient.cwiseAbs().maxCoeff());
-      }
-      EXPECT_LT((sums.information - information).norm(), 1e-10 * (1.0 + hessian.norm()));
-      EXPECT_LT((sums.gradient - reduced).norm(), 1e-10 * (1.0 + gradient.norm()));
-
-      Eigen::VectorXd offset_step(offsets);
-      for (double& v : offset_step) v = random();
-      const PoseSteps steps = elimination.back_substitute(offset_step);
-      if (poses == 0) continue;
-      const Eigen::VectorXd expected = -factor.solve(own_gradient + cross * offset_step);
-      double damping = 0.0;
-      for (int i = 0; i < poses; ++i) {
-        const double* const at =
-            elimination.steps(static_cast<std::size_t>(i) / lanes::kLanes) + i % lanes::kLanes;
-        const Vector6 step = Eigen::Map<const Vector6, 0, Eigen::InnerStride<lanes::kLanes>>(at);
-        EXPECT_LT((step - expected.segment<6>(6 * i)).norm(), 1e-9 * (1.0 + expected.norm()));
-        damping += step.cwiseAbs2().dot(hessian.diagonal().segment<6>(6 * i));
-      }
-      EXPECT_NEAR(steps.squared_norm, expected.squaredNorm(), 1e-9 * expected.squaredNorm());
-      EXPECT_NEAR(steps.damping, damping, 1e-9 * damping);
+  PoseElimination elimination(static_cast<std::size_t>(poses), offsets, columns, true);
+  elimination.begin(1e-14, batches.counted);
+  const lanes::Buffer out = lanes::buffer(2 * static_cast<std::size_t>(batches.slots));
+  const Eigen::MatrixXd of_common = covariance.bottomRightCorner(common, common);
+  for (std::size_t b = 0; 3 * b < batches.of_batch.size(); ++b) {
+    const auto* const of = batches.of_batch.data() + 3 * b;
+    elimination.add(of[0].get(), of[1].get(), of[2].get());
+    elimination.left_over(of[0].get(), of[1].get(), of[2].get(), of_common, out.get());
+    for (int i = 0; i < rows; ++i) {
+      const int pose = i / batches.slots, slot = i % batches.slots;
+      if (static_cast<std::size_t>(pose / lanes::kLanes) != b) continue;
+      const double* const at = out.get() + 2 * slot * lanes::kLanes + pose % lanes::kLanes;
+      EXPECT_NEAR(at[0], left[i], 1e-8);
+      EXPECT_NEAR(at[lanes::kLanes], 1.0 - leverage[i], 1e-8);
     }
   }
 }
 
+INSTANTIATE_TEST_SUITE_P(Sizes, Elimination,
+                         ::testing::Combine(::testing::Values(1, 9, 17), ::testing::Values(0, 1, 5),
+                                            ::testing::Values(0, 1, 7, 8, 9, 30)));
+
 TEST(PoseElimination, APoseThatFewReadingsSeeSaysNothingOfWhatItLeavesOpen) {
   // Three rows cannot determine six unknowns: they are absorbed, and nothing reaches the offsets.
   RandomNormal random(5);
-  PoseElimination elimination(2, 9, false);
-  elimination.begin(1e-14);
-  for (int i = 0; i < 2; ++i) {
-    PoseRows rows = random_rows(3, 0, 1e9, random);
-    ASSERT_EQ(rows.count, 3);
-    elimination.add(rows);
-  }
+  const RandomBatches batches(2, 9, 0, 0, random);
+  PoseElimination elimination(2, 9, 0, false);
+  const std::vector<int> three{0, 1, 2};
+  elimination.begin(1e-14, three);
+  batches.add_to(elimination);
   const EliminatedSums& sums = elimination.finish();
   EXPECT_TRUE(sums.information.allFinite());
   EXPECT_LT(sums.information.norm(), 1e-9);
@@ -166,15 +234,15 @@ TEST(Minimiser, HoldsTheInitialPoseWhereAsked) {
   const std::vector<Pose> guess = disturbed(s.truth, 0.02, 1.0 * kDegree, 5);
   const CalibrationProblem problem = completed(s.problem, guess);
   Assembly assembly(problem, guess);
-  assembly.cache().update_wrench_whitening(1.0);
+  assembly.poses().update_wrench_whitening(1.0);
   const double before = assembly.cost();
-  const MinimiserSummary summary = Minimiser(assembly).minimise({.hold_initial_pose = true});
+  const MinimiserSummary summary = assembly.minimise({.hold_initial_pose = true});
   EXPECT_TRUE(summary.converged);
-  EXPECT_EQ(assembly.cache().pose(0).position_m, guess[0].position_m);
-  EXPECT_EQ(assembly.cache().pose(0).rotation.coeffs(), guess[0].rotation.coeffs());
+  EXPECT_EQ(assembly.poses().pose(0).position_m, guess[0].position_m);
+  EXPECT_EQ(assembly.poses().pose(0).rotation.coeffs(), guess[0].rotation.coeffs());
   const double held = assembly.cost();
   EXPECT_LT(held, before);
-  Minimiser(assembly).minimise({});
+  assembly.minimise({});
   EXPECT_LT(assembly.cost(), held);
 }
 
@@ -184,7 +252,7 @@ TEST(Minimiser, AStateOutsideTheGeometryIsNotUsable) {
   guess[3].position_m.setConstant(kNaN);
   const CalibrationProblem problem = completed(s.problem, s.truth);
   Assembly assembly(problem, guess);
-  EXPECT_FALSE(Minimiser(assembly).minimise({}).usable);
+  EXPECT_FALSE(assembly.minimise({}).usable);
   EXPECT_TRUE(std::isnan(assembly.cost()));
 }
 
@@ -193,8 +261,8 @@ TEST(Minimiser, StopsAfterTheIterationsAllowed) {
   const std::vector<Pose> guess = disturbed(s.truth, 0.05, 3.0 * kDegree, 5);
   const CalibrationProblem problem = completed(s.problem, guess);
   Assembly assembly(problem, guess);
-  assembly.cache().update_wrench_whitening(100.0);
-  const MinimiserSummary summary = Minimiser(assembly).minimise({.max_iterations = 1});
+  assembly.poses().update_wrench_whitening(100.0);
+  const MinimiserSummary summary = assembly.minimise({.max_iterations = 1});
   EXPECT_TRUE(summary.usable);
   EXPECT_FALSE(summary.converged);
   EXPECT_LE(summary.evaluations, 2);

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "plan_robots.hpp"
+#include "../support/plan_robots.hpp"
 
 namespace cdprcal {
 namespace {

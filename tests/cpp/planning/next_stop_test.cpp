@@ -9,10 +9,10 @@
 #include <algorithm>
 #include <set>
 
+#include "../support/plan_robots.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/estimation/linearise.hpp"
 #include "cdprcal/planning/observability.hpp"
-#include "plan_robots.hpp"
 
 namespace cdprcal {
 namespace {

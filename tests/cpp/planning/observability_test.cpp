@@ -7,9 +7,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "../support/plan_robots.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/synthetic/synthetic.hpp"
-#include "plan_robots.hpp"
 
 namespace cdprcal {
 namespace {

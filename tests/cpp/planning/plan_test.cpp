@@ -7,11 +7,11 @@
 #include <algorithm>
 #include <set>
 
+#include "../support/plan_robots.hpp"
 #include "../support/table2.hpp"
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/planning/observability.hpp"
-#include "plan_robots.hpp"
 
 namespace cdprcal {
 namespace {

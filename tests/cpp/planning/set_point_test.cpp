@@ -3,10 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include "../support/plan_robots.hpp"
 #include "../support/table2.hpp"
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/error.hpp"
-#include "plan_robots.hpp"
 
 namespace cdprcal {
 namespace {

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <complex>
 
+#include "../support/plan_robots.hpp"
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/synthetic/synthetic.hpp"
-#include "plan_robots.hpp"
 
 namespace cdprcal {
 namespace {

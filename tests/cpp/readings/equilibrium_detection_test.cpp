@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "../calibration/scenario.hpp"
+#include "../support/scenario.hpp"
 #include "../support/shared_data.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/readings/equilibrium_detection.hpp"

@@ -1,9 +1,9 @@
 // The plant's mechanics, against what statics, algebra and conservation laws say.
 #include <Eigen/Eigenvalues>
 
+#include "../support/startup_scenario.hpp"
 #include "cdprcal/statics/natural_frequencies.hpp"
 #include "cdprcal/statics/wrench.hpp"
-#include "startup_scenario.hpp"
 
 namespace cdprcal::test {
 namespace {

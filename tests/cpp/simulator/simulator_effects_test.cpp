@@ -3,10 +3,10 @@
 #include <functional>
 #include <memory>
 
+#include "../support/startup_scenario.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
 #include "cdprcal/statics/wrench.hpp"
-#include "startup_scenario.hpp"
 
 namespace cdprcal::test {
 namespace {

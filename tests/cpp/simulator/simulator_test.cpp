@@ -1,6 +1,6 @@
 // The simulated robot as its user sees it: readings, commands, seeds.
+#include "../support/startup_scenario.hpp"
 #include "cdprcal/error.hpp"
-#include "startup_scenario.hpp"
 
 namespace cdprcal::test {
 namespace {

@@ -1,7 +1,7 @@
 // Faults, one by one: each ends in the safe state, with its reason, and the log is kept.
 #include <gmock/gmock.h>
 
-#include "startup_scenario.hpp"
+#include "../support/startup_scenario.hpp"
 
 namespace cdprcal::test {
 namespace {

@@ -1,9 +1,9 @@
 // The start-up procedure step by step: ended early, sent elsewhere, disturbed, used wrongly.
 #include <gmock/gmock.h>
 
+#include "../support/startup_scenario.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/statics/natural_frequencies.hpp"
-#include "startup_scenario.hpp"
 
 namespace cdprcal::test {
 namespace {

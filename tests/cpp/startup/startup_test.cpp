@@ -1,6 +1,6 @@
 // The start-up procedure on the simulated robot: it ends, within its limits, at rest.
+#include "../support/startup_scenario.hpp"
 #include "cdprcal/error.hpp"
-#include "startup_scenario.hpp"
 
 namespace cdprcal::test {
 namespace {

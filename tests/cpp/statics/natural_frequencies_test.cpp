@@ -5,8 +5,8 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "../support/plan_robots.hpp"
 #include "cdprcal/equilibria/direct.hpp"
-#include "plan_robots.hpp"
 
 namespace cdprcal {
 namespace {

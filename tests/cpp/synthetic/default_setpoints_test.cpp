@@ -2,10 +2,10 @@
 #include <gmock/gmock.h>
 
 #include "../support/random_robot.hpp"
+#include "../support/startup_scenario.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/simulator/random_start.hpp"
 #include "cdprcal/startup/path_model.hpp"
-#include "startup_scenario.hpp"
 
 namespace cdprcal::test {
 namespace {

@@ -1,8 +1,8 @@
 // Logs that the project makes itself: what their options say, and nothing else.
 #include <gmock/gmock.h>
 
+#include "../support/startup_scenario.hpp"
 #include "cdprcal/error.hpp"
-#include "startup_scenario.hpp"
 
 namespace cdprcal::test {
 namespace {

@@ -6,6 +6,7 @@
 
 #include <Eigen/LU>
 #include <Eigen/QR>
+#include <numeric>
 
 #include "cdprcal/diagnosis/baseline.hpp"
 #include "run.hpp"
@@ -55,12 +56,50 @@ struct Dense {
   }
 };
 
+/// The rows of one pose, in the order of their channels.
+struct PoseSystem {
+  std::size_t run = 0, pose = 0;
+  std::vector<NoiseGroup> channel;
+  std::vector<int> component;
+  Eigen::VectorXd scale, residual, freedom;
+  Eigen::MatrixXd by_pose, by_common;
+  Eigen::VectorXd free_residual;   ///< of which no move of the pose explains anything
+  Eigen::MatrixXd free_by_common;  ///< likewise
+};
+
+inline std::vector<PoseSystem> poses_of(const DiagnosisSystem& system) {
+  std::vector<PoseSystem> out;
+  for (const DiagnosisSystem::PoseRange& pose : system.poses) {
+    std::vector<Eigen::Index> order(static_cast<std::size_t>(pose.size));
+    std::iota(order.begin(), order.end(), pose.begin);
+    const auto row = [&](Eigen::Index i) { return system.rows[static_cast<std::size_t>(i)]; };
+    std::stable_sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
+      return static_cast<int>(row(a).channel) % kRestGroups <
+             static_cast<int>(row(b).channel) % kRestGroups;
+    });
+    PoseSystem& to = out.emplace_back();
+    to.run = pose.run, to.pose = pose.pose;
+    to.scale.resize(pose.size);
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      to.channel.push_back(row(order[i]).channel);
+      to.component.push_back(row(order[i]).component);
+      to.scale[static_cast<Eigen::Index>(i)] = row(order[i]).scale;
+    }
+    to.residual = system.residual(order);
+    to.freedom = system.freedom(order);
+    to.by_pose = system.by_pose(order, Eigen::all);
+    to.by_common = system.by_common(order, Eigen::all);
+    to.free_residual = system.free_residual(order);
+    to.free_by_common = system.free_by_common(order, Eigen::all);
+  }
+  return out;
+}
+
 inline Dense dense(const DiagnosisSystem& system) {
-  Eigen::Index rows = 0;
-  for (const PoseSystem& pose : system.poses) rows += pose.residual.size();
-  const Eigen::Index nuisance = system.layout.nuisance();
+  const std::vector<PoseSystem> poses = poses_of(system);
+  const Eigen::Index rows = system.residual.size(), nuisance = system.layout.nuisance();
   Dense out;
-  out.poses = 6 * static_cast<Eigen::Index>(system.poses.size());
+  out.poses = 6 * static_cast<Eigen::Index>(poses.size());
   out.jacobian.setZero(rows, out.poses + nuisance);
   out.residual.resize(rows);
   out.precision.setZero(out.poses + nuisance);
@@ -68,7 +107,7 @@ inline Dense dense(const DiagnosisSystem& system) {
   out.precision.tail(nuisance) = system.prior_precision;
   out.prior_residual.tail(nuisance) = system.prior_residual;
   Eigen::Index row = 0, column = 0;
-  for (const PoseSystem& pose : system.poses) {
+  for (const PoseSystem& pose : poses) {
     const Eigen::Index count = pose.residual.size();
     out.jacobian.block(row, column, count, 6) = pose.by_pose;
     out.jacobian.block(row, out.poses, count, nuisance) = pose.by_common.leftCols(nuisance);
@@ -138,7 +177,7 @@ inline const DiagnosisModel& few_readings() {
       for (std::size_t i = m.runs[0].measurements.size() - 1; i > 0; --i) {
         for (DiagnosisRun& run : m.runs) {
           for (int k = 0; k < 4; ++k) {
-            if (channel_sums(linearise(m)).freedom[channel] < below) return;
+            if (channel_sums(m).freedom[channel] < below) return;
             take_out(run.measurements[i], k);
           }
         }

@@ -1,4 +1,4 @@
-// All models and Jacobians at the current poses, evaluated once a step and read by every residual.
+// The poses of a calibration, and how its readings there are weighed.
 #pragma once
 
 #include <array>
@@ -8,12 +8,12 @@
 
 namespace cdprcal {
 
-/// Holds the poses, their evaluations, and the weights of the readings there.
-class PoseCache {
+/// Poses, and the weights of the readings there.
+class WeighedPoses {
  public:
-  PoseCache(const CalibrationProblem& problem, const std::vector<Pose>& poses);
-  PoseCache(const PoseCache&) = delete;
-  PoseCache& operator=(const PoseCache&) = delete;
+  WeighedPoses(const CalibrationProblem& problem, const std::vector<Pose>& poses);
+  WeighedPoses(const WeighedPoses&) = delete;
+  WeighedPoses& operator=(const WeighedPoses&) = delete;
 
   /// The problem's robot with the geometry of its effects.
   [[nodiscard]] const Robot& robot() const { return changed_ ? *changed_ : problem_.robot; }
@@ -22,17 +22,10 @@ class PoseCache {
   void set_pose(std::size_t index, const Pose& pose) { poses_[index] = pose; }
   [[nodiscard]] std::size_t size() const { return poses_.size(); }
 
-  /// Evaluates, with derivatives, what has moved since it was evaluated.
-  void update();
-  /// The same for ζ0 alone.
-  void update_initial();
-  /// As of the last update.
-  [[nodiscard]] const PoseEvaluation& operator[](std::size_t pose) const {
-    return evaluations_[pose];
-  }
-  /// The models of one measurement at any pose, with derivatives.
-  void evaluate(std::size_t index, const Pose& at, PoseEvaluation& out) const;
   /// 1/σ of a reading of a channel at a pose (the balance: of a tension, without graduation).
+  [[nodiscard]] const std::array<double, kChannels>& weights(std::size_t pose) const {
+    return weights_[pose];
+  }
   [[nodiscard]] double weight(std::size_t pose, Channel channel) const {
     return weights_[pose][static_cast<std::size_t>(channel)];
   }
@@ -59,8 +52,6 @@ class PoseCache {
   }
 
  private:
-  /// Evaluates one pose if it has moved.
-  void update(std::size_t pose);
   /// The poses in balance that have moved since `known_at`, which then says so.
   [[nodiscard]] std::vector<std::size_t> moved(std::vector<Pose>& known_at) const;
 
@@ -68,10 +59,8 @@ class PoseCache {
   std::optional<Robot> changed_;  ///< where there are effects
   std::vector<Pose> poses_;
   std::vector<StaticsModel> statics_;
-  std::vector<PoseEvaluation> evaluations_;
-  std::vector<Pose> evaluated_at_;  ///< where evaluations_ belong; NaN: nowhere yet
-  std::vector<Pose> whitened_at_;   ///< where axes_ belong; NaN: nowhere yet
-  std::vector<Pose> rooted_at_;     ///< where roots_ belong; NaN: nowhere yet
+  std::vector<Pose> whitened_at_;  ///< where axes_ belong; NaN: nowhere yet
+  std::vector<Pose> rooted_at_;    ///< where roots_ belong; NaN: nowhere yet
   std::vector<Matrix6> whitening_;
   std::vector<Matrix6> axes_;   ///< of the tensions' part of the balance, in units of the model's
   std::vector<Matrix6> roots_;  ///< whitening without principal axes, at graduation 1

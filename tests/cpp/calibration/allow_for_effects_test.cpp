@@ -1,11 +1,11 @@
-#include "cdprcal/diagnosis/allow_for_effects.hpp"
+#include "cdprcal/calibration/allow_for_effects.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
 
+#include "../support/run.hpp"
 #include "cdprcal/diagnosis/baseline.hpp"
-#include "run.hpp"
 
 namespace cdprcal {
 namespace {
@@ -19,6 +19,12 @@ SyntheticLog made(bool absolute = false) {
   options.dwell_s = 4.0;
   options.move_s = 4.0;
   return synthetic_log(robot, default_setpoints(robot, 2, 2, 2), options);
+}
+
+CalibrateOptions unasked() {
+  CalibrateOptions options;
+  options.allow_for_effects = false;
+  return options;
 }
 
 Log biased(Log log) {
@@ -35,9 +41,9 @@ void expect_same(const Calibration& a, const Calibration& b) {
 TEST(AllowForEffects, ChangesNothingWhereTheModelFits) {
   const Robot robot = load_robot("irma4");
   const Log log = made().log;
-  const Calibration plain = calibrate(robot, log);
+  const Calibration plain = calibrate(robot, log, unasked());
   EXPECT_EQ(misfit(plain), "");
-  expect_same(calibrate_allowing_for_effects(robot, log), plain);
+  expect_same(calibrate(robot, log), plain);
 }
 
 TEST(AllowForEffects, ChangesNothingUnasked) {
@@ -45,20 +51,21 @@ TEST(AllowForEffects, ChangesNothingUnasked) {
   const Log log = biased(made().log);
   CalibrateOptions options;
   options.allow_for_effects = false;
-  expect_same(calibrate_allowing_for_effects(robot, log, options), calibrate(robot, log, options));
-  options.allow_for_effects = true;
   options.noise = NoiseSource::specified;  // the user's word against the residuals'
-  expect_same(calibrate_allowing_for_effects(robot, log, options), calibrate(robot, log, options));
+  const Calibration plain = calibrate(robot, log, options);
+  options.allow_for_effects = true;
+  expect_same(calibrate(robot, log, options), plain);
+  EXPECT_EQ(plain.result.reason.find("allow for"), std::string::npos);
 }
 
 TEST(AllowForEffects, CountsWhatAnErrorThatAllReadingsShareCanDo) {
   const Robot robot = load_robot("irma4");
   const SyntheticLog truth = made();
   const Log log = biased(truth.log);
-  const Calibration plain = calibrate(robot, log);
+  const Calibration plain = calibrate(robot, log, unasked());
   ASSERT_EQ(plain.result.status, CalibrationStatus::converged) << plain.result.reason;
   EXPECT_NE(misfit(plain).find("the balance by "), std::string::npos) << misfit(plain);
-  const Calibration allowing = calibrate_allowing_for_effects(robot, log);
+  const Calibration allowing = calibrate(robot, log);
   EXPECT_NE(allowing.result.reason.find("the model misfits " + misfit(plain)), std::string::npos);
   EXPECT_NE(allowing.result.reason.find("allow for every known effect"), std::string::npos);
   const Vector6 error = minus(allowing.result.poses.front(), truth.poses.front());
@@ -76,10 +83,10 @@ TEST(AllowForEffects, AbsoluteSensorsAreInTheLargerModel) {
   // A tracker says where the platform is, whatever else may be wrong with the robot.
   const Robot robot = load_robot("irma4");
   const SyntheticLog truth = made(true);
-  const Calibration allowing = calibrate_allowing_for_effects(robot, biased(truth.log));
+  const Calibration allowing = calibrate(robot, biased(truth.log));
   ASSERT_EQ(allowing.result.status, CalibrationStatus::converged) << allowing.result.reason;
   EXPECT_NE(allowing.result.reason.find("allow for every known effect"), std::string::npos);
-  const Calibration without = calibrate_allowing_for_effects(robot, biased(made().log));
+  const Calibration without = calibrate(robot, biased(made().log));
   EXPECT_LT(allowing.result.standard_deviation.head<3>().maxCoeff(), robot.sigma.position_m);
   EXPECT_GT(without.result.standard_deviation.head<3>().maxCoeff(), robot.sigma.position_m);
   const Vector6 error = minus(allowing.result.poses.front(), truth.poses.front());
@@ -161,13 +168,13 @@ DiagnosisModel everything_in(const Robot& robot, const Log& log) {
     if (effect->needs_motion()) continue;
     model.effects.push_back({effect, EffectValues::Zero(effect->size(robot.cable_count()))});
   }
-  start_noise(model, calibrate(robot, log).sample_noise);
+  start_noise(model, calibrate(robot, log, unasked()).sample_noise);
   EXPECT_TRUE(fit_with_noise(model));
   return model;
 }
 
 void expect_the_diagnosis_model(const Robot& robot, const Log& log) {
-  const Calibration allowing = calibrate_allowing_for_effects(robot, log);
+  const Calibration allowing = calibrate(robot, log);
   ASSERT_NE(allowing.result.reason.find("allow for every known effect"), std::string::npos)
       << allowing.result.reason;
   ASSERT_GT(allowing.kinematic_poses, 5);  // of which none but the first may count
@@ -179,7 +186,7 @@ void expect_the_diagnosis_model(const Robot& robot, const Log& log) {
   const PlatformState initial =
       platform_state(with_effects(robot, model.active(0)), model.runs[0].poses.front());
   // Nearer to it by far than without the allowance.
-  const CalibrationResult plain = calibrate(robot, log).result;
+  const CalibrationResult plain = calibrate(robot, log, unasked()).result;
   const auto off_m = [&](const CableVector& v) { return (v - initial.length_m()).norm(); };
   const auto off_rad = [&](const CableVector& v) { return (v - initial.swivel_rad()).norm(); };
   EXPECT_LT(off_m(allowing.result.initial_length_m), 0.3 * off_m(plain.initial_length_m));
@@ -200,18 +207,17 @@ TEST(AllowForEffects, AReferenceInMotionIsPartOfIt) {
   const Log whole = biased(made().log);
   const Log log = test::cut(whole, 52, whole.sample_count() - 52);  // from the first move on
   const Robot robot = load_robot("irma4");
-  const Calibration plain = calibrate(robot, log);
+  const Calibration plain = calibrate(robot, log, unasked());
   ASSERT_EQ(plain.problem.measurements[0].kind, PoseKind::kinematic_pose);
   expect_the_diagnosis_model(robot, log);
-  EXPECT_NE(calibrate_allowing_for_effects(robot, log).result.poses[0].position_m,
-            plain.result.poses[0].position_m);
+  EXPECT_NE(calibrate(robot, log).result.poses[0].position_m, plain.result.poses[0].position_m);
 }
 
 TEST(AllowForEffects, RestsMoveAndWhatIsInMotionStays) {
   const Robot robot = load_robot("irma4");
   const Log log = biased(made().log);
-  const Calibration plain = calibrate(robot, log);
-  const Calibration allowing = calibrate_allowing_for_effects(robot, log);
+  const Calibration plain = calibrate(robot, log, unasked());
+  const Calibration allowing = calibrate(robot, log);
   const DiagnosisModel model = everything_in(robot, log);
   const std::vector<Measurement>& readings = plain.problem.measurements;
   ASSERT_EQ(allowing.result.poses.size(), readings.size());
@@ -231,7 +237,7 @@ TEST(AllowForEffects, RestsMoveAndWhatIsInMotionStays) {
 
 TEST(AllowForEffects, OnlyForAPoseThatIsClaimed) {
   const Robot robot = load_robot("irma4");
-  Calibration c = calibrate(robot, biased(made().log));
+  Calibration c = calibrate(robot, biased(made().log), unasked());
   ASSERT_NE(misfit(c), "");
   const Calibration before = c;
   c.result.status = CalibrationStatus::not_converged;
@@ -241,7 +247,7 @@ TEST(AllowForEffects, OnlyForAPoseThatIsClaimed) {
 
 TEST(AllowForEffects, SaysSoWhereTheLargerFitDoesNotSettle) {
   const Robot robot = load_robot("irma4");
-  Calibration c = calibrate(robot, biased(made().log));
+  Calibration c = calibrate(robot, biased(made().log), unasked());
   c.result.poses[5].position_m.setConstant(kNaN);  // of a rest
   const Calibration before = c;
   allow_for_effects({}, c);

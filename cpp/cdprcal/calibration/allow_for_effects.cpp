@@ -1,10 +1,9 @@
-#include "cdprcal/diagnosis/allow_for_effects.hpp"
+#include "cdprcal/calibration/allow_for_effects.hpp"
 
 #include <cstdio>
 
-#include "cdprcal/diagnosis/diagnose.hpp"
-#include "cdprcal/diagnosis/model.hpp"
 #include "cdprcal/effects/applied.hpp"
+#include "cdprcal/estimation/model.hpp"
 
 namespace cdprcal {
 namespace {
@@ -109,13 +108,6 @@ void allow_for_effects(const CalibrateOptions& options, Calibration& calibration
   result.initial_swivel_rad = initial.swivel_rad();
   result.reason +=
       "; the pose and its uncertainty allow for every known effect at its typical size";
-}
-
-Calibration calibrate_allowing_for_effects(const Robot& robot, const Log& log,
-                                           const CalibrateOptions& options) {
-  Calibration out = calibrate(robot, log, options);
-  allow_for_effects(options, out);
-  return out;
 }
 
 }  // namespace cdprcal

@@ -1,4 +1,4 @@
-#include "cdprcal/estimation/pose_cache.hpp"
+#include "cdprcal/estimation/weighed_poses.hpp"
 
 #include <Eigen/Eigenvalues>
 
@@ -15,7 +15,7 @@ Pose nowhere() { return {Vector3::Constant(kNaN), Eigen::Quaterniond::Identity()
 
 }  // namespace
 
-PoseCache::PoseCache(const CalibrationProblem& problem, const std::vector<Pose>& poses)
+WeighedPoses::WeighedPoses(const CalibrationProblem& problem, const std::vector<Pose>& poses)
     : problem_(problem), poses_(poses) {
   if (!problem.effects.empty()) changed_ = with_effects(problem.robot, problem.effects);
   statics_.reserve(poses.size());
@@ -44,34 +44,7 @@ PoseCache::PoseCache(const CalibrationProblem& problem, const std::vector<Pose>&
   }
 }
 
-void PoseCache::evaluate(std::size_t index, const Pose& at, PoseEvaluation& out) const {
-  evaluate_pose(robot(), problem_.measurements[index], at, statics_[index],
-                problem_.left_inverse_rows, problem_.effects, true, out);
-}
-
-void PoseCache::update() {
-  if (evaluations_.size() < poses_.size()) {  // large: not before they are asked for
-    evaluations_.resize(poses_.size());
-    evaluated_at_.resize(poses_.size(), nowhere());
-  }
-  for (std::size_t i = 0; i < poses_.size(); ++i) update(i);
-}
-
-void PoseCache::update_initial() {
-  if (evaluations_.empty()) {
-    evaluations_.resize(1);
-    evaluated_at_.assign(1, nowhere());
-  }
-  update(0);
-}
-
-void PoseCache::update(std::size_t pose) {
-  if (same(evaluated_at_[pose], poses_[pose])) return;
-  evaluated_at_[pose] = poses_[pose];
-  evaluate(pose, poses_[pose], evaluations_[pose]);
-}
-
-std::vector<std::size_t> PoseCache::moved(std::vector<Pose>& known_at) const {
+std::vector<std::size_t> WeighedPoses::moved(std::vector<Pose>& known_at) const {
   std::vector<std::size_t> out;
   for (std::size_t i = 0; i < poses_.size(); ++i) {
     if (statics_[i] != StaticsModel::wrench || same(known_at[i], poses_[i])) continue;
@@ -81,7 +54,7 @@ std::vector<std::size_t> PoseCache::moved(std::vector<Pose>& known_at) const {
   return out;
 }
 
-void PoseCache::update_wrench_whitening(double graduation) {
+void WeighedPoses::update_wrench_whitening(double graduation) {
   graduation_ = graduation;
   ++weights_version_;
   if (whitening_.empty()) return;
@@ -104,7 +77,7 @@ void PoseCache::update_wrench_whitening(double graduation) {
   }
 }
 
-void PoseCache::update_wrench_weights(double graduation) {
+void WeighedPoses::update_wrench_weights(double graduation) {
   graduation_ = graduation;
   ++weights_version_;
   if (whitening_.empty()) return;

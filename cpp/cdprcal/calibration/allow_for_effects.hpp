@@ -21,8 +21,4 @@ std::string misfit(const Calibration& calibration);
 /// misfit).
 void allow_for_effects(const CalibrateOptions& options, Calibration& calibration);
 
-/// calibrate, then allow_for_effects: what `cdprcal calibrate` and cdprcal-solve do.
-Calibration calibrate_allowing_for_effects(const Robot& robot, const Log& log,
-                                           const CalibrateOptions& options = {});
-
 }  // namespace cdprcal

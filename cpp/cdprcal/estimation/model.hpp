@@ -1,14 +1,13 @@
-// The diagnosis' own view of a robot's runs: poses, offsets, effects and noise, all estimated
-// together and linearised into one system per pose.
+// A robot's runs with everything in them estimated together: poses, offsets, values of effects
+// under their priors, and noise.
 #pragma once
 
-#include <Eigen/QR>
 #include <array>
 #include <string>
 #include <vector>
 
-#include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/effects/catalogue.hpp"
+#include "cdprcal/readings/noise.hpp"
 
 namespace cdprcal {
 
@@ -73,31 +72,6 @@ struct DiagnosisModel {
   [[nodiscard]] ActiveEffects active(std::size_t run) const;
 };
 
-/// Rows of one pose: at most three a cable, four angles, six of the balance, three of the position.
-/// They never allocate.
-inline constexpr int kMostPoseRows = 3 * kMaxCables + 13;
-using PoseRowValues = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostPoseRows, 1>;
-using PoseRowsByTwist = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::ColMajor, kMostPoseRows, 6>;
-using PoseProjection = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
-                                     kMostPoseRows, kMostPoseRows>;
-
-/// One pose's residuals and derivatives, whitened, and their part that its own six unknowns cannot
-/// explain (the projection Q2 off the pose).
-struct PoseSystem {
-  std::size_t run = 0, pose = 0;
-  std::vector<NoiseGroup> channel;  ///< of each row
-  std::vector<int> component;       ///< cable, angle, axis or wrench row of each row
-  PoseRowValues scale;              ///< unwhitened = whitened · scale (balance rows: 1)
-  PoseRowValues residual;           ///< (model − reading) / σ
-  PoseRowsByTwist by_pose;          ///< m × 6
-  Eigen::MatrixXd by_common;        ///< m × columns
-  Eigen::ColPivHouseholderQR<PoseRowsByTwist> factor;  ///< of by_pose
-  PoseRowValues reduced;                               ///< Q2ᵀ residual
-  Eigen::MatrixXd reduced_by_common;                   ///< Q2ᵀ by_common
-  /// Q2, m × (m − rank).
-  [[nodiscard]] PoseProjection projection() const;
-};
-
 /// Columns of the common unknowns: offsets of all runs, accepted effects, candidates.
 struct CommonLayout {
   int offsets = 0, accepted = 0, candidates = 0;
@@ -107,9 +81,30 @@ struct CommonLayout {
   [[nodiscard]] int size() const { return offsets + accepted + candidates; }
 };
 
+/// What a row of a system is.
+struct SystemRow {
+  NoiseGroup channel = NoiseGroup::length;
+  int component = 0;   ///< cable, angle, axis or wrench row
+  double scale = 1.0;  ///< unwhitened = whitened · scale (balance rows: in units of its covariance)
+};
+
+/// The model's residuals and derivatives, whitened, pose after pose; and the part of them that a
+/// pose's own six unknowns cannot explain (the projection M off the pose).
 struct DiagnosisSystem {
+  /// The rows of one pose.
+  struct PoseRange {
+    std::size_t run = 0, pose = 0;
+    Eigen::Index begin = 0, size = 0;
+  };
   CommonLayout layout;
-  std::vector<PoseSystem> poses;
+  std::vector<PoseRange> poses;
+  std::vector<SystemRow> rows;
+  Eigen::VectorXd residual;                          ///< (model − reading) / σ
+  Eigen::Matrix<double, Eigen::Dynamic, 6> by_pose;  ///< of each row's own pose
+  Eigen::MatrixXd by_common;
+  Eigen::VectorXd free_residual;    ///< M · residual
+  Eigen::MatrixXd free_by_common;   ///< M · by_common
+  Eigen::VectorXd freedom;          ///< diagonal of M
   Eigen::VectorXd prior_precision;  ///< 1/σ² of the accepted effects' values, 0 for offsets
   Eigen::VectorXd prior_residual;   ///< values/σ of the accepted effects (offsets: 0)
   bool valid = true;
@@ -121,17 +116,22 @@ using Candidates = std::vector<std::shared_ptr<const Effect>>;
 /// their prior σ (so one unit is one typical size).
 DiagnosisSystem linearise(const DiagnosisModel& model, const Candidates& candidates = {});
 
+/// 1/σ² of the prior of each value of the effects, in the order of their columns.
+Eigen::VectorXd prior_precision(const DiagnosisModel& model);
+
 /// Information about the offsets and the accepted effects' values with the poses left free, their
-/// prior included; and its inverse.
-Eigen::MatrixXd information(const DiagnosisSystem& system);
-Eigen::MatrixXd covariance(const DiagnosisSystem& system);
+/// prior included; and its inverse. NaN where the model cannot be evaluated.
+Eigen::MatrixXd information(const DiagnosisModel& model);
+Eigen::MatrixXd covariance(const DiagnosisModel& model);
 
-/// ½ Σ (residual/σ)² + prior.
-double penalised_cost(const DiagnosisSystem& system);
+/// ½ Σ (residual/σ)² + prior; NaN where the model cannot be evaluated.
+double penalised_cost(const DiagnosisModel& model);
 
-/// Gauss–Newton to the maximum a posteriori at the present noise levels. Returns whether it
-/// settled.
-bool fit(DiagnosisModel& model, int max_steps = 30);
+/// Steps of a fit before it is called lost.
+inline constexpr int kMostFitSteps = 100;
+
+/// To the maximum a posteriori at the present noise levels. Returns whether it settled.
+bool fit(DiagnosisModel& model, int max_steps = kMostFitSteps);
 
 /// The noise to begin with: the robot file's σ, not below the readings' own ripple (that of one
 /// reading, a channel: `sample_noise`) in the mean over an average rest. Fills in rest_samples too.
@@ -145,10 +145,16 @@ double estimate_noise(DiagnosisModel& model);
 /// that of its residuals in any case.
 bool fit_with_noise(DiagnosisModel& model);
 
-/// Degrees of freedom that the leverages leave each channel, and its whitened sum of squares.
+/// Degrees of freedom that the leverages leave each channel, and its whitened sum of squares where
+/// every pose goes where its own readings want it.
 struct ChannelSums {
+  bool valid = false;  ///< false: the model cannot be evaluated
   NoiseLevels freedom{}, squares{};
 };
-ChannelSums channel_sums(const DiagnosisSystem& system);
+ChannelSums channel_sums(const DiagnosisModel& model);
+
+/// Covariance of the initial pose of run `run` under the model's noise, effects estimated too. NaN
+/// where the model cannot be evaluated, or has no such run.
+Matrix6 initial_pose_covariance(const DiagnosisModel& model, std::size_t run);
 
 }  // namespace cdprcal

@@ -1,0 +1,215 @@
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+
+#include "cdprcal/estimation/model_fit.hpp"
+
+namespace cdprcal {
+namespace {
+
+std::vector<EstimatedRun> estimated_runs(ModelRows& rows) {
+  std::vector<EstimatedRun> out;
+  for (std::size_t r = 0; r < rows.model().runs.size(); ++r) {
+    EstimatedRun& run = out.emplace_back(rows.run(r), rows.layout().accepted);
+    run.poses = rows.poses(r);
+    run.offsets = rows.offsets(r);
+    for (int o = 0; o < run.offsets.size(); ++o) run.free_offsets.push_back(o);
+  }
+  return out;
+}
+
+/// Rows count offsets from the model, a model from its readings: the other sign.
+void turn_offsets(const DiagnosisModel& model, Eigen::MatrixXd& matrix) {
+  const auto values = [&] {
+    Eigen::Index size = 0;
+    for (const EffectTerm& term : model.effects) size += term.values.size();
+    return size;
+  }();
+  const Eigen::Index offsets = matrix.rows() - values;
+  matrix.topRightCorner(offsets, values) *= -1.0;
+  matrix.bottomLeftCorner(values, offsets) *= -1.0;
+}
+
+}  // namespace
+
+Eigen::VectorXd prior_precision(const DiagnosisModel& model) {
+  Eigen::VectorXd out(0);
+  for (const EffectTerm& term : model.effects) {
+    const EffectValues typical = term.effect->typical(model.robot.cable_count());
+    const Eigen::Index begin = out.size();
+    out.conservativeResize(begin + term.values.size());
+    for (Eigen::Index j = 0; j < term.values.size(); ++j) {
+      const double sigma = term.prior_scale * typical[j % typical.size()];
+      out[begin + j] = 1.0 / (sigma * sigma);
+    }
+  }
+  return out;
+}
+
+ModelEstimation::ModelEstimation(const DiagnosisModel& model)
+    : ModelEstimation(model, std::make_unique<ModelRows>(model)) {}
+
+ModelEstimation::ModelEstimation(const DiagnosisModel& model, std::unique_ptr<ModelRows> rows)
+    : Estimation(estimated_runs(*rows), rows->values(), prior_precision(model)),
+      rows_(std::move(rows)) {}
+
+bool ModelEstimation::prepare(std::size_t run, const PoseLanes& poses,
+                              const Eigen::VectorXd& values) {
+  rows_->set_values(run, values, poses);
+  return true;
+}
+
+bool ModelFit::fit(int max_steps) {
+  MinimiserOptions options;
+  options.max_iterations = 12 * max_steps;
+  options.max_steps = max_steps;
+  options.function_tolerance = 1e-9;
+  options.function_floor = 1.0;
+  options.first_damping = 1e-9;
+  options.least_promise = 0.01;  // nats: 0.14 σ; the balance's weight changes with the pose
+  const MinimiserSummary summary = minimise(*this, options);
+  if (!summary.usable) return false;
+  for (std::size_t r = 0; r < runs().size(); ++r) {
+    DiagnosisRun& run = model_.runs[r];
+    for (std::size_t i = 0; i < run.poses.size(); ++i) run.poses[i] = runs()[r].poses[i];
+    run.offsets = -runs()[r].offsets;
+  }
+  Eigen::Index begin = 0;
+  for (EffectTerm& term : model_.effects) {
+    term.values = values().segment(begin, term.values.size());
+    begin += term.values.size();
+  }
+  return summary.converged;
+}
+
+ChannelSums ModelEstimation::channel_sums() {
+  ChannelSums out;
+  const Eigen::MatrixXd spread = covariance();
+  if (!spread.allFinite()) return out;
+  out.valid = left_over(spread, [&](std::size_t r, std::size_t b, const double* left) {
+    const RunRows& run = rows_->run(r);
+    const RowLayout& at = run.layout();
+    for (std::size_t i = b * lanes::kLanes; i < std::min((b + 1) * lanes::kLanes, run.poses());
+         ++i) {
+      for (int s = 0; s < at.size(); ++s) {
+        if (!run.has_row(i, s)) continue;
+        const RowSlot& slot = at.slots[static_cast<std::size_t>(s)];
+        const auto c = static_cast<std::size_t>(rows_->row(r, i, slot).channel);
+        const double* const of =
+            left + 2 * static_cast<std::size_t>(s) * lanes::kLanes + i % lanes::kLanes;
+        out.squares[c] += of[0] * of[0];
+        out.freedom[c] += std::max(0.0, of[lanes::kLanes]);
+      }
+    }
+  });
+  return out;
+}
+
+Eigen::MatrixXd information(const DiagnosisModel& model) {
+  ModelEstimation fit(model);
+  CommonSystem system;
+  if (!fit.linearise(false, 1e-14, system)) {
+    return Eigen::MatrixXd::Constant(fit.common_size(), fit.common_size(), kNaN);
+  }
+  turn_offsets(model, system.information);
+  return system.information;
+}
+
+Eigen::MatrixXd covariance(const DiagnosisModel& model) {
+  Eigen::MatrixXd out = ModelEstimation(model).covariance();
+  turn_offsets(model, out);
+  return out;
+}
+
+double penalised_cost(const DiagnosisModel& model) {
+  CommonSystem system;
+  return ModelEstimation(model).linearise(false, 1e-14, system) ? system.cost : kNaN;
+}
+
+ChannelSums channel_sums(const DiagnosisModel& model) {
+  return ModelEstimation(model).channel_sums();
+}
+
+bool fit(DiagnosisModel& model, int max_steps) { return ModelFit(model).fit(max_steps); }
+
+void start_noise(DiagnosisModel& model, const std::array<double, kChannels>& ripple) {
+  double samples = 0.0;
+  int rests = 0;
+  for (const DiagnosisRun& run : model.runs) {
+    for (const Measurement& m : run.measurements) {
+      if (m.kind == PoseKind::kinematic_pose && m.samples == 1) continue;
+      samples += m.samples;
+      ++rests;
+    }
+  }
+  model.rest_samples = rests > 0 ? samples / rests : 1.0;
+  const NoiseModel specified = specified_noise(model.robot.sigma);
+  for (std::size_t c = 0; c < kRestGroups; ++c) {
+    const double sigma = specified.channel[c].pose;
+    const double least = 1e-3 * sigma;  // exact readings would be weighed infinitely
+    const bool balance = c == static_cast<std::size_t>(NoiseGroup::balance);
+    const double unit = balance ? sigma : 1.0;  // its level is relative to its covariance
+    model.floor[c] = std::max(ripple[c] / std::sqrt(model.rest_samples), least) / unit;
+    model.noise[c] = sigma / unit;
+    if (!balance) {  // single readings in motion: groups of their own
+      model.floor[c + kRestGroups] = std::max(ripple[c], least);
+      model.noise[c + kRestGroups] = sigma;
+    }
+  }
+}
+
+namespace {
+
+double take_noise(const ChannelSums& sums, DiagnosisModel& model) {
+  double change = 0.0;
+  for (std::size_t c = 0; c < kNoiseGroups; ++c) {
+    if (sums.freedom[c] < 1.0) continue;  // too few rows to say anything: keep what was assumed
+    const double factor = std::sqrt(sums.squares[c] / sums.freedom[c]);
+    const double level = std::max(model.floor[c], model.noise[c] * factor);
+    change = std::max(change, std::abs(std::log(level / model.noise[c])));
+    model.noise[c] = level;
+  }
+  return change;
+}
+
+}  // namespace
+
+double estimate_noise(DiagnosisModel& model) {
+  const ChannelSums sums = channel_sums(model);
+  return sums.valid ? take_noise(sums, model) : 0.0;
+}
+
+bool fit_with_noise(DiagnosisModel& model) {
+  constexpr int kMostRounds = 15;
+  bool settled = false;
+  ModelFit fit(model);
+  for (int round = 0; round < kMostRounds; ++round) {
+    settled = fit.fit(kMostFitSteps);
+    // Of a fit that did not settle, too: its residuals tell how far it is off.
+    const ChannelSums sums = fit.channel_sums();
+    if (!sums.valid) break;
+    const double change = take_noise(sums, model);
+    fit.weigh();
+    if (!settled || change < 0.01) break;
+  }
+  return settled;
+}
+
+Matrix6 initial_pose_covariance(const DiagnosisModel& model, std::size_t run) {
+  const DiagnosisSystem system = linearise(model);
+  if (!system.valid) return Matrix6::Constant(kNaN);
+  const Eigen::MatrixXd common = covariance(model);
+  for (const DiagnosisSystem::PoseRange& pose : system.poses) {
+    if (pose.run != run || pose.pose != 0) continue;
+    // δζ = −A⁺(r + C δx): its own readings' noise, and what the common unknowns pass on.
+    const Eigen::MatrixXd inverse =
+        Eigen::MatrixXd(system.by_pose.middleRows(pose.begin, pose.size))
+            .completeOrthogonalDecomposition()
+            .pseudoInverse();
+    const Eigen::MatrixXd passed = inverse * system.by_common.middleRows(pose.begin, pose.size);
+    return inverse * inverse.transpose() + passed * common * passed.transpose();
+  }
+  return Matrix6::Constant(kNaN);
+}
+
+}  // namespace cdprcal

@@ -1,0 +1,293 @@
+#include "cdprcal/estimation/model.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+
+#include "cdprcal/estimation/balance_roots.hpp"
+#include "cdprcal/estimation/model_fit.hpp"
+
+namespace cdprcal {
+namespace {
+
+using lanes::kLanes;
+
+CommonLayout layout_of(const DiagnosisModel& model, const Candidates& candidates) {
+  const int n = model.robot.cable_count();
+  const int runs = static_cast<int>(model.runs.size());
+  CommonLayout layout;
+  layout.offsets = (2 * n + 1) * runs;
+  int column = layout.offsets;
+  for (const EffectTerm& term : model.effects) {
+    layout.accepted_begin.push_back(column);
+    layout.accepted_size.push_back(static_cast<int>(term.values.size()));
+    column += layout.accepted_size.back();
+  }
+  layout.accepted = column - layout.offsets;
+  for (const auto& effect : candidates) {
+    const bool by_run = effect->info().scope == EffectScope::run;
+    layout.candidate_begin.push_back(column);
+    layout.candidate_size.push_back(effect->size(n) * (by_run ? runs : 1));
+    column += layout.candidate_size.back();
+  }
+  layout.candidates = column - layout.nuisance();
+  return layout;
+}
+
+/// σ of one reading of a channel. The part of a mean's noise that is the readings' own ripple falls
+/// with their number; what is beyond it (the model's errors) does not.
+double row_noise(const DiagnosisModel& model, NoiseGroup channel, const Measurement& m) {
+  const auto c = static_cast<std::size_t>(channel);
+  const double level = model.noise.at(c);
+  if (c >= kRestGroups) return level;
+  const double ripple = std::min(model.floor[c], level);
+  return std::sqrt(level * level + ripple * ripple * (model.rest_samples / m.samples - 1.0));
+}
+
+/// Single readings while the platform moves are noise groups of their own.
+bool is_moving(const Measurement& m) {
+  return m.kind == PoseKind::kinematic_pose && m.samples == 1;
+}
+
+NoiseGroup group_of(Channel channel, const Measurement& m) {
+  const auto group = static_cast<NoiseGroup>(channel);
+  // The balance has no group in motion; its rows carry nothing there.
+  if (!is_moving(m) || channel == Channel::balance) return group;
+  return static_cast<NoiseGroup>(static_cast<int>(group) + kRestGroups);
+}
+
+RunReadings readings_of(const DiagnosisRun& run, int cables) {
+  RunReadings out;
+  for (const Measurement& m : run.measurements) {
+    out.measurements.push_back(&m);
+    out.statics.push_back(m.in_balance() ? StaticsModel::wrench : StaticsModel::none);
+  }
+  out.base = OffsetVector::Zero(2 * cables + 1);
+  return out;
+}
+
+/// Appends the poses of a batch to a system.
+void append(ModelRows& rows, std::size_t r, std::size_t batch, DiagnosisSystem& out) {
+  RunRows& run = rows.run(r);
+  const RowLayout& at = run.layout();
+  const auto columns = static_cast<Eigen::Index>(at.columns);
+  const Eigen::Index first_offset = static_cast<Eigen::Index>(r) * at.offsets();
+  PoseRows pose;
+  for (std::size_t i = batch * kLanes; i < std::min((batch + 1) * kLanes, run.poses()); ++i) {
+    run.take(i, pose);
+    const auto begin = static_cast<Eigen::Index>(out.rows.size());
+    out.poses.push_back({r, i, begin, pose.count});
+    for (std::size_t k = 0; k < static_cast<std::size_t>(pose.count); ++k) {
+      const Eigen::Index row = begin + static_cast<Eigen::Index>(k);
+      const int slot = pose.slot[k];
+      out.rows.push_back(rows.row(r, i, at.slots[static_cast<std::size_t>(slot)]));
+      out.residual[row] = pose.residual[k];
+      out.by_pose.row(row) = Eigen::Map<const Vector6>(pose.own[k].data()).transpose();
+      // Rows count offsets from the model, the model from the readings.
+      if (pose.offset[k] >= 0) {
+        out.by_common(row, first_offset + pose.offset[k]) = -pose.by_offset[k];
+      }
+      const double* const by_effect =
+          run.by_effect() + static_cast<std::size_t>(slot * at.columns) * kLanes + i % kLanes;
+      for (Eigen::Index c = 0; c < columns; ++c) {
+        out.by_common(row, rows.layout().offsets + c) = by_effect[c * kLanes];
+      }
+    }
+  }
+}
+
+/// Fills in what the poses leave: M = 1 − A (AᵀA)⁻¹ Aᵀ, pose by pose.
+void project(DiagnosisSystem& system) {
+  constexpr double kBarely = 1e-14;  // as Estimation's: enough for poses that few readings see
+  system.free_residual = system.residual;
+  system.free_by_common = system.by_common;
+  system.freedom.setOnes(system.residual.size());
+  for (const DiagnosisSystem::PoseRange& pose : system.poses) {
+    const auto own = system.by_pose.middleRows(pose.begin, pose.size);
+    Matrix6 gram = own.transpose() * own;
+    gram.diagonal() += kBarely * gram.diagonal().cwiseMax(kLeastDiagonal);
+    const Eigen::LLT<Matrix6> factor(gram);
+    Eigen::Matrix<double, 6, Eigen::Dynamic> basis = own.transpose();
+    factor.matrixL().solveInPlace(basis);
+    auto residual = system.free_residual.segment(pose.begin, pose.size);
+    residual -= basis.transpose() * Vector6(basis * residual);
+    auto columns = system.free_by_common.middleRows(pose.begin, pose.size);
+    const Eigen::Matrix<double, 6, Eigen::Dynamic> along = basis * columns;
+    columns.noalias() -= basis.transpose() * along;
+    system.freedom.segment(pose.begin, pose.size) -= basis.colwise().squaredNorm().transpose();
+  }
+}
+
+}  // namespace
+
+ModelRows::ModelRows(const DiagnosisModel& model, const Candidates& candidates)
+    : model_(model), candidates_(candidates), layout_(layout_of(model, candidates)) {
+  for (const DiagnosisRun& run : model.runs) {
+    runs_.push_back(std::make_unique<RunRows>(
+        model.robot, readings_of(run, model.robot.cable_count()), std::vector<WrenchRow>{}));
+  }
+  weigh();
+}
+
+SystemRow ModelRows::row(std::size_t run, std::size_t pose, const RowSlot& slot) const {
+  const Measurement& m = model_.runs[run].measurements[pose];
+  const NoiseGroup group = group_of(slot.channel, m);
+  return {group, slot.component, row_noise(model_, group, m)};
+}
+
+void ModelRows::weigh() {
+  for (std::size_t r = 0; r < runs_.size(); ++r) {
+    for (std::size_t i = 0; i < runs_[r]->poses(); ++i) {
+      const Measurement& m = model_.runs[r].measurements[i];
+      std::array<double, kChannels> weights{};
+      for (std::size_t c = 0; c < kChannels; ++c) {
+        weights[c] = 1.0 / row_noise(model_, group_of(static_cast<Channel>(c), m), m);
+      }
+      runs_[r]->set_weights(i, weights);
+    }
+  }
+}
+
+void ModelRows::set_values(std::size_t r, const Eigen::VectorXd& values, const PoseLanes& poses) {
+  const int n = model_.robot.cable_count();
+  const auto accepted = static_cast<Eigen::Index>(layout_.accepted);
+  ActiveEffects active;
+  std::vector<EffectColumn> derivatives;
+  for (std::size_t k = 0; k < model_.effects.size(); ++k) {
+    const EffectTerm& term = model_.effects[k];
+    const int size = term.effect->size(n);
+    const int begin = layout_.accepted_begin[k] - layout_.offsets +
+                      (term.by_run() ? static_cast<int>(r) * size : 0);
+    active.push_back({term.effect, values.segment(begin, size)});
+    derivatives.push_back({term.effect, active.back().values, begin, {}});
+  }
+  for (std::size_t k = 0; k < candidates_.size(); ++k) {
+    const EffectValues typical = candidates_[k]->typical(n);
+    const bool by_run = candidates_[k]->info().scope == EffectScope::run;
+    const int begin = layout_.candidate_begin[k] - layout_.offsets +
+                      (by_run ? static_cast<int>(r * static_cast<std::size_t>(typical.size())) : 0);
+    derivatives.push_back({candidates_[k], EffectValues::Zero(typical.size()), begin, typical});
+  }
+  const ActiveEffects& known = model_.runs[r].known;
+  active.insert(active.end(), known.begin(), known.end());
+  RunRows& run = *runs_[r];
+  const Robot robot = with_effects(model_.robot, active);
+  run.set_effects(robot, std::move(active), std::move(derivatives),
+                  static_cast<int>(accepted) + layout_.candidates);
+
+  std::vector<Pose> balanced;
+  std::vector<std::size_t> which;
+  for (std::size_t i = 0; i < run.poses(); ++i) {
+    if (run.statics_of(i) == StaticsModel::none) continue;
+    balanced.push_back(poses[i]);
+    which.push_back(i);
+  }
+  const SensorSigma& sigma = model_.robot.sigma;
+  const std::vector<Matrix6> roots = inverse_balance_roots(
+      robot, balanced,
+      std::vector<BalanceSigma>(balanced.size(),
+                                {sigma.tension_N, sigma.wrench_force_N, sigma.wrench_moment_Nm}));
+  for (std::size_t k = 0; k < which.size(); ++k) {
+    const Measurement& m = model_.runs[r].measurements[which[k]];
+    run.set_whitening(which[k], roots[k] / row_noise(model_, NoiseGroup::balance, m));
+  }
+}
+
+Eigen::VectorXd ModelRows::values() const {
+  Eigen::VectorXd out(layout_.accepted);
+  Eigen::Index begin = 0;
+  for (const EffectTerm& term : model_.effects) {
+    out.segment(begin, term.values.size()) = term.values;
+    begin += term.values.size();
+  }
+  return out;
+}
+
+PoseLanes ModelRows::poses(std::size_t run) const {
+  const std::vector<Pose>& from = model_.runs[run].poses;
+  PoseLanes out(from.size());
+  for (std::size_t i = 0; i < from.size(); ++i) out.set(i, from[i]);
+  return out;
+}
+
+OffsetVector ModelRows::offsets(std::size_t run) const { return -model_.runs[run].offsets; }
+
+const char* to_string(NoiseGroup channel) {
+  constexpr std::array<const char*, kNoiseGroups> kNames{"length",
+                                                         "swivel",
+                                                         "roll_pitch",
+                                                         "yaw",
+                                                         "balance",
+                                                         "absolute_yaw",
+                                                         "direct_length",
+                                                         "position",
+                                                         "length while moving",
+                                                         "swivel while moving",
+                                                         "roll_pitch while moving",
+                                                         "yaw while moving",
+                                                         "balance while moving",
+                                                         "absolute_yaw while moving",
+                                                         "direct_length while moving",
+                                                         "position while moving"};
+  return kNames.at(static_cast<std::size_t>(channel));
+}
+
+int DiagnosisModel::pose_count() const {
+  std::size_t count = 0;
+  for (const DiagnosisRun& run : runs) count += run.poses.size();
+  return static_cast<int>(count);
+}
+
+Eigen::VectorXd offsets_at(const Robot& robot, const Pose& pose, const Measurement& m) {
+  const PlatformState state = platform_state(robot, pose);
+  Eigen::VectorXd out(2 * robot.cable_count() + 1);
+  out << m.length_m - state.length_m(), m.swivel_rad - state.swivel_rad(),
+      m.roll_pitch_yaw_rad[2] - euler_from_rotation(state.rotation, robot.euler_convention)[2];
+  return out.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
+}
+
+ActiveEffects DiagnosisModel::active(std::size_t run) const {
+  ActiveEffects out;
+  const int n = robot.cable_count();
+  for (const EffectTerm& term : effects) {
+    const int size = term.effect->size(n);
+    const auto begin = term.by_run() ? static_cast<Eigen::Index>(run) * size : 0;
+    out.push_back({term.effect, term.values.segment(begin, size)});
+  }
+  const ActiveEffects& known = runs[run].known;
+  out.insert(out.end(), known.begin(), known.end());
+  return out;
+}
+
+DiagnosisSystem linearise(const DiagnosisModel& model, const Candidates& candidates) {
+  ModelRows rows(model, candidates);
+  DiagnosisSystem system;
+  system.layout = rows.layout();
+  const int nuisance = system.layout.nuisance();
+  system.prior_precision.setZero(nuisance);
+  system.prior_precision.tail(system.layout.accepted) = prior_precision(model);
+  system.prior_residual.setZero(nuisance);
+  const Eigen::VectorXd values = rows.values();
+  system.prior_residual.tail(system.layout.accepted) =
+      system.prior_precision.tail(system.layout.accepted).cwiseSqrt().cwiseProduct(values);
+  Eigen::Index count = 0;
+  for (std::size_t r = 0; r < model.runs.size(); ++r) count += rows.run(r).row_count();
+  system.residual.resize(count);
+  system.by_pose.resize(count, 6);
+  system.by_common.setZero(count, system.layout.size());
+  system.rows.reserve(static_cast<std::size_t>(count));
+  for (std::size_t r = 0; r < model.runs.size(); ++r) {
+    const PoseLanes poses = rows.poses(r);
+    rows.set_values(r, values, poses);
+    rows.run(r).set_offsets(rows.offsets(r).data());
+    for (std::size_t b = 0; b < rows.run(r).batches(); ++b) {
+      system.valid = system.valid && rows.run(r).evaluate(b, poses);
+      if (!system.valid) return system;
+      append(rows, r, b, system);
+    }
+  }
+  project(system);
+  return system;
+}
+
+}  // namespace cdprcal

@@ -1,0 +1,464 @@
+#include "cdprcal/estimation/run_rows.hpp"
+
+#include <algorithm>
+
+namespace cdprcal {
+
+using lanes::kLanes;
+
+RunRows::RunRows(const Robot& robot, RunReadings readings,
+                 const std::vector<WrenchRow>& left_inverse_rows)
+    : robot_(robot), readings_(std::move(readings)), left_inverse_rows_(left_inverse_rows) {
+  lay_out();
+  gather();
+}
+
+namespace {
+
+/// The readings of a channel at a pose; empty: it has none.
+Eigen::Map<const Eigen::VectorXd> readings_of(const Measurement& m, Channel channel) {
+  const auto all = [](const auto& values, Eigen::Index first = 0, Eigen::Index count = -1) {
+    return Eigen::Map<const Eigen::VectorXd>(values.data() + first,
+                                             count < 0 ? values.size() : count);
+  };
+  switch (channel) {
+    case Channel::length:
+      return all(m.length_m);
+    case Channel::swivel:
+      return all(m.swivel_rad);
+    case Channel::roll_pitch:
+      return all(m.roll_pitch_yaw_rad, 0, 2);
+    case Channel::yaw:
+      return all(m.roll_pitch_yaw_rad, 2, 1);
+    case Channel::balance:
+      return all(m.tension_N);
+    case Channel::absolute_yaw:
+      return {&m.absolute_yaw_rad, 1};
+    case Channel::direct_length:
+      return all(m.direct_length_m);
+    case Channel::position:
+      return all(m.position_m);
+  }
+  return {nullptr, 0};
+}
+
+bool is_angle(Channel channel) {
+  return channel == Channel::swivel || channel == Channel::roll_pitch || channel == Channel::yaw ||
+         channel == Channel::absolute_yaw;
+}
+
+int width_of(Channel channel, int cables) {
+  switch (channel) {
+    case Channel::roll_pitch:
+      return 2;
+    case Channel::yaw:
+    case Channel::absolute_yaw:
+      return 1;
+    case Channel::position:
+      return 3;
+    default:
+      return cables;
+  }
+}
+
+/// Which angle of three a channel's component is, cable or axis otherwise.
+int component_of(Channel channel, int index) {
+  return channel == Channel::yaw || channel == Channel::absolute_yaw ? 2 : index;
+}
+
+/// Rows in the order of their slots: those with offsets first, the balance last.
+constexpr std::array<Channel, kChannels> kOrder{
+    Channel::length,       Channel::swivel,        Channel::yaw,      Channel::roll_pitch,
+    Channel::absolute_yaw, Channel::direct_length, Channel::position, Channel::balance};
+
+bool has_offset(Channel channel) {
+  return channel == Channel::length || channel == Channel::swivel || channel == Channel::yaw;
+}
+
+}  // namespace
+
+void RunRows::lay_out() {
+  const int n = robot_.cable_count();
+  layout_.cables = n;
+  layout_.first.fill(-1);
+  weight_of_.assign(kChannels, -1);
+  for (std::size_t i = 0; i < poses(); ++i) {
+    if (readings_.statics[i] != StaticsModel::none) layout_.statics = readings_.statics[i];
+  }
+  for (const Channel channel : kOrder) {
+    const auto c = static_cast<std::size_t>(channel);
+    const bool balance = channel == Channel::balance;
+    const bool read = balance
+                          ? layout_.statics != StaticsModel::none
+                          : std::any_of(readings_.measurements.begin(),
+                                        readings_.measurements.end(), [&](const auto* m) {
+                                          return readings_of(*m, channel).array().isFinite().any();
+                                        });
+    if (!read && !has_offset(channel)) continue;
+    const bool mixed = balance && layout_.statics == StaticsModel::wrench;
+    const int readings = mixed ? 0 : width_of(channel, n);  // the balance has tensions instead
+    const int weight = layout_.numbers + readings;
+    weight_of_[c] = weight;
+    if (read) layout_.first[c] = layout_.size();
+    for (int k = 0; k < (mixed ? 6 : readings); ++k) {
+      layout_.slots.push_back({channel, component_of(channel, k), read, is_angle(channel),
+                               layout_.numbers + k, weight});
+    }
+    layout_.numbers += readings + 1;
+  }
+  const auto slots = static_cast<std::size_t>(layout_.size());
+  const auto cables = static_cast<std::size_t>(n);
+  const std::size_t count = std::max<std::size_t>(1, batches());
+  numbers_ = lanes::buffer(count * static_cast<std::size_t>(layout_.numbers));
+  tension_ = lanes::buffer(count * cables);
+  const bool wrench = layout_.statics == StaticsModel::wrench;
+  whitening_ = lanes::buffer(wrench ? count * 36 : 1);
+  std::fill_n(whitening_.get(), wrench ? count * 36 * kLanes : kLanes, 0.0);
+  rows_ = lanes::buffer(kRow * slots);
+  by_offset_ = lanes::buffer(static_cast<std::size_t>(layout_.offsets()));
+  values_ = lanes::buffer(slots);
+  state_ = lanes::buffer(static_cast<std::size_t>(StateNumbers::size(n)));
+  columns_ = lanes::buffer(1);
+  offsets_.setZero(layout_.offsets());
+}
+
+void RunRows::gather() {
+  const int n = layout_.cables;
+  row_counts_.assign(poses(), 0);
+  std::fill_n(tension_.get(),
+              std::max<std::size_t>(1, batches()) * static_cast<std::size_t>(n) * kLanes, 0.0);
+  for (std::size_t i = 0; i < batches() * kLanes; ++i) {
+    // No reading, and no weight, where there is no pose.
+    for (int k = 0; k < layout_.numbers; ++k) *number(i, k) = i < poses() ? kNaN : 0.0;
+    if (i >= poses()) continue;
+    const Measurement& m = *readings_.measurements[i];
+    const bool balanced = readings_.statics[i] != StaticsModel::none;
+    const std::size_t at = (i / kLanes) * static_cast<std::size_t>(n) * kLanes + i % kLanes;
+    for (int c = 0; balanced && c < n; ++c) {
+      tension_[at + static_cast<std::size_t>(c) * kLanes] = m.tension_N[c];
+    }
+    if (balanced) row_counts_[i] += layout_.statics == StaticsModel::wrench ? 6 : n;
+    for (int s = 0; s < layout_.size(); ++s) {
+      const RowSlot& slot = layout_.slots[static_cast<std::size_t>(s)];
+      const int index = s - std::max(0, layout_.slot(slot.channel));
+      if (slot.channel == Channel::balance) {
+        if (layout_.statics == StaticsModel::left_inverse) {
+          *number(i, slot.reading) = balanced ? m.tension_N[index] : 0.0;
+        }
+        continue;
+      }
+      if (!slot.read) continue;
+      const auto read = readings_of(m, slot.channel);
+      double value = index < read.size() ? read[index] : kNaN;
+      if (s < layout_.offsets()) value -= readings_.base[s];
+      if (i == readings_.reference) {
+        const bool counts = s < layout_.offsets() ? (readings_.reference_offsets >> s & 1U) != 0U
+                                                  : slot.channel != Channel::roll_pitch ||
+                                                        readings_.reference_roll_pitch;
+        if (!counts) value = kNaN;
+      }
+      *number(i, slot.reading) = value;
+      if (std::isfinite(value)) ++row_counts_[i];
+    }
+  }
+}
+
+void RunRows::set_effects(const Robot& robot, ActiveEffects effects,
+                          std::vector<EffectColumn> derivatives, int columns) {
+  robot_ = robot;
+  effects_ = std::move(effects);
+  derivatives_ = std::move(derivatives);
+  if (columns != layout_.columns || !columns_) {
+    layout_.columns = columns;
+    const auto slots = static_cast<std::size_t>(layout_.size());
+    columns_ = lanes::buffer(std::max<std::size_t>(1, slots * static_cast<std::size_t>(columns)));
+  }
+}
+
+void RunRows::set_weights(std::size_t pose, const std::array<double, kChannels>& weights) {
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    if (weight_of_[c] < 0) continue;
+    const bool balance = static_cast<Channel>(c) == Channel::balance;
+    const bool asked = !balance || readings_.statics[pose] != StaticsModel::none;
+    *number(pose, weight_of_[c]) = asked ? weights[c] : 0.0;
+  }
+}
+
+void RunRows::set_tension_weight(std::size_t pose, double weight) {
+  const int at = weight_of_[static_cast<std::size_t>(Channel::balance)];
+  if (at >= 0) *number(pose, at) = readings_.statics[pose] != StaticsModel::none ? weight : 0.0;
+}
+
+void RunRows::set_whitening(std::size_t pose, const Matrix6& whitening) {
+  if (layout_.statics != StaticsModel::wrench) return;
+  const bool balanced = readings_.statics[pose] != StaticsModel::none;
+  double* const out = whitening_.get() + (pose / kLanes) * 36 * kLanes + pose % kLanes;
+  for (Eigen::Index r = 0; r < 6; ++r) {
+    for (Eigen::Index c = 0; c < 6; ++c) {
+      out[(6 * r + c) * kLanes] = balanced ? whitening(r, c) : 0.0;
+    }
+  }
+}
+
+void RunRows::set_offsets(const double* offsets) {
+  std::copy_n(offsets, layout_.offsets(), offsets_.data());
+}
+
+bool RunRows::evaluate(std::size_t batch, const PoseLanes& poses) {
+  bool valid = true;
+  const auto n = static_cast<std::size_t>(layout_.cables);
+  const RowBatch in{
+      layout_,
+      robot_,
+      left_inverse_rows_,
+      offsets_.data(),
+      poses.batch(batch),
+      numbers_.get() + batch * static_cast<std::size_t>(layout_.numbers) * kLanes,
+      tension_.get() + batch * n * kLanes,
+      whitening_.get() + (layout_.statics == StaticsModel::wrench ? batch * 36 * kLanes : 0),
+      rows_.get(),
+      by_offset_.get(),
+      values_.get(),
+      state_.get(),
+      columns_.get(),
+      valid};
+  if (effects_.empty() && derivatives_.empty()) {
+    write_rows(in);
+    return valid;
+  }
+  predict_geometry(in);
+  if (!valid) return false;
+  act_on_tensions(batch, poses);
+  if (layout_.slot(Channel::balance) >= 0) predict_balance(in);
+  if (!valid) return false;
+  act_on_readings(batch, poses);
+  finish_rows(in);
+  return true;
+}
+
+PoseEvaluation RunRows::evaluate_alone(std::size_t pose, const Pose& at) const {
+  PoseEvaluation out;
+  evaluate_pose(robot_, *readings_.measurements[pose], at, StaticsModel::none, left_inverse_rows_,
+                effects_, true, out);
+  return out;
+}
+
+PlatformState RunRows::state_of(std::size_t lane) const {
+  using S = StateNumbers;
+  const auto at = [&](int index) {
+    return state_[static_cast<std::size_t>(index) * kLanes + lane];
+  };
+  const auto vector = [&](int index) { return Vector3(at(index), at(index + 1), at(index + 2)); };
+  const int n = layout_.cables;
+  PlatformState out;
+  out.valid = true;
+  out.cable_count = n;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) out.rotation(i, j) = at(S::rotation(n) + 3 * i + j);
+  }
+  out.centre_of_mass_arm_m = vector(S::mass_arm(n));
+  for (int i = 0; i < n; ++i) {
+    const int from = S::cable(i);
+    const auto c = static_cast<std::size_t>(i);
+    CableState& cable = out.cable[c];
+    cable.length_m = at(from + S::length);
+    cable.swivel_rad = at(from + S::swivel);
+    cable.tangency_rad = at(from + S::tangency);
+    cable.free_length_m = at(from + S::free);
+    cable.radial_distance_m = at(from + S::radial_distance);
+    cable.radial = vector(from + S::radial);
+    cable.groove_normal = vector(from + S::groove_normal);
+    cable.contact = vector(from + S::contact);
+    cable.direction = vector(from + S::direction);
+    out.anchor_arm_m[c] = vector(from + S::arm);
+  }
+  return out;
+}
+
+void RunRows::act_on_tensions(std::size_t batch, const PoseLanes& poses) {
+  if (layout_.statics == StaticsModel::none) return;
+  const auto n = static_cast<std::size_t>(layout_.cables);
+  for (std::size_t lane = 0; lane < kLanes && batch * kLanes + lane < this->poses(); ++lane) {
+    const std::size_t i = batch * kLanes + lane;
+    if (readings_.statics[i] == StaticsModel::none) continue;
+    const Measurement& m = *readings_.measurements[i];
+    const Pose pose = poses[i];
+    const PlatformState state = state_of(lane);
+    const EffectContext context{robot_, state, pose, m};
+    CableVector tension_N = m.tension_N;
+    for (const ActiveEffect& active : effects_) {
+      active.effect->correct_tension(context, active.values, tension_N);
+    }
+    for (std::size_t c = 0; c < n; ++c) {
+      tension_[(batch * n + c) * kLanes + lane] = tension_N[static_cast<Eigen::Index>(c)];
+    }
+  }
+}
+
+void RunRows::act_on_readings(std::size_t batch, const PoseLanes& poses) {
+  const int n = layout_.cables;
+  for (std::size_t lane = 0; lane < kLanes && batch * kLanes + lane < this->poses(); ++lane) {
+    const std::size_t i = batch * kLanes + lane;
+    const Measurement& m = *readings_.measurements[i];
+    const Pose pose = poses[i];
+    const PlatformState state = state_of(lane);
+    CableVector tension_N = m.tension_N;
+    const bool balanced = readings_.statics[i] != StaticsModel::none;
+    for (int c = 0; balanced && c < n; ++c) {
+      tension_N[c] =
+          tension_[(batch * static_cast<std::size_t>(n) + static_cast<std::size_t>(c)) * kLanes +
+                   lane];
+    }
+    const EffectContext context{robot_, state, pose, m, tension_N};
+    change_.length_m.setZero(n);
+    change_.swivel_rad.setZero(n);
+    change_.roll_pitch_yaw_rad.setZero();
+    change_.length_by_twist.setZero(n, 6);
+    change_.swivel_by_twist.setZero(n, 6);
+    change_.attitude_by_twist.setZero();
+    change_.wrench.setZero();
+    change_.wrench_by_twist.setZero();
+    for (const ActiveEffect& active : effects_) {
+      active.effect->add_to_readings(context, active.values, change_);
+    }
+    const auto add = [&](int slot, double value, const auto& by_twist) {
+      double* const row = rows_.get() + static_cast<std::size_t>(kRow * slot) * kLanes + lane;
+      for (int a = 0; a < 6; ++a) row[a * kLanes] += by_twist[a];
+      row[6 * kLanes] += value;
+    };
+    for (int c = 0; c < n; ++c) {
+      add(c, change_.length_m[c], change_.length_by_twist.row(c));
+      add(n + c, change_.swivel_rad[c], change_.swivel_by_twist.row(c));
+    }
+    add(2 * n, change_.roll_pitch_yaw_rad[2], change_.attitude_by_twist.row(2));
+    if (const int slot = layout_.slot(Channel::roll_pitch); slot >= 0) {
+      for (int a = 0; a < 2; ++a) {
+        add(slot + a, change_.roll_pitch_yaw_rad[a], change_.attitude_by_twist.row(a));
+      }
+    }
+    if (const int slot = layout_.slot(Channel::balance); slot >= 0 && balanced) {
+      if (layout_.statics == StaticsModel::wrench) {
+        for (int a = 0; a < 6; ++a)
+          add(slot + a, change_.wrench[a], change_.wrench_by_twist.row(a));
+      } else {  // what the load cells would read of the model's tensions
+        const Eigen::Matrix<double, 1, 6> none = Eigen::Matrix<double, 1, 6>::Zero();
+        for (int c = 0; c < n; ++c) add(slot + c, m.tension_N[c] - tension_N[c], none);
+      }
+    }
+    if (layout_.columns > 0) add_columns(context, lane, balanced);
+  }
+}
+
+void RunRows::add_columns(const EffectContext& context, std::size_t lane, bool balanced) {
+  const int n = layout_.cables;
+  const ReadingRows rows{n};
+  const auto width = static_cast<std::size_t>(layout_.columns);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(layout_.size()) * width; ++k) {
+    columns_[k * kLanes + lane] = 0.0;
+  }
+  const auto put = [&](int slot, int row, int begin) {
+    double* const to =
+        columns_.get() +
+        (static_cast<std::size_t>(slot) * width + static_cast<std::size_t>(begin)) * kLanes + lane;
+    for (Eigen::Index k = 0; k < by_value_.cols(); ++k) to[k * kLanes] = by_value_(row, k);
+  };
+  for (const EffectColumn& column : derivatives_) {
+    by_value_.setZero(rows.size(), column.values.size());
+    column.effect->columns(context, column.values, by_value_);
+    if (column.scale.size() > 0) by_value_.array().rowwise() *= column.scale.transpose().array();
+    for (int c = 0; c < n; ++c) {
+      put(c, rows.length() + c, column.begin);
+      put(n + c, rows.swivel() + c, column.begin);
+    }
+    put(2 * n, rows.attitude() + 2, column.begin);
+    if (const int slot = layout_.slot(Channel::roll_pitch); slot >= 0) {
+      for (int a = 0; a < 2; ++a) put(slot + a, rows.attitude() + a, column.begin);
+    }
+    if (const int slot = layout_.slot(Channel::direct_length);
+        slot >= 0 && column.effect->moves_cables()) {
+      for (int c = 0; c < n; ++c) put(slot + c, rows.length() + c, column.begin);
+    }
+    if (const int slot = layout_.slot(Channel::balance);
+        slot >= 0 && balanced && layout_.statics == StaticsModel::wrench) {
+      for (int a = 0; a < 6; ++a) put(slot + a, rows.wrench() + a, column.begin);
+    }
+  }
+}
+
+bool RunRows::has_row(std::size_t pose, int slot) const {
+  if (layout_.slots[static_cast<std::size_t>(slot)].channel == Channel::balance) {
+    return readings_.statics[pose] != StaticsModel::none;
+  }
+  return !std::isnan(values_[static_cast<std::size_t>(slot) * kLanes + pose % kLanes]);
+}
+
+void RunRows::take(std::size_t pose, PoseRows& out) const {
+  const std::size_t lane = pose % kLanes;
+  out.count = 0;
+  for (int s = 0; s < layout_.size(); ++s) {
+    const RowSlot& slot = layout_.slots[static_cast<std::size_t>(s)];
+    if (!has_row(pose, s)) continue;
+    const double* const row = rows_.get() + static_cast<std::size_t>(kRow * s) * kLanes + lane;
+    const auto r = static_cast<std::size_t>(out.count++);
+    for (std::size_t a = 0; a < 6; ++a) out.own[r][a] = row[a * kLanes];
+    out.residual[r] = row[6 * kLanes];
+    const bool offset = s < layout_.offsets();
+    out.slot[r] = s;
+    out.offset[r] = offset ? s : -1;
+    out.by_offset[r] = offset ? by_offset_[static_cast<std::size_t>(s) * kLanes + lane] : 0.0;
+    out.label[r] = {slot.channel, slot.component, false};
+  }
+}
+
+void RunRows::hold(std::size_t lane) {
+  for (std::size_t s = 0; s < static_cast<std::size_t>(layout_.size()); ++s) {
+    for (std::size_t a = 0; a < 6; ++a) rows_[(kRow * s + a) * kLanes + lane] = 0.0;
+  }
+}
+
+void RunRows::forget(std::size_t lane) {
+  hold(lane);
+  const auto width = static_cast<std::size_t>(layout_.columns);
+  for (std::size_t s = 0; s < static_cast<std::size_t>(layout_.size()); ++s) {
+    rows_[(kRow * s + 6) * kLanes + lane] = 0.0;
+    for (std::size_t k = 0; k < width; ++k) columns_[(s * width + k) * kLanes + lane] = 0.0;
+  }
+  for (std::size_t k = 0; k < static_cast<std::size_t>(layout_.offsets()); ++k) {
+    by_offset_[k * kLanes + lane] = 0.0;
+  }
+}
+
+double RunRows::squared_residuals(std::optional<Channel> only) const {
+  std::array<double, kLanes> sums{};
+  for (int s = 0; s < layout_.size(); ++s) {
+    const RowSlot& slot = layout_.slots[static_cast<std::size_t>(s)];
+    if (!slot.read || (only && slot.channel != *only)) continue;
+    const double* const residual = rows_.get() + static_cast<std::size_t>(kRow * s + 6) * kLanes;
+    for (std::size_t l = 0; l < kLanes; ++l) sums[l] += residual[l] * residual[l];
+  }
+  double out = 0.0;
+  for (const double sum : sums) out += sum;
+  return out;
+}
+
+double RunRows::value(std::size_t lane, Channel channel, int index) const {
+  const int at = layout_.slot(channel);
+  return at < 0 ? kNaN : values_[static_cast<std::size_t>(at + index) * kLanes + lane];
+}
+
+int RunRows::row_count() const {
+  int out = 0;
+  for (const int count : row_counts_) out += count;
+  return out;
+}
+
+std::vector<int> RunRows::slots(std::optional<Channel> without) const {
+  std::vector<int> out;
+  for (int s = 0; s < layout_.size(); ++s) {
+    const RowSlot& slot = layout_.slots[static_cast<std::size_t>(s)];
+    if (slot.read && slot.channel != without) out.push_back(s);
+  }
+  return out;
+}
+
+}  // namespace cdprcal
