@@ -5,9 +5,9 @@
     python tests/fuzz_python/importers.py raw --keep /tmp/raw    # its smallest part, to the corpus
     python tests/fuzz_python/importers.py replay                 # the corpus, without atheris
 
-It begins from short valid files and what earlier runs kept in tests/fuzz_python/corpus/TARGET. A
-finding is written to the working directory by libFuzzer; put it into the corpus, which
-tests/python/test_fuzz_corpus.py replays, and fix it.
+It begins from short valid files and what earlier runs kept in tests/fuzz_python/corpus. A finding
+is written to the working directory by libFuzzer; put it into the corpus, which
+tests/python/test_fuzz_corpus.py replays (tests/corpus.py add ARCHIVE FILE), and fix it.
 """
 
 from __future__ import annotations
@@ -28,7 +28,9 @@ from typing import Any
 HERE = Path(__file__).resolve().parent
 CORPUS = HERE / "corpus"
 MAGIC = b"\x89MCAP0\r\n"
-sys.path.insert(0, str(HERE.parent / "python"))
+sys.path[:0] = [str(HERE.parent), str(HERE.parent / "python")]
+
+import corpus  # noqa: E402
 
 Target = Callable[[bytes], None]
 
@@ -204,12 +206,17 @@ def shortened(kind: str, folder: Path) -> bytes:
 
 def kept(name: str) -> list[bytes]:
     """What earlier runs found worth keeping."""
-    return contents(CORPUS / name)
+    return list(kept_files(name).values())
 
 
-def contents(folder: Path) -> list[bytes]:
-    """Of every file in a folder, by name."""
-    return [path.read_bytes() for path in sorted(folder.glob("*")) if path.is_file()]
+def kept_files(name: str) -> dict[str, bytes]:
+    """The same with their names; none for a new target."""
+    return corpus.read(archive(name)) if archive(name).exists() else {}
+
+
+def archive(name: str) -> Path:
+    """Where the kept corpus of a target is."""
+    return CORPUS / f"{name}.tar.xz"
 
 
 def readers() -> list[ModuleType]:
@@ -280,16 +287,16 @@ def arcs(target: Target, data: bytes) -> set[tuple[str, int, int]]:
 def keep(name: str, found: Path) -> None:
     """Puts the smallest inputs that together go every way into the corpus."""
     target, _ = TARGETS[name]
-    folder = CORPUS / name
-    folder.mkdir(parents=True, exist_ok=True)
+    files = kept_files(name)
     seen: set[tuple[str, int, int]] = set()
-    for data in kept(name):
+    for data in files.values():
         seen |= arcs(target, data)
-    for data in sorted(contents(found), key=lambda data: (len(data), data)):
+    for data in sorted(corpus.contents(found).values(), key=lambda data: (len(data), data)):
         new = arcs(target, data) - seen
         if new:
             seen |= new
-            (folder / hashlib.sha256(data).hexdigest()[:16]).write_bytes(data)
+            files[hashlib.sha256(data).hexdigest()[:16]] = data
+    corpus.write(archive(name), files)
 
 
 def main() -> int:
@@ -305,8 +312,10 @@ def main() -> int:
     if chosen.target != "replay":
         fuzz(chosen.target, chosen.seconds, chosen.found or Path(tempfile.mkdtemp()))
     for name, (target, _) in TARGETS.items():
-        for data in kept(name):
+        inputs = kept(name)
+        for data in inputs:
             guarded(target, data)
+        print(f"{name}: {len(inputs)}")
     return 0
 
 
