@@ -122,8 +122,6 @@ void register_mesh(py::module_& module) {
   module.def("write_mesh", &write_mesh, py::arg("path"), py::arg("mesh"),
              py::arg_v("encoding", MeshEncoding::binary, "MeshEncoding.binary"),
              "Writes .ply (double precision) or .stl (single). Raises InputError.");
-  module.def("read_mesh", &read_mesh, py::arg("path"),
-             "Reads PLY or STL of triangles. Raises InputError naming the file.");
   py::class_<AlphaShape>(module, "AlphaShape", "Boundary of a set of points. Immutable.")
       .def_readonly("mesh", &AlphaShape::mesh)
       .def_readonly("alpha_m2", &AlphaShape::alpha_m2, "Used; squared radius.")

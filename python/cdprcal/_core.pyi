@@ -206,7 +206,6 @@ __all__: list[str] = [
     "random_offsets",
     "random_start",
     "read_log",
-    "read_mesh",
     "read_plan",
     "reading_noise",
     "rotation_angle_difference_rad",
@@ -4212,11 +4211,6 @@ def random_start(
 def read_log(path: str) -> Log:
     """
     Reads a canonical CSV log. Raises InputError 'file:line: column: …'.
-    """
-
-def read_mesh(path: str) -> Mesh:
-    """
-    Reads PLY or STL of triangles. Raises InputError naming the file.
     """
 
 def read_plan(path: str) -> Plan:
