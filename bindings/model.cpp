@@ -1,4 +1,4 @@
-// model/: the robot as data, and the robot file (parsed once, in C++).
+// model/ and robot_file/: the robot as data, and its file (parsed once, in C++).
 #include "cdprcal/effects/schema.hpp"
 #include "cdprcal/model/robot.hpp"
 

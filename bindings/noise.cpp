@@ -1,4 +1,4 @@
-// calibration/noise, refine: how much readings may be wrong, and which were left out.
+// readings/noise, calibration/refine: how much readings may be wrong, and which were left out.
 #include <map>
 
 #include "bindings.hpp"

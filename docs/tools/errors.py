@@ -209,7 +209,7 @@ def tables() -> str:
 
 def stops() -> list[str]:
     """Reasons for which the start-up procedure stops the robot, values as gaps."""
-    folder = ROOT / "cpp" / "cdprcal" / "acquisition" / "startup"
+    folder = ROOT / "cpp" / "cdprcal" / "startup"
     sources = [path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.cpp"))]
     return [
         text

@@ -2,7 +2,7 @@
 // nothing of this tree.
 #include <cdprcal/calibration/calibrate.hpp>
 #include <cdprcal/kinematics/platform.hpp>
-#include <cdprcal/model/robot_file.hpp>
+#include <cdprcal/robot_file/robot_file.hpp>
 #include <cdprcal/version.hpp>
 
 #include <iostream>

@@ -43,6 +43,7 @@ HAND_ON = {
     "platform.py",
     "result_file.py",
     "robot.cpp",
+    "robot_check.hpp",
     "robot_file.cpp",
     "schema.cpp",
     "server.py",
@@ -321,9 +322,20 @@ def test_every_help_ends_with_an_example_that_can_be_typed() -> None:
         assert name in command.epilog
 
 
-def test_links_of_the_readme_lead_somewhere() -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+def test_every_command_is_in_the_table() -> None:
+    from typer.main import get_command
+
+    from cdprcal.cli import app
+
+    table = (DOCS / "commands.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^\| `cdprcal ([\w-]+)", table, re.M)
+    assert sorted(listed) == sorted(get_command(app).commands)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", "tests/README.md"])
+def test_links_of_pages_outside_the_site_lead_somewhere(page: str) -> None:
+    text = (ROOT / page).read_text(encoding="utf-8")
     links = [link for link in re.findall(r"\]\(([^)#]+)", text) if "://" not in link]
     assert links
     for link in links:
-        assert (ROOT / link).exists(), link
+        assert (ROOT / page).parent.joinpath(link).exists(), link
