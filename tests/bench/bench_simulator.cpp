@@ -7,7 +7,7 @@ namespace {
 
 using namespace cdprcal;
 
-/// A transition between two set-points, again and again. Counter x_real_time: seconds a second.
+/// A transition between two set-points, again and again. Counter x_real_time: seconds per second.
 void SimulatorStep(benchmark::State& state) {
   const auto mode = static_cast<WinchMode>(state.range(1));
   const Robot robot = state.range(0) == 4 ? load_robot("irma4")

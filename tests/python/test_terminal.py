@@ -51,7 +51,7 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
     drawn = Terminal()
     for place in ("cdprcal.acquisition.monitor.console", "cdprcal.tables.console"):
         monkeypatch.setattr(place, drawn.console)
-    # Ten pictures a second of a run that takes a fraction of one hang on the machine: every 5 ms.
+    # Ten pictures per second of a run that takes a fraction of one hang on the machine: every 5 ms.
     monkeypatch.setattr("cdprcal.acquisition.monitor._REFRESH_S", 0.005)
     return drawn
 

@@ -87,7 +87,7 @@ def test_the_start_up_over_canopen_is_that_of_the_simulator(
     assert len(watched.run.rests) == 4
     assert len(log) == len(direct)
     np.testing.assert_allclose(log.time_s, direct.time_s, atol=1e-9)
-    # Commands are whole counts a second, so the plants drift apart by a few counts, and a reading
+    # Commands are whole counts per second, so the plants drift apart by a few counts, and a reading
     # may be rounded to the next step: of the encoders, the load cells and a float32 quaternion.
     for name, step, steps in (
         ("length_m", 1e-6, 10),

@@ -318,7 +318,7 @@ def test_what_does_not_answer_is_said() -> None:
 
 def test_rates_that_cannot_be() -> None:
     ahrs = Ahrs(port="simulated", rate_Hz=400)
-    with pytest.raises(BackendError, match=r"400 packets of 36 bytes a second need 144000 bit/s"):
+    with pytest.raises(BackendError, match=r"400 packets of 36 bytes per second need 144000 bit/s"):
         XsensMti(SimulatedPort(ahrs), ahrs)
     ahrs = Ahrs(port="simulated", rate_Hz=150)
     with pytest.raises(BackendError, match=r"gives 133 Hz where ahrs\.rate_Hz asks for 150"):
@@ -384,7 +384,7 @@ def test_a_port_that_is_not_there() -> None:
 
 
 def test_parsing_is_quick(benchmark: object) -> None:
-    """Packets a second: the rate that is asserted leaves room for a slow, busy machine."""
+    """Packets per second: the rate that is asserted leaves room for a slow, busy machine."""
     data = PACKET * 200
 
     def read() -> int:

@@ -130,7 +130,7 @@ def frames(count: int) -> bool:
         began = time.perf_counter()
         whole = [mt.parse(frame.data) for frame in FrameReader().feed(data)]
         rates.append(len(whole) / (time.perf_counter() - began))
-    print(f"{np.median(rates):.0f} frames a second (median of {len(rates)} times 1000)")
+    print(f"{np.median(rates):.0f} frames per second (median of {len(rates)} times 1000)")
     return bool(np.median(rates) > 1e5)
 
 

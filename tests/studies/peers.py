@@ -210,7 +210,7 @@ def all_equilibria(points: int, rounds: int, left_out: list[str]) -> list[Row]:
 
 
 def show(rows: Sequence[Row]) -> None:
-    print("| problem | solver | iterations | ms | µs a pose and iteration | × ours | callbacks |")
+    print("| problem | solver | iterations | ms | µs per pose and iteration | × ours | callbacks |")
     print("|---|---|---|---|---|---|---|")
     problem = ""
     for row in rows:

@@ -43,7 +43,7 @@ struct SensorSigma {
   double position_m = 1e-3;
   /// What the wrench balance itself may be wrong by, beyond the load cells. Not in the paper.
   /// 0 means: what a geometry known to 1 mm leaves. `finalise` then puts weight × 1e-3 here (a
-  /// cable direction wrong by 1 mm a metre) and weight × 1 mm below (the weight's lever).
+  /// cable direction wrong by 1 mm per metre) and weight × 1 mm below (the weight's lever).
   double wrench_force_N = 0.0;
   double wrench_moment_Nm = 0.0;
 };

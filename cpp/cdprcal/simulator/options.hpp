@@ -41,8 +41,8 @@ struct WinchOptions {
   double time_constant_s = 0.01;  ///< of the drive's velocity loop
   double max_velocity_m_s = 1.0;  ///< the drive's own limit; not in torque mode
   /// Tension mode: speed per newton of error. Seen from the platform each winch is then a dashpot
-  /// of 1/gain. 0: together these are 4 N s/m a kilogram of platform, which damps the slow modes of
-  /// robots of a few metres (2 to 3 rad/s) about critically.
+  /// of 1/gain. 0: together these are 4 N s/m per kilogram of platform, which damps the slow modes
+  /// of robots of a few metres (2 to 3 rad/s) about critically.
   double tension_gain_m_s_N = 0.0;
   /// Tension mode: white noise of the load cell inside the drive's loop, each millisecond. The data
   /// sheet's accuracy of the real one; what is logged has picked up more on its way.

@@ -8,7 +8,7 @@
 namespace cdprcal {
 namespace {
 
-/// Cables may cross a fifth of the robot's size a second: the mean distance of the pulleys from
+/// Cables may cross a fifth of the robot's size per second: the mean distance of the pulleys from
 /// their middle. For a robot of 1.6 m that is 0.32 m/s.
 double derived_velocity_m_s(const Robot& robot) {
   Vector3 middle = Vector3::Zero();

@@ -79,7 +79,7 @@ class Monitor:
     def show(
         self, command: StartUpCommand, sample: RobotSample, estimate: Estimate | None = None
     ) -> None:
-        """To be called with every command; draws ten times a second."""
+        """To be called with every command; draws ten times per second."""
         self._estimate = estimate or self._estimate
         if not self._animated:
             if estimate is not None:

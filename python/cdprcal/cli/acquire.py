@@ -88,7 +88,7 @@ def command(
     ] = "",
     speed: Annotated[
         float,
-        typer.Option(min=0.0, help="Simulated: seconds a second; 0: as fast as it goes."),
+        typer.Option(min=0.0, help="Simulated: seconds per second; 0: as fast as it goes."),
     ] = 0.0,
     quick: Annotated[
         bool,
@@ -107,7 +107,7 @@ def command(
             "the order in which they teach most. Exit code 1 when all of them are not enough.",
         ),
     ] = "",
-    rate_hz: Annotated[float, typer.Option("--rate-hz", help="Rows of the log a second.")] = 10.0,
+    rate_hz: Annotated[float, typer.Option("--rate-hz", help="Rows of the log per second.")] = 10.0,
     live: LiveOption = False,
     live_stop: LiveStopOption = False,
     port: PortOption = 0,

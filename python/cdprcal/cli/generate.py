@@ -28,7 +28,7 @@ def command(
     noise: Annotated[
         float, typer.Option(min=0.0, help="Noise of the readings, in the robot's own sigma.")
     ] = 0.1,
-    rate_hz: Annotated[float, typer.Option("--rate-hz", help="Samples a second.")] = 10.0,
+    rate_hz: Annotated[float, typer.Option("--rate-hz", help="Samples per second.")] = 10.0,
     dwell_s: Annotated[float, typer.Option("--dwell-s", help="Rest at each pose.")] = 5.0,
     move_s: Annotated[float, typer.Option("--move-s", help="Motion between two poses.")] = 5.0,
     sensors: Annotated[

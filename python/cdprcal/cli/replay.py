@@ -24,7 +24,7 @@ def command(
         ),
     ] = "",
     speed: Annotated[
-        float, typer.Option(min=0.0, help="Seconds of the log a second; 0: all at once.")
+        float, typer.Option(min=0.0, help="Seconds of the log per second; 0: all at once.")
     ] = 1.0,
     port: PortOption = 0,
 ) -> None:

@@ -17,7 +17,7 @@ class SimulatedBackend:
 
     robot: as its file describes it; what the file lists under effects acts in the plant, and so do
     ``options.effects``. tension_N [n]: true tensions at power-on; the platform hangs where they
-    hold it. speed: simulated seconds a second; 0: as fast as it goes.
+    hold it. speed: simulated seconds per second; 0: as fast as it goes.
 
     Raises InputError when the robot cannot hang at these tensions.
     """

@@ -20,7 +20,7 @@ from cdprcal.acquisition.procedure import STATES
 
 Message = dict[str, Any]
 
-#: Messages kept: half an hour of ten a second. What is older is no longer shown.
+#: Messages kept: half an hour of ten per second. What is older is no longer shown.
 _KEPT = 20_000
 #: A page that is so far behind has stopped reading.
 _WAITING = 5_000

@@ -28,7 +28,7 @@ def replay_messages(
     speed: float = 1.0,
     sleep: Callable[[float], None] = time.sleep,
 ) -> Iterator[str]:
-    """Messages of a log from its beginning, ``speed`` seconds of it a second; 0: all at once.
+    """Messages of a log from its beginning, ``speed`` seconds of it per second; 0: all at once.
 
     What the robot was doing comes from the events of an acquired log; in others, rests are found.
     setpoints: of the plan, where it is known.

@@ -79,7 +79,7 @@ class SimulatedClock:
 
     idle: called when a message is waited for, so that simulated nodes may answer; advance: called
     with the time whenever that has moved on. patience_s: how long, in real time, a message from
-    another process may take before it counts as one that never comes. speed: seconds a second; 0:
+    another process may take before it counts as one that never comes. speed: seconds per second; 0:
     as fast as it goes.
     """
 

@@ -135,7 +135,7 @@ class Torque(_Strict):
     """Between motor torque (0x6071, per mille of rated) and cable tension."""
 
     drum_radius_m: Positive
-    gear_ratio: Positive = Field(1.0, description="Turns of the motor a turn of the drum.")
+    gear_ratio: Positive = Field(1.0, description="Turns of the motor per turn of the drum.")
     rated_torque_Nm: Positive = Field(description="Of the motor, 0x6076.")
 
 
@@ -146,9 +146,9 @@ class Winch(_Strict):
     node: NodeId
     sign: Sign = Field(description="1: position counts grow as cable is paid out; -1: as it is "
                        "reeled in.")  # fmt: skip
-    counts_per_m: Positive = Field(description="Position counts (0x6064) a metre of cable.")
+    counts_per_m: Positive = Field(description="Position counts (0x6064) per metre of cable.")
     velocity_units_per_m_s: Positive | None = Field(
-        None, description="Units of 0x60FF at 1 m/s; counts_per_m if absent (counts a second)."
+        None, description="Units of 0x60FF at 1 m/s; counts_per_m if absent (counts per second)."
     )
     deceleration_units_per_m_s2: Positive | None = Field(
         None, description="Units of 0x6085 at 1 m/s²; velocity_units_per_m_s if absent."
@@ -228,7 +228,7 @@ class Simulated(_Strict):
     """Present: the drives are simulated. Only on the buses virtual and udp_multicast."""
 
     speed: Annotated[float, Field(ge=0.0)] = Field(
-        0.0, description="Simulated seconds a second; 0: as fast as it goes."
+        0.0, description="Simulated seconds per second; 0: as fast as it goes."
     )
     axial_stiffness_N: Positive = Field(
         1.5e5, description="EA of the cables. Much stiffer ones than this default need a tension "

@@ -167,7 +167,7 @@ class XsensMti:
         needed = packet * self._ahrs.rate_Hz * _BITS_A_BYTE
         if needed > self._ahrs.baudrate_bit_s:
             raise BackendError(
-                f"AHRS: {self._ahrs.rate_Hz} packets of {packet} bytes a second need {needed} "
+                f"AHRS: {self._ahrs.rate_Hz} packets of {packet} bytes per second need {needed} "
                 f"bit/s, and ahrs.baudrate_bit_s is {self._ahrs.baudrate_bit_s}: lower "
                 "ahrs.rate_Hz, or raise the baud rate of the device first"
             )

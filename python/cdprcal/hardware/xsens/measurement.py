@@ -30,7 +30,7 @@ PRECISION_BITS: dict[Precision, int] = {"float32": 0, "fp12.20": 1, "fp16.32": 2
 FRAME_BITS: dict[LocalFrame, int] = {"ENU": 0, "NED": 4, "NWU": 8}
 NUMBER_BYTES: dict[Precision, int] = {"float32": 4, "fp12.20": 4, "fp16.32": 6, "float64": 8}
 
-#: SampleTimeFine counts these a second, and wraps after 2³² of them.
+#: SampleTimeFine counts these per second, and wraps after 2³² of them.
 TIME_FINE_HZ = 10_000
 
 _UNIT_TOLERANCE = 1e-2  # of a quaternion's norm; fixed point is coarse, garbage is far off
