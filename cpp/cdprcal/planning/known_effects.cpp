@@ -47,7 +47,8 @@ CableVector KnownEffects::tension_N(const Pose& pose, const CableVector& reading
 }
 
 CableVector KnownEffects::reading_N(const Pose& pose, const CableVector& tension) const {
-  // Corrections are small against the readings they are taken from: a contraction.
+  // The reading whose corrected tension is `tension`, by fixed-point iteration: it converges
+  // because the corrections change little when the reading does.
   CableVector reading = tension;
   for (int i = 0; i < 200; ++i) {
     const CableVector step = tension - tension_N(pose, reading);

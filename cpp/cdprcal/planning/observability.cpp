@@ -29,7 +29,8 @@ Eigen::MatrixXd with_wide_prior(Eigen::MatrixXd information) {
   return information;
 }
 
-/// log det of the information on ζ0: of everything less of the reference errors.
+/// log det of the information on ζ0 (the Schur complement): log det of the whole matrix minus that
+/// of the block of the reference errors.
 double log_determinant(const Eigen::MatrixXd& information) {
   const auto of = [](const Eigen::MatrixXd& m) {
     if (m.rows() == 0) return 0.0;

@@ -261,7 +261,7 @@ std::vector<int> random_order(const Eigen::MatrixXd& length_m, int visits, std::
     return std::min(static_cast<std::size_t>(random.uniform() * static_cast<double>(bound)),
                     bound - 1);
   };
-  // Round after round, each of every pose once: a drift then meets every pose early and late.
+  // Each round visits every pose once, so that a drift acts on every pose early and late.
   std::vector<int> order;
   for (int v = 0; v < visits; ++v) {
     const std::size_t begin = order.size();

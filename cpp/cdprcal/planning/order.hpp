@@ -36,9 +36,8 @@ inline constexpr int kMostExact = 12;
 /// Rounds of random order, `visits` of them, each of every pose once; no pose twice in a row.
 /// Friction and hysteresis depend on the direction in which a cable arrives, so among random orders
 /// one is sought in which as many cables as possible reach each pose both ways, paying out and
-/// reeling in. length_m: (k+1)×n cable
-/// lengths at the start and the poses. The same seed gives the same order everywhere. Throws
-/// InputError for visits below 1, or several visits of a single pose.
+/// reeling in. length_m: (k+1)×n cable lengths at the start and the poses. The same seed gives the
+/// same order everywhere. Throws InputError for visits below 1, or several visits of a single pose.
 std::vector<int> random_order(const Eigen::MatrixXd& length_m, int visits, std::uint64_t seed);
 
 /// How well an order tells the two directions apart.

@@ -155,7 +155,7 @@ Path PathChecker::follow(const SetPoint& from, const SetPoint& to) const {
         settle(tension_N, pose) && size_of(minus(pose, predicted), step_limit_m_) < 0.1;
     const PathPoint next = settled ? describe(fraction, pose, tension_N, change_N) : PathPoint{};
     if (!settled || !(next.stiffness_N_m > 0.5 * at.stiffness_N_m)) {
-      if (step < 2.0 * kLeastStep && settled) {  // softening to nothing within a hair
+      if (step < 2.0 * kLeastStep && settled) {  // stiffness halved within the shortest step
         fail(path, PathStatus::unstable, next, "the platform loses its stability");
         return path;
       }

@@ -34,7 +34,7 @@ bool read_slowly(std::string_view cell, double& value) {
   const char* const end = begin + cell.size();
   const auto [stop, status] = std::from_chars(begin, end, value);
   if (stop != end || status == std::errc::invalid_argument) return false;
-  if (status == std::errc::result_out_of_range) {  // from_chars does not say which way
+  if (status == std::errc::result_out_of_range) {  // too large or too small: strtod tells which
     value = std::strtod(std::string(cell).c_str(), nullptr);
   }
   return true;

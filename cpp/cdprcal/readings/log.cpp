@@ -217,7 +217,8 @@ int Log::cable_count() const {
 
 Log parse_log(const std::string& text, const std::string& source) {
   if (text.size() > kMostLogBytes) throw InputError(source + ": is over 1 GB: split it");
-  const auto most_lines = static_cast<std::size_t>(kMostLogLines);  // no text has more than bytes
+  // Lines are counted only in texts of at least as many bytes.
+  const auto most_lines = static_cast<std::size_t>(kMostLogLines);
   if (text.size() > most_lines && std::count(text.begin(), text.end(), '\n') > kMostLogLines) {
     throw InputError(source + ": has over 5 million lines: split it, or log at a lower rate");
   }

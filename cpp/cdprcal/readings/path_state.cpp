@@ -40,8 +40,8 @@ Eigen::VectorXd smoothed(const Eigen::VectorXd& time, Eigen::VectorXd values,
   return out;
 }
 
-/// Play operator of half-width `half`: the state follows the motion and saturates at ±1. Motion is
-/// what leaves a dead band of ± `noise` around where it last was, so that noise turns nothing over.
+/// Play operator of half-width `half`: the state follows the motion and saturates at ±1. Motion
+/// counts from ± `noise` on, so that noise does not change the state.
 void follow(const Eigen::VectorXd& values, const SampleRange& range, double half, double noise,
             Eigen::Ref<Eigen::VectorXd> direction) {
   double state = 0.0, reached = kNaN;

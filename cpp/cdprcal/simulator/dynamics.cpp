@@ -97,7 +97,8 @@ double PlantDynamics::mean_tension_N(int i, const StrandState& end, double payou
                                      double& by_length_N_m) const {
   const Winch& winch = winch_[i];
   const double grown = natural_m(i, winch.payout_m) - winch.payout_m;
-  // Half way: the order of two motions to and fro must not make energy.
+  // The mean of the stiffness at both ends of the step: the same forwards and backwards, so that
+  // winding in and out again makes no energy.
   const double k =
       0.5 * (law_.stiffness_N_m(winch.payout_m + grown) + law_.stiffness_N_m(payout_1_m + grown));
   const double viscous =
@@ -113,7 +114,7 @@ double PlantDynamics::mean_tension_N(int i, const StrandState& end, double payou
     mean = mean_elastic_tension(k, e0, e1);
   }
   if (viscous > 0.0) {
-    // Of the taut part of the way alone: smooth, and never a push.
+    // Only the taut part of the elongation damps: smooth at slack.
     mean.tension_N += viscous * (std::max(e1, 0.0) - std::max(e0, 0.0));
     if (e1 > 0.0) mean.by_length_N_m += viscous;
   }
@@ -216,8 +217,9 @@ StepStatus PlantDynamics::step(const WinchCommand& command) {
       end[i] = strand_state(p_.robot.cables[i].pulley, q1, drop[i]);
       if (!end[i].valid) return StepStatus::into_pulley;
       pulls[i] = pull(i, end[i], command);
-      // Direction with (mean direction)·Δq = Δl exactly. Not with sag, whose drop also moves Δl.
-      // What is missing is Δq³/l²; below a micrometre that drowns in the rounding of l.
+      // The mean direction, corrected so that its product with Δq is Δl exactly: then work and
+      // energy agree. The correction is of the order Δq³/l², rounding for moves below a micrometre.
+      // With sag the length changes for other reasons, too.
       const Vector3 moved = h_ * velocity + (arm_1[i] - arm_m_[i]);
       Vector3 along = 0.5 * (strand_[i].chord + end[i].chord);
       const double squared = moved.squaredNorm();
@@ -234,7 +236,8 @@ StepStatus PlantDynamics::step(const WinchCommand& command) {
     Vector6 residual;
     residual << m * (next.velocity_m_s - motion_.velocity_m_s) - h_ * force,
         rotation_1 * (inertia * next.body_rate_rad_s) - momentum_0 - h_ * moment;
-    // Stiff strands between slack and taut: a move that makes it worse was too long.
+    // Where stiff strands become slack or taut Newton may overshoot: halve a move that made it
+    // worse.
     const double norm = residual.norm();
     if (norm > last_norm && last_size > kTooSmallToHalve_m_s) {
       move *= 0.5;

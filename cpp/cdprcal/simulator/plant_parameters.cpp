@@ -116,8 +116,8 @@ void inject(const InjectedEffect& effect, PlantParameters& p) {
     throw InputError("effect " + name + ": it is in the table but not in the plant; report it");
 }
 
-/// As the plant takes it. What a file says of a reading's map sets it right; the plant has the map
-/// itself: the way back.
+/// A known effect of the robot file in the plant's terms. For orders and units the file has what
+/// corrects a reading and the plant what spoils it: the inverse.
 InjectedEffect as_injected(const AppliedEffect& known) {
   InjectedEffect effect{known.name, {}};
   if (known.name == "cable_order") {
@@ -185,8 +185,8 @@ PlantParameters plant_parameters(const Robot& robot, const SimulatorOptions& opt
   p.swivel_sign.setOnes(n);
   for (int i = 0; i < n; ++i) p.cable_order.push_back(i);
   p.euler_convention = robot.euler_convention;
-  // What the robot file says of the robot is so in the plant, unless the options say otherwise;
-  // what a file says of one run is not.
+  // Effects that the robot file lists for every run act in the plant, unless the options give the
+  // same effect other values. Those of single runs do not.
   for (const AppliedEffect& known : robot.effects) {
     const bool replaced =
         std::any_of(options.effects.begin(), options.effects.end(),

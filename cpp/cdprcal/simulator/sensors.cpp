@@ -75,7 +75,7 @@ void SensorBank::reset(const PlantDynamics& plant) {
 }
 
 PlantSnapshot SensorBank::seen(double time_s) const {
-  // Before the beginning the robot hung as it did at the beginning.
+  // A delay may ask for times before the first one: the robot hung there at rest.
   if (time_s <= history_.front().time_s) return history_.front();
   const auto after =
       std::partition_point(history_.begin(), history_.end(),

@@ -121,7 +121,7 @@ StartUpRun simulate_startup(const Robot& robot, const StartUpPlan& plan,
     } else {
       simulator.command_velocity(command.velocity_m_s);
     }
-    // Time goes on for whoever waits, even when the world stands still.
+    // When the plant has stopped (a collision), time still goes on until StartUp notices and holds.
     if (!simulator.advance(static_cast<double>(tick + 1) * period_s - simulator.time_s()) &&
         command.state == StartUpState::holding) {
       break;

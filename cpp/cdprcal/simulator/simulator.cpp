@@ -134,7 +134,7 @@ void Simulator::happen() {
                         event.size * dynamics_.strand(event.cable).cable.groove_normal);
         break;
       case PlantEvent::Kind::outlier:
-        break;  // the sensors' business
+        break;  // SensorBank makes it
     }
   }
 }

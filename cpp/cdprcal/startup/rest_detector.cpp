@@ -8,8 +8,8 @@
 namespace cdprcal {
 namespace {
 
-/// Sums of sampling periods miss a window's edge by their last bits; whether the sample there
-/// belongs to the window must not hang on them.
+/// Sample times that are summed up miss a window's edge by rounding. A sample this close to the
+/// edge belongs to the window.
 constexpr double kEdge_s = 1e-9;
 
 }  // namespace
@@ -58,7 +58,7 @@ void RestDetector::push(const RobotSample& sample) {
   const double drives_s = std::isnan(sample.drives_time_s) ? sample.time_s : sample.drives_time_s;
   const double attitude_s =
       std::isnan(sample.attitude_time_s) ? sample.time_s : sample.attitude_time_s;
-  // A held reading is one reading, not many.
+  // A reading that is repeated until the next one arrives counts once.
   if (drives_.time_s.empty() || drives_s > drives_.time_s.back()) {
     const auto n = static_cast<std::size_t>(n_);
     const CableVector none = CableVector::Constant(n_, kNaN);

@@ -214,7 +214,7 @@ const StartUpCommand& StartUp::step(const RobotSample& sample) {
       break;
   }
   if (command_.state == done || command_.state == holding) {
-    // Without a clock that runs, stop at once.
+    // A ramp needs a clock that runs; without one, stop at once.
     command_.velocity_m_s =
         dt_s > 0.0 ? controller_.stop(dt_s) : CableVector(CableVector::Zero(robot_.cable_count()));
     command_.locked = command_.velocity_m_s.isZero(0.0);
@@ -227,8 +227,8 @@ void StartUp::record(const RobotSample& sample) {
   recorded_sum_N_ += sample.tension_N;
   ++recorded_;
   from_N_ = recorded_sum_N_ / recorded_;
-  // What is there now is what is wanted; a tension outside the limits is not. Held until something
-  // moves: whoever reads the log sees from when on.
+  // The set-point while recording is the first reading, brought within the limits. It stays
+  // constant until the winches move, so that the log shows when that was.
   const auto within_limits = [this](const CableVector& tension_N) -> CableVector {
     return tension_N.cwiseMax(robot_.tension_min_N).cwiseMin(robot_.tension_max_N);
   };
@@ -241,8 +241,9 @@ void StartUp::record(const RobotSample& sample) {
 }
 
 void StartUp::plan_first_leg() {
-  // Where it hangs now is only a guess (it may sit on a support): good for a time, not for
-  // feed-forward. Without an equilibrium there, the gains are those of τ₀.
+  // The pose that these tensions would hold is only a guess of the present one (the platform may
+  // sit on a support): good enough for the duration, not for feed-forward. Without an equilibrium
+  // there, the gains are those of τ₀.
   const PathResult path = follow_equilibrium(robot_, from_N_, plan_.setpoint_N.front());
   feed_forward_ = false;
   double derived_s = 2.0 * kPi / leg_[0].slowest_rad_s() * 1.5;

@@ -5,15 +5,15 @@
 //
 // Everything follows from the ideal robot at the set-point, its slowest natural frequency ω₁ under
 // constant tensions, and the stiffness k of a cable:
-// - F = J (K+Q)⁻¹ Jᵀ is how much cable the equilibrium lets out for a newton less, so that slowly
-// all
-//   combinations of tensions converge at the same rate g = 0.4 ω₁, however stiff or soft they are.
+// - F = J (K+Q)⁻¹ Jᵀ is how much cable the equilibrium lets out for a newton less. Below
+//   ω₁ it makes all combinations of tensions converge at one rate g = 0.4 ω₁, however stiff or soft
+//   they are.
 // - Above ω₁ the platform answers with its inertia, and the gain g ω/ω₁² would rise for ever.
 //   Filtered with T = 0.4/ω₁ it falls as 2.5 ω₁/ω, and stays below 1 at the lightly damped
 //   resonances of the cables.
-// - Where n cables are almost one too many, some combination of cables cannot move the platform and
-//   only stretches. F is small there and uncertain: 3 % of the root of its trace is
-//   taken off the roots. Instead G = r/k / (1 + k A/4r²), A = J M⁻¹ Jᵀ, closes the loop at the
+// - Where the cables are close to dependent, some combination of them hardly moves the platform and
+//   only stretches. F is small there and uncertain: 3 % of the root of its trace is taken off the
+//   roots of its eigenvalues. Instead G = r/k / (1 + k A/4r²), A = J M⁻¹ Jᵀ, closes the loop at the
 //   bandwidth r there, and only there: in combinations that move the platform it is k A/4r² times
 //   weaker. r leaves room for drives, bus and hold of together 20 ms.
 // Simulated at 100 Hz with drives of 10 ms it is stable for cables from a third to four times as

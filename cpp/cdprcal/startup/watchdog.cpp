@@ -145,7 +145,8 @@ bool Watchdog::flickers(Flicker& f, double value, double now_s) const {
     ++f.changes;
     return true;
   }
-  // A sensor that has flickered for a while, and stands still ten times longer than ever before.
+  // Stuck: it changed at least kKnown times, and now stands still for stuck_s, and ten times longer
+  // than ever before.
   constexpr int kKnown = 20;
   return f.changes < kKnown || now_s - f.since_s <= std::max(options_.stuck_s, 10.0 * f.longest_s);
 }
@@ -170,7 +171,7 @@ void Watchdog::check_encoders(const RobotSample& sample, const CableVector& velo
                               double dt_s) {
   for (int i = 0; i < n_; ++i) {
     if (velocity_m_s.size() == n_) commanded_m_[i] += velocity_m_s[i] * dt_s;
-    // Compared with the path commanded since the encoder last stood elsewhere.
+    // Path commanded since the encoder last changed.
     if (!(sample.length_m[i] == length_then_m_[i])) {
       length_then_m_[i] = sample.length_m[i];
       commanded_m_[i] = 0.0;

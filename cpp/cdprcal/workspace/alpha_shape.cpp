@@ -116,7 +116,8 @@ class Solid {
   }
 
   /// Least alpha in [low, high] with one piece and no point outside, by bisection over the cells'
-  /// radii: both only get truer as alpha grows. `high` (when > 0) if none is good.
+  /// radii: both hold for every larger alpha, too, once they hold. `high` (when > 0) if none is
+  /// good.
   double automatic_alpha(double low, double high) {
     std::vector<double> radii;
     for (const Cell& cell : cells_) {
@@ -160,7 +161,8 @@ class Solid {
     return piece_;
   }
 
-  /// Hollows with nothing but rim points around them are where points were left out: solid.
+  /// Fills hollows that have only rim points (AlphaShapeOptions::core_rim) around them: inner
+  /// points were left out there.
   void fill_core() {
     for (auto it = delaunay_.all_cells_begin(); it != delaunay_.all_cells_end(); ++it) {
       it->info().visited = false;

@@ -17,9 +17,9 @@ struct AlphaShapeOptions {
   /// Bounds of the automatic alpha; 0: none.
   double min_alpha_m2 = 0.0;
   double max_alpha_m2 = 0.0;
-  /// For sets whose inner points were left out because the space there is solid anyway: one value a
-  /// point, true where only left-out or other points are around it, none missing. A hollow with
-  /// nothing but such points on its wall counts as solid. Empty: nothing was left out.
+  /// To be faster, a caller may leave out points deep inside a set. Then core_rim has one value a
+  /// point, true where every neighbour is inside the set (given or left out). A hollow with nothing
+  /// but such points on its wall counts as solid. Empty: nothing was left out.
   std::vector<bool> core_rim;
 };
 
