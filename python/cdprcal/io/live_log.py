@@ -1,8 +1,8 @@
 """Logs that are written while the robot moves, so that a crash costs a second of it and no more.
 
 Every row reaches the operating system as soon as it is there (CSV) or within half a second (MCAP,
-in chunks as small as that), and the disk itself twice per second. When a write fails the file is cut
-back to the last whole row or chunk and stays readable.
+in chunks as small as that), and the disk itself twice per second. When a write fails the file is
+cut back to the last whole row or chunk and stays readable.
 """
 
 from __future__ import annotations
