@@ -16,7 +16,9 @@ from cdprcal.check.tension import check_tensions
 from cdprcal.check.timing import check_sampling, check_segments
 from cdprcal.findings import Finding
 from cdprcal.io.damaged_csv import load_log_leniently
-from cdprcal.io.log_file import LogFile, display_name, require_cable_count
+from cdprcal.io.files import shown_path
+from cdprcal.io.loaded import LogFile
+from cdprcal.io.log_file import require_cable_count
 
 _ORDER = {"error": 0, "warning": 1, "info": 2}
 
@@ -42,7 +44,7 @@ class CheckReport:
         time = self.file.log.time_s
         return {
             "trusted": self.trusted,
-            "log": display_name(self.file.path),
+            "log": shown_path(self.file.path),
             "format": self.file.format,
             "robot": self.robot.name,
             "samples": len(self.file.log),

@@ -115,14 +115,14 @@ def command(
 def _without_pose(robot: _core.Robot, files: list[LogFile]) -> list[str]:
     """What is to be said about logs that this robot file cannot calibrate."""
     from cdprcal import _core
-    from cdprcal.io.log_file import display_name
+    from cdprcal.io.files import shown_path
 
     lines = []
     for file in files:
         found = _core.calibrate(robot, file.log).result
         if found.status != _core.CalibrationStatus.converged:
             lines.append(
-                f"{display_name(file.path)} gives no initial pose that can be trusted, with this "
+                f"{shown_path(file.path)} gives no initial pose that can be trusted, with this "
                 f"model either: {found.status.name}, {found.reason}; cdprcal check says more"
             )
     return lines
@@ -131,7 +131,7 @@ def _without_pose(robot: _core.Robot, files: list[LogFile]) -> list[str]:
 def _refuse_without_rest(robot: _core.Robot, files: list[LogFile]) -> None:
     """Raises InputError for a log whose run has no rest that could be found."""
     from cdprcal import _core
-    from cdprcal.io.log_file import display_name
+    from cdprcal.io.files import shown_path
 
     for file in files:
         run = _core.segments(file.log)[-1]
@@ -142,7 +142,7 @@ def _refuse_without_rest(robot: _core.Robot, files: list[LogFile]) -> None:
         if not rests:
             window_s = _core.DetectionOptions().window_s
             raise _core.InputError(
-                f"{display_name(file.path)}: no pose at rest was found in the run ({len(run)} "
+                f"{shown_path(file.path)}: no pose at rest was found in the run ({len(run)} "
                 f"samples), and diagnose needs some: rests of 3 s, logged at 10 Hz or more "
                 f"({window_s:g} s must hold several samples); cdprcal check says more"
             )

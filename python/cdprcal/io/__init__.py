@@ -2,7 +2,8 @@
 
 from cdprcal.io.acquisition_inputs import AcquisitionInputs, read_inputs
 from cdprcal.io.live_log import LiveLog, open_live_log
-from cdprcal.io.log_file import LogFile, LogFormat, load_log, load_run, load_runs, sniff_format
+from cdprcal.io.loaded import LogFile, LogFormat
+from cdprcal.io.log_file import load_log, load_run, load_runs, sniff_format
 from cdprcal.io.save import save_log
 
 __all__ = [

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from cdprcal._core import InputError
-from cdprcal.io.files import read_bytes
-from cdprcal.io.log_file import ACQUIRED, display_name, sniff_format
+from cdprcal.io.files import read_bytes, shown_path
+from cdprcal.io.log_file import ACQUIRED, sniff_format
 from cdprcal.io.mcap_records import readable_records
 
 ROBOT, PLAN, SETTINGS = "robot.yaml", "plan.csv", "settings.json"
@@ -67,7 +67,7 @@ def read_inputs(path: str | Path) -> AcquisitionInputs | None:
         settings = None
     if not isinstance(settings, dict):
         raise InputError(
-            f"{display_name(path)}: the settings in this log are damaged; leave out --inputs"
+            f"{shown_path(path)}: the settings in this log are damaged; leave out --inputs"
         )
     return AcquisitionInputs(files[ROBOT], files[PLAN], settings)
 

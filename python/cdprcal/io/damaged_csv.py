@@ -13,7 +13,9 @@ import numpy as np
 from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.findings import Finding
-from cdprcal.io.log_file import LogFile, display_name, parse_log_bytes, read_log_bytes, sniff_format
+from cdprcal.io.files import shown_path
+from cdprcal.io.loaded import LogFile
+from cdprcal.io.log_file import parse_log_bytes, read_log_bytes, sniff_format
 
 
 def load_log_leniently(path: str | Path) -> LogFile:
@@ -29,7 +31,7 @@ def load_log_leniently(path: str | Path) -> LogFile:
         if not repaired.findings:
             raise
         try:
-            log = _core.parse_log(repaired.text, display_name(path))
+            log = _core.parse_log(repaired.text, shown_path(path))
         except InputError:
             raise error from None  # damaged beyond this: the first message has the right line
         line = np.array(repaired.line, dtype=np.int64)

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cdprcal import _core
-from cdprcal._core import InputError, Log
+from cdprcal._core import InputError
 from cdprcal.findings import Finding
 from cdprcal.io.files import read_bytes, shown_path
-
-LogFormat = Literal["csv", "mcap", "raw"]
+from cdprcal.io.loaded import LogFile, LogFormat
 
 #: 13 hours of samples at 100 Hz; a day of a four-cable robot's raw log at 10 Hz.
 MOST_LINES = 5_000_000
@@ -26,25 +23,6 @@ ACQUIRED = b"# cdprcal acquisition"
 _COMMENT = re.compile(rb"\n[ \t]*#")
 _END = re.compile(rb'"state": "(done|holding)"')
 _RAW_LINE = re.compile(rb"\s*\d+,[-+.\deE]+,")
-
-
-@dataclass(frozen=True)
-class LogFile:
-    """A log, where it came from and what its reader noticed.
-
-    ``line`` [N] holds the line of the file that each sample begins on, counted from 1; None where
-    the format has no lines.
-    """
-
-    path: Path
-    format: LogFormat
-    log: Log
-    findings: tuple[Finding, ...] = ()
-    line: NDArray[np.int64] | None = None
-
-    def line_of(self, sample: int) -> int | None:
-        """The line on which a sample begins, if the format has lines."""
-        return None if self.line is None else int(self.line[sample])
 
 
 def sniff_format(data: bytes) -> LogFormat:
@@ -85,7 +63,7 @@ def read_log_bytes(path: Path) -> bytes:
     data = read_bytes(path)
     if not data.startswith(_MCAP_MAGIC) and data.count(b"\n") > MOST_LINES:
         raise InputError(
-            f"{display_name(path)}: has over {MOST_LINES // 1_000_000} million lines: split it, or "
+            f"{shown_path(path)}: has over {MOST_LINES // 1_000_000} million lines: split it, or "
             "log at a lower rate"
         )
     return data
@@ -97,7 +75,7 @@ def parse_csv_log(data: bytes, path: Path) -> LogFile:
     if data.startswith(ACQUIRED):
         data = _whole_lines(data, findings)
         findings += _unfinished(data)
-    log = _core.parse_log(data, display_name(path))
+    log = _core.parse_log(data, shown_path(path))
     return LogFile(path, "csv", log, tuple(findings), line=_sample_lines(data, len(log)))
 
 
@@ -116,7 +94,7 @@ def load_runs(paths: Sequence[str | Path], robot: _core.Robot) -> list[LogFile]:
         for other in files[:i]:
             if _same_run(file.log, other.log):
                 raise InputError(
-                    f"{display_name(file.path)}: holds the same run as {display_name(other.path)}; "
+                    f"{shown_path(file.path)}: holds the same run as {shown_path(other.path)}; "
                     "give each run once"
                 )
     return files
@@ -137,14 +115,9 @@ def require_cable_count(file: LogFile, robot: _core.Robot) -> None:
     count = file.log.cable_count
     if count not in (0, robot.cable_count):
         raise InputError(
-            f"{display_name(file.path)}: has {_cables(count)}, robot {robot.name} has "
+            f"{shown_path(file.path)}: has {_cables(count)}, robot {robot.name} has "
             f"{robot.cable_count}: use the robot file of the robot that wrote this log"
         )
-
-
-def display_name(path: Path) -> str:
-    """The path as messages show it: valid UTF-8 on one line."""
-    return shown_path(path)
 
 
 def _cables(count: int) -> str:

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from cdprcal import _core
 from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
-from cdprcal.io.files import shown_text
-from cdprcal.io.log_file import LogFile, display_name
+from cdprcal.io.files import shown_path, shown_text
+from cdprcal.io.loaded import LogFile
 from cdprcal.io.mcap_records import CutError, DamagedError, blocks, inside
 
 TOPIC = "/cdprcal/sample"
@@ -84,7 +84,7 @@ def parse_mcap_log(data: bytes, path: Path) -> LogFile:
 
     Raises InputError naming the file and message when a value is no number or nothing is there.
     """
-    name = display_name(path)
+    name = shown_path(path)
     findings: list[Finding] = []
     parts = [part for part in _parts(data, name, findings) if len(part.values)]
     if not parts:

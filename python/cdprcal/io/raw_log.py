@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from cdprcal import _core
 from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
-from cdprcal.io.log_file import LogFile, display_name
+from cdprcal.io.files import shown_path
+from cdprcal.io.loaded import LogFile
 
 _NEWLINE, _COMMA, _RETURN = 10, 44, 13
 _CABLE, _ATTITUDE, _OTHER, _UNKNOWN, _BLANK = 3, 5, 6, -1, -2
@@ -57,7 +58,7 @@ def parse_raw_log(data: bytes, path: Path) -> LogFile:
 
     Lines that the logger did not finish are left out, each with a finding.
     """
-    name = display_name(path)
+    name = shown_path(path)
     findings: list[Finding] = []
     lines = _split(data, findings)
     usable = _usable(lines, findings)

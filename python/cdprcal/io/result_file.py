@@ -22,9 +22,8 @@ import numpy as np
 
 from cdprcal import _core
 from cdprcal._core import InputError
-from cdprcal.io.files import begins_with, read_bytes, write_text
+from cdprcal.io.files import begins_with, read_bytes, shown_path, write_text
 from cdprcal.io.json_document import parse_json, require_schema
-from cdprcal.io.log_file import display_name
 
 Command = Literal["calibrate", "diagnose"]
 #: Of the file; logs take a third of their size as CSV in it.
@@ -93,7 +92,7 @@ def result_text(
 def load_result(path: str | Path) -> Result:
     """Reads a result file. Raises InputError naming the file and what is wrong with it."""
     path = Path(path)
-    name = display_name(path)
+    name = shown_path(path)
     document = parse_json(read_bytes(path, _MOST_BYTES), name)
     inputs = document.get("inputs") if isinstance(document, dict) else None
     if not isinstance(inputs, dict):

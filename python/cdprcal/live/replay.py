@@ -13,7 +13,7 @@ from cdprcal import _core
 from cdprcal._core import StartUpState
 from cdprcal.acquisition.procedure import STATES
 from cdprcal.io.events import read_events
-from cdprcal.io.log_file import LogFile
+from cdprcal.io.loaded import LogFile
 from cdprcal.live.feed import end_message, estimate_message, hello, sample_message
 
 _DOES = {state.name: text for state, text in STATES.items()}

@@ -11,7 +11,7 @@ import numpy as np
 from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.findings import Finding
-from cdprcal.io.log_file import LogFile
+from cdprcal.io.loaded import LogFile
 from cdprcal.io.result_file import Result, calibrate_options, calibrate_options_as_dict, naming
 from cdprcal.results import calibration_as_dict
 

@@ -19,8 +19,8 @@ from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
 from cdprcal.hardware.session import Ros2
 from cdprcal.hardware.xsens.measurement import rotation_from_quaternion, rotation_from_zyx_deg
-from cdprcal.io.files import begins_with, reason, shown_text
-from cdprcal.io.log_file import LogFile, display_name
+from cdprcal.io.files import begins_with, reason, shown_path, shown_text
+from cdprcal.io.loaded import LogFile
 from cdprcal.io.mcap_records import CutError, DamagedError
 from cdprcal.ros2.storage import MCAP_MAGIC, SQLITE_MAGIC, StorageError, messages
 from cdprcal.ros2.topics import JOINT_STATE, length_joints, swivel_joints, wanted_types
@@ -52,7 +52,7 @@ def load_bag(
     topic.
     """
     path = Path(path)
-    name = display_name(path)
+    name = shown_path(path)
     topics = topics or Ros2.model_validate({})
     read, there = _read(path, name, topics)
     joints = read.get(topics.joint_states, [])
