@@ -10,7 +10,7 @@ import pytest
 import typer
 
 from cdprcal import InputError
-from cdprcal.cli.common import interruptible, reports_errors
+from cdprcal.command import interruptible, reports_errors
 
 
 @pytest.mark.parametrize(

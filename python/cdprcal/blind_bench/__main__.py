@@ -12,7 +12,7 @@ import typer
 from cdprcal.blind_bench.cases import NoiseKind, Setting, Split, kind_of
 from cdprcal.blind_bench.judge import run_case
 from cdprcal.blind_bench.report import markdown, read_lines
-from cdprcal.cli.common import fail, reports_errors
+from cdprcal.command import fail, reports_errors
 from cdprcal.studies.workers import Workers, stream
 
 app = typer.Typer(

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cdprcal.cli.common import (
+from cdprcal.cli.live import LiveOption, LiveStopOption, PortOption, live_page
+from cdprcal.command import (
     DONE,
     UNTRUSTED,
     JsonOption,
@@ -16,7 +17,6 @@ from cdprcal.cli.common import (
     print_json,
     reports_errors,
 )
-from cdprcal.cli.live import LiveOption, LiveStopOption, PortOption, live_page
 
 if TYPE_CHECKING:
     from cdprcal import _core

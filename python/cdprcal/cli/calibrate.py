@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from cdprcal.cli.common import (
+from cdprcal.command import (
     DONE,
     UNTRUSTED,
     JsonOption,

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from cdprcal.cli.common import DONE, UNTRUSTED, JsonOption, fail, print_json, reports_errors
+from cdprcal.command import DONE, UNTRUSTED, JsonOption, fail, print_json, reports_errors
 
 EXAMPLE = "Example: cdprcal demo --seed 2 --effect load_cell_bias=6,-5,4,-8"
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from cdprcal.cli.common import DONE, UNTRUSTED, WRONG_USE, fail, print_json
+from cdprcal.command import DONE, UNTRUSTED, WRONG_USE, fail, print_json
 
 if TYPE_CHECKING:
     from rich.console import Group

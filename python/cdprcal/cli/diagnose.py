@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cdprcal.cli.common import (
+from cdprcal.command import (
     DONE,
     UNTRUSTED,
     JsonOption,

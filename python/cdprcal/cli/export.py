@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from cdprcal.cli.common import DONE, LogArgument, RobotArgument, reports_errors
+from cdprcal.command import DONE, LogArgument, RobotArgument, reports_errors
 
 EXAMPLE = "Example: cdprcal export irma4 run.mcap -o bag && ros2 bag play bag"
 

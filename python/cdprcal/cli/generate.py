@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cdprcal.cli.common import RobotArgument, keep_apart, reports_errors
+from cdprcal.command import RobotArgument, keep_apart, reports_errors
+from cdprcal.option_values import parse_grid
 
 if TYPE_CHECKING:
     from cdprcal import _core
@@ -109,15 +110,3 @@ def with_sensors(log: _core.Log, groups: set[str]) -> _core.Log:
 
     kept = {group: getattr(log, group) for group in (*groups, "tension_setpoint_N")}
     return _core.Log(time_s=log.time_s, source=log.source, **kept)
-
-
-def parse_grid(text: str) -> tuple[int, int, int]:
-    """'2x2x3' → (2, 2, 3). Raises InputError."""
-    import re
-
-    from cdprcal._core import InputError
-
-    match = re.fullmatch(r"([1-9]\d?)x([1-9]\d?)x([1-9]\d?)", text.strip().lower())
-    if not match:
-        raise InputError(f"--grid: {text!r} must be of the form 2x2x3, 1 to 99 in each direction")
-    return int(match[1]), int(match[2]), int(match[3])

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from cdprcal.cli.common import (
+from cdprcal.command import (
     JsonOption,
     RobotArgument,
     fail,
@@ -15,11 +15,12 @@ from cdprcal.cli.common import (
     print_json,
     reports_errors,
 )
-from cdprcal.cli.values import (
+from cdprcal.option_values import (
     DistributionOption,
     LambdaOption,
     ThreadsOption,
     parse_box,
+    parse_grid,
     parse_numbers,
     parse_position,
 )
@@ -112,7 +113,6 @@ def command(
     are what its load cells will read, poses are where its platform will rest.
     """
     from cdprcal import _core
-    from cdprcal.cli.generate import parse_grid
     from cdprcal.cli.progress import progress_bar
     from cdprcal.io.files import write_text
     from cdprcal.pictures import check_picture_name

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from cdprcal.cli.common import DONE, LogArgument, reports_errors
 from cdprcal.cli.live import PortOption
+from cdprcal.command import DONE, LogArgument, reports_errors
 
 EXAMPLE = "Example: cdprcal replay run.csv --speed 10"
 

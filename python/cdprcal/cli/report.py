@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cdprcal.cli.common import DONE, UNTRUSTED, interruptible, reports_errors
+from cdprcal.command import DONE, UNTRUSTED, interruptible, reports_errors
 
 if TYPE_CHECKING:
     from cdprcal.report import Subject

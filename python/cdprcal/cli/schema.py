@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from cdprcal.cli.common import print_json, reports_errors
+from cdprcal.command import print_json, reports_errors
 
 EXAMPLE = "Example: cdprcal schema calibrate > calibrate.schema.json"
 

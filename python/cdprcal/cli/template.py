@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from cdprcal.cli.common import fail, reports_errors
+from cdprcal.command import fail, reports_errors
 
 EXAMPLE = "Example: cdprcal template --cables 4 -o myrobot.yaml && cdprcal check myrobot.yaml"
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from cdprcal.cli.common import (
+from cdprcal.command import (
     DONE,
     INTERRUPTED,
     UNTRUSTED,
@@ -18,7 +18,7 @@ from cdprcal.cli.common import (
     print_json,
     reports_errors,
 )
-from cdprcal.cli.values import (
+from cdprcal.option_values import (
     DistributionOption,
     LambdaOption,
     ThreadsOption,

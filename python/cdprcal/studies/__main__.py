@@ -11,7 +11,8 @@ from typing import Annotated, Any
 
 import typer
 
-from cdprcal.cli.common import DONE, UNTRUSTED, RobotArgument, reports_errors
+from cdprcal.command import DONE, UNTRUSTED, RobotArgument, reports_errors
+from cdprcal.option_values import parse_grid, parse_numbers
 
 app = typer.Typer(
     help="The same calculation many times over, on all cores or on a Dask cluster. A table (CSV) "
@@ -148,7 +149,6 @@ def plans_command(
 ) -> None:
     """The measurement plan of every variant of a robot: duration and predicted accuracy."""
     from cdprcal import _core
-    from cdprcal.cli.generate import parse_grid
     from cdprcal.studies import Workers, plans
 
     rows = plans(
@@ -175,7 +175,6 @@ def plans_command(
 def _values(vary: Sequence[str] | None) -> dict[str, list[float]]:
     """NAME=V1,V2,… of each --vary. Raises InputError naming the one that is none."""
     from cdprcal._core import InputError
-    from cdprcal.cli.values import parse_numbers
 
     values: dict[str, list[float]] = {}
     for text in vary or []:

@@ -23,7 +23,7 @@ from typing import Annotated, Self
 import typer
 
 from cdprcal import _core
-from cdprcal.cli.common import RobotArgument, fail, reports_errors
+from cdprcal.command import RobotArgument, fail, reports_errors
 from cdprcal.hardware.backend import BackendError
 from cdprcal.hardware.drives.backend import check_session
 from cdprcal.hardware.drives.canopen_bus import open_can_bus

@@ -1,8 +1,9 @@
-"""Positions, boxes and lists of numbers as options of a command."""
+"""Positions, boxes, grids and lists of numbers as options of a command."""
 
 from __future__ import annotations
 
 import math
+import re
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -66,3 +67,13 @@ def parse_box(option: str, text: str) -> Box | None:
         [min(a, b) for a, b in zip(lower, upper, strict=True)],
         [max(a, b) for a, b in zip(lower, upper, strict=True)],
     )
+
+
+def parse_grid(text: str) -> tuple[int, int, int]:
+    """'2x2x3' → (2, 2, 3). Raises InputError."""
+    from cdprcal._core import InputError
+
+    match = re.fullmatch(r"([1-9]\d?)x([1-9]\d?)x([1-9]\d?)", text.strip().lower())
+    if not match:
+        raise InputError(f"--grid: {text!r} must be of the form 2x2x3, 1 to 99 in each direction")
+    return int(match[1]), int(match[2]), int(match[3])
