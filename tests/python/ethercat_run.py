@@ -25,15 +25,15 @@ from cdprcal.hardware.drives.fieldbus import SimulatedClock
 from cdprcal.hardware.drives.process_data import Image
 from cdprcal.hardware.session import Session, parse_session
 from cdprcal.hardware.simulated import start_of
-from cdprcal.hardware.simulated_devices.__main__ import PtyMti
-from cdprcal.hardware.simulated_devices.ethercat_robot import (
+from cdprcal.hardware.xsens.device import XsensMti, open_port
+from cdprcal.io import AcquisitionInputs, load_log, open_live_log
+from cdprcal.testing.simulated_devices.__main__ import PtyMti
+from cdprcal.testing.simulated_devices.ethercat_robot import (
     SimulatedRobotOnEthercat,
     control_frame,
     raw_socket,
 )
-from cdprcal.hardware.simulated_devices.lockstep import LockstepAttitude
-from cdprcal.hardware.xsens.device import XsensMti, open_port
-from cdprcal.io import AcquisitionInputs, load_log, open_live_log
+from cdprcal.testing.simulated_devices.lockstep import LockstepAttitude
 from winch_bus import EXAMPLE, WithoutBus, small_plan
 
 NO_INPUTS = AcquisitionInputs("", "", {})

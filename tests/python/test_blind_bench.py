@@ -10,11 +10,11 @@ import pytest
 from typer.testing import CliRunner
 
 from cdprcal import _core
-from cdprcal.blind_bench.__main__ import app
-from cdprcal.blind_bench.cases import NoiseKind, Setting, Split, draw_case, kind_of
-from cdprcal.blind_bench.report import markdown, read_lines
-from cdprcal.blind_bench.score import CLASSES, score
-from cdprcal.blind_bench.simulate import SimulationError, simulate
+from cdprcal.testing.blind_bench.__main__ import app
+from cdprcal.testing.blind_bench.cases import NoiseKind, Setting, Split, draw_case, kind_of
+from cdprcal.testing.blind_bench.report import markdown, read_lines
+from cdprcal.testing.blind_bench.score import CLASSES, score
+from cdprcal.testing.blind_bench.simulate import SimulationError, simulate
 
 SETTING = Setting(poses=8, noise=0.2)
 
@@ -128,7 +128,7 @@ def test_a_wrong_name_counts_as_wrong(tmp_path: Path) -> None:
 def test_a_case_that_cannot_be_run_is_a_line_that_says_why(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from cdprcal.blind_bench import judge
+    from cdprcal.testing.blind_bench import judge
 
     def not_simulated(*_: object) -> None:
         raise SimulationError("holding: cable 2 slack")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cdprcal import _core
-from cdprcal.blind_bench.cases import Case, Hidden, Setting
-from cdprcal.blind_bench.simulate import simulate
+from cdprcal.testing.blind_bench.cases import Case, Hidden, Setting
+from cdprcal.testing.blind_bench.simulate import simulate
 
 SETTING = Setting(poses=27, noise=0.1)
 

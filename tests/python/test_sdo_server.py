@@ -6,7 +6,7 @@ import struct
 
 import pytest
 
-from cdprcal.hardware.simulated_devices.object_dictionary import (
+from cdprcal.testing.simulated_devices.object_dictionary import (
     Object,
     ObjectDictionary,
     SdoServer,

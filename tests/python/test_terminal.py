@@ -23,7 +23,7 @@ from cdprcal import StartUpState
 from cdprcal.acquisition.monitor import Monitor
 from cdprcal.cli.devices import run_dry
 from cdprcal.hardware.connect import SessionBackend
-from cdprcal.hardware.simulated_devices.faults import Fault
+from cdprcal.testing.simulated_devices.faults import Fault
 from conftest import Ran
 from winch_bus import EXAMPLE, example_session, small_plan
 

@@ -21,8 +21,8 @@ import cdprcal
 from cdprcal.hardware import BackendError
 from cdprcal.hardware.drives.ethercat_bus import EthercatFieldbus
 from cdprcal.hardware.session import Session, parse_session
-from cdprcal.hardware.simulated_devices.drive import SimulatedDrive
-from cdprcal.hardware.simulated_devices.ethercat_slave import EthercatSlave, process_frame
+from cdprcal.testing.simulated_devices.drive import SimulatedDrive
+from cdprcal.testing.simulated_devices.ethercat_slave import EthercatSlave, process_frame
 from winch_bus import EXAMPLE
 
 RUN = Path(__file__).with_name("ethercat_run.py")

@@ -65,7 +65,7 @@ class RobotProcess:
         self._said = said
         with said.open("wb") as stderr:
             self.process = subprocess.Popen(
-                [sys.executable, "-m", "cdprcal.hardware.simulated_devices", "irma4", plan,
+                [sys.executable, "-m", "cdprcal.testing.simulated_devices", "irma4", plan,
                  "--session", session, "--seed", "3"],
                 stderr=stderr,
             )  # fmt: skip

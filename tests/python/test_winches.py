@@ -28,10 +28,10 @@ from cdprcal.hardware.drives.process_data import Image, Values
 from cdprcal.hardware.real_time import leave_priority, take_priority
 from cdprcal.hardware.session import Session, parse_session
 from cdprcal.hardware.simulated import start_of
-from cdprcal.hardware.simulated_devices.faults import Fault, fault_kinds
-from cdprcal.hardware.simulated_devices.platform import set_plant
 from cdprcal.io import AcquisitionInputs, load_log, open_live_log, read_inputs
 from cdprcal.schemas import schema
+from cdprcal.testing.simulated_devices.faults import Fault, fault_kinds
+from cdprcal.testing.simulated_devices.platform import set_plant
 from conftest import Ran
 from winch_bus import (
     EXAMPLE,
@@ -347,7 +347,7 @@ def test_what_is_wired_otherwise_is_refused(
     clock = SimulatedClock()
     from cdprcal.hardware.drives.backend import FieldbusBackend
     from cdprcal.hardware.drives.canopen_bus import CanopenFieldbus, open_can_bus
-    from cdprcal.hardware.simulated_devices.robot import SimulatedRobotOnCan
+    from cdprcal.testing.simulated_devices.robot import SimulatedRobotOnCan
 
     assert right.bus.type == "canopen"
     simulated = SimulatedRobotOnCan(

@@ -18,10 +18,10 @@ from hypothesis import strategies as st
 
 from cdprcal.hardware import BackendError
 from cdprcal.hardware.session import Ahrs
-from cdprcal.hardware.simulated_devices.mti import SimulatedMti, SimulatedPort
 from cdprcal.hardware.xsens import measurement as mt
 from cdprcal.hardware.xsens.device import XsensMti, open_port
 from cdprcal.hardware.xsens.frames import Frame, FrameReader, encode
+from cdprcal.testing.simulated_devices.mti import SimulatedMti, SimulatedPort
 
 #: Messages without data as the low-level protocol document prints them.
 PUBLISHED = {

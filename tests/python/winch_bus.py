@@ -19,8 +19,8 @@ from cdprcal.hardware.drives.fieldbus import SimulatedClock
 from cdprcal.hardware.drives.process_data import DRIVE_OUTPUTS, split_into_pdos, unpack
 from cdprcal.hardware.session import CanopenBus, Session, parse_session
 from cdprcal.hardware.simulated import SimulatedBackend
-from cdprcal.hardware.simulated_devices.faults import Fault, fault_kinds
 from cdprcal.io import AcquisitionInputs, open_live_log
+from cdprcal.testing.simulated_devices.faults import Fault, fault_kinds
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "canopen-simulated.yaml"
 _channels = itertools.count()

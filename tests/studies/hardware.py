@@ -32,14 +32,14 @@ from cdprcal.hardware.drives.fieldbus import RealClock
 from cdprcal.hardware.real_time import leave_priority, take_priority
 from cdprcal.hardware.session import CanopenBus
 from cdprcal.hardware.simulated import start_of
-from cdprcal.hardware.simulated_devices.faults import fault_kinds
-from cdprcal.hardware.simulated_devices.mti import SimulatedPort
-from cdprcal.hardware.simulated_devices.platform import set_plant
-from cdprcal.hardware.simulated_devices.robot import SimulatedRobotOnCan
 from cdprcal.hardware.xsens import measurement as mt
 from cdprcal.hardware.xsens.device import XsensMti
 from cdprcal.hardware.xsens.frames import FrameReader
 from cdprcal.io import AcquisitionInputs, load_log, open_live_log
+from cdprcal.testing.simulated_devices.faults import fault_kinds
+from cdprcal.testing.simulated_devices.mti import SimulatedPort
+from cdprcal.testing.simulated_devices.platform import set_plant
+from cdprcal.testing.simulated_devices.robot import SimulatedRobotOnCan
 from test_xsens import PACKET, mutated
 from winch_bus import (
     WithoutBus,

@@ -11,10 +11,10 @@ from cdprcal.hardware.drives.fieldbus import Clock, Fieldbus, RealClock, Simulat
 from cdprcal.hardware.real_time import leave_priority, take_priority
 from cdprcal.hardware.session import CanopenBus, Session
 from cdprcal.hardware.simulated import start_of
-from cdprcal.hardware.simulated_devices.faults import Can, Fault, FaultyCan, FaultyPort
-from cdprcal.hardware.simulated_devices.lockstep import LockstepAttitude
-from cdprcal.hardware.simulated_devices.robot import SimulatedRobotOnCan
 from cdprcal.hardware.xsens.device import XsensMti, open_port
+from cdprcal.testing.simulated_devices.faults import Can, Fault, FaultyCan, FaultyPort
+from cdprcal.testing.simulated_devices.lockstep import LockstepAttitude
+from cdprcal.testing.simulated_devices.robot import SimulatedRobotOnCan
 
 #: How long simulated drives in another process may take to answer.
 _PATIENCE_S = 2.0

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
-from cdprcal.blind_bench.cases import Case, Setting, Split, draw_case
-from cdprcal.blind_bench.simulate import Simulated, SimulationError, simulate
 from cdprcal.results import number, numbers
+from cdprcal.testing.blind_bench.cases import Case, Setting, Split, draw_case
+from cdprcal.testing.blind_bench.simulate import Simulated, SimulationError, simulate
 
 
 def run_case(split: Split, seed: int, setting: Setting, number_: int) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
-from cdprcal.blind_bench.cases import DISCRETE
+from cdprcal.testing.blind_bench.cases import DISCRETE
 
 Line = dict[str, Any]
 

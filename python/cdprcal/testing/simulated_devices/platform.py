@@ -11,8 +11,8 @@ from cdprcal import _core
 from cdprcal._core import InputError, PlantTruth
 from cdprcal.hardware.drives.cia402 import State
 from cdprcal.hardware.session import Session
-from cdprcal.hardware.simulated_devices.drive import SimulatedDrive
-from cdprcal.hardware.simulated_devices.sensors import sensor_nodes
+from cdprcal.testing.simulated_devices.drive import SimulatedDrive
+from cdprcal.testing.simulated_devices.sensors import sensor_nodes
 
 _STEP_S = 1e-3  # in which drives follow their ramps
 

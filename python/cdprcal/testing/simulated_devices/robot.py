@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from cdprcal import _core
 from cdprcal._core import PlantTruth
 from cdprcal.hardware.session import Session
-from cdprcal.hardware.simulated_devices.canopen_node import CanopenNode, DriveNode
-from cdprcal.hardware.simulated_devices.faults import Can, Fault
-from cdprcal.hardware.simulated_devices.platform import AttitudeSink, SimulatedPlatform
+from cdprcal.testing.simulated_devices.canopen_node import CanopenNode, DriveNode
+from cdprcal.testing.simulated_devices.faults import Can, Fault
+from cdprcal.testing.simulated_devices.platform import AttitudeSink, SimulatedPlatform
 
 _SYNC = 0x80
 

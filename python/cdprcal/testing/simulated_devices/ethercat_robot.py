@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from cdprcal import _core
 from cdprcal.hardware.session import Session
-from cdprcal.hardware.simulated_devices.ethercat_slave import (
+from cdprcal.testing.simulated_devices.ethercat_slave import (
     ETHERTYPE,
     EthercatSlave,
     process_frame,
 )
-from cdprcal.hardware.simulated_devices.platform import AttitudeSink, SimulatedPlatform
+from cdprcal.testing.simulated_devices.platform import AttitudeSink, SimulatedPlatform
 
 _ALL, _CONTROL = 0x0003, 0x88B5
 _HEADER, _TYPE_AT, _SOURCE_AT = 14, 12, 6

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from cdprcal.blind_bench.score import Line, Scores, score
+from cdprcal.testing.blind_bench.score import Line, Scores, score
 
 
 def read_lines(path: Path) -> list[Line]:

@@ -1,6 +1,6 @@
 """A simulated robot in a process of its own: drives on a CAN bus, an AHRS on a pty.
 
-    python -m cdprcal.hardware.simulated_devices irma4 plan.csv \\
+    python -m cdprcal.testing.simulated_devices irma4 plan.csv \\
         --session examples/canopen-two-processes.yaml &
     cdprcal acquire irma4 plan.csv --backend canopen \\
         --session examples/canopen-two-processes.yaml -o run.mcap
@@ -30,9 +30,9 @@ from cdprcal.hardware.drives.canopen_bus import open_can_bus
 from cdprcal.hardware.drives.cia402 import State
 from cdprcal.hardware.session import Ahrs, CanopenBus, load_session
 from cdprcal.hardware.simulated import start_of
-from cdprcal.hardware.simulated_devices.mti import SimulatedMti
-from cdprcal.hardware.simulated_devices.robot import SimulatedRobotOnCan
 from cdprcal.io.files import read_bytes, reason
+from cdprcal.testing.simulated_devices.mti import SimulatedMti
+from cdprcal.testing.simulated_devices.robot import SimulatedRobotOnCan
 
 _SYNC = 0x80
 _POLL_S = 0.002
@@ -40,7 +40,7 @@ _POLL_S = 0.002
 _SILENCE_S = 0.5
 
 EXAMPLE = (
-    "Example: python -m cdprcal.hardware.simulated_devices irma4 plan.csv --session "
+    "Example: python -m cdprcal.testing.simulated_devices irma4 plan.csv --session "
     "examples/canopen-two-processes.yaml"
 )
 
@@ -176,4 +176,4 @@ class _Stop:
 if __name__ == "__main__":
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
     app.command(epilog=EXAMPLE)(command)
-    app(sys.argv[1:], prog_name="python -m cdprcal.hardware.simulated_devices")
+    app(sys.argv[1:], prog_name="python -m cdprcal.testing.simulated_devices")

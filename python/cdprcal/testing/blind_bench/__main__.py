@@ -9,11 +9,11 @@ from typing import Annotated
 
 import typer
 
-from cdprcal.blind_bench.cases import NoiseKind, Setting, Split, kind_of
-from cdprcal.blind_bench.judge import run_case
-from cdprcal.blind_bench.report import markdown, read_lines
 from cdprcal.command import fail, reports_errors
 from cdprcal.studies.workers import Workers, stream
+from cdprcal.testing.blind_bench.cases import NoiseKind, Setting, Split, kind_of
+from cdprcal.testing.blind_bench.judge import run_case
+from cdprcal.testing.blind_bench.report import markdown, read_lines
 
 app = typer.Typer(
     help="Blind tests of the diagnosis, on logs of the dynamic simulator.",

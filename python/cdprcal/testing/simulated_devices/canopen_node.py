@@ -10,8 +10,8 @@ import struct
 from collections.abc import Callable
 from typing import Protocol
 
-from cdprcal.hardware.simulated_devices.drive import HEARTBEAT_ERROR, SimulatedDrive
-from cdprcal.hardware.simulated_devices.object_dictionary import (
+from cdprcal.testing.simulated_devices.drive import HEARTBEAT_ERROR, SimulatedDrive
+from cdprcal.testing.simulated_devices.object_dictionary import (
     Key,
     ObjectDictionary,
     SdoServer,

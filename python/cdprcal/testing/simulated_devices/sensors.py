@@ -6,8 +6,8 @@ import math
 
 from cdprcal.hardware.session import LoadCell, Session, Swivel
 from cdprcal.hardware.session.objects import object_type, parse_object
-from cdprcal.hardware.simulated_devices.drive import load_cell_counts, swivel_counts
-from cdprcal.hardware.simulated_devices.object_dictionary import ObjectDictionary
+from cdprcal.testing.simulated_devices.drive import load_cell_counts, swivel_counts
+from cdprcal.testing.simulated_devices.object_dictionary import ObjectDictionary
 
 _DEVICE_TYPE = 0x00040191  # analog inputs, CiA 401
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdprcal import _core
-from cdprcal.blind_bench.cases import EVENTS, Case, Hidden, NoiseKind, Setting
+from cdprcal.testing.blind_bench.cases import EVENTS, Case, Hidden, NoiseKind, Setting
 
 #: Grid of the set-points by number of poses.
 _GRIDS = {8: (2, 2, 2), 27: (3, 3, 3)}

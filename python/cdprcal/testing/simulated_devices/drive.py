@@ -8,7 +8,7 @@ from cdprcal.hardware.drives import cia402
 from cdprcal.hardware.drives.cia402 import State
 from cdprcal.hardware.session import LoadCell, Session, Swivel, Winch
 from cdprcal.hardware.session.objects import object_type, parse_object
-from cdprcal.hardware.simulated_devices.object_dictionary import ObjectDictionary
+from cdprcal.testing.simulated_devices.object_dictionary import ObjectDictionary
 
 _VENDOR, _PRODUCT = 0x0CDB, 402
 #: Errors of CiA 301 table 26 that a drive stops for.

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import struct
 
-from cdprcal.hardware.simulated_devices.drive import SimulatedDrive
-from cdprcal.hardware.simulated_devices.object_dictionary import Key, SdoServer
+from cdprcal.testing.simulated_devices.drive import SimulatedDrive
+from cdprcal.testing.simulated_devices.object_dictionary import Key, SdoServer
 
 ETHERTYPE = 0x88A4
 # Commands of a datagram.

@@ -9,8 +9,8 @@ from typing import Protocol
 import can
 import numpy as np
 
-from cdprcal.hardware.simulated_devices.canopen_node import DriveNode
-from cdprcal.hardware.simulated_devices.mti import SimulatedPort
+from cdprcal.testing.simulated_devices.canopen_node import DriveNode
+from cdprcal.testing.simulated_devices.mti import SimulatedPort
 
 #: What becomes of a message: other data, or None, which is nothing.
 Tamper = Callable[[int, bytes], bytes | None]

@@ -1,0 +1,1 @@
+"""Test equipment: simulated devices, and the blind bench."""
