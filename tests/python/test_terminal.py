@@ -22,7 +22,7 @@ import cdprcal
 from cdprcal import StartUpState
 from cdprcal.acquisition.monitor import Monitor
 from cdprcal.cli.devices import run_dry
-from cdprcal.hardware.connect import SessionBackend
+from cdprcal.testing.simulated_devices.connect import SimulatedSession
 from cdprcal.testing.simulated_devices.faults import Fault
 from conftest import Ran
 from winch_bus import EXAMPLE, example_session, small_plan
@@ -197,7 +197,7 @@ def test_a_dry_run_says_why_it_would_have_stopped(
         from_nodes=lambda can_id, data: None if can_id & 0x7F == 2 else data,
     )
     plan = small_plan(robot)
-    backend = SessionBackend.connect(example_session(), robot, plan, armed=False, fault=lost)
+    backend = SimulatedSession.connect(example_session(), robot, plan, armed=False, fault=lost)
     with pytest.raises(typer.Exit) as stop:
         run_dry(backend, 1.0, json=True)
     assert stop.value.exit_code == 1

@@ -19,7 +19,6 @@ import cdprcal
 from cdprcal import StartUpState
 from cdprcal.acquisition import acquire, start_up_plan
 from cdprcal.hardware import BackendError
-from cdprcal.hardware.connect import SessionBackend
 from cdprcal.hardware.drives import cia402
 from cdprcal.hardware.drives.cia402 import State
 from cdprcal.hardware.drives.fieldbus import SimulatedClock
@@ -30,6 +29,7 @@ from cdprcal.hardware.session import Session, parse_session
 from cdprcal.hardware.simulated import start_of
 from cdprcal.io import AcquisitionInputs, load_log, open_live_log, read_inputs
 from cdprcal.schemas import schema
+from cdprcal.testing.simulated_devices.connect import SimulatedSession
 from cdprcal.testing.simulated_devices.faults import Fault, fault_kinds
 from cdprcal.testing.simulated_devices.platform import set_plant
 from conftest import Ran
@@ -198,7 +198,7 @@ def test_a_computer_that_hangs_is_missed_by_the_drives(
     robot: cdprcal.Robot, plan: cdprcal.Plan
 ) -> None:
     """Nobody calls the backend any more: within two cycles the drives stop by themselves."""
-    backend = SessionBackend.connect(example_session(), robot, plan, armed=True)
+    backend = SimulatedSession.connect(example_session(), robot, plan, armed=True)
     startup = cdprcal.StartUp(robot, start_up_plan(plan))
     for _ in range(50):
         backend.command(startup.step(backend.read()))
@@ -217,7 +217,7 @@ def test_a_bus_that_fails_stops_the_robot(
     robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
 ) -> None:
     session = example_session()
-    backend = SessionBackend.connect(session, robot, plan, armed=True)
+    backend = SimulatedSession.connect(session, robot, plan, armed=True)
     log = open_live_log(tmp_path / "run.csv", 4, AcquisitionInputs("", "", {}), 10.0)
 
     def pull_the_plug(*_: object) -> None:
@@ -236,7 +236,7 @@ def test_a_cable_beyond_the_tension_limits_stops_the_robot(
     options = cdprcal.SimulatorOptions(
         seed=1, effects=[cdprcal.parse_injected_effect("slack=2.0,2,0.5")]
     )
-    backend = SessionBackend.connect(example_session(), robot, plan, options, armed=True)
+    backend = SimulatedSession.connect(example_session(), robot, plan, options, armed=True)
     log = open_live_log(tmp_path / "run.csv", 4, AcquisitionInputs("", "", {}), 10.0)
     run = acquire(cdprcal.StartUp(robot, start_up_plan(plan)), backend, log)
     assert run.state == StartUpState.holding
@@ -294,7 +294,7 @@ def test_a_dry_run_reads_and_never_tells_a_drive_anything(
     session = example_session()
     from winch_bus import Sniffer
 
-    backend = SessionBackend.connect(session, robot, plan, armed=False)
+    backend = SimulatedSession.connect(session, robot, plan, armed=False)
     sniffer = Sniffer(session, backend._clock.now_s)
     command = cdprcal.StartUp(robot, start_up_plan(plan)).step(backend.read())
     tensions = []
@@ -312,7 +312,7 @@ def test_a_dry_run_reads_and_never_tells_a_drive_anything(
 
 def test_drives_without_brakes_hold_the_platform(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
     session = example_session(**{"brakes: true": "brakes: false"})
-    backend = SessionBackend.connect(session, robot, plan, armed=True)
+    backend = SimulatedSession.connect(session, robot, plan, armed=True)
     for _ in range(20):
         backend.read()
     backend.stop()
@@ -322,7 +322,7 @@ def test_drives_without_brakes_hold_the_platform(robot: cdprcal.Robot, plan: cdp
 
 def test_a_fault_from_before_is_reset_and_noted(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
     fault = Fault("fault before arming", 0.0, happen=lambda nodes: nodes[2].drive.fail(0x7305))
-    backend = SessionBackend.connect(example_session(), robot, plan, armed=True, fault=fault)
+    backend = SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
     backend.read()
     assert backend.notes == ["node 3 (cable 3): fault 0x7305 was reset"]
     assert {winch.state for winch in backend.winches} == {State.enabled}
@@ -391,12 +391,12 @@ def test_nodes_that_do_not_obey_while_they_are_set_up(
 ) -> None:
     fault = Fault("set-up", 0.0, from_nodes=tamper)
     with pytest.raises(BackendError, match=words):
-        SessionBackend.connect(example_session(), robot, plan, armed=True, fault=fault)
+        SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
 
 
 def test_a_drive_without_abort_option_is_noted(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
     fault = Fault("set-up", 0.0, from_nodes=answers(0x06020000, 0x6007))
-    backend = SessionBackend.connect(example_session(), robot, plan, armed=True, fault=fault)
+    backend = SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
     backend.stop()
     assert len(backend.notes) == 4
     assert "has no object 0x6007" in backend.notes[0]
@@ -407,7 +407,7 @@ def test_a_silent_ahrs_is_said_before_anything_moves(
 ) -> None:
     fault = Fault("AHRS", 0.0, serial=lambda data: b"")
     with pytest.raises(BackendError, match="AHRS on simulated: does not answer"):
-        SessionBackend.connect(example_session(), robot, plan, armed=True, fault=fault)
+        SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
 
 
 def test_session_and_robot_must_fit(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
@@ -416,7 +416,7 @@ def test_session_and_robot_must_fit(robot: cdprcal.Robot, plan: cdprcal.Plan) ->
         ({"[10, 420]": "[30, 420]"}, r"must contain the robot's tension limits \[20, 400\]"),
     ):
         with pytest.raises(cdprcal.InputError, match=words):
-            SessionBackend.connect(example_session(**change), robot, plan, armed=True)
+            SimulatedSession.connect(example_session(**change), robot, plan, armed=True)
 
 
 def test_a_drive_that_does_not_enable_is_said_in_the_log(

@@ -13,13 +13,13 @@ import numpy as np
 
 import cdprcal
 from cdprcal.acquisition import Acquired, acquire, start_up_plan
-from cdprcal.hardware.connect import SessionBackend
 from cdprcal.hardware.drives import cia402
 from cdprcal.hardware.drives.fieldbus import SimulatedClock
 from cdprcal.hardware.drives.process_data import DRIVE_OUTPUTS, split_into_pdos, unpack
 from cdprcal.hardware.session import CanopenBus, Session, parse_session
 from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.io import AcquisitionInputs, open_live_log
+from cdprcal.testing.simulated_devices.connect import SimulatedSession
 from cdprcal.testing.simulated_devices.faults import Fault, fault_kinds
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "canopen-simulated.yaml"
@@ -117,7 +117,7 @@ class Watched:
     """A run with simulated drives, and what was seen of it from outside."""
 
     run: Acquired
-    backend: SessionBackend
+    backend: SimulatedSession
     sniffer: Sniffer
     fault_s: float
     off_s: float  #: when the last drive left operation enabled after the fault
@@ -145,7 +145,7 @@ def watched_run(
     """The start-up over simulated CANopen with a sniffer; the fault's time counts from arming."""
     startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
     options = cdprcal.SimulatorOptions(seed=seed)
-    backend = SessionBackend.connect(session, robot, plan, options, armed=True, fault=fault)
+    backend = SimulatedSession.connect(session, robot, plan, options, armed=True, fault=fault)
     clock, simulated = backend._clock, backend.simulated
     assert isinstance(clock, SimulatedClock)
     assert simulated is not None

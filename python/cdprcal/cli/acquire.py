@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from cdprcal.acquisition import Acquired
     from cdprcal.hardware.connect import SessionBackend
     from cdprcal.hardware.session import Session
+    from cdprcal.testing.simulated_devices.connect import SimulatedSession
 
 _MOST_PLAN_BYTES = 64_000_000  # what the C++ reader takes
 EXAMPLE = (
@@ -174,7 +175,7 @@ def command(
         startup = devices.start_up(wired, the_robot, visits, patience)
         paced = wired.simulated is None or wired.simulated.speed > 0.0
     guide = Guide(the_robot, the_plan, startup, asked=asked, quick=quick, background=paced)
-    device: SimulatedBackend | SessionBackend
+    device: SimulatedBackend | SessionBackend | SimulatedSession
     if wired is None:
         device = SimulatedBackend.somewhere(
             the_robot, the_plan, options, velocity_limit_m_s=startup.velocity_limit_m_s, speed=speed
@@ -207,6 +208,7 @@ def command(
             command: _core.StartUpCommand, sample: _core.RobotSample, logged: bool
         ) -> dict[str, object] | None:
             if truth and logged:
+                assert hasattr(device, "truth")  # refuse_simulator_options saw to that
                 poses.append((sample.time_s, device.truth().pose))
             estimate = guide.step(command, sample, logged)
             monitor.show(command, sample, estimate)

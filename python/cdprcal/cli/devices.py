@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 
     from cdprcal import _core
     from cdprcal.hardware.connect import SessionBackend
+    from cdprcal.hardware.drives.backend import FieldbusBackend
     from cdprcal.hardware.session import Session
+    from cdprcal.testing.simulated_devices.connect import SimulatedSession
 
 
 def session_for(backend: str, path: str) -> Session:
@@ -61,13 +63,20 @@ def connect(
     options: _core.SimulatorOptions,
     *,
     armed: bool,
-) -> SessionBackend:
+) -> SessionBackend | SimulatedSession:
     """The devices; ends the command with exit code 1 when one does not answer or obey."""
     from cdprcal.hardware import BackendError
-    from cdprcal.hardware.connect import SessionBackend
 
+    backend: SessionBackend | SimulatedSession
     try:
-        backend = SessionBackend.connect(session, robot, plan, options, armed=armed)
+        if session.is_simulated:
+            from cdprcal.testing.simulated_devices.connect import SimulatedSession
+
+            backend = SimulatedSession.connect(session, robot, plan, options, armed=armed)
+        else:
+            from cdprcal.hardware.connect import SessionBackend
+
+            backend = SessionBackend.connect(session, robot, armed=armed)
     except BackendError as error:
         fail(str(error), UNTRUSTED)
     for note in backend.notes:
@@ -75,7 +84,7 @@ def connect(
     return backend
 
 
-def run_dry(backend: SessionBackend, seconds: float, *, json: bool) -> None:
+def run_dry(backend: FieldbusBackend, seconds: float, *, json: bool) -> None:
     """Reads and prints; ends the command."""
     from cdprcal.hardware import BackendError
     from cdprcal.hardware.dry_run import dry_run, readings
@@ -98,7 +107,7 @@ def run_dry(backend: SessionBackend, seconds: float, *, json: bool) -> None:
 class _Screen:
     """The readings as a table: refreshed on a terminal, else printed once at the end."""
 
-    def __init__(self, backend: SessionBackend) -> None:
+    def __init__(self, backend: FieldbusBackend) -> None:
         from rich.live import Live
 
         from cdprcal.tables import console
@@ -142,7 +151,7 @@ class _Screen:
         say(self._out, "dry run: no drive was enabled and no log written; to move, add --arm")
 
 
-def _table(backend: SessionBackend, sample: _core.RobotSample) -> Group:
+def _table(backend: FieldbusBackend, sample: _core.RobotSample) -> Group:
     import numpy as np
     from rich.console import Group
     from rich.table import Table

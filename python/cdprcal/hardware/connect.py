@@ -1,134 +1,48 @@
-"""From a session to a backend: opens the bus and the AHRS, simulated or real."""
+"""From a session to a backend: opens the bus and the AHRS."""
 
 from __future__ import annotations
 
+from typing import Self
+
 from cdprcal import _core
-from cdprcal._core import InputError
-from cdprcal.hardware.attitude import AttitudeSource
 from cdprcal.hardware.drives.backend import FieldbusBackend, check_session
-from cdprcal.hardware.drives.canopen_bus import CanopenFieldbus, open_can_bus
-from cdprcal.hardware.drives.fieldbus import Clock, Fieldbus, RealClock, SimulatedClock
+from cdprcal.hardware.drives.canopen_bus import CanopenFieldbus
+from cdprcal.hardware.drives.fieldbus import Fieldbus, RealClock
 from cdprcal.hardware.real_time import leave_priority, take_priority
 from cdprcal.hardware.session import CanopenBus, Session
-from cdprcal.hardware.simulated import start_of
 from cdprcal.hardware.xsens.device import XsensMti, open_port
-from cdprcal.testing.simulated_devices.faults import Can, Fault, FaultyCan, FaultyPort
-from cdprcal.testing.simulated_devices.lockstep import LockstepAttitude
-from cdprcal.testing.simulated_devices.robot import SimulatedRobotOnCan
-
-#: How long simulated drives in another process may take to answer.
-_PATIENCE_S = 2.0
 
 
 class SessionBackend(FieldbusBackend):
-    """A robot by its session file. ``simulated``: the robot itself, if it is in this process."""
-
-    simulated: SimulatedRobotOnCan | None = None
+    """A real robot by its session file."""
 
     @classmethod
-    def connect(
-        cls,
-        session: Session,
-        robot: _core.Robot,
-        plan: _core.Plan,
-        options: _core.SimulatorOptions | None = None,
-        *,
-        armed: bool,
-        fault: Fault | None = None,
-    ) -> SessionBackend:
+    def connect(cls, session: Session, robot: _core.Robot, *, armed: bool) -> Self:
         """Opens all devices.
 
-        plan, options: of simulated drives in this process, which hang somewhere in the box that the
-        plan spans. fault: what goes wrong with them. Raises InputError when session and robot do
-        not fit, BackendError when a device does not answer or obey.
+        Raises InputError when session and robot do not fit or the bus needs an extra that is not
+        installed, BackendError when a device does not answer or obey.
         """
         check_session(session, robot)
-        clock = clock_of(session)
-        simulated, port = None, None
-        if session.is_simulated and session.bus.interface == "virtual":
-            port = FaultyPort(session.ahrs) if session.ahrs is not None else None
-            simulated = _simulated(session, robot, plan, options, clock, port, fault)
-        bus: Fieldbus | None = None
-        attitude: AttitudeSource | None = None
+        clock = RealClock()
+        bus: Fieldbus
+        if isinstance(session.bus, CanopenBus):
+            bus = CanopenFieldbus(session, clock)
+        else:
+            from cdprcal.hardware.drives.ethercat_bus import EthercatFieldbus
+
+            bus = EthercatFieldbus(session)
         try:
-            bus = open_fieldbus(session, clock)
-            if session.ahrs is not None:
-                own = port if port is not None and session.ahrs.port == "simulated" else None
-                attitude = XsensMti(own or open_port(session.ahrs), session.ahrs)
-                if session.is_simulated and own is None:
-                    period_s = max(session.period_s, 1.0 / session.ahrs.rate_Hz)
-                    attitude = LockstepAttitude(attitude, period_s, _PATIENCE_S)
+            ahrs = session.ahrs
+            attitude = None if ahrs is None else XsensMti(open_port(ahrs), ahrs)
             backend = cls(session, robot, bus, attitude, clock, armed=armed)
         except BaseException:
-            if bus is not None:
-                bus.close()
-            if simulated is not None:
-                simulated.close()
+            bus.close()
             raise
-        backend.simulated = simulated
-        if armed and not session.is_simulated and (note := take_priority()):
+        if armed and (note := take_priority()):
             backend.notes.append(note)
         return backend
 
-    def truth(self) -> _core.PlantTruth:
-        """What the sensors do not say, at the time of the latest sample."""
-        if self.simulated is None:
-            raise InputError("only simulated drives in this process know the truth; leave it out")
-        return self.simulated.truth()
-
     def stop(self) -> None:
         super().stop()
-        if not self._session.is_simulated:
-            leave_priority()
-        if self.simulated is not None:
-            self.simulated.close()
-
-
-def clock_of(session: Session) -> Clock:
-    """The clock that the control loop of a session runs on."""
-    if session.simulated is None:
-        return RealClock()
-    elsewhere = session.bus.interface != "virtual"
-    return SimulatedClock(
-        patience_s=_PATIENCE_S if elsewhere else 0.0, speed=session.simulated.speed
-    )
-
-
-def open_fieldbus(session: Session, clock: Clock) -> Fieldbus:
-    """The bus of a session. Raises BackendError, InputError when its extra is not installed."""
-    if isinstance(session.bus, CanopenBus):
-        return CanopenFieldbus(session, clock)
-    from cdprcal.hardware.drives.ethercat_bus import EthercatFieldbus
-
-    return EthercatFieldbus(session)
-
-
-def _simulated(
-    session: Session,
-    robot: _core.Robot,
-    plan: _core.Plan,
-    options: _core.SimulatorOptions | None,
-    clock: Clock,
-    port: FaultyPort | None,
-    fault: Fault | None,
-) -> SimulatedRobotOnCan:
-    if not isinstance(session.bus, CanopenBus) or not isinstance(clock, SimulatedClock):
-        raise InputError("session: simulated drives speak CANopen; set bus.type to canopen")
-    options = options or _core.SimulatorOptions()
-    bus: Can = open_can_bus(session.bus)
-    if fault is not None:
-        bus = FaultyCan(bus, fault, clock.now_s)
-        if port is not None:
-            port.fault, port.now_s = fault, clock.now_s
-    simulated = SimulatedRobotOnCan(
-        session,
-        robot,
-        start_of(robot, plan, options.seed),
-        options,
-        bus,
-        None if port is None else port.device,
-        fault,
-    )
-    clock.idle.append(simulated.process)
-    clock.advance.append(simulated.advance)
-    return simulated
+        leave_priority()
