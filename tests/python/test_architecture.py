@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
@@ -46,3 +50,83 @@ def test_no_include_runs_up() -> None:
     ]
     assert up == []
     assert len(order) > 10, "the page's table was not read"
+
+
+PYTHON = ROOT / "python"
+
+
+def modules() -> dict[str, Path]:
+    """Every module of cdprcal by its dotted name; a package goes by its own."""
+    found = {}
+    for path in sorted((PYTHON / "cdprcal").rglob("*.py")):
+        parts = path.relative_to(PYTHON).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return found
+
+
+def imported_names(source: str, known: dict[str, Path]) -> set[str]:
+    """Modules of cdprcal that a source imports: at its top, in functions, for types only."""
+    names = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level, "give the whole name, as everywhere here"
+            whole = {f"{node.module}.{alias.name}" for alias in node.names}
+            modules = {name for name in whole if name in known or name == "cdprcal._core"}
+            names |= modules | ({str(node.module)} if whole - modules else set())
+    return {name for name in names if name.split(".")[0] == "cdprcal"}
+
+
+def imports() -> dict[str, set[str]]:
+    """Module → modules that it imports."""
+    known = modules()
+    return {
+        name: imported_names(path.read_text(encoding="utf-8"), known)
+        for name, path in known.items()
+    }
+
+
+def package_of(module: str) -> str:
+    """'cdprcal.io.files' → 'io'; what lies in cdprcal itself is but a way to ``_core``."""
+    return [*module.split("."), "_core"][1]
+
+
+def edges_up(graph: dict[str, set[str]], order: list[str]) -> list[str]:
+    """Imports of what comes later in an order of packages."""
+    return [
+        f"{module} -> {other}"
+        for module, others in graph.items()
+        for other in sorted(others)
+        if order.index(package_of(other)) > order.index(package_of(module))
+    ]
+
+
+def test_the_page_names_every_package_and_no_other() -> None:
+    named = folders_in_order("python/cdprcal")
+    assert len(named) == len(set(named))
+    assert set(named) == {package_of(module) for module in modules()}
+
+
+def test_no_import_runs_up() -> None:
+    graph = imports()
+    assert edges_up(graph, folders_in_order("python/cdprcal")) == []
+    assert len(graph["cdprcal.cli.acquire"]) > 10, "imports in functions were not read"
+
+
+def test_no_modules_import_one_another_in_a_circle() -> None:
+    TopologicalSorter(imports()).prepare()
+
+
+def test_an_import_that_runs_up_or_round_would_be_found() -> None:
+    known = modules()
+    lazy = "def f():\n    from cdprcal.cli import app\n"
+    typed = "if TYPE_CHECKING:\n    from cdprcal import _core, report\n"
+    assert imported_names(lazy, known) == {"cdprcal.cli"}
+    assert imported_names(typed, known) == {"cdprcal._core", "cdprcal.report"}
+    graph = imports()
+    graph["cdprcal.io.files"] |= {"cdprcal.cli", "cdprcal.io.log_file"}
+    up = edges_up(graph, folders_in_order("python/cdprcal"))
+    assert up == ["cdprcal.io.files -> cdprcal.cli"]
+    with pytest.raises(CycleError):
+        TopologicalSorter(graph).prepare()
