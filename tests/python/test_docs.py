@@ -29,7 +29,7 @@ RUN = ("your-log.md", "extend/sensor.md", "api/index.md")
 HAND_ON = {
     "__main__.py",
     "backend.py",
-    "common.py",
+    "command.py",
     "devices.py",
     "drive.py",
     "ethercat_robot.py",
