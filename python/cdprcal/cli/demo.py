@@ -46,6 +46,7 @@ def command(
 
     from cdprcal import _core
     from cdprcal.demo import pictures, story, table
+    from cdprcal.diagnosis import diagnosis_as_dict
     from cdprcal.diagnosis.pictures import write_pictures
     from cdprcal.io.files import reason
     from cdprcal.tables import console, say
@@ -94,7 +95,7 @@ def command(
     )
     say(out, table.verdict(hidden))
     out.print(table.hidden_table(hidden))
-    drawn += write_pictures(hidden.diagnosis, folder)
+    drawn += write_pictures(diagnosis_as_dict(hidden.diagnosis, the_robot), folder)
     page = folder / "report.html"
     story.write_hidden_report(the_robot, hidden, page)
     say(out, "pictures: " + ", ".join(str(path) for path in drawn))

@@ -99,7 +99,7 @@ def command(
     if plot:
         from cdprcal.diagnosis.pictures import write_pictures
 
-        for path in write_pictures(diagnosis, Path(plot)):
+        for path in write_pictures(document, Path(plot)):
             say(out, f"{path}")
     write_texts(texts)
     if json:

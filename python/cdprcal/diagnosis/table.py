@@ -11,8 +11,10 @@ from rich.table import Table
 from rich.text import Text
 
 from cdprcal import _core
+from cdprcal.diagnosis.plots import gap_panels, gap_steps
 from cdprcal.diagnosis.shapes import value_shape
 from cdprcal.diagnosis.units import GAP_CHANNELS, for_people
+from cdprcal.results import number
 from cdprcal.tables import console, degrees, fixed, plain_table, say, scaled
 
 _STYLE = {"consistent": "bold green", "explained": "bold cyan", "unexplained": "bold red"}
@@ -41,7 +43,7 @@ def print_diagnosis(document: dict[str, Any]) -> None:
         out.print(_effects_table(document["effects"]))
         _print_sentences(out, document["effects"])
     say(out, "gap: rms on the poses fitted / on poses held out")
-    out.print(_gap_table(document["gap"]))
+    out.print(_gap_table(document))
     say(out, "initial pose: without and with what was found")
     out.print(_pose_table(document))
     if blind := blind_spots(document):
@@ -172,18 +174,13 @@ def _print_sentences(out: Console, effects: list[dict[str, Any]]) -> None:
         say(out, f"{line}; {remedy}" if remedy else line)
 
 
-def _gap_table(gap: list[dict[str, Any]]) -> Table:
-    channels = [c for c in GAP_CHANNELS if any(g["channel"] == c for g in gap)]
-    table = plain_table("", *(f"{GAP_CHANNELS[c][0]} [{GAP_CHANNELS[c][1]}]" for c in channels))
+def _gap_table(document: dict[str, Any]) -> Table:
+    panels = gap_panels(document)
+    table = plain_table("", *(panel.quantity for panel in panels))
     table.columns[0].justify = "left"
-    cells = {(g["after_effect"], g["channel"]): (g["train_rms"], g["held_out_rms"]) for g in gap}
-    for step in dict.fromkeys(g["after_effect"] for g in gap):
-        row = []
-        for channel in channels:
-            factor = GAP_CHANNELS[channel][2]
-            both = cells.get((step, channel), (None, None))
-            row.append(" / ".join(fixed(scaled(value, factor), 3) for value in both))
-        table.add_row("before" if step is None else f"+ {step}", *row)
+    for i, step in enumerate(gap_steps(document)):
+        both = ([number(series.y[i]) for series in reversed(panel.series)] for panel in panels)
+        table.add_row(step, *(" / ".join(fixed(value, 3) for value in pair) for pair in both))
     return table
 
 

@@ -13,7 +13,17 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
-from cdprcal.diagnosis.units import GAP_CHANNELS
+from cdprcal.diagnosis.plots import (
+    AFTER,
+    KINDS,
+    RIVAL,
+    Fit,
+    fits,
+    gap_panels,
+    gap_steps,
+    ranked,
+    residual_panels,
+)
 from cdprcal.report.subject import Run, Subject
 
 Figure = dict[str, Any]
@@ -29,7 +39,6 @@ CABLES = (
     "#8c6d1f",
 )
 INK, MUTED, RULE, REST = "#1f2933", "#6b7785", "#e3e7eb", "#eef2f6"
-BEFORE, AFTER, RIVAL = "#D55E00", "#0072B2", "#E69F00"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 _AXIS: dict[str, Any] = {
     "gridcolor": RULE,
@@ -262,145 +271,82 @@ def _pose_line(
     }
 
 
-#: Rows of the residuals: channel of the gap, key of a residual, its columns (none: by cable).
-_RESIDUALS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
-    ("length_m", "length_m", ()),
-    ("swivel_rad", "swivel_rad", ()),
-    ("tension_N", "tension_N", ()),
-    ("roll_pitch_rad", "roll_pitch_yaw_rad", ("roll", "pitch", "yaw")),
-    ("absolute_yaw_rad", "absolute_yaw_rad", ("yaw",)),
-    ("direct_length_m", "direct_length_m", ()),
-    ("position_m", "position_m", ("x", "y", "z")),
-)
-
-
-def _parts(residual: dict[str, Any], key: str, columns: int) -> list[float | None]:
-    """A channel's residuals; None where nothing was read."""
-    value = residual.get(key)
-    if value is None:
-        return [None] * columns
-    return list(value) if isinstance(value, list) else [value]
-
-
 def residuals(subject: Subject) -> Figure | None:
     """What the model leaves of each reading, by channel and cable; None without a fit."""
-    series = _residual_series(subject)
-    if not series:
+    shown = _fits(subject)
+    ripple = {} if subject.diagnosis is None else subject.diagnosis["ripple"]
+    panels = residual_panels(shown, ripple) if shown else []
+    if not panels:
         return None
-    columns = max(subject.robot.cable_count, 3)
-    rows = [
-        row
-        for row in _RESIDUALS
-        if any(v is not None for residual in series[0][3] for v in _parts(residual, row[1], 0))
-    ]
+    rows = 1 + max(panel.row for panel in panels)
+    limit = [1.15 * max(p.largest for p in panels if p.row == row) or 1e-9 for row in range(rows)]
+    height, width = 1.0 / rows, 1.0 / (1 + max(panel.column for panel in panels))
     data: list[dict[str, Any]] = []
     axes: dict[str, Any] = {}
     notes: list[dict[str, Any]] = []
     shapes: list[dict[str, Any]] = []
-    number = 0
-    for r, (channel, key, picked) in enumerate(rows):
-        name, unit, factor = GAP_CHANNELS[channel]
-        name = "attitude" if channel == "roll_pitch_rad" else name
-        titles = picked or [f"cable {i + 1}" for i in range(subject.robot.cable_count)]
-        everything = [
-            abs(v)
-            for _, _, _, table in series
-            for res in table
-            for v in _parts(res, key, 0)
-            if v is not None
-        ]
-        limit = 1.15 * factor * max([*everything, 1e-12])
-        sigma = _ripple(subject, channel)
-        height = 1.0 / len(rows)
-        top = 1.0 - r * height
-        for column, title in enumerate(titles):
-            number += 1
-            suffix = "" if number == 1 else str(number)
-            x_key, y_key = f"x{suffix}", f"y{suffix}"
-            for label, colour, symbol, table in series:
-                data.append(
-                    {
-                        "type": "scatter",
-                        "x": rounded([res["run_time_s"] for res in table], 2),
-                        "y": rounded(
-                            [
-                                _scaled(_parts(res, key, len(titles))[column], factor)
-                                for res in table
-                            ]
-                        ),
-                        "mode": "markers",
-                        "name": label,
-                        "legendgroup": label,
-                        "showlegend": number == 1,
-                        "marker": {"color": colour, "symbol": symbol, "size": 5},
-                        "hovertemplate": f"%{{y:.3g}} {unit} at %{{x:.1f}} s<extra></extra>",
-                        "xaxis": x_key,
-                        "yaxis": y_key,
-                    }
-                )
-            width = 1.0 / columns
-            axes[f"xaxis{suffix}"] = axis(
-                "time [s]" if r == len(rows) - 1 else "",
-                domain=[column * width + 0.015, (column + 1) * width - 0.015],
-                anchor=y_key,
-                nticks=4,
-            )
-            axes[f"yaxis{suffix}"] = axis(
-                f"{name} [{unit}]" if column == 0 else "",
-                domain=[top - height + 0.05, top - 0.035],
-                anchor=x_key,
-                range=[-limit, limit],
-                showticklabels=column == 0,
-                nticks=5,
-                zeroline=True,
-                zerolinecolor="#9aa5b1",
-            )
-            if sigma:
-                shapes.append(_band(x_key, y_key, sigma * factor))
-            notes.append(
+    for number, panel in enumerate(panels):
+        suffix = str(number + 1) if number else ""
+        x_key, y_key = f"x{suffix}", f"y{suffix}"
+        for series in panel.series:
+            data.append(
                 {
-                    "text": title,
-                    "x": 0.5,
-                    "xref": f"{x_key} domain",
-                    "y": 1.0,
-                    "yref": f"{y_key} domain",
-                    "yanchor": "bottom",
-                    "showarrow": False,
-                    "font": {"size": 11, "color": MUTED},
+                    "type": "scatter",
+                    "x": rounded(series.x, 2),
+                    "y": rounded(series.y),
+                    "mode": "markers",
+                    "name": series.label,
+                    "legendgroup": series.label,
+                    "showlegend": number == 0,
+                    "marker": {"color": series.colour, "symbol": series.symbol, "size": 5},
+                    "hovertemplate": f"%{{y:.3g}} {panel.unit} at %{{x:.1f}} s<extra></extra>",
+                    "xaxis": x_key,
+                    "yaxis": y_key,
                 }
             )
-    figure_layout = layout(60 + 175 * len(rows), annotations=notes, shapes=shapes, **axes)
+        left, top = panel.column * width, 1.0 - panel.row * height
+        axes[f"xaxis{suffix}"] = axis(
+            "time [s]" if panel.row == rows - 1 else "",
+            domain=[left + 0.015, left + width - 0.015],
+            anchor=y_key,
+            nticks=4,
+        )
+        axes[f"yaxis{suffix}"] = axis(
+            "" if panel.column else panel.quantity,
+            domain=[top - height + 0.05, top - 0.035],
+            anchor=x_key,
+            range=[-limit[panel.row], limit[panel.row]],
+            showticklabels=panel.column == 0,
+            nticks=5,
+            zeroline=True,
+            zerolinecolor="#9aa5b1",
+        )
+        if panel.ripple:
+            band = {"type": "rect", "fillcolor": "#e4eaf1", "line": {"width": 0}, "layer": "below"}
+            shapes.append(band | _across(suffix, -panel.ripple, panel.ripple))
+        notes.append(_title(suffix, panel.title, 11, MUTED, x=0.5))
+    figure_layout = layout(60 + 175 * rows, annotations=notes, shapes=shapes, **axes)
     figure_layout["legend"]["y"] = 1.01
     return {"data": data, "layout": figure_layout}
 
 
-def _band(x_key: str, y_key: str, half_width: float) -> dict[str, Any]:
-    return {
-        "type": "rect",
-        "xref": f"{x_key} domain",
-        "yref": y_key,
-        "x0": 0,
-        "x1": 1,
-        "y0": -half_width,
-        "y1": half_width,
-        "fillcolor": "#e4eaf1",
-        "line": {"width": 0},
-        "layer": "below",
-    }
+def _across(suffix: str, low: float, high: float) -> dict[str, Any]:
+    """Where a shape lies that reaches from side to side of a panel."""
+    x, y = {"x0": 0, "x1": 1}, {"y0": low, "y1": high}
+    return {"xref": f"x{suffix} domain", "yref": f"y{suffix}", **x, **y}
 
 
-def _residual_series(
-    subject: Subject,
-) -> list[tuple[str, str, str, list[dict[str, Any]]]]:
-    """(label, colour, symbol, residuals); one of the calibration when there was no diagnosis."""
+def _title(suffix: str, text: str, size: int, colour: str, **place: Any) -> dict[str, Any]:
+    """What is written above a panel."""
+    where = {"xref": f"x{suffix} domain", "yref": f"y{suffix} domain", "y": 1.0, **place}
+    font = {"size": size, "color": colour}
+    return {"text": text, "font": font, "yanchor": "bottom", "showarrow": False, **where}
+
+
+def _fits(subject: Subject) -> list[Fit]:
+    """Of the diagnosis; of the calibration when there was none."""
     if subject.diagnosis is not None:
-        both = subject.diagnosis["residuals"]
-        if not subject.diagnosis["effects"]:
-            return [("model as given", AFTER, "circle", both["before"])]
-        return [
-            ("model as given", BEFORE, "circle-open", both["before"]),
-            ("with what was found", AFTER, "diamond", both["after"]),
-        ]
+        return fits(subject.diagnosis)
     run = subject.runs[0]
     begin_s = run.calibration["reference_time_s"]
     table = [
@@ -408,142 +354,89 @@ def _residual_series(
         for pose in run.calibration["poses"]
         if pose["residuals"] is not None
     ]
-    return [("calibration", AFTER, "circle", table)] if table else []
-
-
-def _ripple(subject: Subject, channel: str) -> float | None:
-    if subject.diagnosis is None:
-        return None
-    level: float | None = subject.diagnosis["ripple"].get(channel)
-    return level
+    return [Fit("calibration", AFTER, "circle", table)] if table else []
 
 
 def staircase(diagnosis: dict[str, Any]) -> Figure:
     """The gap, channel by channel: before any effect and after each, fitted and held out."""
-    gap = diagnosis["gap"]
-    steps = list(dict.fromkeys(g["after_effect"] for g in gap))
-    channels = [c for c in GAP_CHANNELS if any(g["channel"] == c for g in gap)]
-    labels = [first_step(diagnosis), *(f"+ {step}" for step in steps if step)]
+    steps, panels = gap_steps(diagnosis), gap_panels(diagnosis)
     data: list[dict[str, Any]] = []
     axes: dict[str, Any] = {}
     notes: list[dict[str, Any]] = []
     shapes: list[dict[str, Any]] = []
-    width = 1.0 / len(channels)
-    for i, channel in enumerate(channels):
-        name, unit, factor = GAP_CHANNELS[channel]
+    width = 1.0 / len(panels)
+    for i, panel in enumerate(panels):
         suffix = "" if i == 0 else str(i + 1)
-        rows = {g["after_effect"]: g for g in gap if g["channel"] == channel}
-        for key, label, colour, dash, symbol in (
-            ("held_out_rms", "held out", BEFORE, "dash", "diamond"),
-            ("train_rms", "fitted", AFTER, "solid", "circle"),
-        ):
-            heights = [_scaled(rows[s][key], factor) if s in rows else math.nan for s in steps]
+        for series, dash in zip(panel.series, ("dash", "solid"), strict=True):
             # A step reaches from half before to half after its place; its ends have no symbol.
-            ends = [heights[0], *heights, heights[-1]]
             data.append(
                 {
                     "type": "scatter",
-                    "x": [-0.5, *range(len(steps)), len(steps) - 0.5],
-                    "y": rounded(ends),
-                    "text": ["", *labels, ""],
+                    "x": [-0.5, *series.x, len(steps) - 0.5],
+                    "y": rounded([series.y[0], *series.y, series.y[-1]]),
+                    "text": ["", *steps, ""],
                     "mode": "lines+markers",
-                    "name": label,
-                    "legendgroup": label,
+                    "name": series.label,
+                    "legendgroup": series.label,
                     "showlegend": i == 0,
-                    "line": {"color": colour, "width": 2, "dash": dash, "shape": "hvh"},
+                    "line": {"color": series.colour, "width": 2, "dash": dash, "shape": "hvh"},
                     "marker": {
-                        "color": colour,
-                        "symbol": symbol,
+                        "color": series.colour,
+                        "symbol": series.symbol,
                         "size": [0, *(8 for _ in steps), 0],
                         "opacity": 1,
                     },
-                    "hovertemplate": f"%{{text}}: %{{y:.3g}} {unit} {label}<extra></extra>",
+                    "hovertemplate": f"%{{text}}: %{{y:.3g}} {panel.unit} {series.label}"
+                    "<extra></extra>",
                     "xaxis": f"x{suffix}",
                     "yaxis": f"y{suffix}",
                 }
             )
-        ripple = diagnosis["ripple"].get(channel)
-        if ripple:
-            shapes.append(_ripple_line(suffix, ripple * factor))
+        if panel.ripple:
+            line = {"type": "line", "line": {"color": INK, "width": 1, "dash": "dot"}}
+            shapes.append(line | _across(suffix, panel.ripple, panel.ripple))
         axes[f"xaxis{suffix}"] = axis(
             domain=[i * width + 0.02, (i + 1) * width - 0.02],
             anchor=f"y{suffix}",
             tickvals=list(range(len(steps))),
-            ticktext=labels,
+            ticktext=steps,
             tickangle=-40,
             showgrid=False,
             range=[-0.55, max(len(steps), 2) - 0.45],
         )
         axes[f"yaxis{suffix}"] = axis(rangemode="tozero", anchor=f"x{suffix}", nticks=6)
-        notes.append(
-            {
-                "text": f"{name} [{unit}]",
-                "x": 0,
-                "xref": f"x{suffix} domain",
-                "y": 1.0,
-                "yref": f"y{suffix} domain",
-                "xanchor": "left",
-                "yanchor": "bottom",
-                "showarrow": False,
-                "font": {"size": 12, "color": INK},
-            }
-        )
+        notes.append(_title(suffix, panel.quantity, 12, INK, x=0, xanchor="left"))
     figure_layout = layout(400, annotations=notes, shapes=shapes, **axes)
     figure_layout["margin"] = {"l": 44, "r": 12, "t": 64, "b": 120}
     figure_layout["legend"]["y"] = 1.1
     return {"data": data, "layout": figure_layout}
 
 
-def first_step(diagnosis: dict[str, Any]) -> str:
-    """What the gap is that the staircase begins with: faults like signs are set right by then."""
-    faults = any(effect["p_value"] is None for effect in diagnosis["effects"])
-    return "faults set right" if faults else "as given"
-
-
-def _ripple_line(suffix: str, height: float) -> dict[str, Any]:
-    return {
-        "type": "line",
-        "xref": f"x{suffix} domain",
-        "yref": f"y{suffix}",
-        "x0": 0,
-        "x1": 1,
-        "y0": height,
-        "y1": height,
-        "line": {"color": INK, "width": 1, "dash": "dot"},
-    }
-
-
 def ranking(diagnosis: dict[str, Any], most: int = 12) -> Figure | None:
     """Evidence of the effects that would explain the gap best, before any was accepted."""
-    scores = [s for s in diagnosis["ranking"] if s["log_evidence"] is not None][:most]
+    scores = ranked(diagnosis, most)
     if not scores:
         return None
-    accepted = {effect["name"] for effect in diagnosis["effects"]}
-    rivals = {rival for effect in diagnosis["effects"] for rival in effect["rivals"]}
-    kinds = (
-        ("accepted", AFTER, ""),
-        ("rival: cannot be told apart", RIVAL, "/"),
-        ("other", "#b8c0c8", ""),
-    )
     data = []
-    for kind, (label, colour, pattern) in enumerate(kinds):
-        own = [s for s in scores if _kind(s["name"], accepted, rivals) == kind]
+    for label, colour in KINDS.items():
+        own = [(name, evidence) for name, evidence, kind in scores if kind == label]
+        pattern = {"shape": "/" if colour == RIVAL else "", "fgcolor": "#fff"}
         if own:
             data.append(
                 {
                     "type": "bar",
                     "orientation": "h",
-                    "y": [s["name"] for s in own],
-                    "x": [_symlog(s["log_evidence"]) for s in own],
-                    "text": [f"{s['log_evidence']:.1f}" for s in own],
+                    "y": [name for name, _ in own],
+                    "x": [_symlog(evidence) for _, evidence in own],
+                    "text": [f"{evidence:.1f}" for _, evidence in own],
                     "textposition": "outside",
                     "cliponaxis": False,
                     "name": label,
-                    "marker": {"color": colour, "pattern": {"shape": pattern, "fgcolor": "#fff"}},
+                    "marker": {"color": colour, "pattern": pattern},
                     "hovertemplate": "%{y}: %{text} nat<extra></extra>",
                 }
             )
-    values = [s["log_evidence"] for s in scores]
+    values = [evidence for _, evidence, _ in scores]
     ticks = [t for t in (-100, -10, -3, 0, 3, 10, 100, 1000, 10000) if min(values) <= t]
     ticks = [t for t in ticks if t <= 2 * max(*values, 3)]
     figure_layout = layout(
@@ -556,7 +449,7 @@ def ranking(diagnosis: dict[str, Any], most: int = 12) -> Figure | None:
             ticktext=[str(t) for t in ticks],
         ),
         yaxis=axis(
-            categoryorder="array", categoryarray=[s["name"] for s in reversed(scores)], ticks=""
+            categoryorder="array", categoryarray=[name for name, *_ in reversed(scores)], ticks=""
         ),
         shapes=[
             {
@@ -575,14 +468,6 @@ def ranking(diagnosis: dict[str, Any], most: int = 12) -> Figure | None:
     return {"data": data, "layout": figure_layout}
 
 
-def _kind(name: str, accepted: set[str], rivals: set[str]) -> int:
-    return 0 if name in accepted else 1 if name in rivals else 2
-
-
 def _symlog(value: float) -> float:
     """Linear around zero, logarithmic beyond."""
     return math.copysign(math.log10(1.0 + abs(value)), value)
-
-
-def _scaled(value: float | None, factor: float) -> float:
-    return math.nan if value is None else value * factor

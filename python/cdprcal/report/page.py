@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
+from cdprcal.diagnosis.plots import gap_panels, gap_steps
 from cdprcal.diagnosis.table import LEFT_OVER, left_over, unexplained_line, unique, value_rows
-from cdprcal.diagnosis.units import GAP_CHANNELS
 from cdprcal.io.files import write_text
 from cdprcal.io.result_file import cdprcal_version, log_sha256
 from cdprcal.report import figures, text
@@ -275,26 +275,19 @@ def _times_typical(size: float | None) -> str:
 
 def _gap(document: dict[str, Any]) -> dict[str, Any]:
     """The staircase as a table: rms fitted / held out."""
-    gap = document["gap"]
-    channels = [c for c in GAP_CHANNELS if any(g["channel"] == c for g in gap)]
-    cells = {(g["after_effect"], g["channel"]): g for g in gap}
-    rows = []
-    for step in dict.fromkeys(g["after_effect"] for g in gap):
-        row = [figures.first_step(document) if step is None else f"+ {step}"]
-        for channel in channels:
-            g = cells.get((step, channel), {"train_rms": None, "held_out_rms": None})
-            factor = GAP_CHANNELS[channel][2]
-            row.append(" / ".join(_three(g[key], factor) for key in ("train_rms", "held_out_rms")))
-        rows.append(row)
-    ripple = [_three(document["ripple"].get(c), GAP_CHANNELS[c][2]) for c in channels]
+    panels = gap_panels(document)
+    rows = [
+        [step, *(" / ".join(_three(s.y[i]) for s in reversed(panel.series)) for panel in panels)]
+        for i, step in enumerate(gap_steps(document))
+    ]
     return {
-        "heads": [f"{GAP_CHANNELS[c][0]} [{GAP_CHANNELS[c][1]}]" for c in channels],
-        "rows": [*rows, ["ripple of the readings, σ", *ripple]],
+        "heads": [panel.quantity for panel in panels],
+        "rows": [*rows, ["ripple of the readings, σ", *(_three(p.ripple) for p in panels)]],
     }
 
 
-def _three(value: float | None, factor: float) -> str:
-    return "–" if value is None else f"{value * factor:.3g}"
+def _three(value: float | None) -> str:
+    return "–" if value is None or math.isnan(value) else f"{value:.3g}"
 
 
 def _degrees(value: float | None) -> float | None:

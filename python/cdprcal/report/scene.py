@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdprcal import _core
-from cdprcal.report.figures import AFTER, BEFORE, CABLES, INK, MUTED, Figure, layout, rounded
+from cdprcal.diagnosis.plots import AFTER, BEFORE
+from cdprcal.report.figures import CABLES, INK, MUTED, Figure, layout, rounded
 
 Array = NDArray[np.float64]
 

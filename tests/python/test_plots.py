@@ -1,0 +1,108 @@
+"""What the plots of a diagnosis show, of a document small enough to know the answer."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from matplotlib.colors import to_hex
+
+from cdprcal.diagnosis.pictures import draw_gap, draw_ranking, draw_residuals
+from cdprcal.diagnosis.plots import fits, gap_panels, gap_steps, ranked, residual_panels
+from cdprcal.report.figures import staircase
+
+
+def effect(name: str, *rivals: str) -> dict[str, Any]:
+    return {"name": name, "p_value": 0.001, "rivals": list(rivals)}
+
+
+def residual(time_s: float, length_m: list[float | None], yaw_rad: float) -> dict[str, Any]:
+    return {
+        "run_time_s": time_s,
+        "length_m": length_m,
+        "swivel_rad": [None, None],
+        "tension_N": [],
+        "roll_pitch_yaw_rad": [None, None, yaw_rad],
+    }
+
+
+DOCUMENT: dict[str, Any] = {
+    "effects": [effect("mass", "load_cell_gain")],
+    "ranking": [
+        {"name": "mass", "log_evidence": 20.0},
+        {"name": "load_cell_gain", "log_evidence": 19.0},
+        {"name": "cable_sag", "log_evidence": -1.0},
+        {"name": "cable_creep", "log_evidence": None},
+    ],
+    "gap": [
+        {"after_effect": None, "channel": "tension_N", "train_rms": 8.0, "held_out_rms": 9.0},
+        {"after_effect": None, "channel": "length_m", "train_rms": 0.002, "held_out_rms": 0.003},
+        {"after_effect": "mass", "channel": "length_m", "train_rms": 0.001, "held_out_rms": None},
+    ],
+    "ripple": {"length_m": 0.0005, "swivel_rad": None},
+    "residuals": {
+        "before": [residual(0.0, [0.001, -0.002], 0.01), residual(5.0, [None, 0.004], 0.02)],
+        "after": [residual(0.0, [0.0, -0.001], 0.01), residual(5.0, [None, 0.001], 0.02)],
+    },
+}
+
+
+def test_residuals_are_in_the_units_of_people_and_only_of_what_was_read() -> None:
+    panels = residual_panels(fits(DOCUMENT), DOCUMENT["ripple"])
+    assert [(p.row, p.column, p.title) for p in panels] == [
+        (0, 0, "cable 1"),
+        (0, 1, "cable 2"),
+        (1, 0, "roll"),
+        (1, 1, "pitch"),
+        (1, 2, "yaw"),
+    ]
+    before, after = panels[1].series
+    assert (before.x, before.y) == ([0.0, 5.0], [-2.0, 4.0])
+    assert after.y == [-1.0, 1.0]
+    assert math.isnan(panels[0].series[0].y[1])
+    assert panels[1].quantity == "length [mm]"
+    assert panels[1].ripple == 0.5
+    assert panels[1].largest == 4.0
+    assert panels[4].series[0].y == pytest.approx([0.572958, 1.145916])
+    assert panels[4].ripple is None
+
+
+def test_without_effects_there_is_one_fit() -> None:
+    assert [fit.label for fit in fits(DOCUMENT | {"effects": []})] == ["model as given"]
+
+
+def test_the_staircase_has_the_channels_in_their_order_and_gaps_where_nothing_is() -> None:
+    assert gap_steps(DOCUMENT) == ["as given", "+ mass"]
+    faulty = {"effects": [effect("swivel_sign") | {"p_value": None}]}
+    assert gap_steps(DOCUMENT | faulty)[0] == "faults set right"
+    length, tension = gap_panels(DOCUMENT)
+    held_out, fitted = length.series
+    assert (held_out.label, fitted.label) == ("held out", "fitted")
+    assert fitted.y == [2.0, 1.0]
+    assert held_out.y[0] == 3.0
+    assert math.isnan(held_out.y[1])
+    assert tension.series[1].y[0] == 8.0
+    assert math.isnan(tension.series[1].y[1])
+
+
+def test_the_ranking_says_what_became_of_each() -> None:
+    assert ranked(DOCUMENT) == [
+        ("mass", 20.0, "accepted"),
+        ("load_cell_gain", 19.0, "rival: cannot be told apart"),
+        ("cable_sag", -1.0, "other"),
+    ]
+    assert len(ranked(DOCUMENT, 1)) == 1
+
+
+def test_picture_and_page_draw_the_same() -> None:
+    page = staircase(DOCUMENT)["data"]
+    drawn = [
+        patch for axes in draw_gap(DOCUMENT).axes for patch in axes.patches if patch.get_label()
+    ]
+    assert [patch.get_label() for patch in drawn] == [trace["name"] for trace in page]
+    colours = [to_hex(patch.get_edgecolor()).lower() for patch in drawn]
+    assert colours == [trace["line"]["color"].lower() for trace in page]
+    assert len(draw_residuals(DOCUMENT).axes) == 5
+    names = [text.get_text() for text in draw_ranking(DOCUMENT).axes[0].get_yticklabels()]
+    assert names[:3] == ["cable_sag", "load_cell_gain", "mass"]
