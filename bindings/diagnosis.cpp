@@ -57,6 +57,9 @@ void register_catalogue(py::module_& module) {
       .def_property_readonly(
           "settle", [](const EffectInfo& i) { return std::string(i.settle); },
           "What measurement would tell it from its rivals.")
+      .def_readonly("inverse", &EffectInfo::inverse,
+                    "The robot file has the inverse of the internal values: a stiffness.")
+      .def_readonly("one_sided", &EffectInfo::one_sided, "Nature has it in one sign only.")
       .def("__repr__",
            [](const EffectInfo& i) { return "EffectInfo(name='" + std::string(i.name) + "')"; });
   module.def(
@@ -96,6 +99,8 @@ void register_findings(py::module_& module) {
       .def_readonly("tension_order", &DiscreteFault::tension_order,
                     "Of a cable_order: the load cells' where it differs from the encoders'; else "
                     "empty.")
+      .def_readonly("convention", &DiscreteFault::convention,
+                    "Of an euler_convention: the right one; else None.")
       .def_readonly("text", &DiscreteFault::text, "One phrase for people.");
   py::class_<NamedEffect>(module, "NamedEffect", "An effect that was accepted.")
       .def_property_readonly("info", [](const NamedEffect& e) { return e.effect->info(); })

@@ -71,12 +71,9 @@ void bind_effects(py::module_& module) {
         py::list rows;
         for (const InjectableEffect& effect : injectable_effects()) {
           py::list parameters;
-          for (const InjectedParameter& p : effect.parameters) {
-            const char* shape = p.shape == InjectedShape::scalar      ? "scalar"
-                                : p.shape == InjectedShape::per_cable ? "n"
-                                : p.shape == InjectedShape::vector3   ? "3"
-                                                                      : "n,3";
-            parameters.append(py::make_tuple(p.name, shape));
+          for (const ParameterLayout& p : effect.parameters) {
+            constexpr const char* kShapes[] = {"scalar", "n", "3", "n,3", "2"};
+            parameters.append(py::make_tuple(p.name, kShapes[static_cast<int>(p.shape)]));
           }
           py::dict row;
           row["name"] = effect.name;

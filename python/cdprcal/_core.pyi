@@ -2281,7 +2281,19 @@ class EffectInfo:
         """
 
     @property
+    def inverse(self) -> bool:
+        """
+        The robot file has the inverse of the internal values: a stiffness.
+        """
+
+    @property
     def name(self) -> str: ...
+    @property
+    def one_sided(self) -> bool:
+        """
+        Nature has it in one sign only.
+        """
+
     @property
     def parameters(self) -> list[EffectParameter]: ...
     @property
@@ -2317,6 +2329,12 @@ class DiscreteFault:
     """
     A sign, an order, a unit or a convention that was wrong.
     """
+
+    @property
+    def convention(self) -> EulerConvention | None:
+        """
+        Of an euler_convention: the right one; else None.
+        """
 
     @property
     def name(self) -> str: ...

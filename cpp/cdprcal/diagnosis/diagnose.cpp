@@ -21,8 +21,8 @@ namespace {
 Robot corrected_robot(const Robot& given, const std::vector<Log>& logs, const Diagnosis& found) {
   Robot robot = given;
   for (const DiscreteFault& fault : found.faults) {
-    if (fault.name == "euler_convention") {
-      robot.euler_convention = static_cast<EulerConvention>(static_cast<int>(fault.values[0]));
+    if (fault.convention) {
+      robot.euler_convention = *fault.convention;
     } else {
       robot.effects.push_back(as_listed(fault));
     }

@@ -83,15 +83,16 @@ double variation(const LogMatrix& readings) {
   return std::sqrt(squares / static_cast<double>(count));
 }
 
-/// Whether a unit shrinks readings until they say nothing: whatever fits then proves nothing.
-bool silences(const DiscreteFault& fault, const Robot& robot, const Log& log) {
-  const auto silent = [](const LogMatrix& readings, double sigma) {
-    return !(variation(readings) > sigma);
+/// Whether setting a fault right (a unit) shrinks readings until they say nothing: whatever fits
+/// then proves nothing.
+bool silences(const Robot& robot, const Log& before, const Log& after) {
+  const auto silenced = [](const LogMatrix& was, const LogMatrix& is, double sigma) {
+    const double left = variation(is);
+    return left < 0.5 * variation(was) && !(left > sigma);
   };
-  if (fault.name == "length_unit") return silent(log.length_m, robot.sigma.length_m);
-  if (fault.name != "angle_unit") return false;
-  return (fault.values[0] != 1.0 && silent(log.swivel_rad, robot.sigma.swivel_rad)) ||
-         (fault.values[1] != 1.0 && silent(log.roll_pitch_yaw_rad, robot.sigma.attitude_rad));
+  return silenced(before.length_m, after.length_m, robot.sigma.length_m) ||
+         silenced(before.swivel_rad, after.swivel_rad, robot.sigma.swivel_rad) ||
+         silenced(before.roll_pitch_yaw_rad, after.roll_pitch_yaw_rad, robot.sigma.attitude_rad);
 }
 
 /// A log of a few rows, each the mean over a rest, or a sample in motion where there are no load
@@ -139,8 +140,8 @@ AppliedEffect as_listed(const DiscreteFault& fault) {
 }
 
 void set_right(const DiscreteFault& fault, Robot& robot, Log& log) {
-  if (fault.name == "euler_convention") {
-    robot.euler_convention = static_cast<EulerConvention>(static_cast<int>(fault.values[0]));
+  if (fault.convention) {
+    robot.euler_convention = *fault.convention;
   } else {
     set_right(as_listed(fault), log);
   }
@@ -183,12 +184,14 @@ std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log) {
   out.push_back({"angle_unit", "factor", {1.0, kDegree}, "the attitude is in degrees"});
   out.push_back({"angle_unit", "factor", {kDegree, kDegree}, "all angles are in degrees"});
   for (int c = 0; c < 6; ++c) {
-    if (static_cast<EulerConvention>(c) == robot.euler_convention) continue;
-    out.push_back(
-        {"euler_convention",
-         "convention",
-         {static_cast<double>(c)},
-         "the attitude's Euler angles are " + to_string(static_cast<EulerConvention>(c))});
+    const auto convention = static_cast<EulerConvention>(c);
+    if (convention == robot.euler_convention) continue;
+    out.push_back({"euler_convention",
+                   "convention",
+                   {static_cast<double>(c)},
+                   "the attitude's Euler angles are " + to_string(convention),
+                   {},
+                   convention});
   }
   return out;
 }
@@ -211,7 +214,7 @@ DiscreteSearch find_discrete_faults(Robot& robot, Log& log) {
       Robot trial_robot = robot;
       Log trial_log = tried;
       set_right(fault, trial_robot, trial_log);
-      if (silences(fault, robot, trial_log)) continue;
+      if (silences(robot, tried, trial_log)) continue;
       // The right one comes down from the first start in a few steps.
       const Trial trial = try_map(trial_robot, trial_log, at_s, 1);
       if (trial.says_enough && trial.cost < best_cost) {

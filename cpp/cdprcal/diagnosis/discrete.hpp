@@ -2,6 +2,7 @@
 // itself, so they are found by trying, before any small effect is looked for.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,8 @@ struct DiscreteFault {
   std::string text;            ///< for people
   /// Of a cable_order: the same for the load cells where it differs; else empty.
   std::vector<double> tension_order = {};
+  /// Of the attitude's convention, which the robot has and no log: the right one.
+  std::optional<EulerConvention> convention = std::nullopt;
 };
 
 /// A fault of the readings as the robot file lists it; not for the Euler convention, which has a

@@ -217,7 +217,7 @@ void refine_swivel_play(DiagnosisModel& model, const std::vector<Log>& logs) {
   constexpr double kWindow_s = 1.0;
   const auto term =
       std::find_if(model.effects.begin(), model.effects.end(),
-                   [](const EffectTerm& t) { return t.effect->name() == "swivel_hysteresis"; });
+                   [](const EffectTerm& t) { return t.effect->info().of_swivel_play; });
   if (term == model.effects.end()) return;
   const int n = model.robot.cable_count();
   for (int round = 0; round < kMostRounds; ++round) {

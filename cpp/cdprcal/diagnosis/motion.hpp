@@ -42,7 +42,7 @@ inline DiagnosisModel with_motion(const DiagnosisModel& model, const std::vector
 
 /// The swivels' state of play by where the model says that they pointed all along the run, instead
 /// of by their own readings, which stand still while the play is crossed. Nothing to do without the
-/// effect swivel_hysteresis, whose half-width it depends on: both are found in turn.
+/// effect of the swivels' play, whose half-width it depends on: both are found in turn.
 void refine_swivel_play(DiagnosisModel& model, const std::vector<Log>& logs);
 
 }  // namespace cdprcal

@@ -190,7 +190,7 @@ void Search::accept(Refit& winner, const HeldOut& held) {
   }
   const DiagnosisModel before = std::move(model_);
   model_ = std::move(winner.model);
-  if (found.effect->name() == "swivel_hysteresis") refine_swivel_play(model_, logs_);
+  if (found.effect->info().of_swivel_play) refine_swivel_play(model_, logs_);
   record_gap(before, model_, found.effect->name(), out_);
   out_.effects.push_back(std::move(found));
 }

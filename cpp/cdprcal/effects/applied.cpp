@@ -4,7 +4,6 @@
 
 #include "cdprcal/effects/catalogue.hpp"
 #include "cdprcal/effects/reading_faults.hpp"
-#include "cdprcal/effects/schema.hpp"
 #include "cdprcal/error.hpp"
 
 namespace cdprcal {
@@ -30,9 +29,7 @@ std::string tail_of(const std::string& path, int count) {
   return begin == std::string::npos ? path : count > 0 ? path : path.substr(begin + 1);
 }
 
-bool of_load_cells(const ActiveEffect& active) {
-  return active.effect->name().rfind("load_cell_", 0) == 0;
-}
+bool of_load_cells(const ActiveEffect& active) { return active.effect->info().of_load_cells; }
 
 }  // namespace
 
@@ -130,12 +127,11 @@ KnownState with_known_effects(const Robot& robot, const Log& log) {
 AppliedEffect applied_effect(const Effect& effect, const EffectValues& reported, int cables) {
   AppliedEffect applied{effect.name(), "", {}};
   Eigen::Index begin = 0;
-  const EffectLayout known = effect_layout(effect.name(), cables).value();
-  for (const ParameterLayout& layout : known.parameters) {
-    const auto count = static_cast<Eigen::Index>(layout.size());
+  for (const EffectParameter& parameter : effect.info().parameters) {
+    const int count = entries(parameter.shape, cables);
     if (begin + count > reported.size()) break;
     const double* values = reported.data() + begin;
-    applied.parameters.push_back({layout.name, {values, values + count}});
+    applied.parameters.push_back({parameter.name, {values, values + count}});
     begin += count;
   }
   return applied;

@@ -26,7 +26,7 @@ CableVector true_tension_N(const Robot& robot, const ActiveEffects& effects, con
 
 /// Robot and log with all that the robot lists for that log taken into account, for whoever looks
 /// at readings without a model: correct_readings, geometry and inertia as they are, and
-/// true_tension_N (load_cell_bias, load_cell_gain, load_cell_drift).
+/// true_tension_N.
 struct KnownState {
   Robot robot;  ///< lists nothing any more
   Log log;

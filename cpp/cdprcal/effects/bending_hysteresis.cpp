@@ -25,7 +25,8 @@ class BendingHysteresis final : public Effect {
         .sentence =
             "bending the cables over the pulleys costs force that changes sign with the motion",
         .remedy = "use larger pulleys or suppler cable, or enter the values",
-        .settle = "approach the same pose from both directions, at low and at high tension"};
+        .settle = "approach the same pose from both directions, at low and at high tension",
+        .one_sided = true};
     return info;
   }
   void correct_tension(const EffectContext& context, const EffectValues& values,

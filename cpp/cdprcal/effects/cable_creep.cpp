@@ -19,7 +19,8 @@ class CableCreep final : public Effect {
         .confused_with = {"cable_elasticity", "yaw_drift"},
         .sentence = "the cables creep: they grow longer under load as time passes",
         .remedy = "preload the cables before the run, or enter the amplitude a decade of time",
-        .settle = "visit the same poses again in another order"};
+        .settle = "visit the same poses again in another order",
+        .one_sided = true};
     return info;
   }
   void add_to_readings(const EffectContext& context, const EffectValues& amplitude_m,

@@ -4,6 +4,7 @@
 namespace cdprcal {
 namespace {
 
+/// Internal value: the compliance 1/EA [1/N], whose zero is an inextensible cable.
 class CableElasticity final : public Effect {
  public:
   const EffectInfo& info() const override {
@@ -14,24 +15,16 @@ class CableElasticity final : public Effect {
                         .unit = "N",
                         .shape = ParameterShape::scalar,
                         .typical = 1e-5,
-                        .plausible = 1e-4}},
+                        .plausible = 1e-4,
+                        .range = ValueRange::positive}},
         .scope = EffectScope::robot,
         .confused_with = {"transmission_ratio", "cable_creep", "load_cell_gain"},
         .sentence = "the cables stretch under tension",
         .remedy = "enter the axial stiffness EA of the cables",
-        .settle = "pull one cable against a fixed point and read its length change"};
+        .settle = "pull one cable against a fixed point and read its length change",
+        .inverse = true,
+        .one_sided = true};
     return info;
-  }
-  // Internal value: the compliance 1/EA [1/N], whose zero is an inextensible cable.
-  EffectValues to_reported(const EffectValues& compliance) const override {
-    return compliance.cwiseInverse();
-  }
-  EffectValues from_reported(const EffectValues& stiffness_N) const override {
-    return stiffness_N.cwiseInverse();
-  }
-  EffectValues reported_deviation(const EffectValues& compliance,
-                                  const EffectValues& deviation) const override {
-    return deviation.array() / compliance.array().square();
   }
   void add_to_readings(const EffectContext& context, const EffectValues& compliance,
                        PoseEvaluation& evaluation) const override {

@@ -14,12 +14,14 @@ class CableSag final : public Effect {
                         .unit = "kg/m",
                         .shape = ParameterShape::scalar,
                         .typical = 0.03,
-                        .plausible = 0.3}},
+                        .plausible = 0.3,
+                        .range = ValueRange::not_negative}},
         .scope = EffectScope::robot,
         .confused_with = {"mass", "load_cell_bias"},
         .sentence = "the cables weigh enough to sag",
         .remedy = "enter the linear density of the cables",
-        .settle = "weigh a metre of cable"};
+        .settle = "weigh a metre of cable",
+        .one_sided = true};
     return info;
   }
   // With w = rho g and free length L: the exit direction tilts by w L / (2 tau), the chord carries

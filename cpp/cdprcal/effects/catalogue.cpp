@@ -6,27 +6,11 @@ namespace cdprcal {
 
 using EffectPointer = std::shared_ptr<const Effect>;
 
-EffectPointer transmission_ratio();
-EffectPointer cable_elasticity();
-EffectPointer cable_creep();
-EffectPointer cable_sag();
-EffectPointer pulley_friction();
-EffectPointer bending_hysteresis();
-EffectPointer swivel_hysteresis();
-EffectPointer swivel_scale();
-EffectPointer pulley_radius();
-EffectPointer frame_anchors();
-EffectPointer platform_anchors();
-EffectPointer load_cell_bias();
-EffectPointer load_cell_gain();
-EffectPointer load_cell_drift();
-EffectPointer mass();
-EffectPointer centre_of_mass();
-EffectPointer external_force();
-EffectPointer ahrs_misalignment();
-EffectPointer yaw_drift();
-EffectPointer magnetic_disturbance();
-EffectPointer sensor_delay();
+EffectPointer transmission_ratio(), cable_elasticity(), cable_creep(), cable_sag(),
+    pulley_friction(), bending_hysteresis(), swivel_hysteresis(), swivel_scale(), pulley_radius(),
+    frame_anchors(), platform_anchors(), load_cell_bias(), load_cell_gain(), load_cell_drift(),
+    mass(), centre_of_mass(), external_force(), ahrs_misalignment(), yaw_drift(),
+    magnetic_disturbance(), sensor_delay();
 
 const std::vector<EffectPointer>& effect_catalogue() {
   static const std::vector<EffectPointer> catalogue{

@@ -3,25 +3,11 @@
 namespace cdprcal {
 namespace {
 
-int count(ParameterShape shape, int cables) {
-  switch (shape) {
-    case ParameterShape::scalar:
-      return 1;
-    case ParameterShape::per_cable:
-      return cables;
-    case ParameterShape::vector3:
-      return 3;
-    case ParameterShape::per_cable_vector3:
-      return 3 * cables;
-  }
-  return 0;
-}
-
 EffectValues spread(const EffectInfo& info, int cables, double EffectParameter::* member) {
   EffectValues values;
   for (const EffectParameter& parameter : info.parameters) {
     const Eigen::Index before = values.size();
-    values.conservativeResize(before + count(parameter.shape, cables));
+    values.conservativeResize(before + entries(parameter.shape, cables));
     values.tail(values.size() - before).setConstant(parameter.*member);
   }
   return values;
@@ -31,8 +17,7 @@ EffectValues spread(const EffectInfo& info, int cables, double EffectParameter::
 
 int Effect::size(int cables) const {
   int total = 0;
-  for (const EffectParameter& parameter : info().parameters)
-    total += count(parameter.shape, cables);
+  for (const EffectParameter& p : info().parameters) total += entries(p.shape, cables);
   return total;
 }
 
@@ -42,6 +27,15 @@ EffectValues Effect::typical(int cables) const {
 
 EffectValues Effect::plausible(int cables) const {
   return spread(info(), cables, &EffectParameter::plausible);
+}
+
+EffectValues Effect::to_reported(const EffectValues& values) const {
+  return info().inverse ? EffectValues(values.cwiseInverse()) : values;
+}
+
+EffectValues Effect::reported_deviation(const EffectValues& values,
+                                        const EffectValues& deviation) const {
+  return info().inverse ? EffectValues(deviation.array() / values.array().square()) : deviation;
 }
 
 Robot with_effects(const Robot& robot, const ActiveEffects& effects) {

@@ -10,21 +10,20 @@
 #include <string>
 #include <vector>
 
+#include "cdprcal/effects/parameter.hpp"
 #include "cdprcal/effects/pose_evaluation.hpp"
 
 namespace cdprcal {
 
-/// How many numbers a parameter has: 1, n, 3 or n·3 (cable by cable).
-enum class ParameterShape { scalar, per_cable, vector3, per_cable_vector3 };
-
 /// One parameter as people and files see it. Its zero means: the effect is absent (for a stiffness,
-/// see Effect::to_reported).
+/// see EffectInfo::inverse).
 struct EffectParameter {
   const char* name;  ///< with the unit as suffix: "bias_N"
   const char* unit;  ///< "N", "m", "rad", "1" …
   ParameterShape shape;
   double typical;    ///< size to expect, internal units: one σ of the prior
   double plausible;  ///< largest |value| that is physically believable, internal units
+  ValueRange range = ValueRange::any;  ///< of a machine that has it, as files have it
 };
 
 /// Whether a robot keeps the effect from one run to the next.
@@ -39,6 +38,11 @@ struct EffectInfo {
   const char* sentence;                    ///< for people: what it is
   const char* remedy;                      ///< for people: what to do about it on the robot
   const char* settle;                      ///< what measurement would tell it from its rivals
+  // Properties that others ask for, in place of its name
+  bool inverse = false;    ///< files have the values' inverse: no effect is an infinite stiffness
+  bool one_sided = false;  ///< nature has it in one sign only
+  bool of_load_cells = false;   ///< in the readings of the load cells, not in what cables carry
+  bool of_swivel_play = false;  ///< its value is what Measurement::swivel_direction depends on
 };
 
 /// What an effect may look at.
@@ -91,18 +95,14 @@ class Effect {
   /// ReadingRows × size. Comes zeroed.
   virtual void columns(const EffectContext&, const EffectValues&, EffectColumns) const = 0;
 
-  /// Internal values ↔ what people and files see. Identity except where zero effect is an infinite
-  /// parameter. `reported_deviation` maps standard deviations at `values`.
-  [[nodiscard]] virtual EffectValues to_reported(const EffectValues& values) const {
-    return values;
+  /// Internal values ↔ what people and files see (EffectInfo::inverse). `reported_deviation` maps
+  /// standard deviations at `values`.
+  [[nodiscard]] EffectValues to_reported(const EffectValues& values) const;
+  [[nodiscard]] EffectValues from_reported(const EffectValues& reported) const {
+    return to_reported(reported);
   }
-  [[nodiscard]] virtual EffectValues from_reported(const EffectValues& reported) const {
-    return reported;
-  }
-  [[nodiscard]] virtual EffectValues reported_deviation(const EffectValues&,
-                                                        const EffectValues& deviation) const {
-    return deviation;
-  }
+  [[nodiscard]] EffectValues reported_deviation(const EffectValues& values,
+                                                const EffectValues& deviation) const;
   /// Whether readings can show it at all: some effects need readings while the platform moves.
   [[nodiscard]] virtual bool needs_motion() const { return false; }
 };

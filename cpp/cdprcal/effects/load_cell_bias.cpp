@@ -19,7 +19,8 @@ class LoadCellBias final : public Effect {
         .confused_with = {"mass", "external_force", "load_cell_drift"},
         .sentence = "a load cell reads a constant amount too much or too little",
         .remedy = "tare the named load cells",
-        .settle = "unload the cables and read the cells; weigh the platform for the common part"};
+        .settle = "unload the cables and read the cells; weigh the platform for the common part",
+        .of_load_cells = true};
     return info;
   }
   void correct_tension(const EffectContext&, const EffectValues& bias_N,

@@ -19,7 +19,8 @@ class LoadCellDrift final : public Effect {
         .confused_with = {"load_cell_bias"},
         .sentence = "the load cells drift with time",
         .remedy = "let the amplifiers warm up before the run, and tare again",
-        .settle = "return to the first pose at the end of the run"};
+        .settle = "return to the first pose at the end of the run",
+        .of_load_cells = true};
     return info;
   }
   void correct_tension(const EffectContext& context, const EffectValues& rate_N_s,

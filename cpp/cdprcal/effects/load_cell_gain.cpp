@@ -14,12 +14,14 @@ class LoadCellGain final : public Effect {
                         .unit = "1",
                         .shape = ParameterShape::per_cable,
                         .typical = 0.04,
-                        .plausible = 0.3}},
+                        .plausible = 0.3,
+                        .range = ValueRange::above_minus_one}},
         .scope = EffectScope::robot,
         .confused_with = {"mass", "load_cell_bias", "cable_elasticity"},
         .sentence = "a load cell has a wrong scale",
         .remedy = "calibrate the named load cells with known weights",
-        .settle = "weigh the platform: the common part of the gains is the mass"};
+        .settle = "weigh the platform: the common part of the gains is the mass",
+        .of_load_cells = true};
     return info;
   }
   void correct_tension(const EffectContext& context, const EffectValues& gain_error,

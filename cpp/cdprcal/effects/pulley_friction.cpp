@@ -14,13 +14,15 @@ class PulleyFriction final : public Effect {
                         .unit = "1",
                         .shape = ParameterShape::scalar,
                         .typical = 0.025,
-                        .plausible = 0.15}},
+                        .plausible = 0.15,
+                        .range = ValueRange::not_negative}},
         .scope = EffectScope::robot,
         .confused_with = {"bending_hysteresis"},
         .sentence =
             "the pulleys rub: the load cells read less when the cable pays out than when it is hauled in",
         .remedy = "lubricate or replace the pulley bearings, or enter the coefficient",
-        .settle = "approach the same pose from both directions"};
+        .settle = "approach the same pose from both directions",
+        .one_sided = true};
     return info;
   }
   void correct_tension(const EffectContext& context, const EffectValues& coefficient,

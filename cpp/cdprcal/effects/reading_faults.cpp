@@ -1,9 +1,5 @@
 #include "cdprcal/effects/reading_faults.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <numeric>
-
 namespace cdprcal {
 namespace {
 
@@ -24,33 +20,50 @@ void reorder(const std::vector<double>& order, LogMatrix& readings) {
   }
 }
 
+const ReadingFault* find(const std::string& name) {
+  for (const ReadingFault& fault : reading_faults()) {
+    if (fault.name == name) return &fault;
+  }
+  return nullptr;
+}
+
 }  // namespace
 
-bool is_reading_fault(const std::string& name) {
-  return name == "length_sign" || name == "swivel_sign" || name == "cable_order" ||
-         name == "length_unit" || name == "angle_unit";
+const std::vector<ReadingFault>& reading_faults() {
+  constexpr auto kPerCable = ParameterShape::per_cable;
+  static const std::vector<ReadingFault> table{
+      {"length_sign",
+       {{"sign", kPerCable, ValueRange::sign}},
+       [](const AppliedEffect& fault, Log& log) { scale_columns(values_of(fault), log.length_m); }},
+      {"swivel_sign",
+       {{"sign", kPerCable, ValueRange::sign}},
+       [](const AppliedEffect& fault, Log& log) {
+         scale_columns(values_of(fault), log.swivel_rad);
+       }},
+      // Cable i is read on channel order[i]; its load cell on tension_order[i], where given.
+      {"cable_order",
+       {{"order", kPerCable, ValueRange::order},
+        {"tension_order", kPerCable, ValueRange::order, true}},
+       [](const AppliedEffect& fault, Log& log) {
+         for (LogMatrix* read : {&log.length_m, &log.swivel_rad}) reorder(values_of(fault), *read);
+         for (LogMatrix* read : {&log.tension_N, &log.tension_setpoint_N}) {
+           reorder(fault.parameters.back().values, *read);
+         }
+       }},
+      // Readings × factor are metres, or radians: of the swivels, and of the attitude.
+      {"length_unit",
+       {{"factor", ParameterShape::scalar, ValueRange::positive}},
+       [](const AppliedEffect& fault, Log& log) { log.length_m *= values_of(fault)[0]; }},
+      {"angle_unit",
+       {{"factor", ParameterShape::pair, ValueRange::positive}},
+       [](const AppliedEffect& fault, Log& log) {
+         log.swivel_rad *= values_of(fault)[0];
+         log.roll_pitch_yaw_rad *= values_of(fault)[1];
+       }}};
+  return table;
 }
 
-std::string fault_problem(const AppliedEffect& fault) {
-  const std::vector<double>& values = values_of(fault);
-  const auto all = [&](auto condition) {
-    return std::all_of(values.begin(), values.end(), condition);
-  };
-  if (fault.name == "length_sign" || fault.name == "swivel_sign") {
-    return all([](double v) { return std::abs(v) == 1.0; }) ? "" : "must be 1 or -1 a cable";
-  }
-  if (fault.name == "cable_order") {
-    std::vector<double> wanted(values.size());
-    std::iota(wanted.begin(), wanted.end(), 1.0);
-    const bool permutations = std::all_of(
-        fault.parameters.begin(), fault.parameters.end(), [&](const AppliedEffect::Parameter& p) {
-          return std::is_permutation(p.values.begin(), p.values.end(), wanted.begin(),
-                                     wanted.end());
-        });
-    return permutations ? "" : "must hold every cable once, counted from 1";
-  }
-  return all([](double v) { return v > 0.0; }) ? "" : "must be positive";
-}
+bool is_reading_fault(const std::string& name) { return find(name) != nullptr; }
 
 Robot without_reading_faults(Robot robot) {
   std::erase_if(robot.effects, [](const AppliedEffect& e) { return is_reading_fault(e.name); });
@@ -58,23 +71,7 @@ Robot without_reading_faults(Robot robot) {
 }
 
 void set_right(const AppliedEffect& fault, Log& log) {
-  const std::vector<double>& values = values_of(fault);
-  if (fault.name == "length_sign") {
-    scale_columns(values, log.length_m);
-  } else if (fault.name == "swivel_sign") {
-    scale_columns(values, log.swivel_rad);
-  } else if (fault.name == "cable_order") {
-    reorder(values, log.length_m);
-    reorder(values, log.swivel_rad);
-    const std::vector<double>& of_tension = fault.parameters.back().values;
-    reorder(of_tension, log.tension_N);
-    reorder(of_tension, log.tension_setpoint_N);
-  } else if (fault.name == "length_unit") {
-    log.length_m *= values[0];
-  } else if (fault.name == "angle_unit") {
-    log.swivel_rad *= values[0];
-    log.roll_pitch_yaw_rad *= values[1];
-  }
+  if (const ReadingFault* row = find(fault.name)) row->set_right(fault, log);
 }
 
 }  // namespace cdprcal

@@ -17,26 +17,13 @@ constexpr double kFarBeyondPlausible = 10.0;
 /// Effects on the mass stop here (mass.cpp).
 constexpr double kLeastMass_kg = 1e-3;
 
-std::vector<int> shape_of(ParameterShape shape, int cables) {
-  switch (shape) {
-    case ParameterShape::scalar:
-      return {};
-    case ParameterShape::per_cable:
-      return {cables};
-    case ParameterShape::vector3:
-      return {3};
-    case ParameterShape::per_cable_vector3:
-      return {cables, 3};
-  }
-  return {};
-}
-
 std::string effect_field(std::size_t index, const std::string& name) {
   const std::string field = "effects[#" + std::to_string(index + 1) + "]";
   return name.empty() ? field : field + "." + name;
 }
 
-void check_parameters(const AppliedEffect& effect, const EffectLayout& layout, std::size_t index) {
+void check_parameters(const AppliedEffect& effect, const EffectLayout& layout, int cables,
+                      std::size_t index) {
   for (const AppliedEffect::Parameter& given : effect.parameters) {
     const bool known =
         std::any_of(layout.parameters.begin(), layout.parameters.end(),
@@ -57,53 +44,51 @@ void check_parameters(const AppliedEffect& effect, const EffectLayout& layout, s
       throw detail::FieldError(field,
                                count == 0 ? "is missing: add it" : "given twice; delete one");
     const auto given = std::find_if(effect.parameters.begin(), effect.parameters.end(), matches);
-    if (given->values.size() != parameter.size()) {
-      throw detail::FieldError(field, "must have " + std::to_string(parameter.size()) +
-                                          " values, not " + std::to_string(given->values.size()));
+    const auto size = static_cast<std::size_t>(entries(parameter.shape, cables));
+    if (given->values.size() != size) {
+      throw detail::FieldError(field, "must have " + std::to_string(size) + " values, not " +
+                                          std::to_string(given->values.size()));
     }
     const auto finite = [](double value) { return std::isfinite(value); };
     if (!std::all_of(given->values.begin(), given->values.end(), finite)) {
       throw detail::FieldError(field, "must be finite numbers");
     }
+    // An estimate may be beyond what a machine's numbers can be: the effect is then not there.
+    if (!is_reading_fault(effect.name)) continue;
+    const std::string problem = range_problem(parameter.range, given->values, cables);
+    if (!problem.empty()) throw detail::FieldError(field, problem);
   }
 }
 
 }  // namespace
 
-std::size_t ParameterLayout::size() const {
-  std::size_t count = 1;
-  for (const int extent : shape) count *= static_cast<std::size_t>(extent);
-  return count;
-}
-
-std::vector<EffectLayout> effect_layouts(int cables) {
-  std::vector<EffectLayout> layouts;
-  for (const auto& effect : effect_catalogue()) {
-    EffectLayout layout{effect->name(), {}, effect->info().scope == EffectScope::run};
-    for (const EffectParameter& parameter : effect->info().parameters) {
-      layout.parameters.push_back({parameter.name, shape_of(parameter.shape, cables)});
+const std::vector<EffectLayout>& effect_layouts() {
+  static const std::vector<EffectLayout> all = [] {
+    std::vector<EffectLayout> layouts;
+    for (const auto& effect : effect_catalogue()) {
+      layouts.push_back({effect->name(), {}, effect->info().scope == EffectScope::run});
+      for (const EffectParameter& p : effect->info().parameters) {
+        layouts.back().parameters.push_back({p.name, p.shape, p.range});
+      }
     }
-    layouts.push_back(std::move(layout));
-  }
-  layouts.push_back({"length_sign", {{"sign", {cables}}}, true});
-  layouts.push_back({"swivel_sign", {{"sign", {cables}}}, true});
-  layouts.push_back(
-      {"cable_order", {{"order", {cables}}, {"tension_order", {cables}, true}}, true});
-  layouts.push_back({"length_unit", {{"factor", {}}}, true});
-  layouts.push_back({"angle_unit", {{"factor", {2}}}, true});
-  return layouts;
+    for (const ReadingFault& fault : reading_faults()) {
+      layouts.push_back({fault.name, fault.parameters, true});
+    }
+    return layouts;
+  }();
+  return all;
 }
 
-std::optional<EffectLayout> effect_layout(const std::string& name, int cables) {
-  for (EffectLayout& layout : effect_layouts(cables)) {
-    if (layout.name == name) return std::move(layout);
+const EffectLayout* effect_layout(const std::string& name) {
+  for (const EffectLayout& layout : effect_layouts()) {
+    if (layout.name == name) return &layout;
   }
-  return std::nullopt;
+  return nullptr;
 }
 
 std::string unknown_effect(const std::string& name) {
   std::string known;
-  for (const EffectLayout& layout : effect_layouts(1)) {
+  for (const EffectLayout& layout : effect_layouts()) {
     known += (known.empty() ? "" : ", ") + layout.name;
   }
   return "unknown effect " + in_quotes(name) + "; known: " + known;
@@ -115,7 +100,7 @@ void check_effects(const Robot& robot) {
   Robot changed = robot;
   for (std::size_t i = 0; i < robot.effects.size(); ++i) {
     const AppliedEffect& effect = robot.effects[i];
-    const auto layout = effect_layout(effect.name, robot.cable_count());
+    const EffectLayout* layout = effect_layout(effect.name);
     if (!layout) throw FieldError(effect_field(i, "name"), unknown_effect(effect.name));
     if (!effect.run.empty() && !layout->by_run) {
       throw FieldError(effect_field(i, "run"), "a " + effect.name +
@@ -127,14 +112,8 @@ void check_effects(const Robot& robot) {
         throw FieldError(effect_field(i, "run"), "must not hold control characters");
       }
     }
-    check_parameters(effect, *layout, i);
-    if (is_reading_fault(effect.name)) {
-      const std::string problem = fault_problem(effect);
-      if (!problem.empty()) {
-        throw FieldError(effect_field(i, effect.parameters.front().name), problem);
-      }
-      continue;
-    }
+    check_parameters(effect, *layout, robot.cable_count(), i);
+    if (is_reading_fault(effect.name)) continue;
     const ActiveEffect active = resolve_effect(effect, robot.cable_count());
     const std::string first = effect.parameters.front().name;
     if (!active.values.allFinite()) {

@@ -2,22 +2,13 @@
 // that model/ can read and write it without knowing what an effect does.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "cdprcal/effects/parameter.hpp"
 #include "cdprcal/model/robot.hpp"
 
 namespace cdprcal {
-
-/// One parameter: its key in the file and how its numbers are nested: {} one number, {n} a list,
-/// {n, 3} a list of n lists of three.
-struct ParameterLayout {
-  std::string name;
-  std::vector<int> shape;
-  bool optional = false;
-  [[nodiscard]] std::size_t size() const;
-};
 
 /// One effect of the catalogue, or one fault of the readings' map (reading_faults.hpp).
 struct EffectLayout {
@@ -26,10 +17,10 @@ struct EffectLayout {
   bool by_run = false;  ///< differs from run to run: may be given for one log alone
 };
 
-/// All that a robot with n cables may list, in the order of the catalogue; faults last.
-std::vector<EffectLayout> effect_layouts(int cables);
-/// The one called `name`, if there is one.
-std::optional<EffectLayout> effect_layout(const std::string& name, int cables);
+/// All that a robot may list, in the order of the catalogue; faults last.
+const std::vector<EffectLayout>& effect_layouts();
+/// The one called `name`, or null.
+const EffectLayout* effect_layout(const std::string& name);
 
 /// What to say of a name that is not known: the nearest ones, or all.
 std::string unknown_effect(const std::string& name);

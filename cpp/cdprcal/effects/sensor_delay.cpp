@@ -14,12 +14,14 @@ class SensorDelay final : public Effect {
                         .unit = "s",
                         .shape = ParameterShape::scalar,
                         .typical = 0.08,
-                        .plausible = 0.45}},
+                        .plausible = 0.45,
+                        .range = ValueRange::not_negative}},
         .scope = EffectScope::robot,
         .confused_with = {},
         .sentence = "the attitude readings arrive later than those of the drives",
         .remedy = "correct the time stamps by the delay",
-        .settle = "log at a higher rate while the platform swings"};
+        .settle = "log at a higher rate while the platform swings",
+        .one_sided = true};
     return info;
   }
   void add_to_readings(const EffectContext& context, const EffectValues& delay_s,

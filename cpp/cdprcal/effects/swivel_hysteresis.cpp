@@ -13,12 +13,15 @@ class SwivelHysteresis final : public Effect {
                                                  .unit = "rad",
                                                  .shape = ParameterShape::scalar,
                                                  .typical = 0.008,
-                                                 .plausible = 0.052}},
+                                                 .plausible = 0.052,
+                                                 .range = ValueRange::not_negative}},
                                  .scope = EffectScope::robot,
                                  .confused_with = {"swivel_scale"},
                                  .sentence = "the swivels stick and lag behind the cables",
                                  .remedy = "free the swivel bearings, or enter the half-width",
-                                 .settle = "approach the same pose from both sides"};
+                                 .settle = "approach the same pose from both sides",
+                                 .one_sided = true,
+                                 .of_swivel_play = true};
     return info;
   }
   void add_to_readings(const EffectContext& context, const EffectValues& half_width_rad,

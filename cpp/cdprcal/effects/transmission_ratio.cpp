@@ -14,7 +14,8 @@ class TransmissionRatio final : public Effect {
                         .unit = "1",
                         .shape = ParameterShape::per_cable,
                         .typical = 0.015,
-                        .plausible = 0.09}},
+                        .plausible = 0.09,
+                        .range = ValueRange::above_minus_one}},
         .scope = EffectScope::robot,
         .confused_with = {"frame_anchors", "cable_elasticity"},
         .sentence =

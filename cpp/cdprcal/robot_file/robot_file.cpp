@@ -86,7 +86,7 @@ void read_sensors(const YamlField& field, Robot& robot) {
 AppliedEffect read_effect(const YamlField& field, int cables) {
   // Which keys are known follows from the name.
   const auto name = field.peek("name");
-  const auto layout = name ? effect_layout(name->text(), cables) : std::nullopt;
+  const EffectLayout* layout = name ? effect_layout(name->text()) : nullptr;
   if (name && !layout) name->fail(unknown_effect(name->text()));
   std::vector<std::string> keys{"name", "run"};
   if (layout) {
@@ -98,7 +98,7 @@ AppliedEffect read_effect(const YamlField& field, int cables) {
   for (const ParameterLayout& parameter : layout->parameters) {
     if (parameter.optional && !map.find(parameter.name)) continue;
     effect.parameters.push_back(
-        {parameter.name, map.require(parameter.name).numbers(parameter.shape)});
+        {parameter.name, map.require(parameter.name).numbers(extents(parameter.shape, cables))});
   }
   return effect;
 }
@@ -165,12 +165,12 @@ std::string sigma_entry(const Robot& robot) {
 std::string effect_entry(const AppliedEffect& effect, int cables) {
   std::string text = "  - name: " + effect.name + "\n";
   if (!effect.run.empty()) text += "    run: " + double_quoted(effect.run) + "\n";
-  const EffectLayout layout = effect_layout(effect.name, cables).value();
-  for (const ParameterLayout& parameter : layout.parameters) {
+  for (const ParameterLayout& parameter : effect_layout(effect.name)->parameters) {
     for (const AppliedEffect::Parameter& given : effect.parameters) {
       if (given.name != parameter.name) continue;
       const double* next = given.values.data();
-      text += "    " + parameter.name + ": " + flow(parameter.shape, 0, next) + "\n";
+      text +=
+          "    " + parameter.name + ": " + flow(extents(parameter.shape, cables), 0, next) + "\n";
     }
   }
   return text;

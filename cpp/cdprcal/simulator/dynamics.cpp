@@ -55,8 +55,7 @@ Vector3 PlantDynamics::pulley_to_anchor(int cable, const Vector3& anchor_m) cons
 }
 
 double PlantDynamics::natural_m(int cable, double payout_m) const {
-  double natural = payout_m + winch_[cable].slipped_m;
-  return natural + p_.grown_m(time_s(), natural);
+  return changed(p_.natural_m, payout_m + winch_[cable].slipped_m, cable, time_s());
 }
 
 double PlantDynamics::drop_m(int cable) const {
@@ -334,11 +333,8 @@ double PlantDynamics::load_cell_tension_N(int cable) const {
 }
 
 double PlantDynamics::encoder_m(int cable) const {
-  const double payout = winch_[cable].payout_m;
-  const double runout = p_.runout_m == 0.0
-                            ? 0.0
-                            : p_.runout_m * std::sin(2.0 * kPi * payout / p_.drum_circumference_m);
-  return (1.0 + p_.ratio_error[cable]) * payout + runout;
+  const double length_m = (1.0 + p_.ratio_error[cable]) * winch_[cable].payout_m;
+  return changed(p_.encoder_m, length_m, cable, time_s());
 }
 
 double PlantDynamics::direction(int cable) const {

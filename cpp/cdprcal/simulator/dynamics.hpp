@@ -74,7 +74,7 @@ class PlantDynamics {
   /// Tension at the pulley, on the strand's side, and at the load cell [N].
   [[nodiscard]] double strand_tension_N(int cable) const;
   [[nodiscard]] double load_cell_tension_N(int cable) const;
-  /// What an ideal encoder counts [m].
+  /// What the encoder counts [m], before noise and offset.
   [[nodiscard]] double encoder_m(int cable) const;
   /// Direction of cable motion s in [−1, 1].
   [[nodiscard]] double direction(int cable) const;

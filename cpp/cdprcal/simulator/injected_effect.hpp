@@ -5,24 +5,26 @@
 #include <string>
 #include <vector>
 
-#include "cdprcal/types.hpp"
+#include "cdprcal/effects/parameter.hpp"
+#include "cdprcal/model/robot.hpp"
 
 namespace cdprcal {
 
-/// How many numbers a parameter of an injected effect has.
-enum class InjectedShape { scalar, per_cable, vector3, per_cable_vector3 };
+class PlantValues;
+struct PlantParameters;
 
-struct InjectedParameter {
-  std::string name;  ///< with the unit as suffix: "bias_N"
-  InjectedShape shape;
-};
-
-/// One row of the table of what can be injected.
+/// One row of the table of what can be injected: an effect's card of the plant.
 struct InjectableEffect {
   std::string name;
-  std::vector<InjectedParameter> parameters;
+  std::string description;  ///< one line for people
+  /// What it does to the plant: puts the values where they act. Throws InputError for values that
+  /// this robot cannot have.
+  void (*act)(PlantValues& values, PlantParameters& plant);
+  /// What a robot file says of a reading's map sets it right; the plant has the map itself: the way
+  /// back. Null where both say the same.
+  std::vector<double> (*of_file)(const AppliedEffect& known) = nullptr;
+  std::vector<ParameterLayout> parameters = {};  ///< none written: those of the effect or fault
   bool generator_only = false;  ///< not in the catalogue of the diagnosis: for blind tests
-  std::string description;      ///< one line for people
 };
 
 /// An effect and its numbers: its parameters one after the other, each as many as its shape says
@@ -33,7 +35,7 @@ struct InjectedEffect {
   std::vector<double> values;
 };
 
-/// Everything that can be injected, in the order of the catalogue.
+/// Everything that can be injected, in the order of the catalogue (plant_effects.cpp).
 const std::vector<InjectableEffect>& injectable_effects();
 
 /// Parses "NAME=v1,v2,…" (euler_convention also takes an order: "euler_convention=ZYX"). Throws
@@ -47,5 +49,8 @@ std::string to_string(const InjectedEffect& effect);
 /// the accepted sizes when the number of values does not fit a robot with `cable_count` cables, for
 /// values that are not finite, and for impossible ones (a sign other than ±1, no permutation …).
 InjectedEffect expanded(const InjectedEffect& effect, int cable_count);
+
+/// An effect that a robot file lists, as the plant takes it.
+InjectedEffect as_injected(const AppliedEffect& known);
 
 }  // namespace cdprcal

@@ -1,66 +1,88 @@
 // The plant as numbers: the robot as it truly is, every injected effect in its place.
 #pragma once
 
+#include <functional>
 #include <vector>
 
-#include "cdprcal/model/robot.hpp"
+#include "cdprcal/geometry/pose.hpp"
 #include "cdprcal/simulator/options.hpp"
 
 namespace cdprcal {
 
+class PlantDynamics;
+
 /// Something that happens once.
 struct PlantEvent {
-  enum class Kind { slack, cable_slip, oscillation, outlier };
-  Kind kind = Kind::slack;
   double time_s = 0.0;
-  int cable = 0;      ///< from 0
-  double size = 0.0;  ///< m, or N s for oscillation
+  std::function<void(PlantDynamics&)> happen;
 };
 
+/// What effects make of one cable's number: (number so far, cable from 0, time [s]) → number.
+using CableChange = std::function<double(double, int, double)>;
+
+/// What a card of plant_effects.cpp may change. Effects act in the order of the table.
 struct PlantParameters {
   Robot robot;  ///< true geometry and inertia
   // Cables and winches
   double axial_stiffness_N = 0.0;  ///< EA
   double strand_damping_ratio = 0.0;
   double linear_density_kg_m = 0.0;
-  double creep_m = 0.0;     ///< per decade of 1 + t/30 s
-  CableVector ratio_error;  ///< encoder length ÷ paid-out length − 1
-  double runout_m = 0.0;
-  double drum_circumference_m = 1.0;
-  // Between load cell and strand, s = ±1: load cell = τ e^{−sμ} − s (f₀ + f₁ τ)
-  double friction = 0.0;
-  double hysteresis_N = 0.0;
-  double hysteresis = 0.0;
-  // Load cells
-  CableVector load_cell_gain;  ///< reading = (1 + gain) τ + bias + drift t
-  CableVector load_cell_bias_N;
-  double load_cell_drift_N_s = 0.0;
-  // Swivels
-  CableVector swivel_scale;
-  double swivel_half_width_rad = 0.0;
+  double frame_compliance_m_N = 0.0;   ///< of each pulley's place, along the pull
+  std::vector<CableChange> natural_m;  ///< from what is paid out to the strand's natural length
+  CableVector ratio_error;             ///< encoder length ÷ paid-out length − 1
+  std::vector<CableChange> encoder_m;  ///< on top of the ratio
+  std::vector<PlantEvent> events;      ///< by time
   // Platform
-  Vector3 external_force_N = Vector3::Zero();
+  Vector3 external_force_N = Vector3::Zero();  ///< at the centre of mass, world axes
+  // Load cells
+  /// From strand to load cell, by the direction of motion s: (so far, strand [N], s) → load [N].
+  std::vector<std::function<double(double, double, double)>> to_load_cell_N;
+  std::vector<CableChange> load_cell_N;  ///< from load to the force that the bridge shows
+  CableVector load_cell_gain;            ///< the amplifier's, of all that the bridge shows
+  // Swivels
+  double swivel_half_width_rad = 0.0;  ///< of their play
+  std::vector<CableChange> swivel_rad;
   // AHRS
   Eigen::Quaterniond ahrs_rotation = Eigen::Quaterniond::Identity();  ///< R* = R · this
-  double yaw_drift_rad_s = 0.0;
-  Vector3 magnetic_rad_m = Vector3::Zero();
+  EulerConvention euler_convention = EulerConvention::XYZ;
+  /// (true pose, time [s], roll pitch yaw to change)
+  std::vector<std::function<void(const Pose&, double, Vector3&)>> attitude_rad;
   double attitude_delay_s = 0.0;  ///< on top of the sensor's own
   // Maps from the sensor to the log
   CableVector length_sign, swivel_sign;
   std::vector<int> cable_order;  ///< reading i is that of this cable
   double length_factor = 1.0, swivel_factor = 1.0, attitude_factor = 1.0;
-  EulerConvention euler_convention = EulerConvention::XYZ;
-  // Outside the catalogue
-  double frame_compliance_m_N = 0.0;
-  double warming_time_s = 0.0, warming_K = 0.0;
-  std::vector<PlantEvent> events;  ///< by time
 
-  /// How much longer the cable's natural length is than paid out [m]: creep, warmth.
-  [[nodiscard]] double grown_m(double time_s, double paid_out_m) const;
-  /// What warmth adds to a load cell's reading [N].
-  [[nodiscard]] double warm_zero_N(double time_s) const;
   /// Tension at the load cell [N] from that of the strand and the direction of motion s.
   [[nodiscard]] double load_cell_side_N(double strand_N, double direction) const;
+};
+
+inline double changed(const std::vector<CableChange>& effects, double value, int cable,
+                      double time_s) {
+  for (const CableChange& effect : effects) value = effect(value, cable, time_s);
+  return value;
+}
+
+/// The values of one expanded effect, taken in order.
+class PlantValues {
+ public:
+  PlantValues(const std::vector<double>& values, int cables) : values_(values), cables_(cables) {}
+  double scalar() { return values_[next_++]; }
+  int cable() { return static_cast<int>(scalar()) - 1; }
+  Vector3 vector3() {
+    const double x = scalar(), y = scalar(), z = scalar();
+    return {x, y, z};
+  }
+  CableVector per_cable() {
+    CableVector out(cables_);
+    for (double& v : out) v = scalar();
+    return out;
+  }
+
+ private:
+  const std::vector<double>& values_;
+  int cables_;
+  std::size_t next_ = 0;
 };
 
 /// Throws InputError for impossible options and for effects that do not fit the robot.

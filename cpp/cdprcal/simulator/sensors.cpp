@@ -17,8 +17,6 @@ std::uint64_t stream(std::uint64_t seed, std::uint64_t index) {
   return (seed + 1) * 0x9e3779b97f4a7c15ULL ^ (index * 0xd1342543de82ef95ULL + 1);
 }
 
-constexpr double kOutlier_s = 0.1;
-
 }  // namespace
 
 SensorBank::SensorBank(const PlantParameters& parameters, const SimulatorOptions& options)
@@ -119,15 +117,7 @@ void SensorBank::read_lengths(const PlantSnapshot& world) {
   sample_.drives_time_s = sample_.time_s;
   for (Eigen::Index i = 0; i < sample_.length_m.size(); ++i) {
     const int source = p_.cable_order[static_cast<std::size_t>(i)];
-    double value = world.encoder_m[source];
-    for (const PlantEvent& event : p_.events) {
-      if (event.kind == PlantEvent::Kind::outlier && event.cable == source &&
-          sample_.time_s >= event.time_s - 1e-9 &&
-          sample_.time_s < event.time_s + kOutlier_s - 1e-9) {
-        value += event.size;
-      }
-    }
-    value = reading(value, options_.length_m, length_noise_);
+    const double value = reading(world.encoder_m[source], options_.length_m, length_noise_);
     sample_.length_m[i] =
         p_.length_factor * (p_.length_sign[source] * value + offsets_.length_m[source]);
   }
@@ -136,8 +126,8 @@ void SensorBank::read_lengths(const PlantSnapshot& world) {
 void SensorBank::read_swivels(const PlantSnapshot& world) {
   for (Eigen::Index i = 0; i < sample_.swivel_rad.size(); ++i) {
     const int source = p_.cable_order[static_cast<std::size_t>(i)];
-    const double scaled = (1.0 + p_.swivel_scale[source]) * world.swivel_rad[source];
-    const double value = reading(scaled, options_.swivel_rad, swivel_noise_);
+    const double told = changed(p_.swivel_rad, world.swivel_rad[source], source, world.time_s);
+    const double value = reading(told, options_.swivel_rad, swivel_noise_);
     sample_.swivel_rad[i] =
         p_.swivel_factor * (p_.swivel_sign[source] * value + offsets_.swivel_rad[source]);
   }
@@ -146,9 +136,7 @@ void SensorBank::read_swivels(const PlantSnapshot& world) {
 double SensorBank::load_cell_N(int cable, double tension_N, double time_s) const {
   // Zero and drift are newtons of force at the bridge, which the amplifier's gain then scales: as
   // in the catalogue, where each effect's newtons are true ones.
-  const double at_bridge = tension_N + p_.load_cell_bias_N[cable] +
-                           p_.load_cell_drift_N_s * time_s + p_.warm_zero_N(time_s);
-  return (1.0 + p_.load_cell_gain[cable]) * at_bridge;
+  return (1.0 + p_.load_cell_gain[cable]) * changed(p_.load_cell_N, tension_N, cable, time_s);
 }
 
 const CableVector& SensorBank::drive_reading_error_N(const PlantDynamics& plant) {
@@ -171,11 +159,11 @@ void SensorBank::read_attitude(const PlantSnapshot& world) {
   sample_.attitude_time_s = sample_.time_s;
   const Matrix3 rotation = (world.pose.rotation * p_.ahrs_rotation).toRotationMatrix();
   Vector3 angles = euler_from_rotation(rotation, p_.euler_convention);
-  angles[0] = reading(angles[0], options_.roll_pitch_rad, attitude_noise_);
-  angles[1] = reading(angles[1], options_.roll_pitch_rad, attitude_noise_);
-  angles[2] = reading(
-      angles[2] + p_.yaw_drift_rad_s * world.time_s + p_.magnetic_rad_m.dot(world.pose.position_m),
-      options_.yaw_rad, attitude_noise_);
+  for (const auto& effect : p_.attitude_rad) effect(world.pose, world.time_s, angles);
+  for (int a = 0; a < 3; ++a) {
+    const SensorChannel& channel = a < 2 ? options_.roll_pitch_rad : options_.yaw_rad;
+    angles[a] = reading(angles[a], channel, attitude_noise_);
+  }
   angles[2] += offsets_.yaw_rad;
   for (int a = 0; a < 3; ++a) {
     sample_.roll_pitch_yaw_rad[a] = p_.attitude_factor * wrap_angle(angles[a]);

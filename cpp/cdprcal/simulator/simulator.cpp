@@ -54,8 +54,11 @@ void check_count(const CableVector& values, int n, const char* what) {
 }  // namespace
 
 Simulator::Simulator(const Robot& robot, const SimulatorOptions& options)
+    : Simulator(plant_parameters(robot, options), options) {}
+
+Simulator::Simulator(PlantParameters parameters, const SimulatorOptions& options)
     : options_(options),
-      parameters_(plant_parameters(robot, options)),
+      parameters_(std::move(parameters)),
       dynamics_(parameters_, options),
       sensors_(parameters_, options),
       crashed_("not reset yet") {
@@ -121,21 +124,7 @@ void Simulator::happen() {
   const auto& events = parameters_.events;
   for (; next_event_ < events.size() && events[next_event_].time_s <= dynamics_.time_s() + 1e-9;
        ++next_event_) {
-    const PlantEvent& event = events[next_event_];
-    switch (event.kind) {
-      case PlantEvent::Kind::slack:
-        dynamics_.run_off(event.cable, event.size, true);
-        break;
-      case PlantEvent::Kind::cable_slip:
-        dynamics_.run_off(event.cable, event.size, false);
-        break;
-      case PlantEvent::Kind::oscillation:
-        dynamics_.knock(event.cable,
-                        event.size * dynamics_.strand(event.cable).cable.groove_normal);
-        break;
-      case PlantEvent::Kind::outlier:
-        break;  // SensorBank makes it
-    }
+    events[next_event_].happen(dynamics_);
   }
 }
 

@@ -42,6 +42,8 @@ class Simulator {
   /// The effects that the robot lists act too. Throws InputError for impossible options and for
   /// effects that do not fit the robot.
   explicit Simulator(const Robot& robot, const SimulatorOptions& options = {});
+  /// The plant as plant_parameters made it of robot and options, and as was changed in it since.
+  Simulator(PlantParameters parameters, const SimulatorOptions& options);
 
   /// At rest under these true tensions [N], n values > 0; found by the direct problem of the true
   /// robot, effects included. `near`: the equilibrium closest to it, when there are several. Time,

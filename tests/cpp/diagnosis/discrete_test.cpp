@@ -7,6 +7,7 @@
 
 #include "../support/run.hpp"
 #include "cdprcal/effects/reading_faults.hpp"
+#include "cdprcal/effects/schema.hpp"
 #include "cdprcal/error.hpp"
 
 namespace cdprcal {
@@ -130,7 +131,9 @@ TEST_F(Discrete, WhatIsListedSetsTheLogRightAsTheFaultDoes) {
     SCOPED_TRACE(fault.name);
     const AppliedEffect listed = as_listed(fault);
     EXPECT_TRUE(is_reading_fault(listed.name));
-    EXPECT_EQ(fault_problem(listed), "");
+    Robot listing = robot;
+    listing.effects.push_back(listed);
+    EXPECT_NO_THROW(check_effects(listing));
     EXPECT_EQ(listed.parameters.size(), fault.tension_order.empty() ? 1U : 2U);
     EXPECT_EQ(listed.parameters[0].name, fault.parameter);
     EXPECT_EQ(listed.parameters[0].values, fault.values);
@@ -145,7 +148,7 @@ TEST_F(Discrete, WhatIsListedSetsTheLogRightAsTheFaultDoes) {
 }
 
 TEST_F(Discrete, TheEulerConventionIsTheRobotsAndTheLogStays) {
-  set_right({"euler_convention", "convention", {5.0}, ""}, robot, log);
+  set_right({"euler_convention", "convention", {5.0}, "", {}, EulerConvention::ZYX}, robot, log);
   EXPECT_EQ(robot.euler_convention, EulerConvention::ZYX);
   EXPECT_EQ(log.roll_pitch_yaw_rad, clean().roll_pitch_yaw_rad);
 }

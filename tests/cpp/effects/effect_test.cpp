@@ -54,8 +54,7 @@ Eigen::VectorXd predicted(const Robot& robot, const Measurement& m, const Pose& 
 EffectValues random_values(Rng& rng, const Effect& effect, int cables) {
   EffectValues values = effect.typical(cables);
   for (double& v : values) v *= uniform(rng, -1.0, 1.0);
-  if (effect.name() == "cable_elasticity" || effect.name() == "cable_sag")
-    values = values.cwiseAbs();
+  if (effect.info().one_sided) values = values.cwiseAbs();
   return values;
 }
 

@@ -38,8 +38,7 @@ TEST(InjectableEffects, HaveEveryEffectOfTheCatalogueUnderItsNamesAndSizes) {
     ASSERT_EQ(found->parameters.size(), parameters.size());
     for (std::size_t i = 0; i < parameters.size(); ++i) {
       EXPECT_EQ(found->parameters[i].name, parameters[i].name);
-      EXPECT_EQ(static_cast<int>(found->parameters[i].shape),
-                static_cast<int>(parameters[i].shape));
+      EXPECT_EQ(found->parameters[i].shape, parameters[i].shape);
     }
   }
 }
@@ -61,14 +60,12 @@ TEST(InjectableEffects, EveryOneFitsInThePlant) {
   for (const InjectableEffect& effect : injectable_effects()) {
     SCOPED_TRACE(effect.name);
     std::vector<double> values;
-    for (const InjectedParameter& parameter : effect.parameters) {
-      if (parameter.name == "cable" && parameter.shape == InjectedShape::per_cable) {
+    for (const ParameterLayout& parameter : effect.parameters) {
+      if (parameter.range == ValueRange::order) {
         values = {4, 3, 2, 1};
-        continue;
+      } else {
+        values.resize(values.size() + static_cast<std::size_t>(entries(parameter.shape, 1)), 1.0);
       }
-      const bool is_vector = parameter.shape == InjectedShape::vector3 ||
-                             parameter.shape == InjectedShape::per_cable_vector3;
-      values.insert(values.end(), is_vector ? 3 : 1, 1.0);
     }
     SimulatorOptions options;
     options.effects = {{effect.name, values}};
@@ -108,7 +105,7 @@ TEST(InjectableEffects, WrongOnesAreRefusedWithTheRemedy) {
   EXPECT_THAT(parse("mass=nan"), HasSubstr("must be a finite number"));
   EXPECT_THAT(parse("mass=1,"), HasSubstr("must be a finite number"));
   EXPECT_THAT(parse("length_sign=1,1,2,1"), HasSubstr("1 or -1"));
-  EXPECT_THAT(parse("cable_order=1,1,2,3"), HasSubstr("each once"));
+  EXPECT_THAT(parse("cable_order=1,1,2,3"), HasSubstr("every cable once"));
   EXPECT_THAT(parse("cable_order=1"), HasSubstr("4 cables"));
   EXPECT_THAT(parse("euler_convention=XYX"), HasSubstr("XYZ"));
   EXPECT_THAT(parse("cable_elasticity=0"), HasSubstr("positive"));

@@ -8,6 +8,11 @@
 #include "cdprcal/robot_file/robot_file.hpp"
 #include "cdprcal/statics/wrench.hpp"
 
+namespace cdprcal {
+std::shared_ptr<const Effect> swivel_drift();      // of docs/extend/effect.md
+std::vector<InjectableEffect> rows_of_the_page();  // the same effect in the plant
+}  // namespace cdprcal
+
 namespace cdprcal::test {
 namespace {
 
@@ -452,6 +457,22 @@ TEST_F(InjectedEffects, OutsideTheCatalogue) {
   const CableVector error = change(a, b) - ideal_change(a, b);
   EXPECT_GT(error.cwiseAbs().maxCoeff(), 2e-4);
   EXPECT_LT(error.cwiseAbs().maxCoeff(), 4.1e-3);
+}
+
+TEST_F(InjectedEffects, TheOneOfTheExtensionPageActsInARun) {
+  const InjectableEffect row = rows_of_the_page().at(0);
+  EXPECT_EQ(row.name, swivel_drift()->name());
+  const std::vector<double> rate_rad_s{1e-3, -2e-3, 0.0, 4e-3};
+  PlantParameters plant = plant_parameters(robot, perfect());
+  PlantValues values(rate_rad_s, 4);
+  row.act(values, plant);
+  simulator = std::make_unique<Simulator>(plant, perfect());
+  commanded_N = plan.setpoint_N[0];
+  ASSERT_TRUE(simulator->reset(commanded_N).found);
+  EXPECT_CLOSE(look().sample.swivel_rad, look().ideal.swivel_rad(), 1e-9);
+  const Rest after = go(1, 20.0);
+  EXPECT_CLOSE(after.sample.swivel_rad - after.ideal.swivel_rad(),
+               20.0 * Eigen::Vector4d(1e-3, -2e-3, 0.0, 4e-3), 1e-9);
 }
 
 TEST_F(InjectedEffects, ALogOfEveryEffectIsComplete) {

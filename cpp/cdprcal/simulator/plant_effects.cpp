@@ -1,0 +1,253 @@
+// What each injected effect does in the machine: one row an effect. The physics is the plant's own,
+// by the effect's equation and without the estimator's code.
+#include <cmath>
+
+#include "cdprcal/effects/schema.hpp"
+#include "cdprcal/error.hpp"
+#include "cdprcal/geometry/pose.hpp"
+#include "cdprcal/simulator/dynamics.hpp"
+
+namespace cdprcal {
+namespace {
+
+using V = PlantValues;
+using P = PlantParameters;
+
+constexpr auto kScalar = ParameterShape::scalar;
+
+/// What happens once, to one cable: of a size in m, or N s.
+struct Moment {
+  explicit Moment(V& v) : time_s(v.scalar()), cable(v.cable()), size(v.scalar()) {}
+  double time_s;
+  int cable;
+  double size;
+};
+
+template <class Happen>
+void once(V& v, P& p, Happen happen) {
+  const Moment at(v);
+  p.events.push_back({at.time_s, [=](PlantDynamics& plant) { happen(plant, at.cable, at.size); }});
+}
+
+std::vector<ParameterLayout> moment(const char* size) {
+  return {{"time_s", kScalar}, {"cable", kScalar, ValueRange::cable}, {size, kScalar}};
+}
+
+/// How far a step of temperature has come through at `time_s`.
+double warmed(double step_s, double time_s) {
+  constexpr double kWarming_s = 20.0;
+  return time_s > step_s ? -std::expm1(-(time_s - step_s) / kWarming_s) : 0.0;
+}
+
+/// Units: a file has the factors that set readings right.
+std::vector<double> inverse_factors(const AppliedEffect& known) {
+  std::vector<double> factors = known.parameters.front().values;
+  for (double& factor : factors) factor = 1.0 / factor;
+  return factors;
+}
+
+std::vector<double> inverse_order(const AppliedEffect& known) {
+  const std::vector<double>& order = known.parameters.front().values;
+  std::vector<double> inverse(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    inverse[static_cast<std::size_t>(order[i]) - 1] = static_cast<double>(i + 1);
+  }
+  return inverse;
+}
+
+std::vector<InjectableEffect> rows() {
+  return {
+      {"transmission_ratio", "the drum pays out less than the encoder says",
+       [](V& v, P& p) { p.ratio_error += v.per_cable(); }},
+      {"cable_elasticity", "the cable stretches",
+       [](V& v, P& p) { p.axial_stiffness_N = v.scalar(); }},
+      {"cable_creep", "the cable grows longer with log time",
+       [](V& v, P& p) {
+         p.natural_m.push_back([amplitude_m = v.scalar()](double natural_m, int, double time_s) {
+           return natural_m + amplitude_m * std::log10(1.0 + time_s / 30.0);
+         });
+       }},
+      {"cable_sag", "the cable has weight",
+       [](V& v, P& p) { p.linear_density_kg_m += v.scalar(); }},
+      {"pulley_friction", "the pulley rubs",
+       [](V& v, P& p) {
+         p.to_load_cell_N.push_back([coefficient = v.scalar()](double tension_N, double, double s) {
+           return tension_N * std::exp(-s * coefficient);
+         });
+       }},
+      {"bending_hysteresis", "bending the cable over the pulley takes force",
+       [](V& v, P& p) {
+         const double force_N = v.scalar(), coefficient = v.scalar();
+         p.to_load_cell_N.push_back([=](double tension_N, double strand_N, double s) {
+           return tension_N - s * (force_N + coefficient * strand_N);
+         });
+       }},
+      {"swivel_hysteresis", "the swivel lags",
+       [](V& v, P& p) { p.swivel_half_width_rad += v.scalar(); }},
+      {"swivel_scale", "the swivel encoder's scale is off",
+       [](V& v, P& p) {
+         p.swivel_rad.push_back([error = v.per_cable()](double swivel_rad, int cable, double) {
+           return (1.0 + error[cable]) * swivel_rad;
+         });
+       }},
+      {"pulley_radius", "the pulley is larger",
+       [](V& v, P& p) {
+         for (Cable& cable : p.robot.cables) {
+           cable.pulley.radius_m += v.scalar();
+           if (cable.pulley.radius_m < 0.0)
+             throw InputError("effect pulley_radius: leaves a radius below 0; give a smaller one");
+         }
+       }},
+      {"frame_anchors", "the pulley is elsewhere",
+       [](V& v, P& p) {
+         for (Cable& cable : p.robot.cables) cable.pulley.position_m += v.vector3();
+       }},
+      {"platform_anchors", "the cable is attached elsewhere",
+       [](V& v, P& p) {
+         for (Cable& cable : p.robot.cables) cable.platform_anchor_m += v.vector3();
+       }},
+      {"load_cell_bias", "the load cell's zero is off",
+       [](V& v, P& p) {
+         p.load_cell_N.push_back([bias_N = v.per_cable()](double tension_N, int cable, double) {
+           return tension_N + bias_N[cable];
+         });
+       }},
+      {"load_cell_gain", "the load cell's gain is off",
+       [](V& v, P& p) { p.load_cell_gain += v.per_cable(); }},
+      {"load_cell_drift", "the load cells' zero moves",
+       [](V& v, P& p) {
+         p.load_cell_N.push_back([rate_N_s = v.scalar()](double tension_N, int, double time_s) {
+           return tension_N + rate_N_s * time_s;
+         });
+       }},
+      {"mass", "the platform is heavier",
+       [](V& v, P& p) {
+         p.robot.platform.mass_kg += v.scalar();
+         if (!(p.robot.platform.mass_kg > 0.0))
+           throw InputError("effect mass: leaves no mass; give a smaller one");
+       }},
+      {"centre_of_mass", "the centre of mass is elsewhere",
+       [](V& v, P& p) { p.robot.platform.centre_of_mass_m += v.vector3(); }},
+      {"external_force", "something pulls at the platform",
+       [](V& v, P& p) { p.external_force_N += v.vector3(); }},
+      {"ahrs_misalignment", "the AHRS is mounted askew",
+       [](V& v, P& p) { p.ahrs_rotation = p.ahrs_rotation * exp_so3(v.vector3()); }},
+      {"yaw_drift", "yaw drifts",
+       [](V& v, P& p) {
+         p.attitude_rad.push_back(
+             [rate_rad_s = v.scalar()](const Pose&, double time_s, Vector3& roll_pitch_yaw_rad) {
+               roll_pitch_yaw_rad[2] += rate_rad_s * time_s;
+             });
+       }},
+      {"magnetic_disturbance", "yaw depends on the place",
+       [](V& v, P& p) {
+         p.attitude_rad.push_back(
+             [gradient_rad_m = v.vector3()](const Pose& pose, double, Vector3& roll_pitch_yaw_rad) {
+               roll_pitch_yaw_rad[2] += gradient_rad_m.dot(pose.position_m);
+             });
+       }},
+      {"sensor_delay", "the attitude arrives late",
+       [](V& v, P& p) {
+         p.attitude_delay_s += v.scalar();
+         if (p.attitude_delay_s > 2.0) throw InputError("effect sensor_delay: must be at most 2 s");
+       }},
+      {"length_sign", "the encoder counts backwards",
+       [](V& v, P& p) { p.length_sign.array() *= v.per_cable().array(); }},
+      {"swivel_sign", "the swivel encoder counts backwards",
+       [](V& v, P& p) { p.swivel_sign.array() *= v.per_cable().array(); }},
+      {"cable_order", "the length and swivel columns 1 … n are those of other cables",
+       [](V& v, P& p) {
+         for (int& cable : p.cable_order) cable = v.cable();
+       },
+       &inverse_order},
+      {"angle_unit", "angles are in another unit (57.29577951308232: degrees)",
+       [](V& v, P& p) { p.swivel_factor *= v.scalar(), p.attitude_factor *= v.scalar(); },
+       &inverse_factors},
+      {"length_unit", "lengths are in another unit (1000: mm)",
+       [](V& v, P& p) { p.length_factor *= v.scalar(); }, &inverse_factors},
+      {"euler_convention",
+       "the AHRS speaks another order: XYZ, XZY, YXZ, YZX, ZXY, ZYX (0 … 5)",
+       [](V& v, P& p) {
+         p.euler_convention = static_cast<EulerConvention>(static_cast<int>(v.scalar()));
+       },
+       nullptr,
+       {{"order", kScalar, ValueRange::euler_convention}}},
+      {"slack", "the winch loses its grip: so much cable runs off, and the encoder sees it",
+       [](V& v, P& p) {
+         once(v, p,
+              [](PlantDynamics& plant, int cable, double m) { plant.run_off(cable, m, true); });
+       },
+       nullptr, moment("length_m")},
+      {"outlier", "the encoder is off by so much for 0.1 s",
+       [](V& v, P& p) {
+         p.encoder_m.push_back([at = Moment(v)](double length_m, int cable, double time_s) {
+           const bool now =
+               cable == at.cable && time_s >= at.time_s - 1e-9 && time_s < at.time_s + 0.1 - 1e-9;
+           return now ? length_m + at.size : length_m;
+         });
+       },
+       nullptr, moment("length_m")},
+      {"oscillation", "a knock at the cable's anchor, across the cable",
+       [](V& v, P& p) {
+         once(v, p, [](PlantDynamics& plant, int cable, double N_s) {
+           plant.knock(cable, N_s * plant.strand(cable).cable.groove_normal);
+         });
+       },
+       nullptr, moment("impulse_N_s")},
+      {"cable_slip", "the cable slips on its drum: longer by so much, unseen by the encoder",
+       [](V& v, P& p) {
+         once(v, p,
+              [](PlantDynamics& plant, int cable, double m) { plant.run_off(cable, m, false); });
+       },
+       nullptr, moment("length_m")},
+      {"bent_frame_under_load",
+       "each pulley gives way along its cable's pull",
+       [](V& v, P& p) { p.frame_compliance_m_N += v.scalar(); },
+       nullptr,
+       {{"compliance_m_N", kScalar, ValueRange::not_negative}},
+       true},
+      {"temperature_step",
+       "it gets warmer: cables lengthen, load cells shift",
+       [](V& v, P& p) {
+         constexpr double kExpansion_1_K = 1.2e-5;  // steel
+         constexpr double kZero_N_K = 0.2;          // 0.02 % of 1 kN a kelvin
+         const double step_s = v.scalar(), rise_K = v.scalar();
+         p.natural_m.push_back([=](double natural_m, int, double time_s) {
+           return natural_m + natural_m * kExpansion_1_K * rise_K * warmed(step_s, time_s);
+         });
+         p.load_cell_N.push_back([=](double tension_N, int, double time_s) {
+           return tension_N + kZero_N_K * rise_K * warmed(step_s, time_s);
+         });
+       },
+       nullptr,
+       {{"time_s", kScalar}, {"rise_K", kScalar}},
+       true},
+      {"drum_runout",
+       "an eccentric drum: a sine of the pay-out",
+       [](V& v, P& p) {
+         const double amplitude_m = v.scalar(), around_m = v.scalar();
+         p.encoder_m.push_back([=](double length_m, int, double) {
+           return length_m + amplitude_m * std::sin(2.0 * kPi * length_m / around_m);
+         });
+       },
+       nullptr,
+       {{"amplitude_m", kScalar}, {"circumference_m", kScalar, ValueRange::positive}},
+       true}};
+}
+
+}  // namespace
+
+const std::vector<InjectableEffect>& injectable_effects() {
+  static const std::vector<InjectableEffect> table = [] {
+    std::vector<InjectableEffect> all = rows();
+    for (InjectableEffect& row : all) {
+      if (!row.parameters.empty()) continue;
+      row.parameters = effect_layout(row.name)->parameters;
+      std::erase_if(row.parameters, [](const ParameterLayout& p) { return p.optional; });
+    }
+    return all;
+  }();
+  return table;
+}
+
+}  // namespace cdprcal
