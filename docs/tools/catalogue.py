@@ -76,17 +76,6 @@ Found in the readings of single samples, before any fit or after it.
 |---|---|
 """
 
-#: Injectable effects that are no effect of the catalogue, by how they are found.
-FAULT_NAMES = (
-    "length_sign",
-    "swivel_sign",
-    "cable_order",
-    "angle_unit",
-    "length_unit",
-    "euler_convention",
-)
-EVENT_NAMES = ("slack", "outlier", "oscillation", "cable_slip")
-
 
 @dataclass(frozen=True)
 class Signature:
@@ -114,13 +103,13 @@ def injected(info: _core.EffectInfo, cables: int) -> str:
     parts = []
     for parameter in info.parameters:
         count = math.prod(value_shape(parameter.shape, cables))
-        parts += [f"{_reported(info, parameter) * share:.4g}" for share in _PATTERN[:count]]
+        parts += [f"{_reported(info, parameter.typical) * share:.4g}" for share in _PATTERN[:count]]
     return f"{info.name}={','.join(parts)}"
 
 
-def _reported(info: _core.EffectInfo, parameter: _core.EffectParameter) -> float:
-    """Typical size as files have it: stiffnesses are the inverse of what is estimated."""
-    return 1.0 / parameter.typical if parameter.name == "axial_stiffness_N" else parameter.typical
+def _reported(info: _core.EffectInfo, value: float) -> float:
+    """As files have it: stiffnesses are the inverse of what is estimated."""
+    return 1.0 / value if info.inverse else value
 
 
 def signature(info: _core.EffectInfo, plan: _core.Plan, folder: Path) -> Signature:
@@ -178,11 +167,10 @@ def entry(info: _core.EffectInfo) -> str:
     for parameter in info.parameters:
         shape = parameter.shape.name.replace("_", " ").replace("vector3", "x, y, z")
         each = "" if shape == "scalar" else f", {shape}"
-        if parameter.name == "axial_stiffness_N":
-            typical, most = (f"{1e-3 / v:.3g} kN" for v in (parameter.typical, parameter.plausible))
+        sizes = (parameter.typical, parameter.plausible)
+        typical, most = (_size(info, parameter, v) for v in sizes)
+        if info.inverse:
             most = f"down to {most}"
-        else:
-            typical, most = (_size(parameter, v) for v in (parameter.typical, parameter.plausible))
         lines.append(f"| `{parameter.name}`{each} | {typical} | {most} |")
     scope = (
         "Belongs to one run."
@@ -195,19 +183,21 @@ def entry(info: _core.EffectInfo) -> str:
 
 def row(info: _core.EffectInfo) -> str:
     """The effect's line in the table."""
-    sizes = [
-        f"{1e-3 / p.typical:.3g} kN" if p.name == "axial_stiffness_N" else _size(p, p.typical)
-        for p in info.parameters
-    ]
+    sizes = [_size(info, p, p.typical) for p in info.parameters]
     rivals = ", ".join(f"`{name}`" for name in info.confused_with)
     return f"| [`{info.name}`](#{info.name}) | `{info.equation}` | {', '.join(sizes)} | {rivals} |"
 
 
 def tables_of_faults() -> str:
     """Faults and events, from what the simulator can inject."""
-    known = {effect["name"]: effect["description"] for effect in _core.injectable_effects()}
-    text = FAULTS + "".join(f"| `{name}` | {known[name]} |\n" for name in FAULT_NAMES)
-    return text + "\n" + EVENTS + "".join(f"| `{name}` | {known[name]} |\n" for name in EVENT_NAMES)
+    catalogue = {info.name for info in _core.effect_catalogue()}
+    rows = {FAULTS: "", EVENTS: ""}
+    for effect in _core.injectable_effects():
+        if effect["generator_only"] or effect["name"] in catalogue:
+            continue
+        timed = effect["parameters"][0][0] == "time_s"
+        rows[EVENTS if timed else FAULTS] += f"| `{effect['name']}` | {effect['description']} |\n"
+    return "\n".join(head + lines for head, lines in rows.items())
 
 
 def page(sentences: dict[str, str]) -> str:
@@ -220,7 +210,8 @@ def page(sentences: dict[str, str]) -> str:
     return text + "\n" + tables_of_faults()
 
 
-def _size(parameter: _core.EffectParameter, value: float) -> str:
+def _size(info: _core.EffectInfo, parameter: _core.EffectParameter, value: float) -> str:
+    value = _reported(info, value)
     unit, factor = for_people(parameter.unit, value)
     return f"{value * factor:.3g}{'' if unit.startswith('°') else ' '}{unit}"
 

@@ -99,8 +99,8 @@ def _residuals(model: _core.DiagnosisModel) -> list[dict[str, Any]]:
 
 def _fault(fault: _core.DiscreteFault) -> dict[str, Any]:
     values: Any = numbers(fault.values)
-    if fault.name == "euler_convention":
-        values = list(_core.EulerConvention)[int(fault.values[0])].name
+    if fault.convention is not None:
+        values = fault.convention.name
     elif len(values) == 1:
         values = values[0]
     return {

@@ -68,7 +68,7 @@ def print_diagnosis(document: dict[str, Any]) -> None:
 def blind_spots(document: dict[str, Any]) -> list[str]:
     """Effects that could be there at their typical size unseen, and the size that would show."""
     accepted = {effect["name"] for effect in document["effects"]}
-    typical = {info.name: info.parameters[0] for info in _core.effect_catalogue()}
+    catalogue = {info.name: info for info in _core.effect_catalogue()}
     lines = []
     for entry in document["identifiability"]:
         name, size = entry["name"], entry["detectable_after"] or entry["detectable"]
@@ -77,12 +77,11 @@ def blind_spots(document: dict[str, Any]) -> list[str]:
         if size is None:
             lines.append(f"{name} of any size")
             continue
-        parameter = typical[name]
+        parameter = catalogue[name].parameters[0]
         if size * parameter.typical > parameter.plausible:  # its number would mean nothing
             lines.append(f"{name} of any believable size")
             continue
-        # Of a stiffness the typical size is that of its inverse.
-        inverse = name == "cable_elasticity"
+        inverse = catalogue[name].inverse  # of a stiffness the typical size is that of its inverse
         value = 1.0 / (size * parameter.typical) if inverse else size * parameter.typical
         label, factor = for_people(parameter.unit, value)
         lines.append(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -71,17 +72,6 @@ class Case:
 #: shares, ten of discrete faults and of events in time, which are gated before any fit.
 _KINDS = ["clean"] * 30 + ["one"] * 40 + ["two"] * 20 + ["outside"] * 10 + ["fault"] * 10
 
-#: Effects that have one sign only: nothing shrinks under tension or creeps back.
-_POSITIVE = {
-    "cable_elasticity",
-    "cable_creep",
-    "cable_sag",
-    "pulley_friction",
-    "bending_hysteresis",
-    "swivel_hysteresis",
-    "sensor_delay",
-}
-
 #: What a diagnosis that knows the catalogue cannot know. In the simulator, or (last three) in the
 #: readings: see simulate.py. Values at size 1.
 OUTSIDE: dict[str, list[float]] = {
@@ -92,9 +82,41 @@ OUTSIDE: dict[str, list[float]] = {
     "roll_pitch_scale": [0.06],  # 1: roll and pitch read too large
     "load_cell_curvature": [4e-4],  # 1/N: reading = τ (1 + c τ)
 }
+#: Those that go either way.
+_EITHER_SIGN = {"roll_pitch_scale"}
 
-DISCRETE = ("length_sign", "swivel_sign", "cable_order", "angle_unit", "length_unit")
-EVENTS = ("slack", "outlier", "oscillation", "cable_slip")
+_DEGREES = 180.0 / np.pi
+
+
+def _signs(rng: np.random.Generator, cables: int) -> list[float]:
+    signs = np.ones(cables)
+    flipped = rng.choice(cables, size=int(rng.integers(1, cables + 1)), replace=False)
+    signs[flipped] = -1.0
+    return signs.tolist()
+
+
+def _order(rng: np.random.Generator, cables: int) -> list[float]:
+    in_order = np.arange(1, cables + 1)
+    order = in_order
+    while np.all(order == in_order):
+        order = rng.permutation(cables) + 1
+    return [float(v) for v in order]
+
+
+def _angle_unit(rng: np.random.Generator, _cables: int) -> list[float]:
+    return [[_DEGREES, 1.0], [1.0, _DEGREES], [_DEGREES, _DEGREES]][int(rng.integers(3))]
+
+
+#: How the values of each fault are drawn.
+DISCRETE: dict[str, Callable[[np.random.Generator, int], list[float]]] = {
+    "length_sign": _signs,
+    "swivel_sign": _signs,
+    "cable_order": _order,
+    "angle_unit": _angle_unit,
+    "length_unit": lambda _rng, _cables: [1000.0],
+}
+#: Sizes of events: m, m, N s, m.
+EVENTS = {"slack": 0.05, "outlier": 0.1, "oscillation": 6.0, "cable_slip": 0.02}
 
 
 def _salt(split: Split, seed: int, setting: Setting) -> tuple[int, int]:
@@ -146,22 +168,21 @@ def _draw_effect(info: _core.EffectInfo, rng: np.random.Generator, cables: int) 
     for parameter in info.parameters:
         count = math.prod(value_shape(parameter.shape, cables))
         direction = rng.standard_normal(count)
-        if info.name in _POSITIVE:
+        if info.one_sided:
             direction = np.abs(direction)
         direction *= np.sqrt(count) / np.linalg.norm(direction)
         own = size * parameter.typical * direction
-        # Of a stiffness the typical size is that of its inverse.
-        values += (1.0 / own if info.name == "cable_elasticity" else own).tolist()
+        values += (1.0 / own if info.inverse else own).tolist()
     return Hidden(info.name, values, size)
 
 
 def _draw_outside(name: str, rng: np.random.Generator) -> Hidden:
     size = _size(rng)
     values = list(OUTSIDE[name])
-    if name == "temperature_step":
+    if math.isnan(values[0]):
         # A share of the run's duration, resolved once that is known (simulate.py).
         return Hidden(name, [float(rng.uniform(0.1, 0.6)), size * values[1]], size)
-    values[0] *= size * (float(rng.choice([-1.0, 1.0])) if name == "roll_pitch_scale" else 1.0)
+    values[0] *= size * (float(rng.choice([-1.0, 1.0])) if name in _EITHER_SIGN else 1.0)
     return Hidden(name, values, size)
 
 
@@ -170,20 +191,5 @@ def _draw_fault(rng: np.random.Generator, cables: int) -> Hidden:
     if name in EVENTS:
         share = float(rng.uniform(0.15, 0.85))  # of the run's duration
         cable = float(rng.integers(1, cables + 1))
-        size = {"slack": 0.05, "outlier": 0.1, "oscillation": 6.0, "cable_slip": 0.02}[name]
-        return Hidden(name, [share, cable, size * _size(rng)], 1.0)
-    if name in ("length_sign", "swivel_sign"):
-        signs = np.ones(cables)
-        flipped = rng.choice(cables, size=int(rng.integers(1, cables + 1)), replace=False)
-        signs[flipped] = -1.0
-        return Hidden(name, signs.tolist(), 1.0)
-    if name == "cable_order":
-        order = np.arange(1, cables + 1)
-        while np.all(order == np.arange(1, cables + 1)):
-            order = rng.permutation(cables) + 1
-        return Hidden(name, [float(v) for v in order], 1.0)
-    degrees = 180.0 / np.pi
-    if name == "angle_unit":
-        pairs = [[degrees, 1.0], [1.0, degrees], [degrees, degrees]]
-        return Hidden(name, pairs[int(rng.integers(3))], 1.0)
-    return Hidden(name, [1000.0], 1.0)
+        return Hidden(name, [share, cable, EVENTS[name] * _size(rng)], 1.0)
+    return Hidden(name, DISCRETE[name](rng, cables), 1.0)

@@ -309,12 +309,11 @@ def _right_fault(line: Line) -> bool:
 def _located(line: Line) -> bool:
     """The event is among the readings left out, or named: a slip at its cable."""
     hidden = line["case"]["hidden"][0]
-    if hidden["name"] == "cable_slip":
-        return any(
-            e["name"] == "cable_slip" and e["where"]["cable"] == hidden["values"][1]
-            for e in line["found"]["effects"]
-        )
-    return any(hidden["name"] in text for text in line["found"]["left_out"])
+    named_there = any(
+        e["name"] == hidden["name"] and e["where"].get("cable") == hidden["values"][1]
+        for e in line["found"]["effects"]
+    )
+    return named_there or any(hidden["name"] in text for text in line["found"]["left_out"])
 
 
 def _located_in_time(line: Line) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -127,7 +128,29 @@ def _stated(robot: _core.Robot, factor: float) -> _core.Robot:
     )
 
 
-_IN_READINGS = ("swivel_eccentricity", "roll_pitch_scale", "load_cell_curvature")
+Readings = dict[str, Any]
+
+
+def _swivel_eccentricity(readings: Readings, amount: float) -> None:
+    readings["swivel_rad"] += amount * np.sin(readings["swivel_rad"])
+
+
+def _roll_pitch_scale(readings: Readings, amount: float) -> None:
+    readings["roll_pitch_yaw_rad"][:, :2] *= 1.0 + amount
+
+
+def _load_cell_curvature(readings: Readings, amount: float) -> None:
+    readings["tension_N"] *= 1.0 + amount * readings["tension_N"]
+
+
+#: What is outside the catalogue and not in the plant either: done to the readings of the log.
+_IN_READINGS: dict[str, Callable[[Readings, float], None]] = {
+    "swivel_eccentricity": _swivel_eccentricity,
+    "roll_pitch_scale": _roll_pitch_scale,
+    "load_cell_curvature": _load_cell_curvature,
+}
+#: Effects of the plant that begin at a time, their first value.
+_TIMED = {e["name"] for e in _core.injectable_effects() if e["parameters"][0][0] == "time_s"}
 
 
 def _in_plant(hidden: Hidden) -> bool:
@@ -136,7 +159,7 @@ def _in_plant(hidden: Hidden) -> bool:
 
 def _injected(hidden: Hidden, duration_s: float) -> _core.InjectedEffect:
     values = list(hidden.values)
-    if hidden.name in ("temperature_step", *EVENTS):
+    if hidden.name in _TIMED:
         values[0] *= duration_s  # drawn as a share of the run
     return _core.InjectedEffect(hidden.name, values)
 
@@ -149,20 +172,15 @@ def _altered(
     rng: np.random.Generator,
 ) -> _core.Log:
     """The log with what is wrong in its readings alone: outside effects, errors of whole poses."""
-    readings: dict[str, Any] = {
+    readings: Readings = {
         "length_m": np.array(run.log.length_m),
         "swivel_rad": np.array(run.log.swivel_rad),
         "tension_N": np.array(run.log.tension_N),
         "roll_pitch_yaw_rad": np.array(run.log.roll_pitch_yaw_rad),
     }
     for hidden in case.hidden:
-        amount = hidden.values[0]
-        if hidden.name == "swivel_eccentricity":
-            readings["swivel_rad"] += amount * np.sin(readings["swivel_rad"])
-        elif hidden.name == "roll_pitch_scale":
-            readings["roll_pitch_yaw_rad"][:, :2] *= 1.0 + amount
-        elif hidden.name == "load_cell_curvature":
-            readings["tension_N"] *= 1.0 + amount * readings["tension_N"]
+        if hidden.name in _IN_READINGS:
+            _IN_READINGS[hidden.name](readings, hidden.values[0])
     if setting.noise_kind == NoiseKind.pose:
         sigma = robot.sigma
         scales = {
