@@ -130,3 +130,28 @@ def test_an_import_that_runs_up_or_round_would_be_found() -> None:
     assert up == ["cdprcal.io.files -> cdprcal.cli"]
     with pytest.raises(CycleError):
         TopologicalSorter(graph).prepare()
+
+
+def test_code_asks_an_effect_for_properties_never_for_its_name() -> None:
+    library = ROOT / "cpp" / "cdprcal"
+    table = (library / "simulator" / "plant_effects.cpp").read_text(encoding="utf-8")
+    # What a gate finds in a log has words of its own, three of them the same.
+    names = set(re.findall(r'^      \{"(\w+)",', table, re.MULTILINE)) - {
+        "slack",
+        "outlier",
+        "oscillation",
+    }
+    assert len(names) > 30, "the plant's table was not read"
+    asked = re.compile(rf'(?:[!=]=|starts_with\(|rfind\() *"(?:{"|".join(names)})"')
+    sources = [
+        *library.rglob("*.[ch]pp"),
+        *(ROOT / "bindings").glob("*.cpp"),
+        *(ROOT / "python" / "cdprcal").rglob("*.py"),
+    ]
+    found = [
+        f"{path.relative_to(ROOT)}:{number}"
+        for path in sources
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+        if asked.search(line)
+    ]
+    assert found == []
