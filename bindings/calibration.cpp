@@ -7,6 +7,7 @@
 
 #include "bindings.hpp"
 #include "cdprcal/effects/applied.hpp"
+#include "sensors.hpp"
 
 namespace cdprcal::python {
 namespace {
@@ -64,9 +65,7 @@ void register_enums(py::module_& module) {
 
 Measurement make_measurement(double time_s, PoseKind kind, const Eigen::VectorXd& length_m,
                              const Eigen::VectorXd& swivel_rad, const Eigen::VectorXd& tension_N,
-                             const Vector3& roll_pitch_yaw_rad, double absolute_yaw_rad,
-                             const std::optional<Eigen::VectorXd>& direct_length_m,
-                             const std::optional<Vector3>& position_m) {
+                             const Vector3& roll_pitch_yaw_rad, const py::kwargs& absolute) {
   Measurement measurement;
   measurement.time_s = time_s;
   measurement.kind = kind;
@@ -75,24 +74,31 @@ Measurement make_measurement(double time_s, PoseKind kind, const Eigen::VectorXd
   measurement.swivel_rad = to_cable_vector(swivel_rad, "swivel_rad", n);
   measurement.tension_N = to_cable_vector(tension_N, "tension_N", n);
   measurement.roll_pitch_yaw_rad = roll_pitch_yaw_rad;
-  measurement.absolute_yaw_rad = absolute_yaw_rad;
-  if (direct_length_m) {
-    measurement.direct_length_m = to_cable_vector(*direct_length_m, "direct_length_m", n);
-  }
-  if (position_m) measurement.position_m = *position_m;
+  set_absolute(absolute, measurement);
+  for_each_absolute(
+      [&](const Sensor& sensor, const auto& readings) {
+        const auto count = static_cast<int>(numbers(readings).size());
+        if (count != 0 && count != sensor.columns_of(n)) {
+          throw InputError(sensor.field() + ": has " + std::to_string(count) +
+                           " numbers; give one a cable");
+        }
+      },
+      measurement);
   return measurement;
 }
 
 void register_measurement(py::module_& module) {
-  py::class_<Measurement>(module, "Measurement",
-                          "Readings at one pose; NaN where absent. Lengths, swivels and yaw have "
-                          "unknown offsets common to a problem's measurements. Immutable.")
-      .def(py::init(&make_measurement), py::kw_only(), py::arg("time_s"), py::arg("kind"),
-           py::arg("length_m"), py::arg("swivel_rad"), py::arg("tension_N"),
-           py::arg("roll_pitch_yaw_rad"), py::arg("absolute_yaw_rad") = kNaN,
-           py::arg("direct_length_m") = py::none(), py::arg("position_m") = py::none(),
-           "length_m, swivel_rad, tension_N [n]; roll_pitch_yaw_rad [3]. Raises InputError when "
-           "their sizes differ.")
+  py::class_<Measurement> cls(
+      module, "Measurement",
+      "Readings at one pose; NaN where absent. Lengths, swivels and yaw have "
+      "unknown offsets common to a problem's measurements. Immutable.");
+  def_absolute<Measurement>(cls);
+  cls.def(py::init(&make_measurement), py::kw_only(), py::arg("time_s"), py::arg("kind"),
+          py::arg("length_m"), py::arg("swivel_rad"), py::arg("tension_N"),
+          py::arg("roll_pitch_yaw_rad"),
+          "length_m, swivel_rad, tension_N [n]; roll_pitch_yaw_rad [3]; more keywords: those of "
+          "absolute sensors, by the names of the attributes. Raises InputError when their sizes "
+          "differ.")
       .def_readonly("time_s", &Measurement::time_s)
       .def_readonly("kind", &Measurement::kind)
       .def_property_readonly(
@@ -104,12 +110,6 @@ void register_measurement(py::module_& module) {
       .def_property_readonly(
           "roll_pitch_yaw_rad", [](const Measurement& m) { return m.roll_pitch_yaw_rad; },
           "[3] [rad] in the robot's Euler convention.")
-      .def_readonly("absolute_yaw_rad", &Measurement::absolute_yaw_rad)
-      .def_property_readonly(
-          "direct_length_m", [](const Measurement& m) { return m.direct_length_m; },
-          "[n] [m]; empty or NaN: not measured.")
-      .def_property_readonly(
-          "position_m", [](const Measurement& m) { return m.position_m; }, "[3] [m].")
       .def_readonly("samples", &Measurement::samples, "Readings behind the mean.");
   module.def(
       "measurement_at",
@@ -218,21 +218,22 @@ void register_problem(py::module_& module) {
 }
 
 void register_result(py::module_& module) {
-  py::class_<ResidualRms>(module, "ResidualRms",
-                          "Root mean square of the unweighted residuals, a channel; NaN where "
-                          "nothing measured it.")
-      .def_readonly("length_m", &ResidualRms::length_m)
+  py::class_<ResidualRms> rms(module, "ResidualRms",
+                              "Root mean square of the unweighted residuals, a channel; NaN where "
+                              "nothing measured it.");
+  def_absolute<ResidualRms>(rms);
+  rms.def_readonly("length_m", &ResidualRms::length_m)
       .def_readonly("swivel_rad", &ResidualRms::swivel_rad)
       .def_readonly("roll_pitch_rad", &ResidualRms::roll_pitch_rad)
       .def_readonly("yaw_rad", &ResidualRms::yaw_rad)
       .def_readonly("tension_N", &ResidualRms::tension_N)
       .def_readonly("wrench_force_N", &ResidualRms::wrench_force_N)
-      .def_readonly("wrench_moment_Nm", &ResidualRms::wrench_moment_Nm)
-      .def_readonly("absolute_yaw_rad", &ResidualRms::absolute_yaw_rad)
-      .def_readonly("direct_length_m", &ResidualRms::direct_length_m)
-      .def_readonly("position_m", &ResidualRms::position_m);
-  py::class_<PoseResidual>(module, "PoseResidual",
-                           "Residuals at one pose, modelled − measured (eq. 13); NaN where absent.")
+      .def_readonly("wrench_moment_Nm", &ResidualRms::wrench_moment_Nm);
+  py::class_<PoseResidual> residual(
+      module, "PoseResidual",
+      "Residuals at one pose, modelled − measured (eq. 13); NaN where absent.");
+  def_absolute<PoseResidual>(residual);
+  residual
       .def_property_readonly(
           "length_m", [](const PoseResidual& r) { return r.length_m; }, "[n].")
       .def_property_readonly(
@@ -241,11 +242,6 @@ void register_result(py::module_& module) {
           "tension_N", [](const PoseResidual& r) { return r.tension_N; }, "[n].")
       .def_property_readonly(
           "roll_pitch_yaw_rad", [](const PoseResidual& r) { return r.roll_pitch_yaw_rad; }, "[3].")
-      .def_readonly("absolute_yaw_rad", &PoseResidual::absolute_yaw_rad)
-      .def_property_readonly(
-          "direct_length_m", [](const PoseResidual& r) { return r.direct_length_m; }, "[n].")
-      .def_property_readonly(
-          "position_m", [](const PoseResidual& r) { return r.position_m; }, "[3].")
       .def_property_readonly(
           "wrench", [](const PoseResidual& r) { return r.wrench; },
           "Ξᵀτ* − f [6] [N, Nm], world axes, about P.");

@@ -11,6 +11,7 @@
 
 #include "bindings.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
+#include "sensors.hpp"
 
 namespace cdprcal::python {
 namespace {
@@ -81,33 +82,33 @@ void register_parts(py::module_& module) {
           "inertia_kg_m2", [](const Platform& p) { return p.inertia_kg_m2; },
           "About the centre of mass, platform axes [3, 3]; a copy.");
   const SensorSigma usual;
-  py::class_<SensorSigma>(module, "SensorSigma",
-                          "One-sigma errors of the readings (eq. 18 by default) and of the "
-                          "statics model. Immutable.")
-      .def(py::init([](double length_m, double swivel_rad, double attitude_rad, double tension_N,
-                       double absolute_yaw_rad, double direct_length_m, double position_m,
-                       double wrench_force_N, double wrench_moment_Nm) {
-             return SensorSigma{length_m,   swivel_rad,       attitude_rad,
-                                tension_N,  absolute_yaw_rad, direct_length_m,
-                                position_m, wrench_force_N,   wrench_moment_Nm};
-           }),
-           py::kw_only(), py::arg("length_m") = usual.length_m,
-           py::arg("swivel_rad") = usual.swivel_rad, py::arg("attitude_rad") = usual.attitude_rad,
-           py::arg("tension_N") = usual.tension_N,
-           py::arg("absolute_yaw_rad") = usual.absolute_yaw_rad,
-           py::arg("direct_length_m") = usual.direct_length_m,
-           py::arg("position_m") = usual.position_m,
-           py::arg("wrench_force_N") = usual.wrench_force_N,
-           py::arg("wrench_moment_Nm") = usual.wrench_moment_Nm,
-           "wrench_force_N, wrench_moment_Nm: what the wrench balance may be wrong by beyond the "
-           "load cells; 0 means what a geometry known to 1 mm leaves. Checked when used.")
+  py::class_<SensorSigma> cls(module, "SensorSigma",
+                              "One-sigma errors of the readings (eq. 18 by default) and of the "
+                              "statics model. Immutable.");
+  def_absolute<SensorSigma>(cls);
+  cls.def(py::init([](double length_m, double swivel_rad, double attitude_rad, double tension_N,
+                      double wrench_force_N, double wrench_moment_Nm, const py::kwargs& absolute) {
+            SensorSigma sigma;
+            sigma.length_m = length_m;
+            sigma.swivel_rad = swivel_rad;
+            sigma.attitude_rad = attitude_rad;
+            sigma.tension_N = tension_N;
+            sigma.wrench_force_N = wrench_force_N;
+            sigma.wrench_moment_Nm = wrench_moment_Nm;
+            set_absolute(absolute, sigma);
+            return sigma;
+          }),
+          py::kw_only(), py::arg("length_m") = usual.length_m,
+          py::arg("swivel_rad") = usual.swivel_rad, py::arg("attitude_rad") = usual.attitude_rad,
+          py::arg("tension_N") = usual.tension_N, py::arg("wrench_force_N") = usual.wrench_force_N,
+          py::arg("wrench_moment_Nm") = usual.wrench_moment_Nm,
+          "wrench_force_N, wrench_moment_Nm: what the wrench balance may be wrong by beyond the "
+          "load cells; 0 means what a geometry known to 1 mm leaves. More keywords: those of "
+          "absolute sensors, by the names of the attributes. Checked when used.")
       .def_readonly("length_m", &SensorSigma::length_m)
       .def_readonly("swivel_rad", &SensorSigma::swivel_rad)
       .def_readonly("attitude_rad", &SensorSigma::attitude_rad)
       .def_readonly("tension_N", &SensorSigma::tension_N)
-      .def_readonly("absolute_yaw_rad", &SensorSigma::absolute_yaw_rad)
-      .def_readonly("direct_length_m", &SensorSigma::direct_length_m)
-      .def_readonly("position_m", &SensorSigma::position_m)
       .def_readonly("wrench_force_N", &SensorSigma::wrench_force_N)
       .def_readonly("wrench_moment_Nm", &SensorSigma::wrench_moment_Nm);
 }

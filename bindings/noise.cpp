@@ -1,5 +1,6 @@
 // readings/noise, calibration/refine: how much readings may be wrong, and which were left out.
 #include <map>
+#include <optional>
 
 #include "bindings.hpp"
 #include "cdprcal/calibration/refine.hpp"
@@ -7,16 +8,61 @@
 namespace cdprcal::python {
 namespace {
 
-/// Channels by name, as in NoiseModel.
-std::vector<std::string> channel_names() {
-  std::vector<std::string> names;
-  for (int c = 0; c < kChannels; ++c) names.emplace_back(to_string(static_cast<Channel>(c)));
-  return names;
+/// "length [m], swivel [rad] …": all channels.
+std::string channel_list() {
+  std::string text;
+  for (const ChannelRow& row : kChannelTable) {
+    text += (text.empty() ? "" : ", ") + std::string(row.name) + " [" + row.of().unit + "]";
+  }
+  return text;
+}
+
+void register_table(py::module_& module) {
+  py::class_<Sensor>(module, "Sensor", "One row of the table of sensors: a matrix of a log.")
+      .def_readonly("name", &Sensor::name, "'position'.")
+      .def_readonly("unit", &Sensor::unit, "m, rad or N.")
+      .def_property_readonly(
+          "is_per_cable", [](const Sensor& s) { return s.width == kPerCable; },
+          "One reading a cable; otherwise one or three of the platform.")
+      .def_property_readonly("is_angle", &Sensor::is_angle)
+      .def_property_readonly("is_absolute", &Sensor::is_absolute,
+                             "One of those, without an offset, that few robots have.")
+      .def_property_readonly("field", &Sensor::field, "The attribute of a Log: 'position_m'.")
+      .def_property_readonly(
+          "sigma_field",
+          [](const Sensor& s) {
+            return s.sigma ? std::optional<std::string>(s.sigma_field()) : std::nullopt;
+          },
+          "The attribute of a SensorSigma; None: it is told, not read.")
+      .def_readonly("in_words", &Sensor::in_words)
+      .def_readonly("about", &Sensor::about, "What it reads, for descriptions.")
+      .def("columns_of", &Sensor::columns_of, py::arg("cable_count"), "How many columns.")
+      .def("column", &Sensor::column, py::arg("index"), "As in a log: 'position_x_m'.");
+  py::class_<ChannelRow>(module, "ChannelRow",
+                         "One row of the table of channels: readings that share one noise.")
+      .def_readonly("name", &ChannelRow::name, "'roll_pitch'.")
+      .def_readonly("rms_field", &ChannelRow::rms_field,
+                    "The attribute of a ResidualRms: 'roll_pitch_rad'.")
+      .def_property_readonly("sensor", &ChannelRow::of, py::return_value_policy::reference)
+      .def_readonly("first", &ChannelRow::first, "Of the sensor's columns.")
+      .def_readonly("count", &ChannelRow::count, "Columns; all, if they are one a cable.")
+      .def_readonly("has_offset", &ChannelRow::has_offset,
+                    "Its readings count from an unknown start.")
+      .def_readonly("label", &ChannelRow::label, "In tables.")
+      .def_readonly("plural", &ChannelRow::plural, "In sentences.");
+  module.def(
+      "log_groups", [] { return std::vector<Sensor>(kSensorTable.begin(), kSensorTable.end()); },
+      "What a log holds, in the order of its columns: every sensor, then the set-points.");
+  module.def(
+      "channels",
+      [] { return std::vector<ChannelRow>(kChannelTable.begin(), kChannelTable.end()); },
+      "The channels that noise is estimated by, those of the paper's sensors first.");
 }
 
 }  // namespace
 
 void register_noise(py::module_& module) {
+  register_table(module);
   py::class_<ChannelNoise>(module, "ChannelNoise", "Noise of one channel, two components.")
       .def(py::init([](double pose, double sample) { return ChannelNoise{pose, sample}; }),
            py::arg("pose"), py::arg("sample") = 0.0)
@@ -24,46 +70,44 @@ void register_noise(py::module_& module) {
                     "sigma shared by all samples of a pose: does not average out.")
       .def_readonly("sample", &ChannelNoise::sample, "White sigma from sample to sample.")
       .def("sigma", &ChannelNoise::sigma, py::arg("samples"), "Of the mean of so many samples.");
-  py::class_<NoiseModel>(module, "NoiseModel",
-                         "Noise by channel: length [m], swivel, roll_pitch, yaw [rad], balance "
-                         "(of a tension) [N], absolute_yaw [rad], direct_length, position [m].")
-      .def(
-          py::init([](const std::map<std::string, ChannelNoise>& channels, double wrench_force_N,
-                      double wrench_moment_Nm) {
-            NoiseModel noise;
-            noise.wrench_force_N = wrench_force_N;
-            noise.wrench_moment_Nm = wrench_moment_Nm;
-            if (!(wrench_force_N > 0.0 && wrench_moment_Nm > 0.0)) {
-              throw InputError("NoiseModel: wrench_force_N and wrench_moment_Nm must be positive");
-            }
-            const std::vector<std::string> names = channel_names();
-            noise.channel = specified_noise(SensorSigma{}).channel;
-            std::size_t used = 0;
-            for (std::size_t c = 0; c < names.size(); ++c) {
-              const auto found = channels.find(names[c]);
-              if (found == channels.end() && c < kPaperChannels) {
-                throw InputError("NoiseModel: channel " + names[c] + " is missing; add it");
-              }
-              if (found == channels.end()) continue;
-              noise.channel[c] = found->second;
-              ++used;
-            }
-            if (used != channels.size()) {
-              throw InputError(
-                  "NoiseModel: channels must be among length, swivel, roll_pitch, yaw, balance, "
-                  "absolute_yaw, direct_length and position");
-            }
-            return noise;
-          }),
-          py::arg("channels"), py::arg("wrench_force_N"), py::arg("wrench_moment_Nm"),
-          "A ChannelNoise for each channel; absolute_yaw, direct_length and position may be left out. "
-          "Raises InputError otherwise.")
+  py::class_<NoiseModel>(
+      module, "NoiseModel",
+      ("Noise by channel: " + channel_list() + "; the balance's is of a tension.").c_str())
+      .def(py::init([](const std::map<std::string, ChannelNoise>& channels, double wrench_force_N,
+                       double wrench_moment_Nm) {
+             NoiseModel noise;
+             noise.wrench_force_N = wrench_force_N;
+             noise.wrench_moment_Nm = wrench_moment_Nm;
+             if (!(wrench_force_N > 0.0 && wrench_moment_Nm > 0.0)) {
+               throw InputError("NoiseModel: wrench_force_N and wrench_moment_Nm must be positive");
+             }
+             noise.channel = specified_noise(SensorSigma{}).channel;
+             std::size_t used = 0;
+             for (std::size_t c = 0; c < kChannels; ++c) {
+               const std::string name = kChannelTable[c].name;
+               const auto found = channels.find(name);
+               if (found == channels.end() && c < kPaperChannels) {
+                 throw InputError("NoiseModel: channel " + name + " is missing; add it");
+               }
+               if (found == channels.end()) continue;
+               noise.channel[c] = found->second;
+               ++used;
+             }
+             if (used != channels.size()) {
+               throw InputError("NoiseModel: channels must be among " + channel_list());
+             }
+             return noise;
+           }),
+           py::arg("channels"), py::arg("wrench_force_N"), py::arg("wrench_moment_Nm"),
+           "A ChannelNoise for each channel; those of absolute sensors may be left out. "
+           "Raises InputError otherwise.")
       .def_property_readonly(
           "channels",
           [](const NoiseModel& noise) {
             std::map<std::string, ChannelNoise> out;
-            const std::vector<std::string> names = channel_names();
-            for (std::size_t c = 0; c < names.size(); ++c) out[names[c]] = noise.channel[c];
+            for (std::size_t c = 0; c < kChannels; ++c) {
+              out[kChannelTable[c].name] = noise.channel[c];
+            }
             return out;
           },
           "By name; a copy.")

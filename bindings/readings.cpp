@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "bindings.hpp"
+#include "sensors.hpp"
 
 namespace cdprcal::python {
 namespace {
@@ -19,9 +20,8 @@ LogMatrix or_absent(std::optional<LogMatrix> values, Eigen::Index samples) {
 Log make_log(Eigen::VectorXd time_s, std::optional<LogMatrix> length_m,
              std::optional<LogMatrix> swivel_rad, std::optional<LogMatrix> tension_N,
              std::optional<LogMatrix> roll_pitch_yaw_rad,
-             std::optional<LogMatrix> tension_setpoint_N, std::optional<LogMatrix> absolute_yaw_rad,
-             std::optional<LogMatrix> direct_length_m, std::optional<LogMatrix> position_m,
-             std::string source) {
+             std::optional<LogMatrix> tension_setpoint_N, std::string source,
+             const py::kwargs& absolute) {
   Log log;
   const Eigen::Index samples = time_s.size();
   log.source = std::move(source);
@@ -31,9 +31,8 @@ Log make_log(Eigen::VectorXd time_s, std::optional<LogMatrix> length_m,
   log.tension_N = or_absent(std::move(tension_N), samples);
   log.tension_setpoint_N = or_absent(std::move(tension_setpoint_N), samples);
   log.roll_pitch_yaw_rad = or_absent(std::move(roll_pitch_yaw_rad), samples);
-  log.absolute_yaw_rad = or_absent(std::move(absolute_yaw_rad), samples);
-  log.direct_length_m = or_absent(std::move(direct_length_m), samples);
-  log.position_m = or_absent(std::move(position_m), samples);
+  for_each_absolute([&](const Sensor&, LogMatrix& values) { values.resize(samples, 0); }, log);
+  set_absolute(absolute, log);
   validate(log);
   return log;
 }
@@ -48,33 +47,28 @@ void require_within(const SampleRange& range, const Log& log) {
 
 void register_log(py::module_& module) {
   // The arrays are read-only views of the log's own memory and keep the log alive.
-  py::class_<Log>(module, "Log",
-                  "What a robot's own sensors read, one row a sample. Immutable: the arrays are "
-                  "read-only views of the log, which they keep alive. NaN, or no columns: that "
-                  "sensor is absent. Lengths, swivels and yaw carry unknown constant offsets.")
-      .def(py::init(&make_log), py::kw_only(), py::arg("time_s"), py::arg("length_m") = py::none(),
-           py::arg("swivel_rad") = py::none(), py::arg("tension_N") = py::none(),
-           py::arg("roll_pitch_yaw_rad") = py::none(), py::arg("tension_setpoint_N") = py::none(),
-           py::arg("absolute_yaw_rad") = py::none(), py::arg("direct_length_m") = py::none(),
-           py::arg("position_m") = py::none(), py::arg("source") = "log",
-           "time_s [N] strictly increasing; per-cable arrays [N, n], roll_pitch_yaw_rad and "
-           "position_m [N, 3], absolute_yaw_rad [N, 1]; "
-           "None: absent. `source` is what messages call it. Copies its input. Raises InputError "
-           "when shapes or times do not fit.")
+  py::class_<Log> cls(
+      module, "Log",
+      "What a robot's own sensors read, one row a sample. Immutable: the arrays are "
+      "read-only views of the log, which they keep alive. NaN, or no columns: that "
+      "sensor is absent. Lengths, swivels and yaw carry unknown constant offsets.");
+  for (std::size_t g = 0; g < kLogGroups; ++g) {
+    cls.def_property_readonly(
+        kSensorTable[g].field().c_str(),
+        [g](const Log& log) -> const LogMatrix& { return *log.groups()[g]; },
+        describe(kSensorTable[g], "N, ").c_str());
+  }
+  cls.def(
+         py::init(&make_log), py::kw_only(), py::arg("time_s"), py::arg("length_m") = py::none(),
+         py::arg("swivel_rad") = py::none(), py::arg("tension_N") = py::none(),
+         py::arg("roll_pitch_yaw_rad") = py::none(), py::arg("tension_setpoint_N") = py::none(),
+         py::arg("source") = "log",
+         "time_s [N] strictly increasing; per-cable arrays [N, n], roll_pitch_yaw_rad [N, 3]; more "
+         "keywords: those of absolute sensors, by the names of the attributes. None: absent. "
+         "`source` is what messages call it. Copies its input. Raises InputError when shapes or "
+         "times do not fit.")
       .def_readonly("source", &Log::source)
       .def_readonly("time_s", &Log::time_s, "[N] [s], strictly increasing.")
-      .def_readonly("length_m", &Log::length_m, "[N, n] or [N, 0] [m], relative.")
-      .def_readonly("swivel_rad", &Log::swivel_rad, "[N, n] or [N, 0] [rad], relative.")
-      .def_readonly("tension_N", &Log::tension_N, "[N, n] or [N, 0] [N].")
-      .def_readonly("tension_setpoint_N", &Log::tension_setpoint_N, "[N, n] or [N, 0] [N].")
-      .def_readonly("roll_pitch_yaw_rad", &Log::roll_pitch_yaw_rad,
-                    "[N, 3] or [N, 0] [rad] in the sensor's Euler convention; yaw is relative.")
-      .def_readonly("absolute_yaw_rad", &Log::absolute_yaw_rad,
-                    "[N, 1] or [N, 0] [rad]: yaw without an offset (compass, camera).")
-      .def_readonly("direct_length_m", &Log::direct_length_m,
-                    "[N, n] or [N, 0] [m]: whole cable lengths, arc included (laser, tape).")
-      .def_readonly("position_m", &Log::position_m,
-                    "[N, 3] or [N, 0] [m]: of P in the world (tracker).")
       .def_property_readonly("sample_count", &Log::sample_count)
       .def_property_readonly("cable_count", &Log::cable_count,
                              "Width of the widest per-cable group.")
@@ -159,7 +153,8 @@ void register_readings(py::module_& module) {
       "lengths, swivels nor attitude are there to tell.");
   py::class_<EquilibriumMean>(module, "EquilibriumMean",
                               "Readings of a rest as one. Channels: lengths, swivels, tensions, "
-                              "roll, pitch, yaw, as far as the log has them; NaN: absent.")
+                              "roll, pitch, yaw, then those of absolute sensors, as far as the "
+                              "log has them; NaN: absent.")
       .def_readonly("mean", &EquilibriumMean::mean, "[c] m, rad, N.")
       .def_readonly("covariance", &EquilibriumMean::covariance, "[c, c] of the mean.")
       .def_readonly("effective_samples", &EquilibriumMean::effective_samples,

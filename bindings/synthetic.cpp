@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "bindings.hpp"
+#include "sensors.hpp"
 
 namespace cdprcal::python {
 namespace {
@@ -15,41 +16,42 @@ ReadingOffsets make_offsets(const Eigen::VectorXd& length_m, const Eigen::Vector
           yaw_rad};
 }
 
-void register_readings(py::module_& module) {
+void register_noise_and_offsets(py::module_& module) {
   py::class_<RandomNormal>(module, "RandomNormal",
                            "Normal random numbers that are the same on every platform.")
       .def(py::init<std::uint64_t>(), py::arg("seed"))
       .def("uniform", &RandomNormal::uniform, "In (0, 1).")
       .def("__call__", &RandomNormal::operator(), "Standard normal.");
   const ReadingNoise none;
-  py::class_<ReadingNoise>(module, "ReadingNoise",
-                           "White noise of the readings, one sigma; 0: exact readings. Absolute "
-                           "sensors with NaN are not there. Immutable.")
-      .def(py::init([](double length_m, double swivel_rad, double roll_pitch_rad, double yaw_rad,
-                       double tension_N, double absolute_yaw_rad, double direct_length_m,
-                       double position_m) {
-             return ReadingNoise{length_m,  swivel_rad,       roll_pitch_rad,  yaw_rad,
-                                 tension_N, absolute_yaw_rad, direct_length_m, position_m};
-           }),
-           py::kw_only(), py::arg("length_m") = none.length_m,
-           py::arg("swivel_rad") = none.swivel_rad, py::arg("roll_pitch_rad") = none.roll_pitch_rad,
-           py::arg("yaw_rad") = none.yaw_rad, py::arg("tension_N") = none.tension_N,
-           py::arg("absolute_yaw_rad") = none.absolute_yaw_rad,
-           py::arg("direct_length_m") = none.direct_length_m,
-           py::arg("position_m") = none.position_m)
-      .def_readonly("absolute_yaw_rad", &ReadingNoise::absolute_yaw_rad)
-      .def_readonly("direct_length_m", &ReadingNoise::direct_length_m)
-      .def_readonly("position_m", &ReadingNoise::position_m)
+  py::class_<ReadingNoise> cls(
+      module, "ReadingNoise",
+      "White noise of the readings, one sigma; 0: exact readings. Absolute "
+      "sensors with NaN are not there. Immutable.");
+  cls.def(py::init([](double length_m, double swivel_rad, double roll_pitch_rad, double yaw_rad,
+                      double tension_N, const py::kwargs& absolute) {
+            ReadingNoise noise;
+            noise.length_m = length_m;
+            noise.swivel_rad = swivel_rad;
+            noise.roll_pitch_rad = roll_pitch_rad;
+            noise.yaw_rad = yaw_rad;
+            noise.tension_N = tension_N;
+            set_absolute(absolute, noise);
+            return noise;
+          }),
+          py::kw_only(), py::arg("length_m") = none.length_m,
+          py::arg("swivel_rad") = none.swivel_rad, py::arg("roll_pitch_rad") = none.roll_pitch_rad,
+          py::arg("yaw_rad") = none.yaw_rad, py::arg("tension_N") = none.tension_N,
+          "More keywords: those of absolute sensors, by the names of the attributes.")
       .def_readonly("length_m", &ReadingNoise::length_m)
       .def_readonly("swivel_rad", &ReadingNoise::swivel_rad)
       .def_readonly("roll_pitch_rad", &ReadingNoise::roll_pitch_rad)
       .def_readonly("yaw_rad", &ReadingNoise::yaw_rad)
       .def_readonly("tension_N", &ReadingNoise::tension_N);
+  def_absolute<ReadingNoise>(cls);
   module.def(
       "reading_noise", &reading_noise, py::arg("sigma"), py::arg("scale") = 1.0,
       py::arg("absolute") = false,
-      "The sigma of a robot's sensors times `scale`; absolute: those of absolute yaw, direct "
-      "lengths and position too.");
+      "The sigma of a robot's sensors times `scale`; absolute: those of absolute sensors too.");
   py::class_<ReadingOffsets>(module, "ReadingOffsets",
                              "Constant offsets of the relative readings. Immutable.")
       .def(py::init(&make_offsets), py::kw_only(), py::arg("length_m"), py::arg("swivel_rad"),
@@ -91,7 +93,7 @@ std::vector<CableVector> to_setpoints(const std::vector<Eigen::VectorXd>& setpoi
 }  // namespace
 
 void register_synthetic(py::module_& module) {
-  register_readings(module);
+  register_noise_and_offsets(module);
   const SyntheticLogOptions usual;
   py::class_<SyntheticLogOptions>(module, "SyntheticLogOptions", "How a run is made.")
       .def(py::init([](double dwell_s, double move_s, double rate_Hz,

@@ -66,12 +66,11 @@ ordered_json to_json(const Robot& robot, const Calibration& calibration) {
                          {"wrench_force_N", number(rms.wrench_force_N)},
                          {"wrench_moment_Nm", number(rms.wrench_moment_Nm)}};
   // Sensors that few robots have: only where they read something.
-  const auto present = [&](const char* name, double value) {
-    if (std::isfinite(value)) out["residual_rms"][name] = value;
-  };
-  present("absolute_yaw_rad", rms.absolute_yaw_rad);
-  present("direct_length_m", rms.direct_length_m);
-  present("position_m", rms.position_m);
+  for_each_absolute(
+      [&](const Sensor& sensor, double value) {
+        if (std::isfinite(value)) out["residual_rms"][sensor.field()] = value;
+      },
+      rms);
   out["poses"] = ordered_json::array();
   for (std::size_t i = 0; i < result.poses.size(); ++i) {
     const Measurement& measurement = calibration.problem.measurements[i];

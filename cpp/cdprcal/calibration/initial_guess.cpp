@@ -1,7 +1,7 @@
 #include "cdprcal/calibration/initial_guess.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <optional>
 
@@ -13,8 +13,9 @@ namespace {
 /// Weighted residuals of absolute readings as normal equations; returns the cost, NaN off-domain.
 double normal_equations(const Robot& robot, const AbsoluteReadings& readings, const Pose& pose,
                         Matrix6& hessian, Vector6& gradient) {
-  const PlatformState state = platform_state(robot, pose);
-  if (!state.valid) return kNaN;
+  PoseEvaluation modelled;
+  evaluate_pose(robot, {}, pose, StaticsModel::none, {}, {}, true, modelled);
+  if (!modelled.valid) return kNaN;
   hessian.setZero();
   gradient.setZero();
   double cost = 0.0;
@@ -25,30 +26,29 @@ double normal_equations(const Robot& robot, const AbsoluteReadings& readings, co
     hessian.noalias() += weight * row.transpose() * row;
     gradient.noalias() += weight * residual * row.transpose();
   };
-  const CableJacobian by_length = length_jacobian(state);
-  const CableJacobian by_swivel = swivel_jacobian(state);
   const SensorSigma& sigma = robot.sigma;
-  for (int i = 0; i < state.cable_count; ++i) {
-    add(state.cable[i].length_m - readings.length_m[i], by_length.row(i), sigma.length_m);
-    const double swivel = state.cable[i].swivel_rad - readings.swivel_rad[i];
-    if (std::isfinite(swivel)) add(wrap_angle(swivel), by_swivel.row(i), sigma.swivel_rad);
+  for (int i = 0; i < robot.cable_count(); ++i) {
+    add(modelled.length_m[i] - readings.length_m[i], modelled.length_by_twist.row(i),
+        sigma.length_m);
+    const double swivel = modelled.swivel_rad[i] - readings.swivel_rad[i];
+    if (std::isfinite(swivel)) {
+      add(wrap_angle(swivel), modelled.swivel_by_twist.row(i), sigma.swivel_rad);
+    }
   }
-  for (Eigen::Index i = 0; i < readings.direct_length_m.size(); ++i) {
-    add(state.cable[i].length_m - readings.direct_length_m[i], by_length.row(i),
-        sigma.direct_length_m);
-  }
-  for (int axis = 0; axis < 3; ++axis) {
-    add(pose.position_m[axis] - readings.position_m[axis], Vector6::Unit(axis).transpose(),
-        sigma.position_m);
-  }
-  const Vector3 angles = euler_from_rotation(state.rotation, robot.euler_convention);
-  const Matrix3 by_rotation = euler_rate_matrix(angles, robot.euler_convention).inverse();
+  for_each_absolute(
+      [&](const Sensor& sensor, auto& read, auto& model, auto& by_twist) {
+        if (sensor.is_angle()) return;  // these are among the angles below
+        for (std::size_t i = 0; i < numbers(read).size(); ++i) {
+          add(numbers(model)[i] - numbers(read)[i], by_twist.row(static_cast<Eigen::Index>(i)),
+              sigma.*sensor.sigma);
+        }
+      },
+      readings.absolute, modelled, modelled.absolute_by_twist);
   for (int a = 0; a < 3; ++a) {
-    const double error = angles[a] - readings.roll_pitch_yaw_rad[a];
-    if (!std::isfinite(error)) continue;
-    Eigen::Matrix<double, 1, 6> row;
-    row << 0.0, 0.0, 0.0, by_rotation.row(a);
-    add(wrap_angle(error), row, sigma.attitude_rad);
+    const double error = modelled.roll_pitch_yaw_rad[a] - readings.roll_pitch_yaw_rad[a];
+    if (std::isfinite(error)) {
+      add(wrap_angle(error), modelled.attitude_by_twist.row(a), sigma.attitude_rad);
+    }
   }
   return cost;
 }
@@ -56,8 +56,7 @@ double normal_equations(const Robot& robot, const AbsoluteReadings& readings, co
 /// Readings at a pose without what known effects add to them there. `robot` has their geometry.
 AbsoluteReadings without_effects(const Robot& robot, const ActiveEffects& effects,
                                  const Measurement& m, const Pose& pose) {
-  AbsoluteReadings readings{m.length_m, m.swivel_rad, m.roll_pitch_yaw_rad, m.direct_length_m,
-                            m.position_m};
+  AbsoluteReadings readings{m.length_m, m.swivel_rad, m.roll_pitch_yaw_rad, m};
   if (effects.empty()) return readings;
   PoseEvaluation with, without;
   evaluate_pose(robot, m, pose, StaticsModel::none, {}, effects, false, with);
@@ -100,20 +99,26 @@ std::optional<Pose> ideal_pose(const Robot& robot, const Measurement& m,
   return direct_guess(robot, m, m.tension_N, effects, start);
 }
 
-/// Where absolute sensors see the reference: its position, or the best fit to its direct lengths
-/// from any of the other guesses. Nothing when they see neither.
+/// Where absolute sensors see the reference: the best fit to their readings, from its measured
+/// position or any of the other guesses. Nothing when none of them sees where it is.
 std::optional<Pose> absolute_guess(const Robot& robot, const Measurement& m,
                                    const Eigen::Quaterniond& attitude,
                                    const std::vector<Pose>& others) {
-  const bool position = m.position_m.allFinite();
-  if (!position && m.direct_length_m.array().isFinite().count() < 3) return std::nullopt;
+  bool seen = false;
+  for_each_absolute(
+      [&](const Sensor& sensor, auto& read) {
+        const auto finite =
+            std::ranges::count_if(numbers(read), [](double v) { return std::isfinite(v); });
+        seen = seen || (!sensor.is_angle() && finite >= 3);
+      },
+      m);
+  if (!seen) return std::nullopt;
   AbsoluteReadings readings{CableVector::Constant(robot.cable_count(), kNaN),
                             CableVector::Constant(robot.cable_count(), kNaN),
                             {m.roll_pitch_yaw_rad[0], m.roll_pitch_yaw_rad[1], m.absolute_yaw_rad},
-                            m.direct_length_m,
-                            m.position_m};
+                            m};
   std::vector<Pose> starts = others;
-  if (position) starts.insert(starts.begin(), {m.position_m, attitude});
+  if (m.position_m.allFinite()) starts.insert(starts.begin(), {m.position_m, attitude});
   std::optional<Pose> best;
   double least = std::numeric_limits<double>::infinity();
   Matrix6 hessian;

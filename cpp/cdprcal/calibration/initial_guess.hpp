@@ -20,8 +20,7 @@ struct AbsoluteReadings {
   CableVector length_m;
   CableVector swivel_rad;
   Vector3 roll_pitch_yaw_rad = Vector3::Constant(kNaN);
-  CableVector direct_length_m{};  ///< empty: none
-  Vector3 position_m = Vector3::Constant(kNaN);
+  AbsoluteFields<ReadingOf> absolute{};  ///< angles count above, as the yaw
 };
 
 /// The pose that explains absolute readings best (weighted Gauss–Newton with damping, from

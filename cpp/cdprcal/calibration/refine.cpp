@@ -27,30 +27,13 @@ double median(std::vector<double> values) {
 
 /// Takes one reading out of its measurement; a balance goes as a whole.
 void leave_out(Measurement& m, const RowLabel& label) {
-  switch (label.channel) {
-    case Channel::length:
-      m.length_m[label.component] = kNaN;
-      break;
-    case Channel::swivel:
-      m.swivel_rad[label.component] = kNaN;
-      break;
-    case Channel::roll_pitch:
-    case Channel::yaw:
-      m.roll_pitch_yaw_rad[label.component] = kNaN;
-      break;
-    case Channel::balance:
-      m.tension_N.setConstant(kNaN);
-      break;
-    case Channel::absolute_yaw:
-      m.absolute_yaw_rad = kNaN;
-      break;
-    case Channel::direct_length:
-      m.direct_length_m[label.component] = kNaN;
-      break;
-    case Channel::position:
-      m.position_m[label.component] = kNaN;
-      break;
+  if (label.channel == Channel::balance) {
+    m.tension_N.setConstant(kNaN);
+    return;
   }
+  const std::span<double> readings = readings_of(m, row_of(label.channel).of());
+  const auto component = static_cast<std::size_t>(label.component);
+  readings[component < readings.size() ? component : 0] = kNaN;  // a yaw of its own is component 2
 }
 
 /// Rows beyond what the channel's own scatter makes believable: standardised residuals over a

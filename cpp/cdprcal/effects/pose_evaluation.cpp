@@ -18,6 +18,7 @@ void evaluate_pose(const Robot& robot, const Measurement& measurement, const Pos
   out.roll_pitch_yaw_rad = euler_from_rotation(state.rotation, robot.euler_convention);
   out.direct_length_m = out.length_m;
   out.absolute_yaw_rad = out.roll_pitch_yaw_rad[2];
+  out.position_m = pose.position_m;
   const bool jacobians = with_jacobians || !effects.empty();
   if (jacobians) {
     out.length_by_twist = length_jacobian(state);
@@ -26,8 +27,9 @@ void evaluate_pose(const Robot& robot, const Measurement& measurement, const Pos
     out.attitude_by_twist.rightCols<3>() =
         euler_rate_matrix(out.roll_pitch_yaw_rad, robot.euler_convention).inverse();
     out.valid = out.attitude_by_twist.allFinite();  // gimbal lock
-    out.direct_length_by_twist = out.length_by_twist;
-    out.absolute_yaw_by_twist = out.attitude_by_twist.row(2);
+    out.absolute_by_twist.direct_length_m = out.length_by_twist;
+    out.absolute_by_twist.absolute_yaw_rad = out.attitude_by_twist.row(2);
+    out.absolute_by_twist.position_m.setIdentity();
   }
   const EffectContext context{robot, state, pose, measurement};
   if (statics == StaticsModel::left_inverse) {

@@ -9,15 +9,14 @@ namespace cdprcal {
 struct ActiveEffect;
 
 /// Everything that residuals need at one pose. Jacobians are with respect to a world-frame twist.
-struct PoseEvaluation {
+///
+/// The base: what absolute sensors (a laser or a tape, a compass, a tracker) read, the geometry
+/// without what effects do to the drums' encoders and to the AHRS.
+struct PoseEvaluation : AbsoluteFields<ReadingOf> {
   bool valid = false;
   CableVector length_m;
   CableVector swivel_rad;
   Vector3 roll_pitch_yaw_rad;
-  /// What a laser or a tape, and a compass, read: the geometry, without what effects do to the
-  /// drums' encoders and to the AHRS.
-  CableVector direct_length_m;
-  double absolute_yaw_rad = kNaN;
   /// Left-inverse statics: what the load cells would read. Wrench statics: τ*, the tensions at the
   /// platform as the effects make them of the readings.
   CableVector tension_N;
@@ -25,8 +24,7 @@ struct PoseEvaluation {
   CableJacobian length_by_twist;
   CableJacobian swivel_by_twist;
   Eigen::Matrix<double, 3, 6, Eigen::RowMajor> attitude_by_twist;
-  CableJacobian direct_length_by_twist;
-  Eigen::Matrix<double, 1, 6> absolute_yaw_by_twist;
+  AbsoluteFields<JacobianOf> absolute_by_twist;
   CableJacobian tension_by_twist;
   Matrix6 wrench_by_twist;
 };

@@ -68,8 +68,14 @@ ResidualRms residual_rms(const std::vector<PoseResidual>& residuals, bool refere
     for (int a = 0; a < 3; ++a) force.add(r.wrench[a]);
     for (int a = 3; a < 6; ++a) moment.add(r.wrench[a]);
   }
-  return {length.rms(), swivel.rms(), roll_pitch.rms(),   yaw.rms(),    tension.rms(),
-          force.rms(),  moment.rms(), absolute_yaw.rms(), direct.rms(), position.rms()};
+  return {{absolute_yaw.rms(), direct.rms(), position.rms()},
+          length.rms(),
+          swivel.rms(),
+          roll_pitch.rms(),
+          yaw.rms(),
+          tension.rms(),
+          force.rms(),
+          moment.rms()};
 }
 
 }  // namespace cdprcal

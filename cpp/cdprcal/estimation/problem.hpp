@@ -55,7 +55,7 @@ struct SolveOptions {
 enum class CalibrationStatus { converged, not_converged, unobservable };
 
 /// Root mean square of the unweighted residuals, a channel; NaN where nothing measured it.
-struct ResidualRms {
+struct ResidualRms : AbsoluteFields<NumberOf> {
   double length_m = kNaN;
   double swivel_rad = kNaN;
   double roll_pitch_rad = kNaN;
@@ -63,21 +63,15 @@ struct ResidualRms {
   double tension_N = kNaN;
   double wrench_force_N = kNaN;
   double wrench_moment_Nm = kNaN;
-  double absolute_yaw_rad = kNaN;
-  double direct_length_m = kNaN;
-  double position_m = kNaN;
 };
 
 /// Residuals at one pose, measured minus … as in eq. 13 (modelled − measured); NaN where absent.
-struct PoseResidual {
+struct PoseResidual : AbsoluteFields<ReadingOf> {
   CableVector length_m;
   CableVector swivel_rad;
   CableVector tension_N;
   Vector3 roll_pitch_yaw_rad = Vector3::Constant(kNaN);
   Vector6 wrench = Vector6::Constant(kNaN);  ///< Ξᵀτ* − f [N, Nm]
-  double absolute_yaw_rad = kNaN;
-  CableVector direct_length_m;
-  Vector3 position_m = Vector3::Constant(kNaN);
 };
 
 /// What came out.

@@ -91,13 +91,12 @@ void check_inertia(Matrix3& inertia) {
 
 void check_sigma(const Robot& robot) {
   const SensorSigma& sigma = robot.sigma;
-  require_positive(sigma.length_m, "sensors.sigma.length_m");
-  require_positive(sigma.swivel_rad, "sensors.sigma.swivel_deg");
-  require_positive(sigma.attitude_rad, "sensors.sigma.attitude_deg");
-  require_positive(sigma.tension_N, "sensors.sigma.tension_N");
-  require_positive(sigma.absolute_yaw_rad, "sensors.sigma.absolute_yaw_deg");
-  require_positive(sigma.direct_length_m, "sensors.sigma.direct_length_m");
-  require_positive(sigma.position_m, "sensors.sigma.position_m");
+  for (const Sensor& sensor : kSensorTable) {
+    if (!sensor.sigma) continue;
+    const std::string unit = sensor.is_angle() ? "deg" : sensor.unit;
+    require_positive(sigma.*sensor.sigma,
+                     "sensors.sigma." + std::string(sensor.sigma_name) + "_" + unit);
+  }
   require_not_negative(sigma.wrench_force_N, "sensors.sigma.wrench_force_N");
   require_not_negative(sigma.wrench_moment_Nm, "sensors.sigma.wrench_moment_Nm");
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "cdprcal/geometry/euler.hpp"
+#include "cdprcal/model/sensors.hpp"
 #include "cdprcal/types.hpp"
 
 namespace cdprcal {
@@ -29,23 +30,6 @@ struct Platform {
   double mass_kg = 1.0;
   Vector3 centre_of_mass_m = Vector3::Zero();   ///< s′ in the platform frame
   Matrix3 inertia_kg_m2 = Matrix3::Identity();  ///< about the centre of mass, platform axes
-};
-
-/// One-sigma errors of the readings and of the statics model (paper eq. 18 by default).
-struct SensorSigma {
-  double length_m = 0.01;
-  double swivel_rad = 1.0 * kDegree;
-  double attitude_rad = 2.0 * kDegree;
-  double tension_N = 10.0;
-  // Sensors that the paper's robot does not have; each counts where a log holds its readings.
-  double absolute_yaw_rad = 2.0 * kDegree;
-  double direct_length_m = 2e-3;
-  double position_m = 1e-3;
-  /// What the wrench balance itself may be wrong by, beyond the load cells. Not in the paper.
-  /// 0 means: what a geometry known to 1 mm leaves. `finalise` then puts weight × 1e-3 here (a
-  /// cable direction wrong by 1 mm per metre) and weight × 1 mm below (the weight's lever).
-  double wrench_force_N = 0.0;
-  double wrench_moment_Nm = 0.0;
 };
 
 /// A known effect, or a known fault of the readings' map, as the robot file lists it: in the file's

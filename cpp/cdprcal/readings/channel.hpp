@@ -1,23 +1,9 @@
-// Groups of readings that share one noise level.
+// Groups of readings that share one noise level: model/sensors.hpp has them, one row each.
 #pragma once
 
-namespace cdprcal {
+#include "cdprcal/model/sensors.hpp"
 
-enum class Channel {
-  length,
-  swivel,
-  roll_pitch,
-  yaw,
-  balance,
-  absolute_yaw,
-  direct_length,
-  position
-};
-inline constexpr int kChannels = 8;
-/// The first five are those of the paper's sensors, which effects/ and diagnosis/ know.
-inline constexpr int kPaperChannels = 5;
-/// "length", "swivel", "roll_pitch", "yaw", "balance", "absolute_yaw", "direct_length", "position".
-const char* to_string(Channel channel);
+namespace cdprcal {
 
 /// Which row of a residual is which reading.
 struct RowLabel {

@@ -14,10 +14,10 @@ double median(std::vector<double>& values) {
   return *middle;
 }
 
-/// Prefix sums of a channel over finite samples: any window's mean and scatter in O(1).
-class Channel {
+/// Prefix sums of one column over finite samples: any window's mean and scatter in O(1).
+class Series {
  public:
-  Channel(const Eigen::Ref<const Eigen::VectorXd>& values, double tolerance)
+  Series(const Eigen::Ref<const Eigen::VectorXd>& values, double tolerance)
       : noise_(channel_noise(values)), tolerance_(tolerance) {
     const Eigen::Index n = values.size();
     // About the first finite value, so that squares keep their digits.
@@ -119,23 +119,18 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
   std::vector<Equilibrium> found;
   if (count < 4) return found;
 
-  std::vector<Channel> geometry, tensions;
-  const auto add_group = [&](std::vector<Channel>& group, const LogMatrix& values, double sigma_c,
-                             bool angles) {
-    for (Eigen::Index c = 0; c < values.cols(); ++c) {
-      Eigen::VectorXd column = values.col(c).segment(range.begin, count);
-      if (!column.array().isFinite().any()) continue;
-      if (angles) column = unwrapped(std::move(column));
-      group.emplace_back(column, options.tolerance * sigma_c);
-    }
-  };
-  add_group(geometry, log.length_m, sigma.length_m, false);
-  add_group(geometry, log.swivel_rad, sigma.swivel_rad, true);
-  add_group(geometry, log.roll_pitch_yaw_rad, sigma.attitude_rad, true);
-  add_group(geometry, log.absolute_yaw_rad, sigma.absolute_yaw_rad, true);
-  add_group(geometry, log.direct_length_m, sigma.direct_length_m, false);
-  add_group(geometry, log.position_m, sigma.position_m, false);
-  add_group(tensions, log.tension_N, sigma.tension_N, false);
+  std::vector<Series> geometry, tensions;
+  for_each_sensor(
+      [&](const Sensor& sensor, const LogMatrix& values) {
+        auto& group = &values == &log.tension_N ? tensions : geometry;
+        for (Eigen::Index c = 0; c < values.cols(); ++c) {
+          Eigen::VectorXd column = values.col(c).segment(range.begin, count);
+          if (!column.array().isFinite().any()) continue;
+          if (sensor.is_angle()) column = unwrapped(std::move(column));
+          group.emplace_back(column, options.tolerance * (sigma.*sensor.sigma));
+        }
+      },
+      log);
   if (geometry.empty()) {
     throw InputError(
         log.source +
@@ -153,11 +148,11 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
     const SampleRange window{begin, end + 1};
     if (window.size() < 4) continue;
     const bool at_rest = std::all_of(geometry.begin(), geometry.end(),
-                                     [&](const Channel& c) {
+                                     [&](const Series& c) {
                                        return c.scatter_is_noise(window, options.confidence);
                                      }) &&
                          std::all_of(tensions.begin(), tensions.end(),
-                                     [&](const Channel& c) { return c.halves_agree(window, z); });
+                                     [&](const Series& c) { return c.halves_agree(window, z); });
     if (at_rest) std::fill(rests.begin() + begin, rests.begin() + end + 1, 1);
   }
 
@@ -171,10 +166,10 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
     Eigen::Index stop = i;
     while (stop < count && rests[static_cast<std::size_t>(stop)]) ++stop;
     const SampleRange run{i, stop};
-    const bool joins =
-        !runs.empty() && time[run.begin] - time[runs.back().end - 1] <= 2.0 * options.window_s &&
-        std::all_of(geometry.begin(), geometry.end(),
-                    [&](const Channel& c) { return c.same_place(runs.back(), run); });
+    const bool joins = !runs.empty() &&
+                       time[run.begin] - time[runs.back().end - 1] <= 2.0 * options.window_s &&
+                       std::all_of(geometry.begin(), geometry.end(),
+                                   [&](const Series& c) { return c.same_place(runs.back(), run); });
     if (joins) {
       runs.back().end = run.end;
     } else {

@@ -12,18 +12,16 @@ namespace {
 Eigen::MatrixXd readings(const Log& log, const SampleRange& samples) {
   const Eigen::Index rows = samples.size();
   Eigen::MatrixXd values(rows, 0);
-  const auto add = [&](const LogMatrix& group, bool angles) {
-    for (Eigen::Index c = 0; c < group.cols(); ++c) {
-      Eigen::VectorXd column = group.col(c).segment(samples.begin, rows);
-      if (angles) column = unwrapped(std::move(column));
-      values.conservativeResize(rows, values.cols() + 1);
-      values.col(values.cols() - 1) = column;
-    }
-  };
-  add(log.length_m, false);
-  add(log.swivel_rad, true);
-  add(log.tension_N, false);
-  add(log.roll_pitch_yaw_rad, true);
+  for_each_sensor(
+      [&](const Sensor& sensor, const LogMatrix& group) {
+        for (Eigen::Index c = 0; c < group.cols(); ++c) {
+          Eigen::VectorXd column = group.col(c).segment(samples.begin, rows);
+          if (sensor.is_angle()) column = unwrapped(std::move(column));
+          values.conservativeResize(rows, values.cols() + 1);
+          values.col(values.cols() - 1) = column;
+        }
+      },
+      log);
   return values;
 }
 

@@ -6,8 +6,8 @@
 namespace cdprcal {
 
 /// Mean of the readings over an interval at rest. Channels in the order of the log's columns:
-/// lengths [m], swivels [rad], tensions [N], roll, pitch, yaw [rad]; groups that the log does not
-/// have are left out, a channel without a reading is NaN.
+/// lengths [m], swivels [rad], tensions [N], roll, pitch, yaw [rad], then those of absolute
+/// sensors; groups that the log does not have are left out, a channel without a reading is NaN.
 struct EquilibriumMean {
   Eigen::VectorXd mean;        ///< [c]; angles near the first reading, not wrapped
   Eigen::MatrixXd covariance;  ///< [c, c] of the mean; 0 for a channel with one reading

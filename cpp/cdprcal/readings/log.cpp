@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <functional>
 #include <string_view>
 
 #include "cdprcal/error.hpp"
@@ -81,9 +82,9 @@ class LogParser {
       line = trimmed(line);
       if (line.empty() || line.front() == '#') continue;
       columns_ = detail::parse_log_header(line, source_ + ":" + std::to_string(lines_.number()));
-      const auto is_time = [](const LogColumn& c) { return c.group == LogColumn::Group::time; };
       time_column_ = static_cast<std::size_t>(
-          std::find_if(columns_.begin(), columns_.end(), is_time) - columns_.begin());
+          std::find_if(columns_.begin(), columns_.end(), std::mem_fn(&LogColumn::is_time)) -
+          columns_.begin());
       return;
     }
     throw InputError(source_ + ": is empty; a log must start with a header 'time_s,…'");
@@ -181,20 +182,18 @@ class LogParser {
     log.source = source_;
     for (Index column = 0; column < width; ++column) {
       const LogColumn& c = columns_[static_cast<std::size_t>(column)];
-      if (c.group == LogColumn::Group::time) {
+      if (c.is_time()) {
         log.time_s = table.col(column);
         continue;
       }
-      LogMatrix& group = detail::log_group(log, c.group);
+      LogMatrix& group = *log.groups()[c.group];
       if (group.cols() == 0) {
-        const Index group_width = detail::group_width(columns_, c.group);
-        group = LogMatrix::Constant(row_count_, group_width, kNaN);
+        group = LogMatrix::Constant(row_count_, detail::group_width(columns_, c.group), kNaN);
       }
       group.col(c.index) = table.col(column);
     }
-    for (const auto& [group, name] : detail::kLogGroups) {
-      LogMatrix& matrix = detail::log_group(log, group);
-      if (matrix.cols() == 0) matrix.resize(row_count_, 0);
+    for (LogMatrix* group : log.groups()) {
+      if (group->cols() == 0) group->resize(row_count_, 0);
     }
     return log;
   }
@@ -210,9 +209,26 @@ class LogParser {
 
 }  // namespace
 
+std::array<LogMatrix*, kLogGroups> Log::groups() {
+  std::array<LogMatrix*, kLogGroups> out;
+  std::size_t next = 0;
+  for_each_sensor([&](const Sensor&, LogMatrix& values) { out[next++] = &values; }, *this);
+  out[next] = &tension_setpoint_N;
+  return out;
+}
+
+std::array<const LogMatrix*, kLogGroups> Log::groups() const {
+  std::array<const LogMatrix*, kLogGroups> out;
+  std::ranges::copy(const_cast<Log*>(this)->groups(), out.begin());
+  return out;
+}
+
 int Log::cable_count() const {
-  return static_cast<int>(std::max({length_m.cols(), swivel_rad.cols(), tension_N.cols(),
-                                    tension_setpoint_N.cols(), direct_length_m.cols()}));
+  Index widest = 0;
+  for (std::size_t g = 0; g < kLogGroups; ++g) {
+    if (kSensorTable[g].width == kPerCable) widest = std::max(widest, groups()[g]->cols());
+  }
+  return static_cast<int>(widest);
 }
 
 Log parse_log(const std::string& text, const std::string& source) {
@@ -234,6 +250,7 @@ Log read_log(const std::string& path) {
 std::string format_log(const Log& log) {
   validate(log);
   const std::vector<LogColumn> columns = detail::columns_of(log);
+  const auto groups = log.groups();
   std::string text;
   for (const LogColumn& c : columns) text += (text.empty() ? "" : ",") + c.name();
   text += '\n';
@@ -242,9 +259,7 @@ std::string format_log(const Log& log) {
   for (Index row = 0; row < log.sample_count(); ++row) {
     for (std::size_t i = 0; i < columns.size(); ++i) {
       const LogColumn& c = columns[i];
-      const double value = c.group == LogColumn::Group::time
-                               ? log.time_s[row]
-                               : detail::log_group(log, c.group)(row, c.index);
+      const double value = c.is_time() ? log.time_s[row] : (*groups[c.group])(row, c.index);
       if (i > 0) text += ',';
       if (std::isnan(value)) continue;
       // The shortest text that reads as the value again.
@@ -275,16 +290,18 @@ void validate(const Log& log) {
     throw InputError(source + ": " + std::to_string(cables) + " cables; at most " +
                      std::to_string(kMaxCables) + " are supported");
   }
-  for (const auto& [group, name] : detail::kLogGroups) {
-    const LogMatrix& matrix = detail::log_group(log, group);
+  for (std::size_t g = 0; g < kLogGroups; ++g) {
+    const LogMatrix& matrix = *log.groups()[g];
     if (matrix.cols() == 0) continue;
-    const Index of_platform = detail::platform_width(group);
-    const Index width = of_platform > 0 ? of_platform : cables;
+    const Sensor& sensor = kSensorTable[g];
+    const std::string name = sensor.field();
+    const Index width = sensor.columns_of(static_cast<int>(cables));
     if (matrix.cols() != width || matrix.rows() != samples) {
       throw InputError(source + ": " + name + ": has shape " + std::to_string(matrix.rows()) + "×" +
                        std::to_string(matrix.cols()) + ", expected " + std::to_string(samples) +
                        "×" + std::to_string(width) + " (samples × " +
-                       (of_platform > 0 ? "components" : "cables") + "); give it that shape");
+                       (sensor.width == kPerCable ? "cables" : "components") +
+                       "); give it that shape");
     }
     if (matrix.array().isInf().any()) {
       throw InputError(source + ": " + name + ": holds infinities; write NaN for an absent value");

@@ -1,19 +1,24 @@
 // The canonical log: what a robot's own sensors read, sample by sample.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <string>
 #include <vector>
 
+#include "cdprcal/model/sensors.hpp"
 #include "cdprcal/types.hpp"
 
 namespace cdprcal {
 
 using LogMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+template <int width>
+using ColumnsOf = LogMatrix;  ///< [N, width]
+
 /// One row a sample. A matrix without columns, or NaN in a cell: that sensor is absent (there).
 /// Lengths, swivels and yaw carry unknown constant offsets; all others are absolute.
-struct Log {
+struct Log : AbsoluteFields<ColumnsOf> {
   std::string source;            ///< what messages call it
   Eigen::VectorXd time_s;        ///< [N], strictly increasing
   LogMatrix length_m;            ///< [N, n] or [N, 0]
@@ -21,13 +26,13 @@ struct Log {
   LogMatrix tension_N;           ///< [N, n] or [N, 0]
   LogMatrix tension_setpoint_N;  ///< [N, n] or [N, 0]
   LogMatrix roll_pitch_yaw_rad;  ///< [N, 3], NaN columns where absent; or [N, 0]
-  LogMatrix absolute_yaw_rad;    ///< [N, 1] or [N, 0]: yaw without an offset (compass, camera)
-  LogMatrix direct_length_m;     ///< [N, n] or [N, 0]: whole lengths, arc included (laser, tape)
-  LogMatrix position_m;          ///< [N, 3] or [N, 0]: of P in the world (tracker)
 
   [[nodiscard]] Eigen::Index sample_count() const { return time_s.size(); }
   /// Number of cables: the width of the widest per-cable group.
   [[nodiscard]] int cable_count() const;
+  /// Its matrices, in the order of kSensorTable, which is that of the file's columns.
+  [[nodiscard]] std::array<const LogMatrix*, kLogGroups> groups() const;
+  std::array<LogMatrix*, kLogGroups> groups();
 };
 
 /// More than 11 hours of eight cables at 100 Hz. The readers refuse more, at once.

@@ -25,6 +25,24 @@ CableVector column_means(const LogMatrix& values, const SampleRange& range, int 
 
 }  // namespace
 
+std::span<double> readings_of(Measurement& m, const Sensor& sensor) {
+  std::span<double> out;
+  for_each_sensor(
+      [&](const Sensor& other, auto& reading) {
+        if (&other == &sensor) out = numbers(reading);
+      },
+      m);
+  return out;
+}
+
+std::span<const double> readings_of(const Measurement& m, Channel channel) {
+  const ChannelRow& row = row_of(channel);
+  const std::span<double> all = readings_of(const_cast<Measurement&>(m), row.of());
+  return row.of().width == kPerCable ? all
+                                     : all.subspan(static_cast<std::size_t>(row.first),
+                                                   static_cast<std::size_t>(row.count));
+}
+
 Measurement measurement_at(const Log& log, Eigen::Index index, PoseKind kind, int cable_count) {
   Measurement m = measurement_mean(log, {index, index + 1}, kind, cable_count);
   m.time_s = log.time_s[index];
@@ -36,14 +54,18 @@ Measurement measurement_mean(const Log& log, const SampleRange& range, PoseKind 
   Measurement m;
   m.time_s = 0.5 * (log.time_s[range.begin] + log.time_s[range.end - 1]);
   m.kind = kind;
-  m.length_m = column_means(log.length_m, range, cable_count, false);
-  m.swivel_rad = column_means(log.swivel_rad, range, cable_count, true);
-  m.tension_N = column_means(log.tension_N, range, cable_count, false);
-  m.roll_pitch_yaw_rad = column_means(log.roll_pitch_yaw_rad, range, 3, true);
+  for_each_sensor(
+      [&](const Sensor& sensor, const LogMatrix& values, auto& reading) {
+        const CableVector mean =
+            column_means(values, range, sensor.columns_of(cable_count), sensor.is_angle());
+        if constexpr (std::is_same_v<decltype(reading), double&>) {
+          reading = mean[0];
+        } else {
+          reading = mean;
+        }
+      },
+      log, m);
   m.tension_setpoint_N = column_means(log.tension_setpoint_N, range, cable_count, false);
-  m.absolute_yaw_rad = column_means(log.absolute_yaw_rad, range, 1, true)[0];
-  m.direct_length_m = column_means(log.direct_length_m, range, cable_count, false);
-  m.position_m = column_means(log.position_m, range, 3, false);
   m.samples = static_cast<int>(range.size());
   return m;
 }

@@ -1,9 +1,11 @@
 // What was read at one pose, and how measurements are drawn from a log.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "cdprcal/model/robot.hpp"
+#include "cdprcal/readings/channel.hpp"
 #include "cdprcal/readings/equilibrium_detection.hpp"
 #include "cdprcal/readings/path_state.hpp"
 
@@ -14,16 +16,13 @@ enum class PoseKind { static_pose, kinematic_pose };
 
 /// Readings at one pose; NaN where absent. Lengths, swivels and yaw have unknown offsets that are
 /// the same in all measurements of a problem.
-struct Measurement {
+struct Measurement : AbsoluteFields<ReadingOf> {
   double time_s = 0.0;
   PoseKind kind = PoseKind::static_pose;
   CableVector length_m;
   CableVector swivel_rad;
   CableVector tension_N;
   Vector3 roll_pitch_yaw_rad = Vector3::Constant(kNaN);
-  double absolute_yaw_rad = kNaN;
-  CableVector direct_length_m;  ///< empty or NaN: not measured
-  Vector3 position_m = Vector3::Constant(kNaN);
   /// What the tensions were told to be: τ_setpoint of §3.2, for guesses alone. Empty or NaN:
   /// unknown.
   CableVector tension_setpoint_N;
@@ -40,6 +39,11 @@ struct Measurement {
   /// Whether the wrench balance can be written down here: at rest, with every tension read.
   bool in_balance() const { return kind == PoseKind::static_pose && tension_N.allFinite(); }
 };
+
+/// All readings of one sensor, a row of kSensorTable; an absolute one of the cables may be empty.
+std::span<double> readings_of(Measurement& m, const Sensor& sensor);
+/// The readings of one channel; those of the balance are the tensions.
+std::span<const double> readings_of(const Measurement& m, Channel channel);
 
 /// The sample at row `index` as a measurement of a robot with `cable_count` cables.
 Measurement measurement_at(const Log& log, Eigen::Index index, PoseKind kind, int cable_count);

@@ -49,18 +49,14 @@ bool halves_agree(const std::vector<Running>& channels, std::size_t end) {
 
 SampleRange still_since_start(const Log& log, const SampleRange& range, Eigen::Index least) {
   std::vector<Running> channels;
-  const auto add = [&](const LogMatrix& group, bool angle) {
-    for (Eigen::Index c = 0; c < group.cols(); ++c) {
-      channels.push_back(running(group.col(c).segment(range.begin, range.size()), angle));
-    }
-  };
-  add(log.length_m, false);
-  add(log.swivel_rad, true);
-  add(log.tension_N, false);
-  add(log.roll_pitch_yaw_rad, true);
-  add(log.absolute_yaw_rad, true);
-  add(log.direct_length_m, false);
-  add(log.position_m, false);
+  for_each_sensor(
+      [&](const Sensor& sensor, const LogMatrix& group) {
+        for (Eigen::Index c = 0; c < group.cols(); ++c) {
+          channels.push_back(
+              running(group.col(c).segment(range.begin, range.size()), sensor.is_angle()));
+        }
+      },
+      log);
   Eigen::Index size = range.size();
   while (size > least && !halves_agree(channels, static_cast<std::size_t>(size))) {
     size = std::max(least, std::min(size - 1, size * 9 / 10));

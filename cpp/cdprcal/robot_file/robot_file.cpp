@@ -52,19 +52,28 @@ double read_angle(const YamlMapping& map, const std::string& name, double fallba
   return radians ? radians->number() : fallback_rad;
 }
 
+/// The σ of all sensors in the order of the file: that of channels, attitude before tension.
+template <class F>
+void for_each_sigma(const F& f) {
+  for (const ChannelRow& channel : kChannelTable) {
+    if (channel.first == 0) f(channel.of());
+  }
+}
+
 SensorSigma read_sigma(const YamlField& field) {
-  const YamlMapping map(
-      field, {"length_m", "swivel_deg", "swivel_rad", "attitude_deg", "attitude_rad", "tension_N",
-              "absolute_yaw_deg", "absolute_yaw_rad", "direct_length_m", "position_m",
-              "wrench_force_N", "wrench_moment_Nm"});
+  std::vector<std::string> keys;
+  for_each_sigma([&](const Sensor& sensor) {
+    if (sensor.is_angle()) keys.push_back(std::string(sensor.sigma_name) + "_deg");
+    keys.push_back(sensor.sigma_field());
+  });
+  keys.insert(keys.end(), {"wrench_force_N", "wrench_moment_Nm"});
+  const YamlMapping map(field, keys);
   SensorSigma sigma;
-  sigma.length_m = map.number_or("length_m", sigma.length_m);
-  sigma.swivel_rad = read_angle(map, "swivel", sigma.swivel_rad);
-  sigma.attitude_rad = read_angle(map, "attitude", sigma.attitude_rad);
-  sigma.tension_N = map.number_or("tension_N", sigma.tension_N);
-  sigma.absolute_yaw_rad = read_angle(map, "absolute_yaw", sigma.absolute_yaw_rad);
-  sigma.direct_length_m = map.number_or("direct_length_m", sigma.direct_length_m);
-  sigma.position_m = map.number_or("position_m", sigma.position_m);
+  for_each_sigma([&](const Sensor& sensor) {
+    double& value = sigma.*sensor.sigma;
+    value = sensor.is_angle() ? read_angle(map, sensor.sigma_name, value)
+                              : map.number_or(sensor.sigma_field(), value);
+  });
   sigma.wrench_force_N = map.number_or("wrench_force_N", sigma.wrench_force_N);
   sigma.wrench_moment_Nm = map.number_or("wrench_moment_Nm", sigma.wrench_moment_Nm);
   return sigma;
@@ -139,19 +148,16 @@ std::string angle_entry(const std::string& name, double angle_rad) {
 
 std::string sigma_entry(const Robot& robot) {
   const SensorSigma& sigma = robot.sigma;
-  std::string text = "{length_m: " + shortest(sigma.length_m) + ", " +
-                     angle_entry("swivel", sigma.swivel_rad) + ", " +
-                     angle_entry("attitude", sigma.attitude_rad) +
-                     ", tension_N: " + shortest(sigma.tension_N);
-  // Of sensors that few robots have, only what somebody changed.
   const SensorSigma usual;
-  if (sigma.absolute_yaw_rad != usual.absolute_yaw_rad) {
-    text += ", " + angle_entry("absolute_yaw", sigma.absolute_yaw_rad);
-  }
-  if (sigma.direct_length_m != usual.direct_length_m) {
-    text += ", direct_length_m: " + shortest(sigma.direct_length_m);
-  }
-  if (sigma.position_m != usual.position_m) text += ", position_m: " + shortest(sigma.position_m);
+  std::string text = "{";
+  for_each_sigma([&](const Sensor& sensor) {
+    const double value = sigma.*sensor.sigma;
+    // Of sensors that few robots have, only what somebody changed.
+    if (sensor.is_absolute() && value == usual.*sensor.sigma) return;
+    text += text.size() > 1 ? ", " : "";
+    text += sensor.is_angle() ? angle_entry(sensor.sigma_name, value)
+                              : sensor.sigma_field() + ": " + shortest(value);
+  });
   // Derived values stay derived, so that a change of mass in the file changes them too.
   if (sigma.wrench_force_N != detail::default_wrench_force_N(robot)) {
     text += ", wrench_force_N: " + shortest(sigma.wrench_force_N);

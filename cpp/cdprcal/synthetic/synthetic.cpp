@@ -1,5 +1,7 @@
 #include "cdprcal/synthetic/synthetic.hpp"
 
+#include "cdprcal/effects/effect.hpp"
+#include "cdprcal/effects/pose_evaluation.hpp"
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/kinematics/platform.hpp"
@@ -23,13 +25,12 @@ double RandomNormal::operator()() {
 }
 
 ReadingNoise reading_noise(const SensorSigma& sigma, double scale, bool absolute) {
-  ReadingNoise noise{scale * sigma.length_m, scale * sigma.swivel_rad, scale * sigma.attitude_rad,
-                     scale * sigma.attitude_rad, scale * sigma.tension_N};
-  if (absolute) {
-    noise.absolute_yaw_rad = scale * sigma.absolute_yaw_rad;
-    noise.direct_length_m = scale * sigma.direct_length_m;
-    noise.position_m = scale * sigma.position_m;
-  }
+  ReadingNoise noise;
+  for_each_channel(
+      [&](const ChannelRow& channel, double& value) {
+        if (absolute || !channel.of().is_absolute()) value = scale * sigma.*channel.of().sigma;
+      },
+      noise);
   return noise;
 }
 
@@ -65,18 +66,15 @@ Measurement synthetic_measurement(const Robot& robot, const Pose& pose,
   m.roll_pitch_yaw_rad[0] += noise.roll_pitch_rad * random();
   m.roll_pitch_yaw_rad[1] += noise.roll_pitch_rad * random();
   m.roll_pitch_yaw_rad[2] += noise.yaw_rad * random();
-  if (std::isfinite(noise.absolute_yaw_rad)) {
-    m.absolute_yaw_rad = euler_from_rotation(state.rotation, robot.euler_convention)[2] +
-                         noise.absolute_yaw_rad * random();
-  }
-  if (std::isfinite(noise.direct_length_m)) {
-    m.direct_length_m = state.length_m();
-    for (double& v : m.direct_length_m) v += noise.direct_length_m * random();
-  }
-  if (std::isfinite(noise.position_m)) {
-    m.position_m = pose.position_m;
-    for (double& v : m.position_m) v += noise.position_m * random();
-  }
+  PoseEvaluation exact;
+  evaluate_pose(robot, m, pose, StaticsModel::none, {}, {}, false, exact);
+  for_each_absolute(
+      [&](const Sensor&, auto& reading, const auto& modelled, double sigma) {
+        if (!std::isfinite(sigma)) return;
+        reading = modelled;
+        for (double& v : numbers(reading)) v += sigma * random();
+      },
+      m, exact, noise);
   return m;
 }
 
@@ -148,9 +146,11 @@ SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& s
   log.tension_N.resize(samples, n);
   log.tension_setpoint_N.resize(samples, n);
   log.roll_pitch_yaw_rad.resize(samples, 3);
-  log.absolute_yaw_rad.resize(samples, std::isfinite(options.noise.absolute_yaw_rad) ? 1 : 0);
-  log.direct_length_m.resize(samples, std::isfinite(options.noise.direct_length_m) ? n : 0);
-  log.position_m.resize(samples, std::isfinite(options.noise.position_m) ? 3 : 0);
+  for_each_absolute(
+      [&](const Sensor& sensor, LogMatrix& values, double sigma) {
+        values.resize(samples, std::isfinite(sigma) ? sensor.columns_of(n) : 0);
+      },
+      log, options.noise);
   const std::vector<Vector6> wrench = disturbances(options, setpoints_N.size());
   std::optional<Pose> previous;
   for (Eigen::Index row = 0; row < samples; ++row) {
@@ -186,9 +186,13 @@ SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& s
     log.tension_N.row(row) = m.tension_N;
     log.tension_setpoint_N.row(row) = tension_N;
     log.roll_pitch_yaw_rad.row(row) = m.roll_pitch_yaw_rad;
-    if (log.absolute_yaw_rad.cols() > 0) log.absolute_yaw_rad(row, 0) = m.absolute_yaw_rad;
-    if (log.direct_length_m.cols() > 0) log.direct_length_m.row(row) = m.direct_length_m;
-    if (log.position_m.cols() > 0) log.position_m.row(row) = m.position_m;
+    for_each_absolute(
+        [&](const Sensor&, LogMatrix& values, auto& reading) {
+          for (Eigen::Index c = 0; c < values.cols(); ++c) {
+            values(row, c) = numbers(reading)[static_cast<std::size_t>(c)];
+          }
+        },
+        log, m);
   }
   return out;
 }

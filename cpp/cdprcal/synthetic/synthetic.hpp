@@ -26,16 +26,12 @@ class RandomNormal {
 };
 
 /// White noise of the readings, one σ. Zero: exact readings.
-struct ReadingNoise {
+struct ReadingNoise : AbsoluteFields<NumberOf> {  // NaN: there is no such sensor
   double length_m = 0.0;
   double swivel_rad = 0.0;
   double roll_pitch_rad = 0.0;
   double yaw_rad = 0.0;
   double tension_N = 0.0;
-  // Absolute sensors; NaN: there is none.
-  double absolute_yaw_rad = kNaN;
-  double direct_length_m = kNaN;
-  double position_m = kNaN;
 };
 /// The σ of a robot's sensors times `scale`; absolute sensors only if asked for.
 ReadingNoise reading_noise(const SensorSigma& sigma, double scale = 1.0, bool absolute = false);

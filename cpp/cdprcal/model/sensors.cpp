@@ -1,0 +1,57 @@
+#include "cdprcal/model/sensors.hpp"
+
+namespace cdprcal {
+
+// clang-format off
+constinit const std::array<Sensor, kLogGroups> kSensorTable{{
+    // name, unit, width, columns, σ and its key in the robot file, in words, what it reads
+    {"length", "m", kPerCable, {}, &SensorSigma::length_m, "length", "cable length", "relative"},
+    {"swivel", "rad", kPerCable, {}, &SensorSigma::swivel_rad, "swivel", "swivel angle", "relative"},
+    {"tension", "N", kPerCable, {}, &SensorSigma::tension_N, "tension", "cable tension", "load cells"},
+    {"roll_pitch_yaw", "rad", 3, {"roll", "pitch", "yaw"}, &SensorSigma::attitude_rad, "attitude",
+     "attitude", "in the sensor's Euler convention; yaw is relative"},
+    {"absolute_yaw", "rad", 1, {"absolute_yaw"}, &SensorSigma::absolute_yaw_rad, "absolute_yaw",
+     "absolute yaw", "yaw without an offset (compass, camera)"},
+    {"direct_length", "m", kPerCable, {}, &SensorSigma::direct_length_m, "direct_length",
+     "direct length", "whole cable lengths, arc included (laser, tape)"},
+    {"position", "m", 3, {"position_x", "position_y", "position_z"}, &SensorSigma::position_m,
+     "position", "position", "of P in the world (tracker)"},
+    {"tension_setpoint", "N", kPerCable, {}, nullptr, "", "tension set-point",
+     "what the tensions were told to be"},
+}};
+
+constinit const std::array<ChannelRow, kChannels> kChannelTable{{
+    // name, field of the rms, sensor, its columns, offset, in tables, in sentences, with its article
+    {"length", "length_m", 0, 0, kMaxCables, true, "length", "lengths", "the cable lengths"},
+    {"swivel", "swivel_rad", 1, 0, kMaxCables, true, "swivel angle", "swivel angles", "the swivel angles"},
+    {"roll_pitch", "roll_pitch_rad", 3, 0, 2, false, "roll, pitch", "roll and pitch", "roll and pitch"},
+    {"yaw", "yaw_rad", 3, 2, 1, true, "yaw", "yaw", "the yaw changes"},
+    {"balance", "tension_N", 2, 0, kMaxCables, false, "tension", "tensions", "the balance of forces and moments"},
+    {"absolute_yaw", "absolute_yaw_rad", 4, 0, 1, false, "absolute yaw", "absolute yaw", "the absolute yaw"},
+    {"direct_length", "direct_length_m", 5, 0, kMaxCables, false, "whole length", "direct lengths", "the direct lengths"},
+    {"position", "position_m", 6, 0, 3, false, "position", "position", "the measured position"},
+}};
+// clang-format on
+
+bool Sensor::is_absolute() const {
+  const auto row = this - kSensorTable.data();
+  return row >= kSensors - kAbsoluteSensors && row < kSensors;
+}
+
+std::string Sensor::field() const { return std::string(name) + "_" + unit; }
+
+std::string Sensor::column(int index) const {
+  const std::string stem = width == kPerCable
+                               ? std::string(name) + "_" + std::to_string(index + 1)
+                               : std::string(columns[static_cast<std::size_t>(index)]);
+  return stem + "_" + unit;
+}
+
+std::string Sensor::sigma_field() const { return std::string(sigma_name) + "_" + unit; }
+
+const char* to_string(Channel channel) {
+  const auto index = static_cast<std::size_t>(channel);
+  return index < kChannelTable.size() ? kChannelTable[index].name : "unknown";
+}
+
+}  // namespace cdprcal
