@@ -10,22 +10,14 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
+from cdprcal.sensors import ABSOLUTE, CHANNELS, SENSORS
 
+#: Fields of residual_rms that are always there.
 _RMS = (
-    "length_m",
-    "swivel_rad",
-    "roll_pitch_rad",
-    "yaw_rad",
-    "tension_N",
+    *(channel.rms_field for channel in CHANNELS.values() if channel.name not in ABSOLUTE),
     "wrench_force_N",
     "wrench_moment_Nm",
 )
-#: Channels of sensors that few robots have, and their residuals.
-EXTRA = {
-    "absolute_yaw": "absolute_yaw_rad",
-    "direct_length": "direct_length_m",
-    "position": "position_m",
-}
 
 
 def strict_json(document: Any) -> str:
@@ -38,10 +30,12 @@ def number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def numbers(values: Any) -> list[Any]:
-    """An array of any shape as nested lists of finite floats or None."""
+def numbers(values: Any) -> Any:
+    """An array of any shape as nested lists of finite floats or None; a number as itself."""
     array = np.asarray(values, dtype=float)
-    if array.ndim <= 1:
+    if array.ndim == 0:
+        return number(float(array))
+    if array.ndim == 1:
         return [number(value) for value in array.tolist()]
     return [numbers(row) for row in array]
 
@@ -80,7 +74,8 @@ def calibration_as_dict(robot: _core.Robot, calibration: _core.Calibration) -> d
         "noise": {
             name: {"pose": number(level.pose), "sample": number(level.sample)}
             for name, level in calibration.problem.noise.channels.items()
-            if name not in EXTRA or number(getattr(result.residual_rms, EXTRA[name])) is not None
+            if name not in ABSOLUTE
+            or number(getattr(result.residual_rms, ABSOLUTE[name].rms_field)) is not None
         },
         "gated": [
             {
@@ -101,7 +96,7 @@ def calibration_as_dict(robot: _core.Robot, calibration: _core.Calibration) -> d
 def _rms(rms: _core.ResidualRms) -> dict[str, float | None]:
     document = {name: number(getattr(rms, name)) for name in _RMS}
     # Sensors that few robots have: only where they read something.
-    extra = {name: number(getattr(rms, name)) for name in EXTRA.values()}
+    extra = {c.rms_field: number(getattr(rms, c.rms_field)) for c in ABSOLUTE.values()}
     return document | {name: value for name, value in extra.items() if value is not None}
 
 
@@ -126,17 +121,13 @@ def residual_as_dict(residual: _core.PoseResidual) -> dict[str, Any]:
 
     Channels of sensors that few robots have are there where something was read.
     """
-    extra: dict[str, Any] = {}
-    if math.isfinite(residual.absolute_yaw_rad):
-        extra["absolute_yaw_rad"] = number(residual.absolute_yaw_rad)
-    if np.isfinite(residual.direct_length_m).any():
-        extra["direct_length_m"] = numbers(residual.direct_length_m)
-    if np.isfinite(residual.position_m).any():
-        extra["position_m"] = numbers(residual.position_m)
+    read = {field: getattr(residual, field) for field in SENSORS}
     return {
-        "length_m": numbers(residual.length_m),
-        "swivel_rad": numbers(residual.swivel_rad),
-        "tension_N": numbers(residual.tension_N),
-        "roll_pitch_yaw_rad": numbers(residual.roll_pitch_yaw_rad),
+        **{field: numbers(read[field]) for field in SENSORS if not SENSORS[field].is_absolute},
         "wrench": numbers(residual.wrench),
-    } | extra
+        **{
+            field: numbers(read[field])
+            for field in SENSORS
+            if SENSORS[field].is_absolute and np.isfinite(read[field]).any()
+        },
+    }

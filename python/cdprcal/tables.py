@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from cdprcal import sensors
 from cdprcal.findings import Finding
 
 _STYLE = {"error": "bold red", "warning": "yellow", "info": "cyan"}
@@ -137,15 +138,7 @@ def print_calibration(document: dict[str, Any], sigma: dict[str, float]) -> None
 def sigma_of(robot: object) -> dict[str, float]:
     """The robot's sigma by channel, in SI units."""
     sigma = getattr(robot, "sigma")  # noqa: B009
-    names = (
-        "length_m",
-        "swivel_rad",
-        "attitude_rad",
-        "tension_N",
-        "absolute_yaw_rad",
-        "direct_length_m",
-        "position_m",
-    )
+    names = [sensor.sigma_field for sensor in sensors.SENSORS.values() if sensor.sigma_field]
     return {name: getattr(sigma, name) for name in names}
 
 
@@ -165,15 +158,12 @@ def gated_line(gated: dict[str, Any]) -> str:
 
 def _reading_name(channel: str, component: int) -> str:
     """A reading in words; ``component`` is the cable or the axis, from 0."""
-    if channel in ("length", "swivel", "direct_length"):
-        return f"{channel.replace('_', ' ')} {component + 1}"
-    if channel == "roll_pitch":
-        return ("roll", "pitch", "yaw")[component]
-    if channel == "position":
-        return f"position {'xyz'[component]}"
     if channel == "balance":
         return "the balance of the tensions"
-    return channel.replace("_", " ")
+    row = sensors.CHANNELS[channel]
+    if row.count == 1:
+        return channel.replace("_", " ")
+    return row.sensor.column(component).rpartition("_")[0].replace("_", " ")
 
 
 def plain_table(*headers: str) -> Table:
@@ -207,18 +197,23 @@ def _cable_table(document: dict[str, Any]) -> Table:
     return table
 
 
+_UNITS = {"m": ("mm", 1e3), "rad": ("deg", math.degrees(1)), "N": ("N", 1.0)}
+
+
+def _rms_rows(*, absolute: bool) -> dict[str, tuple[str, str, float, str | None]]:
+    return {
+        c.rms_field: (c.label, *_UNITS[c.sensor.unit], c.sensor.sigma_field)
+        for c in sensors.CHANNELS.values()
+        if c.sensor.is_absolute == absolute
+    }
+
+
 #: Channel of residual_rms → name for people, unit, factor from SI, key of sigma.
 CHANNELS = {
-    "length_m": ("length", "mm", 1e3, "length_m"),
-    "swivel_rad": ("swivel angle", "deg", math.degrees(1), "swivel_rad"),
-    "roll_pitch_rad": ("roll, pitch", "deg", math.degrees(1), "attitude_rad"),
-    "yaw_rad": ("yaw", "deg", math.degrees(1), "attitude_rad"),
-    "tension_N": ("tension", "N", 1.0, "tension_N"),
+    **_rms_rows(absolute=False),
     "wrench_force_N": ("balance, force", "N", 1.0, None),
     "wrench_moment_Nm": ("balance, moment", "Nm", 1.0, None),
-    "absolute_yaw_rad": ("absolute yaw", "deg", math.degrees(1), "absolute_yaw_rad"),
-    "direct_length_m": ("whole length", "mm", 1e3, "direct_length_m"),
-    "position_m": ("position", "mm", 1e3, "position_m"),
+    **_rms_rows(absolute=True),
 }
 
 

@@ -8,7 +8,8 @@ from scipy.stats import chi2
 
 import cdprcal
 from cdprcal import CalibrateOptions, CalibrationStatus, Method
-from cdprcal.cli.generate import SENSORS, with_sensors
+from cdprcal.cli.generate import with_sensors
+from cdprcal.sensors import OPTIONS as SENSORS
 from robots import polygon_robot
 
 #: No honest error is this large (Mahalanobis², six degrees of freedom).

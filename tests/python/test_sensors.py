@@ -13,8 +13,9 @@ from scipy.stats import chi2
 
 import cdprcal
 from cdprcal import CalibrateOptions, CalibrationStatus, InputError, Method
-from cdprcal.cli.generate import SENSORS, with_sensors
+from cdprcal.cli.generate import with_sensors
 from cdprcal.io import load_log, save_log
+from cdprcal.sensors import OPTIONS as SENSORS
 from conftest import TABLE_II_TENSIONS_N, Ran, changed
 
 ABSOLUTE = ("absolute_yaw_rad", "direct_length_m", "position_m")

@@ -6,16 +6,13 @@ import numpy as np
 
 from cdprcal import _core
 from cdprcal.check.subject import (
-    GROUPS,
-    OPTIONAL,
-    PLATFORM_WIDTH,
     Channel,
     Floats,
     Subject,
-    channel_name,
     duration_s,
     stretches,
 )
+from cdprcal.sensors import SENSORS, columns_of
 
 _WITHOUT = {
     "length_m": "the pose rests on swivel angles, attitude and tensions alone",
@@ -31,29 +28,27 @@ _FEWEST_REPEATS = 10
 def check_presence(subject: Subject) -> None:
     """Whole groups and single channels without a reading in the run, and dropouts."""
     present = {}
-    for group, (what, _) in GROUPS.items():
+    for group, sensor in SENSORS.items():
         matrix: Floats = getattr(subject.log, group)[subject.run]
-        width = PLATFORM_WIDTH.get(group, subject.robot.cable_count)
         read = np.isfinite(matrix)
         present[group] = bool(read.any())
-        if not present[group] and group in OPTIONAL:
+        if not present[group] and sensor.is_absolute:
             continue
         if not present[group]:
             subject.add(
                 "warning",
                 "missing_sensor",
-                f"no {what} was read in the run",
+                f"no {sensor.in_words} was read in the run",
                 _WITHOUT[group],
                 begin=0,
                 end=subject.time_s.size,
                 channel=group,
             )
             continue
-        for i in range(width):
-            _check_channel(
-                subject, channel_name(group, i), read[:, i] if i < read.shape[1] else None
-            )
-    if not any(present[group] for group in ("length_m", "swivel_rad", *sorted(OPTIONAL))):
+        for i, name in enumerate(columns_of(sensor, subject.robot.cable_count)):
+            _check_channel(subject, name, read[:, i] if i < read.shape[1] else None)
+    absolute = [group for group, sensor in SENSORS.items() if sensor.is_absolute]
+    if not any(present[group] for group in ("length_m", "swivel_rad", *absolute)):
         subject.add(
             "error",
             "missing_sensor",

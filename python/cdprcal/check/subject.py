@@ -12,28 +12,10 @@ from numpy.typing import NDArray
 from cdprcal import _core
 from cdprcal.findings import Finding, Severity
 from cdprcal.io import LogFile
+from cdprcal.sensors import SENSORS
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-
-#: Attribute of a log, what people call it, and the robot's sigma for it.
-GROUPS = {
-    "length_m": ("cable length", "length_m"),
-    "swivel_rad": ("swivel angle", "swivel_rad"),
-    "tension_N": ("cable tension", "tension_N"),
-    "roll_pitch_yaw_rad": ("attitude", "attitude_rad"),
-    "absolute_yaw_rad": ("absolute yaw", "absolute_yaw_rad"),
-    "direct_length_m": ("direct length", "direct_length_m"),
-    "position_m": ("position", "position_m"),
-}
-#: Groups that not every robot has: their absence is no finding.
-OPTIONAL = frozenset({"absolute_yaw_rad", "direct_length_m", "position_m"})
-_PLATFORM_NAMES = {
-    "roll_pitch_yaw_rad": ("roll_rad", "pitch_rad", "yaw_rad"),
-    "absolute_yaw_rad": ("absolute_yaw_rad",),
-    "position_m": ("position_x_m", "position_y_m", "position_z_m"),
-}
-PLATFORM_WIDTH = {group: len(names) for group, names in _PLATFORM_NAMES.items()}
 
 
 @dataclass(frozen=True)
@@ -84,11 +66,11 @@ class Subject:
         return float(np.median(np.diff(self.time_s))) if self.time_s.size > 1 else float("nan")
 
     def _channels(self) -> Iterator[Channel]:
-        for group, (_, sigma_name) in GROUPS.items():
+        for group, sensor in SENSORS.items():
             matrix: Floats = getattr(self.log, group)
-            sigma = float(getattr(self.robot.sigma, sigma_name))
+            sigma = float(getattr(self.robot.sigma, sensor.sigma_field or ""))
             for i in range(matrix.shape[1]):
-                yield Channel(group, channel_name(group, i), matrix[self.run, i], sigma)
+                yield Channel(group, sensor.column(i), matrix[self.run, i], sigma)
 
     def add(
         self,
@@ -116,14 +98,6 @@ class Subject:
                 channel=channel,
             )
         )
-
-
-def channel_name(group: str, index: int) -> str:
-    """The canonical column: ('length_m', 0) is length_1_m."""
-    if group in _PLATFORM_NAMES:
-        return _PLATFORM_NAMES[group][index]
-    stem, unit = group.rsplit("_", 1)
-    return f"{stem}_{index + 1}_{unit}"
 
 
 def stretches(flags: Flags, at_least: int = 1) -> list[tuple[int, int]]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdprcal.check.subject import Channel, Flags, Subject, channel_name, duration_s, stretches
+from cdprcal.check.subject import Channel, Flags, Subject, duration_s, stretches
+from cdprcal.sensors import LOG_GROUPS
 
 #: A cable counts as slack below this share of the least tension that the robot allows, …
 _SLACK_SHARE = 0.5
@@ -130,7 +131,7 @@ def _check_setpoints(subject: Subject) -> None:
                 setpoints[:, i] > robot.tension_max_N
             )
         if places := stretches(flags):
-            name = channel_name("tension_setpoint_N", i)
+            name = LOG_GROUPS["tension_setpoint_N"].column(i)
             subject.add(
                 "warning",
                 "setpoint_outside_limits",

@@ -82,26 +82,16 @@ def command(
     )
 
 
-SENSORS = {
-    "lengths": "length_m",
-    "swivels": "swivel_rad",
-    "tensions": "tension_N",
-    "attitude": "roll_pitch_yaw_rad",
-    "absolute-yaw": "absolute_yaw_rad",
-    "direct-lengths": "direct_length_m",
-    "position": "position_m",
-}
-
-
 def parse_sensors(text: str) -> set[str]:
     """'lengths,swivels' → the groups of a Log. Raises InputError."""
     from cdprcal._core import InputError
+    from cdprcal.sensors import OPTIONS
 
     names = [name.strip() for name in text.split(",")]
     for name in names:
-        if name not in SENSORS:
-            raise InputError(f"--sensors: {name!r} is not one of {', '.join(SENSORS)}")
-    return {SENSORS[name] for name in names}
+        if name not in OPTIONS:
+            raise InputError(f"--sensors: {name!r} is not one of {', '.join(OPTIONS)}")
+    return {OPTIONS[name] for name in names}
 
 
 def with_sensors(log: _core.Log, groups: set[str]) -> _core.Log:

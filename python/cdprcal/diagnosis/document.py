@@ -9,7 +9,8 @@ import numpy as np
 from cdprcal import _core
 from cdprcal.diagnosis.shapes import value_shape
 from cdprcal.diagnosis.units import GAP_CHANNELS
-from cdprcal.results import EXTRA, number, numbers, pose_as_dict, residual_as_dict
+from cdprcal.results import number, numbers, pose_as_dict, residual_as_dict
+from cdprcal.sensors import ABSOLUTE
 
 
 def diagnosis_as_dict(diagnosis: _core.Diagnosis, robot: _core.Robot) -> dict[str, Any]:
@@ -82,10 +83,11 @@ def _ripple(diagnosis: _core.Diagnosis) -> dict[str, float | None]:
     scale = {"tension_N": diagnosis.corrected.sigma.tension_N}
     levels = zip(GAP_CHANNELS, diagnosis.baseline.floor, strict=False)
     read = {gap.channel for gap in diagnosis.gap}
+    few_have = {channel.rms_field for channel in ABSOLUTE.values()}
     return {
         channel: number(level * scale.get(channel, 1.0))
         for channel, level in levels
-        if channel in read or channel not in EXTRA.values()
+        if channel in read or channel not in few_have
     }
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from cdprcal.sensors import CHANNELS
+
 _DEGREE = math.degrees(1.0)
 
 #: Unit of the catalogue → unit for people and factor to it.
@@ -17,16 +19,11 @@ _FOR_PEOPLE = {
     "s": ("ms", 1e3),
 }
 
+_UNITS = {"m": ("mm", 1e3), "rad": ("°", _DEGREE), "N": ("N", 1.0)}
 #: Channel of the gap → name for people, unit, factor to it; in the order of the model's noise.
 GAP_CHANNELS = {
-    "length_m": ("length", "mm", 1e3),
-    "swivel_rad": ("swivel", "°", _DEGREE),
-    "roll_pitch_rad": ("roll, pitch", "°", _DEGREE),
-    "yaw_rad": ("yaw", "°", _DEGREE),
-    "tension_N": ("tension", "N", 1.0),
-    "absolute_yaw_rad": ("absolute yaw", "°", _DEGREE),
-    "direct_length_m": ("whole length", "mm", 1e3),
-    "position_m": ("position", "mm", 1e3),
+    channel.rms_field: (channel.label.removesuffix(" angle"), *_UNITS[channel.sensor.unit])
+    for channel in CHANNELS.values()
 }
 
 

@@ -20,6 +20,7 @@ import numpy as np
 from cdprcal._core import InputError, RobotSample
 from cdprcal.io.acquisition_inputs import AcquisitionInputs, as_comments, media_type
 from cdprcal.io.files import reason
+from cdprcal.sensors import LOG_GROUPS, columns_of
 
 EVENT_TOPIC = "/cdprcal/event"
 _SYNC_S = 0.5
@@ -83,10 +84,8 @@ def open_live_log(
 
 def canonical_columns(cable_count: int) -> list[str]:
     """Names of the columns after time_s, in the order of ``_numbers``."""
-    cables = range(1, cable_count + 1)
-    groups = (("length", "m"), ("swivel", "rad"), ("tension", "N"), ("tension_setpoint", "N"))
-    names = [f"{stem}_{i}_{unit}" for stem, unit in groups for i in cables]
-    return [*names, "roll_rad", "pitch_rad", "yaw_rad"]
+    groups = ("length_m", "swivel_rad", "tension_N", "tension_setpoint_N", "roll_pitch_yaw_rad")
+    return [name for group in groups for name in columns_of(LOG_GROUPS[group], cable_count)]
 
 
 def _numbers(sample: RobotSample, setpoint_N: Any, cable_count: int) -> list[float]:

@@ -25,24 +25,21 @@ from cdprcal.findings import Finding
 from cdprcal.io.files import shown_path, shown_text
 from cdprcal.io.loaded import LogFile
 from cdprcal.io.mcap_records import CutError, DamagedError, blocks, inside
+from cdprcal.sensors import LOG_GROUPS, columns_of
 
 TOPIC = "/cdprcal/sample"
 SAMPLE_SCHEMA = "cdprcal.Sample"
 _JSON = "json"
 #: Small chunks: a file that is cut loses at most this much (uncompressed bytes).
 _CHUNK_BYTES = 32 * 1024
-_GROUPS = {
-    "length_m": re.compile(r"length_([1-8])_m"),
-    "swivel_rad": re.compile(r"swivel_([1-8])_rad"),
-    "tension_N": re.compile(r"tension_([1-8])_N"),
-    "tension_setpoint_N": re.compile(r"tension_setpoint_([1-8])_N"),
-    "direct_length_m": re.compile(r"direct_length_([1-8])_m"),
+#: What is read one a cable, and how its columns look; then what is of the platform.
+_PER_CABLE = {
+    field: re.compile(f"{group.name}_([1-8])_{group.unit}")
+    for field, group in LOG_GROUPS.items()
+    if group.is_per_cable
 }
-#: Of the platform, whatever the number of cables.
 _PLATFORM = {
-    "roll_pitch_yaw_rad": ("roll_rad", "pitch_rad", "yaw_rad"),
-    "absolute_yaw_rad": ("absolute_yaw_rad",),
-    "position_m": ("position_x_m", "position_y_m", "position_z_m"),
+    field: columns_of(group, 0) for field, group in LOG_GROUPS.items() if not group.is_per_cable
 }
 _PLATFORM_NAMES = frozenset(name for names in _PLATFORM.values() for name in names)
 
@@ -101,10 +98,9 @@ def parse_mcap_log(data: bytes, path: Path) -> LogFile:
     # A sensor that never answered has no key: the other groups know how many cables there are.
     places = [place for key in columns if (place := _group_of(key))]
     cables = max((cable for _, cable in places), default=0)
-    groups: dict[str, Floats | None] = dict.fromkeys([*_GROUPS, *_PLATFORM])
+    groups: dict[str, Any] = dict.fromkeys(LOG_GROUPS)
     for group in {group for group, _ in places}:
-        stem, unit = group.rsplit("_", 1)
-        groups[group] = table([f"{stem}_{i + 1}_{unit}" for i in range(cables)])
+        groups[group] = table(columns_of(LOG_GROUPS[group], cables))
     for group, names in _PLATFORM.items():
         if columns.keys() & set(names):
             groups[group] = table(names)
@@ -284,7 +280,7 @@ def _is_column(key: str) -> bool:
 
 @lru_cache(maxsize=1024)
 def _group_of(key: str) -> tuple[str, int] | None:
-    for group, pattern in _GROUPS.items():
+    for group, pattern in _PER_CABLE.items():
         if match := pattern.fullmatch(key):
             return group, int(match[1])
     return None
@@ -294,15 +290,10 @@ def _table(log: Log) -> tuple[list[str], Floats]:
     """Canonical column names without time_s, and their values [N, columns]."""
     names: list[str] = []
     values: list[Floats] = []
-    for group in _GROUPS:
+    for group in (*_PER_CABLE, *_PLATFORM):
         matrix: Floats = getattr(log, group)
-        stem, unit = group.rsplit("_", 1)
-        names += [f"{stem}_{i + 1}_{unit}" for i in range(matrix.shape[1])]
-        values.append(matrix)
-    for group, columns in _PLATFORM.items():
-        matrix = getattr(log, group)
         if matrix.shape[1]:
-            names += columns
+            names += columns_of(LOG_GROUPS[group], matrix.shape[1])
             values.append(matrix)
     return names, np.hstack(values)
 

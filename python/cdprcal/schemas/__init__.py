@@ -7,6 +7,7 @@ from importlib import resources
 from typing import Any
 
 from cdprcal._core import InputError
+from cdprcal.sensors import ABSOLUTE
 
 #: Definitions that are whole documents; the others are parts of them.
 DOCUMENTS = (
@@ -30,7 +31,7 @@ def schema(name: str) -> dict[str, Any]:
     if name not in DOCUMENTS:
         raise InputError(f"no schema {name!r}; give one of {', '.join(DOCUMENTS)}")
     text = resources.files(__name__).joinpath("documents.schema.json").read_text(encoding="utf-8")
-    everything = json.loads(text)
+    everything = json.loads(text, object_hook=_with_absolute)
     definitions: dict[str, Any] = everything["$defs"]
     needed = _reachable(definitions, name)
     root = dict(definitions[name])
@@ -40,6 +41,26 @@ def schema(name: str) -> dict[str, Any]:
         **root,
         "$defs": {key: definitions[key] for key in sorted(needed)},
     }
+
+
+def _with_absolute(part: dict[str, Any]) -> dict[str, Any]:
+    """A part of a schema; where its comment says so, with the properties of absolute sensors."""
+    kind = part.get("$comment")
+    if kind in ("absolute: rms", "absolute: residual"):
+        del part["$comment"]
+        for channel in ABSOLUTE.values():
+            sensor = channel.sensor
+            one: dict[str, Any] = {"type": ["number", "null"]}
+            if kind == "absolute: rms":
+                part["properties"][channel.rms_field] = {"type": "number"}
+            elif sensor.is_per_cable:
+                part["properties"][sensor.field] = {"$ref": "#/$defs/per_cable"}
+            else:
+                width = sensor.columns_of(0)
+                many = {"type": "array", "items": one, "minItems": width, "maxItems": width}
+                about = {"description": f"[{sensor.unit}]; absent where nothing reads it."}
+                part["properties"][sensor.field] = (one if width == 1 else many) | about
+    return part
 
 
 def _reachable(definitions: dict[str, Any], name: str) -> set[str]:
