@@ -3,7 +3,7 @@
 namespace cdprcal {
 
 // clang-format off
-constinit const std::array<Sensor, kLogGroups> kSensorTable{{
+constexpr std::array<Sensor, kLogGroups> kSensorTable{{
     // name, unit, width, columns, σ and its key in the robot file, in words, what it reads
     {"length", "m", kPerCable, {}, &SensorSigma::length_m, "length", "cable length", "relative"},
     {"swivel", "rad", kPerCable, {}, &SensorSigma::swivel_rad, "swivel", "swivel angle", "relative"},
@@ -20,7 +20,7 @@ constinit const std::array<Sensor, kLogGroups> kSensorTable{{
      "what the tensions were told to be"},
 }};
 
-constinit const std::array<ChannelRow, kChannels> kChannelTable{{
+constexpr std::array<ChannelRow, kChannels> kChannelTable{{
     // name, field of the rms, sensor, its columns, offset, in tables, in sentences, with its article
     {"length", "length_m", 0, 0, kMaxCables, true, "length", "lengths", "the cable lengths"},
     {"swivel", "swivel_rad", 1, 0, kMaxCables, true, "swivel angle", "swivel angles", "the swivel angles"},
@@ -32,6 +32,7 @@ constinit const std::array<ChannelRow, kChannels> kChannelTable{{
     {"position", "position_m", 6, 0, 3, false, "position", "position", "the measured position"},
 }};
 // clang-format on
+static_assert(kSensorTable.back().name && kChannelTable.back().name, "a row is missing");
 
 bool Sensor::is_absolute() const {
   const auto row = this - kSensorTable.data();
