@@ -22,7 +22,7 @@ void register_table(py::module_& module) {
       .def_readonly("name", &Sensor::name, "'position'.")
       .def_readonly("unit", &Sensor::unit, "m, rad or N.")
       .def_property_readonly(
-          "is_per_cable", [](const Sensor& s) { return s.width == kPerCable; },
+          "is_per_cable", [](const Sensor& s) { return s.width == kOneACable; },
           "One reading a cable; otherwise one or three of the platform.")
       .def_property_readonly("is_angle", &Sensor::is_angle)
       .def_property_readonly("is_absolute", &Sensor::is_absolute,

@@ -8,7 +8,7 @@ namespace cdprcal::python {
 
 /// "[n] [m]: whole cable lengths …", `samples` before the shape ("N, ") if there are many.
 inline std::string describe(const Sensor& sensor, const std::string& samples = "") {
-  const std::string width = sensor.width == kPerCable ? "n" : std::to_string(sensor.width);
+  const std::string width = sensor.width == kOneACable ? "n" : std::to_string(sensor.width);
   const std::string shape =
       samples.empty() ? "[" + width + "]" : "[" + samples + width + "] or [" + samples + "0]";
   return shape + " [" + sensor.unit + "]: " + sensor.about + ".";

@@ -15,33 +15,6 @@ RunRows::RunRows(const Robot& robot, RunReadings readings,
 
 namespace {
 
-/// The readings of a channel at a pose; empty: it has none.
-Eigen::Map<const Eigen::VectorXd> readings_of(const Measurement& m, Channel channel) {
-  const auto all = [](const auto& values, Eigen::Index first = 0, Eigen::Index count = -1) {
-    return Eigen::Map<const Eigen::VectorXd>(values.data() + first,
-                                             count < 0 ? values.size() : count);
-  };
-  switch (channel) {
-    case Channel::length:
-      return all(m.length_m);
-    case Channel::swivel:
-      return all(m.swivel_rad);
-    case Channel::roll_pitch:
-      return all(m.roll_pitch_yaw_rad, 0, 2);
-    case Channel::yaw:
-      return all(m.roll_pitch_yaw_rad, 2, 1);
-    case Channel::balance:
-      return all(m.tension_N);
-    case Channel::absolute_yaw:
-      return {&m.absolute_yaw_rad, 1};
-    case Channel::direct_length:
-      return all(m.direct_length_m);
-    case Channel::position:
-      return all(m.position_m);
-  }
-  return {nullptr, 0};
-}
-
 bool is_angle(Channel channel) {
   return channel == Channel::swivel || channel == Channel::roll_pitch || channel == Channel::yaw ||
          channel == Channel::absolute_yaw;

@@ -5,18 +5,18 @@ namespace cdprcal {
 // clang-format off
 constexpr std::array<Sensor, kLogGroups> kSensorTable{{
     // name, unit, width, columns, σ and its key in the robot file, in words, what it reads
-    {"length", "m", kPerCable, {}, &SensorSigma::length_m, "length", "cable length", "relative"},
-    {"swivel", "rad", kPerCable, {}, &SensorSigma::swivel_rad, "swivel", "swivel angle", "relative"},
-    {"tension", "N", kPerCable, {}, &SensorSigma::tension_N, "tension", "cable tension", "load cells"},
+    {"length", "m", kOneACable, {}, &SensorSigma::length_m, "length", "cable length", "relative"},
+    {"swivel", "rad", kOneACable, {}, &SensorSigma::swivel_rad, "swivel", "swivel angle", "relative"},
+    {"tension", "N", kOneACable, {}, &SensorSigma::tension_N, "tension", "cable tension", "load cells"},
     {"roll_pitch_yaw", "rad", 3, {"roll", "pitch", "yaw"}, &SensorSigma::attitude_rad, "attitude",
      "attitude", "in the sensor's Euler convention; yaw is relative"},
     {"absolute_yaw", "rad", 1, {"absolute_yaw"}, &SensorSigma::absolute_yaw_rad, "absolute_yaw",
      "absolute yaw", "yaw without an offset (compass, camera)"},
-    {"direct_length", "m", kPerCable, {}, &SensorSigma::direct_length_m, "direct_length",
+    {"direct_length", "m", kOneACable, {}, &SensorSigma::direct_length_m, "direct_length",
      "direct length", "whole cable lengths, arc included (laser, tape)"},
     {"position", "m", 3, {"position_x", "position_y", "position_z"}, &SensorSigma::position_m,
      "position", "position", "of P in the world (tracker)"},
-    {"tension_setpoint", "N", kPerCable, {}, nullptr, "", "tension set-point",
+    {"tension_setpoint", "N", kOneACable, {}, nullptr, "", "tension set-point",
      "what the tensions were told to be"},
 }};
 
@@ -42,7 +42,7 @@ bool Sensor::is_absolute() const {
 std::string Sensor::field() const { return std::string(name) + "_" + unit; }
 
 std::string Sensor::column(int index) const {
-  const std::string stem = width == kPerCable
+  const std::string stem = width == kOneACable
                                ? std::string(name) + "_" + std::to_string(index + 1)
                                : std::string(columns[static_cast<std::size_t>(index)]);
   return stem + "_" + unit;

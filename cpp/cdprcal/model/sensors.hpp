@@ -28,7 +28,7 @@ inline constexpr int kChannels = 8;
 inline constexpr int kPaperChannels = 5;
 
 /// Width of a sensor that reads one number a cable.
-inline constexpr int kPerCable = 0;
+inline constexpr int kOneACable = 0;
 
 // What there is one of for each sensor, by the sensor's width.
 template <int width>
@@ -36,10 +36,10 @@ using NumberOf = double;  ///< a σ, an rms
 template <int width>
 using ReadingOf =  ///< what it reads at one pose
     std::conditional_t<width == 1, double,
-                       std::conditional_t<width == kPerCable, CableVector, Vector3>>;
+                       std::conditional_t<width == kOneACable, CableVector, Vector3>>;
 template <int width>
 using JacobianOf =  ///< derivative of that by the platform's twist
-    std::conditional_t<width == kPerCable, CableJacobian, Eigen::Matrix<double, width, 6>>;
+    std::conditional_t<width == kOneACable, CableJacobian, Eigen::Matrix<double, width, 6>>;
 
 /// NaN where the size is known, otherwise empty.
 template <class T>
@@ -68,7 +68,7 @@ auto numbers(T& field) {
 template <template <int width> class Of>
 struct AbsoluteFields {
   Of<1> absolute_yaw_rad = absent<Of<1>>();                 ///< compass, camera
-  Of<kPerCable> direct_length_m = absent<Of<kPerCable>>();  ///< whole lengths: laser, tape
+  Of<kOneACable> direct_length_m = absent<Of<kOneACable>>();  ///< whole lengths: laser, tape
   Of<3> position_m = absent<Of<3>>();                       ///< of P in the world: tracker
 };
 
@@ -90,8 +90,8 @@ struct SensorSigma : AbsoluteFields<NumberOf> {
 struct Sensor {
   const char* name;                    ///< "direct_length"
   const char* unit;                    ///< SI: m, rad, N
-  int width;                           ///< readings at one pose: kPerCable, 1 or 3
-  std::array<const char*, 3> columns;  ///< what a log calls them, without unit; kPerCable: none
+  int width;                           ///< readings at one pose: kOneACable, 1 or 3
+  std::array<const char*, 3> columns;  ///< what a log calls them, without unit; kOneACable: none
   double SensorSigma::* sigma;         ///< its σ; none: it is told, not read
   const char* sigma_name;              ///< of that in the robot file, without unit
   const char* in_words;                ///< "direct length"
@@ -100,7 +100,7 @@ struct Sensor {
   [[nodiscard]] bool is_angle() const { return unit[0] == 'r'; }
   [[nodiscard]] bool is_absolute() const;  ///< one that few robots have, in AbsoluteFields
   [[nodiscard]] int columns_of(int cable_count) const {
-    return width == kPerCable ? cable_count : width;
+    return width == kOneACable ? cable_count : width;
   }
   [[nodiscard]] std::string field() const;            ///< of Log, Measurement…: "direct_length_m"
   [[nodiscard]] std::string column(int index) const;  ///< "direct_length_1_m", "position_x_m"

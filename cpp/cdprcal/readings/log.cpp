@@ -226,7 +226,7 @@ std::array<const LogMatrix*, kLogGroups> Log::groups() const {
 int Log::cable_count() const {
   Index widest = 0;
   for (std::size_t g = 0; g < kLogGroups; ++g) {
-    if (kSensorTable[g].width == kPerCable) widest = std::max(widest, groups()[g]->cols());
+    if (kSensorTable[g].width == kOneACable) widest = std::max(widest, groups()[g]->cols());
   }
   return static_cast<int>(widest);
 }
@@ -300,7 +300,7 @@ void validate(const Log& log) {
       throw InputError(source + ": " + name + ": has shape " + std::to_string(matrix.rows()) + "×" +
                        std::to_string(matrix.cols()) + ", expected " + std::to_string(samples) +
                        "×" + std::to_string(width) + " (samples × " +
-                       (sensor.width == kPerCable ? "cables" : "components") +
+                       (sensor.width == kOneACable ? "cables" : "components") +
                        "); give it that shape");
     }
     if (matrix.array().isInf().any()) {

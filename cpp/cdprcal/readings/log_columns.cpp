@@ -12,14 +12,14 @@ namespace {
 
 using Eigen::Index;
 bool is_of_cables(const LogColumn& c) {
-  return !c.is_time() && kSensorTable[c.group].width == kPerCable;
+  return !c.is_time() && kSensorTable[c.group].width == kOneACable;
 }
 
 /// "length_1_m, …(one a cable), roll_rad, …": the names to choose from, those of cables first.
 std::string known_columns() {
   std::string of_cables, of_platform;
   for (const Sensor& sensor : kSensorTable) {
-    std::string& names = sensor.width == kPerCable ? of_cables : of_platform;
+    std::string& names = sensor.width == kOneACable ? of_cables : of_platform;
     for (int i = 0; i < std::max(1, sensor.width); ++i) names += ", " + sensor.column(i);
   }
   return "time_s" + of_cables + " (…one a cable)" + of_platform;
@@ -41,7 +41,7 @@ LogColumn parse_column(std::string_view name, const std::string& place) {
     }
     const std::string before = std::string(sensor.name) + "_",
                       after = std::string("_") + sensor.unit;
-    if (sensor.width != kPerCable || name.size() <= before.size() + after.size() ||
+    if (sensor.width != kOneACable || name.size() <= before.size() + after.size() ||
         !name.starts_with(before) || !name.ends_with(after)) {
       continue;
     }

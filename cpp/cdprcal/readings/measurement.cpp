@@ -35,12 +35,11 @@ std::span<double> readings_of(Measurement& m, const Sensor& sensor) {
   return out;
 }
 
-std::span<const double> readings_of(const Measurement& m, Channel channel) {
+Eigen::Map<const Eigen::VectorXd> readings_of(const Measurement& m, Channel channel) {
   const ChannelRow& row = row_of(channel);
   const std::span<double> all = readings_of(const_cast<Measurement&>(m), row.of());
-  return row.of().width == kPerCable ? all
-                                     : all.subspan(static_cast<std::size_t>(row.first),
-                                                   static_cast<std::size_t>(row.count));
+  const auto size = static_cast<Eigen::Index>(all.size()) - row.first;
+  return {all.data() + row.first, std::min<Eigen::Index>(size, row.count)};
 }
 
 Measurement measurement_at(const Log& log, Eigen::Index index, PoseKind kind, int cable_count) {

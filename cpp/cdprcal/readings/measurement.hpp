@@ -42,8 +42,8 @@ struct Measurement : AbsoluteFields<ReadingOf> {
 
 /// All readings of one sensor, a row of kSensorTable; an absolute one of the cables may be empty.
 std::span<double> readings_of(Measurement& m, const Sensor& sensor);
-/// The readings of one channel; those of the balance are the tensions.
-std::span<const double> readings_of(const Measurement& m, Channel channel);
+/// The readings of one channel, empty where it has none; those of the balance are the tensions.
+Eigen::Map<const Eigen::VectorXd> readings_of(const Measurement& m, Channel channel);
 
 /// The sample at row `index` as a measurement of a robot with `cable_count` cables.
 Measurement measurement_at(const Log& log, Eigen::Index index, PoseKind kind, int cable_count);

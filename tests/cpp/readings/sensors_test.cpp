@@ -63,7 +63,7 @@ TEST_F(Sensors, CablesAreCountedByEachThatReadsOneACable) {
     Log one;
     one.time_s = log.time_s;
     *one.groups()[g] = *log.groups()[g];
-    EXPECT_EQ(one.cable_count(), kSensorTable[g].width == kPerCable ? n : 0);
+    EXPECT_EQ(one.cable_count(), kSensorTable[g].width == kOneACable ? n : 0);
     EXPECT_NO_THROW(validate(one));
     one.groups()[g]->conservativeResize(Eigen::NoChange, kMaxCables + 1);
     EXPECT_THROW(validate(one), InputError) << kSensorTable[g].name;
