@@ -29,6 +29,7 @@ __all__: list[str] = [
     "CalibrationStatus",
     "CandidateScore",
     "ChannelNoise",
+    "ChannelRow",
     "DetectionOptions",
     "DiagnoseOptions",
     "Diagnosis",
@@ -94,6 +95,7 @@ __all__: list[str] = [
     "Robot",
     "RobotSample",
     "SampleRange",
+    "Sensor",
     "SensorChannel",
     "SensorOptions",
     "SensorSigma",
@@ -140,6 +142,7 @@ __all__: list[str] = [
     "cable_state",
     "calibrate",
     "channel_noise",
+    "channels",
     "characteristic_length_m",
     "compute_workspace",
     "constant_tension_modes",
@@ -176,6 +179,7 @@ __all__: list[str] = [
     "library_versions",
     "linearise",
     "load_robot",
+    "log_groups",
     "log_so3",
     "make_plan",
     "measurement_at",
@@ -417,26 +421,36 @@ class SensorSigma:
         swivel_rad: typing.SupportsFloat | typing.SupportsIndex = 0.017453292519943295,
         attitude_rad: typing.SupportsFloat | typing.SupportsIndex = 0.03490658503988659,
         tension_N: typing.SupportsFloat | typing.SupportsIndex = 10.0,
-        absolute_yaw_rad: typing.SupportsFloat | typing.SupportsIndex = 0.03490658503988659,
-        direct_length_m: typing.SupportsFloat | typing.SupportsIndex = 0.002,
-        position_m: typing.SupportsFloat | typing.SupportsIndex = 0.001,
         wrench_force_N: typing.SupportsFloat | typing.SupportsIndex = 0.0,
         wrench_moment_Nm: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        **kwargs: typing.Any,
     ) -> None:
         """
-        wrench_force_N, wrench_moment_Nm: what the wrench balance may be wrong by beyond the load cells; 0 means what a geometry known to 1 mm leaves. Checked when used.
+        wrench_force_N, wrench_moment_Nm: what the wrench balance may be wrong by beyond the load cells; 0 means what a geometry known to 1 mm leaves. More keywords: those of absolute sensors, by the names of the attributes. Checked when used.
         """
 
     @property
-    def absolute_yaw_rad(self) -> float: ...
+    def absolute_yaw_rad(self) -> float:
+        """
+        [1] [rad]: yaw without an offset (compass, camera).
+        """
+
     @property
     def attitude_rad(self) -> float: ...
     @property
-    def direct_length_m(self) -> float: ...
+    def direct_length_m(self) -> float:
+        """
+        [n] [m]: whole cable lengths, arc included (laser, tape).
+        """
+
     @property
     def length_m(self) -> float: ...
     @property
-    def position_m(self) -> float: ...
+    def position_m(self) -> float:
+        """
+        [3] [m]: of P in the world (tracker).
+        """
+
     @property
     def swivel_rad(self) -> float: ...
     @property
@@ -1457,15 +1471,11 @@ class Log:
         | None = None,
         tension_setpoint_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]
         | None = None,
-        absolute_yaw_rad: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]
-        | None = None,
-        direct_length_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]
-        | None = None,
-        position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None,
         source: str = "log",
+        **kwargs: typing.Any,
     ) -> None:
         """
-        time_s [N] strictly increasing; per-cable arrays [N, n], roll_pitch_yaw_rad and position_m [N, 3], absolute_yaw_rad [N, 1]; None: absent. `source` is what messages call it. Copies its input. Raises InputError when shapes or times do not fit.
+        time_s [N] strictly increasing; per-cable arrays [N, n], roll_pitch_yaw_rad [N, 3]; more keywords: those of absolute sensors, by the names of the attributes. None: absent. `source` is what messages call it. Copies its input. Raises InputError when shapes or times do not fit.
         """
 
     def __len__(self) -> int: ...
@@ -1491,7 +1501,7 @@ class Log:
     @property
     def length_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         """
-        [N, n] or [N, 0] [m], relative.
+        [N, n] or [N, 0] [m]: relative.
         """
 
     @property
@@ -1503,7 +1513,7 @@ class Log:
     @property
     def roll_pitch_yaw_rad(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         """
-        [N, 3] or [N, 0] [rad] in the sensor's Euler convention; yaw is relative.
+        [N, 3] or [N, 0] [rad]: in the sensor's Euler convention; yaw is relative.
         """
 
     @property
@@ -1513,19 +1523,19 @@ class Log:
     @property
     def swivel_rad(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         """
-        [N, n] or [N, 0] [rad], relative.
+        [N, n] or [N, 0] [rad]: relative.
         """
 
     @property
     def tension_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         """
-        [N, n] or [N, 0] [N].
+        [N, n] or [N, 0] [N]: load cells.
         """
 
     @property
     def tension_setpoint_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         """
-        [N, n] or [N, 0] [N].
+        [N, n] or [N, 0] [N]: what the tensions were told to be.
         """
 
     @property
@@ -1603,7 +1613,7 @@ class Equilibrium:
 
 class EquilibriumMean:
     """
-    Readings of a rest as one. Channels: lengths, swivels, tensions, roll, pitch, yaw, as far as the log has them; NaN: absent.
+    Readings of a rest as one. Channels: lengths, swivels, tensions, roll, pitch, yaw, then those of absolute sensors, as far as the log has them; NaN: absent.
     """
 
     @property
@@ -1623,6 +1633,117 @@ class EquilibriumMean:
         """
         [c] m, rad, N.
         """
+
+class Sensor:
+    """
+    One row of the table of sensors: a matrix of a log.
+    """
+
+    def column(self, index: typing.SupportsInt | typing.SupportsIndex) -> str:
+        """
+        As in a log: 'position_x_m'.
+        """
+
+    def columns_of(self, cable_count: typing.SupportsInt | typing.SupportsIndex) -> int:
+        """
+        How many columns.
+        """
+
+    @property
+    def about(self) -> str:
+        """
+        What it reads, for descriptions.
+        """
+
+    @property
+    def field(self) -> str:
+        """
+        The attribute of a Log: 'position_m'.
+        """
+
+    @property
+    def in_words(self) -> str: ...
+    @property
+    def is_absolute(self) -> bool:
+        """
+        One of those, without an offset, that few robots have.
+        """
+
+    @property
+    def is_angle(self) -> bool: ...
+    @property
+    def is_per_cable(self) -> bool:
+        """
+        One reading a cable; otherwise one or three of the platform.
+        """
+
+    @property
+    def name(self) -> str:
+        """
+        'position'.
+        """
+
+    @property
+    def sigma_field(self) -> str | None:
+        """
+        The attribute of a SensorSigma; None: it is told, not read.
+        """
+
+    @property
+    def unit(self) -> str:
+        """
+        m, rad or N.
+        """
+
+class ChannelRow:
+    """
+    One row of the table of channels: readings that share one noise.
+    """
+
+    @property
+    def count(self) -> int:
+        """
+        Columns; all, if they are one a cable.
+        """
+
+    @property
+    def first(self) -> int:
+        """
+        Of the sensor's columns.
+        """
+
+    @property
+    def has_offset(self) -> bool:
+        """
+        Its readings count from an unknown start.
+        """
+
+    @property
+    def label(self) -> str:
+        """
+        In tables.
+        """
+
+    @property
+    def name(self) -> str:
+        """
+        'roll_pitch'.
+        """
+
+    @property
+    def plural(self) -> str:
+        """
+        In sentences.
+        """
+
+    @property
+    def rms_field(self) -> str:
+        """
+        The attribute of a ResidualRms: 'roll_pitch_rad'.
+        """
+
+    @property
+    def sensor(self) -> Sensor: ...
 
 class ChannelNoise:
     """
@@ -1653,7 +1774,7 @@ class ChannelNoise:
 
 class NoiseModel:
     """
-    Noise by channel: length [m], swivel, roll_pitch, yaw [rad], balance (of a tension) [N], absolute_yaw [rad], direct_length, position [m].
+    Noise by channel: length [m], swivel [rad], roll_pitch [rad], yaw [rad], balance [N], absolute_yaw [rad], direct_length [m], position [m]; the balance's is of a tension.
     """
 
     def __init__(
@@ -1663,7 +1784,7 @@ class NoiseModel:
         wrench_moment_Nm: typing.SupportsFloat | typing.SupportsIndex,
     ) -> None:
         """
-        A ChannelNoise for each channel; absolute_yaw, direct_length and position may be left out. Raises InputError otherwise.
+        A ChannelNoise for each channel; those of absolute sensors may be left out. Raises InputError otherwise.
         """
 
     @property
@@ -1777,21 +1898,22 @@ class Measurement:
         swivel_rad: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
         tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
         roll_pitch_yaw_rad: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
-        absolute_yaw_rad: typing.SupportsFloat | typing.SupportsIndex = ...,
-        direct_length_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
-        | None = None,
-        position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] | None = None,
+        **kwargs: typing.Any,
     ) -> None:
         """
-        length_m, swivel_rad, tension_N [n]; roll_pitch_yaw_rad [3]. Raises InputError when their sizes differ.
+        length_m, swivel_rad, tension_N [n]; roll_pitch_yaw_rad [3]; more keywords: those of absolute sensors, by the names of the attributes. Raises InputError when their sizes differ.
         """
 
     @property
-    def absolute_yaw_rad(self) -> float: ...
+    def absolute_yaw_rad(self) -> float:
+        """
+        [1] [rad]: yaw without an offset (compass, camera).
+        """
+
     @property
     def direct_length_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
-        [n] [m]; empty or NaN: not measured.
+        [n] [m]: whole cable lengths, arc included (laser, tape).
         """
 
     @property
@@ -1805,7 +1927,7 @@ class Measurement:
     @property
     def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        [3] [m].
+        [3] [m]: of P in the world (tracker).
         """
 
     @property
@@ -1964,13 +2086,25 @@ class ResidualRms:
     """
 
     @property
-    def absolute_yaw_rad(self) -> float: ...
+    def absolute_yaw_rad(self) -> float:
+        """
+        [1] [rad]: yaw without an offset (compass, camera).
+        """
+
     @property
-    def direct_length_m(self) -> float: ...
+    def direct_length_m(self) -> float:
+        """
+        [n] [m]: whole cable lengths, arc included (laser, tape).
+        """
+
     @property
     def length_m(self) -> float: ...
     @property
-    def position_m(self) -> float: ...
+    def position_m(self) -> float:
+        """
+        [3] [m]: of P in the world (tracker).
+        """
+
     @property
     def roll_pitch_rad(self) -> float: ...
     @property
@@ -1990,11 +2124,15 @@ class PoseResidual:
     """
 
     @property
-    def absolute_yaw_rad(self) -> float: ...
+    def absolute_yaw_rad(self) -> float:
+        """
+        [1] [rad]: yaw without an offset (compass, camera).
+        """
+
     @property
     def direct_length_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
-        [n].
+        [n] [m]: whole cable lengths, arc included (laser, tape).
         """
 
     @property
@@ -2006,7 +2144,7 @@ class PoseResidual:
     @property
     def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        [3].
+        [3] [m]: of P in the world (tracker).
         """
 
     @property
@@ -2759,18 +2897,32 @@ class ReadingNoise:
         roll_pitch_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0,
         yaw_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0,
         tension_N: typing.SupportsFloat | typing.SupportsIndex = 0.0,
-        absolute_yaw_rad: typing.SupportsFloat | typing.SupportsIndex = ...,
-        direct_length_m: typing.SupportsFloat | typing.SupportsIndex = ...,
-        position_m: typing.SupportsFloat | typing.SupportsIndex = ...,
-    ) -> None: ...
+        **kwargs: typing.Any,
+    ) -> None:
+        """
+        More keywords: those of absolute sensors, by the names of the attributes.
+        """
+
     @property
-    def absolute_yaw_rad(self) -> float: ...
+    def absolute_yaw_rad(self) -> float:
+        """
+        [1] [rad]: yaw without an offset (compass, camera).
+        """
+
     @property
-    def direct_length_m(self) -> float: ...
+    def direct_length_m(self) -> float:
+        """
+        [n] [m]: whole cable lengths, arc included (laser, tape).
+        """
+
     @property
     def length_m(self) -> float: ...
     @property
-    def position_m(self) -> float: ...
+    def position_m(self) -> float:
+        """
+        [3] [m]: of P in the world (tracker).
+        """
+
     @property
     def roll_pitch_rad(self) -> float: ...
     @property
@@ -3730,6 +3882,11 @@ def channel_noise(
     White noise of a channel [N], in its unit, from second differences (robust to motion); NaN entries are passed over; 0 with fewer than three samples. angles: jumps of 2 pi are none.
     """
 
+def channels() -> list[ChannelRow]:
+    """
+    The channels that noise is estimated by, those of the paper's sensors first.
+    """
+
 def characteristic_length_m(robot: Robot) -> float:
     """
     Root mean square distance of the platform anchors from the centre of mass [m].
@@ -4021,6 +4178,11 @@ def load_robot(name_or_path: os.PathLike[str] | str | bytes) -> Robot:
     A robot by built-in name ('irma4') or by path to a robot file. Raises InputError.
     """
 
+def log_groups() -> list[Sensor]:
+    """
+    What a log holds, in the order of its columns: every sensor, then the set-points.
+    """
+
 def log_so3(
     rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"],
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -4242,7 +4404,7 @@ def reading_noise(
     absolute: bool = False,
 ) -> ReadingNoise:
     """
-    The sigma of a robot's sensors times `scale`; absolute: those of absolute yaw, direct lengths and position too.
+    The sigma of a robot's sensors times `scale`; absolute: those of absolute sensors too.
     """
 
 def rotation_angle_difference_rad(a: Pose, b: Pose) -> float:
