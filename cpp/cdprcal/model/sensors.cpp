@@ -1,5 +1,7 @@
 #include "cdprcal/model/sensors.hpp"
 
+#include <algorithm>
+
 namespace cdprcal {
 
 // clang-format off
@@ -35,8 +37,9 @@ constexpr std::array<ChannelRow, kChannels> kChannelTable{{
 static_assert(kSensorTable.back().name && kChannelTable.back().name, "a row is missing");
 
 bool Sensor::is_absolute() const {
-  const auto row = this - kSensorTable.data();
-  return row >= kSensors - kAbsoluteSensors && row < kSensors;
+  // By name and not by place: a row may be a copy.
+  return std::any_of(kSensorTable.end() - 1 - kAbsoluteSensors, kSensorTable.end() - 1,
+                     [&](const Sensor& sensor) { return sensor.name == name; });
 }
 
 std::string Sensor::field() const { return std::string(name) + "_" + unit; }

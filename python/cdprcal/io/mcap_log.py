@@ -294,7 +294,7 @@ def _table(log: Log) -> tuple[list[str], Floats]:
         matrix: Floats = getattr(log, group)
         if matrix.shape[1]:
             names += columns_of(LOG_GROUPS[group], matrix.shape[1])
-            values.append(matrix)
+        values.append(matrix)
     return names, np.hstack(values)
 
 

@@ -137,10 +137,14 @@ TEST_F(Sensors, RobotFileKeepsTheirSigma) {
     EXPECT_EQ(again.sigma.*sensor.sigma, other.sigma.*sensor.sigma) << sensor.name;
   }
   // Of sensors that few robots have the file says only what was changed.
+  const auto sigma_of = [](const Robot& r) {
+    const std::string text = to_yaml(r);
+    return text.substr(text.find("sigma:"));
+  };
   for_each_absolute(
       [&](const Sensor& sensor, double) {
-        EXPECT_THAT(to_yaml(other), HasSubstr(sensor.sigma_name));
-        EXPECT_THAT(to_yaml(robot), ::testing::Not(HasSubstr(sensor.sigma_name)));
+        EXPECT_THAT(sigma_of(other), HasSubstr(sensor.sigma_name));
+        EXPECT_THAT(sigma_of(robot), ::testing::Not(HasSubstr(sensor.sigma_name)));
       },
       robot.sigma);
 }
