@@ -101,7 +101,8 @@ def test_what_few_robots_have_is_there_by_name(
 def test_wrong_shapes_are_input_errors(log: cdprcal.Log) -> None:
     for field in SENSORS:
         with pytest.raises(cdprcal.InputError, match=re.escape(field)):
-            cdprcal.Log(time_s=log.time_s, **{field: np.zeros((3, 2))})
+            given: dict[str, Any] = {field: np.zeros((3, 2))}
+            cdprcal.Log(time_s=log.time_s, **given)
 
 
 def test_results_and_schemas_show_it_where_it_was_read(

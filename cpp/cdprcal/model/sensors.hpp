@@ -67,9 +67,9 @@ auto numbers(T& field) {
 /// One field for each absolute sensor: those without an offset, beyond the paper's.
 template <template <int width> class Of>
 struct AbsoluteFields {
-  Of<1> absolute_yaw_rad = absent<Of<1>>();                 ///< compass, camera
+  Of<1> absolute_yaw_rad = absent<Of<1>>();                   ///< compass, camera
   Of<kOneACable> direct_length_m = absent<Of<kOneACable>>();  ///< whole lengths: laser, tape
-  Of<3> position_m = absent<Of<3>>();                       ///< of P in the world: tracker
+  Of<3> position_m = absent<Of<3>>();                         ///< of P in the world: tracker
 };
 
 /// One-sigma errors of the readings and of the statics model (paper eq. 18 by default).
