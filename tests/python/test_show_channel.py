@@ -14,12 +14,12 @@ PAGE = (ROOT / "docs" / "extend" / "sensor.md").read_text(encoding="utf-8")
 SECTION = PAGE.split("\n## A sensor inside the estimator\n", 1)[1]
 CHANGES = re.findall(r"`(\S+)`:\n\n```diff\n(.*?)```", SECTION, re.DOTALL)
 PROGRAM = Path(__file__).with_name("show_channel.cpp")
-#: What it takes to read a log and to evaluate a pose.
+#: What it takes to read a log, to evaluate a pose and to write its rows.
 SOURCES = (
     *("geometry/euler", "geometry/pose", "kinematics/cable", "kinematics/platform", "statistics"),
     *("model/sensors", "readings/equilibrium_detection", "readings/log", "readings/log_columns"),
     *("readings/measurement", "readings/noise", "effects/pose_evaluation", "text_file"),
-    "statics/wrench",
+    *("statics/wrench", "estimation/row_batch", "lanes/processor"),
 )
 
 

@@ -45,28 +45,27 @@ std::string misfit(const Calibration& calibration) {
   if (!calibration.problem.noise) return {};
   const NoiseModel& noise = *calibration.problem.noise;
   std::string text;
-  const auto add = [&](double pose, double sample, double scale, const char* pattern) {
+  const auto add = [&](double pose, double sample, double scale, const std::string& pattern) {
     if (pose > sample) {
-      text += (text.empty() ? "" : ", ") + part(pattern, scale * pose, scale * sample);
+      text += (text.empty() ? "" : ", ") + part(pattern.c_str(), scale * pose, scale * sample);
     }
   };
   // A channel that nothing measured, or too little to tell, keeps its specified noise.
   const NoiseModel specified = specified_noise(calibration.problem.robot.sigma);
-  const auto channel = [&](Channel c, double rms, double scale, const char* pattern) {
-    const bool told = noise[c].pose != specified[c].pose || noise[c].sample != specified[c].sample;
-    if (std::isfinite(rms) && told) add(noise[c].pose, noise[c].sample, scale, pattern);
-  };
-  constexpr double kDegrees = 1.0 / kDegree;
   const ResidualRms& rms = calibration.result.residual_rms;
-  channel(Channel::length, rms.length_m, 1e3, "lengths by %.3g mm (they scatter by %.3g mm)");
-  channel(Channel::swivel, rms.swivel_rad, kDegrees, "swivels by %.3g deg (%.3g deg)");
-  channel(Channel::roll_pitch, rms.roll_pitch_rad, kDegrees,
-          "roll and pitch by %.3g deg (%.3g deg)");
-  channel(Channel::yaw, rms.yaw_rad, kDegrees, "yaw by %.3g deg (%.3g deg)");
-  channel(Channel::absolute_yaw, rms.absolute_yaw_rad, kDegrees,
-          "absolute yaw by %.3g deg (%.3g deg)");
-  channel(Channel::direct_length, rms.direct_length_m, 1e3, "direct lengths by %.3g mm (%.3g mm)");
-  channel(Channel::position, rms.position_m, 1e3, "the position by %.3g mm (%.3g mm)");
+  for_each_channel(
+      [&](const ChannelRow& row, double value) {
+        const auto c = static_cast<Channel>(&row - kChannelTable.data());
+        const bool told =
+            noise[c].pose != specified[c].pose || noise[c].sample != specified[c].sample;
+        if (c == Channel::balance || !std::isfinite(value) || !told) return;
+        const Quantity shown = quantity_of(row.of());
+        const std::string in_unit = std::string("%.3g ") + shown.unit;
+        const std::string scatter = text.empty() ? "they scatter by " : "";
+        add(noise[c].pose, noise[c].sample, shown.scale,
+            row.plural + (" by " + in_unit) + " (" + scatter + in_unit + ")");
+      },
+      rms);
   if (std::isfinite(rms.wrench_force_N)) {
     // What the robot file allows the balance to be wrong by is no misfit.
     const double allowed_N = calibration.problem.robot.sigma.wrench_force_N;

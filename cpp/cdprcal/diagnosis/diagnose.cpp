@@ -195,7 +195,7 @@ void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
   const NoiseModel specified = specified_noise(model.robot.sigma);
   for (std::size_t c = 0; c < kRestGroups; ++c) {
     const double sigma = specified.channel[c].pose;
-    const bool balance = c == static_cast<std::size_t>(NoiseGroup::balance);
+    const bool balance = c == static_cast<std::size_t>(at_rest(Channel::balance));
     const double unit = balance ? sigma : 1.0;  // the balance's noise is relative
     if (!(model.noise[c] > kContradiction * (sigma / unit))) continue;
     out.unexplained.push_back({balance ? "tension" : to_string(static_cast<NoiseGroup>(c)),

@@ -8,25 +8,9 @@
 namespace cdprcal {
 namespace {
 
-/// Residuals of a pose of the batch that was evaluated last.
-void write_residual(const RunRows& run, std::size_t pose, const Pose& at, PoseResidual& out) {
-  const int n = run.layout().cables;
-  const std::size_t lane = pose % lanes::kLanes;
-  const auto read = [&](Channel channel, CableVector& to) {
-    to.setConstant(n, kNaN);
-    for (int c = 0; c < n; ++c) to[c] = run.value(lane, channel, c);
-  };
-  read(Channel::length, out.length_m);
-  read(Channel::swivel, out.swivel_rad);
-  out.roll_pitch_yaw_rad = {run.value(lane, Channel::roll_pitch, 0),
-                            run.value(lane, Channel::roll_pitch, 1),
-                            run.value(lane, Channel::yaw, 0)};
-  out.absolute_yaw_rad = run.value(lane, Channel::absolute_yaw, 0);
-  read(Channel::direct_length, out.direct_length_m);
-  for (int a = 0; a < 3; ++a) out.position_m[a] = run.value(lane, Channel::position, a);
-  out.tension_N.setConstant(n, kNaN);
+/// The smallest change of the tensions that would balance the platform best.
+void add_tensions(const RunRows& run, std::size_t pose, const Pose& at, PoseResidual& out) {
   if (run.statics_of(pose) == StaticsModel::none) return;
-  for (int a = 0; a < 6; ++a) out.wrench[a] = run.value(lane, Channel::balance, a);
   const WrenchMatrix structure = structure_matrix(platform_state(run.robot(), at));
   out.tension_N = Eigen::MatrixXd(structure).completeOrthogonalDecomposition().solve(out.wrench);
 }
@@ -56,7 +40,8 @@ std::vector<ModelResidual> model_residuals(const DiagnosisModel& model) {
       for (std::size_t i = b * lanes::kLanes; i < end; ++i) {
         if (!valid && !evaluate_alone(rows.run(r), i, run.poses[i])) continue;
         ModelResidual entry{r, run.measurements[i].run_time_s, {}};
-        write_residual(rows.run(r), i, run.poses[i], entry.residual);
+        rows.run(r).write_residual(i, entry.residual);
+        add_tensions(rows.run(r), i, run.poses[i], entry.residual);
         out.push_back(std::move(entry));
       }
     }

@@ -9,9 +9,6 @@
 namespace cdprcal {
 namespace {
 
-constexpr const char* kChannelUnits[kRestGroups] = {
-    "length_m",  "swivel_rad",       "roll_pitch_rad",  "yaw_rad",
-    "tension_N", "absolute_yaw_rad", "direct_length_m", "position_m"};
 /// Named effects that a dependence is weighed against together.
 constexpr int kMostTogether = 3;
 /// Evidence for what a name leaves, as a share of its own, up to which the name stands.
@@ -106,7 +103,8 @@ void record_gap(const DiagnosisModel& before, const DiagnosisModel& model,
   const HeldOut held = held_out(before, model);
   for (std::size_t c = 0; c < kRestGroups; ++c) {
     if (!std::isfinite(held.held_out_rms[c])) continue;
-    out.gap.push_back({after_effect, kChannelUnits[c], held.train_rms[c], held.held_out_rms[c]});
+    out.gap.push_back(
+        {after_effect, kChannelTable[c].rms_field, held.train_rms[c], held.held_out_rms[c]});
   }
 }
 

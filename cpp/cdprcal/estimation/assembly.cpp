@@ -380,12 +380,11 @@ void Assembly::linearise(Eigen::VectorXd& residuals, Eigen::MatrixXd& jacobian) 
   }
 }
 
-PoseResidual Assembly::reference_residual() const {
+void Assembly::complete_reference(PoseResidual& r) const {
   const PoseEvaluation pose = rows_.evaluate_alone(lane_of(0), poses_.pose(0));
   const Measurement& measured = problem_.measurements[0];
   const int n = problem_.robot.cable_count();
-  PoseResidual r;
-  if (!pose.valid) return r;
+  if (!pose.valid) return;
   // The change is 0: what is left is its own reading's error.
   const OffsetVector& error = reference_.errors();
   r.length_m = -(measured.length_m - reference_.length_m) - error.head(n);
@@ -397,40 +396,16 @@ PoseResidual Assembly::reference_residual() const {
       });
   r.roll_pitch_yaw_rad[2] =
       wrap_angle(-(measured.roll_pitch_yaw_rad[2] - reference_.yaw_rad) - error[2 * n]);
-  return r;
 }
 
 std::vector<PoseResidual> Assembly::residuals() {
-  const int n = problem_.robot.cable_count();
   std::vector<PoseResidual> out(poses_.size());
   visit([&](std::size_t b) {
     for (std::size_t i = b * kLanes; i < std::min((b + 1) * kLanes, poses_.size()); ++i) {
-      const std::size_t lane = i % kLanes, measurement = measurement_of(i);
-      PoseResidual& r = out[measurement];
-      const auto cables = [&](Channel channel) {
-        CableVector values(n);
-        for (int c = 0; c < n; ++c) values[c] = rows_.value(lane, channel, c);
-        return values;
-      };
-      if (measurement == 0) {
-        r = reference_residual();
-      } else {
-        r.length_m = cables(Channel::length);
-        r.swivel_rad = cables(Channel::swivel);
-        r.roll_pitch_yaw_rad = {rows_.value(lane, Channel::roll_pitch, 0),
-                                rows_.value(lane, Channel::roll_pitch, 1),
-                                rows_.value(lane, Channel::yaw, 0)};
-      }
-      r.absolute_yaw_rad = rows_.value(lane, Channel::absolute_yaw, 0);
-      r.direct_length_m = cables(Channel::direct_length);
-      for (int a = 0; a < 3; ++a) r.position_m[a] = rows_.value(lane, Channel::position, a);
-      r.tension_N = CableVector::Constant(n, kNaN);
-      const StaticsModel statics = poses_.statics_of(measurement);
-      if (statics == StaticsModel::left_inverse) r.tension_N = cables(Channel::balance);
-      if (statics != StaticsModel::wrench) continue;
-      for (int a = 0; a < 6; ++a) r.wrench[a] = rows_.value(lane, Channel::balance, a);
+      rows_.write_residual(i, out[measurement_of(i)]);
     }
   });
+  complete_reference(out.front());
   return out;
 }
 

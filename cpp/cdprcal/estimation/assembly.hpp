@@ -106,7 +106,8 @@ class Assembly {
   /// `without`; NaN when a pose is invalid. Rows and columns of held errors are zero.
   std::vector<Eigen::MatrixXd> common_informations(
       const std::vector<std::optional<Channel>>& without);
-  [[nodiscard]] PoseResidual reference_residual() const;
+  /// What the reference's own readings are off by, whether or not they have rows.
+  void complete_reference(PoseResidual& residual) const;
   [[nodiscard]] ReferenceInformation of_reference(const Eigen::MatrixXd& common,
                                                   bool with_covariance) const;
 

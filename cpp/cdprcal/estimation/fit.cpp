@@ -147,7 +147,7 @@ void start_noise(DiagnosisModel& model, const std::array<double, kChannels>& rip
   for (std::size_t c = 0; c < kRestGroups; ++c) {
     const double sigma = specified.channel[c].pose;
     const double least = 1e-3 * sigma;  // exact readings would be weighed infinitely
-    const bool balance = c == static_cast<std::size_t>(NoiseGroup::balance);
+    const bool balance = c == static_cast<std::size_t>(at_rest(Channel::balance));
     const double unit = balance ? sigma : 1.0;  // its level is relative to its covariance
     model.floor[c] = std::max(ripple[c] / std::sqrt(model.rest_samples), least) / unit;
     model.noise[c] = sigma / unit;

@@ -50,10 +50,7 @@ bool is_moving(const Measurement& m) {
 }
 
 NoiseGroup group_of(Channel channel, const Measurement& m) {
-  const auto group = static_cast<NoiseGroup>(channel);
-  // The balance has no group in motion; its rows carry nothing there.
-  if (!is_moving(m) || channel == Channel::balance) return group;
-  return static_cast<NoiseGroup>(static_cast<int>(group) + kRestGroups);
+  return is_moving(m) && channel != Channel::balance ? in_motion(channel) : at_rest(channel);
 }
 
 RunReadings readings_of(const DiagnosisRun& run, int cables) {
@@ -189,7 +186,7 @@ void ModelRows::set_values(std::size_t r, const Eigen::VectorXd& values, const P
                                 {sigma.tension_N, sigma.wrench_force_N, sigma.wrench_moment_Nm}));
   for (std::size_t k = 0; k < which.size(); ++k) {
     const Measurement& m = model_.runs[r].measurements[which[k]];
-    run.set_whitening(which[k], roots[k] / row_noise(model_, NoiseGroup::balance, m));
+    run.set_whitening(which[k], roots[k] / row_noise(model_, at_rest(Channel::balance), m));
   }
 }
 
@@ -212,24 +209,10 @@ PoseLanes ModelRows::poses(std::size_t run) const {
 
 OffsetVector ModelRows::offsets(std::size_t run) const { return -model_.runs[run].offsets; }
 
-const char* to_string(NoiseGroup channel) {
-  constexpr std::array<const char*, kNoiseGroups> kNames{"length",
-                                                         "swivel",
-                                                         "roll_pitch",
-                                                         "yaw",
-                                                         "balance",
-                                                         "absolute_yaw",
-                                                         "direct_length",
-                                                         "position",
-                                                         "length while moving",
-                                                         "swivel while moving",
-                                                         "roll_pitch while moving",
-                                                         "yaw while moving",
-                                                         "balance while moving",
-                                                         "absolute_yaw while moving",
-                                                         "direct_length while moving",
-                                                         "position while moving"};
-  return kNames.at(static_cast<std::size_t>(channel));
+std::string to_string(NoiseGroup group) {
+  const int index = static_cast<int>(group);
+  const std::string channel = to_string(static_cast<Channel>(index % kRestGroups));
+  return index < kRestGroups ? channel : channel + " while moving";
 }
 
 int DiagnosisModel::pose_count() const {

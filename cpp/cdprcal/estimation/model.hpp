@@ -13,27 +13,16 @@ namespace cdprcal {
 
 /// Groups of readings that share one noise level. Single readings while the platform moves are
 /// groups of their own: their noise is not averaged over a rest, and motion adds to it.
-enum class NoiseGroup {  // the channels, then each in motion
-  length,
-  swivel,
-  roll_pitch,
-  yaw,
-  balance,
-  absolute_yaw,
-  direct_length,
-  position,
-  moving_length,
-  moving_swivel,
-  moving_roll_pitch,
-  moving_yaw,
-  moving_balance,  ///< always empty
-  moving_absolute_yaw,
-  moving_direct_length,
-  moving_position
-};
+enum class NoiseGroup : int {};
 inline constexpr int kRestGroups = kChannels;
 inline constexpr int kNoiseGroups = 2 * kRestGroups;
-const char* to_string(NoiseGroup channel);
+constexpr NoiseGroup at_rest(Channel channel) { return static_cast<NoiseGroup>(channel); }
+/// The balance's is always empty.
+constexpr NoiseGroup in_motion(Channel channel) {
+  return static_cast<NoiseGroup>(static_cast<int>(channel) + kRestGroups);
+}
+/// "length", "length while moving" …
+std::string to_string(NoiseGroup group);
 
 /// One run: where the platform stood, and what was read there.
 struct DiagnosisRun {
@@ -83,7 +72,7 @@ struct CommonLayout {
 
 /// What a row of a system is.
 struct SystemRow {
-  NoiseGroup channel = NoiseGroup::length;
+  NoiseGroup channel = at_rest(Channel::length);
   int component = 0;   ///< cable, angle, axis or wrench row
   double scale = 1.0;  ///< unwhitened = whitened · scale (balance rows: in units of its covariance)
 };

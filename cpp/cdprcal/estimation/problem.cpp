@@ -1,5 +1,7 @@
 #include "cdprcal/estimation/problem.hpp"
 
+#include <algorithm>
+
 #include "cdprcal/error.hpp"
 #include "cdprcal/estimation/mean_square.hpp"
 
@@ -22,11 +24,15 @@ const CalibrationProblem& completed(const CalibrationProblem& problem,
           "each of the robot's " +
           std::to_string(n) + " cables (NaN where absent)");
     }
-    if (m.direct_length_m.size() != 0 && m.direct_length_m.size() != n) {
-      throw InputError("calibration: a measurement has " +
-                       std::to_string(m.direct_length_m.size()) + " direct lengths for " +
-                       std::to_string(n) + " cables; give none, or one a cable (NaN where absent)");
-    }
+    for_each_absolute(
+        [n](const Sensor& sensor, const auto& field) {
+          const auto size = static_cast<int>(numbers(field).size());
+          if (sensor.width != kOneACable || size == 0 || size == n) return;
+          throw InputError("calibration: a measurement has " + std::to_string(size) + " " +
+                           sensor.in_words + "s for " + std::to_string(n) +
+                           " cables; give none, or one a cable (NaN where absent)");
+        },
+        m);
   }
   const bool complete =
       problem.statics != StaticsModel::left_inverse || !problem.left_inverse_rows.empty();
@@ -48,34 +54,37 @@ CalibrationProblem completed(const CalibrationProblem& problem, const std::vecto
 }
 
 ResidualRms residual_rms(const std::vector<PoseResidual>& residuals, bool reference_attitude) {
-  MeanSquare length, swivel, roll_pitch, yaw, tension, force, moment, absolute_yaw, direct,
-      position;
+  std::array<MeanSquare, kChannels> sums;
+  MeanSquare force, moment;
   for (std::size_t i = 0; i < residuals.size(); ++i) {
     const PoseResidual& r = residuals[i];
-    if (i > 0) {  // at the reference these are zero by construction
-      for (const double v : r.length_m) length.add(v);
-      for (const double v : r.swivel_rad) swivel.add(v);
-      yaw.add(r.roll_pitch_yaw_rad[2]);
-    }
-    if (i > 0 || reference_attitude) {
-      roll_pitch.add(r.roll_pitch_yaw_rad[0]);
-      roll_pitch.add(r.roll_pitch_yaw_rad[1]);
-    }
-    for (const double v : r.tension_N) tension.add(v);
-    absolute_yaw.add(r.absolute_yaw_rad);
-    for (const double v : r.direct_length_m) direct.add(v);
-    for (const double v : r.position_m) position.add(v);
+    for_each_sensor(
+        [&](const Sensor& sensor, const auto& field) {
+          const auto values = numbers(field);
+          for (std::size_t c = 0; c < kChannels; ++c) {
+            const ChannelRow& row = kChannelTable[c];
+            if (&row.of() != &sensor) continue;
+            // At the reference changes are zero by construction.
+            const bool attitude = static_cast<Channel>(c) == Channel::roll_pitch;
+            if (i == 0 && (row.has_offset || (attitude && !reference_attitude))) continue;
+            const auto first = static_cast<std::size_t>(row.first);
+            const auto end = std::min(values.size(), first + static_cast<std::size_t>(row.count));
+            for (std::size_t k = first; k < end; ++k) sums[c].add(values[k]);
+          }
+        },
+        r);
     for (int a = 0; a < 3; ++a) force.add(r.wrench[a]);
     for (int a = 3; a < 6; ++a) moment.add(r.wrench[a]);
   }
-  return {{absolute_yaw.rms(), direct.rms(), position.rms()},
-          length.rms(),
-          swivel.rms(),
-          roll_pitch.rms(),
-          yaw.rms(),
-          tension.rms(),
-          force.rms(),
-          moment.rms()};
+  ResidualRms out;
+  for_each_channel(
+      [&](const ChannelRow& row, double& rms) {
+        rms = sums[static_cast<std::size_t>(&row - kChannelTable.data())].rms();
+      },
+      out);
+  out.wrench_force_N = force.rms();
+  out.wrench_moment_Nm = moment.rms();
+  return out;
 }
 
 }  // namespace cdprcal

@@ -15,37 +15,19 @@ RunRows::RunRows(const Robot& robot, RunReadings readings,
 
 namespace {
 
-bool is_angle(Channel channel) {
-  return channel == Channel::swivel || channel == Channel::roll_pitch || channel == Channel::yaw ||
-         channel == Channel::absolute_yaw;
-}
-
-int width_of(Channel channel, int cables) {
-  switch (channel) {
-    case Channel::roll_pitch:
-      return 2;
-    case Channel::yaw:
-    case Channel::absolute_yaw:
-      return 1;
-    case Channel::position:
-      return 3;
-    default:
-      return cables;
-  }
-}
-
-/// Which angle of three a channel's component is, cable or axis otherwise.
-int component_of(Channel channel, int index) {
-  return channel == Channel::yaw || channel == Channel::absolute_yaw ? 2 : index;
-}
-
 /// Rows in the order of their slots: those with offsets first, the balance last.
-constexpr std::array<Channel, kChannels> kOrder{
-    Channel::length,       Channel::swivel,        Channel::yaw,      Channel::roll_pitch,
-    Channel::absolute_yaw, Channel::direct_length, Channel::position, Channel::balance};
-
-bool has_offset(Channel channel) {
-  return channel == Channel::length || channel == Channel::swivel || channel == Channel::yaw;
+std::vector<Channel> slot_order() {
+  std::vector<Channel> out;
+  for (const bool with_offset : {true, false}) {
+    for (int c = 0; c < kChannels; ++c) {
+      const auto channel = static_cast<Channel>(c);
+      if (channel != Channel::balance && row_of(channel).has_offset == with_offset) {
+        out.push_back(channel);
+      }
+    }
+  }
+  out.push_back(Channel::balance);
+  return out;
 }
 
 }  // namespace
@@ -58,7 +40,8 @@ void RunRows::lay_out() {
   for (std::size_t i = 0; i < poses(); ++i) {
     if (readings_.statics[i] != StaticsModel::none) layout_.statics = readings_.statics[i];
   }
-  for (const Channel channel : kOrder) {
+  for (const Channel channel : slot_order()) {
+    const ChannelRow& row = row_of(channel);
     const auto c = static_cast<std::size_t>(channel);
     const bool balance = channel == Channel::balance;
     const bool read = balance
@@ -67,14 +50,15 @@ void RunRows::lay_out() {
                                         readings_.measurements.end(), [&](const auto* m) {
                                           return readings_of(*m, channel).array().isFinite().any();
                                         });
-    if (!read && !has_offset(channel)) continue;
+    if (!read && !row.has_offset) continue;
     const bool mixed = balance && layout_.statics == StaticsModel::wrench;
-    const int readings = mixed ? 0 : width_of(channel, n);  // the balance has tensions instead
+    // The balance has tensions instead.
+    const int readings = mixed ? 0 : row.of().width == kOneACable ? n : row.count;
     const int weight = layout_.numbers + readings;
     weight_of_[c] = weight;
     if (read) layout_.first[c] = layout_.size();
     for (int k = 0; k < (mixed ? 6 : readings); ++k) {
-      layout_.slots.push_back({channel, component_of(channel, k), read, is_angle(channel),
+      layout_.slots.push_back({channel, row.first + k, read, !balance && row.of().is_angle(),
                                layout_.numbers + k, weight});
     }
     layout_.numbers += readings + 1;
@@ -143,8 +127,10 @@ void RunRows::set_effects(const Robot& robot, ActiveEffects effects,
   derivatives_ = std::move(derivatives);
   if (columns != layout_.columns || !columns_) {
     layout_.columns = columns;
-    const auto slots = static_cast<std::size_t>(layout_.size());
-    columns_ = lanes::buffer(std::max<std::size_t>(1, slots * static_cast<std::size_t>(columns)));
+    const std::size_t numbers = std::max<std::size_t>(
+        1, static_cast<std::size_t>(layout_.size()) * static_cast<std::size_t>(columns));
+    columns_ = lanes::buffer(numbers);
+    std::fill_n(columns_.get(), numbers * kLanes, 0.0);  // lanes without a pose stay so
   }
 }
 
@@ -347,9 +333,10 @@ void RunRows::add_columns(const EffectContext& context, std::size_t lane, bool b
     if (const int slot = layout_.slot(Channel::roll_pitch); slot >= 0) {
       for (int a = 0; a < 2; ++a) put(slot + a, rows.attitude() + a, column.begin);
     }
-    if (const int slot = layout_.slot(Channel::direct_length);
-        slot >= 0 && column.effect->moves_cables()) {
-      for (int c = 0; c < n; ++c) put(slot + c, rows.length() + c, column.begin);
+    for (std::size_t c = kPaperChannels; c < kChannels && column.effect->moves_cables(); ++c) {
+      const int slot = layout_.first[c];  // whole lengths change with those of the drums
+      if (slot < 0 || kChannelTable[c].of().width != kOneACable) continue;
+      for (int i = 0; i < n; ++i) put(slot + i, rows.length() + i, column.begin);
     }
     if (const int slot = layout_.slot(Channel::balance);
         slot >= 0 && balanced && layout_.statics == StaticsModel::wrench) {
@@ -414,9 +401,37 @@ double RunRows::squared_residuals(std::optional<Channel> only) const {
   return out;
 }
 
-double RunRows::value(std::size_t lane, Channel channel, int index) const {
-  const int at = layout_.slot(channel);
-  return at < 0 ? kNaN : values_[static_cast<std::size_t>(at + index) * kLanes + lane];
+void RunRows::write_residual(std::size_t pose, PoseResidual& out) const {
+  const std::size_t lane = pose % kLanes;
+  const auto value = [&](int slot) {
+    return slot < 0 ? kNaN : values_[static_cast<std::size_t>(slot) * kLanes + lane];
+  };
+  for_each_sensor(
+      [&](const Sensor& sensor, auto& field) {
+        if constexpr (requires { field.resize(1); }) {
+          if (sensor.width == kOneACable) field.resize(layout_.cables);
+        }
+        const auto numbers_of = numbers(field);
+        std::fill(numbers_of.begin(), numbers_of.end(), kNaN);
+        for (int c = 0; c < kChannels; ++c) {
+          const auto channel = static_cast<Channel>(c);
+          const ChannelRow& row = row_of(channel);
+          if (&row.of() != &sensor || channel == Channel::balance) continue;
+          const int first = layout_.slot(channel);
+          for (int k = 0; k < row.count && row.first + k < static_cast<int>(numbers_of.size());
+               ++k) {
+            numbers_of[static_cast<std::size_t>(row.first + k)] =
+                first < 0 ? kNaN : value(first + k);
+          }
+        }
+      },
+      out);
+  const int balance = layout_.slot(Channel::balance);
+  if (readings_.statics[pose] == StaticsModel::left_inverse) {
+    for (int i = 0; i < layout_.cables; ++i) out.tension_N[i] = value(balance + i);
+  } else if (readings_.statics[pose] == StaticsModel::wrench) {
+    for (int i = 0; i < 6; ++i) out.wrench[i] = value(balance + i);
+  }
 }
 
 int RunRows::row_count() const {

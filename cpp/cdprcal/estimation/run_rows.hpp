@@ -6,6 +6,7 @@
 
 #include "cdprcal/effects/effect.hpp"
 #include "cdprcal/estimation/pose_lanes.hpp"
+#include "cdprcal/estimation/pose_residual.hpp"
 #include "cdprcal/estimation/row_batch.hpp"
 
 namespace cdprcal {
@@ -73,8 +74,8 @@ class RunRows {
 
   /// Σ (F/σ)² of the last batch, of all rows or of a channel's.
   [[nodiscard]] double squared_residuals(std::optional<Channel> only = std::nullopt) const;
-  /// A residual of the last batch before whitening; NaN where there is none.
-  [[nodiscard]] double value(std::size_t lane, Channel channel, int index) const;
+  /// Residuals of a pose of the last batch before whitening; NaN where there is none.
+  void write_residual(std::size_t pose, PoseResidual& out) const;
 
   [[nodiscard]] std::size_t poses() const { return readings_.measurements.size(); }
   [[nodiscard]] std::size_t batches() const { return lanes::batches(poses()); }

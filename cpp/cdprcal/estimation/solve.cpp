@@ -111,24 +111,19 @@ std::string contradictions(const CalibrationProblem& problem, Assembly& assembly
   const ResidualRms& rms = result.residual_rms;
   const SensorSigma& sigma = problem.robot.sigma;
   std::string text;
-  const auto judge = [&](double value, double limit, double scale, const char* pattern) {
+  const auto judge = [&](double value, double limit, double scale, const std::string& pattern) {
     if (std::isfinite(value) && value > kContradiction * limit) {
-      text += (text.empty() ? "" : "; ") + format(pattern, value * scale, limit * scale);
+      text += (text.empty() ? "" : "; ") + format(pattern.c_str(), value * scale, limit * scale);
     }
   };
-  judge(rms.length_m, sigma.length_m, 1e3, "lengths off by %.3g mm rms against sigma %.3g mm");
-  judge(rms.swivel_rad, sigma.swivel_rad, 1.0 / kDegree,
-        "swivel angles off by %.3g deg rms against sigma %.3g deg");
-  judge(rms.roll_pitch_rad, sigma.attitude_rad, 1.0 / kDegree,
-        "roll and pitch off by %.3g deg rms against sigma %.3g deg");
-  judge(rms.yaw_rad, sigma.attitude_rad, 1.0 / kDegree,
-        "yaw off by %.3g deg rms against sigma %.3g deg");
-  judge(rms.absolute_yaw_rad, sigma.absolute_yaw_rad, 1.0 / kDegree,
-        "absolute yaw off by %.3g deg rms against sigma %.3g deg");
-  judge(rms.direct_length_m, sigma.direct_length_m, 1e3,
-        "direct lengths off by %.3g mm rms against sigma %.3g mm");
-  judge(rms.position_m, sigma.position_m, 1e3, "position off by %.3g mm rms against sigma %.3g mm");
-  judge(rms.tension_N, sigma.tension_N, 1.0, "tensions off by %.3g N rms against sigma %.3g N");
+  for_each_channel(
+      [&](const ChannelRow& row, double value) {
+        const Quantity shown = quantity_of(row.of());
+        const std::string in_unit = std::string(" %.3g ") + shown.unit;
+        judge(value, sigma.*row.of().sigma, shown.scale,
+              row.plural + (" off by" + in_unit) + " rms against sigma" + in_unit);
+      },
+      rms);
   if (problem.statics == StaticsModel::wrench) {
     judge(specified_statics_rms(problem, assembly.poses(), result.residuals), 1.0, 1.0,
           "static balance off by %.3g sigma rms (expected %.3g)");
@@ -183,8 +178,11 @@ void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged
   // Without statics all there is to see is motion. Where there was none, noise looks like it, and
   // the linearised covariance believes it.
   constexpr double kMotion = 6.0;  // σ: what noise alone does not do in thousands of readings
-  const bool relative_only =
-      !is_read(problem, Channel::direct_length) && !is_read(problem, Channel::position);
+  bool relative_only = true;
+  for (std::size_t c = kPaperChannels; c < kChannels; ++c) {
+    const bool length = !kChannelTable[c].of().is_angle();
+    relative_only = relative_only && !(length && is_read(problem, static_cast<Channel>(c)));
+  }
   if (problem.statics == StaticsModel::none && relative_only &&
       largest_motion(problem, assembly.poses()) < kMotion) {
     result.status = CalibrationStatus::unobservable;

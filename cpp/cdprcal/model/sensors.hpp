@@ -107,6 +107,16 @@ struct Sensor {
   [[nodiscard]] std::string sigma_field() const;      ///< of SensorSigma: "direct_length_m"
 };
 
+/// How a sensor's readings are said to people: millimetres and degrees.
+struct Quantity {
+  const char* unit;
+  double scale;  ///< of the SI unit
+};
+inline Quantity quantity_of(const Sensor& sensor) {
+  if (sensor.is_angle()) return {"deg", 1.0 / kDegree};
+  return sensor.unit[0] == 'm' ? Quantity{"mm", 1e3} : Quantity{"N", 1.0};
+}
+
 /// The sensors; behind them what a log holds beside readings: the set-points of the tensions.
 inline constexpr int kSensors = 7;
 inline constexpr int kAbsoluteSensors = 3;  ///< the last of them

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from cdprcal.diagnosis.units import GAP_CHANNELS
+from cdprcal.sensors import CHANNELS, SENSORS, component_names
 
 BEFORE, AFTER, RIVAL, OTHER = "#D55E00", "#0072B2", "#E69F00", "#b8c0c8"
 
@@ -21,14 +22,13 @@ Symbol = Literal["circle", "circle-open", "diamond"]
 KINDS = {"accepted": AFTER, "rival: cannot be told apart": RIVAL, "other": OTHER}
 
 #: Rows of the residuals: channel of the gap, key of a residual, its columns (none: by cable).
-_RESIDUALS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
-    ("length_m", "length_m", ()),
-    ("swivel_rad", "swivel_rad", ()),
-    ("tension_N", "tension_N", ()),
-    ("roll_pitch_rad", "roll_pitch_yaw_rad", ("roll", "pitch", "yaw")),
-    ("absolute_yaw_rad", "absolute_yaw_rad", ("yaw",)),
-    ("direct_length_m", "direct_length_m", ()),
-    ("position_m", "position_m", ("x", "y", "z")),
+_RESIDUALS = tuple(
+    (
+        next(c.rms_field for c in CHANNELS.values() if c.sensor.field == field),
+        field,
+        tuple(component_names(sensor)),
+    )
+    for field, sensor in SENSORS.items()
 )
 
 

@@ -25,7 +25,6 @@ from cdprcal.diagnosis.plots import (
     residual_panels,
 )
 from cdprcal.report.subject import Run, Subject
-from cdprcal.sensors import CHANNELS, SENSORS, component_names
 
 Figure = dict[str, Any]
 

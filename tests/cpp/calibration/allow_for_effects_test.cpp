@@ -114,9 +114,9 @@ TEST(Misfit, IsWherePosesMisfitByMoreThanReadingsScatter) {
   EXPECT_EQ(misfit(judged(1.0)), "");
   EXPECT_EQ(
       misfit(judged(3.0)),
-      "lengths by 3e+03 mm (they scatter by 2e+03 mm), swivels by 172 deg (115 deg), roll and "
+      "lengths by 3e+03 mm (they scatter by 2e+03 mm), swivel angles by 172 deg (115 deg), roll and "
       "pitch by 172 deg (115 deg), yaw by 172 deg (115 deg), absolute yaw by 172 deg (115 deg), "
-      "direct lengths by 3e+03 mm (2e+03 mm), the position by 3e+03 mm (2e+03 mm), the balance "
+      "direct lengths by 3e+03 mm (2e+03 mm), position by 3e+03 mm (2e+03 mm), the balance "
       "by 3 N (tensions scatter by 2 N)");
 }
 

@@ -11,7 +11,7 @@ namespace {
 using test::dense;
 using test::jacobian_matches;
 
-constexpr int kDirect = static_cast<int>(NoiseGroup::direct_length);
+constexpr int kDirect = static_cast<int>(at_rest(Channel::direct_length));
 
 /// The paper's sensors and all absolute ones, in a fifth of their noise.
 Log absolute_log(const Robot& robot, std::uint64_t seed) {
@@ -40,7 +40,7 @@ Eigen::VectorXd readings(const DiagnosisModel& model) {
   std::vector<double> out;
   for (const test::PoseSystem& pose : test::poses_of(linearise(model))) {
     for (Eigen::Index row = 0; row < pose.residual.size(); ++row) {
-      if (pose.channel[static_cast<std::size_t>(row)] == NoiseGroup::balance) continue;
+      if (pose.channel[static_cast<std::size_t>(row)] == at_rest(Channel::balance)) continue;
       out.push_back(pose.residual[row]);
     }
   }
@@ -63,29 +63,32 @@ TEST(AbsoluteSensors, RowsAreTheGeometryLessTheReading) {
     for (int i = 0; i < n; ++i) {
       EXPECT_NEAR(unwhitened[first + 1 + i], state.cable[i].length_m - m.direct_length_m[i], 1e-14);
       EXPECT_EQ(pose.component[static_cast<std::size_t>(first + 1 + i)], i);
-      EXPECT_EQ(pose.channel[static_cast<std::size_t>(first + 1 + i)], NoiseGroup::direct_length);
+      EXPECT_EQ(pose.channel[static_cast<std::size_t>(first + 1 + i)],
+                at_rest(Channel::direct_length));
     }
     EXPECT_LE((unwhitened.segment<3>(first + 1 + n) - (at.position_m - m.position_m)).norm(),
               1e-14);
     for (int axis = 0; axis < 3; ++axis) {
       const auto row = static_cast<std::size_t>(first + 1 + n + axis);
       EXPECT_EQ(pose.component[row], axis);
-      EXPECT_EQ(pose.channel[row], NoiseGroup::position);
+      EXPECT_EQ(pose.channel[row], at_rest(Channel::position));
     }
   }
 }
 
 TEST(AbsoluteSensors, AnyOneOfThemHasItsRows) {
   const DiagnosisModel all = model_with({});
-  for (const NoiseGroup kept :
-       {NoiseGroup::absolute_yaw, NoiseGroup::direct_length, NoiseGroup::position}) {
+  for (const NoiseGroup kept : {at_rest(Channel::absolute_yaw), at_rest(Channel::direct_length),
+                                at_rest(Channel::position)}) {
     DiagnosisModel model = all;
     for (Measurement& m : model.runs[0].measurements) {
-      if (kept != NoiseGroup::absolute_yaw) m.absolute_yaw_rad = kNaN;
-      if (kept != NoiseGroup::direct_length) m.direct_length_m.setConstant(kNaN);
-      if (kept != NoiseGroup::position) m.position_m.setConstant(kNaN);
+      if (kept != at_rest(Channel::absolute_yaw)) m.absolute_yaw_rad = kNaN;
+      if (kept != at_rest(Channel::direct_length)) m.direct_length_m.setConstant(kNaN);
+      if (kept != at_rest(Channel::position)) m.position_m.setConstant(kNaN);
     }
-    const int rows = kept == NoiseGroup::absolute_yaw ? 1 : kept == NoiseGroup::position ? 3 : 4;
+    const int rows = kept == at_rest(Channel::absolute_yaw) ? 1
+                     : kept == at_rest(Channel::position)   ? 3
+                                                            : 4;
     for (const test::PoseSystem& pose : test::poses_of(linearise(model))) {
       ASSERT_EQ(pose.residual.size(), 2 * 4 + 9 + rows);
       EXPECT_EQ(std::count(pose.channel.begin(), pose.channel.end(), kept), rows);
@@ -104,7 +107,7 @@ TEST_P(AbsoluteColumns, AreTheDerivativesOfTheRows) {
   Eigen::Index row = 0;
   for (const test::PoseSystem& pose : test::poses_of(system)) {
     for (const NoiseGroup channel : pose.channel) {
-      if (channel != NoiseGroup::balance) kept.push_back(row);
+      if (channel != at_rest(Channel::balance)) kept.push_back(row);
       ++row;
     }
   }

@@ -181,7 +181,7 @@ TEST_F(Baseline, ALogWithoutLoadCellsHasNoBalance) {
   const DiagnosisModel model = baseline_of(robot, {log});
   const DiagnosisSystem system = linearise(model);
   for (const test::PoseSystem& pose : test::poses_of(system)) {
-    for (const NoiseGroup channel : pose.channel) EXPECT_NE(channel, NoiseGroup::balance);
+    for (const NoiseGroup channel : pose.channel) EXPECT_NE(channel, at_rest(Channel::balance));
   }
   EXPECT_EQ(model.noise[4], 1.0);
   EXPECT_GT(model.pose_count(), 8);

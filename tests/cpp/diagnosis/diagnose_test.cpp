@@ -199,10 +199,10 @@ TEST(Diagnose, WhatIsBeyondThreeSigmaIsNotConsistent) {
     double sigmas;
   };
   for (const Case& c :
-       {Case{"length", &Log::length_m, robot.sigma.length_m, NoiseGroup::length, 2.4},
-        Case{"length", &Log::length_m, robot.sigma.length_m, NoiseGroup::length, 3.75},
-        Case{"tension", &Log::tension_N, robot.sigma.tension_N, NoiseGroup::balance, 2.0},
-        Case{"tension", &Log::tension_N, robot.sigma.tension_N, NoiseGroup::balance, 5.0}}) {
+       {Case{"length", &Log::length_m, robot.sigma.length_m, at_rest(Channel::length), 2.4},
+        Case{"length", &Log::length_m, robot.sigma.length_m, at_rest(Channel::length), 3.75},
+        Case{"tension", &Log::tension_N, robot.sigma.tension_N, at_rest(Channel::balance), 2.0},
+        Case{"tension", &Log::tension_N, robot.sigma.tension_N, at_rest(Channel::balance), 5.0}}) {
     Log log = startup_log(robot, kNoise, 46);
     RandomNormal random(47);
     Eigen::RowVector4d off = Eigen::RowVector4d::Zero();
@@ -221,7 +221,7 @@ TEST(Diagnose, WhatIsBeyondThreeSigmaIsNotConsistent) {
     EXPECT_EQ(d.verdict == Verdict::unexplained, c.sigmas > 3.0);
     if (found == d.unexplained.end()) continue;
     EXPECT_EQ(found->sigma, c.sigma);
-    const double unit = c.group == NoiseGroup::balance ? c.sigma : 1.0;
+    const double unit = c.group == at_rest(Channel::balance) ? c.sigma : 1.0;
     EXPECT_EQ(found->rms, unit * d.model.noise[static_cast<std::size_t>(c.group)]);
     EXPECT_EQ(d.next.back(),
               "the readings contradict the sigma of the robot file: check signs, scales and order "

@@ -212,11 +212,11 @@ DiagnosisModel with_noise(DiagnosisModel model, RandomNormal& random) {
       }
       return 0.0;
     };
-    add(m.length_m, level(NoiseGroup::length));
-    add(m.swivel_rad, level(NoiseGroup::swivel));
+    add(m.length_m, level(at_rest(Channel::length)));
+    add(m.swivel_rad, level(at_rest(Channel::swivel)));
     auto roll_pitch = m.roll_pitch_yaw_rad.head<2>();
-    add(roll_pitch, level(NoiseGroup::roll_pitch));
-    m.roll_pitch_yaw_rad[2] += level(NoiseGroup::yaw) * random();
+    add(roll_pitch, level(at_rest(Channel::roll_pitch)));
+    m.roll_pitch_yaw_rad[2] += level(at_rest(Channel::yaw)) * random();
     m.tension_N.setConstant(kNaN);  // no balance: its noise is not of four readings
   }
   return model;

@@ -405,7 +405,7 @@ TEST_F(Motion, ThePlayOfARestIsTheMeanOverItsSamplesOfAPlayThatFollowsSmoothedAn
         log.swivel_rad.middleRows(rows.begin, rows.size()).colwise().mean().transpose();
   }
   // Followed by lengths and attitude alone, which are exact.
-  model.noise[static_cast<std::size_t>(NoiseGroup::moving_swivel)] = 1e3;
+  model.noise[static_cast<std::size_t>(in_motion(Channel::swivel))] = 1e3;
   ASSERT_TRUE(fit_with_noise(model));
   refine_swivel_play(model, {log});
   const double half_rad = std::abs(model.effects[0].values[0]);

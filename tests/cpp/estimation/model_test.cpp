@@ -25,7 +25,7 @@ Eigen::VectorXd residuals(const DiagnosisModel& model, bool with_balance = true)
   std::vector<double> out;
   for (const test::PoseSystem& pose : test::poses_of(linearise(model))) {
     for (Eigen::Index row = 0; row < pose.residual.size(); ++row) {
-      const bool balance = pose.channel[static_cast<std::size_t>(row)] == NoiseGroup::balance;
+      const bool balance = pose.channel[static_cast<std::size_t>(row)] == at_rest(Channel::balance);
       if (with_balance || !balance) out.push_back(pose.residual[row]);
     }
   }
@@ -69,11 +69,11 @@ TEST(DiagnosisSystem, RowsAreReadingsOfTheirChannelOverItsNoise) {
                 wrench.dot(spread.ldlt().solve(wrench)), 1e-9);
     for (int row = 0; row < 2 * n + 9; ++row) {
       const auto at = static_cast<std::size_t>(row);
-      const NoiseGroup channel = row < n            ? NoiseGroup::length
-                                 : row < 2 * n      ? NoiseGroup::swivel
-                                 : row < 2 * n + 2  ? NoiseGroup::roll_pitch
-                                 : row == 2 * n + 2 ? NoiseGroup::yaw
-                                                    : NoiseGroup::balance;
+      const NoiseGroup channel = row < n            ? at_rest(Channel::length)
+                                 : row < 2 * n      ? at_rest(Channel::swivel)
+                                 : row < 2 * n + 2  ? at_rest(Channel::roll_pitch)
+                                 : row == 2 * n + 2 ? at_rest(Channel::yaw)
+                                                    : at_rest(Channel::balance);
       EXPECT_EQ(pose.channel[at], channel);
       const int first = row < n ? 0 : row < 2 * n ? n : row < 2 * n + 3 ? 2 * n : 2 * n + 3;
       EXPECT_EQ(pose.component[at], row - first);
@@ -146,7 +146,7 @@ TEST(DiagnosisSystem, ColumnsAreTheDerivativesOfTheRows) {
   Eigen::Index next = 0;
   for (const test::PoseSystem& pose : test::poses_of(system)) {
     for (Eigen::Index row = 0; row < pose.residual.size(); ++row) {
-      if (pose.channel[static_cast<std::size_t>(row)] == NoiseGroup::balance) continue;
+      if (pose.channel[static_cast<std::size_t>(row)] == at_rest(Channel::balance)) continue;
       expected.row(next++) = pose.by_pose.row(row);
     }
   }
@@ -250,10 +250,10 @@ TEST(DiagnosisSystem, SingleReadingsInMotionAreGroupsOfTheirOwn) {
   ASSERT_EQ(alone.residual.size(), 4 + 4 + 3);  // no balance in motion
   for (int row = 0; row < 11; ++row) {
     const auto at = static_cast<std::size_t>(row);
-    const NoiseGroup channel = row < 4    ? NoiseGroup::moving_length
-                               : row < 8  ? NoiseGroup::moving_swivel
-                               : row < 10 ? NoiseGroup::moving_roll_pitch
-                                          : NoiseGroup::moving_yaw;
+    const NoiseGroup channel = row < 4    ? in_motion(Channel::length)
+                               : row < 8  ? in_motion(Channel::swivel)
+                               : row < 10 ? in_motion(Channel::roll_pitch)
+                                          : in_motion(Channel::yaw);
     EXPECT_EQ(alone.channel[at], channel) << row;
     // One reading is one reading: its noise is not that of a mean.
     EXPECT_EQ(alone.scale[row], model.noise[static_cast<std::size_t>(channel)]) << row;
