@@ -36,7 +36,7 @@ def includes() -> Iterator[tuple[Path, str, str]]:
 
 def test_the_page_names_every_folder_and_no_other() -> None:
     named = folders_in_order("cpp/cdprcal")
-    there = {path.name for path in (ROOT / "cpp" / "cdprcal").iterdir() if path.is_dir()}
+    there = {path.parent.name for path in (ROOT / "cpp" / "cdprcal").glob("*/*.cpp")}
     assert len(named) == len(set(named))
     assert set(named) == there
 

@@ -112,7 +112,7 @@ std::optional<OffsetVector> Assembly::hand_over(PoseLanes& poses) {
       }
     }
   }
-  const PoseEvaluation initial = rows_.evaluate_alone(lane_of(0), poses_.pose(0));
+  const PoseEvaluation& initial = rows_.evaluate_alone(lane_of(0), poses_.pose(0));
   if (!initial.valid) return std::nullopt;
   const OffsetVector offsets = offsets_of(initial) + reference_.errors();
   rows_.set_offsets(offsets.data());
@@ -193,7 +193,7 @@ double Assembly::statics_rms() {
 }
 
 OffsetJacobian Assembly::offsets_by_initial() const {
-  const PoseEvaluation initial = rows_.evaluate_alone(lane_of(0), poses_.pose(0));
+  const PoseEvaluation& initial = rows_.evaluate_alone(lane_of(0), poses_.pose(0));
   OffsetJacobian out = OffsetJacobian::Constant(reference_.size(), 6, kNaN);
   if (!initial.valid) return out;
   out << initial.length_by_twist, initial.swivel_by_twist, initial.attitude_by_twist.row(2);
@@ -381,7 +381,7 @@ void Assembly::linearise(Eigen::VectorXd& residuals, Eigen::MatrixXd& jacobian) 
 }
 
 void Assembly::complete_reference(PoseResidual& r) const {
-  const PoseEvaluation pose = rows_.evaluate_alone(lane_of(0), poses_.pose(0));
+  const PoseEvaluation& pose = rows_.evaluate_alone(lane_of(0), poses_.pose(0));
   const Measurement& measured = problem_.measurements[0];
   const int n = problem_.robot.cable_count();
   if (!pose.valid) return;

@@ -46,7 +46,7 @@ bool Estimation::sweep(std::size_t index, bool on_trial, double damping, const V
   if (!prepare(index, poses, on_trial ? trial_values_ : values_)) return false;
   const std::size_t reference = run.reference;
   if (run.tied) {
-    const PoseEvaluation initial = run.rows->evaluate_alone(reference, poses[reference]);
+    const PoseEvaluation& initial = run.rows->evaluate_alone(reference, poses[reference]);
     if (!initial.valid) return false;
     const Eigen::Index n = run.rows->layout().cables;
     run.by_reference.resize(2 * n + 1, 6);
@@ -64,7 +64,7 @@ bool Estimation::sweep(std::size_t index, bool on_trial, double damping, const V
   reference_rows_.count = 0;
   for (std::size_t b = 0; b < batches; ++b) {
     if (!run.rows->evaluate(b, poses)) return false;
-    if (b == reference / kLanes) {
+    if (!silent && b == reference / kLanes) {
       if (run.tied) {
         run.rows->take(reference, reference_rows_);
         run.rows->forget(reference % kLanes);
@@ -93,14 +93,21 @@ bool Estimation::add_run(std::size_t index, bool on_trial, double damping, Eigen
     out.largest_gradient = std::max(out.largest_gradient, std::abs(slope));
   };
   if (run.tied) {
-    const OffsetsByUnknowns t = by_unknowns(run);
-    const OffsetsByUnknowns half = sums.information.topLeftCorner(offsets, offsets).lazyProduct(t);
-    out.information.block(begin, begin, size, size) += t.transpose().lazyProduct(half);
-    out.gradient.segment(begin, size) += t.transpose().lazyProduct(sums.gradient.head(offsets));
-    out.diagonal.segment(begin, size) +=
-        t.cwiseAbs2().transpose().lazyProduct(sums.raw_diagonal.head(offsets));
-    Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 6 + kMostOffsets, 1> raw =
-        t.transpose().lazyProduct(sums.raw_gradient.head(offsets));
+    Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 6 + kMostOffsets, 1> raw;
+    const auto reduce = [&](const auto& by) {
+      const std::decay_t<decltype(by)> half =
+          sums.information.topLeftCorner(offsets, offsets).lazyProduct(by);
+      out.information.block(begin, begin, size, size) += by.transpose().lazyProduct(half);
+      out.gradient.segment(begin, size) += by.transpose().lazyProduct(sums.gradient.head(offsets));
+      out.diagonal.segment(begin, size) +=
+          by.cwiseAbs2().transpose().lazyProduct(sums.raw_diagonal.head(offsets));
+      raw = by.transpose().lazyProduct(sums.raw_gradient.head(offsets));
+    };
+    if (run.free_offsets.empty() && !run.hold_reference) {
+      reduce(run.by_reference);  // of fixed width, and all there is in the paper
+    } else {
+      reduce(by_unknowns(run));
+    }
     for (std::size_t r = 0; r < static_cast<std::size_t>(reference_rows_.count); ++r) {
       const Eigen::Map<const Vector6> row(reference_rows_.own[r].data());
       const double residual = reference_rows_.residual[r];

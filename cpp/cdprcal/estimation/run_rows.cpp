@@ -16,7 +16,7 @@ RunRows::RunRows(const Robot& robot, RunReadings readings,
 namespace {
 
 /// Rows in the order of their slots: those with offsets first, the balance last.
-std::vector<Channel> slot_order() {
+std::vector<Channel> ordered_channels() {
   std::vector<Channel> out;
   for (const bool with_offset : {true, false}) {
     for (int c = 0; c < kChannels; ++c) {
@@ -28,6 +28,11 @@ std::vector<Channel> slot_order() {
   }
   out.push_back(Channel::balance);
   return out;
+}
+
+const std::vector<Channel>& slot_order() {
+  static const std::vector<Channel> order = ordered_channels();
+  return order;
 }
 
 }  // namespace
@@ -95,27 +100,30 @@ void RunRows::gather() {
       tension_[at + static_cast<std::size_t>(c) * kLanes] = m.tension_N[c];
     }
     if (balanced) row_counts_[i] += layout_.statics == StaticsModel::wrench ? 6 : n;
-    for (int s = 0; s < layout_.size(); ++s) {
-      const RowSlot& slot = layout_.slots[static_cast<std::size_t>(s)];
-      const int index = s - std::max(0, layout_.slot(slot.channel));
-      if (slot.channel == Channel::balance) {
-        if (layout_.statics == StaticsModel::left_inverse) {
-          *number(i, slot.reading) = balanced ? m.tension_N[index] : 0.0;
+    for (const Channel channel : slot_order()) {
+      const int first = layout_.slot(channel);
+      if (first < 0) continue;
+      if (channel == Channel::balance) {
+        for (int c = 0; layout_.statics == StaticsModel::left_inverse && c < n; ++c) {
+          *number(i, layout_.slots[static_cast<std::size_t>(first + c)].reading) =
+              balanced ? m.tension_N[c] : 0.0;
         }
         continue;
       }
-      if (!slot.read) continue;
-      const auto read = readings_of(m, slot.channel);
-      double value = index < read.size() ? read[index] : kNaN;
-      if (s < layout_.offsets()) value -= readings_.base[s];
-      if (i == readings_.reference) {
-        const bool counts = s < layout_.offsets() ? (readings_.reference_offsets >> s & 1U) != 0U
-                                                  : slot.channel != Channel::roll_pitch ||
-                                                        readings_.reference_roll_pitch;
-        if (!counts) value = kNaN;
+      const auto read = readings_of(m, channel);
+      for (int k = 0; k < static_cast<int>(read.size()); ++k) {
+        const int s = first + k;
+        double value = read[k];
+        if (s < layout_.offsets()) value -= readings_.base[s];
+        if (i == readings_.reference) {
+          const bool counts = s < layout_.offsets() ? (readings_.reference_offsets >> s & 1U) != 0U
+                                                    : channel != Channel::roll_pitch ||
+                                                          readings_.reference_roll_pitch;
+          if (!counts) value = kNaN;
+        }
+        *number(i, layout_.slots[static_cast<std::size_t>(s)].reading) = value;
+        if (std::isfinite(value)) ++row_counts_[i];
       }
-      *number(i, slot.reading) = value;
-      if (std::isfinite(value)) ++row_counts_[i];
     }
   }
 }
@@ -123,6 +131,7 @@ void RunRows::gather() {
 void RunRows::set_effects(const Robot& robot, ActiveEffects effects,
                           std::vector<EffectColumn> derivatives, int columns) {
   robot_ = robot;
+  alone_.at.position_m.setConstant(kNaN);
   effects_ = std::move(effects);
   derivatives_ = std::move(derivatives);
   if (columns != layout_.columns || !columns_) {
@@ -195,11 +204,16 @@ bool RunRows::evaluate(std::size_t batch, const PoseLanes& poses) {
   return true;
 }
 
-PoseEvaluation RunRows::evaluate_alone(std::size_t pose, const Pose& at) const {
-  PoseEvaluation out;
-  evaluate_pose(robot_, *readings_.measurements[pose], at, StaticsModel::none, left_inverse_rows_,
-                effects_, true, out);
-  return out;
+const PoseEvaluation& RunRows::evaluate_alone(std::size_t pose, const Pose& at) const {
+  const bool known = alone_.pose == pose && alone_.at.position_m == at.position_m &&
+                     alone_.at.rotation.coeffs() == at.rotation.coeffs();
+  if (!known) {
+    alone_.pose = pose;
+    alone_.at = at;
+    evaluate_pose(robot_, *readings_.measurements[pose], at, StaticsModel::none, left_inverse_rows_,
+                  effects_, true, alone_.evaluation);
+  }
+  return alone_.evaluation;
 }
 
 PlatformState RunRows::state_of(std::size_t lane) const {

@@ -56,8 +56,8 @@ class RunRows {
 
   /// Evaluates a batch of poses. False when a pose has no valid kinematics, or no tensions.
   bool evaluate(std::size_t batch, const PoseLanes& poses);
-  /// What the model predicts at one of the poses, without statics.
-  [[nodiscard]] PoseEvaluation evaluate_alone(std::size_t pose, const Pose& at) const;
+  /// What the model predicts at one of the poses, without statics. Good until the next call.
+  [[nodiscard]] const PoseEvaluation& evaluate_alone(std::size_t pose, const Pose& at) const;
   /// Of the last batch: rows [slot][6 derivatives, residual][lane], the offsets' slots first.
   [[nodiscard]] const double* rows() const { return rows_.get(); }
   /// Derivatives by the offsets, [offset][lane].
@@ -113,6 +113,13 @@ class RunRows {
   lanes::Buffer numbers_, whitening_, tension_;
   OffsetVector offsets_;
   lanes::Buffer rows_, by_offset_, values_, state_, columns_;
+  /// What was evaluated alone last.
+  struct Alone {
+    std::size_t pose = 0;
+    Pose at{Vector3::Constant(kNaN), Eigen::Quaterniond::Identity()};
+    PoseEvaluation evaluation;
+  };
+  mutable Alone alone_;
   PoseEvaluation change_;
   Eigen::MatrixXd by_value_;
 };

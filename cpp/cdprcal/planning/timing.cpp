@@ -95,21 +95,6 @@ Vector3 lag_by_time(const Robot& robot, const std::vector<PathPoint>& points, st
 
 }  // namespace
 
-double FifthDegree::value(double x) { return x * x * x * (10.0 + x * (-15.0 + 6.0 * x)); }
-double FifthDegree::velocity(double x) { return 30.0 * x * x * (1.0 - x) * (1.0 - x); }
-double FifthDegree::acceleration(double x) { return 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x); }
-
-double FifthDegree::inverse(double s) {
-  if (s <= 0.0) return 0.0;
-  if (s >= 1.0) return 1.0;
-  double low = 0.0, high = 1.0;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = 0.5 * (low + high);
-    (value(middle) < s ? low : high) = middle;
-  }
-  return high;
-}
-
 double fifth_degree_residual(double omega_T) {
   const double square = omega_T * omega_T;
   const double residual =

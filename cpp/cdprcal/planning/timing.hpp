@@ -9,6 +9,7 @@
 
 #include <optional>
 
+#include "cdprcal/geometry/fifth_degree.hpp"
 #include "cdprcal/planning/path.hpp"
 #include "cdprcal/readings/equilibrium_detection.hpp"
 #include "cdprcal/statics/natural_frequencies.hpp"
@@ -32,15 +33,6 @@ struct Timing {
   double settling_s = 0.0;  ///< until the ringing is below the tolerance
   double dwell_s = 0.0;     ///< settling and measuring
   [[nodiscard]] double total_s() const { return transition_s + dwell_s; }
-};
-
-/// s of τ = τ_a + s (τ_b − τ_a) after a fraction x of the duration (paper footnote 2), its
-/// derivatives by x, and the x at which s is reached. s and x in [0, 1].
-struct FifthDegree {
-  static double value(double x);
-  static double velocity(double x);  ///< at most 15/8
-  static double acceleration(double x);
-  static double inverse(double s);
 };
 
 /// How much a mode rings after a fifth-degree transition of its equilibrium, relative to the

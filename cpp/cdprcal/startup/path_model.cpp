@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "cdprcal/equilibria/direct.hpp"
+#include "cdprcal/geometry/fifth_degree.hpp"
 #include "cdprcal/statics/natural_frequencies.hpp"
 
 namespace cdprcal {
@@ -88,9 +89,9 @@ double transition_time_s(const PathLeg& leg, double velocity_m_s) {
   constexpr int kPoints = 40;
   for (int i = 1; i < kPoints; ++i) {
     const double x = static_cast<double>(i) / kPoints;
-    const double fraction = x * x * x * (10.0 + x * (-15.0 + 6.0 * x));
-    const double speed = 30.0 * x * x * (1.0 - x) * (1.0 - x);
-    fastest = std::max(fastest, speed * leg.length_by_fraction_m(fraction).cwiseAbs().maxCoeff());
+    const double speed = FifthDegree::velocity(x);
+    fastest = std::max(
+        fastest, speed * leg.length_by_fraction_m(FifthDegree::value(x)).cwiseAbs().maxCoeff());
   }
   constexpr double kPeriods = 1.5;
   return std::max(fastest / velocity_m_s, kPeriods * 2.0 * kPi / leg.slowest_rad_s());

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "cdprcal/error.hpp"
-#include "cdprcal/synthetic/synthetic.hpp"
+#include "cdprcal/geometry/fifth_degree.hpp"
 
 namespace cdprcal {
 namespace {

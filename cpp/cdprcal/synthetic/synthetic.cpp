@@ -78,11 +78,6 @@ Measurement synthetic_measurement(const Robot& robot, const Pose& pose,
   return m;
 }
 
-double fifth_degree(double fraction) {
-  const double x = std::min(1.0, std::max(0.0, fraction));
-  return x * x * x * (10.0 + x * (-15.0 + 6.0 * x));
-}
-
 namespace {
 
 /// One wrench a set-point, from a stream of its own: readings are the same with and without.

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "cdprcal/geometry/fifth_degree.hpp"
 #include "cdprcal/geometry/pose.hpp"
 #include "cdprcal/readings/log.hpp"
 #include "cdprcal/readings/measurement.hpp"
@@ -72,9 +73,6 @@ struct SyntheticLog {
 /// set-point, or a point of a transition, has no stable equilibrium (saying where).
 SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& setpoints_N,
                            const SyntheticLogOptions& options = {});
-
-/// Smooth 0 → 1 with zero speed and acceleration at both ends (fifth degree, paper footnote 2).
-double fifth_degree(double fraction);
 
 /// Tension set-points of an nx × ny × nz grid of equilibria, visited in a serpentine: a box around
 /// the middle of the robot, shrunk until every equilibrium is within the tension limits and stable.

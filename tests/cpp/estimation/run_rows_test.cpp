@@ -118,7 +118,7 @@ ExpectedRows expected_rows(Assembly& assembly, std::size_t index, const Pose& po
     }
     if (m.direct_length_m.size() == n) {
       add(Channel::direct_length, c, e.direct_length_m[c] - m.direct_length_m[c],
-          e.direct_length_by_twist.row(c), false);
+          e.absolute_by_twist.direct_length_m.row(c), false);
     }
   }
   if (counts(2 * n)) {
@@ -131,8 +131,8 @@ ExpectedRows expected_rows(Assembly& assembly, std::size_t index, const Pose& po
     add(Channel::roll_pitch, a, wrap_angle(e.roll_pitch_yaw_rad[a] - m.roll_pitch_yaw_rad[a]),
         e.attitude_by_twist.row(a), false);
   }
-  add(Channel::absolute_yaw, 2, wrap_angle(e.absolute_yaw_rad - m.absolute_yaw_rad),
-      e.absolute_yaw_by_twist, false);
+  add(Channel::absolute_yaw, 0, wrap_angle(e.absolute_yaw_rad - m.absolute_yaw_rad),
+      e.absolute_by_twist.absolute_yaw_rad, false);
   for (int a = 0; a < 3; ++a) {
     add(Channel::position, a, pose.position_m[a] - m.position_m[a], Vector6::Unit(a).transpose(),
         false);
