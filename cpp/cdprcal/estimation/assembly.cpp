@@ -240,15 +240,20 @@ std::vector<Eigen::MatrixXd> Assembly::common_informations(
   });
   if (!valid) return out;
   const OffsetJacobian by_initial = offsets_by_initial();
-  CommonByRow through = CommonByRow::Zero(errors, 6 + errors);  // ∂o/∂(ζ0, e)
-  through.leftCols<6>() = by_initial;
-  through.rightCols(errors).setIdentity();
   for (std::size_t w = 0; w < without.size(); ++w) {
     Eigen::MatrixXd& common = out[w];
-    const CommonByRow half = eliminations[w].finish().information.lazyProduct(through);
-    common = through.transpose().lazyProduct(half);
-    const CommonByRow first = by_common(others(own, without[w]), true, by_initial);
-    common += first.transpose().lazyProduct(first);
+    // Offsets are those of ζ0 plus the errors e: ∂o/∂(ζ0, e) = [by_initial, 1].
+    const Eigen::MatrixXd& information = eliminations[w].finish().information;
+    const Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMostOffsets> half =
+        by_initial.transpose().lazyProduct(information);
+    common.topLeftCorner<6, 6>() = half.lazyProduct(by_initial);
+    common.topRightCorner(6, errors) = half;
+    common.bottomLeftCorner(errors, 6) = half.transpose();
+    common.bottomRightCorner(errors, errors) = information;
+    if (own.count > 0) {  // the paper's has none at ζ0
+      const CommonByRow first = by_common(others(own, without[w]), true, by_initial);
+      common += first.transpose().lazyProduct(first);
+    }
     for (int e = 0; e < reference_.size(); ++e) {
       if (reference_.is_free(e)) continue;
       common.row(6 + e).setZero();

@@ -94,19 +94,21 @@ bool Estimation::add_run(std::size_t index, bool on_trial, double damping, Eigen
   };
   if (run.tied) {
     Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 6 + kMostOffsets, 1> raw;
-    const auto reduce = [&](const auto& by) {
-      const std::decay_t<decltype(by)> half =
-          sums.information.topLeftCorner(offsets, offsets).lazyProduct(by);
-      out.information.block(begin, begin, size, size) += by.transpose().lazyProduct(half);
-      out.gradient.segment(begin, size) += by.transpose().lazyProduct(sums.gradient.head(offsets));
+    const auto reduce = [&](const auto& to_unknowns) {
+      constexpr int kRows = std::decay_t<decltype(to_unknowns)>::RowsAtCompileTime;
+      const Eigen::Matrix<double, kRows, Eigen::Dynamic> half =
+          to_unknowns.lazyProduct(sums.information.topLeftCorner(offsets, offsets));
+      out.information.block<kRows, kRows>(begin, begin, size, size) +=
+          half.lazyProduct(to_unknowns.transpose());
+      out.gradient.segment(begin, size) += to_unknowns.lazyProduct(sums.gradient.head(offsets));
       out.diagonal.segment(begin, size) +=
-          by.cwiseAbs2().transpose().lazyProduct(sums.raw_diagonal.head(offsets));
-      raw = by.transpose().lazyProduct(sums.raw_gradient.head(offsets));
+          to_unknowns.cwiseAbs2().lazyProduct(sums.raw_diagonal.head(offsets));
+      raw = to_unknowns.lazyProduct(sums.raw_gradient.head(offsets));
     };
     if (run.free_offsets.empty() && !run.hold_reference) {
-      reduce(run.by_reference);  // of fixed width, and all there is in the paper
+      reduce(run.by_reference.transpose());  // of fixed height, and all there is in the paper
     } else {
-      reduce(by_unknowns(run));
+      reduce(by_unknowns(run).transpose());
     }
     for (std::size_t r = 0; r < static_cast<std::size_t>(reference_rows_.count); ++r) {
       const Eigen::Map<const Vector6> row(reference_rows_.own[r].data());

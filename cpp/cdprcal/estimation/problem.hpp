@@ -39,8 +39,8 @@ enum class MinimiserKind { arrowhead, ceres };
 /// How to solve.
 struct SolveOptions {
   MinimiserKind minimiser = MinimiserKind::arrowhead;
-  /// Standard deviations of tensions and wrenches are multiplied by these in turn: statics are
-  /// steep (kN a radian), so they start weak and tighten. The last must be 1.
+  /// Standard deviations of tensions and wrenches are multiplied by these in turn: forces
+  /// change by kN per radian of attitude, so they start weak and tighten. The last must be 1.
   std::vector<double> graduation{100.0, 10.0, 1.0};
   int max_iterations = 1000;          ///< of each stage
   double function_tolerance = 1e-12;  ///< relative change of the cost
