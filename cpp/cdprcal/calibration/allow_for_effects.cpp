@@ -55,7 +55,7 @@ std::string misfit(const Calibration& calibration) {
   const ResidualRms& rms = calibration.result.residual_rms;
   for_each_channel(
       [&](const ChannelRow& row, double value) {
-        const auto c = static_cast<Channel>(&row - kChannelTable.data());
+        const auto c = channel_of(row);
         const bool told =
             noise[c].pose != specified[c].pose || noise[c].sample != specified[c].sample;
         if (c == Channel::balance || !std::isfinite(value) || !told) return;

@@ -61,15 +61,14 @@ ResidualRms residual_rms(const std::vector<PoseResidual>& residuals, bool refere
     for_each_sensor(
         [&](const Sensor& sensor, const auto& field) {
           const auto values = numbers(field);
-          for (std::size_t c = 0; c < kChannels; ++c) {
-            const ChannelRow& row = kChannelTable[c];
-            if (&row.of() != &sensor) continue;
+          for (const ChannelRow& row : channels_of(sensor)) {
             // At the reference changes are zero by construction.
-            const bool attitude = static_cast<Channel>(c) == Channel::roll_pitch;
+            const bool attitude = channel_of(row) == Channel::roll_pitch;
             if (i == 0 && (row.has_offset || (attitude && !reference_attitude))) continue;
             const auto first = static_cast<std::size_t>(row.first);
             const auto end = std::min(values.size(), first + static_cast<std::size_t>(row.count));
-            for (std::size_t k = first; k < end; ++k) sums[c].add(values[k]);
+            for (std::size_t k = first; k < end; ++k)
+              sums[static_cast<std::size_t>(channel_of(row))].add(values[k]);
           }
         },
         r);
@@ -79,7 +78,7 @@ ResidualRms residual_rms(const std::vector<PoseResidual>& residuals, bool refere
   ResidualRms out;
   for_each_channel(
       [&](const ChannelRow& row, double& rms) {
-        rms = sums[static_cast<std::size_t>(&row - kChannelTable.data())].rms();
+        rms = sums[static_cast<std::size_t>(channel_of(row))].rms();
       },
       out);
   out.wrench_force_N = force.rms();

@@ -427,15 +427,12 @@ void RunRows::write_residual(std::size_t pose, PoseResidual& out) const {
         }
         const auto numbers_of = numbers(field);
         std::fill(numbers_of.begin(), numbers_of.end(), kNaN);
-        for (int c = 0; c < kChannels; ++c) {
-          const auto channel = static_cast<Channel>(c);
-          const ChannelRow& row = row_of(channel);
-          if (&row.of() != &sensor || channel == Channel::balance) continue;
-          const int first = layout_.slot(channel);
-          for (int k = 0; k < row.count && row.first + k < static_cast<int>(numbers_of.size());
-               ++k) {
-            numbers_of[static_cast<std::size_t>(row.first + k)] =
-                first < 0 ? kNaN : value(first + k);
+        for (const ChannelRow& row : channels_of(sensor)) {
+          const int first = layout_.slot(channel_of(row));
+          if (first < 0 || channel_of(row) == Channel::balance) continue;
+          const int end = std::min(static_cast<int>(numbers_of.size()), row.first + row.count);
+          for (int k = row.first; k < end; ++k) {
+            numbers_of[static_cast<std::size_t>(k)] = value(first + k - row.first);
           }
         }
       },

@@ -36,6 +36,17 @@ constexpr std::array<ChannelRow, kChannels> kChannelTable{{
 // clang-format on
 static_assert(kSensorTable.back().name && kChannelTable.back().name, "a row is missing");
 
+constexpr std::array<std::span<const ChannelRow>, kLogGroups> kChannelsOfSensor = [] {
+  std::array<std::span<const ChannelRow>, kLogGroups> out;
+  for (const ChannelRow& row : kChannelTable) {
+    std::span<const ChannelRow>& own = out[static_cast<std::size_t>(row.sensor)];
+    const ChannelRow* const first = own.empty() ? &row : own.data();
+    if (first + own.size() != &row) throw "a sensor's channels are not side by side";
+    own = {first, own.size() + 1};
+  }
+  return out;
+}();
+
 bool Sensor::is_absolute() const {
   // By name and not by place: a row may be a copy.
   return std::any_of(kSensorTable.end() - 1 - kAbsoluteSensors, kSensorTable.end() - 1,

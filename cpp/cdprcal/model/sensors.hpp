@@ -140,6 +140,16 @@ extern const std::array<ChannelRow, kChannels> kChannelTable;
 inline const ChannelRow& row_of(Channel channel) {
   return kChannelTable[static_cast<std::size_t>(channel)];
 }
+/// Those of each sensor, which stand side by side; none of the set-points.
+extern const std::array<std::span<const ChannelRow>, kLogGroups> kChannelsOfSensor;
+/// Those of a row of kSensorTable.
+inline std::span<const ChannelRow> channels_of(const Sensor& sensor) {
+  return kChannelsOfSensor[static_cast<std::size_t>(&sensor - kSensorTable.data())];
+}
+/// A row of kChannelTable.
+inline Channel channel_of(const ChannelRow& row) {
+  return static_cast<Channel>(&row - kChannelTable.data());
+}
 /// "length", "swivel", "roll_pitch", "yaw", "balance", "absolute_yaw", "direct_length", "position".
 const char* to_string(Channel channel);
 
