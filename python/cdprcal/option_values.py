@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -28,17 +29,23 @@ ThreadsOption = Annotated[
 ]
 
 
-def parse_numbers(option: str, text: str, count: int | None = None) -> list[float]:
-    """'1,2.5' → [1.0, 2.5]; '' → []. Raises InputError naming the option."""
-    from cdprcal._core import InputError
-
-    numbers = []
+def split_numbers(text: str) -> Iterator[tuple[str, float]]:
+    """'1,x' → ('1', 1.0), ('x', nan): each part, and NaN where it is no finite number."""
     for part in text.split(",") if text else []:
         try:
             value = float(part)
         except ValueError:
             value = math.nan
-        if not math.isfinite(value):
+        yield part, value if math.isfinite(value) else math.nan
+
+
+def parse_numbers(option: str, text: str, count: int | None = None) -> list[float]:
+    """'1,2.5' → [1.0, 2.5]; '' → []. Raises InputError naming the option."""
+    from cdprcal._core import InputError
+
+    numbers = []
+    for part, value in split_numbers(text):
+        if math.isnan(value):
             raise InputError(f"{option}: {part.strip()!r} in {text!r} must be a number")
         numbers.append(value)
     if count is not None and len(numbers) != count:

@@ -54,7 +54,7 @@ void learn_priors(DiagnosisModel& model) {
   const int n = model.robot.cable_count();
   for (int round = 0; round < kRounds && !model.effects.empty(); ++round) {
     const Eigen::VectorXd variance = covariance(model).diagonal().cwiseMax(0.0);
-    Eigen::Index begin = variance.size() - prior_precision(model).size();
+    Eigen::Index begin = variance.size() - model.values().size();
     for (std::size_t k = 0; k < model.effects.size(); ++k) {
       EffectTerm& term = model.effects[k];
       const EffectValues typical = term.effect->typical(n);
@@ -102,7 +102,7 @@ std::vector<Eigen::VectorXd> direction_variance(const DiagnosisModel& model) {
 /// Values and their standard deviations in reported units, by run after run.
 void report_values(const DiagnosisModel& model, Diagnosis& out) {
   const Eigen::VectorXd variance = covariance(model).diagonal();
-  Eigen::Index first = variance.size() - prior_precision(model).size();
+  Eigen::Index first = variance.size() - model.values().size();
   const std::vector<Eigen::VectorXd> systematic = direction_variance(model);
   for (std::size_t k = 0; k < model.effects.size(); ++k) {
     const EffectTerm& term = model.effects[k];

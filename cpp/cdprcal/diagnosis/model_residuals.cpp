@@ -28,7 +28,7 @@ std::vector<ModelResidual> model_residuals(const DiagnosisModel& model) {
   std::vector<ModelResidual> out;
   out.reserve(static_cast<std::size_t>(model.pose_count()));
   ModelRows rows(model);
-  const Eigen::VectorXd values = rows.values();
+  const Eigen::VectorXd values = model.values();
   for (std::size_t r = 0; r < model.runs.size(); ++r) {
     const DiagnosisRun& run = model.runs[r];
     const PoseLanes poses = rows.poses(r);
@@ -36,8 +36,7 @@ std::vector<ModelResidual> model_residuals(const DiagnosisModel& model) {
     rows.run(r).set_offsets(rows.offsets(r).data());
     for (std::size_t b = 0; b < rows.run(r).batches(); ++b) {
       const bool valid = rows.run(r).evaluate(b, poses);
-      const std::size_t end = std::min((b + 1) * lanes::kLanes, run.poses.size());
-      for (std::size_t i = b * lanes::kLanes; i < end; ++i) {
+      for (const std::size_t i : poses_of(b, run.poses.size())) {
         if (!valid && !evaluate_alone(rows.run(r), i, run.poses[i])) continue;
         ModelResidual entry{r, run.measurements[i].run_time_s, {}};
         rows.run(r).write_residual(i, entry.residual);

@@ -32,18 +32,18 @@ class Follower {
 
   /// Poses of a batch, all from the same start.
   void follow(std::size_t batch, const Pose& start) {
-    const std::size_t first = batch * kLanes, end = std::min(first + kLanes, samples_.size());
+    const std::size_t first = batch * kLanes;
     std::array<Pose, kLanes> poses;
     poses.fill(start);
     if (!iterate(batch, poses)) {  // one of them spoils the others' batch
-      for (std::size_t i = first; i < end; ++i) {
+      for (const std::size_t i : poses_of(batch, samples_.size())) {
         std::array<Pose, kLanes> alone;
         alone.fill(start);
         const bool found = iterate(batch, alone);
         poses[i - first] = found ? alone[i - first] : nowhere();
       }
     }
-    for (std::size_t i = first; i < end; ++i) {
+    for (const std::size_t i : poses_of(batch, samples_.size())) {
       const bool told = rows_.row_count(i) >= 6 && poses[i - first].position_m.allFinite();
       samples_[i].pose = told ? poses[i - first] : nowhere();
     }
@@ -62,9 +62,9 @@ class Follower {
   bool iterate(std::size_t batch, std::array<Pose, kLanes>& poses) {
     constexpr int kMostSteps = 10;
     constexpr double kSettled = 1e-7;
+    const std::size_t first = batch * kLanes;
     for (int step = 0; step < kMostSteps; ++step) {
-      const std::size_t first = batch * kLanes;
-      for (std::size_t i = first; i < std::min(first + kLanes, samples_.size()); ++i) {
+      for (const std::size_t i : poses_of(batch, samples_.size())) {
         at_.set(i, poses[i - first]);
       }
       if (!rows_.evaluate(batch, at_)) return false;
@@ -72,7 +72,7 @@ class Follower {
       elimination_.add(rows_.rows(), rows_.by_offset(), rows_.by_effect());
       elimination_.back_substitute(none_);
       double largest = 0.0;
-      for (std::size_t i = first; i < std::min(first + kLanes, samples_.size()); ++i) {
+      for (const std::size_t i : poses_of(batch, samples_.size())) {
         const Vector6 twist = Eigen::Map<const Vector6, 0, Eigen::InnerStride<kLanes>>(
             elimination_.steps(0) + (i - first));
         poses[i - first] = plus(poses[i - first], twist);
@@ -148,7 +148,7 @@ std::vector<FollowedSample> followed(const DiagnosisModel& model, std::size_t r,
   Pose pose = model.runs[r].poses.front();
   for (std::size_t b = 0; b < lanes::batches(out.size()); ++b) {
     follower.follow(b, pose);
-    for (std::size_t i = b * kLanes; i < std::min((b + 1) * kLanes, out.size()); ++i) {
+    for (const std::size_t i : poses_of(b, out.size())) {
       if (out[i].pose.position_m.allFinite()) pose = out[i].pose;
     }
   }
@@ -197,7 +197,7 @@ double motion_correlation(const DiagnosisModel& model) {
   if (!system.valid) return 0.0;
   for (const DiagnosisSystem::PoseRange& pose : system.poses) {
     const Measurement& m = model.runs[pose.run].measurements[pose.pose];
-    if (m.kind != PoseKind::kinematic_pose || m.samples != 1) {
+    if (!is_moving(m)) {
       last.resize(0);
       continue;
     }

@@ -19,7 +19,6 @@ struct MinimiserOptions {
   /// A step that promised no more than this and did not keep it ends the search: at a minimum, but
   /// for what the derivatives leave out.
   double least_promise = 0.0;
-  bool hold_initial_pose = false;  ///< ζ0 stays where it is
 };
 
 struct MinimiserSummary {

@@ -46,19 +46,6 @@ PoseRows others(const PoseRows& all, std::optional<Channel> channel) {
   return out;
 }
 
-OffsetVector offsets_of(const PoseEvaluation& at) {
-  OffsetVector out(2 * at.length_m.size() + 1);
-  out << at.length_m, at.swivel_rad, at.roll_pitch_yaw_rad[2];
-  return out;
-}
-
-std::vector<StaticsModel> statics_of(const WeighedPoses& poses, std::size_t first) {
-  std::vector<StaticsModel> out;
-  for (std::size_t i = first; i < poses.size(); ++i) out.push_back(poses.statics_of(i));
-  out.push_back(poses.statics_of(0));
-  return out;
-}
-
 }  // namespace
 
 Assembly::Assembly(const CalibrationProblem& problem, const std::vector<Pose>& guess)
@@ -76,8 +63,8 @@ RunReadings Assembly::run_readings() const {
   RunReadings out;
   for (std::size_t lane = 0; lane < poses_.size(); ++lane) {
     out.measurements.push_back(&problem_.measurements[measurement_of(lane)]);
+    out.statics.push_back(poses_.statics_of(measurement_of(lane)));
   }
-  out.statics = statics_of(poses_, 1);
   out.base = reference_.base();
   out.reference = lane_of(0);
   out.reference_offsets = 0;
@@ -102,7 +89,6 @@ void Assembly::set_reference_errors(const Eigen::Ref<const Eigen::VectorXd>& err
 
 std::optional<OffsetVector> Assembly::hand_over(PoseLanes& poses) {
   for (std::size_t i = 0; i < poses_.size(); ++i) poses.set(lane_of(i), poses_.pose(i));
-  poses.set(lane_of(0), poses_.pose(0));  // and behind it
   if (weights_version_ != poses_.weights_version()) {
     weights_version_ = poses_.weights_version();
     for (std::size_t i = 0; i < poses_.size(); ++i) {
@@ -150,8 +136,8 @@ Estimation& Assembly::estimation(bool hold_initial_pose) {
   return *estimation_;
 }
 
-MinimiserSummary Assembly::minimise(const MinimiserOptions& options) {
-  Estimation& estimation = this->estimation(options.hold_initial_pose);
+MinimiserSummary Assembly::minimise(const MinimiserOptions& options, bool hold_initial_pose) {
+  Estimation& estimation = this->estimation(hold_initial_pose);
   const MinimiserSummary out = cdprcal::minimise(estimation, options);
   if (!out.usable) return out;
   const EstimatedRun& run = estimation.runs().front();
@@ -194,16 +180,14 @@ double Assembly::statics_rms() {
 
 OffsetJacobian Assembly::offsets_by_initial() const {
   const PoseEvaluation& initial = rows_.evaluate_alone(lane_of(0), poses_.pose(0));
-  OffsetJacobian out = OffsetJacobian::Constant(reference_.size(), 6, kNaN);
-  if (!initial.valid) return out;
-  out << initial.length_by_twist, initial.swivel_by_twist, initial.attitude_by_twist.row(2);
-  return out;
+  if (!initial.valid) return OffsetJacobian::Constant(reference_.size(), 6, kNaN);
+  return offsets_by_twist(initial);
 }
 
 std::vector<PoseRows> Assembly::rows() {
   std::vector<PoseRows> out(poses_.size());
   const bool valid = visit([&](std::size_t b) {
-    for (std::size_t i = b * kLanes; i < std::min((b + 1) * kLanes, poses_.size()); ++i) {
+    for (const std::size_t i : poses_of(b, poses_.size())) {
       rows_.take(i, out[measurement_of(i)]);
     }
   });
@@ -213,9 +197,6 @@ std::vector<PoseRows> Assembly::rows() {
 
 std::vector<Eigen::MatrixXd> Assembly::common_informations(
     const std::vector<std::optional<Channel>>& without) {
-  // Just enough for a factor of poses with directions that no reading sees; what those say of the
-  // offsets is zero, and stays so.
-  constexpr double kBarely = 1e-14;
   const Eigen::Index errors = reference_.size();
   std::vector<Eigen::MatrixXd> out(without.size(),
                                    Eigen::MatrixXd::Constant(6 + errors, 6 + errors, kNaN));
@@ -285,7 +266,7 @@ std::vector<FittedRow> Assembly::fitted_rows() {
   PoseRows rows;
   const bool valid =
       estimation.left_over(covariance, [&](std::size_t, std::size_t b, const double* left) {
-        for (std::size_t i = b * kLanes; i < std::min((b + 1) * kLanes, poses_.size()); ++i) {
+        for (const std::size_t i : poses_of(b, poses_.size())) {
           if (is_tied() && i == reference) continue;
           rows_.take(i, rows);
           add(i, rows, [&](std::size_t r) {
@@ -406,7 +387,7 @@ void Assembly::complete_reference(PoseResidual& r) const {
 std::vector<PoseResidual> Assembly::residuals() {
   std::vector<PoseResidual> out(poses_.size());
   visit([&](std::size_t b) {
-    for (std::size_t i = b * kLanes; i < std::min((b + 1) * kLanes, poses_.size()); ++i) {
+    for (const std::size_t i : poses_of(b, poses_.size())) {
       rows_.write_residual(i, out[measurement_of(i)]);
     }
   });

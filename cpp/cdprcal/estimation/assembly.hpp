@@ -59,8 +59,8 @@ class Assembly {
   [[nodiscard]] int parameter_count() const;
 
   /// Minimises ½ Σ (F/σ)² (eq. 14) over all poses and the free reference errors, and leaves the
-  /// minimum here.
-  MinimiserSummary minimise(const MinimiserOptions& options);
+  /// minimum here. ζ0 may be held where it is.
+  MinimiserSummary minimise(const MinimiserOptions& options, bool hold_initial_pose = false);
 
   /// ½ Σ (F/σ)² at the present state; NaN when a pose is invalid.
   double cost();

@@ -18,8 +18,8 @@ double variance_ratio_nearby(const CalibrationProblem& problem, const Calibratio
     Assembly assembly(problem, poses);
     assembly.set_reference_errors(result.reference_errors);
     assembly.poses().update_wrench_weights(1.0);
-    const MinimiserSummary summary = assembly.minimise(
-        {.max_iterations = 50, .function_tolerance = 1e-4, .hold_initial_pose = true});
+    const MinimiserSummary summary =
+        assembly.minimise({.max_iterations = 50, .function_tolerance = 1e-4}, true);
     if (!summary.usable) continue;  // the geometry ends there, and so does any doubt
     const std::optional<Matrix6> there = assembly.reference_information().covariance;
     if (!there) return std::numeric_limits<double>::infinity();

@@ -9,6 +9,9 @@ namespace cdprcal {
 
 /// Unknowns that nothing measures: the diagonal of JᵀJ counts at least so much in the damping.
 inline constexpr double kLeastDiagonal = 1e-6;
+/// Just enough damping for a factor of poses with directions that no reading sees; what those say
+/// of the common unknowns is zero, and stays so.
+inline constexpr double kBarely = 1e-14;
 
 /// What the eliminated poses of a run say about what they have in common: its offsets, then the
 /// values of effects. With H, C and g a pose's blocks of JᵀJ, JᵀJ_c and Jᵀr, and D the diagonal of

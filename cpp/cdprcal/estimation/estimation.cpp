@@ -17,6 +17,10 @@ Estimation::Estimation(std::vector<EstimatedRun> runs, Eigen::VectorXd values,
 
 bool Estimation::prepare(std::size_t, const PoseLanes&, const Eigen::VectorXd&) { return true; }
 
+std::size_t Estimation::batches_of(const EstimatedRun& run) {
+  return lanes::batches(run.poses.size() - (run.is_reference_silent() ? 1 : 0));
+}
+
 Eigen::Index Estimation::size_of(const EstimatedRun& run) const {
   return static_cast<Eigen::Index>(run.free_offsets.size()) +
          (run.tied && !run.hold_reference ? 6 : 0);
@@ -48,21 +52,15 @@ bool Estimation::sweep(std::size_t index, bool on_trial, double damping, const V
   if (run.tied) {
     const PoseEvaluation& initial = run.rows->evaluate_alone(reference, poses[reference]);
     if (!initial.valid) return false;
-    const Eigen::Index n = run.rows->layout().cables;
-    run.by_reference.resize(2 * n + 1, 6);
-    run.by_reference << initial.length_by_twist, initial.swivel_by_twist,
-        initial.attitude_by_twist.row(2);
+    run.by_reference = offsets_by_twist(initial);
     OffsetVector& offsets = on_trial ? run.trial_offsets : run.offsets;
-    offsets << initial.length_m, initial.swivel_rad, initial.roll_pitch_yaw_rad[2];
-    offsets += on_trial ? run.trial_errors : run.errors;
+    offsets = offsets_of(initial) + (on_trial ? run.trial_errors : run.errors);
   }
   run.rows->set_offsets((on_trial ? run.trial_offsets : run.offsets).data());
   run.elimination.begin(damping, run.slots);
-  // A reference that is no block, and says nothing by itself, need not be evaluated.
-  const bool silent = run.tied && run.rows->row_count(reference) == 0;
-  const std::size_t batches = lanes::batches(silent ? run.rows->poses() - 1 : run.rows->poses());
+  const bool silent = run.is_reference_silent();
   reference_rows_.count = 0;
-  for (std::size_t b = 0; b < batches; ++b) {
+  for (std::size_t b = 0; b < batches_of(run); ++b) {
     if (!run.rows->evaluate(b, poses)) return false;
     if (!silent && b == reference / kLanes) {
       if (run.tied) {
@@ -198,9 +196,7 @@ TrialStep Estimation::try_step(const Eigen::VectorXd& common_step) {
     out.squared_norm += steps.squared_norm;
     out.damping += steps.damping;
     out.state_squared_norm += (run.tied ? run.errors : run.offsets).squaredNorm();
-    const bool silent = run.tied && run.rows->row_count(run.reference) == 0;
-    const std::size_t batches = lanes::batches(run.poses.size() - (silent ? 1 : 0));
-    for (std::size_t b = 0; b < batches; ++b) {
+    for (std::size_t b = 0; b < batches_of(run); ++b) {
       out.state_squared_norm += run.trial.move(b, run.poses, run.elimination.steps(b));
     }
     if (run.tied) {

@@ -33,6 +33,8 @@ struct EstimatedRun {
   /// The paper's formulation: the offsets are m(ζ0) plus `errors`, of which only `free_offsets` are
   /// estimated, and ζ0 is a common unknown.
   bool tied = false;
+  /// Then ζ0 is no block, and where it says nothing by itself it need not be evaluated.
+  [[nodiscard]] bool is_reference_silent() const { return tied && rows->row_count(reference) == 0; }
   OffsetVector errors, trial_errors;
   OffsetJacobian by_reference;  ///< ∂m/∂ζ0 as of the last evaluation
   std::vector<int> slots;
@@ -69,9 +71,6 @@ class Estimation : public ArrowheadProblem {
   [[nodiscard]] Eigen::Index common_size() const;
 
  protected:
-  /// Just enough damping for a factor of poses with directions that no reading sees; what those say
-  /// of the common unknowns is zero, and stays so.
-  static constexpr double kBarely = 1e-14;
   /// Called before a run's rows are evaluated at these poses and values: where weights or the
   /// robot follow them. False: they cannot.
   virtual bool prepare(std::size_t run, const PoseLanes& poses, const Eigen::VectorXd& values);
@@ -82,6 +81,8 @@ class Estimation : public ArrowheadProblem {
   bool sweep(std::size_t run, bool on_trial, double damping, const Visit& visit);
   bool add_run(std::size_t run, bool on_trial, double damping, Eigen::Index begin,
                CommonSystem& out);
+  /// Batches of the run that are evaluated.
+  [[nodiscard]] static std::size_t batches_of(const EstimatedRun& run);
   [[nodiscard]] Eigen::Index size_of(const EstimatedRun& run) const;
   /// ∂(offsets)/∂(the run's common unknowns).
   using OffsetsByUnknowns = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,

@@ -20,11 +20,7 @@ std::vector<EstimatedRun> estimated_runs(ModelRows& rows) {
 
 /// Rows count offsets from the model, a model from its readings: the other sign.
 void turn_offsets(const DiagnosisModel& model, Eigen::MatrixXd& matrix) {
-  const auto values = [&] {
-    Eigen::Index size = 0;
-    for (const EffectTerm& term : model.effects) size += term.values.size();
-    return size;
-  }();
+  const Eigen::Index values = model.values().size();
   const Eigen::Index offsets = matrix.rows() - values;
   matrix.topRightCorner(offsets, values) *= -1.0;
   matrix.bottomLeftCorner(values, offsets) *= -1.0;
@@ -50,7 +46,7 @@ ModelEstimation::ModelEstimation(const DiagnosisModel& model)
     : ModelEstimation(model, std::make_unique<ModelRows>(model)) {}
 
 ModelEstimation::ModelEstimation(const DiagnosisModel& model, std::unique_ptr<ModelRows> rows)
-    : Estimation(estimated_runs(*rows), rows->values(), prior_precision(model)),
+    : Estimation(estimated_runs(*rows), model.values(), prior_precision(model)),
       rows_(std::move(rows)) {}
 
 bool ModelEstimation::prepare(std::size_t run, const PoseLanes& poses,
@@ -89,8 +85,7 @@ ChannelSums ModelEstimation::channel_sums() {
   out.valid = left_over(spread, [&](std::size_t r, std::size_t b, const double* left) {
     const RunRows& run = rows_->run(r);
     const RowLayout& at = run.layout();
-    for (std::size_t i = b * lanes::kLanes; i < std::min((b + 1) * lanes::kLanes, run.poses());
-         ++i) {
+    for (const std::size_t i : poses_of(b, run.poses())) {
       for (int s = 0; s < at.size(); ++s) {
         if (!run.has_row(i, s)) continue;
         const RowSlot& slot = at.slots[static_cast<std::size_t>(s)];
@@ -108,7 +103,7 @@ ChannelSums ModelEstimation::channel_sums() {
 Eigen::MatrixXd information(const DiagnosisModel& model) {
   ModelEstimation fit(model);
   CommonSystem system;
-  if (!fit.linearise(false, 1e-14, system)) {
+  if (!fit.linearise(false, kBarely, system)) {
     return Eigen::MatrixXd::Constant(fit.common_size(), fit.common_size(), kNaN);
   }
   turn_offsets(model, system.information);
@@ -123,7 +118,7 @@ Eigen::MatrixXd covariance(const DiagnosisModel& model) {
 
 double penalised_cost(const DiagnosisModel& model) {
   CommonSystem system;
-  return ModelEstimation(model).linearise(false, 1e-14, system) ? system.cost : kNaN;
+  return ModelEstimation(model).linearise(false, kBarely, system) ? system.cost : kNaN;
 }
 
 ChannelSums channel_sums(const DiagnosisModel& model) {
@@ -137,7 +132,7 @@ void start_noise(DiagnosisModel& model, const std::array<double, kChannels>& rip
   int rests = 0;
   for (const DiagnosisRun& run : model.runs) {
     for (const Measurement& m : run.measurements) {
-      if (m.kind == PoseKind::kinematic_pose && m.samples == 1) continue;
+      if (is_moving(m)) continue;
       samples += m.samples;
       ++rests;
     }

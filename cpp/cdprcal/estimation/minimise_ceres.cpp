@@ -176,7 +176,6 @@ MinimiserSummary minimise_with_ceres(Assembly& assembly, const MinimiserOptions&
     free_errors = std::make_unique<ceres::SubsetManifold>(reference.size(), held);
     problem.SetManifold(state.errors(), free_errors.get());
   }
-  if (options.hold_initial_pose) problem.SetParameterBlockConstant(state.pose(0));
   for (std::size_t i = 0; i < poses; ++i) {
     if (assembly.rows_at(i) == 0) continue;
     costs.emplace_back(state, assembly, i);

@@ -44,11 +44,6 @@ double row_noise(const DiagnosisModel& model, NoiseGroup channel, const Measurem
   return std::sqrt(level * level + ripple * ripple * (model.rest_samples / m.samples - 1.0));
 }
 
-/// Single readings while the platform moves are noise groups of their own.
-bool is_moving(const Measurement& m) {
-  return m.kind == PoseKind::kinematic_pose && m.samples == 1;
-}
-
 NoiseGroup group_of(Channel channel, const Measurement& m) {
   return is_moving(m) && channel != Channel::balance ? in_motion(channel) : at_rest(channel);
 }
@@ -70,7 +65,7 @@ void append(ModelRows& rows, std::size_t r, std::size_t batch, DiagnosisSystem& 
   const auto columns = static_cast<Eigen::Index>(at.columns);
   const Eigen::Index first_offset = static_cast<Eigen::Index>(r) * at.offsets();
   PoseRows pose;
-  for (std::size_t i = batch * kLanes; i < std::min((batch + 1) * kLanes, run.poses()); ++i) {
+  for (const std::size_t i : poses_of(batch, run.poses())) {
     run.take(i, pose);
     const auto begin = static_cast<Eigen::Index>(out.rows.size());
     out.poses.push_back({r, i, begin, pose.count});
@@ -95,7 +90,6 @@ void append(ModelRows& rows, std::size_t r, std::size_t batch, DiagnosisSystem& 
 
 /// Fills in what the poses leave: M = 1 − A (AᵀA)⁻¹ Aᵀ, pose by pose.
 void project(DiagnosisSystem& system) {
-  constexpr double kBarely = 1e-14;  // as Estimation's: enough for poses that few readings see
   system.free_residual = system.residual;
   system.free_by_common = system.by_common;
   system.freedom.setOnes(system.residual.size());
@@ -148,15 +142,12 @@ void ModelRows::weigh() {
 void ModelRows::set_values(std::size_t r, const Eigen::VectorXd& values, const PoseLanes& poses) {
   const int n = model_.robot.cable_count();
   const auto accepted = static_cast<Eigen::Index>(layout_.accepted);
-  ActiveEffects active;
+  ActiveEffects active = model_.active(r, values);
   std::vector<EffectColumn> derivatives;
   for (std::size_t k = 0; k < model_.effects.size(); ++k) {
     const EffectTerm& term = model_.effects[k];
-    const int size = term.effect->size(n);
-    const int begin = layout_.accepted_begin[k] - layout_.offsets +
-                      (term.by_run() ? static_cast<int>(r) * size : 0);
-    active.push_back({term.effect, values.segment(begin, size)});
-    derivatives.push_back({term.effect, active.back().values, begin, {}});
+    const int begin = layout_.accepted_begin[k] - layout_.offsets + term.begin_of(r, n);
+    derivatives.push_back({term.effect, active[k].values, begin, {}});
   }
   for (std::size_t k = 0; k < candidates_.size(); ++k) {
     const EffectValues typical = candidates_[k]->typical(n);
@@ -165,8 +156,6 @@ void ModelRows::set_values(std::size_t r, const Eigen::VectorXd& values, const P
                       (by_run ? static_cast<int>(r * static_cast<std::size_t>(typical.size())) : 0);
     derivatives.push_back({candidates_[k], EffectValues::Zero(typical.size()), begin, typical});
   }
-  const ActiveEffects& known = model_.runs[r].known;
-  active.insert(active.end(), known.begin(), known.end());
   RunRows& run = *runs_[r];
   const Robot robot = with_effects(model_.robot, active);
   run.set_effects(robot, std::move(active), std::move(derivatives),
@@ -188,16 +177,6 @@ void ModelRows::set_values(std::size_t r, const Eigen::VectorXd& values, const P
     const Measurement& m = model_.runs[r].measurements[which[k]];
     run.set_whitening(which[k], roots[k] / row_noise(model_, at_rest(Channel::balance), m));
   }
-}
-
-Eigen::VectorXd ModelRows::values() const {
-  Eigen::VectorXd out(layout_.accepted);
-  Eigen::Index begin = 0;
-  for (const EffectTerm& term : model_.effects) {
-    out.segment(begin, term.values.size()) = term.values;
-    begin += term.values.size();
-  }
-  return out;
 }
 
 PoseLanes ModelRows::poses(std::size_t run) const {
@@ -229,13 +208,26 @@ Eigen::VectorXd offsets_at(const Robot& robot, const Pose& pose, const Measureme
   return out.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
 }
 
-ActiveEffects DiagnosisModel::active(std::size_t run) const {
+Eigen::VectorXd DiagnosisModel::values() const {
+  Eigen::Index size = 0;
+  for (const EffectTerm& term : effects) size += term.values.size();
+  Eigen::VectorXd out(size);
+  Eigen::Index begin = 0;
+  for (const EffectTerm& term : effects) {
+    out.segment(begin, term.values.size()) = term.values;
+    begin += term.values.size();
+  }
+  return out;
+}
+
+ActiveEffects DiagnosisModel::active(std::size_t run, const Eigen::VectorXd& values) const {
   ActiveEffects out;
   const int n = robot.cable_count();
+  Eigen::Index begin = 0;
   for (const EffectTerm& term : effects) {
-    const int size = term.effect->size(n);
-    const auto begin = term.by_run() ? static_cast<Eigen::Index>(run) * size : 0;
-    out.push_back({term.effect, term.values.segment(begin, size)});
+    out.push_back(
+        {term.effect, values.segment(begin + term.begin_of(run, n), term.effect->size(n))});
+    begin += term.values.size();
   }
   const ActiveEffects& known = runs[run].known;
   out.insert(out.end(), known.begin(), known.end());
@@ -250,7 +242,7 @@ DiagnosisSystem linearise(const DiagnosisModel& model, const Candidates& candida
   system.prior_precision.setZero(nuisance);
   system.prior_precision.tail(system.layout.accepted) = prior_precision(model);
   system.prior_residual.setZero(nuisance);
-  const Eigen::VectorXd values = rows.values();
+  const Eigen::VectorXd values = model.values();
   system.prior_residual.tail(system.layout.accepted) =
       system.prior_precision.tail(system.layout.accepted).cwiseSqrt().cwiseProduct(values);
   Eigen::Index count = 0;

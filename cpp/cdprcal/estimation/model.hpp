@@ -21,6 +21,10 @@ constexpr NoiseGroup at_rest(Channel channel) { return static_cast<NoiseGroup>(c
 constexpr NoiseGroup in_motion(Channel channel) {
   return static_cast<NoiseGroup>(static_cast<int>(channel) + kRestGroups);
 }
+/// Whether a measurement's readings are of those groups.
+inline bool is_moving(const Measurement& m) {
+  return m.kind == PoseKind::kinematic_pose && m.samples == 1;
+}
 /// "length", "length while moving" …
 std::string to_string(NoiseGroup group);
 
@@ -42,7 +46,11 @@ struct EffectTerm {
   std::shared_ptr<const Effect> effect;
   Eigen::VectorXd values;    ///< size(n), or size(n) · runs
   double prior_scale = 1.0;  ///< prior's σ in typical sizes
-  [[nodiscard]] bool by_run() const { return effect->info().scope == EffectScope::run; }
+  /// Where those of run `run` begin.
+  [[nodiscard]] int begin_of(std::size_t run, int cables) const {
+    const bool by_run = effect->info().scope == EffectScope::run;
+    return by_run ? static_cast<int>(run) * effect->size(cables) : 0;
+  }
 };
 
 /// Noise of one reading, a channel; the balance's is relative to its own covariance.
@@ -57,8 +65,12 @@ struct DiagnosisModel {
   double rest_samples = 1.0;  ///< readings behind the mean that noise and floor are for
 
   [[nodiscard]] int pose_count() const;
-  /// The effects as they act on run `run`; the known ones follow after `effects`.
-  [[nodiscard]] ActiveEffects active(std::size_t run) const;
+  /// The values of the effects, one after another.
+  [[nodiscard]] Eigen::VectorXd values() const;
+  /// The effects as they act on run `run`, at their values or at others (as values() has them); the
+  /// known ones follow after `effects`.
+  [[nodiscard]] ActiveEffects active(std::size_t run) const { return active(run, values()); }
+  [[nodiscard]] ActiveEffects active(std::size_t run, const Eigen::VectorXd& values) const;
 };
 
 /// Columns of the common unknowns: offsets of all runs, accepted effects, candidates.

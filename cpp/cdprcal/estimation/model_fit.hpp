@@ -22,8 +22,6 @@ class ModelRows {
   [[nodiscard]] const DiagnosisModel& model() const { return model_; }
   [[nodiscard]] const CommonLayout& layout() const { return layout_; }
   [[nodiscard]] RunRows& run(std::size_t index) { return *runs_[index]; }
-  /// The values of the model's effects.
-  [[nodiscard]] Eigen::VectorXd values() const;
   /// The poses of a run, side by side.
   [[nodiscard]] PoseLanes poses(std::size_t run) const;
   /// Offsets as rows have them: model − reading.

@@ -1,12 +1,20 @@
 // The poses that a minimiser moves, eight side by side.
 #pragma once
 
+#include <algorithm>
+#include <ranges>
 #include <vector>
 
 #include "cdprcal/geometry/pose.hpp"
 #include "cdprcal/lanes/vectors.hpp"
 
 namespace cdprcal {
+
+/// The indices, among so many poses, of those in a batch.
+inline auto poses_of(std::size_t batch, std::size_t poses) {
+  return std::views::iota(batch * lanes::kLanes,
+                          std::min((batch + 1) * std::size_t{lanes::kLanes}, poses));
+}
 
 /// Poses as [batch][p 3, quaternion x y z w][lane]. Lanes beyond the last pose repeat it.
 class PoseLanes {

@@ -95,8 +95,8 @@ struct Emit {
   }
 };
 
-/// What the statics ask of the attitude.
-template <typename Kind, typename V>
+/// R_world_platform as the kinematics left it.
+template <typename V>
 CDPRCAL_INLINE void rotation_of(const View<V>& view, V (&r)[3][3]) {
   const int at = StateNumbers::rotation(view.in.layout.cables);
   for (int i = 0; i < 3; ++i) {
@@ -285,7 +285,7 @@ template <typename Kind, typename V = typename Kind::V>
 CDPRCAL_INLINE void statics(const RowBatch& in, int first) {
   const View<V> view(in, first);
   V r[3][3];
-  rotation_of<Kind>(view, r);
+  rotation_of(view, r);
   Attitude<V> attitude;
   attitude_of<Kind>(r, in.robot.euler_convention, attitude);
   CableStatics<V> statics[kMaxCables];

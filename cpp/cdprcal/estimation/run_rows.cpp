@@ -37,6 +37,18 @@ const std::vector<Channel>& slot_order() {
 
 }  // namespace
 
+OffsetVector offsets_of(const PoseEvaluation& at) {
+  OffsetVector out(2 * at.length_m.size() + 1);
+  out << at.length_m, at.swivel_rad, at.roll_pitch_yaw_rad[2];
+  return out;
+}
+
+OffsetJacobian offsets_by_twist(const PoseEvaluation& at) {
+  OffsetJacobian out(2 * at.length_m.size() + 1, 6);
+  out << at.length_by_twist, at.swivel_by_twist, at.attitude_by_twist.row(2);
+  return out;
+}
+
 void RunRows::lay_out() {
   const int n = robot_.cable_count();
   layout_.cables = n;
@@ -251,8 +263,8 @@ PlatformState RunRows::state_of(std::size_t lane) const {
 void RunRows::act_on_tensions(std::size_t batch, const PoseLanes& poses) {
   if (layout_.statics == StaticsModel::none) return;
   const auto n = static_cast<std::size_t>(layout_.cables);
-  for (std::size_t lane = 0; lane < kLanes && batch * kLanes + lane < this->poses(); ++lane) {
-    const std::size_t i = batch * kLanes + lane;
+  for (const std::size_t i : poses_of(batch, this->poses())) {
+    const std::size_t lane = i % kLanes;
     if (readings_.statics[i] == StaticsModel::none) continue;
     const Measurement& m = *readings_.measurements[i];
     const Pose pose = poses[i];
@@ -270,8 +282,8 @@ void RunRows::act_on_tensions(std::size_t batch, const PoseLanes& poses) {
 
 void RunRows::act_on_readings(std::size_t batch, const PoseLanes& poses) {
   const int n = layout_.cables;
-  for (std::size_t lane = 0; lane < kLanes && batch * kLanes + lane < this->poses(); ++lane) {
-    const std::size_t i = batch * kLanes + lane;
+  for (const std::size_t i : poses_of(batch, this->poses())) {
+    const std::size_t lane = i % kLanes;
     const Measurement& m = *readings_.measurements[i];
     const Pose pose = poses[i];
     const PlatformState state = state_of(lane);

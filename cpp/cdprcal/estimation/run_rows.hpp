@@ -32,6 +32,10 @@ struct RunReadings {
   bool reference_roll_pitch = true;
 };
 
+/// What counts from an offset, at a pose: lengths, swivels, yaw (2n + 1); and by a twist of it.
+OffsetVector offsets_of(const PoseEvaluation& at);
+OffsetJacobian offsets_by_twist(const PoseEvaluation& at);
+
 /// The rows of all poses of one run. Each row has a slot that is the same in all poses; where a
 /// pose lacks the reading, its row is zero.
 class RunRows {

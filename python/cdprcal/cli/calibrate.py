@@ -19,6 +19,7 @@ from cdprcal.command import (
     print_json,
     reports_errors,
 )
+from cdprcal.option_values import split_numbers
 
 EXAMPLE = "Example: cdprcal calibrate irma4 run.csv -o result.json"
 
@@ -120,12 +121,8 @@ def parse_times(text: str) -> list[float]:
     from cdprcal._core import InputError
 
     times = []
-    for part in text.split(",") if text else []:
-        try:
-            time = float(part)
-        except ValueError:
-            time = math.nan
-        if not math.isfinite(time):
+    for part, time in split_numbers(text):
+        if math.isnan(time):
             raise InputError(f"--at: {part!r} is not a time in seconds (write --at 12.5,20,31)")
         times.append(time)
     return times

@@ -236,7 +236,7 @@ TEST(Minimiser, HoldsTheInitialPoseWhereAsked) {
   Assembly assembly(problem, guess);
   assembly.poses().update_wrench_whitening(1.0);
   const double before = assembly.cost();
-  const MinimiserSummary summary = assembly.minimise({.hold_initial_pose = true});
+  const MinimiserSummary summary = assembly.minimise({}, true);
   EXPECT_TRUE(summary.converged);
   EXPECT_EQ(assembly.poses().pose(0).position_m, guess[0].position_m);
   EXPECT_EQ(assembly.poses().pose(0).rotation.coeffs(), guess[0].rotation.coeffs());
