@@ -86,10 +86,12 @@ void register_catalogue(py::module_& module) {
 void register_findings(py::module_& module) {
   py::native_enum<Verdict>(module, "Verdict", "enum.Enum",
                            "consistent: nothing is missing; explained: the named effects explain "
-                           "it; unexplained: something is left that no effect explains.")
+                           "it; unexplained: something is left that no effect explains; "
+                           "undetermined: too little was measured to say.")
       .value("consistent", Verdict::consistent)
       .value("explained", Verdict::explained)
       .value("unexplained", Verdict::unexplained)
+      .value("undetermined", Verdict::undetermined)
       .finalize();
   py::class_<DiscreteFault>(module, "DiscreteFault",
                             "A sign, an order, a unit or a convention that was wrong.")
@@ -99,6 +101,8 @@ void register_findings(py::module_& module) {
       .def_readonly("tension_order", &DiscreteFault::tension_order,
                     "Of a cable_order: the load cells' where it differs from the encoders'; else "
                     "empty.")
+      .def_readonly("log_evidence", &DiscreteFault::log_evidence,
+                    "Nats, of one found beside effects; NaN of one found before any.")
       .def_readonly("convention", &DiscreteFault::convention,
                     "Of an euler_convention: the right one; else None.")
       .def_readonly("text", &DiscreteFault::text, "One phrase for people.");

@@ -1,6 +1,7 @@
 #include "cdprcal/diagnosis/baseline.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/diagnosis/events.hpp"
@@ -34,12 +35,26 @@ std::vector<SampleRange> rows_of(const Log& log, const Calibration& calibration)
   return out;
 }
 
+/// The calibration that a run starts from. Rests where there are some, load cells or not: samples
+/// in motion share their errors with their neighbours, and the diagnosis would take each for a
+/// witness of its own.
+Calibration start_of(const Robot& robot, const Log& log) {
+  CalibrateOptions options;
+  options.noise = NoiseSource::specified;  // the diagnosis has its own, with the effects in it
+  options.method = Method::statics;
+  if (log.tension_N.cols() > 0) return calibrate(robot, log, options);
+  options.method = Method::unified;
+  options.kinematic_spacing_s = std::numeric_limits<double>::infinity();  // none but the reference
+  Calibration at_rest = calibrate(robot, log, options);
+  if (at_rest.result.status != CalibrationStatus::unobservable) return at_rest;
+  options.method = Method::kinematic;
+  options.kinematic_spacing_s = CalibrateOptions().kinematic_spacing_s;
+  return calibrate(robot, log, options);
+}
+
 /// Poses of a log as a run with its calibrated start. Adds its ripple's squares to `squares`.
 DiagnosisRun run_from(const Robot& robot, const Log& log, std::array<double, kChannels>& squares) {
-  CalibrateOptions options;
-  options.method = log.tension_N.cols() > 0 ? Method::statics : Method::kinematic;
-  options.noise = NoiseSource::specified;  // the diagnosis has its own, with the effects in it
-  const Calibration calibration = calibrate(robot, log, options);
+  const Calibration calibration = start_of(robot, log);
   if (calibration.result.poses.empty()) {
     throw InputError(log.source + ": the baseline calibration failed: " +
                      calibration.result.reason + "; run cdprcal check");

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "cdprcal/diagnosis/baseline.hpp"
+#include "cdprcal/diagnosis/checks.hpp"
 #include "cdprcal/diagnosis/events.hpp"
 #include "cdprcal/diagnosis/search.hpp"
 #include "cdprcal/diagnosis/separation.hpp"
@@ -101,7 +102,7 @@ std::vector<Eigen::VectorXd> direction_variance(const DiagnosisModel& model) {
 
 /// Values and their standard deviations in reported units, by run after run.
 void report_values(const DiagnosisModel& model, Diagnosis& out) {
-  const Eigen::VectorXd variance = covariance(model).diagonal();
+  const Eigen::VectorXd variance = covariance(with_uncertain_noise(model)).diagonal();
   Eigen::Index first = variance.size() - model.values().size();
   const std::vector<Eigen::VectorXd> systematic = direction_variance(model);
   for (std::size_t k = 0; k < model.effects.size(); ++k) {
@@ -217,6 +218,8 @@ const char* reason_for(Verdict verdict) {
       return "the named effects explain what the model could not";
     case Verdict::unexplained:
       return "something is left that no effect of the catalogue explains";
+    case Verdict::undetermined:
+      break;
   }
   return "";
 }
@@ -231,6 +234,8 @@ const char* to_string(Verdict verdict) {
       return "explained";
     case Verdict::unexplained:
       return "unexplained";
+    case Verdict::undetermined:
+      return "undetermined";
   }
   return "unknown";
 }
@@ -260,18 +265,21 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   DiagnosisModel model = baseline_model(robot, logs, out.gated);
   out.baseline = model;
   out.initial_pose_before = model.runs.front().poses.front();
-  out.covariance_before = initial_pose_covariance(model, 0);
+  out.covariance_before = initial_pose_covariance(with_uncertain_noise(model), 0);
   record_gap(model, model, "", out);
   for (CandidateScore& s : scan(model, effect_catalogue(), {.draws = 0})) {
     if (s.effect->needs_motion()) continue;
     out.identifiability.push_back({s.effect->name(), s.visible, s.detectable});
     out.ranking.push_back(std::move(s));
   }
+  out.covariance_before += covariance_of_unseen(model, out.ranking).probable;
 
+  const Checks checks = checks_of(model);
   Search search(logs, model, out, options);
   // What was exchanged may uncover something else; twice bounds the time.
-  bool going = search.forward();
+  bool going = checks.enough() && search.forward();
   if (going && search.exchange()) going = search.forward();
+  if (going && search.exchange_fault()) going = search.forward();
   if (going) {
     search.drop();
     search.withdraw();
@@ -280,7 +288,8 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   if (going) search.in_motion();
   learn_priors(model);
   report_values(model, out);
-  for (const CandidateScore& s : scan(model, effect_catalogue(), {.draws = 0})) {
+  const std::vector<CandidateScore> unseen = scan(model, Search::untried(model), {.draws = 0});
+  for (const CandidateScore& s : unseen) {
     for (Identifiability& i : out.identifiability) {
       if (i.name == s.effect->name()) i.detectable_after = s.detectable;
     }
@@ -293,12 +302,16 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   }
   out.model = model;
   out.initial_pose_after = model.runs.front().poses.front();
-  out.covariance_after = initial_pose_covariance(model, 0);
+  const Unseen hidden = covariance_of_unseen(model, unseen);
+  out.covariance_after = initial_pose_covariance(with_uncertain_noise(model), 0) +
+                         search.covariance_of_rivals() +
+                         (checks.enough() ? hidden.probable : hidden.possible);
   out.corrected = corrected_robot(given, logs, out);
   out.verdict = !out.unexplained.empty()                      ? Verdict::unexplained
+                : !checks.enough()                            ? Verdict::undetermined
                 : !out.effects.empty() || !out.faults.empty() ? Verdict::explained
                                                               : Verdict::consistent;
-  out.reason = reason_for(out.verdict);
+  out.reason = out.verdict == Verdict::undetermined ? too_little(checks) : reason_for(out.verdict);
   return out;
 }
 

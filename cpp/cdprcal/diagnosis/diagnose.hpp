@@ -15,13 +15,14 @@ struct DiagnoseOptions {
   double least_evidence = 3.0;  ///< nats
   double rival_nats = 3.0;      ///< within this of the winner: cannot be told apart
   double rival_share = 0.8;     ///< or imitating this share of its signature
-  int most_effects = 6;
-  int refits = 5;  ///< candidates refitted a round
+  int most_effects = 12;        ///< bounds the time
+  int refits = 5;               ///< candidates refitted a round
   ScanOptions scan;
   std::function<bool(const std::string&)> progress;  ///< false stops; what was found is kept
 };
 
-enum class Verdict { consistent, explained, unexplained };
+/// undetermined: too little was measured to say.
+enum class Verdict { consistent, explained, unexplained, undetermined };
 const char* to_string(Verdict verdict);
 
 struct NamedEffect {

@@ -16,23 +16,24 @@ constexpr int kMostFaults = 6;
 constexpr int kAllStarts = 8;
 /// Rests that the trials look at, or samples where nothing says that the platform rests.
 constexpr int kMostRests = 9, kMostSamples = 30;
+/// Pairs of faults that are tried, about a millisecond each.
+constexpr std::size_t kMostPairs = 3000;
 
-std::string channel_list(const std::vector<double>& signs) {
-  std::string out;
-  for (std::size_t i = 0; i < signs.size(); ++i) {
-    if (signs[i] < 0.0) out += (out.empty() ? "" : ", ") + std::to_string(i + 1);
-  }
-  return out;
-}
-
-void add_signs(const std::string& name, const std::string& what, int n,
+/// Signs in any combination but all +1, and what each says: `text` with the list of `names` where
+/// the sign is −1.
+void add_signs(const std::string& fault, const std::vector<std::string>& names,
+               const std::string& before, const std::string& after,
                std::vector<DiscreteFault>& out) {
+  const int n = static_cast<int>(names.size());
   for (int mask = 1; mask < 1 << n; ++mask) {
     std::vector<double> signs;
-    for (int i = 0; i < n; ++i) signs.push_back((mask >> i) & 1 ? -1.0 : 1.0);
-    const std::string list = channel_list(signs);
-    out.push_back(
-        {name, "sign", std::move(signs), what + " of cable " + list + " counts backwards"});
+    std::string list;
+    for (int i = 0; i < n; ++i) {
+      const bool reversed = ((mask >> i) & 1) != 0;
+      signs.push_back(reversed ? -1.0 : 1.0);
+      if (reversed) list += (list.empty() ? "" : ", ") + names[static_cast<std::size_t>(i)];
+    }
+    out.push_back({fault, "sign", std::move(signs), before + list + after});
   }
 }
 
@@ -108,24 +109,13 @@ std::optional<Log> few_poses(const Robot& robot, const Log& log, std::vector<dou
   const auto count = static_cast<int>(poses.size());
   if (count < 2) return std::nullopt;
   const int rows = std::min(count, at_rest ? kMostRests : kMostSamples);
-  Log brief;
-  brief.source = log.source;
-  brief.time_s.resize(rows);
-  brief.length_m.resize(rows, log.length_m.cols());
-  brief.swivel_rad.resize(rows, log.swivel_rad.cols());
-  brief.tension_N.resize(rows, log.tension_N.cols());
-  brief.roll_pitch_yaw_rad.resize(rows, log.roll_pitch_yaw_rad.cols());
-  brief.tension_setpoint_N.resize(rows, 0);
+  std::vector<Measurement> chosen;
   for (int row = 0; row < rows; ++row) {
-    const Measurement& m = poses[static_cast<std::size_t>(row * (count - 1) / (rows - 1))];
-    brief.time_s[row] = row;  // a second apart: one segment
-    at_s.push_back(row);
-    if (brief.length_m.cols() > 0) brief.length_m.row(row) = m.length_m;
-    if (brief.swivel_rad.cols() > 0) brief.swivel_rad.row(row) = m.swivel_rad;
-    if (brief.tension_N.cols() > 0) brief.tension_N.row(row) = m.tension_N;
-    if (brief.roll_pitch_yaw_rad.cols() > 0)
-      brief.roll_pitch_yaw_rad.row(row) = m.roll_pitch_yaw_rad;
+    chosen.push_back(poses[static_cast<std::size_t>(row * (count - 1) / (rows - 1))]);
   }
+  Log brief = log_of(chosen);  // a second apart: one segment
+  brief.source = log.source;
+  at_s.assign(brief.time_s.begin(), brief.time_s.end());
   return brief;
 }
 
@@ -147,42 +137,9 @@ void set_right(const DiscreteFault& fault, Robot& robot, Log& log) {
   }
 }
 
-std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log) {
-  const int n = robot.cable_count();
+std::vector<DiscreteFault> attitude_faults(const Robot& robot, const Log& log) {
   std::vector<DiscreteFault> out;
-  if (log.length_m.cols() > 0) add_signs("length_sign", "the length", n, out);
-  if (log.swivel_rad.cols() > 0) add_signs("swivel_sign", "the swivel", n, out);
-  std::vector<double> order(static_cast<std::size_t>(n));
-  std::iota(order.begin(), order.end(), 1.0);
-  // The drives are in another order, or the encoders alone; the load cells sit on the drives.
-  const std::vector<double> as_it_is = order;
-  const auto add_order = [&](const std::vector<double>& wrong, const std::string& which) {
-    out.push_back({"cable_order", "order", wrong, which + " in another order"});
-    if (log.tension_N.cols() == 0) return;
-    out.push_back(
-        {"cable_order", "order", wrong,
-         "the length and swivel encoders of " + which + " in another order, the load cells are not",
-         as_it_is});
-  };
-  if (n <= 6) {
-    while (std::next_permutation(order.begin(), order.end())) {
-      add_order(order, "the cables are read");
-    }
-  } else {
-    for (int i = 0; i < n; ++i) {
-      for (int j = i + 1; j < n; ++j) {
-        std::vector<double> swapped = order;
-        std::swap(swapped[static_cast<std::size_t>(i)], swapped[static_cast<std::size_t>(j)]);
-        add_order(swapped, "cables " + std::to_string(i + 1) + " and " + std::to_string(j + 1) +
-                               " are read");
-      }
-    }
-  }
-  out.push_back({"length_unit", "factor", {1e-3}, "the lengths are in millimetres"});
-  // values: factor of swivels, factor of attitude
-  out.push_back({"angle_unit", "factor", {kDegree, 1.0}, "the swivel angles are in degrees"});
-  out.push_back({"angle_unit", "factor", {1.0, kDegree}, "the attitude is in degrees"});
-  out.push_back({"angle_unit", "factor", {kDegree, kDegree}, "all angles are in degrees"});
+  if (log.roll_pitch_yaw_rad.cols() == 0) return out;
   for (int c = 0; c < 6; ++c) {
     const auto convention = static_cast<EulerConvention>(c);
     if (convention == robot.euler_convention) continue;
@@ -193,47 +150,159 @@ std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log) {
                    {},
                    convention});
   }
+  add_signs("attitude_sign", {"roll", "pitch", "yaw"}, "the AHRS counts ", " backwards", out);
   return out;
 }
+
+std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log) {
+  const int n = robot.cable_count();
+  std::vector<DiscreteFault> out;
+  std::vector<std::string> numbers;
+  for (int i = 1; i <= n; ++i) numbers.push_back(std::to_string(i));
+  if (log.length_m.cols() > 0) {
+    add_signs("length_sign", numbers, "the length of cable ", " counts backwards", out);
+  }
+  if (log.swivel_rad.cols() > 0) {
+    add_signs("swivel_sign", numbers, "the swivel of cable ", " counts backwards", out);
+  }
+  std::vector<double> order(static_cast<std::size_t>(n));
+  std::iota(order.begin(), order.end(), 1.0);
+  // The drives are in another order, or the encoders alone, or the load cells alone.
+  const std::vector<double> as_it_is = order;
+  const auto add_order = [&](const std::vector<double>& wrong, const std::string& cables) {
+    out.push_back({"cable_order", "order", wrong, cables + " are read in another order"});
+    if (log.tension_N.cols() == 0) return;
+    out.push_back({"cable_order", "order", wrong,
+                   "the length and swivel encoders of " + cables +
+                       " are read in another order, the load cells are not",
+                   as_it_is});
+    out.push_back({"cable_order", "order", as_it_is,
+                   "the load cells of " + cables + " are read in another order", wrong});
+  };
+  if (n <= 5) {
+    while (std::next_permutation(order.begin(), order.end())) add_order(order, "the cables");
+  } else {
+    for (int i = 0; i < n; ++i) {
+      for (int j = i + 1; j < n; ++j) {
+        std::vector<double> swapped = order;
+        std::swap(swapped[static_cast<std::size_t>(i)], swapped[static_cast<std::size_t>(j)]);
+        add_order(swapped, "cables " + std::to_string(i + 1) + " and " + std::to_string(j + 1));
+      }
+    }
+  }
+  out.push_back({"length_unit", "factor", {1e-3}, "the lengths are in millimetres"});
+  // values: factor of swivels, factor of attitude
+  out.push_back({"angle_unit", "factor", {kDegree, 1.0}, "the swivel angles are in degrees"});
+  out.push_back({"angle_unit", "factor", {1.0, kDegree}, "the attitude is in degrees"});
+  out.push_back({"angle_unit", "factor", {kDegree, kDegree}, "all angles are in degrees"});
+  if (log.tension_N.cols() > 0) {
+    constexpr double kKilogram_N = 9.80665, kPound_N = 4.4482216152605;
+    const auto add_unit = [&](double factor, const char* unit) {
+      out.push_back(
+          {"tension_unit", "factor", {factor}, std::string("the tensions are in ") + unit});
+    };
+    add_unit(kKilogram_N, "kgf");
+    add_unit(1e-3 * kKilogram_N, "gf");
+    add_unit(kPound_N, "lbf");
+    add_unit(1e3, "kN");
+  }
+  const std::vector<DiscreteFault> of_attitude = attitude_faults(robot, log);
+  out.insert(out.end(), of_attitude.begin(), of_attitude.end());
+  return out;
+}
+
+namespace {
+
+/// The trials of one log: faults set right in a few of its poses.
+class Trials {
+ public:
+  Trials(const Robot& robot, const Log& log) : robot_(robot), log_(log) {
+    // Hundreds of trials: a few of the poses tell a wrong map as well as all of them do.
+    if (std::optional<Log> brief = few_poses(robot, log, at_s_)) log_ = *std::move(brief);
+    cost_ = try_map(robot_, log_, at_s_, kAllStarts).cost;
+  }
+
+  void consider_single() {
+    forget();
+    for (const DiscreteFault& fault : discrete_faults(robot_, log_)) consider({fault});
+  }
+  /// Cables in another order, and signs beside: neither alone says much.
+  void consider_pairs() {
+    forget();
+    std::vector<DiscreteFault> orders, signs;
+    for (const DiscreteFault& fault : discrete_faults(robot_, log_)) {
+      if (fault.parameter == "order") orders.push_back(fault);
+      if (fault.parameter == "sign") signs.push_back(fault);
+    }
+    if (orders.size() * signs.size() > kMostPairs) return;
+    for (const DiscreteFault& order : orders) {
+      for (const DiscreteFault& sign : signs) consider({sign, order});
+    }
+  }
+
+  /// Whether the best considered helps a great deal: the small effects never do.
+  [[nodiscard]] bool found() const { return best_cost_ * kOrdersOfMagnitude < cost_; }
+  /// Whether it makes the log agree.
+  [[nodiscard]] bool agrees() const { return agrees_; }
+  /// Sets the best right for good.
+  void take(std::vector<DiscreteFault>& faults) {
+    for (const DiscreteFault& fault : best_) {
+      set_right(fault, robot_, log_);
+      faults.push_back(fault);
+    }
+    cost_ = best_cost_;
+  }
+
+ private:
+  void consider(const std::vector<DiscreteFault>& together) {
+    Robot robot = robot_;
+    Log log = log_;
+    for (const DiscreteFault& fault : together) set_right(fault, robot, log);
+    if (silences(robot_, log_, log)) return;
+    // The right one comes down from the first start in a few steps.
+    const Trial trial = try_map(robot, log, at_s_, 1);
+    if (!trial.says_enough || !(trial.cost < best_cost_)) return;
+    best_ = together;
+    best_cost_ = trial.cost;
+    agrees_ = trial.agrees;
+  }
+  void forget() {
+    best_.clear();
+    best_cost_ = cost_;
+    agrees_ = false;
+  }
+
+  Robot robot_;
+  Log log_;
+  std::vector<double> at_s_;
+  double cost_ = 0.0, best_cost_ = 0.0;
+  std::vector<DiscreteFault> best_;
+  bool agrees_ = false;
+};
+
+}  // namespace
 
 DiscreteSearch find_discrete_faults(Robot& robot, Log& log) {
   DiscreteSearch search;
   const Trial as_given = try_map(robot, log, {}, kAllStarts);
   search.cost_before = search.cost_after = as_given.cost;
   if (as_given.agrees || !as_given.surprises) return search;
-  // Hundreds of trials: a few of the poses tell a wrong map as well as all of them do.
-  std::vector<double> at_s;
-  std::optional<Log> brief = few_poses(robot, log, at_s);
-  Log& tried = brief ? *brief : log;
-  double cost = try_map(robot, tried, at_s, kAllStarts).cost;
-  while (static_cast<int>(search.faults.size()) < kMostFaults) {
-    std::optional<DiscreteFault> best;
-    double best_cost = cost;
-    bool best_agrees = false;
-    for (const DiscreteFault& fault : discrete_faults(robot, log)) {
-      Robot trial_robot = robot;
-      Log trial_log = tried;
-      set_right(fault, trial_robot, trial_log);
-      if (silences(robot, tried, trial_log)) continue;
-      // The right one comes down from the first start in a few steps.
-      const Trial trial = try_map(trial_robot, trial_log, at_s, 1);
-      if (trial.says_enough && trial.cost < best_cost) {
-        best = fault;
-        best_cost = trial.cost;
-        best_agrees = trial.agrees;
-      }
-    }
-    // The last of several faults must make the log agree; one on the way must help a great deal.
-    if (!best || !(best_cost * kOrdersOfMagnitude < cost)) break;
-    set_right(*best, robot, log);
-    if (brief) {
-      Robot scratch = robot;
-      set_right(*best, scratch, *brief);
-    }
-    search.faults.push_back(*best);
-    cost = best_cost;
-    if (best_agrees) break;
+  Trials trials(robot, log);
+  const Trials as_read = trials;
+  while (static_cast<int>(search.faults.size()) < kMostFaults && !trials.agrees()) {
+    trials.consider_single();
+    if (!trials.found()) break;
+    trials.take(search.faults);
   }
+  if (!trials.agrees()) {
+    Trials pairs = as_read;
+    pairs.consider_pairs();
+    if (pairs.found() && pairs.agrees()) {
+      search.faults.clear();
+      pairs.take(search.faults);
+    }
+  }
+  for (const DiscreteFault& fault : search.faults) set_right(fault, robot, log);
   if (!search.faults.empty()) search.cost_after = try_map(robot, log, {}, 1).cost;
   return search;
 }

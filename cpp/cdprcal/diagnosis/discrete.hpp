@@ -13,7 +13,7 @@ namespace cdprcal {
 /// One fault of a log: its name in the catalogue and what sets it right.
 struct DiscreteFault {
   std::string name;            ///< length_sign, swivel_sign, cable_order, angle_unit, length_unit,
-                               ///< euler_convention
+                               ///< tension_unit, attitude_sign, euler_convention
   std::string parameter;       ///< "sign", "order", "factor", "convention"
   std::vector<double> values;  ///< a cable: ±1, or the index (from 1) of the channel it is read on
   std::string text;            ///< for people
@@ -21,6 +21,8 @@ struct DiscreteFault {
   std::vector<double> tension_order = {};
   /// Of the attitude's convention, which the robot has and no log: the right one.
   std::optional<EulerConvention> convention = std::nullopt;
+  /// Nats, of one found by a refit among the effects; NaN of one found before any.
+  double log_evidence = kNaN;
 };
 
 /// A fault of the readings as the robot file lists it; not for the Euler convention, which has a
@@ -30,8 +32,12 @@ AppliedEffect as_listed(const DiscreteFault& fault);
 /// The log (and, for the Euler convention, the robot) as it reads with a fault set right.
 void set_right(const DiscreteFault& fault, Robot& robot, Log& log);
 
-/// Every fault that is looked for in a log of these channels: signs in any combination, cables in
-/// any order (of more than six only the exchange of any two), units, Euler conventions.
+/// Faults of the attitude's map: Euler conventions, and the signs of roll, pitch and yaw. Near
+/// level they change readings as little as an effect does.
+std::vector<DiscreteFault> attitude_faults(const Robot& robot, const Log& log);
+
+/// Every fault that is looked for in a log of these channels: those of the attitude, signs in any
+/// combination, cables in any order (of more than five only the exchange of any two), units.
 std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log);
 
 struct DiscreteSearch {
@@ -40,8 +46,9 @@ struct DiscreteSearch {
 };
 
 /// Looks for discrete faults when the log contradicts the model: tries each of discrete_faults(),
-/// keeps the one that lowers the cost most if it lowers it tenfold, and looks again. `robot` and
-/// `log` come back set right. Nothing is tried on a log that agrees with the model.
+/// keeps the one that lowers the cost most if it lowers it tenfold, and looks again; where none
+/// makes the log agree, tries orders and signs together. `robot` and `log` come back set right.
+/// Nothing is tried on a log that agrees with the model.
 DiscreteSearch find_discrete_faults(Robot& robot, Log& log);
 
 }  // namespace cdprcal

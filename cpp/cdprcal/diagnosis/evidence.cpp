@@ -59,8 +59,12 @@ Refit EvidenceAgainst::refit(const CandidateScore& score) const {
   Refit out{score, model_, -1e300};
   out.model.effects.push_back({score.effect, score.values});
   if (!fit_with_noise(out.model)) return out;
-  out.log_evidence = cost_ - profile_cost(out.model, freedom_) - occam_of_last(out.model);
+  out.log_evidence = of(out.model) - occam_of_last(out.model);
   return out;
+}
+
+double EvidenceAgainst::of(const DiagnosisModel& other) const {
+  return cost_ - profile_cost(other, freedom_);
 }
 
 void EvidenceAgainst::sort(std::vector<Refit>& refits) {

@@ -20,6 +20,8 @@ class EvidenceAgainst {
   explicit EvidenceAgainst(const DiagnosisModel& model);
   /// Starts the candidate at the scan's linear estimate.
   [[nodiscard]] Refit refit(const CandidateScore& score) const;
+  /// Evidence for another fitted model of the same readings, with as many unknowns.
+  [[nodiscard]] double of(const DiagnosisModel& other) const;
   /// The refits of the best `most` of `scores` that `take` accepts, best first.
   template <class Take>
   [[nodiscard]] std::vector<Refit> refits(const std::vector<CandidateScore>& scores, int most,

@@ -108,9 +108,13 @@ void record_gap(const DiagnosisModel& before, const DiagnosisModel& model,
   }
 }
 
-Search::Search(const std::vector<Log>& logs, DiagnosisModel& model, Diagnosis& out,
+Search::Search(std::vector<Log>& logs, DiagnosisModel& model, Diagnosis& out,
                const DiagnoseOptions& options)
-    : logs_(logs), model_(model), out_(out), options_(options) {}
+    : logs_(logs),
+      model_(model),
+      out_(out),
+      options_(options),
+      small_faults_(model.robot, logs.front()) {}
 
 bool Search::report(const std::string& what) const {
   return !options_.progress || options_.progress(what);
@@ -193,8 +197,42 @@ void Search::accept(Refit& winner, const HeldOut& held) {
   out_.effects.push_back(std::move(found));
 }
 
+bool Search::accept_fault(const FaultRefit& found) {
+  if (!small_faults_.taken()) {
+    const HeldOut held = held_out(found.judged_without, found.judged_with);
+    if (!(held.gain > held.gain_error)) return false;
+    record_gap(model_, found.model, found.fault.name, out_);
+  }
+  std::erase_if(out_.faults, [&](const DiscreteFault& f) {
+    return small_faults_.taken() && f.text == small_faults_.taken()->text;
+  });
+  small_faults_.take(found.fault, logs_);
+  model_ = found.model;
+  out_.faults.push_back(found.fault);
+  return true;
+}
+
+bool Search::look_for_fault() {
+  if (small_faults_.taken()) return false;
+  // Beyond chance: on noise alone a Bayes factor is 1 on average, so that one of several exceeds
+  // e^E against its prior with a probability of e^-E at most (Markov).
+  const double beyond_chance = -std::log(0.8 * options_.family_wise_p);
+  const std::optional<FaultRefit> found =
+      small_faults_.best(model_, untried(model_), options_.rival_nats);
+  return found && found->log_posterior > std::max(beyond_chance, options_.least_evidence) &&
+         accept_fault(*found);
+}
+
+bool Search::exchange_fault() {
+  if (!small_faults_.taken()) return false;
+  const std::optional<FaultRefit> other =
+      small_faults_.best(model_, untried(model_), options_.rival_nats);
+  return other && other->log_posterior > 0.0 && accept_fault(*other);
+}
+
 bool Search::forward() {
   for (;;) {
+    look_for_fault();
     const Candidates named = untried(model_);
     const Candidates generic = generic_candidates(model_);
     Candidates all = named;
@@ -213,19 +251,18 @@ bool Search::forward() {
       scores.insert(place, *std::move(step));
     }
     const PValues p_named(model_, named, options_.scan), p_generic(model_, generic, options_.scan);
+    const EvidenceAgainst against(model_);
+    const std::optional<Refit> rival = best_generic(against, scores, options_.least_evidence);
+    // A scan's evidence is a hint, a refit's the fact: only what outlasts it is left.
     left_.reset();
-    for (CandidateScore& s : scores) {
-      if (is_named(s)) continue;
-      if (s.log_evidence > options_.least_evidence && p_generic.of(s) < generic_p) {
-        left_ = s;
-      }
-      break;
+    if (rival && rival->log_evidence > options_.least_evidence &&
+        p_generic.of(rival->score) < generic_p) {
+      left_ = rival->score;
     }
     if (static_cast<int>(model_.effects.size()) >= options_.most_effects) return true;
     if (!report(text("scan after %d effects", static_cast<int>(model_.effects.size())))) {
       return false;
     }
-    const EvidenceAgainst against(model_);
     std::vector<Refit> refits =
         against.refits(scores, options_.refits, [&](const CandidateScore& s) {
           return is_named(s) && s.log_evidence > options_.least_evidence;
@@ -237,7 +274,6 @@ bool Search::forward() {
       return a.log_evidence > b.log_evidence;
     });
     if (refits.empty()) return true;
-    const std::optional<Refit> rival = best_generic(against, scores, options_.least_evidence);
     bool accepted = false;
     for (Refit& refit : refits) {
       HeldOut held;
@@ -414,6 +450,12 @@ void Search::find_rivals() {
     };
     const double own =
         evidence_of(model_.effects[k].effect.get()).value_or(out_.effects[k].log_evidence);
+    std::vector<Alternative> others;
+    for (const Refit& r : refits) {
+      if (r.score.effect == model_.effects[k].effect || r.log_evidence <= -1e299) continue;
+      others.push_back({r.model.runs.front().poses.front(), r.log_evidence - own});
+    }
+    of_rivals_ += covariance_of_alternatives(model_.runs.front().poses.front(), others);
     CandidateScore winner;
     winner.effect = model_.effects[k].effect;
     winner.values = model_.effects[k].values;

@@ -3,6 +3,8 @@
 
 #include "cdprcal/diagnosis/diagnose.hpp"
 #include "cdprcal/diagnosis/evidence.hpp"
+#include "cdprcal/diagnosis/model_average.hpp"
+#include "cdprcal/diagnosis/small_faults.hpp"
 
 namespace cdprcal {
 
@@ -10,10 +12,14 @@ namespace cdprcal {
 /// values), rejected and seen on the way. `out.effects` runs parallel to `model.effects`.
 class Search {
  public:
-  Search(const std::vector<Log>& logs, DiagnosisModel& model, Diagnosis& out,
+  /// Faults found on the way are set right in `logs`.
+  Search(std::vector<Log>& logs, DiagnosisModel& model, Diagnosis& out,
          const DiagnoseOptions& options);
 
-  /// Accepts one effect after another until none passes; false when progress stopped it.
+  /// Effects of the catalogue that the model does not have.
+  [[nodiscard]] static Candidates untried(const DiagnosisModel& model, bool in_motion = false);
+  /// Accepts one effect after another, or a fault of the readings' map that the log as a whole did
+  /// not show, until none passes; false when progress stopped it.
   bool forward();
   /// Adds samples in motion to the model and asks for the effects that only they show. The model
   /// keeps the samples only when such an effect is accepted.
@@ -22,6 +28,9 @@ class Search {
   /// readings better with all the others in the model: the first choices were made without the
   /// later ones. Returns whether anything was exchanged.
   bool exchange();
+  /// Puts another fault of the readings' map in the place of an accepted one, where that is more
+  /// probable with all effects in the model. Returns whether it did.
+  bool exchange_fault();
   /// Takes out what the later effects made needless.
   void drop();
   /// Takes names back that only stood in for a dependence that no effect has: with that dependence
@@ -29,13 +38,13 @@ class Search {
   void withdraw();
   /// Names, for every accepted effect, what could be in its place as well as it.
   void find_rivals();
+  /// What rivals add to the covariance of the initial pose: they put it elsewhere.
+  [[nodiscard]] const Matrix6& covariance_of_rivals() const { return of_rivals_; }
   /// The dependence that best explains what is left, when chance does not.
   [[nodiscard]] const std::optional<CandidateScore>& left() const { return left_; }
 
  private:
   bool report(const std::string& what) const;
-  /// Effects of the catalogue that the model does not have.
-  [[nodiscard]] static Candidates untried(const DiagnosisModel& model, bool in_motion = false);
   /// An accepted effect, and those that imitate most of what it does.
   [[nodiscard]] Candidates confusable(const DiagnosisModel& without, const EffectTerm& term) const;
   /// Whether any named effects, several if need be, explain as much as one dependence does.
@@ -44,12 +53,19 @@ class Search {
   [[nodiscard]] std::string objection(const Refit& candidate, const Refit* generic, double least_p,
                                       HeldOut& held) const;
   void accept(Refit& winner, const HeldOut& held);
+  /// Sets a fault right in the model and the logs, if it predicts poses that it was not fitted on;
+  /// one in the place of another need not.
+  bool accept_fault(const FaultRefit& found);
+  /// Accepts the most probable fault if it has the evidence, and chance would not do as well.
+  bool look_for_fault();
 
-  const std::vector<Log>& logs_;
+  std::vector<Log>& logs_;
   DiagnosisModel& model_;
   Diagnosis& out_;
   const DiagnoseOptions& options_;
+  SmallFaults small_faults_;
   std::optional<CandidateScore> left_;
+  Matrix6 of_rivals_ = Matrix6::Zero();
 };
 
 /// Writes down the residuals after a step.

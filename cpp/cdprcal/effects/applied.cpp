@@ -107,6 +107,17 @@ CableVector true_tension_N(const Robot& robot, const ActiveEffects& effects, con
   return tension_N;
 }
 
+CableVector true_tension_by_reading(const Robot& robot, const ActiveEffects& effects,
+                                    const Measurement& m) {
+  if (std::none_of(effects.begin(), effects.end(), &of_load_cells)) {
+    return CableVector::Ones(robot.cable_count());
+  }
+  // Corrections are straight lines in the reading: any step will do.
+  Measurement next = m;
+  next.tension_N.array() += 1.0;
+  return true_tension_N(robot, effects, next) - true_tension_N(robot, effects, m);
+}
+
 KnownState with_known_effects(const Robot& robot, const Log& log) {
   const ActiveEffects effects = resolve_effects(robot, log.source);
   KnownState out{with_effects(robot, effects), correct_readings(robot, log).value_or(log)};

@@ -24,6 +24,11 @@ std::optional<Log> correct_readings(const Robot& robot, const Log& log);
 /// carry, as far as it can be said without a model.
 CableVector true_tension_N(const Robot& robot, const ActiveEffects& effects, const Measurement& m);
 
+/// By how much a tension at the platform changes with its load cell's reading: what the cell's
+/// noise is multiplied by on its way there.
+CableVector true_tension_by_reading(const Robot& robot, const ActiveEffects& effects,
+                                    const Measurement& m);
+
 /// Robot and log with all that the robot lists for that log taken into account, for whoever looks
 /// at readings without a model: correct_readings, geometry and inertia as they are, and
 /// true_tension_N.

@@ -45,7 +45,7 @@ std::string range_problem(ValueRange range, const std::vector<double>& values, i
     case ValueRange::above_minus_one:
       return unless_all([](double v) { return v > -1.0; }, "must be above -1");
     case ValueRange::sign:
-      return unless_all([](double v) { return std::abs(v) == 1.0; }, "must be 1 or -1 a cable");
+      return unless_all([](double v) { return std::abs(v) == 1.0; }, "must be 1 or -1 each");
     case ValueRange::order: {
       std::vector<double> wanted(values.size());
       std::iota(wanted.begin(), wanted.end(), 1.0);

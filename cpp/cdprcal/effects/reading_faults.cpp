@@ -59,6 +59,19 @@ const std::vector<ReadingFault>& reading_faults() {
        [](const AppliedEffect& fault, Log& log) {
          log.swivel_rad *= values_of(fault)[0];
          log.roll_pitch_yaw_rad *= values_of(fault)[1];
+       }},
+      // Readings × sign are roll, pitch and yaw: an AHRS whose axes point down, or backwards.
+      {"attitude_sign",
+       {{"sign", ParameterShape::vector3, ValueRange::sign}},
+       [](const AppliedEffect& fault, Log& log) {
+         scale_columns(values_of(fault), log.roll_pitch_yaw_rad);
+       }},
+      // Readings × factor are newtons; what the tensions were told to be is in the same unit.
+      {"tension_unit",
+       {{"factor", ParameterShape::scalar, ValueRange::positive}},
+       [](const AppliedEffect& fault, Log& log) {
+         log.tension_N *= values_of(fault)[0];
+         log.tension_setpoint_N *= values_of(fault)[0];
        }}};
   return table;
 }

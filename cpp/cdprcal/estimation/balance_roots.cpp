@@ -19,7 +19,7 @@ constexpr int kRoot = 21;
 struct Batch {
   const Robot& robot;
   const double* poses;
-  const double* sigma;  ///< [tension, force, moment][lane]
+  const double* sigma;  ///< [force, moment, tension of each cable][lane]
   double* root;         ///< [21][lane]: rows of the lower triangle
 };
 
@@ -29,15 +29,17 @@ CDPRCAL_INLINE void roots(const Batch& in, int first) {
   const WritableLanes<V> out(in.root, first);
   V r[3][3];
   rotation_matrix(pose, r);
-  const V per_force = 1.0 / sigma[1], per_moment = 1.0 / sigma[2];
-  const V by_force = sigma[0] * per_force, by_moment = sigma[0] * per_moment;
-  // In units of the model's own error: 1 + σ_τ² (SΞᵀ)(SΞᵀ)ᵀ.
+  const V per_force = 1.0 / sigma[0], per_moment = 1.0 / sigma[1];
+  // In units of the model's own error: 1 + (SΞᵀσ_τ)(SΞᵀσ_τ)ᵀ.
   V h[kRoot];
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j <= i; ++j) h[packed(i, j)] = V{} + (i == j ? 1.0 : 0.0);
   }
   auto valid = finite(pose[0]) & finite(pose[1]) & finite(pose[2]);
-  for (const Cable& cable : in.robot.cables) {
+  for (std::size_t k = 0; k < in.robot.cables.size(); ++k) {
+    const Cable& cable = in.robot.cables[k];
+    const V by_force = sigma[2 + static_cast<int>(k)] * per_force;
+    const V by_moment = sigma[2 + static_cast<int>(k)] * per_moment;
     const Triple<V> arm = rotate(r, cable.platform_anchor_m);
     const Vector3& d = cable.pulley.position_m;
     const Triple<V> q{pose[0] + arm.x - d.x(), pose[1] + arm.y - d.y(), pose[2] + arm.z - d.z()};
@@ -74,26 +76,20 @@ CDPRCAL_DEFINE_FOR_PROCESSORS(root_lanes, roots, Batch)
 
 }  // namespace
 
-Matrix6 balance_root(const PlatformState& state, const BalanceSigma& sigma) {
-  const WrenchMatrix structure = structure_matrix(state);
-  Matrix6 covariance = sigma.tension_N * sigma.tension_N * structure * structure.transpose();
-  covariance.diagonal().head<3>().array() += sigma.force_N * sigma.force_N;
-  covariance.diagonal().tail<3>().array() += sigma.moment_Nm * sigma.moment_Nm;
-  return covariance.llt().matrixL();
-}
-
 std::vector<Matrix6> inverse_balance_roots(const Robot& robot, const std::vector<Pose>& poses,
                                            const std::vector<BalanceSigma>& sigma) {
   std::vector<Matrix6> out(poses.size());
-  const Buffer sigmas = buffer(3), root = buffer(kRoot);
+  const Buffer sigmas = buffer(2 + robot.cables.size()), root = buffer(kRoot);
   PoseLanes batch(kLanes);
   for (std::size_t first = 0; first < poses.size(); first += kLanes) {
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       const std::size_t i = std::min(first + lane, poses.size() - 1);
       batch.set(lane, poses[i]);
-      sigmas[lane] = sigma[i].tension_N;
-      sigmas[kLanes + lane] = sigma[i].force_N;
-      sigmas[2 * kLanes + lane] = sigma[i].moment_Nm;
+      sigmas[lane] = sigma[i].force_N;
+      sigmas[kLanes + lane] = sigma[i].moment_Nm;
+      for (std::size_t k = 0; k < robot.cables.size(); ++k) {
+        sigmas[(2 + k) * kLanes + lane] = sigma[i].tension_N[static_cast<Eigen::Index>(k)];
+      }
     }
     root_lanes({robot, batch.batch(0), sigmas.get(), root.get()});
     for (std::size_t lane = 0; lane < std::min<std::size_t>(kLanes, poses.size() - first); ++lane) {

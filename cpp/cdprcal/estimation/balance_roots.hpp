@@ -3,23 +3,22 @@
 
 #include <vector>
 
-#include "cdprcal/kinematics/platform.hpp"
+#include "cdprcal/geometry/pose.hpp"
+#include "cdprcal/model/robot.hpp"
 
 namespace cdprcal {
 
-/// What the balance at a pose may be wrong by: tensions of this σ, and the model itself.
+/// What the balance at a pose may be wrong by: tensions of this σ, one a cable, and the model
+/// itself.
 struct BalanceSigma {
-  double tension_N = 0.0;
+  CableVector tension_N;
   double force_N = 0.0;
   double moment_Nm = 0.0;
 };
 
-/// Lower triangular L with L Lᵀ the covariance of the balance at one pose.
-Matrix6 balance_root(const PlatformState& state, const BalanceSigma& sigma);
-
-/// W (lower triangular) with Wᵀ W the inverse of σ_τ² ΞᵀΞ + diag(σ_f², σ_m²) at each pose, so that
-/// W (Ξᵀτ − f) has independent components of unit variance. NaN where the kinematics have no
-/// solution. `sigma`: one a pose, σ_f and σ_m positive.
+/// W (lower triangular) with Wᵀ W the inverse of Ξᵀ diag(σ_τ²) Ξ + diag(σ_f², σ_m²) at each pose,
+/// so that W (Ξᵀτ − f) has independent components of unit variance. NaN where the kinematics have
+/// no solution. `sigma`: one a pose, σ_f and σ_m positive.
 std::vector<Matrix6> inverse_balance_roots(const Robot& robot, const std::vector<Pose>& poses,
                                            const std::vector<BalanceSigma>& sigma);
 

@@ -4,6 +4,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 
+#include "cdprcal/effects/applied.hpp"
 #include "cdprcal/estimation/balance_roots.hpp"
 #include "cdprcal/estimation/model_fit.hpp"
 
@@ -158,21 +159,23 @@ void ModelRows::set_values(std::size_t r, const Eigen::VectorXd& values, const P
   }
   RunRows& run = *runs_[r];
   const Robot robot = with_effects(model_.robot, active);
-  run.set_effects(robot, std::move(active), std::move(derivatives),
-                  static_cast<int>(accepted) + layout_.candidates);
-
+  const SensorSigma& sigma = model_.robot.sigma;
   std::vector<Pose> balanced;
+  std::vector<BalanceSigma> uncertain;
   std::vector<std::size_t> which;
   for (std::size_t i = 0; i < run.poses(); ++i) {
     if (run.statics_of(i) == StaticsModel::none) continue;
     balanced.push_back(poses[i]);
+    // The noise is that of readings: a gain that shrinks the tensions must not shrink it for
+    // nothing, or each would pay ν ln(1 + γ) of evidence.
+    uncertain.push_back(
+        {sigma.tension_N * true_tension_by_reading(robot, active, model_.runs[r].measurements[i]),
+         sigma.wrench_force_N, sigma.wrench_moment_Nm});
     which.push_back(i);
   }
-  const SensorSigma& sigma = model_.robot.sigma;
-  const std::vector<Matrix6> roots = inverse_balance_roots(
-      robot, balanced,
-      std::vector<BalanceSigma>(balanced.size(),
-                                {sigma.tension_N, sigma.wrench_force_N, sigma.wrench_moment_Nm}));
+  run.set_effects(robot, std::move(active), std::move(derivatives),
+                  static_cast<int>(accepted) + layout_.candidates);
+  const std::vector<Matrix6> roots = inverse_balance_roots(robot, balanced, uncertain);
   for (std::size_t k = 0; k < which.size(); ++k) {
     const Measurement& m = model_.runs[r].measurements[which[k]];
     run.set_whitening(which[k], roots[k] / row_noise(model_, at_rest(Channel::balance), m));

@@ -35,8 +35,9 @@ MinimiserOptions minimiser_options(const SolveOptions& options, bool last_stage)
 /// whatever the weights; what the model itself is wrong by is allowed for as it was found.
 double specified_statics_rms(const CalibrationProblem& problem, const WeighedPoses& at,
                              const std::vector<PoseResidual>& residuals) {
-  BalanceSigma sigma{problem.robot.sigma.tension_N, problem.robot.sigma.wrench_force_N,
-                     problem.robot.sigma.wrench_moment_Nm};
+  const SensorSigma& specified = problem.robot.sigma;
+  BalanceSigma sigma{CableVector::Constant(problem.robot.cable_count(), specified.tension_N),
+                     specified.wrench_force_N, specified.wrench_moment_Nm};
   if (problem.noise) {
     sigma.force_N = std::max(sigma.force_N, problem.noise->wrench_force_N);
     sigma.moment_Nm = std::max(sigma.moment_Nm, problem.noise->wrench_moment_Nm);

@@ -86,7 +86,9 @@ void WeighedPoses::update_wrench_weights(double graduation) {
   std::vector<BalanceSigma> sigma;
   for (const std::size_t i : changed) {
     poses.push_back(poses_[i]);
-    sigma.push_back({1.0 / weight(i, Channel::balance), wrench_force_N_, wrench_moment_Nm_});
+    sigma.push_back(
+        {CableVector::Constant(robot().cable_count(), 1.0 / weight(i, Channel::balance)),
+         wrench_force_N_, wrench_moment_Nm_});
   }
   const std::vector<Matrix6> roots = inverse_balance_roots(robot(), poses, sigma);
   for (std::size_t c = 0; c < changed.size(); ++c) {

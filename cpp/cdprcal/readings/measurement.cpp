@@ -69,6 +69,40 @@ Measurement measurement_mean(const Log& log, const SampleRange& range, PoseKind 
   return m;
 }
 
+Log log_of(const std::vector<Measurement>& measurements) {
+  const auto rows = static_cast<Eigen::Index>(measurements.size());
+  Log log;
+  log.time_s.setLinSpaced(rows, 0.0, static_cast<double>(rows - 1));
+  const auto set = [&](LogMatrix& to, Eigen::Index row, std::span<const double> from) {
+    if (row == 0) to.setConstant(rows, static_cast<Eigen::Index>(from.size()), kNaN);
+    for (Eigen::Index c = 0; c < to.cols(); ++c) to(row, c) = from[static_cast<std::size_t>(c)];
+  };
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    const Measurement& m = measurements[static_cast<std::size_t>(row)];
+    for_each_sensor(
+        [&](const Sensor&, LogMatrix& to, const auto& reading) { set(to, row, numbers(reading)); },
+        log, m);
+    set(log.tension_setpoint_N, row, numbers(m.tension_setpoint_N));
+  }
+  for (LogMatrix* readings : log.groups()) {
+    if (!readings->array().isFinite().any()) readings->resize(rows, 0);
+  }
+  return log;
+}
+
+void take_readings(const Log& log, std::vector<Measurement>& measurements) {
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    for_each_sensor(
+        [&](const Sensor&, const LogMatrix& from, auto& reading) {
+          const auto to = numbers(reading);
+          for (Eigen::Index c = 0; c < from.cols(); ++c) {
+            to[static_cast<std::size_t>(c)] = from(static_cast<Eigen::Index>(i), c);
+          }
+        },
+        log, measurements[i]);
+  }
+}
+
 void add_path(const PathState& path, const Log& log, const SampleRange& range, double run_start_s,
               Measurement& measurement) {
   const int n = static_cast<int>(measurement.length_m.size());

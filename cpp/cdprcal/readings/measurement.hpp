@@ -51,6 +51,11 @@ Measurement measurement_at(const Log& log, Eigen::Index index, PoseKind kind, in
 Measurement measurement_mean(const Log& log, const SampleRange& range, PoseKind kind,
                              int cable_count);
 
+/// The readings of measurements as a log, one row each, a second apart; and back again. What none
+/// of them read is absent from the log.
+Log log_of(const std::vector<Measurement>& measurements);
+void take_readings(const Log& log, std::vector<Measurement>& measurements);
+
 /// Fills in how the pose of `range` was reached (directions: means over the range).
 void add_path(const PathState& path, const Log& log, const SampleRange& range, double run_start_s,
               Measurement& measurement);

@@ -165,6 +165,10 @@ std::vector<InjectableEffect> rows() {
        &inverse_factors},
       {"length_unit", "lengths are in another unit (1000: mm)",
        [](V& v, P& p) { p.length_factor *= v.scalar(); }, &inverse_factors},
+      {"attitude_sign", "the AHRS counts roll, pitch or yaw backwards",
+       [](V& v, P& p) { p.attitude_sign.array() *= v.vector3().array(); }},
+      {"tension_unit", "tensions are in another unit (0.10197162129779283: kgf)",
+       [](V& v, P& p) { p.tension_factor *= v.scalar(); }, &inverse_factors},
       {"euler_convention",
        "the AHRS speaks another order: XYZ, XZY, YXZ, YZX, ZXY, ZYX (0 … 5)",
        [](V& v, P& p) {

@@ -51,7 +51,8 @@ struct PlantParameters {
   // Maps from the sensor to the log
   CableVector length_sign, swivel_sign;
   std::vector<int> cable_order;  ///< reading i is that of this cable
-  double length_factor = 1.0, swivel_factor = 1.0, attitude_factor = 1.0;
+  double length_factor = 1.0, swivel_factor = 1.0, tension_factor = 1.0, attitude_factor = 1.0;
+  Vector3 attitude_sign = Vector3::Ones();
 
   /// Tension at the load cell [N] from that of the strand and the direction of motion s.
   [[nodiscard]] double load_cell_side_N(double strand_N, double direction) const;

@@ -151,7 +151,7 @@ const CableVector& SensorBank::drive_reading_error_N(const PlantDynamics& plant)
 void SensorBank::read_tensions(const PlantSnapshot& world) {
   for (Eigen::Index i = 0; i < sample_.tension_N.size(); ++i) {
     const double value = load_cell_N(static_cast<int>(i), world.load_cell_N[i], world.time_s);
-    sample_.tension_N[i] = reading(value, options_.tension_N, tension_noise_);
+    sample_.tension_N[i] = p_.tension_factor * reading(value, options_.tension_N, tension_noise_);
   }
 }
 
@@ -166,7 +166,8 @@ void SensorBank::read_attitude(const PlantSnapshot& world) {
   }
   angles[2] += offsets_.yaw_rad;
   for (int a = 0; a < 3; ++a) {
-    sample_.roll_pitch_yaw_rad[a] = p_.attitude_factor * wrap_angle(angles[a]);
+    sample_.roll_pitch_yaw_rad[a] =
+        p_.attitude_factor * p_.attitude_sign[a] * wrap_angle(angles[a]);
   }
 }
 

@@ -58,10 +58,12 @@ def command(
     """Find where the model and the logs disagree, name the missing effects, show the gap shrink.
 
     Several logs of one robot are explained together. Exit code 1: something is left that no effect
-    of the catalogue explains, or a log gives no initial pose that can be trusted even so.
+    of the catalogue explains, too little was measured to say, or a log gives no initial pose that
+    can be trusted even so.
     """
     from cdprcal import _core
     from cdprcal.diagnosis import diagnosis_as_dict
+    from cdprcal.diagnosis.document import TRUSTED
     from cdprcal.io import load_runs
     from cdprcal.io.files import write_texts
     from cdprcal.io.result_file import result_text
@@ -108,8 +110,7 @@ def command(
         from cdprcal.diagnosis.table import print_diagnosis
 
         print_diagnosis(document)
-    unexplained = document["verdict"] == _core.Verdict.unexplained.name
-    raise typer.Exit(UNTRUSTED if unexplained else DONE)
+    raise typer.Exit(DONE if document["verdict"] in TRUSTED else UNTRUSTED)
 
 
 def _without_pose(robot: _core.Robot, files: list[LogFile]) -> list[str]:

@@ -13,6 +13,10 @@ from cdprcal.results import number, numbers, pose_as_dict, residual_as_dict
 from cdprcal.sensors import ABSOLUTE
 
 
+#: Verdicts after which the pose and the model can be worked with.
+TRUSTED = {_core.Verdict.consistent.name, _core.Verdict.explained.name}
+
+
 def diagnosis_as_dict(diagnosis: _core.Diagnosis, robot: _core.Robot) -> dict[str, Any]:
     """A diagnosis of ``robot`` as plain data: NaN and absent become None.
 
@@ -110,7 +114,7 @@ def _fault(fault: _core.DiscreteFault) -> dict[str, Any]:
         "parameters": {fault.parameter: values}
         | ({"tension_order": numbers(fault.tension_order)} if fault.tension_order else {}),
         "standard_deviation": None,
-        "log_evidence": None,
+        "log_evidence": number(fault.log_evidence),
         "p_value": None,
         "rivals": [],
         "held_out": {"before": None, "after": None},

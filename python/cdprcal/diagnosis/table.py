@@ -11,13 +11,19 @@ from rich.table import Table
 from rich.text import Text
 
 from cdprcal import _core
+from cdprcal.diagnosis.document import TRUSTED
 from cdprcal.diagnosis.plots import gap_panels, gap_steps
 from cdprcal.diagnosis.shapes import value_shape
 from cdprcal.diagnosis.units import GAP_CHANNELS, for_people
 from cdprcal.results import number
 from cdprcal.tables import console, degrees, fixed, plain_table, say, scaled
 
-_STYLE = {"consistent": "bold green", "explained": "bold cyan", "unexplained": "bold red"}
+_STYLE = {
+    "consistent": "bold green",
+    "explained": "bold cyan",
+    "unexplained": "bold red",
+    "undetermined": "bold yellow",
+}
 
 #: More than so many times its ripple is no chance.
 _STANDS_OUT = 3.0
@@ -48,7 +54,7 @@ def print_diagnosis(document: dict[str, Any]) -> None:
     out.print(_pose_table(document))
     if blind := blind_spots(document):
         say(out, f"this log does not show: {'; '.join(blind)}")
-    if verdict != "unexplained" and (rest := left_over(document)):
+    if verdict in TRUSTED and (rest := left_over(document)):
         say(out, f"{LEFT_OVER}: {'; '.join(rest)}")
     for left in document["unexplained"]:
         say(out, Text(unexplained_line(left), style="red"))

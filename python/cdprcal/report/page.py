@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
+from cdprcal.diagnosis.document import TRUSTED
 from cdprcal.diagnosis.plots import gap_panels, gap_steps
 from cdprcal.diagnosis.table import LEFT_OVER, left_over, unexplained_line, unique, value_rows
 from cdprcal.io.files import write_text
@@ -256,7 +257,7 @@ def _diagnosis(subject: Subject) -> dict[str, Any]:
     return {
         "verdict": document["verdict"],
         "reason": document["reason"],
-        "left_over": [] if document["verdict"] == "unexplained" else left_over(document),
+        "left_over": left_over(document) if document["verdict"] in TRUSTED else [],
         "left_over_words": LEFT_OVER[0].upper() + LEFT_OVER[1:],
         "effects": effects,
         "gap": _gap(document),

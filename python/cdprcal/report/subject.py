@@ -10,6 +10,7 @@ import numpy as np
 
 from cdprcal import _core
 from cdprcal._core import InputError
+from cdprcal.diagnosis.document import TRUSTED
 from cdprcal.findings import Finding
 from cdprcal.io.loaded import LogFile
 from cdprcal.io.result_file import Result, calibrate_options, calibrate_options_as_dict, naming
@@ -68,8 +69,9 @@ class Subject:
     @property
     def trusted(self) -> bool:
         """Whether poses were found and nothing is left unexplained."""
-        verdict = None if self.diagnosis is None else self.diagnosis["verdict"]
-        return self.converged and verdict != "unexplained"
+        return self.converged and (
+            self.diagnosis is None or self.diagnosis["verdict"] in TRUSTED
+        )
 
 
 def subject_of_logs(

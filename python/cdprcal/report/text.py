@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from cdprcal import _core
+from cdprcal.diagnosis.document import TRUSTED
 from cdprcal.diagnosis.table import left_over
 from cdprcal.report.subject import Subject
 
@@ -75,7 +77,7 @@ def headline(subject: Subject) -> tuple[str, str, str]:
     converged = document["status"] == "converged"
     found = [] if diagnosis is None else [effect["name"] for effect in diagnosis["effects"]]
     found = list(dict.fromkeys(found))
-    left = diagnosis is not None and diagnosis["verdict"] == "unexplained"
+    left = diagnosis is not None and diagnosis["verdict"] not in TRUSTED
     best = subject.runs[0].best
     if best["status"] != "converged" and not left:
         title = f"{name}: this log gives no pose that can be trusted"
@@ -96,7 +98,12 @@ def headline(subject: Subject) -> tuple[str, str, str]:
         return "changed", title, lead
     if left and diagnosis is not None:
         knows = f"{names_in_words(found)} explain much of it; " if found else ""
-        title = f"{name}: something is left that no known effect explains"
+        undetermined = diagnosis["verdict"] == _core.Verdict.undetermined.name
+        title = (
+            f"{name}: this log is too little to say what the model lacks"
+            if undetermined
+            else f"{name}: something is left that no known effect explains"
+        )
         lead = f"{knows}{diagnosis['reason']}. The pose below is to be used with care."
         return "bad", title, lead[0].upper() + lead[1:]
     title = f"{name} knows where it hangs"

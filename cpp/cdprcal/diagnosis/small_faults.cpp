@@ -1,0 +1,99 @@
+#include "cdprcal/diagnosis/small_faults.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cdprcal {
+namespace {
+
+/// A fault that makes the fit worse by more than this hides behind no effect [nats].
+constexpr double kHopeless = 10.0;
+
+/// How probable a fault is before any reading, against a map that is right (1). Nearly every AHRS
+/// reports heading, then pitch, then roll, whatever order the model was written in. Axes that point
+/// down or backwards reverse two angles; one alone, or all three, make no right-handed frame: that
+/// takes a slip in a program.
+double prior_of(const std::optional<DiscreteFault>& fault) {
+  if (!fault) return 1.0;
+  if (fault->convention) return fault->convention == EulerConvention::ZYX ? 0.1 : 0.01;
+  const auto reversed = std::ranges::count(fault->values, -1.0);
+  return reversed % 2 == 0 ? 0.01 : 0.001;
+}
+
+/// A model with the effect that explains most of what it leaves, and the evidence for that effect;
+/// the model itself and 0 where none does.
+std::pair<DiagnosisModel, double> with_best(const DiagnosisModel& model,
+                                            const Candidates& candidates) {
+  const std::vector<CandidateScore> scores = scan(model, candidates, {.draws = 0});
+  if (!scores.empty() && scores.front().log_evidence > 0.0) {
+    Refit refit = EvidenceAgainst(model).refit(scores.front());
+    if (refit.log_evidence > 0.0) return {std::move(refit.model), refit.log_evidence};
+  }
+  return {model, 0.0};
+}
+
+}  // namespace
+
+SmallFaults::SmallFaults(const Robot& given, const Log& log)
+    : given_(given), faults_(attitude_faults(given, log)) {}
+
+void SmallFaults::exchange(const DiscreteFault& fault, Robot& robot, Log& log) const {
+  if (taken_ && !taken_->convention) set_right(*taken_, robot, log);  // signs: there and back
+  robot.euler_convention = given_.euler_convention;
+  set_right(fault, robot, log);
+}
+
+DiagnosisModel SmallFaults::exchanged(const DiscreteFault& fault,
+                                      const DiagnosisModel& model) const {
+  DiagnosisModel out = model;
+  for (DiagnosisRun& run : out.runs) {
+    Log readings = log_of(run.measurements);
+    exchange(fault, out.robot, readings);
+    take_readings(readings, run.measurements);
+    run.offsets =
+        offsets_at(with_effects(out.robot, run.known), run.poses.front(), run.measurements.front());
+  }
+  return out;
+}
+
+std::optional<FaultRefit> SmallFaults::best(const DiagnosisModel& model, const Candidates& beside,
+                                            double rival_nats) const {
+  const EvidenceAgainst against(model);
+  std::vector<std::pair<std::string, double>> tried;
+  std::optional<FaultRefit> best;
+  std::optional<std::pair<DiagnosisModel, double>> without;
+  for (const DiscreteFault& fault : faults_) {
+    if (taken_ && taken_->name == fault.name && taken_->values == fault.values) continue;
+    FaultRefit trial{fault, exchanged(fault, model), {}, {}};
+    if (!fit_with_noise(trial.model)) continue;
+    const double alone = against.of(trial.model);
+    if (alone < -kHopeless) continue;
+    if (!without) without = with_best(model, beside);
+    auto [with, evidence] = with_best(trial.model, beside);
+    const double together = alone + evidence - without->second;
+    trial.fault.log_evidence = together;
+    trial.log_posterior = trial.fault.log_evidence + std::log(prior_of(fault) / prior_of(taken_));
+    tried.emplace_back(fault.text, trial.log_posterior);
+    if (best && trial.log_posterior <= best->log_posterior) continue;
+    trial.judged_without = without->first;
+    trial.judged_with = std::move(with);
+    best = std::move(trial);
+  }
+  std::string rivals;
+  for (const auto& [text, log_posterior] : tried) {
+    if (text == best->fault.text || log_posterior < best->log_posterior - rival_nats) continue;
+    rivals += (rivals.empty() ? "; it could as well be that " : ", or ") + text;
+  }
+  if (best) best->fault.text += rivals;
+  return best;
+}
+
+void SmallFaults::take(const DiscreteFault& fault, std::vector<Log>& logs) {
+  for (Log& log : logs) {
+    Robot scratch = given_;
+    exchange(fault, scratch, log);
+  }
+  taken_ = fault;
+}
+
+}  // namespace cdprcal

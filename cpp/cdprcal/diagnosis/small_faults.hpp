@@ -1,0 +1,45 @@
+// Faults of the readings' map that change them no more than an effect does.
+#pragma once
+
+#include "cdprcal/diagnosis/discrete.hpp"
+#include "cdprcal/diagnosis/evidence.hpp"
+
+namespace cdprcal {
+
+/// A model in which a fault is set right, fitted again.
+struct FaultRefit {
+  DiscreteFault fault;   ///< with its evidence
+  DiagnosisModel model;  ///< with the effects of the model that it is compared with, no more
+  /// What its evidence is of: each with the effect that explains most beside it.
+  DiagnosisModel judged_without, judged_with;
+  double log_posterior = 0.0;  ///< evidence and what was known before, against the model as it is
+};
+
+/// The faults of the attitude's map, of which a model has one or none. An AHRS that speaks another
+/// order than it is read in is off by the product of two tilts, which no cost of a whole log shows:
+/// it takes a refit, and the same evidence that effects are held to.
+class SmallFaults {
+ public:
+  SmallFaults(const Robot& given, const Log& log);
+
+  /// The most probable of the faults that the model does not have. With and without it, the effect
+  /// of `beside` that then explains most is in the model, too: a drift hides an order, and an order
+  /// stands in for a drift. Faults within `rival_nats` are named in its text. Nothing where none
+  /// can be fitted.
+  [[nodiscard]] std::optional<FaultRefit> best(const DiagnosisModel& model,
+                                               const Candidates& beside, double rival_nats) const;
+  /// Sets a fault right in place of the one that was taken before.
+  void take(const DiscreteFault& fault, std::vector<Log>& logs);
+  [[nodiscard]] const std::optional<DiscreteFault>& taken() const { return taken_; }
+
+ private:
+  void exchange(const DiscreteFault& fault, Robot& robot, Log& log) const;
+  [[nodiscard]] DiagnosisModel exchanged(const DiscreteFault& fault,
+                                         const DiagnosisModel& model) const;
+
+  Robot given_;
+  std::vector<DiscreteFault> faults_;
+  std::optional<DiscreteFault> taken_;
+};
+
+}  // namespace cdprcal
