@@ -273,7 +273,7 @@ def test_a_short_study_runs_goes_on_where_it_stopped_and_reports(tmp_path: Path)
     assert scores.rates["one: right name first, of those named"].value >= 0.5
     text = markdown([path])
     assert "Hidden → named first" in text
-    assert "| white | 14 |" in text
+    assert "| white, 8 poses | 14 |" in text
     assert f"Failures ({len(scores.failures)})" in text
 
 

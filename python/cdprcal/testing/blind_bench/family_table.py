@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 
+from cdprcal.testing.blind_bench.families import FAMILIES
 from cdprcal.testing.blind_bench.score import (
     INTERVAL,
     Line,
@@ -52,7 +53,7 @@ def _named_or_rival(line: Line) -> bool:
 
 
 def _pose_covered(lines: list[Line]) -> Rate:
-    """Of all coordinates of the initial poses of logs whose pose was given."""
+    """Of all coordinates of the initial poses, where the verdict does not warn of them."""
     return rate(
         [
             off is not None and abs(off) <= INTERVAL
@@ -81,24 +82,28 @@ COLUMNS: dict[str, Callable[[list[Line]], Rate]] = {
 
 
 def family_table(lines: list[Line]) -> list[str]:
-    """Markdown: one row a family, and all of them together."""
-    families = list(dict.fromkeys(line["family"] for line in lines))
+    """Markdown: one row a family and number of poses, and all of them together."""
     heads = ["family", "cases", "not simulated", "refused", *COLUMNS, "`calibrate` silently wrong"]
     out = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
-    for family in families:
-        out.append(_row(family, [line for line in lines if line["family"] == family]))
-    if len(families) > 1:
+    studies: dict[str, list[Line]] = {}
+    for family in FAMILIES:
+        for line in lines:
+            if line["family"] == family:
+                poses = line["setting"].split("-")[0]
+                studies.setdefault(f"{family}, {poses} poses", []).append(line)
+    out += [_row(name, study) for name, study in studies.items()]
+    if len(studies) > 1:
         out.append(_row("all", lines))
     return out
 
 
-def _row(family: str, lines: list[Line]) -> str:
+def _row(name: str, lines: list[Line]) -> str:
     diagnosed = [line for line in lines if line["status"] == "diagnosed"]
     calibrated = rate([calibration_silently_wrong(x) for x in lines if "calibrated" in x])
     cells = [_short(of(diagnosed)) for of in COLUMNS.values()]
     statuses = Counter(line["status"] for line in lines)
     counts = [len(lines), statuses["not_simulated"], statuses["refused"]]
-    cells = [family, *map(str, counts), *cells, _short(calibrated)]
+    cells = [name, *map(str, counts), *cells, _short(calibrated)]
     return f"| {' | '.join(cells)} |"
 
 

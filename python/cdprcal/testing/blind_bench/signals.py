@@ -114,12 +114,13 @@ def _held(run: Recording, rng: np.random.Generator) -> None:
 
 
 def _filtered(run: Recording, rng: np.random.Generator) -> None:
-    """A low-pass of first order, with a time constant of each sensor's own."""
+    """A low-pass of first order, the same of all sensors: another one would be a delay of its own,
+    which has a name."""
     step_s = float(np.median(np.diff(run.time_s)))
+    gain = -np.expm1(-step_s / rng.uniform(*_TIME_CONSTANT_S))
     attitude = run.readings["roll_pitch_yaw_rad"]
     attitude[:] = np.unwrap(attitude, axis=0, period=run.turn)
     for readings in run.readings.values():
-        gain = -np.expm1(-step_s / rng.uniform(*_TIME_CONSTANT_S))
         for row in range(1, len(readings)):
             readings[row] = readings[row - 1] + gain * (readings[row] - readings[row - 1])
     attitude -= run.turn * np.round(attitude / run.turn)
@@ -137,7 +138,7 @@ SIGNALS: dict[str, Signal] = {
     "rest": Signal("constant while the platform rests", _rest, white=_QUIET),
     "place": Signal("a smooth function of the place: revisits share them", _place, white=_QUIET),
     "walk": Signal("a random walk in time", _walk, white=_QUIET),
-    "heavy_tailed": Signal("Student's t with 3 degrees of freedom", _heavy_tailed, white=0.0),
+    "heavy_tailed": Signal("Student's t with 3 degrees of freedom", _heavy_tailed, white=_QUIET),
     "quantised": Signal("0.5 mm, 0.1°, 1 N under less noise", _quantised, white=_QUIET),
     "held": Signal("rows at 50 Hz of 10 Hz sensors", _held, log_rate_Hz=50.0),
     "filtered": Signal("a low-pass of 50 to 200 ms", _filtered, log_rate_Hz=100.0, every=10),
