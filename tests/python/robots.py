@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 import cdprcal
+from cdprcal.testing.altered import altered as altered
 
 
 def polygon_robot(count: int, pulley_radius_m: float = 0.02, **changes: Any) -> cdprcal.Robot:
@@ -39,13 +40,6 @@ def polygon_robot(count: int, pulley_radius_m: float = 0.02, **changes: Any) -> 
         "sigma": cdprcal.SensorSigma(tension_N=1.0),
     }
     return cdprcal.Robot(**(usual | changes))
-
-
-def altered(robot: cdprcal.Robot, **changes: Any) -> cdprcal.Robot:
-    """A copy of a robot with some fields replaced."""
-    fields = ("name", "platform", "cables", "tension_limits_N", "gravity_m_s2", "sigma", "effects")
-    kept = {field: getattr(robot, field) for field in fields}
-    return cdprcal.Robot(**(kept | {"euler_convention": robot.euler_convention} | changes))
 
 
 def turned(robot: cdprcal.Robot, angle_rad: float) -> cdprcal.Robot:

@@ -11,9 +11,11 @@ import typer
 
 from cdprcal.command import fail, reports_errors
 from cdprcal.studies.workers import Workers, stream
-from cdprcal.testing.blind_bench.cases import NoiseKind, Setting, Split, kind_of
+from cdprcal.testing.blind_bench.cases import Setting, Split, kind_of
+from cdprcal.testing.blind_bench.families import FAMILIES
 from cdprcal.testing.blind_bench.judge import run_case
 from cdprcal.testing.blind_bench.report import markdown, read_lines
+from cdprcal.testing.blind_bench.score import KINDS
 
 app = typer.Typer(
     help="Blind tests of the diagnosis, on logs of the dynamic simulator.",
@@ -37,31 +39,46 @@ def run(
         Split.tuning
     ),
     poses: Annotated[int, typer.Option(help="8 or 27.")] = 27,
-    noise: Annotated[float, typer.Option(min=0.0, help="Of the sigma of eq. 18.")] = 0.2,
-    noise_kind: Annotated[
-        NoiseKind, typer.Option(help="reading: white; pose: constant over a rest.")
-    ] = NoiseKind.reading,
-    only: Annotated[
-        str, typer.Option(help="Cases of one kind: clean, one, two, outside or fault.")
-    ] = "",
+    noise: Annotated[
+        float, typer.Option(min=0.0, help="Of the robot file's sigma; most families draw it.")
+    ] = 0.2,
+    family: Annotated[
+        str, typer.Option(metavar="NAME[,NAME…]|all", help=", ".join(FAMILIES))
+    ] = "white",
+    only: Annotated[str, typer.Option(help=f"Cases of one kind: {', '.join(KINDS)}.")] = "",
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
 ) -> None:
-    """Draws, simulates and diagnoses cases; one JSON line a case. Goes on where it was stopped."""
+    """Draws, simulates and diagnoses cases; one JSON line a case, one file a family.
+
+    Goes on where it was stopped.
+    """
     if poses not in (8, 27):
         fail(f"--poses: must be 8 or 27, not {poses}")
-    setting = Setting(poses, noise, noise_kind)
+    families = list(FAMILIES) if family == "all" else family.split(",")
+    for name in families:
+        if name not in FAMILIES:
+            fail(f"--family: no family {name!r}; give one of {', '.join(FAMILIES)}")
     output.mkdir(parents=True, exist_ok=True)
+    for name in families:
+        setting = Setting(poses, noise, name)
+        numbers = [
+            number
+            for number in range(cases)
+            if not only or kind_of(split, seed, setting, number) == only
+        ]
+        _run_family(output, split, seed, setting, numbers, Workers(jobs))
+
+
+def _run_family(
+    output: Path, split: Split, seed: int, setting: Setting, numbers: list[int], workers: Workers
+) -> None:
     path = output / f"{split}-{seed}_{setting.name}.jsonl"
     done = {line["case"]["number"] for line in read_lines(path)} if path.exists() else set()
-    left = [
-        number
-        for number in range(cases)
-        if number not in done and (not only or kind_of(split, seed, setting, number) == only)
-    ]
+    left = [number for number in numbers if number not in done]
     torn = path.exists() and not path.read_text().endswith("\n")
     with path.open("a") as file:
         file.write("\n" if torn else "")  # after a line cut short by an interruption
-        lines = stream(partial(run_case, split, seed, setting), left, Workers(jobs))
+        lines = stream(partial(run_case, split, seed, setting), left, workers)
         for count, line in enumerate(lines, start=1):
             file.write(json.dumps(line) + "\n")
             file.flush()
@@ -78,7 +95,7 @@ def report(
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="Markdown; else stdout.")
     ] = None,
 ) -> None:
-    """Scores, confusion, detection by size, calibration of intervals, every failure."""
+    """Families side by side, scores, confusion, detection by size, intervals, every failure."""
     text = markdown(files)
     if output is None:
         typer.echo(text, nl=False)

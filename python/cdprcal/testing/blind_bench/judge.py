@@ -15,12 +15,14 @@ from cdprcal.testing.blind_bench.simulate import Simulated, SimulationError, sim
 
 def run_case(split: Split, seed: int, setting: Setting, number_: int) -> dict[str, Any]:
     """The line of a case in a study's file. Never raises for what the case itself does."""
-    case = draw_case(split, seed, setting, number_, _core.load_robot("irma4").cable_count)
+    case = draw_case(split, seed, setting, number_)
     line: dict[str, Any] = {
         "split": str(split),
         "seed": seed,
         "setting": setting.name,
+        "family": setting.family,
         "case": case.as_dict(),
+        "cables": case.machine.cables,
     }
     begin = time.process_time()
     try:
@@ -29,6 +31,7 @@ def run_case(split: Split, seed: int, setting: Setting, number_: int) -> dict[st
         return {**line, "status": "not_simulated", "reason": str(error)}
     line["event_time_s"] = simulated.event_time_s
     line["simulation_s"] = round(time.process_time() - begin, 4)
+    line["calibrated"] = _calibrated(simulated)
     begin = time.process_time()
     try:
         diagnosis = _core.diagnose(simulated.robot, [simulated.log])
@@ -38,6 +41,37 @@ def run_case(split: Split, seed: int, setting: Setting, number_: int) -> dict[st
     line["status"] = "diagnosed"
     line["found"] = _found(diagnosis, simulated, case)
     return line
+
+
+#: How the reason of a calibration begins to say that its model does not fit.
+_MISFIT = "yet the model misfits"
+
+
+def _calibrated(simulated: Simulated) -> dict[str, Any]:
+    """What `calibrate` says of the log: whether it trusts its pose, and how far that is off."""
+    try:
+        result = _core.calibrate(simulated.robot, simulated.log).result
+    except _core.InputError as error:
+        return {"status": "refused", "reason": str(error)}
+    out: dict[str, Any] = {
+        "status": result.status.name,
+        "warned": _MISFIT in result.reason,
+        "reason": result.reason,
+    }
+    if result.initial_pose is not None and result.covariance is not None:
+        out["off_sigma"] = _off_sigma(
+            result.initial_pose, simulated.initial_pose, result.covariance
+        )
+    return out
+
+
+def _trusted(robot: _core.Robot, log: _core.Log) -> bool:
+    """As `diagnose` on the command line asks before it exits with 0."""
+    try:
+        result = _core.calibrate(robot, log).result
+    except _core.InputError:
+        return False
+    return bool(result.status == _core.CalibrationStatus.converged)
 
 
 def _found(diagnosis: _core.Diagnosis, simulated: Simulated, case: Case) -> dict[str, Any]:
@@ -80,7 +114,16 @@ def _found(diagnosis: _core.Diagnosis, simulated: Simulated, case: Case) -> dict
         # Largest move of a coordinate of the initial pose, in its σ before any effect.
         "pose_shift_sigma": number(float(np.max(np.abs(shift) / sigma))),
         "pose_error_sigma": _in_sigma(after, truth, diagnosis.covariance_after),
+        "off_sigma": _off_sigma(after, truth, diagnosis.covariance_after),
+        "trusted": _trusted(diagnosis.corrected, simulated.log),
     }
+
+
+def _off_sigma(pose: _core.Pose, truth: _core.Pose, covariance: Any) -> list[float | None]:
+    """Error of each coordinate of the initial pose (position, then rotation) in its stated σ."""
+    error = np.asarray(_core.minus(truth, pose))
+    sigma = np.sqrt(np.maximum(np.diag(np.asarray(covariance)), 1e-300))
+    return [number(float(off)) for off in error / sigma]
 
 
 def _in_sigma(pose: _core.Pose, truth: _core.Pose, covariance: Any) -> float | None:

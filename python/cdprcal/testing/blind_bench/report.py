@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from cdprcal.testing.blind_bench.family_table import family_table
 from cdprcal.testing.blind_bench.score import Line, Scores, score
 
 
@@ -20,12 +21,16 @@ def read_lines(path: Path) -> list[Line]:
 
 
 def markdown(files: list[Path]) -> str:
-    """One section a file: scores, confusion, detection by size, intervals, every failure."""
+    """Families side by side; then a section a file: scores, confusion, sizes, every failure."""
+    studies = [lines for path in files if (lines := read_lines(path))]
     parts = ["# Blind test bench", ""]
-    for path in files:
-        lines = read_lines(path)
-        if not lines:
-            continue
+    parts += [*family_table([line for lines in studies for line in lines]), ""]
+    parts += [
+        "Silently wrong: a coordinate of the initial pose more than 4 stated σ off, and neither an "
+        "exit code nor a word says so.",
+        "",
+    ]
+    for lines in studies:
         first = lines[0]
         title = f"{first['setting'].replace('_', ', ')} ({first['split']}, seed {first['seed']})"
         parts += _section(title, score(lines))

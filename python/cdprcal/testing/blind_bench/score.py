@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from cdprcal import _core
-from cdprcal.testing.blind_bench.cases import DISCRETE
+from cdprcal.testing.blind_bench import faults
 
 Line = dict[str, Any]
 
@@ -30,6 +29,12 @@ CLASSES: dict[str, tuple[str, ...]] = {
 def class_of(name: str) -> str:
     """The class of an effect of the catalogue; any other name is its own."""
     return next((c for c, names in CLASSES.items() if name in names), name)
+
+
+#: Half a 95 % interval, in σ.
+INTERVAL = 1.959964
+#: All kinds of cases.
+KINDS = ("clean", "one", "two", "outside", "fault", "configuration", "configuration_one")
 
 
 @dataclass(frozen=True)
@@ -96,7 +101,13 @@ def reported(line: Line) -> set[str]:
 
 def detected(line: Line) -> bool:
     """The diagnosis said that something is missing, whatever."""
-    return bool(line["found"]["verdict"] != "consistent")
+    return line["found"]["verdict"] not in ("consistent", "undetermined")
+
+
+def right_names(line: Line) -> bool:
+    """Every effect and fault that was hidden is named, and nothing else."""
+    named_faults = [f["name"] for f in line["found"]["faults"]]
+    return sorted([*named_faults, *named(line)]) == sorted(hidden_names(line))
 
 
 def intervals(line: Line) -> list[bool]:
@@ -104,7 +115,8 @@ def intervals(line: Line) -> list[bool]:
     truth = {h["name"]: h["values"] for h in line["case"]["hidden"]}
     inside = []
     for effect in line["found"]["effects"]:
-        if effect["name"] not in truth:
+        # An event in time has a place beside its size: what is read off there is no interval.
+        if len(truth.get(effect["name"], [])) != len(effect["values"]):
             continue
         for value, deviation, true in zip(
             effect["values"], effect["deviation"], truth[effect["name"]], strict=True
@@ -112,7 +124,7 @@ def intervals(line: Line) -> list[bool]:
             inside.append(
                 value is not None
                 and deviation is not None
-                and abs(value - true) <= 1.959964 * deviation
+                and abs(value - true) <= INTERVAL * deviation
             )
     return inside
 
@@ -126,8 +138,7 @@ def excess_removed(line: Line) -> float | None:
     effects = line["found"]["effects"]
     if len(effects) != 1 or None in (effects[0]["held_out_before"], effects[0]["held_out_after"]):
         return None
-    cables = _core.load_robot("irma4").cable_count
-    expected = 0.5 * (2 * cables + 9 - 6)
+    expected = 0.5 * (2 * line["cables"] + 9 - 6)
     before = effects[0]["held_out_before"] - expected
     after = effects[0]["held_out_after"] - expected
     return float(1.0 - after / before) if before > 0.5 else None
@@ -139,11 +150,10 @@ def score(lines: list[Line]) -> Scores:
     for line in lines:
         s.counts[line["status"]] += 1
         s.counts[line["case"]["kind"]] += line["status"] == "diagnosed"
-    of: dict[str, list[Line]] = {k: [] for k in ("clean", "one", "two", "outside", "fault")}
-    for line in lines:
-        if line["status"] == "diagnosed":
-            of[line["case"]["kind"]].append(line)
-    clean, one, two, outside, fault = of.values()
+    told = [line for line in lines if line["status"] == "diagnosed"]
+    clean, one, two, outside, fault, *configured = (
+        [line for line in told if line["case"]["kind"] == kind] for kind in KINDS
+    )
 
     s.rates["clean: nothing accused"] = rate([not detected(x) for x in clean])
     s.rates["clean: an effect named (false alarm)"] = rate([bool(named(x)) for x in clean])
@@ -184,14 +194,18 @@ def score(lines: list[Line]) -> Scores:
     s.rates["outside: called unexplained"] = rate([_unexplained(x) for x in outside])
     s.rates["outside: not noticed"] = rate([not detected(x) for x in outside])
     s.rates["fault: discrete, right name and nothing else"] = rate(
-        [_right_fault(x) for x in fault if hidden_names(x)[0] in DISCRETE]
+        [_right_fault(x) for x in fault if hidden_names(x)[0] in faults.FIRST]
     )
-    events = [x for x in fault if hidden_names(x)[0] not in DISCRETE]
+    events = [x for x in fault if hidden_names(x)[0] not in faults.FIRST]
     s.rates["fault: event in time, right name, located"] = rate([_located(x) for x in events])
     s.rates["fault: event in time, located, by whatever name"] = rate(
         [_located(x) or _located_in_time(x) for x in events]
     )
     s.rates["fault: event in time, no effect named"] = rate([not _misnamed(x) for x in events])
+    for label, cases in zip(("alone", "beside an effect"), configured, strict=True):
+        s.rates[f"configuration, {label}: right names and nothing else"] = rate(
+            [right_names(x) for x in cases]
+        )
     excess = [e for x in [*one, *two] if (e := excess_removed(x)) is not None]
     s.numbers["held-out excess χ² removed, median"] = float(np.median(excess)) if excess else np.nan
     s.rates["held-out excess χ² removed by at least 90 %"] = rate([e >= 0.9 for e in excess])
@@ -207,9 +221,7 @@ def score(lines: list[Line]) -> Scores:
     s.rates["one, two: initial position nearer the truth"] = rate(
         [x["found"]["position_error_m"][1] < x["found"]["position_error_m"][0] for x in worse]
     )
-    s.numbers["diagnosis time, median, s"] = _median(
-        [x["diagnosis_s"] for k in of.values() for x in k]
-    )
+    s.numbers["diagnosis time, median, s"] = _median([x["diagnosis_s"] for x in told])
 
     for x in [*clean, *one, *outside]:
         truth = hidden_names(x)[0] if x["case"]["hidden"] else "(clean)"
@@ -239,15 +251,17 @@ def failure(line: Line) -> str:
     if line["status"] != "diagnosed":
         return f"{head}: {line['status']}: {line['reason']}"
     found = line["found"]
-    discrete = case["kind"] == "fault" and hidden_names(line)[0] in DISCRETE
+    discrete = case["kind"] == "fault" and hidden_names(line)[0] in faults.FIRST
     right = {
         "clean": lambda: not detected(line),
         "one": lambda: named(line) == hidden_names(line),
         "two": lambda: sorted(named(line)) == sorted(hidden_names(line)),
         "outside": lambda: not named(line),
         "fault": lambda: _right_fault(line) if discrete else _located(line) and not _misnamed(line),
+        "configuration": lambda: right_names(line),
+        "configuration_one": lambda: right_names(line),
     }[case["kind"]]()
-    if right and not (found["faults"] and case["kind"] != "fault"):
+    if right and not (found["faults"] and case["kind"] in ("clean", "one", "two", "outside")):
         return ""
     effects = [
         f"{e['name']} ({e['log_evidence']:.1f} nats"
