@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <numeric>
 
 namespace cdprcal {
 
@@ -11,7 +12,12 @@ Checks checks_of(const DiagnosisModel& model) {
   for (int o = 0; o < system.layout.offsets; ++o) {
     if (system.by_common.col(o).norm() > 0.0) ++out.constants;
   }
-  for (const double freedom : channel_sums(model).freedom) out.readings += freedom;
+  // Of the rests, or of the samples in motion where nothing rested: a sample beside one rest reads
+  // the same once more.
+  const NoiseLevels freedom = channel_sums(model).freedom;
+  const auto moving = freedom.begin() + kRestGroups;
+  out.readings = std::max(std::accumulate(freedom.begin(), moving, 0.0),
+                          std::accumulate(moving, freedom.end(), 0.0));
   return out;
 }
 

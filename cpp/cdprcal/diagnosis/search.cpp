@@ -114,7 +114,7 @@ Search::Search(std::vector<Log>& logs, DiagnosisModel& model, Diagnosis& out,
       model_(model),
       out_(out),
       options_(options),
-      small_faults_(model.robot, logs.front()) {}
+      small_faults_(model) {}
 
 bool Search::report(const std::string& what) const {
   return !options_.progress || options_.progress(what);

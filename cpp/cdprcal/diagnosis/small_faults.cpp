@@ -34,8 +34,9 @@ std::pair<DiagnosisModel, double> with_best(const DiagnosisModel& model,
 
 }  // namespace
 
-SmallFaults::SmallFaults(const Robot& given, const Log& log)
-    : given_(given), faults_(attitude_faults(given, log)) {}
+SmallFaults::SmallFaults(const DiagnosisModel& model)
+    : given_(model.robot),
+      faults_(attitude_faults(model.robot, log_of(model.runs.front().measurements))) {}
 
 void SmallFaults::exchange(const DiscreteFault& fault, Robot& robot, Log& log) const {
   if (taken_ && !taken_->convention) set_right(*taken_, robot, log);  // signs: there and back

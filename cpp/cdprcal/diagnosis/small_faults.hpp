@@ -20,7 +20,8 @@ struct FaultRefit {
 /// it takes a refit, and the same evidence that effects are held to.
 class SmallFaults {
  public:
-  SmallFaults(const Robot& given, const Log& log);
+  /// Of the first run of a model, in which no such fault is set right yet.
+  explicit SmallFaults(const DiagnosisModel& model);
 
   /// The most probable of the faults that the model does not have. With and without it, the effect
   /// of `beside` that then explains most is in the model, too: a drift hides an order, and an order
