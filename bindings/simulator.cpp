@@ -98,7 +98,8 @@ void bind_options(py::module_& module) {
       .finalize();
   py::class_<StrandOptions>(module, "StrandOptions", "Cables of the simulated robot.")
       .def(py::init(&from_keywords<StrandOptions>))
-      .def_readwrite("axial_stiffness_N", &StrandOptions::axial_stiffness_N)
+      .def_readwrite("axial_stiffness_N", &StrandOptions::axial_stiffness_N,
+                     "EA; 0: 10 MN on irma4, and in proportion to the weight.")
       .def_readwrite("damping_ratio", &StrandOptions::damping_ratio);
   py::class_<PlatformDamping>(module, "PlatformDamping",
                               "E-folding times of a free oscillation [s]; inf: no damping.")

@@ -12,7 +12,8 @@ namespace cdprcal {
 /// Cables. The nominal ones are so stiff that a model with rigid cables is right to a hundredth of
 /// a millimetre; the injected effect cable_elasticity replaces the stiffness.
 struct StrandOptions {
-  double axial_stiffness_N = 1e7;  ///< EA: 100 N stretch 1.5 m by 0.015 mm
+  /// EA. 0: 10 MN on irma4, where 100 N stretch 1.5 m by 0.015 mm, and in proportion to the weight.
+  double axial_stiffness_N = 0.0;
   /// Of the platform's mass hanging on one strand: 0.03 is a loss factor of 6 %, as of fibre ropes.
   double damping_ratio = 0.03;
 };

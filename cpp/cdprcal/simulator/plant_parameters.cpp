@@ -3,16 +3,20 @@
 #include <algorithm>
 
 #include "cdprcal/error.hpp"
+#include "cdprcal/model/yardstick.hpp"
 
 namespace cdprcal {
 namespace {
+
+/// Axial stiffness of irma4's nominal cables.
+constexpr double kRigid_N = 1e7;
 
 void check(const SimulatorOptions& options) {
   const auto require = [](bool fine, const char* what) {
     if (!fine) throw InputError(std::string("simulator options: ") + what);
   };
   require(options.step_s > 0.0 && options.step_s <= 0.01, "step_s must be in (0, 0.01]");
-  require(options.strand.axial_stiffness_N > 0.0, "strand.axial_stiffness_N must be positive");
+  require(options.strand.axial_stiffness_N >= 0.0, "strand.axial_stiffness_N must not be negative");
   require(options.strand.damping_ratio >= 0.0, "strand.damping_ratio must not be negative");
   require(options.damping.translation_decay_s > 0.0 && options.damping.rotation_decay_s > 0.0,
           "damping decay times must be positive (infinity: none)");
@@ -47,7 +51,9 @@ PlantParameters plant_parameters(const Robot& robot, const SimulatorOptions& opt
   p.robot = robot;
   finalise(p.robot);
   const int n = robot.cable_count();
-  p.axial_stiffness_N = options.strand.axial_stiffness_N;
+  p.axial_stiffness_N = options.strand.axial_stiffness_N > 0.0
+                            ? options.strand.axial_stiffness_N
+                            : kRigid_N * times_reference(Yardstick::weight, robot);
   p.strand_damping_ratio = options.strand.damping_ratio;
   p.ratio_error.setZero(n);
   p.load_cell_gain.setZero(n);
