@@ -112,7 +112,8 @@ void bind_options(py::module_& module) {
       .def_readwrite("time_constant_s", &WinchOptions::time_constant_s)
       .def_readwrite("max_velocity_m_s", &WinchOptions::max_velocity_m_s)
       .def_readwrite("tension_gain_m_s_N", &WinchOptions::tension_gain_m_s_N)
-      .def_readwrite("tension_noise_N", &WinchOptions::tension_noise_N)
+      .def_readwrite("tension_noise_N", &WinchOptions::tension_noise_N,
+                     "NaN: 0.2 N on irma4, and in proportion to the weight.")
       .def_readwrite("drum_radius_m", &WinchOptions::drum_radius_m)
       .def_readwrite("drum_inertia_kg_m2", &WinchOptions::drum_inertia_kg_m2)
       .def_readwrite("drum_damping_Nms", &WinchOptions::drum_damping_Nms);

@@ -46,8 +46,9 @@ struct WinchOptions {
   /// of robots of a few metres (2 to 3 rad/s) about critically.
   double tension_gain_m_s_N = 0.0;
   /// Tension mode: white noise of the load cell inside the drive's loop, each millisecond. The data
-  /// sheet's accuracy of the real one; what is logged has picked up more on its way.
-  double tension_noise_N = 0.2;
+  /// sheet's accuracy of the real one; what is logged has picked up more on its way. NaN: 0.2 N on
+  /// irma4, and in proportion to the weight.
+  double tension_noise_N = kNaN;
   double drum_radius_m = 0.05;       ///< torque mode
   double drum_inertia_kg_m2 = 2e-3;  ///< torque mode; motor and gear included
   double drum_damping_Nms = 0.06;    ///< torque mode, bearing and gear: moment ÷ angular velocity

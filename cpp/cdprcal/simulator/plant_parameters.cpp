@@ -8,8 +8,8 @@
 namespace cdprcal {
 namespace {
 
-/// Axial stiffness of irma4's nominal cables.
-constexpr double kRigid_N = 1e7;
+/// Of irma4: axial stiffness of its nominal cables, and noise inside its drives.
+constexpr double kRigid_N = 1e7, kDriveNoise_N = 0.2;
 
 void check(const SimulatorOptions& options) {
   const auto require = [](bool fine, const char* what) {
@@ -23,7 +23,7 @@ void check(const SimulatorOptions& options) {
   require(options.winch.time_constant_s >= 0.0 && options.winch.max_velocity_m_s > 0.0 &&
               options.winch.drum_radius_m > 0.0 && options.winch.drum_inertia_kg_m2 > 0.0 &&
               options.winch.drum_damping_Nms >= 0.0 && options.winch.tension_gain_m_s_N >= 0.0 &&
-              options.winch.tension_noise_N >= 0.0,
+              !(options.winch.tension_noise_N < 0.0),
           "winch values must be positive");
   const SensorOptions& s = options.sensors;
   for (const SensorChannel* c :
@@ -54,6 +54,9 @@ PlantParameters plant_parameters(const Robot& robot, const SimulatorOptions& opt
   p.axial_stiffness_N = options.strand.axial_stiffness_N > 0.0
                             ? options.strand.axial_stiffness_N
                             : kRigid_N * times_reference(Yardstick::weight, robot);
+  p.drive_noise_N = std::isnan(options.winch.tension_noise_N)
+                        ? kDriveNoise_N * times_reference(Yardstick::weight, robot)
+                        : options.winch.tension_noise_N;
   p.strand_damping_ratio = options.strand.damping_ratio;
   p.ratio_error.setZero(n);
   p.load_cell_gain.setZero(n);
