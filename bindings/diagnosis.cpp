@@ -38,7 +38,8 @@ void register_catalogue(py::module_& module) {
                     "Largest size that is believable there; internal value as `typical`.")
       .def_property_readonly(
           "of", [](const EffectParameter& p) { return std::string(in_words(p.of)); },
-          "What both grow with from robot to robot; empty: they are the same on every robot.")
+          "What a size, as files have it, grows with from robot to robot; empty: it is the same on "
+          "every robot.")
       .def(
           "times_reference",
           [](const EffectParameter& p, const Robot& robot) { return times_reference(p.of, robot); },

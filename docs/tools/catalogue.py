@@ -46,14 +46,14 @@ What `diagnose` looks for, what each effect does to the readings, and what to do
 the direction of a cable's motion (+1 paying out), *t* the time in the run, *d* a difference to the
 reference. Which size shows is told by `diagnose` itself, for the poses at hand.
 
-Sizes are those of `{robot}` (13 kg, 3 m from pulley to pulley), for which they are known best. On another
-robot they are larger or smaller as its weight or its size is, by the last column of each table: no
-reason of physics fixes them in newtons or metres, while load cells and cables are chosen for the
-weight and errors of a geometry grow with it. So an error of the mass is measured against the mass;
-forces and what load cells are off by against the weight, which cables carry on any robot (limits of
-tension are often those of a drive, or absent); cables are chosen to stretch by a share of their
-length under the weight, and weigh more where they carry more; creep, slips and the places of
-pulleys grow with the frame, what is on the platform with the arms of its anchors, an error of a
+Sizes are those of `{robot}` (13 kg, 3 m from pulley to pulley), for which they are known best. On
+another robot they are larger or smaller as its weight or its size is, by the last column of each
+table: no reason of physics fixes them in newtons or metres, while load cells and cables are chosen
+for the weight and errors of a geometry grow with it. So an error of the mass is measured against
+the mass; forces and what load cells are off by against the weight, which cables carry on any robot
+(limits of tension are often those of a drive, or absent); cables are chosen to stretch by a share
+of their length under the weight, and weigh more where they carry more; creep, slips and the places
+of pulleys grow with the frame, what is on the platform with the arms of its anchors, an error of a
 radius with the radius. Ratios, angles, times and coefficients of friction are the same everywhere.
 
 The pictures are *signatures*: what the model without the effect leaves of every reading, pose by

@@ -37,8 +37,8 @@ const std::array<Row, 9> kTable{{
        return radius_m > 0.0 ? radius_m / kPulley_m : frame(r);
      }},
     {"the mass of the platform by the size of the frame", [](const Robot& r) { return mass(r) / frame(r); }},
-    {"one by the weight of the platform", [](const Robot& r) { return 1.0 / weight(r); }},
-    {"one by the size of the frame", [](const Robot& r) { return 1.0 / frame(r); }},
+    {"the weight of the platform", [](const Robot& r) { return 1.0 / weight(r); }},
+    {"the inverse of the size of the frame", [](const Robot& r) { return 1.0 / frame(r); }},
 }};
 // clang-format on
 static_assert(static_cast<std::size_t>(Yardstick::gradient) + 1 ==

@@ -18,11 +18,11 @@ enum class Yardstick {
   platform,     ///< characteristic_length_m: the arms of the cables' anchors
   pulley,       ///< largest radius; eyelets alone: as the frame
   cable_mass,   ///< mass a metre of frame: thicker cables carry heavier platforms
-  flexibility,  ///< stretch by the weight: cables are chosen for it
+  flexibility,  ///< stretch by the weight: cables are chosen for it, and files have its inverse
   gradient      ///< a radian across the frame
 };
 
-/// In sentences: "of the weight"; empty for `none`.
+/// What a size, as files have it, grows with: "the weight of the platform". Empty for `none`.
 const char* in_words(Yardstick yardstick);
 
 /// How many times as large it is as irma4's, for which sizes are written down. 1 for `none`.

@@ -271,7 +271,9 @@ def _diagnosis(subject: Subject) -> dict[str, Any]:
         "rejected": unique((r["name"], r["reason"]) for r in document["rejected"]),
         "left_out": document["left_out"],
         "next": document["next"],
-        "seen": [(i["name"], _times_typical(infos.get(i["name"]), i["detectable"])) for i in visible],
+        "seen": [
+            (i["name"], _times_typical(infos.get(i["name"]), i["detectable"])) for i in visible
+        ],
         "unseen": [i["name"] for i in document["identifiability"] if not i["visible"]],
     }
 
