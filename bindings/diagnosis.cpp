@@ -32,10 +32,18 @@ void register_catalogue(py::module_& module) {
       .def_property_readonly("unit", [](const EffectParameter& p) { return std::string(p.unit); })
       .def_readonly("shape", &EffectParameter::shape)
       .def_readonly("typical", &EffectParameter::typical,
-                    "Size to expect, one sigma of the prior. Of the internal value: for a "
-                    "stiffness, of its inverse.")
+                    "Size to expect on the reference robot, irma4: one sigma of the prior. Of the "
+                    "internal value: for a stiffness, of its inverse.")
       .def_readonly("plausible", &EffectParameter::plausible,
-                    "Largest size that is believable; internal value as `typical`.");
+                    "Largest size that is believable there; internal value as `typical`.")
+      .def_property_readonly(
+          "of", [](const EffectParameter& p) { return std::string(in_words(p.of)); },
+          "What a size, as files have it, grows with from robot to robot; empty: it is the same on "
+          "every robot.")
+      .def(
+          "times_reference",
+          [](const EffectParameter& p, const Robot& robot) { return times_reference(p.of, robot); },
+          py::arg("robot"), "How many times as large both are on this robot.");
   py::class_<EffectInfo>(module, "EffectInfo", "One row of the effect catalogue.")
       .def_property_readonly("name", [](const EffectInfo& i) { return std::string(i.name); })
       .def_property_readonly(
@@ -160,9 +168,9 @@ void register_path(py::module_& module) {
                     "[N, n] the same for the swivels; +1 after a positive turn.")
       .def_readonly("attitude_rate_rad_s", &PathState::attitude_rate_rad_s,
                     "[N, 3] of roll, pitch, yaw.");
-  module.def("path_state", &path_state, py::arg("log"), py::arg("smoothing_s") = 1.0,
-             py::call_guard<py::gil_scoped_release>(),
-             "Directions of motion of a log: what hysteresis and delays depend on.");
+  module.def("path_state", &path_state, py::arg("robot"), py::arg("log"),
+             py::arg("smoothing_s") = 1.0, py::call_guard<py::gil_scoped_release>(),
+             "Directions of motion of a log of a robot: what hysteresis and delays depend on.");
 }
 
 void register_models(py::module_& module) {

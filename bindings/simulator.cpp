@@ -98,7 +98,8 @@ void bind_options(py::module_& module) {
       .finalize();
   py::class_<StrandOptions>(module, "StrandOptions", "Cables of the simulated robot.")
       .def(py::init(&from_keywords<StrandOptions>))
-      .def_readwrite("axial_stiffness_N", &StrandOptions::axial_stiffness_N)
+      .def_readwrite("axial_stiffness_N", &StrandOptions::axial_stiffness_N,
+                     "EA; 0: 10 MN on irma4, and in proportion to the weight.")
       .def_readwrite("damping_ratio", &StrandOptions::damping_ratio);
   py::class_<PlatformDamping>(module, "PlatformDamping",
                               "E-folding times of a free oscillation [s]; inf: no damping.")
@@ -111,7 +112,8 @@ void bind_options(py::module_& module) {
       .def_readwrite("time_constant_s", &WinchOptions::time_constant_s)
       .def_readwrite("max_velocity_m_s", &WinchOptions::max_velocity_m_s)
       .def_readwrite("tension_gain_m_s_N", &WinchOptions::tension_gain_m_s_N)
-      .def_readwrite("tension_noise_N", &WinchOptions::tension_noise_N)
+      .def_readwrite("tension_noise_N", &WinchOptions::tension_noise_N,
+                     "NaN: 0.2 N on irma4, and in proportion to the weight.")
       .def_readwrite("drum_radius_m", &WinchOptions::drum_radius_m)
       .def_readwrite("drum_inertia_kg_m2", &WinchOptions::drum_inertia_kg_m2)
       .def_readwrite("drum_damping_Nms", &WinchOptions::drum_damping_Nms);

@@ -46,6 +46,16 @@ What `diagnose` looks for, what each effect does to the readings, and what to do
 the direction of a cable's motion (+1 paying out), *t* the time in the run, *d* a difference to the
 reference. Which size shows is told by `diagnose` itself, for the poses at hand.
 
+Sizes are those of `{robot}` (13 kg, 3 m from pulley to pulley), for which they are known best. On
+another robot they are larger or smaller as its weight or its size is, by the last column of each
+table: no reason of physics fixes them in newtons or metres, while load cells and cables are chosen
+for the weight and errors of a geometry grow with it. So an error of the mass is measured against
+the mass; forces and what load cells are off by against the weight, which cables carry on any robot
+(limits of tension are often those of a drive, or absent); cables are chosen to stretch by a share
+of their length under the weight, and weigh more where they carry more; creep, slips and the places
+of pulleys grow with the frame, what is on the platform with the arms of its anchors, an error of a
+radius with the radius. Ratios, angles, times and coefficients of friction are the same everywhere.
+
 The pictures are *signatures*: what the model without the effect leaves of every reading, pose by
 pose, in a simulated start-up of `{robot}` where the effect is hidden at its typical size (16 poses
 in random order, noise of real sensors). Everything on this page comes from the program:
@@ -161,8 +171,8 @@ def entry(info: _core.EffectInfo) -> str:
         "",
         f"`{info.equation}`",
         "",
-        "| parameter | typical | believable up to |",
-        "|---|---|---|",
+        "| parameter | typical | believable up to | grows with |",
+        "|---|---|---|---|",
     ]
     for parameter in info.parameters:
         shape = parameter.shape.name.replace("_", " ").replace("vector3", "x, y, z")
@@ -171,7 +181,8 @@ def entry(info: _core.EffectInfo) -> str:
         typical, most = (_size(info, parameter, v) for v in sizes)
         if info.inverse:
             most = f"down to {most}"
-        lines.append(f"| `{parameter.name}`{each} | {typical} | {most} |")
+        grows = parameter.of or "–"
+        lines.append(f"| `{parameter.name}`{each} | {typical} | {most} | {grows} |")
     scope = (
         "Belongs to one run."
         if info.scope == _core.EffectScope.run

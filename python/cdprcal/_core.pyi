@@ -2377,6 +2377,11 @@ class EffectParameter:
     One parameter of an effect.
     """
 
+    def times_reference(self, robot: Robot) -> float:
+        """
+        How many times as large both are on this robot.
+        """
+
     @property
     def name(self) -> str:
         """
@@ -2384,9 +2389,15 @@ class EffectParameter:
         """
 
     @property
+    def of(self) -> str:
+        """
+        What a size, as files have it, grows with from robot to robot; empty: it is the same on every robot.
+        """
+
+    @property
     def plausible(self) -> float:
         """
-        Largest size that is believable; internal value as `typical`.
+        Largest size that is believable there; internal value as `typical`.
         """
 
     @property
@@ -2394,7 +2405,7 @@ class EffectParameter:
     @property
     def typical(self) -> float:
         """
-        Size to expect, one sigma of the prior. Of the internal value: for a stiffness, of its inverse.
+        Size to expect on the reference robot, irma4: one sigma of the prior. Of the internal value: for a stiffness, of its inverse.
         """
 
     @property
@@ -3064,7 +3075,11 @@ class StrandOptions:
 
     def __init__(self, **kwargs: typing.Any) -> None: ...
     @property
-    def axial_stiffness_N(self) -> float: ...
+    def axial_stiffness_N(self) -> float:
+        """
+        EA; 0: 10 MN on irma4, and in proportion to the weight.
+        """
+
     @axial_stiffness_N.setter
     def axial_stiffness_N(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
     @property
@@ -3116,7 +3131,11 @@ class WinchOptions:
     @tension_gain_m_s_N.setter
     def tension_gain_m_s_N(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
     @property
-    def tension_noise_N(self) -> float: ...
+    def tension_noise_N(self) -> float:
+        """
+        NaN: 0.2 N on irma4, and in proportion to the weight.
+        """
+
     @tension_noise_N.setter
     def tension_noise_N(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
     @property
@@ -4303,10 +4322,10 @@ def parse_visiting_order(name: str) -> VisitingOrder:
     """
 
 def path_state(
-    log: Log, smoothing_s: typing.SupportsFloat | typing.SupportsIndex = 1.0
+    robot: Robot, log: Log, smoothing_s: typing.SupportsFloat | typing.SupportsIndex = 1.0
 ) -> PathState:
     """
-    Directions of motion of a log: what hysteresis and delays depend on.
+    Directions of motion of a log of a robot: what hysteresis and delays depend on.
     """
 
 def perfect_sensors() -> SensorOptions:

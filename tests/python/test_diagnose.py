@@ -273,6 +273,21 @@ def test_the_catalogue_is_data() -> None:
         assert set(info.confused_with) <= set(names)
         for parameter in info.parameters:
             assert 0 < parameter.typical < parameter.plausible
+            assert parameter.times_reference(cdprcal.load_robot("irma4")) == 1.0
+            if parameter.unit not in ("1", "s", "rad", "rad/s"):
+                assert parameter.of
+
+
+def test_sizes_are_those_of_the_robot() -> None:
+    ring = cdprcal.load_robot("ring3")
+    infos = {info.name: info for info in cdprcal.effect_catalogue()}
+    weight = ring.platform.mass_kg / cdprcal.load_robot("irma4").platform.mass_kg
+    for name in ("mass", "load_cell_bias", "external_force"):
+        assert infos[name].parameters[0].times_reference(ring) == pytest.approx(weight)
+    assert infos["cable_elasticity"].parameters[0].times_reference(ring) == pytest.approx(
+        1.0 / weight
+    )
+    assert infos["load_cell_gain"].parameters[0].times_reference(ring) == 1.0
 
 
 def test_progress_can_stop_and_its_errors_come_through(

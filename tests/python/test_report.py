@@ -19,6 +19,7 @@ from cdprcal.cli import app
 from cdprcal.diagnosis.table import value_rows
 from cdprcal.io import load_runs
 from cdprcal.report import subject_of_logs
+from cdprcal.report.page import _times_typical
 from cdprcal.report.text import decimals, small, with_sigma, worst_sigma
 from conftest import Browsed, Ran, changed
 
@@ -305,3 +306,10 @@ def test_encoders_fit_the_pose_that_is_shown(biased: Path) -> None:
     np.testing.assert_allclose(document["initial_swivels_rad"], shown.swivel_rad, atol=1e-9)
     alone = cdprcal.calibrate(subject.corrected, subject.runs[0].log).result
     assert np.abs(alone.initial_length_m - shown.length_m).max() > 1e-6, "this tests nothing"
+
+
+def test_what_no_effect_can_be_is_not_given_in_typical_sizes() -> None:
+    infos = {info.name: info for info in cdprcal.effect_catalogue()}
+    assert _times_typical(infos["load_cell_bias"], 0.5) == "0.5 × typical"
+    assert _times_typical(infos["load_cell_bias"], 55357.0) == "no believable one"
+    assert _times_typical(infos["load_cell_bias"], None) == "–"

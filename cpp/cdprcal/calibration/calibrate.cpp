@@ -324,7 +324,7 @@ Calibration prepare(const Robot& robot, const Log& given, const CalibrateOptions
     problem.left_inverse_rows = left_inverse_rows(robot.cable_count());
   }
   problem.reference_attitude = problem.reference_statics = problem.reference_noise = !paper;
-  const PathState path = path_state(log);
+  const PathState path = path_state(robot, log);
   if (options.at_s.empty()) {
     measure_automatically(log, path, run, options, out);
   } else {

@@ -195,7 +195,7 @@ std::vector<Pose> reference_guesses(const Robot& given, const Measurement& refer
     high = high.cwiseMax(cable.pulley.position_m);
   }
   const Vector3 span = high - low;
-  const double depth = std::max({0.5 * span.x(), 0.5 * span.y(), 0.5});
+  const double depth = 0.5 * std::max({span.x(), span.y(), robot_size_m(robot) / std::sqrt(2.0)});
   const Eigen::Quaterniond attitude =
       measured_attitude(robot, reference, reference.absolute_yaw_rad);
   constexpr std::array<std::array<double, 3>, 7> kSpread{{{0.0, 0.0, -0.75},

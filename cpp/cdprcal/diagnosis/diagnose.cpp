@@ -52,13 +52,12 @@ Robot corrected_robot(const Robot& given, const std::vector<Log>& logs, const Di
 void learn_priors(DiagnosisModel& model) {
   constexpr int kRounds = 3;
   constexpr double kPseudo = 2.0;
-  const int n = model.robot.cable_count();
   for (int round = 0; round < kRounds && !model.effects.empty(); ++round) {
     const Eigen::VectorXd variance = covariance(model).diagonal().cwiseMax(0.0);
     Eigen::Index begin = variance.size() - model.values().size();
     for (std::size_t k = 0; k < model.effects.size(); ++k) {
       EffectTerm& term = model.effects[k];
-      const EffectValues typical = term.effect->typical(n);
+      const EffectValues typical = term.effect->typical(model.robot);
       double sum = kPseudo;
       for (Eigen::Index j = 0; j < term.values.size(); ++j) {
         const double spread = variance[begin++];

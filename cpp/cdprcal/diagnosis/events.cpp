@@ -225,7 +225,7 @@ class SlipEffect final : public Effect {
     info_.name = "cable_slip";
     info_.equation = "dl* = dl + length_m after time_s";
     // As far as a cable slips before anyone hears it.
-    info_.parameters = {{"length_m", "m", ParameterShape::scalar, 0.01, 0.3}};
+    info_.parameters = {{"length_m", "m", ParameterShape::scalar, 0.01, 0.3, Yardstick::frame}};
     info_.scope = EffectScope::run;
     info_.sentence = "a cable slipped on its drum, unseen by the encoder";
     info_.remedy = "check the drum's grip; what came before and after are two different references";

@@ -79,8 +79,8 @@ std::optional<DiagnosisModel> without_effect(const DiagnosisModel& model, std::s
   return without;
 }
 
-bool plausible(const EffectTerm& term, int cables) {
-  const EffectValues limit = term.effect->plausible(cables);
+bool plausible(const EffectTerm& term, const Robot& robot) {
+  const EffectValues limit = term.effect->plausible(robot);
   for (Eigen::Index j = 0; j < term.values.size(); ++j) {
     if (std::abs(term.values[j]) > limit[j % limit.size()]) return false;
   }

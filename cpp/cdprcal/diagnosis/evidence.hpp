@@ -45,7 +45,7 @@ class EvidenceAgainst {
 /// The model without its effect `k`, fitted again; nothing when that fit fails.
 std::optional<DiagnosisModel> without_effect(const DiagnosisModel& model, std::size_t k);
 
-/// Whether all values are physically believable.
-bool plausible(const EffectTerm& term, int cables);
+/// Whether all values are physically believable on a robot.
+bool plausible(const EffectTerm& term, const Robot& robot);
 
 }  // namespace cdprcal

@@ -11,9 +11,11 @@ enum class Covariate { time, position, tension, direction, itself };
 constexpr const char* kTargets[] = {"length", "swivel", "roll_pitch", "yaw", "tension"};
 constexpr const char* kCovariates[] = {"time", "pose", "tension", "direction", "reading"};
 
-/// Size to expect of a dependence over a run: that of typical effects on a robot of some 13 kg and
-/// 2 m [m, rad, rad, rad, N]. As for the catalogue, a prior's σ; no threshold depends on it.
+/// Size to expect of a dependence over a run: that of typical effects on irma4 [m, rad, rad, rad,
+/// N]. As for the catalogue, a prior's σ; no threshold depends on it.
 constexpr double kTypical[] = {3e-3, 0.01, 0.01, 0.03, 4.0};
+constexpr Yardstick kYardsticks[] = {Yardstick::frame, Yardstick::none, Yardstick::none,
+                                     Yardstick::none, Yardstick::weight};
 
 /// What the runs visited: x → (x − middle) / spread is of order one.
 struct Scale {
@@ -86,12 +88,12 @@ class GenericEffect final : public Effect {
               kCovariates[static_cast<int>(form.covariate)] + "_" + std::to_string(number)) {
     info_.name = name_.c_str();
     info_.equation = "reading* = reading + functions of the covariate";
-    const double typical = kTypical[static_cast<int>(form.target)];
+    const auto target = static_cast<int>(form.target);
     const bool alike = form.common || !of_a_cable(form.target);
     for (int t = 0; t < form.terms; ++t) {
       info_.parameters.push_back({"amplitude", "",
                                   alike ? ParameterShape::scalar : ParameterShape::per_cable,
-                                  typical, 1e9});
+                                  kTypical[target], 1e9, kYardsticks[target]});
     }
     info_.scope = EffectScope::run;
     info_.sentence = info_.remedy = info_.settle = "";

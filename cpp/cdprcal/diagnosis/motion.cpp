@@ -133,7 +133,7 @@ Eigen::MatrixXd play(const Eigen::VectorXd& time_s, const Eigen::MatrixXd& angle
 
 std::vector<FollowedSample> followed(const DiagnosisModel& model, std::size_t r, const Log& log) {
   const SampleRange range = segments(log).back();
-  const PathState path = path_state(log);
+  const PathState path = path_state(model.robot, log);
   std::vector<FollowedSample> out(static_cast<std::size_t>(range.size()));
   for (std::size_t i = 0; i < out.size(); ++i) {
     FollowedSample& sample = out[i];

@@ -237,7 +237,6 @@ std::vector<CandidateScore> scan(const DiagnosisModel& model, const Candidates& 
   std::vector<CandidateScore> scores;
   if (!system.valid || candidates.empty()) return scores;
   const Stacked stacked = stack(model, system);
-  const int n = model.robot.cable_count();
   NoiseLevels floor{};
   for (std::size_t c = 0; c < kNoiseGroups; ++c) {
     floor[c] = model.floor[c] / model.noise[c];  // NaN of groups without readings: not asked for
@@ -250,7 +249,7 @@ std::vector<CandidateScore> scan(const DiagnosisModel& model, const Candidates& 
     CandidateScore score;
     score.effect = candidates[k];
     score.log_evidence = log_evidence[static_cast<Eigen::Index>(k)];
-    const EffectValues typical = candidates[k]->typical(n);
+    const EffectValues typical = candidates[k]->typical(model.robot);
     Eigen::VectorXd scale(a.size);
     for (Eigen::Index j = 0; j < a.size; ++j) scale[j] = typical[j % typical.size()];
     score.values = values[k].cwiseProduct(scale);
@@ -286,9 +285,8 @@ std::vector<double> imitation(const DiagnosisModel& model, const CandidateScore&
   std::vector<double> shares(candidates.size(), 0.0);
   if (!system.valid) return shares;
   const Stacked stacked = stack(model, system);
-  const int n = model.robot.cable_count();
   const int base = system.layout.nuisance();
-  const EffectValues typical = winner.effect->typical(n);
+  const EffectValues typical = winner.effect->typical(model.robot);
   Eigen::VectorXd values = winner.values;
   for (Eigen::Index j = 0; j < values.size(); ++j) values[j] /= typical[j % typical.size()];
   const Eigen::VectorXd signature =

@@ -141,7 +141,7 @@ bool Search::names_reach(double log_evidence, const Refit& first) const {
     });
     std::erase_if(refits, [&](const Refit& r) {
       return r.log_evidence <= options_.least_evidence ||
-             !plausible(r.model.effects.back(), model.robot.cable_count());
+             !plausible(r.model.effects.back(), model.robot);
     });
     if (refits.empty()) return false;
     total += refits.front().log_evidence;
@@ -160,7 +160,7 @@ std::string Search::objection(const Refit& candidate, const Refit* generic, doub
     return text("evidence %.1f nats after the refit, %.1f needed", candidate.log_evidence,
                 options_.least_evidence);
   }
-  if (!plausible(candidate.model.effects.back(), model_.robot.cable_count())) {
+  if (!plausible(candidate.model.effects.back(), model_.robot)) {
     return "the value it would need is physically implausible";
   }
   held = held_out(model_, candidate.model);
@@ -358,8 +358,7 @@ bool Search::exchange() {
     if (mine == refits.begin()) continue;
     Refit& best = refits.front();
     const double own = mine != refits.end() ? mine->log_evidence : -1e300;
-    if (!(best.log_evidence > own + 1e-6) ||
-        !plausible(best.model.effects.back(), model_.robot.cable_count())) {
+    if (!(best.log_evidence > own + 1e-6) || !plausible(best.model.effects.back(), model_.robot)) {
       continue;
     }
     const HeldOut held = held_out(*without, best.model);

@@ -103,8 +103,7 @@ struct Sums {
 Separation separating_poses(const DiagnosisModel& model, std::size_t k,
                             const std::shared_ptr<const Effect>& rival, int most) {
   const auto& truth = model.effects[k].effect;
-  const int n = model.robot.cable_count();
-  const EffectValues typical = truth->typical(n);
+  const EffectValues typical = truth->typical(model.robot);
   Eigen::VectorXd values = model.effects[k].values;
   for (Eigen::Index j = 0; j < values.size(); ++j) values[j] /= typical[j % typical.size()];
 

@@ -16,6 +16,7 @@ class CableElasticity final : public Effect {
                         .shape = ParameterShape::scalar,
                         .typical = 1e-5,
                         .plausible = 1e-4,
+                        .of = Yardstick::flexibility,
                         .range = ValueRange::positive}},
         .scope = EffectScope::robot,
         .confused_with = {"transmission_ratio", "cable_creep", "load_cell_gain"},

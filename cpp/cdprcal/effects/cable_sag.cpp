@@ -15,6 +15,7 @@ class CableSag final : public Effect {
                         .shape = ParameterShape::scalar,
                         .typical = 0.03,
                         .plausible = 0.3,
+                        .of = Yardstick::cable_mass,
                         .range = ValueRange::not_negative}},
         .scope = EffectScope::robot,
         .confused_with = {"mass", "load_cell_bias"},

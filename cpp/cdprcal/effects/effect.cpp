@@ -3,12 +3,13 @@
 namespace cdprcal {
 namespace {
 
-EffectValues spread(const EffectInfo& info, int cables, double EffectParameter::* member) {
+EffectValues spread(const EffectInfo& info, const Robot& robot, double EffectParameter::* member) {
   EffectValues values;
   for (const EffectParameter& parameter : info.parameters) {
     const Eigen::Index before = values.size();
-    values.conservativeResize(before + entries(parameter.shape, cables));
-    values.tail(values.size() - before).setConstant(parameter.*member);
+    values.conservativeResize(before + entries(parameter.shape, robot.cable_count()));
+    values.tail(values.size() - before)
+        .setConstant(parameter.*member * times_reference(parameter.of, robot));
   }
   return values;
 }
@@ -21,12 +22,12 @@ int Effect::size(int cables) const {
   return total;
 }
 
-EffectValues Effect::typical(int cables) const {
-  return spread(info(), cables, &EffectParameter::typical);
+EffectValues Effect::typical(const Robot& robot) const {
+  return spread(info(), robot, &EffectParameter::typical);
 }
 
-EffectValues Effect::plausible(int cables) const {
-  return spread(info(), cables, &EffectParameter::plausible);
+EffectValues Effect::plausible(const Robot& robot) const {
+  return spread(info(), robot, &EffectParameter::plausible);
 }
 
 EffectValues Effect::to_reported(const EffectValues& values) const {

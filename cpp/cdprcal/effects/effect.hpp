@@ -12,6 +12,7 @@
 
 #include "cdprcal/effects/parameter.hpp"
 #include "cdprcal/effects/pose_evaluation.hpp"
+#include "cdprcal/model/yardstick.hpp"
 
 namespace cdprcal {
 
@@ -21,8 +22,9 @@ struct EffectParameter {
   const char* name;  ///< with the unit as suffix: "bias_N"
   const char* unit;  ///< "N", "m", "rad", "1" …
   ParameterShape shape;
-  double typical;    ///< size to expect, internal units: one σ of the prior
-  double plausible;  ///< largest |value| that is physically believable, internal units
+  double typical;    ///< size to expect on irma4, internal units: one σ of the prior
+  double plausible;  ///< largest |value| that is physically believable there, internal units
+  Yardstick of = Yardstick::none;      ///< with which both grow from robot to robot
   ValueRange range = ValueRange::any;  ///< of a machine that has it, as files have it
 };
 
@@ -77,9 +79,9 @@ class Effect {
 
   /// Number of internal values on a robot with n cables.
   [[nodiscard]] int size(int cables) const;
-  /// Prior σ, and plausible bound, of each value.
-  [[nodiscard]] EffectValues typical(int cables) const;
-  [[nodiscard]] EffectValues plausible(int cables) const;
+  /// Prior σ, and plausible bound, of each value on a robot.
+  [[nodiscard]] EffectValues typical(const Robot& robot) const;
+  [[nodiscard]] EffectValues plausible(const Robot& robot) const;
 
   /// Geometry and inertia: changes the robot itself.
   virtual void apply(const EffectValues&, Robot&) const {}
@@ -113,6 +115,9 @@ struct ActiveEffect {
   EffectValues values;
 };
 using ActiveEffects = std::vector<ActiveEffect>;
+
+/// Of a platform's mass: no effect leaves less of it.
+inline constexpr double kLeastMassShare = 1e-4;
 
 /// The robot with the geometry and inertia changes of all effects.
 Robot with_effects(const Robot& robot, const ActiveEffects& effects);

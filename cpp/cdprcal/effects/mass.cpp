@@ -14,7 +14,8 @@ class Mass final : public Effect {
                         .unit = "kg",
                         .shape = ParameterShape::scalar,
                         .typical = 0.7,
-                        .plausible = 6.0}},
+                        .plausible = 6.0,
+                        .of = Yardstick::mass}},
         .scope = EffectScope::robot,
         .confused_with = {"load_cell_gain", "load_cell_bias", "external_force"},
         .sentence = "the platform does not weigh what the robot file says",
@@ -24,7 +25,8 @@ class Mass final : public Effect {
     return info;
   }
   void apply(const EffectValues& mass_error_kg, Robot& robot) const override {
-    robot.platform.mass_kg = std::max(1e-3, robot.platform.mass_kg + mass_error_kg[0]);
+    robot.platform.mass_kg = std::max(kLeastMassShare * robot.platform.mass_kg,
+                                      robot.platform.mass_kg + mass_error_kg[0]);
   }
   void columns(const EffectContext& context, const EffectValues&,
                EffectColumns out) const override {

@@ -14,8 +14,6 @@ namespace {
 
 /// A file may hold ten times what a diagnosis would believe. Beyond, it is a slip: mm for m.
 constexpr double kFarBeyondPlausible = 10.0;
-/// Effects on the mass stop here (mass.cpp).
-constexpr double kLeastMass_kg = 1e-3;
 
 std::string effect_field(std::size_t index, const std::string& name) {
   const std::string field = "effects[#" + std::to_string(index + 1) + "]";
@@ -120,13 +118,13 @@ void check_effects(const Robot& robot) {
       throw FieldError(effect_field(i, first),
                        "is impossible for a " + effect.name + "; correct it");
     }
-    const EffectValues bound = kFarBeyondPlausible * active.effect->plausible(robot.cable_count());
+    const EffectValues bound = kFarBeyondPlausible * active.effect->plausible(robot);
     if (!(active.values.cwiseAbs().array() <= bound.array()).all()) {
       throw FieldError(effect_field(i, first),
                        "is far from anything physically plausible: check the unit in the name");
     }
     active.effect->apply(active.values, changed);
-    if (!(changed.platform.mass_kg > kLeastMass_kg)) {
+    if (!(changed.platform.mass_kg > kLeastMassShare * robot.platform.mass_kg)) {
       throw FieldError(effect_field(i, first), "leaves the platform without mass; correct it");
     }
   }

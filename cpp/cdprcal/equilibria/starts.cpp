@@ -61,19 +61,6 @@ double bisect(F&& increasing, double low, double high) {
 
 }  // namespace
 
-double robot_size_m(const Robot& robot) {
-  double pulleys = 0.0;
-  double anchors = 0.0;
-  for (const Cable& a : robot.cables) {
-    for (const Cable& b : robot.cables) {
-      pulleys = std::max(pulleys, (a.pulley.position_m - b.pulley.position_m).norm());
-      anchors = std::max(anchors, (a.platform_anchor_m - b.platform_anchor_m).norm());
-    }
-  }
-  if (pulleys > 0.0) return pulleys;
-  return anchors > 0.0 ? anchors : 1.0;
-}
-
 std::vector<Eigen::Quaterniond> start_rotations(const Robot& robot, bool many) {
   std::vector<Eigen::Quaterniond> rotations;
   rotations.push_back(facing(robot, Eigen::Quaterniond::Identity()));

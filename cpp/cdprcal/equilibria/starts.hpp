@@ -33,7 +33,4 @@ Drop drop_for_tensions(const Robot& robot, const Eigen::Quaterniond& rotation,
 double drop_for_lengths(const Robot& robot, const Eigen::Quaterniond& rotation,
                         const CableVector& length_m);
 
-/// Largest distance between pulleys or, when that is 0, of the platform's anchors [m].
-double robot_size_m(const Robot& robot);
-
 }  // namespace cdprcal

@@ -31,7 +31,7 @@ void turn_offsets(const DiagnosisModel& model, Eigen::MatrixXd& matrix) {
 Eigen::VectorXd prior_precision(const DiagnosisModel& model) {
   Eigen::VectorXd out(0);
   for (const EffectTerm& term : model.effects) {
-    const EffectValues typical = term.effect->typical(model.robot.cable_count());
+    const EffectValues typical = term.effect->typical(model.robot);
     const Eigen::Index begin = out.size();
     out.conservativeResize(begin + term.values.size());
     for (Eigen::Index j = 0; j < term.values.size(); ++j) {

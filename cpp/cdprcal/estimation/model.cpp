@@ -151,7 +151,7 @@ void ModelRows::set_values(std::size_t r, const Eigen::VectorXd& values, const P
     derivatives.push_back({term.effect, active[k].values, begin, {}});
   }
   for (std::size_t k = 0; k < candidates_.size(); ++k) {
-    const EffectValues typical = candidates_[k]->typical(n);
+    const EffectValues typical = candidates_[k]->typical(model_.robot);
     const bool by_run = candidates_[k]->info().scope == EffectScope::run;
     const int begin = layout_.candidate_begin[k] - layout_.offsets +
                       (by_run ? static_cast<int>(r * static_cast<std::size_t>(typical.size())) : 0);

@@ -136,17 +136,6 @@ std::string contradictions(const CalibrationProblem& problem, Assembly& assembly
   return text;
 }
 
-/// Largest distance between two pulleys [m]: a position known to no better says nothing.
-double frame_size_m(const Robot& robot) {
-  double size = 0.0;
-  for (const Cable& a : robot.cables) {
-    for (const Cable& b : robot.cables) {
-      size = std::max(size, (a.pulley.position_m - b.pulley.position_m).norm());
-    }
-  }
-  return size > 0.0 ? size : 1.0;
-}
-
 /// The largest change of a cable's length or swivel since the reference, over its noise.
 double largest_motion(const CalibrationProblem& problem, const WeighedPoses& at) {
   const Measurement& first = problem.measurements.front();
@@ -207,7 +196,8 @@ void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged
     return;
   }
   const Vector6 deviation = information.covariance->diagonal().cwiseSqrt();
-  if (deviation.head<3>().maxCoeff() > frame_size_m(problem.robot) ||
+  // A position known to no better than the size of the robot says nothing.
+  if (deviation.head<3>().maxCoeff() > robot_size_m(problem.robot) ||
       deviation.tail<3>().maxCoeff() > kUselessRotation) {
     if (!explain) least();
     result.status = CalibrationStatus::unobservable;

@@ -7,6 +7,7 @@
 
 #include "cdprcal/error.hpp"
 #include "cdprcal/model/robot_check.hpp"
+#include "cdprcal/model/yardstick.hpp"
 
 namespace cdprcal {
 namespace detail {
@@ -15,7 +16,7 @@ namespace {
 /// How far from perpendicular x_axis and swivel_axis may be written (cosine of their angle): a
 /// rounded file is put right, a wrong one is refused.
 constexpr double kPerpendicularTolerance = 1e-3;
-/// How well a geometry measured with a tape is known [m] (paper §4).
+/// How well the geometry of irma4 is known, which was measured with a tape [m] (paper §4).
 constexpr double kGeometryError_m = 1e-3;
 /// A vector this close to exact is left alone, so that finalising twice changes no bit.
 constexpr double kRounding = 8.0 * std::numeric_limits<double>::epsilon();
@@ -118,7 +119,8 @@ double default_wrench_force_N(const Robot& robot) {
 }
 
 double default_wrench_moment_Nm(const Robot& robot) {
-  return robot.weight_N() * kGeometryError_m;  // the weight at a lever wrong by 1 mm
+  // the weight at a lever wrong by 1 mm, or more in a larger frame
+  return robot.weight_N() * kGeometryError_m * times_reference(Yardstick::frame, robot);
 }
 
 void check_and_complete(Robot& robot) {
@@ -163,6 +165,28 @@ void check_and_complete(Robot& robot) {
 }
 
 }  // namespace detail
+
+double robot_size_m(const Robot& robot) {
+  double pulleys = 0.0;
+  double anchors = 0.0;
+  for (const Cable& a : robot.cables) {
+    for (const Cable& b : robot.cables) {
+      pulleys = std::max(pulleys, (a.pulley.position_m - b.pulley.position_m).norm());
+      anchors = std::max(anchors, (a.platform_anchor_m - b.platform_anchor_m).norm());
+    }
+  }
+  if (pulleys > 0.0) return pulleys;
+  return anchors > 0.0 ? anchors : 1.0;
+}
+
+double characteristic_length_m(const Robot& robot) {
+  double sum = 0.0;
+  for (const Cable& cable : robot.cables) {
+    sum += (cable.platform_anchor_m - robot.platform.centre_of_mass_m).squaredNorm();
+  }
+  const double length = std::sqrt(sum / std::max(1, robot.cable_count()));
+  return length > 1e-9 ? length : 1.0;
+}
 
 void finalise(Robot& robot) {
   detail::as_input_error([&] { detail::check_and_complete(robot); });

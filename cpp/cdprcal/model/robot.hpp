@@ -61,6 +61,12 @@ struct Robot {
   [[nodiscard]] Vector3 gravity_force_N() const { return {0.0, 0.0, -weight_N()}; }
 };
 
+/// Largest distance between pulleys or, when that is 0, of the platform's anchors [m].
+double robot_size_m(const Robot& robot);
+/// Root mean square distance of the platform anchors from the centre of mass [m] (1 when all are at
+/// it): turns moments into forces.
+double characteristic_length_m(const Robot& robot);
+
 /// Checks every field (finite, positive, consistent), makes the pulley axes orthonormal (x_axis is
 /// turned to be exactly perpendicular to swivel_axis; more than 1e-3 off is an error) and derives
 /// the defaults that depend on others. Finalising twice changes no bit.

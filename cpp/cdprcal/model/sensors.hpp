@@ -80,8 +80,9 @@ struct SensorSigma : AbsoluteFields<NumberOf> {
   double attitude_rad = 2.0 * kDegree;
   double tension_N = 10.0;
   /// What the wrench balance itself may be wrong by, beyond the load cells. Not in the paper.
-  /// 0 means: what a geometry known to 1 mm leaves. `finalise` then puts weight × 1e-3 here (a
-  /// cable direction wrong by 1 mm a metre) and weight × 1 mm below (the weight's lever).
+  /// 0 means: what a geometry known to 1 mm leaves on irma4. `finalise` then puts weight × 1e-3
+  /// here (a cable direction wrong by 1 mm a metre) and weight × 1 mm below (the weight's lever; as
+  /// much more as the frame is larger than irma4's).
   double wrench_force_N = 0.0;
   double wrench_moment_Nm = 0.0;
 };

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 
+#include "cdprcal/model/yardstick.hpp"
 #include "cdprcal/readings/equilibrium_detection.hpp"
 
 namespace cdprcal {
 namespace {
 
+/// On irma4. What turns over is elastic: it gives way by an angle of the pulley.
 constexpr double kTurnOver_m = 1e-3;
 constexpr double kTurnOver_rad = 0.5 * kDegree;
 /// Dead bands in σ of the smoothed noise.
@@ -99,7 +101,7 @@ void slopes(const Eigen::VectorXd& time, const Eigen::VectorXd& angles, const Sa
 
 }  // namespace
 
-PathState path_state(const Log& log, double smoothing_s) {
+PathState path_state(const Robot& robot, const Log& log, double smoothing_s) {
   PathState state;
   const auto both = [&](const LogMatrix& values, double turn_over, bool angles,
                         LogMatrix& direction, LogMatrix& error) {
@@ -108,7 +110,8 @@ PathState path_state(const Log& log, double smoothing_s) {
     direction = 0.5 * (narrow + wide);
     error = 0.5 * (narrow - wide);
   };
-  both(log.length_m, kTurnOver_m, false, state.length_direction, state.length_direction_error);
+  const double turn_over_m = kTurnOver_m * times_reference(Yardstick::pulley, robot);
+  both(log.length_m, turn_over_m, false, state.length_direction, state.length_direction_error);
   both(log.swivel_rad, kTurnOver_rad, true, state.swivel_direction, state.swivel_direction_error);
   state.attitude_rate_rad_s =
       LogMatrix::Zero(log.roll_pitch_yaw_rad.rows(), log.roll_pitch_yaw_rad.cols());

@@ -1,6 +1,7 @@
 // From which side each cable and each swivel came to where it is: what hysteresis depends on.
 #pragma once
 
+#include "cdprcal/model/robot.hpp"
 #include "cdprcal/readings/log.hpp"
 
 namespace cdprcal {
@@ -8,9 +9,10 @@ namespace cdprcal {
 /// s in [−1, 1] a sample and cable: +1 after paying out (or turning positive) by more than the
 /// turn-over distance, −1 the other way, between them while turning over; a dwell keeps it. 0 until
 /// the first motion. A play operator on the smoothed reading: the turn-over distance is 1 mm of
-/// cable (0.5° of swivel), and motion within a dead band of the noise that smoothing leaves is
-/// none. With one σ of dead band noise turns s over now and then, with three true reversals are
-/// missed. s is the mean of both, and half their difference is kept beside it.
+/// cable over pulleys as large as irma4's (0.5° of swivel), and motion within a dead band of the
+/// noise that smoothing leaves is none. With one σ of dead band noise turns s over now and then,
+/// with three true reversals are missed. s is the mean of both, and half their difference is kept
+/// beside it.
 struct PathState {
   LogMatrix length_direction;                                ///< [N, n] or [N, 0]
   LogMatrix swivel_direction;                                ///< [N, n] or [N, 0]
@@ -18,6 +20,7 @@ struct PathState {
   LogMatrix attitude_rate_rad_s;  ///< [N, 3] or [N, 0]: slope over ±0.3 s
 };
 
-PathState path_state(const Log& log, double smoothing_s = 1.0);
+/// `robot`: for how far its cables go to turn friction over.
+PathState path_state(const Robot& robot, const Log& log, double smoothing_s = 1.0);
 
 }  // namespace cdprcal

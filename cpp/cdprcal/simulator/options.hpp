@@ -12,7 +12,8 @@ namespace cdprcal {
 /// Cables. The nominal ones are so stiff that a model with rigid cables is right to a hundredth of
 /// a millimetre; the injected effect cable_elasticity replaces the stiffness.
 struct StrandOptions {
-  double axial_stiffness_N = 1e7;  ///< EA: 100 N stretch 1.5 m by 0.015 mm
+  /// EA. 0: 10 MN on irma4, where 100 N stretch 1.5 m by 0.015 mm, and in proportion to the weight.
+  double axial_stiffness_N = 0.0;
   /// Of the platform's mass hanging on one strand: 0.03 is a loss factor of 6 %, as of fibre ropes.
   double damping_ratio = 0.03;
 };
@@ -45,8 +46,9 @@ struct WinchOptions {
   /// of robots of a few metres (2 to 3 rad/s) about critically.
   double tension_gain_m_s_N = 0.0;
   /// Tension mode: white noise of the load cell inside the drive's loop, each millisecond. The data
-  /// sheet's accuracy of the real one; what is logged has picked up more on its way.
-  double tension_noise_N = 0.2;
+  /// sheet's accuracy of the real one; what is logged has picked up more on its way. NaN: 0.2 N on
+  /// irma4, and in proportion to the weight.
+  double tension_noise_N = kNaN;
   double drum_radius_m = 0.05;       ///< torque mode
   double drum_inertia_kg_m2 = 2e-3;  ///< torque mode; motor and gear included
   double drum_damping_Nms = 0.06;    ///< torque mode, bearing and gear: moment ÷ angular velocity

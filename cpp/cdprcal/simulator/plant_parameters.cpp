@@ -3,23 +3,27 @@
 #include <algorithm>
 
 #include "cdprcal/error.hpp"
+#include "cdprcal/model/yardstick.hpp"
 
 namespace cdprcal {
 namespace {
+
+/// Of irma4: axial stiffness of its nominal cables, and noise inside its drives.
+constexpr double kRigid_N = 1e7, kDriveNoise_N = 0.2;
 
 void check(const SimulatorOptions& options) {
   const auto require = [](bool fine, const char* what) {
     if (!fine) throw InputError(std::string("simulator options: ") + what);
   };
   require(options.step_s > 0.0 && options.step_s <= 0.01, "step_s must be in (0, 0.01]");
-  require(options.strand.axial_stiffness_N > 0.0, "strand.axial_stiffness_N must be positive");
+  require(options.strand.axial_stiffness_N >= 0.0, "strand.axial_stiffness_N must not be negative");
   require(options.strand.damping_ratio >= 0.0, "strand.damping_ratio must not be negative");
   require(options.damping.translation_decay_s > 0.0 && options.damping.rotation_decay_s > 0.0,
           "damping decay times must be positive (infinity: none)");
   require(options.winch.time_constant_s >= 0.0 && options.winch.max_velocity_m_s > 0.0 &&
               options.winch.drum_radius_m > 0.0 && options.winch.drum_inertia_kg_m2 > 0.0 &&
               options.winch.drum_damping_Nms >= 0.0 && options.winch.tension_gain_m_s_N >= 0.0 &&
-              options.winch.tension_noise_N >= 0.0,
+              !(options.winch.tension_noise_N < 0.0),
           "winch values must be positive");
   const SensorOptions& s = options.sensors;
   for (const SensorChannel* c :
@@ -47,7 +51,12 @@ PlantParameters plant_parameters(const Robot& robot, const SimulatorOptions& opt
   p.robot = robot;
   finalise(p.robot);
   const int n = robot.cable_count();
-  p.axial_stiffness_N = options.strand.axial_stiffness_N;
+  p.axial_stiffness_N = options.strand.axial_stiffness_N > 0.0
+                            ? options.strand.axial_stiffness_N
+                            : kRigid_N * times_reference(Yardstick::weight, robot);
+  p.drive_noise_N = std::isnan(options.winch.tension_noise_N)
+                        ? kDriveNoise_N * times_reference(Yardstick::weight, robot)
+                        : options.winch.tension_noise_N;
   p.strand_damping_ratio = options.strand.damping_ratio;
   p.ratio_error.setZero(n);
   p.load_cell_gain.setZero(n);

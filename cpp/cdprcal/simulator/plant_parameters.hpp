@@ -25,6 +25,7 @@ struct PlantParameters {
   Robot robot;  ///< true geometry and inertia
   // Cables and winches
   double axial_stiffness_N = 0.0;  ///< EA
+  double drive_noise_N = 0.0;      ///< WinchOptions::tension_noise_N
   double strand_damping_ratio = 0.0;
   double linear_density_kg_m = 0.0;
   double frame_compliance_m_N = 0.0;   ///< of each pulley's place, along the pull

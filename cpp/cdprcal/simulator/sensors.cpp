@@ -20,10 +20,7 @@ std::uint64_t stream(std::uint64_t seed, std::uint64_t index) {
 }  // namespace
 
 SensorBank::SensorBank(const PlantParameters& parameters, const SimulatorOptions& options)
-    : p_(parameters),
-      options_(options.sensors),
-      seed_(options.seed),
-      drive_noise_N_(options.winch.tension_noise_N) {
+    : p_(parameters), options_(options.sensors), seed_(options.seed) {
   const SensorOptions& s = options_;
   length_clock_ = {1.0 / s.length_m.rate_Hz, s.length_m.delay_s};
   swivel_clock_ = {1.0 / s.swivel_rad.rate_Hz, s.swivel_rad.delay_s};
@@ -143,7 +140,7 @@ const CableVector& SensorBank::drive_reading_error_N(const PlantDynamics& plant)
   for (int i = 0; i < p_.robot.cable_count(); ++i) {
     const double tension = plant.load_cell_tension_N(i);
     drive_error_N_[i] = load_cell_N(i, tension, plant.time_s()) - tension;
-    if (drive_noise_N_ > 0.0) drive_error_N_[i] += drive_noise_N_ * drive_noise_();
+    if (p_.drive_noise_N > 0.0) drive_error_N_[i] += p_.drive_noise_N * drive_noise_();
   }
   return drive_error_N_;
 }

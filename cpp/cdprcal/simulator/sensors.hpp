@@ -51,7 +51,6 @@ class SensorBank {
   PlantParameters p_;
   SensorOptions options_;
   std::uint64_t seed_;
-  double drive_noise_N_;
   double history_s_ = 0.0;
   Clock length_clock_, swivel_clock_, tension_clock_, attitude_clock_;
   RandomNormal drive_noise_{0}, length_noise_{0}, swivel_noise_{0}, tension_noise_{0},

@@ -109,15 +109,6 @@ TensionModel tensions_left_inverse(const Robot& robot, const PlatformState& stat
   return model;
 }
 
-double characteristic_length_m(const Robot& robot) {
-  double sum = 0.0;
-  for (const Cable& cable : robot.cables) {
-    sum += (cable.platform_anchor_m - robot.platform.centre_of_mass_m).squaredNorm();
-  }
-  const double length = std::sqrt(sum / std::max(1, robot.cable_count()));
-  return length > 1e-9 ? length : 1.0;
-}
-
 TensionModel tensions_least_squares(const Robot& robot, const PlatformState& state) {
   const int n = state.cable_count;
   TensionModel model;

@@ -36,8 +36,4 @@ TensionModel tensions_left_inverse(const Robot& robot, const PlatformState& stat
 /// structure matrix without full rank.
 TensionModel tensions_least_squares(const Robot& robot, const PlatformState& state);
 
-/// Root mean square distance of the platform anchors from the centre of mass [m] (1 when all are at
-/// it): turns moments into forces.
-double characteristic_length_m(const Robot& robot);
-
 }  // namespace cdprcal

@@ -74,6 +74,7 @@ def print_diagnosis(document: dict[str, Any]) -> None:
 def blind_spots(document: dict[str, Any]) -> list[str]:
     """Effects that could be there at their typical size unseen, and the size that would show."""
     accepted = {effect["name"] for effect in document["effects"]}
+    robot = _core.parse_robot(document["corrected"], "corrected")
     catalogue = {info.name: info for info in _core.effect_catalogue()}
     lines = []
     for entry in document["identifiability"]:
@@ -83,18 +84,24 @@ def blind_spots(document: dict[str, Any]) -> list[str]:
         if size is None:
             lines.append(f"{name} of any size")
             continue
-        parameter = catalogue[name].parameters[0]
-        if size * parameter.typical > parameter.plausible:  # its number would mean nothing
+        if not believable(catalogue[name], size):
             lines.append(f"{name} of any believable size")
             continue
+        parameter = catalogue[name].parameters[0]
         inverse = catalogue[name].inverse  # of a stiffness the typical size is that of its inverse
-        value = 1.0 / (size * parameter.typical) if inverse else size * parameter.typical
+        value = size * parameter.typical * parameter.times_reference(robot)
+        value = 1.0 / value if inverse else value
         label, factor = for_people(parameter.unit, value)
         lines.append(
             f"{name} {'above' if inverse else 'below'} {value * factor:.3g} {label} "
             f"({size:.2g} × its typical size)"
         )
     return lines
+
+
+def believable(info: _core.EffectInfo, size: float) -> bool:
+    """Whether an effect may be so many times its typical size; else its number means nothing."""
+    return any(size * p.typical <= p.plausible for p in info.parameters)
 
 
 def unique(pairs: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:

@@ -18,7 +18,14 @@ import numpy as np
 from cdprcal import _core
 from cdprcal.diagnosis.document import TRUSTED
 from cdprcal.diagnosis.plots import gap_panels, gap_steps
-from cdprcal.diagnosis.table import LEFT_OVER, left_over, unexplained_line, unique, value_rows
+from cdprcal.diagnosis.table import (
+    LEFT_OVER,
+    believable,
+    left_over,
+    unexplained_line,
+    unique,
+    value_rows,
+)
 from cdprcal.io.files import write_text
 from cdprcal.io.result_file import cdprcal_version, log_sha256
 from cdprcal.report import figures, text
@@ -265,13 +272,19 @@ def _diagnosis(subject: Subject) -> dict[str, Any]:
         "rejected": unique((r["name"], r["reason"]) for r in document["rejected"]),
         "left_out": document["left_out"],
         "next": document["next"],
-        "seen": [(i["name"], _times_typical(i["detectable"])) for i in visible],
+        "seen": [
+            (i["name"], _times_typical(infos.get(i["name"]), i["detectable"])) for i in visible
+        ],
         "unseen": [i["name"] for i in document["identifiability"] if not i["visible"]],
     }
 
 
-def _times_typical(size: float | None) -> str:
-    return "–" if size is None else f"{size:.2g} × typical"
+def _times_typical(info: _core.EffectInfo | None, size: float | None) -> str:
+    if size is None:
+        return "–"
+    if info and not believable(info, size):
+        return "no believable one"
+    return f"{size:.2g} × typical"
 
 
 def _gap(document: dict[str, Any]) -> dict[str, Any]:

@@ -31,7 +31,7 @@ DiagnosisModel model_with(const std::vector<const char*>& effects) {
   DiagnosisModel model = baseline_model(robot, logs, left_out);
   for (const char* name : effects) {
     const auto effect = find_effect(name);
-    model.effects.push_back({effect, 0.3 * effect->typical(robot.cable_count())});
+    model.effects.push_back({effect, 0.3 * effect->typical(robot)});
   }
   return model;
 }
@@ -115,7 +115,7 @@ TEST_P(AbsoluteColumns, AreTheDerivativesOfTheRows) {
   Eigen::VectorXd scale(nuisance - offsets);
   Eigen::Index next = 0;
   for (const EffectTerm& term : model.effects) {
-    const EffectValues typical = term.effect->typical(model.robot.cable_count());
+    const EffectValues typical = term.effect->typical(model.robot);
     scale.segment(next, typical.size()) = typical;
     next += typical.size();
   }

@@ -334,7 +334,7 @@ TEST(Diagnose, PriorsAndDeviationsAreThoseOfTheModelThatItReturns) {
   Eigen::Index at = 0;
   for (std::size_t k = 0; k < 2; ++k) {
     const EffectTerm& term = d.model.effects[k];
-    const double typical = term.effect->typical(4)[0];
+    const double typical = term.effect->typical(load_robot("irma4"))[0];
     double squares = 2.0;  // two values of the size that is typical
     for (Eigen::Index j = 0; j < term.values.size(); ++j, ++at) {
       EXPECT_EQ(d.effects[k].values[j], term.values[j]);
@@ -352,7 +352,7 @@ TEST(Diagnose, PriorsAndDeviationsAreThoseOfTheModelThatItReturns) {
 TEST(Diagnose, DeviationsCountWhatDirectionsOfMotionMayBeOff) {
   const Robot robot = load_robot("irma4");
   const Log clean = startup_log(robot, kNoise, 48);
-  const PathState path = path_state(clean);
+  const PathState path = path_state(load_robot("irma4"), clean);
   Log rubbing = clean;
   rubbing.tension_N.array() *= (-0.06 * path.length_direction.array()).exp();
   const Diagnosis d = diagnose(robot, {rubbing});

@@ -488,8 +488,9 @@ TEST(Slips, AreEffectsWithWordsForPeople) {
   const EffectInfo& info = effect->info();
   EXPECT_EQ(effect->name(), "cable_slip");
   EXPECT_EQ(effect->size(4), 1);
-  EXPECT_EQ(effect->typical(4)[0], 0.01);  // a centimetre, and not more than three decimetres
-  EXPECT_EQ(effect->plausible(4)[0], 0.3);
+  EXPECT_EQ(effect->typical(load_robot("irma4"))[0],
+            0.01);  // a centimetre, and not more than three decimetres
+  EXPECT_EQ(effect->plausible(load_robot("irma4"))[0], 0.3);
   EXPECT_STREQ(info.equation, "dl* = dl + length_m after time_s");
   EXPECT_NE(std::string(info.sentence).find("slipped"), std::string::npos);
   EXPECT_NE(std::string(info.remedy).find("drum"), std::string::npos);

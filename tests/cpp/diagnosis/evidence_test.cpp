@@ -149,7 +149,7 @@ TEST(Scan, DetectableIsTheSizeWhoseEvidenceIsThreeOnAverage) {
   // Of one value: x typical sizes give x²I²/(I + 1)/2 - log(I + 1)/2 where I is the information in
   // typical sizes, which the deviation shows: its square is 1/(I + 1).
   for (const CandidateScore& score : scan(plain(), {find_effect("mass")}, {.draws = 0})) {
-    const double deviation = score.deviation[0] / score.effect->typical(4)[0];
+    const double deviation = score.deviation[0] / score.effect->typical(load_robot("irma4"))[0];
     const double information = 1.0 / (deviation * deviation) - 1.0;
     const double x = score.detectable;
     EXPECT_NEAR(0.5 * x * x * information * information / (information + 1.0) -
@@ -170,7 +170,7 @@ TEST(Scan, DetectableIsThatOfAMeanDirectionForEffectsOfManyValues) {
   // the same for all four, x each, S = x² tr(I (I + 1)⁻¹ I)/2 - log|I + 1|/2.
   const DiagnosisModel model = with_effect(plain(), "load_cell_bias");
   const Dense all = dense(linearise(model));
-  const double typical = find_effect("load_cell_bias")->typical(4)[0];
+  const double typical = find_effect("load_cell_bias")->typical(load_robot("irma4"))[0];
   const Eigen::MatrixXd posterior =
       (all.covariance().bottomRightCorner(4, 4) / (typical * typical)).inverse();  // I + 1
   const Eigen::MatrixXd information = posterior - Eigen::MatrixXd::Identity(4, 4);
@@ -422,19 +422,20 @@ TEST(Evidence, WithoutAnEffectTheOthersStayAndAreFittedAgain) {
 }
 
 TEST(Evidence, ValuesAreBelievableUpToTheirLimitOnEitherSide) {
+  const Robot robot = load_robot("irma4");
   const auto bias = find_effect("load_cell_bias");
-  const double limit = bias->plausible(4)[0];
+  const double limit = bias->plausible(robot)[0];
   const auto believable = [&](const Eigen::VectorXd& values) {
-    return plausible({bias, values}, 4);
+    return plausible({bias, values}, robot);
   };
   EXPECT_TRUE(believable(Eigen::Vector4d(limit, -limit, 0.0, 0.0)));
   EXPECT_FALSE(believable(Eigen::Vector4d(1.001 * limit, 0.0, 0.0, 0.0)));
   EXPECT_FALSE(believable(Eigen::Vector4d(0.0, 0.0, 0.0, -1.001 * limit)));
   // Values of several runs, one after the other.
   const auto drift = find_effect("yaw_drift");
-  const double rate = drift->plausible(4)[0];
-  EXPECT_TRUE(plausible({drift, Eigen::Vector2d(rate, -rate)}, 4));
-  EXPECT_FALSE(plausible({drift, Eigen::Vector2d(0.0, 2.0 * rate)}, 4));
+  const double rate = drift->plausible(robot)[0];
+  EXPECT_TRUE(plausible({drift, Eigen::Vector2d(rate, -rate)}, robot));
+  EXPECT_FALSE(plausible({drift, Eigen::Vector2d(0.0, 2.0 * rate)}, robot));
 }
 
 /// Squares of held-out poses, each with its own pose free, common unknowns from the other folds.

@@ -87,7 +87,7 @@ TEST(Generic, SizesToExpectAreThoseOfTypicalEffectsOnTheirChannel) {
   const std::map<std::string, double> typical{
       {"length", 0.003}, {"swivel", 0.01}, {"roll_pitch", 0.01}, {"yaw", 0.03}, {"tension", 4.0}};
   for (const auto& effect : generic_candidates(model())) {
-    const EffectValues sizes = effect->typical(4);
+    const EffectValues sizes = effect->typical(load_robot("irma4"));
     EXPECT_EQ(sizes.minCoeff(), typical.at(generic_name(*effect)->channel)) << effect->name();
     EXPECT_EQ(sizes.maxCoeff(), sizes.minCoeff());
   }
@@ -97,7 +97,7 @@ TEST(Generic, ColumnsAreTheDerivativesOfWhatTheEffectDoes) {
   for (const auto& effect : generic_candidates(model())) {
     SCOPED_TRACE(effect->name());
     DiagnosisModel with = model();
-    const EffectValues typical = effect->typical(4);
+    const EffectValues typical = effect->typical(load_robot("irma4"));
     const auto size = static_cast<Eigen::Index>(effect->size(4));
     Eigen::VectorXd values(2 * size);
     for (Eigen::Index j = 0; j < values.size(); ++j) {

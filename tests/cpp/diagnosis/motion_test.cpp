@@ -175,7 +175,7 @@ TEST_F(Motion, TheFastestSamplesAreTakenAtTheirSpacing) {
     kept.push_back(moving.runs[0].rows[i].begin);
   }
   ASSERT_EQ(kept.size(), 12U);
-  const LogMatrix rate = path_state(log).attitude_rate_rad_s;
+  const LogMatrix rate = path_state(load_robot("irma4"), log).attitude_rate_rad_s;
   const auto speed = [&](Eigen::Index row) { return rate.row(row).norm(); };
   double slowest = 1e300;
   for (std::size_t i = 0; i < kept.size(); ++i) {

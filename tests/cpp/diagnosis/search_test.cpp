@@ -127,7 +127,7 @@ TEST(Search, AcceptsSoManyEffectsAndNoMore) {
 
 TEST(Search, AnImplausibleValueIsNoExplanation) {
   // A yaw that drifts faster than that of any AHRS.
-  const double rate_rad_s = 1.5 * find_effect("yaw_drift")->plausible(4)[0];
+  const double rate_rad_s = 1.5 * find_effect("yaw_drift")->plausible(load_robot("irma4"))[0];
   Log log = test::startup_log(load_robot("irma4"), 0.2, 73);
   log.roll_pitch_yaw_rad.col(2) += rate_rad_s * log.time_s;
   Progress p(baseline_of(log));
@@ -224,7 +224,7 @@ TEST(Search, TheFirstOfTheCatalogueIsExchangedForAndARivalToo) {
 }
 
 TEST(Search, ExchangeTakesNoImplausibleValue) {
-  const double limit = find_effect("load_cell_gain")->plausible(4)[0];
+  const double limit = find_effect("load_cell_gain")->plausible(load_robot("irma4"))[0];
   Log log = test::startup_log(load_robot("irma4"), 0.1, 74);
   const Eigen::RowVector4d gain(0.5, -0.4, 0.3, -1.3);
   log.tension_N.array().rowwise() *= 1.0 + limit * gain.array();
@@ -235,7 +235,8 @@ TEST(Search, ExchangeTakesNoImplausibleValue) {
   const std::vector<Refit> refits =
       refitted(*without, {find_effect("load_cell_gain"), find_effect("load_cell_bias")}, 2);
   ASSERT_EQ(refits[0].score.effect->name(), "load_cell_gain");  // explains more, with a value
-  ASSERT_FALSE(plausible(refits[0].model.effects.back(), 4));   // that no load cell has
+  ASSERT_FALSE(
+      plausible(refits[0].model.effects.back(), load_robot("irma4")));  // that no load cell has
   p.search().exchange();
   EXPECT_EQ(names(p.model), Names{"load_cell_bias"});
 }

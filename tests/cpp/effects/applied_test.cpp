@@ -44,7 +44,7 @@ TEST(AppliedEffects, EveryEffectOfTheCatalogueGoesThroughTheFileToTheBit) {
   Robot robot = plain;
   RandomNormal random(5);
   for (const auto& effect : effect_catalogue()) {
-    EffectValues values = effect->typical(4);
+    EffectValues values = effect->typical(plain);
     for (double& v : values) v *= 0.1 + random.uniform();
     robot.effects.push_back(applied_effect(*effect, effect->to_reported(values), 4));
     if (effect->info().scope == EffectScope::run) robot.effects.back().run = "a \"b\" \\ c.csv";

@@ -51,8 +51,8 @@ Eigen::VectorXd predicted(const Robot& robot, const Measurement& m, const Pose& 
   return out;
 }
 
-EffectValues random_values(Rng& rng, const Effect& effect, int cables) {
-  EffectValues values = effect.typical(cables);
+EffectValues random_values(Rng& rng, const Effect& effect, const Robot& robot) {
+  EffectValues values = effect.typical(robot);
   for (double& v : values) v *= uniform(rng, -1.0, 1.0);
   if (effect.info().one_sided) values = values.cwiseAbs();
   return values;
@@ -72,7 +72,7 @@ TEST_P(EveryEffect, DerivativesByValueAndByPose) {
     if (std::abs(rates.determinant()) < 0.3) continue;  // too near gimbal lock for differences
     const int n = at.robot.cable_count();
     const Measurement m = random_measurement(rng, at);
-    const EffectValues values = random_values(rng, *effect, n);
+    const EffectValues values = random_values(rng, *effect, at.robot);
     const ActiveEffects active{{effect, values}};
     PoseEvaluation about, scratch;
     predicted(at.robot, m, at.pose, active, nullptr, about);
@@ -81,7 +81,7 @@ TEST_P(EveryEffect, DerivativesByValueAndByPose) {
     const PlatformState state = platform_state(changed, at.pose);
     Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(ReadingRows{n}.size(), effect->size(n));
     effect->columns({changed, state, at.pose, m}, values, columns);
-    const EffectValues scale = effect->typical(n);
+    const EffectValues scale = effect->typical(at.robot);
     const NumericJacobian by_value = numeric_jacobian(
         [&](const Eigen::VectorXd& x) {
           return predicted(at.robot, m, at.pose, {{effect, EffectValues(x.cwiseProduct(scale))}},
@@ -114,11 +114,11 @@ TEST_P(EveryEffect, ZeroIsAbsentAndValuesCount) {
   const Eigen::VectorXd plain = predicted(at.robot, m, at.pose, {}, &about, e);
   EXPECT_LT((zero - plain).norm(), 1e-12);
   const Eigen::VectorXd one =
-      predicted(at.robot, m, at.pose, {{effect, effect->typical(n)}}, &about, e);
+      predicted(at.robot, m, at.pose, {{effect, effect->typical(at.robot)}}, &about, e);
   EXPECT_GT((one - plain).norm(), 1e-6);
-  EXPECT_EQ(effect->typical(n).size(), effect->size(n));
-  EXPECT_TRUE((effect->plausible(n).array() >= effect->typical(n).array()).all());
-  const EffectValues values = effect->typical(n);
+  EXPECT_EQ(effect->typical(at.robot).size(), effect->size(n));
+  EXPECT_TRUE((effect->plausible(at.robot).array() >= effect->typical(at.robot).array()).all());
+  const EffectValues values = effect->typical(at.robot);
   EXPECT_LT((effect->from_reported(effect->to_reported(values)) - values).norm(), 1e-12);
 }
 

@@ -161,7 +161,7 @@ TEST(DiagnosisSystem, ColumnsOfTheGeometryKnowTheTensionsThatOtherEffectsMakeOfT
   }
   for (const char* name : {"platform_anchors", "frame_anchors", "pulley_radius", "mass"}) {
     const auto effect = find_effect(name);
-    model.effects.push_back({effect, 0.5 * effect->typical(4)});
+    model.effects.push_back({effect, 0.5 * effect->typical(load_robot("irma4"))});
   }
   // Weights that do not change with the geometry: the columns leave such changes out.
   SensorSigma& sigma = model.robot.sigma;
@@ -198,8 +198,8 @@ TEST(DiagnosisSystem, CandidatesEnterAsAcceptedEffectsAtZeroDoInTypicalSizes) {
   ASSERT_EQ(offered.layout.size(), accepted.layout.size());
   ASSERT_EQ(offered.layout.candidates, 3 + 2);
   Eigen::MatrixXd columns = accepted.by_common.rightCols(5);
-  columns.leftCols(3) *= candidates[0]->typical(4).asDiagonal();
-  columns.rightCols(2) *= candidates[1]->typical(4)[0];
+  columns.leftCols(3) *= candidates[0]->typical(load_robot("irma4")).asDiagonal();
+  columns.rightCols(2) *= candidates[1]->typical(load_robot("irma4"))[0];
   EXPECT_LE((offered.by_common.rightCols(5) - columns).norm(), 1e-12 * columns.norm());
 }
 
@@ -310,8 +310,8 @@ TEST(DiagnosisSystem, PriorsAreInTypicalSizesTimesWhatTheRobotTaught) {
   model.effects[0].prior_scale = 2.0;
   const DiagnosisSystem system = linearise(model);
   EXPECT_EQ(system.prior_precision.head(18), Eigen::VectorXd::Zero(18));
-  const double bias_N = 2.0 * find_effect("load_cell_bias")->typical(4)[0];
-  const double drift = find_effect("yaw_drift")->typical(4)[0];
+  const double bias_N = 2.0 * find_effect("load_cell_bias")->typical(load_robot("irma4"))[0];
+  const double drift = find_effect("yaw_drift")->typical(load_robot("irma4"))[0];
   double prior = 0.0;
   for (int i = 0; i < 6; ++i) {
     const double sigma = i < 4 ? bias_N : drift;

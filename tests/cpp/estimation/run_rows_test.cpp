@@ -174,11 +174,11 @@ void expect_rows(const PoseRows& rows, const ExpectedRows& expected) {
 }
 
 /// Known effects that act on readings, tensions and balance.
-ActiveEffects some_effects(int cables, Rng& rng) {
+ActiveEffects some_effects(const Robot& robot, Rng& rng) {
   ActiveEffects out;
   for (const auto& effect : effect_catalogue()) {
     if (rng() % 3 != 0) continue;
-    const EffectValues typical = effect->typical(cables);
+    const EffectValues typical = effect->typical(robot);
     out.push_back({effect, 0.5 * typical});
   }
   return out;
@@ -196,7 +196,7 @@ void compare_with_one_pose_after_the_other(bool with_known_effects) {
     problem.reference_noise = rng() % 2 == 0;
     problem.reference_attitude = rng() % 2 == 0;
     problem.reference_statics = rng() % 2 == 0;
-    if (with_known_effects) problem.effects = some_effects(cables, rng);
+    if (with_known_effects) problem.effects = some_effects(problem.robot, rng);
     Assembly assembly(problem, poses);
     Eigen::VectorXd errors(assembly.reference().size());
     for (double& e : errors) e = uniform(rng, -0.1, 0.1);

@@ -136,6 +136,11 @@ TEST(Finalise, WrenchSigmaDefaultsToAMillimetreAndGivenOnesStay) {
   finalise(robot);
   EXPECT_EQ(robot.sigma.wrench_force_N, 0.5);
   EXPECT_DOUBLE_EQ(robot.sigma.wrench_moment_Nm, 20.0 * 9.81 * 1e-3);
+  // A frame of twice the size is known half as well.
+  for (Cable& cable : robot.cables) cable.pulley.position_m *= 2.0;
+  robot.sigma.wrench_moment_Nm = 0.0;
+  finalise(robot);
+  EXPECT_DOUBLE_EQ(robot.sigma.wrench_moment_Nm, 20.0 * 9.81 * 2e-3);
 }
 
 }  // namespace
