@@ -193,7 +193,7 @@ TEST_F(Baseline, SamplesInMotionAreOneRowEach) {
   // One rest tells too little without load cells: then samples count one by one.
   const DiagnosisModel at_rest = baseline_of(robot, {log});
   const Eigen::Index until = at_rest.runs[0].rows[1].begin;
-  Log moving = test::rows_of(log, 0, until);
+  Log moving = test::cut(log, 0, until);
   moving.tension_N.resize(moving.sample_count(), 0);
   moving.tension_setpoint_N.resize(moving.sample_count(), 0);
   const DiagnosisRun run = baseline_of(robot, {moving}).runs[0];

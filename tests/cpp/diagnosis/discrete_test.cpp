@@ -321,6 +321,49 @@ TEST(DiscreteFaults, SignsAreEveryCombination) {
   }
 }
 
+TEST_F(Discrete, TensionsInAnotherUnitAreOneFault) {
+  for (const auto& [factor, text] : std::vector<std::pair<double, std::string>>{
+           {9.80665, "the tensions are in kgf"}, {4.4482216152605, "the tensions are in lbf"},
+           {1e3, "the tensions are in kN"}, {9.80665e-3, "the tensions are in gf"}}) {
+    SCOPED_TRACE(text);
+    Log read = clean();
+    read.tension_N /= factor;
+    read.tension_setpoint_N /= factor;
+    const DiscreteSearch search = find_discrete_faults(robot, read);
+    ASSERT_EQ(search.faults.size(), 1U);
+    EXPECT_EQ(search.faults[0].name, "tension_unit");
+    EXPECT_EQ(search.faults[0].values, std::vector<double>{factor});
+    EXPECT_EQ(search.faults[0].text, text);
+    EXPECT_LE((read.tension_N - clean().tension_N).norm(), 1e-9 * clean().tension_N.norm());
+  }
+}
+
+TEST_F(Discrete, LoadCellsAloneInAnotherOrder) {
+  log.tension_N.col(0).swap(log.tension_N.col(3));
+  const DiscreteSearch search = find_discrete_faults(robot, log);
+  ASSERT_EQ(search.faults.size(), 1U);
+  EXPECT_EQ(search.faults[0].name, "cable_order");
+  EXPECT_EQ(search.faults[0].values, (std::vector<double>{1, 2, 3, 4}));
+  EXPECT_EQ(search.faults[0].tension_order, (std::vector<double>{4, 2, 3, 1}));
+  EXPECT_EQ(log.tension_N, clean().tension_N);
+}
+
+TEST_F(Discrete, AnOrderAndSignsTogetherAreFound) {
+  for (LogMatrix* m : {&log.length_m, &log.swivel_rad, &log.tension_N, &log.tension_setpoint_N}) {
+    m->col(0).swap(m->col(2));
+  }
+  log.swivel_rad.col(0) *= -1.0;
+  log.swivel_rad.col(1) *= -1.0;
+  const DiscreteSearch search = find_discrete_faults(robot, log);
+  ASSERT_EQ(search.faults.size(), 2U);
+  EXPECT_EQ(search.faults[0].name, "swivel_sign");
+  EXPECT_EQ(search.faults[0].values, (std::vector<double>{-1, -1, 1, 1}));
+  EXPECT_EQ(search.faults[1].name, "cable_order");
+  EXPECT_EQ(search.faults[1].values, (std::vector<double>{3, 2, 1, 4}));
+  EXPECT_EQ(log.length_m, clean().length_m);
+  EXPECT_EQ(log.swivel_rad, clean().swivel_rad);
+}
+
 TEST(DiscreteFaults, OrdersAreEveryPermutationOfFewCablesAndEveryExchangeInMany) {
   for (int n = 1; n <= kMaxCables; ++n) {
     for (const bool cells : {true, false}) {

@@ -191,6 +191,18 @@ TEST(KnownState, IsTheLogWithoutWhatTheRobotsLoadCellsAndMapsAddToIt) {
   EXPECT_EQ(again.robot.platform.mass_kg, known.robot.platform.mass_kg);
 }
 
+TEST(TrueTension, ChangesWithAReadingByWhatTheCellIsOffBy) {
+  const Robot robot = load_robot("irma4");
+  Measurement m;
+  m.tension_N = Eigen::Vector4d(60.0, 80.0, 100.0, 120.0);
+  EXPECT_EQ(true_tension_by_reading(robot, {}, m), CableVector::Ones(4));
+  const EffectValues gain = Eigen::Vector4d(0.1, -0.2, 0.0, 0.3);
+  const ActiveEffects effects{{find_effect("load_cell_gain"), gain},
+                              {find_effect("load_cell_bias"), Eigen::Vector4d(5, 6, 7, 8)}};
+  const CableVector expected = (1.0 + gain.array()).inverse();
+  EXPECT_LE((true_tension_by_reading(robot, effects, m) - expected).norm(), 1e-12);
+}
+
 TEST(KnownState, OfALogWithoutLoadCellsHasNone) {
   const Robot robot = with_section("effects: [{name: load_cell_bias, bias_N: [5, -3, 0, 8]}]");
   Log log;

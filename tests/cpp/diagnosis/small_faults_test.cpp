@@ -1,0 +1,89 @@
+// Faults of the attitude's map that change readings as little as an effect does.
+#include "cdprcal/diagnosis/small_faults.hpp"
+
+#include <gtest/gtest.h>
+
+#include "../support/run.hpp"
+#include "cdprcal/geometry/euler.hpp"
+
+namespace cdprcal {
+namespace {
+
+using test::startup_log;
+using test::summary;
+
+/// The log as an AHRS tells it that speaks another order than `robot` is read in.
+Log told_in(Log log, const Robot& robot, EulerConvention order) {
+  for (Eigen::Index row = 0; row < log.sample_count(); ++row) {
+    const Vector3 angles = log.roll_pitch_yaw_rad.row(row).transpose();
+    log.roll_pitch_yaw_rad.row(row) =
+        euler_from_rotation(rotation_from_euler(angles, robot.euler_convention), order).transpose();
+  }
+  return log;
+}
+
+class SmallFaultsOf : public testing::TestWithParam<std::uint64_t> {
+ protected:
+  const Robot robot = load_robot("irma4");
+  Log log = startup_log(robot, 0.1, GetParam(), 3);
+};
+
+TEST_P(SmallFaultsOf, AnotherOrderIsFoundAtSmallTilts) {
+  const Diagnosis d = diagnose(robot, {told_in(log, robot, EulerConvention::ZYX)});
+  EXPECT_EQ(d.verdict, Verdict::explained) << summary(d);
+  ASSERT_EQ(d.faults.size(), 1U) << summary(d);
+  EXPECT_EQ(d.faults[0].name, "euler_convention");
+  EXPECT_EQ(d.faults[0].convention, EulerConvention::ZYX) << d.faults[0].text;
+  EXPECT_GT(d.faults[0].log_evidence, 5.0);
+  EXPECT_TRUE(d.effects.empty()) << summary(d);
+  EXPECT_EQ(d.corrected.euler_convention, EulerConvention::ZYX);
+}
+
+TEST_P(SmallFaultsOf, ADriftDoesNotHideIt) {
+  Log drifting = told_in(log, robot, EulerConvention::ZYX);
+  drifting.roll_pitch_yaw_rad.col(2) += 4e-4 * drifting.time_s;
+  const Diagnosis d = diagnose(robot, {drifting});
+  ASSERT_EQ(d.faults.size(), 1U) << summary(d);
+  EXPECT_EQ(d.faults[0].convention, EulerConvention::ZYX) << d.faults[0].text;
+  ASSERT_EQ(d.effects.size(), 1U) << summary(d);
+  EXPECT_EQ(d.effects[0].effect->name(), "yaw_drift");
+}
+
+TEST_P(SmallFaultsOf, ADriftAloneIsNoOrder) {
+  log.roll_pitch_yaw_rad.col(2) += 4e-4 * log.time_s;
+  const Diagnosis d = diagnose(robot, {log});
+  EXPECT_TRUE(d.faults.empty()) << summary(d);
+  ASSERT_EQ(d.effects.size(), 1U) << summary(d);
+  EXPECT_EQ(d.effects[0].effect->name(), "yaw_drift");
+}
+
+TEST_P(SmallFaultsOf, ReversedAnglesAreFoundAndSetRightInTheCorrectedRobot) {
+  Log mounted = log;
+  mounted.roll_pitch_yaw_rad.rightCols(2) *= -1.0;  // as axes that point down have it
+  const Diagnosis d = diagnose(robot, {mounted});
+  ASSERT_EQ(d.faults.size(), 1U) << summary(d);
+  EXPECT_EQ(d.faults[0].name, "attitude_sign");
+  EXPECT_EQ(d.faults[0].values, (std::vector<double>{1, -1, -1}));
+  const Diagnosis again = diagnose(d.corrected, {mounted});
+  EXPECT_EQ(again.verdict, Verdict::consistent) << summary(again);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, SmallFaultsOf, testing::Values(411, 412, 413));
+
+TEST(SmallFaults, OneTakesThePlaceOfAnother) {
+  const Robot robot = load_robot("irma4");
+  std::vector<Log> logs{told_in(startup_log(robot, 0.1, 414, 3), robot, EulerConvention::ZYX)};
+  const Log given = logs.front();
+  const Diagnosis d = diagnose(robot, logs);
+  SmallFaults faults(d.baseline);
+  DiscreteFault sign{"attitude_sign", "sign", {1, 1, -1}, "the AHRS counts yaw backwards"};
+  faults.take(sign, logs);
+  EXPECT_EQ(logs[0].roll_pitch_yaw_rad.col(2), -given.roll_pitch_yaw_rad.col(2));
+  DiscreteFault order{"euler_convention", "convention", {5}, "", {}, EulerConvention::ZYX};
+  faults.take(order, logs);
+  EXPECT_EQ(logs[0].roll_pitch_yaw_rad, given.roll_pitch_yaw_rad);
+  EXPECT_EQ(faults.taken()->name, "euler_convention");
+}
+
+}  // namespace
+}  // namespace cdprcal
