@@ -24,9 +24,12 @@ def every(readings: Readings, rows: int) -> Readings:
 
 
 def rounded(readings: Readings) -> Readings:
-    steps = np.array([0.5e-3, np.radians(0.1), 1.0, np.radians(0.1)])
+    """To steps that begin anywhere: poses of one plan are not to have one error in every run."""
+    steps = [0.5e-3, np.radians(0.1), 1.0, np.radians(0.1)]
+    rng = np.random.default_rng(int(1e6 * abs(readings["length_m"][0, 0])))
     for name, step in zip(_GROUPS, steps, strict=True):
-        readings[name] = step * np.round(readings[name] / step)
+        begin = step * rng.uniform(-0.5, 0.5, readings[name].shape[1])
+        readings[name] = step * np.round((readings[name] - begin) / step) + begin
     return readings
 
 

@@ -142,10 +142,13 @@ double correlation_of(const Series& series, double rounded) {
       at = twice, twice = next;
       continue;
     }
+    const double correlation = correlation_for(grown);
     const double more = (next.square - rounded) / (twice.square - rounded);
-    if (more > grown) return 0.0;                                               // a motion
-    if (std::log(more) < -doubt * std::sqrt(kSpread / next.count)) return 0.0;  // a swing
-    return std::pow(correlation_for(grown), 1.0 / static_cast<double>(lag));
+    const double off = doubt * std::sqrt(kSpread / next.count);
+    const double less_new = std::sqrt((1.0 + correlation) / (1.0 - correlation));
+    if (std::log(more / grown) > off * less_new) return 0.0;  // a motion
+    if (std::log(more) < -off) return 0.0;                    // a swing
+    return std::pow(correlation, 1.0 / static_cast<double>(lag));
   }
 }
 

@@ -89,15 +89,14 @@ def check_log(robot: _core.Robot, file: LogFile, segment: int = -1) -> CheckRepo
     check_sampling(subject)
     check_presence(subject)
     check_ranges(subject)
-    equilibria: list[_core.Equilibrium] = []
+    equilibria = find_equilibria(subject) if subject.time_s.size >= 3 else []
+    signals = describe_signals(subject, equilibria)
     if subject.time_s.size >= 3:
         check_jumps(subject)
-        check_stuck(subject)
+        check_stuck(subject, signals)
         check_tensions(subject)
-        equilibria = find_equilibria(subject)
         check_coverage(subject, equilibria)
     findings = sorted(subject.findings, key=lambda finding: _ORDER[finding.severity])
-    signals = describe_signals(subject, equilibria)
     return CheckReport(
         file, given, tuple(segments), run, tuple(equilibria), signals, tuple(findings)
     )
