@@ -63,12 +63,38 @@ void register_table(py::module_& module) {
 
 void register_noise(py::module_& module) {
   register_table(module);
+  py::class_<Signal>(module, "Signal", "How the samples of one channel come at rest.")
+      .def_readonly("sigma", &Signal::sigma, "Of one reading.")
+      .def_readonly("rounding", &Signal::rounding, "The part of sigma that a mean keeps.")
+      .def_readonly("rows", &Signal::rows, "Rows of the log worth one independent reading.")
+      .def_readonly("resolution", &Signal::resolution,
+                    "Step of the readings where it shows beside their noise; else 0.")
+      .def_readonly("hold_rows", &Signal::hold_rows, "Rows a fresh reading.")
+      .def_readonly("correlation_s", &Signal::correlation_s,
+                    "Time constant of the filter that the noise went through; 0: none.")
+      .def("effective", &Signal::effective, py::arg("samples"),
+           "How many independent readings so many rows hold.");
+  module.def(
+      "signals",
+      [](const Log& log, const SampleRange& run, const std::vector<Equilibrium>& equilibria,
+         const SensorSigma& sigma) {
+        const Signals found = signals(log, run, equilibria, sigma);
+        std::map<std::string, Signal> out;
+        for (std::size_t c = 0; c < kChannels; ++c) out[kChannelTable[c].name] = found[c];
+        return out;
+      },
+      py::arg("log"), py::arg("run"), py::arg("equilibria"), py::arg("sigma"),
+      "A Signal for each channel, by name; absent ones have the robot file's sigma.");
   py::class_<ChannelNoise>(module, "ChannelNoise", "Noise of one channel, two components.")
-      .def(py::init([](double pose, double sample) { return ChannelNoise{pose, sample}; }),
+      .def(py::init(
+               [](double pose, double sample) { return ChannelNoise{pose, {.sigma = sample}}; }),
            py::arg("pose"), py::arg("sample") = 0.0)
       .def_readonly("pose", &ChannelNoise::pose,
                     "sigma shared by all samples of a pose: does not average out.")
-      .def_readonly("sample", &ChannelNoise::sample, "White sigma from sample to sample.")
+      .def_property_readonly(
+          "sample", [](const ChannelNoise& noise) { return noise.sample.sigma; },
+          "sigma from sample to sample, which averages out as `signal` says.")
+      .def_readonly("signal", &ChannelNoise::sample, "How the samples come.")
       .def("sigma", &ChannelNoise::sigma, py::arg("samples"), "Of the mean of so many samples.");
   py::class_<NoiseModel>(
       module, "NoiseModel",

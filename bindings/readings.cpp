@@ -1,6 +1,7 @@
 // readings/: the canonical log, its segments and its equilibria.
 #include "cdprcal/readings/equilibrium_detection.hpp"
 #include "cdprcal/readings/equilibrium_mean.hpp"
+#include "cdprcal/readings/fresh.hpp"
 #include "cdprcal/readings/log.hpp"
 
 #include <pybind11/typing.h>
@@ -163,6 +164,14 @@ void register_readings(py::module_& module) {
              py::call_guard<py::gil_scoped_release>(),
              "The mean over an interval at rest and its covariance, in which correlated readings "
              "count as what they are. Raises InputError for a range outside the log.");
+  module.def(
+      "fresh_rows",
+      [](const LogMatrix& readings, Eigen::Index begin, Eigen::Index end) {
+        return fresh_rows(readings, {begin, end}).rows;
+      },
+      py::arg("readings"), py::arg("begin"), py::arg("end"),
+      "Rows of readings [N, columns of one sensor] in which it read anew; all of them where none is "
+      "held over several rows.");
   module.def("channel_noise", &channel_noise, py::arg("values"), py::arg("angles") = false,
              "White noise of a channel [N], in its unit, from second differences (robust to "
              "motion); NaN entries are passed over; 0 with fewer than three samples. angles: "

@@ -101,6 +101,7 @@ __all__: list[str] = [
     "SensorSigma",
     "SetPoint",
     "SetPointOptions",
+    "Signal",
     "Simulator",
     "SimulatorOptions",
     "SolveOptions",
@@ -166,6 +167,7 @@ __all__: list[str] = [
     "free_motion_basis",
     "free_motion_modes",
     "free_motion_stiffness",
+    "fresh_rows",
     "gravity_stiffness",
     "gravity_wrench",
     "in_solid_cell",
@@ -219,6 +221,7 @@ __all__: list[str] = [
     "segments",
     "set_point_at",
     "settling_deviation",
+    "signals",
     "simulate_startup",
     "solve",
     "specified_noise",
@@ -1745,6 +1748,52 @@ class ChannelRow:
     @property
     def sensor(self) -> Sensor: ...
 
+class Signal:
+    """
+    How the samples of one channel come at rest.
+    """
+
+    def effective(self, samples: typing.SupportsFloat | typing.SupportsIndex) -> float:
+        """
+        How many independent readings so many rows hold.
+        """
+
+    @property
+    def correlation_s(self) -> float:
+        """
+        Time constant of the filter that the noise went through; 0: none.
+        """
+
+    @property
+    def hold_rows(self) -> float:
+        """
+        Rows a fresh reading.
+        """
+
+    @property
+    def resolution(self) -> float:
+        """
+        Step of the readings where it shows beside their noise; else 0.
+        """
+
+    @property
+    def rounding(self) -> float:
+        """
+        The part of sigma that a mean keeps.
+        """
+
+    @property
+    def rows(self) -> float:
+        """
+        Rows of the log worth one independent reading.
+        """
+
+    @property
+    def sigma(self) -> float:
+        """
+        Of one reading.
+        """
+
 class ChannelNoise:
     """
     Noise of one channel, two components.
@@ -1769,7 +1818,13 @@ class ChannelNoise:
     @property
     def sample(self) -> float:
         """
-        White sigma from sample to sample.
+        sigma from sample to sample, which averages out as `signal` says.
+        """
+
+    @property
+    def signal(self) -> Signal:
+        """
+        How the samples come.
         """
 
 class NoiseModel:
@@ -4093,6 +4148,15 @@ def free_motion_stiffness(
     K_f of eq. A4 [6-n, 6-n]: K + Q on the motions that no cable length resists.
     """
 
+def fresh_rows(
+    readings: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"],
+    begin: typing.SupportsInt | typing.SupportsIndex,
+    end: typing.SupportsInt | typing.SupportsIndex,
+) -> list[int]:
+    """
+    Rows of readings [N, columns of one sensor] in which it read anew; all of them where none is held over several rows.
+    """
+
 def gravity_stiffness(
     robot: Robot, state: PlatformState
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
@@ -4470,6 +4534,16 @@ def settling_deviation(
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
     """
     Standard deviation [6] of the pose (position [m], world-frame rotation vector [rad]) when every tension is wrong by one sigma of the load cells.
+    """
+
+def signals(
+    log: Log,
+    run: SampleRange,
+    equilibria: collections.abc.Sequence[Equilibrium],
+    sigma: SensorSigma,
+) -> dict[str, Signal]:
+    """
+    A Signal for each channel, by name; absent ones have the robot file's sigma.
     """
 
 def simulate_startup(

@@ -56,7 +56,7 @@ def _place(finding: Finding) -> str:
 
 
 def print_check(report: dict[str, Any], findings: Iterable[Finding]) -> None:
-    """What a log holds, what is wrong with it, and the verdict."""
+    """What a log holds, how its samples come, what is wrong with it, and the verdict."""
     out = console()
     count = len(report["segments"])
     say(
@@ -79,6 +79,9 @@ def print_check(report: dict[str, Any], findings: Iterable[Finding]) -> None:
     out.print(table)
     if count > _MOST_SEGMENTS:
         say(out, f"only the run and the last of {count} segments are shown: see --json")
+    for signal in report["signals"]:
+        if words := _not_white(signal):
+            say(out, f"{sensors.CHANNELS[signal['channel']].label}: {words}")
     print_findings(findings)
     say(
         out,
@@ -86,6 +89,19 @@ def print_check(report: dict[str, Any], findings: Iterable[Finding]) -> None:
         if report["trusted"]
         else Text("this log cannot be trusted", style="bold red"),
     )
+
+
+def _not_white(signal: dict[str, Any]) -> str:
+    """How the samples of a channel come, where not each is a reading with a noise of its own."""
+    unit, scale = _UNITS[sensors.CHANNELS[signal["channel"]].sensor.unit]
+    words = []
+    if signal["resolution"]:
+        words.append(f"in steps of {scale * signal['resolution']:.2g} {unit}")
+    if signal["hold_rows"] > 1.0:
+        words.append(f"read anew in every {signal['hold_rows']:g} rows")
+    if signal["correlation_s"] > 0.0:
+        words.append(f"filtered over {1e3 * signal['correlation_s']:.2g} ms")
+    return ", ".join(words)
 
 
 def print_robot_check(report: dict[str, Any], findings: Iterable[Finding]) -> None:

@@ -31,7 +31,7 @@ DiagnosisModel model_of(const Calibration& calibration) {
   run.known = problem.effects;
   run.offsets =
       offsets_at(with_effects(problem.robot, run.known), run.poses[0], run.measurements[0]);
-  start_noise(model, calibration.sample_noise);
+  start_noise(model, calibration.signals);
   for (const auto& effect : effect_catalogue()) {
     if (effect->needs_motion()) continue;
     model.effects.push_back({effect, EffectValues::Zero(effect->size(n))});
@@ -56,13 +56,13 @@ std::string misfit(const Calibration& calibration) {
   for_each_channel(
       [&](const ChannelRow& row, double value) {
         const auto c = channel_of(row);
-        const bool told =
-            noise[c].pose != specified[c].pose || noise[c].sample != specified[c].sample;
+        const bool told = noise[c].pose != specified[c].pose ||
+                          noise[c].sample.sigma != specified[c].sample.sigma;
         if (c == Channel::balance || !std::isfinite(value) || !told) return;
         const Quantity shown = quantity_of(row.of());
         const std::string in_unit = std::string("%.3g ") + shown.unit;
         const std::string scatter = text.empty() ? "they scatter by " : "";
-        add(noise[c].pose, noise[c].sample, shown.scale,
+        add(noise[c].pose, noise[c].sample.sigma, shown.scale,
             row.plural + (" by " + in_unit) + " (" + scatter + in_unit + ")");
       },
       rms);
@@ -71,8 +71,8 @@ std::string misfit(const Calibration& calibration) {
     const double allowed_N = calibration.problem.robot.sigma.wrench_force_N;
     const double beyond_N = std::sqrt(
         std::max(0.0, noise.wrench_force_N * noise.wrench_force_N - allowed_N * allowed_N));
-    add(std::hypot(noise[Channel::balance].pose, beyond_N), noise[Channel::balance].sample, 1.0,
-        "the balance by %.3g N (tensions scatter by %.3g N)");
+    add(std::hypot(noise[Channel::balance].pose, beyond_N), noise[Channel::balance].sample.sigma,
+        1.0, "the balance by %.3g N (tensions scatter by %.3g N)");
   }
   return text;
 }

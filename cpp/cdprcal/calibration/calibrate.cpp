@@ -10,6 +10,7 @@
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/estimation/presence.hpp"
+#include "cdprcal/readings/fresh.hpp"
 #include "cdprcal/readings/still.hpp"
 
 namespace cdprcal {
@@ -110,51 +111,38 @@ SampleRange longest_hold(const Log& log, const SampleRange& rest) {
 /// The samples that show where the platform was at the first one: up to the end of the first rest,
 /// no further than the first change of a set-point (if they are held for half a window at all), and
 /// only as long as no mean wanders.
-SampleRange start(const Log& log, const SampleRange& run, const Equilibrium& rest,
-                  double window_s) {
+SampleRange start(const Log& log, const SampleRange& run, const Equilibrium& rest, double window_s,
+                  const Signals& signals) {
   SampleRange out{run.begin, rest.samples.end};
   Eigen::Index hold = run.begin + 1;
   while (hold < out.end && !setpoint_changes(log, hold)) ++hold;
   if (log.time_s[hold - 1] - log.time_s[run.begin] >= 0.5 * window_s) out.end = hold;
-  return still_since_start(log, out);
+  return still_since_start(log, out, signals);
 }
 
-/// The samples of a rest that are averaged. Detection judges whole windows, so their outermost part
-/// may hold the first or the last of a slow motion: far below the noise of a sample, but not below
-/// that of a mean. Where set-points are logged and held for half of the rest or for half a window,
-/// that part counts: while they change nothing rests. Otherwise half a window goes on either side,
-/// at most a quarter of the rest, and nothing where the run itself ends.
+/// The samples of a rest that are averaged: its inner part. Where set-points are logged and held
+/// for half of the rest or for half a window, that part counts: while they change nothing rests.
 SampleRange core(const Log& log, const SampleRange& run, const Equilibrium& rest, double window_s) {
-  SampleRange out = rest.samples;
   if (log.tension_setpoint_N.cols() > 0) {
     const SampleRange hold = longest_hold(log, rest.samples);
     const double held_s = log.time_s[hold.end - 1] - log.time_s[hold.begin];
     if (2 * hold.size() >= rest.samples.size() || held_s >= 0.5 * window_s) return hold;
   }
-  const Eigen::Index most = rest.samples.size() / 4;
-  const double begin_s = log.time_s[rest.samples.begin] + 0.5 * window_s;
-  const double end_s = log.time_s[rest.samples.end - 1] - 0.5 * window_s;
-  if (rest.samples.begin > run.begin) {
-    while (out.begin < rest.samples.begin + most && log.time_s[out.begin] < begin_s) ++out.begin;
-  }
-  if (rest.samples.end < run.end) {
-    while (out.end > rest.samples.end - most && log.time_s[out.end - 1] > end_s) --out.end;
-  }
-  return out;
+  return inner_part(log, run, rest, window_s);
 }
 
 /// Whether the run began in this, its first rest. A test of many windows fails one now and then: a
 /// rest found within two windows of the start holds the first sample too, unless a set-point
 /// changed before it or the readings wandered.
 bool holds_the_start(const Log& log, const SampleRange& run, const Equilibrium& rest,
-                     double window_s) {
+                     double window_s, const Signals& signals) {
   if (rest.samples.begin == run.begin) return true;
   if (rest.begin_s - log.time_s[run.begin] > 2.0 * window_s) return false;
   const SampleRange until{run.begin, rest.samples.begin + 1};
   if (longest_hold(log, until).size() != until.size()) return false;
   // As much of the rest again, where it is that long: a motion before it would show against that.
   const SampleRange around{run.begin, std::min(rest.samples.end, run.begin + 2 * until.size())};
-  return still_since_start(log, around).end >= until.end;
+  return still_since_start(log, around, signals).end >= until.end;
 }
 
 void measure_automatically(const Log& log, const PathState& path, const SampleRange& run,
@@ -166,20 +154,18 @@ void measure_automatically(const Log& log, const PathState& path, const SampleRa
     std::fill(used.begin() + (samples.begin - run.begin), used.begin() + (samples.end - run.begin),
               1);
   };
+  const double window_s = options.detection.window_s;
   bool starts_at_rest = false;
-  if (options.method != Method::kinematic) {
-    out.equilibria = detect_equilibria(log, run, out.problem.robot.sigma, options.detection);
-    for (const Equilibrium& rest : out.equilibria) {
-      SampleRange samples = core(log, run, rest, options.detection.window_s);
-      if (measurements.empty() && holds_the_start(log, run, rest, options.detection.window_s)) {
-        starts_at_rest = true;
-        samples = start(log, run, rest, options.detection.window_s);
-      }
-      measurements.push_back(measurement_mean(log, samples, PoseKind::static_pose, n));
-      add_path(path, log, samples, log.time_s[run.begin], measurements.back());
-      mark({measurements.size() == 1 && starts_at_rest ? run.begin : rest.samples.begin,
-            rest.samples.end});
+  for (const Equilibrium& rest : out.equilibria) {
+    SampleRange samples = core(log, run, rest, window_s);
+    if (measurements.empty() && holds_the_start(log, run, rest, window_s, out.signals)) {
+      starts_at_rest = true;
+      samples = start(log, run, rest, window_s, out.signals);
     }
+    measurements.push_back(measurement_mean(log, samples, PoseKind::static_pose, n));
+    add_path(path, log, samples, log.time_s[run.begin], measurements.back());
+    mark({measurements.size() == 1 && starts_at_rest ? run.begin : rest.samples.begin,
+          rest.samples.end});
   }
   if (!starts_at_rest) {
     measurements.insert(measurements.begin(),
@@ -210,8 +196,7 @@ void measure_automatically(const Log& log, const PathState& path, const SampleRa
 /// not belong; nothing happens to a fit that is not to be trusted anyway.
 void refine_in_place(const CalibrateOptions& options, Calibration& out) {
   if (noise_source(options) != NoiseSource::from_data) return;
-  Refinement refined =
-      refine(out.problem, out.result, out.sample_noise, options.solve, options.refine);
+  Refinement refined = refine(out.problem, out.result, out.signals, options.solve, options.refine);
   out.problem = std::move(refined.problem);
   out.result = std::move(refined.result);
   out.gated.insert(out.gated.end(), refined.gated.begin(), refined.gated.end());
@@ -225,7 +210,7 @@ bool looks_wrong(const Calibration& calibration) {
   for (std::size_t c = 0; c < kChannels; ++c) {
     const auto channel = static_cast<Channel>(c);
     if (channel == Channel::balance || !is_read(calibration.problem, channel)) continue;
-    if (noise[channel].pose > noise[channel].sample) return true;
+    if (noise[channel].pose > noise[channel].sample.sigma) return true;
   }
   return false;
 }
@@ -324,15 +309,22 @@ Calibration prepare(const Robot& robot, const Log& given, const CalibrateOptions
     problem.left_inverse_rows = left_inverse_rows(robot.cable_count());
   }
   problem.reference_attitude = problem.reference_statics = problem.reference_noise = !paper;
-  const PathState path = path_state(robot, log);
-  if (options.at_s.empty()) {
-    measure_automatically(log, path, run, options, out);
-  } else {
-    measure_by_hand(log, path, run, options, out);
+  if (options.at_s.empty() && options.method != Method::kinematic) {
+    out.equilibria = detect_equilibria(log, run, robot.sigma, options.detection);
   }
-  out.sample_noise = sample_noise(log, run, robot.sigma);
+  out.signals = signals(log, run, out.equilibria, robot.sigma, options.detection.window_s);
+  const PathState path = path_state(robot, log);
+  // All that a row reads is to be of one time.
+  const std::optional<Log> continuous = without_holds(log);
+  const Log& read = continuous ? *continuous : log;
+  if (options.at_s.empty()) {
+    measure_automatically(read, path, run, options, out);
+  } else {
+    measure_by_hand(read, path, run, options, out);
+  }
   if (noise_source(options) == NoiseSource::from_data) {
-    out.gated = gate_slack(problem, out.sample_noise[static_cast<std::size_t>(Channel::balance)]);
+    const Signal& tension = out.signals[static_cast<std::size_t>(Channel::balance)];
+    out.gated = gate_slack(problem, tension.sigma * std::sqrt(tension.rows));
   }
   out.reference_time_s = problem.measurements.front().time_s;
   for (const Measurement& m : problem.measurements) {

@@ -36,10 +36,10 @@ struct CalibrateOptions {
 
 struct Calibration {
   CalibrationResult result;
-  CalibrationProblem problem;                    ///< what was solved: it can be solved again
-  std::vector<Equilibrium> equilibria;           ///< found in the run (empty with at_s)
-  std::vector<GatedReading> gated;               ///< readings left out of the problem
-  std::array<double, kChannels> sample_noise{};  ///< ripple of each channel (noise.hpp)
+  CalibrationProblem problem;           ///< what was solved: it can be solved again
+  std::vector<Equilibrium> equilibria;  ///< found in the run (empty with at_s)
+  std::vector<GatedReading> gated;      ///< readings left out of the problem
+  Signals signals{};                    ///< how the samples of each channel come
   double reference_time_s = 0.0;
   int static_poses = 0;  ///< the reference included, when it is one
   int kinematic_poses = 0;

@@ -66,20 +66,12 @@ void OnlineCalibration::append(const Log& since_last, Calibration&& stretch) {
   };
   join(calibration_.equilibria, stretch.equilibria);
   join(calibration_.gated, stretch.gated);
-  weigh_sample_noise(stretch, samples);
+  calibration_.signals = mixed(calibration_.signals, samples_, stretch.signals, samples);
+  samples_ += samples;
   calibration_.static_poses = calibration_.kinematic_poses = 0;
   for (const Measurement& m : measurements) {
     (m.kind == PoseKind::static_pose ? calibration_.static_poses : calibration_.kinematic_poses)++;
   }
-}
-
-void OnlineCalibration::weigh_sample_noise(const Calibration& stretch, double samples) {
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    double& sigma = calibration_.sample_noise[c];
-    const double other = stretch.sample_noise[c];
-    sigma = std::sqrt((samples_ * sigma * sigma + samples * other * other) / (samples_ + samples));
-  }
-  samples_ += samples;
 }
 
 void OnlineCalibration::update() {
@@ -113,7 +105,7 @@ void OnlineCalibration::update() {
       (!fitted || poses >= kNoiseRenewal * noise_poses_)) {
     noise_poses_ = poses;
     Refinement refined =
-        refine(problem, result, calibration_.sample_noise, options_.solve, options_.refine);
+        refine(problem, result, calibration_.signals, options_.solve, options_.refine);
     calibration_.gated.insert(calibration_.gated.end(), refined.gated.begin(), refined.gated.end());
     problem = std::move(refined.problem);
     result = std::move(refined.result);

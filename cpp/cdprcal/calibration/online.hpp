@@ -24,14 +24,13 @@ class OnlineCalibration {
 
  private:
   void append(const Log& since_last, Calibration&& stretch);
-  void weigh_sample_noise(const Calibration& stretch, double samples);
   void update();
 
   Robot robot_;
   CalibrateOptions options_;
   bool explain_;
   Calibration calibration_;
-  double samples_ = 0.0;      ///< so far, behind sample_noise
+  double samples_ = 0.0;      ///< so far, behind the signals
   double noise_poses_ = 0.0;  ///< behind problem.noise
   double last_s_ = -std::numeric_limits<double>::infinity();
 };

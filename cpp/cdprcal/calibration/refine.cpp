@@ -103,8 +103,8 @@ NoiseModel between(const NoiseModel& a, const NoiseModel& b) {
   };
   NoiseModel out;
   for (std::size_t c = 0; c < kChannels; ++c) {
-    out.channel[c] = {mean(a.channel[c].pose, b.channel[c].pose),
-                      mean(a.channel[c].sample, b.channel[c].sample)};
+    out.channel[c] = {mean(a.channel[c].pose, b.channel[c].pose), b.channel[c].sample};
+    out.channel[c].sample.sigma = mean(a.channel[c].sample.sigma, b.channel[c].sample.sigma);
   }
   out.wrench_force_N = mean(a.wrench_force_N, b.wrench_force_N);
   out.wrench_moment_Nm = mean(a.wrench_moment_Nm, b.wrench_moment_Nm);
@@ -148,8 +148,8 @@ std::vector<GatedReading> gate_slack(CalibrationProblem& problem, double tension
 }
 
 Refinement refine(const CalibrationProblem& problem, const CalibrationResult& fit,
-                  const std::array<double, kChannels>& sample_noise,
-                  const SolveOptions& solve_options, const RefineOptions& options) {
+                  const Signals& signals, const SolveOptions& solve_options,
+                  const RefineOptions& options) {
   Refinement out{problem, fit, {}};
   if (fit.status != CalibrationStatus::converged) return out;
   double solve_time_s = fit.solve_time_s;
@@ -160,7 +160,7 @@ Refinement refine(const CalibrationProblem& problem, const CalibrationResult& fi
     if (rows.empty()) break;
     const NoiseModel before = out.problem.noise.value_or(specified_noise(problem.robot.sigma));
     CalibrationProblem next = out.problem;
-    next.noise = noise_from_residuals(out.problem, rows, sample_noise);
+    next.noise = noise_from_residuals(out.problem, rows, signals);
     const bool settled = round > 0 && change(*next.noise, before) < 0.01;
     hasten(before, shrinks, *next.noise);
     std::vector<GatedReading> gated;

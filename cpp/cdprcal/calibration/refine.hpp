@@ -40,9 +40,9 @@ std::vector<GatedReading> gate_slack(CalibrationProblem& problem, double tension
 
 /// Estimates the noise from the residuals of a converged fit, solves again, gates outliers, and
 /// repeats until the noise settles and nothing more is gated. Returns the first fit unchanged when
-/// it had not converged. `sample_noise`: see noise.hpp.
+/// it had not converged. `signals`: see readings/signal.hpp.
 Refinement refine(const CalibrationProblem& problem, const CalibrationResult& fit,
-                  const std::array<double, kChannels>& sample_noise, const SolveOptions& solve = {},
+                  const Signals& signals, const SolveOptions& solve = {},
                   const RefineOptions& options = {});
 
 const char* to_string(GatedReading::Reason reason);

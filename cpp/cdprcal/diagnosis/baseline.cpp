@@ -52,16 +52,15 @@ Calibration start_of(const Robot& robot, const Log& log) {
   return calibrate(robot, log, options);
 }
 
-/// Poses of a log as a run with its calibrated start. Adds its ripple's squares to `squares`.
-DiagnosisRun run_from(const Robot& robot, const Log& log, std::array<double, kChannels>& squares) {
+/// Poses of a log as a run with its calibrated start; and how its samples come.
+DiagnosisRun run_from(const Robot& robot, const Log& log, Signals& signals) {
   const Calibration calibration = start_of(robot, log);
   if (calibration.result.poses.empty()) {
     throw InputError(log.source + ": the baseline calibration failed: " +
                      calibration.result.reason + "; run cdprcal check");
   }
   DiagnosisRun run;
-  for (std::size_t c = 0; c < kChannels; ++c)
-    squares[c] += std::pow(calibration.sample_noise[c], 2);
+  signals = calibration.signals;
   run.name = log.source;
   run.measurements = calibration.problem.measurements;
   run.poses = calibration.result.poses;
@@ -78,15 +77,17 @@ DiagnosisModel baseline_model(const Robot& robot, std::vector<Log>& logs,
                               std::vector<std::string>& left_out) {
   DiagnosisModel model;
   model.robot = robot;
-  std::array<double, kChannels> ripple{};
+  Signals all{};
   for (Log& log : logs) {
     for (const LogEvent& event : gate_events(robot, log)) {
       left_out.push_back(log.source + ": " + describe(event));
     }
-    model.runs.push_back(run_from(robot, log, ripple));
+    const auto before = static_cast<double>(model.runs.size());
+    Signals own;
+    model.runs.push_back(run_from(robot, log, own));
+    all = mixed(all, before, own, 1.0);
   }
-  for (double& v : ripple) v = std::sqrt(v / static_cast<double>(logs.size()));
-  start_noise(model, ripple);
+  start_noise(model, all);
   if (!fit_with_noise(model)) {
     left_out.emplace_back("the baseline fit did not settle: results are to be taken with care");
   }

@@ -6,6 +6,8 @@
 
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/readings/equilibrium_detection.hpp"
+#include "cdprcal/readings/fresh.hpp"
+#include "cdprcal/readings/signal.hpp"
 #include "cdprcal/statistics.hpp"
 
 namespace cdprcal {
@@ -59,9 +61,10 @@ bool platform_jerks(const Log& log, const SampleRange& run, Eigen::Index row,
       (end - begin) * (log.length_m.cols() + log.swivel_rad.cols() + log.tension_N.cols() + 3));
   const double limit = normal_quantile(1.0 - 0.5 * kChance / std::max(1.0, looked_at));
   const auto any = [&](const LogMatrix& readings, bool angles, Eigen::Index but) {
+    const FreshRows fresh = fresh_rows(readings, run);
     for (Eigen::Index c = 0; c < readings.cols(); ++c) {
       if (c == but) continue;
-      const double noise = channel_noise(readings.col(c).segment(run.begin, run.size()), angles);
+      const double noise = channel_noise(readings.col(c)(fresh.rows), angles);
       for (Eigen::Index i = begin; i < end; ++i) {
         double d1 = readings(i, c) - readings(i - 1, c);
         double d0 = readings(i - 1, c) - readings(i - 2, c);
@@ -79,13 +82,14 @@ bool platform_jerks(const Log& log, const SampleRange& run, Eigen::Index row,
 /// before outliers were taken out of it, without what its load cells are known to add.
 void name_short_slack(const Log& before, const SampleRange& run, std::vector<LogEvent>& events) {
   constexpr double kZero = 4.0;  ///< σ of noise within which a reading is zero
+  const FreshRows fresh = fresh_rows(before.tension_N, run);
   for (LogEvent& event : events) {
     if (event.name != "outlier" || event.channel != "tension") continue;
     const double* times = before.time_s.data();
     const Eigen::Index row =
         std::lower_bound(times, times + before.time_s.size(), event.begin_s) - times;
     const auto tension = before.tension_N.col(event.cable);
-    const double noise = channel_noise(tension.segment(run.begin, run.size()));
+    const double noise = channel_noise(tension(fresh.rows));
     if (std::abs(tension[row]) > kZero * noise) continue;
     if (!platform_jerks(before, run, row, event.cable)) continue;
     event.name = "slack";
@@ -96,7 +100,10 @@ void name_short_slack(const Log& before, const SampleRange& run, std::vector<Log
 void gate_outliers(const Log& log, const SampleRange& run, LogMatrix& readings, Eigen::Index column,
                    double sigma, const std::string& channel, int cable, bool angles,
                    std::vector<LogEvent>& out) {
-  const Eigen::VectorXd values = readings.col(column).segment(run.begin, run.size());
+  // A reading that is held for several rows is one.
+  std::vector<Eigen::Index> rows = fresh_rows(readings, run).rows;
+  const Eigen::VectorXd values = readings.col(column)(rows);
+  rows.push_back(run.end);
   const double noise = channel_noise(values, angles);
   const Eigen::VectorXd off = departures(values, angles);
   // Motion bends readings away from the median around them: judged by the scatter nearby.
@@ -120,9 +127,10 @@ void gate_outliers(const Log& log, const SampleRange& run, LogMatrix& readings, 
     Eigen::Index end = i;
     while (end < off.size() && std::isfinite(off[end]) && stands_out(end)) ++end;
     if (end - i <= kLongestOutlier) {
-      out.push_back({"outlier", log.time_s[run.begin + i], log.time_s[run.begin + end - 1], cable,
-                     channel, off[i]});
-      readings.col(column).segment(run.begin + i, end - i).setConstant(kNaN);
+      const Eigen::Index from = rows[static_cast<std::size_t>(i)];
+      const Eigen::Index until = rows[static_cast<std::size_t>(end)];
+      out.push_back({"outlier", log.time_s[from], log.time_s[until - 1], cable, channel, off[i]});
+      readings.col(column).segment(from, until - from).setConstant(kNaN);
     }
     i = end;
   }
@@ -149,7 +157,8 @@ void find_slack(const Robot& robot, const Log& log, const LogMatrix& tension_N,
 
 /// Whether a channel scatters within a range as its noise does, by a χ² test that a clean log of
 /// thousands of windows passes.
-bool quiet(const Eigen::VectorXd& values, const SampleRange& range, double noise, bool angles) {
+bool quiet(const Eigen::VectorXd& values, const SampleRange& range, const Signal& signal,
+           bool angles) {
   constexpr double kConfidence = 1.0 - 1e-7;
   double count = 0.0, sum = 0.0, squares = 0.0;
   for (Eigen::Index i = range.begin; i < range.end; ++i) {
@@ -158,9 +167,11 @@ bool quiet(const Eigen::VectorXd& values, const SampleRange& range, double noise
     if (angles) d = wrap_angle(d);
     count += 1.0, sum += d, squares += d * d;
   }
-  if (count < 3.0 || !(noise > 0.0)) return true;
-  const double scatter = squares - sum * sum / count;
-  return scatter <= 2.0 * noise * noise * chi_square_quantile(kConfidence, count - 1.0);
+  const double independent = signal.effective(count);
+  if (independent < 3.0 || !(signal.sigma > 0.0)) return true;
+  const double scatter = (squares - sum * sum / count) * independent / count;
+  const double limit = chi_square_quantile(kConfidence, independent - 1.0);
+  return scatter <= 2.0 * signal.sigma * signal.sigma * limit;
 }
 
 /// Whether set-points are logged and none of them changes over these rows.
@@ -175,24 +186,27 @@ bool same_setpoint(const Log& log, const SampleRange& rows) {
 void find_oscillations(const Robot& robot, const Log& log, const SampleRange& run,
                        std::vector<LogEvent>& out) {
   constexpr double kWindow_s = 1.0;
-  struct Channel {
+  struct Column {
     Eigen::VectorXd values;
-    double noise;
+    Signal signal;
     bool angles;
   };
-  std::vector<Channel> channels;
-  const auto add = [&](const LogMatrix& readings, bool angles) {
-    for (Eigen::Index c = 0; c < readings.cols(); ++c) {
-      const Eigen::VectorXd values = readings.col(c);
-      channels.push_back(
-          {values, channel_noise(values.segment(run.begin, run.size()), angles), angles});
-    }
-  };
-  add(log.length_m, false);
-  add(log.swivel_rad, true);
-  add(log.roll_pitch_yaw_rad, true);
-  if (channels.empty()) return;
+  if (log.length_m.cols() + log.swivel_rad.cols() + log.roll_pitch_yaw_rad.cols() == 0) return;
   const std::vector<Equilibrium> rests = detect_equilibria(log, run, robot.sigma);
+  const Signals how = signals(log, run, rests, robot.sigma);
+  std::vector<Column> columns;
+  for (const Channel channel :
+       {Channel::length, Channel::swivel, Channel::roll_pitch, Channel::yaw}) {
+    const ChannelRow& row = row_of(channel);
+    const LogMatrix& readings = *log.groups()[static_cast<std::size_t>(row.sensor)];
+    const bool angles = row.of().is_angle();
+    const Eigen::Index beyond = std::min<Eigen::Index>(row.first + row.count, readings.cols());
+    for (Eigen::Index c = row.first; c < beyond; ++c) {
+      const Eigen::VectorXd values = readings.col(c);
+      const double noise = channel_noise(values.segment(run.begin, run.size()), angles);
+      columns.push_back({values, of_column(how[static_cast<std::size_t>(channel)], noise), angles});
+    }
+  }
   for (std::size_t i = 0; i + 1 < rests.size(); ++i) {
     const Equilibrium &a = rests[i], &b = rests[i + 1];
     if (same_setpoint(log, {a.samples.end - 1, b.samples.begin + 1})) {
@@ -205,8 +219,8 @@ void find_oscillations(const Robot& robot, const Log& log, const SampleRange& ru
     for (Eigen::Index begin = rest.samples.begin; begin < rest.samples.end; ++begin) {
       while (end < rest.samples.end && log.time_s[end] - log.time_s[begin] < kWindow_s) ++end;
       if (end >= rest.samples.end) break;
-      const bool at_rest = std::all_of(channels.begin(), channels.end(), [&](const Channel& c) {
-        return quiet(c.values, {begin, end}, c.noise, c.angles);
+      const bool at_rest = std::all_of(columns.begin(), columns.end(), [&](const Column& c) {
+        return quiet(c.values, {begin, end}, c.signal, c.angles);
       });
       if (at_rest) continue;
       if (!std::isfinite(event.begin_s)) event.begin_s = log.time_s[begin];

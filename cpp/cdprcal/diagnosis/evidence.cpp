@@ -81,8 +81,12 @@ std::optional<DiagnosisModel> without_effect(const DiagnosisModel& model, std::s
 
 bool plausible(const EffectTerm& term, const Robot& robot) {
   const EffectValues limit = term.effect->plausible(robot);
+  // Nothing reads the future: what has no negative values in motion is something else then. (At
+  // rest the sign of a small one-sided effect is within what its rivals leave open.)
+  const bool one_sided = term.effect->info().one_sided && term.effect->needs_motion();
   for (Eigen::Index j = 0; j < term.values.size(); ++j) {
     if (std::abs(term.values[j]) > limit[j % limit.size()]) return false;
+    if (one_sided && term.values[j] < 0.0) return false;
   }
   return true;
 }

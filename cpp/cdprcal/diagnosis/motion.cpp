@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "cdprcal/estimation/elimination.hpp"
+#include "cdprcal/readings/fresh.hpp"
 
 namespace cdprcal {
 namespace {
@@ -131,7 +132,9 @@ Eigen::MatrixXd play(const Eigen::VectorXd& time_s, const Eigen::MatrixXd& angle
 
 }  // namespace
 
-std::vector<FollowedSample> followed(const DiagnosisModel& model, std::size_t r, const Log& log) {
+std::vector<FollowedSample> followed(const DiagnosisModel& model, std::size_t r, const Log& given) {
+  const std::optional<Log> continuous = without_holds(given);  // sensors as of one time
+  const Log& log = continuous ? *continuous : given;
   const SampleRange range = segments(log).back();
   const PathState path = path_state(model.robot, log);
   std::vector<FollowedSample> out(static_cast<std::size_t>(range.size()));

@@ -127,7 +127,7 @@ ChannelSums channel_sums(const DiagnosisModel& model) {
 
 bool fit(DiagnosisModel& model, int max_steps) { return ModelFit(model).fit(max_steps); }
 
-void start_noise(DiagnosisModel& model, const std::array<double, kChannels>& ripple) {
+void start_noise(DiagnosisModel& model, const Signals& signals) {
   double samples = 0.0;
   int rests = 0;
   for (const DiagnosisRun& run : model.runs) {
@@ -138,16 +138,17 @@ void start_noise(DiagnosisModel& model, const std::array<double, kChannels>& rip
     }
   }
   model.rest_samples = rests > 0 ? samples / rests : 1.0;
+  model.signals = signals;
   const NoiseModel specified = specified_noise(model.robot.sigma);
   for (std::size_t c = 0; c < kRestGroups; ++c) {
     const double sigma = specified.channel[c].pose;
     const double least = 1e-3 * sigma;  // exact readings would be weighed infinitely
     const bool balance = c == static_cast<std::size_t>(at_rest(Channel::balance));
     const double unit = balance ? sigma : 1.0;  // its level is relative to its covariance
-    model.floor[c] = std::max(ripple[c] / std::sqrt(model.rest_samples), least) / unit;
+    model.floor[c] = std::max(std::sqrt(signals[c].variance(model.rest_samples)), least) / unit;
     model.noise[c] = sigma / unit;
     if (!balance) {  // single readings in motion: groups of their own
-      model.floor[c + kRestGroups] = std::max(ripple[c], least);
+      model.floor[c + kRestGroups] = std::max(signals[c].sigma, least);
       model.noise[c + kRestGroups] = sigma;
     }
   }

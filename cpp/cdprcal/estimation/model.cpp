@@ -36,13 +36,17 @@ CommonLayout layout_of(const DiagnosisModel& model, const Candidates& candidates
 }
 
 /// σ of one reading of a channel. The part of a mean's noise that is the readings' own ripple falls
-/// with their number; what is beyond it (the model's errors) does not.
+/// with their number; what is beyond it (the model's errors), or below it (rounding), does not.
 double row_noise(const DiagnosisModel& model, NoiseGroup channel, const Measurement& m) {
   const auto c = static_cast<std::size_t>(channel);
   const double level = model.noise.at(c);
   if (c >= kRestGroups) return level;
+  const Signal& signal = model.signals[c];
   const double ripple = std::min(model.floor[c], level);
-  return std::sqrt(level * level + ripple * ripple * (model.rest_samples / m.samples - 1.0));
+  const double usual = signal.variance(model.rest_samples);
+  const double more =
+      usual > 0.0 ? signal.variance(m.samples) / usual : model.rest_samples / m.samples;
+  return std::sqrt(level * level + ripple * ripple * (more - 1.0));
 }
 
 NoiseGroup group_of(Channel channel, const Measurement& m) {

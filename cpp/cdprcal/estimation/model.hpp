@@ -63,6 +63,7 @@ struct DiagnosisModel {
   NoiseLevels noise{};        ///< present estimate: m, rad, rad, rad, 1
   NoiseLevels floor{};        ///< below which no estimate goes: the readings' own ripple
   double rest_samples = 1.0;  ///< readings behind the mean that noise and floor are for
+  Signals signals{};          ///< how those readings come
 
   [[nodiscard]] int pose_count() const;
   /// The values of the effects, one after another.
@@ -134,9 +135,9 @@ inline constexpr int kMostFitSteps = 100;
 /// To the maximum a posteriori at the present noise levels. Returns whether it settled.
 bool fit(DiagnosisModel& model, int max_steps = kMostFitSteps);
 
-/// The noise to begin with: the robot file's σ, not below the readings' own ripple (that of one
-/// reading, a channel: `sample_noise`) in the mean over an average rest. Fills in rest_samples too.
-void start_noise(DiagnosisModel& model, const std::array<double, kChannels>& ripple);
+/// The noise to begin with: the robot file's σ, not below the readings' own ripple in the mean over
+/// an average rest. Fills in rest_samples and signals too.
+void start_noise(DiagnosisModel& model, const Signals& signals);
 
 /// Noise levels from the residuals: each channel's sum of squares over what the leverages leave of
 /// its rows, floored. Changes model.noise; returns the largest relative change.

@@ -71,13 +71,14 @@ double freedom_of(const std::vector<Square>& squares) {
 /// The pose component of a channel whose rows are readings. Residuals of exactly zero (made-up
 /// data) must not give infinite weights: the component stays above `floor`.
 double reading_component(const CalibrationProblem& problem, const std::vector<FittedRow>& rows,
-                         Channel channel, const ChannelNoise& fitted, double sample, double floor) {
+                         Channel channel, const ChannelNoise& fitted, const Signal& signal,
+                         double floor) {
   std::vector<Square> squares;
   for (const FittedRow& row : rows) {
     if (row.label.channel != channel) continue;
     const int samples = problem.measurements[row.pose].samples;
     const double value = fitted.sigma(samples) * row.residual;
-    squares.push_back({value * value, row.freedom, sample * sample / samples, 1.0});
+    squares.push_back({value * value, row.freedom, signal.variance(samples), 1.0});
   }
   if (freedom_of(squares) < 1.0) return kNaN;
   return std::sqrt(most_likely(squares, floor * floor));
@@ -85,7 +86,7 @@ double reading_component(const CalibrationProblem& problem, const std::vector<Fi
 
 /// Tension and model components of the balance together: alternately, each given the other.
 void balance_components(const CalibrationProblem& problem, const std::vector<FittedRow>& rows,
-                        const NoiseModel& fitted, double sample, NoiseModel& out) {
+                        const NoiseModel& fitted, const Signal& signal, NoiseModel& out) {
   const ChannelNoise& tension = fitted[Channel::balance];
   struct Row {
     double value, freedom, gain, sample;
@@ -98,7 +99,7 @@ void balance_components(const CalibrationProblem& problem, const std::vector<Fit
     const double sigma = tension.sigma(samples);
     const double variance = sigma * sigma * row.tension_gain + 1.0;
     kept.push_back({variance * row.residual * row.residual, row.freedom, row.tension_gain,
-                    sample * sample / samples});
+                    signal.variance(samples)});
     freedom += row.freedom;
   }
   if (freedom < 2.0) return;
@@ -123,9 +124,9 @@ void balance_components(const CalibrationProblem& problem, const std::vector<Fit
       squares.push_back({r.value, r.freedom, r.gain * r.sample + model, r.gain});
     const double before = pose;
     pose = most_likely(squares, 0.0);
-    if (std::abs(pose - before) <= 1e-3 * (pose + sample * sample)) break;
+    if (std::abs(pose - before) <= 1e-3 * (pose + signal.sigma * signal.sigma)) break;
   }
-  out[Channel::balance] = {std::sqrt(pose), sample};
+  out[Channel::balance] = {std::sqrt(pose), signal};
   out.wrench_force_N = std::sqrt(model) * fitted.wrench_force_N;
   out.wrench_moment_Nm = std::sqrt(model) * fitted.wrench_moment_Nm;
 }
@@ -133,8 +134,7 @@ void balance_components(const CalibrationProblem& problem, const std::vector<Fit
 }  // namespace
 
 NoiseModel noise_from_residuals(const CalibrationProblem& problem,
-                                const std::vector<FittedRow>& rows,
-                                const std::array<double, kChannels>& sample_noise) {
+                                const std::vector<FittedRow>& rows, const Signals& signals) {
   const NoiseModel fitted = problem.noise.value_or(specified_noise(problem.robot.sigma));
   const NoiseModel specified = specified_noise(problem.robot.sigma);
   NoiseModel out = fitted;
@@ -142,10 +142,10 @@ NoiseModel noise_from_residuals(const CalibrationProblem& problem,
   for (std::size_t c = 0; c < kChannels; ++c) {
     const auto channel = static_cast<Channel>(c);
     if (channel == Channel::balance && wrench) continue;
-    const double floor = sample_noise[c] > 0.0 ? 0.0 : 1e-6 * specified.channel[c].sigma(1);
+    const double floor = signals[c].sigma > 0.0 ? 0.0 : 1e-6 * specified.channel[c].sigma(1);
     const double pose =
-        reading_component(problem, rows, channel, fitted.channel[c], sample_noise[c], floor);
-    if (std::isfinite(pose)) out.channel[c] = {pose, sample_noise[c]};
+        reading_component(problem, rows, channel, fitted.channel[c], signals[c], floor);
+    if (std::isfinite(pose)) out.channel[c] = {pose, signals[c]};
   }
   // What the model lacks acts through the cables, at the platform's anchors: the arm of its
   // moments.
@@ -154,8 +154,8 @@ NoiseModel noise_from_residuals(const CalibrationProblem& problem,
                     1e-9 * fitted.wrench_moment_Nm) {
     out.wrench_moment_Nm = arm_m * out.wrench_force_N;  // a fit in these proportions comes first
   } else if (wrench) {
-    balance_components(problem, rows, fitted,
-                       sample_noise[static_cast<std::size_t>(Channel::balance)], out);
+    balance_components(problem, rows, fitted, signals[static_cast<std::size_t>(Channel::balance)],
+                       out);
     if (out[Channel::balance].sigma(1) == 0.0) {
       out[Channel::balance].pose = 1e-6 * specified[Channel::balance].sigma(1);
     }

@@ -10,16 +10,15 @@ namespace cdprcal {
 struct FittedRow;
 
 /// The `pose` component of each channel that makes the residuals most likely, given the `sample`
-/// component that the readings' own ripple shows (sample_noise). Residuals are corrected for what
-/// the fit took out of them (1 − leverage; restricted maximum likelihood with the leverages held).
-/// The balance has a second component, what the model itself is wrong by: forces, and moments of
-/// these forces at the platform's characteristic length (when `problem.noise` has other
+/// component that the readings' own ripple shows (readings/signal.hpp). Residuals are corrected for
+/// what the fit took out of them (1 − leverage; restricted maximum likelihood with the leverages
+/// held). The balance has a second component, what the model itself is wrong by: forces, and
+/// moments of these forces at the platform's characteristic length (when `problem.noise` has other
 /// proportions, only those are put right: fit again first). A channel with less than one degree of
 /// freedom keeps the noise it was fitted with; the model's own error starts from what the robot
-/// file says, which counts as four readings. Never below the ripple: a mean of N samples keeps at
-/// least sample/√N. `rows`: of the fit at `problem.noise`.
+/// file says, which counts as four readings. Never below the ripple of a mean (Signal::variance).
+/// `rows`: of the fit at `problem.noise`.
 NoiseModel noise_from_residuals(const CalibrationProblem& problem,
-                                const std::vector<FittedRow>& rows,
-                                const std::array<double, kChannels>& sample_noise);
+                                const std::vector<FittedRow>& rows, const Signals& signals);
 
 }  // namespace cdprcal

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "cdprcal/error.hpp"
+#include "cdprcal/readings/fresh.hpp"
 #include "cdprcal/statistics.hpp"
 
 namespace cdprcal {
@@ -17,8 +18,10 @@ double median(std::vector<double>& values) {
 /// Prefix sums of one column over finite samples: any window's mean and scatter in O(1).
 class Series {
  public:
-  Series(const Eigen::Ref<const Eigen::VectorXd>& values, double tolerance)
-      : noise_(channel_noise(values)), tolerance_(tolerance) {
+  /// `fresh`: the readings that `values` repeats for so many rows.
+  Series(const Eigen::VectorXd& values, const Eigen::VectorXd& fresh, double hold_rows,
+         double tolerance)
+      : noise_(channel_noise(fresh)), hold_rows_(hold_rows), tolerance_(tolerance) {
     const Eigen::Index n = values.size();
     // About the first finite value, so that squares keep their digits.
     double origin = 0.0;
@@ -66,18 +69,19 @@ class Series {
 
  private:
   struct Moments {
-    double count, mean, variance;
+    double count, mean, variance;  ///< count: of fresh readings
   };
   [[nodiscard]] Moments moments(const SampleRange& w) const {
     const Eigen::RowVector3d s = sums_.row(w.end) - sums_.row(w.begin);
     if (s[0] < 1.0) return {0.0, 0.0, 0.0};
     const double mean = s[1] / s[0];
     const double variance =
-        s[0] > 1.0 ? std::max(0.0, s[2] - s[0] * mean * mean) / (s[0] - 1.0) : 0.0;
-    return {s[0], mean, variance};
+        s[0] > hold_rows_ ? std::max(0.0, s[2] - s[0] * mean * mean) / (s[0] - hold_rows_) : 0.0;
+    return {s[0] / hold_rows_, mean, variance};
   }
 
   double noise_;
+  double hold_rows_;
   double tolerance_;
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> sums_;
 };
@@ -123,11 +127,15 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
   for_each_sensor(
       [&](const Sensor& sensor, const LogMatrix& values) {
         auto& group = &values == &log.tension_N ? tensions : geometry;
+        const FreshRows fresh = fresh_rows(values, range);
+        std::vector<Eigen::Index> rows = fresh.rows;  // of the range
+        for (Eigen::Index& row : rows) row -= range.begin;
         for (Eigen::Index c = 0; c < values.cols(); ++c) {
           Eigen::VectorXd column = values.col(c).segment(range.begin, count);
           if (!column.array().isFinite().any()) continue;
           if (sensor.is_angle()) column = unwrapped(std::move(column));
-          group.emplace_back(column, options.tolerance * (sigma.*sensor.sigma));
+          group.emplace_back(column, column(rows), fresh.hold_rows,
+                             options.tolerance * (sigma.*sensor.sigma));
         }
       },
       log);
@@ -182,6 +190,21 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
         {{range.begin + run.begin, range.begin + run.end}, time[run.begin], time[run.end - 1]});
   }
   return found;
+}
+
+SampleRange inner_part(const Log& log, const SampleRange& run, const Equilibrium& rest,
+                       double window_s) {
+  SampleRange out = rest.samples;
+  const Eigen::Index most = rest.samples.size() / 4;
+  const double begin_s = log.time_s[rest.samples.begin] + 0.5 * window_s;
+  const double end_s = log.time_s[rest.samples.end - 1] - 0.5 * window_s;
+  if (rest.samples.begin > run.begin) {
+    while (out.begin < rest.samples.begin + most && log.time_s[out.begin] < begin_s) ++out.begin;
+  }
+  if (rest.samples.end < run.end) {
+    while (out.end > rest.samples.end - most && log.time_s[out.end - 1] > end_s) --out.end;
+  }
+  return out;
 }
 
 }  // namespace cdprcal

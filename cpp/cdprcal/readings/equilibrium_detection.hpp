@@ -33,6 +33,12 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
                                            const SensorSigma& sigma,
                                            const DetectionOptions& options = {});
 
+/// A rest without half a window on either side, at most a quarter of the rest, and nothing where
+/// the run itself ends. Detection judges whole windows, so their outermost part may hold the first
+/// or the last of a slow motion: far below the noise of a sample, but not below that of a mean.
+SampleRange inner_part(const Log& log, const SampleRange& run, const Equilibrium& rest,
+                       double window_s);
+
 /// White noise [same unit] of a channel, from its second differences (robust to motion); floored
 /// at its resolution/√12. NaN entries are passed over; 0 with fewer than three samples. `angles`:
 /// readings that jump by 2π are no jump.

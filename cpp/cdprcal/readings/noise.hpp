@@ -6,16 +6,16 @@
 
 #include "cdprcal/model/robot.hpp"
 #include "cdprcal/readings/channel.hpp"
-#include "cdprcal/readings/log.hpp"
+#include "cdprcal/readings/signal.hpp"
 
 namespace cdprcal {
 
 /// Two components, one σ each.
 struct ChannelNoise {
-  double pose = 0.0;    ///< shared by all samples of a pose (model, drift): does not average out
-  double sample = 0.0;  ///< white from sample to sample: the mean of N has σ/√N
+  double pose = 0.0;  ///< shared by all samples of a pose (model, drift): does not average out
+  Signal sample;      ///< from sample to sample: the mean of N has less, σ/√N where it is white
   [[nodiscard]] double sigma(int samples) const {
-    return std::sqrt(pose * pose + sample * sample / samples);
+    return std::sqrt(pose * pose + sample.variance(samples));
   }
 };
 
@@ -33,11 +33,5 @@ struct NoiseModel {
 
 /// The robot file's σ (eq. 18), for poses and samples alike: nothing averages out.
 NoiseModel specified_noise(const SensorSigma& sigma);
-
-/// White noise of each channel between one sample and the next, from the second differences of a
-/// run (channel_noise; median over the channel's columns). Channels that are absent get the
-/// specified σ.
-std::array<double, kChannels> sample_noise(const Log& log, const SampleRange& run,
-                                           const SensorSigma& sigma);
 
 }  // namespace cdprcal

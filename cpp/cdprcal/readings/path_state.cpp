@@ -4,6 +4,7 @@
 
 #include "cdprcal/model/yardstick.hpp"
 #include "cdprcal/readings/equilibrium_detection.hpp"
+#include "cdprcal/readings/fresh.hpp"
 
 namespace cdprcal {
 namespace {
@@ -66,10 +67,11 @@ LogMatrix directions(const Log& log, const LogMatrix& values, double turn_over, 
     const double rate = range.size() > 1 ? static_cast<double>(range.size() - 1) /
                                                (log.time_s[range.end - 1] - log.time_s[range.begin])
                                          : 1.0;
-    const double averaged = std::max(1.0, window_s * rate);
+    const FreshRows fresh = fresh_rows(values, range);
+    const double averaged = std::max(1.0, window_s * rate / fresh.hold_rows);
     for (Eigen::Index c = 0; c < values.cols(); ++c) {
       const Eigen::VectorXd column = values.col(c);
-      const double noise = channel_noise(column.segment(range.begin, range.size()), angles);
+      const double noise = channel_noise(column(fresh.rows), angles);
       Eigen::VectorXd direction = Eigen::VectorXd::Zero(values.rows());
       follow(smoothed(log.time_s, column, range, window_s, angles), range, 0.5 * turn_over,
              band * noise / std::sqrt(averaged), direction);

@@ -10,16 +10,16 @@
 namespace cdprcal {
 namespace {
 
-/// Sums of one channel since the start, and its white noise.
+/// Sums of one channel since the start, and how its readings come.
 struct Running {
   std::vector<double> sum{0.0}, count{0.0};
-  double noise = 0.0;
+  Signal signal;
 };
 
-Running running(const Eigen::VectorXd& given, bool angle) {
+Running running(const Eigen::VectorXd& given, bool angle, const Signal& channel) {
   Running out;
   const Eigen::VectorXd values = angle ? unwrapped(given) : given;
-  out.noise = channel_noise(values);
+  out.signal = of_column(channel, channel_noise(values));
   double origin = kNaN;
   for (const double v : values) {
     const bool there = std::isfinite(v);
@@ -37,9 +37,9 @@ bool halves_agree(const std::vector<Running>& channels, std::size_t end) {
   int freedom = 0;
   for (const Running& c : channels) {
     const double first = c.count[middle], second = c.count[end] - first;
-    if (first < 1.0 || second < 1.0 || !(c.noise > 0.0)) continue;
+    if (first < 1.0 || second < 1.0 || !(c.signal.sigma > 0.0)) continue;
     const double change = (c.sum[end] - c.sum[middle]) / second - c.sum[middle] / first;
-    chi_square += change * change / (c.noise * c.noise * (1.0 / first + 1.0 / second));
+    chi_square += change * change / (c.signal.variance(first) + c.signal.variance(second));
     ++freedom;
   }
   return freedom == 0 || chi_square <= chi_square_quantile(kConfidence, freedom);
@@ -47,13 +47,18 @@ bool halves_agree(const std::vector<Running>& channels, std::size_t end) {
 
 }  // namespace
 
-SampleRange still_since_start(const Log& log, const SampleRange& range, Eigen::Index least) {
+SampleRange still_since_start(const Log& log, const SampleRange& range, const Signals& signals,
+                              Eigen::Index least) {
   std::vector<Running> channels;
   for_each_sensor(
       [&](const Sensor& sensor, const LogMatrix& group) {
-        for (Eigen::Index c = 0; c < group.cols(); ++c) {
-          channels.push_back(
-              running(group.col(c).segment(range.begin, range.size()), sensor.is_angle()));
+        for (const ChannelRow& row : channels_of(sensor)) {
+          const Signal& signal = signals[static_cast<std::size_t>(channel_of(row))];
+          const Eigen::Index end = std::min<Eigen::Index>(row.first + row.count, group.cols());
+          for (Eigen::Index c = row.first; c < end; ++c) {
+            channels.push_back(running(group.col(c).segment(range.begin, range.size()),
+                                       sensor.is_angle(), signal));
+          }
         }
       },
       log);

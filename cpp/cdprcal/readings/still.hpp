@@ -1,7 +1,7 @@
 // How long the platform stayed where it was at the first sample.
 #pragma once
 
-#include "cdprcal/readings/log.hpp"
+#include "cdprcal/readings/signal.hpp"
 
 namespace cdprcal {
 
@@ -9,7 +9,8 @@ namespace cdprcal {
 /// channels together, within what the noise of single readings leaves of means (χ², 95 %). Rest is
 /// judged by single readings, so a slow motion below their noise passes; their mean would show it.
 /// At later rests that shifts only the pose of the rest, but the first rest defines ζ0. Never less
-/// than `least` samples.
-SampleRange still_since_start(const Log& log, const SampleRange& range, Eigen::Index least = 4);
+/// than `least` samples. `signals`: of the run; without them readings are taken for white.
+SampleRange still_since_start(const Log& log, const SampleRange& range, const Signals& signals = {},
+                              Eigen::Index least = 4);
 
 }  // namespace cdprcal

@@ -11,6 +11,7 @@ from cdprcal._core import InputError
 from cdprcal.check.coverage import check_coverage, find_equilibria
 from cdprcal.check.plausibility import check_jumps, check_ranges
 from cdprcal.check.sensors import check_presence, check_stuck
+from cdprcal.check.signals import SignalReport, describe_signals
 from cdprcal.check.subject import Subject
 from cdprcal.check.tension import check_tensions
 from cdprcal.check.timing import check_sampling, check_segments
@@ -32,6 +33,7 @@ class CheckReport:
     segments: tuple[_core.SampleRange, ...]
     run: int
     equilibria: tuple[_core.Equilibrium, ...]
+    signals: tuple[SignalReport, ...]
     findings: tuple[Finding, ...]
 
     @property
@@ -58,6 +60,7 @@ class CheckReport:
                 for number, segment in enumerate(self.segments)
             ],
             "equilibria": [{"begin_s": e.begin_s, "end_s": e.end_s} for e in self.equilibria],
+            "signals": [signal.as_dict() for signal in self.signals],
             "findings": [finding.as_dict() for finding in self.findings],
         }
 
@@ -86,15 +89,17 @@ def check_log(robot: _core.Robot, file: LogFile, segment: int = -1) -> CheckRepo
     check_sampling(subject)
     check_presence(subject)
     check_ranges(subject)
-    equilibria: list[_core.Equilibrium] = []
+    equilibria = find_equilibria(subject) if subject.time_s.size >= 3 else []
+    signals = describe_signals(subject, equilibria)
     if subject.time_s.size >= 3:
         check_jumps(subject)
-        check_stuck(subject)
+        check_stuck(subject, signals)
         check_tensions(subject)
-        equilibria = find_equilibria(subject)
         check_coverage(subject, equilibria)
     findings = sorted(subject.findings, key=lambda finding: _ORDER[finding.severity])
-    return CheckReport(file, given, tuple(segments), run, tuple(equilibria), tuple(findings))
+    return CheckReport(
+        file, given, tuple(segments), run, tuple(equilibria), signals, tuple(findings)
+    )
 
 
 def choose_segment(count: int, segment: int) -> int:

@@ -81,7 +81,8 @@ def check_jumps(subject: Subject) -> None:
     for channel in subject.channels:
         if channel.group == "tension_N":
             continue
-        index = np.flatnonzero(np.isfinite(channel.values))
+        # A sensor that is held stands still, then jumps: from one fresh reading to the next.
+        index = channel.fresh[np.isfinite(channel.values[channel.fresh])]
         if index.size < 5:
             continue
         time = subject.time_s[index]

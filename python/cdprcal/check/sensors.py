@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from cdprcal import _core
+from cdprcal.check.signals import SignalReport
 from cdprcal.check.subject import (
     Channel,
     Floats,
@@ -23,6 +26,8 @@ _WITHOUT = {
 #: A channel is stuck when it repeats one value while the others move by this many sigma.
 _MOVED_SIGMA = 5.0
 _FEWEST_REPEATS = 10
+#: With which a run of a sound load cell has readings that are the same for so long.
+_CHANCE = 1e-3
 
 
 def check_presence(subject: Subject) -> None:
@@ -85,10 +90,17 @@ def _check_channel(subject: Subject, name: str, read: np.ndarray | None) -> None
         )
 
 
-def check_stuck(subject: Subject) -> None:
-    """A reading that repeats one value while the others say that the platform moves."""
+def check_stuck(subject: Subject, signals: Iterable[SignalReport]) -> None:
+    """A reading that repeats one value while the others say that the platform moves.
+
+    A tension may be held meanwhile: its readings are stuck when their own noise would have shown.
+    """
+    tension = next((s for s in signals if s.channel.name == "balance"), None)
     for channel in subject.channels:
         for begin, end in _constant_stretches(subject, channel):
+            held = tension if channel.group == "tension_N" else None
+            if held and held.repeats(end - begin) * subject.time_s.size > _CHANCE:
+                continue
             if _movement(subject, channel, begin, end) > _MOVED_SIGMA:
                 subject.add(
                     "error",

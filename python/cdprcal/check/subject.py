@@ -26,11 +26,12 @@ class Channel:
     name: str
     values: Floats
     sigma: float
+    fresh: NDArray[np.int64]  #: samples of the run in which the sensor read anew
 
     @cached_property
     def noise(self) -> float:
-        """White noise of the reading, from the data itself."""
-        return float(_core.channel_noise(self.values, self.is_angle))
+        """Noise of one fresh reading, from the data itself."""
+        return float(_core.channel_noise(self.values[self.fresh], self.is_angle))
 
     @property
     def is_angle(self) -> bool:
@@ -69,8 +70,12 @@ class Subject:
         for group, sensor in SENSORS.items():
             matrix: Floats = getattr(self.log, group)
             sigma = float(getattr(self.robot.sigma, sensor.sigma_field or ""))
+            fresh = np.array(
+                _core.fresh_rows(matrix, self.run.start, self.run.stop), dtype=np.int64
+            )
+            fresh -= self.run.start
             for i in range(matrix.shape[1]):
-                yield Channel(group, sensor.column(i), matrix[self.run, i], sigma)
+                yield Channel(group, sensor.column(i), matrix[self.run, i], sigma, fresh)
 
     def add(
         self,

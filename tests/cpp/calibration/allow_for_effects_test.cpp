@@ -99,7 +99,7 @@ Calibration judged(double pose) {
   out.problem.robot = load_robot("irma4");
   out.problem.noise = specified_noise(out.problem.robot.sigma);
   out.problem.noise->wrench_force_N = 0.0;
-  for (ChannelNoise& channel : out.problem.noise->channel) channel = {pose, 2.0};
+  for (ChannelNoise& channel : out.problem.noise->channel) channel = {pose, {.sigma = 2.0}};
   ResidualRms& rms = out.result.residual_rms;
   for (double* v :
        {&rms.length_m, &rms.swivel_rad, &rms.roll_pitch_rad, &rms.yaw_rad, &rms.wrench_force_N,
@@ -131,7 +131,7 @@ TEST(Misfit, SaysNothingOfAChannelThatTooLittleIsKnownOf) {
   const std::string balance = "the balance by 3 N (tensions scatter by 2 N)";
   EXPECT_EQ(misfit(c), balance);
   // One of its two components alone was told.
-  (*c.problem.noise)[Channel::yaw].sample = 1e-9;
+  (*c.problem.noise)[Channel::yaw].sample.sigma = 1e-9;
   EXPECT_EQ(misfit(c).find("yaw by "), 0U);
   c.problem.noise = specified;
   c.problem.noise->channel[static_cast<std::size_t>(Channel::length)].pose *= 2.0;
@@ -168,7 +168,7 @@ DiagnosisModel everything_in(const Robot& robot, const Log& log) {
     if (effect->needs_motion()) continue;
     model.effects.push_back({effect, EffectValues::Zero(effect->size(robot.cable_count()))});
   }
-  start_noise(model, calibrate(robot, log, unasked()).sample_noise);
+  start_noise(model, calibrate(robot, log, unasked()).signals);
   EXPECT_TRUE(fit_with_noise(model));
   return model;
 }

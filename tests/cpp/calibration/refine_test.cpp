@@ -22,7 +22,7 @@ constexpr double kScale = 0.05;  ///< true noise over the robot file's σ
 struct Fitted {
   Scenario s;
   CalibrationResult fit;
-  std::array<double, kChannels> ripple{};
+  Signals ripple{};
 
   explicit Fitted(std::uint64_t seed) {
     const Robot robot = load_robot("irma4");
@@ -46,7 +46,7 @@ struct Fitted {
       s.problem.measurements.back().time_s = static_cast<double>(i);
     }
     for (std::size_t c = 0; c < kChannels; ++c) {
-      ripple[c] = kScale * specified_noise(robot.sigma).channel[c].sigma(1);
+      ripple[c].sigma = kScale * specified_noise(robot.sigma).channel[c].sigma(1);
     }
   }
 
@@ -65,8 +65,8 @@ TEST(Refine, FindsTheNoiseThatIsThereAndLosesNoReadingOfACleanLog) {
   ASSERT_TRUE(refined.problem.noise);
   for (std::size_t c = 0; c < kChannels; ++c) {
     const double found = refined.problem.noise->channel[c].sigma(1);
-    EXPECT_GE(found, clean.ripple[c] * (1.0 - 1e-12)) << "never below the ripple";
-    EXPECT_LT(found, 1.5 * clean.ripple[c]) << to_string(static_cast<Channel>(c));
+    EXPECT_GE(found, clean.ripple[c].sigma * (1.0 - 1e-12)) << "never below the ripple";
+    EXPECT_LT(found, 1.5 * clean.ripple[c].sigma) << to_string(static_cast<Channel>(c));
   }
   // The claim shrinks with the noise, and holds.
   EXPECT_LT(refined.result.standard_deviation.head<3>().norm(),
@@ -79,7 +79,7 @@ TEST(Refine, FindsTheNoiseThatIsThereAndLosesNoReadingOfACleanLog) {
 TEST(Refine, LeavesOutOneWrongReadingOfEveryChannel) {
   Fitted wrong(6);
   auto& m = wrong.s.problem.measurements;
-  const auto by = [&](Channel c) { return 60.0 * wrong.ripple[static_cast<std::size_t>(c)]; };
+  const auto by = [&](Channel c) { return 60.0 * wrong.ripple[static_cast<std::size_t>(c)].sigma; };
   m[3].length_m[1] += by(Channel::length);
   m[7].swivel_rad[2] -= by(Channel::swivel);
   m[11].roll_pitch_yaw_rad[1] += by(Channel::roll_pitch);
@@ -126,7 +126,7 @@ TEST(Refine, LeavesOutOneWrongReadingOfEveryChannel) {
   EXPECT_TRUE(std::isnan(left[31].position_m[2]));
   // The noise is not that of the wrong ones.
   for (std::size_t c = 0; c < kChannels; ++c) {
-    EXPECT_LT(refined.problem.noise->channel[c].sigma(1), 1.6 * wrong.ripple[c]);
+    EXPECT_LT(refined.problem.noise->channel[c].sigma(1), 1.6 * wrong.ripple[c].sigma);
   }
 }
 
@@ -134,13 +134,13 @@ TEST(Refine, AChannelThatIsWrongAsAWholeLosesNothing) {
   // Every third position reading off by sixty times its noise: no few outliers, but a wrong sensor.
   Fitted wrong(6);
   auto& m = wrong.s.problem.measurements;
-  const double by = 60.0 * wrong.ripple[static_cast<std::size_t>(Channel::position)];
+  const double by = 60.0 * wrong.ripple[static_cast<std::size_t>(Channel::position)].sigma;
   for (std::size_t i = 0; i < m.size(); i += 3) m[i].position_m[0] += by;
   const Refinement refined = wrong.refined();
   for (const GatedReading& gated : refined.gated) EXPECT_NE(gated.channel, Channel::position);
   if (refined.problem.noise) {
     EXPECT_GT((*refined.problem.noise)[Channel::position].sigma(1),
-              5.0 * wrong.ripple[static_cast<std::size_t>(Channel::position)]);
+              5.0 * wrong.ripple[static_cast<std::size_t>(Channel::position)].sigma);
   }
 }
 

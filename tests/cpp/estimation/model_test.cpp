@@ -466,9 +466,9 @@ TEST(NoiseStart, IsTheSpecifiedOneAboveWhatMeansOfSoManyReadingsRipple) {
   at[3].kind = PoseKind::kinematic_pose, at[3].samples = 1;   // a reading in motion
   at[4].kind = PoseKind::static_pose, at[4].samples = 1;
   const SensorSigma& s = model.robot.sigma;
-  std::array<double, kChannels> ripple{};
-  ripple[0] = 0.2 * s.length_m, ripple[1] = 1e-9 * s.swivel_rad;
-  ripple[4] = 0.3 * s.tension_N;
+  Signals ripple{};
+  ripple[0].sigma = 0.2 * s.length_m, ripple[1].sigma = 1e-9 * s.swivel_rad;
+  ripple[4].sigma = 0.3 * s.tension_N;
   start_noise(model, ripple);
   EXPECT_DOUBLE_EQ(model.rest_samples, (40.0 + 1.0 + 13.0 + 1.0) / 4.0);
   const double mean = 1.0 / std::sqrt(13.75);

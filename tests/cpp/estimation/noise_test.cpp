@@ -19,7 +19,7 @@ TEST(Channels, HaveTheNamesOfTheResult) {
 }
 
 TEST(ChannelNoise, OfAMeanHasAPartThatAveragesAndOneThatDoesNot) {
-  const ChannelNoise noise{.pose = 3.0, .sample = 4.0};
+  const ChannelNoise noise{.pose = 3.0, .sample = {.sigma = 4.0}};
   EXPECT_DOUBLE_EQ(noise.sigma(1), 5.0);
   EXPECT_DOUBLE_EQ(noise.sigma(16), std::sqrt(10.0));
 }
@@ -65,13 +65,13 @@ TEST(SampleNoise, IsTheRippleOfEachChannelWhateverTheMotion) {
   }
   // One sensor of four that rattles is not all of them.
   for (Eigen::Index r = 0; r < made.log.sample_count(); r += 2) made.log.tension_N(r, 2) += 20.0;
-  const auto noise = sample_noise(made.log, {0, 6000}, robot.sigma);
+  const auto noise = signals(made.log, {0, 6000}, {}, robot.sigma);
   for (std::size_t c = 0; c < kChannels; ++c) {
-    EXPECT_NEAR(noise[c] / made.sigma[c], 1.0, 0.06) << to_string(static_cast<Channel>(c));
+    EXPECT_NEAR(noise[c].sigma / made.sigma[c], 1.0, 0.06) << to_string(static_cast<Channel>(c));
   }
   // Of the run alone: what was before it does not count.
   made.log.length_m.topRows(3000).setRandom();
-  EXPECT_NEAR(sample_noise(made.log, {3000, 6000}, robot.sigma)[0] / made.sigma[0], 1.0, 0.08);
+  EXPECT_NEAR(signals(made.log, {3000, 6000}, {}, robot.sigma)[0].sigma / made.sigma[0], 1.0, 0.08);
 }
 
 TEST(SampleNoise, OfWhatWasNotReadIsWhatTheRobotFileSays) {
@@ -87,20 +87,20 @@ TEST(SampleNoise, OfWhatWasNotReadIsWhatTheRobotFileSays) {
   }
   log.length_m.bottomRows(48).setConstant(kNaN);  // two readings show no noise
   log.roll_pitch_yaw_rad.col(2).setConstant(kNaN);
-  const auto noise = sample_noise(log, {0, 50}, robot.sigma);
+  const auto noise = signals(log, {0, 50}, {}, robot.sigma);
   const NoiseModel specified = specified_noise(robot.sigma);
   for (std::size_t c = 0; c < kChannels; ++c) {
     if (static_cast<Channel>(c) == Channel::roll_pitch) {
-      EXPECT_NEAR(noise[c] / made.sigma[c], 1.0, 0.4);
+      EXPECT_NEAR(noise[c].sigma / made.sigma[c], 1.0, 0.4);
     } else {
-      EXPECT_EQ(noise[c], specified.channel[c].sigma(1)) << to_string(static_cast<Channel>(c));
+      EXPECT_EQ(noise[c].sigma, specified.channel[c].sigma(1)) << to_string(static_cast<Channel>(c));
     }
   }
-  EXPECT_EQ(noise[0], robot.sigma.length_m);
-  EXPECT_EQ(noise[3], robot.sigma.attitude_rad);
-  EXPECT_EQ(noise[5], 0.011);
-  EXPECT_EQ(noise[6], 0.012);
-  EXPECT_EQ(noise[7], 0.013);
+  EXPECT_EQ(noise[0].sigma, robot.sigma.length_m);
+  EXPECT_EQ(noise[3].sigma, robot.sigma.attitude_rad);
+  EXPECT_EQ(noise[5].sigma, 0.011);
+  EXPECT_EQ(noise[6].sigma, 0.012);
+  EXPECT_EQ(noise[7].sigma, 0.013);
   EXPECT_EQ(specified.wrench_force_N, robot.sigma.wrench_force_N);
 }
 

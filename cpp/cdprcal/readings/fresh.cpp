@@ -1,0 +1,94 @@
+#include "cdprcal/readings/fresh.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cdprcal {
+namespace {
+
+constexpr std::size_t kHasty = 10;       ///< one change of so many may come early
+constexpr std::size_t kFewestGaps = 10;  ///< that a rate can be read from
+
+bool is_read(const LogMatrix& readings, Eigen::Index row) {
+  return readings.row(row).array().isFinite().any();
+}
+
+bool differs(const LogMatrix& readings, Eigen::Index row, Eigen::Index from) {
+  for (Eigen::Index c = 0; c < readings.cols(); ++c) {
+    const double now = readings(row, c), before = readings(from, c);
+    if (std::isfinite(now) && now != before) return true;
+  }
+  return false;
+}
+
+/// Rows in which anything was read that was not there before.
+std::vector<Eigen::Index> changes(const LogMatrix& readings, const SampleRange& range) {
+  std::vector<Eigen::Index> out;
+  for (Eigen::Index row = range.begin; row < range.end; ++row) {
+    if (!is_read(readings, row)) continue;
+    if (out.empty() || differs(readings, row, out.back())) out.push_back(row);
+  }
+  return out;
+}
+
+/// The middle one of the gaps that are no multiple of the shortest; 1 for a sensor without holds.
+double hold_of(const std::vector<Eigen::Index>& changed) {
+  std::vector<Eigen::Index> gaps;
+  for (std::size_t i = 1; i < changed.size(); ++i) gaps.push_back(changed[i] - changed[i - 1]);
+  if (gaps.size() < kFewestGaps) return 1.0;
+  std::sort(gaps.begin(), gaps.end());
+  const Eigen::Index shortest = gaps[gaps.size() / kHasty];
+  if (shortest < 2) return 1.0;
+  const auto end = std::lower_bound(gaps.begin(), gaps.end(), 2 * shortest);
+  return static_cast<double>(gaps[static_cast<std::size_t>(end - gaps.begin()) / 2]);
+}
+
+}  // namespace
+
+FreshRows fresh_rows(const LogMatrix& readings, const SampleRange& range) {
+  FreshRows out;
+  std::vector<Eigen::Index> changed;
+  if (readings.cols() > 0) changed = changes(readings, range);
+  out.hold_rows = hold_of(changed);
+  if (out.are_all()) {
+    for (Eigen::Index row = range.begin; row < range.end; ++row) out.rows.push_back(row);
+    return out;
+  }
+  changed.push_back(range.end);
+  for (std::size_t i = 0; i + 1 < changed.size(); ++i) {
+    const auto gap = static_cast<double>(changed[i + 1] - changed[i]);
+    const double due = std::max(1.0, std::round(gap / out.hold_rows));
+    for (double k = 0.0; k < due; ++k) {
+      const Eigen::Index row = changed[i] + static_cast<Eigen::Index>(k * gap / due);
+      if (is_read(readings, row)) out.rows.push_back(row);
+    }
+  }
+  return out;
+}
+
+std::optional<Log> without_holds(const Log& log) {
+  std::optional<Log> out;
+  const auto given = log.groups();
+  for (const SampleRange& range : segments(log)) {
+    for (std::size_t s = 0; s < kSensors; ++s) {
+      const FreshRows fresh = fresh_rows(*given[s], range);
+      if (fresh.are_all()) continue;
+      if (!out) out = log;
+      LogMatrix& values = *out->groups()[s];
+      for (std::size_t i = 0; i + 1 < fresh.rows.size(); ++i) {
+        const Eigen::Index from = fresh.rows[i], to = fresh.rows[i + 1];
+        if (static_cast<double>(to - from) > 2.0 * fresh.hold_rows) continue;
+        Eigen::RowVectorXd step = given[s]->row(to) - given[s]->row(from);
+        if (kSensorTable[s].is_angle()) step = step.unaryExpr(&wrap_angle);
+        const double duration_s = log.time_s[to] - log.time_s[from];
+        for (Eigen::Index row = from + 1; row < to; ++row) {
+          const double share = (log.time_s[row] - log.time_s[from]) / duration_s;
+          values.row(row) = given[s]->row(from) + share * step;
+        }
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace cdprcal

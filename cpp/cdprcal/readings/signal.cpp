@@ -1,0 +1,269 @@
+#include "cdprcal/readings/signal.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "cdprcal/readings/equilibrium_detection.hpp"
+#include "cdprcal/readings/fresh.hpp"
+#include "cdprcal/statistics.hpp"
+
+namespace cdprcal {
+namespace {
+
+/// A filter is believed in when chance alone shows one so seldom, and no longer when what only a
+/// swing does is shown by chance so seldom.
+constexpr double kChance = 1e-3, kDoubt = 0.05;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// The fresh readings of one channel: a vector a column, angles unwrapped, and the rests in it.
+struct Series {
+  std::vector<Eigen::VectorXd> columns;
+  std::vector<SampleRange> rests;
+};
+
+/// The step that all steps are multiples of; 0 where it is far below the noise, or there is none.
+double resolution_of(const Eigen::VectorXd& values, double noise) {
+  constexpr double kShows = 0.5;    // of the noise: finer steps do not change it
+  constexpr double kMultiple = 16;  // beyond it the digits that a log has would blur
+  constexpr double kOff = 0.05, kMostOff = 0.02;
+  constexpr int kFewest = 10;
+  std::vector<double> steps;
+  double least = std::numeric_limits<double>::infinity();
+  for (Eigen::Index i = 1; i < values.size(); ++i) {
+    const double step = std::abs(values[i] - values[i - 1]);
+    if (!(step > 1e-12 * (1.0 + std::abs(values[i])))) continue;
+    steps.push_back(step);
+    least = std::min(least, step);
+  }
+  if (steps.empty() || least < kShows * noise) return 0.0;
+  double sum = 0.0, count = 0.0, off = 0.0, looked_at = 0.0;
+  for (const double step : steps) {
+    const double times = step / least;
+    if (times > kMultiple) continue;
+    sum += step, count += std::round(times), ++looked_at;
+    if (std::abs(times - std::round(times)) > kOff) ++off;
+  }
+  return looked_at < kFewest || off > kMostOff * looked_at ? 0.0 : sum / count;
+}
+
+/// Variance, over where between two steps a value is, of the mean of its rounded readings.
+double kept_by_rounding(double sigma, double step) {
+  double sum = 0.0;
+  for (double k = 1.0; k < 100.0; ++k) {
+    const double exponent = std::pow(2.0 * kPi * k * sigma / step, 2);
+    if (exponent > 30.0) break;
+    sum += std::exp(-exponent) / (k * k);
+  }
+  const double all = kPi * kPi / 6.0;  // of 1/k²: q²/12
+  return step * step / 12.0 * std::min(1.0, sum / all);
+}
+
+/// Noise before rounding, by the variance `white` from one rounded reading to another.
+double before_rounding(double white, double step) {
+  double low = 0.0, high = std::sqrt(white);
+  for (int i = 0; i < 50; ++i) {
+    const double middle = 0.5 * (low + high);
+    const double shown = middle * middle + step * step / 12.0 - kept_by_rounding(middle, step);
+    (shown > white ? high : low) = middle;
+  }
+  return low;
+}
+
+/// Mean square of the second differences over `lag` rows at rest, in units of white noise's.
+struct Differences {
+  double square = kNaN, count = 0.0;
+};
+Differences differences(const Series& series, Eigen::Index lag) {
+  constexpr Eigen::Index kFewest = 8;  // of a rest
+  constexpr double kMost = 4.0;        // times the middle one: a spike is not the noise
+  std::vector<double> squares, counts;
+  for (const Eigen::VectorXd& column : series.columns) {
+    for (const SampleRange& rest : series.rests) {
+      const Eigen::Index size = rest.size() - 2 * lag;
+      if (size < kFewest) continue;
+      const auto at = [&](Eigen::Index shift) { return column.segment(rest.begin + shift, size); };
+      const Eigen::ArrayXd second = at(0) - 2.0 * at(lag) + at(2 * lag);
+      const double square = second.square().mean() / 6.0;
+      if (!std::isfinite(square)) continue;
+      squares.push_back(square);
+      counts.push_back(static_cast<double>(size));
+    }
+  }
+  Differences out;
+  if (squares.empty()) return out;
+  const double most = kMost * median(squares);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < squares.size(); ++i) {
+    sum += counts[i] * std::min(squares[i], most);
+    out.count += counts[i];
+  }
+  out.square = sum / out.count;
+  return out;
+}
+
+/// By how much the squares of a first-order filter grow from one lag to twice that, for a
+/// correlation over the first.
+double growth(double correlation) {
+  return (1.0 + correlation) * (3.0 - correlation * correlation) / (3.0 - correlation);
+}
+double correlation_for(double grown) {
+  double low = 0.0, high = 1.0;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (low + high);
+    (growth(middle) > grown ? high : low) = middle;
+  }
+  return low;
+}
+
+/// Correlation of one reading with the next, where the noise looks filtered; otherwise 0.
+/// `rounded`: what rounding adds, anew in every reading.
+double correlation_of(const Series& series, double rounded) {
+  // Growth near 2 says nothing of a correlation: that over twice the lag is asked for then.
+  constexpr double kTelling = 0.5;
+  constexpr double kDrowned = 1.5;  // times what rounding adds: less is not told from it
+  // Variance of the logarithm of two lags' ratio, for white noise: 4.67 over the number of rows.
+  constexpr double kSpread = 4.67;
+  const double chance = normal_quantile(1.0 - kChance), doubt = normal_quantile(1.0 - kDoubt);
+  Differences at = differences(series, 1), twice = differences(series, 2);
+  if (!(at.square > kDrowned * rounded)) return 0.0;
+  for (Eigen::Index lag = 1;; lag *= 2) {
+    const double grown = (twice.square - rounded) / (at.square - rounded);
+    const double error = chance * std::sqrt(kSpread / twice.count);
+    if (!(std::log(grown) > error)) return 0.0;
+    if (std::log(grown / growth(1.0)) > error) return 0.0;  // no filter of the first order
+    const Differences next = differences(series, 4 * lag);
+    if (!(next.count > 0.0)) return 0.0;  // rests too short to tell it from a motion
+    if (grown > growth(kTelling)) {
+      at = twice, twice = next;
+      continue;
+    }
+    const double correlation = correlation_for(grown);
+    const double more = (next.square - rounded) / (twice.square - rounded);
+    const double off = doubt * std::sqrt(kSpread / next.count);
+    const double less_new = std::sqrt((1.0 + correlation) / (1.0 - correlation));
+    if (std::log(more / grown) > off * less_new) return 0.0;  // a motion
+    if (std::log(more) < -off) return 0.0;                    // a swing
+    return std::pow(correlation, 1.0 / static_cast<double>(lag));
+  }
+}
+
+/// The signal of a channel. `noise`: of its fresh readings; `period_s`: between two of these.
+Signal describe(const Series& series, double noise, double hold_rows, double period_s) {
+  Signal out;
+  out.sigma = noise;
+  out.rows = out.hold_rows = hold_rows;
+  std::vector<double> steps;
+  for (const Eigen::VectorXd& column : series.columns) {
+    steps.push_back(resolution_of(column, noise));
+  }
+  out.resolution = median(steps);
+  const Differences at_rest = differences(series, 1);
+  double square = noise * noise, rounded = 0.0, kept = 0.0;
+  if (out.resolution > 0.0) {
+    const double all = out.resolution * out.resolution / 12.0;
+    // Without rests: what channel_noise says, unless that is the resolution itself.
+    const double white = at_rest.count > 0.0 ? at_rest.square : square > 1.01 * all ? square : 0.0;
+    const double before = before_rounding(white, out.resolution);
+    kept = kept_by_rounding(before, out.resolution);
+    rounded = all - kept;
+    square = before * before;
+  }
+  const double correlation = correlation_of(series, rounded);
+  if (correlation > 0.0) {
+    square = 3.0 * (at_rest.square - rounded) / ((1.0 - correlation) * (3.0 - correlation));
+    out.correlation_s = -period_s / std::log(correlation);
+    if (out.resolution > 0.0) {
+      kept = kept_by_rounding(std::sqrt(square), out.resolution);
+      rounded = out.resolution * out.resolution / 12.0 - kept;
+    }
+    const double worth = square * (1.0 + correlation) / (1.0 - correlation);
+    out.rows *= (rounded + worth) / (rounded + square);
+  }
+  if (out.resolution > 0.0 || correlation > 0.0) {
+    out.rounding = std::sqrt(kept);
+    out.sigma = std::sqrt(square + rounded + kept);
+  }
+  return out;
+}
+
+/// Rests by their place among the fresh rows.
+std::vector<SampleRange> among(const std::vector<Eigen::Index>& rows,
+                               const std::vector<SampleRange>& rests) {
+  std::vector<SampleRange> out;
+  const auto place = [&](Eigen::Index row) {
+    return std::lower_bound(rows.begin(), rows.end(), row) - rows.begin();
+  };
+  for (const SampleRange& rest : rests) out.push_back({place(rest.begin), place(rest.end)});
+  return out;
+}
+
+}  // namespace
+
+double Signal::effective(double samples) const { return std::max(1.0, samples / rows); }
+
+double Signal::variance(double samples) const {
+  const double kept = rounding * rounding;
+  return kept + (sigma * sigma - kept) / effective(samples);
+}
+
+Signals signals(const Log& log, const SampleRange& run, const std::vector<Equilibrium>& rests,
+                const SensorSigma& sigma, double window_s) {
+  constexpr Eigen::Index kFewest = 3;  // readings that show any noise
+  Signals out;
+  const double periods = std::max(1.0, static_cast<double>(run.size() - 1));
+  const double period_s =
+      run.size() > 0 ? (log.time_s[run.end - 1] - log.time_s[run.begin]) / periods : 0.0;
+  std::vector<SampleRange> resting;
+  for (const Equilibrium& rest : rests) resting.push_back(inner_part(log, run, rest, window_s));
+  for_each_sensor(
+      [&](const Sensor& sensor, const LogMatrix& values) {
+        const FreshRows fresh = fresh_rows(values, run);
+        for (const ChannelRow& row : channels_of(sensor)) {
+          Signal& signal = out[static_cast<std::size_t>(channel_of(row))];
+          signal.sigma = sigma.*sensor.sigma;
+          Series series;
+          std::vector<double> noise;
+          const Eigen::Index end = std::min<Eigen::Index>(row.first + row.count, values.cols());
+          for (Eigen::Index c = row.first; c < end; ++c) {
+            Eigen::VectorXd column = values.col(c)(fresh.rows);
+            if (column.array().isFinite().count() < kFewest) continue;
+            if (sensor.is_angle()) column = unwrapped(std::move(column));
+            noise.push_back(channel_noise(column));
+            series.columns.push_back(std::move(column));
+          }
+          if (noise.empty()) continue;
+          series.rests = among(fresh.rows, resting);
+          signal = describe(series, median(noise), fresh.hold_rows, period_s * fresh.hold_rows);
+        }
+      },
+      log);
+  return out;
+}
+
+Signals mixed(const Signals& a, double weight_a, const Signals& b, double weight_b) {
+  const double sum = weight_a + weight_b;
+  const auto mean = [&](double x, double y) { return (weight_a * x + weight_b * y) / sum; };
+  const auto rms = [&](double x, double y) { return std::sqrt(mean(x * x, y * y)); };
+  Signals out;
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    out[c].sigma = rms(a[c].sigma, b[c].sigma);
+    out[c].rounding = rms(a[c].rounding, b[c].rounding);
+    out[c].rows = mean(a[c].rows, b[c].rows);
+    out[c].hold_rows = mean(a[c].hold_rows, b[c].hold_rows);
+    out[c].resolution = std::max(a[c].resolution, b[c].resolution);
+    out[c].correlation_s = mean(a[c].correlation_s, b[c].correlation_s);
+  }
+  return out;
+}
+
+Signal of_column(Signal channel, double noise) {
+  channel.sigma = channel.is_white() ? noise : std::max(noise, channel.sigma);
+  return channel;
+}
+
+}  // namespace cdprcal
