@@ -24,6 +24,7 @@ double median(std::vector<double> values) {
 struct Series {
   std::vector<Eigen::VectorXd> columns;
   std::vector<SampleRange> rests;
+  double resolution = 0.0;
 };
 
 /// The step that all steps are multiples of; 0 where it is far below the noise, or there is none.
@@ -96,7 +97,9 @@ Differences differences(const Series& series, Eigen::Index lag) {
   }
   Differences out;
   if (squares.empty()) return out;
-  const double most = kMost * median(squares);
+  // A reading at the edge of a step may be on either side of it, at one rest of many.
+  const double edge = 0.25 * series.resolution * series.resolution;
+  const double most = std::max(kMost * median(squares), edge);
   double sum = 0.0;
   for (std::size_t i = 0; i < squares.size(); ++i) {
     sum += counts[i] * std::min(squares[i], most);
@@ -153,7 +156,7 @@ double correlation_of(const Series& series, double rounded) {
 }
 
 /// The signal of a channel. `noise`: of its fresh readings; `period_s`: between two of these.
-Signal describe(const Series& series, double noise, double hold_rows, double period_s) {
+Signal describe(Series series, double noise, double hold_rows, double period_s) {
   Signal out;
   out.sigma = noise;
   out.rows = out.hold_rows = hold_rows;
@@ -161,7 +164,7 @@ Signal describe(const Series& series, double noise, double hold_rows, double per
   for (const Eigen::VectorXd& column : series.columns) {
     steps.push_back(resolution_of(column, noise));
   }
-  out.resolution = median(steps);
+  out.resolution = series.resolution = median(steps);
   const Differences at_rest = differences(series, 1);
   double square = noise * noise, rounded = 0.0, kept = 0.0;
   if (out.resolution > 0.0) {
@@ -213,13 +216,18 @@ double Signal::variance(double samples) const {
 
 Signals signals(const Log& log, const SampleRange& run, const std::vector<Equilibrium>& rests,
                 const SensorSigma& sigma, double window_s) {
+  std::vector<SampleRange> inner;
+  for (const Equilibrium& rest : rests) inner.push_back(inner_part(log, run, rest, window_s));
+  return signals_within(log, run, inner, sigma);
+}
+
+Signals signals_within(const Log& log, const SampleRange& run,
+                       const std::vector<SampleRange>& rests, const SensorSigma& sigma) {
   constexpr Eigen::Index kFewest = 3;  // readings that show any noise
   Signals out;
   const double periods = std::max(1.0, static_cast<double>(run.size() - 1));
   const double period_s =
       run.size() > 0 ? (log.time_s[run.end - 1] - log.time_s[run.begin]) / periods : 0.0;
-  std::vector<SampleRange> resting;
-  for (const Equilibrium& rest : rests) resting.push_back(inner_part(log, run, rest, window_s));
   for_each_sensor(
       [&](const Sensor& sensor, const LogMatrix& values) {
         const FreshRows fresh = fresh_rows(values, run);
@@ -237,8 +245,9 @@ Signals signals(const Log& log, const SampleRange& run, const std::vector<Equili
             series.columns.push_back(std::move(column));
           }
           if (noise.empty()) continue;
-          series.rests = among(fresh.rows, resting);
-          signal = describe(series, median(noise), fresh.hold_rows, period_s * fresh.hold_rows);
+          series.rests = among(fresh.rows, rests);
+          signal = describe(std::move(series), median(noise), fresh.hold_rows,
+                            period_s * fresh.hold_rows);
         }
       },
       log);

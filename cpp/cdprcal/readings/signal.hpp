@@ -43,6 +43,10 @@ using Signals = std::array<Signal, kChannels>;
 Signals signals(const Log& log, const SampleRange& run, const std::vector<Equilibrium>& rests,
                 const SensorSigma& sigma, double window_s = DetectionOptions().window_s);
 
+/// The same with rests that are given, all of which count.
+Signals signals_within(const Log& log, const SampleRange& run,
+                       const std::vector<SampleRange>& rests, const SensorSigma& sigma);
+
 /// Those of two sets of readings together, by their weights.
 Signals mixed(const Signals& a, double weight_a, const Signals& b, double weight_b);
 
