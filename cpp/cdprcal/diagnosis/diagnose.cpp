@@ -126,7 +126,7 @@ std::string list_of(const CableVector& values) {
   std::string text;
   for (const double v : values) {
     char number[32];
-    std::snprintf(number, sizeof number, "%s%.0f", text.empty() ? "" : ", ", v);
+    std::snprintf(number, sizeof number, "%s%.3g", text.empty() ? "" : ", ", v);
     text += number;
   }
   return text;
@@ -270,7 +270,7 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   out.initial_pose_before = model.runs.front().poses.front();
   out.covariance_before = initial_pose_covariance(with_uncertain_noise(model), 0);
   record_gap(model, model, "", out);
-  for (CandidateScore& s : scan(model, effect_catalogue(), {.draws = 0})) {
+  for (CandidateScore& s : scan(model, effect_catalogue(), {.draws = 0, .limits = true})) {
     if (s.effect->needs_motion()) continue;
     out.identifiability.push_back({s.effect->name(), s.visible, s.detectable});
     out.ranking.push_back(std::move(s));
@@ -291,7 +291,8 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   if (going) search.in_motion();
   learn_priors(model);
   report_values(model, out);
-  const std::vector<CandidateScore> unseen = scan(model, Search::untried(model), {.draws = 0});
+  const std::vector<CandidateScore> unseen =
+      scan(model, Search::untried(model), {.draws = 0, .limits = true});
   for (const CandidateScore& s : unseen) {
     for (Identifiability& i : out.identifiability) {
       if (i.name == s.effect->name()) i.detectable_after = s.detectable;

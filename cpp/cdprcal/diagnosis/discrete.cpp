@@ -179,7 +179,7 @@ std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log) {
     out.push_back({"cable_order", "order", as_it_is,
                    "the load cells of " + cables + " are read in another order", wrong});
   };
-  if (n <= 5) {
+  if (n <= 6) {
     while (std::next_permutation(order.begin(), order.end())) add_order(order, "the cables");
   } else {
     for (int i = 0; i < n; ++i) {

@@ -37,7 +37,7 @@ void set_right(const DiscreteFault& fault, Robot& robot, Log& log);
 std::vector<DiscreteFault> attitude_faults(const Robot& robot, const Log& log);
 
 /// Every fault that is looked for in a log of these channels: those of the attitude, signs in any
-/// combination, cables in any order (of more than five only the exchange of any two), units.
+/// combination, cables in any order (of more than six only the exchange of any two), units.
 std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log);
 
 struct DiscreteSearch {

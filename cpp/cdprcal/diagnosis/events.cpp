@@ -82,14 +82,13 @@ bool platform_jerks(const Log& log, const SampleRange& run, Eigen::Index row,
 /// before outliers were taken out of it, without what its load cells are known to add.
 void name_short_slack(const Log& before, const SampleRange& run, std::vector<LogEvent>& events) {
   constexpr double kZero = 4.0;  ///< σ of noise within which a reading is zero
-  const FreshRows fresh = fresh_rows(before.tension_N, run);
   for (LogEvent& event : events) {
     if (event.name != "outlier" || event.channel != "tension") continue;
     const double* times = before.time_s.data();
     const Eigen::Index row =
         std::lower_bound(times, times + before.time_s.size(), event.begin_s) - times;
     const auto tension = before.tension_N.col(event.cable);
-    const double noise = channel_noise(tension(fresh.rows));
+    const double noise = channel_noise(tension(fresh_rows(before.tension_N, run).rows));
     if (std::abs(tension[row]) > kZero * noise) continue;
     if (!platform_jerks(before, run, row, event.cable)) continue;
     event.name = "slack";
@@ -97,13 +96,13 @@ void name_short_slack(const Log& before, const SampleRange& run, std::vector<Log
   }
 }
 
-void gate_outliers(const Log& log, const SampleRange& run, LogMatrix& readings, Eigen::Index column,
-                   double sigma, const std::string& channel, int cable, bool angles,
-                   std::vector<LogEvent>& out) {
-  // A reading that is held for several rows is one.
-  std::vector<Eigen::Index> rows = fresh_rows(readings, run).rows;
-  const Eigen::VectorXd values = readings.col(column)(rows);
-  rows.push_back(run.end);
+/// `rows`: the fresh readings, and the end of the run. A reading that is held for several is one.
+void gate_outliers(const Log& log, const std::vector<Eigen::Index>& rows, LogMatrix& readings,
+                   Eigen::Index column, double sigma, const std::string& channel, int cable,
+                   bool angles, std::vector<LogEvent>& out) {
+  const auto count = static_cast<Eigen::Index>(rows.size()) - 1;
+  const Eigen::VectorXd values = Eigen::VectorXd::NullaryExpr(
+      count, [&](Eigen::Index i) { return readings(rows[static_cast<std::size_t>(i)], column); });
   const double noise = channel_noise(values, angles);
   const Eigen::VectorXd off = departures(values, angles);
   // Motion bends readings away from the median around them: judged by the scatter nearby.
@@ -290,23 +289,20 @@ std::vector<LogEvent> gate_events(const Robot& robot, Log& log) {
   std::vector<LogEvent> out;
   const SampleRange run = segments(log).back();
   const Log before = with_known_effects(robot, log).log;
-  for (Eigen::Index c = 0; c < log.length_m.cols(); ++c) {
-    gate_outliers(log, run, log.length_m, c, robot.sigma.length_m, "length", static_cast<int>(c),
-                  false, out);
-  }
-  for (Eigen::Index c = 0; c < log.swivel_rad.cols(); ++c) {
-    gate_outliers(log, run, log.swivel_rad, c, robot.sigma.swivel_rad, "swivel",
-                  static_cast<int>(c), true, out);
-  }
-  for (Eigen::Index c = 0; c < log.tension_N.cols(); ++c) {
-    gate_outliers(log, run, log.tension_N, c, robot.sigma.tension_N, "tension", static_cast<int>(c),
-                  false, out);
-  }
   constexpr const char* kAngles[] = {"roll", "pitch", "yaw"};
-  for (Eigen::Index c = 0; c < log.roll_pitch_yaw_rad.cols(); ++c) {
-    gate_outliers(log, run, log.roll_pitch_yaw_rad, c, robot.sigma.attitude_rad, kAngles[c], -1,
-                  true, out);
-  }
+  const auto gate = [&](LogMatrix& readings, double sigma, const char* name, bool angles) {
+    std::vector<Eigen::Index> rows = fresh_rows(readings, run).rows;
+    rows.push_back(run.end);
+    for (Eigen::Index c = 0; c < readings.cols(); ++c) {
+      const bool of_cable = name != nullptr;
+      gate_outliers(log, rows, readings, c, sigma, of_cable ? name : kAngles[c],
+                    of_cable ? static_cast<int>(c) : -1, angles, out);
+    }
+  };
+  gate(log.length_m, robot.sigma.length_m, "length", false);
+  gate(log.swivel_rad, robot.sigma.swivel_rad, "swivel", true);
+  gate(log.tension_N, robot.sigma.tension_N, "tension", false);
+  gate(log.roll_pitch_yaw_rad, robot.sigma.attitude_rad, nullptr, true);
   name_short_slack(before, run, out);
   const LogMatrix carried_N = log.tension_N.array().isNaN().select(kNaN, before.tension_N);
   find_slack(robot, log, carried_N, run, out);

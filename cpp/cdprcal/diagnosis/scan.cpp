@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
 #include <numeric>
 
 #include "cdprcal/synthetic/synthetic.hpp"
@@ -220,14 +221,79 @@ Eigen::VectorXd best_by_chance(const EvidenceOf& evidence, const NoiseOffPoses& 
   return best;
 }
 
-/// Size in typical sizes whose evidence would reach 3 on average.
-double detectable_size(const EvidenceOf::Candidate& a) {
-  // A unit vector of size x typical gives S of x times the mean information on average.
-  const double mean = a.information.trace() / static_cast<double>(a.size);
-  if (!(mean > 1e-12)) return kNaN;
-  const double gain = 0.5 * mean * mean / (mean + 1.0);
-  return std::sqrt((3.0 + a.occam) / (gain * static_cast<double>(a.size)));
-}
+/// The size, in typical sizes, from which on four of five would be found: effects of random
+/// directions, in noise, against the evidence and the chance that acceptance asks for.
+class Detectable {
+ public:
+  Detectable(const Stacked& stacked, const NoiseLevels& floor, std::size_t candidates)
+      : stacked_(stacked), floor_(floor), candidates_(static_cast<double>(candidates)) {}
+
+  [[nodiscard]] double size_of(const EvidenceOf::Candidate& a) const {
+    constexpr int kDraws = 40;
+    constexpr std::ptrdiff_t kFourOfFive = kDraws * 4 / 5;
+    if (!(a.information.trace() > 1e-12 * static_cast<double>(a.size))) return kNaN;
+    RandomNormal random(1);
+    std::vector<double> sizes;
+    for (int k = 0; k < kDraws; ++k) {
+      Eigen::VectorXd direction(a.size);
+      for (double& v : direction) v = random();
+      direction *= std::sqrt(static_cast<double>(a.size)) / direction.norm();
+      sizes.push_back(least_size(a, direction, random()));
+    }
+    std::nth_element(sizes.begin(), sizes.begin() + kFourOfFive, sizes.end());
+    return sizes[kFourOfFive] < kLargest ? sizes[kFourOfFive] : kNaN;
+  }
+
+ private:
+  /// Of an effect in this direction, where the noise adds `noise` (of unit variance) along it.
+  [[nodiscard]] double least_size(const EvidenceOf::Candidate& a, const Eigen::VectorXd& direction,
+                                  double noise) const {
+    constexpr int kHalvings = 30;
+    // The chance of DiagnoseOptions, shared among the candidates.
+    constexpr double kFamilyWise = 0.01, kLeastEvidence = 3.0;
+    const boost::math::chi_squared by_chance(static_cast<double>(a.size));
+    const double least_energy =
+        boost::math::quantile(boost::math::complement(by_chance, kFamilyWise / candidates_));
+    std::vector<double> squares;  // of the signature, a used channel
+    for (const Eigen::MatrixXd& own : a.squares) squares.push_back(direction.dot(own * direction));
+    const double all = direction.dot(a.information * direction);
+    const auto found = [&](double size) {
+      const double amplitude = std::max(0.0, size * std::sqrt(all) + noise);
+      const double energy = amplitude * amplitude, share = energy / all;
+      if (energy < least_energy) return false;
+      double evidence = -0.5 * size * size * direction.squaredNorm() - a.occam, told = 0.0;
+      for (std::size_t u = 0; u < squares.size(); ++u) {
+        const std::size_t c = stacked_.channels[u];
+        const double freedom = stacked_.sums.freedom[c];
+        evidence += profile_of(c, freedom + share * squares[u]) - profile_of(c, freedom);
+        told += squares[u];
+      }
+      evidence += 0.5 * share * std::max(0.0, all - told);
+      return evidence > kLeastEvidence;
+    };
+    // Of far too large values the prior disapproves: the first size that would be found.
+    double above = 1e-6;
+    while (above < kLargest && !found(above)) above *= 1.5;
+    if (!(above < kLargest)) return kLargest;
+    double below = above / 1.5;
+    for (int k = 0; k < kHalvings && above - below > 1e-4 * above; ++k) {
+      const double middle = 0.5 * (below + above);
+      (found(middle) ? above : below) = middle;
+    }
+    return above;
+  }
+
+  /// A channel's part of profile().
+  [[nodiscard]] double profile_of(std::size_t c, double squares) const {
+    const double level = std::max(std::sqrt(squares / stacked_.sums.freedom[c]), floor_[c]);
+    return stacked_.sums.freedom[c] * std::log(level) + 0.5 * squares / (level * level);
+  }
+
+  static constexpr double kLargest = 1e9;
+  const Stacked& stacked_;
+  NoiseLevels floor_;
+  double candidates_;
+};
 
 }  // namespace
 
@@ -242,6 +308,7 @@ std::vector<CandidateScore> scan(const DiagnosisModel& model, const Candidates& 
     floor[c] = model.floor[c] / model.noise[c];  // NaN of groups without readings: not asked for
   }
   const EvidenceOf evidence(system, stacked, floor);
+  const Detectable detectable(stacked, floor, candidates.size());
   std::vector<Eigen::VectorXd> values;
   const Eigen::VectorXd log_evidence = evidence(stacked.residual, &values);
   for (std::size_t k = 0; k < candidates.size(); ++k) {
@@ -256,7 +323,7 @@ std::vector<CandidateScore> scan(const DiagnosisModel& model, const Candidates& 
     const Eigen::MatrixXd spread = a.llt.solve(Eigen::MatrixXd::Identity(a.size, a.size));
     score.deviation = spread.diagonal().cwiseSqrt().cwiseProduct(scale);
     score.visible = a.information.trace() > static_cast<double>(a.size);
-    score.detectable = detectable_size(a);
+    if (options.limits) score.detectable = detectable.size_of(a);
     scores.push_back(std::move(score));
   }
   std::stable_sort(scores.begin(), scores.end(),

@@ -13,12 +13,15 @@ struct CandidateScore {
   Eigen::VectorXd values;     ///< linear estimate, internal units
   Eigen::VectorXd deviation;  ///< its standard deviation
   bool visible = false;       ///< a typical size would show at all (information above the prior's)
-  double detectable = kNaN;   ///< size, in typical sizes, whose evidence would reach 3 on average
+  /// Size, in typical sizes, from which on four of five such effects would be found here; NaN where
+  /// the readings say nothing of it, or nobody asked (ScanOptions::limits).
+  double detectable = kNaN;
 };
 
 struct ScanOptions {
   int draws = 999;  ///< of chance residuals behind the p-values; 0: no p-values
   std::uint64_t seed = 1;
+  bool limits = false;  ///< also what size would show
 };
 
 /// Scores of all candidates, best first. With S = CᵀMr and I = CᵀMC (columns C in prior units, M

@@ -110,11 +110,7 @@ void record_gap(const DiagnosisModel& before, const DiagnosisModel& model,
 
 Search::Search(std::vector<Log>& logs, DiagnosisModel& model, Diagnosis& out,
                const DiagnoseOptions& options)
-    : logs_(logs),
-      model_(model),
-      out_(out),
-      options_(options),
-      small_faults_(model) {}
+    : logs_(logs), model_(model), out_(out), options_(options), small_faults_(model) {}
 
 bool Search::report(const std::string& what) const {
   return !options_.progress || options_.progress(what);
@@ -307,7 +303,7 @@ void Search::in_motion() {
     if (motion_correlation(moving) < kIndependent) break;
   }
   const Candidates candidates = untried(moving, true);
-  std::vector<CandidateScore> scores = scan(moving, candidates, {.draws = 0});
+  std::vector<CandidateScore> scores = scan(moving, candidates, {.draws = 0, .limits = true});
   for (const CandidateScore& s : scores) {
     out_.identifiability.push_back({s.effect->name(), s.visible, s.detectable});
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace cdprcal {
 namespace {
@@ -10,13 +11,15 @@ constexpr std::size_t kHasty = 10;       ///< one change of so many may come ear
 constexpr std::size_t kFewestGaps = 10;  ///< that a rate can be read from
 
 bool is_read(const LogMatrix& readings, Eigen::Index row) {
-  return readings.row(row).array().isFinite().any();
+  const double* const values = readings.data() + row * readings.cols();
+  return std::any_of(values, values + readings.cols(), [](double v) { return std::isfinite(v); });
 }
 
 bool differs(const LogMatrix& readings, Eigen::Index row, Eigen::Index from) {
+  const double* const now = readings.data() + row * readings.cols();
+  const double* const before = readings.data() + from * readings.cols();
   for (Eigen::Index c = 0; c < readings.cols(); ++c) {
-    const double now = readings(row, c), before = readings(from, c);
-    if (std::isfinite(now) && now != before) return true;
+    if (now[c] != before[c] && std::isfinite(now[c])) return true;
   }
   return false;
 }
@@ -24,21 +27,27 @@ bool differs(const LogMatrix& readings, Eigen::Index row, Eigen::Index from) {
 /// Rows in which anything was read that was not there before.
 std::vector<Eigen::Index> changes(const LogMatrix& readings, const SampleRange& range) {
   std::vector<Eigen::Index> out;
+  out.reserve(static_cast<std::size_t>(range.size()));
   for (Eigen::Index row = range.begin; row < range.end; ++row) {
-    if (!is_read(readings, row)) continue;
-    if (out.empty() || differs(readings, row, out.back())) out.push_back(row);
+    if (out.empty() ? is_read(readings, row) : differs(readings, row, out.back())) {
+      out.push_back(row);
+    }
   }
   return out;
 }
 
 /// The middle one of the gaps that are no multiple of the shortest; 1 for a sensor without holds.
 double hold_of(const std::vector<Eigen::Index>& changed) {
+  if (changed.size() <= kFewestGaps) return 1.0;
   std::vector<Eigen::Index> gaps;
-  for (std::size_t i = 1; i < changed.size(); ++i) gaps.push_back(changed[i] - changed[i - 1]);
-  if (gaps.size() < kFewestGaps) return 1.0;
+  std::size_t hasty = 0;
+  for (std::size_t i = 1; i < changed.size(); ++i) {
+    gaps.push_back(changed[i] - changed[i - 1]);
+    if (gaps.back() == 1) ++hasty;
+  }
+  if (hasty > gaps.size() / kHasty) return 1.0;
   std::sort(gaps.begin(), gaps.end());
   const Eigen::Index shortest = gaps[gaps.size() / kHasty];
-  if (shortest < 2) return 1.0;
   const auto end = std::lower_bound(gaps.begin(), gaps.end(), 2 * shortest);
   return static_cast<double>(gaps[static_cast<std::size_t>(end - gaps.begin()) / 2]);
 }
@@ -51,7 +60,8 @@ FreshRows fresh_rows(const LogMatrix& readings, const SampleRange& range) {
   if (readings.cols() > 0) changed = changes(readings, range);
   out.hold_rows = hold_of(changed);
   if (out.are_all()) {
-    for (Eigen::Index row = range.begin; row < range.end; ++row) out.rows.push_back(row);
+    out.rows.resize(static_cast<std::size_t>(range.size()));
+    std::iota(out.rows.begin(), out.rows.end(), range.begin);
     return out;
   }
   changed.push_back(range.end);

@@ -59,10 +59,10 @@ void follow(const Eigen::VectorXd& values, const SampleRange& range, double half
   }
 }
 
-/// s with `band` σ of dead band.
-LogMatrix directions(const Log& log, const LogMatrix& values, double turn_over, double window_s,
-                     bool angles, double band) {
-  LogMatrix out = LogMatrix::Zero(values.rows(), values.cols());
+/// s as the mean of that with a narrow and a wide dead band, and half their difference.
+void directions(const Log& log, const LogMatrix& values, double turn_over, double window_s,
+                bool angles, LogMatrix& mean, LogMatrix& error) {
+  mean = error = LogMatrix::Zero(values.rows(), values.cols());
   for (const SampleRange& range : segments(log)) {
     const double rate = range.size() > 1 ? static_cast<double>(range.size() - 1) /
                                                (log.time_s[range.end - 1] - log.time_s[range.begin])
@@ -71,14 +71,18 @@ LogMatrix directions(const Log& log, const LogMatrix& values, double turn_over, 
     const double averaged = std::max(1.0, window_s * rate / fresh.hold_rows);
     for (Eigen::Index c = 0; c < values.cols(); ++c) {
       const Eigen::VectorXd column = values.col(c);
-      const double noise = channel_noise(column(fresh.rows), angles);
-      Eigen::VectorXd direction = Eigen::VectorXd::Zero(values.rows());
-      follow(smoothed(log.time_s, column, range, window_s, angles), range, 0.5 * turn_over,
-             band * noise / std::sqrt(averaged), direction);
-      out.col(c).segment(range.begin, range.size()) = direction.segment(range.begin, range.size());
+      const double noise = channel_noise(column(fresh.rows), angles) / std::sqrt(averaged);
+      const Eigen::VectorXd smooth = smoothed(log.time_s, column, range, window_s, angles);
+      Eigen::VectorXd narrow = Eigen::VectorXd::Zero(values.rows()), wide = narrow;
+      follow(smooth, range, 0.5 * turn_over, kNarrow * noise, narrow);
+      follow(smooth, range, 0.5 * turn_over, kWide * noise, wide);
+      const auto own = [&](const Eigen::VectorXd& all) {
+        return all.segment(range.begin, range.size());
+      };
+      mean.col(c).segment(range.begin, range.size()) = 0.5 * (own(narrow) + own(wide));
+      error.col(c).segment(range.begin, range.size()) = 0.5 * (own(narrow) - own(wide));
     }
   }
-  return out;
 }
 
 /// Slope of a straight line through the angles around each sample of a segment.
@@ -105,16 +109,11 @@ void slopes(const Eigen::VectorXd& time, const Eigen::VectorXd& angles, const Sa
 
 PathState path_state(const Robot& robot, const Log& log, double smoothing_s) {
   PathState state;
-  const auto both = [&](const LogMatrix& values, double turn_over, bool angles,
-                        LogMatrix& direction, LogMatrix& error) {
-    const LogMatrix narrow = directions(log, values, turn_over, smoothing_s, angles, kNarrow);
-    const LogMatrix wide = directions(log, values, turn_over, smoothing_s, angles, kWide);
-    direction = 0.5 * (narrow + wide);
-    error = 0.5 * (narrow - wide);
-  };
   const double turn_over_m = kTurnOver_m * times_reference(Yardstick::pulley, robot);
-  both(log.length_m, turn_over_m, false, state.length_direction, state.length_direction_error);
-  both(log.swivel_rad, kTurnOver_rad, true, state.swivel_direction, state.swivel_direction_error);
+  directions(log, log.length_m, turn_over_m, smoothing_s, false, state.length_direction,
+             state.length_direction_error);
+  directions(log, log.swivel_rad, kTurnOver_rad, smoothing_s, true, state.swivel_direction,
+             state.swivel_direction_error);
   state.attitude_rate_rad_s =
       LogMatrix::Zero(log.roll_pitch_yaw_rad.rows(), log.roll_pitch_yaw_rad.cols());
   for (const SampleRange& range : segments(log)) {

@@ -38,10 +38,11 @@ double resolution_of(const Eigen::VectorXd& values, double noise) {
   for (Eigen::Index i = 1; i < values.size(); ++i) {
     const double step = std::abs(values[i] - values[i - 1]);
     if (!(step > 1e-12 * (1.0 + std::abs(values[i])))) continue;
+    if (step < kShows * noise) return 0.0;
     steps.push_back(step);
     least = std::min(least, step);
   }
-  if (steps.empty() || least < kShows * noise) return 0.0;
+  if (steps.empty()) return 0.0;
   double sum = 0.0, count = 0.0, off = 0.0, looked_at = 0.0;
   for (const double step : steps) {
     const double times = step / least;
@@ -123,16 +124,17 @@ double correlation_for(double grown) {
   return low;
 }
 
-/// Correlation of one reading with the next, where the noise looks filtered; otherwise 0.
+/// Correlation of one reading with the next, where the noise looks filtered; otherwise 0. `at`: the
+/// differences over one row.
 /// `rounded`: what rounding adds, anew in every reading.
-double correlation_of(const Series& series, double rounded) {
+double correlation_of(const Series& series, Differences at, double rounded) {
   // Growth near 2 says nothing of a correlation: that over twice the lag is asked for then.
   constexpr double kTelling = 0.5;
   constexpr double kDrowned = 1.5;  // times what rounding adds: less is not told from it
   // Variance of the logarithm of two lags' ratio, for white noise: 4.67 over the number of rows.
   constexpr double kSpread = 4.67;
   const double chance = normal_quantile(1.0 - kChance), doubt = normal_quantile(1.0 - kDoubt);
-  Differences at = differences(series, 1), twice = differences(series, 2);
+  Differences twice = differences(series, 2);
   if (!(at.square > kDrowned * rounded)) return 0.0;
   for (Eigen::Index lag = 1;; lag *= 2) {
     const double grown = (twice.square - rounded) / (at.square - rounded);
@@ -176,7 +178,7 @@ Signal describe(Series series, double noise, double hold_rows, double period_s) 
     rounded = all - kept;
     square = before * before;
   }
-  const double correlation = correlation_of(series, rounded);
+  const double correlation = correlation_of(series, at_rest, rounded);
   if (correlation > 0.0) {
     square = 3.0 * (at_rest.square - rounded) / ((1.0 - correlation) * (3.0 - correlation));
     out.correlation_s = -period_s / std::log(correlation);

@@ -54,6 +54,8 @@ TEST(AppliedEffects, EveryEffectOfTheCatalogueGoesThroughTheFileToTheBit) {
   robot.effects.push_back({"cable_order", "", {{"order", {2, 1, 4, 3}}}});
   robot.effects.push_back({"length_unit", "", {{"factor", {1e-3}}}});
   robot.effects.push_back({"angle_unit", "", {{"factor", {1.0, kDegree}}}});
+  robot.effects.push_back({"tension_unit", "", {{"factor", {9.80665}}}});
+  robot.effects.push_back({"attitude_sign", "", {{"sign", {1, -1, -1}}}});
   finalise(robot);
   const Robot read = parse_robot(to_yaml(robot), "written");
   ASSERT_EQ(read.effects.size(), effect_layouts().size());

@@ -93,7 +93,8 @@ TEST(SampleNoise, OfWhatWasNotReadIsWhatTheRobotFileSays) {
     if (static_cast<Channel>(c) == Channel::roll_pitch) {
       EXPECT_NEAR(noise[c].sigma / made.sigma[c], 1.0, 0.4);
     } else {
-      EXPECT_EQ(noise[c].sigma, specified.channel[c].sigma(1)) << to_string(static_cast<Channel>(c));
+      EXPECT_EQ(noise[c].sigma, specified.channel[c].sigma(1))
+          << to_string(static_cast<Channel>(c));
     }
   }
   EXPECT_EQ(noise[0].sigma, robot.sigma.length_m);

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "cdprcal/diagnosis/baseline.hpp"
+#include "cdprcal/diagnosis/checks.hpp"
 #include "run.hpp"
 
 namespace cdprcal::test {
@@ -123,7 +124,8 @@ inline Dense dense(const DiagnosisSystem& system) {
 /// directions of motion are off by their own error, and by a tenth.
 inline Eigen::VectorXd deviation_with_directions(const DiagnosisModel& model) {
   const Eigen::Index own = model.effects[0].values.size();
-  Eigen::VectorXd variance = dense(linearise(model)).covariance().diagonal().tail(own);
+  Eigen::VectorXd variance =
+      dense(linearise(with_uncertain_noise(model))).covariance().diagonal().tail(own);
   for (const bool by_error : {true, false}) {
     DiagnosisModel other = model;
     for (Measurement& m : other.runs[0].measurements) {
