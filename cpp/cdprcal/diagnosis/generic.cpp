@@ -96,6 +96,8 @@ class GenericEffect final : public Effect {
                                   kTypical[target], 1e9, kYardsticks[target]});
     }
     info_.scope = EffectScope::run;
+    // Of the tensions it is a gain or a bias in disguise, and weighed as these are.
+    info_.of_load_cells = form.target == Target::tension;
     info_.sentence = info_.remedy = info_.settle = "";
   }
   const EffectInfo& info() const override { return info_; }

@@ -251,11 +251,17 @@ bool Search::forward() {
     const std::optional<Refit> rival = best_generic(against, scores, options_.least_evidence);
     // A scan's evidence is a hint, a refit's the fact: only what outlasts it is left.
     left_.reset();
-    if (rival && rival->log_evidence > options_.least_evidence &&
-        p_generic.of(rival->score) < generic_p) {
-      left_ = rival->score;
+    if (rival && rival->log_evidence > options_.least_evidence) {
+      // Markov, as in beyond_chance: the refit may know more than the scan whose chance is drawn.
+      const double bound = std::exp(-rival->log_evidence) * static_cast<double>(generic.size());
+      if (bound < generic_p || p_generic.of(rival->score) < generic_p) left_ = rival->score;
     }
-    if (static_cast<int>(model_.effects.size()) >= options_.most_effects) return true;
+    if (static_cast<int>(model_.effects.size()) >= options_.most_effects) {
+      const std::string word = text("no more than %d effects were looked for; there may be others",
+                                    options_.most_effects);
+      if (std::ranges::find(out_.next, word) == out_.next.end()) out_.next.push_back(word);
+      return true;
+    }
     if (!report(text("scan after %d effects", static_cast<int>(model_.effects.size())))) {
       return false;
     }

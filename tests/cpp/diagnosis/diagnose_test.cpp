@@ -471,7 +471,7 @@ TEST(Diagnose, PosesThatWouldTellEffectsApartAreWrittenOutWithTheirTensions) {
   const NamedEffect& effect = d.effects[0];
   ASSERT_EQ(effect.effect->name(), "load_cell_bias");
   ASSERT_EQ(d.next.size(), 1 + effect.rivals.size());
-  const std::string number = R"((-?\d+\.\d\d))", pull = R"((\d+))";
+  const std::string number = R"((-?\d+\.\d\d))", pull = R"((\d+\.?\d*))";
   const std::regex place(R"(\()" + number + ", " + number + ", " + number +
                          R"(\) m from (above|below) \(tensions )" + pull + ", " + pull + ", " +
                          pull + ", " + pull + R"( N\))");
