@@ -2522,12 +2522,13 @@ class EffectInfo:
 
 class Verdict(enum.Enum):
     """
-    consistent: nothing is missing; explained: the named effects explain it; unexplained: something is left that no effect explains.
+    consistent: nothing is missing; explained: the named effects explain it; unexplained: something is left that no effect explains; undetermined: too little was measured to say.
     """
 
     consistent = 0
     explained = 1
     unexplained = 2
+    undetermined = 3
 
 class DiscreteFault:
     """
@@ -2538,6 +2539,12 @@ class DiscreteFault:
     def convention(self) -> EulerConvention | None:
         """
         Of an euler_convention: the right one; else None.
+        """
+
+    @property
+    def log_evidence(self) -> float:
+        """
+        Nats, of one found beside effects; NaN of one found before any.
         """
 
     @property
@@ -2802,7 +2809,7 @@ class DiagnoseOptions:
         least_evidence: typing.SupportsFloat | typing.SupportsIndex = 3.0,
         rival_nats: typing.SupportsFloat | typing.SupportsIndex = 3.0,
         rival_share: typing.SupportsFloat | typing.SupportsIndex = 0.8,
-        most_effects: typing.SupportsInt | typing.SupportsIndex = 6,
+        most_effects: typing.SupportsInt | typing.SupportsIndex = 12,
         refits: typing.SupportsInt | typing.SupportsIndex = 5,
         draws: typing.SupportsInt | typing.SupportsIndex = 999,
         seed: typing.SupportsInt | typing.SupportsIndex = 1,

@@ -209,14 +209,10 @@ def test_faults_in_the_readings_are_those_that_a_robot_file_sets_right() -> None
     _, right = _core.with_known_effects(altered(robot, effects=[known]), log)
     assert np.array_equal(right.tension_N, tension_N)
 
-    readings = {"roll_pitch_yaw_rad": np.array([[0.1, 0.2, 0.3]])}
-    reverse = faults.in_readings("attitude_sign", [1.0, -1.0, 1.0], 4)
-    assert reverse
-    reverse(readings, [1.0, -1.0, 1.0])
-    assert readings["roll_pitch_yaw_rad"].tolist() == [[0.1, -0.2, 0.3]]
     # The plant makes the others.
     assert faults.in_readings("cable_order", [2.0, 1.0, 3.0, 4.0], 4) is None
     assert faults.in_readings("euler_convention", [5.0], 4) is None
+    assert faults.in_readings("attitude_sign", [1.0, -1.0, 1.0], 4) is None
 
 
 def test_wrong_configurations_come_alone_and_beside_an_effect() -> None:

@@ -57,5 +57,5 @@ def test_both_runs_lead_to_the_same_effects_and_values(
     # Found in one and frozen, it shrinks what the other leaves on poses that nothing was fitted on.
     for found, plain, log in ((a, b, logs[1]), (b, a, logs[0])):
         frozen = _core.diagnose(found.corrected, [log])
-        assert held_out(frozen, "tension_N") < 0.25 * held_out(plain, "tension_N")
+        assert held_out(frozen, "tension_N") < 0.3 * held_out(plain, "tension_N")
         assert held_out(frozen, "length_m") < 0.4 * held_out(plain, "length_m")

@@ -186,26 +186,25 @@ void report_left(const DiagnosisModel& model, const CandidateScore& score, Diagn
   out.unexplained.push_back(left);
   out.next.push_back("what is left of " + what.channel + " depends on " + what.depends_on +
                      ": look for something on the robot that does");
+  if (model.runs.size() > 1) {
+    out.next.emplace_back("diagnose each log by itself: one of them may be another robot's");
+  }
 }
 
 /// What contradicts the sensors' specification although nothing that was tried says why: a model
 /// that fits so badly is not consistent with its readings, whatever its residuals look like.
 void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
   constexpr double kContradiction = 3.0;  // as calibrate's
-  bool any = false;
   const NoiseModel specified = specified_noise(model.robot.sigma);
   for (std::size_t c = 0; c < kRestGroups; ++c) {
     const double sigma = specified.channel[c].pose;
     const bool balance = c == static_cast<std::size_t>(at_rest(Channel::balance));
     const double unit = balance ? sigma : 1.0;  // the balance's noise is relative
-    const std::string channel = balance ? "tension" : to_string(static_cast<NoiseGroup>(c));
-    const bool said = std::ranges::any_of(
-        out.unexplained, [&](const Unexplained& left) { return left.channel == channel; });
-    if (said || !(model.noise[c] > kContradiction * (sigma / unit))) continue;
-    out.unexplained.push_back({channel, unit * model.noise[c], sigma, "nothing that was tried"});
-    any = true;
+    if (!(model.noise[c] > kContradiction * (sigma / unit))) continue;
+    out.unexplained.push_back({balance ? "tension" : to_string(static_cast<NoiseGroup>(c)),
+                               unit * model.noise[c], sigma, "nothing that was tried"});
   }
-  if (!any) return;
+  if (out.unexplained.empty()) return;
   const bool several = model.runs.size() > 1;
   out.next.push_back(
       "the readings contradict the sigma of the robot file: check signs, scales and order of the "
@@ -299,8 +298,11 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
     }
   }
   advise(model, out);
-  if (search.left()) report_left(model, *search.left(), out);
-  report_contradictions(model, out);
+  if (search.left()) {
+    report_left(model, *search.left(), out);
+  } else {
+    report_contradictions(model, out);
+  }
   out.model = model;
   out.initial_pose_after = model.runs.front().poses.front();
   const Unseen hidden = covariance_of_unseen(model, unseen);

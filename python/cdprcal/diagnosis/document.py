@@ -12,7 +12,6 @@ from cdprcal.diagnosis.units import GAP_CHANNELS
 from cdprcal.results import number, numbers, pose_as_dict, residual_as_dict
 from cdprcal.sensors import ABSOLUTE
 
-
 #: Verdicts after which the pose and the model can be worked with.
 TRUSTED = {_core.Verdict.consistent.name, _core.Verdict.explained.name}
 

@@ -69,9 +69,7 @@ class Subject:
     @property
     def trusted(self) -> bool:
         """Whether poses were found and nothing is left unexplained."""
-        return self.converged and (
-            self.diagnosis is None or self.diagnosis["verdict"] in TRUSTED
-        )
+        return self.converged and (self.diagnosis is None or self.diagnosis["verdict"] in TRUSTED)
 
 
 def subject_of_logs(
