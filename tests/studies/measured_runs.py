@@ -17,7 +17,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from cdprcal import _core
-from cdprcal.diagnosis.units import GAP_CHANNELS
 from cdprcal.io import load_run
 
 _LABELS = {
@@ -45,7 +44,7 @@ def gap_of(diagnosis: _core.Diagnosis, step: str) -> dict[str, tuple[float, floa
 def gap_row(gap: dict[str, tuple[float, float]]) -> str:
     """Cells of a table, one a channel."""
     cells = []
-    for channel in GAP_CHANNELS:
+    for channel in _LABELS:
         _, _, factor = _LABELS[channel]
         fitted, held = gap[channel]
         cells.append(f"{fitted * factor:.2f} / {held * factor:.2f}")
@@ -54,7 +53,7 @@ def gap_row(gap: dict[str, tuple[float, float]]) -> str:
 
 def gap_table(rows: list[tuple[str, dict[str, tuple[float, float]]]]) -> list[str]:
     """Markdown of gaps after steps: rms fitted / held out."""
-    heads = [f"{_LABELS[c][0]} [{_LABELS[c][1]}]" for c in GAP_CHANNELS]
+    heads = [f"{_LABELS[c][0]} [{_LABELS[c][1]}]" for c in _LABELS]
     out = ["| | " + " | ".join(heads) + " |", "|---" * (len(heads) + 1) + "|"]
     return out + [f"| {name} | {gap_row(gap)} |" for name, gap in rows]
 
@@ -100,7 +99,7 @@ def draw(a: _core.Diagnosis, b: _core.Diagnosis, names: tuple[str, str], path: P
     for place, (diagnosis, name) in enumerate(zip((a, b), names, strict=True), start=1):
         axes = figure.add_subplot(1, 3, place)
         steps = list(dict.fromkeys(g.after_effect for g in diagnosis.gap))
-        for channel in GAP_CHANNELS:
+        for channel in _LABELS:
             label, unit, factor = _LABELS[channel]
             held = [factor * gap_of(diagnosis, s)[channel][1] for s in steps]
             axes.plot(range(len(steps)), held, drawstyle="steps-mid", marker=".", linewidth=1.0)
@@ -163,7 +162,7 @@ def page(logs: tuple[Path, Path], picture: Path) -> list[str]:
         out.append("")
         for left in diagnosis.unexplained:
             _, unit, factor = _LABELS[
-                next(c for c in GAP_CHANNELS if c.rsplit("_", 1)[0] == left.channel)
+                next(c for c in _LABELS if c.rsplit("_", 1)[0] == left.channel)
             ]
             out.append(
                 f"Unexplained: {left.channel}, {left.rms * factor:.2f} {unit} rms, depends on "

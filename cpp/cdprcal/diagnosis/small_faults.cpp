@@ -59,6 +59,12 @@ DiagnosisModel SmallFaults::exchanged(const DiscreteFault& fault,
 
 std::optional<FaultRefit> SmallFaults::best(const DiagnosisModel& model, const Candidates& beside,
                                             double rival_nats) const {
+  // Single samples in motion share their errors with their neighbours: taken for independent, they
+  // tell orders apart that they cannot know.
+  const auto& read = model.runs.front().measurements;
+  if (std::ranges::count_if(read, is_moving) > static_cast<std::ptrdiff_t>(read.size()) / 2) {
+    return std::nullopt;
+  }
   const EvidenceAgainst against(model);
   std::vector<std::pair<std::string, double>> tried;
   std::optional<FaultRefit> best;
