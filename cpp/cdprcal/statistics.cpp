@@ -1,5 +1,6 @@
 #include "cdprcal/statistics.hpp"
 
+#include <algorithm>
 #include <boost/math/special_functions/erf.hpp>
 #include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
@@ -31,6 +32,12 @@ double chi_square_quantile(double probability, double degrees_of_freedom) {
 
 double normal_quantile(double probability) {
   return -std::sqrt(2.0) * boost::math::erfc_inv(2.0 * probability);
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 }  // namespace cdprcal

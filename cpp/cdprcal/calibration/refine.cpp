@@ -8,6 +8,7 @@
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/estimation/assembly.hpp"
 #include "cdprcal/estimation/noise_estimate.hpp"
+#include "cdprcal/statistics.hpp"
 
 namespace cdprcal {
 namespace {
@@ -17,12 +18,6 @@ std::vector<FittedRow> rows_of(const CalibrationProblem& problem, const Calibrat
   assembly.set_reference_errors(result.reference_errors);
   assembly.poses().update_wrench_whitening(1.0);
   return assembly.fitted_rows();
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Takes one reading out of its measurement; a balance goes as a whole.

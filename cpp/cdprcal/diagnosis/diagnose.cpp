@@ -99,9 +99,10 @@ std::vector<Eigen::VectorXd> direction_variance(const DiagnosisModel& model) {
   return out;
 }
 
-/// Values and their standard deviations in reported units, by run after run.
-void report_values(const DiagnosisModel& model, Diagnosis& out) {
-  const Eigen::VectorXd variance = covariance(with_uncertain_noise(model)).diagonal();
+/// Values and their standard deviations in reported units, by run after run; `uncertain` is the
+/// model with_uncertain_noise.
+void report_values(const DiagnosisModel& model, const DiagnosisModel& uncertain, Diagnosis& out) {
+  const Eigen::VectorXd variance = covariance(uncertain).diagonal();
   Eigen::Index first = variance.size() - model.values().size();
   const std::vector<Eigen::VectorXd> systematic = direction_variance(model);
   for (std::size_t k = 0; k < model.effects.size(); ++k) {
@@ -212,7 +213,7 @@ void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
       std::string(several ? "; diagnose each log by itself to see which does" : ""));
 }
 
-const char* reason_for(Verdict verdict) {
+std::string reason_for(Verdict verdict, const Checks& checks) {
   switch (verdict) {
     case Verdict::consistent:
       return "nothing in the catalogue, and no plain dependence, improves on the model";
@@ -221,7 +222,7 @@ const char* reason_for(Verdict verdict) {
     case Verdict::unexplained:
       return "something is left that no effect of the catalogue explains";
     case Verdict::undetermined:
-      break;
+      return too_little(checks);
   }
   return "";
 }
@@ -289,7 +290,8 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   search.find_rivals();
   if (going) search.in_motion();
   learn_priors(model);
-  report_values(model, out);
+  const DiagnosisModel uncertain = with_uncertain_noise(model);
+  report_values(model, uncertain, out);
   const std::vector<CandidateScore> unseen =
       scan(model, Search::untried(model), {.draws = 0, .limits = true});
   for (const CandidateScore& s : unseen) {
@@ -306,15 +308,14 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   out.model = model;
   out.initial_pose_after = model.runs.front().poses.front();
   const Unseen hidden = covariance_of_unseen(model, unseen);
-  out.covariance_after = initial_pose_covariance(with_uncertain_noise(model), 0) +
-                         search.covariance_of_rivals() +
+  out.covariance_after = initial_pose_covariance(uncertain, 0) + search.covariance_of_rivals() +
                          (checks.enough() ? hidden.probable : hidden.possible);
   out.corrected = corrected_robot(given, logs, out);
   out.verdict = !out.unexplained.empty()                      ? Verdict::unexplained
                 : !checks.enough()                            ? Verdict::undetermined
                 : !out.effects.empty() || !out.faults.empty() ? Verdict::explained
                                                               : Verdict::consistent;
-  out.reason = out.verdict == Verdict::undetermined ? too_little(checks) : reason_for(out.verdict);
+  out.reason = reason_for(out.verdict, checks);
   return out;
 }
 

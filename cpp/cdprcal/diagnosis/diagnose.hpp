@@ -11,12 +11,12 @@
 namespace cdprcal {
 
 struct DiagnoseOptions {
-  double family_wise_p = 0.01;  ///< chance that a clean log is accused of anything
-  double least_evidence = 3.0;  ///< nats
-  double rival_nats = 3.0;      ///< within this of the winner: cannot be told apart
-  double rival_share = 0.8;     ///< or imitating this share of its signature
-  int most_effects = 12;        ///< bounds the time
-  int refits = 5;               ///< candidates refitted a round
+  double family_wise_p = kFamilyWiseChance;  ///< chance that a clean log is accused of anything
+  double least_evidence = kLeastEvidence;    ///< nats
+  double rival_nats = 3.0;                   ///< within this of the winner: cannot be told apart
+  double rival_share = 0.8;                  ///< or imitating this share of its signature
+  int most_effects = 12;                     ///< bounds the time
+  int refits = 5;                            ///< candidates refitted a round
   ScanOptions scan;
   std::function<bool(const std::string&)> progress;  ///< false stops; what was found is kept
 };

@@ -19,8 +19,8 @@ constexpr int kMostRests = 9, kMostSamples = 30;
 /// Pairs of faults that are tried, about a millisecond each.
 constexpr std::size_t kMostPairs = 3000;
 
-/// Signs in any combination but all +1, and what each says: `text` with the list of `names` where
-/// the sign is −1.
+/// Signs in any combination but all +1, and what each says: between `before` and `after` the list
+/// of `names` where the sign is −1.
 void add_signs(const std::string& fault, const std::vector<std::string>& names,
                const std::string& before, const std::string& after,
                std::vector<DiscreteFault>& out) {

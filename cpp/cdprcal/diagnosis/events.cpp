@@ -28,12 +28,6 @@ std::string text(const char* pattern, auto... values) {
   return buffer;
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// How far each reading is from the median of those around it; NaN at the ends and without
 /// readings.
 Eigen::VectorXd departures(const Eigen::VectorXd& values, bool angles) {

@@ -3,9 +3,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
-#include <boost/math/distributions/chi_squared.hpp>
 #include <numeric>
 
+#include "cdprcal/statistics.hpp"
 #include "cdprcal/synthetic/synthetic.hpp"
 
 namespace cdprcal {
@@ -70,14 +70,17 @@ Stacked stack(const DiagnosisModel& model, const DiagnosisSystem& system) {
   return out;
 }
 
-/// −log of the likelihood maximised over each channel's noise, which its floor bounds from below.
-/// `squares`: whitened sums a channel; `floor` in units of the present noise.
+/// −log of the likelihood maximised over each channel's noise, which its floor bounds from below:
+/// of one channel, and of all. `squares`: whitened sums a channel; `floor` in units of the present
+/// noise.
+double profile(double squares, double freedom, double floor) {
+  const double level = std::max(std::sqrt(squares / freedom), floor);
+  return freedom * std::log(level) + 0.5 * squares / (level * level);
+}
 double profile(const NoiseLevels& squares, const NoiseLevels& freedom, const NoiseLevels& floor) {
   double total = 0.0;
   for (std::size_t c = 0; c < kNoiseGroups; ++c) {
-    if (freedom[c] < 1.0) continue;
-    const double level = std::max(std::sqrt(squares[c] / freedom[c]), floor[c]);
-    total += freedom[c] * std::log(level) + 0.5 * squares[c] / (level * level);
+    if (freedom[c] >= 1.0) total += profile(squares[c], freedom[c], floor[c]);
   }
   return total;
 }
@@ -232,28 +235,27 @@ class Detectable {
     constexpr int kDraws = 40;
     constexpr std::ptrdiff_t kFourOfFive = kDraws * 4 / 5;
     if (!(a.information.trace() > 1e-12 * static_cast<double>(a.size))) return kNaN;
+    // The chance is shared among the candidates.
+    const double least_energy =
+        chi_square_quantile(1.0 - kFamilyWiseChance / candidates_, static_cast<double>(a.size));
     RandomNormal random(1);
     std::vector<double> sizes;
     for (int k = 0; k < kDraws; ++k) {
       Eigen::VectorXd direction(a.size);
       for (double& v : direction) v = random();
       direction *= std::sqrt(static_cast<double>(a.size)) / direction.norm();
-      sizes.push_back(least_size(a, direction, random()));
+      sizes.push_back(least_size(a, direction, random(), least_energy));
     }
     std::nth_element(sizes.begin(), sizes.begin() + kFourOfFive, sizes.end());
     return sizes[kFourOfFive] < kLargest ? sizes[kFourOfFive] : kNaN;
   }
 
  private:
-  /// Of an effect in this direction, where the noise adds `noise` (of unit variance) along it.
+  /// Of an effect in this direction, where the noise adds `noise` (of unit variance) along it and
+  /// chance would make less than `least_energy`.
   [[nodiscard]] double least_size(const EvidenceOf::Candidate& a, const Eigen::VectorXd& direction,
-                                  double noise) const {
+                                  double noise, double least_energy) const {
     constexpr int kHalvings = 30;
-    // The chance of DiagnoseOptions, shared among the candidates.
-    constexpr double kFamilyWise = 0.01, kLeastEvidence = 3.0;
-    const boost::math::chi_squared by_chance(static_cast<double>(a.size));
-    const double least_energy =
-        boost::math::quantile(boost::math::complement(by_chance, kFamilyWise / candidates_));
     std::vector<double> squares;  // of the signature, a used channel
     for (const Eigen::MatrixXd& own : a.squares) squares.push_back(direction.dot(own * direction));
     const double all = direction.dot(a.information * direction);
@@ -265,7 +267,8 @@ class Detectable {
       for (std::size_t u = 0; u < squares.size(); ++u) {
         const std::size_t c = stacked_.channels[u];
         const double freedom = stacked_.sums.freedom[c];
-        evidence += profile_of(c, freedom + share * squares[u]) - profile_of(c, freedom);
+        evidence += profile(freedom + share * squares[u], freedom, floor_[c]) -
+                    profile(freedom, freedom, floor_[c]);
         told += squares[u];
       }
       evidence += 0.5 * share * std::max(0.0, all - told);
@@ -281,12 +284,6 @@ class Detectable {
       (found(middle) ? above : below) = middle;
     }
     return above;
-  }
-
-  /// A channel's part of profile().
-  [[nodiscard]] double profile_of(std::size_t c, double squares) const {
-    const double level = std::max(std::sqrt(squares / stacked_.sums.freedom[c]), floor_[c]);
-    return stacked_.sums.freedom[c] * std::log(level) + 0.5 * squares / (level * level);
   }
 
   static constexpr double kLargest = 1e9;
@@ -338,9 +335,11 @@ std::vector<CandidateScore> scan(const DiagnosisModel& model, const Candidates& 
   return scores;
 }
 
+double chance_at_most(double log_evidence, std::size_t candidates) {
+  return std::min(1.0, std::exp(-log_evidence) * static_cast<double>(candidates));
+}
+
 bool beyond_chance(const CandidateScore& score, std::size_t candidates, int draws) {
-  // On noise alone a Bayes factor is 1 on average, so that it exceeds e^E with probability e^-E at
-  // most (Markov), and one of K does with K e^-E.
   return score.log_evidence > kFarAbove + std::log(static_cast<double>(candidates) * (1.0 + draws));
 }
 

@@ -18,6 +18,10 @@ struct CandidateScore {
   double detectable = kNaN;
 };
 
+/// What is asked of an effect before it is accepted, unless told otherwise: the chance that a clean
+/// log is accused of anything, and nats.
+inline constexpr double kFamilyWiseChance = 0.01, kLeastEvidence = 3.0;
+
 struct ScanOptions {
   int draws = 999;  ///< of chance residuals behind the p-values; 0: no p-values
   std::uint64_t seed = 1;
@@ -30,6 +34,11 @@ struct ScanOptions {
 /// penalty and Occam's ½ log|I + 1|.
 std::vector<CandidateScore> scan(const DiagnosisModel& model, const Candidates& candidates,
                                  const ScanOptions& options = {});
+
+/// Chance that noise alone gives any of so many candidates this evidence, at most: there a Bayes
+/// factor is 1 on average, so that it exceeds e^E with probability e^-E at most (Markov), and one
+/// of K does with K e^-E.
+double chance_at_most(double log_evidence, std::size_t candidates = 1);
 
 /// Whether a score is so high among so many candidates that none of so many draws would reach it:
 /// then nothing need be drawn.

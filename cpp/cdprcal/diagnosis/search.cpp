@@ -15,6 +15,8 @@ constexpr int kMostTogether = 3;
 constexpr double kRemainder = 0.1;
 /// Imitating this share of a signature is doing the same: then the prior alone tells them apart.
 constexpr double kSame = 0.98;
+/// Two families share the chance of a false alarm: names, and dependences without one.
+constexpr double kNamedShare = 0.8;
 /// Candidates refitted where the best of several is not much better known than the next.
 constexpr int kFewRefits = 3;
 
@@ -78,10 +80,8 @@ class PValues {
     if (beyond_chance(score, candidates_.size(), options_.draws)) {
       return 1.0 / (1.0 + options_.draws);
     }
-    // The score of the best of many steps bears their number already. Markov: see beyond_chance.
-    if (as_slip(*score.effect)) {
-      return std::min(1.0, std::exp(-score.log_evidence) * static_cast<double>(candidates_.size()));
-    }
+    // The score of the best of many steps bears their number already.
+    if (as_slip(*score.effect)) return chance_at_most(score.log_evidence, candidates_.size());
     if (drawn_.empty()) drawn_ = scan(model_, candidates_, options_);
     for (const CandidateScore& s : drawn_) {
       if (s.effect == score.effect) return s.p_value;
@@ -210,12 +210,11 @@ bool Search::accept_fault(const FaultRefit& found) {
 
 bool Search::look_for_fault() {
   if (small_faults_.taken()) return false;
-  // Beyond chance: on noise alone a Bayes factor is 1 on average, so that one of several exceeds
-  // e^E against its prior with a probability of e^-E at most (Markov).
-  const double beyond_chance = -std::log(0.8 * options_.family_wise_p);
   const std::optional<FaultRefit> found =
       small_faults_.best(model_, untried(model_), options_.rival_nats);
-  return found && found->log_posterior > std::max(beyond_chance, options_.least_evidence) &&
+  // The posterior bears the number of faults already, by their priors.
+  return found && found->log_posterior > options_.least_evidence &&
+         chance_at_most(found->log_posterior) < kNamedShare * options_.family_wise_p &&
          accept_fault(*found);
 }
 
@@ -233,8 +232,8 @@ bool Search::forward() {
     const Candidates generic = generic_candidates(model_);
     Candidates all = named;
     all.insert(all.end(), generic.begin(), generic.end());
-    // Two families share the chance of a false alarm: names, and dependences without one.
-    const double named_p = 0.8 * options_.family_wise_p, generic_p = 0.2 * options_.family_wise_p;
+    const double named_p = kNamedShare * options_.family_wise_p;
+    const double generic_p = (1.0 - kNamedShare) * options_.family_wise_p;
     std::vector<CandidateScore> scores = scan(model_, all, {.draws = 0});
     look_below_the_noise(model_, named, scores);
     const Candidates slips = slip_candidates(model_);
@@ -251,10 +250,11 @@ bool Search::forward() {
     const std::optional<Refit> rival = best_generic(against, scores, options_.least_evidence);
     // A scan's evidence is a hint, a refit's the fact: only what outlasts it is left.
     left_.reset();
-    if (rival && rival->log_evidence > options_.least_evidence) {
-      // Markov, as in beyond_chance: the refit may know more than the scan whose chance is drawn.
-      const double bound = std::exp(-rival->log_evidence) * static_cast<double>(generic.size());
-      if (bound < generic_p || p_generic.of(rival->score) < generic_p) left_ = rival->score;
+    // The refit may know more than the scan whose chance is drawn.
+    if (rival && rival->log_evidence > options_.least_evidence &&
+        (chance_at_most(rival->log_evidence, generic.size()) < generic_p ||
+         p_generic.of(rival->score) < generic_p)) {
+      left_ = rival->score;
     }
     if (static_cast<int>(model_.effects.size()) >= options_.most_effects) {
       const std::string word = text("no more than %d effects were looked for; there may be others",

@@ -77,8 +77,7 @@ std::optional<FaultRefit> SmallFaults::best(const DiagnosisModel& model, const C
     if (alone < -kHopeless) continue;
     if (!without) without = with_best(model, beside);
     auto [with, evidence] = with_best(trial.model, beside);
-    const double together = alone + evidence - without->second;
-    trial.fault.log_evidence = together;
+    trial.fault.log_evidence = alone + evidence - without->second;
     trial.log_posterior = trial.fault.log_evidence + std::log(prior_of(fault) / prior_of(taken_));
     tried.emplace_back(fault.text, trial.log_posterior);
     if (best && trial.log_posterior <= best->log_posterior) continue;

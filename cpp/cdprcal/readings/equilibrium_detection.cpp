@@ -10,12 +10,6 @@
 namespace cdprcal {
 namespace {
 
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Prefix sums of one column over finite samples: any window's mean and scatter in O(1).
 class Series {
  public:

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cdprcal/readings/equilibrium_detection.hpp"
 #include "cdprcal/readings/fresh.hpp"
 #include "cdprcal/statistics.hpp"
 
@@ -13,12 +12,6 @@ namespace {
 /// A filter is believed in when chance alone shows one so seldom, and no longer when what only a
 /// swing does is shown by chance so seldom.
 constexpr double kChance = 1e-3, kDoubt = 0.05;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// The fresh readings of one channel: a vector a column, angles unwrapped, and the rests in it.
 struct Series {
@@ -125,8 +118,7 @@ double correlation_for(double grown) {
 }
 
 /// Correlation of one reading with the next, where the noise looks filtered; otherwise 0. `at`: the
-/// differences over one row.
-/// `rounded`: what rounding adds, anew in every reading.
+/// differences over one row; `rounded`: what rounding adds, anew in every reading.
 double correlation_of(const Series& series, Differences at, double rounded) {
   // Growth near 2 says nothing of a correlation: that over twice the lag is asked for then.
   constexpr double kTelling = 0.5;

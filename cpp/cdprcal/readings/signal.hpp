@@ -35,10 +35,9 @@ using Signals = std::array<Signal, kChannels>;
 ///   noise. A mean of readings x + noise, each rounded to q, is off by up to q/2 as x is placed:
 ///   for σ of noise its variance over x is Σ q²/(2π²k²) exp(−(2πkσ/q)²), q²/12 without noise
 /// - filtered: at rest (the inner part of `rests`) differences over two rows exceed those over one
-/// by what a
-///   first-order filter would do, more than chance does. The growth of a filter's slackens over
-///   four rows and more and does not turn round; that of a motion quickens, a swing's turns: no
-///   filter.
+///   by what a first-order filter would do, more than chance does. The growth of a filter's
+///   slackens over four rows and more and does not turn round; that of a motion quickens, a swing's
+///   turns: no filter.
 /// Channels that are absent have the robot file's σ.
 Signals signals(const Log& log, const SampleRange& run, const std::vector<Equilibrium>& rests,
                 const SensorSigma& sigma, double window_s = DetectionOptions().window_s);

@@ -103,15 +103,6 @@ CONFIGURATIONS: list[Draw] = [
 NAMES = {*FIRST, "euler_convention", "attitude_sign", "tension_unit"}
 
 
-def _reverse_attitude(readings: Readings, values: Values) -> None:
-    readings["roll_pitch_yaw_rad"] *= values
-
-
-def _scale_tensions(readings: Readings, values: Values) -> None:
-    for name in ("tension_N", "tension_setpoint_N"):
-        readings[name] *= values[0]
-
-
 def _exchange_tensions(readings: Readings, values: Values) -> None:
     """Cable i is read on channel order[i], as the robot file says it."""
     channels = np.array(values[len(values) // 2 :], dtype=int) - 1
@@ -122,8 +113,6 @@ def _exchange_tensions(readings: Readings, values: Values) -> None:
 
 
 _MADE_IN_READINGS: dict[str, Callable[[Readings, Values], None]] = {
-    "attitude_sign": _reverse_attitude,
-    "tension_unit": _scale_tensions,
     "cable_order": _exchange_tensions,
 }
 
