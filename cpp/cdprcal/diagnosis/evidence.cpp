@@ -1,70 +1,46 @@
 #include "cdprcal/diagnosis/evidence.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
-#include <limits>
+#include <cmath>
 
 namespace cdprcal {
 namespace {
 
-/// Peak cost with every channel's degrees of freedom as in `freedom`: comparable between models.
-double profile_cost(const DiagnosisModel& model, const NoiseLevels& freedom) {
-  const ChannelSums sums = channel_sums(model);
-  if (!sums.valid) return std::numeric_limits<double>::infinity();
-  double total = 0.0;
-  const Eigen::VectorXd precision = prior_precision(model);
-  Eigen::Index value = 0;
-  for (const EffectTerm& term : model.effects) {
-    for (const double v : term.values) total += 0.5 * precision[value++] * v * v;
+/// Root mean square of an effect's values, in typical sizes.
+double size_of(const EffectTerm& term, const Robot& robot) {
+  const EffectValues typical = term.effect->typical(robot);
+  double squares = 0.0;
+  for (Eigen::Index j = 0; j < term.values.size(); ++j) {
+    squares += std::pow(term.values[j] / typical[j % typical.size()], 2);
   }
-  for (std::size_t c = 0; c < kNoiseGroups; ++c) {
-    if (freedom[c] < 1.0) continue;
-    const double level =
-        std::max(model.floor[c], model.noise[c] * std::sqrt(sums.squares[c] / freedom[c]));
-    total +=
-        freedom[c] * std::log(level) + 0.5 * sums.squares[c] * std::pow(model.noise[c] / level, 2);
-  }
-  return total;
-}
-
-/// ½ log|I/Λ + 1| of the last effect of a fitted model: I is the information about it with all else
-/// free, Λ its prior's.
-double occam_of_last(const DiagnosisModel& model) {
-  Eigen::MatrixXd hessian = information(model);
-  const Eigen::Index width = model.effects.back().values.size();
-  const Eigen::Index begin = hessian.rows() - width;
-  const Eigen::VectorXd precision = prior_precision(model).tail(width);
-  hessian.diagonal().segment(begin, width) -= precision;
-  Eigen::MatrixXd own = hessian.block(begin, begin, width, width);
-  own -= hessian.block(begin, 0, width, begin) * hessian.topLeftCorner(begin, begin)
-                                                     .completeOrthogonalDecomposition()
-                                                     .solve(hessian.block(0, begin, begin, width));
-  const Eigen::VectorXd sigma = precision.cwiseSqrt().cwiseInverse();
-  Eigen::MatrixXd scaled = sigma.asDiagonal() * own * sigma.asDiagonal();
-  scaled.diagonal().array() += 1.0;
-  const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
-  const Eigen::MatrixXd root = llt.matrixL();
-  return root.diagonal().array().abs().max(1e-300).log().sum();
+  return std::sqrt(squares / static_cast<double>(term.values.size()));
 }
 
 }  // namespace
 
 EvidenceAgainst::EvidenceAgainst(const DiagnosisModel& model)
-    : model_(model), freedom_(channel_sums(model).freedom) {
-  cost_ = profile_cost(model, freedom_);
-}
+    : model_(model), log_evidence_(log_evidence(model)) {}
 
 Refit EvidenceAgainst::refit(const CandidateScore& score) const {
   Refit out{score, model_, -1e300};
-  out.model.effects.push_back({score.effect, score.values});
-  if (!fit_with_noise(out.model)) return out;
-  out.log_evidence = of(out.model) - occam_of_last(out.model);
+  DiagnosisModel with = model_;
+  with.effects.push_back({score.effect, score.values});
+  EffectTerm& term = with.effects.back();
+  for (const auto& [scale, probability] : kPriorScales) {
+    term.prior_scale = scale;
+    if (!fit_with_noise(with)) break;
+    const double evidence = of(with) + std::log(probability);
+    if (evidence > out.log_evidence) {
+      out.log_evidence = evidence;
+      out.model = with;
+    }
+    if (size_of(term, with.robot) < scale) break;  // nothing asks for larger ones
+  }
   return out;
 }
 
 double EvidenceAgainst::of(const DiagnosisModel& other) const {
-  return cost_ - profile_cost(other, freedom_);
+  return log_evidence(other) - log_evidence_;
 }
 
 void EvidenceAgainst::sort(std::vector<Refit>& refits) {

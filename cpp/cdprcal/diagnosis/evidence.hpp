@@ -7,6 +7,13 @@
 
 namespace cdprcal {
 
+/// An effect is of the order of a typical one, and sometimes far beyond: a prior of several widths
+/// (EffectTerm::prior_scale), each with its probability, as of half a Cauchy distribution.
+struct PriorScale {
+  double scale, probability;
+};
+inline constexpr PriorScale kPriorScales[] = {{1.0, 0.63}, {4.0, 0.29}, {16.0, 0.08}};
+
 /// One candidate added to a model and everything fitted again.
 struct Refit {
   CandidateScore score;          ///< from the scan
@@ -20,7 +27,7 @@ class EvidenceAgainst {
   explicit EvidenceAgainst(const DiagnosisModel& model);
   /// Starts the candidate at the scan's linear estimate.
   [[nodiscard]] Refit refit(const CandidateScore& score) const;
-  /// Evidence for another fitted model of the same readings, with as many unknowns.
+  /// Evidence for another fitted model of the same readings.
   [[nodiscard]] double of(const DiagnosisModel& other) const;
   /// The refits of the best `most` of `scores` that `take` accepts, best first.
   template <class Take>
@@ -38,8 +45,7 @@ class EvidenceAgainst {
  private:
   static void sort(std::vector<Refit>& refits);
   const DiagnosisModel& model_;
-  NoiseLevels freedom_{};
-  double cost_ = 0.0;
+  double log_evidence_;
 };
 
 /// The model without its effect `k`, fitted again; nothing when that fit fails.

@@ -1,6 +1,7 @@
 #include "cdprcal/estimation/elimination.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "cdprcal/lanes/algebra.hpp"
 #include "cdprcal/lanes/processor.hpp"
@@ -275,6 +276,20 @@ PoseSteps PoseElimination::back_substitute(const Eigen::VectorXd& common_step) {
 
 const double* PoseElimination::steps(std::size_t batch) const {
   return factors_ + (batch * factor_size_ + kFactorY) * kLanes;
+}
+
+double PoseElimination::half_log_determinant(std::size_t poses) const {
+  constexpr double kUnmeasured = 1e-10;  // of D: what damping alone leaves there is far less
+  double sum = 0.0;
+  for (std::size_t i = 0; i < poses; ++i) {
+    const double* const factor = factors_ + i / kLanes * factor_size_ * kLanes + i % kLanes;
+    for (int a = 0; a < 6; ++a) {
+      const double inverse = factor[packed(a, a) * kLanes];
+      const double pivot = 1.0 / (inverse * inverse);
+      if (pivot > kUnmeasured * factor[(kFactorD + a) * kLanes]) sum += 0.5 * std::log(pivot);
+    }
+  }
+  return sum;
 }
 
 void PoseElimination::left_over(const double* rows, const double* by_offset,

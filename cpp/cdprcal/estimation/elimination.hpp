@@ -55,6 +55,10 @@ class PoseElimination {
   /// Those of a batch, world-frame twists: [6][lane].
   [[nodiscard]] const double* steps(std::size_t batch) const;
 
+  /// ½ Σ log|H + λD| over the first `poses` poses, without the directions that nothing measures;
+  /// for factors that were kept.
+  [[nodiscard]] double half_log_determinant(std::size_t poses) const;
+
   /// Of the rows of the batch added last, [slot][2][lane]: what is left of the residual when its
   /// pose moves freely, and 1 − the row's leverage, where `covariance` is that of the common
   /// unknowns. Slots that do not count stay as they are.

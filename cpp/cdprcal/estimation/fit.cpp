@@ -1,6 +1,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "cdprcal/estimation/model_fit.hpp"
 
@@ -16,6 +18,20 @@ std::vector<EstimatedRun> estimated_runs(ModelRows& rows) {
     for (int o = 0; o < run.offsets.size(); ++o) run.free_offsets.push_back(o);
   }
   return out;
+}
+
+/// ½ log|A| of what is measured of A, symmetric and positive semidefinite.
+double half_log_determinant(const Eigen::MatrixXd& a) {
+  constexpr double kUnmeasured = 1e-12;
+  const Eigen::VectorXd scale = a.diagonal().cwiseMax(kLeastDiagonal).cwiseSqrt();
+  const Eigen::VectorXd inverse = scale.cwiseInverse();
+  const Eigen::VectorXd pivots =
+      Eigen::MatrixXd(inverse.asDiagonal() * a * inverse.asDiagonal()).ldlt().vectorD();
+  double sum = scale.array().log().sum();
+  for (const double pivot : pivots) {
+    if (pivot > kUnmeasured) sum += 0.5 * std::log(pivot);
+  }
+  return sum;
 }
 
 /// Rows count offsets from the model, a model from its readings: the other sign.
@@ -100,14 +116,24 @@ ChannelSums ModelEstimation::channel_sums() {
   return out;
 }
 
-Eigen::MatrixXd information(const DiagnosisModel& model) {
-  ModelEstimation fit(model);
+double ModelEstimation::log_evidence() {
   CommonSystem system;
-  if (!fit.linearise(false, kBarely, system)) {
-    return Eigen::MatrixXd::Constant(fit.common_size(), fit.common_size(), kNaN);
+  if (!linearise(false, kBarely, system)) return -std::numeric_limits<double>::infinity();
+  double out = -system.cost - half_log_determinant(system.information);
+  for (const double precision : prior_precision(rows_->model())) out += 0.5 * std::log(precision);
+  for (std::size_t r = 0; r < runs().size(); ++r) {
+    const RunRows& run = rows_->run(r);
+    for (std::size_t i = 0; i < run.poses(); ++i) {
+      for (const int s : run.slots()) {
+        if (run.has_row(i, s)) {
+          const RowSlot& slot = run.layout().slots[static_cast<std::size_t>(s)];
+          out -= std::log(rows_->row(r, i, slot).scale);
+        }
+      }
+    }
+    out -= runs()[r].elimination.half_log_determinant(run.poses());
   }
-  turn_offsets(model, system.information);
-  return system.information;
+  return out;
 }
 
 Eigen::MatrixXd covariance(const DiagnosisModel& model) {
@@ -120,6 +146,8 @@ double penalised_cost(const DiagnosisModel& model) {
   CommonSystem system;
   return ModelEstimation(model).linearise(false, kBarely, system) ? system.cost : kNaN;
 }
+
+double log_evidence(const DiagnosisModel& model) { return ModelEstimation(model).log_evidence(); }
 
 ChannelSums channel_sums(const DiagnosisModel& model) {
   return ModelEstimation(model).channel_sums();

@@ -121,9 +121,8 @@ DiagnosisSystem linearise(const DiagnosisModel& model, const Candidates& candida
 /// 1/σ² of the prior of each value of the effects, in the order of their columns.
 Eigen::VectorXd prior_precision(const DiagnosisModel& model);
 
-/// Information about the offsets and the accepted effects' values with the poses left free, their
-/// prior included; and its inverse. NaN where the model cannot be evaluated.
-Eigen::MatrixXd information(const DiagnosisModel& model);
+/// Covariance of the offsets and the accepted effects' values, all poses free, their prior
+/// included. NaN where the model cannot be evaluated.
 Eigen::MatrixXd covariance(const DiagnosisModel& model);
 
 /// ½ Σ (residual/σ)² + prior; NaN where the model cannot be evaluated.
@@ -131,6 +130,12 @@ double penalised_cost(const DiagnosisModel& model);
 
 /// Steps of a fit before it is called lost.
 inline constexpr int kMostFitSteps = 100;
+
+/// log of the probability of the readings at the model's noise, up to what all models of them
+/// share: poses and offsets integrated out under flat priors, values under theirs (Laplace's
+/// approximation about a fitted state). With the noise that estimate_noise settles at, its
+/// restricted maximum. -infinity where the model cannot be evaluated.
+double log_evidence(const DiagnosisModel& model);
 
 /// To the maximum a posteriori at the present noise levels. Returns whether it settled.
 bool fit(DiagnosisModel& model, int max_steps = kMostFitSteps);

@@ -41,6 +41,7 @@ class ModelEstimation : public Estimation {
  public:
   explicit ModelEstimation(const DiagnosisModel& model);
   ChannelSums channel_sums();
+  double log_evidence();
 
  protected:
   ModelEstimation(const DiagnosisModel& model, std::unique_ptr<ModelRows> rows);

@@ -375,7 +375,7 @@ bool RunRows::has_row(std::size_t pose, int slot) const {
   if (layout_.slots[static_cast<std::size_t>(slot)].channel == Channel::balance) {
     return readings_.statics[pose] != StaticsModel::none;
   }
-  return !std::isnan(values_[static_cast<std::size_t>(slot) * kLanes + pose % kLanes]);
+  return !std::isnan(*number(pose, layout_.slots[static_cast<std::size_t>(slot)].reading));
 }
 
 void RunRows::take(std::size_t pose, PoseRows& out) const {

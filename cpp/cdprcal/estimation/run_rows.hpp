@@ -68,7 +68,7 @@ class RunRows {
   [[nodiscard]] const double* by_offset() const { return by_offset_.get(); }
   /// Derivatives by values of effects, [slot][column][lane].
   [[nodiscard]] const double* by_effect() const { return columns_.get(); }
-  /// Whether a pose has a row in a slot, of the last batch.
+  /// Whether a pose has a row in a slot.
   [[nodiscard]] bool has_row(std::size_t pose, int slot) const;
   /// The rows of a pose of the last batch.
   void take(std::size_t pose, PoseRows& out) const;
@@ -97,7 +97,7 @@ class RunRows {
   void act_on_tensions(std::size_t batch, const PoseLanes& poses);
   void act_on_readings(std::size_t batch, const PoseLanes& poses);
   void add_columns(const EffectContext& context, std::size_t lane, bool balanced);
-  [[nodiscard]] double* number(std::size_t pose, int index) {
+  [[nodiscard]] double* number(std::size_t pose, int index) const {
     return numbers_.get() +
            ((pose / lanes::kLanes) * static_cast<std::size_t>(layout_.numbers) +
             static_cast<std::size_t>(index)) *

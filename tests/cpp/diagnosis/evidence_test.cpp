@@ -55,17 +55,14 @@ double occam(const DiagnosisModel& model) {
                 prior);
 }
 
-/// -log likelihood at the noise that explains the residuals best, a channel; and the prior's part.
-double cost(const DiagnosisModel& model, const NoiseLevels& freedom) {
-  const Dense all = dense(linearise(model));
-  const NoiseLevels squares = all.squares_off_poses();
-  double total = 0.5 * all.prior_residual.squaredNorm();
-  for (std::size_t c = 0; c < kNoiseGroups; ++c) {
-    if (freedom[c] < 1.0) continue;
-    const double sum = squares[c] * model.noise[c] * model.noise[c];
-    const double level = std::max(model.floor[c], std::sqrt(sum / freedom[c]));
-    total += freedom[c] * std::log(level) + 0.5 * sum / (level * level);
-  }
+/// log of the readings' probability at the model's noise, from the whole matrix: Gaussian rows,
+/// poses and offsets integrated out under flat priors, values under theirs.
+double log_probability(const DiagnosisModel& model) {
+  const DiagnosisSystem system = linearise(model);
+  const Dense all = dense(system);
+  double total = -penalised_cost(model) - 0.5 * log_determinant(all.hessian());
+  total += 0.5 * all.precision.tail(system.layout.accepted).array().log().sum();
+  for (const SystemRow& row : system.rows) total -= std::log(row.scale);
   return total;
 }
 
@@ -322,17 +319,49 @@ TEST(Scan, ImitationIsTheShareOfTheSignatureThatARivalTakesUnderItsPrior) {
   EXPECT_EQ(imitation(plain(), bias, candidates()), std::vector<double>(kNames.size(), 0.0));
 }
 
-TEST(Evidence, OfARefitIsTheGainLessOccamsFactor) {
-  for (const DiagnosisModel* model : {&plain(), &test::few_readings()}) {
+/// More poses in one run than are evaluated side by side.
+const DiagnosisModel& many_poses() {
+  static const DiagnosisModel model = [] {
+    std::vector<Log> logs{test::startup_log(load_robot("irma4"), 0.2, 73)};
+    std::vector<std::string> left_out;
+    return baseline_model(load_robot("irma4"), logs, left_out);
+  }();
+  return model;
+}
+
+TEST(Evidence, OfARefitIsTheRatioOfTheReadingsProbabilities) {
+  ASSERT_EQ(many_poses().pose_count(), 18);
+  for (const DiagnosisModel* model : {&plain(), &test::few_readings(), &many_poses()}) {
     const EvidenceAgainst against(*model);
-    const NoiseLevels freedom = dense(linearise(*model)).freedom();
     for (const CandidateScore& score : scan(*model, candidates(), {.draws = 0})) {
       SCOPED_TRACE(score.effect->name());
       const Refit refit = against.refit(score);
       ASSERT_EQ(refit.model.effects.size(), 1U);
+      const double scale = refit.model.effects[0].prior_scale;
+      const auto* const prior = std::ranges::find(kPriorScales, scale, &PriorScale::scale);
+      ASSERT_NE(prior, std::end(kPriorScales));
       const double expected =
-          cost(*model, freedom) - cost(refit.model, freedom) - occam(refit.model);
+          log_probability(refit.model) - log_probability(*model) + std::log(prior->probability);
       EXPECT_NEAR(refit.log_evidence, expected, 1e-3);
+    }
+  }
+}
+
+TEST(Evidence, IsLargestAtTheNoiseThatTheResidualsShow) {
+  // Its derivative by the logarithm of a channel's noise: the squares less the freedom.
+  constexpr double kStep = 1e-4;
+  for (const DiagnosisModel* model : {&plain(), &test::few_readings(), &many_poses()}) {
+    for (std::size_t c = 0; c < kRestGroups; ++c) {
+      SCOPED_TRACE(c);
+      DiagnosisModel louder = *model;
+      louder.noise[c] *= 2.0;
+      ASSERT_TRUE(fit(louder));
+      const ChannelSums sums = channel_sums(louder);
+      DiagnosisModel above = louder, below = louder;
+      above.noise[c] *= std::exp(kStep);
+      below.noise[c] *= std::exp(-kStep);
+      const double slope = (log_evidence(above) - log_evidence(below)) / (2.0 * kStep);
+      EXPECT_NEAR(slope, sums.squares[c] - sums.freedom[c], 1e-3 * sums.freedom[c] + 1e-3);
     }
   }
 }
