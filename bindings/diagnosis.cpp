@@ -145,6 +145,11 @@ void register_findings(py::module_& module) {
       .def_readonly("rms", &Unexplained::rms, "Of what is left, in the channel's unit.")
       .def_readonly("sigma", &Unexplained::sigma, "Of the readings' own ripple.")
       .def_readonly("depends_on", &Unexplained::depends_on);
+  py::class_<Wandering>(module, "Wandering",
+                        "Errors of a channel that wander with time: counted as noise.")
+      .def_readonly("channel", &Wandering::channel)
+      .def_readonly("rms", &Wandering::rms, "Over the rests; m, rad or N.")
+      .def_readonly("sigma", &Wandering::sigma, "The robot file's, in the same unit.");
   py::class_<Gap>(module, "Gap", "Residuals of one channel after one step.")
       .def_readonly("after_effect", &Gap::after_effect, "Empty before any.")
       .def_readonly("channel", &Gap::channel)
@@ -267,6 +272,8 @@ void register_diagnose(py::module_& module) {
       .def_readonly("effects", &Diagnosis::effects, "NamedEffect, in the order accepted.")
       .def_readonly("rejected", &Diagnosis::rejected)
       .def_readonly("unexplained", &Diagnosis::unexplained)
+      .def_readonly("wandering", &Diagnosis::wandering,
+                    "Wandering, by channel. Empty: errors come anew at every rest.")
       .def_readonly("gap", &Diagnosis::gap, "Before any effect and after each.")
       .def_readonly("identifiability", &Diagnosis::identifiability)
       .def_readonly("ranking", &Diagnosis::ranking,

@@ -10,6 +10,7 @@
 #include "cdprcal/diagnosis/events.hpp"
 #include "cdprcal/diagnosis/search.hpp"
 #include "cdprcal/diagnosis/separation.hpp"
+#include "cdprcal/diagnosis/smooth_errors.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/effects/reading_faults.hpp"
 #include "cdprcal/error.hpp"
@@ -105,7 +106,7 @@ void report_values(const DiagnosisModel& model, const DiagnosisModel& uncertain,
   const Eigen::VectorXd variance = covariance(uncertain).diagonal();
   Eigen::Index first = variance.size() - model.values().size();
   const std::vector<Eigen::VectorXd> systematic = direction_variance(model);
-  for (std::size_t k = 0; k < model.effects.size(); ++k) {
+  for (std::size_t k = 0; k < out.effects.size(); ++k) {
     const EffectTerm& term = model.effects[k];
     const Eigen::VectorXd deviation =
         (variance.segment(first, term.values.size()).cwiseMax(0.0) + systematic[k]).cwiseSqrt();
@@ -192,6 +193,27 @@ void report_left(const DiagnosisModel& model, const CandidateScore& score, Diagn
   }
 }
 
+void report_wandering(const DiagnosisModel& model, Diagnosis& out) {
+  const auto term = std::ranges::find_if(
+      model.effects, [](const EffectTerm& t) { return is_smooth_errors(*t.effect); });
+  if (term == model.effects.end()) return;
+  const NoiseModel specified = specified_noise(model.robot.sigma);
+  const std::array<double, kRestGroups> rms = size_in_readings(model, *term);
+  std::string channels;
+  for (std::size_t c = 0; c < kRestGroups; ++c) {
+    // What is lost in the noise of the readings themselves does not wander.
+    const bool balance = c == static_cast<std::size_t>(at_rest(Channel::balance));
+    const double unit = balance ? model.robot.sigma.tension_N : 1.0;
+    if (!(rms[c] > unit * model.noise[c])) continue;
+    const std::string channel = balance ? "tension" : to_string(static_cast<NoiseGroup>(c));
+    out.wandering.push_back({channel, rms[c], specified.channel[c].pose});
+    channels += (channels.empty() ? "" : ", ") + channel;
+  }
+  if (channels.empty()) return;
+  out.next.push_back("errors that wander with time count as noise (" + channels +
+                     "): smaller effects would show at rests that are visited twice");
+}
+
 /// What contradicts the sensors' specification although nothing that was tried says why: a model
 /// that fits so badly is not consistent with its readings, whatever its residuals look like.
 void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
@@ -201,9 +223,13 @@ void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
     const double sigma = specified.channel[c].pose;
     const bool balance = c == static_cast<std::size_t>(at_rest(Channel::balance));
     const double unit = balance ? sigma : 1.0;  // the balance's noise is relative
-    if (!(model.noise[c] > kContradiction * (sigma / unit))) continue;
-    out.unexplained.push_back({balance ? "tension" : to_string(static_cast<NoiseGroup>(c)),
-                               unit * model.noise[c], sigma, "nothing that was tried"});
+    const std::string channel = balance ? "tension" : to_string(static_cast<NoiseGroup>(c));
+    double level = unit * model.noise[c];
+    for (const Wandering& errors : out.wandering) {
+      if (errors.channel == channel) level = std::hypot(level, errors.rms);
+    }
+    if (!(level > kContradiction * sigma)) continue;
+    out.unexplained.push_back({channel, level, sigma, "nothing that was tried"});
   }
   if (out.unexplained.empty()) return;
   const bool several = model.runs.size() > 1;
@@ -300,6 +326,7 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
     }
   }
   advise(model, out);
+  report_wandering(model, out);
   if (search.left()) {
     report_left(model, *search.left(), out);
   } else {

@@ -46,6 +46,12 @@ struct Unexplained {
   std::string depends_on;
 };
 
+/// Errors of a channel that wander with time: counted as noise, not as a finding.
+struct Wandering {
+  std::string channel;
+  double rms = 0.0, sigma = 0.0;  ///< over the rests, and the robot file's; in the channel's unit
+};
+
 struct Gap {
   std::string after_effect;  ///< "" before any
   std::string channel;       ///< with its unit: length_m … tension_N, position_m
@@ -67,6 +73,7 @@ struct Diagnosis {
   std::vector<NamedEffect> effects;  ///< in the order accepted
   std::vector<RejectedEffect> rejected;
   std::vector<Unexplained> unexplained;
+  std::vector<Wandering> wandering;  ///< empty: errors come anew at every rest
   std::vector<Gap> gap;
   std::vector<Identifiability> identifiability;
   std::vector<CandidateScore> ranking;  ///< of all effects on the baseline, best first; no refit

@@ -18,6 +18,13 @@ double size_of(const EffectTerm& term, const Robot& robot) {
 
 }  // namespace
 
+double log_prior_of(const EffectTerm& term) {
+  for (const auto& [scale, probability] : kPriorScales) {
+    if (term.prior_scale == scale) return std::log(probability);
+  }
+  return 0.0;
+}
+
 EvidenceAgainst::EvidenceAgainst(const DiagnosisModel& model)
     : model_(model), log_evidence_(log_evidence(model)) {}
 
@@ -26,15 +33,15 @@ Refit EvidenceAgainst::refit(const CandidateScore& score) const {
   DiagnosisModel with = model_;
   with.effects.push_back({score.effect, score.values});
   EffectTerm& term = with.effects.back();
-  for (const auto& [scale, probability] : kPriorScales) {
-    term.prior_scale = scale;
+  for (const PriorScale& prior : kPriorScales) {
+    term.prior_scale = prior.scale;
     if (!fit_with_noise(with)) break;
-    const double evidence = of(with) + std::log(probability);
+    const double evidence = of(with) + log_prior_of(term);
     if (evidence > out.log_evidence) {
       out.log_evidence = evidence;
       out.model = with;
     }
-    if (size_of(term, with.robot) < scale) break;  // nothing asks for larger ones
+    if (size_of(term, with.robot) < prior.scale) break;  // nothing asks for larger ones
   }
   return out;
 }

@@ -14,6 +14,9 @@ struct PriorScale {
 };
 inline constexpr PriorScale kPriorScales[] = {{1.0, 0.63}, {4.0, 0.29}, {16.0, 0.08}};
 
+/// log of the probability of an effect's prior_scale, where that is one of these.
+double log_prior_of(const EffectTerm& term);
+
 /// One candidate added to a model and everything fitted again.
 struct Refit {
   CandidateScore score;          ///< from the scan

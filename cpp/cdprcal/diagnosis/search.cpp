@@ -5,6 +5,7 @@
 
 #include "cdprcal/diagnosis/events.hpp"
 #include "cdprcal/diagnosis/motion.hpp"
+#include "cdprcal/diagnosis/smooth_errors.hpp"
 
 namespace cdprcal {
 namespace {
@@ -36,6 +37,36 @@ std::optional<Refit> best_generic(const EvidenceAgainst& against,
   });
   if (refits.empty()) return std::nullopt;
   return std::move(refits.front());
+}
+
+/// The refit with errors that wander with time, when it has more evidence than this and the model's
+/// do not wander yet.
+std::optional<Refit> with_smooth_errors(const DiagnosisModel& model, double log_evidence) {
+  const auto has = [](const EffectTerm& term) { return is_smooth_errors(*term.effect); };
+  if (std::ranges::any_of(model.effects, has)) return std::nullopt;
+  const std::shared_ptr<const Effect> smooth = smooth_errors(model);
+  if (!smooth) return std::nullopt;
+  const std::vector<CandidateScore> scores = scan(model, {smooth}, {.draws = 0});
+  if (scores.empty() || !(scores.front().log_evidence > log_evidence)) return std::nullopt;
+  Refit refit = EvidenceAgainst(model).refit(scores.front());
+  if (!(refit.log_evidence > log_evidence)) return std::nullopt;
+  return refit;
+}
+
+/// Those of some refits that add something to smooth errors, best first: judged together with
+/// these, which would swallow an effect if they were in the model before it.
+std::vector<Refit> beside_smooth_errors(std::vector<Refit> refits, double smooth_alone,
+                                        double least) {
+  std::vector<std::pair<double, Refit>> kept;
+  for (Refit& refit : refits) {
+    const std::optional<Refit> with = with_smooth_errors(refit.model, 0.0);
+    const double together = refit.log_evidence + (with ? with->log_evidence : 0.0);
+    if (together > smooth_alone + least) kept.emplace_back(together, std::move(refit));
+  }
+  std::ranges::stable_sort(kept, std::ranges::greater(), &std::pair<double, Refit>::first);
+  refits.clear();
+  for (auto& [together, refit] : kept) refits.push_back(std::move(refit));
+  return refits;
 }
 
 /// Evidence for named effects with the noise at its floor, where that is more: an effect that fills
@@ -188,6 +219,8 @@ void Search::accept(Refit& winner, const HeldOut& held) {
   }
   const DiagnosisModel before = std::move(model_);
   model_ = std::move(winner.model);
+  const auto smooth = model_.effects.begin() + static_cast<std::ptrdiff_t>(out_.effects.size());
+  std::rotate(smooth, model_.effects.end() - 1, model_.effects.end());
   if (found.effect->info().of_swivel_play) refine_swivel_play(model_, logs_);
   record_gap(before, model_, found.effect->name(), out_);
   out_.effects.push_back(std::move(found));
@@ -256,7 +289,7 @@ bool Search::forward() {
          p_generic.of(rival->score) < generic_p)) {
       left_ = rival->score;
     }
-    if (static_cast<int>(model_.effects.size()) >= options_.most_effects) {
+    if (static_cast<int>(out_.effects.size()) >= options_.most_effects) {
       const std::string word = text("no more than %d effects were looked for; there may be others",
                                     options_.most_effects);
       if (std::ranges::find(out_.next, word) == out_.next.end()) out_.next.push_back(word);
@@ -275,7 +308,17 @@ bool Search::forward() {
     std::stable_sort(refits.begin(), refits.end(), [](const Refit& a, const Refit& b) {
       return a.log_evidence > b.log_evidence;
     });
-    if (refits.empty()) return true;
+    std::optional<Refit> smooth;
+    if (rival || !refits.empty()) {
+      double best = options_.least_evidence;
+      if (rival) best = std::max(best, rival->log_evidence);
+      if (!refits.empty()) best = std::max(best, refits.front().log_evidence);
+      smooth = with_smooth_errors(model_, best);
+      if (smooth) {
+        refits =
+            beside_smooth_errors(std::move(refits), smooth->log_evidence, options_.least_evidence);
+      }
+    }
     bool accepted = false;
     for (Refit& refit : refits) {
       HeldOut held;
@@ -291,12 +334,14 @@ bool Search::forward() {
       }
       out_.rejected.push_back({name, reason});
     }
-    if (!accepted) return true;
+    if (accepted) continue;
+    if (!smooth) return true;
+    model_ = std::move(smooth->model);
   }
 }
 
 void Search::in_motion() {
-  if (static_cast<int>(model_.effects.size()) >= options_.most_effects) return;
+  if (static_cast<int>(out_.effects.size()) >= options_.most_effects) return;
   if (!report("samples in motion")) return;
   // Errors of a model last longer than noise: samples are taken so far apart that what is left at
   // one says nothing about the next.
@@ -344,7 +389,7 @@ Candidates Search::confusable(const DiagnosisModel& without, const EffectTerm& t
 
 bool Search::exchange() {
   bool any = false;
-  for (std::size_t k = 0; k < model_.effects.size(); ++k) {
+  for (std::size_t k = 0; k < out_.effects.size(); ++k) {
     std::optional<DiagnosisModel> without = without_effect(model_, k);
     if (!without) continue;
     const auto present = model_.effects[k].effect;
@@ -387,16 +432,14 @@ bool Search::exchange() {
 }
 
 void Search::drop() {
-  for (std::size_t k = 0; k + 1 < model_.effects.size();) {
+  // The last of all has been weighed with all others in the model.
+  for (std::size_t k = 0; k < out_.effects.size() && k + 1 < model_.effects.size();) {
     const std::optional<DiagnosisModel> without = without_effect(model_, k);
     const EffectTerm& term = model_.effects[k];
-    bool needless = false;
-    if (without) {
-      CandidateScore again;
-      again.effect = term.effect;
-      again.values = term.values;
-      needless = EvidenceAgainst(*without).refit(again).log_evidence < options_.least_evidence;
-    }
+    // Both are fitted: no start of a refit decides between them.
+    const bool needless =
+        without && log_evidence(model_) + log_prior_of(term) - log_evidence(*without) <
+                       options_.least_evidence;
     if (!needless) {
       ++k;
       continue;
@@ -412,7 +455,7 @@ void Search::withdraw() {
   const Refit rest = EvidenceAgainst(model_).refit(*left_);
   DiagnosisModel with = rest.model;
   const GenericName what = *generic_name(*left_->effect);
-  for (std::size_t k = 0; k + 1 < with.effects.size();) {
+  for (std::size_t k = 0; k < out_.effects.size();) {
     const std::optional<DiagnosisModel> without = without_effect(with, k);
     CandidateScore again;
     again.effect = with.effects[k].effect;
@@ -435,7 +478,7 @@ void Search::withdraw() {
 }
 
 void Search::find_rivals() {
-  for (std::size_t k = 0; k < model_.effects.size(); ++k) {
+  for (std::size_t k = 0; k < out_.effects.size(); ++k) {
     const std::optional<DiagnosisModel> without = without_effect(model_, k);
     if (!without) continue;
     const Candidates named = untried(*without);

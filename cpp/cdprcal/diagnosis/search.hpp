@@ -9,7 +9,8 @@
 namespace cdprcal {
 
 /// Adds to a fitted baseline what explains it best, and writes down what was accepted (without
-/// values), rejected and seen on the way. `out.effects` runs parallel to `model.effects`.
+/// values), rejected and seen on the way. `out.effects` runs parallel to the first of
+/// `model.effects`; errors of the sensors that are smooth (smooth_errors.hpp) follow behind.
 class Search {
  public:
   /// Faults found on the way are set right in `logs`.

@@ -105,6 +105,9 @@ class Effect {
   }
   [[nodiscard]] EffectValues reported_deviation(const EffectValues& values,
                                                 const EffectValues& deviation) const;
+  /// Of each value, the group whose prior's width is learnt from the group, as noise is from
+  /// residuals; empty: all have typical widths.
+  [[nodiscard]] virtual std::vector<int> learnt_widths(int) const { return {}; }
   /// Whether readings can show it at all: some effects need readings while the platform moves.
   [[nodiscard]] virtual bool needs_motion() const { return false; }
 };

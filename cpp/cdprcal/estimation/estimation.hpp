@@ -74,6 +74,7 @@ class Estimation : public ArrowheadProblem {
   /// Called before a run's rows are evaluated at these poses and values: where weights or the
   /// robot follow them. False: they cannot.
   virtual bool prepare(std::size_t run, const PoseLanes& poses, const Eigen::VectorXd& values);
+  void set_precision(ValuePrecision precision) { precision_ = std::move(precision); }
 
  private:
   /// Evaluates a run and adds its batches to the elimination; visit(batch) after each.

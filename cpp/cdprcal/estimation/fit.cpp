@@ -48,10 +48,15 @@ Eigen::VectorXd prior_precision(const DiagnosisModel& model) {
   Eigen::VectorXd out(0);
   for (const EffectTerm& term : model.effects) {
     const EffectValues typical = term.effect->typical(model.robot);
+    const std::vector<int> groups = term.learnt.size() > 0
+                                        ? term.effect->learnt_widths(model.robot.cable_count())
+                                        : std::vector<int>();
     const Eigen::Index begin = out.size();
     out.conservativeResize(begin + term.values.size());
     for (Eigen::Index j = 0; j < term.values.size(); ++j) {
-      const double sigma = term.prior_scale * typical[j % typical.size()];
+      const Eigen::Index k = j % typical.size();
+      const double width = groups.empty() ? 1.0 : term.learnt[groups[static_cast<std::size_t>(k)]];
+      const double sigma = term.prior_scale * width * typical[k];
       out[begin + j] = 1.0 / (sigma * sigma);
     }
   }
@@ -94,9 +99,8 @@ bool ModelFit::fit(int max_steps) {
   return summary.converged;
 }
 
-ChannelSums ModelEstimation::channel_sums() {
+ChannelSums ModelEstimation::channel_sums(const Eigen::MatrixXd& spread) {
   ChannelSums out;
-  const Eigen::MatrixXd spread = covariance();
   if (!spread.allFinite()) return out;
   out.valid = left_over(spread, [&](std::size_t r, std::size_t b, const double* left) {
     const RunRows& run = rows_->run(r);
@@ -150,7 +154,8 @@ double penalised_cost(const DiagnosisModel& model) {
 double log_evidence(const DiagnosisModel& model) { return ModelEstimation(model).log_evidence(); }
 
 ChannelSums channel_sums(const DiagnosisModel& model) {
-  return ModelEstimation(model).channel_sums();
+  ModelEstimation estimation(model);
+  return estimation.channel_sums(estimation.covariance());
 }
 
 bool fit(DiagnosisModel& model, int max_steps) { return ModelFit(model).fit(max_steps); }
@@ -196,6 +201,40 @@ double take_noise(const ChannelSums& sums, DiagnosisModel& model) {
   return change;
 }
 
+/// Widths of priors that are learnt: each group's sum of squares over what the readings determine
+/// of its values, the counterpart of take_noise (MacKay 1992, eq. 4.9). `spread`: of the common
+/// unknowns. Returns the largest relative change.
+double take_widths(const Eigen::MatrixXd& spread, DiagnosisModel& model) {
+  constexpr double kLeast = 1e-3, kDetermined = 0.5;
+  double change = 0.0;
+  const Eigen::VectorXd precision = prior_precision(model);
+  Eigen::Index value = 0;
+  for (EffectTerm& term : model.effects) {
+    const Eigen::Index begin = value;
+    value += term.values.size();
+    const std::vector<int> groups = term.effect->learnt_widths(model.robot.cable_count());
+    if (groups.empty()) continue;
+    const int count = *std::ranges::max_element(groups) + 1;
+    if (term.learnt.size() == 0) term.learnt.setOnes(count);
+    Eigen::VectorXd squares = Eigen::VectorXd::Zero(count), determined = squares;
+    for (Eigen::Index j = 0; j < term.values.size(); ++j) {
+      const int g = groups[static_cast<std::size_t>(j) % groups.size()];
+      const double own = precision[begin + j];
+      squares[g] += own * term.values[j] * term.values[j];
+      determined[g] += 1.0 - own * spread(spread.rows() - precision.size() + begin + j,
+                                          spread.cols() - precision.size() + begin + j);
+    }
+    for (int g = 0; g < count; ++g) {
+      if (determined[g] < kDetermined || term.learnt[g] <= kLeast) continue;
+      const double factor = std::sqrt(squares[g] / determined[g]);
+      const double width = std::max(kLeast, term.learnt[g] * factor);
+      change = std::max(change, std::abs(std::log(width / term.learnt[g])));
+      term.learnt[g] = width;
+    }
+  }
+  return change;
+}
+
 }  // namespace
 
 double estimate_noise(DiagnosisModel& model) {
@@ -210,9 +249,10 @@ bool fit_with_noise(DiagnosisModel& model) {
   for (int round = 0; round < kMostRounds; ++round) {
     settled = fit.fit(kMostFitSteps);
     // Of a fit that did not settle, too: its residuals tell how far it is off.
-    const ChannelSums sums = fit.channel_sums();
+    const Eigen::MatrixXd spread = fit.covariance();
+    const ChannelSums sums = fit.channel_sums(spread);
     if (!sums.valid) break;
-    const double change = take_noise(sums, model);
+    const double change = std::max(take_noise(sums, model), take_widths(spread, model));
     fit.weigh();
     if (!settled || change < 0.01) break;
   }

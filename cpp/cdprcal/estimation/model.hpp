@@ -46,6 +46,7 @@ struct EffectTerm {
   std::shared_ptr<const Effect> effect;
   Eigen::VectorXd values;    ///< size(n), or size(n) · runs
   double prior_scale = 1.0;  ///< prior's σ in typical sizes
+  Eigen::VectorXd learnt{};  ///< of Effect::learnt_widths: each group's width besides; empty: 1
   /// Where those of run `run` begin.
   [[nodiscard]] int begin_of(std::size_t run, int cables) const {
     const bool by_run = effect->info().scope == EffectScope::run;

@@ -40,7 +40,8 @@ class ModelRows {
 class ModelEstimation : public Estimation {
  public:
   explicit ModelEstimation(const DiagnosisModel& model);
-  ChannelSums channel_sums();
+  /// `covariance`: of the common unknowns, as covariance() gives it.
+  ChannelSums channel_sums(const Eigen::MatrixXd& covariance);
   double log_evidence();
 
  protected:
@@ -58,8 +59,11 @@ class ModelFit : public ModelEstimation {
   explicit ModelFit(DiagnosisModel& model) : ModelEstimation(model), model_(model) {}
   /// Steps until settled; returns whether it did. The model has the outcome.
   bool fit(int max_steps);
-  /// The model's noise has changed.
-  void weigh() { rows().weigh(); }
+  /// The model's noise has changed, or the widths of its priors.
+  void weigh() {
+    rows().weigh();
+    set_precision(prior_precision(model_));
+  }
 
  private:
   DiagnosisModel& model_;

@@ -41,6 +41,10 @@ def diagnosis_as_dict(diagnosis: _core.Diagnosis, robot: _core.Robot) -> dict[st
             }
             for left in diagnosis.unexplained
         ],
+        "wandering": [
+            {"channel": w.channel, "rms": number(w.rms), "sigma": number(w.sigma)}
+            for w in diagnosis.wandering
+        ],
         "gap": [
             {
                 "after_effect": gap.after_effect or None,

@@ -1,0 +1,160 @@
+// Errors that wander with time: against their definition, and in logs that have them.
+#include "cdprcal/diagnosis/smooth_errors.hpp"
+
+#include <gtest/gtest.h>
+
+#include "../support/dense.hpp"
+#include "../support/run.hpp"
+#include "cdprcal/diagnosis/diagnose.hpp"
+#include "cdprcal/synthetic/synthetic.hpp"
+
+namespace cdprcal {
+namespace {
+
+DiagnosisModel model() {
+  DiagnosisModel out = test::two_runs();
+  out.effects.clear();
+  return out;
+}
+
+/// What an effect adds to lengths, swivels and attitude, and to the wrench Ξᵀτ, at a measurement.
+Eigen::VectorXd added(const Effect& effect, const EffectContext& context,
+                      const EffectValues& values) {
+  PoseEvaluation change;
+  change.length_m = change.swivel_rad = CableVector::Zero(4);
+  change.roll_pitch_yaw_rad.setZero();
+  CableVector tension_N = CableVector::Zero(4);
+  effect.add_to_readings(context, values, change);
+  effect.correct_tension(context, values, tension_N);
+  Eigen::VectorXd out(17);
+  out << change.length_m, change.swivel_rad, change.roll_pitch_yaw_rad,
+      structure_matrix(context.state) * tension_N;
+  return out;
+}
+
+TEST(SmoothErrors, ColumnsAreTheDerivativesOfWhatTheyAdd) {
+  const DiagnosisModel of = model();
+  const auto effect = smooth_errors(of);
+  ASSERT_TRUE(effect);
+  EXPECT_TRUE(is_smooth_errors(*effect));
+  EXPECT_FALSE(is_smooth_errors(*find_effect("mass")));
+  ASSERT_EQ(effect->size(4), 5 * 15);
+  const DiagnosisRun& run = of.runs[0];
+  const PlatformState state = platform_state(of.robot, run.poses[3]);
+  const EffectContext context{of.robot, state, run.poses[3], run.measurements[3]};
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(17, effect->size(4));
+  effect->columns(context, {}, columns);
+  for (int j = 0; j < effect->size(4); ++j) {
+    const EffectValues unit = EffectValues::Unit(effect->size(4), j);
+    EXPECT_LE((columns.col(j) - added(*effect, context, unit)).norm(), 1e-12) << j;
+  }
+}
+
+TEST(SmoothErrors, AreRandomWalksInTime) {
+  // cov(s, t) = 2 min(s, t) / T of each component, up to the terms that are left out; no two of
+  // them go together.
+  const DiagnosisModel of = model();
+  const auto effect = smooth_errors(of);
+  const DiagnosisRun& run = of.runs[0];
+  const EffectValues typical = effect->typical(of.robot);
+  double duration_s = 0.0;
+  for (const DiagnosisRun& r : of.runs) {
+    for (const Measurement& m : r.measurements) duration_s = std::max(duration_s, m.run_time_s);
+  }
+  std::vector<Eigen::MatrixXd> lengths;
+  for (std::size_t i = 0; i < run.poses.size(); ++i) {
+    const PlatformState state = platform_state(of.robot, run.poses[i]);
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(17, typical.size());
+    effect->columns({of.robot, state, run.poses[i], run.measurements[i]}, {}, columns);
+    lengths.emplace_back(columns.topRows(4) * typical.asDiagonal() / of.noise[0]);
+  }
+  for (std::size_t i = 0; i < run.poses.size(); ++i) {
+    for (std::size_t j = 0; j < run.poses.size(); ++j) {
+      const double least =
+          std::min(run.measurements[i].run_time_s, run.measurements[j].run_time_s) / duration_s;
+      const Eigen::Matrix4d expected = 2.0 * least * Eigen::Matrix4d::Identity();
+      EXPECT_LE((lengths[i] * lengths[j].transpose() - expected).cwiseAbs().maxCoeff(), 0.09);
+    }
+  }
+}
+
+TEST(SmoothErrors, TheirSizeIsLearntChannelByChannel) {
+  DiagnosisModel of = model();
+  const auto effect = smooth_errors(of);
+  of.effects.push_back({effect, EffectValues::Zero(2L * effect->size(4))});
+  ASSERT_TRUE(fit_with_noise(of));
+  const EffectTerm& term = of.effects[0];
+  ASSERT_EQ(term.learnt.size(), 5);
+  // Yaws drift in these runs, and nothing else does.
+  for (const int channel : {0, 1, 2}) EXPECT_GT(term.learnt[3], 3.0 * term.learnt[channel]);
+  const std::array<double, kRestGroups> sizes = size_in_readings(of, term);
+  EXPECT_GT(sizes[3], 3.0 * of.noise[3]);
+  // The width is that of the values: squares over what the readings determine of them.
+  const Eigen::VectorXd precision = prior_precision(of);
+  const Eigen::VectorXd variance = covariance(of).diagonal().tail(precision.size());
+  double squares = 0.0, determined = 0.0;
+  const std::vector<int> groups = effect->learnt_widths(4);
+  for (Eigen::Index j = 0; j < precision.size(); ++j) {
+    if (groups[static_cast<std::size_t>(j) % groups.size()] != 3) continue;
+    squares += precision[j] * term.values[j] * term.values[j];
+    determined += 1.0 - precision[j] * variance[j];
+  }
+  EXPECT_NEAR(squares / determined, 1.0, 0.05);
+}
+
+TEST(SmoothErrors, NothingIsSaidOfFewRests) {
+  DiagnosisModel of = model();
+  for (DiagnosisRun& run : of.runs) {
+    run.measurements.resize(4);
+    run.poses.resize(4);
+  }
+  EXPECT_FALSE(smooth_errors(of));
+}
+
+/// A log in which every reading wanders by so many σ of the robot file.
+Log wandering_log(const Robot& robot, double sigmas, std::uint64_t seed) {
+  Log log = test::startup_log(robot, 0.02, seed, 0);
+  RandomNormal random(seed);
+  const double step = sigmas * std::sqrt(2.0 / static_cast<double>(log.sample_count()));
+  const auto walk = [&](auto&& column, double sigma) {
+    double at = 0.0;
+    for (double& v : column) v += at += step * sigma * random();
+  };
+  for (int c = 0; c < 4; ++c) {
+    walk(log.length_m.col(c), robot.sigma.length_m);
+    walk(log.swivel_rad.col(c), robot.sigma.swivel_rad);
+    walk(log.tension_N.col(c), robot.sigma.tension_N);
+    if (c < 3) walk(log.roll_pitch_yaw_rad.col(c), robot.sigma.attitude_rad);
+  }
+  return log;
+}
+
+TEST(SmoothErrors, ASensorThatWandersIsNoFinding) {
+  const Robot robot = load_robot("irma4");
+  int accused = 0, said = 0;
+  constexpr int kLogs = 10;
+  for (std::uint64_t seed = 0; seed < kLogs; ++seed) {
+    const Diagnosis d = diagnose(robot, {wandering_log(robot, 0.3, 900 + seed)});
+    accused += d.verdict == Verdict::consistent ? 0 : 1;
+    if (d.wandering.empty()) continue;
+    ++said;
+    EXPECT_GT(d.wandering[0].rms, 0.0);
+    EXPECT_NE(d.next.back().find("errors that wander with time count as noise (" +
+                                 d.wandering[0].channel),
+              std::string::npos);
+  }
+  EXPECT_LE(accused, 1);
+  EXPECT_GE(said, kLogs / 2);
+}
+
+TEST(SmoothErrors, ThatAreBeyondTheSpecificationAreAFinding) {
+  const Robot robot = load_robot("irma4");
+  Robot precise = robot;
+  precise.sigma.length_m = 1e-4;
+  precise.sigma.swivel_rad = 1e-4;
+  const Diagnosis d = diagnose(precise, {wandering_log(robot, 0.3, 900)});
+  EXPECT_EQ(d.verdict, Verdict::unexplained);
+}
+
+}  // namespace
+}  // namespace cdprcal
