@@ -1,4 +1,4 @@
-"""What every command shares: errors as one message, exit codes, JSON on stdout, prose on stderr."""
+"""What every command shares: errors as one message, exit codes, JSON alone on stdout."""
 
 from __future__ import annotations
 
@@ -30,6 +30,9 @@ LogArgument = Annotated[
     ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, alone on stdout.")]
+VerboseOption = Annotated[
+    bool, typer.Option("--verbose", "-v", help="Also what is summed up or left out otherwise.")
+]
 SegmentOption = Annotated[
     int, typer.Option("--segment", help="Which segment is the run, from 0; -1 is the last.")
 ]
@@ -98,7 +101,9 @@ def _fail_with(error: Exception) -> NoReturn:
 def fail(message: str, code: int = WRONG_USE) -> NoReturn:
     """Ends the command with one message on stderr."""
     line = "".join(c if c.isprintable() else " " for c in message.strip())
-    typer.echo(f"cdprcal: {line}", err=True)
+    from cdprcal.terminal import readable
+
+    typer.echo(f"cdprcal: {readable(line)}", err=True)
     raise typer.Exit(code)
 
 
@@ -141,7 +146,7 @@ def _same_file(a: str, b: str) -> bool:
 
 
 def print_json(document: Any) -> None:
-    """The only thing that is ever written to stdout."""
+    """The document, alone on stdout."""
     from cdprcal.results import strict_json
 
     sys.stdout.write(strict_json(document))

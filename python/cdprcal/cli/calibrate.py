@@ -14,6 +14,8 @@ from cdprcal.command import (
     LogArgument,
     RobotArgument,
     SegmentOption,
+    VerboseOption,
+    fail,
     interruptible,
     keep_apart,
     print_json,
@@ -61,6 +63,7 @@ def command(
         ),
     ] = "",
     segment: SegmentOption = -1,
+    verbose: VerboseOption = False,
     json: JsonOption = False,
     output: Annotated[
         str,
@@ -68,7 +71,7 @@ def command(
             "-o",
             "--output",
             metavar="FILE",
-            help="Also write the result as JSON, with robot, log and options: for cdprcal report "
+            help="Also write the result (.json), with robot, log and options: for cdprcal report "
             "and cdprcal repeat.",
         ),
     ] = "",
@@ -81,6 +84,8 @@ def command(
     from cdprcal.io import load_run
     from cdprcal.results import calibration_as_dict
 
+    if output.lower().endswith((".yaml", ".yml")):
+        fail(f"{output}: calibrate corrects no robot file; give a name in .json for the result")
     keep_apart({"-o": output}, {"robot file": robot, "log": log})
     options = _core.CalibrateOptions(
         method=_core.parse_method(method),
@@ -104,13 +109,13 @@ def command(
     else:
         from cdprcal.tables import print_calibration, print_findings, sigma_of
 
-        print_findings(file.findings)
-        print_calibration(document, sigma_of(the_robot))
+        print_findings(file.findings, verbose=verbose)
+        print_calibration(document, sigma_of(the_robot), verbose=verbose)
     converged = calibration.result.status == _core.CalibrationStatus.converged
     if not converged and not json:
-        from cdprcal.tables import console, say
+        from cdprcal.terminal import answers, say
 
-        say(console(), f"next: cdprcal check {robot} {log}, then cdprcal diagnose {robot} {log}")
+        say(answers(), f"next: cdprcal check {robot} {log}, then cdprcal diagnose {robot} {log}")
     raise typer.Exit(DONE if converged else UNTRUSTED)
 
 

@@ -12,6 +12,7 @@ from cdprcal.command import (
     JsonOption,
     RobotArgument,
     SegmentOption,
+    VerboseOption,
     print_json,
     reports_errors,
 )
@@ -31,6 +32,7 @@ def command(
         ),
     ] = "",
     segment: SegmentOption = -1,
+    verbose: VerboseOption = False,
     json: JsonOption = False,
 ) -> None:
     """Say what is wrong with a robot file or a log: where, how bad, and what to do.
@@ -54,5 +56,5 @@ def command(
     if json:
         print_json(report.as_dict())
     else:
-        print_check(report.as_dict(), report.findings)
+        print_check(report.as_dict(), report.findings, verbose=verbose)
     raise typer.Exit(DONE if report.trusted else UNTRUSTED)

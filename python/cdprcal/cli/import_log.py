@@ -53,7 +53,8 @@ def command(
     from cdprcal._core import InputError
     from cdprcal.io import load_log, read_inputs, save_log
     from cdprcal.io.files import reason, write_text
-    from cdprcal.tables import console, print_findings, say
+    from cdprcal.tables import print_findings
+    from cdprcal.terminal import answers, say
 
     file = _load_bag(raw, robot, session) or load_log(raw)
     target = Path(output)
@@ -76,7 +77,7 @@ def command(
     print_findings(file.findings)
     log = file.log
     say(
-        console(),
+        answers(),
         f"{raw}: {len(log)} samples of {log.cable_count} cables, {log.time_s[0]:g} to "
         f"{log.time_s[-1]:g} s, now in {output}",
     )

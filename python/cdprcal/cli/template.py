@@ -26,11 +26,11 @@ def command(
     """
     from cdprcal.io.files import write_text
     from cdprcal.robot_template import BLANK, robot_template
-    from cdprcal.tables import console, say
+    from cdprcal.terminal import answers, say
 
     path = Path(output)
     if path.exists():
         fail(f"{output}: exists already; give another name")
     name = re.sub(r"\W+", "_", path.stem) or "robot"
     write_text(path, robot_template(name, cables))
-    say(console(), f"{output}: replace every {BLANK}; next: cdprcal check {output}")
+    say(answers(), f"{output}: replace every {BLANK}; next: cdprcal check {output}")

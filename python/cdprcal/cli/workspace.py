@@ -113,7 +113,7 @@ def command(
     from cdprcal.cli.progress import progress_bar
     from cdprcal.io.files import atomic_output
     from cdprcal.pictures import check_picture_name
-    from cdprcal.tables import console, say
+    from cdprcal.terminal import notes, say
     from cdprcal.workspace import workspace_as_dict
     from cdprcal.workspace.table import print_workspace
 
@@ -143,7 +143,7 @@ def command(
         )
     if not workspace.points_inside:
         _nothing(workspace)
-    out = console()
+    out = notes()
     if not workspace.complete:
         say(out, "interrupted: going on with what was found; Ctrl-C again ends at once")
     with interruptible(), out.status("drawing the boundary"):
