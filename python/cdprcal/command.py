@@ -29,6 +29,15 @@ LogArgument = Annotated[
         metavar="LOG", help="Canonical CSV, MCAP or raw robot log, told apart by content."
     ),
 ]
+MapOption = Annotated[
+    str,
+    typer.Option(
+        "--map",
+        metavar="FILE",
+        help="Mapping file: which columns of a file of your own are what (cdprcal check RAW "
+        "--propose FILE writes one). For CSV of any kind, MAT, Parquet, Feather, ROS 2 bags.",
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, alone on stdout.")]
 VerboseOption = Annotated[
     bool, typer.Option("--verbose", "-v", help="Also what is summed up or left out otherwise.")

@@ -14,6 +14,7 @@ import pytest
 import cdprcal
 from cdprcal.cli import app
 from conftest import raw_text
+from raw_files import kilograms
 
 ROOT = Path(__file__).resolve().parents[2]
 #: Commands in an order in which each finds what it reads.
@@ -22,8 +23,8 @@ ORDER = (
     "plan",
     "acquire",
     "export",
-    "import",
     "check",
+    "import",
     "calibrate",
     "diagnose",
     "report",
@@ -50,6 +51,7 @@ def folder(synthetic: cdprcal.SyntheticLog, tmp_path_factory: pytest.TempPathFac
     """Where all are run, one after the other; the robot's raw log and ROS's program are there."""
     folder = tmp_path_factory.mktemp("examples")
     (folder / "robot.log").write_text(raw_text(synthetic.log))
+    kilograms(synthetic.log, folder).rename(folder / "raw.csv")
     (folder / "examples").symlink_to(ROOT / "examples")
     (folder / "mine.yaml").symlink_to(ROOT / "examples" / "canopen-simulated.yaml")
     programs = folder / ".bin"

@@ -12,6 +12,7 @@ from cdprcal.command import (
     UNTRUSTED,
     JsonOption,
     LogArgument,
+    MapOption,
     RobotArgument,
     SegmentOption,
     VerboseOption,
@@ -62,6 +63,7 @@ def command(
             "--formulation paper).",
         ),
     ] = "",
+    map_: MapOption = "",
     segment: SegmentOption = -1,
     verbose: VerboseOption = False,
     json: JsonOption = False,
@@ -81,12 +83,12 @@ def command(
     Exit code 1: the solution cannot be trusted; the status and its reason say why.
     """
     from cdprcal import _core
-    from cdprcal.io import load_run
+    from cdprcal.mapping import Reader
     from cdprcal.results import calibration_as_dict
 
     if output.lower().endswith((".yaml", ".yml")):
         fail(f"{output}: calibrate corrects no robot file; give a name in .json for the result")
-    keep_apart({"-o": output}, {"robot file": robot, "log": log})
+    keep_apart({"-o": output}, {"robot file": robot, "log": log, "mapping file": map_})
     options = _core.CalibrateOptions(
         method=_core.parse_method(method),
         formulation=_core.parse_formulation(formulation),
@@ -95,7 +97,7 @@ def command(
         segment=segment,
     )
     the_robot = _core.load_robot(robot)
-    file = load_run(log, the_robot)
+    file = Reader(the_robot, map_).load(log)
     with interruptible():
         calibration = _core.calibrate(the_robot, file.log, options)
     document = calibration_as_dict(the_robot, calibration)

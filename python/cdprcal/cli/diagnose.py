@@ -11,6 +11,7 @@ from cdprcal.command import (
     DONE,
     UNTRUSTED,
     JsonOption,
+    MapOption,
     RobotArgument,
     VerboseOption,
     fail,
@@ -47,6 +48,7 @@ def command(
             "robot and logs, for cdprcal report and cdprcal repeat. May be repeated.",
         ),
     ] = None,
+    map_: MapOption = "",
     plot: Annotated[
         str, typer.Option("--plot", metavar="DIR", help="Write pictures (PNG) into this folder.")
     ] = "",
@@ -70,16 +72,19 @@ def command(
     from cdprcal import _core
     from cdprcal.diagnosis import diagnosis_as_dict
     from cdprcal.diagnosis.document import TRUSTED
-    from cdprcal.io import load_runs
     from cdprcal.io.files import write_texts
     from cdprcal.io.result_file import result_text
+    from cdprcal.mapping import Reader
     from cdprcal.tables import print_findings
     from cdprcal.terminal import notes, say
 
     corrected, result = _outputs(output or [], result)
-    keep_apart({"-o": corrected, "--result": result}, {"robot file": robot, "log": logs})
+    keep_apart(
+        {"-o": corrected, "--result": result},
+        {"robot file": robot, "log": logs, "mapping file": map_},
+    )
     the_robot = _core.load_robot(robot)
-    files = load_runs(logs, the_robot)
+    files = Reader(the_robot, map_).load_all(logs)
     the_logs = [file.log for file in files]
     out = notes()
     for file in files:
