@@ -48,6 +48,7 @@ HAND_ON = {
     "schema.cpp",
     "server.py",
     "set_point.cpp",
+    "strict_yaml.py",
     "timing.cpp",
     "workspace.py",
     "yaml_reader.cpp",
