@@ -12,6 +12,8 @@ from typing import Annotated, Any, NoReturn, ParamSpec, TypeVar
 
 import typer
 
+from cdprcal.completion import robot_names
+
 DONE, UNTRUSTED, WRONG_USE, INTERRUPTED = 0, 1, 2, 130
 
 P = ParamSpec("P")
@@ -20,7 +22,9 @@ R = TypeVar("R")
 RobotArgument = Annotated[
     str,
     typer.Argument(
-        metavar="ROBOT", help="Robot file (YAML) or built-in name (irma4, ring3, ring5, posts8)."
+        metavar="ROBOT",
+        help="Robot file (YAML) or built-in name (irma4, ring3, ring5, posts8).",
+        autocompletion=robot_names,
     ),
 ]
 LogArgument = Annotated[

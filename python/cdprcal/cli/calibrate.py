@@ -22,6 +22,7 @@ from cdprcal.command import (
     print_json,
     reports_errors,
 )
+from cdprcal.completion import words
 from cdprcal.option_values import split_numbers
 
 EXAMPLE = "Example: cdprcal calibrate irma4 run.csv -o result.json"
@@ -35,6 +36,7 @@ def command(
         str,
         typer.Option(
             metavar="unified|static|kinematic",
+            autocompletion=words("unified|static|kinematic"),
             help="static: tensions, lengths, swivels and attitude at rest; kinematic: without "
             "tensions, also in motion; unified: both.",
         ),
@@ -43,6 +45,7 @@ def command(
         str,
         typer.Option(
             metavar="full|paper",
+            autocompletion=words("full|paper"),
             help="full: all six equations of statics and everything the first pose knows; paper: "
             "eqs 13-17 to the letter.",
         ),
@@ -58,6 +61,7 @@ def command(
         str,
         typer.Option(
             metavar="data|specified",
+            autocompletion=words("data|specified"),
             help="Where the weights come from: the readings themselves, with outliers and slack "
             "cables left out, or the robot file's sigma (default: data; specified for "
             "--formulation paper).",

@@ -19,6 +19,7 @@ from cdprcal.command import (
     print_json,
     reports_errors,
 )
+from cdprcal.completion import robot_names
 
 if TYPE_CHECKING:
     from cdprcal import _core
@@ -35,6 +36,7 @@ def command(
         str,
         typer.Argument(
             metavar="ROBOT",
+            autocompletion=robot_names,
             help="Robot file (YAML) or built-in name (irma4, ring3, ring5, posts8); may be left "
             "out with --propose.",
         ),

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from cdprcal.command import DONE, UNTRUSTED, JsonOption, fail, print_json, reports_errors
+from cdprcal.completion import injected_effects
 
 EXAMPLE = "Example: cdprcal demo --seed 2 --effect load_cell_bias=6,-5,4,-8"
 
@@ -32,6 +33,7 @@ def command(
         typer.Option(
             "--effect",
             metavar="NAME=VALUES",
+            autocompletion=injected_effects,
             help="What to hide in the second robot (default: one of a few, by the seed).",
         ),
     ] = "",

@@ -16,6 +16,7 @@ from cdprcal.command import (
     print_json,
     reports_errors,
 )
+from cdprcal.completion import words
 from cdprcal.option_values import (
     DistributionOption,
     LambdaOption,
@@ -71,6 +72,7 @@ def command(
         str,
         typer.Option(
             metavar="least-time|random",
+            autocompletion=words("least-time|random"),
             help="random: each pose several times, shuffled, so that drifts and creep look like no "
             "pose and friction shows in both directions; diagnose wants it.",
         ),

@@ -18,6 +18,7 @@ from cdprcal.command import (
     print_json,
     reports_errors,
 )
+from cdprcal.completion import words
 from cdprcal.option_values import (
     DistributionOption,
     LambdaOption,
@@ -68,6 +69,7 @@ def command(
         str,
         typer.Option(
             metavar="locked-lengths|constant-tensions",
+            autocompletion=words("locked-lengths|constant-tensions"),
             help="What must hold the platform still: the winches' brakes (eq. A4), or tension "
             "control, which demands more.",
         ),

@@ -19,7 +19,8 @@ def print_plan(document: dict[str, Any], *, verbose: bool = False) -> None:
     ``verbose``: all stops of a long plan, all rows of a comparison.
     """
     out = answers()
-    say(out, _promise(document))
+    deviation = document["predicted_standard_deviation"]
+    say(out, promise(document["measured_count"], document["duration_s"], deviation))
     say(
         out,
         "1 σ, root sum of squares over the axes, each rest read once, with the sigma of the robot "
@@ -35,10 +36,11 @@ def print_plan(document: dict[str, Any], *, verbose: bool = False) -> None:
         _print_comparison(document["comparison"], document["candidates"], verbose=verbose)
 
 
-def _promise(document: dict[str, Any]) -> Text:
-    minutes, seconds = divmod(round(document["duration_s"]), 60)
-    run = f"{counted(document['measured_count'], 'measured pose')}, {minutes} min {seconds} s"
-    position, rotation = _norms(document["predicted_standard_deviation"])
+def promise(measured: int, duration_s: float, deviation: dict[str, Any]) -> Text:
+    """How many poses in what time give the initial pose how well; ``deviation`` as in --json."""
+    minutes, seconds = divmod(round(duration_s), 60)
+    run = f"{counted(measured, 'measured pose')}, {minutes} min {seconds} s"
+    position, rotation = _norms(deviation)
     if position is None or rotation is None:
         return Text(
             f"{run}: the initial pose would not be observable from these poses: add poses",
@@ -144,6 +146,6 @@ def _comparison_row(
 def _norms(deviation: dict[str, Any]) -> tuple[float | None, float | None]:
     """Root sum of squares over the axes; None when it is not observable."""
     lists = deviation["position_m"], deviation["rotation_rad"]
-    if any(value is None for values in lists for value in values):
+    if any(value is None or not math.isfinite(value) for values in lists for value in values):
         return None, None
     return math.hypot(*lists[0]), math.hypot(*lists[1])
