@@ -99,6 +99,20 @@ def test_the_proposal_says_how_sure_it_is(
     assert "is the log that is read" in over.stderr
 
 
+@pytest.mark.parametrize("command", ["check", "calibrate", "diagnose"])
+def test_other_columns_are_answered_by_the_way_to_a_map(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path, command: str
+) -> None:
+    raw = german_excel(synthetic.log, tmp_path)
+    ran = cli(command, "irma4", raw)
+    assert ran.code == 2
+    assert f"cdprcal check {raw} --propose map.yaml writes one" in ran.stderr
+    log_path.write_text(log_path.read_text().replace("length_1_m", "length_one", 1))
+    ran = cli(command, "irma4", log_path)  # a slip in a log is a slip
+    assert ran.code == 2
+    assert "--propose" not in ran.stderr
+
+
 MAP = """format: cdprcal-map-1
 time: {column: t, unit: ms}
 channels:

@@ -70,7 +70,7 @@ def command(
     """
     from cdprcal._core import load_robot
     from cdprcal.check import check_file, check_log, check_robot
-    from cdprcal.mapping import Reader
+    from cdprcal.mapping import Reader, map_offered
     from cdprcal.tables import print_check, print_robot_check
 
     if propose:
@@ -90,7 +90,8 @@ def command(
     if map_:
         report = check_log(the_robot, Reader(the_robot, map_).load(log), segment)
     else:
-        report = check_file(the_robot, log, segment)
+        with map_offered(log):
+            report = check_file(the_robot, log, segment)
     if json:
         print_json(report.as_dict())
     else:

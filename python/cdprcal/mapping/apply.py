@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from cdprcal import _core
 from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
 from cdprcal.hardware.xsens.measurement import rotation_from_quaternion
-from cdprcal.io.files import shown_path, shown_text
+from cdprcal.io.files import begins_with, shown_path, shown_text
 from cdprcal.io.loaded import LogFile
 from cdprcal.io.log_file import load_run, refuse_repeated, require_cable_count
 from cdprcal.mapping.document import GROUPS, QUATERNIONS, Group, Map, load_map
@@ -173,6 +174,27 @@ def _angles(rows: _Rows, group: Group, robot: _core.Robot | None) -> Floats:
     return angles
 
 
+@contextmanager
+def map_offered(path: str | Path) -> Iterator[None]:
+    """Around reading a log without a map: who has a table of other columns is told of maps."""
+    try:
+        yield
+    except InputError as error:
+        if not _is_foreign(Path(path)):
+            raise
+        raise InputError(
+            f"{error}; or give a mapping file with --map: cdprcal check {shown_path(path)} "
+            "--propose map.yaml writes one"
+        ) from None
+
+
+def _is_foreign(path: Path) -> bool:
+    """A file whose first line that is no comment names no time_s, as logs do."""
+    lines = begins_with(path, 1 << 16).splitlines()
+    header = next((line for line in lines if line.strip()[:1] not in (b"", b"#")), b"time_s")
+    return b"time_s" not in [cell.strip() for cell in header.split(b",")]
+
+
 @dataclass(frozen=True)
 class Reader:
     """How a command reads its logs: by a mapping file, or as the kinds that need none."""
@@ -183,7 +205,8 @@ class Reader:
     def load(self, path: str | Path) -> LogFile:
         """Raises InputError, also when the cables do not match the robot's."""
         if not self.map_path:
-            return load_run(path, self.robot)
+            with map_offered(path):
+                return load_run(path, self.robot)
         file = load_mapped(path, self.map_path, self.robot)
         require_cable_count(file, self.robot)
         return file
