@@ -7,6 +7,7 @@
 
 #include "bindings.hpp"
 #include "cdprcal/effects/applied.hpp"
+#include "people.hpp"
 #include "sensors.hpp"
 
 namespace cdprcal::python {
@@ -367,8 +368,9 @@ void register_calibrate(py::module_& module) {
       "columns a pose (world-frame twist), then the errors of the reference readings, which are "
       "`errors` [2 n + 1] (none: zero). NaN where a pose has no geometry. Raises InputError for "
       "another number of poses or errors.");
-  py::class_<Calibration>(module, "Calibration", "A calibration and what it was made from.")
-      .def_readonly("result", &Calibration::result)
+  py::class_<Calibration> cls(module, "Calibration", "A calibration and what it was made from.",
+                              py::dynamic_attr());
+  cls.def_readonly("result", &Calibration::result)
       .def_readonly("problem", &Calibration::problem, "What was solved; it can be solved again.")
       .def_readonly("equilibria", &Calibration::equilibria, "Found in the run; empty with at_s.")
       .def_readonly("gated", &Calibration::gated, "Readings left out: list of GatedReading.")
@@ -376,6 +378,9 @@ void register_calibrate(py::module_& module) {
       .def_readonly("static_poses", &Calibration::static_poses,
                     "The reference included, when it is one.")
       .def_readonly("kinematic_poses", &Calibration::kinematic_poses);
+  def_repr(cls);
+  def_people(cls, "A pandas.DataFrame: a row a pose, with its time, position, angles and kind.",
+             true);
   module.def(
       "prepare",
       [](const Robot& robot, const Log& log, const std::optional<CalibrateOptions>& options) {

@@ -8,6 +8,7 @@
 
 #include "bindings.hpp"
 #include "cdprcal/diagnosis/model_residuals.hpp"
+#include "people.hpp"
 
 namespace cdprcal::python {
 namespace {
@@ -265,8 +266,9 @@ void register_diagnose(py::module_& module) {
       .def_readwrite("rival_share", &DiagnoseOptions::rival_share)
       .def_readwrite("most_effects", &DiagnoseOptions::most_effects)
       .def_readwrite("refits", &DiagnoseOptions::refits);
-  py::class_<Diagnosis>(module, "Diagnosis", "What the model lacks. Look at verdict first.")
-      .def_readonly("verdict", &Diagnosis::verdict)
+  py::class_<Diagnosis> cls(module, "Diagnosis", "What the model lacks. Look at verdict first.",
+                            py::dynamic_attr());
+  cls.def_readonly("verdict", &Diagnosis::verdict)
       .def_readonly("reason", &Diagnosis::reason, "One sentence for people.")
       .def_readonly("faults", &Diagnosis::faults, "DiscreteFault, in the order found.")
       .def_readonly("effects", &Diagnosis::effects, "NamedEffect, in the order accepted.")
@@ -290,6 +292,9 @@ void register_diagnose(py::module_& module) {
       .def_readonly("model", &Diagnosis::model, "Fitted with the effects.")
       .def_readonly("corrected", &Diagnosis::corrected,
                     "The robot with what was found; to_yaml writes it as a robot file.");
+  def_repr(cls);
+  def_people(cls, "A pandas.DataFrame: a row a number that was found, with its deviation and unit.",
+             true);
   module.def("diagnose", &diagnose_logs, py::arg("robot"), py::arg("logs"),
              py::arg("options") = py::none(), py::arg("progress") = py::none(),
              "Names what the model lacks, from one or more logs of one robot. `progress` is called "

@@ -8,6 +8,7 @@
 #include "cdprcal/planning/observability.hpp"
 #include "cdprcal/planning/path.hpp"
 #include "cdprcal/planning/plan_file.hpp"
+#include "people.hpp"
 #include "progress.hpp"
 
 namespace cdprcal::python {
@@ -178,8 +179,8 @@ void register_plan_types(py::module_& module) {
           "constant_tension_frequencies_hz",
           [](const PlannedPose& p) -> Eigen::VectorXd { return p.constant_tension_frequencies_hz; },
           "Under force control [6], rising.");
-  py::class_<Plan>(module, "Plan", "What `acquire` runs. Immutable.")
-      .def_readonly("robot_name", &Plan::robot_name)
+  py::class_<Plan> cls(module, "Plan", "What `acquire` runs. Immutable.");
+  cls.def_readonly("robot_name", &Plan::robot_name)
       .def_property_readonly(
           "start_tension_N", [](const Plan& p) -> Eigen::VectorXd { return p.start_tension_N; },
           "tau_0 [n], as the load cells read it.")
@@ -197,6 +198,7 @@ void register_plan_types(py::module_& module) {
         return "Plan('" + p.robot_name + "', " + std::to_string(p.measured_count()) +
                " measured poses, " + std::to_string(p.duration_s) + " s)";
       });
+  def_people(cls, "A pandas.DataFrame: a row a stop, in visiting order.", true);
   module.def("format_plan", &format_plan, py::arg("plan"), "Text of a plan file (CSV).");
   module.def("write_plan", &write_plan, py::arg("plan"), py::arg("path"),
              "Writes a plan file. Raises InputError when it cannot be written.");
@@ -269,8 +271,8 @@ void register_results(py::module_& module) {
       .def_readonly("both", &ApproachCoverage::both,
                     "Pairs (pose, cable) approached paying out and reeling in.")
       .def_readonly("possible", &ApproachCoverage::possible);
-  py::class_<PlanResult>(module, "PlanResult", "A plan, or why there is none. Immutable.")
-      .def_readonly("status", &PlanResult::status)
+  py::class_<PlanResult> cls(module, "PlanResult", "A plan, or why there is none. Immutable.");
+  cls.def_readonly("status", &PlanResult::status)
       .def_readonly("reason", &PlanResult::reason, "One sentence; empty when planned.")
       .def_readonly("plan", &PlanResult::plan)
       .def_readonly("box", &PlanResult::box, "Of the grid.")
@@ -279,6 +281,7 @@ void register_results(py::module_& module) {
       .def_readonly("approach", &PlanResult::approach, "Of a random order.")
       .def_readonly("comparison", &PlanResult::comparison, "With `optimal`.")
       .def_readonly("candidates", &PlanResult::candidates, "That `optimal` chose from.");
+  def_repr(cls);
 }
 
 PlanResult plan(const Robot& robot, const std::optional<Box>& box, const std::array<int, 3>& grid,

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "bindings.hpp"
+#include "people.hpp"
 #include "sensors.hpp"
 
 namespace cdprcal::python {
@@ -79,6 +80,15 @@ void register_log(py::module_& module) {
                "', sample_count=" + std::to_string(log.sample_count()) +
                ", cable_count=" + std::to_string(log.cable_count()) + ")";
       });
+  cls.def_static(
+      "from_dataframe",
+      [](const py::object& frame, const std::string& source) {
+        return people("log_of")(frame, source).cast<Log>();
+      },
+      py::arg("frame"), py::arg("source") = "data frame",
+      "From a pandas.DataFrame with the columns of a canonical log; the index is the time [s] when "
+      "there is no column time_s. Raises InputError.");
+  def_people(cls, "A pandas.DataFrame: a row a sample, the columns of the canonical log.", true);
   const py::call_guard<py::gil_scoped_release> without_gil;
   module.def("read_log", &read_log, py::arg("path"), without_gil,
              "Reads a canonical CSV log. Raises InputError 'file:line: column: …'.");

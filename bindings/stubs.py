@@ -14,7 +14,7 @@ import tempfile
 from pathlib import Path
 
 _MODULE = "cdprcal._core"
-_PRIVATE = {"__getstate__", "__setstate__", "__new__"}
+_PRIVATE = {"__getstate__", "__reduce__", "__setstate__", "__new__"}
 
 
 def make_stubs() -> str:
@@ -57,6 +57,8 @@ class _PutRight(ast.NodeTransformer):
             annotation.right = self._whole(annotation.right)
             return annotation
         text = ast.unparse(annotation)
+        if text == "object":  # made in Python, of libraries that need not be there
+            return ast.parse("typing.Any", mode="eval").body
         if text in _GENERIC:
             return ast.parse(text + _GENERIC[text], mode="eval").body
         return annotation

@@ -22,7 +22,7 @@ PLACE = "<!-- made: findings and messages -->"
 STOPS = "<!-- made: stops -->"
 GAP = "…"
 #: Calls in Python whose text is what a user reads, and which argument it is.
-_PYTHON = {"InputError": 0, "fail": 0, "BackendError": 0, "_wrong": 1}
+_PYTHON = {"InputError": 0, "fail": 0, "BackendError": 0, "misplaced": 1}
 #: The same in C++, with all arguments. A path's failure is a status, and no error.
 _CPP = re.compile(
     r"(?:throw (?:detail::)?(?:InputError|FieldError)|(?<!return )\bfail(?:_at|_in)?"

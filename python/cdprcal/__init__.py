@@ -1,7 +1,8 @@
 """cdprcal: where a cable robot hangs when it is switched on.
 
-The names of the C++ core are available here directly (``cdprcal.load_robot``, ``cdprcal.Pose``,
-``cdprcal.calibrate``, …). They are loaded on first use, so that the command line starts quickly.
+The names of the C++ core are available here directly (``cdprcal.load_robot``, ``cdprcal.Pose``, …),
+and ``calibrate`` and ``diagnose`` as people write them (``cdprcal.calibrate("irma4", "run.csv")``).
+They are loaded on first use, so that the command line starts quickly.
 """
 
 from __future__ import annotations
@@ -9,15 +10,28 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from cdprcal._core import *  # noqa: F403
+    # The names that come first count for type checkers.
+    from cdprcal.calls import calibrate as calibrate
+    from cdprcal.calls import diagnose as diagnose
+
+    from cdprcal._core import *  # type: ignore[assignment]  # noqa: F403  # isort: skip
+
+#: What takes paths and words, in place of the core's functions of that name.
+_CALLS = ("calibrate", "diagnose")
 
 
 def __getattr__(name: str) -> Any:
     if not name.startswith("_"):
         from cdprcal import _core
 
+        if name in _CALLS:
+            from cdprcal import calls
+
+            return globals().setdefault(name, getattr(calls, name))
         if hasattr(_core, name):
-            return getattr(_core, name)
+            from cdprcal.signatures import signed
+
+            return globals().setdefault(name, signed(name))
     raise AttributeError(f"module 'cdprcal' has no attribute {name!r}")
 
 

@@ -1287,6 +1287,17 @@ class Plan:
     """
 
     def __repr__(self) -> str: ...
+    def _repr_html_(self) -> str: ...
+    def plot(self, ax: typing.Any = None) -> typing.Any:
+        """
+        Draws into a matplotlib Axes (None: a new one), which is returned.
+        """
+
+    def to_pandas(self) -> typing.Any:
+        """
+        A pandas.DataFrame: a row a stop, in visiting order.
+        """
+
     @property
     def duration_s(self) -> float: ...
     @property
@@ -1411,6 +1422,7 @@ class PlanResult:
     A plan, or why there is none. Immutable.
     """
 
+    def __repr__(self) -> str: ...
     @property
     def approach(self) -> ApproachCoverage | None:
         """
@@ -1463,6 +1475,12 @@ class Log:
     What a robot's own sensors read, one row a sample. Immutable: the arrays are read-only views of the log, which they keep alive. NaN, or no columns: that sensor is absent. Lengths, swivels and yaw carry unknown constant offsets.
     """
 
+    @staticmethod
+    def from_dataframe(frame: typing.Any, source: str = "data frame") -> Log:
+        """
+        From a pandas.DataFrame with the columns of a canonical log; the index is the time [s] when there is no column time_s. Raises InputError.
+        """
+
     def __init__(
         self,
         *,
@@ -1483,6 +1501,17 @@ class Log:
 
     def __len__(self) -> int: ...
     def __repr__(self) -> str: ...
+    def _repr_html_(self) -> str: ...
+    def plot(self, ax: typing.Any = None) -> typing.Any:
+        """
+        Draws into a matplotlib Axes (None: a new one), which is returned.
+        """
+
+    def to_pandas(self) -> typing.Any:
+        """
+        A pandas.DataFrame: a row a sample, the columns of the canonical log.
+        """
+
     @property
     def absolute_yaw_rad(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         """
@@ -2379,6 +2408,18 @@ class Calibration:
     A calibration and what it was made from.
     """
 
+    def __repr__(self) -> str: ...
+    def _repr_html_(self) -> str: ...
+    def plot(self, ax: typing.Any = None) -> typing.Any:
+        """
+        Draws into a matplotlib Axes (None: a new one), which is returned.
+        """
+
+    def to_pandas(self) -> typing.Any:
+        """
+        A pandas.DataFrame: a row a pose, with its time, position, angles and kind.
+        """
+
     @property
     def equilibria(self) -> list[Equilibrium]:
         """
@@ -2847,6 +2888,18 @@ class Diagnosis:
     """
     What the model lacks. Look at verdict first.
     """
+
+    def __repr__(self) -> str: ...
+    def _repr_html_(self) -> str: ...
+    def plot(self, ax: typing.Any = None) -> typing.Any:
+        """
+        Draws into a matplotlib Axes (None: a new one), which is returned.
+        """
+
+    def to_pandas(self) -> typing.Any:
+        """
+        A pandas.DataFrame: a row a number that was found, with its deviation and unit.
+        """
 
     @property
     def baseline(self) -> DiagnosisModel:

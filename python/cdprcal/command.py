@@ -1,4 +1,4 @@
-"""What every command shares: errors as one message, exit codes, JSON on stdout, prose on stderr."""
+"""What every command shares: errors as one message, exit codes, JSON alone on stdout."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from typing import Annotated, Any, NoReturn, ParamSpec, TypeVar
 
 import typer
 
+from cdprcal.completion import robot_names
+
 DONE, UNTRUSTED, WRONG_USE, INTERRUPTED = 0, 1, 2, 130
 
 P = ParamSpec("P")
@@ -20,7 +22,9 @@ R = TypeVar("R")
 RobotArgument = Annotated[
     str,
     typer.Argument(
-        metavar="ROBOT", help="Robot file (YAML) or built-in name (irma4, ring3, ring5, posts8)."
+        metavar="ROBOT",
+        help="Robot file (YAML) or built-in name (irma4, ring3, ring5, posts8).",
+        autocompletion=robot_names,
     ),
 ]
 LogArgument = Annotated[
@@ -29,7 +33,19 @@ LogArgument = Annotated[
         metavar="LOG", help="Canonical CSV, MCAP or raw robot log, told apart by content."
     ),
 ]
+MapOption = Annotated[
+    str,
+    typer.Option(
+        "--map",
+        metavar="FILE",
+        help="Mapping file: which columns of a file of your own are what (cdprcal check RAW "
+        "--propose FILE writes one). For CSV of any kind, MAT, Parquet, Feather, ROS 2 bags.",
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, alone on stdout.")]
+VerboseOption = Annotated[
+    bool, typer.Option("--verbose", "-v", help="Also what is summed up or left out otherwise.")
+]
 SegmentOption = Annotated[
     int, typer.Option("--segment", help="Which segment is the run, from 0; -1 is the last.")
 ]
@@ -98,7 +114,9 @@ def _fail_with(error: Exception) -> NoReturn:
 def fail(message: str, code: int = WRONG_USE) -> NoReturn:
     """Ends the command with one message on stderr."""
     line = "".join(c if c.isprintable() else " " for c in message.strip())
-    typer.echo(f"cdprcal: {line}", err=True)
+    from cdprcal.terminal import readable
+
+    typer.echo(f"cdprcal: {readable(line)}", err=True)
     raise typer.Exit(code)
 
 
@@ -141,7 +159,7 @@ def _same_file(a: str, b: str) -> bool:
 
 
 def print_json(document: Any) -> None:
-    """The only thing that is ever written to stdout."""
+    """The document, alone on stdout."""
     from cdprcal.results import strict_json
 
     sys.stdout.write(strict_json(document))

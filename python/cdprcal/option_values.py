@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cdprcal.completion import words
+
 if TYPE_CHECKING:
     from cdprcal._core import Box
 
@@ -17,6 +19,7 @@ DistributionOption = Annotated[
     typer.Option(
         "--distribution",
         metavar="barycentre|minimum_norm|mid_range|given_lambda",
+        autocompletion=words("barycentre|minimum_norm|mid_range|given_lambda"),
         help="Which of the tensions that carry the weight are meant.",
     ),
 ]

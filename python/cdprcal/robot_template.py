@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
+from cdprcal import _core
+from cdprcal.io.files import read_bytes
+
 #: Stands where a number is to be entered. The robot file's reader refuses it, naming the place.
 BLANK = "FILL"
 
@@ -54,3 +60,17 @@ def robot_template(name: str, cables: int) -> str:
     parts = [_HEAD.format(blank=BLANK, name=name)]
     parts += [_CABLE.format(blank=BLANK, number=number) for number in range(1, cables + 1)]
     return "".join(parts) + _TAIL.format(blank=BLANK)
+
+
+def robot_like(source: str, name: str) -> str:
+    """The file of a built-in robot or of a path, comments and all, under another name.
+
+    Raises InputError when it is no robot.
+    """
+    if source in _core.builtin_robot_names():
+        text = _core.builtin_robot_yaml(source)
+    else:
+        _core.load_robot(source)  # says what is wrong with it, and where
+        text = read_bytes(Path(source)).decode("utf-8")
+    renamed, count = re.subn(r"(?m)^name:.*$", f"name: {name}", text, count=1)
+    return renamed if count else f"name: {name}\n{text}"

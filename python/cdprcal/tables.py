@@ -1,4 +1,4 @@
-"""Results for people: tables and prose on stderr, so that stdout stays free for JSON."""
+"""Answers for people: the first line says it, then why, then detail; --verbose has the lists."""
 
 from __future__ import annotations
 
@@ -7,37 +7,33 @@ from collections.abc import Iterable
 from typing import Any
 
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from cdprcal import sensors
 from cdprcal.findings import Finding
+from cdprcal.terminal import Table, answers, counted, degrees, fixed, notes, say, scaled, summed_up
 
 _STYLE = {"error": "bold red", "warning": "yellow", "info": "cyan"}
-_MOST_POSES = 40
-_MOST_SEGMENTS = 10
 
 
-def console() -> Console:
-    """A console on stderr; piped, its tables are as wide as they need to be."""
-    out = Console(stderr=True, highlight=False, emoji=False, markup=False)
-    if out.is_terminal:
-        return out
-    return Console(stderr=True, highlight=False, emoji=False, markup=False, width=200)
+def print_findings(
+    findings: Iterable[Finding], out: Console | None = None, *, verbose: bool = False
+) -> None:
+    """One line a finding, its remedy below it; on stderr unless they are what was asked.
 
-
-def say(out: Console, text: str | Text) -> None:
-    """Prose: wrapped on a terminal, one line when piped, so that it can be searched."""
-    out.print(text, soft_wrap=not out.is_terminal, markup=False)
-
-
-def print_findings(findings: Iterable[Finding]) -> None:
-    """One line a finding, its remedy below it."""
-    out = console()
-    for finding in findings:
-        line = Text(f"{finding.severity}: ", style=_STYLE[finding.severity])
-        say(out, line + Text(f"{finding.message}{_place(finding)}", style="none"))
-        say(out, Text(f"    {finding.remedy}", style="dim"))
+    Findings of one kind become one with a count, unless ``verbose``.
+    """
+    out = out or notes()
+    alike: dict[object, list[Finding]] = {}
+    for number, finding in enumerate(findings):
+        kind = number if verbose else (finding.severity, finding.code, finding.remedy)
+        alike.setdefault(kind, []).append(finding)
+    for group in alike.values():
+        first = group[0]
+        more = f"; and {len(group) - 1} more like it: --verbose" if len(group) > 1 else ""
+        line = Text(f"{first.severity}: ", style=_STYLE[first.severity])
+        say(out, line + Text(f"{first.message}{_place(first)}{more}", style="none"))
+        say(out, Text(f"    {first.remedy}", style="dim"))
 
 
 def _place(finding: Finding) -> str:
@@ -55,19 +51,24 @@ def _place(finding: Finding) -> str:
     return f" [{', '.join(parts)}]" if parts else ""
 
 
-def print_check(report: dict[str, Any], findings: Iterable[Finding]) -> None:
-    """What a log holds, how its samples come, what is wrong with it, and the verdict."""
-    out = console()
-    count = len(report["segments"])
+def print_check(
+    report: dict[str, Any], findings: Iterable[Finding], *, verbose: bool = False
+) -> None:
+    """Whether a log can be used, what is wrong with it, what it holds and how its samples come."""
+    out = answers()
+    findings = list(findings)
+    _say_verdict(out, report["log"], report["trusted"], findings)
+    print_findings(findings, out, verbose=verbose)
+    segments = report["segments"]
     say(
         out,
-        f"{report['log']}: {report['format']} log, {report['samples']} samples, {count} "
-        f"{'segment' if count == 1 else 'segments'}, {len(report['equilibria'])} equilibria in the "
-        "run",
+        f"{report['format']} log, {report['samples']} samples, "
+        f"{counted(len(segments), 'segment')}, "
+        f"{counted(len(report['equilibria']), 'equilibrium', 'equilibria')} in the run",
     )
-    table = plain_table("segment", "from [s]", "to [s]", "samples", "")
-    for number, segment in enumerate(report["segments"]):
-        if not (segment["run"] or number >= count - _MOST_SEGMENTS):
+    table = Table("segment", "from [s]", "to [s]", "samples", "", text={4})
+    for number, segment in enumerate(segments):
+        if not (segment["run"] or verbose):
             continue
         table.add_row(
             str(number),
@@ -77,18 +78,23 @@ def print_check(report: dict[str, Any], findings: Iterable[Finding]) -> None:
             "run" if segment["run"] else "",
         )
     out.print(table)
-    if count > _MOST_SEGMENTS:
-        say(out, f"only the run and the last of {count} segments are shown: see --json")
+    if not verbose and len(segments) > 1:
+        say(out, f"{counted(len(segments) - 1, 'other segment')}: --verbose")
     for signal in report["signals"]:
         if words := _not_white(signal):
             say(out, f"{sensors.CHANNELS[signal['channel']].label}: {words}")
-    print_findings(findings)
-    say(
-        out,
-        Text("this log can be used", style="green")
-        if report["trusted"]
-        else Text("this log cannot be trusted", style="bold red"),
-    )
+
+
+def _say_verdict(out: Console, what: str, trusted: bool, findings: list[Finding]) -> None:
+    """'run.csv can be used: 2 warnings'."""
+    counts = [
+        counted(sum(finding.severity == kind for finding in findings), kind)
+        for kind in ("error", "warning")
+        if any(finding.severity == kind for finding in findings)
+    ]
+    verdict = "can be used" if trusted else "cannot be trusted"
+    line = Text(f"{what} ") + Text(verdict, style="bold green" if trusted else "bold red")
+    say(out, line + Text(f": {', '.join(counts) or 'nothing is wrong with it'}", style="none"))
 
 
 def _not_white(signal: dict[str, Any]) -> str:
@@ -105,50 +111,71 @@ def _not_white(signal: dict[str, Any]) -> str:
 
 
 def print_robot_check(report: dict[str, Any], findings: Iterable[Finding]) -> None:
-    """What a robot file describes, what is wrong with it, and the verdict."""
-    out = console()
+    """Whether a robot file can be used, what is wrong with it, and what it describes."""
+    out = answers()
+    findings = list(findings)
+    _say_verdict(out, report["robot"], report["trusted"], findings)
+    print_findings(findings, out, verbose=True)
     low, high = report["tension_limits_N"]
     volume = report["workspace_m3"]
     where = "" if volume is None else f", static workspace about {volume:.2g} m³"
     say(
         out,
-        f"{report['robot']}: {report['cables']} cables, weight {report['weight_N']:.4g} N, "
+        f"{report['cables']} cables, weight {report['weight_N']:.4g} N, "
         f"tensions {low:g} to {high:g} N{where}",
     )
-    print_findings(findings)
-    say(
-        out,
-        Text("this robot file can be used", style="green")
-        if report["trusted"]
-        else Text("this robot file cannot be trusted", style="bold red"),
-    )
 
 
-def print_calibration(document: dict[str, Any], sigma: dict[str, float]) -> None:
+def print_calibration(
+    document: dict[str, Any], sigma: dict[str, float], *, verbose: bool = False
+) -> None:
     """The result of ``calibrate``; ``sigma`` is what each channel's residuals are held against."""
-    out = console()
+    out = answers()
     converged = document["status"] == "converged"
+    pose = document["initial_pose"]
+    if converged:
+        say(out, Text(pose_line(document), style="bold"))
+    elif pose is None:
+        say(out, Text("no initial pose", style="bold red"))
+    else:
+        say(out, Text("no initial pose that can be trusted", style="bold red"))
     status = Text(document["status"], style="bold green" if converged else "bold red")
     say(out, status + Text(f": {document['reason']}", style="none"))
-    say(
-        out,
-        f"{document['static_poses']} static and {document['kinematic_poses']} kinematic poses, "
-        f"{document['iterations']} iterations, {1e3 * document['solve_time_s']:.2f} ms, "
-        f"cost {fixed(document['cost'], 3)}",
-    )
-    if document["initial_pose"] is None:
+    if document["least_observed"]:
+        say(out, document["least_observed"])
+    for line in summed_up(map(gated_line, document["gated"]), verbose=verbose):
+        say(out, line)
+    if pose is None:
         return
     title = f"initial pose at {document['reference_time_s']:.3f} s"
     say(out, title if converged else f"{title} (not to be trusted)")
     out.print(_pose_table(document))
-    if document["least_observed"]:
-        say(out, document["least_observed"])
     out.print(_cable_table(document))
-    for gated in document["gated"]:
-        say(out, gated_line(gated))
-    say(out, "residuals")
     out.print(_residual_table(document["residual_rms"], sigma))
-    out.print(_poses_table(document["poses"]))
+    if verbose:
+        out.print(_poses_table(document["poses"]))
+    more = "" if verbose else " (--verbose lists them)"
+    say(
+        out,
+        f"from {document['static_poses']} static and {document['kinematic_poses']} kinematic poses"
+        f"{more}; cost {fixed(document['cost'], 3)}, {document['iterations']} iterations, "
+        f"{1e3 * document['solve_time_s']:.2f} ms",
+    )
+
+
+def pose_line(document: dict[str, Any]) -> str:
+    """The initial pose with its uncertainty along the worst axis (1 σ), on one line."""
+    pose, deviation = document["initial_pose"], document["standard_deviation"]
+    x, y, z = (fixed(value, 4) for value in pose["position_m"])
+    roll, pitch, yaw = (fixed(degrees(value), 2) for value in pose["euler_rad"])
+    position, rotation = (
+        None if any(value is None for value in part) else max(part)
+        for part in (deviation[:3], deviation[3:])
+    )
+    return (
+        f"x {x}, y {y}, z {z} m ± {fixed(scaled(position, 1e3), 2)} mm; "
+        f"roll {roll}, pitch {pitch}, yaw {yaw}° ± {fixed(degrees(rotation), 3)}°"
+    )
 
 
 def sigma_of(robot: object) -> dict[str, float]:
@@ -182,31 +209,29 @@ def _reading_name(channel: str, component: int) -> str:
     return row.sensor.column(component).rpartition("_")[0].replace("_", " ")
 
 
-def plain_table(*headers: str) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
-    for header in headers:
-        table.add_column(header, justify="right", no_wrap=True)
-    return table
-
-
 def _pose_table(document: dict[str, Any]) -> Table:
     pose = document["initial_pose"]
     deviation = document["standard_deviation"]
-    table = plain_table("", "value", "± σ", "", "value", "± σ (about world x, y, z)")
+    table = Table("", "value", "± σ", "", text={3})
     for i in range(3):
         table.add_row(
             "xyz"[i],
             f"{fixed(pose['position_m'][i], 4)} m",
             f"{fixed(scaled(deviation[i], 1e3), 2)} mm",
-            ("roll", "pitch", "yaw")[i],
+            "",
+        )
+    for i, name in enumerate(("roll", "pitch", "yaw")):
+        table.add_row(
+            name,
             f"{fixed(degrees(pose['euler_rad'][i]), 3)}°",
             f"{fixed(degrees(deviation[3 + i]), 3)}°",
+            f"about world {'xyz'[i]}",
         )
     return table
 
 
 def _cable_table(document: dict[str, Any]) -> Table:
-    table = plain_table("cable", "initial length [m]", "initial swivel [deg]")
+    table = Table("cable", "initial length [m]", "initial swivel [deg]")
     swivels = document["initial_swivels_rad"]
     for i, length in enumerate(document["initial_lengths_m"]):
         table.add_row(str(i + 1), fixed(length, 4), fixed(degrees(swivels[i]), 3))
@@ -234,7 +259,7 @@ CHANNELS = {
 
 
 def _residual_table(rms: dict[str, float | None], sigma: dict[str, float]) -> Table:
-    table = plain_table("channel", "rms", "σ", "unit")
+    table = Table("residuals", "rms", "σ", "unit", text={0, 3})
     for key, (name, unit, factor, sigma_key) in CHANNELS.items():
         value = rms.get(key)
         if value is not None:
@@ -246,30 +271,12 @@ def _residual_table(rms: dict[str, float | None], sigma: dict[str, float]) -> Ta
 
 
 def _poses_table(poses: list[dict[str, Any]]) -> Table:
-    table = plain_table("pose", "time [s]", "x [m]", "y [m]", "z [m]", "kind")
-    shown = poses
-    if len(poses) > _MOST_POSES:  # the reference and what rests; --json has them all
-        shown = [p for i, p in enumerate(poses) if i == 0 or p["kind"] == "static"][:_MOST_POSES]
-    for pose in shown:
+    table = Table("pose", "time [s]", "x [m]", "y [m]", "z [m]", "kind", text={5})
+    for number, pose in enumerate(poses):
         table.add_row(
-            str(poses.index(pose)),
+            str(number),
             f"{pose['time_s']:.3f}",
             *(fixed(value, 4) for value in pose["position_m"]),
             pose["kind"],
         )
-    if len(shown) < len(poses):
-        table.caption = f"and {len(poses) - len(shown)} more, see --json"
-        table.caption_justify = "left"
     return table
-
-
-def fixed(value: float | None, digits: int) -> str:
-    return "–" if value is None else f"{value:.{digits}f}"
-
-
-def scaled(value: float | None, factor: float) -> float | None:
-    return None if value is None else value * factor
-
-
-def degrees(value: float | None) -> float | None:
-    return scaled(value, math.degrees(1))

@@ -20,6 +20,10 @@ from cdprcal.cli import app
 # An environment from before they were dependencies: test_session.py says so, the others go on.
 collect_ignore_glob = [] if find_spec("canopen") else ["test_winch*.py", "test_rosbag*.py"]
 
+# What commands print must not depend on who runs the tests.
+os.environ["LC_ALL"] = "C.UTF-8"
+os.environ.pop("COLUMNS", None)
+
 #: Tensions of Table II [N]: eight equilibria of irma4 around its workspace.
 TABLE_II_TENSIONS_N = [
     [118.476264, 170.828165, 115.569155, 82.981581],

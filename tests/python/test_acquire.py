@@ -326,15 +326,16 @@ def test_a_log_without_inputs_has_none_to_give(
     assert not (tmp_path / "copy.csv").exists()
 
 
-def test_progress_is_said_on_stderr(
+def test_progress_is_said_on_stderr_and_the_end_on_stdout(
     cli: Callable[..., Ran], plan_path: Path, tmp_path: Path
 ) -> None:
     ran = cli("acquire", "irma4", plan_path, "--quick", "-o", tmp_path / "run.csv")
     assert ran.code == 0
-    assert ran.stdout == ""
-    for words in ("set-point 1 of 4", "set-point 4 of 4", "left", "4 of 4 set-points measured",
-                  "next: cdprcal calibrate irma4"):  # fmt: skip
+    for words in ("set-point 1 of 4", "set-point 4 of 4", "left"):
         assert words in ran.stderr
+    assert ran.stdout.startswith("done")
+    for words in ("4 of 4 set-points measured", "next: cdprcal calibrate irma4"):
+        assert words in ran.stdout
 
 
 def test_wrong_use_is_said_and_nothing_written(
@@ -379,8 +380,10 @@ def test_ctrl_c_stops_the_robot_and_keeps_the_log(
             "--speed",
             "4",
         ],
-        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
         text=True,
+        env=dict(os.environ),  # readline, in this process, sets COLUMNS behind its back
     )
     # A few seconds of robot time, then Ctrl-C.
     deadline = time.monotonic() + 30.0
@@ -389,7 +392,7 @@ def test_ctrl_c_stops_the_robot_and_keeps_the_log(
         assert process.poll() is None
         time.sleep(0.05)
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=30)
+    said, _ = process.communicate(timeout=30)
     assert process.returncode == 1, said
     assert "stopped by the operator" in said
     assert "Traceback" not in said

@@ -94,7 +94,7 @@ def test_a_log_that_says_nothing_is_no_consistent_one(
     cdprcal.write_log(changed(log, **zeros), str(path))
     ran = cli("diagnose", "irma4", path)
     assert ran.code == 1, ran
-    assert "zeros.csv gives no initial pose that can be trusted" in ran.stderr
+    assert "zeros.csv gives no initial pose that can be trusted" in ran.stdout
 
 
 def test_a_platform_ten_times_as_heavy_is_not_consistent(
@@ -137,10 +137,10 @@ def test_load_cells_of_two_cables_exchanged_are_not_passed_over(
     path = tmp_path / "exchanged.csv"
     cdprcal.write_log(changed(synthetic.log, tension_N=tension), str(path))
     ran = cli("diagnose", "irma4", path)
-    assert "unexplained" in ran.stderr or re.search(
+    assert "unexplained" in ran.stdout or re.search(
         r"within the sigma of the robot file, but more than the readings ripple at rest, is left: "
         r".*tension \d+ N \(they ripple by",
-        ran.stderr,
+        ran.stdout,
     )
     page = tmp_path / "page.html"
     cli("report", "irma4", path, "-o", page)
@@ -149,8 +149,8 @@ def test_load_cells_of_two_cables_exchanged_are_not_passed_over(
 
 def test_a_consistent_log_leaves_nothing_over(cli: Cli, log_path: Path) -> None:
     ran = cli("diagnose", "irma4", log_path)
-    assert ran.stderr.count("consistent: ") == 1
-    assert "is left: " not in ran.stderr
+    assert ran.stdout.startswith("consistent: no effect found\n")
+    assert "is left: " not in ran.stdout
 
 
 def test_diagnose_says_that_there_is_no_rest(
@@ -178,4 +178,20 @@ def test_calibrate_says_what_to_do_when_it_cannot_be_trusted(
     cdprcal.write_log(changed(log, length_m=-np.array(log.length_m)), str(path))
     ran = cli("calibrate", "irma4", path)
     assert ran.code == 1, ran
-    assert f"next: cdprcal check irma4 {path}, then cdprcal diagnose" in ran.stderr
+    assert f"next: cdprcal check irma4 {path}, then cdprcal diagnose" in ran.stdout
+
+
+def test_minus_o_writes_what_the_name_says(cli: Cli, log_path: Path, tmp_path: Path) -> None:
+    robot, result = tmp_path / "corrected.yaml", tmp_path / "diagnosis.json"
+    assert cli("diagnose", "irma4", log_path, "-o", robot, "-o", result).code == 0
+    assert cdprcal.load_robot(str(robot)).cable_count == 4
+    assert json.loads(result.read_text())["verdict"] == "consistent"
+    twice = cli("diagnose", "irma4", log_path, "-o", result, "--result", tmp_path / "other.json")
+    assert twice.code == 2
+    assert "would be the same result; give one" in twice.stderr
+    twice = cli("diagnose", "irma4", log_path, "-o", robot, "-o", tmp_path / "other.yaml")
+    assert twice.code == 2
+    assert "would be the same robot file; give one" in twice.stderr
+    none = cli("calibrate", "irma4", log_path, "-o", robot)
+    assert none.code == 2
+    assert "corrected.yaml: calibrate corrects no robot file; give a name in .json" in none.stderr

@@ -48,6 +48,7 @@ HAND_ON = {
     "schema.cpp",
     "server.py",
     "set_point.cpp",
+    "strict_yaml.py",
     "timing.cpp",
     "workspace.py",
     "yaml_reader.cpp",
@@ -133,7 +134,7 @@ def test_the_commands_of_a_page_do_what_it_says(
         for made in ("cdprcal-demo/report.html", "corrected.yaml", "report.html"):
             assert (folder / made).stat().st_size > 0
         assert "load_cell_bias" in (folder / "corrected.yaml").read_text()
-        sigmas = re.findall(r"x +[-\d.]+ m +([\d.]+) mm", done.stderr)
+        sigmas = re.findall(r"x +[-\d.]+ m +([\d.]+) mm", done.stdout)
         assert len(sigmas) == 2
         assert float(sigmas[0]) > 3.0 * float(sigmas[1])  # "known far better"
     if page == "your-robot.md":

@@ -243,8 +243,8 @@ def test_until(cli: Callable[..., Ran], plan: cdprcal.Plan, tmp_path: Path) -> N
     path.write_text(cdprcal.format_plan(three))
     ran = cli("acquire", "irma4", path, "-o", short, "--until", "0.01mm,0.001deg", "--quick")
     assert ran.code == 1
-    assert "was not reached" in ran.stderr
-    assert "4 of 4" in ran.stderr
+    assert "was not reached" in ran.stdout
+    assert "4 of 4" in ran.stdout
     ran = cli("acquire", "irma4", path, "-o", tmp_path / "no.csv", "--until", "soon")
     assert ran.code == 2
     assert not (tmp_path / "no.csv").exists()

@@ -147,9 +147,10 @@ def test_for_people(cli: Cli, tmp_path: Path) -> None:
     picture = tmp_path / "plan.png"
     ran = cli("plan", "irma4", "--optimal", 5, "--plot", picture)
     assert ran.code == 0
-    assert ran.stdout == ""
-    for words in ("5 measured poses", "predicted accuracy", "fewer", "as good as the grid"):
-        assert words in ran.stderr
+    assert ran.stdout.startswith("5 measured poses, ")
+    for words in ("initial pose to ± ", "predicted accuracy", "fewer", "as good as the grid"):
+        assert words in ran.stdout
+    assert ran.stderr == f"{picture}\n"
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert picture.stat().st_size > 20_000
 
@@ -176,15 +177,15 @@ def test_what_a_plan_is_not_is_said_to_people(cli: Cli, capfd: pytest.CaptureFix
     assert changes.keys() <= document.keys()
     capfd.readouterr()
     print_plan(document | changes)
-    said = capfd.readouterr().err
+    said = capfd.readouterr().out
     assert "the grid's 27 poses are more accurate than the 40 chosen; ask for more" in said
     assert re.search(r"^ *1 +chosen +– +–", said, flags=re.M)
     assert re.search(r"^ *40 +chosen +5\.00 ", said, flags=re.M)
     assert not re.search(r"^ *20 +chosen", said, flags=re.M)  # of many rows a few
     assert "would not be observable from these poses: add poses" in said
     assert "order: short; whether it is the shortest was not proved" in said
-    assert re.search(r"and \d+ more, see --json", said)
-    assert "on the way" in said
+    assert re.search(r"and \d+ more: --verbose", said)
+    assert "passed" in said
 
 
 # Effects that the robot file lists.

@@ -53,7 +53,7 @@ def test_a_diagnosis_is_solved_again_from_its_file_alone(
     log_path.unlink()
     ran = cli("repeat", path)
     assert ran.code == 0
-    assert "the same again: consistent" in ran.stderr
+    assert "the same again: consistent" in ran.stdout
 
 
 def test_another_result_is_noticed(cli: Cli, log_path: Path, tmp_path: Path) -> None:
@@ -64,7 +64,7 @@ def test_another_result_is_noticed(cli: Cli, log_path: Path, tmp_path: Path) -> 
     path.write_text(json.dumps(document))
     ran = cli("repeat", path)
     assert ran.code == 1
-    assert "not the same: the initial pose moved by 0.5" in ran.stderr
+    assert "not the same: the initial pose moved by 0.5" in ran.stdout
 
 
 def test_a_changed_log_is_refused(cli: Cli, log_path: Path, tmp_path: Path) -> None:

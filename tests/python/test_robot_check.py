@@ -70,7 +70,7 @@ def test_a_centre_of_mass_in_millimetres_is_named(cli: Cli, tmp_path: Path) -> N
     path.write_text(text.replace("[0, 0, 0.173]", "[0, 0, 173]"))
     ran = cli("check", path)
     assert ran.code == 1, ran
-    assert "error: the centre of mass is 172.7 m from the nearest anchor" in ran.stderr
+    assert "error: the centre of mass is 172.7 m from the nearest anchor" in ran.stdout
 
 
 @pytest.mark.parametrize("robot_name", ["irma4", "ring3", "ring5", "posts8"])

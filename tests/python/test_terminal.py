@@ -27,6 +27,7 @@ from cdprcal.testing.simulated_devices.faults import Fault
 from conftest import Ran
 from winch_bus import EXAMPLE, example_session, small_plan
 
+STREAMS = ("answers", "notes")
 CONTROL = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 
 
@@ -49,7 +50,8 @@ class Terminal:
 @pytest.fixture
 def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
     drawn = Terminal()
-    for place in ("cdprcal.acquisition.monitor.console", "cdprcal.tables.console"):
+    places = [f"cdprcal.{m}.{n}" for m in ("acquisition.monitor", "terminal") for n in STREAMS]
+    for place in places:
         monkeypatch.setattr(place, drawn.console)
     # Ten pictures per second of a run that takes a fraction of one hang on the machine: every 5 ms.
     monkeypatch.setattr("cdprcal.acquisition.monitor._REFRESH_S", 0.005)

@@ -20,7 +20,7 @@ from cdprcal._core import RobotSample, StartUpCommand, StartUpState
 from cdprcal.acquisition.guide import Estimate, Guide
 from cdprcal.acquisition.procedure import STATES, Acquired
 from cdprcal.acquisition.remedies import remedy_for
-from cdprcal.tables import console, fixed, say
+from cdprcal.terminal import answers, fixed, notes, say
 
 _REFRESH_S = 0.1
 _BAR_WIDTH = 30
@@ -43,7 +43,7 @@ class Monitor:
         self._guided = guided
         self._estimate: Estimate | None = None
         self._log = log
-        self._out = console()
+        self._out = notes()
         self._live = Live(console=self._out, transient=True, auto_refresh=False)
         self._animated = self._out.is_terminal
         self._shown_s = 0.0
@@ -94,31 +94,32 @@ class Monitor:
 
     def print_end(self, run: Acquired, robot: str, guide: Guide) -> None:
         """The last word: what was acquired, why it stopped, what to do next."""
+        out = answers()
         done = run.state == StartUpState.done and not run.reason
         style = "bold green" if done else "bold red"
         text = Text("done" if done else "stopped", style=style)
         if run.reason:
             text += Text(f": {run.reason}", style="none")
-        say(self._out, text)
+        say(out, text)
         say(
-            self._out,
+            out,
             f"{self._log}: {run.samples} samples, {len(run.rests)} of {sum(self._stops)} "
             f"set-points measured, {run.duration_s:.1f} s of robot time",
         )
         if guide.estimates:
             last = guide.estimates[-1]
-            say(self._out, f"initial pose {last}")
+            say(out, f"initial pose {last}")
             if self._guided and not guide.reached:
                 weakest = f"; weakest: {last.least_observed}" if last.least_observed else ""
                 say(
-                    self._out,
+                    out,
                     Text("the accuracy asked for was not reached", style="bold red")
                     + Text(f"{weakest}; plan more or more varied poses", style="none"),
                 )
         if done:
-            say(self._out, f"next: cdprcal calibrate {robot} {self._log}")
+            say(out, f"next: cdprcal calibrate {robot} {self._log}")
         elif remedy := remedy_for(run.reason):
-            say(self._out, f"what to do: {remedy}")
+            say(out, f"what to do: {remedy}")
 
     def _interrupted(self, number: int, frame: FrameType | None) -> None:
         if self._stop and number == signal.SIGINT:

@@ -15,6 +15,7 @@ from cdprcal.cli import (
     check,
     demo,
     diagnose,
+    effects,
     export,
     generate,
     import_log,
@@ -45,6 +46,8 @@ app.command("export", epilog=export.EXAMPLE)(export.command)
 app.command("check", epilog=check.EXAMPLE)(check.command)
 app.command("calibrate", epilog=calibrate.EXAMPLE)(calibrate.command)
 app.command("diagnose", epilog=diagnose.EXAMPLE)(diagnose.command)
+app.command("effects", epilog=effects.EFFECTS_EXAMPLE)(effects.effects)
+app.command("explain", epilog=effects.EXPLAIN_EXAMPLE)(effects.explain)
 app.command("report", epilog=report.EXAMPLE)(report.command)
 app.command("repeat", epilog=repeat.EXAMPLE)(repeat.command)
 app.command("template", epilog=template.EXAMPLE)(template.command)

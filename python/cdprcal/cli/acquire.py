@@ -17,6 +17,7 @@ from cdprcal.command import (
     print_json,
     reports_errors,
 )
+from cdprcal.completion import injected_effects
 
 if TYPE_CHECKING:
     from cdprcal import _core
@@ -77,6 +78,7 @@ def command(
         typer.Option(
             "--effect",
             metavar="NAME=VALUES",
+            autocompletion=injected_effects,
             help="Simulated: an imperfection of the plant, by its name in the catalogue; may be "
             "repeated.",
         ),

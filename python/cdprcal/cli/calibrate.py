@@ -12,13 +12,17 @@ from cdprcal.command import (
     UNTRUSTED,
     JsonOption,
     LogArgument,
+    MapOption,
     RobotArgument,
     SegmentOption,
+    VerboseOption,
+    fail,
     interruptible,
     keep_apart,
     print_json,
     reports_errors,
 )
+from cdprcal.completion import words
 from cdprcal.option_values import split_numbers
 
 EXAMPLE = "Example: cdprcal calibrate irma4 run.csv -o result.json"
@@ -32,6 +36,7 @@ def command(
         str,
         typer.Option(
             metavar="unified|static|kinematic",
+            autocompletion=words("unified|static|kinematic"),
             help="static: tensions, lengths, swivels and attitude at rest; kinematic: without "
             "tensions, also in motion; unified: both.",
         ),
@@ -40,6 +45,7 @@ def command(
         str,
         typer.Option(
             metavar="full|paper",
+            autocompletion=words("full|paper"),
             help="full: all six equations of statics and everything the first pose knows; paper: "
             "eqs 13-17 to the letter.",
         ),
@@ -55,12 +61,15 @@ def command(
         str,
         typer.Option(
             metavar="data|specified",
+            autocompletion=words("data|specified"),
             help="Where the weights come from: the readings themselves, with outliers and slack "
             "cables left out, or the robot file's sigma (default: data; specified for "
             "--formulation paper).",
         ),
     ] = "",
+    map_: MapOption = "",
     segment: SegmentOption = -1,
+    verbose: VerboseOption = False,
     json: JsonOption = False,
     output: Annotated[
         str,
@@ -68,7 +77,7 @@ def command(
             "-o",
             "--output",
             metavar="FILE",
-            help="Also write the result as JSON, with robot, log and options: for cdprcal report "
+            help="Also write the result (.json), with robot, log and options: for cdprcal report "
             "and cdprcal repeat.",
         ),
     ] = "",
@@ -78,10 +87,12 @@ def command(
     Exit code 1: the solution cannot be trusted; the status and its reason say why.
     """
     from cdprcal import _core
-    from cdprcal.io import load_run
+    from cdprcal.mapping import Reader
     from cdprcal.results import calibration_as_dict
 
-    keep_apart({"-o": output}, {"robot file": robot, "log": log})
+    if output.lower().endswith((".yaml", ".yml")):
+        fail(f"{output}: calibrate corrects no robot file; give a name in .json for the result")
+    keep_apart({"-o": output}, {"robot file": robot, "log": log, "mapping file": map_})
     options = _core.CalibrateOptions(
         method=_core.parse_method(method),
         formulation=_core.parse_formulation(formulation),
@@ -90,7 +101,7 @@ def command(
         segment=segment,
     )
     the_robot = _core.load_robot(robot)
-    file = load_run(log, the_robot)
+    file = Reader(the_robot, map_).load(log)
     with interruptible():
         calibration = _core.calibrate(the_robot, file.log, options)
     document = calibration_as_dict(the_robot, calibration)
@@ -104,13 +115,13 @@ def command(
     else:
         from cdprcal.tables import print_calibration, print_findings, sigma_of
 
-        print_findings(file.findings)
-        print_calibration(document, sigma_of(the_robot))
+        print_findings(file.findings, verbose=verbose)
+        print_calibration(document, sigma_of(the_robot), verbose=verbose)
     converged = calibration.result.status == _core.CalibrationStatus.converged
     if not converged and not json:
-        from cdprcal.tables import console, say
+        from cdprcal.terminal import answers, say
 
-        say(console(), f"next: cdprcal check {robot} {log}, then cdprcal diagnose {robot} {log}")
+        say(answers(), f"next: cdprcal check {robot} {log}, then cdprcal diagnose {robot} {log}")
     raise typer.Exit(DONE if converged else UNTRUSTED)
 
 

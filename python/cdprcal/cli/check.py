@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -10,18 +11,36 @@ from cdprcal.command import (
     DONE,
     UNTRUSTED,
     JsonOption,
-    RobotArgument,
+    MapOption,
     SegmentOption,
+    VerboseOption,
+    fail,
+    keep_apart,
     print_json,
     reports_errors,
 )
+from cdprcal.completion import robot_names
 
-EXAMPLE = "Example: cdprcal check irma4 run.csv"
+if TYPE_CHECKING:
+    from cdprcal import _core
+
+EXAMPLE = (
+    "Example: cdprcal check irma4 run.csv\n\n"
+    "A file of your own: cdprcal check irma4 raw.csv --propose map.yaml"
+)
 
 
 @reports_errors
 def command(
-    robot: RobotArgument,
+    robot: Annotated[
+        str,
+        typer.Argument(
+            metavar="ROBOT",
+            autocompletion=robot_names,
+            help="Robot file (YAML) or built-in name (irma4, ring3, ring5, posts8); may be left "
+            "out with --propose.",
+        ),
+    ],
     log: Annotated[
         str,
         typer.Argument(
@@ -30,18 +49,36 @@ def command(
             "robot file itself is checked.",
         ),
     ] = "",
+    propose: Annotated[
+        str,
+        typer.Option(
+            "--propose",
+            metavar="FILE",
+            help="Write a mapping file for a log of any kind, from what its columns seem to be; "
+            "with ROBOT, directions and units are tried on its physics.",
+        ),
+    ] = "",
+    map_: MapOption = "",
     segment: SegmentOption = -1,
+    verbose: VerboseOption = False,
     json: JsonOption = False,
 ) -> None:
     """Say what is wrong with a robot file or a log: where, how bad, and what to do.
 
     Thresholds come from the robot file's sigma and limits, from physics and from the data's own
-    noise. Exit code 1: it cannot be trusted.
+    noise. Exit code 1: it cannot be trusted; with --propose: a line of the map is but a guess.
     """
     from cdprcal._core import load_robot
-    from cdprcal.check import check_file, check_robot
+    from cdprcal.check import check_file, check_log, check_robot
+    from cdprcal.mapping import Reader, map_offered
     from cdprcal.tables import print_check, print_robot_check
 
+    if propose:
+        raw, known = (log, load_robot(robot)) if log else (robot, None)
+        if json or map_:
+            fail("--propose: writes a mapping file and nothing else; leave out --json and --map")
+        keep_apart({"--propose": propose}, {"log": raw, "robot file": robot if log else ""})
+        raise typer.Exit(_propose(raw, known, propose, robot if log else "ROBOT"))
     the_robot = load_robot(robot)
     if not log:
         about = check_robot(the_robot)
@@ -50,9 +87,46 @@ def command(
         else:
             print_robot_check(about.as_dict(), about.findings)
         raise typer.Exit(DONE if about.trusted else UNTRUSTED)
-    report = check_file(the_robot, log, segment)
+    if map_:
+        report = check_log(the_robot, Reader(the_robot, map_).load(log), segment)
+    else:
+        with map_offered(log):
+            report = check_file(the_robot, log, segment)
     if json:
         print_json(report.as_dict())
     else:
-        print_check(report.as_dict(), report.findings)
+        print_check(report.as_dict(), report.findings, verbose=verbose)
     raise typer.Exit(DONE if report.trusted else UNTRUSTED)
+
+
+def _propose(raw: str, robot: _core.Robot | None, output: str, shown_robot: str) -> int:
+    """Writes a mapping file, says how sure it is; the exit code."""
+    from cdprcal.io.files import write_text
+    from cdprcal.mapping import propose_file
+    from cdprcal.terminal import Table, answers, counted, say
+
+    proposal = propose_file(raw, robot)
+    write_text(Path(output), proposal.text())
+    out = answers()
+    lines = (proposal.time, *proposal.lines)
+    guesses = [line.name for line in lines if line.sure == "guess"]
+    say(
+        out,
+        f"{output}: {counted(len(lines), 'line')}, "
+        + (f"to be corrected where wrong: {', '.join(guesses)}" if guesses else "none a guess"),
+    )
+    table = Table("what", "how sure", "unit", "sign", "columns", "because", text=range(6))
+    for line in lines:
+        signs = line.sign if len(set(line.sign)) > 1 else line.sign[:1]
+        columns = ", ".join(filter(None, line.columns)) or f"{proposal.rate_Hz:g} rows a second"
+        table.add_row(
+            line.name,
+            line.sure,
+            str(line.unit),
+            " ".join(f"{sign:+d}" for sign in signs),
+            columns,
+            line.why,
+        )
+    out.print(table)
+    say(out, f"next: cdprcal check {shown_robot} {raw} --map {output}")
+    return UNTRUSTED if guesses else DONE

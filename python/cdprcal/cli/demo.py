@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from cdprcal.command import DONE, UNTRUSTED, JsonOption, fail, print_json, reports_errors
+from cdprcal.completion import injected_effects
 
 EXAMPLE = "Example: cdprcal demo --seed 2 --effect load_cell_bias=6,-5,4,-8"
 
@@ -32,6 +33,7 @@ def command(
         typer.Option(
             "--effect",
             metavar="NAME=VALUES",
+            autocompletion=injected_effects,
             help="What to hide in the second robot (default: one of a few, by the seed).",
         ),
     ] = "",
@@ -49,9 +51,9 @@ def command(
     from cdprcal.diagnosis import diagnosis_as_dict
     from cdprcal.diagnosis.pictures import write_pictures
     from cdprcal.io.files import reason
-    from cdprcal.tables import console, say
+    from cdprcal.terminal import answers, notes, say
 
-    out = console()
+    out = notes()
     the_robot = _core.load_robot(robot)
     if not 3 <= the_robot.cable_count <= 5:
         fail(
@@ -80,8 +82,7 @@ def command(
         f"of robot time ({run.path})",
     )
     rows = story.calibrate_by_all_methods(the_robot, run)
-    say(out, "4. calibrated: error of the initial pose")
-    out.print(table.methods_table(rows))
+    say(out, "4. calibrated by all methods")
     drawn = pictures.write_pictures(the_robot, run, rows, folder)
 
     say(out, f"5. another robot, with a fault that nobody knows of: {hide}")
@@ -93,13 +94,19 @@ def command(
         folder / "faulty.csv",
         lambda step: say(out, f"   … {step}"),
     )
-    say(out, table.verdict(hidden))
-    out.print(table.hidden_table(hidden))
     drawn += write_pictures(diagnosis_as_dict(hidden.diagnosis, the_robot), folder)
     page = folder / "report.html"
     story.write_hidden_report(the_robot, hidden, page)
-    say(out, "pictures: " + ", ".join(str(path) for path in drawn))
+    if not json:
+        out = answers()
+    say(out, table.headline(rows))
+    say(out, table.verdict(hidden))
+    say(out, "error of the initial pose, by method")
+    out.print(table.methods_table(rows))
+    say(out, f"error of the initial pose, with the hidden fault {hide}")
+    out.print(table.hidden_table(hidden))
     say(out, f"the report, to be opened in a browser: {page}")
+    say(out, f"pictures in {folder}: " + ", ".join(path.name for path in drawn))
     if json:
         print_json(table.demo_as_dict(run, rows, hidden))
     found = all(row.calibration.result.status == _core.CalibrationStatus.converged for row in rows)

@@ -100,7 +100,7 @@ def run_dry(backend: FieldbusBackend, seconds: float, *, json: bool) -> None:
         fail(str(error), UNTRUSTED)
     if json:
         print_json(readings(backend, sample))
-    screen.end(sample)
+    screen.end(sample, json=json)
     raise typer.Exit(UNTRUSTED if backend.tripped else DONE)
 
 
@@ -110,10 +110,10 @@ class _Screen:
     def __init__(self, backend: FieldbusBackend) -> None:
         from rich.live import Live
 
-        from cdprcal.tables import console
+        from cdprcal.terminal import notes
 
         self._backend = backend
-        self._out = console()
+        self._out = notes()
         self._live = Live(console=self._out, transient=True, auto_refresh=False)
         self._shown_s = 0.0
         self._stop = False
@@ -142,21 +142,22 @@ class _Screen:
             self._shown_s = now_s
             self._live.update(_table(self._backend, sample), refresh=True)
 
-    def end(self, sample: _core.RobotSample) -> None:
-        from cdprcal.tables import say
+    def end(self, sample: _core.RobotSample, *, json: bool) -> None:
+        from cdprcal.terminal import answers, notes, say
 
-        self._out.print(_table(self._backend, sample))
+        out = notes() if json else answers()
+        out.print(_table(self._backend, sample))
         if self._backend.tripped:
-            say(self._out, f"would have stopped: {self._backend.tripped}")
-        say(self._out, "dry run: no drive was enabled and no log written; to move, add --arm")
+            say(out, f"would have stopped: {self._backend.tripped}")
+        say(out, "dry run: no drive was enabled and no log written; to move, add --arm")
 
 
 def _table(backend: FieldbusBackend, sample: _core.RobotSample) -> Group:
     import numpy as np
     from rich.console import Group
-    from rich.table import Table
 
-    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
+    from cdprcal.terminal import Table
+
     columns = (
         "cable",
         "node",
@@ -167,8 +168,7 @@ def _table(backend: FieldbusBackend, sample: _core.RobotSample) -> Group:
         "load cell",
         "τ [N]",
     )
-    for name in columns:
-        table.add_column(name, justify="left" if name == "drive" else "right")
+    table = Table(*columns, text={2})
     for state in backend.winches:
         table.add_row(
             str(state.winch.cable),

@@ -11,7 +11,10 @@ from cdprcal.command import (
     DONE,
     UNTRUSTED,
     JsonOption,
+    MapOption,
     RobotArgument,
+    VerboseOption,
+    fail,
     interruptible,
     keep_apart,
     print_json,
@@ -22,7 +25,7 @@ if TYPE_CHECKING:
     from cdprcal import _core
     from cdprcal.io import LogFile
 
-EXAMPLE = "Example: cdprcal diagnose irma4 run.csv -o corrected.yaml --result diagnosis.json"
+EXAMPLE = "Example: cdprcal diagnose irma4 run.csv -o corrected.yaml -o diagnosis.json"
 
 
 @reports_errors
@@ -36,11 +39,16 @@ def command(
         ),
     ],
     output: Annotated[
-        str,
+        list[str] | None,
         typer.Option(
-            "-o", "--output", metavar="FILE", help="Write the corrected robot file (YAML)."
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="Write what the name says: .yaml the corrected robot file; .json the result, with "
+            "robot and logs, for cdprcal report and cdprcal repeat. May be repeated.",
         ),
-    ] = "",
+    ] = None,
+    map_: MapOption = "",
     plot: Annotated[
         str, typer.Option("--plot", metavar="DIR", help="Write pictures (PNG) into this folder.")
     ] = "",
@@ -49,10 +57,10 @@ def command(
         typer.Option(
             "--result",
             metavar="FILE",
-            help="Also write the result as JSON, with robot and logs: for cdprcal report and "
-            "cdprcal repeat.",
+            help="As -o FILE.json, under any name.",
         ),
     ] = "",
+    verbose: VerboseOption = False,
     json: JsonOption = False,
 ) -> None:
     """Find where the model and the logs disagree, name the missing effects, show the gap shrink.
@@ -64,18 +72,23 @@ def command(
     from cdprcal import _core
     from cdprcal.diagnosis import diagnosis_as_dict
     from cdprcal.diagnosis.document import TRUSTED
-    from cdprcal.io import load_runs
     from cdprcal.io.files import write_texts
     from cdprcal.io.result_file import result_text
-    from cdprcal.tables import console, print_findings, say
+    from cdprcal.mapping import Reader
+    from cdprcal.tables import print_findings
+    from cdprcal.terminal import notes, say
 
-    keep_apart({"-o": output, "--result": result}, {"robot file": robot, "log": logs})
+    corrected, result = _outputs(output or [], result)
+    keep_apart(
+        {"-o": corrected, "--result": result},
+        {"robot file": robot, "log": logs, "mapping file": map_},
+    )
     the_robot = _core.load_robot(robot)
-    files = load_runs(logs, the_robot)
+    files = Reader(the_robot, map_).load_all(logs)
     the_logs = [file.log for file in files]
-    out = console()
+    out = notes()
     for file in files:
-        print_findings(file.findings)
+        print_findings(file.findings, verbose=verbose)
 
     def progress(step: str) -> None:
         say(out, f"… {step}")
@@ -94,8 +107,8 @@ def command(
         document["reason"] = "a log gives no initial pose that can be trusted, whatever was found"
     document["next"] += without
     texts = {}
-    if output:
-        texts[Path(output)] = _core.to_yaml(diagnosis.corrected)
+    if corrected:
+        texts[Path(corrected)] = _core.to_yaml(diagnosis.corrected)
     if result:
         texts[Path(result)] = result_text("diagnose", document, the_robot, the_logs, {})
     if plot:
@@ -109,8 +122,20 @@ def command(
     else:
         from cdprcal.diagnosis.table import print_diagnosis
 
-        print_diagnosis(document)
+        print_diagnosis(document, verbose=verbose)
     raise typer.Exit(DONE if document["verdict"] in TRUSTED else UNTRUSTED)
+
+
+def _outputs(names: list[str], result: str) -> tuple[str, str]:
+    """Of the names after -o that of the robot file and that of the result; empty: not wanted."""
+    results = [name for name in names if name.lower().endswith(".json")]
+    robots = [name for name in names if name not in results]
+    if len(robots) > 1:
+        fail(f"-o: {robots[0]} and {robots[1]} would be the same robot file; give one")
+    results += [result] if result else []
+    if len(results) > 1:
+        fail(f"-o: {results[0]} and {results[1]} would be the same result; give one")
+    return "".join(robots), "".join(results)
 
 
 def _without_pose(robot: _core.Robot, files: list[LogFile]) -> list[str]:

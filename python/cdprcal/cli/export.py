@@ -31,11 +31,11 @@ def command(
     from cdprcal.hardware.session import load_session
     from cdprcal.io import load_run
     from cdprcal.ros2 import save_bag
-    from cdprcal.tables import console, say
+    from cdprcal.terminal import answers, say
 
     the_robot = _core.load_robot(robot)
     file = load_run(log, the_robot)
     topics = load_session(session).ros2 if session else None
     save_bag(file.log, output, the_robot.euler_convention, topics, storage=storage)
-    say(console(), f"{output}: {len(file.log)} samples of {file.log.cable_count} cables")
+    say(answers(), f"{output}: {len(file.log)} samples of {file.log.cable_count} cables")
     raise typer.Exit(DONE)

@@ -54,7 +54,7 @@ def command(
     from cdprcal.io import save_log
     from cdprcal.io.files import write_text
     from cdprcal.results import pose_as_dict, strict_json
-    from cdprcal.tables import console, say
+    from cdprcal.terminal import answers, say
 
     keep_apart({"-o": output, "--truth": truth}, {"robot file": robot})
     the_robot = _core.load_robot(robot)
@@ -76,7 +76,7 @@ def command(
         ]
         write_text(Path(truth), strict_json({"poses": poses}))
     say(
-        console(),
+        answers(),
         f"{output}: {len(made.log)} samples, {len(setpoints)} equilibria, "
         f"{made.log.time_s[-1]:g} s",
     )

@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cdprcal.command import DONE, UNTRUSTED, LogArgument, reports_errors
+from cdprcal.command import DONE, UNTRUSTED, LogArgument, MapOption, fail, reports_errors
 
 if TYPE_CHECKING:
+    from cdprcal import _core
     from cdprcal.io import LogFile
 
 EXAMPLE = (
     "Example: cdprcal import robot.log -o run.csv\n\n"
-    "A ROS 2 bag: cdprcal import bag --robot irma4 --session mine.yaml -o run.csv"
+    "A file of your own: cdprcal import raw.csv --map map.yaml -o run.csv"
 )
 
 
@@ -25,6 +26,7 @@ def command(
         str,
         typer.Option("-o", "--output", metavar="FILE", help="Canonical log: .csv, or .mcap."),
     ],
+    map_: MapOption = "",
     inputs: Annotated[
         str,
         typer.Option(
@@ -37,7 +39,9 @@ def command(
     robot: Annotated[
         str,
         typer.Option(
-            metavar="ROBOT", help="Of a ROS 2 bag with orientations: whose Euler convention to use."
+            metavar="ROBOT",
+            help="Of a file with orientations: whose Euler convention to use. A log or session of "
+            "another robot is refused.",
         ),
     ] = "",
     session: Annotated[
@@ -45,17 +49,28 @@ def command(
         typer.Option(metavar="FILE", help="Of a ROS 2 bag: its section ros2 names the topics."),
     ] = "",
 ) -> None:
-    """Turn a raw robot log, MCAP or ROS 2 bag into a canonical log.
+    """Turn a raw robot log, MCAP, ROS 2 bag, or with --map any file, into a canonical log.
 
-    Nothing is corrected: signs, scales and offsets stay as the robot wrote them. Exit code 1:
+    Nothing is corrected but what the map says: signs, scales and offsets stay. Exit code 1:
     written, but the log cannot be trusted as it is (for example, its clock went back).
     """
-    from cdprcal._core import InputError
+    from cdprcal._core import InputError, load_robot
     from cdprcal.io import load_log, read_inputs, save_log
     from cdprcal.io.files import reason, write_text
-    from cdprcal.tables import console, print_findings, say
+    from cdprcal.io.log_file import require_cable_count
+    from cdprcal.mapping import load_mapped
+    from cdprcal.tables import print_findings
+    from cdprcal.terminal import answers, say
 
-    file = _load_bag(raw, robot, session) or load_log(raw)
+    the_robot = load_robot(robot) if robot else None
+    if map_ and session:
+        fail("--session: a mapping file names topics, too; leave one of both out")
+    if map_:
+        file = load_mapped(raw, map_, the_robot)
+    else:
+        file = _load_bag(raw, the_robot, session) or load_log(raw)
+    if the_robot is not None:
+        require_cable_count(file, the_robot)
     target = Path(output)
     if target.exists() and target.samefile(raw):
         raise InputError(f"{output}: is the log that is read; give another name")
@@ -76,7 +91,7 @@ def command(
     print_findings(file.findings)
     log = file.log
     say(
-        console(),
+        answers(),
         f"{raw}: {len(log)} samples of {log.cable_count} cables, {log.time_s[0]:g} to "
         f"{log.time_s[-1]:g} s, now in {output}",
     )
@@ -84,14 +99,18 @@ def command(
     raise typer.Exit(UNTRUSTED if errors else DONE)
 
 
-def _load_bag(path: str, robot: str, session: str) -> LogFile | None:
-    """A ROS 2 bag; None when it is none."""
-    from cdprcal import _core
+def _load_bag(path: str, robot: _core.Robot | None, session: str) -> LogFile | None:
+    """A ROS 2 bag; None when it is none. Ends the command when the session is another robot's."""
     from cdprcal.hardware.session import load_session
     from cdprcal.ros2 import is_bag, load_bag
 
     if not is_bag(Path(path)):
         return None
-    topics = load_session(session).ros2 if session else None
-    convention = _core.load_robot(robot).euler_convention if robot else None
-    return load_bag(path, topics, convention)
+    about = load_session(session) if session else None
+    if about is not None and robot is not None and about.robot != robot.name:
+        fail(
+            f"{session}: is the session of robot {about.robot}, not {robot.name}; give that one "
+            "with --robot, or the session of this robot"
+        )
+    topics = about.ros2 if about is not None else None
+    return load_bag(path, topics, robot.euler_convention if robot is not None else None)

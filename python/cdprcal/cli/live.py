@@ -58,10 +58,10 @@ class Page:
             if estimate is not None:
                 self._run.estimate(sample.time_s, estimate.as_event())
         except Exception as error:
-            from cdprcal.tables import console, say
+            from cdprcal.terminal import notes, say
 
             self._run = None
-            say(console(), f"the live page stopped, the robot goes on: {error}")
+            say(notes(), f"the live page stopped, the robot goes on: {error}")
 
     def end(self, run: Acquired) -> None:
         """Says how the run ended."""
@@ -101,10 +101,10 @@ def live_page(
 
 @contextmanager
 def _served(server: LiveServer, feed: Feed, page: Page) -> Iterator[Page]:
-    from cdprcal.tables import console, say
+    from cdprcal.terminal import notes, say
 
     with server:
-        say(console(), f"{server.address}: open it in a browser on this computer")
+        say(notes(), f"{server.address}: open it in a browser on this computer")
         try:
             yield page
         finally:

@@ -10,11 +10,13 @@ import typer
 from cdprcal.command import (
     JsonOption,
     RobotArgument,
+    VerboseOption,
     fail,
     keep_apart,
     print_json,
     reports_errors,
 )
+from cdprcal.completion import words
 from cdprcal.option_values import (
     DistributionOption,
     LambdaOption,
@@ -70,6 +72,7 @@ def command(
         str,
         typer.Option(
             metavar="least-time|random",
+            autocompletion=words("least-time|random"),
             help="random: each pose several times, shuffled, so that drifts and creep look like no "
             "pose and friction shows in both directions; diagnose wants it.",
         ),
@@ -103,6 +106,7 @@ def command(
     plot: Annotated[
         str, typer.Option("--plot", metavar="FILE", help="Draw the plan (PNG, PDF or SVG).")
     ] = "",
+    verbose: VerboseOption = False,
     json: JsonOption = False,
 ) -> None:
     """Plan a start-up run: measurement poses, tension set-points, order and times.
@@ -118,7 +122,7 @@ def command(
     from cdprcal.pictures import check_picture_name
     from cdprcal.planning import plan_as_dict
     from cdprcal.planning.table import print_plan
-    from cdprcal.tables import console, say
+    from cdprcal.terminal import notes, say
 
     keep_apart({"-o": output, "--plot": plot}, {"robot file": robot})
     the_robot = _core.load_robot(robot)
@@ -165,7 +169,7 @@ def command(
     if json:
         print_json(document)
     else:
-        print_plan(document)
-    out = console()
+        print_plan(document, verbose=verbose)
+    out = notes()
     for path in filter(None, (output, plot)):
         say(out, path)

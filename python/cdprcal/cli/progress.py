@@ -13,9 +13,9 @@ def progress_bar() -> Iterator[Show]:
     """Yields ``show(stage, share)``; one bar, named after the stage, that disappears at the end."""
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
-    from cdprcal.tables import console
+    from cdprcal.terminal import notes
 
-    out = console()
+    out = notes()
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),

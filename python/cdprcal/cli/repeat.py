@@ -24,7 +24,7 @@ def command(
         str,
         typer.Argument(
             metavar="RESULT",
-            help="Result file (JSON), from calibrate -o FILE or diagnose --result FILE.",
+            help="Result file (JSON), from calibrate -o or diagnose -o.",
         ),
     ],
     json: JsonOption = False,
@@ -36,7 +36,7 @@ def command(
     """
     from cdprcal.io.result_file import load_result
     from cdprcal.repeat import repeat
-    from cdprcal.tables import console, say
+    from cdprcal.terminal import answers, say
 
     held = load_result(result)
     with interruptible():
@@ -44,5 +44,5 @@ def command(
     if json:
         print_json(again.as_dict())
     else:
-        say(console(), again.sentence())
+        say(answers(), again.sentence())
     raise typer.Exit(DONE if again.same else UNTRUSTED)

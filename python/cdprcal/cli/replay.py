@@ -37,7 +37,8 @@ def command(
     from cdprcal import _core
     from cdprcal.io import load_log, read_inputs
     from cdprcal.live import LiveServer, replay_messages
-    from cdprcal.tables import console, print_findings, say
+    from cdprcal.tables import print_findings
+    from cdprcal.terminal import notes, say
 
     file = load_log(log)
     print_findings(file.findings)
@@ -54,7 +55,7 @@ def command(
         lambda: replay_messages(file, the_robot, setpoints, speed=speed), port=port
     ) as server:
         try:
-            say(console(), f"{server.address}: open it in a browser on this computer; Ctrl-C ends")
+            say(notes(), f"{server.address}: open it in a browser on this computer; Ctrl-C ends")
             threading.Event().wait()
         except KeyboardInterrupt:
             raise typer.Exit(DONE) from None

@@ -22,7 +22,7 @@ def command(
         typer.Argument(
             metavar="ROBOT LOG… | RESULT…",
             help="Robot file or built-in name and its logs, to be calibrated and diagnosed now; or "
-            "result files of calibrate -o and diagnose --result, to be shown as they are.",
+            "result files (.json) of calibrate -o and diagnose -o, to be shown as they are.",
         ),
     ],
     output: Annotated[
@@ -36,17 +36,17 @@ def command(
     """
     from cdprcal._core import InputError
     from cdprcal.report import write_report
-    from cdprcal.tables import console, say
+    from cdprcal.terminal import answers, notes, say
 
     path = Path(output)
     if path.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"{output}: a page's name must end in .html")
-    out = console()
     subject = _subject(inputs, ["cdprcal", "report", *inputs, "-o", output])
-    with interruptible(), out.status("drawing the page"):
+    with interruptible(), notes().status("drawing the page"):
         write_report(subject, path)
     from cdprcal.report.text import headline
 
+    out = answers()
     _, title, lead = headline(subject)
     say(out, title)
     say(out, lead)
@@ -60,7 +60,8 @@ def _subject(inputs: list[str], command: list[str]) -> Subject:
     from cdprcal.io import load_runs
     from cdprcal.io.result_file import is_result_file, load_result
     from cdprcal.report import subject_of_logs, subject_of_results
-    from cdprcal.tables import console, print_findings, say
+    from cdprcal.tables import print_findings
+    from cdprcal.terminal import notes, say
 
     if is_result_file(inputs[0]):
         return subject_of_results([load_result(path) for path in inputs], command)
@@ -71,4 +72,4 @@ def _subject(inputs: list[str], command: list[str]) -> Subject:
     for file in files:
         print_findings(file.findings)
     with interruptible():
-        return subject_of_logs(robot, files, command, lambda step: say(console(), f"… {step}"))
+        return subject_of_logs(robot, files, command, lambda step: say(notes(), f"… {step}"))

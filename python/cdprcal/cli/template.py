@@ -9,8 +9,12 @@ from typing import Annotated
 import typer
 
 from cdprcal.command import fail, reports_errors
+from cdprcal.completion import robot_names
 
-EXAMPLE = "Example: cdprcal template --cables 4 -o myrobot.yaml && cdprcal check myrobot.yaml"
+EXAMPLE = (
+    "Example: cdprcal template --cables 4 -o myrobot.yaml\n\n"
+    "From a robot that is much like it: cdprcal template --from irma4 -o like.yaml"
+)
 
 
 @reports_errors
@@ -18,19 +22,37 @@ def command(
     output: Annotated[
         str, typer.Option("-o", "--output", metavar="FILE", help="The robot file (YAML).")
     ],
-    cables: Annotated[int, typer.Option(min=1, max=8, help="How many cables.")] = 4,
+    cables: Annotated[
+        int | None, typer.Option(min=1, max=8, help="How many cables (default: 4).")
+    ] = None,
+    source: Annotated[
+        str,
+        typer.Option(
+            "--from",
+            metavar="ROBOT",
+            autocompletion=robot_names,
+            help="Instead of blanks, the values of this robot, to be changed: a built-in name or a "
+            "robot file, whose comments stay.",
+        ),
+    ] = "",
 ) -> None:
-    """Write a robot file with blanks and what goes into them.
+    """Write a robot file with blanks and what goes into them, or one like another robot's.
 
     An existing file is never overwritten. cdprcal check then names one blank after the other.
     """
     from cdprcal.io.files import write_text
-    from cdprcal.robot_template import BLANK, robot_template
-    from cdprcal.tables import console, say
+    from cdprcal.robot_template import BLANK, robot_like, robot_template
+    from cdprcal.terminal import answers, say
 
     path = Path(output)
     if path.exists():
         fail(f"{output}: exists already; give another name")
     name = re.sub(r"\W+", "_", path.stem) or "robot"
-    write_text(path, robot_template(name, cables))
-    say(console(), f"{output}: replace every {BLANK}; next: cdprcal check {output}")
+    if source:
+        if cables is not None:
+            fail("--from: has its own cables; leave out --cables")
+        write_text(path, robot_like(source, name))
+        say(answers(), f"{output}: change what is different; next: cdprcal check {output}")
+        return
+    write_text(path, robot_template(name, cables or 4))
+    say(answers(), f"{output}: replace every {BLANK}; next: cdprcal check {output}")

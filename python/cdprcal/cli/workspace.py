@@ -18,6 +18,7 @@ from cdprcal.command import (
     print_json,
     reports_errors,
 )
+from cdprcal.completion import words
 from cdprcal.option_values import (
     DistributionOption,
     LambdaOption,
@@ -68,6 +69,7 @@ def command(
         str,
         typer.Option(
             metavar="locked-lengths|constant-tensions",
+            autocompletion=words("locked-lengths|constant-tensions"),
             help="What must hold the platform still: the winches' brakes (eq. A4), or tension "
             "control, which demands more.",
         ),
@@ -113,7 +115,7 @@ def command(
     from cdprcal.cli.progress import progress_bar
     from cdprcal.io.files import atomic_output
     from cdprcal.pictures import check_picture_name
-    from cdprcal.tables import console, say
+    from cdprcal.terminal import notes, say
     from cdprcal.workspace import workspace_as_dict
     from cdprcal.workspace.table import print_workspace
 
@@ -143,7 +145,7 @@ def command(
         )
     if not workspace.points_inside:
         _nothing(workspace)
-    out = console()
+    out = notes()
     if not workspace.complete:
         say(out, "interrupted: going on with what was found; Ctrl-C again ends at once")
     with interruptible(), out.status("drawing the boundary"):

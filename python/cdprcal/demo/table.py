@@ -1,25 +1,22 @@
-"""A demonstration for people, on stderr, and as plain data."""
+"""A demonstration for people, and as plain data."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
-from rich.table import Table
 from rich.text import Text
 
 from cdprcal import _core
 from cdprcal.demo.story import PAPER_ROWS, Error, Hidden, Row, Run
 from cdprcal.results import number
-from cdprcal.tables import degrees, fixed, plain_table, scaled
+from cdprcal.terminal import Table, degrees, fixed, scaled
 
 
 def methods_table(rows: list[Row]) -> Table:
     """As paper Table III: t_sc, k, eps_p, eps_r; and the time of the solver alone."""
-    table = plain_table(
-        "method", "t_sc [min]", "k", "ε_p [mm]", "ε_r [deg]", "eq. 20 [deg]", "solved"
-    )
-    table.columns[0].justify = "left"
+    headers = ("method", "t_sc [min]", "k", "ε_p [mm]", "ε_r [deg]", "eq. 20 [deg]", "solved")
+    table = Table(*headers, text={0})
     for row in rows:
         result = row.calibration.result
         converged = result.status == _core.CalibrationStatus.converged
@@ -28,28 +25,40 @@ def methods_table(rows: list[Row]) -> Table:
             _minutes(row.duration_s),
             str(row.poses),
             *_errors(row.error),
-            f"{1e3 * result.solve_time_s:.1f} ms",
+            f"{1e3 * result.solve_time_s:5.1f} ms",
         )
     for label, duration_s, poses, position_mm, rotation, difference_deg in PAPER_ROWS:
         table.add_row(
-            Text(label, style="dim"),
+            label,
             _minutes(duration_s),
             str(poses),
             fixed(position_mm, 1),
             fixed(rotation, 2),
             fixed(difference_deg, 2),
             "",
+            style="dim",
         )
     return table
 
 
 def hidden_table(hidden: Hidden) -> Table:
     """What the diagnosis did to the initial pose."""
-    table = plain_table("initial pose", "ε_p [mm]", "ε_r [deg]", "eq. 20 [deg]")
-    table.columns[0].justify = "left"
+    table = Table("initial pose", "ε_p [mm]", "ε_r [deg]", "eq. 20 [deg]", text={0})
     table.add_row("without what was found", *_errors(hidden.before))
     table.add_row("with it", *_errors(hidden.after))
     return table
+
+
+def headline(rows: list[Row]) -> Text:
+    """How well the best-informed method found the initial pose."""
+    error = rows[-1].error
+    if error is None:
+        return Text("the initial pose was not found", style="bold red")
+    return Text(
+        f"initial pose found to {1e3 * error.position_m:.2f} mm and "
+        f"{fixed(degrees(error.rotation_rad), 3)}° of the truth",
+        style="bold green",
+    )
 
 
 def verdict(hidden: Hidden) -> Text:

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from cdprcal import _core
@@ -16,7 +15,7 @@ from cdprcal.diagnosis.plots import gap_panels, gap_steps
 from cdprcal.diagnosis.shapes import value_shape
 from cdprcal.diagnosis.units import GAP_CHANNELS, for_people
 from cdprcal.results import number
-from cdprcal.tables import console, degrees, fixed, plain_table, say, scaled
+from cdprcal.terminal import Table, answers, degrees, fixed, say, scaled, summed_up
 
 _STYLE = {
     "consistent": "bold green",
@@ -37,13 +36,20 @@ _OF_CHANNEL["balance"] = _OF_CHANNEL["tension"]
 LEFT_OVER = "within the sigma of the robot file, but more than the readings ripple at rest, is left"
 
 
-def print_diagnosis(document: dict[str, Any]) -> None:
-    """The document of ``diagnose`` on stderr."""
-    out = console()
+def print_diagnosis(document: dict[str, Any], *, verbose: bool = False) -> None:
+    """The document of ``diagnose``: verdict, effects with values, the gap, the pose, what next.
+
+    ``verbose``: also each reading that was left out, what was looked at and rejected, and what
+    these logs cannot show.
+    """
+    out = answers()
     verdict = document["verdict"]
-    say(out, Text(verdict, style=_STYLE[verdict]) + Text(f": {document['reason']}", style="none"))
-    for line in document["left_out"]:
+    say(out, headline(document))
+    say(out, document["reason"])
+    for line in summed_up(document["left_out"], verbose=verbose):
         say(out, Text(f"left out: {line}", style="yellow"))
+    for left in document["unexplained"]:
+        say(out, Text(unexplained_line(left), style="red"))
     if document["effects"]:
         say(out, "what was missing, in the order found")
         out.print(_effects_table(document["effects"]))
@@ -52,23 +58,45 @@ def print_diagnosis(document: dict[str, Any]) -> None:
     out.print(_gap_table(document))
     say(out, "initial pose: without and with what was found")
     out.print(_pose_table(document))
-    if blind := blind_spots(document):
-        say(out, f"this log does not show: {'; '.join(blind)}")
     if verdict in TRUSTED and (rest := left_over(document)):
         say(out, f"{LEFT_OVER}: {'; '.join(rest)}")
-    for left in document["unexplained"]:
-        say(out, Text(unexplained_line(left), style="red"))
-    if document["rejected"]:
-        say(out, "looked at and rejected")
-        table = plain_table("effect", "because")
-        for column in table.columns:
-            column.justify = "left"
-        table.columns[1].no_wrap = False
-        for name, reason in unique((r["name"], r["reason"]) for r in document["rejected"]):
-            table.add_row(name, reason)
-        out.print(table)
+    _print_lists(out, document, verbose=verbose)
     for text in document["next"]:
         say(out, Text("next: ", style="bold") + Text(text, style="none"))
+
+
+def headline(document: dict[str, Any]) -> Text:
+    """The verdict and the names: 'explained: load_cell_bias, pulley_friction'."""
+    verdict = document["verdict"]
+    names = ", ".join(dict.fromkeys(effect["name"] for effect in document["effects"]))
+    left = ", ".join(dict.fromkeys(left["channel"] for left in document["unexplained"]))
+    said = names or "no effect found"
+    if left:
+        said += f"; left unexplained: {left}"
+    return Text(verdict, style=_STYLE[verdict]) + Text(f": {said}", style="none")
+
+
+def _print_lists(out: Console, document: dict[str, Any], *, verbose: bool) -> None:
+    """What the logs do not show and what was rejected: how many, or ``verbose``, which."""
+    blind = blind_spots(document)
+    rejected = unique((r["name"], r["reason"]) for r in document["rejected"])
+    if not verbose:
+        counts = []
+        if blind:
+            counts.append(f"{len(blind)} could be there unseen")
+        if rejected:
+            counts.append(f"{len(rejected)} looked at and rejected")
+        if counts:
+            say(out, f"other effects: {', '.join(counts)} (--verbose lists them)")
+        return
+    if blind:
+        say(out, f"this log does not show: {'; '.join(blind)}")
+    if rejected:
+        say(out, "looked at and rejected")
+        table = Table("effect", "because", text={0, 1})
+        for name, reason in rejected:
+            table.add_row(name, reason)
+        out.print(table)
 
 
 def blind_spots(document: dict[str, Any]) -> list[str]:
@@ -110,9 +138,8 @@ def unique(pairs: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
 
 
 def _effects_table(effects: list[dict[str, Any]]) -> Table:
-    table = plain_table("step", "effect", "of", "value", "± σ", "", "evidence [nat]", "p", "rivals")
-    for index in (1, 2, 5, 8):
-        table.columns[index].justify = "left"
+    headers = ("step", "effect", "of", "value", "± σ", "", "evidence [nat]", "p", "rivals")
+    table = Table(*headers, text={1, 2, 5, 8}, keys=3)
     for step, effect in enumerate(effects, 1):
         statistics = [
             fixed(effect["log_evidence"], 1),
@@ -188,8 +215,7 @@ def _print_sentences(out: Console, effects: list[dict[str, Any]]) -> None:
 
 def _gap_table(document: dict[str, Any]) -> Table:
     panels = gap_panels(document)
-    table = plain_table("", *(panel.quantity for panel in panels))
-    table.columns[0].justify = "left"
+    table = Table("", *(panel.quantity for panel in panels), text={0})
     for i, step in enumerate(gap_steps(document)):
         both = ([number(series.y[i]) for series in reversed(panel.series)] for panel in panels)
         table.add_row(step, *(" / ".join(fixed(value, 3) for value in pair) for pair in both))
@@ -198,7 +224,7 @@ def _gap_table(document: dict[str, Any]) -> Table:
 
 def _pose_table(document: dict[str, Any]) -> Table:
     before, after = document["initial_pose_before"], document["initial_pose_after"]
-    table = plain_table("", "before", "± σ", "after", "± σ", "moved", "")
+    table = Table("", "before", "± σ", "after", "± σ", "moved", "", text={6})
     sigma_before, sigma_after = (
         np.sqrt(np.diag(np.array(document[key], dtype=float)))
         for key in ("covariance_before", "covariance_after")

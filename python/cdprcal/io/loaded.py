@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cdprcal._core import Log
 from cdprcal.findings import Finding
 
-LogFormat = Literal["csv", "mcap", "raw"]
+LogFormat = Literal["csv", "mcap", "raw", "mapped"]
 
 
 @dataclass(frozen=True)

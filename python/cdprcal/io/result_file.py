@@ -98,7 +98,7 @@ def load_result(path: str | Path) -> Result:
     if not isinstance(inputs, dict):
         raise InputError(
             f"{name}: is no result file: it has no 'inputs' (write one with calibrate -o FILE or "
-            "diagnose --result FILE)"
+            "diagnose -o FILE.json)"
         )
     command: Any = inputs.get("command")
     if command not in ("calibrate", "diagnose"):

@@ -1,4 +1,4 @@
-"""A measurement plan for people, on stderr."""
+"""A measurement plan for people."""
 
 from __future__ import annotations
 
@@ -7,30 +7,49 @@ from typing import Any
 
 from rich.text import Text
 
-from cdprcal.tables import console, degrees, fixed, plain_table, say, scaled
+from cdprcal.terminal import Table, answers, counted, degrees, fixed, say, scaled
 
 _MOST_STOPS = 60
 _MOST_ROWS = 12  # of the comparison
 
 
-def print_plan(document: dict[str, Any]) -> None:
-    """Where and when, at which tensions, and what accuracy the plan promises."""
-    out = console()
-    minutes, seconds = divmod(round(document["duration_s"]), 60)
+def print_plan(document: dict[str, Any], *, verbose: bool = False) -> None:
+    """What accuracy the plan promises and in what time; where and when, at which tensions.
+
+    ``verbose``: all stops of a long plan, all rows of a comparison.
+    """
+    out = answers()
+    deviation = document["predicted_standard_deviation"]
+    say(out, promise(document["measured_count"], document["duration_s"], deviation))
     say(
         out,
-        f"{_measured(document['measured_count'])}, {minutes} min {seconds} s; box "
-        f"{box_text(document['box'])} m: {document['box_origin']}",
+        "1 σ, root sum of squares over the axes, each rest read once, with the sigma of the robot "
+        "file",
     )
-    out.print(_stops_table(document))
+    say(out, f"box {box_text(document['box'])} m: {document['box_origin']}")
     say(out, _order_text(document))
+    out.print(_stops_table(document, verbose=verbose))
+    more = len(document["poses"]) - _MOST_STOPS
+    if more > 0 and not verbose:
+        say(out, f"and {more} more: --verbose")
     if document["comparison"] is not None:
-        _print_comparison(document["comparison"], document["candidates"])
-    say(out, _accuracy(document["predicted_standard_deviation"]))
+        _print_comparison(document["comparison"], document["candidates"], verbose=verbose)
 
 
-def _measured(count: int) -> str:
-    return f"{count} measured {'pose' if count == 1 else 'poses'}"
+def promise(measured: int, duration_s: float, deviation: dict[str, Any]) -> Text:
+    """How many poses in what time give the initial pose how well; ``deviation`` as in --json."""
+    minutes, seconds = divmod(round(duration_s), 60)
+    run = f"{counted(measured, 'measured pose')}, {minutes} min {seconds} s"
+    position, rotation = _norms(deviation)
+    if position is None or rotation is None:
+        return Text(
+            f"{run}: the initial pose would not be observable from these poses: add poses",
+            style="yellow",
+        )
+    return Text(
+        f"{run}: initial pose to ± {1e3 * position:.1f} mm, ± {math.degrees(rotation):.2f}°",
+        style="bold",
+    )
 
 
 def _metres(value: float) -> str:
@@ -43,12 +62,11 @@ def box_text(box: dict[str, Any]) -> str:
     return " × ".join(f"[{low:.4g}, {high:.4g}]" for low, high in sides)
 
 
-def _stops_table(document: dict[str, Any]) -> Any:
+def _stops_table(document: dict[str, Any], *, verbose: bool) -> Table:
     cables = len(document["start_tension_N"])
     tensions = [f"τ{i + 1} [N]" for i in range(cables)]
-    table = plain_table(
-        "stop", "x [m]", "y [m]", "z [m]", *tensions, "move [s]", "rest [s]", "swing [Hz]", ""
-    )
+    headers = ("stop", "x [m]", "y [m]", "z [m]", *tensions, "move [s]", "rest [s]", "swing [Hz]")
+    table = Table(*headers, "", text={len(headers)})
     start = document["start_pose"]["position_m"]
     table.add_row(
         "start",
@@ -59,7 +77,7 @@ def _stops_table(document: dict[str, Any]) -> Any:
         "",
         "",
     )
-    for i, stop in enumerate(document["poses"][:_MOST_STOPS]):
+    for i, stop in enumerate(document["poses"][: None if verbose else _MOST_STOPS]):
         swing = min(stop["constant_tension_frequencies_hz"], default=None)
         table.add_row(
             str(i + 1),
@@ -68,12 +86,8 @@ def _stops_table(document: dict[str, Any]) -> Any:
             fixed(stop["transition_s"], 1),
             fixed(stop["dwell_s"], 1),
             fixed(swing, 2),
-            "" if stop["measured"] else "on the way",
+            "" if stop["measured"] else "passed",
         )
-    more = len(document["poses"]) - _MOST_STOPS
-    if more > 0:
-        table.caption = f"and {more} more, see --json"
-        table.caption_justify = "left"
     return table
 
 
@@ -89,31 +103,19 @@ def _order_text(document: dict[str, Any]) -> str:
     return "order: short; whether it is the shortest was not proved"
 
 
-def _accuracy(deviation: dict[str, Any]) -> Text:
-    position, rotation = _norms(deviation)
-    if position is None or rotation is None:
-        return Text(
-            "the initial pose would not be observable from these poses: add poses", style="yellow"
-        )
-    return Text(
-        "predicted accuracy of the initial pose (1 σ, each rest read once, with the sigma of the "
-        f"robot file): {1e3 * position:.1f} mm, {math.degrees(rotation):.2f}°",
-        style="bold",
-    )
-
-
-def _print_comparison(comparison: dict[str, Any], candidates: int) -> None:
-    out = console()
+def _print_comparison(comparison: dict[str, Any], candidates: int, *, verbose: bool) -> None:
+    out = answers()
     say(
         out,
         "poses chosen by observability (D-optimal) against the grid: predicted accuracy of the "
         "initial pose (1 σ)",
     )
-    table = plain_table("poses", "", "position [mm]", "rotation [deg]", "")
+    table = Table("poses", "", "position [mm]", "rotation [deg]", "", text={1, 4})
     needed = comparison["poses_needed"]
     rows = comparison["optimal"]
     for row in rows:
-        if len(rows) > _MOST_ROWS and row["poses"] not in {1, 2, 3, needed, len(rows)}:
+        short = len(rows) > _MOST_ROWS and not verbose
+        if short and row["poses"] not in {1, 2, 3, needed, len(rows)}:
             continue
         mark = "as good as the grid" if row["poses"] == needed else ""
         _comparison_row(table, row["poses"], "chosen", row["standard_deviation"], mark)
@@ -133,7 +135,7 @@ def _print_comparison(comparison: dict[str, Any], candidates: int) -> None:
 
 
 def _comparison_row(
-    table: Any, poses: int, kind: str, deviation: dict[str, Any], mark: str
+    table: Table, poses: int, kind: str, deviation: dict[str, Any], mark: str
 ) -> None:
     position, rotation = _norms(deviation)
     table.add_row(
@@ -144,6 +146,6 @@ def _comparison_row(
 def _norms(deviation: dict[str, Any]) -> tuple[float | None, float | None]:
     """Root sum of squares over the axes; None when it is not observable."""
     lists = deviation["position_m"], deviation["rotation_rad"]
-    if any(value is None for values in lists for value in values):
+    if any(value is None or not math.isfinite(value) for values in lists for value in values):
         return None, None
     return math.hypot(*lists[0]), math.hypot(*lists[1])

@@ -31,7 +31,8 @@ from cdprcal.io.result_file import cdprcal_version, log_sha256
 from cdprcal.report import figures, text
 from cdprcal.report.scene import MOST_SHOWN, magnification, scene, workspace_mesh
 from cdprcal.report.subject import Run, Subject
-from cdprcal.tables import CHANNELS, fixed, gated_line, sigma_of
+from cdprcal.tables import CHANNELS, gated_line, sigma_of
+from cdprcal.terminal import fixed
 
 _AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 _DEGREE = math.degrees(1.0)

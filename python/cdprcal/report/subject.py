@@ -122,7 +122,7 @@ def _of_results(results: Sequence[Result], command: Sequence[str]) -> Subject:
     }
     if not diagnoses:
         runs = [Run(r.logs[0], r.document, r.options) for r in calibrated.values()]
-        why_not = "no diagnosis was given: make one by cdprcal diagnose ROBOT LOG --result FILE"
+        why_not = "no diagnosis was given: make one by cdprcal diagnose ROBOT LOG -o FILE.json"
         return Subject(robot, tuple(runs), None, why_not, tuple(command))
     runs = []
     for log in diagnoses[0].logs:

@@ -55,13 +55,13 @@ def load_bag(
     name = shown_path(path)
     topics = topics or Ros2.model_validate({})
     read, there = _read(path, name, topics)
+    findings = _absent(read, there, topics, name)
     joints = read.get(topics.joint_states, [])
     if not joints:
         raise InputError(
             f"{name}: no {JOINT_STATE} on {topics.joint_states}; it holds {there}: name the topics "
             "under ros2 in a session file and give it with --session"
         )
-    findings: list[Finding] = []
     joints = _forward(joints, findings)
     stamps = np.array([stamp for stamp, _ in joints], dtype=np.int64)
     time_s = (stamps - stamps[0]) / 1e9
@@ -84,6 +84,29 @@ def load_bag(
         source=name,
     )
     return LogFile(path, "mcap", log, tuple(findings))
+
+
+def _absent(read: Messages, there: str, topics: Ros2, name: str) -> list[Finding]:
+    """Topics that a session names, and nothing is on. Raises InputError for those of sensors."""
+    named = [*topics.wrenches]
+    if "imu" in topics.model_fields_set and topics.imu:
+        named.append(topics.imu)
+    for topic in named:
+        if topic not in read:
+            raise InputError(
+                f"{name}: nothing on {topic}, which the session names; it holds {there}: correct "
+                "the name under ros2, or leave it out"
+            )
+    if not topics.setpoints or topics.setpoints in read:
+        return []
+    return [
+        Finding(
+            severity="warning",
+            code="no_setpoints",
+            message=f"nothing on {topics.setpoints}, which the session names; there are {there}",
+            remedy="correct ros2.setpoints if the bag has them; nothing but pictures needs them",
+        )
+    ]
 
 
 def _read(path: Path, name: str, topics: Ros2) -> tuple[Messages, str]:

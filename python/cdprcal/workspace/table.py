@@ -1,4 +1,4 @@
-"""A static workspace for people, on stderr."""
+"""A static workspace for people."""
 
 from __future__ import annotations
 
@@ -8,15 +8,30 @@ from typing import Any
 from rich.text import Text
 
 from cdprcal.planning.table import box_text
-from cdprcal.tables import console, fixed, plain_table, say
+from cdprcal.terminal import Table, answers, counted, fixed, say
 
 
 def print_workspace(document: dict[str, Any]) -> None:
-    """Volume, extent, what bounds it, sections and probed points."""
-    out = console()
+    """Volume, largest box, what bounds it, sections and probed points."""
+    out = answers()
+    say(
+        out,
+        Text(f"volume {document['volume_m3']:.4g} m³", style="bold")
+        + Text(
+            f", surface {document['area_m2']:.4g} m² ({len(document['faces'])} triangles, "
+            f"{'watertight' if document['watertight'] else 'not watertight'}, "
+            f"{counted(document['components'], 'piece')}, alpha "
+            f"{math.sqrt(document['alpha_m2']):.3g} m)"
+        ),
+    )
     if not document["complete"]:
         text = "not the whole workspace: this part was found until the search was interrupted"
         say(out, Text(text, style="yellow"))
+    inscribed = document["box"]
+    if inscribed is None:
+        say(out, "no grid cell lies inside: take a smaller step")
+    else:
+        say(out, f"largest inscribed box {box_text(inscribed)} m, {_volume(inscribed):.4g} m³")
     size = document["points"]
     say(
         out,
@@ -27,24 +42,8 @@ def print_workspace(document: dict[str, Any]) -> None:
         f"{size['no_equilibrium']} without equilibrium, {size['untested']} out of reach of any "
         "point inside",
     )
-    pieces = document["components"]
-    say(
-        out,
-        Text(f"volume {document['volume_m3']:.4g} m³", style="bold")
-        + Text(
-            f", surface {document['area_m2']:.4g} m² ({len(document['faces'])} triangles, "
-            f"{'watertight' if document['watertight'] else 'not watertight'}, "
-            f"{pieces} {'piece' if pieces == 1 else 'pieces'}, alpha "
-            f"{math.sqrt(document['alpha_m2']):.3g} m)"
-        ),
-    )
-    inscribed = document["box"]
-    if inscribed is None:
-        say(out, "no grid cell lies inside: take a smaller step")
-    else:
-        say(out, f"largest inscribed box {box_text(inscribed)} m, {_volume(inscribed):.4g} m³")
     if document["sections"]:
-        table = plain_table("height [m]", "area [m²]", "outlines")
+        table = Table("height [m]", "area [m²]", "outlines")
         for section in document["sections"]:
             table.add_row(
                 f"{section['height_m']:g}",
@@ -61,10 +60,12 @@ def _volume(box: dict[str, Any]) -> float:
     return math.prod(high - low for low, high in sides)
 
 
-def _probes_table(probes: list[dict[str, Any]]) -> Any:
+def _probes_table(probes: list[dict[str, Any]]) -> Table:
     tensions = max(len(probe["tension_N"] or []) for probe in probes)
     headers = [f"τ{i + 1} [N]" for i in range(tensions)]
-    table = plain_table("x [m]", "y [m]", "z [m]", "", *headers, "margin [N]", "stiffness [N/m]")
+    table = Table(
+        "x [m]", "y [m]", "z [m]", "", *headers, "margin [N]", "stiffness [N/m]", text={3}, keys=3
+    )
     for probe in probes:
         tension = probe["tension_N"] or [None] * tensions
         table.add_row(

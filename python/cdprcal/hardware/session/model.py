@@ -9,9 +9,9 @@ import math
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from cdprcal.hardware.session.objects import IntegerType, object_type, parse_object
+from cdprcal.strict_yaml import misplaced
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -285,14 +285,14 @@ class Session(_Strict):
         if self.is_simulated and (
             not isinstance(self.bus, CanopenBus) or interface not in ("virtual", "udp_multicast")
         ):
-            raise _wrong(
+            raise misplaced(
                 "bus.interface",
                 "simulated drives live on virtual or udp_multicast; take `simulated` out for real "
                 "ones",
             )
         in_process = self.is_simulated and interface == "virtual"
         if self.ahrs is not None and self.ahrs.port == "simulated" and not in_process:
-            raise _wrong("ahrs.port", "simulated needs `simulated` and the interface virtual")
+            raise misplaced("ahrs.port", "simulated needs `simulated` and the interface virtual")
         return self
 
     def _check_winches(self) -> None:
@@ -302,20 +302,16 @@ class Session(_Strict):
         for at, winch in enumerate(self.winches):
             here = f"winches.{at}"
             if winch.cable > count or winch.cable in cables:
-                raise _wrong(f"{here}.cable", f"{count} winches need the cables 1 to {count}, each "
-                             "once")  # fmt: skip
+                raise misplaced(
+                    f"{here}.cable", f"{count} winches need the cables 1 to {count}, each once"
+                )
             if winch.node in nodes:
-                raise _wrong(f"{here}.node", "another winch has this node; give each its own")
+                raise misplaced(f"{here}.node", "another winch has this node; give each its own")
             if isinstance(self.bus, CanopenBus) and self.bus.master_node == winch.node:
-                raise _wrong(f"{here}.node", "is bus.master_node too; give another")
+                raise misplaced(f"{here}.node", "is bus.master_node too; give another")
             if self.mode == "torque" and winch.torque is None:
-                raise _wrong(here, "mode torque needs a torque section")
+                raise misplaced(here, "mode torque needs a torque section")
             if (winch.swivel is None) != (self.winches[0].swivel is None):
-                raise _wrong(here, "give all winches a swivel encoder, or none")
+                raise misplaced(here, "give all winches a swivel encoder, or none")
             cables.add(winch.cable)
             nodes.add(winch.node)
-
-
-def _wrong(where: str, what: str) -> PydanticCustomError:
-    """An error of the whole that belongs to one field, by its path."""
-    return PydanticCustomError("session", "{what}", {"what": what, "where": where})

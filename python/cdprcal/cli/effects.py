@@ -1,0 +1,139 @@
+"""``cdprcal effects`` and ``cdprcal explain``: the catalogue of what a model may lack."""
+
+from __future__ import annotations
+
+import difflib
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cdprcal.command import JsonOption, fail, print_json, reports_errors
+from cdprcal.completion import effect_names
+
+if TYPE_CHECKING:
+    from cdprcal import _core
+
+EFFECTS_EXAMPLE = "Example: cdprcal effects --json > effects.json"
+EXPLAIN_EXAMPLE = "Example: cdprcal explain load_cell_bias"
+
+
+@reports_errors
+def effects(json: JsonOption = False) -> None:
+    """List the physical effects that diagnose knows, with what each is and how large usually.
+
+    Sizes are those to expect on irma4; on other robots they grow with weight, length or tension.
+    """
+    from cdprcal import _core
+    from cdprcal.terminal import Table, answers, say
+
+    catalogue = _core.effect_catalogue()
+    if json:
+        print_json([_document(info) for info in catalogue])
+        return
+    out = answers()
+    say(out, f"{len(catalogue)} effects; cdprcal explain NAME says more about one")
+    table = Table("effect", "usually", "what it is", text={0, 1, 2})
+    for info in catalogue:
+        table.add_row(
+            info.name, ", ".join(_size(info, p, p.typical) for p in info.parameters), info.sentence
+        )
+    out.print(table)
+
+
+@reports_errors
+def explain(
+    effect: Annotated[
+        str,
+        typer.Argument(
+            metavar="EFFECT",
+            help="Name as diagnose and robot files have it; cdprcal effects lists them.",
+            autocompletion=effect_names,
+        ),
+    ],
+    json: JsonOption = False,
+) -> None:
+    """Say what an effect is: equation, values, usual size, what it is confused with, what to do."""
+    from cdprcal import _core
+    from cdprcal.terminal import Table, answers, say
+
+    known = {info.name: info for info in _core.effect_catalogue()}
+    if effect not in known:
+        near = difflib.get_close_matches(effect, known, n=3)
+        fail(
+            f"{effect!r}: is no effect; give "
+            + (f"{' or '.join(near)}, or another" if near else "one")
+            + " of those that cdprcal effects lists"
+        )
+    info = known[effect]
+    if json:
+        print_json(_document(info))
+        return
+    out = answers()
+    say(out, f"{info.name}: {info.sentence}")
+    say(out, info.equation)
+    table = Table(
+        "in the robot file",
+        "how many",
+        "usually",
+        "at least" if info.inverse else "at most",
+        text=range(4),
+    )
+    for parameter in info.parameters:
+        table.add_row(
+            parameter.name,
+            _SHAPES[parameter.shape.name],
+            _size(info, parameter, parameter.typical),
+            _size(info, parameter, parameter.plausible),
+        )
+    out.print(table)
+    if info.one_sided:
+        say(out, "it has one sign only")
+    if info.scope == _core.EffectScope.run:
+        say(out, "it differs from run to run")
+    if info.confused_with:
+        say(out, f"looks like: {', '.join(info.confused_with)}")
+    if info.settle:
+        say(out, f"to tell it from those: {info.settle}")
+    if info.remedy:
+        say(out, f"what to do: {info.remedy}")
+    say(out, f"try it: cdprcal demo --effect {info.name}=VALUES")
+
+
+_SHAPES = {
+    "scalar": "one number",
+    "per_cable": "one a cable",
+    "vector3": "x, y, z",
+    "per_cable_vector3": "x, y, z a cable",
+}
+
+
+def _size(info: _core.EffectInfo, parameter: _core.EffectParameter, internal: float) -> str:
+    """A size in a unit for people; of a stiffness, whose inverse is what is estimated, itself."""
+    from cdprcal.diagnosis.units import for_people
+
+    value = 1.0 / internal if info.inverse else internal
+    label, factor = for_people(parameter.unit, value)
+    return f"{value * factor:.3g} {label}".strip()
+
+
+def _document(info: _core.EffectInfo) -> dict[str, Any]:
+    return {
+        "name": info.name,
+        "sentence": info.sentence,
+        "equation": info.equation,
+        "remedy": info.remedy,
+        "settle": info.settle,
+        "confused_with": list(info.confused_with),
+        "one_sided": info.one_sided,
+        "scope": info.scope.name,
+        "parameters": [
+            {
+                "name": parameter.name,
+                "unit": parameter.unit,
+                "shape": parameter.shape.name,
+                "typical": parameter.typical,
+                "plausible": parameter.plausible,
+            }
+            for parameter in info.parameters
+        ],
+    }

@@ -1,0 +1,55 @@
+"""Values that shells complete: robots, effects, and the words of an option."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+
+def words(metavar: str) -> Callable[[str], list[str]]:
+    """For an option whose metavar lists its values: 'unified|static|kinematic'."""
+
+    def complete(incomplete: str) -> list[str]:
+        return [word for word in metavar.split("|") if word.startswith(incomplete)]
+
+    return complete
+
+
+def robot_names(incomplete: str) -> list[str]:
+    """Built-in robots, and the YAML files and folders that begin so."""
+    from cdprcal._core import builtin_robot_names
+
+    return [
+        *(name for name in builtin_robot_names() if name.startswith(incomplete)),
+        *paths(incomplete, (".yaml", ".yml")),
+    ]
+
+
+def effect_names(incomplete: str) -> list[str]:
+    """Effects of the catalogue."""
+    from cdprcal._core import effect_catalogue
+
+    names = [info.name for info in effect_catalogue()]
+    return [name for name in names if name.startswith(incomplete)]
+
+
+def injected_effects(incomplete: str) -> list[str]:
+    """The same with the = that their values come after."""
+    return [f"{name}=" for name in effect_names(incomplete)]
+
+
+def paths(incomplete: str, endings: tuple[str, ...]) -> list[str]:
+    """Files with one of the endings, and folders, that begin so."""
+    folder, _, begin = incomplete.rpartition("/")
+    try:
+        found = sorted(Path(f"{folder}/" if folder or incomplete[:1] == "/" else ".").iterdir())
+    except OSError:
+        return []
+    lead = f"{folder}/" if "/" in incomplete else ""
+    return [
+        f"{lead}{path.name}{'/' if path.is_dir() else ''}"
+        for path in found
+        if path.name.startswith(begin)
+        and not (path.name.startswith(".") and not begin)
+        and (path.is_dir() or path.suffix in endings)
+    ]

@@ -1,0 +1,218 @@
+"""A raw file through a mapping file: a canonical log."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from cdprcal import _core
+from cdprcal._core import InputError, Log
+from cdprcal.findings import Finding
+from cdprcal.hardware.xsens.measurement import rotation_from_quaternion
+from cdprcal.io.files import begins_with, shown_path, shown_text
+from cdprcal.io.loaded import LogFile
+from cdprcal.io.log_file import load_run, refuse_repeated, require_cable_count
+from cdprcal.mapping.document import GROUPS, QUATERNIONS, Group, Map, load_map
+from cdprcal.mapping.raw import Column, DelimitedForm, Floats, RawTable
+from cdprcal.mapping.read import read_raw
+from cdprcal.mapping.units import factor
+
+
+def load_mapped(path: str | Path, map_path: str | Path, robot: _core.Robot | None) -> LogFile:
+    """Reads any raw file by a mapping file.
+
+    ``robot`` is needed for orientations: its Euler convention says how angles are written. Raises
+    InputError naming file, column and what to correct.
+    """
+    the_map = load_map(map_path)
+    form = None
+    if the_map.text is not None:
+        text = the_map.text
+        form = DelimitedForm(text.separator, text.decimal, text.header_line, text.encoding)
+    return apply_map(read_raw(path, form), the_map, shown_path(map_path), robot)
+
+
+def apply_map(raw: RawTable, the_map: Map, source: str, robot: _core.Robot | None) -> LogFile:
+    """The log that a map makes of columns; ``source`` is the map's name in messages."""
+    rows = _Rows(raw, the_map, source)
+    arrays: dict[str, Floats] = {}
+    for name, group in the_map.channels.items():
+        sensor = GROUPS[name]
+        if group.unit in QUATERNIONS:
+            values = _angles(rows, group, robot)
+        else:
+            scale = factor(sensor.unit, group.unit)
+            assert scale is not None  # the model saw to that
+            signs = (
+                group.sign if isinstance(group.sign, list) else [group.sign] * len(group.columns)
+            )
+            parts = zip(group.columns, signs, strict=True)
+            values = np.stack([scale * sign * rows.of(column) for column, sign in parts], axis=1)
+        if np.isfinite(values).any():
+            arrays[sensor.field] = values
+    log = Log(time_s=rows.time_s, source=shown_path(raw.path), **arrays)
+    line = None if raw.line is None else raw.line[rows.kept]
+    return LogFile(raw.path, "mapped", log, tuple(rows.findings), line=line)
+
+
+class _Rows:
+    """The rows of the log: their times, and each column's values at them."""
+
+    def __init__(self, raw: RawTable, the_map: Map, source: str) -> None:
+        self._raw = raw
+        self._source = source
+        self.findings: list[Finding] = []
+        time_s = self._times(the_map)
+        # Each time once, and in order: a clock that went back says so below.
+        self.kept = _increasing(time_s)
+        self.time_s = time_s[self.kept]
+        if len(self.kept) < len(time_s):
+            self.findings.append(
+                Finding(
+                    severity="warning",
+                    code="same_time",
+                    message=f"{len(time_s) - len(self.kept)} of {len(time_s)} rows have no time, "
+                    "or not a later one than the row before, and are left out",
+                    remedy="see that one logger writes the file, and no one sets its clock",
+                )
+            )
+
+    def of(self, name: str) -> Floats:
+        """A column at the times of the rows; NaN where it has no value close enough in time."""
+        if not name:
+            return np.full(len(self.time_s), np.nan)
+        column = self._column(name, "channels")
+        if column.time_s is None:
+            return column.values[self.kept]
+        return _nearest(column, self.time_s)
+
+    def _column(self, name: str, where: str) -> Column:
+        columns = self._raw.columns
+        if name not in columns:
+            near = difflib.get_close_matches(name, columns, n=len(columns), cutoff=0.5)
+            there = [*near, *(key for key in columns if key not in near)]
+            shown = ", ".join(repr(shown_text(key, 60)) for key in there[:30])
+            more = f" and {len(there) - 30} more" if len(there) > 30 else ""
+            raise InputError(
+                f"{self._source}: {where}: {shown_path(self._raw.path)} has no column {name!r}; "
+                f"give one of those it has: {shown}{more}"
+            )
+        return columns[name]
+
+    def _times(self, the_map: Map) -> Floats:
+        time = the_map.time
+        if time.rate_Hz is not None:
+            first = next(n for g in the_map.channels.values() for n in g.columns if n)
+            count = len(self._column(first, "channels").values)
+            return np.arange(count) / time.rate_Hz
+        if self._raw.kind == "bag":
+            return self._stamps(time.column)
+        column = self._column(time.column, "time")
+        if column.is_clock:
+            return np.asarray(column.values - column.values[0])
+        scale = factor("s", time.unit)
+        assert scale is not None  # the model saw to that
+        return np.asarray(scale * (column.values - column.values[0]))
+
+    def _stamps(self, topic: str) -> Floats:
+        """When the messages of a topic were taken."""
+        columns = self._raw.columns
+        for name, column in columns.items():
+            if name.startswith(f"{topic}.") and column.time_s is not None:
+                return column.time_s
+        topics = dict.fromkeys(name.partition(".")[0] for name in columns)
+        raise InputError(
+            f"{self._source}: time: {shown_path(self._raw.path)} has no topic {topic!r} with "
+            f"numbers; give one of those it has: {', '.join(topics)}"
+        )
+
+
+def _increasing(time_s: Floats) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """Rows whose time is later than that of all rows before."""
+    finite = np.flatnonzero(np.isfinite(time_s))
+    before = np.maximum.accumulate(np.concatenate([[-np.inf], time_s[finite]]))[:-1]
+    return finite[time_s[finite] > before]
+
+
+def _nearest(column: Column, time_s: Floats) -> Floats:
+    """Values nearest in time, no further than half the longer of both periods."""
+    times = column.time_s
+    assert times is not None
+    there = np.isfinite(column.values)
+    values, times = column.values[there], times[there]
+    if not len(times):
+        return np.full(len(time_s), np.nan)
+    after = np.clip(np.searchsorted(times, time_s), 0, len(times) - 1)
+    before = np.maximum(after - 1, 0)
+    at = np.where(np.abs(times[before] - time_s) <= np.abs(times[after] - time_s), before, after)
+    periods = [float(np.median(np.diff(t))) for t in (times, time_s) if len(t) > 1]
+    close = np.abs(times[at] - time_s) <= 0.5 * max(periods, default=0.0) + 1e-9
+    return np.where(close, values[at], np.nan)
+
+
+def _angles(rows: _Rows, group: Group, robot: _core.Robot | None) -> Floats:
+    """Orientations as the angles of the robot's convention; a sign turns the axis' component."""
+    if robot is None:
+        raise InputError(
+            "the map's attitude is a quaternion: give --robot, whose Euler convention says how "
+            "roll, pitch and yaw are to be written"
+        )
+    signs = group.sign if isinstance(group.sign, list) else [group.sign] * 4
+    parts = [sign * rows.of(column) for column, sign in zip(group.columns, signs, strict=True)]
+    wxyz = np.stack([parts[i] for i in QUATERNIONS[str(group.unit)]], axis=1)
+    norm = np.linalg.norm(wxyz, axis=1)
+    angles = np.full((len(wxyz), 3), np.nan)
+    for i in np.flatnonzero(np.abs(norm - 1.0) < 0.01):
+        w, x, y, z = (wxyz[i] / norm[i]).tolist()
+        rotation = rotation_from_quaternion((w, x, y, z))
+        angles[i] = _core.euler_from_rotation(rotation, robot.euler_convention)
+    return angles
+
+
+@contextmanager
+def map_offered(path: str | Path) -> Iterator[None]:
+    """Around reading a log without a map: who has a table of other columns is told of maps."""
+    try:
+        yield
+    except InputError as error:
+        if not _is_foreign(Path(path)):
+            raise
+        raise InputError(
+            f"{error}; or give a mapping file with --map: cdprcal check {shown_path(path)} "
+            "--propose map.yaml writes one"
+        ) from None
+
+
+def _is_foreign(path: Path) -> bool:
+    """A file whose first line that is no comment names no time_s, as logs do."""
+    lines = begins_with(path, 1 << 16).splitlines()
+    header = next((line for line in lines if line.strip()[:1] not in (b"", b"#")), b"time_s")
+    return b"time_s" not in [cell.strip() for cell in header.split(b",")]
+
+
+@dataclass(frozen=True)
+class Reader:
+    """How a command reads its logs: by a mapping file, or as the kinds that need none."""
+
+    robot: _core.Robot
+    map_path: str = ""
+
+    def load(self, path: str | Path) -> LogFile:
+        """Raises InputError, also when the cables do not match the robot's."""
+        if not self.map_path:
+            with map_offered(path):
+                return load_run(path, self.robot)
+        file = load_mapped(path, self.map_path, self.robot)
+        require_cable_count(file, self.robot)
+        return file
+
+    def load_all(self, paths: Sequence[str | Path]) -> list[LogFile]:
+        """Several logs of one robot. Raises InputError also when two are the same run."""
+        files = [self.load(path) for path in paths]
+        refuse_repeated(files)
+        return files

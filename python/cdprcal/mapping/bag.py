@@ -1,0 +1,86 @@
+"""ROS 2 bags of any topics, as flat columns: '/joint_states.position.winch_1'."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cdprcal._core import InputError
+from cdprcal.io.files import reason, shown_path, shown_text
+from cdprcal.mapping.raw import Column, RawTable
+from cdprcal.ros2.storage import messages
+
+_MOST_WIDE = 64
+_SKIPPED = {"header", "layout", "__msgtype__"}
+
+
+def read_bag(path: Path) -> RawTable:
+    """Reads every topic whose type is known and that holds numbers; stamps of headers count, else
+    those of the recorder. What a joint state says is named after its joints, and a force has its
+    norm as a column, too. Raises InputError."""
+    from rosbags.typesys import Stores, get_typestore
+
+    name = shown_path(path)
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    types: dict[str, str] = {}
+    stamps: dict[str, list[int]] = {}
+    rows: dict[str, list[dict[str, float]]] = {}
+    try:
+        for _ in messages(path, {}, types):
+            pass
+        wanted = {topic: kind for topic, kind in types.items() if kind in store.fielddefs}
+        for topic, recorded, data in messages(path, wanted, {}):
+            message: Any = store.deserialize_cdr(data, wanted[topic])
+            stamp = getattr(getattr(message, "header", None), "stamp", None)
+            taken = stamp.sec * 1_000_000_000 + stamp.nanosec if stamp is not None else 0
+            flat: dict[str, float] = {}
+            _flatten("", message, flat)
+            if flat:
+                stamps.setdefault(topic, []).append(taken or recorded)
+                rows.setdefault(topic, []).append(flat)
+    except InputError:
+        raise
+    except OSError as error:
+        raise InputError(f"{name}: cannot be read: {reason(error)}") from None
+    except Exception as error:  # damaged bytes make the libraries fail in any way
+        raise InputError(
+            f"{name}: is no whole ROS 2 bag ({shown_text(str(error))}); repair one that was cut "
+            "with `ros2 bag reindex` or `mcap recover`"
+        ) from None
+    columns: dict[str, Column] = {}
+    begin = min((min(taken) for taken in stamps.values()), default=0)  # a float has no room for ns
+    for topic, flats in rows.items():
+        order = np.argsort(stamps[topic], kind="stable")
+        time_s = (np.array(stamps[topic], dtype=np.int64) - begin)[order] / 1e9
+        for key in dict.fromkeys(key for flat in flats for key in flat):
+            values = np.array([flat.get(key, np.nan) for flat in flats])[order]
+            columns[topic + key] = Column(values, time_s=time_s)
+    if not columns:
+        there = ", ".join(f"{t} ({k})" for t, k in sorted(types.items())) or "nothing"
+        raise InputError(
+            f"{name}: holds no numbers of a known type; give another bag. It holds {there}"
+        )
+    return RawTable(path, "bag", columns)
+
+
+def _flatten(name: str, value: Any, flat: dict[str, float]) -> None:
+    if isinstance(value, bool | int | float | np.number):
+        flat[name] = float(value)
+    elif isinstance(value, np.ndarray) and value.dtype.kind in "fiub":
+        if len(value) <= _MOST_WIDE:
+            for i, number in enumerate(value.tolist()):
+                flat[f"{name}.{i + 1}"] = float(number)
+    elif hasattr(value, "__dataclass_fields__"):
+        fields = [key for key in value.__dataclass_fields__ if key not in _SKIPPED]
+        joints = getattr(value, "name", None)
+        for key in fields:
+            inner = getattr(value, key)
+            if isinstance(joints, list) and isinstance(inner, np.ndarray):
+                for joint, number in zip(joints, inner.tolist(), strict=False):
+                    flat[f"{name}.{key}.{joint}"] = float(number)
+            elif "covariance" not in key:
+                _flatten(f"{name}.{key}", inner, flat)
+        if name.endswith(".force"):
+            flat[f"{name}.norm"] = float(np.linalg.norm([value.x, value.y, value.z]))

@@ -1,0 +1,135 @@
+"""The mapping file: which column of a raw file is which channel, in which unit and direction."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from cdprcal import sensors
+from cdprcal.mapping.units import UNITS, factor
+from cdprcal.strict_yaml import YamlKind, misplaced
+
+#: Name in the mapping file → the group of a log that it fills.
+GROUPS = {
+    **{
+        name.replace("-", "_"): sensors.LOG_GROUPS[group] for name, group in sensors.OPTIONS.items()
+    },
+    **{
+        f"{group.name}s": group
+        for field, group in sensors.LOG_GROUPS.items()
+        if field not in sensors.SENSORS
+    },
+}
+#: Orders of four columns that are an orientation, as units of ``attitude``.
+QUATERNIONS = {"quaternion_xyzw": (3, 0, 1, 2), "quaternion_wxyz": (0, 1, 2, 3)}
+
+Sign = Literal[1, -1]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+class Text(_Strict):
+    """How a text file is cut into columns; of other files left out."""
+
+    separator: Annotated[str, Field(min_length=1, max_length=1)] = ","
+    decimal: Literal[".", ","] = "."
+    header_line: Annotated[int, Field(ge=0)] = 1
+    encoding: str = "utf-8"
+
+
+class Time(_Strict):
+    """When: a column, or a rate where there is none. Of a bag, the topic of the rows."""
+
+    column: str = ""
+    unit: str | float = "s"
+    rate_Hz: Annotated[float, Field(gt=0.0, le=1e5)] | None = None
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> Time:
+        if bool(self.column) == (self.rate_Hz is not None):
+            raise ValueError("give either a column or rate_Hz")
+        if factor("s", self.unit) is None:
+            raise ValueError(f"unit {self.unit!r} is not one of {', '.join(UNITS['s'])}")
+        return self
+
+
+class Group(_Strict):
+    """Columns of one kind; '' where there is none."""
+
+    columns: Annotated[list[str], Field(min_length=1, max_length=64)]
+    unit: str | float = Field(description="A unit, or the number of SI units that one of it is.")
+    sign: Sign | list[Sign] = 1
+
+    @model_validator(mode="after")
+    def _one_sign_a_column(self) -> Group:
+        if isinstance(self.sign, list) and len(self.sign) != len(self.columns):
+            raise ValueError(f"{len(self.sign)} signs for {len(self.columns)} columns")
+        return self
+
+
+class Map(_Strict):
+    """Everything that turns a raw file into a log."""
+
+    format: Literal["cdprcal-map-1"]
+    text: Text | None = None
+    time: Time
+    channels: dict[str, Group]
+
+    @model_validator(mode="after")
+    def _known_channels(self) -> Map:
+        if not self.channels:
+            raise misplaced("channels", f"name one or more of {', '.join(GROUPS)}")
+        for name, group in self.channels.items():
+            if name not in GROUPS:
+                raise misplaced(f"channels.{name}", f"is not one of {', '.join(GROUPS)}")
+            _check(name, group)
+        return self
+
+
+def _check(name: str, group: Group) -> None:
+    sensor, count = GROUPS[name], len(group.columns)
+    where = f"channels.{name}"
+    if name == "attitude" and group.unit in QUATERNIONS:
+        if count != 4:
+            raise misplaced(f"{where}.columns", "must be 4 for a quaternion")
+        return
+    if not sensor.is_per_cable and count != sensor.columns_of(0):
+        raise misplaced(
+            f"{where}.columns",
+            f"has {count} columns, expected {sensor.columns_of(0)}; write '' for one that is not "
+            "there",
+        )
+    if factor(sensor.unit, group.unit) is None:
+        known = [*UNITS[sensor.unit], *(QUATERNIONS if name == "attitude" else ())]
+        raise misplaced(
+            f"{where}.unit",
+            f"{group.unit!r} is not one of {', '.join(known)}, nor a number of {sensor.unit} that "
+            "one is",
+        )
+
+
+_KIND = YamlKind(Map, "mapping file", "docs/your-log.md")
+
+
+def load_map(path: str | Path) -> Map:
+    """Reads a mapping file. Raises InputError 'file:line:column: …'."""
+    return _KIND.load(path)
+
+
+def parse_map(text: str, source: str) -> Map:
+    """A mapping file from its text; ``source`` is its name in messages. Raises InputError."""
+    return _KIND.parse(text, source)
+
+
+def quoted(value: Any) -> str:
+    """A value as the file writes it: names always in quotes, so that any will do."""
+    if isinstance(value, list):
+        return "[" + ", ".join(map(quoted, value)) + "]"
+    if isinstance(value, str):
+        inner = value.replace("\\", "\\\\").replace('"', '\\"').replace("\t", "\\t")
+        return f'"{inner}"'
+    return f"{value:g}" if isinstance(value, float) else str(value)

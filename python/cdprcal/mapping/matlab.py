@@ -1,0 +1,90 @@
+"""MATLAB files: vectors, matrices and structures, as flat columns."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cdprcal._core import InputError
+from cdprcal.io.files import reason, shown_path
+from cdprcal.mapping.raw import Column, RawTable
+
+_MOST_WIDE = 64
+_MOST_NESTED = 12
+
+
+def read_mat(path: Path) -> RawTable:
+    """Reads a MAT-file up to version 7; structures as 'out.signals.values.1'.
+
+    The signals of a Simulink structure are named by their labels. Raises InputError.
+    """
+    name = shown_path(path)
+    try:
+        from scipy.io import loadmat
+    except ImportError:
+        raise InputError(
+            f"{name}: MAT-files need SciPy: pip install 'cdprcal[mat]', or save as CSV"
+        ) from None
+    try:
+        held = loadmat(str(path), simplify_cells=True)
+    except NotImplementedError:
+        raise InputError(
+            f"{name}: is a MAT-file of version 7.3; save it with save(…, '-v7')"
+        ) from None
+    except OSError as error:
+        raise InputError(f"{name}: cannot be read: {reason(error)}") from None
+    except Exception as error:  # damaged bytes make the library fail in any way
+        raise InputError(
+            f"{name}: is no whole MAT-file ({type(error).__name__}); save it again"
+        ) from None
+    columns: dict[str, Column] = {}
+    for key, value in held.items():
+        if not key.startswith("__"):
+            _flatten(key, value, columns, 0)
+    # Rows are what most columns have: scalars and parameters are no columns.
+    lengths = [len(c.values) for c in columns.values()]
+    rows = max(set(lengths), key=lambda n: (lengths.count(n) * (n > 1), n), default=0)
+    kept = {key: c for key, c in columns.items() if len(c.values) == rows > 1}
+    if not kept:
+        raise InputError(
+            f"{name}: holds no columns of numbers; save arrays or structures of arrays, no "
+            "timeseries objects"
+        )
+    return RawTable(path, "mat", kept)
+
+
+def _flatten(name: str, value: Any, columns: dict[str, Column], depth: int) -> None:
+    if depth > _MOST_NESTED:
+        return
+    if isinstance(value, dict):
+        if isinstance(value.get("label"), str) and "values" in value:
+            label = value["label"].strip()
+            stem = name.rpartition(".")[0] or name
+            _flatten(f"{stem}.{label}" if label else name, value["values"], columns, depth + 1)
+            return
+        for key, inner in value.items():
+            _flatten(f"{name}.{key}", inner, columns, depth + 1)
+        return
+    if isinstance(value, list):
+        for i, inner in enumerate(value):
+            _flatten(f"{name}.{i + 1}", inner, columns, depth + 1)
+        return
+    if not isinstance(value, np.ndarray):
+        return
+    if value.dtype == object:
+        for i, inner in enumerate(value.ravel()):
+            _flatten(f"{name}.{i + 1}", inner, columns, depth + 1)
+        return
+    if value.dtype.kind not in "fiub":
+        return
+    table = np.squeeze(value)
+    if table.ndim == 1:
+        columns[name] = Column(table.astype(np.float64))
+    elif table.ndim == 2:
+        if table.shape[0] < table.shape[1]:
+            table = table.T
+        if table.shape[1] <= _MOST_WIDE:
+            for i in range(table.shape[1]):
+                columns[f"{name}.{i + 1}"] = Column(table[:, i].astype(np.float64))

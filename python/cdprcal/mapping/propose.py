@@ -1,0 +1,427 @@
+"""A mapping file for a raw file, from names, ranges and units, with how sure each line is.
+
+With a robot, directions come from its physics: of all signs of lengths, swivels and attitude those
+are proposed with which the readings agree best, if they do so by more than chance would.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from cdprcal import _core
+from cdprcal._core import InputError
+from cdprcal.io.files import shown_path
+from cdprcal.mapping.apply import apply_map
+from cdprcal.mapping.document import GROUPS, QUATERNIONS, Map, parse_map, quoted
+from cdprcal.mapping.raw import Floats, RawTable
+from cdprcal.mapping.recognise import Name, taken_apart
+from cdprcal.mapping.units import UNITS
+
+_AXES = ("roll", "pitch", "yaw")
+_PER_CABLE = [name for name, sensor in GROUPS.items() if sensor.is_per_cable]
+#: Periods of samples that logs have [s].
+_PERIODS_S = (5e-4, 2.0)
+#: An underactuated platform hangs; no run tilts it further [rad].
+_MOST_TILT = math.radians(60.0)
+#: One explanation is better than another from here on [nat]: as everywhere in this project.
+_EVIDENCE = 3.0
+_RAW, _MOST_CABLES = 1e-9, 8
+
+
+@dataclass(frozen=True)
+class Line:
+    """One group of the proposal: where from, in what unit and direction; how sure, and why."""
+
+    name: str
+    columns: tuple[str, ...]
+    unit: str | float
+    sign: tuple[int, ...]
+    sure: str  #: 'sure', 'likely' or 'guess'
+    why: str
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A mapping file as lines; ``text()`` writes it."""
+
+    raw: RawTable
+    time: Line
+    lines: tuple[Line, ...]
+    rate_Hz: float | None = None
+
+    def text(self) -> str:
+        """The mapping file, with a comment to each line."""
+        out = [
+            f"# {shown_path(self.raw.path.name)}: as cdprcal check proposes; correct it.",
+            "# unit: as written, or a number: how many SI units one is (metres a count, say).",
+            "# sign: 1 if cables grow and rotations follow the right hand; else -1; or a list.",
+            "format: cdprcal-map-1",
+        ]
+        if self.raw.form is not None:
+            form = self.raw.form
+            out.append(
+                f"text: {{separator: {quoted(form.separator)}, decimal: {quoted(form.decimal)}, "
+                f"header_line: {form.header_line}, encoding: {quoted(form.encoding)}}}"
+            )
+        if self.rate_Hz is not None:
+            out.append(f"time: {{rate_Hz: {self.rate_Hz:g}}}  # {self.time.sure}: {self.time.why}")
+        else:
+            out.append(
+                f"time: {{column: {quoted(self.time.columns[0])}, unit: {quoted(self.time.unit)}}}"
+                f"  # {self.time.sure}: {self.time.why}"
+            )
+        out.append("channels:")
+        for line in self.lines:
+            sign = line.sign[0] if len(set(line.sign)) == 1 else list(line.sign)
+            out.append(
+                f"  {line.name}: {{columns: {quoted(list(line.columns))}, "
+                f"unit: {quoted(line.unit)}, sign: {quoted(sign)}}}  # {line.sure}: {line.why}"
+            )
+        used = {*self.time.columns, *(c for line in self.lines for c in line.columns)}
+        if spare := [name for name in self.raw.columns if name not in used]:
+            shown = ", ".join(map(quoted, spare[:40]))
+            out.append(f"# not used: {shown}{' …' if len(spare) > 40 else ''}")
+        return "\n".join(out) + "\n"
+
+    def map(self) -> Map:
+        """The mapping itself."""
+        return parse_map(self.text(), "the proposed map")
+
+
+def propose(raw: RawTable, robot: _core.Robot | None = None) -> Proposal:
+    """What the columns of a raw file seem to be. Raises InputError when nothing is recognised."""
+    names = {key: taken_apart(key, column.unit) for key, column in raw.columns.items()}
+    time, rate_Hz = _time(raw, names)
+    left = {key: name for key, name in names.items() if key not in time.columns}
+    groups = _cable_groups(raw, left, robot)
+    attitude = _attitude(raw, left)
+    found = [_with_unit(raw, names, line, robot) for line in groups]
+    if attitude is not None:
+        found.append(_with_unit(raw, names, attitude, robot))
+    if not found:
+        shown = ", ".join(repr(key) for key in list(raw.columns)[:30])
+        raise InputError(
+            f"{shown_path(raw.path)}: no column is recognised as a cable's or an attitude's; write "
+            f"a mapping file by hand (docs/your-log.md). It has {shown}"
+        )
+    if raw.kind == "bag":
+        time = replace(time, columns=(_topic(found[0].columns[0]),), why="the topic of the lengths")
+    proposal = Proposal(raw, time, tuple(found), rate_Hz)
+    return proposal if robot is None else _with_signs(proposal, robot)
+
+
+# Times.
+
+
+def _time(raw: RawTable, names: dict[str, Name]) -> tuple[Line, float | None]:
+    if raw.kind == "bag":
+        return Line("time", ("",), "s", (1,), "sure", "stamps"), None
+    rising = [key for key in raw.columns if _rises(raw.columns[key].values)]
+    for key in rising:
+        if raw.columns[key].is_clock:
+            return Line("time", (key,), "s", (1,), "sure", "dates or times of day"), None
+    named = [key for key in rising if names[key].kind == "time"]
+    plain = [key for key in rising if key not in named and not names[key].kind]
+    for key in (*named, *plain):
+        step = float(np.nanmedian(np.diff(raw.columns[key].values)))
+        unit = names[key].unit
+        if unit in UNITS["s"]:
+            return Line("time", (key,), unit, (1,), "sure", "name and unit"), None
+        for guess in ("s", "ms", "us", "ns"):
+            period_s = step * UNITS["s"][guess]
+            if _PERIODS_S[0] <= period_s <= _PERIODS_S[1]:
+                why = f"{'its name; ' if key in named else ''}it rises, by {period_s:g} s a row"
+                return Line("time", (key,), guess, (1,), "likely", why), None
+    why = "no column rises as time does: correct the rate"
+    return Line("time", (), "s", (1,), "guess", why), 100.0
+
+
+def _rises(values: Floats) -> bool:
+    steps = np.diff(values[np.isfinite(values)])
+    return len(steps) > 1 and bool((steps > 0.0).mean() > 0.99) and float(np.ptp(values)) > 0.0
+
+
+def _topic(column: str) -> str:
+    return column.partition(".")[0]
+
+
+# Which columns are which.
+
+
+def _cable_groups(raw: RawTable, names: dict[str, Name], robot: _core.Robot | None) -> list[Line]:
+    """A line for every kind of reading that there is one of a cable."""
+    count = robot.cable_count if robot is not None else _cable_count(names)
+    lines = []
+    for kind in _PER_CABLE:
+        candidates = [
+            group
+            for group in _alike([name for name in names.values() if name.kind == kind])
+            if len(group) == count
+        ]
+        candidates = [g for g in candidates if any(_moves(raw, name) for name in g)]
+        if not candidates:
+            continue
+        best = max(candidates, key=lambda group: _fit(kind, group))
+        sure = "sure" if len(candidates) == 1 else "likely"
+        others = (
+            ""
+            if len(candidates) == 1
+            else "; or " + ", ".join(group[0].text for group in candidates if group is not best)
+        )
+        columns = tuple(name.text for name in best)
+        lines.append(Line(kind, columns, "", (1,) * count, sure, f"by name{others}"))
+    if not any(line.name == "lengths" for line in lines):
+        lines += _by_place(raw, names, count, {line.name for line in lines}, robot)
+    return lines
+
+
+def _moves(raw: RawTable, name: Name) -> bool:
+    values = raw.columns[name.text].values
+    there = values[np.isfinite(values)]
+    return len(there) > 1 and float(np.ptp(there)) > 0.0
+
+
+def _cable_count(names: dict[str, Name]) -> int:
+    """Of the kinds that are one a cable, the most frequent number of columns alike."""
+    sizes = [
+        len(group)
+        for kind in ("lengths", "swivels", "tensions")
+        for group in _alike([name for name in names.values() if name.kind == kind])
+        if 1 < len(group) <= _MOST_CABLES
+    ]
+    return max(sorted(set(sizes)), key=sizes.count, default=0)
+
+
+def _alike(names: list[Name]) -> list[list[Name]]:
+    """Names that differ in a number or one word only, in the order of the cables."""
+    groups: dict[str, list[Name]] = {}
+    for name in names:
+        groups.setdefault(name.stem if name.index else "", []).append(name)
+    unnumbered = groups.pop("", [])
+    numbered = [sorted(group, key=lambda name: int(name.index)) for group in groups.values()]
+    by_shape: dict[tuple[str, str], list[Name]] = {}
+    for name in unnumbered:  # fl, fr, rr, rl: in the order of the file
+        shape = re_shape(name.text)
+        by_shape.setdefault(shape, []).append(name)
+    return [*numbered, *by_shape.values()]
+
+
+def re_shape(text: str) -> tuple[str, str]:
+    """What names of one group share when a word tells the cables apart: topic, and field."""
+    topic, _, rest = text.partition(".")
+    field, _, _ = rest.rpartition(".")
+    if text.startswith("/"):
+        # '/cell_a.force.norm' and '/cell_b.force.norm', or '/joints.position.fl' and '… .fr'.
+        return ("", rest) if rest.endswith(("norm", "data")) else (topic, field)
+    words = taken_apart(text)
+    return ("", f"{words.kind} {words.unit}")
+
+
+def _fit(kind: str, group: list[Name]) -> tuple[bool, bool, int]:
+    """Which of several groups of a kind is meant rather."""
+    texts = " ".join(name.text.lower() for name in group)
+    right = {
+        "lengths": ("length", "position", "laenge", "länge", "longueur", "lunghezza"),
+        "tensions": ("norm", "effort", "tension", "kraft"),
+    }.get(kind, ())
+    return any(word in texts for word in right), group[0].unit is not None, -len(texts)
+
+
+def _by_place(
+    raw: RawTable,
+    names: dict[str, Name],
+    count: int,
+    known: set[str],
+    robot: _core.Robot | None,
+) -> list[Line]:
+    """Columns without a name that says anything: blocks of one a cable, told apart by range."""
+    if robot is None or not count:
+        return []
+    weight_N = robot.platform.mass_kg * robot.gravity_m_s2
+    free = [key for key, name in names.items() if not name.kind and _moves(raw, name)]
+    lines: list[Line] = []
+    while len(free) >= count:
+        block = free[:count]
+        values = np.stack([raw.columns[key].values for key in block], axis=1)
+        total = float(np.nanmedian(np.abs(values).sum(axis=1)))
+        positive = float(np.nanmin(values)) > 0.0
+        if "tensions" not in known and positive and 0.5 * weight_N < total < 20.0 * weight_N:
+            kind, why = "tensions", "its place, and a sum as the platform's weight"
+        elif "lengths" not in known:
+            kind, why = "lengths", "its place: the first block of one a cable"
+        elif "swivels" not in known:
+            kind, why = "swivels", "its place: a further block of one a cable"
+        else:
+            break
+        known.add(kind)
+        lines.append(Line(kind, tuple(block), "", (1,) * count, "guess", why))
+        free = free[count:]
+    if len(free) >= 3 and not any(name.kind in (*_AXES, "quaternion") for name in names.values()):
+        lines.append(
+            Line("attitude", tuple(free[:3]), "", (1, 1, 1), "guess", "its place: the next three")
+        )
+    return lines
+
+
+def _attitude(raw: RawTable, names: dict[str, Name]) -> Line | None:
+    parts = [[n for n in names.values() if n.kind == axis and _moves(raw, n)] for axis in _AXES]
+    if any(parts):
+        columns = tuple(part[0].text if part else "" for part in parts)
+        # A compass counts clockwise.
+        left = parts[2] and any(word in columns[2].lower() for word in ("heading", "course"))
+        why = "by name; a heading counts clockwise" if left else "by name"
+        return Line("attitude", columns, "", (1, 1, -1 if left else 1), "sure", why)
+    by_axis: dict[str, str] = {}
+    for name in names.values():
+        if name.kind == "quaternion":
+            by_axis.setdefault(name.text.rstrip("0123456789)]").lower()[-1:], name.text)
+    if set("wxyz") <= set(by_axis):
+        columns = tuple(by_axis[axis] for axis in "xyzw")
+        return Line("attitude", columns, "quaternion_xyzw", (1,) * 4, "sure", "by name")
+    return None
+
+
+# Units.
+
+
+def _with_unit(
+    raw: RawTable, names: dict[str, Name], line: Line, robot: _core.Robot | None
+) -> Line:
+    if line.unit in QUATERNIONS:
+        return line
+    dimension = GROUPS[line.name].unit
+    there = [key for key in line.columns if key]
+    written = {names[key].unit or "" for key in there} & set(UNITS[dimension])
+    if len(written) == 1:
+        return replace(line, unit=written.pop(), why=f"{line.why}; unit as written")
+    values = np.stack([raw.columns[key].values for key in there], axis=1)
+    unit, why = _unit_by_range(line.name, values, robot)
+    sure = "likely" if line.sure == "sure" else line.sure
+    return replace(line, unit=unit, sure=sure, why=f"{line.why}; {why}")
+
+
+def _unit_by_range(kind: str, values: Floats, robot: _core.Robot | None) -> tuple[str, str]:
+    dimension = GROUPS[kind].unit
+    if dimension == "rad":
+        tilt = values[:, :2] if kind == "attitude" else values
+        most = float(np.nanmax(np.abs(tilt)))
+        limit = _MOST_TILT if kind == "attitude" else 2.0 * math.pi
+        steps = float(np.nanmedian(np.abs(np.diff(values, axis=0)).max(axis=1)))
+        # What is small enough for both: samples of a degree's tenth are no tenth of a radian.
+        unit = "deg" if most > limit or steps > math.radians(10.0) else "rad"
+        return unit, f"unit by range: up to {most:.3g}"
+    if dimension == "N":
+        total = float(np.nanmedian(np.abs(values).sum(axis=1)))
+        if robot is None:
+            return "N", f"unit assumed: together {total:.3g}"
+        weight_N = robot.platform.mass_kg * robot.gravity_m_s2
+        # Cables that hang a platform carry somewhat more than its weight, never less.
+        unit = min(
+            ("N", "kN", "kgf", "lbf", "daN"),
+            key=lambda u: abs(math.log(max(total * UNITS["N"][u] / weight_N, _RAW) / 2.0)),
+        )
+        return unit, f"unit by the platform's weight: together {total:.3g}, {weight_N:.3g} N"
+    travel = float(np.nanmax(np.nanmax(values, axis=0) - np.nanmin(values, axis=0)))
+    size_m = 2.0 if robot is None else _size_m(robot)
+    unit = min(("m", "mm", "cm"), key=lambda u: _off(travel * UNITS["m"][u] / size_m))
+    return unit, f"unit by range: {travel:.3g} of travel"
+
+
+def _size_m(robot: _core.Robot) -> float:
+    anchors = np.array([cable.pulley.position_m for cable in robot.cables])
+    return float(np.linalg.norm(np.ptp(anchors, axis=0)))
+
+
+def _off(share: float) -> float:
+    """How far a travel is from what start-ups have: a third of the frame's size."""
+    return abs(math.log(max(share, _RAW) * 3.0))
+
+
+# Signs.
+
+
+def _with_signs(proposal: Proposal, robot: _core.Robot) -> Proposal:
+    """Turns over what agrees better with the robot's physics so; says which it tried."""
+    names = {line.name for line in proposal.lines}
+    if not {"lengths", "tensions"} & names:
+        return proposal
+    best, cost = proposal, _cost(proposal, robot)
+    for what in _flips(proposal):
+        tried = _turned(proposal, what)
+        other = _cost(tried, robot)
+        if other < cost - _EVIDENCE:
+            best, cost = tried, other
+    if not math.isfinite(cost):
+        lines = tuple(
+            replace(line, sure="guess", why=f"{line.why}; no pose agrees with it")
+            for line in best.lines
+        )
+        return replace(best, lines=lines)
+    return best
+
+
+def _flips(proposal: Proposal) -> list[dict[str, tuple[int, ...]]]:
+    """Signs to be tried beside those that stand: of lengths, swivels, roll and pitch, yaw."""
+    options: list[list[tuple[str, tuple[int, ...]]]] = []
+    for line in proposal.lines:
+        if line.name in ("lengths", "swivels"):
+            options.append([(line.name, line.sign), (line.name, tuple(-s for s in line.sign))])
+        elif line.name == "attitude" and line.unit not in QUATERNIONS:
+            turns = itertools.product((1, -1), repeat=3)
+            signs = [tuple(s * t for s, t in zip(line.sign, turn, strict=True)) for turn in turns]
+            options.append([(line.name, sign) for sign in signs])
+    return [dict(chosen) for chosen in itertools.product(*options)][1:]
+
+
+def _turned(proposal: Proposal, signs: dict[str, tuple[int, ...]]) -> Proposal:
+    lines = tuple(
+        replace(line, sign=signs[line.name], why=f"{line.why}; sign by the robot's physics")
+        if signs.get(line.name, line.sign) != line.sign
+        else line
+        for line in proposal.lines
+    )
+    return replace(proposal, lines=lines)
+
+
+def _cost(proposal: Proposal, robot: _core.Robot) -> float:
+    """Minus ln of the likelihood of the readings at rest, noise taken from the residuals, but for a
+    constant; infinite where there is no pose that agrees with them at all."""
+    try:
+        log = apply_map(proposal.raw, proposal.map(), "the proposed map", robot).log
+        held = any(line.name == "tensions" for line in proposal.lines)
+        options = _core.CalibrateOptions(
+            method=_core.Method.statics if held else _core.Method.kinematic,
+            noise=_core.NoiseSource.specified,
+            most_starts=1,
+        )
+        found = _core.calibrate(robot, log, options).result
+    except InputError:
+        return math.inf
+    if not len(found.poses):
+        return math.inf
+    rms = found.residual_rms
+    total = 0.0
+    for field, width in (
+        ("length_m", robot.cable_count),
+        ("swivel_rad", robot.cable_count),
+        ("roll_pitch_rad", 2),
+        ("yaw_rad", 1),
+        ("wrench_force_N", 3),
+        ("wrench_moment_Nm", 3),
+    ):
+        value = getattr(rms, field)
+        if value is not None and math.isfinite(value) and value > 0.0:
+            total += width * len(found.poses) * math.log(value)
+    return total
+
+
+def propose_file(path: str | Path, robot: _core.Robot | None = None) -> Proposal:
+    """As ``propose``, for a file of any kind. Raises InputError."""
+    from cdprcal.mapping.read import read_raw
+
+    return propose(read_raw(path), robot)

@@ -1,0 +1,47 @@
+"""What any raw file holds once it is read: named columns of numbers, with times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Column:
+    """One named column; NaN where the file has no number.
+
+    ``time_s`` [N]: when each value was taken, where the file has times of its own for it (topics of
+    a bag); None: row by row with all others. ``unit``: as the file writes it, else empty.
+    ``is_clock``: the values were dates or times of day; they are seconds.
+    """
+
+    values: Floats
+    time_s: Floats | None = None
+    unit: str = ""
+    is_clock: bool = False
+
+
+@dataclass(frozen=True)
+class DelimitedForm:
+    """How a text file is to be cut into columns."""
+
+    separator: str  #: one character; a blank: any run of blanks
+    decimal: str  #: '.' or ','
+    header_line: int  #: that names the columns, from 1; 0: none does
+    encoding: str
+
+
+@dataclass(frozen=True)
+class RawTable:
+    """A raw file: its kind (csv, mat, arrow, bag) and its columns in the order of the file."""
+
+    path: Path
+    kind: str
+    columns: dict[str, Column] = field(default_factory=dict)
+    form: DelimitedForm | None = None
+    line: NDArray[np.int64] | None = None  #: of each row, from 1

@@ -1,0 +1,31 @@
+"""A raw file of any kind as columns, told apart by content."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from cdprcal.io.files import begins_with
+from cdprcal.mapping.arrow import FEATHER_MAGICS, PARQUET_MAGIC, read_arrow
+from cdprcal.mapping.bag import read_bag
+from cdprcal.mapping.delimited import read_delimited
+from cdprcal.mapping.matlab import read_mat
+from cdprcal.mapping.raw import DelimitedForm, RawTable
+from cdprcal.ros2 import is_bag
+
+_MAT_73 = b"\x89HDF"
+
+
+def read_raw(path: str | Path, form: DelimitedForm | None = None) -> RawTable:
+    """Reads CSV and its like, MAT, Parquet, Feather or a ROS 2 bag.
+
+    ``form``: how text is to be cut; None: found. Raises InputError naming file and place.
+    """
+    path = Path(path)
+    if is_bag(path):
+        return read_bag(path)
+    head = begins_with(path, 8)
+    if head.startswith(b"MATLAB") or head.startswith(_MAT_73) or path.suffix.lower() == ".mat":
+        return read_mat(path)
+    if head.startswith((PARQUET_MAGIC, *FEATHER_MAGICS)):
+        return read_arrow(path)
+    return read_delimited(path, form)

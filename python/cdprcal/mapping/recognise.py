@@ -1,0 +1,100 @@
+"""What the name of a column says: a kind of reading, a cable or axis, a unit."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from cdprcal.mapping.units import unit_named
+
+#: Words that make a column a reading of a kind, in the languages of labs; the first kind that has a
+#: word wins, so that 'tension set-point' is no tension and 'cable velocity' no length.
+_WORDS: tuple[tuple[str, str], ...] = (
+    (
+        "none",
+        r"speed|vel|velo|velocity|geschw\w*|vitesse|acc|accel\w*|gyro|omega|current|strom|torque|"
+        r"temp|temperature|mode|state|status|drive|watchdog|error|counter|battery|volt\w*|angular",
+    ),
+    (
+        "tension_setpoints",
+        r"(?=.*(set|soll|ref|cmd|command|target|desired|goal|sp))(?=.*(tens|force|kraft|load|tau|"
+        r"effort|torque|f)).*",
+    ),
+    ("time", r"time|t|zeit|timestamp|stamp|clock|temps|tempo|tiempo|millis|sec|uhrzeit|datetime"),
+    ("quaternion", r"q[wxyz]|quat\w*|orientation|quaternion"),
+    ("direct_lengths", r"laser|tape|distance|direct"),
+    ("position_m", r"tracker|mocap|vicon|optitrack|leica|pos[xyz]"),
+    ("roll", r"roll|phi|rx|rollen|rollwinkel|roulis|rollio|euler_?x|wank\w*"),
+    ("pitch", r"pitch|theta|ry|nick\w*|neigung|tangage|beccheggio|euler_?y"),
+    ("yaw", r"yaw|psi|chi|rz|heading|gier\w*|lacet|imbardata|azimut|azimuth|euler_?z|course"),
+    (
+        "swivels",
+        r"swivel\w*|sigma|pulley\w*|umlenk\w*|caster|sheave|schwenk\w*|poulie|rolle\w*|pan",
+    ),
+    (
+        "tensions",
+        r"tension\w*|tens|force|kraft|seilkraft|zugkraft|load|loadcell|cell|effort|tau|f|kraefte|"
+        r"kräfte|strain|dms|lc|zug|spannung",
+    ),
+    (
+        "lengths",
+        r"length\w*|len|l|cable|rope|seil|seillaenge|seillänge|laenge|länge|lunghezza|longueur|"
+        r"encoder|enc|winch|drum|spool|dl|wire|tendon|position|pos|cavo|motor|joint",
+    ),
+)
+_KINDS = [(kind, re.compile(words)) for kind, words in _WORDS]
+_CAMEL = re.compile(r"(?<=[a-zäöü])(?=[A-Z])|(?<=[A-Za-z])(?=\d)|(?<=\d)(?=[A-Za-z])")
+_BRACKETS = re.compile(r"[\[(]([^\])]*)[\])]\s*$")
+
+
+@dataclass(frozen=True)
+class Name:
+    """A column's name taken apart.
+
+    ``stem``: without what tells cables or axes apart; ``index``: that; ``unit``: None when the name
+    has none; ``kind``: what it seems to be, empty when no word says so.
+    """
+
+    text: str
+    kind: str
+    stem: str
+    index: str
+    unit: str | None
+
+
+def taken_apart(text: str, given_unit: str = "") -> Name:
+    """What a name says; ``given_unit`` is what the file says apart from it."""
+    bracket = _BRACKETS.search(text)
+    bare = text[: bracket.start()] if bracket else text
+    unit = unit_named(given_unit) or (unit_named(bracket[1]) if bracket else None)
+    words = [w for w in re.split(r"[^0-9A-Za-zÀ-ÿ]+", _CAMEL.sub("_", bare)) if w]
+    if unit is None and len(words) > 1:
+        # Of single letters only those that nothing else is called.
+        last = words[-1]
+        if unit_named(last) and (len(last) > 1 or last in ("m", "N", "s")):
+            unit = unit_named(words.pop())
+    numbers = [word for word in words if word.isdigit()]
+    index = numbers[-1] if numbers else ""
+    lower = [_singular(word.lower()) for word in words if not word.isdigit()]
+    stem = "_".join("#" if word == index and index else word.lower() for word in words)
+    return Name(text, _kind(lower), stem, index, unit)
+
+
+def _singular(word: str) -> str:
+    """'forces' → 'force'; what is a word here already stays ('temps', 'status')."""
+    known = any(pattern.fullmatch(word) for _, pattern in _KINDS)
+    return word if known or len(word) < 4 else word.removesuffix("s")
+
+
+def _kind(words: list[str]) -> str:
+    joined = "_".join(words)
+    for kind, pattern in _KINDS:
+        if kind == "tension_setpoints":
+            if len(words) > 1 and pattern.fullmatch(joined):
+                return kind
+        elif kind == "none":
+            if any(pattern.fullmatch(word) for word in words):
+                return kind
+        elif any(pattern.fullmatch(word) for word in words) or pattern.fullmatch(joined):
+            return kind
+    return ""

@@ -1,0 +1,81 @@
+"""Units that people write, and what they are in SI."""
+
+from __future__ import annotations
+
+import math
+
+G = 9.80665
+
+#: Dimension → unit as people write it → how many of SI's one of them is.
+UNITS: dict[str, dict[str, float]] = {
+    "s": {
+        "s": 1.0,
+        "ms": 1e-3,
+        "us": 1e-6,
+        "ns": 1e-9,
+        "min": 60.0,
+        "h": 3600.0,
+    },
+    "m": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "in": 0.0254, "ft": 0.3048},
+    "rad": {
+        "rad": 1.0,
+        "deg": math.radians(1.0),
+        "mrad": 1e-3,
+        "rev": 2.0 * math.pi,
+        "gon": math.pi / 200.0,
+    },
+    "N": {"N": 1.0, "kN": 1e3, "mN": 1e-3, "daN": 10.0, "kgf": G, "gf": 1e-3 * G, "lbf": 4.4482216},
+}
+_ALIASES = {
+    "sec": "s",
+    "seconds": "s",
+    "second": "s",
+    "sekunden": "s",
+    "msec": "ms",
+    "millis": "ms",
+    "milliseconds": "ms",
+    "µs": "us",
+    "μs": "us",
+    "usec": "us",
+    "micros": "us",
+    "nsec": "ns",
+    "nanosec": "ns",
+    "metre": "m",
+    "meter": "m",
+    "meters": "m",
+    "metres": "m",
+    "µm": "um",
+    "inch": "in",
+    "°": "deg",
+    "degree": "deg",
+    "degrees": "deg",
+    "grad": "deg",  # German; the gradian is gon
+    "radian": "rad",
+    "radians": "rad",
+    "turn": "rev",
+    "turns": "rev",
+    "newton": "N",
+    "kp": "kgf",
+    "kg": "kgf",
+    "g": "gf",
+    "lb": "lbf",
+    "lbs": "lbf",
+}
+_PLAIN = {unit.lower(): unit for units in UNITS.values() for unit in units}
+
+
+def unit_named(text: str) -> str | None:
+    """'[MM]' → 'mm', '°' → 'deg', 'kg' → 'kgf' (of a force); None for what is no unit here."""
+    plain = text.strip().strip("[]() ").strip()
+    lower = plain.lower()
+    if plain in ("mN", "Mn"):
+        return "mN"
+    return _ALIASES.get(lower) or _PLAIN.get(lower)
+
+
+def factor(dimension: str, unit: str | float) -> float | None:
+    """How many SI units one of them is; a number is that already; None: no unit of the kind."""
+    if isinstance(unit, int | float):
+        return float(unit)
+    found = unit_named(unit)
+    return UNITS[dimension].get(found) if found else None

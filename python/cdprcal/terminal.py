@@ -1,0 +1,214 @@
+"""What people read, wherever it goes: answers on stdout, progress and warnings on stderr.
+
+Nothing is ever cut: prose is wrapped on a terminal, tables are laid out in as many blocks as the
+width needs, and where the locale is not one of Unicode its letters are written in ASCII.
+"""
+
+from __future__ import annotations
+
+import locale
+import math
+import os
+import re
+import sys
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
+
+from rich.cells import cell_len
+from rich.console import Console, ConsoleOptions, RenderResult
+from rich.table import Table as RichTable
+from rich.text import Text
+
+#: What is written for a letter that an ASCII terminal lacks; None of them is left out.
+_ASCII = {
+    "±": "+-",
+    "°": " deg",
+    "σ": "sigma",
+    "τ": "tau",
+    "ε": "eps",
+    "μ": "mu",
+    "χ": "chi",
+    "Δ": "delta",
+    "×": "x",
+    "·": "*",
+    "²": "2",
+    "³": "3",
+    "–": "-",
+    "\N{MINUS SIGN}": "-",
+    "…": "...",
+    "→": "->",
+    "≤": "<=",
+    "≥": ">=",
+    "′": "'",
+    "é": "e",
+}
+_TO_ASCII = str.maketrans(_ASCII)
+_GAP = 2  # columns of blanks between two of a table
+
+
+def answers() -> Console:
+    """A console on stdout: for what was asked."""
+    return _console(stderr=False)
+
+
+def notes() -> Console:
+    """A console on stderr: for progress, warnings and what happened on the way."""
+    return _console(stderr=True)
+
+
+def _console(*, stderr: bool) -> Console:
+    stream = sys.stderr if stderr else sys.stdout
+    if hasattr(stream, "reconfigure"):  # a name of a file may be no text at all
+        stream.reconfigure(errors="backslashreplace")
+    return Console(stderr=stderr, highlight=False, emoji=False, markup=False)
+
+
+def speaks_unicode() -> bool:
+    """Whether the locale does; POSIX's own (``LANG=C``) promises ASCII alone."""
+    chosen = next(filter(None, map(os.environ.get, ("LC_ALL", "LC_CTYPE", "LANG"))), "C")
+    if chosen in ("C", "POSIX"):
+        return False
+    return "utf" in (chosen + locale.getpreferredencoding(False)).lower()
+
+
+def readable(text: str) -> str:
+    """The text as the locale can show it: µ, ±, σ and the like in ASCII where it must be."""
+    return text if speaks_unicode() else text.translate(_TO_ASCII)
+
+
+def say(out: Console, text: str | Text) -> None:
+    """Prose: wrapped on a terminal; in a pipe one line, so that it can be searched.
+
+    Who sets COLUMNS says how wide it is to be, in a pipe too.
+    """
+    if isinstance(text, str):
+        text = Text(text)
+    if not speaks_unicode():
+        text = _plain(text)
+    out.print(text, soft_wrap=not (out.is_terminal or os.environ.get("COLUMNS")))
+
+
+def _plain(text: Text) -> Text:
+    parts = text.divide([*(edge for span in text.spans for edge in (span.start, span.end))])
+    plain = Text()
+    for part in parts:
+        style = part.spans[0].style if part.spans else text.style
+        plain.append(part.plain.translate(_TO_ASCII), style)
+    return plain
+
+
+@dataclass(frozen=True)
+class _Column:
+    header: str
+    is_text: bool  #: to the left, and may be wrapped between words
+
+
+class Table:
+    """Rows under headers, for a console to print.
+
+    Where not all columns fit side by side they come in blocks one below the other, each with the
+    first ``keys`` columns. Columns of ``text`` (by number) are to the left, others to the right.
+    """
+
+    def __init__(self, *headers: str, text: Collection[int] = (), keys: int = 1) -> None:
+        self._columns = [_Column(header, i in text) for i, header in enumerate(headers)]
+        self._keys = keys
+        self._rows: list[tuple[tuple[str, ...], str]] = []
+
+    def add_row(self, *cells: str, style: str = "") -> None:
+        """One cell a column."""
+        if len(cells) != len(self._columns):
+            raise ValueError(f"{len(cells)} cells for {len(self._columns)} columns")
+        self._rows.append((cells, style))
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        headers = [readable(column.header) for column in self._columns]
+        rows = [([readable(cell) for cell in cells], style) for cells, style in self._rows]
+        blocks = self._blocks(headers, rows, options.max_width)
+        if len(blocks) > 1:  # units below names: perhaps all fit then
+            headers = [header.replace(" [", "\n[") for header in headers]
+            blocks = self._blocks(headers, rows, options.max_width)
+        for block in blocks:
+            table = RichTable(
+                box=None, pad_edge=False, header_style="bold", padding=(0, _GAP, 0, 0)
+            )
+            for i in block:
+                is_text = self._columns[i].is_text
+                table.add_column(
+                    Text(headers[i]),
+                    justify="left" if is_text else "right",
+                    no_wrap=False,
+                    overflow="fold",
+                    min_width=None if is_text else _widest(headers[i], rows, i),
+                )
+            for cells, style in rows:
+                table.add_row(*(Text(cells[i]) for i in block), style=style)
+            yield table
+
+    def _blocks(
+        self, headers: Sequence[str], rows: Sequence[tuple[list[str], str]], width: int
+    ) -> list[list[int]]:
+        """Which columns stand side by side."""
+        least = [
+            _longest_word(headers[i], rows, i) if column.is_text else _widest(headers[i], rows, i)
+            for i, column in enumerate(self._columns)
+        ]
+        keys = list(range(self._keys))
+        blocks: list[list[int]] = []
+        taken = width + 1
+        for i in range(self._keys, len(self._columns)):
+            needed = least[i] + _GAP
+            if taken + needed > width or not blocks:
+                blocks.append(list(keys))
+                # A column to the right of the last has no blanks after it.
+                taken = sum(least[key] + _GAP for key in keys) - _GAP
+            blocks[-1].append(i)
+            taken += needed
+        return blocks or [keys]
+
+
+def _widest(header: str, rows: Sequence[tuple[list[str], str]], i: int) -> int:
+    lines = [*header.splitlines(), *(cells[i] for cells, _ in rows)]
+    return max((cell_len(line) for line in lines), default=0)
+
+
+def _longest_word(header: str, rows: Sequence[tuple[list[str], str]], i: int) -> int:
+    words = [word for text in (header, *(cells[i] for cells, _ in rows)) for word in text.split()]
+    return max(map(cell_len, words), default=0)
+
+
+def summed_up(lines: Iterable[str], *, verbose: bool = False) -> list[str]:
+    """Lines that differ in their numbers only (but for a cable's) as one with a count.
+
+    ``verbose``: as they are.
+    """
+    alike: dict[str, list[str]] = {}
+    for line in lines:
+        key = line if verbose else re.sub(r"(?<!cable )[-+]?\b\d[\d.]*(e[-+]?\d+)?", "#", line)
+        alike.setdefault(key, []).append(line)
+    if verbose:
+        return [line for group in alike.values() for line in group]
+    return [
+        group[0] if len(group) == 1 else f"{len(group)} times, here the first: {group[0]}"
+        for group in alike.values()
+    ]
+
+
+def counted(count: int, one: str, many: str = "") -> str:
+    """'1 pose', '2 poses'."""
+    return f"{count} {one if count == 1 else many or one + 's'}"
+
+
+def fixed(value: float | None, digits: int) -> str:
+    """A number with so many digits after the point; – when there is none."""
+    return "–" if value is None else f"{value:.{digits}f}"
+
+
+def scaled(value: float | None, factor: float) -> float | None:
+    """A number in another unit; None when there is none."""
+    return None if value is None else value * factor
+
+
+def degrees(value: float | None) -> float | None:
+    """Radians in degrees; None when there is none."""
+    return scaled(value, math.degrees(1))

@@ -1,0 +1,121 @@
+"""What there is to look up and to complete: effects, explain, template --from, values in shells."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import cdprcal
+from cdprcal.completion import paths
+from conftest import Ran
+
+Cli = Callable[..., Ran]
+NAMES = [info.name for info in cdprcal.effect_catalogue()]
+
+
+def test_effects_lists_the_catalogue(cli: Cli) -> None:
+    ran = cli("effects")
+    assert (ran.code, ran.stderr) == (0, "")
+    assert ran.stdout.startswith(f"{len(NAMES)} effects")
+    assert all(f"\n{name} " in ran.stdout for name in NAMES)
+    document = json.loads(cli("effects", "--json").stdout)
+    assert [effect["name"] for effect in document] == NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_explain_says_all_about_one(cli: Cli, name: str) -> None:
+    info = next(info for info in cdprcal.effect_catalogue() if info.name == name)
+    ran = cli("explain", name)
+    assert ran.code == 0
+    assert ran.stdout.startswith(f"{name}: {info.sentence}\n{info.equation}\n")
+    for parameter in info.parameters:
+        assert parameter.name in ran.stdout
+    assert info.remedy in ran.stdout
+    assert all(rival in ran.stdout for rival in info.confused_with)
+    assert json.loads(cli("explain", name, "--json").stdout)["equation"] == info.equation
+
+
+def test_sizes_are_those_of_the_catalogue(cli: Cli) -> None:
+    """A stiffness is estimated by its inverse: the largest effect is the least stiffness."""
+    said = cli("explain", "cable_elasticity").stdout
+    assert "100 kN" in said
+    assert "at least" in said
+    assert "at most" in cli("explain", "mass").stdout
+
+
+def test_an_effect_that_is_none_is_answered_by_those_like_it(cli: Cli) -> None:
+    ran = cli("explain", "load_cell_bia")
+    assert ran.code == 2
+    assert "give load_cell_bias or " in ran.stderr
+
+
+def test_a_template_from_another_robot_is_that_robot(cli: Cli, tmp_path: Path) -> None:
+    path, copy = tmp_path / "mine.yaml", tmp_path / "copy.yaml"
+    assert cli("template", "--from", "irma4", "-o", path).code == 0
+    mine, irma4 = cdprcal.load_robot(str(path)), cdprcal.load_robot("irma4")
+    assert mine.name == "mine"
+    text = cdprcal.to_yaml(mine).replace('name: "mine"', 'name: "irma4"')
+    assert text == cdprcal.to_yaml(irma4)
+    path.write_text(path.read_text() + "# weighed on Monday\n")
+    assert cli("template", "--from", path, "-o", copy).code == 0
+    assert "# weighed on Monday" in copy.read_text()
+    assert cdprcal.load_robot(str(copy)).name == "copy"
+    assert cli("check", copy).code == 0
+    for arguments, words in (
+        (("--from", "nobody", "-o", tmp_path / "x.yaml"), "nobody"),
+        (("--from", "irma4", "--cables", 4, "-o", tmp_path / "x.yaml"), "leave out --cables"),
+        (("--from", "irma4", "-o", copy), "exists already"),
+    ):
+        ran = cli("template", *arguments)
+        assert ran.code == 2
+        assert words in ran.stderr
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        ("cdprcal explain load_cell_", {"load_cell_bias", "load_cell_gain", "load_cell_drift"}),
+        ("cdprcal check irm", {"irma4"}),
+        ("cdprcal check my", {"my.yaml"}),
+        ("cdprcal calibrate irma4 run.csv --method s", {"static"}),
+        ("cdprcal plan irma4 --order ", {"least-time", "random"}),
+        ("cdprcal demo --effect mas", {"mass="}),
+    ],
+)
+def test_shells_are_told_values(tmp_path: Path, typed: str, offered: set[str]) -> None:
+    (tmp_path / "my.yaml").touch()
+    (tmp_path / "my.csv").touch()
+    words = typed.split(" ")
+    environment = os.environ | {
+        "_CDPRCAL_COMPLETE": "complete_bash",
+        "COMP_WORDS": typed,
+        "COMP_CWORD": str(len(words) - 1),
+    }
+    program = "from cdprcal.cli import app; app(prog_name='cdprcal')"
+    ran = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert set(ran.stdout.split()) == offered, ran.stderr
+
+
+def test_paths_complete_within_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "robots").mkdir()
+    (tmp_path / "robots" / "a.yaml").touch()
+    (tmp_path / ".hidden.yaml").touch()
+    monkeypatch.chdir(tmp_path)
+    assert paths("", (".yaml",)) == ["robots/"]
+    assert paths("robots/", (".yaml",)) == ["robots/a.yaml"]
+    assert paths(f"{tmp_path}/rob", (".yaml",)) == [f"{tmp_path}/robots/"]
+    assert paths("none/", (".yaml",)) == []

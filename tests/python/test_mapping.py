@@ -1,0 +1,317 @@
+"""Anybody's files: a map is proposed, at most two lines are corrected, a pose comes out."""
+
+from __future__ import annotations
+
+import builtins
+import json
+import math
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cdprcal
+from cdprcal import sensors
+from cdprcal.io import load_log
+from cdprcal.mapping import load_mapped, parse_map, propose_file, read_raw
+from cdprcal.mapping.document import GROUPS, QUATERNIONS
+from cdprcal.mapping.recognise import taken_apart
+from cdprcal.mapping.units import UNITS, factor, unit_named
+from cdprcal.ros2 import save_bag
+from conftest import Ran
+from raw_files import SHAPES, bag_of_arrays, bag_of_joints, german_excel, parquet, simulink
+
+Cli = Callable[..., Ran]
+LETTERS = {"s": "swivel_rad", "t": "tension_N", "p": "tension_setpoint_N"}
+
+
+def mapped(cli: Cli, shape: str, log: cdprcal.Log, folder: Path) -> tuple[Path, Path]:
+    """A raw file, and its map as proposed and corrected in at most two lines."""
+    made = SHAPES[shape]
+    raw, the_map = made.make(log, folder), folder / "map.yaml"
+    ran = cli("check", "irma4", raw, "--propose", the_map)
+    text = the_map.read_text()
+    assert ran.code == int("# guess" in text), ran
+    assert len(made.corrections) <= 2
+    for before, after in made.corrections:
+        text, count = re.subn(before, after, text)
+        assert count == 1, f"{before} in\n{text}"
+    the_map.write_text(text)
+    return raw, the_map
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_raw_file_ends_in_a_pose(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path, shape: str
+) -> None:
+    raw, the_map = mapped(cli, shape, synthetic.log, tmp_path)
+    ran = cli("calibrate", "irma4", raw, "--map", the_map, "--json")
+    assert ran.code == 0, f"{the_map.read_text()}{ran.stderr}"
+    found = json.loads(ran.stdout)
+    truth = synthetic.poses[0]
+    off_m = np.linalg.norm(np.subtract(found["initial_pose"]["position_m"], truth.position_m))
+    assert off_m < 2e-3
+    turn = np.array(found["initial_pose"]["rotation"]).T @ truth.rotation
+    assert math.degrees(math.acos(min(1.0, (np.trace(turn) - 1.0) / 2.0))) < 0.3
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_every_reading_arrives(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path, shape: str
+) -> None:
+    raw, the_map = mapped(cli, shape, synthetic.log, tmp_path)
+    out = tmp_path / "run.csv"
+    assert cli("import", raw, "--map", the_map, "--robot", "irma4", "-o", out).code == 0
+    log, truth = load_log(out).log, synthetic.log
+    np.testing.assert_allclose(log.time_s, truth.time_s - truth.time_s[0], atol=1e-4)
+    groups = ["length_m", *(LETTERS[letter] for letter in SHAPES[shape].groups)]
+    for group in groups:
+        np.testing.assert_allclose(getattr(log, group), getattr(truth, group), atol=1e-4 * 20)
+    angles = np.asarray(log.roll_pitch_yaw_rad - truth.roll_pitch_yaw_rad)
+    turned = np.unwrap(angles[:, 2])
+    np.testing.assert_allclose(angles[:, :2], 0.0, atol=1e-5)
+    np.testing.assert_allclose(turned, turned[0], atol=1e-5)  # yaw is relative
+    absent = {"swivel_rad", "tension_setpoint_N"} - set(groups)
+    assert all(getattr(log, group).shape[1] == 0 for group in absent)
+
+
+def test_the_proposal_says_how_sure_it_is(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    raw, the_map = german_excel(synthetic.log, tmp_path), tmp_path / "map.yaml"
+    ran = cli("check", raw, "--propose", the_map)  # without a robot, too
+    assert ran.code == 0
+    assert ran.stdout.startswith(f"{the_map}: 5 lines, none a guess\n")
+    assert f"next: cdprcal check ROBOT {raw} --map {the_map}" in ran.stdout
+    checked = cli("check", "irma4", raw, "--map", the_map)
+    assert checked.code == 0
+    assert "can be used" in checked.stdout
+    found = cli("diagnose", "irma4", raw, "--map", the_map)
+    assert (found.code, found.stdout.splitlines()[0]) == (0, "consistent: no effect found")
+    again = cli("check", "irma4", raw, "--propose", the_map, "--json")
+    assert again.code == 2
+    assert "leave out --json" in again.stderr
+    over = cli("check", "irma4", raw, "--propose", raw)
+    assert over.code == 2
+    assert "is the log that is read" in over.stderr
+
+
+@pytest.mark.parametrize("command", ["check", "calibrate", "diagnose"])
+def test_other_columns_are_answered_by_the_way_to_a_map(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path, command: str
+) -> None:
+    raw = german_excel(synthetic.log, tmp_path)
+    ran = cli(command, "irma4", raw)
+    assert ran.code == 2
+    assert f"cdprcal check {raw} --propose map.yaml writes one" in ran.stderr
+    log_path.write_text(log_path.read_text().replace("length_1_m", "length_one", 1))
+    ran = cli(command, "irma4", log_path)  # a slip in a log is a slip
+    assert ran.code == 2
+    assert "--propose" not in ran.stderr
+
+
+MAP = """format: cdprcal-map-1
+time: {column: t, unit: ms}
+channels:
+  lengths: {columns: [a, b, c, d], unit: mm, sign: [1, -1, 1, 1]}
+"""
+BAD_MAPS = {
+    "unit of another kind": (
+        "unit: mm",
+        "unit: kg",
+        r"map.yaml:4:42: channels.lengths.unit: 'kg' is not one of m, mm",
+    ),
+    "unknown channel": (
+        "lengths",
+        "lenghts",
+        "map.yaml:4:12: channels.lenghts: is not one of lengths, swivels",
+    ),
+    "no channels": ("channels:", "more:", "more: is not known here|channels: is missing"),
+    "two signs": ("[1, -1, 1, 1]", "[1, -1]", "2 signs for 4 columns"),
+    "no sign": ("[1, -1, 1, 1]", "0", "sign"),
+    "unit of time": ("unit: ms", "unit: mm", "unit 'mm' is not one of s, ms"),
+    "time and rate": ("unit: ms", "rate_Hz: 10", "give either a column or rate_Hz"),
+    "another format": ("map-1", "map-9", r"map.yaml:1:9: format"),
+    "no map": (MAP, "- 1\n", "a mapping file is a map; see docs/your-log.md"),
+    "a quaternion of three": (
+        "lengths: {columns: [a, b, c, d], unit: mm, sign: [1, -1, 1, 1]}",
+        "attitude: {columns: [a, b, c], unit: quaternion_xyzw}",
+        "must be 4 for a quaternion",
+    ),
+    "two angles": (
+        "lengths: {columns: [a, b, c, d], unit: mm, sign: [1, -1, 1, 1]}",
+        "attitude: {columns: [a, b], unit: deg}",
+        "has 2 columns, expected 3; write '' for one that is not there",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD_MAPS)
+def test_a_wrong_map_is_refused_by_line(case: str) -> None:
+    before, after, words = BAD_MAPS[case]
+    assert parse_map(MAP, "map.yaml").channels["lengths"].sign == [1, -1, 1, 1]
+    assert before in MAP
+    with pytest.raises(cdprcal.InputError, match=words):
+        parse_map(MAP.replace(before, after, 1), "map.yaml")
+
+
+def test_names_that_are_not_there_are_answered_by_those_that_are(tmp_path: Path) -> None:
+    raw, the_map = tmp_path / "raw.csv", tmp_path / "map.yaml"
+    the_map.write_text(MAP)
+    raw.write_text("t,a,bb,c,d\n0,1,2,3,4\n100,1,2,3,5\n")
+    with pytest.raises(
+        cdprcal.InputError, match=r"has no column 'b'; give one of those it has: 'bb', 't'"
+    ):
+        load_mapped(raw, the_map, None)
+    raw.write_text("zeit,a,b,c,d\n0,1,2,3,4\n100,1,2,3,5\n")
+    with pytest.raises(cdprcal.InputError, match=r"map.yaml: time: .* has no column 't'"):
+        load_mapped(raw, the_map, None)
+    raw.write_text("t,a,b,c,d\n0,1,2,3,4\n100,1,2,3,5\n50,1,2,3,6\n200,,2,3,7\n")
+    file = load_mapped(raw, the_map, None)
+    np.testing.assert_allclose(file.log.time_s, [0.0, 0.1, 0.2])
+    np.testing.assert_allclose(file.log.length_m[:, 1], [-0.002, -0.002, -0.002])
+    assert math.isnan(file.log.length_m[2, 0])
+    assert [finding.code for finding in file.findings] == ["same_time"]
+    assert file.line_of(2) == 5
+
+
+def test_a_misspelt_topic_is_answered_by_those_there_are(
+    cli: Cli, robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    raw, the_map = bag_of_joints(synthetic.log, tmp_path), tmp_path / "map.yaml"
+    assert cli("check", "irma4", raw, "--propose", the_map).code in (0, 1)
+    text = the_map.read_text()
+    the_map.write_text(text.replace('column: "/rig/winches"', 'column: "/rig/winch"'))
+    ran = cli("import", raw, "--map", the_map, "--robot", "irma4", "-o", tmp_path / "run.csv")
+    assert ran.code == 2
+    assert (
+        "no topic '/rig/winch' with numbers; give one of those it has: /rig/winches, /platform/ahrs"
+        in ran.stderr
+    )
+    the_map.write_text(text.replace("/platform/ahrs.orientation.x", "/platform/ahr.orientation.x"))
+    ran = cli("import", raw, "--map", the_map, "--robot", "irma4", "-o", tmp_path / "run.csv")
+    assert ran.code == 2
+    assert (
+        "has no column '/platform/ahr.orientation.x'; give one of those it has: '/platform/ahrs.or"
+        in ran.stderr
+    )
+    the_map.write_text(text)
+    ran = cli("import", raw, "--map", the_map, "-o", tmp_path / "run.csv")
+    assert ran.code == 2
+    assert "is a quaternion: give --robot" in ran.stderr
+    assert not (tmp_path / "run.csv").exists()
+
+
+def test_a_session_names_its_robot_and_topics_that_are_there(
+    cli: Cli, robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    bag, out = tmp_path / "bag", tmp_path / "run.csv"
+    save_bag(synthetic.log, bag, robot.euler_convention)
+    example = Path(__file__).resolve().parents[2] / "examples" / "canopen-simulated.yaml"
+    session = tmp_path / "session.yaml"
+    text = re.sub(r"(?ms)^ros2:.*?(?=^\S|\Z)", "", example.read_text())
+    session.write_text(text + "\nros2: {imu: /imu/dat}\n")
+    ran = cli("import", bag, "--robot", "irma4", "--session", session, "-o", out)
+    assert ran.code == 2
+    assert "nothing on /imu/dat, which the session names; it holds /imu/data, /joint" in ran.stderr
+    session.write_text(text.replace("robot: irma4", "robot: other"))
+    ran = cli("import", bag, "--robot", "irma4", "--session", session, "-o", out)
+    assert ran.code == 2
+    assert "is the session of robot other, not irma4" in ran.stderr
+    session.write_text(text)
+    assert cli("import", bag, "--robot", "irma4", "--session", session, "-o", out).code == 0
+    both = cli("import", bag, "--map", session, "--session", session, "-o", out)
+    assert both.code == 2
+    assert "leave one of both out" in both.stderr
+    assert cli("import", bag, "--robot", "ring3", "-o", out).code == 2  # three cables
+
+
+def test_what_needs_an_extra_names_it(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mat = simulink(synthetic.log, tmp_path)
+    (tmp_path / "x.parquet").write_bytes(b"PAR1 and more")
+    real = builtins.__import__
+
+    def without(name: str, *arguments: Any, **options: Any) -> Any:
+        if name.split(".")[0] in ("scipy", "pyarrow"):
+            raise ImportError(name)
+        return real(name, *arguments, **options)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(cdprcal.InputError, match=r"pip install 'cdprcal\[mat\]'"):
+        read_raw(mat)
+    with pytest.raises(cdprcal.InputError, match=r"pip install 'cdprcal\[arrow\]'"):
+        read_raw(tmp_path / "x.parquet")
+
+
+DAMAGED = {
+    "x.mat": (b"MATLAB 5.0 MAT-file" + bytes(200), "is no whole MAT-file"),
+    "x.csv": (b"once upon a time\nthere was\n", "is no table of numbers"),
+    "empty.csv": (b"", "is no table of numbers"),
+    "ragged.csv": (b"t,a\n0,1\n1,2\n2\n3,4\n4,5\n", "ragged.csv:4: has 1 columns, the header 2"),
+    "words.csv": (b"red,green\n1,2\n2,3\n3,4\n", "no column is recognised"),
+}
+
+
+@pytest.mark.parametrize("name", DAMAGED)
+def test_a_file_that_is_none_is_refused(tmp_path: Path, name: str) -> None:
+    content, words = DAMAGED[name]
+    (tmp_path / name).write_bytes(content)
+    if name.endswith(".mat"):
+        pytest.importorskip("scipy")
+    with pytest.raises(cdprcal.InputError, match=words):
+        propose_file(tmp_path / name)
+
+
+def test_damaged_tables_of_arrow_are_refused(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    path = parquet(synthetic.log, tmp_path)
+    path.write_bytes(path.read_bytes()[:2000])
+    with pytest.raises(cdprcal.InputError, match="is no whole file of its kind"):
+        read_raw(path)
+
+
+def test_a_cut_bag_is_refused(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
+    file = next(bag_of_arrays(synthetic.log, tmp_path).glob("*.mcap"))
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    with pytest.raises(cdprcal.InputError, match="is no whole ROS 2 bag"):
+        read_raw(file.parent)
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "index", "unit"),
+    [
+        ("Seilkraft 3 [N]", "tensions", "3", "N"),
+        ("cable_length_2_mm", "lengths", "2", "mm"),
+        ("L4", "lengths", "4", None),
+        ("tensionRef1", "tension_setpoints", "1", None),
+        ("Wire2.Speed", "none", "2", None),
+        ("motor_current_1", "none", "1", None),
+        ("Nickwinkel (°)", "pitch", "", "deg"),
+        ("t_ms", "time", "", "ms"),
+        ("yaw", "yaw", "", None),
+        ("spindle", "", "", None),
+    ],
+)
+def test_names_are_taken_apart(name: str, kind: str, index: str, unit: str | None) -> None:
+    found = taken_apart(name)
+    assert (found.kind, found.index, found.unit) == (kind, index, unit)
+
+
+def test_the_groups_and_units_are_those_of_the_library() -> None:
+    assert {group.field for group in GROUPS.values()} == set(sensors.LOG_GROUPS)
+    assert {group.unit for group in GROUPS.values()} < set(UNITS)
+    for dimension, units in UNITS.items():
+        assert units[dimension] == 1.0
+        assert all(unit_named(unit) == unit for unit in units)
+    assert factor("N", "kg") == pytest.approx(9.80665)
+    assert factor("rad", "°") == pytest.approx(math.pi / 180.0)
+    assert factor("m", 0.05) == 0.05
+    assert factor("m", "N") is None
+    for order in QUATERNIONS.values():
+        assert sorted(order) == [0, 1, 2, 3]

@@ -1,0 +1,220 @@
+"""The API as people write it: paths and words in, results that show, pickle and become frames."""
+
+from __future__ import annotations
+
+import copy
+import doctest
+import inspect
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cdprcal
+from cdprcal import _core, calls
+from cdprcal.people import word_of
+from conftest import changed
+from raw_files import german_excel
+
+
+def test_paths_and_words_do_what_objects_and_enums_do(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, log_path: Path
+) -> None:
+    options = cdprcal.CalibrateOptions(
+        method=cdprcal.Method.statics, noise=cdprcal.NoiseSource.specified
+    )
+    plain = cdprcal.calibrate(robot, synthetic.log, options)
+    for found in (
+        cdprcal.calibrate("irma4", log_path, method="static", noise="specified"),
+        cdprcal.calibrate("irma4", str(log_path), options),
+        cdprcal.calibrate(robot, synthetic.log, method=cdprcal.Method.statics, noise="specified"),
+        cdprcal.calibrate("irma4", log_path, cdprcal.CalibrateOptions(
+            method=cdprcal.Method.kinematic), method="static", noise="specified"),
+    ):  # fmt: skip
+        assert found.kinematic_poses == 0
+        np.testing.assert_allclose(
+            found.result.poses[0].position_m, plain.result.poses[0].position_m, atol=1e-9
+        )
+    named = cdprcal.calibrate("irma4", log_path, at_s=[2.0, 10.0, 18.0, 26.0, 34.0], segment=0)
+    assert named.equilibria == []
+    with pytest.raises(cdprcal.InputError, match="'fast'"):
+        cdprcal.calibrate("irma4", log_path, method="fast")
+    with pytest.raises(cdprcal.InputError, match="log: is a int; give a Log, the path"):
+        cdprcal.calibrate("irma4", 3)
+
+
+def test_one_log_several_logs_and_files_of_any_kind(
+    synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path
+) -> None:
+    from cdprcal.mapping import propose_file
+
+    raw, the_map = german_excel(synthetic.log, tmp_path), tmp_path / "map.yaml"
+    the_map.write_text(propose_file(raw).text())
+    for logs, map_ in ((log_path, ""), ([log_path], ""), (synthetic.log, ""), (raw, the_map)):
+        assert cdprcal.diagnose("irma4", logs, map=map_).verdict == cdprcal.Verdict.consistent
+    assert cdprcal.calibrate("irma4", raw, map=the_map).result.poses
+
+
+def test_results_show_what_there_is_to_know(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    found = cdprcal.calibrate(robot, synthetic.log)
+    assert repr(found).startswith("<Calibration converged: x ")
+    assert " mm; roll " in repr(found)
+    assert repr(cdprcal.diagnose(robot, synthetic.log)) == (
+        "<Diagnosis consistent: no effect found>"
+    )
+    planned = cdprcal.make_plan(robot)
+    assert repr(planned).startswith("<PlanResult 8 measured poses, 2 min ")
+    few = cdprcal.calibrate(robot, synthetic.log, method="kinematic", at_s=[2.0])
+    assert repr(few).startswith("<Calibration unobservable: ")
+
+
+def test_members_of_enums_are_called_as_on_the_command_line() -> None:
+    assert str(cdprcal.Verdict.explained) == "explained"
+    assert f"{cdprcal.Method.statics}" == "static"
+    assert cdprcal.parse_method(str(cdprcal.Method.statics)) == cdprcal.Method.statics
+    assert str(cdprcal.NoiseSource.from_data) == "data"
+    for order in cdprcal.VisitingOrder:
+        assert cdprcal.parse_visiting_order(str(order)) == order
+    for form in cdprcal.Formulation:
+        assert cdprcal.parse_formulation(str(form)) == form
+    for member in cdprcal.StabilityNotion:
+        assert str(member) == word_of(member) == member.name.replace("_", "-")
+
+
+def test_logs_plans_and_results_pickle(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    bare = changed(synthetic.log, swivel_rad=None)
+    for log in (synthetic.log, bare):
+        again = pickle.loads(pickle.dumps(log))
+        assert cdprcal.format_log(again) == cdprcal.format_log(log)
+        assert again.source == log.source
+        assert cdprcal.format_log(copy.deepcopy(log)) == cdprcal.format_log(log)
+    plan = cdprcal.make_plan(robot).plan
+    assert cdprcal.format_plan(pickle.loads(pickle.dumps(plan))) == cdprcal.format_plan(plan)
+    found = cdprcal.calibrate(robot, synthetic.log, method="kinematic")
+    again = pickle.loads(pickle.dumps(found))
+    assert (again.static_poses, again.kinematic_poses) == (0, found.kinematic_poses)
+    np.testing.assert_allclose(
+        again.result.poses[0].position_m, found.result.poses[0].position_m, atol=1e-9
+    )
+    diagnosis = pickle.loads(pickle.dumps(cdprcal.diagnose(robot, synthetic.log)))
+    assert diagnosis.verdict == cdprcal.Verdict.consistent
+    with pytest.raises(TypeError, match=r"make it with cdprcal\.calibrate"):
+        pickle.dumps(_core.calibrate(robot, synthetic.log))
+    assert pickle.loads(pickle.dumps(cdprcal.load_robot)) is cdprcal.load_robot
+
+
+def test_frames_hold_what_the_objects_hold(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    pandas = pytest.importorskip("pandas")
+    log = synthetic.log
+    frame = log.to_pandas()
+    assert list(frame.columns[:3]) == ["time_s", "length_1_m", "length_2_m"]
+    assert len(frame) == len(log)
+    back = cdprcal.Log.from_dataframe(frame)
+    assert cdprcal.format_log(back) == cdprcal.format_log(log)
+    indexed = cdprcal.Log.from_dataframe(frame.set_index("time_s"), source="mine")
+    assert (indexed.source, len(indexed)) == ("mine", len(log))
+    found = cdprcal.calibrate(robot, frame)
+    poses = found.to_pandas()
+    assert list(poses.columns) == [
+        "time_s", "x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg", "kind"
+    ]  # fmt: skip
+    assert poses.x_m[0] == found.result.poses[0].position_m[0]
+    assert set(poses.kind) == {"static", "kinematic"}
+    assert "<table" in found._repr_html_()
+    off = changed(log, tension_N=np.array(log.tension_N) + np.array([6.0, -5.0, 4.0, -8.0]))
+    effects = cdprcal.diagnose(robot, off).to_pandas()
+    assert list(effects.effect.unique()) == ["load_cell_bias"]
+    np.testing.assert_allclose(effects.value, [6.0, -5.0, 4.0, -8.0], atol=0.5)
+    assert len(cdprcal.make_plan(robot).plan.to_pandas()) == 8
+    with pytest.raises(cdprcal.InputError, match="has length_1_m but no length_2_m"):
+        cdprcal.Log.from_dataframe(frame.drop(columns="length_2_m"))
+    with pytest.raises(cdprcal.InputError, match="no column of a log but a; name them"):
+        cdprcal.Log.from_dataframe(pandas.DataFrame({"a": [1.0, 2.0]}))
+
+
+def test_without_pandas_it_is_named(
+    synthetic: cdprcal.SyntheticLog, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(cdprcal.InputError, match=r"pip install 'cdprcal\[pandas\]'"):
+        synthetic.log.to_pandas()
+    assert synthetic.log._repr_html_().startswith("<p>Log(source=")
+
+
+def test_pictures_go_into_the_axes_given(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    from matplotlib.figure import Figure
+
+    off = changed(synthetic.log, tension_N=np.array(synthetic.log.tension_N) + 5.0)
+    for result in (
+        synthetic.log,
+        cdprcal.calibrate(robot, synthetic.log),
+        cdprcal.diagnose(robot, off),
+        cdprcal.make_plan(robot).plan,
+    ):
+        ax = Figure().subplots()
+        assert result.plot(ax=ax) is ax
+        assert ax.lines
+        assert ax.get_ylabel()
+        assert result.plot().lines
+
+
+def test_every_function_has_a_signature() -> None:
+    names = [name for name in dir(cdprcal) if name[0] != "_" and callable(getattr(cdprcal, name))]
+    functions = [name for name in names if not inspect.isclass(getattr(cdprcal, name))]
+    assert len(functions) > 100
+    for name in functions:
+        function: Any = getattr(cdprcal, name)
+        signature = inspect.signature(function)
+        assert function.__doc__, name
+        assert signature.return_annotation is not inspect.Signature.empty, name
+    planned = inspect.signature(cdprcal.make_plan).parameters
+    assert planned["visits"].default == 2
+    assert planned["visits"].kind is inspect.Parameter.KEYWORD_ONLY
+
+
+def test_the_examples_in_docstrings_hold(log_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(log_path.parent)
+    assert doctest.testmod(calls).failed == 0
+
+
+SCRIPT = """
+import cdprcal
+
+found = cdprcal.calibrate("irma4", "run.csv", method="static")
+x_m: float = found.result.poses[0].position_m[0]
+diagnosis = cdprcal.diagnose("irma4", ["run.csv"])
+verdict: cdprcal.Verdict = diagnosis.verdict
+frame = found.to_pandas()
+axes = diagnosis.plot(ax=None)
+log = cdprcal.Log.from_dataframe(frame)
+count: int = log.cable_count
+"""
+
+
+def test_a_users_script_passes_strict_mypy(tmp_path: Path) -> None:
+    pytest.importorskip("mypy")
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT)
+    root = Path(cdprcal.__file__).parents[1]
+    command = [sys.executable, "-m", "mypy", "--strict", str(script)]
+
+    def run() -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            command, cwd=root, capture_output=True, text=True, timeout=300, check=False
+        )
+
+    assert (ran := run()).returncode == 0, ran.stdout
+    script.write_text(SCRIPT.replace("method=", "methods="))
+    assert run().returncode == 1
