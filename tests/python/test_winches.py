@@ -230,7 +230,7 @@ def test_a_bus_that_fails_stops_the_robot(
     assert "CAN bus: Cannot operate on a closed bus" in run.reason
 
 
-def test_a_cable_beyond_the_tension_limits_stops_the_robot(
+def test_a_cable_that_slips_stops_the_robot(
     robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
 ) -> None:
     options = cdprcal.SimulatorOptions(
@@ -240,7 +240,7 @@ def test_a_cable_beyond_the_tension_limits_stops_the_robot(
     log = open_live_log(tmp_path / "run.csv", 4, AcquisitionInputs("", "", {}), 10.0)
     run = acquire(cdprcal.StartUp(robot, start_up_plan(plan)), backend, log)
     assert run.state == StartUpState.holding
-    assert re.search(r"node 2 \(cable 2\): tension -?\d\.\d N is beyond the limits", run.reason)
+    assert re.search(r"node 2 \(cable 2\): moved by \+50\d\.\d mm where", run.reason)
 
 
 def sensors_apart() -> Session:
@@ -324,9 +324,31 @@ def test_a_fault_from_before_is_reset_and_noted(robot: cdprcal.Robot, plan: cdpr
     fault = Fault("fault before arming", 0.0, happen=lambda nodes: nodes[2].drive.fail(0x7305))
     backend = SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
     backend.read()
-    assert backend.notes == ["node 3 (cable 3): fault 0x7305 was reset"]
+    assert backend.notes == [
+        "node 3 (cable 3): remembers the errors 0x7305, newest first",
+        "node 3 (cable 3): fault 0x7305 was reset",
+    ]
     assert {winch.state for winch in backend.winches} == {State.enabled}
     backend.stop()
+
+
+def test_what_was_said_before_arming_is_noted(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+    backend = SimulatedSession.connect(example_session(), robot, plan, armed=True)
+    assert backend.simulated is not None
+    backend.simulated.nodes[1].emergency(0x8120)
+    backend.read()
+    assert backend.notes == [
+        "said before arming: node 2 (cable 2): EMCY 0x8120, error register 0x01"
+    ]
+    backend.stop()
+
+
+def test_a_drive_that_somebody_else_moves_is_left_alone(
+    robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    fault = Fault("moving", 0.0, happen=lambda nodes: nodes[3].drive.set_state(State.enabled))
+    with pytest.raises(BackendError, match=r"node 4 \(cable 4\): is in operation enabled already"):
+        SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
 
 
 @pytest.mark.parametrize(
@@ -425,7 +447,7 @@ def test_a_drive_that_does_not_enable_is_said_in_the_log(
     path = tmp_path / "run.csv"
     fault = Fault("deaf", 0.0, to_nodes=lambda i, data: None if i == 0x203 else data)
     watched = watched_run(example_session(), robot, plan, path, fault)
-    words = "node 3 (cable 3): does not enable in cyclic synchronous velocity; it says: switch on"
+    words = "node 3 (cable 3): does not become switched on; it says: switch on disabled"
     assert watched.run.state == StartUpState.holding
     assert words in watched.run.reason
     assert words in path.read_text()

@@ -26,6 +26,11 @@ REMEDIES: tuple[tuple[str, str], ...] = (
     ("load cell", "check the load cell, its plug and its amplifier"),
     ("swivel encoder", "check the swivel encoder and its plug"),
     ("encoder", "check the winch: brake, coupling, encoder and its plug"),
+    (
+        "mm were commanded",
+        "look for a loose brake or coupling; check counts_per_m, velocity_units_per_m_s and the "
+        "drive's own scaling and mode",
+    ),
     ("AHRS", "check the AHRS: power, cable, ahrs.port and its output rate"),
     ("readings are stale", "check the bus: wiring, termination, load; or lower the rate"),
     ("heartbeat is lost", "check the drive's power and the bus"),

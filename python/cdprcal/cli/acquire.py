@@ -199,6 +199,7 @@ def command(
         device.stop()
         raise
     poses: list[tuple[float, _core.Pose]] = []
+    news = devices.News(device)
     with (
         shown as page,
         Monitor(the_robot, the_plan, output, guided=asked is not None) as monitor,
@@ -210,16 +211,14 @@ def command(
             if truth and logged:
                 assert hasattr(device, "truth")  # refuse_simulator_options saw to that
                 poses.append((sample.time_s, device.truth().pose))
+            event = news.tell()
             estimate = guide.step(command, sample, logged)
             monitor.show(command, sample, estimate)
             page.show(command, sample, logged, estimate)
-            if estimate is None:
-                return None
-            return {
-                "time_s": sample.time_s,
-                "state": command.state.name,
-                "estimate": estimate.as_event(),
-            }
+            if estimate is not None:
+                event["estimate"] = estimate.as_event()
+            when = {"time_s": sample.time_s, "state": command.state.name}
+            return when | event if event else None
 
         def stop() -> bool:
             return monitor.stop_wanted() or page.stop_wanted

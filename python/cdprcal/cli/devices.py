@@ -79,9 +79,25 @@ def connect(
             backend = SessionBackend.connect(session, robot, armed=armed)
     except BackendError as error:
         fail(str(error), UNTRUSTED)
-    for note in backend.notes:
-        typer.echo(f"cdprcal: note: {note}", err=True)
     return backend
+
+
+class News:
+    """What a device notes, each once: while it is set up, and while it is armed."""
+
+    def __init__(self, device: object) -> None:
+        # Only devices by a session file have something to note.
+        self._notes: list[str] = getattr(device, "notes", [])
+        self._told = 0
+        self.tell()
+
+    def tell(self) -> dict[str, object]:
+        """Prints what was noted since the last call on stderr; for the log: ``notes``, if any."""
+        new = self._notes[self._told :]
+        self._told += len(new)
+        for note in new:
+            typer.echo(f"cdprcal: note: {note}", err=True)
+        return {"notes": new} if new else {}
 
 
 def run_dry(backend: FieldbusBackend, seconds: float, *, json: bool) -> None:
@@ -92,6 +108,7 @@ def run_dry(backend: FieldbusBackend, seconds: float, *, json: bool) -> None:
     if not 0.0 < seconds < math.inf:
         backend.stop()
         fail("--seconds: must be above 0", WRONG_USE)
+    News(backend)
     screen = _Screen(backend)
     try:
         with screen:

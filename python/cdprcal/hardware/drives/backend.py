@@ -8,7 +8,6 @@ the start-up procedure, which ends the log with the reason.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from cdprcal.hardware.drives.cia402 import Goal, State
 from cdprcal.hardware.drives.fieldbus import Clock, Fieldbus
 from cdprcal.hardware.drives.guard import Guard
 from cdprcal.hardware.drives.process_data import Values, layouts
+from cdprcal.hardware.drives.supervision import Phase, Supervisor, name_of
 from cdprcal.hardware.drives.winch import WinchState
 from cdprcal.hardware.session import Session
 
@@ -30,9 +30,7 @@ _ENABLE_TIMEOUT_S = 3.0  # brakes take a while to open
 _STOP_TIMEOUT_S = 1.0
 _STOP_CYCLES = 3
 _ATTITUDE_TIMEOUT_S = 2.0
-_MODE_CYCLES = 20  # a drive may take these to change its mode of operation
-_OVERSPEED = 1.25  # of the velocity limit; drives overshoot a little
-_OVERLOAD = 0.1  # of a tension limit: that far beyond is a quick stop
+_MOST_REMEMBERED = 8  # errors of the past that are read from a drive
 
 
 class FieldbusBackend:
@@ -65,11 +63,12 @@ class FieldbusBackend:
         self._winches = [
             WinchState(winch, session) for winch in sorted(session.winches, key=lambda w: w.cable)
         ]
+        self._supervisor = Supervisor(session, self._winches)
+        self._told_m_s: dict[int, float] = {}
         self._identity: list[dict[str, Any]] = []
         self._notes: list[str] = []
         self._goal = Goal.off
         self._mode = cia402.CSV
-        self._mode_waits = 0
         self._velocity_m_s = [0.0] * len(self._winches)
         self._tension_N = [math.nan] * len(self._winches)
         self._attitude: Attitude | None = None
@@ -115,15 +114,11 @@ class FieldbusBackend:
     def _open(self) -> None:
         for winch in self._winches:
             self._identify(winch)
-            if self._armed:
+        if self._armed:
+            for winch in self._winches:
                 self._prepare(winch)
         self._bus.configure(layouts(self._session), outputs=self._armed)
-        self._wait(
-            lambda: all(winch.missed == 0 for winch in self._winches),
-            _ENABLE_TIMEOUT_S,
-            "does not send its process data",
-            lambda winch: winch.missed == 0,
-        )
+        self._await_process_data()
         self._await_attitude()
 
     def _identify(self, winch: WinchState) -> None:
@@ -131,7 +126,7 @@ class FieldbusBackend:
         kind = int.from_bytes(self._bus.sdo_read(node, 0x1000, 0), "little")
         if kind & 0xFFFF != 402:
             raise BackendError(
-                f"node {node} (cable {cable}): is no CiA-402 drive (0x1000: {kind}); correct the "
+                f"{name_of(winch)}: is no CiA-402 drive (0x1000: {kind}); correct the "
                 "winch's node in the session"
             )
         identity = {"cable": cable, "node": node}
@@ -144,15 +139,40 @@ class FieldbusBackend:
         wanted = winch.winch.serial_number
         if wanted is not None and identity.get("serial") != wanted:
             raise BackendError(
-                f"node {node} (cable {cable}): has the serial number {identity.get('serial')}, the "
+                f"{name_of(winch)}: has the serial number {identity.get('serial')}, the "
                 f"session says {wanted}; correct the node or the serial number if it is "
                 "another cable's drive"
             )
         self._identity.append(identity)
+        state = cia402.state_of(self._read_object(winch, cia402.STATUSWORD))
+        if self._armed and state is State.enabled:
+            raise BackendError(
+                f"{name_of(winch)}: is in operation enabled already: somebody else moves it; end "
+                "that program first"
+            )
+        self._recall(winch)
+
+    def _recall(self, winch: WinchState) -> None:
+        """Notes the errors that a drive remembers; resetting one leaves no other trace."""
+        node = winch.winch.node
+        try:
+            count = min(self._bus.sdo_read(node, cia402.ERROR_HISTORY, 0)[0], _MOST_REMEMBERED)
+            errors = [
+                int.from_bytes(self._bus.sdo_read(node, cia402.ERROR_HISTORY, at), "little")
+                for at in range(1, count + 1)
+            ]
+        except NoSuchObjectError:
+            return
+        if errors:
+            codes = ", ".join(f"0x{error & 0xFFFF:04X}" for error in errors)
+            self._notes.append(f"{name_of(winch)}: remembers the errors {codes}, newest first")
+
+    def _read_object(self, winch: WinchState, key: tuple[int, int]) -> int:
+        return int.from_bytes(self._bus.sdo_read(winch.winch.node, *key), "little")
 
     def _prepare(self, winch: WinchState) -> None:
         """What a drive must know before it may move: how to stop, and when by itself."""
-        session, node = self._session, winch.winch.node
+        session = self._session
         ramp = round(winch.winch.deceleration_scale * session.limits.quick_stop_m_s2)
         stop = cia402.QUICK_STOP_THEN_OFF if session.safety.brakes else cia402.QUICK_STOP_AND_STAY
         self._write(winch, cia402.QUICK_STOP_DECELERATION, ramp, 4)
@@ -162,7 +182,7 @@ class FieldbusBackend:
         )
         if missing:
             self._notes.append(
-                f"node {node} (cable {winch.winch.cable}): has no object 0x6007; make sure by its "
+                f"{name_of(winch)}: has no object 0x6007; make sure by its "
                 "own set-up that it stops when this computer falls silent"
             )
         # Interpolation between set-points: the cycle in milliseconds, or tenths of them.
@@ -195,60 +215,84 @@ class FieldbusBackend:
             self._cycle({})
 
     def _arm(self) -> None:
-        """Enables the drives at standstill. From its first cycle on they watch this computer."""
-        self._bus.faults()
+        """Enables the drives at standstill. From its first cycle on they watch this computer.
+
+        No drive is told to enable operation before all of them say that they are in cyclic
+        synchronous velocity: in another mode a drive may go wherever its objects say. Raises
+        BackendError; the drives have been told to stop then.
+        """
         self._due_s = math.nan
-        self._cycle(self._outputs())
-        self._bus.watch_us(on=True)
+        self._goal = Goal.switched_on
+        self._supervisor.enter(Phase.preparing)
+        try:
+            self._cycle(self._outputs())  # with what has been waiting on the bus since
+            self._notes += [f"said before arming: {fault}" for fault in self._bus.faults()]
+            self._bus.watch_us(on=True)
+            self._reset_faults()
+            self._reach(Goal.switched_on, Phase.preparing, State.switched_on)
+            self._reach(Goal.enabled, Phase.enabling, State.enabled)
+        except BackendError as error:
+            self._guard.trip(str(error))
+            raise
+        self._supervisor.enter(Phase.running)
+
+    def _reset_faults(self) -> None:
         faults = [winch for winch in self._winches if winch.state is State.fault]
+        if not faults:
+            return
+        self._notes += [
+            f"{name_of(winch)}: fault 0x{winch.error_code:04X} was reset" for winch in faults
+        ]
+        reset = self._outputs()
         for winch in faults:
-            self._notes.append(
-                f"node {winch.winch.node} (cable {winch.winch.cable}): fault "
-                f"0x{winch.error_code:04X} was reset"
-            )
-        if faults:
-            reset = self._outputs()
-            for winch in faults:
-                reset[winch.winch.node][cia402.CONTROLWORD] = cia402.FAULT_RESET
-            self._cycle(reset)
-        self._wait(
-            lambda: all(winch.state is not State.fault for winch in self._winches),
-            _ENABLE_TIMEOUT_S,
-            "is in fault",
-            lambda winch: winch.state is not State.fault,
-        )
-        self._goal = Goal.enabled
-        self._wait(
-            lambda: all(self._enabled(winch) for winch in self._winches),
-            _ENABLE_TIMEOUT_S,
-            "does not enable in cyclic synchronous velocity",
-            self._enabled,
-        )
+            reset[winch.winch.node][cia402.CONTROLWORD] = cia402.FAULT_RESET
+        self._supervise(reset)
 
-    def _enabled(self, winch: WinchState) -> bool:
-        return winch.state is State.enabled and winch.mode == cia402.CSV
+    def _reach(self, goal: Goal, phase: Phase, state: State) -> None:
+        """Cycles until all drives are in a state and in cyclic synchronous velocity."""
+        self._goal = goal
+        self._supervisor.enter(phase)
+        until_s = self._clock.now_s() + _ENABLE_TIMEOUT_S
+        while True:
+            self._supervise(self._outputs())
+            late = [w for w in self._winches if w.state is not state or w.mode != cia402.CSV]
+            if not late:
+                return
+            if self._clock.now_s() <= until_s:
+                continue
+            winch = late[0]
+            if winch.state is state:
+                what = (
+                    f"stays in mode of operation {winch.mode}, not cyclic synchronous velocity "
+                    f"({cia402.CSV})"
+                )
+            else:
+                what = (
+                    f"does not become {state.value}; it says: {winch.state.value}, error "
+                    f"0x{winch.error_code:04X}"
+                )
+            raise BackendError(f"{name_of(winch)}: {what}; look it up in its manual")
 
-    def _wait(
-        self,
-        done: Callable[[], bool],
-        timeout_s: float,
-        what: str,
-        fine: Callable[[WinchState], bool],
-    ) -> None:
-        """Cycles until done. Raises BackendError naming the first winch that is not fine."""
-        until_s = self._clock.now_s() + timeout_s
+    def _supervise(self, outputs: dict[int, Values]) -> None:
+        """One cycle of arming, judged. Raises BackendError with what is wrong."""
+        self._cycle(outputs)
+        if wrong := self._wrong():
+            raise BackendError(f"while the drives were armed: {wrong}; see what it says, then "
+                               "acquire again")  # fmt: skip
+
+    def _await_process_data(self) -> None:
+        until_s = self._clock.now_s() + _ENABLE_TIMEOUT_S
         while True:
             self._cycle(self._outputs())
-            if done():
+            silent = [winch for winch in self._winches if winch.missed]
+            if not silent:
                 return
             if faults := self._bus.faults():
                 raise BackendError("; ".join(faults))
             if self._clock.now_s() > until_s:
-                winch = next(winch for winch in self._winches if not fine(winch))
                 raise BackendError(
-                    f"node {winch.winch.node} (cable {winch.winch.cable}): {what}; it says: "
-                    f"{winch.state.value}, error 0x{winch.error_code:04X}; look "
-                    "it up in its manual"
+                    f"{name_of(silent[0])}: does not send its process data; check its PDO mapping "
+                    "in its manual"
                 )
 
     def _cycle(self, outputs: dict[int, Values]) -> None:
@@ -265,6 +309,8 @@ class FieldbusBackend:
         if self._stopped:
             raise BackendError(self._fault or "the robot is stopped")
         first = math.isnan(self._began_s)
+        if first and self._guard.reason:
+            raise BackendError(self._guard.reason)  # arming failed
         if first and self._armed:
             # Not before: until now nobody kept the cycle, and the drives would have stopped again.
             self._arm()
@@ -291,6 +337,7 @@ class FieldbusBackend:
         return self._sample(time_s)
 
     def _take(self, outputs: dict[int, Values]) -> None:
+        self._told_m_s = self._guard.told_m_s()
         image = self._guard.exchange(outputs)
         for winch in self._winches:
             winch.take(image)
@@ -302,45 +349,13 @@ class FieldbusBackend:
         """Why the winches must stop; empty: they need not."""
         if faults := self._bus.faults():
             return "; ".join(faults[:3])
-        allowed = self._session.safety.missed_cycles
-        for winch in self._winches:
-            name = f"node {winch.winch.node} (cable {winch.winch.cable})"
-            if winch.missed > allowed:
-                return f"{name}: does not answer"
-            if winch.load_cell_missed > allowed:
-                counts = winch.load_cell_counts
-                said = "does not answer" if counts is None else f"reads {counts} counts, not valid"
-                return f"{name}: the load cell {said}"
-            if winch.swivel_missed > allowed:
-                return f"{name}: the swivel encoder does not answer"
-            low, high = self._session.limits.tension_N
-            tension_N = winch.tension_N  # NaN is within: it was counted above
-            if tension_N < low * (1.0 - _OVERLOAD) or tension_N > high * (1.0 + _OVERLOAD):
-                return f"{name}: tension {tension_N:.1f} N is beyond the limits"
-            if abs(winch.speed_m_s) > _OVERSPEED * self._session.limits.velocity_m_s:
-                return f"{name}: runs at {winch.speed_m_s:.2f} m/s, beyond the limit"
-            if self._armed and winch.missed == 0:
-                if winch.state is not State.enabled:
-                    code = (
-                        f", error 0x{winch.error_code:04X}; look it up in its manual"
-                        if winch.error_code
-                        else ""
-                    )
-                    return f"{name}: left operation enabled, is {winch.state.value}{code}"
-                if self._wrong_mode(winch):
-                    return f"{name}: is in mode of operation {winch.mode}, not {self._mode}"
+        if wrong := self._supervisor.look(self._told_m_s):
+            return wrong
         if self._attitude_source is not None and self._attitude is not None:
             silent_s = self._clock.now_s() - self._attitude.time_s
             if silent_s > self._session.ahrs_stale_s:
                 return f"the AHRS has been silent for {1e3 * silent_s:.0f} ms"
         return ""
-
-    def _wrong_mode(self, winch: WinchState) -> bool:
-        if all(other.mode == self._mode for other in self._winches):
-            self._mode_waits = 0
-        elif winch.mode != self._mode:
-            self._mode_waits += 1
-        return self._mode_waits > _MODE_CYCLES * len(self._winches)
 
     def _sample(self, time_s: float) -> RobotSample:
         sample = RobotSample(time_s=time_s)
@@ -368,6 +383,7 @@ class FieldbusBackend:
         ending = command.state in (StartUpState.holding, StartUpState.done)
         torque = self._session.mode == "torque" and not command.locked and not ending
         self._mode = cia402.CST if torque else cia402.CSV
+        self._supervisor.want_mode(self._mode)
         velocity = command.velocity_m_s.tolist()
         self._velocity_m_s = [0.0] * len(velocity) if command.locked else velocity
         self._tension_N = command.tension_setpoint_N.tolist()

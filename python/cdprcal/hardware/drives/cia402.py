@@ -11,6 +11,7 @@ from enum import Enum
 CONTROLWORD = (0x6040, 0)
 STATUSWORD = (0x6041, 0)
 ERROR_CODE = (0x603F, 0)
+ERROR_HISTORY = 0x1003  #: subindex 0: how many errors, then the newest first
 ABORT_CONNECTION_OPTION = (0x6007, 0)
 QUICK_STOP_OPTION = (0x605A, 0)
 MODE = (0x6060, 0)
@@ -63,6 +64,7 @@ class Goal(Enum):
     """What a drive is wanted to do."""
 
     off = "off"
+    switched_on = "switched on"  #: ready, without power at the motor: the last stop before it
     enabled = "enabled"
     quick_stop = "quick stop"
 
@@ -111,6 +113,8 @@ def controlword(goal: Goal, state: State) -> int:
     """The word to send now, from what the drive said last, towards a goal. Faults stay."""
     if goal is Goal.enabled:
         return _ENABLE[state]
+    if goal is Goal.switched_on:
+        return SWITCH_ON if state in (State.switched_on, State.enabled) else _ENABLE[state]
     return QUICK_STOP if goal is Goal.quick_stop else DISABLE_VOLTAGE
 
 

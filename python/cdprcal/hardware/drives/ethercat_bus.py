@@ -51,6 +51,7 @@ class EthercatFieldbus:
         self._master: Any = self._soem.Master()
         self._master.always_release_gil = True
         self._faults: list[str] = []
+        self._turn = 0  # whose mailbox is looked into next
         try:
             self._master.open(session.bus.interface)
             if self._master.config_init() <= 0:
@@ -134,6 +135,8 @@ class EthercatFieldbus:
             if isinstance(self._session.bus, EthercatBus) and self._session.bus.sync0:
                 slave.dc_sync(True, round(1e9 * self._session.period_s))
             self._layouts[layout.node] = layout
+        for layout in layouts:
+            self._slave(layout.node).add_emergency_callback(self._on_emergency)
         self._enter(self._soem.SAFEOP_STATE, "SAFE-OPERATIONAL")
         if outputs:
             # Drives want valid outputs before they become operational, which is when they watch.
@@ -200,7 +203,23 @@ class EthercatFieldbus:
 
     def exchange(self, outputs: Image) -> Image:
         self.send(outputs)
+        self._look_into_mailbox()
         return self._inputs
+
+    def _look_into_mailbox(self) -> None:
+        """For an EMCY of one slave a cycle: process data does not carry them."""
+        nodes = list(self._layouts)
+        node = nodes[self._turn % len(nodes)]
+        self._turn += 1
+        with contextlib.suppress(Exception):  # who does not answer is seen by its process data
+            self._slave(node).mbx_receive()
+
+    def _on_emergency(self, emergency: Any) -> None:
+        if emergency.error_code & 0xFF00:
+            self._faults.append(
+                f"{self._name(emergency.slave_pos)}: EMCY 0x{emergency.error_code:04X}, error "
+                f"register 0x{emergency.error_reg:02X}"
+            )
 
     def send(self, outputs: Image) -> None:
         self._outputs |= outputs

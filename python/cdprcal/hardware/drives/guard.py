@@ -40,6 +40,14 @@ class Guard:
         """Tells the latest tension of each node's cable [N]; NaN: not known."""
         self._tension_N = dict(tension_N)
 
+    def told_m_s(self) -> dict[int, float]:
+        """Velocity of pay-out that each node was last sent [m/s]."""
+        return {
+            node: winch.sign * values[cia402.TARGET_VELOCITY] / winch.velocity_scale
+            for node, values in self._sent.items()
+            if (winch := self._winches.get(node)) is not None
+        }
+
     def exchange(self, outputs: Image) -> Image:
         """A cycle of the bus with these outputs, or what is left of them."""
         if not self._armed:

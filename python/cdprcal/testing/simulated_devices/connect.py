@@ -39,11 +39,13 @@ class SimulatedSession(FieldbusBackend):
         *,
         armed: bool,
         fault: Fault | None = None,
+        wired: Session | None = None,
     ) -> Self:
         """Opens all devices.
 
         plan, options: of simulated drives in this process, which hang somewhere in the box that the
-        plan spans. fault: what goes wrong with them. Raises InputError when session and robot do
+        plan spans. fault: what goes wrong with them. wired: what they really are, when the session
+        is wrong about it; on the same bus. Raises InputError when session and robot do
         not fit, BackendError when a device does not answer or obey.
         """
         check_session(session, robot)
@@ -55,7 +57,7 @@ class SimulatedSession(FieldbusBackend):
         simulated, port = None, None
         if here:
             port = FaultyPort(session.ahrs) if session.ahrs is not None else None
-            simulated = _simulated(session, robot, plan, options, clock, port, fault)
+            simulated = _simulated(wired or session, robot, plan, options, clock, port, fault)
         bus: CanopenFieldbus | None = None
         attitude: AttitudeSource | None = None
         try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from cdprcal.hardware.drives import cia402
 from cdprcal.hardware.drives.cia402 import State
@@ -11,6 +12,7 @@ from cdprcal.hardware.session.objects import object_type, parse_object
 from cdprcal.testing.simulated_devices.object_dictionary import ObjectDictionary
 
 _VENDOR, _PRODUCT = 0x0CDB, 402
+_REMEMBERED = 4  # errors in the history
 #: Errors of CiA 301 table 26 that a drive stops for.
 HEARTBEAT_ERROR = 0x8130
 
@@ -29,6 +31,20 @@ def swivel_counts(swivel: Swivel, angle_rad: float) -> int:
     return round(swivel.sign * angle_rad / (2.0 * math.pi) * swivel.counts_per_turn)
 
 
+@dataclass
+class Quirks:
+    """What a drive does that no drive should."""
+
+    stays_in_mode: int | None = None  #: whatever mode of operation it is told
+    shows_mode: int | None = None  #: whatever mode it is in
+    own_velocity_m_s: float = 0.0  #: of pay-out, when it is in a mode that nobody told it
+    gain: float = 1.0  #: of the velocity that it is told
+    deaf: bool = False  #: to controlwords
+    swivel_stands: bool = False
+    load_cell_flickers: bool = False  #: by its last digit, around where it stood
+    torque_factor: float = 1.0  #: of the torque that it shows, by what it pulls with
+
+
 class SimulatedDrive:
     """One drive with its brake, load-cell input and secondary encoder.
 
@@ -40,6 +56,7 @@ class SimulatedDrive:
         self.winch = winch
         self.state = State.switch_on_disabled
         self.velocity_m_s = 0.0  #: of pay-out, commanded to the plant
+        self.quirks = Quirks()
         self._fault = 0
         self._broken = False
         self._before = 0
@@ -63,6 +80,9 @@ class SimulatedDrive:
             (cia402.INTERPOLATION_EXPONENT, -3, 1),
         ):  # fmt: skip
             dictionary.add(key, value, size, writable=True)
+        dictionary.add((cia402.ERROR_HISTORY, 0), 0, 1)
+        for at in range(1, _REMEMBERED + 1):
+            dictionary.add((cia402.ERROR_HISTORY, at), 0, 4)
         dictionary.objects[cia402.CONTROLWORD].on_write = self._controlled
         for sensor in (winch.load_cell, winch.swivel):
             if sensor is not None and sensor.node in (None, winch.node):
@@ -92,7 +112,14 @@ class SimulatedDrive:
 
     @property
     def _mode(self) -> int:
-        return self.dictionary.get(cia402.MODE, signed=True)
+        told = self.dictionary.get(cia402.MODE, signed=True)
+        return told if self.quirks.stays_in_mode is None else self.quirks.stays_in_mode
+
+    @property
+    def wanders(self) -> bool:
+        """Whether it moves as nobody told it."""
+        own = self._mode not in (cia402.CSV, cia402.CST) and self.quirks.own_velocity_m_s != 0.0
+        return own and self.state is State.enabled
 
     @property
     def ramping(self) -> bool:
@@ -104,7 +131,21 @@ class SimulatedDrive:
         if self.state in (State.fault, State.fault_reaction):
             return
         self._fault = code
+        self._remember(code)
         self.state = State.fault_reaction if self.state.powered else State.fault
+        self._tell()
+
+    def _remember(self, code: int) -> None:
+        dictionary, history = self.dictionary, cia402.ERROR_HISTORY
+        for at in range(_REMEMBERED, 1, -1):
+            dictionary.set((history, at), dictionary.get((history, at - 1)))
+        dictionary.set((history, 1), code)
+        count = dictionary.get((history, 0))
+        dictionary.set((history, 0), min(count + 1, _REMEMBERED))
+
+    def set_state(self, state: State) -> None:
+        """Puts it into a state, as another master may have done before."""
+        self.state = state
         self._tell()
 
     def break_load_cell(self) -> None:
@@ -126,7 +167,9 @@ class SimulatedDrive:
         target = 0.0
         if self.state is State.enabled and self._mode == cia402.CSV:
             counts = self.dictionary.get(cia402.TARGET_VELOCITY, signed=True)
-            target = self.winch.sign * counts / self.winch.velocity_scale
+            target = self.quirks.gain * self.winch.sign * counts / self.winch.velocity_scale
+        elif self.wanders:
+            target = self.quirks.own_velocity_m_s
         elif self.state in (State.quick_stop, State.fault_reaction):
             units = self.dictionary.get(cia402.QUICK_STOP_DECELERATION)
             most = units / self.winch.deceleration_scale * duration_s
@@ -156,6 +199,8 @@ class SimulatedDrive:
         self._tell()
 
     def _controlled(self) -> None:
+        if self.quirks.deaf:
+            return
         word = self.dictionary.get(cia402.CONTROLWORD)
         before, self._before = self._before, word
         state = cia402.next_state(self.state, word, before)
@@ -166,6 +211,7 @@ class SimulatedDrive:
 
     def _tell(self) -> None:
         self.dictionary.set(cia402.STATUSWORD, cia402.statusword_of(self.state))
-        self.dictionary.set(cia402.MODE_DISPLAY, self._mode)
+        shown = self.quirks.shows_mode
+        self.dictionary.set(cia402.MODE_DISPLAY, self._mode if shown is None else shown)
         self.dictionary.set(cia402.ERROR_CODE, self._fault)
         self.dictionary.set((0x1001, 0), 1 if self._fault else 0)

@@ -150,5 +150,15 @@ def fault_kinds() -> dict[str, Callable[[float, int, np.random.Generator], Fault
     return kinds
 
 
+def quirk(name: str, begin_s: float, node: int, **quirks: object) -> Fault:
+    """A drive with quirks from some time on."""
+
+    def happen(nodes: list[DriveNode]) -> None:
+        for key, value in quirks.items():
+            setattr(_of(nodes, node).drive.quirks, key, value)
+
+    return Fault(f"{name} of node {node}", begin_s, happen=happen)
+
+
 def _of(nodes: list[DriveNode], number: int) -> DriveNode:
     return next(node for node in nodes if node.id == number)

@@ -67,6 +67,8 @@ class SimulatedPlatform:
 
     def cycle(self, now_s: float) -> None:
         """A cycle of the bus: time goes on by one, sensors are read."""
+        # Who moves as nobody told it does not wait for the others.
+        self._runs = self._runs or any(drive.wanders for drive in self.drives)
         if self._runs:
             since_s = now_s - self._moved_s
             regular = abs(since_s - self._period_s) < 0.5 * _STEP_S
