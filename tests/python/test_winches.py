@@ -30,7 +30,7 @@ from cdprcal.hardware.simulated import start_of
 from cdprcal.io import AcquisitionInputs, load_log, open_live_log, read_inputs
 from cdprcal.schemas import schema
 from cdprcal.testing.simulated_devices.connect import SimulatedSession
-from cdprcal.testing.simulated_devices.faults import Fault, fault_kinds
+from cdprcal.testing.simulated_devices.faults import Fault, fault_kinds, quirk
 from cdprcal.testing.simulated_devices.platform import set_plant
 from conftest import Ran
 from winch_bus import (
@@ -422,6 +422,35 @@ def test_a_drive_without_abort_option_is_noted(robot: cdprcal.Robot, plan: cdprc
     backend.stop()
     assert len(backend.notes) == 4
     assert "has no object 0x6007" in backend.notes[0]
+
+
+@pytest.mark.parametrize("brakes", ["true", "false"])
+def test_a_drive_that_does_not_obey_is_stopped_by_silence(
+    brakes: str, robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    """Three cycles of quick stops that one drive does not hear: NMT stop, and no heartbeat."""
+    session = example_session(**{"brakes: true": f"brakes: {brakes}"})
+    deaf = quirk("deaf", 0.5, 2, deaf=True)
+    backend = SimulatedSession.connect(session, robot, plan, armed=True, fault=deaf)
+    for _ in range(60):
+        backend.read()
+    assert backend.simulated is not None
+    drive = backend.simulated.nodes[1].drive
+    heard: list[int] = []
+    take = backend.simulated.take
+
+    def listen(message: can.Message) -> None:
+        heard.append(message.arbitration_id)
+        take(message)
+
+    backend.simulated.take = listen  # type: ignore[method-assign]
+    assert drive.state is State.enabled
+    began_s = backend._clock.now_s()
+    backend.stop()
+    assert drive.state is not State.enabled
+    assert heard.count(0x77F) == 3  # and then no more
+    assert heard.count(0) >= 4  # NMT
+    assert backend._clock.now_s() - began_s < 0.05
 
 
 def test_a_silent_ahrs_is_said_before_anything_moves(

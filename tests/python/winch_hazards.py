@@ -14,7 +14,8 @@ import cdprcal
 from cdprcal._core import InputError
 from cdprcal.hardware import BackendError
 from cdprcal.hardware.session import Session
-from cdprcal.testing.simulated_devices.faults import Fault, quirk
+from cdprcal.testing.simulated_devices.canopen_node import DriveNode
+from cdprcal.testing.simulated_devices.faults import Fault, forgetting, quirk, without
 from winch_bus import EXAMPLE, Watched, example_session, watched_run
 
 MODES = ("velocity", "torque")
@@ -85,7 +86,49 @@ RUNNING = (
     ),
 )
 
-ALL = (*ARMING, *RUNNING)
+
+def _both(*builds: Callable[[list[DriveNode]], None]) -> Callable[[list[DriveNode]], None]:
+    def build(nodes: list[DriveNode]) -> None:
+        for one in builds:
+            one(nodes)
+
+    return build
+
+
+_TIMERS = ((0x1400, 5), (0x1401, 5))
+_ABORT_OPTION = (0x6007, 0)
+
+
+def _lost(can_id: int, data: bytes) -> bytes | None:
+    """Both command PDOs of node 3."""
+    return None if can_id in (0x203, 0x303) else data
+
+
+LOST = (
+    Hazard(
+        "commands get lost, with an event timer",
+        r"node 3 \(cable 3\): (EMCY 0x8250|left operation enabled)",
+        lambda: Fault("lost", 2.5, to_nodes=_lost),
+    ),
+    Hazard(
+        "commands get lost, without an event timer",
+        r"node 3 \(cable 3\)",
+        lambda: Fault("lost", 2.5, to_nodes=_lost, build=without(*_TIMERS, node=3)),
+    ),
+    Hazard(
+        "an event timer that keeps nothing, no 0x6007",
+        r"node 3 \(cable 3\): has no event timer for its commands",
+        lambda: Fault("set-up", 0.0, build=_both(forgetting(_TIMERS[1], 3),
+                                                 without(_ABORT_OPTION, node=3))),
+    ),
+    Hazard(
+        "a heartbeat consumer that keeps nothing",
+        r"node 3 \(cable 3\): does not keep what its heartbeat consumer",
+        lambda: Fault("set-up", 0.0, build=forgetting((0x1016, 1), 3)),
+    ),
+)  # fmt: skip
+
+ALL = (*ARMING, *RUNNING, *LOST)
 
 
 @dataclass(frozen=True)

@@ -67,6 +67,8 @@ class FieldbusBackend:
         self._told_m_s: dict[int, float] = {}
         self._identity: list[dict[str, Any]] = []
         self._notes: list[str] = []
+        self._without_abort: set[int] = set()  # nodes without object 0x6007
+        self._disobeyed = 0  # cycles since the guard has tripped in which some drive was not off
         self._goal = Goal.off
         self._mode = cia402.CSV
         self._velocity_m_s = [0.0] * len(self._winches)
@@ -181,6 +183,7 @@ class FieldbusBackend:
             winch, cia402.ABORT_CONNECTION_OPTION, cia402.ABORT_CONNECTION_QUICK_STOP, 2
         )
         if missing:
+            self._without_abort.add(winch.winch.node)
             self._notes.append(
                 f"{name_of(winch)}: has no object 0x6007; make sure by its "
                 "own set-up that it stops when this computer falls silent"
@@ -227,7 +230,7 @@ class FieldbusBackend:
         try:
             self._cycle(self._outputs())  # with what has been waiting on the bus since
             self._notes += [f"said before arming: {fault}" for fault in self._bus.faults()]
-            self._bus.watch_us(on=True)
+            self._be_watched()
             self._reset_faults()
             self._reach(Goal.switched_on, Phase.preparing, State.switched_on)
             self._reach(Goal.enabled, Phase.enabling, State.enabled)
@@ -235,6 +238,24 @@ class FieldbusBackend:
             self._guard.trip(str(error))
             raise
         self._supervisor.enter(Phase.running)
+
+    def _be_watched(self) -> None:
+        """Has the drives watch this computer. Raises BackendError for one that would run on."""
+        alone = set(self._bus.watch_us(on=True))
+        for winch in self._winches:
+            if winch.winch.node not in alone:
+                continue
+            what = f"{name_of(winch)}: has no event timer for its commands (0x1400:05)"
+            # What does not obey is seen by its motion, and motion is compared in mode velocity.
+            if winch.winch.node in self._without_abort or self._session.mode == "torque":
+                raise BackendError(
+                    f"{what}, so it would go on with its last command if that were all that gets "
+                    "lost; give it firmware that has one, or use it in mode velocity with 0x6007"
+                )
+            self._notes.append(
+                f"{what}; when only they get lost it is stopped by its heartbeat consumer, once "
+                "this computer sees that it does not obey"
+            )
 
     def _reset_faults(self) -> None:
         faults = [winch for winch in self._winches if winch.state is State.fault]
@@ -344,6 +365,15 @@ class FieldbusBackend:
         self._guard.measured({winch.winch.node: winch.tension_N for winch in self._winches})
         if self._attitude_source is not None:
             self._attitude = self._attitude_source.poll(self._clock.now_s()) or self._attitude
+        if self._armed and self._guard.reason:
+            self._see_to_it()
+
+    def _see_to_it(self) -> None:
+        """Who does not stop when it is told to must do so because nobody tells it anything."""
+        if any(winch.missed or winch.state is State.enabled for winch in self._winches):
+            self._disobeyed += 1
+            if self._disobeyed >= _STOP_CYCLES:
+                self._bus.abandon()
 
     def _wrong(self) -> str:
         """Why the winches must stop; empty: they need not."""

@@ -44,7 +44,11 @@ _TPDO = (0x180, 0x280, 0x380, 0x480)
 _RPDO = (0x200, 0x300, 0x400, 0x500)
 
 
-class NoSuchObjectError(BackendError):
+class RefusedError(BackendError):
+    """A node answers that it will not."""
+
+
+class NoSuchObjectError(RefusedError):
     """A node's dictionary does not have an object."""
 
 
@@ -92,6 +96,7 @@ class CanopenFieldbus:
         self._nodes: dict[int, _Node] = {}
         self._faults: list[str] = []
         self._operational = False
+        self._abandoned = False
 
     # --- objects ---------------------------------------------------------------------------------
 
@@ -115,7 +120,7 @@ class CanopenFieldbus:
         try:
             return call(self._client(node))
         except SdoAbortedError as error:
-            kind = NoSuchObjectError if error.code in _NO_SUCH_OBJECT else BackendError
+            kind = NoSuchObjectError if error.code in _NO_SUCH_OBJECT else RefusedError
             raise kind(f"{place} refused: {str(error).lower()}") from None
         except SdoCommunicationError:
             raise BackendError(
@@ -193,17 +198,35 @@ class CanopenFieldbus:
         write(mapping, 0, len(entries), 1)
         write(setting, 1, cob, 4)
 
-    def watch_us(self, *, on: bool) -> None:
+    def watch_us(self, *, on: bool) -> list[int]:
         consumer = self._settings.master_node << 16 | self.watch_ms if on else 0
+        without_timer = []
         for number, node in self._nodes.items():
             if not node.outputs:
                 continue
-            self.sdo_write(number, 0x1016, 1, consumer.to_bytes(4, "little"))
-            for at in range(len(node.outputs)):
-                # Commands that stay away while the heartbeat comes: the event timer of the PDO.
-                timer = (self.watch_ms if on else 0).to_bytes(2, "little")
-                with contextlib.suppress(NoSuchObjectError):
-                    self.sdo_write(number, 0x1400 + at, 5, timer)
+            if not self._set(number, 0x1016, 1, consumer, 4):
+                raise BackendError(
+                    f"{self._name(number)}: does not keep what its heartbeat consumer (0x1016:01) "
+                    "is told; look it up in its manual"
+                )
+            # Commands that stay away while the heartbeat comes: the event timer of the PDO.
+            timer = self.watch_ms if on else 0
+            kept = [self._timer(number, 0x1400 + at, timer) for at in range(len(node.outputs))]
+            if not all(kept):
+                without_timer.append(number)
+        return without_timer
+
+    def _timer(self, node: int, setting: int, time_ms: int) -> bool:
+        try:
+            return self._set(node, setting, 5, time_ms, 2)
+        except RefusedError:
+            return False
+
+    def _set(self, node: int, index: int, subindex: int, value: int, size: int) -> bool:
+        """Writes an object; whether it reads so afterwards."""
+        data = value.to_bytes(size, "little")
+        self.sdo_write(node, index, subindex, data)
+        return self.sdo_read(node, index, subindex)[:size] == data
 
     @property
     def watch_ms(self) -> int:
@@ -217,8 +240,9 @@ class CanopenFieldbus:
         began_s = self._clock.now_s()
         for node in self._nodes.values():
             node.fresh = [None] * len(node.inputs)
-        self.send(outputs)
-        self._send(0x700 + self._settings.master_node, bytes([_OPERATIONAL]))
+        if not self._abandoned:
+            self.send(outputs)
+            self._send(0x700 + self._settings.master_node, bytes([_OPERATIONAL]))
         self._send(0x80, b"")
         waiting_s = _ANSWER_SHARE * self._session.period_s
         self._pump(self._all_fresh, began_s + waiting_s - self._clock.now_s())
@@ -238,6 +262,14 @@ class CanopenFieldbus:
         for number, values in outputs.items():
             for at, entries in enumerate(self._nodes[number].outputs):
                 self._send(_RPDO[at] + number, pack(entries, values))
+
+    def abandon(self) -> None:
+        if self._abandoned:
+            return
+        self._abandoned, self._operational = True, False
+        for number, node in self._nodes.items():
+            if node.outputs:
+                self._nmt(number, 2)
 
     def faults(self) -> list[str]:
         faults, self._faults = self._faults, []

@@ -51,6 +51,7 @@ class EthercatFieldbus:
         self._master: Any = self._soem.Master()
         self._master.always_release_gil = True
         self._faults: list[str] = []
+        self._abandoned = False
         self._turn = 0  # whose mailbox is looked into next
         try:
             self._master.open(session.bus.interface)
@@ -183,7 +184,7 @@ class EthercatFieldbus:
                 f"EtherCAT: the segment does not become {name}; check the slaves' power and wiring"
             )
 
-    def watch_us(self, *, on: bool) -> None:
+    def watch_us(self, *, on: bool) -> list[int]:
         """Slaves watch the process data while they are operational: from here on, if on."""
         cycles = self._session.safety.missed_cycles + 1
         watch_ms = 1e3 * cycles * self._session.period_s if on else 0.0
@@ -198,6 +199,7 @@ class EthercatFieldbus:
             self._cycle()
             self._enter(self._soem.OP_STATE, "OPERATIONAL")
             self._commanded = True
+        return []  # what is watched is the commands themselves
 
     # --- cycle -----------------------------------------------------------------------------------
 
@@ -205,6 +207,14 @@ class EthercatFieldbus:
         self.send(outputs)
         self._look_into_mailbox()
         return self._inputs
+
+    def abandon(self) -> None:
+        if self._abandoned or self._master is None:
+            return
+        self._abandoned = True
+        with contextlib.suppress(Exception):  # silence is enough: their watchdog stops them
+            self._master.state = self._soem.SAFEOP_STATE
+            self._master.write_state()
 
     def _look_into_mailbox(self) -> None:
         """For an EMCY of one slave a cycle: process data does not carry them."""
@@ -228,6 +238,8 @@ class EthercatFieldbus:
     def _cycle(self) -> dict[int, Values]:
         if self._master is None:
             raise BackendError("the bus is closed; connect again")
+        if self._abandoned:
+            return {}
         for node, values in self._outputs.items():
             if layout := self._layouts.get(node):
                 self._slave(node).output = pack(layout.outputs, values)
