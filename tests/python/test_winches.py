@@ -464,7 +464,7 @@ def test_a_silent_ahrs_is_said_before_anything_moves(
 def test_session_and_robot_must_fit(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
     for change, words in (
         ({"robot: irma4": "robot: irma8"}, "is of robot irma8, not of irma4"),
-        ({"[10, 420]": "[30, 420]"}, r"must contain the robot's tension limits \[20, 400\]"),
+        ({"[10, 420]": "[30, 420]"}, r"limits\.tension_N\[#1\]: 30 N must be 0 to 20"),
     ):
         with pytest.raises(cdprcal.InputError, match=words):
             SimulatedSession.connect(example_session(**change), robot, plan, armed=True)

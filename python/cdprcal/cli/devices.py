@@ -79,6 +79,15 @@ def connect(
             backend = SessionBackend.connect(session, robot, armed=armed)
     except BackendError as error:
         fail(str(error), UNTRUSTED)
+    if armed:
+        limits = backend.limits
+        low, high = limits["tension_N"]
+        typer.echo(
+            f"cdprcal: limits: tension {low:g} to {high:g} N, cable {limits['velocity_m_s']:g} m/s;"
+            f" after a fault it stands within {limits['stop_time_s']:.2f} s and "
+            f"{limits['stop_distance_m']:.2f} m",
+            err=True,
+        )
     return backend
 
 

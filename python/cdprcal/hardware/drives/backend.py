@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
-from cdprcal._core import InputError, RobotSample, StartUpCommand, StartUpState
+from cdprcal._core import RobotSample, StartUpCommand, StartUpState
 from cdprcal.hardware.attitude import Attitude, AttitudeSource
 from cdprcal.hardware.backend import BackendError
 from cdprcal.hardware.drives import cia402
+from cdprcal.hardware.drives.bounds import check_session, stop_of
 from cdprcal.hardware.drives.canopen_bus import NoSuchObjectError
 from cdprcal.hardware.drives.cia402 import Goal, State
 from cdprcal.hardware.drives.fieldbus import Clock, Fieldbus
@@ -92,8 +93,18 @@ class FieldbusBackend:
             "session": self._session.model_dump(mode="json"),
             "drives": self._identity,
             "ahrs": None if self._attitude_source is None else self._attitude_source.settings,
-            "notes": self._notes,
+            "limits": self.limits,
+            "notes": list(self._notes),
             "armed": self._armed,
+        }
+
+    @property
+    def limits(self) -> dict[str, Any]:
+        """What holds in effect: of the session, and what follows from it."""
+        stop = stop_of(self._session)
+        return self._session.limits.model_dump() | {
+            "stop_time_s": stop.time_s,
+            "stop_distance_m": stop.distance_m,
         }
 
     @property
@@ -466,25 +477,4 @@ class FieldbusBackend:
         return all(winch.state in wanted or winch.missed for winch in self._winches)
 
 
-def check_session(session: Session, robot: _core.Robot) -> None:
-    """Raises InputError when a session is not of this robot or forbids what it must do."""
-    if session.robot != robot.name:
-        raise InputError(
-            f"session: is of robot {session.robot}, not of {robot.name}; "
-            "give the session of this robot"
-        )
-    if len(session.winches) != robot.cable_count:
-        raise InputError(
-            f"session: has {len(session.winches)} winches, robot {robot.name} has "
-            f"{robot.cable_count} cables; give one winch a cable"
-        )
-    low, high = session.limits.tension_N
-    wanted = robot.tension_limits_N
-    if low > wanted[0] or high < wanted[1]:
-        raise InputError(
-            f"session: limits.tension_N [{low:g}, {high:g}] must contain the robot's tension "
-            f"limits [{wanted[0]:g}, {wanted[1]:g}]"
-        )
-
-
-__all__ = ["FieldbusBackend", "check_session"]
+__all__ = ["FieldbusBackend"]

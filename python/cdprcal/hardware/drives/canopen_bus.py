@@ -33,7 +33,7 @@ from cdprcal.hardware.session import CanopenBus, Session
 _SDO_TIMEOUT_S = 0.5
 #: Share of the cycle in which the answers to SYNC must come; the rest is for the next command.
 _ANSWER_SHARE = 0.6
-_HEARTBEATS_MISSED = 2.5
+HEARTBEATS_MISSED = 2.5  #: in a row, of a node, are a stop
 _OFF = 1 << 31  # bit of a PDO's COB-ID: not used
 _OPERATIONAL = 5
 _STATES = {0: "restarted", 4: "stopped", 5: "operational", 127: "pre-operational"}
@@ -292,7 +292,7 @@ class CanopenFieldbus:
         return all(part is not None for node in self._nodes.values() for part in node.fresh)
 
     def _judge_heartbeats(self) -> None:
-        limit_s = _HEARTBEATS_MISSED * self._session.safety.heartbeat_s
+        limit_s = HEARTBEATS_MISSED * self._session.safety.heartbeat_s
         for number, node in self._nodes.items():
             if not node.lost and self._clock.now_s() - node.heard_s > limit_s:
                 node.lost = True

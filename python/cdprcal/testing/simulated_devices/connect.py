@@ -7,7 +7,8 @@ from typing import Self
 from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.hardware.attitude import AttitudeSource
-from cdprcal.hardware.drives.backend import FieldbusBackend, check_session
+from cdprcal.hardware.drives.backend import FieldbusBackend
+from cdprcal.hardware.drives.bounds import check_session
 from cdprcal.hardware.drives.canopen_bus import CanopenFieldbus, open_can_bus
 from cdprcal.hardware.drives.fieldbus import SimulatedClock
 from cdprcal.hardware.session import CanopenBus, Session
