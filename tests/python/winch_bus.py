@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -26,13 +26,19 @@ EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "canopen-simulated.
 _channels = itertools.count()
 
 
+def session_of(text: str) -> Session:
+    """The example's text, maybe changed, on a bus of its own."""
+    text = text.replace("channel: irma4", f"channel: test-{next(_channels)}")
+    return parse_session(text, str(EXAMPLE))
+
+
 def example_session(**changes: str) -> Session:
     """The example on a bus of its own; changes: old text → new, given as old=new pairs."""
-    text = EXAMPLE.read_text().replace("channel: irma4", f"channel: test-{next(_channels)}")
+    text = EXAMPLE.read_text()
     for old, new in changes.items():
         assert old in text
         text = text.replace(old, new)
-    return parse_session(text, str(EXAMPLE))
+    return session_of(text)
 
 
 def torque_session() -> Session:
@@ -145,11 +151,14 @@ def watched_run(
     *,
     seed: int = 1,
     wired: Session | None = None,
+    effects: Sequence[str] = (),
     each_cycle: Callable[[SimulatedClock], None] = lambda clock: None,
 ) -> Watched:
     """The start-up over simulated CANopen with a sniffer; the fault's time counts from arming."""
     startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
-    options = cdprcal.SimulatorOptions(seed=seed)
+    options = cdprcal.SimulatorOptions(
+        seed=seed, effects=[cdprcal.parse_injected_effect(text) for text in effects]
+    )
     backend = SimulatedSession.connect(
         session, robot, plan, options, armed=True, fault=fault, wired=wired
     )

@@ -16,32 +16,26 @@ from cdprcal.hardware import BackendError
 from cdprcal.hardware.session import Session
 from cdprcal.testing.simulated_devices.canopen_node import DriveNode
 from cdprcal.testing.simulated_devices.faults import Fault, forgetting, quirk, without
-from winch_bus import EXAMPLE, Watched, example_session, watched_run
+from winch_bus import EXAMPLE, Watched, session_of, watched_run
 
 MODES = ("velocity", "torque")
 
 
 def session_in(mode: str, change: Callable[[str], str] = lambda text: text) -> Session:
     """The example in a mode, its text changed."""
-    text = EXAMPLE.read_text()
-    changed = change(text)
-    return example_session(**{"mode: velocity": f"mode: {mode}"} | _pairs(text, changed))
-
-
-def _pairs(text: str, changed: str) -> dict[str, str]:
-    lines = zip(text.splitlines(), changed.splitlines(), strict=True)
-    return {old: new for old, new in lines if old != new}
+    return session_of(change(EXAMPLE.read_text()).replace("mode: velocity", f"mode: {mode}"))
 
 
 @dataclass(frozen=True)
 class Hazard:
     """fault: with the drives. wrong: what the session says instead of what is true. cause: words
-    that the reason must have."""
+    that the reason must have. modes: of operation in which it is one."""
 
     name: str
     cause: str
     fault: Callable[[], Fault] | None = None
     wrong: Callable[[str], str] = lambda text: text
+    modes: tuple[str, ...] = MODES
 
 
 def replaced(old: str, new: str, *, cables: tuple[int, ...] = ()) -> Callable[[str], str]:
@@ -128,7 +122,76 @@ LOST = (
     ),
 )  # fmt: skip
 
-ALL = (*ARMING, *RUNNING, *LOST)
+_SIGNS = {"\n    sign: 1": "\n    sign: -1", "\n    sign: -1": "\n    sign: 1"}
+
+
+def _signs_wrong(text: str) -> str:
+    return re.sub("|".join(sorted(_SIGNS, key=len, reverse=True)), lambda m: _SIGNS[m[0]], text)
+
+
+SESSION = (
+    Hazard(
+        "the drum's diameter is given as its radius",
+        r"torque would hold \d+ N where .*check sign, drum_radius_m",
+        wrong=replaced("drum_radius_m: 0.05", "drum_radius_m: 0.1"),
+    ),
+    Hazard(
+        "half the drum's radius is given",
+        r"torque would hold \d+ N where .*check sign, drum_radius_m",
+        wrong=replaced("drum_radius_m: 0.05", "drum_radius_m: 0.025"),
+    ),
+    Hazard(
+        "a gear of 10 is given as 1",
+        r"torque would hold \d+ N where .*gear_ratio",
+        wrong=replaced("gear_ratio: 10", "gear_ratio: 1"),
+    ),
+    Hazard(
+        "one gear of 10 is given as 5",
+        r"node 2 \(cable 2\): the motor's torque would hold",
+        wrong=replaced("gear_ratio: 10", "gear_ratio: 5", cables=(2,)),
+    ),
+    Hazard(
+        "all signs are reversed",
+        r"torque would hold -\d+ N where .*check sign",
+        wrong=_signs_wrong,
+    ),
+    Hazard(
+        "the rated torque of another motor",
+        r"its rated torque \(0x6076\) is 2\.4 Nm, the session says 1\.2",
+        wrong=replaced("rated_torque_Nm: 2.4", "rated_torque_Nm: 1.2"),
+    ),
+    Hazard(
+        "load cells show 1/2.2 of what is there (lbf for kgf)",
+        r"torque would hold \d+ N where .*counts_per_N",
+        wrong=replaced("counts_per_N: 1000, valid_counts: [-50000, 600000]",
+                       "counts_per_N: 2200, valid_counts: [-50000, 1200000]"),
+    ),
+    Hazard(
+        "load cells show 2.2 times what is there",
+        r"torque would hold \d+ N where .*counts_per_N|beyond the limits",
+        wrong=replaced("counts_per_N: 1000", "counts_per_N: 455"),
+    ),
+    Hazard(
+        "a load cell has its sign reversed",
+        r"winches\[#4\]\.load_cell at the upper tension limit and a tenth",
+        wrong=replaced("type: int32, counts_per_N: 1000",
+                       "type: int32, sign: -1, counts_per_N: 1000", cables=(4,)),
+    ),
+    Hazard(
+        "counts per metre of cable 10 times too many",
+        r"beyond the limits",
+        wrong=replaced("counts_per_m: 1e7", "counts_per_m: 1e8"),
+        modes=("velocity",),
+    ),
+    Hazard(
+        "velocity units 3 times too many on one drive",
+        r"node 3 \(cable 3\): moved by",
+        lambda: quirk("gain", 0.0, 3, gain=3.0),
+        modes=("velocity",),
+    ),
+)  # fmt: skip
+
+ALL = (*ARMING, *RUNNING, *LOST, *SESSION)
 
 
 @dataclass(frozen=True)
@@ -145,7 +208,7 @@ def attempt(
     """A start-up under a hazard."""
     wired = session_in(mode)
     session = session_in(mode, hazard.wrong).model_copy(update={"bus": wired.bus})
-    fault = hazard.fault() if hazard.fault is not None else None
+    fault = hazard.fault() if hazard.fault is not None else Fault("by the session", 0.0)
     try:
         watched = watched_run(session, robot, plan, path, fault, wired=wired)
     except (BackendError, InputError) as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import typer
@@ -88,7 +89,20 @@ def connect(
             f"{limits['stop_distance_m']:.2f} m",
             err=True,
         )
+        for line in _drive_limits(limits["drives"]):
+            typer.echo(f"cdprcal: {line}", err=True)
     return backend
+
+
+def _drive_limits(drives: list[dict[str, float]]) -> Iterator[str]:
+    """What the drives keep by themselves, equal ones in one line."""
+    units = {"tension_N": "N (0x6072)", "velocity_m_s": "m/s (0x6080)"}
+    texts = [
+        " and ".join(f"{value:.3g} {units[name]}" for name, value in one.items()) for one in drives
+    ]
+    for text in dict.fromkeys(texts):
+        cables = ", ".join(str(at + 1) for at, other in enumerate(texts) if other == text)
+        yield f"drives of cables {cables} keep below: {text or 'what their own set-up says'}"
 
 
 class News:

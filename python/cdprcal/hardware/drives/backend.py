@@ -22,6 +22,8 @@ from cdprcal.hardware.drives.canopen_bus import NoSuchObjectError
 from cdprcal.hardware.drives.cia402 import Goal, State
 from cdprcal.hardware.drives.fieldbus import Clock, Fieldbus
 from cdprcal.hardware.drives.guard import Guard
+from cdprcal.hardware.drives.limits import rated_torque_is_wrong, set_limits
+from cdprcal.hardware.drives.plausibility import Plausibility
 from cdprcal.hardware.drives.process_data import Values, layouts
 from cdprcal.hardware.drives.supervision import Phase, Supervisor, name_of
 from cdprcal.hardware.drives.winch import WinchState
@@ -65,9 +67,12 @@ class FieldbusBackend:
             WinchState(winch, session) for winch in sorted(session.winches, key=lambda w: w.cable)
         ]
         self._supervisor = Supervisor(session, self._winches)
+        self._plausibility: Plausibility | None = Plausibility(robot, self._winches)
+        self._told_torque: dict[int, int] = {}
         self._told_m_s: dict[int, float] = {}
         self._identity: list[dict[str, Any]] = []
         self._notes: list[str] = []
+        self._effective: list[dict[str, float]] = []  # limits of the drives
         self._without_abort: set[int] = set()  # nodes without object 0x6007
         self._disobeyed = 0  # cycles since the guard has tripped in which some drive was not off
         self._goal = Goal.off
@@ -105,6 +110,7 @@ class FieldbusBackend:
         return self._session.limits.model_dump() | {
             "stop_time_s": stop.time_s,
             "stop_distance_m": stop.distance_m,
+            "drives": self._effective,
         }
 
     @property
@@ -199,6 +205,9 @@ class FieldbusBackend:
                 f"{name_of(winch)}: has no object 0x6007; make sure by its "
                 "own set-up that it stops when this computer falls silent"
             )
+        if said := rated_torque_is_wrong(self._bus, winch):
+            raise BackendError(said)
+        self._effective.append(set_limits(self._bus, winch, session, self._notes))
         # Interpolation between set-points: the cycle in milliseconds, or tenths of them.
         exponent = -3 if (1e3 * session.period_s) % 1.0 < 1e-9 else -4
         period = round(session.period_s * 10.0**-exponent)
@@ -366,10 +375,13 @@ class FieldbusBackend:
         self._due_s += self._session.period_s
         if not self._guard.reason and (wrong := self._wrong()):
             self._guard.trip(wrong)
+        if self._plausibility is not None:
+            self._plausibility.collect()
         return self._sample(time_s)
 
     def _take(self, outputs: dict[int, Values]) -> None:
         self._told_m_s = self._guard.told_m_s()
+        self._told_torque = self._guard.told_torque()
         image = self._guard.exchange(outputs)
         for winch in self._winches:
             winch.take(image)
@@ -390,7 +402,7 @@ class FieldbusBackend:
         """Why the winches must stop; empty: they need not."""
         if faults := self._bus.faults():
             return "; ".join(faults[:3])
-        if wrong := self._supervisor.look(self._told_m_s):
+        if wrong := self._supervisor.look(self._told_m_s, self._told_torque):
             return wrong
         if self._attitude_source is not None and self._attitude is not None:
             silent_s = self._clock.now_s() - self._attitude.time_s
@@ -422,6 +434,11 @@ class FieldbusBackend:
         if not self._armed or self._stopped:
             return
         ending = command.state in (StartUpState.holding, StartUpState.done)
+        if self._plausibility is not None and not command.locked:
+            # The last moment before anything moves.
+            if wrong := self._plausibility.wrong():
+                self._guard.trip(f"before anything moved: {wrong}")
+            self._plausibility = None
         torque = self._session.mode == "torque" and not command.locked and not ending
         self._mode = cia402.CST if torque else cia402.CSV
         self._supervisor.want_mode(self._mode)

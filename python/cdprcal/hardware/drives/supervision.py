@@ -12,8 +12,8 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from enum import Enum
 
-from cdprcal.hardware.drives.cia402 import CSV, State
-from cdprcal.hardware.drives.winch import WinchState
+from cdprcal.hardware.drives.cia402 import CST, CSV, State
+from cdprcal.hardware.drives.winch import WinchState, tension_of_torque_N
 from cdprcal.hardware.session import Session
 
 OVERSPEED = 1.25  #: of the velocity limit; drives overshoot a little
@@ -108,6 +108,48 @@ class Travel:
         return abs(difference_m) > self._creep_m + lag_m
 
 
+class Pull:
+    """The torque that a drive was told against what it shows, while it is in torque mode."""
+
+    def __init__(self, winch: WinchState, session: Session) -> None:
+        self._winch = winch.winch
+        self._most_N = OVERLOAD * session.limits.tension_N[1]
+        self._off_counts: deque[tuple[int, int]] = deque(
+            maxlen=max(2, math.ceil(FOLLOW_S / session.period_s))
+        )
+
+    def clear(self) -> None:
+        """It was in another mode."""
+        self._off_counts.clear()
+
+    def push(self, shown: int | None, told: int) -> None:
+        """A cycle's torques, in counts; None: it does not show any."""
+        if shown is not None:
+            self._off_counts.append((shown, told))
+
+    @property
+    def shown_N(self) -> float:
+        """Tension by the torque that it shows, over FOLLOW_S."""
+        return self._mean_N(0)
+
+    @property
+    def told_N(self) -> float:
+        """Tension that it was told."""
+        return self._mean_N(1)
+
+    @property
+    def astray(self) -> bool:
+        """Whether they are apart by more than what is allowed beyond a limit."""
+        if len(self._off_counts) < (self._off_counts.maxlen or 0):
+            return False
+        return abs(self.shown_N - self.told_N) > self._most_N
+
+    def _mean_N(self, which: int) -> float:
+        assert self._winch.torque is not None  # else torque mode is refused
+        counts = sum(pair[which] for pair in self._off_counts) / len(self._off_counts)
+        return tension_of_torque_N(self._winch.torque, self._winch.sign, counts)
+
+
 class Supervisor:
     """Looks at all winches after every cycle; the first thing wrong is the reason to stop."""
 
@@ -115,6 +157,7 @@ class Supervisor:
         self._session = session
         self._winches = winches
         self._travel = [Travel(winch, session) for winch in winches]
+        self._pull = [Pull(winch, session) for winch in winches]
         self._before = self._wanted = CSV
         self._since_mode = 0
         self._was_enabled = [False] * len(winches)
@@ -129,10 +172,11 @@ class Supervisor:
         if mode != self._wanted:
             self._before, self._wanted, self._since_mode = self._wanted, mode, 0
 
-    def look(self, told_m_s: Mapping[int, float]) -> str:
+    def look(self, told_m_s: Mapping[int, float], told_torque: Mapping[int, int]) -> str:
         """Why the winches must stop; empty: they need not.
 
-        told_m_s: velocity of pay-out that each node had been sent when the cycle began [m/s].
+        told_m_s, told_torque: velocity of pay-out [m/s] and torque [counts of 0x6071] that each
+        node had been sent when the cycle began.
         """
         self._since_mode += 1
         if self._since_mode > MODE_CYCLES or all(w.mode == self._wanted for w in self._winches):
@@ -143,6 +187,11 @@ class Supervisor:
                 travel.clear()
             else:
                 travel.push(winch.length_m, told_m_s.get(winch.winch.node, 0.0))
+        for winch, pull in zip(self._winches, self._pull, strict=True):
+            if winch.mode == self._wanted == CST:
+                pull.push(winch.torque_counts, told_torque.get(winch.winch.node, 0))
+            else:
+                pull.clear()
         for judge in (self._silent, self._not_as_told, self._astray, self._beyond):
             for at, winch in enumerate(self._winches):
                 if wrong := judge(at, winch):
@@ -186,6 +235,12 @@ class Supervisor:
             return (
                 f"moved by {1e3 * travel.moved_m:+.1f} mm where {1e3 * travel.told_m:+.1f} mm were "
                 "commanded"
+            )
+        pull = self._pull[at]
+        if pull.astray:
+            return (
+                f"pulls with {pull.shown_N:.0f} N where {pull.told_N:.0f} N were commanded; check "
+                "the drive's own torque limits"
             )
         limit_m_s = self._session.limits.velocity_m_s
         if abs(winch.speed_m_s) > OVERSPEED * limit_m_s:

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 
 from cdprcal.hardware.drives import cia402
 from cdprcal.hardware.drives.cia402 import State
+from cdprcal.hardware.drives.winch import tension_of_torque_N, torque_counts
 from cdprcal.hardware.session import LoadCell, Session, Swivel, Winch
 from cdprcal.hardware.session.objects import object_type, parse_object
 from cdprcal.testing.simulated_devices.object_dictionary import ObjectDictionary
 
 _VENDOR, _PRODUCT = 0x0CDB, 402
 _REMEMBERED = 4  # errors in the history
+_MAX_TORQUE, _MAX_SPEED_1_MIN = 3000, 3000
 #: Errors of CiA 301 table 26 that a drive stops for.
 HEARTBEAT_ERROR = 0x8130
 
@@ -69,7 +71,7 @@ class SimulatedDrive:
         dictionary.add((0x1008, 0), int.from_bytes(name, "little"), len(name))
         for key, size in (
             (cia402.ERROR_CODE, 2), (cia402.STATUSWORD, 2), (cia402.MODE_DISPLAY, 1),
-            (cia402.POSITION, 4),
+            (cia402.POSITION, 4), (cia402.TORQUE, 2),
         ):  # fmt: skip
             dictionary.add(key, 0, size)
         for key, value, size in (
@@ -80,6 +82,11 @@ class SimulatedDrive:
             (cia402.INTERPOLATION_EXPONENT, -3, 1),
         ):  # fmt: skip
             dictionary.add(key, value, size, writable=True)
+        if winch.torque is not None:
+            rated_mNm = round(1e3 * winch.torque.rated_torque_Nm)
+            dictionary.add(cia402.RATED_TORQUE, rated_mNm, 4)
+        dictionary.add(cia402.MAX_TORQUE, _MAX_TORQUE, 2, writable=True)
+        dictionary.add(cia402.MAX_MOTOR_SPEED, _MAX_SPEED_1_MIN, 4, writable=True)
         dictionary.add((cia402.ERROR_HISTORY, 0), 0, 1)
         for at in range(1, _REMEMBERED + 1):
             dictionary.add((cia402.ERROR_HISTORY, at), 0, 4)
@@ -106,9 +113,13 @@ class SimulatedDrive:
         torque = self.winch.torque
         if torque is None:
             return 0.0
-        counts = self.dictionary.get(cia402.TARGET_TORQUE, signed=True)
-        motor_Nm = -self.winch.sign * counts / 1000.0 * torque.rated_torque_Nm
-        return motor_Nm * torque.gear_ratio / torque.drum_radius_m
+        return tension_of_torque_N(torque, self.winch.sign, self._torque_counts)
+
+    @property
+    def _torque_counts(self) -> int:
+        """The target torque, within what the motor may."""
+        most = self.dictionary.get(cia402.MAX_TORQUE)
+        return min(max(self.dictionary.get(cia402.TARGET_TORQUE, signed=True), -most), most)
 
     @property
     def _mode(self) -> int:
@@ -177,11 +188,27 @@ class SimulatedDrive:
             target = math.copysign(slower, self.velocity_m_s)
             if target == 0.0:
                 self._stopped()
+        if self.winch.torque is not None:
+            turns_1_s = self.dictionary.get(cia402.MAX_MOTOR_SPEED) / 60.0
+            turn_m = 2.0 * math.pi * self.winch.torque.drum_radius_m / self.winch.torque.gear_ratio
+            target = min(max(target, -turns_1_s * turn_m), turns_1_s * turn_m)
         self.velocity_m_s = target
 
-    def sense(self, length_m: float, swivel_rad: float | None, tension_N: float) -> None:
-        """The readings of its sensors, in counts; NaN: the sensor gives its lowest count."""
+    def sense(
+        self, length_m: float, swivel_rad: float | None, tension_N: float, held_N: float
+    ) -> None:
+        """The readings of its sensors, in counts; NaN: the sensor gives its lowest count.
+
+        tension_N: at the load cell; held_N: what the motor holds, or the brake.
+        """
         winch = self.winch
+        if winch.torque is not None:
+            shown = 0.0
+            if self.in_torque:
+                shown = self._torque_counts
+            elif self.state.powered:
+                shown = torque_counts(winch.torque, winch.sign, held_N)
+            self.dictionary.set(cia402.TORQUE, round(self.quirks.torque_factor * shown))
         self.dictionary.set(cia402.POSITION, round(winch.sign * winch.counts_per_m * length_m))
         cell, swivel = winch.load_cell, winch.swivel
         if cell.node in (None, winch.node):

@@ -106,9 +106,10 @@ class SimulatedPlatform:
 
     def _sense(self, now_s: float) -> None:
         sample = self.simulator.read()
+        held_N = self.simulator.truth().tension_N
         for i, drive in enumerate(self.drives):
             swivel = sample.swivel_rad[i] if len(sample.swivel_rad) else None
-            drive.sense(sample.length_m[i], swivel, sample.tension_N[i])
+            drive.sense(sample.length_m[i], swivel, sample.tension_N[i], held_N[i])
             if self.simulator.crashed:
                 drive.fail(0x8612)  # position limit: the platform is where it cannot be
         for sensors in self.sensors:
