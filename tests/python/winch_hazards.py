@@ -191,7 +191,25 @@ SESSION = (
     ),
 )  # fmt: skip
 
-ALL = (*ARMING, *RUNNING, *LOST, *SESSION)
+SENSORS = (
+    Hazard(
+        "a swivel encoder flickers by its last digit from power-on",
+        r"node 3 \(cable 3\): the swivel encoder stands still",
+        lambda: quirk("swivel", 0.0, 3, swivel_flickers=True),
+    ),
+    Hazard(
+        "a swivel encoder flickers by its last digit from mid-run",
+        r"node 3 \(cable 3\): the swivel encoder stands still",
+        lambda: quirk("swivel", 2.5, 3, swivel_flickers=True),
+    ),
+    Hazard(
+        "a load cell flickers by its last digit from mid-run",
+        r"node 3 \(cable 3\): the load cell stands still",
+        lambda: quirk("load cell", 2.5, 3, load_cell_flickers=True),
+    ),
+)
+
+ALL = (*SENSORS, *ARMING, *RUNNING, *LOST, *SESSION)
 
 
 @dataclass(frozen=True)

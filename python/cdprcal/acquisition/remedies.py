@@ -23,6 +23,10 @@ REMEDIES: tuple[tuple[str, str], ...] = (
     ),
     ("beyond the limits", "check the load cell's zero, scale and sign, then the session's limits"),
     ("beyond the limit", "check counts_per_m and the session's limits.velocity_m_s"),
+    (
+        "torque would hold",
+        "weigh what hangs there: load cell against a known weight, then the drum and the gear",
+    ),
     ("load cell", "check the load cell, its plug and its amplifier"),
     ("swivel encoder", "check the swivel encoder and its plug"),
     ("encoder", "check the winch: brake, coupling, encoder and its plug"),

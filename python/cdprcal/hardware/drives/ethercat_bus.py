@@ -13,6 +13,7 @@ from typing import Any
 
 from cdprcal._core import InputError
 from cdprcal.hardware.backend import BackendError
+from cdprcal.hardware.drives.bus_lock import BusLock
 from cdprcal.hardware.drives.canopen_bus import NoSuchObjectError
 from cdprcal.hardware.drives.process_data import (
     Entry,
@@ -48,6 +49,7 @@ class EthercatFieldbus:
         self._outputs: dict[int, Values] = {}
         self._inputs: Image = {}
         self._commanded = False  # outputs are taken
+        self._lock = BusLock(session.bus)
         self._master: Any = self._soem.Master()
         self._master.always_release_gil = True
         self._faults: list[str] = []
@@ -65,6 +67,7 @@ class EthercatFieldbus:
             raise
         except Exception as error:  # the library has an exception for every step
             self._master = None
+            self._lock.release()
             text = " ".join(str(error).split()) or type(error).__name__
             raise BackendError(
                 f"EtherCAT {session.bus.interface}: cannot be opened: {text}; it needs root or "
@@ -274,6 +277,7 @@ class EthercatFieldbus:
         return faults
 
     def close(self, *, stop: bool = True) -> None:
+        self._lock.release()
         master, self._master = self._master, None
         if master is None:
             return

@@ -24,6 +24,8 @@ CREEP_S = 0.01
 FOLLOW_S = 0.05
 #: Over which travel is compared: a rate that is off by a little shall not add up for ever.
 TRAVEL_S = 1.0
+_STILL_TIMES = 10.0  # so much longer than ever before is no chance
+_STILL_KNOWN = 20  # changes after which it is known how long readings stand
 MODE_CYCLES = 20  #: a drive may take these to change its mode of operation
 
 
@@ -150,6 +152,61 @@ class Pull:
         return tension_of_torque_N(self._winch.torque, self._winch.sign, counts)
 
 
+class Still:
+    """Readings that stand still while the platform moves: of one kind of sensor, all cables.
+
+    Time is the path that the cables have gone, so that a rest is none. A reading that stays within
+    one count to either side stands: a broken encoder may flicker by its last digit. It is stuck
+    when it stands for ten times as long as any of its kind ever did before it moved on.
+    """
+
+    def __init__(self, step_m: float, count: int) -> None:
+        self._least_m = _STILL_TIMES * step_m
+        self._longest_m = 0.0
+        self._moves = 0
+        self._path_m = 0.0
+        self._counts: list[int | None] = [None] * count
+        self._since_m = [0.0] * count
+
+    def push(self, path_m: float, counts: Sequence[int | None]) -> None:
+        """A cycle: how far cables have gone since the first one, and the readings."""
+        self._path_m = path_m
+        for at, value in enumerate(counts):
+            before = self._counts[at]
+            if value is None or (before is not None and abs(value - before) <= 1):
+                continue
+            if before is not None:
+                self._moves += 1
+                self._longest_m = max(self._longest_m, path_m - self._since_m[at])
+            self._counts[at], self._since_m[at] = value, path_m
+
+    def stuck(self, at: int) -> bool:
+        """Whether a cable's reading stands, and for too long."""
+        if self._counts[at] is None or self._moves < _STILL_KNOWN:
+            return False
+        still_m = self._path_m - self._since_m[at]
+        return still_m > max(self._least_m, _STILL_TIMES * self._longest_m)
+
+
+class Path:
+    """How far all cables have gone together, to and fro, in steps larger than any flicker."""
+
+    def __init__(self, step_m: float, count: int) -> None:
+        self._step_m = step_m
+        self._from_m = [math.nan] * count
+        self.path_m = 0.0
+
+    def push(self, length_m: Sequence[float]) -> float:
+        """A cycle's lengths, NaN: none; the path so far."""
+        for at, value in enumerate(length_m):
+            if math.isnan(self._from_m[at]):
+                self._from_m[at] = value
+            elif abs(value - self._from_m[at]) >= self._step_m:
+                self.path_m += abs(value - self._from_m[at])
+                self._from_m[at] = value
+        return self.path_m
+
+
 class Supervisor:
     """Looks at all winches after every cycle; the first thing wrong is the reason to stop."""
 
@@ -158,6 +215,9 @@ class Supervisor:
         self._winches = winches
         self._travel = [Travel(winch, session) for winch in winches]
         self._pull = [Pull(winch, session) for winch in winches]
+        step_m, count = CREEP_S * session.limits.velocity_m_s, len(winches)
+        self._path = Path(step_m, count)
+        self._still_cells, self._still_swivels = Still(step_m, count), Still(step_m, count)
         self._before = self._wanted = CSV
         self._since_mode = 0
         self._was_enabled = [False] * len(winches)
@@ -192,7 +252,12 @@ class Supervisor:
                 pull.push(winch.torque_counts, told_torque.get(winch.winch.node, 0))
             else:
                 pull.clear()
-        for judge in (self._silent, self._not_as_told, self._astray, self._beyond):
+        if self.phase is Phase.running:
+            path_m = self._path.push([winch.length_m for winch in self._winches])
+            self._still_cells.push(path_m, [winch.load_cell_counts for winch in self._winches])
+            self._still_swivels.push(path_m, [winch.swivel_counts for winch in self._winches])
+        judges = (self._silent, self._not_as_told, self._astray, self._stuck, self._beyond)
+        for judge in judges:
             for at, winch in enumerate(self._winches):
                 if wrong := judge(at, winch):
                     return f"{name_of(winch)}: {wrong}"
@@ -245,6 +310,13 @@ class Supervisor:
         limit_m_s = self._session.limits.velocity_m_s
         if abs(winch.speed_m_s) > OVERSPEED * limit_m_s:
             return f"runs at {winch.speed_m_s:.2f} m/s, beyond the limit"
+        return ""
+
+    def _stuck(self, at: int, winch: WinchState) -> str:
+        if self._still_cells.stuck(at):
+            return "the load cell stands still while the platform moves"
+        if self._still_swivels.stuck(at):
+            return "the swivel encoder stands still while the platform moves"
         return ""
 
     def _beyond(self, at: int, winch: WinchState) -> str:

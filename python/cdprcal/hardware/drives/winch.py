@@ -63,6 +63,7 @@ class WinchState:
         self.load_cell_counts: int | None = None
         self.torque_counts: int | None = None  #: actual, where there is a torque section
         self.swivel_missed = 0
+        self.swivel_counts: int | None = None
         self._limits = session.limits
         self._period_s = session.period_s
         self._lengths_m: deque[float] = deque(maxlen=_SPEED_CYCLES + 1)
@@ -121,7 +122,7 @@ class WinchState:
 
     def _take_swivel(self, image: Image) -> None:
         swivel = self.winch.swivel
-        self.swivel_rad = math.nan
+        self.swivel_rad, self.swivel_counts = math.nan, None
         if swivel is None:
             return
         values = image.get(swivel.node or self.winch.node)
@@ -129,7 +130,7 @@ class WinchState:
             self.swivel_missed += 1
             return
         self.swivel_missed = 0
-        counts = self._swivel_counter.follow(values[self._swivel_key])
+        self.swivel_counts = counts = self._swivel_counter.follow(values[self._swivel_key])
         self.swivel_rad = swivel.sign * 2.0 * math.pi * counts / swivel.counts_per_turn
 
     def output(self, goal: Goal, mode: int, velocity_m_s: float, tension_N: float) -> Values:

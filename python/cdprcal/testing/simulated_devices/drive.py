@@ -10,7 +10,7 @@ from cdprcal.hardware.drives.cia402 import State
 from cdprcal.hardware.drives.winch import tension_of_torque_N, torque_counts
 from cdprcal.hardware.session import LoadCell, Session, Swivel, Winch
 from cdprcal.hardware.session.objects import object_type, parse_object
-from cdprcal.testing.simulated_devices.object_dictionary import ObjectDictionary
+from cdprcal.testing.simulated_devices.object_dictionary import Key, ObjectDictionary
 
 _VENDOR, _PRODUCT = 0x0CDB, 402
 _REMEMBERED = 4  # errors in the history
@@ -42,7 +42,7 @@ class Quirks:
     own_velocity_m_s: float = 0.0  #: of pay-out, when it is in a mode that nobody told it
     gain: float = 1.0  #: of the velocity that it is told
     deaf: bool = False  #: to controlwords
-    swivel_stands: bool = False
+    swivel_flickers: bool = False  #: by its last digit, around where it stood
     load_cell_flickers: bool = False  #: by its last digit, around where it stood
     torque_factor: float = 1.0  #: of the torque that it shows, by what it pulls with
 
@@ -213,10 +213,20 @@ class SimulatedDrive:
         cell, swivel = winch.load_cell, winch.swivel
         if cell.node in (None, winch.node):
             broken = math.nan if self._broken else tension_N
-            self.dictionary.set(parse_object(cell.object), load_cell_counts(cell, broken))
+            key, counts = parse_object(cell.object), load_cell_counts(cell, broken)
+            if self.quirks.load_cell_flickers:
+                counts = self._flicker(key)
+            self.dictionary.set(key, counts)
         if swivel is not None and swivel_rad is not None and swivel.node in (None, winch.node):
-            self.dictionary.set(parse_object(swivel.object), swivel_counts(swivel, swivel_rad))
+            key, counts = parse_object(swivel.object), swivel_counts(swivel, swivel_rad)
+            if self.quirks.swivel_flickers:
+                counts = self._flicker(key)
+            self.dictionary.set(key, counts)
         self._tell()
+
+    def _flicker(self, key: Key) -> int:
+        """The reading before, its last digit the other one."""
+        return self.dictionary.get(key, signed=True) ^ 1
 
     def _stopped(self) -> None:
         if self.state is State.fault_reaction:
