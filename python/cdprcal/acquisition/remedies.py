@@ -7,6 +7,12 @@ import re
 #: Words of a reason, and what to do; the first that fits is meant. docs/errors.md shows them all.
 REMEDIES: tuple[tuple[str, str], ...] = (
     ("stopped by the operator", "acquire again when the robot may move"),
+    (
+        "leaves the plan's corridor",
+        "check the load cells' zeros and what hangs at the cables; where there is room, acquire "
+        "with a wider --corridor-m",
+    ),
+    ("too close to the floor", "plan higher, or check --floor-m and the load cells' zeros"),
     ("the log cannot be written", "free some space, or give another folder with -o"),
     ("look it up in its manual", "clear the drive's error as its manual says, then acquire again"),
     (
