@@ -64,6 +64,21 @@ def test_a_program_that_is_killed_holds_nothing() -> None:
     BusLock(ETH1).release()
 
 
+def test_a_virtual_bus_is_in_one_process() -> None:
+    """Two programs may each simulate a robot on a bus of the same name; one may not do so twice."""
+    bus = CAN0.model_copy(update={"interface": "virtual"})
+    code = (
+        "from cdprcal.hardware.drives.bus_lock import BusLock\n"
+        "from cdprcal.hardware.session import CanopenBus\n"
+        f"BusLock(CanopenBus(type='canopen', interface='virtual', channel={bus.channel!r}))\n"
+    )
+    lock = BusLock(bus)
+    subprocess.run([sys.executable, "-c", code], check=True)
+    with pytest.raises(BackendError, match="end it first"):
+        BusLock(bus)
+    lock.release()
+
+
 def test_a_second_acquire_is_refused_and_disturbs_nobody(
     robot: cdprcal.Robot, plan: cdprcal.Plan
 ) -> None:

@@ -29,6 +29,7 @@ from cdprcal.hardware.session import Session, parse_session
 from cdprcal.hardware.simulated import start_of
 from cdprcal.io import AcquisitionInputs, load_log, open_live_log, read_inputs
 from cdprcal.schemas import schema
+from cdprcal.testing.simulated_devices.canopen_node import DriveNode
 from cdprcal.testing.simulated_devices.connect import SimulatedSession
 from cdprcal.testing.simulated_devices.faults import Fault, fault_kinds, quirk
 from cdprcal.testing.simulated_devices.platform import set_plant
@@ -318,6 +319,31 @@ def test_drives_without_brakes_hold_the_platform(robot: cdprcal.Robot, plan: cdp
     backend.stop()
     assert backend.simulated is not None
     assert {node.drive.state for node in backend.simulated.nodes} == {State.quick_stop}
+
+
+def test_drives_that_hold_the_platform_do_so_until_they_are_enabled(
+    robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    """A second run without brakes: switched off on the way, the platform would fall."""
+    session = example_session(**{"brakes: true": "brakes: false"})
+
+    def hold(nodes: list[DriveNode]) -> None:
+        for node in nodes:
+            node.drive.dictionary.set(cia402.QUICK_STOP_OPTION, cia402.QUICK_STOP_AND_STAY)
+            node.drive.set_state(State.quick_stop)
+
+    fault = Fault("held", math.inf, build=hold)
+    backend = SimulatedSession.connect(session, robot, plan, armed=True, fault=fault)
+    clock, simulated = backend._clock, backend.simulated
+    assert isinstance(clock, SimulatedClock)
+    assert simulated is not None
+    seen: set[State] = set()
+    clock.idle.append(lambda: seen.update(node.drive.state for node in simulated.nodes))
+    seen.update(node.drive.state for node in simulated.nodes)
+    backend.read()
+    assert seen == {State.quick_stop, State.enabled}
+    backend.stop()
+    assert {node.drive.state for node in simulated.nodes} == {State.quick_stop}
 
 
 def test_a_fault_from_before_is_reset_and_noted(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:

@@ -75,7 +75,8 @@ class FieldbusBackend:
         self._effective: list[dict[str, float]] = []  # limits of the drives
         self._without_abort: set[int] = set()  # nodes without object 0x6007
         self._disobeyed = 0  # cycles since the guard has tripped in which some drive was not off
-        self._goal = Goal.off
+        # Drives without brakes may be holding the platform since the last run.
+        self._goal = Goal.off if session.safety.brakes else Goal.quick_stop
         self._mode = cia402.CSV
         self._velocity_m_s = [0.0] * len(self._winches)
         self._tension_N = [math.nan] * len(self._winches)
@@ -294,15 +295,18 @@ class FieldbusBackend:
         self._goal = goal
         self._supervisor.enter(phase)
         until_s = self._clock.now_s() + _ENABLE_TIMEOUT_S
+        reached = {state}
+        if goal is Goal.switched_on and not self._session.safety.brakes:
+            reached.add(State.quick_stop)  # holds the platform until it is enabled
         while True:
             self._supervise(self._outputs())
-            late = [w for w in self._winches if w.state is not state or w.mode != cia402.CSV]
+            late = [w for w in self._winches if w.state not in reached or w.mode != cia402.CSV]
             if not late:
                 return
             if self._clock.now_s() <= until_s:
                 continue
             winch = late[0]
-            if winch.state is state:
+            if winch.state in reached:
                 what = (
                     f"stays in mode of operation {winch.mode}, not cyclic synchronous velocity "
                     f"({cia402.CSV})"

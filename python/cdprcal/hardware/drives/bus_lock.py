@@ -20,7 +20,7 @@ class BusLock:
 
     def __init__(self, bus: CanopenBus | EthercatBus) -> None:
         self._socket: socket.socket | None = None
-        if not hasattr(socket, "AF_UNIX") or os.name != "posix":
+        if not hasattr(socket, "AF_UNIX"):
             return
         holder = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         try:
@@ -39,7 +39,6 @@ class BusLock:
         """Gives the bus back. May be repeated."""
         if self._socket is not None:
             self._socket.close()
-            self._socket = None
 
 
 def _name(bus: CanopenBus | EthercatBus) -> str:

@@ -113,8 +113,14 @@ _ENABLE = {
 }
 
 
-def controlword(goal: Goal, state: State) -> int:
-    """The word to send now, from what the drive said last, towards a goal. Faults stay."""
+def controlword(goal: Goal, state: State, *, holds: bool = False) -> int:
+    """The word to send now, from what the drive said last, towards a goal. Faults stay.
+
+    holds: there are no brakes; a drive that holds the platform in quick stop is never switched off
+    on its way, but enabled from there (transition 16).
+    """
+    if holds and state is State.quick_stop:
+        return ENABLE_OPERATION if goal is Goal.enabled else QUICK_STOP
     if goal is Goal.enabled:
         return _ENABLE[state]
     if goal is Goal.switched_on:
@@ -122,9 +128,10 @@ def controlword(goal: Goal, state: State) -> int:
     return QUICK_STOP if goal is Goal.quick_stop else DISABLE_VOLTAGE
 
 
-def next_state(state: State, word: int, before: int) -> State:
+def next_state(state: State, word: int, before: int, *, stays: bool = False) -> State:
     """What a drive makes of a controlword (``before``: the one before), as figure 12 says.
 
+    stays: its quick stop option is one of those that stay there, and may be left for operation.
     Quick stop and fault reaction end by themselves and are not taken further here.
     """
     if state is State.fault:
@@ -138,9 +145,9 @@ def next_state(state: State, word: int, before: int) -> State:
         if state in (State.enabled, State.quick_stop):
             return State.quick_stop
         return State.switch_on_disabled
-    if state is State.quick_stop:
-        return state
     wanted = word & 0x0F
+    if state is State.quick_stop:
+        return State.enabled if stays and wanted == ENABLE_OPERATION else state
     if wanted == SHUTDOWN:
         return State.ready
     if wanted == SWITCH_ON:

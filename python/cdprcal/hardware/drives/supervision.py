@@ -288,7 +288,8 @@ class Supervisor:
         )
         if left or (self.phase is Phase.running and state is not State.enabled):
             return f"left operation enabled, is {state.value}{code}"
-        if state not in _ALLOWED[self.phase]:
+        holds = state is State.quick_stop and not self._session.safety.brakes
+        if state not in _ALLOWED[self.phase] and not holds:
             return f"is {state.value} while the drives are being armed{code}"
         if self.phase is not Phase.preparing and winch.mode not in (self._wanted, self._before):
             return f"is in mode of operation {winch.mode}, not {self._wanted}"

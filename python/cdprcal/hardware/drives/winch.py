@@ -65,6 +65,7 @@ class WinchState:
         self.swivel_missed = 0
         self.swivel_counts: int | None = None
         self._limits = session.limits
+        self._holds = not session.safety.brakes
         self._period_s = session.period_s
         self._lengths_m: deque[float] = deque(maxlen=_SPEED_CYCLES + 1)
         self._position = Counter(32)
@@ -139,7 +140,7 @@ class WinchState:
         if not math.isfinite(velocity_m_s):
             velocity_m_s = 0.0
         values = {
-            cia402.CONTROLWORD: cia402.controlword(goal, self.state),
+            cia402.CONTROLWORD: cia402.controlword(goal, self.state, holds=self._holds),
             cia402.MODE: mode,
             cia402.TARGET_VELOCITY: round(winch.sign * winch.velocity_scale * velocity_m_s),
             cia402.TARGET_TORQUE: 0,

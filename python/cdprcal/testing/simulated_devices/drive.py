@@ -240,7 +240,9 @@ class SimulatedDrive:
             return
         word = self.dictionary.get(cia402.CONTROLWORD)
         before, self._before = self._before, word
-        state = cia402.next_state(self.state, word, before)
+        option = self.dictionary.get(cia402.QUICK_STOP_OPTION)
+        stays = option == cia402.QUICK_STOP_AND_STAY and self.velocity_m_s == 0.0
+        state = cia402.next_state(self.state, word, before, stays=stays)
         if self.state is State.fault and state is not State.fault:
             self._fault = 0
         self.state = state
