@@ -64,19 +64,18 @@ def test_a_program_that_is_killed_holds_nothing() -> None:
     BusLock(ETH1).release()
 
 
-def test_a_virtual_bus_is_in_one_process() -> None:
+def test_a_virtual_bus_is_in_one_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two programs may each simulate a robot on a bus of the same name; one may not do so twice."""
-    bus = CAN0.model_copy(update={"interface": "virtual"})
-    code = (
-        "from cdprcal.hardware.drives.bus_lock import BusLock\n"
-        "from cdprcal.hardware.session import CanopenBus\n"
-        f"BusLock(CanopenBus(type='canopen', interface='virtual', channel={bus.channel!r}))\n"
-    )
-    lock = BusLock(bus)
-    subprocess.run([sys.executable, "-c", code], check=True)
+    virtual = CAN0.model_copy(update={"interface": "virtual"})
+    here, real = BusLock(virtual), BusLock(CAN0)
     with pytest.raises(BackendError, match="end it first"):
-        BusLock(bus)
-    lock.release()
+        BusLock(virtual)
+    monkeypatch.setattr(os, "getpid", lambda: -1)
+    BusLock(virtual).release()
+    with pytest.raises(BackendError, match="end it first"):
+        BusLock(CAN0)
+    here.release()
+    real.release()
 
 
 def test_a_second_acquire_is_refused_and_disturbs_nobody(

@@ -167,6 +167,11 @@ def command(
     the_robot = _core.load_robot(robot)
     plan_text = read_bytes(Path(plan), _MOST_PLAN_BYTES).decode("utf-8", "replace")
     the_plan = _core.parse_plan(plan_text, plan)
+    if the_plan.robot_name != the_robot.name:
+        fail(
+            f"{plan}: is of robot {the_plan.robot_name}, not of {the_robot.name}; make one with "
+            "cdprcal plan"
+        )
     try:
         wrong = _core.verify_plan(the_robot, the_plan)
     except InputError as error:
