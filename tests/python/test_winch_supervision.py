@@ -16,7 +16,7 @@ from cdprcal.hardware.drives.cia402 import State
 from cdprcal.hardware.drives.guard import Guard
 from cdprcal.hardware.drives.plausibility import Plausibility
 from cdprcal.hardware.drives.process_data import Values, layouts, split_into_pdos
-from cdprcal.hardware.drives.supervision import Phase, Pull, Supervisor, Travel
+from cdprcal.hardware.drives.supervision import Path, Phase, Pull, Still, Supervisor, Travel
 from cdprcal.hardware.drives.winch import WinchState, torque_counts
 from cdprcal.hardware.session import Session
 from cdprcal.testing.simulated_devices.connect import SimulatedSession
@@ -155,6 +155,166 @@ def test_what_was_before_a_change_of_mode_does_not_count() -> None:
     assert not one.astray
 
 
+def test_a_change_of_speed_does_not_excuse_for_long() -> None:
+    """From 0.4 m/s to a stop that a drive does not make: lag explains 20 mm, a window's range."""
+    one, position = travel(), 0.0
+    for _ in range(100):
+        position += 0.004
+        one.push(position, 0.4)
+    cycles = 0
+    while not one.astray:
+        position += 0.004
+        one.push(position, 0.0)
+        cycles += 1
+        assert cycles <= 7  # 4 mm and 20 mm at 4 mm a cycle, and the first is still told
+
+
+def test_lag_is_excused_at_both_ends_of_the_window_and_no_further() -> None:
+    """A jump of 10 mm: while 0.4 m/s was told within 50 ms it may be lag, else not."""
+    for ago, excused in ((4, True), (7, False)):
+        one = travel()
+        for _ in range(50):
+            one.push(0.0, 0.0)
+        one.push(0.0, 0.4)
+        for _ in range(ago):
+            one.push(0.004, 0.0)
+        assert not one.astray
+        one.push(0.014, 0.0)
+        assert one.astray != excused
+
+
+def test_at_any_rate_standstill_is_the_same() -> None:
+    for rate_Hz in (50, 1000):
+        session = example_session(**{"\nrate_Hz: 100": f"\nrate_Hz: {rate_Hz}"})
+        one = travel(session)
+        one.push(0.0, 0.0)
+        one.push(0.0039, 0.0)
+        assert not one.astray
+        one.push(0.0041, 0.0)
+        assert one.astray
+
+
+def test_a_coarse_encoder_may_be_off_by_two_counts() -> None:
+    session = example_session(**{"counts_per_m: 1e7": "counts_per_m: 1000"})
+    one = travel(session)
+    one.push(0.0, 0.0)
+    for length_m, fine in ((0.0059, True), (0.0061, False)):
+        one.push(length_m, 0.0)
+        assert one.astray != fine
+
+
+def test_after_a_change_of_mode_all_begins_again() -> None:
+    one = travel()
+    for _ in range(20):
+        one.push(0.0, 0.4)
+    one.clear()
+    one.push(0.0, 0.0)
+    assert one.told_m == 0.0
+    one.push(0.0041, 0.0)
+    assert one.astray  # nothing that was told before excuses it
+
+
+# --- still readings ------------------------------------------------------------------------------
+
+
+def moving(still: Still, times: int = 30, pause_m: float = 0.01) -> float:
+    """Readings of two cables change as these run; the path so far."""
+    for k in range(times):
+        still.push(pause_m * k, [10 * k, -10 * k])
+        assert not still.stuck(0)
+        assert not still.stuck(1)
+    return pause_m * (times - 1)
+
+
+@pytest.mark.parametrize("flicker", [0, 1, -1])
+def test_a_reading_that_stands_ten_times_longer_than_ever_is_stuck(flicker: int) -> None:
+    still = Still(0.004, 2)
+    path_m = moving(still)
+    for k in range(1, 21):
+        still.push(path_m + 0.01 * k, [290 + flicker * (k % 2), -290 - 10 * k])
+        assert still.stuck(0) == (0.01 * k > 0.1 + 1e-9)
+        assert not still.stuck(1)
+    # By two counts it has moved.
+    still.push(path_m + 0.21, [292, -600])
+    assert not still.stuck(0)
+
+
+def test_a_rest_is_no_standstill() -> None:
+    still = Still(0.004, 2)
+    path_m = moving(still)
+    for _ in range(10_000):
+        still.push(path_m, [290, -290])
+    assert not still.stuck(0)
+
+
+def test_a_reading_that_never_moved_is_judged_by_its_kind() -> None:
+    still = Still(0.004, 2)
+    for k in range(40):
+        still.push(0.01 * k, [7, 10 * k])
+        # Not before 20 changes are known; by then the path is more than ten times 10 mm.
+        assert still.stuck(0) == (k >= 20)
+
+
+def test_steps_of_a_fine_sensor_are_not_counted_against_a_coarse_one() -> None:
+    """The longest pause of any is the measure: 0.1 m of the second."""
+    still = Still(0.004, 2)
+    for k in range(100):
+        still.push(0.01 * k, [10 * k, 10 * (k // 10)])
+    for k in range(100, 205):
+        still.push(0.01 * k, [990, 10 * (k // 10)])
+        assert still.stuck(0) == (k - 99 > 100)
+
+
+def test_the_least_standstill_is_ten_steps() -> None:
+    """However short the pauses were: 40 mm."""
+    still = Still(0.004, 1)
+    for k in range(30):
+        still.push(0.0001 * k, [10 * k])
+    still.push(0.0029 + 0.0399, [290])
+    assert not still.stuck(0)
+    still.push(0.0029 + 0.0401, [290])
+    assert still.stuck(0)
+
+
+def test_a_sensor_that_is_not_there_is_never_stuck() -> None:
+    still = Still(0.004, 2)
+    for k in range(100):
+        still.push(0.1 * k, [10 * k, None])
+    assert not still.stuck(1)
+
+
+def test_a_path_adds_up_what_all_cables_run_and_no_flicker() -> None:
+    path = Path(0.004, 2)
+    assert path.push([5.0, -5.0]) == 0.0
+    for k in range(1000):
+        assert path.push([5.0 + 0.0039 * (k % 2), -5.0]) == 0.0
+    assert path.push([5.01, math.nan]) == pytest.approx(0.01)
+    assert path.push([5.0, -5.02]) == pytest.approx(0.04)
+    assert path.push([5.0, -5.02]) == pytest.approx(0.04)
+    assert path.push([4.995, -5.02]) == pytest.approx(0.045)
+
+
+@pytest.mark.parametrize(
+    ("key", "words"), [((0x2401, 1), "load cell"), ((0x60E4, 2), "swivel encoder")]
+)
+def test_the_supervisor_names_the_sensor_that_stands(key: tuple[int, int], words: str) -> None:
+    watched = Watched()
+    told = {1: 0.1, 2: 0.1, 3: 0.1, 4: 0.1}
+    said, cycles = "", 0
+    while not said and cycles < 400:
+        values = {(0x2401, 1): 100_000 + 7 * cycles, (0x60E4, 2): 7 * cycles}
+        changes: dict[str, Any] = {}
+        for winch in watched.session.winches:
+            position = round(winch.sign * 1e7 * 0.001 * cycles)
+            changes[f"n{winch.node}"] = values | {cia402.POSITION: position}
+        if cycles > 100:
+            changes["n2"][key] = {(0x2401, 1): 100_700, (0x60E4, 2): 700}[key]
+        said = watched.cycle(told, **changes)
+        cycles += 1
+    assert said == f"node 2 (cable 2): the {words} stands still while the platform moves"
+    assert cycles > 102
+
+
 # --- the supervisor ------------------------------------------------------------------------------
 
 
@@ -274,6 +434,49 @@ def test_a_cable_that_runs_faster_than_the_limit(sign: int) -> None:
         assert (said == "") == fine
         if not fine:
             assert said.startswith(f"node 1 (cable 1): runs at {sign * 0.51:.2f} m/s")
+
+
+@pytest.mark.parametrize("phase", [Phase.preparing, Phase.enabling])
+def test_nothing_may_move_while_it_is_armed_in_whatever_mode(phase: Phase) -> None:
+    watched = Watched(phase=phase)
+    state = State.switched_on if phase is Phase.preparing else State.enabled
+    word = {cia402.STATUSWORD: cia402.statusword_of(state)}
+    changes: dict[str, Any] = {f"n{n}": dict(word) for n in range(1, 5)}
+    if phase is Phase.preparing:
+        changes["n3"][cia402.MODE_DISPLAY] = 0  # it was not told any before
+    assert watched.cycle(**changes) == ""
+    changes["n3"] |= {cia402.POSITION: 50_000}
+    assert "node 3 (cable 3): moved by +5.0 mm" in watched.cycle(**changes)
+
+
+def test_a_dry_run_may_be_moved_by_hand() -> None:
+    watched = Watched(phase=Phase.reading)
+    assert watched.cycle() == ""
+    assert watched.cycle(n3={cia402.POSITION: 50_000, cia402.MODE_DISPLAY: 0}) == ""
+
+
+def test_what_moved_in_torque_mode_does_not_count_in_velocity_mode() -> None:
+    watched = Watched(torque_session())
+    watched.cycle()
+    watched.supervisor.want_mode(cia402.CST)
+    modes: dict[str, Any] = {f"n{n}": {cia402.MODE_DISPLAY: cia402.CST} for n in range(1, 5)}
+    told = {1: -208, 2: 208, 3: -208, 4: 208}
+    for k in range(10):
+        modes["n1"][cia402.POSITION] = 10_000 * k
+        assert watched.cycle(told=told, **modes) == ""
+    watched.supervisor.want_mode(cia402.CSV)
+    assert watched.cycle(n1={cia402.POSITION: 90_000}) == ""
+    assert watched.cycle(n1={cia402.POSITION: 90_000}) == ""
+    assert "moved by +5.0 mm" in watched.cycle(n1={cia402.POSITION: 140_000})
+
+
+def test_who_does_not_answer_is_not_judged_by_what_it_said_last() -> None:
+    """A node may miss a cycle: its old statusword is nobody's fault."""
+    watched = Watched(phase=Phase.enabling)
+    back: dict[str, Any] = {"n2": {cia402.STATUSWORD: cia402.statusword_of(State.switched_on)}}
+    assert watched.cycle(**back) == ""
+    watched.supervisor.enter(Phase.running)
+    assert watched.cycle(lost=[2]) == ""
 
 
 def test_who_runs_away_is_blamed_before_who_is_pulled() -> None:
@@ -426,6 +629,71 @@ def test_load_cells_that_cannot_carry_the_platform(robot: cdprcal.Robot) -> None
     """127 N, and 2 σ of four cells are 40 N."""
     assert "together read 80 N, and the platform weighs 127 N" in judged(robot, [20.0] * 4, None)
     assert judged(robot, [22.0] * 4, None) == ""
+
+
+def test_a_reading_that_is_missed_does_not_hide_the_others(robot: cdprcal.Robot) -> None:
+    states = winches(example_session())
+    plausibility = Plausibility(robot, states)
+    for missed in (False, True):
+        for state in states:
+            assert state.winch.torque is not None
+            state.tension_N = 100.0
+            state.torque_counts = round(torque_counts(state.winch.torque, state.winch.sign, 50.0))
+        states[1].tension_N = math.nan if missed else 100.0
+        plausibility.collect()
+    assert plausibility.wrong().startswith("node 1 (cable 1): the motor's torque would hold 50 N")
+
+
+def test_all_together_are_judged_by_the_least_efficient(robot: cdprcal.Robot) -> None:
+    whole = "gear_ratio: 10, rated_torque_Nm: 2.4}\n  - cable: 2"
+    worn = whole.replace("2.4", "2.4, efficiency: 0.51")
+    states = winches(example_session(**{whole: worn}))
+    plausibility = Plausibility(robot, states)
+    for state in states:
+        assert state.winch.torque is not None
+        state.tension_N = 40.0
+        state.torque_counts = round(torque_counts(state.winch.torque, state.winch.sign, 18.0))
+    plausibility.collect()
+    assert plausibility.wrong() == ""  # 72 N are more than 0.51 of 160 - 40 N
+
+
+@pytest.mark.parametrize(
+    ("own_mNm", "fine"), [(2400, True), (2423, True), (2377, True), (2426, False), (2374, False)]
+)
+def test_the_rated_torque_is_the_drives_own_to_a_hundredth(
+    own_mNm: int, fine: bool, robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    def build(nodes: list) -> None:  # type: ignore[type-arg]
+        nodes[2].drive.dictionary.set(cia402.RATED_TORQUE, own_mNm)
+
+    fault = Fault("another motor", math.inf, build=build)
+    try:
+        backend = SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
+    except BackendError as error:
+        said = str(error)
+    else:
+        said = ""
+        backend.stop()
+    assert ("node 3 (cable 3): its rated torque (0x6076) is" in said) != fine
+
+
+def test_a_drive_whose_limit_cannot_be_written_is_refused(
+    robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    def build(nodes: list) -> None:  # type: ignore[type-arg]
+        nodes[1].drive.dictionary.objects[cia402.MAX_MOTOR_SPEED].writable = False
+
+    fault = Fault("read only", math.inf, build=build)
+    with pytest.raises(BackendError, match="does not keep the limit that 0x6080 is told"):
+        SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
+    # One that is limited further already need not be.
+
+    def limited(nodes: list) -> None:  # type: ignore[type-arg]
+        build(nodes)
+        nodes[1].drive.dictionary.set(cia402.MAX_MOTOR_SPEED, 900)
+
+    fault = Fault("read only", math.inf, build=limited)
+    SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault).stop()
 
 
 def test_nothing_read_says_nothing(robot: cdprcal.Robot) -> None:
