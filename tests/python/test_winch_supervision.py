@@ -639,7 +639,7 @@ def test_a_reading_that_is_missed_does_not_hide_the_others(robot: cdprcal.Robot)
             assert state.winch.torque is not None
             state.tension_N = 100.0
             state.torque_counts = round(torque_counts(state.winch.torque, state.winch.sign, 50.0))
-        states[1].tension_N = math.nan if missed else 100.0
+        states[0].tension_N = math.nan if missed else 100.0
         plausibility.collect()
     assert plausibility.wrong().startswith("node 1 (cable 1): the motor's torque would hold 50 N")
 
