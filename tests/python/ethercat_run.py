@@ -1,6 +1,6 @@
 """What test_winch_ethercat.py runs in a network of its own: prints one JSON document.
 
-unshare -rn python tests/python/ethercat_run.py start-up|dry|hang|drive|cable
+unshare -rn python tests/python/ethercat_run.py start-up|dry|hang|drive|cable|emergency
 """
 
 from __future__ import annotations
@@ -189,14 +189,20 @@ def start_up(
     document: dict[str, Any],
 ) -> None:
     """The procedure, with a fault or to its end; then compared with the simulator's own."""
+    told: dict[str, dict[str, Any]] = {
+        "drive": {"fail": 2},
+        "cable": {"cut": True},
+        "emergency": {"emergency": 1},
+    }
     began: list[float] = []
     off: list[float] = []
 
     def watch(command: Any, sample: cdprcal.RobotSample, logged: bool) -> None:
         if what != "start-up" and sample.time_s >= FAULT_S and not began:
             began.append(clock.now_s())
-            backend._bus._answer_us = 2000  # type: ignore[attr-defined]  # frames that never come
-            beside.tell(**({"fail": 2} if what == "drive" else {"cut": True}))
+            if what == "cable":
+                backend._bus._answer_us = 2000  # type: ignore[attr-defined]  # none ever comes
+            beside.tell(**told[what])
 
     def look(now_s: float) -> None:
         if began and not off and ENABLED not in beside.states:

@@ -347,7 +347,7 @@ def test_wrong_use_is_said_and_nothing_written(
         (("irma4", plan_path, "--rate-hz", "0"), "--rate-hz"),
         (("irma4", plan_path, "--effect", "mas=1"), "effect 'mas': not known"),
         (("irma4", plan_path, "--truth", out), "is the file of -o too"),
-        (("ring3", plan_path), "3"),
+        (("ring3", plan_path), "is of robot irma4, not of ring3; make one with cdprcal plan"),
         (("irma4", tmp_path / "none.csv"), "none.csv"),
         (("irma4", tmp_path), "cannot be read"),
     ):

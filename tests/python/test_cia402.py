@@ -72,6 +72,27 @@ def test_no_drive_stays_or_gets_enabled_otherwise(state: State, goal: Goal) -> N
     assert State.enabled not in run(state, goal)[1:]
 
 
+@pytest.mark.parametrize("goal", list(Goal))
+def test_without_brakes_a_drive_in_quick_stop_is_never_switched_off(goal: Goal) -> None:
+    word = cia402.controlword(goal, State.quick_stop, holds=True)
+    state = cia402.next_state(State.quick_stop, word, 0, stays=True)
+    assert state is (State.enabled if goal is Goal.enabled else State.quick_stop)
+    # Where quick stop ends in switched off, nothing leads straight back.
+    assert cia402.next_state(State.quick_stop, word, 0) is State.quick_stop
+    # Any other state is as with brakes.
+    for other in set(State) - {State.quick_stop}:
+        assert cia402.controlword(goal, other, holds=True) == cia402.controlword(goal, other)
+
+
+@pytest.mark.parametrize("state", [s for s in State if s not in (
+    State.not_ready, State.fault, State.fault_reaction)])  # fmt: skip
+def test_no_power_before_it_is_wanted(state: State) -> None:
+    """Switched on is the last stop before operation enabled."""
+    path = run(state, Goal.switched_on)
+    assert path[-1] is State.switched_on
+    assert State.enabled not in path[1:]
+
+
 def test_a_fault_is_left_by_a_rising_reset_alone() -> None:
     for word in (*range(0x80), 0x06, 0x0F):
         assert cia402.next_state(State.fault, word, 0) is State.fault

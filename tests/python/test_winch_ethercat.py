@@ -94,6 +94,14 @@ def test_faults_stop_the_drives_within_two_cycles(
     assert "operation enabled" not in document["states"]
 
 
+def test_an_emergency_message_stops_the_drives(network: list[str]) -> None:
+    """It lies in a slave's mailbox, which is looked into once in as many cycles as there are."""
+    document = run(network, "emergency")
+    assert document["state"] == "holding"
+    assert "node 2 (cable 2): EMCY 0x2310, error register 0x01" in document["reason"]
+    assert document["off_after_s"][0] <= (4 + 2) * 0.01 + 1e-4
+
+
 def test_a_program_that_hangs_is_missed_by_the_slaves(network: list[str]) -> None:
     """Their process-data watchdog."""
     document = run(network, "hang")

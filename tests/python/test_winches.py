@@ -29,8 +29,9 @@ from cdprcal.hardware.session import Session, parse_session
 from cdprcal.hardware.simulated import start_of
 from cdprcal.io import AcquisitionInputs, load_log, open_live_log, read_inputs
 from cdprcal.schemas import schema
+from cdprcal.testing.simulated_devices.canopen_node import DriveNode
 from cdprcal.testing.simulated_devices.connect import SimulatedSession
-from cdprcal.testing.simulated_devices.faults import Fault, fault_kinds
+from cdprcal.testing.simulated_devices.faults import Fault, fault_kinds, quirk
 from cdprcal.testing.simulated_devices.platform import set_plant
 from conftest import Ran
 from winch_bus import (
@@ -230,7 +231,7 @@ def test_a_bus_that_fails_stops_the_robot(
     assert "CAN bus: Cannot operate on a closed bus" in run.reason
 
 
-def test_a_cable_beyond_the_tension_limits_stops_the_robot(
+def test_a_cable_that_slips_stops_the_robot(
     robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
 ) -> None:
     options = cdprcal.SimulatorOptions(
@@ -240,7 +241,7 @@ def test_a_cable_beyond_the_tension_limits_stops_the_robot(
     log = open_live_log(tmp_path / "run.csv", 4, AcquisitionInputs("", "", {}), 10.0)
     run = acquire(cdprcal.StartUp(robot, start_up_plan(plan)), backend, log)
     assert run.state == StartUpState.holding
-    assert re.search(r"node 2 \(cable 2\): tension -?\d\.\d N is beyond the limits", run.reason)
+    assert re.search(r"node 2 \(cable 2\): moved by \+50\d\.\d mm where", run.reason)
 
 
 def sensors_apart() -> Session:
@@ -320,13 +321,60 @@ def test_drives_without_brakes_hold_the_platform(robot: cdprcal.Robot, plan: cdp
     assert {node.drive.state for node in backend.simulated.nodes} == {State.quick_stop}
 
 
+def test_drives_that_hold_the_platform_do_so_until_they_are_enabled(
+    robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    """A second run without brakes: switched off on the way, the platform would fall."""
+    session = example_session(**{"brakes: true": "brakes: false"})
+
+    def hold(nodes: list[DriveNode]) -> None:
+        for node in nodes:
+            node.drive.dictionary.set(cia402.QUICK_STOP_OPTION, cia402.QUICK_STOP_AND_STAY)
+            node.drive.set_state(State.quick_stop)
+
+    fault = Fault("held", math.inf, build=hold)
+    backend = SimulatedSession.connect(session, robot, plan, armed=True, fault=fault)
+    clock, simulated = backend._clock, backend.simulated
+    assert isinstance(clock, SimulatedClock)
+    assert simulated is not None
+    seen: set[State] = set()
+    clock.idle.append(lambda: seen.update(node.drive.state for node in simulated.nodes))
+    seen.update(node.drive.state for node in simulated.nodes)
+    backend.read()
+    assert seen == {State.quick_stop, State.enabled}
+    backend.stop()
+    assert {node.drive.state for node in simulated.nodes} == {State.quick_stop}
+
+
 def test_a_fault_from_before_is_reset_and_noted(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
     fault = Fault("fault before arming", 0.0, happen=lambda nodes: nodes[2].drive.fail(0x7305))
     backend = SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
     backend.read()
-    assert backend.notes == ["node 3 (cable 3): fault 0x7305 was reset"]
+    assert backend.notes == [
+        "node 3 (cable 3): remembers the errors 0x7305, newest first",
+        "node 3 (cable 3): fault 0x7305 was reset",
+    ]
     assert {winch.state for winch in backend.winches} == {State.enabled}
     backend.stop()
+
+
+def test_what_was_said_before_arming_is_noted(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+    backend = SimulatedSession.connect(example_session(), robot, plan, armed=True)
+    assert backend.simulated is not None
+    backend.simulated.nodes[1].emergency(0x8120)
+    backend.read()
+    assert backend.notes == [
+        "said before arming: node 2 (cable 2): EMCY 0x8120, error register 0x01"
+    ]
+    backend.stop()
+
+
+def test_a_drive_that_somebody_else_moves_is_left_alone(
+    robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    fault = Fault("moving", 0.0, happen=lambda nodes: nodes[3].drive.set_state(State.enabled))
+    with pytest.raises(BackendError, match=r"node 4 \(cable 4\): is in operation enabled already"):
+        SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
 
 
 @pytest.mark.parametrize(
@@ -402,6 +450,35 @@ def test_a_drive_without_abort_option_is_noted(robot: cdprcal.Robot, plan: cdprc
     assert "has no object 0x6007" in backend.notes[0]
 
 
+@pytest.mark.parametrize("brakes", ["true", "false"])
+def test_a_drive_that_does_not_obey_is_stopped_by_silence(
+    brakes: str, robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    """Three cycles of quick stops that one drive does not hear: NMT stop, and no heartbeat."""
+    session = example_session(**{"brakes: true": f"brakes: {brakes}"})
+    deaf = quirk("deaf", 0.5, 2, deaf=True)
+    backend = SimulatedSession.connect(session, robot, plan, armed=True, fault=deaf)
+    for _ in range(60):
+        backend.read()
+    assert backend.simulated is not None
+    drive = backend.simulated.nodes[1].drive
+    heard: list[int] = []
+    take = backend.simulated.take
+
+    def listen(message: can.Message) -> None:
+        heard.append(message.arbitration_id)
+        take(message)
+
+    backend.simulated.take = listen  # type: ignore[method-assign]
+    assert drive.state is State.enabled
+    began_s = backend._clock.now_s()
+    backend.stop()
+    assert drive.state is not State.enabled
+    assert heard.count(0x77F) == 3  # and then no more
+    assert heard.count(0) >= 4  # NMT
+    assert backend._clock.now_s() - began_s < 0.05
+
+
 def test_a_silent_ahrs_is_said_before_anything_moves(
     robot: cdprcal.Robot, plan: cdprcal.Plan
 ) -> None:
@@ -413,7 +490,7 @@ def test_a_silent_ahrs_is_said_before_anything_moves(
 def test_session_and_robot_must_fit(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
     for change, words in (
         ({"robot: irma4": "robot: irma8"}, "is of robot irma8, not of irma4"),
-        ({"[10, 420]": "[30, 420]"}, r"must contain the robot's tension limits \[20, 400\]"),
+        ({"[10, 420]": "[30, 420]"}, r"limits\.tension_N\[#1\]: 30 N must be 0 to 20"),
     ):
         with pytest.raises(cdprcal.InputError, match=words):
             SimulatedSession.connect(example_session(**change), robot, plan, armed=True)
@@ -425,7 +502,7 @@ def test_a_drive_that_does_not_enable_is_said_in_the_log(
     path = tmp_path / "run.csv"
     fault = Fault("deaf", 0.0, to_nodes=lambda i, data: None if i == 0x203 else data)
     watched = watched_run(example_session(), robot, plan, path, fault)
-    words = "node 3 (cable 3): does not enable in cyclic synchronous velocity; it says: switch on"
+    words = "node 3 (cable 3): does not become switched on; it says: switch on disabled"
     assert watched.run.state == StartUpState.holding
     assert words in watched.run.reason
     assert words in path.read_text()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -26,13 +26,19 @@ EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "canopen-simulated.
 _channels = itertools.count()
 
 
+def session_of(text: str) -> Session:
+    """The example's text, maybe changed, on a bus of its own."""
+    text = text.replace("channel: irma4", f"channel: test-{next(_channels)}")
+    return parse_session(text, str(EXAMPLE))
+
+
 def example_session(**changes: str) -> Session:
     """The example on a bus of its own; changes: old text → new, given as old=new pairs."""
-    text = EXAMPLE.read_text().replace("channel: irma4", f"channel: test-{next(_channels)}")
+    text = EXAMPLE.read_text()
     for old, new in changes.items():
         assert old in text
         text = text.replace(old, new)
-    return parse_session(text, str(EXAMPLE))
+    return session_of(text)
 
 
 def torque_session() -> Session:
@@ -122,6 +128,10 @@ class Watched:
     fault_s: float
     off_s: float  #: when the last drive left operation enabled after the fault
     cycles: int  #: control cycles that began between the fault and that
+    peak_N: float  #: greatest true tension
+    over_s: float  #: how long some true tension was beyond the upper limit + 10 %
+    moved_m: float  #: how far the platform got from where it was at the fault or at power-on
+    enabled_s: float  #: how long some drive was enabled from the fault on
 
 
 def small_plan(robot: cdprcal.Robot) -> cdprcal.Plan:
@@ -140,27 +150,44 @@ def watched_run(
     fault: Fault | None = None,
     *,
     seed: int = 1,
+    wired: Session | None = None,
+    effects: Sequence[str] = (),
     each_cycle: Callable[[SimulatedClock], None] = lambda clock: None,
 ) -> Watched:
     """The start-up over simulated CANopen with a sniffer; the fault's time counts from arming."""
     startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
-    options = cdprcal.SimulatorOptions(seed=seed)
-    backend = SimulatedSession.connect(session, robot, plan, options, armed=True, fault=fault)
+    options = cdprcal.SimulatorOptions(
+        seed=seed, effects=[cdprcal.parse_injected_effect(text) for text in effects]
+    )
+    backend = SimulatedSession.connect(
+        session, robot, plan, options, armed=True, fault=fault, wired=wired
+    )
     clock, simulated = backend._clock, backend.simulated
     assert isinstance(clock, SimulatedClock)
     assert simulated is not None
     sniffer = Sniffer(session, clock.now_s)
     fault_s = fault.begin_s if fault is not None else math.inf
     off_s: list[float] = []
+    enabled_s: set[float] = set()  # times of cycles
 
     def look(now_s: float = 0.0) -> None:
         sniffer.listen()
         enabled = any(node.drive.state is cia402.State.enabled for node in simulated.nodes)
+        if enabled and clock.now_s() >= fault_s:
+            enabled_s.add(round(clock.now_s(), 3))
         if not enabled and not off_s and clock.now_s() >= fault_s:
             off_s.append(clock.now_s())
 
+    most_N = 1.1 * session.limits.tension_N[1]
+    peaks = _Peaks()
+
+    def measure(now_s: float) -> None:
+        truth = simulated.truth()
+        peaks.see(now_s, float(truth.tension_N.max()), most_N, truth.pose.position_m, fault_s)
+
     clock.idle.append(look)
     clock.advance.append(look)
+    clock.advance.append(measure)
     inputs = AcquisitionInputs(cdprcal.to_yaml(robot), cdprcal.format_plan(plan), backend.settings)
     log = open_live_log(path, robot.cable_count, inputs, 10.0)
     try:
@@ -169,7 +196,37 @@ def watched_run(
         sniffer.close()
     end_s = off_s[0] if off_s else math.inf
     cycles = sum(fault_s <= t <= end_s for t in sniffer.sync_s)
-    return Watched(run, backend, sniffer, fault_s, end_s, cycles)
+    return Watched(
+        run,
+        backend,
+        sniffer,
+        fault_s,
+        end_s,
+        cycles,
+        peaks.peak_N,
+        peaks.over_s,
+        peaks.moved_m,
+        max(enabled_s, default=0.0) - min(enabled_s, default=0.0),
+    )
+
+
+class _Peaks:
+    """What is kept of the true motion."""
+
+    def __init__(self) -> None:
+        self.peak_N = self.over_s = self.moved_m = self._last_s = 0.0
+        self._from: np.ndarray | None = None
+
+    def see(
+        self, now_s: float, tension_N: float, most_N: float, at_m: np.ndarray, since_s: float
+    ) -> None:
+        self.peak_N = max(self.peak_N, tension_N)
+        self.over_s += (now_s - self._last_s) * (tension_N > most_N)
+        self._last_s = now_s
+        if math.isfinite(since_s) and now_s < since_s:
+            return
+        self._from = at_m.copy() if self._from is None else self._from
+        self.moved_m = max(self.moved_m, float(np.linalg.norm(at_m - self._from)))
 
 
 #: Faults that show only when the next heartbeat is due, and how long that takes at most [s].

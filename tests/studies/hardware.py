@@ -139,10 +139,11 @@ def jitter(seconds: float, rate_Hz: int) -> bool:
     robot = cdprcal.load_robot("irma4")
     plan = small_plan(robot)
     session = example_session(**{"rate_Hz: 100\n": f"rate_Hz: {rate_Hz}\n"})
-    # Nothing stops the run: what would have is what is measured.
-    safety = session.safety.model_copy(update={"late_s": 1.0, "missed_cycles": 10})
+    # As little as may be stops the run: what would have is what is measured.
+    late_s = 11.0 / rate_Hz
+    safety = session.safety.model_copy(update={"late_s": late_s, "missed_cycles": 10})
     assert session.ahrs is not None
-    ahrs = session.ahrs.model_copy(update={"stale_s": 10.0})
+    ahrs = session.ahrs.model_copy(update={"stale_s": 0.35})
     session = session.model_copy(update={"safety": safety, "simulated": None, "ahrs": ahrs})
     assert isinstance(session.bus, CanopenBus)
     assert session.ahrs is not None

@@ -89,10 +89,12 @@ def acquire(
     log_rate_Hz: float = 10.0,
     stop: Callable[[], bool] = lambda: False,
     watch: Watch | None = None,
+    guard: Callable[[RobotSample], str] = lambda sample: "",
 ) -> Acquired:
     """Runs the procedure to its end: done, or holding with a reason. The log is closed either way.
 
-    ``stop`` is asked before every command: true stops the robot as an operator would. A log that
+    ``stop`` is asked before every command: true stops the robot as an operator would; so is
+    ``guard``, of every sample, for a reason to stop, empty if there is none. A log that
     can no longer be written and a robot that no longer answers stop it too. Whatever is raised on
     the way, the winches are locked and the log is closed first.
     """
@@ -106,7 +108,7 @@ def acquire(
             sample = _read(backend, sample)
             begin_s = sample.time_s if math.isnan(begin_s) else begin_s
             sample.stop_requested = sample.stop_requested or stop()
-            sample.host_error = rows.fault
+            sample.host_error = rows.fault or guard(sample)
             command = startup.step(sample)
             logged = rows.add(sample, command)
             if (command.state, command.setpoint) != (state, setpoint):

@@ -7,6 +7,12 @@ import re
 #: Words of a reason, and what to do; the first that fits is meant. docs/errors.md shows them all.
 REMEDIES: tuple[tuple[str, str], ...] = (
     ("stopped by the operator", "acquire again when the robot may move"),
+    (
+        "leaves the plan's corridor",
+        "check the load cells' zeros and what hangs at the cables; where there is room, acquire "
+        "with a wider --corridor-m",
+    ),
+    ("too close to the floor", "plan higher, or check --floor-m and the load cells' zeros"),
     ("the log cannot be written", "free some space, or give another folder with -o"),
     ("look it up in its manual", "clear the drive's error as its manual says, then acquire again"),
     (
@@ -23,9 +29,18 @@ REMEDIES: tuple[tuple[str, str], ...] = (
     ),
     ("beyond the limits", "check the load cell's zero, scale and sign, then the session's limits"),
     ("beyond the limit", "check counts_per_m and the session's limits.velocity_m_s"),
+    (
+        "torque would hold",
+        "weigh what hangs there: load cell against a known weight, then the drum and the gear",
+    ),
     ("load cell", "check the load cell, its plug and its amplifier"),
     ("swivel encoder", "check the swivel encoder and its plug"),
     ("encoder", "check the winch: brake, coupling, encoder and its plug"),
+    (
+        "mm were commanded",
+        "look for a loose brake or coupling; check counts_per_m, velocity_units_per_m_s and the "
+        "drive's own scaling and mode",
+    ),
     ("AHRS", "check the AHRS: power, cable, ahrs.port and its output rate"),
     ("readings are stale", "check the bus: wiring, termination, load; or lower the rate"),
     ("heartbeat is lost", "check the drive's power and the bus"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -110,6 +111,19 @@ def command(
             "the order in which they teach most. Exit code 1 when all of them are not enough.",
         ),
     ] = "",
+    corridor_m: Annotated[
+        float,
+        typer.Option(
+            "--corridor-m",
+            min=0.0,
+            help="How far the platform may leave the box of the plan's poses, by the estimate "
+            "after every rest and the sensors since. Where three sigma are more they count.",
+        ),
+    ] = 0.1,
+    floor_m: Annotated[
+        float | None,
+        typer.Option("--floor-m", help="z that no point of the platform may go below."),
+    ] = None,
     rate_hz: Annotated[float, typer.Option("--rate-hz", help="Rows of the log per second.")] = 10.0,
     live: LiveOption = False,
     live_stop: LiveStopOption = False,
@@ -129,6 +143,7 @@ def command(
     from cdprcal._core import InputError
     from cdprcal.acquisition import (
         Guide,
+        PoseGuard,
         acquire,
         parse_accuracy,
         start_up_options,
@@ -154,6 +169,11 @@ def command(
     the_robot = _core.load_robot(robot)
     plan_text = read_bytes(Path(plan), _MOST_PLAN_BYTES).decode("utf-8", "replace")
     the_plan = _core.parse_plan(plan_text, plan)
+    if the_plan.robot_name != the_robot.name:
+        fail(
+            f"{plan}: is of robot {the_plan.robot_name}, not of {the_robot.name}; make one with "
+            "cdprcal plan"
+        )
     try:
         wrong = _core.verify_plan(the_robot, the_plan)
     except InputError as error:
@@ -177,6 +197,9 @@ def command(
         startup = devices.start_up(wired, the_robot, visits, patience)
         paced = wired.simulated is None or wired.simulated.speed > 0.0
     guide = Guide(the_robot, the_plan, startup, asked=asked, quick=quick, background=paced)
+    pose_guard = PoseGuard(
+        the_robot, the_plan, corridor_m, -math.inf if floor_m is None else floor_m
+    )
     device: SimulatedBackend | SessionBackend | SimulatedSession
     if wired is None:
         device = SimulatedBackend.somewhere(
@@ -191,6 +214,8 @@ def command(
         "robot": the_robot.name,
         "quick": quick,
         "until": until,
+        "corridor_m": corridor_m,
+        "floor_m": floor_m,
         "log_rate_Hz": rate_hz,
         "version": _version(),
     }
@@ -201,6 +226,7 @@ def command(
         device.stop()
         raise
     poses: list[tuple[float, _core.Pose]] = []
+    news = devices.News(device)
     with (
         shown as page,
         Monitor(the_robot, the_plan, output, guided=asked is not None) as monitor,
@@ -212,21 +238,28 @@ def command(
             if truth and logged:
                 assert hasattr(device, "truth")  # refuse_simulator_options saw to that
                 poses.append((sample.time_s, device.truth().pose))
+            event = news.tell()
             estimate = guide.step(command, sample, logged)
             monitor.show(command, sample, estimate)
             page.show(command, sample, logged, estimate)
-            if estimate is None:
-                return None
-            return {
-                "time_s": sample.time_s,
-                "state": command.state.name,
-                "estimate": estimate.as_event(),
-            }
+            if estimate is not None:
+                pose_guard.learn(estimate)
+                event["estimate"] = estimate.as_event()
+            when = {"time_s": sample.time_s, "state": command.state.name}
+            return when | event if event else None
 
         def stop() -> bool:
             return monitor.stop_wanted() or page.stop_wanted
 
-        run = acquire(startup, device, log, log_rate_Hz=rate_hz, stop=stop, watch=watch)
+        run = acquire(
+            startup,
+            device,
+            log,
+            log_rate_Hz=rate_hz,
+            stop=stop,
+            watch=watch,
+            guard=pose_guard.look,
+        )
         page.end(run)
     if truth:
         write_text(Path(truth), strict_json({"poses": truth_rows(the_robot, poses)}))

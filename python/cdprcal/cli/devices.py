@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import typer
@@ -79,9 +80,47 @@ def connect(
             backend = SessionBackend.connect(session, robot, armed=armed)
     except BackendError as error:
         fail(str(error), UNTRUSTED)
-    for note in backend.notes:
-        typer.echo(f"cdprcal: note: {note}", err=True)
+    if armed:
+        limits = backend.limits
+        low, high = limits["tension_N"]
+        typer.echo(
+            f"cdprcal: limits: tension {low:g} to {high:g} N, cable {limits['velocity_m_s']:g} m/s;"
+            f" after a fault it stands within {limits['stop_time_s']:.2f} s and "
+            f"{limits['stop_distance_m']:.2f} m",
+            err=True,
+        )
+        for line in _drive_limits(limits["drives"]):
+            typer.echo(f"cdprcal: {line}", err=True)
     return backend
+
+
+def _drive_limits(drives: list[dict[str, float]]) -> Iterator[str]:
+    """What the drives keep by themselves, equal ones in one line."""
+    units = {"tension_N": "N (0x6072)", "velocity_m_s": "m/s (0x6080)"}
+    texts = [
+        " and ".join(f"{value:.3g} {units[name]}" for name, value in one.items()) for one in drives
+    ]
+    for text in dict.fromkeys(texts):
+        cables = ", ".join(str(at + 1) for at, other in enumerate(texts) if other == text)
+        yield f"drives of cables {cables} keep below: {text or 'what their own set-up says'}"
+
+
+class News:
+    """What a device notes, each once: while it is set up, and while it is armed."""
+
+    def __init__(self, device: object) -> None:
+        # Only devices by a session file have something to note.
+        self._notes: list[str] = getattr(device, "notes", [])
+        self._told = 0
+        self.tell()
+
+    def tell(self) -> dict[str, object]:
+        """Prints what was noted since the last call on stderr; for the log: ``notes``, if any."""
+        new = self._notes[self._told :]
+        self._told += len(new)
+        for note in new:
+            typer.echo(f"cdprcal: note: {note}", err=True)
+        return {"notes": new} if new else {}
 
 
 def run_dry(backend: FieldbusBackend, seconds: float, *, json: bool) -> None:
@@ -92,6 +131,7 @@ def run_dry(backend: FieldbusBackend, seconds: float, *, json: bool) -> None:
     if not 0.0 < seconds < math.inf:
         backend.stop()
         fail("--seconds: must be above 0", WRONG_USE)
+    News(backend)
     screen = _Screen(backend)
     try:
         with screen:

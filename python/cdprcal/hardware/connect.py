@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Self
 
 from cdprcal import _core
-from cdprcal.hardware.drives.backend import FieldbusBackend, check_session
+from cdprcal.hardware.drives.backend import FieldbusBackend
+from cdprcal.hardware.drives.bounds import check_session
 from cdprcal.hardware.drives.canopen_bus import CanopenFieldbus
 from cdprcal.hardware.drives.fieldbus import Fieldbus, RealClock
 from cdprcal.hardware.real_time import leave_priority, take_priority

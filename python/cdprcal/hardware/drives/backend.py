@@ -8,21 +8,24 @@ the start-up procedure, which ends the log with the reason.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from cdprcal import _core
-from cdprcal._core import InputError, RobotSample, StartUpCommand, StartUpState
+from cdprcal._core import RobotSample, StartUpCommand, StartUpState
 from cdprcal.hardware.attitude import Attitude, AttitudeSource
 from cdprcal.hardware.backend import BackendError
 from cdprcal.hardware.drives import cia402
+from cdprcal.hardware.drives.bounds import check_session, stop_of
 from cdprcal.hardware.drives.canopen_bus import NoSuchObjectError
 from cdprcal.hardware.drives.cia402 import Goal, State
 from cdprcal.hardware.drives.fieldbus import Clock, Fieldbus
 from cdprcal.hardware.drives.guard import Guard
+from cdprcal.hardware.drives.limits import rated_torque_is_wrong, set_limits
+from cdprcal.hardware.drives.plausibility import Plausibility
 from cdprcal.hardware.drives.process_data import Values, layouts
+from cdprcal.hardware.drives.supervision import Phase, Supervisor, name_of
 from cdprcal.hardware.drives.winch import WinchState
 from cdprcal.hardware.session import Session
 
@@ -30,9 +33,7 @@ _ENABLE_TIMEOUT_S = 3.0  # brakes take a while to open
 _STOP_TIMEOUT_S = 1.0
 _STOP_CYCLES = 3
 _ATTITUDE_TIMEOUT_S = 2.0
-_MODE_CYCLES = 20  # a drive may take these to change its mode of operation
-_OVERSPEED = 1.25  # of the velocity limit; drives overshoot a little
-_OVERLOAD = 0.1  # of a tension limit: that far beyond is a quick stop
+_MOST_REMEMBERED = 8  # errors of the past that are read from a drive
 
 
 class FieldbusBackend:
@@ -65,11 +66,18 @@ class FieldbusBackend:
         self._winches = [
             WinchState(winch, session) for winch in sorted(session.winches, key=lambda w: w.cable)
         ]
+        self._supervisor = Supervisor(session, self._winches)
+        self._plausibility: Plausibility | None = Plausibility(robot, self._winches)
+        self._told_torque: dict[int, int] = {}
+        self._told_m_s: dict[int, float] = {}
         self._identity: list[dict[str, Any]] = []
         self._notes: list[str] = []
-        self._goal = Goal.off
+        self._effective: list[dict[str, float]] = []  # limits of the drives
+        self._without_abort: set[int] = set()  # nodes without object 0x6007
+        self._disobeyed = 0  # cycles since the guard has tripped in which some drive was not off
+        # Drives without brakes may be holding the platform since the last run.
+        self._goal = Goal.off if session.safety.brakes else Goal.quick_stop
         self._mode = cia402.CSV
-        self._mode_waits = 0
         self._velocity_m_s = [0.0] * len(self._winches)
         self._tension_N = [math.nan] * len(self._winches)
         self._attitude: Attitude | None = None
@@ -91,8 +99,19 @@ class FieldbusBackend:
             "session": self._session.model_dump(mode="json"),
             "drives": self._identity,
             "ahrs": None if self._attitude_source is None else self._attitude_source.settings,
-            "notes": self._notes,
+            "limits": self.limits,
+            "notes": list(self._notes),
             "armed": self._armed,
+        }
+
+    @property
+    def limits(self) -> dict[str, Any]:
+        """What holds in effect: of the session, and what follows from it."""
+        stop = stop_of(self._session)
+        return self._session.limits.model_dump() | {
+            "stop_time_s": stop.time_s,
+            "stop_distance_m": stop.distance_m,
+            "drives": self._effective,
         }
 
     @property
@@ -115,15 +134,11 @@ class FieldbusBackend:
     def _open(self) -> None:
         for winch in self._winches:
             self._identify(winch)
-            if self._armed:
+        if self._armed:
+            for winch in self._winches:
                 self._prepare(winch)
         self._bus.configure(layouts(self._session), outputs=self._armed)
-        self._wait(
-            lambda: all(winch.missed == 0 for winch in self._winches),
-            _ENABLE_TIMEOUT_S,
-            "does not send its process data",
-            lambda winch: winch.missed == 0,
-        )
+        self._await_process_data()
         self._await_attitude()
 
     def _identify(self, winch: WinchState) -> None:
@@ -131,7 +146,7 @@ class FieldbusBackend:
         kind = int.from_bytes(self._bus.sdo_read(node, 0x1000, 0), "little")
         if kind & 0xFFFF != 402:
             raise BackendError(
-                f"node {node} (cable {cable}): is no CiA-402 drive (0x1000: {kind}); correct the "
+                f"{name_of(winch)}: is no CiA-402 drive (0x1000: {kind}); correct the "
                 "winch's node in the session"
             )
         identity = {"cable": cable, "node": node}
@@ -144,15 +159,40 @@ class FieldbusBackend:
         wanted = winch.winch.serial_number
         if wanted is not None and identity.get("serial") != wanted:
             raise BackendError(
-                f"node {node} (cable {cable}): has the serial number {identity.get('serial')}, the "
+                f"{name_of(winch)}: has the serial number {identity.get('serial')}, the "
                 f"session says {wanted}; correct the node or the serial number if it is "
                 "another cable's drive"
             )
         self._identity.append(identity)
+        state = cia402.state_of(self._read_object(winch, cia402.STATUSWORD))
+        if self._armed and state is State.enabled:
+            raise BackendError(
+                f"{name_of(winch)}: is in operation enabled already: somebody else moves it; end "
+                "that program first"
+            )
+        self._recall(winch)
+
+    def _recall(self, winch: WinchState) -> None:
+        """Notes the errors that a drive remembers; resetting one leaves no other trace."""
+        node = winch.winch.node
+        try:
+            count = min(self._bus.sdo_read(node, cia402.ERROR_HISTORY, 0)[0], _MOST_REMEMBERED)
+            errors = [
+                int.from_bytes(self._bus.sdo_read(node, cia402.ERROR_HISTORY, at), "little")
+                for at in range(1, count + 1)
+            ]
+        except NoSuchObjectError:
+            return
+        if errors:
+            codes = ", ".join(f"0x{error & 0xFFFF:04X}" for error in errors)
+            self._notes.append(f"{name_of(winch)}: remembers the errors {codes}, newest first")
+
+    def _read_object(self, winch: WinchState, key: tuple[int, int]) -> int:
+        return int.from_bytes(self._bus.sdo_read(winch.winch.node, *key), "little")
 
     def _prepare(self, winch: WinchState) -> None:
         """What a drive must know before it may move: how to stop, and when by itself."""
-        session, node = self._session, winch.winch.node
+        session = self._session
         ramp = round(winch.winch.deceleration_scale * session.limits.quick_stop_m_s2)
         stop = cia402.QUICK_STOP_THEN_OFF if session.safety.brakes else cia402.QUICK_STOP_AND_STAY
         self._write(winch, cia402.QUICK_STOP_DECELERATION, ramp, 4)
@@ -161,10 +201,14 @@ class FieldbusBackend:
             winch, cia402.ABORT_CONNECTION_OPTION, cia402.ABORT_CONNECTION_QUICK_STOP, 2
         )
         if missing:
+            self._without_abort.add(winch.winch.node)
             self._notes.append(
-                f"node {node} (cable {winch.winch.cable}): has no object 0x6007; make sure by its "
+                f"{name_of(winch)}: has no object 0x6007; make sure by its "
                 "own set-up that it stops when this computer falls silent"
             )
+        if said := rated_torque_is_wrong(self._bus, winch):
+            raise BackendError(said)
+        self._effective.append(set_limits(self._bus, winch, session, self._notes))
         # Interpolation between set-points: the cycle in milliseconds, or tenths of them.
         exponent = -3 if (1e3 * session.period_s) % 1.0 < 1e-9 else -4
         period = round(session.period_s * 10.0**-exponent)
@@ -195,60 +239,105 @@ class FieldbusBackend:
             self._cycle({})
 
     def _arm(self) -> None:
-        """Enables the drives at standstill. From its first cycle on they watch this computer."""
-        self._bus.faults()
+        """Enables the drives at standstill. From its first cycle on they watch this computer.
+
+        No drive is told to enable operation before all of them say that they are in cyclic
+        synchronous velocity: in another mode a drive may go wherever its objects say. Raises
+        BackendError; the drives have been told to stop then.
+        """
         self._due_s = math.nan
-        self._cycle(self._outputs())
-        self._bus.watch_us(on=True)
-        faults = [winch for winch in self._winches if winch.state is State.fault]
-        for winch in faults:
+        self._goal = Goal.switched_on
+        self._supervisor.enter(Phase.preparing)
+        try:
+            self._cycle(self._outputs())  # with what has been waiting on the bus since
+            self._notes += [f"said before arming: {fault}" for fault in self._bus.faults()]
+            self._be_watched()
+            self._reset_faults()
+            self._reach(Goal.switched_on, Phase.preparing, State.switched_on)
+            self._reach(Goal.enabled, Phase.enabling, State.enabled)
+        except BackendError as error:
+            self._guard.trip(str(error))
+            raise
+        self._supervisor.enter(Phase.running)
+
+    def _be_watched(self) -> None:
+        """Has the drives watch this computer. Raises BackendError for one that would run on."""
+        alone = set(self._bus.watch_us(on=True))
+        for winch in self._winches:
+            if winch.winch.node not in alone:
+                continue
+            what = f"{name_of(winch)}: has no event timer for its commands (0x1400:05)"
+            # What does not obey is seen by its motion, and motion is compared in mode velocity.
+            if winch.winch.node in self._without_abort or self._session.mode == "torque":
+                raise BackendError(
+                    f"{what}, so it would go on with its last command if that were all that gets "
+                    "lost; give it firmware that has one, or use it in mode velocity with 0x6007"
+                )
             self._notes.append(
-                f"node {winch.winch.node} (cable {winch.winch.cable}): fault "
-                f"0x{winch.error_code:04X} was reset"
+                f"{what}; when only they get lost it is stopped by its heartbeat consumer, once "
+                "this computer sees that it does not obey"
             )
-        if faults:
-            reset = self._outputs()
-            for winch in faults:
-                reset[winch.winch.node][cia402.CONTROLWORD] = cia402.FAULT_RESET
-            self._cycle(reset)
-        self._wait(
-            lambda: all(winch.state is not State.fault for winch in self._winches),
-            _ENABLE_TIMEOUT_S,
-            "is in fault",
-            lambda winch: winch.state is not State.fault,
-        )
-        self._goal = Goal.enabled
-        self._wait(
-            lambda: all(self._enabled(winch) for winch in self._winches),
-            _ENABLE_TIMEOUT_S,
-            "does not enable in cyclic synchronous velocity",
-            self._enabled,
-        )
 
-    def _enabled(self, winch: WinchState) -> bool:
-        return winch.state is State.enabled and winch.mode == cia402.CSV
+    def _reset_faults(self) -> None:
+        faults = [winch for winch in self._winches if winch.state is State.fault]
+        if not faults:
+            return
+        self._notes += [
+            f"{name_of(winch)}: fault 0x{winch.error_code:04X} was reset" for winch in faults
+        ]
+        reset = self._outputs()
+        for winch in faults:
+            reset[winch.winch.node][cia402.CONTROLWORD] = cia402.FAULT_RESET
+        self._supervise(reset)
 
-    def _wait(
-        self,
-        done: Callable[[], bool],
-        timeout_s: float,
-        what: str,
-        fine: Callable[[WinchState], bool],
-    ) -> None:
-        """Cycles until done. Raises BackendError naming the first winch that is not fine."""
-        until_s = self._clock.now_s() + timeout_s
+    def _reach(self, goal: Goal, phase: Phase, state: State) -> None:
+        """Cycles until all drives are in a state and in cyclic synchronous velocity."""
+        self._goal = goal
+        self._supervisor.enter(phase)
+        until_s = self._clock.now_s() + _ENABLE_TIMEOUT_S
+        reached = {state}
+        if goal is Goal.switched_on and not self._session.safety.brakes:
+            reached.add(State.quick_stop)  # holds the platform until it is enabled
+        while True:
+            self._supervise(self._outputs())
+            late = [w for w in self._winches if w.state not in reached or w.mode != cia402.CSV]
+            if not late:
+                return
+            if self._clock.now_s() <= until_s:
+                continue
+            winch = late[0]
+            if winch.state in reached:
+                what = (
+                    f"stays in mode of operation {winch.mode}, not cyclic synchronous velocity "
+                    f"({cia402.CSV})"
+                )
+            else:
+                what = (
+                    f"does not become {state.value}; it says: {winch.state.value}, error "
+                    f"0x{winch.error_code:04X}"
+                )
+            raise BackendError(f"{name_of(winch)}: {what}; look it up in its manual")
+
+    def _supervise(self, outputs: dict[int, Values]) -> None:
+        """One cycle of arming, judged. Raises BackendError with what is wrong."""
+        self._cycle(outputs)
+        if wrong := self._wrong():
+            raise BackendError(f"while the drives were armed: {wrong}; see what it says, then "
+                               "acquire again")  # fmt: skip
+
+    def _await_process_data(self) -> None:
+        until_s = self._clock.now_s() + _ENABLE_TIMEOUT_S
         while True:
             self._cycle(self._outputs())
-            if done():
+            silent = [winch for winch in self._winches if winch.missed]
+            if not silent:
                 return
             if faults := self._bus.faults():
                 raise BackendError("; ".join(faults))
             if self._clock.now_s() > until_s:
-                winch = next(winch for winch in self._winches if not fine(winch))
                 raise BackendError(
-                    f"node {winch.winch.node} (cable {winch.winch.cable}): {what}; it says: "
-                    f"{winch.state.value}, error 0x{winch.error_code:04X}; look "
-                    "it up in its manual"
+                    f"{name_of(silent[0])}: does not send its process data; check its PDO mapping "
+                    "in its manual"
                 )
 
     def _cycle(self, outputs: dict[int, Values]) -> None:
@@ -265,6 +354,8 @@ class FieldbusBackend:
         if self._stopped:
             raise BackendError(self._fault or "the robot is stopped")
         first = math.isnan(self._began_s)
+        if first and self._guard.reason:
+            raise BackendError(self._guard.reason)  # arming failed
         if first and self._armed:
             # Not before: until now nobody kept the cycle, and the drives would have stopped again.
             self._arm()
@@ -288,59 +379,40 @@ class FieldbusBackend:
         self._due_s += self._session.period_s
         if not self._guard.reason and (wrong := self._wrong()):
             self._guard.trip(wrong)
+        if self._plausibility is not None:
+            self._plausibility.collect()
         return self._sample(time_s)
 
     def _take(self, outputs: dict[int, Values]) -> None:
+        self._told_m_s = self._guard.told_m_s()
+        self._told_torque = self._guard.told_torque()
         image = self._guard.exchange(outputs)
         for winch in self._winches:
             winch.take(image)
         self._guard.measured({winch.winch.node: winch.tension_N for winch in self._winches})
         if self._attitude_source is not None:
             self._attitude = self._attitude_source.poll(self._clock.now_s()) or self._attitude
+        if self._armed and self._guard.reason:
+            self._see_to_it()
+
+    def _see_to_it(self) -> None:
+        """Who does not stop when it is told to must do so because nobody tells it anything."""
+        if any(winch.missed or winch.state is State.enabled for winch in self._winches):
+            self._disobeyed += 1
+            if self._disobeyed >= _STOP_CYCLES:
+                self._bus.abandon()
 
     def _wrong(self) -> str:
         """Why the winches must stop; empty: they need not."""
         if faults := self._bus.faults():
             return "; ".join(faults[:3])
-        allowed = self._session.safety.missed_cycles
-        for winch in self._winches:
-            name = f"node {winch.winch.node} (cable {winch.winch.cable})"
-            if winch.missed > allowed:
-                return f"{name}: does not answer"
-            if winch.load_cell_missed > allowed:
-                counts = winch.load_cell_counts
-                said = "does not answer" if counts is None else f"reads {counts} counts, not valid"
-                return f"{name}: the load cell {said}"
-            if winch.swivel_missed > allowed:
-                return f"{name}: the swivel encoder does not answer"
-            low, high = self._session.limits.tension_N
-            tension_N = winch.tension_N  # NaN is within: it was counted above
-            if tension_N < low * (1.0 - _OVERLOAD) or tension_N > high * (1.0 + _OVERLOAD):
-                return f"{name}: tension {tension_N:.1f} N is beyond the limits"
-            if abs(winch.speed_m_s) > _OVERSPEED * self._session.limits.velocity_m_s:
-                return f"{name}: runs at {winch.speed_m_s:.2f} m/s, beyond the limit"
-            if self._armed and winch.missed == 0:
-                if winch.state is not State.enabled:
-                    code = (
-                        f", error 0x{winch.error_code:04X}; look it up in its manual"
-                        if winch.error_code
-                        else ""
-                    )
-                    return f"{name}: left operation enabled, is {winch.state.value}{code}"
-                if self._wrong_mode(winch):
-                    return f"{name}: is in mode of operation {winch.mode}, not {self._mode}"
+        if wrong := self._supervisor.look(self._told_m_s, self._told_torque):
+            return wrong
         if self._attitude_source is not None and self._attitude is not None:
             silent_s = self._clock.now_s() - self._attitude.time_s
             if silent_s > self._session.ahrs_stale_s:
                 return f"the AHRS has been silent for {1e3 * silent_s:.0f} ms"
         return ""
-
-    def _wrong_mode(self, winch: WinchState) -> bool:
-        if all(other.mode == self._mode for other in self._winches):
-            self._mode_waits = 0
-        elif winch.mode != self._mode:
-            self._mode_waits += 1
-        return self._mode_waits > _MODE_CYCLES * len(self._winches)
 
     def _sample(self, time_s: float) -> RobotSample:
         sample = RobotSample(time_s=time_s)
@@ -366,8 +438,14 @@ class FieldbusBackend:
         if not self._armed or self._stopped:
             return
         ending = command.state in (StartUpState.holding, StartUpState.done)
+        if self._plausibility is not None and not command.locked:
+            # The last moment before anything moves.
+            if wrong := self._plausibility.wrong():
+                self._guard.trip(f"before anything moved: {wrong}")
+            self._plausibility = None
         torque = self._session.mode == "torque" and not command.locked and not ending
         self._mode = cia402.CST if torque else cia402.CSV
+        self._supervisor.want_mode(self._mode)
         velocity = command.velocity_m_s.tolist()
         self._velocity_m_s = [0.0] * len(velocity) if command.locked else velocity
         self._tension_N = command.tension_setpoint_N.tolist()
@@ -420,25 +498,4 @@ class FieldbusBackend:
         return all(winch.state in wanted or winch.missed for winch in self._winches)
 
 
-def check_session(session: Session, robot: _core.Robot) -> None:
-    """Raises InputError when a session is not of this robot or forbids what it must do."""
-    if session.robot != robot.name:
-        raise InputError(
-            f"session: is of robot {session.robot}, not of {robot.name}; "
-            "give the session of this robot"
-        )
-    if len(session.winches) != robot.cable_count:
-        raise InputError(
-            f"session: has {len(session.winches)} winches, robot {robot.name} has "
-            f"{robot.cable_count} cables; give one winch a cable"
-        )
-    low, high = session.limits.tension_N
-    wanted = robot.tension_limits_N
-    if low > wanted[0] or high < wanted[1]:
-        raise InputError(
-            f"session: limits.tension_N [{low:g}, {high:g}] must contain the robot's tension "
-            f"limits [{wanted[0]:g}, {wanted[1]:g}]"
-        )
-
-
-__all__ = ["FieldbusBackend", "check_session"]
+__all__ = ["FieldbusBackend"]

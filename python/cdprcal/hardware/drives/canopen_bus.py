@@ -18,6 +18,7 @@ from canopen.sdo.client import SdoClient
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
 from cdprcal.hardware.backend import BackendError
+from cdprcal.hardware.drives.bus_lock import BusLock
 from cdprcal.hardware.drives.fieldbus import Clock
 from cdprcal.hardware.drives.process_data import (
     Entry,
@@ -33,18 +34,24 @@ from cdprcal.hardware.session import CanopenBus, Session
 _SDO_TIMEOUT_S = 0.5
 #: Share of the cycle in which the answers to SYNC must come; the rest is for the next command.
 _ANSWER_SHARE = 0.6
-_HEARTBEATS_MISSED = 2.5
+HEARTBEATS_MISSED = 2.5  #: in a row, of a node, are a stop
 _OFF = 1 << 31  # bit of a PDO's COB-ID: not used
 _OPERATIONAL = 5
 _STATES = {0: "restarted", 4: "stopped", 5: "operational", 127: "pre-operational"}
 _NO_SUCH_OBJECT = (0x06020000, 0x06090011)
 
+_LISTEN_S = 0.5  # for another master: several cycles of the slowest
+_NMT, _SYNC, _SDO, _HEARTBEAT = 0x000, 0x080, 0x600, 0x700
 #: COB-IDs of the predefined connection set, of PDO 1 to 4.
 _TPDO = (0x180, 0x280, 0x380, 0x480)
 _RPDO = (0x200, 0x300, 0x400, 0x500)
 
 
-class NoSuchObjectError(BackendError):
+class RefusedError(BackendError):
+    """A node answers that it will not."""
+
+
+class NoSuchObjectError(RefusedError):
     """A node's dictionary does not have an object."""
 
 
@@ -56,7 +63,7 @@ class _PumpedSdo(SdoClient):
 
     def __init__(self, node: int, pump: Callable[[Callable[[], bool], float], bool]) -> None:
         dictionary = canopen.ObjectDictionary()  # type: ignore[no-untyped-call]
-        super().__init__(0x600 + node, 0x580 + node, dictionary)  # type: ignore[no-untyped-call]
+        super().__init__(_SDO + node, 0x580 + node, dictionary)  # type: ignore[no-untyped-call]
         self._pump = pump
 
     def read_response(self) -> Any:
@@ -85,13 +92,41 @@ class CanopenFieldbus:
         self._session = session
         self._settings = session.bus
         self._clock = clock
-        self._bus: can.BusABC | None = bus or open_can_bus(session.bus)
+        self._lock = BusLock(session.bus)
+        try:
+            self._bus: can.BusABC | None = bus or open_can_bus(session.bus)
+        except BaseException:
+            self._lock.release()
+            raise
         # Without connect(): its thread would receive behind the control loop's back.
         self._network = canopen.Network(self._bus)
         self._sdo: dict[int, SdoClient] = {}
         self._nodes: dict[int, _Node] = {}
         self._faults: list[str] = []
         self._operational = False
+        self._abandoned = False
+        try:
+            self._hear_others()
+        except BaseException:
+            self.close()
+            raise
+
+    def _hear_others(self) -> None:
+        """Raises BackendError when another master speaks on the bus, before this one does."""
+        assert self._bus is not None
+        nodes = {winch.node for winch in self._session.winches}
+        others = {_NMT, _SYNC, _HEARTBEAT + self._settings.master_node}
+        others |= {base + node for base in (*_RPDO, _SDO) for node in nodes}
+        here = self._settings.interface == "virtual" and self._session.is_simulated
+        until_s = self._clock.now_s() + (0.0 if here else _LISTEN_S)
+        while (message := self._clock.receive(self._bus, until_s)) is not None:
+            if message.arbitration_id in others and not message.is_error_frame:
+                raise BackendError(
+                    f"CAN bus {self._settings.channel}: another master speaks there "
+                    f"(0x{message.arbitration_id:03X}); end it first"
+                )
+            if self._clock.now_s() >= until_s:
+                return
 
     # --- objects ---------------------------------------------------------------------------------
 
@@ -115,7 +150,7 @@ class CanopenFieldbus:
         try:
             return call(self._client(node))
         except SdoAbortedError as error:
-            kind = NoSuchObjectError if error.code in _NO_SUCH_OBJECT else BackendError
+            kind = NoSuchObjectError if error.code in _NO_SUCH_OBJECT else RefusedError
             raise kind(f"{place} refused: {str(error).lower()}") from None
         except SdoCommunicationError:
             raise BackendError(
@@ -146,7 +181,7 @@ class CanopenFieldbus:
             self.sdo_write(layout.node, 0x1017, 0, period_ms.to_bytes(2, "little"))
             self._nodes[layout.node] = node
             self._network.subscribe(0x80 + layout.node, self._on_emcy)
-            self._network.subscribe(0x700 + layout.node, self._on_heartbeat)
+            self._network.subscribe(_HEARTBEAT + layout.node, self._on_heartbeat)
             for number in range(len(node.inputs)):
                 self._network.subscribe(_TPDO[number] + layout.node, self._on_tpdo)
         for layout in layouts:
@@ -193,17 +228,35 @@ class CanopenFieldbus:
         write(mapping, 0, len(entries), 1)
         write(setting, 1, cob, 4)
 
-    def watch_us(self, *, on: bool) -> None:
+    def watch_us(self, *, on: bool) -> list[int]:
         consumer = self._settings.master_node << 16 | self.watch_ms if on else 0
+        without_timer = []
         for number, node in self._nodes.items():
             if not node.outputs:
                 continue
-            self.sdo_write(number, 0x1016, 1, consumer.to_bytes(4, "little"))
-            for at in range(len(node.outputs)):
-                # Commands that stay away while the heartbeat comes: the event timer of the PDO.
-                timer = (self.watch_ms if on else 0).to_bytes(2, "little")
-                with contextlib.suppress(NoSuchObjectError):
-                    self.sdo_write(number, 0x1400 + at, 5, timer)
+            if not self._set(number, 0x1016, 1, consumer, 4):
+                raise BackendError(
+                    f"{self._name(number)}: does not keep what its heartbeat consumer (0x1016:01) "
+                    "is told; look it up in its manual"
+                )
+            # Commands that stay away while the heartbeat comes: the event timer of the PDO.
+            timer = self.watch_ms if on else 0
+            kept = [self._timer(number, 0x1400 + at, timer) for at in range(len(node.outputs))]
+            if not all(kept):
+                without_timer.append(number)
+        return without_timer
+
+    def _timer(self, node: int, setting: int, time_ms: int) -> bool:
+        try:
+            return self._set(node, setting, 5, time_ms, 2)
+        except RefusedError:
+            return False
+
+    def _set(self, node: int, index: int, subindex: int, value: int, size: int) -> bool:
+        """Writes an object; whether it reads so afterwards."""
+        data = value.to_bytes(size, "little")
+        self.sdo_write(node, index, subindex, data)
+        return self.sdo_read(node, index, subindex)[:size] == data
 
     @property
     def watch_ms(self) -> int:
@@ -215,11 +268,15 @@ class CanopenFieldbus:
 
     def exchange(self, outputs: Image) -> Image:
         began_s = self._clock.now_s()
+        # What comes too late for its cycle must not pass for an answer in the next.
+        while self._bus is not None and (late := self._received()) is not None:
+            self._take(late)
         for node in self._nodes.values():
             node.fresh = [None] * len(node.inputs)
-        self.send(outputs)
-        self._send(0x700 + self._settings.master_node, bytes([_OPERATIONAL]))
-        self._send(0x80, b"")
+        if not self._abandoned:
+            self.send(outputs)
+            self._send(_HEARTBEAT + self._settings.master_node, bytes([_OPERATIONAL]))
+        self._send(_SYNC, b"")
         waiting_s = _ANSWER_SHARE * self._session.period_s
         self._pump(self._all_fresh, began_s + waiting_s - self._clock.now_s())
         self._judge_heartbeats()
@@ -239,11 +296,20 @@ class CanopenFieldbus:
             for at, entries in enumerate(self._nodes[number].outputs):
                 self._send(_RPDO[at] + number, pack(entries, values))
 
+    def abandon(self) -> None:
+        if self._abandoned:
+            return
+        self._abandoned, self._operational = True, False
+        for number, node in self._nodes.items():
+            if node.outputs:
+                self._nmt(number, 2)
+
     def faults(self) -> list[str]:
         faults, self._faults = self._faults, []
         return faults
 
     def close(self, *, stop: bool = True) -> None:
+        self._lock.release()
         bus, self._bus = self._bus, None
         if bus is None:
             return
@@ -260,7 +326,7 @@ class CanopenFieldbus:
         return all(part is not None for node in self._nodes.values() for part in node.fresh)
 
     def _judge_heartbeats(self) -> None:
-        limit_s = _HEARTBEATS_MISSED * self._session.safety.heartbeat_s
+        limit_s = HEARTBEATS_MISSED * self._session.safety.heartbeat_s
         for number, node in self._nodes.items():
             if not node.lost and self._clock.now_s() - node.heard_s > limit_s:
                 node.lost = True
@@ -274,16 +340,23 @@ class CanopenFieldbus:
         while not done():
             if self._bus is None:
                 raise BackendError("the bus is closed; connect again")
-            try:
-                message = self._clock.receive(self._bus, until_s)
-            except (can.CanError, OSError) as error:
-                raise BackendError(
-                    f"CAN bus: {error}; check that the interface is up and the bus terminated"
-                ) from None
+            message = self._received(until_s)
             if message is None:
                 return done()
             self._take(message)
         return True
+
+    def _received(self, until_s: float | None = None) -> can.Message | None:
+        """The next message; without ``until_s`` only if it is there already."""
+        assert self._bus is not None
+        try:
+            if until_s is None:
+                return self._bus.recv(0.0)
+            return self._clock.receive(self._bus, until_s)
+        except (can.CanError, OSError) as error:
+            raise BackendError(
+                f"CAN bus: {error}; check that the interface is up and the bus terminated"
+            ) from None
 
     def _take(self, message: can.Message) -> None:
         if message.is_error_frame:
@@ -320,7 +393,7 @@ class CanopenFieldbus:
             self._faults.append(f"{self._name(number)}: is {what}")
 
     def _nmt(self, node: int, command: int) -> None:
-        self._send(0, bytes([command, node]))
+        self._send(_NMT, bytes([command, node]))
 
     def _send(self, can_id: int, data: bytes) -> None:
         try:

@@ -11,12 +11,17 @@ from enum import Enum
 CONTROLWORD = (0x6040, 0)
 STATUSWORD = (0x6041, 0)
 ERROR_CODE = (0x603F, 0)
+ERROR_HISTORY = 0x1003  #: subindex 0: how many errors, then the newest first
 ABORT_CONNECTION_OPTION = (0x6007, 0)
 QUICK_STOP_OPTION = (0x605A, 0)
 MODE = (0x6060, 0)
 MODE_DISPLAY = (0x6061, 0)
 POSITION = (0x6064, 0)
 TARGET_TORQUE = (0x6071, 0)
+MAX_TORQUE = (0x6072, 0)  #: ‰ of rated
+RATED_TORQUE = (0x6076, 0)  #: mNm
+TORQUE = (0x6077, 0)  #: actual, ‰ of rated
+MAX_MOTOR_SPEED = (0x6080, 0)  #: turns per minute
 QUICK_STOP_DECELERATION = (0x6085, 0)
 TARGET_VELOCITY = (0x60FF, 0)
 INTERPOLATION_PERIOD = (0x60C2, 1)
@@ -63,6 +68,7 @@ class Goal(Enum):
     """What a drive is wanted to do."""
 
     off = "off"
+    switched_on = "switched on"  #: ready, without power at the motor: the last stop before it
     enabled = "enabled"
     quick_stop = "quick stop"
 
@@ -107,16 +113,25 @@ _ENABLE = {
 }
 
 
-def controlword(goal: Goal, state: State) -> int:
-    """The word to send now, from what the drive said last, towards a goal. Faults stay."""
+def controlword(goal: Goal, state: State, *, holds: bool = False) -> int:
+    """The word to send now, from what the drive said last, towards a goal. Faults stay.
+
+    holds: there are no brakes; a drive that holds the platform in quick stop is never switched off
+    on its way, but enabled from there (transition 16).
+    """
+    if holds and state is State.quick_stop:
+        return ENABLE_OPERATION if goal is Goal.enabled else QUICK_STOP
     if goal is Goal.enabled:
         return _ENABLE[state]
+    if goal is Goal.switched_on:
+        return SWITCH_ON if state in (State.switched_on, State.enabled) else _ENABLE[state]
     return QUICK_STOP if goal is Goal.quick_stop else DISABLE_VOLTAGE
 
 
-def next_state(state: State, word: int, before: int) -> State:
+def next_state(state: State, word: int, before: int, *, stays: bool = False) -> State:
     """What a drive makes of a controlword (``before``: the one before), as figure 12 says.
 
+    stays: its quick stop option is one of those that stay there, and may be left for operation.
     Quick stop and fault reaction end by themselves and are not taken further here.
     """
     if state is State.fault:
@@ -130,9 +145,9 @@ def next_state(state: State, word: int, before: int) -> State:
         if state in (State.enabled, State.quick_stop):
             return State.quick_stop
         return State.switch_on_disabled
-    if state is State.quick_stop:
-        return state
     wanted = word & 0x0F
+    if state is State.quick_stop:
+        return State.enabled if stays and wanted == ENABLE_OPERATION else state
     if wanted == SHUTDOWN:
         return State.ready
     if wanted == SWITCH_ON:

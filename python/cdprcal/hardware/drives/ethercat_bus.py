@@ -13,6 +13,7 @@ from typing import Any
 
 from cdprcal._core import InputError
 from cdprcal.hardware.backend import BackendError
+from cdprcal.hardware.drives.bus_lock import BusLock
 from cdprcal.hardware.drives.canopen_bus import NoSuchObjectError
 from cdprcal.hardware.drives.process_data import (
     Entry,
@@ -48,9 +49,12 @@ class EthercatFieldbus:
         self._outputs: dict[int, Values] = {}
         self._inputs: Image = {}
         self._commanded = False  # outputs are taken
+        self._lock = BusLock(session.bus)
         self._master: Any = self._soem.Master()
         self._master.always_release_gil = True
         self._faults: list[str] = []
+        self._abandoned = False
+        self._turn = 0  # whose mailbox is looked into next
         try:
             self._master.open(session.bus.interface)
             if self._master.config_init() <= 0:
@@ -63,6 +67,7 @@ class EthercatFieldbus:
             raise
         except Exception as error:  # the library has an exception for every step
             self._master = None
+            self._lock.release()
             text = " ".join(str(error).split()) or type(error).__name__
             raise BackendError(
                 f"EtherCAT {session.bus.interface}: cannot be opened: {text}; it needs root or "
@@ -134,6 +139,8 @@ class EthercatFieldbus:
             if isinstance(self._session.bus, EthercatBus) and self._session.bus.sync0:
                 slave.dc_sync(True, round(1e9 * self._session.period_s))
             self._layouts[layout.node] = layout
+        for layout in layouts:
+            self._slave(layout.node).add_emergency_callback(self._on_emergency)
         self._enter(self._soem.SAFEOP_STATE, "SAFE-OPERATIONAL")
         if outputs:
             # Drives want valid outputs before they become operational, which is when they watch.
@@ -180,7 +187,7 @@ class EthercatFieldbus:
                 f"EtherCAT: the segment does not become {name}; check the slaves' power and wiring"
             )
 
-    def watch_us(self, *, on: bool) -> None:
+    def watch_us(self, *, on: bool) -> list[int]:
         """Slaves watch the process data while they are operational: from here on, if on."""
         cycles = self._session.safety.missed_cycles + 1
         watch_ms = 1e3 * cycles * self._session.period_s if on else 0.0
@@ -195,12 +202,37 @@ class EthercatFieldbus:
             self._cycle()
             self._enter(self._soem.OP_STATE, "OPERATIONAL")
             self._commanded = True
+        return []  # what is watched is the commands themselves
 
     # --- cycle -----------------------------------------------------------------------------------
 
     def exchange(self, outputs: Image) -> Image:
         self.send(outputs)
+        self._look_into_mailbox()
         return self._inputs
+
+    def abandon(self) -> None:
+        if self._abandoned or self._master is None:
+            return
+        self._abandoned = True
+        with contextlib.suppress(Exception):  # silence is enough: their watchdog stops them
+            self._master.state = self._soem.SAFEOP_STATE
+            self._master.write_state()
+
+    def _look_into_mailbox(self) -> None:
+        """For an EMCY of one slave a cycle: process data does not carry them."""
+        nodes = list(self._layouts)
+        node = nodes[self._turn % len(nodes)]
+        self._turn += 1
+        with contextlib.suppress(Exception):  # who does not answer is seen by its process data
+            self._slave(node).mbx_receive()
+
+    def _on_emergency(self, emergency: Any) -> None:
+        if emergency.error_code & 0xFF00:
+            self._faults.append(
+                f"{self._name(emergency.slave_pos)}: EMCY 0x{emergency.error_code:04X}, error "
+                f"register 0x{emergency.error_reg:02X}"
+            )
 
     def send(self, outputs: Image) -> None:
         self._outputs |= outputs
@@ -209,6 +241,8 @@ class EthercatFieldbus:
     def _cycle(self) -> dict[int, Values]:
         if self._master is None:
             raise BackendError("the bus is closed; connect again")
+        if self._abandoned:
+            return {}
         for node, values in self._outputs.items():
             if layout := self._layouts.get(node):
                 self._slave(node).output = pack(layout.outputs, values)
@@ -243,6 +277,7 @@ class EthercatFieldbus:
         return faults
 
     def close(self, *, stop: bool = True) -> None:
+        self._lock.release()
         master, self._master = self._master, None
         if master is None:
             return

@@ -26,10 +26,11 @@ class Fieldbus(Protocol):
     def configure(self, layouts: Sequence[Layout], *, outputs: bool) -> None:
         """Maps the process data and starts the nodes. Not ``outputs``: none can ever be sent."""
 
-    def watch_us(self, *, on: bool) -> None:
+    def watch_us(self, *, on: bool) -> list[int]:
         """Tells the nodes to stop by themselves when this computer falls silent, or not to.
 
-        Only from then on need commands be obeyed.
+        Only from then on need commands be obeyed. What was written is read back. Returns the nodes
+        that notice silence, but not that commands alone stay away.
         """
 
     def exchange(self, outputs: Image) -> Image:
@@ -37,6 +38,12 @@ class Fieldbus(Protocol):
 
     def send(self, outputs: Image) -> None:
         """Outputs out now, without waiting for the next cycle."""
+
+    def abandon(self) -> None:
+        """For nodes that do not obey: takes all out of operation and falls silent, for good.
+
+        They stop by what they were told to do then. ``exchange`` brings nothing any more.
+        """
 
     def faults(self) -> list[str]:
         """What nodes have complained of since the last call: EMCY, lost heartbeats, restarts."""

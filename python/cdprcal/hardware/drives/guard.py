@@ -2,6 +2,7 @@
 
 - Nothing at all is sent unless the winches are armed (dry run).
 - Speeds and torques are cut to the session's limits, in the very integers that go out.
+- Torques change no faster than by the whole range of tensions within half a second.
 - A cable whose tension is at a limit is only moved back; so is one whose tension is not known.
 - Once tripped, every drive is told to stop quickly, and nothing else any more.
 """
@@ -17,6 +18,8 @@ from cdprcal.hardware.drives.fieldbus import Fieldbus
 from cdprcal.hardware.drives.process_data import Image, Values
 from cdprcal.hardware.drives.winch import torque_counts
 from cdprcal.hardware.session import Session, Winch
+
+RAMP_S = 0.5  #: in which torques may change from one tension limit to the other
 
 
 class Guard:
@@ -39,6 +42,18 @@ class Guard:
     def measured(self, tension_N: Mapping[int, float]) -> None:
         """Tells the latest tension of each node's cable [N]; NaN: not known."""
         self._tension_N = dict(tension_N)
+
+    def told_m_s(self) -> dict[int, float]:
+        """Velocity of pay-out that each node was last sent [m/s]."""
+        return {
+            node: winch.sign * values[cia402.TARGET_VELOCITY] / winch.velocity_scale
+            for node, values in self._sent.items()
+            if (winch := self._winches.get(node)) is not None
+        }
+
+    def told_torque(self) -> dict[int, int]:
+        """Torque that each node was last sent, in counts of 0x6071."""
+        return {node: values[cia402.TARGET_TORQUE] for node, values in self._sent.items()}
 
     def exchange(self, outputs: Image) -> Image:
         """A cycle of the bus with these outputs, or what is left of them."""
@@ -84,9 +99,19 @@ class Guard:
         velocity = winch.sign * values[cia402.TARGET_VELOCITY]
         limited = dict(values)
         limited[cia402.TARGET_VELOCITY] = winch.sign * min(max(velocity, reel_in), pay_out)
-        low, high = torque_range(winch, self._session)
-        limited[cia402.TARGET_TORQUE] = min(max(values[cia402.TARGET_TORQUE], low), high)
+        limited[cia402.TARGET_TORQUE] = self._limited_torque(winch, values)
         return limited
+
+    def _limited_torque(self, winch: Winch, values: Values) -> int:
+        low, high = torque_range(winch, self._session)
+        before = self._sent.get(winch.node)
+        if before is not None and values[cia402.MODE] == cia402.CST:
+            # A command goes out twice a cycle, so each may take half of what a cycle may.
+            share = 0.5 * self._session.period_s / RAMP_S
+            step = math.ceil(share * (high - low))
+            low = max(low, before[cia402.TARGET_TORQUE] - step)
+            high = min(high, before[cia402.TARGET_TORQUE] + step)
+        return min(max(values[cia402.TARGET_TORQUE], low), high)
 
 
 def torque_range(winch: Winch, session: Session) -> tuple[int, int]:

@@ -64,6 +64,17 @@ DRIVE_INPUTS = (
 )
 
 
+#: From a drive with a torque section, beside its error code: there is room in its first PDO.
+TORQUE_INPUT = Entry(cia402.TORQUE, 16, True)
+
+
+def drive_inputs(winch: Winch) -> tuple[Entry, ...]:
+    """What a drive sends of itself."""
+    if winch.torque is None:
+        return DRIVE_INPUTS
+    return (*DRIVE_INPUTS[:-1], TORQUE_INPUT, DRIVE_INPUTS[-1])
+
+
 def layouts(session: Session) -> list[Layout]:
     """The process data of all nodes of a session, winches first."""
     sensors: dict[int, list[Entry]] = {}
@@ -72,12 +83,12 @@ def layouts(session: Session) -> list[Layout]:
         for node, entry in _sensor_entries(winch):
             if entry not in sensors.setdefault(node, []):
                 sensors[node].append(entry)
-    drives = {winch.node for winch in session.winches}
+    drives = {winch.node: drive_inputs(winch) for winch in session.winches}
     return [
         Layout(
             node,
             DRIVE_OUTPUTS if node in drives else (),
-            (*(DRIVE_INPUTS if node in drives else ()), *entries),
+            (*drives.get(node, ()), *entries),
         )
         for node, entries in sensors.items()
     ]

@@ -21,6 +21,11 @@ def torque_counts(torque: Torque, sign: int, tension_N: float) -> float:
     return -sign * _TORQUE_UNIT * motor_Nm / torque.rated_torque_Nm
 
 
+def tension_of_torque_N(torque: Torque, sign: int, counts: float) -> float:
+    """The tension that a torque in counts of 0x6071 or 0x6077 holds without friction."""
+    return counts / torque_counts(torque, sign, 1.0)
+
+
 class Counter:
     """An integer that wraps around, made continuous."""
 
@@ -56,8 +61,11 @@ class WinchState:
         self.missed = 0  #: cycles in a row without the drive's data
         self.load_cell_missed = 0  #: … without a load-cell reading that can be true
         self.load_cell_counts: int | None = None
+        self.torque_counts: int | None = None  #: actual, where there is a torque section
         self.swivel_missed = 0
+        self.swivel_counts: int | None = None
         self._limits = session.limits
+        self._holds = not session.safety.brakes
         self._period_s = session.period_s
         self._lengths_m: deque[float] = deque(maxlen=_SPEED_CYCLES + 1)
         self._position = Counter(32)
@@ -79,6 +87,7 @@ class WinchState:
             self.mode = own[cia402.MODE_DISPLAY]
             self.error_code = own[cia402.ERROR_CODE]
             self.position_counts = own[cia402.POSITION]
+            self.torque_counts = own.get(cia402.TORQUE)
             counts = self._position.follow(self.position_counts)
             self.length_m = self.winch.sign * counts / self.winch.counts_per_m
         self._lengths_m.append(self.length_m)
@@ -91,6 +100,14 @@ class WinchState:
         if len(self._lengths_m) <= _SPEED_CYCLES:
             return math.nan
         return (self._lengths_m[-1] - self._lengths_m[0]) / (_SPEED_CYCLES * self._period_s)
+
+    @property
+    def torque_tension_N(self) -> float:
+        """Tension by the motor's torque; NaN where that is not known."""
+        torque = self.winch.torque
+        if torque is None or self.torque_counts is None:
+            return math.nan
+        return tension_of_torque_N(torque, self.winch.sign, self.torque_counts)
 
     def _take_load_cell(self, image: Image) -> None:
         cell = self.winch.load_cell
@@ -106,7 +123,7 @@ class WinchState:
 
     def _take_swivel(self, image: Image) -> None:
         swivel = self.winch.swivel
-        self.swivel_rad = math.nan
+        self.swivel_rad, self.swivel_counts = math.nan, None
         if swivel is None:
             return
         values = image.get(swivel.node or self.winch.node)
@@ -114,7 +131,7 @@ class WinchState:
             self.swivel_missed += 1
             return
         self.swivel_missed = 0
-        counts = self._swivel_counter.follow(values[self._swivel_key])
+        self.swivel_counts = counts = self._swivel_counter.follow(values[self._swivel_key])
         self.swivel_rad = swivel.sign * 2.0 * math.pi * counts / swivel.counts_per_turn
 
     def output(self, goal: Goal, mode: int, velocity_m_s: float, tension_N: float) -> Values:
@@ -123,12 +140,15 @@ class WinchState:
         if not math.isfinite(velocity_m_s):
             velocity_m_s = 0.0
         values = {
-            cia402.CONTROLWORD: cia402.controlword(goal, self.state),
+            cia402.CONTROLWORD: cia402.controlword(goal, self.state, holds=self._holds),
             cia402.MODE: mode,
             cia402.TARGET_VELOCITY: round(winch.sign * winch.velocity_scale * velocity_m_s),
             cia402.TARGET_TORQUE: 0,
         }
         if winch.torque is not None:
+            if mode != cia402.CST or not math.isfinite(tension_N):
+                # What holds it now, so that torque mode begins without a jerk.
+                tension_N = self.torque_tension_N
             if not math.isfinite(tension_N):
                 tension_N = self._limits.tension_N[0]
             torque = round(torque_counts(winch.torque, winch.sign, tension_N))

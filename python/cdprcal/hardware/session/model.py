@@ -137,6 +137,11 @@ class Torque(_Strict):
     drum_radius_m: Positive
     gear_ratio: Positive = Field(1.0, description="Turns of the motor per turn of the drum.")
     rated_torque_Nm: Positive = Field(description="Of the motor, 0x6076.")
+    efficiency: Annotated[float, Field(gt=0.5, le=1.0)] = Field(
+        0.7,
+        description="Of gear, drum and pulleys together, by their data sheets: how far torque and "
+        "load cell may be apart at standstill.",
+    )
 
 
 class Winch(_Strict):

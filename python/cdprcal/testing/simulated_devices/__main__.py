@@ -25,7 +25,7 @@ import typer
 from cdprcal import _core
 from cdprcal.command import RobotArgument, fail, reports_errors
 from cdprcal.hardware.backend import BackendError
-from cdprcal.hardware.drives.backend import check_session
+from cdprcal.hardware.drives.bounds import check_session
 from cdprcal.hardware.drives.canopen_bus import open_can_bus
 from cdprcal.hardware.drives.cia402 import State
 from cdprcal.hardware.session import Ahrs, CanopenBus, load_session

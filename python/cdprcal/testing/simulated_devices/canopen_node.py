@@ -110,6 +110,8 @@ class CanopenNode:
             self._heard_s = math.nan  # once
             self._lose_connection(HEARTBEAT_ERROR)
         for number, came_s in enumerate(self._rpdo_s):
+            if (0x1400 + number, 5) not in self.device.dictionary.objects:
+                continue
             limit_s = 1e-3 * self.device.dictionary.get((0x1400 + number, 5))
             if limit_s and now_s - came_s >= limit_s - 1e-9:
                 self._rpdo_s[number] = math.nan

@@ -7,7 +7,8 @@ from typing import Self
 from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.hardware.attitude import AttitudeSource
-from cdprcal.hardware.drives.backend import FieldbusBackend, check_session
+from cdprcal.hardware.drives.backend import FieldbusBackend
+from cdprcal.hardware.drives.bounds import check_session
 from cdprcal.hardware.drives.canopen_bus import CanopenFieldbus, open_can_bus
 from cdprcal.hardware.drives.fieldbus import SimulatedClock
 from cdprcal.hardware.session import CanopenBus, Session
@@ -39,11 +40,13 @@ class SimulatedSession(FieldbusBackend):
         *,
         armed: bool,
         fault: Fault | None = None,
+        wired: Session | None = None,
     ) -> Self:
         """Opens all devices.
 
         plan, options: of simulated drives in this process, which hang somewhere in the box that the
-        plan spans. fault: what goes wrong with them. Raises InputError when session and robot do
+        plan spans. fault: what goes wrong with them. wired: what they really are, when the session
+        is wrong about it; on the same bus. Raises InputError when session and robot do
         not fit, BackendError when a device does not answer or obey.
         """
         check_session(session, robot)
@@ -55,7 +58,7 @@ class SimulatedSession(FieldbusBackend):
         simulated, port = None, None
         if here:
             port = FaultyPort(session.ahrs) if session.ahrs is not None else None
-            simulated = _simulated(session, robot, plan, options, clock, port, fault)
+            simulated = _simulated(wired or session, robot, plan, options, clock, port, fault)
         bus: CanopenFieldbus | None = None
         attitude: AttitudeSource | None = None
         try:

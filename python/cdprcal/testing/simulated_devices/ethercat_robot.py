@@ -92,6 +92,8 @@ class SimulatedRobotOnEthercat:
         self._cycle_due = self._cycle_due or bool(told.get("cycle"))
         if "fail" in told:
             self._slaves[int(told["fail"])].drive.fail(0x2310)
+        if "emergency" in told:
+            self._slaves[int(told["emergency"])].emergency(0x2310)
         self._cut = self._cut or bool(told.get("cut"))
         self._platform.advance(self._now_s)
         for slave in self._slaves:
@@ -108,7 +110,7 @@ def raw_socket(interface: str, kind: int = _CONTROL) -> socket.socket:
 
 
 def control_frame(told: dict[str, Any], *, processed: bool = False) -> bytes:
-    """A frame that tells now_s, and maybe cycle, fail (a slave) or cut."""
+    """A frame that tells now_s, and maybe cycle, fail or emergency (of a slave), or cut."""
     source = bytes((_PROCESSED if processed else 0x04, 0, 0, 0, 0, 1))
     body = json.dumps(told).encode()
     return (_BROADCAST + source + _CONTROL.to_bytes(2, "big") + body).ljust(60, b"\0")

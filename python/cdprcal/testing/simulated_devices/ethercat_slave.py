@@ -27,7 +27,7 @@ _WATCHDOG_EXPIRED = 0x001B
 
 _RECEIVE, _SEND, _MAILBOX_SIZE = 0x1000, 0x1080, 0x80
 _OUTPUTS, _INPUTS = 0x1100, 0x1180
-_COE, _SDO_REQUEST, _SDO_RESPONSE = 3, 2, 3
+_COE, _EMERGENCY, _SDO_REQUEST, _SDO_RESPONSE = 3, 1, 2, 3
 
 
 class EthercatSlave:
@@ -196,8 +196,16 @@ class EthercatSlave:
         if answer[0] == 0x41:  # all at once: a mailbox has room
             index, subindex = struct.unpack_from("<HB", answer, 1)
             answer += self.drive.dictionary.objects[(index, subindex)].data
+        self._mail(_SDO_RESPONSE, answer)
+
+    def emergency(self, code: int) -> None:
+        """Puts an EMCY where the master reads its mail."""
+        register = self.drive.dictionary.get((0x1001, 0)) | 1
+        self._mail(_EMERGENCY, struct.pack("<HB5x", code, register))
+
+    def _mail(self, service: int, content: bytes) -> None:
         self._counter = self._counter % 7 + 1
-        body = struct.pack("<H", _SDO_RESPONSE << 12) + answer
+        body = struct.pack("<H", service << 12) + content
         head = struct.pack("<HHBB", len(body), 0, 0, self._counter << 4 | _COE)
         self._memory[_SEND : _SEND + _MAILBOX_SIZE] = (head + body).ljust(_MAILBOX_SIZE, b"\0")
         self._memory[_SM + 8 + _SM_STATUS] |= _MAILBOX_FULL

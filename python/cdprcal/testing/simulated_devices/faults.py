@@ -11,6 +11,7 @@ import numpy as np
 
 from cdprcal.testing.simulated_devices.canopen_node import DriveNode
 from cdprcal.testing.simulated_devices.mti import SimulatedPort
+from cdprcal.testing.simulated_devices.object_dictionary import Key
 
 #: What becomes of a message: other data, or None, which is nothing.
 Tamper = Callable[[int, bytes], bytes | None]
@@ -21,7 +22,7 @@ class Fault:
     """What goes wrong from ``begin_s`` on, by the clock of the control loop.
 
     to_nodes, from_nodes: what happens to messages (COB-ID, data) on their way. serial: to the bytes
-    of the AHRS; it may raise OSError. happen: done once.
+    of the AHRS; it may raise OSError. happen: done once. build: done at power-on already.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Fault:
     from_nodes: Tamper | None = None
     serial: Callable[[bytes], bytes] | None = None
     happen: Callable[[list[DriveNode]], None] | None = None
+    build: Callable[[list[DriveNode]], None] | None = None
     began: bool = field(default=False, init=False)
 
 
@@ -148,6 +150,36 @@ def fault_kinds() -> dict[str, Callable[[float, int, np.random.Generator], Fault
     make("AHRS garbled", serial=lambda n, r: lambda data: r.bytes(len(data)))
     make("AHRS unplugged", serial=lambda n, r: _unplugged)
     return kinds
+
+
+def quirk(name: str, begin_s: float, node: int, **quirks: object) -> Fault:
+    """A drive with quirks from some time on."""
+
+    def happen(nodes: list[DriveNode]) -> None:
+        for key, value in quirks.items():
+            setattr(_of(nodes, node).drive.quirks, key, value)
+
+    return Fault(f"{name} of node {node}", begin_s, happen=happen)
+
+
+def without(*objects: Key, node: int) -> Callable[[list[DriveNode]], None]:
+    """Builds a drive without some objects of its dictionary."""
+
+    def build(nodes: list[DriveNode]) -> None:
+        for key in objects:
+            del _of(nodes, node).drive.dictionary.objects[key]
+
+    return build
+
+
+def forgetting(key: Key, node: int) -> Callable[[list[DriveNode]], None]:
+    """Builds a drive that takes an object and keeps 0."""
+
+    def build(nodes: list[DriveNode]) -> None:
+        dictionary = _of(nodes, node).drive.dictionary
+        dictionary.objects[key].on_write = lambda: dictionary.set(key, 0)
+
+    return build
 
 
 def _of(nodes: list[DriveNode], number: int) -> DriveNode:

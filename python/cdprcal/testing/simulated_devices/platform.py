@@ -67,6 +67,8 @@ class SimulatedPlatform:
 
     def cycle(self, now_s: float) -> None:
         """A cycle of the bus: time goes on by one, sensors are read."""
+        # Who moves as nobody told it does not wait for the others.
+        self._runs = self._runs or any(drive.wanders for drive in self.drives)
         if self._runs:
             since_s = now_s - self._moved_s
             regular = abs(since_s - self._period_s) < 0.5 * _STEP_S
@@ -104,9 +106,10 @@ class SimulatedPlatform:
 
     def _sense(self, now_s: float) -> None:
         sample = self.simulator.read()
+        held_N = self.simulator.truth().tension_N
         for i, drive in enumerate(self.drives):
             swivel = sample.swivel_rad[i] if len(sample.swivel_rad) else None
-            drive.sense(sample.length_m[i], swivel, sample.tension_N[i])
+            drive.sense(sample.length_m[i], swivel, sample.tension_N[i], held_N[i])
             if self.simulator.crashed:
                 drive.fail(0x8612)  # position limit: the platform is where it cannot be
         for sensors in self.sensors:

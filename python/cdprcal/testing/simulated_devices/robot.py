@@ -42,6 +42,9 @@ class SimulatedRobotOnCan:
         self._by_id = {node.id: node for node in self._all}
         self._closed = False
         self._now_s = 0.0
+        if fault is not None and fault.build is not None:
+            fault.build(self.nodes)
+        self._let_happen()  # what is wrong from power-on
         for node in self._all:
             node.boot()
 

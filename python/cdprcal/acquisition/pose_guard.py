@@ -1,0 +1,181 @@
+"""Whether the platform is where the plan wants it, watched while it moves.
+
+The initial pose is estimated after every rest. From it, what lengths, swivels and attitude have
+changed since says where the platform is now, with a standard deviation; one step of Gauss-Newton
+a look is enough, for it moves little in between. Leaving the corridor ends in a stop with the
+reason: load cells that lie a little, or friction, can lead the platform far from where its tensions
+were meant to hold it, and every other sensor finds nothing wrong with that.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdprcal import _core
+from cdprcal._core import InputError, Pose, RobotSample
+from cdprcal.acquisition.guide import Estimate
+
+_LOOK_S = 0.02  # the start-up steps at 50 Hz or more
+_STOP_S = 0.2  # in which a safe hold comes to a stop: half of it at the speed it had
+_SIGMAS = 3.0
+_FIRST_STEPS = 20  # of Gauss-Newton, after a new estimate
+
+
+class PoseGuard:
+    """The corridor is the box that the plan's poses span, ``margin_m`` wider on all sides.
+
+    floor_m: z that neither the platform's point nor any anchor on it may go below [m]; -inf: none.
+    Where three standard deviations are wider than the margin they stand in its place. Raises
+    InputError for a margin or floor that guards nothing.
+    """
+
+    def __init__(
+        self,
+        robot: _core.Robot,
+        plan: _core.Plan,
+        margin_m: float,
+        floor_m: float = -math.inf,
+    ) -> None:
+        pulleys_m = np.array([cable.pulley.position_m for cable in robot.cables])
+        most_m = float(np.ptp(pulleys_m, axis=0).max()) or 1.0
+        if not 0.0 <= margin_m <= most_m:
+            raise InputError(
+                f"corridor: {margin_m:g} m must be 0 to {most_m:.3g} m, what the pulleys span"
+            )
+        if math.isnan(floor_m) or floor_m == math.inf:
+            raise InputError(f"floor: {floor_m:g} m must be a height")
+        self._robot = robot
+        places_m = [plan.start_pose.position_m, *(stop.pose.position_m for stop in plan.poses)]
+        self._lower_m, self._upper_m = np.min(places_m, axis=0), np.max(places_m, axis=0)
+        self._margin_m, self._floor_m = margin_m, floor_m
+        self._low_m = np.array([cable.platform_anchor_m for cable in robot.cables] + [np.zeros(3)])
+        self._first: RobotSample | None = None
+        self._initial: Pose | None = None
+        self._covariance = np.zeros((6, 6))
+        self._now: Pose | None = None
+        self._steps = _FIRST_STEPS
+        self._seen_s = math.nan
+        self._velocity_m_s = np.zeros(3)
+        self.sigma_m = np.full(3, math.nan)  #: of the position now, by axis [m]
+
+    @property
+    def position_m(self) -> NDArray[np.float64] | None:
+        """Where the platform is believed to be; None: not known yet."""
+        return None if self._now is None else self._now.position_m
+
+    def learn(self, estimate: Estimate) -> None:
+        """Takes over a new estimate of the initial pose, if it is one."""
+        if estimate.pose is None or estimate.covariance is None:
+            return
+        self._initial = estimate.pose
+        self._covariance = np.asarray(estimate.covariance)
+        self._steps = _FIRST_STEPS  # what has been learned moves all that follows
+
+    def look(self, sample: RobotSample) -> str:
+        """Why the platform must stop where it is; empty: it need not, or nobody knows."""
+        if self._first is None:
+            self._first = sample
+        if self._initial is None or sample.time_s - self._seen_s < _LOOK_S - 1e-9:
+            return ""
+        now = self._now or self._initial
+        for _ in range(self._steps):
+            stepped = self._step(now, sample)
+            if stepped is None:
+                return ""
+            now = stepped
+        if self._now is not None and self._steps == 1:
+            went_m = now.position_m - self._now.position_m
+            self._velocity_m_s = went_m / (sample.time_s - self._seen_s)
+        self._now, self._seen_s, self._steps = now, sample.time_s, 1
+        return self._outside(now)
+
+    def _step(self, at: Pose, sample: RobotSample) -> Pose | None:
+        """A step of Gauss-Newton from a pose; None where it cannot be told."""
+        assert self._first is not None
+        assert self._initial is not None
+        rows = self._rows(at, sample)
+        begin = _core.platform_state(self._robot, self._initial)
+        if rows is None or not begin.valid:
+            return None
+        residual, jacobian, initial_jacobian = rows
+        normal = jacobian.T @ jacobian
+        try:
+            inverse = np.linalg.inv(normal)
+        except np.linalg.LinAlgError:
+            return None
+        passed_on = inverse @ jacobian.T @ initial_jacobian
+        covariance = passed_on @ self._covariance @ passed_on.T + inverse
+        self.sigma_m = np.sqrt(np.diag(covariance)[:3])
+        return _core.plus(at, inverse @ jacobian.T @ residual)
+
+    def _rows(
+        self, at: Pose, sample: RobotSample
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]] | None:
+        """Whitened (residual, its derivative by the pose, … by the initial pose); None: too few."""
+        first, initial, sigma = self._first, self._initial, self._robot.sigma
+        assert first is not None
+        assert initial is not None
+        now, then = (_core.platform_state(self._robot, pose) for pose in (at, initial))
+        if not now.valid:
+            return None
+        parts = []
+        for read, read_first, is_now, was, jacobian, deviation in (
+            (sample.length_m, first.length_m, now.length_m, then.length_m,
+             _core.length_jacobian, sigma.length_m),
+            (sample.swivel_rad, first.swivel_rad, now.swivel_rad, then.swivel_rad,
+             _core.swivel_jacobian, sigma.swivel_rad),
+        ):  # fmt: skip
+            if len(read) != len(is_now) or len(read_first) != len(is_now):
+                continue
+            known = np.isfinite(read) & np.isfinite(read_first)
+            change = (read - read_first) - (is_now - was)
+            parts.append(
+                (change[known] / deviation, jacobian(now)[known] / deviation,
+                 jacobian(then)[known] / deviation)
+            )  # fmt: skip
+        angles, first_angles = sample.roll_pitch_yaw_rad, first.roll_pitch_yaw_rad
+        if np.isfinite(angles).all() and np.isfinite(first_angles).all():
+            order = self._robot.euler_convention
+            R_read, R_first = (_core.rotation_from_euler(a, order) for a in (angles, first_angles))
+            turned = R_first @ initial.rotation.T
+            yaw_rad = math.atan2(turned[1, 0] - turned[0, 1], turned[0, 0] + turned[1, 1])
+            R_offset = _core.exp_so3(np.array([0.0, 0.0, -yaw_rad]))
+            off_rad = _core.log_so3(R_offset @ R_read @ at.rotation.T)
+            turn = np.hstack([np.zeros((3, 3)), np.eye(3)]) / sigma.attitude_rad
+            yaw_only = np.zeros((3, 6))
+            yaw_only[2, 5] = 1.0 / sigma.attitude_rad  # roll and pitch are absolute
+            parts.append((off_rad / sigma.attitude_rad, turn, yaw_only))
+        residual, jacobian_now, jacobian_then = (
+            np.concatenate([part[i] for part in parts]) if parts else np.empty(0) for i in range(3)
+        )
+        return None if len(residual) < 6 else (residual, jacobian_now, jacobian_then)
+
+    def _outside(self, now: Pose) -> str:
+        """What is wrong with a pose, or with where a stop from there would end."""
+        allowed_m = np.maximum(self._margin_m, _SIGMAS * self.sigma_m)
+        ends_m = now.position_m + 0.5 * _STOP_S * self._velocity_m_s
+        for place_m in (now.position_m, ends_m):
+            excess_m = np.maximum(self._lower_m - place_m, place_m - self._upper_m) - allowed_m
+            axis = int(np.argmax(excess_m))
+            if excess_m[axis] > 0.0:
+                return (
+                    f"the platform leaves the plan's corridor: {'xyz'[axis]} = "
+                    f"{now.position_m[axis]:.3f} ± {self.sigma_m[axis]:.3f} m, where "
+                    f"{self._lower_m[axis] - allowed_m[axis]:.3f} to "
+                    f"{self._upper_m[axis] + allowed_m[axis]:.3f} m is allowed"
+                )
+        lowest_m = float((self._low_m @ now.rotation.T)[:, 2].min())
+        for z_m in (now.position_m[2], ends_m[2]):
+            if z_m + lowest_m < self._floor_m:
+                return (
+                    f"the platform comes too close to the floor: its lowest point is at z = "
+                    f"{now.position_m[2] + lowest_m:.3f} ± {self.sigma_m[2]:.3f} m, and "
+                    f"{self._floor_m:.3f} m is the limit"
+                )
+        return ""
+
+
+__all__ = ["PoseGuard"]

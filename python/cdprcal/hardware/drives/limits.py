@@ -1,0 +1,80 @@
+"""Limits that drives keep by themselves: set as the session has them, never wider, read back."""
+
+from __future__ import annotations
+
+import math
+
+from cdprcal.hardware.backend import BackendError
+from cdprcal.hardware.drives import cia402
+from cdprcal.hardware.drives.canopen_bus import NoSuchObjectError, RefusedError
+from cdprcal.hardware.drives.fieldbus import Fieldbus
+from cdprcal.hardware.drives.process_data import Key
+from cdprcal.hardware.drives.supervision import OVERLOAD, OVERSPEED, name_of
+from cdprcal.hardware.drives.winch import WinchState, torque_counts
+from cdprcal.hardware.session import Session
+
+_RATED_SHARE = 0.01  # data sheets and drives round the rated torque differently
+
+
+def rated_torque_is_wrong(bus: Fieldbus, winch: WinchState) -> str:
+    """What is wrong with the session's rated torque by the drive's own (0x6076); else empty."""
+    torque = winch.winch.torque
+    if torque is None or (own_mNm := _read(bus, winch, cia402.RATED_TORQUE)) is None:
+        return ""
+    if abs(1e-3 * own_mNm - torque.rated_torque_Nm) <= _RATED_SHARE * torque.rated_torque_Nm:
+        return ""
+    return (
+        f"{name_of(winch)}: its rated torque (0x6076) is {1e-3 * own_mNm:g} Nm, the session says "
+        f"{torque.rated_torque_Nm:g}; correct rated_torque_Nm"
+    )
+
+
+def set_limits(
+    bus: Fieldbus, winch: WinchState, session: Session, notes: list[str]
+) -> dict[str, float]:
+    """Torque (0x6072) and speed (0x6080) that a drive will not exceed; those that hold now.
+
+    Keys ``tension_N`` and ``velocity_m_s``, where a torque section says how to convert them.
+    Raises BackendError when a drive does not keep what it is told.
+    """
+    torque = winch.winch.torque
+    if torque is None:
+        return {}
+    per_N = abs(torque_counts(torque, winch.winch.sign, 1.0))
+    per_m_s = 60.0 * torque.gear_ratio / (2.0 * math.pi * torque.drum_radius_m)
+    limits = session.limits
+    wanted = (
+        ("tension_N", cia402.MAX_TORQUE, 2, per_N, (1.0 + OVERLOAD) * limits.tension_N[1]),
+        ("velocity_m_s", cia402.MAX_MOTOR_SPEED, 4, per_m_s, OVERSPEED * limits.velocity_m_s),
+    )
+    effective = {}
+    for name, key, size, scale, most in wanted:
+        own = _read(bus, winch, key)
+        if own is None:
+            notes.append(
+                f"{name_of(winch)}: has no object 0x{key[0]:04X}; limit {name} by its own set-up"
+            )
+            continue
+        counts = min(own, math.ceil(scale * most))
+        if counts < own and not _kept(bus, winch, key, counts, size):
+            raise BackendError(
+                f"{name_of(winch)}: does not keep the limit that 0x{key[0]:04X} is told; look it "
+                "up in its manual"
+            )
+        effective[name] = counts / scale
+    return effective
+
+
+def _read(bus: Fieldbus, winch: WinchState, key: Key) -> int | None:
+    try:
+        return int.from_bytes(bus.sdo_read(winch.winch.node, *key), "little")
+    except NoSuchObjectError:
+        return None
+
+
+def _kept(bus: Fieldbus, winch: WinchState, key: Key, value: int, size: int) -> bool:
+    try:
+        bus.sdo_write(winch.winch.node, *key, value.to_bytes(size, "little"))
+    except RefusedError:
+        return False
+    return _read(bus, winch, key) == value

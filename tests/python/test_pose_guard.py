@@ -1,0 +1,350 @@
+"""The platform stays in the plan's corridor, whatever the load cells say."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cdprcal
+from cdprcal.acquisition import Acquired, Estimate, Guide, PoseGuard, acquire, start_up_plan
+from cdprcal.acquisition.remedies import remedy_for
+from cdprcal.hardware.simulated import SimulatedBackend
+from cdprcal.io import AcquisitionInputs, open_live_log
+from conftest import Ran
+from winch_bus import small_plan
+
+#: Low and slack: where a load cell's offset of 3 N is worth 0.2 m of height.
+LOW = [[0.2, 0.2, 0.25], [-0.2, -0.2, 0.3], [0.2, -0.2, 1.2], [-0.3, 0.2, 0.2]]
+LYING = ["load_cell_bias=3,3,3,3", "pulley_friction=0.03"]
+
+
+@pytest.fixture(scope="module")
+def low_plan(robot: cdprcal.Robot) -> cdprcal.Plan:
+    result = cdprcal.make_plan(robot, positions_m=[np.array(p) for p in LOW])
+    assert result.status == cdprcal.PlanStatus.planned, result.reason
+    return result.plan
+
+
+@dataclass
+class Ended:
+    run: Acquired
+    lowest_m: float  #: truly, of the platform's point
+    worst_sigmas: float  #: of the estimate in motion
+    excess_m: float  #: beyond the corridor, truly
+
+
+def start_up(
+    robot: cdprcal.Robot,
+    plan: cdprcal.Plan,
+    path: Path,
+    effects: list[str],
+    margin_m: float,
+    floor_m: float = -math.inf,
+    *,
+    seed: int = 1,
+) -> Ended:
+    options = cdprcal.SimulatorOptions(
+        seed=seed, effects=[cdprcal.parse_injected_effect(text) for text in effects]
+    )
+    backend = SimulatedBackend.somewhere(robot, plan, options)
+    startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
+    guide = Guide(robot, plan, startup)
+    guard = PoseGuard(robot, plan, margin_m, floor_m)
+    places = np.array([plan.start_pose.position_m, *(p.pose.position_m for p in plan.poses)])
+    lower, upper = places.min(axis=0) - margin_m, places.max(axis=0) + margin_m
+    ended = Ended(None, math.inf, 0.0, -math.inf)  # type: ignore[arg-type]
+
+    def watch(command: cdprcal.StartUpCommand, sample: cdprcal.RobotSample, logged: bool) -> None:
+        estimate = guide.step(command, sample, logged)
+        if estimate is not None:
+            guard.learn(estimate)
+        true_m = backend.truth().pose.position_m
+        ended.lowest_m = min(ended.lowest_m, true_m[2])
+        if guard.position_m is not None:
+            ended.excess_m = max(ended.excess_m, float(np.max([lower - true_m, true_m - upper])))
+            off = np.abs(guard.position_m - true_m) / guard.sigma_m
+            ended.worst_sigmas = max(ended.worst_sigmas, float(off.max()))
+
+    log = open_live_log(path, 4, AcquisitionInputs("", "", {}), 10.0)
+    ended.run = acquire(startup, backend, log, watch=watch, guard=guard.look)
+    return ended
+
+
+def test_a_platform_that_is_led_away_is_stopped(
+    robot: cdprcal.Robot, low_plan: cdprcal.Plan, tmp_path: Path
+) -> None:
+    free = start_up(robot, low_plan, tmp_path / "free.csv", LYING, 2.0)
+    assert free.run.state == cdprcal.StartUpState.done
+    assert free.lowest_m < 0.05  # planned were 0.2 m and more
+    held = start_up(robot, low_plan, tmp_path / "held.csv", LYING, 0.1)
+    assert held.run.state == cdprcal.StartUpState.holding
+    said = re.search(
+        r"leaves the plan's corridor: z = (\S+) ± (\S+) m, where 0\.100 to 1\.300 m",
+        held.run.reason,
+    )
+    assert said, held.run.reason
+    assert held.excess_m < 3.0 * float(said[2]) + 0.02
+    assert held.lowest_m > free.lowest_m
+
+
+def test_the_floor(robot: cdprcal.Robot, low_plan: cdprcal.Plan, tmp_path: Path) -> None:
+    held = start_up(robot, low_plan, tmp_path / "run.csv", LYING, 2.0, 0.15)
+    assert held.run.state == cdprcal.StartUpState.holding
+    assert re.search(r"too close to the floor: .* and 0\.150 m is the limit", held.run.reason)
+    assert held.lowest_m > 0.15 - 0.05
+
+
+@pytest.mark.parametrize(
+    ("effects", "seed"),
+    [([], 1), (["load_cell_bias=4,-4,4,-4"], 2), (["pulley_friction=0.03", "mass=0.5"], 3)],
+)
+def test_nobody_is_stopped_within_the_corridor_and_the_sigma_is_honest(
+    effects: list[str], seed: int, robot: cdprcal.Robot, tmp_path: Path
+) -> None:
+    path = tmp_path / "run.csv"
+    ended = start_up(robot, small_plan(robot), path, effects, 0.1, 0.0, seed=seed)
+    assert ended.run.state == cdprcal.StartUpState.done, ended.run.reason
+    assert 0.0 < ended.worst_sigmas < 3.0
+
+
+def test_without_an_estimate_nothing_is_known(robot: cdprcal.Robot) -> None:
+    plan = small_plan(robot)
+    guard = PoseGuard(robot, plan, 0.0, 10.0)
+    backend = SimulatedBackend.somewhere(robot, plan, cdprcal.SimulatorOptions(seed=1))
+    assert guard.look(backend.read()) == ""
+    assert guard.position_m is None
+
+
+@pytest.mark.parametrize(
+    ("margin_m", "floor_m", "words"),
+    [
+        (-0.1, 0.0, r"corridor: -0\.1 m must be 0 to 2\.3"),
+        (math.nan, 0.0, "corridor: nan m must be"),
+        (math.inf, 0.0, "corridor: inf m must be"),
+        (2.4, 0.0, r"corridor: 2\.4 m must be"),
+        (0.1, math.nan, "floor: nan m must be a height"),
+        (0.1, math.inf, "floor: inf m must be a height"),
+    ],
+)
+def test_what_guards_nothing_is_refused(
+    margin_m: float, floor_m: float, words: str, robot: cdprcal.Robot
+) -> None:
+    with pytest.raises(cdprcal.InputError, match=words):
+        PoseGuard(robot, small_plan(robot), margin_m, floor_m)
+
+
+def test_both_reasons_have_a_remedy() -> None:
+    assert "--corridor-m" in remedy_for("the platform leaves the plan's corridor: z = …")
+    assert "--floor-m" in remedy_for("the platform comes too close to the floor: its …")
+
+
+def test_the_command(cli: Callable[..., Ran], low_plan: cdprcal.Plan, tmp_path: Path) -> None:
+    plan, log = tmp_path / "plan.csv", tmp_path / "run.csv"
+    plan.write_text(cdprcal.format_plan(low_plan))
+    effects = [word for text in LYING for word in ("--effect", text)]
+    ran = cli("acquire", "irma4", plan, "--quick", "-o", log, "--json", *effects)
+    assert ran.code == 1
+    assert "leaves the plan's corridor: z" in json.loads(ran.stdout)["reason"]
+    ran = cli("acquire", "irma4", plan, "-o", log, "--quick", "--corridor-m", "-1")
+    assert ran.code == 2
+
+
+# --- the tracking itself, on exact readings ------------------------------------------------------
+
+YAW_RAD = 0.7  # of the AHRS's own north
+
+
+def readings(robot: cdprcal.Robot, pose: cdprcal.Pose, time_s: float) -> cdprcal.RobotSample:
+    """What sensors say at a pose: relative lengths, swivels and yaw."""
+    state = cdprcal.platform_state(robot, pose)
+    sample = cdprcal.RobotSample(time_s=time_s)
+    sample.length_m = state.length_m + np.array([3.0, -1.0, 0.5, 2.0])
+    sample.swivel_rad = state.swivel_rad + np.array([0.3, -0.2, 0.1, 0.4])
+    R_yaw = cdprcal.exp_so3(np.array([0.0, 0.0, YAW_RAD]))
+    sample.roll_pitch_yaw_rad = cdprcal.euler_from_rotation(
+        R_yaw @ pose.rotation, robot.euler_convention
+    )
+    return sample
+
+
+def without_swivels(sample: cdprcal.RobotSample) -> None:
+    sample.swivel_rad = np.empty(0)
+
+
+def without_attitude(sample: cdprcal.RobotSample) -> None:
+    sample.roll_pitch_yaw_rad = np.full(3, math.nan)
+
+
+def with_half_an_attitude(sample: cdprcal.RobotSample) -> None:
+    sample.roll_pitch_yaw_rad = np.array([math.nan, *sample.roll_pitch_yaw_rad[1:]])
+
+
+def without_a_cable(sample: cdprcal.RobotSample) -> None:
+    sample.length_m = np.array([*sample.length_m[:3], math.nan])
+
+
+def untouched(sample: cdprcal.RobotSample) -> None:
+    pass
+
+
+def known(pose: cdprcal.Pose | None, covariance: np.ndarray | None) -> Estimate:
+    return Estimate(0.0, 1, "converged", "", 0.0, 0.0, "", pose, covariance, False)
+
+
+def tracked(
+    robot: cdprcal.Robot, *, deviation_m: float = 1e-6, margin_m: float = 1.0
+) -> tuple[PoseGuard, cdprcal.Pose]:
+    """A guard that knows the initial pose, which is that of τ0."""
+    plan = small_plan(robot)
+    guard = PoseGuard(robot, plan, margin_m)
+    guard.look(readings(robot, plan.start_pose, 0.0))
+    guard.learn(known(plan.start_pose, deviation_m**2 * np.eye(6)))
+    return guard, plan.start_pose
+
+
+@pytest.mark.parametrize("first", [untouched, without_swivels, without_attitude])
+@pytest.mark.parametrize(
+    "then",
+    [untouched, without_swivels, without_attitude, without_a_cable, with_half_an_attitude],
+)
+def test_it_follows_by_whatever_sensors_there_are(
+    first: Callable[[cdprcal.RobotSample], None],
+    then: Callable[[cdprcal.RobotSample], None],
+    robot: cdprcal.Robot,
+) -> None:
+    """Half a second of translation and rotation, exact readings: to a tenth of a millimetre."""
+    plan = small_plan(robot)
+    guard = PoseGuard(robot, plan, 1.0)
+    begin = readings(robot, plan.start_pose, 0.0)
+    first(begin)
+    guard.look(begin)
+    guard.learn(known(plan.start_pose, 1e-12 * np.eye(6)))
+    pose = plan.start_pose
+    for k in range(1, 26):
+        pose = cdprcal.plus(pose, np.array([0.004, -0.003, 0.002, 0.004, -0.003, 0.006]))
+        sample = readings(robot, pose, 0.02 * k)
+        then(sample)
+        assert guard.look(sample) == ""
+    no_swivels = without_swivels in (first, then)
+    no_attitude = first is without_attitude or then in (without_attitude, with_half_an_attitude)
+    if no_swivels and no_attitude:
+        assert guard.position_m is None  # four lengths for six unknowns
+    else:
+        assert guard.position_m is not None
+        np.testing.assert_allclose(guard.position_m, pose.position_m, atol=1e-4)
+
+
+def test_its_sigma_is_that_of_the_estimate_and_of_the_readings_since(robot: cdprcal.Robot) -> None:
+    """Error propagation written out: HᵀH δ = Hᵀ (H0 δ0 + ε), attitude absolute but for yaw."""
+    guard, begin = tracked(robot, deviation_m=0.003)
+    pose = cdprcal.plus(begin, np.array([0.02, 0.01, -0.02, 0.02, 0.03, 0.02]))
+    guard.look(readings(robot, pose, 0.02))
+    sigma = robot.sigma
+
+    def rows(at: cdprcal.Pose, absolute: bool) -> np.ndarray:
+        state = cdprcal.platform_state(robot, at)
+        attitude = np.zeros((3, 6))
+        attitude[2, 5] = 1.0
+        if absolute:
+            attitude[:, 3:] = np.eye(3)
+        return np.vstack([
+            cdprcal.length_jacobian(state) / sigma.length_m,
+            cdprcal.swivel_jacobian(state) / sigma.swivel_rad,
+            attitude / sigma.attitude_rad,
+        ])  # fmt: skip
+
+    now, then = rows(pose, True), rows(begin, False)
+    inverse = np.linalg.inv(now.T @ now)
+    passed_on = inverse @ now.T @ then
+    covariance = 0.003**2 * passed_on @ passed_on.T + inverse
+    np.testing.assert_allclose(guard.sigma_m, np.sqrt(np.diag(covariance)[:3]), rtol=1e-3)
+
+
+def test_it_looks_fifty_times_a_second_and_no_more(robot: cdprcal.Robot) -> None:
+    guard, begin = tracked(robot)
+    guard.look(readings(robot, begin, 0.02))
+    moved = cdprcal.plus(begin, np.array([0.001, 0, 0, 0, 0, 0]))
+    for time_s, followed in ((0.03, False), (0.039, False), (0.04, True)):
+        guard.look(readings(robot, moved, time_s))
+        assert guard.position_m is not None
+        where_m = (moved if followed else begin).position_m
+        np.testing.assert_allclose(guard.position_m, where_m, atol=1e-5)
+
+
+@pytest.mark.parametrize("velocity_m_s", [0.05, 0.2])
+def test_it_stops_where_a_hold_still_ends_inside(velocity_m_s: float, robot: cdprcal.Robot) -> None:
+    """0.1 s ahead; the box reaches to z = 1.0 m and 0.1 m of margin, σ is below a third of that."""
+    guard, pose = tracked(robot, margin_m=0.1)
+    for k in range(1, 1000):
+        pose = cdprcal.plus(pose, np.array([0, 0, 0.02 * velocity_m_s, 0, 0, 0]))
+        said = guard.look(readings(robot, pose, 0.02 * k))
+        if said:
+            break
+    assert "leaves the plan's corridor: z = " in said
+    ahead_m = 1.1 - pose.position_m[2]
+    assert 0.1 * velocity_m_s - 0.02 * velocity_m_s - 1e-3 < ahead_m <= 0.1 * velocity_m_s + 1e-3
+
+
+@pytest.mark.parametrize(("beyond_m", "stopped"), [(0.28, False), (0.33, True)])
+def test_three_sigma_stand_in_place_of_a_smaller_margin(
+    beyond_m: float, stopped: bool, robot: cdprcal.Robot
+) -> None:
+    """0.1 m each way, nearly as much of it along z, of which readings add a hundredth."""
+    guard, begin = tracked(robot, deviation_m=0.0, margin_m=0.1)
+    guard.learn(known(begin, np.diag([0.01, 0.01, 0.01, 0.0, 0.0, 0.0])))
+    guard.look(readings(robot, begin, 0.02))
+    share = beyond_m / (3.0 * guard.sigma_m[2]) * 0.3
+    target_m = 1.0 + share / 0.3 * 3.0 * guard.sigma_m[2]
+    up = np.array([0, 0, target_m - begin.position_m[2], 0, 0, 0])
+    guard.learn(known(begin, np.diag([0.01, 0.01, 0.01, 0.0, 0.0, 0.0])))  # many steps, no speed
+    said = guard.look(readings(robot, cdprcal.plus(begin, up), 0.04))
+    assert (beyond_m > 3.0 * guard.sigma_m[2]) == stopped
+    assert bool(said) == stopped
+
+
+def test_what_is_no_estimate_changes_nothing(robot: cdprcal.Robot) -> None:
+    plan = small_plan(robot)
+    guard = PoseGuard(robot, plan, 0.1)
+    guard.look(readings(robot, plan.start_pose, 0.0))
+    for pose, covariance in ((None, np.eye(6)), (plan.start_pose, None), (None, None)):
+        guard.learn(known(pose, covariance))
+        assert guard.look(readings(robot, plan.start_pose, 0.02)) == ""
+        assert guard.position_m is None
+    guard.learn(known(plan.start_pose, 1e-12 * np.eye(6)))
+    guard.look(readings(robot, plan.start_pose, 0.02))
+    assert guard.position_m is not None
+
+
+def test_a_new_estimate_moves_the_platform_but_is_no_speed(robot: cdprcal.Robot) -> None:
+    """0.5 m away at once: as a speed it would end far outside."""
+    guard, begin = tracked(robot, margin_m=0.5)
+    guard.look(readings(robot, begin, 0.02))
+    away = cdprcal.plus(begin, np.array([0.2, 0.2, 0.2, 0, 0, 0]))
+    guard.learn(known(away, 1e-12 * np.eye(6)))
+    assert guard.look(readings(robot, begin, 0.04)) == ""
+    assert guard.position_m is not None
+    np.testing.assert_allclose(guard.position_m, away.position_m, atol=1e-4)
+    assert guard.look(readings(robot, begin, 0.06)) == ""
+
+
+def test_the_floor_is_for_the_lowest_point_of_a_platform_that_tilts(robot: cdprcal.Robot) -> None:
+    plan = small_plan(robot)
+    tilted = cdprcal.plus(plan.start_pose, np.array([0, 0, 0, 0.5, 0, 0]))
+    points = np.array([[0, 0, 0], *(c.platform_anchor_m for c in robot.cables)])
+    lowest_m = float((tilted.position_m + points @ tilted.rotation.T)[:, 2].min())
+    for floor_m, stopped in ((lowest_m - 1e-3, False), (lowest_m + 1e-3, True)):
+        guard = PoseGuard(robot, plan, 2.0, floor_m)
+        guard.look(readings(robot, tilted, 0.0))
+        guard.learn(known(tilted, 1e-12 * np.eye(6)))
+        assert bool(guard.look(readings(robot, tilted, 0.02))) == stopped
+    guard = PoseGuard(robot, plan, 2.0)  # no floor
+    guard.look(readings(robot, tilted, 0.0))
+    guard.learn(known(tilted, 1e-12 * np.eye(6)))
+    assert guard.look(readings(robot, tilted, 0.02)) == ""
