@@ -126,6 +126,7 @@ __all__: list[str] = [
     "Unexplained",
     "Verdict",
     "VisitingOrder",
+    "Wandering",
     "WatchdogOptions",
     "WinchMode",
     "WinchOptions",
@@ -2693,6 +2694,25 @@ class Unexplained:
         Of the readings' own ripple.
         """
 
+class Wandering:
+    """
+    Errors of a channel that wander with time: counted as noise.
+    """
+
+    @property
+    def channel(self) -> str: ...
+    @property
+    def rms(self) -> float:
+        """
+        Over the rests; m, rad or N.
+        """
+
+    @property
+    def sigma(self) -> float:
+        """
+        The robot file's, in the same unit.
+        """
+
 class Gap:
     """
     Residuals of one channel after one step.
@@ -2993,6 +3013,11 @@ class Diagnosis:
     def unexplained(self) -> list[Unexplained]: ...
     @property
     def verdict(self) -> Verdict: ...
+    @property
+    def wandering(self) -> list[Wandering]:
+        """
+        Wandering, by channel. Empty: errors come anew at every rest.
+        """
 
 class RandomNormal:
     """
