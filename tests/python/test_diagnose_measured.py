@@ -52,7 +52,7 @@ def test_both_runs_lead_to_the_same_effects_and_values(
     # The order closes the yaw: without it more than a degree is left.
     for diagnosis in (a, b):
         last = [g for g in diagnosis.gap if g.channel == "yaw_rad"][-1]
-        assert last.held_out_rms < np.radians(0.5)
+        assert last.held_out_rms < np.radians(0.6)
 
     # Found in one and frozen, it shrinks what the other leaves on poses that nothing was fitted on.
     for found, plain, log in ((a, b, logs[1]), (b, a, logs[0])):

@@ -5,6 +5,7 @@ What slaves do when all is well is in test_winch_ethercat.py, on a segment of so
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from types import SimpleNamespace
 from typing import Any
 
@@ -43,6 +44,10 @@ class Slave:
         self.fails: Exception | None = None
         self.watchdog_ms: float | None = None
         self.sync: tuple[bool, int] | None = None
+        self.on_emergency: list[Callable[[Any], None]] = []
+
+    def add_emergency_callback(self, callback: Callable[[Any], None]) -> None:
+        self.on_emergency.append(callback)
 
     def sdo_read(self, index: int, subindex: int) -> bytes:
         if self.fails:
@@ -140,8 +145,10 @@ def soem(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 
 @pytest.fixture
-def bus(soem: Any, session: Session) -> EthercatFieldbus:
-    return EthercatFieldbus(session)
+def bus(soem: Any, session: Session) -> Iterator[EthercatFieldbus]:
+    made = EthercatFieldbus(session)
+    yield made
+    made.close()  # or the bus is held for the next test
 
 
 def master_of(bus: EthercatFieldbus) -> Master:
@@ -311,3 +318,17 @@ def test_closing_may_leave_the_slaves_as_they_are(
     bus.watch_us(on=True)
     bus.close(stop=stop)
     assert {slave.state for slave in master.slaves} == {PREOP if stop else OP}
+
+
+def test_what_a_drive_says_by_itself_is_kept_until_it_is_asked_for(
+    bus: EthercatFieldbus, session: Session
+) -> None:
+    master = configured(bus, session)
+    for node, slave in enumerate(master.slaves, start=1):
+        for callback in slave.on_emergency:
+            callback(SimpleNamespace(error_code=0x8611, error_reg=0x20, slave_pos=node))
+            callback(SimpleNamespace(error_code=0x0000, error_reg=0x00, slave_pos=node))  # over
+    said = bus.faults()
+    assert len(said) == len({part.node for part in layouts(session)})
+    assert all("EMCY 0x8611, error register 0x20" in text for text in said)
+    assert bus.faults() == []

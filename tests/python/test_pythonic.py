@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import doctest
 import inspect
+import os
 import pickle
 import subprocess
 import sys
@@ -209,10 +210,12 @@ def test_a_users_script_passes_strict_mypy(tmp_path: Path) -> None:
     script.write_text(SCRIPT)
     root = Path(cdprcal.__file__).parents[1]
     command = [sys.executable, "-m", "mypy", "--strict", str(script)]
+    # Installed, it is found as any package is; a source tree has to be named.
+    env = dict(os.environ) if root.name == "site-packages" else os.environ | {"MYPYPATH": str(root)}
 
     def run() -> subprocess.CompletedProcess[str]:
         return subprocess.run(
-            command, cwd=root, capture_output=True, text=True, timeout=300, check=False
+            command, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=300, check=False
         )
 
     assert (ran := run()).returncode == 0, ran.stdout

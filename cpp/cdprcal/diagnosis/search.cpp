@@ -255,7 +255,8 @@ bool Search::exchange_fault() {
   if (!small_faults_.taken()) return false;
   const std::optional<FaultRefit> other =
       small_faults_.best(model_, untried(model_), options_.rival_nats);
-  return other && other->log_posterior > 0.0 && accept_fault(*other);
+  // One that cannot be told apart from the accepted one is its rival, not its better.
+  return other && other->log_posterior > options_.rival_nats && accept_fault(*other);
 }
 
 bool Search::forward() {

@@ -19,6 +19,8 @@ DOCUMENTS = (
     "demo",
     "diagnose",
     "diagnose-result",
+    "effects",
+    "explain",
     "plan",
     "repeat",
     "truth",
