@@ -22,10 +22,8 @@ from cdprcal.diagnosis.plots import gap_panels, gap_steps
 from cdprcal.diagnosis.table import headline, value_rows
 from cdprcal.planning.table import promise
 from cdprcal.results import calibration_as_dict
-from cdprcal.sensors import LOG_GROUPS, columns_of
+from cdprcal.sensors import LOG_GROUPS, MOST_CABLES, columns_of
 from cdprcal.tables import pose_line
-
-_MOST_CABLES = 8
 
 #: Members that commands and files call otherwise.
 _WORDS = {
@@ -189,7 +187,7 @@ def log_of(frame: Any, source: str) -> Log:
     time_s = frame["time_s"] if "time_s" in names else frame.index
     arrays = {}
     for field, group in LOG_GROUPS.items():
-        wanted = columns_of(group, _MOST_CABLES)
+        wanted = columns_of(group, MOST_CABLES)
         if group.is_per_cable:
             last = max((i for i, name in enumerate(wanted) if name in names), default=-1)
             wanted = wanted[: last + 1]

@@ -13,6 +13,8 @@ SENSORS = {field: group for field, group in LOG_GROUPS.items() if group.sigma_fi
 CHANNELS = {channel.name: channel for channel in _core.channels()}
 #: Channels that few robots have: they are shown where something was read.
 ABSOLUTE = {name: channel for name, channel in CHANNELS.items() if channel.sensor.is_absolute}
+#: Cables that files in other forms are searched for.
+MOST_CABLES = 8
 
 
 def _option(sensor: _core.Sensor) -> str:

@@ -194,19 +194,17 @@ void report_left(const DiagnosisModel& model, const CandidateScore& score, Diagn
 }
 
 void report_wandering(const DiagnosisModel& model, Diagnosis& out) {
-  const auto term = std::ranges::find_if(
-      model.effects, [](const EffectTerm& t) { return is_smooth_errors(*t.effect); });
-  if (term == model.effects.end()) return;
+  const std::optional<std::array<double, kRestGroups>> rms = smooth_rms(model);
+  if (!rms) return;
   const NoiseModel specified = specified_noise(model.robot.sigma);
-  const std::array<double, kRestGroups> rms = size_in_readings(model, *term);
   std::string channels;
   for (std::size_t c = 0; c < kRestGroups; ++c) {
     // What is lost in the noise of the readings themselves does not wander.
     const bool balance = c == static_cast<std::size_t>(at_rest(Channel::balance));
     const double unit = balance ? model.robot.sigma.tension_N : 1.0;
-    if (!(rms[c] > unit * model.noise[c])) continue;
+    if (!((*rms)[c] > unit * model.noise[c])) continue;
     const std::string channel = balance ? "tension" : to_string(static_cast<NoiseGroup>(c));
-    out.wandering.push_back({channel, rms[c], specified.channel[c].pose});
+    out.wandering.push_back({channel, (*rms)[c], specified.channel[c].pose});
     channels += (channels.empty() ? "" : ", ") + channel;
   }
   if (channels.empty()) return;

@@ -296,7 +296,7 @@ bool Search::forward() {
       if (std::ranges::find(out_.next, word) == out_.next.end()) out_.next.push_back(word);
       return true;
     }
-    if (!report(text("scan after %d effects", static_cast<int>(model_.effects.size())))) {
+    if (!report(text("scan after %d effects", static_cast<int>(out_.effects.size())))) {
       return false;
     }
     std::vector<Refit> refits =

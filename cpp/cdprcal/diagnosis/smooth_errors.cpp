@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "cdprcal/estimation/mean_square.hpp"
+
 namespace cdprcal {
 namespace {
 
@@ -20,8 +22,8 @@ class Walk {
   Walk(double duration_s, int terms) : duration_s_(duration_s), terms_(terms) {}
   [[nodiscard]] int terms() const { return terms_; }
   /// Its terms φ_t.
-  [[nodiscard]] Eigen::VectorXd at(const EffectContext& context) const {
-    const double u = context.measurement.run_time_s / duration_s_;
+  [[nodiscard]] Eigen::VectorXd at(double run_time_s) const {
+    const double u = run_time_s / duration_s_;
     Eigen::VectorXd out(terms_);
     for (int t = 0; t < terms_; ++t) {
       const double wave = (t + 0.5) * std::numbers::pi;
@@ -35,6 +37,18 @@ class Walk {
   int terms_;
 };
 
+/// The channels that wander, in the order of a term's values: readings as ReadingRows has them,
+/// then the load cells, whose errors the balance shows.
+struct Part {
+  Channel channel;
+  ParameterShape shape;
+};
+constexpr Part kParts[] = {{Channel::length, ParameterShape::per_cable},
+                           {Channel::swivel, ParameterShape::per_cable},
+                           {Channel::roll_pitch, ParameterShape::pair},
+                           {Channel::yaw, ParameterShape::scalar},
+                           {Channel::balance, ParameterShape::per_cable}};
+
 /// Each channel, component by component, with a walk of its own.
 class SmoothErrors final : public Effect {
  public:
@@ -45,19 +59,15 @@ class SmoothErrors final : public Effect {
     info_.scope = EffectScope::run;
     // Of the tensions they are gains and biases in disguise, and weighed as these are.
     info_.of_load_cells = true;
-    const auto add = [&](ParameterShape shape, Channel channel, double unit) {
-      const double noise = model.noise[static_cast<std::size_t>(at_rest(channel))];
-      // Of what nobody reads nothing is known.
-      const double typical = std::isfinite(noise) && noise > 0.0 ? unit * noise : 1.0;
-      info_.parameters.push_back({"amplitude", "", shape, typical, 1e9});
-    };
     for (int t = 0; t < walk_.terms(); ++t) {
-      add(ParameterShape::per_cable, Channel::length, 1.0);
-      add(ParameterShape::per_cable, Channel::swivel, 1.0);
-      add(ParameterShape::pair, Channel::roll_pitch, 1.0);
-      add(ParameterShape::scalar, Channel::yaw, 1.0);
-      // The balance's noise is relative to that of the load cells.
-      add(ParameterShape::per_cable, Channel::balance, model.robot.sigma.tension_N);
+      for (const auto& [channel, shape] : kParts) {
+        // The balance's noise is relative to that of the load cells.
+        const double unit = channel == Channel::balance ? model.robot.sigma.tension_N : 1.0;
+        const double noise = unit * model.noise[static_cast<std::size_t>(at_rest(channel))];
+        // Of what nobody reads nothing is known.
+        const double typical = std::isfinite(noise) && noise > 0.0 ? noise : 1.0;
+        info_.parameters.push_back({"amplitude", "", shape, typical, 1e9});
+      }
     }
   }
   const EffectInfo& info() const override { return info_; }
@@ -65,9 +75,9 @@ class SmoothErrors final : public Effect {
   std::vector<int> learnt_widths(int cables) const override {
     std::vector<int> out;
     for (int t = 0; t < walk_.terms(); ++t) {
-      for (const auto& [channel, count] :
-           {std::pair{0, cables}, {1, cables}, {2, 2}, {3, 1}, {4, cables}}) {
-        out.insert(out.end(), static_cast<std::size_t>(count), channel);
+      int group = 0;
+      for (const Part& part : kParts) {
+        out.insert(out.end(), static_cast<std::size_t>(entries(part.shape, cables)), group++);
       }
     }
     return out;
@@ -75,20 +85,21 @@ class SmoothErrors final : public Effect {
 
   void add_to_readings(const EffectContext& context, const EffectValues& values,
                        PoseEvaluation& evaluation) const override {
-    const Eigen::VectorXd change = by_component(context, values);
     const int n = context.state.cable_count;
+    const Eigen::VectorXd change = by_component(n, context.measurement, values);
     evaluation.length_m += change.head(n);
     evaluation.swivel_rad += change.segment(n, n);
     evaluation.roll_pitch_yaw_rad += change.segment<3>(2 * n);
   }
   void correct_tension(const EffectContext& context, const EffectValues& values,
                        CableVector& tension_N) const override {
-    tension_N -= by_component(context, values).tail(context.state.cable_count);
+    const int n = context.state.cable_count;
+    tension_N -= by_component(n, context.measurement, values).tail(n);
   }
   void columns(const EffectContext& context, const EffectValues&,
                EffectColumns out) const override {
     const int n = context.state.cable_count, of_readings = 2 * n + 3;
-    const Eigen::VectorXd at = walk_.at(context);
+    const Eigen::VectorXd at = walk_.at(context.measurement.run_time_s);
     const Eigen::MatrixXd pull = structure_matrix(context.state);
     for (int t = 0; t < walk_.terms(); ++t) {
       const int begin = t * components(n);
@@ -97,13 +108,35 @@ class SmoothErrors final : public Effect {
     }
   }
 
+  /// Root mean squares of what values add over the rests of a model, by channel.
+  [[nodiscard]] std::array<double, kRestGroups> rms(const DiagnosisModel& model,
+                                                    const EffectTerm& term) const {
+    const int n = model.robot.cable_count();
+    std::array<MeanSquare, kRestGroups> sums;
+    for (std::size_t r = 0; r < model.runs.size(); ++r) {
+      const EffectValues values = term.values.segment(term.begin_of(r, n), size(n));
+      for (const Measurement& m : model.runs[r].measurements) {
+        if (is_moving(m)) continue;
+        const Eigen::VectorXd change = by_component(n, m, values);
+        Eigen::Index begin = 0;
+        for (const auto& [channel, shape] : kParts) {
+          MeanSquare& sum = sums[static_cast<std::size_t>(at_rest(channel))];
+          for (const double v : change.segment(begin, entries(shape, n))) sum.add(v);
+          begin += entries(shape, n);
+        }
+      }
+    }
+    std::array<double, kRestGroups> out{};
+    std::ranges::transform(sums, out.begin(), &MeanSquare::rms);
+    return out;
+  }
+
  private:
   static int components(int cables) { return 3 * cables + 3; }
-  /// Lengths, swivels, roll, pitch, yaw, tensions.
-  [[nodiscard]] Eigen::VectorXd by_component(const EffectContext& context,
+  /// What all terms together add to each component of kParts.
+  [[nodiscard]] Eigen::VectorXd by_component(int cables, const Measurement& m,
                                              const EffectValues& values) const {
-    return values.reshaped(components(context.state.cable_count), walk_.terms()) *
-           walk_.at(context);
+    return values.reshaped(components(cables), walk_.terms()) * walk_.at(m.run_time_s);
   }
 
   Walk walk_;
@@ -132,38 +165,12 @@ bool is_smooth_errors(const Effect& effect) {
   return dynamic_cast<const SmoothErrors*>(&effect) != nullptr;
 }
 
-std::array<double, kRestGroups> size_in_readings(const DiagnosisModel& model,
-                                                 const EffectTerm& term) {
-  const int n = model.robot.cable_count();
-  std::array<double, kRestGroups> squares{}, count{};
-  const auto add = [&](Channel channel, const auto& change) {
-    const auto c = static_cast<std::size_t>(at_rest(channel));
-    for (const double v : change) squares[c] += v * v, count[c] += 1.0;
-  };
-  for (std::size_t r = 0; r < model.runs.size(); ++r) {
-    const DiagnosisRun& run = model.runs[r];
-    const EffectValues values = term.values.segment(term.begin_of(r, n), term.effect->size(n));
-    for (std::size_t i = 0; i < run.poses.size(); ++i) {
-      if (is_moving(run.measurements[i])) continue;
-      const PlatformState state = platform_state(model.robot, run.poses[i]);
-      const EffectContext context{model.robot, state, run.poses[i], run.measurements[i]};
-      PoseEvaluation change;
-      change.length_m = change.swivel_rad = CableVector::Zero(n);
-      change.roll_pitch_yaw_rad.setZero();
-      CableVector tension_N = CableVector::Zero(n);
-      term.effect->add_to_readings(context, values, change);
-      term.effect->correct_tension(context, values, tension_N);
-      add(Channel::length, change.length_m);
-      add(Channel::swivel, change.swivel_rad);
-      add(Channel::roll_pitch, change.roll_pitch_yaw_rad.head<2>());
-      add(Channel::yaw, change.roll_pitch_yaw_rad.tail<1>());
-      add(Channel::balance, tension_N);
-    }
+std::optional<std::array<double, kRestGroups>> smooth_rms(const DiagnosisModel& model) {
+  for (const EffectTerm& term : model.effects) {
+    const auto* smooth = dynamic_cast<const SmoothErrors*>(term.effect.get());
+    if (smooth != nullptr) return smooth->rms(model, term);
   }
-  for (std::size_t c = 0; c < kRestGroups; ++c) {
-    if (count[c] > 0.0) squares[c] = std::sqrt(squares[c] / count[c]);
-  }
-  return squares;
+  return std::nullopt;
 }
 
 }  // namespace cdprcal

@@ -1,6 +1,10 @@
 // Errors of the sensors that do not come anew at every rest: they wander with time.
 #pragma once
 
+#include <array>
+#include <memory>
+#include <optional>
+
 #include "cdprcal/estimation/model.hpp"
 
 namespace cdprcal {
@@ -14,9 +18,9 @@ std::shared_ptr<const Effect> smooth_errors(const DiagnosisModel& model);
 /// Whether an effect is such noise.
 bool is_smooth_errors(const Effect& effect);
 
-/// Root mean square over the rests of what an effect adds to the readings of each channel: m, rad,
-/// rad, rad, N (of the balance: of the tensions that it corrects).
-std::array<double, kRestGroups> size_in_readings(const DiagnosisModel& model,
-                                                 const EffectTerm& term);
+/// Root mean squares over the rests of what such noise in a model adds to each channel: m, rad,
+/// rad, rad, N (balance: to the load cells), NaN for channels that do not wander. Nothing in a
+/// model without.
+std::optional<std::array<double, kRestGroups>> smooth_rms(const DiagnosisModel& model);
 
 }  // namespace cdprcal

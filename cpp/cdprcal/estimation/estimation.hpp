@@ -65,6 +65,7 @@ class Estimation : public ArrowheadProblem {
   std::vector<EstimatedRun>& runs() { return runs_; }
   [[nodiscard]] const std::vector<EstimatedRun>& runs() const { return runs_; }
   [[nodiscard]] const Eigen::VectorXd& values() const { return values_; }
+  [[nodiscard]] const ValuePrecision& precision() const { return precision_; }
   /// Of the tied run evaluated last: what its reference says by itself.
   [[nodiscard]] const PoseRows& reference_rows() const { return reference_rows_; }
   /// Common unknowns: of each run ζ0 (tied and not held) and the free offsets, then the values.

@@ -124,15 +124,14 @@ double ModelEstimation::log_evidence() {
   CommonSystem system;
   if (!linearise(false, kBarely, system)) return -std::numeric_limits<double>::infinity();
   double out = -system.cost - half_log_determinant(system.information);
-  for (const double precision : prior_precision(rows_->model())) out += 0.5 * std::log(precision);
+  for (const double value : precision()) out += 0.5 * std::log(value);
   for (std::size_t r = 0; r < runs().size(); ++r) {
     const RunRows& run = rows_->run(r);
     for (std::size_t i = 0; i < run.poses(); ++i) {
-      for (const int s : run.slots()) {
-        if (run.has_row(i, s)) {
-          const RowSlot& slot = run.layout().slots[static_cast<std::size_t>(s)];
-          out -= std::log(rows_->row(r, i, slot).scale);
-        }
+      for (const int s : runs()[r].slots) {
+        if (!run.has_row(i, s)) continue;
+        const RowSlot& slot = run.layout().slots[static_cast<std::size_t>(s)];
+        out -= std::log(rows_->row(r, i, slot).scale);
       }
     }
     out -= runs()[r].elimination.half_log_determinant(run.poses());
@@ -203,11 +202,11 @@ double take_noise(const ChannelSums& sums, DiagnosisModel& model) {
 
 /// Widths of priors that are learnt: each group's sum of squares over what the readings determine
 /// of its values, the counterpart of take_noise (MacKay 1992, eq. 4.9). `spread`: of the common
-/// unknowns. Returns the largest relative change.
-double take_widths(const Eigen::MatrixXd& spread, DiagnosisModel& model) {
+/// unknowns; `precision`: of the priors as they were. Returns the largest relative change.
+double take_widths(const Eigen::MatrixXd& spread, const ValuePrecision& precision,
+                   DiagnosisModel& model) {
   constexpr double kLeast = 1e-3, kDetermined = 0.5;
   double change = 0.0;
-  const Eigen::VectorXd precision = prior_precision(model);
   Eigen::Index value = 0;
   for (EffectTerm& term : model.effects) {
     const Eigen::Index begin = value;
@@ -252,7 +251,8 @@ bool fit_with_noise(DiagnosisModel& model) {
     const Eigen::MatrixXd spread = fit.covariance();
     const ChannelSums sums = fit.channel_sums(spread);
     if (!sums.valid) break;
-    const double change = std::max(take_noise(sums, model), take_widths(spread, model));
+    const double change =
+        std::max(take_noise(sums, model), take_widths(spread, fit.precision(), model));
     fit.weigh();
     if (!settled || change < 0.01) break;
   }

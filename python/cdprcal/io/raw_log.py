@@ -18,6 +18,7 @@ from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
 from cdprcal.io.files import shown_path
 from cdprcal.io.loaded import LogFile
+from cdprcal.sensors import MOST_CABLES
 
 _NEWLINE, _COMMA, _RETURN = 10, 44, 13
 _CABLE, _ATTITUDE, _OTHER, _UNKNOWN, _BLANK = 3, 5, 6, -1, -2
@@ -32,7 +33,6 @@ _CABLE_COLUMNS = {
     "swivel angle": 13,
 }
 _ATTITUDE_COLUMNS = {"time_s": 1, "roll": 2, "pitch": 3, "yaw": 4}
-_MOST_CABLES = 8
 #: Findings of one kind; more are counted.
 _MOST_ALIKE = 20
 
@@ -216,11 +216,11 @@ def _numbers(lines: _Lines, chosen: Integers, columns: dict[str, int], name: str
 
 
 def _cable_ids(values: Floats, lines: Integers, name: str) -> Integers:
-    wrong = np.flatnonzero(~((values >= 0) & (values < _MOST_CABLES) & (values % 1 == 0)))
+    wrong = np.flatnonzero(~((values >= 0) & (values < MOST_CABLES) & (values % 1 == 0)))
     if wrong.size:
         raise InputError(
             f"{name}:{lines[wrong[0]] + 1}: cable id: must be a whole number from 0 to "
-            f"{_MOST_CABLES - 1}, not {values[wrong[0]]:g}"
+            f"{MOST_CABLES - 1}, not {values[wrong[0]]:g}"
         )
     return values.astype(np.int64)
 

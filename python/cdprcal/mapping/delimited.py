@@ -37,7 +37,7 @@ def read_delimited(path: Path, form: DelimitedForm | None = None) -> RawTable:
     try:
         lines = data.decode(encoding).replace("\0", "").splitlines()
     except (UnicodeDecodeError, LookupError):
-        raise InputError(f"{name}: is not {encoding} text; correct csv.encoding") from None
+        raise InputError(f"{name}: is not {encoding} text; correct text.encoding") from None
     found = form or _form_of(lines, encoding)
     if found is None:
         raise InputError(
@@ -117,7 +117,7 @@ def _header_line(lines: list[str], count: int, separator: str, decimal: str) -> 
 def _table(path: Path, name: str, lines: list[str], form: DelimitedForm) -> RawTable:
     names, units = _names(lines, form)
     if form.header_line and not names:
-        raise InputError(f"{name}:{form.header_line}: names no columns; correct csv.header_line")
+        raise InputError(f"{name}:{form.header_line}: names no columns; correct text.header_line")
     rows: list[list[str]] = []
     at: list[int] = []
     for number, line in enumerate(lines[form.header_line :], start=form.header_line + 1):
@@ -137,12 +137,12 @@ def _table(path: Path, name: str, lines: list[str], form: DelimitedForm) -> RawT
                 continue  # the last line was cut off
             raise InputError(
                 f"{name}:{number}: has {len(cells)} columns, the header {len(names)}; delete the "
-                "line, or correct csv.separator"
+                "line, or correct text.separator"
             )
         rows.append(cells)
         at.append(number)
     if not rows:
-        raise InputError(f"{name}: has no row of numbers; correct csv.header_line")
+        raise InputError(f"{name}: has no row of numbers; correct text.header_line")
     columns = {}
     for i, column in enumerate(names):
         values, is_clock = _numbers([row[i] for row in rows], form.decimal)

@@ -19,8 +19,10 @@ from cdprcal.io.files import shown_path
 from cdprcal.mapping.apply import apply_map
 from cdprcal.mapping.document import GROUPS, QUATERNIONS, Map, parse_map, quoted
 from cdprcal.mapping.raw import Floats, RawTable
+from cdprcal.mapping.read import read_raw
 from cdprcal.mapping.recognise import Name, taken_apart
 from cdprcal.mapping.units import UNITS
+from cdprcal.sensors import MOST_CABLES
 
 _AXES = ("roll", "pitch", "yaw")
 _PER_CABLE = [name for name, sensor in GROUPS.items() if sensor.is_per_cable]
@@ -30,7 +32,7 @@ _PERIODS_S = (5e-4, 2.0)
 _MOST_TILT = math.radians(60.0)
 #: One explanation is better than another from here on [nat]: as everywhere in this project.
 _EVIDENCE = 3.0
-_RAW, _MOST_CABLES = 1e-9, 8
+_RAW = 1e-9
 
 
 @dataclass(frozen=True)
@@ -192,7 +194,7 @@ def _cable_count(names: dict[str, Name]) -> int:
         len(group)
         for kind in ("lengths", "swivels", "tensions")
         for group in _alike([name for name in names.values() if name.kind == kind])
-        if 1 < len(group) <= _MOST_CABLES
+        if 1 < len(group) <= MOST_CABLES
     ]
     return max(sorted(set(sizes)), key=sizes.count, default=0)
 
@@ -242,7 +244,7 @@ def _by_place(
     """Columns without a name that says anything: blocks of one a cable, told apart by range."""
     if robot is None or not count:
         return []
-    weight_N = robot.platform.mass_kg * robot.gravity_m_s2
+    weight_N = robot.weight_N
     free = [key for key, name in names.items() if not name.kind and _moves(raw, name)]
     lines: list[Line] = []
     while len(free) >= count:
@@ -319,7 +321,7 @@ def _unit_by_range(kind: str, values: Floats, robot: _core.Robot | None) -> tupl
         total = float(np.nanmedian(np.abs(values).sum(axis=1)))
         if robot is None:
             return "N", f"unit assumed: together {total:.3g}"
-        weight_N = robot.platform.mass_kg * robot.gravity_m_s2
+        weight_N = robot.weight_N
         # Cables that hang a platform carry somewhat more than its weight, never less.
         unit = min(
             ("N", "kN", "kgf", "lbf", "daN"),
@@ -422,6 +424,4 @@ def _cost(proposal: Proposal, robot: _core.Robot) -> float:
 
 def propose_file(path: str | Path, robot: _core.Robot | None = None) -> Proposal:
     """As ``propose``, for a file of any kind. Raises InputError."""
-    from cdprcal.mapping.read import read_raw
-
     return propose(read_raw(path), robot)

@@ -24,8 +24,7 @@ from cdprcal.io.loaded import LogFile
 from cdprcal.io.mcap_records import CutError, DamagedError
 from cdprcal.ros2.storage import MCAP_MAGIC, SQLITE_MAGIC, StorageError, messages
 from cdprcal.ros2.topics import JOINT_STATE, length_joints, swivel_joints, wanted_types
-
-_MOST_CABLES = 8
+from cdprcal.sensors import MOST_CABLES
 
 Floats = NDArray[np.float64]
 Messages = dict[str, list[tuple[int, Any]]]
@@ -182,7 +181,7 @@ def _cable_count(message: Any, topics: Ros2, name: str) -> int:
             )
         return len(topics.length_joints)
     count = 0
-    while count < _MOST_CABLES and f"cable_{count + 1}" in message.name:
+    while count < MOST_CABLES and f"cable_{count + 1}" in message.name:
         count += 1
     if not count:
         raise InputError(

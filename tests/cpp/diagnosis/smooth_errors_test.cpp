@@ -87,8 +87,10 @@ TEST(SmoothErrors, TheirSizeIsLearntChannelByChannel) {
   ASSERT_EQ(term.learnt.size(), 5);
   // Yaws drift in these runs, and nothing else does.
   for (const int channel : {0, 1, 2}) EXPECT_GT(term.learnt[3], 3.0 * term.learnt[channel]);
-  const std::array<double, kRestGroups> sizes = size_in_readings(of, term);
-  EXPECT_GT(sizes[3], 3.0 * of.noise[3]);
+  const auto sizes = smooth_rms(of);
+  ASSERT_TRUE(sizes.has_value());
+  EXPECT_GT((*sizes)[3], 3.0 * of.noise[3]);
+  EXPECT_FALSE(smooth_rms(model()).has_value());
   // The width is that of the values: squares over what the readings determine of them.
   const Eigen::VectorXd precision = prior_precision(of);
   const Eigen::VectorXd variance = covariance(of).diagonal().tail(precision.size());
