@@ -58,6 +58,10 @@ void learn_priors(DiagnosisModel& model) {
     Eigen::Index begin = variance.size() - model.values().size();
     for (std::size_t k = 0; k < model.effects.size(); ++k) {
       EffectTerm& term = model.effects[k];
+      if (term.learnt.size() > 0) {  // with the noise
+        begin += term.values.size();
+        continue;
+      }
       const EffectValues typical = term.effect->typical(model.robot);
       double sum = kPseudo;
       for (Eigen::Index j = 0; j < term.values.size(); ++j) {

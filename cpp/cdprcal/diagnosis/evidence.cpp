@@ -29,9 +29,14 @@ EvidenceAgainst::EvidenceAgainst(const DiagnosisModel& model)
     : model_(model), log_evidence_(log_evidence(model)) {}
 
 Refit EvidenceAgainst::refit(const CandidateScore& score) const {
-  Refit out{score, model_, -1e300};
-  DiagnosisModel with = model_;
-  with.effects.push_back({score.effect, score.values});
+  Refit out = refit(model_, {score.effect, score.values});
+  out.score = score;
+  return out;
+}
+
+Refit EvidenceAgainst::refit(DiagnosisModel with, const EffectTerm& added) const {
+  Refit out{{}, with, -1e300};
+  with.effects.push_back(added);
   EffectTerm& term = with.effects.back();
   for (const PriorScale& prior : kPriorScales) {
     term.prior_scale = prior.scale;
@@ -41,7 +46,8 @@ Refit EvidenceAgainst::refit(const CandidateScore& score) const {
       out.log_evidence = evidence;
       out.model = with;
     }
-    if (size_of(term, with.robot) < prior.scale) break;  // nothing asks for larger ones
+    // Nothing asks for larger ones, or they are learnt.
+    if (term.learnt.size() > 0 || size_of(term, with.robot) < prior.scale) break;
   }
   return out;
 }

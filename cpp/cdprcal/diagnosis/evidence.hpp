@@ -30,6 +30,8 @@ class EvidenceAgainst {
   explicit EvidenceAgainst(const DiagnosisModel& model);
   /// Starts the candidate at the scan's linear estimate.
   [[nodiscard]] Refit refit(const CandidateScore& score) const;
+  /// Starts at the model `start`, with this term. Its score is empty.
+  [[nodiscard]] Refit refit(DiagnosisModel start, const EffectTerm& term) const;
   /// Evidence for another fitted model of the same readings.
   [[nodiscard]] double of(const DiagnosisModel& other) const;
   /// The refits of the best `most` of `scores` that `take` accepts, best first.

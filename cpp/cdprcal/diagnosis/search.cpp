@@ -40,28 +40,37 @@ std::optional<Refit> best_generic(const EvidenceAgainst& against,
 }
 
 /// The refit with errors that wander with time, when it has more evidence than this and the model's
-/// do not wander yet.
-std::optional<Refit> with_smooth_errors(const DiagnosisModel& model, double log_evidence) {
+/// do not wander yet. Starts at the noise of `similar`, a model that ends with such errors.
+std::optional<Refit> with_smooth_errors(const DiagnosisModel& model, double log_evidence,
+                                        const DiagnosisModel* similar = nullptr) {
   const auto has = [](const EffectTerm& term) { return is_smooth_errors(*term.effect); };
   if (std::ranges::any_of(model.effects, has)) return std::nullopt;
-  const std::shared_ptr<const Effect> smooth = smooth_errors(model);
-  if (!smooth) return std::nullopt;
-  const std::vector<CandidateScore> scores = scan(model, {smooth}, {.draws = 0});
-  if (scores.empty() || !(scores.front().log_evidence > log_evidence)) return std::nullopt;
-  Refit refit = EvidenceAgainst(model).refit(scores.front());
+  const EvidenceAgainst against(model);
+  Refit refit;
+  if (similar) {
+    DiagnosisModel start = model;
+    start.noise = similar->noise;
+    refit = against.refit(std::move(start), similar->effects.back());
+  } else {
+    const std::shared_ptr<const Effect> smooth = smooth_errors(model);
+    if (!smooth) return std::nullopt;
+    const std::vector<CandidateScore> scores = scan(model, {smooth}, {.draws = 0});
+    if (scores.empty() || !(scores.front().log_evidence > log_evidence)) return std::nullopt;
+    refit = against.refit(scores.front());
+  }
   if (!(refit.log_evidence > log_evidence)) return std::nullopt;
   return refit;
 }
 
 /// Those of some refits that add something to smooth errors, best first: judged together with
 /// these, which would swallow an effect if they were in the model before it.
-std::vector<Refit> beside_smooth_errors(std::vector<Refit> refits, double smooth_alone,
+std::vector<Refit> beside_smooth_errors(std::vector<Refit> refits, const Refit& smooth,
                                         double least) {
   std::vector<std::pair<double, Refit>> kept;
   for (Refit& refit : refits) {
-    const std::optional<Refit> with = with_smooth_errors(refit.model, 0.0);
+    const std::optional<Refit> with = with_smooth_errors(refit.model, 0.0, &smooth.model);
     const double together = refit.log_evidence + (with ? with->log_evidence : 0.0);
-    if (together > smooth_alone + least) kept.emplace_back(together, std::move(refit));
+    if (together > smooth.log_evidence + least) kept.emplace_back(together, std::move(refit));
   }
   std::ranges::stable_sort(kept, std::ranges::greater(), &std::pair<double, Refit>::first);
   refits.clear();
@@ -260,8 +269,8 @@ bool Search::exchange_fault() {
 }
 
 bool Search::forward() {
+  look_for_fault();
   for (;;) {
-    look_for_fault();
     const Candidates named = untried(model_);
     const Candidates generic = generic_candidates(model_);
     Candidates all = named;
@@ -316,8 +325,7 @@ bool Search::forward() {
       if (!refits.empty()) best = std::max(best, refits.front().log_evidence);
       smooth = with_smooth_errors(model_, best);
       if (smooth) {
-        refits =
-            beside_smooth_errors(std::move(refits), smooth->log_evidence, options_.least_evidence);
+        refits = beside_smooth_errors(std::move(refits), *smooth, options_.least_evidence);
       }
     }
     bool accepted = false;
@@ -335,9 +343,12 @@ bool Search::forward() {
       }
       out_.rejected.push_back({name, reason});
     }
-    if (accepted) continue;
+    if (accepted) {
+      look_for_fault();
+      continue;
+    }
     if (!smooth) return true;
-    model_ = std::move(smooth->model);
+    model_ = std::move(smooth->model);  // which hides no fault: it was looked for without
   }
 }
 

@@ -27,6 +27,14 @@ constexpr int kFactorY = 21, kFactorD = 27, kFactorUnknowns = 33;
 // Where the sums are: S (packed), then per unknown g, raw g, raw diagonal, then three numbers.
 constexpr int sums_size(int unknowns) { return packed(unknowns, 0) + 3 * unknowns + 3; }
 
+template <typename V>
+CDPRCAL_INLINE bool is_zero(const V& v) {
+  for (int l = 0; l < count<V>; ++l) {
+    if (v[l] != 0.0) return false;
+  }
+  return true;
+}
+
 /// Lanes `first` … of a batch.
 template <typename Kind, typename V = typename Kind::V>
 CDPRCAL_INLINE void eliminate(const Batch& in, int first) {
@@ -92,8 +100,12 @@ CDPRCAL_INLINE void eliminate(const Batch& in, int first) {
   for (int k = 0; k < in.columns; ++k) {
     const int u = in.offsets + k;
     V y[6] = {}, raw = {}, square = {};
+    // Most values bear on few rows.
+    int own[kMostRows], count_own = 0;
     for (int s = 0; s < in.slots; ++s) {
       const V by_effect = by_effects[in.slot[s] * in.columns + k];
+      if (is_zero(by_effect)) continue;
+      own[count_own++] = in.slot[s];
       for (int a = 0; a < 6; ++a) y[a] += by_effect * rows[kRow * in.slot[s] + a];
       raw += by_effect * rows[kRow * in.slot[s] + 6];
       square += by_effect * by_effect;
@@ -105,8 +117,8 @@ CDPRCAL_INLINE void eliminate(const Batch& in, int first) {
     }
     for (int l = 0; l < k; ++l) {
       V product = shared(y, in.offsets + l);
-      for (int s = 0; s < in.slots; ++s) {
-        const int at = in.slot[s] * in.columns;
+      for (int s = 0; s < count_own; ++s) {
+        const int at = own[s] * in.columns;
         product += by_effects[at + k] * by_effects[at + l];
       }
       sums.add(packed(u, in.offsets + l), product);
