@@ -49,6 +49,7 @@ CalibrateOptions options_for(const Log& log) {
 /// What a calibration says of a map of the readings.
 struct Trial {
   double cost = std::numeric_limits<double>::infinity();
+  double expected = 0.0;    ///< cost of a right map, with errors as specified
   bool agrees = false;      ///< a pose is found, and the residuals are within their sigma
   bool says_enough = true;  ///< not when the pose is left open: whatever fits then proves nothing
   bool surprises = true;    ///< residuals that chance would not make
@@ -63,6 +64,7 @@ Trial try_map(const Robot& robot, const Log& log, const std::vector<double>& at_
   const CalibrationResult result = calibrate(robot, log, options).result;
   Trial out;
   if (std::isfinite(result.cost)) out.cost = result.cost;
+  out.expected = 0.5 * std::max(1, result.residual_count - result.parameter_count);
   out.agrees = result.status == CalibrationStatus::converged;
   out.says_enough = result.status != CalibrationStatus::unobservable;
   out.surprises = !(result.chi_square_p_value >= kChance);
@@ -219,7 +221,9 @@ class Trials {
   Trials(const Robot& robot, const Log& log) : robot_(robot), log_(log) {
     // Hundreds of trials: a few of the poses tell a wrong map as well as all of them do.
     if (std::optional<Log> brief = few_poses(robot, log, at_s_)) log_ = *std::move(brief);
-    cost_ = try_map(robot_, log_, at_s_, kAllStarts).cost;
+    const Trial as_read = try_map(robot_, log_, at_s_, kAllStarts);
+    cost_ = as_read.cost;
+    expected_ = as_read.expected;
   }
 
   void consider_single() {
@@ -242,6 +246,10 @@ class Trials {
 
   /// Whether the best considered helps a great deal: the small effects never do.
   [[nodiscard]] bool found() const { return best_cost_ * kOrdersOfMagnitude < cost_; }
+  /// Whether there is room for two that help so much each: the small effects never need them.
+  [[nodiscard]] bool may_hold_two() const {
+    return cost_ > kOrdersOfMagnitude * kOrdersOfMagnitude * expected_;
+  }
   /// Whether it makes the log agree.
   [[nodiscard]] bool agrees() const { return agrees_; }
   /// Sets the best right for good.
@@ -275,7 +283,7 @@ class Trials {
   Robot robot_;
   Log log_;
   std::vector<double> at_s_;
-  double cost_ = 0.0, best_cost_ = 0.0;
+  double cost_ = 0.0, expected_ = 0.0, best_cost_ = 0.0;
   std::vector<DiscreteFault> best_;
   bool agrees_ = false;
 };
@@ -294,7 +302,7 @@ DiscreteSearch find_discrete_faults(Robot& robot, Log& log) {
     if (!trials.found()) break;
     trials.take(search.faults);
   }
-  if (!trials.agrees()) {
+  if (!trials.agrees() && as_read.may_hold_two()) {
     Trials pairs = as_read;
     pairs.consider_pairs();
     if (pairs.found() && pairs.agrees()) {
