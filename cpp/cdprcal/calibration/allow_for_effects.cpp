@@ -1,9 +1,11 @@
 #include "cdprcal/calibration/allow_for_effects.hpp"
 
+#include <algorithm>
 #include <cstdio>
 
 #include "cdprcal/effects/applied.hpp"
-#include "cdprcal/estimation/model.hpp"
+#include "cdprcal/evidence/checks.hpp"
+#include "cdprcal/evidence/model_average.hpp"
 
 namespace cdprcal {
 namespace {
@@ -16,7 +18,6 @@ std::string part(const char* pattern, double a, double b) {
 
 DiagnosisModel model_of(const Calibration& calibration) {
   const CalibrationProblem& problem = calibration.problem;
-  const int n = problem.robot.cable_count();
   DiagnosisModel model;
   model.robot = problem.robot;
   DiagnosisRun& run = model.runs.emplace_back();
@@ -32,11 +33,29 @@ DiagnosisModel model_of(const Calibration& calibration) {
   run.offsets =
       offsets_at(with_effects(problem.robot, run.known), run.poses[0], run.measurements[0]);
   start_noise(model, calibration.signals);
-  for (const auto& effect : effect_catalogue()) {
-    if (effect->needs_motion()) continue;
-    model.effects.push_back({effect, EffectValues::Zero(effect->size(n))});
-  }
   return model;
+}
+
+/// Those of the catalogue that rests can show.
+Candidates effects_at_rest() {
+  Candidates out;
+  std::ranges::copy_if(effect_catalogue(), std::back_inserter(out),
+                       [](const auto& effect) { return !effect->needs_motion(); });
+  return out;
+}
+
+void take_covariance(const Matrix6& covariance, CalibrationResult& result) {
+  result.covariance = covariance;
+  result.standard_deviation = covariance.diagonal().cwiseSqrt();
+}
+
+/// Adds what the log cannot rule out, as diagnose does before it finds anything.
+void add_unseen(const Calibration& calibration, CalibrationResult& result) {
+  DiagnosisModel model = model_of(calibration);
+  if (!fit_with_noise(model)) return;
+  const Unseen unseen = covariance_of_unseen(model, scan(model, effects_at_rest(), {.draws = 0}));
+  const Matrix6& more = checks_of(model).enough() ? unseen.probable : unseen.possible;
+  if (more.allFinite()) take_covariance(*result.covariance + more, result);
 }
 
 }  // namespace
@@ -84,10 +103,13 @@ void allow_for_effects(const CalibrateOptions& options, Calibration& calibration
     return;
   }
   const std::string found = misfit(calibration);
-  if (found.empty()) return;
+  if (found.empty()) return add_unseen(calibration, result);
   result.reason += "; yet the model misfits " + found +
                    ", so it lacks something (cdprcal diagnose looks for it)";
   DiagnosisModel model = model_of(calibration);
+  for (const auto& effect : effects_at_rest()) {
+    model.effects.push_back({effect, EffectValues::Zero(effect->size(model.robot.cable_count()))});
+  }
   const bool settled = fit_with_noise(model);
   const Matrix6 covariance = initial_pose_covariance(model, 0);
   if (!settled || !covariance.allFinite()) {
@@ -99,8 +121,7 @@ void allow_for_effects(const CalibrateOptions& options, Calibration& calibration
     if (i > 0 && calibration.problem.measurements[i].kind != PoseKind::static_pose) continue;
     result.poses[i] = model.runs[0].poses[next++];
   }
-  result.covariance = covariance;
-  result.standard_deviation = covariance.diagonal().cwiseSqrt();
+  take_covariance(covariance, result);
   const PlatformState initial =
       platform_state(with_effects(model.robot, model.active(0)), model.runs[0].poses.front());
   result.initial_length_m = initial.length_m();

@@ -7,6 +7,7 @@
 
 #include "cdprcal/calibration/allow_for_effects.hpp"
 #include "cdprcal/calibration/multi_start.hpp"
+#include "cdprcal/calibration/unsettled_start.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/estimation/presence.hpp"
@@ -145,8 +146,10 @@ bool holds_the_start(const Log& log, const SampleRange& run, const Equilibrium& 
   return still_since_start(log, around, signals).end >= until.end;
 }
 
+/// `given`: the samples that show the initial pose, where that is known.
 void measure_automatically(const Log& log, const PathState& path, const SampleRange& run,
-                           const CalibrateOptions& options, Calibration& out) {
+                           const CalibrateOptions& options, const std::optional<SampleRange>& given,
+                           Calibration& out) {
   const int n = out.problem.robot.cable_count();
   auto& measurements = out.problem.measurements;
   std::vector<char> used(static_cast<std::size_t>(run.size()), 0);
@@ -158,9 +161,11 @@ void measure_automatically(const Log& log, const PathState& path, const SampleRa
   bool starts_at_rest = false;
   for (const Equilibrium& rest : out.equilibria) {
     SampleRange samples = core(log, run, rest, window_s);
-    if (measurements.empty() && holds_the_start(log, run, rest, window_s, out.signals)) {
+    const bool given_here = given && given->begin < rest.samples.end;
+    if (measurements.empty() &&
+        (given_here || holds_the_start(log, run, rest, window_s, out.signals))) {
       starts_at_rest = true;
-      samples = start(log, run, rest, window_s, out.signals);
+      samples = given_here ? *given : start(log, run, rest, window_s, out.signals);
     }
     measurements.push_back(measurement_mean(log, samples, PoseKind::static_pose, n));
     add_path(path, log, samples, log.time_s[run.begin], measurements.back());
@@ -168,10 +173,11 @@ void measure_automatically(const Log& log, const PathState& path, const SampleRa
           rest.samples.end});
   }
   if (!starts_at_rest) {
+    const SampleRange samples = given.value_or(SampleRange{run.begin, run.begin + 1});
     measurements.insert(measurements.begin(),
-                        measurement_at(log, run.begin, PoseKind::kinematic_pose, n));
-    add_path(path, log, {run.begin, run.begin + 1}, log.time_s[run.begin], measurements.front());
-    used.front() = 1;
+                        measurement_mean(log, samples, PoseKind::kinematic_pose, n));
+    add_path(path, log, samples, log.time_s[run.begin], measurements.front());
+    mark({run.begin, samples.end});
   }
   measurements.front().time_s = log.time_s[run.begin];  // the reference is the first sample
   if (options.method == Method::statics) return;
@@ -292,7 +298,11 @@ NoiseSource noise_source(const CalibrateOptions& options) {
                                                                           : NoiseSource::from_data);
 }
 
-Calibration prepare(const Robot& robot, const Log& given, const CalibrateOptions& options) {
+namespace {
+
+/// As prepare. `start`: the samples that show the initial pose, where that is known.
+Calibration prepare(const Robot& robot, const Log& given, const CalibrateOptions& options,
+                    const std::optional<SampleRange>& start) {
   check_fit(robot, given, options);
   const std::optional<Log> corrected = correct_readings(robot, given);
   const Log& log = corrected ? *corrected : given;
@@ -318,7 +328,7 @@ Calibration prepare(const Robot& robot, const Log& given, const CalibrateOptions
   const std::optional<Log> continuous = without_holds(log);
   const Log& read = continuous ? *continuous : log;
   if (options.at_s.empty()) {
-    measure_automatically(read, path, run, options, out);
+    measure_automatically(read, path, run, options, start, out);
   } else {
     measure_by_hand(read, path, run, options, out);
   }
@@ -333,11 +343,16 @@ Calibration prepare(const Robot& robot, const Log& given, const CalibrateOptions
   return out;
 }
 
+}  // namespace
+
+Calibration prepare(const Robot& robot, const Log& log, const CalibrateOptions& options) {
+  return prepare(robot, log, options, std::nullopt);
+}
+
 namespace {
 
-/// The fit, without words on it.
-Calibration fit(const Robot& robot, const Log& log, const CalibrateOptions& options) {
-  Calibration out = prepare(robot, log, options);
+/// A prepared calibration, solved; without words on it.
+Calibration fit(Calibration out, const CalibrateOptions& options) {
   const CalibrationProblem& problem = out.problem;
   if (options.guess.size() == problem.measurements.size()) {
     out.result = solve(problem, options.guess, options.solve);
@@ -364,12 +379,23 @@ Calibration fit(const Robot& robot, const Log& log, const CalibrateOptions& opti
   return out;
 }
 
+/// Again with what shows the initial pose better than the first sample, where something does.
+Calibration fit_settled(const Robot& robot, const Log& log, const CalibrateOptions& options) {
+  Calibration out = fit(prepare(robot, log, options), options);
+  if (!options.at_s.empty() || options.formulation == Formulation::paper) return out;
+  const std::optional<Log> corrected = correct_readings(robot, log);
+  const Log& read = corrected ? *corrected : log;
+  const std::optional<SampleRange> start =
+      unsettled_start(read, run_of(read, options.segment), out, options.detection.window_s);
+  return start ? fit(prepare(robot, log, options, start), options) : out;
+}
+
 }  // namespace
 
 Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions& options) {
   CalibrateOptions silent = options;  // of several fits only the last is explained
   silent.solve.explain = false;
-  Calibration out = fit(robot, log, silent);
+  Calibration out = fit_settled(robot, log, silent);
   allow_for_effects(options, out);
   if (options.solve.explain) explain(out.problem, out.result);
   return out;

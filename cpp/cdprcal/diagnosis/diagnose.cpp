@@ -6,7 +6,6 @@
 #include <cstdio>
 
 #include "cdprcal/diagnosis/baseline.hpp"
-#include "cdprcal/diagnosis/checks.hpp"
 #include "cdprcal/diagnosis/events.hpp"
 #include "cdprcal/diagnosis/search.hpp"
 #include "cdprcal/diagnosis/separation.hpp"
@@ -14,6 +13,7 @@
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/effects/reading_faults.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/evidence/checks.hpp"
 
 namespace cdprcal {
 namespace {

@@ -6,7 +6,7 @@
 #include "cdprcal/diagnosis/discrete.hpp"
 #include "cdprcal/diagnosis/generic.hpp"
 #include "cdprcal/diagnosis/held_out.hpp"
-#include "cdprcal/diagnosis/scan.hpp"
+#include "cdprcal/evidence/scan.hpp"
 
 namespace cdprcal {
 

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "cdprcal/diagnosis/diagnose.hpp"
-#include "cdprcal/diagnosis/evidence.hpp"
-#include "cdprcal/diagnosis/model_average.hpp"
 #include "cdprcal/diagnosis/small_faults.hpp"
+#include "cdprcal/evidence/model_average.hpp"
+#include "cdprcal/evidence/refit.hpp"
 
 namespace cdprcal {
 

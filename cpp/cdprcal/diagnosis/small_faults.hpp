@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cdprcal/diagnosis/discrete.hpp"
-#include "cdprcal/diagnosis/evidence.hpp"
+#include "cdprcal/evidence/refit.hpp"
 
 namespace cdprcal {
 

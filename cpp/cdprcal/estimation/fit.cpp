@@ -34,6 +34,56 @@ double half_log_determinant(const Eigen::MatrixXd& a) {
   return sum;
 }
 
+/// Below this share of a typical size a learnt width is nothing.
+constexpr double kLeastWidth = 1e-3;
+
+/// A prior's width that is being learnt.
+struct LearntWidth {
+  std::size_t term;
+  int group;
+  double squares;     ///< Σ of its values in their prior's σ
+  double determined;  ///< of how many of its values the readings tell, not the prior
+};
+/// Those that the readings tell anything of. `spread`: of the common unknowns, the values last.
+std::vector<LearntWidth> learnt_widths(const Eigen::MatrixXd& spread,
+                                       const ValuePrecision& precision,
+                                       const DiagnosisModel& model) {
+  constexpr double kDetermined = 0.5;
+  std::vector<LearntWidth> out;
+  const Eigen::Index first = spread.rows() - precision.size();
+  Eigen::Index value = 0;
+  for (std::size_t k = 0; k < model.effects.size(); ++k) {
+    const EffectTerm& term = model.effects[k];
+    const Eigen::Index begin = value;
+    value += term.values.size();
+    if (term.learnt.size() == 0) continue;
+    const std::vector<int> groups = term.effect->learnt_widths(model.robot.cable_count());
+    Eigen::VectorXd squares = Eigen::VectorXd::Zero(term.learnt.size()), determined = squares;
+    for (Eigen::Index j = 0; j < term.values.size(); ++j) {
+      const int g = groups[static_cast<std::size_t>(j) % groups.size()];
+      const double own = precision[begin + j];
+      squares[g] += own * term.values[j] * term.values[j];
+      determined[g] += 1.0 - own * spread(first + begin + j, first + begin + j);
+    }
+    for (int g = 0; g < term.learnt.size(); ++g) {
+      if (determined[g] < kDetermined || term.learnt[g] <= kLeastWidth) continue;
+      out.push_back({k, g, squares[g], determined[g]});
+    }
+  }
+  return out;
+}
+
+/// What learning the widths costs: each is as probable anywhere between nothing and ten typical
+/// sizes on a logarithmic scale, and the readings tell it to 1/√(2γ) (MacKay 1992, eq. 4.12).
+double log_cost_of(const std::vector<LearntWidth>& widths) {
+  const double range = std::log(10.0 / kLeastWidth);
+  double cost = 0.0;
+  for (const LearntWidth& width : widths) {
+    cost += std::log(range) - 0.5 * std::log(kPi / width.determined);
+  }
+  return cost;
+}
+
 /// Rows count offsets from the model, a model from its readings: the other sign.
 void turn_offsets(const DiagnosisModel& model, Eigen::MatrixXd& matrix) {
   const Eigen::Index values = model.values().size();
@@ -136,6 +186,10 @@ double ModelEstimation::log_evidence() {
     }
     out -= runs()[r].elimination.half_log_determinant(run.poses());
   }
+  const auto learns = [](const EffectTerm& term) { return term.learnt.size() > 0; };
+  if (std::ranges::any_of(rows_->model().effects, learns)) {
+    out -= log_cost_of(learnt_widths(covariance(), precision(), rows_->model()));
+  }
   return out;
 }
 
@@ -205,31 +259,19 @@ double take_noise(const ChannelSums& sums, DiagnosisModel& model) {
 /// unknowns; `precision`: of the priors as they were. Returns the largest relative change.
 double take_widths(const Eigen::MatrixXd& spread, const ValuePrecision& precision,
                    DiagnosisModel& model) {
-  constexpr double kLeast = 1e-3, kDetermined = 0.5;
   double change = 0.0;
-  Eigen::Index value = 0;
   for (EffectTerm& term : model.effects) {
-    const Eigen::Index begin = value;
-    value += term.values.size();
     const std::vector<int> groups = term.effect->learnt_widths(model.robot.cable_count());
-    if (groups.empty()) continue;
-    const int count = *std::ranges::max_element(groups) + 1;
-    if (term.learnt.size() == 0) term.learnt.setOnes(count);
-    Eigen::VectorXd squares = Eigen::VectorXd::Zero(count), determined = squares;
-    for (Eigen::Index j = 0; j < term.values.size(); ++j) {
-      const int g = groups[static_cast<std::size_t>(j) % groups.size()];
-      const double own = precision[begin + j];
-      squares[g] += own * term.values[j] * term.values[j];
-      determined[g] += 1.0 - own * spread(spread.rows() - precision.size() + begin + j,
-                                          spread.cols() - precision.size() + begin + j);
+    if (!groups.empty() && term.learnt.size() == 0) {
+      term.learnt.setOnes(*std::ranges::max_element(groups) + 1);
     }
-    for (int g = 0; g < count; ++g) {
-      if (determined[g] < kDetermined || term.learnt[g] <= kLeast) continue;
-      const double factor = std::sqrt(squares[g] / determined[g]);
-      const double width = std::max(kLeast, term.learnt[g] * factor);
-      change = std::max(change, std::abs(std::log(width / term.learnt[g])));
-      term.learnt[g] = width;
-    }
+  }
+  for (const LearntWidth& width : learnt_widths(spread, precision, model)) {
+    double& present = model.effects[width.term].learnt[width.group];
+    const double next =
+        std::max(kLeastWidth, present * std::sqrt(width.squares / width.determined));
+    change = std::max(change, std::abs(std::log(next / present)));
+    present = next;
   }
   return change;
 }

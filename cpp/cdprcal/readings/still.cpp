@@ -1,6 +1,7 @@
 #include "cdprcal/readings/still.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -30,19 +31,37 @@ Running running(const Eigen::VectorXd& given, bool angle, const Signal& channel)
   return out;
 }
 
-bool halves_agree(const std::vector<Running>& channels, std::size_t end) {
+/// Whether the means of so many parts of equal length agree in all channels together.
+bool parts_agree(const std::vector<Running>& channels, std::size_t end, std::size_t parts) {
   constexpr double kConfidence = 0.95;
-  const std::size_t middle = end / 2;
   double chi_square = 0.0;
   int freedom = 0;
   for (const Running& c : channels) {
-    const double first = c.count[middle], second = c.count[end] - first;
-    if (first < 1.0 || second < 1.0 || !(c.signal.sigma > 0.0)) continue;
-    const double change = (c.sum[end] - c.sum[middle]) / second - c.sum[middle] / first;
-    chi_square += change * change / (c.signal.variance(first) + c.signal.variance(second));
-    ++freedom;
+    if (!(c.signal.sigma > 0.0)) continue;
+    double weight = 0.0, mean = 0.0, squares = 0.0;  // West's update: of the parts' means
+    int told = 0;
+    for (std::size_t part = 0; part < parts; ++part) {
+      const std::size_t from = end * part / parts, until = end * (part + 1) / parts;
+      const double count = c.count[until] - c.count[from];
+      if (count < 1.0) continue;
+      const double own = 1.0 / c.signal.variance(count);
+      const double away = (c.sum[until] - c.sum[from]) / count - mean;
+      weight += own;
+      mean += away * own / weight;
+      squares += own * away * (away - away * own / weight);
+      ++told;
+    }
+    chi_square += squares;
+    freedom += std::max(0, told - 1);
   }
   return freedom == 0 || chi_square <= chi_square_quantile(kConfidence, freedom);
+}
+
+/// A drift shows in halves; what goes there and comes back, in smaller parts.
+bool is_still(const std::vector<Running>& channels, std::size_t end) {
+  return std::ranges::all_of(std::array{2, 4, 8}, [&](std::size_t parts) {
+    return parts > end || parts_agree(channels, end, parts);
+  });
 }
 
 }  // namespace
@@ -63,7 +82,7 @@ SampleRange still_since_start(const Log& log, const SampleRange& range, const Si
       },
       log);
   Eigen::Index size = range.size();
-  while (size > least && !halves_agree(channels, static_cast<std::size_t>(size))) {
+  while (size > least && !is_still(channels, static_cast<std::size_t>(size))) {
     size = std::max(least, std::min(size - 1, size * 9 / 10));
   }
   return {range.begin, range.begin + size};

@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include "../support/run.hpp"
 #include "cdprcal/diagnosis/baseline.hpp"
+#include "cdprcal/diagnosis/diagnose.hpp"
 
 namespace cdprcal {
 namespace {
@@ -38,12 +40,35 @@ void expect_same(const Calibration& a, const Calibration& b) {
   EXPECT_EQ(a.result.reason, b.result.reason);
 }
 
-TEST(AllowForEffects, ChangesNothingWhereTheModelFits) {
+TEST(AllowForEffects, MovesNothingWhereTheModelFits) {
   const Robot robot = load_robot("irma4");
   const Log log = made().log;
   const Calibration plain = calibrate(robot, log, unasked());
   EXPECT_EQ(misfit(plain), "");
-  expect_same(calibrate(robot, log), plain);
+  const Calibration allowing = calibrate(robot, log);
+  EXPECT_EQ(allowing.result.poses.front().position_m, plain.result.poses.front().position_m);
+  EXPECT_EQ(allowing.result.reason, plain.result.reason);
+}
+
+TEST(AllowForEffects, CountsWhatALogCannotRuleOut) {
+  const Robot robot = load_robot("irma4");
+  const Log log = made().log;
+  const Calibration plain = calibrate(robot, log, unasked()), allowing = calibrate(robot, log);
+  const Matrix6 more = *allowing.result.covariance - *plain.result.covariance;
+  const Eigen::SelfAdjointEigenSolver<Matrix6> added(more);
+  EXPECT_GE(added.eigenvalues()[0], -1e-12 * more.norm());
+  EXPECT_GT(more.norm(), 0.0);
+  EXPECT_EQ(allowing.result.standard_deviation,
+            Vector6(allowing.result.covariance->diagonal().cwiseSqrt()));
+  // No smaller than diagnose's before it finds anything.
+  CalibrateOptions at_rest;
+  at_rest.method = Method::statics;
+  const Calibration rests = calibrate(robot, log, at_rest);
+  const Diagnosis found = diagnose(robot, {log});
+  const Vector6 before = found.covariance_before.diagonal().cwiseSqrt();
+  for (int i = 0; i < 6; ++i) {
+    EXPECT_GT(rests.result.standard_deviation[i], 0.8 * before[i]);
+  }
 }
 
 TEST(AllowForEffects, ChangesNothingUnasked) {

@@ -8,8 +8,8 @@
 
 #include "../support/dense.hpp"
 #include "../support/run.hpp"
-#include "cdprcal/diagnosis/checks.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/evidence/checks.hpp"
 
 namespace cdprcal {
 namespace {

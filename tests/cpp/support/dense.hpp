@@ -9,7 +9,7 @@
 #include <numeric>
 
 #include "cdprcal/diagnosis/baseline.hpp"
-#include "cdprcal/diagnosis/checks.hpp"
+#include "cdprcal/evidence/checks.hpp"
 #include "run.hpp"
 
 namespace cdprcal::test {

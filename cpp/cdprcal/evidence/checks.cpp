@@ -1,4 +1,4 @@
-#include "cdprcal/diagnosis/checks.hpp"
+#include "cdprcal/evidence/checks.hpp"
 
 #include <algorithm>
 #include <cstdio>

@@ -1,4 +1,4 @@
-#include "cdprcal/diagnosis/evidence.hpp"
+#include "cdprcal/evidence/refit.hpp"
 
 #include <algorithm>
 #include <cmath>

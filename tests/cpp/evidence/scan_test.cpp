@@ -1,4 +1,4 @@
-#include "cdprcal/diagnosis/scan.hpp"
+#include "cdprcal/evidence/scan.hpp"
 
 #include <gtest/gtest.h>
 

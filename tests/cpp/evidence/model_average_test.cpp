@@ -1,5 +1,5 @@
 // What the log cannot rule out, in the covariance of the initial pose.
-#include "cdprcal/diagnosis/model_average.hpp"
+#include "cdprcal/evidence/model_average.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "cdprcal/diagnosis/model_average.hpp"
+#include "cdprcal/evidence/model_average.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>

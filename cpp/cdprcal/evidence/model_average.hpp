@@ -1,7 +1,7 @@
 // How far the initial pose may be off because of what the log cannot rule out.
 #pragma once
 
-#include "cdprcal/diagnosis/scan.hpp"
+#include "cdprcal/evidence/scan.hpp"
 
 namespace cdprcal {
 

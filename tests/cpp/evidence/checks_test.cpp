@@ -1,5 +1,5 @@
 // Whether a log has anything to check a model by.
-#include "cdprcal/diagnosis/checks.hpp"
+#include "cdprcal/evidence/checks.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "cdprcal/diagnosis/scan.hpp"
+#include "cdprcal/evidence/scan.hpp"
 
 namespace cdprcal {
 

@@ -1,0 +1,102 @@
+#include "cdprcal/calibration/unsettled_start.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+
+#include "cdprcal/effects/pose_evaluation.hpp"
+#include "cdprcal/readings/still.hpp"
+#include "cdprcal/statistics.hpp"
+
+namespace cdprcal {
+namespace {
+
+/// The changes between the first sample and the mean of later ones: the squares that a change of
+/// pose explains, those that it leaves, and their degrees of freedom.
+struct Change {
+  double explained = 0.0, left = 0.0;
+  int explained_freedom = 0, left_freedom = 0;
+};
+Change change_between(const Log& log, Eigen::Index first, const SampleRange& later,
+                      const Calibration& fitted) {
+  const CalibrationProblem& problem = fitted.problem;
+  PoseEvaluation e;
+  evaluate_pose(with_effects(problem.robot, problem.effects), problem.measurements.front(),
+                fitted.result.poses.front(), StaticsModel::none, {}, problem.effects, true, e);
+  if (!e.valid) return {};
+  std::vector<double> changes;
+  std::vector<Vector6> by_twist;
+  const auto add = [&](const LogMatrix& readings, Channel channel, bool angles, Eigen::Index column,
+                       const Vector6& row) {
+    if (column >= readings.cols()) return;
+    Eigen::VectorXd values(later.size() + 1);
+    values << readings(first, column), readings.col(column).segment(later.begin, later.size());
+    if (angles) values = unwrapped(values);
+    const double change = values[0] - values.tail(later.size()).mean();
+    const Signal& signal = fitted.signals[static_cast<std::size_t>(channel)];
+    const auto count = static_cast<double>(later.size());
+    const double sigma = std::sqrt(signal.variance(1.0) + signal.variance(count));
+    if (!std::isfinite(change) || !(sigma > 0.0)) return;
+    changes.push_back(change / sigma);
+    by_twist.emplace_back(row / sigma);
+  };
+  for (Eigen::Index c = 0; c < e.length_m.size(); ++c) {
+    add(log.length_m, Channel::length, false, c, e.length_by_twist.row(c));
+    add(log.swivel_rad, Channel::swivel, true, c, e.swivel_by_twist.row(c));
+  }
+  for (Eigen::Index a = 0; a < 3; ++a) {
+    add(log.roll_pitch_yaw_rad, a < 2 ? Channel::roll_pitch : Channel::yaw, true, a,
+        e.attitude_by_twist.row(a));
+  }
+  const auto count = static_cast<Eigen::Index>(changes.size());
+  if (count <= 6) return {};
+  Eigen::MatrixXd jacobian(count, 6);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    jacobian.row(i) = by_twist[static_cast<std::size_t>(i)];
+  }
+  const Eigen::Map<const Eigen::VectorXd> change(changes.data(), count);
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(jacobian);
+  const double left = (change - jacobian * qr.solve(change)).squaredNorm();
+  const auto rank = static_cast<int>(qr.rank());
+  return {change.squaredNorm() - left, left, rank, static_cast<int>(count) - rank};
+}
+
+/// Whether the sample before `later` is off from it by more than noise and a motion of the
+/// platform.
+bool contradicts(const Log& log, const SampleRange& later, const Calibration& fitted) {
+  constexpr double kConfidence = 0.999;
+  // Errors are spread over all directions. A motion is along its own but for its curvature: of a
+  // tenth of the cables' length it leaves a hundredth in squares.
+  constexpr double kMotion = 100.0;
+  const Change change = change_between(log, later.begin - 1, later, fitted);
+  if (change.left_freedom < 1 ||
+      change.left <= chi_square_quantile(kConfidence, change.left_freedom)) {
+    return false;
+  }
+  return change.explained / change.explained_freedom <= kMotion * change.left / change.left_freedom;
+}
+
+}  // namespace
+
+std::optional<SampleRange> unsettled_start(const Log& log, const SampleRange& run,
+                                           const Calibration& fitted, double window_s) {
+  if (fitted.result.poses.empty()) return std::nullopt;
+  const double* const times = log.time_s.data();
+  const double* const soon =
+      std::lower_bound(times + run.begin, times + run.end, times[run.begin] + 2.0 * window_s);
+  SampleRange beginning{run.begin, soon - times};
+  if (!fitted.equilibria.empty() && fitted.equilibria.front().samples.begin < beginning.end) {
+    beginning.end = fitted.equilibria.front().samples.end;
+  }
+  const Eigen::Index samples = fitted.problem.measurements.front().samples;
+  if (2 * samples >= beginning.size()) return std::nullopt;
+  const auto later_than = [&](Eigen::Index lead) {
+    return still_since_start(log, {beginning.begin + lead, beginning.end}, fitted.signals);
+  };
+  Eigen::Index off = 0;  // samples that are
+  const Eigen::Index most = (soon - times - beginning.begin) / 4;
+  while (off < most && contradicts(log, later_than(off + 1), fitted)) ++off;
+  // What has sunk into the noise in so many samples is gone after as many again.
+  return off > 0 ? std::optional(later_than(2 * off)) : std::nullopt;
+}
+
+}  // namespace cdprcal

@@ -1,0 +1,80 @@
+// First readings that are worse than those that follow.
+#include "cdprcal/calibration/unsettled_start.hpp"
+
+#include <gtest/gtest.h>
+
+#include "../support/run.hpp"
+#include "cdprcal/geometry/pose.hpp"
+
+namespace cdprcal {
+namespace {
+
+struct Start {
+  Log log;
+  Pose truth;
+};
+
+Start made(std::uint64_t seed) {
+  const Robot robot = load_robot("irma4");
+  SyntheticLogOptions options;
+  options.noise = reading_noise(robot.sigma, 0.05);
+  options.seed = seed;
+  options.dwell_s = options.move_s = 4.0;
+  SyntheticLog made = synthetic_log(robot, default_setpoints(robot, 2, 2, 2), options);
+  return {std::move(made.log), made.poses.front()};
+}
+
+/// Each reading of the first sample off by so many σ of the robot file, as before a low-pass of
+/// many samples has reduced their noise.
+void disturb(Log& log, double sigmas, std::uint64_t seed) {
+  const SensorSigma sigma = load_robot("irma4").sigma;
+  RandomNormal random(seed);
+  for (double& v : log.length_m.row(0)) v += sigmas * sigma.length_m * random();
+  for (double& v : log.swivel_rad.row(0)) v += sigmas * sigma.swivel_rad * random();
+  for (double& v : log.roll_pitch_yaw_rad.row(0)) v += sigmas * sigma.attitude_rad * random();
+  for (double& v : log.tension_N.row(0)) v += sigmas * sigma.tension_N * random();
+}
+
+TEST(UnsettledStart, ALowPassThatStartsDoesNotShiftTheInitialPose) {
+  const Robot robot = load_robot("irma4");
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Start start = made(seed);
+    disturb(start.log, 2.0, 100 + seed);
+    const Calibration found = calibrate(robot, start.log);
+    ASSERT_EQ(found.result.status, CalibrationStatus::converged);
+    EXPECT_GT(found.problem.measurements.front().samples, 4);
+    const Vector6 off = minus(start.truth, found.result.poses.front());
+    EXPECT_LT(off.cwiseQuotient(found.result.standard_deviation).cwiseAbs().maxCoeff(), 4.0);
+  }
+}
+
+TEST(UnsettledStart, AGoodStartStays) {
+  const Robot robot = load_robot("irma4");
+  const Start start = made(7);
+  const Calibration found = calibrate(robot, start.log);
+  EXPECT_FALSE(unsettled_start(start.log, segments(start.log).back(), found, 1.0));
+}
+
+TEST(UnsettledStart, APlatformThatMovedAtOnceIsWhereItWasFirst) {
+  const Robot robot = load_robot("irma4");
+  // The first sample is of the first rest, all others from the second on, some centimetres away.
+  std::vector<CableVector> setpoints_N = default_setpoints(robot, 2, 2, 2);
+  setpoints_N[1] = 0.9 * setpoints_N[0] + 0.1 * setpoints_N[1];
+  const Log whole = test::run_through(robot, setpoints_N, 0.05, 9);
+  const Eigen::Index second = calibrate(robot, whole).equilibria.at(1).samples.begin;
+  Log log = test::cut(whole, second - 1, whole.sample_count() - second + 1);
+  log.time_s.array() -= log.time_s[0];
+  log.length_m.row(0) = whole.length_m.row(0);
+  log.swivel_rad.row(0) = whole.swivel_rad.row(0);
+  log.tension_N.row(0) = whole.tension_N.row(0);
+  log.roll_pitch_yaw_rad.row(0) = whole.roll_pitch_yaw_rad.row(0);
+  const double moved_m = (log.length_m.row(1) - log.length_m.row(0)).norm();
+  EXPECT_GT(moved_m, 0.01);
+  EXPECT_LT(moved_m, 0.3);
+  const Calibration found = calibrate(robot, log);
+  ASSERT_FALSE(found.result.poses.empty());
+  EXPECT_EQ(found.problem.measurements.front().samples, 1);
+}
+
+}  // namespace
+}  // namespace cdprcal
