@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import http.client
 import json
-import os
 import re
 import signal
-import subprocess
-import sys
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -23,6 +20,7 @@ from cdprcal.io.events import read_events
 from cdprcal.live import Feed, LiveServer, replay_messages
 from cdprcal.live.feed import end_message, estimate_message, hello, sample_message
 from conftest import Browsed, Ran, raw_text
+from local_pages import ask, get, started
 
 Cli = Callable[..., Ran]
 
@@ -34,13 +32,6 @@ def plan(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = cdprcal.make_plan(robot, grid=[2, 1, 1])
     path.write_text(cdprcal.format_plan(made.plan))
     return path
-
-
-def ask(server: LiveServer, method: str, path: str, **headers: str) -> http.client.HTTPResponse:
-    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=10)
-    names = {key.replace("_", "-"): value for key, value in headers.items()}
-    connection.request(method, path, headers=names)
-    return connection.getresponse()
 
 
 def events(server: LiveServer) -> list[dict[str, Any]]:
@@ -206,24 +197,6 @@ def test_the_page_in_a_browser(log_path: Path, browse: Callable[..., Browsed]) -
     assert "1.2000 m" in seen.dom
     assert "0.33 mm and ± 0.19°" in seen.dom
     assert seen.dom.count('class="main-svg"') >= 4  # both figures are drawn
-
-
-def started(*arguments: object) -> tuple[subprocess.Popen[str], int]:
-    """A command of its own, and the port of its page."""
-    command = [sys.executable, "-m", "cdprcal", *map(str, arguments)]
-    running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=dict(os.environ))
-    assert running.stderr is not None
-    for line in running.stderr:
-        match = re.search(r"http://127\.0\.0\.1:(\d+)/", line)
-        if match:
-            return running, int(match[1])
-    raise AssertionError(f"no page: {running.wait()}")
-
-
-def get(port: int, path: str) -> str:
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
-    connection.request("GET", path)
-    return connection.getresponse().read().decode()
 
 
 def test_acquire_shows_its_run_and_the_page_stops_it(plan: Path, tmp_path: Path) -> None:

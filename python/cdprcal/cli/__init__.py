@@ -16,6 +16,7 @@ from cdprcal.cli import (
     demo,
     diagnose,
     effects,
+    explore,
     export,
     generate,
     import_log,
@@ -46,6 +47,7 @@ app.command("export", epilog=export.EXAMPLE)(export.command)
 app.command("check", epilog=check.EXAMPLE)(check.command)
 app.command("calibrate", epilog=calibrate.EXAMPLE)(calibrate.command)
 app.command("diagnose", epilog=diagnose.EXAMPLE)(diagnose.command)
+app.command("explore", epilog=explore.EXAMPLE)(explore.command)
 app.command("effects", epilog=effects.EFFECTS_EXAMPLE)(effects.effects)
 app.command("explain", epilog=effects.EXPLAIN_EXAMPLE)(effects.explain)
 app.command("report", epilog=report.EXAMPLE)(report.command)

@@ -309,6 +309,37 @@ TEST(Diagnose, CanBeStoppedAndKeepsItsFindings) {
                                              "accepted load_cell_bias", "scan after 1 effects"}));
 }
 
+TEST(Diagnose, FitsTheEffectsThatAreChosenAndNoOthers) {
+  const Robot robot = load_robot("irma4");
+  Log log = startup_log(robot, kNoise, 51);
+  log.tension_N.rowwise() += Eigen::RowVector4d(10, -8, 9, -12);
+  const auto with = [&](std::vector<std::string> names) {
+    DiagnoseOptions options;
+    options.effects = std::move(names);
+    return diagnose(robot, {log}, options);
+  };
+  const Diagnosis found = diagnose(robot, {log});
+  const Diagnosis same = with({"load_cell_bias"});
+  ASSERT_EQ(found.effects.size(), 1U);
+  ASSERT_EQ(same.effects.size(), 1U);
+  const double scale_N = found.effects[0].values.cwiseAbs().maxCoeff();
+  EXPECT_LT((same.effects[0].values - found.effects[0].values).cwiseAbs().maxCoeff(),
+            1e-6 * scale_N);
+  EXPECT_NEAR(same.effects[0].log_evidence, found.effects[0].log_evidence,
+              1e-6 * found.effects[0].log_evidence);
+  EXPECT_EQ(same.verdict, Verdict::undetermined);
+  EXPECT_EQ(same.corrected.effects.size(), 1U);
+
+  const Diagnosis none = with({});
+  EXPECT_TRUE(none.effects.empty());
+  EXPECT_NEAR(none.covariance_after.trace(), none.covariance_before.trace(),
+              1e-9 * none.covariance_before.trace());
+  EXPECT_EQ(with({"yaw_drift", "mass"}).effects[1].effect->name(), "mass");
+  EXPECT_THROW(with({"nonsense"}), InputError);
+  EXPECT_THROW(with({"mass", "mass"}), InputError);
+  EXPECT_THROW(with({"sensor_delay"}), InputError);
+}
+
 TEST(Diagnose, TheInitialPosesCovarianceIsItsBlockOfTheWhole) {
   const DiagnosisModel& model = test::two_runs();
   const Eigen::MatrixXd whole = test::dense(linearise(model)).covariance();
