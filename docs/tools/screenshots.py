@@ -50,7 +50,7 @@ def main() -> None:
         demo = Path(name)
         command = [sys.executable, "-m", "cdprcal", "demo", "-o", str(demo)]
         subprocess.run(command, check=True, capture_output=True)
-        photograph((demo / "report.html").as_uri(), folder / "report.png", 1160, 1230)
+        photograph((demo / "report.html").as_uri(), folder / "report.png", 880, 1240)
         file, robot = load_log(demo / "run.csv"), _core.load_robot("irma4")
         with LiveServer(lambda: replay_messages(file, robot, 9, speed=0.0)) as server:
             photograph(server.address, folder / "live.png", 1160, 860)

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import cdprcal
+from browser import PHONE, Tab
 from cdprcal.io import load_log
 from cdprcal.io.events import read_events
 from cdprcal.live import Feed, LiveServer, replay_messages
@@ -197,6 +198,24 @@ def test_the_page_in_a_browser(log_path: Path, browse: Callable[..., Browsed]) -
     assert "1.2000 m" in seen.dom
     assert "0.33 mm and ± 0.19°" in seen.dom
     assert seen.dom.count('class="main-svg"') >= 4  # both figures are drawn
+
+
+def test_on_a_phone_in_the_dark(log_path: Path, tab: Tab) -> None:
+    def messages() -> Iterator[str]:
+        yield from replay_messages(load_log(log_path), cdprcal.load_robot("irma4"), 8, speed=0.0)
+
+    ended = "document.documentElement.dataset.live === 'ended'"
+    with LiveServer(messages) as server:
+        tab.size(*PHONE, dark=True)
+        tab.open(server.address, ended)
+        assert tab.wider_than_the_window() == []
+        assert tab.js("document.documentElement.scrollWidth") == PHONE[0]
+        fill = "getComputedStyle(document.querySelector('#plot .main-svg')).background"
+        assert str(tab.js(fill)).startswith("rgb(20, 25, 31)")
+        tab.size(*PHONE)
+        tab.wait(f"{fill}.startsWith('rgb(255, 255, 255)')")
+        assert tab.problems == []
+        assert tab.foreign_requests() == []
 
 
 def test_acquire_shows_its_run_and_the_page_stops_it(plan: Path, tmp_path: Path) -> None:
