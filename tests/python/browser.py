@@ -92,6 +92,10 @@ class Tab:
                 clickCount=1,
             )
 
+    def type(self, text: str) -> None:
+        """Text into what has the focus, as a keyboard's."""
+        self._call("Input.insertText", text=text)
+
     def text(self, selector: str) -> str:
         """What an element says."""
         return str(self.js(f"document.querySelector({json.dumps(selector)}).textContent"))
