@@ -5,9 +5,11 @@ Only typer is imported until a command runs, so that ``cdprcal --help`` answers 
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Callable
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 from cdprcal.cli import (
     acquire,
@@ -29,32 +31,66 @@ from cdprcal.cli import (
     workspace,
 )
 
+
+class _Command(TyperCommand):
+    """One whose help can be read in every locale."""
+
+    def get_help(self, ctx: Any) -> str:
+        return _readable(super().get_help(ctx))
+
+    def get_usage(self, ctx: Any) -> str:
+        return _readable(super().get_usage(ctx))
+
+
+class _Group(TyperGroup):
+    """All commands: as each of them."""
+
+    def get_help(self, ctx: Any) -> str:
+        return _readable(super().get_help(ctx))
+
+    def get_usage(self, ctx: Any) -> str:
+        return _readable(super().get_usage(ctx))
+
+
+def _readable(text: str) -> str:
+    from cdprcal.terminal import readable
+
+    return readable(text)
+
+
+#: Name → what it does, and its example, in the order of ``cdprcal --help``.
+COMMANDS: dict[str, tuple[Callable[..., None], str]] = {
+    "demo": (demo.command, demo.EXAMPLE),
+    "workspace": (workspace.command, workspace.EXAMPLE),
+    "plan": (plan.command, plan.EXAMPLE),
+    "acquire": (acquire.command, acquire.EXAMPLE),
+    "replay": (replay.command, replay.EXAMPLE),
+    "import": (import_log.command, import_log.EXAMPLE),
+    "export": (export.command, export.EXAMPLE),
+    "check": (check.command, check.EXAMPLE),
+    "calibrate": (calibrate.command, calibrate.EXAMPLE),
+    "diagnose": (diagnose.command, diagnose.EXAMPLE),
+    "explore": (explore.command, explore.EXAMPLE),
+    "effects": (effects.effects, effects.EFFECTS_EXAMPLE),
+    "explain": (effects.explain, effects.EXPLAIN_EXAMPLE),
+    "report": (report.command, report.EXAMPLE),
+    "repeat": (repeat.command, repeat.EXAMPLE),
+    "template": (template.command, template.EXAMPLE),
+    "schema": (schema.command, schema.EXAMPLE),
+    "generate": (generate.command, generate.EXAMPLE),
+}
+
 app = typer.Typer(
     name="cdprcal",
+    cls=_Group,
     help="Find out where a cable robot hangs when it is switched on, and what its model gets "
     "wrong.\n\nExit codes: 0 done, 1 the data or the solution cannot be trusted, 2 wrong use.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-app.command("demo", epilog=demo.EXAMPLE)(demo.command)
-app.command("workspace", epilog=workspace.EXAMPLE)(workspace.command)
-app.command("plan", epilog=plan.EXAMPLE)(plan.command)
-app.command("acquire", epilog=acquire.EXAMPLE)(acquire.command)
-app.command("replay", epilog=replay.EXAMPLE)(replay.command)
-app.command("import", epilog=import_log.EXAMPLE)(import_log.command)
-app.command("export", epilog=export.EXAMPLE)(export.command)
-app.command("check", epilog=check.EXAMPLE)(check.command)
-app.command("calibrate", epilog=calibrate.EXAMPLE)(calibrate.command)
-app.command("diagnose", epilog=diagnose.EXAMPLE)(diagnose.command)
-app.command("explore", epilog=explore.EXAMPLE)(explore.command)
-app.command("effects", epilog=effects.EFFECTS_EXAMPLE)(effects.effects)
-app.command("explain", epilog=effects.EXPLAIN_EXAMPLE)(effects.explain)
-app.command("report", epilog=report.EXAMPLE)(report.command)
-app.command("repeat", epilog=repeat.EXAMPLE)(repeat.command)
-app.command("template", epilog=template.EXAMPLE)(template.command)
-app.command("schema", epilog=schema.EXAMPLE)(schema.command)
-app.command("generate", epilog=generate.EXAMPLE)(generate.command)
+for _name, (_function, _example) in COMMANDS.items():
+    app.command(_name, epilog=_example, cls=_Command)(_function)
 
 
 def _print_version(wanted: bool) -> None:
