@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import copy
 import doctest
 import inspect
 import os
 import pickle
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -188,6 +190,49 @@ def test_every_function_has_a_signature() -> None:
 def test_the_examples_in_docstrings_hold(log_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(log_path.parent)
     assert doctest.testmod(calls).failed == 0
+
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "api" / "examples.md"
+
+
+def session() -> str:
+    """What the page of examples types, and what it is answered."""
+    text = EXAMPLES.read_text(encoding="utf-8")
+    return "\n\n".join(re.findall(r"^```pycon\n(.*?)^```$", text, re.M | re.S))
+
+
+def test_the_page_of_examples_holds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    test = doctest.DocTestParser().get_doctest(session(), {}, "examples", str(EXAMPLES), 0)
+    assert len(test.examples) > 120
+    said: list[str] = []
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
+    kept = np.get_printoptions()
+    try:
+        runner.run(test, out=said.append)
+    finally:
+        np.set_printoptions(**kept)
+    assert runner.failures == 0, "".join(said)
+
+
+def test_every_function_has_an_example() -> None:
+    called = {
+        node.func.attr
+        for example in doctest.DocTestParser().get_examples(session())
+        for node in ast.walk(ast.parse(example.source))
+        if isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Attribute)
+        and isinstance(node.func.value, ast.Name)
+        and node.func.value.id == "cdprcal"
+    }
+    functions = {
+        name
+        for name in dir(cdprcal)
+        if name[0] != "_"
+        and callable(getattr(cdprcal, name))
+        and not inspect.isclass(getattr(cdprcal, name))
+    }
+    assert functions - called == set(), "show them in docs/api/examples.md"
 
 
 SCRIPT = """
