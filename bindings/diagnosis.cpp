@@ -270,6 +270,12 @@ void register_diagnose(py::module_& module) {
       .def_readwrite("rival_share", &DiagnoseOptions::rival_share)
       .def_readwrite("most_effects", &DiagnoseOptions::most_effects)
       .def_readwrite("refits", &DiagnoseOptions::refits)
+      .def_property(
+          "draws", [](const DiagnoseOptions& o) { return o.scan.draws; },
+          [](DiagnoseOptions& o, int draws) { o.scan.draws = draws; })
+      .def_property(
+          "seed", [](const DiagnoseOptions& o) { return o.scan.seed; },
+          [](DiagnoseOptions& o, std::uint64_t seed) { o.scan.seed = seed; })
       .def_readwrite("effects", &DiagnoseOptions::effects,
                      "Names to fit with no search; None: search.");
   py::class_<Diagnosis> cls(module, "Diagnosis", "What the model lacks. Look at verdict first.",

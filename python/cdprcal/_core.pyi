@@ -2881,6 +2881,10 @@ class DiagnoseOptions:
         """
 
     @property
+    def draws(self) -> int: ...
+    @draws.setter
+    def draws(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    @property
     def effects(self) -> list[str] | None:
         """
         Names to fit with no search; None: search.
@@ -2912,6 +2916,10 @@ class DiagnoseOptions:
     def rival_share(self) -> float: ...
     @rival_share.setter
     def rival_share(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def seed(self) -> int: ...
+    @seed.setter
+    def seed(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None: ...
 
 class Diagnosis:
     """

@@ -6,6 +6,8 @@
 
 from __future__ import annotations
 
+import copy
+import copyreg
 import os
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
@@ -23,8 +25,8 @@ from cdprcal._core import (
     NoiseSource,
     Robot,
 )
-from cdprcal.io.result_file import calibrate_options, calibrate_options_as_dict
 from cdprcal.mapping import Reader
+from cdprcal.signatures import keywords_of
 
 Path: TypeAlias = str | os.PathLike[str]
 
@@ -78,8 +80,7 @@ def calibrate(
     if any(word is not None for word in words):
         chosen = _with(options or CalibrateOptions(), *words)
     found = _core.calibrate(the_robot, the_log, chosen)
-    again = calibrate_options_as_dict(chosen or CalibrateOptions())
-    found._recipe = (_calibrated, (the_robot, the_log, again))  # type: ignore[attr-defined]
+    found._recipe = (calibrate, (the_robot, the_log, copy.copy(chosen)))  # type: ignore[attr-defined]
     return found
 
 
@@ -92,31 +93,18 @@ def _with(
     segment: int | None,
 ) -> CalibrateOptions:
     """A copy of options with what is not None in place of theirs."""
-    kept = CalibrateOptions(
-        method=options.method,
-        formulation=options.formulation,
-        noise=options.noise,
-        allow_for_effects=options.allow_for_effects,
-        at_s=list(options.at_s if at_s is None else at_s),
-        segment=options.segment if segment is None else segment,
-        kinematic_spacing_s=options.kinematic_spacing_s,
-        guess=options.guess,
-        detection=options.detection,
-        solve=options.solve,
-        most_starts=options.most_starts,
-    )
+    changed = copy.copy(options)
     if method is not None:
-        kept.method = _core.parse_method(str(method))
+        changed.method = _core.parse_method(str(method))
     if formulation is not None:
-        kept.formulation = _core.parse_formulation(str(formulation))
+        changed.formulation = _core.parse_formulation(str(formulation))
     if noise is not None:
-        kept.noise = _core.parse_noise_source(str(noise))
-    return kept
-
-
-def _calibrated(robot: Robot, log: Log, options: dict[str, Any]) -> Calibration:
-    """A pickled calibration, solved again."""
-    return calibrate(robot, log, calibrate_options(options))
+        changed.noise = _core.parse_noise_source(str(noise))
+    if at_s is not None:
+        changed.at_s = list(at_s)
+    if segment is not None:
+        changed.segment = segment
+    return changed
 
 
 def diagnose(
@@ -138,6 +126,19 @@ def diagnose(
         logs = [logs]
     the_logs = [as_log(log, the_robot, map) for log in logs]
     found = _core.diagnose(the_robot, the_logs, options, progress)
-    if options is None:
-        found._recipe = (diagnose, (the_robot, the_logs))  # type: ignore[attr-defined]
+    found._recipe = (diagnose, (the_robot, the_logs, copy.copy(options)))  # type: ignore[attr-defined]
     return found
+
+
+def _made(kind: type, fields: dict[str, Any]) -> Any:
+    return kind(**fields)
+
+
+def _reduced(options: Any) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+    """Options as the keywords that make them: they are copied and pickled so."""
+    kind = type(options)
+    return _made, (kind, {name: getattr(options, name) for name in keywords_of(kind.__name__)})
+
+
+for _kind in (CalibrateOptions, _core.DetectionOptions, _core.SolveOptions, DiagnoseOptions):
+    copyreg.pickle(_kind, _reduced)

@@ -114,6 +114,43 @@ def test_logs_plans_and_results_pickle(
     assert pickle.loads(pickle.dumps(cdprcal.load_robot)) is cdprcal.load_robot
 
 
+def test_options_are_copied_pickled_and_solved_with_again(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    options = cdprcal.CalibrateOptions(
+        method=cdprcal.Method.statics,
+        noise=cdprcal.NoiseSource.specified,
+        allow_for_effects=False,
+        at_s=[2.0, 10.0, 18.0, 26.0],
+        detection=cdprcal.DetectionOptions(window_s=1.5),
+        solve=cdprcal.SolveOptions(max_iterations=77, explain=False),
+        most_starts=3,
+    )
+    for again in (copy.deepcopy(options), pickle.loads(pickle.dumps(options))):
+        assert (again.at_s, again.most_starts) == (options.at_s, 3)
+        assert (again.detection.window_s, again.solve.max_iterations) == (1.5, 77)
+        assert not again.allow_for_effects
+    found = cdprcal.calibrate(robot, synthetic.log, options)
+    assert found.static_poses == 4
+    solved = pickle.loads(pickle.dumps(found))
+    assert solved.static_poses == 4
+    assert solved.result.least_observed == found.result.least_observed
+    usual = cdprcal.calibrate(robot, synthetic.log, method="static").result
+    assert usual.least_observed != found.result.least_observed, "this tests nothing"
+
+
+def test_a_diagnosis_keeps_its_options(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    off = changed(synthetic.log, tension_N=np.array(synthetic.log.tension_N) + 5.0)
+    options = cdprcal.DiagnoseOptions(most_effects=0, draws=99, seed=5)
+    assert cdprcal.diagnose(robot, off).effects
+    again = pickle.loads(pickle.dumps(cdprcal.diagnose(robot, off, options)))
+    assert again.effects == []
+    copied = copy.copy(options)
+    assert (copied.draws, copied.seed, copied.effects) == (99, 5, None)
+
+
 def test_frames_hold_what_the_objects_hold(
     robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
 ) -> None:
