@@ -12,6 +12,8 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
+from numpy.typing import ArrayLike
+
 from cdprcal import _core
 from cdprcal._core import (
     CalibrateOptions,
@@ -19,13 +21,22 @@ from cdprcal._core import (
     DiagnoseOptions,
     Diagnosis,
     Formulation,
+    InjectedEffect,
     InputError,
     Log,
     Method,
     NoiseSource,
+    Plan,
     Robot,
+    RobotSample,
+    SimulatorOptions,
+    StartUpCommand,
+    StartUpOptions,
+    StartUpPlan,
+    StartUpRun,
 )
 from cdprcal.mapping import Reader
+from cdprcal.planning.start_up import start_up_plan
 from cdprcal.signatures import keywords_of
 
 Path: TypeAlias = str | os.PathLike[str]
@@ -128,6 +139,51 @@ def diagnose(
     found = _core.diagnose(the_robot, the_logs, options, progress)
     found._recipe = (diagnose, (the_robot, the_logs, copy.copy(options)))  # type: ignore[attr-defined]
     return found
+
+
+def simulate_startup(
+    robot: Robot | Path,
+    plan: StartUpPlan | Plan | Path,
+    *,
+    effects: Sequence[InjectedEffect | str] | None = None,
+    seed: int | None = None,
+    simulator: SimulatorOptions | None = None,
+    startup: StartUpOptions | None = None,
+    control_rate_Hz: float = 100.0,
+    log_rate_Hz: float = 10.0,
+    initial_tension_N: ArrayLike | None = None,
+    progress: Callable[[StartUpCommand, RobotSample], Any] | None = None,
+) -> StartUpRun:
+    """The start-up procedure on a simulated robot. Look at state.
+
+    ``robot``: a Robot, built-in name or path; ``plan``: a Plan, the path of a plan file, or a
+    StartUpPlan; ``effects``: hidden in the robot, as ``--effect`` has them ('mass=0.7'); ``seed``:
+    of where it hangs and of its noise. Both are put into ``simulator``, or stand alone. Of a plan
+    its tensions are visited, as fast as the platform's slowest mode allows.
+    ``progress(command, sample)`` is called with every command; False stops the run. Raises
+    InputError for an effect that there is not.
+    """
+    if not isinstance(plan, StartUpPlan):
+        stops = plan if isinstance(plan, Plan) else _core.read_plan(os.fspath(plan))
+        plan = start_up_plan(stops, quick=True)
+    options = simulator or SimulatorOptions()
+    if seed is not None:
+        options.seed = seed
+    if effects is not None:
+        options.effects = [
+            _core.parse_injected_effect(effect) if isinstance(effect, str) else effect
+            for effect in effects
+        ]
+    return _core.simulate_startup(
+        as_robot(robot),
+        plan,
+        simulator=options,
+        startup=startup or StartUpOptions(),
+        control_rate_Hz=control_rate_Hz,
+        log_rate_Hz=log_rate_Hz,
+        initial_tension_N=initial_tension_N,
+        progress=progress,
+    )
 
 
 def _made(kind: type, fields: dict[str, Any]) -> Any:

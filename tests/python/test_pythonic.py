@@ -50,6 +50,30 @@ def test_paths_and_words_do_what_objects_and_enums_do(
         cdprcal.calibrate("irma4", 3)
 
 
+def test_a_start_up_is_simulated_with_words(robot: cdprcal.Robot, tmp_path: Path) -> None:
+    plan = cdprcal.make_plan(robot, grid=[2, 1, 1]).plan
+    cdprcal.write_plan(plan, str(tmp_path / "plan.csv"))
+    stops_N = [plan.start_tension_N, *(stop.tension_N for stop in plan.poses)]
+    via = [False, *(not stop.measured for stop in plan.poses)]
+    mass = cdprcal.parse_injected_effect("mass=0.7")
+    core = _core.simulate_startup(
+        robot,
+        cdprcal.StartUpPlan(stops_N, [], via),
+        simulator=cdprcal.SimulatorOptions(seed=3, effects=[mass]),
+    )
+    options = cdprcal.SimulatorOptions(effects=[mass])
+    for run in (
+        cdprcal.simulate_startup("irma4", tmp_path / "plan.csv", effects=["mass=0.7"], seed=3),
+        cdprcal.simulate_startup(robot, plan, effects=[mass], seed=3),
+        cdprcal.simulate_startup(robot, plan, simulator=options, seed=3),
+    ):
+        assert cdprcal.format_log(run.log) == cdprcal.format_log(core.log)
+    other = cdprcal.simulate_startup(robot, plan, seed=3)
+    assert cdprcal.format_log(other.log) != cdprcal.format_log(core.log)
+    with pytest.raises(cdprcal.InputError, match="nonsense"):
+        cdprcal.simulate_startup(robot, plan, effects=["nonsense=1"])
+
+
 def test_one_log_several_logs_and_files_of_any_kind(
     synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path
 ) -> None:
