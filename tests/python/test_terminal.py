@@ -25,6 +25,7 @@ from cdprcal import StartUpState
 from cdprcal.acquisition.monitor import Monitor
 from cdprcal.cli import COMMANDS
 from cdprcal.cli.devices import run_dry
+from cdprcal.terminal import as_typed
 from cdprcal.testing.simulated_devices.connect import SimulatedSession
 from cdprcal.testing.simulated_devices.faults import Fault
 from conftest import Ran
@@ -225,6 +226,7 @@ def test_help_is_ascii_where_the_locale_is(name: str) -> None:
 
     assert help_of("C", "--help").isascii()
     assert help_of("C", "--nonsense").isascii()
+    assert "..." not in help_of("C.UTF-8", "--help").partition("Usage")[2].partition("\n")[2]
 
 
 def test_help_speaks_unicode_where_the_locale_does() -> None:
@@ -232,3 +234,10 @@ def test_help_speaks_unicode_where_the_locale_does() -> None:
     environment = os.environ | {"LC_ALL": "C.UTF-8"}
     ran = subprocess.run(command, env=environment, capture_output=True, check=True)
     assert "LOG…" in ran.stdout.decode()
+
+
+def test_a_command_to_be_typed_quotes_what_a_shell_would_cut() -> None:
+    assert as_typed("check", "Messung 3.csv", "--propose", "map.yaml") == (
+        "cdprcal check 'Messung 3.csv' --propose map.yaml"
+    )
+    assert as_typed("check", Path("run.csv")) == "cdprcal check run.csv"

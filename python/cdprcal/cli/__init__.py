@@ -58,26 +58,26 @@ def _readable(text: str) -> str:
     return readable(text)
 
 
-#: Name → what it does, and its example, in the order of ``cdprcal --help``.
-COMMANDS: dict[str, tuple[Callable[..., None], str]] = {
-    "demo": (demo.command, demo.EXAMPLE),
-    "workspace": (workspace.command, workspace.EXAMPLE),
-    "plan": (plan.command, plan.EXAMPLE),
-    "acquire": (acquire.command, acquire.EXAMPLE),
-    "replay": (replay.command, replay.EXAMPLE),
-    "import": (import_log.command, import_log.EXAMPLE),
-    "export": (export.command, export.EXAMPLE),
-    "check": (check.command, check.EXAMPLE),
-    "calibrate": (calibrate.command, calibrate.EXAMPLE),
-    "diagnose": (diagnose.command, diagnose.EXAMPLE),
-    "explore": (explore.command, explore.EXAMPLE),
-    "effects": (effects.effects, effects.EFFECTS_EXAMPLE),
-    "explain": (effects.explain, effects.EXPLAIN_EXAMPLE),
-    "report": (report.command, report.EXAMPLE),
-    "repeat": (repeat.command, repeat.EXAMPLE),
-    "template": (template.command, template.EXAMPLE),
-    "schema": (schema.command, schema.EXAMPLE),
-    "generate": (generate.command, generate.EXAMPLE),
+#: Name → function, example and what ``cdprcal --help`` says of it, in its order.
+COMMANDS: dict[str, tuple[Callable[..., None], str, str]] = {
+    "demo": (demo.command, demo.EXAMPLE, "The whole story, simulated: start here."),
+    "workspace": (workspace.command, workspace.EXAMPLE, "Where the platform can hang stably."),
+    "plan": (plan.command, plan.EXAMPLE, "Where to measure, and the accuracy to expect."),
+    "acquire": (acquire.command, acquire.EXAMPLE, "Run the start-up procedure and log it."),
+    "replay": (replay.command, replay.EXAMPLE, "A log on the live page."),
+    "import": (import_log.command, import_log.EXAMPLE, "A file of any kind to a canonical log."),
+    "export": (export.command, export.EXAMPLE, "A log to a ROS 2 bag."),
+    "check": (check.command, check.EXAMPLE, "What is wrong with a robot file or a log."),
+    "calibrate": (calibrate.command, calibrate.EXAMPLE, "The initial pose, from a log."),
+    "diagnose": (diagnose.command, diagnose.EXAMPLE, "What the model gets wrong, from logs."),
+    "explore": (explore.command, explore.EXAMPLE, "Effects switched on and off on a page."),
+    "effects": (effects.effects, effects.EFFECTS_EXAMPLE, "What diagnose looks for."),
+    "explain": (effects.explain, effects.EXPLAIN_EXAMPLE, "All about one effect."),
+    "report": (report.command, report.EXAMPLE, "One HTML page about a start-up."),
+    "repeat": (repeat.command, repeat.EXAMPLE, "Solve a result file again, and compare."),
+    "template": (template.command, template.EXAMPLE, "A robot file to be filled in."),
+    "schema": (schema.command, schema.EXAMPLE, "The JSON schema of a command's --json."),
+    "generate": (generate.command, generate.EXAMPLE, "The log of an ideal start-up, truth known."),
 }
 
 app = typer.Typer(
@@ -89,8 +89,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-for _name, (_function, _example) in COMMANDS.items():
-    app.command(_name, epilog=_example, cls=_Command)(_function)
+for _name, (_function, _example, _summary) in COMMANDS.items():
+    app.command(_name, epilog=_example, short_help=_summary, cls=_Command)(_function)
 
 
 def _print_version(wanted: bool) -> None:
