@@ -322,19 +322,20 @@ TEST(Diagnose, FitsTheEffectsThatAreChosenAndNoOthers) {
   const Diagnosis same = with({"load_cell_bias"});
   ASSERT_EQ(found.effects.size(), 1U);
   ASSERT_EQ(same.effects.size(), 1U);
-  const double scale_N = found.effects[0].values.cwiseAbs().maxCoeff();
-  EXPECT_LT((same.effects[0].values - found.effects[0].values).cwiseAbs().maxCoeff(),
-            1e-6 * scale_N);
-  EXPECT_NEAR(same.effects[0].log_evidence, found.effects[0].log_evidence,
-              1e-6 * found.effects[0].log_evidence);
+  const NamedEffect& a = found.effects[0];
+  const NamedEffect& b = same.effects[0];
+  const Eigen::VectorXd off = (a.values - b.values).cwiseQuotient(a.standard_deviation);
+  EXPECT_LT(off.cwiseAbs().maxCoeff(), 0.01);  // both begin elsewhere, and settle at the same
+  EXPECT_NEAR(b.log_evidence, a.log_evidence, 0.1);
   EXPECT_EQ(same.verdict, Verdict::undetermined);
   EXPECT_EQ(same.corrected.effects.size(), 1U);
 
   const Diagnosis none = with({});
   EXPECT_TRUE(none.effects.empty());
-  EXPECT_NEAR(none.covariance_after.trace(), none.covariance_before.trace(),
-              1e-9 * none.covariance_before.trace());
-  EXPECT_EQ(with({"yaw_drift", "mass"}).effects[1].effect->name(), "mass");
+  EXPECT_EQ(none.initial_pose_after.position_m, none.initial_pose_before.position_m);
+  const Diagnosis two = with({"yaw_drift", "load_cell_bias"});
+  ASSERT_EQ(two.effects.size(), 2U);
+  EXPECT_EQ(two.effects[0].effect->name(), "yaw_drift");
   EXPECT_THROW(with({"nonsense"}), InputError);
   EXPECT_THROW(with({"mass", "mass"}), InputError);
   EXPECT_THROW(with({"sensor_delay"}), InputError);
