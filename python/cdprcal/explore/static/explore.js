@@ -43,6 +43,7 @@
     const gained = before ? shown.evidence - before.evidence : null;
     at("said").textContent = shown.searched ? shown.said
       : `${inside.length} ${inside.length === 1 ? "effect" : "effects"}, evidence ${nats(shown.evidence)}${gained === null || before.poses !== leftOut.length ? "" : ` (${nats(gained)})`}`;
+    at("said").classList.toggle("long", at("said").textContent.length > 60);
     shown.poses = leftOut.length;
     // From here on the page holds the choice: what was found is what is ticked.
     if (effects === null) effects = inside.map((e) => e.name);
