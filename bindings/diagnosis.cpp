@@ -240,7 +240,7 @@ void register_diagnose(py::module_& module) {
   py::class_<DiagnoseOptions>(module, "DiagnoseOptions", "When an effect is accepted.")
       .def(py::init([](double family_wise_p, double least_evidence, double rival_nats,
                        double rival_share, int most_effects, int refits, int draws,
-                       std::uint64_t seed) {
+                       std::uint64_t seed, std::optional<std::vector<std::string>> effects) {
              DiagnoseOptions o;
              o.family_wise_p = family_wise_p;
              o.least_evidence = least_evidence;
@@ -250,6 +250,7 @@ void register_diagnose(py::module_& module) {
              o.refits = refits;
              o.scan.draws = draws;
              o.scan.seed = seed;
+             o.effects = std::move(effects);
              return o;
            }),
            py::kw_only(), py::arg("family_wise_p") = usual.family_wise_p,
@@ -257,15 +258,26 @@ void register_diagnose(py::module_& module) {
            py::arg("rival_nats") = usual.rival_nats, py::arg("rival_share") = usual.rival_share,
            py::arg("most_effects") = usual.most_effects, py::arg("refits") = usual.refits,
            py::arg("draws") = usual.scan.draws, py::arg("seed") = usual.scan.seed,
+           py::arg("effects") = py::none(),
            "family_wise_p: chance that a clean log is accused of anything. least_evidence, "
            "rival_nats [nat]. rival_share: of a signature that a rival imitates. refits: "
-           "candidates refitted a round. draws, seed: of the chance residuals behind p-values.")
+           "candidates refitted a round. draws, seed: of the chance residuals behind p-values. "
+           "effects: names to fit in this order with no search, None to search; the verdict is "
+           "then no better than undetermined.")
       .def_readwrite("family_wise_p", &DiagnoseOptions::family_wise_p)
       .def_readwrite("least_evidence", &DiagnoseOptions::least_evidence)
       .def_readwrite("rival_nats", &DiagnoseOptions::rival_nats)
       .def_readwrite("rival_share", &DiagnoseOptions::rival_share)
       .def_readwrite("most_effects", &DiagnoseOptions::most_effects)
-      .def_readwrite("refits", &DiagnoseOptions::refits);
+      .def_readwrite("refits", &DiagnoseOptions::refits)
+      .def_property(
+          "draws", [](const DiagnoseOptions& o) { return o.scan.draws; },
+          [](DiagnoseOptions& o, int draws) { o.scan.draws = draws; })
+      .def_property(
+          "seed", [](const DiagnoseOptions& o) { return o.scan.seed; },
+          [](DiagnoseOptions& o, std::uint64_t seed) { o.scan.seed = seed; })
+      .def_readwrite("effects", &DiagnoseOptions::effects,
+                     "Names to fit with no search; None: search.");
   py::class_<Diagnosis> cls(module, "Diagnosis", "What the model lacks. Look at verdict first.",
                             py::dynamic_attr());
   cls.def_readonly("verdict", &Diagnosis::verdict)

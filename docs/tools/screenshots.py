@@ -1,4 +1,4 @@
-"""Makes docs/report.png and docs/live.png: what the demonstration's report and a replay look like.
+"""Makes the pictures of pages in docs: the demonstration's report, a replay, and explore.
 
     python docs/tools/screenshots.py -o docs
 
@@ -15,6 +15,7 @@ import tempfile
 from pathlib import Path
 
 from cdprcal import _core
+from cdprcal.explore import Exploration, ExploreServer
 from cdprcal.io import load_log
 from cdprcal.live import LiveServer, replay_messages
 
@@ -41,7 +42,7 @@ def photograph(address: str, picture: Path, width: int, height: int) -> None:
 
 
 def main() -> None:
-    """Runs the demonstration and takes both pictures."""
+    """Runs the demonstration and takes the pictures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("-o", "--output", type=Path, default=Path("docs"), metavar="DIR")
     folder = parser.parse_args().output
@@ -49,10 +50,13 @@ def main() -> None:
         demo = Path(name)
         command = [sys.executable, "-m", "cdprcal", "demo", "-o", str(demo)]
         subprocess.run(command, check=True, capture_output=True)
-        photograph((demo / "report.html").as_uri(), folder / "report.png", 1160, 1230)
+        photograph((demo / "report.html").as_uri(), folder / "report.png", 880, 1240)
         file, robot = load_log(demo / "run.csv"), _core.load_robot("irma4")
         with LiveServer(lambda: replay_messages(file, robot, 9, speed=0.0)) as server:
             photograph(server.address, folder / "live.png", 1160, 860)
+        hidden = load_log(demo / "faulty.csv")
+        with ExploreServer(Exploration(robot, [hidden.log]), [hidden.path.name]) as page:
+            photograph(page.address, folder / "explore.png", 1160, 1180)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """cdprcal: where a cable robot hangs when it is switched on.
 
 The names of the C++ core are available here directly (``cdprcal.load_robot``, ``cdprcal.Pose``, …),
-and ``calibrate`` and ``diagnose`` as people write them (``cdprcal.calibrate("irma4", "run.csv")``).
+and some as people write them, with paths and words (``cdprcal.calibrate("irma4", "run.csv")``).
 They are loaded on first use, so that the command line starts quickly.
 """
 
@@ -13,11 +13,12 @@ if TYPE_CHECKING:
     # The names that come first count for type checkers.
     from cdprcal.calls import calibrate as calibrate
     from cdprcal.calls import diagnose as diagnose
+    from cdprcal.calls import simulate_startup as simulate_startup
 
     from cdprcal._core import *  # type: ignore[assignment]  # noqa: F403  # isort: skip
 
 #: What takes paths and words, in place of the core's functions of that name.
-_CALLS = ("calibrate", "diagnose")
+_CALLS = ("calibrate", "diagnose", "simulate_startup")
 
 
 def __getattr__(name: str) -> Any:

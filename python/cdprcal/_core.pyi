@@ -2874,11 +2874,24 @@ class DiagnoseOptions:
         refits: typing.SupportsInt | typing.SupportsIndex = 5,
         draws: typing.SupportsInt | typing.SupportsIndex = 999,
         seed: typing.SupportsInt | typing.SupportsIndex = 1,
+        effects: collections.abc.Sequence[str] | None = None,
     ) -> None:
         """
-        family_wise_p: chance that a clean log is accused of anything. least_evidence, rival_nats [nat]. rival_share: of a signature that a rival imitates. refits: candidates refitted a round. draws, seed: of the chance residuals behind p-values.
+        family_wise_p: chance that a clean log is accused of anything. least_evidence, rival_nats [nat]. rival_share: of a signature that a rival imitates. refits: candidates refitted a round. draws, seed: of the chance residuals behind p-values. effects: names to fit in this order with no search, None to search; the verdict is then no better than undetermined.
         """
 
+    @property
+    def draws(self) -> int: ...
+    @draws.setter
+    def draws(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    @property
+    def effects(self) -> list[str] | None:
+        """
+        Names to fit with no search; None: search.
+        """
+
+    @effects.setter
+    def effects(self, arg0: collections.abc.Sequence[str] | None) -> None: ...
     @property
     def family_wise_p(self) -> float: ...
     @family_wise_p.setter
@@ -2903,6 +2916,10 @@ class DiagnoseOptions:
     def rival_share(self) -> float: ...
     @rival_share.setter
     def rival_share(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def seed(self) -> int: ...
+    @seed.setter
+    def seed(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None: ...
 
 class Diagnosis:
     """

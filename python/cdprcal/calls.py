@@ -6,9 +6,13 @@
 
 from __future__ import annotations
 
+import copy
+import copyreg
 import os
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
+
+from numpy.typing import ArrayLike
 
 from cdprcal import _core
 from cdprcal._core import (
@@ -17,14 +21,23 @@ from cdprcal._core import (
     DiagnoseOptions,
     Diagnosis,
     Formulation,
+    InjectedEffect,
     InputError,
     Log,
     Method,
     NoiseSource,
+    Plan,
     Robot,
+    RobotSample,
+    SimulatorOptions,
+    StartUpCommand,
+    StartUpOptions,
+    StartUpPlan,
+    StartUpRun,
 )
-from cdprcal.io.result_file import calibrate_options, calibrate_options_as_dict
 from cdprcal.mapping import Reader
+from cdprcal.planning.start_up import start_up_plan
+from cdprcal.signatures import keywords_of
 
 Path: TypeAlias = str | os.PathLike[str]
 
@@ -78,8 +91,7 @@ def calibrate(
     if any(word is not None for word in words):
         chosen = _with(options or CalibrateOptions(), *words)
     found = _core.calibrate(the_robot, the_log, chosen)
-    again = calibrate_options_as_dict(chosen or CalibrateOptions())
-    found._recipe = (_calibrated, (the_robot, the_log, again))  # type: ignore[attr-defined]
+    found._recipe = (calibrate, (the_robot, the_log, copy.copy(chosen)))  # type: ignore[attr-defined]
     return found
 
 
@@ -92,31 +104,18 @@ def _with(
     segment: int | None,
 ) -> CalibrateOptions:
     """A copy of options with what is not None in place of theirs."""
-    kept = CalibrateOptions(
-        method=options.method,
-        formulation=options.formulation,
-        noise=options.noise,
-        allow_for_effects=options.allow_for_effects,
-        at_s=list(options.at_s if at_s is None else at_s),
-        segment=options.segment if segment is None else segment,
-        kinematic_spacing_s=options.kinematic_spacing_s,
-        guess=options.guess,
-        detection=options.detection,
-        solve=options.solve,
-        most_starts=options.most_starts,
-    )
+    changed = copy.copy(options)
     if method is not None:
-        kept.method = _core.parse_method(str(method))
+        changed.method = _core.parse_method(str(method))
     if formulation is not None:
-        kept.formulation = _core.parse_formulation(str(formulation))
+        changed.formulation = _core.parse_formulation(str(formulation))
     if noise is not None:
-        kept.noise = _core.parse_noise_source(str(noise))
-    return kept
-
-
-def _calibrated(robot: Robot, log: Log, options: dict[str, Any]) -> Calibration:
-    """A pickled calibration, solved again."""
-    return calibrate(robot, log, calibrate_options(options))
+        changed.noise = _core.parse_noise_source(str(noise))
+    if at_s is not None:
+        changed.at_s = list(at_s)
+    if segment is not None:
+        changed.segment = segment
+    return changed
 
 
 def diagnose(
@@ -138,6 +137,64 @@ def diagnose(
         logs = [logs]
     the_logs = [as_log(log, the_robot, map) for log in logs]
     found = _core.diagnose(the_robot, the_logs, options, progress)
-    if options is None:
-        found._recipe = (diagnose, (the_robot, the_logs))  # type: ignore[attr-defined]
+    found._recipe = (diagnose, (the_robot, the_logs, copy.copy(options)))  # type: ignore[attr-defined]
     return found
+
+
+def simulate_startup(
+    robot: Robot | Path,
+    plan: StartUpPlan | Plan | Path,
+    *,
+    effects: Sequence[InjectedEffect | str] | None = None,
+    seed: int | None = None,
+    simulator: SimulatorOptions | None = None,
+    startup: StartUpOptions | None = None,
+    control_rate_Hz: float = 100.0,
+    log_rate_Hz: float = 10.0,
+    initial_tension_N: ArrayLike | None = None,
+    progress: Callable[[StartUpCommand, RobotSample], Any] | None = None,
+) -> StartUpRun:
+    """The start-up procedure on a simulated robot. Look at state.
+
+    ``robot``: a Robot, built-in name or path; ``plan``: a Plan, the path of a plan file, or a
+    StartUpPlan; ``effects``: hidden in the robot, as ``--effect`` has them ('mass=0.7'); ``seed``:
+    of where it hangs and of its noise. Both are put into ``simulator``, or stand alone. Of a plan
+    its tensions are visited, as fast as the platform's slowest mode allows.
+    ``progress(command, sample)`` is called with every command; False stops the run. Raises
+    InputError for an effect that there is not.
+    """
+    if not isinstance(plan, StartUpPlan):
+        stops = plan if isinstance(plan, Plan) else _core.read_plan(os.fspath(plan))
+        plan = start_up_plan(stops, quick=True)
+    options = simulator or SimulatorOptions()
+    if seed is not None:
+        options.seed = seed
+    if effects is not None:
+        options.effects = [
+            _core.parse_injected_effect(effect) if isinstance(effect, str) else effect
+            for effect in effects
+        ]
+    return _core.simulate_startup(
+        as_robot(robot),
+        plan,
+        simulator=options,
+        startup=startup or StartUpOptions(),
+        control_rate_Hz=control_rate_Hz,
+        log_rate_Hz=log_rate_Hz,
+        initial_tension_N=initial_tension_N,
+        progress=progress,
+    )
+
+
+def _made(kind: type, fields: dict[str, Any]) -> Any:
+    return kind(**fields)
+
+
+def _reduced(options: Any) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+    """Options as the keywords that make them: they are copied and pickled so."""
+    kind = type(options)
+    return _made, (kind, {name: getattr(options, name) for name in keywords_of(kind.__name__)})
+
+
+for _kind in (CalibrateOptions, _core.DetectionOptions, _core.SolveOptions, DiagnoseOptions):
+    copyreg.pickle(_kind, _reduced)

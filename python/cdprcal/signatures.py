@@ -76,11 +76,21 @@ def _parameter(argument: ast.arg, default: ast.expr | None, kind: Any) -> inspec
 
 
 @cache
+def keywords_of(name: str) -> tuple[str, ...]:
+    """The keywords that make an object of a class of the core: of options, all their attributes."""
+    return tuple(argument.arg for argument in _stubs()[f"{name}.__init__"].args.kwonlyargs)
+
+
+@cache
 def _stubs() -> dict[str, ast.FunctionDef]:
-    """The functions of the stubs by name; of overloads the first."""
+    """The functions and constructors of the stubs by name; of overloads the first."""
     text = (resources.files("cdprcal") / "_core.pyi").read_text("utf-8")
     found: dict[str, ast.FunctionDef] = {}
     for node in ast.parse(text).body:
         if isinstance(node, ast.FunctionDef):
             found.setdefault(node.name, node)
+        elif isinstance(node, ast.ClassDef):
+            for member in node.body:
+                if isinstance(member, ast.FunctionDef) and member.name == "__init__":
+                    found.setdefault(f"{node.name}.__init__", member)
     return found

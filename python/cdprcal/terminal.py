@@ -10,6 +10,7 @@ import locale
 import math
 import os
 import re
+import shlex
 import sys
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
@@ -74,6 +75,11 @@ def speaks_unicode() -> bool:
 def readable(text: str) -> str:
     """The text as the locale can show it: µ, ±, σ and the like in ASCII where it must be."""
     return text if speaks_unicode() else text.translate(_TO_ASCII)
+
+
+def as_typed(*words: object) -> str:
+    """A command of cdprcal as a shell takes it: names with blanks are quoted."""
+    return shlex.join(["cdprcal", *(str(word) for word in words)])
 
 
 def say(out: Console, text: str | Text) -> None:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -15,6 +14,7 @@ import numpy as np
 import pytest
 
 import cdprcal
+from browser import Tab, browser_tab, chromium
 from cdprcal.cli import app
 
 # An environment from before they were dependencies: test_session.py says so, the others go on.
@@ -127,6 +127,15 @@ def raw_text(log: cdprcal.Log) -> str:
     return "\n".join(lines) + "\n"
 
 
+@pytest.fixture
+def tab() -> Iterator[Tab]:
+    """A tab of headless Chromium to drive; skips where there is none."""
+    if chromium() is None:
+        pytest.skip("no Chromium on PATH: apt-get install chromium")
+    with browser_tab() as opened:
+        yield opened
+
+
 @dataclass(frozen=True)
 class Browsed:
     """A page as a browser left it: its elements after all scripts, and what its console said."""
@@ -138,8 +147,7 @@ class Browsed:
 @pytest.fixture(scope="session")
 def browse() -> Callable[..., Browsed]:
     """Opens a page in headless Chromium with the network off; skips where there is none."""
-    names = ("chromium", "chromium-browser", "google-chrome")
-    browser = next(filter(None, map(shutil.which, names)), None)
+    browser = chromium()
     if browser is None:
         pytest.skip("no Chromium on PATH: apt-get install chromium")
 

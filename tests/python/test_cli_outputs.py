@@ -31,6 +31,7 @@ OVERWRITING: dict[str, tuple[tuple[str, ...], str]] = {
         ("diagnose", "mine.yaml", "run.csv", "-o", "new.yaml", "--result", "./new.yaml"),
         "is the file of -o too",
     ),
+    "explore": (("explore", "mine.yaml", "run.csv", "-o", "run.csv"), "log"),
     "plan": (("plan", "mine.yaml", "-o", "mine.yaml"), "robot"),
     "generate": (("generate", "mine.yaml", "-o", "mine.yaml"), "robot"),
     "generate, the truth": (

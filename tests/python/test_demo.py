@@ -49,7 +49,7 @@ def test_the_story_ends_well_within_thirty_seconds(cli: Callable[..., Ran], tmp_
     assert hidden["found"] == ["centre_of_mass"]
     assert hidden["error_before"]["position_m"] > 0.01
     assert hidden["error_after"]["position_m"] < 2e-3
-    for words in ("wakes up", "ε_p [mm]", "eq. 20", "found: centre_of_mass", "trial a"):
+    for words in ("wakes up", "position [mm]", "eq. 20", "found: centre_of_mass", "trial a"):
         assert words in ran.stderr
     for name in PICTURES:
         assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")

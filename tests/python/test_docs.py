@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import cdprcal
+from browser import Tab, browser_tab, chromium
 from cdprcal.acquisition.remedies import remedy_for
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -94,9 +95,28 @@ def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
     page = (tmp_path / "site" / "api" / "calibration.html").read_text(encoding="utf-8")
     for name in ("calibrate", "CalibrationResult", "OnlineCalibration"):
         assert f'id="cdprcal._core.{name}"' in page
-    # It opens without a network.
-    text = (tmp_path / "site" / "index.html").read_text(encoding="utf-8")
-    assert not re.search(r'(?:src|href)="https?://(?!doi\.org)[^"]*\.(?:js|css|woff2?)"', text)
+    # It opens without a network: no page fetches anything from another host.
+    pages = sorted((tmp_path / "site").rglob("*.html"))
+    assert len(pages) > 30
+    fetched = re.compile(
+        r'<(?:script|img|iframe|source)[^>]*\ssrc="?https?:[^>]*>|<link[^>]*\shref="?https?:[^>]*>'
+    )
+    foreign = {p.name: fetched.findall(p.read_text(encoding="utf-8")) for p in pages}
+    assert {name: found for name, found in foreign.items() if found} == {}
+    if chromium() is not None:
+        with browser_tab() as tab:
+            _search_from_the_disk(tab, tmp_path / "site" / "index.html")
+
+
+def _search_from_the_disk(tab: Tab, page: Path) -> None:
+    tab.size(1200, 900)
+    tab.open(page.as_uri())
+    tab.click("[data-md-component=search-query]")
+    tab.type("explore")
+    tab.wait("document.querySelectorAll('.md-search-result__item').length > 0")
+    assert "Explore a diagnosis" in tab.text(".md-search-result__list")
+    assert tab.problems == []
+    assert tab.foreign_requests() == []
 
 
 def test_every_name_of_the_core_is_in_the_api() -> None:

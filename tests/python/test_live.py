@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import http.client
 import json
-import os
 import re
 import signal
-import subprocess
-import sys
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -18,11 +15,13 @@ import numpy as np
 import pytest
 
 import cdprcal
+from browser import PHONE, Tab
 from cdprcal.io import load_log
 from cdprcal.io.events import read_events
 from cdprcal.live import Feed, LiveServer, replay_messages
 from cdprcal.live.feed import end_message, estimate_message, hello, sample_message
 from conftest import Browsed, Ran, raw_text
+from local_pages import ask, get, started
 
 Cli = Callable[..., Ran]
 
@@ -34,13 +33,6 @@ def plan(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = cdprcal.make_plan(robot, grid=[2, 1, 1])
     path.write_text(cdprcal.format_plan(made.plan))
     return path
-
-
-def ask(server: LiveServer, method: str, path: str, **headers: str) -> http.client.HTTPResponse:
-    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=10)
-    names = {key.replace("_", "-"): value for key, value in headers.items()}
-    connection.request(method, path, headers=names)
-    return connection.getresponse()
 
 
 def events(server: LiveServer) -> list[dict[str, Any]]:
@@ -208,22 +200,22 @@ def test_the_page_in_a_browser(log_path: Path, browse: Callable[..., Browsed]) -
     assert seen.dom.count('class="main-svg"') >= 4  # both figures are drawn
 
 
-def started(*arguments: object) -> tuple[subprocess.Popen[str], int]:
-    """A command of its own, and the port of its page."""
-    command = [sys.executable, "-m", "cdprcal", *map(str, arguments)]
-    running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=dict(os.environ))
-    assert running.stderr is not None
-    for line in running.stderr:
-        match = re.search(r"http://127\.0\.0\.1:(\d+)/", line)
-        if match:
-            return running, int(match[1])
-    raise AssertionError(f"no page: {running.wait()}")
+def test_on_a_phone_in_the_dark(log_path: Path, tab: Tab) -> None:
+    def messages() -> Iterator[str]:
+        yield from replay_messages(load_log(log_path), cdprcal.load_robot("irma4"), 8, speed=0.0)
 
-
-def get(port: int, path: str) -> str:
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
-    connection.request("GET", path)
-    return connection.getresponse().read().decode()
+    ended = "document.documentElement.dataset.live === 'ended'"
+    with LiveServer(messages) as server:
+        tab.size(*PHONE, dark=True)
+        tab.open(server.address, ended)
+        assert tab.wider_than_the_window() == []
+        assert tab.js("document.documentElement.scrollWidth") == PHONE[0]
+        fill = "getComputedStyle(document.querySelector('#plot .main-svg')).background"
+        assert str(tab.js(fill)).startswith("rgb(20, 25, 31)")
+        tab.size(*PHONE)
+        tab.wait(f"{fill}.startsWith('rgb(255, 255, 255)')")
+        assert tab.problems == []
+        assert tab.foreign_requests() == []
 
 
 def test_acquire_shows_its_run_and_the_page_stops_it(plan: Path, tmp_path: Path) -> None:

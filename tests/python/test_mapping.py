@@ -85,7 +85,7 @@ def test_the_proposal_says_how_sure_it_is(
     ran = cli("check", raw, "--propose", the_map)  # without a robot, too
     assert ran.code == 0
     assert ran.stdout.startswith(f"{the_map}: 5 lines, none a guess\n")
-    assert f"next: cdprcal check ROBOT {raw} --map {the_map}" in ran.stdout
+    assert f"next: cdprcal check ROBOT '{raw}' --map {the_map}" in ran.stdout
     checked = cli("check", "irma4", raw, "--map", the_map)
     assert checked.code == 0
     assert "can be used" in checked.stdout
@@ -106,7 +106,7 @@ def test_other_columns_are_answered_by_the_way_to_a_map(
     raw = german_excel(synthetic.log, tmp_path)
     ran = cli(command, "irma4", raw)
     assert ran.code == 2
-    assert f"cdprcal check {raw} --propose map.yaml writes one" in ran.stderr
+    assert f"cdprcal check '{raw}' --propose map.yaml writes one" in ran.stderr
     log_path.write_text(log_path.read_text().replace("length_1_m", "length_one", 1))
     ran = cli(command, "irma4", log_path)  # a slip in a log is a slip
     assert ran.code == 2

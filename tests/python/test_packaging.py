@@ -40,6 +40,9 @@ TOP = {
     "setup",
     "tests",
     "tools",
+    ".containerignore",
+    "Containerfile",
+    "RELEASING.md",
 }
 #: Tracked, but of use in the repository alone.
 LEFT_OUT = {".ci/run", ".gitattributes", ".pre-commit-config.yaml"}
@@ -153,3 +156,21 @@ def test_scripts_say_how_they_are_used(name: str) -> None:
     wrong = subprocess.run([ROOT / name, "--no-such"], capture_output=True, text=True, check=False)
     assert wrong.returncode == 2
     assert "usage:" in wrong.stderr
+
+
+def test_the_wheel_is_told_for_which_python_before_anything_is_built(tmp_path: Path) -> None:
+    old = tmp_path / "python2"
+    old.write_text("#!/bin/sh\nexit 1\n")
+    old.chmod(0o755)
+    for arguments, words in (
+        (("--python",), "usage:"),
+        (("--python", "python0"), "--python python0: is no Python of 3.11 or newer"),
+        (("--python", str(old)), "is no Python of 3.11 or newer with venv; give another"),
+        (("--nonsense",), "usage:"),
+        (("one.whl", "two.whl"), "usage:"),
+    ):
+        ran = subprocess.run(
+            [ROOT / "tools" / "wheel", *arguments], capture_output=True, text=True, check=False
+        )
+        assert ran.returncode == 2, arguments
+        assert words in ran.stderr

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import copy
 import doctest
 import inspect
 import os
 import pickle
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -46,6 +48,30 @@ def test_paths_and_words_do_what_objects_and_enums_do(
         cdprcal.calibrate("irma4", log_path, method="fast")
     with pytest.raises(cdprcal.InputError, match="log: is a int; give a Log, the path"):
         cdprcal.calibrate("irma4", 3)
+
+
+def test_a_start_up_is_simulated_with_words(robot: cdprcal.Robot, tmp_path: Path) -> None:
+    plan = cdprcal.make_plan(robot, grid=[2, 1, 1]).plan
+    cdprcal.write_plan(plan, str(tmp_path / "plan.csv"))
+    stops_N = [plan.start_tension_N, *(stop.tension_N for stop in plan.poses)]
+    via = [False, *(not stop.measured for stop in plan.poses)]
+    mass = cdprcal.parse_injected_effect("mass=0.7")
+    core = _core.simulate_startup(
+        robot,
+        cdprcal.StartUpPlan(stops_N, [], via),
+        simulator=cdprcal.SimulatorOptions(seed=3, effects=[mass]),
+    )
+    options = cdprcal.SimulatorOptions(effects=[mass])
+    for run in (
+        cdprcal.simulate_startup("irma4", tmp_path / "plan.csv", effects=["mass=0.7"], seed=3),
+        cdprcal.simulate_startup(robot, plan, effects=[mass], seed=3),
+        cdprcal.simulate_startup(robot, plan, simulator=options, seed=3),
+    ):
+        assert cdprcal.format_log(run.log) == cdprcal.format_log(core.log)
+    other = cdprcal.simulate_startup(robot, plan, seed=3)
+    assert cdprcal.format_log(other.log) != cdprcal.format_log(core.log)
+    with pytest.raises(cdprcal.InputError, match="nonsense"):
+        cdprcal.simulate_startup(robot, plan, effects=["nonsense=1"])
 
 
 def test_one_log_several_logs_and_files_of_any_kind(
@@ -110,6 +136,43 @@ def test_logs_plans_and_results_pickle(
     with pytest.raises(TypeError, match=r"make it with cdprcal\.calibrate"):
         pickle.dumps(_core.calibrate(robot, synthetic.log))
     assert pickle.loads(pickle.dumps(cdprcal.load_robot)) is cdprcal.load_robot
+
+
+def test_options_are_copied_pickled_and_solved_with_again(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    options = cdprcal.CalibrateOptions(
+        method=cdprcal.Method.statics,
+        noise=cdprcal.NoiseSource.specified,
+        allow_for_effects=False,
+        at_s=[2.0, 10.0, 18.0, 26.0],
+        detection=cdprcal.DetectionOptions(window_s=1.5),
+        solve=cdprcal.SolveOptions(max_iterations=77, explain=False),
+        most_starts=3,
+    )
+    for again in (copy.deepcopy(options), pickle.loads(pickle.dumps(options))):
+        assert (again.at_s, again.most_starts) == (options.at_s, 3)
+        assert (again.detection.window_s, again.solve.max_iterations) == (1.5, 77)
+        assert not again.allow_for_effects
+    found = cdprcal.calibrate(robot, synthetic.log, options)
+    assert found.static_poses == 4
+    solved = pickle.loads(pickle.dumps(found))
+    assert solved.static_poses == 4
+    assert solved.result.least_observed == found.result.least_observed
+    usual = cdprcal.calibrate(robot, synthetic.log, method="static").result
+    assert usual.least_observed != found.result.least_observed, "this tests nothing"
+
+
+def test_a_diagnosis_keeps_its_options(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    off = changed(synthetic.log, tension_N=np.array(synthetic.log.tension_N) + 5.0)
+    options = cdprcal.DiagnoseOptions(most_effects=0, draws=99, seed=5)
+    assert cdprcal.diagnose(robot, off).effects
+    again = pickle.loads(pickle.dumps(cdprcal.diagnose(robot, off, options)))
+    assert again.effects == []
+    copied = copy.copy(options)
+    assert (copied.draws, copied.seed, copied.effects) == (99, 5, None)
 
 
 def test_frames_hold_what_the_objects_hold(
@@ -188,6 +251,49 @@ def test_every_function_has_a_signature() -> None:
 def test_the_examples_in_docstrings_hold(log_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(log_path.parent)
     assert doctest.testmod(calls).failed == 0
+
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "api" / "examples.md"
+
+
+def session() -> str:
+    """What the page of examples types, and what it is answered."""
+    text = EXAMPLES.read_text(encoding="utf-8")
+    return "\n\n".join(re.findall(r"^```pycon\n(.*?)^```$", text, re.M | re.S))
+
+
+def test_the_page_of_examples_holds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    test = doctest.DocTestParser().get_doctest(session(), {}, "examples", str(EXAMPLES), 0)
+    assert len(test.examples) > 120
+    said: list[str] = []
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
+    kept = np.get_printoptions()
+    try:
+        runner.run(test, out=said.append)
+    finally:
+        np.set_printoptions(**kept)
+    assert runner.failures == 0, "".join(said)
+
+
+def test_every_function_has_an_example() -> None:
+    called = {
+        node.func.attr
+        for example in doctest.DocTestParser().get_examples(session())
+        for node in ast.walk(ast.parse(example.source))
+        if isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Attribute)
+        and isinstance(node.func.value, ast.Name)
+        and node.func.value.id == "cdprcal"
+    }
+    functions = {
+        name
+        for name in dir(cdprcal)
+        if name[0] != "_"
+        and callable(getattr(cdprcal, name))
+        and not inspect.isclass(getattr(cdprcal, name))
+    }
+    assert functions - called == set(), "show them in docs/api/examples.md"
 
 
 SCRIPT = """

@@ -8,6 +8,7 @@ import io
 import json
 import re
 from collections.abc import Callable
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +16,13 @@ import numpy as np
 import pytest
 
 import cdprcal
+from browser import PHONE, Tab, browser_tab, chromium
 from cdprcal.cli import app
 from cdprcal.diagnosis.table import value_rows
 from cdprcal.io import load_runs
 from cdprcal.report import subject_of_logs
+from cdprcal.report.figures import CABLES
+from cdprcal.report.night import NIGHT
 from cdprcal.report.page import _times_typical
 from cdprcal.report.text import decimals, small, with_sigma, worst_sigma
 from conftest import Browsed, Ran, changed
@@ -144,13 +148,100 @@ def test_a_browser_without_network_draws_it_all(page: Path, browse: Callable[...
     )
     assert match is not None
     pixels = imread(io.BytesIO(base64.b64decode(match[1])))[..., :3]
-    from cdprcal.report.figures import CABLES
 
     for colour in CABLES[:4]:
         wanted = np.array([int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5)])
         near = np.abs(pixels - wanted).max(axis=-1) < 0.12
         assert near.sum() > 200, colour
     assert "poses at rest" in seen.dom
+
+
+DRAWN = "document.documentElement.dataset.report === 'drawn'"
+PAPER, NIGHT_PAPER = "rgb(255, 255, 255)", "rgb(20, 25, 31)"
+
+
+def test_on_a_phone_and_in_the_dark(page: Path, tab: Tab) -> None:
+    tab.size(*PHONE, dark=True)
+    tab.open(page.as_uri(), DRAWN, seconds=90.0)
+    assert tab.wider_than_the_window() == []
+    assert tab.js("document.documentElement.scrollWidth") == PHONE[0]
+    background = "getComputedStyle(document.documentElement).backgroundColor"
+    figure = "getComputedStyle(document.querySelector('#time-0 .main-svg')).backgroundColor"
+    assert (tab.js(background), tab.js(figure)) == (NIGHT_PAPER, NIGHT_PAPER)
+    # Panels side by side keep a size that can be read, and are scrolled to.
+    assert tab.js("document.getElementById('residuals').clientWidth") >= 680
+    # Pictures for paper are those of paper.
+    shown = tab.js("document.querySelector('#time-0 ~ img.print').src")
+    assert "20%2C%2025%2C%2031" not in shown
+    assert "255%2C%20255%2C%20255" in shown
+    tab.size(1160, 900)
+    tab.wait(f"{figure} === '{PAPER}'")
+    assert tab.problems == []
+    assert tab.foreign_requests() == []
+
+
+def test_without_webgl_there_is_a_still_picture(page: Path) -> None:
+    if chromium() is None:
+        pytest.skip("no Chromium on PATH: apt-get install chromium")
+    with browser_tab("--disable-gpu", "--disable-3d-apis") as tab:
+        tab.size(1160, 900)
+        tab.open(page.as_uri(), DRAWN, seconds=90.0)
+        assert not tab.js("!!document.createElement('canvas').getContext('webgl')")
+        assert tab.js("document.querySelectorAll('[data-drawn]').length") == 4
+        still = "document.querySelector('.scene img.still')"
+        assert tab.js(f"{still}.naturalWidth") > 600
+        assert tab.js(f"{still}.clientWidth") > 600
+        assert tab.js("document.getElementById('scene-0').clientHeight") == 0
+        assert tab.js("document.querySelector('.scene .controls').clientHeight") == 0
+        assert tab.problems == []
+
+
+def test_with_webgl_the_still_picture_makes_room(page: Path, tab: Tab) -> None:
+    tab.size(1160, 900)
+    tab.open(page.as_uri(), DRAWN, seconds=90.0)
+    assert tab.js("document.querySelector('.scene img.still').clientHeight") == 0
+    place = "document.getElementById('scene-0')"
+    assert tab.js(f"{place}.offsetWidth === {place}.querySelector('.main-svg').clientWidth")
+
+
+def test_the_still_picture_shows_the_cables_and_the_workspace(page: Path) -> None:
+    from matplotlib.image import imread
+
+    match = re.search(r'class="still" src="data:image/png;base64,([^"]+)"', page.read_text())
+    assert match is not None
+    pixels = imread(io.BytesIO(base64.b64decode(match[1])))[..., :3]
+    for colour in CABLES[:4]:
+        wanted = np.array([int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5)])
+        assert (np.abs(pixels - wanted).max(axis=-1) < 0.12).sum() > 100, colour
+    grey = (np.ptp(pixels, axis=-1) < 0.06) & (pixels.mean(axis=-1) > 0.75)
+    assert (grey & (pixels.mean(axis=-1) < 0.97)).sum() > 20_000
+
+
+def test_only_the_scripts_of_the_page_may_run(page: Path, tab: Tab, tmp_path: Path) -> None:
+    evil = '<script>document.title = "broken in"</script></body>'
+    (tmp_path / "evil.html").write_text(page.read_text().replace("</body>", evil))
+    tab.open((tmp_path / "evil.html").as_uri(), DRAWN, seconds=90.0)
+    assert tab.js("document.title").startswith("The model of irma4")
+    assert any("Content Security Policy" in problem for problem in tab.problems)
+
+
+def test_every_colour_of_the_figures_has_one_for_the_dark(page: Path) -> None:
+    figures = embedded(page.read_text(), "figures")
+    used = set(re.findall(r'"(#[0-9a-fA-F]{3,8})"', json.dumps(figures)))
+    assert len(used) > 10
+    assert used <= NIGHT.keys()
+
+
+def test_all_pages_share_one_palette() -> None:
+    style = (resources.files("cdprcal.local_page") / "static" / "page.css").read_text()
+    paper, night = style.split("@media (prefers-color-scheme: dark)")
+
+    def cables(text: str) -> dict[str, str]:
+        return dict(re.findall(r"--c(\d): (#[0-9a-f]{6})", text))
+
+    assert cables(paper) == {str(i + 1): colour.lower() for i, colour in enumerate(CABLES)}
+    in_the_dark = {str(i + 1): NIGHT[colour] for i, colour in enumerate(CABLES)}
+    assert cables(paper) | cables(night) == in_the_dark
 
 
 def test_results_make_the_same_page_as_their_logs(

@@ -7,6 +7,8 @@ import json
 import os
 import re
 import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -21,7 +23,9 @@ from rich.console import Console
 import cdprcal
 from cdprcal import StartUpState
 from cdprcal.acquisition.monitor import Monitor
+from cdprcal.cli import COMMANDS
 from cdprcal.cli.devices import run_dry
+from cdprcal.terminal import as_typed
 from cdprcal.testing.simulated_devices.connect import SimulatedSession
 from cdprcal.testing.simulated_devices.faults import Fault
 from conftest import Ran
@@ -206,3 +210,34 @@ def test_a_dry_run_says_why_it_would_have_stopped(
     document = json.loads(capsys.readouterr().out)
     assert "node 2 (cable 2): does not answer" in document["reason"]
     assert "would have stopped: node 2 (cable 2): does not answer" in terminal.text
+
+
+@pytest.mark.parametrize("name", ["", *COMMANDS])
+def test_help_is_ascii_where_the_locale_is(name: str) -> None:
+    def help_of(locale: str, *arguments: str) -> str:
+        command = [sys.executable, "-m", "cdprcal", *name.split(), *arguments]
+        ran = subprocess.run(
+            command,
+            env=os.environ | {"LC_ALL": locale, "LANG": locale},
+            capture_output=True,
+            check=False,
+        )
+        return (ran.stdout + ran.stderr).decode()
+
+    assert help_of("C", "--help").isascii()
+    assert help_of("C", "--nonsense").isascii()
+    assert "..." not in help_of("C.UTF-8", "--help").partition("Usage")[2].partition("\n")[2]
+
+
+def test_help_speaks_unicode_where_the_locale_does() -> None:
+    command = [sys.executable, "-m", "cdprcal", "diagnose", "--help"]
+    environment = os.environ | {"LC_ALL": "C.UTF-8"}
+    ran = subprocess.run(command, env=environment, capture_output=True, check=True)
+    assert "LOG…" in ran.stdout.decode()
+
+
+def test_a_command_to_be_typed_quotes_what_a_shell_would_cut() -> None:
+    assert as_typed("check", "Messung 3.csv", "--propose", "map.yaml") == (
+        "cdprcal check 'Messung 3.csv' --propose map.yaml"
+    )
+    assert as_typed("check", Path("run.csv")) == "cdprcal check run.csv"

@@ -11,13 +11,15 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from cdprcal import _core
+from cdprcal.diagnosis import diagnosis_as_dict
+from cdprcal.diagnosis.table import value_rows
 from cdprcal.io import load_run
+from cdprcal.report.figures import CABLES
 
 _LABELS = {
     "length_m": ("length", "mm", 1e3),
@@ -26,7 +28,6 @@ _LABELS = {
     "yaw_rad": ("yaw", "°", 180.0 / np.pi),
     "tension_N": ("tension", "N", 1.0),
 }
-_UNITS = {"1": ("%", 100.0), "m": ("mm", 1e3), "rad": ("°", 180.0 / np.pi), "s": ("ms", 1e3)}
 
 
 def diagnosed(robot: _core.Robot, path: Path) -> _core.Diagnosis:
@@ -58,73 +59,70 @@ def gap_table(rows: list[tuple[str, dict[str, tuple[float, float]]]]) -> list[st
     return out + [f"| {name} | {gap_row(gap)} |" for name, gap in rows]
 
 
-def values_of(effect: _core.NamedEffect) -> list[tuple[str, float, float, str]]:
-    """(what, value, σ, unit) of each number of an effect, for people."""
-    out: list[tuple[str, float, float, str]] = []
-    at = 0
-    parameters = effect.info.parameters
-    for index, parameter in enumerate(parameters):
-        # The robots at hand have several numbers in an effect's last parameter only.
-        count = len(effect.values) - at if index == len(parameters) - 1 else 1
-        unit, factor = _UNITS.get(parameter.unit, (parameter.unit, 1.0))
-        for k in range(count):
-            where = f", cable {k + 1}" if count > 1 else ""
-            out.append(
-                (
-                    f"{effect.info.name}{where}",
-                    factor * effect.values[at + k],
-                    factor * effect.standard_deviation[at + k],
-                    unit,
-                )
-            )
-        at += count
-    return out
+Number = tuple[float, float]
 
 
-def agreement(a: _core.Diagnosis, b: _core.Diagnosis) -> list[tuple[str, Any, Any, str]]:
-    """Numbers of the effects that both found."""
-    of_b = {e.info.name: e for e in b.effects}
+def agreement(a: _core.Diagnosis, b: _core.Diagnosis) -> list[tuple[str, Number, Number, str]]:
+    """Numbers of the effects that both found, each with its σ, and their unit."""
+    of_a, of_b = (
+        {effect["name"]: effect for effect in diagnosis_as_dict(d, d.corrected)["effects"]}
+        for d in (a, b)
+    )
     rows = []
-    for effect in a.effects:
-        if effect.info.name not in of_b:
-            continue
-        both = zip(values_of(effect), values_of(of_b[effect.info.name]), strict=True)
-        rows += [(x[0], x[1:3], y[1:3], x[3]) for x, y in both]
+    for name in of_a:
+        if name not in of_b or of_a[name]["p_value"] is None:
+            continue  # a fault of the readings has words, and no σ
+        for x, y in zip(value_rows(of_a[name]), value_rows(of_b[name]), strict=True):
+            of_x, of_y = (float(x[1]), float(x[2])), (float(y[1]), float(y[2]))
+            rows.append((f"{name} {x[0]}".strip(), of_x, of_y, x[3]))
     return rows
 
 
 def draw(a: _core.Diagnosis, b: _core.Diagnosis, names: tuple[str, str], path: Path) -> None:
-    """Held-out residuals step by step, and the same numbers from both logs."""
-    figure = Figure(figsize=(10.0, 3.6), layout="constrained")
-    for place, (diagnosis, name) in enumerate(zip((a, b), names, strict=True), start=1):
-        axes = figure.add_subplot(1, 3, place)
+    """Held-out residuals step by step, and below them the same numbers from both logs."""
+    rows = agreement(a, b)
+    figure = Figure(figsize=(8.4, 4.4 + 0.19 * len(rows)), layout="constrained")
+    grid = figure.add_gridspec(2, 2, height_ratios=(3.6, 0.6 + 0.19 * len(rows)))
+    for place, (diagnosis, name) in enumerate(zip((a, b), names, strict=True)):
+        axes = figure.add_subplot(grid[0, place])
         steps = list(dict.fromkeys(g.after_effect for g in diagnosis.gap))
-        for channel in _LABELS:
+        for channel, colour, symbol in zip(_LABELS, CABLES, "osD^v", strict=False):
             label, unit, factor = _LABELS[channel]
             held = [factor * gap_of(diagnosis, s)[channel][1] for s in steps]
-            axes.plot(range(len(steps)), held, drawstyle="steps-mid", marker=".", linewidth=1.0)
-            axes.annotate(f"{label} [{unit}]", (0.0, held[0]), fontsize=7, va="bottom")
+            (line,) = axes.plot(range(len(steps)), held, color=colour, label=f"{label} [{unit}]")
+            line.set(marker=symbol, markersize=4, linewidth=1.2)
         axes.set_yscale("log")
-        axes.set_xticks(range(len(steps)), [s or "before" for s in steps], rotation=35, ha="right")
-        axes.tick_params(labelsize=7)
-        axes.set_title(f"{name}: rms on held-out poses", fontsize=9)
-    axes = figure.add_subplot(1, 3, 3)
-    rows = agreement(a, b)
+        labels = [f"+ {s}" if s else "as given" for s in steps]
+        axes.set_xticks(range(len(steps)), labels, rotation=40, ha="right")
+        axes.tick_params(labelsize=8)
+        axes.set_title(name, fontsize=10)
+        axes.grid(axis="y", linewidth=0.4, color="#e3e7eb")
+        if place == 0:
+            axes.set_ylabel("rms on poses held out", fontsize=9)
+            lines = axes.get_legend_handles_labels()
+    figure.legend(*lines, loc="outside upper center", ncols=5, fontsize=9, frameon=False)
+    axes = figure.add_subplot(grid[1, :])
     for k, (_, x, y, _unit) in enumerate(rows):
         scale = max(abs(x[0]), abs(y[0]))
-        for (value, sigma), shift, colour in ((x, 0.15, "C0"), (y, -0.15, "C1")):
-            axes.errorbar(
-                value / scale, k + shift, xerr=1.96 * sigma / scale, fmt=".", color=colour, lw=1.0
-            )
-    for name, colour in zip(names, ("C0", "C1"), strict=True):
-        axes.plot([], [], ".-", color=colour, label=name)
-    axes.legend(fontsize=6)
-    axes.set_yticks(range(len(rows)), [f"{r[0]} [{r[3]}]" for r in rows], fontsize=6)
+        for (value, sigma), shift, colour, symbol in (
+            (x, 0.17, CABLES[0], "o"),
+            (y, -0.17, CABLES[1], "D"),
+        ):
+            place_y, half = k + shift, 1.96 * sigma / scale
+            axes.plot([value / scale - half, value / scale + half], [place_y] * 2, color=colour)
+            axes.plot(value / scale, place_y, symbol, color=colour, markersize=4)
+    for name, colour, symbol in zip(names, CABLES, "oD", strict=False):
+        axes.plot([], [], symbol, linestyle="-", color=colour, markersize=4, label=name)
+    texts = [f"{what}: {max(x[0], y[0], key=abs):+.3g} {unit}" for what, x, y, unit in rows]
+    axes.set_yticks(range(len(rows)), texts, fontsize=8)
     axes.invert_yaxis()
-    axes.axvline(0.0, color="black", linewidth=0.5)
-    axes.tick_params(axis="x", labelsize=7)
-    axes.set_title("same numbers from both logs, 95 %\n(each line by its own scale)", fontsize=9)
-    figure.savefig(path, dpi=80, format="png")
+    axes.set_xlim(-3.0, 3.0)  # what is hardly known reaches beyond
+    axes.axvline(0.0, color="#1f2933", linewidth=0.6)
+    axes.grid(axis="x", linewidth=0.4, color="#e3e7eb")
+    axes.tick_params(axis="x", labelsize=8)
+    axes.set_xlabel("value ± 95 %, in sizes of the larger, which is on the left", fontsize=9)
+    axes.legend(fontsize=8, loc="upper left")
+    figure.savefig(path, dpi=100, format="png")
 
 
 def page(logs: tuple[Path, Path], picture: Path) -> list[str]:

@@ -241,6 +241,24 @@ void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
       std::string(several ? "; diagnose each log by itself to see which does" : ""));
 }
 
+/// The effects of these names, each once. Throws InputError for a name that cannot be fitted.
+Candidates chosen_effects(const std::vector<std::string>& names) {
+  Candidates out;
+  for (const std::string& name : names) {
+    const std::shared_ptr<const Effect> effect = find_effect(name);
+    if (effect->needs_motion()) {
+      throw InputError(
+          "effects: " + name +
+          " shows only in motion, which no choice fits; leave effects away, for a search");
+    }
+    if (std::ranges::find(out, effect) != out.end()) {
+      throw InputError("effects: " + name + " stands there twice; name it once");
+    }
+    out.push_back(effect);
+  }
+  return out;
+}
+
 std::string reason_for(Verdict verdict, const Checks& checks) {
   switch (verdict) {
     case Verdict::consistent:
@@ -274,6 +292,8 @@ const char* to_string(Verdict verdict) {
 Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
                    const DiagnoseOptions& options) {
   if (given_logs.empty()) throw InputError("diagnose: no log; give at least one");
+  const Candidates chosen = chosen_effects(options.effects.value_or(std::vector<std::string>{}));
+  const bool searches = !options.effects.has_value();
   Diagnosis out;
   const auto report = [&](const std::string& what) {
     return !options.progress || options.progress(what);
@@ -307,8 +327,9 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
 
   const Checks checks = checks_of(model);
   Search search(logs, model, out, options);
+  if (!searches) search.take(chosen);
   // What was exchanged may uncover something else; twice bounds the time.
-  bool going = checks.enough() && search.forward();
+  bool going = searches && checks.enough() && search.forward();
   if (going && search.exchange()) going = search.forward();
   if (going && search.exchange_fault()) going = search.forward();
   if (going) {
@@ -341,10 +362,11 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
                          (checks.enough() ? hidden.probable : hidden.possible);
   out.corrected = corrected_robot(given, logs, out);
   out.verdict = !out.unexplained.empty()                      ? Verdict::unexplained
-                : !checks.enough()                            ? Verdict::undetermined
+                : !searches || !checks.enough()               ? Verdict::undetermined
                 : !out.effects.empty() || !out.faults.empty() ? Verdict::explained
                                                               : Verdict::consistent;
-  out.reason = reason_for(out.verdict, checks);
+  out.reason = searches ? reason_for(out.verdict, checks)
+                        : "these effects were chosen, not found: nothing was searched for";
   return out;
 }
 

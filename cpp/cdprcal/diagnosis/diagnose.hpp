@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "cdprcal/diagnosis/discrete.hpp"
 #include "cdprcal/diagnosis/generic.hpp"
@@ -18,6 +19,8 @@ struct DiagnoseOptions {
   int most_effects = 12;                     ///< bounds the time
   int refits = 5;                            ///< candidates refitted a round
   ScanOptions scan;
+  /// Names of effects to fit in this order, with no search: what a person chose. Empty: none.
+  std::optional<std::vector<std::string>> effects;
   std::function<bool(const std::string&)> progress;  ///< false stops; what was found is kept
 };
 

@@ -352,6 +352,24 @@ bool Search::forward() {
   }
 }
 
+void Search::take(const Candidates& chosen) {
+  for (const auto& effect : chosen) {
+    const std::vector<CandidateScore> scores = scan(model_, {effect}, {.draws = 0});
+    if (scores.empty()) {
+      out_.rejected.push_back({effect->name(), "the model cannot be evaluated"});
+      continue;
+    }
+    Refit refit = EvidenceAgainst(model_).refit(scores.front());
+    if (refit.log_evidence <= -1e299) {
+      out_.rejected.push_back({effect->name(), "the fit with it does not settle"});
+      continue;
+    }
+    const HeldOut held = held_out(model_, refit.model);
+    accept(refit, held);
+    if (!report("fitted " + effect->name())) return;
+  }
+}
+
 void Search::in_motion() {
   if (static_cast<int>(out_.effects.size()) >= options_.most_effects) return;
   if (!report("samples in motion")) return;

@@ -22,6 +22,9 @@ class Search {
   /// Accepts one effect after another, or a fault of the readings' map that the log as a whole did
   /// not show, until none passes; false when progress stopped it.
   bool forward();
+  /// Puts effects that were chosen into the model, one after another, whatever speaks against them;
+  /// one whose fit does not settle is rejected.
+  void take(const Candidates& chosen);
   /// Adds samples in motion to the model and asks for the effects that only they show. The model
   /// keeps the samples only when such an effect is accepted.
   void in_motion();

@@ -2,7 +2,8 @@
 
 from cdprcal.acquisition.guide import Estimate, Guide, parse_accuracy
 from cdprcal.acquisition.pose_guard import PoseGuard
-from cdprcal.acquisition.procedure import Acquired, acquire, start_up_options, start_up_plan
+from cdprcal.acquisition.procedure import Acquired, acquire, start_up_options
+from cdprcal.planning.start_up import start_up_plan
 
 __all__ = [
     "Acquired",

@@ -20,7 +20,7 @@ from cdprcal._core import RobotSample, StartUpCommand, StartUpState
 from cdprcal.acquisition.guide import Estimate, Guide
 from cdprcal.acquisition.procedure import STATES, Acquired
 from cdprcal.acquisition.remedies import remedy_for
-from cdprcal.terminal import answers, fixed, notes, say
+from cdprcal.terminal import answers, as_typed, fixed, notes, say
 
 _REFRESH_S = 0.1
 _BAR_WIDTH = 30
@@ -117,7 +117,7 @@ class Monitor:
                     + Text(f"{weakest}; plan more or more varied poses", style="none"),
                 )
         if done:
-            say(out, f"next: cdprcal calibrate {robot} {self._log}")
+            say(out, f"next: {as_typed('calibrate', robot, self._log)}")
         elif remedy := remedy_for(run.reason):
             say(out, f"what to do: {remedy}")
 

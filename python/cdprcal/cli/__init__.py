@@ -5,9 +5,11 @@ Only typer is imported until a command runs, so that ``cdprcal --help`` answers 
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Callable
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 from cdprcal.cli import (
     acquire,
@@ -16,6 +18,7 @@ from cdprcal.cli import (
     demo,
     diagnose,
     effects,
+    explore,
     export,
     generate,
     import_log,
@@ -28,31 +31,66 @@ from cdprcal.cli import (
     workspace,
 )
 
+
+class _Command(TyperCommand):
+    """One whose help can be read in every locale."""
+
+    def get_help(self, ctx: Any) -> str:
+        return _readable(super().get_help(ctx))
+
+    def get_usage(self, ctx: Any) -> str:
+        return _readable(super().get_usage(ctx))
+
+
+class _Group(TyperGroup):
+    """All commands: as each of them."""
+
+    def get_help(self, ctx: Any) -> str:
+        return _readable(super().get_help(ctx))
+
+    def get_usage(self, ctx: Any) -> str:
+        return _readable(super().get_usage(ctx))
+
+
+def _readable(text: str) -> str:
+    from cdprcal.terminal import readable
+
+    return readable(text)
+
+
+#: Name → function, example and what ``cdprcal --help`` says of it, in its order.
+COMMANDS: dict[str, tuple[Callable[..., None], str, str]] = {
+    "demo": (demo.command, demo.EXAMPLE, "The whole story, simulated: start here."),
+    "workspace": (workspace.command, workspace.EXAMPLE, "Where the platform can hang stably."),
+    "plan": (plan.command, plan.EXAMPLE, "Where to measure, and the accuracy to expect."),
+    "acquire": (acquire.command, acquire.EXAMPLE, "Run the start-up procedure and log it."),
+    "replay": (replay.command, replay.EXAMPLE, "A log on the live page."),
+    "import": (import_log.command, import_log.EXAMPLE, "A file of any kind to a canonical log."),
+    "export": (export.command, export.EXAMPLE, "A log to a ROS 2 bag."),
+    "check": (check.command, check.EXAMPLE, "What is wrong with a robot file or a log."),
+    "calibrate": (calibrate.command, calibrate.EXAMPLE, "The initial pose, from a log."),
+    "diagnose": (diagnose.command, diagnose.EXAMPLE, "What the model gets wrong, from logs."),
+    "explore": (explore.command, explore.EXAMPLE, "Effects switched on and off on a page."),
+    "effects": (effects.effects, effects.EFFECTS_EXAMPLE, "What diagnose looks for."),
+    "explain": (effects.explain, effects.EXPLAIN_EXAMPLE, "All about one effect."),
+    "report": (report.command, report.EXAMPLE, "One HTML page about a start-up."),
+    "repeat": (repeat.command, repeat.EXAMPLE, "Solve a result file again, and compare."),
+    "template": (template.command, template.EXAMPLE, "A robot file to be filled in."),
+    "schema": (schema.command, schema.EXAMPLE, "The JSON schema of a command's --json."),
+    "generate": (generate.command, generate.EXAMPLE, "The log of an ideal start-up, truth known."),
+}
+
 app = typer.Typer(
     name="cdprcal",
+    cls=_Group,
     help="Find out where a cable robot hangs when it is switched on, and what its model gets "
     "wrong.\n\nExit codes: 0 done, 1 the data or the solution cannot be trusted, 2 wrong use.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-app.command("demo", epilog=demo.EXAMPLE)(demo.command)
-app.command("workspace", epilog=workspace.EXAMPLE)(workspace.command)
-app.command("plan", epilog=plan.EXAMPLE)(plan.command)
-app.command("acquire", epilog=acquire.EXAMPLE)(acquire.command)
-app.command("replay", epilog=replay.EXAMPLE)(replay.command)
-app.command("import", epilog=import_log.EXAMPLE)(import_log.command)
-app.command("export", epilog=export.EXAMPLE)(export.command)
-app.command("check", epilog=check.EXAMPLE)(check.command)
-app.command("calibrate", epilog=calibrate.EXAMPLE)(calibrate.command)
-app.command("diagnose", epilog=diagnose.EXAMPLE)(diagnose.command)
-app.command("effects", epilog=effects.EFFECTS_EXAMPLE)(effects.effects)
-app.command("explain", epilog=effects.EXPLAIN_EXAMPLE)(effects.explain)
-app.command("report", epilog=report.EXAMPLE)(report.command)
-app.command("repeat", epilog=repeat.EXAMPLE)(repeat.command)
-app.command("template", epilog=template.EXAMPLE)(template.command)
-app.command("schema", epilog=schema.EXAMPLE)(schema.command)
-app.command("generate", epilog=generate.EXAMPLE)(generate.command)
+for _name, (_function, _example, _summary) in COMMANDS.items():
+    app.command(_name, epilog=_example, short_help=_summary, cls=_Command)(_function)
 
 
 def _print_version(wanted: bool) -> None:

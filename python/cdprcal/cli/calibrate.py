@@ -119,9 +119,10 @@ def command(
         print_calibration(document, sigma_of(the_robot), verbose=verbose)
     converged = calibration.result.status == _core.CalibrationStatus.converged
     if not converged and not json:
-        from cdprcal.terminal import answers, say
+        from cdprcal.terminal import answers, as_typed, say
 
-        say(answers(), f"next: cdprcal check {robot} {log}, then cdprcal diagnose {robot} {log}")
+        check, diagnose = as_typed("check", robot, log), as_typed("diagnose", robot, log)
+        say(answers(), f"next: {check}, then {diagnose}")
     raise typer.Exit(DONE if converged else UNTRUSTED)
 
 

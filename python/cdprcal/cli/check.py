@@ -103,7 +103,7 @@ def _propose(raw: str, robot: _core.Robot | None, output: str, shown_robot: str)
     """Writes a mapping file, says how sure it is; the exit code."""
     from cdprcal.io.files import write_text
     from cdprcal.mapping import propose_file
-    from cdprcal.terminal import Table, answers, counted, say
+    from cdprcal.terminal import Table, answers, as_typed, counted, say
 
     proposal = propose_file(raw, robot)
     write_text(Path(output), proposal.text())
@@ -128,5 +128,5 @@ def _propose(raw: str, robot: _core.Robot | None, output: str, shown_robot: str)
             line.why,
         )
     out.print(table)
-    say(out, f"next: cdprcal check {shown_robot} {raw} --map {output}")
+    say(out, f"next: {as_typed('check', shown_robot, raw, '--map', output)}")
     return UNTRUSTED if guesses else DONE

@@ -104,7 +104,7 @@ def _served(server: LiveServer, feed: Feed, page: Page) -> Iterator[Page]:
     from cdprcal.terminal import notes, say
 
     with server:
-        say(notes(), f"{server.address}: open it in a browser on this computer")
+        say(notes(), f"Open {server.address} in a browser on this computer")
         try:
             yield page
         finally:

@@ -55,7 +55,7 @@ def command(
         lambda: replay_messages(file, the_robot, setpoints, speed=speed), port=port
     ) as server:
         try:
-            say(notes(), f"{server.address}: open it in a browser on this computer; Ctrl-C ends")
+            say(notes(), f"Open {server.address} in a browser on this computer; Ctrl-C ends")
             threading.Event().wait()
         except KeyboardInterrupt:
             raise typer.Exit(DONE) from None

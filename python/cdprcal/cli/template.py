@@ -42,7 +42,7 @@ def command(
     """
     from cdprcal.io.files import write_text
     from cdprcal.robot_template import BLANK, robot_like, robot_template
-    from cdprcal.terminal import answers, say
+    from cdprcal.terminal import answers, as_typed, say
 
     path = Path(output)
     if path.exists():
@@ -52,7 +52,7 @@ def command(
         if cables is not None:
             fail("--from: has its own cables; leave out --cables")
         write_text(path, robot_like(source, name))
-        say(answers(), f"{output}: change what is different; next: cdprcal check {output}")
+        say(answers(), f"{output}: change what is different; next: {as_typed('check', output)}")
         return
     write_text(path, robot_template(name, cables or 4))
-    say(answers(), f"{output}: replace every {BLANK}; next: cdprcal check {output}")
+    say(answers(), f"{output}: replace every {BLANK}; next: {as_typed('check', output)}")

@@ -28,18 +28,18 @@ HIDDEN = (
 
 #: Paper Table III, trials a and b: the robot, measured.
 PAPER_ROWS = (
-    ("τlσε, the paper's robot (trial a)", 2.23 * 60.0, 8, 12.0, None, 1.24),
-    ("lσε, the paper's robot (trial b)", 2.24 * 60.0, 19, 23.0, None, 5.44),
+    ("static: the paper's robot (trial a)", 2.23 * 60.0, 8, 12.0, None, 1.24),
+    ("kinematic: the paper's robot (trial b)", 2.24 * 60.0, 19, 23.0, None, 5.44),
 )
 
 #: (label, method, formulation): j = τlσε and j = lσε as the paper has them, then with all that pose
 #: 0 knows, then both together.
 METHODS = (
-    ("τlσε, as in the paper", "static", "paper"),
-    ("lσε, as in the paper", "kinematic", "paper"),
-    ("τlσε", "static", "full"),
-    ("lσε", "kinematic", "full"),
-    ("both together", "unified", "full"),
+    ("static, as in the paper", "static", "paper"),
+    ("kinematic, as in the paper", "kinematic", "paper"),
+    ("static", "static", "full"),
+    ("kinematic", "kinematic", "full"),
+    ("unified, the default", "unified", "full"),
 )
 
 

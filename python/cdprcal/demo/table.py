@@ -12,10 +12,13 @@ from cdprcal.demo.story import PAPER_ROWS, Error, Hidden, Row, Run
 from cdprcal.results import number
 from cdprcal.terminal import Table, degrees, fixed, scaled
 
+#: eps_p and eps_r of paper Table III; the third is how the paper measures eps_r, its eq. 20.
+_ERRORS = ("position [mm]", "rotation [deg]", "eq. 20 [deg]")
+
 
 def methods_table(rows: list[Row]) -> Table:
     """As paper Table III: t_sc, k, eps_p, eps_r; and the time of the solver alone."""
-    headers = ("method", "t_sc [min]", "k", "ε_p [mm]", "ε_r [deg]", "eq. 20 [deg]", "solved")
+    headers = ("method", "run [min]", "poses", *_ERRORS, "solved in")
     table = Table(*headers, text={0})
     for row in rows:
         result = row.calibration.result
@@ -43,7 +46,7 @@ def methods_table(rows: list[Row]) -> Table:
 
 def hidden_table(hidden: Hidden) -> Table:
     """What the diagnosis did to the initial pose."""
-    table = Table("initial pose", "ε_p [mm]", "ε_r [deg]", "eq. 20 [deg]", text={0})
+    table = Table("initial pose", *_ERRORS, text={0})
     table.add_row("without what was found", *_errors(hidden.before))
     table.add_row("with it", *_errors(hidden.after))
     return table

@@ -223,20 +223,27 @@ def _gap_table(document: dict[str, Any]) -> Table:
 
 
 def _pose_table(document: dict[str, Any]) -> Table:
-    before, after = document["initial_pose_before"], document["initial_pose_after"]
     table = Table("", "before", "± σ", "after", "± σ", "moved", "", text={6})
+    for row in pose_rows(document):
+        table.add_row(*row)
+    return table
+
+
+def pose_rows(document: dict[str, Any]) -> Iterator[tuple[str, str, str, str, str, str, str]]:
+    """Of x to yaw: name, before, its deviation, after, its deviation, how far it moved, unit."""
+    before, after = document["initial_pose_before"], document["initial_pose_after"]
     sigma_before, sigma_after = (
         np.sqrt(np.diag(np.array(document[key], dtype=float)))
         for key in ("covariance_before", "covariance_after")
     )
-    for i in range(6):
+    for i, name in enumerate(("x", "y", "z", "roll", "pitch", "yaw")):
         angle = i >= 3
         key = "euler_rad" if angle else "position_m"
         a, b = before[key][i % 3], after[key][i % 3]
         shown = degrees if angle else _millimetres
         move = (b - a + np.pi) % (2 * np.pi) - np.pi if angle else b - a
-        table.add_row(
-            ("x", "y", "z", "roll", "pitch", "yaw")[i],
+        yield (
+            name,
             fixed(shown(a), 2),
             fixed(shown(float(sigma_before[i])), 2),
             fixed(shown(b), 2),
@@ -244,7 +251,6 @@ def _pose_table(document: dict[str, Any]) -> Table:
             fixed(shown(float(move)), 2),
             "°" if angle else "mm",
         )
-    return table
 
 
 def _millimetres(value: float | None) -> float | None:

@@ -21,6 +21,7 @@ from cdprcal.mapping.document import GROUPS, QUATERNIONS, Group, Map, load_map
 from cdprcal.mapping.raw import Column, DelimitedForm, Floats, RawTable
 from cdprcal.mapping.read import read_raw
 from cdprcal.mapping.units import factor
+from cdprcal.terminal import as_typed
 
 
 def load_mapped(path: str | Path, map_path: str | Path, robot: _core.Robot | None) -> LogFile:
@@ -183,8 +184,8 @@ def map_offered(path: str | Path) -> Iterator[None]:
         if not _is_foreign(Path(path)):
             raise
         raise InputError(
-            f"{error}; or give a mapping file with --map: cdprcal check {shown_path(path)} "
-            "--propose map.yaml writes one"
+            f"{error}; or give a mapping file with --map: "
+            f"{as_typed('check', shown_path(path), '--propose', 'map.yaml')} writes one"
         ) from None
 
 

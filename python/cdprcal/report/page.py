@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import datetime
 import gzip
+import hashlib
 import json
 import math
 import platform
@@ -29,7 +30,9 @@ from cdprcal.diagnosis.table import (
 from cdprcal.io.files import write_text
 from cdprcal.io.result_file import cdprcal_version, log_sha256
 from cdprcal.report import figures, text
+from cdprcal.report.night import NIGHT
 from cdprcal.report.scene import MOST_SHOWN, magnification, scene, workspace_mesh
+from cdprcal.report.still import still_picture
 from cdprcal.report.subject import Run, Subject
 from cdprcal.tables import CHANNELS, gated_line, sigma_of
 from cdprcal.terminal import fixed
@@ -56,6 +59,8 @@ def render(subject: Subject) -> str:
     )
     state, title, lead = text.headline(subject)
     all_figures, about = _figures(subject)
+    script = (resources.files("cdprcal.report") / "templates" / "report.js").read_text("utf-8")
+    plotly = (resources.files("plotly") / "package_data" / "plotly.min.js").read_text("utf-8")
     return environment.get_template("report.html").render(
         robot=subject.robot,
         state=state,
@@ -67,6 +72,14 @@ def render(subject: Subject) -> str:
         no_diagnosis=subject.no_diagnosis,
         about=about,
         figures=all_figures,
+        stills={
+            name: still_picture(figure)
+            for name, figure in all_figures.items()
+            if "moving" in figure
+        },
+        night=NIGHT,
+        policy=_policy(script, plotly),
+        script=script,
         json=_for_script,
         command=shlex.join(subject.command),
         robot_yaml=_core.to_yaml(subject.robot),
@@ -78,7 +91,19 @@ def render(subject: Subject) -> str:
             "calibrations": [run.calibration for run in subject.runs],
             "diagnosis": subject.diagnosis,
         },
-        plotly=_plotly(),
+        plotly=_packed(plotly),
+    )
+
+
+def _policy(*scripts: str) -> str:
+    """What the page may do: run these scripts, and fetch nothing from anywhere."""
+    hashes = " ".join(
+        f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
+        for script in scripts
+    )
+    return (
+        f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; "
+        "img-src data: blob:; base-uri 'none'; form-action 'none'"
     )
 
 
@@ -88,10 +113,9 @@ def _for_script(value: Any) -> str:
     return text_.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
 
-def _plotly() -> str:
-    """Plotly, gzip and base64: a third of its size; the page unpacks it."""
-    script = resources.files("plotly") / "package_data" / "plotly.min.js"
-    return base64.b64encode(gzip.compress(script.read_bytes(), mtime=0)).decode()
+def _packed(script: str) -> str:
+    """Gzip and base64: a third of its size; the page unpacks it."""
+    return base64.b64encode(gzip.compress(script.encode(), mtime=0)).decode()
 
 
 def _figures(subject: Subject) -> tuple[dict[str, Any], dict[str, str]]:

@@ -309,6 +309,38 @@ TEST(Diagnose, CanBeStoppedAndKeepsItsFindings) {
                                              "accepted load_cell_bias", "scan after 1 effects"}));
 }
 
+TEST(Diagnose, FitsTheEffectsThatAreChosenAndNoOthers) {
+  const Robot robot = load_robot("irma4");
+  Log log = startup_log(robot, kNoise, 51);
+  log.tension_N.rowwise() += Eigen::RowVector4d(10, -8, 9, -12);
+  const auto with = [&](std::vector<std::string> names) {
+    DiagnoseOptions options;
+    options.effects = std::move(names);
+    return diagnose(robot, {log}, options);
+  };
+  const Diagnosis found = diagnose(robot, {log});
+  const Diagnosis same = with({"load_cell_bias"});
+  ASSERT_EQ(found.effects.size(), 1U);
+  ASSERT_EQ(same.effects.size(), 1U);
+  const NamedEffect& a = found.effects[0];
+  const NamedEffect& b = same.effects[0];
+  const Eigen::VectorXd off = (a.values - b.values).cwiseQuotient(a.standard_deviation);
+  EXPECT_LT(off.cwiseAbs().maxCoeff(), 0.01);  // both begin elsewhere, and settle at the same
+  EXPECT_NEAR(b.log_evidence, a.log_evidence, 0.1);
+  EXPECT_EQ(same.verdict, Verdict::undetermined);
+  EXPECT_EQ(same.corrected.effects.size(), 1U);
+
+  const Diagnosis none = with({});
+  EXPECT_TRUE(none.effects.empty());
+  EXPECT_EQ(none.initial_pose_after.position_m, none.initial_pose_before.position_m);
+  const Diagnosis two = with({"yaw_drift", "load_cell_bias"});
+  ASSERT_EQ(two.effects.size(), 2U);
+  EXPECT_EQ(two.effects[0].effect->name(), "yaw_drift");
+  EXPECT_THROW(with({"nonsense"}), InputError);
+  EXPECT_THROW(with({"mass", "mass"}), InputError);
+  EXPECT_THROW(with({"sensor_delay"}), InputError);
+}
+
 TEST(Diagnose, TheInitialPosesCovarianceIsItsBlockOfTheWhole) {
   const DiagnosisModel& model = test::two_runs();
   const Eigen::MatrixXd whole = test::dense(linearise(model)).covariance();

@@ -1,11 +1,6 @@
 "use strict";
 (() => {
-  const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#4d4d4d", "#8c6d1f"];
-  const FONT = { family: "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif", size: 12, color: "#1f2933" };
-  const AXIS = { gridcolor: "#e3e7eb", zeroline: false, linecolor: "#b8c0c8", ticks: "outside", ticklen: 4, tickcolor: "#b8c0c8" };
-  const config = { responsive: true, displayModeBar: false };
-  const at = (id) => document.getElementById(id);
-  const fixed = (value, digits) => (value === null || value === undefined ? "–" : value.toFixed(digits).replace("-", "\u2212"));
+  const { at, fixed, cable, colour, config, axis, layout, rows, warn } = Page;
   const clock = (seconds) => (seconds === null ? "–" : `${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`);
 
   let hello = null, waiting = [], due = false, bars = [], estimates = [], last = null, ended = false;
@@ -23,8 +18,8 @@
     at("no-estimate").hidden = false;
     const limits = message.limits_N;
     at("tension-note").textContent = limits
-      ? `Bar: load cell; black mark: set-point; dashed: limits of ${limits[0]} and ${limits[1]} N.`
-      : "Bar: load cell; black mark: set-point. The limits are in the robot file: name it with --robot.";
+      ? `Bar: load cell; upright mark: set-point; dashed: limits of ${limits[0]} and ${limits[1]} N.`
+      : "Bar: load cell; upright mark: set-point. The limits are in the robot file: name it with --robot.";
     const place = at("tensions");
     place.replaceChildren();
     bars = [];
@@ -35,7 +30,7 @@
       part("name").textContent = `cable ${i + 1}`;
       const track = part("track");
       const fill = part("t-fill", track);
-      fill.style.background = COLOURS[i % 8];
+      fill.style.background = `var(--c${(i % 8) + 1})`;
       const mark = part("t-mark", track);
       const lines = limits ? limits.map(() => part("t-limit", track)) : [];
       bars.push({ row, fill, mark, lines, value: part("value"), wanted: part("wanted") });
@@ -43,16 +38,15 @@
     }
     const line = (i, wanted) => ({
       x: [], y: [], mode: "lines", name: wanted ? "set-points" : `cable ${i + 1}`, legendgroup: wanted ? "set-points" : `cable ${i + 1}`, showlegend: !wanted || i === 0,
-      line: wanted ? { color: "#1f2933", width: 0.9, dash: "dot" } : { color: COLOURS[i % 8], width: 1.4 },
+      line: wanted ? { width: 0.9, dash: "dot" } : { width: 1.4 },
     });
     const cables = [...Array(message.cables).keys()];
-    Plotly.newPlot("plot", [...cables.map((i) => line(i, false)), ...cables.map((i) => line(i, true))], {
-      height: 320, margin: { l: 60, r: 16, t: 24, b: 44 }, font: FONT,
-      xaxis: { ...AXIS, title: { text: "time [s]" } }, yaxis: { ...AXIS, title: { text: "tension [N]" }, rangemode: "tozero" },
-      legend: { orientation: "h", x: 0, y: 1, yanchor: "bottom" },
-      shapes: [], hovermode: "closest",
-    }, config);
+    Plotly.newPlot("plot", [...cables.map((i) => line(i, false)), ...cables.map((i) => line(i, true))], overTime(), config);
+    Plotly.restyle("plot", { "line.color": lineColours() });
   }
+
+  const overTime = () => layout(320, { xaxis: axis("time [s]"), yaxis: axis("tension [N]", { rangemode: "tozero" }) });
+  const lineColours = () => [...Array(2 * hello.cables).keys()].map((i) => (i < hello.cables ? cable(i) : colour("ink")));
 
   // The axis of the bars: to the upper limit where tensions come near it, else to what was seen.
   function top() {
@@ -107,37 +101,33 @@
     at("known").textContent = known
       ? `${after}: ± ${(1e3 * message.position_sigma_m).toPrecision(2)} mm and ± ${(degree * message.rotation_sigma_rad).toPrecision(2)}° (1 σ, worst axis)${message.reached ? ": as well as was asked for" : ""}.`
       : `${after}: ${message.status.replaceAll("_", " ")}.`;
-    const rows = [];
+    const pose = [];
     if (known) {
-      ["x", "y", "z"].forEach((name, i) => rows.push([name, `${fixed(message.pose.position_m[i], 4)} m`]));
-      ["roll", "pitch", "yaw"].forEach((name, i) => rows.push([name, `${fixed(degree * message.pose.roll_pitch_yaw_rad[i], 3)}°`]));
+      ["x", "y", "z"].forEach((name, i) => pose.push([name, `${fixed(message.pose.position_m[i], 4)} m`]));
+      ["roll", "pitch", "yaw"].forEach((name, i) => pose.push([name, `${fixed(degree * message.pose.roll_pitch_yaw_rad[i], 3)}°`]));
     }
-    at("pose").replaceChildren(...rows.map((row) => {
-      const line = document.createElement("tr");
-      row.forEach((text, i) => {
-        const cell = document.createElement(i ? "td" : "th");
-        if (!i) cell.scope = "row";
-        cell.textContent = text;
-        line.append(cell);
-      });
-      return line;
-    }));
+    rows(at("pose"), pose);
+    drawShrink();
+  }
+
+  function drawShrink() {
+    const degree = 180 / Math.PI;
     const trace = (name, key, factor, unit, axis, colour, symbol) => ({
       x: estimates.map((e) => e.time_s), y: estimates.map((e) => (e[key] === null ? null : factor * e[key])),
       name: `${name} [${unit}]`, mode: "lines+markers", yaxis: axis, line: { color: colour }, marker: { symbol, size: 7 },
     });
-    Plotly.react("shrink", [trace("position", "position_sigma_m", 1e3, "mm", "y", COLOURS[0], "circle"), trace("rotation", "rotation_sigma_rad", degree, "°", "y2", COLOURS[1], "diamond")], {
-      height: 300, margin: { l: 60, r: 60, t: 24, b: 44 }, font: FONT, legend: { orientation: "h", x: 0, y: 1, yanchor: "bottom" },
-      xaxis: { ...AXIS, title: { text: "time [s]" } },
-      yaxis: { ...AXIS, type: "log", title: { text: "σ of the position [mm]" }, nticks: 5 },
-      yaxis2: { ...AXIS, type: "log", overlaying: "y", side: "right", showgrid: false, tickmode: "auto", automargin: true, tickformat: ".2~g", title: { text: "σ of the rotation [°]" }, nticks: 5 },
-    }, config);
+    Plotly.react("shrink", [trace("position", "position_sigma_m", 1e3, "mm", "y", cable(0), "circle"), trace("rotation", "rotation_sigma_rad", degree, "°", "y2", cable(1), "diamond")], layout(300, {
+      xaxis: axis("time [s]"),
+      yaxis: axis("σ of the position [mm]", { type: "log", nticks: 5 }),
+      yaxis2: axis("σ of the rotation [°]", { type: "log", overlaying: "y", side: "right", showgrid: false, tickformat: ".2~g", nticks: 5 }),
+    }), config);
   }
 
-  function warn(text) {
-    at("warning").textContent = text;
-    at("warning").hidden = !text;
-  }
+  Page.onScheme(() => {
+    if (!hello) return;
+    Plotly.update("plot", { "line.color": lineColours() }, overTime());
+    if (estimates.length) drawShrink();
+  });
 
   const source = new EventSource("/events");
   source.onmessage = (event) => {
@@ -162,10 +152,8 @@
 
   at("stop").addEventListener("click", async () => {
     at("stop").disabled = true;
-    const token = document.querySelector('meta[name="token"]').content;
     try {
-      const answer = await fetch("/stop", { method: "POST", headers: { "X-Token": token } });
-      if (!answer.ok) throw new Error(`${answer.status}`);
+      await Page.ask("/stop");
     } catch (error) {
       at("stop").disabled = false;
       warn(`The stop was not received (${error.message}): use the emergency stop.`);

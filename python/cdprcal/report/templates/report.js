@@ -2,8 +2,10 @@
 (async () => {
   const page = document.documentElement;
   const read = (id) => JSON.parse(document.getElementById(id).textContent);
-  const figures = read("figures");
+  const figures = read("figures"), night = read("night");
   const scenes = {};
+  const dark = window.matchMedia("(prefers-color-scheme: dark)");
+  const narrow = window.matchMedia("(max-width: 760px)");
   const config = { displaylogo: false, responsive: true, displayModeBar: false, scrollZoom: false };
 
   const save = document.getElementById("save-numbers");
@@ -45,12 +47,34 @@
     if (!window.Plotly) throw new Error("plotly did not start");
   }
 
+  // What plotly may change: a copy of a figure, in the colours of the page.
+  function copy(value, colours) {
+    if (typeof value === "string") return (colours && colours[value]) || value;
+    if (Array.isArray(value)) return value.map((v) => copy(v, colours));
+    if (value && typeof value === "object") return Object.fromEntries(Object.entries(value).map(([k, v]) => [k, copy(v, colours)]));
+    return value;
+  }
+
+  async function draw(id) {
+    const { data, layout } = copy({ data: figures[id].data, layout: figures[id].layout }, dark.matches ? night : null);
+    if (figures[id].moving && narrow.matches) layout.height = 460;
+    await Plotly.react(document.getElementById(id), data, layout, config);
+  }
+
+  const canTurn = (() => {
+    try { return !!document.createElement("canvas").getContext("webgl"); } catch { return false; }
+  })();
+
   // A picture of each figure for paper: a browser prints what is on the page, and no WebGL.
   async function picture(id) {
     const place = document.getElementById(id);
     const flat = !(id in scenes);
-    const width = 1000, height = figures[id].layout.height;
-    const url = await Plotly.toImage(place, { format: flat ? "svg" : "png", width, height, scale: flat ? 1 : 2 });
+    const width = 1000, { data, layout } = copy({ data: figures[id].data, layout: figures[id].layout });
+    if (!flat) {
+      moved(id, scenes[id].number).forEach((line, i) => ["x", "y", "z"].forEach((axis, k) => { data[figures[id].moving.traces[i]][axis] = line[k]; }));
+      layout.scene.camera = structuredClone(place._fullLayout.scene.camera);
+    }
+    const url = await Plotly.toImage({ data, layout }, { format: flat ? "svg" : "png", width, height: layout.height, scale: flat ? 1 : 2 });
     let image = place.parentElement.querySelector("img.print");
     if (!image) {
       image = Object.assign(document.createElement("img"), { className: "print", alt: place.getAttribute("aria-label") });
@@ -60,10 +84,15 @@
     image.src = url;
   }
 
+  function moved(id, number) {
+    const pose = figures[id].moving.poses[number];
+    return [...pose.cables, pose.pulleys, pose.edges, pose.centre];
+  }
+
   function show(id, number) {
-    const { traces, poses, labels } = figures[id].moving;
-    const pose = poses[number];
-    const lines = [...pose.cables, pose.pulleys, pose.edges, pose.centre];
+    const { traces, labels } = figures[id].moving;
+    const lines = moved(id, number);
+    scenes[id].number = number;
     const column = (i) => lines.map((line) => line[i]);
     Plotly.restyle(id, { x: column(0), y: column(1), z: column(2) }, traces);
     const controls = document.querySelector(`[data-scene="${id}"]`);
@@ -94,17 +123,18 @@
     const place = document.getElementById(id);
     if (!place) continue;
     place.textContent = "";
+    if (figure.moving && !canTurn) continue; // its still picture is there
     try {
-      // Drawing changes what it is given; the original is still needed.
-      await Plotly.newPlot(place, structuredClone(figure.data), structuredClone(figure.layout), config);
-      place.dataset.drawn = "true";
+      place.dataset.drawn = "true"; // shown first: it is drawn as large as its place
+      await draw(id);
     } catch (error) {
+      delete place.dataset.drawn;
       place.textContent = `This figure could not be drawn: ${error.message}`;
       problems.push(`${id}: ${error.message}`);
       continue;
     }
     if (!figure.moving) continue;
-    scenes[id] = true;
+    scenes[id] = { number: 0 };
     const controls = document.querySelector(`[data-scene="${id}"]`);
     const slider = controls.querySelector("input");
     controls.querySelector("output").textContent = figure.moving.labels[0];
@@ -115,7 +145,13 @@
       button.addEventListener("click", () => { turn(id, button.dataset.view); again(); });
     place.on("plotly_relayout", again);
   }
-  for (const id of Object.keys(figures)) {
+  dark.addEventListener("change", async () => {
+    for (const place of document.querySelectorAll("[data-drawn]")) {
+      await draw(place.id);
+      if (place.id in scenes) show(place.id, scenes[place.id].number);
+    }
+  });
+  for (const { id } of document.querySelectorAll("[data-drawn]")) {
     try {
       await picture(id);
     } catch (error) {
