@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "cdprcal/calibration/allow_for_effects.hpp"
 #include "cdprcal/calibration/initial_guess.hpp"
 #include "cdprcal/calibration/multi_start.hpp"
 #include "cdprcal/error.hpp"
@@ -110,6 +111,7 @@ void OnlineCalibration::update() {
     problem = std::move(refined.problem);
     result = std::move(refined.result);
   }
+  allow_for_effects(options_, calibration_);
   if (explain_) explain(problem, result);
 }
 
