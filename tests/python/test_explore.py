@@ -91,7 +91,7 @@ def test_an_effect_is_switched_off_and_on(server: ExploreServer) -> None:
     assert rms(without, "tension [N]") > 10.0 * rms(again, "tension [N]")
     assert rms(again, "tension [N]", "given") == rms(without, "tension [N]")
     assert again["evidence"] == pytest.approx(found["evidence"])
-    for channel in (c["quantity"] for c in found["channels"]):
+    for channel in (row["channel"] for row in found["rms"]):
         assert rms(again, channel) == pytest.approx(rms(found, channel), rel=0.01)
     # What is not in the model is listed by what it would add: the right one first.
     assert without["effects"][0]["name"] == "load_cell_bias"
