@@ -14,7 +14,7 @@ import typer
 
 from cdprcal.completion import robot_names
 
-DONE, UNTRUSTED, WRONG_USE, INTERRUPTED = 0, 1, 2, 130
+DONE, UNTRUSTED, WRONG_USE, WITH_CAVEATS, INTERRUPTED = 0, 1, 2, 3, 130
 
 P = ParamSpec("P")
 R = TypeVar("R")
