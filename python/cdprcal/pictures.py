@@ -32,6 +32,11 @@ def check_picture_name(path: Path) -> Path:
 
 def save_figure(figure: Figure, path: Path) -> None:
     """Writes in the format of the name. Raises InputError when that cannot be."""
+    import matplotlib
+
     check_picture_name(path)
-    with atomic_output(path) as temporary:
-        figure.savefig(temporary, dpi=_DOTS_PER_INCH, format=path.suffix[1:].lower())
+    kind = path.suffix[1:].lower()
+    # One figure is one file: neither the day nor a draw of names goes into it.
+    undated = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}.get(kind)
+    with matplotlib.rc_context({"svg.hashsalt": "cdprcal"}), atomic_output(path) as temporary:
+        figure.savefig(temporary, dpi=_DOTS_PER_INCH, format=kind, metadata=undated)
