@@ -725,6 +725,94 @@ def test_drives_are_given_the_limits_of_the_session(
     backend.stop()
 
 
+TRAVEL = {"velocity_m_s: 0.4": "velocity_m_s: 0.4, travel_m: 0.5"}
+
+
+def positions(node: Any) -> tuple[int, int, int]:
+    """Lower limit, where it is, upper limit; in counts."""
+    least, here, most = (
+        node.drive.dictionary.get(key, signed=True)
+        for key in (cia402.POSITION_LEAST, cia402.POSITION, cia402.POSITION_MOST)
+    )
+    return least, here, most
+
+
+def test_position_limits_are_set_about_where_the_drive_is_and_put_back(
+    robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    session = example_session(**TRAVEL)
+
+    def build(nodes: list[Any]) -> None:
+        nodes[0].drive.dictionary.set(cia402.POSITION_MOST, nodes[0].drive.dictionary.get(
+            cia402.POSITION, signed=True) + 1000)  # fmt: skip
+        nodes[0].drive.dictionary.set(cia402.POSITION_LEAST, -(1 << 31))
+
+    fault = Fault("limited", math.inf, build=build)
+    backend = SimulatedSession.connect(session, robot, plan, armed=True, fault=fault)
+    assert backend.simulated is not None
+    beyond_m = 0.5 + backend.limits["stop_distance_m"]
+    nodes = backend.simulated.nodes
+    for node, winch in zip(nodes[1:], session.winches[1:], strict=True):
+        least, here, most = positions(node)
+        assert most - here == here - least == math.ceil(beyond_m * winch.counts_per_m)
+    least, here, most = positions(nodes[0])
+    assert most < here + 2000  # its own, which is narrower
+    assert here - least == math.ceil(beyond_m * session.winches[0].counts_per_m)
+    effective = [drive["travel_m"] for drive in backend.limits["drives"]]
+    assert effective[1:] == pytest.approx([beyond_m] * 3, abs=1e-4)
+    assert effective[0] < 0.1
+    backend.read()
+    backend.stop()
+    assert [positions(node)[::2] for node in nodes[1:]] == [(0, 0)] * 3
+    assert positions(nodes[0])[0] == -(1 << 31)
+
+
+def test_a_drive_beyond_its_own_position_limits_is_refused(
+    robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    def build(nodes: list[Any]) -> None:
+        here = positions(nodes[2])[1]
+        nodes[2].drive.dictionary.set(cia402.POSITION_LEAST, here + 100_000_000)
+        nodes[2].drive.dictionary.set(cia402.POSITION_MOST, here + 200_000_000)
+
+    fault = Fault("elsewhere", math.inf, build=build)
+    session = example_session(**TRAVEL)
+    with pytest.raises(BackendError, match=r"node 3 \(cable 3\): stands at .* \(0x607D: 1"):
+        SimulatedSession.connect(session, robot, plan, armed=True, fault=fault)
+
+
+def test_position_limits_that_are_not_kept_are_refused_and_missing_ones_noted(
+    robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    def fixed(nodes: list[Any]) -> None:
+        nodes[1].drive.dictionary.objects[cia402.POSITION_MOST].writable = False
+
+    def missing(nodes: list[Any]) -> None:
+        del nodes[1].drive.dictionary.objects[cia402.POSITION_MOST]
+
+    session = example_session(**TRAVEL)
+    fault = Fault("read only", math.inf, build=fixed)
+    with pytest.raises(BackendError, match="does not keep the limit that 0x607D is told"):
+        SimulatedSession.connect(session, robot, plan, armed=True, fault=fault)
+    fault = Fault("missing", math.inf, build=missing)
+    backend = SimulatedSession.connect(session, robot, plan, armed=True, fault=fault)
+    assert [note for note in backend.notes if "no object 0x607D" in note]
+    assert "travel_m" not in backend.limits["drives"][1]
+    backend.stop()
+
+
+def test_a_cable_that_goes_too_far_stops_the_robot() -> None:
+    session = example_session(**TRAVEL)
+    states = winches(session)
+    supervisor = Supervisor(session, states)
+    for gone_m, wrong in ((0.0, False), (0.499, False), (-0.499, False), (0.501, True)):
+        for state in states:
+            state.length_m, state.tension_N, state.missed = 2.0, 100.0, 0
+        states[2].length_m = 2.0 + gone_m
+        said = supervisor.look({}, {})
+        assert ("cable 3): is +0.501 m from where it was at power-on" in said) == wrong
+
+
 def test_a_drive_that_is_limited_further_stays_so(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
     def build(nodes: list) -> None:  # type: ignore[type-arg]
         nodes[0].drive.dictionary.set(cia402.MAX_TORQUE, 500)

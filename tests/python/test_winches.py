@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import os
 import re
+import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -13,12 +15,15 @@ from pathlib import Path
 import can
 import numpy as np
 import pytest
+import typer
 from jsonschema import Draft202012Validator
 
 import cdprcal
 from cdprcal import StartUpState
 from cdprcal.acquisition import acquire, start_up_plan
+from cdprcal.cli import devices
 from cdprcal.hardware import BackendError
+from cdprcal.hardware.connect import SessionBackend
 from cdprcal.hardware.drives import cia402
 from cdprcal.hardware.drives.cia402 import State
 from cdprcal.hardware.drives.fieldbus import SimulatedClock
@@ -664,6 +669,42 @@ def test_wrong_use_of_acquire(cli: Callable[..., Ran], plan_path: Path, tmp_path
         assert re.search(words, ran.stderr), ran.stderr
         assert "Traceback" not in ran.stderr
         assert not log.exists()
+
+
+@pytest.mark.parametrize(
+    ("terminal", "answer", "yes", "code"),
+    [
+        (True, "y\n", False, None),
+        (True, "n\n", False, 1),
+        (True, "\n", False, 1),
+        (False, "", False, 2),
+        (False, "", True, None),
+        (True, "", True, None),
+    ],
+)
+def test_limits_of_a_real_robot_are_confirmed(
+    terminal: bool, answer: str, yes: bool, code: int | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At a terminal by the operator, in a script by --yes; else nothing moves, and the bus ends."""
+    stopped = []
+    real = SessionBackend.__new__(SessionBackend)
+    monkeypatch.setattr(SessionBackend, "stop", lambda self: stopped.append(self))
+    stdin = io.StringIO(answer)
+    monkeypatch.setattr(stdin, "isatty", lambda: terminal)
+    monkeypatch.setattr(sys, "stdin", stdin)
+    if code is None:
+        devices.confirm(real, yes=yes)
+    else:
+        with pytest.raises(typer.Exit) as ended:
+            devices.confirm(real, yes=yes)
+        assert ended.value.exit_code == code
+    assert stopped == ([] if code is None else [real])
+
+
+def test_simulated_drives_need_no_confirmation(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+    backend = SimulatedSession.connect(example_session(), robot, plan, armed=True)
+    devices.confirm(backend, yes=False)
+    backend.stop()
 
 
 def test_no_bus_is_left_open() -> None:

@@ -65,6 +65,10 @@ def command(
             "else.",
         ),
     ] = False,
+    yes: Annotated[
+        bool,
+        typer.Option("--yes", help="With --arm: the limits that are printed need no confirmation."),
+    ] = False,
     dry_run: Annotated[
         bool,
         typer.Option("--dry-run", help="Read and print, with simulated drives too; no log."),
@@ -187,8 +191,8 @@ def command(
     visits, patience = start_up_plan(the_plan, quick=quick), start_up_options(the_plan)
     wired: Session | None = None
     if backend == "simulated":
-        if session or arm or dry_run:
-            fail("--session, --arm and --dry-run: need --backend canopen or ethercat")
+        if session or arm or yes or dry_run:
+            fail("--session, --arm, --yes and --dry-run: need --backend canopen or ethercat")
         startup = _core.StartUp(the_robot, visits, patience)
         paced = speed > 0.0
     else:
@@ -210,6 +214,7 @@ def command(
         device = devices.connect(wired, the_robot, the_plan, options, armed=armed)
         if not armed:
             devices.run_dry(device, seconds, json=json)
+        devices.confirm(device, yes=yes)
     settings = device.settings | {
         "robot": the_robot.name,
         "quick": quick,

@@ -22,7 +22,12 @@ from cdprcal.hardware.drives.canopen_bus import NoSuchObjectError
 from cdprcal.hardware.drives.cia402 import Goal, State
 from cdprcal.hardware.drives.fieldbus import Clock, Fieldbus
 from cdprcal.hardware.drives.guard import Guard
-from cdprcal.hardware.drives.limits import rated_torque_is_wrong, set_limits
+from cdprcal.hardware.drives.limits import (
+    put_back,
+    rated_torque_is_wrong,
+    set_limits,
+    set_position_limits,
+)
 from cdprcal.hardware.drives.plausibility import Plausibility
 from cdprcal.hardware.drives.process_data import Values, layouts
 from cdprcal.hardware.drives.supervision import Phase, Supervisor, name_of
@@ -73,6 +78,7 @@ class FieldbusBackend:
         self._identity: list[dict[str, Any]] = []
         self._notes: list[str] = []
         self._effective: list[dict[str, float]] = []  # limits of the drives
+        self._own_positions: list[tuple[WinchState, tuple[int, int]]] = []  # to be put back
         self._without_abort: set[int] = set()  # nodes without object 0x6007
         self._disobeyed = 0  # cycles since the guard has tripped in which some drive was not off
         # Drives without brakes may be holding the platform since the last run.
@@ -208,7 +214,15 @@ class FieldbusBackend:
             )
         if said := rated_torque_is_wrong(self._bus, winch):
             raise BackendError(said)
-        self._effective.append(set_limits(self._bus, winch, session, self._notes))
+        effective = set_limits(self._bus, winch, session, self._notes)
+        if session.limits.travel_m is not None:
+            # The drive's own limit is where this program's is, once it has stopped there.
+            beyond_m = session.limits.travel_m + stop_of(session).distance_m
+            kept = set_position_limits(self._bus, winch, beyond_m, self._notes)
+            if kept is not None:
+                effective["travel_m"], own = kept
+                self._own_positions.append((winch, own))
+        self._effective.append(effective)
         # Interpolation between set-points: the cycle in milliseconds, or tenths of them.
         exponent = -3 if (1e3 * session.period_s) % 1.0 < 1e-9 else -4
         period = round(session.period_s * 10.0**-exponent)
@@ -480,6 +494,8 @@ class FieldbusBackend:
                 self._cycle(self._outputs())
                 cycles += 1
                 if cycles >= _STOP_CYCLES and self._standing():
+                    for winch, own in self._own_positions:
+                        put_back(self._bus, winch, own)
                     break
         except Exception:
             # A bus that is gone: the drives miss the heartbeat and stop by themselves.

@@ -82,6 +82,12 @@ class Limits(_Strict):
     quick_stop_m_s2: Positive = Field(
         description="Deceleration of a quick stop, written to the drives (0x6085)."
     )
+    travel_m: Positive | None = Field(
+        None,
+        description="How far a cable may go from its length at power-on, either way: a quick stop "
+        "beyond, and the drives' position limits (0x607D) the stop's way further. None if left "
+        "out.",
+    )
 
 
 class Safety(_Strict):
