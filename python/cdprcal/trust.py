@@ -62,7 +62,7 @@ def _with_scatter_alone(calibration: _core.Calibration) -> _core.CalibrationResu
     problem = calibration.problem
     if problem.noise is None:
         return calibration.result
-    measurements = problem.measurements
+    measurements, poses = problem.measurements, calibration.result.poses  # each a copy
     rests = [
         i for i, m in enumerate(measurements) if i == 0 or m.kind == _core.PoseKind.static_pose
     ]
@@ -88,5 +88,4 @@ def _with_scatter_alone(calibration: _core.Calibration) -> _core.CalibrationResu
         reference_noise=problem.reference_noise,
         noise=_core.NoiseModel(channels, force_N, force_N * arm_m),
     )
-    poses = [calibration.result.poses[i] for i in kept]
-    return _core.solve(again, poses, _core.SolveOptions(explain=False))
+    return _core.solve(again, [poses[i] for i in kept], _core.SolveOptions(explain=False))
