@@ -40,6 +40,7 @@ from cdprcal.testing.simulated_devices.faults import Fault, fault_kinds, quirk
 from cdprcal.testing.simulated_devices.platform import set_plant
 from conftest import Ran
 from winch_bus import (
+    AT_ONCE,
     EXAMPLE,
     Watched,
     WithoutBus,
@@ -167,7 +168,7 @@ def test_every_fault_stops_the_winches_within_two_cycles(
     for number in range(RUNS):
         fault = random_fault(random, kinds[number % len(kinds)], 3.0)
         path = tmp_path / f"run{number}.{'csv' if number % 2 else 'mcap'}"
-        session = (example_session, torque_session)[int(random.integers(2))]()
+        session = (example_session, torque_session)[int(random.integers(2))](**AT_ONCE)
         watched = watched_run(session, robot, plan, path, fault, seed=number)
         assert judge(watched, fault) == [], f"{fault.name} at {fault.begin_s:.3f} s"
         file = load_log(path)
@@ -182,10 +183,31 @@ def test_a_late_cycle(robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path) 
         if 2.0 <= clock.now_s() < 2.0 + 1e-3:
             clock.sleep_until(clock.now_s() + 0.03)
 
-    watched = watched_run(example_session(), robot, plan, tmp_path / "run.csv", each_cycle=dawdle)
+    session = example_session(**AT_ONCE)
+    watched = watched_run(session, robot, plan, tmp_path / "run.csv", each_cycle=dawdle)
     assert watched.run.state == StartUpState.holding
     assert re.search(r"the control cycle began 2\d ms late", watched.run.reason)
     assert watched.sniffer.outside == []
+
+
+def test_a_late_cycle_while_cables_are_wiggled(
+    robot: cdprcal.Robot, plan: cdprcal.Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    backend = SimulatedSession.connect(example_session(), robot, plan, armed=True)
+    sleep = SimulatedClock.sleep_until
+    dawdled: list[float] = []
+
+    def dawdle(clock: SimulatedClock, until_s: float) -> None:
+        sleep(clock, until_s)
+        if clock.now_s() >= 2.0 and not dawdled:
+            dawdled.append(clock.now_s())
+            sleep(clock, until_s + 0.03)
+
+    monkeypatch.setattr(SimulatedClock, "sleep_until", dawdle)
+    with pytest.raises(BackendError, match=r"armed: .*(began .. ms late|EMCY 0x8130)"):
+        backend.read()
+    assert backend.tripped
+    backend.stop()
 
 
 def test_a_cycle_late_by_less_than_allowed_is_none(

@@ -28,9 +28,10 @@ from cdprcal.hardware.drives.limits import (
     set_limits,
     set_position_limits,
 )
-from cdprcal.hardware.drives.plausibility import Plausibility
+from cdprcal.hardware.drives.plausibility import Plausibility, efficiency_of
 from cdprcal.hardware.drives.process_data import Values, layouts
 from cdprcal.hardware.drives.supervision import Phase, Supervisor, name_of
+from cdprcal.hardware.drives.wiggle import ENOUGH, REST_S, SPEED_M_S, Responses
 from cdprcal.hardware.drives.winch import WinchState
 from cdprcal.hardware.session import Session
 
@@ -269,10 +270,55 @@ class FieldbusBackend:
             self._reset_faults()
             self._reach(Goal.switched_on, Phase.preparing, State.switched_on)
             self._reach(Goal.enabled, Phase.enabling, State.enabled)
+            self._supervisor.enter(Phase.running)
+            self._wiggle()
         except BackendError as error:
             self._guard.trip(str(error))
             raise
-        self._supervisor.enter(Phase.running)
+
+    def _wiggle(self) -> None:
+        """Pays out each cable a little and reels it in. Raises BackendError with what is wrong."""
+        most = math.floor(self._session.safety.wiggle_m / (SPEED_M_S * self._session.period_s))
+        if most < 1 or len(self._winches) < 2:
+            return
+        responses = Responses([efficiency_of(winch) for winch in self._winches])
+        for at in range(len(self._winches)):
+            before_N = self._rest_N()
+            enough_N = ENOUGH * before_N.std(axis=0)
+            cycles = 0
+            while cycles < most:
+                self._creep(at, SPEED_M_S)
+                cycles += 1
+                now_N = [winch.tension_N for winch in self._winches]
+                if np.any(np.abs(now_N - before_N.mean(axis=0)) > enough_N):
+                    break
+            after_N = self._rest_N()
+            # As it was told: that its encoder shows as much is seen in every cycle.
+            responses.add(at, cycles * SPEED_M_S * self._session.period_s, before_N, after_N)
+            for _ in range(cycles):
+                self._creep(at, -SPEED_M_S)
+        self._rest_N()
+        if wrong := responses.wrong():
+            at, what = wrong
+            raise BackendError(f"before anything moved: {name_of(self._winches[at])}: {what}")
+
+    def _creep(self, at: int, velocity_m_s: float) -> None:
+        """A cycle in which one cable moves."""
+        self._velocity_m_s = [0.0] * len(self._winches)
+        self._velocity_m_s[at] = velocity_m_s
+        self._supervise(self._outputs())
+
+    def _rest_N(self) -> np.ndarray:
+        """Tensions [cycles, n] while all cables stand, once the last motion has faded a little."""
+        rows = []
+        self._velocity_m_s = [0.0] * len(self._winches)
+        cycles = math.ceil(REST_S / self._session.period_s)
+        for cycle in range(2 * cycles):
+            self._supervise(self._outputs())
+            row = [winch.tension_N for winch in self._winches]
+            if cycle >= cycles and all(map(math.isfinite, row)):  # a cycle may be missed
+                rows.append(row)
+        return np.array(rows)
 
     def _be_watched(self) -> None:
         """Has the drives watch this computer. Raises BackendError for one that would run on."""
@@ -334,8 +380,12 @@ class FieldbusBackend:
 
     def _supervise(self, outputs: dict[int, Values]) -> None:
         """One cycle of arming, judged. Raises BackendError with what is wrong."""
+        late_s = self._clock.now_s() - self._due_s  # NaN in the first one
         self._cycle(outputs)
-        if wrong := self._wrong():
+        wrong = self._wrong()
+        if self._supervisor.phase is Phase.running and late_s > self._session.late_s:
+            wrong = wrong or f"the control cycle began {1e3 * late_s:.0f} ms late"
+        if wrong:
             raise BackendError(f"while the drives were armed: {wrong}; see what it says, then "
                                "acquire again")  # fmt: skip
 

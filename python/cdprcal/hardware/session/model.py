@@ -108,6 +108,12 @@ class Safety(_Strict):
         description="true: the winches have brakes, and drives are switched off after a quick "
         "stop; false: they stay on and hold the platform at standstill."
     )
+    wiggle_m: Annotated[Finite, Field(ge=0.0, le=0.005)] = Field(
+        0.002,
+        description="Before a run each cable is paid out by at most so much and reeled in again, "
+        "less where tensions answer sooner: load cells, signs and scales are told apart by it. 0: "
+        "not at all.",
+    )
     heartbeat_s: Positive = Field(0.1, description="Of the drives; 2.5 of them missing are a stop.")
 
 
