@@ -153,6 +153,7 @@ def command(
         start_up_options,
         start_up_plan,
     )
+    from cdprcal.acquisition.beside import Beside, LogBeside
     from cdprcal.acquisition.monitor import Monitor
     from cdprcal.cli import devices
     from cdprcal.hardware import BACKENDS
@@ -234,7 +235,13 @@ def command(
     news = devices.News(device)
     with (
         shown as page,
-        Monitor(the_robot, the_plan, output, guided=asked is not None) as monitor,
+        Monitor(
+            the_robot,
+            the_plan,
+            output,
+            guided=asked is not None,
+            beside=Beside("terminal") if paced else None,
+        ) as monitor,
     ):
 
         def watch(
@@ -243,7 +250,7 @@ def command(
             if truth and logged:
                 assert hasattr(device, "truth")  # refuse_simulator_options saw to that
                 poses.append((sample.time_s, device.truth().pose))
-            event = news.tell()
+            event = news.tell(monitor.tell)
             estimate = guide.step(command, sample, logged)
             monitor.show(command, sample, estimate)
             page.show(command, sample, logged, estimate)
@@ -259,7 +266,7 @@ def command(
         run = acquire(
             startup,
             device,
-            log,
+            LogBeside(log) if paced else log,
             log_rate_Hz=rate_hz,
             stop=stop,
             watch=watch,

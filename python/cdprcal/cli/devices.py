@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 import typer
@@ -148,12 +148,13 @@ class News:
         self._told = 0
         self.tell()
 
-    def tell(self) -> dict[str, object]:
-        """Prints what was noted since the last call on stderr; for the log: ``notes``, if any."""
+    def tell(self, say: Callable[[str], None] | None = None) -> dict[str, object]:
+        """Says what was noted since the last call, on stderr; for the log: ``notes``, if any."""
         new = self._notes[self._told :]
         self._told += len(new)
         for note in new:
-            typer.echo(f"cdprcal: note: {note}", err=True)
+            line = f"cdprcal: note: {note}"
+            say(line) if say else typer.echo(line, err=True)
         return {"notes": new} if new else {}
 
 

@@ -300,7 +300,9 @@ class FieldbusBackend:
         self._rest_N()
         if wrong := responses.wrong():
             at, what = wrong
-            raise BackendError(f"before anything moved: {name_of(self._winches[at])}: {what}")
+            raise BackendError(
+                f"before anything moved: {name_of(self._winches[at])}: {what}; correct the session"
+            )
 
     def _creep(self, at: int, velocity_m_s: float) -> None:
         """A cycle in which one cable moves."""
