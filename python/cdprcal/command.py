@@ -109,6 +109,11 @@ def _fail_with(error: Exception) -> NoReturn:
         fail(str(error))
     if isinstance(error, OSError):
         fail(f"{error.filename or 'output'}: {reason(error)}")
+    if isinstance(error, ModuleNotFoundError) and error.name:
+        from cdprcal.extras import EXTRAS, missing
+
+        if (module := error.name.partition(".")[0]) in EXTRAS:
+            fail(missing(module))
     if isinstance(error, MemoryError):
         fail("not enough memory; close other programs, or ask for less: coarser, fewer, shorter")
     if os.environ.get("CDPRCAL_TRACEBACK"):

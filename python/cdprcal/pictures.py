@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cdprcal._core import InputError
+from cdprcal.extras import need
 from cdprcal.io.files import atomic_output
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ _DOTS_PER_INCH = 130
 
 def new_figure(width_in: float, height_in: float) -> Figure:
     """Without pyplot: no window system, no state that outlives the picture."""
+    need("matplotlib")
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width_in, height_in), layout="constrained")

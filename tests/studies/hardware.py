@@ -267,7 +267,7 @@ def jitter(seconds: float, rate_Hz: int, *, stalled: bool = False, row: bool = F
         thread.join()
         simulated.close()
     if row:
-        p = 1e3 * np.percentile(late, [99, 99.9, 100])
+        p = 1e3 * np.percentile(late or [np.nan], [99, 99.9, 100])
         what = "terminal and disk stalled" if stalled else "as it is"
         print(
             f"| {rate_Hz} | {what} | {len(late)} | {p[0]:.2f} | {p[1]:.2f} | {p[2]:.2f} | "
