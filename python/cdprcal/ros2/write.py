@@ -81,7 +81,8 @@ def _write(
     # Without them no reader sees a flipped bit.
     if storage == "mcap":
         write_checksums(path / f"{path.name}.mcap")
-    write_checksums_of_files(path)
+    else:
+        write_checksums_of_files(path)
 
 
 class _Messages:
