@@ -31,6 +31,9 @@ def make_stubs() -> str:
     return ast.unparse(_PutRight().visit(tree)) + "\n"
 
 
+#: What Python code sets on objects of the core (cdprcal.calibrate), class → attributes.
+_SET_IN_PYTHON = {"Calibration": "caveats: tuple[typing.Any, ...]"}
+
 _GENERIC = {
     "collections.abc.Callable": "[..., typing.Any]",
     "list": "[typing.Any]",
@@ -76,6 +79,8 @@ class _PutRight(ast.NodeTransformer):
             members = [ast.parse(f"{member.name} = {member.value!r}").body[0] for member in actual]
             docstring = [item for item in node.body if isinstance(item, ast.Expr)]
             node.body = [*docstring, *members]
+        if node.name in _SET_IN_PYTHON:
+            node.body += ast.parse(_SET_IN_PYTHON[node.name]).body
         self.generic_visit(node)
         return node
 

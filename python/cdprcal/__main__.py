@@ -1,6 +1,24 @@
-"""``python -m cdprcal``: the command line."""
+"""``python -m cdprcal``, and the program ``cdprcal``: the command line."""
 
-from cdprcal.cli import main
+from __future__ import annotations
+
+import sys
+
+# Not "from cdprcal import …", which asks the core for names.
+from cdprcal.interrupt import INTERRUPTED, watch
+
+
+def main() -> None:
+    """Runs the command line; Ctrl-C says so in one line at any time, SIGTERM cleans up first."""
+    watch()
+    try:
+        from cdprcal.cli import app
+
+        app()
+    except KeyboardInterrupt:  # after the command: while it runs it sees to this itself
+        sys.stderr.write("cdprcal: interrupted\n")
+        sys.exit(INTERRUPTED)
+
 
 if __name__ == "__main__":
     main()

@@ -2450,6 +2450,7 @@ class Calibration:
         """
         The reference included, when it is one.
         """
+    caveats: tuple[typing.Any, ...]
 
 class ParameterShape(enum.Enum):
     """

@@ -9,6 +9,7 @@ from __future__ import annotations
 import copy
 import copyreg
 import os
+import pathlib
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
@@ -35,6 +36,8 @@ from cdprcal._core import (
     StartUpPlan,
     StartUpRun,
 )
+from cdprcal.check import caveats_with_log
+from cdprcal.io.loaded import LogFile
 from cdprcal.mapping import Reader
 from cdprcal.planning.start_up import start_up_plan
 from cdprcal.signatures import keywords_of
@@ -72,13 +75,15 @@ def calibrate(
     segment: int | None = None,
     map: Path = "",
 ) -> Calibration:
-    """From a log to the initial pose. Look at result.status.
+    """From a log to the initial pose. Look at result.status, then at caveats.
 
     ``robot``: a Robot, built-in name or path; ``log``: a Log, a path or a pandas.DataFrame;
     ``map``: of a file of any kind, its mapping file. Keywords are those of the command and override
     ``options``: method 'unified', 'static' or 'kinematic'; formulation 'full' or 'paper'; noise
     'data' or 'specified'; at_s: times of the poses [s]; segment: which is the run, from 0, -1 the
-    last. Raises InputError for a log that does not fit the robot.
+    last. The result's ``caveats`` are Findings: errors for which the log is not to be trusted,
+    warnings with which the pose may be off by more than its σ. Raises InputError for a log that
+    does not fit the robot.
 
     >>> calibrate("irma4", "none.csv")
     Traceback (most recent call last):
@@ -91,6 +96,9 @@ def calibrate(
     if any(word is not None for word in words):
         chosen = _with(options or CalibrateOptions(), *words)
     found = _core.calibrate(the_robot, the_log, chosen)
+    file = LogFile(pathlib.Path(the_log.source), "csv", the_log)
+    run = -1 if chosen is None else chosen.segment
+    found.caveats = caveats_with_log(the_robot, file, found, run)
     found._recipe = (calibrate, (the_robot, the_log, copy.copy(chosen)))  # type: ignore[attr-defined]
     return found
 

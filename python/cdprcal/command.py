@@ -13,8 +13,10 @@ from typing import Annotated, Any, NoReturn, ParamSpec, TypeVar
 import typer
 
 from cdprcal.completion import robot_names
+from cdprcal.interrupt import INTERRUPTED as INTERRUPTED
+from cdprcal.interrupt import loaded
 
-DONE, UNTRUSTED, WRONG_USE, INTERRUPTED = 0, 1, 2, 130
+DONE, UNTRUSTED, WRONG_USE, WITH_CAVEATS = 0, 1, 2, 3
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -59,6 +61,9 @@ def reports_errors(command: Callable[P, R]) -> Callable[P, R]:
 
     @functools.wraps(command)
     def wrapper(*args: P.args, **kwargs: P.kwargs) -> R:
+        import cdprcal._core  # noqa: F401
+
+        loaded()
         try:
             return command(*args, **kwargs)
         except (typer.Exit, typer.Abort, typer.BadParameter):
@@ -77,19 +82,23 @@ def reports_errors(command: Callable[P, R]) -> Callable[P, R]:
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Around a long calculation in C++ that cannot ask Python: Ctrl-C ends the process at once.
+    """Around a long calculation in C++ that cannot ask Python: Ctrl-C or SIGTERM ends the process
+    at once.
 
     Only where no file is open: nothing is left half written.
     """
+    before: dict[signal.Signals, Any] = {}
     try:
-        before = signal.signal(signal.SIGINT, signal.SIG_DFL)
+        for name in (signal.SIGINT, signal.SIGTERM):
+            before[name] = signal.signal(name, signal.SIG_DFL)
     except ValueError:  # not the main thread: signals are not ours
         yield
         return
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for name, handler in before.items():
+            signal.signal(name, handler)
 
 
 def _fail_with(error: Exception) -> NoReturn:
@@ -100,6 +109,11 @@ def _fail_with(error: Exception) -> NoReturn:
         fail(str(error))
     if isinstance(error, OSError):
         fail(f"{error.filename or 'output'}: {reason(error)}")
+    if isinstance(error, ModuleNotFoundError) and error.name:
+        from cdprcal.extras import EXTRAS, missing
+
+        if (module := error.name.partition(".")[0]) in EXTRAS:
+            fail(missing(module))
     if isinstance(error, MemoryError):
         fail("not enough memory; close other programs, or ask for less: coarser, fewer, shorter")
     if os.environ.get("CDPRCAL_TRACEBACK"):

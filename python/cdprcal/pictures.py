@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cdprcal._core import InputError
+from cdprcal.extras import need
 from cdprcal.io.files import atomic_output
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ _DOTS_PER_INCH = 130
 
 def new_figure(width_in: float, height_in: float) -> Figure:
     """Without pyplot: no window system, no state that outlives the picture."""
+    need("matplotlib")
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width_in, height_in), layout="constrained")
@@ -32,6 +34,11 @@ def check_picture_name(path: Path) -> Path:
 
 def save_figure(figure: Figure, path: Path) -> None:
     """Writes in the format of the name. Raises InputError when that cannot be."""
+    import matplotlib
+
     check_picture_name(path)
-    with atomic_output(path) as temporary:
-        figure.savefig(temporary, dpi=_DOTS_PER_INCH, format=path.suffix[1:].lower())
+    kind = path.suffix[1:].lower()
+    # One figure is one file: neither the day nor a draw of names goes into it.
+    undated = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}.get(kind)
+    with matplotlib.rc_context({"svg.hashsalt": "cdprcal"}), atomic_output(path) as temporary:
+        figure.savefig(temporary, dpi=_DOTS_PER_INCH, format=kind, metadata=undated)

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
+from cdprcal.findings import Finding
 from cdprcal.sensors import ABSOLUTE, CHANNELS, SENSORS
+from cdprcal.trust import caveats_of
 
 #: Fields of residual_rms that are always there.
 _RMS = (
@@ -49,13 +51,19 @@ def pose_as_dict(pose: _core.Pose, convention: _core.EulerConvention) -> dict[st
     }
 
 
-def calibration_as_dict(robot: _core.Robot, calibration: _core.Calibration) -> dict[str, Any]:
-    """The document of ``calibrate --json``."""
+def calibration_as_dict(
+    robot: _core.Robot,
+    calibration: _core.Calibration,
+    caveats: Iterable[Finding] | None = None,
+) -> dict[str, Any]:
+    """The document of ``calibrate --json``; ``caveats``: None is those of ``caveats_of``."""
+    caveats = caveats_of(calibration) if caveats is None else caveats
     result = calibration.result
     convention = robot.euler_convention
     return {
         "status": result.status.name,
         "reason": result.reason,
+        "caveats": [caveat.as_dict() for caveat in caveats],
         "reference_time_s": number(calibration.reference_time_s),
         "initial_pose": pose_as_dict(result.poses[0], convention) if result.poses else None,
         "covariance": None if result.covariance is None else numbers(result.covariance),

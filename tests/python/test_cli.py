@@ -395,16 +395,55 @@ def wait_until_idle(pid: int) -> None:
 
 
 def test_ctrl_c_ends_without_a_traceback(tmp_path: Path) -> None:
-    pipe = tmp_path / "slow.csv"
-    os.mkfifo(pipe)  # that nobody reads: writing to it waits
+    process, reader = waiting(tmp_path)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=20)
+    os.close(reader)
+    assert process.returncode == 130
+    assert (out, err) == ("", "cdprcal: interrupted\n")
+
+
+def waiting(folder: Path) -> tuple[subprocess.Popen[str], int]:
+    """A command that waits for whoever reads its output, and a reader that does not."""
+    pipe = folder / "slow.csv"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
     process = subprocess.Popen(
-        [sys.executable, "-m", "cdprcal", "generate", "ring3", "--grid", "1x1x1", "-o", str(pipe)],
+        [sys.executable, "-m", "cdprcal", "generate", "ring3", "-o", str(pipe)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "TMPDIR": str(folder)},
+    )
+    wait_until_idle(process.pid)
+    return process, reader
+
+
+def test_sigterm_leaves_nothing_behind(tmp_path: Path) -> None:
+    process, reader = waiting(tmp_path)
+    assert len(list(tmp_path.iterdir())) == 2  # what is being copied into the pipe
+    process.terminate()
+    out, err = process.communicate(timeout=20)
+    os.close(reader)
+    assert (process.returncode, out, err) == (143, "", "")
+    assert [path.name for path in tmp_path.iterdir()] == ["slow.csv"]
+
+
+@pytest.mark.parametrize("delay_s", [0.06, 0.1, 0.15, 0.2, 0.3])
+def test_ctrl_c_at_the_very_start_ends_in_one_line(delay_s: float) -> None:
+    """However far modules are loaded by then; before Python itself is there it is Python's."""
+    process = subprocess.Popen(
+        [sys.executable, "-X", "importtime", "-m", "cdprcal", "demo", "--help"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
     )
-    wait_until_idle(process.pid)
+    assert process.stderr
+    for line in process.stderr:  # which is written as modules are loaded
+        if "cdprcal.interrupt" in line:
+            break
+    time.sleep(delay_s - 0.06)
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=20)
-    assert process.returncode == 130
-    assert (out, err) == ("", "cdprcal: interrupted\n")
+    _, err = process.communicate(timeout=20)
+    assert "Traceback" not in err
+    assert process.returncode in (0, 130)  # it may have been done

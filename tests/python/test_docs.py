@@ -138,6 +138,8 @@ def test_the_commands_of_a_page_do_what_it_says(
     assert "cdprcal" in script
     if page == "your-robot.md":  # the template's blanks are not filled in, and check says so
         script = script.replace("cdprcal check myrobot.yaml", "! cdprcal check myrobot.yaml")
+    if page == "first-calibration.md":  # a pose with caveats, as the page says
+        script = script.replace("-o result.json", "-o result.json || [ $? -eq 3 ]", 1)
     folder = tmp_path / "walk"
     folder.mkdir()
     done = subprocess.run(

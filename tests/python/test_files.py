@@ -33,6 +33,18 @@ def test_a_file_may_be_as_large_as_is_allowed_and_no_larger(tmp_path: Path) -> N
         read_bytes(Path("/proc/self/status"), 10)
 
 
+def test_a_pipe_is_written_to_only_where_somebody_reads(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with pytest.raises(InputError, match="pipe: cannot be written: is a pipe that nobody reads"):
+        write_text(pipe, "never")
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write_text(pipe, "read")
+    assert os.read(reader, 10) == b"read"
+    os.close(reader)
+    assert [path.name for path in tmp_path.iterdir()] == ["pipe"]
+
+
 def test_what_is_no_plain_file_is_not_waited_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

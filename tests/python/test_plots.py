@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import time
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -10,6 +12,7 @@ from matplotlib.colors import to_hex
 
 from cdprcal.diagnosis.pictures import draw_gap, draw_ranking, draw_residuals
 from cdprcal.diagnosis.plots import fits, gap_panels, gap_steps, ranked, residual_panels
+from cdprcal.pictures import new_figure, save_figure
 from cdprcal.report.figures import staircase
 
 
@@ -106,3 +109,16 @@ def test_picture_and_page_draw_the_same() -> None:
     assert len(draw_residuals(DOCUMENT).axes) == 5
     names = [text.get_text() for text in draw_ranking(DOCUMENT).axes[0].get_yticklabels()]
     assert names[:3] == ["cable_sag", "load_cell_gain", "mass"]
+
+
+@pytest.mark.parametrize("kind", ["svg", "pdf", "png"])
+def test_a_picture_drawn_twice_is_the_same_file(tmp_path: Path, kind: str) -> None:
+    drawn = []
+    for number in (1, 2):
+        figure = new_figure(3.0, 2.0)
+        figure.subplots().plot([0.0, 1.0], [0.0, 1.0], label="a line")
+        path = tmp_path / f"{number}.{kind}"
+        save_figure(figure, path)
+        drawn.append(path.read_bytes())
+        time.sleep(1.1)  # of what has a date, it is another
+    assert drawn[0] == drawn[1]

@@ -390,10 +390,10 @@ def test_a_flipped_bit_in_an_exported_mcap_is_noticed(
             load_bag(path, None, robot.euler_convention)
 
 
-def test_sqlite_shows_damage_to_its_structure_and_none_to_readings(
+def test_an_exported_sqlite_has_a_checksum_and_others_are_said_to_have_none(
     robot: cdprcal.Robot, short: cdprcal.Log, tmp_path: Path
 ) -> None:
-    """It has no checksums; docs/ros2.md says so."""
+    """A flipped bit in a reading: SQLite itself does not see it; docs/ros2.md says so."""
     save_bag(short, tmp_path / "bag", robot.euler_convention, storage="sqlite3")
     path = tmp_path / "bag" / "bag.db3"
     whole = path.read_bytes()
@@ -408,8 +408,13 @@ def test_sqlite_shows_damage_to_its_structure_and_none_to_readings(
     data = bytearray(whole)
     data[reading + 3] ^= 1
     path.write_bytes(data)
-    read = load_bag(path, None, robot.euler_convention).log
-    assert read.length_m[50, 1] != short.length_m[50, 1]
+    with pytest.raises(cdprcal.InputError, match=r"the checksum of bag\.db3 does not fit"):
+        load_bag(path.parent, None, robot.euler_convention)
+    alone = load_bag(path, None, robot.euler_convention)  # without its metadata
+    assert alone.log.length_m[50, 1] != short.length_m[50, 1]
+    assert [finding.code for finding in alone.findings] == ["no_checksum"]
+    path.write_bytes(whole)
+    assert load_bag(path.parent, None, robot.euler_convention).findings == ()
 
 
 def test_a_bag_of_several_files(

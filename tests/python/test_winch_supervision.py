@@ -17,6 +17,7 @@ from cdprcal.hardware.drives.guard import Guard
 from cdprcal.hardware.drives.plausibility import Plausibility
 from cdprcal.hardware.drives.process_data import Values, layouts, split_into_pdos
 from cdprcal.hardware.drives.supervision import Path, Phase, Pull, Still, Supervisor, Travel
+from cdprcal.hardware.drives.wiggle import Responses
 from cdprcal.hardware.drives.winch import WinchState, torque_counts
 from cdprcal.hardware.session import Session
 from cdprcal.testing.simulated_devices.connect import SimulatedSession
@@ -725,6 +726,94 @@ def test_drives_are_given_the_limits_of_the_session(
     backend.stop()
 
 
+TRAVEL = {"velocity_m_s: 0.4": "velocity_m_s: 0.4, travel_m: 0.5"}
+
+
+def positions(node: Any) -> tuple[int, int, int]:
+    """Lower limit, where it is, upper limit; in counts."""
+    least, here, most = (
+        node.drive.dictionary.get(key, signed=True)
+        for key in (cia402.POSITION_LEAST, cia402.POSITION, cia402.POSITION_MOST)
+    )
+    return least, here, most
+
+
+def test_position_limits_are_set_about_where_the_drive_is_and_put_back(
+    robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    session = example_session(**TRAVEL)
+
+    def build(nodes: list[Any]) -> None:
+        nodes[0].drive.dictionary.set(cia402.POSITION_MOST, nodes[0].drive.dictionary.get(
+            cia402.POSITION, signed=True) + 300_000)  # fmt: skip
+        nodes[0].drive.dictionary.set(cia402.POSITION_LEAST, -(1 << 31))
+
+    fault = Fault("limited", math.inf, build=build)
+    backend = SimulatedSession.connect(session, robot, plan, armed=True, fault=fault)
+    assert backend.simulated is not None
+    beyond_m = 0.5 + backend.limits["stop_distance_m"]
+    nodes = backend.simulated.nodes
+    for node, winch in zip(nodes[1:], session.winches[1:], strict=True):
+        least, here, most = positions(node)
+        assert most - here == here - least == math.ceil(beyond_m * winch.counts_per_m)
+    least, here, most = positions(nodes[0])
+    assert most < here + 400_000  # its own, which is narrower
+    assert here - least == math.ceil(beyond_m * session.winches[0].counts_per_m)
+    effective = [drive["travel_m"] for drive in backend.limits["drives"]]
+    assert effective[1:] == pytest.approx([beyond_m] * 3, abs=1e-4)
+    assert effective[0] < 0.1
+    backend.read()
+    backend.stop()
+    assert [positions(node)[::2] for node in nodes[1:]] == [(0, 0)] * 3
+    assert positions(nodes[0])[0] == -(1 << 31)
+
+
+def test_a_drive_beyond_its_own_position_limits_is_refused(
+    robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    def build(nodes: list[Any]) -> None:
+        here = positions(nodes[2])[1]
+        nodes[2].drive.dictionary.set(cia402.POSITION_LEAST, here + 100_000_000)
+        nodes[2].drive.dictionary.set(cia402.POSITION_MOST, here + 200_000_000)
+
+    fault = Fault("elsewhere", math.inf, build=build)
+    session = example_session(**TRAVEL)
+    with pytest.raises(BackendError, match=r"node 3 \(cable 3\): stands at .* \(0x607D: 1"):
+        SimulatedSession.connect(session, robot, plan, armed=True, fault=fault)
+
+
+def test_position_limits_that_are_not_kept_are_refused_and_missing_ones_noted(
+    robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    def fixed(nodes: list[Any]) -> None:
+        nodes[1].drive.dictionary.objects[cia402.POSITION_MOST].writable = False
+
+    def missing(nodes: list[Any]) -> None:
+        del nodes[1].drive.dictionary.objects[cia402.POSITION_MOST]
+
+    session = example_session(**TRAVEL)
+    fault = Fault("read only", math.inf, build=fixed)
+    with pytest.raises(BackendError, match="does not keep the limit that 0x607D is told"):
+        SimulatedSession.connect(session, robot, plan, armed=True, fault=fault)
+    fault = Fault("missing", math.inf, build=missing)
+    backend = SimulatedSession.connect(session, robot, plan, armed=True, fault=fault)
+    assert [note for note in backend.notes if "no object 0x607D" in note]
+    assert "travel_m" not in backend.limits["drives"][1]
+    backend.stop()
+
+
+def test_a_cable_that_goes_too_far_stops_the_robot() -> None:
+    session = example_session(**TRAVEL)
+    states = winches(session)
+    supervisor = Supervisor(session, states)
+    for gone_m, wrong in ((0.0, False), (0.499, False), (-0.499, False), (0.501, True)):
+        for state in states:
+            state.length_m, state.tension_N, state.missed = 2.0, 100.0, 0
+        states[2].length_m = 2.0 + gone_m
+        said = supervisor.look({}, {})
+        assert ("cable 3): is +0.501 m from where it was at power-on" in said) == wrong
+
+
 def test_a_drive_that_is_limited_further_stays_so(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
     def build(nodes: list) -> None:  # type: ignore[type-arg]
         nodes[0].drive.dictionary.set(cia402.MAX_TORQUE, 500)
@@ -758,3 +847,81 @@ def test_the_torque_needs_no_message_of_its_own() -> None:
     """It goes where the first PDO has room."""
     for layout in layouts(example_session()):
         assert [len(pdo) for pdo in split_into_pdos(layout.inputs)] == [4, 2, 1]
+
+
+# --- wiggles -------------------------------------------------------------------------------------
+
+
+def responses(slope_N_m: Any, noise_N: float = 0.5, efficiency: float = 0.8) -> Responses:
+    """What cables answer that are paid out by 0.5 mm in turn; [reads, moved]."""
+    random = np.random.default_rng(3)
+    count = len(slope_N_m)
+    found = Responses([efficiency] * count)
+    for moved in range(count):
+        before = 80.0 + noise_N * random.normal(size=(50, count))
+        after = 80.0 + 5e-4 * np.array(slope_N_m)[:, moved]
+        found.add(moved, 5e-4, before, after + noise_N * random.normal(size=(50, count)))
+    return found
+
+
+def symmetric(count: int = 4) -> Any:
+    """Of an elastic structure: pairs of cables that share a load."""
+    pattern = np.array([1.0, -1.1, 0.9, -1.0, 0.8, -0.7][:count])
+    return -2e4 * np.outer(pattern, pattern)
+
+
+def test_an_elastic_robot_answers_alike() -> None:
+    assert responses(symmetric()).wrong() is None
+    assert responses(symmetric(2)).wrong() is None
+
+
+@pytest.mark.parametrize("at", range(4))
+@pytest.mark.parametrize("factor", [-1.0, 0.2, 5.0])
+def test_one_cable_with_another_scale_or_sign_is_named(at: int, factor: float) -> None:
+    of_lengths, of_tensions = symmetric(), symmetric()
+    of_lengths[:, at] *= factor
+    of_tensions[at, :] *= factor
+    for slope in (of_lengths, of_tensions):
+        wrong = responses(slope).wrong()
+        assert wrong is not None
+        assert wrong[0] == at
+        assert "check sign, counts_per_m, counts_per_N" in wrong[1]
+
+
+def test_swapped_load_cells_name_one_of_both() -> None:
+    wrong = responses(symmetric()[[0, 2, 1, 3]]).wrong()
+    assert wrong is not None
+    assert wrong[0] in (1, 2)
+
+
+def test_friction_of_drums_and_pulleys_is_none() -> None:
+    slope = symmetric()
+    slope[2, :] *= 0.8  # as its session says
+    assert responses(slope).wrong() is None
+    assert responses(slope * [1.0, 1.0, 1.0, 2.0]).wrong() is not None
+
+
+def test_what_noise_hides_is_not_said() -> None:
+    slope = symmetric()
+    slope[:, 1] *= 3.0
+    assert responses(slope, noise_N=0.2).wrong() is not None
+    assert responses(slope, noise_N=200.0).wrong() is None
+
+
+def test_cables_are_wiggled_no_further_than_told_and_come_back(
+    robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    for most_m in (0.0, 0.0005, 0.002):
+        changes = {"brakes: true": f"brakes: true, wiggle_m: {most_m}"}
+        session = example_session(**changes)
+        backend = SimulatedSession.connect(session, robot, plan, armed=True)
+        assert backend.simulated is not None
+        at_m = [node.drive.dictionary.get(cia402.POSITION, signed=True) for node in
+                backend.simulated.nodes]  # fmt: skip
+        backend.read()
+        now_m = [node.drive.dictionary.get(cia402.POSITION, signed=True) for node in
+                 backend.simulated.nodes]  # fmt: skip
+        moved_m = np.abs(np.subtract(now_m, at_m)) / session.winches[0].counts_per_m
+        assert (moved_m < 0.004).all()  # the encoders of the simulator have noise
+        assert backend.tripped == ""
+        backend.stop()

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import os
 import re
+import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -13,12 +15,15 @@ from pathlib import Path
 import can
 import numpy as np
 import pytest
+import typer
 from jsonschema import Draft202012Validator
 
 import cdprcal
 from cdprcal import StartUpState
 from cdprcal.acquisition import acquire, start_up_plan
+from cdprcal.cli import devices
 from cdprcal.hardware import BackendError
+from cdprcal.hardware.connect import SessionBackend
 from cdprcal.hardware.drives import cia402
 from cdprcal.hardware.drives.cia402 import State
 from cdprcal.hardware.drives.fieldbus import SimulatedClock
@@ -35,6 +40,7 @@ from cdprcal.testing.simulated_devices.faults import Fault, fault_kinds, quirk
 from cdprcal.testing.simulated_devices.platform import set_plant
 from conftest import Ran
 from winch_bus import (
+    AT_ONCE,
     EXAMPLE,
     Watched,
     WithoutBus,
@@ -162,7 +168,7 @@ def test_every_fault_stops_the_winches_within_two_cycles(
     for number in range(RUNS):
         fault = random_fault(random, kinds[number % len(kinds)], 3.0)
         path = tmp_path / f"run{number}.{'csv' if number % 2 else 'mcap'}"
-        session = (example_session, torque_session)[int(random.integers(2))]()
+        session = (example_session, torque_session)[int(random.integers(2))](**AT_ONCE)
         watched = watched_run(session, robot, plan, path, fault, seed=number)
         assert judge(watched, fault) == [], f"{fault.name} at {fault.begin_s:.3f} s"
         file = load_log(path)
@@ -177,10 +183,31 @@ def test_a_late_cycle(robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path) 
         if 2.0 <= clock.now_s() < 2.0 + 1e-3:
             clock.sleep_until(clock.now_s() + 0.03)
 
-    watched = watched_run(example_session(), robot, plan, tmp_path / "run.csv", each_cycle=dawdle)
+    session = example_session(**AT_ONCE)
+    watched = watched_run(session, robot, plan, tmp_path / "run.csv", each_cycle=dawdle)
     assert watched.run.state == StartUpState.holding
     assert re.search(r"the control cycle began 2\d ms late", watched.run.reason)
     assert watched.sniffer.outside == []
+
+
+def test_a_late_cycle_while_cables_are_wiggled(
+    robot: cdprcal.Robot, plan: cdprcal.Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    backend = SimulatedSession.connect(example_session(), robot, plan, armed=True)
+    sleep = SimulatedClock.sleep_until
+    dawdled: list[float] = []
+
+    def dawdle(clock: SimulatedClock, until_s: float) -> None:
+        sleep(clock, until_s)
+        if clock.now_s() >= 2.0 and not dawdled:
+            dawdled.append(clock.now_s())
+            sleep(clock, until_s + 0.03)
+
+    monkeypatch.setattr(SimulatedClock, "sleep_until", dawdle)
+    with pytest.raises(BackendError, match=r"armed: .*(began .. ms late|EMCY 0x8130)"):
+        backend.read()
+    assert backend.tripped
+    backend.stop()
 
 
 def test_a_cycle_late_by_less_than_allowed_is_none(
@@ -664,6 +691,42 @@ def test_wrong_use_of_acquire(cli: Callable[..., Ran], plan_path: Path, tmp_path
         assert re.search(words, ran.stderr), ran.stderr
         assert "Traceback" not in ran.stderr
         assert not log.exists()
+
+
+@pytest.mark.parametrize(
+    ("terminal", "answer", "yes", "code"),
+    [
+        (True, "y\n", False, None),
+        (True, "n\n", False, 1),
+        (True, "\n", False, 1),
+        (False, "", False, 2),
+        (False, "", True, None),
+        (True, "", True, None),
+    ],
+)
+def test_limits_of_a_real_robot_are_confirmed(
+    terminal: bool, answer: str, yes: bool, code: int | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At a terminal by the operator, in a script by --yes; else nothing moves, and the bus ends."""
+    stopped = []
+    real = SessionBackend.__new__(SessionBackend)
+    monkeypatch.setattr(SessionBackend, "stop", lambda self: stopped.append(self))
+    stdin = io.StringIO(answer)
+    monkeypatch.setattr(stdin, "isatty", lambda: terminal)
+    monkeypatch.setattr(sys, "stdin", stdin)
+    if code is None:
+        devices.confirm(real, yes=yes)
+    else:
+        with pytest.raises(typer.Exit) as ended:
+            devices.confirm(real, yes=yes)
+        assert ended.value.exit_code == code
+    assert stopped == ([] if code is None else [real])
+
+
+def test_simulated_drives_need_no_confirmation(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+    backend = SimulatedSession.connect(example_session(), robot, plan, armed=True)
+    devices.confirm(backend, yes=False)
+    backend.stop()
 
 
 def test_no_bus_is_left_open() -> None:

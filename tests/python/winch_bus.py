@@ -41,9 +41,13 @@ def example_session(**changes: str) -> Session:
     return session_of(text)
 
 
-def torque_session() -> Session:
+#: For runs in which something happens at a time: they begin at once.
+AT_ONCE = {"brakes: true": "brakes: true, wiggle_m: 0"}
+
+
+def torque_session(**changes: str) -> Session:
     """The example with drives in cyclic synchronous torque."""
-    return example_session(**{"mode: velocity": "mode: torque"})
+    return example_session(**{"mode: velocity": "mode: torque"}, **changes)
 
 
 def fine_session() -> Session:
@@ -52,7 +56,8 @@ def fine_session() -> Session:
     Rest is judged by thresholds. A reading that is off by its last digit may shift a rest by a
     tenth of a second, and with it all the noise that follows.
     """
-    return example_session(**{"m: 1e7": "m: 1e8", "turn: 1048576": "turn: 1073741824"})
+    finer = {"m: 1e7": "m: 1e8", "turn: 1048576": "turn: 1073741824"}
+    return example_session(**finer, **AT_ONCE)
 
 
 class WithoutBus(SimulatedBackend):

@@ -129,6 +129,12 @@ def _signs_wrong(text: str) -> str:
     return re.sub("|".join(sorted(_SIGNS, key=len, reverse=True)), lambda m: _SIGNS[m[0]], text)
 
 
+def _cells_swapped(text: str) -> str:
+    for cable, other in ((1, 2), (2, 1)):
+        text = replaced("load_cell: {", f"load_cell: {{node: {other}, ", cables=(cable,))(text)
+    return text
+
+
 SESSION = (
     Hazard(
         "the drum's diameter is given as its radius",
@@ -184,8 +190,18 @@ SESSION = (
         modes=("velocity",),
     ),
     Hazard(
+        "counts per metre of one cable 4 times too many",
+        r"node 2 \(cable 2\): its tension and length answer .* counts_per_m",
+        wrong=replaced("counts_per_m: 1e7", "counts_per_m: 4e7", cables=(2,)),
+    ),
+    Hazard(
+        "the load cells of two cables are swapped",
+        r"\(cable [12]\): its tension and length answer .*load cell is on this cable",
+        wrong=_cells_swapped,
+    ),
+    Hazard(
         "velocity units 3 times too many on one drive",
-        r"node 3 \(cable 3\): moved by",
+        r"node 3 \(cable 3\): (moved by|its tension and length)",
         lambda: quirk("gain", 0.0, 3, gain=3.0),
         modes=("velocity",),
     ),
@@ -200,12 +216,12 @@ SENSORS = (
     Hazard(
         "a swivel encoder flickers by its last digit from mid-run",
         r"node 3 \(cable 3\): the swivel encoder stands still",
-        lambda: quirk("swivel", 2.5, 3, swivel_flickers=True),
+        lambda: quirk("swivel", 10.5, 3, swivel_flickers=True),
     ),
     Hazard(
         "a load cell flickers by its last digit from mid-run",
         r"node 3 \(cable 3\): the load cell stands still",
-        lambda: quirk("load cell", 2.5, 3, load_cell_flickers=True),
+        lambda: quirk("load cell", 10.5, 3, load_cell_flickers=True),
     ),
 )
 

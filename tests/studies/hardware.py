@@ -4,6 +4,7 @@
     python tests/studies/hardware.py same --seeds 10       # over CANopen as on the simulator
     python tests/studies/hardware.py frames --count 1000000
     python tests/studies/hardware.py jitter                # of this machine, at 100 Hz
+    python tests/studies/hardware.py jitter --table        # … 100 to 1000 Hz, also stalled
     python tests/studies/hardware.py fuzz --seconds 300    # needs: pip install atheris
 
 Each prints what it measured on stdout and ends with exit code 1 when a requirement is not met.
@@ -12,6 +13,8 @@ Each prints what it measured on stdout and ends with exit code 1 when a requirem
 from __future__ import annotations
 
 import argparse
+import os
+import pty
 import sys
 import tempfile
 import threading
@@ -21,11 +24,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rich.console import Console
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
 
 import cdprcal
 from cdprcal.acquisition import Guide, acquire, start_up_plan
+from cdprcal.acquisition import monitor as monitor_module
+from cdprcal.acquisition.beside import Beside, LogBeside
+from cdprcal.acquisition.monitor import Monitor
 from cdprcal.hardware.drives.backend import FieldbusBackend
 from cdprcal.hardware.drives.canopen_bus import CanopenFieldbus, open_can_bus
 from cdprcal.hardware.drives.fieldbus import RealClock
@@ -134,7 +141,41 @@ def frames(count: int) -> bool:
     return bool(np.median(rates) > 1e5)
 
 
-def jitter(seconds: float, rate_Hz: int) -> bool:
+_STREAMS: list[Any] = []  # kept: see jitter_table
+
+
+class StalledDisk:
+    """A log that stands still for a second at every tenth row, and at last is full."""
+
+    def __init__(self) -> None:
+        self._rows = 0
+
+    def sample(self, *_: Any) -> None:
+        self._rows += 1
+        if self._rows % 10 == 0:
+            time.sleep(1.0)
+
+    def event(self, _event: Any) -> None: ...
+
+    def close(self) -> None:
+        raise OSError(28, "No space left on device")
+
+
+def jitter_table(seconds: float) -> bool:
+    """A row a rate: as it is, and with a terminal that nobody reads and a disk that stands still.
+
+    Stalled as before there was a thread beside the control loop is not measured: it never ends.
+    """
+    print("| rate [Hz] | | cycles | late, 99 % [ms] | 99.9 % | worst | ended |")
+    print("|---|---|---|---|---|---|---|")
+    for rate_Hz in (100, 250, 500, 1000):
+        for stalled in (False, True):
+            jitter(seconds, rate_Hz, stalled=stalled, row=True)
+    sys.stdout.flush()
+    os._exit(0)  # closing a terminal that nobody reads would wait for ever
+
+
+def jitter(seconds: float, rate_Hz: int, *, stalled: bool = False, row: bool = False) -> bool:
     """How late cycles begin on this machine, by its own clock; simulated nodes in a thread."""
     robot = cdprcal.load_robot("irma4")
     plan = small_plan(robot)
@@ -165,7 +206,9 @@ def jitter(seconds: float, rate_Hz: int) -> bool:
 
     thread = threading.Thread(target=serve)
     thread.start()
-    print(take_priority() or "with real-time priority, as acquire has it")
+    said = take_priority() or "with real-time priority, as acquire has it"
+    if not row:
+        print(said)
     late: list[float] = []
     answers: list[float] = []
     try:
@@ -188,17 +231,32 @@ def jitter(seconds: float, rate_Hz: int) -> bool:
             command(wanted)
             answers[-1] = clock.now_s() - answers[-1]
 
+        _other, here = pty.openpty()  # nobody reads the other end
+        _STREAMS.append(
+            stream := os.fdopen(here if stalled else os.open(os.devnull, os.O_WRONLY), "w")
+        )
+        monitor_module.__dict__["notes"] = lambda: Console(
+            file=stream, force_terminal=True, width=100
+        )
+        monitor = Monitor(robot, plan, "run.mcap", beside=Beside("terminal"))
+
         def watch(*now: Any) -> None:
-            guide.step(*now)
+            monitor.show(now[0], now[1], guide.step(*now))
+            if stalled:
+                monitor.tell("x" * 200)  # fills what the terminal takes at once
 
         backend.read = timed_read  # type: ignore[method-assign]
         backend.command = timed_command  # type: ignore[method-assign, assignment]
-        with tempfile.TemporaryDirectory() as folder:
-            log = open_live_log(Path(folder) / "run.mcap", 4, NO_INPUTS, 10.0)
+        with tempfile.TemporaryDirectory() as folder, monitor:
+            log = (
+                StalledDisk()
+                if stalled
+                else open_live_log(Path(folder) / "run.mcap", 4, NO_INPUTS, 10.0)
+            )
             run = acquire(
                 startup,
                 backend,
-                log,
+                LogBeside(log),
                 stop=lambda: len(late) >= seconds * rate_Hz,
                 watch=watch,
             )
@@ -208,6 +266,15 @@ def jitter(seconds: float, rate_Hz: int) -> bool:
         done.set()
         thread.join()
         simulated.close()
+    if row:
+        p = 1e3 * np.percentile(late or [np.nan], [99, 99.9, 100])
+        what = "terminal and disk stalled" if stalled else "as it is"
+        print(
+            f"| {rate_Hz} | {what} | {len(late)} | {p[0]:.2f} | {p[1]:.2f} | {p[2]:.2f} | "
+            f"{run.reason or 'as asked'} |",
+            flush=True,
+        )
+        return True
     work = answers[:-1]
     for name, values in (("cycle begins late", late), ("answer takes", work)):
         p = 1e3 * np.percentile(values, [50, 99, 99.9, 100])
@@ -260,13 +327,16 @@ def main() -> int:
     one = studies.add_parser("jitter")
     one.add_argument("--seconds", type=float, default=30.0)
     one.add_argument("--rate", type=int, default=100)
+    one.add_argument("--table", action="store_true")
     studies.add_parser("fuzz").add_argument("--seconds", type=int, default=300)
     chosen = parser.parse_args()
     fine = {
         "faults": lambda: faults(chosen.runs, chosen.seed),
         "same": lambda: same(chosen.seeds),
         "frames": lambda: frames(chosen.count),
-        "jitter": lambda: jitter(chosen.seconds, chosen.rate),
+        "jitter": lambda: (
+            jitter_table(chosen.seconds) if chosen.table else jitter(chosen.seconds, chosen.rate)
+        ),
         "fuzz": lambda: fuzz(chosen.seconds),
     }[chosen.study]()
     return 0 if fine else 1

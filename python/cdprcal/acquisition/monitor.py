@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import signal
 import time
+from collections.abc import Callable
 from types import FrameType, TracebackType
 from typing import Any, Self
 
@@ -17,12 +18,14 @@ from rich.text import Text
 
 from cdprcal import _core
 from cdprcal._core import RobotSample, StartUpCommand, StartUpState
+from cdprcal.acquisition.beside import Beside
 from cdprcal.acquisition.guide import Estimate, Guide
 from cdprcal.acquisition.procedure import STATES, Acquired
 from cdprcal.acquisition.remedies import remedy_for
 from cdprcal.terminal import answers, as_typed, fixed, notes, say
 
 _REFRESH_S = 0.1
+_PATIENCE_S = 2.0  # with a terminal that stands still
 _BAR_WIDTH = 30
 
 
@@ -34,9 +37,19 @@ class Monitor:
     """
 
     def __init__(
-        self, robot: _core.Robot, plan: _core.Plan, log: str, *, guided: bool = False
+        self,
+        robot: _core.Robot,
+        plan: _core.Plan,
+        log: str,
+        *,
+        guided: bool = False,
+        beside: Beside | None = None,
     ) -> None:
-        """guided: the run chooses its stops, so how many are left is not known."""
+        """guided: the run chooses its stops, so how many are left is not known.
+
+        beside: who writes on the terminal, which may stand still (Ctrl-S); None: the caller.
+        """
+        self._beside = beside
         self._cables = robot.cable_count
         self._limits_N = robot.tension_limits_N
         self._stops = [True, *(stop.measured for stop in plan.poses)]
@@ -44,7 +57,14 @@ class Monitor:
         self._estimate: Estimate | None = None
         self._log = log
         self._out = notes()
-        self._live = Live(console=self._out, transient=True, auto_refresh=False)
+        # What others print must not wait for a terminal that stands still.
+        self._live = Live(
+            console=self._out,
+            transient=True,
+            auto_refresh=False,
+            redirect_stdout=False,
+            redirect_stderr=False,
+        )
         self._animated = self._out.is_terminal
         self._shown_s = 0.0
         self._stop = False
@@ -68,7 +88,11 @@ class Monitor:
         trace: TracebackType | None,
     ) -> None:
         if self._animated:
-            self._live.stop()
+            self._write(self._live.stop)
+        if self._beside is not None:
+            # The robot stands: what is left may take its time, but not for ever.
+            self._beside.end(_PATIENCE_S)
+            self._beside = None
         for name, handler in self._handlers.items():
             signal.signal(name, handler)
 
@@ -83,14 +107,29 @@ class Monitor:
         self._estimate = estimate or self._estimate
         if not self._animated:
             if estimate is not None:
-                say(self._out, f"{sample.time_s:7.1f} s  initial pose {estimate}")
+                self._say(f"{sample.time_s:7.1f} s  initial pose {estimate}")
             self._say_state(command, sample)
             return
         now = time.monotonic()
         if now - self._shown_s < _REFRESH_S:
             return
         self._shown_s = now
-        self._live.update(self._picture(command, sample), refresh=True)
+        if self._beside is not None and not self._beside.idle:
+            return  # the terminal stands still: what is shown next is what is true then
+        self._write(lambda: self._live.update(self._picture(command, sample), refresh=True))
+
+    def tell(self, line: str) -> None:
+        """Prints a line on stderr, in between."""
+        self._say(line)
+
+    def _say(self, line: str) -> None:
+        self._write(lambda: say(self._out, line))
+
+    def _write(self, work: Callable[[], object]) -> None:
+        if self._beside is None:
+            work()
+        else:
+            self._beside.do(work)
 
     def print_end(self, run: Acquired, robot: str, guide: Guide) -> None:
         """The last word: what was acquired, why it stopped, what to do next."""
@@ -134,7 +173,7 @@ class Monitor:
         if command.state in (StartUpState.moving, StartUpState.moving_to_start):
             most = "" if self._guided else f" of {len(self._stops)}"
             left = "" if self._guided else f", {_duration(command.remaining_s)} left"
-            say(self._out, f"{sample.time_s:7.1f} s  set-point {command.setpoint + 1}{most}{left}")
+            self._say(f"{sample.time_s:7.1f} s  set-point {command.setpoint + 1}{most}{left}")
 
     def _picture(self, command: StartUpCommand, sample: RobotSample) -> Group:
         head = Table.grid(padding=(0, 2))

@@ -50,7 +50,7 @@ class RobotReport:
 
 def check_robot(robot: _core.Robot) -> RobotReport:
     """Looks at sizes, inertia, swivel zeros and tension limits, and where the platform can hang."""
-    findings = [*_sizes(robot), *_inertia(robot), *_sigma(robot)]
+    findings = [*sizes_of(robot), *_inertia(robot), *_sigma(robot)]
     volume_m3 = None
     if any(finding.severity == "error" for finding in findings):
         pass  # a workspace of wrong sizes says nothing
@@ -72,7 +72,8 @@ def check_robot(robot: _core.Robot) -> RobotReport:
     return RobotReport(robot, volume_m3, tuple(findings))
 
 
-def _sizes(robot: _core.Robot) -> Iterator[Finding]:
+def sizes_of(robot: _core.Robot) -> Iterator[Finding]:
+    """What no robot can measure: units mixed up, most of all."""
     pulleys = np.array([cable.pulley.position_m for cable in robot.cables])
     anchors = np.array([cable.platform_anchor_m for cable in robot.cables])
     frame_m, platform_m = (_extent(points) for points in (pulleys, anchors))

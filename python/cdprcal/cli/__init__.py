@@ -84,7 +84,8 @@ app = typer.Typer(
     name="cdprcal",
     cls=_Group,
     help="Find out where a cable robot hangs when it is switched on, and what its model gets "
-    "wrong.\n\nExit codes: 0 done, 1 the data or the solution cannot be trusted, 2 wrong use.",
+    "wrong.\n\nExit codes: 0 done, 1 the data or the solution cannot be trusted, 2 wrong use, "
+    "3 calibrate found a pose, but with caveats.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -122,8 +123,3 @@ def _options(
     ] = False,
 ) -> None:
     pass
-
-
-def main() -> None:
-    """Entry point of the program ``cdprcal``."""
-    app()

@@ -65,6 +65,10 @@ def command(
             "else.",
         ),
     ] = False,
+    yes: Annotated[
+        bool,
+        typer.Option("--yes", help="With --arm: the limits that are printed need no confirmation."),
+    ] = False,
     dry_run: Annotated[
         bool,
         typer.Option("--dry-run", help="Read and print, with simulated drives too; no log."),
@@ -149,6 +153,7 @@ def command(
         start_up_options,
         start_up_plan,
     )
+    from cdprcal.acquisition.beside import Beside, LogBeside
     from cdprcal.acquisition.monitor import Monitor
     from cdprcal.cli import devices
     from cdprcal.hardware import BACKENDS
@@ -187,8 +192,8 @@ def command(
     visits, patience = start_up_plan(the_plan, quick=quick), start_up_options(the_plan)
     wired: Session | None = None
     if backend == "simulated":
-        if session or arm or dry_run:
-            fail("--session, --arm and --dry-run: need --backend canopen or ethercat")
+        if session or arm or yes or dry_run:
+            fail("--session, --arm, --yes and --dry-run: need --backend canopen or ethercat")
         startup = _core.StartUp(the_robot, visits, patience)
         paced = speed > 0.0
     else:
@@ -210,6 +215,7 @@ def command(
         device = devices.connect(wired, the_robot, the_plan, options, armed=armed)
         if not armed:
             devices.run_dry(device, seconds, json=json)
+        devices.confirm(device, yes=yes)
     settings = device.settings | {
         "robot": the_robot.name,
         "quick": quick,
@@ -229,7 +235,13 @@ def command(
     news = devices.News(device)
     with (
         shown as page,
-        Monitor(the_robot, the_plan, output, guided=asked is not None) as monitor,
+        Monitor(
+            the_robot,
+            the_plan,
+            output,
+            guided=asked is not None,
+            beside=Beside("terminal") if paced else None,
+        ) as monitor,
     ):
 
         def watch(
@@ -238,7 +250,7 @@ def command(
             if truth and logged:
                 assert hasattr(device, "truth")  # refuse_simulator_options saw to that
                 poses.append((sample.time_s, device.truth().pose))
-            event = news.tell()
+            event = news.tell(monitor.tell)
             estimate = guide.step(command, sample, logged)
             monitor.show(command, sample, estimate)
             page.show(command, sample, logged, estimate)
@@ -254,7 +266,7 @@ def command(
         run = acquire(
             startup,
             device,
-            log,
+            LogBeside(log) if paced else log,
             log_rate_Hz=rate_hz,
             stop=stop,
             watch=watch,

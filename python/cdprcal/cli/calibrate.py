@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cdprcal.command import (
     DONE,
     UNTRUSTED,
+    WITH_CAVEATS,
     JsonOption,
     LogArgument,
     MapOption,
@@ -24,6 +26,10 @@ from cdprcal.command import (
 )
 from cdprcal.completion import words
 from cdprcal.option_values import split_numbers
+
+if TYPE_CHECKING:
+    from cdprcal._core import Calibration
+    from cdprcal.findings import Finding
 
 EXAMPLE = "Example: cdprcal calibrate irma4 run.csv -o result.json"
 
@@ -84,9 +90,11 @@ def command(
 ) -> None:
     """Find the initial pose, with its uncertainty, from a log.
 
-    Exit code 1: the solution cannot be trusted; the status and its reason say why.
+    Exit code 1: log or solution cannot be trusted; the status and its reason, or an error of
+    check, say why. 3: a pose, but with caveats, which are listed; it may be off by more than its σ.
     """
     from cdprcal import _core
+    from cdprcal.check import caveats_with_log
     from cdprcal.mapping import Reader
     from cdprcal.results import calibration_as_dict
 
@@ -104,7 +112,8 @@ def command(
     file = Reader(the_robot, map_).load(log)
     with interruptible():
         calibration = _core.calibrate(the_robot, file.log, options)
-    document = calibration_as_dict(the_robot, calibration)
+    caveats = caveats_with_log(the_robot, file, calibration, segment)
+    document = calibration_as_dict(the_robot, calibration, caveats)
     if output:
         from cdprcal.io.result_file import calibrate_options_as_dict, save_result
 
@@ -116,14 +125,25 @@ def command(
         from cdprcal.tables import print_calibration, print_findings, sigma_of
 
         print_findings(file.findings, verbose=verbose)
+        print_findings(caveats, verbose=verbose)
         print_calibration(document, sigma_of(the_robot), verbose=verbose)
-    converged = calibration.result.status == _core.CalibrationStatus.converged
-    if not converged and not json:
+    code = exit_code(calibration, caveats)
+    if code != DONE and not json:
         from cdprcal.terminal import answers, as_typed, say
 
         check, diagnose = as_typed("check", robot, log), as_typed("diagnose", robot, log)
         say(answers(), f"next: {check}, then {diagnose}")
-    raise typer.Exit(DONE if converged else UNTRUSTED)
+    raise typer.Exit(code)
+
+
+def exit_code(calibration: Calibration, caveats: Iterable[Finding]) -> int:
+    """Of a calibration with these caveats."""
+    from cdprcal._core import CalibrationStatus
+
+    severities = {caveat.severity for caveat in caveats}
+    if calibration.result.status != CalibrationStatus.converged or "error" in severities:
+        return UNTRUSTED
+    return WITH_CAVEATS if severities else DONE
 
 
 def parse_times(text: str) -> list[float]:

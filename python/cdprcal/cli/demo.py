@@ -50,9 +50,11 @@ def command(
     from cdprcal.demo import pictures, story, table
     from cdprcal.diagnosis import diagnosis_as_dict
     from cdprcal.diagnosis.pictures import write_pictures
+    from cdprcal.extras import need
     from cdprcal.io.files import reason
     from cdprcal.terminal import answers, notes, say
 
+    need("matplotlib", "jinja2", "plotly")
     out = notes()
     the_robot = _core.load_robot(robot)
     if not 3 <= the_robot.cable_count <= 5:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 import typer
@@ -91,12 +91,46 @@ def connect(
         )
         for line in _drive_limits(limits["drives"]):
             typer.echo(f"cdprcal: {line}", err=True)
+        if limits["travel_m"] is None:
+            typer.echo(
+                "cdprcal: travel of the cables: what the drives' own set-up says; give "
+                "limits.travel_m to limit it here and in the drives",
+                err=True,
+            )
     return backend
+
+
+def confirm(backend: SessionBackend | SimulatedSession, *, yes: bool) -> None:
+    """Has the operator say that these limits are meant; ends the command when they are not.
+
+    Simulated drives need no word. Where nobody can be asked ``yes`` is needed.
+    """
+    import sys
+
+    from cdprcal.hardware.connect import SessionBackend
+
+    if yes or not isinstance(backend, SessionBackend):
+        return
+    if not sys.stdin.isatty():
+        backend.stop()
+        fail("--arm: nobody is there to confirm the limits above; read them, then add --yes")
+    try:
+        meant = typer.confirm("cdprcal: move the robot within these limits?", err=True)
+    except BaseException:
+        backend.stop()
+        raise
+    if not meant:
+        backend.stop()
+        fail("nothing was moved; correct the session's limits, then acquire again", UNTRUSTED)
 
 
 def _drive_limits(drives: list[dict[str, float]]) -> Iterator[str]:
     """What the drives keep by themselves, equal ones in one line."""
-    units = {"tension_N": "N (0x6072)", "velocity_m_s": "m/s (0x6080)"}
+    units = {
+        "tension_N": "N (0x6072)",
+        "velocity_m_s": "m/s (0x6080)",
+        "travel_m": "m from here (0x607D)",
+    }
     texts = [
         " and ".join(f"{value:.3g} {units[name]}" for name, value in one.items()) for one in drives
     ]
@@ -114,12 +148,13 @@ class News:
         self._told = 0
         self.tell()
 
-    def tell(self) -> dict[str, object]:
-        """Prints what was noted since the last call on stderr; for the log: ``notes``, if any."""
+    def tell(self, say: Callable[[str], None] | None = None) -> dict[str, object]:
+        """Says what was noted since the last call, on stderr; for the log: ``notes``, if any."""
         new = self._notes[self._told :]
         self._told += len(new)
         for note in new:
-            typer.echo(f"cdprcal: note: {note}", err=True)
+            line = f"cdprcal: note: {note}"
+            say(line) if say else typer.echo(line, err=True)
         return {"notes": new} if new else {}
 
 

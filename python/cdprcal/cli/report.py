@@ -35,9 +35,11 @@ def command(
     pose cannot be trusted or something is left unexplained; the page says so at its top.
     """
     from cdprcal._core import InputError
+    from cdprcal.extras import need
     from cdprcal.report import write_report
     from cdprcal.terminal import answers, notes, say
 
+    need("jinja2", "plotly")
     path = Path(output)
     if path.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"{output}: a page's name must end in .html")

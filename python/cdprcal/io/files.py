@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from cdprcal._core import InputError
 
@@ -118,7 +119,7 @@ def atomic_output(path: Path) -> Iterator[Path]:
             raise InputError(f"{shown}: cannot be written: is a directory; give the path of a file")
         yield temporary
         if device:
-            with temporary.open("rb") as source, path.open("wb") as sink:
+            with temporary.open("rb") as source, _opened(path) as sink:
                 shutil.copyfileobj(source, sink)
         else:
             temporary.chmod(_usual_mode(path))
@@ -127,6 +128,22 @@ def atomic_output(path: Path) -> Iterator[Path]:
         raise InputError(f"{shown}: cannot be written: {reason(error)}") from None
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _opened(device: Path) -> BinaryIO:
+    """What is no plain file, for writing; a pipe that nobody reads would wait for ever."""
+    pipe = stat.S_ISFIFO(device.stat().st_mode)
+    try:
+        handle = os.open(device, os.O_WRONLY | (os.O_NONBLOCK if pipe else 0))
+    except OSError as error:
+        if pipe and error.errno == errno.ENXIO:
+            raise InputError(
+                f"{shown_path(device)}: cannot be written: is a pipe that nobody reads; start its "
+                "reader first, or give the path of a file"
+            ) from None
+        raise
+    os.set_blocking(handle, True)
+    return os.fdopen(handle, "wb")
 
 
 def write_text(path: Path, text: str) -> None:

@@ -41,6 +41,9 @@ _PER_CABLE = {
 _PLATFORM = {
     field: columns_of(group, 0) for field, group in LOG_GROUPS.items() if not group.is_per_cable
 }
+#: JSON channels that are read chunk by chunk: who has more has them by accident, and telling the
+#: chunks of each of them would take as long as reading message by message, every time.
+_MOST_PLAIN_CHANNELS = 64
 _PLATFORM_NAMES = frozenset(name for names in _PLATFORM.values() for name in names)
 
 Floats = NDArray[np.float64]
@@ -165,15 +168,16 @@ class _Messages:
         self._name = name
         self._channels: dict[int, Channel] = {}
         self._topics: dict[int, str] = {}  # as messages show them
+        self._json_channels: dict[int, None] = {}  # in the order of the file
         self._samples: list[dict[str, float]] = []
 
     def plain(self, block: McapRecord | bytes) -> _Rows | None:
         """The rows of a chunk in which nothing is wrong and nothing new; None: read it message by
         message, which finds out what is."""
-        known = [key for key, of in self._channels.items() if of.message_encoding == _JSON]
-        if not known or not isinstance(block, bytes):
+        known = self._json_channels
+        if not 0 < len(known) <= _MOST_PLAIN_CHANNELS or not isinstance(block, bytes):
             return None
-        read = _core.plain_json_messages(block, known)
+        read = _core.plain_json_messages(block, list(known))
         if read is None:
             return None
         count, names, values, present = read
@@ -195,6 +199,10 @@ class _Messages:
         for record in inside(block) if isinstance(block, bytes) else [block]:
             if isinstance(record, Channel):
                 self._channels[record.id] = record
+                if record.message_encoding == _JSON:
+                    self._json_channels[record.id] = None
+                else:
+                    self._json_channels.pop(record.id, None)
                 self._topics[record.id] = shown_text(record.topic)
             elif isinstance(record, Message):
                 self.number += 1

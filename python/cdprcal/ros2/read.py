@@ -22,7 +22,7 @@ from cdprcal.hardware.xsens.measurement import rotation_from_quaternion, rotatio
 from cdprcal.io.files import begins_with, reason, shown_path, shown_text
 from cdprcal.io.loaded import LogFile
 from cdprcal.io.mcap_records import CutError, DamagedError
-from cdprcal.ros2.storage import MCAP_MAGIC, SQLITE_MAGIC, StorageError, messages
+from cdprcal.ros2.storage import MCAP_MAGIC, SQLITE_MAGIC, StorageError, is_protected, messages
 from cdprcal.ros2.topics import JOINT_STATE, length_joints, swivel_joints, wanted_types
 from cdprcal.sensors import MOST_CABLES
 
@@ -55,6 +55,15 @@ def load_bag(
     topics = topics or Ros2.model_validate({})
     read, there = _read(path, name, topics)
     findings = _absent(read, there, topics, name)
+    if not is_protected(path):
+        findings.append(
+            Finding(
+                severity="info",
+                code="no_checksum",
+                message="the bag is SQLite without checksums: a damaged reading would go unnoticed",
+                remedy="record with the storage mcap, as ROS 2 does by itself since Iron",
+            )
+        )
     joints = read.get(topics.joint_states, [])
     if not joints:
         raise InputError(

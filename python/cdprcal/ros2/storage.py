@@ -2,11 +2,13 @@
 
 Nothing can unpack to more than is allowed, and whatever checks the storage has are made: the
 checksums of MCAP (``ros2 bag record`` and ``cdprcal export`` write them), the structure of SQLite.
-SQLite has no checksums: a flipped bit inside of a reading cannot be seen there.
+SQLite has none: ``cdprcal export`` puts the SHA-256 of its files into the metadata, and without one
+a flipped bit inside of a reading cannot be seen.
 """
 
 from __future__ import annotations
 
+import hashlib
 import mmap
 import sqlite3
 import tempfile
@@ -26,6 +28,8 @@ from cdprcal.io.mcap_records import (
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 SQLITE_MAGIC = b"SQLite format 3\0"
 _NEWEST_VERSION = 9
+#: Key of custom_data in the metadata: before the name of a file, what its SHA-256 is.
+_CHECKSUM = "cdprcal.sha256."
 #: Of metadata.yaml: a hundred topics have a tenth of it.
 _MOST_METADATA = 1 << 20
 _MOST_MESSAGE = MOST_CHUNK_BYTES  # unpacked
@@ -79,7 +83,41 @@ def _files(folder: Path) -> list[Path]:
         raise StorageError(f"its storage is {storage!r}, neither mcap nor sqlite3")
     if gone := [file.name for file in files if not file.is_file()]:
         raise StorageError(f"{gone[0]} is missing")
+    noted = about.get("custom_data")
+    for file in files:
+        wanted = noted.get(_CHECKSUM + file.name) if isinstance(noted, dict) else None
+        if wanted is not None and wanted != _sha256(file):
+            raise StorageError(f"the checksum of {file.name} does not fit")
     return files
+
+
+def write_checksums_of_files(folder: Path) -> None:
+    """Puts the SHA-256 of the files of a bag that is whole into its metadata. Raises OSError."""
+    from ruamel.yaml import YAML
+
+    yaml, path = YAML(), folder / "metadata.yaml"
+    document: Any = yaml.load(path)
+    about = document["rosbag2_bagfile_information"]
+    about["custom_data"] = (about.get("custom_data") or {}) | {
+        _CHECKSUM + name: _sha256(folder / name) for name in about["relative_file_paths"]
+    }
+    with path.open("w", encoding="utf-8") as stream:
+        yaml.dump(document, stream)
+
+
+def is_protected(path: Path) -> bool:
+    """Whether a flipped bit is noticed: everywhere but in SQLite without a SHA-256 beside it."""
+    folder = path if path.is_dir() else path.parent
+    files = _files(path) if path.is_dir() else [path]
+    if not any(file.suffix == ".db3" for file in files):
+        return True
+    noted = begins_with(folder / "metadata.yaml", _MOST_METADATA) if path.is_dir() else b""
+    return _CHECKSUM.encode() in noted
+
+
+def _sha256(file: Path) -> str:
+    with file.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def _of_file(

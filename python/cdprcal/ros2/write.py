@@ -15,6 +15,7 @@ from cdprcal.hardware.session import Ros2
 from cdprcal.hardware.xsens.measurement import quaternion_from_rotation, rotation_from_zyx_deg
 from cdprcal.io.files import reason
 from cdprcal.io.mcap_records import write_checksums
+from cdprcal.ros2.storage import write_checksums_of_files
 from cdprcal.ros2.topics import IMU, JOINT_STATE, WRENCH, length_joints, swivel_joints
 
 _BAG_VERSION: Literal[8] = 8  # what ROS 2 Humble and later read
@@ -77,8 +78,11 @@ def _write(
             for topic, message in messages.of(row, stamp):
                 data = store.serialize_cdr(message, messages.kinds[topic])
                 writer.write(connections[topic], stamp, data)
-    if storage == "mcap":  # without them no reader sees a flipped bit
+    # Without them no reader sees a flipped bit.
+    if storage == "mcap":
         write_checksums(path / f"{path.name}.mcap")
+    else:
+        write_checksums_of_files(path)
 
 
 class _Messages:

@@ -22,10 +22,16 @@ from cdprcal.hardware.drives.canopen_bus import NoSuchObjectError
 from cdprcal.hardware.drives.cia402 import Goal, State
 from cdprcal.hardware.drives.fieldbus import Clock, Fieldbus
 from cdprcal.hardware.drives.guard import Guard
-from cdprcal.hardware.drives.limits import rated_torque_is_wrong, set_limits
-from cdprcal.hardware.drives.plausibility import Plausibility
+from cdprcal.hardware.drives.limits import (
+    put_back,
+    rated_torque_is_wrong,
+    set_limits,
+    set_position_limits,
+)
+from cdprcal.hardware.drives.plausibility import Plausibility, efficiency_of
 from cdprcal.hardware.drives.process_data import Values, layouts
 from cdprcal.hardware.drives.supervision import Phase, Supervisor, name_of
+from cdprcal.hardware.drives.wiggle import ENOUGH, REST_S, SPEED_M_S, Responses
 from cdprcal.hardware.drives.winch import WinchState
 from cdprcal.hardware.session import Session
 
@@ -73,6 +79,7 @@ class FieldbusBackend:
         self._identity: list[dict[str, Any]] = []
         self._notes: list[str] = []
         self._effective: list[dict[str, float]] = []  # limits of the drives
+        self._own_positions: list[tuple[WinchState, tuple[int, int]]] = []  # to be put back
         self._without_abort: set[int] = set()  # nodes without object 0x6007
         self._disobeyed = 0  # cycles since the guard has tripped in which some drive was not off
         # Drives without brakes may be holding the platform since the last run.
@@ -208,7 +215,15 @@ class FieldbusBackend:
             )
         if said := rated_torque_is_wrong(self._bus, winch):
             raise BackendError(said)
-        self._effective.append(set_limits(self._bus, winch, session, self._notes))
+        effective = set_limits(self._bus, winch, session, self._notes)
+        if session.limits.travel_m is not None:
+            # The drive's own limit is where this program's is, once it has stopped there.
+            beyond_m = session.limits.travel_m + stop_of(session).distance_m
+            kept = set_position_limits(self._bus, winch, beyond_m, self._notes)
+            if kept is not None:
+                effective["travel_m"], own = kept
+                self._own_positions.append((winch, own))
+        self._effective.append(effective)
         # Interpolation between set-points: the cycle in milliseconds, or tenths of them.
         exponent = -3 if (1e3 * session.period_s) % 1.0 < 1e-9 else -4
         period = round(session.period_s * 10.0**-exponent)
@@ -255,10 +270,57 @@ class FieldbusBackend:
             self._reset_faults()
             self._reach(Goal.switched_on, Phase.preparing, State.switched_on)
             self._reach(Goal.enabled, Phase.enabling, State.enabled)
+            self._supervisor.enter(Phase.running)
+            self._wiggle()
         except BackendError as error:
             self._guard.trip(str(error))
             raise
-        self._supervisor.enter(Phase.running)
+
+    def _wiggle(self) -> None:
+        """Pays out each cable a little and reels it in. Raises BackendError with what is wrong."""
+        most = math.floor(self._session.safety.wiggle_m / (SPEED_M_S * self._session.period_s))
+        if most < 1 or len(self._winches) < 2:
+            return
+        responses = Responses([efficiency_of(winch) for winch in self._winches])
+        for at in range(len(self._winches)):
+            before_N = self._rest_N()
+            enough_N = ENOUGH * before_N.std(axis=0)
+            cycles = 0
+            while cycles < most:
+                self._creep(at, SPEED_M_S)
+                cycles += 1
+                now_N = [winch.tension_N for winch in self._winches]
+                if np.any(np.abs(now_N - before_N.mean(axis=0)) > enough_N):
+                    break
+            after_N = self._rest_N()
+            # As it was told: that its encoder shows as much is seen in every cycle.
+            responses.add(at, cycles * SPEED_M_S * self._session.period_s, before_N, after_N)
+            for _ in range(cycles):
+                self._creep(at, -SPEED_M_S)
+        self._rest_N()
+        if wrong := responses.wrong():
+            at, what = wrong
+            raise BackendError(
+                f"before anything moved: {name_of(self._winches[at])}: {what}; correct the session"
+            )
+
+    def _creep(self, at: int, velocity_m_s: float) -> None:
+        """A cycle in which one cable moves."""
+        self._velocity_m_s = [0.0] * len(self._winches)
+        self._velocity_m_s[at] = velocity_m_s
+        self._supervise(self._outputs())
+
+    def _rest_N(self) -> np.ndarray:
+        """Tensions [cycles, n] while all cables stand, once the last motion has faded a little."""
+        rows = []
+        self._velocity_m_s = [0.0] * len(self._winches)
+        cycles = math.ceil(REST_S / self._session.period_s)
+        for cycle in range(2 * cycles):
+            self._supervise(self._outputs())
+            row = [winch.tension_N for winch in self._winches]
+            if cycle >= cycles and all(map(math.isfinite, row)):  # a cycle may be missed
+                rows.append(row)
+        return np.array(rows)
 
     def _be_watched(self) -> None:
         """Has the drives watch this computer. Raises BackendError for one that would run on."""
@@ -320,8 +382,12 @@ class FieldbusBackend:
 
     def _supervise(self, outputs: dict[int, Values]) -> None:
         """One cycle of arming, judged. Raises BackendError with what is wrong."""
+        late_s = self._clock.now_s() - self._due_s  # NaN in the first one
         self._cycle(outputs)
-        if wrong := self._wrong():
+        wrong = self._wrong()
+        if self._supervisor.phase is Phase.running and late_s > self._session.late_s:
+            wrong = wrong or f"the control cycle began {1e3 * late_s:.0f} ms late"
+        if wrong:
             raise BackendError(f"while the drives were armed: {wrong}; see what it says, then "
                                "acquire again")  # fmt: skip
 
@@ -480,6 +546,8 @@ class FieldbusBackend:
                 self._cycle(self._outputs())
                 cycles += 1
                 if cycles >= _STOP_CYCLES and self._standing():
+                    for winch, own in self._own_positions:
+                        put_back(self._bus, winch, own)
                     break
         except Exception:
             # A bus that is gone: the drives miss the heartbeat and stop by themselves.

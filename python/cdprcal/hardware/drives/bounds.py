@@ -59,6 +59,10 @@ def stop_of(session: Session) -> Stop:
     return Stop(reaction_s, reaction_s + ramp_s, distance_m)
 
 
+#: A cable spans at most the frame, twice what robot_size_m is from the middle, and its height.
+_MOST_TRAVEL_SIZES = 4.0
+
+
 def robot_size_m(robot: _core.Robot) -> float:
     """Mean distance of the pulleys from their middle, as StartUp has it; 1 m with one cable."""
     pulleys_m = np.array([cable.pulley.position_m for cable in robot.cables])
@@ -87,6 +91,11 @@ def bounds(session: Session, robot: _core.Robot) -> Iterator[Bound]:
         "limits.quick_stop_m_s2", limits.quick_stop_m_s2, 0.0, robot.gravity_m_s2, "m/s²",
         "cables that stop faster than the platform falls go slack",
     )  # fmt: skip
+    if limits.travel_m is not None:
+        yield Bound(
+            "limits.travel_m", limits.travel_m, 0.0, _MOST_TRAVEL_SIZES * robot_size_m(robot), "m",
+            "no cable of a robot of this size goes further",
+        )  # fmt: skip
     yield Bound(
         "safety.late_s", session.late_s, 0.0, (safety.missed_cycles + 1) * period_s, "s",
         "after missed_cycles + 1 cycles the drives stop by themselves",

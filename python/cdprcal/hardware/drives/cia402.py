@@ -21,6 +21,7 @@ TARGET_TORQUE = (0x6071, 0)
 MAX_TORQUE = (0x6072, 0)  #: ‰ of rated
 RATED_TORQUE = (0x6076, 0)  #: mNm
 TORQUE = (0x6077, 0)  #: actual, ‰ of rated
+POSITION_LEAST, POSITION_MOST = (0x607D, 1), (0x607D, 2)  #: software limits; equal: none
 MAX_MOTOR_SPEED = (0x6080, 0)  #: turns per minute
 QUICK_STOP_DECELERATION = (0x6085, 0)
 TARGET_VELOCITY = (0x60FF, 0)

@@ -65,16 +65,60 @@ def set_limits(
     return effective
 
 
-def _read(bus: Fieldbus, winch: WinchState, key: Key) -> int | None:
+def set_position_limits(
+    bus: Fieldbus, winch: WinchState, beyond_m: float, notes: list[str]
+) -> tuple[float, tuple[int, int]] | None:
+    """Software position limits (0x607D), so far either way from where the drive is now.
+
+    What it has kept before stays where it is narrower. Gives how far cable may go from here [m],
+    the nearer of both ways, and the drive's own limits, to be put back; None where it has no such
+    object. Raises BackendError when the drive does not keep them, or stands beyond its own.
+    """
+    keys = (cia402.POSITION_LEAST, cia402.POSITION_MOST)
+    ends = [_read(bus, winch, key, signed=True) for key in keys]
+    if None in ends:
+        notes.append(
+            f"{name_of(winch)}: has no object 0x607D; limit its positions by its own set-up"
+        )
+        return None
+    own = (ends[0] or 0, ends[1] or 0)
+    here = _read(bus, winch, cia402.POSITION, signed=True) or 0
+    if own[0] < own[1] and not own[0] <= here <= own[1]:
+        raise BackendError(
+            f"{name_of(winch)}: stands at {here} counts, beyond its own position limits (0x607D: "
+            f"{own[0]} to {own[1]}); correct them in the drive, or switch it off and on"
+        )
+    far = math.ceil(beyond_m * winch.winch.counts_per_m)
+    least, most = max(here - far, -(1 << 31)), min(here + far, (1 << 31) - 1)
+    if own[0] < own[1]:
+        least, most = max(least, own[0]), min(most, own[1])
+    both = [*zip(keys, (least, most), strict=True)]
+    # Never the lower one above the upper one, not even in between.
+    for key, value in reversed(both) if least > own[1] else both:
+        if not _kept(bus, winch, key, value, 4):
+            raise BackendError(
+                f"{name_of(winch)}: does not keep the limit that 0x607D is told; look it up in "
+                "its manual"
+            )
+    return min(most - here, here - least) / winch.winch.counts_per_m, own
+
+
+def put_back(bus: Fieldbus, winch: WinchState, own: tuple[int, int]) -> None:
+    """The position limits that a drive had. Raises BackendError."""
+    for key, value in zip((cia402.POSITION_LEAST, cia402.POSITION_MOST), own, strict=True):
+        bus.sdo_write(winch.winch.node, *key, value.to_bytes(4, "little", signed=True))
+
+
+def _read(bus: Fieldbus, winch: WinchState, key: Key, *, signed: bool = False) -> int | None:
     try:
-        return int.from_bytes(bus.sdo_read(winch.winch.node, *key), "little")
+        return int.from_bytes(bus.sdo_read(winch.winch.node, *key), "little", signed=signed)
     except NoSuchObjectError:
         return None
 
 
 def _kept(bus: Fieldbus, winch: WinchState, key: Key, value: int, size: int) -> bool:
     try:
-        bus.sdo_write(winch.winch.node, *key, value.to_bytes(size, "little"))
+        bus.sdo_write(winch.winch.node, *key, value.to_bytes(size, "little", signed=value < 0))
     except RefusedError:
         return False
-    return _read(bus, winch, key) == value
+    return _read(bus, winch, key, signed=value < 0) == value

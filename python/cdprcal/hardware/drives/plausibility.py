@@ -45,7 +45,7 @@ class Plausibility:
         read_N, torque_N = np.mean(self._rows, axis=0)
         off_N = _SIGMAS * self._robot.sigma.tension_N
         for at, winch in enumerate(self._winches):
-            if said := _apart(read_N[at], torque_N[at], off_N, _efficiency(winch)):
+            if said := _apart(read_N[at], torque_N[at], off_N, efficiency_of(winch)):
                 return f"{name_of(winch)}: {said}"
         all_off_N = off_N * math.sqrt(len(self._winches))
         weight_N, sum_N = self._robot.weight_N, float(read_N.sum())
@@ -54,13 +54,14 @@ class Plausibility:
                 f"all load cells together read {sum_N:.0f} N, and the platform weighs "
                 f"{weight_N:.0f} N; check counts_per_N, zero_counts and the robot file's mass_kg"
             )
-        worst = min(_efficiency(winch) for winch in self._winches)
+        worst = min(efficiency_of(winch) for winch in self._winches)
         if said := _apart(sum_N, float(torque_N.sum()), all_off_N, worst):
             return f"all winches together: {said}"
         return ""
 
 
-def _efficiency(winch: WinchState) -> float:
+def efficiency_of(winch: WinchState) -> float:
+    """Of gear, drum and pulleys, as the session has it; 1 where it says nothing."""
     return 1.0 if winch.winch.torque is None else winch.winch.torque.efficiency
 
 

@@ -221,6 +221,7 @@ class Supervisor:
         self._before = self._wanted = CSV
         self._since_mode = 0
         self._was_enabled = [False] * len(winches)
+        self._from_m = [math.nan] * len(winches)  # where cables were first seen
         self.phase = Phase.reading
 
     def enter(self, phase: Phase) -> None:
@@ -321,6 +322,12 @@ class Supervisor:
         return ""
 
     def _beyond(self, at: int, winch: WinchState) -> str:
+        if math.isnan(self._from_m[at]):
+            self._from_m[at] = winch.length_m
+        most_m = self._session.limits.travel_m
+        gone_m = winch.length_m - self._from_m[at]
+        if most_m is not None and abs(gone_m) > most_m:
+            return f"is {gone_m:+.3f} m from where it was at power-on, beyond limits.travel_m"
         low, high = self._session.limits.tension_N
         tension_N = winch.tension_N  # NaN is within: it is counted as missed
         if tension_N < low * (1.0 - OVERLOAD) or tension_N > high * (1.0 + OVERLOAD):

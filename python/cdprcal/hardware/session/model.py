@@ -82,6 +82,12 @@ class Limits(_Strict):
     quick_stop_m_s2: Positive = Field(
         description="Deceleration of a quick stop, written to the drives (0x6085)."
     )
+    travel_m: Positive | None = Field(
+        None,
+        description="How far a cable may go from its length at power-on, either way: a quick stop "
+        "beyond, and the drives' position limits (0x607D) the stop's way further. None if left "
+        "out.",
+    )
 
 
 class Safety(_Strict):
@@ -101,6 +107,12 @@ class Safety(_Strict):
     brakes: bool = Field(
         description="true: the winches have brakes, and drives are switched off after a quick "
         "stop; false: they stay on and hold the platform at standstill."
+    )
+    wiggle_m: Annotated[Finite, Field(ge=0.0, le=0.005)] = Field(
+        0.002,
+        description="Before a run each cable is paid out by at most so much and reeled in again, "
+        "less where tensions answer sooner: load cells, signs and scales are told apart by it. 0: "
+        "not at all.",
     )
     heartbeat_s: Positive = Field(0.1, description="Of the drives; 2.5 of them missing are a stop.")
 

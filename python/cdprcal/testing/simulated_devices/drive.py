@@ -86,6 +86,8 @@ class SimulatedDrive:
             rated_mNm = round(1e3 * winch.torque.rated_torque_Nm)
             dictionary.add(cia402.RATED_TORQUE, rated_mNm, 4)
         dictionary.add(cia402.MAX_TORQUE, _MAX_TORQUE, 2, writable=True)
+        dictionary.add(cia402.POSITION_LEAST, 0, 4, writable=True)
+        dictionary.add(cia402.POSITION_MOST, 0, 4, writable=True)
         dictionary.add(cia402.MAX_MOTOR_SPEED, _MAX_SPEED_1_MIN, 4, writable=True)
         dictionary.add((cia402.ERROR_HISTORY, 0), 0, 1)
         for at in range(1, _REMEMBERED + 1):
@@ -192,7 +194,18 @@ class SimulatedDrive:
             turns_1_s = self.dictionary.get(cia402.MAX_MOTOR_SPEED) / 60.0
             turn_m = 2.0 * math.pi * self.winch.torque.drum_radius_m / self.winch.torque.gear_ratio
             target = min(max(target, -turns_1_s * turn_m), turns_1_s * turn_m)
-        self.velocity_m_s = target
+        self.velocity_m_s = 0.0 if self._at_its_end(target) else target
+
+    def _at_its_end(self, velocity_m_s: float) -> bool:
+        """Whether it would go on beyond its software position limits."""
+        least, most, here = (
+            self.dictionary.get(key, signed=True)
+            for key in (cia402.POSITION_LEAST, cia402.POSITION_MOST, cia402.POSITION)
+        )
+        counts = self.winch.sign * velocity_m_s
+        return least < most and (
+            (here <= least and counts < 0.0) or (here >= most and counts > 0.0)
+        )
 
     def sense(
         self, length_m: float, swivel_rad: float | None, tension_N: float, held_N: float

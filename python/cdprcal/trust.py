@@ -1,0 +1,91 @@
+"""What restricts a calibration that converged: the caveats that go with its pose."""
+
+from __future__ import annotations
+
+import math
+
+from cdprcal import _core
+from cdprcal.findings import Finding
+
+#: What the core says of a fit that it believes; what it adds behind this restricts it.
+CLAIM = "minimum found; residuals are within what the sensors' sigma allow"
+#: How often a log of a robot that is as its file says gets the caveat "misfit"; diagnose takes as
+#: much for the chance of an accusation.
+FALSE_ALARMS = 0.01
+
+
+def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
+    """What is to be known before the pose is used; empty for one that did not converge.
+
+    ``misfit``: residuals are larger than the readings scatter within a rest, by χ² over all of
+    them; ``reservation``: what the core adds to its claim.
+    """
+    result = calibration.result
+    if result.status != _core.CalibrationStatus.converged:
+        return ()
+    found = []
+    added = result.reason.removeprefix(CLAIM).lstrip("; ").removeprefix("yet ")
+    if added:
+        found.append(
+            Finding(
+                severity="warning",
+                code="reservation",
+                message=f"{added}",
+                remedy="use the pose with care, or let cdprcal diagnose find what the model lacks",
+            )
+        )
+    fit = _with_scatter_alone(calibration)
+    p_value = 0.0 if fit.status == _core.CalibrationStatus.not_converged else fit.chi_square_p_value
+    if p_value < FALSE_ALARMS:
+        freedom = max(1, fit.residual_count - fit.parameter_count)
+        times = math.sqrt(2.0 * fit.cost / freedom)
+        found.append(
+            Finding(
+                severity="warning",
+                code="misfit",
+                message=f"the model misses the readings by {times:.2g} times what these scatter at "
+                f"rest (rms), as one of {1 / FALSE_ALARMS:g} sound logs would",
+                remedy="the pose may be off by more than its σ: correct the robot file, or let "
+                "cdprcal diagnose find what it lacks",
+            )
+        )
+    return tuple(found)
+
+
+def _with_scatter_alone(calibration: _core.Calibration) -> _core.CalibrationResult:
+    """The fit again, every reading as good as its samples within a rest say.
+
+    Where no sample says anything (poses of one sample) its noise stays, and so does one that was
+    specified. Only rests and the reference count where there are any: what is read in motion lags
+    in its own ways.
+    """
+    problem = calibration.problem
+    if problem.noise is None:
+        return calibration.result
+    measurements, poses = problem.measurements, calibration.result.poses  # each a copy
+    rests = [
+        i for i, m in enumerate(measurements) if i == 0 or m.kind == _core.PoseKind.static_pose
+    ]
+    kept = rests if len(rests) > 1 else list(range(len(measurements)))
+    channels = {}
+    for name, noise in problem.noise.channels.items():
+        signal = noise.signal
+        channels[name] = (
+            _core.ChannelNoise(signal.rounding, noise.sample * math.sqrt(signal.rows))
+            if noise.sample > 0.0
+            else _core.ChannelNoise(noise.pose)
+        )
+    # The balance may be wrong by what the robot file says, no more.
+    force_N = problem.robot.sigma.wrench_force_N
+    arm_m = _core.characteristic_length_m(problem.robot)
+    again = _core.CalibrationProblem(
+        robot=problem.robot,
+        measurements=[measurements[i] for i in kept],
+        statics=problem.statics,
+        left_inverse_rows=problem.left_inverse_rows,
+        reference_attitude=problem.reference_attitude,
+        reference_statics=problem.reference_statics,
+        reference_noise=problem.reference_noise,
+        noise=_core.NoiseModel(channels, force_N, force_N * arm_m),
+    )
+    return _core.solve(again, [poses[i] for i in kept], _core.SolveOptions(explain=False))

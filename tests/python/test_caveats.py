@@ -1,0 +1,142 @@
+"""A pose that converged, and what restricts it: fields, exit codes, and how often for nothing."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+import cdprcal
+from cdprcal.io import save_log
+from cdprcal.studies.variants import vary
+from cdprcal.trust import CLAIM, FALSE_ALARMS
+from conftest import Ran
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
+
+import edits
+
+Cli = Callable[..., Ran]
+
+
+@pytest.fixture(scope="module")
+def robot() -> cdprcal.Robot:
+    return cdprcal.load_robot("irma4")
+
+
+def made(robot: cdprcal.Robot, seed: int = 1, **changed: Any) -> cdprcal.Log:
+    options = cdprcal.SyntheticLogOptions(
+        noise=cdprcal.reading_noise(robot.sigma, 0.1), seed=seed, dwell_s=4.0, move_s=2.0
+    )
+    log = cdprcal.synthetic_log(robot, cdprcal.default_setpoints(robot, 2, 2, 2), options).log
+    groups = ("length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad")
+    return cdprcal.Log(
+        time_s=log.time_s, source="made", **{g: getattr(log, g) for g in groups} | changed
+    )
+
+
+def calibrated(cli: Cli, folder: Path, robot: cdprcal.Robot, log: cdprcal.Log) -> tuple[int, Any]:
+    """Exit code and document of the command."""
+    file, run = folder / "robot.yaml", folder / "run.csv"
+    file.write_text(cdprcal.to_yaml(robot), encoding="utf-8")
+    save_log(log, str(run))
+    ran = cli("calibrate", file, run, "--json")
+    return ran.code, json.loads(ran.stdout)
+
+
+def test_a_sound_log_has_no_caveat(cli: Cli, tmp_path: Path, robot: cdprcal.Robot) -> None:
+    log = made(robot)
+    code, document = calibrated(cli, tmp_path, robot, log)
+    assert (code, document["caveats"]) == (0, [])
+    found = cdprcal.calibrate(robot, log)
+    assert found.caveats == ()
+    assert found.result.reason == CLAIM
+
+
+def test_sound_logs_get_one_no_more_often_than_said(robot: cdprcal.Robot) -> None:
+    count = 60
+    alarms = sum(bool(cdprcal.calibrate(robot, made(robot, seed)).caveats) for seed in range(count))
+    assert alarms <= binom.ppf(1.0 - 1e-4, count, FALSE_ALARMS)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"platform.mass_kg": 12.6},
+        {"platform.centre_of_mass_m.x": 0.01},
+        {"cables.2.pulley.position_m.z": 1.859},
+    ],
+    ids=lambda changes: next(iter(changes)),
+)
+def test_a_wrong_robot_file_is_told_by_field_and_exit_code(
+    cli: Cli, tmp_path: Path, robot: cdprcal.Robot, changes: dict[str, float]
+) -> None:
+    wrong, log = vary(robot, changes), made(robot)
+    code, document = calibrated(cli, tmp_path, wrong, log)
+    assert code == 3
+    assert document["status"] == "converged"
+    assert "misfit" in [caveat["code"] for caveat in document["caveats"]]
+    assert {caveat["severity"] for caveat in document["caveats"]} == {"warning"}
+    found = cdprcal.calibrate(wrong, log)
+    assert [c.as_dict() for c in found.caveats] == document["caveats"]
+
+
+def test_what_the_core_adds_to_its_claim_is_a_caveat(robot: cdprcal.Robot) -> None:
+    found = cdprcal.calibrate(vary(robot, {"platform.mass_kg": 11.0}), made(robot))
+    assert "; yet the model misfits" in found.result.reason
+    reservation = next(c for c in found.caveats if c.code == "reservation")
+    assert reservation.message.startswith("the model misfits")
+
+
+def test_people_are_told(cli: Cli, tmp_path: Path, robot: cdprcal.Robot) -> None:
+    calibrated(cli, tmp_path, vary(robot, {"platform.mass_kg": 12.6}), made(robot))
+    ran = cli("calibrate", tmp_path / "robot.yaml", tmp_path / "run.csv")
+    assert ran.code == 3
+    assert "the model misses the readings by" in " ".join(ran.stderr.split())
+    assert "next: cdprcal check" in ran.stdout
+
+
+def test_what_check_does_not_trust_is_not_trusted(
+    cli: Cli, tmp_path: Path, robot: cdprcal.Robot
+) -> None:
+    log = made(robot)
+    stuck = np.array(log.swivel_rad)
+    stuck[:, 1] = stuck[0, 1]
+    # With weights of 50°, the fit itself has nothing against it.
+    blind = vary(robot, {"sensors.sigma.swivel_deg": 50.0})
+    code, document = calibrated(cli, tmp_path, blind, made(robot, swivel_rad=stuck))
+    assert code == 1
+    if document["status"] == "converged":
+        assert ("stuck_sensor", "error") in [
+            (caveat["code"], caveat["severity"]) for caveat in document["caveats"]
+        ]
+
+
+def test_one_that_did_not_converge_has_a_reason_and_no_caveat(robot: cdprcal.Robot) -> None:
+    log = made(robot)
+    found = cdprcal.calibrate(robot, made(robot, length_m=-np.array(log.length_m)))
+    assert found.result.status != cdprcal.CalibrationStatus.converged
+    assert found.caveats == ()
+
+
+def test_a_noise_that_was_specified_is_held_to(robot: cdprcal.Robot) -> None:
+    wrong = vary(robot, {"platform.mass_kg": 9.0, "sensors.sigma.tension_N": 1.0})
+    found = cdprcal.calibrate(wrong, made(robot), noise="specified")
+    if found.result.status == cdprcal.CalibrationStatus.converged:
+        assert found.result.chi_square_p_value < FALSE_ALARMS
+        assert [c.code for c in found.caveats] == ["misfit"]
+
+
+def test_edits_are_seen_far_oftener_than_not() -> None:
+    """The study itself, in small: its counts are in docs/records."""
+    outcomes = [edits.run(number, seed=2) for number in range(40)]
+    silent = [o for o in outcomes if o.kinds and o.code == 0 and o.wrong]
+    assert len(silent) <= 3
+    assert all(o.code in (0, 3) for o in outcomes if not o.kinds)
+    assert {o.code for o in outcomes if o.kinds} >= {1, 3}

@@ -1,0 +1,108 @@
+"""A base installation is small; what is missing is named by its extra, before any work."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from cdprcal._core import InputError
+from cdprcal.extras import EXTRAS, missing, need
+
+ROOT = Path(__file__).resolve().parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+#: Module → distribution, where it is called otherwise.
+DISTRIBUTIONS = {"can": "python-can", "serial": "pyserial"}
+WITHOUT = """
+import sys
+from importlib.machinery import PathFinder
+
+class Without:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {names!r}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+
+sys.meta_path.insert(0, Without())
+import importlib.util
+found = importlib.util.find_spec
+importlib.util.find_spec = lambda name: None if name in {names!r} else found(name)
+from cdprcal.__main__ import main
+main()
+"""
+
+
+def names(requirements: list[str]) -> set[str]:
+    return {re.split(r"[<>=\[]", requirement)[0] for requirement in requirements}
+
+
+def test_a_base_installation_is_small() -> None:
+    assert len(PROJECT["dependencies"]) <= 8
+    assert not names(PROJECT["dependencies"]) & {*EXTRAS, *DISTRIBUTIONS.values()}
+
+
+@pytest.mark.parametrize("module", EXTRAS)
+def test_every_extra_that_is_named_has_what_is_missing(module: str) -> None:
+    extra, _ = EXTRAS[module]
+    optional = PROJECT["optional-dependencies"]
+    assert DISTRIBUTIONS.get(module, module) in names(optional[extra])
+    assert extra in optional["all"][0]
+
+
+def test_what_is_needed_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    need("numpy")
+    monkeypatch.setitem(EXTRAS, "no_such_thing", ("plots", "pictures"))
+    with pytest.raises(InputError, match="no_such_thing"):
+        need("numpy", "no_such_thing")
+    assert missing("serial") == "serial ports need serial: pip install 'cdprcal[xsens]'"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("bare")
+    for words in (["generate", "irma4", "-o", "run.csv"], ["plan", "irma4", "-o", "plan.csv"]):
+        assert bare(path, *words).returncode == 0
+    return path
+
+
+def bare(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """A command without any of the extras."""
+    return subprocess.run(
+        [sys.executable, "-c", WITHOUT.format(names=set(EXTRAS)), *words],
+        cwd=folder, capture_output=True, text=True, check=False, env=dict(os.environ),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["check irma4 run.csv", "calibrate irma4 run.csv -o result.json", "diagnose irma4 run.csv",
+     "acquire irma4 plan.csv -o a.mcap", "schema calibrate", "effects"],
+)  # fmt: skip
+def test_what_most_need_works_without(words: str, folder: Path) -> None:
+    ran = bare(folder, *words.split())
+    assert ran.returncode == 0, ran.stderr
+
+
+SESSION = ROOT / "examples" / "canopen-simulated.yaml"
+
+
+@pytest.mark.parametrize(
+    ("words", "extra"),
+    [
+        ("plan irma4 -o p2.csv --plot p.png", "plots"),
+        ("report irma4 run.csv -o r.html", "report"),
+        ("demo", "plots"),
+        ("export irma4 run.csv -o bag", "ros2"),
+        (f"acquire irma4 plan.csv --backend canopen --session {SESSION} -o b.mcap", "canopen"),
+    ],
+)
+def test_what_few_need_names_its_extra(words: str, extra: str, folder: Path) -> None:
+    ran = bare(folder, *words.split())
+    assert ran.returncode == 2
+    assert re.fullmatch(
+        rf"(….*\n)*cdprcal: .* need \w+: pip install 'cdprcal\[{extra}\]'\n", ran.stderr
+    ), ran.stderr
