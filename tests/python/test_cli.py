@@ -446,4 +446,5 @@ def test_ctrl_c_at_the_very_start_ends_in_one_line(delay_s: float) -> None:
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=20)
     assert "Traceback" not in err
-    assert process.returncode in (0, 130)  # it may have been done
+    # It may have been done, or Python was on its way out and passed the signal on.
+    assert process.returncode in (0, 130, -signal.SIGINT)

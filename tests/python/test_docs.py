@@ -34,6 +34,7 @@ HAND_ON = {
     "devices.py",
     "drive.py",
     "ethercat_robot.py",
+    "extras.py",
     "faults.py",
     "file.py",
     "injected_effect.cpp",
