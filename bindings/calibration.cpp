@@ -330,8 +330,8 @@ void register_options(py::module_& module) {
           py::arg_v("guess", usual.guess, "[]"), py::arg("detection") = py::none(),
           py::arg("solve") = py::none(), py::arg("most_starts") = usual.most_starts,
           "noise: where the weights come from; None: from_data for the full formulation, specified "
-          "for the paper's. allow_for_effects: where poses misfit by more than single readings "
-          "scatter. at_s: times of the poses [s], the first is the reference; empty: automatic. segment: "
+          "for the paper's. allow_for_effects: count in σ what effects that nobody named may do to "
+          "the initial pose. at_s: times of the poses [s], the first is the reference; empty: automatic. segment: "
           "which is the run, from 0; -1 the last. kinematic_spacing_s: between samples that count "
           "as poses of their own. guess: one Pose a pose, or only ζ0; empty: automatic. most_starts: "
           "guesses of ζ0 to try while no minimum agrees with the readings.")
@@ -397,9 +397,10 @@ void register_calibrate(py::module_& module) {
       },
       py::arg("robot"), py::arg("log"), py::arg("options") = py::none(),
       py::call_guard<py::gil_scoped_release>(),
-      "From a log to the initial pose. Look at result.status. Where the readings show that the model "
-      "lacks something, the pose and its covariance allow for every known effect at its typical "
-      "size (options.allow_for_effects). Raises as prepare does.");
+      "From a log to the initial pose. Look at result.status. The covariance counts what effects "
+      "may do that the log cannot rule out; where the readings show that the model lacks something, "
+      "pose and covariance allow for every known effect at its typical size "
+      "(options.allow_for_effects). Raises as prepare does.");
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// The initial pose when the model is known to lack something, but not what: every effect of the
-// catalogue may be there at its typical size.
+// What effects that nobody named may do to the initial pose: all of the catalogue where the model
+// is known to lack something, those that the log cannot rule out where it is not.
 #pragma once
 
 #include "cdprcal/calibration/calibrate.hpp"
@@ -16,9 +16,10 @@ std::string misfit(const Calibration& calibration);
 /// reference and of the rests and the first one's covariance in the result (poses in motion and the
 /// residuals, which are what misfits, stay). Readings that share an unmodelled error are then no
 /// longer taken for independent ones, so the covariance counts what such errors can do. The reason
-/// says so. Without a misfit, with specified noise, or when the larger fit does not settle, the
-/// estimate stays as it is (in the last case the reason says that its uncertainty leaves out the
-/// misfit).
+/// says so; when the larger fit does not settle, that the uncertainty leaves out the misfit.
+/// Without a misfit the poses stay, and the covariance grows by what the log cannot rule out
+/// (evidence/model_average.hpp), as it does in diagnose before that finds anything. With specified
+/// noise nothing changes.
 void allow_for_effects(const CalibrateOptions& options, Calibration& calibration);
 
 }  // namespace cdprcal

@@ -21,8 +21,8 @@ struct CalibrateOptions {
   Formulation formulation = Formulation::full;
   /// Empty: from_data for the full formulation, specified for the paper's.
   std::optional<NoiseSource> noise;
-  /// With noise from data: where the model is seen to lack something, let any known effect be there
-  /// at its typical size (allow_for_effects.hpp).
+  /// With noise from data: count what effects that nobody named may do to the initial pose
+  /// (allow_for_effects.hpp).
   bool allow_for_effects = true;
   std::vector<double> at_s;  ///< poses by hand; the first is the reference. Empty: automatic
   int segment = -1;          ///< which segment is the run, from 0; −1: the last
