@@ -2370,7 +2370,7 @@ class CalibrateOptions:
         most_starts: typing.SupportsInt | typing.SupportsIndex = 8,
     ) -> None:
         """
-        noise: where the weights come from; None: from_data for the full formulation, specified for the paper's. allow_for_effects: where poses misfit by more than single readings scatter. at_s: times of the poses [s], the first is the reference; empty: automatic. segment: which is the run, from 0; -1 the last. kinematic_spacing_s: between samples that count as poses of their own. guess: one Pose a pose, or only ζ0; empty: automatic. most_starts: guesses of ζ0 to try while no minimum agrees with the readings.
+        noise: where the weights come from; None: from_data for the full formulation, specified for the paper's. allow_for_effects: count in σ what effects that nobody named may do to the initial pose. at_s: times of the poses [s], the first is the reference; empty: automatic. segment: which is the run, from 0; -1 the last. kinematic_spacing_s: between samples that count as poses of their own. guess: one Pose a pose, or only ζ0; empty: automatic. most_starts: guesses of ζ0 to try while no minimum agrees with the readings.
         """
 
     @property
@@ -4049,7 +4049,7 @@ def cable_state(
 
 def calibrate(robot: Robot, log: Log, options: CalibrateOptions | None = None) -> Calibration:
     """
-    From a log to the initial pose. Look at result.status. Where the readings show that the model lacks something, the pose and its covariance allow for every known effect at its typical size (options.allow_for_effects). Raises as prepare does.
+    From a log to the initial pose. Look at result.status. The covariance counts what effects may do that the log cannot rule out; where the readings show that the model lacks something, pose and covariance allow for every known effect at its typical size (options.allow_for_effects). Raises as prepare does.
     """
 
 def channel_noise(

@@ -73,12 +73,15 @@ std::vector<LearntWidth> learnt_widths(const Eigen::MatrixXd& spread,
   return out;
 }
 
-/// What learning the widths costs: each is as probable anywhere between nothing and ten typical
-/// sizes on a logarithmic scale, and the readings tell it to 1/√(2γ) (MacKay 1992, eq. 4.12).
+/// What learning the widths costs: below a tenth of a typical size (of the noise, for errors that
+/// wander) they make no difference; from there to ten typical sizes each is as probable on a
+/// logarithmic scale, and the readings tell it to 1/√(2γ) (MacKay 1992, eq. 4.12).
 double log_cost_of(const std::vector<LearntWidth>& widths) {
-  const double range = std::log(10.0 / kLeastWidth);
+  const double range = std::log(10.0 / 0.1);
+  constexpr double kSeveral = 2.0;  // of fewer values it is their own scale, not a width
   double cost = 0.0;
   for (const LearntWidth& width : widths) {
+    if (width.determined < kSeveral) continue;
     cost += std::log(range) - 0.5 * std::log(kPi / width.determined);
   }
   return cost;
