@@ -1,6 +1,5 @@
 #include "cdprcal/calibration/allow_for_effects.hpp"
 
-#include <algorithm>
 #include <cstdio>
 
 #include "cdprcal/effects/applied.hpp"
@@ -36,14 +35,6 @@ DiagnosisModel model_of(const Calibration& calibration) {
   return model;
 }
 
-/// Those of the catalogue that rests can show.
-Candidates effects_at_rest() {
-  Candidates out;
-  std::ranges::copy_if(effect_catalogue(), std::back_inserter(out),
-                       [](const auto& effect) { return !effect->needs_motion(); });
-  return out;
-}
-
 void take_covariance(const Matrix6& covariance, CalibrationResult& result) {
   result.covariance = covariance;
   result.standard_deviation = covariance.diagonal().cwiseSqrt();
@@ -53,7 +44,7 @@ void take_covariance(const Matrix6& covariance, CalibrationResult& result) {
 void add_unseen(const Calibration& calibration, CalibrationResult& result) {
   DiagnosisModel model = model_of(calibration);
   if (!fit_with_noise(model)) return;
-  const Unseen unseen = covariance_of_unseen(model, scan(model, effects_at_rest(), {.draws = 0}));
+  const Unseen unseen = covariance_of_unseen(model, scan(model, untried(model), {.draws = 0}));
   const Matrix6& more = checks_of(model).enough() ? unseen.probable : unseen.possible;
   if (more.allFinite()) take_covariance(*result.covariance + more, result);
 }
@@ -107,7 +98,7 @@ void allow_for_effects(const CalibrateOptions& options, Calibration& calibration
   result.reason += "; yet the model misfits " + found +
                    ", so it lacks something (cdprcal diagnose looks for it)";
   DiagnosisModel model = model_of(calibration);
-  for (const auto& effect : effects_at_rest()) {
+  for (const auto& effect : untried(model)) {
     model.effects.push_back({effect, EffectValues::Zero(effect->size(model.robot.cable_count()))});
   }
   const bool settled = fit_with_noise(model);

@@ -16,13 +16,9 @@ struct Change {
   double explained = 0.0, left = 0.0;
   int explained_freedom = 0, left_freedom = 0;
 };
+/// `e`: of the initial pose. `signals`: of the run.
 Change change_between(const Log& log, Eigen::Index first, const SampleRange& later,
-                      const Calibration& fitted) {
-  const CalibrationProblem& problem = fitted.problem;
-  PoseEvaluation e;
-  evaluate_pose(with_effects(problem.robot, problem.effects), problem.measurements.front(),
-                fitted.result.poses.front(), StaticsModel::none, {}, problem.effects, true, e);
-  if (!e.valid) return {};
+                      const PoseEvaluation& e, const Signals& signals) {
   std::vector<double> changes;
   std::vector<Vector6> by_twist;
   const auto add = [&](const LogMatrix& readings, Channel channel, bool angles, Eigen::Index column,
@@ -32,7 +28,7 @@ Change change_between(const Log& log, Eigen::Index first, const SampleRange& lat
     values << readings(first, column), readings.col(column).segment(later.begin, later.size());
     if (angles) values = unwrapped(values);
     const double change = values[0] - values.tail(later.size()).mean();
-    const Signal& signal = fitted.signals[static_cast<std::size_t>(channel)];
+    const Signal& signal = signals[static_cast<std::size_t>(channel)];
     const auto count = static_cast<double>(later.size());
     const double sigma = std::sqrt(signal.variance(1.0) + signal.variance(count));
     if (!std::isfinite(change) || !(sigma > 0.0)) return;
@@ -62,12 +58,13 @@ Change change_between(const Log& log, Eigen::Index first, const SampleRange& lat
 
 /// Whether the sample before `later` is off from it by more than noise and a motion of the
 /// platform.
-bool contradicts(const Log& log, const SampleRange& later, const Calibration& fitted) {
+bool contradicts(const Log& log, const SampleRange& later, const PoseEvaluation& e,
+                 const Signals& signals) {
   constexpr double kConfidence = 0.999;
   // Errors are spread over all directions. A motion is along its own but for its curvature: of a
   // tenth of the cables' length it leaves a hundredth in squares.
   constexpr double kMotion = 100.0;
-  const Change change = change_between(log, later.begin - 1, later, fitted);
+  const Change change = change_between(log, later.begin - 1, later, e, signals);
   if (change.left_freedom < 1 ||
       change.left <= chi_square_quantile(kConfidence, change.left_freedom)) {
     return false;
@@ -89,12 +86,17 @@ std::optional<SampleRange> unsettled_start(const Log& log, const SampleRange& ru
   }
   const Eigen::Index samples = fitted.problem.measurements.front().samples;
   if (2 * samples >= beginning.size()) return std::nullopt;
+  const CalibrationProblem& problem = fitted.problem;
+  PoseEvaluation e;
+  evaluate_pose(with_effects(problem.robot, problem.effects), problem.measurements.front(),
+                fitted.result.poses.front(), StaticsModel::none, {}, problem.effects, true, e);
+  if (!e.valid) return std::nullopt;
   const auto later_than = [&](Eigen::Index lead) {
     return still_since_start(log, {beginning.begin + lead, beginning.end}, fitted.signals);
   };
   Eigen::Index off = 0;  // samples that are
   const Eigen::Index most = (soon - times - beginning.begin) / 4;
-  while (off < most && contradicts(log, later_than(off + 1), fitted)) ++off;
+  while (off < most && contradicts(log, later_than(off + 1), e, fitted.signals)) ++off;
   // What has sunk into the noise in so many samples is gone after as many again.
   return off > 0 ? std::optional(later_than(2 * off)) : std::nullopt;
 }

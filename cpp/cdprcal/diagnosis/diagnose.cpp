@@ -176,16 +176,20 @@ void advise(const DiagnosisModel& model, Diagnosis& out) {
   }
 }
 
+/// What people call a channel: the balance shows errors of the load cells.
+std::string shown_name(NoiseGroup group) {
+  return group == at_rest(Channel::balance) ? "tension" : to_string(group);
+}
+
 void report_left(const DiagnosisModel& model, const CandidateScore& score, Diagnosis& out) {
   const GenericName what = *generic_name(*score.effect);
   Unexplained left;
   left.channel = what.channel;
   left.depends_on = what.depends_on;
   for (std::size_t c = 0; c < kRestGroups; ++c) {
-    const std::string channel = to_string(static_cast<NoiseGroup>(c));
-    const bool balance = channel == "balance";
-    if (channel != what.channel && !(balance && what.channel == "tension")) continue;
-    const double unit = balance ? model.robot.sigma.tension_N : 1.0;
+    const auto group = static_cast<NoiseGroup>(c);
+    if (shown_name(group) != what.channel) continue;
+    const double unit = noise_unit(model.robot, group);
     left.rms = unit * model.noise[c];
     left.sigma = unit * model.floor[c];
   }
@@ -204,10 +208,9 @@ void report_wandering(const DiagnosisModel& model, Diagnosis& out) {
   std::string channels;
   for (std::size_t c = 0; c < kRestGroups; ++c) {
     // What is lost in the noise of the readings themselves does not wander.
-    const bool balance = c == static_cast<std::size_t>(at_rest(Channel::balance));
-    const double unit = balance ? model.robot.sigma.tension_N : 1.0;
-    if (!((*rms)[c] > unit * model.noise[c])) continue;
-    const std::string channel = balance ? "tension" : to_string(static_cast<NoiseGroup>(c));
+    const auto group = static_cast<NoiseGroup>(c);
+    if (!((*rms)[c] > noise_unit(model.robot, group) * model.noise[c])) continue;
+    const std::string channel = shown_name(group);
     out.wandering.push_back({channel, (*rms)[c], specified.channel[c].pose});
     channels += (channels.empty() ? "" : ", ") + channel;
   }
@@ -223,10 +226,9 @@ void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
   const NoiseModel specified = specified_noise(model.robot.sigma);
   for (std::size_t c = 0; c < kRestGroups; ++c) {
     const double sigma = specified.channel[c].pose;
-    const bool balance = c == static_cast<std::size_t>(at_rest(Channel::balance));
-    const double unit = balance ? sigma : 1.0;  // the balance's noise is relative
-    const std::string channel = balance ? "tension" : to_string(static_cast<NoiseGroup>(c));
-    double level = unit * model.noise[c];
+    const auto group = static_cast<NoiseGroup>(c);
+    const std::string channel = shown_name(group);
+    double level = noise_unit(model.robot, group) * model.noise[c];
     for (const Wandering& errors : out.wandering) {
       if (errors.channel == channel) level = std::hypot(level, errors.rms);
     }
@@ -342,7 +344,7 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   const DiagnosisModel uncertain = with_uncertain_noise(model);
   report_values(model, uncertain, out);
   const std::vector<CandidateScore> unseen =
-      scan(model, Search::untried(model), {.draws = 0, .limits = true});
+      scan(model, untried(model), {.draws = 0, .limits = true});
   for (const CandidateScore& s : unseen) {
     for (Identifiability& i : out.identifiability) {
       if (i.name == s.effect->name()) i.detectable_after = s.detectable;

@@ -126,9 +126,7 @@ HeldOut held_out(const DiagnosisModel& before, const DiagnosisModel& after, int 
   out.gain_error = std::sqrt(gain_variance);
   for (std::size_t c = 0; c < kNoiseGroups; ++c) {
     // Balance rows are whitened by the load cells' σ: back to newtons.
-    const double unit = c == static_cast<std::size_t>(at_rest(Channel::balance))
-                            ? after.robot.sigma.tension_N
-                            : 1.0;
+    const double unit = noise_unit(after.robot, static_cast<NoiseGroup>(c));
     out.train_rms[c] = train_freedom[c] > 0 ? unit * std::sqrt(train[c] / train_freedom[c]) : kNaN;
     out.held_out_rms[c] = held_freedom[c] > 0 ? unit * std::sqrt(held[c] / held_freedom[c]) : kNaN;
   }

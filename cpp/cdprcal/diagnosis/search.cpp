@@ -156,16 +156,6 @@ bool Search::report(const std::string& what) const {
   return !options_.progress || options_.progress(what);
 }
 
-Candidates Search::untried(const DiagnosisModel& model, bool in_motion) {
-  Candidates out;
-  for (const auto& effect : effect_catalogue()) {
-    const bool taken = std::any_of(model.effects.begin(), model.effects.end(),
-                                   [&](const EffectTerm& t) { return t.effect == effect; });
-    if (!taken && effect->needs_motion() == in_motion) out.push_back(effect);
-  }
-  return out;
-}
-
 bool Search::names_reach(double log_evidence, const Refit& first) const {
   double total = first.log_evidence;
   DiagnosisModel model = first.model;

@@ -17,8 +17,6 @@ class Search {
   Search(std::vector<Log>& logs, DiagnosisModel& model, Diagnosis& out,
          const DiagnoseOptions& options);
 
-  /// Effects of the catalogue that the model does not have.
-  [[nodiscard]] static Candidates untried(const DiagnosisModel& model, bool in_motion = false);
   /// Accepts one effect after another, or a fault of the readings' map that the log as a whole did
   /// not show, until none passes; false when progress stopped it.
   bool forward();

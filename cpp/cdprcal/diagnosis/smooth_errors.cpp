@@ -61,9 +61,9 @@ class SmoothErrors final : public Effect {
     info_.of_load_cells = true;
     for (int t = 0; t < walk_.terms(); ++t) {
       for (const auto& [channel, shape] : kParts) {
-        // The balance's noise is relative to that of the load cells.
-        const double unit = channel == Channel::balance ? model.robot.sigma.tension_N : 1.0;
-        const double noise = unit * model.noise[static_cast<std::size_t>(at_rest(channel))];
+        const NoiseGroup group = at_rest(channel);
+        const double noise =
+            noise_unit(model.robot, group) * model.noise[static_cast<std::size_t>(group)];
         // Of what nobody reads nothing is known.
         const double typical = std::isfinite(noise) && noise > 0.0 ? noise : 1.0;
         info_.parameters.push_back({"amplitude", "", shape, typical, 1e9});

@@ -223,6 +223,10 @@ Eigen::MatrixXd Estimation::covariance() {
   if (!linearise(false, kBarely, system)) {
     return Eigen::MatrixXd::Constant(common_size(), common_size(), kNaN);
   }
+  return covariance(system);
+}
+
+Eigen::MatrixXd Estimation::covariance(const CommonSystem& system) {
   if (system.information.size() == 0) return system.information;
   return system.information.completeOrthogonalDecomposition().pseudoInverse();
 }

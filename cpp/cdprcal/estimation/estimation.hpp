@@ -56,6 +56,8 @@ class Estimation : public ArrowheadProblem {
   /// Covariance of the common unknowns at the state, all poses free; not finite where the state
   /// cannot be evaluated. What nothing measures has none.
   Eigen::MatrixXd covariance();
+  /// The same from a system that was linearised at the state.
+  static Eigen::MatrixXd covariance(const CommonSystem& system);
   /// Calls visit(run, batch, left) for every batch of the state: left [slot][2][lane] as of
   /// PoseElimination::left_over, and the run's rows those of the batch. False where the state
   /// cannot be evaluated.

@@ -191,7 +191,7 @@ double ModelEstimation::log_evidence() {
   }
   const auto learns = [](const EffectTerm& term) { return term.learnt.size() > 0; };
   if (std::ranges::any_of(rows_->model().effects, learns)) {
-    out -= log_cost_of(learnt_widths(covariance(), precision(), rows_->model()));
+    out -= log_cost_of(learnt_widths(covariance(system), precision(), rows_->model()));
   }
   return out;
 }

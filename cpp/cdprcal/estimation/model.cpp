@@ -201,6 +201,10 @@ std::string to_string(NoiseGroup group) {
   return index < kRestGroups ? channel : channel + " while moving";
 }
 
+double noise_unit(const Robot& robot, NoiseGroup group) {
+  return group == at_rest(Channel::balance) ? robot.sigma.tension_N : 1.0;
+}
+
 int DiagnosisModel::pose_count() const {
   std::size_t count = 0;
   for (const DiagnosisRun& run : runs) count += run.poses.size();

@@ -27,6 +27,9 @@ inline bool is_moving(const Measurement& m) {
 }
 /// "length", "length while moving" …
 std::string to_string(NoiseGroup group);
+/// Levels of noise count in SI units; the balance's, which is relative to its covariance, in the
+/// load cells' σ [N].
+double noise_unit(const Robot& robot, NoiseGroup group);
 
 /// One run: where the platform stood, and what was read there.
 struct DiagnosisRun {

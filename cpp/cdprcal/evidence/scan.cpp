@@ -294,6 +294,16 @@ class Detectable {
 
 }  // namespace
 
+Candidates untried(const DiagnosisModel& model, bool in_motion) {
+  Candidates out;
+  for (const auto& effect : effect_catalogue()) {
+    const bool taken = std::any_of(model.effects.begin(), model.effects.end(),
+                                   [&](const EffectTerm& t) { return t.effect == effect; });
+    if (!taken && effect->needs_motion() == in_motion) out.push_back(effect);
+  }
+  return out;
+}
+
 std::vector<CandidateScore> scan(const DiagnosisModel& model, const Candidates& candidates,
                                  const ScanOptions& options) {
   const DiagnosisSystem system = linearise(model, candidates);
