@@ -1,7 +1,7 @@
 #include "cdprcal/calibration/calibrate.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cstdio>
 
@@ -11,6 +11,7 @@
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/estimation/presence.hpp"
+#include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/readings/fresh.hpp"
 #include "cdprcal/readings/still.hpp"
 
@@ -43,10 +44,10 @@ void check_fit(const Robot& robot, const Log& log, const CalibrateOptions& optio
                      robot.name + "' has " + std::to_string(robot.cable_count()) +
                      "; give the robot file that belongs to this log");
   }
-  if (options.method == Method::statics && log.tension_N.cols() == 0) {
-    throw InputError(log.source +
-                     ": method static needs tensions, and the log has no tension_1_N … "
-                     "columns; use method kinematic");
+  if (options.method == Method::statics && log.tension_N.cols() == 0 && cables >= 6) {
+    throw InputError(log.source + ": the log has no tension_1_N … columns, without which rests on " +
+                     std::to_string(cables) +
+                     " cables say nothing for method static; use method kinematic");
   }
   if (!(options.kinematic_spacing_s > 0.0)) {
     throw InputError("kinematic_spacing_s must be positive");
@@ -150,7 +151,8 @@ bool holds_the_start(const Log& log, const SampleRange& run, const Equilibrium& 
 void measure_automatically(const Log& log, const PathState& path, const SampleRange& run,
                            const CalibrateOptions& options, const std::optional<SampleRange>& given,
                            Calibration& out) {
-  const int n = out.problem.robot.cable_count();
+  const Robot& robot = out.problem.robot;
+  const int n = robot.cable_count();
   auto& measurements = out.problem.measurements;
   std::vector<char> used(static_cast<std::size_t>(run.size()), 0);
   const auto mark = [&](const SampleRange& samples) {
@@ -188,7 +190,9 @@ void measure_automatically(const Log& log, const PathState& path, const SampleRa
     if (used[static_cast<std::size_t>(row - run.begin)]) continue;
     if (log.time_s[row] - last < options.kinematic_spacing_s - 1e-9) continue;
     last = log.time_s[row];
-    moving.push_back(measurement_at(log, row, PoseKind::kinematic_pose, n));
+    Measurement m = measurement_at(log, row, PoseKind::kinematic_pose, n);
+    if (spare_readings(m, freedoms(robot)) < 1) continue;  // it would only add unknowns
+    moving.push_back(std::move(m));
     add_path(path, log, {row, row + 1}, log.time_s[run.begin], moving.back());
   }
   const auto by_time = [](const Measurement& a, const Measurement& b) {
@@ -243,7 +247,7 @@ std::optional<Vector6> rivalled(const CalibrationResult& one, const CalibrationR
   constexpr double kDecisive = 7.0;  // difference of costs: a likelihood ratio of a thousand
   if (other.poses.empty() || !(other.cost - one.cost < kDecisive)) return std::nullopt;
   const Vector6 apart = minus(other.poses.front(), one.poses.front());
-  const double distance = apart.dot(one.covariance->ldlt().solve(apart));
+  const double distance = apart.dot(one.covariance->completeOrthogonalDecomposition().solve(apart));
   return distance < kFar * kFar ? std::nullopt : std::optional(apart);
 }
 
@@ -288,7 +292,11 @@ void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared
 
 /// Whether any rest says how tensions balance, which tells minima far apart from each other.
 bool is_balanced(const CalibrationProblem& problem) {
-  return problem.statics != StaticsModel::none && is_read(problem, Channel::balance);
+  const auto balanced = [](const Measurement& m) {
+    return m.in_balance() && m.unread_tensions() == 0;
+  };
+  return problem.statics != StaticsModel::none &&
+         std::any_of(problem.measurements.begin(), problem.measurements.end(), balanced);
 }
 
 }  // namespace

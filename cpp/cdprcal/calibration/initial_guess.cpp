@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "cdprcal/equilibria/direct.hpp"
+#include "cdprcal/kinematics/motion.hpp"
 
 namespace cdprcal {
 namespace {
@@ -16,6 +17,7 @@ double normal_equations(const Robot& robot, const AbsoluteReadings& readings, co
   PoseEvaluation modelled;
   evaluate_pose(robot, {}, pose, StaticsModel::none, {}, {}, true, modelled);
   if (!modelled.valid) return kNaN;
+  const TwistBasis free = motion_basis(robot);
   hessian.setZero();
   gradient.setZero();
   double cost = 0.0;
@@ -23,8 +25,9 @@ double normal_equations(const Robot& robot, const AbsoluteReadings& readings, co
     if (!std::isfinite(residual)) return;
     const double weight = 1.0 / (sigma * sigma);
     cost += 0.5 * weight * residual * residual;
-    hessian.noalias() += weight * row.transpose() * row;
-    gradient.noalias() += weight * residual * row.transpose();
+    const Vector6 by_twist = free * (free.transpose() * row.transpose());
+    hessian.noalias() += weight * by_twist * by_twist.transpose();
+    gradient.noalias() += weight * residual * by_twist;
   };
   const SensorSigma& sigma = robot.sigma;
   for (int i = 0; i < robot.cable_count(); ++i) {
@@ -77,6 +80,7 @@ bool pulls(const CableVector& tension_N, int cable_count) {
 std::optional<Pose> direct_guess(const Robot& robot, const Measurement& m,
                                  const CableVector& reading_N, const ActiveEffects& effects,
                                  const std::optional<Pose>& start = std::nullopt) {
+  if (is_guided(robot)) return std::nullopt;  // tensions alone do not hold it
   if (!pulls(reading_N, robot.cable_count())) return std::nullopt;
   EquilibriumResult direct = direct_from_tensions(robot, reading_N, start);
   if (direct.status != EquilibriumStatus::found) return std::nullopt;
@@ -118,7 +122,9 @@ std::optional<Pose> absolute_guess(const Robot& robot, const Measurement& m,
                             {m.roll_pitch_yaw_rad[0], m.roll_pitch_yaw_rad[1], m.absolute_yaw_rad},
                             m};
   std::vector<Pose> starts = others;
-  if (m.position_m.allFinite()) starts.insert(starts.begin(), {m.position_m, attitude});
+  if (m.position_m.allFinite()) {
+    starts.insert(starts.begin(), on_motion(robot, {m.position_m, attitude}));
+  }
   std::optional<Pose> best;
   double least = std::numeric_limits<double>::infinity();
   Matrix6 hessian;
@@ -205,16 +211,25 @@ std::vector<Pose> reference_guesses(const Robot& given, const Measurement& refer
                                                           {0.0, 0.25, -1.0},
                                                           {0.0, -0.25, -1.0},
                                                           {0.0, 0.0, -0.4}}};
+  const auto add = [&](const Vector3& position) {
+    const Pose pose = on_motion(robot, {position, attitude});
+    if (platform_state(robot, pose).valid) guesses.push_back(pose);
+  };
   for (const auto& [x, y, z] : kSpread) {
     const Vector3 position = 0.5 * (low + high) + Vector3(x * span.x(), y * span.y(), z * depth);
-    if (const Pose pose{position, attitude}; platform_state(robot, pose).valid) {
-      guesses.push_back(pose);
-    }
+    add(position);
+  }
+  // Or between them, as those of frames all around do.
+  for (const auto& [x, y, z] : kSpread) {
+    if (!is_guided(robot) && robot.cable_count() < 6) break;
+    add(0.5 * (low + high) + Vector3(x * span.x(), y * span.y(), (z + 1.0) * span.z()));
   }
   if (const auto seen = absolute_guess(robot, reference, attitude, guesses)) {
     guesses.insert(guesses.begin(), *seen);
   }
-  if (guesses.empty()) guesses.push_back({0.5 * (low + high) - Vector3(0, 0, depth), attitude});
+  if (guesses.empty()) {
+    guesses.push_back(on_motion(robot, {0.5 * (low + high) - Vector3(0, 0, depth), attitude}));
+  }
   return guesses;
 }
 

@@ -71,7 +71,7 @@ CalibrationResult solve_from_starts(const CalibrationProblem& problem,
     // A good minimum ends the search, and so does a bad one that two starts agree on; too few
     // readings would fail the same way from anywhere.
     if (again || best.status == CalibrationStatus::converged) break;
-    if (best.residual_count < best.parameter_count) break;
+    if (best.poses.empty() && best.iterations == 0) break;
   }
   best.solve_time_s = solve_time_s;
   return best;

@@ -23,7 +23,7 @@ std::vector<FittedRow> rows_of(const CalibrationProblem& problem, const Calibrat
 /// Takes one reading out of its measurement; a balance goes as a whole.
 void leave_out(Measurement& m, const RowLabel& label) {
   if (label.channel == Channel::balance) {
-    m.tension_N.setConstant(kNaN);
+    m.balance_counts = false;
     return;
   }
   readings_of(m, row_of(label.channel).of())[static_cast<std::size_t>(label.component)] = kNaN;
@@ -137,7 +137,7 @@ std::vector<GatedReading> gate_slack(CalibrationProblem& problem, double tension
       m.length_m[c] = m.swivel_rad[c] = kNaN;
       any = true;
     }
-    if (any) m.tension_N.setConstant(kNaN);
+    if (any) m.balance_counts = false;
   }
   return gated;
 }

@@ -11,11 +11,11 @@
 namespace cdprcal {
 namespace {
 
-/// The balance needs every cable: without it where one hangs slack.
+/// A cable that hangs slack does not pull along the line that the balance supposes.
 void gate_slack(const Robot& robot, const ActiveEffects& known, Measurement& m) {
   const CableVector tension_N = true_tension_N(robot, known, m);
   for (Eigen::Index c = 0; c < tension_N.size(); ++c) {
-    if (tension_N[c] < kSlackShare * robot.tension_min_N) m.tension_N[c] = kNaN;
+    if (tension_N[c] < kSlackShare * robot.tension_min_N) m.balance_counts = false;
   }
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 /// The smallest change of the tensions that would balance the platform best.
 void add_tensions(const RunRows& run, std::size_t pose, const Pose& at, PoseResidual& out) {
-  if (run.statics_of(pose) == StaticsModel::none) return;
+  if (run.statics_of(pose) == StaticsModel::none || run.silent_rows(pose) > 0) return;
   const WrenchMatrix structure = structure_matrix(platform_state(run.robot(), at));
   out.tension_N = Eigen::MatrixXd(structure).completeOrthogonalDecomposition().solve(out.wrench);
 }

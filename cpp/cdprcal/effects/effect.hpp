@@ -125,10 +125,11 @@ inline constexpr double kLeastMassShare = 1e-4;
 /// The robot with the geometry and inertia changes of all effects.
 Robot with_effects(const Robot& robot, const ActiveEffects& effects);
 
-/// ∂(Ξᵀτ)/∂θ for tensions that change by `tension_by_value` (n × p).
+/// ∂(Ξᵀτ)/∂θ for tensions that change by `tension_by_value` (n × p); NaN: nobody reads it.
 inline Eigen::MatrixXd wrench_by_tension(const PlatformState& state,
                                          const Eigen::MatrixXd& tension_by_value) {
-  return structure_matrix(state) * tension_by_value;
+  return structure_matrix(state) *
+         tension_by_value.array().isNaN().select(0.0, tension_by_value).matrix();
 }
 
 }  // namespace cdprcal

@@ -76,7 +76,16 @@ RunReadings Assembly::run_readings() const {
 }
 
 int Assembly::parameter_count() const {
-  return 6 * static_cast<int>(poses_.size()) + reference_.free_errors();
+  return freedoms(problem_.robot) * static_cast<int>(poses_.size()) + reference_.free_errors();
+}
+
+bool Assembly::may_be_determined() const {
+  const int own = freedoms(problem_.robot);
+  int spare = rows_at(0) - own - reference_.free_errors();
+  for (std::size_t i = 1; i < poses_.size(); ++i) {
+    spare += std::max(0, spare_rows(problem_.measurements[i], rows_at(i), own));
+  }
+  return spare >= 0;
 }
 
 void Assembly::set_reference_errors(const Eigen::Ref<const Eigen::VectorXd>& errors) {
@@ -94,7 +103,11 @@ std::optional<OffsetVector> Assembly::hand_over(PoseLanes& poses) {
     for (std::size_t i = 0; i < poses_.size(); ++i) {
       rows_.set_tension_weight(lane_of(i), poses_.tension_weight(i));
       if (problem_.statics == StaticsModel::wrench) {
-        rows_.set_whitening(lane_of(i), poses_.wrench_whitening(i));
+        if (rows_.silent_rows(lane_of(i)) > 0) {
+          rows_.set_balance_sigma(lane_of(i), poses_.balance_sigma(i));
+        } else {
+          rows_.set_whitening(lane_of(i), poses_.wrench_whitening(i));
+        }
       }
     }
   }
@@ -167,7 +180,7 @@ double Assembly::statics_rms() {
   int count = 0;
   for (std::size_t i = 0; i < poses_.size(); ++i) {
     const StaticsModel statics = poses_.statics_of(i);
-    count += statics == StaticsModel::wrench         ? 6
+    count += statics == StaticsModel::wrench         ? 6 - rows_.silent_rows(lane_of(i))
              : statics == StaticsModel::left_inverse ? problem_.robot.cable_count()
                                                      : 0;
   }
@@ -181,7 +194,7 @@ double Assembly::statics_rms() {
 OffsetJacobian Assembly::offsets_by_initial() const {
   const PoseEvaluation& initial = rows_.evaluate_alone(lane_of(0), poses_.pose(0));
   if (!initial.valid) return OffsetJacobian::Constant(reference_.size(), 6, kNaN);
-  return offsets_by_twist(initial);
+  return rows_.offsets_by_twist(initial);
 }
 
 std::vector<PoseRows> Assembly::rows() {
@@ -255,10 +268,12 @@ std::vector<FittedRow> Assembly::fitted_rows() {
     for (std::size_t r = 0; r < static_cast<std::size_t>(rows.count); ++r) {
       RowLabel label = rows.label[r];
       label.of_reference = i == 0 && rows.offset[r] >= 0;
-      const double gain =
-          label.channel == Channel::balance && poses_.statics_of(i) == StaticsModel::wrench
-              ? poses_.tension_gain(i, label.component)
-              : 0.0;
+      double gain = 0.0;
+      if (label.channel == Channel::balance && poses_.statics_of(i) == StaticsModel::wrench) {
+        gain = rows_.silent_rows(lane) > 0
+                   ? rows_.partial_balance_of(lane).tension_gain[label.component]
+                   : poses_.tension_gain(i, label.component);
+      }
       by_measurement[i].push_back(
           {label, i, rows.residual[r], std::clamp(freedom(r), 0.0, 1.0), gain});
     }
@@ -322,6 +337,17 @@ ReferenceInformation Assembly::of_reference(const Eigen::MatrixXd& common,
   }
   out.information = 0.5 * (out.information + out.information.transpose()).eval();
   if (!with_covariance) return out;
+  if (is_guided(problem_.robot)) {
+    const TwistBasis basis = motion_basis(problem_.robot);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(basis.transpose() *
+                                                               out.information * basis);
+    if (eigen.eigenvalues().minCoeff() > 1e-12 * eigen.eigenvalues().maxCoeff()) {
+      const TwistBasis axes = basis * eigen.eigenvectors();
+      out.covariance =
+          axes * eigen.eigenvalues().cwiseInverse().asDiagonal() * axes.transpose();
+    }
+    return out;
+  }
   if (const Eigen::LLT<Matrix6> factor(out.information); is_regular(factor)) {
     out.covariance = factor.solve(Matrix6::Identity());
     return out;

@@ -57,6 +57,8 @@ class Assembly {
   /// Rows that carry a reading, and unknowns that are free.
   [[nodiscard]] int residual_count() const { return rows_.row_count(); }
   [[nodiscard]] int parameter_count() const;
+  /// Whether there are as many rows as unknowns, poses that add more unknowns than rows apart.
+  [[nodiscard]] bool may_be_determined() const;
 
   /// Minimises ½ Σ (F/σ)² (eq. 14) over all poses and the free reference errors, and leaves the
   /// minimum here. ζ0 may be held where it is.

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "cdprcal/estimation/assembly.hpp"
+#include "cdprcal/kinematics/motion.hpp"
 
 namespace cdprcal {
 
@@ -11,6 +12,7 @@ double variance_ratio_nearby(const CalibrationProblem& problem, const Calibratio
   constexpr double kReach = 2.0;  // σ
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(*result.covariance);
   const Vector6 worst = eigen.eigenvectors().col(5) * std::sqrt(eigen.eigenvalues()[5]);
+  const TwistBasis basis = motion_basis(problem.robot);
   double largest = 1.0;
   for (const double sign : {1.0, -1.0}) {
     std::vector<Pose> poses = result.poses;
@@ -23,8 +25,10 @@ double variance_ratio_nearby(const CalibrationProblem& problem, const Calibratio
     if (!summary.usable) continue;  // the geometry ends there, and so does any doubt
     const std::optional<Matrix6> there = assembly.reference_information().covariance;
     if (!there) return std::numeric_limits<double>::infinity();
-    const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6> ratio(*there, *result.covariance);
-    largest = std::max({largest, ratio.eigenvalues()[5], 1.0 / ratio.eigenvalues()[0]});
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> ratio(
+        basis.transpose() * *there * basis, basis.transpose() * *result.covariance * basis);
+    largest = std::max(
+        {largest, ratio.eigenvalues().maxCoeff(), 1.0 / ratio.eigenvalues().minCoeff()});
   }
   return largest;
 }

@@ -52,7 +52,7 @@ bool Estimation::sweep(std::size_t index, bool on_trial, double damping, const V
   if (run.tied) {
     const PoseEvaluation& initial = run.rows->evaluate_alone(reference, poses[reference]);
     if (!initial.valid) return false;
-    run.by_reference = offsets_by_twist(initial);
+    run.by_reference = run.rows->offsets_by_twist(initial);
     OffsetVector& offsets = on_trial ? run.trial_offsets : run.offsets;
     offsets = offsets_of(initial) + (on_trial ? run.trial_errors : run.errors);
   }

@@ -8,6 +8,7 @@
 
 #include "cdprcal/estimation/assembly.hpp"
 #include "cdprcal/estimation/presence.hpp"
+#include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/statics/tension.hpp"
 
 namespace cdprcal {
@@ -78,8 +79,12 @@ LeastObserved least_observed(const CalibrationProblem& problem, Assembly& assemb
   }
   const std::vector<ReferenceInformation> informations = assembly.reference_informations(without);
   out.information = informations.front();
+  const TwistBasis guided = guided_basis(problem.robot);
   const auto scaled = [&](std::size_t w) {
-    return Matrix6(scale.asDiagonal() * informations[w].information * scale.asDiagonal());
+    Matrix6 own = scale.asDiagonal() * informations[w].information * scale.asDiagonal();
+    // What guides hold is never the least certain.
+    if (guided.cols() > 0) own += own.trace() * guided * guided.transpose();
+    return own;
   };
   const Matrix6 all = scaled(0);
   if (!all.allFinite()) return out;

@@ -53,13 +53,14 @@ NoiseGroup group_of(Channel channel, const Measurement& m) {
   return is_moving(m) && channel != Channel::balance ? in_motion(channel) : at_rest(channel);
 }
 
-RunReadings readings_of(const DiagnosisRun& run, int cables) {
+RunReadings readings_of(const Robot& robot, const DiagnosisRun& run) {
   RunReadings out;
   for (const Measurement& m : run.measurements) {
     out.measurements.push_back(&m);
-    out.statics.push_back(m.in_balance() ? StaticsModel::wrench : StaticsModel::none);
+    out.statics.push_back(balance_equations(robot, m) > 0 ? StaticsModel::wrench
+                                                           : StaticsModel::none);
   }
-  out.base = OffsetVector::Zero(2 * cables + 1);
+  out.base = OffsetVector::Zero(2 * robot.cable_count() + 1);
   return out;
 }
 
@@ -120,7 +121,7 @@ ModelRows::ModelRows(const DiagnosisModel& model, const Candidates& candidates)
     : model_(model), candidates_(candidates), layout_(layout_of(model, candidates)) {
   for (const DiagnosisRun& run : model.runs) {
     runs_.push_back(std::make_unique<RunRows>(
-        model.robot, readings_of(run, model.robot.cable_count()), std::vector<WrenchRow>{}));
+        model.robot, readings_of(model.robot, run), std::vector<WrenchRow>{}));
   }
   weigh();
 }
@@ -177,10 +178,20 @@ void ModelRows::set_values(std::size_t r, const Eigen::VectorXd& values, const P
          sigma.wrench_force_N, sigma.wrench_moment_Nm});
     which.push_back(i);
   }
+  for (std::size_t k = 0; k < which.size(); ++k) {
+    if (run.silent_rows(which[k]) == 0) continue;
+    const Measurement& m = model_.runs[r].measurements[which[k]];
+    const double level = row_noise(model_, at_rest(Channel::balance), m);
+    BalanceSigma& own = uncertain[k];
+    run.set_balance_sigma(which[k], {level * own.tension_N.array().isNaN().select(0.0, own.tension_N),
+                                     level * own.force_N, level * own.moment_Nm});
+    own.tension_N.setZero();  // of the roots below none is taken
+  }
   run.set_effects(robot, std::move(active), std::move(derivatives),
                   static_cast<int>(accepted) + layout_.candidates);
   const std::vector<Matrix6> roots = inverse_balance_roots(robot, balanced, uncertain);
   for (std::size_t k = 0; k < which.size(); ++k) {
+    if (run.silent_rows(which[k]) > 0) continue;
     const Measurement& m = model_.runs[r].measurements[which[k]];
     run.set_whitening(which[k], roots[k] / row_noise(model_, at_rest(Channel::balance), m));
   }

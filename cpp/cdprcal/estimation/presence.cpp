@@ -2,11 +2,13 @@
 
 #include <algorithm>
 
+#include "cdprcal/estimation/unread_tensions.hpp"
+
 namespace cdprcal {
 
 bool is_read(const CalibrationProblem& problem, Channel channel) {
-  const auto read = [channel](const Measurement& m) {
-    return channel == Channel::balance ? m.in_balance()
+  const auto read = [&problem, channel](const Measurement& m) {
+    return channel == Channel::balance ? balance_equations(problem.robot, m) > 0
                                        : readings_of(m, channel).array().isFinite().any();
   };
   return std::any_of(problem.measurements.begin(), problem.measurements.end(), read);

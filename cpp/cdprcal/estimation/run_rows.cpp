@@ -1,6 +1,9 @@
 #include "cdprcal/estimation/run_rows.hpp"
 
+#include <Eigen/QR>
 #include <algorithm>
+
+#include "cdprcal/statics/wrench.hpp"
 
 namespace cdprcal {
 
@@ -8,12 +11,33 @@ using lanes::kLanes;
 
 RunRows::RunRows(const Robot& robot, RunReadings readings,
                  const std::vector<WrenchRow>& left_inverse_rows)
-    : robot_(robot), readings_(std::move(readings)), left_inverse_rows_(left_inverse_rows) {
+    : robot_(robot),
+      readings_(std::move(readings)),
+      left_inverse_rows_(left_inverse_rows),
+      free_(motion_basis(robot)),
+      guided_(guided_basis(robot)) {
   lay_out();
   gather();
 }
 
 namespace {
+
+/// Before effects have changed anything.
+void clear(PoseEvaluation& change, int cables) {
+  change.length_m.setZero(cables);
+  change.swivel_rad.setZero(cables);
+  change.roll_pitch_yaw_rad.setZero();
+  change.length_by_twist.setZero(cables, 6);
+  change.swivel_by_twist.setZero(cables, 6);
+  change.attitude_by_twist.setZero();
+  change.wrench.setZero();
+  change.wrench_by_twist.setZero();
+}
+
+/// What of a wrench no unread tension can carry, in the metric of the whitening.
+Vector6 uncarried(const Matrix6& whitening, const Vector6& wrench) {
+  return whitening.completeOrthogonalDecomposition().solve(whitening * wrench);
+}
 
 /// Rows in the order of their slots: those with offsets first, the balance last.
 std::vector<Channel> ordered_channels() {
@@ -43,9 +67,10 @@ OffsetVector offsets_of(const PoseEvaluation& at) {
   return out;
 }
 
-OffsetJacobian offsets_by_twist(const PoseEvaluation& at) {
+OffsetJacobian RunRows::offsets_by_twist(const PoseEvaluation& at) const {
   OffsetJacobian out(2 * at.length_m.size() + 1, 6);
   out << at.length_by_twist, at.swivel_by_twist, at.attitude_by_twist.row(2);
+  if (guided_.cols() > 0) out = (out * free_ * free_.transpose()).eval();
   return out;
 }
 
@@ -99,6 +124,7 @@ void RunRows::lay_out() {
 void RunRows::gather() {
   const int n = layout_.cables;
   row_counts_.assign(poses(), 0);
+  silent_.assign(poses(), 0);
   std::fill_n(tension_.get(),
               std::max<std::size_t>(1, batches()) * static_cast<std::size_t>(n) * kLanes, 0.0);
   for (std::size_t i = 0; i < batches() * kLanes; ++i) {
@@ -111,7 +137,11 @@ void RunRows::gather() {
     for (int c = 0; balanced && c < n; ++c) {
       tension_[at + static_cast<std::size_t>(c) * kLanes] = m.tension_N[c];
     }
-    if (balanced) row_counts_[i] += layout_.statics == StaticsModel::wrench ? 6 : n;
+    if (balanced) {
+      silent_[i] = 6 - balance_equations(robot_, m);
+      any_silent_ = any_silent_ || silent_[i] > 0;
+      row_counts_[i] += layout_.statics == StaticsModel::wrench ? 6 - silent_[i] : n;
+    }
     for (const Channel channel : slot_order()) {
       const int first = layout_.slot(channel);
       if (first < 0) continue;
@@ -137,6 +167,10 @@ void RunRows::gather() {
         if (std::isfinite(value)) ++row_counts_[i];
       }
     }
+  }
+  if (any_silent_) {
+    sigma_.resize(poses());
+    partial_.resize(poses());
   }
 }
 
@@ -203,7 +237,15 @@ bool RunRows::evaluate(std::size_t batch, const PoseLanes& poses) {
       columns_.get(),
       valid};
   if (effects_.empty() && derivatives_.empty()) {
+    for (const std::size_t i : poses_of(batch, any_silent_ ? this->poses() : 0)) {
+      if (silent_[i] == 0) continue;
+      const PlatformState state = platform_state(robot_, poses[i]);
+      if (!state.valid) return false;
+      complete_tensions(i, state, readings_.measurements[i]->tension_N,
+                        gravity_wrench(robot_, state));
+    }
     write_rows(in);
+    keep_to_motion();
     return valid;
   }
   predict_geometry(in);
@@ -213,7 +255,18 @@ bool RunRows::evaluate(std::size_t batch, const PoseLanes& poses) {
   if (!valid) return false;
   act_on_readings(batch, poses);
   finish_rows(in);
+  keep_to_motion();
   return true;
+}
+
+void RunRows::keep_to_motion() {
+  if (guided_.cols() == 0) return;
+  for (std::size_t s = 0; s < static_cast<std::size_t>(layout_.size()); ++s) {
+    // Derivatives of eight poses: [6][lane].
+    Eigen::Map<Eigen::Matrix<double, 6, kLanes, Eigen::RowMajor>> own(rows_.get() +
+                                                                      kRow * s * kLanes);
+    own = (free_ * (free_.transpose() * own)).eval();
+  }
 }
 
 const PoseEvaluation& RunRows::evaluate_alone(std::size_t pose, const Pose& at) const {
@@ -260,6 +313,25 @@ PlatformState RunRows::state_of(std::size_t lane) const {
   return out;
 }
 
+void RunRows::complete_tensions(std::size_t pose, const PlatformState& state,
+                                const CableVector& tension_N, const Vector6& load) {
+  partial_[pose] = partial_balance(state, tension_N, guided_, load, sigma_[pose]);
+  set_whitening(pose, partial_[pose].whitening);
+  const auto n = static_cast<std::size_t>(layout_.cables);
+  for (std::size_t c = 0; c < n; ++c) {
+    tension_[((pose / kLanes) * n + c) * kLanes + pose % kLanes] =
+        partial_[pose].tension_N[static_cast<Eigen::Index>(c)];
+  }
+}
+
+Vector6 RunRows::load_on(const EffectContext& context) {
+  clear(change_, layout_.cables);
+  for (const ActiveEffect& active : effects_) {
+    active.effect->add_to_readings(context, active.values, change_);
+  }
+  return gravity_wrench(robot_, context.state) - change_.wrench;
+}
+
 void RunRows::act_on_tensions(std::size_t batch, const PoseLanes& poses) {
   if (layout_.statics == StaticsModel::none) return;
   const auto n = static_cast<std::size_t>(layout_.cables);
@@ -273,6 +345,13 @@ void RunRows::act_on_tensions(std::size_t batch, const PoseLanes& poses) {
     CableVector tension_N = m.tension_N;
     for (const ActiveEffect& active : effects_) {
       active.effect->correct_tension(context, active.values, tension_N);
+    }
+    if (silent_[i] > 0) {  // no load cell, nothing for its effects to change
+      tension_N = m.tension_N.array().isNaN().select(kNaN, tension_N);
+      complete_tensions(i, state, tension_N, gravity_wrench(robot_, state));
+      const EffectContext loaded{robot_, state, pose, m, partial_[i].tension_N};
+      complete_tensions(i, state, tension_N, load_on(loaded));
+      continue;
     }
     for (std::size_t c = 0; c < n; ++c) {
       tension_[(batch * n + c) * kLanes + lane] = tension_N[static_cast<Eigen::Index>(c)];
@@ -295,14 +374,7 @@ void RunRows::act_on_readings(std::size_t batch, const PoseLanes& poses) {
                    lane];
     }
     const EffectContext context{robot_, state, pose, m, tension_N};
-    change_.length_m.setZero(n);
-    change_.swivel_rad.setZero(n);
-    change_.roll_pitch_yaw_rad.setZero();
-    change_.length_by_twist.setZero(n, 6);
-    change_.swivel_by_twist.setZero(n, 6);
-    change_.attitude_by_twist.setZero();
-    change_.wrench.setZero();
-    change_.wrench_by_twist.setZero();
+    clear(change_, n);
     for (const ActiveEffect& active : effects_) {
       active.effect->add_to_readings(context, active.values, change_);
     }
@@ -350,6 +422,7 @@ void RunRows::add_columns(const EffectContext& context, std::size_t lane, bool b
   for (const EffectColumn& column : derivatives_) {
     by_value_.setZero(rows.size(), column.values.size());
     column.effect->columns(context, column.values, by_value_);
+    if (any_silent_) by_value_ = by_value_.array().isNaN().select(0.0, by_value_).eval();
     if (column.scale.size() > 0) by_value_.array().rowwise() *= column.scale.transpose().array();
     for (int c = 0; c < n; ++c) {
       put(c, rows.length() + c, column.begin);
@@ -372,8 +445,9 @@ void RunRows::add_columns(const EffectContext& context, std::size_t lane, bool b
 }
 
 bool RunRows::has_row(std::size_t pose, int slot) const {
-  if (layout_.slots[static_cast<std::size_t>(slot)].channel == Channel::balance) {
-    return readings_.statics[pose] != StaticsModel::none;
+  if (const RowSlot& at = layout_.slots[static_cast<std::size_t>(slot)];
+      at.channel == Channel::balance) {
+    return readings_.statics[pose] != StaticsModel::none && at.component >= silent_[pose];
   }
   return !std::isnan(*number(pose, layout_.slots[static_cast<std::size_t>(slot)].reading));
 }
@@ -454,6 +528,7 @@ void RunRows::write_residual(std::size_t pose, PoseResidual& out) const {
     for (int i = 0; i < layout_.cables; ++i) out.tension_N[i] = value(balance + i);
   } else if (readings_.statics[pose] == StaticsModel::wrench) {
     for (int i = 0; i < 6; ++i) out.wrench[i] = value(balance + i);
+    if (silent_[pose] > 0) out.wrench = uncarried(partial_[pose].whitening, out.wrench);
   }
 }
 

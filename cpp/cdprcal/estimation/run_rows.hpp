@@ -8,6 +8,7 @@
 #include "cdprcal/estimation/pose_lanes.hpp"
 #include "cdprcal/estimation/pose_residual.hpp"
 #include "cdprcal/estimation/row_batch.hpp"
+#include "cdprcal/estimation/unread_tensions.hpp"
 
 namespace cdprcal {
 
@@ -32,9 +33,8 @@ struct RunReadings {
   bool reference_roll_pitch = true;
 };
 
-/// What counts from an offset, at a pose: lengths, swivels, yaw (2n + 1); and by a twist of it.
+/// What counts from an offset, at a pose: lengths, swivels, yaw (2n + 1).
 OffsetVector offsets_of(const PoseEvaluation& at);
-OffsetJacobian offsets_by_twist(const PoseEvaluation& at);
 
 /// The rows of all poses of one run. Each row has a slot that is the same in all poses; where a
 /// pose lacks the reading, its row is zero.
@@ -55,6 +55,15 @@ class RunRows {
   void set_tension_weight(std::size_t pose, double weight);
   /// What makes the rows of a balance independent and of unit variance.
   void set_whitening(std::size_t pose, const Matrix6& whitening);
+  /// How many of the six equations of a balanced pose say nothing: unread tensions and guides have
+  /// them. Where any does, the rows are whitened for this σ at every evaluation (partial_balance)
+  /// instead.
+  [[nodiscard]] int silent_rows(std::size_t pose) const { return silent_[pose]; }
+  void set_balance_sigma(std::size_t pose, const BalanceSigma& sigma) { sigma_[pose] = sigma; }
+  /// Of such a pose as last evaluated.
+  [[nodiscard]] const PartialBalance& partial_balance_of(std::size_t pose) const {
+    return partial_[pose];
+  }
   /// The offsets of what follows.
   void set_offsets(const double* offsets);
 
@@ -62,6 +71,8 @@ class RunRows {
   bool evaluate(std::size_t batch, const PoseLanes& poses);
   /// What the model predicts at one of the poses, without statics. Good until the next call.
   [[nodiscard]] const PoseEvaluation& evaluate_alone(std::size_t pose, const Pose& at) const;
+  /// By a twist of a pose, as far as the platform may make it: what counts from an offset.
+  [[nodiscard]] OffsetJacobian offsets_by_twist(const PoseEvaluation& at) const;
   /// Of the last batch: rows [slot][6 derivatives, residual][lane], the offsets' slots first.
   [[nodiscard]] const double* rows() const { return rows_.get(); }
   /// Derivatives by the offsets, [offset][lane].
@@ -94,7 +105,12 @@ class RunRows {
  private:
   void lay_out();
   void gather();
+  /// Takes out of the last batch's derivatives the twists that guides prevent.
+  void keep_to_motion();
+  void complete_tensions(std::size_t pose, const PlatformState& state, const CableVector& tension_N,
+                         const Vector6& load);
   void act_on_tensions(std::size_t batch, const PoseLanes& poses);
+  [[nodiscard]] Vector6 load_on(const EffectContext& context);
   void act_on_readings(std::size_t batch, const PoseLanes& poses);
   void add_columns(const EffectContext& context, std::size_t lane, bool balanced);
   [[nodiscard]] double* number(std::size_t pose, int index) const {
@@ -114,6 +130,11 @@ class RunRows {
   RowLayout layout_;
   std::vector<int> row_counts_;
   std::vector<int> weight_of_;  ///< a channel: where its weight is; −1: nowhere
+  TwistBasis free_, guided_;    ///< what the platform may do, and may not
+  std::vector<int> silent_;     ///< of each pose
+  bool any_silent_ = false;
+  std::vector<BalanceSigma> sigma_;     ///< where any is
+  std::vector<PartialBalance> partial_; ///< likewise
   lanes::Buffer numbers_, whitening_, tension_;
   OffsetVector offsets_;
   lanes::Buffer rows_, by_offset_, values_, state_, columns_;

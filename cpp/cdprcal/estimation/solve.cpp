@@ -234,7 +234,7 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
   CalibrationResult result;
   result.residual_count = assembly.residual_count();
   result.parameter_count = assembly.parameter_count();
-  if (result.residual_count < result.parameter_count) {
+  if (!assembly.may_be_determined()) {
     result.status = CalibrationStatus::unobservable;
     result.reason = "fewer readings than unknowns: " + std::to_string(result.residual_count) +
                     " equations for " + std::to_string(result.parameter_count) +

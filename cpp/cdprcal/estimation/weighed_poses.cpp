@@ -21,7 +21,9 @@ WeighedPoses::WeighedPoses(const CalibrationProblem& problem, const std::vector<
   statics_.reserve(poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Measurement& measurement = problem.measurements[i];
-    const bool counts = measurement.in_balance() && (i > 0 || problem.reference_statics);
+    const int equations = balance_equations(problem.robot, measurement);
+    const bool told = problem.statics == StaticsModel::left_inverse ? equations == 6 : equations > 0;
+    const bool counts = told && (i > 0 || problem.reference_statics);
     statics_.push_back(counts ? problem.statics : StaticsModel::none);
   }
   if (problem.statics == StaticsModel::wrench) {
@@ -48,6 +50,7 @@ std::vector<std::size_t> WeighedPoses::moved(std::vector<Pose>& known_at) const 
   std::vector<std::size_t> out;
   for (std::size_t i = 0; i < poses_.size(); ++i) {
     if (statics_[i] != StaticsModel::wrench || same(known_at[i], poses_[i])) continue;
+    if (balance_equations(problem_.robot, problem_.measurements[i]) < 6) continue;  // RunRows does
     known_at[i] = poses_[i];
     out.push_back(i);
   }
@@ -77,19 +80,23 @@ void WeighedPoses::update_wrench_whitening(double graduation) {
   }
 }
 
+BalanceSigma WeighedPoses::balance_sigma(std::size_t pose) const {
+  return {CableVector::Constant(robot().cable_count(), 1.0 / tension_weight(pose)),
+          graduation_ * wrench_force_N_, graduation_ * wrench_moment_Nm_};
+}
+
 void WeighedPoses::update_wrench_weights(double graduation) {
-  graduation_ = graduation;
   ++weights_version_;
   if (whitening_.empty()) return;
   const std::vector<std::size_t> changed = moved(rooted_at_);
   std::vector<Pose> poses;
   std::vector<BalanceSigma> sigma;
+  graduation_ = 1.0;  // roots_ are kept at it
   for (const std::size_t i : changed) {
     poses.push_back(poses_[i]);
-    sigma.push_back(
-        {CableVector::Constant(robot().cable_count(), 1.0 / weight(i, Channel::balance)),
-         wrench_force_N_, wrench_moment_Nm_});
+    sigma.push_back(balance_sigma(i));
   }
+  graduation_ = graduation;
   const std::vector<Matrix6> roots = inverse_balance_roots(robot(), poses, sigma);
   for (std::size_t c = 0; c < changed.size(); ++c) {
     if (roots[c].allFinite()) roots_[changed[c]] = roots[c];  // else no row of it is asked for

@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "cdprcal/estimation/balance_roots.hpp"
 #include "cdprcal/estimation/problem.hpp"
 
 namespace cdprcal {
@@ -38,6 +39,8 @@ class WeighedPoses {
   /// Any inverse square root of it, a third of the work: the cost is the same, tension_gain is not
   /// known then.
   void update_wrench_weights(double graduation);
+  /// What the balance at a pose may be wrong by, at the present graduation.
+  [[nodiscard]] BalanceSigma balance_sigma(std::size_t pose) const;
   /// Grows with each of these two.
   [[nodiscard]] int weights_version() const { return weights_version_; }
   [[nodiscard]] const Matrix6& wrench_whitening(std::size_t pose) const { return whitening_[pose]; }
@@ -52,7 +55,7 @@ class WeighedPoses {
   }
 
  private:
-  /// The poses in balance that have moved since `known_at`, which then says so.
+  /// The poses with all six equations of the balance that have moved since `known_at`, which then says so.
   [[nodiscard]] std::vector<std::size_t> moved(std::vector<Pose>& known_at) const;
 
   const CalibrationProblem& problem_;

@@ -8,6 +8,7 @@
 #include "cdprcal/error.hpp"
 #include "cdprcal/model/robot_check.hpp"
 #include "cdprcal/model/yardstick.hpp"
+#include "cdprcal/text_file.hpp"
 
 namespace cdprcal {
 namespace detail {
@@ -90,6 +91,29 @@ void check_inertia(Matrix3& inertia) {
   }
 }
 
+void check_motion(Platform& platform) {
+  const std::string field = "platform.motion_plane_normal";
+  Vector3& normal = platform.motion_plane_normal;
+  if (!row_of(platform.motion).is_planar()) {
+    if (normal.isZero(0.0)) return;
+    throw FieldError(field, std::string("is for the planar motions 1R2T and 2T, and this is ") +
+                                to_string(platform.motion) + ": delete it, or change the motion");
+  }
+  if (normal.isZero(0.0)) {
+    throw FieldError(field, std::string("is missing or zero: the motion ") +
+                                to_string(platform.motion) +
+                                " needs the direction across its plane, such as [0, 1, 0]");
+  }
+  normal = unit_vector(normal, field);
+}
+
+void check_position_sigma(const Pulley& pulley, std::size_t index) {
+  if (pulley.position_sigma_m.array().isNaN().all()) return;
+  for (const double sigma : pulley.position_sigma_m) {
+    require_positive(sigma, cable_field(index, "pulley.position_sigma_m"));
+  }
+}
+
 void check_sigma(const Robot& robot) {
   const SensorSigma& sigma = robot.sigma;
   for (const Sensor& sensor : kSensorTable) {
@@ -134,6 +158,7 @@ void check_and_complete(Robot& robot) {
   require_positive(robot.platform.mass_kg, "platform.mass_kg");
   require_finite(robot.platform.centre_of_mass_m, "platform.centre_of_mass_m");
   check_inertia(robot.platform.inertia_kg_m2);
+  check_motion(robot.platform);
 
   if (robot.cables.empty() || robot.cables.size() > static_cast<std::size_t>(kMaxCables)) {
     throw FieldError("cables", "a robot must have 1 to " + std::to_string(kMaxCables) +
@@ -143,6 +168,7 @@ void check_and_complete(Robot& robot) {
     Cable& cable = robot.cables[i];
     require_not_negative(cable.pulley.radius_m, cable_field(i, "pulley.radius_m"));
     require_finite(cable.pulley.position_m, cable_field(i, "pulley.position_m"));
+    check_position_sigma(cable.pulley, i);
     complete_axes(cable.pulley, i);
     require_finite(cable.platform_anchor_m, cable_field(i, "platform_anchor_m"));
   }
@@ -165,6 +191,17 @@ void check_and_complete(Robot& robot) {
 }
 
 }  // namespace detail
+
+const char* to_string(Motion motion) { return row_of(motion).name; }
+
+Motion parse_motion(const std::string& name) {
+  for (std::size_t i = 0; i < kMotionTable.size(); ++i) {
+    if (name == kMotionTable[i].name) return static_cast<Motion>(i);
+  }
+  std::string known;
+  for (const MotionRow& row : kMotionTable) known += (known.empty() ? "" : ", ") + std::string(row.name);
+  throw InputError("must be one of " + known + " (turns R, shifts T), not " + in_quotes(name));
+}
 
 double robot_size_m(const Robot& robot) {
   double pulleys = 0.0;

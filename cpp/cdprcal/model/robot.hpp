@@ -1,6 +1,7 @@
 // A robot as data: platform, cables on swivel pulleys, limits and sensors.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,8 @@ struct Pulley {
   double radius_m = 0.0;                     ///< r; 0 is a plain eyelet
   Vector3 position_m = Vector3::Zero();      ///< d: point D in the world
   Matrix3 axes_world = Matrix3::Identity();  ///< columns i (x_axis), j, k (swivel_axis); j = k × i
+  /// How well d is known, one sigma along each world axis; NaN: as well as usual (some mm).
+  Vector3 position_sigma_m = Vector3::Constant(kNaN);
 
   [[nodiscard]] Vector3 x_axis() const { return axes_world.col(0); }
   [[nodiscard]] Vector3 y_axis() const { return axes_world.col(1); }
@@ -26,10 +29,40 @@ struct Cable {
   Vector3 platform_anchor_m = Vector3::Zero();  ///< a′ in the platform frame
 };
 
+/// What the platform can do, in turns (R) and shifts (T).
+enum class Motion {
+  r3t3,  ///< anything
+  t3,    ///< shifts in space: R = I, as of a point
+  r1t2,  ///< turns about the plane's normal and shifts in the plane
+  t2     ///< shifts in a plane: R = I
+};
+
+/// One row for each Motion, in its order.
+struct MotionRow {
+  const char* name;  ///< in robot files: "3R3T"
+  int turns, shifts;
+
+  [[nodiscard]] constexpr bool is_planar() const { return shifts == 2; }
+  [[nodiscard]] constexpr bool is_point() const { return turns == 0; }
+};
+inline constexpr std::array<MotionRow, 4> kMotionTable{
+    {{"3R3T", 3, 3}, {"3T", 0, 3}, {"1R2T", 1, 2}, {"2T", 0, 2}}};
+inline const MotionRow& row_of(Motion motion) {
+  return kMotionTable[static_cast<std::size_t>(motion)];
+}
+/// "3R3T", "3T", "1R2T" or "2T".
+const char* to_string(Motion motion);
+/// The Motion of such a name; throws InputError that lists the names.
+Motion parse_motion(const std::string& name);
+
 struct Platform {
   double mass_kg = 1.0;
   Vector3 centre_of_mass_m = Vector3::Zero();   ///< s′ in the platform frame
   Matrix3 inertia_kg_m2 = Matrix3::Identity();  ///< about the centre of mass, platform axes
+  Motion motion = Motion::r3t3;
+  /// n of planar motions, a unit vector in the world; zero otherwise. P stays in the plane through
+  /// the world's origin (n·p = 0), and what turns, turns about n.
+  Vector3 motion_plane_normal = Vector3::Zero();
 };
 
 /// A known effect, or a known fault of the readings' map, as the robot file lists it: in the file's

@@ -42,6 +42,25 @@ Eigen::Map<const Eigen::VectorXd> readings_of(const Measurement& m, Channel chan
   return {all.data() + row.first, std::min<Eigen::Index>(size, row.count)};
 }
 
+int doubled_readings(const Measurement& m) {
+  int count = std::isfinite(m.roll_pitch_yaw_rad[2]) && std::isfinite(m.absolute_yaw_rad) ? 1 : 0;
+  for (Eigen::Index c = 0; c < std::min(m.length_m.size(), m.direct_length_m.size()); ++c) {
+    if (std::isfinite(m.length_m[c]) && std::isfinite(m.direct_length_m[c])) ++count;
+  }
+  return count;
+}
+
+int spare_readings(const Measurement& m, int unknowns) {
+  int count = 0;
+  for_each_sensor(
+      [&](const Sensor&, const auto& field) {
+        if (&field == static_cast<const void*>(&m.tension_N)) return;
+        for (const double value : numbers(field)) count += std::isfinite(value) ? 1 : 0;
+      },
+      m);
+  return spare_rows(m, count, unknowns);
+}
+
 Measurement measurement_at(const Log& log, Eigen::Index index, PoseKind kind, int cable_count) {
   Measurement m = measurement_mean(log, {index, index + 1}, kind, cable_count);
   m.time_s = log.time_s[index];

@@ -1,6 +1,7 @@
 // What was read at one pose, and how measurements are drawn from a log.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -35,10 +36,25 @@ struct Measurement : AbsoluteFields<ReadingOf> {
       swivel_direction_error;                     ///< what s may be off (path_state.hpp)
   Vector3 attitude_rate_rad_s = Vector3::Zero();  ///< of (roll, pitch, yaw), while moving
   int samples = 1;                                ///< readings behind the mean
+  bool balance_counts = true;  ///< false: it is left out (a slack cable, an outlier)
 
-  /// Whether the wrench balance can be written down here: at rest, with every tension read.
-  bool in_balance() const { return kind == PoseKind::static_pose && tension_N.allFinite(); }
+  /// Tensions that no load cell reads; what carries them is unknown, but taut.
+  int unread_tensions() const { return static_cast<int>(tension_N.array().isNaN().count()); }
+  /// Whether the wrench balance says anything here: at rest, with fewer than six tensions unread.
+  bool in_balance() const {
+    return kind == PoseKind::static_pose && balance_counts && unread_tensions() < 6;
+  }
 };
+
+/// Readings that say of a pose what another of them says too, but for an offset: whole lengths
+/// beside changes of length, absolute yaw beside yaw.
+int doubled_readings(const Measurement& m);
+/// What `rows` of a pose say of anything but its own unknowns, at most.
+inline int spare_rows(const Measurement& m, int rows, int unknowns) {
+  return std::max(rows - unknowns, doubled_readings(m));
+}
+/// The same of its geometric readings alone.
+int spare_readings(const Measurement& m, int unknowns);
 
 /// All readings of one sensor, a row of kSensorTable; an absolute one of the cables may be empty.
 std::span<double> readings_of(Measurement& m, const Sensor& sensor);

@@ -152,12 +152,14 @@ TEST(Recovery, MissingReadingsAreLeftOut) {
   auto& measurements = s.problem.measurements;
   for (Measurement& m : measurements) m.swivel_rad[2] = kNaN;  // a dead swivel encoder
   measurements[0].length_m[1] = kNaN;                          // unread at the reference only
-  measurements[3].tension_N[0] = kNaN;                         // no balance there
+  measurements[2].tension_N[0] = kNaN;                         // a dead load cell
+  measurements[3].balance_counts = false;
   measurements[5].roll_pitch_yaw_rad[2] = kNaN;
   const CalibrationResult result = solve(s.problem, disturbed(s.truth, 0.02, kDegree, 6));
   EXPECT_EQ(result.status, CalibrationStatus::converged) << result.reason;
   EXPECT_LT(minus(result.poses[0], s.truth[0]).norm(), 1e-9);
   EXPECT_TRUE(std::isnan(result.residuals[4].swivel_rad[2]));
+  EXPECT_FALSE(std::isnan(result.residuals[2].wrench[0]));
   EXPECT_TRUE(std::isnan(result.residuals[3].wrench[0]));
   EXPECT_FALSE(std::isnan(result.residuals[4].wrench[0]));
 }

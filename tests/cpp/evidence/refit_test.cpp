@@ -216,7 +216,7 @@ DiagnosisModel with_noise(DiagnosisModel model, RandomNormal& random) {
     auto roll_pitch = m.roll_pitch_yaw_rad.head<2>();
     add(roll_pitch, level(at_rest(Channel::roll_pitch)));
     m.roll_pitch_yaw_rad[2] += level(at_rest(Channel::yaw)) * random();
-    m.tension_N.setConstant(kNaN);  // no balance: its noise is not of four readings
+    m.balance_counts = false;  // its noise is not of four readings
   }
   return model;
 }
