@@ -18,13 +18,14 @@ namespace {
 
 /// The library's own check of a pulley, by way of a robot that has nothing else wrong.
 Pulley make_pulley(const Vector3& position_m, const Vector3& x_axis, const Vector3& swivel_axis,
-                   double radius_m) {
+                   double radius_m, const std::optional<Vector3>& position_sigma_m) {
   Robot probe;
   probe.name = "pulley";
   probe.tension_max_N = 1.0;
   Cable cable;
   cable.pulley.radius_m = radius_m;
   cable.pulley.position_m = position_m;
+  if (position_sigma_m) cable.pulley.position_sigma_m = *position_sigma_m;
   cable.pulley.axes_world << x_axis, swivel_axis.cross(x_axis), swivel_axis;
   probe.cables = {cable};
   try {
@@ -43,13 +44,18 @@ void register_parts(py::module_& module) {
                      "Immutable.")
       .def(py::init(&make_pulley), py::kw_only(), py::arg("position_m"), py::arg("x_axis"),
            py::arg("swivel_axis"), py::arg("radius_m") = 0.0,
+           py::arg("position_sigma_m") = py::none(),
            "position_m [3]: D in the world. x_axis [3]: direction of zero swivel angle; "
            "swivel_axis [3]: perpendicular to it; both in world axes, any length. radius_m: 0 is a "
-           "plain eyelet. Raises InputError naming the field.")
+           "plain eyelet. position_sigma_m [3]: how well position_m is known; None: as well as "
+           "usual. Raises InputError naming the field.")
       .def_readonly("radius_m", &Pulley::radius_m)
       .def_property_readonly(
           "position_m", [](const Pulley& p) { return p.position_m; },
           "D in the world [3] [m]; a copy.")
+      .def_property_readonly(
+          "position_sigma_m", [](const Pulley& p) { return p.position_sigma_m; },
+          "How well position_m is known, along each world axis [3] [m]; NaN: as well as usual.")
       .def_property_readonly(
           "axes_world", [](const Pulley& p) { return p.axes_world; },
           "Columns i (x_axis), j, k (swivel_axis) [3, 3]; j = k × i; a copy.")
@@ -68,19 +74,38 @@ void register_parts(py::module_& module) {
           "platform_anchor_m", [](const Cable& c) { return c.platform_anchor_m; },
           "a′ in the platform frame [3] [m]; a copy.");
   py::class_<Platform>(module, "Platform", "Mass, its centre and inertia. Immutable.")
-      .def(py::init([](double mass_kg, const Vector3& centre, const Matrix3& inertia) {
-             return Platform{mass_kg, centre, inertia};
+      .def(py::init([](double mass_kg, const Vector3& centre, const Matrix3& inertia,
+                       const std::string& motion, const std::optional<Vector3>& normal) {
+             try {
+               return Platform{mass_kg, centre, inertia, parse_motion(motion),
+                               normal.value_or(Vector3::Zero())};
+             } catch (const InputError& error) {
+               throw InputError(std::string("motion: ") + error.what());
+             }
            }),
            py::kw_only(), py::arg("mass_kg"), py::arg("centre_of_mass_m"), py::arg("inertia_kg_m2"),
+           py::arg("motion") = "3R3T", py::arg("motion_plane_normal") = py::none(),
            "centre_of_mass_m [3]: s′ in the platform frame; inertia_kg_m2 [3, 3]: about the centre "
-           "of mass, platform axes. Checked when a Robot is made of it.")
+           "of mass, platform axes. motion: 3R3T, 3T, 1R2T or 2T (turns R, shifts T); "
+           "motion_plane_normal [3]: across the plane of the last two, in the world. Checked when "
+           "a Robot is made of it.")
       .def_readonly("mass_kg", &Platform::mass_kg)
       .def_property_readonly(
           "centre_of_mass_m", [](const Platform& p) { return p.centre_of_mass_m; },
           "s′ in the platform frame [3] [m]; a copy.")
       .def_property_readonly(
           "inertia_kg_m2", [](const Platform& p) { return p.inertia_kg_m2; },
-          "About the centre of mass, platform axes [3, 3]; a copy.");
+          "About the centre of mass, platform axes [3, 3]; a copy.")
+      .def_property_readonly(
+          "motion", [](const Platform& p) { return to_string(p.motion); },
+          "What the platform can do: 3R3T, 3T, 1R2T or 2T (turns R, shifts T).")
+      .def_property_readonly(
+          "motion_plane_normal",
+          [](const Platform& p) -> std::optional<Vector3> {
+            if (!row_of(p.motion).is_planar()) return std::nullopt;
+            return p.motion_plane_normal;
+          },
+          "Across the plane of a planar motion, in the world [3]; None for the others.");
   const SensorSigma usual;
   py::class_<SensorSigma> cls(module, "SensorSigma",
                               "One-sigma errors of the readings (eq. 18 by default) and of the "

@@ -24,6 +24,10 @@ platform:
   centre_of_mass_m: [{blank}, {blank}, {blank}]
   # About the centre of mass, from CAD. Only plan and the simulator use it.
   inertia_kg_m2: [[{blank}, 0, 0], [0, {blank}, 0], [0, 0, {blank}]]
+  # What it can do, in turns (R) and shifts (T): 3R3T anything, 3T a point in space, 1R2T in a
+  # plane, 2T a point in a plane; the last two with the direction across the plane, as here:
+  # motion: 1R2T
+  # motion_plane_normal: [0, 1, 0]
 
 cables:
 """
@@ -35,6 +39,8 @@ _CABLE = """\
       radius_m: {blank}
       # D: where the cable enters the groove, on the swivel axis. World frame.
       position_m: [{blank}, {blank}, {blank}]
+      # How well that is known (one sigma), where nobody measured it well: cdprcal geometry finds it.
+      # position_sigma_m: 0.5
       # Where the pulley points at swivel angle zero, and the axis that it swivels about.
       x_axis: [{blank}, {blank}, {blank}]
       swivel_axis: [{blank}, {blank}, {blank}]

@@ -199,7 +199,8 @@ Motion parse_motion(const std::string& name) {
     if (name == kMotionTable[i].name) return static_cast<Motion>(i);
   }
   std::string known;
-  for (const MotionRow& row : kMotionTable) known += (known.empty() ? "" : ", ") + std::string(row.name);
+  for (const MotionRow& row : kMotionTable)
+    known += (known.empty() ? "" : ", ") + std::string(row.name);
   throw InputError("must be one of " + known + " (turns R, shifts T), not " + in_quotes(name));
 }
 

@@ -17,30 +17,81 @@ using detail::shortest;
 using detail::YamlField;
 using detail::YamlMapping;
 
+/// Inertia of a platform that cannot turn, where its file gives none, by its mass: nothing that
+/// can be seen depends on it; this is a ball of 0.1 m.
+constexpr double kPointInertia_m2 = 0.4 * 0.1 * 0.1;
+
 // Reading: one function a mapping of the file. A new section is one more key and one more function.
 
 Platform read_platform(const YamlField& field) {
-  const YamlMapping map(field, {"mass_kg", "centre_of_mass_m", "inertia_kg_m2"});
+  const YamlMapping map(
+      field, {"mass_kg", "centre_of_mass_m", "inertia_kg_m2", "motion", "motion_plane_normal"});
   Platform platform;
   platform.mass_kg = map.require("mass_kg").number();
-  platform.centre_of_mass_m = map.require("centre_of_mass_m").vector3();
-  platform.inertia_kg_m2 = map.require("inertia_kg_m2").matrix3();
+  if (const auto motion = map.find("motion")) {
+    try {
+      platform.motion = parse_motion(motion->text());
+    } catch (const InputError& error) {
+      motion->fail(error.what());
+    }
+  }
+  if (const auto normal = map.find("motion_plane_normal")) {
+    platform.motion_plane_normal = normal->direction();
+  }
+  const bool is_point = row_of(platform.motion).is_point();
+  if (!is_point || map.find("centre_of_mass_m")) {
+    platform.centre_of_mass_m = map.require("centre_of_mass_m").vector3();
+  }
+  platform.inertia_kg_m2 = is_point && !map.find("inertia_kg_m2")
+                               ? Matrix3(platform.mass_kg * kPointInertia_m2 * Matrix3::Identity())
+                               : map.require("inertia_kg_m2").matrix3();
   return platform;
 }
 
 Pulley read_pulley(const YamlField& field) {
-  const YamlMapping map(field, {"radius_m", "position_m", "x_axis", "swivel_axis"});
+  const YamlMapping map(field,
+                        {"radius_m", "position_m", "position_sigma_m", "x_axis", "swivel_axis"});
   Pulley pulley;
   pulley.radius_m = map.require("radius_m").number();
   pulley.position_m = map.require("position_m").vector3();
-  pulley.axes_world.col(0) = map.require("x_axis").vector3();
-  pulley.axes_world.col(2) = map.require("swivel_axis").vector3();
+  if (const auto sigma = map.find("position_sigma_m")) {
+    pulley.position_sigma_m = sigma->number_or_vector3();
+  }
+  if (pulley.radius_m == 0.0 && !map.find("x_axis") && !map.find("swivel_axis")) {
+    pulley.axes_world.setZero();  // for complete_eyelets
+    return pulley;
+  }
+  pulley.axes_world.col(0) = map.require("x_axis").direction();
+  pulley.axes_world.col(2) = map.require("swivel_axis").direction();
   return pulley;  // the y axis is completed by finalise
 }
 
-Cable read_cable(const YamlField& field) {
+Cable read_cable(const YamlField& field, Motion motion) {
   const YamlMapping map(field, {"pulley", "platform_anchor_m"});
-  return {read_pulley(map.require("pulley")), map.require("platform_anchor_m").vector3()};
+  Cable cable{read_pulley(map.require("pulley")), Vector3::Zero()};
+  if (!row_of(motion).is_point() || map.find("platform_anchor_m")) {
+    cable.platform_anchor_m = map.require("platform_anchor_m").vector3();
+  }
+  return cable;
+}
+
+/// Eyelets whose file names no axes get some: they turn about the plane's normal or the vertical,
+/// from the direction to the middle of all pulleys. Their length depends on neither.
+void complete_eyelets(Robot& robot) {
+  Vector3 middle = Vector3::Zero();
+  for (const Cable& cable : robot.cables) middle += cable.pulley.position_m / robot.cable_count();
+  const bool planar = row_of(robot.platform.motion).is_planar();
+  Vector3 axis = planar ? robot.platform.motion_plane_normal : Vector3(0.0, 0.0, -1.0);
+  if (axis.isZero(0.0)) axis = -Vector3::UnitZ();  // finalise refuses the robot
+  axis.normalize();
+  for (Cable& cable : robot.cables) {
+    if (!cable.pulley.axes_world.isZero(0.0)) continue;
+    const Vector3 inwards = middle - cable.pulley.position_m;
+    Vector3 x = inwards - inwards.dot(axis) * axis;
+    if (!(x.norm() > 1e-9 * (1.0 + inwards.norm()))) x = axis.unitOrthogonal();
+    cable.pulley.axes_world.col(0) = x.normalized();
+    cable.pulley.axes_world.col(2) = axis;
+  }
 }
 
 /// An angle that may be given in degrees or in radians, once.
@@ -168,6 +219,22 @@ std::string sigma_entry(const Robot& robot) {
   return text + "}";
 }
 
+std::string motion_entry(const Platform& platform) {
+  if (platform.motion == Motion::r3t3) return "";
+  std::string text = std::string("  motion: ") + to_string(platform.motion) + "\n";
+  if (row_of(platform.motion).is_planar()) {
+    text += "  motion_plane_normal: " + flow(platform.motion_plane_normal) + "\n";
+  }
+  return text;
+}
+
+std::string position_sigma_entry(const Pulley& pulley) {
+  const Vector3& sigma = pulley.position_sigma_m;
+  if (sigma.array().isNaN().all()) return "";
+  const bool one = sigma[0] == sigma[1] && sigma[1] == sigma[2];
+  return ", position_sigma_m: " + (one ? shortest(sigma[0]) : flow(sigma));
+}
+
 std::string effect_entry(const AppliedEffect& effect, int cables) {
   std::string text = "  - name: " + effect.name + "\n";
   if (!effect.run.empty()) text += "    run: " + double_quoted(effect.run) + "\n";
@@ -193,8 +260,9 @@ Robot parse_robot(const std::string& yaml_text, const std::string& source) {
   robot.gravity_m_s2 = map.number_or("gravity_m_s2", robot.gravity_m_s2);
   robot.platform = read_platform(map.require("platform"));
   for (const YamlField& cable : map.require("cables").items()) {
-    robot.cables.push_back(read_cable(cable));
+    robot.cables.push_back(read_cable(cable, robot.platform.motion));
   }
+  complete_eyelets(robot);
   const std::vector<double> limits = map.require("tension_limits_N").numbers(2);
   robot.tension_min_N = limits[0];
   robot.tension_max_N = limits[1];
@@ -259,12 +327,13 @@ std::string to_yaml(const Robot& robot) {
       << "  inertia_kg_m2: [" << flow(checked.platform.inertia_kg_m2.row(0)) << ", "
       << flow(checked.platform.inertia_kg_m2.row(1)) << ", "
       << flow(checked.platform.inertia_kg_m2.row(2)) << "]\n"
-      << "cables:\n";
+      << motion_entry(checked.platform) << "cables:\n";
   for (const Cable& cable : checked.cables) {
     const Pulley& pulley = cable.pulley;
     out << "  - pulley: {radius_m: " << shortest(pulley.radius_m)
-        << ", position_m: " << flow(pulley.position_m) << ", x_axis: " << flow(pulley.x_axis())
-        << ", swivel_axis: " << flow(pulley.swivel_axis()) << "}\n"
+        << ", position_m: " << flow(pulley.position_m) << position_sigma_entry(pulley)
+        << ", x_axis: " << flow(pulley.x_axis()) << ", swivel_axis: " << flow(pulley.swivel_axis())
+        << "}\n"
         << "    platform_anchor_m: " << flow(cable.platform_anchor_m) << '\n';
   }
   out << "tension_limits_N: [" << shortest(checked.tension_min_N) << ", "

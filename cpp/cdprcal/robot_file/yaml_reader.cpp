@@ -244,6 +244,17 @@ Vector3 YamlField::vector3() const {
   return {values[0], values[1], values[2]};
 }
 
+Vector3 YamlField::direction() const {
+  const Vector3 value = vector3();
+  if (value.isZero(0.0)) fail("is zero: give a direction in the world, such as [0, 0, -1]");
+  return value;
+}
+
+Vector3 YamlField::number_or_vector3() const {
+  if (node_.IsScalar()) return Vector3::Constant(number());
+  return vector3();
+}
+
 Matrix3 YamlField::matrix3() const {
   if (!node_.IsSequence() || node_.size() != 3) {
     fail("must be three rows of three numbers, [[…], […], […]]");

@@ -31,7 +31,9 @@ class YamlField {
   [[nodiscard]] std::string text() const;  ///< any scalar but null
   [[nodiscard]] std::vector<double> numbers(std::size_t count) const;
   [[nodiscard]] Vector3 vector3() const;
-  [[nodiscard]] Matrix3 matrix3() const;  ///< a list of three rows of three
+  [[nodiscard]] Vector3 direction() const;          ///< a vector that is not zero
+  [[nodiscard]] Vector3 number_or_vector3() const;  ///< one number stands for all three
+  [[nodiscard]] Matrix3 matrix3() const;            ///< a list of three rows of three
   /// Numbers in nested lists, one after the other: shape {} is one number, {4, 3} four lists of
   /// three.
   [[nodiscard]] std::vector<double> numbers(const std::vector<int>& shape) const;

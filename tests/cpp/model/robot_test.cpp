@@ -69,6 +69,11 @@ TEST(Finalise, RefusesImpossibleCombinations) {
                  [](Robot& r) { r.cables[0].pulley.axes_world.col(0).setZero(); });
   expect_refused("cables[#1].pulley.swivel_axis",
                  [](Robot& r) { r.cables[0].pulley.axes_world.col(2).setZero(); });
+  expect_refused("platform.motion_plane_normal", [](Robot& r) { r.platform.motion = Motion::t2; });
+  expect_refused("platform.motion_plane_normal",
+                 [](Robot& r) { r.platform.motion_plane_normal = Vector3::UnitY(); });
+  expect_refused("cables[#1].pulley.position_sigma_m",
+                 [](Robot& r) { r.cables[0].pulley.position_sigma_m = Vector3(1.0, kNaN, 1.0); });
   expect_refused("cables[#1].pulley.x_axis", [](Robot& r) {  // 2 mrad off perpendicular
     r.cables[0].pulley.axes_world.col(0) = Vector3(2e-3, 0.0, -1.0);
   });

@@ -49,12 +49,17 @@ void expect_same(const Robot& a, const Robot& b) {
   EXPECT_EQ(a.platform.mass_kg, b.platform.mass_kg);
   EXPECT_EQ(a.platform.centre_of_mass_m, b.platform.centre_of_mass_m);
   EXPECT_EQ(a.platform.inertia_kg_m2, b.platform.inertia_kg_m2);
+  EXPECT_EQ(a.platform.motion, b.platform.motion);
+  EXPECT_EQ(a.platform.motion_plane_normal, b.platform.motion_plane_normal);
   ASSERT_EQ(a.cable_count(), b.cable_count());
   for (std::size_t i = 0; i < a.cables.size(); ++i) {
     EXPECT_EQ(a.cables[i].pulley.radius_m, b.cables[i].pulley.radius_m);
     EXPECT_EQ(a.cables[i].pulley.position_m, b.cables[i].pulley.position_m);
     EXPECT_EQ(a.cables[i].pulley.axes_world, b.cables[i].pulley.axes_world);
     EXPECT_EQ(a.cables[i].platform_anchor_m, b.cables[i].platform_anchor_m);
+    const Vector3 &known = a.cables[i].pulley.position_sigma_m,
+                  &again = b.cables[i].pulley.position_sigma_m;
+    EXPECT_TRUE(known == again || (known.hasNaN() && again.hasNaN()));
   }
   EXPECT_EQ(a.tension_min_N, b.tension_min_N);
   EXPECT_EQ(a.tension_max_N, b.tension_max_N);
@@ -113,6 +118,14 @@ TEST(RobotFile, RoundTripToTheLastBit) {
     robot.sigma.swivel_rad = test::uniform(rng, 1e-3, 1e-1);
     robot.sigma.attitude_rad = test::uniform(rng, 0.05, 5.0) * kDegree;
     if (i % 2 == 0) robot.sigma.wrench_moment_Nm = test::uniform(rng, 0.01, 1.0);
+    robot.platform.motion = static_cast<Motion>(i % 4);
+    if (row_of(robot.platform.motion).is_planar()) {
+      robot.platform.motion_plane_normal =
+          test::uniform_vector(rng, Vector3::Constant(0.1), Vector3::Constant(1.0));
+      finalise(robot);
+    }
+    if (i % 5 == 0) robot.cables[0].pulley.position_sigma_m.setConstant(0.5);
+    if (i % 7 == 0) robot.cables[0].pulley.position_sigma_m = Vector3(0.1, 2.0, 3.0);
     expect_same(parse_robot(to_yaml(robot), "copy"), robot);
   }
 }
@@ -200,6 +213,48 @@ TEST(RobotFile, ValuesThatMakeNoRobotPointAtTheirLine) {
   const std::string four = many.substr(begin, end - begin);
   EXPECT_EQ(parse_robot(std::string(many).insert(begin, four), "").cable_count(), 8);
   expect_refused(many.insert(begin, four + four), "9:3: cables: ", "1 to 8 cables, not 12");
+}
+
+TEST(RobotFile, MotionsAndTheirPlaneAreReadOrRefusedAtTheirLine) {
+  const auto with = [](const std::string& lines) {
+    return irma4_with("  mass_kg: 12.992\n", "  mass_kg: 12.992\n" + lines);
+  };
+  EXPECT_EQ(parse_robot(with("  motion: 3T\n"), "").platform.motion, Motion::t3);
+  const Robot planar = parse_robot(with("  motion: 1R2T\n  motion_plane_normal: [0, -2, 0]\n"), "");
+  EXPECT_EQ(planar.platform.motion, Motion::r1t2);
+  EXPECT_EQ(planar.platform.motion_plane_normal, Vector3(0, -1, 0));
+  expect_refused(with("  motion: 2R2T\n"), "6:11: platform.motion: ", "3R3T, 3T, 1R2T, 2T");
+  expect_refused(with("  motion: 2T\n"), "", "platform.motion_plane_normal: is missing");
+  expect_refused(with("  motion: 2T\n  motion_plane_normal: [0, 0, 0]\n"),
+                 "7:24: platform.motion_plane_normal: ", "is zero");
+  expect_refused(with("  motion: 3T\n  motion_plane_normal: [0, 0, 1]\n"),
+                 "7:24: platform.motion_plane_normal: ", "planar motions");
+  const std::string known = "position_m: [1.065, -1.155, 1.839], position_sigma_m: ";
+  const auto sigma = [&](const std::string& value) {
+    return irma4_with("position_m: [1.065, -1.155, 1.839]", known + value);
+  };
+  EXPECT_TRUE(load_robot("irma4").cables[0].pulley.position_sigma_m.hasNaN());
+  EXPECT_EQ(parse_robot(sigma("0.5"), "").cables[0].pulley.position_sigma_m,
+            Vector3::Constant(0.5));
+  EXPECT_EQ(parse_robot(sigma("[1, 2, 3]"), "").cables[0].pulley.position_sigma_m,
+            Vector3(1, 2, 3));
+  for (const char* bad : {"0", "-1", "[1, 2]", "x", "[1, 0, 1]"}) {
+    expect_refused(sigma(bad), "9:", "cables[#1].pulley.position_sigma_m");
+  }
+}
+
+TEST(RobotFile, PointsAndEyeletsNeedLess) {
+  const std::string head = "name: belts\nplatform: {mass_kg: 8, motion: ";
+  const std::string tail =
+      "}\ncables:\n  - pulley: {radius_m: 0, position_m: [0, 0, 0]}\n"
+      "  - pulley: {radius_m: 0, position_m: [3, 0, 0]}\ntension_limits_N: [0, 400]\n";
+  const Robot robot = parse_robot(head + "2T, motion_plane_normal: [0, 1, 0]" + tail, "belts.yaml");
+  EXPECT_EQ(robot.platform.centre_of_mass_m, Vector3::Zero());
+  EXPECT_EQ(robot.cables[1].platform_anchor_m, Vector3::Zero());
+  EXPECT_EQ(robot.cables[1].pulley.swivel_axis(), Vector3::UnitY());
+  EXPECT_EQ(robot.cables[1].pulley.x_axis(), -Vector3::UnitX());
+  expect_same(parse_robot(to_yaml(robot), "copy"), robot);
+  expect_refused(head + "3R3T" + tail, "2:", "platform.centre_of_mass_m: is missing");
 }
 
 TEST(RobotFile, WhatIsNoRobotFileIsRefusedQuickly) {
