@@ -111,6 +111,8 @@ void register_measurement(py::module_& module) {
       .def_property_readonly(
           "roll_pitch_yaw_rad", [](const Measurement& m) { return m.roll_pitch_yaw_rad; },
           "[3] [rad] in the robot's Euler convention.")
+      .def_readonly("balance_counts", &Measurement::balance_counts,
+                    "False: its balance of forces is left out (a slack cable, an outlier).")
       .def_readonly("samples", &Measurement::samples, "Readings behind the mean.");
   module.def(
       "measurement_at",

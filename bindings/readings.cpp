@@ -3,6 +3,7 @@
 #include "cdprcal/readings/equilibrium_mean.hpp"
 #include "cdprcal/readings/fresh.hpp"
 #include "cdprcal/readings/log.hpp"
+#include "cdprcal/readings/rest_list.hpp"
 
 #include <pybind11/typing.h>
 
@@ -125,7 +126,11 @@ void register_readings(py::module_& module) {
                ")";
       });
   module.def("segments", &segments, py::arg("log"), py::arg("gap_s") = 2.0,
-             "Segments of a log: a gap longer than gap_s starts a new one. The last is the run.");
+             "Segments of a log: a gap longer than gap_s starts a new one. The last is the run. A "
+             "list of rests (is_rest_list) is one segment.");
+  module.def("is_rest_list", &is_rest_list, py::arg("log"), py::arg("gap_s") = 2.0,
+             "Whether a log has at most 400 rows, no two of them within gap_s: each is then taken "
+             "as the reading of one rest.");
   const DetectionOptions usual;
   py::class_<DetectionOptions>(module, "DetectionOptions",
                                "How equilibria are detected: rest is judged window by window.")

@@ -56,7 +56,7 @@ def _with_scatter_alone(calibration: _core.Calibration) -> _core.CalibrationResu
     """The fit again, every reading as good as its samples within a rest say.
 
     Where no sample says anything (poses of one sample) its noise stays, and so does one that was
-    specified. Only rests and the reference count where there are any: what is read in motion lags
+    specified; in a list of rests it is the specified one. Only rests and the reference count where there are any: what is read in motion lags
     in its own ways.
     """
     problem = calibration.problem
@@ -67,13 +67,16 @@ def _with_scatter_alone(calibration: _core.Calibration) -> _core.CalibrationResu
         i for i, m in enumerate(measurements) if i == 0 or m.kind == _core.PoseKind.static_pose
     ]
     kept = rests if len(rests) > 1 else list(range(len(measurements)))
+    # In a list of rests no reading has a neighbour: what it scatters by the robot file says.
+    specified = _core.specified_noise(problem.robot.sigma).channels
+    is_list = all(noise.sample == 0.0 for noise in problem.noise.channels.values())
     channels = {}
     for name, noise in problem.noise.channels.items():
         signal = noise.signal
         channels[name] = (
             _core.ChannelNoise(signal.rounding, noise.sample * math.sqrt(signal.rows))
             if noise.sample > 0.0
-            else _core.ChannelNoise(noise.pose)
+            else _core.ChannelNoise(specified[name].pose if is_list else noise.pose)
         )
     # The balance may be wrong by what the robot file says, no more.
     force_N = problem.robot.sigma.wrench_force_N

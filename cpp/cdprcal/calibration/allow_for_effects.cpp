@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "cdprcal/effects/applied.hpp"
+#include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/evidence/checks.hpp"
 #include "cdprcal/evidence/model_average.hpp"
 
@@ -72,7 +73,7 @@ std::string misfit(const Calibration& calibration) {
         const Quantity shown = quantity_of(row.of());
         const std::string in_unit = std::string("%.3g ") + shown.unit;
         const std::string scatter = text.empty() ? "they scatter by " : "";
-        add(noise[c].pose, noise[c].sample.sigma, shown.scale,
+        add(noise[c].pose, scatter_of(calibration.problem, c), shown.scale,
             row.plural + (" by " + in_unit) + " (" + scatter + in_unit + ")");
       },
       rms);
@@ -81,10 +82,21 @@ std::string misfit(const Calibration& calibration) {
     const double allowed_N = calibration.problem.robot.sigma.wrench_force_N;
     const double beyond_N = std::sqrt(
         std::max(0.0, noise.wrench_force_N * noise.wrench_force_N - allowed_N * allowed_N));
-    add(std::hypot(noise[Channel::balance].pose, beyond_N), noise[Channel::balance].sample.sigma,
-        1.0, "the balance by %.3g N (tensions scatter by %.3g N)");
+    if (reads_tensions(calibration.problem.measurements)) {
+      add(std::hypot(noise[Channel::balance].pose, beyond_N),
+          scatter_of(calibration.problem, Channel::balance), 1.0,
+          "the balance by %.3g N (tensions scatter by %.3g N)");
+    } else {
+      add(noise.wrench_force_N, 1.01 * allowed_N, 1.0,
+          "the balance by %.3g N (the robot file allows %.3g N)");
+    }
   }
   return text;
+}
+
+double scatter_of(const CalibrationProblem& problem, Channel channel) {
+  const double sample = problem.noise ? (*problem.noise)[channel].sample.sigma : 0.0;
+  return sample > 0.0 ? sample : specified_noise(problem.robot.sigma)[channel].pose;
 }
 
 void allow_for_effects(const CalibrateOptions& options, Calibration& calibration) {

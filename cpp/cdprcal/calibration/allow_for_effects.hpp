@@ -11,6 +11,10 @@ namespace cdprcal {
 /// how much.
 std::string misfit(const Calibration& calibration);
 
+/// What single readings of a channel scatter by; what the robot file says where nothing tells it (a
+/// list of rests).
+double scatter_of(const CalibrationProblem& problem, Channel channel);
+
 /// For a converged calibration with a misfit: fits again with all effects of the catalogue as
 /// unknowns under priors of their typical sizes (maximum a posteriori), and puts the poses of the
 /// reference and of the rests and the first one's covariance in the result (poses in motion and the

@@ -220,7 +220,7 @@ bool looks_wrong(const Calibration& calibration) {
   for (std::size_t c = 0; c < kChannels; ++c) {
     const auto channel = static_cast<Channel>(c);
     if (channel == Channel::balance || !is_read(calibration.problem, channel)) continue;
-    if (noise[channel].pose > noise[channel].sample.sigma) return true;
+    if (noise[channel].pose > scatter_of(calibration.problem, channel)) return true;
   }
   return false;
 }

@@ -7,6 +7,7 @@
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/readings/equilibrium_detection.hpp"
 #include "cdprcal/readings/fresh.hpp"
+#include "cdprcal/readings/rest_list.hpp"
 #include "cdprcal/readings/signal.hpp"
 #include "cdprcal/statistics.hpp"
 
@@ -293,6 +294,7 @@ std::vector<LogEvent> gate_events(const Robot& robot, Log& log) {
                     of_cable ? static_cast<int>(c) : -1, angles, out);
     }
   };
+  if (is_rest_list(log)) return out;  // no reading has a neighbour to stand out from
   gate(log.length_m, robot.sigma.length_m, "length", false);
   gate(log.swivel_rad, robot.sigma.swivel_rad, "swivel", true);
   gate(log.tension_N, robot.sigma.tension_N, "tension", false);

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "cdprcal/error.hpp"
+#include "cdprcal/statics/wrench.hpp"
 
 namespace cdprcal {
 namespace {
@@ -197,6 +198,68 @@ OffsetJacobian Assembly::offsets_by_initial() const {
   return rows_.offsets_by_twist(initial);
 }
 
+const PartialBalance* Assembly::partial_balance(std::size_t measurement) const {
+  const std::size_t lane = lane_of(measurement);
+  const bool partial = poses_.statics_of(measurement) == StaticsModel::wrench &&
+                       rows_.silent_rows(lane) > 0;
+  return partial ? &rows_.partial_balance_of(lane) : nullptr;
+}
+
+namespace {
+
+/// Covariance of a pose by its own rows, that of what they count from included.
+Matrix6 covariance_of(const PoseRows& rows, const Eigen::MatrixXd& offsets) {
+  Matrix6 information = Matrix6::Zero();
+  Eigen::MatrixXd coupling = Eigen::MatrixXd::Zero(6, offsets.rows());
+  for (std::size_t r = 0; r < static_cast<std::size_t>(rows.count); ++r) {
+    const Eigen::Map<const Vector6> own(rows.own[r].data());
+    information += own * own.transpose();
+    if (rows.offset[r] >= 0) coupling.col(rows.offset[r]) += rows.by_offset[r] * own;
+  }
+  const Matrix6 inverse = information.completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::MatrixXd passed = inverse * coupling;
+  return inverse + passed * offsets * passed.transpose();
+}
+
+}  // namespace
+
+std::optional<Assembly::Push> Assembly::hardest_push() {
+  constexpr double kBelieved = 4.0;  // σ: once in thirty thousand tensions by chance
+  std::optional<Push> out;
+  const std::vector<PoseRows> all = rows();
+  const Eigen::MatrixXd free = estimation(false).covariance();
+  if (all.empty() || !free.allFinite()) return out;
+  Eigen::MatrixXd offsets = Eigen::MatrixXd::Zero(reference_.size(), reference_.size());
+  const std::vector<int>& which = estimation_->runs().front().free_offsets;
+  const Eigen::Index first = free.rows() - static_cast<Eigen::Index>(which.size());
+  for (std::size_t i = 0; i < which.size(); ++i) {
+    for (std::size_t j = 0; j < which.size(); ++j) {
+      offsets(which[i], which[j]) =
+          free(first + static_cast<Eigen::Index>(i), first + static_cast<Eigen::Index>(j));
+    }
+  }
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
+    const PartialBalance* const at = partial_balance(i);
+    if (at == nullptr) continue;
+    const PlatformState state = platform_state(poses_.robot(), poses_.pose(i));
+    const BalanceSigma sigma = poses_.balance_sigma(i);
+    const Matrix6 k = stiffness(poses_.robot(), state, at->tension_N);
+    Matrix6 wrench = k * covariance_of(all[i], offsets) * k.transpose();
+    wrench.diagonal().head<3>().array() += sigma.force_N * sigma.force_N;
+    wrench.diagonal().tail<3>().array() += sigma.moment_Nm * sigma.moment_Nm;
+    for (int c = 0; c < problem_.robot.cable_count(); ++c) {
+      const Vector6 by_wrench = at->tension_by_wrench.row(c);
+      const double sigma_N = std::sqrt(by_wrench.dot(wrench * by_wrench));
+      const double force_N = -at->tension_N[c] - kBelieved * sigma_N;
+      if (!std::isfinite(problem_.measurements[i].tension_N[c]) && force_N > 0.0 &&
+          (!out || force_N > out->force_N)) {
+        out = Push{i, c, force_N};
+      }
+    }
+  }
+  return out;
+}
+
 std::vector<PoseRows> Assembly::rows() {
   std::vector<PoseRows> out(poses_.size());
   const bool valid = visit([&](std::size_t b) {
@@ -270,9 +333,9 @@ std::vector<FittedRow> Assembly::fitted_rows() {
       label.of_reference = i == 0 && rows.offset[r] >= 0;
       double gain = 0.0;
       if (label.channel == Channel::balance && poses_.statics_of(i) == StaticsModel::wrench) {
-        gain = rows_.silent_rows(lane) > 0
-                   ? rows_.partial_balance_of(lane).tension_gain[label.component]
-                   : poses_.tension_gain(i, label.component);
+        const PartialBalance* const partial = partial_balance(i);
+        gain = partial != nullptr ? partial->tension_gain[label.component]
+                                  : poses_.tension_gain(i, label.component);
       }
       by_measurement[i].push_back(
           {label, i, rows.residual[r], std::clamp(freedom(r), 0.0, 1.0), gain});

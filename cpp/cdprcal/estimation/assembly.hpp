@@ -73,6 +73,16 @@ class Assembly {
   /// readings at the reference included). The first alone has its covariance.
   std::vector<ReferenceInformation> reference_informations(
       const std::vector<std::optional<Channel>>& without);
+  /// Of a rest whose balance has fewer than six equations, as last evaluated; none elsewhere.
+  [[nodiscard]] const PartialBalance* partial_balance(std::size_t measurement) const;
+  /// The cable without a load cell that would have to push hardest at a rest of the present state,
+  /// by more than the balance may be wrong by.
+  struct Push {
+    std::size_t measurement = 0;
+    int cable = 0;
+    double force_N = 0.0;
+  };
+  std::optional<Push> hardest_push();
   /// The rows of every measurement; empty when a pose is invalid.
   std::vector<PoseRows> rows();
   /// How many rows a measurement has, valid or not.

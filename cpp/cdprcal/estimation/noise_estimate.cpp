@@ -24,6 +24,13 @@ struct Prior {
   double weight = 0.0;
 };
 
+/// What the robot file says counts as four readings (scaled inverse χ²), and what is taken is the
+/// median of the posterior, as often too small as too large: Σ + 4 s² over their number + 4 − 2/3.
+Prior as_specified(double variance) {
+  constexpr double kReadings = 4.0;
+  return {variance * kReadings / (kReadings - 2.0 / 3.0), kReadings - 2.0 / 3.0};
+}
+
 /// −2 log likelihood (times prior) of a variance component, up to a constant.
 double deviance(const std::vector<Square>& squares, double component, const Prior& prior) {
   double sum =
@@ -81,7 +88,10 @@ double reading_component(const CalibrationProblem& problem, const std::vector<Fi
     squares.push_back({value * value, row.freedom, signal.variance(samples), 1.0});
   }
   if (freedom_of(squares) < 1.0) return kNaN;
-  return std::sqrt(most_likely(squares, floor * floor));
+  // Readings without neighbours (a list of rests) set no least to what their noise can be.
+  const double specified = specified_noise(problem.robot.sigma)[channel].sigma(1);
+  const Prior prior = signal.sigma > 0.0 ? Prior{} : as_specified(specified * specified);
+  return std::sqrt(most_likely(squares, floor * floor, prior));
 }
 
 /// Tension and model components of the balance together: alternately, each given the other.
@@ -108,11 +118,10 @@ void balance_components(const CalibrationProblem& problem, const std::vector<Fit
   const double least = 1e-4 * specified;
   // Where no load cell has a say (off the span of the cables) the balance fixes the pose so well
   // that few sensors can tell whether it is that good: a flat likelihood, which must not end at
-  // `least`. What the robot file says counts as four readings (scaled inverse χ²), and what is
-  // taken is the median of the posterior, as often too small as too large: Σ + 4 s² over their
-  // number + 4 − 2/3.
-  constexpr double kReadings = 4.0;
-  const Prior prior{specified * kReadings / (kReadings - 2.0 / 3.0), kReadings - 2.0 / 3.0};
+  // `least`.
+  const Prior prior = as_specified(specified);
+  const double of_cells = problem.robot.sigma.tension_N;
+  const Prior cells = signal.sigma > 0.0 ? Prior{} : as_specified(of_cells * of_cells);
   double pose = 0.0, model = 1.0;  // model: in units of the fitted one
   for (int round = 0; round < 10; ++round) {
     std::vector<Square> squares;
@@ -123,7 +132,7 @@ void balance_components(const CalibrationProblem& problem, const std::vector<Fit
     for (const Row& r : kept)
       squares.push_back({r.value, r.freedom, r.gain * r.sample + model, r.gain});
     const double before = pose;
-    pose = most_likely(squares, 0.0);
+    pose = most_likely(squares, 0.0, cells);
     if (std::abs(pose - before) <= 1e-3 * (pose + signal.sigma * signal.sigma)) break;
   }
   out[Channel::balance] = {std::sqrt(pose), signal};

@@ -14,4 +14,9 @@ bool is_read(const CalibrationProblem& problem, Channel channel) {
   return std::any_of(problem.measurements.begin(), problem.measurements.end(), read);
 }
 
+bool reads_tensions(const std::vector<Measurement>& measurements) {
+  return std::ranges::any_of(
+      measurements, [](const Measurement& m) { return m.tension_N.array().isFinite().any(); });
+}
+
 }  // namespace cdprcal

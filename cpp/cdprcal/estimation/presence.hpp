@@ -9,4 +9,7 @@ namespace cdprcal {
 /// Whether any measurement holds a reading of this channel.
 bool is_read(const CalibrationProblem& problem, Channel channel);
 
+/// Whether any load cell was read.
+bool reads_tensions(const std::vector<Measurement>& measurements);
+
 }  // namespace cdprcal

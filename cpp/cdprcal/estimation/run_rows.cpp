@@ -237,7 +237,7 @@ bool RunRows::evaluate(std::size_t batch, const PoseLanes& poses) {
       columns_.get(),
       valid};
   if (effects_.empty() && derivatives_.empty()) {
-    for (const std::size_t i : poses_of(batch, any_silent_ ? this->poses() : 0)) {
+    for (const std::size_t i : poses_of(batch, this->poses())) {
       if (silent_[i] == 0) continue;
       const PlatformState state = platform_state(robot_, poses[i]);
       if (!state.valid) return false;

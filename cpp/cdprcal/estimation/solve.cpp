@@ -33,8 +33,9 @@ MinimiserOptions minimiser_options(const SolveOptions& options, bool last_stage)
 
 /// Root mean square of the balance in units of what the robot file specifies for the load cells,
 /// whatever the weights; what the model itself is wrong by is allowed for as it was found.
-double specified_statics_rms(const CalibrationProblem& problem, const WeighedPoses& at,
+double specified_statics_rms(const CalibrationProblem& problem, Assembly& assembly,
                              const std::vector<PoseResidual>& residuals) {
+  const WeighedPoses& at = assembly.poses();
   const SensorSigma& specified = problem.robot.sigma;
   BalanceSigma sigma{CableVector::Constant(problem.robot.cable_count(), specified.tension_N),
                      specified.wrench_force_N, specified.wrench_moment_Nm};
@@ -44,14 +45,22 @@ double specified_statics_rms(const CalibrationProblem& problem, const WeighedPos
   }
   std::vector<Pose> poses;
   std::vector<Vector6> balances;
+  MeanSquare whitened;
+  const double found_N = problem.noise ? problem.noise->wrench_force_N : sigma.force_N;
   for (std::size_t i = 0; i < at.size(); ++i) {
     if (at.statics_of(i) != StaticsModel::wrench) continue;
+    if (const PartialBalance* const partial = assembly.partial_balance(i)) {
+      // Fewer equations, which the model's own error alone, or almost alone, makes uncertain.
+      const Vector6 own = found_N / sigma.force_N * (partial->whitening * residuals[i].wrench);
+      for (int row = 6 - balance_equations(problem.robot, problem.measurements[i]); row < 6; ++row)
+        whitened.add(own[row]);
+      continue;
+    }
     poses.push_back(at.pose(i));
     balances.push_back(residuals[i].wrench);
   }
   const std::vector<Matrix6> roots =
       inverse_balance_roots(at.robot(), poses, std::vector<BalanceSigma>(poses.size(), sigma));
-  MeanSquare whitened;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     for (const double v : Vector6(roots[i] * balances[i])) whitened.add(v);
   }
@@ -125,8 +134,16 @@ std::string contradictions(const CalibrationProblem& problem, Assembly& assembly
               row.plural + (" off by" + in_unit) + " rms against sigma" + in_unit);
       },
       rms);
+  if (const auto push = assembly.hardest_push()) {
+    char where[160];
+    std::snprintf(where, sizeof where,
+                  "at the rest at %.2f s cable %d, whose tension is not read, would have to push "
+                  "with %.3g N and more",
+                  problem.measurements[push->measurement].time_s, push->cable + 1, push->force_N);
+    text += (text.empty() ? "" : "; ") + std::string(where);
+  }
   if (problem.statics == StaticsModel::wrench) {
-    judge(specified_statics_rms(problem, assembly.poses(), result.residuals), 1.0, 1.0,
+    judge(specified_statics_rms(problem, assembly, result.residuals), 1.0, 1.0,
           "static balance off by %.3g sigma rms (expected %.3g)");
     if (problem.noise) {
       judge(problem.noise->wrench_force_N, sigma.tension_N, 1.0,

@@ -55,9 +55,14 @@ PartialBalance partial_balance(const PlatformState& state, const CableVector& te
   Vector6 rest = -scale.cwiseProduct(wrench);
   root.matrixL().solveInPlace(columns);
   root.matrixL().solveInPlace(rest);
-  const Eigen::VectorXd best = columns.completeOrthogonalDecomposition().solve(rest);
+  const Eigen::MatrixXd inverse = columns.completeOrthogonalDecomposition().pseudoInverse();
+  Matrix6 whiten = scale.asDiagonal();
+  root.matrixL().solveInPlace(whiten);
+  out.tension_by_wrench.setZero(tension_N.size(), 6);
   for (std::size_t k = 0; k < which.size(); ++k) {
-    out.tension_N[which[k]] = best[static_cast<Eigen::Index>(k)];
+    const auto row = inverse.row(static_cast<Eigen::Index>(k));
+    out.tension_N[which[k]] = row.dot(rest);
+    out.tension_by_wrench.row(which[k]) = -row * whiten;
   }
   return out;
 }

@@ -19,6 +19,7 @@ struct PartialBalance {
   /// zero.
   Matrix6 whitening = Matrix6::Zero();
   CableVector tension_N;                   ///< as read, or else what balances best
+  CableJacobian tension_by_wrench;         ///< of what is not read, by a wrench Ξᵀτ − f; else 0
   Vector6 tension_gain = Vector6::Zero();  ///< of each row, see WeighedPoses::tension_gain
 };
 

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "cdprcal/estimation/balance_roots.hpp"
+#include "cdprcal/estimation/unread_tensions.hpp"
 
 namespace cdprcal {
 namespace {

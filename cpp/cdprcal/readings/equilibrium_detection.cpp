@@ -4,6 +4,7 @@
 
 #include "cdprcal/error.hpp"
 #include "cdprcal/readings/fresh.hpp"
+#include "cdprcal/readings/rest_list.hpp"
 #include "cdprcal/readings/signal.hpp"
 #include "cdprcal/statistics.hpp"
 
@@ -149,6 +150,12 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
                                            const DetectionOptions& options) {
   const Eigen::Index count = range.size();
   std::vector<Equilibrium> found;
+  if (is_rest_list(log)) {
+    for (Eigen::Index row = range.begin; row < range.end; ++row) {
+      found.push_back({{row, row + 1}, log.time_s[row], log.time_s[row]});
+    }
+    return found;
+  }
   if (count < 4) return found;
 
   std::vector<Series> geometry, tensions;

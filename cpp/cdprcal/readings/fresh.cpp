@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "cdprcal/readings/rest_list.hpp"
+
 namespace cdprcal {
 namespace {
 
@@ -78,6 +80,7 @@ FreshRows fresh_rows(const LogMatrix& readings, const SampleRange& range) {
 
 std::optional<Log> without_holds(const Log& log) {
   std::optional<Log> out;
+  if (is_rest_list(log)) return out;  // alike there is at rest, not held
   const auto given = log.groups();
   for (const SampleRange& range : segments(log)) {
     for (std::size_t s = 0; s < kSensors; ++s) {

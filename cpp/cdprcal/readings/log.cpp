@@ -9,6 +9,7 @@
 
 #include "cdprcal/error.hpp"
 #include "cdprcal/readings/log_columns.hpp"
+#include "cdprcal/readings/rest_list.hpp"
 #include "cdprcal/text_file.hpp"
 
 namespace cdprcal {
@@ -309,7 +310,14 @@ void validate(const Log& log) {
   }
 }
 
+bool is_rest_list(const Log& log, double gap_s) {
+  const Index count = log.sample_count();
+  if (count < 2 || count > kMostListedRests) return false;
+  return (log.time_s.tail(count - 1) - log.time_s.head(count - 1)).minCoeff() > gap_s;
+}
+
 std::vector<SampleRange> segments(const Log& log, double gap_s) {
+  if (is_rest_list(log, gap_s)) return {{0, log.sample_count()}};
   std::vector<SampleRange> ranges;
   Index begin = 0;
   for (Index i = 1; i <= log.sample_count(); ++i) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "cdprcal/readings/fresh.hpp"
+#include "cdprcal/readings/rest_list.hpp"
 #include "cdprcal/statistics.hpp"
 
 namespace cdprcal {
@@ -219,6 +220,7 @@ Signals signals_within(const Log& log, const SampleRange& run,
                        const std::vector<SampleRange>& rests, const SensorSigma& sigma) {
   constexpr Eigen::Index kFewest = 3;  // readings that show any noise
   Signals out;
+  if (is_rest_list(log)) return out;  // what a reading scatters by no neighbour tells
   const double periods = std::max(1.0, static_cast<double>(run.size() - 1));
   const double period_s =
       run.size() > 0 ? (log.time_s[run.end - 1] - log.time_s[run.begin]) / periods : 0.0;
