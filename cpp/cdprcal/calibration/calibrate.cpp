@@ -387,15 +387,30 @@ Calibration fit(Calibration out, const CalibrateOptions& options) {
   return out;
 }
 
+/// The same; by geometry alone where rests without load cells, exact but curved, leave open how well
+/// the pose is known.
+Calibration fit_either(const Calibration& prepared, const CalibrateOptions& options) {
+  Calibration out = fit(prepared, options);
+  if (out.result.status != CalibrationStatus::unobservable || options.method != Method::unified ||
+      prepared.problem.statics != StaticsModel::wrench ||
+      reads_tensions(prepared.problem.measurements)) {
+    return out;
+  }
+  Calibration geometry = prepared;
+  geometry.problem.statics = StaticsModel::none;
+  geometry = fit(std::move(geometry), options);
+  return geometry.result.status == CalibrationStatus::converged ? geometry : out;
+}
+
 /// Again with what shows the initial pose better than the first sample, where something does.
 Calibration fit_settled(const Robot& robot, const Log& log, const CalibrateOptions& options) {
-  Calibration out = fit(prepare(robot, log, options), options);
+  Calibration out = fit_either(prepare(robot, log, options), options);
   if (!options.at_s.empty() || options.formulation == Formulation::paper) return out;
   const std::optional<Log> corrected = correct_readings(robot, log);
   const Log& read = corrected ? *corrected : log;
   const std::optional<SampleRange> start =
       unsettled_start(read, run_of(read, options.segment), out, options.detection.window_s);
-  return start ? fit(prepare(robot, log, options, start), options) : out;
+  return start ? fit_either(prepare(robot, log, options, start), options) : out;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "cdprcal/estimation/model_fit.hpp"
+#include "cdprcal/estimation/presence.hpp"
 
 namespace cdprcal {
 namespace {
@@ -228,6 +229,8 @@ void start_noise(DiagnosisModel& model, const Signals& signals) {
   }
   model.rest_samples = rests > 0 ? samples / rests : 1.0;
   model.signals = signals;
+  const bool reads = std::ranges::any_of(
+      model.runs, [](const DiagnosisRun& run) { return reads_tensions(run.measurements); });
   const NoiseModel specified = specified_noise(model.robot.sigma);
   for (std::size_t c = 0; c < kRestGroups; ++c) {
     const double sigma = specified.channel[c].pose;
@@ -236,6 +239,9 @@ void start_noise(DiagnosisModel& model, const Signals& signals) {
     const double unit = balance ? sigma : 1.0;  // its level is relative to its covariance
     model.floor[c] = std::max(std::sqrt(signals[c].variance(model.rest_samples)), least) / unit;
     model.noise[c] = sigma / unit;
+    // Where no load cell has a say the balance fixes the poses so well that few sensors can tell
+    // whether it is better than the robot file says.
+    if (balance && !reads) model.floor[c] = 1.0;
     if (!balance) {  // single readings in motion: groups of their own
       model.floor[c + kRestGroups] = std::max(signals[c].sigma, least);
       model.noise[c + kRestGroups] = sigma;

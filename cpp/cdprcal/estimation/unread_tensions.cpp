@@ -36,8 +36,10 @@ PartialBalance partial_balance(const PlatformState& state, const CableVector& te
   unread.conservativeResize(6, unread.cols() + guided.cols());
   unread.rightCols(guided.cols()) = scale.asDiagonal() * guided;
   const Eigen::Index silent = unread.cols(), left = 6 - silent;
-  const Eigen::HouseholderQR<Eigen::MatrixXd> factor(unread);
-  const Matrix6 basis = factor.householderQ() * Matrix6::Identity();
+  Matrix6 basis = Matrix6::Identity();
+  if (silent > 0) {
+    basis = Eigen::HouseholderQR<Eigen::MatrixXd>(unread).householderQ() * Matrix6::Identity();
+  }
   const Eigen::MatrixXd open = basis.rightCols(left);
   const Eigen::MatrixXd spread = open.transpose() * read;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(spread * spread.transpose());
@@ -49,6 +51,8 @@ PartialBalance partial_balance(const PlatformState& state, const CableVector& te
   const double variance = sigma.tension_N.size() > 0 ? std::pow(sigma.tension_N.maxCoeff(), 2) : 0;
   if (variance > 0.0) out.tension_gain.tail(left) = gain / variance;
 
+  out.tension_by_wrench.setZero(tension_N.size(), 6);
+  if (which.empty()) return out;
   const Matrix6 covariance = Matrix6::Identity() + read * read.transpose();
   const Eigen::LLT<Matrix6> root(covariance);
   Eigen::MatrixXd columns = unread;
@@ -58,7 +62,6 @@ PartialBalance partial_balance(const PlatformState& state, const CableVector& te
   const Eigen::MatrixXd inverse = columns.completeOrthogonalDecomposition().pseudoInverse();
   Matrix6 whiten = scale.asDiagonal();
   root.matrixL().solveInPlace(whiten);
-  out.tension_by_wrench.setZero(tension_N.size(), 6);
   for (std::size_t k = 0; k < which.size(); ++k) {
     const auto row = inverse.row(static_cast<Eigen::Index>(k));
     out.tension_N[which[k]] = row.dot(rest);

@@ -87,6 +87,7 @@ BalanceSigma WeighedPoses::balance_sigma(std::size_t pose) const {
 }
 
 void WeighedPoses::update_wrench_weights(double graduation) {
+  graduation_ = graduation;
   ++weights_version_;
   if (whitening_.empty()) return;
   const std::vector<std::size_t> changed = moved(rooted_at_);

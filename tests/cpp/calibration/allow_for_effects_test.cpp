@@ -124,6 +124,8 @@ Calibration judged(double pose) {
   out.problem.robot = load_robot("irma4");
   out.problem.noise = specified_noise(out.problem.robot.sigma);
   out.problem.noise->wrench_force_N = 0.0;
+  Measurement& rest = out.problem.measurements.emplace_back();
+  rest.tension_N.setConstant(4, 50.0);
   for (ChannelNoise& channel : out.problem.noise->channel) channel = {pose, {.sigma = 2.0}};
   ResidualRms& rms = out.result.residual_rms;
   for (double* v :

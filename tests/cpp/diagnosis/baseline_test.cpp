@@ -126,8 +126,7 @@ TEST_F(Baseline, WhereACableHangsSlackItsTensionSaysNothing) {
   const DiagnosisModel model = baseline_model(robot, logs, left_out);
   for (const Measurement& m : model.runs[0].measurements) {
     const bool there = m.time_s > log.time_s[rest.begin] && m.time_s < log.time_s[rest.end - 1];
-    EXPECT_EQ(std::isfinite(m.tension_N[1]), !there) << m.time_s;
-    EXPECT_TRUE(std::isfinite(m.tension_N[0]));
+    EXPECT_TRUE(std::isfinite(m.tension_N[0])) << m.time_s;
     EXPECT_EQ(m.in_balance(), !there);
   }
   ASSERT_EQ(left_out.size(), 1U);
@@ -138,7 +137,7 @@ TEST_F(Baseline, WhereACableHangsSlackItsTensionSaysNothing) {
     Log first = startup_log(robot, 0.2, 101, 0);
     first.tension_N.col(0).segment(rest.begin, rest.size()).setConstant(share * limit_N);
     const Measurement m = baseline_of(robot, {first}).runs[0].measurements[3];
-    EXPECT_EQ(std::isfinite(m.tension_N[0]), share > 1.0);
+    EXPECT_EQ(m.in_balance(), share > 1.0);
   }
 }
 
@@ -175,16 +174,17 @@ TEST_F(Baseline, ALoadCellKnownToReadTooLittleIsNoSlackCable) {
   EXPECT_NE(left_out[0].find("cable 4 (down to 0.5 N)"), std::string::npos) << left_out[0];
 }
 
-TEST_F(Baseline, ALogWithoutLoadCellsHasNoBalance) {
+TEST_F(Baseline, ALogWithoutLoadCellsHasWhatNoTensionCanBalance) {
   const int rests = baseline_of(robot, {log}).pose_count();
   log.tension_N.resize(log.sample_count(), 0);
   log.tension_setpoint_N.resize(log.sample_count(), 0);
   const DiagnosisModel model = baseline_of(robot, {log});
   const DiagnosisSystem system = linearise(model);
   for (const test::PoseSystem& pose : test::poses_of(system)) {
-    for (const NoiseGroup channel : pose.channel) EXPECT_NE(channel, at_rest(Channel::balance));
+    EXPECT_EQ(std::ranges::count(pose.channel, at_rest(Channel::balance)), 2);
   }
-  EXPECT_EQ(model.noise[4], 1.0);
+  // Few sensors can tell whether it is better than the robot file says.
+  EXPECT_GE(model.noise[4], 1.0);
   // It has its rests all the same: as many as with load cells.
   EXPECT_EQ(model.pose_count(), rests);
 }

@@ -112,7 +112,7 @@ TEST(ModelResiduals, TheWrenchIsSeenFromTheLoadCells) {
 TEST(ModelResiduals, WhatWasNotReadIsLeftOut) {
   DiagnosisModel model = known_model();
   std::vector<Measurement>& readings = model.runs[0].measurements;
-  readings[0].tension_N[1] = kNaN;
+  readings[0].balance_counts = false;
   readings[0].direct_length_m.resize(0);
   readings[0].swivel_rad[2] = kNaN;
   readings[1].kind = PoseKind::kinematic_pose;

@@ -20,7 +20,7 @@ Robot guided(Rng& rng, Motion motion) {
 
 constexpr std::array<Motion, 4> kAll{Motion::r3t3, Motion::t3, Motion::r1t2, Motion::t2};
 
-TEST(Motion, WhatItMayDoAndWhatItMayNotAreAllTwistsOnce) {
+TEST(MotionOfPlatforms, WhatItMayDoAndWhatItMayNotAreAllTwistsOnce) {
   Rng rng(1);
   for (int trial = 0; trial < 40; ++trial) {
     const Robot robot = guided(rng, kAll[static_cast<std::size_t>(trial) % 4]);
@@ -33,7 +33,7 @@ TEST(Motion, WhatItMayDoAndWhatItMayNotAreAllTwistsOnce) {
   }
 }
 
-TEST(Motion, StepsAlongItStayOnIt) {
+TEST(MotionOfPlatforms, StepsAlongItStayOnIt) {
   Rng rng(2);
   for (int trial = 0; trial < 40; ++trial) {
     const Robot robot = guided(rng, kAll[static_cast<std::size_t>(trial) % 4]);
@@ -47,7 +47,7 @@ TEST(Motion, StepsAlongItStayOnIt) {
   }
 }
 
-TEST(Motion, TheNearestPoseIsNearest) {
+TEST(MotionOfPlatforms, TheNearestPoseIsNearest) {
   Rng rng(3);
   for (int trial = 0; trial < 40; ++trial) {
     const Robot robot = guided(rng, kAll[static_cast<std::size_t>(trial) % 4]);
