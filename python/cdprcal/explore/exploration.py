@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -37,11 +37,12 @@ class Exploration:
         self.robot = robot
         self.logs = tuple(logs)
 
-    def fit(self, choice: Choice) -> Diagnosis:
+    def fit(self, choice: Choice, progress: Callable[[str], bool] | None = None) -> Diagnosis:
         """The diagnosis with exactly the chosen effects, or with those that it finds itself.
 
-        Raises InputError for an effect that cannot be fitted, a pose that is none, and where what
-        is left of a log cannot be fitted.
+        ``progress`` is called with each step of a search; False ends it with what was found. Raises
+        InputError for an effect that cannot be fitted, a pose that is none, and where what is left
+        of a log cannot be fitted.
         """
         for pose in choice.left_out:
             if not 0 <= pose.run < len(self.logs):
@@ -54,7 +55,7 @@ class Exploration:
             for run, log in enumerate(self.logs)
         ]
         if choice.effects is None:
-            return _core.diagnose(self.robot, logs)
+            return _core.diagnose(self.robot, logs, None, progress)
         return _core.diagnose(self.robot, logs, DiagnoseOptions(effects=choice.effects))
 
 
