@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from cdprcal import _core
-from cdprcal._core import DiagnoseOptions, Diagnosis, InputError, Log, Robot
+from cdprcal._core import DiagnoseOptions, Diagnosis, DiscreteFault, InputError, Log, Robot
 from cdprcal.sensors import LOG_GROUPS, SENSORS
 
 
@@ -36,6 +36,8 @@ class Exploration:
     def __init__(self, robot: Robot, logs: Sequence[Log]) -> None:
         self.robot = robot
         self.logs = tuple(logs)
+        # Looking for faults takes longer than a fit: they are those of the first one of its poses.
+        self._faults: dict[tuple[LeftOut, ...], list[DiscreteFault]] = {}
 
     def fit(self, choice: Choice, progress: Callable[[str], bool] | None = None) -> Diagnosis:
         """The diagnosis with exactly the chosen effects, or with those that it finds itself.
@@ -56,7 +58,10 @@ class Exploration:
         ]
         if choice.effects is None:
             return _core.diagnose(self.robot, logs, None, progress)
-        return _core.diagnose(self.robot, logs, DiagnoseOptions(effects=choice.effects))
+        options = DiagnoseOptions(effects=choice.effects, faults=self._faults.get(choice.left_out))
+        found = _core.diagnose(self.robot, logs, options)
+        self._faults[choice.left_out] = found.faults
+        return found
 
 
 def without_rests(log: Log, robot: Robot, run_times_s: Sequence[float]) -> Log:
