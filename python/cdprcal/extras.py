@@ -38,9 +38,13 @@ def need(*modules: str, of: str = "") -> None:
 
     ``of``: the file that needs them.
     """
-    for module in modules:
-        if find_spec(module) is None:
-            raise InputError(f"{of}: {missing(module)}" if of else missing(module))
+    for module in lacking(*modules):
+        raise InputError(f"{of}: {missing(module)}" if of else missing(module))
+
+
+def lacking(*modules: str) -> list[str]:
+    """Those of these modules that are not installed."""
+    return [module for module in modules if find_spec(module) is None]
 
 
 def missing(module: str) -> str:

@@ -90,6 +90,15 @@ def test_what_most_need_works_without(words: str, folder: Path) -> None:
     assert ran.returncode == 0, ran.stderr
 
 
+def test_the_demo_tells_its_story_without_pictures(folder: Path) -> None:
+    ran = bare(folder, "demo")
+    assert ran.returncode == 0, ran.stderr
+    assert "found: centre_of_mass" in ran.stdout
+    assert "for pictures and a report: pip install 'cdprcal[report]'" in ran.stdout
+    made = {path.name for path in (folder / "cdprcal-demo").iterdir()}
+    assert made == {"plan.csv", "run.csv", "faulty.csv"}
+
+
 SESSION = ROOT / "examples" / "canopen-simulated.yaml"
 
 
@@ -98,7 +107,6 @@ SESSION = ROOT / "examples" / "canopen-simulated.yaml"
     [
         ("plan irma4 -o p2.csv --plot p.png", "plots"),
         ("report irma4 run.csv -o r.html", "report"),
-        ("demo", "plots"),
         ("export irma4 run.csv -o bag", "ros2"),
         ("explore irma4 run.csv", "report"),
         ("check irma4 run.mat --propose map.yaml", "mat"),
