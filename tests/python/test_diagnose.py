@@ -152,7 +152,9 @@ def test_faults_that_are_known_are_set_right_and_not_looked_for(
     )
     without, _ = fitted(faults=[])
     assert without.faults == []
-    assert without.gap[0].train_rms > 10.0 * found.gap[0].train_rms
+    gaps = zip(without.gap, found.gap, strict=True)
+    worse = {a.channel: a.train_rms / b.train_rms for a, b in gaps if not a.after_effect}
+    assert max(worse.values()) > 10.0, worse
 
 
 def test_the_table_says_what_why_and_how_much(
