@@ -2,7 +2,6 @@
 #pragma once
 
 #include <pybind11/eigen.h>
-#include <pybind11/native_enum.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
@@ -10,6 +9,7 @@
 
 #include "cdprcal/error.hpp"
 #include "cdprcal/types.hpp"
+#include "word_enum.hpp"
 
 namespace cdprcal::python {
 

@@ -21,41 +21,41 @@ void require_row(const Log& log, Eigen::Index index) {
 }
 
 void register_enums(py::module_& module) {
-  py::native_enum<PoseKind>(module, "PoseKind", "enum.Enum",
-                            "static_pose: at rest, statics hold; kinematic_pose: geometry only.")
-      .value("static_pose", PoseKind::static_pose)
-      .value("kinematic_pose", PoseKind::kinematic_pose)
+  WordEnum<PoseKind>(module, "PoseKind",
+                     "static_pose: at rest, statics hold; kinematic_pose: geometry only.")
+      .value("static_pose", PoseKind::static_pose, "static")
+      .value("kinematic_pose", PoseKind::kinematic_pose, "kinematic")
       .finalize();
-  py::native_enum<StaticsModel>(module, "StaticsModel", "enum.Enum",
-                                "none: j = lσε; left_inverse: eqs 10–12; wrench: eq. 6, all six "
-                                "equations.")
+  WordEnum<StaticsModel>(module, "StaticsModel",
+                         "none: j = lσε; left_inverse: eqs 10–12; wrench: eq. 6, all six "
+                         "equations.")
       .value("none", StaticsModel::none)
       .value("left_inverse", StaticsModel::left_inverse)
       .value("wrench", StaticsModel::wrench)
       .finalize();
-  py::native_enum<CalibrationStatus>(module, "CalibrationStatus", "enum.Enum",
-                                     "Whether the initial pose can be trusted.")
+  WordEnum<CalibrationStatus>(module, "CalibrationStatus",
+                              "Whether the initial pose can be trusted.")
       .value("converged", CalibrationStatus::converged)
       .value("not_converged", CalibrationStatus::not_converged)
       .value("unobservable", CalibrationStatus::unobservable)
       .finalize();
-  py::native_enum<Method>(module, "Method", "enum.Enum",
-                          "unified; statics: τlσε on equilibria ('static'); kinematic: lσε.")
+  WordEnum<Method>(module, "Method",
+                   "unified; statics: τlσε on equilibria ('static'); kinematic: lσε.")
       .value("unified", Method::unified)
-      .value("statics", Method::statics)
+      .value("statics", Method::statics, "static")
       .value("kinematic", Method::kinematic)
       .finalize();
-  py::native_enum<Formulation>(module, "Formulation", "enum.Enum",
-                               "full: wrench statics and all that pose 0 knows; paper: eqs 13–17.")
+  WordEnum<Formulation>(module, "Formulation",
+                        "full: wrench statics and all that pose 0 knows; paper: eqs 13–17.")
       .value("full", Formulation::full)
       .value("paper", Formulation::paper)
       .finalize();
   module.def("parse_method", &parse_method, py::arg("name"),
              "'unified', 'static' or 'kinematic' → Method; raises InputError.");
-  py::native_enum<NoiseSource>(module, "NoiseSource", "enum.Enum",
-                               "from_data: estimated from the readings, outliers and slack cables "
-                               "left out; specified: the robot file's sigma.")
-      .value("from_data", NoiseSource::from_data)
+  WordEnum<NoiseSource>(module, "NoiseSource",
+                        "from_data: estimated from the readings, outliers and slack cables "
+                        "left out; specified: the robot file's sigma.")
+      .value("from_data", NoiseSource::from_data, "data")
       .value("specified", NoiseSource::specified)
       .finalize();
   module.def("parse_noise_source", &parse_noise_source, py::arg("name"),
@@ -177,9 +177,9 @@ void register_problem(py::module_& module) {
             return problem.noise.value_or(specified_noise(problem.robot.sigma));
           },
           "NoiseModel of the readings; a copy.");
-  py::native_enum<MinimiserKind>(module, "MinimiserKind", "enum.Enum",
-                                 "Who minimises: `arrowhead`, our own Levenberg-Marquardt on the "
-                                 "problem's structure; `ceres`, Ceres on the same rows, to check.")
+  WordEnum<MinimiserKind>(module, "MinimiserKind",
+                          "Who minimises: `arrowhead`, our own Levenberg-Marquardt on the "
+                          "problem's structure; `ceres`, Ceres on the same rows, to check.")
       .value("arrowhead", MinimiserKind::arrowhead)
       .value("ceres", MinimiserKind::ceres)
       .finalize();

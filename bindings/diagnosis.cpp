@@ -14,15 +14,15 @@ namespace cdprcal::python {
 namespace {
 
 void register_catalogue(py::module_& module) {
-  py::native_enum<ParameterShape>(module, "ParameterShape", "enum.Enum",
-                                  "How many numbers a parameter has: 1, n, 3 or n × 3.")
+  WordEnum<ParameterShape>(module, "ParameterShape",
+                           "How many numbers a parameter has: 1, n, 3 or n × 3.")
       .value("scalar", ParameterShape::scalar)
       .value("per_cable", ParameterShape::per_cable)
       .value("vector3", ParameterShape::vector3)
       .value("per_cable_vector3", ParameterShape::per_cable_vector3)
       .finalize();
-  py::native_enum<EffectScope>(module, "EffectScope", "enum.Enum",
-                               "robot: the same in every run; run: differs from run to run.")
+  WordEnum<EffectScope>(module, "EffectScope",
+                        "robot: the same in every run; run: differs from run to run.")
       .value("robot", EffectScope::robot)
       .value("run", EffectScope::run)
       .finalize();
@@ -93,10 +93,10 @@ void register_catalogue(py::module_& module) {
 }
 
 void register_findings(py::module_& module) {
-  py::native_enum<Verdict>(module, "Verdict", "enum.Enum",
-                           "consistent: nothing is missing; explained: the named effects explain "
-                           "it; unexplained: something is left that no effect explains; "
-                           "undetermined: too little was measured to say.")
+  WordEnum<Verdict>(module, "Verdict",
+                    "consistent: nothing is missing; explained: the named effects explain "
+                    "it; unexplained: something is left that no effect explains; "
+                    "undetermined: too little was measured to say.")
       .value("consistent", Verdict::consistent)
       .value("explained", Verdict::explained)
       .value("unexplained", Verdict::unexplained)
@@ -240,7 +240,8 @@ void register_diagnose(py::module_& module) {
   py::class_<DiagnoseOptions>(module, "DiagnoseOptions", "When an effect is accepted.")
       .def(py::init([](double family_wise_p, double least_evidence, double rival_nats,
                        double rival_share, int most_effects, int refits, int draws,
-                       std::uint64_t seed, std::optional<std::vector<std::string>> effects) {
+                       std::uint64_t seed, std::optional<std::vector<std::string>> effects,
+                       std::optional<std::vector<DiscreteFault>> faults) {
              DiagnoseOptions o;
              o.family_wise_p = family_wise_p;
              o.least_evidence = least_evidence;
@@ -251,6 +252,7 @@ void register_diagnose(py::module_& module) {
              o.scan.draws = draws;
              o.scan.seed = seed;
              o.effects = std::move(effects);
+             o.faults = std::move(faults);
              return o;
            }),
            py::kw_only(), py::arg("family_wise_p") = usual.family_wise_p,
@@ -258,12 +260,13 @@ void register_diagnose(py::module_& module) {
            py::arg("rival_nats") = usual.rival_nats, py::arg("rival_share") = usual.rival_share,
            py::arg("most_effects") = usual.most_effects, py::arg("refits") = usual.refits,
            py::arg("draws") = usual.scan.draws, py::arg("seed") = usual.scan.seed,
-           py::arg("effects") = py::none(),
+           py::arg("effects") = py::none(), py::arg("faults") = py::none(),
            "family_wise_p: chance that a clean log is accused of anything. least_evidence, "
            "rival_nats [nat]. rival_share: of a signature that a rival imitates. refits: "
            "candidates refitted a round. draws, seed: of the chance residuals behind p-values. "
            "effects: names to fit in this order with no search, None to search; the verdict is "
-           "then no better than undetermined.")
+           "then no better than undetermined. faults: those of an earlier diagnosis of these logs, "
+           "set right with no search; None to look for them.")
       .def_readwrite("family_wise_p", &DiagnoseOptions::family_wise_p)
       .def_readwrite("least_evidence", &DiagnoseOptions::least_evidence)
       .def_readwrite("rival_nats", &DiagnoseOptions::rival_nats)
@@ -277,7 +280,9 @@ void register_diagnose(py::module_& module) {
           "seed", [](const DiagnoseOptions& o) { return o.scan.seed; },
           [](DiagnoseOptions& o, std::uint64_t seed) { o.scan.seed = seed; })
       .def_readwrite("effects", &DiagnoseOptions::effects,
-                     "Names to fit with no search; None: search.");
+                     "Names to fit with no search; None: search.")
+      .def_readwrite("faults", &DiagnoseOptions::faults,
+                     "Set right with no search; None: looked for.");
   py::class_<Diagnosis> cls(module, "Diagnosis", "What the model lacks. Look at verdict first.",
                             py::dynamic_attr());
   cls.def_readonly("verdict", &Diagnosis::verdict)

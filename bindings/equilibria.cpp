@@ -10,8 +10,8 @@ namespace cdprcal::python {
 namespace {
 
 void register_enums(py::module_& module) {
-  py::native_enum<EquilibriumStatus>(
-      module, "EquilibriumStatus", "enum.Enum",
+  WordEnum<EquilibriumStatus>(
+      module, "EquilibriumStatus",
       "found: balanced and stable, every cable pulls. unstable, infeasible (a tension beyond the "
       "robot's limits) and slack are balanced too. not_found, invalid_geometry: no pose.")
       .value("found", EquilibriumStatus::found)
@@ -21,8 +21,8 @@ void register_enums(py::module_& module) {
       .value("not_found", EquilibriumStatus::not_found)
       .value("invalid_geometry", EquilibriumStatus::invalid_geometry)
       .finalize();
-  py::native_enum<TensionDistribution>(
-      module, "TensionDistribution", "enum.Enum",
+  WordEnum<TensionDistribution>(
+      module, "TensionDistribution",
       "Which of the tensions that carry the weight a robot is given. barycentre: centroid of the "
       "feasible polytope; minimum_norm; mid_range: closest to the middle of the limits; "
       "given_lambda: eq. A2 with lambda as given.")
@@ -33,12 +33,12 @@ void register_enums(py::module_& module) {
       .finalize();
   module.def("parse_tension_distribution", &parse_tension_distribution, py::arg("name"),
              "'barycentre' … → TensionDistribution. Raises InputError naming the choices.");
-  py::native_enum<StabilityNotion>(
-      module, "StabilityNotion", "enum.Enum",
+  WordEnum<StabilityNotion>(
+      module, "StabilityNotion",
       "locked_lengths: winches hold the cable lengths (K_f of eq. A4, the paper's criterion); "
       "constant_tensions: force control (the whole K + Q), which demands more.")
-      .value("locked_lengths", StabilityNotion::locked_lengths)
-      .value("constant_tensions", StabilityNotion::constant_tensions)
+      .value("locked_lengths", StabilityNotion::locked_lengths, "locked-lengths")
+      .value("constant_tensions", StabilityNotion::constant_tensions, "constant-tensions")
       .finalize();
 }
 

@@ -13,9 +13,9 @@ Pose make_pose(const Vector3& position_m, const Matrix3& rotation) {
 }
 
 void register_euler(py::module_& module) {
-  py::native_enum<EulerConvention>(module, "EulerConvention", "enum.Enum",
-                                   "Intrinsic order of the Tait–Bryan angles: XYZ means "
-                                   "R = Rx(roll) Ry(pitch) Rz(yaw).")
+  WordEnum<EulerConvention>(module, "EulerConvention",
+                            "Intrinsic order of the Tait–Bryan angles: XYZ means "
+                            "R = Rx(roll) Ry(pitch) Rz(yaw).")
       .value("XYZ", EulerConvention::XYZ)
       .value("XZY", EulerConvention::XZY)
       .value("YXZ", EulerConvention::YXZ)

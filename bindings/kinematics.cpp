@@ -15,8 +15,7 @@ void require_ok(const CableState& state) {
 }
 
 void register_cable(py::module_& module) {
-  py::native_enum<CableStatus>(module, "CableStatus", "enum.Enum",
-                               "Whether a cable's kinematics exist at a point.")
+  WordEnum<CableStatus>(module, "CableStatus", "Whether a cable's kinematics exist at a point.")
       .value("ok", CableStatus::ok)
       .value("anchor_inside_pulley", CableStatus::anchor_inside_pulley)
       .value("anchor_on_swivel_axis", CableStatus::anchor_on_swivel_axis)

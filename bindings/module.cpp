@@ -3,7 +3,6 @@
 #include <sstream>
 
 #include "bindings.hpp"
-#include "people.hpp"
 #include "versions.hpp"
 
 namespace cdprcal::python {
@@ -65,17 +64,6 @@ void register_input_error(py::module_& module) {
   });
 }
 
-/// str() of an enum's member is the name that commands and files use: 'static', 'explained'.
-void name_members(const py::module_& module) {
-  const py::object base = py::module_::import("enum").attr("Enum");
-  for (const auto& [name, member] : module.attr("__dict__").cast<py::dict>()) {
-    if (!PyType_Check(member.ptr()) || PyObject_IsSubclass(member.ptr(), base.ptr()) != 1) continue;
-    const auto word = [](const py::object& self) { return py::str(people("word_of")(self)); };
-    py::setattr(member, "__str__",
-                py::cpp_function(word, py::name("__str__"), py::is_method(member)));
-  }
-}
-
 }  // namespace
 }  // namespace cdprcal::python
 
@@ -102,5 +90,4 @@ PYBIND11_MODULE(_core, module) {
   bind_simulator(module);
   register_online(module);
   register_versions(module);
-  name_members(module);
 }

@@ -84,8 +84,8 @@ void register_modes(py::module_& module) {
 }
 
 void register_path(py::module_& module) {
-  py::native_enum<PathStatus>(module, "PathStatus", "enum.Enum",
-                              "Whether a transition keeps the platform stable and inside.")
+  WordEnum<PathStatus>(module, "PathStatus",
+                       "Whether a transition keeps the platform stable and inside.")
       .value("clear", PathStatus::clear)
       .value("unstable", PathStatus::unstable)
       .value("other_equilibrium", PathStatus::other_equilibrium)
@@ -209,10 +209,10 @@ void register_plan_types(py::module_& module) {
 }
 
 void register_options(py::module_& module) {
-  py::native_enum<VisitingOrder>(module, "VisitingOrder", "enum.Enum",
-                                 "least_time: each pose once; random: each several times, shuffled "
-                                 "so that drifts and creep look like no pose.")
-      .value("least_time", VisitingOrder::least_time)
+  WordEnum<VisitingOrder>(module, "VisitingOrder",
+                          "least_time: each pose once; random: each several times, shuffled "
+                          "so that drifts and creep look like no pose.")
+      .value("least_time", VisitingOrder::least_time, "least-time")
       .value("random", VisitingOrder::random)
       .finalize();
   module.def("parse_visiting_order", &parse_visiting_order, py::arg("name"),
@@ -240,9 +240,9 @@ void register_options(py::module_& module) {
 }
 
 void register_results(py::module_& module) {
-  py::native_enum<PlanStatus>(module, "PlanStatus", "enum.Enum",
-                              "infeasible: a pose is no set-point or cannot be reached; stopped: "
-                              "by the progress callback. The plan is empty unless planned.")
+  WordEnum<PlanStatus>(module, "PlanStatus",
+                       "infeasible: a pose is no set-point or cannot be reached; stopped: "
+                       "by the progress callback. The plan is empty unless planned.")
       .value("planned", PlanStatus::planned)
       .value("infeasible", PlanStatus::infeasible)
       .value("stopped", PlanStatus::stopped)

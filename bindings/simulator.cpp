@@ -89,9 +89,9 @@ void bind_effects(py::module_& module) {
 }
 
 void bind_options(py::module_& module) {
-  py::native_enum<WinchMode>(module, "WinchMode", "enum.Enum",
-                             "velocity: the drive follows a commanded speed. tension: it has its "
-                             "own tension loop. torque: the motor pulls with a commanded tension.")
+  WordEnum<WinchMode>(module, "WinchMode",
+                      "velocity: the drive follows a commanded speed. tension: it has its "
+                      "own tension loop. torque: the motor pulls with a commanded tension.")
       .value("velocity", WinchMode::velocity)
       .value("tension", WinchMode::tension)
       .value("torque", WinchMode::torque)
@@ -290,7 +290,7 @@ void bind_startup_options(py::module_& module) {
 }
 
 void bind_startup(py::module_& module) {
-  py::native_enum<StartUpState>(module, "StartUpState", "enum.Enum", "State of the start-up.")
+  WordEnum<StartUpState>(module, "StartUpState", "State of the start-up.")
       .value("idle", StartUpState::idle)
       .value("recording", StartUpState::recording)
       .value("moving_to_start", StartUpState::moving_to_start)

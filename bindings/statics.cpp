@@ -62,8 +62,7 @@ void register_wrench(py::module_& module) {
 
 void register_statics(py::module_& module) {
   register_wrench(module);
-  py::native_enum<WrenchRow>(module, "WrenchRow", "enum.Enum",
-                             "Rows of the wrench in Euler-rate coordinates.")
+  WordEnum<WrenchRow>(module, "WrenchRow", "Rows of the wrench in Euler-rate coordinates.")
       .value("force_x", WrenchRow::force_x)
       .value("force_y", WrenchRow::force_y)
       .value("force_z", WrenchRow::force_z)

@@ -115,7 +115,7 @@ void register_mesh(py::module_& module) {
           },
           py::arg("height_m"),
           "Closed polygons [k, 2] at z = height_m: outer ones counter-clockwise, holes clockwise.");
-  py::native_enum<MeshEncoding>(module, "MeshEncoding", "enum.Enum", "Of a mesh file.")
+  WordEnum<MeshEncoding>(module, "MeshEncoding", "Of a mesh file.")
       .value("binary", MeshEncoding::binary)
       .value("ascii", MeshEncoding::ascii)
       .finalize();
@@ -153,6 +153,9 @@ void register_results(py::module_& module) {
       .value("unstable", PointStatus::unstable)
       .value("no_equilibrium", PointStatus::no_equilibrium)
       .finalize();
+  py::setattr(module.attr("PointStatus"), "__str__",
+              py::cpp_function([](const py::object& self) { return self.attr("name"); },
+                               py::name("__str__"), py::is_method(module.attr("PointStatus"))));
   py::class_<WorkspaceProgress>(module, "WorkspaceProgress", "How far the flood has come.")
       .def_readonly("tested", &WorkspaceProgress::tested)
       .def_readonly("inside", &WorkspaceProgress::inside)

@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 _OUTSIDE = re.compile(r"(?<!!)\[([^\]]*)\]\((\.\./[^)#]+)\)")
 _WANTED = re.compile(r"<!-- bindings: ([\w ]+) -->")
 _BOUND = re.compile(
-    r"(?:py::(?:class_|native_enum|exception|register_\w+)<[^;(]*?>\s*(?:\w+\s*)?\(\s*module\s*,"
+    r"(?:(?:py::(?:class_|native_enum|exception|register_\w+)|WordEnum)<[^;(]*?>\s*(?:\w+\s*)?\(\s*module\s*,"
     r"|module\.def\()\s*\"(\w+)\""
 )
 

@@ -5,6 +5,7 @@ Wrong use raises InputError; a numerical failure is a status in the result.
 """
 
 from __future__ import annotations
+import builtins
 import collections.abc
 import enum
 import numpy
@@ -253,17 +254,17 @@ class InputError(ValueError):
     Wrong use or unusable input. The message names the file, line or field and what to do.
     """
 
-class EulerConvention(enum.Enum):
+class EulerConvention(enum.StrEnum):
     """
     Intrinsic order of the Tait–Bryan angles: XYZ means R = Rx(roll) Ry(pitch) Rz(yaw).
     """
 
-    XYZ = 0
-    XZY = 1
-    YXZ = 2
-    YZX = 3
-    ZXY = 4
-    ZYX = 5
+    XYZ = "XYZ"
+    XZY = "XZY"
+    YXZ = "YXZ"
+    YZX = "YZX"
+    ZXY = "ZXY"
+    ZYX = "ZYX"
 
 class Pose:
     """
@@ -560,14 +561,14 @@ class Robot:
     @property
     def weight_N(self) -> float: ...
 
-class CableStatus(enum.Enum):
+class CableStatus(enum.StrEnum):
     """
     Whether a cable's kinematics exist at a point.
     """
 
-    ok = 0
-    anchor_inside_pulley = 1
-    anchor_on_swivel_axis = 2
+    ok = "ok"
+    anchor_inside_pulley = "anchor_inside_pulley"
+    anchor_on_swivel_axis = "anchor_on_swivel_axis"
 
 class CableState:
     """
@@ -726,17 +727,17 @@ class PlatformState:
         Every cable's status is ok.
         """
 
-class WrenchRow(enum.Enum):
+class WrenchRow(enum.StrEnum):
     """
     Rows of the wrench in Euler-rate coordinates.
     """
 
-    force_x = 0
-    force_y = 1
-    force_z = 2
-    moment_roll = 3
-    moment_pitch = 4
-    moment_yaw = 5
+    force_x = "force_x"
+    force_y = "force_y"
+    force_z = "force_z"
+    moment_roll = "moment_roll"
+    moment_pitch = "moment_pitch"
+    moment_yaw = "moment_yaw"
 
 class TensionModel:
     """
@@ -761,35 +762,35 @@ class TensionModel:
         False: the chosen rows are singular at this pose.
         """
 
-class EquilibriumStatus(enum.Enum):
+class EquilibriumStatus(enum.StrEnum):
     """
     found: balanced and stable, every cable pulls. unstable, infeasible (a tension beyond the robot's limits) and slack are balanced too. not_found, invalid_geometry: no pose.
     """
 
-    found = 0
-    unstable = 1
-    infeasible = 2
-    slack = 3
-    not_found = 4
-    invalid_geometry = 5
+    found = "found"
+    unstable = "unstable"
+    infeasible = "infeasible"
+    slack = "slack"
+    not_found = "not_found"
+    invalid_geometry = "invalid_geometry"
 
-class TensionDistribution(enum.Enum):
+class TensionDistribution(enum.StrEnum):
     """
     Which of the tensions that carry the weight a robot is given. barycentre: centroid of the feasible polytope; minimum_norm; mid_range: closest to the middle of the limits; given_lambda: eq. A2 with lambda as given.
     """
 
-    barycentre = 0
-    minimum_norm = 1
-    mid_range = 2
-    given_lambda = 3
+    barycentre = "barycentre"
+    minimum_norm = "minimum_norm"
+    mid_range = "mid_range"
+    given_lambda = "given_lambda"
 
-class StabilityNotion(enum.Enum):
+class StabilityNotion(enum.StrEnum):
     """
     locked_lengths: winches hold the cable lengths (K_f of eq. A4, the paper's criterion); constant_tensions: force control (the whole K + Q), which demands more.
     """
 
-    locked_lengths = 0
-    constant_tensions = 1
+    locked_lengths = "locked-lengths"
+    constant_tensions = "constant-tensions"
 
 class Stability:
     """
@@ -988,13 +989,13 @@ class Mesh:
         Every edge belongs to exactly two faces that run along it in opposite directions.
         """
 
-class MeshEncoding(enum.Enum):
+class MeshEncoding(enum.StrEnum):
     """
     Of a mesh file.
     """
 
-    binary = 0
-    ascii = 1
+    binary = "binary"
+    ascii = "ascii"
 
 class AlphaShape:
     """
@@ -1143,16 +1144,16 @@ class SetPointOptions:
     @property
     def tension_margin_N(self) -> float | None: ...
 
-class PathStatus(enum.Enum):
+class PathStatus(enum.StrEnum):
     """
     Whether a transition keeps the platform stable and inside.
     """
 
-    clear = 0
-    unstable = 1
-    other_equilibrium = 2
-    beyond_tension_limits = 3
-    outside_workspace = 4
+    clear = "clear"
+    unstable = "unstable"
+    other_equilibrium = "other_equilibrium"
+    beyond_tension_limits = "beyond_tension_limits"
+    outside_workspace = "outside_workspace"
 
 class PathPoint:
     """
@@ -1329,13 +1330,13 @@ class Plan:
         tau_0 [n], as the load cells read it.
         """
 
-class VisitingOrder(enum.Enum):
+class VisitingOrder(enum.StrEnum):
     """
     least_time: each pose once; random: each several times, shuffled so that drifts and creep look like no pose.
     """
 
-    least_time = 0
-    random = 1
+    least_time = "least-time"
+    random = "random"
 
 class TimingOptions:
     """
@@ -1366,14 +1367,14 @@ class TimingOptions:
     @property
     def rest_tolerance(self) -> float: ...
 
-class PlanStatus(enum.Enum):
+class PlanStatus(enum.StrEnum):
     """
     infeasible: a pose is no set-point or cannot be reached; stopped: by the progress callback. The plan is empty unless planned.
     """
 
-    planned = 0
-    infeasible = 1
-    stopped = 2
+    planned = "planned"
+    infeasible = "infeasible"
+    stopped = "stopped"
 
 class GridComparison:
     """
@@ -1918,56 +1919,56 @@ class GatedReading:
     @property
     def time_s(self) -> float: ...
 
-class PoseKind(enum.Enum):
+class PoseKind(enum.StrEnum):
     """
     static_pose: at rest, statics hold; kinematic_pose: geometry only.
     """
 
-    static_pose = 0
-    kinematic_pose = 1
+    static_pose = "static"
+    kinematic_pose = "kinematic"
 
-class StaticsModel(enum.Enum):
+class StaticsModel(enum.StrEnum):
     """
     none: j = lσε; left_inverse: eqs 10–12; wrench: eq. 6, all six equations.
     """
 
-    none = 0
-    left_inverse = 1
-    wrench = 2
+    none = "none"
+    left_inverse = "left_inverse"
+    wrench = "wrench"
 
-class CalibrationStatus(enum.Enum):
+class CalibrationStatus(enum.StrEnum):
     """
     Whether the initial pose can be trusted.
     """
 
-    converged = 0
-    not_converged = 1
-    unobservable = 2
+    converged = "converged"
+    not_converged = "not_converged"
+    unobservable = "unobservable"
 
-class Method(enum.Enum):
+class Method(enum.StrEnum):
     """
     unified; statics: τlσε on equilibria ('static'); kinematic: lσε.
     """
 
-    unified = 0
-    statics = 1
-    kinematic = 2
+    unified = "unified"
+    statics = "static"
+    kinematic = "kinematic"
 
-class Formulation(enum.Enum):
+class Formulation(enum.StrEnum):
     """
     full: wrench statics and all that pose 0 knows; paper: eqs 13–17.
     """
 
-    full = 0
-    paper = 1
+    full = "full"
+    paper = "paper"
 
-class NoiseSource(enum.Enum):
+class NoiseSource(enum.StrEnum):
     """
     from_data: estimated from the readings, outliers and slack cables left out; specified: the robot file's sigma.
     """
 
-    from_data = 0
-    specified = 1
+    from_data = "data"
+    specified = "specified"
 
 class Measurement:
     """
@@ -2088,13 +2089,13 @@ class CalibrationProblem:
     @property
     def statics(self) -> StaticsModel: ...
 
-class MinimiserKind(enum.Enum):
+class MinimiserKind(enum.StrEnum):
     """
     Who minimises: `arrowhead`, our own Levenberg-Marquardt on the problem's structure; `ceres`, Ceres on the same rows, to check.
     """
 
-    arrowhead = 0
-    ceres = 1
+    arrowhead = "arrowhead"
+    ceres = "ceres"
 
 class SolveOptions:
     """
@@ -2452,23 +2453,23 @@ class Calibration:
         """
     caveats: tuple[typing.Any, ...]
 
-class ParameterShape(enum.Enum):
+class ParameterShape(enum.StrEnum):
     """
     How many numbers a parameter has: 1, n, 3 or n × 3.
     """
 
-    scalar = 0
-    per_cable = 1
-    vector3 = 2
-    per_cable_vector3 = 3
+    scalar = "scalar"
+    per_cable = "per_cable"
+    vector3 = "vector3"
+    per_cable_vector3 = "per_cable_vector3"
 
-class EffectScope(enum.Enum):
+class EffectScope(enum.StrEnum):
     """
     robot: the same in every run; run: differs from run to run.
     """
 
-    robot = 0
-    run = 1
+    robot = "robot"
+    run = "run"
 
 class EffectParameter:
     """
@@ -2563,15 +2564,15 @@ class EffectInfo:
         What measurement would tell it from its rivals.
         """
 
-class Verdict(enum.Enum):
+class Verdict(enum.StrEnum):
     """
     consistent: nothing is missing; explained: the named effects explain it; unexplained: something is left that no effect explains; undetermined: too little was measured to say.
     """
 
-    consistent = 0
-    explained = 1
-    unexplained = 2
-    undetermined = 3
+    consistent = "consistent"
+    explained = "explained"
+    unexplained = "unexplained"
+    undetermined = "undetermined"
 
 class DiscreteFault:
     """
@@ -2876,9 +2877,10 @@ class DiagnoseOptions:
         draws: typing.SupportsInt | typing.SupportsIndex = 999,
         seed: typing.SupportsInt | typing.SupportsIndex = 1,
         effects: collections.abc.Sequence[str] | None = None,
+        faults: collections.abc.Sequence[DiscreteFault] | None = None,
     ) -> None:
         """
-        family_wise_p: chance that a clean log is accused of anything. least_evidence, rival_nats [nat]. rival_share: of a signature that a rival imitates. refits: candidates refitted a round. draws, seed: of the chance residuals behind p-values. effects: names to fit in this order with no search, None to search; the verdict is then no better than undetermined.
+        family_wise_p: chance that a clean log is accused of anything. least_evidence, rival_nats [nat]. rival_share: of a signature that a rival imitates. refits: candidates refitted a round. draws, seed: of the chance residuals behind p-values. effects: names to fit in this order with no search, None to search; the verdict is then no better than undetermined. faults: those of an earlier diagnosis of these logs, set right with no search; None to look for them.
         """
 
     @property
@@ -2897,6 +2899,14 @@ class DiagnoseOptions:
     def family_wise_p(self) -> float: ...
     @family_wise_p.setter
     def family_wise_p(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def faults(self) -> list[DiscreteFault] | None:
+        """
+        Set right with no search; None: looked for.
+        """
+
+    @faults.setter
+    def faults(self, arg0: collections.abc.Sequence[DiscreteFault] | None) -> None: ...
     @property
     def least_evidence(self) -> float: ...
     @least_evidence.setter
@@ -3217,14 +3227,14 @@ class InjectedEffect:
     @property
     def values(self) -> list[float]: ...
 
-class WinchMode(enum.Enum):
+class WinchMode(enum.StrEnum):
     """
     velocity: the drive follows a commanded speed. tension: it has its own tension loop. torque: the motor pulls with a commanded tension.
     """
 
-    velocity = 0
-    tension = 1
-    torque = 2
+    velocity = "velocity"
+    tension = "tension"
+    torque = "torque"
 
 class StrandOptions:
     """
@@ -3730,19 +3740,19 @@ class StartUpOptions:
     @velocity_limit_m_s.setter
     def velocity_limit_m_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
 
-class StartUpState(enum.Enum):
+class StartUpState(enum.StrEnum):
     """
     State of the start-up.
     """
 
-    idle = 0
-    recording = 1
-    moving_to_start = 2
-    moving = 3
-    settling = 4
-    measuring = 5
-    done = 6
-    holding = 7
+    idle = "idle"
+    recording = "recording"
+    moving_to_start = "moving_to_start"
+    moving = "moving"
+    settling = "settling"
+    measuring = "measuring"
+    done = "done"
+    holding = "holding"
 
 class StartUpCommand:
     """

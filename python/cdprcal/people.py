@@ -1,12 +1,11 @@
 """What objects of the core look like to people, and what they become: text, frames, pictures.
 
-The bindings call these functions for ``repr``, ``_repr_html_``, ``to_pandas``, ``plot``, pickles
-and ``str`` of enums, so that a result is as useful in a notebook as on the command line.
+The bindings call these functions for ``repr``, ``_repr_html_``, ``to_pandas``, ``plot`` and
+pickles, so that a result is as useful in a notebook as on the command line.
 """
 
 from __future__ import annotations
 
-import enum
 import html
 import math
 from collections.abc import Callable
@@ -20,27 +19,11 @@ from cdprcal._core import Calibration, Diagnosis, InputError, Log, Plan, PlanRes
 from cdprcal.diagnosis import diagnosis_as_dict
 from cdprcal.diagnosis.plots import gap_panels, gap_steps
 from cdprcal.diagnosis.table import headline, value_rows
+from cdprcal.extras import need
 from cdprcal.planning.table import promise
 from cdprcal.results import calibration_as_dict
 from cdprcal.sensors import LOG_GROUPS, MOST_CABLES, columns_of
 from cdprcal.tables import pose_line
-
-#: Members that commands and files call otherwise.
-_WORDS = {
-    "statics": "static",
-    "from_data": "data",
-    "least_time": "least-time",
-    "locked_lengths": "locked-lengths",
-    "constant_tensions": "constant-tensions",
-    "static_pose": "static",
-    "kinematic_pose": "kinematic",
-}
-
-
-def word_of(member: enum.Enum) -> str:
-    """The name that commands and files use: str(Method.statics) is 'static'."""
-    return _WORDS.get(member.name, member.name)
-
 
 # Text.
 
@@ -100,10 +83,9 @@ def _diagnosis(result: Diagnosis) -> dict[str, Any]:
 
 
 def _pandas() -> Any:
-    try:
-        import pandas
-    except ImportError:
-        raise InputError("data frames need pandas: pip install 'cdprcal[pandas]'") from None
+    need("pandas")
+    import pandas
+
     return pandas
 
 

@@ -118,9 +118,29 @@ def test_what_check_does_not_trust_is_not_trusted(
         ]
 
 
-def test_one_that_did_not_converge_has_a_reason_and_no_caveat(robot: cdprcal.Robot) -> None:
+@pytest.mark.parametrize(
+    ("group", "factor", "words"),
+    [
+        ("length_m", 1e3, "the lengths are in millimetres"),
+        ("swivel_rad", 180.0 / np.pi, "the swivel angles are in degrees"),
+        ("tension_N", 1.0 / 9.80665, "the tensions are in kgf"),
+        ("swivel_rad", [1.0, -1.0, 1.0, 1.0], "the swivel of cable 2 counts backwards"),
+    ],
+)
+def test_where_there_is_no_pose_units_and_signs_are_named(
+    robot: cdprcal.Robot, group: str, factor: Any, words: str
+) -> None:
     log = made(robot)
-    found = cdprcal.calibrate(robot, made(robot, length_m=-np.array(log.length_m)))
+    misread = np.array(getattr(log, group)) * factor
+    found = cdprcal.calibrate(robot, made(robot, **{group: misread}))
+    assert found.result.status != cdprcal.CalibrationStatus.converged
+    assert [(c.code, c.severity, c.message) for c in found.caveats] == [("misread", "error", words)]
+
+
+def test_one_that_nothing_sets_right_has_a_reason_and_no_caveat(robot: cdprcal.Robot) -> None:
+    log = made(robot)
+    drawn = np.random.default_rng(3).normal(size=np.shape(log.length_m))
+    found = cdprcal.calibrate(robot, made(robot, length_m=np.array(log.length_m) + drawn))
     assert found.result.status != cdprcal.CalibrationStatus.converged
     assert found.caveats == ()
 

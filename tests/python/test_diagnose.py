@@ -131,6 +131,32 @@ def test_a_discrete_fault_stands_among_the_effects(
     assert strict(cli("diagnose", corrected, log, "--json").stdout)["verdict"] == "consistent"
 
 
+def test_faults_that_are_known_are_set_right_and_not_looked_for(
+    robot: cdprcal.Robot, clean_log: cdprcal.Log
+) -> None:
+    turned = changed(clean_log, swivel_rad=np.array(clean_log.swivel_rad) * [1.0, -1.0, 1.0, 1.0])
+
+    def fitted(**options: Any) -> tuple[cdprcal.Diagnosis, list[str]]:
+        steps: list[str] = []
+        chosen = cdprcal.DiagnoseOptions(effects=["mass"], **options)
+        return cdprcal.diagnose(robot, [turned, turned], chosen, steps.append), steps
+
+    found, steps = fitted()
+    again, steps_again = fitted(faults=found.faults)
+    assert [fault.name for fault in found.faults] == ["swivel_sign"]
+    assert [fault.name for fault in again.faults] == ["swivel_sign"]
+    assert steps == [next(s for s in steps if s.startswith("discrete faults")), *steps_again]
+    assert again.corrected.effects[0].parameters == found.corrected.effects[0].parameters
+    np.testing.assert_array_equal(
+        again.initial_pose_after.position_m, found.initial_pose_after.position_m
+    )
+    without, _ = fitted(faults=[])
+    assert without.faults == []
+    gaps = zip(without.gap, found.gap, strict=True)
+    worse = {a.channel: a.train_rms / b.train_rms for a, b in gaps if not a.after_effect}
+    assert max(worse.values()) > 10.0, worse
+
+
 def test_the_table_says_what_why_and_how_much(
     cli: Cli, biased_log: cdprcal.Log, tmp_path: Path
 ) -> None:

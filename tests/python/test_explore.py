@@ -6,7 +6,9 @@ import contextlib
 import json
 import re
 import signal
+import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -137,6 +139,50 @@ def test_two_logs_are_laid_over_each_other(robot: cdprcal.Robot, logs: list[cdpr
         assert empty == {1}
 
 
+class Endless(Exploration):
+    """A search that goes on until it is told to end."""
+
+    fits = 0
+
+    def fit(
+        self, choice: Choice, progress: Callable[[str], bool] | None = None
+    ) -> cdprcal.Diagnosis:
+        self.fits += 1
+        while choice.effects is None and progress is not None and progress("scan after 0 effects"):
+            time.sleep(0.01)
+        return super().fit(Choice(effects=(), left_out=choice.left_out) if progress else choice)
+
+
+@pytest.fixture
+def endless(robot: cdprcal.Robot, logs: list[cdprcal.Log]) -> Iterator[ExploreServer]:
+    with ExploreServer(Endless(robot, logs[:1]), ["run.csv"]) as serving:
+        yield serving
+
+
+def test_a_search_ends_when_something_else_is_asked_for(endless: ExploreServer) -> None:
+    with ThreadPoolExecutor() as threads:
+        search = threads.submit(told, endless, "/fit", {})
+        while told(endless, "/step", None)[1]["step"] != "scan after 0 effects":
+            time.sleep(0.01)
+        status, page = told(endless, "/fit", {"effects": ["load_cell_bias"]})
+        assert (status, on(page)) == (200, ["load_cell_bias"])
+        status, answer = search.result()
+    assert status == 400
+    assert "ended, since a page asked for something else" in answer["error"]
+
+
+def test_what_was_fitted_is_not_fitted_again(robot: cdprcal.Robot, logs: list[cdprcal.Log]) -> None:
+    exploration = Endless(robot, logs[:1])
+    with ExploreServer(exploration, ["run.csv"]) as server:
+        first = told(server, "/fit", {"effects": []})
+        assert told(server, "/fit", {"effects": []}) == first
+        assert exploration.fits == 1
+        for pose in range(40):
+            told(server, "/fit", {"effects": [], "left_out": [[0, 22.0 + pose / 1e3]]})
+        assert told(server, "/save", {"effects": []})[0] == 200
+        assert exploration.fits == 41
+
+
 def test_saving_writes_the_corrected_robot(server: ExploreServer, tmp_path: Path) -> None:
     choice = {"effects": ["load_cell_bias"], "left_out": [[0, 26.0]]}
     path = tmp_path / "corrected.yaml"
@@ -250,6 +296,20 @@ def test_in_a_browser(server: ExploreServer, tab: Tab, tmp_path: Path) -> None:
     assert len(cdprcal.load_robot(tmp_path / "corrected.yaml").effects) == 1
     assert [p for p in tab.problems if "400" not in p] == []
     assert tab.foreign_requests() == []
+
+
+def test_the_model_as_given_is_there_before_the_search_ends(
+    endless: ExploreServer, tab: Tab
+) -> None:
+    tab.size(1280, 900)
+    tab.open(endless.address, "document.querySelectorAll('#rms tr').length > 2")
+    tab.wait("document.querySelector('#said').textContent.endsWith('… scan after 0 effects')")
+    assert tab.js("document.documentElement.dataset.explore") == "busy"
+    given = tension_rms(tab)
+    tab.click('[data-effect="load_cell_bias"]')
+    tab.wait(f"{READY} && document.querySelector('#said').textContent.startsWith('1 effect,')")
+    assert tension_rms(tab) < given / 10.0
+    assert tab.js("document.querySelector('#warning').hidden")
 
 
 def test_on_a_phone_in_the_dark(server: ExploreServer, tab: Tab) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from cdprcal._core import InputError
-from cdprcal.extras import EXTRAS, missing, need
+from cdprcal.extras import EXTRAS, Extra, missing, need
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -47,17 +47,18 @@ def test_a_base_installation_is_small() -> None:
 
 @pytest.mark.parametrize("module", EXTRAS)
 def test_every_extra_that_is_named_has_what_is_missing(module: str) -> None:
-    extra, _ = EXTRAS[module]
+    extra = EXTRAS[module]
     optional = PROJECT["optional-dependencies"]
-    assert DISTRIBUTIONS.get(module, module) in names(optional[extra])
-    assert extra in optional["all"][0]
+    assert DISTRIBUTIONS.get(module, module) in names(optional[extra.name])
 
 
 def test_what_is_needed_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     need("numpy")
-    monkeypatch.setitem(EXTRAS, "no_such_thing", ("plots", "pictures"))
-    with pytest.raises(InputError, match="no_such_thing"):
+    monkeypatch.setitem(EXTRAS, "no_such_thing", Extra("plots", "pictures", "say it"))
+    with pytest.raises(InputError, match=r"^pictures need no_such_thing: .*\[plots\]', or say it$"):
         need("numpy", "no_such_thing")
+    with pytest.raises(InputError, match=r"^run\.mat: pictures need no_such_thing: "):
+        need("no_such_thing", of="run.mat")
     assert missing("serial") == "serial ports need serial: pip install 'cdprcal[xsens]'"
 
 
@@ -66,6 +67,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("bare")
     for words in (["generate", "irma4", "-o", "run.csv"], ["plan", "irma4", "-o", "plan.csv"]):
         assert bare(path, *words).returncode == 0
+    (path / "run.mat").write_bytes(b"MATLAB 5.0 MAT-file".ljust(128))
+    (path / "run.parquet").write_bytes(b"PAR1")
     return path
 
 
@@ -87,6 +90,15 @@ def test_what_most_need_works_without(words: str, folder: Path) -> None:
     assert ran.returncode == 0, ran.stderr
 
 
+def test_the_demo_tells_its_story_without_pictures(folder: Path) -> None:
+    ran = bare(folder, "demo")
+    assert ran.returncode == 0, ran.stderr
+    assert "found: centre_of_mass" in ran.stdout
+    assert "for pictures and a report: pip install 'cdprcal[report]'" in ran.stdout
+    made = {path.name for path in (folder / "cdprcal-demo").iterdir()}
+    assert made == {"plan.csv", "run.csv", "faulty.csv"}
+
+
 SESSION = ROOT / "examples" / "canopen-simulated.yaml"
 
 
@@ -95,8 +107,10 @@ SESSION = ROOT / "examples" / "canopen-simulated.yaml"
     [
         ("plan irma4 -o p2.csv --plot p.png", "plots"),
         ("report irma4 run.csv -o r.html", "report"),
-        ("demo", "plots"),
         ("export irma4 run.csv -o bag", "ros2"),
+        ("explore irma4 run.csv", "report"),
+        ("check irma4 run.mat --propose map.yaml", "mat"),
+        ("check irma4 run.parquet --propose map.yaml", "arrow"),
         (f"acquire irma4 plan.csv --backend canopen --session {SESSION} -o b.mcap", "canopen"),
     ],
 )
@@ -104,5 +118,5 @@ def test_what_few_need_names_its_extra(words: str, extra: str, folder: Path) -> 
     ran = bare(folder, *words.split())
     assert ran.returncode == 2
     assert re.fullmatch(
-        rf"(….*\n)*cdprcal: .* need \w+: pip install 'cdprcal\[{extra}\]'\n", ran.stderr
+        rf"(….*\n)*cdprcal: .* need \w+: pip install 'cdprcal\[{extra}\]'(, or .*)?\n", ran.stderr
     ), ran.stderr

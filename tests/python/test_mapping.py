@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import builtins
 import json
 import math
 import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -236,14 +235,8 @@ def test_what_needs_an_extra_names_it(
 ) -> None:
     mat = simulink(synthetic.log, tmp_path)
     (tmp_path / "x.parquet").write_bytes(b"PAR1 and more")
-    real = builtins.__import__
-
-    def without(name: str, *arguments: Any, **options: Any) -> Any:
-        if name.split(".")[0] in ("scipy", "pyarrow"):
-            raise ImportError(name)
-        return real(name, *arguments, **options)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    for name in ("scipy", "pyarrow"):
+        monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(cdprcal.InputError, match=r"pip install 'cdprcal\[mat\]'"):
         read_raw(mat)
     with pytest.raises(cdprcal.InputError, match=r"pip install 'cdprcal\[arrow\]'"):

@@ -5,7 +5,9 @@ from __future__ import annotations
 import ast
 import copy
 import doctest
+import enum
 import inspect
+import json
 import os
 import pickle
 import re
@@ -19,7 +21,6 @@ import pytest
 
 import cdprcal
 from cdprcal import _core, calls
-from cdprcal.people import word_of
 from conftest import changed
 from raw_files import german_excel
 
@@ -111,7 +112,37 @@ def test_members_of_enums_are_called_as_on_the_command_line() -> None:
     for form in cdprcal.Formulation:
         assert cdprcal.parse_formulation(str(form)) == form
     for member in cdprcal.StabilityNotion:
-        assert str(member) == word_of(member) == member.name.replace("_", "-")
+        assert str(member) == member.name.replace("_", "-")
+
+
+def test_members_of_enums_are_words() -> None:
+    kinds = [k for k in vars(_core).values() if isinstance(k, type) and issubclass(k, enum.Enum)]
+    assert len(kinds) > 15
+    for kind in kinds:
+        for member in kind:
+            assert pickle.loads(pickle.dumps(member)) is member
+            assert copy.deepcopy(member) is member
+            assert kind[member.name] is member
+            if kind is cdprcal.PointStatus:  # of arrays of numbers
+                assert str(member) == member.name
+                continue
+            assert member == member.value == str(member) == f"{member}"
+            assert kind(member.value) is member
+            assert json.dumps({"is": member}) == f'{{"is": "{member.value}"}}'
+    assert cdprcal.Verdict.explained == "explained"
+    assert cdprcal.Method("static") is cdprcal.Method.statics
+    with pytest.raises(ValueError, match="'fast' is not a valid Method"):
+        cdprcal.Method("fast")
+
+
+def test_enums_of_the_core_are_exact(robot: cdprcal.Robot) -> None:
+    """A word alone, or a member of another enum, is not taken for a member."""
+    assert robot.euler_convention is cdprcal.EulerConvention.XYZ
+    options = cdprcal.CalibrateOptions(method=cdprcal.Method.kinematic)
+    assert options.method is cdprcal.Method.kinematic
+    for wrong in ("kinematic", cdprcal.PoseKind.kinematic_pose, 2):
+        with pytest.raises(TypeError):
+            options.method = wrong  # type: ignore[assignment]
 
 
 def test_logs_plans_and_results_pickle(

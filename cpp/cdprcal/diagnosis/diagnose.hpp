@@ -21,6 +21,8 @@ struct DiagnoseOptions {
   ScanOptions scan;
   /// Names of effects to fit in this order, with no search: what a person chose. Empty: none.
   std::optional<std::vector<std::string>> effects;
+  /// Known of these logs from an earlier diagnosis: set right with no search. Empty: looked for.
+  std::optional<std::vector<DiscreteFault>> faults;
   std::function<bool(const std::string&)> progress;  ///< false stops; what was found is kept
 };
 

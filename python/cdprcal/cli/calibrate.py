@@ -131,7 +131,8 @@ def command(
     if code != DONE and not json:
         from cdprcal.terminal import answers, as_typed, say
 
-        check, diagnose = as_typed("check", robot, log), as_typed("diagnose", robot, log)
+        same = (robot, log, *(("--map", map_) if map_ else ()))
+        check, diagnose = as_typed("check", *same), as_typed("diagnose", *same)
         say(answers(), f"next: {check}, then {diagnose}")
     raise typer.Exit(code)
 

@@ -9,6 +9,7 @@ import typer
 from cdprcal.command import DONE, UNTRUSTED, JsonOption, fail, print_json, reports_errors
 from cdprcal.completion import injected_effects
 
+_TO_DRAW = "pip install 'cdprcal[report]'"
 EXAMPLE = "Example: cdprcal demo --seed 2 --effect load_cell_bias=6,-5,4,-8"
 
 
@@ -50,11 +51,11 @@ def command(
     from cdprcal.demo import pictures, story, table
     from cdprcal.diagnosis import diagnosis_as_dict
     from cdprcal.diagnosis.pictures import write_pictures
-    from cdprcal.extras import need
+    from cdprcal.extras import lacking
     from cdprcal.io.files import reason
     from cdprcal.terminal import answers, notes, say
 
-    need("matplotlib", "jinja2", "plotly")
+    draws = not lacking("matplotlib", "jinja2", "plotly")
     out = notes()
     the_robot = _core.load_robot(robot)
     if not 3 <= the_robot.cable_count <= 5:
@@ -85,7 +86,7 @@ def command(
     )
     rows = story.calibrate_by_all_methods(the_robot, run)
     say(out, "4. calibrated by all methods")
-    drawn = pictures.write_pictures(the_robot, run, rows, folder)
+    drawn = pictures.write_pictures(the_robot, run, rows, folder) if draws else []
 
     say(out, f"5. another robot, with a fault that nobody knows of: {hide}")
     hidden = story.diagnose_hidden(
@@ -96,9 +97,10 @@ def command(
         folder / "faulty.csv",
         lambda step: say(out, f"   … {step}"),
     )
-    drawn += write_pictures(diagnosis_as_dict(hidden.diagnosis, the_robot), folder)
     page = folder / "report.html"
-    story.write_hidden_report(the_robot, hidden, page)
+    if draws:
+        drawn += write_pictures(diagnosis_as_dict(hidden.diagnosis, the_robot), folder)
+        story.write_hidden_report(the_robot, hidden, page)
     if not json:
         out = answers()
     say(out, table.headline(rows))
@@ -107,8 +109,11 @@ def command(
     out.print(table.methods_table(rows))
     say(out, f"error of the initial pose, with the hidden fault {hide}")
     out.print(table.hidden_table(hidden))
-    say(out, f"the report, to be opened in a browser: {page}")
-    say(out, f"pictures in {folder}: " + ", ".join(path.name for path in drawn))
+    if draws:
+        say(out, f"the report, to be opened in a browser: {page}")
+        say(out, f"pictures in {folder}: " + ", ".join(path.name for path in drawn))
+    else:
+        say(out, f"logs and plan in {folder}; for pictures and a report: {_TO_DRAW}")
     if json:
         print_json(table.demo_as_dict(run, rows, hidden))
     found = all(row.calibration.result.status == _core.CalibrationStatus.converged for row in rows)

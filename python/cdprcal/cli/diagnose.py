@@ -76,7 +76,7 @@ def command(
     from cdprcal.io.result_file import result_text
     from cdprcal.mapping import Reader
     from cdprcal.tables import print_findings
-    from cdprcal.terminal import notes, say
+    from cdprcal.terminal import answers, as_typed, notes, say
 
     corrected, result = _outputs(output or [], result)
     keep_apart(
@@ -123,6 +123,10 @@ def command(
         from cdprcal.diagnosis.table import print_diagnosis
 
         print_diagnosis(document, verbose=verbose)
+        if corrected:
+            mapped = ("--map", map_) if map_ else ()
+            again = as_typed("calibrate", corrected, logs[0], *mapped)
+            say(answers(), f"{corrected}: the robot file with what was found; next: {again}")
     raise typer.Exit(DONE if document["verdict"] in TRUSTED else UNTRUSTED)
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from cdprcal import _core
-from cdprcal._core import DiagnoseOptions, Diagnosis, InputError, Log, Robot
+from cdprcal._core import DiagnoseOptions, Diagnosis, DiscreteFault, InputError, Log, Robot
 from cdprcal.sensors import LOG_GROUPS, SENSORS
 
 
@@ -36,12 +36,15 @@ class Exploration:
     def __init__(self, robot: Robot, logs: Sequence[Log]) -> None:
         self.robot = robot
         self.logs = tuple(logs)
+        # Looking for faults takes longer than a fit: they are those of the first one of its poses.
+        self._faults: dict[tuple[LeftOut, ...], list[DiscreteFault]] = {}
 
-    def fit(self, choice: Choice) -> Diagnosis:
+    def fit(self, choice: Choice, progress: Callable[[str], bool] | None = None) -> Diagnosis:
         """The diagnosis with exactly the chosen effects, or with those that it finds itself.
 
-        Raises InputError for an effect that cannot be fitted, a pose that is none, and where what
-        is left of a log cannot be fitted.
+        ``progress`` is called with each step of a search; False ends it with what was found. Raises
+        InputError for an effect that cannot be fitted, a pose that is none, and where what is left
+        of a log cannot be fitted.
         """
         for pose in choice.left_out:
             if not 0 <= pose.run < len(self.logs):
@@ -54,8 +57,11 @@ class Exploration:
             for run, log in enumerate(self.logs)
         ]
         if choice.effects is None:
-            return _core.diagnose(self.robot, logs)
-        return _core.diagnose(self.robot, logs, DiagnoseOptions(effects=choice.effects))
+            return _core.diagnose(self.robot, logs, None, progress)
+        options = DiagnoseOptions(effects=choice.effects, faults=self._faults.get(choice.left_out))
+        found = _core.diagnose(self.robot, logs, options)
+        self._faults[choice.left_out] = found.faults
+        return found
 
 
 def without_rests(log: Log, robot: Robot, run_times_s: Sequence[float]) -> Log:

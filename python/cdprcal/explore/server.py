@@ -16,6 +16,9 @@ from cdprcal.explore.shown import shown
 from cdprcal.io.files import write_texts
 from cdprcal.local_page import LocalServer
 
+#: Fits that are kept, so that a tick that is taken back, and saving, take no time.
+_MOST_KNOWN = 32
+
 
 class ExploreServer(LocalServer):
     """Serves the page while its context lasts.
@@ -35,12 +38,17 @@ class ExploreServer(LocalServer):
         self._exploration = exploration
         self._names = list(names)
         self._output = output
-        # One fit at a time: it uses all cores itself.
+        # One choice at a time is fitted: it uses all cores itself. A search, which takes seconds,
+        # keeps no choice waiting, and ends when the page asks for anything else.
         self._fitting = threading.Lock()
-        actions = {"/fit": self._fit, "/save": self._save}
+        self._asked = 0
+        self._step = ""
+        self._known: dict[Choice, Diagnosis] = {}
+        actions = {"/fit": self._fit, "/step": self._tell_step, "/save": self._save}
         super().__init__("cdprcal.explore", port=port, actions=actions)
 
     def _fit(self, asked: Any) -> dict[str, Any]:
+        self._asked += 1
         choice, diagnosis = self._fitted(asked)
         robot = self._exploration.robot
         page = shown(diagnosis, robot, self._names, choice.effects is None)
@@ -61,8 +69,35 @@ class ExploreServer(LocalServer):
             first = error.errors()[0]
             where = ".".join(str(part) for part in first["loc"]) or "the choice"
             raise InputError(f"{where}: {first['msg']}") from None
+        found = self._known.get(choice)
+        if found is None:
+            found = self._search(choice) if choice.effects is None else self._fit_chosen(choice)
+            self._known[choice] = found
+            if len(self._known) > _MOST_KNOWN:
+                self._known.pop(next(iter(self._known)), None)
+        return choice, found
+
+    def _search(self, choice: Choice) -> Diagnosis:
+        mine = self._asked
+
+        def goes_on(step: str) -> bool:
+            self._step = step
+            return self._asked == mine
+
+        found = self._exploration.fit(choice, goes_on)
+        if self._asked != mine:
+            raise InputError(
+                "the search for effects ended, since a page asked for something else; press Find "
+                "effects to begin it again"
+            )
+        return found
+
+    def _fit_chosen(self, choice: Choice) -> Diagnosis:
         with self._fitting:
-            return choice, self._exploration.fit(choice)
+            return self._exploration.fit(choice)
+
+    def _tell_step(self, _: Any) -> dict[str, str]:
+        return {"step": self._step}
 
 
 def _history(choice: Choice, names: Sequence[str]) -> str:

@@ -20,6 +20,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from cdprcal._core import InputError
+from cdprcal.extras import need
 from cdprcal.io.files import reason
 
 #: Gives the messages of one page, as JSON texts; '' keeps the connection alive.
@@ -32,6 +33,8 @@ _POLICY = (
     "default-src 'none'; script-src 'self'; connect-src 'self'; style-src 'self' 'unsafe-inline'; "
     "img-src 'self' data: blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
+#: The package with what all pages share.
+_SHARED = "cdprcal.local_page"
 #: No page asks for more.
 _MOST_BYTES = 1 << 20
 
@@ -39,10 +42,11 @@ _MOST_BYTES = 1 << 20
 class LocalServer:
     """Serves a page while its context lasts.
 
-    package: whose folder ``static`` holds the page, its script and its style, named alike ('live':
-    live.html, live.js, live.css). messages: called once for every page that is opened, whose
-    ``/events`` they are. actions: path → what it does; without any, nothing that a page asks for
-    changes anything. port: 0 is any that is free. Raises InputError when it cannot be had.
+    package: whose folder ``static`` holds what is on the page, its script and its style, all named
+    alike ('live': live.html, live.js, live.css); page.html goes around it. messages: called once
+    for every page that is opened, whose ``/events`` they are. actions: path → what it does; without
+    any, nothing that a page asks for changes anything. port: 0 is any that is free. Raises
+    InputError when it cannot be had, and where Plotly is not installed.
     """
 
     def __init__(
@@ -53,6 +57,7 @@ class LocalServer:
         messages: Messages | None = None,
         actions: Mapping[str, Action] | None = None,
     ) -> None:
+        need("plotly")
         self.token = secrets.token_urlsafe(16)
         try:
             self._server = _Server(("127.0.0.1", port), _Handler)
@@ -61,11 +66,10 @@ class LocalServer:
             why = "is taken; choose another" if taken else f"cannot be had: {reason(error)}"
             raise InputError(f"port {port} {why}") from None
         name = package.rpartition(".")[2]
-        shared = "cdprcal.local_page"
+        self._server.page = (package, name)
         self._server.files = {
-            "/": (package, f"{name}.html"),
             **{f"/{name}.{kind}": (package, f"{name}.{kind}") for kind in ("js", "css")},
-            **{f"/{file}": (shared, file) for file in ("page.js", "page.css")},
+            **{f"/{file}": (_SHARED, file) for file in ("page.js", "page.css")},
         }
         self._server.messages = messages
         self._server.actions = dict(actions or {})
@@ -99,6 +103,7 @@ class LocalServer:
 class _Server(ThreadingHTTPServer):
     daemon_threads = True
     block_on_close = False
+    page: tuple[str, str]
     files: dict[str, tuple[str, str]]
     messages: Messages | None
     actions: dict[str, Action]
@@ -117,20 +122,25 @@ class _Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         if not self._is_for_us():
             return
-        if self.path == "/events" and self.server.messages is not None:
+        if self.path == "/":
+            self._send(self._page(), "html")
+        elif self.path == "/events" and self.server.messages is not None:
             self._events(self.server.messages)
         elif self.path == "/plotly.js":
             script = resources.files("plotly") / "package_data" / "plotly.min.js"
             self._send(script.read_bytes(), "js")
         elif self.path in self.server.files:
             package, name = self.server.files[self.path]
-            data = (resources.files(package) / "static" / name).read_bytes()
-            if name.endswith(".html"):
-                token = self.server.token if self.server.actions else ""
-                data = data.replace(b"{{token}}", token.encode())
-            self._send(data, name.rpartition(".")[2])
+            self._send(_static(package, name), name.rpartition(".")[2])
         else:
             self.send_error(HTTPStatus.NOT_FOUND)
+
+    def _page(self) -> bytes:
+        package, name = self.server.page
+        token = self.server.token if self.server.actions else ""
+        page = _static(_SHARED, "page.html").replace(b"{{name}}", name.encode())
+        body = _static(package, f"{name}.html")
+        return page.replace(b"{{token}}", token.encode()).replace(b"{{body}}", body)
 
     def do_POST(self) -> None:
         if not self._is_for_us():
@@ -194,3 +204,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: Any) -> None:
         pass
+
+
+def _static(package: str, name: str) -> bytes:
+    return (resources.files(package) / "static" / name).read_bytes()

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from cdprcal._core import InputError
+from cdprcal.extras import need
 from cdprcal.io.files import begins_with, shown_path
 from cdprcal.mapping.raw import Column, RawTable
 
@@ -17,14 +18,10 @@ PARQUET_MAGIC, FEATHER_MAGICS = b"PAR1", (b"ARROW1", b"FEA1")
 def read_arrow(path: Path) -> RawTable:
     """Reads a Parquet or Feather file; lists of a fixed size as 'name.1 …'. Raises InputError."""
     name = shown_path(path)
-    try:
-        import pyarrow as pa
-        from pyarrow import feather, parquet
-    except ImportError:
-        raise InputError(
-            f"{name}: Parquet and Feather files need pyarrow: pip install 'cdprcal[arrow]', or "
-            "save as CSV"
-        ) from None
+    need("pyarrow", of=name)
+    import pyarrow as pa
+    from pyarrow import feather, parquet
+
     is_parquet = begins_with(path, 4) == PARQUET_MAGIC
     try:
         table = (parquet if is_parquet else feather).read_table(str(path))

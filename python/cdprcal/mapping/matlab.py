@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from cdprcal._core import InputError
+from cdprcal.extras import need
 from cdprcal.io.files import reason, shown_path
 from cdprcal.mapping.raw import Column, RawTable
 
@@ -21,12 +22,9 @@ def read_mat(path: Path) -> RawTable:
     The signals of a Simulink structure are named by their labels. Raises InputError.
     """
     name = shown_path(path)
-    try:
-        from scipy.io import loadmat
-    except ImportError:
-        raise InputError(
-            f"{name}: MAT-files need SciPy: pip install 'cdprcal[mat]', or save as CSV"
-        ) from None
+    need("scipy", of=name)
+    from scipy.io import loadmat
+
     try:
         held = loadmat(str(path), simplify_cells=True)
     except NotImplementedError:

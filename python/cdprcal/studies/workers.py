@@ -18,6 +18,7 @@ from typing import Any, TypeVar
 from threadpoolctl import threadpool_limits
 
 from cdprcal._core import InputError
+from cdprcal.extras import need
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -113,10 +114,8 @@ def _on_dask(work: Callable[[Item], Result], items: list[Item], workers: Workers
 
 @contextmanager
 def _client(workers: Workers) -> Iterator[Any]:
-    try:
-        distributed = importlib.import_module("distributed")
-    except ImportError:
-        raise InputError("dask: is not installed: pip install 'cdprcal[dask]'") from None
+    need("distributed")
+    distributed = importlib.import_module("distributed")
     if workers.dask == LOCAL:
         with (
             distributed.LocalCluster(

@@ -3,8 +3,9 @@
   const { at, fixed, colour, cable, config, axis, layout, rows, warn, ask } = Page;
   const page = document.documentElement;
   // What is asked for: null lets the diagnosis search; then the names that are ticked, in their order.
-  let effects = null, leftOut = [], shown = null;
-  let wanted = false, running = false;
+  let effects = [], leftOut = [], shown = null;
+  // Of several questions under way only the last counts.
+  let asked = 0, fitting = false;
 
   const choice = () => ({ effects, left_out: leftOut });
   const nats = (value) => (value === null ? "–" : `${value > 0 ? "+" : ""}${fixed(value, 1)} nat`);
@@ -14,26 +15,55 @@
     return made;
   };
 
-  // One fit at a time; of what was asked for meanwhile only the last counts.
-  async function fit() {
-    wanted = true;
-    if (running) return;
-    running = true;
-    page.dataset.explore = "busy";
-    let ok = true;
-    while (wanted) {
-      wanted = false;
-      try {
-        const before = shown;
-        shown = await ask("/fit", choice());
-        if (!wanted) { draw(before); warn(""); ok = true; }
-      } catch (error) {
-        ok = false;
-        warn(error.message);
-      }
+  async function answer(mine) {
+    const before = shown;
+    try {
+      const found = await ask("/fit", choice());
+      if (mine !== asked) return;
+      shown = found;
+      draw(before);
+      warn("");
+      page.dataset.explore = "ready";
+    } catch (error) {
+      if (mine !== asked) return;
+      warn(error.message);
+      page.dataset.explore = "failed";
     }
-    running = false;
-    page.dataset.explore = ok ? "ready" : "failed";
+  }
+
+  // Chosen effects are fitted one choice after the other. A search takes longer: whatever is asked for next ends it.
+  async function fit() {
+    const mine = ++asked;
+    page.dataset.explore = "busy";
+    if (effects === null) return search(mine);
+    if (fitting) return;
+    fitting = true;
+    let last;
+    do {
+      last = asked;
+      await answer(last);
+    } while (last !== asked && effects !== null);
+    fitting = false;
+  }
+
+  async function search(mine) {
+    at("said").textContent = "looking for effects …";
+    at("said").classList.remove("long");
+    const tell = async () => {
+      const { step } = await ask("/step", null);
+      if (mine === asked && page.dataset.explore === "busy") at("said").textContent = `looking for effects … ${step}`;
+    };
+    const telling = setInterval(() => tell().catch(() => {}), 400);
+    await answer(mine);
+    clearInterval(telling);
+  }
+
+  // The model as it was given is there at once; what the diagnosis finds follows.
+  async function open() {
+    await fit();
+    if (asked !== 1 || page.dataset.explore !== "ready") return;
+    effects = null;
+    fit();
   }
 
   function draw(before) {
@@ -63,7 +93,8 @@
       const box = element("input", { type: "checkbox", checked: effect.on }, label);
       box.dataset.effect = effect.name;
       box.addEventListener("change", () => {
-        effects = box.checked ? [...effects, effect.name] : effects.filter((name) => name !== effect.name);
+        const ticked = effects ?? shown.effects.filter((e) => e.on).map((e) => e.name);
+        effects = box.checked ? [...ticked, effect.name] : ticked.filter((name) => name !== effect.name);
         fit();
       });
       element("span", { textContent: effect.name }, label);
@@ -150,5 +181,5 @@
     at("save").disabled = false;
   });
   Page.onScheme(() => { if (shown) drawPlots(); });
-  fit();
+  open();
 })();

@@ -11,7 +11,7 @@ import contextlib
 from collections.abc import Sequence
 from typing import Any
 
-from cdprcal._core import InputError
+from cdprcal.extras import need
 from cdprcal.hardware.backend import BackendError
 from cdprcal.hardware.drives.bus_lock import BusLock
 from cdprcal.hardware.drives.canopen_bus import NoSuchObjectError
@@ -294,10 +294,7 @@ class EthercatFieldbus:
 
 
 def _pysoem() -> Any:
-    try:
-        import pysoem  # type: ignore[import-untyped,import-not-found,unused-ignore]
-    except ImportError:
-        raise InputError(
-            "bus.type ethercat: pysoem is not installed: pip install 'cdprcal[ethercat]'"
-        ) from None
+    need("pysoem", of="bus.type ethercat")
+    import pysoem  # type: ignore[import-untyped,import-not-found,unused-ignore]
+
     return pysoem

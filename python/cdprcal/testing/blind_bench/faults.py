@@ -58,8 +58,8 @@ def _convention(rng: np.random.Generator, robot: _core.Robot) -> Values:
         return name.index("X") < name.index("Y")
 
     own = x_first(robot.euler_convention.name)
-    names = [e for e in _core.EulerConvention.__members__.values() if x_first(e.name) != own]
-    return [float(names[int(rng.integers(len(names)))].value)]
+    numbers = [i for i, e in enumerate(_core.EulerConvention) if x_first(e.name) != own]
+    return [float(numbers[int(rng.integers(len(numbers)))])]
 
 
 def _attitude_sign(rng: np.random.Generator, _robot: _core.Robot) -> Values:
