@@ -40,7 +40,7 @@ std::vector<Pose> rest_poses(const StartUpRun& run) {
 }
 
 TEST(StartUpByLengths, GoesFromPoseToPose) {
-  for (const Robot& robot : {load_robot("posts8"), eight_cable_cell(false), eight_cable_cell(true)}) {
+  for (const Robot& robot : {load_robot("posts8"), eight_cable_cell()}) {
     SCOPED_TRACE(robot.name);
     const StartUpPlan plan = plan_of(robot);
     for (const WinchMode mode : {WinchMode::tension, WinchMode::velocity}) {
@@ -64,7 +64,7 @@ TEST(StartUpByLengths, GoesFromPoseToPose) {
 }
 
 TEST(StartUpByLengths, FromWhereItWasParkedAllPosesAreMovedAlike) {
-  for (const Robot& robot : {load_robot("posts8"), eight_cable_cell(true)}) {
+  for (const Robot& robot : {load_robot("posts8"), eight_cable_cell()}) {
     const StartUpPlan plan = plan_of(robot);
     for (std::uint64_t seed = 1; seed <= 6; ++seed) {
       SCOPED_TRACE(robot.name + ", seed " + std::to_string(seed));

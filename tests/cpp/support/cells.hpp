@@ -1,16 +1,16 @@
-// Robots of eight cables for tests: posts8 hangs, these are held from above and below.
+// A robot of eight cables for tests that is held from above and below; posts8 hangs.
 #pragma once
 
 #include "cdprcal/model/robot.hpp"
 
 namespace cdprcal::test {
 
-/// A cell of 4 × 4 × 3 m with pulleys in all corners. Straight: a cable to the near corner of a
-/// platform of half a metre. Crossed: to the corner beside that along x, and from above to the lower
-/// one, as real cells have it; held at constant tensions it would turn over.
-inline Robot eight_cable_cell(bool crossed) {
+/// A cell of 4 × 4 × 3 m with pulleys in all corners. Cables cross each other: from above to the
+/// lower side of the platform, from below to the upper one, as real cells have it. At constant
+/// tensions it would turn over.
+inline Robot eight_cable_cell() {
   Robot robot;
-  robot.name = crossed ? "crossed" : "straight";
+  robot.name = "cell8";
   robot.platform.mass_kg = 20.0;
   robot.platform.centre_of_mass_m = {0.01, -0.02, 0.03};
   robot.platform.inertia_kg_m2 = Vector3(0.8, 0.9, 1.0).asDiagonal();
@@ -23,8 +23,8 @@ inline Robot eight_cable_cell(bool crossed) {
     const Vector3 inward = Vector3(-x, -y, 0.0).normalized();
     const Vector3 k(0.0, 0.0, above ? -1.0 : 1.0);
     cable.pulley.axes_world << inward, k.cross(inward), k;
-    cable.platform_anchor_m = {0.25 * (crossed ? -x : x), 0.25 * y,
-                               0.25 * (above == crossed ? -1.0 : 1.0)};
+    cable.platform_anchor_m =
+        above ? Vector3(0.3 * x, 0.1 * y, -0.25) : Vector3(-0.1 * x, 0.3 * y, 0.25);
     robot.cables.push_back(cable);
   }
   robot.tension_min_N = 50.0;
