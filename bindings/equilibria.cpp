@@ -5,6 +5,7 @@
 #include "bindings.hpp"
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/equilibria/inverse.hpp"
+#include "cdprcal/equilibria/wrench_distribution.hpp"
 
 namespace cdprcal::python {
 namespace {
@@ -90,18 +91,20 @@ void register_results(py::module_& module) {
       module, "InverseResult", "An equilibrium at a position that was asked for. Immutable.")
       .def_property_readonly(
           "lambda_N", [](const InverseResult& r) -> Eigen::VectorXd { return r.lambda_N; },
-          "[n - 3]: what reproduces these tensions with given_lambda.")
+          "[n - 3], from six cables on [n - 6]: what reproduces these tensions with given_lambda.")
       .def_readonly("margin_N", &InverseResult::margin_N,
                     "Of the closest tension to its limit; negative when infeasible.");
 }
 
 /// Keyword arguments of the inverse problem, at the border once.
 InverseOptions inverse_options(TensionDistribution distribution, const Eigen::VectorXd& lambda_N,
-                               StabilityNotion stability) {
+                               StabilityNotion stability,
+                               const std::optional<Matrix3>& rotation) {
   InverseOptions options;
   options.distribution = distribution;
   options.lambda_N = to_cable_vector(lambda_N, "lambda_N");
   options.stability = stability;
+  if (rotation) options.rotation = rotation_from_matrix(*rotation);
   return options;
 }
 
@@ -139,10 +142,10 @@ void register_inverse(py::module_& module) {
       "inverse",
       [](const Robot& robot, const Vector3& position_m, TensionDistribution distribution,
          const Eigen::VectorXd& lambda_N, StabilityNotion stability,
-         const std::optional<Matrix3>& start) {
+         const std::optional<Matrix3>& start, const std::optional<Matrix3>& rotation) {
         std::optional<Eigen::Quaterniond> from;
         if (start) from = rotation_from_matrix(*start);
-        const InverseOptions options = inverse_options(distribution, lambda_N, stability);
+        const InverseOptions options = inverse_options(distribution, lambda_N, stability, rotation);
         const py::gil_scoped_release release;
         return inverse(robot, position_m, options, from);
       },
@@ -150,15 +153,18 @@ void register_inverse(py::module_& module) {
       py::arg_v("distribution", TensionDistribution::barycentre, "TensionDistribution.barycentre"),
       py::arg("lambda_N") = Eigen::VectorXd(),
       py::arg_v("stability", StabilityNotion::locked_lengths, "StabilityNotion.locked_lengths"),
-      py::arg("start") = py::none(),
+      py::arg("start") = py::none(), py::arg("rotation") = py::none(),
       "Inverse geometrico-static problem (eqs A1-A3): orientation and tensions at position_m [3] of "
       "P. lambda_N [n - 3]: with given_lambda. start [3, 3]: a rotation close to the solution; "
-      "without it the search is by NLopt from several. Raises InputError unless 3 ≤ n ≤ 5.");
+      "without it the search is by NLopt from several. From six cables on rotation [3, 3] is "
+      "commanded (default: held_orientation), the tensions are chosen, and lambda_N has n - 6 "
+      "values. Raises InputError for n < 3 and for a rotation of fewer than six.");
   module.def(
       "all_equilibria_at",
       [](const Robot& robot, const Vector3& position_m, TensionDistribution distribution,
-         const Eigen::VectorXd& lambda_N, StabilityNotion stability) {
-        const InverseOptions options = inverse_options(distribution, lambda_N, stability);
+         const Eigen::VectorXd& lambda_N, StabilityNotion stability,
+         const std::optional<Matrix3>& rotation) {
+        const InverseOptions options = inverse_options(distribution, lambda_N, stability, rotation);
         const py::gil_scoped_release release;
         return all_equilibria_at(robot, position_m, options);
       },
@@ -166,14 +172,16 @@ void register_inverse(py::module_& module) {
       py::arg_v("distribution", TensionDistribution::barycentre, "TensionDistribution.barycentre"),
       py::arg("lambda_N") = Eigen::VectorXd(),
       py::arg_v("stability", StabilityNotion::locked_lengths, "StabilityNotion.locked_lengths"),
+      py::arg("rotation") = py::none(),
       "All distinct equilibria at a position that about a dozen starts reach: found ones first, by "
-      "falling tension margin.");
+      "falling tension margin; from six cables on the one at the commanded rotation.");
   module.def(
       "inverse_along",
       [](const Robot& robot, const Eigen::MatrixX3d& positions_m, TensionDistribution distribution,
-         const Eigen::VectorXd& lambda_N, StabilityNotion stability) {
+         const Eigen::VectorXd& lambda_N, StabilityNotion stability,
+         const std::optional<Matrix3>& rotation) {
         if (!positions_m.allFinite()) throw InputError("positions_m: must be finite numbers");
-        const InverseOptions options = inverse_options(distribution, lambda_N, stability);
+        const InverseOptions options = inverse_options(distribution, lambda_N, stability, rotation);
         InversePath path;
         {
           const py::gil_scoped_release release;
@@ -187,9 +195,25 @@ void register_inverse(py::module_& module) {
       py::arg_v("distribution", TensionDistribution::barycentre, "TensionDistribution.barycentre"),
       py::arg("lambda_N") = Eigen::VectorXd(),
       py::arg_v("stability", StabilityNotion::locked_lengths, "StabilityNotion.locked_lengths"),
+      py::arg("rotation") = py::none(),
       "The inverse problem at positions_m [m, 3], each continued from the one before by Newton "
       "steps, from nothing by NLopt where that fails: (status [m], quaternion_wxyz [m, 4], "
       "tension_N [m, n]), NaN where there is no balance. Raises InputError as inverse does.");
+  module.def("holds_orientation", &holds_orientation, py::arg("robot"),
+             "Whether lengths hold the whole pose: six cables or more. Then poses are commanded and "
+             "tensions chosen; with fewer, tensions are commanded and statics choose the orientation.");
+  module.def(
+      "held_orientation",
+      [](const Robot& robot) -> Matrix3 {
+        if (!holds_orientation(robot)) {
+          throw InputError("held_orientation: " + robot.name +
+                           " has fewer than six cables, which hold none; leave it out");
+        }
+        return held_orientation(robot).toRotationMatrix();
+      },
+      py::arg("robot"),
+      "The rotation [3, 3] in which six cables and more are commanded to hold the platform when "
+      "nobody says: the robot file's own, or the best turn about the vertical.");
   module.def(
       "lambda_of",
       [](const Robot& robot, const PlatformState& state,
@@ -197,7 +221,8 @@ void register_inverse(py::module_& module) {
         return lambda_of(robot, state, to_cable_vector(tension_N, "tension_N", state.cable_count));
       },
       py::arg("robot"), py::arg("state"), py::arg("tension_N"),
-      "lambda [n - 3] [N] of given tensions at a pose; empty when the cables do not span space.");
+      "lambda [n - 3], from six cables on [n - 6], [N] of given tensions at a pose; empty when the "
+      "cables do not span space.");
   module.def(
       "tension_margin_N",
       [](const Robot& robot, const Eigen::VectorXd& tension_N) {

@@ -16,8 +16,9 @@ namespace {
 
 void register_set_points(py::module_& module) {
   py::class_<SetPoint>(module, "SetPoint",
-                       "An equilibrium of constant tensions: command the tensions and the platform "
-                       "settles at the pose. Immutable.")
+                       "An equilibrium. Up to five cables of constant tensions: command them and "
+                       "the platform settles at the pose; from six on lengths lead it there. "
+                       "Immutable.")
       .def(py::init([](const Pose& pose, const Eigen::VectorXd& tension_N) {
              return SetPoint{pose, to_cable_vector(tension_N, "tension_N")};
            }),
@@ -27,15 +28,20 @@ void register_set_points(py::module_& module) {
           "tension_N", [](const SetPoint& s) -> Eigen::VectorXd { return s.tension_N; }, "[n].");
   py::class_<SetPointOptions>(module, "SetPointOptions", "Which tensions hold the platform.")
       .def(py::init([](TensionDistribution distribution, const Eigen::VectorXd& lambda_N,
-                       std::optional<double> margin_N) {
-             return SetPointOptions{distribution, to_cable_vector(lambda_N, "lambda_N"), margin_N};
+                       std::optional<double> margin_N, const std::optional<Matrix3>& rotation) {
+             SetPointOptions options{
+                 distribution, to_cable_vector(lambda_N, "lambda_N"), std::nullopt, margin_N};
+             if (rotation) options.rotation = rotation_from_matrix(*rotation);
+             return options;
            }),
            py::kw_only(),
            py::arg_v("distribution", TensionDistribution::barycentre,
                      "TensionDistribution.barycentre"),
            py::arg("lambda_N") = Eigen::VectorXd(), py::arg("tension_margin_N") = py::none(),
-           "lambda_N [n - 3]: with given_lambda. tension_margin_N: least distance from the limits; "
-           "default one sigma of the load cells.")
+           py::arg("rotation") = py::none(),
+           "lambda_N [n - 3], from six cables on [n - 6]: with given_lambda. tension_margin_N: least "
+           "distance from the limits; default one sigma of the load cells. rotation [3, 3]: "
+           "commanded, from six cables on; default held_orientation.")
       .def_readonly("distribution", &SetPointOptions::distribution)
       .def_property_readonly("lambda_N",
                              [](const SetPointOptions& o) -> Eigen::VectorXd { return o.lambda_N; })
@@ -194,6 +200,8 @@ void register_plan_types(py::module_& module) {
           "Of the initial pose [6]: position [m], world-frame rotation vector [rad]; NaN when it "
           "would not be observable.")
       .def_property_readonly("measured_count", &Plan::measured_count)
+      .def_property_readonly("led_by_lengths", &Plan::led_by_lengths,
+                             "Lengths lead the platform from pose to pose: six cables and more.")
       .def("__repr__", [](const Plan& p) {
         return "Plan('" + p.robot_name + "', " + std::to_string(p.measured_count()) +
                " measured poses, " + std::to_string(p.duration_s) + " s)";
@@ -334,7 +342,7 @@ void register_make_plan(py::module_& module) {
       "both. home_m [3]: where the run starts (default: the middle of the box). visits, seed: of "
       "the random order. bounds: that the platform may not leave. progress(stage, share): False "
       "stops. The robot's known effects are applied. A pose that cannot be measured or reached is a "
-      "status. Raises InputError for options that make no sense and unless 3 ≤ n ≤ 5.");
+      "status. Raises InputError for options that make no sense and for n < 3.");
   module.def(
       "verify_plan",
       [](const Robot& robot, const Plan& plan, const std::optional<Box>& bounds) {

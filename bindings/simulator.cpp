@@ -215,6 +215,14 @@ void bind_simulator_class(py::module_& module) {
           "reset_at", [](Simulator& self, const Pose& pose) { return self.reset(pose); },
           py::arg("pose"), "At rest with the cable lengths of this pose, winches locked.")
       .def(
+          "reset_held",
+          [](Simulator& self, const Pose& pose, const Eigen::VectorXd& tension_N) {
+            return self.reset(pose, to_cable_vector(tension_N, "tension_N"));
+          },
+          py::arg("pose"), py::arg("tension_N"),
+          "At rest at this very pose, held by the lengths of six cables and more, under the tensions "
+          "in balance there that are closest to these [N].")
+      .def(
           "command_velocity",
           [](Simulator& self, const Eigen::VectorXd& velocity_m_s) {
             self.command_velocity(to_cable_vector(velocity_m_s, "velocity_m_s"));
@@ -226,6 +234,15 @@ void bind_simulator_class(py::module_& module) {
             self.command_tension(to_cable_vector(tension_N, "tension_N"));
           },
           py::arg("tension_N"), "Set-points of the drives' tension loops, or motor tensions [N].")
+      .def(
+          "command_each",
+          [](Simulator& self, const Eigen::VectorXd& velocity_m_s, const Eigen::VectorXd& tension_N,
+             const std::vector<bool>& by_tension) {
+            self.command_each(to_cable_vector(velocity_m_s, "velocity_m_s"),
+                              to_cable_vector(tension_N, "tension_N"), by_tension);
+          },
+          py::arg("velocity_m_s"), py::arg("tension_N"), py::arg("by_tension"),
+          "Each drive by itself, n values each: True its tension, False its speed of pay-out.")
       .def("hold", &Simulator::hold, "Winches stopped and locked.")
       .def("advance", &Simulator::advance, py::arg("duration_s"),
            py::call_guard<py::gil_scoped_release>(),
@@ -267,17 +284,21 @@ void bind_startup_options(py::module_& module) {
   py::class_<StartUpPlan>(module, "StartUpPlan",
                           "Tension set-points to visit, the first is tau_0; transition_s empty, or "
                           "0 for one: derived from the robot; via: settle there and go on without "
-                          "measuring, empty: measure everywhere.")
+                          "measuring, empty: measure everywhere; pose: lengths lead the platform of "
+                          "six cables and more from one to the next, empty: tensions lead it.")
       .def(py::init([](const std::vector<Eigen::VectorXd>& setpoint_N,
-                       std::vector<double> transition_s, std::vector<bool> via) {
-             return StartUpPlan{to_setpoints(setpoint_N), std::move(transition_s), std::move(via)};
+                       std::vector<double> transition_s, std::vector<bool> via,
+                       std::vector<Pose> pose) {
+             return StartUpPlan{to_setpoints(setpoint_N), std::move(transition_s), std::move(via),
+                                std::move(pose)};
            }),
            py::arg("setpoint_N"), py::arg("transition_s") = std::vector<double>{},
-           py::arg("via") = std::vector<bool>{})
+           py::arg("via") = std::vector<bool>{}, py::arg("pose") = std::vector<Pose>{})
       .def_property_readonly("setpoint_N",
                              [](const StartUpPlan& p) { return to_rows(p.setpoint_N); })
       .def_readonly("transition_s", &StartUpPlan::transition_s)
-      .def_readonly("via", &StartUpPlan::via);
+      .def_readonly("via", &StartUpPlan::via)
+      .def_readonly("pose", &StartUpPlan::pose);
   py::class_<StartUpOptions>(module, "StartUpOptions", "How the start-up is run.")
       .def(py::init(&from_keywords<StartUpOptions>))
       .def_readwrite("record_s", &StartUpOptions::record_s)
@@ -310,6 +331,9 @@ void bind_startup(py::module_& module) {
           "tension_setpoint_N",
           [](const StartUpCommand& c) -> Eigen::VectorXd { return c.tension_setpoint_N; },
           "[n] for drives with a tension loop of their own, and for the log.")
+      .def_readonly("by_tension", &StartUpCommand::by_tension,
+                    "[n] where lengths lead the platform: True, the drive follows its tension "
+                    "set-point; False, it must follow velocity_m_s. Empty: all alike.")
       .def_readonly("locked", &StartUpCommand::locked, "Winches must stand still.")
       .def_readonly("setpoint", &StartUpCommand::setpoint)
       .def_readonly("ripple", &StartUpCommand::ripple, "Motion over what rest allows.")
@@ -369,11 +393,17 @@ void bind_run(py::module_& module) {
              "Where a robot may hang at power-on: the SetPoint at a position drawn evenly from the "
              "Box, stable at constant tensions; the same for the same seed. None when `tries` "
              "positions were none. Raises InputError for robots without an inverse problem.");
+  module.def("parked_start", &parked_start, py::arg("robot"), py::arg("meant"), py::arg("seed"),
+             py::arg("tries") = 200, py::call_guard<py::gil_scoped_release>(),
+             "Where a robot of six cables and more may have been parked for a run that begins at the "
+             "Pose `meant`: a SetPoint as near as people park by eye; the same for the same seed. "
+             "None when `tries` poses were not wrench-feasible. Raises InputError for fewer cables.");
   module.def(
       "simulate_startup",
       [](const Robot& robot, const StartUpPlan& plan, const SimulatorOptions& simulator,
          const StartUpOptions& startup, double control_rate_Hz, double log_rate_Hz,
-         const std::optional<Eigen::VectorXd>& initial_tension_N, const py::object& progress) {
+         const std::optional<Eigen::VectorXd>& initial_tension_N,
+         const std::optional<Pose>& initial_pose, const py::object& progress) {
         StartUpRunOptions options;
         options.simulator = simulator;
         options.startup = startup;
@@ -383,6 +413,7 @@ void bind_run(py::module_& module) {
           options.initial_tension_N =
               to_cable_vector(*initial_tension_N, "initial_tension_N", robot.cable_count());
         }
+        options.initial_pose = initial_pose;
         if (!progress.is_none()) {
           options.progress = [&progress](const StartUpCommand& command, const RobotSample& sample) {
             const py::gil_scoped_acquire gil;
@@ -396,7 +427,7 @@ void bind_run(py::module_& module) {
       py::arg("robot"), py::arg("plan"), py::kw_only(), py::arg("simulator") = SimulatorOptions{},
       py::arg("startup") = StartUpOptions{}, py::arg("control_rate_Hz") = 100.0,
       py::arg("log_rate_Hz") = 10.0, py::arg("initial_tension_N") = py::none(),
-      py::arg("progress") = py::none(),
+      py::arg("initial_pose") = py::none(), py::arg("progress") = py::none(),
       "The start-up procedure on the simulated robot. `progress(command, sample)` is called with "
       "every command; False stops the run as the operator would.");
 }

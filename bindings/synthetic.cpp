@@ -127,20 +127,35 @@ void register_synthetic(py::module_& module) {
   module.def(
       "synthetic_log",
       [](const Robot& robot, const std::vector<Eigen::VectorXd>& setpoints_N,
-         const std::optional<SyntheticLogOptions>& options) {
+         const std::optional<SyntheticLogOptions>& options, const std::vector<Pose>& poses) {
         return synthetic_log(robot, to_setpoints(setpoints_N, robot),
-                             options.value_or(SyntheticLogOptions{}));
+                             options.value_or(SyntheticLogOptions{}), poses);
       },
       py::arg("robot"), py::arg("setpoints_N"), py::arg("options") = py::none(),
-      py::call_guard<py::gil_scoped_release>(),
+      py::arg("poses") = std::vector<Pose>{}, py::call_guard<py::gil_scoped_release>(),
       "A quasi-static start-up run through tension set-points [poses][n] under perfect tension "
-      "control. Raises InputError where there is no stable equilibrium.");
+      "control; with poses, one a set-point, led there by the lengths of six cables and more. Raises "
+      "InputError where there is no stable equilibrium.");
   module.def("fifth_degree", &fifth_degree, py::arg("fraction"),
              "Smooth 0 → 1 with zero speed and acceleration at both ends.");
   module.def("default_setpoints", &default_setpoints, py::arg("robot"), py::arg("nx"),
              py::arg("ny"), py::arg("nz"), py::call_guard<py::gil_scoped_release>(),
              "Tension set-points of an nx × ny × nz grid of equilibria, visited in a serpentine. "
-             "Needs 3 to 5 cables; raises InputError when no such grid is found.");
+             "Raises InputError for fewer than 3 cables and when no such grid is found.");
+  module.def(
+      "default_stops",
+      [](const Robot& robot, int nx, int ny, int nz) {
+        std::vector<Pose> poses;
+        std::vector<Eigen::VectorXd> setpoints_N;
+        for (const SyntheticStop& stop : default_stops(robot, nx, ny, nz)) {
+          poses.push_back(stop.pose);
+          setpoints_N.emplace_back(stop.tension_N);
+        }
+        return std::make_pair(setpoints_N, poses);
+      },
+      py::arg("robot"), py::arg("nx"), py::arg("ny"), py::arg("nz"),
+      py::call_guard<py::gil_scoped_release>(),
+      "As default_setpoints, with the poses: (setpoints_N, poses).");
 }
 
 }  // namespace cdprcal::python

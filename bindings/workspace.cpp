@@ -61,7 +61,8 @@ void register_box(py::module_& module) {
       });
   module.def("workspace_box", &workspace_box, py::arg("robot"),
              "Where a suspended platform may be: the pulleys' horizontal rectangle, down from the "
-             "highest pulley by its larger side, not below the floor.");
+             "highest pulley by its larger side, not below the floor; down to the lowest pulley where "
+             "cables of six or more pull from below, too.");
   py::class_<Grid>(module, "Grid", "Points at equal steps in all directions. Immutable.")
       .def_readonly("box", &Grid::box)
       .def_property_readonly(
@@ -220,7 +221,8 @@ void register_results(py::module_& module) {
 /// Ctrl-C keeps what was found, as the progress callback's False does.
 Workspace compute(const Robot& robot, const std::optional<Box>& box, double step_m,
                   TensionDistribution distribution, const Eigen::VectorXd& lambda_N,
-                  StabilityNotion stability, const std::optional<Eigen::MatrixX3d>& seeds_m,
+                  StabilityNotion stability, const std::optional<Matrix3>& rotation,
+                  const std::optional<Eigen::MatrixX3d>& seeds_m,
                   int threads, int boundary_halvings,
                   const ProgressCallback<WorkspaceProgress>& progress) {
   WorkspaceOptions options;
@@ -229,6 +231,7 @@ Workspace compute(const Robot& robot, const std::optional<Box>& box, double step
   options.inverse.distribution = distribution;
   options.inverse.lambda_N = to_cable_vector(lambda_N, "lambda_N");
   options.inverse.stability = stability;
+  if (rotation) options.inverse.rotation = rotation_from_matrix(*rotation);
   if (seeds_m) options.seeds_m = to_points(*seeds_m);
   options.threads = threads;
   options.boundary_halvings = boundary_halvings;
@@ -255,6 +258,7 @@ void register_functions(py::module_& module) {
       py::arg_v("distribution", TensionDistribution::barycentre, "TensionDistribution.barycentre"),
       py::arg("lambda_N") = Eigen::VectorXd(),
       py::arg_v("stability", StabilityNotion::locked_lengths, "StabilityNotion.locked_lengths"),
+      py::arg("rotation") = py::none(),
       py::arg("seeds_m") = py::none(), py::arg("threads") = usual.threads,
       py::arg("boundary_halvings") = usual.boundary_halvings, py::arg("progress") = py::none(),
       "Floods outward from seeds_m [s, 3] (default: a lattice in the box), each point warm-started "

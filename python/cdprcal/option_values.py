@@ -12,7 +12,10 @@ import typer
 from cdprcal.completion import words
 
 if TYPE_CHECKING:
-    from cdprcal._core import Box
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from cdprcal._core import Box, Robot
 
 DistributionOption = Annotated[
     str,
@@ -25,7 +28,20 @@ DistributionOption = Annotated[
 ]
 LambdaOption = Annotated[
     str,
-    typer.Option("--lambda", metavar="N,…", help="The n-3 free tensions [N] for given_lambda."),
+    typer.Option(
+        "--lambda",
+        metavar="N,…",
+        help="The n-3 free tensions [N] for given_lambda (n-6 from six cables on).",
+    ),
+]
+OrientationOption = Annotated[
+    str,
+    typer.Option(
+        "--orientation",
+        metavar="ROLL,PITCH,YAW",
+        help="In which to hold the platform [deg], by the robot's Euler angles; for six cables and "
+        "more (default: the robot file's own, or the turn about the vertical that reaches more).",
+    ),
 ]
 ThreadsOption = Annotated[
     int, typer.Option("--threads", min=0, help="Threads to use; 0 is one a core.")
@@ -61,6 +77,23 @@ def parse_position(option: str, text: str) -> list[float]:
     return parse_numbers(option, text, 3)
 
 
+def parse_orientation(robot: Robot, text: str) -> NDArray[np.float64] | None:
+    """'0,0,-40' degrees → rotation matrix by the robot's convention; '' → None. Raises InputError."""
+    from cdprcal._core import InputError, holds_orientation, rotation_from_euler
+
+    if not text:
+        return None
+    angles = parse_numbers("--orientation", text, 3)
+    if not holds_orientation(robot):
+        raise InputError(
+            f"--orientation: the {robot.cable_count} cables of {robot.name} do not hold one, statics "
+            "choose it; leave it out"
+        )
+    return rotation_from_euler(
+        [math.radians(angle) for angle in angles], robot.euler_convention
+    )
+
+
 def parse_box(option: str, text: str) -> Box | None:
     """'-0.4,-0.4,0.6:0.4,0.4,1.2' → Box; '' → None. Raises InputError naming the option."""
     from cdprcal._core import Box, InputError
@@ -87,3 +120,15 @@ def parse_grid(text: str) -> tuple[int, int, int]:
     if not match:
         raise InputError(f"--grid: {text!r} must be of the form 2x2x3, 1 to 99 in each direction")
     return int(match[1]), int(match[2]), int(match[3])
+
+
+def parse_sensors(text: str) -> set[str]:
+    """'lengths,swivels' → the groups of a Log. Raises InputError."""
+    from cdprcal._core import InputError
+    from cdprcal.sensors import OPTIONS
+
+    names = [name.strip() for name in text.split(",")]
+    for name in names:
+        if name not in OPTIONS:
+            raise InputError(f"--sensors: {name!r} is not one of {', '.join(OPTIONS)}")
+    return {OPTIONS[name] for name in names}

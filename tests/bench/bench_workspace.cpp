@@ -21,8 +21,8 @@ double peak_memory_MB() {
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
-Workspace run(std::int64_t points, std::int64_t threads) {
-  const Robot robot = load_robot("irma4");
+Workspace run(std::int64_t points, std::int64_t threads, const std::string& name = "irma4") {
+  const Robot robot = load_robot(name);
   WorkspaceOptions options;
   options.step_m = step_for(robot, points);
   options.threads = static_cast<int>(threads);
@@ -44,6 +44,21 @@ BENCHMARK(workspace_flood)
     ->Args({1'000'000, 2})
     ->Iterations(1)
     ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+
+/// Eight cables: where one orientation is wrench-feasible. Target: 100,000 points a second and core.
+void workspace_of_eight(benchmark::State& state) {
+  Workspace w;
+  for (auto _ : state) w = run(state.range(0), 1, "posts8");
+  state.counters["tested"] = static_cast<double>(w.points_tested);
+  state.counters["inside"] = static_cast<double>(w.points_inside);
+  state.counters["tested_per_s"] = benchmark::Counter(
+      static_cast<double>(w.points_tested), benchmark::Counter::kIsIterationInvariantRate);
+}
+BENCHMARK(workspace_of_eight)
+    ->ArgName("points")
+    ->Arg(100'000)
+    ->Iterations(1)
     ->Unit(benchmark::kMillisecond);
 
 void workspace_alpha_shape(benchmark::State& state) {

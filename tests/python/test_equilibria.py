@@ -80,9 +80,9 @@ def test_several_equilibria_are_classified(robot: cdprcal.Robot) -> None:
         assert equilibrium.stable == (equilibrium.stability.constant_tensions_N_m > 0.0)
 
 
-@pytest.mark.parametrize("count", [1, 2, 6, 8])
+@pytest.mark.parametrize("count", [1, 2])
 def test_the_inverse_problem_is_refused_where_it_is_not_defined(count: int) -> None:
-    with pytest.raises(cdprcal.InputError, match="needs 3, 4 or 5 cables"):
+    with pytest.raises(cdprcal.InputError, match="needs 3 cables or more"):
         cdprcal.inverse(polygon_robot(count), [0.0, 0.0, 1.0])
 
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "cdprcal/equilibria/polytope.hpp"
+#include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
 
 namespace cdprcal {
@@ -126,6 +127,10 @@ ForceFamily force_family(const Robot& robot, const PlatformState& state) {
 
 CableVector lambda_of(const Robot& robot, const PlatformState& state,
                       const CableVector& tension_N) {
+  if (state.cable_count >= kCablesThatHold) {
+    const WrenchFamily family = wrench_family(robot, state);
+    return family.valid ? CableVector(family.basis.transpose() * tension_N) : CableVector();
+  }
   const ForceFamily family = force_family(robot, state);
   if (!family.valid) return {};
   return family.basis.transpose() * tension_N;

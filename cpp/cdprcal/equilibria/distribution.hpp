@@ -1,7 +1,8 @@
 // Tension distributions: which of the tensions that carry the weight a robot is given (eq. A2).
 //
 // With A = Ξ_Fᵀ (3×n, the force rows), every τ with Aτ = g is τ = A⁺g + Nλ: A⁺g the tensions of
-// least norm, N (n×(n−3)) an orthonormal basis of the null space of A, λ [N] free.
+// least norm, N (n×(n−3)) an orthonormal basis of the null space of A, λ [N] free. That is up to
+// five cables, where statics choose the orientation; from six on see wrench_distribution.hpp.
 #pragma once
 
 #include <string>
@@ -20,8 +21,9 @@ enum class TensionDistribution {
 TensionDistribution parse_tension_distribution(const std::string& name);
 const char* to_string(TensionDistribution distribution);
 
-/// n×(n−3), n ≤ 5.
-using NullBasis = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 5, 2>;
+/// One column a tension that is free: n×(n−3) up to five cables, n×(n−6) from six on.
+using NullBasis =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxCables, 2>;
 /// One row of three (a rotation or a translation) a cable.
 using CableRows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, 5, 3>;
 
@@ -38,8 +40,8 @@ struct ForceFamily {
 };
 ForceFamily force_family(const Robot& robot, const PlatformState& state);
 
-/// λ = Nᵀτ (n−3 values) of given tensions at a pose: what reproduces them with given_lambda.
-/// Empty when the family is not valid.
+/// λ = Nᵀτ (n−3 values; from six cables on n−6, of wrench_family) of given tensions at a pose: what
+/// reproduces them with given_lambda. Empty when the family is not valid.
 CableVector lambda_of(const Robot& robot, const PlatformState& state, const CableVector& tension_N);
 
 /// Tensions by one distribution, with derivatives.

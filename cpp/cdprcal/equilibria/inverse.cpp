@@ -7,6 +7,7 @@
 #include "cdprcal/equilibria/distinct.hpp"
 #include "cdprcal/equilibria/pose_search.hpp"
 #include "cdprcal/equilibria/starts.hpp"
+#include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/statics/tension.hpp"
 
@@ -21,22 +22,26 @@ constexpr double kLimitSlack = 1e-9;
 }  // namespace
 
 InverseSolver::InverseSolver(Robot robot, const InverseOptions& options)
-    : robot_(std::move(robot)), options_(options) {
+    : robot_(std::move(robot)), options_(options), holds_(holds_orientation(robot_)) {
   const int n = robot_.cable_count();
-  if (n < 3 || n > 5) {
-    throw InputError("inverse geometrico-static problem: needs 3, 4 or 5 cables, not " +
-                     std::to_string(n) +
-                     (n < 3 ? "; with fewer the position cannot be chosen freely"
-                            : "; with six or more statics alone do not give the orientation"));
+  if (n < 3) {
+    throw InputError("inverse geometrico-static problem: needs 3 cables or more, not " +
+                     std::to_string(n) + "; with fewer the position cannot be chosen freely");
   }
   if (!(robot_.tension_min_N >= 0.0 && robot_.tension_min_N < robot_.tension_max_N &&
         std::isfinite(robot_.tension_max_N))) {
     throw InputError("tension_limits_N: need 0 <= minimum < maximum");
   }
+  const int free = n - (holds_ ? kCablesThatHold : 3);
   if (options_.distribution == TensionDistribution::given_lambda &&
-      (options_.lambda_N.size() != n - 3 || !options_.lambda_N.allFinite())) {
-    throw InputError("given_lambda: needs " + std::to_string(n - 3) + " finite values of lambda_N");
+      (options_.lambda_N.size() != free || !options_.lambda_N.allFinite())) {
+    throw InputError("given_lambda: needs " + std::to_string(free) + " finite values of lambda_N");
   }
+  if (options_.rotation && !holds_) {
+    throw InputError("rotation: " + std::to_string(n) +
+                     " cables do not hold an orientation, statics choose it; leave it out");
+  }
+  if (holds_ && !options_.rotation) options_.rotation = held_orientation(robot_);
   length_scale_m_ = characteristic_length_m(robot_);
   moment_scale_Nm_ = std::max(robot_.weight_N(), 1e-12) * length_scale_m_;
 }
@@ -66,6 +71,7 @@ InverseSolver::Moment InverseSolver::moment(const PlatformState& state, bool wit
 
 InverseSolver::Point InverseSolver::continue_from(const Vector3& position_m,
                                                   const Eigen::Quaterniond& rotation) const {
+  if (holds_) return held(position_m, rotation);
   Point point;
   point.rotation = rotation;
   double previous = HUGE_VAL;
@@ -95,10 +101,31 @@ InverseSolver::Point InverseSolver::continue_from(const Vector3& position_m,
   return point;
 }
 
+InverseSolver::Point InverseSolver::held(const Vector3& position_m,
+                                         const Eigen::Quaterniond& rotation) const {
+  Point point;
+  point.rotation = rotation;
+  const PlatformState state = platform_state(robot_, {position_m, rotation});
+  if (!state.valid) {
+    point.status = EquilibriumStatus::invalid_geometry;
+    return point;
+  }
+  const DistributedTension tension =
+      distribute_wrench(robot_, state, options_.distribution, options_.lambda_N);
+  if (!tension.valid) return point;
+  point.tension_N = tension.tension_N;
+  classify(state, point);
+  return point;
+}
+
 void InverseSolver::classify(const PlatformState& state, Point& point) const {
   point.margin_N = tension_margin_N(robot_, point.tension_N);
   if (point.margin_N < -kLimitSlack * (robot_.tension_max_N - robot_.tension_min_N)) {
     point.status = EquilibriumStatus::infeasible;
+    return;
+  }
+  if (holds_ && options_.stability == StabilityNotion::locked_lengths) {
+    point.status = EquilibriumStatus::found;  // no motion is left that lengths do not resist
     return;
   }
   const Matrix6 hessian = stiffness(robot_, state, point.tension_N);
@@ -111,6 +138,7 @@ void InverseSolver::classify(const PlatformState& state, Point& point) const {
 InverseSolver::Point InverseSolver::search_from(const Vector3& position_m,
                                                 const Eigen::Quaterniond& rotation,
                                                 int* evaluations) const {
+  if (holds_) return continue_from(position_m, rotation);
   PoseObjective objective;
   objective.value = [this](const Pose&, const PlatformState& state, Vector6* gradient) {
     const Moment m = moment(state);
@@ -136,6 +164,10 @@ InverseSolver::Point InverseSolver::search_from(const Vector3& position_m,
 }
 
 InverseSolver::Point InverseSolver::solve(const Vector3& position_m, int* evaluations) const {
+  if (holds_) {
+    if (evaluations != nullptr) ++*evaluations;
+    return held(position_m, *options_.rotation);
+  }
   Point best;
   best.rotation = Eigen::Quaterniond(kNaN, kNaN, kNaN, kNaN);
   bool any = false;
@@ -157,7 +189,8 @@ InverseResult InverseSolver::describe(const Vector3& position_m, const Point& po
       result.reason = "a platform anchor would be inside a pulley or on its swivel axis";
       return result;
     case EquilibriumStatus::not_found:
-      result.reason = "no orientation balances the moments at this position";
+      result.reason = holds_ ? "the cables do not hold the platform in all six directions there"
+                             : "no orientation balances the moments at this position";
       return result;
     case EquilibriumStatus::infeasible:
       result.reason = "a tension misses its limits by " + std::to_string(-point.margin_N) + " N";
@@ -209,6 +242,11 @@ std::vector<InverseResult> all_equilibria_at(const Robot& robot, const Vector3& 
   if (!position_m.allFinite()) throw InputError("position_m: must be finite [m]");
   const InverseSolver solver(robot, options);
   std::vector<InverseResult> results;
+  if (holds_orientation(robot)) {  // one, as commanded
+    results.push_back(solver.describe(position_m, solver.solve(position_m)));
+    if (!results.front().balanced()) results.clear();
+    return results;
+  }
   for (const Eigen::Quaterniond& rotation : start_rotations(robot, true)) {
     for (const auto& point :
          {solver.search_from(position_m, rotation), solver.continue_from(position_m, rotation)}) {

@@ -1,4 +1,5 @@
-// Inverse geometrico-static problem: position → orientation and tensions (eqs A1–A3).
+// Inverse geometrico-static problem: position → orientation and tensions (eqs A1–A3). From six
+// cables on the orientation is commanded, not found, and tensions alone are to be chosen.
 #pragma once
 
 #include <optional>
@@ -14,7 +15,9 @@ enum class StabilityNotion { locked_lengths, constant_tensions };
 
 struct InverseOptions {
   TensionDistribution distribution = TensionDistribution::barycentre;
-  CableVector lambda_N;  ///< n − 3 values, for given_lambda (see ForceFamily)
+  CableVector lambda_N;  ///< n − 3 values, for given_lambda (see ForceFamily); n − 6 from six on
+  /// Commanded, from six cables on; default: held_orientation.
+  std::optional<Eigen::Quaterniond> rotation;
   StabilityNotion stability = StabilityNotion::locked_lengths;  ///< the paper's (eq. A4)
   double tolerance = 1e-10;  ///< moment error ÷ (weight · characteristic length)
   int max_newton_steps = 20;
@@ -23,15 +26,15 @@ struct InverseOptions {
 
 /// An equilibrium with what the inverse problem adds to it.
 struct InverseResult : EquilibriumResult {
-  CableVector lambda_N;    ///< n − 3 values
+  CableVector lambda_N;    ///< n − 3 values; n − 6 from six cables on
   double margin_N = kNaN;  ///< tension_margin_N: negative when infeasible
 };
 
 /// Solves many positions of one robot. Checks the problem once; what follows does not allocate.
 class InverseSolver {
  public:
-  /// Throws InputError unless 3 ≤ n ≤ 5 (with fewer cables a position cannot be chosen freely, with
-  /// more the orientation is not given by statics), 0 ≤ τ_min < τ_max < ∞ and λ has n − 3 values.
+  /// Throws InputError for n < 3 (a position cannot be chosen freely), a rotation of fewer than six
+  /// cables, and unless 0 ≤ τ_min < τ_max < ∞ and λ has n − 3 values (n − 6 from six cables on).
   InverseSolver(Robot robot, const InverseOptions& options);
 
   struct Point {
@@ -43,13 +46,15 @@ class InverseSolver {
   };
 
   /// Newton on eq. A1 from a rotation that is close (a solved neighbour). Status: found,
-  /// infeasible (limits, eq. A3), unstable (eq. A4), not_found, invalid_geometry.
+  /// infeasible (limits, eq. A3), unstable (eq. A4), not_found, invalid_geometry. From six cables on
+  /// the rotation is kept: status found where it is wrench-feasible within the limits.
   [[nodiscard]] Point continue_from(const Vector3& position_m,
                                     const Eigen::Quaterniond& rotation) const;
 
   /// From nothing: NLopt minimises the squared moment (eq. A1) from several orientations, Newton
   /// polishes. The first found one wins; otherwise the best of the others, by the order of
-  /// EquilibriumStatus. `evaluations`, when given, is increased by what it cost.
+  /// EquilibriumStatus. `evaluations`, when given, is increased by what it cost. From six cables on
+  /// at options().rotation.
   [[nodiscard]] Point solve(const Vector3& position_m, int* evaluations = nullptr) const;
 
   /// NLopt, then Newton, from one rotation.
@@ -60,6 +65,7 @@ class InverseSolver {
   [[nodiscard]] InverseResult describe(const Vector3& position_m, const Point& point) const;
 
   [[nodiscard]] const Robot& robot() const { return robot_; }
+  /// As given, with the rotation that is commanded from six cables on.
   [[nodiscard]] const InverseOptions& options() const { return options_; }
 
   /// Left side of eq. A1 [Nm], world axes, about P, and its derivatives (Nm/rad; Nm/m when asked).
@@ -74,11 +80,13 @@ class InverseSolver {
 
  private:
   void classify(const PlatformState& state, Point& point) const;
+  [[nodiscard]] Point held(const Vector3& position_m, const Eigen::Quaterniond& rotation) const;
 
   Robot robot_;
   InverseOptions options_;
   double length_scale_m_;
   double moment_scale_Nm_;
+  bool holds_;  ///< six cables or more
 };
 
 /// One position. With `start` Newton goes first, NLopt from there if it fails; without, see

@@ -25,7 +25,7 @@ struct HalfPlane {
 };
 
 struct HalfPlanes {
-  std::array<HalfPlane, 10> plane;
+  std::array<HalfPlane, 2 * kMaxCables> plane;
   int count = 0;
 };
 
@@ -66,8 +66,9 @@ Barycentre interval_midpoint(const MovingFamily& f, double low_N, double high_N)
 
 /// A convex polygon, counter-clockwise; edge k runs from corner k to k + 1 and lies on plane[k].
 struct Polygon {
-  std::array<Vector2d, 16> corner;
-  std::array<int, 16> plane;
+  // A square, and each half plane adds a corner at most.
+  std::array<Vector2d, 4 + 2 * kMaxCables> corner;
+  std::array<int, 4 + 2 * kMaxCables> plane;
   int count = 0;
 };
 
@@ -96,7 +97,8 @@ Polygon clip(const Polygon& in, const HalfPlane& by, int plane) {
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 /// λ where the largest violation s of the limits is least: the best vertex of the linear programme
-/// "min s subject to normalᵀλ − s ≤ bound", found by trying the (at most 120) triples.
+/// "min s subject to normalᵀλ − s ≤ bound", found by trying the triples (120 of five
+/// cables, 560 of eight).
 Barycentre least_violation(const MovingFamily& f, const HalfPlanes& planes) {
   Barycentre result;
   result.by.fill(Vector2d::Zero());
@@ -136,11 +138,13 @@ Barycentre least_violation(const MovingFamily& f, const HalfPlanes& planes) {
   return result;
 }
 
-Barycentre polygon_centroid(const MovingFamily& f, double low_N, double high_N) {
+Barycentre polygon_centroid(const MovingFamily& f, double low_N, double high_N,
+                            bool nearest_miss) {
   const HalfPlanes planes = half_planes(f, low_N, high_N);
   // |λ| = |Nλ| ≤ |τ| + |τ₀|, so this square holds every feasible λ.
   const double reach =
-      2.0 * (std::sqrt(5.0) * std::max(std::abs(low_N), std::abs(high_N)) + f.particular_N.norm());
+      2.0 * (std::sqrt(f.cable_count) * std::max(std::abs(low_N), std::abs(high_N)) +
+             f.particular_N.norm());
   Polygon polygon;
   polygon.corner = {Vector2d(-reach, -reach), Vector2d(reach, -reach), Vector2d(reach, reach),
                     Vector2d(-reach, reach)};
@@ -159,7 +163,9 @@ Barycentre polygon_centroid(const MovingFamily& f, double low_N, double high_N) 
     moment += cross(a, b) * (a + b) / 3.0;
   }
   const double range = high_N - low_N;
-  if (!(twice_area > 1e-12 * range * range)) return least_violation(f, planes);
+  if (!(twice_area > 1e-12 * range * range)) {
+    return nearest_miss ? least_violation(f, planes) : Barycentre{};
+  }
 
   Barycentre result;
   result.exists = true;
@@ -187,9 +193,10 @@ Barycentre polygon_centroid(const MovingFamily& f, double low_N, double high_N) 
 
 }  // namespace
 
-Barycentre barycentre(const MovingFamily& family, double low_N, double high_N) {
+Barycentre barycentre(const MovingFamily& family, double low_N, double high_N,
+                      bool nearest_miss) {
   return family.freedom == 1 ? interval_midpoint(family, low_N, high_N)
-                             : polygon_centroid(family, low_N, high_N);
+                             : polygon_centroid(family, low_N, high_N, nearest_miss);
 }
 
 }  // namespace cdprcal

@@ -8,12 +8,12 @@ namespace cdprcal {
 /// The family and how it moves with `directions` motion coordinates (three or six).
 struct MovingFamily {
   int cable_count = 0;
-  int freedom = 0;  ///< n − 3: 1 or 2
+  int freedom = 0;  ///< of λ: 1 or 2
   int directions = 0;
   CableVector particular_N;                                  ///< τ₀
   NullBasis basis;                                           ///< N
-  std::array<Eigen::Matrix<double, 5, 1>, 6> particular_by;  ///< ∂τ₀, a direction
-  std::array<Eigen::Matrix<double, 5, 2>, 6> basis_by;       ///< ∂N, a direction
+  std::array<Eigen::Matrix<double, kMaxCables, 1>, 6> particular_by;  ///< ∂τ₀, a direction
+  std::array<Eigen::Matrix<double, kMaxCables, 2>, 6> basis_by;       ///< ∂N, a direction
 };
 
 struct Barycentre {
@@ -23,7 +23,8 @@ struct Barycentre {
 };
 
 /// Interval midpoint (one λ) or polygon centroid (two). When the polytope is empty: see
-/// DistributedTension::polytope_exists.
-Barycentre barycentre(const MovingFamily& family, double low_N, double high_N);
+/// DistributedTension::polytope_exists; `nearest_miss` false: λ is then left at 0, sooner.
+Barycentre barycentre(const MovingFamily& family, double low_N, double high_N,
+                      bool nearest_miss = true);
 
 }  // namespace cdprcal

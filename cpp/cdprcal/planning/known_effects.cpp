@@ -4,6 +4,7 @@
 
 #include "cdprcal/effects/pose_evaluation.hpp"
 #include "cdprcal/equilibria/direct.hpp"
+#include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/statics/tension.hpp"
 
 namespace cdprcal {
@@ -59,6 +60,7 @@ CableVector KnownEffects::reading_N(const Pose& pose, const CableVector& tension
 }
 
 std::optional<Pose> KnownEffects::settled(const CableVector& reading_N, const Pose& near) const {
+  if (holds_orientation(robot_)) return near;
   const Measurement measurement = at_rest(reading_N);
   const double length_scale_m = characteristic_length_m(robot_);
   Pose pose = near;
@@ -84,6 +86,7 @@ std::optional<Pose> KnownEffects::settled(const CableVector& reading_N, const Po
 std::optional<SetPoint> KnownEffects::as_planned(const SetPoint& stop) const {
   const CableVector tension = tension_N(stop.pose, stop.tension_N);
   if (!(tension.minCoeff() >= 0.0)) return std::nullopt;
+  if (holds_orientation(robot_)) return SetPoint{stop.pose, tension};
   const EquilibriumResult rest = direct_from_tensions(robot_, tension, stop.pose);
   if (rest.status != EquilibriumStatus::found) return std::nullopt;
   return SetPoint{rest.pose, tension};

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/planning/observability.hpp"
 
@@ -124,6 +125,7 @@ std::optional<NextStop> NextStopChooser::choose(const std::vector<int>& measured
                                        : place.tension_N);
     best->way.transition_s.push_back(leg.timing.transition_s);
     best->way.via.push_back(leg.to != best_place);
+    if (holds_orientation(effects_.robot())) best->way.pose.push_back(place.pose);
   }
   return best;
 }

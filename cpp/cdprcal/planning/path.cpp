@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "cdprcal/equilibria/held_motion.hpp"
 #include "cdprcal/equilibria/starts.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/statics/tension.hpp"
@@ -16,11 +17,14 @@ constexpr double kMoveShare = 1.0 / 40.0;  ///< of the robot's size, between two
 constexpr double kLeastStep = 1e-5;        ///< of the fraction: below, the equilibrium is lost
 constexpr int kNewtonSteps = 12;
 constexpr double kBalance = 1e-10;  ///< error ÷ weight, as in DirectOptions
+/// Error ÷ weight that tensions of a plan may have where lengths hold the pose: far below what a load
+/// cell tells, far above what a file rounds.
+constexpr double kHeldBalance = 1e-3;
 
 std::string place(double fraction, const Vector3& p) {
   std::ostringstream out;
   out.precision(3);
-  out << "at " << 100.0 * fraction << " % of the tension change, near (" << p.x() << ", " << p.y()
+  out << "at " << 100.0 * fraction << " % of the way, near (" << p.x() << ", " << p.y()
       << ", " << p.z() << ") m";
   return out.str();
 }
@@ -111,7 +115,7 @@ PathPoint PathChecker::describe(double fraction, const Pose& pose, const CableVe
 
 /// Adds a point, or says in `path` why it may not be there.
 bool PathChecker::accept(const PathPoint& point, Path& path) const {
-  if (!(point.stiffness_N_m > 0.0)) {
+  if (!holds_orientation(solver_.robot()) && !(point.stiffness_N_m > 0.0)) {
     fail(path, PathStatus::unstable, point, "the platform is no longer stable");
   } else if (tension_margin_N(solver_.robot(), point.tension_N) <
              options_.tension_margin_N - 1e-9 * solver_.robot().tension_max_N) {
@@ -126,7 +130,35 @@ bool PathChecker::accept(const PathPoint& point, Path& path) const {
   return path.clear();
 }
 
+/// Lengths lead the pose: every point of the way must be one where the cables hold it.
+Path PathChecker::follow_held(const SetPoint& from, const SetPoint& to) const {
+  Path path;
+  const Robot& robot = solver_.robot();
+  const HeldMotion motion(from.pose, from.tension_N, to.pose, to.tension_N);
+  const int steps = std::max(1, static_cast<int>(std::ceil(size_of(motion.twist, step_limit_m_))));
+  for (int k = 0; k <= steps; ++k) {
+    const double fraction = static_cast<double>(k) / steps;
+    const HeldPoint held = held_point(robot, motion, fraction);
+    PathPoint point{fraction, held.pose, held.tension_N, motion.twist, CableVector(), 0.0};
+    if (held.tension_N.size() == 0) {
+      fail(path, PathStatus::outside_workspace, point, "the cables do not hold the platform");
+      return path;
+    }
+    point.length_by_fraction_m = length_jacobian(held.state) * motion.twist;
+    point.stiffness_N_m = stability(robot, held.state, held.tension_N).constant_tensions_N_m;
+    if (!accept(point, path)) return path;
+    const CableVector& end_N = k == 0 ? from.tension_N : to.tension_N;
+    if ((k == 0 || k == steps) &&
+        (held.tension_N - end_N).norm() > kHeldBalance * robot.weight_N()) {
+      fail(path, PathStatus::unstable, point, "the tensions do not hold the platform");
+      return path;
+    }
+  }
+  return path;
+}
+
 Path PathChecker::follow(const SetPoint& from, const SetPoint& to) const {
+  if (holds_orientation(solver_.robot())) return follow_held(from, to);
   Path path;
   const CableVector change_N = to.tension_N - from.tension_N;
   Pose start = from.pose;

@@ -4,7 +4,7 @@
 // Every tension follows the same fifth-degree polynomial, so the tensions run along the straight
 // line between the set-points whatever the duration, and the quasi-static path depends on the line
 // alone: at each fraction of it the platform rests in the equilibrium that continues the one
-// before.
+// before. Six cables and more lead the pose itself, by their lengths: see equilibria/held_motion.hpp.
 #pragma once
 
 #include <optional>
@@ -33,7 +33,7 @@ struct PathOptions {
 
 /// One equilibrium on the way.
 struct PathPoint {
-  double fraction = 0.0;  ///< of the tension change: 0 … 1
+  double fraction = 0.0;  ///< of the change of tensions, or of the pose: 0 … 1
   Pose pose;
   CableVector tension_N;
   Vector6 twist_by_fraction;         ///< dζ/ds [m, rad], world axes
@@ -61,7 +61,8 @@ class PathChecker {
 
   /// Continues the equilibrium by Newton steps from one set-point to the other. Steps are short
   /// enough that the prediction is good and the stiffness never drops by more than half between
-  /// points, so no loss of stability is stepped over. Stops at the first point that is not allowed.
+  /// points, so no loss of stability is stepped over. From six cables on along the HeldMotion, which
+  /// must be wrench-feasible all the way. Stops at the first point that is not allowed.
   [[nodiscard]] Path follow(const SetPoint& from, const SetPoint& to) const;
 
   /// Whether the platform may be at a position: within the bounds and the static workspace.
@@ -75,6 +76,7 @@ class PathChecker {
   [[nodiscard]] PathPoint describe(double fraction, const Pose& pose, const CableVector& tension_N,
                                    const CableVector& change_N) const;
   [[nodiscard]] bool accept(const PathPoint& point, Path& path) const;
+  [[nodiscard]] Path follow_held(const SetPoint& from, const SetPoint& to) const;
 
   const SetPointSolver& solver_;
   PathOptions options_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/planning/candidates.hpp"
 #include "cdprcal/planning/known_effects.hpp"
@@ -241,10 +242,12 @@ class Planner {
         stop.tension_N = place.tension_N;
         stop.transition_s = timing.transition_s;
         stop.dwell_s = stop.measured ? timing.dwell_s : timing.settling_s;
-        stop.natural_frequencies_hz =
-            free_motion_modes(robot_, state, place.tension_N).natural_frequency_hz;
-        stop.constant_tension_frequencies_hz =
-            constant_tension_modes(robot_, state, place.tension_N).natural_frequency_hz;
+        if (!holds_orientation(robot_)) {
+          stop.natural_frequencies_hz =
+              free_motion_modes(robot_, state, place.tension_N).natural_frequency_hz;
+          stop.constant_tension_frequencies_hz =
+              constant_tension_modes(robot_, state, place.tension_N).natural_frequency_hz;
+        }
         plan.poses.push_back(stop);
         plan.start_dwell_s = std::max(plan.start_dwell_s, timing.dwell_s);
         if (stop.measured) measured.push_back(place);
@@ -272,6 +275,8 @@ int Plan::measured_count() const {
   return static_cast<int>(
       std::count_if(poses.begin(), poses.end(), [](const PlannedPose& p) { return p.measured; }));
 }
+
+bool Plan::led_by_lengths() const { return start_tension_N.size() >= kCablesThatHold; }
 
 const char* to_string(PlanStatus status) {
   switch (status) {

@@ -23,7 +23,8 @@ struct PlannedPose {
   double transition_s = 0.0;  ///< of the fifth-degree transition from the stop before
   double dwell_s = 0.0;       ///< until the platform rests and, when measured, has been measured
   ModeVector natural_frequencies_hz;           ///< free motions (locked cables): 6 − n, rising
-  ModeVector constant_tension_frequencies_hz;  ///< under force control: 6, rising
+  ModeVector constant_tension_frequencies_hz;  ///< under force control: 6, rising; from six cables
+                                               ///< on both are empty: lengths hold the platform
 };
 
 /// What `acquire` runs. Everything in SI units, the world frame, poses of P. Tensions are
@@ -41,6 +42,8 @@ struct Plan {
   Vector6 predicted_standard_deviation = Vector6::Constant(kNaN);
 
   [[nodiscard]] int measured_count() const;
+  /// Whether lengths lead the platform from pose to pose (six cables and more), not tensions.
+  [[nodiscard]] bool led_by_lengths() const;
 };
 
 struct PlanProgress {
@@ -101,7 +104,7 @@ struct PlanResult {
 /// and inertia throughout; readings and poses of the finished plan are those of the robot with all
 /// of them, so with an external force a stop is where it rests, a little off the grid. A pose that
 /// cannot be measured or reached is a status, not an exception. Throws InputError for options that
-/// make no sense and for robots without an inverse problem (n < 3, n > 5).
+/// make no sense and for robots without an inverse problem (n < 3).
 PlanResult make_plan(const Robot& robot, const PlanOptions& options = {});
 
 /// Follows a plan's transitions with a robot's model, as make_plan did: a plan edited by hand, or

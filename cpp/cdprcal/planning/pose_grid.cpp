@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
 #include "cdprcal/workspace/inscribed_box.hpp"
@@ -53,7 +54,8 @@ Workspace coarse_workspace(const Robot& robot, const SetPointOptions& options,
   search.boundary_halvings = 0;
   search.inverse.distribution = options.distribution;
   search.inverse.lambda_N = options.lambda_N;
-  search.inverse.stability = StabilityNotion::constant_tensions;
+  search.inverse.rotation = options.rotation;
+  if (!holds_orientation(robot)) search.inverse.stability = StabilityNotion::constant_tensions;
   if (proceed) search.progress = [&](const WorkspaceProgress&) { return proceed(); };
   return compute_workspace(robot, search);
 }
@@ -145,7 +147,9 @@ BoxProposal propose_measurement_box(const Robot& robot, const SetPointOptions& o
     proposal.box = box;
     proposal.reason = "the largest box inscribed in the static workspace, shrunk to " +
                       std::to_string(static_cast<int>(std::lround(100.0 * factor))) +
-                      " % so that a tension error of one sigma keeps the platform inside";
+                      " % so that " +
+                      (holds_orientation(robot) ? "an error of the lengths" : "a tension error") +
+                      " of one sigma keeps the platform inside";
     return proposal;
   }
   proposal.reason =

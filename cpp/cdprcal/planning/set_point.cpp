@@ -1,18 +1,21 @@
 #include "cdprcal/planning/set_point.hpp"
 
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <sstream>
 
+#include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
 
 namespace cdprcal {
 namespace {
 
-InverseOptions inverse_options(const SetPointOptions& options) {
+InverseOptions inverse_options(const Robot& robot, const SetPointOptions& options) {
   InverseOptions out;
   out.distribution = options.distribution;
   out.lambda_N = options.lambda_N;
-  out.stability = StabilityNotion::constant_tensions;
+  out.rotation = options.rotation;
+  if (!holds_orientation(robot)) out.stability = StabilityNotion::constant_tensions;
   return out;
 }
 
@@ -43,7 +46,7 @@ double tension_margin_N(const Robot& robot, const SetPointOptions& options) {
 }
 
 SetPointSolver::SetPointSolver(const Robot& robot, const SetPointOptions& options)
-    : solver_(robot, inverse_options(options)), margin_N_(tension_margin_N(robot, options)) {}
+    : solver_(robot, inverse_options(robot, options)), margin_N_(tension_margin_N(robot, options)) {}
 
 SetPointSolver::Result SetPointSolver::at(const Vector3& position_m) const {
   if (!position_m.allFinite()) throw InputError("set-point: the position must be finite [m]");
@@ -66,12 +69,18 @@ SetPointSolver::Result SetPointSolver::at(const Vector3& position_m) const {
 bool SetPointSolver::in_workspace(const Vector3& position_m,
                                   const Eigen::Quaterniond& rotation) const {
   if (solver_.continue_from(position_m, rotation).status == EquilibriumStatus::found) return true;
-  return solver_.solve(position_m).status == EquilibriumStatus::found;
+  return !holds_orientation(robot()) &&
+         solver_.solve(position_m).status == EquilibriumStatus::found;
 }
 
 Vector6 settling_deviation(const Robot& robot, const SetPoint& set_point) {
   const PlatformState state = platform_state(robot, set_point.pose);
   if (!state.valid) return Vector6::Constant(kNaN);
+  if (holds_orientation(robot)) {
+    const Eigen::MatrixXd jacobian = length_jacobian(state);
+    const Eigen::MatrixXd by_length = jacobian.completeOrthogonalDecomposition().pseudoInverse();
+    return robot.sigma.length_m * by_length.rowwise().norm();
+  }
   const Eigen::PartialPivLU<Matrix6> hessian(stiffness(robot, state, set_point.tension_N));
   const WrenchMatrix by_tension = hessian.solve(structure_matrix(state));
   return robot.sigma.tension_N * by_tension.rowwise().norm();

@@ -1,5 +1,6 @@
-// Tension set-points: where the platform is to rest, and the tensions that hold it there
-// (paper §3.2.1).
+// Set-points: where the platform is to rest, and the tensions that hold it there (paper §3.2.1).
+// Up to five cables the tensions are commanded and lead it there; from six on its pose is, by
+// lengths, and the tensions are those it is held with.
 #pragma once
 
 #include <optional>
@@ -10,7 +11,8 @@
 
 namespace cdprcal {
 
-/// An equilibrium of constant tensions: command the tensions and the platform settles at the pose.
+/// An equilibrium. Up to five cables of constant tensions: command them and the platform settles at
+/// the pose.
 struct SetPoint {
   Pose pose;
   CableVector tension_N;  ///< n values
@@ -18,7 +20,8 @@ struct SetPoint {
 
 struct SetPointOptions {
   TensionDistribution distribution = TensionDistribution::barycentre;
-  CableVector lambda_N;  ///< n − 3 values, for given_lambda (see ForceFamily)
+  CableVector lambda_N;  ///< n − 3 values, for given_lambda (see InverseOptions)
+  std::optional<Eigen::Quaterniond> rotation;  ///< commanded, from six cables on
   /// Least distance of every tension from the robot's limits [N]; default: one σ of the load
   /// cells, so that a cable stays within its limits when its load cell is wrong by that much.
   std::optional<double> tension_margin_N;
@@ -28,8 +31,8 @@ struct SetPointOptions {
 /// or leaves nothing between the robot's limits.
 double tension_margin_N(const Robot& robot, const SetPointOptions& options);
 
-/// Set-points of one robot: inverse geometrico-static problem (eqs A1–A3) plus what force control
-/// asks for, stability at constant tensions and a margin to the limits.
+/// Set-points of one robot: inverse geometrico-static problem (eqs A1–A3) plus a margin to the limits
+/// and, up to five cables, what force control asks for: stability at constant tensions.
 class SetPointSolver {
  public:
   /// Throws InputError as InverseSolver and tension_margin_N do.
@@ -44,7 +47,7 @@ class SetPointSolver {
 
   /// Whether a position is inside the static workspace of appendix A, judged as force control
   /// does: some orientation is in balance there, within the limits (eq. A3) and stable at constant
-  /// tensions. `rotation` is where the search starts.
+  /// tensions. `rotation` is where the search starts; from six cables on it is kept.
   [[nodiscard]] bool in_workspace(const Vector3& position_m,
                                   const Eigen::Quaterniond& rotation) const;
 
@@ -58,7 +61,8 @@ class SetPointSolver {
 
 /// Standard deviation of the pose (position [m], world-frame rotation vector [rad]) at which the
 /// platform settles when every tension is wrong by one σ of the load cells, to first order:
-/// δζ = −(K + Q)⁻¹ Ξᵀ δτ. A platform on constant tensions is soft: centimetres for newtons.
+/// δζ = −(K + Q)⁻¹ Ξᵀ δτ. A platform on constant tensions is soft: centimetres for newtons. From six
+/// cables on, when every length is wrong by one σ of the encoders: δζ = (∂l/∂ζ)⁺ δl.
 Vector6 settling_deviation(const Robot& robot, const SetPoint& set_point);
 
 /// Whether the platform stays inside the workspace when it settles one such deviation away, up or

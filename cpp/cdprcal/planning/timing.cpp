@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
 
 namespace cdprcal {
@@ -142,6 +143,18 @@ double TransitionTimer::least_by_speed_s(const Path& path) const {
   return least;
 }
 
+Timing TransitionTimer::held_time(const Path& path) const {
+  // A fifth-degree transition of peak speed v has a peak acceleration of 3.08 v/T; winches come to
+  // their speed within kRamp_s.
+  constexpr double kRamp_s = 0.2;
+  constexpr double kPeak = 5.7735 / 1.875;
+  Timing timing;
+  timing.transition_s = rounded_up(std::max(least_by_speed_s(path), kPeak * kRamp_s));
+  timing.settling_s = DetectionOptions{}.window_s;
+  timing.dwell_s = timing.settling_s + options_.measuring_s;
+  return timing;
+}
+
 std::optional<double> TransitionTimer::least_by_workspace_s(const Path& path,
                                                             double at_least_s) const {
   constexpr double kLonger = 1.25;
@@ -163,6 +176,7 @@ std::optional<double> TransitionTimer::least_by_workspace_s(const Path& path,
 
 std::optional<Timing> TransitionTimer::time(const Path& path) const {
   const Robot& robot = checker_.robot();
+  if (holds_orientation(robot)) return held_time(path);
   const End start = end_of(robot, path.points.front(), path.points);
   const End end = end_of(robot, path.points.back(), path.points);
   // The equilibrium must move slowly against the slowest swing for all of this to hold.

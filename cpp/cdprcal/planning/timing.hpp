@@ -5,6 +5,9 @@
 // its six modes at constant tensions. The jerk at both ends is what excites a mode of frequency ω,
 // by about 60 (ωT)⁻³ of the distance that the equilibrium moves in that mode. Then
 // the ringing decays as e^{−ζωt}. A longer transition needs a shorter wait: T makes the sum least.
+//
+// Where lengths hold the whole pose (six cables and more) nothing swings: speed and the winches' ramp
+// say how long a transition takes, and the wait is one window in which rest is seen.
 #pragma once
 
 #include <optional>
@@ -52,6 +55,7 @@ class TransitionTimer {
 
  private:
   [[nodiscard]] double least_by_speed_s(const Path& path) const;
+  [[nodiscard]] Timing held_time(const Path& path) const;
   [[nodiscard]] std::optional<double> least_by_workspace_s(const Path& path,
                                                            double at_least_s) const;
 

@@ -127,7 +127,7 @@ PlantDynamics::Pull PlantDynamics::pull(int i, const StrandState& end,
   const Winch& winch = winch_[i];
   const double told = command.values[i];
   Pull out;
-  if (command.mode == WinchMode::velocity) {
+  if (command.mode[i] == WinchMode::velocity) {
     const double limit = winch_options_.max_velocity_m_s;
     const double target = std::clamp(told, -limit, limit) / (1.0 + p_.ratio_error[i]);
     const double lag = winch_options_.time_constant_s;
@@ -140,7 +140,7 @@ PlantDynamics::Pull PlantDynamics::pull(int i, const StrandState& end,
   }
   // A mass and a dashpot at the drum between the cable's pull and what was told, solved for the
   // speed at the end of the step. The drive's lag makes the mass of a tension loop.
-  const bool loop = command.mode == WinchMode::tension;
+  const bool loop = command.mode[i] == WinchMode::tension;
   const double mass = loop ? virtual_kg_ : drum_kg_;
   const double dashpot = loop ? dashpot_N_s_m_ : drum_damping_N_s_m_;
   const double error_N = loop ? command.reading_error_N[i] : 0.0;

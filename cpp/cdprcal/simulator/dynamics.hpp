@@ -18,10 +18,10 @@
 
 namespace cdprcal {
 
-/// What the drives are told, one number a cable: speeds of pay-out [m/s, by the encoder], or
-/// tensions [N], by the mode.
+/// What the drives are told, one number a cable: a speed of pay-out [m/s, by the encoder], or a
+/// tension [N], by the mode of its drive.
 struct WinchCommand {
-  WinchMode mode = WinchMode::velocity;
+  std::array<WinchMode, kMaxCables> mode{};  ///< velocity
   CableVector values;
   CableVector reading_error_N;  ///< tension mode: reading − tension of the load cells, now
 };

@@ -75,7 +75,10 @@ StartUpRun simulate_startup(const Robot& robot, const StartUpPlan& plan,
   StartUpRun run;
   const CableVector initial_N =
       options.initial_tension_N.size() > 0 ? options.initial_tension_N : plan.setpoint_N.front();
-  const RestResult placed = simulator.reset(initial_N);
+  const RestResult placed =
+      plan.pose.empty()
+          ? simulator.reset(initial_N)
+          : simulator.reset(options.initial_pose.value_or(plan.pose.front()), initial_N);
   if (!placed.found) {
     run.reason = "the robot cannot hang at its initial tensions: " + placed.reason;
     return run;
@@ -117,7 +120,12 @@ StartUpRun simulate_startup(const Robot& robot, const StartUpPlan& plan,
       simulator.hold();
     } else if (options.simulator.winch.mode != WinchMode::velocity &&
                command.state != StartUpState::holding && command.state != StartUpState::done) {
-      simulator.command_tension(command.tension_setpoint_N);
+      if (command.by_tension.empty()) {
+        simulator.command_tension(command.tension_setpoint_N);
+      } else {
+        simulator.command_each(command.velocity_m_s, command.tension_setpoint_N,
+                               command.by_tension);
+      }
     } else {
       simulator.command_velocity(command.velocity_m_s);
     }

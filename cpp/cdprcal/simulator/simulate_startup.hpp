@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "cdprcal/readings/equilibrium_detection.hpp"
 #include "cdprcal/readings/log.hpp"
@@ -39,6 +40,9 @@ struct StartUpRunOptions {
   double max_duration_s = 3600.0;  ///< of the robot's time: ends as holding
   /// True tensions at power-on [N], n values; empty: the first set-point.
   CableVector initial_tension_N;
+  /// Where the platform is at power-on when lengths lead it (StartUpPlan::pose), under the tensions
+  /// in balance there closest to the initial ones; nothing: at the plan's first pose.
+  std::optional<Pose> initial_pose;
   /// Changes what StartUp is told, for fault injection. Called with every sample.
   std::function<void(RobotSample&)> tamper;
   /// Called with every command; false stops the run as the operator would.

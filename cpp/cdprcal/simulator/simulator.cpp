@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 
 #include "cdprcal/equilibria/direct.hpp"
+#include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/statics/tension.hpp"
 
@@ -73,8 +74,12 @@ RestResult Simulator::start_at(const Pose& start, const CableVector& tension_N) 
     rest.reason = "the plant with its effects has no equilibrium near the ideal one";
     return rest;
   }
+  return begin(rest);
+}
+
+RestResult Simulator::begin(RestResult rest) {
   rest.found = true;
-  dynamics_.place(rest.pose, tension_N);
+  dynamics_.place(rest.pose, rest.tension_N);
   sensors_.reset(dynamics_);
   next_event_ = 0;
   crashed_.clear();
@@ -100,20 +105,70 @@ RestResult Simulator::reset(const Pose& pose) {
   return start_at(ideal.pose, ideal.tension_N);
 }
 
+RestResult Simulator::reset(const Pose& pose, const CableVector& tension_N) {
+  const Robot& robot = parameters_.robot;
+  check_count(tension_N, robot.cable_count(), "tension_N");
+  const PlatformState state = platform_state(robot, pose);
+  if (!state.valid) return {false, describe_invalid(state), {}, {}};
+  RestResult rest{false, "", pose, tension_N};
+  const double length_m = characteristic_length_m(robot);
+  // The plant's own balance, effects included, by tensions: linear in them but for sag and frame.
+  for (int iteration = 0; iteration < 50; ++iteration) {
+    const Vector6 wrench = dynamics_.net_wrench(pose, rest.tension_N);
+    if (!wrench.allFinite()) break;
+    if (balance_error_N(wrench, length_m) < 1e-10 * robot.weight_N()) {
+      if (!(rest.tension_N.minCoeff() > 0.0)) return {false, "a cable is slack there", {}, {}};
+      return begin(rest);
+    }
+    const CableVector change_N = tensions_of_least_norm(robot, state, wrench);
+    if (change_N.size() == 0) break;
+    rest.tension_N += change_N;
+  }
+  return {false, "the cables do not hold the platform there", {}, {}};
+}
+
 void Simulator::command_velocity(const CableVector& velocity_m_s) {
   check_count(velocity_m_s, parameters_.robot.cable_count(), "velocity_m_s");
-  command_ = {WinchMode::velocity, velocity_m_s, {}};
+  command_ = {{}, velocity_m_s, {}};
+  reads_tension_ = false;
 }
 
 void Simulator::command_tension(const CableVector& tension_N) {
   check_count(tension_N, parameters_.robot.cable_count(), "tension_N");
   const bool torque = options_.winch.mode == WinchMode::torque;
-  command_ = {torque ? WinchMode::torque : WinchMode::tension, tension_N, {}};
+  command_ = {{}, tension_N, {}};
+  command_.mode.fill(torque ? WinchMode::torque : WinchMode::tension);
+  reads_tension_ = !torque;
+  note_reading_error();
+}
+
+void Simulator::command_each(const CableVector& velocity_m_s, const CableVector& tension_N,
+                             const std::vector<bool>& by_tension) {
+  const int n = parameters_.robot.cable_count();
+  check_count(velocity_m_s, n, "velocity_m_s");
+  check_count(tension_N, n, "tension_N");
+  if (static_cast<int>(by_tension.size()) != n) {
+    throw InputError("simulator: by_tension: give " + std::to_string(n) + " values, one a cable");
+  }
+  if (options_.winch.mode == WinchMode::torque) {
+    throw InputError(
+        "simulator: winches in torque mode do not follow lengths; take winches in tension or "
+        "velocity mode");
+  }
+  command_ = {{}, velocity_m_s, {}};
+  reads_tension_ = false;
+  for (int i = 0; i < n; ++i) {
+    if (!by_tension[static_cast<std::size_t>(i)]) continue;
+    command_.mode[static_cast<std::size_t>(i)] = WinchMode::tension;
+    command_.values[i] = tension_N[i];
+    reads_tension_ = true;
+  }
   note_reading_error();
 }
 
 void Simulator::hold() {
-  command_ = {WinchMode::velocity, CableVector::Zero(parameters_.robot.cable_count()), {}};
+  command_ = {{}, CableVector::Zero(parameters_.robot.cable_count()), {}};
+  reads_tension_ = false;
 }
 
 void Simulator::push(const Vector3& velocity_m_s, const Vector3& body_rate_rad_s) {
@@ -145,7 +200,7 @@ bool Simulator::advance(double duration_s) {
       break;
     }
     sensors_.update(dynamics_);
-    if (command_.mode == WinchMode::tension) note_reading_error();
+    if (reads_tension_) note_reading_error();
   }
   return crashed_.empty();
 }

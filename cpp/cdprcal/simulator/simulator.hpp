@@ -13,6 +13,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "cdprcal/simulator/sensors.hpp"
 
@@ -52,12 +53,19 @@ class Simulator {
   /// At rest with the cable lengths of this pose: where the platform hangs when the winches are
   /// locked there. It is the pose itself if that is an equilibrium.
   RestResult reset(const Pose& pose);
+  /// At rest at this very pose, held by the lengths of six cables and more, under the tensions in
+  /// balance there that are closest to these [N].
+  RestResult reset(const Pose& pose, const CableVector& tension_N);
 
   /// Speeds of pay-out by the encoder [m/s], n values; drives in velocity mode.
   void command_velocity(const CableVector& velocity_m_s);
   /// Tensions [N], n values: set-points of the drives' own tension loops, or motor tensions when
   /// options say torque mode.
   void command_tension(const CableVector& tension_N);
+  /// Each drive by itself: true, its tension; false, its speed of pay-out. n values each. In torque
+  /// mode throws InputError: motors that only pull hold no pose.
+  void command_each(const CableVector& velocity_m_s, const CableVector& tension_N,
+                    const std::vector<bool>& by_tension);
   /// Winches stopped and locked.
   void hold();
 
@@ -81,6 +89,7 @@ class Simulator {
 
  private:
   RestResult start_at(const Pose& pose, const CableVector& tension_N);
+  RestResult begin(RestResult rest);
   void happen();
   void note_reading_error();
 
@@ -89,6 +98,7 @@ class Simulator {
   PlantDynamics dynamics_;
   SensorBank sensors_;
   WinchCommand command_;
+  bool reads_tension_ = false;  ///< some drive has a tension loop of its own
   std::size_t next_event_ = 0;
   std::string crashed_;
 };

@@ -4,66 +4,9 @@
 
 #include "cdprcal/error.hpp"
 #include "cdprcal/geometry/fifth_degree.hpp"
+#include "cdprcal/startup/startup_checks.hpp"
 
 namespace cdprcal {
-namespace {
-
-/// Cables may cross a fifth of the robot's size per second: the mean distance of the pulleys from
-/// their middle. For a robot of 1.6 m that is 0.32 m/s.
-double derived_velocity_m_s(const Robot& robot) {
-  Vector3 middle = Vector3::Zero();
-  for (const Cable& cable : robot.cables) middle += cable.pulley.position_m;
-  middle /= robot.cable_count();
-  double size = 0.0;
-  for (const Cable& cable : robot.cables) size += (cable.pulley.position_m - middle).norm();
-  size /= robot.cable_count();
-  // One cable: its pulley is the middle. Take the platform's own size, or a metre.
-  if (!(size > 1e-3)) size = 1.0;
-  return 0.2 * size;
-}
-
-void check_options(const StartUpOptions& o) {
-  const auto require = [](bool fine, const char* what) {
-    if (!fine) throw InputError(std::string("start-up options: ") + what);
-  };
-  require(o.record_s >= 0.0 && o.measure_s >= 0.0 && o.settle_timeout_s > 0.0,
-          "times must not be negative");
-  require(o.velocity_limit_m_s >= 0.0, "velocity_limit_m_s must not be negative");
-  require(o.control.bandwidth > 0.0 && o.control.filter > 0.0 && o.control.direction_error >= 0.0 &&
-              o.control.axial_stiffness_N > 0.0,
-          "control values must be positive");
-  require(o.rest.window_s > 0.0 && o.rest.confidence > 0.0 && o.rest.confidence < 1.0 &&
-              o.rest.tolerance >= 0.0,
-          "rest: window_s must be above 0, confidence between 0 and 1, tolerance 0 or more");
-}
-
-void check_plan(const Robot& robot, StartUpPlan& plan) {
-  if (plan.setpoint_N.empty()) throw InputError("start-up plan: no set-points; give at least one");
-  for (std::size_t k = 0; k < plan.setpoint_N.size(); ++k) {
-    const CableVector& t = plan.setpoint_N[k];
-    const std::string name = "start-up plan: set-point " + std::to_string(k + 1);
-    if (t.size() != robot.cable_count() || !t.allFinite()) {
-      throw InputError(name + ": give " + std::to_string(robot.cable_count()) +
-                       " finite tensions, one a cable");
-    }
-    if (t.minCoeff() < robot.tension_min_N || t.maxCoeff() > robot.tension_max_N) {
-      throw InputError(name + ": a tension is outside the robot's limits; give one within");
-    }
-  }
-  if (plan.transition_s.empty()) plan.transition_s.assign(plan.setpoint_N.size(), 0.0);
-  if (plan.transition_s.size() != plan.setpoint_N.size()) {
-    throw InputError("start-up plan: give as many transition times as set-points, or none");
-  }
-  if (!plan.via.empty() && plan.via.size() != plan.setpoint_N.size()) {
-    throw InputError("start-up plan: say of every set-point whether it is via, or of none");
-  }
-  for (const double t : plan.transition_s) {
-    if (!(t >= 0.0) || std::isinf(t))
-      throw InputError("start-up plan: transition_s must be 0 or more");
-  }
-}
-
-}  // namespace
 
 const char* to_string(StartUpState state) {
   switch (state) {
@@ -99,25 +42,57 @@ StartUp::StartUp(const Robot& robot, StartUpPlan plan, const StartUpOptions& opt
   check_options(options_);
   check_plan(robot_, plan_);
   transition_s_ = plan_.transition_s;
+  if (!plan_.pose.empty()) {
+    lengths_.emplace(robot_, cables_led_by_tension(robot_, plan_.pose), options_.control,
+                     velocity_limit_m_s_);
+    lengths_->reset(plan_.pose.front());
+  }
   // Leg 0 starts at tensions nobody knows yet; until then it is the place τ₀.
   std::optional<Pose> at;
-  for (std::size_t k = 0; k < plan_.setpoint_N.size(); ++k) {
-    const CableVector& from = plan_.setpoint_N[k == 0 ? 0 : k - 1];
-    PathResult path = follow_equilibrium(robot_, from, plan_.setpoint_N[k], at, k == 0 ? 1 : 9);
-    if (!path.found) {
-      throw InputError("start-up plan: no stable equilibrium on the way to set-point " +
-                       std::to_string(k + 1) + ": " + path.reason +
-                       "; make a plan with cdprcal plan");
-    }
-    at = path.leg.nodes.back().pose;
-    if (transition_s_[k] == 0.0)
-      transition_s_[k] = transition_time_s(path.leg, velocity_limit_m_s_);
-    leg_.push_back(std::move(path.leg));
-  }
+  if (led_by_lengths()) at = plan_.pose.front();
+  Legs legs = legs_of(plan_, plan_.setpoint_N.front(), at, transition_s_, "");
+  leg_ = std::move(legs.by_tension);
+  motion_ = std::move(legs.by_length);
   const int n = robot_.cable_count();
   command_.velocity_m_s.setZero(n);
   command_.tension_setpoint_N = plan_.setpoint_N.front();
   recorded_sum_N_.setZero(n);
+  if (!led_by_lengths()) return;
+  command_.by_tension.assign(static_cast<std::size_t>(n), false);
+  for (const int cable : lengths_->by_tension()) {
+    command_.by_tension[static_cast<std::size_t>(cable)] = true;
+  }
+}
+
+StartUp::Legs StartUp::legs_of(const StartUpPlan& plan, CableVector from_N, std::optional<Pose> at,
+                               std::vector<double>& transition_s, const std::string& of) const {
+  Legs legs;
+  for (std::size_t k = 0; k < plan.setpoint_N.size(); ++k) {
+    const CableVector& to_N = plan.setpoint_N[k];
+    if (led_by_lengths()) {
+      legs.by_length.emplace_back(*at, from_N, plan.pose[k], to_N);
+      at = plan.pose[k];
+      if (transition_s[k] == 0.0) {
+        transition_s[k] =
+            held_transition_time_s(robot_, legs.by_length.back(), velocity_limit_m_s_);
+      }
+    } else {
+      // Without a pose to begin with, the first leg is a place.
+      PathResult path = follow_equilibrium(robot_, from_N, to_N, at, at ? 9 : 1);
+      if (!path.found) {
+        throw InputError("start-up plan: no stable equilibrium on the way to set-point " +
+                         std::to_string(k + 1) + of + ": " + path.reason +
+                         (of.empty() ? "; make a plan with cdprcal plan" : "; choose another"));
+      }
+      at = path.leg.nodes.back().pose;
+      if (transition_s[k] == 0.0) {
+        transition_s[k] = transition_time_s(path.leg, velocity_limit_m_s_);
+      }
+      legs.by_tension.push_back(std::move(path.leg));
+    }
+    from_N = to_N;
+  }
+  return legs;
 }
 
 void StartUp::finish() {
@@ -130,34 +105,28 @@ void StartUp::go_on_with(const StartUpPlan& rest) {
     throw InputError("start-up: the run has ended; start another to add set-points");
   }
   StartUpPlan checked = rest;
-  if (!checked.setpoint_N.empty()) check_plan(robot_, checked);
-  const auto present = static_cast<std::size_t>(command_.setpoint);
-  std::vector<PathLeg> legs;
-  CableVector from = plan_.setpoint_N[present];
-  std::optional<Pose> at = leg_[present].nodes.back().pose;
-  for (std::size_t k = 0; k < checked.setpoint_N.size(); ++k) {
-    PathResult path = follow_equilibrium(robot_, from, checked.setpoint_N[k], at);
-    if (!path.found) {
-      throw InputError("start-up plan: no stable equilibrium on the way to set-point " +
-                       std::to_string(k + 1) + " of the rest: " + path.reason + "; choose another");
+  if (!checked.setpoint_N.empty()) {
+    check_plan(robot_, checked);
+    if (checked.pose.empty() == led_by_lengths()) {
+      throw InputError("start-up plan: give the rest poses where the run has them, and else none");
     }
-    from = checked.setpoint_N[k];
-    at = path.leg.nodes.back().pose;
-    if (checked.transition_s[k] == 0.0) {
-      checked.transition_s[k] = transition_time_s(path.leg, velocity_limit_m_s_);
-    }
-    legs.push_back(std::move(path.leg));
   }
+  const auto present = static_cast<std::size_t>(command_.setpoint);
+  const Pose at = led_by_lengths() ? plan_.pose[present] : leg_[present].nodes.back().pose;
+  const Legs legs =
+      legs_of(checked, plan_.setpoint_N[present], at, checked.transition_s, " of the rest");
   const auto replace = [&](auto& all, auto& by) {
-    all.resize(present + 1);
+    all.resize(std::min(all.size(), present + 1));
     all.insert(all.end(), by.begin(), by.end());
   };
   plan_.via.resize(plan_.setpoint_N.size(), false);
   checked.via.resize(checked.setpoint_N.size(), false);
   replace(plan_.setpoint_N, checked.setpoint_N);
   replace(plan_.via, checked.via);
+  replace(plan_.pose, checked.pose);
   replace(transition_s_, checked.transition_s);
-  replace(leg_, legs);
+  replace(leg_, legs.by_tension);
+  replace(motion_, legs.by_length);
   plan_.transition_s = transition_s_;
 }
 
@@ -184,7 +153,7 @@ const StartUpCommand& StartUp::step(const RobotSample& sample) {
   const bool controlling = !ended && command_.state != idle && command_.state != recording;
   if (!ended) {
     const std::string& fault = watchdog_.check(
-        sample, controlling ? command_.tension_setpoint_N : CableVector(), command_.velocity_m_s);
+        sample, controlling ? watched_setpoint_N() : CableVector(), command_.velocity_m_s);
     if (std::isfinite(sample.time_s)) now_s_ = sample.time_s;
     if (!fault.empty()) hold(fault);
   } else if (std::isfinite(sample.time_s)) {
@@ -206,7 +175,7 @@ const StartUpCommand& StartUp::step(const RobotSample& sample) {
       break;
     case settling:
     case measuring:
-      control(sample, CableVector::Zero(robot_.cable_count()), dt_s);
+      control(sample, 0.0, 1.0, dt_s);
       command_.state == settling ? settle() : measure();
       break;
     case done:
@@ -216,11 +185,24 @@ const StartUpCommand& StartUp::step(const RobotSample& sample) {
   if (command_.state == done || command_.state == holding) {
     // A ramp needs a clock that runs; without one, stop at once.
     command_.velocity_m_s =
-        dt_s > 0.0 ? controller_.stop(dt_s) : CableVector(CableVector::Zero(robot_.cable_count()));
+        dt_s > 0.0 ? stop(dt_s) : CableVector(CableVector::Zero(robot_.cable_count()));
     command_.locked = command_.velocity_m_s.isZero(0.0);
   }
   command_.remaining_s = estimate_remaining_s();
   return command_;
+}
+
+const CableVector& StartUp::stop(double dt_s) {
+  return lengths_ ? lengths_->stop(dt_s) : controller_.stop(dt_s);
+}
+
+/// What the tensions must follow: NaN of a cable that is led by its length.
+CableVector StartUp::watched_setpoint_N() const {
+  CableVector watched_N = command_.tension_setpoint_N;
+  for (std::size_t i = 0; i < command_.by_tension.size(); ++i) {
+    if (!command_.by_tension[i]) watched_N[static_cast<Eigen::Index>(i)] = kNaN;
+  }
+  return watched_N;
 }
 
 void StartUp::record(const RobotSample& sample) {
@@ -241,6 +223,10 @@ void StartUp::record(const RobotSample& sample) {
 }
 
 void StartUp::plan_first_leg() {
+  if (lengths_) {  // the tensions change, the pose stays
+    motion_[0] = {plan_.pose.front(), from_N_, plan_.pose.front(), plan_.setpoint_N.front()};
+    return;
+  }
   // The pose that these tensions would hold is only a guess of the present one (the platform may
   // sit on a support): good enough for the duration, not for feed-forward. Without an equilibrium
   // there, the gains are those of τ₀.
@@ -257,6 +243,7 @@ void StartUp::plan_first_leg() {
 void StartUp::begin_move() {
   command_.locked = false;
   controller_.reset(command_.velocity_m_s);
+  if (lengths_) lengths_->reset(plan_.pose.front());
   rest_.clear();
 }
 
@@ -267,27 +254,46 @@ void StartUp::move(const RobotSample& sample, double dt_s) {
   const double fraction = fifth_degree(x);
   const CableVector& target = plan_.setpoint_N[k];
   command_.tension_setpoint_N = from_N_ + fraction * (target - from_N_);
-  CableVector feed_forward = CableVector::Zero(robot_.cable_count());
-  if (feed_forward_ && x < 1.0) {
-    const double speed = 30.0 * x * x * (1.0 - x) * (1.0 - x) / duration_s;
-    feed_forward = speed * leg_[k].length_by_fraction_m(fraction);
+  const double speed = x < 1.0 ? FifthDegree::velocity(x) / duration_s : 0.0;
+  if (lengths_) {
+    command_.tension_setpoint_N += off_the_line_N(motion_[k], fraction);
+    control(sample, speed, fraction, dt_s);
+  } else {
+    controller_.tune(leg_[k], fraction);
+    control(sample, feed_forward_ ? speed : 0.0, fraction, dt_s);
   }
-  controller_.tune(leg_[k], fraction);
-  control(sample, feed_forward, dt_s);
   if (x < 1.0) return;
   command_.tension_setpoint_N = target;
   rest_.clear();
   enter(StartUpState::settling);
 }
 
-void StartUp::control(const RobotSample& sample, const CableVector& feed_forward_m_s, double dt_s) {
+/// What the tensions on a way have more than on the straight line between its ends: their balance
+/// there. Of the differences, since load cells may read something else.
+CableVector StartUp::off_the_line_N(const HeldMotion& motion, double s) const {
+  const auto lack_N = [&](double at) -> CableVector {
+    const CableVector balanced_N = held_point(robot_, motion, at).tension_N;
+    if (balanced_N.size() == 0) return CableVector::Zero(robot_.cable_count());
+    return balanced_N - motion.from_N - at * motion.change_N;
+  };
+  return lack_N(s) - (1.0 - s) * lack_N(0.0) - s * lack_N(1.0);
+}
+
+void StartUp::control(const RobotSample& sample, double speed_1_s, double fraction, double dt_s) {
   // A missing reading for a few samples: coast. The watchdog ends it when it lasts.
   if (!watchdog_.usable(sample)) {
-    command_.velocity_m_s = controller_.stop(dt_s);
+    command_.velocity_m_s = stop(dt_s);
     return;
   }
-  command_.velocity_m_s =
-      controller_.step(command_.tension_setpoint_N - sample.tension_N, feed_forward_m_s, dt_s);
+  const auto k = static_cast<std::size_t>(command_.setpoint);
+  const CableVector error_N = command_.tension_setpoint_N - sample.tension_N;
+  if (lengths_) {
+    command_.velocity_m_s = lengths_->step(motion_[k], fraction, speed_1_s, error_N, dt_s);
+    return;
+  }
+  CableVector feed_forward_m_s = CableVector::Zero(robot_.cable_count());
+  if (speed_1_s > 0.0) feed_forward_m_s = speed_1_s * leg_[k].length_by_fraction_m(fraction);
+  command_.velocity_m_s = controller_.step(error_N, feed_forward_m_s, dt_s);
 }
 
 void StartUp::settle() {

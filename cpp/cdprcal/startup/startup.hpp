@@ -15,9 +15,11 @@
 // run away with the first load cell that lies. A stop on purpose (operator, end) ends the same way.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "cdprcal/startup/length_controller.hpp"
 #include "cdprcal/startup/rest_detector.hpp"
 #include "cdprcal/startup/tension_controller.hpp"
 #include "cdprcal/startup/watchdog.hpp"
@@ -33,6 +35,10 @@ struct StartUpPlan {
   /// One a set-point: true settles there and goes on without measuring, because no direct way is
   /// safe. Empty: every set-point is measured.
   std::vector<bool> via;
+  /// One a set-point: lengths lead the platform from pose to pose (six cables and more), the first
+  /// being where it hangs at power-on, near enough; n−6 cables follow the tensions. Empty: all
+  /// cables follow tensions, and these lead the platform.
+  std::vector<Pose> pose;
 };
 
 struct StartUpOptions {
@@ -63,6 +69,9 @@ struct StartUpCommand {
   std::string reason;              ///< holding: why
   CableVector velocity_m_s;        ///< of pay-out, for drives in velocity mode
   CableVector tension_setpoint_N;  ///< wanted now; for drives in torque mode, and for the log
+  /// Lengths lead: one a cable, true where it follows its tension set-point and false where it must
+  /// follow velocity_m_s. Empty: a drive with a tension loop follows the set-points of all.
+  std::vector<bool> by_tension;
   bool locked = true;              ///< winches must stand still: brakes may be set
   int setpoint = 0;                ///< which one is being moved to or measured, from 0
   double ripple = kNaN;            ///< motion ÷ what rest allows (settling, measuring)
@@ -78,7 +87,8 @@ struct StartUpRest {
 class StartUp {
  public:
   /// Throws InputError when the plan is empty, has set-points outside the tension limits or of the
-  /// wrong size, no stable equilibrium at a set-point or on the way to it, or impossible options.
+  /// wrong size, no stable equilibrium at a set-point or on the way to it (led by lengths: poses at
+  /// which the cables do not hold the platform), or impossible options.
   StartUp(const Robot& robot, StartUpPlan plan, const StartUpOptions& options = {});
 
   /// Takes the sample and says what to do until the next. To be called at 50 Hz or more.
@@ -109,9 +119,21 @@ class StartUp {
   void hold(const std::string& reason);
   void record(const RobotSample& sample);
   void plan_first_leg();
+  /// The legs to set-points from the one before, whose equilibrium is at `at`; their times are filled
+  /// in where they are 0. `name` says whose set-points these are.
+  struct Legs {
+    std::vector<PathLeg> by_tension;
+    std::vector<HeldMotion> by_length;
+  };
+  [[nodiscard]] Legs legs_of(const StartUpPlan& plan, CableVector from_N, std::optional<Pose> at,
+                             std::vector<double>& transition_s, const std::string& of) const;
+  [[nodiscard]] bool led_by_lengths() const { return lengths_.has_value(); }
+  [[nodiscard]] CableVector watched_setpoint_N() const;
   void begin_move();
   void move(const RobotSample& sample, double dt_s);
-  void control(const RobotSample& sample, const CableVector& feed_forward_m_s, double dt_s);
+  void control(const RobotSample& sample, double speed_1_s, double fraction, double dt_s);
+  const CableVector& stop(double dt_s);
+  [[nodiscard]] CableVector off_the_line_N(const HeldMotion& motion, double s) const;
   void settle();
   void measure();
   void next_setpoint();
@@ -124,7 +146,9 @@ class StartUp {
   double velocity_limit_m_s_;
   std::vector<PathLeg> leg_;  ///< to each set-point; the first is found when recorded
   std::vector<double> transition_s_;
+  std::vector<HeldMotion> motion_;  ///< led by lengths: in place of leg_
   TensionController controller_;
+  std::optional<LengthController> lengths_;
   RestDetector rest_;
   Watchdog watchdog_;
   StartUpCommand command_;

@@ -6,8 +6,6 @@
 namespace cdprcal {
 namespace {
 
-constexpr double kFullSpeed_s = 0.2;  ///< from rest to the velocity limit: the drives' ramp
-
 /// The symmetric matrix with eigenvalues changed by f (≥ 0 before).
 template <class Function>
 CableMatrix with_eigenvalues(const CableMatrix& matrix, const Function& f) {
@@ -22,15 +20,14 @@ CableMatrix with_eigenvalues(const CableMatrix& matrix, const Function& f) {
 TensionController::TensionController(int cable_count, const TensionControlOptions& options,
                                      double velocity_limit_m_s)
     : options_(options),
-      limit_m_s_(velocity_limit_m_s),
       slow_m_s_N_(CableMatrix::Zero(cable_count, cable_count)),
       fast_m_s_N_(CableMatrix::Zero(cable_count, cable_count)),
       once_N_(CableVector::Zero(cable_count)),
       twice_N_(CableVector::Zero(cable_count)),
-      commanded_m_s_(CableVector::Zero(cable_count)) {}
+      ramp_(cable_count, velocity_limit_m_s) {}
 
 void TensionController::reset(const CableVector& velocity_m_s) {
-  commanded_m_s_ = velocity_m_s;
+  ramp_.reset(velocity_m_s);
   once_N_.setZero();
   twice_N_.setZero();
 }
@@ -51,28 +48,17 @@ void TensionController::tune(const PathLeg& leg, double fraction) {
                                  [&](double a) { return r / k / (1.0 + k * a / (4.0 * r * r)); });
 }
 
-void TensionController::command(const CableVector& wanted_m_s, double dt_s) {
-  const double change = limit_m_s_ * dt_s / kFullSpeed_s;
-  for (Eigen::Index i = 0; i < wanted_m_s.size(); ++i) {
-    const double now = commanded_m_s_[i];
-    commanded_m_s_[i] =
-        std::clamp(std::clamp(wanted_m_s[i], now - change, now + change), -limit_m_s_, limit_m_s_);
-  }
-}
-
 const CableVector& TensionController::step(const CableVector& error_N,
                                            const CableVector& feed_forward_m_s, double dt_s) {
   const double share = -std::expm1(-dt_s / filter_s_);
   once_N_ += share * (error_N - once_N_);
   twice_N_ += share * (once_N_ - twice_N_);
   // Too little tension hauls in: error > 0 gives v < 0.
-  command(feed_forward_m_s - slow_m_s_N_ * twice_N_ - fast_m_s_N_ * error_N, dt_s);
-  return commanded_m_s_;
+  return ramp_.command(feed_forward_m_s - slow_m_s_N_ * twice_N_ - fast_m_s_N_ * error_N, dt_s);
 }
 
 const CableVector& TensionController::stop(double dt_s) {
-  command(CableVector::Zero(commanded_m_s_.size()), dt_s);
-  return commanded_m_s_;
+  return ramp_.command(CableVector::Zero(once_N_.size()), dt_s);
 }
 
 }  // namespace cdprcal

@@ -21,6 +21,7 @@
 #pragma once
 
 #include "cdprcal/startup/path_model.hpp"
+#include "cdprcal/startup/winch_ramp.hpp"
 
 namespace cdprcal {
 
@@ -49,15 +50,12 @@ class TensionController {
   const CableVector& stop(double dt_s);
 
  private:
-  void command(const CableVector& wanted_m_s, double dt_s);
-
   TensionControlOptions options_;
-  double limit_m_s_;
   CableMatrix slow_m_s_N_;        ///< g F
   CableMatrix fast_m_s_N_;        ///< G
   double filter_s_ = 1.0;         ///< T
   CableVector once_N_, twice_N_;  ///< the error, filtered
-  CableVector commanded_m_s_;
+  WinchRamp ramp_;
 };
 
 }  // namespace cdprcal

@@ -1,8 +1,9 @@
-// Set-points for synthetic logs: a grid of equilibria that a robot can visit under force control.
+// Set-points for synthetic logs: a grid of equilibria that a robot can visit.
 #include <array>
 #include <optional>
 
 #include "cdprcal/equilibria/direct.hpp"
+#include "cdprcal/equilibria/held_motion.hpp"
 #include "cdprcal/equilibria/inverse.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/synthetic/synthetic.hpp"
@@ -42,9 +43,18 @@ std::vector<Vector3> serpentine(const Box& box, const Counts& counts) {
   return points;
 }
 
-/// Whether constant-tension control carries the platform from one equilibrium to the next.
+/// Whether constant-tension control carries the platform from one equilibrium to the next; or, from
+/// six cables on, lengths do, with every cable taut.
 bool reaches(const Robot& robot, const Pose& from, const CableVector& from_N, const Pose& to,
              const CableVector& to_N) {
+  if (holds_orientation(robot)) {
+    const HeldMotion motion(from, from_N, to, to_N);
+    for (int step = 0; step <= kPathSteps; ++step) {
+      const HeldPoint at = held_point(robot, motion, static_cast<double>(step) / kPathSteps);
+      if (at.tension_N.size() == 0 || !(tension_margin_N(robot, at.tension_N) >= -1e-9)) return false;
+    }
+    return true;
+  }
   Pose pose = from;
   for (int step = 1; step <= kPathSteps; ++step) {
     const double fraction = fifth_degree(static_cast<double>(step) / kPathSteps);
@@ -56,27 +66,25 @@ bool reaches(const Robot& robot, const Pose& from, const CableVector& from_N, co
   return minus(pose, to).norm() < kSamePose;
 }
 
-std::optional<std::vector<CableVector>> visit(const InverseSolver& solver, const Box& box,
-                                              const Counts& counts) {
-  std::vector<CableVector> setpoints;
-  Pose previous;
+std::optional<std::vector<SyntheticStop>> visit(const InverseSolver& solver, const Box& box,
+                                                const Counts& counts) {
+  std::vector<SyntheticStop> stops;
   for (const Vector3& position_m : serpentine(box, counts)) {
     const InverseSolver::Point point = solver.solve(position_m);
     if (point.status != EquilibriumStatus::found) return std::nullopt;
     const Pose pose{position_m, point.rotation};
-    if (!setpoints.empty() &&
-        !reaches(solver.robot(), previous, setpoints.back(), pose, point.tension_N)) {
+    if (!stops.empty() && !reaches(solver.robot(), stops.back().pose, stops.back().tension_N, pose,
+                                   point.tension_N)) {
       return std::nullopt;
     }
-    setpoints.push_back(point.tension_N);
-    previous = pose;
+    stops.push_back({pose, point.tension_N});
   }
-  return setpoints;
+  return stops;
 }
 
 }  // namespace
 
-std::vector<CableVector> default_setpoints(const Robot& robot, int nx, int ny, int nz) {
+std::vector<SyntheticStop> default_stops(const Robot& robot, int nx, int ny, int nz) {
   const Counts counts{nx, ny, nz};
   for (const int count : counts) {
     if (count < 1 || count > 99) {
@@ -85,18 +93,26 @@ std::vector<CableVector> default_setpoints(const Robot& robot, int nx, int ny, i
     }
   }
   InverseOptions options;
-  options.stability = StabilityNotion::constant_tensions;
+  if (!holds_orientation(robot)) options.stability = StabilityNotion::constant_tensions;
   const InverseSolver solver(robot, options);
   const Box box = workspace_box(robot);
   const Vector3 centre_m = 0.5 * (box.lower_m + box.upper_m);
   const Vector3 half_m = 0.5 * (box.upper_m - box.lower_m);
   for (double share = kLargestShare; share > kSmallestShare; share *= kShrink) {
     const Box smaller{centre_m - share * half_m, centre_m + share * half_m};
-    if (const auto setpoints = visit(solver, smaller, counts)) return *setpoints;
+    if (const auto stops = visit(solver, smaller, counts)) return *stops;
   }
   throw InputError("set-points: robot " + robot.name +
                    " has no grid of stable equilibria within its tension limits around the middle "
                    "of its frame; give set-points of your own");
+}
+
+std::vector<CableVector> default_setpoints(const Robot& robot, int nx, int ny, int nz) {
+  std::vector<CableVector> setpoints;
+  for (const SyntheticStop& stop : default_stops(robot, nx, ny, nz)) {
+    setpoints.push_back(stop.tension_N);
+  }
+  return setpoints;
 }
 
 }  // namespace cdprcal

@@ -3,6 +3,7 @@
 #include "cdprcal/effects/effect.hpp"
 #include "cdprcal/effects/pose_evaluation.hpp"
 #include "cdprcal/equilibria/direct.hpp"
+#include "cdprcal/equilibria/held_motion.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/kinematics/platform.hpp"
 
@@ -109,11 +110,66 @@ bool yield_to(const Robot& robot, const CableVector& tension_N, const Vector6& w
   return last < kSettled;
 }
 
+/// Where the platform is, and what its cables pull with, on the way from one set-point to the next.
+class QuasiStatic {
+ public:
+  QuasiStatic(const Robot& robot, const std::vector<CableVector>& setpoints_N,
+              const std::vector<Pose>& poses)
+      : robot_(robot), setpoints_N_(setpoints_N), poses_(poses) {}
+
+  /// A fraction of the way from set-point `index` to the next (0: at it), with this wrong wrench.
+  void go_to(std::size_t index, double fraction, const Vector6& wrench) {
+    const std::size_t next = std::min(index + 1, setpoints_N_.size() - 1);
+    setpoint_N = setpoints_N_[index];
+    setpoint_N += fraction * (setpoints_N_[next] - setpoints_N_[index]);
+    const std::string why = poses_.empty() ? follow_tensions(wrench)
+                                           : follow_poses(index, next, fraction, wrench);
+    if (why.empty()) return;
+    throw InputError("synthetic log: no stable equilibrium at set-point " +
+                     std::to_string(index + 1) + (fraction > 0.0 ? " (moving on)" : "") + ": " +
+                     why + "; give others");
+  }
+
+  Pose pose;
+  CableVector setpoint_N, tension_N;
+
+ private:
+  std::string follow_tensions(const Vector6& wrench) {
+    tension_N = setpoint_N;
+    EquilibriumResult rest = direct_from_tensions(robot_, tension_N, previous_);
+    if (rest.status != EquilibriumStatus::found) return rest.reason;
+    if (!yield_to(robot_, tension_N, wrench, rest.pose)) {
+      return "wrench_force_N and wrench_moment_Nm pull the platform away";
+    }
+    previous_ = pose = rest.pose;
+    return {};
+  }
+
+  std::string follow_poses(std::size_t from, std::size_t to, double fraction,
+                           const Vector6& wrench) {
+    const HeldMotion motion(poses_[from], setpoints_N_[from], poses_[to], setpoints_N_[to]);
+    const HeldPoint at = held_point(robot_, motion, fraction);
+    if (at.tension_N.size() == 0) return "the cables do not hold the platform";
+    pose = at.pose;
+    setpoint_N = at.tension_N;
+    tension_N = at.tension_N + tensions_of_least_norm(robot_, at.state, wrench);
+    return tension_N.minCoeff() > 0.0 ? "" : "a cable is slack";
+  }
+
+  const Robot& robot_;
+  const std::vector<CableVector>& setpoints_N_;
+  const std::vector<Pose>& poses_;
+  std::optional<Pose> previous_;
+};
+
 }  // namespace
 
 SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& setpoints_N,
-                           const SyntheticLogOptions& options) {
+                           const SyntheticLogOptions& options, const std::vector<Pose>& poses) {
   if (setpoints_N.empty()) throw InputError("synthetic log: no set-points; give at least one");
+  if (!poses.empty() && (!holds_orientation(robot) || poses.size() != setpoints_N.size())) {
+    throw InputError("synthetic log: poses are for six cables and more, one a set-point");
+  }
   if (!(options.rate_Hz > 0.0) || !(options.dwell_s >= 0.0) || !(options.move_s >= 0.0) ||
       !(options.dwell_s + options.move_s > 0.0)) {
     throw InputError("synthetic log: rate_Hz, dwell_s and move_s must be positive");
@@ -147,39 +203,28 @@ SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& s
       },
       log, options.noise);
   const std::vector<Vector6> wrench = disturbances(options, setpoints_N.size());
-  std::optional<Pose> previous;
+  QuasiStatic platform(robot, setpoints_N, poses);
   for (Eigen::Index row = 0; row < samples; ++row) {
     const double time_s = static_cast<double>(row) / options.rate_Hz;
     const auto index =
         std::min(static_cast<std::size_t>(time_s / period_s), setpoints_N.size() - 1);
     const double into_move = time_s - static_cast<double>(index) * period_s - options.dwell_s;
-    CableVector tension_N = setpoints_N[index];
     Vector6 disturbance = wrench[index];
+    double fraction = 0.0;
     if (into_move > 0.0 && index + 1 < setpoints_N.size()) {
-      const double fraction = fifth_degree(into_move / options.move_s);
-      tension_N += fraction * (setpoints_N[index + 1] - tension_N);
+      fraction = fifth_degree(into_move / options.move_s);
       disturbance += fraction * (wrench[index + 1] - disturbance);
     }
-    EquilibriumResult rest = direct_from_tensions(robot, tension_N, previous);
-    if (rest.status == EquilibriumStatus::found &&
-        !yield_to(robot, tension_N, disturbance, rest.pose)) {
-      rest.status = EquilibriumStatus::not_found;
-      rest.reason = "wrench_force_N and wrench_moment_Nm pull the platform away";
-    }
-    if (rest.status != EquilibriumStatus::found) {
-      throw InputError("synthetic log: no stable equilibrium at set-point " +
-                       std::to_string(index + 1) + (into_move > 0.0 ? " (moving on)" : "") + ": " +
-                       rest.reason + "; give others");
-    }
-    previous = rest.pose;
-    out.poses.push_back(rest.pose);
-    const Measurement m = synthetic_measurement(robot, rest.pose, tension_N, PoseKind::static_pose,
-                                                offsets, options.noise, random);
+    platform.go_to(index, fraction, disturbance);
+    out.poses.push_back(platform.pose);
+    const Measurement m = synthetic_measurement(robot, platform.pose, platform.tension_N,
+                                                PoseKind::static_pose, offsets, options.noise,
+                                                random);
     log.time_s[row] = time_s;
     log.length_m.row(row) = m.length_m;
     log.swivel_rad.row(row) = m.swivel_rad;
     log.tension_N.row(row) = m.tension_N;
-    log.tension_setpoint_N.row(row) = tension_N;
+    log.tension_setpoint_N.row(row) = platform.setpoint_N;
     log.roll_pitch_yaw_rad.row(row) = m.roll_pitch_yaw_rad;
     for_each_absolute(
         [&](const Sensor&, LogMatrix& values, auto& reading) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
 
 namespace cdprcal {
@@ -43,6 +44,9 @@ Box workspace_box(const Robot& robot) {
   Box box = pulleys;
   box.lower_m.z() = pulleys.upper_m.z() - side;
   if (pulleys.lower_m.z() > 0.5 * side) box.lower_m.z() = std::max(box.lower_m.z(), 0.0);
+  if (holds_orientation(robot) && extent.z() > 0.5 * side) {
+    box.lower_m.z() = pulleys.lower_m.z();  // cables from below, too
+  }
   return box;
 }
 

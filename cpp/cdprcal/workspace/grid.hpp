@@ -22,7 +22,8 @@ struct Box {
 
 /// Where a suspended platform's reference point P may be: the horizontal rectangle of the pulleys;
 /// from the highest pulley down by the larger side of that rectangle, but not below the floor z = 0
-/// when the lowest pulley hangs above it by over half that side.
+/// when the lowest pulley hangs above it by over half that side; down to the lowest pulley where
+/// those of six cables and more are that far above one another.
 Box workspace_box(const Robot& robot);
 
 /// Throws InputError when the box is empty or not finite, or lies wholly where no cable can hold

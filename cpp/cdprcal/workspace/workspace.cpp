@@ -73,7 +73,7 @@ Workspace compute_workspace(const Robot& given, const WorkspaceOptions& options)
   }
   Workspace workspace;
   workspace.robot = std::move(robot);
-  workspace.inverse = options.inverse;
+  workspace.inverse = solver.options();
   workspace.grid = make_grid(box, options.step_m);
   workspace.status.assign(workspace.grid.size(), PointStatus::untested);
   workspace.solution.assign(workspace.grid.size(), -1);

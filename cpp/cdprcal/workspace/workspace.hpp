@@ -1,5 +1,6 @@
 // Static workspace (paper appendix A): where the platform can hang in balance, within the tension
-// limits (eq. A3) and stably (eq. A4).
+// limits (eq. A3) and stably (eq. A4). From six cables on: where the commanded orientation is
+// wrench-feasible within the limits.
 #pragma once
 
 #include <cstdint>

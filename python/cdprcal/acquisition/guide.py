@@ -206,7 +206,7 @@ class Guide:
         )
         way = choice.way if choice is not None else _core.StartUpPlan([])
         times = [] if self._quick else way.transition_s
-        self._startup.go_on_with(_core.StartUpPlan(list(way.setpoint_N), times, way.via))
+        self._startup.go_on_with(_core.StartUpPlan(list(way.setpoint_N), times, way.via, way.pose))
         del self._stops[command.setpoint + 1 :]
         if choice is not None:
             self._stops += [None] * (len(way.via) - 1) + [choice.stop]

@@ -16,6 +16,7 @@ from cdprcal.findings import Finding, Severity
 #: The farthest that pulleys of any cable robot are apart; beyond it the positions are in mm.
 _FARTHEST_M = 500.0
 #: A swivel angle at mid-workspace beyond this: zero is on the other side of the pulley.
+_FEWEST_CABLES = 3  # that a position can be chosen with
 _LARGEST_SWIVEL_RAD = math.radians(90.0)
 _WORKSPACE_POINTS = 8_000
 
@@ -54,7 +55,7 @@ def check_robot(robot: _core.Robot) -> RobotReport:
     volume_m3 = None
     if any(finding.severity == "error" for finding in findings):
         pass  # a workspace of wrong sizes says nothing
-    elif 3 <= robot.cable_count <= 5:
+    elif robot.cable_count >= _FEWEST_CABLES:
         volume_m3, more = _hangs(robot)
         findings += more
     else:
@@ -63,8 +64,8 @@ def check_robot(robot: _core.Robot) -> RobotReport:
                 "info",
                 "workspace_not_computed",
                 f"the static workspace is not computed for {robot.cable_count} cables",
-                "calibrate, check, diagnose and report work all the same; workspace, plan and "
-                "generate do not",
+                "with fewer than three a position cannot be chosen; calibrate, check, diagnose and "
+                "report work all the same, workspace, plan and generate do not",
             )
         )
     order = ("error", "warning", "info")
@@ -148,7 +149,11 @@ def _hangs(robot: _core.Robot) -> tuple[float | None, list[Finding]]:
         return None, [_finding("warning", "no_workspace", f"no workspace: {error}", remedy)]
     if not workspace.points_inside:
         why = f"the platform can hang nowhere: {_core.explain_empty(workspace)}"
-        return None, [_finding("error", "no_workspace", why, remedy)]
+        if not _core.holds_orientation(robot):
+            return None, [_finding("error", "no_workspace", why, remedy)]
+        # In one orientation: there may be others, and other ways to be held.
+        remedy += "; cdprcal workspace --orientation looks in another"
+        return None, [_finding("warning", "no_workspace", why, remedy)]
     return workspace.points_inside * workspace.grid.step_m**3, list(_swivels(robot, workspace))
 
 

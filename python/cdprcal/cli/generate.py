@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cdprcal.command import RobotArgument, keep_apart, reports_errors
-from cdprcal.option_values import parse_grid
+from cdprcal.option_values import parse_grid, parse_sensors
 
 if TYPE_CHECKING:
     from cdprcal import _core
@@ -65,9 +65,10 @@ def command(
         noise=_core.reading_noise(the_robot.sigma, noise, absolute=True),
         seed=seed,
     )
-    setpoints = _core.default_setpoints(the_robot, *parse_grid(grid))
+    setpoints, poses = _core.default_stops(the_robot, *parse_grid(grid))
     groups = parse_sensors(sensors)
-    made = _core.synthetic_log(the_robot, setpoints, options)
+    held = _core.holds_orientation(the_robot)
+    made = _core.synthetic_log(the_robot, setpoints, options, poses if held else [])
     save_log(with_sensors(made.log, groups), output)
     if truth:
         poses = [
@@ -80,18 +81,6 @@ def command(
         f"{output}: {len(made.log)} samples, {len(setpoints)} equilibria, "
         f"{made.log.time_s[-1]:g} s",
     )
-
-
-def parse_sensors(text: str) -> set[str]:
-    """'lengths,swivels' → the groups of a Log. Raises InputError."""
-    from cdprcal._core import InputError
-    from cdprcal.sensors import OPTIONS
-
-    names = [name.strip() for name in text.split(",")]
-    for name in names:
-        if name not in OPTIONS:
-            raise InputError(f"--sensors: {name!r} is not one of {', '.join(OPTIONS)}")
-    return {OPTIONS[name] for name in names}
 
 
 def with_sensors(log: _core.Log, groups: set[str]) -> _core.Log:

@@ -20,10 +20,12 @@ from cdprcal.completion import words
 from cdprcal.option_values import (
     DistributionOption,
     LambdaOption,
+    OrientationOption,
     ThreadsOption,
     parse_box,
     parse_grid,
     parse_numbers,
+    parse_orientation,
     parse_position,
 )
 
@@ -81,6 +83,7 @@ def command(
     seed: Annotated[int, typer.Option(min=0, help="Of the random order.")] = 1,
     distribution: DistributionOption = "barycentre",
     lambda_: LambdaOption = "",
+    orientation: OrientationOption = "",
     margin: Annotated[
         float | None,
         typer.Option(
@@ -113,7 +116,8 @@ def command(
 
     Every set-point is a stable equilibrium with a margin to the tension limits, and every
     transition is followed to see that the platform stays inside; times come from the platform's
-    own natural frequencies. Effects that the robot file lists are taken into account: set-points
+    own natural frequencies. From six cables on lengths lead the platform, in one orientation, and
+    tensions are chosen within the limits. Effects that the robot file lists are taken into account: set-points
     are what its load cells will read, poses are where its platform will rest.
     """
     from cdprcal import _core
@@ -139,6 +143,7 @@ def command(
             distribution=_core.parse_tension_distribution(distribution),
             lambda_N=parse_numbers("--lambda", lambda_),
             tension_margin_N=margin,
+            rotation=parse_orientation(the_robot, orientation),
         ),
         "bounds": parse_box("--bounds", bounds),
         "timing": _core.TimingOptions(

@@ -22,9 +22,11 @@ from cdprcal.completion import words
 from cdprcal.option_values import (
     DistributionOption,
     LambdaOption,
+    OrientationOption,
     ThreadsOption,
     parse_box,
     parse_numbers,
+    parse_orientation,
     parse_position,
 )
 
@@ -76,6 +78,7 @@ def command(
     ] = "locked-lengths",
     distribution: DistributionOption = "barycentre",
     lambda_: LambdaOption = "",
+    orientation: OrientationOption = "",
     seed: Annotated[
         list[str] | None,
         typer.Option(
@@ -108,7 +111,8 @@ def command(
     """Find the static workspace: where the platform hangs stably within the tension limits.
 
     Searches outward on a grid, then draws the alpha shape around what was found. Ctrl-C ends the
-    search and keeps what was found until then (exit code 1). Geometry and mass are those with the
+    search and keeps what was found until then (exit code 1). From six cables on it is where one
+    orientation is wrench-feasible within the limits. Geometry and mass are those with the
     effects that the robot file lists; forces and sensor errors do not count here.
     """
     from cdprcal import _core
@@ -139,6 +143,7 @@ def command(
             distribution=_core.parse_tension_distribution(distribution),
             lambda_N=parse_numbers("--lambda", lambda_),
             stability=_stability(stability),
+            rotation=parse_orientation(the_robot, orientation),
             seeds_m=seeds or None,
             threads=threads,
             progress=progress,

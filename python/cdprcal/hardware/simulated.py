@@ -17,7 +17,8 @@ class SimulatedBackend:
 
     robot: as its file describes it; what the file lists under effects acts in the plant, and so do
     ``options.effects``. tension_N [n]: true tensions at power-on; the platform hangs where they
-    hold it. speed: simulated seconds per second; 0: as fast as it goes.
+    hold it; with ``pose``, of six cables and more, there, under the tensions in balance closest to
+    these. speed: simulated seconds per second; 0: as fast as it goes.
 
     Raises InputError when the robot cannot hang at these tensions.
     """
@@ -28,6 +29,7 @@ class SimulatedBackend:
         tension_N: NDArray[np.float64],
         options: _core.SimulatorOptions | None = None,
         *,
+        pose: _core.Pose | None = None,
         velocity_limit_m_s: float = 0.0,
         control_rate_Hz: float = 100.0,
         speed: float = 0.0,
@@ -44,7 +46,10 @@ class SimulatedBackend:
             self._options.winch = winch
         self._has_tension_loop = winch.mode != _core.WinchMode.velocity
         self._simulator = _core.Simulator(robot, self._options)
-        placed = self._simulator.reset(tension_N)
+        if pose is None:
+            placed = self._simulator.reset(tension_N)
+        else:
+            placed = self._simulator.reset_held(pose, tension_N)
         if not placed.found:
             raise InputError(
                 f"{robot.name}: cannot hang at its initial tensions: {placed.reason}; make a plan "
@@ -66,13 +71,16 @@ class SimulatedBackend:
     ) -> SimulatedBackend:
         """A robot that hangs somewhere in the box that a plan spans; the seed says where.
 
-        Raises InputError when it hangs nowhere there.
+        One of six cables and more: near where the plan begins, as people park it by eye. Raises
+        InputError when it hangs nowhere there.
         """
         options = options or _core.SimulatorOptions()
+        start = start_at(robot, plan, options.seed)
         return cls(
             robot,
-            start_of(robot, plan, options.seed),
+            start.tension_N,
             options,
+            pose=start.pose if _core.holds_orientation(robot) else None,
             velocity_limit_m_s=velocity_limit_m_s,
             control_rate_Hz=control_rate_Hz,
             speed=speed,
@@ -105,6 +113,10 @@ class SimulatedBackend:
         ending = command.state in (StartUpState.holding, StartUpState.done)
         if command.locked:
             self._simulator.hold()
+        elif self._has_tension_loop and not ending and command.by_tension:
+            self._simulator.command_each(
+                command.velocity_m_s, command.tension_setpoint_N, command.by_tension
+            )
         elif self._has_tension_loop and not ending:
             self._simulator.command_tension(command.tension_setpoint_N)
         else:
@@ -119,10 +131,23 @@ class SimulatedBackend:
 
 
 def start_of(robot: _core.Robot, plan: _core.Plan, seed: int) -> NDArray[np.float64]:
-    """True tensions [n] at power-on of a robot that hangs somewhere in the box of a plan.
+    """True tensions [n] at power-on of ``start_at``."""
+    return start_at(robot, plan, seed).tension_N
 
-    Raises InputError when it hangs nowhere there.
+
+def start_at(robot: _core.Robot, plan: _core.Plan, seed: int) -> _core.SetPoint:
+    """Where a robot hangs at power-on: somewhere in the box of a plan.
+
+    From six cables on where it was parked, near the plan's start. Raises InputError when it hangs
+    nowhere there.
     """
+    if _core.holds_orientation(robot):
+        parked = _core.parked_start(robot, plan.start_pose, seed)
+        if parked is None:
+            raise InputError(
+                f"{robot.name}: is held nowhere near the plan's start; make a plan of this robot"
+            )
+        return parked
     positions = np.array([plan.start_pose.position_m, *(s.pose.position_m for s in plan.poses)])
     box = _core.Box(positions.min(axis=0), positions.max(axis=0))
     start = _core.random_start(robot, box, seed)
@@ -130,4 +155,4 @@ def start_of(robot: _core.Robot, plan: _core.Plan, seed: int) -> NDArray[np.floa
         raise InputError(
             f"{robot.name}: hangs nowhere in the box that the plan spans; make a plan of this robot"
         )
-    return start.tension_N
+    return start

@@ -67,7 +67,7 @@ def scene(robot: _core.Robot, document: dict[str, Any], workspace: _core.Mesh | 
 
 def workspace_mesh(robot: _core.Robot) -> tuple[_core.Mesh | None, str]:
     """The static workspace's boundary, and when there is none, why."""
-    if not 3 <= robot.cable_count <= 5:
+    if robot.cable_count < 3:
         return None, f"The static workspace is not computed for {robot.cable_count} cables"
     box = _core.workspace_box(robot)
     step_m = float(f"{(box.volume_m3 / _WORKSPACE_POINTS) ** (1 / 3):.2g}")

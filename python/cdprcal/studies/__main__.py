@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from cdprcal.command import DONE, UNTRUSTED, RobotArgument, reports_errors
-from cdprcal.option_values import parse_grid, parse_numbers
+from cdprcal.option_values import parse_grid, parse_numbers, parse_sensors
 
 app = typer.Typer(
     help="The same calculation many times over, on all cores or on a Dask cluster. A table (CSV) "
@@ -55,6 +55,9 @@ def start_ups_command(
     count: Annotated[int, typer.Option("--count", min=1, help="Start-ups.")] = 100,
     first_seed: Annotated[int, typer.Option("--first-seed", min=0)] = 1,
     noise: Annotated[float, typer.Option("--noise", help="Of the robot file's sigma.")] = 1.0,
+    sensors: Annotated[
+        str, typer.Option(metavar="LIST", help="What the robot has, as generate's.")
+    ] = "lengths,swivels,tensions,attitude",
     jobs: Jobs = 0,
     dask: Dask = "",
     output: Output = None,
@@ -64,7 +67,13 @@ def start_ups_command(
     from cdprcal.studies import Workers, coverage, start_ups
 
     seeds = range(first_seed, first_seed + count)
-    rows = start_ups(_core.load_robot(robot), seeds, noise=noise, workers=Workers(jobs, dask))
+    rows = start_ups(
+        _core.load_robot(robot),
+        seeds,
+        sensors=sorted(parse_sensors(sensors)),
+        noise=noise,
+        workers=Workers(jobs, dask),
+    )
     axes = ("x_m", "y_m", "z_m", "about_x_rad", "about_y_rad", "about_z_rad")
     _write(
         output,

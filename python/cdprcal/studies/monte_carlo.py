@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -34,6 +34,7 @@ def start_ups(
     seeds: Sequence[int],
     *,
     setpoints_N: Sequence[Sequence[float]] | None = None,
+    sensors: Collection[str] | None = None,
     noise: float = 1.0,
     dwell_s: float = 4.0,
     move_s: float = 4.0,
@@ -42,15 +43,21 @@ def start_ups(
     """A row a seed: a quasi-static run through the set-points, calibrated.
 
     ``noise`` scales the robot file's sigma, which is white noise on every reading; the balance is
-    as exact as the robot file says. ``setpoints_N`` [k][n]: default an eight-pose grid. Raises
-    InputError where there is no stable equilibrium.
+    as exact as the robot file says. ``setpoints_N`` [k][n]: default an eight-pose grid, which six
+    cables and more reach by their lengths. ``sensors``: groups of a Log that are read (default: the
+    robot's own four). Raises InputError where there is no stable equilibrium.
     """
+    poses: list[_core.Pose] = []
     if setpoints_N is None:
-        setpoints_N = [list(s) for s in _core.default_setpoints(robot, 2, 2, 2)]
+        stops_N, places = _core.default_stops(robot, 2, 2, 2)
+        setpoints_N = [list(s) for s in stops_N]
+        poses = places if _core.holds_orientation(robot) else []
     work = partial(
         one_start_up,
         robot=robot,
         setpoints_N=[list(map(float, s)) for s in setpoints_N],
+        poses=poses,
+        sensors=None if sensors is None else tuple(sensors),
         noise=noise,
         dwell_s=dwell_s,
         move_s=move_s,
@@ -79,11 +86,15 @@ def one_start_up(
     noise: float,
     dwell_s: float,
     move_s: float,
+    poses: Sequence[_core.Pose] = (),
+    sensors: Collection[str] | None = None,
 ) -> StartUpRow:
     """The row of one seed."""
     options = start_up_options(robot, seed, noise, dwell_s, move_s)
-    made = _core.synthetic_log(robot, [np.asarray(s) for s in setpoints_N], options)
-    result = _core.calibrate(robot, made.log, CalibrateOptions()).result
+    setpoints = [np.asarray(s) for s in setpoints_N]
+    made = _core.synthetic_log(robot, setpoints, options, list(poses))
+    log = made.log if sensors is None else with_sensors(made.log, sensors)
+    result = _core.calibrate(robot, log, CalibrateOptions()).result
     if result.covariance is None or not result.poses:
         lost = (np.nan,) * 6
         return StartUpRow(seed, result.status.name, np.nan, np.nan, np.nan, lost, lost)
@@ -98,6 +109,17 @@ def one_start_up(
         tuple(error.tolist()),
         tuple(result.standard_deviation.tolist()),
     )
+
+
+def with_sensors(log: _core.Log, groups: Collection[str]) -> _core.Log:
+    """The log of a robot that has these sensors only (groups of a Log).
+
+    What load cells were told to show is kept with them.
+    """
+    kept = {group: getattr(log, group) for group in groups}
+    if "tension_N" in groups:
+        kept["tension_setpoint_N"] = log.tension_setpoint_N
+    return _core.Log(time_s=log.time_s, source=log.source, **kept)
 
 
 def coverage(rows: Sequence[StartUpRow]) -> float:

@@ -166,6 +166,11 @@ def check_session(session: Session, robot: _core.Robot) -> None:
             f"session: has {len(session.winches)} winches, robot {robot.name} has "
             f"{robot.cable_count} cables; give one winch a cable"
         )
+    if session.mode == "torque" and _core.holds_orientation(robot):
+        raise InputError(
+            f"session: mode: torque: motors that only pull do not hold the pose of {robot.name}, "
+            f"which {robot.cable_count} cables lead by their lengths; use velocity"
+        )
     for bound in bounds(session, robot):
         slack = _SLACK * max(abs(bound.value), 1.0)
         if not bound.least - slack <= bound.value <= bound.most + slack:

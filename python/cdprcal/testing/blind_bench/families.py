@@ -59,6 +59,11 @@ FAMILIES: dict[str, Family] = {
         kinds=tuple(_ONE),
         effects=("mass", "external_force", "load_cell_bias", "load_cell_gain"),
     ),
+    "eight": Family(
+        "posts8: lengths lead its eight cables, parked by eye",
+        _EITHER,
+        lambda rng: Machine(name="posts8"),
+    ),
     "no_load_cells": Family(
         "no tension is read", _EITHER, lambda rng: replace(draw_machine(rng), load_cells=False)
     ),

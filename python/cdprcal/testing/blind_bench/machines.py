@@ -113,6 +113,19 @@ class Machine:
         drawn = _setpoints(self.name, self.seed, poses)
         return [self.scale.force * setpoint for setpoint in drawn]
 
+    def poses(self, poses: int) -> list[_core.Pose]:
+        """Where lengths lead it, one a set-point; empty: tensions lead it.
+
+        Random robots of six cables are led by tensions, as those of fewer.
+        """
+        if self.name not in _core.builtin_robot_names() or not _core.holds_orientation(self.robot()):
+            return []
+        length = self.scale.length
+        return [
+            _core.Pose(length * pose.position_m, pose.rotation)
+            for pose in _core.default_stops(_drawing(self.name, self.seed), *GRIDS[poses])[1]
+        ]
+
 
 def draw_machine(rng: np.random.Generator) -> Machine:
     """Built in or random with 3 to 6 cables, evenly; 0.3 to 500 kg, log-uniform."""
@@ -183,11 +196,11 @@ def _setpoints(name: str, seed: int, poses: int) -> list[Floats]:
 
 
 def _visitable(robot: _core.Robot, poses: int, seed: int) -> list[Floats]:
-    """A grid of equilibria; of six cables, which leave no motion free, drawn ones.
+    """A grid of equilibria; of six random cables, which leave no motion free, drawn ones.
 
     Raises InputError when there are none.
     """
-    if robot.cable_count <= 5:
+    if robot.cable_count <= 5 or robot.name in _core.builtin_robot_names():
         return list(_core.default_setpoints(robot, *GRIDS[poses]))
     rng = np.random.default_rng([seed, poses])
     weight_N = robot.gravity_m_s2 * robot.platform.mass_kg

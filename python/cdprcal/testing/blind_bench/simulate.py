@@ -50,10 +50,7 @@ def simulate(case: Case, setting: Setting) -> Simulated:
     robot = machine.robot()
     rng = np.random.default_rng([case.seed, 1])
     family = FAMILIES[setting.family]
-    visited = _visited(case, robot, machine.setpoints(setting.poses), rng)
-    if family.revisits:
-        visited = [*visited, *visited[-2:-4:-1]]  # back the way it came
-    plan = _core.StartUpPlan(visited)
+    plan = _plan(case, setting, robot, rng)
     # The procedure's own limits are not what is tested here: a load cell that is off must not end
     # the run.
     startup = _core.StartUpOptions(watchdog=_patient_watchdog(scale))
@@ -91,7 +88,12 @@ def simulate(case: Case, setting: Setting) -> Simulated:
     )
     try:
         run = _core.simulate_startup(
-            robot, plan, simulator=options, startup=startup, log_rate_Hz=signal.log_rate_Hz
+            robot,
+            plan,
+            simulator=options,
+            startup=startup,
+            log_rate_Hz=signal.log_rate_Hz,
+            initial_pose=_parked(case, robot, plan),
         )
     except _core.InputError as error:
         raise SimulationError(str(error)) from error
@@ -109,17 +111,41 @@ def simulate(case: Case, setting: Setting) -> Simulated:
     )
 
 
+def _plan(
+    case: Case, setting: Setting, robot: _core.Robot, rng: np.random.Generator
+) -> _core.StartUpPlan:
+    setpoints = case.machine.setpoints(setting.poses)
+    poses = case.machine.poses(setting.poses)
+    order = _visited(case, robot, setpoints, bool(poses), rng)
+    if FAMILIES[setting.family].revisits:
+        order = [*order, *order[-2:-4:-1]]  # back the way it came
+    return _core.StartUpPlan(
+        [setpoints[i] for i in order], pose=[poses[i] for i in order] if poses else []
+    )
+
+
 def _visited(
-    case: Case, robot: _core.Robot, setpoints: list[Floats], rng: np.random.Generator
-) -> list[Floats]:
+    case: Case, robot: _core.Robot, setpoints: list[Floats], held: bool, rng: np.random.Generator
+) -> list[int]:
+    order = list(range(len(setpoints)))
     if case.rests:
         first, count = case.rests
-        setpoints = setpoints[first : first + count]
+        order = order[first : first + count]
     if not case.shuffled:
-        return setpoints
-    shuffled = [setpoints[i] for i in rng.permutation(len(setpoints))]
+        return order
+    shuffled = [order[i] for i in rng.permutation(len(order))]
     # Constant tension control does not reach every set-point from every other.
-    return shuffled if reachable(robot, shuffled) else setpoints
+    return shuffled if held or reachable(robot, [setpoints[i] for i in shuffled]) else order
+
+
+def _parked(case: Case, robot: _core.Robot, plan: _core.StartUpPlan) -> _core.Pose | None:
+    """Where the platform is at power-on when lengths lead it; None: where its tensions hold it."""
+    if not plan.pose:
+        return None
+    start = _core.parked_start(robot, plan.pose[0], case.seed)
+    if start is None:
+        raise SimulationError("the platform is held nowhere near the first pose")
+    return start.pose
 
 
 def _patient_watchdog(scale: Scale) -> _core.WatchdogOptions:

@@ -1,0 +1,36 @@
+// How fast commanded speeds may change: what all controllers of the winches share.
+#pragma once
+
+#include <algorithm>
+
+#include "cdprcal/types.hpp"
+
+namespace cdprcal {
+
+/// From rest to the velocity limit: the drives' ramp.
+inline constexpr double kFullSpeed_s = 0.2;
+
+class WinchRamp {
+ public:
+  WinchRamp(int cable_count, double velocity_limit_m_s)
+      : limit_m_s_(velocity_limit_m_s), commanded_m_s_(CableVector::Zero(cable_count)) {}
+
+  void reset(const CableVector& velocity_m_s) { commanded_m_s_ = velocity_m_s; }
+  [[nodiscard]] const CableVector& commanded_m_s() const { return commanded_m_s_; }
+  /// Within the limit, and changing by no more than the limit in kFullSpeed_s.
+  const CableVector& command(const CableVector& wanted_m_s, double dt_s) {
+    const double change = limit_m_s_ * dt_s / kFullSpeed_s;
+    for (Eigen::Index i = 0; i < wanted_m_s.size(); ++i) {
+      const double now = commanded_m_s_[i];
+      commanded_m_s_[i] = std::clamp(std::clamp(wanted_m_s[i], now - change, now + change),
+                                     -limit_m_s_, limit_m_s_);
+    }
+    return commanded_m_s_;
+  }
+
+ private:
+  double limit_m_s_;
+  CableVector commanded_m_s_;
+};
+
+}  // namespace cdprcal
