@@ -82,8 +82,7 @@ double scatter(const FrameInformation& information, const Eigen::MatrixXd& inver
   double total = 0.0;
   for (Eigen::Index b = 0; b < blocks; ++b) {
     const Eigen::Index begin = b * poses / blocks, end = (b + 1) * poses / blocks;
-    const Eigen::VectorXd score =
-        information.scores.middleCols(begin, end - begin).rowwise().sum();
+    const Eigen::VectorXd score = information.scores.middleCols(begin, end - begin).rowwise().sum();
     total += score.dot(inverse * score);
   }
   const double count = static_cast<double>(blocks);
@@ -136,7 +135,7 @@ std::vector<int> metric_columns(const FrameUnknowns& u) {
 }
 
 Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> metric_eigen(const FrameUnknowns& u,
-                                                           const Knowledge& known) {
+                                                            const Knowledge& known) {
   const std::vector<int> columns = metric_columns(u);
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(known.covariance(columns, columns));
 }
@@ -209,10 +208,11 @@ Knowledge knowledge(const FrameProblem& problem, const FrameInformation& informa
                                                              scale.asDiagonal());
   const Eigen::VectorXd values = eigen.eigenvalues().cwiseMax(1e-15);
   Eigen::MatrixXd inverse = scale.asDiagonal() * eigen.eigenvectors() *
-                            values.cwiseInverse().asDiagonal() *
-                            eigen.eigenvectors().transpose() * scale.asDiagonal();
+                            values.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose() *
+                            scale.asDiagonal();
   out.covariance = Eigen::MatrixXd::Zero(u.size, u.size);
   out.covariance(free, free) = inverse;
+  out.parameters = (out.covariance * information.normal).trace();
   const double variance = scatter(information, out.covariance);
   out.lack_of_fit = std::sqrt(variance);
   out.free_motions = leave_out_motions(problem, out.covariance);

@@ -14,6 +14,7 @@ struct Knowledge {
   Eigen::MatrixXd covariance;  ///< held values: 0; rigid motions that nothing shows: left out
   Eigen::MatrixXd precision;   ///< readings and prior, before lack_of_fit
   double lack_of_fit = 1.0;    ///< by which σ are larger than those of independent readings
+  double parameters = 0.0;     ///< how many numbers the readings determine, the prior aside
   int free_motions = 0;        ///< rigid motions of the frame that only the file's positions fix
 };
 

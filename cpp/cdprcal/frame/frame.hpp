@@ -56,8 +56,8 @@ struct Estimate {
 
 struct FrameResult {
   FrameStatus status = FrameStatus::not_converged;
-  std::string reason;  ///< one sentence for people
-  Robot corrected;     ///< the robot with these pulleys and their σ
+  std::string reason;                               ///< one sentence for people
+  Robot corrected;                                  ///< the robot with these pulleys and their σ
   std::vector<Vector3> anchors_m, anchors_sigma_m;  ///< D of each pulley, in `gauge`
   Eigen::MatrixXd covariance;                       ///< of all anchors [3n, 3n]
   std::string gauge;                                ///< what fixes the frame in the world, in words
@@ -75,7 +75,7 @@ struct FrameResult {
   std::vector<std::string> not_determined;  ///< in words
   std::vector<std::string> next;            ///< which poses or measures would determine it
   std::vector<LeftOutPose> left_out;
-  std::vector<Pose> poses;                 ///< of the measurements that were kept
+  std::vector<Pose> poses;  ///< of the measurements that were kept
   std::vector<Measurement> measurements;
   std::vector<Eigen::VectorXd> residual_m;  ///< of whole or else relative lengths, at each
   int iterations = 0;

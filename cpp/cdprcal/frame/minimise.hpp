@@ -23,10 +23,10 @@ void minimise(const FrameProblem& problem, FrameState& state, int max_iterations
 /// What the poses leave of the information about the common unknowns, at a state.
 struct FrameInformation {
   bool valid = false;
-  Eigen::MatrixXd normal;      ///< Σ Bᵀ M B: of the readings alone, poses free; no prior
-  Eigen::MatrixXd scores;      ///< column for each pose: Bᵀ M r
-  Eigen::VectorXd misfit;      ///< rᵀ M r of each pose
-  Eigen::VectorXi freedom;     ///< rows − rank of its pose
+  Eigen::MatrixXd normal;   ///< Σ Bᵀ M B: of the readings alone, poses free; no prior
+  Eigen::MatrixXd scores;   ///< column for each pose: Bᵀ M r
+  Eigen::VectorXd misfit;   ///< rᵀ M r of each pose
+  Eigen::VectorXi freedom;  ///< rows − rank of its pose
   std::vector<FrameRows> rows;
 };
 FrameInformation information(const FrameProblem& problem, const FrameState& state);

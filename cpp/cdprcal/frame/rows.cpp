@@ -55,9 +55,7 @@ class RowWriter {
   Eigen::Index row_ = -1;
 };
 
-double at(const Eigen::VectorXd& values, int column) {
-  return column < 0 ? 0.0 : values[column];
-}
+double at(const Eigen::VectorXd& values, int column) { return column < 0 ? 0.0 : values[column]; }
 
 /// Lengths of one kind, which differ in their offsets alone.
 void add_lengths(const FrameProblem& problem, const Eigen::VectorXd& values,

@@ -19,8 +19,8 @@ struct FrameUnknowns {
   std::vector<int> length_offsets, swivel_offsets, yaw_offset;  ///< of each log
   int scale = -1, compliance = -1, off_plane = -1;
   int size = 0;
-  Eigen::VectorXd precision;     ///< 1/σ² of the prior about zero
-  std::vector<bool> held;        ///< values that a convention fixes at zero
+  Eigen::VectorXd precision;  ///< 1/σ² of the prior about zero
+  std::vector<bool> held;     ///< values that a convention fixes at zero
 
   [[nodiscard]] int anchor(int cable, int axis) const { return axis_count * cable + axis; }
   [[nodiscard]] Vector3 shift(const Eigen::VectorXd& values, int cable) const;

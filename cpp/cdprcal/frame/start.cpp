@@ -141,8 +141,8 @@ std::optional<FrameState> from_lengths(const FrameProblem& problem, double offse
   const Eigen::MatrixXd axes = u.axes.leftCols(u.axis_count);
   Eigen::MatrixXd file(u.axis_count, u.cables);
   for (int i = 0; i < u.cables; ++i) {
-    file.col(i) = axes.transpose() *
-                  problem.robot.cables[static_cast<std::size_t>(i)].pulley.position_m;
+    file.col(i) =
+        axes.transpose() * problem.robot.cables[static_cast<std::size_t>(i)].pulley.position_m;
   }
   const Rigid rigid =
       tracked(problem, axes, found->points).value_or(best_rigid(found->anchors, file));

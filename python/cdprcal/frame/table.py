@@ -52,10 +52,8 @@ def _estimates(document: dict[str, Any]) -> list[str]:
     lines = []
     offsets = document["offset_m"]
     for i, offset in enumerate(offsets, start=1):
-        what = (
-            "all lengths read too much by" if len(offsets) == 1 else f"length {i} reads too much by"
-        )
-        lines.append(f"offset: {what} {_value(offset, 1e3, 'mm')}")
+        what = "all lengths read" if len(offsets) == 1 else f"length {i} reads"
+        lines.append(f"offset: {what} too much by {_value(offset, 1e3, 'mm')}")
     for key, what, factor, unit in (
         ("scale", "scale: lengths read too much by", 1e2, "%"),
         ("stiffness_N", "stiffness of the cables (EA):", 1e-3, "kN"),

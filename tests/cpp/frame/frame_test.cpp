@@ -124,8 +124,8 @@ TEST(Frame, RowsHaveTheirNumericDerivatives) {
       return detail::frame_rows(problem, detail::moved(problem, at), at, from, there, false)
           .residual;
     };
-    const detail::FrameRows rows = detail::frame_rows(problem, detail::moved(problem, values),
-                                                      values, from, pose, true);
+    const detail::FrameRows rows =
+        detail::frame_rows(problem, detail::moved(problem, values), values, from, pose, true);
     ASSERT_TRUE(rows.valid);
     ASSERT_EQ(rows.residual.size(), 5 + 5 + 5 + 3 + 1 + 3);
     EXPECT_TRUE(test::jacobian_matches(
