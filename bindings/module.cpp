@@ -89,5 +89,6 @@ PYBIND11_MODULE(_core, module) {
   register_synthetic(module);
   bind_simulator(module);
   register_online(module);
+  register_frame(module);
   register_versions(module);
 }

@@ -13,12 +13,13 @@ if TYPE_CHECKING:
     # The names that come first count for type checkers.
     from cdprcal.calls import calibrate as calibrate
     from cdprcal.calls import diagnose as diagnose
+    from cdprcal.calls import geometry as geometry
     from cdprcal.calls import simulate_startup as simulate_startup
 
     from cdprcal._core import *  # type: ignore[assignment]  # noqa: F403  # isort: skip
 
 #: What takes paths and words, in place of the core's functions of that name.
-_CALLS = ("calibrate", "diagnose", "simulate_startup")
+_CALLS = ("calibrate", "diagnose", "geometry", "simulate_startup")
 
 
 def __getattr__(name: str) -> Any:

@@ -22,6 +22,7 @@ from cdprcal._core import (
     DiagnoseOptions,
     Diagnosis,
     Formulation,
+    FrameResult,
     InjectedEffect,
     InputError,
     Log,
@@ -147,6 +148,27 @@ def diagnose(
     found = _core.diagnose(the_robot, the_logs, options, progress)
     found._recipe = (diagnose, (the_robot, the_logs, copy.copy(options)))  # type: ignore[attr-defined]
     return found
+
+
+def geometry(
+    robot: Robot | Path,
+    logs: Log | Path | Sequence[Log | Path | Any] | Any,
+    *,
+    offset: str = "common",
+    poses: str = "automatic",
+    map: Path = "",
+) -> FrameResult:
+    """Where the pulleys of a frame are, from the lengths at many poses. Look at status first.
+
+    ``robot``, ``logs`` and ``map`` as for ``diagnose``; ``offset`` and ``poses`` as the command's:
+    'none', 'common' or 'each'; 'automatic', 'samples' or 'rests'. Raises InputError for logs that
+    do not fit the robot or hold no lengths.
+    """
+    the_robot = as_robot(robot)
+    if isinstance(logs, str) or not isinstance(logs, Sequence):
+        logs = [logs]
+    the_logs = [as_log(log, the_robot, map) for log in logs]
+    return _core.find_frame(the_robot, the_logs, offset=offset, poses=poses)
 
 
 def simulate_startup(

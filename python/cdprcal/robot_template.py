@@ -39,7 +39,7 @@ _CABLE = """\
       radius_m: {blank}
       # D: where the cable enters the groove, on the swivel axis. World frame.
       position_m: [{blank}, {blank}, {blank}]
-      # How well that is known (one sigma), where nobody measured it well: cdprcal geometry finds it.
+      # How well that is known (one sigma); cdprcal geometry finds what is not known well.
       # position_sigma_m: 0.5
       # Where the pulley points at swivel angle zero, and the axis that it swivels about.
       x_axis: [{blank}, {blank}, {blank}]

@@ -1,94 +1,116 @@
-"""Poses and rotations as Python sees them."""
+"""``cdprcal geometry``: the frame of a machine that writes belt lengths."""
 
 from __future__ import annotations
 
-import pickle
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
 
+import jsonschema
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import cdprcal
-from cdprcal import EulerConvention, InputError, Pose
+from cdprcal.mapping import read_raw
+from cdprcal.schemas import schema
 
-angles = st.tuples(*[st.floats(-1.5, 1.5)] * 3)
-conventions = st.sampled_from(list(EulerConvention))
-
-
-def turn(axis: int, angle: float) -> np.ndarray:
-    """Rotation about a coordinate axis."""
-    c, s = np.cos(angle), np.sin(angle)
-    i, j = [(1, 2), (2, 0), (0, 1)][axis]
-    out = np.eye(3)
-    out[i, i] = out[j, j] = c
-    out[i, j], out[j, i] = -s, s
-    return out
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "robots" / "maslow.md"
+SHARED = Path(os.environ.get("CDPRCAL_SHARED_DATA", "none")) / "robots" / "maslow"
+FRAME = np.array([[0.0, 0.0], [3.042, 0.0], [3.037, 2.128], [-0.003, 2.126]])
 
 
-@given(angles, conventions)
-def test_euler_angles_compose_in_the_order_of_the_name(
-    rpy: tuple[float, float, float], convention: EulerConvention
-) -> None:
-    expected = np.eye(3)
-    for letter in convention.name:
-        expected = expected @ turn("XYZ".index(letter), rpy["XYZ".index(letter)])
-    rotation = cdprcal.rotation_from_euler(rpy, convention)
-    np.testing.assert_allclose(rotation, expected, atol=1e-14)
-    np.testing.assert_allclose(
-        cdprcal.euler_from_rotation(rotation, convention), rpy, atol=1e-7, rtol=0
+def _blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", PAGE.read_text("utf-8"), re.M | re.S)
+
+
+@pytest.fixture
+def machine(tmp_path: Path) -> Path:
+    """The files of the page, made by its own code."""
+    robot, the_map = _blocks("yaml")
+    (tmp_path / "maslow.yaml").write_text(robot)
+    (tmp_path / "map.yaml").write_text(the_map)
+    subprocess.run([sys.executable, "-c", _blocks("python")[0]], cwd=tmp_path, check=True)
+    return tmp_path
+
+
+def _run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "cdprcal", *arguments], cwd=folder, capture_output=True, text=True
     )
 
 
-@given(angles, st.tuples(*[st.floats(-2, 2)] * 3), angles)
-def test_minus_undoes_plus(
-    rpy: tuple[float, float, float],
-    position: tuple[float, float, float],
-    rotation_vector: tuple[float, float, float],
-) -> None:
-    pose = Pose.from_euler(position, rpy)
-    twist = np.concatenate([position[::-1], rotation_vector])
-    np.testing.assert_allclose(cdprcal.minus(cdprcal.plus(pose, twist), pose), twist, atol=1e-12)
+def test_the_page_finds_the_frame_of_its_twin(machine: Path) -> None:
+    command = _blocks("sh")[0].split()
+    done = _run(machine, *command[1:], "--json")
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    jsonschema.validate(document, schema("geometry"))
+    anchors, sigma = np.array(document["anchors_m"]), np.array(document["anchors_sigma_m"])
+    assert (abs(anchors[:, [0, 2]] - FRAME) <= 3.5 * sigma[:, [0, 2]] + 1e-9).all()
+    (offset,) = document["offset_m"]
+    assert abs(offset["value"] - 0.06) < 3 * offset["sigma"]
+    assert document["rms_m"] < document["held_out_rms_m"] < 1.3e-3
+    assert any("scale of all lengths" in text for text in document["not_determined"])
+    corrected = cdprcal.load_robot(str(machine / "calibrated.yaml"))
+    places = [cable.pulley.position_m for cable in corrected.cables]
+    assert np.allclose(places, anchors)
+    table = _run(machine, *command[1:])
+    assert table.stdout.startswith("converged")
 
 
-def test_a_pose_is_immutable_and_hands_out_copies() -> None:
-    pose = Pose([1, 2, 3])
-    position = pose.position_m
-    position[0] = 99
-    np.testing.assert_array_equal(pose.position_m, [1, 2, 3])
-    with pytest.raises(AttributeError):
-        pose.position_m = position  # type: ignore[misc]
+def test_records_are_read_from_between_words(tmp_path: Path) -> None:
+    path = tmp_path / "notes.txt"
+    path.write_text("First run\n {a:1.5, b:-2},\n{a:2.5,\n b:3e1}\n\nSecond {a: 1, b: 2}\n")
+    raw = read_raw(path)
+    assert raw.kind == "records"
+    assert raw.columns["a"].values.tolist() == [1.5, 2.5, 1.0]
+    assert raw.columns["b"].values.tolist() == [-2.0, 30.0, 2.0]
+    assert raw.columns["run"].values.tolist() == [1.0, 1.0, 2.0]
+    assert raw.line is not None
+    assert raw.line.tolist() == [2, 3, 6]
 
 
-def test_a_pose_survives_pickling_to_the_bit() -> None:
-    pose = Pose.from_euler([0.1, 0.2, 0.3], [0.4, 0.5, 0.6], EulerConvention.ZYX)
-    again = pickle.loads(pickle.dumps(pose))
-    np.testing.assert_array_equal(again.position_m, pose.position_m)
-    np.testing.assert_array_equal(again.rotation, pose.rotation)
+def test_records_of_other_names_are_refused_by_line(tmp_path: Path) -> None:
+    path = tmp_path / "notes.txt"
+    path.write_text("{a:1, b:2}\n{a:1, b:2}\n{a:1, c:2}\n")
+    with pytest.raises(cdprcal.InputError, match=r"notes.txt:3: .*a, c"):
+        read_raw(path)
 
 
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: Pose([0, 0, np.nan]), "position_m"),
-        (lambda: Pose([0, 0, 0], 2 * np.eye(3)), "rotation"),
-        (lambda: Pose([0, 0, 0], np.diag([1, 1, -1])), "rotation"),
-        (lambda: cdprcal.log_so3(np.zeros((3, 3))), "rotation"),
-        (lambda: cdprcal.parse_euler_convention("XYX"), "XYX"),
-    ],
-)
-def test_what_is_no_rotation_is_refused(make: object, words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        make()  # type: ignore[operator]
+def test_too_few_poses_end_with_1_and_write_nothing(machine: Path) -> None:
+    lines = (machine / "grid.txt").read_text().splitlines()
+    (machine / "few.txt").write_text("\n".join(lines[:2]))
+    done = _run(machine, "geometry", "maslow.yaml", "few.txt", "--map", "map.yaml", "-o", "x.yaml")
+    assert done.returncode == 1
+    assert not (machine / "x.yaml").exists()
 
 
-def test_input_error_is_a_value_error() -> None:
-    assert issubclass(InputError, ValueError)
-    assert InputError.__module__ == "cdprcal._core"
+def test_wrong_words_are_wrong_use(machine: Path) -> None:
+    base = ("geometry", "maslow.yaml", "grid.txt", "--map", "map.yaml")
+    for option in (("--offset", "two"), ("--poses", "some")):
+        done = _run(machine, *base, *option)
+        assert done.returncode == 2
+        assert "must be" in done.stderr
 
 
-def test_eq_20_is_not_the_geodesic_angle() -> None:
-    a = Pose.from_euler([0, 0, 0], [0.0857, -0.1039, -0.0134])
-    b = Pose.from_euler([0, 0, 0], [0.0847, -0.0717, 0.0070])
-    assert np.degrees(cdprcal.rotation_distance_rad(a, b)) == pytest.approx(2.19, abs=0.01)
-    assert np.degrees(cdprcal.rotation_angle_difference_rad(a, b)) == pytest.approx(1.42, abs=0.01)
+@pytest.mark.skipif(not SHARED.is_dir(), reason="CDPRCAL_SHARED_DATA is not there")
+@pytest.mark.parametrize("name", ["altspace_concrete_anchors.txt"])
+def test_measured_frames_close_and_a_hidden_offset_is_found(name: str, tmp_path: Path) -> None:
+    records = read_raw(SHARED / name).columns
+    lengths = np.stack([records[key].values for key in ("bl", "br", "tr", "tl")], axis=1) * 1e-3
+    robot = cdprcal.parse_robot(_blocks("yaml")[0], "maslow")
+    offsets = []
+    for hidden_m in (0.0, 0.03, 0.2):
+        log = cdprcal.Log(
+            time_s=np.arange(len(lengths), dtype=float), direct_length_m=lengths + hidden_m
+        )
+        found = cdprcal.geometry(robot, log)
+        assert found.status == cdprcal.FrameStatus.converged
+        assert found.held_out_rms_m < 1.7e-3
+        (offset,) = found.offset_m
+        offsets.append(offset.value - hidden_m)
+        assert abs(offset.value - hidden_m) < 3 * offset.sigma
+    assert np.ptp(offsets) < 1e-3

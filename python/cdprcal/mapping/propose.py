@@ -105,6 +105,8 @@ def propose(raw: RawTable, robot: _core.Robot | None = None) -> Proposal:
     found = [_with_unit(raw, names, line, robot) for line in groups]
     if attitude is not None:
         found.append(_with_unit(raw, names, attitude, robot))
+    if raw.kind == "records" and robot is not None:
+        found = _records(raw, robot) or found
     if not found:
         shown = ", ".join(repr(key) for key in list(raw.columns)[:30])
         raise InputError(
@@ -117,12 +119,32 @@ def propose(raw: RawTable, robot: _core.Robot | None = None) -> Proposal:
     return proposal if robot is None else _with_signs(proposal, robot)
 
 
+def _records(raw: RawTable, robot: _core.Robot) -> list[Line]:
+    """Whole lengths, where records have a number for each cable: people write down what they read.
+
+    The unit is the one with which the longest is nearest to the robot's size.
+    """
+    columns = tuple(name for name in raw.columns if name != "run")
+    if len(columns) != robot.cable_count:
+        return []
+    places = np.array([cable.pulley.position_m for cable in robot.cables])
+    size_m = float(np.linalg.norm(places[:, None] - places[None], axis=2).max())
+    longest = max(float(np.nanmax(raw.columns[name].values)) for name in columns)
+    if not (size_m > 0.0 and longest > 0.0):
+        return []
+    unit = min(UNITS["m"], key=lambda unit: abs(math.log(UNITS["m"][unit] * longest / size_m)))
+    why = "a number for each cable, in the order of the robot file's; unit by the robot's size"
+    return [Line("direct_lengths", columns, unit, (1,) * len(columns), "guess", why)]
+
+
 # Times.
 
 
 def _time(raw: RawTable, names: dict[str, Name]) -> tuple[Line, float | None]:
     if raw.kind == "bag":
         return Line("time", ("",), "s", (1,), "sure", "stamps"), None
+    if raw.kind == "records":
+        return Line("time", (), "s", (1,), "likely", "records are written one at a time"), 1.0
     rising = [key for key in raw.columns if _rises(raw.columns[key].values)]
     for key in rising:
         if raw.columns[key].is_clock:

@@ -10,13 +10,14 @@ from cdprcal.mapping.bag import read_bag
 from cdprcal.mapping.delimited import read_delimited
 from cdprcal.mapping.matlab import read_mat
 from cdprcal.mapping.raw import DelimitedForm, RawTable
+from cdprcal.mapping.records import holds_records, read_records
 from cdprcal.ros2 import is_bag
 
 _MAT_73 = b"\x89HDF"
 
 
 def read_raw(path: str | Path, form: DelimitedForm | None = None) -> RawTable:
-    """Reads CSV and its like, MAT, Parquet, Feather or a ROS 2 bag.
+    """Reads CSV and its like, records in braces, MAT, Parquet, Feather or a ROS 2 bag.
 
     ``form``: how text is to be cut; None: found. Raises InputError naming file and place.
     """
@@ -28,4 +29,6 @@ def read_raw(path: str | Path, form: DelimitedForm | None = None) -> RawTable:
         return read_mat(path)
     if head.startswith((PARQUET_MAGIC, *FEATHER_MAGICS)):
         return read_arrow(path)
+    if form is None and holds_records(begins_with(path, 1 << 16)):
+        return read_records(path)
     return read_delimited(path, form)

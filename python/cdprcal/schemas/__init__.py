@@ -21,6 +21,7 @@ DOCUMENTS = (
     "diagnose-result",
     "effects",
     "explain",
+    "geometry",
     "plan",
     "repeat",
     "truth",

@@ -1,0 +1,336 @@
+#include "cdprcal/frame/determined.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cstdio>
+#include <numeric>
+
+namespace cdprcal::detail {
+namespace {
+
+/// Blocks of neighbouring poses whose scores are compared; fewer poses than three a block: fewer.
+constexpr Eigen::Index kBlocks = 10;
+/// A rigid motion is shown by the readings where they make it known better than half of what the
+/// file's positions alone do.
+constexpr double kShown = 0.25;  // of the variance
+/// Components of a direction that are named: at least this share of the largest.
+constexpr double kNamed = 0.35;
+constexpr int kFurtherPoses = 3;
+constexpr int kMostWeak = 3;
+
+/// Rigid motions of all pulleys, as shifts of their coordinates along the unknowns' axes.
+Eigen::MatrixXd rigid_motions(const FrameProblem& problem) {
+  const FrameUnknowns& u = problem.unknowns;
+  const bool flat = u.axis_count == 2;
+  Vector3 middle = Vector3::Zero();
+  for (const Cable& cable : problem.robot.cables) {
+    middle += cable.pulley.position_m / u.cables;
+  }
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(u.axis_count * u.cables, flat ? 3 : 6);
+  for (int i = 0; i < u.cables; ++i) {
+    const Vector3 arm =
+        problem.robot.cables[static_cast<std::size_t>(i)].pulley.position_m - middle;
+    for (int axis = 0; axis < u.axis_count; ++axis) {
+      const int row = u.anchor(i, axis);
+      out(row, axis) = 1.0;
+      for (int turn = 0; turn < (flat ? 1 : 3); ++turn) {
+        const Vector3 about = u.axes.col(flat ? 2 : turn);
+        out(row, u.axis_count + turn) = about.cross(arm).dot(u.axes.col(axis));
+      }
+    }
+  }
+  return out;
+}
+
+/// Leaves out of a covariance of the anchors the rigid motions that only the prior fixes; says how
+/// many they are.
+int leave_out_motions(const FrameProblem& problem, Eigen::MatrixXd& covariance) {
+  const FrameUnknowns& u = problem.unknowns;
+  const int size = u.axis_count * u.cables;
+  const Eigen::VectorXd weight = u.precision.head(size);
+  if (!(weight.minCoeff() > 0.0)) return 0;  // held by a convention, or by a tracker
+  const Eigen::MatrixXd rigid = rigid_motions(problem);
+  const Eigen::MatrixXd gram = rigid.transpose() * weight.asDiagonal() * rigid;
+  const Eigen::MatrixXd prior = gram.inverse();
+  const Eigen::MatrixXd coefficient = prior * rigid.transpose() * weight.asDiagonal();
+  const Eigen::MatrixXd posterior =
+      coefficient * covariance.topLeftCorner(size, size) * coefficient.transpose();
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+      0.5 * (posterior + posterior.transpose()), prior);
+  Eigen::MatrixXd off = Eigen::MatrixXd::Identity(u.size, u.size);
+  int count = 0;
+  for (Eigen::Index k = 0; k < eigen.eigenvalues().size(); ++k) {
+    if (eigen.eigenvalues()[k] < kShown) continue;
+    ++count;
+    // vᵀ prior v = 1: the coefficient along v is vᵀ x, the motion of one σ prior · v
+    const Eigen::VectorXd v = eigen.eigenvectors().col(k);
+    off.topLeftCorner(size, size) -= rigid * prior * v * v.transpose() * coefficient;
+  }
+  covariance = off * covariance * off.transpose();
+  return count;
+}
+
+/// How much more the scores of blocks scatter than independent rows would: a variance.
+double scatter(const FrameInformation& information, const Eigen::MatrixXd& inverse) {
+  const Eigen::Index poses = information.scores.cols();
+  const Eigen::Index blocks = std::min(kBlocks, poses / 3);
+  const double parameters = (inverse * information.normal).trace();
+  if (blocks < 3 || !(parameters > 0.5)) return 1.0;
+  Eigen::VectorXd sums = Eigen::VectorXd::Zero(blocks);
+  double total = 0.0;
+  for (Eigen::Index b = 0; b < blocks; ++b) {
+    const Eigen::Index begin = b * poses / blocks, end = (b + 1) * poses / blocks;
+    const Eigen::VectorXd score = information.scores.middleCols(begin, end - begin).rowwise().sum();
+    total += score.dot(inverse * score);
+  }
+  const double count = static_cast<double>(blocks);
+  return std::max(1.0, total * count / (count - 1.0) / parameters);
+}
+
+std::string format(const char* pattern, double value) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), pattern, value);
+  return text.data();
+}
+
+std::string millimetres(double metres) {
+  const double mm = 1e3 * metres;
+  if (!(mm < 1e4)) return "more than 10 m";
+  return format(mm < 10.0 ? "%.1f mm" : "%.0f mm", mm);
+}
+
+std::string components(const Vector3& v) {
+  return "(" + format("%.2f", v[0]) + ", " + format("%.2f", v[1]) + ", " + format("%.2f", v[2]) +
+         ")";
+}
+
+/// "x" … for a world axis, else its components.
+std::string direction_name(const Vector3& axis) {
+  for (int i = 0; i < 3; ++i) {
+    if (std::abs(axis[i]) > 0.999) return std::string(axis[i] < 0.0 ? "-" : "") + "xyz"[i];
+  }
+  return components(axis);
+}
+
+/// What a value is, for people; "" for those that are not about the frame and its lengths.
+std::string value_name(const FrameUnknowns& u, int column) {
+  if (column < u.axis_count * u.cables) {
+    return "pulley " + std::to_string(column / u.axis_count + 1) + " along " +
+           direction_name(u.axes.col(column % u.axis_count));
+  }
+  const int offset = column - u.direct_offsets;
+  if (u.direct_offsets < 0 || offset < 0 || offset >= u.direct_offset_count) return "";
+  if (u.direct_offset_count == 1) return "the common offset of the lengths";
+  return "the offset of length " + std::to_string(offset + 1);
+}
+
+/// Values in metres: anchors, and offsets of whole lengths.
+std::vector<int> metric_columns(const FrameUnknowns& u) {
+  std::vector<int> out(static_cast<std::size_t>(u.axis_count * u.cables));
+  std::iota(out.begin(), out.end(), 0);
+  for (int i = 0; i < u.direct_offset_count; ++i) out.push_back(u.direct_offsets + i);
+  return out;
+}
+
+Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> metric_eigen(const FrameUnknowns& u,
+                                                            const Knowledge& known) {
+  const std::vector<int> columns = metric_columns(u);
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(known.covariance(columns, columns));
+}
+
+/// Places for a platform: a grid over the pulleys' box and below it, with turns of those that turn.
+std::vector<Pose> candidates(const FrameProblem& problem, const FrameState& state) {
+  const Robot robot = moved(problem, state.values);
+  Vector3 low = robot.cables[0].pulley.position_m, high = low;
+  for (const Cable& cable : robot.cables) {
+    low = low.cwiseMin(cable.pulley.position_m);
+    high = high.cwiseMax(cable.pulley.position_m);
+  }
+  Vector3 least = state.poses[0].position_m, most = least;
+  for (const Pose& pose : state.poses) {
+    least = least.cwiseMin(pose.position_m);
+    most = most.cwiseMax(pose.position_m);
+  }
+  low = low.cwiseMin(least);
+  high = high.cwiseMax(most);
+  if (!row_of(robot.platform.motion).is_planar()) high.z() = most.z();  // it hangs
+  const int steps = row_of(robot.platform.motion).is_planar() ? 11 : 5;
+  std::vector<Pose> out;
+  const auto add = [&](const Vector3& share, const Vector3& turn) {
+    Pose pose;
+    pose.position_m = low + share.cwiseProduct(high - low);
+    pose.rotation = exp_so3(turn);
+    pose = on_motion(robot, pose);
+    out.push_back(pose);
+  };
+  const auto count = [&](int axis) { return high[axis] - low[axis] > 1e-6 ? steps : 1; };
+  for (int i = 0; i < count(0); ++i) {
+    for (int j = 0; j < count(1); ++j) {
+      for (int k = 0; k < count(2); ++k) {
+        // Not on the border itself: there stand the pulleys.
+        const Vector3 share = (Vector3(i, j, k).array() + 0.5) / steps;
+        add(share, Vector3::Zero());
+        if (robot.platform.motion == Motion::r3t3) add(share, 0.2 * Vector3::Ones());
+      }
+    }
+  }
+  return out;
+}
+
+/// What a pose at which all kinds of readings of the first one are read would tell.
+Eigen::MatrixXd told_by(const FrameProblem& problem, const FrameState& state, const Pose& pose) {
+  FrameProblem one = problem;
+  one.poses.resize(1);
+  FrameState there{state.values, {pose}};
+  const FrameInformation information = detail::information(one, there);
+  if (!information.valid) return Eigen::MatrixXd::Zero(state.values.size(), state.values.size());
+  return information.normal;
+}
+
+}  // namespace
+
+Knowledge knowledge(const FrameProblem& problem, const FrameInformation& information) {
+  const FrameUnknowns& u = problem.unknowns;
+  Knowledge out;
+  if (!information.valid) return out;
+  out.precision = information.normal;
+  out.precision.diagonal() += u.precision;
+  std::vector<int> free;
+  for (int i = 0; i < u.size; ++i) {
+    if (!u.held[static_cast<std::size_t>(i)]) free.push_back(i);
+  }
+  // Scaled to a unit diagonal, so that what is singular does not depend on units.
+  const Eigen::MatrixXd block = out.precision(free, free);
+  const Eigen::VectorXd scale = block.diagonal().cwiseSqrt().cwiseMax(1e-150).cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * block *
+                                                             scale.asDiagonal());
+  const Eigen::VectorXd values = eigen.eigenvalues().cwiseMax(1e-15);
+  Eigen::MatrixXd inverse = scale.asDiagonal() * eigen.eigenvectors() *
+                            values.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose() *
+                            scale.asDiagonal();
+  out.covariance = Eigen::MatrixXd::Zero(u.size, u.size);
+  out.covariance(free, free) = inverse;
+  out.parameters = (out.covariance * information.normal).trace();
+  const double variance = scatter(information, out.covariance);
+  out.lack_of_fit = std::sqrt(variance);
+  out.free_motions = leave_out_motions(problem, out.covariance);
+  out.covariance *= variance;
+  out.valid = true;
+  return out;
+}
+
+std::vector<std::string> weak_directions(const FrameProblem& problem, const Knowledge& known,
+                                         double enough_m) {
+  const FrameUnknowns& u = problem.unknowns;
+  const std::vector<int> columns = metric_columns(u);
+  const auto eigen = metric_eigen(u, known);
+  std::vector<std::string> out;
+  for (Eigen::Index k = eigen.eigenvalues().size() - 1; k >= 0; --k) {
+    const double sigma = std::sqrt(std::max(0.0, eigen.eigenvalues()[k]));
+    if (!(sigma > enough_m) || static_cast<int>(out.size()) == kMostWeak) break;
+    const Eigen::VectorXd direction = eigen.eigenvectors().col(k);
+    const double most = direction.cwiseAbs().maxCoeff();
+    Eigen::Index lead = 0;
+    direction.cwiseAbs().maxCoeff(&lead);
+    std::string names;
+    int named = 0;
+    for (Eigen::Index i = 0; i < direction.size(); ++i) {
+      if (std::abs(direction[i]) < kNamed * most) continue;
+      const double share = direction[i] / direction[lead];
+      names += (named++ ? ", " : "") + value_name(u, columns[static_cast<std::size_t>(i)]) +
+               format(" by %+.2f", share);
+    }
+    out.push_back((named > 1 ? "together: " : "") + names + ": known to " +
+                  millimetres(sigma * most) + " only");
+  }
+  return out;
+}
+
+std::vector<std::string> further_poses(const FrameProblem& problem, const FrameState& state,
+                                       const Knowledge& known) {
+  const FrameUnknowns& u = problem.unknowns;
+  const std::vector<int> columns = metric_columns(u);
+  const auto eigen = metric_eigen(u, known);
+  Eigen::VectorXd weakest = Eigen::VectorXd::Zero(u.size);
+  weakest(columns) = eigen.eigenvectors().col(eigen.eigenvalues().size() - 1);
+  const std::vector<Pose> places = candidates(problem, state);
+  std::vector<Eigen::MatrixXd> told;
+  for (const Pose& place : places) told.push_back(told_by(problem, state, place));
+  Eigen::MatrixXd covariance = known.covariance / (known.lack_of_fit * known.lack_of_fit);
+  const double before = weakest.dot(covariance * weakest);
+  std::vector<std::string> out;
+  for (int n = 0; n < kFurtherPoses && before > 0.0; ++n) {
+    double least = kNaN;
+    std::size_t best = 0;
+    Eigen::MatrixXd best_covariance;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      // C − C N (I + C N)⁻¹ C
+      const Eigen::MatrixXd product = covariance * told[i];
+      const Eigen::MatrixXd after =
+          (Eigen::MatrixXd::Identity(u.size, u.size) + product).partialPivLu().solve(covariance);
+      const double variance = weakest.dot(after * weakest);
+      if (!(variance >= least)) {
+        least = variance;
+        best = i;
+        best_covariance = after;
+      }
+    }
+    const Vector3& p = places[best].position_m;
+    out.push_back("a pose at " + components(p) + " m: the least known direction to " +
+                  format("%.0f %%", 100.0 * std::sqrt(least / before)) + " of its error now");
+    covariance = best_covariance;
+  }
+  return out;
+}
+
+std::vector<std::string> stretched_repeats(const FrameProblem& problem) {
+  // Cables that pin the platform read the same within a tenth of what the others change by, and
+  // that is within what a tape may be wrong by: ten σ.
+  const std::size_t pins = static_cast<std::size_t>(problem.basis.cols());
+  const double most_change = 10.0 * problem.robot.sigma.direct_length_m;
+  int pairs = 0;
+  double least = kNaN, most = 0.0, stretch = 0.0;
+  bool tensions = false;
+  for (std::size_t i = 0; i + 1 < problem.poses.size(); ++i) {
+    const Measurement &a = problem.poses[i].reading, &b = problem.poses[i + 1].reading;
+    if (problem.poses[i].log != problem.poses[i + 1].log) continue;
+    if (a.direct_length_m.size() == 0 || !a.direct_length_m.allFinite()) continue;
+    if (b.direct_length_m.size() == 0 || !b.direct_length_m.allFinite()) continue;
+    const CableVector change = (b.direct_length_m - a.direct_length_m).cwiseAbs();
+    std::vector<double> sorted(change.data(), change.data() + change.size());
+    std::sort(sorted.begin(), sorted.end());
+    if (sorted.size() <= pins || sorted.back() > most_change) continue;
+    if (sorted[pins - 1] > 0.1 * sorted.back()) continue;
+    ++pairs;
+    least = std::isnan(least) ? sorted.back() : std::min(least, sorted.back());
+    most = std::max(most, sorted.back());
+    stretch = std::max(stretch, change.cwiseQuotient(a.direct_length_m).maxCoeff());
+    tensions = tensions || (a.tension_N.size() > 0 && a.tension_N.allFinite());
+  }
+  if (pairs == 0 || tensions) return {};
+  return {"the stiffness of the cables: in " + std::to_string(pairs) +
+          (pairs == 1 ? " pair" : " pairs") +
+          " of poses the platform stood still while cables were pulled tighter and read up to " +
+          millimetres(least) + (pairs == 1 ? "" : " to " + millimetres(most)) +
+          " less, a stretch of up to " + format("%.2f %%", 100.0 * stretch) +
+          "; a stiffness needs the tensions, and is the change of tension divided by that stretch"};
+}
+
+std::string gauge_in_words(const FrameProblem& problem, const Knowledge& known) {
+  const FrameUnknowns& u = problem.unknowns;
+  if (u.held[0]) {
+    std::string text =
+        "pulley 1 is where the robot file has it, pulley 2 in the direction that the file has it in";
+    if (u.axis_count == 3) text += ", pulley 3 in the plane of the file's first three";
+    return text + "; of the two mirror images it is the file's";
+  }
+  if (known.free_motions == 0) return "the readings themselves: they are absolute in the world";
+  return "the frame as a whole agrees best with the robot file's positions in " +
+         std::to_string(known.free_motions) +
+         (known.free_motions == 1 ? " rigid motion" : " rigid motions") +
+         " that the readings do not show";
+}
+
+}  // namespace cdprcal::detail

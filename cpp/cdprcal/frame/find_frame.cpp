@@ -1,0 +1,186 @@
+#include <algorithm>
+#include <chrono>
+
+#include "cdprcal/frame/poses.hpp"
+#include "cdprcal/frame/solved.hpp"
+#include "cdprcal/frame/start.hpp"
+#include "cdprcal/frame/unknowns.hpp"
+
+namespace cdprcal {
+namespace detail {
+namespace {
+
+constexpr double kLeastSigma_m = 1e-6;
+
+Estimate estimate(const Solved& s, int column) {
+  return {s.state.values[column], std::sqrt(std::max(0.0, s.known.covariance(column, column)))};
+}
+
+/// Mean of what the tensions hold up at rest.
+std::optional<Estimate> weight(const Solved& s) {
+  const Robot robot = moved(s.problem, s.state.values);
+  std::vector<double> held;
+  for (std::size_t i = 0; i < s.problem.poses.size(); ++i) {
+    const CableVector& tension = s.problem.poses[i].reading.tension_N;
+    if (tension.size() != s.problem.unknowns.cables || !tension.allFinite()) continue;
+    const PlatformState state = platform_state(robot, s.state.poses[i]);
+    double sum = 0.0;
+    for (int c = 0; c < tension.size(); ++c) {
+      sum -= tension[c] * state.cable[static_cast<std::size_t>(c)].direction.z();
+    }
+    held.push_back(sum);
+  }
+  const double level = std::abs(robot.platform.motion_plane_normal.z());
+  if (held.empty() || level > 0.5) return std::nullopt;  // a lying plane shows no weight
+  const auto count = static_cast<double>(held.size());
+  const Eigen::Map<const Eigen::VectorXd> values(held.data(), static_cast<Eigen::Index>(count));
+  const double mean = values.mean();
+  const double spread = count > 1.0 ? (values.array() - mean).square().sum() / (count - 1.0) : kNaN;
+  return Estimate{mean, std::sqrt(spread / count)};
+}
+
+/// Everything that a solved problem says about the frame.
+void fill_anchors(const Solved& s, FrameResult& out) {
+  const FrameUnknowns& u = s.problem.unknowns;
+  out.corrected = moved(s.problem, s.state.values);
+  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(3 * u.cables, u.size);
+  for (int i = 0; i < u.cables; ++i) {
+    for (int axis = 0; axis < u.axis_count; ++axis) {
+      spread.block<3, 1>(3 * i, u.anchor(i, axis)) = u.axes.col(axis);
+    }
+  }
+  out.covariance = spread * s.known.covariance * spread.transpose();
+  for (int i = 0; i < u.cables; ++i) {
+    Pulley& pulley = out.corrected.cables[static_cast<std::size_t>(i)].pulley;
+    const Vector3 sigma = out.covariance.diagonal().segment<3>(3 * i).cwiseMax(0.0).cwiseSqrt();
+    out.anchors_m.push_back(pulley.position_m);
+    out.anchors_sigma_m.push_back(sigma);
+    // What is not looked for stays known as it was; what a convention fixes is exact, but a file's
+    // σ must be positive.
+    Vector3 kept = Vector3::Zero();
+    if (u.axis_count == 2 && !pulley.position_sigma_m.hasNaN()) {
+      kept = u.axes.col(2).cwiseAbs().cwiseProduct(pulley.position_sigma_m);
+    }
+    pulley.position_sigma_m = (sigma + kept).cwiseMax(kLeastSigma_m);
+  }
+}
+
+void fill_texts(const Solved& s, double enough_m, FrameResult& out) {
+  const FrameUnknowns& u = s.problem.unknowns;
+  out.gauge = gauge_in_words(s.problem, s.known);
+  if (u.held[0] || s.known.free_motions > 0) {
+    out.not_determined.push_back(
+        "where the frame is in the world and how it is turned, by convention: " + out.gauge);
+  }
+  if (u.scale < 0) {
+    out.not_determined.push_back(
+        "the scale of all lengths: readings that are 1 % too long make the frame 1 % larger; one "
+        "distance between two pulleys by tape, or a tracker, settles it");
+  }
+  if (u.axis_count == 2) {
+    out.not_determined.push_back(
+        "how far each pulley is from the plane of motion: as the robot file has it");
+  }
+  for (std::string& text : weak_directions(s.problem, s.known, enough_m)) {
+    out.not_determined.push_back(std::move(text));
+  }
+  for (std::string& text : stretched_repeats(s.problem)) {
+    out.not_determined.push_back(std::move(text));
+  }
+  out.next = further_poses(s.problem, s.state, s.known);
+}
+
+void fill(const Solved& s, FrameResult& out) {
+  const FrameUnknowns& u = s.problem.unknowns;
+  fill_anchors(s, out);
+  for (int i = 0; i < u.direct_offset_count; ++i) {
+    out.offset_m.push_back(estimate(s, u.direct_offsets + i));
+  }
+  if (u.scale >= 0) out.scale = estimate(s, u.scale);
+  if (u.compliance >= 0) {
+    const Estimate k = estimate(s, u.compliance);
+    out.stiffness_N = Estimate{1.0 / k.value, k.sigma / (k.value * k.value)};
+  }
+  if (u.off_plane >= 0) {
+    const Estimate square = estimate(s, u.off_plane);
+    const double distance = std::sqrt(std::max(square.value, 0.0));
+    out.off_plane_m = Estimate{distance, square.sigma / (2.0 * distance)};
+  }
+  out.weight_N = weight(s);
+  out.residual_m = length_residuals(s);
+  out.rms_m = rms(out.residual_m);
+  const bool whole =
+      u.direct_offset_count > 0 || any_reading(s.problem.poses, -1, Channel::direct_length);
+  out.noise_m =
+      s.problem.sigma[static_cast<std::size_t>(whole ? Channel::direct_length : Channel::length)];
+  out.lack_of_fit = s.known.lack_of_fit;
+  out.poses = s.state.poses;
+  for (const FramePose& pose : s.problem.poses) out.measurements.push_back(pose.reading);
+  out.iterations = s.state.iterations;
+}
+
+void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& options,
+                 FrameResult& out) {
+  Solved s;
+  s.problem.robot = robot;
+  s.problem.poses = std::move(set.poses);
+  s.problem.unknowns = unknowns_of(robot, s.problem.poses, set.logs, options);
+  s.problem.sigma = specified_sigma(robot.sigma);
+  s.problem.basis = motion_basis(robot);
+  std::vector<FrameState> begin;
+  if (set.guess.empty()) {
+    begin = starts(s.problem);
+  } else {
+    begin = starts_at(s.problem, set.guess);
+  }
+  if (!solve_from_starts(s, std::move(begin), options.max_iterations)) {
+    out.reason = "no start fits the readings: check units and the order of the cables";
+    return;
+  }
+  solve(s, options.max_iterations);
+  for (int pass = 0; pass < 5 && options.leave_out && s.known.valid; ++pass) {
+    const std::vector<LeftOutPose> more = leave_out(s);
+    if (more.empty()) break;
+    out.left_out.insert(out.left_out.end(), more.begin(), more.end());
+    solve(s, options.max_iterations);
+  }
+  if (s.known.valid && options.off_plane && row_of(robot.platform.motion).is_planar()) {
+    try_off_plane(s, options.max_iterations);
+  }
+  if (!s.known.valid || !s.state.settled) {
+    out.reason = "the steps did not settle";
+    return;
+  }
+  fill(s, out);
+  const double freedom = static_cast<double>(s.information.freedom.sum());
+  const double worst = out.covariance.diagonal().cwiseMax(0.0).cwiseSqrt().maxCoeff();
+  const double size = robot_size_m(out.corrected);
+  fill_texts(s, std::max(5.0 * out.noise_m, 1e-3), out);
+  if (freedom < s.known.parameters + 1.0 || !(worst < 0.1 * size)) {
+    out.status = FrameStatus::unobservable;
+    out.reason = "these poses do not determine the frame: a pulley is known to " +
+                 std::to_string(static_cast<int>(std::min(1e3 * worst, 1e6))) + " mm only";
+    return;
+  }
+  out.held_out_rms_m = held_out_rms(s, options.max_iterations);
+  out.status = FrameStatus::converged;
+  out.reason = "the lengths at " + std::to_string(s.problem.poses.size()) + " poses agree";
+}
+
+}  // namespace
+}  // namespace detail
+
+FrameResult find_frame(const Robot& robot, const std::vector<Log>& logs,
+                       const FrameOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  FrameResult out;
+  out.corrected = robot;
+  finalise(out.corrected);
+  detail::solve_frame(out.corrected, detail::frame_poses(out.corrected, logs, options), options,
+                      out);
+  out.solve_time_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return out;
+}
+
+}  // namespace cdprcal

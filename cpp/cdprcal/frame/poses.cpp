@@ -1,0 +1,138 @@
+#include "cdprcal/frame/poses.hpp"
+
+#include "cdprcal/effects/applied.hpp"
+#include "cdprcal/error.hpp"
+#include "cdprcal/readings/equilibrium_detection.hpp"
+#include "cdprcal/statistics.hpp"
+#include "cdprcal/text_file.hpp"
+
+namespace cdprcal {
+
+LengthOffset parse_length_offset(const std::string& name) {
+  for (const LengthOffset offset : {LengthOffset::none, LengthOffset::common, LengthOffset::each}) {
+    if (name == to_string(offset)) return offset;
+  }
+  throw InputError("offset: must be none, common or each, not " + in_quotes(name));
+}
+
+const char* to_string(LengthOffset offset) {
+  switch (offset) {
+    case LengthOffset::none:
+      return "none";
+    case LengthOffset::common:
+      return "common";
+    case LengthOffset::each:
+      return "each";
+  }
+  return "unknown";
+}
+
+FramePoses parse_frame_poses(const std::string& name) {
+  if (name == "automatic") return FramePoses::automatic;
+  if (name == "samples") return FramePoses::samples;
+  if (name == "rests") return FramePoses::rests;
+  throw InputError("poses: must be automatic, samples or rests, not " + in_quotes(name));
+}
+
+const char* to_string(FrameStatus status) {
+  switch (status) {
+    case FrameStatus::converged:
+      return "converged";
+    case FrameStatus::not_converged:
+      return "not_converged";
+    case FrameStatus::unobservable:
+      return "unobservable";
+  }
+  return "unknown";
+}
+
+namespace detail {
+namespace {
+
+/// Samples closer than this come from a logger that runs by itself; people take a pose at a time.
+constexpr double kByItself_s = 0.5;
+/// No frame needs more poses than this: samples of a log that never rests are thinned to them.
+constexpr Eigen::Index kMostSamples = 400;
+
+bool sampled_by_itself(const Log& log) {
+  if (log.sample_count() < 3) return false;
+  std::vector<double> steps;
+  for (Eigen::Index i = 1; i < log.sample_count(); ++i) {
+    steps.push_back(log.time_s[i] - log.time_s[i - 1]);
+  }
+  return median(std::move(steps)) < kByItself_s;
+}
+
+std::vector<SampleRange> every_sample(const Log& log) {
+  std::vector<SampleRange> out;
+  const Eigen::Index step = 1 + (log.sample_count() - 1) / kMostSamples;
+  for (Eigen::Index i = 0; i < log.sample_count(); i += step) out.push_back({i, i + 1});
+  return out;
+}
+
+std::vector<SampleRange> rests(const Robot& robot, const Log& log) {
+  Log told = log;  // whole lengths tell a rest as well as relative ones
+  if (told.length_m.cols() == 0) told.length_m = log.direct_length_m;
+  std::vector<SampleRange> out;
+  for (const SampleRange& segment : segments(told)) {
+    for (const Equilibrium& rest : detect_equilibria(told, segment, robot.sigma)) {
+      out.push_back(inner_part(told, segment, rest, DetectionOptions().window_s));
+    }
+  }
+  return out;
+}
+
+void require_lengths(const Robot& robot, const Log& log) {
+  const Eigen::Index cables = robot.cable_count();
+  for (const LogMatrix* lengths : {&log.direct_length_m, &log.length_m}) {
+    if (lengths->cols() != 0 && lengths->cols() != cables) {
+      throw InputError(log.source + ": has lengths of " + std::to_string(lengths->cols()) +
+                       " cables, and the robot has " + std::to_string(cables) +
+                       ": give the robot file of this log");
+    }
+  }
+  if (!log.direct_length_m.array().isFinite().any() && !log.length_m.array().isFinite().any()) {
+    throw InputError(log.source +
+                     ": holds no lengths, neither whole (direct_length_1_m …) nor relative "
+                     "(length_1_m …): a frame is found from lengths");
+  }
+}
+
+}  // namespace
+
+FramePoseSet frame_poses(const Robot& robot, const std::vector<Log>& logs,
+                         const FrameOptions& options) {
+  if (logs.empty()) throw InputError("logs: give one or more logs");
+  FramePoseSet out;
+  bool guessed = true;
+  for (const Log& given : logs) {
+    require_lengths(robot, given);
+    const bool whole = given.direct_length_m.array().isFinite().any();
+    const int number = out.logs++;
+    if (!whole && row_of(robot.platform.motion).turns == 3) {
+      FramePoseSet own = calibrated_poses(robot, given);
+      for (FramePose& pose : own.poses) {
+        pose.log = number;
+        out.poses.push_back(std::move(pose));
+      }
+      out.guess.insert(out.guess.end(), own.guess.begin(), own.guess.end());
+      continue;
+    }
+    guessed = false;
+    const bool by_rests = options.poses == FramePoses::rests ||
+                          (options.poses == FramePoses::automatic && sampled_by_itself(given));
+    std::vector<SampleRange> ranges = by_rests ? rests(robot, given) : every_sample(given);
+    if (ranges.empty()) ranges = every_sample(given);
+    for (const SampleRange& range : ranges) {
+      out.poses.push_back(
+          {measurement_mean(given, range, PoseKind::static_pose, robot.cable_count()), number,
+           static_cast<int>(range.begin)});
+    }
+  }
+  if (!guessed) out.guess.clear();
+  if (out.poses.empty()) throw InputError(logs[0].source + ": holds no poses");
+  return out;
+}
+
+}  // namespace detail
+}  // namespace cdprcal

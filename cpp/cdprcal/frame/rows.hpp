@@ -1,0 +1,63 @@
+// Private to frame/: what is unknown, and what the readings at one pose say about it.
+#pragma once
+
+#include <vector>
+
+#include "cdprcal/frame/frame.hpp"
+#include "cdprcal/kinematics/motion.hpp"
+#include "cdprcal/kinematics/platform.hpp"
+
+namespace cdprcal::detail {
+
+/// The common unknowns: which there are, and where they stand among `size` values. −1: not there.
+struct FrameUnknowns {
+  int cables = 0;
+  Matrix3 axes = Matrix3::Identity();  ///< columns: along which pulleys move
+  int axis_count = 3;                  ///< 2 in a plane
+  int direct_offsets = -1;             ///< of whole lengths
+  int direct_offset_count = 0;         ///< 0, 1 or n
+  std::vector<int> length_offsets, swivel_offsets, yaw_offset;  ///< of each log
+  int scale = -1, compliance = -1, off_plane = -1;
+  int size = 0;
+  Eigen::VectorXd precision;  ///< 1/σ² of the prior about zero
+  std::vector<bool> held;     ///< values that a convention fixes at zero
+
+  [[nodiscard]] int anchor(int cable, int axis) const { return axis_count * cable + axis; }
+  [[nodiscard]] Vector3 shift(const Eigen::VectorXd& values, int cable) const;
+};
+
+/// One pose's readings and the log they are of.
+struct FramePose {
+  Measurement reading;
+  int log = 0, sample = 0;
+};
+
+/// Noise of each channel.
+using ChannelSigma = std::array<double, kChannels>;
+
+/// Whitened residuals (model − reading)/σ of one pose, and their derivatives.
+struct FrameRows {
+  bool valid = false;
+  std::vector<Channel> channel;  ///< of each row
+  std::vector<int> component;    ///< cable or axis
+  Eigen::VectorXd residual;
+  Eigen::MatrixXd by_pose;    ///< along motion_basis
+  Eigen::MatrixXd by_common;  ///< by the unknowns
+};
+
+struct FrameProblem {
+  Robot robot;  ///< as its file has it
+  FrameUnknowns unknowns;
+  std::vector<FramePose> poses;
+  ChannelSigma sigma{};
+  TwistBasis basis;  ///< motion_basis
+};
+
+/// The robot with its pulleys moved.
+Robot moved(const FrameProblem& problem, const Eigen::VectorXd& values);
+
+/// The rows of one pose for `robot` = moved(problem, values); derivatives where `with_jacobian`.
+FrameRows frame_rows(const FrameProblem& problem, const Robot& robot, const Eigen::VectorXd& values,
+                     const FramePose& at, const Pose& pose, bool with_jacobian);
+
+}  // namespace cdprcal::detail

@@ -1,0 +1,34 @@
+// Private to frame/: a frame solved: where everything stands, and how well that is known.
+#pragma once
+
+#include "cdprcal/frame/determined.hpp"
+
+namespace cdprcal::detail {
+
+/// One problem at its minimum.
+struct Solved {
+  FrameProblem problem;
+  FrameState state;
+  FrameInformation information;
+  Knowledge known;
+};
+
+/// The minimum from where the state is, the noise of each channel from its residuals.
+void solve(Solved& s, int max_iterations);
+/// The best of the minima from several starts, the noise as it is; false: none can be evaluated.
+bool solve_from_starts(Solved& s, std::vector<FrameState> begin, int max_iterations);
+
+/// Leaves out poses whose misfit no pose in so many has by chance, beside the median of all.
+std::vector<LeftOutPose> leave_out(Solved& s);
+
+/// Belts outside the plane at a common distance: solved again with one more unknown, where the
+/// readings say so.
+void try_off_plane(Solved& s, int max_iterations);
+
+/// Residuals of lengths in metres, one vector a pose; NaN where nothing was read.
+std::vector<Eigen::VectorXd> length_residuals(const Solved& s);
+double rms(const std::vector<Eigen::VectorXd>& residuals);
+/// Rms of the lengths at poses that the frame was not fitted to: every fifth at a time.
+double held_out_rms(const Solved& s, int max_iterations);
+
+}  // namespace cdprcal::detail

@@ -1,0 +1,276 @@
+#include "cdprcal/frame/start.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <array>
+
+namespace cdprcal::detail {
+namespace {
+
+/// Offsets that are tried, as shares of the shortest length: an arm that nobody counted, or a
+/// belt's end that was counted twice.
+constexpr std::array<double, 7> kOffsets{0.0, -0.1, 0.1, -0.3, 0.3, -0.6, 0.6};
+
+/// Where settle_pose looks for a pose: the middle of the pulleys, and around it.
+std::vector<Pose> places(const FrameProblem& problem, const Robot& robot) {
+  Vector3 middle = Vector3::Zero(), low = robot.cables[0].pulley.position_m, high = low;
+  for (const Cable& cable : robot.cables) {
+    middle += cable.pulley.position_m / robot.cable_count();
+    low = low.cwiseMin(cable.pulley.position_m);
+    high = high.cwiseMax(cable.pulley.position_m);
+  }
+  const Vector3 half = 0.25 * (high - low);
+  const bool hangs = !row_of(robot.platform.motion).is_planar();
+  if (hangs) middle.z() -= 0.25 * robot_size_m(robot);
+  std::vector<Pose> out;
+  for (const Vector3& corner : {Vector3(0, 0, 0), Vector3(1, 1, 1), Vector3(1, -1, -1),
+                                Vector3(-1, 1, -1), Vector3(-1, -1, 1)}) {
+    Pose pose;
+    pose.position_m = middle + corner.cwiseProduct(half);
+    out.push_back(on_motion(problem.robot, pose));
+  }
+  return out;
+}
+
+/// Every pose to its own readings, from the one before it, from the middle or around it.
+void settle_all(const FrameProblem& problem, FrameState& state) {
+  const Robot robot = moved(problem, state.values);
+  const std::vector<Pose> around = places(problem, robot);
+  state.poses.clear();
+  for (const FramePose& from : problem.poses) {
+    std::vector<Pose> tries = around;
+    if (!state.poses.empty()) tries.insert(tries.begin(), state.poses.back());
+    double least = kNaN;
+    Pose best = tries.front();
+    for (Pose pose : tries) {
+      const double cost = settle_pose(problem, robot, state.values, from, pose);
+      if (std::isfinite(cost) && !(cost >= least)) {
+        best = pose;
+        least = cost;
+      }
+    }
+    state.poses.push_back(best);
+  }
+}
+
+/// Turn or reflection, and shift, that take `from` to `to` best (d × n).
+struct Rigid {
+  Eigen::MatrixXd turn;
+  Eigen::VectorXd shift;
+};
+Rigid best_rigid(const Eigen::MatrixXd& from, const Eigen::MatrixXd& to) {
+  const Eigen::VectorXd from_mean = from.rowwise().mean(), to_mean = to.rowwise().mean();
+  const Eigen::MatrixXd covariance =
+      (to.colwise() - to_mean) * (from.colwise() - from_mean).transpose();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(covariance,
+                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Rigid rigid;
+  rigid.turn = svd.matrixU() * svd.matrixV().transpose();
+  rigid.shift = to_mean - rigid.turn * from_mean;
+  return rigid;
+}
+
+/// Turns and shifts so that the values that a convention holds are zero: the first pulley is at its
+/// place, the second along the first axis, the third (in space) in the plane of the first two.
+void hold(const FrameProblem& problem, Eigen::MatrixXd& anchors, Eigen::MatrixXd& points,
+          const Eigen::MatrixXd& file) {
+  if (!problem.unknowns.held[0]) return;
+  const Eigen::Index d = anchors.rows();
+  const Eigen::VectorXd first = anchors.col(0);
+  anchors.colwise() -= first;
+  points.colwise() -= first;
+  // Rows of `turn` are the axes: by Gram and Schmidt of the first pulleys' directions.
+  Eigen::MatrixXd turn = Eigen::MatrixXd::Identity(d, d);
+  const auto orthonormal = [](const Eigen::MatrixXd& of) {
+    Eigen::MatrixXd q = Eigen::HouseholderQR<Eigen::MatrixXd>(of).householderQ();
+    for (Eigen::Index i = 0; i < q.cols(); ++i) {
+      if (q.col(i).dot(of.col(i)) < 0.0) q.col(i) *= -1.0;
+    }
+    return q;
+  };
+  if (anchors.cols() > d) turn = orthonormal(anchors.middleCols(1, d)).transpose();
+  Eigen::MatrixXd own = file.colwise() - file.col(0);
+  // The last axis points to the side where the file has the pulley that defines it.
+  if (anchors.cols() > d) {
+    for (Eigen::Index i = 0; i < d; ++i) {
+      if (own(i, i + 1) < 0.0) turn.row(i) *= -1.0;
+    }
+  }
+  anchors = (turn * anchors).colwise() + file.col(0);
+  points = (turn * points).colwise() + file.col(0);
+}
+
+/// Whole lengths of all poses, less an offset.
+Eigen::MatrixXd whole_lengths(const FrameProblem& problem, double offset) {
+  Eigen::MatrixXd lengths(static_cast<Eigen::Index>(problem.poses.size()), problem.unknowns.cables);
+  for (std::size_t i = 0; i < problem.poses.size(); ++i) {
+    lengths.row(static_cast<Eigen::Index>(i)) =
+        problem.poses[i].reading.direct_length_m.transpose().array() - offset;
+  }
+  return lengths;
+}
+
+bool all_whole(const FrameProblem& problem) {
+  return std::all_of(problem.poses.begin(), problem.poses.end(), [&](const FramePose& pose) {
+    const CableVector& lengths = pose.reading.direct_length_m;
+    return lengths.size() == problem.unknowns.cables && lengths.allFinite();
+  });
+}
+
+/// To where a tracker saw the points, where it saw enough of them.
+std::optional<Rigid> tracked(const FrameProblem& problem, const Eigen::MatrixXd& axes,
+                             const Eigen::MatrixXd& points) {
+  Eigen::MatrixXd from(points.rows(), points.cols()), to = from;
+  Eigen::Index seen = 0;
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Vector3& read = problem.poses[static_cast<std::size_t>(i)].reading.position_m;
+    if (!read.allFinite()) continue;
+    from.col(seen) = points.col(i);
+    to.col(seen++) = axes.transpose() * read;
+  }
+  if (seen <= points.rows()) return std::nullopt;
+  return best_rigid(from.leftCols(seen), to.leftCols(seen));
+}
+
+std::optional<FrameState> from_lengths(const FrameProblem& problem, double offset) {
+  const FrameUnknowns& u = problem.unknowns;
+  std::optional<ClosedForm> found = closed_form(whole_lengths(problem, offset), u.axis_count);
+  if (!found) return std::nullopt;
+  const Eigen::MatrixXd axes = u.axes.leftCols(u.axis_count);
+  Eigen::MatrixXd file(u.axis_count, u.cables);
+  for (int i = 0; i < u.cables; ++i) {
+    file.col(i) =
+        axes.transpose() * problem.robot.cables[static_cast<std::size_t>(i)].pulley.position_m;
+  }
+  const Rigid rigid =
+      tracked(problem, axes, found->points).value_or(best_rigid(found->anchors, file));
+  found->anchors = (rigid.turn * found->anchors).colwise() + rigid.shift;
+  found->points = (rigid.turn * found->points).colwise() + rigid.shift;
+  hold(problem, found->anchors, found->points, file);
+  FrameState state;
+  state.values = Eigen::VectorXd::Zero(u.size);
+  for (int i = 0; i < u.cables; ++i) {
+    for (int axis = 0; axis < u.axis_count; ++axis) {
+      state.values[u.anchor(i, axis)] = found->anchors(axis, i) - file(axis, i);
+    }
+  }
+  for (int i = 0; i < u.direct_offset_count; ++i) state.values[u.direct_offsets + i] = offset;
+  for (int i = 0; i < u.size; ++i) {
+    if (u.held[static_cast<std::size_t>(i)]) state.values[i] = 0.0;
+  }
+  const Robot robot = moved(problem, state.values);
+  for (std::size_t i = 0; i < problem.poses.size(); ++i) {
+    Pose pose;
+    pose.position_m = axes * found->points.col(static_cast<Eigen::Index>(i));
+    pose = on_motion(problem.robot, pose);
+    const double cost = settle_pose(problem, robot, state.values, problem.poses[i], pose);
+    if (!std::isfinite(cost)) return std::nullopt;
+    state.poses.push_back(pose);
+  }
+  return state;
+}
+
+/// Offsets of relative readings as the poses have them: means of reading − model.
+void settle_offsets(const FrameProblem& problem, FrameState& state) {
+  const FrameUnknowns& u = problem.unknowns;
+  const Robot robot = moved(problem, state.values);
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(u.size), count = sum;
+  for (std::size_t i = 0; i < problem.poses.size(); ++i) {
+    const FrameRows rows =
+        frame_rows(problem, robot, state.values, problem.poses[i], state.poses[i], true);
+    if (!rows.valid) continue;
+    for (Eigen::Index row = 0; row < rows.residual.size(); ++row) {
+      for (int column = u.axis_count * u.cables; column < u.size; ++column) {
+        if (column == u.scale || column == u.compliance || column == u.off_plane) continue;
+        const double slope = rows.by_common(row, column);
+        if (slope == 0.0) continue;
+        sum[column] -= rows.residual[row] / slope;
+        count[column] += 1.0;
+      }
+    }
+  }
+  for (int column = 0; column < u.size; ++column) {
+    if (count[column] > 0.0) state.values[column] += sum[column] / count[column];
+  }
+}
+
+}  // namespace
+
+std::optional<ClosedForm> closed_form(const Eigen::MatrixXd& lengths, int dimensions) {
+  const Eigen::Index m = lengths.rows(), n = lengths.cols(), d = dimensions;
+  const Eigen::Index squares = d * (d + 1) / 2;
+  if (n <= d || m < squares + d + 1 || !lengths.allFinite()) return std::nullopt;
+  const Eigen::MatrixXd s = lengths.cwiseAbs2();
+  const Eigen::VectorXd by_pose = s.rowwise().mean();
+  Eigen::MatrixXd centred = s.colwise() - by_pose;
+  centred.rowwise() -= centred.colwise().mean().eval();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(centred, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::MatrixXd u = svd.matrixU().leftCols(d) * svd.singularValues().head(d).asDiagonal();
+  const Eigen::MatrixXd v = svd.matrixV().leftCols(d);
+  // With p = M u + t and a about its own mean, −2 p·a = u·v: a = −½ M⁻ᵀ v. The mean over pulleys
+  // is |p|² + const = uᵀC u + 2 uᵀb + const, with C = MᵀM and b = Mᵀt.
+  Eigen::MatrixXd equations(m, squares + d + 1);
+  for (Eigen::Index i = 0; i < m; ++i) {
+    Eigen::Index column = 0;
+    for (Eigen::Index j = 0; j < d; ++j) {
+      for (Eigen::Index k = j; k < d; ++k) {
+        equations(i, column++) = (j == k ? 1.0 : 2.0) * u(i, j) * u(i, k);
+      }
+    }
+    equations.row(i).segment(squares, d) = 2.0 * u.row(i);
+    equations(i, squares + d) = 1.0;
+  }
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(equations);
+  if (qr.rank() < equations.cols()) return std::nullopt;
+  const Eigen::VectorXd x = qr.solve(by_pose);
+  Eigen::MatrixXd c(d, d);
+  for (Eigen::Index j = 0, column = 0; j < d; ++j) {
+    for (Eigen::Index k = j; k < d; ++k) c(j, k) = c(k, j) = x[column++];
+  }
+  // Noise may leave C without a root; its own size in place of what is missing is a start, too.
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(c);
+  if (!(eigen.eigenvalues().maxCoeff() > 0.0)) return std::nullopt;
+  const Eigen::VectorXd roots =
+      eigen.eigenvalues().cwiseMax(1e-3 * eigen.eigenvalues().maxCoeff()).cwiseSqrt();
+  const Eigen::MatrixXd root = roots.asDiagonal() * eigen.eigenvectors().transpose();
+  const Eigen::MatrixXd inverse =
+      eigen.eigenvectors() * roots.cwiseInverse().asDiagonal();  // of root
+  ClosedForm out;
+  out.anchors = -0.5 * inverse.transpose() * v.transpose();
+  const Eigen::VectorXd shift = inverse.transpose() * x.segment(squares, d);
+  out.points = (root * u.transpose()).colwise() + shift;
+  return out;
+}
+
+std::vector<FrameState> starts_at(const FrameProblem& problem, const std::vector<Pose>& poses) {
+  FrameState state;
+  state.values = Eigen::VectorXd::Zero(problem.unknowns.size);
+  for (const Pose& pose : poses) state.poses.push_back(on_motion(problem.robot, pose));
+  settle_offsets(problem, state);
+  state.cost = frame_cost(problem, state);
+  return {state};
+}
+
+std::vector<FrameState> starts(const FrameProblem& problem) {
+  const FrameUnknowns& u = problem.unknowns;
+  std::vector<FrameState> out;
+  const bool is_point = row_of(problem.robot.platform.motion).is_point();
+  if (is_point && all_whole(problem)) {
+    const double shortest = whole_lengths(problem, 0.0).minCoeff();
+    for (const double share : kOffsets) {
+      if (share != 0.0 && u.direct_offset_count == 0) break;
+      if (auto state = from_lengths(problem, share * shortest)) out.push_back(std::move(*state));
+    }
+  }
+  FrameState file;
+  file.values = Eigen::VectorXd::Zero(u.size);
+  settle_all(problem, file);
+  settle_offsets(problem, file);
+  out.push_back(std::move(file));
+  for (FrameState& state : out) state.cost = frame_cost(problem, state);
+  return out;
+}
+
+}  // namespace cdprcal::detail

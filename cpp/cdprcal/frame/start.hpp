@@ -1,0 +1,30 @@
+// Private to frame/: where to begin.
+#pragma once
+
+#include <optional>
+
+#include "cdprcal/frame/minimise.hpp"
+
+namespace cdprcal::detail {
+
+/// Pulleys and places of a point from whole lengths alone, without any guess; poses whose lengths
+/// are not all there are left out (NaN).
+struct ClosedForm {
+  Eigen::MatrixXd anchors;  ///< d × n
+  Eigen::MatrixXd points;   ///< d × poses
+};
+
+/// The squared lengths S_ij = |p_i − a_j|², centred over poses and over pulleys, are −2 p_i·a_j: a
+/// matrix of rank d, whose factors are points and pulleys up to an affine map. What that map is
+/// follows, linearly, from the means over pulleys: they are quadratic in p_i (Pollefeys, Crocco).
+/// `lengths`: poses × n [m]. nullopt: too few poses, or readings that no such map explains.
+std::optional<ClosedForm> closed_form(const Eigen::MatrixXd& lengths, int dimensions);
+
+/// States to begin with, from the robot file's pulleys and, of points, from the lengths alone at
+/// several offsets, turned and mirrored to agree best with the file's pulleys. Poses are settled to
+/// their readings.
+std::vector<FrameState> starts(const FrameProblem& problem);
+/// The file's pulleys, and poses that are known roughly; offsets follow from both.
+std::vector<FrameState> starts_at(const FrameProblem& problem, const std::vector<Pose>& poses);
+
+}  // namespace cdprcal::detail

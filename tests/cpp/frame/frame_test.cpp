@@ -1,0 +1,291 @@
+#include "cdprcal/frame/frame.hpp"
+
+#include <gtest/gtest.h>
+
+#include "../support/numeric_jacobian.hpp"
+#include "../support/random_robot.hpp"
+#include "cdprcal/error.hpp"
+#include "cdprcal/frame/rows.hpp"
+#include "cdprcal/frame/start.hpp"
+
+namespace cdprcal {
+namespace {
+
+using test::Rng;
+using test::uniform;
+
+constexpr double kNoise_m = 1e-3;
+
+/// Pulleys of a flat frame about 3 m wide, none of its corners square, in the x, z plane.
+std::vector<Vector3> corners() {
+  return {{0.0, 0.0, 0.0}, {3.041, 0.0, 0.0}, {3.021, 0.0, 2.137}, {-0.023, 0.0, 2.094}};
+}
+
+Robot belts(const std::vector<Vector3>& places, Motion motion = Motion::t2) {
+  Robot robot;
+  robot.name = "belts";
+  robot.platform.motion = motion;
+  if (row_of(motion).is_planar()) robot.platform.motion_plane_normal = Vector3::UnitY();
+  robot.tension_max_N = 400.0;
+  for (const Vector3& place : places) {
+    Cable cable;
+    cable.pulley.position_m = place;
+    cable.pulley.axes_world << Vector3::UnitX(), Vector3::UnitZ().cross(Vector3::UnitX()),
+        Vector3::UnitZ();
+    if (row_of(motion).is_planar()) {
+      cable.pulley.axes_world << Vector3::UnitX(), Vector3::UnitY().cross(Vector3::UnitX()),
+          Vector3::UnitY();
+    }
+    robot.cables.push_back(cable);
+  }
+  finalise(robot);
+  return robot;
+}
+
+/// What somebody knows who knows nothing but "about 3 m wide".
+std::vector<Vector3> rectangle() {
+  return {{0.0, 0.0, 0.0}, {3.0, 0.0, 0.0}, {3.0, 0.0, 2.0}, {0.0, 0.0, 2.0}};
+}
+
+struct Twin {
+  Log log;
+  std::vector<Vector3> points;
+};
+
+/// Whole lengths at points of a grid, with noise and an offset.
+Twin grid(const Robot& truth, int across, int up, double offset_m, Rng& rng,
+          double noise_m = kNoise_m) {
+  std::normal_distribution<double> noise(0.0, noise_m);
+  Twin twin;
+  const int n = truth.cable_count();
+  twin.log.source = "twin";
+  twin.log.time_s = Eigen::VectorXd::LinSpaced(across * up, 0.0, across * up - 1.0);
+  twin.log.direct_length_m.resize(across * up, n);
+  for (int i = 0; i < across * up; ++i) {
+    const Vector3 point(0.6 + 1.8 * (i % across) / (across - 1), 0.0,
+                        0.4 + 1.3 * (i / across) / (up - 1));
+    twin.points.push_back(point);
+    for (int c = 0; c < n; ++c) {
+      const Vector3& place = truth.cables[static_cast<std::size_t>(c)].pulley.position_m;
+      twin.log.direct_length_m(i, c) = (point - place).norm() + offset_m + noise(rng);
+    }
+  }
+  return twin;
+}
+
+void expect_within(const FrameResult& found, const Robot& truth, double sigmas) {
+  ASSERT_EQ(found.status, FrameStatus::converged) << found.reason;
+  for (std::size_t i = 0; i < truth.cables.size(); ++i) {
+    const Vector3 error = found.anchors_m[i] - truth.cables[i].pulley.position_m;
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_LE(std::abs(error[axis]), sigmas * found.anchors_sigma_m[i][axis] + 1e-9)
+          << "pulley " << i + 1 << " axis " << axis;
+    }
+  }
+}
+
+TEST(Frame, RowsHaveTheirNumericDerivatives) {
+  Rng rng(1);
+  for (const Motion motion : {Motion::r3t3, Motion::t3, Motion::r1t2, Motion::t2}) {
+    detail::FrameProblem problem;
+    problem.robot = test::random_robot(rng, 5);
+    problem.robot.platform.motion = motion;
+    if (row_of(motion).is_planar()) problem.robot.platform.motion_plane_normal = Vector3::UnitY();
+    problem.basis = motion_basis(problem.robot);
+    problem.sigma.fill(1.0);
+    detail::FrameUnknowns& u = problem.unknowns;
+    u.cables = 5;
+    u.axis_count = row_of(motion).is_planar() ? 2 : 3;
+    u.axes = test::random_rotation(rng).toRotationMatrix();
+    u.size = u.axis_count * u.cables;
+    u.direct_offsets = u.size++;
+    u.direct_offset_count = 1;
+    u.length_offsets = {u.size};
+    u.swivel_offsets = {u.size + 5};
+    u.yaw_offset = {u.size + 10};
+    u.scale = u.size + 11;
+    u.compliance = u.size + 12;
+    u.off_plane = u.size + 13;
+    u.size += 14;
+    Pose pose;
+    pose.position_m = Vector3(0.1, 0.0, 0.4);
+    pose = on_motion(problem.robot, pose);
+    detail::FramePose from;
+    const CableVector some = CableVector::Constant(5, 1.5);
+    from.reading.direct_length_m = from.reading.length_m = some;
+    from.reading.swivel_rad = CableVector::Constant(5, 0.1);
+    from.reading.tension_N = CableVector::LinSpaced(5, 10.0, 50.0);
+    from.reading.roll_pitch_yaw_rad = Vector3(0.1, 0.1, 0.1);
+    from.reading.absolute_yaw_rad = 0.1;
+    from.reading.position_m = Vector3::Zero();
+    Eigen::VectorXd values = 0.01 * Eigen::VectorXd::Random(u.size);
+    values[u.compliance] = 1e-5;
+    const auto residual = [&](const Eigen::VectorXd& at, const Pose& there) {
+      return detail::frame_rows(problem, detail::moved(problem, at), at, from, there, false)
+          .residual;
+    };
+    const detail::FrameRows rows =
+        detail::frame_rows(problem, detail::moved(problem, values), values, from, pose, true);
+    ASSERT_TRUE(rows.valid);
+    ASSERT_EQ(rows.residual.size(), 5 + 5 + 5 + 3 + 1 + 3);
+    EXPECT_TRUE(test::jacobian_matches(
+        rows.by_common,
+        test::numeric_jacobian([&](const Eigen::VectorXd& x) { return residual(x, pose); }, values,
+                               1e-3)));
+    EXPECT_TRUE(test::jacobian_matches(
+        rows.by_pose, test::numeric_tangent_jacobian(
+                          [&](const Eigen::VectorXd& delta) {
+                            return residual(values, plus(pose, Vector6(problem.basis * delta)));
+                          },
+                          problem.basis.cols())));
+  }
+}
+
+TEST(Frame, LengthsAloneGiveAFrameInClosedForm) {
+  Rng rng(2);
+  for (const int dimensions : {2, 3}) {
+    const int n = dimensions + 2, poses = 30;
+    Eigen::MatrixXd anchors(dimensions, n), points(dimensions, poses);
+    for (double& x : anchors.reshaped()) x = uniform(rng, -2.0, 2.0);
+    for (double& x : points.reshaped()) x = uniform(rng, -1.0, 1.0);
+    Eigen::MatrixXd lengths(poses, n);
+    for (int i = 0; i < poses; ++i) {
+      for (int c = 0; c < n; ++c) lengths(i, c) = (points.col(i) - anchors.col(c)).norm();
+    }
+    const auto found = detail::closed_form(lengths, dimensions);
+    ASSERT_TRUE(found);
+    for (int i = 0; i < poses; ++i) {
+      for (int c = 0; c < n; ++c) {
+        EXPECT_NEAR((found->points.col(i) - found->anchors.col(c)).norm(), lengths(i, c), 1e-9);
+      }
+    }
+    EXPECT_FALSE(detail::closed_form(lengths.leftCols(dimensions), dimensions));
+    EXPECT_FALSE(detail::closed_form(lengths.topRows(4), dimensions));
+  }
+}
+
+TEST(Frame, OfBeltsIsFoundWithoutAGuessOfItsSize) {
+  const Robot truth = belts(corners());
+  for (const double offset_m : {0.0, 0.03, -0.05, 0.2}) {
+    for (const double size : {0.2, 1.0, 4.0}) {
+      Rng rng(3);
+      const Twin twin = grid(truth, 10, 10, offset_m, rng);
+      std::vector<Vector3> guess = rectangle();
+      for (Vector3& place : guess) place *= size;
+      const FrameResult found = find_frame(belts(guess), {twin.log});
+      expect_within(found, truth, 3.5);
+      ASSERT_EQ(found.offset_m.size(), 1U);
+      EXPECT_LE(std::abs(found.offset_m[0].value - offset_m), 3.0 * found.offset_m[0].sigma);
+      EXPECT_NEAR(found.noise_m, kNoise_m, 0.15e-3);
+      EXPECT_LT(found.held_out_rms_m, 1.3e-3);
+      EXPECT_TRUE(found.left_out.empty());
+      EXPECT_FALSE(found.off_plane_m);
+    }
+  }
+}
+
+TEST(Frame, IsAtTheFilesFirstPulleyAndOnItsSide) {
+  Rng rng(4);
+  const Twin twin = grid(belts(corners()), 9, 9, 0.0, rng);
+  std::vector<Vector3> guess = rectangle();
+  for (Vector3& place : guess) {
+    place.z() = 1.0 - place.z();  // the file has it upside down, and elsewhere
+    place.x() += 5.0;
+  }
+  const FrameResult found = find_frame(belts(guess), {twin.log});
+  ASSERT_EQ(found.status, FrameStatus::converged) << found.reason;
+  EXPECT_TRUE(found.anchors_m[0].isApprox(guess[0]));
+  EXPECT_NEAR(found.anchors_m[1].z(), guess[1].z(), 1e-9);
+  EXPECT_NEAR(found.anchors_m[1].x() - 5.0, 3.041, 0.05);
+  EXPECT_NEAR(found.anchors_m[2].z(), 1.0 - 2.137, 0.05);
+  EXPECT_EQ(found.anchors_sigma_m[0], Vector3::Zero());
+  EXPECT_NE(found.gauge.find("pulley 1"), std::string::npos);
+}
+
+TEST(Frame, SigmaHolds) {
+  const Robot truth = belts(corners());
+  double squares = 0.0, count = 0.0;
+  for (unsigned seed = 0; seed < 30; ++seed) {
+    Rng rng(100 + seed);
+    const Twin twin = grid(truth, 7, 7, 0.05, rng);
+    const FrameResult found = find_frame(belts(rectangle()), {twin.log});
+    ASSERT_EQ(found.status, FrameStatus::converged);
+    const double z = (found.offset_m[0].value - 0.05) / found.offset_m[0].sigma;
+    squares += z * z;
+    count += 1.0;
+  }
+  // χ² of 30, 99.9 % from both sides; σ never below those of independent readings.
+  EXPECT_LT(squares, 59.7);
+  EXPECT_GT(squares, 6.0);
+}
+
+TEST(Frame, PosesThatDoNotBelongAreNamed) {
+  Rng rng(5);
+  const Robot truth = belts(corners());
+  Twin twin = grid(truth, 10, 10, 0.02, rng);
+  twin.log.direct_length_m(37, 2) += 0.04;
+  const FrameResult found = find_frame(belts(rectangle()), {twin.log});
+  expect_within(found, truth, 3.5);
+  ASSERT_EQ(found.left_out.size(), 1U);
+  EXPECT_EQ(found.left_out[0].sample, 37);
+}
+
+TEST(Frame, BeltsOutsideThePlaneAreToldFromAnOffset) {
+  Rng rng(6);
+  std::vector<Vector3> places = corners();
+  for (Vector3& place : places) place.y() = 0.2;
+  const Twin twin = grid(belts(places), 10, 10, 0.05, rng);
+  const FrameResult found = find_frame(belts(rectangle()), {twin.log});
+  ASSERT_EQ(found.status, FrameStatus::converged);
+  ASSERT_TRUE(found.off_plane_m);
+  EXPECT_LE(std::abs(found.off_plane_m->value - 0.2), 3.5 * found.off_plane_m->sigma);
+  EXPECT_LE(std::abs(found.offset_m[0].value - 0.05), 3.5 * found.offset_m[0].sigma);
+}
+
+TEST(Frame, ATrackerShowsTheScaleAndThePlaceInTheWorld) {
+  Rng rng(7);
+  const Robot truth = belts(corners());
+  Twin twin = grid(truth, 8, 8, 0.01, rng, 1e-4);
+  twin.log.direct_length_m *= 1.004;
+  twin.log.position_m.resize(64, 3);
+  std::normal_distribution<double> noise(0.0, 1e-4);
+  for (int i = 0; i < 64; ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      twin.log.position_m(i, axis) = twin.points[static_cast<std::size_t>(i)][axis] + noise(rng);
+    }
+  }
+  const FrameResult found = find_frame(belts(rectangle()), {twin.log});
+  expect_within(found, truth, 3.5);
+  ASSERT_TRUE(found.scale);
+  EXPECT_LE(std::abs(found.scale->value - 0.004), 3.5 * found.scale->sigma);
+  EXPECT_LT(found.scale->sigma, 1e-3);
+}
+
+TEST(Frame, TooFewPosesAreSaidToDetermineNothing) {
+  Rng rng(8);
+  const Robot truth = belts(corners());
+  for (const int poses : {1, 2, 3}) {
+    Twin twin = grid(truth, 10, 10, 0.0, rng);
+    twin.log.time_s.conservativeResize(poses);
+    twin.log.direct_length_m.conservativeResize(poses, Eigen::NoChange);
+    const FrameResult found = find_frame(belts(rectangle()), {twin.log});
+    EXPECT_NE(found.status, FrameStatus::converged) << poses;
+    EXPECT_FALSE(found.reason.empty());
+  }
+}
+
+TEST(Frame, LogsOfOtherRobotsAreRefused) {
+  Rng rng(9);
+  const Twin twin = grid(belts(corners()), 5, 5, 0.0, rng);
+  std::vector<Vector3> three = rectangle();
+  three.pop_back();
+  EXPECT_THROW(find_frame(belts(three), {twin.log}), InputError);
+  EXPECT_THROW(find_frame(belts(rectangle()), {}), InputError);
+  Log none = twin.log;
+  none.direct_length_m.resize(none.sample_count(), 0);
+  none.tension_N = twin.log.direct_length_m;
+  EXPECT_THROW(find_frame(belts(rectangle()), {none}), InputError);
+}
+
+}  // namespace
+}  // namespace cdprcal
