@@ -72,7 +72,7 @@ TEST(PartialBalance, IsTheBalanceWithTensionsOfUnboundedNoise) {
   for (int trial = 0; trial < 300; ++trial) {
     const Case c = random_case(rng);
     const double expected = cost_with_wide_tensions(c, 3e4 * c.sigma.force_N * 10.0);
-    EXPECT_NEAR(cost_of(c, c.pose), expected, 1e-4 * (1.0 + expected)) << trial;
+    EXPECT_NEAR(cost_of(c, c.pose), expected, 1e-3 * (1.0 + expected)) << trial;
   }
 }
 
