@@ -56,8 +56,8 @@ def _with_scatter_alone(calibration: _core.Calibration) -> _core.CalibrationResu
     """The fit again, every reading as good as its samples within a rest say.
 
     Where no sample says anything (poses of one sample) its noise stays, and so does one that was
-    specified; in a list of rests it is the specified one. Only rests and the reference count where there are any: what is read in motion lags
-    in its own ways.
+    specified; in a list of rests it is the specified one. Only rests and the reference count where
+    there are any: what is read in motion lags in its own ways.
     """
     problem = calibration.problem
     if problem.noise is None:

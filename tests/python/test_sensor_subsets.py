@@ -1,0 +1,28 @@
+"""Some of what tests/studies/sensor_subsets.py tries: any sensors, two to eight cables."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
+
+import sensor_subsets as study
+
+
+@pytest.mark.parametrize("cables", range(2, 9))
+def test_the_default_solves_what_any_method_solves(cables: int) -> None:
+    subsets = study.subsets()
+    chosen = np.random.default_rng(cables).choice(len(subsets), size=6, replace=False)
+    found = [study.outcome((cables, subsets[k], 1)) for k in chosen]
+    assert not [one.in_words() for one in found if one.is_missed or "unified" in one.wrong]
+
+
+@pytest.mark.parametrize("cables", [3, 4])
+def test_encoders_at_rest_are_enough_below_six_cables(cables: int) -> None:
+    found = study.outcome((cables, ("length", "swivel"), 2))
+    assert found.sigma_m["unified"] is not None, found.reasons["unified"]
+    assert not found.wrong
