@@ -11,8 +11,8 @@ namespace cdprcal {
 /// how much.
 std::string misfit(const Calibration& calibration);
 
-/// What single readings of a channel scatter by; what the robot file says where nothing tells it (a
-/// list of rests).
+/// What poses may misfit the readings of a channel by: what single readings scatter by, or, where
+/// nothing tells that (a list of rests), twice what the robot file says.
 double scatter_of(const CalibrationProblem& problem, Channel channel);
 
 /// For a converged calibration with a misfit: fits again with all effects of the catalogue as

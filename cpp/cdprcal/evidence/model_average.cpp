@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 
 #include "cdprcal/geometry/pose.hpp"
@@ -68,12 +69,14 @@ Unseen covariance_of_unseen(const DiagnosisModel& model,
 }
 
 Matrix6 covariance_of_alternatives(const Pose& present, const std::vector<Alternative>& others) {
-  double total = 1.0;  // the present one's weight
-  for (const Alternative& other : others) total += std::exp(other.log_evidence);
+  double most = 0.0;  // the present one's
+  for (const Alternative& other : others) most = std::max(most, other.log_evidence);
+  double total = std::exp(-most);
+  for (const Alternative& other : others) total += std::exp(other.log_evidence - most);
   Matrix6 out = Matrix6::Zero();
   for (const Alternative& other : others) {
     const Vector6 away = minus(other.pose, present);
-    out += std::exp(other.log_evidence) / total * away * away.transpose();
+    out += std::exp(other.log_evidence - most) / total * away * away.transpose();
   }
   return out;
 }
