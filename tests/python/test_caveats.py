@@ -134,7 +134,8 @@ def test_where_there_is_no_pose_units_and_signs_are_named(
     misread = np.array(getattr(log, group)) * factor
     found = cdprcal.calibrate(robot, made(robot, **{group: misread}))
     assert found.result.status != cdprcal.CalibrationStatus.converged
-    assert [(c.code, c.severity, c.message) for c in found.caveats] == [("misread", "error", words)]
+    said = f"the readings look as if {words}"
+    assert [(c.code, c.severity, c.message) for c in found.caveats] == [("misread", "error", said)]
 
 
 def test_one_that_nothing_sets_right_has_a_reason_and_no_caveat(robot: cdprcal.Robot) -> None:

@@ -39,7 +39,7 @@ def _misread(robot: _core.Robot, log: _core.Log) -> tuple[Finding, ...]:
         Finding(
             severity="error",
             code="misread",
-            message=fault.text,
+            message=f"the readings look as if {fault.text}",
             remedy="correct the log or its mapping file, or let cdprcal diagnose write a robot "
             "file that sets it right (-o)",
         )

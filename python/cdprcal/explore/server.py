@@ -87,7 +87,7 @@ class ExploreServer(LocalServer):
         found = self._exploration.fit(choice, goes_on)
         if self._asked != mine:
             raise InputError(
-                "the search for effects ended, since a page asked for something else; press Find "
+                "the search for effects ended, since a page asked for something else; choose Find "
                 "effects to begin it again"
             )
         return found
