@@ -96,6 +96,17 @@ std::optional<Pose> direct_guess(const Robot& robot, const Measurement& m,
   return corrected.status == EquilibriumStatus::found ? corrected.pose : direct.pose;
 }
 
+/// Where cables of these lengths let the platform hang.
+std::optional<Pose> hanging(const Robot& robot, const CableVector& length_m, const Pose& start) {
+  const bool held = !is_guided(robot) && robot.cable_count() < 6 && length_m.allFinite() &&
+                    length_m.minCoeff() > 0.0;
+  if (!held) return std::nullopt;
+  const EquilibriumResult rest = direct_from_lengths(robot, length_m, start);
+  const bool hangs = rest.status == EquilibriumStatus::found ||
+                     rest.status == EquilibriumStatus::slack;
+  return hangs ? std::optional(rest.pose) : std::nullopt;
+}
+
 /// Z_ideal: the equilibrium of the set-point, or of the measured tensions.
 std::optional<Pose> ideal_pose(const Robot& robot, const Measurement& m,
                                const ActiveEffects& effects, const std::optional<Pose>& start) {
@@ -184,6 +195,11 @@ Pose estimate_pose(const Robot& robot, const AbsoluteReadings& readings, const P
   return best;
 }
 
+std::optional<Pose> hanging_near(const Robot& robot, const Pose& pose) {
+  const PlatformState state = platform_state(robot, pose);
+  return state.valid ? hanging(robot, state.length_m(), pose) : std::nullopt;
+}
+
 std::vector<Pose> reference_guesses(const Robot& given, const Measurement& reference,
                                     const ActiveEffects& effects) {
   const Robot robot = with_effects(given, effects);
@@ -250,7 +266,11 @@ std::vector<Pose> measurement_guesses(const Robot& given,
     const Measurement& m = measurements[i];
     Pose pose = guesses.back();
     if (rests == RestGuess::ideal && m.kind == PoseKind::static_pose) {
-      if (const auto ideal = ideal_pose(robot, m, effects, pose)) {
+      auto ideal = ideal_pose(robot, m, effects, pose);
+      if (!ideal && !m.tension_N.array().isFinite().any()) {
+        ideal = hanging(robot, m.length_m + length0 - reference.length_m, pose);
+      }
+      if (ideal) {
         guesses.push_back(*ideal);
         continue;
       }

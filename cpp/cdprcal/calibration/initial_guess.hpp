@@ -1,6 +1,8 @@
 // Where the solver starts from (paper §3.3), without anyone's help.
 #pragma once
 
+#include <optional>
+
 #include <vector>
 
 #include "cdprcal/estimation/problem.hpp"
@@ -29,10 +31,14 @@ Pose estimate_pose(const Robot& robot, const AbsoluteReadings& readings, const P
 
 /// Where the poses of measurements at rest are guessed.
 enum class RestGuess {
-  ideal,     ///< j = τlσε: Z_ideal, where the set-point (else the measured tensions) holds the
-             ///< platform
+  ideal,     ///< j = τlσε: Z_ideal, where the set-point, else the measured tensions, else the
+             ///< lengths hold the platform
   estimated  ///< as those of measurements in motion
 };
+
+/// Where cables of the lengths that they have at a pose would let the platform hang; nothing where
+/// lengths alone do not hold it, or it cannot hang there.
+std::optional<Pose> hanging_near(const Robot& robot, const Pose& pose);
 
 /// Poses of all measurements from a guess of ζ0. In motion, and at rest if asked for or where no
 /// tensions hold the platform, steps 1–3 of §3.3: l0, σ0 and χ0 follow from ζ0, the changes are

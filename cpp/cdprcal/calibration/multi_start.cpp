@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "cdprcal/calibration/initial_guess.hpp"
+#include "cdprcal/estimation/presence.hpp"
 
 namespace cdprcal {
 namespace {
@@ -29,7 +30,18 @@ std::vector<Start> starts_of(const CalibrationProblem& problem, int most_starts)
        reference_guesses(problem.robot, problem.measurements.front(), problem.effects)) {
     starts.push_back({pose});
   }
-  if (problem.statics != StaticsModel::none) {
+  if (problem.statics != StaticsModel::none && !reads_tensions(problem.measurements)) {
+    // Rests then hang where their lengths let them, the first of them too.
+    const Robot robot = with_effects(problem.robot, problem.effects);
+    std::vector<Start> both;
+    for (const Start& start : starts) {
+      both.push_back({hanging_near(robot, start.reference).value_or(start.reference),
+                      RestGuess::ideal});
+      both.push_back(start);
+    }
+    starts = std::move(both);
+    most_starts *= 2;
+  } else if (problem.statics != StaticsModel::none) {
     starts.front().elsewhere = false;
     starts.insert(starts.begin(), {starts.front().reference, RestGuess::ideal});
   }
