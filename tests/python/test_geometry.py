@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import cdprcal
-from cdprcal.mapping import read_raw
+from cdprcal.mapping import load_mapped, read_raw
 from cdprcal.schemas import schema
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "robots" / "maslow.md"
@@ -78,6 +78,20 @@ def test_records_of_other_names_are_refused_by_line(tmp_path: Path) -> None:
     path.write_text("{a:1, b:2}\n{a:1, b:2}\n{a:1, c:2}\n")
     with pytest.raises(cdprcal.InputError, match=r"notes.txt:3: .*a, c"):
         read_raw(path)
+
+
+def test_one_run_of_several_is_taken_by_its_number(machine: Path) -> None:
+    text = (machine / "grid.txt").read_text()
+    (machine / "two.txt").write_text("First\n" + text[: len(text) // 2] + "\nSecond\n" + text)
+    the_map = (machine / "map.yaml").read_text()
+    for run in (1, 2, 3):
+        (machine / "run.yaml").write_text(the_map + f"run: {run}\n")
+        if run == 3:
+            with pytest.raises(cdprcal.InputError, match="has 2 runs, and none is 3"):
+                load_mapped(machine / "two.txt", machine / "run.yaml", None)
+            continue
+        log = load_mapped(machine / "two.txt", machine / "run.yaml", None).log
+        assert log.sample_count == (50, 100)[run - 1]
 
 
 def test_too_few_poses_end_with_1_and_write_nothing(machine: Path) -> None:

@@ -140,6 +140,19 @@ Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> metric_eigen(const FrameUnknowns&
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(known.covariance(columns, columns));
 }
 
+/// Whether belts can hold a point of a plane: they pull to all sides.
+bool held_from_all_sides(const Robot& robot, const Matrix3& axes, const Vector3& point) {
+  std::vector<double> angles;
+  for (const Cable& cable : robot.cables) {
+    const Vector3 belt = cable.pulley.position_m - point;
+    angles.push_back(std::atan2(belt.dot(axes.col(1)), belt.dot(axes.col(0))));
+  }
+  std::sort(angles.begin(), angles.end());
+  double gap = 2.0 * kPi - (angles.back() - angles.front());
+  for (std::size_t i = 1; i < angles.size(); ++i) gap = std::max(gap, angles[i] - angles[i - 1]);
+  return gap < kPi;
+}
+
 /// Places for a platform: a grid over the pulleys' box and below it, with turns of those that turn.
 std::vector<Pose> candidates(const FrameProblem& problem, const FrameState& state) {
   const Robot robot = moved(problem, state.values);
@@ -163,6 +176,8 @@ std::vector<Pose> candidates(const FrameProblem& problem, const FrameState& stat
     pose.position_m = low + share.cwiseProduct(high - low);
     pose.rotation = exp_so3(turn);
     pose = on_motion(robot, pose);
+    const bool planar = row_of(robot.platform.motion).is_planar();
+    if (planar && !held_from_all_sides(robot, problem.unknowns.axes, pose.position_m)) return;
     out.push_back(pose);
   };
   const auto count = [&](int axis) { return high[axis] - low[axis] > 1e-6 ? steps : 1; };
@@ -179,14 +194,18 @@ std::vector<Pose> candidates(const FrameProblem& problem, const FrameState& stat
   return out;
 }
 
-/// What a pose at which all kinds of readings of the first one are read would tell.
-Eigen::MatrixXd told_by(const FrameProblem& problem, const FrameState& state, const Pose& pose) {
+/// What poses would tell at which all kinds of readings of the first one are read.
+std::vector<Eigen::MatrixXd> told_by(const FrameProblem& problem, const FrameState& state,
+                                     const std::vector<Pose>& places) {
   FrameProblem one = problem;
   one.poses.resize(1);
-  FrameState there{state.values, {pose}};
-  const FrameInformation information = detail::information(one, there);
-  if (!information.valid) return Eigen::MatrixXd::Zero(state.values.size(), state.values.size());
-  return information.normal;
+  std::vector<Eigen::MatrixXd> out;
+  for (const Pose& place : places) {
+    const FrameInformation there = information(one, {state.values, {place}});
+    out.push_back(there.valid ? there.normal
+                              : Eigen::MatrixXd::Zero(state.values.size(), state.values.size()));
+  }
+  return out;
 }
 
 }  // namespace
@@ -256,12 +275,11 @@ std::vector<std::string> further_poses(const FrameProblem& problem, const FrameS
   Eigen::VectorXd weakest = Eigen::VectorXd::Zero(u.size);
   weakest(columns) = eigen.eigenvectors().col(eigen.eigenvalues().size() - 1);
   const std::vector<Pose> places = candidates(problem, state);
-  std::vector<Eigen::MatrixXd> told;
-  for (const Pose& place : places) told.push_back(told_by(problem, state, place));
+  std::vector<Eigen::MatrixXd> told = told_by(problem, state, places);
   Eigen::MatrixXd covariance = known.covariance / (known.lack_of_fit * known.lack_of_fit);
   const double before = weakest.dot(covariance * weakest);
   std::vector<std::string> out;
-  for (int n = 0; n < kFurtherPoses && before > 0.0; ++n) {
+  for (int n = 0; n < kFurtherPoses && before > 0.0 && !places.empty(); ++n) {
     double least = kNaN;
     std::size_t best = 0;
     Eigen::MatrixXd best_covariance;
@@ -281,6 +299,7 @@ std::vector<std::string> further_poses(const FrameProblem& problem, const FrameS
     out.push_back("a pose at " + components(p) + " m: the least known direction to " +
                   format("%.0f %%", 100.0 * std::sqrt(least / before)) + " of its error now");
     covariance = best_covariance;
+    told[best].setZero();  // elsewhere next time
   }
   return out;
 }

@@ -11,6 +11,12 @@ namespace detail {
 namespace {
 
 constexpr double kLeastSigma_m = 1e-6;
+/// A pulley known to less than this share of the frame is not known.
+constexpr double kKnown = 0.1;
+/// A direction is weak that is known no better than so many times the noise of one length; a
+/// millimetre is enough for anybody.
+constexpr double kEnough = 5.0, kLeastEnough_m = 1e-3;
+constexpr int kMostPasses = 5;
 
 Estimate estimate(const Solved& s, int column) {
   return {s.state.values[column], std::sqrt(std::max(0.0, s.known.covariance(column, column)))};
@@ -138,7 +144,7 @@ void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& optio
     return;
   }
   solve(s, options.max_iterations);
-  for (int pass = 0; pass < 5 && options.leave_out && s.known.valid; ++pass) {
+  for (int pass = 0; pass < kMostPasses && options.leave_out && s.known.valid; ++pass) {
     const std::vector<LeftOutPose> more = leave_out(s);
     if (more.empty()) break;
     out.left_out.insert(out.left_out.end(), more.begin(), more.end());
@@ -147,24 +153,28 @@ void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& optio
   if (s.known.valid && options.off_plane && row_of(robot.platform.motion).is_planar()) {
     try_off_plane(s, options.max_iterations);
   }
-  if (!s.known.valid || !s.state.settled) {
-    out.reason = "the steps did not settle";
+  if (!s.known.valid) {
+    out.reason = "the readings fit no frame: check units and the order of the cables";
     return;
   }
   fill(s, out);
+  fill_texts(s, std::max(kEnough * out.noise_m, kLeastEnough_m), out);
   const double freedom = static_cast<double>(s.information.freedom.sum());
   const double worst = out.covariance.diagonal().cwiseMax(0.0).cwiseSqrt().maxCoeff();
-  const double size = robot_size_m(out.corrected);
-  fill_texts(s, std::max(5.0 * out.noise_m, 1e-3), out);
-  if (freedom < s.known.parameters + 1.0 || !(worst < 0.1 * size)) {
+  if (freedom < s.known.parameters + 1.0) {
+    out.status = FrameStatus::unobservable;
+    out.reason = "these poses do not determine the frame: they hold no more readings than unknowns";
+  } else if (!(worst < kKnown * robot_size_m(out.corrected))) {
     out.status = FrameStatus::unobservable;
     out.reason = "these poses do not determine the frame: a pulley is known to " +
-                 std::to_string(static_cast<int>(std::min(1e3 * worst, 1e6))) + " mm only";
-    return;
+                 std::to_string(std::lround(std::min(1e3 * worst, 1e5))) + " mm only";
+  } else if (!s.state.settled) {
+    out.reason = "the steps did not settle";
+  } else {
+    out.held_out_rms_m = held_out_rms(s, options.max_iterations);
+    out.status = FrameStatus::converged;
+    out.reason = "the lengths at " + std::to_string(s.problem.poses.size()) + " poses agree";
   }
-  out.held_out_rms_m = held_out_rms(s, options.max_iterations);
-  out.status = FrameStatus::converged;
-  out.reason = "the lengths at " + std::to_string(s.problem.poses.size()) + " poses agree";
 }
 
 }  // namespace

@@ -6,6 +6,8 @@ namespace {
 
 /// Of all poses together: chance that one that belongs is left out.
 constexpr double kFalseAlarm = 0.01;
+/// Readings to spare, by the numbers that they determine, before any is left out.
+constexpr double kSpare = 5.0;
 
 /// By which reading of one cable a pose that does not fit is off, where one alone explains it.
 LeftOutPose suspect(const Solved& s, std::size_t index) {
@@ -61,16 +63,18 @@ std::vector<LeftOutPose> leave_out(Solved& s) {
                      chi_square_quantile(0.5, s.information.freedom[at]));
   }
   std::vector<LeftOutPose> out;
-  if (shares.size() < 8) return out;
+  // With few readings a frame can be bent to any of them, and then the others do not belong.
+  const double freedom = static_cast<double>(s.information.freedom.sum());
+  if (freedom < kSpare * s.known.parameters) return out;
   const double level = std::max(median(shares), 1e-12);
   const double chance = kFalseAlarm / static_cast<double>(shares.size());
   std::vector<FramePose> poses;
   std::vector<Pose> states;
   for (std::size_t i = 0; i < s.problem.poses.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
-    const int freedom = s.information.freedom[at];
+    const int own = s.information.freedom[at];
     const bool belongs =
-        freedom < 1 || chi_square_survival(s.information.misfit[at] / level, freedom) > chance;
+        own < 1 || chi_square_survival(s.information.misfit[at] / level, own) > chance;
     if (belongs) {
       poses.push_back(s.problem.poses[i]);
       states.push_back(s.state.poses[i]);

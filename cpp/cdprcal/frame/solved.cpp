@@ -8,16 +8,22 @@ namespace {
 
 /// Starts that are solved to the end: the best few.
 constexpr std::size_t kMostSolved = 3;
+/// Costs closer than this share are of one minimum.
+constexpr double kSame = 1e-6;
 constexpr int kNoiseRounds = 4;
+/// Noise that changes by less than this share is known well enough for any σ.
+constexpr double kNoiseSettled = 0.005;
 constexpr int kFolds = 5;
 /// Evidence from which on belts are said to run outside the plane [nat], as everywhere here.
 constexpr double kEvidence = 3.0;
 
 /// Noise of each channel from what its rows leave over, their leverages counted.
-void estimate_noise(FrameProblem& problem, const FrameInformation& information,
-                    const Knowledge& known) {
+/// Returns the largest relative change.
+double estimate_noise(FrameProblem& problem, const FrameInformation& information,
+                      const Knowledge& known) {
   const Eigen::MatrixXd covariance = known.covariance / (known.lack_of_fit * known.lack_of_fit);
   ChannelSigma squares{}, freedom{};
+  double change = 0.0;
   for (const FrameRows& rows : information.rows) {
     Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows.by_pose);
     qr.setThreshold(1e-7);
@@ -36,8 +42,11 @@ void estimate_noise(FrameProblem& problem, const FrameInformation& information,
   }
   for (std::size_t channel = 0; channel < squares.size(); ++channel) {
     if (freedom[channel] < 1.0) continue;
-    problem.sigma[channel] *= std::sqrt(std::max(squares[channel] / freedom[channel], 1e-12));
+    const double factor = std::sqrt(std::max(squares[channel] / freedom[channel], 1e-12));
+    problem.sigma[channel] *= factor;
+    change = std::max(change, std::abs(factor - 1.0));
   }
+  return change;
 }
 
 bool is_length(Channel channel) {
@@ -53,11 +62,10 @@ void solve(Solved& s, int max_iterations) {
     s.information = information(s.problem, s.state);
     s.known = knowledge(s.problem, s.information);
     if (!s.known.valid) return;
-    if (round + 1 < kNoiseRounds) {
-      estimate_noise(s.problem, s.information, s.known);
-      s.information = information(s.problem, s.state);
-      s.known = knowledge(s.problem, s.information);
-    }
+    const double change = estimate_noise(s.problem, s.information, s.known);
+    s.information = information(s.problem, s.state);
+    s.known = knowledge(s.problem, s.information);
+    if (!s.known.valid || change < kNoiseSettled) return;
   }
 }
 
@@ -69,9 +77,12 @@ bool solve_from_starts(Solved& s, std::vector<FrameState> begin, int max_iterati
   for (std::size_t i = 0; i < std::min(begin.size(), kMostSolved); ++i) {
     if (!std::isfinite(begin[i].cost)) continue;
     minimise(s.problem, begin[i], max_iterations);
-    if (!std::isfinite(begin[i].cost) || begin[i].cost >= least) continue;
+    if (!std::isfinite(begin[i].cost)) continue;
+    const bool same = std::abs(begin[i].cost - least) <= kSame * (1.0 + least);
+    if (begin[i].cost >= least && !same) continue;
     least = begin[i].cost;
     s.state = begin[i];
+    if (same) break;
   }
   return std::isfinite(least);
 }
@@ -146,7 +157,14 @@ void try_off_plane(Solved& s, int max_iterations) {
   const double evidence = gain / (s.known.lack_of_fit * s.known.lack_of_fit);
   if (!(evidence > kEvidence) || !(more.state.values[u.size] > 0.0)) return;
   solve(more, max_iterations);
-  if (more.known.valid) s = std::move(more);
+  if (!more.known.valid) return;
+  // Chosen by the very residuals that it explains, it earns no smaller σ.
+  const double before = s.known.lack_of_fit, after = more.known.lack_of_fit;
+  if (before > after) {
+    more.known.covariance *= (before * before) / (after * after);
+    more.known.lack_of_fit = before;
+  }
+  s = std::move(more);
 }
 
 }  // namespace cdprcal::detail

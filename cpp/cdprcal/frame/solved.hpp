@@ -16,6 +16,7 @@ struct Solved {
 /// The minimum from where the state is, the noise of each channel from its residuals.
 void solve(Solved& s, int max_iterations);
 /// The best of the minima from several starts, the noise as it is; false: none can be evaluated.
+/// The first that two starts agree upon ends the search.
 bool solve_from_starts(Solved& s, std::vector<FrameState> begin, int max_iterations);
 
 /// Leaves out poses whose misfit no pose in so many has by chance, beside the median of all.

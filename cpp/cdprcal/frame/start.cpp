@@ -160,14 +160,10 @@ std::optional<FrameState> from_lengths(const FrameProblem& problem, double offse
   for (int i = 0; i < u.size; ++i) {
     if (u.held[static_cast<std::size_t>(i)]) state.values[i] = 0.0;
   }
-  const Robot robot = moved(problem, state.values);
   for (std::size_t i = 0; i < problem.poses.size(); ++i) {
     Pose pose;
     pose.position_m = axes * found->points.col(static_cast<Eigen::Index>(i));
-    pose = on_motion(problem.robot, pose);
-    const double cost = settle_pose(problem, robot, state.values, problem.poses[i], pose);
-    if (!std::isfinite(cost)) return std::nullopt;
-    state.poses.push_back(pose);
+    state.poses.push_back(on_motion(problem.robot, pose));
   }
   return state;
 }

@@ -21,8 +21,7 @@ struct ClosedForm {
 std::optional<ClosedForm> closed_form(const Eigen::MatrixXd& lengths, int dimensions);
 
 /// States to begin with, from the robot file's pulleys and, of points, from the lengths alone at
-/// several offsets, turned and mirrored to agree best with the file's pulleys. Poses are settled to
-/// their readings.
+/// several offsets, turned and mirrored to agree best with the file's pulleys.
 std::vector<FrameState> starts(const FrameProblem& problem);
 /// The file's pulleys, and poses that are known roughly; offsets follow from both.
 std::vector<FrameState> starts_at(const FrameProblem& problem, const std::vector<Pose>& poses);

@@ -71,7 +71,6 @@ class _Rows:
         time_s = self._times(the_map)
         # Each time once, and in order: a clock that went back says so below.
         self.kept = _increasing(time_s)
-        self.time_s = time_s[self.kept]
         if len(self.kept) < len(time_s):
             self.findings.append(
                 Finding(
@@ -81,6 +80,24 @@ class _Rows:
                     "or not a later one than the row before, and are left out",
                     remedy="see that one logger writes the file, and no one sets its clock",
                 )
+            )
+        if the_map.run is not None:
+            self._take_run(the_map.run)
+        self.time_s = time_s[self.kept]
+
+    def _take_run(self, run: int) -> None:
+        """Leaves the rows of one stretch of records."""
+        if self._raw.kind != "records":
+            raise InputError(
+                f"{self._source}: run: {shown_path(self._raw.path)} holds no records in braces, of "
+                "which there are runs; delete it"
+            )
+        runs = self._raw.columns["run"].values
+        self.kept = self.kept[runs[self.kept] == run]
+        if not len(self.kept):
+            raise InputError(
+                f"{self._source}: run: {shown_path(self._raw.path)} has {runs[-1]:.0f} runs, and "
+                f"none is {run}; give one of 1 to {runs[-1]:.0f}"
             )
 
     def of(self, name: str) -> Floats:

@@ -77,6 +77,9 @@ class Map(_Strict):
     format: Literal["cdprcal-map-1"]
     text: Text | None = None
     time: Time
+    run: Annotated[int, Field(ge=1)] | None = Field(
+        default=None, description="Of records, which stretch of them; None: all."
+    )
     channels: dict[str, Group]
 
     @model_validator(mode="after")

@@ -144,7 +144,7 @@ def _time(raw: RawTable, names: dict[str, Name]) -> tuple[Line, float | None]:
     if raw.kind == "bag":
         return Line("time", ("",), "s", (1,), "sure", "stamps"), None
     if raw.kind == "records":
-        return Line("time", (), "s", (1,), "likely", "records are written one at a time"), 1.0
+        return Line("time", (), "s", (1,), "likely", "one rest a record"), 0.1
     rising = [key for key in raw.columns if _rises(raw.columns[key].values)]
     for key in rising:
         if raw.columns[key].is_clock:
