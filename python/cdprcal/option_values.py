@@ -89,9 +89,7 @@ def parse_orientation(robot: Robot, text: str) -> NDArray[np.float64] | None:
             f"--orientation: the {robot.cable_count} cables of {robot.name} do not hold one, statics "
             "choose it; leave it out"
         )
-    return rotation_from_euler(
-        [math.radians(angle) for angle in angles], robot.euler_convention
-    )
+    return rotation_from_euler([math.radians(angle) for angle in angles], robot.euler_convention)
 
 
 def parse_box(option: str, text: str) -> Box | None:

@@ -388,10 +388,10 @@ Calibration fit(Calibration out, const CalibrateOptions& options) {
 }
 
 /// The same; by geometry alone where rests without load cells, exact but curved, leave open how well
-/// the pose is known.
+/// the pose is known, or find none: it says so then.
 Calibration fit_either(const Calibration& prepared, const CalibrateOptions& options) {
   Calibration out = fit(prepared, options);
-  if (out.result.status != CalibrationStatus::unobservable || options.method != Method::unified ||
+  if (out.result.status == CalibrationStatus::converged || options.method != Method::unified ||
       prepared.problem.statics != StaticsModel::wrench ||
       reads_tensions(prepared.problem.measurements)) {
     return out;
@@ -399,7 +399,11 @@ Calibration fit_either(const Calibration& prepared, const CalibrateOptions& opti
   Calibration geometry = prepared;
   geometry.problem.statics = StaticsModel::none;
   geometry = fit(std::move(geometry), options);
-  return geometry.result.status == CalibrationStatus::converged ? geometry : out;
+  if (geometry.result.status != CalibrationStatus::converged) return out;
+  if (out.result.status == CalibrationStatus::not_converged) {
+    geometry.result.reason += "; yet no rest balances there: " + out.result.reason;
+  }
+  return geometry;
 }
 
 /// Again with what shows the initial pose better than the first sample, where something does.
