@@ -118,7 +118,9 @@ class Machine:
 
         Random robots of six cables are led by tensions, as those of fewer.
         """
-        if self.name not in _core.builtin_robot_names() or not _core.holds_orientation(self.robot()):
+        if self.name not in _core.builtin_robot_names() or not _core.holds_orientation(
+            self.robot()
+        ):
             return []
         length = self.scale.length
         return [
