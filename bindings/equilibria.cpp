@@ -98,8 +98,7 @@ void register_results(py::module_& module) {
 
 /// Keyword arguments of the inverse problem, at the border once.
 InverseOptions inverse_options(TensionDistribution distribution, const Eigen::VectorXd& lambda_N,
-                               StabilityNotion stability,
-                               const std::optional<Matrix3>& rotation) {
+                               StabilityNotion stability, const std::optional<Matrix3>& rotation) {
   InverseOptions options;
   options.distribution = distribution;
   options.lambda_N = to_cable_vector(lambda_N, "lambda_N");
@@ -199,9 +198,10 @@ void register_inverse(py::module_& module) {
       "The inverse problem at positions_m [m, 3], each continued from the one before by Newton "
       "steps, from nothing by NLopt where that fails: (status [m], quaternion_wxyz [m, 4], "
       "tension_N [m, n]), NaN where there is no balance. Raises InputError as inverse does.");
-  module.def("holds_orientation", &holds_orientation, py::arg("robot"),
-             "Whether lengths hold the whole pose: six cables or more. Then poses are commanded and "
-             "tensions chosen; with fewer, tensions are commanded and statics choose the orientation.");
+  module.def(
+      "holds_orientation", &holds_orientation, py::arg("robot"),
+      "Whether lengths hold the whole pose: six cables or more. Then poses are commanded and "
+      "tensions chosen; with fewer, tensions are commanded and statics choose the orientation.");
   module.def(
       "held_orientation",
       [](const Robot& robot) -> Matrix3 {

@@ -27,21 +27,22 @@ void register_set_points(py::module_& module) {
       .def_property_readonly(
           "tension_N", [](const SetPoint& s) -> Eigen::VectorXd { return s.tension_N; }, "[n].");
   py::class_<SetPointOptions>(module, "SetPointOptions", "Which tensions hold the platform.")
-      .def(py::init([](TensionDistribution distribution, const Eigen::VectorXd& lambda_N,
-                       std::optional<double> margin_N, const std::optional<Matrix3>& rotation) {
-             SetPointOptions options{
-                 distribution, to_cable_vector(lambda_N, "lambda_N"), std::nullopt, margin_N};
-             if (rotation) options.rotation = rotation_from_matrix(*rotation);
-             return options;
-           }),
-           py::kw_only(),
-           py::arg_v("distribution", TensionDistribution::barycentre,
-                     "TensionDistribution.barycentre"),
-           py::arg("lambda_N") = Eigen::VectorXd(), py::arg("tension_margin_N") = py::none(),
-           py::arg("rotation") = py::none(),
-           "lambda_N [n - 3], from six cables on [n - 6]: with given_lambda. tension_margin_N: least "
-           "distance from the limits; default one sigma of the load cells. rotation [3, 3]: "
-           "commanded, from six cables on; default held_orientation.")
+      .def(
+          py::init([](TensionDistribution distribution, const Eigen::VectorXd& lambda_N,
+                      std::optional<double> margin_N, const std::optional<Matrix3>& rotation) {
+            SetPointOptions options{distribution, to_cable_vector(lambda_N, "lambda_N"),
+                                    std::nullopt, margin_N};
+            if (rotation) options.rotation = rotation_from_matrix(*rotation);
+            return options;
+          }),
+          py::kw_only(),
+          py::arg_v("distribution", TensionDistribution::barycentre,
+                    "TensionDistribution.barycentre"),
+          py::arg("lambda_N") = Eigen::VectorXd(), py::arg("tension_margin_N") = py::none(),
+          py::arg("rotation") = py::none(),
+          "lambda_N [n - 3], from six cables on [n - 6]: with given_lambda. tension_margin_N: least "
+          "distance from the limits; default one sigma of the load cells. rotation [3, 3]: "
+          "commanded, from six cables on; default held_orientation.")
       .def_readonly("distribution", &SetPointOptions::distribution)
       .def_property_readonly("lambda_N",
                              [](const SetPointOptions& o) -> Eigen::VectorXd { return o.lambda_N; })

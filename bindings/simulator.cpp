@@ -281,11 +281,12 @@ void bind_startup_options(py::module_& module) {
       .def_readwrite("overload_share", &WatchdogOptions::overload_share)
       .def_readwrite("follow_share", &WatchdogOptions::follow_share)
       .def_readwrite("runaway_m", &WatchdogOptions::runaway_m);
-  py::class_<StartUpPlan>(module, "StartUpPlan",
-                          "Tension set-points to visit, the first is tau_0; transition_s empty, or "
-                          "0 for one: derived from the robot; via: settle there and go on without "
-                          "measuring, empty: measure everywhere; pose: lengths lead the platform of "
-                          "six cables and more from one to the next, empty: tensions lead it.")
+  py::class_<StartUpPlan>(
+      module, "StartUpPlan",
+      "Tension set-points to visit, the first is tau_0; transition_s empty, or "
+      "0 for one: derived from the robot; via: settle there and go on without "
+      "measuring, empty: measure everywhere; pose: lengths lead the platform of "
+      "six cables and more from one to the next, empty: tensions lead it.")
       .def(py::init([](const std::vector<Eigen::VectorXd>& setpoint_N,
                        std::vector<double> transition_s, std::vector<bool> via,
                        std::vector<Pose> pose) {
@@ -393,11 +394,12 @@ void bind_run(py::module_& module) {
              "Where a robot may hang at power-on: the SetPoint at a position drawn evenly from the "
              "Box, stable at constant tensions; the same for the same seed. None when `tries` "
              "positions were none. Raises InputError for robots without an inverse problem.");
-  module.def("parked_start", &parked_start, py::arg("robot"), py::arg("meant"), py::arg("seed"),
-             py::arg("tries") = 200, py::call_guard<py::gil_scoped_release>(),
-             "Where a robot of six cables and more may have been parked for a run that begins at the "
-             "Pose `meant`: a SetPoint as near as people park by eye; the same for the same seed. "
-             "None when `tries` poses were not wrench-feasible. Raises InputError for fewer cables.");
+  module.def(
+      "parked_start", &parked_start, py::arg("robot"), py::arg("meant"), py::arg("seed"),
+      py::arg("tries") = 200, py::call_guard<py::gil_scoped_release>(),
+      "Where a robot of six cables and more may have been parked for a run that begins at the "
+      "Pose `meant`: a SetPoint as near as people park by eye; the same for the same seed. "
+      "None when `tries` poses were not wrench-feasible. Raises InputError for fewer cables.");
   module.def(
       "simulate_startup",
       [](const Robot& robot, const StartUpPlan& plan, const SimulatorOptions& simulator,

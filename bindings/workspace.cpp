@@ -59,10 +59,11 @@ void register_box(py::module_& module) {
       .def("__repr__", [](const Box& b) {
         return "Box(" + to_text(b.lower_m) + ", " + to_text(b.upper_m) + ")";
       });
-  module.def("workspace_box", &workspace_box, py::arg("robot"),
-             "Where a suspended platform may be: the pulleys' horizontal rectangle, down from the "
-             "highest pulley by its larger side, not below the floor; down to the lowest pulley where "
-             "cables of six or more pull from below, too.");
+  module.def(
+      "workspace_box", &workspace_box, py::arg("robot"),
+      "Where a suspended platform may be: the pulleys' horizontal rectangle, down from the "
+      "highest pulley by its larger side, not below the floor; down to the lowest pulley where "
+      "cables of six or more pull from below, too.");
   py::class_<Grid>(module, "Grid", "Points at equal steps in all directions. Immutable.")
       .def_readonly("box", &Grid::box)
       .def_property_readonly(
@@ -222,9 +223,8 @@ void register_results(py::module_& module) {
 Workspace compute(const Robot& robot, const std::optional<Box>& box, double step_m,
                   TensionDistribution distribution, const Eigen::VectorXd& lambda_N,
                   StabilityNotion stability, const std::optional<Matrix3>& rotation,
-                  const std::optional<Eigen::MatrixX3d>& seeds_m,
-                  int threads, int boundary_halvings,
-                  const ProgressCallback<WorkspaceProgress>& progress) {
+                  const std::optional<Eigen::MatrixX3d>& seeds_m, int threads,
+                  int boundary_halvings, const ProgressCallback<WorkspaceProgress>& progress) {
   WorkspaceOptions options;
   options.box = box;
   options.step_m = step_m;
@@ -258,9 +258,9 @@ void register_functions(py::module_& module) {
       py::arg_v("distribution", TensionDistribution::barycentre, "TensionDistribution.barycentre"),
       py::arg("lambda_N") = Eigen::VectorXd(),
       py::arg_v("stability", StabilityNotion::locked_lengths, "StabilityNotion.locked_lengths"),
-      py::arg("rotation") = py::none(),
-      py::arg("seeds_m") = py::none(), py::arg("threads") = usual.threads,
-      py::arg("boundary_halvings") = usual.boundary_halvings, py::arg("progress") = py::none(),
+      py::arg("rotation") = py::none(), py::arg("seeds_m") = py::none(),
+      py::arg("threads") = usual.threads, py::arg("boundary_halvings") = usual.boundary_halvings,
+      py::arg("progress") = py::none(),
       "Floods outward from seeds_m [s, 3] (default: a lattice in the box), each point warm-started "
       "from a solved neighbour. box: default workspace_box. threads: 0 is one a core. "
       "progress(WorkspaceProgress): False stops. Stopped so, or by Ctrl-C, the workspace is what "

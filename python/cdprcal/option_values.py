@@ -78,7 +78,10 @@ def parse_position(option: str, text: str) -> list[float]:
 
 
 def parse_orientation(robot: Robot, text: str) -> NDArray[np.float64] | None:
-    """'0,0,-40' degrees → rotation matrix by the robot's convention; '' → None. Raises InputError."""
+    """'0,0,-40' degrees → rotation matrix by the robot's convention; '' → None.
+
+    Raises InputError.
+    """
     from cdprcal._core import InputError, holds_orientation, rotation_from_euler
 
     if not text:
@@ -86,8 +89,8 @@ def parse_orientation(robot: Robot, text: str) -> NDArray[np.float64] | None:
     angles = parse_numbers("--orientation", text, 3)
     if not holds_orientation(robot):
         raise InputError(
-            f"--orientation: the {robot.cable_count} cables of {robot.name} do not hold one, statics "
-            "choose it; leave it out"
+            f"--orientation: the {robot.cable_count} cables of {robot.name} do not hold one, "
+            "statics choose it; leave it out"
         )
     return rotation_from_euler([math.radians(angle) for angle in angles], robot.euler_convention)
 

@@ -46,7 +46,8 @@ BENCHMARK(workspace_flood)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
-/// Eight cables: where one orientation is wrench-feasible. Target: 100,000 points a second and core.
+/// Eight cables: where one orientation is wrench-feasible. Target: 100,000 points a second and
+/// core.
 void workspace_of_eight(benchmark::State& state) {
   Workspace w;
   for (auto _ : state) w = run(state.range(0), 1, "posts8");

@@ -28,10 +28,9 @@ std::vector<int> cables_led_by_tension(const Robot& robot, const std::vector<Pos
   const auto governed = [&](const std::vector<int>& cables) {
     double least = HUGE_VAL;
     for (const NullBasis& basis : bases) {
-      const double by =
-          free == 1 ? basis(cables[0], 0)
-                    : basis(cables[0], 0) * basis(cables[1], 1) -
-                          basis(cables[0], 1) * basis(cables[1], 0);
+      const double by = free == 1 ? basis(cables[0], 0)
+                                  : basis(cables[0], 0) * basis(cables[1], 1) -
+                                        basis(cables[0], 1) * basis(cables[1], 0);
       least = std::min(least, std::abs(by));
     }
     return least;

@@ -34,9 +34,8 @@ struct HeldPoint {
 HeldPoint held_point(const Robot& robot, const HeldMotion& motion, double s);
 
 /// Which n−6 cables follow tensions while the lengths of the other six hold the pose: those with
-/// which the remaining tensions are governed best at the pose where they are governed least. From 0,
-/// rising; empty for six cables. Throws InputError where no six
-/// cables hold all poses.
+/// which the remaining tensions are governed best at the pose where they are governed least. From
+/// 0, rising; empty for six cables. Throws InputError where no six cables hold all poses.
 std::vector<int> cables_led_by_tension(const Robot& robot, const std::vector<Pose>& poses);
 
 }  // namespace cdprcal

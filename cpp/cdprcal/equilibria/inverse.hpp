@@ -46,8 +46,8 @@ class InverseSolver {
   };
 
   /// Newton on eq. A1 from a rotation that is close (a solved neighbour). Status: found,
-  /// infeasible (limits, eq. A3), unstable (eq. A4), not_found, invalid_geometry. From six cables on
-  /// the rotation is kept: status found where it is wrench-feasible within the limits.
+  /// infeasible (limits, eq. A3), unstable (eq. A4), not_found, invalid_geometry. From six cables
+  /// on the rotation is kept: status found where it is wrench-feasible within the limits.
   [[nodiscard]] Point continue_from(const Vector3& position_m,
                                     const Eigen::Quaterniond& rotation) const;
 

@@ -138,8 +138,7 @@ Barycentre least_violation(const MovingFamily& f, const HalfPlanes& planes) {
   return result;
 }
 
-Barycentre polygon_centroid(const MovingFamily& f, double low_N, double high_N,
-                            bool nearest_miss) {
+Barycentre polygon_centroid(const MovingFamily& f, double low_N, double high_N, bool nearest_miss) {
   const HalfPlanes planes = half_planes(f, low_N, high_N);
   // |λ| = |Nλ| ≤ |τ| + |τ₀|, so this square holds every feasible λ.
   const double reach =
@@ -193,8 +192,7 @@ Barycentre polygon_centroid(const MovingFamily& f, double low_N, double high_N,
 
 }  // namespace
 
-Barycentre barycentre(const MovingFamily& family, double low_N, double high_N,
-                      bool nearest_miss) {
+Barycentre barycentre(const MovingFamily& family, double low_N, double high_N, bool nearest_miss) {
   return family.freedom == 1 ? interval_midpoint(family, low_N, high_N)
                              : polygon_centroid(family, low_N, high_N, nearest_miss);
 }

@@ -10,8 +10,8 @@ struct MovingFamily {
   int cable_count = 0;
   int freedom = 0;  ///< of λ: 1 or 2
   int directions = 0;
-  CableVector particular_N;                                  ///< τ₀
-  NullBasis basis;                                           ///< N
+  CableVector particular_N;                                           ///< τ₀
+  NullBasis basis;                                                    ///< N
   std::array<Eigen::Matrix<double, kMaxCables, 1>, 6> particular_by;  ///< ∂τ₀, a direction
   std::array<Eigen::Matrix<double, kMaxCables, 2>, 6> basis_by;       ///< ∂N, a direction
 };

@@ -20,10 +20,10 @@ constexpr double kFree = 1e-3;
 /// X, its Gram matrix's factor and its null space.
 struct WrenchRows {
   bool valid = false;
-  WrenchMatrix x;             ///< moments divided by the platform's size
-  Eigen::LLT<Matrix6> gram;   ///< of X Xᵀ
-  Vector6 scale;              ///< of a wrench: moments divided by the platform's size
-  Vector6 load;               ///< f, scaled alike
+  WrenchMatrix x;            ///< moments divided by the platform's size
+  Eigen::LLT<Matrix6> gram;  ///< of X Xᵀ
+  Vector6 scale;             ///< of a wrench: moments divided by the platform's size
+  Vector6 load;              ///< f, scaled alike
   [[nodiscard]] CableVector least_norm(const Vector6& wrench) const {
     return x.transpose() * gram.solve(wrench);
   }
@@ -87,9 +87,9 @@ DistributedTension distributed(const Robot& robot, const WrenchRows& rows,
       lambda = given_lambda_N;
       break;
     case TensionDistribution::mid_range:
-      lambda = basis.transpose() *
-               CableVector::Constant(tension.size(),
-                                     0.5 * (robot.tension_min_N + robot.tension_max_N));
+      lambda =
+          basis.transpose() *
+          CableVector::Constant(tension.size(), 0.5 * (robot.tension_min_N + robot.tension_max_N));
       break;
     case TensionDistribution::barycentre:
       if (free > 0) {
@@ -144,8 +144,8 @@ Score score_of(const Robot& robot, const std::vector<Vector3>& lattice,
   Score score;
   for (const Vector3& position_m : lattice) {
     const PlatformState state = platform_state(robot, {position_m, rotation});
-    const DistributedTension tension = distributed(robot, wrench_rows(robot, state),
-                                                   TensionDistribution::barycentre, {}, false);
+    const DistributedTension tension =
+        distributed(robot, wrench_rows(robot, state), TensionDistribution::barycentre, {}, false);
     if (!tension.valid || !tension.polytope_exists) continue;
     const double margin_N = tension_margin_N(robot, tension.tension_N);
     if (!(margin_N >= 0.0)) continue;
@@ -192,8 +192,7 @@ Eigen::Quaterniond held_orientation(const Robot& robot) {
   Eigen::Quaterniond best = own;
   Score of_best = of_own;
   const auto try_turn = [&](const Eigen::Quaterniond& from, double angle_rad) {
-    const Eigen::Quaterniond turned =
-        (exp_so3(angle_rad * Vector3::UnitZ()) * from).normalized();
+    const Eigen::Quaterniond turned = (exp_so3(angle_rad * Vector3::UnitZ()) * from).normalized();
     const Score score = score_of(robot, lattice, turned);
     if (!score.better_than(of_best)) return;
     best = turned;

@@ -13,13 +13,11 @@ namespace cdprcal {
 
 /// From so many cables on a robot's lengths hold its whole pose.
 inline constexpr int kCablesThatHold = 6;
-inline bool holds_orientation(const Robot& robot) {
-  return robot.cable_count() >= kCablesThatHold;
-}
+inline bool holds_orientation(const Robot& robot) { return robot.cable_count() >= kCablesThatHold; }
 
-/// All tensions in balance with the weight at a pose. N follows the rule of ForceFamily, with six in
-/// place of three: its last n−6 rows are lower triangular with a positive diagonal. Where the last
-/// cables' tensions cannot be changed the cables whose tensions can stand in their place.
+/// All tensions in balance with the weight at a pose. N follows the rule of ForceFamily, with six
+/// in place of three: its last n−6 rows are lower triangular with a positive diagonal. Where the
+/// last cables' tensions cannot be changed the cables whose tensions can stand in their place.
 struct WrenchFamily {
   bool valid = false;          ///< false: the cables do not hold all six directions
   CableVector minimum_norm_N;  ///< X⁺f
@@ -35,20 +33,20 @@ DistributedTension distribute_wrench(const Robot& robot, const PlatformState& st
                                      TensionDistribution distribution,
                                      const CableVector& given_lambda_N = {});
 
-/// The tensions in balance at a pose that are closest to given ones (least squares); empty where the
-/// cables do not hold all six directions.
+/// The tensions in balance at a pose that are closest to given ones (least squares); empty where
+/// the cables do not hold all six directions.
 CableVector balanced_near(const Robot& robot, const PlatformState& state,
                           const CableVector& tension_N);
 
-/// Tensions of least norm that put this wrench [N, Nm] on the cables: X⁺w; empty where the cables do
-/// not hold all six directions.
+/// Tensions of least norm that put this wrench [N, Nm] on the cables: X⁺w; empty where the cables
+/// do not hold all six directions.
 CableVector tensions_of_least_norm(const Robot& robot, const PlatformState& state,
                                    const Vector6& wrench);
 
 /// The orientation in which a robot of six cables and more is commanded when nobody says: that of
 /// the robot file's platform frame where it leaves at least half of the places wrench-feasible that
-/// the best turn about the vertical, of a quarter at most, leaves; else that turn. Places: a lattice
-/// in the middle of the robot.
+/// the best turn about the vertical, of a quarter at most, leaves; else that turn. Places: a
+/// lattice in the middle of the robot.
 Eigen::Quaterniond held_orientation(const Robot& robot);
 
 }  // namespace cdprcal

@@ -26,8 +26,8 @@ class KnownEffects {
   [[nodiscard]] CableVector tension_N(const Pose& pose, const CableVector& reading_N) const;
 
   /// Where the platform rests when the load cells are held at these readings, close to a pose: all
-  /// six equations with all effects, an external force too. Nothing when Newton does not settle. From
-  /// six cables on lengths hold the platform: at the pose itself.
+  /// six equations with all effects, an external force too. Nothing when Newton does not settle.
+  /// From six cables on lengths hold the platform: at the pose itself.
   [[nodiscard]] std::optional<Pose> settled(const CableVector& reading_N, const Pose& near) const;
 
   /// The set-point as it was planned, from a stop of a finished plan (readings, settled pose): true

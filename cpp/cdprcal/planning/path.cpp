@@ -17,15 +17,15 @@ constexpr double kMoveShare = 1.0 / 40.0;  ///< of the robot's size, between two
 constexpr double kLeastStep = 1e-5;        ///< of the fraction: below, the equilibrium is lost
 constexpr int kNewtonSteps = 12;
 constexpr double kBalance = 1e-10;  ///< error ÷ weight, as in DirectOptions
-/// Error ÷ weight that tensions of a plan may have where lengths hold the pose: far below what a load
-/// cell tells, far above what a file rounds.
+/// Error ÷ weight that tensions of a plan may have where lengths hold the pose: far below what a
+/// load cell tells, far above what a file rounds.
 constexpr double kHeldBalance = 1e-3;
 
 std::string place(double fraction, const Vector3& p) {
   std::ostringstream out;
   out.precision(3);
-  out << "at " << 100.0 * fraction << " % of the way, near (" << p.x() << ", " << p.y()
-      << ", " << p.z() << ") m";
+  out << "at " << 100.0 * fraction << " % of the way, near (" << p.x() << ", " << p.y() << ", "
+      << p.z() << ") m";
   return out.str();
 }
 

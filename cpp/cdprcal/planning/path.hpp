@@ -4,7 +4,8 @@
 // Every tension follows the same fifth-degree polynomial, so the tensions run along the straight
 // line between the set-points whatever the duration, and the quasi-static path depends on the line
 // alone: at each fraction of it the platform rests in the equilibrium that continues the one
-// before. Six cables and more lead the pose itself, by their lengths: see equilibria/held_motion.hpp.
+// before. Six cables and more lead the pose itself, by their lengths: see
+// equilibria/held_motion.hpp.
 #pragma once
 
 #include <optional>
@@ -61,8 +62,8 @@ class PathChecker {
 
   /// Continues the equilibrium by Newton steps from one set-point to the other. Steps are short
   /// enough that the prediction is good and the stiffness never drops by more than half between
-  /// points, so no loss of stability is stepped over. From six cables on along the HeldMotion, which
-  /// must be wrench-feasible all the way. Stops at the first point that is not allowed.
+  /// points, so no loss of stability is stepped over. From six cables on along the HeldMotion,
+  /// which must be wrench-feasible all the way. Stops at the first point that is not allowed.
   [[nodiscard]] Path follow(const SetPoint& from, const SetPoint& to) const;
 
   /// Whether the platform may be at a position: within the bounds and the static workspace.

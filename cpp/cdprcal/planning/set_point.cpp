@@ -46,7 +46,8 @@ double tension_margin_N(const Robot& robot, const SetPointOptions& options) {
 }
 
 SetPointSolver::SetPointSolver(const Robot& robot, const SetPointOptions& options)
-    : solver_(robot, inverse_options(robot, options)), margin_N_(tension_margin_N(robot, options)) {}
+    : solver_(robot, inverse_options(robot, options)),
+      margin_N_(tension_margin_N(robot, options)) {}
 
 SetPointSolver::Result SetPointSolver::at(const Vector3& position_m) const {
   if (!position_m.allFinite()) throw InputError("set-point: the position must be finite [m]");

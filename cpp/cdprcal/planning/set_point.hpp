@@ -31,8 +31,8 @@ struct SetPointOptions {
 /// or leaves nothing between the robot's limits.
 double tension_margin_N(const Robot& robot, const SetPointOptions& options);
 
-/// Set-points of one robot: inverse geometrico-static problem (eqs A1–A3) plus a margin to the limits
-/// and, up to five cables, what force control asks for: stability at constant tensions.
+/// Set-points of one robot: inverse geometrico-static problem (eqs A1–A3) plus a margin to the
+/// limits and, up to five cables, what force control asks for: stability at constant tensions.
 class SetPointSolver {
  public:
   /// Throws InputError as InverseSolver and tension_margin_N do.
@@ -61,8 +61,8 @@ class SetPointSolver {
 
 /// Standard deviation of the pose (position [m], world-frame rotation vector [rad]) at which the
 /// platform settles when every tension is wrong by one σ of the load cells, to first order:
-/// δζ = −(K + Q)⁻¹ Ξᵀ δτ. A platform on constant tensions is soft: centimetres for newtons. From six
-/// cables on, when every length is wrong by one σ of the encoders: δζ = (∂l/∂ζ)⁺ δl.
+/// δζ = −(K + Q)⁻¹ Ξᵀ δτ. A platform on constant tensions is soft: centimetres for newtons. From
+/// six cables on, when every length is wrong by one σ of the encoders: δζ = (∂l/∂ζ)⁺ δl.
 Vector6 settling_deviation(const Robot& robot, const SetPoint& set_point);
 
 /// Whether the platform stays inside the workspace when it settles one such deviation away, up or

@@ -6,8 +6,8 @@
 // by about 60 (ωT)⁻³ of the distance that the equilibrium moves in that mode. Then
 // the ringing decays as e^{−ζωt}. A longer transition needs a shorter wait: T makes the sum least.
 //
-// Where lengths hold the whole pose (six cables and more) nothing swings: speed and the winches' ramp
-// say how long a transition takes, and the wait is one window in which rest is seen.
+// Where lengths hold the whole pose (six cables and more) nothing swings: speed and the winches'
+// ramp say how long a transition takes, and the wait is one window in which rest is seen.
 #pragma once
 
 #include <optional>

@@ -32,8 +32,8 @@ std::optional<SetPoint> parked_start(const Robot& robot, const Pose& meant, std:
       off[axis] = (axis < 3 ? reach_m : kParkedTurn_rad) * (2.0 * random.uniform() - 1.0);
     }
     const Pose pose = plus(meant, off);
-    const DistributedTension tension = distribute_wrench(robot, platform_state(robot, pose),
-                                                         TensionDistribution::barycentre);
+    const DistributedTension tension =
+        distribute_wrench(robot, platform_state(robot, pose), TensionDistribution::barycentre);
     if (tension.valid && tension.polytope_exists) return SetPoint{pose, tension.tension_N};
   }
   return std::nullopt;

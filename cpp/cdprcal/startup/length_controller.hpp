@@ -21,7 +21,8 @@ namespace cdprcal {
 
 class LengthController {
  public:
-  /// `by_tension`: cables_led_by_tension. Of the options those count that a stretched cable asks for.
+  /// `by_tension`: cables_led_by_tension. Of the options those count that a stretched cable asks
+  /// for.
   LengthController(const Robot& robot, std::vector<int> by_tension,
                    const TensionControlOptions& options, double velocity_limit_m_s);
 

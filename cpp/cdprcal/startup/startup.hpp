@@ -72,10 +72,10 @@ struct StartUpCommand {
   /// Lengths lead: one a cable, true where it follows its tension set-point and false where it must
   /// follow velocity_m_s. Empty: a drive with a tension loop follows the set-points of all.
   std::vector<bool> by_tension;
-  bool locked = true;              ///< winches must stand still: brakes may be set
-  int setpoint = 0;                ///< which one is being moved to or measured, from 0
-  double ripple = kNaN;            ///< motion ÷ what rest allows (settling, measuring)
-  double remaining_s = kNaN;       ///< estimate of the time to the end
+  bool locked = true;         ///< winches must stand still: brakes may be set
+  int setpoint = 0;           ///< which one is being moved to or measured, from 0
+  double ripple = kNaN;       ///< motion ÷ what rest allows (settling, measuring)
+  double remaining_s = kNaN;  ///< estimate of the time to the end
 };
 
 /// One measured rest.
@@ -119,8 +119,8 @@ class StartUp {
   void hold(const std::string& reason);
   void record(const RobotSample& sample);
   void plan_first_leg();
-  /// The legs to set-points from the one before, whose equilibrium is at `at`; their times are filled
-  /// in where they are 0. `name` says whose set-points these are.
+  /// The legs to set-points from the one before, whose equilibrium is at `at`; their times are
+  /// filled in where they are 0. `name` says whose set-points these are.
   struct Legs {
     std::vector<PathLeg> by_tension;
     std::vector<HeldMotion> by_length;

@@ -17,8 +17,9 @@ void check_poses(const Robot& robot, const StartUpPlan& plan) {
   }
   for (std::size_t k = 0; k < plan.pose.size(); ++k) {
     if (wrench_family(robot, platform_state(robot, plan.pose[k])).valid) continue;
-    throw InputError("start-up plan: the cables do not hold the platform at the pose of set-point " +
-                     std::to_string(k + 1) + "; make a plan with cdprcal plan");
+    throw InputError(
+        "start-up plan: the cables do not hold the platform at the pose of set-point " +
+        std::to_string(k + 1) + "; make a plan with cdprcal plan");
   }
 }
 

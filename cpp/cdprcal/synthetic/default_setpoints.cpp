@@ -51,7 +51,8 @@ bool reaches(const Robot& robot, const Pose& from, const CableVector& from_N, co
     const HeldMotion motion(from, from_N, to, to_N);
     for (int step = 0; step <= kPathSteps; ++step) {
       const HeldPoint at = held_point(robot, motion, static_cast<double>(step) / kPathSteps);
-      if (at.tension_N.size() == 0 || !(tension_margin_N(robot, at.tension_N) >= -1e-9)) return false;
+      if (at.tension_N.size() == 0 || !(tension_margin_N(robot, at.tension_N) >= -1e-9))
+        return false;
     }
     return true;
   }

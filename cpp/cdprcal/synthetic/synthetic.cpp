@@ -122,8 +122,8 @@ class QuasiStatic {
     const std::size_t next = std::min(index + 1, setpoints_N_.size() - 1);
     setpoint_N = setpoints_N_[index];
     setpoint_N += fraction * (setpoints_N_[next] - setpoints_N_[index]);
-    const std::string why = poses_.empty() ? follow_tensions(wrench)
-                                           : follow_poses(index, next, fraction, wrench);
+    const std::string why =
+        poses_.empty() ? follow_tensions(wrench) : follow_poses(index, next, fraction, wrench);
     if (why.empty()) return;
     throw InputError("synthetic log: no stable equilibrium at set-point " +
                      std::to_string(index + 1) + (fraction > 0.0 ? " (moving on)" : "") + ": " +
@@ -217,9 +217,9 @@ SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& s
     }
     platform.go_to(index, fraction, disturbance);
     out.poses.push_back(platform.pose);
-    const Measurement m = synthetic_measurement(robot, platform.pose, platform.tension_N,
-                                                PoseKind::static_pose, offsets, options.noise,
-                                                random);
+    const Measurement m =
+        synthetic_measurement(robot, platform.pose, platform.tension_N, PoseKind::static_pose,
+                              offsets, options.noise, random);
     log.time_s[row] = time_s;
     log.length_m.row(row) = m.length_m;
     log.swivel_rad.row(row) = m.swivel_rad;

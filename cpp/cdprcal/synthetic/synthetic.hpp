@@ -71,8 +71,8 @@ struct SyntheticLog {
 
 /// A start-up run through `setpoints_N` under perfect tension control; or, with poses, one a
 /// set-point, led from pose to pose by the lengths of six cables and more (HeldMotion). Throws
-/// InputError when a set-point, or a point of a transition, has no stable equilibrium (saying where),
-/// or when the cables do not hold the platform there.
+/// InputError when a set-point, or a point of a transition, has no stable equilibrium (saying
+/// where), or when the cables do not hold the platform there.
 SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& setpoints_N,
                            const SyntheticLogOptions& options = {},
                            const std::vector<Pose>& poses = {});
@@ -84,8 +84,9 @@ struct SyntheticStop {
 };
 
 /// An nx × ny × nz grid of equilibria, visited in a serpentine: a box around the middle of the
-/// robot, shrunk until every equilibrium is within the tension limits and, up to five cables, stable
-/// under tension control. Throws InputError for fewer than 3 cables and when no such box is found.
+/// robot, shrunk until every equilibrium is within the tension limits and, up to five cables,
+/// stable under tension control. Throws InputError for fewer than 3 cables and when no such box is
+/// found.
 std::vector<SyntheticStop> default_stops(const Robot& robot, int nx, int ny, int nz);
 /// The tensions of default_stops.
 std::vector<CableVector> default_setpoints(const Robot& robot, int nx, int ny, int nz);

@@ -115,10 +115,10 @@ def command(
     """Plan a start-up run: measurement poses, tension set-points, order and times.
 
     Every set-point is a stable equilibrium with a margin to the tension limits, and every
-    transition is followed to see that the platform stays inside; times come from the platform's
-    own natural frequencies. From six cables on lengths lead the platform, in one orientation, and
-    tensions are chosen within the limits. Effects that the robot file lists are taken into account: set-points
-    are what its load cells will read, poses are where its platform will rest.
+    transition is followed to see that the platform stays inside; times come from the platform's own
+    natural frequencies. From six cables on lengths lead the platform, in one orientation, and
+    tensions are chosen within the limits. Effects that the robot file lists are taken into account:
+    set-points are what its load cells will read, poses are where its platform will rest.
     """
     from cdprcal import _core
     from cdprcal.cli.progress import progress_bar

@@ -131,8 +131,7 @@ TEST(HeldOrientation, IsTheFilesOwnWhereThatReachesAsFar) {
   // And turns along with the installation.
   const Robot other = turned(posts, 0.3);
   Pose same{Vector3::Zero(), exp_so3({0.0, 0.0, 0.3}) * turn};
-  EXPECT_LT(rotation_distance_rad({Vector3::Zero(), held_orientation(other)}, same),
-            4.0 * kDegree);
+  EXPECT_LT(rotation_distance_rad({Vector3::Zero(), held_orientation(other)}, same), 4.0 * kDegree);
 }
 
 TEST(InverseFromSixCables, KeepsTheCommandedOrientation) {
@@ -171,8 +170,8 @@ TEST(HeldMotion, GoesStraightAndKeepsTheBalance) {
   for (int k = 0; k <= 20; ++k) {
     const double s = k / 20.0;
     const HeldPoint at = held_point(robot, motion, s);
-    EXPECT_LT((at.pose.position_m -
-               ((1.0 - s) * a.pose.position_m + s * b.pose.position_m)).norm(), 1e-12);
+    EXPECT_LT((at.pose.position_m - ((1.0 - s) * a.pose.position_m + s * b.pose.position_m)).norm(),
+              1e-12);
     EXPECT_LT(wrench_residual(robot, at.state, at.tension_N).norm(), 1e-6);
   }
   EXPECT_LT((held_point(robot, motion, 0.0).tension_N - a.tension_N).norm(), 1e-6);

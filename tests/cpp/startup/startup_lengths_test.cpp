@@ -16,7 +16,8 @@ StartUpPlan plan_of(const Robot& robot) {
   StartUpPlan plan;
   const InverseSolver solver(robot, {});
   const Vector3 middle = robot.name == "posts8" ? Vector3(0, 0, 1.2) : Vector3(0, 0, 1.5);
-  for (const Vector3& off : {Vector3(0, 0, 0), Vector3(0.25, -0.2, 0.1), Vector3(-0.2, 0.15, -0.1)}) {
+  for (const Vector3& off :
+       {Vector3(0, 0, 0), Vector3(0.25, -0.2, 0.1), Vector3(-0.2, 0.15, -0.1)}) {
     const auto point = solver.solve(middle + off);
     EXPECT_EQ(point.status, EquilibriumStatus::found);
     plan.setpoint_N.push_back(point.tension_N);
