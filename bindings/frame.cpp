@@ -16,7 +16,7 @@ Points to_rows(const std::vector<Vector3>& points) {
 }
 
 void register_parts(py::module_& module) {
-  py::native_enum<FrameStatus>(module, "FrameStatus", "enum.Enum", "How find_frame ended.")
+  WordEnum<FrameStatus>(module, "FrameStatus", "How find_frame ended.")
       .value("converged", FrameStatus::converged)
       .value("not_converged", FrameStatus::not_converged)
       .value("unobservable", FrameStatus::unobservable)

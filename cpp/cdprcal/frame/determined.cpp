@@ -5,7 +5,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cstdio>
-#include <numeric>
 
 namespace cdprcal::detail {
 namespace {
@@ -127,16 +126,17 @@ std::string value_name(const FrameUnknowns& u, int column) {
 }
 
 /// Values in metres: anchors, and offsets of whole lengths.
-std::vector<int> metric_columns(const FrameUnknowns& u) {
-  std::vector<int> out(static_cast<std::size_t>(u.axis_count * u.cables));
-  std::iota(out.begin(), out.end(), 0);
-  for (int i = 0; i < u.direct_offset_count; ++i) out.push_back(u.direct_offsets + i);
+Eigen::VectorXi metric_columns(const FrameUnknowns& u) {
+  const int pulleys = u.axis_count * u.cables;
+  Eigen::VectorXi out = Eigen::VectorXi::LinSpaced(pulleys, 0, pulleys - 1);
+  out.conservativeResize(pulleys + u.direct_offset_count);
+  for (int i = 0; i < u.direct_offset_count; ++i) out[pulleys + i] = u.direct_offsets + i;
   return out;
 }
 
 Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> metric_eigen(const FrameUnknowns& u,
                                                             const Knowledge& known) {
-  const std::vector<int> columns = metric_columns(u);
+  const Eigen::VectorXi columns = metric_columns(u);
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(known.covariance(columns, columns));
 }
 
@@ -216,9 +216,9 @@ Knowledge knowledge(const FrameProblem& problem, const FrameInformation& informa
   if (!information.valid) return out;
   out.precision = information.normal;
   out.precision.diagonal() += u.precision;
-  std::vector<int> free;
-  for (int i = 0; i < u.size; ++i) {
-    if (!u.held[static_cast<std::size_t>(i)]) free.push_back(i);
+  Eigen::VectorXi free(std::count(u.held.begin(), u.held.end(), false));
+  for (int i = 0, next = 0; i < u.size; ++i) {
+    if (!u.held[static_cast<std::size_t>(i)]) free[next++] = i;
   }
   // Scaled to a unit diagonal, so that what is singular does not depend on units.
   const Eigen::MatrixXd block = out.precision(free, free);
@@ -243,7 +243,7 @@ Knowledge knowledge(const FrameProblem& problem, const FrameInformation& informa
 std::vector<std::string> weak_directions(const FrameProblem& problem, const Knowledge& known,
                                          double enough_m) {
   const FrameUnknowns& u = problem.unknowns;
-  const std::vector<int> columns = metric_columns(u);
+  const Eigen::VectorXi columns = metric_columns(u);
   const auto eigen = metric_eigen(u, known);
   std::vector<std::string> out;
   for (Eigen::Index k = eigen.eigenvalues().size() - 1; k >= 0; --k) {
@@ -258,8 +258,7 @@ std::vector<std::string> weak_directions(const FrameProblem& problem, const Know
     for (Eigen::Index i = 0; i < direction.size(); ++i) {
       if (std::abs(direction[i]) < kNamed * most) continue;
       const double share = direction[i] / direction[lead];
-      names += (named++ ? ", " : "") + value_name(u, columns[static_cast<std::size_t>(i)]) +
-               format(" by %+.2f", share);
+      names += (named++ ? ", " : "") + value_name(u, columns[i]) + format(" by %+.2f", share);
     }
     out.push_back((named > 1 ? "together: " : "") + names + ": known to " +
                   millimetres(sigma * most) + " only");
@@ -270,7 +269,7 @@ std::vector<std::string> weak_directions(const FrameProblem& problem, const Know
 std::vector<std::string> further_poses(const FrameProblem& problem, const FrameState& state,
                                        const Knowledge& known) {
   const FrameUnknowns& u = problem.unknowns;
-  const std::vector<int> columns = metric_columns(u);
+  const Eigen::VectorXi columns = metric_columns(u);
   const auto eigen = metric_eigen(u, known);
   Eigen::VectorXd weakest = Eigen::VectorXd::Zero(u.size);
   weakest(columns) = eigen.eigenvectors().col(eigen.eigenvalues().size() - 1);

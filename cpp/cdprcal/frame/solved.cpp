@@ -3,11 +3,15 @@
 #include <Eigen/QR>
 #include <algorithm>
 
+#include "cdprcal/frame/start.hpp"
+
 namespace cdprcal::detail {
 namespace {
 
 /// Starts that are solved to the end: the best few.
 constexpr std::size_t kMostSolved = 3;
+/// Of poses that are tried again from elsewhere.
+constexpr int kMostPasses = 5;
 /// Costs closer than this share are of one minimum.
 constexpr double kSame = 1e-6;
 constexpr int kNoiseRounds = 4;
@@ -77,6 +81,9 @@ bool solve_from_starts(Solved& s, std::vector<FrameState> begin, int max_iterati
   for (std::size_t i = 0; i < std::min(begin.size(), kMostSolved); ++i) {
     if (!std::isfinite(begin[i].cost)) continue;
     minimise(s.problem, begin[i], max_iterations);
+    for (int pass = 0; pass < kMostPasses && improve_poses(s.problem, begin[i]); ++pass) {
+      minimise(s.problem, begin[i], max_iterations);
+    }
     if (!std::isfinite(begin[i].cost)) continue;
     const bool same = std::abs(begin[i].cost - least) <= kSame * (1.0 + least);
     if (begin[i].cost >= least && !same) continue;

@@ -13,6 +13,9 @@ namespace {
 /// belt's end that was counted twice.
 constexpr std::array<double, 7> kOffsets{0.0, -0.1, 0.1, -0.3, 0.3, -0.6, 0.6};
 
+/// A pose's cost that is lower by this share is of another minimum.
+constexpr double kBetter = 1e-3;
+
 /// Where settle_pose looks for a pose: the middle of the pulleys, and around it.
 std::vector<Pose> places(const FrameProblem& problem, const Robot& robot) {
   Vector3 middle = Vector3::Zero(), low = robot.cables[0].pulley.position_m, high = low;
@@ -238,6 +241,24 @@ std::optional<ClosedForm> closed_form(const Eigen::MatrixXd& lengths, int dimens
   const Eigen::VectorXd shift = inverse.transpose() * x.segment(squares, d);
   out.points = (root * u.transpose()).colwise() + shift;
   return out;
+}
+
+bool improve_poses(const FrameProblem& problem, FrameState& state) {
+  if (row_of(problem.robot.platform.motion).is_point()) return false;
+  const Robot robot = moved(problem, state.values);
+  const std::vector<Pose> around = places(problem, robot);
+  bool any = false;
+  for (std::size_t i = 0; i < state.poses.size(); ++i) {
+    double least = settle_pose(problem, robot, state.values, problem.poses[i], state.poses[i]);
+    for (Pose pose : around) {
+      const double cost = settle_pose(problem, robot, state.values, problem.poses[i], pose);
+      if (!(cost < least - kBetter * (1.0 + least))) continue;
+      least = cost;
+      state.poses[i] = pose;
+      any = true;
+    }
+  }
+  return any;
 }
 
 std::vector<FrameState> starts_at(const FrameProblem& problem, const std::vector<Pose>& poses) {
