@@ -45,9 +45,9 @@ void check_fit(const Robot& robot, const Log& log, const CalibrateOptions& optio
                      "; give the robot file that belongs to this log");
   }
   if (options.method == Method::statics && log.tension_N.cols() == 0 && cables >= 6) {
-    throw InputError(log.source + ": the log has no tension_1_N … columns, without which rests on " +
-                     std::to_string(cables) +
-                     " cables say nothing for method static; use method kinematic");
+    throw InputError(
+        log.source + ": the log has no tension_1_N … columns, without which rests on " +
+        std::to_string(cables) + " cables say nothing for method static; use method kinematic");
   }
   if (!(options.kinematic_spacing_s > 0.0)) {
     throw InputError("kinematic_spacing_s must be positive");
@@ -387,8 +387,8 @@ Calibration fit(Calibration out, const CalibrateOptions& options) {
   return out;
 }
 
-/// The same; by geometry alone where rests without load cells, exact but curved, leave open how well
-/// the pose is known, or find none: it says so then.
+/// The same; by geometry alone where rests without load cells, exact but curved, leave open how
+/// well the pose is known, or find none: it says so then.
 Calibration fit_either(const Calibration& prepared, const CalibrateOptions& options) {
   Calibration out = fit(prepared, options);
   if (out.result.status == CalibrationStatus::converged || options.method != Method::unified ||

@@ -102,8 +102,8 @@ std::optional<Pose> hanging(const Robot& robot, const CableVector& length_m, con
                     length_m.minCoeff() > 0.0;
   if (!held) return std::nullopt;
   const EquilibriumResult rest = direct_from_lengths(robot, length_m, start);
-  const bool hangs = rest.status == EquilibriumStatus::found ||
-                     rest.status == EquilibriumStatus::slack;
+  const bool hangs =
+      rest.status == EquilibriumStatus::found || rest.status == EquilibriumStatus::slack;
   return hangs ? std::optional(rest.pose) : std::nullopt;
 }
 

@@ -35,8 +35,8 @@ std::vector<Start> starts_of(const CalibrationProblem& problem, int most_starts)
     const Robot robot = with_effects(problem.robot, problem.effects);
     std::vector<Start> both;
     for (const Start& start : starts) {
-      both.push_back({hanging_near(robot, start.reference).value_or(start.reference),
-                      RestGuess::ideal});
+      both.push_back(
+          {hanging_near(robot, start.reference).value_or(start.reference), RestGuess::ideal});
       both.push_back(start);
     }
     starts = std::move(both);

@@ -144,7 +144,9 @@ void record_gap(const DiagnosisModel& before, const DiagnosisModel& model,
   const HeldOut held = held_out(before, model);
   for (std::size_t c = 0; c < kRestGroups; ++c) {
     if (!std::isfinite(held.held_out_rms[c])) continue;
-    if (static_cast<Channel>(c) == Channel::balance && !reads_tensions(model.runs.front().measurements)) continue;
+    if (static_cast<Channel>(c) == Channel::balance &&
+        !reads_tensions(model.runs.front().measurements))
+      continue;
     out.gap.push_back(
         {after_effect, kChannelTable[c].rms_field, held.train_rms[c], held.held_out_rms[c]});
   }

@@ -200,8 +200,8 @@ OffsetJacobian Assembly::offsets_by_initial() const {
 
 const PartialBalance* Assembly::partial_balance(std::size_t measurement) const {
   const std::size_t lane = lane_of(measurement);
-  const bool partial = poses_.statics_of(measurement) == StaticsModel::wrench &&
-                       rows_.silent_rows(lane) > 0;
+  const bool partial =
+      poses_.statics_of(measurement) == StaticsModel::wrench && rows_.silent_rows(lane) > 0;
   return partial ? &rows_.partial_balance_of(lane) : nullptr;
 }
 
@@ -402,12 +402,11 @@ ReferenceInformation Assembly::of_reference(const Eigen::MatrixXd& common,
   if (!with_covariance) return out;
   if (is_guided(problem_.robot)) {
     const TwistBasis basis = motion_basis(problem_.robot);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(basis.transpose() *
-                                                               out.information * basis);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(basis.transpose() * out.information *
+                                                               basis);
     if (eigen.eigenvalues().minCoeff() > 1e-12 * eigen.eigenvalues().maxCoeff()) {
       const TwistBasis axes = basis * eigen.eigenvectors();
-      out.covariance =
-          axes * eigen.eigenvalues().cwiseInverse().asDiagonal() * axes.transpose();
+      out.covariance = axes * eigen.eigenvalues().cwiseInverse().asDiagonal() * axes.transpose();
     }
     return out;
   }

@@ -27,8 +27,8 @@ double variance_ratio_nearby(const CalibrationProblem& problem, const Calibratio
     if (!there) return std::numeric_limits<double>::infinity();
     const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> ratio(
         basis.transpose() * *there * basis, basis.transpose() * *result.covariance * basis);
-    largest = std::max(
-        {largest, ratio.eigenvalues().maxCoeff(), 1.0 / ratio.eigenvalues().minCoeff()});
+    largest =
+        std::max({largest, ratio.eigenvalues().maxCoeff(), 1.0 / ratio.eigenvalues().minCoeff()});
   }
   return largest;
 }

@@ -58,7 +58,7 @@ RunReadings readings_of(const Robot& robot, const DiagnosisRun& run) {
   for (const Measurement& m : run.measurements) {
     out.measurements.push_back(&m);
     out.statics.push_back(balance_equations(robot, m) > 0 ? StaticsModel::wrench
-                                                           : StaticsModel::none);
+                                                          : StaticsModel::none);
   }
   out.base = OffsetVector::Zero(2 * robot.cable_count() + 1);
   return out;
@@ -120,8 +120,8 @@ void project(DiagnosisSystem& system) {
 ModelRows::ModelRows(const DiagnosisModel& model, const Candidates& candidates)
     : model_(model), candidates_(candidates), layout_(layout_of(model, candidates)) {
   for (const DiagnosisRun& run : model.runs) {
-    runs_.push_back(std::make_unique<RunRows>(
-        model.robot, readings_of(model.robot, run), std::vector<WrenchRow>{}));
+    runs_.push_back(std::make_unique<RunRows>(model.robot, readings_of(model.robot, run),
+                                              std::vector<WrenchRow>{}));
   }
   weigh();
 }
@@ -183,8 +183,9 @@ void ModelRows::set_values(std::size_t r, const Eigen::VectorXd& values, const P
     const Measurement& m = model_.runs[r].measurements[which[k]];
     const double level = row_noise(model_, at_rest(Channel::balance), m);
     BalanceSigma& own = uncertain[k];
-    run.set_balance_sigma(which[k], {level * own.tension_N.array().isNaN().select(0.0, own.tension_N),
-                                     level * own.force_N, level * own.moment_Nm});
+    run.set_balance_sigma(which[k],
+                          {level * own.tension_N.array().isNaN().select(0.0, own.tension_N),
+                           level * own.force_N, level * own.moment_Nm});
     own.tension_N.setZero();  // of the roots below none is taken
   }
   run.set_effects(robot, std::move(active), std::move(derivatives),

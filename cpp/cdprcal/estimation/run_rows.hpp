@@ -133,8 +133,8 @@ class RunRows {
   TwistBasis free_, guided_;    ///< what the platform may do, and may not
   std::vector<int> silent_;     ///< of each pose
   bool any_silent_ = false;
-  std::vector<BalanceSigma> sigma_;     ///< where any is
-  std::vector<PartialBalance> partial_; ///< likewise
+  std::vector<BalanceSigma> sigma_;      ///< where any is
+  std::vector<PartialBalance> partial_;  ///< likewise
   lanes::Buffer numbers_, whitening_, tension_;
   OffsetVector offsets_;
   lanes::Buffer rows_, by_offset_, values_, state_, columns_;

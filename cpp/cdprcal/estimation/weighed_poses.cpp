@@ -23,7 +23,8 @@ WeighedPoses::WeighedPoses(const CalibrationProblem& problem, const std::vector<
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Measurement& measurement = problem.measurements[i];
     const int equations = balance_equations(problem.robot, measurement);
-    const bool told = problem.statics == StaticsModel::left_inverse ? equations == 6 : equations > 0;
+    const bool told =
+        problem.statics == StaticsModel::left_inverse ? equations == 6 : equations > 0;
     const bool counts = told && (i > 0 || problem.reference_statics);
     statics_.push_back(counts ? problem.statics : StaticsModel::none);
   }

@@ -55,7 +55,8 @@ class WeighedPoses {
   }
 
  private:
-  /// The poses with all six equations of the balance that have moved since `known_at`, which then says so.
+  /// The poses with all six equations of the balance that have moved since `known_at`, which then
+  /// says so.
   [[nodiscard]] std::vector<std::size_t> moved(std::vector<Pose>& known_at) const;
 
   const CalibrationProblem& problem_;

@@ -71,11 +71,11 @@ def command(
     made = _core.synthetic_log(the_robot, setpoints, options, poses if held else [])
     save_log(with_sensors(made.log, groups), output)
     if truth:
-        poses = [
+        documents = [
             {"time_s": time} | pose_as_dict(pose, the_robot.euler_convention)
             for time, pose in zip(made.log.time_s.tolist(), made.poses, strict=True)
         ]
-        write_text(Path(truth), strict_json({"poses": poses}))
+        write_text(Path(truth), strict_json({"poses": documents}))
     say(
         answers(),
         f"{output}: {len(made.log)} samples, {len(setpoints)} equilibria, "

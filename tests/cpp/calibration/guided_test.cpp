@@ -67,8 +67,8 @@ Rests rests(Motion motion, bool whole_lengths, double noise) {
   for (int i = 0; i < 16; ++i) {
     Eigen::VectorXd step(free.cols());
     for (double& s : step) s = 0.2 * random();
-    const Pose pose = plus(on_motion(robot, {{0.1, 0.0, 1.0}, Eigen::Quaterniond::Identity()}),
-                           free * step);
+    const Pose pose =
+        plus(on_motion(robot, {{0.1, 0.0, 1.0}, Eigen::Quaterniond::Identity()}), free * step);
     out.truth.push_back(pose);
     Measurement m =
         synthetic_measurement(robot, pose, balancing(robot, pose), PoseKind::static_pose, offsets,
@@ -161,9 +161,7 @@ TEST_P(Guided, DerivativesAreAlongItsFreedomsAlone) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Motions, Guided, ::testing::Values(Motion::t3, Motion::r1t2, Motion::t2),
-                         [](const auto& info) {
-                           return std::string("m") + to_string(info.param);
-                         });
+                         [](const auto& info) { return std::string("m") + to_string(info.param); });
 
 }  // namespace
 }  // namespace cdprcal::test

@@ -40,7 +40,8 @@ Case random_case(Rng& rng) {
 
 PartialBalance balance_of(const Case& c, const Pose& pose) {
   const PlatformState state = platform_state(c.robot, pose);
-  return partial_balance(state, c.tension_N, TwistBasis(6, 0), gravity_wrench(c.robot, state), c.sigma);
+  return partial_balance(state, c.tension_N, TwistBasis(6, 0), gravity_wrench(c.robot, state),
+                         c.sigma);
 }
 
 /// ½ |W (Ξᵀτ − f)|².
@@ -147,8 +148,7 @@ TEST(UnreadTensions, RestsAloneFindThePoseThatLoadCellsFind) {
 }
 
 TEST(UnreadTensions, OneDeadLoadCellCostsOneEquation) {
-  Scenario s =
-      scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 4);
+  Scenario s = scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 4);
   for (Measurement& m : s.problem.measurements) m.tension_N[2] = kNaN;
   Assembly assembly(s.problem, s.truth);
   assembly.poses().update_wrench_whitening(1.0);
