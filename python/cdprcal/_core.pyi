@@ -4071,14 +4071,14 @@ class NextStopChooser:
         measured: stops so far, in order, from 0; the robot is at the last one, or at τ0. initial: the estimate of ζ0, initial_reading_N [n] the load cells there. None: no stop is left that can be reached.
         """
 
-class FrameStatus(enum.Enum):
+class FrameStatus(enum.StrEnum):
     """
     How find_frame ended.
     """
 
-    converged = 0
-    not_converged = 1
-    unobservable = 2
+    converged = "converged"
+    not_converged = "not_converged"
+    unobservable = "unobservable"
 
 class Estimate:
     """
