@@ -43,8 +43,11 @@ __all__: list[str] = [
     "EquilibriumMean",
     "EquilibriumResult",
     "EquilibriumStatus",
+    "Estimate",
     "EulerConvention",
     "Formulation",
+    "FrameResult",
+    "FrameStatus",
     "Gap",
     "GatedReading",
     "Grid",
@@ -54,6 +57,7 @@ __all__: list[str] = [
     "InputError",
     "InverseResult",
     "KnownEffects",
+    "LeftOutPose",
     "Log",
     "Measurement",
     "Mesh",
@@ -150,6 +154,7 @@ __all__: list[str] = [
     "compute_workspace",
     "constant_tension_modes",
     "default_setpoints",
+    "default_stops",
     "describe_invalid",
     "detect_equilibria",
     "diagnose",
@@ -163,6 +168,7 @@ __all__: list[str] = [
     "expanded_effect",
     "explain_empty",
     "fifth_degree",
+    "find_frame",
     "follow_path",
     "format_log",
     "format_plan",
@@ -172,10 +178,13 @@ __all__: list[str] = [
     "fresh_rows",
     "gravity_stiffness",
     "gravity_wrench",
+    "held_orientation",
+    "holds_orientation",
     "in_solid_cell",
     "injectable_effects",
     "inverse",
     "inverse_along",
+    "is_rest_list",
     "lambda_of",
     "largest_inscribed_box",
     "left_inverse_rows",
@@ -191,6 +200,7 @@ __all__: list[str] = [
     "minus",
     "model_residuals",
     "number_table",
+    "parked_start",
     "parse_euler_convention",
     "parse_formulation",
     "parse_injected_effect",
@@ -322,9 +332,11 @@ class Pulley:
         x_axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
         swivel_axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
         radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        position_sigma_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]
+        | None = None,
     ) -> None:
         """
-        position_m [3]: D in the world. x_axis [3]: direction of zero swivel angle; swivel_axis [3]: perpendicular to it; both in world axes, any length. radius_m: 0 is a plain eyelet. Raises InputError naming the field.
+        position_m [3]: D in the world. x_axis [3]: direction of zero swivel angle; swivel_axis [3]: perpendicular to it; both in world axes, any length. radius_m: 0 is a plain eyelet. position_sigma_m [3]: how well position_m is known; None: as well as usual. Raises InputError naming the field.
         """
 
     @property
@@ -337,6 +349,12 @@ class Pulley:
     def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         D in the world [3] [m]; a copy.
+        """
+
+    @property
+    def position_sigma_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        How well position_m is known, along each world axis [3] [m]; NaN: as well as usual.
         """
 
     @property
@@ -394,9 +412,12 @@ class Platform:
         mass_kg: typing.SupportsFloat | typing.SupportsIndex,
         centre_of_mass_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
         inertia_kg_m2: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"],
+        motion: str = "3R3T",
+        motion_plane_normal: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]
+        | None = None,
     ) -> None:
         """
-        centre_of_mass_m [3]: s′ in the platform frame; inertia_kg_m2 [3, 3]: about the centre of mass, platform axes. Checked when a Robot is made of it.
+        centre_of_mass_m [3]: s′ in the platform frame; inertia_kg_m2 [3, 3]: about the centre of mass, platform axes. motion: 3R3T, 3T, 1R2T or 2T (turns R, shifts T); motion_plane_normal [3]: across the plane of the last two, in the world. Checked when a Robot is made of it.
         """
 
     @property
@@ -413,6 +434,19 @@ class Platform:
 
     @property
     def mass_kg(self) -> float: ...
+    @property
+    def motion(self) -> str:
+        """
+        What the platform can do: 3R3T, 3T, 1R2T or 2T (turns R, shifts T).
+        """
+
+    @property
+    def motion_plane_normal(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"] | None:
+        """
+        Across the plane of a planar motion, in the world [3]; None for the others.
+        """
 
 class SensorSigma:
     """
@@ -871,7 +905,7 @@ class InverseResult(EquilibriumResult):
     @property
     def lambda_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
-        [n - 3]: what reproduces these tensions with given_lambda.
+        [n - 3], from six cables on [n - 6]: what reproduces these tensions with given_lambda.
         """
 
     @property
@@ -1105,7 +1139,7 @@ class Workspace:
 
 class SetPoint:
     """
-    An equilibrium of constant tensions: command the tensions and the platform settles at the pose. Immutable.
+    An equilibrium. Up to five cables of constant tensions: command them and the platform settles at the pose; from six on lengths lead it there. Immutable.
     """
 
     def __init__(
@@ -1132,9 +1166,10 @@ class SetPointOptions:
         distribution: TensionDistribution = ...,
         lambda_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...,
         tension_margin_N: typing.SupportsFloat | typing.SupportsIndex | None = None,
+        rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"] | None = None,
     ) -> None:
         """
-        lambda_N [n - 3]: with given_lambda. tension_margin_N: least distance from the limits; default one sigma of the load cells.
+        lambda_N [n - 3], from six cables on [n - 6]: with given_lambda. tension_margin_N: least distance from the limits; default one sigma of the load cells. rotation [3, 3]: commanded, from six cables on; default held_orientation.
         """
 
     @property
@@ -1302,6 +1337,12 @@ class Plan:
 
     @property
     def duration_s(self) -> float: ...
+    @property
+    def led_by_lengths(self) -> bool:
+        """
+        Lengths lead the platform from pose to pose: six cables and more.
+        """
+
     @property
     def measured_count(self) -> int: ...
     @property
@@ -1994,6 +2035,12 @@ class Measurement:
     def absolute_yaw_rad(self) -> float:
         """
         [1] [rad]: yaw without an offset (compass, camera).
+        """
+
+    @property
+    def balance_counts(self) -> bool:
+        """
+        False: its balance of forces is left out (a slack cable, an outlier).
         """
 
     @property
@@ -3535,6 +3582,16 @@ class Simulator:
         Lets time pass. False: the platform ran into a pulley; the world stands still then.
         """
 
+    def command_each(
+        self,
+        velocity_m_s: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+        tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+        by_tension: collections.abc.Sequence[bool],
+    ) -> None:
+        """
+        Each drive by itself, n values each: True its tension, False its speed of pay-out.
+        """
+
     def command_tension(
         self, tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
     ) -> None:
@@ -3580,6 +3637,15 @@ class Simulator:
     def reset_at(self, pose: Pose) -> RestResult:
         """
         At rest with the cable lengths of this pose, winches locked.
+        """
+
+    def reset_held(
+        self,
+        pose: Pose,
+        tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+    ) -> RestResult:
+        """
+        At rest at this very pose, held by the lengths of six cables and more, under the tensions in balance there that are closest to these [N].
         """
 
     def truth(self) -> PlantTruth: ...
@@ -3693,7 +3759,7 @@ class WatchdogOptions:
 
 class StartUpPlan:
     """
-    Tension set-points to visit, the first is tau_0; transition_s empty, or 0 for one: derived from the robot; via: settle there and go on without measuring, empty: measure everywhere.
+    Tension set-points to visit, the first is tau_0; transition_s empty, or 0 for one: derived from the robot; via: settle there and go on without measuring, empty: measure everywhere; pose: lengths lead the platform of six cables and more from one to the next, empty: tensions lead it.
     """
 
     def __init__(
@@ -3703,7 +3769,10 @@ class StartUpPlan:
         ],
         transition_s: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [],
         via: collections.abc.Sequence[bool] = [],
+        pose: collections.abc.Sequence[Pose] = [],
     ) -> None: ...
+    @property
+    def pose(self) -> list[Pose]: ...
     @property
     def setpoint_N(
         self,
@@ -3758,6 +3827,12 @@ class StartUpCommand:
     """
     What to do until the next sample.
     """
+
+    @property
+    def by_tension(self) -> list[bool]:
+        """
+        [n] where lengths lead the platform: True, the drive follows its tension set-point; False, it must follow velocity_m_s. Empty: all alike.
+        """
 
     @property
     def locked(self) -> bool:
@@ -3996,6 +4071,187 @@ class NextStopChooser:
         measured: stops so far, in order, from 0; the robot is at the last one, or at τ0. initial: the estimate of ζ0, initial_reading_N [n] the load cells there. None: no stop is left that can be reached.
         """
 
+class FrameStatus(enum.StrEnum):
+    """
+    How find_frame ended.
+    """
+
+    converged = "converged"
+    not_converged = "not_converged"
+    unobservable = "unobservable"
+
+class Estimate:
+    """
+    One number and its standard deviation. Immutable.
+    """
+
+    def __repr__(self) -> str: ...
+    @property
+    def sigma(self) -> float: ...
+    @property
+    def value(self) -> float: ...
+
+class LeftOutPose:
+    """
+    A pose whose readings do not fit the frame. Immutable.
+    """
+
+    @property
+    def cable(self) -> int:
+        """
+        The one whose reading is off, from 0; -1: no single one.
+        """
+
+    @property
+    def error_m(self) -> float:
+        """
+        By which it is; NaN: no single one.
+        """
+
+    @property
+    def log(self) -> int:
+        """
+        Which log, from 0.
+        """
+
+    @property
+    def sample(self) -> int:
+        """
+        Its row, from 0; of a rest the first one.
+        """
+
+class FrameResult:
+    """
+    Where the pulleys of a frame are. Look at status first. Immutable.
+    """
+
+    def __repr__(self) -> str: ...
+    @property
+    def anchors_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        Pulley positions in the world [n, 3]; what fixes the world is said by gauge.
+        """
+
+    @property
+    def anchors_sigma_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        Their standard deviations [n, 3], lack of fit included; 0 where gauge fixes them.
+        """
+
+    @property
+    def corrected(self) -> Robot:
+        """
+        The robot with these pulleys and their position_sigma_m.
+        """
+
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        Of all positions, one pulley after the other [3n, 3n] [m²].
+        """
+
+    @property
+    def gauge(self) -> str:
+        """
+        What fixes the frame in the world, in words.
+        """
+
+    @property
+    def held_out_rms_m(self) -> float:
+        """
+        Of poses that the frame was not fitted to, a fifth at a time.
+        """
+
+    @property
+    def iterations(self) -> int: ...
+    @property
+    def lack_of_fit(self) -> float:
+        """
+        By which σ are larger than those of independent readings, since residuals of neighbouring poses hang together.
+        """
+
+    @property
+    def left_out(self) -> list[LeftOutPose]:
+        """
+        List of LeftOutPose.
+        """
+
+    @property
+    def next(self) -> list[str]:
+        """
+        Which poses would tell more, in words.
+        """
+
+    @property
+    def noise_m(self) -> float:
+        """
+        Of one length, from the residuals.
+        """
+
+    @property
+    def not_determined(self) -> list[str]:
+        """
+        In words.
+        """
+
+    @property
+    def off_plane_m(self) -> Estimate | None:
+        """
+        How far belts run outside the plane, where readings show it; else None.
+        """
+
+    @property
+    def offset_m(self) -> list[Estimate]:
+        """
+        Reading minus whole length: none, one for all cables, or one a cable.
+        """
+
+    @property
+    def poses(self) -> list[Pose]:
+        """
+        Of the poses that were kept.
+        """
+
+    @property
+    def reason(self) -> str:
+        """
+        One sentence.
+        """
+
+    @property
+    def residual_m(self) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]:
+        """
+        Model minus reading of the lengths [n] at each of them.
+        """
+
+    @property
+    def rms_m(self) -> float:
+        """
+        Of the lengths' residuals.
+        """
+
+    @property
+    def scale(self) -> Estimate | None:
+        """
+        Readings a metre - 1 [1], where a tracker shows it; else None.
+        """
+
+    @property
+    def solve_time_s(self) -> float: ...
+    @property
+    def status(self) -> FrameStatus: ...
+    @property
+    def stiffness_N(self) -> Estimate | None:
+        """
+        EA of the cables, where tensions show it; else None.
+        """
+
+    @property
+    def weight_N(self) -> Estimate | None:
+        """
+        Of the platform, from the tensions; None without.
+        """
+
 def all_equilibria_at(
     robot: Robot,
     position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
@@ -4003,9 +4259,10 @@ def all_equilibria_at(
     distribution: TensionDistribution = ...,
     lambda_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...,
     stability: StabilityNotion = ...,
+    rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"] | None = None,
 ) -> list[InverseResult]:
     """
-    All distinct equilibria at a position that about a dozen starts reach: found ones first, by falling tension margin.
+    All distinct equilibria at a position that about a dozen starts reach: found ones first, by falling tension margin; from six cables on the one at the commanded rotation.
     """
 
 def all_equilibria_from_lengths(
@@ -4087,6 +4344,7 @@ def compute_workspace(
     distribution: TensionDistribution = ...,
     lambda_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...,
     stability: StabilityNotion = ...,
+    rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"] | None = None,
     seeds_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] | None = None,
     threads: typing.SupportsInt | typing.SupportsIndex = 0,
     boundary_halvings: typing.SupportsInt | typing.SupportsIndex = 5,
@@ -4115,7 +4373,17 @@ def default_setpoints(
     nz: typing.SupportsInt | typing.SupportsIndex,
 ) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]:
     """
-    Tension set-points of an nx × ny × nz grid of equilibria, visited in a serpentine. Needs 3 to 5 cables; raises InputError when no such grid is found.
+    Tension set-points of an nx × ny × nz grid of equilibria, visited in a serpentine. Raises InputError for fewer than 3 cables and when no such grid is found.
+    """
+
+def default_stops(
+    robot: Robot,
+    nx: typing.SupportsInt | typing.SupportsIndex,
+    ny: typing.SupportsInt | typing.SupportsIndex,
+    nz: typing.SupportsInt | typing.SupportsIndex,
+) -> tuple[list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]], list[Pose]]:
+    """
+    As default_setpoints, with the poses: (setpoints_N, poses).
     """
 
 def describe_invalid(state: PlatformState) -> str:
@@ -4211,6 +4479,19 @@ def fifth_degree(fraction: typing.SupportsFloat | typing.SupportsIndex) -> float
     Smooth 0 → 1 with zero speed and acceleration at both ends.
     """
 
+def find_frame(
+    robot: Robot,
+    logs: collections.abc.Sequence[Log],
+    *,
+    offset: str = "common",
+    poses: str = "automatic",
+    leave_out: bool = True,
+    off_plane: bool = True,
+) -> FrameResult:
+    """
+    Pulley positions, offsets and scale from the poses of one or more logs of one robot. offset: what whole lengths may be wrong by: 'none', 'common' or 'each'. poses: 'samples', 'rests', or 'automatic'. leave_out: poses that do not belong, named in left_out. off_plane: whether belts of a planar robot may run outside the plane. Raises InputError for logs that do not fit the robot or hold no lengths.
+    """
+
 def follow_path(
     robot: Robot,
     from_set_point: SetPoint,
@@ -4284,6 +4565,18 @@ def gravity_wrench(
     f of eq. 6 [6] [N, Nm]: weight and its moment about P, world axes.
     """
 
+def held_orientation(
+    robot: Robot,
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+    """
+    The rotation [3, 3] in which six cables and more are commanded to hold the platform when nobody says: the robot file's own, or the best turn about the vertical.
+    """
+
+def holds_orientation(robot: Robot) -> bool:
+    """
+    Whether lengths hold the whole pose: six cables or more. Then poses are commanded and tensions chosen; with fewer, tensions are commanded and statics choose the orientation.
+    """
+
 def in_solid_cell(
     workspace: Workspace,
     position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
@@ -4305,9 +4598,10 @@ def inverse(
     lambda_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...,
     stability: StabilityNotion = ...,
     start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"] | None = None,
+    rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"] | None = None,
 ) -> InverseResult:
     """
-    Inverse geometrico-static problem (eqs A1-A3): orientation and tensions at position_m [3] of P. lambda_N [n - 3]: with given_lambda. start [3, 3]: a rotation close to the solution; without it the search is by NLopt from several. Raises InputError unless 3 ≤ n ≤ 5.
+    Inverse geometrico-static problem (eqs A1-A3): orientation and tensions at position_m [3] of P. lambda_N [n - 3]: with given_lambda. start [3, 3]: a rotation close to the solution; without it the search is by NLopt from several. From six cables on rotation [3, 3] is commanded (default: held_orientation), the tensions are chosen, and lambda_N has n - 6 values. Raises InputError for n < 3 and for a rotation of fewer than six.
     """
 
 def inverse_along(
@@ -4317,6 +4611,7 @@ def inverse_along(
     distribution: TensionDistribution = ...,
     lambda_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...,
     stability: StabilityNotion = ...,
+    rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"] | None = None,
 ) -> tuple[
     list[EquilibriumStatus],
     typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"],
@@ -4326,13 +4621,18 @@ def inverse_along(
     The inverse problem at positions_m [m, 3], each continued from the one before by Newton steps, from nothing by NLopt where that fails: (status [m], quaternion_wxyz [m, 4], tension_N [m, n]), NaN where there is no balance. Raises InputError as inverse does.
     """
 
+def is_rest_list(log: Log, gap_s: typing.SupportsFloat | typing.SupportsIndex = 2.0) -> bool:
+    """
+    Whether a log has at most 400 rows, no two of them within gap_s: each is then taken as the reading of one rest.
+    """
+
 def lambda_of(
     robot: Robot,
     state: PlatformState,
     tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
     """
-    lambda [n - 3] [N] of given tensions at a pose; empty when the cables do not span space.
+    lambda [n - 3], from six cables on [n - 6], [N] of given tensions at a pose; empty when the cables do not span space.
     """
 
 def largest_inscribed_box(workspace: Workspace) -> Box | None:
@@ -4406,7 +4706,7 @@ def make_plan(
     progress: collections.abc.Callable[[str, float], typing.Any] | None = None,
 ) -> PlanResult:
     """
-    Which poses, in which order, at which tensions and how fast (paper §3.2), every path checked. grid: positions along x, y, z of the box (default: eq. 19 for irma4, else proposed). optimal > 0: that many poses chosen by observability instead. positions_m [k, 3]: instead of both. home_m [3]: where the run starts (default: the middle of the box). visits, seed: of the random order. bounds: that the platform may not leave. progress(stage, share): False stops. The robot's known effects are applied. A pose that cannot be measured or reached is a status. Raises InputError for options that make no sense and unless 3 ≤ n ≤ 5.
+    Which poses, in which order, at which tensions and how fast (paper §3.2), every path checked. grid: positions along x, y, z of the box (default: eq. 19 for irma4, else proposed). optimal > 0: that many poses chosen by observability instead. positions_m [k, 3]: instead of both. home_m [3]: where the run starts (default: the middle of the box). visits, seed: of the random order. bounds: that the platform may not leave. progress(stage, share): False stops. The robot's known effects are applied. A pose that cannot be measured or reached is a status. Raises InputError for options that make no sense and for n < 3.
     """
 
 def measurement_at(
@@ -4446,6 +4746,16 @@ def number_table(
 ) -> tuple[numpy.typing.NDArray[numpy.float64], tuple[int, int, bytes] | None]:
     """
     (values [lines, columns], wrong) of comma-separated lines that begin at bytes `begin`; `columns` count from 0 and increase. NaN for a blank cell. wrong: None, or (line, column, text) of the first cell that is no number, and values end before that line. The text is not copied. Raises InputError for lines outside the text.
+    """
+
+def parked_start(
+    robot: Robot,
+    meant: Pose,
+    seed: typing.SupportsInt | typing.SupportsIndex,
+    tries: typing.SupportsInt | typing.SupportsIndex = 200,
+) -> SetPoint | None:
+    """
+    Where a robot of six cables and more may have been parked for a run that begins at the Pose `meant`: a SetPoint as near as people park by eye; the same for the same seed. None when `tries` poses were not wrench-feasible. Raises InputError for fewer cables.
     """
 
 def parse_euler_convention(name: str) -> EulerConvention:
@@ -4630,7 +4940,7 @@ def segments(
     log: Log, gap_s: typing.SupportsFloat | typing.SupportsIndex = 2.0
 ) -> list[SampleRange]:
     """
-    Segments of a log: a gap longer than gap_s starts a new one. The last is the run.
+    Segments of a log: a gap longer than gap_s starts a new one. The last is the run. A list of rests (is_rest_list) is one segment.
     """
 
 def set_point_at(
@@ -4669,6 +4979,7 @@ def simulate_startup(
     log_rate_Hz: typing.SupportsFloat | typing.SupportsIndex = 10.0,
     initial_tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
     | None = None,
+    initial_pose: Pose | None = None,
     progress: typing.Any = None,
 ) -> StartUpRun:
     """
@@ -4727,9 +5038,10 @@ def synthetic_log(
         typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
     ],
     options: SyntheticLogOptions | None = None,
+    poses: collections.abc.Sequence[Pose] = [],
 ) -> SyntheticLog:
     """
-    A quasi-static start-up run through tension set-points [poses][n] under perfect tension control. Raises InputError where there is no stable equilibrium.
+    A quasi-static start-up run through tension set-points [poses][n] under perfect tension control; with poses, one a set-point, led there by the lengths of six cables and more. Raises InputError where there is no stable equilibrium.
     """
 
 def synthetic_measurement(
@@ -4796,7 +5108,7 @@ def with_known_effects(robot: Robot, log: Log) -> tuple[Robot, Log]:
 
 def workspace_box(robot: Robot) -> Box:
     """
-    Where a suspended platform may be: the pulleys' horizontal rectangle, down from the highest pulley by its larger side, not below the floor.
+    Where a suspended platform may be: the pulleys' horizontal rectangle, down from the highest pulley by its larger side, not below the floor; down to the lowest pulley where cables of six or more pull from below, too.
     """
 
 def workspace_shape(
