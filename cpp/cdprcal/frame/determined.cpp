@@ -19,18 +19,16 @@ constexpr double kNamed = 0.35;
 constexpr int kFurtherPoses = 3;
 constexpr int kMostWeak = 3;
 
-/// Rigid motions of all pulleys, as shifts of their coordinates along the unknowns' axes.
-Eigen::MatrixXd rigid_motions(const FrameProblem& problem) {
-  const FrameUnknowns& u = problem.unknowns;
+/// Rigid motions of all pulleys from where they are, as shifts along the unknowns' axes.
+Eigen::MatrixXd rigid_motions(const FrameUnknowns& u, const Robot& robot) {
   const bool flat = u.axis_count == 2;
   Vector3 middle = Vector3::Zero();
-  for (const Cable& cable : problem.robot.cables) {
+  for (const Cable& cable : robot.cables) {
     middle += cable.pulley.position_m / u.cables;
   }
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(u.axis_count * u.cables, flat ? 3 : 6);
   for (int i = 0; i < u.cables; ++i) {
-    const Vector3 arm =
-        problem.robot.cables[static_cast<std::size_t>(i)].pulley.position_m - middle;
+    const Vector3 arm = robot.cables[static_cast<std::size_t>(i)].pulley.position_m - middle;
     for (int axis = 0; axis < u.axis_count; ++axis) {
       const int row = u.anchor(i, axis);
       out(row, axis) = 1.0;
@@ -45,12 +43,13 @@ Eigen::MatrixXd rigid_motions(const FrameProblem& problem) {
 
 /// Leaves out of a covariance of the anchors the rigid motions that only the prior fixes; says how
 /// many they are.
-int leave_out_motions(const FrameProblem& problem, Eigen::MatrixXd& covariance) {
+int leave_out_motions(const FrameProblem& problem, const Robot& robot,
+                      Eigen::MatrixXd& covariance) {
   const FrameUnknowns& u = problem.unknowns;
   const int size = u.axis_count * u.cables;
   const Eigen::VectorXd weight = u.precision.head(size);
   if (!(weight.minCoeff() > 0.0)) return 0;  // held by a convention, or by a tracker
-  const Eigen::MatrixXd rigid = rigid_motions(problem);
+  const Eigen::MatrixXd rigid = rigid_motions(problem.unknowns, robot);
   const Eigen::MatrixXd gram = rigid.transpose() * weight.asDiagonal() * rigid;
   const Eigen::MatrixXd prior = gram.inverse();
   const Eigen::MatrixXd coefficient = prior * rigid.transpose() * weight.asDiagonal();
@@ -210,7 +209,8 @@ std::vector<Eigen::MatrixXd> told_by(const FrameProblem& problem, const FrameSta
 
 }  // namespace
 
-Knowledge knowledge(const FrameProblem& problem, const FrameInformation& information) {
+Knowledge knowledge(const FrameProblem& problem, const FrameState& state,
+                    const FrameInformation& information) {
   const FrameUnknowns& u = problem.unknowns;
   Knowledge out;
   if (!information.valid) return out;
@@ -234,7 +234,7 @@ Knowledge knowledge(const FrameProblem& problem, const FrameInformation& informa
   out.parameters = (out.covariance * information.normal).trace();
   const double variance = scatter(information, out.covariance);
   out.lack_of_fit = std::sqrt(variance);
-  out.free_motions = leave_out_motions(problem, out.covariance);
+  out.free_motions = leave_out_motions(problem, moved(problem, state.values), out.covariance);
   out.covariance *= variance;
   out.valid = true;
   return out;
@@ -294,6 +294,7 @@ std::vector<std::string> further_poses(const FrameProblem& problem, const FrameS
         best_covariance = after;
       }
     }
+    if (!(least >= 0.0 && least < before)) break;  // rounding is all that is left
     const Vector3& p = places[best].position_m;
     out.push_back("a pose at " + components(p) + " m: the least known direction to " +
                   format("%.0f %%", 100.0 * std::sqrt(least / before)) + " of its error now");
@@ -330,8 +331,8 @@ std::vector<std::string> stretched_repeats(const FrameProblem& problem) {
   if (pairs == 0 || tensions) return {};
   return {"the stiffness of the cables: in " + std::to_string(pairs) +
           (pairs == 1 ? " pair" : " pairs") +
-          " of poses the platform stood still while cables were pulled tighter and read up to " +
-          millimetres(least) + (pairs == 1 ? "" : " to " + millimetres(most)) +
+          " of poses the platform stood still while cables were pulled tighter and read " +
+          (pairs == 1 ? "" : millimetres(least) + " to ") + millimetres(most) +
           " less, a stretch of up to " + format("%.2f %%", 100.0 * stretch) +
           "; a stiffness needs the tensions, and is the change of tension divided by that stretch"};
 }

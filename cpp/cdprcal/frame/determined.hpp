@@ -20,7 +20,8 @@ struct Knowledge {
 
 /// At a settled state. Neighbouring poses whose residuals hang together count for less: the scores
 /// of blocks of poses scatter more than their rows do (a sandwich, as one factor).
-Knowledge knowledge(const FrameProblem& problem, const FrameInformation& information);
+Knowledge knowledge(const FrameProblem& problem, const FrameState& state,
+                    const FrameInformation& information);
 
 /// The directions of anchors and offsets that are known to less than `enough_m`, in words, worst
 /// first.

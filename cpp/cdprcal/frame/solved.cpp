@@ -64,11 +64,11 @@ void solve(Solved& s, int max_iterations) {
     minimise(s.problem, s.state, max_iterations);
     if (!std::isfinite(s.state.cost)) return;
     s.information = information(s.problem, s.state);
-    s.known = knowledge(s.problem, s.information);
+    s.known = knowledge(s.problem, s.state, s.information);
     if (!s.known.valid) return;
     const double change = estimate_noise(s.problem, s.information, s.known);
     s.information = information(s.problem, s.state);
-    s.known = knowledge(s.problem, s.information);
+    s.known = knowledge(s.problem, s.state, s.information);
     if (!s.known.valid || change < kNoiseSettled) return;
   }
 }
