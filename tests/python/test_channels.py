@@ -35,10 +35,12 @@ def naming(name: str) -> list[str]:
     """The files of the product that name a channel."""
     folders = ("cpp/cdprcal", "bindings", "python/cdprcal")
     files = (path for folder in folders for path in sorted((ROOT / folder).rglob("*.*")))
+    frames = (ROOT / "cpp/cdprcal/frame", ROOT / "python/cdprcal/cli/geometry.py")
     return [
         path.relative_to(ROOT).as_posix()
         for path in files
         if path.suffix in (".cpp", ".hpp", ".py", ".pyi", ".json", ".html", ".js")
+        and not any(path.is_relative_to(frame) for frame in frames)  # found from whole lengths
         and name in path.read_text(encoding="utf-8")
     ]
 

@@ -27,6 +27,7 @@ ORDER = (
     "import",
     "calibrate",
     "diagnose",
+    "geometry",
     "report",
     "repeat",
     "replay",
@@ -49,6 +50,12 @@ def examples(command: str) -> list[str]:
     return [line.partition(": ")[2] for line in lines]
 
 
+def page_blocks(language: str, page: str) -> list[str]:
+    """The blocks of a page of the documentation in a language."""
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+
+
 @pytest.fixture(scope="module")
 def folder(synthetic: cdprcal.SyntheticLog, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where all are run, one after the other; the robot's raw log and ROS's program are there."""
@@ -57,6 +64,11 @@ def folder(synthetic: cdprcal.SyntheticLog, tmp_path_factory: pytest.TempPathFac
     kilograms(synthetic.log, folder).rename(folder / "raw.csv")
     (folder / "examples").symlink_to(ROOT / "examples")
     (folder / "mine.yaml").symlink_to(ROOT / "examples" / "canopen-simulated.yaml")
+    belts, records = page_blocks("yaml", "robots/maslow.md")[:2]
+    (folder / "belts.yaml").write_text(belts)
+    (folder / "records.yaml").write_text(records)
+    (script,) = page_blocks("python", "robots/maslow.md")
+    subprocess.run([sys.executable, "-c", script], cwd=folder, check=True)
     programs = folder / ".bin"
     programs.mkdir()
     for name, line in (("cdprcal", f'exec "{sys.executable}" -m cdprcal "$@"'), ("ros2", "exit 0")):

@@ -43,9 +43,18 @@ Eigen::Map<const Eigen::VectorXd> readings_of(const Measurement& m, Channel chan
 }
 
 int doubled_readings(const Measurement& m) {
-  int count = std::isfinite(m.roll_pitch_yaw_rad[2]) && std::isfinite(m.absolute_yaw_rad) ? 1 : 0;
-  for (Eigen::Index c = 0; c < std::min(m.length_m.size(), m.direct_length_m.size()); ++c) {
-    if (std::isfinite(m.length_m[c]) && std::isfinite(m.direct_length_m[c])) ++count;
+  int count = 0;
+  for (const ChannelRow& relative : kChannelTable) {
+    for (const ChannelRow& whole : kChannelTable) {
+      const bool alike = relative.has_offset && !whole.has_offset && whole.of().is_absolute() &&
+                         relative.count == whole.count &&
+                         relative.of().is_angle() == whole.of().is_angle();
+      if (!alike) continue;
+      const auto a = readings_of(m, channel_of(relative)), b = readings_of(m, channel_of(whole));
+      for (Eigen::Index c = 0; c < std::min(a.size(), b.size()); ++c) {
+        if (std::isfinite(a[c]) && std::isfinite(b[c])) ++count;
+      }
+    }
   }
   return count;
 }

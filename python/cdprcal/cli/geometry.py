@@ -21,7 +21,7 @@ from cdprcal.command import (
 )
 from cdprcal.completion import words
 
-EXAMPLE = "Example: cdprcal geometry belts.yaml grid.txt --map map.yaml -o calibrated.yaml"
+EXAMPLE = "Example: cdprcal geometry belts.yaml grid.txt --map records.yaml -o calibrated.yaml"
 
 
 @reports_errors

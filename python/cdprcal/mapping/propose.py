@@ -20,7 +20,7 @@ from cdprcal.mapping.apply import apply_map
 from cdprcal.mapping.document import GROUPS, QUATERNIONS, Map, parse_map, quoted
 from cdprcal.mapping.raw import Floats, RawTable
 from cdprcal.mapping.read import read_raw
-from cdprcal.mapping.recognise import Name, taken_apart
+from cdprcal.mapping.recognise import WHOLE_LENGTHS, Name, taken_apart
 from cdprcal.mapping.units import UNITS
 from cdprcal.sensors import MOST_CABLES
 
@@ -134,7 +134,7 @@ def _records(raw: RawTable, robot: _core.Robot) -> list[Line]:
         return []
     unit = min(UNITS["m"], key=lambda unit: abs(math.log(UNITS["m"][unit] * longest / size_m)))
     why = "a number for each cable, in the order of the robot file's; unit by the robot's size"
-    return [Line("direct_lengths", columns, unit, (1,) * len(columns), "guess", why)]
+    return [Line(WHOLE_LENGTHS, columns, unit, (1,) * len(columns), "guess", why)]
 
 
 # Times.

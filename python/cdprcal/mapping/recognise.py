@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from cdprcal.mapping.units import unit_named
 
+WHOLE_LENGTHS = "direct_lengths"
+
 #: Words that make a column a reading of a kind, in the languages of labs; the first kind that has a
 #: word wins, so that 'tension set-point' is no tension and 'cable velocity' no length.
 _WORDS: tuple[tuple[str, str], ...] = (
@@ -22,7 +24,7 @@ _WORDS: tuple[tuple[str, str], ...] = (
     ),
     ("time", r"time|t|zeit|timestamp|stamp|clock|temps|tempo|tiempo|millis|sec|uhrzeit|datetime"),
     ("quaternion", r"q[wxyz]|quat\w*|orientation|quaternion"),
-    ("direct_lengths", r"laser|tape|distance|direct"),
+    (WHOLE_LENGTHS, r"laser|tape|distance|direct"),
     ("position_m", r"tracker|mocap|vicon|optitrack|leica|pos[xyz]"),
     ("roll", r"roll|phi|rx|rollen|rollwinkel|roulis|rollio|euler_?x|wank\w*"),
     ("pitch", r"pitch|theta|ry|nick\w*|neigung|tangage|beccheggio|euler_?y"),
