@@ -149,6 +149,7 @@ __all__: list[str] = [
     "compute_workspace",
     "constant_tension_modes",
     "default_setpoints",
+    "default_stops",
     "describe_invalid",
     "detect_equilibria",
     "diagnose",
@@ -171,6 +172,8 @@ __all__: list[str] = [
     "fresh_rows",
     "gravity_stiffness",
     "gravity_wrench",
+    "held_orientation",
+    "holds_orientation",
     "in_solid_cell",
     "injectable_effects",
     "inverse",
@@ -190,6 +193,7 @@ __all__: list[str] = [
     "minus",
     "model_residuals",
     "number_table",
+    "parked_start",
     "parse_euler_convention",
     "parse_formulation",
     "parse_injected_effect",
@@ -870,7 +874,7 @@ class InverseResult(EquilibriumResult):
     @property
     def lambda_N(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
-        [n - 3]: what reproduces these tensions with given_lambda.
+        [n - 3], from six cables on [n - 6]: what reproduces these tensions with given_lambda.
         """
 
     @property
@@ -1104,7 +1108,7 @@ class Workspace:
 
 class SetPoint:
     """
-    An equilibrium of constant tensions: command the tensions and the platform settles at the pose. Immutable.
+    An equilibrium. Up to five cables of constant tensions: command them and the platform settles at the pose; from six on lengths lead it there. Immutable.
     """
 
     def __init__(
@@ -1131,9 +1135,10 @@ class SetPointOptions:
         distribution: TensionDistribution = ...,
         lambda_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...,
         tension_margin_N: typing.SupportsFloat | typing.SupportsIndex | None = None,
+        rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"] | None = None,
     ) -> None:
         """
-        lambda_N [n - 3]: with given_lambda. tension_margin_N: least distance from the limits; default one sigma of the load cells.
+        lambda_N [n - 3], from six cables on [n - 6]: with given_lambda. tension_margin_N: least distance from the limits; default one sigma of the load cells. rotation [3, 3]: commanded, from six cables on; default held_orientation.
         """
 
     @property
@@ -1301,6 +1306,12 @@ class Plan:
 
     @property
     def duration_s(self) -> float: ...
+    @property
+    def led_by_lengths(self) -> bool:
+        """
+        Lengths lead the platform from pose to pose: six cables and more.
+        """
+
     @property
     def measured_count(self) -> int: ...
     @property
@@ -3525,6 +3536,16 @@ class Simulator:
         Lets time pass. False: the platform ran into a pulley; the world stands still then.
         """
 
+    def command_each(
+        self,
+        velocity_m_s: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+        tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+        by_tension: collections.abc.Sequence[bool],
+    ) -> None:
+        """
+        Each drive by itself, n values each: True its tension, False its speed of pay-out.
+        """
+
     def command_tension(
         self, tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
     ) -> None:
@@ -3570,6 +3591,15 @@ class Simulator:
     def reset_at(self, pose: Pose) -> RestResult:
         """
         At rest with the cable lengths of this pose, winches locked.
+        """
+
+    def reset_held(
+        self,
+        pose: Pose,
+        tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+    ) -> RestResult:
+        """
+        At rest at this very pose, held by the lengths of six cables and more, under the tensions in balance there that are closest to these [N].
         """
 
     def truth(self) -> PlantTruth: ...
@@ -3683,7 +3713,7 @@ class WatchdogOptions:
 
 class StartUpPlan:
     """
-    Tension set-points to visit, the first is tau_0; transition_s empty, or 0 for one: derived from the robot; via: settle there and go on without measuring, empty: measure everywhere.
+    Tension set-points to visit, the first is tau_0; transition_s empty, or 0 for one: derived from the robot; via: settle there and go on without measuring, empty: measure everywhere; pose: lengths lead the platform of six cables and more from one to the next, empty: tensions lead it.
     """
 
     def __init__(
@@ -3693,7 +3723,10 @@ class StartUpPlan:
         ],
         transition_s: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [],
         via: collections.abc.Sequence[bool] = [],
+        pose: collections.abc.Sequence[Pose] = [],
     ) -> None: ...
+    @property
+    def pose(self) -> list[Pose]: ...
     @property
     def setpoint_N(
         self,
@@ -3748,6 +3781,12 @@ class StartUpCommand:
     """
     What to do until the next sample.
     """
+
+    @property
+    def by_tension(self) -> list[bool]:
+        """
+        [n] where lengths lead the platform: True, the drive follows its tension set-point; False, it must follow velocity_m_s. Empty: all alike.
+        """
 
     @property
     def locked(self) -> bool:
@@ -3993,9 +4032,10 @@ def all_equilibria_at(
     distribution: TensionDistribution = ...,
     lambda_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...,
     stability: StabilityNotion = ...,
+    rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"] | None = None,
 ) -> list[InverseResult]:
     """
-    All distinct equilibria at a position that about a dozen starts reach: found ones first, by falling tension margin.
+    All distinct equilibria at a position that about a dozen starts reach: found ones first, by falling tension margin; from six cables on the one at the commanded rotation.
     """
 
 def all_equilibria_from_lengths(
@@ -4077,6 +4117,7 @@ def compute_workspace(
     distribution: TensionDistribution = ...,
     lambda_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...,
     stability: StabilityNotion = ...,
+    rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"] | None = None,
     seeds_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] | None = None,
     threads: typing.SupportsInt | typing.SupportsIndex = 0,
     boundary_halvings: typing.SupportsInt | typing.SupportsIndex = 5,
@@ -4105,7 +4146,17 @@ def default_setpoints(
     nz: typing.SupportsInt | typing.SupportsIndex,
 ) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]:
     """
-    Tension set-points of an nx × ny × nz grid of equilibria, visited in a serpentine. Needs 3 to 5 cables; raises InputError when no such grid is found.
+    Tension set-points of an nx × ny × nz grid of equilibria, visited in a serpentine. Raises InputError for fewer than 3 cables and when no such grid is found.
+    """
+
+def default_stops(
+    robot: Robot,
+    nx: typing.SupportsInt | typing.SupportsIndex,
+    ny: typing.SupportsInt | typing.SupportsIndex,
+    nz: typing.SupportsInt | typing.SupportsIndex,
+) -> tuple[list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]], list[Pose]]:
+    """
+    As default_setpoints, with the poses: (setpoints_N, poses).
     """
 
 def describe_invalid(state: PlatformState) -> str:
@@ -4274,6 +4325,18 @@ def gravity_wrench(
     f of eq. 6 [6] [N, Nm]: weight and its moment about P, world axes.
     """
 
+def held_orientation(
+    robot: Robot,
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+    """
+    The rotation [3, 3] in which six cables and more are commanded to hold the platform when nobody says: the robot file's own, or the best turn about the vertical.
+    """
+
+def holds_orientation(robot: Robot) -> bool:
+    """
+    Whether lengths hold the whole pose: six cables or more. Then poses are commanded and tensions chosen; with fewer, tensions are commanded and statics choose the orientation.
+    """
+
 def in_solid_cell(
     workspace: Workspace,
     position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
@@ -4295,9 +4358,10 @@ def inverse(
     lambda_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...,
     stability: StabilityNotion = ...,
     start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"] | None = None,
+    rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"] | None = None,
 ) -> InverseResult:
     """
-    Inverse geometrico-static problem (eqs A1-A3): orientation and tensions at position_m [3] of P. lambda_N [n - 3]: with given_lambda. start [3, 3]: a rotation close to the solution; without it the search is by NLopt from several. Raises InputError unless 3 ≤ n ≤ 5.
+    Inverse geometrico-static problem (eqs A1-A3): orientation and tensions at position_m [3] of P. lambda_N [n - 3]: with given_lambda. start [3, 3]: a rotation close to the solution; without it the search is by NLopt from several. From six cables on rotation [3, 3] is commanded (default: held_orientation), the tensions are chosen, and lambda_N has n - 6 values. Raises InputError for n < 3 and for a rotation of fewer than six.
     """
 
 def inverse_along(
@@ -4307,6 +4371,7 @@ def inverse_along(
     distribution: TensionDistribution = ...,
     lambda_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...,
     stability: StabilityNotion = ...,
+    rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"] | None = None,
 ) -> tuple[
     list[EquilibriumStatus],
     typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"],
@@ -4322,7 +4387,7 @@ def lambda_of(
     tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
     """
-    lambda [n - 3] [N] of given tensions at a pose; empty when the cables do not span space.
+    lambda [n - 3], from six cables on [n - 6], [N] of given tensions at a pose; empty when the cables do not span space.
     """
 
 def largest_inscribed_box(workspace: Workspace) -> Box | None:
@@ -4396,7 +4461,7 @@ def make_plan(
     progress: collections.abc.Callable[[str, float], typing.Any] | None = None,
 ) -> PlanResult:
     """
-    Which poses, in which order, at which tensions and how fast (paper §3.2), every path checked. grid: positions along x, y, z of the box (default: eq. 19 for irma4, else proposed). optimal > 0: that many poses chosen by observability instead. positions_m [k, 3]: instead of both. home_m [3]: where the run starts (default: the middle of the box). visits, seed: of the random order. bounds: that the platform may not leave. progress(stage, share): False stops. The robot's known effects are applied. A pose that cannot be measured or reached is a status. Raises InputError for options that make no sense and unless 3 ≤ n ≤ 5.
+    Which poses, in which order, at which tensions and how fast (paper §3.2), every path checked. grid: positions along x, y, z of the box (default: eq. 19 for irma4, else proposed). optimal > 0: that many poses chosen by observability instead. positions_m [k, 3]: instead of both. home_m [3]: where the run starts (default: the middle of the box). visits, seed: of the random order. bounds: that the platform may not leave. progress(stage, share): False stops. The robot's known effects are applied. A pose that cannot be measured or reached is a status. Raises InputError for options that make no sense and for n < 3.
     """
 
 def measurement_at(
@@ -4436,6 +4501,16 @@ def number_table(
 ) -> tuple[numpy.typing.NDArray[numpy.float64], tuple[int, int, bytes] | None]:
     """
     (values [lines, columns], wrong) of comma-separated lines that begin at bytes `begin`; `columns` count from 0 and increase. NaN for a blank cell. wrong: None, or (line, column, text) of the first cell that is no number, and values end before that line. The text is not copied. Raises InputError for lines outside the text.
+    """
+
+def parked_start(
+    robot: Robot,
+    meant: Pose,
+    seed: typing.SupportsInt | typing.SupportsIndex,
+    tries: typing.SupportsInt | typing.SupportsIndex = 200,
+) -> SetPoint | None:
+    """
+    Where a robot of six cables and more may have been parked for a run that begins at the Pose `meant`: a SetPoint as near as people park by eye; the same for the same seed. None when `tries` poses were not wrench-feasible. Raises InputError for fewer cables.
     """
 
 def parse_euler_convention(name: str) -> EulerConvention:
@@ -4659,6 +4734,7 @@ def simulate_startup(
     log_rate_Hz: typing.SupportsFloat | typing.SupportsIndex = 10.0,
     initial_tension_N: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
     | None = None,
+    initial_pose: Pose | None = None,
     progress: typing.Any = None,
 ) -> StartUpRun:
     """
@@ -4717,9 +4793,10 @@ def synthetic_log(
         typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
     ],
     options: SyntheticLogOptions | None = None,
+    poses: collections.abc.Sequence[Pose] = [],
 ) -> SyntheticLog:
     """
-    A quasi-static start-up run through tension set-points [poses][n] under perfect tension control. Raises InputError where there is no stable equilibrium.
+    A quasi-static start-up run through tension set-points [poses][n] under perfect tension control; with poses, one a set-point, led there by the lengths of six cables and more. Raises InputError where there is no stable equilibrium.
     """
 
 def synthetic_measurement(
@@ -4786,7 +4863,7 @@ def with_known_effects(robot: Robot, log: Log) -> tuple[Robot, Log]:
 
 def workspace_box(robot: Robot) -> Box:
     """
-    Where a suspended platform may be: the pulleys' horizontal rectangle, down from the highest pulley by its larger side, not below the floor.
+    Where a suspended platform may be: the pulleys' horizontal rectangle, down from the highest pulley by its larger side, not below the floor; down to the lowest pulley where cables of six or more pull from below, too.
     """
 
 def workspace_shape(
