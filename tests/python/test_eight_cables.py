@@ -95,7 +95,7 @@ def test_encoders_alone_find_the_initial_pose_to_a_tenth_of_a_millimetre(
     log = with_sensors(made.log, {OPTIONS["lengths"]})
     result = cdprcal.calibrate(robot, log).result
     assert result.status == cdprcal.CalibrationStatus.converged, result.reason
-    error = cdprcal.minus(result.initial_pose, made.poses[0])
+    error = cdprcal.minus(result.poses[0], made.poses[0])
     assert np.linalg.norm(error[:3]) < 1e-4
 
 
