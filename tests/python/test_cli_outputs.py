@@ -65,7 +65,7 @@ def test_what_is_read_is_never_written_over(
     assert {path: path.read_bytes() for path in Path().iterdir() if path.is_file()} == before
 
 
-@pytest.mark.parametrize("arguments", [("posts8",), ("irma4", "--effect", "nonsense=3")])
+@pytest.mark.parametrize("arguments", [("irma4", "--effect", "nonsense=3")])
 def test_a_demo_that_cannot_be_leaves_no_folder(
     cli: Cli, tmp_path: Path, arguments: tuple[str, ...]
 ) -> None:

@@ -313,9 +313,10 @@ def test_wrong_use_is_refused(cli: Cli, tmp_path: Path, case: str) -> None:
     assert not list(tmp_path.iterdir()), "nothing is written"
 
 
-def test_two_cables_are_refused(cli: Cli, tmp_path: Path) -> None:
-    path = robot_file(polygon_robot(2), tmp_path)
-    assert_refused(cli("plan", path), "needs 3 cables or more, not 2")
+@pytest.mark.parametrize("count", [1, 2])
+def test_other_numbers_of_cables_are_refused(cli: Cli, tmp_path: Path, count: int) -> None:
+    path = robot_file(polygon_robot(count), tmp_path)
+    assert_refused(cli("plan", path), "needs 3 cables or more", f"not {count}")
 
 
 def test_limits_that_hold_nothing_are_refused(

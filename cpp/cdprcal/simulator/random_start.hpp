@@ -21,7 +21,7 @@ std::optional<SetPoint> random_start(const Robot& robot, const Box& box, std::ui
 /// Throws InputError for fewer cables.
 std::optional<SetPoint> parked_start(const Robot& robot, const Pose& meant, std::uint64_t seed,
                                      int tries = 200);
-inline constexpr double kParked = 0.02;
-inline constexpr double kParkedTurn_rad = 3.0 * kDegree;
+inline constexpr double kParked = 0.005;
+inline constexpr double kParkedTurn_rad = 0.75 * kDegree;
 
 }  // namespace cdprcal

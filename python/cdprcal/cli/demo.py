@@ -58,10 +58,10 @@ def command(
     draws = not lacking("matplotlib", "jinja2", "plotly")
     out = notes()
     the_robot = _core.load_robot(robot)
-    if not 3 <= the_robot.cable_count <= 5:
+    if the_robot.cable_count < 3:
         fail(
-            f"{robot}: has {the_robot.cable_count} cables, and a start-up is planned for three to "
-            "five; give a robot with as many, irma4 for one"
+            f"{robot}: has {the_robot.cable_count} cables, and a start-up is planned for three "
+            "and more; give a robot with as many, irma4 for one"
         )
     hide = effect or story.HIDDEN[seed % len(story.HIDDEN)]
     _core.expanded_effect(_core.parse_injected_effect(hide), the_robot.cable_count)
