@@ -103,7 +103,9 @@ TEST(WrenchDistribution, TheBarycentreIsThereExactlyWherePolytopesAre) {
     } else if (best < -step) {
       EXPECT_FALSE(found.polytope_exists);
       // The limits are missed by no more than anywhere in the scan.
-      if (n == 8) EXPECT_GE(tension_margin_N(d.robot, found.tension_N), best - 1e-9);
+      if (n == 8) {
+        EXPECT_GE(tension_margin_N(d.robot, found.tension_N), best - 1e-9);
+      }
       ++empty;
     }
   }
