@@ -17,7 +17,6 @@ double normal_equations(const Robot& robot, const AbsoluteReadings& readings, co
   PoseEvaluation modelled;
   evaluate_pose(robot, {}, pose, StaticsModel::none, {}, {}, true, modelled);
   if (!modelled.valid) return kNaN;
-  const TwistBasis free = motion_basis(robot);
   hessian.setZero();
   gradient.setZero();
   double cost = 0.0;
@@ -25,9 +24,8 @@ double normal_equations(const Robot& robot, const AbsoluteReadings& readings, co
     if (!std::isfinite(residual)) return;
     const double weight = 1.0 / (sigma * sigma);
     cost += 0.5 * weight * residual * residual;
-    const Vector6 by_twist = free * (free.transpose() * row.transpose());
-    hessian.noalias() += weight * by_twist * by_twist.transpose();
-    gradient.noalias() += weight * residual * by_twist;
+    hessian.noalias() += weight * row.transpose() * row;
+    gradient.noalias() += weight * residual * row.transpose();
   };
   const SensorSigma& sigma = robot.sigma;
   for (int i = 0; i < robot.cable_count(); ++i) {
@@ -52,6 +50,11 @@ double normal_equations(const Robot& robot, const AbsoluteReadings& readings, co
     if (std::isfinite(error)) {
       add(wrap_angle(error), modelled.attitude_by_twist.row(a), sigma.attitude_rad);
     }
+  }
+  if (is_guided(robot)) {  // no step where guides prevent it
+    const TwistBasis free = motion_basis(robot);
+    hessian = free * (free.transpose() * hessian * free).eval() * free.transpose();
+    gradient = free * (free.transpose() * gradient).eval();
   }
   return cost;
 }

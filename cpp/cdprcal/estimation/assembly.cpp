@@ -226,6 +226,7 @@ Matrix6 covariance_of(const PoseRows& rows, const Eigen::MatrixXd& offsets) {
 std::optional<Assembly::Push> Assembly::hardest_push() {
   constexpr double kBelieved = 4.0;  // σ: once in thirty thousand tensions by chance
   std::optional<Push> out;
+  if (!rows_.any_silent()) return out;
   const std::vector<PoseRows> all = rows();
   const Eigen::MatrixXd free = estimation(false).covariance();
   if (all.empty() || !free.allFinite()) return out;

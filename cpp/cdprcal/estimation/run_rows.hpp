@@ -59,6 +59,7 @@ class RunRows {
   /// them. Where any does, the rows are whitened for this σ at every evaluation (partial_balance)
   /// instead.
   [[nodiscard]] int silent_rows(std::size_t pose) const { return silent_[pose]; }
+  [[nodiscard]] bool any_silent() const { return any_silent_; }
   void set_balance_sigma(std::size_t pose, const BalanceSigma& sigma) { sigma_[pose] = sigma; }
   /// Of such a pose as last evaluated.
   [[nodiscard]] const PartialBalance& partial_balance_of(std::size_t pose) const {

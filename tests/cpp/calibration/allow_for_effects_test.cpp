@@ -161,7 +161,7 @@ TEST(Misfit, SaysNothingOfAChannelThatTooLittleIsKnownOf) {
   (*c.problem.noise)[Channel::yaw].sample.sigma = 1e-9;
   EXPECT_EQ(misfit(c).find("yaw by "), 0U);
   c.problem.noise = specified;
-  c.problem.noise->channel[static_cast<std::size_t>(Channel::length)].pose *= 2.0;
+  c.problem.noise->channel[static_cast<std::size_t>(Channel::length)].pose *= 3.0;
   EXPECT_EQ(misfit(c).find("lengths by "), 0U);
   // Nothing was read.
   Calibration unread = judged(3.0);

@@ -139,7 +139,7 @@ TEST_F(NextStops, TheWayIsThatOfAStartUp) {
   EXPECT_EQ(first->way.setpoint_N[0], plan->poses[first->stop].tension_N);
   EXPECT_EQ(first->way.via, std::vector<bool>{false});
   // A start-up takes it as the rest of its plan.
-  StartUp startup(robot, {{plan->start_tension_N}, {}, {}});
+  StartUp startup(robot, {{plan->start_tension_N}, {}, {}, {}});
   EXPECT_NO_THROW(startup.go_on_with(first->way));
   EXPECT_EQ(startup.transition_s(1), first->way.transition_s[0]);
 }

@@ -298,7 +298,6 @@ TEST(Plan, RefusesOptionsThatMakeNoSense) {
     o.visits = 0;
   });
   test::Rng rng(1);
-  EXPECT_THROW((void)make_plan(test::random_robot(rng, 6)), InputError);
   EXPECT_THROW((void)make_plan(test::random_robot(rng, 2)), InputError);
 }
 

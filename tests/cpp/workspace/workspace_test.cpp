@@ -351,8 +351,6 @@ TEST(Workspace, RefusesWhatMakesNoSense) {
   options.boundary_halvings = 5;
   options.seeds_m = {{0.0, kNaN, 1.0}};
   expect_refused(robot, options, "seeds must be in the box");
-  Rng rng(1);
-  expect_refused(random_robot(rng, 6), coarse(0.2), "not 6");
   Robot limits = robot;
   limits.tension_min_N = 500.0;
   expect_refused(limits, coarse(0.2), "tension_limits_N");
