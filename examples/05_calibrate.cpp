@@ -15,7 +15,7 @@ int main() {
   const Plan plan = make_plan(robot).plan;
 
   // The procedure of the real robot against a simulated plant, with the noise of real sensors.
-  StartUpPlan setpoints{.setpoint_N = {plan.start_tension_N}, .transition_s = {}, .via = {}, .pose = {}};
+  StartUpPlan setpoints{.setpoint_N = {plan.start_tension_N}};
   for (const PlannedPose& stop : plan.poses) setpoints.setpoint_N.push_back(stop.tension_N);
   StartUpRunOptions options;
   options.simulator.seed = 7;

@@ -12,7 +12,7 @@ int main() {
   using namespace cdprcal;
   const Robot robot = load_robot("irma4");
   const Plan plan = make_plan(robot).plan;
-  StartUpPlan setpoints{.setpoint_N = {plan.start_tension_N}, .transition_s = {}, .via = {}, .pose = {}};
+  StartUpPlan setpoints{.setpoint_N = {plan.start_tension_N}};
   for (const PlannedPose& stop : plan.poses) setpoints.setpoint_N.push_back(stop.tension_N);
 
   // The platform's centre of mass is 12, -8 and 4 mm off, and the model does not know it.

@@ -99,15 +99,7 @@ def test_encoders_alone_find_the_initial_pose_to_a_tenth_of_a_millimetre(
     assert np.linalg.norm(error[:3]) < 1e-4
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [
-        pytest.param(kind, marks=pytest.mark.xfail(reason="ends in another minimum", strict=True))
-        if kind == "encoders"
-        else kind
-        for kind in SENSORS
-    ],
-)
+@pytest.mark.parametrize("kind", SENSORS)
 def test_intervals_hold(robot: cdprcal.Robot, kind: str) -> None:
     """The short version of ``python -m cdprcal.studies start-ups posts8 --sensors …``."""
     groups = {OPTIONS[name] for name in SENSORS[kind].split(",")}

@@ -269,8 +269,9 @@ void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared
     out.result.solve_time_s = solve_time_s;
     refine_in_place(options, out);
   }
-  if (out.result.status != CalibrationStatus::converged || !origin.covariance) return;
+  if (out.result.status != CalibrationStatus::converged) return;
   for (const CalibrationResult& other : minima) {
+    if (!origin.covariance) break;
     if (const auto apart = rivalled(origin, other)) return leave_open(*apart, out);
   }
   // A valley that is one minimum with the noise specified may be several with the one found, which
@@ -381,7 +382,7 @@ Calibration fit(Calibration out, const CalibrateOptions& options) {
   const bool doubtful = !is_balanced(problem) ||
                         (noise_source(options) == NoiseSource::from_data && looks_wrong(out));
   if (!initial && options.most_starts > 1 && options.formulation == Formulation::full &&
-      first.status == CalibrationStatus::converged && doubtful) {
+      (first.status == CalibrationStatus::converged || first.curved) && doubtful) {
     look_elsewhere(options, prepared, first, out);
   }
   return out;

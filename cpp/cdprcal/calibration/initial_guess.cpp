@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "cdprcal/equilibria/direct.hpp"
+#include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/kinematics/motion.hpp"
 
 namespace cdprcal {
@@ -289,6 +290,24 @@ std::vector<Pose> measurement_guesses(const Robot& given,
     guesses.push_back(pose);
   }
   return guesses;
+}
+
+std::optional<CalibrationProblem> kept_upright(const CalibrationProblem& problem,
+                                               const Pose& reference) {
+  const bool known = is_guided(problem.robot) || is_read(problem, Channel::roll_pitch) ||
+                     reads_tensions(problem.measurements);
+  if (known) return std::nullopt;
+  constexpr double kLittle_rad = 0.1;
+  CalibrationProblem out = problem;
+  out.noise.reset();
+  out.robot.sigma.attitude_rad = out.robot.sigma.absolute_yaw_rad = kLittle_rad;
+  const Vector3 angles =
+      euler_from_rotation(reference.rotation.toRotationMatrix(), problem.robot.euler_convention);
+  for (Measurement& m : out.measurements) {
+    m.roll_pitch_yaw_rad.head<2>() = angles.head<2>();
+    if (!is_read(problem, Channel::absolute_yaw)) m.absolute_yaw_rad = angles[2];
+  }
+  return out;
 }
 
 }  // namespace cdprcal

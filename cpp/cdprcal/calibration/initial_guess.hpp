@@ -49,4 +49,11 @@ std::vector<Pose> measurement_guesses(const Robot& robot,
                                       const ActiveEffects& effects = {},
                                       RestGuess rests = RestGuess::estimated);
 
+/// The same problem with a platform that tilts and turns little, as one that is led between poses
+/// does: where nothing reads roll, pitch or yaw, every pose keeps near the attitude of `reference`.
+/// Its minimum is where to start from: without this, lengths alone have many others, the platform
+/// turned over in most of them. Nothing where sensors or guides know the attitude, or tensions do.
+std::optional<CalibrationProblem> kept_upright(const CalibrationProblem& problem,
+                                               const Pose& reference);
+
 }  // namespace cdprcal

@@ -51,10 +51,17 @@ std::vector<Start> starts_of(const CalibrationProblem& problem, int most_starts)
 
 CalibrationResult solve_from(const CalibrationProblem& problem, const Start& start,
                              const SolveOptions& options) {
-  return solve(problem,
-               measurement_guesses(problem.robot, problem.measurements, start.reference,
-                                   problem.effects, start.rests),
-               options);
+  std::vector<Pose> guesses = measurement_guesses(problem.robot, problem.measurements,
+                                                  start.reference, problem.effects, start.rests);
+  double solve_time_s = 0.0;
+  if (const auto upright = kept_upright(problem, start.reference)) {
+    CalibrationResult kept = solve(*upright, guesses, options);
+    solve_time_s = kept.solve_time_s;
+    if (kept.poses.size() == guesses.size()) guesses = std::move(kept.poses);
+  }
+  CalibrationResult result = solve(problem, guesses, options);
+  result.solve_time_s += solve_time_s;
+  return result;
 }
 
 }  // namespace

@@ -75,6 +75,7 @@ struct CalibrationResult {
   int parameter_count = 0;
   double chi_square_p_value = kNaN;  ///< of 2·cost on residuals − parameters degrees of freedom
   ResidualRms residual_rms;
+  bool curved = false;  ///< unobservable only because its covariance does not hold nearby
 };
 
 /// Solves from a guess (one pose a measurement). Never throws on numerical failure: see status.

@@ -292,6 +292,7 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
     if (const double change = variance_ratio_nearby(problem, result); change > kMostChange) {
       if (!options.explain) result.least_observed = least_observed(problem, assembly).sentence;
       result.status = CalibrationStatus::unobservable;
+      result.curved = true;
       result.reason = format(
           "a minimum was found, but how well it is known cannot be said: two standard deviations "
           "away variances are %.3g times as large or small (at most %.3g); measure at more varied "

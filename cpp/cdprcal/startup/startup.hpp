@@ -31,14 +31,14 @@ struct StartUpPlan {
   std::vector<CableVector> setpoint_N;  ///< each n values within the tension limits
   /// Time of the transition to each set-point [s]. Empty, or 0 for one: derived from the robot (see
   /// transition_time_s). The first is from the tensions found at power-on.
-  std::vector<double> transition_s;
+  std::vector<double> transition_s = {};
   /// One a set-point: true settles there and goes on without measuring, because no direct way is
   /// safe. Empty: every set-point is measured.
-  std::vector<bool> via;
+  std::vector<bool> via = {};
   /// One a set-point: lengths lead the platform from pose to pose (six cables and more), the first
   /// being where it hangs at power-on, near enough; n−6 cables follow the tensions. Empty: all
   /// cables follow tensions, and these lead the platform.
-  std::vector<Pose> pose;
+  std::vector<Pose> pose = {};
 };
 
 struct StartUpOptions {
