@@ -13,9 +13,11 @@ namespace {
 void register_enums(py::module_& module) {
   WordEnum<EquilibriumStatus>(
       module, "EquilibriumStatus",
-      "found: balanced and stable, every cable pulls. unstable, infeasible (a tension beyond the "
-      "robot's limits) and slack are balanced too. not_found, invalid_geometry: no pose.")
+      "found: balanced and stable, every cable pulls. obstructed: so, but for what the robot file "
+      "says is in the way. unstable, infeasible (a tension beyond the robot's limits) and slack are "
+      "balanced too. not_found, invalid_geometry: no pose.")
       .value("found", EquilibriumStatus::found)
+      .value("obstructed", EquilibriumStatus::obstructed)
       .value("unstable", EquilibriumStatus::unstable)
       .value("infeasible", EquilibriumStatus::infeasible)
       .value("slack", EquilibriumStatus::slack)

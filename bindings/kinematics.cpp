@@ -1,5 +1,6 @@
 // kinematics/: one cable as a function of q, and the whole robot at a pose.
 #include "cdprcal/kinematics/cable.hpp"
+#include "cdprcal/kinematics/obstruction.hpp"
 #include "cdprcal/kinematics/platform.hpp"
 
 #include "bindings.hpp"
@@ -92,6 +93,14 @@ void register_kinematics(py::module_& module) {
              "dl/ddelta [n, 6] for a world-frame twist: row i is (t, a′ × t), eq. 7.");
   module.def("swivel_jacobian", &swivel_jacobian, py::arg("state"),
              "dsigma/ddelta [n, 6]: row i is (w, a′ × w)/(u·q).");
+  module.def(
+      "obstruction",
+      [](const Robot& robot, const Pose& pose) {
+        return obstruction(robot, pose, platform_state(robot, pose));
+      },
+      py::arg("robot"), py::arg("pose"),
+      "What of the robot's surroundings is in the way at a pose, in words; empty: nothing. The "
+      "platform is the box along the world's axes around P, its anchors and its outline_m.");
   module.def("describe_invalid", &describe_invalid, py::arg("state"),
              "Why a state is not valid, with the cable's number from 1; empty when it is.");
 }

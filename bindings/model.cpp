@@ -73,22 +73,42 @@ void register_parts(py::module_& module) {
       .def_property_readonly(
           "platform_anchor_m", [](const Cable& c) { return c.platform_anchor_m; },
           "a′ in the platform frame [3] [m]; a copy.");
-  py::class_<Platform>(module, "Platform", "Mass, its centre and inertia. Immutable.")
-      .def(py::init([](double mass_kg, const Vector3& centre, const Matrix3& inertia,
-                       const std::string& motion, const std::optional<Vector3>& normal) {
-             try {
-               return Platform{mass_kg, centre, inertia, parse_motion(motion),
-                               normal.value_or(Vector3::Zero())};
-             } catch (const InputError& error) {
-               throw InputError(std::string("motion: ") + error.what());
-             }
+  py::class_<Box>(module, "Box", "Axis-aligned box [m], world axes. Immutable.")
+      .def(py::init([](const Vector3& lower_m, const Vector3& upper_m) {
+             require_finite(lower_m, "lower_m");
+             require_finite(upper_m, "upper_m");
+             return Box{lower_m, upper_m};
            }),
-           py::kw_only(), py::arg("mass_kg"), py::arg("centre_of_mass_m"), py::arg("inertia_kg_m2"),
-           py::arg("motion") = "3R3T", py::arg("motion_plane_normal") = py::none(),
-           "centre_of_mass_m [3]: s′ in the platform frame; inertia_kg_m2 [3, 3]: about the centre "
-           "of mass, platform axes. motion: 3R3T, 3T, 1R2T or 2T (turns R, shifts T); "
-           "motion_plane_normal [3]: across the plane of the last two, in the world. Checked when "
-           "a Robot is made of it.")
+           py::arg("lower_m"), py::arg("upper_m"), "Corners [3] [m].")
+      .def_property_readonly(
+          "lower_m", [](const Box& b) { return b.lower_m; }, "[3]; a copy.")
+      .def_property_readonly(
+          "upper_m", [](const Box& b) { return b.upper_m; }, "[3]; a copy.")
+      .def_property_readonly("volume_m3", &Box::volume_m3)
+      .def("contains", &Box::contains, py::arg("position_m"), py::arg("tolerance_m") = 0.0)
+      .def("__repr__", [](const Box& b) {
+        return "Box(" + to_text(b.lower_m) + ", " + to_text(b.upper_m) + ")";
+      });
+  py::class_<Platform>(module, "Platform", "Mass, its centre and inertia. Immutable.")
+      .def(
+          py::init([](double mass_kg, const Vector3& centre, const Matrix3& inertia,
+                      const std::string& motion, const std::optional<Vector3>& normal,
+                      const std::vector<Vector3>& outline_m) {
+            try {
+              return Platform{
+                  mass_kg,  centre, inertia, parse_motion(motion), normal.value_or(Vector3::Zero()),
+                  outline_m};
+            } catch (const InputError& error) {
+              throw InputError(std::string("motion: ") + error.what());
+            }
+          }),
+          py::kw_only(), py::arg("mass_kg"), py::arg("centre_of_mass_m"), py::arg("inertia_kg_m2"),
+          py::arg("motion") = "3R3T", py::arg("motion_plane_normal") = py::none(),
+          py::arg_v("outline_m", std::vector<Vector3>{}, "[]"),
+          "centre_of_mass_m [3]: s′ in the platform frame; inertia_kg_m2 [3, 3]: about the centre "
+          "of mass, platform axes. motion: 3R3T, 3T, 1R2T or 2T (turns R, shifts T); "
+          "motion_plane_normal [3]: across the plane of the last two, in the world. outline_m: list "
+          "of [3], corners of its body in the platform frame. Checked when a Robot is made of it.")
       .def_readonly("mass_kg", &Platform::mass_kg)
       .def_property_readonly(
           "centre_of_mass_m", [](const Platform& p) { return p.centre_of_mass_m; },
@@ -105,7 +125,33 @@ void register_parts(py::module_& module) {
             if (!row_of(p.motion).is_planar()) return std::nullopt;
             return p.motion_plane_normal;
           },
-          "Across the plane of a planar motion, in the world [3]; None for the others.");
+          "Across the plane of a planar motion, in the world [3]; None for the others.")
+      .def_property_readonly(
+          "outline_m", [](const Platform& p) { return p.outline_m; },
+          "Corners of its body in the platform frame, list of [3] [m]; a copy.");
+  py::class_<Surroundings>(module, "Surroundings",
+                           "What a platform must keep from, besides what its cables can carry. "
+                           "Immutable.")
+      .def(py::init([](double floor_m, const std::vector<Box>& keep_out,
+                       const std::array<double, 2>& length_limits_m) {
+             return Surroundings{floor_m, keep_out, length_limits_m[0], length_limits_m[1]};
+           }),
+           py::kw_only(), py::arg("floor_m") = Surroundings{}.floor_m,
+           py::arg_v("keep_out", std::vector<Box>{}, "[]"),
+           py::arg("length_limits_m") =
+               std::array<double, 2>{Surroundings{}.length_min_m, Surroundings{}.length_max_m},
+           "floor_m: z that no part of the platform goes below; keep_out: list of Box that neither "
+           "platform nor cables enter; length_limits_m: (minimum, maximum) of every cable. Checked "
+           "when a Robot is made of it.")
+      .def_readonly("floor_m", &Surroundings::floor_m)
+      .def_property_readonly(
+          "keep_out", [](const Surroundings& s) { return s.keep_out; }, "List of Box; a copy.")
+      .def_property_readonly(
+          "length_limits_m",
+          [](const Surroundings& s) {
+            return std::array<double, 2>{s.length_min_m, s.length_max_m};
+          },
+          "[minimum, maximum] [m].");
   const SensorSigma usual;
   py::class_<SensorSigma> cls(module, "SensorSigma",
                               "One-sigma errors of the readings (eq. 18 by default) and of the "
@@ -171,7 +217,7 @@ void register_effect(py::module_& module) {
 Robot make_robot(const std::string& name, const Platform& platform, std::vector<Cable> cables,
                  const std::array<double, 2>& tension_limits_N, double gravity_m_s2,
                  EulerConvention euler_convention, const std::optional<SensorSigma>& sigma,
-                 std::vector<AppliedEffect> effects) {
+                 std::vector<AppliedEffect> effects, const Surroundings& surroundings) {
   Robot robot;
   robot.name = name;
   robot.gravity_m_s2 = gravity_m_s2;
@@ -182,6 +228,7 @@ Robot make_robot(const std::string& name, const Platform& platform, std::vector<
   robot.euler_convention = euler_convention;
   if (sigma) robot.sigma = *sigma;
   robot.effects = std::move(effects);
+  robot.surroundings = surroundings;
   finalise(robot);
   check_effects(robot);
   return robot;
@@ -195,13 +242,15 @@ void register_model(py::module_& module) {
   py::class_<Robot>(module, "Robot",
                     "Platform, cables on swivel pulleys, limits and sensors. Immutable; pickles as "
                     "its robot file.")
-      .def(py::init(&make_robot), py::kw_only(), py::arg("name"), py::arg("platform"),
-           py::arg("cables"), py::arg("tension_limits_N"), py::arg("gravity_m_s2") = 9.81,
-           py::arg_v("euler_convention", EulerConvention::XYZ, "EulerConvention.XYZ"),
-           py::arg("sigma") = py::none(), py::arg_v("effects", std::vector<AppliedEffect>{}, "[]"),
-           "cables: 1 to 8 Cable; tension_limits_N: (minimum, maximum); sigma: None is eq. 18; "
-           "effects: known effects and faults of the readings, as the robot file lists them. "
-           "Checks every field and fills defaults; raises InputError naming the field.")
+      .def(
+          py::init(&make_robot), py::kw_only(), py::arg("name"), py::arg("platform"),
+          py::arg("cables"), py::arg("tension_limits_N"), py::arg("gravity_m_s2") = 9.81,
+          py::arg_v("euler_convention", EulerConvention::XYZ, "EulerConvention.XYZ"),
+          py::arg("sigma") = py::none(), py::arg_v("effects", std::vector<AppliedEffect>{}, "[]"),
+          py::arg_v("surroundings", Surroundings{}, "Surroundings()"),
+          "cables: 1 to 8 Cable; tension_limits_N: (minimum, maximum); sigma: None is eq. 18; "
+          "effects: known effects and faults of the readings, as the robot file lists them; "
+          "surroundings: floor, keep-out boxes, limits of length. Checks every field and fills defaults; raises InputError naming the field.")
       .def_readonly("name", &Robot::name)
       .def_readonly("gravity_m_s2", &Robot::gravity_m_s2)
       .def_property_readonly("platform", [](const Robot& robot) { return robot.platform; })
@@ -217,6 +266,7 @@ void register_model(py::module_& module) {
       .def_readonly("tension_max_N", &Robot::tension_max_N)
       .def_readonly("euler_convention", &Robot::euler_convention)
       .def_property_readonly("sigma", [](const Robot& robot) { return robot.sigma; })
+      .def_property_readonly("surroundings", [](const Robot& robot) { return robot.surroundings; })
       .def_property_readonly(
           "effects", [](const Robot& robot) { return robot.effects; },
           "List of AppliedEffect; a copy.")

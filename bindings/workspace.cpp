@@ -43,22 +43,6 @@ Mesh make_mesh(const Eigen::MatrixX3d& vertices_m, const Eigen::MatrixX3i& faces
 }
 
 void register_box(py::module_& module) {
-  py::class_<Box>(module, "Box", "Axis-aligned box [m], world axes. Immutable.")
-      .def(py::init([](const Vector3& lower_m, const Vector3& upper_m) {
-             require_finite(lower_m, "lower_m");
-             require_finite(upper_m, "upper_m");
-             return Box{lower_m, upper_m};
-           }),
-           py::arg("lower_m"), py::arg("upper_m"), "Corners [3] [m].")
-      .def_property_readonly(
-          "lower_m", [](const Box& b) { return b.lower_m; }, "[3]; a copy.")
-      .def_property_readonly(
-          "upper_m", [](const Box& b) { return b.upper_m; }, "[3]; a copy.")
-      .def_property_readonly("volume_m3", &Box::volume_m3)
-      .def("contains", &Box::contains, py::arg("position_m"), py::arg("tolerance_m") = 0.0)
-      .def("__repr__", [](const Box& b) {
-        return "Box(" + to_text(b.lower_m) + ", " + to_text(b.upper_m) + ")";
-      });
   module.def(
       "workspace_box", &workspace_box, py::arg("robot"),
       "Where a suspended platform may be: the pulleys' horizontal rectangle, down from the "
@@ -154,6 +138,7 @@ void register_results(py::module_& module) {
       .value("infeasible", PointStatus::infeasible)
       .value("unstable", PointStatus::unstable)
       .value("no_equilibrium", PointStatus::no_equilibrium)
+      .value("obstructed", PointStatus::obstructed)
       .finalize();
   py::setattr(module.attr("PointStatus"), "__str__",
               py::cpp_function([](const py::object& self) { return self.attr("name"); },

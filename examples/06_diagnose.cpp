@@ -26,7 +26,7 @@ int main() {
   }
 
   const Diagnosis diagnosis = diagnose(robot, {run.log});
-  std::printf("verdict: %d\n", static_cast<int>(diagnosis.verdict));
+  std::printf("verdict: %s\n", to_string(diagnosis.verdict));
   for (const NamedEffect& effect : diagnosis.effects) {
     std::printf("found: %s\nvalues_mm:", effect.effect->name().c_str());
     for (double value : effect.values) std::printf(" %.2f", 1e3 * value);

@@ -122,6 +122,7 @@ __all__: list[str] = [
     "StartUpState",
     "StaticsModel",
     "StrandOptions",
+    "Surroundings",
     "SyntheticLog",
     "SyntheticLogOptions",
     "TensionControlOptions",
@@ -200,6 +201,7 @@ __all__: list[str] = [
     "minus",
     "model_residuals",
     "number_table",
+    "obstruction",
     "parked_start",
     "parse_euler_convention",
     "parse_formulation",
@@ -401,6 +403,41 @@ class Cable:
     @property
     def pulley(self) -> Pulley: ...
 
+class Box:
+    """
+    Axis-aligned box [m], world axes. Immutable.
+    """
+
+    def __init__(
+        self,
+        lower_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+        upper_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+    ) -> None:
+        """
+        Corners [3] [m].
+        """
+
+    def __repr__(self) -> str: ...
+    def contains(
+        self,
+        position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+        tolerance_m: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> bool: ...
+    @property
+    def lower_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        [3]; a copy.
+        """
+
+    @property
+    def upper_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        [3]; a copy.
+        """
+
+    @property
+    def volume_m3(self) -> float: ...
+
 class Platform:
     """
     Mass, its centre and inertia. Immutable.
@@ -415,9 +452,12 @@ class Platform:
         motion: str = "3R3T",
         motion_plane_normal: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]
         | None = None,
+        outline_m: collections.abc.Sequence[
+            typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]
+        ] = [],
     ) -> None:
         """
-        centre_of_mass_m [3]: s′ in the platform frame; inertia_kg_m2 [3, 3]: about the centre of mass, platform axes. motion: 3R3T, 3T, 1R2T or 2T (turns R, shifts T); motion_plane_normal [3]: across the plane of the last two, in the world. Checked when a Robot is made of it.
+        centre_of_mass_m [3]: s′ in the platform frame; inertia_kg_m2 [3, 3]: about the centre of mass, platform axes. motion: 3R3T, 3T, 1R2T or 2T (turns R, shifts T); motion_plane_normal [3]: across the plane of the last two, in the world. outline_m: list of [3], corners of its body in the platform frame. Checked when a Robot is made of it.
         """
 
     @property
@@ -446,6 +486,44 @@ class Platform:
     ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"] | None:
         """
         Across the plane of a planar motion, in the world [3]; None for the others.
+        """
+
+    @property
+    def outline_m(self) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]]:
+        """
+        Corners of its body in the platform frame, list of [3] [m]; a copy.
+        """
+
+class Surroundings:
+    """
+    What a platform must keep from, besides what its cables can carry. Immutable.
+    """
+
+    def __init__(
+        self,
+        *,
+        floor_m: typing.SupportsFloat | typing.SupportsIndex = ...,
+        keep_out: collections.abc.Sequence[Box] = [],
+        length_limits_m: typing.Annotated[
+            collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"
+        ] = ...,
+    ) -> None:
+        """
+        floor_m: z that no part of the platform goes below; keep_out: list of Box that neither platform nor cables enter; length_limits_m: (minimum, maximum) of every cable. Checked when a Robot is made of it.
+        """
+
+    @property
+    def floor_m(self) -> float: ...
+    @property
+    def keep_out(self) -> list[Box]:
+        """
+        List of Box; a copy.
+        """
+
+    @property
+    def length_limits_m(self) -> typing.Annotated[list[float], "FixedSize(2)"]:
+        """
+        [minimum, maximum] [m].
         """
 
 class SensorSigma:
@@ -546,9 +624,10 @@ class Robot:
         euler_convention: EulerConvention = ...,
         sigma: SensorSigma | None = None,
         effects: collections.abc.Sequence[AppliedEffect] = [],
+        surroundings: Surroundings = ...,
     ) -> None:
         """
-        cables: 1 to 8 Cable; tension_limits_N: (minimum, maximum); sigma: None is eq. 18; effects: known effects and faults of the readings, as the robot file lists them. Checks every field and fills defaults; raises InputError naming the field.
+        cables: 1 to 8 Cable; tension_limits_N: (minimum, maximum); sigma: None is eq. 18; effects: known effects and faults of the readings, as the robot file lists them; surroundings: floor, keep-out boxes, limits of length. Checks every field and fills defaults; raises InputError naming the field.
         """
 
     def __repr__(self) -> str: ...
@@ -582,6 +661,8 @@ class Robot:
     def platform(self) -> Platform: ...
     @property
     def sigma(self) -> SensorSigma: ...
+    @property
+    def surroundings(self) -> Surroundings: ...
     @property
     def tension_limits_N(self) -> typing.Annotated[list[float], "FixedSize(2)"]:
         """
@@ -798,10 +879,11 @@ class TensionModel:
 
 class EquilibriumStatus(enum.StrEnum):
     """
-    found: balanced and stable, every cable pulls. unstable, infeasible (a tension beyond the robot's limits) and slack are balanced too. not_found, invalid_geometry: no pose.
+    found: balanced and stable, every cable pulls. obstructed: so, but for what the robot file says is in the way. unstable, infeasible (a tension beyond the robot's limits) and slack are balanced too. not_found, invalid_geometry: no pose.
     """
 
     found = "found"
+    obstructed = "obstructed"
     unstable = "unstable"
     infeasible = "infeasible"
     slack = "slack"
@@ -913,41 +995,6 @@ class InverseResult(EquilibriumResult):
         """
         Of the closest tension to its limit; negative when infeasible.
         """
-
-class Box:
-    """
-    Axis-aligned box [m], world axes. Immutable.
-    """
-
-    def __init__(
-        self,
-        lower_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
-        upper_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
-    ) -> None:
-        """
-        Corners [3] [m].
-        """
-
-    def __repr__(self) -> str: ...
-    def contains(
-        self,
-        position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
-        tolerance_m: typing.SupportsFloat | typing.SupportsIndex = 0.0,
-    ) -> bool: ...
-    @property
-    def lower_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        [3]; a copy.
-        """
-
-    @property
-    def upper_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        [3]; a copy.
-        """
-
-    @property
-    def volume_m3(self) -> float: ...
 
 class Grid:
     """
@@ -1067,6 +1114,7 @@ class PointStatus(enum.IntEnum):
     infeasible = 2
     unstable = 3
     no_equilibrium = 4
+    obstructed = 5
 
 class WorkspaceProgress:
     """
@@ -4746,6 +4794,11 @@ def number_table(
 ) -> tuple[numpy.typing.NDArray[numpy.float64], tuple[int, int, bytes] | None]:
     """
     (values [lines, columns], wrong) of comma-separated lines that begin at bytes `begin`; `columns` count from 0 and increase. NaN for a blank cell. wrong: None, or (line, column, text) of the first cell that is no number, and values end before that line. The text is not copied. Raises InputError for lines outside the text.
+    """
+
+def obstruction(robot: Robot, pose: Pose) -> str:
+    """
+    What of the robot's surroundings is in the way at a pose, in words; empty: nothing. The platform is the box along the world's axes around P, its anchors and its outline_m.
     """
 
 def parked_start(

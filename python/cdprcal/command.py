@@ -25,7 +25,7 @@ RobotArgument = Annotated[
     str,
     typer.Argument(
         metavar="ROBOT",
-        help="Robot file (YAML) or built-in name (irma4, ring3, ring5, posts8).",
+        help="Robot file (YAML) or built-in name (irma4, ring3, ring5, posts8, belts4, hang4).",
         autocompletion=robot_names,
     ),
 ]

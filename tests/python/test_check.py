@@ -106,6 +106,20 @@ FAULTS: dict[str, tuple[str, Callable[[Array], None], set[tuple[str, str]], str 
         {("error", "stuck_sensor")},
         "swivel_1_rad",
     ),
+    "locked winches": (  # the platform swings on: nothing is wrong with an encoder
+        "length_m",
+        lambda v: v.__setitem__(slice(150, None), v[150]),
+        set(),
+        "",
+    ),
+    "a pulley that shakes": (
+        "swivel_rad",
+        lambda v: v.__setitem__(
+            (slice(200, 230), 2), v[200:230, 2] + 1.5 * np.sin(2.0 * np.arange(30.0))
+        ),
+        {("warning", "vibration")},
+        "swivel_3_rad",
+    ),
     "lost counts": (
         "length_m",
         lambda v: v.__setitem__((slice(200, None), 1), v[200:, 1] + 0.5),

@@ -51,7 +51,7 @@ def test_a_robot_survives_pickling(robot: Robot) -> None:
 
 
 def test_irma4_is_built_in_and_a_file_is_read_by_path(robot: Robot, tmp_path: Path) -> None:
-    assert cdprcal.builtin_robot_names() == ["irma4", "ring3", "ring5", "posts8"]
+    assert cdprcal.builtin_robot_names() == ["irma4", "ring3", "ring5", "posts8", "belts4", "hang4"]
     path = tmp_path / "mine.yaml"
     path.write_text(cdprcal.builtin_robot_yaml("irma4"))
     assert cdprcal.to_yaml(cdprcal.load_robot(str(path))) == cdprcal.to_yaml(robot)

@@ -17,6 +17,7 @@ from cdprcal.acquisition import Acquired, Estimate, Guide, PoseGuard, acquire, s
 from cdprcal.acquisition.remedies import remedy_for
 from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.io import AcquisitionInputs, open_live_log
+from cdprcal.testing.altered import altered
 from conftest import Ran
 from winch_bus import small_plan
 
@@ -348,3 +349,20 @@ def test_the_floor_is_for_the_lowest_point_of_a_platform_that_tilts(robot: cdprc
     guard.look(readings(robot, tilted, 0.0))
     guard.learn(known(tilted, 1e-12 * np.eye(6)))
     assert guard.look(readings(robot, tilted, 0.02)) == ""
+
+
+def test_what_the_robot_file_says_is_in_the_way_stops_too(robot: cdprcal.Robot) -> None:
+    plan = small_plan(robot)
+    here = plan.start_pose
+    box = cdprcal.Box(here.position_m - 0.02, here.position_m + 0.02)
+    for around, said in (
+        (cdprcal.Surroundings(keep_out=[box]), "in keep_out[#1]"),
+        (cdprcal.Surroundings(floor_m=float(here.position_m[2]) + 0.5), "too close to the floor"),
+        (cdprcal.Surroundings(length_limits_m=(0.0, 0.1)), "length_limits_m"),
+    ):
+        guard = PoseGuard(altered(robot, surroundings=around), plan, 2.0)
+        guard.look(readings(robot, here, 0.0))
+        guard.learn(known(here, 1e-12 * np.eye(6)))
+        reason = guard.look(readings(robot, here, 0.02))
+        assert said in reason
+        assert remedy_for(reason)

@@ -274,7 +274,8 @@ def test_results_make_the_same_page_as_their_logs(
 def test_a_pose_that_cannot_be_trusted_is_said_at_the_top(
     cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
 ) -> None:
-    log = changed(synthetic.log, tension_N=None, swivel_rad=None, tension_setpoint_N=None)
+    gone = ("tension_N", "swivel_rad", "tension_setpoint_N", "roll_pitch_yaw_rad")
+    log = changed(synthetic.log, **dict.fromkeys(gone))  # lengths alone
     cdprcal.write_log(log, str(tmp_path / "poor.csv"))
     ran = cli("report", "irma4", tmp_path / "poor.csv", "-o", tmp_path / "poor.html")
     assert ran.code == 1

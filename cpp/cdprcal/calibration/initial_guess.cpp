@@ -302,7 +302,7 @@ std::optional<CalibrationProblem> kept_upright(const CalibrationProblem& problem
   out.noise.reset();
   out.robot.sigma.attitude_rad = out.robot.sigma.absolute_yaw_rad = kLittle_rad;
   const Vector3 angles =
-      euler_from_rotation(reference.rotation.toRotationMatrix(), problem.robot.euler_convention);
+      euler_from_rotation(reference.rotation_matrix(), problem.robot.euler_convention);
   for (Measurement& m : out.measurements) {
     m.roll_pitch_yaw_rad.head<2>() = angles.head<2>();
     if (!is_read(problem, Channel::absolute_yaw)) m.absolute_yaw_rad = angles[2];

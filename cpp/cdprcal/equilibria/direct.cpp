@@ -8,6 +8,7 @@
 #include "cdprcal/equilibria/pose_search.hpp"
 #include "cdprcal/equilibria/starts.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/statics/tension.hpp"
 
 namespace cdprcal {
@@ -209,6 +210,7 @@ class TensionProblem {
 EquilibriumResult direct_from_tensions(const Robot& robot, const CableVector& tension_N,
                                        const std::optional<Pose>& start,
                                        const DirectOptions& options) {
+  refuse_guided(robot, "direct geometrico-static problem");
   check_tensions(robot, tension_N);
   TensionProblem problem(robot, tension_N, options);
   EquilibriumResult last;
@@ -239,6 +241,7 @@ EquilibriumResult direct_from_tensions(const Robot& robot, const CableVector& te
 std::vector<EquilibriumResult> all_equilibria_from_tensions(const Robot& robot,
                                                             const CableVector& tension_N,
                                                             const DirectOptions& options) {
+  refuse_guided(robot, "direct geometrico-static problem");
   check_tensions(robot, tension_N);
   TensionProblem problem(robot, tension_N, options);
   DistinctEquilibria distinct(robot);

@@ -9,6 +9,7 @@
 #include "cdprcal/equilibria/pose_search.hpp"
 #include "cdprcal/equilibria/starts.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/statics/tension.hpp"
 
 namespace cdprcal {
@@ -252,6 +253,7 @@ class LengthProblem {
 EquilibriumResult direct_from_lengths(const Robot& robot, const CableVector& length_m,
                                       const std::optional<Pose>& start,
                                       const DirectOptions& options) {
+  refuse_guided(robot, "direct geometrico-static problem");
   check_lengths(robot, length_m);
   LengthProblem problem(robot, length_m, options);
   EquilibriumResult best;
@@ -280,6 +282,7 @@ EquilibriumResult direct_from_lengths(const Robot& robot, const CableVector& len
 std::vector<EquilibriumResult> all_equilibria_from_lengths(const Robot& robot,
                                                            const CableVector& length_m,
                                                            const DirectOptions& options) {
+  refuse_guided(robot, "direct geometrico-static problem");
   check_lengths(robot, length_m);
   LengthProblem problem(robot, length_m, options);
   DistinctEquilibria distinct(robot);

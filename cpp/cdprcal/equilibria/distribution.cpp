@@ -127,7 +127,7 @@ ForceFamily force_family(const Robot& robot, const PlatformState& state) {
 
 CableVector lambda_of(const Robot& robot, const PlatformState& state,
                       const CableVector& tension_N) {
-  if (state.cable_count >= kCablesThatHold) {
+  if (holds_orientation(robot)) {
     const WrenchFamily family = wrench_family(robot, state);
     return family.valid ? CableVector(family.basis.transpose() * tension_N) : CableVector();
   }

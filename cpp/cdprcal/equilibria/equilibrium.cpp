@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <limits>
 
+#include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/statics/tension.hpp"
 
 namespace cdprcal {
@@ -98,6 +99,15 @@ Stability stability(const Robot& robot, const PlatformState& state, const CableV
   const Vector6 scale = twist_scale(characteristic_length_m(robot));
   const Matrix6 hessian = stiffness(robot, state, tension_N);
   Stability result;
+  if (is_guided(robot)) {
+    // As many cables as freedoms and more leave none of them free.
+    const TwistBasis basis = motion_basis(robot);
+    const FreeMatrix k =
+        basis.transpose() * (scale.asDiagonal() * hessian * scale.asDiagonal()) * basis;
+    result.constant_tensions_N_m = least_eigenvalue(0.5 * (k + k.transpose()));
+    result.locked_lengths_N_m = std::numeric_limits<double>::infinity();
+    return result;
+  }
   const FreeMatrix free = scaled_free_stiffness(state, hessian, scale);
   result.locked_lengths_N_m =
       free.rows() == 0 ? std::numeric_limits<double>::infinity() : least_eigenvalue(free);
@@ -117,6 +127,8 @@ const char* to_string(EquilibriumStatus status) {
   switch (status) {
     case EquilibriumStatus::found:
       return "found";
+    case EquilibriumStatus::obstructed:
+      return "obstructed";
     case EquilibriumStatus::unstable:
       return "unstable";
     case EquilibriumStatus::infeasible:

@@ -10,6 +10,7 @@ namespace cdprcal {
 
 enum class EquilibriumStatus {
   found,            ///< balanced to machine precision and stable; every cable carries tension ≥ 0
+  obstructed,       ///< found, were there nothing in the way (kinematics/obstruction.hpp)
   unstable,         ///< balanced, but the platform would leave this pose at the slightest touch
   infeasible,       ///< balanced, but a tension is outside the robot's limits (inverse problem)
   slack,            ///< balanced, but a cable hangs loose: it is on fewer cables than asked

@@ -17,7 +17,7 @@ HeldPoint held_point(const Robot& robot, const HeldMotion& motion, double s) {
 
 std::vector<int> cables_led_by_tension(const Robot& robot, const std::vector<Pose>& poses) {
   const int n = robot.cable_count();
-  const int free = n - kCablesThatHold;
+  const int free = n - cables_that_hold(robot);
   if (free <= 0) return {};
   std::vector<NullBasis> bases;
   for (const Pose& pose : poses) {
@@ -49,8 +49,8 @@ std::vector<int> cables_led_by_tension(const Robot& robot, const std::vector<Pos
     for (int b = a + 1; free == 2 && b < n; ++b) consider({a, b});
   }
   if (bases.empty() || best.empty()) {
-    throw InputError("no " + std::to_string(kCablesThatHold) + " cables of " + robot.name +
-                     " hold the platform at all poses of the plan; plan again in a smaller box");
+    throw InputError("no " + std::to_string(cables_that_hold(robot)) + " cables of " + robot.name +
+                     " hold the platform at all poses of the plan; make a plan in a smaller box");
   }
   return best;
 }

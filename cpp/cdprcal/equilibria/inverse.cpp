@@ -9,6 +9,7 @@
 #include "cdprcal/equilibria/starts.hpp"
 #include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/kinematics/obstruction.hpp"
 #include "cdprcal/statics/tension.hpp"
 
 namespace cdprcal {
@@ -18,13 +19,21 @@ namespace {
 constexpr double kStepLimit = 0.3;
 /// Tensions may pass a limit by this much of the range: rounding, not infeasibility.
 constexpr double kLimitSlack = 1e-9;
+/// Where guides do not let the platform be [m, rad].
+constexpr double kOffMotion = 1e-6;
 
 }  // namespace
 
 InverseSolver::InverseSolver(Robot robot, const InverseOptions& options)
     : robot_(std::move(robot)), options_(options), holds_(holds_orientation(robot_)) {
   const int n = robot_.cable_count();
-  if (n < 3) {
+  const int hold = cables_that_hold(robot_);
+  if (is_guided(robot_) && (n < hold || n - hold > kMostFree)) {
+    throw InputError(std::string("inverse geometrico-static problem: the motion ") +
+                     to_string(robot_.platform.motion) + " needs " + std::to_string(hold) + " to " +
+                     std::to_string(hold + kMostFree) + " cables, not " + std::to_string(n));
+  }
+  if (n < 3 && !holds_) {
     throw InputError("inverse geometrico-static problem: needs 3 cables or more, not " +
                      std::to_string(n) + "; with fewer the position cannot be chosen freely");
   }
@@ -32,7 +41,7 @@ InverseSolver::InverseSolver(Robot robot, const InverseOptions& options)
         std::isfinite(robot_.tension_max_N))) {
     throw InputError("tension_limits_N: need 0 <= minimum < maximum");
   }
-  const int free = n - (holds_ ? kCablesThatHold : 3);
+  const int free = n - (holds_ ? hold : 3);
   if (options_.distribution == TensionDistribution::given_lambda &&
       (options_.lambda_N.size() != free || !options_.lambda_N.allFinite())) {
     throw InputError("given_lambda: needs " + std::to_string(free) + " finite values of lambda_N");
@@ -40,6 +49,12 @@ InverseSolver::InverseSolver(Robot robot, const InverseOptions& options)
   if (options_.rotation && !holds_) {
     throw InputError("rotation: " + std::to_string(n) +
                      " cables do not hold an orientation, statics choose it; leave it out");
+  }
+  if (options_.rotation && is_guided(robot_) &&
+      on_motion(robot_, {Vector3::Zero(), *options_.rotation})
+              .rotation.angularDistance(*options_.rotation) > kOffMotion) {
+    throw InputError(std::string("rotation: the motion ") + to_string(robot_.platform.motion) +
+                     " does not allow it; leave it out");
   }
   if (holds_ && !options_.rotation) options_.rotation = held_orientation(robot_);
   length_scale_m_ = characteristic_length_m(robot_);
@@ -87,7 +102,7 @@ InverseSolver::Point InverseSolver::continue_from(const Vector3& position_m,
     const double error = m.value.norm();
     if (error <= options_.tolerance * moment_scale_Nm_) {
       point.tension_N = m.tension.tension_N;
-      classify(state, point);
+      classify({position_m, point.rotation}, state, point);
       return point;
     }
     if (error > previous && ++grown > 3) return point;  // not in any basin
@@ -105,7 +120,9 @@ InverseSolver::Point InverseSolver::held(const Vector3& position_m,
                                          const Eigen::Quaterniond& rotation) const {
   Point point;
   point.rotation = rotation;
-  const PlatformState state = platform_state(robot_, {position_m, rotation});
+  const Pose pose{position_m, rotation};
+  if (is_guided(robot_) && minus(on_motion(robot_, pose), pose).norm() > kOffMotion) return point;
+  const PlatformState state = platform_state(robot_, pose);
   if (!state.valid) {
     point.status = EquilibriumStatus::invalid_geometry;
     return point;
@@ -114,25 +131,33 @@ InverseSolver::Point InverseSolver::held(const Vector3& position_m,
       distribute_wrench(robot_, state, options_.distribution, options_.lambda_N);
   if (!tension.valid) return point;
   point.tension_N = tension.tension_N;
-  classify(state, point);
+  classify({position_m, rotation}, state, point);
   return point;
 }
 
-void InverseSolver::classify(const PlatformState& state, Point& point) const {
+void InverseSolver::classify(const Pose& pose, const PlatformState& state, Point& point) const {
   point.margin_N = tension_margin_N(robot_, point.tension_N);
   if (point.margin_N < -kLimitSlack * (robot_.tension_max_N - robot_.tension_min_N)) {
     point.status = EquilibriumStatus::infeasible;
     return;
   }
+  const auto held =
+      is_clear(robot_, pose, state) ? EquilibriumStatus::found : EquilibriumStatus::obstructed;
   if (holds_ && options_.stability == StabilityNotion::locked_lengths) {
-    point.status = EquilibriumStatus::found;  // no motion is left that lengths do not resist
+    point.status = held;  // no motion is left that lengths do not resist
+    return;
+  }
+  if (is_guided(robot_)) {
+    point.status = stability(robot_, state, point.tension_N).constant_tensions_N_m > 0.0
+                       ? held
+                       : EquilibriumStatus::unstable;
     return;
   }
   const Matrix6 hessian = stiffness(robot_, state, point.tension_N);
   const bool stable = options_.stability == StabilityNotion::locked_lengths
                           ? stable_with_locked_lengths(state, hessian, length_scale_m_)
                           : stable_with_constant_tensions(hessian, length_scale_m_);
-  point.status = stable ? EquilibriumStatus::found : EquilibriumStatus::unstable;
+  point.status = stable ? held : EquilibriumStatus::unstable;
 }
 
 InverseSolver::Point InverseSolver::search_from(const Vector3& position_m,
@@ -189,11 +214,19 @@ InverseResult InverseSolver::describe(const Vector3& position_m, const Point& po
       result.reason = "a platform anchor would be inside a pulley or on its swivel axis";
       return result;
     case EquilibriumStatus::not_found:
-      result.reason = holds_ ? "the cables do not hold the platform in all six directions there"
-                             : "no orientation balances the moments at this position";
+      result.reason = !holds_ ? "no orientation balances the moments at this position"
+                      : is_guided(robot_) && minus(on_motion(robot_, {position_m, point.rotation}),
+                                                   {position_m, point.rotation})
+                                                     .norm() > kOffMotion
+                          ? "the platform's motion does not take it there"
+                          : "the cables do not hold the platform in all directions there";
       return result;
     case EquilibriumStatus::infeasible:
       result.reason = "a tension misses its limits by " + std::to_string(-point.margin_N) + " N";
+      break;
+    case EquilibriumStatus::obstructed:
+      result.reason = obstruction(robot_, {position_m, point.rotation},
+                                  platform_state(robot_, {position_m, point.rotation}));
       break;
     case EquilibriumStatus::unstable:
       result.reason = "the equilibrium is not stable";
@@ -207,8 +240,12 @@ InverseResult InverseSolver::describe(const Vector3& position_m, const Point& po
   const PlatformState state = platform_state(robot_, result.pose);
   result.length_m = state.length_m();
   result.lambda_N = lambda_of(robot_, state, point.tension_N);
-  result.residual_N =
-      balance_error_N(wrench_residual(robot_, state, point.tension_N), length_scale_m_);
+  Vector6 residual = wrench_residual(robot_, state, point.tension_N);
+  if (is_guided(robot_)) {  // guides carry the rest
+    const TwistBasis free = motion_basis(robot_);
+    residual = free * (free.transpose() * residual).eval();
+  }
+  result.residual_N = balance_error_N(residual, length_scale_m_);
   result.stability = stability(robot_, state, point.tension_N);
   result.stable = (options_.stability == StabilityNotion::locked_lengths
                        ? result.stability.locked_lengths_N_m

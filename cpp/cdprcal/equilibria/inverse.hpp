@@ -1,5 +1,6 @@
 // Inverse geometrico-static problem: position → orientation and tensions (eqs A1–A3). From six
-// cables on the orientation is commanded, not found, and tensions alone are to be chosen.
+// cables on, fewer where guides hold, the orientation is commanded, not found, and tensions alone
+// are to be chosen (holds_orientation).
 #pragma once
 
 #include <optional>
@@ -33,7 +34,8 @@ struct InverseResult : EquilibriumResult {
 /// Solves many positions of one robot. Checks the problem once; what follows does not allocate.
 class InverseSolver {
  public:
-  /// Throws InputError for n < 3 (a position cannot be chosen freely), a rotation of fewer than six
+  /// Throws InputError for n < 3 (a position cannot be chosen freely), fewer cables than a guided
+  /// platform has freedoms or over kMostFree more, a rotation of fewer than six
   /// cables, and unless 0 ≤ τ_min < τ_max < ∞ and λ has n − 3 values (n − 6 from six cables on).
   InverseSolver(Robot robot, const InverseOptions& options);
 
@@ -46,8 +48,9 @@ class InverseSolver {
   };
 
   /// Newton on eq. A1 from a rotation that is close (a solved neighbour). Status: found,
-  /// infeasible (limits, eq. A3), unstable (eq. A4), not_found, invalid_geometry. From six cables
-  /// on the rotation is kept: status found where it is wrench-feasible within the limits.
+  /// obstructed, infeasible (limits, eq. A3), unstable (eq. A4), not_found, invalid_geometry. From
+  /// six cables on the rotation is kept: status found where it is wrench-feasible within the
+  /// limits.
   [[nodiscard]] Point continue_from(const Vector3& position_m,
                                     const Eigen::Quaterniond& rotation) const;
 
@@ -79,14 +82,14 @@ class InverseSolver {
   [[nodiscard]] Moment moment(const PlatformState& state, bool with_position = false) const;
 
  private:
-  void classify(const PlatformState& state, Point& point) const;
+  void classify(const Pose& pose, const PlatformState& state, Point& point) const;
   [[nodiscard]] Point held(const Vector3& position_m, const Eigen::Quaterniond& rotation) const;
 
   Robot robot_;
   InverseOptions options_;
   double length_scale_m_;
   double moment_scale_Nm_;
-  bool holds_;  ///< six cables or more
+  bool holds_;  ///< holds_orientation(robot_)
 };
 
 /// One position. With `start` Newton goes first, NLopt from there if it fails; without, see

@@ -17,25 +17,38 @@ constexpr double kSingular = 1e-10;
 /// How much of a cable's tension must be free for the rule of N to hold on to it.
 constexpr double kFree = 1e-3;
 
+/// f numbers, and f×f, f×n of them.
+using FreeVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 6, 1>;
+using FreeSquare = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
+using FreeRows =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxCables>;
+
 /// X, its Gram matrix's factor and its null space.
 struct WrenchRows {
   bool valid = false;
-  WrenchMatrix x;            ///< moments divided by the platform's size
-  Eigen::LLT<Matrix6> gram;  ///< of X Xᵀ
-  Vector6 scale;             ///< of a wrench: moments divided by the platform's size
-  Vector6 load;              ///< f, scaled alike
-  [[nodiscard]] CableVector least_norm(const Vector6& wrench) const {
+  FreeRows x;                   ///< moments divided by the platform's size
+  Eigen::LLT<FreeSquare> gram;  ///< of X Xᵀ
+  TwistBasis scaled_basis;      ///< B, of wrenches whose moments are not divided
+  FreeVector load;              ///< f, scaled alike
+  [[nodiscard]] CableVector least_norm(const FreeVector& wrench) const {
     return x.transpose() * gram.solve(wrench);
+  }
+  [[nodiscard]] FreeVector reduced(const Vector6& wrench) const {
+    return scaled_basis.transpose() * wrench;
   }
 };
 
 WrenchRows wrench_rows(const Robot& robot, const PlatformState& state) {
   WrenchRows rows;
-  if (!state.valid || state.cable_count < kCablesThatHold) return rows;
-  rows.scale << Vector3::Ones(), Vector3::Constant(1.0 / characteristic_length_m(robot));
-  rows.x = rows.scale.asDiagonal() * structure_matrix(state);
-  rows.load = rows.scale.asDiagonal() * gravity_wrench(robot, state);
-  const Matrix6 gram = rows.x * rows.x.transpose();
+  const int n = state.cable_count;
+  const bool few = n < cables_that_hold(robot) || n - cables_that_hold(robot) > kMostFree;
+  if (!state.valid || few) return rows;
+  Vector6 scale;
+  scale << Vector3::Ones(), Vector3::Constant(1.0 / characteristic_length_m(robot));
+  rows.scaled_basis = scale.asDiagonal() * motion_basis(robot);
+  rows.x = rows.scaled_basis.transpose() * structure_matrix(state);
+  rows.load = rows.reduced(gravity_wrench(robot, state));
+  const FreeSquare gram = rows.x * rows.x.transpose();
   rows.gram.compute(gram);
   if (rows.gram.info() != Eigen::Success) return rows;
   const auto pivots = rows.gram.matrixLLT().diagonal().array().square();
@@ -46,7 +59,7 @@ WrenchRows wrench_rows(const Robot& robot, const PlatformState& state) {
 /// N, orthonormal, whose column c belongs to the cable of `lead`; false when they do not lead.
 bool basis_led_by(const WrenchRows& rows, const std::array<int, 2>& lead, NullBasis& basis) {
   const auto n = rows.x.cols();
-  basis.resize(n, n - kCablesThatHold);
+  basis.resize(n, n - rows.x.rows());
   for (Eigen::Index c = 0; c < basis.cols(); ++c) {
     basis.col(c) = -rows.least_norm(rows.x.col(lead[c]));
     basis(lead[c], c) += 1.0;
@@ -62,7 +75,8 @@ bool basis_led_by(const WrenchRows& rows, const std::array<int, 2>& lead, NullBa
 
 bool null_basis(const WrenchRows& rows, NullBasis& basis) {
   const int n = static_cast<int>(rows.x.cols());
-  if (basis_led_by(rows, {kCablesThatHold, kCablesThatHold + 1}, basis)) return true;
+  const int held = static_cast<int>(rows.x.rows());
+  if (basis_led_by(rows, {held, held + 1}, basis)) return true;
   for (int a = n - 1; a >= 0; --a) {
     for (int b = a - 1; b >= 0; --b) {
       if (basis_led_by(rows, {b, a}, basis)) return true;
@@ -143,7 +157,7 @@ Score score_of(const Robot& robot, const std::vector<Vector3>& lattice,
                const Eigen::Quaterniond& rotation) {
   Score score;
   for (const Vector3& position_m : lattice) {
-    const PlatformState state = platform_state(robot, {position_m, rotation});
+    const PlatformState state = platform_state(robot, on_motion(robot, {position_m, rotation}));
     const DistributedTension tension =
         distributed(robot, wrench_rows(robot, state), TensionDistribution::barycentre, {}, false);
     if (!tension.valid || !tension.polytope_exists) continue;
@@ -182,17 +196,21 @@ CableVector balanced_near(const Robot& robot, const PlatformState& state,
 CableVector tensions_of_least_norm(const Robot& robot, const PlatformState& state,
                                    const Vector6& wrench) {
   const WrenchRows rows = wrench_rows(robot, state);
-  return rows.valid ? rows.least_norm(rows.scale.cwiseProduct(wrench)) : CableVector();
+  return rows.valid ? rows.least_norm(rows.reduced(wrench)) : CableVector();
 }
 
 Eigen::Quaterniond held_orientation(const Robot& robot) {
+  const MotionRow& motion = row_of(robot.platform.motion);
+  if (motion.is_point()) return Eigen::Quaterniond::Identity();
+  const Vector3 axis =
+      motion.is_planar() ? robot.platform.motion_plane_normal : Vector3(Vector3::UnitZ());
   const std::vector<Vector3> lattice = middle_lattice(robot);
   const Eigen::Quaterniond own = Eigen::Quaterniond::Identity();
   const Score of_own = score_of(robot, lattice, own);
   Eigen::Quaterniond best = own;
   Score of_best = of_own;
   const auto try_turn = [&](const Eigen::Quaterniond& from, double angle_rad) {
-    const Eigen::Quaterniond turned = (exp_so3(angle_rad * Vector3::UnitZ()) * from).normalized();
+    const Eigen::Quaterniond turned = (exp_so3(angle_rad * axis) * from).normalized();
     const Score score = score_of(robot, lattice, turned);
     if (!score.better_than(of_best)) return;
     best = turned;

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "cdprcal/kinematics/obstruction.hpp"
+
 namespace cdprcal::detail {
 namespace {
 
@@ -177,6 +179,7 @@ std::vector<Pose> candidates(const FrameProblem& problem, const FrameState& stat
     pose = on_motion(robot, pose);
     const bool planar = row_of(robot.platform.motion).is_planar();
     if (planar && !held_from_all_sides(robot, problem.unknowns.axes, pose.position_m)) return;
+    if (!is_clear(robot, pose, platform_state(robot, pose))) return;
     out.push_back(pose);
   };
   const auto count = [&](int axis) { return high[axis] - low[axis] > 1e-6 ? steps : 1; };

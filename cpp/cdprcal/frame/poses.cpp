@@ -94,7 +94,7 @@ void require_lengths(const Robot& robot, const Log& log) {
   if (!log.direct_length_m.array().isFinite().any() && !log.length_m.array().isFinite().any()) {
     throw InputError(log.source +
                      ": holds no lengths, neither whole (direct_length_1_m …) nor relative "
-                     "(length_1_m …): a frame is found from lengths");
+                     "(length_1_m …): give logs that have them, a frame is found from lengths");
   }
 }
 
@@ -130,7 +130,7 @@ FramePoseSet frame_poses(const Robot& robot, const std::vector<Log>& logs,
     }
   }
   if (!guessed) out.guess.clear();
-  if (out.poses.empty()) throw InputError(logs[0].source + ": holds no poses");
+  if (out.poses.empty()) throw InputError(logs[0].source + ": holds no poses; give a log with rests, or a list of them");
   return out;
 }
 

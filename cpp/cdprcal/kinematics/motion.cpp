@@ -2,6 +2,8 @@
 
 #include <Eigen/QR>
 
+#include "cdprcal/error.hpp"
+
 namespace cdprcal {
 namespace {
 
@@ -51,6 +53,14 @@ TwistBasis guided_basis(const Robot& robot) {
       return side_by_side(normal, Matrix3::Identity());
   }
   return TwistBasis(6, 0);
+}
+
+void refuse_guided(const Robot& robot, const std::string& what) {
+  if (!is_guided(robot)) return;
+  throw InputError(what + ": " + robot.name + " is guided (platform.motion " +
+                   to_string(robot.platform.motion) +
+                   "), which is not known there; use calibrate, diagnose, geometry, generate or the "
+                   "inverse problem, which know it");
 }
 
 Pose on_motion(const Robot& robot, const Pose& pose) {

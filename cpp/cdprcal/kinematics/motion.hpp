@@ -20,6 +20,10 @@ inline int freedoms(const Robot& robot) {
   return row.turns + row.shifts;
 }
 
+/// Throws InputError where `what` is to be done for a platform that is guided, and does not know
+/// guides.
+void refuse_guided(const Robot& robot, const std::string& what);
+
 /// The pose that the platform can take nearest to one: in its plane, turned about its normal, or
 /// not turned at all.
 Pose on_motion(const Robot& robot, const Pose& pose);

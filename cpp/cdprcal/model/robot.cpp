@@ -114,6 +114,27 @@ void check_position_sigma(const Pulley& pulley, std::size_t index) {
   }
 }
 
+void check_surroundings(const Surroundings& around) {
+  const double endless = std::numeric_limits<double>::infinity();
+  if (around.floor_m != -endless) require_finite(around.floor_m, "floor_m");
+  for (std::size_t i = 0; i < around.keep_out.size(); ++i) {
+    const Box& box = around.keep_out[i];
+    const std::string field = "keep_out[#" + std::to_string(i + 1) + "]";
+    require_finite(box.lower_m, field + ".lower_m");
+    require_finite(box.upper_m, field + ".upper_m");
+    if (!(box.lower_m.array() < box.upper_m.array()).all()) {
+      throw FieldError(field + ".lower_m", "must be below upper_m in every direction");
+    }
+  }
+  require_finite(around.length_min_m, "length_limits_m");
+  if (!(around.length_min_m >= 0.0 && around.length_min_m < around.length_max_m)) {
+    throw FieldError("length_limits_m",
+                     "must be [minimum, maximum] with 0 ≤ minimum < maximum, not [" +
+                         shortest(around.length_min_m) + ", " + shortest(around.length_max_m) +
+                         "]");
+  }
+}
+
 void check_sigma(const Robot& robot) {
   const SensorSigma& sigma = robot.sigma;
   for (const Sensor& sensor : kSensorTable) {
@@ -159,6 +180,9 @@ void check_and_complete(Robot& robot) {
   require_finite(robot.platform.centre_of_mass_m, "platform.centre_of_mass_m");
   check_inertia(robot.platform.inertia_kg_m2);
   check_motion(robot.platform);
+  for (const Vector3& corner : robot.platform.outline_m) {
+    require_finite(corner, "platform.outline_m");
+  }
 
   if (robot.cables.empty() || robot.cables.size() > static_cast<std::size_t>(kMaxCables)) {
     throw FieldError("cables", "a robot must have 1 to " + std::to_string(kMaxCables) +
@@ -181,6 +205,7 @@ void check_and_complete(Robot& robot) {
                          shortest(robot.tension_min_N) + ", " + shortest(robot.tension_max_N) +
                          "]");
   }
+  check_surroundings(robot.surroundings);
   check_sigma(robot);
   if (robot.sigma.wrench_force_N == 0.0) {
     robot.sigma.wrench_force_N = default_wrench_force_N(robot);

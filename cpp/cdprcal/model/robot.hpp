@@ -2,9 +2,11 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <string>
 #include <vector>
 
+#include "cdprcal/geometry/box.hpp"
 #include "cdprcal/geometry/euler.hpp"
 #include "cdprcal/model/sensors.hpp"
 #include "cdprcal/types.hpp"
@@ -63,6 +65,22 @@ struct Platform {
   /// n of planar motions, a unit vector in the world; zero otherwise. P stays in the plane through
   /// the world's origin (n·p = 0), and what turns, turns about n.
   Vector3 motion_plane_normal = Vector3::Zero();
+  /// Corners of its body in the platform frame, where it reaches further than P and the anchors.
+  std::vector<Vector3> outline_m;
+};
+
+/// What a platform that the cables could carry must keep from (kinematics/obstruction.hpp).
+struct Surroundings {
+  double floor_m = -std::numeric_limits<double>::infinity();  ///< no part is below this z
+  std::vector<Box> keep_out;  ///< neither platform nor cables enter these
+  double length_min_m = 0.0;  ///< of every cable's length l (eq. 5)
+  double length_max_m = std::numeric_limits<double>::infinity();
+
+  [[nodiscard]] bool limits_length() const {
+    return length_min_m > 0.0 || length_max_m < std::numeric_limits<double>::infinity();
+  }
+  [[nodiscard]] bool has_floor() const { return std::isfinite(floor_m); }
+  [[nodiscard]] bool any() const { return has_floor() || !keep_out.empty() || limits_length(); }
 };
 
 /// A known effect, or a known fault of the readings' map, as the robot file lists it: in the file's
@@ -84,6 +102,7 @@ struct Robot {
   std::vector<Cable> cables;
   double tension_min_N = 0.0;
   double tension_max_N = 0.0;
+  Surroundings surroundings;
   EulerConvention euler_convention = EulerConvention::XYZ;
   SensorSigma sigma;
   std::vector<AppliedEffect> effects;  ///< known beyond the ideal model; calibration applies them

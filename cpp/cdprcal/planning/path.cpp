@@ -7,6 +7,7 @@
 #include "cdprcal/equilibria/held_motion.hpp"
 #include "cdprcal/equilibria/starts.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/kinematics/obstruction.hpp"
 #include "cdprcal/statics/tension.hpp"
 
 namespace cdprcal {
@@ -124,7 +125,10 @@ bool PathChecker::accept(const PathPoint& point, Path& path) const {
   } else if (!bounds_.contains(point.pose.position_m, 1e-9)) {
     fail(path, PathStatus::outside_workspace, point, "the platform leaves its bounds");
   } else if (!solver_.in_workspace(point.pose.position_m, point.pose.rotation)) {
-    fail(path, PathStatus::outside_workspace, point, "the platform leaves the static workspace");
+    fail(path, PathStatus::outside_workspace, point,
+         is_clear(solver_.robot(), point.pose, platform_state(solver_.robot(), point.pose))
+             ? "the platform leaves the static workspace"
+             : "something is in the way");
   }
   path.points.push_back(point);
   return path.clear();

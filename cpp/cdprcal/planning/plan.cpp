@@ -5,6 +5,7 @@
 
 #include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/planning/candidates.hpp"
 #include "cdprcal/planning/known_effects.hpp"
 #include "cdprcal/planning/legs.hpp"
@@ -276,7 +277,7 @@ int Plan::measured_count() const {
       std::count_if(poses.begin(), poses.end(), [](const PlannedPose& p) { return p.measured; }));
 }
 
-bool Plan::led_by_lengths() const { return start_tension_N.size() >= kCablesThatHold; }
+bool Plan::led_by_lengths() const { return start_tension_N.size() >= 6; }
 
 const char* to_string(PlanStatus status) {
   switch (status) {
@@ -291,6 +292,7 @@ const char* to_string(PlanStatus status) {
 }
 
 PlanResult make_plan(const Robot& robot, const PlanOptions& options) {
+  refuse_guided(robot, "plan");
   const KnownEffects effects(robot);
   PlanResult result = Planner(effects.robot(), options).run();
   if (result.status == PlanStatus::planned &&

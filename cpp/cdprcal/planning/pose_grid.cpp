@@ -99,7 +99,7 @@ std::vector<Vector3> grid_positions(const Box& box, const std::array<int, 3>& co
 }
 
 std::optional<Box> published_measurement_box(const Robot& robot) {
-  if (robot.name != "irma4") return std::nullopt;
+  if (robot.name != "irma4" || robot.surroundings.any()) return std::nullopt;
   const Robot irma4 = load_robot("irma4");
   if (robot.cable_count() != irma4.cable_count()) return std::nullopt;
   for (int i = 0; i < irma4.cable_count(); ++i) {

@@ -111,7 +111,46 @@ sensors:
   sigma: {length_m: 0.01, swivel_deg: 1, attitude_deg: 2, tension_N: 10}
 )";
 
-inline constexpr std::array<BuiltinRobot, 4> kBuiltinRobots{
-    {{"irma4", kIrma4Yaml}, {"ring3", kRing3Yaml}, {"ring5", kRing5Yaml}, {"posts8", kPosts8Yaml}}};
+inline constexpr const char* kBelts4Yaml =
+    R"(# 4 belts in an upright plane to the middle of a sled, as of a wall plotter or a router.
+name: belts4
+gravity_m_s2: 9.81
+platform:
+  mass_kg: 6
+  motion: 2T
+  motion_plane_normal: [0, 1, 0]
+cables:
+  - pulley: {radius_m: 0, position_m: [-1.6, 0, 2.2]}
+  - pulley: {radius_m: 0, position_m: [1.6, 0, 2.2]}
+  - pulley: {radius_m: 0, position_m: [1.6, 0, 0]}
+  - pulley: {radius_m: 0, position_m: [-1.6, 0, 0]}
+tension_limits_N: [10, 150]
+sensors:
+  sigma: {length_m: 0.001, tension_N: 3, direct_length_m: 0.001}
+)";
+
+inline constexpr const char* kHang4Yaml =
+    R"(# 4 lines to a carriage that cannot turn, one from the ceiling and three from the floor, as of a
+# hanging printer, whose paired lines keep it level.
+name: hang4
+gravity_m_s2: 9.81
+platform: {mass_kg: 2.5, motion: 3T}
+cables:
+  - pulley: {radius_m: 0, position_m: [0, -1.5, 0]}
+  - pulley: {radius_m: 0, position_m: [1.3, 0.75, 0]}
+  - pulley: {radius_m: 0, position_m: [-1.3, 0.75, 0]}
+  - pulley: {radius_m: 0, position_m: [0, 0, 2.4]}
+tension_limits_N: [4, 80]
+floor_m: 0
+sensors:
+  sigma: {length_m: 0.001, tension_N: 2}
+)";
+
+inline constexpr std::array<BuiltinRobot, 6> kBuiltinRobots{{{"irma4", kIrma4Yaml},
+                                                             {"ring3", kRing3Yaml},
+                                                             {"ring5", kRing5Yaml},
+                                                             {"posts8", kPosts8Yaml},
+                                                             {"belts4", kBelts4Yaml},
+                                                             {"hang4", kHang4Yaml}}};
 
 }  // namespace cdprcal::detail

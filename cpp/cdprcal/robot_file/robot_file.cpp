@@ -24,8 +24,8 @@ constexpr double kPointInertia_m2 = 0.4 * 0.1 * 0.1;
 // Reading: one function a mapping of the file. A new section is one more key and one more function.
 
 Platform read_platform(const YamlField& field) {
-  const YamlMapping map(
-      field, {"mass_kg", "centre_of_mass_m", "inertia_kg_m2", "motion", "motion_plane_normal"});
+  const YamlMapping map(field, {"mass_kg", "centre_of_mass_m", "inertia_kg_m2", "motion",
+                                "motion_plane_normal", "outline_m"});
   Platform platform;
   platform.mass_kg = map.require("mass_kg").number();
   if (const auto motion = map.find("motion")) {
@@ -37,6 +37,9 @@ Platform read_platform(const YamlField& field) {
   }
   if (const auto normal = map.find("motion_plane_normal")) {
     platform.motion_plane_normal = normal->direction();
+  }
+  if (const auto outline = map.find("outline_m")) {
+    for (const YamlField& corner : outline->items()) platform.outline_m.push_back(corner.vector3());
   }
   const bool is_point = row_of(platform.motion).is_point();
   if (!is_point || map.find("centre_of_mass_m")) {
@@ -128,6 +131,25 @@ SensorSigma read_sigma(const YamlField& field) {
   sigma.wrench_force_N = map.number_or("wrench_force_N", sigma.wrench_force_N);
   sigma.wrench_moment_Nm = map.number_or("wrench_moment_Nm", sigma.wrench_moment_Nm);
   return sigma;
+}
+
+Surroundings read_surroundings(const YamlMapping& map) {
+  Surroundings out;
+  out.floor_m = map.number_or("floor_m", out.floor_m);
+  if (const auto boxes = map.find("keep_out")) {
+    for (const YamlField& box : boxes->items()) {
+      const YamlMapping corners(box, {"lower_m", "upper_m"});
+      out.keep_out.push_back(
+          {corners.require("lower_m").vector3(), corners.require("upper_m").vector3()});
+    }
+  }
+  if (const auto limits = map.find("length_limits_m")) {
+    const std::vector<double> length_m = limits->numbers(2);
+    out.length_min_m = length_m[0];
+    // to_yaml writes "no maximum" so: YAML's infinity is no number of a robot file.
+    if (length_m[1] < std::numeric_limits<double>::max()) out.length_max_m = length_m[1];
+  }
+  return out;
 }
 
 void read_sensors(const YamlField& field, Robot& robot) {
@@ -228,6 +250,27 @@ std::string motion_entry(const Platform& platform) {
   return text;
 }
 
+std::string outline_entry(const Platform& platform) {
+  std::string text;
+  for (const Vector3& corner : platform.outline_m)
+    text += (text.empty() ? "" : ", ") + flow(corner);
+  return text.empty() ? "" : "  outline_m: [" + text + "]\n";
+}
+
+std::string surroundings_entry(const Surroundings& around) {
+  std::string text;
+  if (around.has_floor()) text += "floor_m: " + shortest(around.floor_m) + "\n";
+  if (!around.keep_out.empty()) text += "keep_out:\n";
+  for (const Box& box : around.keep_out) {
+    text += "  - {lower_m: " + flow(box.lower_m) + ", upper_m: " + flow(box.upper_m) + "}\n";
+  }
+  if (around.limits_length()) {
+    const double most_m = std::min(around.length_max_m, std::numeric_limits<double>::max());
+    text += "length_limits_m: [" + shortest(around.length_min_m) + ", " + shortest(most_m) + "]\n";
+  }
+  return text;
+}
+
 std::string position_sigma_entry(const Pulley& pulley) {
   const Vector3& sigma = pulley.position_sigma_m;
   if (sigma.array().isNaN().all()) return "";
@@ -254,7 +297,7 @@ std::string effect_entry(const AppliedEffect& effect, int cables) {
 Robot parse_robot(const std::string& yaml_text, const std::string& source) {
   const YamlField document = YamlField::parse_document(yaml_text, source);
   const YamlMapping map(document, {"name", "gravity_m_s2", "platform", "cables", "tension_limits_N",
-                                   "sensors", "effects"});
+                                   "floor_m", "keep_out", "length_limits_m", "sensors", "effects"});
   Robot robot;
   robot.name = map.require("name").text();
   robot.gravity_m_s2 = map.number_or("gravity_m_s2", robot.gravity_m_s2);
@@ -266,6 +309,7 @@ Robot parse_robot(const std::string& yaml_text, const std::string& source) {
   const std::vector<double> limits = map.require("tension_limits_N").numbers(2);
   robot.tension_min_N = limits[0];
   robot.tension_max_N = limits[1];
+  robot.surroundings = read_surroundings(map);
   if (const auto sensors = map.find("sensors")) read_sensors(*sensors, robot);
   if (const auto effects = map.find("effects")) {
     for (const YamlField& effect : effects->items()) {
@@ -327,7 +371,7 @@ std::string to_yaml(const Robot& robot) {
       << "  inertia_kg_m2: [" << flow(checked.platform.inertia_kg_m2.row(0)) << ", "
       << flow(checked.platform.inertia_kg_m2.row(1)) << ", "
       << flow(checked.platform.inertia_kg_m2.row(2)) << "]\n"
-      << motion_entry(checked.platform) << "cables:\n";
+      << motion_entry(checked.platform) << outline_entry(checked.platform) << "cables:\n";
   for (const Cable& cable : checked.cables) {
     const Pulley& pulley = cable.pulley;
     out << "  - pulley: {radius_m: " << shortest(pulley.radius_m)
@@ -338,7 +382,7 @@ std::string to_yaml(const Robot& robot) {
   }
   out << "tension_limits_N: [" << shortest(checked.tension_min_N) << ", "
       << shortest(checked.tension_max_N) << "]\n"
-      << "sensors:\n"
+      << surroundings_entry(checked.surroundings) << "sensors:\n"
       << "  euler_convention: " << to_string(checked.euler_convention) << '\n'
       << "  sigma: " << sigma_entry(checked) << '\n';
   if (!checked.effects.empty()) out << "effects:\n";

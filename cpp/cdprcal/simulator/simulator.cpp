@@ -5,6 +5,7 @@
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/statics/tension.hpp"
 
 namespace cdprcal {
@@ -63,6 +64,7 @@ Simulator::Simulator(PlantParameters parameters, const SimulatorOptions& options
       dynamics_(parameters_, options),
       sensors_(parameters_, options),
       crashed_("not reset yet") {
+  refuse_guided(parameters_.robot, "simulator");
   hold();
 }
 

@@ -2,6 +2,7 @@
 
 #include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/kinematics/motion.hpp"
 
 namespace cdprcal {
 namespace {
@@ -10,7 +11,7 @@ namespace {
 void check_poses(const Robot& robot, const StartUpPlan& plan) {
   if (plan.pose.empty()) return;
   if (!holds_orientation(robot)) {
-    throw InputError("start-up plan: poses are commanded from six cables on; leave them out");
+    throw InputError("start-up plan: poses are for robots whose lengths hold them; leave them out");
   }
   if (plan.pose.size() != plan.setpoint_N.size()) {
     throw InputError("start-up plan: give as many poses as set-points, or none");
@@ -53,6 +54,7 @@ void check_options(const StartUpOptions& o) {
 }
 
 void check_plan(const Robot& robot, StartUpPlan& plan) {
+  refuse_guided(robot, "start-up");
   if (plan.setpoint_N.empty()) throw InputError("start-up plan: no set-points; give at least one");
   for (std::size_t k = 0; k < plan.setpoint_N.size(); ++k) {
     const CableVector& t = plan.setpoint_N[k];

@@ -6,6 +6,7 @@
 #include "cdprcal/equilibria/held_motion.hpp"
 #include "cdprcal/equilibria/inverse.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/synthetic/synthetic.hpp"
 #include "cdprcal/workspace/grid.hpp"
 
@@ -70,7 +71,9 @@ bool reaches(const Robot& robot, const Pose& from, const CableVector& from_N, co
 std::optional<std::vector<SyntheticStop>> visit(const InverseSolver& solver, const Box& box,
                                                 const Counts& counts) {
   std::vector<SyntheticStop> stops;
-  for (const Vector3& position_m : serpentine(box, counts)) {
+  for (const Vector3& inside_m : serpentine(box, counts)) {
+    const Vector3 position_m =
+        on_motion(solver.robot(), {inside_m, Eigen::Quaterniond::Identity()}).position_m;
     const InverseSolver::Point point = solver.solve(position_m);
     if (point.status != EquilibriumStatus::found) return std::nullopt;
     const Pose pose{position_m, point.rotation};
@@ -86,12 +89,17 @@ std::optional<std::vector<SyntheticStop>> visit(const InverseSolver& solver, con
 }  // namespace
 
 std::vector<SyntheticStop> default_stops(const Robot& robot, int nx, int ny, int nz) {
-  const Counts counts{nx, ny, nz};
+  Counts counts{nx, ny, nz};
   for (const int count : counts) {
     if (count < 1 || count > 99) {
       throw InputError("set-points: a grid has 1 to 99 points in each direction, not " +
                        std::to_string(count));
     }
+  }
+  if (row_of(robot.platform.motion).is_planar()) {
+    Eigen::Index across = 0;  // one layer, put on the plane
+    robot.platform.motion_plane_normal.cwiseAbs().maxCoeff(&across);
+    counts[static_cast<std::size_t>(across)] = 1;
   }
   InverseOptions options;
   if (!holds_orientation(robot)) options.stability = StabilityNotion::constant_tensions;

@@ -19,6 +19,8 @@ PointStatus point_status(EquilibriumStatus status) {
   switch (status) {
     case EquilibriumStatus::found:
       return PointStatus::inside;
+    case EquilibriumStatus::obstructed:
+      return PointStatus::obstructed;
     case EquilibriumStatus::infeasible:
       return PointStatus::infeasible;
     case EquilibriumStatus::unstable:

@@ -47,6 +47,8 @@ Box workspace_box(const Robot& robot) {
   if (holds_orientation(robot) && extent.z() > 0.5 * side) {
     box.lower_m.z() = pulleys.lower_m.z();  // cables from below, too
   }
+  const double floor_m = robot.surroundings.floor_m;
+  if (floor_m < box.upper_m.z()) box.lower_m.z() = std::max(box.lower_m.z(), floor_m);
   return box;
 }
 

@@ -4,26 +4,15 @@
 #include <array>
 #include <cstdint>
 
+#include "cdprcal/geometry/box.hpp"
 #include "cdprcal/model/robot.hpp"
 
 namespace cdprcal {
 
-/// Axis-aligned box [m], world axes.
-struct Box {
-  Vector3 lower_m = Vector3::Zero();
-  Vector3 upper_m = Vector3::Zero();
-
-  [[nodiscard]] bool contains(const Vector3& p, double tolerance_m = 0.0) const {
-    return ((p - lower_m).array() >= -tolerance_m).all() &&
-           ((upper_m - p).array() >= -tolerance_m).all();
-  }
-  [[nodiscard]] double volume_m3() const { return (upper_m - lower_m).prod(); }
-};
-
 /// Where a suspended platform's reference point P may be: the horizontal rectangle of the pulleys;
 /// from the highest pulley down by the larger side of that rectangle, but not below the floor z = 0
 /// when the lowest pulley hangs above it by over half that side; down to the lowest pulley where
-/// those of six cables and more are that far above one another.
+/// those of six cables and more are that far above one another; never below the robot's floor_m.
 Box workspace_box(const Robot& robot);
 
 /// Throws InputError when the box is empty or not finite, or lies wholly where no cable can hold

@@ -5,6 +5,7 @@
 
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/workspace/flood.hpp"
 
 namespace cdprcal {
@@ -64,7 +65,8 @@ std::vector<Vector3> Workspace::points_m() const {
 
 Workspace compute_workspace(const Robot& given, const WorkspaceOptions& options) {
   Robot robot = with_effects(given, resolve_effects(given, ""));
-  robot.effects.clear();  // applied
+  robot.effects.clear();                                                             // applied
+  if (row_of(robot.platform.motion).is_planar()) refuse_guided(robot, "workspace");  // a solid
   const InverseSolver solver(robot, options.inverse);
   const Box box = options.box.value_or(workspace_box(robot));
   check_box(robot, box);
@@ -87,15 +89,18 @@ Workspace compute_workspace(const Robot& given, const WorkspaceOptions& options)
 
 std::string explain_empty(const Workspace& workspace) {
   if (workspace.points_inside > 0) return {};
-  std::array<std::int64_t, 5> count{};
+  std::array<std::int64_t, 6> count{};
   for (const PointStatus status : workspace.status) ++count[static_cast<int>(status)];
   const std::int64_t infeasible = count[static_cast<int>(PointStatus::infeasible)];
   const std::int64_t unstable = count[static_cast<int>(PointStatus::unstable)];
   const std::int64_t none = count[static_cast<int>(PointStatus::no_equilibrium)];
+  const std::int64_t obstructed = count[static_cast<int>(PointStatus::obstructed)];
   return "no static workspace: of " + std::to_string(workspace.points_tested) + " seeds, " +
          std::to_string(infeasible) + " need tensions outside the limits, " +
          std::to_string(unstable) + " are unstable and " + std::to_string(none) +
-         " have no equilibrium; check tension_limits_N, the mass and the box";
+         " have no equilibrium" +
+         (obstructed > 0 ? ", at " + std::to_string(obstructed) + " something is in the way" : "") +
+         "; check tension_limits_N, the mass and the box";
 }
 
 InverseResult probe(const Workspace& workspace, const Vector3& position_m) {
@@ -156,6 +161,8 @@ const char* to_string(PointStatus status) {
       return "unstable";
     case PointStatus::no_equilibrium:
       return "no_equilibrium";
+    case PointStatus::obstructed:
+      return "obstructed";
   }
   return "unknown";
 }

@@ -19,9 +19,10 @@ namespace cdprcal {
 enum class PointStatus : std::uint8_t {
   untested,
   inside,
-  infeasible,     ///< in balance only beyond the tension limits
-  unstable,       ///< in balance, not stable
-  no_equilibrium  ///< no orientation in balance was reached, or the geometry is invalid there
+  infeasible,      ///< in balance only beyond the tension limits
+  unstable,        ///< in balance, not stable
+  no_equilibrium,  ///< no orientation in balance was reached, or the geometry is invalid there
+  obstructed       ///< inside, were there nothing in the way (the robot file's surroundings)
 };
 
 const char* to_string(PointStatus status);

@@ -27,7 +27,9 @@ _FIRST_STEPS = 20  # of Gauss-Newton, after a new estimate
 class PoseGuard:
     """The corridor is the box that the plan's poses span, ``margin_m`` wider on all sides.
 
-    floor_m: z that neither the platform's point nor any anchor on it may go below [m]; -inf: none.
+    floor_m: z that neither the platform's point nor any anchor or corner of it may go below [m];
+    -inf: that of the robot file, if any; the higher of the two counts. What else the robot file
+    says is in the way ends the motion, too.
     Where three standard deviations are wider than the margin they stand in its place. Raises
     InputError for a margin or floor that guards nothing.
     """
@@ -50,8 +52,12 @@ class PoseGuard:
         self._robot = robot
         places_m = [plan.start_pose.position_m, *(stop.pose.position_m for stop in plan.poses)]
         self._lower_m, self._upper_m = np.min(places_m, axis=0), np.max(places_m, axis=0)
-        self._margin_m, self._floor_m = margin_m, floor_m
-        self._low_m = np.array([cable.platform_anchor_m for cable in robot.cables] + [np.zeros(3)])
+        self._margin_m = margin_m
+        self._floor_m = max(floor_m, robot.surroundings.floor_m)
+        self._low_m = np.array(
+            [cable.platform_anchor_m for cable in robot.cables]
+            + [*robot.platform.outline_m, np.zeros(3)]
+        )
         self._first: RobotSample | None = None
         self._initial: Pose | None = None
         self._covariance = np.zeros((6, 6))
@@ -175,6 +181,9 @@ class PoseGuard:
                     f"{now.position_m[2] + lowest_m:.3f} ± {self.sigma_m[2]:.3f} m, and "
                     f"{self._floor_m:.3f} m is the limit"
                 )
+        for place_m in (now.position_m, ends_m):
+            if found := _core.obstruction(self._robot, Pose(place_m, now.rotation)):
+                return f"something is in the platform's way: {found}"
         return ""
 
 

@@ -17,6 +17,10 @@ _NOISE_FACTOR = 15.0
 _USUAL_FACTOR = 5.0
 _USUAL_QUANTILE = 0.99
 _REGULAR_PERIODS = 1.5
+#: A step bends its channel at two samples, a single wrong reading at three; what bends it at more
+#: of the samples around is a vibration, of a loose cable or of the pulley on it.
+_BENDS_OF_A_FAULT = 3
+_AROUND = 8
 
 
 def check_ranges(subject: Subject) -> None:
@@ -88,7 +92,12 @@ def check_jumps(subject: Subject) -> None:
         time = subject.time_s[index]
         values = channel.values[index]
         limit = gravity / lever_m if channel.is_angle else gravity
-        impossible, unusual = _second_differences(time, values, limit, channel)
+        impossible, unusual, second = _second_differences(time, values, limit, channel)
+        rings = _rings(impossible, second)
+        if rings.any():
+            _report_vibration(subject, channel, index, rings)
+            impossible &= ~rings
+            unusual &= ~rings
         _report_jumps(subject, channel, index, impossible, error=True)
         if not impossible.any():
             _report_jumps(subject, channel, index, unusual, error=False)
@@ -96,7 +105,8 @@ def check_jumps(subject: Subject) -> None:
 
 def _second_differences(
     time: Floats, values: Floats, acceleration_limit: float, channel: Channel
-) -> tuple[Flags, Flags]:
+) -> tuple[Flags, Flags, Floats]:
+    """Where the channel bends impossibly, where unusually, and how much, a value a sample."""
     steps = np.diff(time)
     change = np.diff(values)
     if channel.is_angle:
@@ -115,7 +125,35 @@ def _second_differences(
     regular = span <= _REGULAR_PERIODS * np.median(steps)  # across a dropout anything may happen
     unusual = regular & (second > np.maximum(_USUAL_FACTOR * usual, slack))
     pad = [False]
-    return np.concatenate([pad, impossible, pad]), np.concatenate([pad, unusual, pad])
+    return (
+        np.concatenate([pad, impossible, pad]),
+        np.concatenate([pad, unusual, pad]),
+        np.concatenate([[0.0], second, [0.0]]),
+    )
+
+
+def _rings(impossible: Flags, second: Floats) -> Flags:
+    """Which of the impossible bends are part of a vibration: many as strong ones are around."""
+    rings = np.zeros_like(impossible)
+    for i in np.flatnonzero(impossible):
+        around = second[max(0, i - _AROUND) : i + _AROUND + 1]
+        rings[i] = np.count_nonzero(around > 0.4 * second[i]) > _BENDS_OF_A_FAULT
+    return rings
+
+
+def _report_vibration(subject: Subject, channel: Channel, index: np.ndarray, rings: Flags) -> None:
+    places = stretches(rings)
+    first = int(index[places[0][0]])
+    subject.add(
+        "warning",
+        "vibration",
+        f"{channel.name} vibrates, faster than the platform can move, {len(places)} times, first "
+        f"at {subject.time_s[first]:g} s",
+        "look for a slack cable or a loose pulley; samples at rest do not mind",
+        begin=first,
+        end=first + 1,
+        channel=channel.name,
+    )
 
 
 def _report_jumps(

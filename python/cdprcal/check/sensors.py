@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 import numpy as np
@@ -93,7 +94,8 @@ def _check_channel(subject: Subject, name: str, read: np.ndarray | None) -> None
 def check_stuck(subject: Subject, signals: Iterable[SignalReport]) -> None:
     """A reading that repeats one value while the others say that the platform moves.
 
-    A tension may be held meanwhile: its readings are stuck when their own noise would have shown.
+    A length stands still with its winch, however the platform swings: other lengths must move. A
+    tension may be held meanwhile: its readings are stuck when their own noise would have shown.
     """
     tension = next((s for s in signals if s.channel.name == "balance"), None)
     for channel in subject.channels:
@@ -101,7 +103,10 @@ def check_stuck(subject: Subject, signals: Iterable[SignalReport]) -> None:
             held = tension if channel.group == "tension_N" else None
             if held and held.repeats(end - begin) * subject.time_s.size > _CHANCE:
                 continue
-            if _movement(subject, channel, begin, end) > _MOVED_SIGMA:
+            if (
+                _movement(subject, channel, begin, end) > _MOVED_SIGMA
+                and _winches(subject, channel, begin, end) > _MOVED_SIGMA
+            ):
                 subject.add(
                     "error",
                     "stuck_sensor",
@@ -123,6 +128,20 @@ def _constant_stretches(subject: Subject, channel: Channel) -> list[tuple[int, i
         if subject.time_s[end] - subject.time_s[begin] >= window:
             found.append((begin, end + 1))
     return found
+
+
+def _winches(subject: Subject, stuck: Channel, begin: int, end: int) -> float:
+    """Largest span of the other lengths, in sigma; infinite for what is no length, or the only."""
+    own = [channel for channel in subject.channels if channel.group == stuck.group]
+    if SENSORS[stuck.group].unit != "m" or len(own) != subject.robot.cable_count:
+        return math.inf
+    spans = [
+        float(np.ptp(values)) / channel.sigma
+        for channel in own
+        if channel is not stuck
+        and (values := channel.values[begin:end][np.isfinite(channel.values[begin:end])]).size
+    ]
+    return max(spans, default=math.inf)
 
 
 def _movement(subject: Subject, stuck: Channel, begin: int, end: int) -> float:

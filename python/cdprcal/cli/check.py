@@ -37,8 +37,8 @@ def command(
         typer.Argument(
             metavar="ROBOT",
             autocompletion=robot_names,
-            help="Robot file (YAML) or built-in name (irma4, ring3, ring5, posts8); may be left "
-            "out with --propose.",
+            help="Robot file (YAML) or built-in name (irma4, ring3, ring5, posts8, belts4, hang4); "
+            "may be left out with --propose.",
         ),
     ],
     log: Annotated[

@@ -59,7 +59,7 @@ def read_records(path: Path) -> RawTable:
         line += record[0].count("\n")
         end = record.end()
     if not rows:
-        raise InputError(f"{name}: holds no records like {{a: 1.5, b: 2.5}}")
+        raise InputError(f"{name}: holds no records like {{a: 1.5, b: 2.5}}; check the file")
     table = np.array(rows)
     columns = {key: Column(table[:, i]) for i, key in enumerate(names)}
     columns["run"] = Column(np.array(runs, dtype=np.float64))

@@ -6,7 +6,16 @@ from typing import Any
 
 from cdprcal import _core
 
-_FIELDS = ("name", "platform", "cables", "tension_limits_N", "gravity_m_s2", "sigma", "effects")
+_FIELDS = (
+    "name",
+    "platform",
+    "cables",
+    "tension_limits_N",
+    "gravity_m_s2",
+    "sigma",
+    "effects",
+    "surroundings",
+)
 
 
 def altered(robot: _core.Robot, **changes: Any) -> _core.Robot:

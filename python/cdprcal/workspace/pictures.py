@@ -23,6 +23,7 @@ _OUTSIDE = {
     _core.PointStatus.infeasible: ("#f3cdb4", "beyond the tension limits"),
     _core.PointStatus.unstable: ("#d3bfe3", "unstable"),
     _core.PointStatus.no_equilibrium: ("#cfcfcf", "no equilibrium"),
+    _core.PointStatus.obstructed: ("#b9cfa8", "something in the way"),
 }
 _FINEST = 30.0  # triangles in the picture along the longest side of the workspace, about
 

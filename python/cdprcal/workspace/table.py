@@ -39,8 +39,9 @@ def print_workspace(document: dict[str, Any]) -> None:
         f"{1e3 * document['step_m']:g} mm: "
         f"{document['points_inside']} of {sum(size.values())} points inside, "
         f"{size['infeasible']} beyond the tension limits, {size['unstable']} unstable, "
-        f"{size['no_equilibrium']} without equilibrium, {size['untested']} out of reach of any "
-        "point inside",
+        f"{size['no_equilibrium']} without equilibrium, "
+        + (f"{size['obstructed']} with something in the way, " if size["obstructed"] else "")
+        + f"{size['untested']} out of reach of any point inside",
     )
     if document["sections"]:
         table = Table("height [m]", "area [m²]", "outlines")

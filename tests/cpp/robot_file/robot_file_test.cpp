@@ -61,6 +61,15 @@ void expect_same(const Robot& a, const Robot& b) {
                   &again = b.cables[i].pulley.position_sigma_m;
     EXPECT_TRUE(known == again || (known.hasNaN() && again.hasNaN()));
   }
+  EXPECT_EQ(a.platform.outline_m, b.platform.outline_m);
+  EXPECT_EQ(a.surroundings.floor_m, b.surroundings.floor_m);
+  EXPECT_EQ(a.surroundings.length_min_m, b.surroundings.length_min_m);
+  EXPECT_EQ(a.surroundings.length_max_m, b.surroundings.length_max_m);
+  ASSERT_EQ(a.surroundings.keep_out.size(), b.surroundings.keep_out.size());
+  for (std::size_t i = 0; i < a.surroundings.keep_out.size(); ++i) {
+    EXPECT_EQ(a.surroundings.keep_out[i].lower_m, b.surroundings.keep_out[i].lower_m);
+    EXPECT_EQ(a.surroundings.keep_out[i].upper_m, b.surroundings.keep_out[i].upper_m);
+  }
   EXPECT_EQ(a.tension_min_N, b.tension_min_N);
   EXPECT_EQ(a.tension_max_N, b.tension_max_N);
   EXPECT_EQ(a.euler_convention, b.euler_convention);
@@ -126,6 +135,14 @@ TEST(RobotFile, RoundTripToTheLastBit) {
     }
     if (i % 5 == 0) robot.cables[0].pulley.position_sigma_m.setConstant(0.5);
     if (i % 7 == 0) robot.cables[0].pulley.position_sigma_m = Vector3(0.1, 2.0, 3.0);
+    if (i % 3 == 0) robot.surroundings.floor_m = test::uniform(rng, -1.0, 1.0);
+    if (i % 4 == 0) robot.surroundings.length_min_m = test::uniform(rng, 0.0, 1.0);
+    if (i % 8 == 0) robot.surroundings.length_max_m = test::uniform(rng, 1.0, 9.0);
+    for (int k = 0; k < i % 3; ++k) {
+      const Vector3 corner = test::uniform_vector(rng, -Vector3::Ones(), Vector3::Ones());
+      robot.platform.outline_m.push_back(corner);
+      robot.surroundings.keep_out.push_back({corner, corner + Vector3::Constant(0.1)});
+    }
     expect_same(parse_robot(to_yaml(robot), "copy"), robot);
   }
 }
@@ -213,6 +230,29 @@ TEST(RobotFile, ValuesThatMakeNoRobotPointAtTheirLine) {
   const std::string four = many.substr(begin, end - begin);
   EXPECT_EQ(parse_robot(std::string(many).insert(begin, four), "").cable_count(), 8);
   expect_refused(many.insert(begin, four + four), "9:3: cables: ", "1 to 8 cables, not 12");
+}
+
+TEST(RobotFile, WhatIsInTheWayIsReadOrRefusedAtItsLine) {
+  const auto with = [](const std::string& lines) {
+    return irma4_with("tension_limits_N:", lines + "\ntension_limits_N:");
+  };
+  const Surroundings none = load_robot("irma4").surroundings;
+  EXPECT_FALSE(none.any());
+  const Surroundings around =
+      parse_robot(with("floor_m: 0.1\nlength_limits_m: [0.2, 3]\nkeep_out:\n"
+                       "  - {lower_m: [0, 0, 0], upper_m: [1, 2, 3]}"),
+                  "")
+          .surroundings;
+  EXPECT_EQ(around.floor_m, 0.1);
+  EXPECT_EQ(around.length_max_m, 3.0);
+  ASSERT_EQ(around.keep_out.size(), 1U);
+  EXPECT_EQ(around.keep_out[0].upper_m, Vector3(1, 2, 3));
+  expect_refused(with("keep_out:\n  - {lower_m: [0, 0, 0], upper_m: [1, 0, 1]}"), "",
+                 "keep_out[#1].lower_m: must be below upper_m");
+  expect_refused(with("keep_out:\n  - {lower_m: [0, 0, 0]}"), "", "upper_m");
+  expect_refused(with("length_limits_m: [3, 2]"), "",
+                 "length_limits_m: must be [minimum, maximum]");
+  expect_refused(with("floor_m: low"), "", "floor_m");
 }
 
 TEST(RobotFile, MotionsAndTheirPlaneAreReadOrRefusedAtTheirLine) {
