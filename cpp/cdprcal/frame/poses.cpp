@@ -130,7 +130,8 @@ FramePoseSet frame_poses(const Robot& robot, const std::vector<Log>& logs,
     }
   }
   if (!guessed) out.guess.clear();
-  if (out.poses.empty()) throw InputError(logs[0].source + ": holds no poses; give a log with rests, or a list of them");
+  if (out.poses.empty())
+    throw InputError(logs[0].source + ": holds no poses; give a log with rests, or a list of them");
   return out;
 }
 

@@ -57,10 +57,10 @@ TwistBasis guided_basis(const Robot& robot) {
 
 void refuse_guided(const Robot& robot, const std::string& what) {
   if (!is_guided(robot)) return;
-  throw InputError(what + ": " + robot.name + " is guided (platform.motion " +
-                   to_string(robot.platform.motion) +
-                   "), which is not known there; use calibrate, diagnose, geometry, generate or the "
-                   "inverse problem, which know it");
+  throw InputError(
+      what + ": " + robot.name + " is guided (platform.motion " + to_string(robot.platform.motion) +
+      "), which is not known there; use calibrate, diagnose, geometry, generate or the "
+      "inverse problem, which know it");
 }
 
 Pose on_motion(const Robot& robot, const Pose& pose) {

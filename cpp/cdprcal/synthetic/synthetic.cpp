@@ -168,7 +168,8 @@ SyntheticLog synthetic_log(const Robot& robot, const std::vector<CableVector>& s
                            const SyntheticLogOptions& options, const std::vector<Pose>& poses) {
   if (setpoints_N.empty()) throw InputError("synthetic log: no set-points; give at least one");
   if (!poses.empty() && (!holds_orientation(robot) || poses.size() != setpoints_N.size())) {
-    throw InputError("synthetic log: poses are for robots whose lengths hold them, one a set-point; leave them out");
+    throw InputError(
+        "synthetic log: poses are for robots whose lengths hold them, one a set-point; leave them out");
   }
   if (!(options.rate_Hz > 0.0) || !(options.dwell_s >= 0.0) || !(options.move_s >= 0.0) ||
       !(options.dwell_s + options.move_s > 0.0)) {

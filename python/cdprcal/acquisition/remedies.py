@@ -15,8 +15,8 @@ REMEDIES: tuple[tuple[str, str], ...] = (
     ("too close to the floor", "plan higher, or check --floor-m and the load cells' zeros"),
     (
         "in the platform's way",
-        "check keep_out and length_limits_m of the robot file, and the load cells' zeros; then plan "
-        "again",
+        "check keep_out and length_limits_m of the robot file, and the load cells' zeros; then "
+        "plan again",
     ),
     ("the log cannot be written", "free some space, or give another folder with -o"),
     ("look it up in its manual", "clear the drive's error as its manual says, then acquire again"),
