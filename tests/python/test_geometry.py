@@ -61,6 +61,25 @@ def test_the_page_finds_the_frame_of_its_twin(machine: Path) -> None:
     assert table.stdout.startswith("converged")
 
 
+def test_the_calibrated_file_takes_the_offset_off(machine: Path) -> None:
+    command = _blocks("sh")[0].split()
+    assert _run(machine, *command[1:]).returncode == 0
+    calibrated = cdprcal.load_robot(str(machine / "calibrated.yaml"))
+    (fault,) = calibrated.effects
+    assert fault.name == "whole_length_offset"
+    assert np.allclose(fault.parameters["offset_m"], 0.06, atol=0.02)
+    log = load_mapped(str(machine / "grid.txt"), str(machine / "map.yaml"), calibrated).log
+    again = cdprcal.find_frame(calibrated, [log])
+    (left,) = again.offset_m
+    assert abs(left.value) < left.sigma
+    (total,) = again.corrected.effects  # one, not one a time
+    assert np.allclose(
+        total.parameters["offset_m"], np.array(fault.parameters["offset_m"]) + left.value
+    )
+    found = cdprcal.calibrate(calibrated, log).result
+    assert found.residual_rms.direct_length_m < 2e-3
+
+
 def test_records_are_read_from_between_words(tmp_path: Path) -> None:
     path = tmp_path / "notes.txt"
     path.write_text("First run\n {a:1.5, b:-2},\n{a:2.5,\n b:3e1}\n\nSecond {a: 1, b: 2}\n")

@@ -72,6 +72,20 @@ const std::vector<ReadingFault>& reading_faults() {
        [](const AppliedEffect& fault, Log& log) {
          log.tension_N *= values_of(fault)[0];
          log.tension_setpoint_N *= values_of(fault)[0];
+       }},
+      // Readings − offset are lengths, of sensors that read whole ones. `geometry` finds it; the
+      // simulated plant has no such sensor.
+      {"whole_length_offset",
+       {{"offset_m", kPerCable, ValueRange::any}},
+       [](const AppliedEffect& fault, Log& log) {
+         for_each_absolute(
+             [&](const Sensor& sensor, LogMatrix& readings) {
+               if (sensor.is_angle() || sensor.width != kOneACable) return;
+               for (Eigen::Index i = 0; i < readings.cols(); ++i) {
+                 readings.col(i).array() -= values_of(fault)[static_cast<std::size_t>(i)];
+               }
+             },
+             log);
        }}};
   return table;
 }

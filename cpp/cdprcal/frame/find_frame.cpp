@@ -96,12 +96,32 @@ void fill_texts(const Solved& s, double enough_m, FrameResult& out) {
   out.next = further_poses(s.problem, s.state, s.known);
 }
 
+/// Adds to what the robot file says that whole lengths read too much.
+void add_offset(const std::vector<Estimate>& found, Robot& robot) {
+  if (found.empty()) return;
+  constexpr const char* kName = "whole_length_offset";
+  AppliedEffect offset{kName, "", {{"offset_m", {}}}};
+  for (int i = 0; i < robot.cable_count(); ++i) {
+    double total_m = found[found.size() == 1 ? 0 : static_cast<std::size_t>(i)].value;
+    for (const AppliedEffect& effect : robot.effects) {
+      if (effect.name == kName && effect.run.empty()) {
+        total_m += effect.parameters.front().values[static_cast<std::size_t>(i)];
+      }
+    }
+    offset.parameters.front().values.push_back(total_m);
+  }
+  std::erase_if(robot.effects,
+                [&](const AppliedEffect& e) { return e.name == kName && e.run.empty(); });
+  robot.effects.push_back(std::move(offset));
+}
+
 void fill(const Solved& s, FrameResult& out) {
   const FrameUnknowns& u = s.problem.unknowns;
   fill_anchors(s, out);
   for (int i = 0; i < u.direct_offset_count; ++i) {
     out.offset_m.push_back(estimate(s, u.direct_offsets + i));
   }
+  add_offset(out.offset_m, out.corrected);
   if (u.scale >= 0) out.scale = estimate(s, u.scale);
   if (u.compliance >= 0) {
     const Estimate k = estimate(s, u.compliance);

@@ -56,8 +56,8 @@ struct Estimate {
 
 struct FrameResult {
   FrameStatus status = FrameStatus::not_converged;
-  std::string reason;                               ///< one sentence for people
-  Robot corrected;                                  ///< the robot with these pulleys and their σ
+  std::string reason;  ///< one sentence for people
+  Robot corrected;     ///< with these pulleys, their σ and, as whole_length_offset, the offset
   std::vector<Vector3> anchors_m, anchors_sigma_m;  ///< D of each pulley, in `gauge`
   Eigen::MatrixXd covariance;                       ///< of all anchors [3n, 3n]
   std::string gauge;                                ///< what fixes the frame in the world, in words

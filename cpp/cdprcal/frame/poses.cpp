@@ -105,12 +105,14 @@ FramePoseSet frame_poses(const Robot& robot, const std::vector<Log>& logs,
   if (logs.empty()) throw InputError("logs: give one or more logs");
   FramePoseSet out;
   bool guessed = true;
-  for (const Log& given : logs) {
+  for (const Log& read : logs) {
+    const std::optional<Log> corrected = correct_readings(robot, read);
+    const Log& given = corrected ? *corrected : read;
     require_lengths(robot, given);
     const bool whole = given.direct_length_m.array().isFinite().any();
     const int number = out.logs++;
     if (!whole && row_of(robot.platform.motion).turns == 3) {
-      FramePoseSet own = calibrated_poses(robot, given);
+      FramePoseSet own = calibrated_poses(robot, read);
       for (FramePose& pose : own.poses) {
         pose.log = number;
         out.poses.push_back(std::move(pose));

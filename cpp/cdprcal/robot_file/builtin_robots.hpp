@@ -126,7 +126,7 @@ cables:
   - pulley: {radius_m: 0, position_m: [-1.6, 0, 0]}
 tension_limits_N: [10, 150]
 sensors:
-  sigma: {length_m: 0.001, tension_N: 3, direct_length_m: 0.001}
+  sigma: {length_m: 0.001, tension_N: 3}
 )";
 
 inline constexpr const char* kHang4Yaml =

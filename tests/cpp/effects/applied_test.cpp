@@ -56,6 +56,7 @@ TEST(AppliedEffects, EveryEffectOfTheCatalogueGoesThroughTheFileToTheBit) {
   robot.effects.push_back({"angle_unit", "", {{"factor", {1.0, kDegree}}}});
   robot.effects.push_back({"tension_unit", "", {{"factor", {9.80665}}}});
   robot.effects.push_back({"attitude_sign", "", {{"sign", {1, -1, -1}}}});
+  robot.effects.push_back({"whole_length_offset", "", {{"offset_m", {0.1, 0, -0.2, 1.0 / 3.0}}}});
   finalise(robot);
   const Robot read = parse_robot(to_yaml(robot), "written");
   ASSERT_EQ(read.effects.size(), effect_layouts().size());

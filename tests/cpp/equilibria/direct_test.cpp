@@ -287,14 +287,19 @@ TEST(DirectFromLengths, AllEquilibriaHaveTheLengthsAndPull) {
 TEST(EquilibriumStatus, HasANameAndAnOrderOfPreference) {
   using enum EquilibriumStatus;
   const std::vector<std::pair<EquilibriumStatus, std::string>> names{
-      {found, "found"}, {unstable, "unstable"},   {infeasible, "infeasible"},
-      {slack, "slack"}, {not_found, "not_found"}, {invalid_geometry, "invalid_geometry"}};
+      {found, "found"},
+      {obstructed, "obstructed"},
+      {unstable, "unstable"},
+      {infeasible, "infeasible"},
+      {slack, "slack"},
+      {not_found, "not_found"},
+      {invalid_geometry, "invalid_geometry"}};
   for (std::size_t i = 0; i < names.size(); ++i) {
     EXPECT_EQ(to_string(names[i].first), names[i].second);
     EXPECT_EQ(rank(names[i].first), static_cast<int>(i));
     EquilibriumResult result;
     result.status = names[i].first;
-    EXPECT_EQ(result.balanced(), i < 4);
+    EXPECT_EQ(result.balanced(), i < 5);
   }
 }
 
