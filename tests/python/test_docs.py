@@ -131,6 +131,21 @@ def test_every_name_of_the_core_is_in_the_api() -> None:
     assert sorted(names) == sorted(public)
 
 
+def walked(script: str, folder: Path, shell: dict[str, str]) -> subprocess.CompletedProcess[str]:
+    """Runs commands in a folder; all of them must end well."""
+    done = subprocess.run(
+        ["bash", "-eu", "-c", script],
+        cwd=folder,
+        env=shell,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done
+
+
 @pytest.mark.parametrize("page", WALKED)
 def test_the_commands_of_a_page_do_what_it_says(
     page: str, shell: dict[str, str], tmp_path: Path
@@ -143,16 +158,7 @@ def test_the_commands_of_a_page_do_what_it_says(
         script = script.replace("-o result.json", "-o result.json || [ $? -eq 3 ]", 1)
     folder = tmp_path / "walk"
     folder.mkdir()
-    done = subprocess.run(
-        ["bash", "-eu", "-c", script],
-        cwd=folder,
-        env=shell,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
+    done = walked(script, folder, shell)
     if page == "first-calibration.md":
         for made in ("cdprcal-demo/report.html", "corrected.yaml", "report.html"):
             assert (folder / made).stat().st_size > 0
@@ -178,15 +184,7 @@ def test_a_robot_of_the_gallery_runs(
         exec(compile(code, page, "exec"), names)
     commands = "".join(blocks(f"robots/{page}", "sh"))
     script = re.sub(r"^(cdprcal .*)$", r"\1 || [ $? -eq 3 ]", commands, flags=re.M)
-    done = subprocess.run(
-        ["bash", "-eu", "-c", script],
-        env=shell,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
+    walked(script, tmp_path, shell)
 
 
 @pytest.mark.parametrize("page", RUN)

@@ -29,7 +29,7 @@ Command = Literal["calibrate", "diagnose"]
 #: Of the file; logs take a third of their size as CSV in it.
 _MOST_BYTES = 256 << 20
 #: A log's CSV over its gzip. Readings have noise: three or four; eight cables that never move: 40.
-_MOST_RATIO = 200
+_MOST_RATIO = 100
 _ROTATION_TOLERANCE = 1e-6
 
 
