@@ -245,7 +245,8 @@ constexpr double kFar = 6.0;  // σ: beyond what a fit calls possible
 /// calls possible. The other fit may have stopped short of its minimum: then it fits better still.
 std::optional<Vector6> rivalled(const CalibrationResult& one, const CalibrationResult& other) {
   constexpr double kDecisive = 7.0;  // difference of costs: a likelihood ratio of a thousand
-  if (other.poses.empty() || !(other.cost - one.cost < kDecisive)) return std::nullopt;
+  if (!one.covariance || other.poses.empty()) return std::nullopt;
+  if (!(other.cost - one.cost < kDecisive)) return std::nullopt;
   const Vector6 apart = minus(other.poses.front(), one.poses.front());
   const double distance = apart.dot(one.covariance->completeOrthogonalDecomposition().solve(apart));
   return distance < kFar * kFar ? std::nullopt : std::optional(apart);
@@ -271,7 +272,6 @@ void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared
   }
   if (out.result.status != CalibrationStatus::converged) return;
   for (const CalibrationResult& other : minima) {
-    if (!origin.covariance) break;
     if (const auto apart = rivalled(origin, other)) return leave_open(*apart, out);
   }
   // A valley that is one minimum with the noise specified may be several with the one found, which

@@ -303,9 +303,10 @@ std::optional<CalibrationProblem> kept_upright(const CalibrationProblem& problem
   out.robot.sigma.attitude_rad = out.robot.sigma.absolute_yaw_rad = kLittle_rad;
   const Vector3 angles =
       euler_from_rotation(reference.rotation_matrix(), problem.robot.euler_convention);
+  const bool heads = is_read(problem, Channel::absolute_yaw);
   for (Measurement& m : out.measurements) {
     m.roll_pitch_yaw_rad.head<2>() = angles.head<2>();
-    if (!is_read(problem, Channel::absolute_yaw)) m.absolute_yaw_rad = angles[2];
+    if (!heads) m.absolute_yaw_rad = angles[2];
   }
   return out;
 }

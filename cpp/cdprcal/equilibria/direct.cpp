@@ -15,6 +15,7 @@ namespace cdprcal {
 namespace {
 
 void check_tensions(const Robot& robot, const CableVector& tension_N) {
+  refuse_guided(robot, "direct geometrico-static problem");
   if (tension_N.size() != robot.cable_count() || robot.cable_count() < 1) {
     throw InputError("direct_from_tensions: " + std::to_string(tension_N.size()) +
                      " tensions for " + std::to_string(robot.cable_count()) +
@@ -210,7 +211,6 @@ class TensionProblem {
 EquilibriumResult direct_from_tensions(const Robot& robot, const CableVector& tension_N,
                                        const std::optional<Pose>& start,
                                        const DirectOptions& options) {
-  refuse_guided(robot, "direct geometrico-static problem");
   check_tensions(robot, tension_N);
   TensionProblem problem(robot, tension_N, options);
   EquilibriumResult last;
@@ -241,7 +241,6 @@ EquilibriumResult direct_from_tensions(const Robot& robot, const CableVector& te
 std::vector<EquilibriumResult> all_equilibria_from_tensions(const Robot& robot,
                                                             const CableVector& tension_N,
                                                             const DirectOptions& options) {
-  refuse_guided(robot, "direct geometrico-static problem");
   check_tensions(robot, tension_N);
   TensionProblem problem(robot, tension_N, options);
   DistinctEquilibria distinct(robot);

@@ -21,6 +21,7 @@ using KktMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::C
 using KktVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 12, 1>;
 
 void check_lengths(const Robot& robot, const CableVector& length_m) {
+  refuse_guided(robot, "direct geometrico-static problem");
   const int n = robot.cable_count();
   if (n > 6) {
     throw InputError("direct_from_lengths: " + std::to_string(n) +
@@ -253,7 +254,6 @@ class LengthProblem {
 EquilibriumResult direct_from_lengths(const Robot& robot, const CableVector& length_m,
                                       const std::optional<Pose>& start,
                                       const DirectOptions& options) {
-  refuse_guided(robot, "direct geometrico-static problem");
   check_lengths(robot, length_m);
   LengthProblem problem(robot, length_m, options);
   EquilibriumResult best;
@@ -282,7 +282,6 @@ EquilibriumResult direct_from_lengths(const Robot& robot, const CableVector& len
 std::vector<EquilibriumResult> all_equilibria_from_lengths(const Robot& robot,
                                                            const CableVector& length_m,
                                                            const DirectOptions& options) {
-  refuse_guided(robot, "direct geometrico-static problem");
   check_lengths(robot, length_m);
   LengthProblem problem(robot, length_m, options);
   DistinctEquilibria distinct(robot);

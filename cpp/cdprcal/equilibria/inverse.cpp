@@ -22,6 +22,10 @@ constexpr double kLimitSlack = 1e-9;
 /// Where guides do not let the platform be [m, rad].
 constexpr double kOffMotion = 1e-6;
 
+bool allowed(const Robot& robot, const Pose& pose) {
+  return !is_guided(robot) || !(minus(on_motion(robot, pose), pose).norm() > kOffMotion);
+}
+
 }  // namespace
 
 InverseSolver::InverseSolver(Robot robot, const InverseOptions& options)
@@ -50,9 +54,7 @@ InverseSolver::InverseSolver(Robot robot, const InverseOptions& options)
     throw InputError("rotation: " + std::to_string(n) +
                      " cables do not hold an orientation, statics choose it; leave it out");
   }
-  if (options_.rotation && is_guided(robot_) &&
-      on_motion(robot_, {Vector3::Zero(), *options_.rotation})
-              .rotation.angularDistance(*options_.rotation) > kOffMotion) {
+  if (options_.rotation && !allowed(robot_, {Vector3::Zero(), *options_.rotation})) {
     throw InputError(std::string("rotation: the motion ") + to_string(robot_.platform.motion) +
                      " does not allow it; leave it out");
   }
@@ -121,7 +123,7 @@ InverseSolver::Point InverseSolver::held(const Vector3& position_m,
   Point point;
   point.rotation = rotation;
   const Pose pose{position_m, rotation};
-  if (is_guided(robot_) && minus(on_motion(robot_, pose), pose).norm() > kOffMotion) return point;
+  if (!allowed(robot_, pose)) return point;
   const PlatformState state = platform_state(robot_, pose);
   if (!state.valid) {
     point.status = EquilibriumStatus::invalid_geometry;
@@ -131,7 +133,7 @@ InverseSolver::Point InverseSolver::held(const Vector3& position_m,
       distribute_wrench(robot_, state, options_.distribution, options_.lambda_N);
   if (!tension.valid) return point;
   point.tension_N = tension.tension_N;
-  classify({position_m, rotation}, state, point);
+  classify(pose, state, point);
   return point;
 }
 
@@ -207,6 +209,7 @@ InverseSolver::Point InverseSolver::solve(const Vector3& position_m, int* evalua
 
 InverseResult InverseSolver::describe(const Vector3& position_m, const Point& point) const {
   InverseResult result;
+  const Pose pose{position_m, point.rotation};
   result.status = point.status;
   result.evaluations = point.steps + 1;
   switch (point.status) {
@@ -215,18 +218,15 @@ InverseResult InverseSolver::describe(const Vector3& position_m, const Point& po
       return result;
     case EquilibriumStatus::not_found:
       result.reason = !holds_ ? "no orientation balances the moments at this position"
-                      : is_guided(robot_) && minus(on_motion(robot_, {position_m, point.rotation}),
-                                                   {position_m, point.rotation})
-                                                     .norm() > kOffMotion
-                          ? "the platform's motion does not take it there"
-                          : "the cables do not hold the platform in all directions there";
+                      : allowed(robot_, pose)
+                          ? "the cables do not hold the platform in all directions there"
+                          : "the platform's motion does not take it there";
       return result;
     case EquilibriumStatus::infeasible:
       result.reason = "a tension misses its limits by " + std::to_string(-point.margin_N) + " N";
       break;
     case EquilibriumStatus::obstructed:
-      result.reason = obstruction(robot_, {position_m, point.rotation},
-                                  platform_state(robot_, {position_m, point.rotation}));
+      result.reason = obstruction(robot_, pose, platform_state(robot_, pose));
       break;
     case EquilibriumStatus::unstable:
       result.reason = "the equilibrium is not stable";
@@ -234,7 +234,7 @@ InverseResult InverseSolver::describe(const Vector3& position_m, const Point& po
     default:
       break;
   }
-  result.pose = {position_m, point.rotation};
+  result.pose = pose;
   result.tension_N = point.tension_N;
   result.margin_N = point.margin_N;
   const PlatformState state = platform_state(robot_, result.pose);

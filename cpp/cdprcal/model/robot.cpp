@@ -114,6 +114,12 @@ void check_position_sigma(const Pulley& pulley, std::size_t index) {
   }
 }
 
+void require_limits(double least, double most, const std::string& field) {
+  if (least >= 0.0 && least < most) return;
+  throw FieldError(field, "must be [minimum, maximum] with 0 ≤ minimum < maximum, not [" +
+                              shortest(least) + ", " + shortest(most) + "]");
+}
+
 void check_surroundings(const Surroundings& around) {
   const double endless = std::numeric_limits<double>::infinity();
   if (around.floor_m != -endless) require_finite(around.floor_m, "floor_m");
@@ -127,12 +133,7 @@ void check_surroundings(const Surroundings& around) {
     }
   }
   require_finite(around.length_min_m, "length_limits_m");
-  if (!(around.length_min_m >= 0.0 && around.length_min_m < around.length_max_m)) {
-    throw FieldError("length_limits_m",
-                     "must be [minimum, maximum] with 0 ≤ minimum < maximum, not [" +
-                         shortest(around.length_min_m) + ", " + shortest(around.length_max_m) +
-                         "]");
-  }
+  require_limits(around.length_min_m, around.length_max_m, "length_limits_m");
 }
 
 void check_sigma(const Robot& robot) {
@@ -199,12 +200,7 @@ void check_and_complete(Robot& robot) {
 
   require_finite(robot.tension_min_N, "tension_limits_N");
   require_finite(robot.tension_max_N, "tension_limits_N");
-  if (!(robot.tension_min_N >= 0.0 && robot.tension_min_N < robot.tension_max_N)) {
-    throw FieldError("tension_limits_N",
-                     "must be [minimum, maximum] with 0 ≤ minimum < maximum, not [" +
-                         shortest(robot.tension_min_N) + ", " + shortest(robot.tension_max_N) +
-                         "]");
-  }
+  require_limits(robot.tension_min_N, robot.tension_max_N, "tension_limits_N");
   check_surroundings(robot.surroundings);
   check_sigma(robot);
   if (robot.sigma.wrench_force_N == 0.0) {

@@ -277,7 +277,10 @@ int Plan::measured_count() const {
       std::count_if(poses.begin(), poses.end(), [](const PlannedPose& p) { return p.measured; }));
 }
 
-bool Plan::led_by_lengths() const { return start_tension_N.size() >= 6; }
+bool Plan::led_by_lengths() const {
+  const MotionRow& unguided = row_of(Motion::r3t3);  // no other is planned
+  return start_tension_N.size() >= unguided.turns + unguided.shifts;
+}
 
 const char* to_string(PlanStatus status) {
   switch (status) {

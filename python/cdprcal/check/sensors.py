@@ -135,21 +135,20 @@ def _winches(subject: Subject, stuck: Channel, begin: int, end: int) -> float:
     own = [channel for channel in subject.channels if channel.group == stuck.group]
     if SENSORS[stuck.group].unit != "m" or len(own) != subject.robot.cable_count:
         return math.inf
-    spans = [
-        float(np.ptp(values)) / channel.sigma
-        for channel in own
-        if channel is not stuck
-        and (values := channel.values[begin:end][np.isfinite(channel.values[begin:end])]).size
-    ]
-    return max(spans, default=math.inf)
+    return max(_spans(own, stuck, begin, end), default=math.inf)
 
 
 def _movement(subject: Subject, stuck: Channel, begin: int, end: int) -> float:
     """Median span of the other channels, in sigma."""
-    spans = [
+    spans = _spans(subject.channels, stuck, begin, end)
+    return float(np.median(spans)) if spans else 0.0
+
+
+def _spans(channels: Iterable[Channel], stuck: Channel, begin: int, end: int) -> list[float]:
+    """How far all but one were apart over these samples, in sigma, where they were read."""
+    return [
         float(np.ptp(values)) / channel.sigma
-        for channel in subject.channels
+        for channel in channels
         if channel is not stuck
         and (values := channel.values[begin:end][np.isfinite(channel.values[begin:end])]).size
     ]
-    return float(np.median(spans)) if spans else 0.0
