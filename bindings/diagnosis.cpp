@@ -1,6 +1,9 @@
 // diagnosis/ and effects/: the catalogue as data, and what the model lacks.
+#include "cdprcal/diagnosis/compare.hpp"
 #include "cdprcal/diagnosis/diagnose.hpp"
+#include "cdprcal/diagnosis/foresight.hpp"
 #include "cdprcal/effects/applied.hpp"
+#include "cdprcal/robot_file/effect_definitions.hpp"
 
 #include <pybind11/typing.h>
 
@@ -12,6 +15,26 @@
 
 namespace cdprcal::python {
 namespace {
+
+/// An effect, and one of its parameters: what they say lives as long as the effect does.
+struct EffectRow {
+  std::shared_ptr<const Effect> effect;
+  [[nodiscard]] const EffectInfo& info() const { return effect->info(); }
+};
+struct ParameterRow : EffectParameter {
+  std::shared_ptr<const Effect> effect;
+};
+
+std::vector<EffectRow> rows_of(const Candidates& effects) {
+  std::vector<EffectRow> rows;
+  for (const auto& effect : effects) rows.push_back({effect});
+  return rows;
+}
+
+/// A property of EffectInfo's text.
+auto text(const char* EffectInfo::* member) {
+  return [member](const EffectRow& row) { return std::string(row.info().*member); };
+}
 
 void register_catalogue(py::module_& module) {
   WordEnum<ParameterShape>(module, "ParameterShape",
@@ -26,59 +49,94 @@ void register_catalogue(py::module_& module) {
       .value("robot", EffectScope::robot)
       .value("run", EffectScope::run)
       .finalize();
-  py::class_<EffectParameter>(module, "EffectParameter", "One parameter of an effect.")
+  py::class_<ParameterRow>(module, "EffectParameter", "One parameter of an effect.")
       .def_property_readonly(
-          "name", [](const EffectParameter& p) { return std::string(p.name); },
+          "name", [](const ParameterRow& p) { return std::string(p.name); },
           "Key in the robot file, with the unit as suffix.")
-      .def_property_readonly("unit", [](const EffectParameter& p) { return std::string(p.unit); })
-      .def_readonly("shape", &EffectParameter::shape)
-      .def_readonly("typical", &EffectParameter::typical,
+      .def_property_readonly("unit", [](const ParameterRow& p) { return std::string(p.unit); })
+      .def_readonly("shape", &ParameterRow::shape)
+      .def_readonly("typical", &ParameterRow::typical,
                     "Size to expect on the reference robot, irma4: one sigma of the prior. Of the "
                     "internal value: for a stiffness, of its inverse.")
-      .def_readonly("plausible", &EffectParameter::plausible,
+      .def_readonly("plausible", &ParameterRow::plausible,
                     "Largest size that is believable there; internal value as `typical`.")
       .def_property_readonly(
-          "of", [](const EffectParameter& p) { return std::string(in_words(p.of)); },
+          "of", [](const ParameterRow& p) { return std::string(in_words(p.of)); },
           "What a size, as files have it, grows with from robot to robot; empty: it is the same on "
           "every robot.")
       .def(
           "times_reference",
-          [](const EffectParameter& p, const Robot& robot) { return times_reference(p.of, robot); },
+          [](const ParameterRow& p, const Robot& robot) { return times_reference(p.of, robot); },
           py::arg("robot"), "How many times as large both are on this robot.");
-  py::class_<EffectInfo>(module, "EffectInfo", "One row of the effect catalogue.")
-      .def_property_readonly("name", [](const EffectInfo& i) { return std::string(i.name); })
-      .def_property_readonly(
-          "equation", [](const EffectInfo& i) { return std::string(i.equation); }, "measured = …")
-      .def_readonly("parameters", &EffectInfo::parameters)
-      .def_readonly("scope", &EffectInfo::scope)
+  py::class_<EffectRow>(module, "EffectInfo", "One effect: of the catalogue, or a robot's own.")
+      .def_property_readonly("name", text(&EffectInfo::name))
+      .def_property_readonly("equation", text(&EffectInfo::equation), "measured = …")
+      .def_property_readonly("parameters",
+                             [](const EffectRow& row) {
+                               std::vector<ParameterRow> parameters;
+                               for (const EffectParameter& p : row.info().parameters) {
+                                 parameters.push_back({p, row.effect});
+                               }
+                               return parameters;
+                             })
+      .def_property_readonly("scope", [](const EffectRow& row) { return row.info().scope; })
       .def_property_readonly(
           "confused_with",
-          [](const EffectInfo& i) {
-            return std::vector<std::string>(i.confused_with.begin(), i.confused_with.end());
+          [](const EffectRow& row) {
+            return std::vector<std::string>(row.info().confused_with.begin(),
+                                            row.info().confused_with.end());
           },
           "Names of effects that look alike.")
+      .def_property_readonly("sentence", text(&EffectInfo::sentence), "For people: what it is.")
+      .def_property_readonly("remedy", text(&EffectInfo::remedy),
+                             "For people: what to do about it on the robot.")
+      .def_property_readonly("settle", text(&EffectInfo::settle),
+                             "What measurement would tell it from its rivals.")
       .def_property_readonly(
-          "sentence", [](const EffectInfo& i) { return std::string(i.sentence); },
-          "For people: what it is.")
+          "inverse", [](const EffectRow& row) { return row.info().inverse; },
+          "The robot file has the inverse of the internal values: a stiffness.")
       .def_property_readonly(
-          "remedy", [](const EffectInfo& i) { return std::string(i.remedy); },
-          "For people: what to do about it on the robot.")
+          "one_sided", [](const EffectRow& row) { return row.info().one_sided; },
+          "Nature has it in one sign only.")
       .def_property_readonly(
-          "settle", [](const EffectInfo& i) { return std::string(i.settle); },
-          "What measurement would tell it from its rivals.")
-      .def_readonly("inverse", &EffectInfo::inverse,
-                    "The robot file has the inverse of the internal values: a stiffness.")
-      .def_readonly("one_sided", &EffectInfo::one_sided, "Nature has it in one sign only.")
-      .def("__repr__",
-           [](const EffectInfo& i) { return "EffectInfo(name='" + std::string(i.name) + "')"; });
+          "formulas",
+          [](const EffectRow& row) {
+            std::map<std::string, std::string> formulas;
+            if (const EffectDefinition* text = definition_of(*row.effect)) {
+              for (const auto& [to, formula] : text->adds) formulas[to] = formula;
+            }
+            return formulas;
+          },
+          "What it adds, by what it adds to, of an effect written as text; else empty.")
+      .def("__repr__", [](const EffectRow& row) {
+        return "EffectInfo(name='" + std::string(row.info().name) + "')";
+      });
   module.def(
-      "effect_catalogue",
-      [] {
-        std::vector<EffectInfo> rows;
-        for (const auto& effect : effect_catalogue()) rows.push_back(effect->info());
-        return rows;
-      },
+      "effect_catalogue", [] { return rows_of(effect_catalogue()); },
       "All effects the project knows, as a list of EffectInfo.");
+  module.def(
+      "effects_of", [](const Robot& robot) { return rows_of(effects_of(robot)); }, py::arg("robot"),
+      "The catalogue, then the robot's own effects: those of its file's text.");
+  module.def(
+      "with_effect_definitions",
+      [](const Robot& robot, const std::string& yaml_text, const std::string& source) {
+        return with_own_effects(robot, parse_effects(yaml_text, source));
+      },
+      py::arg("robot"), py::arg("yaml_text"), py::arg("source"),
+      "The robot with the effects that a text defines, beside its own; `source` is what messages "
+      "call it. Raises InputError 'source:line:column: field: …'.");
+  module.def(
+      "formula_words",
+      [] {
+        std::map<std::string, std::map<std::string, std::string>> words;
+        for (const NamedMeaning& row : formula_variables())
+          words["variables"][row.name] = row.meaning;
+        for (const NamedMeaning& row : formula_targets()) words["targets"][row.name] = row.meaning;
+        for (const std::string& name : formula_functions()) words["functions"][name];
+        return words;
+      },
+      "What formulas of effects may name ('variables') and add to ('targets'): word and meaning; and "
+      "'functions'.");
   module.def(
       "with_known_effects",
       [](const Robot& robot, const Log& log) {
@@ -95,12 +153,14 @@ void register_catalogue(py::module_& module) {
 void register_findings(py::module_& module) {
   WordEnum<Verdict>(module, "Verdict",
                     "consistent: nothing is missing; explained: the named effects explain "
-                    "it; unexplained: something is left that no effect explains; "
+                    "it; described: a formula does, no name; unexplained: something is left that "
+                    "no effect explains; "
                     "undetermined: too little was measured to say.")
       .value("consistent", Verdict::consistent)
       .value("explained", Verdict::explained)
       .value("unexplained", Verdict::unexplained)
       .value("undetermined", Verdict::undetermined)
+      .value("described", Verdict::described)
       .finalize();
   py::class_<DiscreteFault>(module, "DiscreteFault",
                             "A sign, an order, a unit or a convention that was wrong.")
@@ -116,7 +176,7 @@ void register_findings(py::module_& module) {
                     "Of an euler_convention: the right one; else None.")
       .def_readonly("text", &DiscreteFault::text, "One phrase for people.");
   py::class_<NamedEffect>(module, "NamedEffect", "An effect that was accepted.")
-      .def_property_readonly("info", [](const NamedEffect& e) { return e.effect->info(); })
+      .def_property_readonly("info", [](const NamedEffect& e) { return EffectRow{e.effect}; })
       .def_property_readonly(
           "values", [](const NamedEffect& e) { return e.values; },
           "In reported units, parameter after parameter; of an effect of the run, for each log in "
@@ -124,6 +184,8 @@ void register_findings(py::module_& module) {
       .def_property_readonly(
           "standard_deviation", [](const NamedEffect& e) { return e.standard_deviation; },
           "Of each value.")
+      .def_readonly("described", &NamedEffect::described,
+                    "A formula that the search wrote, not a name.")
       .def_readonly("log_evidence", &NamedEffect::log_evidence, "Against its absence [nat].")
       .def_readonly("p_value", &NamedEffect::p_value, "Family-wise.")
       .def_readonly("rivals", &NamedEffect::rivals, "What these poses cannot tell it from.")
@@ -200,6 +262,20 @@ void register_models(py::module_& module) {
   module.def("model_residuals", &model_residuals, py::arg("model"),
              py::call_guard<py::gil_scoped_release>(),
              "A ModelResidual for each pose of each run.");
+  py::class_<CoursePoint>(module, "CoursePoint", "A formula at one pose, and what was read there.")
+      .def_readonly("run", &CoursePoint::run, "From 0.")
+      .def_readonly("cable", &CoursePoint::cable, "From 0; -1: of all cables.")
+      .def_readonly("x", &CoursePoint::x, "The variable.")
+      .def_readonly("added", &CoursePoint::added, "By the formula.")
+      .def_readonly("read", &CoursePoint::read, "Reading - model without the formula.");
+  py::class_<Course>(module, "Course", "A formula against the first of its variables.")
+      .def_readonly("to", &Course::to, "What it adds to.")
+      .def_readonly("variable", &Course::variable)
+      .def_readonly("points", &Course::points);
+  module.def(
+      "formula_course", &formula_course, py::arg("model"), py::arg("effect"),
+      py::call_guard<py::gil_scoped_release>(),
+      "Of one of a model's effects, counted from 0; None unless it is a formula for readings.");
   py::class_<CandidateScore>(module, "CandidateScore", "How well one effect would explain a gap.")
       .def_property_readonly("name", [](const CandidateScore& s) { return s.effect->name(); })
       .def_readonly("log_evidence", &CandidateScore::log_evidence, "Against its absence [nat].")
@@ -209,7 +285,7 @@ void register_models(py::module_& module) {
   module.def(
       "scan",
       [](const DiagnosisModel& model) {
-        Candidates candidates = effect_catalogue();
+        Candidates candidates = effects_of(model.robot);
         std::erase_if(candidates, [](const auto& effect) { return effect->needs_motion(); });
         return scan(model, candidates);
       },
@@ -319,6 +395,75 @@ void register_diagnose(py::module_& module) {
              "noticed between steps. Raises InputError for a log that does not fit the robot.");
 }
 
+void register_foresight(py::module_& module) {
+  py::class_<ForeseenEffect>(module, "ForeseenEffect", "What a planned run would say of an effect.")
+      .def_property_readonly("info", [](const ForeseenEffect& e) { return EffectRow{e.effect}; })
+      .def_readonly("detectable", &ForeseenEffect::detectable,
+                    "Smallest size that would show, in typical sizes; NaN: none.")
+      .def_readonly("imitated", &ForeseenEffect::imitated,
+                    "Share of its signature that each of Foresight.effects would imitate.");
+  py::class_<Foresight>(module, "Foresight",
+                        "Which effects a planned run would see and tell apart.")
+      .def_readonly("effects", &Foresight::effects)
+      .def_readonly("poses", &Foresight::poses, "Rests that count.");
+  const ForesightOptions usual;
+  module.def(
+      "foresee",
+      [](const Robot& robot, const std::vector<Eigen::VectorXd>& setpoints_N,
+         const std::vector<Pose>& poses, double noise, double dwell_s, double move_s) {
+        std::vector<CableVector> told;
+        for (const Eigen::VectorXd& row : setpoints_N) {
+          told.push_back(to_cable_vector(row, "setpoints_N"));
+        }
+        const py::gil_scoped_release release;
+        return foresee(robot, told, poses, {noise, dwell_s, move_s});
+      },
+      py::arg("robot"), py::arg("setpoints_N"), py::arg_v("poses", std::vector<Pose>{}, "[]"),
+      py::kw_only(), py::arg("noise") = usual.noise, py::arg("dwell_s") = usual.dwell_s,
+      py::arg("move_s") = usual.move_s,
+      "What a run through these set-points [n] would show. noise: of a rest's readings, in the "
+      "robot file's sigma. Raises InputError for a run that is none.");
+}
+
+void register_compare(py::module_& module) {
+  py::class_<ComparedNumber>(module, "ComparedNumber", "One number of an effect, log by log.")
+      .def_property_readonly("info", [](const ComparedNumber& n) { return EffectRow{n.effect}; })
+      .def_readonly("parameter", &ComparedNumber::parameter, "Of info.parameters, from 0.")
+      .def_readonly("entry", &ComparedNumber::entry, "Of the parameter's numbers, from 0.")
+      .def_readonly("values", &ComparedNumber::values, "[logs], in reported units; NaN: no fit.")
+      .def_readonly("standard_deviation", &ComparedNumber::standard_deviation, "[logs].")
+      .def_readonly("chi_square", &ComparedNumber::chi_square, "Against their weighted mean.")
+      .def_readonly("p_value", &ComparedNumber::p_value, "Family-wise.")
+      .def_readonly("moved", &ComparedNumber::moved)
+      .def_readonly("from_log", &ComparedNumber::from_log,
+                    "Where one step explains most: the first log after it, from 1.")
+      .def_readonly("step", &ComparedNumber::step, "From the logs before to those after.")
+      .def_readonly("step_deviation", &ComparedNumber::step_deviation);
+  py::class_<Comparison> cls(module, "Comparison", "One robot over time, log by log.");
+  cls.def_readonly("logs", &Comparison::logs, "Their names.")
+      .def_readonly("faults", &Comparison::faults, "DiscreteFault of any log, set right in all.")
+      .def_readonly("numbers", &Comparison::numbers, "ComparedNumber, effect after effect.")
+      .def_readonly("initial_pose", &Comparison::initial_pose, "One a log.")
+      .def_readonly("covariance", &Comparison::covariance, "[6, 6] of it, one a log.")
+      .def_readonly("not_settled", &Comparison::not_settled,
+                    "Logs that not all effects could be fitted to.")
+      .def_readonly("complete", &Comparison::complete, "False: progress stopped it.");
+  def_repr(cls);
+  module.def(
+      "compare",
+      [](const Robot& robot, const std::vector<Log>& logs,
+         const std::optional<DiagnoseOptions>& options, const Progress& progress) {
+        DiagnoseOptions used = options.value_or(DiagnoseOptions{});
+        used.progress = [&progress](const std::string& step) { return go_on(progress, step); };
+        const py::gil_scoped_release release;
+        return compare(robot, logs, used);
+      },
+      py::arg("robot"), py::arg("logs"), py::arg("options") = py::none(),
+      py::arg("progress") = py::none(),
+      "Which numbers of the effects that the logs show moved from log to log, by how much and when. "
+      "Logs in the order of time. Raises InputError for fewer than two.");
+}
+
 }  // namespace
 
 void register_diagnosis(py::module_& module) {
@@ -327,6 +472,8 @@ void register_diagnosis(py::module_& module) {
   register_path(module);
   register_models(module);
   register_diagnose(module);
+  register_compare(module);
+  register_foresight(module);
 }
 
 }  // namespace cdprcal::python

@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "bindings.hpp"
+#include "cdprcal/robot_file/effect_definitions.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
 #include "sensors.hpp"
 
@@ -217,7 +218,8 @@ void register_effect(py::module_& module) {
 Robot make_robot(const std::string& name, const Platform& platform, std::vector<Cable> cables,
                  const std::array<double, 2>& tension_limits_N, double gravity_m_s2,
                  EulerConvention euler_convention, const std::optional<SensorSigma>& sigma,
-                 std::vector<AppliedEffect> effects, const Surroundings& surroundings) {
+                 std::vector<AppliedEffect> effects, const Surroundings& surroundings,
+                 const std::string& effect_definitions) {
   Robot robot;
   robot.name = name;
   robot.gravity_m_s2 = gravity_m_s2;
@@ -229,6 +231,9 @@ Robot make_robot(const std::string& name, const Platform& platform, std::vector<
   if (sigma) robot.sigma = *sigma;
   robot.effects = std::move(effects);
   robot.surroundings = surroundings;
+  if (!effect_definitions.empty()) {
+    robot.own_effects = parse_effects(effect_definitions, "effect_definitions");
+  }
   finalise(robot);
   check_effects(robot);
   return robot;
@@ -248,9 +253,11 @@ void register_model(py::module_& module) {
           py::arg_v("euler_convention", EulerConvention::XYZ, "EulerConvention.XYZ"),
           py::arg("sigma") = py::none(), py::arg_v("effects", std::vector<AppliedEffect>{}, "[]"),
           py::arg_v("surroundings", Surroundings{}, "Surroundings()"),
+          py::arg("effect_definitions") = "",
           "cables: 1 to 8 Cable; tension_limits_N: (minimum, maximum); sigma: None is eq. 18; "
           "effects: known effects and faults of the readings, as the robot file lists them; "
-          "surroundings: floor, keep-out boxes, limits of length. Checks every field and fills defaults; raises InputError naming the field.")
+          "surroundings: floor, keep-out boxes, limits of length; effect_definitions: effects beside "
+          "the catalogue, as text (YAML with the key effect_definitions). Checks every field and fills defaults; raises InputError naming the field.")
       .def_readonly("name", &Robot::name)
       .def_readonly("gravity_m_s2", &Robot::gravity_m_s2)
       .def_property_readonly("platform", [](const Robot& robot) { return robot.platform; })
@@ -270,6 +277,10 @@ void register_model(py::module_& module) {
       .def_property_readonly(
           "effects", [](const Robot& robot) { return robot.effects; },
           "List of AppliedEffect; a copy.")
+      .def_property_readonly(
+          "effect_definitions",
+          [](const Robot& robot) { return effects_to_yaml(robot.own_effects); },
+          "Its effects beside the catalogue as text (YAML); empty: none.")
       .def_property_readonly("cable_count", &Robot::cable_count)
       .def_property_readonly("weight_N", &Robot::weight_N)
       .def_property_readonly("gravity_force_N", &Robot::gravity_force_N,

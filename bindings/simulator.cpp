@@ -59,12 +59,21 @@ void bind_effects(py::module_& module) {
       .def("__repr__",
            [](const InjectedEffect& e) { return "InjectedEffect('" + to_string(e) + "')"; });
   module.def(
-      "parse_injected_effect", &parse_injected_effect, py::arg("text"),
-      "Parses 'NAME=v1,v2,…'. Raises InputError naming the accepted effects, or the sizes of "
-      "this one's parameters.");
-  module.def("expanded_effect", &expanded, py::arg("effect"), py::arg("cable_count"),
-             "The same effect with scalars broadcast over the cables. Raises InputError when the "
-             "values do not fit.");
+      "parse_injected_effect",
+      [](const std::string& text, const std::optional<Robot>& robot) {
+        return parse_injected_effect(text, robot ? robot->own_effects : OwnEffects{});
+      },
+      py::arg("text"), py::arg("robot") = py::none(),
+      "Parses 'NAME=v1,v2,…'. `robot`: whose own effects are known too. Raises InputError naming "
+      "the accepted effects, or the sizes of this one's parameters.");
+  module.def(
+      "expanded_effect",
+      [](const InjectedEffect& effect, const Robot& robot) {
+        return expanded(effect, robot.cable_count(), robot.own_effects);
+      },
+      py::arg("effect"), py::arg("robot"),
+      "The same effect with scalars broadcast over the robot's cables. Raises InputError when the "
+      "values do not fit.");
   module.def(
       "injectable_effects",
       [] {

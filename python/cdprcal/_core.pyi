@@ -31,6 +31,10 @@ __all__: list[str] = [
     "CandidateScore",
     "ChannelNoise",
     "ChannelRow",
+    "ComparedNumber",
+    "Comparison",
+    "Course",
+    "CoursePoint",
     "DetectionOptions",
     "DiagnoseOptions",
     "Diagnosis",
@@ -45,6 +49,8 @@ __all__: list[str] = [
     "EquilibriumStatus",
     "Estimate",
     "EulerConvention",
+    "ForeseenEffect",
+    "Foresight",
     "Formulation",
     "FrameResult",
     "FrameStatus",
@@ -152,6 +158,7 @@ __all__: list[str] = [
     "channel_noise",
     "channels",
     "characteristic_length_m",
+    "compare",
     "compute_workspace",
     "constant_tension_modes",
     "default_setpoints",
@@ -162,6 +169,7 @@ __all__: list[str] = [
     "direct_from_lengths",
     "direct_from_tensions",
     "effect_catalogue",
+    "effects_of",
     "equilibrium_mean",
     "euler_from_rotation",
     "euler_rate_matrix",
@@ -171,8 +179,11 @@ __all__: list[str] = [
     "fifth_degree",
     "find_frame",
     "follow_path",
+    "foresee",
     "format_log",
     "format_plan",
+    "formula_course",
+    "formula_words",
     "free_motion_basis",
     "free_motion_modes",
     "free_motion_stiffness",
@@ -252,6 +263,7 @@ __all__: list[str] = [
     "text_lines",
     "to_yaml",
     "verify_plan",
+    "with_effect_definitions",
     "with_known_effects",
     "workspace_box",
     "workspace_shape",
@@ -625,9 +637,10 @@ class Robot:
         sigma: SensorSigma | None = None,
         effects: collections.abc.Sequence[AppliedEffect] = [],
         surroundings: Surroundings = ...,
+        effect_definitions: str = "",
     ) -> None:
         """
-        cables: 1 to 8 Cable; tension_limits_N: (minimum, maximum); sigma: None is eq. 18; effects: known effects and faults of the readings, as the robot file lists them; surroundings: floor, keep-out boxes, limits of length. Checks every field and fills defaults; raises InputError naming the field.
+        cables: 1 to 8 Cable; tension_limits_N: (minimum, maximum); sigma: None is eq. 18; effects: known effects and faults of the readings, as the robot file lists them; surroundings: floor, keep-out boxes, limits of length; effect_definitions: effects beside the catalogue, as text (YAML with the key effect_definitions). Checks every field and fills defaults; raises InputError naming the field.
         """
 
     def __repr__(self) -> str: ...
@@ -637,6 +650,12 @@ class Robot:
     def cables(self) -> list[Cable]:
         """
         List of n Cable; a copy.
+        """
+
+    @property
+    def effect_definitions(self) -> str:
+        """
+        Its effects beside the catalogue as text (YAML); empty: none.
         """
 
     @property
@@ -2607,7 +2626,7 @@ class EffectParameter:
 
 class EffectInfo:
     """
-    One row of the effect catalogue.
+    One effect: of the catalogue, or a robot's own.
     """
 
     def __repr__(self) -> str: ...
@@ -2621,6 +2640,12 @@ class EffectInfo:
     def equation(self) -> str:
         """
         measured = …
+        """
+
+    @property
+    def formulas(self) -> dict[str, str]:
+        """
+        What it adds, by what it adds to, of an effect written as text; else empty.
         """
 
     @property
@@ -2661,13 +2686,14 @@ class EffectInfo:
 
 class Verdict(enum.StrEnum):
     """
-    consistent: nothing is missing; explained: the named effects explain it; unexplained: something is left that no effect explains; undetermined: too little was measured to say.
+    consistent: nothing is missing; explained: the named effects explain it; described: a formula does, no name; unexplained: something is left that no effect explains; undetermined: too little was measured to say.
     """
 
     consistent = "consistent"
     explained = "explained"
     unexplained = "unexplained"
     undetermined = "undetermined"
+    described = "described"
 
 class DiscreteFault:
     """
@@ -2709,6 +2735,12 @@ class NamedEffect:
     """
     An effect that was accepted.
     """
+
+    @property
+    def described(self) -> bool:
+        """
+        A formula that the search wrote, not a name.
+        """
 
     @property
     def held_out_after(self) -> float:
@@ -2927,6 +2959,57 @@ class ModelResidual:
         Since the run's first sample.
         """
 
+class CoursePoint:
+    """
+    A formula at one pose, and what was read there.
+    """
+
+    @property
+    def added(self) -> float:
+        """
+        By the formula.
+        """
+
+    @property
+    def cable(self) -> int:
+        """
+        From 0; -1: of all cables.
+        """
+
+    @property
+    def read(self) -> float:
+        """
+        Reading - model without the formula.
+        """
+
+    @property
+    def run(self) -> int:
+        """
+        From 0.
+        """
+
+    @property
+    def x(self) -> float:
+        """
+        The variable.
+        """
+
+class Course:
+    """
+    A formula against the first of its variables.
+    """
+
+    @property
+    def points(self) -> list[CoursePoint]: ...
+    @property
+    def to(self) -> str:
+        """
+        What it adds to.
+        """
+
+    @property
+    def variable(self) -> str: ...
+
 class CandidateScore:
     """
     How well one effect would explain a gap.
@@ -3140,6 +3223,146 @@ class Diagnosis:
     def wandering(self) -> list[Wandering]:
         """
         Wandering, by channel. Empty: errors come anew at every rest.
+        """
+
+class ComparedNumber:
+    """
+    One number of an effect, log by log.
+    """
+
+    @property
+    def chi_square(self) -> float:
+        """
+        Against their weighted mean.
+        """
+
+    @property
+    def entry(self) -> int:
+        """
+        Of the parameter's numbers, from 0.
+        """
+
+    @property
+    def from_log(self) -> int:
+        """
+        Where one step explains most: the first log after it, from 1.
+        """
+
+    @property
+    def info(self) -> EffectInfo: ...
+    @property
+    def moved(self) -> bool: ...
+    @property
+    def p_value(self) -> float:
+        """
+        Family-wise.
+        """
+
+    @property
+    def parameter(self) -> int:
+        """
+        Of info.parameters, from 0.
+        """
+
+    @property
+    def standard_deviation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [logs].
+        """
+
+    @property
+    def step(self) -> float:
+        """
+        From the logs before to those after.
+        """
+
+    @property
+    def step_deviation(self) -> float: ...
+    @property
+    def values(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        [logs], in reported units; NaN: no fit.
+        """
+
+class Comparison:
+    """
+    One robot over time, log by log.
+    """
+
+    def __repr__(self) -> str: ...
+    @property
+    def complete(self) -> bool:
+        """
+        False: progress stopped it.
+        """
+
+    @property
+    def covariance(self) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]]:
+        """
+        [6, 6] of it, one a log.
+        """
+
+    @property
+    def faults(self) -> list[DiscreteFault]:
+        """
+        DiscreteFault of any log, set right in all.
+        """
+
+    @property
+    def initial_pose(self) -> list[Pose]:
+        """
+        One a log.
+        """
+
+    @property
+    def logs(self) -> list[str]:
+        """
+        Their names.
+        """
+
+    @property
+    def not_settled(self) -> list[str]:
+        """
+        Logs that not all effects could be fitted to.
+        """
+
+    @property
+    def numbers(self) -> list[ComparedNumber]:
+        """
+        ComparedNumber, effect after effect.
+        """
+
+class ForeseenEffect:
+    """
+    What a planned run would say of an effect.
+    """
+
+    @property
+    def detectable(self) -> float:
+        """
+        Smallest size that would show, in typical sizes; NaN: none.
+        """
+
+    @property
+    def imitated(self) -> list[float]:
+        """
+        Share of its signature that each of Foresight.effects would imitate.
+        """
+
+    @property
+    def info(self) -> EffectInfo: ...
+
+class Foresight:
+    """
+    Which effects a planned run would see and tell apart.
+    """
+
+    @property
+    def effects(self) -> list[ForeseenEffect]: ...
+    @property
+    def poses(self) -> int:
+        """
+        Rests that count.
         """
 
 class RandomNormal:
@@ -4384,6 +4607,16 @@ def characteristic_length_m(robot: Robot) -> float:
     Root mean square distance of the platform anchors from the centre of mass [m].
     """
 
+def compare(
+    robot: Robot,
+    logs: collections.abc.Sequence[Log],
+    options: DiagnoseOptions | None = None,
+    progress: collections.abc.Callable[..., typing.Any] | None = None,
+) -> Comparison:
+    """
+    Which numbers of the effects that the logs show moved from log to log, by how much and when. Logs in the order of time. Raises InputError for fewer than two.
+    """
+
 def compute_workspace(
     robot: Robot,
     *,
@@ -4482,6 +4715,11 @@ def effect_catalogue() -> list[EffectInfo]:
     All effects the project knows, as a list of EffectInfo.
     """
 
+def effects_of(robot: Robot) -> list[EffectInfo]:
+    """
+    The catalogue, then the robot's own effects: those of its file's text.
+    """
+
 def equilibrium_mean(log: Log, samples: SampleRange) -> EquilibriumMean:
     """
     The mean over an interval at rest and its covariance, in which correlated readings count as what they are. Raises InputError for a range outside the log.
@@ -4510,11 +4748,9 @@ def exp_so3(
     Rotation vector [3] [rad] → rotation [3, 3].
     """
 
-def expanded_effect(
-    effect: InjectedEffect, cable_count: typing.SupportsInt | typing.SupportsIndex
-) -> InjectedEffect:
+def expanded_effect(effect: InjectedEffect, robot: Robot) -> InjectedEffect:
     """
-    The same effect with scalars broadcast over the cables. Raises InputError when the values do not fit.
+    The same effect with scalars broadcast over the robot's cables. Raises InputError when the values do not fit.
     """
 
 def explain_empty(workspace: Workspace) -> str:
@@ -4552,6 +4788,21 @@ def follow_path(
     The platform's quasi-static path while the tensions change from one set-point to another: stable, inside the static workspace and the bounds (default workspace_box), or why not.
     """
 
+def foresee(
+    robot: Robot,
+    setpoints_N: collections.abc.Sequence[
+        typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
+    ],
+    poses: collections.abc.Sequence[Pose] = [],
+    *,
+    noise: typing.SupportsFloat | typing.SupportsIndex = 1.0,
+    dwell_s: typing.SupportsFloat | typing.SupportsIndex = 5.0,
+    move_s: typing.SupportsFloat | typing.SupportsIndex = 5.0,
+) -> Foresight:
+    """
+    What a run through these set-points [n] would show. noise: of a rest's readings, in the robot file's sigma. Raises InputError for a run that is none.
+    """
+
 def format_log(log: Log) -> str:
     """
     The canonical CSV text; parse_log gives back the same numbers.
@@ -4560,6 +4811,18 @@ def format_log(log: Log) -> str:
 def format_plan(plan: Plan) -> str:
     """
     Text of a plan file (CSV).
+    """
+
+def formula_course(
+    model: DiagnosisModel, effect: typing.SupportsInt | typing.SupportsIndex
+) -> Course | None:
+    """
+    Of one of a model's effects, counted from 0; None unless it is a formula for readings.
+    """
+
+def formula_words() -> dict[str, dict[str, str]]:
+    """
+    What formulas of effects may name ('variables') and add to ('targets'): word and meaning; and 'functions'.
     """
 
 def free_motion_basis(
@@ -4821,9 +5084,9 @@ def parse_formulation(name: str) -> Formulation:
     'full' or 'paper' → Formulation; raises InputError.
     """
 
-def parse_injected_effect(text: str) -> InjectedEffect:
+def parse_injected_effect(text: str, robot: Robot | None = None) -> InjectedEffect:
     """
-    Parses 'NAME=v1,v2,…'. Raises InputError naming the accepted effects, or the sizes of this one's parameters.
+    Parses 'NAME=v1,v2,…'. `robot`: whose own effects are known too. Raises InputError naming the accepted effects, or the sizes of this one's parameters.
     """
 
 def parse_log(text: str | bytes, source: str) -> Log:
@@ -5152,6 +5415,11 @@ def to_yaml(robot: Robot) -> str:
 def verify_plan(robot: Robot, plan: Plan, bounds: Box | None = None) -> str:
     """
     '' when every set-point of a plan is an equilibrium of this robot and every path clear; otherwise what is wrong with which stop. Raises InputError for a plan of another robot.
+    """
+
+def with_effect_definitions(robot: Robot, yaml_text: str, source: str) -> Robot:
+    """
+    The robot with the effects that a text defines, beside its own; `source` is what messages call it. Raises InputError 'source:line:column: field: …'.
     """
 
 def with_known_effects(robot: Robot, log: Log) -> tuple[Robot, Log]:

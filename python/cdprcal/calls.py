@@ -196,16 +196,17 @@ def simulate_startup(
     if not isinstance(plan, StartUpPlan):
         stops = plan if isinstance(plan, Plan) else _core.read_plan(os.fspath(plan))
         plan = start_up_plan(stops, quick=True)
+    the_robot = as_robot(robot)
     options = simulator or SimulatorOptions()
     if seed is not None:
         options.seed = seed
     if effects is not None:
         options.effects = [
-            _core.parse_injected_effect(effect) if isinstance(effect, str) else effect
+            _core.parse_injected_effect(effect, the_robot) if isinstance(effect, str) else effect
             for effect in effects
         ]
     return _core.simulate_startup(
-        as_robot(robot),
+        the_robot,
         plan,
         simulator=options,
         startup=startup or StartUpOptions(),

@@ -8,13 +8,17 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Annotated, Any, NoReturn, ParamSpec, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, ParamSpec, TypeVar
 
 import typer
 
 from cdprcal.completion import robot_names
 from cdprcal.interrupt import INTERRUPTED as INTERRUPTED
 from cdprcal.interrupt import loaded
+
+if TYPE_CHECKING:
+    from cdprcal import _core
 
 DONE, UNTRUSTED, WRONG_USE, WITH_CAVEATS = 0, 1, 2, 3
 
@@ -42,6 +46,15 @@ MapOption = Annotated[
         metavar="FILE",
         help="Mapping file: which columns of a file of your own are what (cdprcal check RAW "
         "--propose FILE writes one). For CSV of any kind, MAT, Parquet, Feather, ROS 2 bags.",
+    ),
+]
+EffectsOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--effects",
+        metavar="FILE",
+        help="Effects of your own, written as formulas (YAML; see the docs, extend: a formula); "
+        "beside those of the robot file. May be repeated.",
     ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, alone on stdout.")]
@@ -132,6 +145,21 @@ def fail(message: str, code: int = WRONG_USE) -> NoReturn:
 
     typer.echo(f"cdprcal: {readable(line)}", err=True)
     raise typer.Exit(code)
+
+
+def robot_with_effects(robot: str, effects: Sequence[str] | None) -> _core.Robot:
+    """A robot by name or path, with the effects that some files define beside its own.
+
+    Raises InputError naming file, line and column.
+    """
+    from cdprcal import _core
+    from cdprcal.io.files import read_bytes
+
+    the_robot = _core.load_robot(robot)
+    for path in effects or []:
+        text = read_bytes(Path(path)).decode("utf-8", "replace")
+        the_robot = _core.with_effect_definitions(the_robot, text, path)
+    return the_robot
 
 
 def keep_apart(outputs: Mapping[str, str], inputs: Mapping[str, str | Sequence[str]]) -> None:

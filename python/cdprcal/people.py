@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
-from cdprcal._core import Calibration, Diagnosis, InputError, Log, Plan, PlanResult
+from cdprcal._core import Calibration, Comparison, Diagnosis, InputError, Log, Plan, PlanResult
 from cdprcal.diagnosis import diagnosis_as_dict
 from cdprcal.diagnosis.plots import gap_panels, gap_steps
 from cdprcal.diagnosis.table import headline, value_rows
@@ -45,6 +45,12 @@ def _(result: Calibration) -> str:
 @text_of.register
 def _(result: Diagnosis) -> str:
     return f"<Diagnosis {headline(_diagnosis(result)).plain}>"
+
+
+@text_of.register
+def _(result: Comparison) -> str:
+    moved = [f"{n.info.name}[{n.entry}]" for n in result.numbers if n.moved]
+    return f"<Comparison of {len(result.logs)} logs: {', '.join(moved) or 'nothing'} moved>"
 
 
 @text_of.register

@@ -254,13 +254,36 @@ def test_several_logs_are_explained_together(
         assert strict(cli("diagnose", corrected, path, "--json").stdout)["verdict"] == "consistent"
 
 
-def test_what_no_effect_explains_is_said_and_fails(
+def test_what_no_name_explains_is_described(
     cli: Cli, clean_log: cdprcal.Log, tmp_path: Path
 ) -> None:
     # A swivel encoder that follows the square of its cable's tension: nothing in the catalogue.
     tension = clean_log.tension_N
     swivel = clean_log.swivel_rad + 0.05 * (tension / tension.mean()) ** 2
     log = written(changed(clean_log, swivel_rad=swivel), tmp_path / "odd.csv")
+    corrected, pictures = tmp_path / "corrected.yaml", tmp_path / "pictures"
+    ran = cli("diagnose", "irma4", log, "--json", "-o", corrected, "--plot", pictures)
+    result = strict(ran.stdout)
+    assert (ran.code, result["verdict"]) == (0, "described")
+    (effect,) = result["effects"]
+    assert effect["described"]
+    assert "tension_N" in effect["formula"]["swivel_rad"]
+    course = effect["course"]
+    assert (course["to"], course["variable"]) == ("swivel_rad", "tension_N")
+    read = np.array([point["read"] for point in course["points"]])
+    added = np.array([point["added"] for point in course["points"]])
+    assert np.std(read - added) < 0.1 * np.std(read)
+    assert (pictures / "formulas.png").stat().st_size > 10_000
+    known = cli("diagnose", corrected, log, "--json")
+    assert strict(known.stdout)["verdict"] == "consistent"
+
+
+def test_what_nothing_explains_is_said_and_fails(
+    cli: Cli, clean_log: cdprcal.Log, tmp_path: Path
+) -> None:
+    # A swivel encoder that hops with the least change of tension: no law that anybody could find.
+    hops = 0.12 * np.sin(1e3 * np.round(clean_log.tension_setpoint_N))
+    log = written(changed(clean_log, swivel_rad=clean_log.swivel_rad + hops), tmp_path / "odd.csv")
     ran = cli("diagnose", "irma4", log, "--json")
     result = strict(ran.stdout)
     assert (ran.code, result["verdict"]) == (1, "unexplained")
@@ -293,7 +316,7 @@ def test_wrong_use_is_one_message(
 def test_the_catalogue_is_data() -> None:
     catalogue = cdprcal.effect_catalogue()
     names = [info.name for info in catalogue]
-    assert len(names) == len(set(names)) == 21
+    assert len(names) == len(set(names)) == 22
     for info in catalogue:
         assert info.equation
         assert info.sentence

@@ -22,7 +22,13 @@ from cdprcal.acquisition.remedies import remedy_for
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 #: Pages whose commands are run, in their order, each in an empty directory.
-WALKED = ("first-calibration.md", "your-robot.md", "your-log.md", "results.md")
+WALKED = (
+    "first-calibration.md",
+    "your-robot.md",
+    "your-log.md",
+    "results.md",
+    "extend/formula.md",
+)
 #: Pages whose Python is run, block after block.
 RUN = ("your-log.md", "extend/sensor.md", "api/index.md")
 
@@ -158,7 +164,14 @@ def test_the_commands_of_a_page_do_what_it_says(
         script = script.replace("-o result.json", "-o result.json || [ $? -eq 3 ]", 1)
     folder = tmp_path / "walk"
     folder.mkdir()
+    if page == "extend/formula.md":  # "In `mine.yaml`"
+        (folder / "mine.yaml").write_text("".join(blocks(page, "yaml")), encoding="utf-8")
     done = walked(script, folder, shell)
+    if page == "extend/formula.md":
+        assert "\ndescribed: length_by_length_sine" in done.stdout
+        assert "a drum of 47" in done.stdout
+        assert "\nexplained: eccentric_drum" in done.stdout
+        assert "eccentric_drum" in (folder / "corrected.yaml").read_text()
     if page == "first-calibration.md":
         for made in ("cdprcal-demo/report.html", "corrected.yaml", "report.html"):
             assert (folder / made).stat().st_size > 0

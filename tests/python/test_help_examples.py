@@ -27,6 +27,7 @@ ORDER = (
     "import",
     "calibrate",
     "diagnose",
+    "compare",
     "geometry",
     "report",
     "repeat",

@@ -35,6 +35,7 @@ Robot corrected_robot(const Robot& given, const std::vector<Log>& logs, const Di
   const std::vector<std::string> names = run_names(sources);
   for (const NamedEffect& effect : found.effects) {
     if (as_slip(*effect.effect)) continue;  // of one moment of one log, not of the robot
+    if (effect.described) robot.own_effects.push_back(effect.effect);
     const int size = effect.effect->size(n);
     for (Eigen::Index begin = 0; begin < effect.values.size(); begin += size) {
       AppliedEffect applied = applied_effect(*effect.effect, effect.values.segment(begin, size), n);
@@ -168,7 +169,7 @@ void advise(const DiagnosisModel& model, Diagnosis& out) {
     out.next.push_back(effect.effect->name() + " and " + rivals +
                        " cannot be told apart with these poses: " + effect.effect->info().settle);
     for (const std::string& rival : effect.rivals) {
-      const std::string poses = poses_between(model, k, find_effect(rival));
+      const std::string poses = poses_between(model, k, find_effect(model.robot, rival));
       if (poses.empty()) continue;
       out.next.push_back("to tell " + effect.effect->name() + " from " + rival +
                          ", measure also at " + poses);
@@ -244,10 +245,10 @@ void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
 }
 
 /// The effects of these names, each once. Throws InputError for a name that cannot be fitted.
-Candidates chosen_effects(const std::vector<std::string>& names) {
+Candidates chosen_effects(const Robot& robot, const std::vector<std::string>& names) {
   Candidates out;
   for (const std::string& name : names) {
-    const std::shared_ptr<const Effect> effect = find_effect(name);
+    const std::shared_ptr<const Effect> effect = find_effect(robot, name);
     if (effect->needs_motion()) {
       throw InputError(
           "effects: " + name +
@@ -271,6 +272,8 @@ std::string reason_for(Verdict verdict, const Checks& checks) {
       return "something is left that no effect of the catalogue explains";
     case Verdict::undetermined:
       return too_little(checks);
+    case Verdict::described:
+      return "a formula describes what the named effects do not explain: look for its cause";
   }
   return "";
 }
@@ -287,6 +290,8 @@ const char* to_string(Verdict verdict) {
       return "unexplained";
     case Verdict::undetermined:
       return "undetermined";
+    case Verdict::described:
+      return "described";
   }
   return "unknown";
 }
@@ -294,7 +299,8 @@ const char* to_string(Verdict verdict) {
 Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
                    const DiagnoseOptions& options) {
   if (given_logs.empty()) throw InputError("diagnose: no log; give at least one");
-  const Candidates chosen = chosen_effects(options.effects.value_or(std::vector<std::string>{}));
+  const Candidates chosen =
+      chosen_effects(given, options.effects.value_or(std::vector<std::string>{}));
   const bool searches = !options.effects.has_value();
   Diagnosis out;
   const auto report = [&](const std::string& what) {
@@ -322,7 +328,7 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   out.initial_pose_before = model.runs.front().poses.front();
   out.covariance_before = initial_pose_covariance(with_uncertain_noise(model), 0);
   record_gap(model, model, "", out);
-  for (CandidateScore& s : scan(model, effect_catalogue(), {.draws = 0, .limits = true})) {
+  for (CandidateScore& s : scan(model, effects_of(given), {.draws = 0, .limits = true})) {
     if (s.effect->needs_motion()) continue;
     out.identifiability.push_back({s.effect->name(), s.visible, s.detectable});
     out.ranking.push_back(std::move(s));
@@ -339,6 +345,7 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   if (going) {
     search.drop();
     search.withdraw();
+    search.describe();
   }
   search.find_rivals();
   if (going) search.in_motion();
@@ -365,10 +372,11 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   out.covariance_after = initial_pose_covariance(uncertain, 0) + search.covariance_of_rivals() +
                          (checks.enough() ? hidden.probable : hidden.possible);
   out.corrected = corrected_robot(given, logs, out);
-  out.verdict = !out.unexplained.empty()                      ? Verdict::unexplained
-                : !searches || !checks.enough()               ? Verdict::undetermined
-                : !out.effects.empty() || !out.faults.empty() ? Verdict::explained
-                                                              : Verdict::consistent;
+  out.verdict = !out.unexplained.empty()                                    ? Verdict::unexplained
+                : !searches || !checks.enough()                             ? Verdict::undetermined
+                : std::ranges::any_of(out.effects, &NamedEffect::described) ? Verdict::described
+                : !out.effects.empty() || !out.faults.empty()               ? Verdict::explained
+                                                                            : Verdict::consistent;
   out.reason = searches ? reason_for(out.verdict, checks)
                         : "these effects were chosen, not found: nothing was searched for";
   return out;

@@ -26,14 +26,15 @@ struct DiagnoseOptions {
   std::function<bool(const std::string&)> progress;  ///< false stops; what was found is kept
 };
 
-/// undetermined: too little was measured to say.
-enum class Verdict { consistent, explained, unexplained, undetermined };
+/// described: a formula explains it, no name. undetermined: too little was measured to say.
+enum class Verdict { consistent, explained, unexplained, undetermined, described };
 const char* to_string(Verdict verdict);
 
 struct NamedEffect {
   std::shared_ptr<const Effect> effect;
   EffectValues values;  ///< as files and people see them (reported units)
   EffectValues standard_deviation;
+  bool described = false;  ///< a formula that the search wrote, not a name
   double log_evidence = 0.0;
   double p_value = 1.0;
   std::vector<std::string> rivals;

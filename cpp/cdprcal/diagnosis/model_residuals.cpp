@@ -2,7 +2,9 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 
+#include "cdprcal/effects/text_effect.hpp"
 #include "cdprcal/estimation/model_fit.hpp"
 
 namespace cdprcal {
@@ -22,7 +24,49 @@ bool evaluate_alone(RunRows& run, std::size_t pose, const Pose& at) {
   return run.evaluate(pose / lanes::kLanes, everywhere);
 }
 
+/// What the model leaves of the readings that a formula adds to; empty: it adds to none.
+Eigen::VectorXd residual_of(const std::string& to, const PoseResidual& residual) {
+  if (to == "length_m") return residual.length_m;
+  if (to == "swivel_rad") return residual.swivel_rad;
+  if (to == "tension_N") return residual.tension_N;
+  constexpr std::array<const char*, 3> kAngles{"roll_rad", "pitch_rad", "yaw_rad"};
+  for (std::size_t a = 0; a < kAngles.size(); ++a) {
+    if (to != kAngles[a]) continue;
+    return residual.roll_pitch_yaw_rad.segment<1>(static_cast<Eigen::Index>(a));
+  }
+  return {};
+}
+
 }  // namespace
+
+std::optional<Course> formula_course(const DiagnosisModel& model, std::size_t k) {
+  const EffectTerm& term = model.effects[k];
+  const int n = model.robot.cable_count();
+  Course out;
+  for (const ModelResidual& entry : model_residuals(model)) {
+    const DiagnosisRun& run = model.runs[entry.run];
+    const auto at = std::ranges::find(run.measurements, entry.run_time_s, &Measurement::run_time_s);
+    const auto pose = static_cast<std::size_t>(at - run.measurements.begin());
+    const Robot robot = with_effects(model.robot, model.active(entry.run));
+    const PlatformState state = platform_state(robot, run.poses[pose]);
+    const EffectContext context{robot, state, run.poses[pose], *at};
+    const EffectValues values =
+        term.values.segment(term.begin_of(entry.run, n), term.effect->size(n));
+    for (int cable = 0; cable < n; ++cable) {
+      const auto point = formula_at(*term.effect, context, values, cable);
+      if (!point) return std::nullopt;
+      const Eigen::VectorXd residual = residual_of(point->to, entry.residual);
+      if (residual.size() == 0) return std::nullopt;
+      out.to = point->to;
+      out.variable = point->variable;
+      const double left = residual[point->per_cable ? cable : 0];
+      out.points.push_back(
+          {entry.run, point->per_cable ? cable : -1, point->x, point->added, point->added - left});
+      if (!point->per_cable) break;
+    }
+  }
+  return out;
+}
 
 std::vector<ModelResidual> model_residuals(const DiagnosisModel& model) {
   std::vector<ModelResidual> out;

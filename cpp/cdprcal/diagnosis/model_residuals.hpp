@@ -2,6 +2,8 @@
 // pictures.
 #pragma once
 
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "cdprcal/estimation/model.hpp"
@@ -20,5 +22,22 @@ struct ModelResidual {
 
 /// All poses of all runs, in order. Poses that the model cannot be evaluated at are left out.
 std::vector<ModelResidual> model_residuals(const DiagnosisModel& model);
+
+/// A formula against the first of its variables, with what the readings say.
+struct CoursePoint {
+  std::size_t run = 0;
+  int cable = -1;      ///< from 0; −1: of all cables
+  double x = 0.0;      ///< the variable
+  double added = 0.0;  ///< the formula
+  double read = 0.0;   ///< reading − model without the formula
+};
+struct Course {
+  std::string to, variable;
+  std::vector<CoursePoint> points;
+};
+
+/// Of the effect `k` of a model; nothing unless it is a formula for readings (length, swivel,
+/// attitude, tension).
+std::optional<Course> formula_course(const DiagnosisModel& model, std::size_t k);
 
 }  // namespace cdprcal

@@ -4,8 +4,10 @@
 #include <cstdio>
 
 #include "cdprcal/diagnosis/events.hpp"
+#include "cdprcal/diagnosis/formulas.hpp"
 #include "cdprcal/diagnosis/motion.hpp"
 #include "cdprcal/diagnosis/smooth_errors.hpp"
+#include "cdprcal/effects/text_effect.hpp"
 #include "cdprcal/estimation/presence.hpp"
 
 namespace cdprcal {
@@ -19,6 +21,10 @@ constexpr double kRemainder = 0.1;
 constexpr double kSame = 0.98;
 /// Two families share the chance of a false alarm: names, and dependences without one.
 constexpr double kNamedShare = 0.8;
+/// Chance that a formula for what is left is one of noise.
+constexpr double kChanceOfForm = 0.05;
+/// A formula must predict more than one odd rest: so many of its gain's standard errors.
+constexpr double kSureOfForm = 2.0;
 /// Candidates refitted where the best of several is not much better known than the next.
 constexpr int kFewRefits = 3;
 
@@ -38,6 +44,16 @@ std::optional<Refit> best_generic(const EvidenceAgainst& against,
   });
   if (refits.empty()) return std::nullopt;
   return std::move(refits.front());
+}
+
+/// Whether the rests of a channel disagree with the model by more than their readings ripple. An
+/// effect may fill a channel, and pass for noise in it.
+bool scatters(const DiagnosisModel& model) {
+  constexpr double kExcess = 1.5;
+  for (std::size_t c = 0; c < kRestGroups; ++c) {
+    if (model.noise[c] > kExcess * model.floor[c]) return true;
+  }
+  return false;
 }
 
 /// The refit with errors that wander with time, when it has more evidence than this and the model's
@@ -262,6 +278,112 @@ bool Search::exchange_fault() {
   return other && other->log_posterior > options_.rival_nats && accept_fault(*other);
 }
 
+void Search::keep_left(const std::optional<Refit>& dependence, const Candidates& generic) {
+  const double least_p = (1.0 - kNamedShare) * options_.family_wise_p;
+  // A scan's evidence is a hint, a refit's the fact: only what outlasts it is left.
+  left_.reset();
+  if (!dependence || !(dependence->log_evidence > options_.least_evidence)) return;
+  // The refit may know more than the scan whose chance is drawn.
+  if (chance_at_most(dependence->log_evidence, generic.size()) < least_p ||
+      PValues(model_, generic, options_.scan).of(dependence->score) < least_p) {
+    left_ = dependence->score;
+  }
+}
+
+namespace {
+
+/// The likeliest formulas for what a model leaves, refitted, best first. Their prior is in their
+/// evidence.
+std::vector<Refit> refitted_formulas(const DiagnosisModel& model, std::size_t count) {
+  const EvidenceAgainst against(model);
+  std::vector<Refit> refits;
+  for (const LikelyFormula& likely : likely_formulas(model, count)) {
+    if (!(likely.score.log_evidence + likely.log_prior > 0.0)) continue;
+    Refit refit = against.refit(likely.score);
+    // Among so many the best is worth as much less.
+    refit.log_evidence += likely.log_prior;
+    refit.score.p_value = chance_at_most(refit.log_evidence);
+    refits.push_back(std::move(refit));
+  }
+  std::ranges::stable_sort(refits, std::ranges::greater(), &Refit::log_evidence);
+  return refits;
+}
+
+}  // namespace
+
+void Search::withdraw_stand_ins() {
+  for (std::size_t k = 0; k < out_.effects.size() && scatters(model_);) {
+    const EffectTerm& name = model_.effects[k];
+    const std::optional<DiagnosisModel> without = without_effect(model_, k);
+    // What a person wrote down is no stand-in.
+    if (as_slip(*name.effect) || definition_of(*name.effect) || !without) {
+      ++k;
+      continue;
+    }
+    const std::vector<Refit> refits = refitted_formulas(*without, 2);
+    CandidateScore again;
+    again.effect = name.effect;
+    again.values = name.values;
+    const EvidenceAgainst against(*without);
+    // Names together are as probable as formulas together; there are fewer of them.
+    const double own = against.refit(again).log_evidence -
+                       std::log(static_cast<double>(effects_of(model_.robot).size()));
+    const bool beaten = !refits.empty() && refits.front().log_evidence > own + options_.rival_nats;
+    if (!beaten ||
+        EvidenceAgainst(refits.front().model).refit(again).log_evidence > options_.least_evidence) {
+      ++k;
+      continue;
+    }
+    out_.rejected.push_back(
+        {name.effect->name(),
+         text("only stood in for a law that no effect has: %s explains the readings better "
+              "(%.1f nats against %.1f), and nothing is left for it",
+              refits.front().score.effect->info().equation, refits.front().log_evidence, own)});
+    out_.effects.erase(out_.effects.begin() + static_cast<std::ptrdiff_t>(k));
+    model_ = *without;
+  }
+}
+
+void Search::describe() {
+  constexpr int kMostTerms = 3;
+  constexpr std::size_t kTried = 8;
+  withdraw_stand_ins();
+  for (int term = 0; term < kMostTerms && (left_ || scatters(model_)); ++term) {
+    if (static_cast<int>(out_.effects.size()) >= options_.most_effects) return;
+    if (!report("a formula for what is left")) return;
+    std::vector<Refit> refits = refitted_formulas(model_, kTried);
+    if (refits.empty()) return;
+    // Of those that are not beaten the one with the fewest numbers.
+    const double best = refits.front().log_evidence;
+    const auto cost = [&](const Refit& r) {
+      return std::pair(r.log_evidence + options_.rival_nats < best,
+                       r.model.effects.back().values.size());
+    };
+    Refit winner = *std::ranges::min_element(refits, {}, cost);
+    HeldOut held;
+    // That there is something is known where something is left: the formula says what.
+    const double least_p = left_ ? kChanceOfForm : (1.0 - kNamedShare) * options_.family_wise_p;
+    std::string reason = objection(winner, nullptr, least_p, held);
+    if (reason.empty() && !(held.gain > kSureOfForm * held.gain_error)) {
+      reason = text("predicts too few poses it was not fitted on (gain %.1f +- %.1f nats)",
+                    held.gain, held.gain_error);
+    }
+    const std::string name = winner.score.effect->name();
+    if (!reason.empty()) {
+      out_.rejected.push_back({name, reason});
+      return;
+    }
+    EffectTerm& added = winner.model.effects.back();
+    winner.score.effect = added.effect = with_meaning(winner.score.effect, added.values);
+    accept(winner, held);
+    out_.effects.back().described = true;
+    report("accepted " + name);
+    const Candidates generic = generic_candidates(model_);
+    const std::vector<CandidateScore> scores = scan(model_, generic, {.draws = 0});
+    keep_left(best_generic(EvidenceAgainst(model_), scores, options_.least_evidence), generic);
+  }
+}
+
 bool Search::forward() {
   look_for_fault();
   for (;;) {
@@ -270,7 +392,6 @@ bool Search::forward() {
     Candidates all = named;
     all.insert(all.end(), generic.begin(), generic.end());
     const double named_p = kNamedShare * options_.family_wise_p;
-    const double generic_p = (1.0 - kNamedShare) * options_.family_wise_p;
     std::vector<CandidateScore> scores = scan(model_, all, {.draws = 0});
     look_below_the_noise(model_, named, scores);
     const Candidates slips = slip_candidates(model_);
@@ -282,17 +403,10 @@ bool Search::forward() {
       });
       scores.insert(place, *std::move(step));
     }
-    const PValues p_named(model_, named, options_.scan), p_generic(model_, generic, options_.scan);
+    const PValues p_named(model_, named, options_.scan);
     const EvidenceAgainst against(model_);
     const std::optional<Refit> rival = best_generic(against, scores, options_.least_evidence);
-    // A scan's evidence is a hint, a refit's the fact: only what outlasts it is left.
-    left_.reset();
-    // The refit may know more than the scan whose chance is drawn.
-    if (rival && rival->log_evidence > options_.least_evidence &&
-        (chance_at_most(rival->log_evidence, generic.size()) < generic_p ||
-         p_generic.of(rival->score) < generic_p)) {
-      left_ = rival->score;
-    }
+    keep_left(rival, generic);
     if (static_cast<int>(out_.effects.size()) >= options_.most_effects) {
       const std::string word = text("no more than %d effects were looked for; there may be others",
                                     options_.most_effects);

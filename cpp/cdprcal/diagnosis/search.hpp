@@ -38,6 +38,8 @@ class Search {
   /// Takes names back that only stood in for a dependence that no effect has: with that dependence
   /// in the model they explain nothing.
   void withdraw();
+  /// Puts what is left into formulas, where some predict poses that they were not fitted on.
+  void describe();
   /// Names, for every accepted effect, what could be in its place as well as it.
   void find_rivals();
   /// What rivals add to the covariance of the initial pose: they put it elsewhere.
@@ -55,6 +57,10 @@ class Search {
   [[nodiscard]] std::string objection(const Refit& candidate, const Refit* generic, double least_p,
                                       HeldOut& held) const;
   void accept(Refit& winner, const HeldOut& held);
+  /// Takes names back that a formula beats, and that add nothing to it.
+  void withdraw_stand_ins();
+  /// Whether a dependence explains something that chance does not: then it is what is left.
+  void keep_left(const std::optional<Refit>& dependence, const Candidates& generic);
   /// Sets a fault right in the model and the logs, if it predicts poses that it was not fitted on;
   /// one in the place of another need not.
   bool accept_fault(const FaultRefit& found);

@@ -1,5 +1,6 @@
 // The attitude sensor is not mounted parallel to the platform frame.
 #include "cdprcal/effects/effect.hpp"
+#include "cdprcal/effects/left_jacobian.hpp"
 
 namespace cdprcal {
 namespace {
@@ -42,14 +43,8 @@ class AhrsMisalignment final : public Effect {
     const Matrix3 mounting = exp_so3(rotation_rad).toRotationMatrix();
     const Matrix3 mounted = context.state.rotation * mounting;
     const Vector3 angles = euler_from_rotation(mounted, convention);
-    // exp(rho + drho) = exp(J drho) exp(rho), J the left Jacobian of SO(3).
-    const double angle = rotation_rad.norm();
-    const Matrix3 axis = skew(rotation_rad);
-    const double a = angle > 1e-4 ? (1.0 - std::cos(angle)) / (angle * angle) : 0.5;
-    const double b = angle > 1e-4 ? (angle - std::sin(angle)) / (angle * angle * angle) : 1.0 / 6.0;
-    const Matrix3 left_jacobian = Matrix3::Identity() + a * axis + b * axis * axis;
-    out.middleRows<3>(rows.attitude()) =
-        euler_rate_matrix(angles, convention).inverse() * context.state.rotation * left_jacobian;
+    out.middleRows<3>(rows.attitude()) = euler_rate_matrix(angles, convention).inverse() *
+                                         context.state.rotation * left_jacobian(rotation_rad);
   }
 };
 

@@ -49,8 +49,9 @@ std::vector<std::string> run_names(const std::vector<std::string>& log_sources) 
   return names;
 }
 
-ActiveEffect resolve_effect(const AppliedEffect& applied, int cables) {
-  ActiveEffect active{find_effect(applied.name), EffectValues(0)};
+ActiveEffect resolve_effect(const Robot& robot, const AppliedEffect& applied) {
+  const int cables = robot.cable_count();
+  ActiveEffect active{find_effect(robot, applied.name), EffectValues(0)};
   for (const EffectParameter& parameter : active.effect->info().parameters) {
     for (const AppliedEffect::Parameter& given : applied.parameters) {
       if (given.name != parameter.name) continue;
@@ -73,7 +74,7 @@ ActiveEffects resolve_effects(const Robot& robot, const std::string& log_source)
   ActiveEffects active;
   for (const AppliedEffect& applied : robot.effects) {
     if (is_reading_fault(applied.name) || !belongs_to(applied, log_source)) continue;
-    active.push_back(resolve_effect(applied, robot.cable_count()));
+    active.push_back(resolve_effect(robot, applied));
   }
   return active;
 }

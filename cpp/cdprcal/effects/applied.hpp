@@ -8,11 +8,11 @@
 
 namespace cdprcal {
 
-/// One effect of the catalogue with its internal values. Throws InputError for an unknown name or
-/// the wrong number of values.
-ActiveEffect resolve_effect(const AppliedEffect& applied, int cables);
+/// One effect, of the catalogue or the robot's own, with its internal values. Throws InputError for
+/// an unknown name or the wrong number of values.
+ActiveEffect resolve_effect(const Robot& robot, const AppliedEffect& applied);
 
-/// The effects of the catalogue that a robot lists for a run: those of every run, and those of the
+/// The effects that a robot lists for a run: those of every run, and those of the
 /// log of that name (run_names).
 ActiveEffects resolve_effects(const Robot& robot, const std::string& log_source);
 

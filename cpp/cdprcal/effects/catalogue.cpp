@@ -9,28 +9,45 @@ using EffectPointer = std::shared_ptr<const Effect>;
 EffectPointer transmission_ratio(), cable_elasticity(), cable_creep(), cable_sag(),
     pulley_friction(), bending_hysteresis(), swivel_hysteresis(), swivel_scale(), pulley_radius(),
     frame_anchors(), platform_anchors(), load_cell_bias(), load_cell_gain(), load_cell_drift(),
-    mass(), centre_of_mass(), external_force(), ahrs_misalignment(), yaw_drift(),
+    mass(), centre_of_mass(), external_force(), base_tilt(), ahrs_misalignment(), yaw_drift(),
     magnetic_disturbance(), sensor_delay();
 
 const std::vector<EffectPointer>& effect_catalogue() {
   static const std::vector<EffectPointer> catalogue{
-      transmission_ratio(), cable_elasticity(),     cable_creep(),
-      cable_sag(),          pulley_friction(),      bending_hysteresis(),
-      swivel_hysteresis(),  swivel_scale(),         pulley_radius(),
-      frame_anchors(),      platform_anchors(),     load_cell_bias(),
-      load_cell_gain(),     load_cell_drift(),      mass(),
-      centre_of_mass(),     external_force(),       ahrs_misalignment(),
-      yaw_drift(),          magnetic_disturbance(), sensor_delay()};
+      transmission_ratio(), cable_elasticity(), cable_creep(),
+      cable_sag(),          pulley_friction(),  bending_hysteresis(),
+      swivel_hysteresis(),  swivel_scale(),     pulley_radius(),
+      frame_anchors(),      platform_anchors(), load_cell_bias(),
+      load_cell_gain(),     load_cell_drift(),  mass(),
+      centre_of_mass(),     external_force(),   base_tilt(),
+      ahrs_misalignment(),  yaw_drift(),        magnetic_disturbance(),
+      sensor_delay()};
   return catalogue;
 }
 
-EffectPointer find_effect(const std::string& name) {
+std::vector<EffectPointer> effects_of(const Robot& robot) {
+  std::vector<EffectPointer> all = effect_catalogue();
+  all.insert(all.end(), robot.own_effects.begin(), robot.own_effects.end());
+  return all;
+}
+
+namespace {
+
+EffectPointer find_among(const std::vector<EffectPointer>& effects, const std::string& name) {
   std::string known;
-  for (const EffectPointer& effect : effect_catalogue()) {
-    if (effect->name() == name) return effect;
+  for (const EffectPointer& effect : effects) {
+    if (effect->info().name == name) return effect;
     known += (known.empty() ? "" : ", ") + effect->name();
   }
   throw InputError("effect: '" + name + "' is not known; give one of " + known);
+}
+
+}  // namespace
+
+EffectPointer find_effect(const std::string& name) { return find_among(effect_catalogue(), name); }
+
+EffectPointer find_effect(const Robot& robot, const std::string& name) {
+  return find_among(effects_of(robot), name);
 }
 
 }  // namespace cdprcal

@@ -58,17 +58,30 @@ void check_parameters(const AppliedEffect& effect, const EffectLayout& layout, i
   }
 }
 
+void check_own_effects(const Robot& robot) {
+  for (std::size_t i = 0; i < robot.own_effects.size(); ++i) {
+    for (std::size_t other = 0; other < i; ++other) {
+      if (robot.own_effects[other]->name() != robot.own_effects[i]->name()) continue;
+      throw detail::FieldError("effect_definitions[#" + std::to_string(i + 1) + "].name",
+                               "given twice; delete one");
+    }
+  }
+}
+
 }  // namespace
+
+EffectLayout layout_of(const Effect& effect) {
+  EffectLayout layout{effect.name(), {}, effect.info().scope == EffectScope::run};
+  for (const EffectParameter& p : effect.info().parameters) {
+    layout.parameters.push_back({p.name, p.shape, p.range});
+  }
+  return layout;
+}
 
 const std::vector<EffectLayout>& effect_layouts() {
   static const std::vector<EffectLayout> all = [] {
     std::vector<EffectLayout> layouts;
-    for (const auto& effect : effect_catalogue()) {
-      layouts.push_back({effect->name(), {}, effect->info().scope == EffectScope::run});
-      for (const EffectParameter& p : effect->info().parameters) {
-        layouts.back().parameters.push_back({p.name, p.shape, p.range});
-      }
-    }
+    for (const auto& effect : effect_catalogue()) layouts.push_back(layout_of(*effect));
     for (const ReadingFault& fault : reading_faults()) {
       layouts.push_back({fault.name, fault.parameters, true});
     }
@@ -77,29 +90,34 @@ const std::vector<EffectLayout>& effect_layouts() {
   return all;
 }
 
-const EffectLayout* effect_layout(const std::string& name) {
+std::optional<EffectLayout> effect_layout(const Robot& robot, const std::string& name) {
   for (const EffectLayout& layout : effect_layouts()) {
-    if (layout.name == name) return &layout;
+    if (layout.name == name) return layout;
   }
-  return nullptr;
+  for (const auto& effect : robot.own_effects) {
+    if (effect->name() == name) return layout_of(*effect);
+  }
+  return std::nullopt;
 }
 
-std::string unknown_effect(const std::string& name) {
+std::string unknown_effect(const Robot& robot, const std::string& name) {
   std::string known;
   for (const EffectLayout& layout : effect_layouts()) {
     known += (known.empty() ? "" : ", ") + layout.name;
   }
+  for (const auto& effect : robot.own_effects) known += ", " + effect->name();
   return "unknown effect " + in_quotes(name) + "; known: " + known;
 }
 
 namespace detail {
 
 void check_effects(const Robot& robot) {
+  check_own_effects(robot);
   Robot changed = robot;
   for (std::size_t i = 0; i < robot.effects.size(); ++i) {
     const AppliedEffect& effect = robot.effects[i];
-    const EffectLayout* layout = effect_layout(effect.name);
-    if (!layout) throw FieldError(effect_field(i, "name"), unknown_effect(effect.name));
+    const std::optional<EffectLayout> layout = effect_layout(robot, effect.name);
+    if (!layout) throw FieldError(effect_field(i, "name"), unknown_effect(robot, effect.name));
     if (!effect.run.empty() && !layout->by_run) {
       throw FieldError(effect_field(i, "run"), "a " + effect.name +
                                                    " is the robot's own and the "
@@ -112,7 +130,7 @@ void check_effects(const Robot& robot) {
     }
     check_parameters(effect, *layout, robot.cable_count(), i);
     if (is_reading_fault(effect.name)) continue;
-    const ActiveEffect active = resolve_effect(effect, robot.cable_count());
+    const ActiveEffect active = resolve_effect(robot, effect);
     const std::string first = effect.parameters.front().name;
     if (!active.values.allFinite()) {
       throw FieldError(effect_field(i, first),

@@ -2,6 +2,7 @@
 // that model/ can read and write it without knowing what an effect does.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,11 +20,12 @@ struct EffectLayout {
 
 /// All that a robot may list, in the order of the catalogue; faults last.
 const std::vector<EffectLayout>& effect_layouts();
-/// The one called `name`, or null.
-const EffectLayout* effect_layout(const std::string& name);
+EffectLayout layout_of(const Effect& effect);
+/// The one called `name`, of these or of the robot's own; nothing where there is none.
+std::optional<EffectLayout> effect_layout(const Robot& robot, const std::string& name);
 
-/// What to say of a name that is not known: the nearest ones, or all.
-std::string unknown_effect(const std::string& name);
+/// What to say of a name that is not known.
+std::string unknown_effect(const Robot& robot, const std::string& name);
 
 /// Checks robot.effects (names, parameters, sizes, values) and that the robot they make is one.
 /// Throws InputError naming the field. For a robot that `finalise` has seen.

@@ -296,7 +296,7 @@ class Detectable {
 
 Candidates untried(const DiagnosisModel& model, bool in_motion) {
   Candidates out;
-  for (const auto& effect : effect_catalogue()) {
+  for (const auto& effect : effects_of(model.robot)) {
     const bool taken = std::any_of(model.effects.begin(), model.effects.end(),
                                    [&](const EffectTerm& t) { return t.effect == effect; });
     if (!taken && effect->needs_motion() == in_motion) out.push_back(effect);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -83,6 +84,8 @@ struct Surroundings {
   [[nodiscard]] bool any() const { return has_floor() || !keep_out.empty() || limits_length(); }
 };
 
+class Effect;
+
 /// A known effect, or a known fault of the readings' map, as the robot file lists it: in the file's
 /// own units. What it means is up to effects/ (schema.hpp has the names, applied.hpp applies it).
 struct AppliedEffect {
@@ -106,6 +109,8 @@ struct Robot {
   EulerConvention euler_convention = EulerConvention::XYZ;
   SensorSigma sigma;
   std::vector<AppliedEffect> effects;  ///< known beyond the ideal model; calibration applies them
+  /// Effects that its file defines as text (effects/text_effect.hpp), beside the catalogue.
+  std::vector<std::shared_ptr<const Effect>> own_effects;
 
   [[nodiscard]] int cable_count() const { return static_cast<int>(cables.size()); }
   [[nodiscard]] double weight_N() const { return platform.mass_kg * gravity_m_s2; }

@@ -7,12 +7,15 @@
 #include "cdprcal/error.hpp"
 #include "cdprcal/model/robot_check.hpp"
 #include "cdprcal/robot_file/builtin_robots.hpp"
+#include "cdprcal/robot_file/definition_reader.hpp"
+#include "cdprcal/robot_file/effect_definitions.hpp"
 #include "cdprcal/robot_file/yaml_reader.hpp"
 #include "cdprcal/text_file.hpp"
 
 namespace cdprcal {
 namespace {
 
+using detail::double_quoted;
 using detail::shortest;
 using detail::YamlField;
 using detail::YamlMapping;
@@ -165,11 +168,11 @@ void read_sensors(const YamlField& field, Robot& robot) {
   if (const auto sigma = map.find("sigma")) robot.sigma = read_sigma(*sigma);
 }
 
-AppliedEffect read_effect(const YamlField& field, int cables) {
+AppliedEffect read_effect(const YamlField& field, const Robot& robot) {
   // Which keys are known follows from the name.
   const auto name = field.peek("name");
-  const EffectLayout* layout = name ? effect_layout(name->text()) : nullptr;
-  if (name && !layout) name->fail(unknown_effect(name->text()));
+  const auto layout = name ? effect_layout(robot, name->text()) : std::nullopt;
+  if (name && !layout) name->fail(unknown_effect(robot, name->text()));
   std::vector<std::string> keys{"name", "run"};
   if (layout) {
     for (const ParameterLayout& parameter : layout->parameters) keys.push_back(parameter.name);
@@ -180,7 +183,8 @@ AppliedEffect read_effect(const YamlField& field, int cables) {
   for (const ParameterLayout& parameter : layout->parameters) {
     if (parameter.optional && !map.find(parameter.name)) continue;
     effect.parameters.push_back(
-        {parameter.name, map.require(parameter.name).numbers(extents(parameter.shape, cables))});
+        {parameter.name,
+         map.require(parameter.name).numbers(extents(parameter.shape, robot.cable_count()))});
   }
   return effect;
 }
@@ -197,15 +201,6 @@ std::string flow(const std::vector<int>& shape, std::size_t depth, const double*
   std::string list = "[";
   for (int i = 0; i < shape[depth]; ++i) list += (i > 0 ? ", " : "") + flow(shape, depth + 1, next);
   return list + "]";
-}
-
-std::string double_quoted(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    quoted += c;
-  }
-  return quoted + "\"";
 }
 
 /// Degrees when they read back as the very same radians (always so for an angle that was read in
@@ -278,15 +273,16 @@ std::string position_sigma_entry(const Pulley& pulley) {
   return ", position_sigma_m: " + (one ? shortest(sigma[0]) : flow(sigma));
 }
 
-std::string effect_entry(const AppliedEffect& effect, int cables) {
+std::string effect_entry(const AppliedEffect& effect, const Robot& robot) {
   std::string text = "  - name: " + effect.name + "\n";
   if (!effect.run.empty()) text += "    run: " + double_quoted(effect.run) + "\n";
-  for (const ParameterLayout& parameter : effect_layout(effect.name)->parameters) {
+  const std::optional<EffectLayout> layout = effect_layout(robot, effect.name);
+  for (const ParameterLayout& parameter : layout->parameters) {
     for (const AppliedEffect::Parameter& given : effect.parameters) {
       if (given.name != parameter.name) continue;
       const double* next = given.values.data();
-      text +=
-          "    " + parameter.name + ": " + flow(extents(parameter.shape, cables), 0, next) + "\n";
+      text += "    " + parameter.name + ": " +
+              flow(extents(parameter.shape, robot.cable_count()), 0, next) + "\n";
     }
   }
   return text;
@@ -296,8 +292,9 @@ std::string effect_entry(const AppliedEffect& effect, int cables) {
 
 Robot parse_robot(const std::string& yaml_text, const std::string& source) {
   const YamlField document = YamlField::parse_document(yaml_text, source);
-  const YamlMapping map(document, {"name", "gravity_m_s2", "platform", "cables", "tension_limits_N",
-                                   "floor_m", "keep_out", "length_limits_m", "sensors", "effects"});
+  const YamlMapping map(
+      document, {"name", "gravity_m_s2", "platform", "cables", "tension_limits_N", "floor_m",
+                 "keep_out", "length_limits_m", "sensors", "effects", "effect_definitions"});
   Robot robot;
   robot.name = map.require("name").text();
   robot.gravity_m_s2 = map.number_or("gravity_m_s2", robot.gravity_m_s2);
@@ -311,9 +308,12 @@ Robot parse_robot(const std::string& yaml_text, const std::string& source) {
   robot.tension_max_N = limits[1];
   robot.surroundings = read_surroundings(map);
   if (const auto sensors = map.find("sensors")) read_sensors(*sensors, robot);
+  if (const auto definitions = map.find("effect_definitions")) {
+    robot.own_effects = detail::read_definitions(*definitions);
+  }
   if (const auto effects = map.find("effects")) {
     for (const YamlField& effect : effects->items()) {
-      robot.effects.push_back(read_effect(effect, robot.cable_count()));
+      robot.effects.push_back(read_effect(effect, robot));
     }
   }
   try {
@@ -385,9 +385,10 @@ std::string to_yaml(const Robot& robot) {
       << surroundings_entry(checked.surroundings) << "sensors:\n"
       << "  euler_convention: " << to_string(checked.euler_convention) << '\n'
       << "  sigma: " << sigma_entry(checked) << '\n';
+  out << effects_to_yaml(checked.own_effects);
   if (!checked.effects.empty()) out << "effects:\n";
   for (const AppliedEffect& effect : checked.effects) {
-    out << effect_entry(effect, checked.cable_count());
+    out << effect_entry(effect, checked);
   }
   return out.str();
 }

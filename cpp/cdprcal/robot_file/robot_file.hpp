@@ -21,7 +21,8 @@ namespace cdprcal {
 /// swivel_deg (1), attitude_deg (2), tension_N (10), wrench_force_N and wrench_moment_Nm (see
 /// SensorSigma)}}; swivel_rad and attitude_rad may stand for the angles in degrees; effects, a list
 /// of known effects of the catalogue and faults of the readings, each {name, its parameters, and
-/// run when it belongs to the one log of that file name} (effects/schema.hpp).
+/// run when it belongs to the one log of that file name} (effects/schema.hpp); effect_definitions,
+/// effects beside the catalogue, written as text (effect_definitions.hpp).
 ///
 /// Throws InputError "source:line:column: field: what is wrong and what to do" on unknown,
 /// duplicate, missing or impossible fields, and on text that is no YAML, binary or over 250 kB.

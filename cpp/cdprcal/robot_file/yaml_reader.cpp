@@ -107,6 +107,15 @@ const char* kind_of(const YAML::Node& node) {
 
 }  // namespace
 
+std::string double_quoted(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
+
 YamlField::YamlField(std::shared_ptr<Document> document, std::string path, const YAML::Node& node,
                      const YAML::Mark& mark)
     : document_(std::move(document)), path_(std::move(path)), node_(node), mark_(mark) {
@@ -127,6 +136,8 @@ YamlField YamlField::parse_document(const std::string& text, const std::string& 
   }
   auto document = std::make_shared<Document>();
   document->source = source;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) document->lines.push_back(line);
   try {
     if (const std::optional<YAML::Mark> second = second_document(text)) {
       throw InputError(place(source, *second) +
@@ -152,12 +163,16 @@ void YamlField::fail(const std::string& problem) const {
   throw InputError(place(document_->source, mark_) + (path_.empty() ? "" : path_ + ": ") + problem);
 }
 
-void YamlField::fail_at(const std::string& path, const std::string& problem) const {
+void YamlField::fail_at(const std::string& path, const std::string& problem,
+                        std::optional<std::size_t> offset) const {
   std::string where = document_->source + ": ";
   for (std::string known = path;; known.resize(known.rfind('.'))) {
-    const auto mark = document_->marks.find(known);
-    if (mark != document_->marks.end()) {
-      where = place(document_->source, mark->second);
+    const auto found = document_->marks.find(known);
+    if (found != document_->marks.end()) {
+      YAML::Mark mark = found->second;
+      const std::optional<int> opened = offset && known == path ? opening(mark) : std::nullopt;
+      if (opened) mark.column += static_cast<int>(*offset) + *opened;
+      where = place(document_->source, mark);
       break;
     }
     if (known.rfind('.') == std::string::npos) break;
@@ -191,6 +206,28 @@ double YamlField::number() const {
 std::string YamlField::text() const {
   if (!node_.IsScalar()) fail(std::string("must be text, not ") + kind_of(node_));
   return node_.Scalar();
+}
+
+std::optional<int> YamlField::opening(const YAML::Mark& mark) const {
+  const auto line = static_cast<std::size_t>(mark.line);
+  const auto column = static_cast<std::size_t>(mark.column);
+  if (line >= document_->lines.size() || column >= document_->lines[line].size()) return 0;
+  const char c = document_->lines[line][column];
+  if (c == '>' || c == '|') return std::nullopt;
+  return c == '"' || c == '\'' ? 1 : 0;
+}
+
+std::vector<std::pair<std::string, YamlField>> YamlField::entries() const {
+  std::vector<std::string> keys;
+  if (node_.IsMap()) {
+    for (const auto& entry : node_) {
+      if (entry.first.IsScalar()) keys.push_back(entry.first.Scalar());
+    }
+  }
+  const YamlMapping map(*this, keys);
+  std::vector<std::pair<std::string, YamlField>> out;
+  for (const std::string& key : keys) out.emplace_back(key, map.require(key));
+  return out;
 }
 
 std::vector<YamlField> YamlField::items() const {
@@ -294,6 +331,17 @@ std::optional<YamlField> YamlMapping::find(const std::string& key) const {
 YamlField YamlMapping::require(const std::string& key) const {
   if (auto field = find(key)) return *field;
   field_.at(field_.node_, key).fail("is missing: add it");
+}
+
+std::size_t YamlMapping::word_or(const std::string& key,
+                                 const std::vector<std::string>& words) const {
+  const auto field = find(key);
+  if (!field) return 0;
+  const auto word = std::find(words.begin(), words.end(), field->text());
+  if (word != words.end()) return static_cast<std::size_t>(word - words.begin());
+  std::string known;
+  for (const std::string& one : words) known += (known.empty() ? "" : " or ") + one;
+  field->fail("must be " + known + ", not " + in_quotes(field->text()));
 }
 
 double YamlMapping::number_or(const std::string& key, double fallback) const {

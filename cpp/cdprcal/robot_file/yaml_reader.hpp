@@ -20,6 +20,9 @@ namespace cdprcal::detail {
 /// Larger texts are refused: no robot file needs this, and a mistaken file may be huge.
 inline constexpr std::size_t kMostYamlBytes = 250'000;
 
+/// Text between quotation marks, as YAML reads it back.
+std::string double_quoted(const std::string& text);
+
 /// A field of a YAML document.
 class YamlField {
  public:
@@ -39,6 +42,8 @@ class YamlField {
   [[nodiscard]] std::vector<double> numbers(const std::vector<int>& shape) const;
   /// The scalar at a key of this mapping before its keys are checked, if there is one.
   [[nodiscard]] std::optional<YamlField> peek(const std::string& key) const;
+  /// Keys, as they come, and values of a mapping whose keys anybody chooses.
+  [[nodiscard]] std::vector<std::pair<std::string, YamlField>> entries() const;
   /// Items of a list; item i is called "path[#i+1]".
   [[nodiscard]] std::vector<YamlField> items() const;
 
@@ -46,7 +51,9 @@ class YamlField {
   /// Throws InputError "source:line:column: path: problem".
   [[noreturn]] void fail(const std::string& problem) const;
   /// The same for a field of this document by path; at the nearest enclosing field that was read.
-  [[noreturn]] void fail_at(const std::string& path, const std::string& problem) const;
+  /// `offset`: at which character of its text, from 0.
+  [[noreturn]] void fail_at(const std::string& path, const std::string& problem,
+                            std::optional<std::size_t> offset = std::nullopt) const;
 
  private:
   friend class YamlMapping;
@@ -54,9 +61,13 @@ class YamlField {
   struct Document {
     std::string source;
     std::map<std::string, YAML::Mark> marks;
+    std::vector<std::string> lines;
   };
   YamlField(std::shared_ptr<Document> document, std::string path, const YAML::Node& node,
             const YAML::Mark& mark);
+  /// How many characters of a text's place are not its own: 1 for a quotation mark; nothing where
+  /// it is folded over lines.
+  [[nodiscard]] std::optional<int> opening(const YAML::Mark& mark) const;
   /// `node` as the field `key` of this one, at the node's own place.
   [[nodiscard]] YamlField at(const YAML::Node& node, const std::string& key) const;
 
@@ -75,6 +86,9 @@ class YamlMapping {
   [[nodiscard]] YamlField require(const std::string& key) const;
   [[nodiscard]] std::optional<YamlField> find(const std::string& key) const;
   [[nodiscard]] double number_or(const std::string& key, double fallback) const;
+  /// Which of some words it is; the first where the key is missing.
+  [[nodiscard]] std::size_t word_or(const std::string& key,
+                                    const std::vector<std::string>& words) const;
 
  private:
   YamlField field_;

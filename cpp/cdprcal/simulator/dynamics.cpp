@@ -3,6 +3,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "cdprcal/simulator/written_effects.hpp"
+
 namespace cdprcal {
 namespace {
 
@@ -181,7 +183,8 @@ PlantDynamics::Pull PlantDynamics::pull(int i, const StrandState& end,
 StepStatus PlantDynamics::step(const WinchCommand& command) {
   const double m = p_.robot.platform.mass_kg;
   const Matrix3& inertia = p_.robot.platform.inertia_kg_m2;
-  const Vector3 constant_N = p_.robot.gravity_force_N() + p_.external_force_N;
+  const Vector6 written = written_wrench(pose());
+  const Vector3 constant_N = p_.robot.gravity_force_N() + p_.external_force_N + written.head<3>();
   const Matrix3 rotation_0 = motion_.rotation.toRotationMatrix();
   const Vector3 momentum_0 = rotation_0 * (inertia * motion_.body_rate_rad_s);
   const double turning = damping_rate(rotation_decay_s_);
@@ -208,7 +211,7 @@ StepStatus PlantDynamics::step(const WinchCommand& command) {
     const Matrix3 rotation_1 = next.rotation.toRotationMatrix();
 
     Vector3 force = constant_N - translation_damping_N_s_m_ * velocity;
-    Vector3 moment = -turning * (rotation_0 * (inertia * body_rate));
+    Vector3 moment = written.tail<3>() - turning * (rotation_0 * (inertia * body_rate));
     bool new_slopes = false;
     for (int i = 0; i < n_; ++i) {
       arm_1[i] = rotation_1 * anchor_from_centre_m_[i];
@@ -343,6 +346,19 @@ double PlantDynamics::direction(int cable) const {
   return sum / static_cast<double>(winch_[cable].friction.size());
 }
 
+Vector6 PlantDynamics::written_wrench(const Pose& at) const {
+  if (p_.written.empty()) return Vector6::Zero();
+  Measurement m;
+  m.run_time_s = time_s();
+  m.length_direction.resize(n_);
+  m.tension_N.resize(n_);
+  for (int i = 0; i < n_; ++i) {
+    m.length_direction[i] = direction(i);
+    m.tension_N[i] = load_cell_tension_N(i);
+  }
+  return cdprcal::written_wrench(p_, at, m);
+}
+
 PlantEnergy PlantDynamics::energy() const {
   PlantEnergy energy;
   energy.wound_J = wound_J_;
@@ -364,8 +380,9 @@ PlantEnergy PlantDynamics::energy() const {
 }
 
 Vector6 PlantDynamics::net_wrench(const Pose& pose, const CableVector& tension_N) const {
-  Vector3 force = p_.robot.gravity_force_N() + p_.external_force_N;
-  Vector3 moment = Vector3::Zero();
+  const Vector6 written = written_wrench(pose);
+  Vector3 force = p_.robot.gravity_force_N() + p_.external_force_N + written.head<3>();
+  Vector3 moment = written.tail<3>();
   const Vector3 centre = pose.position_m + pose.rotation * p_.robot.platform.centre_of_mass_m;
   for (int i = 0; i < n_; ++i) {
     const Pulley& pulley = p_.robot.cables[i].pulley;

@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "cdprcal/effects/effect.hpp"
+#include "cdprcal/effects/schema.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/geometry/euler.hpp"
 #include "cdprcal/readings/log_columns.hpp"
@@ -12,11 +14,17 @@
 namespace cdprcal {
 namespace {
 
-const InjectableEffect& find(const std::string& name) {
+InjectableEffect find(const std::string& name, const OwnEffects& own) {
   std::string known;
   for (const InjectableEffect& effect : injectable_effects()) {
     if (effect.name == name) return effect;
     known += (known.empty() ? "" : ", ") + effect.name;
+  }
+  for (const auto& effect : own) {
+    const EffectLayout layout = layout_of(*effect);
+    if (layout.name == name)
+      return {name, effect->info().sentence, nullptr, nullptr, layout.parameters};
+    known += ", " + layout.name;
   }
   throw InputError("effect " + in_quotes(name) + ": not known; give one of " + known);
 }
@@ -66,9 +74,9 @@ std::size_t total(const InjectableEffect& effect, int cables) {
 
 }  // namespace
 
-InjectedEffect parse_injected_effect(const std::string& text) {
+InjectedEffect parse_injected_effect(const std::string& text, const OwnEffects& own) {
   const std::size_t equal = text.find('=');
-  const InjectableEffect& effect = find(text.substr(0, equal));
+  const InjectableEffect effect = find(text.substr(0, equal), own);
   InjectedEffect parsed{effect.name, {}};
   if (equal == std::string::npos) fail(effect, "write " + effect.name + "=v1,v2,…");
   for (std::size_t begin = equal + 1;;) {
@@ -88,8 +96,8 @@ std::string to_string(const InjectedEffect& effect) {
   return text;
 }
 
-InjectedEffect expanded(const InjectedEffect& injected, int cable_count) {
-  const InjectableEffect& effect = find(injected.name);
+InjectedEffect expanded(const InjectedEffect& injected, int cable_count, const OwnEffects& own) {
+  const InjectableEffect effect = find(injected.name, own);
   const bool full = injected.values.size() == total(effect, cable_count);
   // The short form is that of a robot with one cable. An order has none.
   const bool brief = injected.values.size() == total(effect, 1) &&
@@ -116,8 +124,8 @@ InjectedEffect expanded(const InjectedEffect& injected, int cable_count) {
   return out;
 }
 
-InjectedEffect as_injected(const AppliedEffect& known) {
-  const InjectableEffect& effect = find(known.name);
+InjectedEffect as_injected(const AppliedEffect& known, const OwnEffects& own) {
+  const InjectableEffect effect = find(known.name, own);
   if (effect.of_file != nullptr) return {known.name, effect.of_file(known)};
   InjectedEffect injected{known.name, {}};
   for (const AppliedEffect::Parameter& given : known.parameters) {

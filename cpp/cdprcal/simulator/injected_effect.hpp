@@ -38,9 +38,12 @@ struct InjectedEffect {
 /// Everything that can be injected, in the order of the catalogue (plant_effects.cpp).
 const std::vector<InjectableEffect>& injectable_effects();
 
+/// Effects that a robot has beside the table: formulas of its file.
+using OwnEffects = std::vector<std::shared_ptr<const Effect>>;
+
 /// Parses "NAME=v1,v2,…" (euler_convention also takes an order: "euler_convention=ZYX"). Throws
 /// InputError naming the accepted effects, or the sizes and parameters of this one.
-InjectedEffect parse_injected_effect(const std::string& text);
+InjectedEffect parse_injected_effect(const std::string& text, const OwnEffects& own = {});
 
 /// "NAME=v1,v2,…", which parse_injected_effect reads back to the bit.
 std::string to_string(const InjectedEffect& effect);
@@ -48,9 +51,9 @@ std::string to_string(const InjectedEffect& effect);
 /// The same effect with one number a parameter entry, scalars broadcast. Throws InputError naming
 /// the accepted sizes when the number of values does not fit a robot with `cable_count` cables, for
 /// values that are not finite, and for impossible ones (a sign other than ±1, no permutation …).
-InjectedEffect expanded(const InjectedEffect& effect, int cable_count);
+InjectedEffect expanded(const InjectedEffect& effect, int cable_count, const OwnEffects& own = {});
 
 /// An effect that a robot file lists, as the plant takes it.
-InjectedEffect as_injected(const AppliedEffect& known);
+InjectedEffect as_injected(const AppliedEffect& known, const OwnEffects& own = {});
 
 }  // namespace cdprcal

@@ -130,6 +130,13 @@ std::vector<InjectableEffect> rows() {
        [](V& v, P& p) { p.robot.platform.centre_of_mass_m += v.vector3(); }},
       {"external_force", "something pulls at the platform",
        [](V& v, P& p) { p.external_force_N += v.vector3(); }},
+      {"base_tilt", "the frame stands askew",
+       [](V& v, P& p) {
+         const double about_x_rad = v.scalar(), about_y_rad = v.scalar();
+         p.level = exp_so3(Vector3(about_x_rad, about_y_rad, 0.0));
+         const Vector3 weight_N = p.robot.gravity_force_N();
+         p.external_force_N += p.level.inverse() * weight_N - weight_N;
+       }},
       {"ahrs_misalignment", "the AHRS is mounted askew",
        [](V& v, P& p) { p.ahrs_rotation = p.ahrs_rotation * exp_so3(v.vector3()); }},
       {"yaw_drift", "yaw drifts",
@@ -246,7 +253,7 @@ const std::vector<InjectableEffect>& injectable_effects() {
     std::vector<InjectableEffect> all = rows();
     for (InjectableEffect& row : all) {
       if (!row.parameters.empty()) continue;
-      row.parameters = effect_layout(row.name)->parameters;
+      row.parameters = effect_layout(Robot{}, row.name)->parameters;
       std::erase_if(row.parameters, [](const ParameterLayout& p) { return p.optional; });
     }
     return all;

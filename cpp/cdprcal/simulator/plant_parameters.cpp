@@ -71,16 +71,24 @@ PlantParameters plant_parameters(const Robot& robot, const SimulatorOptions& opt
     const bool replaced =
         std::any_of(options.effects.begin(), options.effects.end(),
                     [&](const InjectedEffect& other) { return other.name == known.name; });
-    if (known.run.empty() && !replaced) acting.push_back(as_injected(known));
+    if (known.run.empty() && !replaced) acting.push_back(as_injected(known, robot.own_effects));
   }
   p.robot.effects.clear();
   acting.insert(acting.end(), options.effects.begin(), options.effects.end());
-  for (InjectedEffect& effect : acting) effect = expanded(effect, n);
+  for (InjectedEffect& effect : acting) effect = expanded(effect, n, robot.own_effects);
   for (const InjectableEffect& row : injectable_effects()) {
     for (const InjectedEffect& effect : acting) {
       if (effect.name != row.name) continue;
       PlantValues values(effect.values, n);
       row.act(values, p);
+    }
+  }
+  for (const auto& own : robot.own_effects) {
+    for (const InjectedEffect& effect : acting) {
+      if (effect.name != own->name()) continue;
+      const auto size = static_cast<Eigen::Index>(effect.values.size());
+      p.written.push_back({own, Eigen::Map<const EffectValues>(effect.values.data(), size)});
+      own->apply(p.written.back().values, p.robot);
     }
   }
   std::stable_sort(p.events.begin(), p.events.end(),

@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "cdprcal/effects/effect.hpp"
 #include "cdprcal/geometry/pose.hpp"
 #include "cdprcal/simulator/options.hpp"
 
@@ -35,6 +36,7 @@ struct PlantParameters {
   std::vector<PlantEvent> events;      ///< by time
   // Platform
   Vector3 external_force_N = Vector3::Zero();  ///< at the centre of mass, world axes
+  ActiveEffects written;  ///< effects of formulas, beside what they change of `robot`
   // Load cells
   /// From strand to load cell, by the direction of motion s: (so far, strand [N], s) → load [N].
   std::vector<std::function<double(double, double, double)>> to_load_cell_N;
@@ -44,7 +46,8 @@ struct PlantParameters {
   double swivel_half_width_rad = 0.0;  ///< of their play
   std::vector<CableChange> swivel_rad;
   // AHRS
-  Eigen::Quaterniond ahrs_rotation = Eigen::Quaterniond::Identity();  ///< R* = R · this
+  Eigen::Quaterniond level = Eigen::Quaterniond::Identity();          ///< from frame to level axes
+  Eigen::Quaterniond ahrs_rotation = Eigen::Quaterniond::Identity();  ///< R* = level · R · this
   EulerConvention euler_convention = EulerConvention::XYZ;
   /// (true pose, time [s], roll pitch yaw to change)
   std::vector<std::function<void(const Pose&, double, Vector3&)>> attitude_rad;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "cdprcal/simulator/written_effects.hpp"
+
 namespace cdprcal {
 namespace {
 
@@ -44,7 +46,23 @@ PlantSnapshot SensorBank::snapshot(const PlantDynamics& plant) {
     now.swivel_rad[i] = lagging;
     now.load_cell_N[i] = plant.load_cell_tension_N(i);
   }
+  if (!p_.written.empty()) add_written(plant, now);
   return now;
+}
+
+void SensorBank::add_written(const PlantDynamics& plant, PlantSnapshot& now) {
+  constexpr double kTurnOver_rad = 0.5 * kDegree;  // as PathState's
+  for (Eigen::Index i = 0; i < swivel_turn_.size(); ++i) {
+    const double swivel = plant.strand(static_cast<int>(i)).cable.swivel_rad;
+    const double turned = wrap_angle(swivel - swivel_seen_rad_[i]);
+    swivel_turn_[i] = std::clamp(swivel_turn_[i] + 2.0 * turned / kTurnOver_rad, -1.0, 1.0);
+    swivel_seen_rad_[i] = swivel;
+  }
+  const WrittenReadings added = written_readings(p_, plant, swivel_turn_);
+  now.encoder_m += added.length_m;
+  now.swivel_rad += added.swivel_rad;
+  now.load_cell_N = added.load_cell_N;
+  now.written_rad = added.roll_pitch_yaw_rad;
 }
 
 void SensorBank::reset(const PlantDynamics& plant) {
@@ -60,6 +78,8 @@ void SensorBank::reset(const PlantDynamics& plant) {
   for (Clock* c : {&length_clock_, &swivel_clock_, &tension_clock_, &attitude_clock_}) c->taken = 0;
   swivel_play_rad_.resize(n);
   for (int i = 0; i < n; ++i) swivel_play_rad_[i] = plant.strand(i).cable.swivel_rad;
+  swivel_seen_rad_ = swivel_play_rad_;
+  swivel_turn_.setZero(n);
   history_.clear();
   sample_ = {};
   sample_.length_m.resize(n);
@@ -79,9 +99,12 @@ PlantSnapshot SensorBank::seen(double time_s) const {
   const PlantSnapshot& b = *after;
   const PlantSnapshot& a = *std::prev(after);
   const double f = (time_s - a.time_s) / (b.time_s - a.time_s);
-  PlantSnapshot out{time_s, plus(a.pose, f * minus(b.pose, a.pose)),
-                    a.encoder_m + f * (b.encoder_m - a.encoder_m), a.swivel_rad,
-                    a.load_cell_N + f * (b.load_cell_N - a.load_cell_N)};
+  PlantSnapshot out{time_s,
+                    plus(a.pose, f * minus(b.pose, a.pose)),
+                    a.encoder_m + f * (b.encoder_m - a.encoder_m),
+                    a.swivel_rad,
+                    a.load_cell_N + f * (b.load_cell_N - a.load_cell_N),
+                    a.written_rad + f * (b.written_rad - a.written_rad)};
   for (Eigen::Index i = 0; i < out.swivel_rad.size(); ++i) {
     out.swivel_rad[i] += f * wrap_angle(b.swivel_rad[i] - a.swivel_rad[i]);
   }
@@ -137,9 +160,12 @@ double SensorBank::load_cell_N(int cable, double tension_N, double time_s) const
 }
 
 const CableVector& SensorBank::drive_reading_error_N(const PlantDynamics& plant) {
+  const CableVector written_N =
+      p_.written.empty() ? CableVector() : written_readings(p_, plant, swivel_turn_).load_cell_N;
   for (int i = 0; i < p_.robot.cable_count(); ++i) {
     const double tension = plant.load_cell_tension_N(i);
-    drive_error_N_[i] = load_cell_N(i, tension, plant.time_s()) - tension;
+    const double shown = written_N.size() > 0 ? written_N[i] : tension;
+    drive_error_N_[i] = load_cell_N(i, shown, plant.time_s()) - tension;
     if (p_.drive_noise_N > 0.0) drive_error_N_[i] += p_.drive_noise_N * drive_noise_();
   }
   return drive_error_N_;
@@ -154,9 +180,10 @@ void SensorBank::read_tensions(const PlantSnapshot& world) {
 
 void SensorBank::read_attitude(const PlantSnapshot& world) {
   sample_.attitude_time_s = sample_.time_s;
-  const Matrix3 rotation = (world.pose.rotation * p_.ahrs_rotation).toRotationMatrix();
+  const Matrix3 rotation = (p_.level * world.pose.rotation * p_.ahrs_rotation).toRotationMatrix();
   Vector3 angles = euler_from_rotation(rotation, p_.euler_convention);
   for (const auto& effect : p_.attitude_rad) effect(world.pose, world.time_s, angles);
+  angles += world.written_rad;
   for (int a = 0; a < 3; ++a) {
     const SensorChannel& channel = a < 2 ? options_.roll_pitch_rad : options_.yaw_rad;
     angles[a] = reading(angles[a], channel, attitude_noise_);

@@ -14,6 +14,7 @@ struct PlantSnapshot {
   double time_s = 0.0;
   Pose pose;
   CableVector encoder_m, swivel_rad, load_cell_N;
+  Vector3 written_rad = Vector3::Zero();  ///< what formulas add to roll, pitch and yaw
 };
 
 class SensorBank {
@@ -41,6 +42,7 @@ class SensorBank {
     }
   };
   [[nodiscard]] PlantSnapshot snapshot(const PlantDynamics& plant);
+  void add_written(const PlantDynamics& plant, PlantSnapshot& now);
   [[nodiscard]] PlantSnapshot seen(double time_s) const;
   void read_lengths(const PlantSnapshot& world);
   void read_swivels(const PlantSnapshot& world);
@@ -56,7 +58,8 @@ class SensorBank {
   RandomNormal drive_noise_{0}, length_noise_{0}, swivel_noise_{0}, tension_noise_{0},
       attitude_noise_{0};
   ReadingOffsets offsets_;
-  CableVector swivel_play_rad_;  ///< where the lagging swivels are
+  CableVector swivel_play_rad_;                ///< where the lagging swivels are
+  CableVector swivel_seen_rad_, swivel_turn_;  ///< from where they came: −1 … 1
   std::deque<PlantSnapshot> history_;
   RobotSample sample_;
   CableVector drive_error_N_;

@@ -11,12 +11,14 @@ from cdprcal.cli.live import LiveOption, LiveStopOption, PortOption, live_page
 from cdprcal.command import (
     DONE,
     UNTRUSTED,
+    EffectsOption,
     JsonOption,
     RobotArgument,
     fail,
     keep_apart,
     print_json,
     reports_errors,
+    robot_with_effects,
 )
 from cdprcal.completion import injected_effects
 
@@ -128,6 +130,7 @@ def command(
         float | None,
         typer.Option("--floor-m", help="z that no point of the platform may go below."),
     ] = None,
+    effects: EffectsOption = None,
     rate_hz: Annotated[float, typer.Option("--rate-hz", help="Rows of the log per second.")] = 10.0,
     live: LiveOption = False,
     live_stop: LiveStopOption = False,
@@ -168,10 +171,15 @@ def command(
         fail("--rate-hz: must be above 0 and at most 100")
     keep_apart(
         {"-o": output, "--truth": truth},
-        {"robot file": robot, "plan": plan, "session file": session},
+        {
+            "robot file": robot,
+            "plan": plan,
+            "session file": session,
+            "--effects": effects or [],
+        },
     )
     asked = parse_accuracy(until) if until else None
-    the_robot = _core.load_robot(robot)
+    the_robot = robot_with_effects(robot, effects)
     plan_text = read_bytes(Path(plan), _MOST_PLAN_BYTES).decode("utf-8", "replace")
     the_plan = _core.parse_plan(plan_text, plan)
     if the_plan.robot_name != the_robot.name:
@@ -187,7 +195,7 @@ def command(
         fail(f"{plan}: cannot be run with {the_robot.name}: {wrong}; make one with cdprcal plan")
     shown = live_page(live, live_stop, port, the_robot, the_plan, output, bool(until))
     options = _core.SimulatorOptions(
-        seed=seed, effects=[_core.parse_injected_effect(text) for text in effect or []]
+        seed=seed, effects=[_core.parse_injected_effect(text, the_robot) for text in effect or []]
     )
     visits, patience = start_up_plan(the_plan, quick=quick), start_up_options(the_plan)
     wired: Session | None = None

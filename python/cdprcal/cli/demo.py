@@ -6,7 +6,16 @@ from typing import Annotated
 
 import typer
 
-from cdprcal.command import DONE, UNTRUSTED, JsonOption, fail, print_json, reports_errors
+from cdprcal.command import (
+    DONE,
+    UNTRUSTED,
+    EffectsOption,
+    JsonOption,
+    fail,
+    print_json,
+    reports_errors,
+    robot_with_effects,
+)
 from cdprcal.completion import injected_effects
 
 _TO_DRAW = "pip install 'cdprcal[report]'"
@@ -38,6 +47,7 @@ def command(
             help="What to hide in the second robot (default: one of a few, by the seed).",
         ),
     ] = "",
+    effects: EffectsOption = None,
     json: JsonOption = False,
 ) -> None:
     """A robot wakes up somewhere: plan, start up, calibrate by all methods, find a hidden fault.
@@ -57,14 +67,14 @@ def command(
 
     draws = not lacking("matplotlib", "jinja2", "plotly")
     out = notes()
-    the_robot = _core.load_robot(robot)
+    the_robot = robot_with_effects(robot, effects)
     if the_robot.cable_count < 3:
         fail(
             f"{robot}: has {the_robot.cable_count} cables, and a start-up is planned for three "
             "and more; give a robot with as many, irma4 for one"
         )
     hide = effect or story.HIDDEN[seed % len(story.HIDDEN)]
-    _core.expanded_effect(_core.parse_injected_effect(hide), the_robot.cable_count)
+    _core.expanded_effect(_core.parse_injected_effect(hide, the_robot), the_robot)
     folder = Path(output)
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -10,6 +10,7 @@ import typer
 from cdprcal.command import (
     DONE,
     UNTRUSTED,
+    EffectsOption,
     JsonOption,
     MapOption,
     RobotArgument,
@@ -19,6 +20,7 @@ from cdprcal.command import (
     keep_apart,
     print_json,
     reports_errors,
+    robot_with_effects,
 )
 
 if TYPE_CHECKING:
@@ -49,6 +51,7 @@ def command(
         ),
     ] = None,
     map_: MapOption = "",
+    effects: EffectsOption = None,
     plot: Annotated[
         str, typer.Option("--plot", metavar="DIR", help="Write pictures (PNG) into this folder.")
     ] = "",
@@ -65,8 +68,9 @@ def command(
 ) -> None:
     """Find where the model and the logs disagree, name the missing effects, show the gap shrink.
 
-    Several logs of one robot are explained together. Exit code 1: something is left that no effect
-    of the catalogue explains, too little was measured to say, or a log gives no initial pose that
+    Several logs of one robot are explained together. What no name explains is put into a formula,
+    where one predicts what it was not fitted on. Exit code 1: something is left all the same, too
+    little was measured to say, or a log gives no initial pose that
     can be trusted even so.
     """
     from cdprcal import _core
@@ -81,9 +85,9 @@ def command(
     corrected, result = _outputs(output or [], result)
     keep_apart(
         {"-o": corrected, "--result": result},
-        {"robot file": robot, "log": logs, "mapping file": map_},
+        {"robot file": robot, "log": logs, "mapping file": map_, "--effects": effects or []},
     )
-    the_robot = _core.load_robot(robot)
+    the_robot = robot_with_effects(robot, effects)
     files = Reader(the_robot, map_).load_all(logs)
     the_logs = [file.log for file in files]
     out = notes()

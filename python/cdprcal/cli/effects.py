@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cdprcal.command import JsonOption, fail, print_json, reports_errors
+from cdprcal.command import (
+    EffectsOption,
+    JsonOption,
+    fail,
+    print_json,
+    reports_errors,
+    robot_with_effects,
+)
 from cdprcal.completion import effect_names
 
 if TYPE_CHECKING:
@@ -18,15 +25,25 @@ EXPLAIN_EXAMPLE = "Example: cdprcal explain load_cell_bias"
 
 
 @reports_errors
-def effects(json: JsonOption = False) -> None:
+def effects(
+    effects: EffectsOption = None,
+    words: Annotated[
+        bool, typer.Option("--words", help="List what formulas of your own may name, and add to.")
+    ] = False,
+    json: JsonOption = False,
+) -> None:
     """List the physical effects that diagnose knows, with what each is and how large usually.
 
     Sizes are those to expect on irma4; on other robots they grow with weight, length or tension.
+    With --effects those of a file too, which is checked by it.
     """
     from cdprcal import _core
     from cdprcal.terminal import Table, answers, say
 
-    catalogue = _core.effect_catalogue()
+    if words:
+        _print_words(json=json)
+        return
+    catalogue = _core.effects_of(robot_with_effects("irma4", effects))
     if json:
         print_json([_document(info) for info in catalogue])
         return
@@ -40,6 +57,23 @@ def effects(json: JsonOption = False) -> None:
     out.print(table)
 
 
+def _print_words(*, json: bool) -> None:
+    from cdprcal import _core
+    from cdprcal.terminal import Table, answers, say
+
+    known = _core.formula_words()
+    if json:
+        print_json(known)
+        return
+    out = answers()
+    for title, group in (("a formula may name", "variables"), ("and adds", "targets")):
+        table = Table(title, "which is" if group == "variables" else "", text={0, 1})
+        for word, meaning in known[group].items():
+            table.add_row(word, meaning)
+        out.print(table)
+    say(out, f"functions: {', '.join(known['functions'])}; + - * / ^, pi")
+
+
 @reports_errors
 def explain(
     effect: Annotated[
@@ -50,13 +84,14 @@ def explain(
             autocompletion=effect_names,
         ),
     ],
+    effects: EffectsOption = None,
     json: JsonOption = False,
 ) -> None:
     """Say what an effect is: equation, values, usual size, what it is confused with, what to do."""
     from cdprcal import _core
     from cdprcal.terminal import Table, answers, say
 
-    known = {info.name: info for info in _core.effect_catalogue()}
+    known = {info.name: info for info in _core.effects_of(robot_with_effects("irma4", effects))}
     if effect not in known:
         near = difflib.get_close_matches(effect, known, n=3)
         fail(
@@ -126,6 +161,7 @@ def _document(info: _core.EffectInfo) -> dict[str, Any]:
         "confused_with": list(info.confused_with),
         "one_sided": info.one_sided,
         "scope": info.scope.name,
+        "formula": info.formulas or None,
         "parameters": [
             {
                 "name": parameter.name,

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from cdprcal.command import (
+    EffectsOption,
     JsonOption,
     RobotArgument,
     VerboseOption,
@@ -15,6 +16,7 @@ from cdprcal.command import (
     keep_apart,
     print_json,
     reports_errors,
+    robot_with_effects,
 )
 from cdprcal.completion import words
 from cdprcal.option_values import (
@@ -109,6 +111,15 @@ def command(
     plot: Annotated[
         str, typer.Option("--plot", metavar="FILE", help="Draw the plan (PNG, PDF or SVG).")
     ] = "",
+    diagnose: Annotated[
+        bool,
+        typer.Option(
+            "--diagnose",
+            help="Also say which effects this run would show, from what size, and which it would "
+            "tell apart.",
+        ),
+    ] = False,
+    effects: EffectsOption = None,
     verbose: VerboseOption = False,
     json: JsonOption = False,
 ) -> None:
@@ -128,8 +139,8 @@ def command(
     from cdprcal.planning.table import print_plan
     from cdprcal.terminal import notes, say
 
-    keep_apart({"-o": output, "--plot": plot}, {"robot file": robot})
-    the_robot = _core.load_robot(robot)
+    keep_apart({"-o": output, "--plot": plot}, {"robot file": robot, "--effects": effects or []})
+    the_robot = robot_with_effects(robot, effects)
     options: dict[str, Any] = {
         "box": parse_box("--box", box),
         "grid": parse_grid(grid),
@@ -165,6 +176,10 @@ def command(
     document = plan_as_dict(the_robot, result)
     if result.comparison is not None:
         document["comparison"]["chosen_from"] = "the box" if box else "the static workspace"
+    if diagnose:
+        from cdprcal.diagnosis.foresight import foresight_as_dict, print_foresight
+
+        document["diagnose"] = foresight_as_dict(the_robot, result.plan)
     if plot:
         from cdprcal.planning.pictures import write_plan_picture
 
@@ -175,6 +190,8 @@ def command(
         print_json(document)
     else:
         print_plan(document, verbose=verbose)
+        if diagnose:
+            print_foresight(document["diagnose"], the_robot)
     out = notes()
     for path in filter(None, (output, plot)):
         say(out, path)

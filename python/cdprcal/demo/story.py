@@ -131,7 +131,7 @@ def start_up(
     """Hangs the robot somewhere, runs the start-up procedure and logs it."""
     startup = _core.StartUp(robot, start_up_plan(plan, quick=True), start_up_options(plan))
     options = _core.SimulatorOptions(
-        seed=seed, effects=[_core.parse_injected_effect(text) for text in effects]
+        seed=seed, effects=[_core.parse_injected_effect(text, robot) for text in effects]
     )
     backend = SimulatedBackend.somewhere(
         robot, plan, options, velocity_limit_m_s=startup.velocity_limit_m_s

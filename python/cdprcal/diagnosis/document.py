@@ -13,7 +13,11 @@ from cdprcal.results import number, numbers, pose_as_dict, residual_as_dict
 from cdprcal.sensors import ABSOLUTE
 
 #: Verdicts after which the pose and the model can be worked with.
-TRUSTED = {_core.Verdict.consistent.name, _core.Verdict.explained.name}
+TRUSTED = {
+    _core.Verdict.consistent.name,
+    _core.Verdict.explained.name,
+    _core.Verdict.described.name,
+}
 
 
 def diagnosis_as_dict(diagnosis: _core.Diagnosis, robot: _core.Robot) -> dict[str, Any]:
@@ -29,7 +33,10 @@ def diagnosis_as_dict(diagnosis: _core.Diagnosis, robot: _core.Robot) -> dict[st
         "reason": diagnosis.reason,
         "effects": [
             *(_fault(fault) for fault in diagnosis.faults),
-            *(_effect(effect, robot.cable_count, runs) for effect in diagnosis.effects),
+            *(
+                _effect(effect, robot.cable_count, runs) | {"course": _course(diagnosis.model, k)}
+                for k, effect in enumerate(diagnosis.effects)
+            ),
         ],
         "rejected": [{"name": r.name, "reason": r.reason} for r in diagnosis.rejected],
         "unexplained": [
@@ -122,6 +129,10 @@ def _fault(fault: _core.DiscreteFault) -> dict[str, Any]:
         "rivals": [],
         "held_out": {"before": None, "after": None},
         "sentence": fault.text,
+        "formula": None,
+        "described": False,
+        "units": {},
+        "course": None,
     }
 
 
@@ -144,6 +155,30 @@ def _effect(effect: _core.NamedEffect, cables: int, runs: int) -> dict[str, Any]
             "after": number(effect.held_out_after),
         },
         "sentence": effect.info.sentence,
+        "formula": effect.info.formulas or None,
+        "described": effect.described,
+        "units": {p.name: p.unit for p in effect.info.parameters},
+    }
+
+
+def _course(model: _core.DiagnosisModel, effect: int) -> dict[str, Any] | None:
+    """A formula against the first of its variables: what it adds, and what the readings say."""
+    found = _core.formula_course(model, effect)
+    if found is None:
+        return None
+    return {
+        "to": found.to,
+        "variable": found.variable,
+        "points": [
+            {
+                "run": point.run,
+                "cable": point.cable + 1 or None,
+                "x": number(point.x),
+                "added": number(point.added),
+                "read": number(point.read),
+            }
+            for point in found.points
+        ],
     }
 
 

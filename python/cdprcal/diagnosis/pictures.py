@@ -19,6 +19,7 @@ from cdprcal.diagnosis.plots import (
     ranked,
     residual_panels,
 )
+from cdprcal.diagnosis.units import shown_word
 from cdprcal.io.files import reason
 from cdprcal.pictures import new_figure, save_figure
 
@@ -33,7 +34,8 @@ _MARKERS = {"circle": "o", "circle-open": "o", "diamond": "D"}
 
 
 def write_pictures(document: Document, folder: Path) -> list[Path]:
-    """Writes residuals.png, gap.png, ranking.png and held_out.png; gives back their paths.
+    """Writes residuals.png, gap.png, ranking.png, held_out.png and, where effects are formulas,
+    formulas.png; gives back their paths.
 
     document: of ``diagnose --json``. Makes the folder if need be. Raises InputError when it cannot
     be written.
@@ -48,6 +50,8 @@ def write_pictures(document: Document, folder: Path) -> list[Path]:
         folder / "ranking.png": draw_ranking,
         folder / "held_out.png": draw_held_out,
     }
+    if any(effect["course"] for effect in document["effects"]):
+        pictures[folder / "formulas.png"] = draw_formulas
     for path, draw in pictures.items():
         save_figure(draw(document), path)
     return list(pictures)
@@ -112,6 +116,37 @@ def draw_gap(document: Document) -> Figure:
         if panel.column == 0:
             axes.set_ylabel("rms", fontsize=8)
             axes.legend(fontsize=7)
+    return figure
+
+
+def draw_formulas(document: Document) -> Figure:
+    """Each formula against the first of its variables, with what the readings say of it."""
+    effects = [effect for effect in document["effects"] if effect["course"]]
+    figure = new_figure(7.0, 2.7 * len(effects) + 0.3)
+    for place, effect in enumerate(effects):
+        axes = figure.add_subplot(len(effects), 1, place + 1)
+        course = effect["course"]
+        points = course["points"]
+        to, unit, factor = shown_word(course["to"], [p["read"] for p in points])
+        variable, x_unit, x_factor = shown_word(course["variable"], [p["x"] for p in points])
+        for cable in dict.fromkeys(point["cable"] for point in points):
+            of = [p for p in points if p["cable"] == cable and p["x"] is not None]
+            of.sort(key=lambda point: point["x"])
+            x = x_factor * np.array([p["x"] for p in of])
+            colour = f"C{(cable or 1) - 1}"
+            read = factor * np.array([p["read"] for p in of], dtype=float)
+            added = factor * np.array([p["added"] for p in of], dtype=float)
+            label = f"cable {cable}" if cable else "read"
+            axes.plot(x, read, "o", color=colour, markersize=4, fillstyle="none", label=label)
+            axes.plot(x, added, ".-", color=colour, linewidth=0.9, markersize=2)
+        axes.axhline(0.0, color="black", linewidth=0.5)
+        axes.set_title(
+            f"{course['to']} += {effect['formula'][course['to']]}", fontsize=8, wrap=True
+        )
+        axes.set_xlabel(f"{variable} [{x_unit}]", fontsize=8)
+        axes.set_ylabel(f"{to}: read minus model [{unit}]", fontsize=8)
+        axes.tick_params(labelsize=7)
+        axes.legend(fontsize=7, ncols=2)
     return figure
 
 

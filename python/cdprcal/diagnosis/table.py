@@ -20,6 +20,7 @@ from cdprcal.terminal import Table, answers, degrees, fixed, say, scaled, summed
 _STYLE = {
     "consistent": "bold green",
     "explained": "bold cyan",
+    "described": "bold cyan",
     "unexplained": "bold red",
     "undetermined": "bold yellow",
 }
@@ -103,7 +104,7 @@ def blind_spots(document: dict[str, Any]) -> list[str]:
     """Effects that could be there at their typical size unseen, and the size that would show."""
     accepted = {effect["name"] for effect in document["effects"]}
     robot = _core.parse_robot(document["corrected"], "corrected")
-    catalogue = {info.name: info for info in _core.effect_catalogue()}
+    catalogue = {info.name: info for info in _core.effects_of(robot)}
     lines = []
     for entry in document["identifiability"]:
         name, size = entry["name"], entry["detectable_after"] or entry["detectable"]
@@ -115,16 +116,20 @@ def blind_spots(document: dict[str, Any]) -> list[str]:
         if not believable(catalogue[name], size):
             lines.append(f"{name} of any believable size")
             continue
-        parameter = catalogue[name].parameters[0]
-        inverse = catalogue[name].inverse  # of a stiffness the typical size is that of its inverse
-        value = size * parameter.typical * parameter.times_reference(robot)
-        value = 1.0 / value if inverse else value
-        label, factor = for_people(parameter.unit, value)
-        lines.append(
-            f"{name} {'above' if inverse else 'below'} {value * factor:.3g} {label} "
-            f"({size:.2g} × its typical size)"
-        )
+        side = "above" if catalogue[name].inverse else "below"
+        value = shown_size(catalogue[name], size, robot)
+        lines.append(f"{name} {side} {value} ({size:.2g} × its typical size)")
     return lines
+
+
+def shown_size(info: _core.EffectInfo, size: float, robot: _core.Robot) -> str:
+    """So many typical sizes of an effect on a robot, in a unit for people."""
+    parameter = info.parameters[0]
+    value = size * parameter.typical * parameter.times_reference(robot)
+    # Of a stiffness the typical size is that of its inverse.
+    value = 1.0 / value if info.inverse else value
+    label, factor = for_people(parameter.unit, value)
+    return f"{value * factor:.3g} {label}".strip()
 
 
 def believable(info: _core.EffectInfo, size: float) -> bool:
@@ -162,13 +167,15 @@ def _effects_table(effects: list[dict[str, Any]]) -> Table:
 
 def value_rows(effect: dict[str, Any]) -> Iterator[tuple[str, str, str, str]]:
     """Where, value, its deviation and unit, number by number."""
-    units = {
-        (info.name, parameter.name): (parameter.unit, parameter.shape)
+    shapes = {
+        (info.name, parameter.name): parameter.shape
         for info in _core.effect_catalogue()
         for parameter in info.parameters
     }
+    units = effect["units"]
+    written = _core.ParameterShape.per_cable  # what a formula's list is
     for name, nested in effect["parameters"].items():
-        if (effect["name"], name) not in units:  # a discrete fault
+        if name not in units:  # a discrete fault
             parts = nested if isinstance(nested, list) else [nested]
             yield (
                 name,
@@ -177,8 +184,10 @@ def value_rows(effect: dict[str, Any]) -> Iterator[tuple[str, str, str, str]]:
                 "",
             )
             continue
-        unit, shape = units[effect["name"], name]
+        unit = units[name]
         values = np.array(nested, dtype=float)
+        scalar = _core.ParameterShape.scalar
+        shape = shapes.get((effect["name"], name), written if values.ndim else scalar)
         deviations = np.array(effect["standard_deviation"][name], dtype=float)
         label, factor = for_people(unit, float(np.nanmax(np.abs(values), initial=0.0)))
         several = len(effect["parameters"]) > 1

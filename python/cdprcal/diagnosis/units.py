@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from cdprcal.sensors import CHANNELS
 
@@ -32,3 +33,16 @@ def for_people(unit: str, largest: float) -> tuple[str, float]:
     if unit == "N" and abs(largest) >= 1e4:
         return "kN", 1e-3
     return _FOR_PEOPLE.get(unit, (unit, 1.0))
+
+
+def shown_word(word: str, values: Sequence[float | None]) -> tuple[str, str, float]:
+    """A formula's word without its unit ('length_m'), the unit for people, and the factor to it."""
+    name, _, unit = word.rpartition("_")
+    largest = max((abs(value) for value in values if value is not None), default=0.0)
+    if unit == "m" and name:
+        return name, *(("mm", 1e3) if largest < 0.1 else ("m", 1.0))
+    if unit == "rad":
+        return name, "°", _DEGREE
+    if unit in ("N", "s", "kg"):
+        return name, unit, 1.0
+    return word, "1", 1.0

@@ -38,6 +38,12 @@ class Exploration:
         self.logs = tuple(logs)
         # Looking for faults takes longer than a fit: they are those of the first one of its poses.
         self._faults: dict[tuple[LeftOut, ...], list[DiscreteFault]] = {}
+        self._formulas = ""  # those that the last search wrote can be chosen by name, too
+
+    def _robot_with_formulas(self) -> Robot:
+        if not self._formulas:
+            return self.robot
+        return _core.with_effect_definitions(self.robot, self._formulas, "formulas")
 
     def fit(self, choice: Choice, progress: Callable[[str], bool] | None = None) -> Diagnosis:
         """The diagnosis with exactly the chosen effects, or with those that it finds itself.
@@ -57,9 +63,11 @@ class Exploration:
             for run, log in enumerate(self.logs)
         ]
         if choice.effects is None:
-            return _core.diagnose(self.robot, logs, None, progress)
+            found = _core.diagnose(self.robot, logs, None, progress)
+            self._formulas = found.corrected.effect_definitions
+            return found
         options = DiagnoseOptions(effects=choice.effects, faults=self._faults.get(choice.left_out))
-        found = _core.diagnose(self.robot, logs, options)
+        found = _core.diagnose(self._robot_with_formulas(), logs, options)
         self._faults[choice.left_out] = found.faults
         return found
 

@@ -47,7 +47,7 @@ def _effects(diagnosis: Diagnosis, found: Sequence[dict[str, Any]]) -> list[dict
 
     Of one that is not in the model the evidence is a scan's: what it would add, without a refit.
     """
-    catalogue = {info.name: info for info in _core.effect_catalogue()}
+    catalogue = {info.name: info for info in _core.effects_of(diagnosis.corrected)}
     rows = [
         {
             "name": effect["name"],

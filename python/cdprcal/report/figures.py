@@ -24,6 +24,7 @@ from cdprcal.diagnosis.plots import (
     ranked,
     residual_panels,
 )
+from cdprcal.diagnosis.units import shown_word
 from cdprcal.report.subject import Run, Subject
 
 Figure = dict[str, Any]
@@ -355,6 +356,41 @@ def _fits(subject: Subject) -> list[Fit]:
         if pose["residuals"] is not None
     ]
     return [Fit("calibration", AFTER, "circle", table)] if table else []
+
+
+def course(effect: dict[str, Any]) -> Figure:
+    """A formula against the first of its variables, with what the readings say of it."""
+    points = effect["course"]["points"]
+    to, unit, factor = shown_word(effect["course"]["to"], [p["read"] for p in points])
+    name, x_unit, x_factor = shown_word(effect["course"]["variable"], [p["x"] for p in points])
+    data: list[dict[str, Any]] = []
+    for cable in dict.fromkeys(point["cable"] for point in points):
+        of = [p for p in points if p["cable"] == cable and p["x"] is not None]
+        of.sort(key=lambda point: point["x"])
+        label = f"cable {cable}" if cable else to
+        line = {"color": CABLES[((cable or 1) - 1) % 8], "width": 1.2}
+        for key, mode in (("read", "markers"), ("added", "lines")):
+            data.append(
+                {
+                    "type": "scatter",
+                    "x": rounded([x_factor * p["x"] for p in of], 4),
+                    "y": rounded([None if p[key] is None else factor * p[key] for p in of], 4),
+                    "mode": mode,
+                    "name": label,
+                    "legendgroup": label,
+                    "showlegend": key == "read",
+                    "line": line,
+                    "marker": {"color": line["color"], "symbol": "circle-open", "size": 7},
+                    "hovertemplate": f"{label}: %{{y:.3g}} {unit} at %{{x:.3g}} {x_unit}"
+                    "<extra></extra>",
+                }
+            )
+    return {
+        "data": data,
+        "layout": layout(
+            300, xaxis=axis(f"{name} [{x_unit}]"), yaxis=axis(f"{to} [{unit}]", zeroline=True)
+        ),
+    }
 
 
 def staircase(diagnosis: dict[str, Any]) -> Figure:

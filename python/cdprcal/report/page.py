@@ -133,6 +133,9 @@ def _figures(subject: Subject) -> tuple[dict[str, Any], dict[str, str]]:
     if subject.diagnosis is not None:
         if subject.diagnosis["gap"]:
             found["staircase"] = figures.staircase(subject.diagnosis)
+        for number, effect in enumerate(subject.diagnosis["effects"], 1):
+            if effect["course"]:
+                found[f"course-{number}"] = figures.course(effect)
         drawn = figures.ranking(subject.diagnosis)
         if drawn:
             found["ranking"] = drawn
@@ -259,7 +262,7 @@ def _residual_rows(robot: _core.Robot, run: Run) -> list[tuple[str, ...]]:
 def _diagnosis(subject: Subject) -> dict[str, Any]:
     document = subject.diagnosis
     assert document is not None
-    infos = {info.name: info for info in _core.effect_catalogue()}
+    infos = {info.name: info for info in _core.effects_of(subject.corrected)}
     effects = []
     for effect in document["effects"]:
         info = infos.get(effect["name"])

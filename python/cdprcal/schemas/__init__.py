@@ -21,6 +21,7 @@ DOCUMENTS = (
     "diagnose-result",
     "effects",
     "explain",
+    "compare",
     "geometry",
     "plan",
     "repeat",

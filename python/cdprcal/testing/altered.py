@@ -15,6 +15,7 @@ _FIELDS = (
     "sigma",
     "effects",
     "surroundings",
+    "effect_definitions",
 )
 
 

@@ -436,44 +436,73 @@ TEST(Diagnose, SaysWhatThisLogCouldSeeOfEachEffect) {
   EXPECT_EQ(d.gap.back().after_effect, "load_cell_bias");
 }
 
-TEST(Diagnose, WhatNoEffectExplainsIsReportedInTheChannelsUnit) {
+TEST(Diagnose, WhatNoNameExplainsIsDescribed) {
   const Robot robot = load_robot("irma4");
   Log log = startup_log(robot, 0.1, 75);
   log.tension_N.array() += 8e-4 * log.tension_N.array().square();
+  const Diagnosis d = diagnose(robot, {log});
+  EXPECT_EQ(d.verdict, Verdict::described) << summary(d);
+  EXPECT_EQ(d.reason,
+            "a formula describes what the named effects do not explain: look for its cause");
+  EXPECT_TRUE(d.unexplained.empty());
+  ASSERT_FALSE(d.effects.empty());
+  EXPECT_TRUE(d.effects.front().described);
+  EXPECT_TRUE(d.effects.front().effect->name().starts_with("tension_by_tension")) << summary(d);
+  ASSERT_FALSE(d.corrected.own_effects.empty());
+  EXPECT_EQ(d.corrected.own_effects.front()->name(), d.effects.front().effect->name());
+  EXPECT_EQ(diagnose(d.corrected, {log}).verdict, Verdict::consistent);
+}
+
+/// What hops with the least change of the set-points: no law that anybody could find.
+LogMatrix hops(const Log& log) { return (1e3 * log.tension_setpoint_N.array().round()).sin(); }
+
+TEST(Diagnose, WhatNothingExplainsIsReportedInTheChannelsUnit) {
+  Robot robot = load_robot("irma4");
+  Log log = startup_log(robot, 0.01, 75);
+  robot.sigma.tension_N = 1.0;
+  log.tension_N += 8.0 * hops(log);
   const Diagnosis d = diagnose(robot, {log});
   EXPECT_EQ(d.verdict, Verdict::unexplained) << summary(d);
   EXPECT_EQ(d.reason, "something is left that no effect of the catalogue explains");
   ASSERT_EQ(d.unexplained.size(), 1U);
   const Unexplained& left = d.unexplained[0];
   EXPECT_EQ(left.channel, "tension");
-  EXPECT_EQ(left.depends_on, "reading");
   // Of the balance's rows, in the load cells' newtons.
   EXPECT_EQ(left.rms, robot.sigma.tension_N * d.model.noise[4]);
-  EXPECT_EQ(left.sigma, robot.sigma.tension_N * d.model.floor[4]);
   EXPECT_GT(left.rms, left.sigma);
   ASSERT_FALSE(d.next.empty());
-  EXPECT_EQ(d.next.back(),
-            "what is left of tension depends on reading: look for something on the robot that "
-            "does");
 }
 
 TEST(Diagnose, WhatIsLeftOfAnAngleIsInRadians) {
-  const Diagnosis d = diagnose(load_robot("irma4"), {test::log_with_bump()});
+  Robot robot = load_robot("irma4");
+  Log log = startup_log(robot, 0.01, 75);
+  robot.sigma.attitude_rad = 0.002;
+  log.roll_pitch_yaw_rad.col(2) += 0.05 * hops(log).col(1);
+  const Diagnosis d = diagnose(robot, {log});
   ASSERT_EQ(d.unexplained.size(), 1U) << summary(d);
   EXPECT_EQ(d.unexplained[0].channel, "yaw");
   EXPECT_EQ(d.unexplained[0].rms, d.model.noise[3]);
-  EXPECT_EQ(d.unexplained[0].sigma, d.model.floor[3]);
 }
 
 TEST(Diagnose, WhatIsLeftOfTheLengthsIsInMetres) {
+  Robot robot = load_robot("irma4");
+  Log log = startup_log(robot, 0.01, 75);
+  robot.sigma.length_m = 1e-3;
+  log.length_m += 0.012 * hops(log);
+  const Diagnosis d = diagnose(robot, {log});
+  ASSERT_EQ(d.unexplained.size(), 1U) << summary(d);
+  EXPECT_EQ(d.unexplained[0].channel, "length");
+  EXPECT_EQ(d.unexplained[0].rms, d.model.noise[0]);
+}
+
+TEST(Diagnose, ACourseOverTheRunIsDescribedAsOne) {
   Log log = startup_log(load_robot("irma4"), 0.1, 75);
   const double middle_s = 0.5 * log.time_s[log.sample_count() - 1];
   log.length_m.colwise() += (0.02 * (log.time_s.array() / middle_s - 1.0).square()).matrix();
   const Diagnosis d = diagnose(load_robot("irma4"), {log});
-  ASSERT_EQ(d.unexplained.size(), 1U) << summary(d);
-  EXPECT_EQ(d.unexplained[0].channel, "length");
-  EXPECT_EQ(d.unexplained[0].rms, d.model.noise[0]);
-  EXPECT_EQ(d.unexplained[0].sigma, d.model.floor[0]);
+  EXPECT_EQ(d.verdict, Verdict::described) << summary(d);
+  ASSERT_EQ(d.effects.size(), 1U) << summary(d);
+  EXPECT_TRUE(d.effects[0].effect->name().starts_with("length_by_time")) << summary(d);
 }
 
 TEST(Diagnose, EffectsThatCannotBeToldApartComeWithPosesThatWould) {

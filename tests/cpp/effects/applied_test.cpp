@@ -234,9 +234,10 @@ TEST(CorrectReadings, OfALogOfAnotherRobotAreRefused) {
 }
 
 TEST(ResolveEffect, NeedsItsValues) {
-  EXPECT_THROW((void)resolve_effect({"load_cell_bias", "", {{"bias_N", {1.0, 2.0}}}}, 4),
-               InputError);
-  EXPECT_THROW((void)resolve_effect({"load_cell_boas", "", {}}, 4), InputError);
+  EXPECT_THROW(
+      (void)resolve_effect(load_robot("irma4"), {"load_cell_bias", "", {{"bias_N", {1.0, 2.0}}}}),
+      InputError);
+  EXPECT_THROW((void)resolve_effect(load_robot("irma4"), {"load_cell_boas", "", {}}), InputError);
 }
 
 /// A clean start-up run of irma4 and what it does to the readings.

@@ -339,6 +339,23 @@ TEST_F(InjectedEffects, ExternalForceIsFixedInTheWorldAtTheCentreOfMass) {
   }
 }
 
+TEST_F(InjectedEffects, ATiltedFrameHangsAsideAndItsAhrsTellsTheVertical) {
+  start({"base_tilt=0.03,-0.02"});
+  const Rest r = go(6);
+  const Eigen::Quaterniond level(
+      Eigen::AngleAxisd(std::hypot(0.03, 0.02), Vector3(0.03, -0.02, 0.0).normalized()));
+  // In the axes of the frame the weight points along the turned vertical.
+  const double weight_N = robot.weight_N();
+  const Vector3 pull = level.inverse() * Vector3(0.0, 0.0, -weight_N);
+  Vector6 wrench;
+  const Vector3 aside = pull - Vector3(0.0, 0.0, -weight_N);
+  wrench << aside, r.ideal.centre_of_mass_arm_m.cross(aside);
+  EXPECT_LT((imbalance(r) - wrench).norm(), 1e-3);
+  const Eigen::Quaterniond read =
+      rotation_from_euler(r.sample.roll_pitch_yaw_rad, robot.euler_convention);
+  EXPECT_LT(read.angularDistance(level * r.truth.pose.rotation), 1e-9);
+}
+
 TEST_F(InjectedEffects, Attitude) {
   start({"ahrs_misalignment=0.02,-0.03,0.04"});
   Rest r = go(1);

@@ -95,6 +95,12 @@ def _found(diagnosis: _core.Diagnosis, simulated: Simulated, case: Case) -> dict
                 "held_out_after": number(e.held_out_after),
             }
             for e in diagnosis.effects
+            if not e.described
+        ],
+        "formulas": [
+            {"name": e.info.name, "equation": e.info.equation, "values": numbers(e.values)}
+            for e in diagnosis.effects
+            if e.described
         ],
         "rejected": [{"name": r.name, "reason": r.reason} for r in diagnosis.rejected],
         "unexplained": [

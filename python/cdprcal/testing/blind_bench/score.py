@@ -20,7 +20,7 @@ CLASSES: dict[str, tuple[str, ...]] = {
     "swivel encoder": ("swivel_hysteresis", "swivel_scale"),
     "geometry": ("pulley_radius", "frame_anchors", "platform_anchors"),
     "load cell": ("load_cell_bias", "load_cell_gain", "load_cell_drift"),
-    "weight and loads": ("mass", "centre_of_mass", "external_force"),
+    "weight and loads": ("mass", "centre_of_mass", "external_force", "base_tilt"),
     "attitude": ("ahrs_misalignment", "yaw_drift", "magnetic_disturbance"),
     "timing": ("sensor_delay",),
 }
@@ -270,6 +270,7 @@ def failure(line: Line) -> str:
         for e in found["effects"]
     ]
     said = [*(f["name"] for f in found["faults"]), *effects]
+    said += [f["name"] for f in found.get("formulas", [])]
     said += [f"{u['channel']} depends on {u['depends_on']}" for u in found["unexplained"]]
     notes = [
         f"{r['name']}: {r['reason']}" for r in found["rejected"] if r["name"] in hidden_names(line)
@@ -291,7 +292,8 @@ def _describe(hidden: dict[str, Any]) -> str:
 
 
 def _unexplained(line: Line) -> bool:
-    return bool(line["found"]["verdict"] == "unexplained")
+    """Something is left that has no name; there may be a formula for it."""
+    return line["found"]["verdict"] in ("unexplained", "described")
 
 
 def _shown(line: Line) -> dict[str, bool]:

@@ -114,7 +114,7 @@ def command(
     ):
         fail(f"{session}: needs `simulated` and a bus with the interface udp_multicast")
     options = _core.SimulatorOptions(
-        seed=seed, effects=[_core.parse_injected_effect(text) for text in effect or []]
+        seed=seed, effects=[_core.parse_injected_effect(text, the_robot) for text in effect or []]
     )
     stop = _Stop()
     with contextlib.ExitStack() as stack:

@@ -1,0 +1,171 @@
+"""One robot over time, log by log: as plain data, for people, and as a picture."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from rich.text import Text
+
+from cdprcal import _core
+from cdprcal.diagnosis.plots import AFTER, BEFORE, OTHER
+from cdprcal.diagnosis.units import for_people
+from cdprcal.pictures import new_figure
+from cdprcal.results import number, numbers, pose_as_dict
+from cdprcal.terminal import Table, answers, say
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def comparison_as_dict(found: _core.Comparison, robot: _core.Robot) -> dict[str, Any]:
+    """The document of ``compare --json``: NaN and absent become None."""
+    rows = [_number(n, robot.cable_count) for n in found.numbers]
+    moved = [row for row in rows if row["moved"]]
+    return {
+        "reason": _reason(rows, moved, found.logs),
+        "logs": list(found.logs),
+        "faults": [fault.text for fault in found.faults],
+        "numbers": rows,
+        "initial_poses": [
+            pose_as_dict(pose, robot.euler_convention) | {"covariance": numbers(covariance)}
+            for pose, covariance in zip(found.initial_pose, found.covariance, strict=True)
+        ],
+        "not_settled": list(found.not_settled),
+        "complete": found.complete,
+    }
+
+
+def _reason(rows: list[dict[str, Any]], moved: list[dict[str, Any]], logs: list[str]) -> str:
+    if not rows:
+        return "these logs show no effect that could have moved"
+    if not moved:
+        return f"none of {len(rows)} numbers moved more than chance moves it"
+    names = dict.fromkeys(row["effect"] for row in moved)
+    return f"{len(moved)} of {len(rows)} numbers moved: {', '.join(names)}"
+
+
+def _number(found: _core.ComparedNumber, cables: int) -> dict[str, Any]:
+    parameter = found.info.parameters[found.parameter]
+    return {
+        "effect": found.info.name,
+        "parameter": parameter.name,
+        "of": _place(parameter.shape, found.entry),
+        "unit": parameter.unit,
+        "values": numbers(found.values),
+        "standard_deviation": numbers(found.standard_deviation),
+        "chi_square": number(found.chi_square),
+        "p_value": number(found.p_value),
+        "moved": found.moved,
+        "from_log": found.from_log or None,
+        "step": number(found.step),
+        "step_deviation": number(found.step_deviation),
+    }
+
+
+def _place(shape: _core.ParameterShape, entry: int) -> str:
+    if shape == _core.ParameterShape.per_cable:
+        return f"cable {entry + 1}"
+    if shape == _core.ParameterShape.vector3:
+        return "xyz"[entry]
+    if shape == _core.ParameterShape.per_cable_vector3:
+        return f"cable {entry // 3 + 1}, {'xyz'[entry % 3]}"
+    return ""
+
+
+def print_comparison(document: dict[str, Any], *, verbose: bool = False) -> None:
+    """The document of ``compare``: what moved, and each number log by log.
+
+    ``verbose``: also the numbers that stayed.
+    """
+    out = answers()
+    moved = [row for row in document["numbers"] if row["moved"]]
+    say(out, Text(document["reason"], style="bold red" if moved else "bold green"))
+    for row in moved:
+        say(out, _moved_line(row, document["logs"]))
+    for name in document["not_settled"]:
+        say(out, Text(f"{name}: not all effects could be fitted to it", style="yellow"))
+    shown = document["numbers"] if verbose else moved
+    if not shown:
+        if document["numbers"]:
+            say(out, f"{len(document['numbers'])} numbers stayed (--verbose lists them)")
+        return
+    table = Table("effect", "of", "", *document["logs"], "moved", text={0, 1, 2}, keys=2)
+    for row in shown:
+        label, factor = _unit(row)
+        cells = [
+            "–" if value is None else f"{value * factor:+.3f} ± {(sigma or np.nan) * factor:.3f}"
+            for value, sigma in zip(row["values"], row["standard_deviation"], strict=True)
+        ]
+        table.add_row(
+            row["effect"],
+            _of(row),
+            label,
+            *cells,
+            f"{_sigmas(row):.1f} σ" if row["moved"] else "",
+        )
+    out.print(table)
+    if not verbose and len(shown) < len(document["numbers"]):
+        say(out, f"{len(document['numbers']) - len(shown)} numbers stayed (--verbose lists them)")
+
+
+def _unit(row: dict[str, Any]) -> tuple[str, float]:
+    values = [abs(value) for value in row["values"] if value is not None]
+    return for_people(row["unit"], max(values, default=0.0))
+
+
+def _of(row: dict[str, Any]) -> str:
+    return f"{row['parameter']} {row['of']}".strip()
+
+
+def _sigmas(row: dict[str, Any]) -> float:
+    return float(abs(row["step"] / row["step_deviation"]))
+
+
+def _moved_line(row: dict[str, Any], logs: list[str]) -> str:
+    label, factor = _unit(row)
+    after = row["from_log"] - 1
+    return (
+        f"{row['effect']} {_of(row)}: {row['step'] * factor:+.3g} ± "
+        f"{row['step_deviation'] * factor:.2g} {label} ({_sigmas(row):.1f} σ) between "
+        f"{logs[after - 1]} and {logs[after]}"
+    )
+
+
+def draw_comparison(document: dict[str, Any]) -> Figure:
+    """Each effect's numbers log by log with their σ; those that moved in colour."""
+    effects = list(dict.fromkeys(row["effect"] for row in document["numbers"]))
+    logs = document["logs"]
+    figure = new_figure(1.6 + 0.9 * max(3, len(logs)), 0.6 + 1.9 * max(1, len(effects)))
+    for place, effect in enumerate(effects):
+        rows = [row for row in document["numbers"] if row["effect"] == effect]
+        axes = figure.add_subplot(len(effects), 1, place + 1)
+        largest = max(rows, key=lambda row: max((abs(v) for v in row["values"] if v), default=0.0))
+        label, factor = _unit(largest)
+        for k, row in enumerate(rows):
+            x = np.arange(len(logs)) + 0.5 * (k + 0.5) / len(rows) - 0.25
+            axes.errorbar(
+                x,
+                factor * np.array(row["values"], dtype=float),
+                factor * np.array(row["standard_deviation"], dtype=float),
+                fmt="o-",
+                markersize=4,
+                linewidth=1.4 if row["moved"] else 0.6,
+                capsize=2,
+                color=(BEFORE if row["moved"] else OTHER)
+                if len(rows) > 1 or row["moved"]
+                else AFTER,
+                label=_of(row) if row["moved"] else None,
+            )
+        axes.axhline(0.0, color="black", linewidth=0.5)
+        axes.set_title(effect, fontsize=9)
+        axes.set_ylabel(label, fontsize=8)
+        axes.tick_params(labelsize=7)
+        axes.set_xticks(range(len(logs)), logs if place == len(effects) - 1 else [""] * len(logs))
+        if any(row["moved"] for row in rows):
+            axes.legend(fontsize=7)
+    if not effects:
+        axes = figure.add_subplot()
+        axes.text(0.5, 0.5, document["reason"], ha="center", va="center")
+        axes.set_axis_off()
+    return figure

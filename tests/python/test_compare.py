@@ -1,0 +1,68 @@
+"""``cdprcal compare``: what moved from log to log is seen, and nothing else."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import cdprcal
+from conftest import Ran
+
+Cli = Callable[..., Ran]
+
+
+@pytest.fixture(scope="module")
+def logs(robot: cdprcal.Robot, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Three runs; before the last the third load cell was bent; the friction was there before."""
+    folder = tmp_path_factory.mktemp("logs")
+    plan = cdprcal.make_plan(robot, order=cdprcal.VisitingOrder.random).plan
+    paths = []
+    for day, bias in enumerate(("6,-5,4,-8", "6,-5,4,-8", "6,-5,19,-8")):
+        effects = [f"load_cell_bias={bias}", "pulley_friction=0.04"]
+        run = cdprcal.simulate_startup(robot, plan, effects=effects, seed=11 + day)
+        paths.append(folder / f"day{day + 1}.csv")
+        cdprcal.write_log(run.log, str(paths[-1]))
+    return paths
+
+
+def test_one_cell_moved_by_so_much_before_the_last_run(cli: Cli, logs: list[Path]) -> None:
+    ran = cli("compare", "irma4", *logs, "--json")
+    assert ran.code == 0, ran.stderr
+    document = json.loads(ran.stdout)
+    moved = [row for row in document["numbers"] if row["moved"]]
+    assert [(row["effect"], row["of"]) for row in moved] == [("load_cell_bias", "cable 3")]
+    (row,) = moved
+    assert row["from_log"] == 3
+    assert abs(row["step"] - 15.0) < 4.0 * row["step_deviation"]
+    assert len(document["initial_poses"]) == 3
+    assert {row["effect"] for row in document["numbers"]} >= {"load_cell_bias", "pulley_friction"}
+
+
+def test_people_read_which_when_and_how_much(cli: Cli, logs: list[Path], tmp_path: Path) -> None:
+    picture = tmp_path / "moved.png"
+    ran = cli("compare", "irma4", *logs, "--plot", picture)
+    assert ran.code == 0, ran.stderr
+    first, second, *_ = ran.stdout.splitlines()
+    assert first.startswith("1 of ")
+    assert "load_cell_bias" in first
+    assert second.startswith("load_cell_bias bias_N cable 3: +1")
+    assert second.endswith("between day2.csv and day3.csv")
+    assert picture.stat().st_size > 10_000
+
+
+def test_nothing_moved_is_said_so(cli: Cli, logs: list[Path]) -> None:
+    ran = cli("compare", "irma4", *logs[:2], "--json")
+    document = json.loads(ran.stdout)
+    assert not any(row["moved"] for row in document["numbers"])
+    assert document["reason"].startswith("none of ")
+
+
+def test_one_log_is_no_comparison(cli: Cli, logs: list[Path]) -> None:
+    ran = cli("compare", "irma4", logs[0])
+    assert ran.code == 2
+    assert "needs two logs at least" in ran.stderr
+    with pytest.raises(cdprcal.InputError, match="needs two logs"):
+        cdprcal.compare(cdprcal.load_robot("irma4"), [])
