@@ -87,7 +87,7 @@ def test_a_platform_that_is_led_away_is_stopped(
     held = start_up(robot, low_plan, tmp_path / "held.csv", LYING, 0.1)
     assert held.run.state == cdprcal.StartUpState.holding
     said = re.search(
-        r"leaves the plan's corridor: z = (\S+) ± (\S+) m, where 0\.100 to 1\.300 m",
+        r"leaves the plan's corridor: z = (\S+) ± (\S+) m, where 0\.09\d to 1\.300 m",
         held.run.reason,
     )
     assert said, held.run.reason

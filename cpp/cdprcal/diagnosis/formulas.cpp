@@ -361,6 +361,37 @@ double period_of(const EffectDefinition& definition) {
   return std::stod(formula.substr(over + 3));
 }
 
+/// What a law may be on a machine, by how its name begins; the first that fits.
+struct Meaning {
+  const char* begins;
+  const char* words;
+};
+constexpr std::array<Meaning, 21> kMeanings{{
+    {"length_by_length_", "layers of cable on the drum, or a drum that is no cylinder"},
+    {"length_by_direction_", "backlash between encoder and drum"},
+    {"length_by_tension_", "a cable or frame that gives way under load"},
+    {"length_by_time_", "cables that creep, or warm up"},
+    {"length_by_swivel_direction_", "cable that lags in the swivel's guide"},
+    {"length_by_swivel_", "a pulley that does not swivel about the cable's entry"},
+    {"swivel_by_swivel_direction_", "play or friction of the swivels, each its own"},
+    {"swivel_by_swivel_", "a swivel encoder that sits off its axis, or has a wrong scale"},
+    {"swivel_by_tension_", "a swivel bearing that gives way under load"},
+    {"swivel_by_time_", "a swivel encoder that drifts"},
+    {"tension_by_tension_", "load cells that are not straight"},
+    {"tension_by_time_", "load cells that drift or warm up"},
+    {"tension_by_direction_", "friction between platform and load cell"},
+    {"tension_by_swivel_", "load cells that feel sideways load"},
+    {"yaw_by_yaw_", "iron near the magnetometer, or a wrong scale"},
+    {"yaw_by_x_", "a magnetic field that differs from place to place"},
+    {"yaw_by_y_", "a magnetic field that differs from place to place"},
+    {"yaw_by_z_", "a magnetic field that differs from place to place"},
+    {"yaw_by_time_", "a yaw that drifts or settles"},
+    {"roll_by_",
+     "an attitude sensor with a wrong scale, or one that tilts with the platform's place"},
+    {"pitch_by_",
+     "an attitude sensor with a wrong scale, or one that tilts with the platform's place"},
+}};
+
 }  // namespace
 
 std::vector<Formula> formula_candidates(const DiagnosisModel& model) {
@@ -424,50 +455,19 @@ std::vector<LikelyFormula> likely_formulas(const DiagnosisModel& model, std::siz
 std::shared_ptr<const Effect> with_meaning(const std::shared_ptr<const Effect>& formula,
                                            const Eigen::VectorXd& values) {
   EffectDefinition definition = *definition_of(*formula);
-  const std::string& name = definition.name;
-  const auto is = [&](const char* begins) { return name.starts_with(begins); };
-  const Eigen::Index half = values.size() / 2;  // sines, then cosines
   std::string meaning;
-  char text[160];
-  if (const double period_m = period_of(definition); period_m > 0.0 && is("length_by_length")) {
-    std::snprintf(
-        text, sizeof text, "a drum of %.3g mm radius that runs out by %.2g mm",
-        1e3 * period_m / kTurn,
-        1e3 * std::sqrt((values.head(half).array().square() + values.tail(half).array().square())
-                            .maxCoeff()));
+  for (const Meaning& row : kMeanings) {
+    if (definition.name.starts_with(row.begins) && meaning.empty()) meaning = row.words;
+  }
+  if (const double period_m = period_of(definition);
+      period_m > 0.0 && definition.name.starts_with("length_by_length_")) {
+    const Eigen::Index half = values.size() / 2;  // sines, then cosines
+    const double out_m =
+        (values.head(half).array().square() + values.tail(half).array().square()).sqrt().maxCoeff();
+    char text[160];
+    std::snprintf(text, sizeof text, "a drum of %.3g mm radius that runs out by %.2g mm",
+                  1e3 * period_m / kTurn, 1e3 * out_m);
     meaning = text;
-  } else if (is("length_by_length_")) {
-    meaning = "layers of cable on the drum, or a drum that is no cylinder";
-  } else if (is("length_by_direction")) {
-    meaning = "backlash between encoder and drum";
-  } else if (is("length_by_tension")) {
-    meaning = "a cable or frame that gives way under load";
-  } else if (is("length_by_time")) {
-    meaning = "cables that creep, or warm up";
-  } else if (is("length_by_swivel")) {
-    meaning = "a pulley that does not swivel about the cable's entry";
-  } else if (is("swivel_by_swivel")) {
-    meaning = "a swivel encoder that sits off its axis, or has a wrong scale";
-  } else if (is("swivel_by_swivel_direction") || is("swivel_by_direction")) {
-    meaning = "play or friction of the swivel";
-  } else if (is("swivel_by_time")) {
-    meaning = "a swivel encoder that drifts";
-  } else if (is("tension_by_tension")) {
-    meaning = "load cells that are not straight";
-  } else if (is("tension_by_time")) {
-    meaning = "load cells that drift or warm up";
-  } else if (is("tension_by_direction")) {
-    meaning = "friction between platform and load cell";
-  } else if (is("tension_by_swivel")) {
-    meaning = "load cells that feel sideways load";
-  } else if (is("yaw_by_yaw")) {
-    meaning = "iron near the magnetometer, or a wrong scale";
-  } else if (is("yaw_by_x") || is("yaw_by_y") || is("yaw_by_z")) {
-    meaning = "a magnetic field that differs from place to place";
-  } else if (is("roll_by_roll") || is("pitch_by_pitch")) {
-    meaning = "a wrong scale of the attitude sensor";
-  } else if (is("roll_by_time") || is("pitch_by_time") || is("yaw_by_time")) {
-    meaning = "an attitude sensor that drifts or settles";
   }
   definition.sentence = definition.adds.front().to + " += " + definition.adds.front().formula +
                         (meaning.empty() ? "" : ": may be " + meaning);

@@ -2,8 +2,8 @@
 
 After every rest the initial pose is estimated from all that was read so far; when the accuracy
 that was asked for is reached the run ends, and until then each next stop is the one that teaches
-most per second. What is solved, predicted and decided is C++ (``OnlineCalibration``,
-``NextStopChooser``).
+most per second. A run may be diagnosed too, and then ends when nothing more would be told. What is
+solved, predicted and decided is C++ (``OnlineCalibration``, ``NextStopChooser``, ``diagnose``).
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from cdprcal import _core
 from cdprcal._core import RobotSample, StartUp, StartUpCommand, StartUpState
+from cdprcal.acquisition.told import Told, settled, told_by
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,7 @@ class Estimate:
     pose: _core.Pose | None
     covariance: NDArray[np.float64] | None  #: [6, 6] of the pose, as in CalibrationResult
     reached: bool  #: the accuracy asked for, confirmed by a complete calibration of the log so far
+    told: Told | None = None  #: by a diagnosis of the log so far, where one was asked for
 
     def as_event(self) -> dict[str, Any]:
         """The estimate for the log and ``--json``: SI, None where nothing is known."""
@@ -49,7 +51,7 @@ class Estimate:
             "position_sigma_m": _number(self.position_sigma_m),
             "rotation_sigma_rad": _number(self.rotation_sigma_rad),
             "reached": self.reached,
-        }
+        } | ({} if self.told is None else {"diagnosis": self.told.as_event()})
 
     def __str__(self) -> str:
         after = f"after {self.rests} rest{'s' * (self.rests != 1)}"
@@ -95,6 +97,9 @@ _FEWEST_RESTS = 3
 class Guide:
     """Estimates after every rest; with ``asked``, chooses the stops and ends the run.
 
+    ``diagnoses``: also says what the model lacks, and ends the run when more rests would not change
+    the answer (``settled``).
+
     ``background``: estimate on a thread of its own, so that no control cycle is late; for robots
     whose clock does not wait. ``options``: of the estimate.
     """
@@ -106,6 +111,7 @@ class Guide:
         startup: StartUp,
         *,
         asked: _core.AskedAccuracy | None = None,
+        diagnoses: bool = False,
         quick: bool = False,
         background: bool = False,
         options: _core.CalibrateOptions | None = None,
@@ -115,6 +121,8 @@ class Guide:
         self._plan = plan
         self._startup = startup
         self._asked = asked
+        self._diagnoses = diagnoses
+        self.settled = ""  #: why the diagnosis ended the run; empty: it did not
         self._quick = quick
         self._options = options or _core.CalibrateOptions()
         self._online = _core.OnlineCalibration(robot, self._options)
@@ -167,7 +175,9 @@ class Guide:
         if self._pending is not None:
             return
         begin, self._sent = self._sent, len(self._rows)
-        work = _Work(self._robot, self._online, self._asked, self._options, self._rows)
+        work = _Work(
+            self._robot, self._online, self._asked, self._diagnoses, self._options, self._rows
+        )
         if self._pool is None:
             self._pending = Future()
             self._pending.set_result(work(begin, self._sent, self._rests))
@@ -180,7 +190,8 @@ class Guide:
         estimate = self._pending.result()
         self._pending = None
         self.estimates.append(estimate)
-        if estimate.reached:
+        self.settled = settled([e.told for e in self.estimates if e.told is not None])
+        if estimate.reached or self.settled:
             self._startup.finish()
         return estimate
 
@@ -219,6 +230,7 @@ class _Work:
     robot: _core.Robot
     online: _core.OnlineCalibration
     asked: _core.AskedAccuracy | None
+    diagnoses: bool
     options: _core.CalibrateOptions
     rows: _Rows
 
@@ -242,6 +254,9 @@ class _Work:
             result.initial_pose,
             result.covariance,
             reached,
+            told_by(self.robot, self.rows.log(0, end))
+            if self.diagnoses and rests >= _FEWEST_RESTS
+            else None,
         )
 
     def _good(self, result: _core.CalibrationResult) -> bool:

@@ -108,6 +108,8 @@ class Monitor:
         if not self._animated:
             if estimate is not None:
                 self._say(f"{sample.time_s:7.1f} s  initial pose {estimate}")
+                if estimate.told is not None:
+                    self._say(f"{sample.time_s:7.1f} s  {estimate.told}")
             self._say_state(command, sample)
             return
         now = time.monotonic()
@@ -148,6 +150,9 @@ class Monitor:
         if guide.estimates:
             last = guide.estimates[-1]
             say(out, f"initial pose {last}")
+            if last.told is not None:
+                ended = f" ({guide.settled})" if guide.settled else ""
+                say(out, f"{last.told}{ended}")
             if self._guided and not guide.reached:
                 weakest = f"; weakest: {last.least_observed}" if last.least_observed else ""
                 say(
@@ -156,7 +161,9 @@ class Monitor:
                     + Text(f"{weakest}; plan more or more varied poses", style="none"),
                 )
         if done:
-            say(out, f"next: {as_typed('calibrate', robot, self._log)}")
+            diagnosed = bool(guide.estimates) and guide.estimates[-1].told is not None
+            command = "diagnose" if diagnosed else "calibrate"
+            say(out, f"next: {as_typed(command, robot, self._log)}")
         elif remedy := remedy_for(run.reason):
             say(out, f"what to do: {remedy}")
 

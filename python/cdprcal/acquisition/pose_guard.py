@@ -10,6 +10,7 @@ were meant to hold it, and every other sensor finds nothing wrong with that.
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +22,12 @@ from cdprcal.acquisition.guide import Estimate
 _LOOK_S = 0.02  # the start-up steps at 50 Hz or more
 _STOP_S = 0.2  # in which a safe hold comes to a stop: half of it at the speed it had
 _SIGMAS = 3.0
+_SHARES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)  # of a way, looked at beforehand
 _FIRST_STEPS = 20  # of Gauss-Newton, after a new estimate
 
 
 class PoseGuard:
-    """The corridor is the box that the plan's poses span, ``margin_m`` wider on all sides.
+    """The corridor is the box that the plan's poses and ways span, ``margin_m`` wider on all sides.
 
     floor_m: z that neither the platform's point nor any anchor or corner of it may go below [m];
     -inf: that of the robot file, if any; the higher of the two counts. What else the robot file
@@ -50,7 +52,7 @@ class PoseGuard:
         if math.isnan(floor_m) or floor_m == math.inf:
             raise InputError(f"floor: {floor_m:g} m must be a height")
         self._robot = robot
-        places_m = [plan.start_pose.position_m, *(stop.pose.position_m for stop in plan.poses)]
+        places_m = _planned_places_m(robot, plan)
         self._lower_m, self._upper_m = np.min(places_m, axis=0), np.max(places_m, axis=0)
         self._margin_m = margin_m
         self._floor_m = max(floor_m, robot.surroundings.floor_m)
@@ -185,6 +187,27 @@ class PoseGuard:
             if found := _core.obstruction(self._robot, Pose(place_m, now.rotation)):
                 return f"something is in the platform's way: {found}"
         return ""
+
+
+def _planned_places_m(robot: _core.Robot, plan: _core.Plan) -> list[NDArray[np.float64]]:
+    """Where the plan's stops are, and what the platform passes on the way from one to the next.
+
+    Between two tensions the platform may hang a tenth of a metre below both.
+    """
+    stops = [(plan.start_pose, plan.start_tension_N)]
+    stops += [(stop.pose, stop.tension_N) for stop in plan.poses]
+    places_m = [pose.position_m for pose, _ in stops]
+    if _core.holds_orientation(robot):  # lengths lead it, straight from pose to pose
+        return places_m
+    for (pose, from_N), (_, to_N) in pairwise(stops):
+        at = pose
+        for share in _SHARES:
+            found = _core.direct_from_tensions(robot, from_N + share * (to_N - from_N), at)
+            if found.pose is None or found.status != _core.EquilibriumStatus.found:
+                break
+            at = found.pose
+            places_m.append(at.position_m)
+    return places_m
 
 
 __all__ = ["PoseGuard"]

@@ -117,13 +117,23 @@ def command(
             "the order in which they teach most. Exit code 1 when all of them are not enough.",
         ),
     ] = "",
+    diagnose: Annotated[
+        bool,
+        typer.Option(
+            "--diagnose",
+            help="Diagnose after every rest, and end the run when more rests would not change the "
+            "answer: the same effects, and no rival left or none that this plan tells apart. For "
+            "plans with --order random.",
+        ),
+    ] = False,
     corridor_m: Annotated[
         float,
         typer.Option(
             "--corridor-m",
             min=0.0,
-            help="How far the platform may leave the box of the plan's poses, by the estimate "
-            "after every rest and the sensors since. Where three sigma are more they count.",
+            help="How far the platform may leave the box of the plan's poses and ways, by the "
+            "estimate after every rest and the sensors since. Where three sigma are more they "
+            "count.",
         ),
     ] = 0.1,
     floor_m: Annotated[
@@ -209,7 +219,15 @@ def command(
         devices.refuse_simulator_options(wired, effects=bool(effect), truth=bool(truth))
         startup = devices.start_up(wired, the_robot, visits, patience)
         paced = wired.simulated is None or wired.simulated.speed > 0.0
-    guide = Guide(the_robot, the_plan, startup, asked=asked, quick=quick, background=paced)
+    guide = Guide(
+        the_robot,
+        the_plan,
+        startup,
+        asked=asked,
+        diagnoses=diagnose,
+        quick=quick,
+        background=paced,
+    )
     pose_guard = PoseGuard(
         the_robot, the_plan, corridor_m, -math.inf if floor_m is None else floor_m
     )
@@ -228,6 +246,7 @@ def command(
         "robot": the_robot.name,
         "quick": quick,
         "until": until,
+        "diagnose": diagnose,
         "corridor_m": corridor_m,
         "floor_m": floor_m,
         "log_rate_Hz": rate_hz,
@@ -293,6 +312,7 @@ def command(
             "rotation_sigma_rad": asked.rotation_rad,
             "reached": guide.reached,
         },
+        "settled": guide.settled or None,
     }
     if json:
         print_json(document)

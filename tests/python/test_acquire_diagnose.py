@@ -1,0 +1,64 @@
+"""``acquire --diagnose``: the evidence grows rest by rest, and the run ends when it has told."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from cdprcal.acquisition.told import Told, settled
+from conftest import Ran
+
+Cli = Callable[..., Ran]
+
+
+def told(*effects: tuple[str, float, tuple[str, ...]], verdict: str = "explained") -> Told:
+    return Told(verdict, (), effects)
+
+
+def test_it_is_settled_when_the_same_is_said_three_times_without_a_rival() -> None:
+    bias = told(("load_cell_bias", 40.0, ()))
+    assert settled([bias] * 2) == ""
+    assert "no rival is left" in settled([bias] * 3)
+    assert settled([bias, told(("mass", 40.0, ())), bias]) == ""
+    assert settled([told(("load_cell_bias", 4.0, ()))] * 9) == ""
+
+
+def test_rivals_get_more_rests_and_nothing_found_gets_all() -> None:
+    tied = told(("mass", 90.0, ("load_cell_gain",)))
+    assert settled([tied] * 5) == ""
+    assert "told nothing more apart" in settled([tied] * 6)
+    assert settled([told(verdict="consistent")] * 20) == ""
+    assert settled([told(("mass", 90.0, ()), verdict="unexplained")] * 20) == ""
+    assert settled([]) == ""
+
+
+@pytest.fixture
+def plan(cli: Cli, tmp_path: Path) -> Path:
+    path = tmp_path / "plan.csv"
+    assert cli("plan", "irma4", "--order", "random", "-o", path).code == 0
+    return path
+
+
+def test_a_run_ends_when_the_effect_is_known(cli: Cli, plan: Path, tmp_path: Path) -> None:
+    log = tmp_path / "run.csv"
+    hidden = ("--effect", "load_cell_bias=6,-5,14,-8", "--seed", "3")
+    ran = cli("acquire", "irma4", plan, *hidden, "--quick", "--diagnose", "--json", "-o", log)
+    assert ran.code == 0, ran.stderr
+    document = json.loads(ran.stdout)
+    assert "no rival is left" in document["settled"]
+    last = document["estimates"][-1]["diagnosis"]
+    assert [effect["name"] for effect in last["effects"]] == ["load_cell_bias"]
+    assert len(document["rests"]) < 17
+    assert "load_cell_bias" in cli("diagnose", "irma4", log).stdout.splitlines()[0]
+
+
+def test_a_clean_robot_goes_through_its_plan(cli: Cli, plan: Path, tmp_path: Path) -> None:
+    log = tmp_path / "run.csv"
+    ran = cli("acquire", "irma4", plan, "--seed", 3, "--quick", "--diagnose", "-o", log)
+    assert ran.code == 0, ran.stderr
+    assert "17 of 17 set-points measured" in ran.stdout
+    assert "consistent: no effect found" in ran.stdout
+    assert "next: cdprcal diagnose irma4" in ran.stdout

@@ -1,0 +1,105 @@
+"""How soon ``acquire --diagnose`` ends a run, and whether what it then names is right.
+
+    python tests/studies/settling.py --count 24
+
+Each robot has one of two effects that are easily taken for each other, at one to two typical
+sizes. The run goes through a random order of a 3 x 3 x 3 grid. Right: the hidden effect is named,
+or is among the rivals of what is named where these cannot be told apart from inside. Robot time is
+compared with that of the whole plan.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from concurrent.futures import ProcessPoolExecutor
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+import cdprcal
+from cdprcal.acquisition import Guide, acquire, start_up_options, start_up_plan
+from cdprcal.hardware.simulated import SimulatedBackend
+from cdprcal.io import AcquisitionInputs, open_live_log
+
+PAIRS = (
+    ("mass", "external_force"),
+    ("pulley_friction", "bending_hysteresis"),
+    ("ahrs_misalignment", "centre_of_mass"),
+    ("load_cell_bias", "load_cell_gain"),
+    ("transmission_ratio", "frame_anchors"),
+    ("yaw_drift", "magnetic_disturbance"),
+)
+
+
+@cache
+def plan() -> tuple[cdprcal.Robot, cdprcal.Plan]:
+    robot = cdprcal.load_robot("irma4")
+    order = cdprcal.VisitingOrder.random
+    return robot, cdprcal.make_plan(robot, grid=(3, 3, 3), order=order, visits=1).plan
+
+
+def try_one(seed: int) -> tuple[str, str, str, bool, float]:
+    """Effect, what was named, why the run ended, whether it is right, share of the plan's time."""
+    robot, the_plan = plan()
+    rng = np.random.default_rng(seed)
+    name = PAIRS[seed % len(PAIRS)][rng.integers(2)]
+    info = next(i for i in cdprcal.effect_catalogue() if i.name == name)
+    one_sided = info.one_sided
+    values: list[float] = []
+    for parameter in info.parameters:
+        count = {"scalar": 1, "per_cable": 4, "vector3": 3}.get(str(parameter.shape), 12)
+        drawn = rng.uniform(1.0, 2.0, count) * parameter.typical
+        values += list(drawn if one_sided else drawn * rng.choice([-1.0, 1.0], count))
+    effect = cdprcal.InjectedEffect(name, values)
+    startup = cdprcal.StartUp(
+        robot, start_up_plan(the_plan, quick=True), start_up_options(the_plan)
+    )
+    whole_s = float(startup.planned_duration_s)
+    backend = SimulatedBackend.somewhere(
+        robot,
+        the_plan,
+        cdprcal.SimulatorOptions(seed=seed, effects=[effect]),
+        velocity_limit_m_s=startup.velocity_limit_m_s,
+    )
+    guide = Guide(robot, the_plan, startup, diagnoses=True, quick=True)
+
+    def watch(command: cdprcal.StartUpCommand, sample: cdprcal.RobotSample, logged: bool) -> None:
+        guide.step(command, sample, logged)
+
+    with tempfile.TemporaryDirectory() as folder:
+        inputs = AcquisitionInputs(cdprcal.to_yaml(robot), cdprcal.format_plan(the_plan), {})
+        log = open_live_log(Path(folder) / "run.csv", 4, inputs, 10.0)
+        run = acquire(startup, backend, log, watch=watch)
+        guide.close()
+    told = guide.estimates[-1].told if guide.estimates else None
+    named = {n: set(rivals) for n, _, rivals in told.effects} if told else {}
+    right = name in named or any(name in rivals for rivals in named.values())
+    right = right and all(n == name or name in rivals for n, rivals in named.items())
+    said = "; ".join(f"{n} ({', '.join(sorted(r))})" if r else n for n, r in named.items())
+    return name, said or "nothing", guide.settled or run.reason, right, run.duration_s / whole_s
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--count", type=int, default=24)
+    parser.add_argument("--first-seed", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=1)
+    options = parser.parse_args()
+    results = []
+    with ProcessPoolExecutor(options.workers) as pool:
+        seeds = range(options.first_seed, options.first_seed + options.count)
+        for name, said, why, is_right, share in pool.map(try_one, seeds):
+            results.append((is_right, share))
+            print(
+                f"{name:22} {share:4.0%} {'right' if is_right else 'WRONG':6} {said}; {why}",
+                flush=True,
+            )
+    right = sum(r for r, _ in results) / len(results)
+    median = float(np.median([s for _, s in results]))
+    print(f"{len(results)} robots: {right:.0%} right; median robot time {median:.0%} of the plan's")
+
+
+if __name__ == "__main__":
+    main()
