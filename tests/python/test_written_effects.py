@@ -188,3 +188,25 @@ def test_a_mistake_is_shown_with_its_line_and_column(cli: Cli, tmp_path: Path) -
     ran = cli("effects", "--effects", mine)
     assert ran.code == 2
     assert f"{mine}:9:26: effect_definitions[#1].adds.length_m: knows no function" in ran.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("load_cell_curvature", [5e-4, -4e-4, 7e-4, -6e-4]),
+        ("drum_eccentricity", [0.002, -0.001, 0.001, 0.002, 0.001, 0.002, -0.002, -0.001]),
+        ("attitude_scale", [0.05, -0.04]),
+        ("hose", [8.0, -6.0]),
+    ],
+)
+def test_more_effects_are_found_by_their_names(
+    robot: cdprcal.Robot, name: str, values: list[float]
+) -> None:
+    more = read((CATALOGUE.parent / "more.yaml").read_text(encoding="utf-8"), robot)
+    plan = cdprcal.make_plan(robot, grid=(3, 3, 3), order=cdprcal.VisitingOrder.random, visits=1)
+    hidden = cdprcal.InjectedEffect(name, values)
+    run = cdprcal.simulate_startup(more, plan.plan, effects=[hidden], seed=7)
+    (effect,) = cdprcal.diagnose(more, [run.log]).effects
+    assert effect.info.name == name
+    off = (effect.values - values) / effect.standard_deviation
+    assert np.sqrt(np.mean(off**2)) < 2.5

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "../support/numeric_jacobian.hpp"
-#include "../support/random_robot.hpp"
+#include "../support/random_measurement.hpp"
 #include "../support/written_effects.hpp"
 #include "cdprcal/effects/catalogue.hpp"
 #include "cdprcal/error.hpp"
@@ -15,22 +15,6 @@ std::shared_ptr<const Effect> swivel_drift();  // of docs/extend/effect.md
 
 namespace cdprcal::test {
 namespace {
-
-Measurement random_measurement(Rng& rng, const RobotPose& at) {
-  const int n = at.robot.cable_count();
-  Measurement m;
-  m.length_m = m.swivel_rad = CableVector::Zero(n);
-  m.tension_N = random_tensions(rng, at.robot);
-  m.run_time_s = uniform(rng, 1.0, 300.0);
-  m.length_direction.resize(n);
-  m.swivel_direction.resize(n);
-  for (int i = 0; i < n; ++i) {
-    m.length_direction[i] = uniform(rng, -1.0, 1.0);
-    m.swivel_direction[i] = uniform(rng, -1.0, 1.0);
-  }
-  m.attitude_rate_rad_s = uniform_vector(rng, Vector3::Constant(-0.3), Vector3::Constant(0.3));
-  return m;
-}
 
 /// Predicted readings and wrench, stacked as ReadingRows says. Angles relative to `about`.
 Eigen::VectorXd predicted(const Robot& robot, const Measurement& m, const Pose& pose,

@@ -5,7 +5,7 @@
 
 #include <set>
 
-#include "../support/random_robot.hpp"
+#include "../support/random_measurement.hpp"
 #include "../support/written_effects.hpp"
 #include "cdprcal/effects/catalogue.hpp"
 #include "cdprcal/effects/expression.hpp"
@@ -40,16 +40,7 @@ TEST_P(Written, AddsAndDerivesAsTheCompiledEffect) {
     const Matrix3 rates = euler_rate_matrix(
         euler_from_rotation(state.rotation, EulerConvention::XYZ), EulerConvention::XYZ);
     if (std::abs(rates.determinant()) < 0.3) continue;
-    Measurement m;
-    m.tension_N = random_tensions(rng, at.robot);
-    m.run_time_s = uniform(rng, 1.0, 300.0);
-    m.length_direction.resize(n);
-    m.swivel_direction.resize(n);
-    for (int i = 0; i < n; ++i) {
-      m.length_direction[i] = uniform(rng, -1.0, 1.0);
-      m.swivel_direction[i] = uniform(rng, -1.0, 1.0);
-    }
-    m.attitude_rate_rad_s = uniform_vector(rng, Vector3::Constant(-0.3), Vector3::Constant(0.3));
+    const Measurement m = random_measurement(rng, at);
     EffectValues values = compiled->typical(at.robot);
     for (double& v : values) v *= uniform(rng, 0.1, 1.0);
     // Rotations are written to the first order.
