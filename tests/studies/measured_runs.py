@@ -151,6 +151,7 @@ def page(logs: tuple[Path, Path], picture: Path) -> list[str]:
         out += [f"1. {text}" for text in found]
         out += [
             f"1. {e.info.name} ({e.log_evidence:.0f} nats, p = {e.p_value:.3f})"
+            + (f": `{e.info.equation}`, a formula and no name" if e.described else "")
             + (f"; these poses do not tell it from {', '.join(e.rivals)}" if e.rivals else "")
             for e in diagnosis.effects
         ]

@@ -358,6 +358,12 @@ def _fits(subject: Subject) -> list[Fit]:
     return [Fit("calibration", AFTER, "circle", table)] if table else []
 
 
+def _short(step: str) -> str:
+    """A step's name where there is little room: a formula's may be long."""
+    most = 24
+    return step if len(step) <= most else f"{step[: most - 1]}…"
+
+
 def course(effect: dict[str, Any]) -> Figure:
     """A formula against the first of its variables, with what the readings say of it."""
     points = effect["course"]["points"]
@@ -435,7 +441,7 @@ def staircase(diagnosis: dict[str, Any]) -> Figure:
             domain=[i * width + 0.02, (i + 1) * width - 0.02],
             anchor=f"y{suffix}",
             tickvals=list(range(len(steps))),
-            ticktext=steps,
+            ticktext=[_short(step) for step in steps],
             tickangle=-40,
             showgrid=False,
             range=[-0.55, max(len(steps), 2) - 0.45],
