@@ -23,6 +23,7 @@ std::string number(double value) {
 /// A channel that a formula may add to. Size to expect as of the dependences of generic.cpp.
 struct Target {
   const char* target;
+  Channel channel;
   const char* word;
   const char* unit;
   bool per_cable;
@@ -30,12 +31,12 @@ struct Target {
   Yardstick of;
 };
 constexpr std::array<Target, 6> kTargets{{
-    {"length_m", "length", "m", true, 3e-3, Yardstick::frame},
-    {"swivel_rad", "swivel", "rad", true, 0.01, Yardstick::none},
-    {"tension_N", "tension", "N", true, 4.0, Yardstick::weight},
-    {"roll_rad", "roll", "rad", false, 0.01, Yardstick::none},
-    {"pitch_rad", "pitch", "rad", false, 0.01, Yardstick::none},
-    {"yaw_rad", "yaw", "rad", false, 0.03, Yardstick::none},
+    {"length_m", Channel::length, "length", "m", true, 3e-3, Yardstick::frame},
+    {"swivel_rad", Channel::swivel, "swivel", "rad", true, 0.01, Yardstick::none},
+    {"tension_N", Channel::balance, "tension", "N", true, 4.0, Yardstick::weight},
+    {"roll_rad", Channel::roll_pitch, "roll", "rad", false, 0.01, Yardstick::none},
+    {"pitch_rad", Channel::roll_pitch, "pitch", "rad", false, 0.01, Yardstick::none},
+    {"yaw_rad", Channel::yaw, "yaw", "rad", false, 0.03, Yardstick::none},
 }};
 
 /// What it may depend on, and what a law in it may look like.
@@ -394,14 +395,29 @@ constexpr std::array<Meaning, 21> kMeanings{{
 
 }  // namespace
 
+bool scatters(const DiagnosisModel& model, NoiseGroup group) {
+  constexpr double kExcess = 1.5;
+  const auto c = static_cast<std::size_t>(group);
+  return model.noise[c] > kExcess * model.floor[c];
+}
+
+bool scatters(const DiagnosisModel& model) {
+  for (int c = 0; c < kRestGroups; ++c) {
+    if (scatters(model, static_cast<NoiseGroup>(c))) return true;
+  }
+  return false;
+}
+
 std::vector<Formula> formula_candidates(const DiagnosisModel& model) {
   const AllVisited visited = visited_by(model);
   Writer writer(model, visited);
   const auto may = [&](const Target& channel, std::size_t c) {
     return visited[c].varies() && (channel.per_cable || !kCovariates[c].per_cable);
   };
+  const bool any = scatters(model);
   for (const Target& channel : kTargets) {
     if (!is_read(model, channel)) continue;
+    if (any && !scatters(model, at_rest(channel.channel))) continue;
     for (std::size_t c = 0; c < kCovariates.size(); ++c) {
       if (may(channel, c)) writer.of_one(channel, c);
     }

@@ -5,6 +5,11 @@
 
 namespace cdprcal {
 
+/// Whether the rests of a channel disagree with the model by more than their readings ripple. An
+/// effect may fill a channel, and pass for noise in it.
+bool scatters(const DiagnosisModel& model, NoiseGroup group);
+bool scatters(const DiagnosisModel& model);  ///< any channel's
+
 /// A law and its prior probability. Every pair of a channel and a variable is as probable as any
 /// other, and so is every kind of law in it; kinds with more constants to choose from share theirs.
 struct Formula {
@@ -14,7 +19,8 @@ struct Formula {
 
 /// Laws of one channel in one or two variables that an engineer would try: straight and bent lines,
 /// steps, kinks, sines, settling and creeping with time, products; alike in all cables or cable by
-/// cable. Each is an effect of text (effects/text_effect.hpp), straight in its parameters.
+/// cable. Each is an effect of text (effects/text_effect.hpp), straight in its parameters. Of the
+/// channels that scatter, where any does: one at its ripple has nothing to describe.
 std::vector<Formula> formula_candidates(const DiagnosisModel& model);
 
 /// What speaks for a formula by one linearisation; its prior is not in its evidence.

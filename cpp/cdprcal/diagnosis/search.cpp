@@ -46,16 +46,6 @@ std::optional<Refit> best_generic(const EvidenceAgainst& against,
   return std::move(refits.front());
 }
 
-/// Whether the rests of a channel disagree with the model by more than their readings ripple. An
-/// effect may fill a channel, and pass for noise in it.
-bool scatters(const DiagnosisModel& model) {
-  constexpr double kExcess = 1.5;
-  for (std::size_t c = 0; c < kRestGroups; ++c) {
-    if (model.noise[c] > kExcess * model.floor[c]) return true;
-  }
-  return false;
-}
-
 /// The refit with errors that wander with time, when it has more evidence than this and the model's
 /// do not wander yet. Starts at the noise of `similar`, a model that ends with such errors.
 std::optional<Refit> with_smooth_errors(const DiagnosisModel& model, double log_evidence,
