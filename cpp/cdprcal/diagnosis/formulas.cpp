@@ -402,10 +402,9 @@ bool scatters(const DiagnosisModel& model, NoiseGroup group) {
 }
 
 bool scatters(const DiagnosisModel& model) {
-  for (int c = 0; c < kRestGroups; ++c) {
-    if (scatters(model, static_cast<NoiseGroup>(c))) return true;
-  }
-  return false;
+  return std::ranges::any_of(kTargets, [&](const Target& channel) {
+    return is_read(model, channel) && scatters(model, at_rest(channel.channel));
+  });
 }
 
 std::vector<Formula> formula_candidates(const DiagnosisModel& model) {
