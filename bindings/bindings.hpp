@@ -38,6 +38,10 @@ CableVector to_cable_vector(const Eigen::VectorXd& values, const char* name);
 /// The same, of exactly `cable_count` numbers.
 CableVector to_cable_vector(const Eigen::VectorXd& values, const char* name, int cable_count);
 
+/// Rows of such arrays, set-points for one; each of exactly `cable_count` numbers.
+std::vector<CableVector> to_cable_vectors(const std::vector<Eigen::VectorXd>& rows,
+                                          const char* name, int cable_count);
+
 /// Throws InputError naming the field unless every number is finite.
 void require_finite(const Eigen::Ref<const Eigen::VectorXd>& values, const char* name);
 

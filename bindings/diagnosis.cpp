@@ -303,12 +303,16 @@ bool go_on(const Progress& progress, const std::string& step) {
   return !progress || !(*progress)(step).is(py::bool_(false));
 }
 
-Diagnosis diagnose_logs(const Robot& robot, const std::vector<Log>& logs,
-                        const std::optional<DiagnoseOptions>& options, const Progress& progress) {
-  DiagnoseOptions used = options.value_or(DiagnoseOptions{});
-  used.progress = [&progress](const std::string& step) { return go_on(progress, step); };
-  const py::gil_scoped_release release;
-  return diagnose(robot, logs, used);
+/// diagnose or compare, with options and progress as Python gives them.
+template <class Result>
+auto of_logs(Result (*work)(const Robot&, const std::vector<Log>&, const DiagnoseOptions&)) {
+  return [work](const Robot& robot, const std::vector<Log>& logs,
+                const std::optional<DiagnoseOptions>& options, const Progress& progress) {
+    DiagnoseOptions used = options.value_or(DiagnoseOptions{});
+    used.progress = [&progress](const std::string& step) { return go_on(progress, step); };
+    const py::gil_scoped_release release;
+    return work(robot, logs, used);
+  };
 }
 
 void register_diagnose(py::module_& module) {
@@ -388,7 +392,7 @@ void register_diagnose(py::module_& module) {
   def_repr(cls);
   def_people(cls, "A pandas.DataFrame: a row a number that was found, with its deviation and unit.",
              true);
-  module.def("diagnose", &diagnose_logs, py::arg("robot"), py::arg("logs"),
+  module.def("diagnose", of_logs(&diagnose), py::arg("robot"), py::arg("logs"),
              py::arg("options") = py::none(), py::arg("progress") = py::none(),
              "Names what the model lacks, from one or more logs of one robot. `progress` is called "
              "with each step's name; False ends the search and keeps what was found. Ctrl-C is "
@@ -411,10 +415,8 @@ void register_foresight(py::module_& module) {
       "foresee",
       [](const Robot& robot, const std::vector<Eigen::VectorXd>& setpoints_N,
          const std::vector<Pose>& poses, double noise, double dwell_s, double move_s) {
-        std::vector<CableVector> told;
-        for (const Eigen::VectorXd& row : setpoints_N) {
-          told.push_back(to_cable_vector(row, "setpoints_N"));
-        }
+        const std::vector<CableVector> told =
+            to_cable_vectors(setpoints_N, "setpoints_N", robot.cable_count());
         const py::gil_scoped_release release;
         return foresee(robot, told, poses, {noise, dwell_s, move_s});
       },
@@ -450,16 +452,8 @@ void register_compare(py::module_& module) {
       .def_readonly("complete", &Comparison::complete, "False: progress stopped it.");
   def_repr(cls);
   module.def(
-      "compare",
-      [](const Robot& robot, const std::vector<Log>& logs,
-         const std::optional<DiagnoseOptions>& options, const Progress& progress) {
-        DiagnoseOptions used = options.value_or(DiagnoseOptions{});
-        used.progress = [&progress](const std::string& step) { return go_on(progress, step); };
-        const py::gil_scoped_release release;
-        return compare(robot, logs, used);
-      },
-      py::arg("robot"), py::arg("logs"), py::arg("options") = py::none(),
-      py::arg("progress") = py::none(),
+      "compare", of_logs(&compare), py::arg("robot"), py::arg("logs"),
+      py::arg("options") = py::none(), py::arg("progress") = py::none(),
       "Which numbers of the effects that the logs show moved from log to log, by how much and when. "
       "Logs in the order of time. Raises InputError for fewer than two.");
 }

@@ -25,6 +25,14 @@ CableVector to_cable_vector(const Eigen::VectorXd& values, const char* name, int
   return to_cable_vector(values, name);
 }
 
+std::vector<CableVector> to_cable_vectors(const std::vector<Eigen::VectorXd>& rows,
+                                          const char* name, int cable_count) {
+  std::vector<CableVector> out;
+  out.reserve(rows.size());
+  for (const Eigen::VectorXd& row : rows) out.push_back(to_cable_vector(row, name, cable_count));
+  return out;
+}
+
 void require_finite(const Eigen::Ref<const Eigen::VectorXd>& values, const char* name) {
   if (!values.allFinite()) {
     throw InputError(std::string(name) + ": must be finite numbers, got " + to_text(values));

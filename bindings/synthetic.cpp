@@ -80,16 +80,6 @@ void register_noise_and_offsets(py::module_& module) {
       "Exact readings at a pose plus offsets and noise; tension_N [n]: the true tensions there.");
 }
 
-std::vector<CableVector> to_setpoints(const std::vector<Eigen::VectorXd>& setpoints_N,
-                                      const Robot& robot) {
-  std::vector<CableVector> out;
-  out.reserve(setpoints_N.size());
-  for (const Eigen::VectorXd& one : setpoints_N) {
-    out.push_back(to_cable_vector(one, "setpoints_N", robot.cable_count()));
-  }
-  return out;
-}
-
 }  // namespace
 
 void register_synthetic(py::module_& module) {
@@ -128,7 +118,8 @@ void register_synthetic(py::module_& module) {
       "synthetic_log",
       [](const Robot& robot, const std::vector<Eigen::VectorXd>& setpoints_N,
          const std::optional<SyntheticLogOptions>& options, const std::vector<Pose>& poses) {
-        return synthetic_log(robot, to_setpoints(setpoints_N, robot),
+        return synthetic_log(robot,
+                             to_cable_vectors(setpoints_N, "setpoints_N", robot.cable_count()),
                              options.value_or(SyntheticLogOptions{}), poses);
       },
       py::arg("robot"), py::arg("setpoints_N"), py::arg("options") = py::none(),

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <set>
 
+#include "cdprcal/diagnosis/generic.hpp"
 #include "cdprcal/effects/text_effect.hpp"
 
 namespace cdprcal {
@@ -20,50 +21,74 @@ std::string number(double value) {
   return text;
 }
 
-/// A channel that a formula may add to. Size to expect as of the dependences of generic.cpp.
+/// A channel that a formula may add to.
 struct Target {
   const char* target;
   Channel channel;
   const char* word;
   const char* unit;
   bool per_cable;
-  double typical;
-  Yardstick of;
 };
 constexpr std::array<Target, 6> kTargets{{
-    {"length_m", Channel::length, "length", "m", true, 3e-3, Yardstick::frame},
-    {"swivel_rad", Channel::swivel, "swivel", "rad", true, 0.01, Yardstick::none},
-    {"tension_N", Channel::balance, "tension", "N", true, 4.0, Yardstick::weight},
-    {"roll_rad", Channel::roll_pitch, "roll", "rad", false, 0.01, Yardstick::none},
-    {"pitch_rad", Channel::roll_pitch, "pitch", "rad", false, 0.01, Yardstick::none},
-    {"yaw_rad", Channel::yaw, "yaw", "rad", false, 0.03, Yardstick::none},
+    {"length_m", Channel::length, "length", "m", true},
+    {"swivel_rad", Channel::swivel, "swivel", "rad", true},
+    {"tension_N", Channel::balance, "tension", "N", true},
+    {"roll_rad", Channel::roll_pitch, "roll", "rad", false},
+    {"pitch_rad", Channel::roll_pitch, "pitch", "rad", false},
+    {"yaw_rad", Channel::yaw, "yaw", "rad", false},
 }};
 
-/// What it may depend on, and what a law in it may look like.
+/// A rest, as covariates look at it.
+struct Rest {
+  const PlatformState& state;
+  const Pose& pose;
+  const Measurement& measurement;
+  Vector3 angles_rad;
+};
+
+double entry(const CableVector& values, int cable) {
+  return values.size() > cable ? values[cable] : kNaN;
+}
+
+/// What a law in it may look like, beside a straight line.
+enum class Nature { direction, drum, angle, pull, place, time };
+
+/// What a channel may depend on.
 struct Covariate {
   const char* name;
   const char* word;
   const char* unit;
   bool per_cable;
-  bool bends;       ///< beside straight lines: powers, steps and kinks
-  bool turns;       ///< an angle: sines of one and two turns
-  bool goes_round;  ///< a length over a drum: sines of any period
+  Nature nature;
+  double (*at)(const Rest&, int cable);
 };
+constexpr bool kEach = true, kOne = false;
 constexpr std::array<Covariate, 12> kCovariates{{
-    {"length_m", "length", "m", true, true, false, true},
-    {"swivel_rad", "swivel", "rad", true, true, true, false},
-    {"tension_N", "tension", "N", true, true, false, false},
-    {"length_direction", "direction", "", true, false, false, false},
-    {"swivel_direction", "swivel_direction", "", true, false, false, false},
-    {"x_m", "x", "m", false, true, false, false},
-    {"y_m", "y", "m", false, true, false, false},
-    {"z_m", "z", "m", false, true, false, false},
-    {"roll_rad", "roll", "rad", false, true, true, false},
-    {"pitch_rad", "pitch", "rad", false, true, true, false},
-    {"yaw_rad", "yaw", "rad", false, true, true, false},
-    {"time_s", "time", "s", false, true, false, false},
+    {"length_m", "length", "m", kEach, Nature::drum,
+     [](const Rest& r, int i) { return r.state.cable[static_cast<std::size_t>(i)].length_m; }},
+    {"swivel_rad", "swivel", "rad", kEach, Nature::angle,
+     [](const Rest& r, int i) { return r.state.cable[static_cast<std::size_t>(i)].swivel_rad; }},
+    {"tension_N", "tension", "N", kEach, Nature::pull,
+     [](const Rest& r, int i) { return entry(r.measurement.tension_N, i); }},
+    {"length_direction", "direction", "", kEach, Nature::direction,
+     [](const Rest& r, int i) { return entry(r.measurement.length_direction, i); }},
+    {"swivel_direction", "swivel_direction", "", kEach, Nature::direction,
+     [](const Rest& r, int i) { return entry(r.measurement.swivel_direction, i); }},
+    {"x_m", "x", "m", kOne, Nature::place,
+     [](const Rest& r, int) { return r.pose.position_m.x(); }},
+    {"y_m", "y", "m", kOne, Nature::place,
+     [](const Rest& r, int) { return r.pose.position_m.y(); }},
+    {"z_m", "z", "m", kOne, Nature::place,
+     [](const Rest& r, int) { return r.pose.position_m.z(); }},
+    {"roll_rad", "roll", "rad", kOne, Nature::angle,
+     [](const Rest& r, int) { return r.angles_rad[0]; }},
+    {"pitch_rad", "pitch", "rad", kOne, Nature::angle,
+     [](const Rest& r, int) { return r.angles_rad[1]; }},
+    {"yaw_rad", "yaw", "rad", kOne, Nature::angle,
+     [](const Rest& r, int) { return r.angles_rad[2]; }},
+    {"time_s", "time", "s", kOne, Nature::time,
+     [](const Rest& r, int) { return r.measurement.run_time_s; }},
 }};
-constexpr std::size_t kTension = 2, kX = 5, kRoll = 8, kTime = 11;
 
 /// What the runs visited of each covariate.
 struct Visited {
@@ -97,38 +122,6 @@ double spread_of(const std::vector<double>& values, double& middle) {
   return std::sqrt(squares / static_cast<double>(values.size()));
 }
 
-/// Values of a covariate at a pose; of the cables in turn, or one.
-std::vector<double> values_at(std::size_t covariate, const DiagnosisModel& model,
-                              const PlatformState& state, const Pose& pose, const Measurement& m) {
-  const auto of_cables = [&](const auto& get) {
-    std::vector<double> out;
-    for (int i = 0; i < model.robot.cable_count(); ++i) out.push_back(get(i));
-    return out;
-  };
-  const auto entry = [](const CableVector& values, int i) {
-    return values.size() > i ? values[i] : kNaN;
-  };
-  switch (covariate) {
-    case 0:
-      return of_cables([&](int i) { return state.cable[i].length_m; });
-    case 1:
-      return of_cables([&](int i) { return state.cable[i].swivel_rad; });
-    case 2:
-      return of_cables([&](int i) { return entry(m.tension_N, i); });
-    case 3:
-      return of_cables([&](int i) { return entry(m.length_direction, i); });
-    case 4:
-      return of_cables([&](int i) { return entry(m.swivel_direction, i); });
-    case kTime:
-      return {m.run_time_s};
-    default:
-      break;
-  }
-  if (covariate < kRoll) return {pose.position_m[static_cast<Eigen::Index>(covariate - kX)]};
-  const Vector3 angles = euler_from_rotation(state.rotation, model.robot.euler_convention);
-  return {angles[static_cast<Eigen::Index>(covariate - kRoll)]};
-}
-
 AllVisited visited_by(const DiagnosisModel& model) {
   AllVisited out;
   for (const DiagnosisRun& run : model.runs) {
@@ -136,14 +129,16 @@ AllVisited visited_by(const DiagnosisModel& model) {
       if (is_moving(run.measurements[k])) continue;
       const PlatformState state = platform_state(model.robot, run.poses[k]);
       if (!state.valid) continue;
+      const Rest rest{state, run.poses[k], run.measurements[k],
+                      euler_from_rotation(state.rotation, model.robot.euler_convention)};
       for (std::size_t c = 0; c < kCovariates.size(); ++c) {
-        const std::vector<double> now =
-            values_at(c, model, state, run.poses[k], run.measurements[k]);
-        out[c].of_cables.resize(now.size());
-        for (std::size_t i = 0; i < now.size(); ++i) {
-          if (!std::isfinite(now[i])) continue;
-          out[c].values.push_back(now[i]);
-          out[c].of_cables[i].push_back(now[i]);
+        const int count = kCovariates[c].per_cable ? model.robot.cable_count() : 1;
+        out[c].of_cables.resize(static_cast<std::size_t>(count));
+        for (int i = 0; i < count; ++i) {
+          const double value = kCovariates[c].at(rest, i);
+          if (!std::isfinite(value)) continue;
+          out[c].values.push_back(value);
+          out[c].of_cables[static_cast<std::size_t>(i)].push_back(value);
         }
       }
     }
@@ -203,10 +198,10 @@ class Writer {
     const Visited& seen = visited_[c];
     const std::string by = std::string("_by_") + v.word;
     const std::string x = v.name;
-    const bool run = c == kTime;
+    const bool run = v.nature == Nature::time;
     const double range = seen.high() - seen.low();
     add(channel, by, "_line", run, {{slope(channel, v), x, seen.spread}});
-    if (v.bends) {
+    if (v.nature != Nature::direction) {
       // About the middle of what was visited, and about zero, where they differ.
       const bool about_zero = std::abs(seen.middle) < 0.05 * seen.spread;
       const double middle = about_zero ? 0.0 : std::stod(number(seen.middle));
@@ -231,22 +226,22 @@ class Writer {
             {{slope(channel, v), "max(" + x + " - " + from + ", 0)", 0.5 * range}}, divides(true));
       }
     }
-    if (c == kTension) {
+    if (v.nature == Nature::pull) {
       add(channel, by, "_inverse", run,
           {{"inverse", "1 / max(" + x + ", " + number(0.1 * seen.middle) + ")",
             seen.spread / (seen.middle * seen.middle)}});
     }
-    if (c == kTime) of_time(channel, range);
-    if (v.turns) {
+    if (run) of_time(channel, range);
+    if (v.nature == Nature::angle) {
       for (const int times : {1, 2, 3}) sine(channel, c, kTurn / times);
     }
     // What goes round on a drum is read by the drum's encoder.
-    if (v.goes_round && channel.target == std::string_view(v.name)) {
+    if (v.nature == Nature::drum && channel.target == std::string_view(v.name)) {
       constexpr double kShortest_m = 0.05;  // a drum of 8 mm radius, on irma4
       const double shortest_m = kShortest_m * times_reference(Yardstick::frame, model_.robot);
       const double step = 1.0 / (4.0 * range);
       for (double f = 0.5 / range; f < 1.0 / shortest_m; f += step) sine(channel, c, 1.0 / f);
-    } else if (c >= kX && c < kX + 3 && !channel.per_cable) {  // a field from place to place
+    } else if (v.nature == Nature::place && !channel.per_cable) {  // a field from place to place
       for (const double waves : {0.5, 0.75, 1.0, 1.5, 2.0}) sine(channel, c, range / waves);
     }
   }
@@ -256,7 +251,7 @@ class Writer {
     const std::string phase = v.unit == std::string("rad")
                                   ? number(kTurn / period) + " * " + v.name
                                   : "2 * pi * " + std::string(v.name) + " / " + number(period);
-    add(channel, std::string("_by_") + v.word, "_sine_" + number(period), c == kTime,
+    add(channel, std::string("_by_") + v.word, "_sine_" + number(period), v.nature == Nature::time,
         {{"sine_" + std::string(channel.unit), "sin(" + phase + ")", 0.7},
          {"cosine_" + std::string(channel.unit), "cos(" + phase + ")", 0.7}});
   }
@@ -268,7 +263,8 @@ class Writer {
                         std::abs(visited_[a].middle) * visited_[b].spread +
                         std::abs(visited_[b].middle) * visited_[a].spread;
     add(channel, "_by_product", std::string("_of_") + u.word + "_and_" + v.word,
-        a == kTime || b == kTime, {{"product", std::string(u.name) + " * " + v.name, size}});
+        u.nature == Nature::time || v.nature == Nature::time,
+        {{"product", std::string(u.name) + " * " + v.name, size}});
   }
 
   Candidates out;
@@ -297,7 +293,8 @@ class Writer {
     std::ranges::replace_if(d.name, [](char c) { return c == '.' || c == '-' || c == '+'; }, '_');
     if (!names_.insert(d.name).second) return;  // of two places that are the same
     d.scope = by_run ? EffectScope::run : EffectScope::robot;
-    const double typical = channel.typical * times_reference(channel.of, model_.robot);
+    const DependenceSize size = dependence_size(channel.channel);
+    const double typical = size.typical * times_reference(size.of, model_.robot);
     std::string formula;
     for (const Term& term : terms) {
       if (!(term.size > 1e-12)) return;
@@ -318,14 +315,10 @@ class Writer {
   std::set<std::string> names_;
 };
 
-bool is_read(const DiagnosisModel& model, const Target& channel) {
-  const std::string_view word = channel.word;
+bool is_read(const DiagnosisModel& model, Channel channel) {
   return std::ranges::any_of(model.runs, [&](const DiagnosisRun& run) {
     return std::ranges::any_of(run.measurements, [&](const Measurement& m) {
-      if (word == "length") return m.length_m.array().isFinite().any();
-      if (word == "swivel") return m.swivel_rad.array().isFinite().any();
-      if (word == "tension") return m.tension_N.array().isFinite().any();
-      return std::isfinite(m.roll_pitch_yaw_rad[word == "roll" ? 0 : word == "pitch" ? 1 : 2]);
+      return readings_of(m, channel).array().isFinite().any();
     });
   });
 }
@@ -335,18 +328,16 @@ std::vector<LikelyFormula> scan_all(const DiagnosisModel& model, const std::vect
   constexpr std::size_t kAtATime = 128;
   std::vector<LikelyFormula> scores;
   std::map<const Effect*, double> prior;
-  for (const Formula& formula : all) prior[formula.effect.get()] = formula.log_prior;
-  for (std::size_t begin = 0; begin < all.size(); begin += kAtATime) {
-    Candidates some;
-    for (std::size_t k = begin; k < std::min(begin + kAtATime, all.size()); ++k) {
-      some.push_back(all[k].effect);
-    }
-    for (CandidateScore& s : scan(model, some, {.draws = 0})) {
-      if (!std::isfinite(s.log_evidence)) continue;
-      const double log_prior = prior.at(s.effect.get());
-      scores.push_back({std::move(s), log_prior});
-    }
+  Candidates effects;
+  for (const Formula& formula : all) {
+    effects.push_back(formula.effect);
+    prior[formula.effect.get()] = formula.log_prior;
   }
+  scan_in_parts(model, effects, kAtATime, [&](CandidateScore&& score) {
+    if (!std::isfinite(score.log_evidence)) return;
+    const double log_prior = prior.at(score.effect.get());
+    scores.push_back({std::move(score), log_prior});
+  });
   std::ranges::stable_sort(scores, std::ranges::greater(), [](const LikelyFormula& f) {
     return f.score.log_evidence + f.log_prior;
   });
@@ -403,19 +394,20 @@ bool scatters(const DiagnosisModel& model, NoiseGroup group) {
 
 bool scatters(const DiagnosisModel& model) {
   return std::ranges::any_of(kTargets, [&](const Target& channel) {
-    return is_read(model, channel) && scatters(model, at_rest(channel.channel));
+    return is_read(model, channel.channel) && scatters(model, at_rest(channel.channel));
   });
 }
 
-std::vector<Formula> formula_candidates(const DiagnosisModel& model) {
-  const AllVisited visited = visited_by(model);
+namespace {
+
+std::vector<Formula> formulas_of(const DiagnosisModel& model, const AllVisited& visited) {
   Writer writer(model, visited);
   const auto may = [&](const Target& channel, std::size_t c) {
     return visited[c].varies() && (channel.per_cable || !kCovariates[c].per_cable);
   };
   const bool any = scatters(model);
   for (const Target& channel : kTargets) {
-    if (!is_read(model, channel)) continue;
+    if (!is_read(model, channel.channel)) continue;
     if (any && !scatters(model, at_rest(channel.channel))) continue;
     for (std::size_t c = 0; c < kCovariates.size(); ++c) {
       if (may(channel, c)) writer.of_one(channel, c);
@@ -429,15 +421,21 @@ std::vector<Formula> formula_candidates(const DiagnosisModel& model) {
   return writer.take();
 }
 
+}  // namespace
+
+std::vector<Formula> formula_candidates(const DiagnosisModel& model) {
+  return formulas_of(model, visited_by(model));
+}
+
 std::vector<LikelyFormula> likely_formulas(const DiagnosisModel& model, std::size_t count) {
   std::vector<LikelyFormula> likely;
   std::set<std::string> kinds;
-  for (LikelyFormula& found : scan_all(model, formula_candidates(model))) {
+  const AllVisited visited = visited_by(model);
+  for (LikelyFormula& found : scan_all(model, formulas_of(model, visited))) {
     if (likely.size() == count) break;
     const bool is_new = kinds.insert(without_digits(found.score.effect->name())).second;
     if (is_new) likely.push_back(std::move(found));
   }
-  const AllVisited visited = visited_by(model);
   for (LikelyFormula& found : likely) {
     const EffectDefinition& definition = *definition_of(*found.score.effect);
     const double period = period_of(definition);

@@ -5,17 +5,18 @@
 namespace cdprcal {
 namespace {
 
-enum class Target { length, swivel, roll_pitch, yaw, tension };
 enum class Covariate { time, position, tension, direction, itself };
 
-constexpr const char* kTargets[] = {"length", "swivel", "roll_pitch", "yaw", "tension"};
+constexpr const char* kTargets[] = {"length", "swivel", "roll_pitch", "yaw",
+                                    "tension"};  // by Channel
 constexpr const char* kCovariates[] = {"time", "pose", "tension", "direction", "reading"};
 
-/// Size to expect of a dependence over a run: that of typical effects on irma4 [m, rad, rad, rad,
-/// N]. As for the catalogue, a prior's σ; no threshold depends on it.
-constexpr double kTypical[] = {3e-3, 0.01, 0.01, 0.03, 4.0};
-constexpr Yardstick kYardsticks[] = {Yardstick::frame, Yardstick::none, Yardstick::none,
-                                     Yardstick::none, Yardstick::weight};
+/// By Channel.
+constexpr DependenceSize kSizes[] = {{3e-3, Yardstick::frame},
+                                     {0.01, Yardstick::none},
+                                     {0.01, Yardstick::none},
+                                     {0.03, Yardstick::none},
+                                     {4.0, Yardstick::weight}};
 
 /// What the runs visited: x → (x − middle) / spread is of order one.
 struct Scale {
@@ -73,7 +74,7 @@ double legendre(int degree, double x) {
 
 /// One dependence: `terms` functions of the covariate, for all cables alike or for each.
 struct Form {
-  Target target;
+  Channel target;
   Covariate covariate;
   bool common;
   int terms;
@@ -88,16 +89,16 @@ class GenericEffect final : public Effect {
               kCovariates[static_cast<int>(form.covariate)] + "_" + std::to_string(number)) {
     info_.name = name_.c_str();
     info_.equation = "reading* = reading + functions of the covariate";
-    const auto target = static_cast<int>(form.target);
+    const DependenceSize size = dependence_size(form.target);
     const bool alike = form.common || !of_a_cable(form.target);
     for (int t = 0; t < form.terms; ++t) {
       info_.parameters.push_back({"amplitude", "",
                                   alike ? ParameterShape::scalar : ParameterShape::per_cable,
-                                  kTypical[target], 1e9, kYardsticks[target]});
+                                  size.typical, 1e9, size.of});
     }
     info_.scope = EffectScope::run;
     // Of the tensions it is a gain or a bias in disguise, and weighed as these are.
-    info_.of_load_cells = form.target == Target::tension;
+    info_.of_load_cells = form.target == Channel::balance;
     info_.sentence = info_.remedy = info_.settle = "";
   }
   const EffectInfo& info() const override { return info_; }
@@ -108,7 +109,7 @@ class GenericEffect final : public Effect {
 
   void add_to_readings(const EffectContext& context, const EffectValues& values,
                        PoseEvaluation& evaluation) const override {
-    if (form_.target == Target::tension) return;
+    if (form_.target == Channel::balance) return;
     const ReadingRows rows{context.state.cable_count};
     Eigen::MatrixXd by_value = Eigen::MatrixXd::Zero(rows.size(), values.size());
     columns(context, values, by_value);
@@ -121,7 +122,7 @@ class GenericEffect final : public Effect {
   }
   void correct_tension(const EffectContext& context, const EffectValues& values,
                        CableVector& tension_N) const override {
-    if (form_.target != Target::tension) return;
+    if (form_.target != Channel::balance) return;
     for (int i = 0; i < context.state.cable_count; ++i) {
       for (int t = 0; t < form_.terms; ++t) {
         tension_N[i] -= values[column(i, t, context.state.cable_count)] * term(context, i, t);
@@ -131,11 +132,11 @@ class GenericEffect final : public Effect {
   void columns(const EffectContext& context, const EffectValues&,
                EffectColumns out) const override {
     const ReadingRows rows{context.state.cable_count};
-    if (form_.target == Target::yaw) {
+    if (form_.target == Channel::yaw) {
       for (int t = 0; t < form_.terms; ++t) out(rows.attitude() + 2, t) = term(context, 0, t);
       return;
     }
-    if (form_.target == Target::roll_pitch) {
+    if (form_.target == Channel::roll_pitch) {
       // The first half of the terms acts on roll, the second on pitch.
       const int half = form_.terms / 2;
       for (int t = 0; t < form_.terms; ++t) {
@@ -150,10 +151,10 @@ class GenericEffect final : public Effect {
       }
     }
     switch (form_.target) {
-      case Target::length:
+      case Channel::length:
         out.middleRows(rows.length(), rows.cables) = by_cable;
         break;
-      case Target::swivel:
+      case Channel::swivel:
         out.middleRows(rows.swivel(), rows.cables) = by_cable;
         break;
       default:
@@ -162,8 +163,8 @@ class GenericEffect final : public Effect {
   }
 
  private:
-  static bool of_a_cable(Target target) {
-    return target == Target::length || target == Target::swivel || target == Target::tension;
+  static bool of_a_cable(Channel target) {
+    return target == Channel::length || target == Channel::swivel || target == Channel::balance;
   }
   [[nodiscard]] int column(int cable, int t, int cables) const {
     return form_.common ? t : t * cables + cable;
@@ -188,30 +189,31 @@ class GenericEffect final : public Effect {
         return bent(visited_->tension[c](m.tension_N[cable]), t);
       case Covariate::direction: {
         const CableVector& s =
-            form_.target == Target::swivel ? m.swivel_direction : m.length_direction;
+            form_.target == Channel::swivel ? m.swivel_direction : m.length_direction;
         return s.size() > cable ? s[cable] : 0.0;
       }
       case Covariate::itself:
         break;
     }
     switch (form_.target) {
-      case Target::length:
+      case Channel::length:
         return bent(visited_->length[c](m.length_m[cable]), t);
-      case Target::swivel:
+      case Channel::swivel:
         return bent(visited_->swivel[c](m.swivel_rad[cable]), t);
       // Absolute readings have a true zero.
-      case Target::tension: {
+      case Channel::balance: {
         const double x = finite(m.tension_N[cable] / visited_->tension_N);
         return t == 0 ? x : x * x;
       }
-      case Target::roll_pitch:
+      case Channel::roll_pitch:
         return finite(m.roll_pitch_yaw_rad[t] / visited_->tilt_rad);
-      case Target::yaw: {
+      case Channel::yaw: {
         const double yaw = m.roll_pitch_yaw_rad[2];
         return finite(t == 0 ? std::sin(yaw) : std::cos(yaw));
       }
+      default:
+        return 0.0;
     }
-    return 0.0;
   }
   static double finite(double x) { return std::isfinite(x) ? x : 0.0; }
   static double bent(double x, int t) { return finite(t == 0 ? x : x * x - 1.0); }
@@ -260,33 +262,37 @@ std::shared_ptr<const Visited> visited_by(const DiagnosisModel& model) {
 
 constexpr bool kCommon = true, kEach = false;
 constexpr Form kForms[] = {
-    {Target::length, Covariate::time, kCommon, 4},
-    {Target::length, Covariate::time, kEach, 2},
-    {Target::length, Covariate::position, kEach, 3},
-    {Target::length, Covariate::tension, kCommon, 1},
-    {Target::length, Covariate::tension, kEach, 2},
-    {Target::length, Covariate::direction, kEach, 1},
-    {Target::length, Covariate::itself, kEach, 2},
-    {Target::swivel, Covariate::time, kEach, 2},
-    {Target::swivel, Covariate::position, kEach, 3},
-    {Target::swivel, Covariate::tension, kEach, 1},
-    {Target::swivel, Covariate::direction, kEach, 1},
-    {Target::swivel, Covariate::itself, kEach, 2},
-    {Target::roll_pitch, Covariate::time, kCommon, 6},
-    {Target::roll_pitch, Covariate::position, kCommon, 6},
-    {Target::roll_pitch, Covariate::itself, kCommon, 4},
-    {Target::yaw, Covariate::time, kCommon, 4},
-    {Target::yaw, Covariate::position, kCommon, 9},
-    {Target::yaw, Covariate::itself, kCommon, 2},
-    {Target::tension, Covariate::time, kCommon, 4},
-    {Target::tension, Covariate::time, kEach, 2},
-    {Target::tension, Covariate::position, kEach, 3},
-    {Target::tension, Covariate::itself, kCommon, 2},
-    {Target::tension, Covariate::itself, kEach, 2},
-    {Target::tension, Covariate::direction, kEach, 1},
+    {Channel::length, Covariate::time, kCommon, 4},
+    {Channel::length, Covariate::time, kEach, 2},
+    {Channel::length, Covariate::position, kEach, 3},
+    {Channel::length, Covariate::tension, kCommon, 1},
+    {Channel::length, Covariate::tension, kEach, 2},
+    {Channel::length, Covariate::direction, kEach, 1},
+    {Channel::length, Covariate::itself, kEach, 2},
+    {Channel::swivel, Covariate::time, kEach, 2},
+    {Channel::swivel, Covariate::position, kEach, 3},
+    {Channel::swivel, Covariate::tension, kEach, 1},
+    {Channel::swivel, Covariate::direction, kEach, 1},
+    {Channel::swivel, Covariate::itself, kEach, 2},
+    {Channel::roll_pitch, Covariate::time, kCommon, 6},
+    {Channel::roll_pitch, Covariate::position, kCommon, 6},
+    {Channel::roll_pitch, Covariate::itself, kCommon, 4},
+    {Channel::yaw, Covariate::time, kCommon, 4},
+    {Channel::yaw, Covariate::position, kCommon, 9},
+    {Channel::yaw, Covariate::itself, kCommon, 2},
+    {Channel::balance, Covariate::time, kCommon, 4},
+    {Channel::balance, Covariate::time, kEach, 2},
+    {Channel::balance, Covariate::position, kEach, 3},
+    {Channel::balance, Covariate::itself, kCommon, 2},
+    {Channel::balance, Covariate::itself, kEach, 2},
+    {Channel::balance, Covariate::direction, kEach, 1},
 };
 
 }  // namespace
+
+DependenceSize dependence_size(Channel channel) {
+  return kSizes[static_cast<std::size_t>(channel)];
+}
 
 Candidates generic_candidates(const DiagnosisModel& model) {
   const std::shared_ptr<const Visited> visited = visited_by(model);

@@ -7,6 +7,15 @@
 
 namespace cdprcal {
 
+/// Size to expect of a dependence over a run, of a channel of the paper's sensors: that of typical
+/// effects on irma4 [m, rad, rad, rad, N], and what it grows with. As for the catalogue, a prior's
+/// σ; no threshold depends on it.
+struct DependenceSize {
+  double typical;
+  Yardstick of;
+};
+DependenceSize dependence_size(Channel channel);
+
 /// Candidates for each channel group and each thing it may depend on: time, position, tension,
 /// direction of motion, the reading itself; alike in all cables or cable by cable, straight or
 /// bent. They compete with the catalogue: where one explains the readings better than every named

@@ -103,18 +103,13 @@ void look_below_the_noise(const DiagnosisModel& model, const Candidates& named,
                    [](const auto& a, const auto& b) { return a.log_evidence > b.log_evidence; });
 }
 
-/// The likeliest slip. There are as many as moves and cables: so many at a time, or their columns
-/// would take memory in the square of the poses.
+/// The likeliest slip. There are as many as moves and cables.
 std::optional<CandidateScore> best_slip(const DiagnosisModel& model, const Candidates& slips) {
   constexpr std::size_t kAtATime = 64;
   std::optional<CandidateScore> best;
-  for (std::size_t begin = 0; begin < slips.size(); begin += kAtATime) {
-    const auto from = slips.begin() + static_cast<std::ptrdiff_t>(begin);
-    const auto count = static_cast<std::ptrdiff_t>(std::min(kAtATime, slips.size() - begin));
-    std::vector<CandidateScore> scores = scan(model, Candidates(from, from + count), {.draws = 0});
-    if (scores.empty()) continue;
-    if (!best || scores.front().log_evidence > best->log_evidence) best = std::move(scores.front());
-  }
+  scan_in_parts(model, slips, kAtATime, [&](CandidateScore&& score) {
+    if (!best || score.log_evidence > best->log_evidence) best = std::move(score);
+  });
   return best;
 }
 

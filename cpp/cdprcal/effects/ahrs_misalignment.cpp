@@ -1,6 +1,6 @@
 // The attitude sensor is not mounted parallel to the platform frame.
 #include "cdprcal/effects/effect.hpp"
-#include "cdprcal/effects/left_jacobian.hpp"
+#include "cdprcal/effects/turned_attitude.hpp"
 
 namespace cdprcal {
 namespace {
@@ -25,16 +25,8 @@ class AhrsMisalignment final : public Effect {
   }
   void add_to_readings(const EffectContext& context, const EffectValues& rotation_rad,
                        PoseEvaluation& evaluation) const override {
-    const EulerConvention convention = context.robot.euler_convention;
-    const Matrix3 mounted = context.state.rotation * exp_so3(rotation_rad).toRotationMatrix();
-    const Vector3 plain = euler_from_rotation(context.state.rotation, convention);
-    const Vector3 angles = euler_from_rotation(mounted, convention);
-    for (int a = 0; a < 3; ++a) {
-      evaluation.roll_pitch_yaw_rad[a] += wrap_angle(angles[a] - plain[a]);
-    }
-    // A world-frame turn moves R exp(rho) as it moves R.
-    evaluation.attitude_by_twist.rightCols<3>() += euler_rate_matrix(angles, convention).inverse() -
-                                                   euler_rate_matrix(plain, convention).inverse();
+    turn_attitude(context, Matrix3::Identity(), exp_so3(rotation_rad).toRotationMatrix(),
+                  evaluation);
   }
   void columns(const EffectContext& context, const EffectValues& rotation_rad,
                EffectColumns out) const override {

@@ -1,6 +1,6 @@
 // The frame does not stand level: gravity pulls aside, and the AHRS tells it.
 #include "cdprcal/effects/effect.hpp"
-#include "cdprcal/effects/left_jacobian.hpp"
+#include "cdprcal/effects/turned_attitude.hpp"
 
 namespace cdprcal {
 namespace {
@@ -30,16 +30,8 @@ class BaseTilt final : public Effect {
   }
   void add_to_readings(const EffectContext& context, const EffectValues& tilt_rad,
                        PoseEvaluation& evaluation) const override {
-    const EulerConvention convention = context.robot.euler_convention;
     const Matrix3 level = exp_so3(about(tilt_rad)).toRotationMatrix();  // from frame to level axes
-    const Vector3 plain = euler_from_rotation(context.state.rotation, convention);
-    const Vector3 angles = euler_from_rotation(level * context.state.rotation, convention);
-    for (int a = 0; a < 3; ++a) {
-      evaluation.roll_pitch_yaw_rad[a] += wrap_angle(angles[a] - plain[a]);
-    }
-    evaluation.attitude_by_twist.rightCols<3>() +=
-        euler_rate_matrix(angles, convention).inverse() * level -
-        euler_rate_matrix(plain, convention).inverse();
+    turn_attitude(context, level, Matrix3::Identity(), evaluation);
     const Vector3 weight = context.robot.gravity_force_N();
     const Vector3 aside = level.transpose() * weight - weight;
     const Vector3& arm = context.state.centre_of_mass_arm_m;

@@ -47,20 +47,13 @@ using std::abs, std::acos, std::asin, std::atan, std::atan2, std::cos, std::cosh
 
 /// A power with a whole number is a product: of negative bases, and of 0, with its derivatives.
 template <class T>
-T power(const T& base, const T& exponent) {
+T power(const T& base, const T& exponent, bool is_constant) {
   const double n = value_of(exponent);
   constexpr double kMostProducts = 16.0;
-  if (n == std::floor(n) && std::abs(n) <= kMostProducts && T(n) == exponent) {
-    T product(1.0);
-    for (int i = 0; i < static_cast<int>(std::abs(n)); ++i) product *= base;
-    return n < 0.0 ? T(1.0) / product : product;
-  }
-  return pow(base, exponent);
-}
-bool same_everywhere(const Slope& a) { return a.v.isZero(0.0); }
-
-Slope slope_power(const Slope& base, const Slope& exponent) {
-  return same_everywhere(exponent) ? power(base, Slope(exponent.a)) : pow(base, exponent);
+  if (!is_constant || n != std::floor(n) || std::abs(n) > kMostProducts) return pow(base, exponent);
+  T product(1.0);
+  for (int i = 0; i < static_cast<int>(std::abs(n)); ++i) product *= base;
+  return n < 0.0 ? T(1.0) / product : product;
 }
 
 const std::array<Function, 30> kFunctions{{
@@ -68,8 +61,8 @@ const std::array<Function, 30> kFunctions{{
     two("-", [](const auto& x, const auto& y) { return x - y; }),
     two("*", [](const auto& x, const auto& y) { return x * y; }),
     two("/", [](const auto& x, const auto& y) { return x / y; }),
-    {"^", 2, [](const double* x) { return power(x[0], x[1]); },
-     [](const Slope* x) { return slope_power(x[0], x[1]); }},
+    {"^", 2, [](const double* x) { return power(x[0], x[1], true); },
+     [](const Slope* x) { return power(x[0], x[1], x[1].v.isZero(0.0)); }},
     one("negative", [](const auto& x) { return -x; }),
     one("sin", [](const auto& x) { return sin(x); }),
     one("cos", [](const auto& x) { return cos(x); }),

@@ -278,6 +278,7 @@ class TextEffect final : public Effect {
     for (const Term& term : terms_) {
       const int axis = term.target->axis;
       if (term.target->kind == Kind::robot) continue;
+      const WrenchMatrix structure = structure_of(term, context);
       for (int i = 0; i < cables_of(term, n); ++i) {
         if (term.target->kind == Kind::tension && !is_read(context, i)) continue;
         const Slope added = at(term, values, context, i);
@@ -296,7 +297,7 @@ class TextEffect final : public Effect {
             evaluation.attitude_by_twist.row(axis) += by_twist;
             break;
           case Kind::tension:  // the tension itself: correct_tension
-            evaluation.wrench_by_twist += structure_matrix(context.state).col(i) * by_twist;
+            evaluation.wrench_by_twist += structure.col(i) * by_twist;
             if (evaluation.tension_by_twist.rows() == n) {
               evaluation.tension_by_twist.row(i) -= by_twist;
             }
@@ -332,6 +333,7 @@ class TextEffect final : public Effect {
         add_robot_columns(term, context, values, out);
         continue;
       }
+      const WrenchMatrix structure = structure_of(term, context);
       for (int i = 0; i < cables_of(term, n); ++i) {
         if (term.target->kind == Kind::tension && !is_read(context, i)) continue;
         const Slope added = at(term, values, context, i);
@@ -349,7 +351,7 @@ class TextEffect final : public Effect {
               column[rows.attitude() + term.target->axis] += slope;
               break;
             case Kind::tension:
-              column.segment<6>(rows.wrench()) += slope * structure_matrix(context.state).col(i);
+              column.segment<6>(rows.wrench()) += slope * structure.col(i);
               break;
             case Kind::anchor_force:
             case Kind::force: {
@@ -380,6 +382,10 @@ class TextEffect final : public Effect {
   static bool is_read(const EffectContext& context, int cable) {
     const CableVector& read = context.measurement.tension_N;
     return read.size() > cable && std::isfinite(read[cable]);
+  }
+  /// For a formula of tensions; empty for others, which ask nothing of it.
+  static WrenchMatrix structure_of(const Term& term, const EffectContext& context) {
+    return term.target->kind == Kind::tension ? structure_matrix(context.state) : WrenchMatrix();
   }
   /// From the platform's origin to where a force acts, world axes.
   static const Vector3& arm_of(const Term& term, const EffectContext& context, int cable) {

@@ -345,6 +345,17 @@ std::vector<CandidateScore> scan(const DiagnosisModel& model, const Candidates& 
   return scores;
 }
 
+void scan_in_parts(const DiagnosisModel& model, const Candidates& candidates, std::size_t at_a_time,
+                   const std::function<void(CandidateScore&&)>& take) {
+  for (std::size_t begin = 0; begin < candidates.size(); begin += at_a_time) {
+    const auto from = candidates.begin() + static_cast<std::ptrdiff_t>(begin);
+    const auto count = static_cast<std::ptrdiff_t>(std::min(at_a_time, candidates.size() - begin));
+    for (CandidateScore& score : scan(model, Candidates(from, from + count), {.draws = 0})) {
+      take(std::move(score));
+    }
+  }
+}
+
 double chance_at_most(double log_evidence, std::size_t candidates) {
   return std::min(1.0, std::exp(-log_evidence) * static_cast<double>(candidates));
 }

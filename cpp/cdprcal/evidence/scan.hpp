@@ -1,6 +1,8 @@
 // The whole catalogue at once: which effect would explain what is left?
 #pragma once
 
+#include <functional>
+
 #include "cdprcal/estimation/model.hpp"
 
 namespace cdprcal {
@@ -37,6 +39,11 @@ struct ScanOptions {
 /// penalty and Occam's ½ log|I + 1|.
 std::vector<CandidateScore> scan(const DiagnosisModel& model, const Candidates& candidates,
                                  const ScanOptions& options = {});
+
+/// The same of any number of candidates, so many at a time, each part best first and `take` called
+/// with each score: all their columns at once would take memory in the square of the poses.
+void scan_in_parts(const DiagnosisModel& model, const Candidates& candidates, std::size_t at_a_time,
+                   const std::function<void(CandidateScore&&)>& take);
 
 /// Chance that noise alone gives any of so many candidates this evidence, at most: there a Bayes
 /// factor is 1 on average, so that it exceeds e^E with probability e^-E at most (Markov), and one

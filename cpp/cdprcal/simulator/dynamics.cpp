@@ -183,7 +183,8 @@ PlantDynamics::Pull PlantDynamics::pull(int i, const StrandState& end,
 StepStatus PlantDynamics::step(const WinchCommand& command) {
   const double m = p_.robot.platform.mass_kg;
   const Matrix3& inertia = p_.robot.platform.inertia_kg_m2;
-  const Vector6 written = written_wrench(pose());
+  Vector6 written = Vector6::Zero();
+  if (!p_.written.empty()) written = written_wrench(p_, *this, this->pose());
   const Vector3 constant_N = p_.robot.gravity_force_N() + p_.external_force_N + written.head<3>();
   const Matrix3 rotation_0 = motion_.rotation.toRotationMatrix();
   const Vector3 momentum_0 = rotation_0 * (inertia * motion_.body_rate_rad_s);
@@ -346,19 +347,6 @@ double PlantDynamics::direction(int cable) const {
   return sum / static_cast<double>(winch_[cable].friction.size());
 }
 
-Vector6 PlantDynamics::written_wrench(const Pose& at) const {
-  if (p_.written.empty()) return Vector6::Zero();
-  Measurement m;
-  m.run_time_s = time_s();
-  m.length_direction.resize(n_);
-  m.tension_N.resize(n_);
-  for (int i = 0; i < n_; ++i) {
-    m.length_direction[i] = direction(i);
-    m.tension_N[i] = load_cell_tension_N(i);
-  }
-  return cdprcal::written_wrench(p_, at, m);
-}
-
 PlantEnergy PlantDynamics::energy() const {
   PlantEnergy energy;
   energy.wound_J = wound_J_;
@@ -380,7 +368,8 @@ PlantEnergy PlantDynamics::energy() const {
 }
 
 Vector6 PlantDynamics::net_wrench(const Pose& pose, const CableVector& tension_N) const {
-  const Vector6 written = written_wrench(pose);
+  Vector6 written = Vector6::Zero();
+  if (!p_.written.empty()) written = written_wrench(p_, *this, pose);
   Vector3 force = p_.robot.gravity_force_N() + p_.external_force_N + written.head<3>();
   Vector3 moment = written.tail<3>();
   const Vector3 centre = pose.position_m + pose.rotation * p_.robot.platform.centre_of_mass_m;

@@ -98,8 +98,6 @@ class PlantDynamics {
     double payout_1_m = 0.0, velocity_1_m_s = 0.0;
   };
   [[nodiscard]] double natural_m(int cable, double payout_m) const;
-  /// Of effects of formulas, at a pose and the present readings.
-  [[nodiscard]] Vector6 written_wrench(const Pose& at) const;
   [[nodiscard]] Vector3 pulley_to_anchor(int cable, const Vector3& anchor_m) const;
   [[nodiscard]] double drop_m(int cable) const;
   [[nodiscard]] Pull pull(int cable, const StrandState& end, const WinchCommand& command) const;

@@ -17,6 +17,19 @@ PoseEvaluation nothing(int n) {
   return e;
 }
 
+/// What formulas may ask for beside the pose. Tensions are those at the load cells.
+Measurement asked_of(const PlantDynamics& plant, int n) {
+  Measurement m;
+  m.run_time_s = plant.time_s();
+  m.length_direction.resize(n);
+  m.tension_N.resize(n);
+  for (int i = 0; i < n; ++i) {
+    m.length_direction[i] = plant.direction(i);
+    m.tension_N[i] = plant.load_cell_tension_N(i);
+  }
+  return m;
+}
+
 }  // namespace
 
 WrittenReadings written_readings(const PlantParameters& parameters, const PlantDynamics& plant,
@@ -24,20 +37,13 @@ WrittenReadings written_readings(const PlantParameters& parameters, const PlantD
   const int n = parameters.robot.cable_count();
   const Pose pose = plant.pose();
   const PlatformState state = platform_state(parameters.robot, pose);
-  Measurement m;
-  m.run_time_s = plant.time_s();
-  m.length_direction.resize(n);
+  Measurement m = asked_of(plant, n);
   m.swivel_direction = swivel_direction;
-  CableVector tension_N(n);
-  for (int i = 0; i < n; ++i) {
-    m.length_direction[i] = plant.direction(i);
-    tension_N[i] = plant.load_cell_tension_N(i);
-  }
   const Vector3 angles = euler_from_rotation(state.rotation, parameters.robot.euler_convention);
   m.attitude_rate_rad_s = euler_rate_matrix(angles, parameters.robot.euler_convention).inverse() *
                           (pose.rotation * plant.motion().body_rate_rad_s);
   // A formula makes the tension of the reading: the reading is what leads there.
-  m.tension_N = tension_N;
+  const CableVector tension_N = m.tension_N;
   constexpr int kRounds = 20;
   for (int round = 0; round < kRounds; ++round) {
     CableVector made_N = m.tension_N;
@@ -53,8 +59,11 @@ WrittenReadings written_readings(const PlantParameters& parameters, const PlantD
   return {e.length_m, e.swivel_rad, m.tension_N, e.roll_pitch_yaw_rad};
 }
 
-Vector6 written_wrench(const PlantParameters& parameters, const Pose& pose, const Measurement& m) {
-  PoseEvaluation e = nothing(parameters.robot.cable_count());
+Vector6 written_wrench(const PlantParameters& parameters, const PlantDynamics& plant,
+                       const Pose& pose) {
+  const int n = parameters.robot.cable_count();
+  const Measurement m = asked_of(plant, n);
+  PoseEvaluation e = nothing(n);
   const PlatformState state = platform_state(parameters.robot, pose);
   for (const ActiveEffect& active : parameters.written) {
     active.effect->add_to_readings({parameters.robot, state, pose, m}, active.values, e);

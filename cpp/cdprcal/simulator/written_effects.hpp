@@ -19,8 +19,9 @@ struct WrittenReadings {
 WrittenReadings written_readings(const PlantParameters& parameters, const PlantDynamics& plant,
                                  const CableVector& swivel_direction);
 
-/// Force and moment about the centre of mass [N, Nm], world axes, at a pose. `m` has what formulas
-/// may ask for beside it.
-Vector6 written_wrench(const PlantParameters& parameters, const Pose& pose, const Measurement& m);
+/// Force and moment about the centre of mass [N, Nm], world axes, at a pose; what formulas ask for
+/// beside it is the plant's present state.
+Vector6 written_wrench(const PlantParameters& parameters, const PlantDynamics& plant,
+                       const Pose& pose);
 
 }  // namespace cdprcal

@@ -9,6 +9,8 @@ from rich.text import Text
 
 from cdprcal import _core
 from cdprcal.diagnosis.plots import AFTER, BEFORE, OTHER
+from cdprcal.diagnosis.shapes import value_shape
+from cdprcal.diagnosis.table import place_of
 from cdprcal.diagnosis.units import for_people
 from cdprcal.pictures import new_figure
 from cdprcal.results import number, numbers, pose_as_dict
@@ -47,10 +49,12 @@ def _reason(rows: list[dict[str, Any]], moved: list[dict[str, Any]], logs: list[
 
 def _number(found: _core.ComparedNumber, cables: int) -> dict[str, Any]:
     parameter = found.info.parameters[found.parameter]
+    shape = value_shape(parameter.shape, cables)
+    index = tuple(int(i) for i in np.unravel_index(found.entry, shape)) if shape else ()
     return {
         "effect": found.info.name,
         "parameter": parameter.name,
-        "of": _place(parameter.shape, found.entry),
+        "of": place_of(parameter.shape, index, len(index)),
         "unit": parameter.unit,
         "values": numbers(found.values),
         "standard_deviation": numbers(found.standard_deviation),
@@ -61,16 +65,6 @@ def _number(found: _core.ComparedNumber, cables: int) -> dict[str, Any]:
         "step": number(found.step),
         "step_deviation": number(found.step_deviation),
     }
-
-
-def _place(shape: _core.ParameterShape, entry: int) -> str:
-    if shape == _core.ParameterShape.per_cable:
-        return f"cable {entry + 1}"
-    if shape == _core.ParameterShape.vector3:
-        return "xyz"[entry]
-    if shape == _core.ParameterShape.per_cable_vector3:
-        return f"cable {entry // 3 + 1}, {'xyz'[entry % 3]}"
-    return ""
 
 
 def print_comparison(document: dict[str, Any], *, verbose: bool = False) -> None:

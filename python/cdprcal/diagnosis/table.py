@@ -192,7 +192,7 @@ def value_rows(effect: dict[str, Any]) -> Iterator[tuple[str, str, str, str]]:
         label, factor = for_people(unit, float(np.nanmax(np.abs(values), initial=0.0)))
         several = len(effect["parameters"]) > 1
         for index in np.ndindex(values.shape):
-            where = _place(shape, index, values.ndim)
+            where = place_of(shape, index, values.ndim)
             yield (
                 f"{name} {where}".strip() if several else where,
                 f"{values[index] * factor:+.3f}",
@@ -201,7 +201,7 @@ def value_rows(effect: dict[str, Any]) -> Iterator[tuple[str, str, str, str]]:
             )
 
 
-def _place(shape: _core.ParameterShape, index: tuple[int, ...], dimensions: int) -> str:
+def place_of(shape: _core.ParameterShape, index: tuple[int, ...], dimensions: int) -> str:
     """'cable 2', 'y', 'cable 2, y'; with 'log 1' in front where each log has its own."""
     own = len(value_shape(shape, cables=1))
     parts = [f"log {index[0] + 1}"] if dimensions > own else []
