@@ -242,7 +242,7 @@ def test_a_pose_that_is_off_without_a_word_is_silently_wrong() -> None:
 
 def test_what_calibrate_warns_of_is_heard() -> None:
     numbers = (n for n in range(110) if kind_of(Split.tuning, 1, SETTING, n) == "one")
-    lines = [run_case(Split.tuning, 1, SETTING, number) for number in list(numbers)[:6]]
+    lines = [run_case(Split.tuning, 1, SETTING, number) for number in list(numbers)[:16]]
     assert {line["calibrated"]["warned"] for line in lines} == {True, False}
 
 

@@ -60,7 +60,7 @@ def test_an_outlier_is_left_out_by_time_and_cable_and_accuses_nobody() -> None:
     ("name", "values", "channel", "depends_on"),
     [
         ("load_cell_curvature", [4e-4], "tension", "reading"),
-        ("roll_pitch_scale", [0.08], "roll_pitch", "reading"),
+        ("roll_pitch_bend", [0.5], "roll_pitch", "reading"),
         ("temperature_step", [0.3, 8.0], "tension", "time"),
     ],
 )

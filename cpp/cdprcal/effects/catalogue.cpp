@@ -8,20 +8,38 @@ using EffectPointer = std::shared_ptr<const Effect>;
 
 EffectPointer transmission_ratio(), cable_elasticity(), cable_creep(), cable_sag(),
     pulley_friction(), bending_hysteresis(), swivel_hysteresis(), swivel_scale(), pulley_radius(),
-    frame_anchors(), platform_anchors(), load_cell_bias(), load_cell_gain(), load_cell_drift(),
-    mass(), centre_of_mass(), external_force(), base_tilt(), ahrs_misalignment(), yaw_drift(),
+    frame_anchors(), frame_scale(), frame_shear(), frame_warp(), platform_anchors(),
+    load_cell_bias(), load_cell_gain(), load_cell_drift(), mass(), centre_of_mass(),
+    external_force(), base_tilt(), ahrs_misalignment(), attitude_scale(), yaw_drift(),
     magnetic_disturbance(), sensor_delay();
 
 const std::vector<EffectPointer>& effect_catalogue() {
-  static const std::vector<EffectPointer> catalogue{
-      transmission_ratio(), cable_elasticity(), cable_creep(),
-      cable_sag(),          pulley_friction(),  bending_hysteresis(),
-      swivel_hysteresis(),  swivel_scale(),     pulley_radius(),
-      frame_anchors(),      platform_anchors(), load_cell_bias(),
-      load_cell_gain(),     load_cell_drift(),  mass(),
-      centre_of_mass(),     external_force(),   base_tilt(),
-      ahrs_misalignment(),  yaw_drift(),        magnetic_disturbance(),
-      sensor_delay()};
+  static const std::vector<EffectPointer> catalogue{transmission_ratio(),
+                                                    cable_elasticity(),
+                                                    cable_creep(),
+                                                    cable_sag(),
+                                                    pulley_friction(),
+                                                    bending_hysteresis(),
+                                                    swivel_hysteresis(),
+                                                    swivel_scale(),
+                                                    pulley_radius(),
+                                                    frame_anchors(),
+                                                    frame_scale(),
+                                                    frame_shear(),
+                                                    frame_warp(),
+                                                    platform_anchors(),
+                                                    load_cell_bias(),
+                                                    load_cell_gain(),
+                                                    load_cell_drift(),
+                                                    mass(),
+                                                    centre_of_mass(),
+                                                    external_force(),
+                                                    base_tilt(),
+                                                    ahrs_misalignment(),
+                                                    attitude_scale(),
+                                                    yaw_drift(),
+                                                    magnetic_disturbance(),
+                                                    sensor_delay()};
   return catalogue;
 }
 

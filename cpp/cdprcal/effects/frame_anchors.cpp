@@ -1,5 +1,5 @@
 // The pulleys are not quite where the robot file says.
-#include "cdprcal/effects/effect.hpp"
+#include "cdprcal/effects/moved_pulleys.hpp"
 
 namespace cdprcal {
 namespace {
@@ -17,7 +17,8 @@ class FrameAnchors final : public Effect {
                         .plausible = 0.015,
                         .of = Yardstick::frame}},
         .scope = EffectScope::robot,
-        .confused_with = {"transmission_ratio", "platform_anchors", "pulley_radius"},
+        .confused_with = {"transmission_ratio", "platform_anchors", "pulley_radius", "frame_scale",
+                          "frame_shear", "frame_warp"},
         .sentence = "a pulley sits elsewhere on the frame than the robot file says",
         .remedy = "measure the pulley positions again and correct the robot file",
         .settle = "measure the distances between the pulleys by tape"};
@@ -31,15 +32,7 @@ class FrameAnchors final : public Effect {
   }
   void columns(const EffectContext& context, const EffectValues&,
                EffectColumns out) const override {
-    const ReadingRows rows{context.state.cable_count};
-    for (int i = 0; i < rows.cables; ++i) {  // q = a - d
-      const CableState& cable = context.state.cable[i];
-      out.row(rows.length() + i).segment<3>(3 * i) = -cable.direction.transpose();
-      out.row(rows.swivel() + i).segment<3>(3 * i) = -swivel_by_q(cable).transpose();
-      const Matrix3 force = -context.tension_N[i] * direction_by_q(cable);
-      out.block<3, 3>(rows.wrench(), 3 * i) = force;
-      out.block<3, 3>(rows.wrench() + 3, 3 * i) = skew(context.state.anchor_arm_m[i]) * force;
-    }
+    columns_of_pulley_places(context, out);
   }
 };
 

@@ -7,6 +7,7 @@
 
 #include "cdprcal/effects/catalogue.hpp"
 #include "cdprcal/effects/expression.hpp"
+#include "cdprcal/effects/moved_pulleys.hpp"
 #include "cdprcal/effects/reading_faults.hpp"
 #include "cdprcal/text_file.hpp"
 
@@ -15,26 +16,31 @@ namespace {
 
 /// Where a formula is evaluated, with what several variables need.
 struct Place {
-  const EffectContext& context;
+  explicit Place(const EffectContext& at, int of) : robot(at.robot), context(&at), cable(of) {}
+  /// For formulas of the machine itself, wherever its platform is.
+  explicit Place(const Robot& machine, int of) : robot(machine), cable(of) {}
+
+  const Robot& robot;
+  const EffectContext* context = nullptr;
   int cable = 0;
   mutable std::optional<Vector3> angles_rad{};
   mutable Matrix3 angle_by_turn{};
 
-  [[nodiscard]] const CableState& state() const { return context.state.cable[cable]; }
+  [[nodiscard]] const CableState& state() const { return context->state.cable[cable]; }
   /// A number that follows the pulley-to-anchor vector of this cable.
   [[nodiscard]] Slope by_q(double value, const Vector3& gradient) const {
     Slope out(value);
     out.v.head<3>() = gradient;
-    out.v.segment<3>(3) = context.state.anchor_arm_m[cable].cross(gradient);
+    out.v.segment<3>(3) = context->state.anchor_arm_m[cable].cross(gradient);
     return out;
   }
   [[nodiscard]] Slope position(int axis) const {
-    return Slope(context.pose.position_m[axis], axis);
+    return Slope(context->pose.position_m[axis], axis);
   }
   [[nodiscard]] Slope angle(int axis) const {
     if (!angles_rad) {
-      const EulerConvention convention = context.robot.euler_convention;
-      angles_rad = euler_from_rotation(context.state.rotation, convention);
+      const EulerConvention convention = robot.euler_convention;
+      angles_rad = euler_from_rotation(context->state.rotation, convention);
       angle_by_turn = euler_rate_matrix(*angles_rad, convention).inverse();
     }
     Slope out((*angles_rad)[axis]);
@@ -48,6 +54,11 @@ struct Place {
     const CableState& s = state();  // dw = -u dsigma
     return by_q(s.groove_normal[axis], -s.radial[axis] * swivel_by_q(s));
   }
+  /// The place of the cable's pulley from the middle of all.
+  [[nodiscard]] Slope pulley(int axis) const {
+    return Slope(robot.cables[cable].pulley.position_m[axis] - middle_of_pulleys(robot)[axis]);
+  }
+  [[nodiscard]] Slope reach(int axis) const { return Slope(reach_of_pulleys(robot)[axis]); }
   [[nodiscard]] double entry_of(const CableVector& values) const {
     const double value = values.size() > cable ? values[cable] : 0.0;
     return std::isfinite(value) ? value : 0.0;
@@ -55,7 +66,7 @@ struct Place {
 };
 
 /// Of what a variable depends: that decides where it may stand.
-enum class Of { machine, reading, pose };
+enum class Of { machine, pulleys, reading, pose };
 
 struct Variable {
   const char* name;
@@ -70,12 +81,12 @@ struct Variable {
 constexpr bool kEach = true, kOne = false;
 constexpr double kAngle = 0.4;
 
-const std::array<Variable, 29> kVariables{{
+const std::array<Variable, 35> kVariables{{
     {"length_m", "length of the cable from its pulley's entry to the platform", kEach, Of::pose,
      0.5, 5.0, [](const Place& p) { return p.by_q(p.state().length_m, p.state().direction); }},
     {"free_length_m", "the same without the arc on the pulley", kEach, Of::pose, 0.4, 4.9,
      [](const Place& p) {
-       const double r = p.context.robot.cables[p.cable].pulley.radius_m;
+       const double r = p.robot.cables[p.cable].pulley.radius_m;
        const CableState& s = p.state();
        return p.by_q(s.free_length_m, s.direction + (r / s.free_length_m) * s.contact);
      }},
@@ -103,17 +114,25 @@ const std::array<Variable, 29> kVariables{{
      [](const Place& p) { return p.groove_normal(2); }},
     {"tension_N", "reading of the cable's load cell; 0 where there is none", kEach, Of::reading,
      10.0, 200.0,
-     [](const Place& p) { return Slope(p.entry_of(p.context.measurement.tension_N)); }},
+     [](const Place& p) { return Slope(p.entry_of(p.context->measurement.tension_N)); }},
     {"length_direction", "+1 after paying out, -1 after hauling in, between them while turning",
      kEach, Of::reading, -1.0, 1.0,
-     [](const Place& p) { return Slope(p.entry_of(p.context.measurement.length_direction)); }},
+     [](const Place& p) { return Slope(p.entry_of(p.context->measurement.length_direction)); }},
     {"swivel_direction", "the same of the swivel: +1 after a positive turn", kEach, Of::reading,
      -1.0, 1.0,
-     [](const Place& p) { return Slope(p.entry_of(p.context.measurement.swivel_direction)); }},
+     [](const Place& p) { return Slope(p.entry_of(p.context->measurement.swivel_direction)); }},
     {"cable", "number of the cable, from 1", kEach, Of::machine, 1.0, 4.0,
      [](const Place& p) { return Slope(p.cable + 1.0); }},
+    {"pulley_x_m", "place of the cable's pulley from the middle of all pulleys, world axes", kEach,
+     Of::pulleys, -1.0, 1.0, [](const Place& p) { return p.pulley(0); }},
+    {"pulley_y_m", "", kEach, Of::pulleys, -1.0, 1.0, [](const Place& p) { return p.pulley(1); }},
+    {"pulley_z_m", "", kEach, Of::pulleys, -1.0, 1.0, [](const Place& p) { return p.pulley(2); }},
+    {"reach_x_m", "how far out pulleys stand from their middle, world axes", kOne, Of::pulleys, 0.5,
+     1.0, [](const Place& p) { return p.reach(0); }},
+    {"reach_y_m", "", kOne, Of::pulleys, 0.5, 1.0, [](const Place& p) { return p.reach(1); }},
+    {"reach_z_m", "", kOne, Of::pulleys, 0.5, 1.0, [](const Place& p) { return p.reach(2); }},
     {"radius_m", "of the pulley", kEach, Of::reading, 0.02, 0.1,
-     [](const Place& p) { return Slope(p.context.robot.cables[p.cable].pulley.radius_m); }},
+     [](const Place& p) { return Slope(p.robot.cables[p.cable].pulley.radius_m); }},
     {"x_m", "position of the platform, world axes", kOne, Of::pose, -1.0, 1.0,
      [](const Place& p) { return p.position(0); }},
     {"y_m", "", kOne, Of::pose, -1.0, 1.0, [](const Place& p) { return p.position(1); }},
@@ -124,19 +143,19 @@ const std::array<Variable, 29> kVariables{{
     {"yaw_rad", "", kOne, Of::pose, -kAngle, kAngle, [](const Place& p) { return p.angle(2); }},
     {"roll_rate_rad_s", "how fast the AHRS reading changes: shows only in motion", kOne,
      Of::reading, -0.2, 0.2,
-     [](const Place& p) { return Slope(p.context.measurement.attitude_rate_rad_s[0]); }, true},
+     [](const Place& p) { return Slope(p.context->measurement.attitude_rate_rad_s[0]); }, true},
     {"pitch_rate_rad_s", "", kOne, Of::reading, -0.2, 0.2,
-     [](const Place& p) { return Slope(p.context.measurement.attitude_rate_rad_s[1]); }, true},
+     [](const Place& p) { return Slope(p.context->measurement.attitude_rate_rad_s[1]); }, true},
     {"yaw_rate_rad_s", "", kOne, Of::reading, -0.2, 0.2,
-     [](const Place& p) { return Slope(p.context.measurement.attitude_rate_rad_s[2]); }, true},
+     [](const Place& p) { return Slope(p.context->measurement.attitude_rate_rad_s[2]); }, true},
     {"time_s", "since the first sample of the run", kOne, Of::reading, 0.0, 300.0,
-     [](const Place& p) { return Slope(p.context.measurement.run_time_s); }},
+     [](const Place& p) { return Slope(p.context->measurement.run_time_s); }},
     {"mass_kg", "of the platform", kOne, Of::reading, 2.0, 20.0,
-     [](const Place& p) { return Slope(p.context.robot.platform.mass_kg); }},
+     [](const Place& p) { return Slope(p.robot.platform.mass_kg); }},
     {"gravity_m_s2", "acceleration of gravity", kOne, Of::reading, 9.8, 9.82,
-     [](const Place& p) { return Slope(p.context.robot.gravity_m_s2); }},
+     [](const Place& p) { return Slope(p.robot.gravity_m_s2); }},
     {"cables", "how many there are", kOne, Of::machine, 4.0, 4.0,
-     [](const Place& p) { return Slope(p.context.robot.cable_count()); }},
+     [](const Place& p) { return Slope(p.robot.cable_count()); }},
 }};
 
 enum class Kind { length, swivel, attitude, tension, anchor_force, force, moment, robot };
@@ -236,7 +255,7 @@ class TextEffect final : public Effect {
         term.variables, {}, [&](std::size_t v) { return term.formula.place_of(parameters + v); });
     const Variable& variable = kVariables[*first];
     return FormulaAt{term.target->name, variable.name, term.target->per_cable,
-                     variable.at(Place{context, cable}).a, at(term, values, context, cable).a};
+                     variable.at(Place(context, cable)).a, at(term, values, context, cable).a};
   }
   const EffectInfo& info() const override { return info_; }
   [[nodiscard]] bool moves_cables() const override {
@@ -252,12 +271,15 @@ class TextEffect final : public Effect {
   }
 
   void apply(const EffectValues& values, Robot& robot) const override {
+    const auto changes = [](const Term& term) { return term.target->kind == Kind::robot; };
+    if (std::ranges::none_of(terms_, changes)) return;
+    const Robot given = robot;  // no formula sees what another one moved
     for (const Term& term : terms_) {
-      if (term.target->kind != Kind::robot) continue;
+      if (!changes(term)) continue;
       const auto effect = find_effect(term.target->as_effect);
       EffectValues change = EffectValues::Zero(effect->size(robot.cable_count()));
       for (int i = 0; i < cables_of(term, robot.cable_count()); ++i) {
-        change[entry(*effect, term, i)] += of_machine(term, values, i, robot.cable_count()).a;
+        change[entry(*effect, term, i)] += of_machine(term, values, i, given).a;
       }
       effect->apply(change, robot);
     }
@@ -413,23 +435,34 @@ class TextEffect final : public Effect {
   }
   [[nodiscard]] Slope at(const Term& term, const EffectValues& values, const EffectContext& context,
                          int cable) const {
+    return at(term, values, Place(context, cable));
+  }
+  [[nodiscard]] Slope at(const Term& term, const EffectValues& values, const Place& place) const {
     Names names;
-    fill_parameters(values, cable, context.state.cable_count, names);
-    const Place place{context, cable};
+    fill_parameters(values, place.cable, place.robot.cable_count(), names);
     for (const std::size_t v : term.variables) {
       names[definition_.parameters.size() + v] = kVariables[v].at(place);
     }
     return term.formula(std::span<const Slope>(names));
   }
   [[nodiscard]] Slope of_machine(const Term& term, const EffectValues& values, int cable,
-                                 int cables) const {
-    Names names;
-    fill_parameters(values, cable, cables, names);
-    for (const std::size_t v : term.variables) {
-      names[definition_.parameters.size() + v] =
-          Slope(kVariables[v].per_cable ? cable + 1.0 : cables);
+                                 const Robot& robot) const {
+    return at(term, values, Place(robot, cable));
+  }
+  /// The robot that apply() made `robot` of, by fixed-point iteration: formulas move pulleys by
+  /// small shares of their distances.
+  [[nodiscard]] Robot before(const EffectValues& values, const Robot& robot) const {
+    constexpr int kSteps = 4;
+    Robot out = robot;
+    for (int step = 0; step < kSteps; ++step) {
+      Robot again = out;
+      apply(values, again);
+      for (std::size_t i = 0; i < robot.cables.size(); ++i) {
+        out.cables[i].pulley.position_m +=
+            robot.cables[i].pulley.position_m - again.cables[i].pulley.position_m;
+      }
     }
-    return term.formula(std::span<const Slope>(names));
+    return out;
   }
   void add_robot_columns(const Term& term, const EffectContext& context, const EffectValues& values,
                          EffectColumns out) const {
@@ -438,8 +471,12 @@ class TextEffect final : public Effect {
     const int size = effect->size(n);
     Eigen::MatrixXd by_change = Eigen::MatrixXd::Zero(out.rows(), size);
     effect->columns(context, EffectValues::Zero(size), by_change);
+    const bool moves_what_it_names = std::ranges::any_of(
+        term.variables, [](std::size_t v) { return kVariables[v].of == Of::pulleys; });
+    const Robot before_it = moves_what_it_names ? before(values, context.robot) : Robot{};
+    const Robot& given = moves_what_it_names ? before_it : context.robot;
     for (int i = 0; i < cables_of(term, n); ++i) {
-      const Slope added = of_machine(term, values, i, n);
+      const Slope added = of_machine(term, values, i, given);
       for (std::size_t p = 0; p < definition_.parameters.size(); ++p) {
         out.col(value_index(p, i, n)) +=
             added.v[6 + static_cast<Eigen::Index>(p)] * by_change.col(entry(*effect, term, i));
@@ -545,11 +582,13 @@ class TextEffect final : public Effect {
             std::string(variable.name) + " is a cable's, and this belongs to none; use another",
             place);
       }
-      if (term.target->kind == Kind::robot && variable.of != Of::machine) {
-        throw DefinitionError(field,
-                              "changes the robot itself, which " + std::string(variable.name) +
-                                  " cannot do; use parameters, cable and cables alone",
-                              place);
+      const bool of_robot = variable.of == Of::machine || variable.of == Of::pulleys;
+      if (term.target->kind == Kind::robot && !of_robot) {
+        throw DefinitionError(
+            field,
+            "changes the robot itself, which " + std::string(variable.name) +
+                " cannot do; use parameters, cable, cables, pulley_x_m …, reach_x_m … alone",
+            place);
       }
       term.variables.push_back(v);
     }

@@ -1,5 +1,7 @@
 // What each injected effect does in the machine: one row an effect. The physics is the plant's own,
 // by the effect's equation and without the estimator's code.
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "cdprcal/effects/schema.hpp"
@@ -37,6 +39,29 @@ std::vector<ParameterLayout> moment(const char* size) {
 double warmed(double step_s, double time_s) {
   constexpr double kWarming_s = 20.0;
   return time_s > step_s ? -std::expm1(-(time_s - step_s) / kWarming_s) : 0.0;
+}
+
+/// The pulleys of a frame that is larger along its axes, slanted (angles between x y, x z and y z,
+/// half on either axis), and twisted by so much at its corners.
+void deform(Robot& robot, const Vector3& size, const Vector3& slant_rad, double corner_m) {
+  Vector3 low = robot.cables.front().pulley.position_m, high = low, sum = Vector3::Zero();
+  for (const Cable& cable : robot.cables) sum += cable.pulley.position_m;
+  const Vector3 middle = sum / static_cast<double>(robot.cables.size());
+  for (const Cable& cable : robot.cables) {
+    low = low.cwiseMin(cable.pulley.position_m);
+    high = high.cwiseMax(cable.pulley.position_m);
+  }
+  const double reach_x_m = std::max(high.x() - middle.x(), middle.x() - low.x());
+  const double reach_y_m = std::max(high.y() - middle.y(), middle.y() - low.y());
+  const auto [xy, xz, yz] = std::array{slant_rad.x() / 2, slant_rad.y() / 2, slant_rad.z() / 2};
+  for (Cable& cable : robot.cables) {
+    const Vector3 at = cable.pulley.position_m - middle;
+    const double corner = at.x() * at.y() / (reach_x_m * reach_y_m);
+    cable.pulley.position_m +=
+        Vector3((size.x() - 1.0) * at.x() + xy * at.y() + xz * at.z(),
+                (size.y() - 1.0) * at.y() + xy * at.x() + yz * at.z(),
+                (size.z() - 1.0) * at.z() + xz * at.x() + yz * at.y() + corner_m * corner);
+  }
 }
 
 /// Units: a file has the factors that set readings right.
@@ -102,6 +127,15 @@ std::vector<InjectableEffect> rows() {
        [](V& v, P& p) {
          for (Cable& cable : p.robot.cables) cable.pulley.position_m += v.vector3();
        }},
+      {"frame_scale", "the pulleys stand further apart",
+       [](V& v, P& p) { deform(p.robot, Vector3::Ones() + v.vector3(), Vector3::Zero(), 0.0); }},
+      {"frame_shear", "the frame is out of square",
+       [](V& v, P& p) {
+         const double xy_rad = v.scalar(), xz_rad = v.scalar(), yz_rad = v.scalar();
+         deform(p.robot, Vector3::Ones(), {xy_rad, xz_rad, yz_rad}, 0.0);
+       }},
+      {"frame_warp", "two opposite corners of the frame stand high",
+       [](V& v, P& p) { deform(p.robot, Vector3::Ones(), Vector3::Zero(), v.scalar()); }},
       {"platform_anchors", "the cable is attached elsewhere",
        [](V& v, P& p) {
          for (Cable& cable : p.robot.cables) cable.platform_anchor_m += v.vector3();
@@ -139,6 +173,14 @@ std::vector<InjectableEffect> rows() {
        }},
       {"ahrs_misalignment", "the AHRS is mounted askew",
        [](V& v, P& p) { p.ahrs_rotation = p.ahrs_rotation * exp_so3(v.vector3()); }},
+      {"attitude_scale", "roll and pitch count more than the platform leans",
+       [](V& v, P& p) {
+         const double roll_error = v.scalar(), pitch_error = v.scalar();
+         p.attitude_rad.push_back([=](const Pose&, double, Vector3& roll_pitch_yaw_rad) {
+           roll_pitch_yaw_rad[0] *= 1.0 + roll_error;
+           roll_pitch_yaw_rad[1] *= 1.0 + pitch_error;
+         });
+       }},
       {"yaw_drift", "yaw drifts",
        [](V& v, P& p) {
          p.attitude_rad.push_back(

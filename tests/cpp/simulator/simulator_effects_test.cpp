@@ -24,6 +24,13 @@ struct Rest {
   Vector3 euler;
 };
 
+/// Pulleys that are off by a linear function of their place from the middle of all.
+void move_from_the_middle(Robot& r, const Matrix3& strain) {
+  Vector3 middle = Vector3::Zero();
+  for (const Cable& c : r.cables) middle += c.pulley.position_m / 4.0;
+  for (Cable& c : r.cables) c.pulley.position_m += strain * (c.pulley.position_m - middle);
+}
+
 class InjectedEffects : public ::testing::Test {
  protected:
   const Robot robot = load_robot("irma4");
@@ -236,6 +243,21 @@ TEST_F(InjectedEffects, GeometryAndInertiaAreTheTrueRobots) {
          r.cables[2].pulley.position_m.z() -= 0.01;
          r.cables[3].pulley.position_m.array() += 0.005;
        }},
+      {"frame_scale=0.004,-0.003,0.01",
+       [](Robot& r) { move_from_the_middle(r, Vector3(0.004, -0.003, 0.01).asDiagonal()); }},
+      {"frame_shear=0.004,0.002,-0.006",
+       [](Robot& r) {
+         Matrix3 half;
+         half << 0, 0.002, 0.001, 0.002, 0, -0.003, 0.001, -0.003, 0;
+         move_from_the_middle(r, half);
+       }},
+      {"frame_warp=0.01",
+       [](Robot& r) {  // the corners of irma4 are about its origin
+         for (Cable& c : r.cables) {
+           Vector3& at = c.pulley.position_m;
+           at.z() += 0.01 * (at.x() / 1.066) * (at.y() / 1.155);
+         }
+       }},
       {"platform_anchors=0.002,-0.001,0.003",
        [](Robot& r) {
          for (Cable& c : r.cables) c.platform_anchor_m += Vector3(0.002, -0.001, 0.003);
@@ -363,6 +385,10 @@ TEST_F(InjectedEffects, Attitude) {
       rotation_from_euler(r.sample.roll_pitch_yaw_rad, robot.euler_convention);
   const Eigen::Quaterniond expected = r.truth.pose.rotation * exp_so3({0.02, -0.03, 0.04});
   EXPECT_LT(read.angularDistance(expected), 1e-9);
+
+  start({"attitude_scale=0.05,-0.04"});
+  r = go(1);
+  EXPECT_CLOSE(r.sample.roll_pitch_yaw_rad, r.euler.cwiseProduct(Vector3(1.05, 0.96, 1.0)), 1e-9);
 
   start({"yaw_drift=0.001"});
   r = go(1, 40.0);
@@ -508,6 +534,9 @@ TEST_F(InjectedEffects, ALogOfEveryEffectIsComplete) {
                                      "swivel_scale=0.02",
                                      "pulley_radius=0.0003",
                                      "frame_anchors=0.002,0.001,-0.003",
+                                     "frame_scale=0.001,-0.001,0.002",
+                                     "frame_shear=0.002,0.001,-0.001",
+                                     "frame_warp=0.002",
                                      "platform_anchors=0.001,0.001,-0.002",
                                      "load_cell_bias=3,-2,4,-5",
                                      "load_cell_gain=0.02",
@@ -515,7 +544,9 @@ TEST_F(InjectedEffects, ALogOfEveryEffectIsComplete) {
                                      "mass=0.2",
                                      "centre_of_mass=0.003,0.002,0.01",
                                      "external_force=1,-1,2",
+                                     "base_tilt=0.01,-0.01",
                                      "ahrs_misalignment=0.01,0.01,0.01",
+                                     "attitude_scale=0.02,-0.02",
                                      "yaw_drift=0.0002",
                                      "magnetic_disturbance=0.02,0.03,0.01",
                                      "sensor_delay=0.05"};

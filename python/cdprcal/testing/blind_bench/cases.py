@@ -81,11 +81,11 @@ OUTSIDE: dict[str, list[tuple[float, str]]] = {
     "temperature_step": [(float("nan"), ""), (12.0, "K")],  # time drawn
     "drum_runout": [(1.5e-3, "m"), (0.314, "m")],
     "swivel_eccentricity": [(0.015, "")],  # rad: encoder disc off its axis
-    "roll_pitch_scale": [(0.06, "")],  # roll and pitch read too large
+    "roll_pitch_bend": [(0.4, "1/rad")],  # reading = angle (1 + b angle)
     "load_cell_curvature": [(4e-4, "1/N")],  # reading = τ (1 + c τ)
 }
 #: Those that go either way.
-_EITHER_SIGN = {"roll_pitch_scale"}
+_EITHER_SIGN = {"roll_pitch_bend"}
 
 #: Sizes of events, with their units.
 EVENTS = {

@@ -18,10 +18,17 @@ CLASSES: dict[str, tuple[str, ...]] = {
     "winch and cable": ("transmission_ratio", "cable_elasticity", "cable_creep", "cable_sag"),
     "friction": ("pulley_friction", "bending_hysteresis"),
     "swivel encoder": ("swivel_hysteresis", "swivel_scale"),
-    "geometry": ("pulley_radius", "frame_anchors", "platform_anchors"),
+    "geometry": (
+        "pulley_radius",
+        "frame_anchors",
+        "frame_scale",
+        "frame_shear",
+        "frame_warp",
+        "platform_anchors",
+    ),
     "load cell": ("load_cell_bias", "load_cell_gain", "load_cell_drift"),
     "weight and loads": ("mass", "centre_of_mass", "external_force", "base_tilt"),
-    "attitude": ("ahrs_misalignment", "yaw_drift", "magnetic_disturbance"),
+    "attitude": ("ahrs_misalignment", "attitude_scale", "yaw_drift", "magnetic_disturbance"),
     "timing": ("sensor_delay",),
 }
 

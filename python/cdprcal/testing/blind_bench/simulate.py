@@ -189,8 +189,9 @@ def _swivel_eccentricity(readings: Readings, amount: float) -> None:
     readings["swivel_rad"] += amount * np.sin(readings["swivel_rad"])
 
 
-def _roll_pitch_scale(readings: Readings, amount: float) -> None:
-    readings["roll_pitch_yaw_rad"][:, :2] *= 1.0 + amount
+def _roll_pitch_bend(readings: Readings, amount: float) -> None:
+    angles = readings["roll_pitch_yaw_rad"][:, :2]
+    angles *= 1.0 + amount * angles
 
 
 def _load_cell_curvature(readings: Readings, amount: float) -> None:
@@ -200,7 +201,7 @@ def _load_cell_curvature(readings: Readings, amount: float) -> None:
 #: What is outside the catalogue and not in the plant either: done to the readings of the log.
 _IN_READINGS: dict[str, Callable[[Readings, float], None]] = {
     "swivel_eccentricity": _swivel_eccentricity,
-    "roll_pitch_scale": _roll_pitch_scale,
+    "roll_pitch_bend": _roll_pitch_bend,
     "load_cell_curvature": _load_cell_curvature,
 }
 #: Effects of the plant that begin at a time, their first value.
