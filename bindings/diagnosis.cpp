@@ -2,6 +2,7 @@
 #include "cdprcal/diagnosis/compare.hpp"
 #include "cdprcal/diagnosis/diagnose.hpp"
 #include "cdprcal/diagnosis/foresight.hpp"
+#include "cdprcal/diagnosis/separation.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/robot_file/effect_definitions.hpp"
 
@@ -213,6 +214,15 @@ void register_findings(py::module_& module) {
       .def_readonly("channel", &Wandering::channel)
       .def_readonly("rms", &Wandering::rms, "Over the rests; m, rad or N.")
       .def_readonly("sigma", &Wandering::sigma, "The robot file's, in the same unit.");
+  py::class_<Discrepancy>(
+      module, "Discrepancy",
+      "What the model lacks and nobody could name or describe, as a smooth "
+      "function of the place (Kennedy and O'Hagan, 2001) that takes part in the "
+      "covariance of the pose and in the effects' standard deviations.")
+      .def_readonly("reach_m", &Discrepancy::reach_m,
+                    "As far apart as two places are whose errors differ; NaN where it is empty.")
+      .def_readonly("channels", &Discrepancy::channels,
+                    "Wandering, by channel: what stands out of the noise.");
   py::class_<Gap>(module, "Gap", "Residuals of one channel after one step.")
       .def_readonly("after_effect", &Gap::after_effect, "Empty before any.")
       .def_readonly("channel", &Gap::channel)
@@ -373,6 +383,10 @@ void register_diagnose(py::module_& module) {
       .def_readonly("unexplained", &Diagnosis::unexplained)
       .def_readonly("wandering", &Diagnosis::wandering,
                     "Wandering, by channel. Empty: errors come anew at every rest.")
+      .def_readonly(
+          "discrepancy", &Diagnosis::discrepancy,
+          "Its channels are empty where nothing is left, or nothing that changes with the "
+          "place.")
       .def_readonly("gap", &Diagnosis::gap, "Before any effect and after each.")
       .def_readonly("identifiability", &Diagnosis::identifiability)
       .def_readonly("ranking", &Diagnosis::ranking,
@@ -397,6 +411,42 @@ void register_diagnose(py::module_& module) {
              "Names what the model lacks, from one or more logs of one robot. `progress` is called "
              "with each step's name; False ends the search and keeps what was found. Ctrl-C is "
              "noticed between steps. Raises InputError for a log that does not fit the robot.");
+}
+
+void register_separation(py::module_& module) {
+  py::class_<StopSeparation>(module, "StopSeparation",
+                             "Expected evidence between an effect and its rival [nat].")
+      .def_readonly("nats", &StopSeparation::nats, "By the log so far.")
+      .def_readonly("nats_with", &StopSeparation::nats_with, "With each of the stops.")
+      .def_readonly("nats_with_all", &StopSeparation::nats_with_all)
+      .def_readonly("apart_with_all", &StopSeparation::apart_with_all,
+                    "Whether a diagnosis with all of them would not call it a rival any more.");
+  module.def(
+      "separation_by_stops",
+      [](const Diagnosis& diagnosis, std::size_t effect, const std::string& rival,
+         const std::vector<Pose>& poses, const std::vector<Eigen::VectorXd>& tensions_N) {
+        if (effect >= diagnosis.effects.size()) {
+          throw InputError("separation_by_stops: effect " + std::to_string(effect) + " of " +
+                           std::to_string(diagnosis.effects.size()) +
+                           "; give the place of one in effects, from 0");
+        }
+        const std::vector<CableVector> told =
+            to_cable_vectors(tensions_N, "tensions_N", diagnosis.model.robot.cable_count());
+        if (told.size() != poses.size()) {
+          throw InputError("separation_by_stops: " + std::to_string(poses.size()) + " poses and " +
+                           std::to_string(told.size()) + " tensions; give one for each");
+        }
+        std::vector<OfferedRest> stops;
+        for (std::size_t i = 0; i < poses.size(); ++i) stops.push_back({poses[i], told[i]});
+        const py::gil_scoped_release release;
+        return separation_by_stops(diagnosis.model, effect,
+                                   find_effect(diagnosis.model.robot, rival), stops);
+      },
+      py::arg("diagnosis"), py::arg("effect"), py::arg("rival"), py::arg("poses"),
+      py::arg("tensions_N"),
+      "What stops that a run may still go to would tell between an effect of a diagnosis (its place "
+      "in effects, from 0) and a rival of it. poses: where they are; tensions_N [n] hold it there. "
+      "Raises InputError for a rival that is none, and lists of different lengths.");
 }
 
 void register_foresight(py::module_& module) {
@@ -467,6 +517,7 @@ void register_diagnosis(py::module_& module) {
   register_models(module);
   register_diagnose(module);
   register_compare(module);
+  register_separation(module);
   register_foresight(module);
 }
 

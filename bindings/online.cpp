@@ -95,7 +95,17 @@ void register_next_stop(py::module_& module) {
           py::arg("measured"), py::arg("initial"), py::arg("initial_reading_N"), py::arg("asked"),
           "measured: stops so far, in order, from 0; the robot is at the last one, or at τ0. "
           "initial: the estimate of ζ0, initial_reading_N [n] the load cells there. None: no stop "
-          "is left that can be reached.");
+          "is left that can be reached.")
+      .def(
+          "choose_by_worth",
+          [](const NextStopChooser& self, const std::vector<int>& measured,
+             const std::vector<double>& worth) {
+            const py::gil_scoped_release release;
+            return self.choose(measured, worth);
+          },
+          py::arg("measured"), py::arg("worth"),
+          "The stop of the greatest worth per second. worth: of each pose of the plan, in any unit. "
+          "None: no stop is left that is worth anything and can be reached.");
 }
 
 }  // namespace

@@ -39,6 +39,7 @@ __all__: list[str] = [
     "DiagnoseOptions",
     "Diagnosis",
     "DiagnosisModel",
+    "Discrepancy",
     "DiscreteFault",
     "EffectInfo",
     "EffectParameter",
@@ -127,6 +128,7 @@ __all__: list[str] = [
     "StartUpRun",
     "StartUpState",
     "StaticsModel",
+    "StopSeparation",
     "StrandOptions",
     "Surroundings",
     "SyntheticLog",
@@ -244,6 +246,7 @@ __all__: list[str] = [
     "rotation_from_euler",
     "scan",
     "segments",
+    "separation_by_stops",
     "set_point_at",
     "settling_deviation",
     "signals",
@@ -2842,6 +2845,23 @@ class Wandering:
         The robot file's, in the same unit.
         """
 
+class Discrepancy:
+    """
+    What the model lacks and nobody could name or describe, as a smooth function of the place (Kennedy and O'Hagan, 2001) that takes part in the covariance of the pose and in the effects' standard deviations.
+    """
+
+    @property
+    def channels(self) -> list[Wandering]:
+        """
+        Wandering, by channel: what stands out of the noise.
+        """
+
+    @property
+    def reach_m(self) -> float:
+        """
+        As far apart as two places are whose errors differ; NaN where it is empty.
+        """
+
 class Gap:
     """
     Residuals of one channel after one step.
@@ -3152,6 +3172,12 @@ class Diagnosis:
         """
 
     @property
+    def discrepancy(self) -> Discrepancy:
+        """
+        Its channels are empty where nothing is left, or nothing that changes with the place.
+        """
+
+    @property
     def effects(self) -> list[NamedEffect]:
         """
         NamedEffect, in the order accepted.
@@ -3331,6 +3357,32 @@ class Comparison:
         """
         ComparedNumber, effect after effect.
         """
+
+class StopSeparation:
+    """
+    Expected evidence between an effect and its rival [nat].
+    """
+
+    @property
+    def apart_with_all(self) -> bool:
+        """
+        Whether a diagnosis with all of them would not call it a rival any more.
+        """
+
+    @property
+    def nats(self) -> float:
+        """
+        By the log so far.
+        """
+
+    @property
+    def nats_with(self) -> list[float]:
+        """
+        With each of the stops.
+        """
+
+    @property
+    def nats_with_all(self) -> float: ...
 
 class ForeseenEffect:
     """
@@ -4342,6 +4394,15 @@ class NextStopChooser:
         measured: stops so far, in order, from 0; the robot is at the last one, or at τ0. initial: the estimate of ζ0, initial_reading_N [n] the load cells there. None: no stop is left that can be reached.
         """
 
+    def choose_by_worth(
+        self,
+        measured: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex],
+        worth: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex],
+    ) -> NextStop | None:
+        """
+        The stop of the greatest worth per second. worth: of each pose of the plan, in any unit. None: no stop is left that is worth anything and can be reached.
+        """
+
 class FrameStatus(enum.StrEnum):
     """
     How find_frame ended.
@@ -5257,6 +5318,19 @@ def segments(
 ) -> list[SampleRange]:
     """
     Segments of a log: a gap longer than gap_s starts a new one. The last is the run. A list of rests (is_rest_list) is one segment.
+    """
+
+def separation_by_stops(
+    diagnosis: Diagnosis,
+    effect: typing.SupportsInt | typing.SupportsIndex,
+    rival: str,
+    poses: collections.abc.Sequence[Pose],
+    tensions_N: collections.abc.Sequence[
+        typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]
+    ],
+) -> StopSeparation:
+    """
+    What stops that a run may still go to would tell between an effect of a diagnosis (its place in effects, from 0) and a rival of it. poses: where they are; tensions_N [n] hold it there. Raises InputError for a rival that is none, and lists of different lengths.
     """
 
 def set_point_at(

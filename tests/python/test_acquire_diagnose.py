@@ -8,14 +8,20 @@ from pathlib import Path
 
 import pytest
 
-from cdprcal.acquisition.told import Told, settled
+import cdprcal
+from cdprcal.acquisition import Guide, start_up_options, start_up_plan
+from cdprcal.acquisition.told import Told, settled, told_by
 from conftest import Ran
 
 Cli = Callable[..., Ran]
 
 
-def told(*effects: tuple[str, float, tuple[str, ...]], verdict: str = "explained") -> Told:
-    return Told(verdict, (), effects)
+def told(
+    *effects: tuple[str, float, tuple[str, ...]],
+    verdict: str = "explained",
+    within_reach: bool = False,
+) -> Told:
+    return Told(verdict, (), effects, {}, within_reach)
 
 
 def test_it_is_settled_when_the_same_is_said_three_times_without_a_rival() -> None:
@@ -27,9 +33,12 @@ def test_it_is_settled_when_the_same_is_said_three_times_without_a_rival() -> No
 
 
 def test_rivals_get_more_rests_and_nothing_found_gets_all() -> None:
-    tied = told(("mass", 90.0, ("load_cell_gain",)))
+    tied = told(("mass", 90.0, ("load_cell_gain",)), within_reach=True)
     assert settled([tied] * 5) == ""
     assert "told nothing more apart" in settled([tied] * 6)
+    for_ever = told(("mass", 90.0, ("external_force",)))
+    assert settled([for_ever] * 2) == ""
+    assert "no stop of the plan" in settled([for_ever] * 3)
     assert settled([told(verdict="consistent")] * 20) == ""
     assert settled([told(("mass", 90.0, ()), verdict="unexplained")] * 20) == ""
     assert settled([]) == ""
@@ -62,3 +71,34 @@ def test_a_clean_robot_goes_through_its_plan(cli: Cli, plan: Path, tmp_path: Pat
     assert "17 of 17 set-points measured" in ran.stdout
     assert "consistent: no effect found" in ran.stdout
     assert "next: cdprcal diagnose irma4" in ran.stdout
+
+
+def test_it_goes_where_rivals_come_apart(robot: cdprcal.Robot) -> None:
+    plan = cdprcal.make_plan(robot, order=cdprcal.VisitingOrder.random).plan
+    startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True), start_up_options(plan))
+    guide = Guide(robot, plan, startup, diagnoses=True, quick=True)
+    stops = [i for i, stop in enumerate(plan.poses) if stop.measured]
+    chosen = guide._telling(stops[:2], {stops[5]: 4.0, stops[9]: 0.5})
+    assert chosen is not None
+    assert chosen.stop == stops[5]
+    # Worth nothing more: on in the plan's order.
+    onward = guide._telling(stops[:2], {})
+    assert onward is not None
+    assert onward.stop == stops[2]
+    assert guide._telling(stops, {}) is None
+
+
+def test_stops_are_worth_what_they_tell_between_rivals(robot: cdprcal.Robot) -> None:
+    plan = cdprcal.make_plan(robot, order=cdprcal.VisitingOrder.random).plan
+    run = cdprcal.simulate_startup(robot, plan, effects=["mass=0.8"], seed=4)
+    left = {i: stop for i, stop in enumerate(plan.poses) if stop.measured}
+    heavy = told_by(robot, run.log, left)
+    assert heavy is not None
+    assert heavy.rivals
+    assert set(heavy.worth) == set(left)
+    # What pulls straight down does so everywhere.
+    assert not heavy.within_reach
+    assert not any(heavy.worth.values())
+    assert told_by(robot, run.log).worth == {}  # type: ignore[union-attr]
+    with pytest.raises(cdprcal.InputError, match="give the place of one in effects"):
+        cdprcal.separation_by_stops(cdprcal.diagnose(robot, [run.log]), 9, "mass", [], [])

@@ -30,6 +30,8 @@ Floats = NDArray[np.float64]
 #: Of errors that come anew at every rest: m, rad, N, rad.
 REST_SIGMA = {"length_m": 3e-4, "swivel_rad": 1.5e-3, "tension_N": 0.5, "roll_pitch_yaw_rad": 2e-3}
 
+SIGMAS = (*list(REST_SIGMA.values())[:3], REST_SIGMA["roll_pitch_yaw_rad"], 2e-3)
+
 
 @dataclass
 class World:
@@ -140,6 +142,7 @@ def iron_near_compass(w: World, rng: np.random.Generator) -> Floats:
 ALIKE = {
     "swivel_off_centre": {"swivel_scale"},
     "iron_near_compass": {"magnetic_disturbance"},
+    "ahrs_scale": {"attitude_scale"},
     "cable_stiffens": {"cable_elasticity"},
 }
 #: Law, field, what it depends on (any of these is right), whether the search has its form.
@@ -177,11 +180,17 @@ def plan_of(robot: str, poses: int) -> tuple[cdprcal.Robot, Any]:
     return the_robot, result.plan
 
 
-def hidden_log(robot: str, poses: int, law: str, seed: int) -> tuple[cdprcal.Log, Any]:
-    """A log with a law in it ('' for none), and the true initial pose."""
+def hidden_log(
+    robot: str, poses: int, law: str, seed: int, run_seed: int | None = None
+) -> tuple[cdprcal.Log, Any]:
+    """A log with a law in it ('' for none), and the true initial pose.
+
+    ``run_seed``: of another run of the same machine.
+    """
     the_robot, plan = plan_of(robot, poses)
     rng = np.random.default_rng([seed, poses])
-    run = cdprcal.simulate_startup(the_robot, plan, seed=seed)
+    run_seed = seed if run_seed is None else run_seed
+    run = cdprcal.simulate_startup(the_robot, plan, seed=run_seed)
     fields = ("length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad")
     read = {field: np.array(getattr(run.log, field)) for field in fields}
     states = [cdprcal.platform_state(the_robot, pose) for pose in run.poses]
@@ -201,6 +210,7 @@ def hidden_log(robot: str, poses: int, law: str, seed: int) -> tuple[cdprcal.Log
     if law:
         make, field, _, _ = LAWS[law]
         read[field] += make(world, rng)
+    rng = np.random.default_rng([run_seed, poses, 1])
     for field, sigma in REST_SIGMA.items():
         for rest in run.rests:
             rows = (world.time_s >= rest.begin_s) & (world.time_s <= rest.end_s)
@@ -235,6 +245,29 @@ def off(pose: cdprcal.Pose, truth: cdprcal.Pose) -> Floats:
     return np.concatenate([pose.position_m - truth.position_m, turn])
 
 
+def misfit(robot: cdprcal.Robot, log: cdprcal.Log) -> float:
+    """χ² of a log with what the robot file knows, all channels alike, by the rest errors."""
+    options = cdprcal.DiagnoseOptions()
+    options.effects = []
+    gap = cdprcal.diagnose(robot, [log], options).gap
+    sigma = dict(zip(("length", "swivel", "tension", "roll", "yaw"), SIGMAS, strict=True))
+    of = {row.channel: row.train_rms for row in gap}
+    return sum(
+        (rms / next(s for name, s in sigma.items() if channel.startswith(name))) ** 2
+        for channel, rms in of.items()
+    )
+
+
+def excess_gone(robot: str, poses: int, law: str, seed: int, d: cdprcal.Diagnosis) -> float:
+    """Of what the law adds to χ² of another run, the share that the corrected robot takes off."""
+    the_robot, _ = plan_of(robot, poses)
+    other = seed + 50_000
+    log, _ = hidden_log(robot, poses, law, seed, other)
+    clean, _ = hidden_log(robot, poses, "", seed, other)
+    before, least = misfit(the_robot, log), misfit(the_robot, clean)
+    return (before - misfit(d.corrected, log)) / (before - least)
+
+
 def try_one(robot: str, poses: int, job: tuple[str, int]) -> Found:
     law, seed = job
     log, truth = hidden_log(robot, poses, law, seed)
@@ -250,14 +283,7 @@ def try_one(robot: str, poses: int, job: tuple[str, int]) -> Found:
             channel in CHANNELS[field] and any(v in rest.split("_") for v in on)
             for channel, rest in said
         ) or bool(ALIKE.get(law, set()) & set(names))
-    gone = None
-    if described:
-        before = sum(e.held_out_before - e.held_out_after for e in described)
-        # What noise alone would leave: a half for each reading that is left of a pose.
-        floor = described[-1].held_out_after
-        first = described[0].held_out_before
-        noise = 0.5 * (3 * the_robot.cable_count + 3 - 6 + 6)
-        gone = before / max(first - min(noise, floor), 1e-9)
+    gone = excess_gone(robot, poses, law, seed, d) if described and law else None
     e0, e1 = off(d.initial_pose_before, truth), off(d.initial_pose_after, truth)
     z = float(np.sqrt(e1 @ np.linalg.solve(np.array(d.covariance_after), e1)))
     return Found(
@@ -305,7 +331,8 @@ def main() -> None:
                 f"{found.law or 'clean':24}{found.seed:4} {found.verdict:12} "
                 f"{'right' if found.right else '-':6}{','.join(found.names) or '-':22} "
                 f"{found.off_before:6.1f} -> {found.off_after:6.1f} mm, "
-                f"{found.z_after:4.1f} sigma; "
+                f"{found.z_after:4.1f} sigma"
+                f"{'' if found.excess_gone is None else f', {found.excess_gone:.0%} gone'}; "
                 f"{'; '.join(found.formulas) or '-'} | left {', '.join(found.left) or '-'}",
                 flush=True,
             )
@@ -313,6 +340,12 @@ def main() -> None:
     def share(which: list[bool]) -> float:
         return sum(which) / max(1, len(results))
 
+    gone = [r.excess_gone for r in results if r.excess_gone is not None]
+    if gone:
+        print(
+            f"of {len(gone)} described, four fifths of the excess chi2 of another run gone in "
+            f"{sum(g >= 0.8 for g in gone) / len(gone):.0%}, median {np.median(gone):.0%}"
+        )
     print(
         f"{len(results)} logs: right {share([r.right for r in results]):.0%}, misnamed "
         f"{share([r.misnamed for r in results]):.0%}, consistent "

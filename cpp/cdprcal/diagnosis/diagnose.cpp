@@ -202,21 +202,31 @@ void report_left(const DiagnosisModel& model, const CandidateScore& score, Diagn
   }
 }
 
-void report_wandering(const DiagnosisModel& model, Diagnosis& out) {
-  const std::optional<std::array<double, kRestGroups>> rms = smooth_rms(model);
-  if (!rms) return;
+/// The channels in which such errors stand out of the noise of single readings.
+std::vector<Wandering> errors_beyond_noise(const DiagnosisModel& model, const EffectTerm& smooth) {
+  const std::array<double, kRestGroups> rms = smooth_rms(model, smooth);
   const NoiseModel specified = specified_noise(model.robot.sigma);
-  std::string channels;
+  std::vector<Wandering> out;
   for (std::size_t c = 0; c < kRestGroups; ++c) {
-    // What is lost in the noise of the readings themselves does not wander.
     const auto group = static_cast<NoiseGroup>(c);
-    if (!((*rms)[c] > noise_unit(model.robot, group) * model.noise[c])) continue;
-    const std::string channel = shown_name(group);
-    out.wandering.push_back({channel, (*rms)[c], specified.channel[c].pose});
-    channels += (channels.empty() ? "" : ", ") + channel;
+    if (!(rms[c] > noise_unit(model.robot, group) * model.noise[c])) continue;
+    out.push_back({shown_name(group), rms[c], specified.channel[c].pose});
   }
-  if (channels.empty()) return;
-  out.next.push_back("errors that wander with time count as noise (" + channels +
+  return out;
+}
+
+std::string channels_of(const std::vector<Wandering>& errors) {
+  std::string out;
+  for (const Wandering& e : errors) out += (out.empty() ? "" : ", ") + e.channel;
+  return out;
+}
+
+void report_wandering(const DiagnosisModel& model, Diagnosis& out) {
+  for (const EffectTerm& term : model.effects) {
+    if (is_smooth_errors(*term.effect)) out.wandering = errors_beyond_noise(model, term);
+  }
+  if (out.wandering.empty()) return;
+  out.next.push_back("errors that wander with time count as noise (" + channels_of(out.wandering) +
                      "): smaller effects would show at rests that are visited twice");
 }
 
@@ -242,6 +252,32 @@ void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
       "the readings contradict the sigma of the robot file: check signs, scales and order of the "
       "sensors, and whether the log is this robot's" +
       std::string(several ? "; diagnose each log by itself to see which does" : ""));
+}
+
+/// The model with what nobody could name or describe in it, as a smooth function of the place,
+/// where the readings bear one out: without it, effects and poses would claim the precision of a
+/// model that lacks nothing.
+DiagnosisModel with_discrepancy(const DiagnosisModel& model, Diagnosis& out) {
+  constexpr double kReaches[] = {0.5, 1.0, 2.0};  // of the spread of the rests
+  const double spread_m = spread_of_rests_m(model);
+  const EvidenceAgainst against(model);
+  Refit best;
+  for (const double reach : kReaches) {
+    const auto errors = place_errors(model, reach * spread_m);
+    if (!errors) return model;
+    const std::vector<CandidateScore> scores = scan(model, {errors}, {.draws = 0});
+    if (scores.empty()) continue;
+    Refit refit = against.refit(scores.front());
+    if (!(refit.log_evidence > std::max(0.0, best.log_evidence))) continue;
+    best = std::move(refit);
+    out.discrepancy = {reach * spread_m,
+                       errors_beyond_noise(best.model, best.model.effects.back())};
+  }
+  if (out.discrepancy.channels.empty()) return model;
+  out.next.push_back(
+      "sigma of the pose and of the effects allows for errors that change with the place (" +
+      channels_of(out.discrepancy.channels) + ")");
+  return best.model;
 }
 
 /// The effects of these names, each once. Throws InputError for a name that cannot be fitted.
@@ -350,8 +386,6 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   search.find_rivals();
   if (going) search.in_motion();
   learn_priors(model);
-  const DiagnosisModel uncertain = with_uncertain_noise(model);
-  report_values(model, uncertain, out);
   const std::vector<CandidateScore> unseen =
       scan(model, untried(model), {.draws = 0, .limits = true});
   for (const CandidateScore& s : unseen) {
@@ -366,8 +400,11 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   } else {
     report_contradictions(model, out);
   }
+  const DiagnosisModel honest = out.unexplained.empty() ? model : with_discrepancy(model, out);
+  const DiagnosisModel uncertain = with_uncertain_noise(honest);
+  report_values(honest, uncertain, out);
   out.model = model;
-  out.initial_pose_after = model.runs.front().poses.front();
+  out.initial_pose_after = honest.runs.front().poses.front();
   const Unseen hidden = covariance_of_unseen(model, unseen);
   out.covariance_after = initial_pose_covariance(uncertain, 0) + search.covariance_of_rivals() +
                          (checks.enough() ? hidden.probable : hidden.possible);

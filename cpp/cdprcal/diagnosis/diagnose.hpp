@@ -7,6 +7,7 @@
 #include "cdprcal/diagnosis/discrete.hpp"
 #include "cdprcal/diagnosis/generic.hpp"
 #include "cdprcal/diagnosis/held_out.hpp"
+#include "cdprcal/diagnosis/separation.hpp"
 #include "cdprcal/evidence/scan.hpp"
 
 namespace cdprcal {
@@ -14,8 +15,8 @@ namespace cdprcal {
 struct DiagnoseOptions {
   double family_wise_p = kFamilyWiseChance;  ///< chance that a clean log is accused of anything
   double least_evidence = kLeastEvidence;    ///< nats
-  double rival_nats = 3.0;                   ///< within this of the winner: cannot be told apart
-  double rival_share = 0.8;                  ///< or imitating this share of its signature
+  double rival_nats = kRivalNats;            ///< within this of the winner: cannot be told apart
+  double rival_share = kRivalShare;          ///< or imitating this share of its signature
   int most_effects = 12;                     ///< bounds the time
   int refits = 5;                            ///< candidates refitted a round
   ScanOptions scan;
@@ -58,6 +59,13 @@ struct Wandering {
   double rms = 0.0, sigma = 0.0;  ///< over the rests, and the robot file's; in the channel's unit
 };
 
+/// What the model lacks and nobody could name or describe, as a smooth function of the place that
+/// takes part in every σ; of the channels in which it stands out of the noise.
+struct Discrepancy {
+  double reach_m = kNaN;  ///< as far apart as two places are whose errors differ
+  std::vector<Wandering> channels;
+};
+
 struct Gap {
   std::string after_effect;  ///< "" before any
   std::string channel;       ///< with its unit: length_m … tension_N, position_m
@@ -80,6 +88,7 @@ struct Diagnosis {
   std::vector<RejectedEffect> rejected;
   std::vector<Unexplained> unexplained;
   std::vector<Wandering> wandering;  ///< empty: errors come anew at every rest
+  Discrepancy discrepancy;  ///< empty: nothing is left, or nothing that changes with the place
   std::vector<Gap> gap;
   std::vector<Identifiability> identifiability;
   std::vector<CandidateScore> ranking;  ///< of all effects on the baseline, best first; no refit

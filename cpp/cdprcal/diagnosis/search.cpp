@@ -6,6 +6,7 @@
 #include "cdprcal/diagnosis/events.hpp"
 #include "cdprcal/diagnosis/formulas.hpp"
 #include "cdprcal/diagnosis/motion.hpp"
+#include "cdprcal/diagnosis/separation.hpp"
 #include "cdprcal/diagnosis/smooth_errors.hpp"
 #include "cdprcal/effects/text_effect.hpp"
 #include "cdprcal/estimation/presence.hpp"
@@ -17,8 +18,6 @@ namespace {
 constexpr int kMostTogether = 3;
 /// Evidence for what a name leaves, as a share of its own, up to which the name stands.
 constexpr double kRemainder = 0.1;
-/// Imitating this share of a signature is doing the same: then the prior alone tells them apart.
-constexpr double kSame = 0.98;
 /// Two families share the chance of a false alarm: names, and dependences without one.
 constexpr double kNamedShare = 0.8;
 /// Chance that a formula for what is left is one of noise.
@@ -630,10 +629,8 @@ void Search::find_rivals() {
     for (std::size_t j = 0; j < named.size(); ++j) {
       if (named[j] == winner.effect) continue;
       const std::optional<double> its = evidence_of(named[j].get());
-      const bool close = its && *its > own - options_.rival_nats;
-      // One that imitates but is far less probable was told apart all the same.
-      const bool far = its && *its < own - 3.0 * options_.rival_nats;
-      if (close || shares[j] > kSame || (shares[j] > options_.rival_share && !far)) {
+      const std::optional<double> nats = its ? std::optional(own - *its) : std::nullopt;
+      if (!told_apart(nats, shares[j], options_.rival_nats, options_.rival_share)) {
         out_.effects[k].rivals.push_back(named[j]->name());
       }
     }

@@ -1,7 +1,9 @@
 #include "cdprcal/diagnosis/smooth_errors.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 
@@ -13,31 +15,87 @@ namespace {
 /// Rests below which a random function and its noise are the same thing.
 constexpr int kFewestRests = 5;
 /// They bear 96 % of a walk's variance.
-constexpr int kMostTerms = 5;
+constexpr int kMostTimeTerms = 5;
+/// Of three dimensions more are needed; so many are told from noise by two or three times as many
+/// rests.
+constexpr int kMostPlaceTerms = 9;
 
-/// The first terms of a random walk from power-on, of unit variance on average over the run (Wiener
-/// process): Σ z_t φ_t with z_t of unit variance, φ_t = 2 sin((t + ½)πu) / ((t + ½)π).
-class Walk {
- public:
-  Walk(double duration_s, int terms) : duration_s_(duration_s), terms_(terms) {}
-  [[nodiscard]] int terms() const { return terms_; }
-  /// Its terms φ_t.
-  [[nodiscard]] Eigen::VectorXd at(double run_time_s) const {
-    const double u = run_time_s / duration_s_;
-    Eigen::VectorXd out(terms_);
-    for (int t = 0; t < terms_; ++t) {
-      const double wave = (t + 0.5) * std::numbers::pi;
-      out[t] = 2.0 * std::sin(wave * u) / wave;
-    }
-    return out;
-  }
-
- private:
-  double duration_s_;
-  int terms_;
+/// The functions φ_t that make up a random one of unit variance, Σ z_t φ_t with z_t of unit
+/// variance.
+struct Basis {
+  const char* name;
+  int terms;
+  std::function<Eigen::VectorXd(const Measurement&, const Pose&)> at;
 };
 
-/// The channels that wander, in the order of a term's values: readings as ReadingRows has them,
+/// The first terms of a random walk from power-on, of unit variance on average over the run (Wiener
+/// process): φ_t = 2 sin((t + ½)πu) / ((t + ½)π).
+Basis walk(double duration_s, int terms) {
+  return {"smooth_errors", terms, [=](const Measurement& m, const Pose&) {
+            const double u = m.run_time_s / duration_s;
+            Eigen::VectorXd out(terms);
+            for (int t = 0; t < terms; ++t) {
+              const double wave = (t + 0.5) * std::numbers::pi;
+              out[t] = 2.0 * std::sin(wave * u) / wave;
+            }
+            return out;
+          }};
+}
+
+using Places = Eigen::Matrix3Xd;
+
+/// The first terms of a Gaussian process over the place, with a squared-exponential kernel: the
+/// eigenvectors of its covariance at the places that were visited, taken on between them (Nyström).
+Basis field(const Places& visited_m, double reach_m, int most_terms) {
+  const auto near = [=](const Vector3& from_m, const Places& to_m) -> Eigen::VectorXd {
+    return (-0.5 / (reach_m * reach_m) * (to_m.colwise() - from_m).colwise().squaredNorm())
+        .array()
+        .exp();
+  };
+  const Eigen::Index count = visited_m.cols();
+  Eigen::MatrixXd covariance(count, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    covariance.col(i) = near(visited_m.col(i), visited_m);
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> found(covariance);  // in increasing order
+  const int terms = std::min<int>(most_terms, static_cast<int>(count));
+  const Eigen::VectorXd size = found.eigenvalues().tail(terms).cwiseMax(1e-9).cwiseSqrt();
+  const Eigen::MatrixXd weights =
+      found.eigenvectors().rightCols(terms) * size.cwiseInverse().asDiagonal();
+  return {"place_errors", terms, [=](const Measurement&, const Pose& pose) -> Eigen::VectorXd {
+            return weights.transpose() * near(pose.position_m, visited_m);
+          }};
+}
+
+/// Where the platform rested, run after run, and how many rests the shortest run has.
+struct Rests {
+  Places place_m;
+  double duration_s = 0.0;
+  int fewest = std::numeric_limits<int>::max();
+};
+
+Rests rests_of(const DiagnosisModel& model) {
+  Rests out;
+  std::vector<Vector3> places;
+  for (const DiagnosisRun& run : model.runs) {
+    int count = 0;
+    for (std::size_t i = 0; i < run.measurements.size(); ++i) {
+      const Measurement& m = run.measurements[i];
+      if (is_moving(m)) continue;
+      out.duration_s = std::max(out.duration_s, m.run_time_s);
+      places.push_back(run.poses[i].position_m);
+      ++count;
+    }
+    out.fewest = std::min(out.fewest, count);
+  }
+  out.place_m.resize(3, static_cast<Eigen::Index>(places.size()));
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    out.place_m.col(static_cast<Eigen::Index>(i)) = places[i];
+  }
+  return out;
+}
+
+/// The channels that may be off, in the order of a term's values: readings as ReadingRows has them,
 /// then the load cells, whose errors the balance shows.
 struct Part {
   Channel channel;
@@ -49,17 +107,17 @@ constexpr Part kParts[] = {{Channel::length, ParameterShape::per_cable},
                            {Channel::yaw, ParameterShape::scalar},
                            {Channel::balance, ParameterShape::per_cable}};
 
-/// Each channel, component by component, with a walk of its own.
+/// Each channel, component by component, with a random function of its own.
 class SmoothErrors final : public Effect {
  public:
-  SmoothErrors(Walk walk, const DiagnosisModel& model) : walk_(walk) {
-    info_.name = "smooth_errors";
-    info_.equation = "reading* = reading + a random walk";
+  SmoothErrors(Basis basis, const DiagnosisModel& model) : basis_(std::move(basis)) {
+    info_.name = basis_.name;
+    info_.equation = "reading* = reading + a smooth random function";
     info_.sentence = info_.remedy = info_.settle = "";
     info_.scope = EffectScope::run;
     // Of the tensions they are gains and biases in disguise, and weighed as these are.
     info_.of_load_cells = true;
-    for (int t = 0; t < walk_.terms(); ++t) {
+    for (int t = 0; t < basis_.terms; ++t) {
       for (const auto& [channel, shape] : kParts) {
         const NoiseGroup group = at_rest(channel);
         const double noise =
@@ -74,7 +132,7 @@ class SmoothErrors final : public Effect {
   /// A channel's errors are of one size.
   std::vector<int> learnt_widths(int cables) const override {
     std::vector<int> out;
-    for (int t = 0; t < walk_.terms(); ++t) {
+    for (int t = 0; t < basis_.terms; ++t) {
       int group = 0;
       for (const Part& part : kParts) {
         out.insert(out.end(), static_cast<std::size_t>(entries(part.shape, cables)), group++);
@@ -86,7 +144,7 @@ class SmoothErrors final : public Effect {
   void add_to_readings(const EffectContext& context, const EffectValues& values,
                        PoseEvaluation& evaluation) const override {
     const int n = context.state.cable_count;
-    const Eigen::VectorXd change = by_component(n, context.measurement, values);
+    const Eigen::VectorXd change = by_component(n, context.measurement, context.pose, values);
     evaluation.length_m += change.head(n);
     evaluation.swivel_rad += change.segment(n, n);
     evaluation.roll_pitch_yaw_rad += change.segment<3>(2 * n);
@@ -94,14 +152,14 @@ class SmoothErrors final : public Effect {
   void correct_tension(const EffectContext& context, const EffectValues& values,
                        CableVector& tension_N) const override {
     const int n = context.state.cable_count;
-    tension_N -= by_component(n, context.measurement, values).tail(n);
+    tension_N -= by_component(n, context.measurement, context.pose, values).tail(n);
   }
   void columns(const EffectContext& context, const EffectValues&,
                EffectColumns out) const override {
     const int n = context.state.cable_count, of_readings = 2 * n + 3;
-    const Eigen::VectorXd at = walk_.at(context.measurement.run_time_s);
+    const Eigen::VectorXd at = basis_.at(context.measurement, context.pose);
     const Eigen::MatrixXd pull = structure_matrix(context.state);
-    for (int t = 0; t < walk_.terms(); ++t) {
+    for (int t = 0; t < basis_.terms; ++t) {
       const int begin = t * components(n);
       out.block(0, begin, of_readings, of_readings).diagonal().setConstant(at[t]);
       out.block(of_readings, begin + of_readings, 6, n) = -at[t] * pull;
@@ -115,9 +173,11 @@ class SmoothErrors final : public Effect {
     std::array<MeanSquare, kRestGroups> sums;
     for (std::size_t r = 0; r < model.runs.size(); ++r) {
       const EffectValues values = term.values.segment(term.begin_of(r, n), size(n));
-      for (const Measurement& m : model.runs[r].measurements) {
+      const DiagnosisRun& run = model.runs[r];
+      for (std::size_t i = 0; i < run.measurements.size(); ++i) {
+        const Measurement& m = run.measurements[i];
         if (is_moving(m)) continue;
-        const Eigen::VectorXd change = by_component(n, m, values);
+        const Eigen::VectorXd change = by_component(n, m, run.poses[i], values);
         Eigen::Index begin = 0;
         for (const auto& [channel, shape] : kParts) {
           MeanSquare& sum = sums[static_cast<std::size_t>(at_rest(channel))];
@@ -134,43 +194,43 @@ class SmoothErrors final : public Effect {
  private:
   static int components(int cables) { return 3 * cables + 3; }
   /// What all terms together add to each component of kParts.
-  [[nodiscard]] Eigen::VectorXd by_component(int cables, const Measurement& m,
+  [[nodiscard]] Eigen::VectorXd by_component(int cables, const Measurement& m, const Pose& pose,
                                              const EffectValues& values) const {
-    return values.reshaped(components(cables), walk_.terms()) * walk_.at(m.run_time_s);
+    return values.reshaped(components(cables), basis_.terms) * basis_.at(m, pose);
   }
 
-  Walk walk_;
+  Basis basis_;
   EffectInfo info_;
 };
 
 }  // namespace
 
 std::shared_ptr<const Effect> smooth_errors(const DiagnosisModel& model) {
-  double duration_s = 0.0;
-  int fewest = std::numeric_limits<int>::max();
-  for (const DiagnosisRun& run : model.runs) {
-    int count = 0;
-    for (const Measurement& m : run.measurements) {
-      if (is_moving(m)) continue;
-      duration_s = std::max(duration_s, m.run_time_s);
-      ++count;
-    }
-    fewest = std::min(fewest, count);
-  }
-  if (fewest < kFewestRests || !(duration_s > 0.0)) return nullptr;
-  return std::make_shared<SmoothErrors>(Walk(duration_s, std::min(kMostTerms, fewest - 2)), model);
+  const Rests rests = rests_of(model);
+  if (rests.fewest < kFewestRests || !(rests.duration_s > 0.0)) return nullptr;
+  return std::make_shared<SmoothErrors>(
+      walk(rests.duration_s, std::min(kMostTimeTerms, rests.fewest - 2)), model);
+}
+
+std::shared_ptr<const Effect> place_errors(const DiagnosisModel& model, double reach_m) {
+  const Rests rests = rests_of(model);
+  if (rests.fewest < kFewestRests || !(reach_m > 0.0)) return nullptr;
+  const int most = std::min(kMostPlaceTerms, static_cast<int>(rests.place_m.cols()) / 2);
+  return std::make_shared<SmoothErrors>(field(rests.place_m, reach_m, most), model);
+}
+
+double spread_of_rests_m(const DiagnosisModel& model) {
+  const Places places = rests_of(model).place_m;
+  if (places.cols() == 0) return 0.0;
+  return std::sqrt((places.colwise() - places.rowwise().mean()).colwise().squaredNorm().mean());
 }
 
 bool is_smooth_errors(const Effect& effect) {
   return dynamic_cast<const SmoothErrors*>(&effect) != nullptr;
 }
 
-std::optional<std::array<double, kRestGroups>> smooth_rms(const DiagnosisModel& model) {
-  for (const EffectTerm& term : model.effects) {
-    const auto* smooth = dynamic_cast<const SmoothErrors*>(term.effect.get());
-    if (smooth != nullptr) return smooth->rms(model, term);
-  }
-  return std::nullopt;
+std::array<double, kRestGroups> smooth_rms(const DiagnosisModel& model, const EffectTerm& term) {
+  return dynamic_cast<const SmoothErrors&>(*term.effect).rms(model, term);
 }
 
 }  // namespace cdprcal

@@ -74,60 +74,82 @@ NextStopChooser::NextStopChooser(const Robot& robot, const Plan& plan, int threa
   legs_ = std::make_unique<LegTable>(*checker_, *timer_, std::move(places), threads, progress);
 }
 
+std::size_t NextStopChooser::place_of(int stop) const {
+  const auto found = std::find(stop_of_place_.begin() + 1, stop_of_place_.end(), stop);
+  if (found == stop_of_place_.end()) {
+    throw InputError("next stop: pose " + std::to_string(stop + 1) +
+                     " of the plan is none that is measured; give one that is");
+  }
+  return static_cast<std::size_t>(found - stop_of_place_.begin());
+}
+
+StartUpPlan NextStopChooser::way(std::size_t from, std::size_t to) const {
+  StartUpPlan out;
+  for (const Leg& leg : legs_->way(static_cast<int>(from), static_cast<int>(to))) {
+    const auto at = static_cast<std::size_t>(leg.to);
+    const SetPoint& place = legs_->places()[at];
+    out.setpoint_N.push_back(at < reading_N_.size() ? reading_N_[at]
+                             : effects_.any() ? effects_.reading_N(place.pose, place.tension_N)
+                                              : place.tension_N);
+    out.transition_s.push_back(leg.timing.transition_s);
+    out.via.push_back(at != to);
+    if (holds_orientation(effects_.robot())) out.pose.push_back(place.pose);
+  }
+  return out;
+}
+
+template <class Gain>
+std::optional<NextStop> NextStopChooser::best_stop(const std::vector<int>& measured,
+                                                   Gain gain) const {
+  if (stopped()) return std::nullopt;
+  std::vector<bool> done(stop_of_place_.size(), false);
+  std::size_t at = 0;
+  for (const int stop : measured) done[at = place_of(stop)] = true;
+  const Eigen::MatrixXd time_s = legs_->time_s();
+  std::optional<NextStop> best;
+  double best_rate = 0.0;
+  std::size_t best_place = 0;
+  for (std::size_t place = 1; place < stop_of_place_.size(); ++place) {
+    const double needed_s = time_s(static_cast<Eigen::Index>(at), static_cast<Eigen::Index>(place));
+    if (done[place] || !std::isfinite(needed_s) || !(needed_s > 0.0)) continue;
+    NextStop next{stop_of_place_[place], {}, needed_s, Vector6::Constant(kNaN)};
+    const std::optional<double> gained = gain(place, next);
+    if (!gained || (best && !(*gained / needed_s > best_rate))) continue;
+    best_rate = *gained / needed_s;
+    best_place = place;
+    best = std::move(next);
+  }
+  if (best) best->way = way(at, best_place);
+  return best;
+}
+
 std::optional<NextStop> NextStopChooser::choose(const std::vector<int>& measured,
                                                 const Pose& initial,
                                                 const CableVector& initial_reading_N,
                                                 const AskedAccuracy& asked) const {
   if (stopped()) return std::nullopt;
-  const auto place_of = [&](int stop) {
-    const auto found = std::find(stop_of_place_.begin() + 1, stop_of_place_.end(), stop);
-    if (found == stop_of_place_.end()) {
-      throw InputError("next stop: pose " + std::to_string(stop + 1) +
-                       " of the plan is none that is measured; give one that is");
-    }
-    return static_cast<int>(found - stop_of_place_.begin());
-  };
   const CableVector tension_N =
       effects_.any() ? effects_.tension_N(initial, initial_reading_N) : initial_reading_N;
   const Observability observability(effects_.robot(), {initial, tension_N});
-  std::vector<bool> done(stop_of_place_.size(), false);
   Eigen::MatrixXd sum = observability.of_start();
   // τ0 itself is measured, before any stop.
   sum += observability.added_by(legs_->places().front());
-  int at = 0;
-  for (const int stop : measured) {
-    at = place_of(stop);
-    done[static_cast<std::size_t>(at)] = true;
-    sum += observability.added_by(legs_->places()[static_cast<std::size_t>(at)]);
-  }
+  for (const int stop : measured) sum += observability.added_by(legs_->places()[place_of(stop)]);
   const double now = weighted_trace(covariance_of(sum), asked);
-  const Eigen::MatrixXd time_s = legs_->time_s();
-  std::optional<NextStop> best;
-  double best_gain = 0.0;
-  int best_place = 0;
-  for (std::size_t place = 1; place < stop_of_place_.size(); ++place) {
-    const double needed_s = time_s(at, static_cast<Eigen::Index>(place));
-    if (done[place] || !std::isfinite(needed_s) || !(needed_s > 0.0)) continue;
+  return best_stop(measured, [&](std::size_t place, NextStop& next) -> std::optional<double> {
     const Matrix6 covariance = covariance_of(sum + observability.added_by(legs_->places()[place]));
-    const double gain = std::log(now / weighted_trace(covariance, asked)) / needed_s;
-    if (best && !(gain > best_gain)) continue;
-    best_gain = gain;
-    best_place = static_cast<int>(place);
-    best = NextStop{stop_of_place_[place], {}, needed_s, covariance.diagonal().cwiseSqrt()};
-  }
-  if (!best) return std::nullopt;
-  for (const Leg& leg : legs_->way(at, best_place)) {
-    const auto to = static_cast<std::size_t>(leg.to);
-    const SetPoint& place = legs_->places()[to];
-    best->way.setpoint_N.push_back(to < reading_N_.size() ? reading_N_[to]
-                                   : effects_.any()
-                                       ? effects_.reading_N(place.pose, place.tension_N)
-                                       : place.tension_N);
-    best->way.transition_s.push_back(leg.timing.transition_s);
-    best->way.via.push_back(leg.to != best_place);
-    if (holds_orientation(effects_.robot())) best->way.pose.push_back(place.pose);
-  }
-  return best;
+    next.predicted_deviation = covariance.diagonal().cwiseSqrt();
+    return std::log(now / weighted_trace(covariance, asked));
+  });
+}
+
+std::optional<NextStop> NextStopChooser::choose(const std::vector<int>& measured,
+                                                const std::vector<double>& worth) const {
+  return best_stop(measured, [&](std::size_t place, NextStop&) -> std::optional<double> {
+    const auto stop = static_cast<std::size_t>(stop_of_place_[place]);
+    if (stop >= worth.size() || !(worth[stop] > 0.0)) return std::nullopt;
+    return worth[stop];
+  });
 }
 
 }  // namespace cdprcal

@@ -52,8 +52,20 @@ class NextStopChooser {
                                                const Pose& initial,
                                                const CableVector& initial_reading_N,
                                                const AskedAccuracy& asked) const;
+  /// The stop of the greatest worth per second, of those that are worth anything; `worth`: of each
+  /// of the plan's poses. Its predicted_deviation is NaN.
+  [[nodiscard]] std::optional<NextStop> choose(const std::vector<int>& measured,
+                                               const std::vector<double>& worth) const;
 
  private:
+  [[nodiscard]] std::size_t place_of(int stop) const;
+  /// The set-points from one place to another.
+  [[nodiscard]] StartUpPlan way(std::size_t from, std::size_t to) const;
+  /// The place with the greatest positive gain per second from where the last of `measured` is.
+  template <class Gain>
+  [[nodiscard]] std::optional<NextStop> best_stop(const std::vector<int>& measured,
+                                                  Gain gain) const;
+
   KnownEffects effects_;
   SetPointSolver solver_;
   std::optional<PathChecker> checker_;

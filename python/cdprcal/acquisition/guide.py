@@ -2,15 +2,16 @@
 
 After every rest the initial pose is estimated from all that was read so far; when the accuracy
 that was asked for is reached the run ends, and until then each next stop is the one that teaches
-most per second. A run may be diagnosed too, and then ends when nothing more would be told. What is
-solved, predicted and decided is C++ (``OnlineCalibration``, ``NextStopChooser``, ``diagnose``).
+most per second. A run may be diagnosed too: then it goes where rivals come apart, and ends when
+nothing more would be told. What is solved, predicted and decided is C++ (``OnlineCalibration``,
+``NextStopChooser``, ``diagnose``, ``separation_by_stops``).
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
@@ -97,7 +98,8 @@ _FEWEST_RESTS = 3
 class Guide:
     """Estimates after every rest; with ``asked``, chooses the stops and ends the run.
 
-    ``diagnoses``: also says what the model lacks, and ends the run when more rests would not change
+    ``diagnoses``: also says what the model lacks, goes to the stops that tell its rivals apart
+    (with ``asked``: to those that it chooses), and ends the run when more rests would not change
     the answer (``settled``).
 
     ``background``: estimate on a thread of its own, so that no control cycle is late; for robots
@@ -127,7 +129,9 @@ class Guide:
         self._options = options or _core.CalibrateOptions()
         self._online = _core.OnlineCalibration(robot, self._options)
         self._chooser = (
-            _core.NextStopChooser(robot, plan, progress=progress) if asked is not None else None
+            _core.NextStopChooser(robot, plan, progress=progress)
+            if asked is not None or diagnoses
+            else None
         )
         self._pool: Executor | None = ThreadPoolExecutor(1) if background else None
         self._pending: Future[Estimate] | None = None
@@ -140,6 +144,7 @@ class Guide:
         self._stops: list[int | None] = [None]
         self._stops += [i if stop.measured else None for i, stop in enumerate(plan.poses)]
         self._measured: list[int] = []
+        self._chose = False  # a stop that tells rivals apart: the plan's order is left
         self._initial_reading_N = plan.start_tension_N
         self.estimates: list[Estimate] = []
 
@@ -175,9 +180,8 @@ class Guide:
         if self._pending is not None:
             return
         begin, self._sent = self._sent, len(self._rows)
-        work = _Work(
-            self._robot, self._online, self._asked, self._diagnoses, self._options, self._rows
-        )
+        left = self._left() if self._diagnoses else None
+        work = _Work(self._robot, self._online, self._asked, left, self._options, self._rows)
         if self._pool is None:
             self._pending = Future()
             self._pending.set_result(work(begin, self._sent, self._rests))
@@ -209,18 +213,44 @@ class Guide:
         elif target is None:
             return  # on the way to a stop that was chosen already
         measured = self._measured + ([] if target is None else [target])
-        asked = self._asked
-        assert asked is not None
-        initial = self.estimates[-1].pose if self.estimates else None
-        choice = self._chooser.choose(
-            measured, initial or self._plan.start_pose, self._initial_reading_N, asked
-        )
+        if self._asked is not None:
+            initial = self.estimates[-1].pose if self.estimates else None
+            choice = self._chooser.choose(
+                measured, initial or self._plan.start_pose, self._initial_reading_N, self._asked
+            )
+        else:
+            told = self.estimates[-1].told if self.estimates else None
+            if not self._chose and (told is None or not any(told.worth.values())):
+                return  # the plan's own order, until another is better
+            choice = self._telling(measured, {} if told is None else told.worth)
+            self._chose = True
         way = choice.way if choice is not None else _core.StartUpPlan([])
         times = [] if self._quick else way.transition_s
         self._startup.go_on_with(_core.StartUpPlan(list(way.setpoint_N), times, way.via, way.pose))
         del self._stops[command.setpoint + 1 :]
         if choice is not None:
             self._stops += [None] * (len(way.via) - 1) + [choice.stop]
+
+    def _left(self, but: Sequence[int] = ()) -> dict[int, _core.PlannedPose]:
+        """The stops that were not measured yet, by their place in the plan."""
+        done = {*self._measured, *but}
+        return {
+            i: stop for i, stop in enumerate(self._plan.poses) if stop.measured and i not in done
+        }
+
+    def _telling(
+        self, measured: Sequence[int], worth: Mapping[int, float]
+    ) -> _core.NextStop | None:
+        """The stop that tells most between rivals; else the plan's next that can be reached."""
+        assert self._chooser is not None
+        left = self._left(measured)
+        wanted = [{stop: worth.get(stop, 0.0) for stop in left}, *({stop: 1.0} for stop in left)]
+        for of in wanted:
+            each = [of.get(i, 0.0) for i in range(len(self._plan.poses))]
+            choice = self._chooser.choose_by_worth(list(measured), each)
+            if choice is not None:
+                return choice
+        return None
 
 
 @dataclass(frozen=True)
@@ -230,7 +260,7 @@ class _Work:
     robot: _core.Robot
     online: _core.OnlineCalibration
     asked: _core.AskedAccuracy | None
-    diagnoses: bool
+    left: dict[int, _core.PlannedPose] | None  #: stops to come, where the log is diagnosed
     options: _core.CalibrateOptions
     rows: _Rows
 
@@ -254,8 +284,8 @@ class _Work:
             result.initial_pose,
             result.covariance,
             reached,
-            told_by(self.robot, self.rows.log(0, end))
-            if self.diagnoses and rests >= _FEWEST_RESTS
+            told_by(self.robot, self.rows.log(0, end), self.left)
+            if self.left is not None and rests >= _FEWEST_RESTS
             else None,
         )
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from cdprcal import _core
 
 #: Evidence for an effect that a few more rests will not take away [nat].
 _DECISIVE = 10.0
-#: Rests in a row that must say the same; where rivals remain, more of them.
+#: Rests in a row that must say the same; where stops should have told rivals apart, more of them.
 _SAME, _SAME_WITH_RIVALS = 3, 6
 #: Verdicts that name or describe something.
 _FOUND = {_core.Verdict.explained.name, _core.Verdict.described.name}
@@ -23,6 +23,9 @@ class Told:
     verdict: str
     faults: tuple[str, ...]
     effects: tuple[tuple[str, float, tuple[str, ...]], ...]  #: name, evidence [nat], rivals
+    #: Of the stops that are left, by their place in the plan: nats expected between rivals
+    worth: Mapping[int, float] = field(default_factory=dict)
+    within_reach: bool = False  #: all of them together would tell some of the rivals apart
 
     @property
     def names(self) -> frozenset[str]:
@@ -51,35 +54,67 @@ class Told:
         return f"{self.verdict}: {'; '.join(said) or 'no effect found'}"
 
 
-def told_by(robot: _core.Robot, log: _core.Log) -> Told | None:
-    """The diagnosis of a log so far; None where it cannot be diagnosed yet."""
+def told_by(
+    robot: _core.Robot, log: _core.Log, left: Mapping[int, _core.PlannedPose] | None = None
+) -> Told | None:
+    """The diagnosis of a log so far; None where it cannot be diagnosed yet.
+
+    ``left``: the stops that the run may still go to, by their place in the plan.
+    """
     try:
         found = _core.diagnose(robot, [log])
     except _core.InputError:  # no rest that counts, for one
         return None
+    worth, within_reach = _worth_of(found, left or {})
     return Told(
         found.verdict.name,
         tuple(fault.name for fault in found.faults),
         tuple((e.info.name, float(e.log_evidence), tuple(e.rivals)) for e in found.effects),
+        worth,
+        within_reach,
     )
+
+
+def _worth_of(
+    found: _core.Diagnosis, left: Mapping[int, _core.PlannedPose]
+) -> tuple[dict[int, float], bool]:
+    """What each stop would tell between rivals [nat], and whether all would tell some apart."""
+    worth = dict.fromkeys(left, 0.0)
+    within_reach = False
+    poses = [stop.pose for stop in left.values()]
+    tensions_N = [stop.tension_N for stop in left.values()]
+    for k, effect in enumerate(found.effects if left else []):
+        for rival in effect.rivals:
+            told = _core.separation_by_stops(found, k, rival, poses, tensions_N)
+            if not told.apart_with_all:
+                continue
+            within_reach = True
+            for stop, nats in zip(left, told.nats_with, strict=True):
+                worth[stop] += max(0.0, nats - told.nats)
+    return worth, within_reach
 
 
 def settled(told: Sequence[Told]) -> str:
     """Why more rests would not change the answer; empty: they may.
 
-    Something was found, with decisive evidence, and the last rests say the same. A robot with which
-    nothing is wrong goes on to the end of its plan: the smaller an effect, the later it shows.
+    Something was found, with decisive evidence, the last rests say the same, and the stops that are
+    left would not tell its rivals apart. A robot with which nothing is wrong goes on to the end of
+    its plan: the smaller an effect, the later it shows.
     """
     if not told or told[-1].verdict not in _FOUND:
         return ""
     last = told[-1]
     weakest = min((evidence for _, evidence, _ in last.effects), default=_DECISIVE)
-    wanted = _SAME_WITH_RIVALS if last.rivals else _SAME
+    wanted = _SAME_WITH_RIVALS if last.within_reach else _SAME
     recent = told[-wanted:]
     if len(recent) < wanted or weakest < _DECISIVE:
         return ""
     if any((t.names, t.rivals) != (last.names, last.rivals) for t in recent):
         return ""
     if last.rivals:
-        return f"{wanted} rests in a row told nothing more apart"
+        return (
+            f"{wanted} rests in a row told nothing more apart"
+            if last.within_reach
+            else "no stop of the plan would tell the rivals apart"
+        )
     return f"{wanted} rests in a row named the same, and no rival is left"

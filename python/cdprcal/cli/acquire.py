@@ -121,9 +121,10 @@ def command(
         bool,
         typer.Option(
             "--diagnose",
-            help="Diagnose after every rest, and end the run when more rests would not change the "
-            "answer: the same effects, and no rival left or none that this plan tells apart. For "
-            "plans with --order random.",
+            help="Diagnose after every rest, go to the plan's stops that tell apart what looks "
+            "alike so far, and end the run when more rests would not change the answer: the same "
+            "effects, and no rival left or none that this plan tells apart. For plans with "
+            "--order random.",
         ),
     ] = False,
     corridor_m: Annotated[

@@ -20,6 +20,10 @@ TRUSTED = {
 }
 
 
+def _by_channel(errors: list[_core.Wandering]) -> list[dict[str, Any]]:
+    return [{"channel": e.channel, "rms": number(e.rms), "sigma": number(e.sigma)} for e in errors]
+
+
 def diagnosis_as_dict(diagnosis: _core.Diagnosis, robot: _core.Robot) -> dict[str, Any]:
     """A diagnosis of ``robot`` as plain data: NaN and absent become None.
 
@@ -48,10 +52,11 @@ def diagnosis_as_dict(diagnosis: _core.Diagnosis, robot: _core.Robot) -> dict[st
             }
             for left in diagnosis.unexplained
         ],
-        "wandering": [
-            {"channel": w.channel, "rms": number(w.rms), "sigma": number(w.sigma)}
-            for w in diagnosis.wandering
-        ],
+        "wandering": _by_channel(diagnosis.wandering),
+        "discrepancy": {
+            "reach_m": number(diagnosis.discrepancy.reach_m),
+            "channels": _by_channel(diagnosis.discrepancy.channels),
+        },
         "gap": [
             {
                 "after_effect": gap.after_effect or None,

@@ -156,6 +156,7 @@ def estimate_message(
         "position_sigma_m": estimate.get("position_sigma_m"),
         "rotation_sigma_rad": estimate.get("rotation_sigma_rad"),
         "reached": bool(estimate.get("reached")),
+        "diagnosis": estimate.get("diagnosis"),
     }
 
 

@@ -294,5 +294,44 @@ TEST(RunNames, AnEffectOfARunStaysWithItsLog) {
   EXPECT_TRUE(resolve_effects(robot, "/data/aa/run.csv").empty());
 }
 
+TEST(SeparationByStops, AddsTheEvidenceOfThePosesThatSeparate) {
+  const DiagnosisModel model = model_with("cable_elasticity", EffectValues::Constant(1, 1e-5));
+  const auto rival = find_effect("transmission_ratio");
+  const Separation grid = separating_poses(model, 0, rival, 2);
+  ASSERT_EQ(grid.poses.size(), 2u);
+  std::vector<OfferedRest> stops;
+  for (const SeparatingPose& pose : grid.poses) {
+    const InverseSolver solver(model.robot, InverseOptions{});
+    const InverseSolver::Point there = solver.solve(pose.position_m);
+    ASSERT_EQ(there.status, EquilibriumStatus::found);
+    stops.push_back({{pose.position_m, there.rotation}, there.tension_N});
+  }
+  const StopSeparation found = separation_by_stops(model, 0, rival, stops);
+  EXPECT_NEAR(found.nats, grid.nats, 1e-9 * grid.nats);
+  ASSERT_EQ(found.nats_with.size(), 2u);
+  for (const double nats : found.nats_with) {
+    EXPECT_GT(nats, found.nats);
+    EXPECT_LT(nats, found.nats_with_all);
+  }
+  EXPECT_EQ(separation_by_stops(model, 0, rival, {}).nats_with_all, found.nats);
+}
+
+TEST(SeparationByStops, KnowsWhenNoStopTellsThemApart) {
+  // Weight and a force straight down are one; weight and friction are not.
+  const DiagnosisModel model = model_with("mass", EffectValues::Constant(1, 0.7));
+  EXPECT_FALSE(separation_by_stops(model, 0, find_effect("external_force"), {}).apart_with_all);
+  EXPECT_TRUE(separation_by_stops(model, 0, find_effect("pulley_friction"), {}).apart_with_all);
+}
+
+TEST(ToldApart, ByEvidenceUnlessTheyDoTheSame) {
+  EXPECT_TRUE(told_apart(4.0, 0.5));
+  EXPECT_FALSE(told_apart(2.0, 0.5));
+  EXPECT_FALSE(told_apart(8.0, 0.9));
+  EXPECT_TRUE(told_apart(10.0, 0.9));
+  EXPECT_FALSE(told_apart(1e6, 0.99));
+  EXPECT_TRUE(told_apart(std::nullopt, 0.5));
+  EXPECT_FALSE(told_apart(std::nullopt, 0.9));
+}
+
 }  // namespace
 }  // namespace cdprcal

@@ -34,20 +34,68 @@ Eigen::VectorXd added(const Effect& effect, const EffectContext& context,
 
 TEST(SmoothErrors, ColumnsAreTheDerivativesOfWhatTheyAdd) {
   const DiagnosisModel of = model();
-  const auto effect = smooth_errors(of);
-  ASSERT_TRUE(effect);
-  EXPECT_TRUE(is_smooth_errors(*effect));
   EXPECT_FALSE(is_smooth_errors(*find_effect("mass")));
-  ASSERT_EQ(effect->size(4), 5 * 15);
-  const DiagnosisRun& run = of.runs[0];
-  const PlatformState state = platform_state(of.robot, run.poses[3]);
-  const EffectContext context{of.robot, state, run.poses[3], run.measurements[3]};
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(17, effect->size(4));
-  effect->columns(context, {}, columns);
-  for (int j = 0; j < effect->size(4); ++j) {
-    const EffectValues unit = EffectValues::Unit(effect->size(4), j);
-    EXPECT_LE((columns.col(j) - added(*effect, context, unit)).norm(), 1e-12) << j;
+  ASSERT_EQ(smooth_errors(of)->size(4), 5 * 15);
+  for (const auto& effect : {smooth_errors(of), place_errors(of, 0.5)}) {
+    ASSERT_TRUE(effect);
+    EXPECT_TRUE(is_smooth_errors(*effect));
+    const DiagnosisRun& run = of.runs[0];
+    const PlatformState state = platform_state(of.robot, run.poses[3]);
+    const EffectContext context{of.robot, state, run.poses[3], run.measurements[3]};
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(17, effect->size(4));
+    effect->columns(context, {}, columns);
+    for (int j = 0; j < effect->size(4); ++j) {
+      const EffectValues unit = EffectValues::Unit(effect->size(4), j);
+      EXPECT_LE((columns.col(j) - added(*effect, context, unit)).norm(), 1e-12) << j;
+    }
   }
+}
+
+/// What typical values add to the lengths of a cable at each rest of the first run, in σ of the
+/// noise (rests × values).
+Eigen::MatrixXd of_first_length(const DiagnosisModel& of, const Effect& effect) {
+  const DiagnosisRun& run = of.runs[0];
+  const EffectValues typical = effect.typical(of.robot);
+  Eigen::MatrixXd out(static_cast<Eigen::Index>(run.poses.size()), typical.size());
+  for (std::size_t i = 0; i < run.poses.size(); ++i) {
+    const PlatformState state = platform_state(of.robot, run.poses[i]);
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(17, typical.size());
+    effect.columns({of.robot, state, run.poses[i], run.measurements[i]}, {}, columns);
+    out.row(static_cast<Eigen::Index>(i)) = columns.row(0) * typical.asDiagonal() / of.noise[0];
+  }
+  return out;
+}
+
+TEST(PlaceErrors, GoTogetherWherePlacesAreNear) {
+  // cov(x, y) = exp(-|x - y|² / 2 reach²), up to the terms that are left out.
+  const DiagnosisModel of = model();
+  const double reach_m = 2.0 * spread_of_rests_m(of);
+  const auto effect = place_errors(of, reach_m);
+  ASSERT_TRUE(effect);
+  const Eigen::MatrixXd length = of_first_length(of, *effect);
+  const std::vector<Pose>& poses = of.runs[0].poses;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    for (std::size_t j = 0; j < poses.size(); ++j) {
+      const double apart_m = (poses[i].position_m - poses[j].position_m).norm();
+      const double expected = std::exp(-0.5 * std::pow(apart_m / reach_m, 2));
+      EXPECT_NEAR(
+          length.row(static_cast<Eigen::Index>(i)).dot(length.row(static_cast<Eigen::Index>(j))),
+          expected, 0.05);
+    }
+  }
+}
+
+TEST(PlaceErrors, TellTheSpreadOfTheRests) {
+  const DiagnosisModel of = model();
+  std::vector<Vector3> at;
+  Vector3 middle = Vector3::Zero();
+  for (const DiagnosisRun& run : of.runs) {
+    for (const Pose& pose : run.poses) at.push_back(pose.position_m);
+  }
+  for (const Vector3& place : at) middle += place / static_cast<double>(at.size());
+  double squares = 0.0;
+  for (const Vector3& place : at) squares += (place - middle).squaredNorm();
+  EXPECT_NEAR(spread_of_rests_m(of), std::sqrt(squares / static_cast<double>(at.size())), 1e-12);
 }
 
 TEST(SmoothErrors, AreRandomWalksInTime) {
@@ -87,10 +135,7 @@ TEST(SmoothErrors, TheirSizeIsLearntChannelByChannel) {
   ASSERT_EQ(term.learnt.size(), 5);
   // Yaws drift in these runs, and nothing else does.
   for (const int channel : {0, 1, 2}) EXPECT_GT(term.learnt[3], 3.0 * term.learnt[channel]);
-  const auto sizes = smooth_rms(of);
-  ASSERT_TRUE(sizes.has_value());
-  EXPECT_GT((*sizes)[3], 3.0 * of.noise[3]);
-  EXPECT_FALSE(smooth_rms(model()).has_value());
+  EXPECT_GT(smooth_rms(of, term)[3], 3.0 * of.noise[3]);
   // The width is that of the values: squares over what the readings determine of them.
   const Eigen::VectorXd precision = prior_precision(of);
   const Eigen::VectorXd variance = covariance(of).diagonal().tail(precision.size());
@@ -111,6 +156,7 @@ TEST(SmoothErrors, NothingIsSaidOfFewRests) {
     run.poses.resize(4);
   }
   EXPECT_FALSE(smooth_errors(of));
+  EXPECT_FALSE(place_errors(of, 0.5));
 }
 
 /// A log in which every reading wanders by so many σ of the robot file.

@@ -248,5 +248,34 @@ TEST_F(NextStops, RefuseWhatWasNotToBeMeasured) {
   }
 }
 
+TEST(NextStop, ByWorthIsTheMostPerSecondOfWhatIsWorthAnything) {
+  const Robot robot = load_robot("irma4");
+  const Plan plan = plan_for(robot);
+  const NextStopChooser chooser(robot, plan);
+  std::vector<int> stops;
+  for (std::size_t i = 0; i < plan.poses.size(); ++i) {
+    if (plan.poses[i].measured) stops.push_back(static_cast<int>(i));
+  }
+  const auto only = [&](int stop, double nats) {
+    std::vector<double> worth(plan.poses.size(), 0.0);
+    worth[static_cast<std::size_t>(stop)] = nats;
+    return worth;
+  };
+  EXPECT_FALSE(chooser.choose({}, std::vector<double>(plan.poses.size(), 0.0)));
+  EXPECT_FALSE(chooser.choose({stops[0]}, only(stops[0], 5.0))) << "it was measured";
+  const auto near = chooser.choose({stops[0]}, only(stops[1], 1.0));
+  const auto far = chooser.choose({stops[0]}, only(stops.back(), 1.0));
+  ASSERT_TRUE(near && far);
+  EXPECT_EQ(near->stop, stops[1]);
+  EXPECT_FALSE(near->way.setpoint_N.empty());
+  EXPECT_TRUE(near->predicted_deviation.array().isNaN().all());
+  // The rates decide, not the worth.
+  std::vector<double> both = only(stops[1], near->time_s);
+  both[static_cast<std::size_t>(stops.back())] = 1.01 * far->time_s;
+  EXPECT_EQ(chooser.choose({stops[0]}, both)->stop, stops.back());
+  both[static_cast<std::size_t>(stops.back())] = 0.99 * far->time_s;
+  EXPECT_EQ(chooser.choose({stops[0]}, both)->stop, stops[1]);
+}
+
 }  // namespace
 }  // namespace cdprcal

@@ -15,6 +15,7 @@
     at("stop").hidden = !message.may_stop;
     at("warning").hidden = true;
     at("estimate").hidden = true;
+    at("told").hidden = true;
     at("no-estimate").hidden = false;
     const limits = message.limits_N;
     at("tension-note").textContent = limits
@@ -108,6 +109,21 @@
     }
     rows(at("pose"), pose);
     drawShrink();
+    if (message.diagnosis) drawEvidence(after, message.diagnosis);
+  }
+
+  // Evidence grows rest by rest; an effect that is no longer named ends.
+  function drawEvidence(after, told) {
+    at("told").hidden = false;
+    const said = told.effects.map((e) => `${e.name} (${e.log_evidence.toFixed(0)} nats${e.rivals.length ? `, or ${e.rivals.join(", ")}` : ""})`);
+    at("says").textContent = `${after}: ${told.verdict}${[...told.faults, ...said].map((text, i) => `${i ? "; " : ": "}${text}`).join("")}.`;
+    const diagnosed = estimates.filter((e) => e.diagnosis);
+    const names = [...new Set(diagnosed.flatMap((e) => e.diagnosis.effects.map((effect) => effect.name)))];
+    const evidence = (e, name) => e.diagnosis.effects.find((effect) => effect.name === name)?.log_evidence ?? null;
+    Plotly.react("evidence", names.map((name, i) => ({
+      x: diagnosed.map((e) => e.time_s), y: diagnosed.map((e) => evidence(e, name)),
+      name, mode: "lines+markers", line: { color: cable(i) }, marker: { size: 7 },
+    })), layout(300, { xaxis: axis("time [s]"), yaxis: axis("evidence [nats]", { rangemode: "tozero" }), showlegend: true }), config);
   }
 
   function drawShrink() {
@@ -126,7 +142,10 @@
   Page.onScheme(() => {
     if (!hello) return;
     Plotly.update("plot", { "line.color": lineColours() }, overTime());
-    if (estimates.length) drawShrink();
+    if (!estimates.length) return;
+    drawShrink();
+    const told = estimates.findLast((e) => e.diagnosis);
+    if (told) drawEvidence(`After ${told.rests} rests`, told.diagnosis);
   });
 
   const source = new EventSource("/events");
