@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -30,6 +31,12 @@ def test_it_is_settled_when_the_same_is_said_three_times_without_a_rival() -> No
     assert "no rival is left" in settled([bias] * 3)
     assert settled([bias, told(("mass", 40.0, ())), bias]) == ""
     assert settled([told(("load_cell_bias", 4.0, ()))] * 9) == ""
+
+
+def test_it_is_not_settled_while_another_effect_begins_to_show() -> None:
+    bias = told(("load_cell_bias", 40.0, ()))
+    assert settled([bias, bias, replace(bias, suspect="yaw_drift")]) == ""
+    assert settled([bias, replace(bias, suspect="yaw_drift"), bias]) != ""
 
 
 def test_rivals_get_more_rests_and_nothing_found_gets_all() -> None:

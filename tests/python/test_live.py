@@ -186,6 +186,8 @@ def test_the_page_in_a_browser(log_path: Path, browse: Callable[..., Browsed]) -
         yield from whole
         for k in range(1, 4):
             made = estimate(rests=k, position_sigma_m=1e-3 / k, rotation_sigma_rad=1e-2 / k)
+            effect = {"name": "mass", "log_evidence": 30.0 * k, "rivals": ["external_force"]}
+            made["diagnosis"] = {"verdict": "explained", "faults": [], "effects": [effect]}
             yield json.dumps(estimate_message(10.0 * k, made, cdprcal.EulerConvention.XYZ))
         yield end
 
@@ -197,7 +199,8 @@ def test_the_page_in_a_browser(log_path: Path, browse: Callable[..., Browsed]) -
     assert 'id="stop" hidden' in seen.dom
     assert "1.2000 m" in seen.dom
     assert "0.33 mm and ± 0.19°" in seen.dom
-    assert seen.dom.count('class="main-svg"') >= 4  # both figures are drawn
+    assert "After 3 rests: explained: mass (90 nats, or external_force)." in seen.dom
+    assert seen.dom.count('class="main-svg"') >= 6  # all three figures are drawn
 
 
 def test_on_a_phone_in_the_dark(log_path: Path, tab: Tab) -> None:

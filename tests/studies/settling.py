@@ -3,9 +3,10 @@
     python tests/studies/settling.py --count 24
 
 Each robot has one of two effects that are easily taken for each other, at one to two typical
-sizes. The run goes through a random order of a 3 x 3 x 3 grid. Right: the hidden effect is named,
-or is among the rivals of what is named where these cannot be told apart from inside. Robot time is
-compared with that of the whole plan.
+sizes; with ``--two`` a second one of another pair besides. The run goes through a random order of
+a 3 x 3 x 3 grid. Right: every hidden effect is named, or is among the rivals of what is named where
+these cannot be told apart from inside, and nothing else. Robot time is compared with that of the
+whole plan.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from __future__ import annotations
 import argparse
 import tempfile
 from concurrent.futures import ProcessPoolExecutor
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -40,19 +41,26 @@ def plan() -> tuple[cdprcal.Robot, cdprcal.Plan]:
     return robot, cdprcal.make_plan(robot, grid=(3, 3, 3), order=order, visits=1).plan
 
 
-def try_one(seed: int) -> tuple[str, str, str, bool, float]:
-    """Effect, what was named, why the run ended, whether it is right, share of the plan's time."""
-    robot, the_plan = plan()
-    rng = np.random.default_rng(seed)
-    name = PAIRS[seed % len(PAIRS)][rng.integers(2)]
+def drawn_effect(rng: np.random.Generator, name: str) -> cdprcal.InjectedEffect:
+    """An effect of one to two typical sizes."""
     info = next(i for i in cdprcal.effect_catalogue() if i.name == name)
-    one_sided = info.one_sided
     values: list[float] = []
     for parameter in info.parameters:
         count = {"scalar": 1, "per_cable": 4, "vector3": 3}.get(str(parameter.shape), 12)
         drawn = rng.uniform(1.0, 2.0, count) * parameter.typical
-        values += list(drawn if one_sided else drawn * rng.choice([-1.0, 1.0], count))
-    effect = cdprcal.InjectedEffect(name, values)
+        values += list(drawn if info.one_sided else drawn * rng.choice([-1.0, 1.0], count))
+    return cdprcal.InjectedEffect(name, values)
+
+
+def try_one(two: bool, seed: int) -> tuple[str, str, str, bool, float]:
+    """Effect, what was named, why the run ended, whether it is right, share of the plan's time."""
+    robot, the_plan = plan()
+    rng = np.random.default_rng(seed)
+    name = PAIRS[seed % len(PAIRS)][rng.integers(2)]
+    effects = [drawn_effect(rng, name)]
+    if two:
+        others = [n for pair in PAIRS if name not in pair for n in pair]
+        effects.append(drawn_effect(rng, str(rng.choice(others))))
     startup = cdprcal.StartUp(
         robot, start_up_plan(the_plan, quick=True), start_up_options(the_plan)
     )
@@ -60,7 +68,7 @@ def try_one(seed: int) -> tuple[str, str, str, bool, float]:
     backend = SimulatedBackend.somewhere(
         robot,
         the_plan,
-        cdprcal.SimulatorOptions(seed=seed, effects=[effect]),
+        cdprcal.SimulatorOptions(seed=seed, effects=effects),
         velocity_limit_m_s=startup.velocity_limit_m_s,
     )
     guide = Guide(robot, the_plan, startup, diagnoses=True, quick=True)
@@ -75,25 +83,34 @@ def try_one(seed: int) -> tuple[str, str, str, bool, float]:
         guide.close()
     told = guide.estimates[-1].told if guide.estimates else None
     named = {n: set(rivals) for n, _, rivals in told.effects} if told else {}
-    right = name in named or any(name in rivals for rivals in named.values())
-    right = right and all(n == name or name in rivals for n, rivals in named.items())
-    said = "; ".join(f"{n} ({', '.join(sorted(r))})" if r else n for n, r in named.items())
-    return name, said or "nothing", guide.settled or run.reason, right, run.duration_s / whole_s
+    hidden = {effect.name for effect in effects}
+    said = [{n, *rivals} for n, rivals in named.items()]
+    right = all(any(name in one for one in said) for name in hidden)
+    right = right and all(one & hidden for one in said)
+    text = "; ".join(f"{n} ({', '.join(sorted(r))})" if r else n for n, r in named.items())
+    return (
+        " + ".join(sorted(hidden)),
+        text or "nothing",
+        guide.settled or run.reason,
+        right,
+        run.duration_s / whole_s,
+    )
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--count", type=int, default=24)
     parser.add_argument("--first-seed", type=int, default=1)
+    parser.add_argument("--two", action="store_true", help="a second effect, of another pair")
     parser.add_argument("--workers", type=int, default=1)
     options = parser.parse_args()
     results = []
     with ProcessPoolExecutor(options.workers) as pool:
         seeds = range(options.first_seed, options.first_seed + options.count)
-        for name, said, why, is_right, share in pool.map(try_one, seeds):
+        for name, said, why, is_right, share in pool.map(partial(try_one, options.two), seeds):
             results.append((is_right, share))
             print(
-                f"{name:22} {share:4.0%} {'right' if is_right else 'WRONG':6} {said}; {why}",
+                f"{name:40} {share:4.0%} {'right' if is_right else 'WRONG':6} {said}; {why}",
                 flush=True,
             )
     right = sum(r for r, _ in results) / len(results)

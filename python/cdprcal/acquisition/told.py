@@ -26,6 +26,7 @@ class Told:
     #: Of the stops that are left, by their place in the plan: nats expected between rivals
     worth: Mapping[int, float] = field(default_factory=dict)
     within_reach: bool = False  #: all of them together would tell some of the rivals apart
+    suspect: str = ""  #: an effect that was not found, but is more probable than its absence
 
     @property
     def names(self) -> frozenset[str]:
@@ -72,7 +73,14 @@ def told_by(
         tuple((e.info.name, float(e.log_evidence), tuple(e.rivals)) for e in found.effects),
         worth,
         within_reach,
+        _suspect_of(found),
     )
+
+
+def _suspect_of(found: _core.Diagnosis) -> str:
+    """Of the effects that were not found, the likeliest, where it has any evidence."""
+    best = next(iter(_core.scan(found.model)), None)
+    return "" if best is None or best.log_evidence <= 0.0 else best.name
 
 
 def _worth_of(
@@ -97,9 +105,9 @@ def _worth_of(
 def settled(told: Sequence[Told]) -> str:
     """Why more rests would not change the answer; empty: they may.
 
-    Something was found, with decisive evidence, the last rests say the same, and the stops that are
-    left would not tell its rivals apart. A robot with which nothing is wrong goes on to the end of
-    its plan: the smaller an effect, the later it shows.
+    Something was found, with decisive evidence, the last rests say the same, nothing else begins
+    to show, and the stops that are left would not tell its rivals apart. A robot with which nothing
+    is wrong goes on to the end of its plan: the smaller an effect, the later it shows.
     """
     if not told or told[-1].verdict not in _FOUND:
         return ""
@@ -111,6 +119,8 @@ def settled(told: Sequence[Told]) -> str:
         return ""
     if any((t.names, t.rivals) != (last.names, last.rivals) for t in recent):
         return ""
+    if last.suspect:
+        return ""  # it may be there too
     if last.rivals:
         return (
             f"{wanted} rests in a row told nothing more apart"
