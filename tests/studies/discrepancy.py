@@ -13,7 +13,7 @@ from collections import defaultdict
 from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
-from hidden_laws import REST_SIGMA, off, plan_of
+from hidden_laws import REST_SIGMA, off, plan_of, with_rest_errors
 
 import cdprcal
 
@@ -30,19 +30,12 @@ def try_one(job: tuple[int, int]) -> tuple[str, list[str], float, list[float]]:
     hidden = "centre_of_mass=" + ",".join(map(str, OFFSET_M))
     run = cdprcal.simulate_startup(robot, plan, seed=seed, effects=[hidden])
     place_m = np.array([pose.position_m for pose in run.poses])
-    time_s = np.array(run.log.time_s)
     read = {name: np.array(getattr(run.log, name)) for name in REST_SIGMA}
     for column in range(read[field].shape[1]):
         wave, phase = 2.0 * rng.standard_normal((6, 3)), rng.uniform(0, 6.3, 6)
         size = rng.standard_normal(6) * AMPLITUDE[field] / np.sqrt(3)
         read[field][:, column] += np.cos(place_m @ wave.T + phase) @ size
-    for name, sigma in REST_SIGMA.items():
-        for rest in run.rests:
-            rows = (time_s >= rest.begin_s) & (time_s <= rest.end_s)
-            read[name][rows] += sigma * rng.standard_normal(read[name].shape[1])
-    log = cdprcal.Log(
-        time_s=time_s, tension_setpoint_N=np.array(run.log.tension_setpoint_N), **read
-    )
+    log = with_rest_errors(run, read, rng, f"field-{seed}")
     found = cdprcal.diagnose(robot, [log])
     away = off(found.initial_pose_after, run.poses[0])
     squares = float(away @ np.linalg.solve(np.array(found.covariance_after), away))

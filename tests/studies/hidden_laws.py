@@ -180,6 +180,19 @@ def plan_of(robot: str, poses: int) -> tuple[cdprcal.Robot, Any]:
     return the_robot, result.plan
 
 
+def with_rest_errors(
+    run: cdprcal.StartUpRun, read: dict[str, Floats], rng: np.random.Generator, source: str
+) -> cdprcal.Log:
+    """The log of a run whose sensors read this, with errors that stay the same over a rest."""
+    time_s = np.array(run.log.time_s)
+    for field, sigma in REST_SIGMA.items():
+        for rest in run.rests:
+            rows = (time_s >= rest.begin_s) & (time_s <= rest.end_s)
+            read[field][rows] += sigma * rng.standard_normal(read[field].shape[1])
+    setpoint_N = np.array(run.log.tension_setpoint_N)
+    return cdprcal.Log(time_s=time_s, source=source, tension_setpoint_N=setpoint_N, **read)
+
+
 def hidden_log(
     robot: str, poses: int, law: str, seed: int, run_seed: int | None = None
 ) -> tuple[cdprcal.Log, Any]:
@@ -211,17 +224,7 @@ def hidden_log(
         make, field, _, _ = LAWS[law]
         read[field] += make(world, rng)
     rng = np.random.default_rng([run_seed, poses, 1])
-    for field, sigma in REST_SIGMA.items():
-        for rest in run.rests:
-            rows = (world.time_s >= rest.begin_s) & (world.time_s <= rest.end_s)
-            read[field][rows] += sigma * rng.standard_normal(read[field].shape[1])
-    log = cdprcal.Log(
-        time_s=world.time_s,
-        source=f"{law or 'clean'}-{seed}",
-        tension_setpoint_N=np.array(run.log.tension_setpoint_N),
-        **read,
-    )
-    return log, run.poses[0]
+    return with_rest_errors(run, read, rng, f"{law or 'clean'}-{seed}"), run.poses[0]
 
 
 @dataclass
