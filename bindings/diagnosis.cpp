@@ -455,26 +455,29 @@ void register_foresight(py::module_& module) {
       .def_readonly("detectable", &ForeseenEffect::detectable,
                     "Smallest size that would show, in typical sizes; NaN: none.")
       .def_readonly("imitated", &ForeseenEffect::imitated,
-                    "Share of its signature that each of Foresight.effects would imitate.");
+                    "Share of its signature that each of Foresight.names would imitate.");
   py::class_<Foresight>(module, "Foresight",
                         "Which effects a planned run would see and tell apart.")
-      .def_readonly("effects", &Foresight::effects)
+      .def_readonly("effects", &Foresight::effects, "Those asked for.")
+      .def_readonly("names", &Foresight::names, "Of all effects that rest can show.")
       .def_readonly("poses", &Foresight::poses, "Rests that count.");
   const ForesightOptions usual;
   module.def(
       "foresee",
       [](const Robot& robot, const std::vector<Eigen::VectorXd>& setpoints_N,
-         const std::vector<Pose>& poses, double noise, double dwell_s, double move_s) {
+         const std::vector<Pose>& poses, double noise, double dwell_s, double move_s,
+         const std::vector<std::string>& of) {
         const std::vector<CableVector> told =
             to_cable_vectors(setpoints_N, "setpoints_N", robot.cable_count());
         const py::gil_scoped_release release;
-        return foresee(robot, told, poses, {noise, dwell_s, move_s});
+        return foresee(robot, told, poses, {noise, dwell_s, move_s, of});
       },
       py::arg("robot"), py::arg("setpoints_N"), py::arg_v("poses", std::vector<Pose>{}, "[]"),
       py::kw_only(), py::arg("noise") = usual.noise, py::arg("dwell_s") = usual.dwell_s,
-      py::arg("move_s") = usual.move_s,
+      py::arg("move_s") = usual.move_s, py::arg_v("of", std::vector<std::string>{}, "[]"),
       "What a run through these set-points [n] would show. noise: of a rest's readings, in the "
-      "robot file's sigma. Raises InputError for a run that is none.");
+      "robot file's sigma. of: names of effects (default: all that rest can show). Raises "
+      "InputError for a run that is none, and a name that rest cannot show.");
 }
 
 void register_compare(py::module_& module) {

@@ -15,7 +15,11 @@ double chi_square_survival(double chi_square, double degrees_of_freedom) {
   if (!(degrees_of_freedom > 0.0) || !(chi_square >= 0.0)) return kNaN;
   // Not in long double, which is ten times as slow for digits that nobody reads.
   using InDouble = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
-  return boost::math::gamma_q(0.5 * degrees_of_freedom, 0.5 * chi_square, InDouble());
+  const double shape = 0.5 * degrees_of_freedom;
+  // Boost (1.74) overflows far below the mean. Less than 1e-60 lies there: the Chernoff bound
+  // (z e^(1 - z))^shape of a tenth of the mean.
+  if (shape > 100.0 && chi_square < 0.1 * degrees_of_freedom) return 1.0;
+  return boost::math::gamma_q(shape, 0.5 * chi_square, InDouble());
 }
 
 double chi_square_quantile(double probability, double degrees_of_freedom) {

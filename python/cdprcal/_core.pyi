@@ -3398,7 +3398,7 @@ class ForeseenEffect:
     @property
     def imitated(self) -> list[float]:
         """
-        Share of its signature that each of Foresight.effects would imitate.
+        Share of its signature that each of Foresight.names would imitate.
         """
 
     @property
@@ -3410,7 +3410,17 @@ class Foresight:
     """
 
     @property
-    def effects(self) -> list[ForeseenEffect]: ...
+    def effects(self) -> list[ForeseenEffect]:
+        """
+        Those asked for.
+        """
+
+    @property
+    def names(self) -> list[str]:
+        """
+        Of all effects that rest can show.
+        """
+
     @property
     def poses(self) -> int:
         """
@@ -4859,9 +4869,10 @@ def foresee(
     noise: typing.SupportsFloat | typing.SupportsIndex = 1.0,
     dwell_s: typing.SupportsFloat | typing.SupportsIndex = 5.0,
     move_s: typing.SupportsFloat | typing.SupportsIndex = 5.0,
+    of: collections.abc.Sequence[str] = [],
 ) -> Foresight:
     """
-    What a run through these set-points [n] would show. noise: of a rest's readings, in the robot file's sigma. Raises InputError for a run that is none.
+    What a run through these set-points [n] would show. noise: of a rest's readings, in the robot file's sigma. of: names of effects (default: all that rest can show). Raises InputError for a run that is none, and a name that rest cannot show.
     """
 
 def format_log(log: Log) -> str:

@@ -12,7 +12,10 @@ INTERRUPTED, TERMINATED = 130, 143
 
 def watch() -> None:
     """To be called before anything else is loaded: Ctrl-C leaves at once, SIGTERM cleans up."""
-    signal.signal(signal.SIGINT, _leave)
+    try:
+        signal.signal(signal.SIGINT, _leave)
+    except KeyboardInterrupt:  # it came before, and Python delivers it here
+        _leave()
     signal.signal(signal.SIGTERM, _terminated)
 
 

@@ -12,6 +12,7 @@ import pytest
 import cdprcal
 from cdprcal.acquisition import Guide, start_up_options, start_up_plan
 from cdprcal.acquisition.told import Told, settled, told_by
+from cdprcal.io.events import told_in
 from conftest import Ran
 
 Cli = Callable[..., Ran]
@@ -69,6 +70,21 @@ def test_a_run_ends_when_the_effect_is_known(cli: Cli, plan: Path, tmp_path: Pat
     assert [effect["name"] for effect in last["effects"]] == ["load_cell_bias"]
     assert len(document["rests"]) < 17
     assert "load_cell_bias" in cli("diagnose", "irma4", log).stdout.splitlines()[0]
+    page = tmp_path / "report.html"
+    assert cli("report", "irma4", log, "-o", page).code == 0
+    text = page.read_text()
+    assert '"told-0"' in text
+    assert text.count("explained: load_cell_bias (") == len(told_in(log)) >= 3
+
+
+def test_events_of_others_are_no_diagnoses(tmp_path: Path) -> None:
+    log = tmp_path / "run.csv"
+    log.write_text(
+        '# event| {"time_s": 1, "estimate": {"diagnosis": 3}}\n'
+        '# event| {"time_s": 2, "estimate": {"diagnosis": {"verdict": "explained"}}}\n'
+        '# event| {"time_s": 3, "estimate": {}}\n'
+    )
+    assert told_in(log) == ()
 
 
 def test_a_clean_robot_goes_through_its_plan(cli: Cli, plan: Path, tmp_path: Path) -> None:

@@ -73,3 +73,40 @@ def test_the_command_says_it(cli: Cli) -> None:
     assert document["diagnose"]["poses"] == 9
     with pytest.raises(cdprcal.InputError):
         cdprcal.foresee(cdprcal.load_robot("irma4"), [])
+
+
+def test_places_are_added_for_what_is_asked(cli: Cli, robot: cdprcal.Robot) -> None:
+    ran = cli("plan", "irma4", "--diagnose", "--for", "centre_of_mass,pulley_friction", "--json")
+    assert ran.code == 0, ran.stderr
+    document = json.loads(ran.stdout)
+    seen = document["diagnose"]
+    assert seen["asked"] == ["centre_of_mass", "pulley_friction"]
+    assert 1 <= len(seen["added_positions_m"]) <= 6
+    now = {row["name"]: row["detectable"] for row in seen["effects"]}
+    without = seen["detectable_without"]
+    assert set(without) == set(seen["asked"])
+    assert all(now[name] <= without[name] for name in without)
+    assert min(now[name] / without[name] for name in without) < 0.85
+    # The places are in the plan, each visited twice.
+    at = [stop["position_m"] for stop in document["poses"] if stop["measured"]]
+    for place in seen["added_positions_m"]:
+        assert sum(np.allclose(place, position, atol=1e-3) for position in at) == 2
+
+
+def test_what_cannot_be_asked_is_said(cli: Cli) -> None:
+    for arguments, text in (
+        (("--for", "mass"), "give both"),
+        (("--diagnose", "--for", "mas"), "'mas' is not known"),
+        (("--diagnose", "--for", "sensor_delay"), "shows only in motion"),
+        (("--diagnose", "--for", "mass", "--optimal", "4"), "leave out --optimal"),
+    ):
+        ran = cli("plan", "irma4", *arguments)
+        assert ran.code == 2, ran.stdout
+        assert text in ran.stderr
+
+
+def test_many_rests_without_noise_are_no_overflow(robot: cdprcal.Robot) -> None:
+    """Far below its mean a chi-square of some hundred degrees of freedom made Boost overflow."""
+    seen = cdprcal.foresee(robot, SETPOINTS * 8, of=["mass"])
+    assert [effect.info.name for effect in seen.effects] == ["mass"]
+    assert seen.effects[0].detectable > 0.0

@@ -1,6 +1,9 @@
 #include "cdprcal/diagnosis/foresight.hpp"
 
+#include <algorithm>
+
 #include "cdprcal/diagnosis/baseline.hpp"
+#include "cdprcal/error.hpp"
 #include "cdprcal/synthetic/synthetic.hpp"
 
 namespace cdprcal {
@@ -35,9 +38,20 @@ Foresight foresee(const Robot& robot, const std::vector<CableVector>& setpoints_
   const Candidates candidates = untried(model);
   Foresight out;
   out.poses = model.pose_count();
+  for (const auto& effect : candidates) out.names.push_back(effect->name());
+  Candidates asked;
+  for (const std::string& name : options.of) {
+    const auto known = std::ranges::find(out.names, name);
+    if (known == out.names.end()) {
+      (void)find_effect(robot, name);  // throws for a name that is none
+      throw InputError("effect: " + name + " shows only in motion; name one that rest can show");
+    }
+    asked.push_back(candidates[static_cast<std::size_t>(known - out.names.begin())]);
+  }
+  if (asked.empty()) asked = candidates;
   const std::vector<CandidateScore> scores = scan(model, candidates, {.draws = 0, .limits = true});
   RandomNormal random(1);
-  for (const auto& effect : candidates) {
+  for (const auto& effect : asked) {
     ForeseenEffect row{effect, kNaN, std::vector<double>(candidates.size(), 0.0)};
     for (const CandidateScore& score : scores) {
       if (score.effect == effect) row.detectable = score.detectable;
@@ -50,9 +64,10 @@ Foresight foresee(const Robot& robot, const std::vector<CableVector>& setpoints_
       const std::vector<double> shares = imitation(model, typical, candidates);
       for (std::size_t j = 0; j < shares.size(); ++j) row.imitated[j] += shares[j] / kDraws;
     }
+    const auto itself = std::ranges::find(candidates, effect) - candidates.begin();
+    row.imitated[static_cast<std::size_t>(itself)] = 1.0;
     out.effects.push_back(std::move(row));
   }
-  for (std::size_t k = 0; k < candidates.size(); ++k) out.effects[k].imitated[k] = 1.0;
   return out;
 }
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cdprcal import _core
+from cdprcal.diagnosis.said import in_words
 
 #: Evidence for an effect that a few more rests will not take away [nat].
 _DECISIVE = 10.0
@@ -48,11 +49,7 @@ class Told:
         }
 
     def __str__(self) -> str:
-        said = [*self.faults]
-        for name, evidence, rivals in self.effects:
-            alike = f", or {', '.join(rivals)}" if rivals else ""
-            said.append(f"{name} ({evidence:.0f} nats{alike})")
-        return f"{self.verdict}: {'; '.join(said) or 'no effect found'}"
+        return in_words(self.as_event())
 
 
 def told_by(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -30,6 +30,12 @@ from cdprcal.option_values import (
     parse_orientation,
     parse_position,
 )
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from cdprcal import _core
 
 EXAMPLE = "Example: cdprcal plan irma4 --order random -o plan.csv --plot plan.png"
 
@@ -119,6 +125,15 @@ def command(
             "tell apart.",
         ),
     ] = False,
+    show: Annotated[
+        str,
+        typer.Option(
+            "--for",
+            metavar="EFFECT,…",
+            help="With --diagnose: add places where these effects show at smaller sizes or look "
+            "less like others, each visited several times in random order.",
+        ),
+    ] = "",
     effects: EffectsOption = None,
     verbose: VerboseOption = False,
     json: JsonOption = False,
@@ -164,22 +179,36 @@ def command(
     }
     if optimal and position:
         fail("--optimal chooses the poses itself: leave out --position")
+    if show and not diagnose:
+        fail("--for says what --diagnose shall show: give both")
+    if show and optimal:
+        fail("--for adds places to a grid or to --position: leave out --optimal")
+    asked = [name.strip() for name in show.split(",") if name.strip()]
+    if asked:
+        options["order"] = _core.VisitingOrder.random
     if plot:
         check_picture_name(Path(plot))
-    with progress_bar() as show:
-        result = _core.make_plan(the_robot, progress=show, **options)
+    with progress_bar() as shown:
+        result = _core.make_plan(the_robot, progress=shown, **options)
     if result.status != _core.PlanStatus.planned:
         fail(
             f"{the_robot.name}: no plan: {result.reason}; try another --grid or --box, "
             "cdprcal workspace shows where"
         )
+    without = result.plan
+    added: list[NDArray[np.float64]] = []
+    if asked:
+        result, added = _with_more(the_robot, result, asked, options)
     document = plan_as_dict(the_robot, result)
     if result.comparison is not None:
         document["comparison"]["chosen_from"] = "the box" if box else "the static workspace"
     if diagnose:
-        from cdprcal.diagnosis.foresight import foresight_as_dict, print_foresight
+        from cdprcal.diagnosis.foresight import foresight_as_dict, print_foresight, with_added
 
         document["diagnose"] = foresight_as_dict(the_robot, result.plan)
+        if asked:
+            before = foresight_as_dict(the_robot, without)
+            document["diagnose"] = with_added(document["diagnose"], before, asked, added)
     if plot:
         from cdprcal.planning.pictures import write_plan_picture
 
@@ -195,3 +224,30 @@ def command(
     out = notes()
     for path in filter(None, (output, plot)):
         say(out, path)
+
+
+def _with_more(
+    robot: _core.Robot, result: _core.PlanResult, asked: list[str], options: dict[str, Any]
+) -> tuple[_core.PlanResult, list[NDArray[np.float64]]]:
+    """A plan with places besides where these effects show; the given one where none can be had."""
+    import numpy as np
+
+    from cdprcal import _core
+    from cdprcal.cli.progress import progress_bar
+    from cdprcal.diagnosis.foresight import positions_that_show
+
+    with progress_bar() as shown:
+        more = positions_that_show(robot, result.plan, result.box, asked, progress=shown)
+    places = [np.asarray(stop.pose.position_m) for stop in result.plan.poses if stop.measured]
+    kept = [p for k, p in enumerate(places) if not any(np.allclose(p, q) for q in places[:k])]
+    while more:
+        wider = options | {
+            "positions_m": [*kept, *more],
+            "home_m": result.plan.start_pose.position_m,
+        }
+        with progress_bar() as shown:
+            found = _core.make_plan(robot, progress=shown, **wider)
+        if found.status == _core.PlanStatus.planned:
+            return found, more
+        more = more[:-1]  # a place that cannot be reached safely
+    return result, []

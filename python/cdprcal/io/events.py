@@ -33,6 +33,32 @@ def read_events(path: str | Path) -> list[dict[str, Any]]:
     return sorted(events, key=lambda event: float(event["time_s"]))
 
 
+def told_in(path: str | Path) -> tuple[dict[str, Any], ...]:
+    """The diagnoses that ``acquire --diagnose`` made after rests, each with its ``time_s``."""
+    return tuple(told for event in read_events(path) if (told := _told(event)))
+
+
+def _told(event: dict[str, Any]) -> dict[str, Any] | None:
+    """None where an event has no diagnosis, or somebody else's."""
+    try:
+        told = event["estimate"]["diagnosis"]
+        return {
+            "time_s": float(event["time_s"]),
+            "verdict": str(told["verdict"]),
+            "faults": [str(name) for name in told["faults"]],
+            "effects": [
+                {
+                    "name": str(effect["name"]),
+                    "log_evidence": float(effect["log_evidence"]),
+                    "rivals": [str(name) for name in effect["rivals"]],
+                }
+                for effect in told["effects"]
+            ],
+        }
+    except (KeyError, TypeError, ValueError):
+        return None
+
+
 def _csv(data: bytes) -> list[bytes]:
     return [line[len(_MARK) :] for line in data.split(b"\n") if line.startswith(_MARK)]
 

@@ -399,6 +399,40 @@ def course(effect: dict[str, Any]) -> Figure:
     }
 
 
+def evidence(told: Sequence[dict[str, Any]]) -> Figure:
+    """How the evidence for each effect grew while the run went on."""
+    names = dict.fromkeys(effect["name"] for one in told for effect in one["effects"])
+    symbols = ("circle", "diamond", "square", "cross", "triangle-up", "x")
+    data: list[dict[str, Any]] = []
+    for number, name in enumerate(names):
+        nats = [
+            next((e["log_evidence"] for e in one["effects"] if e["name"] == name), None)
+            for one in told
+        ]
+        colour = CABLES[number % len(CABLES)]
+        data.append(
+            {
+                "type": "scatter",
+                "x": rounded([one["time_s"] for one in told], 2),
+                "y": [None if n is None else round(n, 2) for n in nats],
+                "mode": "lines+markers",
+                "name": name,
+                "line": {"color": colour},
+                "marker": {"symbol": symbols[number % len(symbols)], "size": 8},
+                "hovertemplate": f"{name}: %{{y:.1f}} nats at %{{x:.1f}} s<extra></extra>",
+            }
+        )
+    return {
+        "data": data,
+        "layout": layout(
+            280,
+            xaxis=axis("time [s]"),
+            yaxis=axis("evidence [nats]", rangemode="tozero"),
+            showlegend=True,
+        ),
+    }
+
+
 def staircase(diagnosis: dict[str, Any]) -> Figure:
     """The gap, channel by channel: before any effect and after each, fitted and held out."""
     steps, panels = gap_steps(diagnosis), gap_panels(diagnosis)

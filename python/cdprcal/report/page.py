@@ -19,6 +19,7 @@ import numpy as np
 from cdprcal import _core
 from cdprcal.diagnosis.document import TRUSTED
 from cdprcal.diagnosis.plots import gap_panels, gap_steps
+from cdprcal.diagnosis.said import in_words
 from cdprcal.diagnosis.table import (
     LEFT_OVER,
     believable,
@@ -127,6 +128,8 @@ def _figures(subject: Subject) -> tuple[dict[str, Any], dict[str, str]]:
         if run.best["poses"]:
             found[f"scene-{number}"] = scene(subject.corrected, run.best, mesh)
         found[f"time-{number}"] = figures.timelines(subject.robot, run)
+        if any(told["effects"] for told in run.told):
+            found[f"told-{number}"] = figures.evidence(run.told)
     drawn = figures.residuals(subject)
     if drawn:
         found["residuals"] = drawn
@@ -187,6 +190,7 @@ def _run(subject: Subject, number: int) -> dict[str, Any]:
         "residual_rows": _residual_rows(subject.robot, run),
         "gated": [gated_line(gated) for gated in document["gated"]],
         "findings": run.findings,
+        "told": [(f"{told['time_s']:.1f}", in_words(told)) for told in run.told],
         "ellipsoid": _ellipsoid(subject.robot, best),
         "equilibria": len(best["equilibria"]),
         "facts": _facts(document),

@@ -12,6 +12,7 @@ from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.diagnosis.document import TRUSTED
 from cdprcal.findings import Finding
+from cdprcal.io.events import told_in
 from cdprcal.io.loaded import LogFile
 from cdprcal.io.result_file import Result, calibrate_options, calibrate_options_as_dict, naming
 from cdprcal.results import calibration_as_dict
@@ -24,6 +25,7 @@ class Run:
     """One log and its calibration (the document of ``calibrate --json``).
 
     ``corrected`` is the same with what the diagnosis found in the model; None when that is nothing.
+    ``told``: what ``acquire --diagnose`` said of the run while it went on, estimate by estimate.
     """
 
     log: _core.Log
@@ -31,6 +33,7 @@ class Run:
     options: dict[str, Any]
     findings: tuple[Finding, ...] = ()
     corrected: dict[str, Any] | None = None
+    told: tuple[dict[str, Any], ...] = ()
 
     @property
     def best(self) -> dict[str, Any]:
@@ -79,7 +82,10 @@ def subject_of_logs(
     progress: Progress = lambda step: None,
 ) -> Subject:
     """Calibrates each log by itself, then diagnoses all together. Raises InputError."""
-    runs = tuple(_calibrated(robot, file.log, None, file.findings) for file in files)
+    runs = tuple(
+        replace(_calibrated(robot, file.log, None, file.findings), told=told_in(file.path))
+        for file in files
+    )
     diagnosis, why_not = _diagnosed(robot, [file.log for file in files], progress)
     return _with_corrected(Subject(robot, runs, diagnosis, why_not, tuple(command)))
 
