@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import cdprcal
 from cdprcal import _core
+from cdprcal.diagnosis import diagnosis_as_dict
 from cdprcal.testing.blind_bench.cases import Case, Hidden, Setting
 from cdprcal.testing.blind_bench.simulate import simulate
 
@@ -96,3 +98,38 @@ def test_ties_come_with_poses_that_raise_the_evidence() -> None:
     # A common shift of the anchors is a shift of the centre of mass: exactly (design, section 5).
     assert {"platform_anchors", "centre_of_mass"} <= names
     assert any("cannot be told apart" in text for text in diagnosis.next)
+
+
+def test_what_nobody_can_describe_counts_in_every_sigma() -> None:
+    """Swivels that are off by a random function of the place, another one for each."""
+    robot = cdprcal.load_robot("irma4")
+    run = cdprcal.simulate_startup(robot, cdprcal.make_plan(robot, grid=(3, 3, 3)).plan, seed=1)
+    rng = np.random.default_rng([1, 77])
+    # What stays the same over a rest.
+    sigma = {"length_m": 3e-4, "swivel_rad": 1.5e-3, "tension_N": 0.5, "roll_pitch_yaw_rad": 2e-3}
+    read = {name: np.array(getattr(run.log, name)) for name in sigma}
+    time_s = np.array(run.log.time_s)
+    place_m = np.array([pose.position_m for pose in run.poses])
+    for cable in range(4):
+        wave, phase = 2.0 * rng.standard_normal((6, 3)), rng.uniform(0, 6.3, 6)
+        size = rng.standard_normal(6) * 0.04 / np.sqrt(3)
+        read["swivel_rad"][:, cable] += np.cos(place_m @ wave.T + phase) @ size
+    for name, of_rest in sigma.items():
+        for rest in run.rests:
+            rows = (time_s >= rest.begin_s) & (time_s <= rest.end_s)
+            read[name][rows] += of_rest * rng.standard_normal(read[name].shape[1])
+    log = cdprcal.Log(time_s=time_s, source="odd.csv", **read)
+    found = cdprcal.diagnose(robot, [log])
+    assert found.verdict == _core.Verdict.unexplained
+    (left,) = found.discrepancy.channels
+    assert left.channel == "swivel"
+    assert 0.01 < left.rms < 0.06
+    assert 0.2 < found.discrepancy.reach_m < 1.5
+    assert any("change with the place (swivel)" in text for text in found.next)
+    document = diagnosis_as_dict(found, robot)
+    assert document["discrepancy"]["channels"][0]["rms"] == left.rms
+    away_m = found.initial_pose_after.position_m - run.poses[0].position_m
+    covariance = np.array(found.covariance_after)[:3, :3]
+    assert away_m @ np.linalg.solve(covariance, away_m) < 16.3  # 99.9 % of three coordinates
+    clean = cdprcal.diagnose(robot, [run.log]).discrepancy
+    assert (clean.channels, np.isnan(clean.reach_m)) == ([], True)

@@ -21,11 +21,13 @@ POINTS = 200
 LINE = line(POINTS)
 
 
+@pytest.mark.alone
 @pytest.mark.benchmark(group=f"inverse problem, {POINTS} points")
 def test_cdprcal(benchmark: Any, robot: cdprcal.Robot) -> None:
     assert benchmark.pedantic(inverse_by_cdprcal, (robot, LINE), rounds=20).shape == (POINTS, 4)
 
 
+@pytest.mark.alone
 @pytest.mark.benchmark(group=f"inverse problem, {POINTS} points")
 def test_fsolve(benchmark: Any, robot: cdprcal.Robot) -> None:
     pytest.importorskip("scipy", reason="SciPy is not installed (the test extra has it)")

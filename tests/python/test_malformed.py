@@ -69,6 +69,7 @@ def test_is_refused(cli: Cli, valid: Valid, tmp_path: Path, case: Case) -> None:
         assert set(tmp_path.rglob("*")) == before, "nothing is written"
 
 
+@pytest.mark.alone
 def test_large_ones_are_refused_with_little_memory(tmp_path: Path) -> None:
     here = str(Path(__file__).resolve().parent)
     paths = os.pathsep.join(filter(None, [here, os.environ.get("PYTHONPATH", "")]))

@@ -161,12 +161,14 @@ def test_scipy_finds_the_same_minimum(case: Case) -> None:
         np.testing.assert_allclose(cdprcal.minus(a, b), 0.0, atol=1e-6)
 
 
+@pytest.mark.alone
 @pytest.mark.benchmark(group="one calibration, 8 static poses")
 def test_time_of_ours(benchmark: Callable[..., Any], case: Case) -> None:
     result = benchmark(cdprcal.solve, *case)
     assert result.status == cdprcal.CalibrationStatus.converged
 
 
+@pytest.mark.alone
 @pytest.mark.benchmark(group="one calibration, 8 static poses")
 def test_time_of_scipy(benchmark: Any, case: Case) -> None:
     result = benchmark.pedantic(ScipyCalibration(*case).solve, rounds=5, warmup_rounds=1)

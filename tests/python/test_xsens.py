@@ -383,6 +383,7 @@ def test_a_port_that_is_not_there() -> None:
         open_port(Ahrs(port="/dev/ttyNONE"))
 
 
+@pytest.mark.alone
 def test_parsing_is_quick(benchmark: object) -> None:
     """Packets per second: the rate that is asserted leaves room for a slow, busy machine."""
     data = PACKET * 200

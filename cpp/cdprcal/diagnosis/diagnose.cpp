@@ -273,7 +273,10 @@ DiagnosisModel with_discrepancy(const DiagnosisModel& model, Diagnosis& out) {
     out.discrepancy = {reach * spread_m,
                        errors_beyond_noise(best.model, best.model.effects.back())};
   }
-  if (out.discrepancy.channels.empty()) return model;
+  if (out.discrepancy.channels.empty()) {
+    out.discrepancy = {};
+    return model;
+  }
   out.next.push_back(
       "sigma of the pose and of the effects allows for errors that change with the place (" +
       channels_of(out.discrepancy.channels) + ")");
