@@ -229,7 +229,7 @@ StopSeparation separation_by_stops(const DiagnosisModel& model, std::size_t k,
   }
   Rivalry rivalry(model, k, rival, candidates);
   StopSeparation out;
-  out.nats = out.nats_with_all = rivalry.nats();
+  out.nats = rivalry.nats();
   out.nats_with.assign(stops.size(), out.nats);
   for (std::size_t i = 0; i < rivalry.count(); ++i) out.nats_with[i] = rivalry.nats_with(i);
   for (std::size_t i = 0; i < rivalry.count(); ++i) rivalry.take(i);

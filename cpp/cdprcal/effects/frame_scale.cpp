@@ -26,11 +26,11 @@ class FrameScale final : public FrameShape {
 
  protected:
   [[nodiscard]] Vector3 moved(const EffectValues& scale_error, const Vector3& place_m,
-                              const Robot&) const override {
+                              const Vector3&) const override {
     return place_m + scale_error.cwiseProduct(place_m);
   }
   [[nodiscard]] Eigen::Matrix3Xd by_value(const EffectValues& scale_error, const Vector3& place_m,
-                                          const Robot&) const override {
+                                          const Vector3&) const override {
     const Vector3 right = place_m.array() / (1.0 + scale_error.array());
     return right.asDiagonal().toDenseMatrix();
   }

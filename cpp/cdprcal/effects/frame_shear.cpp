@@ -47,11 +47,11 @@ class FrameShear final : public FrameShape {
 
  protected:
   [[nodiscard]] Vector3 moved(const EffectValues& shear_rad, const Vector3& place_m,
-                              const Robot&) const override {
+                              const Vector3&) const override {
     return place_m + strain(shear_rad) * place_m;
   }
   [[nodiscard]] Eigen::Matrix3Xd by_value(const EffectValues& shear_rad, const Vector3& place_m,
-                                          const Robot&) const override {
+                                          const Vector3&) const override {
     const Vector3 right = (Matrix3::Identity() + strain(shear_rad)).inverse() * place_m;
     Matrix3 out;
     for (int k = 0; k < 3; ++k) out.col(k) = strain(Vector3::Unit(k)) * right;

@@ -5,9 +5,8 @@ namespace cdprcal {
 namespace {
 
 /// 1 at the corners of high x and high y, and of low x and low y; -1 at the others.
-double saddle(const Vector3& place_m, const Robot& robot) {
-  const Vector3 reach = reach_of_pulleys(robot);
-  return place_m.x() / reach.x() * place_m.y() / reach.y();
+double saddle(const Vector3& place_m, const Vector3& reach_m) {
+  return place_m.x() / reach_m.x() * place_m.y() / reach_m.y();
 }
 
 class FrameWarp final : public FrameShape {
@@ -32,12 +31,12 @@ class FrameWarp final : public FrameShape {
 
  protected:
   [[nodiscard]] Vector3 moved(const EffectValues& corner_m, const Vector3& place_m,
-                              const Robot& robot) const override {
-    return place_m + corner_m[0] * saddle(place_m, robot) * Vector3::UnitZ();
+                              const Vector3& reach_m) const override {
+    return place_m + corner_m[0] * saddle(place_m, reach_m) * Vector3::UnitZ();
   }
   [[nodiscard]] Eigen::Matrix3Xd by_value(const EffectValues&, const Vector3& place_m,
-                                          const Robot& robot) const override {
-    return saddle(place_m, robot) * Vector3::UnitZ();
+                                          const Vector3& reach_m) const override {
+    return saddle(place_m, reach_m) * Vector3::UnitZ();
   }
 };
 

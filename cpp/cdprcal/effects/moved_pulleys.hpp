@@ -44,10 +44,10 @@ class FrameShape : public Effect {
  public:
   [[nodiscard]] bool moves_cables() const final { return true; }
   void apply(const EffectValues& values, Robot& robot) const final {
-    const Vector3 middle = middle_of_pulleys(robot);
+    const Vector3 middle = middle_of_pulleys(robot), reach = reach_of_pulleys(robot);
     for (int i = 0; i < robot.cable_count(); ++i) {
       Vector3& place = robot.cables[i].pulley.position_m;
-      place = middle + moved(values, place - middle, robot);
+      place = middle + moved(values, place - middle, reach);
     }
   }
   void columns(const EffectContext& context, const EffectValues& values,
@@ -56,20 +56,22 @@ class FrameShape : public Effect {
     Eigen::MatrixXd by_place = Eigen::MatrixXd::Zero(out.rows(), 3 * n);
     columns_of_pulley_places(context, by_place);
     const Vector3 middle = middle_of_pulleys(context.robot);
+    const Vector3 reach = reach_of_pulleys(context.robot);
     for (int i = 0; i < n; ++i) {
       const Vector3 place = context.robot.cables[i].pulley.position_m - middle;
-      out += by_place.middleCols<3>(3 * i) * by_value(values, place, context.robot);
+      out += by_place.middleCols<3>(3 * i) * by_value(values, place, reach);
     }
   }
 
  protected:
-  /// Where a pulley is, from the middle, that would be at `place_m` in a frame of the right shape.
+  /// Where a pulley is, from the middle, that would be at `place_m` in a frame of the right shape;
+  /// `reach_m`: of all pulleys.
   [[nodiscard]] virtual Vector3 moved(const EffectValues& values, const Vector3& place_m,
-                                      const Robot& robot) const = 0;
+                                      const Vector3& reach_m) const = 0;
   /// Its derivatives by the values (3 × size) for one that is at `place_m` now.
   [[nodiscard]] virtual Eigen::Matrix3Xd by_value(const EffectValues& values,
                                                   const Vector3& place_m,
-                                                  const Robot& robot) const = 0;
+                                                  const Vector3& reach_m) const = 0;
 };
 
 }  // namespace cdprcal

@@ -207,8 +207,9 @@ def command(
 
         document["diagnose"] = foresight_as_dict(the_robot, result.plan)
         if asked:
-            before = foresight_as_dict(the_robot, without)
-            document["diagnose"] = with_added(document["diagnose"], before, asked, added)
+            document["diagnose"] = with_added(
+                document["diagnose"], the_robot, without, asked, added
+            )
     if plot:
         from cdprcal.planning.pictures import write_plan_picture
 

@@ -125,16 +125,17 @@ def print_foresight(document: dict[str, Any], robot: _core.Robot) -> None:
 
 def with_added(
     document: dict[str, Any],
-    before: dict[str, Any],
+    robot: _core.Robot,
+    without: _core.Plan,
     asked: Sequence[str],
     added: Sequence[NDArray[np.float64]],
 ) -> dict[str, Any]:
     """``foresight_as_dict`` of a plan to which places were added, with what was before."""
-    without = {row["name"]: row["detectable"] for row in before["effects"] if row["name"] in asked}
+    seen = _foreseen(robot, *_stops_of(without), asked)
     return document | {
         "asked": list(asked),
         "added_positions_m": [numbers(place) for place in added],
-        "detectable_without": without,
+        "detectable_without": {e.info.name: number(e.detectable) for e in seen.effects},
     }
 
 
