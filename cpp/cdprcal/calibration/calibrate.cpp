@@ -13,6 +13,7 @@
 #include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/readings/fresh.hpp"
+#include "cdprcal/readings/run.hpp"
 #include "cdprcal/readings/still.hpp"
 
 namespace cdprcal {
@@ -24,26 +25,9 @@ std::string seconds(double time_s) {
   return text;
 }
 
-SampleRange run_of(const Log& log, int segment) {
-  const std::vector<SampleRange> all = segments(log);
-  const int count = static_cast<int>(all.size());
-  const int index = segment < 0 ? count - 1 : segment;
-  if (index >= count) {
-    throw InputError(log.source + ": segment " + std::to_string(segment) +
-                     " asked for, but the log has " + std::to_string(count) +
-                     "; give one of these, counted from 0");
-  }
-  return all[static_cast<std::size_t>(index)];
-}
-
 void check_fit(const Robot& robot, const Log& log, const CalibrateOptions& options) {
+  check_belongs(robot, log);
   const int cables = log.cable_count();
-  if (log.sample_count() == 0) throw InputError(log.source + ": the log has no samples; log again");
-  if (cables != robot.cable_count()) {
-    throw InputError(log.source + ": the log has " + std::to_string(cables) + " cables, robot '" +
-                     robot.name + "' has " + std::to_string(robot.cable_count()) +
-                     "; give the robot file that belongs to this log");
-  }
   if (options.method == Method::statics && log.tension_N.cols() == 0 && cables >= 6) {
     throw InputError(
         log.source + ": the log has no tension_1_N … columns, without which rests on " +

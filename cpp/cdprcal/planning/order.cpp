@@ -6,14 +6,13 @@
 #include <numeric>
 
 #include "cdprcal/error.hpp"
+#include "cdprcal/readings/turn_over.hpp"
 #include "cdprcal/synthetic/synthetic.hpp"
 
 namespace cdprcal {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-/// Cable travel [m] after which its friction has turned over (design: about 1 mm).
-constexpr double kTurnOver_m = 1e-3;
 
 /// Held & Karp: the cheapest way through every set of poses to each of its members.
 Tour exact_tour(const Eigen::MatrixXd& time_s) {

@@ -2,16 +2,13 @@
 
 #include <algorithm>
 
-#include "cdprcal/model/yardstick.hpp"
 #include "cdprcal/readings/equilibrium_detection.hpp"
 #include "cdprcal/readings/fresh.hpp"
+#include "cdprcal/readings/turn_over.hpp"
 
 namespace cdprcal {
 namespace {
 
-/// On irma4. What turns over is elastic: it gives way by an angle of the pulley.
-constexpr double kTurnOver_m = 1e-3;
-constexpr double kTurnOver_rad = 0.5 * kDegree;
 /// Dead bands in σ of the smoothed noise.
 constexpr double kNarrow = 1.0, kWide = 3.0;
 /// Half the window of a rate: short against the swings of robots of a few metres (2 to 5 rad/s),
@@ -109,8 +106,7 @@ void slopes(const Eigen::VectorXd& time, const Eigen::VectorXd& angles, const Sa
 
 PathState path_state(const Robot& robot, const Log& log, double smoothing_s) {
   PathState state;
-  const double turn_over_m = kTurnOver_m * times_reference(Yardstick::pulley, robot);
-  directions(log, log.length_m, turn_over_m, smoothing_s, false, state.length_direction,
+  directions(log, log.length_m, turn_over_m(robot), smoothing_s, false, state.length_direction,
              state.length_direction_error);
   directions(log, log.swivel_rad, kTurnOver_rad, smoothing_s, true, state.swivel_direction,
              state.swivel_direction_error);

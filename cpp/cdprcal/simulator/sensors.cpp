@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "cdprcal/readings/turn_over.hpp"
 #include "cdprcal/simulator/written_effects.hpp"
 
 namespace cdprcal {
@@ -51,7 +52,6 @@ PlantSnapshot SensorBank::snapshot(const PlantDynamics& plant) {
 }
 
 void SensorBank::add_written(const PlantDynamics& plant, PlantSnapshot& now) {
-  constexpr double kTurnOver_rad = 0.5 * kDegree;  // as PathState's
   for (Eigen::Index i = 0; i < swivel_turn_.size(); ++i) {
     const double swivel = plant.strand(static_cast<int>(i)).cable.swivel_rad;
     const double turned = wrap_angle(swivel - swivel_seen_rad_[i]);

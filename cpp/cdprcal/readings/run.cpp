@@ -1,0 +1,29 @@
+#include "cdprcal/readings/run.hpp"
+
+#include "cdprcal/error.hpp"
+
+namespace cdprcal {
+
+SampleRange run_of(const Log& log, int segment) {
+  const std::vector<SampleRange> all = segments(log);
+  const int count = static_cast<int>(all.size());
+  const int index = segment < 0 ? count - 1 : segment;
+  if (index >= count) {
+    throw InputError(log.source + ": segment " + std::to_string(segment) +
+                     " asked for, but the log has " + std::to_string(count) +
+                     "; give one of these, counted from 0");
+  }
+  return all[static_cast<std::size_t>(index)];
+}
+
+void check_belongs(const Robot& robot, const Log& log) {
+  const int cables = log.cable_count();
+  if (log.sample_count() == 0) throw InputError(log.source + ": the log has no samples; log again");
+  if (cables != robot.cable_count()) {
+    throw InputError(log.source + ": the log has " + std::to_string(cables) + " cables, robot '" +
+                     robot.name + "' has " + std::to_string(robot.cable_count()) +
+                     "; give the robot file that belongs to this log");
+  }
+}
+
+}  // namespace cdprcal
