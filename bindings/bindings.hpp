@@ -29,6 +29,7 @@ void bind_simulator(py::module_& module);
 void register_noise(py::module_& module);
 void register_calibration(py::module_& module);
 void register_online(py::module_& module);
+void register_motion(py::module_& module);
 void register_frame(py::module_& module);
 void register_diagnosis(py::module_& module);
 

@@ -97,6 +97,7 @@ PYBIND11_MODULE(_core, module) {
   register_synthetic(module);
   bind_simulator(module);
   register_online(module);
+  register_motion(module);
   register_frame(module);
   register_versions(module);
 }

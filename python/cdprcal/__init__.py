@@ -15,11 +15,12 @@ if TYPE_CHECKING:
     from cdprcal.calls import diagnose as diagnose
     from cdprcal.calls import geometry as geometry
     from cdprcal.calls import simulate_startup as simulate_startup
+    from cdprcal.calls import track as track
 
     from cdprcal._core import *  # type: ignore[assignment]  # noqa: F403  # isort: skip
 
 #: What takes paths and words, in place of the core's functions of that name.
-_CALLS = ("calibrate", "diagnose", "geometry", "simulate_startup")
+_CALLS = ("calibrate", "diagnose", "geometry", "simulate_startup", "track")
 
 
 def __getattr__(name: str) -> Any:

@@ -60,6 +60,7 @@ __all__: list[str] = [
     "Grid",
     "GridComparison",
     "Identifiability",
+    "InMotion",
     "InjectedEffect",
     "InputError",
     "InverseResult",
@@ -137,6 +138,9 @@ __all__: list[str] = [
     "TensionDistribution",
     "TensionModel",
     "TimingOptions",
+    "Track",
+    "TrackedSample",
+    "Tracker",
     "Unexplained",
     "Verdict",
     "VisitingOrder",
@@ -157,6 +161,7 @@ __all__: list[str] = [
     "cable_derivatives",
     "cable_state",
     "calibrate",
+    "calibrate_in_motion",
     "channel_noise",
     "channels",
     "characteristic_length_m",
@@ -265,6 +270,7 @@ __all__: list[str] = [
     "tensions_left_inverse",
     "text_lines",
     "to_yaml",
+    "track",
     "verify_plan",
     "with_effect_definitions",
     "with_known_effects",
@@ -4413,6 +4419,182 @@ class NextStopChooser:
         The stop of the greatest worth per second. worth: of each pose of the plan, in any unit. None: no stop is left that is worth anything and can be reached.
         """
 
+class TrackedSample:
+    """
+    What is known of the platform after one sample. Immutable.
+    """
+
+    def __repr__(self) -> str: ...
+    @property
+    def acceleration(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+        """
+        [6]: derivative of the twist.
+        """
+
+    @property
+    def left_out(self) -> int:
+        """
+        Readings of this sample that contradict the others.
+        """
+
+    @property
+    def pose(self) -> Pose: ...
+    @property
+    def pose_covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        [6, 6]: position [m], world-frame rotation vector [rad].
+        """
+
+    @property
+    def reason(self) -> str:
+        """
+        Not trusted: why. Empty otherwise.
+        """
+
+    @property
+    def time_s(self) -> float: ...
+    @property
+    def trusted(self) -> bool:
+        """
+        Whether the readings agree with one another and with the calibration; the pose is no good otherwise.
+        """
+
+    @property
+    def twist(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+        """
+        [6]: velocity of P [m/s], angular velocity [rad/s], world axes.
+        """
+
+    @property
+    def twist_covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        [6, 6]
+        """
+
+class Track:
+    """
+    Pose and twist of the platform at every sample of a run. Immutable.
+    """
+
+    def __getitem__(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> TrackedSample: ...
+    def __len__(self) -> int: ...
+    def __repr__(self) -> str: ...
+    def _repr_html_(self) -> str: ...
+    def plot(self, ax: typing.Any = None) -> typing.Any:
+        """
+        Draws into a matplotlib Axes (None: a new one), which is returned.
+        """
+
+    def to_pandas(self) -> typing.Any:
+        """
+        A row a sample: time_s, position, roll, pitch, yaw, twist, their standard deviations, trusted.
+        """
+
+    @property
+    def convention(self) -> EulerConvention:
+        """
+        EulerConvention of the robot's sensors.
+        """
+
+    @property
+    def pose_covariance(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        [N, 6, 6]: position [m], world-frame rotation vector [rad].
+        """
+
+    @property
+    def position_m(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        [N, 3]: P in the world.
+        """
+
+    @property
+    def quaternion_wxyz(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        [N, 4]: R_world_platform, unit quaternions.
+        """
+
+    @property
+    def roll_pitch_yaw_rad(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        [N, 3] in `convention`; the yaw is absolute.
+        """
+
+    @property
+    def time_s(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        [N]
+        """
+
+    @property
+    def trusted(self) -> numpy.typing.NDArray[numpy.bool]:
+        """
+        [N]: whether the readings agree with one another and with the calibration.
+        """
+
+    @property
+    def twist(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        [N, 6]: velocity of P [m/s], angular velocity [rad/s], world axes.
+        """
+
+    @property
+    def twist_covariance(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        [N, 6, 6]
+        """
+
+class Tracker:
+    """
+    Pose and twist from sample to sample, in some microseconds each: an extended Kalman filter on SE(3) over pose, twist and acceleration. What the calibration leaves open is considered in the covariances and not estimated.
+    """
+
+    def __init__(self, calibration: Calibration) -> None:
+        """
+        Raises InputError for a calibration without a pose that can be trusted.
+        """
+
+    def add(self, sample: RobotSample) -> TrackedSample:
+        """
+        Takes the next RobotSample, which counts from the same power-on as the calibration's log; TrackedSample after it. After a gap of more than 2 s it starts anew. Raises InputError for a sample that is not after the last one or has more cables.
+        """
+
+    @property
+    def latest(self) -> TrackedSample:
+        """
+        TrackedSample: time_s is NaN before any.
+        """
+
+class InMotion:
+    """
+    A calibration in which the balance counts in motion too. Immutable.
+    """
+
+    def __repr__(self) -> str: ...
+    @property
+    def calibration(self) -> Calibration:
+        """
+        Calibration of rests and moments of motion; what calibrate() says where motion adds nothing.
+        """
+
+    @property
+    def damping_shift_1_s(self) -> float:
+        """
+        1/T: forces 2m/T v hold the centre of mass back.
+        """
+
+    @property
+    def damping_turn_1_s(self) -> float:
+        """
+        1/T: moments 2I/T w hold turns back.
+        """
+
+    @property
+    def in_motion(self) -> bool:
+        """
+        Whether it is that of rests and motion.
+        """
+
 class FrameStatus(enum.StrEnum):
     """
     How find_frame ended.
@@ -4659,6 +4841,17 @@ def cable_state(
 def calibrate(robot: Robot, log: Log, options: CalibrateOptions | None = None) -> Calibration:
     """
     From a log to the initial pose. Look at result.status. The covariance counts what effects may do that the log cannot rule out; where the readings show that the model lacks something, pose and covariance allow for every known effect at its typical size (options.allow_for_effects). Raises as prepare does.
+    """
+
+def calibrate_in_motion(
+    robot: Robot,
+    log: Log,
+    options: CalibrateOptions | None = None,
+    most_moments: typing.SupportsInt | typing.SupportsIndex = 300,
+    rounds: typing.SupportsInt | typing.SupportsIndex = 2,
+) -> InMotion:
+    """
+    As calibrate(), with the balance of forces and inertia at moments between the rests, or all along where there are none. InMotion. Raises InputError as calibrate() does, and for options that leave motion out (method static or kinematic, formulation paper, specified noise, at_s).
     """
 
 def channel_noise(
@@ -5495,6 +5688,13 @@ def text_lines(
 def to_yaml(robot: Robot) -> str:
     """
     The robot as a robot file that parse_robot reads back exactly.
+    """
+
+def track(
+    calibration: Calibration, log: Log, segment: typing.SupportsInt | typing.SupportsIndex = -1
+) -> Track:
+    """
+    Pose, twist and their covariances at every sample of a run, from its calibration: the log that was calibrated, or one that goes on counting from it. segment: which is the run, from 0, -1 the last. Raises InputError for a calibration without a pose that can be trusted.
     """
 
 def verify_plan(robot: Robot, plan: Plan, bounds: Box | None = None) -> str:

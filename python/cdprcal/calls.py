@@ -36,6 +36,7 @@ from cdprcal._core import (
     StartUpOptions,
     StartUpPlan,
     StartUpRun,
+    Track,
 )
 from cdprcal.check import caveats_with_log
 from cdprcal.io.loaded import LogFile
@@ -74,6 +75,7 @@ def calibrate(
     noise: NoiseSource | str | None = None,
     at_s: Sequence[float] | None = None,
     segment: int | None = None,
+    motion: bool = False,
     map: Path = "",
 ) -> Calibration:
     """From a log to the initial pose. Look at result.status, then at caveats.
@@ -82,7 +84,8 @@ def calibrate(
     ``map``: of a file of any kind, its mapping file. Keywords are those of the command and override
     ``options``: method 'unified', 'static' or 'kinematic'; formulation 'full' or 'paper'; noise
     'data' or 'specified'; at_s: times of the poses [s]; segment: which is the run, from 0, -1 the
-    last. The result's ``caveats`` are Findings: errors for which the log is not to be trusted,
+    last; motion: the balance counts between the rests too. The result's ``caveats`` are Findings:
+    errors for which the log is not to be trusted,
     warnings with which the pose may be off by more than its σ. Raises InputError for a log that
     does not fit the robot.
 
@@ -96,12 +99,20 @@ def calibrate(
     words = (method, formulation, noise, at_s, segment)
     if any(word is not None for word in words):
         chosen = _with(options or CalibrateOptions(), *words)
-    found = _core.calibrate(the_robot, the_log, chosen)
+    if motion:
+        found = _core.calibrate_in_motion(the_robot, the_log, chosen).calibration
+    else:
+        found = _core.calibrate(the_robot, the_log, chosen)
     file = LogFile(pathlib.Path(the_log.source), "csv", the_log)
     run = -1 if chosen is None else chosen.segment
     found.caveats = caveats_with_log(the_robot, file, found, run)
-    found._recipe = (calibrate, (the_robot, the_log, copy.copy(chosen)))  # type: ignore[attr-defined]
+    found._recipe = (_again, (the_robot, the_log, copy.copy(chosen), motion))  # type: ignore[attr-defined]
     return found
+
+
+def _again(robot: Robot, log: Log, options: CalibrateOptions | None, motion: bool) -> Calibration:
+    """What a pickled calibration is made with."""
+    return calibrate(robot, log, options, motion=motion)
 
 
 def _with(
@@ -169,6 +180,28 @@ def geometry(
         logs = [logs]
     the_logs = [as_log(log, the_robot, map) for log in logs]
     return _core.find_frame(the_robot, the_logs, offset=offset, poses=poses)
+
+
+def track(
+    robot: Robot | Path,
+    log: Log | Path | Any,
+    calibration: Calibration | None = None,
+    *,
+    segment: int = -1,
+    map: Path = "",
+) -> Track:
+    """Pose, twist and their covariances at every sample of a run.
+
+    ``robot``, ``log`` and ``map`` as for ``calibrate``; ``calibration``: of the start-up whose
+    counting the log goes on with (None: of this log); ``segment``: which is the run, from 0, -1
+    the last. Look at ``trusted``. Raises InputError for a calibration without a pose that can be
+    trusted.
+    """
+    the_robot = as_robot(robot)
+    the_log = as_log(log, the_robot, map)
+    if calibration is None:
+        calibration = calibrate(the_robot, the_log, segment=segment)
+    return _core.track(calibration, the_log, segment)
 
 
 def simulate_startup(

@@ -15,7 +15,16 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
-from cdprcal._core import Calibration, Comparison, Diagnosis, InputError, Log, Plan, PlanResult
+from cdprcal._core import (
+    Calibration,
+    Comparison,
+    Diagnosis,
+    InputError,
+    Log,
+    Plan,
+    PlanResult,
+    Track,
+)
 from cdprcal.diagnosis import diagnosis_as_dict
 from cdprcal.diagnosis.plots import gap_panels, gap_steps
 from cdprcal.diagnosis.table import headline, value_rows
@@ -24,6 +33,7 @@ from cdprcal.planning.table import promise
 from cdprcal.results import calibration_as_dict
 from cdprcal.sensors import LOG_GROUPS, MOST_CABLES, columns_of
 from cdprcal.tables import pose_line
+from cdprcal.tracking import columns_of_track
 
 # Text.
 
@@ -64,6 +74,15 @@ def _(result: PlanResult) -> str:
     }
     said = promise(plan.measured_count, plan.duration_s, deviation)
     return f"<PlanResult {said.plain}>"
+
+
+@text_of.register
+def _(result: Track) -> str:
+    time_s, trusted = result.time_s, result.trusted
+    return (
+        f"<Track of {len(result)} samples, {time_s[0]:.3f} to {time_s[-1]:.3f} s, "
+        f"{int(trusted.sum())} to be trusted>"
+    )
 
 
 def html_of(result: Any) -> str:
@@ -166,6 +185,11 @@ def _(result: PlanResult) -> Any:
     return frame_of(result.plan)
 
 
+@frame_of.register
+def _(track: Track) -> Any:
+    return _pandas().DataFrame(columns_of_track(track))
+
+
 def log_of(frame: Any, source: str) -> Log:
     """``Log.from_dataframe``: columns as ``to_pandas`` names them, those that are there.
 
@@ -258,6 +282,15 @@ def _(plan: Plan, ax: Any) -> None:
     for i, point in enumerate(points):
         ax.annotate(str(i), (point[0], point[1]), textcoords="offset points", xytext=(4, 4))
     ax.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
+
+
+@_drawn.register
+def _(track: Track, ax: Any) -> None:
+    """The way from above, with gaps where it is not to be trusted."""
+    points = np.where(track.trusted[:, None], track.position_m, np.nan)
+    ax.plot(points[:, 0], points[:, 1], linewidth=0.8, label="P")
+    ax.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
+    ax.legend()
 
 
 # Pickles.

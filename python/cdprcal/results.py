@@ -101,6 +101,30 @@ def calibration_as_dict(
     }
 
 
+def motion_as_dict(found: _core.InMotion, document: dict[str, Any]) -> dict[str, Any]:
+    """What ``calibrate --motion`` has in place of parts of the document; null: motion adds nothing.
+
+    Moments of motion are in balance as rests are, but rest nowhere.
+    """
+    if not found.in_motion:
+        return {"motion": None}
+    rests = document["equilibria"]
+    poses = [
+        pose if i == 0 or _is_within(pose["time_s"], rests) else pose | {"kind": "kinematic"}
+        for i, pose in enumerate(document["poses"])
+    ]
+    motion = {
+        "moments": found.calibration.kinematic_poses,
+        "damping_shift_1_s": number(found.damping_shift_1_s),
+        "damping_turn_1_s": number(found.damping_turn_1_s),
+    }
+    return {"poses": poses, "motion": motion}
+
+
+def _is_within(time_s: float, rests: Iterable[dict[str, float]]) -> bool:
+    return any(rest["begin_s"] <= time_s <= rest["end_s"] for rest in rests)
+
+
 def _rms(rms: _core.ResidualRms) -> dict[str, float | None]:
     document = {name: number(getattr(rms, name)) for name in _RMS}
     # Sensors that few robots have: only where they read something.

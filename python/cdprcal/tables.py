@@ -163,6 +163,19 @@ def print_calibration(
     )
 
 
+def print_motion(motion: dict[str, Any] | None) -> None:
+    """What ``calibrate --motion`` adds."""
+    if motion is None:
+        say(answers(), "motion adds nothing: this is what the rests say")
+        return
+    shift, turn = (fixed(motion[f"damping_{what}_1_s"], 2) for what in ("shift", "turn"))
+    say(
+        answers(),
+        f"in balance at {counted(motion['moments'], 'moment')} of motion too; what holds the "
+        f"platform back lets shifts decay with {shift} 1/s and turns with {turn} 1/s",
+    )
+
+
 def pose_line(document: dict[str, Any]) -> str:
     """The initial pose with its uncertainty along the worst axis (1 σ), on one line."""
     pose, deviation = document["initial_pose"], document["standard_deviation"]

@@ -26,6 +26,7 @@ ORDER = (
     "check",
     "import",
     "calibrate",
+    "track",
     "diagnose",
     "compare",
     "geometry",

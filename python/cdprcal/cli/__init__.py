@@ -30,6 +30,7 @@ from cdprcal.cli import (
     report,
     schema,
     template,
+    track,
     workspace,
 )
 
@@ -71,6 +72,7 @@ COMMANDS: dict[str, tuple[Callable[..., None], str, str]] = {
     "export": (export.command, export.EXAMPLE, "A log to a ROS 2 bag."),
     "check": (check.command, check.EXAMPLE, "What is wrong with a robot file or a log."),
     "calibrate": (calibrate.command, calibrate.EXAMPLE, "The initial pose, from a log."),
+    "track": (track.command, track.EXAMPLE, "Pose and twist at every sample."),
     "diagnose": (diagnose.command, diagnose.EXAMPLE, "What the model gets wrong, from logs."),
     "compare": (compare.command, compare.EXAMPLE, "Which numbers moved from log to log."),
     "geometry": (geometry.command, geometry.EXAMPLE, "Where the pulleys are, from many poses."),

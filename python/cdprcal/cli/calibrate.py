@@ -73,6 +73,14 @@ def command(
             "--formulation paper).",
         ),
     ] = "",
+    motion: Annotated[
+        bool,
+        typer.Option(
+            "--motion",
+            help="Let the balance of forces and inertia count between the rests too, and all along "
+            "where nothing rests: for short runs, and platforms that swing.",
+        ),
+    ] = False,
     map_: MapOption = "",
     segment: SegmentOption = -1,
     verbose: VerboseOption = False,
@@ -96,7 +104,7 @@ def command(
     from cdprcal import _core
     from cdprcal.check import caveats_with_log
     from cdprcal.mapping import Reader
-    from cdprcal.results import calibration_as_dict
+    from cdprcal.results import calibration_as_dict, motion_as_dict
 
     if output.lower().endswith((".yaml", ".yml")):
         fail(f"{output}: calibrate corrects no robot file; give a name in .json for the result")
@@ -111,22 +119,35 @@ def command(
     the_robot = _core.load_robot(robot)
     file = Reader(the_robot, map_).load(log)
     with interruptible():
-        calibration = _core.calibrate(the_robot, file.log, options)
+        if motion:
+            found = _core.calibrate_in_motion(the_robot, file.log, options)
+            calibration = found.calibration
+        else:
+            calibration = _core.calibrate(the_robot, file.log, options)
     caveats = caveats_with_log(the_robot, file, calibration, segment)
     document = calibration_as_dict(the_robot, calibration, caveats)
+    if motion:
+        document |= motion_as_dict(found, document)
     if output:
         from cdprcal.io.result_file import calibrate_options_as_dict, save_result
 
-        as_dict = calibrate_options_as_dict(options)
+        as_dict = calibrate_options_as_dict(options, motion=motion)
         save_result(Path(output), "calibrate", document, the_robot, [file.log], as_dict)
     if json:
         print_json(document)
     else:
-        from cdprcal.tables import print_calibration, print_findings, sigma_of
+        from cdprcal.tables import (
+            print_calibration,
+            print_findings,
+            print_motion,
+            sigma_of,
+        )
 
         print_findings(file.findings, verbose=verbose)
         print_findings(caveats, verbose=verbose)
         print_calibration(document, sigma_of(the_robot), verbose=verbose)
+        if motion:
+            print_motion(document["motion"])
     code = exit_code(calibration, caveats)
     if code != DONE and not json:
         from cdprcal.terminal import answers, as_typed, say

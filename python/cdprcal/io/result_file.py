@@ -153,8 +153,10 @@ def calibrate_options(options: Mapping[str, Any]) -> _core.CalibrateOptions:
         raise InputError(f"the result file's options are damaged: {said}; write it anew") from None
 
 
-def calibrate_options_as_dict(options: _core.CalibrateOptions) -> dict[str, Any]:
-    """CalibrateOptions → plain data."""
+def calibrate_options_as_dict(
+    options: _core.CalibrateOptions, *, motion: bool = False
+) -> dict[str, Any]:
+    """CalibrateOptions → plain data; ``motion``: whether the balance counts in motion too."""
     noises = {_core.NoiseSource.from_data: "data", _core.NoiseSource.specified: "specified"}
     return {
         "method": "static" if options.method == _core.Method.statics else options.method.name,
@@ -163,6 +165,7 @@ def calibrate_options_as_dict(options: _core.CalibrateOptions) -> dict[str, Any]
         "at_s": list(options.at_s),
         "segment": options.segment,
         "kinematic_spacing_s": options.kinematic_spacing_s,
+        **({"motion": True} if motion else {}),
     }
 
 

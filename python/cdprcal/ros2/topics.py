@@ -7,6 +7,8 @@ from cdprcal.hardware.session import Ros2
 JOINT_STATE = "sensor_msgs/msg/JointState"
 IMU = "sensor_msgs/msg/Imu"
 WRENCH = "geometry_msgs/msg/WrenchStamped"
+POSE = "geometry_msgs/msg/PoseWithCovarianceStamped"
+TWIST = "geometry_msgs/msg/TwistWithCovarianceStamped"
 
 
 def length_joints(topics: Ros2, cables: int) -> list[str]:

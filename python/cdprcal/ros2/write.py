@@ -1,9 +1,10 @@
-"""A canonical log as a rosbag2, MCAP or SQLite inside, with the topics of a session."""
+"""Logs and tracks as a rosbag2, MCAP or SQLite inside; logs with the topics of a session."""
 
 from __future__ import annotations
 
 import shutil
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,7 +17,15 @@ from cdprcal.hardware.xsens.measurement import quaternion_from_rotation, rotatio
 from cdprcal.io.files import reason
 from cdprcal.io.mcap_records import write_checksums
 from cdprcal.ros2.storage import write_checksums_of_files
-from cdprcal.ros2.topics import IMU, JOINT_STATE, WRENCH, length_joints, swivel_joints
+from cdprcal.ros2.topics import (
+    IMU,
+    JOINT_STATE,
+    POSE,
+    TWIST,
+    WRENCH,
+    length_joints,
+    swivel_joints,
+)
 
 _BAG_VERSION: Literal[8] = 8  # what ROS 2 Humble and later read
 
@@ -38,12 +47,27 @@ def save_bag(
     path = Path(path)
     topics = topics or Ros2.model_validate({})
     _check(log, topics)
+    _save(lambda types: _LogMessages(types, log, convention, topics), path, storage)
+
+
+def save_track_bag(
+    track: _core.Track, path: str | Path, *, storage: Literal["mcap", "sqlite3"] = "mcap"
+) -> None:
+    """Writes a track as a bag, a new folder: /pose and /twist with their covariances, in `world`.
+
+    Samples that are not to be trusted are left out. The twist is that of the platform's point P,
+    in world axes. Raises InputError naming the path when it exists or cannot be written.
+    """
+    _save(lambda types: _TrackMessages(types, track), Path(path), storage)
+
+
+def _save(messages_of: Callable[[Any], _Messages], path: Path, storage: str) -> None:
     if path.exists():
         raise InputError(f"{path}: exists already; give another name for the bag")
     try:
         with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name[:50]}.") as folder:
             whole = Path(folder) / path.name  # the files inside bear the bag's name
-            _write(log, whole, convention, topics, storage)
+            _write(messages_of, whole, storage)
             shutil.move(whole, path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {reason(error)}") from None
@@ -59,21 +83,19 @@ def _check(log: Log, topics: Ros2) -> None:
             )
 
 
-def _write(
-    log: Log, path: Path, convention: _core.EulerConvention, topics: Ros2, storage: str
-) -> None:
+def _write(messages_of: Callable[[Any], _Messages], path: Path, storage: str) -> None:
     from rosbags.rosbag2 import StoragePlugin, Writer
     from rosbags.typesys import Stores, get_typestore
 
     store = get_typestore(Stores.ROS2_HUMBLE)
     plugin = StoragePlugin.MCAP if storage == "mcap" else StoragePlugin.SQLITE3
     with Writer(path, version=_BAG_VERSION, storage_plugin=plugin) as writer:
-        messages = _Messages(store, log, convention, topics)
+        messages = messages_of(store.types)
         connections = {
             topic: writer.add_connection(topic, kind, typestore=store)
             for topic, kind in messages.kinds.items()
         }
-        for row, time_s in enumerate(log.time_s.tolist()):
+        for row, time_s in enumerate(messages.time_s.tolist()):
             stamp = max(0, round(1e9 * time_s))
             for topic, message in messages.of(row, stamp):
                 data = store.serialize_cdr(message, messages.kinds[topic])
@@ -86,12 +108,84 @@ def _write(
 
 
 class _Messages:
+    """The messages of each moment; ``types`` makes them."""
+
+    kinds: dict[str, str]  #: of each topic
+    time_s: Any  #: [N]
+
+    def __init__(self, types: Any) -> None:
+        self._types = types
+
+    def of(self, row: int, stamp: int) -> list[tuple[str, Any]]:
+        """(topic, message) of one moment."""
+        raise NotImplementedError
+
+    def _make(self, kind: str, **fields: Any) -> Any:
+        return self._types[kind](**fields)
+
+    def _header(self, stamp: int, frame: str) -> Any:
+        sec, nanosec = divmod(stamp, 1_000_000_000)
+        time = self._make("builtin_interfaces/msg/Time", sec=sec, nanosec=nanosec)
+        return self._make("std_msgs/msg/Header", stamp=time, frame_id=frame)
+
+    def _vector(self, x: float, y: float, z: float) -> Any:
+        return self._make("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
+
+    def _quaternion(self, w: float, x: float, y: float, z: float) -> Any:
+        return self._make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
+
+
+class _TrackMessages(_Messages):
+    """Of each sample of a track that is to be trusted."""
+
+    def __init__(self, types: Any, track: _core.Track) -> None:
+        super().__init__(types)
+        self.kinds = {"/pose": POSE, "/twist": TWIST}
+        trusted = track.trusted
+        self.time_s = track.time_s[trusted]
+        self._position_m = track.position_m[trusted]
+        self._quaternion_wxyz = track.quaternion_wxyz[trusted]
+        self._twist = track.twist[trusted]
+        self._pose_covariance = track.pose_covariance[trusted]
+        self._twist_covariance = track.twist_covariance[trusted]
+
+    def of(self, row: int, stamp: int) -> list[tuple[str, Any]]:
+        x, y, z = self._position_m[row].tolist()
+        vx, vy, vz, wx, wy, wz = self._twist[row].tolist()
+        # ROS 2 (geometry_msgs, REP 103): about fixed axes, position first, as here.
+        pose = self._make(
+            "geometry_msgs/msg/PoseWithCovariance",
+            pose=self._make(
+                "geometry_msgs/msg/Pose",
+                position=self._make("geometry_msgs/msg/Point", x=x, y=y, z=z),
+                orientation=self._quaternion(*self._quaternion_wxyz[row].tolist()),
+            ),
+            covariance=self._pose_covariance[row].ravel(),
+        )
+        twist = self._make(
+            "geometry_msgs/msg/TwistWithCovariance",
+            twist=self._make(
+                "geometry_msgs/msg/Twist",
+                linear=self._vector(vx, vy, vz),
+                angular=self._vector(wx, wy, wz),
+            ),
+            covariance=self._twist_covariance[row].ravel(),
+        )
+        header = self._header(stamp, "world")
+        return [
+            ("/pose", self._make(POSE, header=header, pose=pose)),
+            ("/twist", self._make(TWIST, header=header, twist=twist)),
+        ]
+
+
+class _LogMessages(_Messages):
     """The messages of each row of a log."""
 
     def __init__(
-        self, store: Any, log: Log, convention: _core.EulerConvention, topics: Ros2
+        self, types: Any, log: Log, convention: _core.EulerConvention, topics: Ros2
     ) -> None:
-        self._types = store.types
+        super().__init__(types)
+        self.time_s = log.time_s
         self._log = log
         self._convention = convention
         self._topics = topics
@@ -108,7 +202,6 @@ class _Messages:
             self.kinds[topics.setpoints] = JOINT_STATE
 
     def of(self, row: int, stamp: int) -> list[tuple[str, Any]]:
-        """(topic, message) of one row."""
         log, topics = self._log, self._topics
         nothing = np.full(len(self._lengths), np.nan)
         lengths = log.length_m[row] if log.length_m.shape[1] else nothing
@@ -138,17 +231,6 @@ class _Messages:
     def _effort(self, tension_N: Any) -> Any:
         return self._topics.tension_sign * tension_N * self._topics.length_per_position_m
 
-    def _make(self, kind: str, **fields: Any) -> Any:
-        return self._types[kind](**fields)
-
-    def _header(self, stamp: int, frame: str) -> Any:
-        sec, nanosec = divmod(stamp, 1_000_000_000)
-        time = self._make("builtin_interfaces/msg/Time", sec=sec, nanosec=nanosec)
-        return self._make("std_msgs/msg/Header", stamp=time, frame_id=frame)
-
-    def _vector(self, x: float, y: float, z: float) -> Any:
-        return self._make("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
-
     def _joints(self, stamp: int, names: list[str], position: Any, effort: Any) -> Any:
         return self._make(
             JOINT_STATE,
@@ -167,7 +249,7 @@ class _Messages:
         return self._make(
             IMU,
             header=self._header(stamp, "imu_link"),
-            orientation=self._make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w),
+            orientation=self._quaternion(w, x, y, z),
             orientation_covariance=unknown,
             angular_velocity=self._vector(0.0, 0.0, 0.0),
             angular_velocity_covariance=absent,

@@ -25,6 +25,7 @@ DOCUMENTS = (
     "geometry",
     "plan",
     "repeat",
+    "track",
     "truth",
     "workspace",
 )

@@ -1,0 +1,248 @@
+#include "cdprcal/motion/calibrate_in_motion.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "cdprcal/calibration/allow_for_effects.hpp"
+#include "cdprcal/calibration/initial_guess.hpp"
+#include "cdprcal/effects/applied.hpp"
+#include "cdprcal/error.hpp"
+#include "cdprcal/motion/middle_readings.hpp"
+#include "cdprcal/motion/smoothed.hpp"
+#include "cdprcal/readings/run.hpp"
+#include "cdprcal/statics/natural_frequencies.hpp"
+
+namespace cdprcal {
+namespace {
+
+/// Readings are smoothed over this share of a period of the fastest swing, to both sides; no more
+/// than a quarter of a second.
+constexpr double kShareOfPeriod = 0.08, kMostHalf_s = 0.25;
+/// Fewer rests than that say too little to begin with.
+constexpr std::size_t kFewRests = 2;
+/// Damping is expected to be of this size [1/s], and found with the poses in so many turns.
+constexpr double kUsualDamping_1_s = 1.0;
+constexpr int kDampingTurns = 4;
+
+/// A log as the robot file sets it right, and which part of it is the run.
+struct Run {
+  Run(const Robot& robot, const Log& given, const CalibrateOptions& options)
+      : corrected(correct_readings(robot, given)),
+        log(corrected ? *corrected : given),
+        rows(run_of(log, options.segment)) {}
+  std::optional<Log> corrected;
+  const Log& log;
+  SampleRange rows;
+};
+
+bool rests(const Calibration& calibration) {
+  return calibration.equilibria.size() >= kFewRests && !calibration.result.poses.empty();
+}
+
+/// Whether a moment is part of a rest, or within `around_s` of one.
+bool is_resting(const Calibration& calibration, double time_s, double around_s) {
+  return std::any_of(calibration.equilibria.begin(), calibration.equilibria.end(),
+                     [&](const Equilibrium& rest) {
+                       return time_s >= rest.begin_s - around_s && time_s <= rest.end_s + around_s;
+                     });
+}
+
+/// Half of what readings are smoothed over: by the fastest swing with locked winches.
+double smoothing_half_s(const Robot& robot, const Pose& pose, const CableVector& tension_N) {
+  const PlatformState state = platform_state(robot, pose);
+  if (!state.valid || tension_N.size() == 0 || !tension_N.allFinite()) return kMostHalf_s;
+  double fastest_hz = 0.0;
+  for (const double hz : free_motion_modes(robot, state, tension_N).natural_frequency_hz) {
+    if (hz > fastest_hz) fastest_hz = hz;
+  }
+  return fastest_hz > 0.0 ? std::min(kMostHalf_s, kShareOfPeriod / fastest_hz) : kMostHalf_s;
+}
+
+/// A calibration good enough to find the motion with, whatever its fit says of itself.
+Calibration as_start(Calibration calibration) {
+  CalibrationResult& result = calibration.result;
+  if (result.status == CalibrationStatus::converged && result.covariance) return calibration;
+  constexpr double kAboutShift = 0.02, kAboutTurn_rad = 0.05;  // of the robot's size
+  Vector6 sigma;
+  sigma << Vector3::Constant(kAboutShift * robot_size_m(calibration.problem.robot)),
+      Vector3::Constant(kAboutTurn_rad);
+  result.status = CalibrationStatus::converged;
+  result.covariance = Matrix6(sigma.cwiseAbs2().asDiagonal());
+  return calibration;
+}
+
+/// Where to begin without rests: the platform hangs about where the mean of all readings says.
+std::vector<Calibration> swinging_starts(const Robot& robot, const Log& log,
+                                         const CalibrateOptions& options) {
+  constexpr std::size_t kMostGuesses = 4;
+  const Calibration prepared = prepare(robot, log, options);
+  const Run run(robot, log, options);
+  Measurement mean =
+      measurement_mean(run.log, run.rows, PoseKind::static_pose, robot.cable_count());
+  const std::vector<Pose> guesses = reference_guesses(robot, mean, prepared.problem.effects);
+  mean.kind = PoseKind::kinematic_pose;  // where offsets come from, and no rest
+  std::vector<Calibration> out;
+  for (const Pose& guess : guesses) {
+    if (out.size() == kMostGuesses) break;
+    Calibration start = prepared;
+    start.problem.measurements = {prepared.problem.measurements.front(), mean};
+    start.problem.noise.reset();
+    start.result.poses = {guess, guess};
+    out.push_back(as_start(std::move(start)));
+  }
+  return out;
+}
+
+/// The damping that the balances of the moments ask for beyond what they have (least squares under
+/// a prior).
+MotionDamping more_damping(const CalibrationProblem& problem, const CalibrationResult& result,
+                           const std::vector<KnownMotion>& moments, const MotionDamping& present) {
+  const Robot robot = with_effects(problem.robot, problem.effects);
+  const double rms_N = std::max(result.residual_rms.wrench_force_N, 1e-9);
+  const double prior = std::pow(rms_N / kUsualDamping_1_s, 2);
+  Eigen::Matrix2d information = prior * Eigen::Matrix2d::Identity();
+  Eigen::Vector2d gradient = prior * Eigen::Vector2d(present.shift_1_s, present.turn_1_s);
+  const double arm_m = characteristic_length_m(robot);
+  for (std::size_t i = 0; i < problem.measurements.size(); ++i) {
+    const auto at = std::find_if(moments.begin(), moments.end(), [&](const KnownMotion& moment) {
+      return moment.time_s == problem.measurements[i].time_s;
+    });
+    Vector6 wrench = result.residuals[i].wrench;
+    if (at == moments.end() || !wrench.allFinite()) continue;
+    Eigen::Matrix<double, 6, 2> unit =
+        damping_wrench(robot, platform_state(robot, result.poses[i]), at->twist);
+    wrench.tail<3>() /= arm_m;
+    unit.bottomRows<3>() /= arm_m;
+    information += unit.transpose() * unit;
+    gradient += unit.transpose() * wrench;
+  }
+  const Eigen::Vector2d more = -information.inverse() * gradient;
+  return {more[0], more[1]};
+}
+
+/// The moments of motion beside the rests of a calibration: measurements and guesses are added, and
+/// how the platform moved is returned.
+std::vector<KnownMotion> add_moments(const Calibration& start, const Run& run,
+                                     const std::vector<SmoothedSample>& path, int most_moments,
+                                     CalibrationProblem& problem, std::vector<Pose>& guess) {
+  const Robot& robot = problem.robot;
+  const Log& log = run.log;
+  const std::size_t middle = start.problem.measurements.size() / 2;
+  const double half_s = smoothing_half_s(robot, start.result.poses[middle],
+                                         start.problem.measurements[middle].tension_N);
+  const double begin_s = log.time_s[run.rows.begin];
+  const double lasts_s = log.time_s[run.rows.end - 1] - begin_s;
+  const double spacing_s = std::max(2.0 * half_s, lasts_s / most_moments);
+  const PathState directions = path_state(robot, log);
+  std::vector<KnownMotion> moments;
+  double last_s = begin_s;
+  for (Eigen::Index row = run.rows.begin + 1; row < run.rows.end; ++row) {
+    const double time_s = log.time_s[row];
+    const MotionState& state = path[static_cast<std::size_t>(row - run.rows.begin)].state;
+    if (time_s - last_s < spacing_s || is_resting(start, time_s, half_s) ||
+        !state.pose.position_m.allFinite()) {
+      continue;
+    }
+    last_s = time_s;
+    Measurement m = middle_reading(log, run.rows, row, half_s, robot.cable_count());
+    add_path(directions, log, {row, row + 1}, begin_s, m);
+    problem.measurements.push_back(std::move(m));
+    guess.push_back(state.pose);
+    moments.push_back({time_s, state.twist, state.acceleration});
+  }
+  return moments;
+}
+
+/// The rests of a calibration and the moments of motion between them, solved together.
+InMotion with_motion(const Calibration& start, const Log& given, const InMotionOptions& options) {
+  const Robot& robot = start.problem.robot;
+  const Run run(robot, given, options.calibrate);
+  const std::vector<SmoothedSample> path = smoothed(start, given, options.calibrate.segment);
+  InMotion out{start, true, {}};
+  CalibrationProblem& problem = out.calibration.problem;
+  problem.measurements.clear();
+  std::vector<Pose> guess;
+  for (std::size_t i = 0; i < start.problem.measurements.size(); ++i) {
+    const Measurement& m = start.problem.measurements[i];
+    const bool rest = m.kind == PoseKind::static_pose && is_resting(start, m.time_s, 1e-9);
+    if (i > 0 && !rest) continue;
+    problem.measurements.push_back(m);
+    guess.push_back(start.result.poses[i]);
+  }
+  out.calibration.static_poses = static_cast<int>(problem.measurements.size());
+  const std::vector<KnownMotion> moments =
+      add_moments(start, run, path, options.most_moments, problem, guess);
+  out.calibration.kinematic_poses = static_cast<int>(moments.size());
+  problem.noise.reset();
+  const Signal& tension = start.signals[static_cast<std::size_t>(Channel::balance)];
+  out.calibration.gated = gate_slack(problem, tension.sigma * std::sqrt(tension.rows));
+  CalibrationResult& result = out.calibration.result;
+  for (int turn = 0; turn < kDampingTurns; ++turn) {
+    problem.effects = resolve_effects(robot, given.source);
+    problem.effects.push_back({known_motion(moments, out.damping), EffectValues()});
+    result = solve(problem, guess, options.calibrate.solve);
+    if (result.status != CalibrationStatus::converged) break;
+    guess = result.poses;
+    const MotionDamping more = more_damping(problem, result, moments, out.damping);
+    out.damping.shift_1_s += more.shift_1_s;
+    out.damping.turn_1_s += more.turn_1_s;
+  }
+  Refinement refined =
+      refine(problem, result, start.signals, options.calibrate.solve, options.calibrate.refine);
+  problem = std::move(refined.problem);
+  result = std::move(refined.result);
+  auto& gated = out.calibration.gated;
+  gated.insert(gated.end(), refined.gated.begin(), refined.gated.end());
+  return out;
+}
+
+void check_options(const InMotionOptions& options) {
+  const CalibrateOptions& asked = options.calibrate;
+  if (asked.method != Method::unified || asked.formulation != Formulation::full ||
+      noise_source(asked) != NoiseSource::from_data || !asked.at_s.empty() ||
+      !asked.guess.empty()) {
+    throw InputError(
+        "motion: takes the method unified, the full formulation, noise from the data and poses "
+        "found by itself; leave the other options out");
+  }
+  if (options.most_moments < 1 || options.rounds < 1) {
+    throw InputError("motion: most_moments and rounds must be at least 1");
+  }
+}
+
+}  // namespace
+
+InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionOptions& options) {
+  check_options(options);
+  const Calibration plain = calibrate(robot, log, options.calibrate);
+  std::optional<InMotion> found;
+  if (rests(plain)) {
+    found = with_motion(as_start(plain), log, options);
+  } else {
+    for (const Calibration& start : swinging_starts(robot, log, options.calibrate)) {
+      InMotion next = with_motion(start, log, options);
+      if (!found || next.calibration.result.cost < found->calibration.result.cost) {
+        found = std::move(next);
+      }
+    }
+  }
+  for (int round = rests(plain) ? 1 : 0; found && round < options.rounds; ++round) {
+    if (found->calibration.result.poses.empty()) break;
+    found = with_motion(as_start(std::move(found->calibration)), log, options);
+  }
+  if (!found || found->calibration.result.status != CalibrationStatus::converged) {
+    InMotion out{plain, false, {}};
+    if (found) {
+      out.calibration.result.reason +=
+          "; motion adds nothing: with it, " + found->calibration.result.reason;
+    }
+    return out;
+  }
+  allow_for_effects(options.calibrate, found->calibration);
+  if (options.calibrate.solve.explain) {
+    explain(found->calibration.problem, found->calibration.result);
+  }
+  return *std::move(found);
+}
+
+}  // namespace cdprcal

@@ -1,0 +1,34 @@
+// The initial pose from a run of which every stretch counts: the platform balances also while it
+// moves.
+#pragma once
+
+#include "cdprcal/calibration/calibrate.hpp"
+#include "cdprcal/motion/known_motion.hpp"
+
+namespace cdprcal {
+
+struct InMotionOptions {
+  /// Of the method unified and the full formulation, with noise from the data; at_s and guess
+  /// unset.
+  CalibrateOptions calibrate;
+  int most_moments = 300;  ///< of motion that count, beside the rests
+  int rounds = 2;          ///< how often the motion is found anew
+};
+
+struct InMotion {
+  /// Rests (static_poses) and moments of motion (kinematic_poses), all in balance. Where it does
+  /// not converge: what calibrate() says of the same log, and why in its reason.
+  Calibration calibration;
+  bool in_motion = false;  ///< whether it is that of rests and motion
+  MotionDamping damping;   ///< found beside it
+};
+
+/// As calibrate(), with the balance in motion: (Ξᵀτ − f) + M ν̇ + h(ν) + damping = 0
+/// (inertial_wrench.hpp) at moments between the rests, or all along where there are none. Readings
+/// there are smoothed over a small part of the fastest swing; ν and ν̇ are those of the run,
+/// smoothed with the last round's calibration. Throws InputError as calibrate() does, and for
+/// options that leave motion out.
+InMotion calibrate_in_motion(const Robot& robot, const Log& log,
+                             const InMotionOptions& options = {});
+
+}  // namespace cdprcal

@@ -1,0 +1,31 @@
+// What a calibration knows of every reading: where it counts from, how well, and its noise.
+#pragma once
+
+#include "cdprcal/calibration/calibrate.hpp"
+#include "cdprcal/motion/geometric_readings.hpp"
+
+namespace cdprcal {
+
+/// Of each geometric reading that a calibration has: reading = model + offset + what is wrong with
+/// it at this place + noise from sample to sample.
+struct KnownOffsets {
+  struct Row {
+    RowLabel label;
+    Eigen::Index reading = 0;  ///< its place in geometric_rows()
+    bool angle = false;
+  };
+  std::vector<Row> rows;
+  ReadingVector offset;                   ///< one a row; 0 for what is absolute
+  ReadingMatrix covariance;               ///< of the offset and of what is wrong at a place
+  ReadingVector sample_variance;          ///< white, of one fresh reading
+  std::array<bool, kChannels> is_held{};  ///< logged faster than it reads
+  double run_start_s = 0.0;
+};
+
+/// Of a calibration that converged. An offset is what the reference reads less what the model says
+/// at ζ0: as uncertain as ζ0, and by the noise of the reference, which the other poses average
+/// out. Readings do not change it any more: those of the run are in it already.
+/// Throws InputError where the calibration has no pose that can be trusted.
+KnownOffsets known_offsets(const Calibration& calibration);
+
+}  // namespace cdprcal

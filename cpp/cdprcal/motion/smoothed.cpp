@@ -1,0 +1,50 @@
+#include "cdprcal/motion/smoothed.hpp"
+
+#include <Eigen/Cholesky>
+
+#include "cdprcal/effects/applied.hpp"
+#include "cdprcal/readings/run.hpp"
+
+namespace cdprcal {
+namespace {
+
+/// As far apart as unknowns are: from `b` to `a`.
+MotionVector minus(const MotionState& a, const MotionState& b) {
+  MotionVector out;
+  out << minus(a.pose, b.pose), a.twist - b.twist, a.acceleration - b.acceleration;
+  return out;
+}
+
+}  // namespace
+
+std::vector<SmoothedSample> smoothed(const Calibration& calibration, const Log& log, int segment) {
+  const Robot& robot = calibration.problem.robot;
+  check_belongs(robot, log);
+  const std::optional<Log> corrected = correct_readings(robot, log);
+  const Log& read = corrected ? *corrected : log;
+  const SampleRange run = run_of(read, segment);
+  Tracker tracker(calibration);
+  std::vector<TrackerStep> steps;
+  std::vector<SmoothedSample> out;
+  for (Eigen::Index row = run.begin; row < run.end; ++row) {
+    const TrackedSample& now =
+        tracker.add(measurement_at(read, row, PoseKind::kinematic_pose, robot.cable_count()));
+    steps.push_back(tracker.step());
+    out.push_back({read.time_s[row], now.state, steps.back().covariance, now.trusted});
+  }
+  for (std::size_t k = out.size() - 1; k-- > 0;) {
+    const TrackerStep& next = steps[k + 1];
+    if (next.starts) continue;
+    // What is known is nowhere quite singular: a little keeps it so in guided directions.
+    MotionMatrix predicted = next.predicted_covariance;
+    predicted.diagonal().array() += 1e-12 * predicted.diagonal().maxCoeff();
+    const Eigen::LDLT<MotionMatrix> ldlt(predicted);
+    const MotionMatrix gain = ldlt.solve(next.transition * steps[k].covariance).transpose();
+    out[k].state = plus(out[k].state, gain * minus(out[k + 1].state, next.predicted));
+    out[k].covariance +=
+        gain * (out[k + 1].covariance - next.predicted_covariance) * gain.transpose();
+  }
+  return out;
+}
+
+}  // namespace cdprcal

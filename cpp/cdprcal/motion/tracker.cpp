@@ -1,0 +1,399 @@
+#include "cdprcal/motion/tracker.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "cdprcal/effects/applied.hpp"
+#include "cdprcal/error.hpp"
+#include "cdprcal/kinematics/motion.hpp"
+#include "cdprcal/readings/run.hpp"
+#include "cdprcal/readings/turn_over.hpp"
+
+namespace cdprcal {
+namespace {
+
+/// A reading beyond this many σ of its innovation is left out.
+constexpr double kOutlier = 6.0;
+/// One that was left out for long agrees again within this many.
+constexpr double kAgrees = 3.0;
+/// More than this between samples, and counting may have been lost: as between segments of a log.
+constexpr double kGap_s = 2.0;
+/// Densities of jerk [m²/s⁵] that are believed: the least is that of a platform at rest, the most
+/// one that starts to fall within 10 ms.
+constexpr double kLeastJerk = 1e-4, kMostJerk = 1e4;
+/// A platform whose state nobody knows moves about like this.
+constexpr double kAnySpeed_m_s = 1.0, kAnyAcceleration_m_s2 = 10.0;
+/// The share of the robot's size, and the angle [rad], from which on a pose is not determined.
+constexpr double kVagueShift = 0.05, kVagueTurn = 0.2;
+constexpr int kMostIterations = 30;
+
+/// Of what was weighed; 0 where nothing was.
+template <class Readings>
+double median_size(Readings readings) {
+  if (readings.empty()) return 0.0;
+  const auto middle = readings.begin() + static_cast<std::ptrdiff_t>(readings.size() / 2);
+  std::nth_element(readings.begin(), middle, readings.end(),
+                   [](const auto& a, const auto& b) { return a.size < b.size; });
+  return middle->size;
+}
+
+/// What drags along has turned over so far, in [−1, 1], after a step.
+void turn_over(const CableVector& now, double distance, CableVector& at, CableVector& turned) {
+  if (at.size() != now.size()) {
+    turned.setZero(now.size());
+  } else {
+    turned = (turned + 2.0 * (now - at) / distance).cwiseMax(-1.0).cwiseMin(1.0);
+  }
+  at = now;
+}
+
+}  // namespace
+
+Tracker::Tracker(const Calibration& calibration)
+    : robot_(with_effects(calibration.problem.robot, calibration.problem.effects)),
+      effects_(calibration.problem.effects),
+      offsets_(known_offsets(calibration)),
+      places_(calibration.problem.measurements),
+      poses_(calibration.result.poses),
+      size_m_(robot_size_m(robot_)),
+      turn_per_shift_(1.0 / characteristic_length_m(robot_)),
+      taut_N_(std::max(0.5 * robot_.tension_min_N, 0.01 * robot_.weight_N())),
+      jerk_(1.0),
+      contradictions_(offsets_.rows.size()) {
+  const TwistBasis basis = motion_basis(robot_);
+  free_ = basis * basis.transpose();
+  if (!effects_.empty()) allow_for_directions();
+}
+
+/// What effects do to readings while the platform moves: how the attitude depends on its rate; and
+/// which way cables and swivels last went, which is hardly known while they turn over.
+void Tracker::allow_for_directions() {
+  const Pose& pose = poses_.front();
+  const int n = robot_.cable_count();
+  const auto readings_with = [&](double direction, const Vector3& rate_rad_s) {
+    Measurement m = places_.front();
+    m.length_direction = m.swivel_direction = CableVector::Constant(n, direction);
+    m.attitude_rate_rad_s = rate_rad_s;
+    GeometricReadings out;
+    evaluate(robot_, effects_, m, pose, out);
+    return out;
+  };
+  const GeometricReadings at = readings_with(0.0, Vector3::Zero());
+  const GeometricReadings turned = readings_with(1.0, Vector3::Zero());
+  for (Eigen::Index r = 0; r < offsets_.offset.size(); ++r) {
+    const Eigen::Index reading = offsets_.rows[static_cast<std::size_t>(r)].reading;
+    const double more = turned.misfit[reading] - at.misfit[reading];
+    if (std::isfinite(more)) offsets_.covariance(r, r) += more * more;
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    attitude_by_rate_.col(axis) = readings_with(0.0, Vector3::Unit(axis)).model.roll_pitch_yaw_rad -
+                                  at.model.roll_pitch_yaw_rad;
+  }
+}
+
+/// What a held sensor says again is no new reading.
+void Tracker::leave_out_held() {
+  const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+  for_each_sensor(
+      [&](const Sensor& sensor, auto& field, const auto& before) {
+        const auto now = numbers(field);
+        const auto last = numbers(before);
+        const auto channels = channels_of(sensor);
+        const bool held = !channels.empty() &&
+                          offsets_.is_held[static_cast<std::size_t>(channel_of(channels.front()))];
+        if (held && std::equal(now.begin(), now.end(), last.begin(), last.end(), same)) {
+          std::fill(now.begin(), now.end(), kNaN);
+        }
+      },
+      sample_, read_);
+}
+
+/// Slack cables say nothing (as gate_slack() has it).
+void Tracker::leave_out_slack() {
+  for (Eigen::Index c = 0; c < sample_.tension_N.size(); ++c) {
+    if (!(sample_.tension_N[c] < taut_N_)) continue;
+    if (c < sample_.length_m.size()) sample_.length_m[c] = kNaN;
+    if (c < sample_.swivel_rad.size()) sample_.swivel_rad[c] = kNaN;
+  }
+}
+
+/// From nothing but the readings: near the pose nearest in time of those that are known.
+void Tracker::start() {
+  std::size_t nearest = 0;
+  for (std::size_t i = 1; i < places_.size(); ++i) {
+    const auto away_s = [&](std::size_t k) { return std::abs(places_[k].time_s - sample_.time_s); };
+    if (away_s(i) < away_s(nearest)) nearest = i;
+  }
+  now_.state = {poses_[nearest]};
+  Vector6 scale;
+  scale << Vector3::Ones(), Vector3::Constant(turn_per_shift_);
+  const Matrix6 one = free_ * scale.cwiseAbs2().asDiagonal() * free_;
+  covariance_.setZero();
+  covariance_.topLeftCorner<6, 6>() = size_m_ * size_m_ * one;
+  covariance_.block<6, 6>(6, 6) = kAnySpeed_m_s * kAnySpeed_m_s * one;
+  covariance_.block<6, 6>(12, 12) = kAnyAcceleration_m_s2 * kAnyAcceleration_m_s2 * one;
+  shared_.setZero(kMotionUnknowns, offsets_.covariance.cols());
+  swivel_rad_.resize(0);
+  length_m_.resize(0);
+}
+
+void Tracker::predict() {
+  const double dt_s = dt_s_;
+  const MotionMatrix& f = step_.transition = transition(now_.state, dt_s);
+  now_.state = moved(now_.state, dt_s);
+  // All but the turns goes axis by axis.
+  const auto go = [&](auto& rows) {
+    const double half = 0.5 * dt_s * dt_s;
+    rows.template topRows<3>() +=
+        dt_s * rows.template middleRows<3>(6) + half * rows.template middleRows<3>(12);
+    rows.template middleRows<3>(3) = (f.block<3, 3>(3, 3) * rows.template middleRows<3>(3) +
+                                      f.block<3, 3>(3, 9) * rows.template middleRows<3>(9) +
+                                      f.block<3, 3>(3, 15) * rows.template middleRows<3>(15))
+                                         .eval();
+    rows.template middleRows<6>(6) += dt_s * rows.template middleRows<6>(12);
+  };
+  go(covariance_);
+  covariance_.transposeInPlace();
+  go(covariance_);
+  go(shared_);
+  spread(jerk_);
+}
+
+/// What jerk of this density adds over the last step.
+void Tracker::spread(double density) {
+  const Matrix3 q = density * jerk_covariance(dt_s_);
+  Vector6 scale;
+  scale << Vector3::Ones(), Vector3::Constant(turn_per_shift_ * turn_per_shift_);
+  const Matrix6 one =
+      is_guided(robot_) ? Matrix6(free_ * scale.asDiagonal() * free_) : Matrix6(scale.asDiagonal());
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) covariance_.block<6, 6>(6 * r, 6 * c) += q(r, c) * one;
+  }
+}
+
+double Tracker::misfit(Eigen::Index row) const {
+  const KnownOffsets::Row& known = offsets_.rows[static_cast<std::size_t>(row)];
+  const double plain = readings_.misfit[known.reading] + offsets_.offset[row];
+  return known.angle ? wrap_angle(plain) : plain;
+}
+
+Tracker::ByState Tracker::by_state(Eigen::Index row) const {
+  const KnownOffsets::Row& known = offsets_.rows[static_cast<std::size_t>(row)];
+  ByState out;
+  out << readings_.by_pose.row(known.reading), Eigen::Matrix<double, 1, 6>::Zero();
+  const ChannelRow& channel = row_of(known.label.channel);
+  if (channel.sensor == row_of(Channel::yaw).sensor) {
+    out.tail<6>() = attitude_by_rate_.row(channel.first + known.label.component) *
+                    readings_.model.attitude_by_twist;
+  }
+  return out;
+}
+
+/// What the readings should be at the present state.
+bool Tracker::evaluate_now() {
+  if (!effects_.empty()) {
+    sample_.length_direction = length_turn_;
+    sample_.swivel_direction = swivel_turn_;
+    const bool known = readings_.model.valid && !step_.starts;
+    if (known) sample_.attitude_rate_rad_s = readings_.model.attitude_by_twist * now_.state.twist;
+  }
+  return evaluate(robot_, effects_, sample_, now_.state.pose, readings_);
+}
+
+/// All readings of the sample, and how large each innovation is beside what is expected of it.
+std::vector<Tracker::Reading> Tracker::weigh() const {
+  std::vector<Reading> out;
+  for (Eigen::Index row = 0; row < offsets_.offset.size(); ++row) {
+    const double innovation = misfit(row);
+    if (!std::isfinite(innovation)) continue;
+    const ByState h = by_state(row);
+    const double expected = h * covariance_.topLeftCorner<kSeen, kSeen>() * h.transpose() +
+                            2.0 * h.dot(shared_.col(row).head<kSeen>().transpose()) +
+                            offsets_.covariance(row, row) + offsets_.sample_variance[row];
+    out.push_back({row, innovation * innovation / expected});
+  }
+  return out;
+}
+
+bool Tracker::correct() {
+  now_.left_out = 0;
+  innovation_.setConstant(offsets_.offset.size(), kNaN);
+  if (!evaluate_now()) return false;
+  std::vector<Reading> readings = weigh();
+  if (!step_.starts) {
+    // A motion that begins surprises all readings, a spike one of them: the median tells them
+    // apart.
+    constexpr double kSurprise = 4.0, kMore = 4.0;
+    while (median_size(readings) > kSurprise && jerk_ < kMostJerk) {
+      spread((kMore - 1.0) * jerk_);
+      jerk_ *= kMore;
+      readings = weigh();
+    }
+    learn_jerk(readings);
+  }
+  for (const Reading& r : readings) innovation_[r.row] = r.size;
+  now_.left_out = static_cast<int>(std::erase_if(readings, [&](const Reading& r) {
+    return contradictions_.is_out(static_cast<std::size_t>(r.row)) ||
+           (!step_.starts && r.size > kOutlier * kOutlier);
+  }));
+  return update(readings);
+}
+
+/// The filter's correction, iterated where the readings are no straight lines over it.
+bool Tracker::update(const std::vector<Reading>& readings) {
+  const bool starts = step_.starts;
+  const MotionState& before = step_.predicted = now_.state;
+  const MotionMatrix& covariance = step_.predicted_covariance = covariance_;
+  const Shared shared = shared_;
+  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+    if (iteration > 0) {
+      if (!evaluate_now()) return false;
+      covariance_ = covariance;
+      shared_ = shared;
+    }
+    Eigen::Matrix<double, kSeen, 1> from_before;
+    from_before << minus(now_.state.pose, before.pose), now_.state.twist - before.twist;
+    MotionVector change = MotionVector::Zero();
+    for (const Reading& reading : readings) {
+      const ByState h = by_state(reading.row);
+      const auto considered = offsets_.covariance.col(reading.row);
+      const MotionVector ph =
+          covariance_.leftCols<kSeen>() * h.transpose() + shared_.col(reading.row);
+      const double expected = h.dot(ph.head<kSeen>().transpose()) +
+                              h.dot(shared_.col(reading.row).head<kSeen>().transpose()) +
+                              considered[reading.row] + offsets_.sample_variance[reading.row];
+      const double innovation = -misfit(reading.row) + h * (from_before - change.head<kSeen>());
+      const MotionVector gain = ph / expected;
+      change += gain * innovation;
+      const Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMostReadings> with =
+          h * shared_.topRows<kSeen>() + considered.transpose();
+      covariance_.noalias() -= gain * ph.transpose();
+      shared_.noalias() -= gain * with;
+    }
+    const MotionState next = plus(before, change);
+    const Vector6 step = minus(next.pose, now_.state.pose);
+    now_.state = next;
+    const double step_m = step.head<3>().norm() + step.tail<3>().norm() / turn_per_shift_;
+    // Readings are straight lines over a step of a thousandth of the robot.
+    if (step_m < (starts ? 1e-6 : 1e-3) * size_m_) break;
+  }
+  return evaluate_now();
+}
+
+/// As dense as the innovations say: their mean square is 1 at the right density.
+void Tracker::learn_jerk(const std::vector<Reading>& readings) {
+  if (readings.empty()) return;
+  // A little less than the mean of χ² so clipped (0.995): too dense costs less than too thin.
+  constexpr double kClip = 9.0, kExpected = 0.98, kRate = 0.1, kMost = 0.2;
+  double sum = 0.0;
+  for (const Reading& r : readings) sum += std::min(r.size, kClip);
+  const double excess = sum / static_cast<double>(readings.size()) - kExpected;
+  jerk_ *= std::exp(std::clamp(kRate * excess, -kMost, kMost));
+  jerk_ = std::clamp(jerk_, kLeastJerk, kMostJerk);
+}
+
+void Tracker::follow_directions() {
+  turn_over(readings_.model.length_m, turn_over_m(robot_), length_m_, length_turn_);
+  turn_over(readings_.model.swivel_rad, kTurnOver_rad, swivel_rad_, swivel_turn_);
+}
+
+bool Tracker::is_vague() const {
+  const Vector6 variance = covariance_.diagonal().head<6>();
+  return !(std::sqrt(variance.head<3>().maxCoeff()) < kVagueShift * size_m_ &&
+           std::sqrt(variance.tail<3>().maxCoeff()) < kVagueTurn);
+}
+
+void Tracker::judge(bool corrected) {
+  now_.trusted = false;
+  char text[200];
+  if (!corrected) {
+    now_.reason = "no pose near the last one has these readings";
+    return;
+  }
+  for (std::size_t r = 0; r < offsets_.rows.size(); ++r) {
+    const auto row = static_cast<Eigen::Index>(r);
+    const double misfit = this->misfit(row);
+    const double expected = offsets_.covariance(row, row) + offsets_.sample_variance[row];
+    if (std::isfinite(innovation_[row])) {
+      const bool surprises = !step_.starts && innovation_[row] > kOutlier * kOutlier;
+      const bool remains = misfit * misfit > kOutlier * kOutlier * expected;
+      // A start has no time to wait for.
+      contradictions_.note(r, surprises || remains, innovation_[row] < kAgrees * kAgrees,
+                           step_.starts ? Contradictions::kPatience_s : dt_s_);
+    }
+    if (!contradictions_.is_doubted(r, dt_s_)) continue;
+    const Quantity shown = quantity_of(row_of(offsets_.rows[r].label.channel).of());
+    std::snprintf(text, sizeof text, "%s contradicts the other readings by %.3g %s for %.1f s",
+                  in_words(offsets_.rows[r].label).c_str(), shown.scale * misfit, shown.unit,
+                  contradictions_.against_s(r));
+    now_.reason = text;
+    return;
+  }
+  now_.trusted = !is_vague();
+  now_.reason.clear();
+  if (now_.trusted) return;
+  const Vector6 sigma = covariance_.diagonal().head<6>().cwiseSqrt();
+  std::snprintf(text, sizeof text,
+                "the readings leave the pose open (sigma %.3g mm, %.3g deg); it takes more sensors",
+                1e3 * sigma.head<3>().maxCoeff(), sigma.tail<3>().maxCoeff() / kDegree);
+  now_.reason = text;
+}
+
+const TrackedSample& Tracker::add(const Measurement& sample) {
+  const int n = robot_.cable_count();
+  for (const CableVector* of :
+       {&sample.length_m, &sample.swivel_rad, &sample.tension_N, &sample.direct_length_m}) {
+    if (of->size() == 0 || of->size() == n) continue;
+    throw InputError("track: a sample reads " + std::to_string(of->size()) + " cables, robot '" +
+                     robot_.name + "' has " + std::to_string(n) + "; give samples of this robot");
+  }
+  dt_s_ = sample.time_s - last_s_;
+  if (!(dt_s_ > 0.0) && std::isfinite(last_s_)) {
+    throw InputError("track: a sample at " + std::to_string(sample.time_s) +
+                     " s comes after one at " + std::to_string(last_s_) +
+                     " s; give them in order, each once");
+  }
+  last_s_ = now_.time_s = sample.time_s;
+  sample_ = sample;
+  sample_.kind = PoseKind::kinematic_pose;
+  sample_.run_time_s = sample.time_s - offsets_.run_start_s;
+  leave_out_held();
+  read_ = sample;
+  leave_out_slack();
+  const bool follows = dt_s_ <= kGap_s;
+  if (!follows) contradictions_.forget();
+  if (follows && !lost_) predict();
+  // After a silence what was known is no better than nothing.
+  step_.starts =
+      !follows || lost_ || !(covariance_.diagonal().head<3>().maxCoeff() < size_m_ * size_m_);
+  if (step_.starts) start();
+  const bool corrected = correct();
+  lost_ = !corrected;
+  covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
+  step_.covariance = covariance_;
+  now_.pose_covariance = covariance_.topLeftCorner<6, 6>();
+  now_.twist_covariance = covariance_.block<6, 6>(6, 6);
+  if (corrected && !effects_.empty()) follow_directions();
+  judge(corrected);
+  return now_;
+}
+
+Track track(const Calibration& calibration, const Log& log, int segment) {
+  const Robot& robot = calibration.problem.robot;
+  check_belongs(robot, log);
+  const std::optional<Log> corrected = correct_readings(robot, log);
+  const Log& read = corrected ? *corrected : log;
+  const SampleRange run = run_of(read, segment);
+  Tracker tracker(calibration);
+  Track out{robot.euler_convention, {}};
+  out.samples.reserve(static_cast<std::size_t>(run.size()));
+  for (Eigen::Index row = run.begin; row < run.end; ++row) {
+    out.samples.push_back(
+        tracker.add(measurement_at(read, row, PoseKind::kinematic_pose, robot.cable_count())));
+  }
+  return out;
+}
+
+}  // namespace cdprcal

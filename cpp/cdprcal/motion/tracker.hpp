@@ -1,0 +1,117 @@
+// Where the platform is at every sample, once its start is calibrated.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "cdprcal/motion/contradictions.hpp"
+#include "cdprcal/motion/known_offsets.hpp"
+#include "cdprcal/motion/motion_state.hpp"
+
+namespace cdprcal {
+
+/// What is known after one sample.
+struct TrackedSample {
+  double time_s = kNaN;
+  MotionState state;
+  /// Of (position [m], world-frame rotation vector [rad]), and of the twist; NaN: not known.
+  Matrix6 pose_covariance = Matrix6::Constant(kNaN);
+  Matrix6 twist_covariance = Matrix6::Constant(kNaN);
+  /// Whether the readings agree with one another and with the calibration: the pose is no good
+  /// otherwise, or not known at all.
+  bool trusted = false;
+  int left_out = 0;    ///< readings of this sample that contradict the others
+  std::string reason;  ///< not trusted: why
+};
+
+/// How the filter came to its latest state, for who goes back along it.
+struct TrackerStep {
+  bool starts = true;     ///< from nothing but this sample's readings
+  MotionState predicted;  ///< before the readings counted
+  MotionMatrix predicted_covariance, transition;
+  MotionMatrix covariance;  ///< after
+};
+
+/// Pose and twist from sample to sample: an extended Kalman filter on SE(3) over pose, twist and
+/// acceleration under white jerk, whose density follows from how large the innovations are. What a
+/// calibration leaves open of the offsets, and what readings are wrong by at a place, is considered
+/// and not estimated (Schmidt 1966; Bierman 1977, ch. VIII): the readings of the run are in the
+/// calibration already, and errors that stay do not average out. No load cells are needed: six
+/// independent geometric readings a sample are, or as many as the platform has freedoms.
+class Tracker {
+ public:
+  /// Throws InputError as known_offsets() does.
+  explicit Tracker(const Calibration& calibration);
+
+  /// Takes the next sample; one that the run's counting is lost in (a gap) is a new start. Throws
+  /// InputError for a sample that is not after the last one, or of another number of cables.
+  const TrackedSample& add(const Measurement& sample);
+
+  [[nodiscard]] const TrackedSample& latest() const { return now_; }
+  [[nodiscard]] const TrackerStep& step() const { return step_; }
+
+ private:
+  using Shared = Eigen::Matrix<double, kMotionUnknowns, Eigen::Dynamic, Eigen::ColMajor,
+                               kMotionUnknowns, kMostReadings>;
+  /// Of a reading, by pose and twist.
+  static constexpr int kSeen = 12;
+  using ByState = Eigen::Matrix<double, 1, kSeen>;
+  struct Reading {
+    Eigen::Index row = 0;
+    double size = 0.0;  ///< innovation² over what is expected of it
+  };
+
+  void leave_out_held();
+  void leave_out_slack();
+  void allow_for_directions();
+  void start();
+  void predict();
+  void spread(double density);
+  [[nodiscard]] bool is_vague() const;
+  bool evaluate_now();
+  bool correct();
+  bool update(const std::vector<Reading>& readings);
+  [[nodiscard]] std::vector<Reading> weigh() const;
+  [[nodiscard]] double misfit(Eigen::Index row) const;
+  [[nodiscard]] ByState by_state(Eigen::Index row) const;
+  void learn_jerk(const std::vector<Reading>& readings);
+  void follow_directions();
+  void judge(bool corrected);
+
+  Robot robot_;  ///< as its known effects have made it
+  ActiveEffects effects_;
+  KnownOffsets offsets_;
+  std::vector<Measurement> places_;  ///< of the calibration, and where they were
+  std::vector<Pose> poses_;
+  Matrix6 free_;  ///< projection on the twists that the platform may make
+  double size_m_;
+  double turn_per_shift_;  ///< rad/m
+  double taut_N_;
+  Matrix3 attitude_by_rate_ = Matrix3::Zero();  ///< what effects make of its rate: a delay
+
+  TrackerStep step_;
+  MotionMatrix covariance_;
+  Shared shared_;  ///< with what is considered
+  double jerk_;    ///< density of shifts
+  double dt_s_ = 0.0, last_s_ = kNaN;
+  bool lost_ = false;          ///< no pose near the last one had its readings
+  Measurement sample_, read_;  ///< the present one, as it counts and as it was read
+  GeometricReadings readings_;
+  CableVector swivel_turn_, length_turn_, swivel_rad_, length_m_;  ///< how far turned over, and at
+  ReadingVector innovation_;  ///< size of each, NaN where nothing was read
+  Contradictions contradictions_;
+  TrackedSample now_;
+};
+
+/// A run, sample after sample.
+struct Track {
+  EulerConvention convention = EulerConvention::XYZ;  ///< of the robot's sensors
+  std::vector<TrackedSample> samples;
+};
+
+/// All samples of a log's run: of one segment, −1 the last. What the robot file knows to be wrong
+/// with the readings is set right. Throws InputError as Tracker does, for a log of another number
+/// of cables, and for a segment that it does not have.
+Track track(const Calibration& calibration, const Log& log, int segment = -1);
+
+}  // namespace cdprcal

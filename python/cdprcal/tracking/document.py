@@ -1,0 +1,70 @@
+"""The document of ``track --json``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from cdprcal import _core
+from cdprcal.results import number, numbers, pose_as_dict
+
+
+def track_as_dict(track: _core.Track, solve_time_s: float) -> dict[str, Any]:
+    """A track as plain data: its last sample, its worst, and when it is not to be trusted."""
+    trusted = track.trusted
+    time_s = track.time_s
+    return {
+        "samples": len(track),
+        "trusted_samples": int(trusted.sum()),
+        "begin_s": number(time_s[0]),
+        "end_s": number(time_s[-1]),
+        "last": _sample(track, track[-1]),
+        "largest_standard_deviation": _largest(track.pose_covariance[trusted]),
+        "largest_speed_m_s": _most(np.linalg.norm(track.twist[trusted, :3], axis=1)),
+        "largest_angular_speed_rad_s": _most(np.linalg.norm(track.twist[trusted, 3:], axis=1)),
+        "untrusted": list(_untrusted(track, time_s, trusted)),
+        "left_out_readings": sum(track[i].left_out for i in range(len(track))),
+        "solve_time_s": number(solve_time_s),
+    }
+
+
+def _sample(track: _core.Track, sample: _core.TrackedSample) -> dict[str, Any]:
+    return {
+        "time_s": number(sample.time_s),
+        "trusted": sample.trusted,
+        "reason": sample.reason,
+        "pose": pose_as_dict(sample.pose, track.convention),
+        "covariance": numbers(sample.pose_covariance),
+        "standard_deviation": numbers(np.sqrt(np.diag(sample.pose_covariance))),
+        "twist": numbers(sample.twist),
+        "twist_standard_deviation": numbers(np.sqrt(np.diag(sample.twist_covariance))),
+    }
+
+
+def _largest(covariances: Any) -> list[float | None]:
+    if not len(covariances):
+        return [None] * 6
+    found: list[float | None] = numbers(
+        np.sqrt(np.diagonal(covariances, axis1=1, axis2=2).max(axis=0))
+    )
+    return found
+
+
+def _most(values: Any) -> float | None:
+    return number(values.max()) if len(values) else None
+
+
+def _untrusted(track: _core.Track, time_s: Any, trusted: Any) -> Iterable[dict[str, Any]]:
+    """Stretches of samples that are not to be trusted, each with its first reason."""
+    bad = np.concatenate(([False], ~trusted, [False]))
+    begins = np.flatnonzero(~bad[:-1] & bad[1:])
+    ends = np.flatnonzero(bad[:-1] & ~bad[1:])
+    for begin, end in zip(begins.tolist(), ends.tolist(), strict=True):
+        yield {
+            "begin_s": number(time_s[begin]),
+            "end_s": number(time_s[end - 1]),
+            "samples": end - begin,
+            "reason": track[begin].reason,
+        }
