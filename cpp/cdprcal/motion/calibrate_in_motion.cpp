@@ -2,6 +2,8 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
+#include <span>
 
 #include "cdprcal/calibration/allow_for_effects.hpp"
 #include "cdprcal/calibration/initial_guess.hpp"
@@ -196,6 +198,48 @@ InMotion with_motion(const Calibration& start, const Log& given, const InMotionO
   return out;
 }
 
+/// How many moments are worth one independent reading: what is wrong at a place stays wrong nearby.
+/// 1 + 2 Σ ρ_k, the autocorrelation of the residuals of all moments in their order, until it is
+/// gone (Sokal 1997).
+double moments_a_reading(const InMotion& found) {
+  constexpr double kGone = 0.05;
+  const CalibrationProblem& problem = found.calibration.problem;
+  const std::vector<PoseResidual>& residuals = found.calibration.result.residuals;
+  std::vector<std::vector<double>> series;  // one a row, in the order of the moments
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    if (i == 0 || is_resting(found.calibration, problem.measurements[i].time_s, 1e-9)) continue;
+    std::size_t next = 0;
+    const auto add = [&](std::span<const double> values) {
+      for (const double value : values) {
+        if (next == series.size()) series.emplace_back();
+        series[next++].push_back(value);
+      }
+    };
+    for_each_sensor([&](const Sensor&, const auto& field) { add(numbers(field)); }, residuals[i]);
+    add(numbers(residuals[i].wrench));
+  }
+  const auto correlation = [&](std::size_t lag) {
+    double all = 0.0, count = 0.0;
+    for (const std::vector<double>& row : series) {
+      double squares = 0.0, products = 0.0;
+      for (std::size_t k = 0; k < row.size(); ++k) {
+        if (std::isfinite(row[k])) squares += row[k] * row[k];
+        if (k >= lag && std::isfinite(row[k] * row[k - lag])) products += row[k] * row[k - lag];
+      }
+      if (squares > 0.0) all += products / squares, count += 1.0;
+    }
+    return count > 0.0 ? all / count : 0.0;
+  };
+  double worth = 1.0;
+  const auto most = static_cast<std::size_t>(found.calibration.kinematic_poses) / 3;
+  for (std::size_t lag = 1; lag < most; ++lag) {
+    const double rho = correlation(lag);
+    if (rho < kGone) break;
+    worth += 2.0 * rho;
+  }
+  return worth;
+}
+
 void check_options(const InMotionOptions& options) {
   const CalibrateOptions& asked = options.calibrate;
   if (asked.method != Method::unified || asked.formulation != Formulation::full ||
@@ -238,7 +282,13 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
     }
     return out;
   }
+  CalibrationResult& result = found->calibration.result;
+  const double worth = moments_a_reading(*found);
   allow_for_effects(options.calibrate, found->calibration);
+  if (result.covariance) {
+    *result.covariance *= worth;
+    result.standard_deviation *= std::sqrt(worth);
+  }
   if (options.calibrate.solve.explain) {
     explain(found->calibration.problem, found->calibration.result);
   }

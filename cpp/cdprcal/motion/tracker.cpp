@@ -343,12 +343,15 @@ void Tracker::judge(bool corrected) {
 
 const TrackedSample& Tracker::add(const Measurement& sample) {
   const int n = robot_.cable_count();
-  for (const CableVector* of :
-       {&sample.length_m, &sample.swivel_rad, &sample.tension_N, &sample.direct_length_m}) {
-    if (of->size() == 0 || of->size() == n) continue;
-    throw InputError("track: a sample reads " + std::to_string(of->size()) + " cables, robot '" +
-                     robot_.name + "' has " + std::to_string(n) + "; give samples of this robot");
-  }
+  for_each_sensor(
+      [&](const Sensor& sensor, const auto& field) {
+        const std::size_t read = numbers(field).size();
+        if (sensor.width != kOneACable || read == 0 || read == static_cast<std::size_t>(n)) return;
+        throw InputError("track: a sample reads " + std::to_string(read) + " cables, robot '" +
+                         robot_.name + "' has " + std::to_string(n) +
+                         "; give samples of this robot");
+      },
+      sample);
   dt_s_ = sample.time_s - last_s_;
   if (!(dt_s_ > 0.0) && std::isfinite(last_s_)) {
     throw InputError("track: a sample at " + std::to_string(sample.time_s) +

@@ -36,7 +36,10 @@ def draw_track(track: _core.Track, axes: Any) -> None:
                 time_s, shown - band, shown + band, color=line.get_color(), alpha=0.25, linewidth=0
             )
         ax.set_ylabel(label)
-        ax.legend(loc="upper right", ncols=3)
+        # Above the lines, which may be anywhere.
+        ax.legend(
+            loc="lower right", bbox_to_anchor=(1, 1), ncols=3, frameon=False, borderaxespad=0.2
+        )
     axes[-1].set_xlabel("time [s]")
 
 
