@@ -7,11 +7,10 @@
 
 #include "cdprcal/calibration/allow_for_effects.hpp"
 #include "cdprcal/calibration/initial_guess.hpp"
-#include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/motion/corrected_run.hpp"
 #include "cdprcal/motion/middle_readings.hpp"
 #include "cdprcal/motion/smoothed.hpp"
-#include "cdprcal/readings/run.hpp"
 #include "cdprcal/statics/natural_frequencies.hpp"
 
 namespace cdprcal {
@@ -25,17 +24,6 @@ constexpr std::size_t kFewRests = 2;
 /// Damping is expected to be of this size [1/s], and found with the poses in so many turns.
 constexpr double kUsualDamping_1_s = 1.0;
 constexpr int kDampingTurns = 4;
-
-/// A log as the robot file sets it right, and which part of it is the run.
-struct Run {
-  Run(const Robot& robot, const Log& given, const CalibrateOptions& options)
-      : corrected(correct_readings(robot, given)),
-        log(corrected ? *corrected : given),
-        rows(run_of(log, options.segment)) {}
-  std::optional<Log> corrected;
-  const Log& log;
-  SampleRange rows;
-};
 
 bool rests(const Calibration& calibration) {
   return calibration.equilibria.size() >= kFewRests && !calibration.result.poses.empty();
@@ -78,7 +66,7 @@ std::vector<Calibration> swinging_starts(const Robot& robot, const Log& log,
                                          const CalibrateOptions& options) {
   constexpr std::size_t kMostGuesses = 4;
   const Calibration prepared = prepare(robot, log, options);
-  const Run run(robot, log, options);
+  const CorrectedRun run(robot, log, options.segment);
   Measurement mean =
       measurement_mean(run.log, run.rows, PoseKind::static_pose, robot.cable_count());
   const std::vector<Pose> guesses = reference_guesses(robot, mean, prepared.problem.effects);
@@ -124,7 +112,7 @@ MotionDamping more_damping(const CalibrationProblem& problem, const CalibrationR
 
 /// The moments of motion beside the rests of a calibration: measurements and guesses are added, and
 /// how the platform moved is returned.
-std::vector<KnownMotion> add_moments(const Calibration& start, const Run& run,
+std::vector<KnownMotion> add_moments(const Calibration& start, const CorrectedRun& run,
                                      const std::vector<SmoothedSample>& path, int most_moments,
                                      CalibrationProblem& problem, std::vector<Pose>& guess) {
   const Robot& robot = problem.robot;
@@ -158,7 +146,7 @@ std::vector<KnownMotion> add_moments(const Calibration& start, const Run& run,
 /// The rests of a calibration and the moments of motion between them, solved together.
 InMotion with_motion(const Calibration& start, const Log& given, const InMotionOptions& options) {
   const Robot& robot = start.problem.robot;
-  const Run run(robot, given, options.calibrate);
+  const CorrectedRun run(robot, given, options.calibrate.segment);
   const std::vector<SmoothedSample> path = smoothed(start, given, options.calibrate.segment);
   InMotion out{start, true, {}};
   CalibrationProblem& problem = out.calibration.problem;

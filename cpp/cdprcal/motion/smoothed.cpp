@@ -2,8 +2,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "cdprcal/effects/applied.hpp"
-#include "cdprcal/readings/run.hpp"
+#include "cdprcal/motion/corrected_run.hpp"
 
 namespace cdprcal {
 namespace {
@@ -19,18 +18,15 @@ MotionVector minus(const MotionState& a, const MotionState& b) {
 
 std::vector<SmoothedSample> smoothed(const Calibration& calibration, const Log& log, int segment) {
   const Robot& robot = calibration.problem.robot;
-  check_belongs(robot, log);
-  const std::optional<Log> corrected = correct_readings(robot, log);
-  const Log& read = corrected ? *corrected : log;
-  const SampleRange run = run_of(read, segment);
+  const CorrectedRun run(robot, log, segment);
   Tracker tracker(calibration);
   std::vector<TrackerStep> steps;
   std::vector<SmoothedSample> out;
-  for (Eigen::Index row = run.begin; row < run.end; ++row) {
+  for (Eigen::Index row = run.rows.begin; row < run.rows.end; ++row) {
     const TrackedSample& now =
-        tracker.add(measurement_at(read, row, PoseKind::kinematic_pose, robot.cable_count()));
+        tracker.add(measurement_at(run.log, row, PoseKind::kinematic_pose, robot.cable_count()));
     steps.push_back(tracker.step());
-    out.push_back({read.time_s[row], now.state, steps.back().covariance, now.trusted});
+    out.push_back({run.log.time_s[row], now.state, steps.back().covariance, now.trusted});
   }
   for (std::size_t k = out.size() - 1; k-- > 0;) {
     const TrackerStep& next = steps[k + 1];

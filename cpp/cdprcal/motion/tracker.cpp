@@ -5,10 +5,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/kinematics/motion.hpp"
-#include "cdprcal/readings/run.hpp"
+#include "cdprcal/motion/corrected_run.hpp"
 #include "cdprcal/readings/turn_over.hpp"
 
 namespace cdprcal {
@@ -385,16 +384,13 @@ const TrackedSample& Tracker::add(const Measurement& sample) {
 
 Track track(const Calibration& calibration, const Log& log, int segment) {
   const Robot& robot = calibration.problem.robot;
-  check_belongs(robot, log);
-  const std::optional<Log> corrected = correct_readings(robot, log);
-  const Log& read = corrected ? *corrected : log;
-  const SampleRange run = run_of(read, segment);
+  const CorrectedRun run(robot, log, segment);
   Tracker tracker(calibration);
   Track out{robot.euler_convention, {}};
-  out.samples.reserve(static_cast<std::size_t>(run.size()));
-  for (Eigen::Index row = run.begin; row < run.end; ++row) {
+  out.samples.reserve(static_cast<std::size_t>(run.rows.size()));
+  for (Eigen::Index row = run.rows.begin; row < run.rows.end; ++row) {
     out.samples.push_back(
-        tracker.add(measurement_at(read, row, PoseKind::kinematic_pose, robot.cable_count())));
+        tracker.add(measurement_at(run.log, row, PoseKind::kinematic_pose, robot.cable_count())));
   }
   return out;
 }
