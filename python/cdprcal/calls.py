@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import copy
 import copyreg
+import functools
 import os
 import pathlib
 from collections.abc import Callable, Sequence
@@ -85,9 +86,8 @@ def calibrate(
     ``options``: method 'unified', 'static' or 'kinematic'; formulation 'full' or 'paper'; noise
     'data' or 'specified'; at_s: times of the poses [s]; segment: which is the run, from 0, -1 the
     last; motion: the balance counts between the rests too. The result's ``caveats`` are Findings:
-    errors for which the log is not to be trusted,
-    warnings with which the pose may be off by more than its σ. Raises InputError for a log that
-    does not fit the robot.
+    errors for which the log is not to be trusted, warnings with which the pose may be off by more
+    than its σ. Raises InputError for a log that does not fit the robot.
 
     >>> calibrate("irma4", "none.csv")
     Traceback (most recent call last):
@@ -106,13 +106,9 @@ def calibrate(
     file = LogFile(pathlib.Path(the_log.source), "csv", the_log)
     run = -1 if chosen is None else chosen.segment
     found.caveats = caveats_with_log(the_robot, file, found, run)
-    found._recipe = (_again, (the_robot, the_log, copy.copy(chosen), motion))  # type: ignore[attr-defined]
+    again = functools.partial(calibrate, motion=motion)
+    found._recipe = (again, (the_robot, the_log, copy.copy(chosen)))  # type: ignore[attr-defined]
     return found
-
-
-def _again(robot: Robot, log: Log, options: CalibrateOptions | None, motion: bool) -> Calibration:
-    """What a pickled calibration is made with."""
-    return calibrate(robot, log, options, motion=motion)
 
 
 def _with(

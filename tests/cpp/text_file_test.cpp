@@ -12,6 +12,7 @@
 #include <filesystem>
 
 #include "cdprcal/error.hpp"
+#include "support/refusal.hpp"
 
 namespace cdprcal {
 namespace {
@@ -28,12 +29,7 @@ TEST(TextFile, ComesBackByteForByteAndNoLongerThanAsked) {
 
 /// What reading a path is refused with.
 std::string refusal(const std::string& path) {
-  try {
-    read_text_file(path);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return {};
+  return test::refusal_of([&] { read_text_file(path); });
 }
 
 TEST(TextFile, ThatIsNoneSaysWhatItIs) {

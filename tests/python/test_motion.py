@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 import cdprcal
-from conftest import Ran, changed
+from conftest import Ran
 from test_schemas import validate
+from test_track import rows_of
 
 Cli = Callable[..., Ran]
 
@@ -26,10 +27,7 @@ def run(robot: cdprcal.Robot) -> cdprcal.StartUpRun:
 @pytest.fixture(scope="module")
 def log(run: cdprcal.StartUpRun) -> cdprcal.Log:
     """Its first 15 seconds."""
-    rows = run.log.time_s <= run.log.time_s[0] + 15.0
-    fields = ("length_m", "swivel_rad", "tension_N", "tension_setpoint_N", "roll_pitch_yaw_rad")
-    kept = {name: getattr(run.log, name)[rows] for name in ("time_s", *fields)}
-    return changed(run.log, **kept)
+    return rows_of(run.log, run.log.time_s <= run.log.time_s[0] + 15.0)
 
 
 @pytest.fixture

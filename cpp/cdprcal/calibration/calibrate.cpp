@@ -8,12 +8,11 @@
 #include "cdprcal/calibration/allow_for_effects.hpp"
 #include "cdprcal/calibration/multi_start.hpp"
 #include "cdprcal/calibration/unsettled_start.hpp"
-#include "cdprcal/effects/applied.hpp"
+#include "cdprcal/effects/corrected_run.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/readings/fresh.hpp"
-#include "cdprcal/readings/run.hpp"
 #include "cdprcal/readings/still.hpp"
 
 namespace cdprcal {
@@ -25,8 +24,7 @@ std::string seconds(double time_s) {
   return text;
 }
 
-void check_fit(const Robot& robot, const Log& log, const CalibrateOptions& options) {
-  check_belongs(robot, log);
+void check_fit(const Log& log, const CalibrateOptions& options) {
   const int cables = log.cable_count();
   if (options.method == Method::statics && log.tension_N.cols() == 0 && cables >= 6) {
     throw InputError(
@@ -296,10 +294,10 @@ namespace {
 /// As prepare. `start`: the samples that show the initial pose, where that is known.
 Calibration prepare(const Robot& robot, const Log& given, const CalibrateOptions& options,
                     const std::optional<SampleRange>& start) {
-  check_fit(robot, given, options);
-  const std::optional<Log> corrected = correct_readings(robot, given);
-  const Log& log = corrected ? *corrected : given;
-  const SampleRange run = run_of(log, options.segment);
+  const CorrectedRun corrected(robot, given, options.segment);
+  check_fit(given, options);
+  const Log& log = corrected.log;
+  const SampleRange& run = corrected.rows;
   Calibration out;
   CalibrationProblem& problem = out.problem;
   problem.robot = robot;
@@ -395,10 +393,9 @@ Calibration fit_either(const Calibration& prepared, const CalibrateOptions& opti
 Calibration fit_settled(const Robot& robot, const Log& log, const CalibrateOptions& options) {
   Calibration out = fit_either(prepare(robot, log, options), options);
   if (!options.at_s.empty() || options.formulation == Formulation::paper) return out;
-  const std::optional<Log> corrected = correct_readings(robot, log);
-  const Log& read = corrected ? *corrected : log;
+  const CorrectedRun run(robot, log, options.segment);
   const std::optional<SampleRange> start =
-      unsettled_start(read, run_of(read, options.segment), out, options.detection.window_s);
+      unsettled_start(run.log, run.rows, out, options.detection.window_s);
   return start ? fit_either(prepare(robot, log, options, start), options) : out;
 }
 

@@ -8,6 +8,7 @@
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/estimation/assembly.hpp"
 #include "cdprcal/estimation/noise_estimate.hpp"
+#include "cdprcal/statics/taut.hpp"
 #include "cdprcal/statistics.hpp"
 
 namespace cdprcal {
@@ -121,7 +122,7 @@ void hasten(const NoiseModel& before, bool& shrinks, NoiseModel& next) {
 
 std::vector<GatedReading> gate_slack(CalibrationProblem& problem, double tension_noise_N) {
   const Robot& robot = problem.robot;
-  const double taut_N = std::max(0.5 * robot.tension_min_N, 0.01 * robot.weight_N());
+  const double taut_N = taut_tension_N(robot);
   std::vector<GatedReading> gated;
   for (Measurement& m : problem.measurements) {
     // Never above what a taut cable may carry, however noisy the reading.

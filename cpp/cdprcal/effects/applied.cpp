@@ -5,6 +5,7 @@
 #include "cdprcal/effects/catalogue.hpp"
 #include "cdprcal/effects/reading_faults.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/readings/run.hpp"
 
 namespace cdprcal {
 namespace {
@@ -83,12 +84,7 @@ std::optional<Log> correct_readings(const Robot& robot, const Log& log) {
   std::optional<Log> corrected;
   for (const AppliedEffect& applied : robot.effects) {
     if (!is_reading_fault(applied.name) || !belongs_to(applied, log.source)) continue;
-    if (log.cable_count() != robot.cable_count()) {
-      throw InputError(log.source + ": the log has " + std::to_string(log.cable_count()) +
-                       " cables, robot '" + robot.name + "' has " +
-                       std::to_string(robot.cable_count()) +
-                       "; give the robot file that belongs to this log");
-    }
+    check_belongs(robot, log);
     if (!corrected) corrected = log;
     set_right(applied, *corrected);
   }

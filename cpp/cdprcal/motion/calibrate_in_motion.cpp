@@ -7,8 +7,8 @@
 
 #include "cdprcal/calibration/allow_for_effects.hpp"
 #include "cdprcal/calibration/initial_guess.hpp"
+#include "cdprcal/effects/corrected_run.hpp"
 #include "cdprcal/error.hpp"
-#include "cdprcal/motion/corrected_run.hpp"
 #include "cdprcal/motion/middle_readings.hpp"
 #include "cdprcal/motion/smoothed.hpp"
 #include "cdprcal/statics/natural_frequencies.hpp"
@@ -62,11 +62,10 @@ Calibration as_start(Calibration calibration) {
 }
 
 /// Where to begin without rests: the platform hangs about where the mean of all readings says.
-std::vector<Calibration> swinging_starts(const Robot& robot, const Log& log,
-                                         const CalibrateOptions& options) {
+std::vector<Calibration> swinging_starts(const Robot& robot, const Log& given,
+                                         const CorrectedRun& run, const CalibrateOptions& options) {
   constexpr std::size_t kMostGuesses = 4;
-  const Calibration prepared = prepare(robot, log, options);
-  const CorrectedRun run(robot, log, options.segment);
+  const Calibration prepared = prepare(robot, given, options);
   Measurement mean =
       measurement_mean(run.log, run.rows, PoseKind::static_pose, robot.cable_count());
   const std::vector<Pose> guesses = reference_guesses(robot, mean, prepared.problem.effects);
@@ -93,14 +92,12 @@ MotionDamping more_damping(const CalibrationProblem& problem, const CalibrationR
   Eigen::Matrix2d information = prior * Eigen::Matrix2d::Identity();
   Eigen::Vector2d gradient = prior * Eigen::Vector2d(present.shift_1_s, present.turn_1_s);
   const double arm_m = characteristic_length_m(robot);
-  for (std::size_t i = 0; i < problem.measurements.size(); ++i) {
-    const auto at = std::find_if(moments.begin(), moments.end(), [&](const KnownMotion& moment) {
-      return moment.time_s == problem.measurements[i].time_s;
-    });
-    Vector6 wrench = result.residuals[i].wrench;
-    if (at == moments.end() || !wrench.allFinite()) continue;
+  const std::size_t first = problem.measurements.size() - moments.size();
+  for (std::size_t k = 0; k < moments.size(); ++k) {
+    Vector6 wrench = result.residuals[first + k].wrench;
+    if (!wrench.allFinite()) continue;
     Eigen::Matrix<double, 6, 2> unit =
-        damping_wrench(robot, platform_state(robot, result.poses[i]), at->twist);
+        damping_wrench(robot, platform_state(robot, result.poses[first + k]), moments[k].twist);
     wrench.tail<3>() /= arm_m;
     unit.bottomRows<3>() /= arm_m;
     information += unit.transpose() * unit;
@@ -110,20 +107,28 @@ MotionDamping more_damping(const CalibrationProblem& problem, const CalibrationR
   return {more[0], more[1]};
 }
 
-/// The moments of motion beside the rests of a calibration: measurements and guesses are added, and
-/// how the platform moved is returned.
-std::vector<KnownMotion> add_moments(const Calibration& start, const CorrectedRun& run,
-                                     const std::vector<SmoothedSample>& path, int most_moments,
+/// What is the same in each round.
+struct MovingRun {
+  const InMotionOptions& options;
+  const CorrectedRun& corrected;
+  PathState directions;
+  ActiveEffects effects;
+};
+
+/// The moments of motion beside the rests of a calibration: measurements and guesses are appended,
+/// and how the platform moved is returned.
+std::vector<KnownMotion> add_moments(const Calibration& start, const MovingRun& moving,
+                                     const std::vector<SmoothedSample>& path,
                                      CalibrationProblem& problem, std::vector<Pose>& guess) {
   const Robot& robot = problem.robot;
+  const CorrectedRun& run = moving.corrected;
   const Log& log = run.log;
   const std::size_t middle = start.problem.measurements.size() / 2;
   const double half_s = smoothing_half_s(robot, start.result.poses[middle],
                                          start.problem.measurements[middle].tension_N);
   const double begin_s = log.time_s[run.rows.begin];
   const double lasts_s = log.time_s[run.rows.end - 1] - begin_s;
-  const double spacing_s = std::max(2.0 * half_s, lasts_s / most_moments);
-  const PathState directions = path_state(robot, log);
+  const double spacing_s = std::max(2.0 * half_s, lasts_s / moving.options.most_moments);
   std::vector<KnownMotion> moments;
   double last_s = begin_s;
   for (Eigen::Index row = run.rows.begin + 1; row < run.rows.end; ++row) {
@@ -135,7 +140,7 @@ std::vector<KnownMotion> add_moments(const Calibration& start, const CorrectedRu
     }
     last_s = time_s;
     Measurement m = middle_reading(log, run.rows, row, half_s, robot.cable_count());
-    add_path(directions, log, {row, row + 1}, begin_s, m);
+    add_path(moving.directions, log, {row, row + 1}, begin_s, m);
     problem.measurements.push_back(std::move(m));
     guess.push_back(state.pose);
     moments.push_back({time_s, state.twist, state.acceleration});
@@ -144,10 +149,9 @@ std::vector<KnownMotion> add_moments(const Calibration& start, const CorrectedRu
 }
 
 /// The rests of a calibration and the moments of motion between them, solved together.
-InMotion with_motion(const Calibration& start, const Log& given, const InMotionOptions& options) {
-  const Robot& robot = start.problem.robot;
-  const CorrectedRun run(robot, given, options.calibrate.segment);
-  const std::vector<SmoothedSample> path = smoothed(start, given, options.calibrate.segment);
+InMotion with_motion(const Calibration& start, const MovingRun& moving) {
+  const CalibrateOptions& options = moving.options.calibrate;
+  const std::vector<SmoothedSample> path = smoothed(start, moving.corrected);
   InMotion out{start, true, {}};
   CalibrationProblem& problem = out.calibration.problem;
   problem.measurements.clear();
@@ -160,25 +164,23 @@ InMotion with_motion(const Calibration& start, const Log& given, const InMotionO
     guess.push_back(start.result.poses[i]);
   }
   out.calibration.static_poses = static_cast<int>(problem.measurements.size());
-  const std::vector<KnownMotion> moments =
-      add_moments(start, run, path, options.most_moments, problem, guess);
+  const std::vector<KnownMotion> moments = add_moments(start, moving, path, problem, guess);
   out.calibration.kinematic_poses = static_cast<int>(moments.size());
   problem.noise.reset();
   const Signal& tension = start.signals[static_cast<std::size_t>(Channel::balance)];
   out.calibration.gated = gate_slack(problem, tension.sigma * std::sqrt(tension.rows));
   CalibrationResult& result = out.calibration.result;
   for (int turn = 0; turn < kDampingTurns; ++turn) {
-    problem.effects = resolve_effects(robot, given.source);
+    problem.effects = moving.effects;
     problem.effects.push_back({known_motion(moments, out.damping), EffectValues()});
-    result = solve(problem, guess, options.calibrate.solve);
+    result = solve(problem, guess, options.solve);
     if (result.status != CalibrationStatus::converged) break;
     guess = result.poses;
     const MotionDamping more = more_damping(problem, result, moments, out.damping);
     out.damping.shift_1_s += more.shift_1_s;
     out.damping.turn_1_s += more.turn_1_s;
   }
-  Refinement refined =
-      refine(problem, result, start.signals, options.calibrate.solve, options.calibrate.refine);
+  Refinement refined = refine(problem, result, start.signals, options.solve, options.refine);
   problem = std::move(refined.problem);
   result = std::move(refined.result);
   auto& gated = out.calibration.gated;
@@ -191,11 +193,11 @@ InMotion with_motion(const Calibration& start, const Log& given, const InMotionO
 /// gone (Sokal 1997).
 double moments_a_reading(const InMotion& found) {
   constexpr double kGone = 0.05;
-  const CalibrationProblem& problem = found.calibration.problem;
   const std::vector<PoseResidual>& residuals = found.calibration.result.residuals;
   std::vector<std::vector<double>> series;  // one a row, in the order of the moments
-  for (std::size_t i = 0; i < residuals.size(); ++i) {
-    if (i == 0 || is_resting(found.calibration, problem.measurements[i].time_s, 1e-9)) continue;
+  const std::size_t first =
+      residuals.size() - static_cast<std::size_t>(found.calibration.kinematic_poses);
+  for (std::size_t i = first; i < residuals.size(); ++i) {
     std::size_t next = 0;
     const auto add = [&](std::span<const double> values) {
       for (const double value : values) {
@@ -247,12 +249,15 @@ void check_options(const InMotionOptions& options) {
 InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionOptions& options) {
   check_options(options);
   const Calibration plain = calibrate(robot, log, options.calibrate);
+  const CorrectedRun run(robot, log, options.calibrate.segment);
+  const MovingRun moving{options, run, path_state(robot, run.log),
+                         resolve_effects(robot, log.source)};
   std::optional<InMotion> found;
   if (rests(plain)) {
-    found = with_motion(as_start(plain), log, options);
+    found = with_motion(as_start(plain), moving);
   } else {
-    for (const Calibration& start : swinging_starts(robot, log, options.calibrate)) {
-      InMotion next = with_motion(start, log, options);
+    for (const Calibration& start : swinging_starts(robot, log, run, options.calibrate)) {
+      InMotion next = with_motion(start, moving);
       if (!found || next.calibration.result.cost < found->calibration.result.cost) {
         found = std::move(next);
       }
@@ -260,7 +265,7 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   }
   for (int round = rests(plain) ? 1 : 0; found && round < options.rounds; ++round) {
     if (found->calibration.result.poses.empty()) break;
-    found = with_motion(as_start(std::move(found->calibration)), log, options);
+    found = with_motion(as_start(std::move(found->calibration)), moving);
   }
   if (!found || found->calibration.result.status != CalibrationStatus::converged) {
     InMotion out{plain, false, {}};

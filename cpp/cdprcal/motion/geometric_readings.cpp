@@ -1,6 +1,7 @@
 #include "cdprcal/motion/geometric_readings.hpp"
 
 namespace cdprcal {
+
 std::vector<RowLabel> geometric_rows(int cable_count) {
   std::vector<RowLabel> rows;
   const auto add = [&](Channel channel) {

@@ -22,7 +22,7 @@ std::vector<RowLabel> geometric_rows(int cable_count);
 /// Whether a row is an angle, and whether it counts from an unknown start.
 bool is_angle(const RowLabel& row);
 bool has_offset(const RowLabel& row);
-/// For people: "length 3", "pitch", "position y".
+/// As its column of a log is called: "length_3_m", "pitch_deg", "position_y_m".
 std::string in_words(const RowLabel& row);
 
 struct GeometricReadings {

@@ -2,8 +2,6 @@
 
 #include <Eigen/Cholesky>
 
-#include "cdprcal/motion/corrected_run.hpp"
-
 namespace cdprcal {
 namespace {
 
@@ -16,9 +14,8 @@ MotionVector minus(const MotionState& a, const MotionState& b) {
 
 }  // namespace
 
-std::vector<SmoothedSample> smoothed(const Calibration& calibration, const Log& log, int segment) {
+std::vector<SmoothedSample> smoothed(const Calibration& calibration, const CorrectedRun& run) {
   const Robot& robot = calibration.problem.robot;
-  const CorrectedRun run(robot, log, segment);
   Tracker tracker(calibration);
   std::vector<TrackerStep> steps;
   std::vector<SmoothedSample> out;

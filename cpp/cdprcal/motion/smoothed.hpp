@@ -1,6 +1,7 @@
 // The platform's motion with all of a run's readings behind each moment.
 #pragma once
 
+#include "cdprcal/effects/corrected_run.hpp"
 #include "cdprcal/motion/tracker.hpp"
 
 namespace cdprcal {
@@ -13,9 +14,8 @@ struct SmoothedSample {
   bool trusted = false;
 };
 
-/// The tracker's filter, and back along it (Rauch, Tung and Striebel 1965). Throws InputError as
-/// track() does.
-std::vector<SmoothedSample> smoothed(const Calibration& calibration, const Log& log,
-                                     int segment = -1);
+/// The tracker's filter, and back along it (Rauch, Tung and Striebel 1965), of each row of a run.
+/// Throws InputError as track() does.
+std::vector<SmoothedSample> smoothed(const Calibration& calibration, const CorrectedRun& run);
 
 }  // namespace cdprcal

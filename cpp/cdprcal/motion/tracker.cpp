@@ -1,14 +1,14 @@
 #include "cdprcal/motion/tracker.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
+#include "cdprcal/effects/corrected_run.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/kinematics/motion.hpp"
-#include "cdprcal/motion/corrected_run.hpp"
 #include "cdprcal/readings/turn_over.hpp"
+#include "cdprcal/statics/taut.hpp"
 
 namespace cdprcal {
 namespace {
@@ -43,7 +43,9 @@ void turn_over(const CableVector& now, double distance, CableVector& at, CableVe
   if (at.size() != now.size()) {
     turned.setZero(now.size());
   } else {
-    turned = (turned + 2.0 * (now - at) / distance).cwiseMax(-1.0).cwiseMin(1.0);
+    for (Eigen::Index c = 0; c < now.size(); ++c) {
+      turned[c] = turned_over(turned[c], now[c] - at[c], distance);
+    }
   }
   at = now;
 }
@@ -58,7 +60,7 @@ Tracker::Tracker(const Calibration& calibration)
       poses_(calibration.result.poses),
       size_m_(robot_size_m(robot_)),
       turn_per_shift_(1.0 / characteristic_length_m(robot_)),
-      taut_N_(std::max(0.5 * robot_.tension_min_N, 0.01 * robot_.weight_N())),
+      taut_N_(taut_tension_N(robot_)),
       jerk_(1.0),
       contradictions_(offsets_.rows.size()) {
   const TwistBasis basis = motion_basis(robot_);

@@ -49,7 +49,7 @@ void follow(const Eigen::VectorXd& values, const SampleRange& range, double half
     if (std::isfinite(values[i])) {
       if (!std::isfinite(reached)) reached = values[i];
       const double moved_to = std::clamp(reached, values[i] - noise, values[i] + noise);
-      state = std::clamp(state + (moved_to - reached) / half, -1.0, 1.0);
+      state = turned_over(state, moved_to - reached, 2.0 * half);
       reached = moved_to;
     }
     direction[i] = state;

@@ -55,7 +55,7 @@ void SensorBank::add_written(const PlantDynamics& plant, PlantSnapshot& now) {
   for (Eigen::Index i = 0; i < swivel_turn_.size(); ++i) {
     const double swivel = plant.strand(static_cast<int>(i)).cable.swivel_rad;
     const double turned = wrap_angle(swivel - swivel_seen_rad_[i]);
-    swivel_turn_[i] = std::clamp(swivel_turn_[i] + 2.0 * turned / kTurnOver_rad, -1.0, 1.0);
+    swivel_turn_[i] = turned_over(swivel_turn_[i], turned, kTurnOver_rad);
     swivel_seen_rad_[i] = swivel;
   }
   const WrittenReadings added = written_readings(p_, plant, swivel_turn_);

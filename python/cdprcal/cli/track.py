@@ -84,11 +84,12 @@ def command(
     reader = Reader(the_robot, map_)
     file = reader.load(log)
     first = reader.load(start) if start else file
+    of_start = -1 if start else segment
     with interruptible():
         calibration = _core.calibrate(
-            the_robot, first.log, _core.CalibrateOptions(segment=-1 if start else segment)
+            the_robot, first.log, _core.CalibrateOptions(segment=of_start)
         )
-    caveats = caveats_with_log(the_robot, first, calibration, -1 if start else segment)
+    caveats = caveats_with_log(the_robot, first, calibration, of_start)
     code = exit_code(calibration, caveats)
     if calibration.result.status != _core.CalibrationStatus.converged:
         fail(

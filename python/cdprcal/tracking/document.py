@@ -9,6 +9,7 @@ import numpy as np
 
 from cdprcal import _core
 from cdprcal.results import number, numbers, pose_as_dict
+from cdprcal.tracking.deviations import deviations
 
 
 def track_as_dict(track: _core.Track, solve_time_s: float) -> dict[str, Any]:
@@ -37,18 +38,16 @@ def _sample(track: _core.Track, sample: _core.TrackedSample) -> dict[str, Any]:
         "reason": sample.reason,
         "pose": pose_as_dict(sample.pose, track.convention),
         "covariance": numbers(sample.pose_covariance),
-        "standard_deviation": numbers(np.sqrt(np.diag(sample.pose_covariance))),
+        "standard_deviation": numbers(deviations(sample.pose_covariance)),
         "twist": numbers(sample.twist),
-        "twist_standard_deviation": numbers(np.sqrt(np.diag(sample.twist_covariance))),
+        "twist_standard_deviation": numbers(deviations(sample.twist_covariance)),
     }
 
 
 def _largest(covariances: Any) -> list[float | None]:
     if not len(covariances):
         return [None] * 6
-    found: list[float | None] = numbers(
-        np.sqrt(np.diagonal(covariances, axis1=1, axis2=2).max(axis=0))
-    )
+    found: list[float | None] = numbers(deviations(covariances).max(axis=0))
     return found
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from cdprcal import _core
 from cdprcal.pictures import new_figure, save_figure
+from cdprcal.tracking.deviations import deviations
 
 _NAMES = (("x", "y", "z"), ("roll", "pitch", "yaw"))
 
@@ -16,7 +17,7 @@ _NAMES = (("x", "y", "z"), ("roll", "pitch", "yaw"))
 def draw_track(track: _core.Track, axes: Any) -> None:
     """Into two Axes, one above the other: position, and attitude."""
     time_s = track.time_s
-    sigma = np.sqrt(np.diagonal(track.pose_covariance, axis1=1, axis2=2))
+    sigma = deviations(track.pose_covariance)
     trusted = track.trusted
     groups = (
         (track.position_m - track.position_m[0], 1e3 * sigma[:, :3], 1e3, "moved [mm]"),
@@ -27,11 +28,11 @@ def draw_track(track: _core.Track, axes: Any) -> None:
             "attitude [deg]",
         ),
     )
-    for ax, names, (values, deviations, factor, label) in zip(axes, _NAMES, groups, strict=True):
+    for ax, names, (values, sigmas, factor, label) in zip(axes, _NAMES, groups, strict=True):
         for i, name in enumerate(names):
             shown = np.where(trusted, factor * values[:, i], np.nan)
             (line,) = ax.plot(time_s, shown, linewidth=1.0, label=name)
-            band = 2 * deviations[:, i]
+            band = 2 * sigmas[:, i]
             ax.fill_between(
                 time_s, shown - band, shown + band, color=line.get_color(), alpha=0.25, linewidth=0
             )

@@ -9,14 +9,15 @@ import numpy as np
 
 from cdprcal import _core
 from cdprcal.io.files import write_texts
+from cdprcal.tracking.deviations import deviations
 
 _AXES = "xyz"
 
 
 def columns_of_track(track: _core.Track) -> dict[str, Any]:
     """Name → array [N] of every column: pose, twist, their standard deviations, trusted."""
-    pose_sigma = _deviations(track.pose_covariance)
-    twist_sigma = _deviations(track.twist_covariance)
+    pose_sigma = deviations(track.pose_covariance)
+    twist_sigma = deviations(track.twist_covariance)
     columns = {"time_s": track.time_s}
     groups = (
         ([f"{a}_m" for a in _AXES], track.position_m),
@@ -44,7 +45,3 @@ def save_track(track: _core.Track, path: Path) -> None:
 
 def _cell(value: float) -> str:
     return repr(value) if np.isfinite(value) else ""
-
-
-def _deviations(covariances: Any) -> Any:
-    return np.sqrt(np.diagonal(covariances, axis1=1, axis2=2))

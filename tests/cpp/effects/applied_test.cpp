@@ -12,6 +12,7 @@
 #include "cdprcal/error.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
 #include "cdprcal/synthetic/synthetic.hpp"
+#include "support/refusal.hpp"
 
 namespace cdprcal {
 namespace {
@@ -21,12 +22,7 @@ Robot with_section(const std::string& section) {
 }
 
 std::string refusal(const std::string& section) {
-  try {
-    with_section(section);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal_of([&] { with_section(section); });
 }
 
 int lines_of(const std::string& text) {

@@ -11,6 +11,7 @@
 #include "cdprcal/effects/expression.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
+#include "support/refusal.hpp"
 
 namespace cdprcal::test {
 namespace {
@@ -103,12 +104,7 @@ std::string definition(const std::string& adds,
 }
 
 std::string refusal(const std::string& text) {
-  try {
-    (void)parse_effects(text, "mine.yaml");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return refusal_of([&] { parse_effects(text, "mine.yaml"); });
 }
 
 struct Refused {

@@ -162,7 +162,7 @@ TEST(Smoothed, KnowsTheMotionBetterThanTheFilter) {
   const StartUpRun run = simulate_startup(robot, plan, options);
   const Calibration calibration = calibrate(robot, run.log);
   const Track filtered = track(calibration, run.log);
-  const std::vector<SmoothedSample> path = smoothed(calibration, run.log);
+  const std::vector<SmoothedSample> path = smoothed(calibration, CorrectedRun(robot, run.log));
   ASSERT_EQ(path.size(), run.truth.size());
   double before = 0.0, after = 0.0, chi_squared = 0.0;
   for (std::size_t k = 50; k < path.size(); ++k) {

@@ -7,6 +7,7 @@
 
 #include "../support/startup_scenario.hpp"
 #include "cdprcal/error.hpp"
+#include "support/refusal.hpp"
 
 namespace cdprcal::test {
 namespace {
@@ -104,16 +105,6 @@ std::vector<TrackedSample> streamed(const Calibration& calibration, const Log& l
                                              calibration.problem.robot.cable_count())));
   }
   return out;
-}
-
-template <class Call>
-std::string refusal(const Call& call) {
-  try {
-    call();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
 }
 
 TEST(Tracker, SaysHowWellItKnowsThePose) {
@@ -337,20 +328,20 @@ TEST(Tracker, RefusesWhatCannotBeTracked) {
   Tracker tracker(good);
   EXPECT_TRUE(std::isnan(tracker.latest().time_s));
   tracker.add(sample(3));
-  const std::string late = refusal([&] { tracker.add(sample(3)); });
+  const std::string late = refusal_of([&] { tracker.add(sample(3)); });
   EXPECT_THAT(late, testing::HasSubstr("give them in order, each once"));
-  EXPECT_EQ(refusal([&] { tracker.add(sample(2)); }).substr(0, 17), late.substr(0, 17));
+  EXPECT_EQ(refusal_of([&] { tracker.add(sample(2)); }).substr(0, 17), late.substr(0, 17));
   Measurement five = sample(4);
   five.length_m = CableVector::Zero(5);
-  EXPECT_THAT(refusal([&] { tracker.add(five); }),
+  EXPECT_THAT(refusal_of([&] { tracker.add(five); }),
               testing::HasSubstr("reads 5 cables, robot 'irma4' has 4"));
   tracker.add(sample(4));  // what was refused has changed nothing
   EXPECT_EQ(tracker.latest().time_s, run.log.time_s[4]);
 
   Log of_five = run.log;
   of_five.length_m.resize(run.log.sample_count(), 5);
-  EXPECT_THAT(refusal([&] { track(good, of_five); }), testing::HasSubstr("has 5 cables"));
-  EXPECT_THAT(refusal([&] { track(good, run.log, 4); }), testing::HasSubstr("segment 4"));
+  EXPECT_THAT(refusal_of([&] { track(good, of_five); }), testing::HasSubstr("has 5 cables"));
+  EXPECT_THAT(refusal_of([&] { track(good, run.log, 4); }), testing::HasSubstr("segment 4"));
 
   CalibrateOptions few;
   few.method = Method::kinematic;
@@ -360,7 +351,7 @@ TEST(Tracker, RefusesWhatCannotBeTracked) {
   poor.tension_N.resize(poor.sample_count(), 0);
   const Calibration open = calibrate(robot, poor, few);
   EXPECT_NE(open.result.status, CalibrationStatus::converged);
-  EXPECT_THAT(refusal([&] { Tracker{open}; }),
+  EXPECT_THAT(refusal_of([&] { Tracker{open}; }),
               testing::HasSubstr("the calibration has no pose that can be trusted"));
 }
 

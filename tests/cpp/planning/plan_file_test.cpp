@@ -10,6 +10,7 @@
 
 #include "cdprcal/error.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
+#include "support/refusal.hpp"
 
 namespace cdprcal {
 namespace {
@@ -73,12 +74,7 @@ TEST(PlanFile, IsReadAsPeopleAndSpreadsheetsChangeIt) {
 
 /// The message of the refusal.
 std::string refusal(const std::string& text) {
-  try {
-    (void)parse_plan(text, "plan.csv");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal_of([&] { parse_plan(text, "plan.csv"); });
 }
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {

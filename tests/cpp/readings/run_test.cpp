@@ -5,6 +5,7 @@
 
 #include "cdprcal/error.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
+#include "support/refusal.hpp"
 
 namespace cdprcal {
 namespace {
@@ -18,16 +19,6 @@ Log three_segments(int cables) {
   return log;
 }
 
-template <class Call>
-std::string refusal(const Call& call) {
-  try {
-    call();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
 TEST(Run, IsTheLastSegmentOrTheOneAskedFor) {
   const Log log = three_segments(4);
   EXPECT_EQ(run_of(log, -1).begin, 5);
@@ -35,19 +26,19 @@ TEST(Run, IsTheLastSegmentOrTheOneAskedFor) {
   EXPECT_EQ(run_of(log, 0).end, 2);
   EXPECT_EQ(run_of(log, 1).begin, 2);
   EXPECT_EQ(run_of(log, 1).end, 5);
-  EXPECT_THAT(refusal([&] { run_of(log, 3); }),
+  EXPECT_THAT(test::refusal_of([&] { run_of(log, 3); }),
               testing::AllOf(testing::StartsWith("three.csv: segment 3 asked for"),
                              testing::HasSubstr("the log has 3")));
 }
 
 TEST(Run, BelongsToARobotOfAsManyCables) {
   const Robot robot = load_robot("irma4");
-  EXPECT_EQ(refusal([&] { check_belongs(robot, three_segments(4)); }), "accepted");
-  EXPECT_THAT(refusal([&] { check_belongs(robot, three_segments(5)); }),
+  EXPECT_EQ(test::refusal_of([&] { check_belongs(robot, three_segments(4)); }), "accepted");
+  EXPECT_THAT(test::refusal_of([&] { check_belongs(robot, three_segments(5)); }),
               testing::HasSubstr("the log has 5 cables, robot 'irma4' has 4"));
   Log empty;
   empty.source = "empty.csv";
-  EXPECT_THAT(refusal([&] { check_belongs(robot, empty); }),
+  EXPECT_THAT(test::refusal_of([&] { check_belongs(robot, empty); }),
               testing::HasSubstr("empty.csv: the log has no samples"));
 }
 

@@ -8,6 +8,7 @@
 
 #include "../support/random_robot.hpp"
 #include "cdprcal/error.hpp"
+#include "support/refusal.hpp"
 
 namespace cdprcal {
 namespace {
@@ -22,12 +23,7 @@ std::string irma4_with(const std::string& old_text, const std::string& new_text)
 }
 
 std::string message_of(const std::string& yaml) {
-  try {
-    parse_robot(yaml, "robot.yaml");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal_of([&] { parse_robot(yaml, "robot.yaml"); });
 }
 
 /// The text is refused in a message that starts with "robot.yaml:<place> " and holds `problem`.

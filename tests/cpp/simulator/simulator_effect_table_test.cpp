@@ -6,20 +6,12 @@
 #include "cdprcal/robot_file/robot_file.hpp"
 #include "cdprcal/simulator/injected_effect.hpp"
 #include "cdprcal/simulator/simulator.hpp"
+#include "support/refusal.hpp"
 
 namespace cdprcal::test {
 namespace {
 
 using ::testing::HasSubstr;
-
-std::string refusal(const std::function<void()>& use) {
-  try {
-    use();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 const InjectableEffect* row(const std::string& name) {
   for (const InjectableEffect& effect : injectable_effects()) {
@@ -93,7 +85,7 @@ TEST(InjectableEffects, AreParsedAndBroadcast) {
 
 TEST(InjectableEffects, WrongOnesAreRefusedWithTheRemedy) {
   const auto parse = [](const char* text) {
-    return refusal([&] { expanded(parse_injected_effect(text), 4); });
+    return refusal_of([&] { expanded(parse_injected_effect(text), 4); });
   };
   EXPECT_THAT(parse("friction=1"), HasSubstr("pulley_friction"));  // names the known ones
   EXPECT_THAT(parse("friction=1"), HasSubstr("'friction'"));
@@ -112,7 +104,7 @@ TEST(InjectableEffects, WrongOnesAreRefusedWithTheRemedy) {
   EXPECT_THAT(parse("cable_elasticity=0"), HasSubstr("positive"));
   EXPECT_THAT(parse("pulley_friction=-0.1"), HasSubstr("negative"));
   EXPECT_THAT(parse("slack=1,5,0.1"), HasSubstr("1 to 4"));
-  EXPECT_THAT(refusal([] {
+  EXPECT_THAT(refusal_of([] {
                 SimulatorOptions options;
                 options.effects = {{"mass", {-20.0}}};
                 plant_parameters(load_robot("irma4"), options);

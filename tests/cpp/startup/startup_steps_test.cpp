@@ -4,6 +4,7 @@
 #include "../support/startup_scenario.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/statics/natural_frequencies.hpp"
+#include "support/refusal.hpp"
 
 namespace cdprcal::test {
 namespace {
@@ -253,15 +254,10 @@ TEST_F(StartUpSteps, EachWrongOptionIsRefusedByName) {
   const auto refusal = [&](auto change) -> std::string {
     StartUpOptions options;
     change(options);
-    try {
-      StartUp(robot, only({0}), options);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return {};
+    return refusal_of([&] { StartUp{robot, only({0}), options}; });
   };
   using O = StartUpOptions;
-  EXPECT_EQ(refusal([](O&) {}), "");
+  EXPECT_EQ(refusal([](O&) {}), "accepted");
   const std::string times = "start-up options: times must not be negative";
   EXPECT_EQ(refusal([](O& o) { o.record_s = -1.0; }), times);
   EXPECT_EQ(refusal([](O& o) { o.measure_s = -1.0; }), times);
@@ -281,12 +277,7 @@ TEST_F(StartUpSteps, EachWrongOptionIsRefusedByName) {
 
 TEST_F(StartUpSteps, EachWrongPlanIsRefusedByName) {
   const auto refusal = [&](const StartUpPlan& plan) -> std::string {
-    try {
-      StartUp(robot, plan);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return {};
+    return refusal_of([&] { StartUp{robot, plan}; });
   };
   EXPECT_EQ(refusal({}), "start-up plan: no set-points; give at least one");
   StartUpPlan plan = only({0, 1});

@@ -3,6 +3,7 @@
 
 #include "../support/startup_scenario.hpp"
 #include "cdprcal/error.hpp"
+#include "support/refusal.hpp"
 
 namespace cdprcal::test {
 namespace {
@@ -97,12 +98,7 @@ TEST_F(Synthetic, WhatCannotBeMadeIsRefused) {
   const auto refusal = [&](const std::vector<CableVector>& through, auto change) -> std::string {
     SyntheticLogOptions options;
     change(options);
-    try {
-      (void)synthetic_log(robot, through, options);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return {};
+    return refusal_of([&] { synthetic_log(robot, through, options); });
   };
   using O = SyntheticLogOptions;
   const auto as_they_are = [](O&) {};

@@ -11,7 +11,7 @@ namespace cdprcal {
 /// Refers to `given` where nothing is to be corrected: not to outlive it. Throws InputError as
 /// check_belongs() and run_of() do.
 struct CorrectedRun {
-  CorrectedRun(const Robot& robot, const Log& given, int segment)
+  CorrectedRun(const Robot& robot, const Log& given, int segment = -1)
       : corrected((check_belongs(robot, given), correct_readings(robot, given))),
         log(corrected ? *corrected : given),
         rows(run_of(log, segment)) {}
