@@ -331,7 +331,7 @@ void register_diagnose(py::module_& module) {
       .def(py::init([](double family_wise_p, double least_evidence, double rival_nats,
                        double rival_share, int most_effects, int refits, int draws,
                        std::uint64_t seed, std::optional<std::vector<std::string>> effects,
-                       std::optional<std::vector<DiscreteFault>> faults) {
+                       std::optional<std::vector<DiscreteFault>> faults, bool motion) {
              DiagnoseOptions o;
              o.family_wise_p = family_wise_p;
              o.least_evidence = least_evidence;
@@ -343,6 +343,7 @@ void register_diagnose(py::module_& module) {
              o.scan.seed = seed;
              o.effects = std::move(effects);
              o.faults = std::move(faults);
+             o.motion = motion;
              return o;
            }),
            py::kw_only(), py::arg("family_wise_p") = usual.family_wise_p,
@@ -351,12 +352,14 @@ void register_diagnose(py::module_& module) {
            py::arg("most_effects") = usual.most_effects, py::arg("refits") = usual.refits,
            py::arg("draws") = usual.scan.draws, py::arg("seed") = usual.scan.seed,
            py::arg("effects") = py::none(), py::arg("faults") = py::none(),
+           py::arg("motion") = usual.motion,
            "family_wise_p: chance that a clean log is accused of anything. least_evidence, "
            "rival_nats [nat]. rival_share: of a signature that a rival imitates. refits: "
            "candidates refitted a round. draws, seed: of the chance residuals behind p-values. "
            "effects: names to fit in this order with no search, None to search; the verdict is "
            "then no better than undetermined. faults: those of an earlier diagnosis of these logs, "
-           "set right with no search; None to look for them.")
+           "set right with no search; None to look for them. motion: moments at which the platform "
+           "moves count as rests do, all along a log that never rests.")
       .def_readwrite("family_wise_p", &DiagnoseOptions::family_wise_p)
       .def_readwrite("least_evidence", &DiagnoseOptions::least_evidence)
       .def_readwrite("rival_nats", &DiagnoseOptions::rival_nats)
@@ -369,6 +372,8 @@ void register_diagnose(py::module_& module) {
       .def_property(
           "seed", [](const DiagnoseOptions& o) { return o.scan.seed; },
           [](DiagnoseOptions& o, std::uint64_t seed) { o.scan.seed = seed; })
+      .def_readwrite("motion", &DiagnoseOptions::motion,
+                     "Whether moments of motion count as rests do.")
       .def_readwrite("effects", &DiagnoseOptions::effects,
                      "Names to fit with no search; None: search.")
       .def_readwrite("faults", &DiagnoseOptions::faults,

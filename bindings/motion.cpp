@@ -182,6 +182,20 @@ void register_tracker(py::module_& module) {
 }
 
 void register_in_motion(py::module_& module) {
+  py::class_<Swing>(module, "Swing",
+                    "A mode in which a platform with locked winches swings. Immutable.")
+      .def_readonly("model_hz", &Swing::model_hz, "As the model has it about the mean pose.")
+      .def_readonly("measured_hz", &Swing::measured_hz,
+                    "Of the motion's peak that has its shape; NaN: there is none.")
+      .def_readonly("size_m", &Swing::size_m,
+                    "Root mean square of the motion in it: of the same kinetic energy as such a "
+                    "shift of the mass.")
+      .def("__repr__", [](const Swing& self) {
+        char text[80];
+        std::snprintf(text, sizeof text, "<Swing at %.3g Hz, model %.3g Hz>", self.measured_hz,
+                      self.model_hz);
+        return std::string(text);
+      });
   py::class_<InMotion>(module, "InMotion",
                        "A calibration in which the balance counts in motion too. Immutable.")
       .def_readonly("calibration", &InMotion::calibration,
@@ -194,6 +208,9 @@ void register_in_motion(py::module_& module) {
       .def_property_readonly(
           "damping_turn_1_s", [](const InMotion& self) { return self.damping.turn_1_s; },
           "1/T: moments 2I/T w hold turns back.")
+      .def_readonly("swings", &InMotion::swings,
+                    "List of Swing, the slowest mode first: where the winches were locked for long "
+                    "enough.")
       .def("__repr__", [](const InMotion& self) {
         return std::string("<InMotion ") + to_string(self.calibration.result.status) + ", " +
                (self.in_motion ? std::to_string(self.calibration.kinematic_poses) + " moments"

@@ -132,6 +132,7 @@ __all__: list[str] = [
     "StopSeparation",
     "StrandOptions",
     "Surroundings",
+    "Swing",
     "SyntheticLog",
     "SyntheticLogOptions",
     "TensionControlOptions",
@@ -3082,9 +3083,10 @@ class DiagnoseOptions:
         seed: typing.SupportsInt | typing.SupportsIndex = 1,
         effects: collections.abc.Sequence[str] | None = None,
         faults: collections.abc.Sequence[DiscreteFault] | None = None,
+        motion: bool = False,
     ) -> None:
         """
-        family_wise_p: chance that a clean log is accused of anything. least_evidence, rival_nats [nat]. rival_share: of a signature that a rival imitates. refits: candidates refitted a round. draws, seed: of the chance residuals behind p-values. effects: names to fit in this order with no search, None to search; the verdict is then no better than undetermined. faults: those of an earlier diagnosis of these logs, set right with no search; None to look for them.
+        family_wise_p: chance that a clean log is accused of anything. least_evidence, rival_nats [nat]. rival_share: of a signature that a rival imitates. refits: candidates refitted a round. draws, seed: of the chance residuals behind p-values. effects: names to fit in this order with no search, None to search; the verdict is then no better than undetermined. faults: those of an earlier diagnosis of these logs, set right with no search; None to look for them. motion: moments at which the platform moves count as rests do, all along a log that never rests.
         """
 
     @property
@@ -3119,6 +3121,14 @@ class DiagnoseOptions:
     def most_effects(self) -> int: ...
     @most_effects.setter
     def most_effects(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    @property
+    def motion(self) -> bool:
+        """
+        Whether moments of motion count as rests do.
+        """
+
+    @motion.setter
+    def motion(self, arg0: bool) -> None: ...
     @property
     def refits(self) -> int: ...
     @refits.setter
@@ -4565,6 +4575,30 @@ class Tracker:
         TrackedSample: time_s is NaN before any.
         """
 
+class Swing:
+    """
+    A mode in which a platform with locked winches swings. Immutable.
+    """
+
+    def __repr__(self) -> str: ...
+    @property
+    def measured_hz(self) -> float:
+        """
+        Of the motion's peak that has its shape; NaN: there is none.
+        """
+
+    @property
+    def model_hz(self) -> float:
+        """
+        As the model has it about the mean pose.
+        """
+
+    @property
+    def size_m(self) -> float:
+        """
+        Root mean square of the motion in it: of the same kinetic energy as such a shift of the mass.
+        """
+
 class InMotion:
     """
     A calibration in which the balance counts in motion too. Immutable.
@@ -4593,6 +4627,12 @@ class InMotion:
     def in_motion(self) -> bool:
         """
         Whether it is that of rests and motion.
+        """
+
+    @property
+    def swings(self) -> list[Swing]:
+        """
+        List of Swing, the slowest mode first: where the winches were locked for long enough.
         """
 
 class FrameStatus(enum.StrEnum):

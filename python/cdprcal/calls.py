@@ -140,11 +140,13 @@ def diagnose(
     options: DiagnoseOptions | None = None,
     progress: Callable[[str], Any] | None = None,
     *,
+    motion: bool = False,
     map: Path = "",
 ) -> Diagnosis:
     """Names what the model lacks, from one or more logs of one robot. Look at verdict first.
 
-    ``robot``, ``logs`` and ``map`` as for ``calibrate``; one log or a sequence of them.
+    ``robot``, ``logs`` and ``map`` as for ``calibrate``; one log or a sequence of them; motion:
+    moments at which the platform moves count as rests do (as ``options.motion``).
     ``progress`` is called with each step's name; False ends the search and keeps what was found.
     Raises InputError for a log that does not fit the robot.
     """
@@ -152,8 +154,10 @@ def diagnose(
     if isinstance(logs, str) or not isinstance(logs, Sequence):
         logs = [logs]
     the_logs = [as_log(log, the_robot, map) for log in logs]
-    found = _core.diagnose(the_robot, the_logs, options, progress)
-    found._recipe = (diagnose, (the_robot, the_logs, copy.copy(options)))  # type: ignore[attr-defined]
+    chosen = DiagnoseOptions() if options is None else copy.copy(options)
+    chosen.motion = chosen.motion or motion
+    found = _core.diagnose(the_robot, the_logs, chosen, progress)
+    found._recipe = (diagnose, (the_robot, the_logs, chosen))  # type: ignore[attr-defined]
     return found
 
 

@@ -87,7 +87,8 @@ def _repeated(result: Result) -> Repeated:
     else:
         from cdprcal.diagnosis import diagnosis_as_dict
 
-        diagnosis = _core.diagnose(result.robot, list(result.logs))
+        how = _core.DiagnoseOptions(motion=bool(result.options.get("motion")))
+        diagnosis = _core.diagnose(result.robot, list(result.logs), how)
         document = diagnosis_as_dict(diagnosis, result.robot)
         keys = ("verdict", "initial_pose_after", "covariance_after")
     before = result.document

@@ -174,6 +174,15 @@ def print_motion(motion: dict[str, Any] | None) -> None:
         f"in balance at {counted(motion['moments'], 'moment')} of motion too; what holds the "
         f"platform back lets shifts decay with {shift} 1/s and turns with {turn} 1/s",
     )
+    for swing in motion["swings"]:
+        model, measured = (swing[f"{who}_hz"] for who in ("model", "measured"))
+        if model is None or measured is None:
+            continue
+        say(
+            answers(),
+            f"with locked winches it swings at {fixed(measured, 3)} Hz, the model at "
+            f"{fixed(model, 3)} Hz ({100.0 * (model / measured - 1.0):+.1f} %)",
+        )
 
 
 def pose_line(document: dict[str, Any]) -> str:

@@ -1,12 +1,14 @@
 #include "cdprcal/diagnosis/baseline.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/diagnosis/events.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/motion/calibrate_in_motion.hpp"
 
 namespace cdprcal {
 namespace {
@@ -19,12 +21,14 @@ void gate_slack(const Robot& robot, const ActiveEffects& known, Measurement& m) 
   }
 }
 
-/// The rows behind each measurement: those of the next rest, or one.
-std::vector<SampleRange> rows_of(const Log& log, const Calibration& calibration) {
+/// The rows behind each measurement: those of the next rest, or one; moments in motion come last.
+std::vector<SampleRange> rows_of(const Log& log, const Calibration& calibration, int moments) {
   std::vector<SampleRange> out;
   auto rest = calibration.equilibria.begin();
-  for (const Measurement& m : calibration.problem.measurements) {
-    if (m.kind == PoseKind::static_pose && rest != calibration.equilibria.end()) {
+  const auto& measurements = calibration.problem.measurements;
+  for (const Measurement& m : measurements) {
+    const bool moment = out.size() + static_cast<std::size_t>(moments) >= measurements.size();
+    if (!moment && m.kind == PoseKind::static_pose && rest != calibration.equilibria.end()) {
       out.push_back(rest++->samples);
       continue;
     }
@@ -52,9 +56,40 @@ Calibration start_of(const Robot& robot, const Log& log) {
   return calibrate(robot, log, options);
 }
 
+/// Moments in motion share what is wrong with their neighbours, as far as the calibration sees it:
+/// only every so many is a witness of its own. Enough are kept to see an effect by, which is shared
+/// as well.
+void thin_out(const InMotion& found, DiagnosisRun& run) {
+  constexpr double kEnough = 40.0;
+  const auto moments = static_cast<std::size_t>(found.calibration.kinematic_poses);
+  const double most = std::max(1.0, static_cast<double>(moments) / kEnough);
+  const auto every = static_cast<std::size_t>(std::ceil(std::min(found.moments_a_reading, most)));
+  const std::size_t first = run.measurements.size() - moments;
+  std::size_t kept = first;
+  for (std::size_t i = first; i < run.measurements.size(); i += every, ++kept) {
+    run.measurements[kept] = run.measurements[i];
+    run.poses[kept] = run.poses[i];
+    run.rows[kept] = run.rows[i];
+  }
+  run.measurements.resize(kept);
+  run.poses.resize(kept);
+  run.rows.resize(kept);
+}
+
+/// One level scales all that a balance may be wrong by, yet what is not known of the motion does
+/// not scale with the model's error: it is put in proportion to it.
+void weigh_motion(const Robot& robot, const Calibration& calibration, DiagnosisRun& run) {
+  if (!calibration.problem.noise) return;
+  const double found = calibration.problem.noise->wrench_force_N / robot.sigma.wrench_force_N;
+  for (Measurement& m : run.measurements) m.inertial_sigma /= found;
+}
+
 /// Poses of a log as a run with its calibrated start; and how its samples come.
-DiagnosisRun run_from(const Robot& robot, const Log& log, Signals& signals) {
-  const Calibration calibration = start_of(robot, log);
+DiagnosisRun run_from(const Robot& robot, const Log& log, bool motion, Signals& signals) {
+  InMotion start;
+  if (motion) start = calibrate_in_motion(robot, log);
+  if (!start.in_motion) start.calibration = start_of(robot, log);
+  const Calibration& calibration = start.calibration;
   if (calibration.result.poses.empty()) {
     throw InputError(log.source + ": the baseline calibration failed: " +
                      calibration.result.reason + "; run cdprcal check");
@@ -64,7 +99,11 @@ DiagnosisRun run_from(const Robot& robot, const Log& log, Signals& signals) {
   run.name = log.source;
   run.measurements = calibration.problem.measurements;
   run.poses = calibration.result.poses;
-  run.rows = rows_of(log, calibration);
+  run.rows = rows_of(log, calibration, start.in_motion ? calibration.kinematic_poses : 0);
+  if (start.in_motion) {
+    thin_out(start, run);
+    weigh_motion(robot, calibration, run);
+  }
   run.known = calibration.problem.effects;
   for (Measurement& m : run.measurements) gate_slack(robot, run.known, m);
   run.offsets = offsets_at(with_effects(robot, run.known), run.poses[0], run.measurements[0]);
@@ -74,7 +113,7 @@ DiagnosisRun run_from(const Robot& robot, const Log& log, Signals& signals) {
 }  // namespace
 
 DiagnosisModel baseline_model(const Robot& robot, std::vector<Log>& logs,
-                              std::vector<std::string>& left_out) {
+                              std::vector<std::string>& left_out, bool motion) {
   DiagnosisModel model;
   model.robot = robot;
   Signals all{};
@@ -84,7 +123,7 @@ DiagnosisModel baseline_model(const Robot& robot, std::vector<Log>& logs,
     }
     const auto before = static_cast<double>(model.runs.size());
     Signals own;
-    model.runs.push_back(run_from(robot, log, own));
+    model.runs.push_back(run_from(robot, log, motion, own));
     all = mixed(all, before, own, 1.0);
   }
   start_noise(model, all);

@@ -362,7 +362,7 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
     for (const DiscreteFault& fault : out.faults) set_right(fault, scratch, logs[i]);
   }
   report("baseline");
-  DiagnosisModel model = baseline_model(robot, logs, out.gated);
+  DiagnosisModel model = baseline_model(robot, logs, out.gated, options.motion);
   out.baseline = model;
   out.initial_pose_before = model.runs.front().poses.front();
   out.covariance_before = initial_pose_covariance(with_uncertain_noise(model), 0);

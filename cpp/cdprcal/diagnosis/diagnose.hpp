@@ -19,6 +19,7 @@ struct DiagnoseOptions {
   double rival_share = kRivalShare;          ///< or imitating this share of its signature
   int most_effects = 12;                     ///< bounds the time
   int refits = 5;                            ///< candidates refitted a round
+  bool motion = false;                       ///< moments of motion count as rests do
   ScanOptions scan;
   /// Names of effects to fit in this order, with no search: what a person chose. Empty: none.
   std::optional<std::vector<std::string>> effects;

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "cdprcal/diagnosis/generic.hpp"
+#include "cdprcal/diagnosis/motion.hpp"
 #include "cdprcal/effects/text_effect.hpp"
 
 namespace cdprcal {
@@ -428,6 +429,7 @@ std::vector<Formula> formula_candidates(const DiagnosisModel& model) {
 }
 
 std::vector<LikelyFormula> likely_formulas(const DiagnosisModel& model, std::size_t count) {
+  if (balances_in_motion(model)) return {};
   std::vector<LikelyFormula> likely;
   std::set<std::string> kinds;
   const AllVisited visited = visited_by(model);

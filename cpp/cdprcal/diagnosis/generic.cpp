@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "cdprcal/diagnosis/motion.hpp"
+
 namespace cdprcal {
 namespace {
 
@@ -298,8 +300,11 @@ Candidates generic_candidates(const DiagnosisModel& model) {
   const std::shared_ptr<const Visited> visited = visited_by(model);
   Candidates out;
   int number = 0;
+  const bool in_motion = balances_in_motion(model);
   for (const Form& form : kForms) {
-    out.push_back(std::make_shared<GenericEffect>(form, visited, ++number));
+    ++number;
+    if (in_motion && form.covariate == Covariate::itself) continue;
+    out.push_back(std::make_shared<GenericEffect>(form, visited, number));
   }
   return out;
 }

@@ -284,6 +284,7 @@ std::vector<Refit> refitted_formulas(const DiagnosisModel& model, std::size_t co
   for (const LikelyFormula& likely : likely_formulas(model, count)) {
     if (!(likely.score.log_evidence + likely.log_prior > 0.0)) continue;
     Refit refit = against.refit(likely.score);
+    if (refit.model.effects.size() == model.effects.size()) continue;  // it does not settle
     // Among so many the best is worth as much less.
     refit.log_evidence += likely.log_prior;
     refit.score.p_value = chance_at_most(refit.log_evidence);

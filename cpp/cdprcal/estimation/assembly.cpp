@@ -246,8 +246,7 @@ std::optional<Assembly::Push> Assembly::hardest_push() {
     const BalanceSigma sigma = poses_.balance_sigma(i);
     const Matrix6 k = stiffness(poses_.robot(), state, at->tension_N);
     Matrix6 wrench = k * covariance_of(all[i], offsets) * k.transpose();
-    wrench.diagonal().head<3>().array() += sigma.force_N * sigma.force_N;
-    wrench.diagonal().tail<3>().array() += sigma.moment_Nm * sigma.moment_Nm;
+    wrench.diagonal() += sigma.wrench.cwiseAbs2();
     for (int c = 0; c < problem_.robot.cable_count(); ++c) {
       const Vector6 by_wrench = at->tension_by_wrench.row(c);
       const double sigma_N = std::sqrt(by_wrench.dot(wrench * by_wrench));
@@ -332,14 +331,17 @@ std::vector<FittedRow> Assembly::fitted_rows() {
     for (std::size_t r = 0; r < static_cast<std::size_t>(rows.count); ++r) {
       RowLabel label = rows.label[r];
       label.of_reference = i == 0 && rows.offset[r] >= 0;
-      double gain = 0.0;
+      double gain = 0.0, inertial = 0.0;
       if (label.channel == Channel::balance && poses_.statics_of(i) == StaticsModel::wrench) {
         const PartialBalance* const partial = partial_balance(i);
         gain = partial != nullptr ? partial->tension_gain[label.component]
                                   : poses_.tension_gain(i, label.component);
+        const Matrix6& whitening =
+            partial != nullptr ? partial->whitening : poses_.wrench_whitening(i);
+        inertial = poses_.inertial_share(i, whitening.row(label.component));
       }
       by_measurement[i].push_back(
-          {label, i, rows.residual[r], std::clamp(freedom(r), 0.0, 1.0), gain});
+          {label, i, rows.residual[r], std::clamp(freedom(r), 0.0, 1.0), gain, inertial});
     }
   };
   PoseRows rows;

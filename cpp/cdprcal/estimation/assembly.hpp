@@ -30,9 +30,10 @@ inline bool is_regular(const Eigen::LLT<Matrix6>& factor) {
 struct FittedRow {
   RowLabel label;
   std::size_t pose = 0;
-  double residual = 0.0;      ///< F/σ
-  double freedom = 0.0;       ///< in [0, 1]
-  double tension_gain = 0.0;  ///< wrench rows: WeighedPoses::tension_gain
+  double residual = 0.0;        ///< F/σ
+  double freedom = 0.0;         ///< in [0, 1]
+  double tension_gain = 0.0;    ///< wrench rows: WeighedPoses::tension_gain
+  double inertial_share = 0.0;  ///< and WeighedPoses::inertial_share
 };
 
 /// The unknowns are the poses ζ0 … ζk and the reference errors e. Every row but those of absolute

@@ -19,7 +19,7 @@ constexpr int kRoot = 21;
 struct Batch {
   const Robot& robot;
   const double* poses;
-  const double* sigma;  ///< [force, moment, tension of each cable][lane]
+  const double* sigma;  ///< [wrench, tension of each cable][lane]
   double* root;         ///< [21][lane]: rows of the lower triangle
 };
 
@@ -29,7 +29,8 @@ CDPRCAL_INLINE void roots(const Batch& in, int first) {
   const WritableLanes<V> out(in.root, first);
   V r[3][3];
   rotation_matrix(pose, r);
-  const V per_force = 1.0 / sigma[0], per_moment = 1.0 / sigma[1];
+  V per[6];
+  for (int i = 0; i < 6; ++i) per[i] = 1.0 / sigma[i];
   // In units of the model's own error: 1 + (SΞᵀσ_τ)(SΞᵀσ_τ)ᵀ.
   V h[kRoot];
   for (int i = 0; i < 6; ++i) {
@@ -38,17 +39,15 @@ CDPRCAL_INLINE void roots(const Batch& in, int first) {
   auto valid = finite(pose[0]) & finite(pose[1]) & finite(pose[2]);
   for (std::size_t k = 0; k < in.robot.cables.size(); ++k) {
     const Cable& cable = in.robot.cables[k];
-    const V by_force = sigma[2 + static_cast<int>(k)] * per_force;
-    const V by_moment = sigma[2 + static_cast<int>(k)] * per_moment;
+    const V by = sigma[6 + static_cast<int>(k)];
     const Triple<V> arm = rotate(r, cable.platform_anchor_m);
     const Vector3& d = cable.pulley.position_m;
     const Triple<V> q{pose[0] + arm.x - d.x(), pose[1] + arm.y - d.y(), pose[2] + arm.z - d.z()};
     const CableEquations<V> s = cable_equations<Kind>(cable.pulley, q);
     valid &= s.is_tangent();
     const Triple<V> moment = cross(arm, s.direction);
-    const V wrench[6] = {by_force * s.direction.x, by_force * s.direction.y,
-                         by_force * s.direction.z, by_moment * moment.x,
-                         by_moment * moment.y,     by_moment * moment.z};
+    V wrench[6] = {s.direction.x, s.direction.y, s.direction.z, moment.x, moment.y, moment.z};
+    for (int i = 0; i < 6; ++i) wrench[i] *= by * per[i];
     for (int i = 0; i < 6; ++i) {
       for (int j = 0; j <= i; ++j) h[packed(i, j)] += wrench[i] * wrench[j];
     }
@@ -66,7 +65,7 @@ CDPRCAL_INLINE void roots(const Batch& in, int first) {
   }
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j <= i; ++j) {
-      const V value = inverse[packed(i, j)] * (j < 3 ? per_force : per_moment);
+      const V value = inverse[packed(i, j)] * per[j];
       out.set(packed(i, j), valid ? value : V{} + kNaN);
     }
   }
@@ -76,19 +75,26 @@ CDPRCAL_DEFINE_FOR_PROCESSORS(root_lanes, roots, Batch)
 
 }  // namespace
 
+Vector6 wrench_sigma(double force_N, double moment_Nm, const Vector6& inertial) {
+  Vector6 own;
+  own << Vector3::Constant(force_N), Vector3::Constant(moment_Nm);
+  return (own.cwiseAbs2() + inertial.cwiseAbs2()).cwiseSqrt();
+}
+
 std::vector<Matrix6> inverse_balance_roots(const Robot& robot, const std::vector<Pose>& poses,
                                            const std::vector<BalanceSigma>& sigma) {
   std::vector<Matrix6> out(poses.size());
-  const Buffer sigmas = buffer(2 + robot.cables.size()), root = buffer(kRoot);
+  const Buffer sigmas = buffer(6 + robot.cables.size()), root = buffer(kRoot);
   PoseLanes batch(kLanes);
   for (std::size_t first = 0; first < poses.size(); first += kLanes) {
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       const std::size_t i = std::min(first + lane, poses.size() - 1);
       batch.set(lane, poses[i]);
-      sigmas[lane] = sigma[i].force_N;
-      sigmas[kLanes + lane] = sigma[i].moment_Nm;
+      for (std::size_t k = 0; k < 6; ++k) {
+        sigmas[k * kLanes + lane] = sigma[i].wrench[static_cast<Eigen::Index>(k)];
+      }
       for (std::size_t k = 0; k < robot.cables.size(); ++k) {
-        sigmas[(2 + k) * kLanes + lane] = sigma[i].tension_N[static_cast<Eigen::Index>(k)];
+        sigmas[(6 + k) * kLanes + lane] = sigma[i].tension_N[static_cast<Eigen::Index>(k)];
       }
     }
     root_lanes({robot, batch.batch(0), sigmas.get(), root.get()});

@@ -12,13 +12,14 @@ namespace cdprcal {
 /// itself.
 struct BalanceSigma {
   CableVector tension_N;
-  double force_N = 0.0;
-  double moment_Nm = 0.0;
+  Vector6 wrench = Vector6::Zero();  ///< in world axes [N, Nm]
 };
+/// The model's own error, and what is not known of the motion of a measurement.
+Vector6 wrench_sigma(double force_N, double moment_Nm, const Vector6& inertial);
 
-/// W (lower triangular) with Wᵀ W the inverse of Ξᵀ diag(σ_τ²) Ξ + diag(σ_f², σ_m²) at each pose,
+/// W (lower triangular) with Wᵀ W the inverse of Ξᵀ diag(σ_τ²) Ξ + diag(σ_w²) at each pose,
 /// so that W (Ξᵀτ − f) has independent components of unit variance. NaN where the kinematics have
-/// no solution. `sigma`: one a pose, σ_f and σ_m positive.
+/// no solution. `sigma`: one a pose, σ_w positive.
 std::vector<Matrix6> inverse_balance_roots(const Robot& robot, const std::vector<Pose>& poses,
                                            const std::vector<BalanceSigma>& sigma);
 

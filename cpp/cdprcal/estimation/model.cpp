@@ -175,7 +175,8 @@ void ModelRows::set_values(std::size_t r, const Eigen::VectorXd& values, const P
     // nothing, or each would pay ν ln(1 + γ) of evidence.
     uncertain.push_back(
         {sigma.tension_N * true_tension_by_reading(robot, active, model_.runs[r].measurements[i]),
-         sigma.wrench_force_N, sigma.wrench_moment_Nm});
+         wrench_sigma(sigma.wrench_force_N, sigma.wrench_moment_Nm,
+                      model_.runs[r].measurements[i].inertial_sigma)});
     which.push_back(i);
   }
   for (std::size_t k = 0; k < which.size(); ++k) {
@@ -183,9 +184,9 @@ void ModelRows::set_values(std::size_t r, const Eigen::VectorXd& values, const P
     const Measurement& m = model_.runs[r].measurements[which[k]];
     const double level = row_noise(model_, at_rest(Channel::balance), m);
     BalanceSigma& own = uncertain[k];
-    run.set_balance_sigma(which[k],
-                          {level * own.tension_N.array().isNaN().select(0.0, own.tension_N),
-                           level * own.force_N, level * own.moment_Nm});
+    run.set_balance_sigma(
+        which[k],
+        {level * own.tension_N.array().isNaN().select(0.0, own.tension_N), level * own.wrench});
     own.tension_N.setZero();  // of the roots below none is taken
   }
   run.set_effects(robot, std::move(active), std::move(derivatives),

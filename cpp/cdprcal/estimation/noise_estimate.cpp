@@ -99,7 +99,7 @@ void balance_components(const CalibrationProblem& problem, const std::vector<Fit
                         const NoiseModel& fitted, const Signal& signal, NoiseModel& out) {
   const ChannelNoise& tension = fitted[Channel::balance];
   struct Row {
-    double value, freedom, gain, sample;
+    double value, freedom, gain, sample, inertial;
   };
   std::vector<Row> kept;
   double freedom = 0.0;
@@ -109,7 +109,7 @@ void balance_components(const CalibrationProblem& problem, const std::vector<Fit
     const double sigma = tension.sigma(samples);
     const double variance = sigma * sigma * row.tension_gain + 1.0;
     kept.push_back({variance * row.residual * row.residual, row.freedom, row.tension_gain,
-                    signal.variance(samples)});
+                    signal.variance(samples), row.inertial_share});
     freedom += row.freedom;
   }
   if (freedom < 2.0) return;
@@ -126,11 +126,13 @@ void balance_components(const CalibrationProblem& problem, const std::vector<Fit
   for (int round = 0; round < 10; ++round) {
     std::vector<Square> squares;
     for (const Row& r : kept)
-      squares.push_back({r.value, r.freedom, r.gain * (r.sample + pose), 1.0});
+      squares.push_back(
+          {r.value, r.freedom, r.gain * (r.sample + pose) + r.inertial, 1.0 - r.inertial});
     model = most_likely(squares, least, prior);
     squares.clear();
     for (const Row& r : kept)
-      squares.push_back({r.value, r.freedom, r.gain * r.sample + model, r.gain});
+      squares.push_back({r.value, r.freedom,
+                         r.gain * r.sample + r.inertial + model * (1.0 - r.inertial), r.gain});
     const double before = pose;
     pose = most_likely(squares, 0.0, cells);
     if (std::abs(pose - before) <= 1e-3 * (pose + signal.sigma * signal.sigma)) break;

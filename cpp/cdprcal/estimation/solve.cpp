@@ -37,30 +37,32 @@ double specified_statics_rms(const CalibrationProblem& problem, Assembly& assemb
                              const std::vector<PoseResidual>& residuals) {
   const WeighedPoses& at = assembly.poses();
   const SensorSigma& specified = problem.robot.sigma;
-  BalanceSigma sigma{CableVector::Constant(problem.robot.cable_count(), specified.tension_N),
-                     specified.wrench_force_N, specified.wrench_moment_Nm};
+  BalanceSigma sigma{CableVector::Constant(problem.robot.cable_count(), specified.tension_N), {}};
+  double force_N = specified.wrench_force_N, moment_Nm = specified.wrench_moment_Nm;
   if (problem.noise) {
-    sigma.force_N = std::max(sigma.force_N, problem.noise->wrench_force_N);
-    sigma.moment_Nm = std::max(sigma.moment_Nm, problem.noise->wrench_moment_Nm);
+    force_N = std::max(force_N, problem.noise->wrench_force_N);
+    moment_Nm = std::max(moment_Nm, problem.noise->wrench_moment_Nm);
   }
   std::vector<Pose> poses;
+  std::vector<BalanceSigma> sigmas;
   std::vector<Vector6> balances;
   MeanSquare whitened;
-  const double found_N = problem.noise ? problem.noise->wrench_force_N : sigma.force_N;
+  const double found_N = problem.noise ? problem.noise->wrench_force_N : force_N;
   for (std::size_t i = 0; i < at.size(); ++i) {
     if (at.statics_of(i) != StaticsModel::wrench) continue;
     if (const PartialBalance* const partial = assembly.partial_balance(i)) {
       // Fewer equations, which the model's own error alone, or almost alone, makes uncertain.
-      const Vector6 own = found_N / sigma.force_N * (partial->whitening * residuals[i].wrench);
+      const Vector6 own = found_N / force_N * (partial->whitening * residuals[i].wrench);
       for (int row = 6 - balance_equations(problem.robot, problem.measurements[i]); row < 6; ++row)
         whitened.add(own[row]);
       continue;
     }
     poses.push_back(at.pose(i));
+    sigma.wrench = wrench_sigma(force_N, moment_Nm, problem.measurements[i].inertial_sigma);
+    sigmas.push_back(sigma);
     balances.push_back(residuals[i].wrench);
   }
-  const std::vector<Matrix6> roots =
-      inverse_balance_roots(at.robot(), poses, std::vector<BalanceSigma>(poses.size(), sigma));
+  const std::vector<Matrix6> roots = inverse_balance_roots(at.robot(), poses, sigmas);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     for (const double v : Vector6(roots[i] * balances[i])) whitened.add(v);
   }

@@ -13,8 +13,7 @@ PartialBalance partial_balance(const PlatformState& state, const CableVector& te
                                const TwistBasis& guided, const Vector6& load,
                                const BalanceSigma& sigma) {
   using Columns = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxCables + 6>;
-  Vector6 scale;
-  scale << Vector3::Constant(1.0 / sigma.force_N), Vector3::Constant(1.0 / sigma.moment_Nm);
+  const Vector6 scale = sigma.wrench.cwiseInverse();
   const WrenchMatrix structure = structure_matrix(state);
   PartialBalance out;
   out.tension_N = tension_N;

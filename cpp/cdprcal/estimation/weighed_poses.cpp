@@ -63,11 +63,10 @@ void WeighedPoses::update_wrench_whitening(double graduation) {
   graduation_ = graduation;
   ++weights_version_;
   if (whitening_.empty()) return;
-  Vector6 scale;
-  scale << Vector3::Constant(1.0 / wrench_force_N_), Vector3::Constant(1.0 / wrench_moment_Nm_);
   for (const std::size_t i : moved(whitened_at_)) {
     const PlatformState state = platform_state(robot(), poses_[i]);
     if (!state.valid) continue;  // no row of it is asked for
+    const Vector6 scale = wrench_sigma(i).cwiseInverse();
     const WrenchMatrix structure = scale.asDiagonal() * structure_matrix(state);
     const Matrix6 gram = structure.lazyProduct(structure.transpose());
     const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(gram);
@@ -82,9 +81,20 @@ void WeighedPoses::update_wrench_whitening(double graduation) {
   }
 }
 
+Vector6 WeighedPoses::wrench_sigma(std::size_t pose) const {
+  return cdprcal::wrench_sigma(wrench_force_N_, wrench_moment_Nm_,
+                               problem_.measurements[pose].inertial_sigma);
+}
+
+double WeighedPoses::inertial_share(std::size_t pose, const Vector6& weights) const {
+  const Vector6 inertial = problem_.measurements[pose].inertial_sigma;
+  return weights.cwiseProduct(inertial).squaredNorm() /
+         weights.cwiseProduct(wrench_sigma(pose)).squaredNorm();
+}
+
 BalanceSigma WeighedPoses::balance_sigma(std::size_t pose) const {
   return {CableVector::Constant(robot().cable_count(), 1.0 / tension_weight(pose)),
-          graduation_ * wrench_force_N_, graduation_ * wrench_moment_Nm_};
+          graduation_ * wrench_sigma(pose)};
 }
 
 void WeighedPoses::update_wrench_weights(double graduation) {

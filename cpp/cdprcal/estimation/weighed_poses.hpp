@@ -33,8 +33,8 @@ class WeighedPoses {
   [[nodiscard]] StaticsModel statics_of(std::size_t pose) const { return statics_[pose]; }
 
   /// Fixes the whitening of every wrench residual at the present poses: an inverse square root of
-  /// graduation² · (σ_τ² ΞᵀΞ + diag(σ_f², σ_m²)). Its rows are the principal axes of the tensions'
-  /// part in units of the model's own, so that each mixes the two in a known proportion.
+  /// graduation² · (σ_τ² ΞᵀΞ + diag(σ_w²)). Its rows are the principal axes of the tensions'
+  /// part in units of the rest (wrench_sigma), so that each mixes the two in a known proportion.
   void update_wrench_whitening(double graduation);
   /// Any inverse square root of it, a third of the work: the cost is the same, tension_gain is not
   /// known then.
@@ -44,7 +44,7 @@ class WeighedPoses {
   /// Grows with each of these two.
   [[nodiscard]] int weights_version() const { return weights_version_; }
   [[nodiscard]] const Matrix6& wrench_whitening(std::size_t pose) const { return whitening_[pose]; }
-  /// Variance of a wrench row, before whitening and in units of the model's own, that one N² of
+  /// Variance of a wrench row, before whitening and in units of the rest, that one N² of
   /// tension variance makes: 0 for what no tension can balance.
   [[nodiscard]] double tension_gain(std::size_t pose, int row) const {
     return tension_gain_[pose][row];
@@ -54,7 +54,13 @@ class WeighedPoses {
     return weight(pose, Channel::balance) / graduation_;
   }
 
+  /// Of the variance of a row of the balance that no tension makes, the share that what is not
+  /// known of its motion makes, and not the model's own error. `weights`: of the wrench in it.
+  [[nodiscard]] double inertial_share(std::size_t pose, const Vector6& weights) const;
+
  private:
+  /// The model's own error and what is not known of the motion [N, Nm].
+  [[nodiscard]] Vector6 wrench_sigma(std::size_t pose) const;
   /// The poses with all six equations of the balance that have moved since `known_at`, which then
   /// says so.
   [[nodiscard]] std::vector<std::size_t> moved(std::vector<Pose>& known_at) const;

@@ -9,6 +9,7 @@
 #include "cdprcal/calibration/initial_guess.hpp"
 #include "cdprcal/effects/corrected_run.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/motion/geometric_readings.hpp"
 #include "cdprcal/motion/middle_readings.hpp"
 #include "cdprcal/motion/smoothed.hpp"
 #include "cdprcal/statics/natural_frequencies.hpp"
@@ -19,6 +20,9 @@ namespace {
 /// Readings are smoothed over this share of a period of the fastest swing, to both sides; no more
 /// than a quarter of a second.
 constexpr double kShareOfPeriod = 0.08, kMostHalf_s = 0.25;
+/// So much more jerk than is likely keeps the accelerations of swings within a hundredth or two:
+/// the smoother's cut-off goes with its sixth root.
+constexpr double kRestless = 200.0;
 /// Fewer rests than that say too little to begin with.
 constexpr std::size_t kFewRests = 2;
 /// Damping is expected to be of this size [1/s], and found with the poses in so many turns.
@@ -115,6 +119,13 @@ struct MovingRun {
   ActiveEffects effects;
 };
 
+/// How well it is known what the motion of a sample takes [N, Nm].
+Vector6 inertial_sigma(const Robot& robot, const SmoothedSample& sample) {
+  const Matrix6 mass = mass_matrix(robot, platform_state(robot, sample.state.pose));
+  const Matrix6 known = mass * sample.covariance.bottomRightCorner<6, 6>() * mass.transpose();
+  return known.diagonal().cwiseMax(0.0).cwiseSqrt();
+}
+
 /// The moments of motion beside the rests of a calibration: measurements and guesses are appended,
 /// and how the platform moved is returned.
 std::vector<KnownMotion> add_moments(const Calibration& start, const MovingRun& moving,
@@ -133,7 +144,8 @@ std::vector<KnownMotion> add_moments(const Calibration& start, const MovingRun& 
   double last_s = begin_s;
   for (Eigen::Index row = run.rows.begin + 1; row < run.rows.end; ++row) {
     const double time_s = log.time_s[row];
-    const MotionState& state = path[static_cast<std::size_t>(row - run.rows.begin)].state;
+    const SmoothedSample& sample = path[static_cast<std::size_t>(row - run.rows.begin)];
+    const MotionState& state = sample.state;
     if (time_s - last_s < spacing_s || is_resting(start, time_s, half_s) ||
         !state.pose.position_m.allFinite()) {
       continue;
@@ -141,6 +153,10 @@ std::vector<KnownMotion> add_moments(const Calibration& start, const MovingRun& 
     last_s = time_s;
     Measurement m = middle_reading(log, run.rows, row, half_s, robot.cable_count());
     add_path(moving.directions, log, {row, row + 1}, begin_s, m);
+    GeometricReadings model;
+    if (!evaluate(robot, {}, m, state.pose, model)) continue;
+    m.attitude_rate_rad_s = model.model.attitude_by_twist * state.twist;
+    m.inertial_sigma = inertial_sigma(robot, sample);
     problem.measurements.push_back(std::move(m));
     guess.push_back(state.pose);
     moments.push_back({time_s, state.twist, state.acceleration});
@@ -151,8 +167,10 @@ std::vector<KnownMotion> add_moments(const Calibration& start, const MovingRun& 
 /// The rests of a calibration and the moments of motion between them, solved together.
 InMotion with_motion(const Calibration& start, const MovingRun& moving) {
   const CalibrateOptions& options = moving.options.calibrate;
-  const std::vector<SmoothedSample> path = smoothed(start, moving.corrected);
-  InMotion out{start, true, {}};
+  const std::vector<SmoothedSample> path = smoothed(start, moving.corrected, kRestless);
+  InMotion out;
+  out.calibration = start;
+  out.in_motion = true;
   CalibrationProblem& problem = out.calibration.problem;
   problem.measurements.clear();
   std::vector<Pose> guess;
@@ -176,6 +194,7 @@ InMotion with_motion(const Calibration& start, const MovingRun& moving) {
     result = solve(problem, guess, options.solve);
     if (result.status != CalibrationStatus::converged) break;
     guess = result.poses;
+    if (!std::isfinite(result.residual_rms.wrench_force_N)) break;  // nothing balances
     const MotionDamping more = more_damping(problem, result, moments, out.damping);
     out.damping.shift_1_s += more.shift_1_s;
     out.damping.turn_1_s += more.turn_1_s;
@@ -253,7 +272,8 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   const MovingRun moving{options, run, path_state(robot, run.log),
                          resolve_effects(robot, log.source)};
   std::optional<InMotion> found;
-  if (rests(plain)) {
+  const bool begun = rests(plain) || plain.result.status == CalibrationStatus::converged;
+  if (begun) {
     found = with_motion(as_start(plain), moving);
   } else {
     for (const Calibration& start : swinging_starts(robot, log, run, options.calibrate)) {
@@ -263,12 +283,13 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
       }
     }
   }
-  for (int round = rests(plain) ? 1 : 0; found && round < options.rounds; ++round) {
+  for (int round = begun ? 1 : 0; found && round < options.rounds; ++round) {
     if (found->calibration.result.poses.empty()) break;
     found = with_motion(as_start(std::move(found->calibration)), moving);
   }
   if (!found || found->calibration.result.status != CalibrationStatus::converged) {
-    InMotion out{plain, false, {}};
+    InMotion out;
+    out.calibration = plain;
     if (found) {
       out.calibration.result.reason +=
           "; motion adds nothing: with it, " + found->calibration.result.reason;
@@ -276,12 +297,13 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
     return out;
   }
   CalibrationResult& result = found->calibration.result;
-  const double worth = moments_a_reading(*found);
+  const double worth = found->moments_a_reading = moments_a_reading(*found);
   allow_for_effects(options.calibrate, found->calibration);
   if (result.covariance) {
     *result.covariance *= worth;
     result.standard_deviation *= std::sqrt(worth);
   }
+  found->swings = swings(found->calibration, run, smoothed(found->calibration, run));
   if (options.calibrate.solve.explain) {
     explain(found->calibration.problem, found->calibration.result);
   }

@@ -4,6 +4,7 @@
 
 #include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/motion/known_motion.hpp"
+#include "cdprcal/motion/swings.hpp"
 
 namespace cdprcal {
 
@@ -19,8 +20,10 @@ struct InMotion {
   /// Rests (static_poses) and moments of motion (kinematic_poses), all in balance. Where it does
   /// not converge: what calibrate() says of the same log, and why in its reason.
   Calibration calibration;
-  bool in_motion = false;  ///< whether it is that of rests and motion
-  MotionDamping damping;   ///< found beside it
+  bool in_motion = false;          ///< whether it is that of rests and motion
+  MotionDamping damping;           ///< found beside it
+  std::vector<Swing> swings;       ///< with locked winches
+  double moments_a_reading = 1.0;  ///< so many are worth one independent reading
 };
 
 /// As calibrate(), with the balance in motion: (Ξᵀτ − f) + M ν̇ + h(ν) + damping = 0

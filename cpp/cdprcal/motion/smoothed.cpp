@@ -14,9 +14,10 @@ MotionVector minus(const MotionState& a, const MotionState& b) {
 
 }  // namespace
 
-std::vector<SmoothedSample> smoothed(const Calibration& calibration, const CorrectedRun& run) {
+std::vector<SmoothedSample> smoothed(const Calibration& calibration, const CorrectedRun& run,
+                                     double restless) {
   const Robot& robot = calibration.problem.robot;
-  Tracker tracker(calibration);
+  Tracker tracker(calibration, restless);
   std::vector<TrackerStep> steps;
   std::vector<SmoothedSample> out;
   for (Eigen::Index row = run.rows.begin; row < run.rows.end; ++row) {

@@ -15,7 +15,11 @@ struct SmoothedSample {
 };
 
 /// The tracker's filter, and back along it (Rauch, Tung and Striebel 1965), of each row of a run.
-/// Throws InputError as track() does.
-std::vector<SmoothedSample> smoothed(const Calibration& calibration, const CorrectedRun& run);
+/// What is likely of the jerk rounds the peaks of an acceleration off, all in the same way:
+/// `restless` times as much jerk gives ones that are noisier and hardly wrong on the average, as
+/// those need who put them into a law (undersmoothing: Hall 1992). Throws InputError as track()
+/// does.
+std::vector<SmoothedSample> smoothed(const Calibration& calibration, const CorrectedRun& run,
+                                     double restless = 1.0);
 
 }  // namespace cdprcal

@@ -1,5 +1,6 @@
 #include "cdprcal/motion/tracker.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -52,7 +53,7 @@ void turn_over(const CableVector& now, double distance, CableVector& at, CableVe
 
 }  // namespace
 
-Tracker::Tracker(const Calibration& calibration)
+Tracker::Tracker(const Calibration& calibration, double restless)
     : robot_(with_effects(calibration.problem.robot, calibration.problem.effects)),
       effects_(calibration.problem.effects),
       offsets_(known_offsets(calibration)),
@@ -62,10 +63,17 @@ Tracker::Tracker(const Calibration& calibration)
       turn_per_shift_(1.0 / characteristic_length_m(robot_)),
       taut_N_(taut_tension_N(robot_)),
       jerk_(1.0),
+      restless_(restless),
       contradictions_(offsets_.rows.size()) {
   const TwistBasis basis = motion_basis(robot_);
   free_ = basis * basis.transpose();
   if (!effects_.empty()) allow_for_directions();
+  const ReadingVector root = offsets_.covariance.diagonal().cwiseSqrt().cwiseMax(1e-12);
+  ReadingMatrix relative =
+      root.cwiseInverse().asDiagonal() * offsets_.covariance * root.cwiseInverse().asDiagonal();
+  relative.diagonal().array() += 1e-9;
+  considered_ = root.cwiseInverse().asDiagonal() * ReadingMatrix(relative.inverse()) *
+                root.cwiseInverse().asDiagonal();
 }
 
 /// What effects do to readings while the platform moves: how the attitude depends on its rate; and
@@ -136,6 +144,7 @@ void Tracker::start() {
   covariance_.block<6, 6>(6, 6) = kAnySpeed_m_s * kAnySpeed_m_s * one;
   covariance_.block<6, 6>(12, 12) = kAnyAcceleration_m_s2 * kAnyAcceleration_m_s2 * one;
   shared_.setZero(kMotionUnknowns, offsets_.covariance.cols());
+  lasting_.resize(0);
   swivel_rad_.resize(0);
   length_m_.resize(0);
 }
@@ -159,7 +168,7 @@ void Tracker::predict() {
   covariance_.transposeInPlace();
   go(covariance_);
   go(shared_);
-  spread(jerk_);
+  spread(restless_ * jerk_);
 }
 
 /// What jerk of this density adds over the last step.
@@ -210,10 +219,13 @@ std::vector<Tracker::Reading> Tracker::weigh() const {
     const double innovation = misfit(row);
     if (!std::isfinite(innovation)) continue;
     const ByState h = by_state(row);
-    const double expected = h * covariance_.topLeftCorner<kSeen, kSeen>() * h.transpose() +
-                            2.0 * h.dot(shared_.col(row).head<kSeen>().transpose()) +
+    const double by_motion = h * covariance_.topLeftCorner<kSeen, kSeen>() * h.transpose();
+    const double expected = by_motion + 2.0 * h.dot(shared_.col(row).head<kSeen>().transpose()) +
                             offsets_.covariance(row, row) + offsets_.sample_variance[row];
-    out.push_back({row, innovation * innovation / expected});
+    const ReadingVector together = (h * shared_.topRows<kSeen>()).transpose();
+    const double lasts = together.dot(considered_ * together);
+    out.push_back({row, innovation * innovation / expected, innovation,
+                   std::max(by_motion - lasts, 0.0) + offsets_.sample_variance[row]});
   }
   return out;
 }
@@ -283,13 +295,25 @@ bool Tracker::update(const std::vector<Reading>& readings) {
   return evaluate_now();
 }
 
-/// As dense as the innovations say: their mean square is 1 at the right density.
+/// As dense as the innovations say: their mean square is 1 at the right density. What is considered
+/// is not known, but lasts: it hides in the mean of late, and what is left is motion and noise.
 void Tracker::learn_jerk(const std::vector<Reading>& readings) {
   if (readings.empty()) return;
+  constexpr double kLate_s = 2.0;  // longer than a swing
+  if (lasting_.size() != offsets_.offset.size()) {
+    lasting_.setZero(offsets_.offset.size());
+    lasted_.setZero(offsets_.offset.size());
+  }
   // A little less than the mean of χ² so clipped (0.995): too dense costs less than too thin.
   constexpr double kClip = 9.0, kExpected = 0.98, kRate = 0.1, kMost = 0.2;
   double sum = 0.0;
-  for (const Reading& r : readings) sum += std::min(r.size, kClip);
+  for (const Reading& r : readings) {
+    double& seen = lasted_[r.row];
+    seen = std::min(seen + 1.0, std::max(2.0, kLate_s / dt_s_));
+    lasting_[r.row] += (r.innovation - lasting_[r.row]) / seen;
+    const double changed = r.innovation - lasting_[r.row];
+    sum += std::min(changed * changed / r.of_motion, kClip);
+  }
   const double excess = sum / static_cast<double>(readings.size()) - kExpected;
   jerk_ *= std::exp(std::clamp(kRate * excess, -kMost, kMost));
   jerk_ = std::clamp(jerk_, kLeastJerk, kMostJerk);

@@ -40,8 +40,9 @@ struct TrackerStep {
 /// independent geometric readings a sample are, or as many as the platform has freedoms.
 class Tracker {
  public:
-  /// Throws InputError as known_offsets() does.
-  explicit Tracker(const Calibration& calibration);
+  /// `restless`: so many times the jerk that the innovations show is allowed for. Throws InputError
+  /// as known_offsets() does.
+  explicit Tracker(const Calibration& calibration, double restless = 1.0);
 
   /// Takes the next sample; one that the run's counting is lost in (a gap) is a new start. Throws
   /// InputError for a sample that is not after the last one, or of another number of cables.
@@ -58,7 +59,9 @@ class Tracker {
   using ByState = Eigen::Matrix<double, 1, kSeen>;
   struct Reading {
     Eigen::Index row = 0;
-    double size = 0.0;  ///< innovation² over what is expected of it
+    double size = 0.0;        ///< innovation² over what is expected of it
+    double innovation = 0.0;  ///< of the reading
+    double of_motion = 0.0;   ///< its variance, whatever is considered
   };
 
   void leave_out_held();
@@ -93,6 +96,10 @@ class Tracker {
   MotionMatrix covariance_;
   Shared shared_;  ///< with what is considered
   double jerk_;    ///< density of shifts
+  double restless_;
+  ReadingMatrix considered_;  ///< inverse of the covariance of what is considered
+  ReadingVector lasting_;     ///< mean innovation of each row of late, and of how many
+  ReadingVector lasted_;
   double dt_s_ = 0.0, last_s_ = kNaN;
   bool lost_ = false;          ///< no pose near the last one had its readings
   Measurement sample_, read_;  ///< the present one, as it counts and as it was read

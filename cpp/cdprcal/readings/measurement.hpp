@@ -36,6 +36,8 @@ struct Measurement : AbsoluteFields<ReadingOf> {
       swivel_direction_error;                     ///< what s may be off (path_state.hpp)
   Vector3 attitude_rate_rad_s = Vector3::Zero();  ///< of (roll, pitch, yaw), while moving
   int samples = 1;                                ///< readings behind the mean
+  /// σ of what its motion takes, in world axes [N, Nm]: the balance is known no better.
+  Vector6 inertial_sigma = Vector6::Zero();
   bool balance_counts = true;  ///< false: it is left out (a slack cable, an outlier)
 
   /// Tensions that no load cell reads; what carries them is unknown, but taut.

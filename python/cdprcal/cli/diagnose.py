@@ -52,6 +52,14 @@ def command(
     ] = None,
     map_: MapOption = "",
     effects: EffectsOption = None,
+    motion: Annotated[
+        bool,
+        typer.Option(
+            "--motion",
+            help="Let moments at which the platform moves count as rests do, with inertia and "
+            "damping, all along where nothing rests: for platforms that swing.",
+        ),
+    ] = False,
     plot: Annotated[
         str, typer.Option("--plot", metavar="DIR", help="Write pictures (PNG) into this folder.")
     ] = "",
@@ -99,12 +107,13 @@ def command(
 
     with interruptible():
         try:
-            diagnosis = _core.diagnose(the_robot, the_logs, progress=progress)
+            options = _core.DiagnoseOptions(motion=motion)
+            diagnosis = _core.diagnose(the_robot, the_logs, options, progress=progress)
         except _core.InputError:
             _refuse_without_rest(the_robot, files)
             raise
         # Where nothing speaks against the model, does anything speak for the pose?
-        without = [] if diagnosis.unexplained else _without_pose(diagnosis.corrected, files)
+        without = [] if diagnosis.unexplained else _without_pose(diagnosis.corrected, files, motion)
     document = diagnosis_as_dict(diagnosis, the_robot)
     if without:
         document["verdict"] = _core.Verdict.unexplained.name
@@ -114,7 +123,9 @@ def command(
     if corrected:
         texts[Path(corrected)] = _core.to_yaml(diagnosis.corrected)
     if result:
-        texts[Path(result)] = result_text("diagnose", document, the_robot, the_logs, {})
+        texts[Path(result)] = result_text(
+            "diagnose", document, the_robot, the_logs, {"motion": True} if motion else {}
+        )
     if plot:
         from cdprcal.diagnosis.pictures import write_pictures
 
@@ -129,7 +140,8 @@ def command(
         print_diagnosis(document, verbose=verbose)
         if corrected:
             mapped = ("--map", map_) if map_ else ()
-            again = as_typed("calibrate", corrected, logs[0], *mapped)
+            moving = ("--motion",) if motion else ()
+            again = as_typed("calibrate", corrected, logs[0], *mapped, *moving)
             say(answers(), f"{corrected}: the robot file with what was found; next: {again}")
     raise typer.Exit(DONE if document["verdict"] in TRUSTED else UNTRUSTED)
 
@@ -146,14 +158,15 @@ def _outputs(names: list[str], result: str) -> tuple[str, str]:
     return "".join(robots), "".join(results)
 
 
-def _without_pose(robot: _core.Robot, files: list[LogFile]) -> list[str]:
+def _without_pose(robot: _core.Robot, files: list[LogFile], motion: bool) -> list[str]:
     """What is to be said about logs that this robot file cannot calibrate."""
     from cdprcal import _core
     from cdprcal.io.files import shown_path
 
     lines = []
     for file in files:
-        found = _core.calibrate(robot, file.log).result
+        moving = motion and _core.calibrate_in_motion(robot, file.log).calibration
+        found = (moving or _core.calibrate(robot, file.log)).result
         if found.status != _core.CalibrationStatus.converged:
             lines.append(
                 f"{shown_path(file.path)} gives no initial pose that can be trusted, with this "
@@ -178,5 +191,5 @@ def _refuse_without_rest(robot: _core.Robot, files: list[LogFile]) -> None:
             raise _core.InputError(
                 f"{shown_path(file.path)}: no pose at rest was found in the run ({len(run)} "
                 f"samples), and diagnose needs some: rests of 3 s, logged at 10 Hz or more "
-                f"({window_s:g} s must hold several samples); cdprcal check says more"
+                f"({window_s:g} s must hold several samples); diagnose --motion does without"
             )

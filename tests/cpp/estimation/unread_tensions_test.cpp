@@ -33,7 +33,8 @@ Case random_case(Rng& rng) {
     t = kNaN;
     ++out.unread;
   }
-  out.sigma = {CableVector::Zero(cables), uniform(rng, 0.05, 0.5), uniform(rng, 0.05, 0.5)};
+  out.sigma = {CableVector::Zero(cables),
+               Vector6::NullaryExpr([&] { return uniform(rng, 0.05, 0.5); })};
   for (double& s : out.sigma.tension_N) s = uniform(rng, 0.1, 5.0);
   return out;
 }
@@ -62,8 +63,7 @@ double cost_with_wide_tensions(const Case& c, double wide) {
     tension_N[i] = 0.0;
   }
   Matrix6 covariance = structure * sigma.cwiseAbs2().asDiagonal() * structure.transpose();
-  covariance.diagonal().head<3>().array() += c.sigma.force_N * c.sigma.force_N;
-  covariance.diagonal().tail<3>().array() += c.sigma.moment_Nm * c.sigma.moment_Nm;
+  covariance.diagonal() += c.sigma.wrench.cwiseAbs2();
   const Vector6 residual = wrench_residual(c.robot, state, tension_N);
   return 0.5 * residual.dot(Matrix6(covariance).ldlt().solve(residual));
 }
@@ -72,7 +72,7 @@ TEST(PartialBalance, IsTheBalanceWithTensionsOfUnboundedNoise) {
   Rng rng(1);
   for (int trial = 0; trial < 300; ++trial) {
     const Case c = random_case(rng);
-    const double expected = cost_with_wide_tensions(c, 3e4 * c.sigma.force_N * 10.0);
+    const double expected = cost_with_wide_tensions(c, 3e5 * c.sigma.wrench.maxCoeff());
     EXPECT_NEAR(cost_of(c, c.pose), expected, 1e-3 * (1.0 + expected)) << trial;
   }
 }
@@ -91,12 +91,11 @@ TEST(PartialBalance, WhitensWhatIsLeftAndKeepsWhatIsRead) {
         const double s = c.sigma.tension_N[i];
         covariance += s * s * structure.col(i) * structure.col(i).transpose();
       } else {
-        const double scale = 1.0 / std::min(c.sigma.force_N, c.sigma.moment_Nm);
+        const double scale = 1.0 / c.sigma.wrench.minCoeff();
         EXPECT_LE((at.whitening * structure.col(i)).norm(), 1e-12 * scale);
       }
     }
-    covariance.diagonal().head<3>().array() += c.sigma.force_N * c.sigma.force_N;
-    covariance.diagonal().tail<3>().array() += c.sigma.moment_Nm * c.sigma.moment_Nm;
+    covariance.diagonal() += c.sigma.wrench.cwiseAbs2();
     Matrix6 expected = Matrix6::Identity();
     expected.topLeftCorner(c.unread, c.unread).setZero();
     EXPECT_LE((at.whitening * covariance * at.whitening.transpose() - expected).norm(), 1e-9);

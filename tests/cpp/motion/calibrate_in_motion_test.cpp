@@ -122,6 +122,11 @@ TEST(InMotion, SwingsOfAPlatformThatNeverRestsAreEnough) {
     const Vector6 error = minus(result.poses[0], initial);
     EXPECT_LT((error.array().abs() / result.standard_deviation.array()).maxCoeff(), 4.0);
     EXPECT_LT(error.head<3>().norm(), 10e-3);
+    for (const Swing& mode : found.swings) {
+      if (std::isfinite(mode.measured_hz)) {
+        EXPECT_NEAR(mode.measured_hz / mode.model_hz, 1.0, 0.05);
+      }
+    }
   }
 }
 

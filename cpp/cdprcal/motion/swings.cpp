@@ -1,0 +1,165 @@
+#include "cdprcal/motion/swings.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <complex>
+#include <optional>
+
+#include "cdprcal/effects/applied.hpp"
+#include "cdprcal/readings/turn_over.hpp"
+#include "cdprcal/statics/natural_frequencies.hpp"
+#include "cdprcal/statistics.hpp"
+
+namespace cdprcal {
+namespace {
+
+constexpr double kMost_s = 60.0, kFewestPeriods = 4.0;
+/// A mode of the model and the one that was measured are of the same kind within this factor.
+constexpr double kAlike = 1.5;
+/// A peak of the spectrum is this many times its median.
+constexpr double kPeak = 30.0;
+/// What readings that stay range over, in their σ.
+constexpr double kNoise = 10.0;
+
+/// Samples of a path, from begin on, without end.
+struct Stretch {
+  std::size_t begin = 0, end = 0;
+};
+
+/// The longest time in which all cables stay as long as they are.
+Stretch locked(double still_m, const CorrectedRun& run, std::span<const SmoothedSample> path) {
+  const LogMatrix& length_m = run.log.length_m;
+  Stretch out;
+  if (length_m.cols() == 0) return out;
+  const auto row = [&](std::size_t i) {
+    return length_m.row(run.rows.begin + static_cast<Eigen::Index>(i));
+  };
+  for (std::size_t begin = 0, next = 0; begin < path.size(); begin = std::max(next, begin + 1)) {
+    Eigen::RowVectorXd low = row(begin), high = low;
+    for (next = begin + 1; next < path.size(); ++next) {
+      if (!path[next].state.pose.position_m.allFinite() ||
+          path[next].time_s - path[begin].time_s > kMost_s)
+        break;
+      low = low.cwiseMin(row(next));
+      high = high.cwiseMax(row(next));
+      if (!((high - low).maxCoeff() <= still_m)) break;
+    }
+    const auto lasts_s = [&](const Stretch& s) {
+      return s.end > s.begin ? path[s.end - 1].time_s - path[s.begin].time_s : 0.0;
+    };
+    if (lasts_s({begin, next}) > lasts_s(out)) out = {begin, next};
+  }
+  return out;
+}
+
+/// Of the poses of a calibration within a time: they balance, where those of a path need not.
+std::optional<Pose> mean_pose(const Calibration& calibration, double from_s, double until_s) {
+  std::optional<Pose> mean;
+  for (int round = 0; round < 3; ++round) {
+    Vector6 away = Vector6::Zero();
+    double count = 0.0;
+    for (std::size_t i = 0; i < calibration.result.poses.size(); ++i) {
+      const double time_s = calibration.problem.measurements[i].time_s;
+      const Pose& pose = calibration.result.poses[i];
+      if (!(time_s >= from_s && time_s <= until_s && pose.position_m.allFinite())) continue;
+      if (!mean) mean = pose;
+      away += minus(pose, *mean);
+      count += 1.0;
+    }
+    if (mean) mean = plus(*mean, away / count);
+  }
+  return mean;
+}
+
+/// Amplitudes of the rows of a motion at a frequency, as Hann's window shows them.
+Eigen::VectorXcd amplitude(const Eigen::MatrixXd& motion, const Eigen::VectorXd& time_s,
+                           const Eigen::VectorXd& window, double hz) {
+  const Eigen::VectorXcd wave =
+      time_s.unaryExpr([&](double t) { return std::polar(1.0, -2.0 * kPi * hz * t); });
+  return motion * window.cwiseProduct(wave) * (2.0 / window.sum());
+}
+
+/// Frequencies at which a spectrum has its maxima, each between its neighbours.
+std::vector<double> peaks(const Eigen::VectorXd& power, double step_hz) {
+  std::vector<double> sorted(power.begin(), power.end());
+  const double least = kPeak * median(sorted);
+  std::vector<double> out;
+  for (Eigen::Index k = 1; k + 1 < power.size(); ++k) {
+    const double before = power[k - 1], at = power[k], after = power[k + 1];
+    if (!(at > least && at >= before && at > after)) continue;
+    // A parabola through the logarithms, which is nearly exact for this window.
+    const double a = std::log(before), b = std::log(at), c = std::log(after);
+    out.push_back(step_hz * (static_cast<double>(k) + 0.5 * (a - c) / (a - 2.0 * b + c)));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<Swing> swings(const Calibration& calibration, const CorrectedRun& run,
+                          std::span<const SmoothedSample> path) {
+  const Robot robot = with_effects(calibration.problem.robot, calibration.problem.effects);
+  const double noise_m = calibration.signals[static_cast<std::size_t>(Channel::length)].sigma;
+  const Stretch stretch = locked(turn_over_m(robot) + kNoise * noise_m, run, path);
+  const auto samples = static_cast<Eigen::Index>(stretch.end - stretch.begin);
+  if (samples < 2) return {};
+  const std::span<const SmoothedSample> still =
+      path.subspan(stretch.begin, stretch.end - stretch.begin);
+  const std::optional<Pose> middle =
+      mean_pose(calibration, still.front().time_s, still.back().time_s);
+  if (!middle) return {};
+  const Pose& mean = *middle;
+  const PlatformState state = platform_state(robot, mean);
+  if (!state.valid) return {};
+  const CableVector tension_N =
+      structure_matrix(state).completeOrthogonalDecomposition().solve(gravity_wrench(robot, state));
+  const Modes modes = free_motion_modes(robot, state, tension_N);
+  const ModeVector& model_hz = modes.natural_frequency_hz;
+  const double lasts_s = still.back().time_s - still.front().time_s;
+  if (model_hz.size() == 0 || !(model_hz.minCoeff() * lasts_s > kFewestPeriods)) return {};
+
+  // In coordinates of the modes, in which all have the same mass.
+  const Matrix6 mass = mass_matrix(robot, state);
+  const Eigen::MatrixXd to_modes = modes.shape.transpose() * mass;
+  Eigen::MatrixXd motion(model_hz.size(), samples);
+  Eigen::VectorXd time_s(samples), window(samples);
+  for (Eigen::Index k = 0; k < samples; ++k) {
+    const SmoothedSample& s = still[static_cast<std::size_t>(k)];
+    time_s[k] = s.time_s - still.front().time_s;
+    motion.col(k) = to_modes * minus(s.state.pose, mean);
+    window[k] = 1.0 - std::cos(2.0 * kPi * time_s[k] / lasts_s);
+  }
+  const double step_hz = 0.25 / lasts_s, most_hz = kAlike * model_hz.maxCoeff();
+  Eigen::VectorXd power(static_cast<Eigen::Index>(most_hz / step_hz) + 2);
+  for (Eigen::Index k = 0; k < power.size(); ++k) {
+    power[k] = amplitude(motion, time_s, window, step_hz * static_cast<double>(k)).squaredNorm();
+  }
+  struct Pair {
+    Eigen::Index mode;
+    double hz, share;  ///< of the peak's energy that is in the mode
+  };
+  std::vector<Pair> pairs;
+  for (const double hz : peaks(power, step_hz)) {
+    const Eigen::VectorXd energy = amplitude(motion, time_s, window, hz).cwiseAbs2();
+    for (Eigen::Index m = 0; m < energy.size(); ++m) {
+      if (hz < kAlike * model_hz[m] && model_hz[m] < kAlike * hz) {
+        pairs.push_back({m, hz, energy[m] / energy.sum()});
+      }
+    }
+  }
+  std::vector<Swing> out;
+  for (Eigen::Index m = 0; m < model_hz.size(); ++m) {
+    const double size = std::sqrt(motion.row(m).squaredNorm() / static_cast<double>(samples));
+    out.push_back({model_hz[m], kNaN, size / std::sqrt(robot.platform.mass_kg)});
+  }
+  std::ranges::sort(pairs, [](const Pair& a, const Pair& b) { return a.share > b.share; });
+  while (!pairs.empty()) {
+    const Pair best = pairs.front();
+    out[static_cast<std::size_t>(best.mode)].measured_hz = best.hz;
+    std::erase_if(pairs, [&](const Pair& p) { return p.mode == best.mode || p.hz == best.hz; });
+  }
+  return out;
+}
+
+}  // namespace cdprcal

@@ -1,0 +1,120 @@
+"""A platform that never rests, moved by MuJoCo: nothing of the plant is the package's own."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cdprcal
+from cdprcal import _core
+from conftest import Ran
+from mujoco_swing import Hidden, Swing, swing
+from robots import polygon_robot
+
+mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed (the test extra has it)")
+
+Cli = Callable[..., Ran]
+ROBOT = polygon_robot(5, pulley_radius_m=0.0)
+
+
+@pytest.fixture(scope="module")
+def hauled() -> Swing:
+    """Round a circle of 60 mm, swinging by 2 degrees of yaw at 1.5 Hz."""
+    return swing(mujoco, ROBOT, seed=1, duration_s=15.0)
+
+
+@pytest.fixture(scope="module")
+def found(hauled: Swing) -> cdprcal.Calibration:
+    return cdprcal.calibrate(ROBOT, hauled.log, motion=True)
+
+
+def test_its_initial_pose_is_found(hauled: Swing, found: cdprcal.Calibration) -> None:
+    assert not found.equilibria, "it never rests"
+    assert found.result.status == cdprcal.CalibrationStatus.converged
+    assert found.kinematic_poses > 50
+    error = cdprcal.minus(found.result.poses[0], hauled.poses[0])
+    assert np.all(np.abs(error) < 4.0 * found.result.standard_deviation)
+    assert np.linalg.norm(error[:3]) < 0.02
+
+
+def test_the_balance_in_motion_tells_what_its_moving_readings_leave_open(
+    hauled: Swing, found: cdprcal.Calibration
+) -> None:
+    plain = _core.calibrate(ROBOT, hauled.log).result
+    known = plain.status == cdprcal.CalibrationStatus.converged
+    sigma = found.result.standard_deviation
+    assert not known or np.all(sigma[:3] < 0.5 * plain.standard_deviation[:3])
+
+
+def test_a_vague_start_is_no_reason_to_lag_behind() -> None:
+    """What is not known of the start lasts; what swings is motion. Five seconds tell little of the
+    start, yet the platform turns as it does."""
+    run = swing(mujoco, ROBOT, seed=0, duration_s=5.0)
+    vague = _core.calibrate_in_motion(ROBOT, run.log).calibration
+    track = _core.track(vague, run.log)
+    time_s = track.time_s
+    rotations = np.array([pose.rotation for pose in run.poses])
+    # Angular velocity about the vertical: R(t+h) R(t-h)' over 2 h.
+    steps = rotations[2:] @ rotations[:-2].transpose(0, 2, 1)
+    true_rad_s = steps[:, 1, 0] / (time_s[2:] - time_s[:-2])
+    late = time_s[1:-1] > 0.5
+    error = (track.twist[1:-1, 5] - true_rad_s)[late]
+    assert np.sqrt(np.mean(error**2)) < 0.5 * np.sqrt(np.mean(true_rad_s[late] ** 2))
+
+
+@pytest.mark.parametrize("cables", [3, 4])
+def test_locked_winches_let_it_swing_as_fast_as_the_model_says(cables: int) -> None:
+    robot = polygon_robot(cables, pulley_radius_m=0.0)
+    run = swing(mujoco, robot, seed=2, duration_s=20.0, haul_m=0.0, kick=0.15)
+    modes = _core.calibrate_in_motion(robot, run.log).swings
+    measured = [mode for mode in modes if np.isfinite(mode.measured_hz)]
+    assert len(modes) == 6 - cables
+    assert len(measured) >= 2
+    for mode in measured:
+        assert abs(mode.measured_hz / mode.model_hz - 1.0) < 0.02
+
+
+HIDDEN = {
+    "mass": Hidden(mass_kg=0.6),
+    "load_cell_bias": Hidden(bias_N=np.array([5.0, -4.0, 0.0, 3.0, -5.0])),
+    "centre_of_mass": Hidden(centre_of_mass_m=np.array([0.01, 0.008, 0.0])),
+    "ahrs_misalignment": Hidden(misalignment_rad=np.array([0.02, -0.015, 0.0])),
+}
+
+
+@pytest.mark.parametrize("name", HIDDEN)
+def test_what_is_hidden_is_named_though_it_never_rests(name: str) -> None:
+    run = swing(mujoco, ROBOT, HIDDEN[name], seed=2, duration_s=20.0, kick=0.15)
+    found = cdprcal.diagnose(ROBOT, run.log, motion=True)
+    assert name in [n for e in found.effects for n in (e.info.name, *e.rivals)]
+    error = cdprcal.minus(found.initial_pose_after, run.poses[0])
+    assert np.all(np.abs(error) < 4.0 * np.sqrt(np.diag(found.covariance_after)))
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_clean_log_that_never_rests_accuses_nobody(seed: int) -> None:
+    run = swing(mujoco, ROBOT, seed=seed, duration_s=20.0, kick=0.15)
+    found = cdprcal.diagnose(ROBOT, run.log, motion=True)
+    assert not found.effects
+    assert found.verdict == cdprcal.Verdict.consistent
+
+
+def test_the_command_diagnoses_it_and_repeats_itself(
+    cli: Cli, hauled: Swing, tmp_path: Path
+) -> None:
+    robot, log, result = tmp_path / "robot.yaml", tmp_path / "swing.csv", tmp_path / "found.json"
+    robot.write_text(cdprcal.to_yaml(ROBOT))
+    cdprcal.write_log(hauled.log, str(log))
+    refused = cli("diagnose", robot, log)
+    assert refused.code == 2
+    assert "diagnose --motion" in refused.stderr
+    found = cli("diagnose", robot, log, "--motion", "-o", result, "--json")
+    assert json.loads(found.stdout)["verdict"] == "consistent"
+    again = json.loads(cli("repeat", result, "--json").stdout)
+    assert again["same"]
+    moving = json.loads(cli("calibrate", robot, log, "--motion", "--json").stdout)
+    assert moving["motion"]["moments"] > 50
