@@ -21,13 +21,15 @@ constexpr double kAlike = 1.5;
 constexpr double kPeak = 30.0;
 /// What readings that stay range over, in their σ.
 constexpr double kNoise = 10.0;
+/// Larger swings are slower than their mode [rad].
+constexpr double kSmall_rad = 0.25;
 
 /// Samples of a path, from begin on, without end.
 struct Stretch {
   std::size_t begin = 0, end = 0;
 };
 
-/// The longest time in which all cables stay as long as they are.
+/// The longest time in which all cables stay as long as they are and the platform swings gently.
 Stretch locked(double still_m, const CorrectedRun& run, std::span<const SmoothedSample> path) {
   const LogMatrix& length_m = run.log.length_m;
   Stretch out;
@@ -41,6 +43,7 @@ Stretch locked(double still_m, const CorrectedRun& run, std::span<const Smoothed
       if (!path[next].state.pose.position_m.allFinite() ||
           path[next].time_s - path[begin].time_s > kMost_s)
         break;
+      if (minus(path[next].state.pose, path[begin].state.pose).tail<3>().norm() > kSmall_rad) break;
       low = low.cwiseMin(row(next));
       high = high.cwiseMax(row(next));
       if (!((high - low).maxCoeff() <= still_m)) break;

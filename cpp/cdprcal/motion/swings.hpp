@@ -16,9 +16,9 @@ struct Swing {
       0.0;  ///< root mean square of the motion in it [m]: kinetic, as the mass would shift
 };
 
-/// Over the longest stretch of a run in which no winch turns, a minute of it at most: the modes
-/// about its mean pose, with the tensions that balance there, and the peaks of the motion's
-/// spectrum (Hann's window). Empty where no such stretch lasts four periods of the slowest mode, or
+/// Over the longest stretch of a run in which no winch turns and the platform little, a minute of
+/// it at most: the modes about its mean pose, with the tensions that balance there, and the peaks
+/// of the motion's spectrum (Hann's window). Empty where no such stretch lasts four periods of the slowest mode, or
 /// no motion is left to the platform.
 std::vector<Swing> swings(const Calibration& calibration, const CorrectedRun& run,
                           std::span<const SmoothedSample> path);
