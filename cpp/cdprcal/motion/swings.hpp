@@ -18,8 +18,8 @@ struct Swing {
 
 /// Over the longest stretch of a run in which no winch turns and the platform little, a minute of
 /// it at most: the modes about its mean pose, with the tensions that balance there, and the peaks
-/// of the motion's spectrum (Hann's window). Empty where no such stretch lasts four periods of the slowest mode, or
-/// no motion is left to the platform.
+/// of the motion's spectrum (Hann's window). Empty where no such stretch lasts four periods of the
+/// slowest mode, or no motion is left to the platform.
 std::vector<Swing> swings(const Calibration& calibration, const CorrectedRun& run,
                           std::span<const SmoothedSample> path);
 
