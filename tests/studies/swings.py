@@ -1,0 +1,110 @@
+"""What ``diagnose --motion`` names on MuJoCo's logs that never rest, and how fast these swing.
+
+    python tests/studies/swings.py --count 6
+
+Polygon robots of 5 and 4 cables are hauled round a circle while they swing, with nothing or one
+effect hidden; those of 3 and 4 swing with locked winches. Plant and noise are those of
+``tests/python/mujoco_swing.py``. A log in which a cable goes slack is left out and counted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from itertools import product
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+import cdprcal
+from cdprcal import _core
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
+from mujoco_swing import Hidden, swing
+from robots import polygon_robot
+
+HIDDEN = ("none", "mass", "load_cell_bias", "centre_of_mass", "ahrs_misalignment")
+
+
+def hidden_of(name: str, cables: int) -> Hidden:
+    if name == "mass":
+        return Hidden(mass_kg=0.6)
+    if name == "load_cell_bias":
+        return Hidden(bias_N=np.array([5.0, -4.0, 0.0, 3.0, -5.0])[:cables])
+    if name == "centre_of_mass":
+        return Hidden(centre_of_mass_m=np.array([0.01, 0.008, 0.0]))
+    if name == "ahrs_misalignment":
+        return Hidden(misalignment_rad=np.array([0.02, -0.015, 0.0]))
+    return Hidden()
+
+
+def diagnosed(cables: int, name: str, seed: int) -> tuple[str, float, float] | None:
+    """How it ended, error of the initial pose [mm], and the largest over its sigma."""
+    robot = polygon_robot(cables, pulley_radius_m=0.0)
+    try:
+        run = swing(mujoco, robot, hidden_of(name, cables), seed=seed, duration_s=20.0, kick=0.15)
+    except AssertionError:
+        return None
+    found = cdprcal.diagnose(robot, run.log, motion=True)
+    names = [effect.info.name for effect in found.effects]
+    among = {rival for effect in found.effects for rival in effect.rivals}
+    if not names:
+        ended = "no name"
+    elif names == [name]:
+        ended = "named alone"
+    elif name in names:
+        ended = "named, with others"
+    elif name in among:
+        ended = "among rivals"
+    else:
+        ended = "accused" if name == "none" else "named wrongly"
+    error = cdprcal.minus(found.initial_pose_after, run.poses[0])
+    sigma = np.sqrt(np.diag(found.covariance_after))
+    return ended, 1e3 * float(np.linalg.norm(error[:3])), float(np.max(np.abs(error) / sigma))
+
+
+def ratios(cables: int, seed: int) -> list[float]:
+    """Measured over modelled frequency of the modes that are seen, winches locked."""
+    robot = polygon_robot(cables, pulley_radius_m=0.0)
+    try:
+        run = swing(mujoco, robot, seed=seed, duration_s=20.0, haul_m=0.0, kick=0.15)
+    except AssertionError:
+        return []
+    modes = _core.calibrate_in_motion(robot, run.log).swings
+    return [m.measured_hz / m.model_hz for m in modes if np.isfinite(m.measured_hz)]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--count", type=int, default=6)
+    parser.add_argument("--first-seed", type=int, default=801)
+    parser.add_argument("--workers", type=int, default=2)
+    options = parser.parse_args()
+    seeds = range(options.first_seed, options.first_seed + options.count)
+    with ProcessPoolExecutor(options.workers) as pool:
+        for cables, name in product((5, 4), HIDDEN):
+            results = list(pool.map(partial(diagnosed, cables, name), seeds))
+            rows = [row for row in results if row]
+            ended = Counter(row[0] for row in rows)
+            said = ", ".join(f"{count} {how}" for how, count in ended.most_common())
+            print(f"{cables} cables, {name}: {said}; {len(results) - len(rows)} slack", flush=True)
+            if rows:
+                error_mm, worst = np.median([row[1:] for row in rows], axis=0)
+                beyond = sum(row[2] > 4.0 for row in rows)
+                print(f"  {error_mm:.2f} mm, {worst:.1f} sigma; beyond 4 sigma: {beyond}")
+        for cables in (3, 4):
+            found = [r for part in pool.map(partial(ratios, cables), seeds) for r in part]
+            off = np.abs(np.array(found) - 1.0) if found else np.array([np.nan])
+            print(
+                f"{cables} cables locked: {len(found)} modes, median {100 * np.median(off):.2f} % "
+                f"off, at most {100 * off.max():.2f} %",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()
