@@ -76,18 +76,12 @@ void thin_out(const InMotion& found, DiagnosisRun& run) {
   run.rows.resize(kept);
 }
 
-/// One level scales all that a balance may be wrong by, yet what is not known of the motion does
-/// not scale with the model's error: it is put in proportion to it.
-void weigh_motion(const Robot& robot, const Calibration& calibration, DiagnosisRun& run) {
-  if (!calibration.problem.noise) return;
-  const double found = calibration.problem.noise->wrench_force_N / robot.sigma.wrench_force_N;
-  for (Measurement& m : run.measurements) m.inertial_sigma /= found;
-}
-
 /// Poses of a log as a run with its calibrated start; and how its samples come.
 DiagnosisRun run_from(const Robot& robot, const Log& log, bool motion, Signals& signals) {
   InMotion start;
-  if (motion) start = calibrate_in_motion(robot, log);
+  InMotionOptions as_fitted;
+  as_fitted.calibrate.allow_for_effects = false;  // what the search is for
+  if (motion) start = calibrate_in_motion(robot, log, as_fitted);
   if (!start.in_motion) start.calibration = start_of(robot, log);
   const Calibration& calibration = start.calibration;
   if (calibration.result.poses.empty()) {
@@ -102,7 +96,7 @@ DiagnosisRun run_from(const Robot& robot, const Log& log, bool motion, Signals& 
   run.rows = rows_of(log, calibration, start.in_motion ? calibration.kinematic_poses : 0);
   if (start.in_motion) {
     thin_out(start, run);
-    weigh_motion(robot, calibration, run);
+    if (calibration.problem.noise) weigh_motion(robot, *calibration.problem.noise, run);
   }
   run.known = calibration.problem.effects;
   for (Measurement& m : run.measurements) gate_slack(robot, run.known, m);

@@ -217,6 +217,11 @@ ChannelSums channel_sums(const DiagnosisModel& model) {
 
 bool fit(DiagnosisModel& model, int max_steps) { return ModelFit(model).fit(max_steps); }
 
+void weigh_motion(const Robot& robot, const NoiseModel& found, DiagnosisRun& run) {
+  const double level = found.wrench_force_N / robot.sigma.wrench_force_N;
+  for (Measurement& m : run.measurements) m.inertial_sigma /= level;
+}
+
 void start_noise(DiagnosisModel& model, const Signals& signals) {
   double samples = 0.0;
   int rests = 0;

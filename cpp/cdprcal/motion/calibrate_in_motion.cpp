@@ -267,7 +267,11 @@ void check_options(const InMotionOptions& options) {
 
 InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionOptions& options) {
   check_options(options);
-  const Calibration plain = calibrate(robot, log, options.calibrate);
+  // What effects may do widens what a start is sure of until its readings hardly count, and the
+  // path behind the accelerations with it: the outcome allows for them, no step before it does.
+  CalibrateOptions as_fitted = options.calibrate;
+  as_fitted.allow_for_effects = false;
+  const Calibration plain = calibrate(robot, log, as_fitted);
   const CorrectedRun run(robot, log, options.calibrate.segment);
   const MovingRun moving{options, run, path_state(robot, run.log),
                          resolve_effects(robot, log.source)};
@@ -289,7 +293,7 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   }
   if (!found || found->calibration.result.status != CalibrationStatus::converged) {
     InMotion out;
-    out.calibration = plain;
+    out.calibration = calibrate(robot, log, options.calibrate);
     if (found) {
       out.calibration.result.reason +=
           "; motion adds nothing: with it, " + found->calibration.result.reason;
