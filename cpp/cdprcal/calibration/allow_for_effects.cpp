@@ -32,7 +32,6 @@ DiagnosisModel model_of(const Calibration& calibration) {
   run.known = problem.effects;
   run.offsets =
       offsets_at(with_effects(problem.robot, run.known), run.poses[0], run.measurements[0]);
-  if (problem.noise) weigh_motion(problem.robot, *problem.noise, run);
   start_noise(model, calibration.signals);
   return model;
 }

@@ -94,10 +94,7 @@ DiagnosisRun run_from(const Robot& robot, const Log& log, bool motion, Signals& 
   run.measurements = calibration.problem.measurements;
   run.poses = calibration.result.poses;
   run.rows = rows_of(log, calibration, start.in_motion ? calibration.kinematic_poses : 0);
-  if (start.in_motion) {
-    thin_out(start, run);
-    if (calibration.problem.noise) weigh_motion(robot, *calibration.problem.noise, run);
-  }
+  if (start.in_motion) thin_out(start, run);
   run.known = calibration.problem.effects;
   for (Measurement& m : run.measurements) gate_slack(robot, run.known, m);
   run.offsets = offsets_at(with_effects(robot, run.known), run.poses[0], run.measurements[0]);

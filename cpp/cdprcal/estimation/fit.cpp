@@ -188,7 +188,7 @@ double ModelEstimation::log_evidence() {
         out -= std::log(rows_->row(r, i, slot).scale);
       }
     }
-    out -= runs()[r].elimination.half_log_determinant(run.poses());
+    out -= runs()[r].elimination.half_log_determinant(run.poses()) + rows_->motion_widening(r);
   }
   const auto learns = [](const EffectTerm& term) { return term.learnt.size() > 0; };
   if (std::ranges::any_of(rows_->model().effects, learns)) {
@@ -216,11 +216,6 @@ ChannelSums channel_sums(const DiagnosisModel& model) {
 }
 
 bool fit(DiagnosisModel& model, int max_steps) { return ModelFit(model).fit(max_steps); }
-
-void weigh_motion(const Robot& robot, const NoiseModel& found, DiagnosisRun& run) {
-  const double level = found.wrench_force_N / robot.sigma.wrench_force_N;
-  for (Measurement& m : run.measurements) m.inertial_sigma /= level;
-}
 
 void start_noise(DiagnosisModel& model, const Signals& signals) {
   double samples = 0.0;

@@ -118,7 +118,10 @@ void project(DiagnosisSystem& system) {
 }  // namespace
 
 ModelRows::ModelRows(const DiagnosisModel& model, const Candidates& candidates)
-    : model_(model), candidates_(candidates), layout_(layout_of(model, candidates)) {
+    : model_(model),
+      candidates_(candidates),
+      layout_(layout_of(model, candidates)),
+      motion_widening_(model.runs.size()) {
   for (const DiagnosisRun& run : model.runs) {
     runs_.push_back(std::make_unique<RunRows>(model.robot, readings_of(model.robot, run),
                                               std::vector<WrenchRow>{}));
@@ -171,12 +174,13 @@ void ModelRows::set_values(std::size_t r, const Eigen::VectorXd& values, const P
   for (std::size_t i = 0; i < run.poses(); ++i) {
     if (run.statics_of(i) == StaticsModel::none) continue;
     balanced.push_back(poses[i]);
+    const Measurement& m = model_.runs[r].measurements[i];
     // The noise is that of readings: a gain that shrinks the tensions must not shrink it for
-    // nothing, or each would pay ν ln(1 + γ) of evidence.
-    uncertain.push_back(
-        {sigma.tension_N * true_tension_by_reading(robot, active, model_.runs[r].measurements[i]),
-         wrench_sigma(sigma.wrench_force_N, sigma.wrench_moment_Nm,
-                      model_.runs[r].measurements[i].inertial_sigma)});
+    // nothing, or each would pay ν ln(1 + γ) of evidence. The motion is known no better where the
+    // model is: what is not known of it stands apart from the level that scales the rest.
+    const Vector6 inertial = m.inertial_sigma / row_noise(model_, at_rest(Channel::balance), m);
+    uncertain.push_back({sigma.tension_N * true_tension_by_reading(robot, active, m),
+                         wrench_sigma(sigma.wrench_force_N, sigma.wrench_moment_Nm, inertial)});
     which.push_back(i);
   }
   for (std::size_t k = 0; k < which.size(); ++k) {
@@ -196,6 +200,34 @@ void ModelRows::set_values(std::size_t r, const Eigen::VectorXd& values, const P
     if (run.silent_rows(which[k]) > 0) continue;
     const Measurement& m = model_.runs[r].measurements[which[k]];
     run.set_whitening(which[k], roots[k] / row_noise(model_, at_rest(Channel::balance), m));
+  }
+  weigh_motion(r, robot, balanced, uncertain, which, roots);
+}
+
+void ModelRows::weigh_motion(std::size_t r, const Robot& robot, const std::vector<Pose>& poses,
+                             const std::vector<BalanceSigma>& uncertain,
+                             const std::vector<std::size_t>& which,
+                             const std::vector<Matrix6>& roots) {
+  double& widening = motion_widening_[r] = 0.0;
+  std::vector<Pose> moving;
+  std::vector<BalanceSigma> at_rest_there;
+  std::vector<std::size_t> rows;
+  const SensorSigma& sigma = model_.robot.sigma;
+  const Vector6 own = wrench_sigma(sigma.wrench_force_N, sigma.wrench_moment_Nm, Vector6::Zero());
+  for (std::size_t k = 0; k < which.size(); ++k) {
+    if (model_.runs[r].measurements[which[k]].inertial_sigma.isZero()) continue;
+    if (const int silent = runs_[r]->silent_rows(which[k]); silent > 0) {
+      // Some combinations of the wrench, each wider by about as much.
+      widening += silent / 6.0 * uncertain[k].wrench.cwiseQuotient(own).array().log().sum();
+      continue;
+    }
+    moving.push_back(poses[k]);
+    at_rest_there.push_back({uncertain[k].tension_N, own});
+    rows.push_back(k);
+  }
+  const std::vector<Matrix6> narrow = inverse_balance_roots(robot, moving, at_rest_there);
+  for (std::size_t j = 0; j < rows.size(); ++j) {
+    widening += (narrow[j].diagonal().array() / roots[rows[j]].diagonal().array()).log().sum();
   }
 }
 

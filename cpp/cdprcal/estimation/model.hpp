@@ -147,10 +147,6 @@ bool fit(DiagnosisModel& model, int max_steps = kMostFitSteps);
 /// The noise to begin with: the robot file's σ, not below the readings' own ripple in the mean over
 /// an average rest. Fills in rest_samples and signals too.
 void start_noise(DiagnosisModel& model, const Signals& signals);
-/// Puts what is not known of a run's motion in proportion to the noise that a calibration `found`:
-/// one level scales all that a balance may be wrong by, and the motion is known no better where
-/// the model is.
-void weigh_motion(const Robot& robot, const NoiseModel& found, DiagnosisRun& run);
 
 /// Noise levels from the residuals: each channel's sum of squares over what the leverages leave of
 /// its rows, floored. Changes model.noise; returns the largest relative change.

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "cdprcal/estimation/balance_roots.hpp"
 #include "cdprcal/estimation/estimation.hpp"
 #include "cdprcal/estimation/model.hpp"
 
@@ -26,6 +27,9 @@ class ModelRows {
   [[nodiscard]] PoseLanes poses(std::size_t run) const;
   /// Offsets as rows have them: model − reading.
   [[nodiscard]] OffsetVector offsets(std::size_t run) const;
+  /// By how much what is not known of its motion widens the balances of a run: the sum of the logs
+  /// of the volumes' ratios. At the values and poses set last.
+  [[nodiscard]] double motion_widening(std::size_t run) const { return motion_widening_[run]; }
   /// What a slot of a run is at a pose, and its σ.
   [[nodiscard]] SystemRow row(std::size_t run, std::size_t pose, const RowSlot& slot) const;
 
@@ -34,6 +38,11 @@ class ModelRows {
   const Candidates candidates_;
   CommonLayout layout_;
   std::vector<std::unique_ptr<RunRows>> runs_;
+  std::vector<double> motion_widening_;
+
+  void weigh_motion(std::size_t run, const Robot& robot, const std::vector<Pose>& poses,
+                    const std::vector<BalanceSigma>& uncertain,
+                    const std::vector<std::size_t>& which, const std::vector<Matrix6>& roots);
 };
 
 /// A model as an estimation, at its own state.
