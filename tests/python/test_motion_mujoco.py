@@ -50,6 +50,19 @@ def test_the_balance_in_motion_tells_what_its_moving_readings_leave_open(
     assert not known or np.all(sigma[:3] < 0.5 * plain.standard_deviation[:3])
 
 
+def test_what_effects_may_do_widens_its_pose_and_does_not_move_it() -> None:
+    run = swing(mujoco, ROBOT, seed=802, duration_s=20.0, kick=0.15)
+    allowed = cdprcal.calibrate(ROBOT, run.log, motion=True).result
+    fitted = _core.calibrate_in_motion(
+        ROBOT, run.log, _core.CalibrateOptions(allow_for_effects=False)
+    ).calibration.result
+    error = cdprcal.minus(allowed.poses[0], run.poses[0])
+    assert np.linalg.norm(error[:3]) < 0.003
+    assert np.linalg.norm(cdprcal.minus(allowed.poses[0], fitted.poses[0])[:3]) < 1e-4
+    assert np.all(allowed.standard_deviation >= fitted.standard_deviation)
+    assert np.all(np.abs(error) < 4.0 * allowed.standard_deviation)
+
+
 def test_a_vague_start_is_no_reason_to_lag_behind() -> None:
     """What is not known of the start lasts; what swings is motion. Five seconds tell little of the
     start, yet the platform turns as it does."""
@@ -95,7 +108,7 @@ def test_what_is_hidden_is_named_though_it_never_rests(name: str) -> None:
     assert np.all(np.abs(error) < 4.0 * np.sqrt(np.diag(found.covariance_after)))
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, 2, 815, 819])
 def test_a_clean_log_that_never_rests_accuses_nobody(seed: int) -> None:
     run = swing(mujoco, ROBOT, seed=seed, duration_s=20.0, kick=0.15)
     found = cdprcal.diagnose(ROBOT, run.log, motion=True)

@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 #include "../support/dense.hpp"
 #include "../support/run.hpp"
@@ -81,6 +82,46 @@ Candidates candidates() {
   Candidates out;
   for (const std::string& name : kNames) out.push_back(find_effect(name));
   return out;
+}
+
+/// How the evidence changes where the balance is known half as well.
+double evidence_of_the_level(DiagnosisModel model) {
+  const double before = log_evidence(model);
+  model.noise[static_cast<std::size_t>(at_rest(Channel::balance))] *= 2.0;
+  return log_evidence(model) - before;
+}
+
+TEST(Refit, ABalanceWhoseMotionNobodyKnowsSaysNothingOfTheLevelOfTheOthers) {
+  DiagnosisModel moving = plain(), without = plain();
+  for (const std::size_t pose : {2U, 5U}) {
+    moving.runs[1].measurements[pose].inertial_sigma = Vector6::Constant(1e6);
+    without.runs[1].measurements[pose].balance_counts = false;
+  }
+  EXPECT_NEAR(evidence_of_the_level(moving), evidence_of_the_level(without), 1e-4);
+  EXPECT_GT(std::abs(evidence_of_the_level(plain()) - evidence_of_the_level(without)), 1.0);
+}
+
+TEST(Refit, WhatIsNotKnownOfAMotionDoesNotShrinkWithTheNoise) {
+  constexpr std::size_t kPose = 2;
+  DiagnosisModel model = plain();
+  Measurement& m = model.runs[1].measurements[kPose];
+  m.inertial_sigma = Vector6::Constant(50.0);  // far beyond the model's own error
+  const auto weight = [&] {
+    const DiagnosisSystem system = linearise(model);
+    double squares = 0.0;
+    for (const DiagnosisSystem::PoseRange& pose : system.poses) {
+      if (pose.run != 1 || pose.pose != kPose) continue;
+      for (Eigen::Index row = pose.begin; row < pose.begin + pose.size; ++row) {
+        if (system.rows[static_cast<std::size_t>(row)].channel == at_rest(Channel::balance)) {
+          squares += system.by_pose.row(row).squaredNorm();
+        }
+      }
+    }
+    return squares;
+  };
+  const double before = weight();
+  model.noise[static_cast<std::size_t>(at_rest(Channel::balance))] *= 0.25;
+  EXPECT_NEAR(weight() / before, 1.0, 0.05);
 }
 
 TEST(Scan, ValuesAndDeviationsAreThoseOfOneGaussNewtonStepWithTheEffectInTheModel) {
