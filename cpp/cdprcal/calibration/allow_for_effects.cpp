@@ -100,14 +100,17 @@ double scatter_of(const CalibrationProblem& problem, Channel channel) {
   return sample > 0.0 ? sample : kRoughly * specified_noise(problem.robot.sigma)[channel].pose;
 }
 
-void allow_for_effects(const CalibrateOptions& options, Calibration& calibration) {
+bool allow_for_effects(const CalibrateOptions& options, Calibration& calibration) {
   CalibrationResult& result = calibration.result;
   if (!options.allow_for_effects || result.status != CalibrationStatus::converged ||
       noise_source(options) != NoiseSource::from_data) {
-    return;
+    return true;
   }
   const std::string found = misfit(calibration);
-  if (found.empty()) return add_unseen(calibration, result);
+  if (found.empty()) {
+    add_unseen(calibration, result);
+    return true;
+  }
   result.reason += "; yet the model misfits " + found +
                    ", so it lacks something (cdprcal diagnose looks for it)";
   DiagnosisModel model = model_of(calibration);
@@ -118,7 +121,7 @@ void allow_for_effects(const CalibrateOptions& options, Calibration& calibration
   const Matrix6 covariance = initial_pose_covariance(model, 0);
   if (!settled || !covariance.allFinite()) {
     result.reason += ", and the uncertainty leaves that out";
-    return;
+    return false;
   }
   std::size_t next = 0;
   for (std::size_t i = 0; i < result.poses.size(); ++i) {
@@ -132,6 +135,7 @@ void allow_for_effects(const CalibrateOptions& options, Calibration& calibration
   result.initial_swivel_rad = initial.swivel_rad();
   result.reason +=
       "; the pose and its uncertainty allow for every known effect at its typical size";
+  return true;
 }
 
 }  // namespace cdprcal

@@ -23,7 +23,7 @@ double scatter_of(const CalibrationProblem& problem, Channel channel);
 /// says so; when the larger fit does not settle, that the uncertainty leaves out the misfit.
 /// Without a misfit the poses stay, and the covariance grows by what the log cannot rule out
 /// (evidence/model_average.hpp), as it does in diagnose before that finds anything. With specified
-/// noise nothing changes.
-void allow_for_effects(const CalibrateOptions& options, Calibration& calibration);
+/// noise nothing changes. False where there is a misfit that the uncertainty leaves out.
+bool allow_for_effects(const CalibrateOptions& options, Calibration& calibration);
 
 }  // namespace cdprcal

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include "cdprcal/calibration/allow_for_effects.hpp"
 #include "cdprcal/calibration/initial_guess.hpp"
@@ -207,6 +208,10 @@ InMotion with_motion(const Calibration& start, const MovingRun& moving) {
   return out;
 }
 
+bool converged(const InMotion& found) {
+  return found.calibration.result.status == CalibrationStatus::converged;
+}
+
 /// How many moments are worth one independent reading: what is wrong at a place stays wrong nearby.
 /// 1 + 2 Σ ρ_k, the autocorrelation of the residuals of all moments in their order, until it is
 /// gone (Sokal 1997).
@@ -276,33 +281,43 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   const MovingRun moving{options, run, path_state(robot, run.log),
                          resolve_effects(robot, log.source)};
   std::optional<InMotion> found;
-  const bool begun = rests(plain) || plain.result.status == CalibrationStatus::converged;
-  if (begun) {
-    found = with_motion(as_start(plain), moving);
-  } else {
+  const auto take = [&](InMotion next) {
+    if (!found || std::pair(!converged(next), next.calibration.result.cost) <
+                      std::pair(!converged(*found), found->calibration.result.cost)) {
+      found = std::move(next);
+    }
+  };
+  if (rests(plain) || plain.result.status == CalibrationStatus::converged) {
+    take(with_motion(as_start(plain), moving));
+  }
+  const bool begun = found && (rests(plain) || converged(*found));
+  if (!begun) {  // nothing to start from, or what the fit runs away from
     for (const Calibration& start : swinging_starts(robot, log, run, options.calibrate)) {
-      InMotion next = with_motion(start, moving);
-      if (!found || next.calibration.result.cost < found->calibration.result.cost) {
-        found = std::move(next);
-      }
+      take(with_motion(start, moving));
     }
   }
   for (int round = begun ? 1 : 0; found && round < options.rounds; ++round) {
     if (found->calibration.result.poses.empty()) break;
     found = with_motion(as_start(std::move(found->calibration)), moving);
   }
-  if (!found || found->calibration.result.status != CalibrationStatus::converged) {
+  const auto without_motion = [&](const std::string& why) {
     InMotion out;
     out.calibration = calibrate(robot, log, options.calibrate);
-    if (found) {
-      out.calibration.result.reason +=
-          "; motion adds nothing: with it, " + found->calibration.result.reason;
+    if (!why.empty()) {
+      out.calibration.result.reason += "; motion adds nothing: with it, " + why;
     }
     return out;
+  };
+  if (!found || !converged(*found)) {
+    return without_motion(found ? found->calibration.result.reason : "");
   }
   CalibrationResult& result = found->calibration.result;
   const double worth = found->moments_a_reading = moments_a_reading(*found);
-  allow_for_effects(options.calibrate, found->calibration);
+  if (!allow_for_effects(options.calibrate, found->calibration)) {
+    return without_motion(
+        "the model misfits by more than the uncertainty could allow for; diagnose --motion looks "
+        "for what it lacks");
+  }
   if (result.covariance) {
     *result.covariance *= worth;
     result.standard_deviation *= std::sqrt(worth);

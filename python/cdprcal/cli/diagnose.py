@@ -110,7 +110,8 @@ def command(
             options = _core.DiagnoseOptions(motion=motion)
             diagnosis = _core.diagnose(the_robot, the_logs, options, progress=progress)
         except _core.InputError:
-            _refuse_without_rest(the_robot, files)
+            if not motion:
+                _refuse_without_rest(the_robot, files)
             raise
         # Where nothing speaks against the model, does anything speak for the pose?
         without = [] if diagnosis.unexplained else _without_pose(diagnosis.corrected, files, motion)
