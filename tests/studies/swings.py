@@ -83,10 +83,12 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=6)
     parser.add_argument("--first-seed", type=int, default=801)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--hidden", nargs="*", choices=HIDDEN, default=HIDDEN)
+    parser.add_argument("--no-locked", action="store_true", help="only those that are hauled")
     options = parser.parse_args()
     seeds = range(options.first_seed, options.first_seed + options.count)
     with ProcessPoolExecutor(options.workers) as pool:
-        for cables, name in product((5, 4), HIDDEN):
+        for cables, name in product((5, 4), options.hidden):
             results = list(pool.map(partial(diagnosed, cables, name), seeds))
             rows = [row for row in results if row]
             ended = Counter(row[0] for row in rows)
@@ -96,7 +98,7 @@ def main() -> None:
                 error_mm, worst = np.median([row[1:] for row in rows], axis=0)
                 beyond = sum(row[2] > 4.0 for row in rows)
                 print(f"  {error_mm:.2f} mm, {worst:.1f} sigma; beyond 4 sigma: {beyond}")
-        for cables in (3, 4):
+        for cables in () if options.no_locked else (3, 4):
             found = [r for part in pool.map(partial(ratios, cables), seeds) for r in part]
             off = np.abs(np.array(found) - 1.0) if found else np.array([np.nan])
             print(
