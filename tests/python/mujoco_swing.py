@@ -149,6 +149,40 @@ def swing(
     return Swing(log, poses)
 
 
+MISREAD = (
+    "euler_convention", "attitude_sign", "angle_unit", "length_sign", "swivel_sign", "cable_order",
+    "tension_unit",
+)  # fmt: skip
+
+
+def misread(run: Swing, what: str) -> cdprcal.Log:
+    """The log as a program wrote it that had its sensors' map wrong, by the catalogue's name."""
+    log = run.log
+    columns = {
+        name: np.array(getattr(log, name))
+        for name in ("length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad")
+    }
+    angles = columns["roll_pitch_yaw_rad"]
+    if what == "euler_convention":
+        random = np.random.default_rng(5)
+        zyx = cdprcal.EulerConvention.ZYX
+        angles[:] = [cdprcal.euler_from_rotation(pose.rotation, zyx) for pose in run.poses]
+        angles += SIGMA_ATTITUDE_RAD * random.standard_normal(angles.shape)
+        angles[:, 2] -= angles[0, 2]
+    elif what == "attitude_sign":
+        angles[:, 1:] *= -1.0
+    elif what == "angle_unit":
+        angles *= 180.0 / np.pi
+    elif what == "cable_order":
+        for name in ("length_m", "swivel_rad", "tension_N"):
+            columns[name][:, [0, 2]] = columns[name][:, [2, 0]]
+    elif what == "tension_unit":
+        columns["tension_N"] /= 9.80665
+    else:
+        columns[{"length_sign": "length_m", "swivel_sign": "swivel_rad"}[what]][:, 1] *= -1.0
+    return cdprcal.Log(time_s=log.time_s, **columns)
+
+
 @dataclass
 class RoundTrip:
     """Natural lengths [m] that would hold the platform on a circle, over and over."""

@@ -12,7 +12,7 @@ import pytest
 import cdprcal
 from cdprcal import _core
 from conftest import Ran
-from mujoco_swing import Hidden, Swing, swing
+from mujoco_swing import MISREAD, Hidden, Swing, misread, swing
 from robots import polygon_robot
 
 mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed (the test extra has it)")
@@ -106,6 +106,26 @@ def test_what_is_hidden_is_named_though_it_never_rests(name: str) -> None:
     assert name in [n for e in found.effects for n in (e.info.name, *e.rivals)]
     error = cdprcal.minus(found.initial_pose_after, run.poses[0])
     assert np.all(np.abs(error) < 4.0 * np.sqrt(np.diag(found.covariance_after)))
+
+
+@pytest.mark.parametrize("cables", [4, 5])
+@pytest.mark.parametrize("what", [name for name in MISREAD if name != "euler_convention"])
+def test_a_wrong_map_of_its_sensors_is_named(what: str, cables: int) -> None:
+    robot = polygon_robot(cables, pulley_radius_m=0.0)
+    run = swing(mujoco, robot, seed=803, duration_s=20.0, kick=0.15)
+    found = cdprcal.diagnose(robot, misread(run, what), motion=True)
+    assert [fault.name for fault in found.faults] == [what]
+    assert not found.effects
+    error = cdprcal.minus(found.initial_pose_after, run.poses[0])
+    assert np.linalg.norm(error[:3]) < 0.003
+
+
+def test_the_order_of_its_angles_is_named() -> None:
+    """Off by the product of two tilts of some degrees: less than many an effect."""
+    run = swing(mujoco, ROBOT, seed=802, duration_s=20.0, kick=0.15)
+    found = cdprcal.diagnose(ROBOT, misread(run, "euler_convention"), motion=True)
+    assert [fault.name for fault in found.faults] == ["euler_convention"]
+    assert not found.effects
 
 
 @pytest.mark.parametrize("seed", [1, 2, 815, 819])

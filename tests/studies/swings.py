@@ -3,8 +3,9 @@
     python tests/studies/swings.py --count 6
 
 Polygon robots of 5 and 4 cables are hauled round a circle while they swing, with nothing or one
-effect hidden; those of 3 and 4 swing with locked winches. Plant and noise are those of
-``tests/python/mujoco_swing.py``. A log in which a cable goes slack is left out and counted.
+effect hidden or their sensors' map wrong; those of 3 and 4 swing with locked winches. Plant and
+noise are those of ``tests/python/mujoco_swing.py``. A log in which a cable goes slack is left out
+and counted.
 """
 
 from __future__ import annotations
@@ -24,10 +25,10 @@ import cdprcal
 from cdprcal import _core
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
-from mujoco_swing import Hidden, swing
+from mujoco_swing import MISREAD, Hidden, misread, swing
 from robots import polygon_robot
 
-HIDDEN = ("none", "mass", "load_cell_bias", "centre_of_mass", "ahrs_misalignment")
+HIDDEN = ("none", "mass", "load_cell_bias", "centre_of_mass", "ahrs_misalignment", *MISREAD)
 
 
 def hidden_of(name: str, cables: int) -> Hidden:
@@ -49,8 +50,10 @@ def diagnosed(cables: int, name: str, seed: int) -> tuple[str, float, float] | N
         run = swing(mujoco, robot, hidden_of(name, cables), seed=seed, duration_s=20.0, kick=0.15)
     except AssertionError:
         return None
-    found = cdprcal.diagnose(robot, run.log, motion=True)
+    log = misread(run, name) if name in MISREAD else run.log
+    found = cdprcal.diagnose(robot, log, motion=True)
     names = [effect.info.name for effect in found.effects]
+    names += [fault.name for fault in found.faults]
     among = {rival for effect in found.effects for rival in effect.rivals}
     if not names:
         ended = "no name"

@@ -42,11 +42,14 @@ std::vector<SampleRange> rows_of(const Log& log, const Calibration& calibration,
 /// The calibration that a run starts from. Rests where there are some, load cells or not: samples
 /// in motion share their errors with their neighbours, and the diagnosis would take each for a
 /// witness of its own.
-Calibration start_of(const Robot& robot, const Log& log) {
+Calibration start_of(const Robot& robot, const Log& log, bool motion) {
   CalibrateOptions options;
   options.noise = NoiseSource::specified;  // the diagnosis has its own, with the effects in it
   options.method = Method::statics;
-  if (log.tension_N.cols() > 0) return calibrate(robot, log, options);
+  if (log.tension_N.cols() > 0) {
+    Calibration at_rest = calibrate(robot, log, options);
+    if (!motion || at_rest.static_poses > 0) return at_rest;
+  }
   options.method = Method::unified;
   options.kinematic_spacing_s = std::numeric_limits<double>::infinity();  // none but the reference
   Calibration at_rest = calibrate(robot, log, options);
@@ -82,7 +85,7 @@ DiagnosisRun run_from(const Robot& robot, const Log& log, bool motion, Signals& 
   InMotionOptions as_fitted;
   as_fitted.calibrate.allow_for_effects = false;  // what the search is for
   if (motion) start = calibrate_in_motion(robot, log, as_fitted);
-  if (!start.in_motion) start.calibration = start_of(robot, log);
+  if (!start.in_motion) start.calibration = start_of(robot, log, motion);
   const Calibration& calibration = start.calibration;
   if (calibration.result.poses.empty()) {
     throw InputError(log.source + ": the baseline calibration failed: " +

@@ -355,7 +355,7 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
     for (const DiscreteFault& fault : out.faults) set_right(fault, robot, logs.front());
   } else {
     report("discrete faults: signs, order, units, conventions");
-    out.faults = find_discrete_faults(robot, logs.front()).faults;
+    out.faults = find_discrete_faults(robot, logs.front(), options.motion).faults;
   }
   for (std::size_t i = 1; i < logs.size(); ++i) {
     Robot scratch = robot;

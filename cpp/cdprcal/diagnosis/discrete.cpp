@@ -6,12 +6,19 @@
 #include <optional>
 
 #include "cdprcal/effects/reading_faults.hpp"
+#include "cdprcal/motion/calibrate_in_motion.hpp"
 
 namespace cdprcal {
 namespace {
 
 /// A fault must lower the cost by this factor: the small effects never do.
 constexpr double kOrdersOfMagnitude = 10.0;
+/// One of the attitude must be more probable by this [nats], where nothing balances without it.
+constexpr double kSure = 5.0;
+/// Tensions that sway by more than this share of their level say little of where the platform is.
+constexpr double kSteady = 0.3;
+/// Nothing that hangs turns by more than this for long [rad].
+constexpr double kMostTurning_rad = 0.5;
 constexpr int kMostFaults = 6;
 constexpr int kAllStarts = 8;
 /// Rests that the trials look at, or samples where nothing says that the platform rests.
@@ -37,9 +44,10 @@ void add_signs(const std::string& fault, const std::vector<std::string>& names,
   }
 }
 
-CalibrateOptions options_for(const Log& log) {
+/// `balanced`: tensions say something; otherwise the geometry of single samples alone.
+CalibrateOptions options_for(bool balanced) {
   CalibrateOptions options;
-  options.method = log.tension_N.cols() > 0 ? Method::statics : Method::kinematic;
+  options.method = balanced ? Method::statics : Method::kinematic;
   options.noise = NoiseSource::specified;
   options.solve.max_iterations = 50;
   options.solve.explain = false;
@@ -58,7 +66,7 @@ struct Trial {
 Trial try_map(const Robot& robot, const Log& log, const std::vector<double>& at_s,
               int most_starts) {
   constexpr double kChance = 1e-3;
-  CalibrateOptions options = options_for(log);
+  CalibrateOptions options = options_for(log.tension_N.cols() > 0);
   options.most_starts = most_starts;
   options.at_s = at_s;
   const CalibrationResult result = calibrate(robot, log, options).result;
@@ -83,7 +91,7 @@ double variation(const LogMatrix& readings) {
     squares += read.select((column.array() - mean).square(), 0.0).sum();
     count += number;
   }
-  return std::sqrt(squares / static_cast<double>(count));
+  return std::sqrt(squares / static_cast<double>(std::max<Eigen::Index>(1, count)));
 }
 
 /// Whether setting a fault right (a unit) shrinks readings until they say nothing: whatever fits
@@ -98,13 +106,47 @@ bool silences(const Robot& robot, const Log& before, const Log& after) {
          silenced(before.roll_pitch_yaw_rad, after.roll_pitch_yaw_rad, robot.sigma.attitude_rad);
 }
 
-/// A log of a few rows, each the mean over a rest, or a sample in motion where there are no load
-/// cells, spread over the run; and their times. Nothing when there are too few.
-std::optional<Log> few_poses(const Robot& robot, const Log& log, std::vector<double>& at_s) {
-  const CalibrateOptions options = options_for(log);
+/// Root mean square of what was read.
+double mean_size(const LogMatrix& readings) {
+  const auto read = readings.array().isFinite();
+  return std::sqrt(read.select(readings.array().square(), 0.0).sum() /
+                   static_cast<double>(std::max<Eigen::Index>(1, read.count())));
+}
+
+/// The robot with sigma for single samples in motion: sensors as sharp as it takes to see that a
+/// reading follows another motion than the platform's (a tenth of what they vary by) and no sharper
+/// than they are, and tensions that tell no more than their level, which the motion sways.
+Robot with_sigma_in_motion(const Robot& given, const Log& log) {
+  constexpr double kShare = 0.1;
+  const Signals signals = prepare(without_reading_faults(given), log, options_for(false)).signals;
+  Robot robot = given;
+  // What the platform does at its size moves the cables, locked winches or not.
+  const double turn_rad =
+      log.roll_pitch_yaw_rad.cols() > 0 ? std::min(1.0, variation(log.roll_pitch_yaw_rad)) : 0.0;
+  const auto sharpen = [&](const LogMatrix& readings, Channel channel, double moved,
+                           double& sigma) {
+    if (readings.cols() == 0) return;
+    const double noise = signals[static_cast<std::size_t>(channel)].sigma;
+    sigma = std::min(sigma, std::max(kShare * std::max(variation(readings), moved), noise));
+  };
+  sharpen(log.length_m, Channel::length, turn_rad * characteristic_length_m(given),
+          robot.sigma.length_m);
+  sharpen(log.swivel_rad, Channel::swivel, 0.0, robot.sigma.swivel_rad);
+  sharpen(log.roll_pitch_yaw_rad, Channel::roll_pitch, 0.0, robot.sigma.attitude_rad);
+  if (log.tension_N.cols() > 0) {
+    robot.sigma.tension_N = std::max(
+        {robot.sigma.tension_N, kShare * mean_size(log.tension_N), variation(log.tension_N)});
+  }
+  return robot;
+}
+
+/// A log of a few rows, each the mean over a rest, or a sample in motion where rests and load cells
+/// are not to be had, spread over the run; and their times. Nothing when there are too few.
+std::optional<Log> few_poses(const Robot& robot, const Log& log, bool at_rest,
+                             std::vector<double>& at_s) {
+  const CalibrateOptions options = options_for(at_rest);
   std::vector<Measurement> poses =
       prepare(without_reading_faults(robot), log, options).problem.measurements;
-  const bool at_rest = options.method == Method::statics;
   if (at_rest) {
     std::erase_if(poses, [](const Measurement& m) { return m.kind != PoseKind::static_pose; });
   }
@@ -154,6 +196,17 @@ std::vector<DiscreteFault> attitude_faults(const Robot& robot, const Log& log) {
   }
   add_signs("attitude_sign", {"roll", "pitch", "yaw"}, "the AHRS counts ", " backwards", out);
   return out;
+}
+
+// Nearly every AHRS reports heading, then pitch, then roll, whatever order the model was written
+// in. Axes that point down or backwards reverse two angles; one alone, or all three, make no
+// right-handed frame: that takes a slip in a program.
+double prior_of(const DiscreteFault& fault) {
+  if (fault.name == "cable_order") return fault.tension_order.empty() ? 0.01 : 0.001;
+  if (fault.name != "attitude_sign" && !fault.convention) return 0.01;
+  if (fault.convention) return *fault.convention == EulerConvention::ZYX ? 0.1 : 0.01;
+  const auto reversed = std::ranges::count(fault.values, -1.0);
+  return reversed % 2 == 0 ? 0.01 : 0.001;
 }
 
 std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log) {
@@ -218,12 +271,20 @@ namespace {
 /// The trials of one log: faults set right in a few of its poses.
 class Trials {
  public:
-  Trials(const Robot& robot, const Log& log) : robot_(robot), log_(log) {
+  /// `moving`: of samples in motion though there are load cells.
+  Trials(const Robot& robot, const Log& log, bool moving)
+      : robot_(moving ? with_sigma_in_motion(robot, log) : robot), log_(log) {
+    if (moving) moving_ = log;
+    if (moving && variation(log.tension_N) > kSteady * mean_size(log.tension_N)) {
+      log_.tension_N.resize(log.time_s.size(), 0);
+    }
+    const bool at_rest = !moving && log.tension_N.cols() > 0;
     // Hundreds of trials: a few of the poses tell a wrong map as well as all of them do.
-    if (std::optional<Log> brief = few_poses(robot, log, at_s_)) log_ = *std::move(brief);
+    if (std::optional<Log> brief = few_poses(robot, log_, at_rest, at_s_)) log_ = *std::move(brief);
     const Trial as_read = try_map(robot_, log_, at_s_, kAllStarts);
     cost_ = as_read.cost;
     expected_ = as_read.expected;
+    agrees_ = as_read.agrees || !as_read.surprises;
   }
 
   void consider_single() {
@@ -244,18 +305,40 @@ class Trials {
     }
   }
 
+  [[nodiscard]] double cost() const { return cost_; }
   /// Whether the best considered helps a great deal: the small effects never do.
   [[nodiscard]] bool found() const { return best_cost_ * kOrdersOfMagnitude < cost_; }
   /// Whether there is room for two that help so much each: the small effects never need them.
   [[nodiscard]] bool may_hold_two() const {
     return cost_ > kOrdersOfMagnitude * kOrdersOfMagnitude * expected_;
   }
-  /// Whether it makes the log agree.
+  /// Whether it makes the log agree; before any is considered: whether the log does.
   [[nodiscard]] bool agrees() const { return agrees_; }
+  /// Faults of the attitude with which its geometry fits much better, the most probable first.
+  [[nodiscard]] std::vector<DiscreteFault> likely_of_attitude() const {
+    std::vector<std::pair<double, DiscreteFault>> likely;
+    Log geometry = log_;
+    geometry.tension_N.resize(log_.time_s.size(), 0);
+    const double as_read = surprise_of(try_map(robot_, geometry, at_s_, kAllStarts).cost);
+    for (const DiscreteFault& fault : attitude_faults(robot_, log_)) {
+      Robot robot = robot_;
+      Log log = geometry;
+      set_right(fault, robot, log);
+      const double surprise = surprise_of(try_map(robot, log, at_s_, kAllStarts).cost);
+      const double log_posterior = as_read - surprise + std::log(prior_of(fault));
+      if (log_posterior > kSure) likely.emplace_back(log_posterior, fault);
+    }
+    std::ranges::stable_sort(likely, std::ranges::greater(),
+                             &std::pair<double, DiscreteFault>::first);
+    std::vector<DiscreteFault> out;
+    for (auto& [log_posterior, fault] : likely) out.push_back(std::move(fault));
+    return out;
+  }
   /// Sets the best right for good.
   void take(std::vector<DiscreteFault>& faults) {
     for (const DiscreteFault& fault : best_) {
       set_right(fault, robot_, log_);
+      if (moving_) set_right(fault, robot_, *moving_);
       faults.push_back(fault);
     }
     cost_ = best_cost_;
@@ -266,14 +349,31 @@ class Trials {
     Robot robot = robot_;
     Log log = log_;
     for (const DiscreteFault& fault : together) set_right(fault, robot, log);
-    if (silences(robot_, log_, log)) return;
+    if (moving_ && together.front().parameter == "factor") {  // other units, another sigma
+      if (together.front().name == "angle_unit" && !turns_too_far()) return;
+      Robot scratch = robot_;
+      Log moving = *moving_;
+      set_right(together.front(), scratch, moving);
+      robot.sigma = with_sigma_in_motion(robot, moving).sigma;
+    }
+    if (silences(robot, log_, log)) return;
     // The right one comes down from the first start in a few steps.
     const Trial trial = try_map(robot, log, at_s_, 1);
-    if (!trial.says_enough || !(trial.cost < best_cost_)) return;
+    if (!trial.says_enough || !(trial.cost < cost_)) return;
+    double surprise = surprise_of(trial.cost);
+    for (const DiscreteFault& fault : together) surprise -= std::log(prior_of(fault));
+    if (!best_.empty() && surprise >= best_surprise_) return;
     best_ = together;
+    best_surprise_ = surprise;
     best_cost_ = trial.cost;
     agrees_ = trial.agrees;
   }
+  [[nodiscard]] bool turns_too_far() const {
+    return variation(moving_->swivel_rad) > kMostTurning_rad ||
+           variation(moving_->roll_pitch_yaw_rad) > kMostTurning_rad;
+  }
+  /// Minus the log-likelihood of errors of unknown size.
+  [[nodiscard]] double surprise_of(double cost) const { return expected_ * std::log(cost); }
   void forget() {
     best_.clear();
     best_cost_ = cost_;
@@ -282,21 +382,69 @@ class Trials {
 
   Robot robot_;
   Log log_;
+  std::optional<Log> moving_;  ///< all of it, of single samples
   std::vector<double> at_s_;
-  double cost_ = 0.0, expected_ = 0.0, best_cost_ = 0.0;
+  double cost_ = 0.0, expected_ = 0.0, best_cost_ = 0.0, best_surprise_ = 0.0;
   std::vector<DiscreteFault> best_;
   bool agrees_ = false;
 };
 
+/// Whether a log stands still often enough for rests to say what agrees.
+bool rests(const Robot& robot, const Log& log) {
+  constexpr int kFewRests = 2;
+  return prepare(without_reading_faults(robot), log, options_for(true)).static_poses >= kFewRests;
+}
+
+/// How badly a log balances in motion: minus the log-likelihood of errors of unknown size in each
+/// channel, as many of them as are independent. Nothing where it does not balance.
+std::optional<double> misfit_in_motion(const Robot& robot, const Log& log) {
+  InMotionOptions options;
+  options.calibrate.allow_for_effects = false;
+  options.calibrate.solve.explain = false;
+  const InMotion found = calibrate_in_motion(robot, log, options);
+  if (!found.in_motion) return std::nullopt;
+  const CalibrationResult& result = found.calibration.result;
+  double sum = 0.0;
+  for (const double rms : {result.residual_rms.roll_pitch_rad, result.residual_rms.yaw_rad,
+                           result.residual_rms.length_m, result.residual_rms.swivel_rad,
+                           result.residual_rms.wrench_force_N}) {
+    if (rms > 0.0) sum += std::log(rms);
+  }
+  return 2.0 * found.calibration.kinematic_poses / found.moments_a_reading * sum;
+}
+
+/// Of the attitude, where nothing balances without one: the one with which it does best.
+std::optional<DiscreteFault> fault_of_balance(const Trials& trials, const Robot& robot,
+                                              const Log& log) {
+  const std::vector<DiscreteFault> likely = trials.likely_of_attitude();
+  if (likely.empty() || misfit_in_motion(robot, log)) return std::nullopt;
+  std::optional<DiscreteFault> best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const DiscreteFault& fault : likely) {
+    Robot other = robot;
+    Log read = log;
+    set_right(fault, other, read);
+    const std::optional<double> misfit = misfit_in_motion(other, read);
+    if (!misfit || !(*misfit - std::log(prior_of(fault)) < least)) continue;
+    least = *misfit - std::log(prior_of(fault));
+    best = fault;
+  }
+  return best;
+}
+
 }  // namespace
 
-DiscreteSearch find_discrete_faults(Robot& robot, Log& log) {
+DiscreteSearch find_discrete_faults(Robot& robot, Log& log, bool motion) {
+  const bool moving = motion && !(log.tension_N.cols() > 0 && rests(robot, log));
   DiscreteSearch search;
-  const Trial as_given = try_map(robot, log, {}, kAllStarts);
-  search.cost_before = search.cost_after = as_given.cost;
-  if (as_given.agrees || !as_given.surprises) return search;
-  Trials trials(robot, log);
+  if (!moving) {
+    const Trial as_given = try_map(robot, log, {}, kAllStarts);
+    search.cost_before = search.cost_after = as_given.cost;
+    if (as_given.agrees || !as_given.surprises) return search;
+  }
+  Trials trials(robot, log, moving);
   const Trials as_read = trials;
+  if (moving) search.cost_before = search.cost_after = trials.cost();
   while (static_cast<int>(search.faults.size()) < kMostFaults && !trials.agrees()) {
     trials.consider_single();
     if (!trials.found()) break;
@@ -308,10 +456,18 @@ DiscreteSearch find_discrete_faults(Robot& robot, Log& log) {
     if (pairs.found() && pairs.agrees()) {
       search.faults.clear();
       pairs.take(search.faults);
+      trials = std::move(pairs);
     }
   }
   for (const DiscreteFault& fault : search.faults) set_right(fault, robot, log);
-  if (!search.faults.empty()) search.cost_after = try_map(robot, log, {}, 1).cost;
+  if (moving) {
+    if (const std::optional<DiscreteFault> fault = fault_of_balance(trials, robot, log)) {
+      set_right(*fault, robot, log);
+      search.faults.push_back(*fault);
+    }
+  }
+  if (search.faults.empty()) return search;
+  search.cost_after = moving ? trials.cost() : try_map(robot, log, {}, 1).cost;
   return search;
 }
 

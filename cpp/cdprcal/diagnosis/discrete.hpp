@@ -36,6 +36,9 @@ void set_right(const DiscreteFault& fault, Robot& robot, Log& log);
 /// level they change readings as little as an effect does.
 std::vector<DiscreteFault> attitude_faults(const Robot& robot, const Log& log);
 
+/// How probable a fault of the attitude is before any reading, against a map that is right (1).
+double prior_of(const DiscreteFault& fault);
+
 /// Every fault that is looked for in a log of these channels: those of the attitude, signs in any
 /// combination, cables in any order (of more than six only the exchange of any two), units.
 std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log);
@@ -48,7 +51,9 @@ struct DiscreteSearch {
 /// Looks for discrete faults when the log contradicts the model: tries each of discrete_faults(),
 /// keeps the one that lowers the cost most if it lowers it tenfold, and looks again; where none
 /// makes the log agree, tries orders and signs together. `robot` and `log` come back set right.
-/// Nothing is tried on a log that agrees with the model.
-DiscreteSearch find_discrete_faults(Robot& robot, Log& log);
+/// Nothing is tried on a log that agrees with the model. `motion`: where the log hardly rests,
+/// geometry alone says what agrees, and where its readings do not balance in motion at all
+/// (calibrate_in_motion), a fault of the attitude with which they do is taken.
+DiscreteSearch find_discrete_faults(Robot& robot, Log& log, bool motion = false);
 
 }  // namespace cdprcal

@@ -3,22 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cdprcal/diagnosis/motion.hpp"
+
 namespace cdprcal {
 namespace {
 
 /// A fault that makes the fit worse by more than this hides behind no effect [nats].
 constexpr double kHopeless = 10.0;
-
-/// How probable a fault is before any reading, against a map that is right (1). Nearly every AHRS
-/// reports heading, then pitch, then roll, whatever order the model was written in. Axes that point
-/// down or backwards reverse two angles; one alone, or all three, make no right-handed frame: that
-/// takes a slip in a program.
-double prior_of(const std::optional<DiscreteFault>& fault) {
-  if (!fault) return 1.0;
-  if (fault->convention) return fault->convention == EulerConvention::ZYX ? 0.1 : 0.01;
-  const auto reversed = std::ranges::count(fault->values, -1.0);
-  return reversed % 2 == 0 ? 0.01 : 0.001;
-}
 
 /// A model with the effect that explains most of what it leaves, and the evidence for that effect;
 /// the model itself and 0 where none does.
@@ -60,9 +51,10 @@ DiagnosisModel SmallFaults::exchanged(const DiscreteFault& fault,
 std::optional<FaultRefit> SmallFaults::best(const DiagnosisModel& model, const Candidates& beside,
                                             double rival_nats) const {
   // Single samples in motion share their errors with their neighbours: taken for independent, they
-  // tell orders apart that they cannot know.
+  // tell orders apart that they cannot know. Moments that balance are thinned out to independence.
   const auto& read = model.runs.front().measurements;
-  if (std::ranges::count_if(read, is_moving) > static_cast<std::ptrdiff_t>(read.size()) / 2) {
+  if (!balances_in_motion(model) &&
+      std::ranges::count_if(read, is_moving) > static_cast<std::ptrdiff_t>(read.size()) / 2) {
     return std::nullopt;
   }
   const EvidenceAgainst against(model);
@@ -78,7 +70,8 @@ std::optional<FaultRefit> SmallFaults::best(const DiagnosisModel& model, const C
     if (!without) without = with_best(model, beside);
     auto [with, evidence] = with_best(trial.model, beside);
     trial.fault.log_evidence = alone + evidence - without->second;
-    trial.log_posterior = trial.fault.log_evidence + std::log(prior_of(fault) / prior_of(taken_));
+    trial.log_posterior =
+        trial.fault.log_evidence + std::log(prior_of(fault) / (taken_ ? prior_of(*taken_) : 1.0));
     tried.emplace_back(fault.text, trial.log_posterior);
     if (best && trial.log_posterior <= best->log_posterior) continue;
     trial.judged_without = without->first;

@@ -26,7 +26,7 @@ class SmallFaults {
   /// The most probable of the faults that the model does not have. With and without it, the effect
   /// of `beside` that then explains most is in the model, too: a drift hides an order, and an order
   /// stands in for a drift. Faults within `rival_nats` are named in its text. Nothing where none
-  /// can be fitted, or most poses are samples in motion.
+  /// can be fitted, or most poses are samples in motion without a balance.
   [[nodiscard]] std::optional<FaultRefit> best(const DiagnosisModel& model,
                                                const Candidates& beside, double rival_nats) const;
   /// Sets a fault right in place of the one that was taken before.
