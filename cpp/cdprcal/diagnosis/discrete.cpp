@@ -19,6 +19,8 @@ constexpr double kSure = 5.0;
 constexpr double kSteady = 0.3;
 /// Nothing that hangs turns by more than this for long [rad].
 constexpr double kMostTurning_rad = 0.5;
+/// Or by this one, where it makes samples in motion agree.
+constexpr double kMuch = 3.0;
 constexpr int kMostFaults = 6;
 constexpr int kAllStarts = 8;
 /// Rests that the trials look at, or samples where nothing says that the platform rests.
@@ -306,8 +308,11 @@ class Trials {
   }
 
   [[nodiscard]] double cost() const { return cost_; }
-  /// Whether the best considered helps a great deal: the small effects never do.
-  [[nodiscard]] bool found() const { return best_cost_ * kOrdersOfMagnitude < cost_; }
+  /// Whether the best considered helps a great deal: the small effects never do. Nor do they make
+  /// a log in motion agree, whose sigma is coarse against them.
+  [[nodiscard]] bool found() const {
+    return best_cost_ * (moving_ && agrees_ ? kMuch : kOrdersOfMagnitude) < cost_;
+  }
   /// Whether there is room for two that help so much each: the small effects never need them.
   [[nodiscard]] bool may_hold_two() const {
     return cost_ > kOrdersOfMagnitude * kOrdersOfMagnitude * expected_;
