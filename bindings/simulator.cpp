@@ -314,6 +314,8 @@ void bind_startup_options(py::module_& module) {
       .def_readwrite("record_s", &StartUpOptions::record_s)
       .def_readwrite("measure_s", &StartUpOptions::measure_s)
       .def_readwrite("settle_timeout_s", &StartUpOptions::settle_timeout_s)
+      .def_readwrite("wait_for_rest", &StartUpOptions::wait_for_rest,
+                     "False: set-points are passed without waiting for rest there.")
       .def_readwrite("velocity_limit_m_s", &StartUpOptions::velocity_limit_m_s)
       .def_readwrite("control", &StartUpOptions::control)
       .def_readwrite("rest", &StartUpOptions::rest)

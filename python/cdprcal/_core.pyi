@@ -4157,6 +4157,14 @@ class StartUpOptions:
     def velocity_limit_m_s(self) -> float: ...
     @velocity_limit_m_s.setter
     def velocity_limit_m_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    @property
+    def wait_for_rest(self) -> bool:
+        """
+        False: set-points are passed without waiting for rest there.
+        """
+
+    @wait_for_rest.setter
+    def wait_for_rest(self, arg0: bool) -> None: ...
 
 class StartUpState(enum.StrEnum):
     """

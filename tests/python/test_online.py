@@ -267,6 +267,39 @@ def test_until_is_not_fooled_by_a_single_rest(cli: Callable[..., Ran], tmp_path:
     assert np.linalg.norm(result.poses[0].position_m - was) < 0.005
 
 
+def test_a_start_up_that_waits_for_no_rest_ends_when_the_pose_is_known(
+    tmp_path: Path, cli: Callable[..., Ran]
+) -> None:
+    path, truth, log = tmp_path / "plan.csv", tmp_path / "truth.json", tmp_path / "run.csv"
+    path.write_text(cdprcal.format_plan(cdprcal.make_plan(cdprcal.load_robot("irma4")).plan))
+    ran = cli(
+        *("acquire", "irma4", path, "-o", log, "--motion", "--quick", "--until", "5mm,0.5deg"),
+        *("--json", "--seed", 17, "--truth", truth),
+    )
+    document = json.loads(ran.stdout)
+    assert ran.code == 0
+    assert document["state"] == "done"
+    assert document["rests"] == []
+    assert document["asked"]["reached"]
+    assert document["duration_s"] <= 15.0
+    assert all(estimate["in_motion"] for estimate in document["estimates"])
+    was = json.loads(truth.read_text())["poses"][0]["position_m"]
+    last = document["estimates"][-1]
+    assert np.linalg.norm(np.subtract(last["position_m"], was)) < 0.003
+    result = cdprcal.calibrate("irma4", log, motion=True).result
+    np.testing.assert_allclose(result.poses[0].position_m, last["position_m"], atol=1e-3)
+
+
+def test_a_run_in_motion_is_not_diagnosed_on_its_way(
+    tmp_path: Path, cli: Callable[..., Ran]
+) -> None:
+    path = tmp_path / "plan.csv"
+    path.write_text(cdprcal.format_plan(cdprcal.make_plan(cdprcal.load_robot("irma4")).plan))
+    ran = cli("acquire", "irma4", path, "-o", tmp_path / "run.csv", "--motion", "--diagnose")
+    assert ran.code == 2
+    assert "run cdprcal diagnose --motion on the log" in ran.stderr
+
+
 def test_a_live_robot_does_not_wait_for_the_estimate(
     robot: cdprcal.Robot, plan: cdprcal.Plan
 ) -> None:

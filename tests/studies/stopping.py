@@ -23,7 +23,13 @@ import numpy as np
 from scipy.stats import chi2
 
 import cdprcal
-from cdprcal.acquisition import Guide, acquire, parse_accuracy, start_up_plan
+from cdprcal.acquisition import (
+    Guide,
+    acquire,
+    parse_accuracy,
+    start_up_options,
+    start_up_plan,
+)
 from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.studies import Workers, add_worker_options, spread, workers_of
 
@@ -81,13 +87,20 @@ def sensors(sigma: cdprcal.SensorSigma, noise: float) -> cdprcal.SensorOptions:
 
 
 def stopped(
-    seed: int, noise: float, name: str, plan_text: str, effects: Sequence[str] = ()
+    seed: int,
+    noise: float,
+    name: str,
+    plan_text: str,
+    effects: Sequence[str] = (),
+    motion: bool = False,
 ) -> Stop:
     robot = cdprcal.load_robot(name)
     plan = cdprcal.parse_plan(plan_text, "plan")
-    startup = cdprcal.StartUp(robot, start_up_plan(plan))
+    startup = cdprcal.StartUp(
+        robot, start_up_plan(plan, quick=motion), start_up_options(plan, wait_for_rest=not motion)
+    )
     asked = parse_accuracy(ASKED)
-    guide = Guide(robot, plan, startup, asked=asked)
+    guide = Guide(robot, plan, startup, asked=asked, quick=motion, in_motion=motion)
     options = cdprcal.SimulatorOptions(
         seed=seed,
         sensors=sensors(robot.sigma, noise),
@@ -108,7 +121,7 @@ def stopped(
             size = float(error @ np.linalg.solve(estimate.covariance, error))
             honesty.append((estimate.rests, size))
 
-    run = acquire(startup, device, NoLog(), watch=watch)
+    run = acquire(startup, device, NoLog(), watch=watch, log_rate_Hz=100.0 if motion else 10.0)
     guide.close()
     last = guide.estimates[-1] if guide.estimates else None
     if last is None or last.pose is None:
@@ -139,11 +152,18 @@ def stopped(
 
 
 def study(
-    count: int, noise: float, workers: Workers, name: str, effects: Sequence[str]
+    count: int,
+    noise: float,
+    workers: Workers,
+    name: str,
+    effects: Sequence[str],
+    motion: bool = False,
 ) -> list[str]:
     """Prints the tables; returns what is not as required."""
     text = cdprcal.format_plan(planned(name))  # a plan itself does not travel
-    work = partial(stopped, noise=noise, name=name, plan_text=text, effects=tuple(effects))
+    work = partial(
+        stopped, noise=noise, name=name, plan_text=text, effects=tuple(effects), motion=motion
+    )
     stops = spread(work, range(1, count + 1), workers)
     good = [s for s in stops if s.reached]
     asked = parse_accuracy(ASKED)
@@ -203,10 +223,13 @@ def main() -> int:
     parser.add_argument("--noise", type=float, default=1.0, help="of eq. 18, on every reading")
     parser.add_argument("--robot", default="irma4")
     parser.add_argument("--effect", action="append", default=[], help="hidden, NAME=VALUES")
+    parser.add_argument("--motion", action="store_true", help="without waiting for rests")
     add_worker_options(parser)
     given = parser.parse_args()
     started = time.monotonic()
-    problems = study(given.count, given.noise, workers_of(given), given.robot, given.effect)
+    problems = study(
+        given.count, given.noise, workers_of(given), given.robot, given.effect, given.motion
+    )
     for problem in problems:
         print(f"NOT AS REQUIRED: {problem}")
     print(f"{time.monotonic() - started:.0f} s", file=sys.stderr)

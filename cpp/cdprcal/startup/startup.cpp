@@ -265,7 +265,11 @@ void StartUp::move(const RobotSample& sample, double dt_s) {
   if (x < 1.0) return;
   command_.tension_setpoint_N = target;
   rest_.clear();
-  enter(StartUpState::settling);
+  if (options_.wait_for_rest) {
+    enter(StartUpState::settling);
+  } else {
+    next_setpoint();
+  }
 }
 
 /// What the tensions on a way have more than on the straight line between its ends: their balance
@@ -338,12 +342,14 @@ void StartUp::next_setpoint() {
   enter(StartUpState::moving);
 }
 
-double StartUp::planned_duration_s() const {
+double StartUp::planned_rest_s() const {
   constexpr double kSettling_s = 1.5;
+  return options_.wait_for_rest ? kSettling_s + options_.rest.window_s + options_.measure_s : 0.0;
+}
+
+double StartUp::planned_duration_s() const {
   double sum = options_.record_s;
-  for (const double t : transition_s_) {
-    sum += t + kSettling_s + options_.rest.window_s + options_.measure_s;
-  }
+  for (const double t : transition_s_) sum += t + planned_rest_s();
   return sum;
 }
 
@@ -353,8 +359,8 @@ double StartUp::estimate_remaining_s() const {
   if (command_.state == done) return 0.0;
   if (command_.state == holding) return kNaN;
   const double in_state_s = std::isnan(entered_s_) ? 0.0 : now_s_ - entered_s_;
-  const double rest_s = rests_.empty() ? 1.5 + options_.rest.window_s + options_.measure_s
-                                       : settle_sum_s_ / static_cast<double>(rests_.size()) + 0.5;
+  const double rest_s =
+      rests_.empty() ? planned_rest_s() : settle_sum_s_ / static_cast<double>(rests_.size()) + 0.5;
   const auto k = static_cast<std::size_t>(command_.setpoint);
   double left = 0.0;
   for (std::size_t j = k + 1; j < count; ++j) left += transition_s_[j] + rest_s;

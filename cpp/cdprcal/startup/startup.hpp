@@ -45,6 +45,9 @@ struct StartUpOptions {
   double record_s = 1.0;           ///< tensions at power-on are averaged over this long
   double measure_s = 1.0;          ///< rest is kept this long after it was detected
   double settle_timeout_s = 20.0;  ///< for rest after a transition
+  /// False: set-points are passed without waiting for rest there, and nothing is measured but the
+  /// motion (calibrate_in_motion).
+  bool wait_for_rest = true;
   /// No cable is told to move faster. 0: robot size × 0.2 / s (see velocity_limit_m_s()).
   double velocity_limit_m_s = 0.0;
   TensionControlOptions control;
@@ -139,6 +142,7 @@ class StartUp {
   void next_setpoint();
   [[nodiscard]] bool is_via(std::size_t k) const { return k < plan_.via.size() && plan_.via[k]; }
   [[nodiscard]] double estimate_remaining_s() const;
+  [[nodiscard]] double planned_rest_s() const;
 
   Robot robot_;
   StartUpPlan plan_;

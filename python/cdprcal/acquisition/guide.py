@@ -1,10 +1,10 @@
 """What is known while the robot is started up, and what to do about it.
 
-After every rest the initial pose is estimated from all that was read so far; when the accuracy
-that was asked for is reached the run ends, and until then each next stop is the one that teaches
-most per second. A run may be diagnosed too: then it goes where rivals come apart, and ends when
-nothing more would be told. What is solved, predicted and decided is C++ (``OnlineCalibration``,
-``NextStopChooser``, ``diagnose``, ``separation_by_stops``).
+After every rest, or while it moves, the initial pose is estimated from all that was read so far;
+when the accuracy that was asked for is reached the run ends, and until then each next stop is the
+one that teaches most per second. A run may be diagnosed too: then it goes where rivals come apart,
+and ends when nothing more would be told. What is solved, predicted and decided is C++
+(``OnlineCalibration``, ``NextStopChooser``, ``diagnose``, ``separation_by_stops``).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from cdprcal.acquisition.told import Told, settled, told_by
 
 @dataclass(frozen=True)
 class Estimate:
-    """The initial pose after some rests. NaN: not known yet."""
+    """The initial pose after some rests, or some motion. NaN: not known yet."""
 
     time_s: float
     rests: int
@@ -39,6 +39,7 @@ class Estimate:
     covariance: NDArray[np.float64] | None  #: [6, 6] of the pose, as in CalibrationResult
     reached: bool  #: the accuracy asked for, confirmed by a complete calibration of the log so far
     told: Told | None = None  #: by a diagnosis of the log so far, where one was asked for
+    in_motion: bool = False  #: from the motion, too; ``rests``: set-points that were passed
 
     def as_event(self) -> dict[str, Any]:
         """The estimate for the log and ``--json``: SI, None where nothing is known."""
@@ -52,10 +53,12 @@ class Estimate:
             "position_sigma_m": _number(self.position_sigma_m),
             "rotation_sigma_rad": _number(self.rotation_sigma_rad),
             "reached": self.reached,
+            "in_motion": self.in_motion,
         } | ({} if self.told is None else {"diagnosis": self.told.as_event()})
 
     def __str__(self) -> str:
-        after = f"after {self.rests} rest{'s' * (self.rests != 1)}"
+        of = "set-point" if self.in_motion else "rest"
+        after = f"after {self.rests} {of}{'s' * (self.rests != 1)}"
         if not math.isfinite(self.position_sigma_m):
             return f"{after}: {self.status.replace('_', ' ')}"
         return (
@@ -93,6 +96,10 @@ def parse_accuracy(text: str) -> _core.AskedAccuracy:
 #: Before a run may end early. After fewer, readings and unknowns are so nearly alike in number that
 #: load cells with wrong gains do not show as a misfit, and the estimate is off by several σ.
 _FEWEST_RESTS = 3
+#: Between two estimates of a run that does not wait for rests, where an accuracy is asked for.
+_IN_MOTION_EVERY_S = 2.0
+#: Before such a run may end early: after less, what load cells are wrong by may not show either.
+_LEAST_MOTION_S = 10.0
 
 
 class Guide:
@@ -101,6 +108,9 @@ class Guide:
     ``diagnoses``: also says what the model lacks, goes to the stops that tell its rivals apart
     (with ``asked``: to those that it chooses), and ends the run when more rests would not change
     the answer (``settled``).
+
+    ``in_motion``: the run does not wait for rest (``StartUpOptions.wait_for_rest``): the estimates
+    are those of ``calibrate_in_motion``, every two seconds.
 
     ``background``: estimate on a thread of its own, so that no control cycle is late; for robots
     whose clock does not wait. ``options``: of the estimate.
@@ -115,6 +125,7 @@ class Guide:
         asked: _core.AskedAccuracy | None = None,
         diagnoses: bool = False,
         quick: bool = False,
+        in_motion: bool = False,
         background: bool = False,
         options: _core.CalibrateOptions | None = None,
         progress: Callable[[float], object] | None = None,
@@ -126,6 +137,8 @@ class Guide:
         self._diagnoses = diagnoses
         self.settled = ""  #: why the diagnosis ended the run; empty: it did not
         self._quick = quick
+        self._in_motion = in_motion
+        self._estimated_s = -math.inf
         self._options = options or _core.CalibrateOptions()
         self._online = _core.OnlineCalibration(robot, self._options)
         self._chooser = (
@@ -149,6 +162,16 @@ class Guide:
         self.estimates: list[Estimate] = []
 
     @property
+    def in_motion(self) -> bool:
+        """Whether the run does not wait for rest."""
+        return self._in_motion
+
+    @property
+    def visited(self) -> int:
+        """Set-points that were measured, or passed in motion; tau_0 is the first."""
+        return self._rests
+
+    @property
     def reached(self) -> bool:
         """Whether the accuracy asked for was reached."""
         return bool(self.estimates) and self.estimates[-1].reached
@@ -157,6 +180,8 @@ class Guide:
         """To be called with every command; an estimate when there is a new one."""
         if logged:
             self._rows.add(sample, command)
+        if self._in_motion:
+            self._pass(command, sample)
         rests = self._startup.rests
         if len(rests) > self._rests:
             for rest in rests[self._rests :]:
@@ -167,6 +192,23 @@ class Guide:
             self._request()
         self._choose(command, sample)
         return self._collect()
+
+    def _pass(self, command: StartUpCommand, sample: RobotSample) -> None:
+        """Takes note of a set-point that is left behind; asks for an estimate now and then."""
+        if command.state not in (StartUpState.moving, StartUpState.done):
+            return
+        due = False
+        if command.setpoint + (command.state == StartUpState.done) > self._rests:
+            stop = self._stops[self._rests]
+            if stop is not None:
+                self._measured.append(stop)
+            self._rests += 1
+            due = True
+        elif self._asked is not None:
+            due = sample.time_s - self._estimated_s >= _IN_MOTION_EVERY_S
+        if due:
+            self._estimated_s = sample.time_s
+            self._request()
 
     def close(self) -> Estimate | None:
         """Waits for the last estimate; one when there is a new one."""
@@ -181,7 +223,8 @@ class Guide:
             return
         begin, self._sent = self._sent, len(self._rows)
         left = self._left() if self._diagnoses else None
-        work = _Work(self._robot, self._online, self._asked, left, self._options, self._rows)
+        online = None if self._in_motion else self._online
+        work = _Work(self._robot, online, self._asked, left, self._options, self._rows)
         if self._pool is None:
             self._pending = Future()
             self._pending.set_result(work(begin, self._sent, self._rests))
@@ -218,6 +261,8 @@ class Guide:
             choice = self._chooser.choose(
                 measured, initial or self._plan.start_pose, self._initial_reading_N, self._asked
             )
+            if choice is None and self._in_motion:  # rests there would do: motion may not
+                choice = self._telling(measured, {})
         else:
             told = self.estimates[-1].told if self.estimates else None
             if not self._chose and (told is None or not any(told.worth.values())):
@@ -258,17 +303,23 @@ class _Work:
     """One estimate, on whatever thread."""
 
     robot: _core.Robot
-    online: _core.OnlineCalibration
+    online: _core.OnlineCalibration | None  #: None: from the motion, too
     asked: _core.AskedAccuracy | None
     left: dict[int, _core.PlannedPose] | None  #: stops to come, where the log is diagnosed
     options: _core.CalibrateOptions
     rows: _Rows
 
     def __call__(self, begin: int, end: int, rests: int) -> Estimate:
-        log = self.rows.log(begin, end)
-        result = self.online.add(log)
-        reached = False
-        if self.asked is not None and rests >= _FEWEST_RESTS and self._good(result):
+        if self.online is None:
+            log = self.rows.log(0, end)
+            result = _core.calibrate_in_motion(self.robot, log, self.options).calibration.result
+        else:
+            log = self.rows.log(begin, end)
+            result = self.online.add(log)
+        lasts_s = float(log.time_s[-1] - log.time_s[0])
+        enough = rests >= _FEWEST_RESTS if self.online else lasts_s >= _LEAST_MOTION_S
+        reached = enough and self._good(result)
+        if reached and self.online:
             # A live estimate does not look for what the model lacks; the whole procedure does.
             result = _core.calibrate(self.robot, self.rows.log(0, end), self.options).result
             reached = self._good(result)
@@ -287,6 +338,7 @@ class _Work:
             told_by(self.robot, self.rows.log(0, end), self.left)
             if self.left is not None and rests >= _FEWEST_RESTS
             else None,
+            self.online is None,
         )
 
     def _good(self, result: _core.CalibrationResult) -> bool:

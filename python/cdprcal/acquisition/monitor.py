@@ -144,8 +144,9 @@ class Monitor:
         say(out, text)
         say(
             out,
-            f"{self._log}: {run.samples} samples, {len(run.rests)} of {sum(self._stops)} "
-            f"set-points measured, {run.duration_s:.1f} s of robot time",
+            f"{self._log}: {run.samples} samples, {guide.visited} of {sum(self._stops)} "
+            f"set-points {'passed' if guide.in_motion else 'measured'}, "
+            f"{run.duration_s:.1f} s of robot time",
         )
         if guide.estimates:
             last = guide.estimates[-1]
@@ -163,7 +164,8 @@ class Monitor:
         if done:
             diagnosed = bool(guide.estimates) and guide.estimates[-1].told is not None
             command = "diagnose" if diagnosed else "calibrate"
-            say(out, f"next: {as_typed(command, robot, self._log)}")
+            moving = ("--motion",) if guide.in_motion else ()
+            say(out, f"next: {as_typed(command, robot, self._log, *moving)}")
         elif remedy := remedy_for(run.reason):
             say(out, f"what to do: {remedy}")
 

@@ -58,9 +58,9 @@ class Acquired:
 _PATIENCE = 2.0
 
 
-def start_up_options(plan: _core.Plan) -> _core.StartUpOptions:
+def start_up_options(plan: _core.Plan, *, wait_for_rest: bool = True) -> _core.StartUpOptions:
     """StartUp's own, but with the patience that the plan's slowest stop asks for."""
-    options = _core.StartUpOptions()
+    options = _core.StartUpOptions(wait_for_rest=wait_for_rest)
     rests_s = [plan.start_dwell_s, *(stop.dwell_s for stop in plan.poses)]
     options.settle_timeout_s = max(options.settle_timeout_s, _PATIENCE * max(rests_s))
     return options

@@ -112,9 +112,10 @@ def command(
         str,
         typer.Option(
             metavar="ACCURACY",
-            help="Stop, after three rests or more, when the initial pose is known this well (1 "
-            "sigma, worst axis), for example 5mm,0.5deg; the stops of the plan are then visited in "
-            "the order in which they teach most. Exit code 1 when all of them are not enough.",
+            help="Stop, after three rests (with --motion, ten seconds) or more, when the initial "
+            "pose is known this well (1 sigma, worst axis), for example 5mm,0.5deg; the stops of "
+            "the plan are then visited in the order in which they teach most. Exit code 1 when all "
+            "of them are not enough.",
         ),
     ] = "",
     diagnose: Annotated[
@@ -125,6 +126,15 @@ def command(
             "alike so far, and end the run when more rests would not change the answer: the same "
             "effects, and no rival left or none that this plan tells apart. For plans with "
             "--order random.",
+        ),
+    ] = False,
+    motion: Annotated[
+        bool,
+        typer.Option(
+            "--motion",
+            help="Wait for no rest: the platform passes the stops and its motion is what is "
+            "measured, inertia included. For calibrate --motion; with --until the run ends when "
+            "it says that the pose is known.",
         ),
     ] = False,
     corridor_m: Annotated[
@@ -142,7 +152,14 @@ def command(
         typer.Option("--floor-m", help="z that no point of the platform may go below."),
     ] = None,
     effects: EffectsOption = None,
-    rate_hz: Annotated[float, typer.Option("--rate-hz", help="Rows of the log per second.")] = 10.0,
+    rate_hz: Annotated[
+        float | None,
+        typer.Option(
+            "--rate-hz",
+            help="Rows of the log per second, at most 100.",
+            show_default="10, with --motion 100",
+        ),
+    ] = None,
     live: LiveOption = False,
     live_stop: LiveStopOption = False,
     port: PortOption = 0,
@@ -150,10 +167,10 @@ def command(
 ) -> None:
     """Run the start-up procedure: tensions at power-on, to tau_0, through all set-points of a plan.
 
-    The platform is measured wherever it comes to rest, and the initial pose is estimated after
-    every rest. Ctrl-C, a fault of a sensor or drive, a slack or overloaded cable, a full disk: the
-    winches stop and lock, and the log is kept. It holds the robot file, the plan and the seed: all
-    that is needed to solve again. Exit code 1: the robot was stopped early.
+    The platform is measured wherever it comes to rest, or with --motion on its way, and the initial
+    pose is estimated while it goes on. Ctrl-C, a fault of a sensor or drive, a slack or overloaded
+    cable, a full disk: the winches stop and lock, and the log is kept. It holds the robot file, the
+    plan and the seed: all that is needed to solve again. Exit code 1: the robot was stopped early.
     """
     from pathlib import Path
 
@@ -178,6 +195,9 @@ def command(
 
     if backend not in BACKENDS:
         fail(f"--backend: {backend!r} is not one of {', '.join(BACKENDS)}")
+    if motion and diagnose:
+        fail("--motion: takes no --diagnose; run cdprcal diagnose --motion on the log")
+    rate_hz = rate_hz if rate_hz is not None else 100.0 if motion else 10.0
     if not 0.0 < rate_hz <= 100.0:
         fail("--rate-hz: must be above 0 and at most 100")
     keep_apart(
@@ -208,7 +228,10 @@ def command(
     options = _core.SimulatorOptions(
         seed=seed, effects=[_core.parse_injected_effect(text, the_robot) for text in effect or []]
     )
-    visits, patience = start_up_plan(the_plan, quick=quick), start_up_options(the_plan)
+    visits, patience = (
+        start_up_plan(the_plan, quick=quick),
+        start_up_options(the_plan, wait_for_rest=not motion),
+    )
     wired: Session | None = None
     if backend == "simulated":
         if session or arm or yes or dry_run:
@@ -227,6 +250,7 @@ def command(
         asked=asked,
         diagnoses=diagnose,
         quick=quick,
+        in_motion=motion,
         background=paced,
     )
     pose_guard = PoseGuard(
@@ -248,6 +272,7 @@ def command(
         "quick": quick,
         "until": until,
         "diagnose": diagnose,
+        "motion": motion,
         "corridor_m": corridor_m,
         "floor_m": floor_m,
         "log_rate_Hz": rate_hz,

@@ -151,6 +151,7 @@ def estimate_message(
         "type": "estimate",
         "time_s": finite(time_s, 3),
         "rests": estimate.get("rests"),
+        "in_motion": estimate.get("in_motion", False),
         "status": str(estimate.get("status", "")),
         "pose": pose,
         "position_sigma_m": estimate.get("position_sigma_m"),

@@ -248,5 +248,20 @@ TEST(StartUp, TransitionTimesComeFromTheRobotOrThePlan) {
   }
 }
 
+TEST(StartUp, PassesSetPointsWhereItIsNotToWaitForRest) {
+  const Robot robot = load_robot("irma4");
+  StartUpRunOptions options;
+  const StartUpRun waited = simulate_startup(robot, irma4_plan(), options);
+  options.startup.wait_for_rest = false;
+  const StartUpRun passed = simulate_startup(robot, irma4_plan(), options);
+  EXPECT_EQ(passed.state, StartUpState::done);
+  EXPECT_TRUE(passed.rests.empty());
+  EXPECT_FALSE(waited.rests.empty());
+  EXPECT_LT(passed.log.time_s[passed.log.time_s.size() - 1],
+            0.8 * waited.log.time_s[waited.log.time_s.size() - 1]);
+  const StartUp planned(robot, irma4_plan(), options.startup);
+  EXPECT_LT(planned.planned_duration_s(), StartUp(robot, irma4_plan()).planned_duration_s());
+}
+
 }  // namespace
 }  // namespace cdprcal::test

@@ -98,7 +98,8 @@
     at("no-estimate").hidden = true;
     const degree = 180 / Math.PI;
     const known = message.pose && message.position_sigma_m !== null;
-    const after = `After ${message.rests} ${message.rests === 1 ? "rest" : "rests"}`;
+    const of = message.in_motion ? "set-point" : "rest";
+    const after = `After ${message.rests} ${of}${message.rests === 1 ? "" : "s"}`;
     at("known").textContent = known
       ? `${after}: ± ${(1e3 * message.position_sigma_m).toPrecision(2)} mm and ± ${(degree * message.rotation_sigma_rad).toPrecision(2)}° (1 σ, worst axis)${message.reached ? ": as well as was asked for" : ""}.`
       : `${after}: ${message.status.replaceAll("_", " ")}.`;
