@@ -40,6 +40,7 @@ class Estimate:
     reached: bool  #: the accuracy asked for, confirmed by a complete calibration of the log so far
     told: Told | None = None  #: by a diagnosis of the log so far, where one was asked for
     in_motion: bool = False  #: from the motion, too; ``rests``: set-points that were passed
+    good: bool = False  #: the accuracy asked for, not confirmed
 
     def as_event(self) -> dict[str, Any]:
         """The estimate for the log and ``--json``: SI, None where nothing is known."""
@@ -96,8 +97,9 @@ def parse_accuracy(text: str) -> _core.AskedAccuracy:
 #: Before a run may end early. After fewer, readings and unknowns are so nearly alike in number that
 #: load cells with wrong gains do not show as a misfit, and the estimate is off by several σ.
 _FEWEST_RESTS = 3
-#: Between two estimates of a run that does not wait for rests, where an accuracy is asked for.
-_IN_MOTION_EVERY_S = 2.0
+#: Between two estimates of a run that does not wait for rests, where an accuracy is asked for; two
+#: in a row must have it, since how much neighbouring moments hang together is estimated, too.
+_IN_MOTION_EVERY_S = 1.0
 #: Before such a run may end early: after less, what load cells are wrong by may not show either.
 _LEAST_MOTION_S = 10.0
 
@@ -195,7 +197,7 @@ class Guide:
 
     def _pass(self, command: StartUpCommand, sample: RobotSample) -> None:
         """Takes note of a set-point that is left behind; asks for an estimate now and then."""
-        if command.state not in (StartUpState.moving, StartUpState.done):
+        if command.state not in (StartUpState.moving, StartUpState.done) or self.reached:
             return
         due = False
         if command.setpoint + (command.state == StartUpState.done) > self._rests:
@@ -224,7 +226,8 @@ class Guide:
         begin, self._sent = self._sent, len(self._rows)
         left = self._left() if self._diagnoses else None
         online = None if self._in_motion else self._online
-        work = _Work(self._robot, online, self._asked, left, self._options, self._rows)
+        good = bool(self.estimates) and self.estimates[-1].good
+        work = _Work(self._robot, online, self._asked, left, self._options, self._rows, good)
         if self._pool is None:
             self._pending = Future()
             self._pending.set_result(work(begin, self._sent, self._rests))
@@ -308,6 +311,7 @@ class _Work:
     left: dict[int, _core.PlannedPose] | None  #: stops to come, where the log is diagnosed
     options: _core.CalibrateOptions
     rows: _Rows
+    good_before: bool  #: whether the last estimate had the accuracy
 
     def __call__(self, begin: int, end: int, rests: int) -> Estimate:
         if self.online is None:
@@ -317,8 +321,13 @@ class _Work:
             log = self.rows.log(begin, end)
             result = self.online.add(log)
         lasts_s = float(log.time_s[-1] - log.time_s[0])
-        enough = rests >= _FEWEST_RESTS if self.online else lasts_s >= _LEAST_MOTION_S
-        reached = enough and self._good(result)
+        good = self._good(result)
+        enough = (
+            rests >= _FEWEST_RESTS
+            if self.online
+            else lasts_s >= _LEAST_MOTION_S and self.good_before
+        )
+        reached = enough and good
         if reached and self.online:
             # A live estimate does not look for what the model lacks; the whole procedure does.
             result = _core.calibrate(self.robot, self.rows.log(0, end), self.options).result
@@ -339,6 +348,7 @@ class _Work:
             if self.left is not None and rests >= _FEWEST_RESTS
             else None,
             self.online is None,
+            good,
         )
 
     def _good(self, result: _core.CalibrationResult) -> bool:
