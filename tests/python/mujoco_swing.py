@@ -158,7 +158,7 @@ MISREAD = (
 def misread(run: Swing, what: str) -> cdprcal.Log:
     """The log as a program wrote it that had its sensors' map wrong, by the catalogue's name."""
     log = run.log
-    columns = {
+    columns: dict[str, Any] = {
         name: np.array(getattr(log, name))
         for name in ("length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad")
     }

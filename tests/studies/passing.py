@@ -42,7 +42,8 @@ def try_one(name: str, noise: float, seed: int) -> list[tuple[float, ...]]:
 
     rests, passed = run(wait_for_rest=True), run(wait_for_rest=False)
     whole_s = float(rests.log.time_s[-1])
-    out = [(whole_s, *scored(_core.calibrate(robot, rests.log), rests.truth[0].pose))]
+    of_rests = scored(_core.calibrate(robot, rests.log), rests.truth[0].pose)
+    out: list[tuple[float, ...]] = [(whole_s, *of_rests)]
     for until_s in (SHORT_S, whole_s / 4):
         found = _core.calibrate_in_motion(robot, cut(passed.log, until_s)).calibration
         out.append((until_s, *scored(found, passed.truth[0].pose)))
