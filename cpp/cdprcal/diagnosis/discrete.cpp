@@ -197,18 +197,17 @@ std::vector<DiscreteFault> attitude_faults(const Robot& robot, const Log& log) {
                    convention});
   }
   add_signs("attitude_sign", {"roll", "pitch", "yaw"}, "the AHRS counts ", " backwards", out);
+  for (DiscreteFault& fault : out) {
+    // Nearly every AHRS reports heading, then pitch, then roll, whatever order the model was
+    // written in. Axes that point down or backwards reverse two angles; one alone, or all three,
+    // make no right-handed frame: that takes a slip in a program.
+    if (fault.convention) {
+      fault.prior = *fault.convention == EulerConvention::ZYX ? 0.1 : 0.01;
+    } else {
+      fault.prior = std::ranges::count(fault.values, -1.0) % 2 == 0 ? 0.01 : 0.001;
+    }
+  }
   return out;
-}
-
-// Nearly every AHRS reports heading, then pitch, then roll, whatever order the model was written
-// in. Axes that point down or backwards reverse two angles; one alone, or all three, make no
-// right-handed frame: that takes a slip in a program.
-double prior_of(const DiscreteFault& fault) {
-  if (fault.name == "cable_order") return fault.tension_order.empty() ? 0.01 : 0.001;
-  if (fault.name != "attitude_sign" && !fault.convention) return 0.01;
-  if (fault.convention) return *fault.convention == EulerConvention::ZYX ? 0.1 : 0.01;
-  const auto reversed = std::ranges::count(fault.values, -1.0);
-  return reversed % 2 == 0 ? 0.01 : 0.001;
 }
 
 std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log) {
@@ -235,6 +234,7 @@ std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log) {
                    as_it_is});
     out.push_back({"cable_order", "order", as_it_is,
                    "the load cells of " + cables + " are read in another order", wrong});
+    for (auto half = out.end() - 2; half != out.end(); ++half) half->prior = 0.001;
   };
   if (n <= 6) {
     while (std::next_permutation(order.begin(), order.end())) add_order(order, "the cables");
@@ -330,7 +330,7 @@ class Trials {
       Log log = geometry;
       set_right(fault, robot, log);
       const double surprise = surprise_of(try_map(robot, log, at_s_, kAllStarts).cost);
-      const double log_posterior = as_read - surprise + std::log(prior_of(fault));
+      const double log_posterior = as_read - surprise + std::log(fault.prior);
       if (log_posterior > kSure) likely.emplace_back(log_posterior, fault);
     }
     std::ranges::stable_sort(likely, std::ranges::greater(),
@@ -355,7 +355,7 @@ class Trials {
     Log log = log_;
     for (const DiscreteFault& fault : together) set_right(fault, robot, log);
     if (moving_ && together.front().parameter == "factor") {  // other units, another sigma
-      if (together.front().name == "angle_unit" && !turns_too_far()) return;
+      if (of_angles(together.front()) && !turns_too_far()) return;
       Robot scratch = robot_;
       Log moving = *moving_;
       set_right(together.front(), scratch, moving);
@@ -366,13 +366,15 @@ class Trials {
     const Trial trial = try_map(robot, log, at_s_, 1);
     if (!trial.says_enough || !(trial.cost < cost_)) return;
     double surprise = surprise_of(trial.cost);
-    for (const DiscreteFault& fault : together) surprise -= std::log(prior_of(fault));
+    for (const DiscreteFault& fault : together) surprise -= std::log(fault.prior);
     if (!best_.empty() && surprise >= best_surprise_) return;
     best_ = together;
     best_surprise_ = surprise;
     best_cost_ = trial.cost;
     agrees_ = trial.agrees;
   }
+  /// Of factors only the angles' are two: swivels' and attitude's.
+  static bool of_angles(const DiscreteFault& unit) { return unit.values.size() == 2; }
   [[nodiscard]] bool turns_too_far() const {
     return variation(moving_->swivel_rad) > kMostTurning_rad ||
            variation(moving_->roll_pitch_yaw_rad) > kMostTurning_rad;
@@ -430,8 +432,8 @@ std::optional<DiscreteFault> fault_of_balance(const Trials& trials, const Robot&
     Log read = log;
     set_right(fault, other, read);
     const std::optional<double> misfit = misfit_in_motion(other, read);
-    if (!misfit || !(*misfit - std::log(prior_of(fault)) < least)) continue;
-    least = *misfit - std::log(prior_of(fault));
+    if (!misfit || !(*misfit - std::log(fault.prior) < least)) continue;
+    least = *misfit - std::log(fault.prior);
     best = fault;
   }
   return best;

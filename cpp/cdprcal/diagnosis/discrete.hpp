@@ -21,6 +21,8 @@ struct DiscreteFault {
   std::vector<double> tension_order = {};
   /// Of the attitude's convention, which the robot has and no log: the right one.
   std::optional<EulerConvention> convention = std::nullopt;
+  /// How probable it is before any reading, against a map that is right (1).
+  double prior = 0.01;
   /// Nats, of one found by a refit among the effects; NaN of one found before any.
   double log_evidence = kNaN;
 };
@@ -35,9 +37,6 @@ void set_right(const DiscreteFault& fault, Robot& robot, Log& log);
 /// Faults of the attitude's map: Euler conventions, and the signs of roll, pitch and yaw. Near
 /// level they change readings as little as an effect does.
 std::vector<DiscreteFault> attitude_faults(const Robot& robot, const Log& log);
-
-/// How probable a fault of the attitude is before any reading, against a map that is right (1).
-double prior_of(const DiscreteFault& fault);
 
 /// Every fault that is looked for in a log of these channels: those of the attitude, signs in any
 /// combination, cables in any order (of more than six only the exchange of any two), units.

@@ -71,7 +71,7 @@ std::optional<FaultRefit> SmallFaults::best(const DiagnosisModel& model, const C
     auto [with, evidence] = with_best(trial.model, beside);
     trial.fault.log_evidence = alone + evidence - without->second;
     trial.log_posterior =
-        trial.fault.log_evidence + std::log(prior_of(fault) / (taken_ ? prior_of(*taken_) : 1.0));
+        trial.fault.log_evidence + std::log(fault.prior / (taken_ ? taken_->prior : 1.0));
     tried.emplace_back(fault.text, trial.log_posterior);
     if (best && trial.log_posterior <= best->log_posterior) continue;
     trial.judged_without = without->first;
