@@ -43,6 +43,13 @@ def plan() -> cdprcal.Plan:
     return stopping.planned("irma4")
 
 
+@pytest.fixture(scope="module")
+def default_plan(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("plan") / "plan.csv"
+    path.write_text(cdprcal.format_plan(cdprcal.make_plan(cdprcal.load_robot("irma4")).plan))
+    return path
+
+
 def rows(log: cdprcal.Log, begin: int, end: int) -> cdprcal.Log:
     names = ("length_m", "swivel_rad", "tension_N", "tension_setpoint_N", "roll_pitch_yaw_rad")
     arrays = {name: getattr(log, name)[begin:end] for name in names if getattr(log, name).size}
@@ -250,13 +257,23 @@ def test_until(cli: Callable[..., Ran], plan: cdprcal.Plan, tmp_path: Path) -> N
     assert not (tmp_path / "no.csv").exists()
 
 
-def test_until_is_not_fooled_by_a_single_rest(cli: Callable[..., Ran], tmp_path: Path) -> None:
+def test_until_is_not_fooled_by_a_single_rest(
+    cli: Callable[..., Ran], tmp_path: Path, default_plan: Path
+) -> None:
     """After one rest these load cells look faultless, and the pose is 15 mm off, 5 σ."""
-    path, truth = tmp_path / "plan.csv", tmp_path / "truth.json"
-    path.write_text(cdprcal.format_plan(cdprcal.make_plan(cdprcal.load_robot("irma4")).plan))
+    truth = tmp_path / "truth.json"
     ran = cli(
-        *("acquire", "irma4", path, "-o", tmp_path / "run.csv", "--until", "5mm,0.5deg", "--json"),
-        *("--seed", 17, "--effect", "load_cell_gain=0.08,-0.06,0.05,-0.07", "--truth", truth),
+        *("acquire", "irma4", default_plan, "-o", tmp_path / "run.csv", "--json"),
+        *(
+            "--until",
+            "5mm,0.5deg",
+            "--seed",
+            17,
+            "--effect",
+            "load_cell_gain=0.08,-0.06,0.05,-0.07",
+            "--truth",
+            truth,
+        ),
     )
     document = json.loads(ran.stdout)
     was = json.loads(truth.read_text())["poses"][0]["position_m"]
@@ -268,12 +285,21 @@ def test_until_is_not_fooled_by_a_single_rest(cli: Callable[..., Ran], tmp_path:
 
 
 def test_a_start_up_that_waits_for_no_rest_ends_when_the_pose_is_known(
-    tmp_path: Path, cli: Callable[..., Ran]
+    tmp_path: Path, cli: Callable[..., Ran], default_plan: Path
 ) -> None:
-    path, truth, log = tmp_path / "plan.csv", tmp_path / "truth.json", tmp_path / "run.csv"
-    path.write_text(cdprcal.format_plan(cdprcal.make_plan(cdprcal.load_robot("irma4")).plan))
+    truth, log = tmp_path / "truth.json", tmp_path / "run.csv"
     ran = cli(
-        *("acquire", "irma4", path, "-o", log, "--motion", "--quick", "--until", "5mm,0.5deg"),
+        *(
+            "acquire",
+            "irma4",
+            default_plan,
+            "-o",
+            log,
+            "--motion",
+            "--quick",
+            "--until",
+            "5mm,0.5deg",
+        ),
         *("--json", "--seed", 17, "--truth", truth),
     )
     document = json.loads(ran.stdout)
@@ -291,11 +317,11 @@ def test_a_start_up_that_waits_for_no_rest_ends_when_the_pose_is_known(
 
 
 def test_a_run_in_motion_is_not_diagnosed_on_its_way(
-    tmp_path: Path, cli: Callable[..., Ran]
+    tmp_path: Path, cli: Callable[..., Ran], default_plan: Path
 ) -> None:
-    path = tmp_path / "plan.csv"
-    path.write_text(cdprcal.format_plan(cdprcal.make_plan(cdprcal.load_robot("irma4")).plan))
-    ran = cli("acquire", "irma4", path, "-o", tmp_path / "run.csv", "--motion", "--diagnose")
+    ran = cli(
+        "acquire", "irma4", default_plan, "-o", tmp_path / "run.csv", "--motion", "--diagnose"
+    )
     assert ran.code == 2
     assert "run cdprcal diagnose --motion on the log" in ran.stderr
 

@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import argparse
 import time
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 
 import numpy as np
 
 import cdprcal
 from cdprcal import _core
+from cdprcal.studies import add_worker_options, spread, workers_of
 
 #: Robot, rate of the log [Hz], noise over the simulated sensors', hidden effects.
 Case = tuple[str, float, float, tuple[str, ...]]
@@ -99,14 +99,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=10)
     parser.add_argument("--first-seed", type=int, default=701)
-    parser.add_argument("--workers", type=int, default=2)
+    add_worker_options(parser)
     options = parser.parse_args()
     seeds = range(options.first_seed, options.first_seed + options.count)
     print("tracked: covered, rms, trusted, beyond 6 sigma, median time a sample")
     print(f"calibrated from {SHORT_S:.0f} s: rms of rests, with motion; of the whole run")
     for case in CASES:
-        with ProcessPoolExecutor(options.workers) as pool:
-            results = list(pool.map(partial(try_one, case), seeds))
+        results = spread(partial(try_one, case), seeds, workers_of(options))
         columns = {
             key: np.array([row for result in results for row in result.get(key, [])])
             for key in ("tracked", "rests", "motion", "whole run", "damping")

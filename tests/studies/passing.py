@@ -10,8 +10,8 @@ and by the balance in motion from the first 15 s and from a quarter of the time 
 from __future__ import annotations
 
 import argparse
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from itertools import product
 
 import numpy as np
 from motion import cut, scored
@@ -19,6 +19,7 @@ from stopping import sensors
 
 import cdprcal
 from cdprcal import _core
+from cdprcal.studies import add_worker_options, spread, workers_of
 
 ROBOTS, NOISE = ("irma4", "ring3", "ring5"), (1.0, 0.2)
 SHORT_S = 15.0
@@ -54,22 +55,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=6)
     parser.add_argument("--first-seed", type=int, default=901)
-    parser.add_argument("--workers", type=int, default=2)
+    add_worker_options(parser)
     options = parser.parse_args()
     seeds = range(options.first_seed, options.first_seed + options.count)
-    with ProcessPoolExecutor(options.workers) as pool:
-        for name in ROBOTS:
-            for noise in NOISE:
-                rows = np.array(list(pool.map(partial(try_one, name, noise), seeds)))
-                print(f"{name}, noise {noise:g} of eq. 18", flush=True)
-                for way, found in zip(WAYS, rows.swapaxes(0, 1), strict=True):
-                    known = found[np.isfinite(found[:, 1])]
-                    seconds, mm, deg, _ = np.median(known, axis=0)
-                    print(
-                        f"  {way:21}: {seconds:5.0f} s, {mm:5.2f} mm {deg:.3f} deg (medians), "
-                        f"worst {known[:, 1].max():.2f} mm, {known[:, 3].max():.1f} sigma; "
-                        f"{len(known)} of {len(found)}"
-                    )
+    for name, noise in product(ROBOTS, NOISE):
+        rows = np.array(spread(partial(try_one, name, noise), seeds, workers_of(options)))
+        print(f"{name}, noise {noise:g} of eq. 18", flush=True)
+        for way, found in zip(WAYS, rows.swapaxes(0, 1), strict=True):
+            known = found[np.isfinite(found[:, 1])]
+            seconds, mm, deg, _ = np.median(known, axis=0)
+            print(
+                f"  {way:21}: {seconds:5.0f} s, {mm:5.2f} mm {deg:.3f} deg (medians), "
+                f"worst {known[:, 1].max():.2f} mm, {known[:, 3].max():.1f} sigma; "
+                f"{len(known)} of {len(found)}"
+            )
 
 
 if __name__ == "__main__":

@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import Counter
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -23,6 +22,7 @@ import numpy as np
 
 import cdprcal
 from cdprcal import _core
+from cdprcal.studies import add_worker_options, spread, workers_of
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
 from mujoco_swing import MISREAD, Hidden, misread, swing
@@ -85,30 +85,30 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=6)
     parser.add_argument("--first-seed", type=int, default=801)
-    parser.add_argument("--workers", type=int, default=2)
+    add_worker_options(parser)
     parser.add_argument("--hidden", nargs="*", choices=HIDDEN, default=HIDDEN)
     parser.add_argument("--no-locked", action="store_true", help="only those that are hauled")
     options = parser.parse_args()
     seeds = range(options.first_seed, options.first_seed + options.count)
-    with ProcessPoolExecutor(options.workers) as pool:
-        for cables, name in product((5, 4), options.hidden):
-            results = list(pool.map(partial(diagnosed, cables, name), seeds))
-            rows = [row for row in results if row]
-            ended = Counter(row[0] for row in rows)
-            said = ", ".join(f"{count} {how}" for how, count in ended.most_common())
-            print(f"{cables} cables, {name}: {said}; {len(results) - len(rows)} slack", flush=True)
-            if rows:
-                error_mm, worst = np.median([row[1:] for row in rows], axis=0)
-                beyond = sum(row[2] > 4.0 for row in rows)
-                print(f"  {error_mm:.2f} mm, {worst:.1f} sigma; beyond 4 sigma: {beyond}")
-        for cables in () if options.no_locked else (3, 4):
-            found = [r for part in pool.map(partial(ratios, cables), seeds) for r in part]
-            off = np.abs(np.array(found) - 1.0) if found else np.array([np.nan])
-            print(
-                f"{cables} cables locked: {len(found)} modes, median {100 * np.median(off):.2f} % "
-                f"off, at most {100 * off.max():.2f} %",
-                flush=True,
-            )
+    workers = workers_of(options)
+    for cables, name in product((5, 4), options.hidden):
+        results = spread(partial(diagnosed, cables, name), seeds, workers)
+        rows = [row for row in results if row]
+        ended = Counter(row[0] for row in rows)
+        said = ", ".join(f"{count} {how}" for how, count in ended.most_common())
+        print(f"{cables} cables, {name}: {said}; {len(results) - len(rows)} slack", flush=True)
+        if rows:
+            error_mm, worst = np.median([row[1:] for row in rows], axis=0)
+            beyond = sum(row[2] > 4.0 for row in rows)
+            print(f"  {error_mm:.2f} mm, {worst:.1f} sigma; beyond 4 sigma: {beyond}")
+    for cables in () if options.no_locked else (3, 4):
+        found = [r for part in spread(partial(ratios, cables), seeds, workers) for r in part]
+        off = np.abs(np.array(found) - 1.0) if found else np.array([np.nan])
+        print(
+            f"{cables} cables locked: {len(found)} modes, median {100 * np.median(off):.2f} % "
+            f"off, at most {100 * off.max():.2f} %",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

@@ -11,16 +11,15 @@
 namespace cdprcal {
 namespace {
 
-/// A fault must lower the cost by this factor: the small effects never do.
-constexpr double kOrdersOfMagnitude = 10.0;
+/// A fault must lower the cost by this factor: the small effects never do. Or by the second one,
+/// where it makes samples in motion agree.
+constexpr double kOrdersOfMagnitude = 10.0, kMuch = 3.0;
 /// One of the attitude must be more probable by this [nats], where nothing balances without it.
 constexpr double kSure = 5.0;
 /// Tensions that sway by more than this share of their level say little of where the platform is.
 constexpr double kSteady = 0.3;
 /// Nothing that hangs turns by more than this for long [rad].
 constexpr double kMostTurning_rad = 0.5;
-/// Or by this one, where it makes samples in motion agree.
-constexpr double kMuch = 3.0;
 constexpr int kMostFaults = 6;
 constexpr int kAllStarts = 8;
 /// Rests that the trials look at, or samples where nothing says that the platform rests.
@@ -108,6 +107,18 @@ bool silences(const Robot& robot, const Log& before, const Log& after) {
          silenced(before.roll_pitch_yaw_rad, after.roll_pitch_yaw_rad, robot.sigma.attitude_rad);
 }
 
+/// Whether a unit makes angles smaller of which none turned too far.
+bool shrinks_in_vain(const Log& before, const Log& after) {
+  bool shrinks = false;
+  for (const auto channel : {&Log::swivel_rad, &Log::roll_pitch_yaw_rad}) {
+    const double was_rad = variation(before.*channel);
+    if (!(variation(after.*channel) < was_rad)) continue;
+    if (was_rad > kMostTurning_rad) return false;
+    shrinks = true;
+  }
+  return shrinks;
+}
+
 /// Root mean square of what was read.
 double mean_size(const LogMatrix& readings) {
   const auto read = readings.array().isFinite();
@@ -123,8 +134,7 @@ Robot with_sigma_in_motion(const Robot& given, const Log& log) {
   const Signals signals = prepare(without_reading_faults(given), log, options_for(false)).signals;
   Robot robot = given;
   // What the platform does at its size moves the cables, locked winches or not.
-  const double turn_rad =
-      log.roll_pitch_yaw_rad.cols() > 0 ? std::min(1.0, variation(log.roll_pitch_yaw_rad)) : 0.0;
+  const double turn_rad = std::min(1.0, variation(log.roll_pitch_yaw_rad));
   const auto sharpen = [&](const LogMatrix& readings, Channel channel, double moved,
                            double& sigma) {
     if (readings.cols() == 0) return;
@@ -135,10 +145,8 @@ Robot with_sigma_in_motion(const Robot& given, const Log& log) {
           robot.sigma.length_m);
   sharpen(log.swivel_rad, Channel::swivel, 0.0, robot.sigma.swivel_rad);
   sharpen(log.roll_pitch_yaw_rad, Channel::roll_pitch, 0.0, robot.sigma.attitude_rad);
-  if (log.tension_N.cols() > 0) {
-    robot.sigma.tension_N = std::max(
-        {robot.sigma.tension_N, kShare * mean_size(log.tension_N), variation(log.tension_N)});
-  }
+  robot.sigma.tension_N = std::max(
+      {robot.sigma.tension_N, kShare * mean_size(log.tension_N), variation(log.tension_N)});
   return robot;
 }
 
@@ -341,12 +349,13 @@ class Trials {
   }
   /// Sets the best right for good.
   void take(std::vector<DiscreteFault>& faults) {
-    for (const DiscreteFault& fault : best_) {
-      set_right(fault, robot_, log_);
-      if (moving_) set_right(fault, robot_, *moving_);
-      faults.push_back(fault);
-    }
+    for (const DiscreteFault& fault : best_) take(fault, faults);
     cost_ = best_cost_;
+  }
+  /// Sets one right that was found elsewhere.
+  void take_other(const DiscreteFault& fault, std::vector<DiscreteFault>& faults) {
+    take(fault, faults);
+    cost_ = try_map(robot_, log_, at_s_, kAllStarts).cost;
   }
 
  private:
@@ -355,10 +364,10 @@ class Trials {
     Log log = log_;
     for (const DiscreteFault& fault : together) set_right(fault, robot, log);
     if (moving_ && together.front().parameter == "factor") {  // other units, another sigma
-      if (of_angles(together.front()) && !turns_too_far()) return;
       Robot scratch = robot_;
       Log moving = *moving_;
       set_right(together.front(), scratch, moving);
+      if (shrinks_in_vain(*moving_, moving)) return;
       robot.sigma = with_sigma_in_motion(robot, moving).sigma;
     }
     if (silences(robot, log_, log)) return;
@@ -373,11 +382,10 @@ class Trials {
     best_cost_ = trial.cost;
     agrees_ = trial.agrees;
   }
-  /// Of factors only the angles' are two: swivels' and attitude's.
-  static bool of_angles(const DiscreteFault& unit) { return unit.values.size() == 2; }
-  [[nodiscard]] bool turns_too_far() const {
-    return variation(moving_->swivel_rad) > kMostTurning_rad ||
-           variation(moving_->roll_pitch_yaw_rad) > kMostTurning_rad;
+  void take(const DiscreteFault& fault, std::vector<DiscreteFault>& faults) {
+    set_right(fault, robot_, log_);
+    if (moving_) set_right(fault, robot_, *moving_);
+    faults.push_back(fault);
   }
   /// Minus the log-likelihood of errors of unknown size.
   [[nodiscard]] double surprise_of(double cost) const { return expected_ * std::log(cost); }
@@ -470,7 +478,7 @@ DiscreteSearch find_discrete_faults(Robot& robot, Log& log, bool motion) {
   if (moving) {
     if (const std::optional<DiscreteFault> fault = fault_of_balance(trials, robot, log)) {
       set_right(*fault, robot, log);
-      search.faults.push_back(*fault);
+      trials.take_other(*fault, search.faults);
     }
   }
   if (search.faults.empty()) return search;

@@ -51,8 +51,9 @@ struct DiscreteSearch {
 /// keeps the one that lowers the cost most if it lowers it tenfold, and looks again; where none
 /// makes the log agree, tries orders and signs together. `robot` and `log` come back set right.
 /// Nothing is tried on a log that agrees with the model. `motion`: where the log hardly rests,
-/// geometry alone says what agrees, and where its readings do not balance in motion at all
-/// (calibrate_in_motion), a fault of the attitude with which they do is taken.
+/// geometry says what agrees, and tensions by their level unless they sway much; and where its
+/// readings do not balance in motion at all (calibrate_in_motion), a fault of the attitude with
+/// which they do is taken.
 DiscreteSearch find_discrete_faults(Robot& robot, Log& log, bool motion = false);
 
 }  // namespace cdprcal

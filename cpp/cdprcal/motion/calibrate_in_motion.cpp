@@ -275,8 +275,8 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   // What effects may do widens what a start is sure of until its readings hardly count, and the
   // path behind the accelerations with it: the outcome allows for them, no step before it does.
   CalibrateOptions as_fitted = options.calibrate;
-  as_fitted.allow_for_effects = false;
-  const Calibration plain = calibrate(robot, log, as_fitted);
+  as_fitted.allow_for_effects = as_fitted.solve.explain = false;
+  Calibration plain = calibrate(robot, log, as_fitted);
   const CorrectedRun run(robot, log, options.calibrate.segment);
   const MovingRun moving{options, run, path_state(robot, run.log),
                          resolve_effects(robot, log.source)};
@@ -301,11 +301,11 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
     found = with_motion(as_start(std::move(found->calibration)), moving);
   }
   const auto without_motion = [&](const std::string& why) {
+    allow_for_effects(options.calibrate, plain);
+    if (options.calibrate.solve.explain) explain(plain.problem, plain.result);
+    if (!why.empty()) plain.result.reason += "; motion adds nothing: with it, " + why;
     InMotion out;
-    out.calibration = calibrate(robot, log, options.calibrate);
-    if (!why.empty()) {
-      out.calibration.result.reason += "; motion adds nothing: with it, " + why;
-    }
+    out.calibration = std::move(plain);
     return out;
   };
   if (!found || !converged(*found)) {

@@ -40,7 +40,6 @@ class Estimate:
     reached: bool  #: the accuracy asked for, confirmed by a complete calibration of the log so far
     told: Told | None = None  #: by a diagnosis of the log so far, where one was asked for
     in_motion: bool = False  #: from the motion, too; ``rests``: set-points that were passed
-    good: bool = False  #: the accuracy asked for, not confirmed
 
     def as_event(self) -> dict[str, Any]:
         """The estimate for the log and ``--json``: SI, None where nothing is known."""
@@ -112,7 +111,7 @@ class Guide:
     the answer (``settled``).
 
     ``in_motion``: the run does not wait for rest (``StartUpOptions.wait_for_rest``): the estimates
-    are those of ``calibrate_in_motion``, every two seconds.
+    are those of ``calibrate_in_motion``, at every set-point passed; with ``asked``, every second.
 
     ``background``: estimate on a thread of its own, so that no control cycle is late; for robots
     whose clock does not wait. ``options``: of the estimate.
@@ -139,10 +138,9 @@ class Guide:
         self._diagnoses = diagnoses
         self.settled = ""  #: why the diagnosis ended the run; empty: it did not
         self._quick = quick
-        self._in_motion = in_motion
         self._estimated_s = -math.inf
         self._options = options or _core.CalibrateOptions()
-        self._online = _core.OnlineCalibration(robot, self._options)
+        self._online = None if in_motion else _core.OnlineCalibration(robot, self._options)
         self._chooser = (
             _core.NextStopChooser(robot, plan, progress=progress)
             if asked is not None or diagnoses
@@ -166,7 +164,7 @@ class Guide:
     @property
     def in_motion(self) -> bool:
         """Whether the run does not wait for rest."""
-        return self._in_motion
+        return self._online is None
 
     @property
     def visited(self) -> int:
@@ -182,7 +180,7 @@ class Guide:
         """To be called with every command; an estimate when there is a new one."""
         if logged:
             self._rows.add(sample, command)
-        if self._in_motion:
+        if self.in_motion:
             self._pass(command, sample)
         rests = self._startup.rests
         if len(rests) > self._rests:
@@ -225,9 +223,9 @@ class Guide:
             return
         begin, self._sent = self._sent, len(self._rows)
         left = self._left() if self._diagnoses else None
-        online = None if self._in_motion else self._online
-        good = bool(self.estimates) and self.estimates[-1].good
-        work = _Work(self._robot, online, self._asked, left, self._options, self._rows, good)
+        last = self.estimates[-1] if self.estimates else None
+        good = last is not None and _has(self._asked, last.status, last.covariance)
+        work = _Work(self._robot, self._online, self._asked, left, self._options, self._rows, good)
         if self._pool is None:
             self._pending = Future()
             self._pending.set_result(work(begin, self._sent, self._rests))
@@ -264,7 +262,7 @@ class Guide:
             choice = self._chooser.choose(
                 measured, initial or self._plan.start_pose, self._initial_reading_N, self._asked
             )
-            if choice is None and self._in_motion:  # rests there would do: motion may not
+            if choice is None and self.in_motion:  # rests there would do: motion may not
                 choice = self._telling(measured, {})
         else:
             told = self.estimates[-1].told if self.estimates else None
@@ -321,17 +319,16 @@ class _Work:
             log = self.rows.log(begin, end)
             result = self.online.add(log)
         lasts_s = float(log.time_s[-1] - log.time_s[0])
-        good = self._good(result)
         enough = (
             rests >= _FEWEST_RESTS
             if self.online
             else lasts_s >= _LEAST_MOTION_S and self.good_before
         )
-        reached = enough and good
+        reached = enough and _has(self.asked, result.status.name, result.covariance)
         if reached and self.online:
             # A live estimate does not look for what the model lacks; the whole procedure does.
             result = _core.calibrate(self.robot, self.rows.log(0, end), self.options).result
-            reached = self._good(result)
+            reached = _has(self.asked, result.status.name, result.covariance)
         position_m, rotation_rad = worst_axes(result)
         return Estimate(
             float(log.time_s[-1]),
@@ -348,16 +345,19 @@ class _Work:
             if self.left is not None and rests >= _FEWEST_RESTS
             else None,
             self.online is None,
-            good,
         )
 
-    def _good(self, result: _core.CalibrationResult) -> bool:
-        return (
-            self.asked is not None
-            and result.status == _core.CalibrationStatus.converged
-            and result.covariance is not None
-            and self.asked.reached(result.covariance)
-        )
+
+def _has(
+    asked: _core.AskedAccuracy | None, status: str, covariance: NDArray[np.float64] | None
+) -> bool:
+    """Whether an estimate has the accuracy asked for."""
+    return (
+        asked is not None
+        and status == _core.CalibrationStatus.converged.name
+        and covariance is not None
+        and asked.reached(covariance)
+    )
 
 
 def worst_axes(result: _core.CalibrationResult) -> tuple[float, float]:
