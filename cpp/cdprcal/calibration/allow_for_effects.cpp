@@ -16,6 +16,13 @@ std::string part(const char* pattern, double a, double b) {
   return text;
 }
 
+void take_covariance(const Matrix6& covariance, CalibrationResult& result) {
+  result.covariance = covariance;
+  result.standard_deviation = covariance.diagonal().cwiseSqrt();
+}
+
+}  // namespace
+
 DiagnosisModel model_of(const Calibration& calibration) {
   const CalibrationProblem& problem = calibration.problem;
   DiagnosisModel model;
@@ -36,10 +43,7 @@ DiagnosisModel model_of(const Calibration& calibration) {
   return model;
 }
 
-void take_covariance(const Matrix6& covariance, CalibrationResult& result) {
-  result.covariance = covariance;
-  result.standard_deviation = covariance.diagonal().cwiseSqrt();
-}
+namespace {
 
 /// Adds what the log cannot rule out, as diagnose does before it finds anything.
 void add_unseen(const Calibration& calibration, CalibrationResult& result) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cdprcal/calibration/calibrate.hpp"
+#include "cdprcal/estimation/model.hpp"
 
 namespace cdprcal {
 
@@ -25,5 +26,9 @@ double scatter_of(const CalibrationProblem& problem, Channel channel);
 /// (evidence/model_average.hpp), as it does in diagnose before that finds anything. With specified
 /// noise nothing changes. False where there is a misfit that the uncertainty leaves out.
 bool allow_for_effects(const CalibrateOptions& options, Calibration& calibration);
+
+/// The poses in balance of a calibration as a model to which effects can be added, noise as its
+/// signals say.
+DiagnosisModel model_of(const Calibration& calibration);
 
 }  // namespace cdprcal

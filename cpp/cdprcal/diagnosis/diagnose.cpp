@@ -367,8 +367,7 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   out.initial_pose_before = model.runs.front().poses.front();
   out.covariance_before = initial_pose_covariance(with_uncertain_noise(model), 0);
   record_gap(model, model, "", out);
-  for (CandidateScore& s : scan(model, effects_of(given), {.draws = 0, .limits = true})) {
-    if (s.effect->needs_motion()) continue;
+  for (CandidateScore& s : scan(model, untried(model), {.draws = 0, .limits = true})) {
     out.identifiability.push_back({s.effect->name(), s.visible, s.detectable});
     out.ranking.push_back(std::move(s));
   }

@@ -193,13 +193,6 @@ DiagnosisModel with_motion(const DiagnosisModel& model, MovingSamples samples,
   return out;
 }
 
-bool balances_in_motion(const DiagnosisModel& model) {
-  return std::ranges::any_of(model.runs, [](const DiagnosisRun& run) {
-    return std::ranges::any_of(run.measurements,
-                               [](const Measurement& m) { return !m.inertial_sigma.isZero(); });
-  });
-}
-
 double motion_correlation(const DiagnosisModel& model) {
   const DiagnosisSystem system = linearise(model);
   double products = 0.0, squares = 0.0;

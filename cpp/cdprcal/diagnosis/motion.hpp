@@ -5,11 +5,6 @@
 
 namespace cdprcal {
 
-/// Whether moments of motion balance in a model. What is not known of their accelerations follows
-/// the motion, and so its readings: a law of the residuals by readings proves nothing there, but
-/// for one with a name and a mechanism of its own.
-bool balances_in_motion(const DiagnosisModel& model);
-
 /// Correlation of what the model leaves at one sample in motion with what it leaves at the next.
 double motion_correlation(const DiagnosisModel& model);
 

@@ -476,7 +476,7 @@ void Search::in_motion() {
     if (moving.pose_count() == model_.pose_count() || !fit_with_noise(moving)) return;
     if (motion_correlation(moving) < kIndependent) break;
   }
-  const Candidates candidates = untried(moving, true);
+  const Candidates candidates = untried(moving, Shows::in_motion);
   std::vector<CandidateScore> scores = scan(moving, candidates, {.draws = 0, .limits = true});
   for (const CandidateScore& s : scores) {
     out_.identifiability.push_back({s.effect->name(), s.visible, s.detectable});

@@ -1,5 +1,6 @@
 // The centre of mass is not where the robot file says.
 #include "cdprcal/effects/effect.hpp"
+#include "cdprcal/statics/inertial_wrench.hpp"
 
 namespace cdprcal {
 namespace {
@@ -30,8 +31,15 @@ class CentreOfMass final : public Effect {
   void columns(const EffectContext& context, const EffectValues&,
                EffectColumns out) const override {
     const ReadingRows rows{context.state.cable_count};
+    const Measurement& m = context.measurement;
+    const Vector3& arm = context.state.centre_of_mass_arm_m;
+    const double mass_kg = context.robot.platform.mass_kg;
+    const Vector3 force_N = mass_kg * centre_acceleration_m_s2(arm, m.twist, m.acceleration) -
+                            context.robot.gravity_force_N();
+    const Matrix3 force_by_arm = mass_kg * centre_acceleration_by_arm(m.twist, m.acceleration);
+    out.middleRows<3>(rows.wrench()) = force_by_arm * context.state.rotation;
     out.middleRows<3>(rows.wrench() + 3) =
-        skew(context.robot.gravity_force_N()) * context.state.rotation;
+        (skew(arm) * force_by_arm - skew(force_N)) * context.state.rotation;
   }
 };
 

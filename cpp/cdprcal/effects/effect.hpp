@@ -28,6 +28,10 @@ struct EffectParameter {
   ValueRange range = ValueRange::any;  ///< of a machine that has it, as files have it
 };
 
+/// What it takes for readings to show an effect: any, those of a moving platform, or the balance in
+/// motion too.
+enum class Shows { at_rest, in_motion, in_moving_balance };
+
 /// Whether a robot keeps the effect from one run to the next.
 enum class EffectScope { robot, run };
 
@@ -108,8 +112,9 @@ class Effect {
   /// Of each value, the group whose prior's width is learnt from the group, as noise is from
   /// residuals; empty: all have typical widths.
   [[nodiscard]] virtual std::vector<int> learnt_widths(int) const { return {}; }
-  /// Whether readings can show it at all: some effects need readings while the platform moves.
-  [[nodiscard]] virtual bool needs_motion() const { return false; }
+  /// What shows it: not every effect shows at rest.
+  [[nodiscard]] virtual Shows shows() const { return Shows::at_rest; }
+  [[nodiscard]] bool needs_motion() const { return shows() != Shows::at_rest; }
 };
 
 /// An effect with its internal values, as part of a model.

@@ -1,5 +1,6 @@
 // The platform is heavier or lighter than the robot file says.
 #include "cdprcal/effects/effect.hpp"
+#include "cdprcal/statics/inertial_wrench.hpp"
 
 namespace cdprcal {
 namespace {
@@ -31,9 +32,12 @@ class Mass final : public Effect {
   void columns(const EffectContext& context, const EffectValues&,
                EffectColumns out) const override {
     const ReadingRows rows{context.state.cable_count};
+    const Measurement& m = context.measurement;
+    const Vector3& arm = context.state.centre_of_mass_arm_m;
     const Vector3 gravity(0.0, 0.0, -context.robot.gravity_m_s2);
-    out.col(0).segment<3>(rows.wrench()) = -gravity;
-    out.col(0).segment<3>(rows.wrench() + 3) = -context.state.centre_of_mass_arm_m.cross(gravity);
+    const Vector3 force = centre_acceleration_m_s2(arm, m.twist, m.acceleration) - gravity;
+    out.col(0).segment<3>(rows.wrench()) = force;
+    out.col(0).segment<3>(rows.wrench() + 3) = arm.cross(force);
   }
 };
 

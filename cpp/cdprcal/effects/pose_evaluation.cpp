@@ -3,8 +3,18 @@
 #include <Eigen/LU>
 
 #include "cdprcal/effects/effect.hpp"
+#include "cdprcal/statics/inertial_wrench.hpp"
 
 namespace cdprcal {
+
+void add_inertia(const Robot& robot, const PlatformState& state, const Measurement& measurement,
+                 PoseEvaluation& out) {
+  if (!measurement.moves()) return;
+  const InertialWrench inertial =
+      inertial_wrench(robot, state, measurement.twist, measurement.acceleration);
+  out.wrench += inertial.wrench;
+  out.wrench_by_twist.rightCols<3>() += inertial.by_rotation;
+}
 
 void evaluate_pose(const Robot& robot, const Measurement& measurement, const Pose& pose,
                    StaticsModel statics, const std::vector<WrenchRow>& left_inverse_rows,
@@ -52,6 +62,7 @@ void evaluate_pose(const Robot& robot, const Measurement& measurement, const Pos
     }
     out.wrench = wrench_residual(robot, state, out.tension_N);
     if (jacobians) out.wrench_by_twist = stiffness(robot, state, out.tension_N);
+    add_inertia(robot, state, measurement, out);
   }
   for (const ActiveEffect& active : effects) {
     active.effect->add_to_readings(context, active.values, out);

@@ -20,7 +20,7 @@ struct PoseEvaluation : AbsoluteFields<ReadingOf> {
   /// Left-inverse statics: what the load cells would read. Wrench statics: τ*, the tensions at the
   /// platform as the effects make them of the readings.
   CableVector tension_N;
-  Vector6 wrench;  ///< Ξᵀτ* − f, wrench statics only
+  Vector6 wrench;  ///< Ξᵀτ* − f + M ν̇ + h(ν), wrench statics only
   CableJacobian length_by_twist;
   CableJacobian swivel_by_twist;
   Eigen::Matrix<double, 3, 6, Eigen::RowMajor> attitude_by_twist;
@@ -28,6 +28,11 @@ struct PoseEvaluation : AbsoluteFields<ReadingOf> {
   CableJacobian tension_by_twist;
   Matrix6 wrench_by_twist;
 };
+
+/// Adds what the motion of a measurement takes (inertial_wrench.hpp) to its balance, where it
+/// moves.
+void add_inertia(const Robot& robot, const PlatformState& state, const Measurement& measurement,
+                 PoseEvaluation& out);
 
 /// Evaluates the models of one pose. `statics` is none for poses that may move. `robot` has the
 /// geometry of the effects applied already (with_effects); `effects` then add what they do to the

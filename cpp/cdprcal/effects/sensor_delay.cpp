@@ -33,7 +33,7 @@ class SensorDelay final : public Effect {
     const ReadingRows rows{context.state.cable_count};
     out.col(0).segment<3>(rows.attitude()) = -context.measurement.attitude_rate_rad_s;
   }
-  bool needs_motion() const override { return true; }
+  Shows shows() const override { return Shows::in_motion; }
 };
 
 }  // namespace

@@ -75,13 +75,13 @@ struct Variable {
   Of of;
   double low, high;  ///< where formulas are tried out when they are read
   Slope (*at)(const Place&);
-  bool in_motion = false;
+  Shows shows = Shows::at_rest;
 };
 
 constexpr bool kEach = true, kOne = false;
 constexpr double kAngle = 0.4;
 
-const std::array<Variable, 35> kVariables{{
+const std::array<Variable, 36> kVariables{{
     {"length_m", "length of the cable from its pulley's entry to the platform", kEach, Of::pose,
      0.5, 5.0, [](const Place& p) { return p.by_q(p.state().length_m, p.state().direction); }},
     {"free_length_m", "the same without the arc on the pulley", kEach, Of::pose, 0.4, 4.9,
@@ -121,6 +121,11 @@ const std::array<Variable, 35> kVariables{{
     {"swivel_direction", "the same of the swivel: +1 after a positive turn", kEach, Of::reading,
      -1.0, 1.0,
      [](const Place& p) { return Slope(p.entry_of(p.context->measurement.swivel_direction)); }},
+    {"length_rate_m_s",
+     "how fast the cable pays out: shows only where the balance in motion counts", kEach,
+     Of::reading, -0.2, 0.2,
+     [](const Place& p) { return Slope(p.entry_of(p.context->measurement.length_rate_m_s)); },
+     Shows::in_moving_balance},
     {"cable", "number of the cable, from 1", kEach, Of::machine, 1.0, 4.0,
      [](const Place& p) { return Slope(p.cable + 1.0); }},
     {"pulley_x_m", "place of the cable's pulley from the middle of all pulleys, world axes", kEach,
@@ -143,11 +148,14 @@ const std::array<Variable, 35> kVariables{{
     {"yaw_rad", "", kOne, Of::pose, -kAngle, kAngle, [](const Place& p) { return p.angle(2); }},
     {"roll_rate_rad_s", "how fast the AHRS reading changes: shows only in motion", kOne,
      Of::reading, -0.2, 0.2,
-     [](const Place& p) { return Slope(p.context->measurement.attitude_rate_rad_s[0]); }, true},
+     [](const Place& p) { return Slope(p.context->measurement.attitude_rate_rad_s[0]); },
+     Shows::in_motion},
     {"pitch_rate_rad_s", "", kOne, Of::reading, -0.2, 0.2,
-     [](const Place& p) { return Slope(p.context->measurement.attitude_rate_rad_s[1]); }, true},
+     [](const Place& p) { return Slope(p.context->measurement.attitude_rate_rad_s[1]); },
+     Shows::in_motion},
     {"yaw_rate_rad_s", "", kOne, Of::reading, -0.2, 0.2,
-     [](const Place& p) { return Slope(p.context->measurement.attitude_rate_rad_s[2]); }, true},
+     [](const Place& p) { return Slope(p.context->measurement.attitude_rate_rad_s[2]); },
+     Shows::in_motion},
     {"time_s", "since the first sample of the run", kOne, Of::reading, 0.0, 300.0,
      [](const Place& p) { return Slope(p.context->measurement.run_time_s); }},
     {"mass_kg", "of the platform", kOne, Of::reading, 2.0, 20.0,
@@ -169,7 +177,7 @@ struct Target {
   const char* as_effect = nullptr;  ///< of the catalogue, which changes the robot by such values
 };
 
-constexpr std::array<Target, 26> kTargets{{
+constexpr std::array<Target, 29> kTargets{{
     {"length_m", "to the reading of the cable's winch encoder", kEach, Kind::length},
     {"swivel_rad", "to the reading of the pulley's swivel encoder", kEach, Kind::swivel},
     {"roll_rad", "to the reading of the AHRS", kOne, Kind::attitude, 0},
@@ -202,11 +210,15 @@ constexpr std::array<Target, 26> kTargets{{
      "centre_of_mass"},
     {"centre_of_mass_y_m", "", kOne, Kind::robot, 1, "centre_of_mass"},
     {"centre_of_mass_z_m", "", kOne, Kind::robot, 2, "centre_of_mass"},
+    {"inertia_x_error", "to the logarithm of the inertia about the platform's axis", kOne,
+     Kind::robot, 0, "inertia"},
+    {"inertia_y_error", "", kOne, Kind::robot, 1, "inertia"},
+    {"inertia_z_error", "", kOne, Kind::robot, 2, "inertia"},
 }};
 
 /// The unit that a name ends with: "rate_rad_s" is in rad/s. "1" where it ends with none.
 std::string unit_of(const std::string& name) {
-  constexpr std::array<std::string_view, 10> kUnits{"m",  "N",  "rad", "s",  "kg",
+  constexpr std::array<std::string_view, 11> kUnits{"m",  "N",  "rad", "s",  "kg",  "Ns",
                                                     "Nm", "m2", "N2",  "s2", "rad2"};
   std::vector<std::string> units;
   for (std::size_t end = name.size();;) {
@@ -263,11 +275,15 @@ class TextEffect final : public Effect {
       return term.target->as_effect && find_effect(term.target->as_effect)->moves_cables();
     });
   }
-  [[nodiscard]] bool needs_motion() const override {
-    return std::ranges::any_of(terms_, [](const Term& term) {
-      return std::ranges::any_of(term.variables,
-                                 [](std::size_t v) { return kVariables[v].in_motion; });
-    });
+  [[nodiscard]] Shows shows() const override {
+    Shows out = Shows::at_rest;
+    for (const Term& term : terms_) {
+      if (term.target->as_effect) {
+        out = std::max(out, find_effect(term.target->as_effect)->shows());
+      }
+      for (const std::size_t v : term.variables) out = std::max(out, kVariables[v].shows);
+    }
+    return out;
   }
 
   void apply(const EffectValues& values, Robot& robot) const override {

@@ -290,6 +290,12 @@ ActiveEffects DiagnosisModel::active(std::size_t run, const Eigen::VectorXd& val
   return out;
 }
 
+bool balances_in_motion(const DiagnosisModel& model) {
+  return std::ranges::any_of(model.runs, [](const DiagnosisRun& run) {
+    return std::ranges::any_of(run.measurements, &Measurement::moves);
+  });
+}
+
 DiagnosisSystem linearise(const DiagnosisModel& model, const Candidates& candidates) {
   ModelRows rows(model, candidates);
   DiagnosisSystem system;

@@ -78,6 +78,11 @@ struct DiagnosisModel {
   [[nodiscard]] ActiveEffects active(std::size_t run, const Eigen::VectorXd& values) const;
 };
 
+/// Whether moments of motion balance in a model. What is not known of their accelerations follows
+/// the motion, and so its readings: a law of the residuals by readings proves nothing there, but
+/// for one with a name and a mechanism of its own.
+bool balances_in_motion(const DiagnosisModel& model);
+
 /// Columns of the common unknowns: offsets of all runs, accepted effects, candidates.
 struct CommonLayout {
   int offsets = 0, accepted = 0, candidates = 0;

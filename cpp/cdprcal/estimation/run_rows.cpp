@@ -138,6 +138,7 @@ void RunRows::gather() {
       tension_[at + static_cast<std::size_t>(c) * kLanes] = m.tension_N[c];
     }
     if (balanced) {
+      any_moves_ = any_moves_ || m.moves();
       silent_[i] = 6 - balance_equations(robot_, m);
       any_silent_ = any_silent_ || silent_[i] > 0;
       row_counts_[i] += layout_.statics == StaticsModel::wrench ? 6 - silent_[i] : n;
@@ -236,7 +237,7 @@ bool RunRows::evaluate(std::size_t batch, const PoseLanes& poses) {
       state_.get(),
       columns_.get(),
       valid};
-  if (effects_.empty() && derivatives_.empty()) {
+  if (effects_.empty() && derivatives_.empty() && !any_moves_) {
     for (const std::size_t i : poses_of(batch, this->poses())) {
       if (silent_[i] == 0) continue;
       const PlatformState state = platform_state(robot_, poses[i]);
@@ -324,11 +325,16 @@ void RunRows::complete_tensions(std::size_t pose, const PlatformState& state,
   }
 }
 
-Vector6 RunRows::load_on(const EffectContext& context) {
+void RunRows::change_readings(const EffectContext& context) {
   clear(change_, layout_.cables);
+  add_inertia(context.robot, context.state, context.measurement, change_);
   for (const ActiveEffect& active : effects_) {
     active.effect->add_to_readings(context, active.values, change_);
   }
+}
+
+Vector6 RunRows::load_on(const EffectContext& context) {
+  change_readings(context);
   return gravity_wrench(robot_, context.state) - change_.wrench;
 }
 
@@ -374,10 +380,7 @@ void RunRows::act_on_readings(std::size_t batch, const PoseLanes& poses) {
                    lane];
     }
     const EffectContext context{robot_, state, pose, m, tension_N};
-    clear(change_, n);
-    for (const ActiveEffect& active : effects_) {
-      active.effect->add_to_readings(context, active.values, change_);
-    }
+    change_readings(context);
     const auto add = [&](int slot, double value, const auto& by_twist) {
       double* const row = rows_.get() + static_cast<std::size_t>(kRow * slot) * kLanes + lane;
       for (int a = 0; a < 6; ++a) row[a * kLanes] += by_twist[a];

@@ -111,6 +111,7 @@ class RunRows {
   void complete_tensions(std::size_t pose, const PlatformState& state, const CableVector& tension_N,
                          const Vector6& load);
   void act_on_tensions(std::size_t batch, const PoseLanes& poses);
+  void change_readings(const EffectContext& context);
   [[nodiscard]] Vector6 load_on(const EffectContext& context);
   void act_on_readings(std::size_t batch, const PoseLanes& poses);
   void add_columns(const EffectContext& context, std::size_t lane, bool balanced);
@@ -133,7 +134,7 @@ class RunRows {
   std::vector<int> weight_of_;  ///< a channel: where its weight is; −1: nowhere
   TwistBasis free_, guided_;    ///< what the platform may do, and may not
   std::vector<int> silent_;     ///< of each pose
-  bool any_silent_ = false;
+  bool any_silent_ = false, any_moves_ = false;
   std::vector<BalanceSigma> sigma_;      ///< where any is
   std::vector<PartialBalance> partial_;  ///< likewise
   lanes::Buffer numbers_, whitening_, tension_;

@@ -294,14 +294,27 @@ class Detectable {
 
 }  // namespace
 
-Candidates untried(const DiagnosisModel& model, bool in_motion) {
-  Candidates out;
-  for (const auto& effect : effects_of(model.robot)) {
-    const bool taken = std::any_of(model.effects.begin(), model.effects.end(),
-                                   [&](const EffectTerm& t) { return t.effect == effect; });
-    if (!taken && effect->needs_motion() == in_motion) out.push_back(effect);
-  }
+namespace {
+
+Candidates untried_between(const DiagnosisModel& model, Shows least, Shows most) {
+  Candidates out = effects_of(model.robot);
+  std::erase_if(out, [&](const auto& effect) {
+    const bool taken =
+        std::ranges::find(model.effects, effect, &EffectTerm::effect) != model.effects.end();
+    return taken || effect->shows() < least || effect->shows() > most;
+  });
   return out;
+}
+
+}  // namespace
+
+Candidates untried(const DiagnosisModel& model) {
+  return untried_between(model, Shows::at_rest,
+                         balances_in_motion(model) ? Shows::in_moving_balance : Shows::at_rest);
+}
+
+Candidates untried(const DiagnosisModel& model, Shows shows) {
+  return untried_between(model, shows, shows);
 }
 
 std::vector<CandidateScore> scan(const DiagnosisModel& model, const Candidates& candidates,

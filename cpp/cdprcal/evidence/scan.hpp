@@ -24,8 +24,10 @@ struct CandidateScore {
 /// log is accused of anything, and nats.
 inline constexpr double kFamilyWiseChance = 0.01, kLeastEvidence = 3.0;
 
-/// Effects of the catalogue that a model does not have: those that show at rest, or only in motion.
-Candidates untried(const DiagnosisModel& model, bool in_motion = false);
+/// Effects of the catalogue that a model does not have and its poses can show.
+Candidates untried(const DiagnosisModel& model);
+/// Those that a model does not have and that take just this to show.
+Candidates untried(const DiagnosisModel& model, Shows shows);
 
 struct ScanOptions {
   int draws = 999;  ///< of chance residuals behind the p-values; 0: no p-values

@@ -10,6 +10,7 @@
 #include "cdprcal/calibration/initial_guess.hpp"
 #include "cdprcal/effects/corrected_run.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/evidence/scan.hpp"
 #include "cdprcal/motion/geometric_readings.hpp"
 #include "cdprcal/motion/middle_readings.hpp"
 #include "cdprcal/motion/smoothed.hpp"
@@ -29,6 +30,8 @@ constexpr std::size_t kFewRests = 2;
 /// Damping is expected to be of this size [1/s], and found with the poses in so many turns.
 constexpr double kUsualDamping_1_s = 1.0;
 constexpr int kDampingTurns = 4;
+/// Late readings and the path that shows how late they are settle in so many rounds more.
+constexpr int kLateRounds = 2;
 
 bool rests(const Calibration& calibration) {
   return calibration.equilibria.size() >= kFewRests && !calibration.result.poses.empty();
@@ -90,19 +93,18 @@ std::vector<Calibration> swinging_starts(const Robot& robot, const Log& given,
 /// The damping that the balances of the moments ask for beyond what they have (least squares under
 /// a prior).
 MotionDamping more_damping(const CalibrationProblem& problem, const CalibrationResult& result,
-                           const std::vector<KnownMotion>& moments, const MotionDamping& present) {
+                           std::size_t moments, const MotionDamping& present) {
   const Robot robot = with_effects(problem.robot, problem.effects);
   const double rms_N = std::max(result.residual_rms.wrench_force_N, 1e-9);
   const double prior = std::pow(rms_N / kUsualDamping_1_s, 2);
   Eigen::Matrix2d information = prior * Eigen::Matrix2d::Identity();
   Eigen::Vector2d gradient = prior * Eigen::Vector2d(present.shift_1_s, present.turn_1_s);
   const double arm_m = characteristic_length_m(robot);
-  const std::size_t first = problem.measurements.size() - moments.size();
-  for (std::size_t k = 0; k < moments.size(); ++k) {
-    Vector6 wrench = result.residuals[first + k].wrench;
+  for (std::size_t i = problem.measurements.size() - moments; i < result.poses.size(); ++i) {
+    Vector6 wrench = result.residuals[i].wrench;
     if (!wrench.allFinite()) continue;
-    Eigen::Matrix<double, 6, 2> unit =
-        damping_wrench(robot, platform_state(robot, result.poses[first + k]), moments[k].twist);
+    Eigen::Matrix<double, 6, 2> unit = damping_wrench(robot, platform_state(robot, result.poses[i]),
+                                                      problem.measurements[i].twist);
     wrench.tail<3>() /= arm_m;
     unit.bottomRows<3>() /= arm_m;
     information += unit.transpose() * unit;
@@ -112,12 +114,13 @@ MotionDamping more_damping(const CalibrationProblem& problem, const CalibrationR
   return {more[0], more[1]};
 }
 
-/// What is the same in each round.
+/// What each round begins with.
 struct MovingRun {
   const InMotionOptions& options;
   const CorrectedRun& corrected;
   PathState directions;
-  ActiveEffects effects;
+  ActiveEffects effects;  ///< that the robot file lists
+  ActiveEffects late;     ///< InMotion::late
 };
 
 /// How well it is known what the motion of a sample takes [N, Nm].
@@ -127,11 +130,11 @@ Vector6 inertial_sigma(const Robot& robot, const SmoothedSample& sample) {
   return known.diagonal().cwiseMax(0.0).cwiseSqrt();
 }
 
-/// The moments of motion beside the rests of a calibration: measurements and guesses are appended,
-/// and how the platform moved is returned.
-std::vector<KnownMotion> add_moments(const Calibration& start, const MovingRun& moving,
-                                     const std::vector<SmoothedSample>& path,
-                                     CalibrationProblem& problem, std::vector<Pose>& guess) {
+/// The moments of motion beside the rests of a calibration: measurements and guesses are appended;
+/// how many.
+std::size_t add_moments(const Calibration& start, const MovingRun& moving,
+                        const std::vector<SmoothedSample>& path, CalibrationProblem& problem,
+                        std::vector<Pose>& guess) {
   const Robot& robot = problem.robot;
   const CorrectedRun& run = moving.corrected;
   const Log& log = run.log;
@@ -141,7 +144,7 @@ std::vector<KnownMotion> add_moments(const Calibration& start, const MovingRun& 
   const double begin_s = log.time_s[run.rows.begin];
   const double lasts_s = log.time_s[run.rows.end - 1] - begin_s;
   const double spacing_s = std::max(2.0 * half_s, lasts_s / moving.options.most_moments);
-  std::vector<KnownMotion> moments;
+  const std::size_t rests = guess.size();
   double last_s = begin_s;
   for (Eigen::Index row = run.rows.begin + 1; row < run.rows.end; ++row) {
     const double time_s = log.time_s[row];
@@ -156,13 +159,15 @@ std::vector<KnownMotion> add_moments(const Calibration& start, const MovingRun& 
     add_path(moving.directions, log, {row, row + 1}, begin_s, m);
     GeometricReadings model;
     if (!evaluate(robot, {}, m, state.pose, model)) continue;
+    m.twist = state.twist;
+    m.acceleration = state.acceleration;
+    m.length_rate_m_s = model.model.length_by_twist * state.twist;
     m.attitude_rate_rad_s = model.model.attitude_by_twist * state.twist;
     m.inertial_sigma = inertial_sigma(robot, sample);
     problem.measurements.push_back(std::move(m));
     guess.push_back(state.pose);
-    moments.push_back({time_s, state.twist, state.acceleration});
   }
-  return moments;
+  return guess.size() - rests;
 }
 
 /// The rests of a calibration and the moments of motion between them, solved together.
@@ -172,6 +177,7 @@ InMotion with_motion(const Calibration& start, const MovingRun& moving) {
   InMotion out;
   out.calibration = start;
   out.in_motion = true;
+  out.late = moving.late;
   CalibrationProblem& problem = out.calibration.problem;
   problem.measurements.clear();
   std::vector<Pose> guess;
@@ -183,15 +189,16 @@ InMotion with_motion(const Calibration& start, const MovingRun& moving) {
     guess.push_back(start.result.poses[i]);
   }
   out.calibration.static_poses = static_cast<int>(problem.measurements.size());
-  const std::vector<KnownMotion> moments = add_moments(start, moving, path, problem, guess);
-  out.calibration.kinematic_poses = static_cast<int>(moments.size());
+  const std::size_t moments = add_moments(start, moving, path, problem, guess);
+  out.calibration.kinematic_poses = static_cast<int>(moments);
   problem.noise.reset();
   const Signal& tension = start.signals[static_cast<std::size_t>(Channel::balance)];
   out.calibration.gated = gate_slack(problem, tension.sigma * std::sqrt(tension.rows));
   CalibrationResult& result = out.calibration.result;
   for (int turn = 0; turn < kDampingTurns; ++turn) {
     problem.effects = moving.effects;
-    problem.effects.push_back({known_motion(moments, out.damping), EffectValues()});
+    problem.effects.insert(problem.effects.end(), moving.late.begin(), moving.late.end());
+    problem.effects.push_back({known_damping(out.damping), EffectValues()});
     result = solve(problem, guess, options.solve);
     if (result.status != CalibrationStatus::converged) break;
     guess = result.poses;
@@ -254,6 +261,45 @@ double moments_a_reading(const InMotion& found) {
   return worth;
 }
 
+/// InMotion::late, as a calibration in motion shows it.
+ActiveEffects late_readings(const InMotion& found, const MovingRun& moving) {
+  constexpr double kClear = 4.0;  // of σ: as many effects are looked at, in as many runs
+  DiagnosisModel model = model_of(found.calibration);
+  ActiveEffects& known = model.runs.front().known;
+  known = moving.effects;
+  known.push_back({known_damping(found.damping), EffectValues()});
+  const int cables = model.robot.cable_count();
+  for (const auto& effect : untried(model, Shows::in_motion)) {
+    const bool listed =
+        std::ranges::find(moving.effects, effect, &ActiveEffect::effect) != moving.effects.end();
+    if (!listed) model.effects.push_back({effect, EffectValues::Zero(effect->size(cables))});
+  }
+  if (model.effects.empty() || !fit_with_noise(model)) return moving.late;
+  const auto values = model.values();
+  const Eigen::VectorXd sigma = covariance(model).diagonal().tail(values.size()).cwiseSqrt() *
+                                std::sqrt(moments_a_reading(found));
+  ActiveEffects out;
+  Eigen::Index begin = 0;
+  for (const EffectTerm& term : model.effects) {
+    const Eigen::Index size = term.values.size();
+    const Eigen::VectorXd z = values.segment(begin, size).cwiseQuotient(sigma.segment(begin, size));
+    if (z.cwiseAbs().maxCoeff() > kClear) out.push_back({term.effect, term.values});
+    begin += size;
+  }
+  return out;
+}
+
+/// The calibration that the next round begins with.
+Calibration next_start(const InMotion& found, const ActiveEffects& late) {
+  Calibration start = as_start(found.calibration);
+  ActiveEffects& effects = start.problem.effects;
+  std::erase_if(effects, [&](const ActiveEffect& active) {
+    return active.effect->shows() == Shows::in_motion;
+  });
+  effects.insert(effects.end(), late.begin(), late.end());
+  return start;
+}
+
 void check_options(const InMotionOptions& options) {
   const CalibrateOptions& asked = options.calibrate;
   if (asked.method != Method::unified || asked.formulation != Formulation::full ||
@@ -278,8 +324,8 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   as_fitted.allow_for_effects = as_fitted.solve.explain = false;
   Calibration plain = calibrate(robot, log, as_fitted);
   const CorrectedRun run(robot, log, options.calibrate.segment);
-  const MovingRun moving{options, run, path_state(robot, run.log),
-                         resolve_effects(robot, log.source)};
+  MovingRun moving{
+      options, run, path_state(robot, run.log), resolve_effects(robot, log.source), {}};
   std::optional<InMotion> found;
   const auto take = [&](InMotion next) {
     if (!found || std::pair(!converged(next), next.calibration.result.cost) <
@@ -296,9 +342,13 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
       take(with_motion(start, moving));
     }
   }
-  for (int round = begun ? 1 : 0; found && round < options.rounds; ++round) {
+  for (int round = begun ? 1 : 0;
+       found && round < options.rounds + (moving.late.empty() ? 0 : kLateRounds); ++round) {
     if (found->calibration.result.poses.empty()) break;
-    found = with_motion(as_start(std::move(found->calibration)), moving);
+    moving.late = late_readings(*found, moving);
+    InMotion next = with_motion(next_start(*found, moving.late), moving);
+    if (!converged(next) && !(next.calibration.result.cost < found->calibration.result.cost)) break;
+    found = std::move(next);
   }
   const auto without_motion = [&](const std::string& why) {
     allow_for_effects(options.calibrate, plain);

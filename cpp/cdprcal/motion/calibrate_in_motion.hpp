@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cdprcal/calibration/calibrate.hpp"
-#include "cdprcal/motion/known_motion.hpp"
+#include "cdprcal/motion/damping.hpp"
 #include "cdprcal/motion/swings.hpp"
 
 namespace cdprcal {
@@ -20,17 +20,20 @@ struct InMotion {
   /// Rests (static_poses) and moments of motion (kinematic_poses), all in balance. Where it does
   /// not converge: what calibrate() says of the same log, and why in its reason.
   Calibration calibration;
-  bool in_motion = false;          ///< whether it is that of rests and motion
-  MotionDamping damping;           ///< found beside it
+  bool in_motion = false;  ///< whether it is that of rests and motion
+  MotionDamping damping;   ///< found beside it
+  /// Found beside it, too: what makes readings of one moment belong to different ones
+  /// (Shows::in_motion), where it is clear. The path that accelerations come from depends on it.
+  ActiveEffects late;
   std::vector<Swing> swings;       ///< with locked winches
   double moments_a_reading = 1.0;  ///< so many are worth one independent reading
 };
 
 /// As calibrate(), with the balance in motion: (Ξᵀτ − f) + M ν̇ + h(ν) + damping = 0
-/// (inertial_wrench.hpp) at moments between the rests, or all along where there are none. Readings
-/// there are smoothed over a small part of the fastest swing; ν and ν̇ are those of the run,
-/// smoothed with the last round's calibration. Throws InputError as calibrate() does, and for
-/// options that leave motion out.
+/// (inertial_wrench.hpp, damping.hpp) at moments between the rests, or all along where there are
+/// none. Readings there are smoothed over a small part of the fastest swing; ν and ν̇ are those of
+/// the run, smoothed with the last round's calibration. Throws InputError as calibrate() does, and
+/// for options that leave motion out.
 InMotion calibrate_in_motion(const Robot& robot, const Log& log,
                              const InMotionOptions& options = {});
 

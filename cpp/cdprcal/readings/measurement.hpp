@@ -36,10 +36,16 @@ struct Measurement : AbsoluteFields<ReadingOf> {
       swivel_direction_error;                     ///< what s may be off (path_state.hpp)
   Vector3 attitude_rate_rad_s = Vector3::Zero();  ///< of (roll, pitch, yaw), while moving
   int samples = 1;                                ///< readings behind the mean
+  /// How the platform moves, in world axes about P: velocity and angular velocity, and their
+  /// derivatives. Zero at rest.
+  Vector6 twist = Vector6::Zero(), acceleration = Vector6::Zero();
+  CableVector length_rate_m_s;  ///< of the cables then; empty: unknown
   /// σ of what its motion takes, in world axes [N, Nm]: the balance is known no better.
   Vector6 inertial_sigma = Vector6::Zero();
   bool balance_counts = true;  ///< false: it is left out (a slack cable, an outlier)
 
+  /// Whether it balances in motion: rests are the special case of no acceleration.
+  bool moves() const { return !twist.isZero() || !acceleration.isZero(); }
   /// Tensions that no load cell reads; what carries them is unknown, but taut.
   int unread_tensions() const { return static_cast<int>(tension_N.array().isNaN().count()); }
   /// Whether the wrench balance says anything here: at rest, with fewer than six tensions unread.

@@ -146,7 +146,7 @@ PlantDynamics::Pull PlantDynamics::pull(int i, const StrandState& end,
   const double mass = loop ? virtual_kg_ : drum_kg_;
   const double dashpot = loop ? dashpot_N_s_m_ : drum_damping_N_s_m_;
   const double error_N = loop ? command.reading_error_N[i] : 0.0;
-  const double s = direction(i);
+  const CableRun run{direction(i), winch.velocity_m_s};
   double v1 = winch.velocity_m_s;
   double slope = 0.0, by_speed = 0.0;
   // Less speed of pay-out, more pull: one root, which Newton finds within a shrinking bracket.
@@ -155,7 +155,7 @@ PlantDynamics::Pull PlantDynamics::pull(int i, const StrandState& end,
     out.payout_1_m = winch.payout_m + 0.5 * h_ * (winch.velocity_m_s + v1);
     out.tension_N = mean_tension_N(i, end, out.payout_1_m, slope);
     const double pulled =
-        p_.load_cell_side_N(tension_at_pulley_N(law_, end, out.tension_N), s) + error_N;
+        p_.load_cell_side_N(tension_at_pulley_N(law_, end, out.tension_N), run) + error_N;
     const double balance = mass * (v1 - winch.velocity_m_s) / h_ +
                            0.5 * dashpot * (winch.velocity_m_s + v1) - pulled + told;
     by_speed = mass / h_ + 0.5 * dashpot + 0.5 * h_ * slope;
@@ -333,7 +333,8 @@ double PlantDynamics::strand_tension_N(int cable) const {
 }
 
 double PlantDynamics::load_cell_tension_N(int cable) const {
-  return p_.load_cell_side_N(strand_tension_N(cable), direction(cable));
+  return p_.load_cell_side_N(strand_tension_N(cable),
+                             {direction(cable), winch_[cable].velocity_m_s});
 }
 
 double PlantDynamics::encoder_m(int cable) const {

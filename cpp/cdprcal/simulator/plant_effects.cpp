@@ -96,16 +96,33 @@ std::vector<InjectableEffect> rows() {
        [](V& v, P& p) { p.linear_density_kg_m += v.scalar(); }},
       {"pulley_friction", "the pulley rubs",
        [](V& v, P& p) {
-         p.to_load_cell_N.push_back([coefficient = v.scalar()](double tension_N, double, double s) {
-           return tension_N * std::exp(-s * coefficient);
-         });
+         p.to_load_cell_N.push_back(
+             [coefficient = v.scalar()](double tension_N, double, const CableRun& run) {
+               return tension_N * std::exp(-run.direction * coefficient);
+             });
        }},
       {"bending_hysteresis", "bending the cable over the pulley takes force",
        [](V& v, P& p) {
          const double force_N = v.scalar(), coefficient = v.scalar();
-         p.to_load_cell_N.push_back([=](double tension_N, double strand_N, double s) {
-           return tension_N - s * (force_N + coefficient * strand_N);
+         p.to_load_cell_N.push_back([=](double tension_N, double strand_N, const CableRun& run) {
+           return tension_N - run.direction * (force_N + coefficient * strand_N);
          });
+       }},
+      {"viscous_friction", "what holds the cable back grows with its speed",
+       [](V& v, P& p) {
+         p.to_load_cell_N.push_back(
+             [coefficient_Ns_m = v.scalar()](double tension_N, double, const CableRun& run) {
+               return tension_N - coefficient_Ns_m * run.speed_m_s;
+             });
+       }},
+      {"inertia", "the platform's moments of inertia are others",
+       [](V& v, P& p) {
+         const Vector3 error = v.vector3();
+         for (Eigen::Index i = 0; i < 3; ++i) {
+           for (Eigen::Index j = 0; j < 3; ++j) {
+             p.robot.platform.inertia_kg_m2(i, j) *= std::exp(0.5 * (error[i] + error[j]));
+           }
+         }
        }},
       {"swivel_hysteresis", "the swivel lags",
        [](V& v, P& p) { p.swivel_half_width_rad += v.scalar(); }},

@@ -96,9 +96,9 @@ PlantParameters plant_parameters(const Robot& robot, const SimulatorOptions& opt
   return p;
 }
 
-double PlantParameters::load_cell_side_N(double strand_N, double direction) const {
+double PlantParameters::load_cell_side_N(double strand_N, const CableRun& run) const {
   double load_N = strand_N;
-  for (const auto& effect : to_load_cell_N) load_N = effect(load_N, strand_N, direction);
+  for (const auto& effect : to_load_cell_N) load_N = effect(load_N, strand_N, run);
   return std::max(0.0, load_N);
 }
 

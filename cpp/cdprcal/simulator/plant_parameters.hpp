@@ -18,6 +18,12 @@ struct PlantEvent {
   std::function<void(PlantDynamics&)> happen;
 };
 
+/// How a cable runs over its pulleys.
+struct CableRun {
+  double direction = 0.0;  ///< s
+  double speed_m_s = 0.0;  ///< paying out
+};
+
 /// What effects make of one cable's number: (number so far, cable from 0, time [s]) → number.
 using CableChange = std::function<double(double, int, double)>;
 
@@ -38,8 +44,8 @@ struct PlantParameters {
   Vector3 external_force_N = Vector3::Zero();  ///< at the centre of mass, world axes
   ActiveEffects written;  ///< effects of formulas, beside what they change of `robot`
   // Load cells
-  /// From strand to load cell, by the direction of motion s: (so far, strand [N], s) → load [N].
-  std::vector<std::function<double(double, double, double)>> to_load_cell_N;
+  /// From strand to load cell, by how the cable runs: (so far, strand [N], run) → load [N].
+  std::vector<std::function<double(double, double, const CableRun&)>> to_load_cell_N;
   std::vector<CableChange> load_cell_N;  ///< from load to the force that the bridge shows
   CableVector load_cell_gain;            ///< the amplifier's, of all that the bridge shows
   // Swivels
@@ -58,8 +64,8 @@ struct PlantParameters {
   double length_factor = 1.0, swivel_factor = 1.0, tension_factor = 1.0, attitude_factor = 1.0;
   Vector3 attitude_sign = Vector3::Ones();
 
-  /// Tension at the load cell [N] from that of the strand and the direction of motion s.
-  [[nodiscard]] double load_cell_side_N(double strand_N, double direction) const;
+  /// Tension at the load cell [N] from that of the strand.
+  [[nodiscard]] double load_cell_side_N(double strand_N, const CableRun& run) const;
 };
 
 inline double changed(const std::vector<CableChange>& effects, double value, int cable,

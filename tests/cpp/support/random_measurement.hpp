@@ -18,6 +18,12 @@ inline Measurement random_measurement(Rng& rng, const RobotPose& at) {
     m.length_direction[i] = uniform(rng, -1.0, 1.0);
     m.swivel_direction[i] = uniform(rng, -1.0, 1.0);
   }
+  for (const auto of : {&Measurement::twist, &Measurement::acceleration}) {
+    (m.*of) << uniform_vector(rng, Vector3::Constant(-0.5), Vector3::Constant(0.5)),
+        uniform_vector(rng, Vector3::Constant(-1.0), Vector3::Constant(1.0));
+  }
+  m.length_rate_m_s.resize(n);
+  for (double& rate_m_s : m.length_rate_m_s) rate_m_s = uniform(rng, -0.3, 0.3);
   m.attitude_rate_rad_s = uniform_vector(rng, Vector3::Constant(-0.3), Vector3::Constant(0.3));
   return m;
 }

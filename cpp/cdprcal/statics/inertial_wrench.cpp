@@ -1,8 +1,18 @@
-#include "cdprcal/motion/inertial_wrench.hpp"
+#include "cdprcal/statics/inertial_wrench.hpp"
 
 #include "cdprcal/statics/natural_frequencies.hpp"
 
 namespace cdprcal {
+
+Matrix3 centre_acceleration_by_arm(const Vector6& twist, const Vector6& acceleration) {
+  const Matrix3 turning = skew(twist.tail<3>());
+  return skew(acceleration.tail<3>()) + turning * turning;
+}
+
+Vector3 centre_acceleration_m_s2(const Vector3& arm_m, const Vector6& twist,
+                                 const Vector6& acceleration) {
+  return acceleration.head<3>() + centre_acceleration_by_arm(twist, acceleration) * arm_m;
+}
 
 InertialWrench inertial_wrench(const Robot& robot, const PlatformState& state, const Vector6& twist,
                                const Vector6& acceleration) {

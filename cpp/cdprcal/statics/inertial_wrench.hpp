@@ -15,6 +15,11 @@ struct InertialWrench {
   Eigen::Matrix<double, 6, 3> by_angular_velocity;  ///< all of ν that h depends on
   Matrix6 mass;                                     ///< M: by ν̇
 };
+/// ∂ of the centre of mass' acceleration by its arm s, at constant ν and ν̇: [ω̇]× + [ω]×².
+Matrix3 centre_acceleration_by_arm(const Vector6& twist, const Vector6& acceleration);
+/// v̇ + ω̇ × s + ω × (ω × s) [m/s²]: times the mass, the force of M ν̇ + h(ν).
+Vector3 centre_acceleration_m_s2(const Vector3& arm_m, const Vector6& twist,
+                                 const Vector6& acceleration);
 InertialWrench inertial_wrench(const Robot& robot, const PlatformState& state, const Vector6& twist,
                                const Vector6& acceleration);
 

@@ -1,10 +1,11 @@
 // What it takes to accelerate the platform, against momentum and numeric derivatives.
-#include "cdprcal/motion/inertial_wrench.hpp"
+#include "cdprcal/statics/inertial_wrench.hpp"
 
 #include "../support/numeric_jacobian.hpp"
 #include "../support/random_robot.hpp"
 #include "cdprcal/effects/effect.hpp"
-#include "cdprcal/motion/known_motion.hpp"
+#include "cdprcal/motion/damping.hpp"
+#include "cdprcal/motion/motion_state.hpp"
 
 namespace cdprcal::test {
 namespace {
@@ -83,7 +84,7 @@ TEST(InertialWrench, HasTheseDerivatives) {
   }
 }
 
-TEST(KnownMotion, DampingTakesTheEnergyThatItsDecaysSay) {
+TEST(KnownDamping, TakesTheEnergyThatItsDecaysSay) {
   Rng rng(3);
   for (int i = 0; i < 20; ++i) {
     const Moving moving = random_motion(rng);
@@ -100,52 +101,51 @@ TEST(KnownMotion, DampingTakesTheEnergyThatItsDecaysSay) {
   }
 }
 
-TEST(KnownMotion, CountsAtItsMomentsOnly) {
+TEST(InertialWrench, IsTheMassTimesWhatItsCentreIsAcceleratedBy) {
   Rng rng(4);
-  const Moving moving = random_motion(rng);
-  const auto effect =
-      known_motion({{7.0}, {3.5, moving.state.twist, moving.state.acceleration}}, {0.4, 0.2});
-  EXPECT_EQ(effect->size(4), 0);
-  const auto added_at = [&](const Pose& pose, double time_s) {
-    Measurement m;
-    m.time_s = time_s;
-    const PlatformState state = platform_state(moving.robot, pose);
-    PoseEvaluation evaluation;
-    evaluation.wrench.setZero();
-    evaluation.wrench_by_twist.setZero();
-    effect->add_to_readings({moving.robot, state, pose, m}, {}, evaluation);
-    return evaluation;
-  };
-  const Pose& pose = moving.state.pose;
-  EXPECT_EQ(added_at(pose, 3.4).wrench, Vector6::Zero());
-  EXPECT_EQ(added_at(pose, 7.0).wrench, Vector6::Zero());  // at rest then
-  const Vector6 expected =
-      inertial_wrench(moving.robot, moving.platform(), moving.state.twist,
-                      moving.state.acceleration)
-          .wrench +
-      damping_wrench(moving.robot, moving.platform(), moving.state.twist) * Vector2(0.4, 0.2);
-  EXPECT_LT((added_at(pose, 3.5).wrench - expected).norm(), 1e-12 * expected.norm());
+  for (int i = 0; i < 20; ++i) {
+    const Moving moving = random_motion(rng);
+    const PlatformState platform = moving.platform();
+    const InertialWrench at =
+        inertial_wrench(moving.robot, platform, moving.state.twist, moving.state.acceleration);
+    const Vector3 force_N = moving.robot.platform.mass_kg *
+                            centre_acceleration_m_s2(platform.centre_of_mass_arm_m,
+                                                     moving.state.twist, moving.state.acceleration);
+    EXPECT_LT((at.wrench.head<3>() - force_N).norm(), 1e-12 * force_N.norm());
+  }
 }
 
-TEST(KnownMotion, HasTheseDerivatives) {
+/// A measurement in motion, and what the balance gains by it.
+PoseEvaluation balanced(const Moving& moving, const Pose& pose, const ActiveEffects& effects) {
+  Measurement m;
+  m.tension_N = CableVector::Zero(moving.robot.cable_count());
+  m.twist = moving.state.twist;
+  m.acceleration = moving.state.acceleration;
+  PoseEvaluation out;
+  evaluate_pose(moving.robot, m, pose, StaticsModel::wrench, {}, effects, true, out);
+  return out;
+}
+
+TEST(InertialWrench, IsPartOfTheBalanceWithItsDerivatives) {
   Rng rng(5);
+  const ActiveEffects damping{{known_damping({0.7, 0.3}), EffectValues()}};
   for (int i = 0; i < 10; ++i) {
     const Moving moving = random_motion(rng);
-    const auto effect =
-        known_motion({{1.0, moving.state.twist, moving.state.acceleration}}, {0.7, 0.3});
-    const auto evaluated = [&](const Pose& pose) {
-      Measurement m;
-      m.time_s = 1.0;
-      PoseEvaluation out;
-      out.wrench.setZero();
-      out.wrench_by_twist.setZero();
-      effect->add_to_readings({moving.robot, platform_state(moving.robot, pose), pose, m}, {}, out);
-      return out;
-    };
+    const Pose& pose = moving.state.pose;
+    const PlatformState platform = moving.platform();
+    const Vector6 expected =
+        inertial_wrench(moving.robot, platform, moving.state.twist, moving.state.acceleration)
+            .wrench +
+        damping_wrench(moving.robot, platform, moving.state.twist) * Vector2(0.7, 0.3) -
+        gravity_wrench(moving.robot, platform);
+    const PoseEvaluation at = balanced(moving, pose, damping);
+    EXPECT_LT((at.wrench - expected).norm(), 1e-12 * expected.norm());
     const NumericJacobian numeric = numeric_pose_jacobian(
-        [&](const Pose& pose) -> Eigen::VectorXd { return evaluated(pose).wrench; },
-        moving.state.pose);
-    EXPECT_TRUE(jacobian_matches(evaluated(moving.state.pose).wrench_by_twist, numeric));
+        [&](const Pose& moved) -> Eigen::VectorXd {
+          return balanced(moving, moved, damping).wrench;
+        },
+        pose);
+    EXPECT_TRUE(jacobian_matches(at.wrench_by_twist, numeric));
   }
 }
 
