@@ -203,11 +203,24 @@ void register_in_motion(py::module_& module) {
                     "motion adds nothing.")
       .def_readonly("in_motion", &InMotion::in_motion, "Whether it is that of rests and motion.")
       .def_property_readonly(
-          "damping_shift_1_s", [](const InMotion& self) { return self.damping.shift_1_s; },
+          "damping_shift_1_s", [](const InMotion& self) { return self.beside.damping_1_s[0]; },
           "1/T: forces 2m/T v hold the centre of mass back.")
       .def_property_readonly(
-          "damping_turn_1_s", [](const InMotion& self) { return self.damping.turn_1_s; },
+          "damping_turn_1_s", [](const InMotion& self) { return self.beside.damping_1_s[1]; },
           "1/T: moments 2I/T w hold turns back.")
+      .def_property_readonly(
+          "late",
+          [](const InMotion& self) {
+            std::vector<AppliedEffect> out;
+            for (const ActiveEffect& active : self.beside.late) {
+              out.push_back(applied_effect(*active.effect,
+                                           active.effect->to_reported(active.values),
+                                           self.calibration.problem.robot.cable_count()));
+            }
+            return out;
+          },
+          "List of AppliedEffect: what makes readings of one moment belong to different ones "
+          "(sensor_delay), found beside the pose where it is clear; a copy.")
       .def_readonly("swings", &InMotion::swings,
                     "List of Swing, the slowest mode first: where the winches were locked for long "
                     "enough.")

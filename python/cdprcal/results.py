@@ -117,6 +117,7 @@ def motion_as_dict(found: _core.InMotion, document: dict[str, Any]) -> dict[str,
         "moments": found.calibration.kinematic_poses,
         "damping_shift_1_s": number(found.damping_shift_1_s),
         "damping_turn_1_s": number(found.damping_turn_1_s),
+        "late": [{"name": late.name, "parameters": late.parameters} for late in found.late],
         "swings": [
             {key: number(getattr(swing, key)) for key in ("model_hz", "measured_hz", "size_m")}
             for swing in found.swings

@@ -101,7 +101,8 @@ DiagnosisRun run_from(const Robot& robot, const Log& log, bool motion, Signals& 
   run.known = calibration.problem.effects;
   // What the calibration found to make its path by is still to be named.
   std::erase_if(run.known, [&](const ActiveEffect& active) {
-    return std::ranges::find(start.late, active.effect, &ActiveEffect::effect) != start.late.end();
+    return std::ranges::find(start.beside.late, active.effect, &ActiveEffect::effect) !=
+           start.beside.late.end();
   });
   for (Measurement& m : run.measurements) gate_slack(robot, run.known, m);
   run.offsets = offsets_at(with_effects(robot, run.known), run.poses[0], run.measurements[0]);

@@ -1,6 +1,5 @@
 #include "cdprcal/motion/calibrate_in_motion.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -27,9 +26,8 @@ constexpr double kShareOfPeriod = 0.08, kMostHalf_s = 0.25;
 constexpr double kRestless = 200.0;
 /// Fewer rests than that say too little to begin with.
 constexpr std::size_t kFewRests = 2;
-/// Damping is expected to be of this size [1/s], and found with the poses in so many turns.
-constexpr double kUsualDamping_1_s = 1.0;
-constexpr int kDampingTurns = 4;
+/// Solved so often in a round, what is found beside the poses anew in between.
+constexpr int kTurns = 3;
 /// Late readings and the path that shows how late they are settle in so many rounds more.
 constexpr int kLateRounds = 2;
 
@@ -90,28 +88,8 @@ std::vector<Calibration> swinging_starts(const Robot& robot, const Log& given,
   return out;
 }
 
-/// The damping that the balances of the moments ask for beyond what they have (least squares under
-/// a prior).
-MotionDamping more_damping(const CalibrationProblem& problem, const CalibrationResult& result,
-                           std::size_t moments, const MotionDamping& present) {
-  const Robot robot = with_effects(problem.robot, problem.effects);
-  const double rms_N = std::max(result.residual_rms.wrench_force_N, 1e-9);
-  const double prior = std::pow(rms_N / kUsualDamping_1_s, 2);
-  Eigen::Matrix2d information = prior * Eigen::Matrix2d::Identity();
-  Eigen::Vector2d gradient = prior * Eigen::Vector2d(present.shift_1_s, present.turn_1_s);
-  const double arm_m = characteristic_length_m(robot);
-  for (std::size_t i = problem.measurements.size() - moments; i < result.poses.size(); ++i) {
-    Vector6 wrench = result.residuals[i].wrench;
-    if (!wrench.allFinite()) continue;
-    Eigen::Matrix<double, 6, 2> unit = damping_wrench(robot, platform_state(robot, result.poses[i]),
-                                                      problem.measurements[i].twist);
-    wrench.tail<3>() /= arm_m;
-    unit.bottomRows<3>() /= arm_m;
-    information += unit.transpose() * unit;
-    gradient += unit.transpose() * wrench;
-  }
-  const Eigen::Vector2d more = -information.inverse() * gradient;
-  return {more[0], more[1]};
+bool converged(const InMotion& found) {
+  return found.calibration.result.status == CalibrationStatus::converged;
 }
 
 /// What each round begins with.
@@ -120,7 +98,6 @@ struct MovingRun {
   const CorrectedRun& corrected;
   PathState directions;
   ActiveEffects effects;  ///< that the robot file lists
-  ActiveEffects late;     ///< InMotion::late
 };
 
 /// How well it is known what the motion of a sample takes [N, Nm].
@@ -170,55 +147,6 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving,
   return guess.size() - rests;
 }
 
-/// The rests of a calibration and the moments of motion between them, solved together.
-InMotion with_motion(const Calibration& start, const MovingRun& moving) {
-  const CalibrateOptions& options = moving.options.calibrate;
-  const std::vector<SmoothedSample> path = smoothed(start, moving.corrected, kRestless);
-  InMotion out;
-  out.calibration = start;
-  out.in_motion = true;
-  out.late = moving.late;
-  CalibrationProblem& problem = out.calibration.problem;
-  problem.measurements.clear();
-  std::vector<Pose> guess;
-  for (std::size_t i = 0; i < start.problem.measurements.size(); ++i) {
-    const Measurement& m = start.problem.measurements[i];
-    const bool rest = m.kind == PoseKind::static_pose && is_resting(start, m.time_s, 1e-9);
-    if (i > 0 && !rest) continue;
-    problem.measurements.push_back(m);
-    guess.push_back(start.result.poses[i]);
-  }
-  out.calibration.static_poses = static_cast<int>(problem.measurements.size());
-  const std::size_t moments = add_moments(start, moving, path, problem, guess);
-  out.calibration.kinematic_poses = static_cast<int>(moments);
-  problem.noise.reset();
-  const Signal& tension = start.signals[static_cast<std::size_t>(Channel::balance)];
-  out.calibration.gated = gate_slack(problem, tension.sigma * std::sqrt(tension.rows));
-  CalibrationResult& result = out.calibration.result;
-  for (int turn = 0; turn < kDampingTurns; ++turn) {
-    problem.effects = moving.effects;
-    problem.effects.insert(problem.effects.end(), moving.late.begin(), moving.late.end());
-    problem.effects.push_back({known_damping(out.damping), EffectValues()});
-    result = solve(problem, guess, options.solve);
-    if (result.status != CalibrationStatus::converged) break;
-    guess = result.poses;
-    if (!std::isfinite(result.residual_rms.wrench_force_N)) break;  // nothing balances
-    const MotionDamping more = more_damping(problem, result, moments, out.damping);
-    out.damping.shift_1_s += more.shift_1_s;
-    out.damping.turn_1_s += more.turn_1_s;
-  }
-  Refinement refined = refine(problem, result, start.signals, options.solve, options.refine);
-  problem = std::move(refined.problem);
-  result = std::move(refined.result);
-  auto& gated = out.calibration.gated;
-  gated.insert(gated.end(), refined.gated.begin(), refined.gated.end());
-  return out;
-}
-
-bool converged(const InMotion& found) {
-  return found.calibration.result.status == CalibrationStatus::converged;
-}
-
 /// How many moments are worth one independent reading: what is wrong at a place stays wrong nearby.
 /// 1 + 2 Σ ρ_k, the autocorrelation of the residuals of all moments in their order, until it is
 /// gone (Sokal 1997).
@@ -261,43 +189,104 @@ double moments_a_reading(const InMotion& found) {
   return worth;
 }
 
-/// InMotion::late, as a calibration in motion shows it.
-ActiveEffects late_readings(const InMotion& found, const MovingRun& moving) {
+/// What is found beside the poses, by a calibration in motion: all of it at once, the poses free.
+Beside found_beside(const InMotion& found, const MovingRun& moving) {
   constexpr double kClear = 4.0;  // of σ: as many effects are looked at, in as many runs
   DiagnosisModel model = model_of(found.calibration);
-  ActiveEffects& known = model.runs.front().known;
-  known = moving.effects;
-  known.push_back({known_damping(found.damping), EffectValues()});
+  model.runs.front().known = moving.effects;
+  model.effects.push_back({damping(), found.beside.damping_1_s});
   const int cables = model.robot.cable_count();
   for (const auto& effect : untried(model, Shows::in_motion)) {
     const bool listed =
         std::ranges::find(moving.effects, effect, &ActiveEffect::effect) != moving.effects.end();
     if (!listed) model.effects.push_back({effect, EffectValues::Zero(effect->size(cables))});
   }
-  if (model.effects.empty() || !fit_with_noise(model)) return moving.late;
-  const auto values = model.values();
-  const Eigen::VectorXd sigma = covariance(model).diagonal().tail(values.size()).cwiseSqrt() *
-                                std::sqrt(moments_a_reading(found));
-  ActiveEffects out;
-  Eigen::Index begin = 0;
-  for (const EffectTerm& term : model.effects) {
-    const Eigen::Index size = term.values.size();
-    const Eigen::VectorXd z = values.segment(begin, size).cwiseQuotient(sigma.segment(begin, size));
-    if (z.cwiseAbs().maxCoeff() > kClear) out.push_back({term.effect, term.values});
-    begin += size;
+  if (!fit_with_noise(model)) return found.beside;
+  const Eigen::Index values = model.values().size();
+  const Eigen::VectorXd sigma =
+      std::sqrt(moments_a_reading(found)) * covariance(model).diagonal().tail(values).cwiseSqrt();
+  Eigen::Index begin = values;
+  const std::size_t before = model.effects.size();
+  for (std::size_t k = before; k-- > 1;) {
+    const EffectValues& of = model.effects[k].values;
+    begin -= of.size();
+    const double z = of.cwiseQuotient(sigma.segment(begin, of.size())).cwiseAbs().maxCoeff();
+    if (!(z > kClear)) model.effects.erase(model.effects.begin() + static_cast<std::ptrdiff_t>(k));
+  }
+  if (model.effects.size() < before && !fit_with_noise(model)) return found.beside;
+  Beside out;
+  out.damping_1_s = model.effects.front().values.cwiseMax(0.0);
+  for (std::size_t k = 1; k < model.effects.size(); ++k) {
+    out.late.push_back({model.effects[k].effect, model.effects[k].values});
   }
   return out;
 }
 
+/// The effects of a problem in motion.
+ActiveEffects effects_with(const MovingRun& moving, const Beside& beside) {
+  ActiveEffects out = moving.effects;
+  out.insert(out.end(), beside.late.begin(), beside.late.end());
+  out.push_back({damping(), beside.damping_1_s});
+  return out;
+}
+
+/// The rests of a calibration and the moments of motion between them, solved together.
+InMotion with_motion(const Calibration& start, const MovingRun& moving, const Beside& beside = {}) {
+  const CalibrateOptions& options = moving.options.calibrate;
+  const std::vector<SmoothedSample> path = smoothed(start, moving.corrected, kRestless);
+  InMotion out;
+  out.calibration = start;
+  out.in_motion = true;
+  out.beside = beside;
+  CalibrationProblem& problem = out.calibration.problem;
+  problem.measurements.clear();
+  std::vector<Pose> guess;
+  for (std::size_t i = 0; i < start.problem.measurements.size(); ++i) {
+    const Measurement& m = start.problem.measurements[i];
+    const bool rest = m.kind == PoseKind::static_pose && is_resting(start, m.time_s, 1e-9);
+    if (i > 0 && !rest) continue;
+    problem.measurements.push_back(m);
+    guess.push_back(start.result.poses[i]);
+  }
+  out.calibration.static_poses = static_cast<int>(problem.measurements.size());
+  const std::size_t moments = add_moments(start, moving, path, problem, guess);
+  out.calibration.kinematic_poses = static_cast<int>(moments);
+  problem.noise.reset();
+  const Signal& tension = start.signals[static_cast<std::size_t>(Channel::balance)];
+  out.calibration.gated = gate_slack(problem, tension.sigma * std::sqrt(tension.rows));
+  CalibrationResult& result = out.calibration.result;
+  for (int turn = 0; turn < kTurns; ++turn) {
+    problem.effects = effects_with(moving, out.beside);
+    result = solve(problem, guess, options.solve);
+    if (!converged(out) || !std::isfinite(result.residual_rms.wrench_force_N)) break;
+    guess = result.poses;
+    if (turn + 1 < kTurns) out.beside = found_beside(out, moving);
+  }
+  Refinement refined = refine(problem, result, start.signals, options.solve, options.refine);
+  problem = std::move(refined.problem);
+  result = std::move(refined.result);
+  auto& gated = out.calibration.gated;
+  gated.insert(gated.end(), refined.gated.begin(), refined.gated.end());
+  return out;
+}
+
 /// The calibration that the next round begins with.
-Calibration next_start(const InMotion& found, const ActiveEffects& late) {
+Calibration next_start(const InMotion& found, const MovingRun& moving, const Beside& beside) {
   Calibration start = as_start(found.calibration);
-  ActiveEffects& effects = start.problem.effects;
-  std::erase_if(effects, [&](const ActiveEffect& active) {
-    return active.effect->shows() == Shows::in_motion;
-  });
-  effects.insert(effects.end(), late.begin(), late.end());
+  start.problem.effects = effects_with(moving, beside);
   return start;
+}
+
+/// "sensor_delay delay_s = 0.0137".
+std::string in_words(const ActiveEffect& active) {
+  const EffectValues values = active.effect->to_reported(active.values);
+  std::string out = active.effect->name() + " " + active.effect->info().parameters.front().name;
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%s%.3g", i == 0 ? " = " : ", ", values[i]);
+    out += text;
+  }
+  return out;
 }
 
 void check_options(const InMotionOptions& options) {
@@ -324,8 +313,8 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   as_fitted.allow_for_effects = as_fitted.solve.explain = false;
   Calibration plain = calibrate(robot, log, as_fitted);
   const CorrectedRun run(robot, log, options.calibrate.segment);
-  MovingRun moving{
-      options, run, path_state(robot, run.log), resolve_effects(robot, log.source), {}};
+  const MovingRun moving{options, run, path_state(robot, run.log),
+                         resolve_effects(robot, log.source)};
   std::optional<InMotion> found;
   const auto take = [&](InMotion next) {
     if (!found || std::pair(!converged(next), next.calibration.result.cost) <
@@ -343,10 +332,10 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
     }
   }
   for (int round = begun ? 1 : 0;
-       found && round < options.rounds + (moving.late.empty() ? 0 : kLateRounds); ++round) {
+       found && round < options.rounds + (found->beside.late.empty() ? 0 : kLateRounds); ++round) {
     if (found->calibration.result.poses.empty()) break;
-    moving.late = late_readings(*found, moving);
-    InMotion next = with_motion(next_start(*found, moving.late), moving);
+    const Beside beside = found_beside(*found, moving);
+    InMotion next = with_motion(next_start(*found, moving, beside), moving, beside);
     if (!converged(next) && !(next.calibration.result.cost < found->calibration.result.cost)) break;
     found = std::move(next);
   }
@@ -367,6 +356,10 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
     return without_motion(
         "the model misfits by more than the uncertainty could allow for; diagnose --motion looks "
         "for what it lacks");
+  }
+  for (const ActiveEffect& active : found->beside.late) {
+    result.reason += "; readings come late, which the pose allows for: " + in_words(active) +
+                     "; enter it in the robot file, or correct the time stamps";
   }
   if (result.covariance) {
     *result.covariance *= worth;

@@ -16,15 +16,20 @@ struct InMotionOptions {
   int rounds = 2;          ///< how often the motion is found anew
 };
 
+/// What is found beside the poses, and the path that accelerations come from depends on.
+struct Beside {
+  EffectValues damping_1_s = EffectValues::Zero(2);  ///< of shifts, of turns (damping.hpp)
+  /// What makes readings of one moment belong to different ones (Shows::in_motion), where it is
+  /// clear.
+  ActiveEffects late;
+};
+
 struct InMotion {
   /// Rests (static_poses) and moments of motion (kinematic_poses), all in balance. Where it does
   /// not converge: what calibrate() says of the same log, and why in its reason.
   Calibration calibration;
   bool in_motion = false;  ///< whether it is that of rests and motion
-  MotionDamping damping;   ///< found beside it
-  /// Found beside it, too: what makes readings of one moment belong to different ones
-  /// (Shows::in_motion), where it is clear. The path that accelerations come from depends on it.
-  ActiveEffects late;
+  Beside beside;
   std::vector<Swing> swings;       ///< with locked winches
   double moments_a_reading = 1.0;  ///< so many are worth one independent reading
 };

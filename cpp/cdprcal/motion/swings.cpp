@@ -17,8 +17,9 @@ namespace {
 constexpr double kMost_s = 60.0, kFewestPeriods = 4.0;
 /// A mode of the model and the one that was measured are of the same kind within this factor.
 constexpr double kAlike = 1.5;
-/// A peak of the spectrum is this many times its median.
-constexpr double kPeak = 30.0;
+/// A peak of the spectrum is this many times its median; or, in a stretch so short that peaks fill
+/// the spectrum, has this share of the motion, which is much larger than what is known of it.
+constexpr double kPeak = 30.0, kLargeShare = 0.2, kWellSeen = 25.0;
 /// What readings that stay range over, in their σ.
 constexpr double kNoise = 10.0;
 /// Larger swings are slower than their mode [rad].
@@ -83,10 +84,11 @@ Eigen::VectorXcd amplitude(const Eigen::MatrixXd& motion, const Eigen::VectorXd&
   return motion * window.cwiseProduct(wave) * (2.0 / window.sum());
 }
 
-/// Frequencies at which a spectrum has its maxima, each between its neighbours.
-std::vector<double> peaks(const Eigen::VectorXd& power, double step_hz) {
+/// Frequencies at which a spectrum has its maxima, each between its neighbours. `large`: of power
+/// that is no noise.
+std::vector<double> peaks(const Eigen::VectorXd& power, double step_hz, double large) {
   std::vector<double> sorted(power.begin(), power.end());
-  const double least = kPeak * median(sorted);
+  const double least = std::min(large, kPeak * median(sorted));
   std::vector<double> out;
   for (Eigen::Index k = 1; k + 1 < power.size(); ++k) {
     const double before = power[k - 1], at = power[k], after = power[k + 1];
@@ -125,12 +127,14 @@ std::vector<Swing> swings(const Calibration& calibration, const CorrectedRun& ru
   // In coordinates of the modes, in which all have the same mass.
   const Matrix6 mass = mass_matrix(robot, state);
   const Eigen::MatrixXd to_modes = modes.shape.transpose() * mass;
+  double noise = 0.0;
   Eigen::MatrixXd motion(model_hz.size(), samples);
   Eigen::VectorXd time_s(samples), window(samples);
   for (Eigen::Index k = 0; k < samples; ++k) {
     const SmoothedSample& s = still[static_cast<std::size_t>(k)];
     time_s[k] = s.time_s - still.front().time_s;
     motion.col(k) = to_modes * minus(s.state.pose, mean);
+    noise += (to_modes * s.covariance.topLeftCorner<6, 6>() * to_modes.transpose()).trace();
     window[k] = 1.0 - std::cos(2.0 * kPi * time_s[k] / lasts_s);
   }
   const double step_hz = 0.25 / lasts_s, most_hz = kAlike * model_hz.maxCoeff();
@@ -138,12 +142,15 @@ std::vector<Swing> swings(const Calibration& calibration, const CorrectedRun& ru
   for (Eigen::Index k = 0; k < power.size(); ++k) {
     power[k] = amplitude(motion, time_s, window, step_hz * static_cast<double>(k)).squaredNorm();
   }
+  // A sine of amplitude a has the variance a²/2.
+  const double all = motion.squaredNorm(), each = 2.0 / static_cast<double>(samples);
+  const double large = all > kWellSeen * noise ? kLargeShare * each * all : HUGE_VAL;
   struct Pair {
     Eigen::Index mode;
     double hz, share;  ///< of the peak's energy that is in the mode
   };
   std::vector<Pair> pairs;
-  for (const double hz : peaks(power, step_hz)) {
+  for (const double hz : peaks(power, step_hz, large)) {
     const Eigen::VectorXd energy = amplitude(motion, time_s, window, hz).cwiseAbs2();
     for (Eigen::Index m = 0; m < energy.size(); ++m) {
       if (hz < kAlike * model_hz[m] && model_hz[m] < kAlike * hz) {

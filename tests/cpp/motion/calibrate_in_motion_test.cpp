@@ -90,7 +90,7 @@ TEST(InMotion, ShortRunsSayMoreThanTheirRestsAlone) {
     ASSERT_TRUE(found.in_motion) << found.calibration.result.reason;
     EXPECT_GT(found.calibration.kinematic_poses, 10);
     // The simulated platform's: its decays are of one second.
-    EXPECT_NEAR(found.damping.shift_1_s, 1.0, 0.4);
+    EXPECT_NEAR(found.beside.damping_1_s[0], 1.0, 0.4);
     const Vector6 error = minus(found.calibration.result.poses[0], run.truth[0].pose);
     EXPECT_LT(error.dot(found.calibration.result.covariance->llt().solve(error)), 22.5);  // 99.9 %
     EXPECT_LT(error.head<3>().norm(), 15e-3);
@@ -99,6 +99,28 @@ TEST(InMotion, ShortRunsSayMoreThanTheirRestsAlone) {
     motion_m2 += error.head<3>().squaredNorm();
   }
   EXPECT_LT(motion_m2, 0.8 * rests_m2);
+}
+
+TEST(InMotion, FindsHowLateTheAttitudeIs) {
+  const Robot robot = load_robot("irma4");
+  for (const double delay_s : {0.0, 0.04}) {
+    StartUpPlan plan;
+    plan.setpoint_N = default_setpoints(robot, 2, 2, 1);
+    StartUpRunOptions options;
+    options.log_rate_Hz = 100.0;
+    options.startup.wait_for_rest = false;
+    options.simulator.effects = {{"sensor_delay", {delay_s}}};
+    const StartUpRun run = simulate_startup(robot, plan, options);
+    const InMotion found = calibrate_in_motion(robot, run.log);
+    ASSERT_TRUE(found.in_motion) << found.calibration.result.reason;
+    ASSERT_EQ(found.beside.late.size(), delay_s > 0.0 ? 1U : 0U);
+    if (!found.beside.late.empty()) {
+      EXPECT_NEAR(found.beside.late[0].values[0], delay_s, 0.005);
+    }
+    const CalibrationResult& result = found.calibration.result;
+    const Vector6 error = minus(result.poses[0], run.truth[0].pose);
+    EXPECT_LT(error.dot(result.covariance->llt().solve(error)), 22.5);  // 99.9 %
+  }
 }
 
 TEST(InMotion, WholeRunsStayAsGood) {

@@ -84,23 +84,6 @@ TEST(InertialWrench, HasTheseDerivatives) {
   }
 }
 
-TEST(KnownDamping, TakesTheEnergyThatItsDecaysSay) {
-  Rng rng(3);
-  for (int i = 0; i < 20; ++i) {
-    const Moving moving = random_motion(rng);
-    const auto unit = damping_wrench(moving.robot, moving.platform(), moving.state.twist);
-    const Vector2 power = unit.transpose() * moving.state.twist;
-    const Matrix3 r = moving.state.pose.rotation_matrix();
-    const Vector3 rate = moving.state.twist.tail<3>();
-    const Vector3 velocity = moving.state.twist.head<3>() +
-                             rate.cross(Vector3(r * moving.robot.platform.centre_of_mass_m));
-    EXPECT_NEAR(power[0], 2.0 * moving.robot.platform.mass_kg * velocity.squaredNorm(), 1e-9);
-    EXPECT_NEAR(power[1],
-                2.0 * rate.dot(r * moving.robot.platform.inertia_kg_m2 * r.transpose() * rate),
-                1e-9);
-  }
-}
-
 TEST(InertialWrench, IsTheMassTimesWhatItsCentreIsAcceleratedBy) {
   Rng rng(4);
   for (int i = 0; i < 20; ++i) {
@@ -126,23 +109,48 @@ PoseEvaluation balanced(const Moving& moving, const Pose& pose, const ActiveEffe
   return out;
 }
 
+TEST(Damping, TakesTheEnergyThatItsDecaysSay) {
+  Rng rng(3);
+  for (int i = 0; i < 20; ++i) {
+    const Moving moving = random_motion(rng);
+    Measurement m;
+    m.twist = moving.state.twist;
+    const PlatformState platform = moving.platform();
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(ReadingRows{4}.size(), 2);
+    damping()->columns({moving.robot, platform, moving.state.pose, m}, {}, columns);
+    const Vector2 power = columns.bottomRows<6>().transpose() * m.twist;
+    const Matrix3 r = moving.state.pose.rotation_matrix();
+    const Vector3 rate = m.twist.tail<3>();
+    const Vector3 velocity =
+        m.twist.head<3>() + rate.cross(Vector3(r * moving.robot.platform.centre_of_mass_m));
+    EXPECT_NEAR(power[0], 2.0 * moving.robot.platform.mass_kg * velocity.squaredNorm(), 1e-9);
+    EXPECT_NEAR(power[1],
+                2.0 * rate.dot(r * moving.robot.platform.inertia_kg_m2 * r.transpose() * rate),
+                1e-9);
+  }
+}
+
 TEST(InertialWrench, IsPartOfTheBalanceWithItsDerivatives) {
   Rng rng(5);
-  const ActiveEffects damping{{known_damping({0.7, 0.3}), EffectValues()}};
+  const Vector2 by_s(0.7, 0.3);
+  const ActiveEffects damped{{damping(), by_s}};
   for (int i = 0; i < 10; ++i) {
     const Moving moving = random_motion(rng);
     const Pose& pose = moving.state.pose;
     const PlatformState platform = moving.platform();
+    Measurement m;
+    m.twist = moving.state.twist;
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(ReadingRows{4}.size(), 2);
+    damping()->columns({moving.robot, platform, pose, m}, {}, columns);
     const Vector6 expected =
         inertial_wrench(moving.robot, platform, moving.state.twist, moving.state.acceleration)
             .wrench +
-        damping_wrench(moving.robot, platform, moving.state.twist) * Vector2(0.7, 0.3) -
-        gravity_wrench(moving.robot, platform);
-    const PoseEvaluation at = balanced(moving, pose, damping);
+        columns.bottomRows<6>() * by_s - gravity_wrench(moving.robot, platform);
+    const PoseEvaluation at = balanced(moving, pose, damped);
     EXPECT_LT((at.wrench - expected).norm(), 1e-12 * expected.norm());
     const NumericJacobian numeric = numeric_pose_jacobian(
         [&](const Pose& moved) -> Eigen::VectorXd {
-          return balanced(moving, moved, damping).wrench;
+          return balanced(moving, moved, damped).wrench;
         },
         pose);
     EXPECT_TRUE(jacobian_matches(at.wrench_by_twist, numeric));
