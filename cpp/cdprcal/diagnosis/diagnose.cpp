@@ -284,14 +284,13 @@ DiagnosisModel with_discrepancy(const DiagnosisModel& model, Diagnosis& out) {
 }
 
 /// The effects of these names, each once. Throws InputError for a name that cannot be fitted.
-Candidates chosen_effects(const Robot& robot, const std::vector<std::string>& names) {
+Candidates chosen_effects(const Robot& robot, const std::vector<std::string>& names, bool motion) {
   Candidates out;
   for (const std::string& name : names) {
     const std::shared_ptr<const Effect> effect = find_effect(robot, name);
-    if (effect->needs_motion()) {
-      throw InputError(
-          "effects: " + name +
-          " shows only in motion, which no choice fits; leave effects away, for a search");
+    if (effect->needs_motion() && !motion) {
+      throw InputError("effects: " + name +
+                       " shows only in motion; give --motion, or leave effects away, for a search");
     }
     if (std::ranges::find(out, effect) != out.end()) {
       throw InputError("effects: " + name + " stands there twice; name it once");
@@ -339,7 +338,7 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
                    const DiagnoseOptions& options) {
   if (given_logs.empty()) throw InputError("diagnose: no log; give at least one");
   const Candidates chosen =
-      chosen_effects(given, options.effects.value_or(std::vector<std::string>{}));
+      chosen_effects(given, options.effects.value_or(std::vector<std::string>{}), options.motion);
   const bool searches = !options.effects.has_value();
   Diagnosis out;
   const auto report = [&](const std::string& what) {

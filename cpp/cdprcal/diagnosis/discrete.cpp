@@ -410,9 +410,13 @@ bool rests(const Robot& robot, const Log& log) {
   return prepare(without_reading_faults(robot), log, options_for(true)).static_poses >= kFewRests;
 }
 
-/// How badly a log balances in motion: minus the log-likelihood of errors of unknown size in each
-/// channel, as many of them as are independent. Nothing where it does not balance.
-std::optional<double> misfit_in_motion(const Robot& robot, const Log& log) {
+/// How badly a log balances in motion.
+struct MisfitInMotion {
+  double of_one = 0.0;  ///< minus the log-likelihood of an error of unknown size in each channel
+  double errors = 0.0;  ///< that are independent
+};
+/// Nothing where it does not balance.
+std::optional<MisfitInMotion> misfit_in_motion(const Robot& robot, const Log& log) {
   InMotionOptions options;
   options.calibrate.allow_for_effects = false;
   options.calibrate.solve.explain = false;
@@ -425,7 +429,7 @@ std::optional<double> misfit_in_motion(const Robot& robot, const Log& log) {
                            result.residual_rms.wrench_force_N}) {
     if (rms > 0.0) sum += std::log(rms);
   }
-  return 2.0 * found.calibration.kinematic_poses / found.moments_a_reading * sum;
+  return MisfitInMotion{sum, 2.0 * found.calibration.kinematic_poses / found.moments_a_reading};
 }
 
 /// Of the attitude, where nothing balances without one: the one with which it does best.
@@ -433,18 +437,23 @@ std::optional<DiscreteFault> fault_of_balance(const Trials& trials, const Robot&
                                               const Log& log) {
   const std::vector<DiscreteFault> likely = trials.likely_of_attitude();
   if (likely.empty() || misfit_in_motion(robot, log)) return std::nullopt;
-  std::optional<DiscreteFault> best;
-  double least = std::numeric_limits<double>::infinity();
+  std::vector<std::pair<MisfitInMotion, DiscreteFault>> balancing;
   for (const DiscreteFault& fault : likely) {
     Robot other = robot;
     Log read = log;
     set_right(fault, other, read);
-    const std::optional<double> misfit = misfit_in_motion(other, read);
-    if (!misfit || !(*misfit - std::log(fault.prior) < least)) continue;
-    least = *misfit - std::log(fault.prior);
-    best = fault;
+    if (const auto misfit = misfit_in_motion(other, read)) balancing.emplace_back(*misfit, fault);
   }
-  return best;
+  if (balancing.empty()) return std::nullopt;
+  // What hangs together where a fault is not set right does so for that reason: the same readings
+  // are as many in all.
+  double errors = std::numeric_limits<double>::infinity();
+  for (const auto& [misfit, fault] : balancing) errors = std::min(errors, misfit.errors);
+  return std::ranges::min_element(balancing, {},
+                                  [&](const auto& one) {
+                                    return errors * one.first.of_one - std::log(one.second.prior);
+                                  })
+      ->second;
 }
 
 }  // namespace

@@ -47,7 +47,9 @@ struct EffectInfo {
   // Properties that others ask for, in place of its name
   bool inverse = false;    ///< files have the values' inverse: no effect is an infinite stiffness
   bool one_sided = false;  ///< nature has it in one sign only
-  bool of_load_cells = false;   ///< in the readings of the load cells, not in what cables carry
+  bool of_load_cells = false;  ///< in the readings of the load cells, not in what cables carry
+  /// What smoothing does to accelerations looks alike: fitted where asked for, never searched for.
+  bool on_request = false;
   bool of_swivel_play = false;  ///< its value is what Measurement::swivel_direction depends on
 };
 

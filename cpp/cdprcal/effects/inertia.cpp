@@ -19,7 +19,8 @@ class Inertia final : public Effect {
         .confused_with = {},
         .sentence = "the platform's moments of inertia are not those of the robot file",
         .remedy = "correct the inertia in the robot file, or secure what moves on the platform",
-        .settle = "let the platform swing about one axis after another"};
+        .settle = "let the platform swing about one axis after another",
+        .on_request = true};
     return info;
   }
   void apply(const EffectValues& error, Robot& robot) const override {

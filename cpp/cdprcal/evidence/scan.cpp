@@ -301,7 +301,7 @@ Candidates untried_between(const DiagnosisModel& model, Shows least, Shows most)
   std::erase_if(out, [&](const auto& effect) {
     const bool taken =
         std::ranges::find(model.effects, effect, &EffectTerm::effect) != model.effects.end();
-    return taken || effect->shows() < least || effect->shows() > most;
+    return taken || effect->info().on_request || effect->shows() < least || effect->shows() > most;
   });
   return out;
 }

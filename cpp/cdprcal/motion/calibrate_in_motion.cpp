@@ -21,9 +21,10 @@ namespace {
 /// Readings are smoothed over this share of a period of the fastest swing, to both sides; no more
 /// than a quarter of a second.
 constexpr double kShareOfPeriod = 0.08, kMostHalf_s = 0.25;
-/// So much more jerk than is likely keeps the accelerations of swings within a hundredth or two:
-/// the smoother's cut-off goes with its sixth root.
-constexpr double kRestless = 200.0;
+/// So much more jerk than is likely keeps the accelerations of swings within a few thousandths:
+/// what a smoother takes off a swing goes with the sixth power of its frequency, and falls as its
+/// jerk grows. Fewer would look like an error of the inertia; the poses do not mind.
+constexpr double kRestless = 2000.0;
 /// Fewer rests than that say too little to begin with.
 constexpr std::size_t kFewRests = 2;
 /// Solved so often in a round, what is found beside the poses anew in between.
