@@ -20,7 +20,7 @@ SOURCES = (
     *("model/sensors", "readings/equilibrium_detection", "readings/log", "readings/log_columns"),
     *("readings/fresh", "readings/signal"),
     *("readings/measurement", "readings/noise", "effects/pose_evaluation", "text_file"),
-    *("statics/wrench", "estimation/row_batch", "lanes/processor"),
+    *("statics/inertial_wrench", "statics/wrench", "estimation/row_batch", "lanes/processor"),
 )
 
 

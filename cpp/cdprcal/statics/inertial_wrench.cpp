@@ -1,8 +1,16 @@
 #include "cdprcal/statics/inertial_wrench.hpp"
 
-#include "cdprcal/statics/natural_frequencies.hpp"
-
 namespace cdprcal {
+
+Matrix6 mass_matrix(const Robot& robot, const PlatformState& state) {
+  const double m = robot.platform.mass_kg;
+  const Matrix3 arm = skew(state.centre_of_mass_arm_m);
+  Matrix6 mass;
+  // Steiner's theorem takes the inertia from the centre of mass to P.
+  mass << m * Matrix3::Identity(), -m * arm, m * arm,
+      state.rotation * robot.platform.inertia_kg_m2 * state.rotation.transpose() - m * arm * arm;
+  return mass;
+}
 
 Matrix3 centre_acceleration_by_arm(const Vector6& twist, const Vector6& acceleration) {
   const Matrix3 turning = skew(twist.tail<3>());

@@ -5,6 +5,9 @@
 
 namespace cdprcal {
 
+/// M (6×6) of the kinetic energy ½ νᵀMν, ν = (velocity of P, angular velocity), world axes.
+Matrix6 mass_matrix(const Robot& robot, const PlatformState& state);
+
 /// M ν̇ + h(ν) about P in world axes [N, Nm], Newton and Euler about P: ν = (velocity of P, angular
 /// velocity), ν̇ its derivative in world axes, h = (m ω×(ω×s), ω×I_P ω) with s from P to the centre
 /// of mass. Cables pull at the platform with −Ξᵀτ (t points away from the pulley), so that in

@@ -24,16 +24,6 @@ Modes modes_in(const ModeShapes& basis, const Matrix6& stiffness, const Matrix6&
 
 }  // namespace
 
-Matrix6 mass_matrix(const Robot& robot, const PlatformState& state) {
-  const double m = robot.platform.mass_kg;
-  const Matrix3 arm = skew(state.centre_of_mass_arm_m);
-  Matrix6 mass;
-  // Steiner's theorem takes the inertia from the centre of mass to P.
-  mass << m * Matrix3::Identity(), -m * arm, m * arm,
-      state.rotation * robot.platform.inertia_kg_m2 * state.rotation.transpose() - m * arm * arm;
-  return mass;
-}
-
 Modes constant_tension_modes(const Robot& robot, const PlatformState& state,
                              const CableVector& tension_N) {
   return modes_in(Matrix6::Identity(), stiffness(robot, state, tension_N),

@@ -1,7 +1,7 @@
 // Small oscillations of the platform about an equilibrium: how fast it swings, and in which way.
 #pragma once
 
-#include "cdprcal/statics/wrench.hpp"
+#include "cdprcal/statics/inertial_wrench.hpp"
 
 namespace cdprcal {
 
@@ -9,9 +9,6 @@ namespace cdprcal {
 using ModeVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 6, 1>;
 /// One twist (δp [m], δθ [rad], world axes, at P) a mode.
 using ModeShapes = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
-
-/// M (6×6) of the kinetic energy ½ νᵀMν, ν = (velocity of P, angular velocity), world axes.
-Matrix6 mass_matrix(const Robot& robot, const PlatformState& state);
 
 /// Undamped modes, the slowest first.
 struct Modes {
