@@ -221,6 +221,8 @@ void register_in_motion(py::module_& module) {
           },
           "List of AppliedEffect: what makes readings of one moment belong to different ones "
           "(sensor_delay), found beside the pose where it is clear; a copy.")
+      .def_readonly("moments_a_reading", &InMotion::moments_a_reading,
+                    "So many moments of motion are worth one independent reading.")
       .def_readonly("swings", &InMotion::swings,
                     "List of Swing, the slowest mode first: where the winches were locked for long "
                     "enough.")
@@ -239,7 +241,7 @@ void register_in_motion(py::module_& module) {
                                    {options.value_or(CalibrateOptions{}), most_moments, rounds});
       },
       py::arg("robot"), py::arg("log"), py::arg("options") = py::none(),
-      py::arg("most_moments") = 300, py::arg("rounds") = 2,
+      py::arg("most_moments") = 3000, py::arg("rounds") = 2,
       "As calibrate(), with the balance of forces and inertia at moments between the rests, or all "
       "along where there are none. InMotion. Raises InputError as calibrate() does, and for options "
       "that leave motion out (method static or kinematic, formulation paper, specified noise, "

@@ -432,11 +432,13 @@ std::optional<MisfitInMotion> misfit_in_motion(const Robot& robot, const Log& lo
   return MisfitInMotion{sum, 2.0 * found.calibration.kinematic_poses / found.moments_a_reading};
 }
 
-/// Of the attitude, where nothing balances without one: the one with which it does best.
+/// Of the attitude: the one with which the log balances best in motion, where it does so much
+/// better than as it is read.
 std::optional<DiscreteFault> fault_of_balance(const Trials& trials, const Robot& robot,
                                               const Log& log) {
   const std::vector<DiscreteFault> likely = trials.likely_of_attitude();
-  if (likely.empty() || misfit_in_motion(robot, log)) return std::nullopt;
+  if (likely.empty()) return std::nullopt;
+  const std::optional<MisfitInMotion> as_read = misfit_in_motion(robot, log);
   std::vector<std::pair<MisfitInMotion, DiscreteFault>> balancing;
   for (const DiscreteFault& fault : likely) {
     Robot other = robot;
@@ -447,13 +449,14 @@ std::optional<DiscreteFault> fault_of_balance(const Trials& trials, const Robot&
   if (balancing.empty()) return std::nullopt;
   // What hangs together where a fault is not set right does so for that reason: the same readings
   // are as many in all.
-  double errors = std::numeric_limits<double>::infinity();
+  double errors = as_read ? as_read->errors : std::numeric_limits<double>::infinity();
   for (const auto& [misfit, fault] : balancing) errors = std::min(errors, misfit.errors);
-  return std::ranges::min_element(balancing, {},
-                                  [&](const auto& one) {
-                                    return errors * one.first.of_one - std::log(one.second.prior);
-                                  })
-      ->second;
+  const auto surprise = [&](const std::pair<MisfitInMotion, DiscreteFault>& one) {
+    return errors * one.first.of_one - std::log(one.second.prior);
+  };
+  const auto best = std::ranges::min_element(balancing, {}, surprise);
+  if (as_read && surprise(*best) + kSure > errors * as_read->of_one) return std::nullopt;
+  return best->second;
 }
 
 }  // namespace

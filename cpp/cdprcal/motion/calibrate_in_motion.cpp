@@ -1,5 +1,8 @@
 #include "cdprcal/motion/calibrate_in_motion.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -121,7 +124,9 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving,
                                          start.problem.measurements[middle].tension_N);
   const double begin_s = log.time_s[run.rows.begin];
   const double lasts_s = log.time_s[run.rows.end - 1] - begin_s;
-  const double spacing_s = std::max(2.0 * half_s, lasts_s / moving.options.most_moments);
+  // A parabola's middle tells less than half of what its samples do; neighbours that share three
+  // quarters of them tell most of the rest. That their errors hang together is counted afterwards.
+  const double spacing_s = std::max(0.5 * half_s, lasts_s / moving.options.most_moments);
   const std::size_t rests = guess.size();
   double last_s = begin_s;
   for (Eigen::Index row = run.rows.begin + 1; row < run.rows.end; ++row) {
@@ -188,6 +193,24 @@ double moments_a_reading(const InMotion& found) {
     worth += 2.0 * rho;
   }
   return worth;
+}
+
+/// What an error of the initial pose grows by where as many moments are worth one: √worth, and less
+/// in the directions in which the rests know as much alone. With the information J of rests and I −
+/// J of motion, both as counted, the errors' covariance is J + worth (I − J).
+Matrix6 widening(const CalibrationResult& together, const Calibration& plain, double worth) {
+  const std::optional<Matrix6>& alone = plain.result.covariance;
+  if (!together.covariance) return Matrix6::Identity();
+  const Matrix6 root = together.covariance->llt().matrixL();
+  Matrix6 of_rests = Matrix6::Zero();
+  if (rests(plain) && alone && plain.result.status == CalibrationStatus::converged) {
+    of_rests = root.transpose() * alone->llt().solve(root);
+  }
+  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(0.5 * (of_rests + of_rests.transpose()));
+  const Vector6 share = eigen.eigenvalues().cwiseMax(0.0).cwiseMin(1.0);
+  const Vector6 scale = (worth - (worth - 1.0) * share.array()).sqrt();
+  const Matrix6 axes = root * eigen.eigenvectors();
+  return axes * scale.asDiagonal() * axes.inverse();
 }
 
 /// What is found beside the poses, by a calibration in motion: all of it at once, the poses free.
@@ -353,6 +376,7 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   }
   CalibrationResult& result = found->calibration.result;
   const double worth = found->moments_a_reading = moments_a_reading(*found);
+  const Matrix6 widened = widening(result, plain, worth);
   if (!allow_for_effects(options.calibrate, found->calibration)) {
     return without_motion(
         "the model misfits by more than the uncertainty could allow for; diagnose --motion looks "
@@ -363,8 +387,8 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
                      "; enter it in the robot file, or correct the time stamps";
   }
   if (result.covariance) {
-    *result.covariance *= worth;
-    result.standard_deviation *= std::sqrt(worth);
+    *result.covariance = widened * *result.covariance * widened.transpose();
+    result.standard_deviation = result.covariance->diagonal().cwiseSqrt();
   }
   found->swings = swings(found->calibration, run, smoothed(found->calibration, run));
   if (options.calibrate.solve.explain) {

@@ -12,8 +12,8 @@ struct InMotionOptions {
   /// Of the method unified and the full formulation, with noise from the data; at_s and guess
   /// unset.
   CalibrateOptions calibrate;
-  int most_moments = 300;  ///< of motion that count, beside the rests
-  int rounds = 2;          ///< how often the motion is found anew
+  int most_moments = 3000;  ///< of motion that count, beside the rests
+  int rounds = 2;           ///< how often the motion is found anew
 };
 
 /// What is found beside the poses, and the path that accelerations come from depends on.

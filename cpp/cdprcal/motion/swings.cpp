@@ -20,6 +20,8 @@ constexpr double kAlike = 1.5;
 /// A peak of the spectrum is this many times its median; or, in a stretch so short that peaks fill
 /// the spectrum, has this share of the motion, which is much larger than what is known of it.
 constexpr double kPeak = 30.0, kLargeShare = 0.2, kWellSeen = 25.0;
+/// A peak has the shape of a mode that holds so much of its energy.
+constexpr double kItsShape = 0.5;
 /// What readings that stay range over, in their σ.
 constexpr double kNoise = 10.0;
 /// Larger swings are slower than their mode [rad].
@@ -164,7 +166,7 @@ std::vector<Swing> swings(const Calibration& calibration, const CorrectedRun& ru
     out.push_back({model_hz[m], kNaN, size / std::sqrt(robot.platform.mass_kg)});
   }
   std::ranges::sort(pairs, [](const Pair& a, const Pair& b) { return a.share > b.share; });
-  while (!pairs.empty()) {
+  while (!pairs.empty() && pairs.front().share > kItsShape) {
     const Pair best = pairs.front();
     out[static_cast<std::size_t>(best.mode)].measured_hz = best.hz;
     std::erase_if(pairs, [&](const Pair& p) { return p.mode == best.mode || p.hz == best.hz; });

@@ -126,12 +126,15 @@ TEST(InMotion, FindsHowLateTheAttitudeIs) {
 TEST(InMotion, WholeRunsStayAsGood) {
   const Robot robot = ring_robot(3);
   const StartUpRun run = coarse_run(robot, 1);
-  const CalibrationResult rests = calibrate(robot, run.log).result;
-  const CalibrationResult motion = calibrate_in_motion(robot, run.log).calibration.result;
+  InMotionOptions options;
+  options.calibrate.allow_for_effects =
+      false;  // what these may do is judged anew, by other moments
+  const CalibrationResult rests = calibrate(robot, run.log, options.calibrate).result;
+  const CalibrationResult motion = calibrate_in_motion(robot, run.log, options).calibration.result;
   ASSERT_EQ(motion.status, CalibrationStatus::converged) << motion.reason;
   const Vector6 apart = minus(motion.poses[0], rests.poses[0]);
   EXPECT_LT((apart.array().abs() / rests.standard_deviation.array()).maxCoeff(), 1.5);
-  EXPECT_LT((motion.standard_deviation.array() / rests.standard_deviation.array()).maxCoeff(), 1.2);
+  EXPECT_LT((motion.standard_deviation.array() / rests.standard_deviation.array()).maxCoeff(), 1.0);
 }
 
 TEST(InMotion, SwingsOfAPlatformThatNeverRestsAreEnough) {
