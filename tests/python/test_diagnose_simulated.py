@@ -133,3 +133,20 @@ def test_what_nobody_can_describe_counts_in_every_sigma() -> None:
     assert away_m @ np.linalg.solve(covariance, away_m) < 16.3  # 99.9 % of three coordinates
     clean = cdprcal.diagnose(robot, [run.log]).discrepancy
     assert (clean.channels, np.isnan(clean.reach_m)) == ([], True)
+
+
+@pytest.mark.parametrize("name", ["irma4", "ring3"])
+@pytest.mark.parametrize("factor", [2.0, 0.5], ids=["radius for diameter", "diameter for radius"])
+def test_a_pulley_radius_that_is_far_off_is_named(name: str, factor: float) -> None:
+    """A hundred typical sizes, most of which the lengths hide: they count from anywhere."""
+    robot = cdprcal.load_robot(name)
+    plan = cdprcal.make_plan(robot, order=cdprcal.VisitingOrder.random, seed=2).plan
+    off_m = (factor - 1.0) * robot.cables[0].pulley.radius_m
+    run = cdprcal.simulate_startup(robot, plan, effects=[f"pulley_radius={off_m}"], seed=4)
+    found = cdprcal.diagnose(robot, run.log)
+    (effect,) = found.effects
+    assert effect.info.name == "pulley_radius"
+    assert not found.faults
+    error = cdprcal.minus(found.initial_pose_after, run.truth[0].pose)
+    assert np.max(np.abs(error) / np.sqrt(np.diag(found.covariance_after))) < 4.0
+    assert np.linalg.norm(error[:3]) < 3e-3

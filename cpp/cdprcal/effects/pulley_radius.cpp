@@ -13,7 +13,8 @@ class PulleyRadius final : public Effect {
                                                  .unit = "m",
                                                  .shape = ParameterShape::per_cable,
                                                  .typical = 0.0003,
-                                                 .plausible = 0.0015,
+                                                 // A diameter taken for a radius, or the other way.
+                                                 .plausible = 0.04,
                                                  .of = Yardstick::pulley}},
                                  .scope = EffectScope::robot,
                                  .confused_with = {"frame_anchors", "transmission_ratio"},
