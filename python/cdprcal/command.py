@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn, ParamSpec, TypeVar
 
 import typer
 
-from cdprcal.completion import robot_names
+from cdprcal.completion import effect_file_names, robot_names
 from cdprcal.interrupt import INTERRUPTED as INTERRUPTED
 from cdprcal.interrupt import loaded
 
@@ -53,8 +53,9 @@ EffectsOption = Annotated[
     typer.Option(
         "--effects",
         metavar="FILE",
-        help="Effects of your own, written as formulas (YAML; see the docs, extend: a formula); "
-        "beside those of the robot file. May be repeated.",
+        autocompletion=effect_file_names,
+        help="Effects of your own, written as formulas (YAML; see the docs, extend: a formula), "
+        "beside those of the robot file; or more: those that come with cdprcal. May be repeated.",
     ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, alone on stdout.")]
@@ -150,14 +151,18 @@ def fail(message: str, code: int = WRONG_USE) -> NoReturn:
 def robot_with_effects(robot: str, effects: Sequence[str] | None) -> _core.Robot:
     """A robot by name or path, with the effects that some files define beside its own.
 
-    Raises InputError naming file, line and column.
+    ``effects``: paths, or names of files that come with the package. Raises InputError naming file,
+    line and column.
     """
-    from cdprcal import _core
+    from cdprcal import _core, effect_files
     from cdprcal.io.files import read_bytes
 
     the_robot = _core.load_robot(robot)
     for path in effects or []:
-        text = read_bytes(Path(path)).decode("utf-8", "replace")
+        if path in effect_files.names():
+            text = effect_files.text(path)
+        else:
+            text = read_bytes(Path(path)).decode("utf-8", "replace")
         the_robot = _core.with_effect_definitions(the_robot, text, path)
     return the_robot
 

@@ -25,12 +25,24 @@ def robot_names(incomplete: str) -> list[str]:
     ]
 
 
+def effect_files(incomplete: str) -> list[str]:
+    """Files of effects that come with the package."""
+    from cdprcal.effect_files import names
+
+    return [name for name in names() if name.startswith(incomplete)]
+
+
 def effect_names(incomplete: str) -> list[str]:
     """Effects of the catalogue."""
     from cdprcal._core import effect_catalogue
 
     names = [info.name for info in effect_catalogue()]
     return [name for name in names if name.startswith(incomplete)]
+
+
+def effect_file_names(incomplete: str) -> list[str]:
+    """Files of effects that come with the package, and the YAML files that begin so."""
+    return [*effect_files(incomplete), *paths(incomplete, (".yaml", ".yml"))]
 
 
 def injected_effects(incomplete: str) -> list[str]:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import cdprcal
+from cdprcal import effect_files
 from conftest import Ran
 from robots import altered
 
@@ -202,7 +203,7 @@ def test_a_mistake_is_shown_with_its_line_and_column(cli: Cli, tmp_path: Path) -
 def test_more_effects_are_found_by_their_names(
     robot: cdprcal.Robot, name: str, values: list[float]
 ) -> None:
-    more = read((CATALOGUE.parent / "more.yaml").read_text(encoding="utf-8"), robot)
+    more = read(effect_files.text("more"), robot)
     plan = cdprcal.make_plan(robot, grid=(3, 3, 3), order=cdprcal.VisitingOrder.random, visits=1)
     hidden = cdprcal.InjectedEffect(name, values)
     run = cdprcal.simulate_startup(more, plan.plan, effects=[hidden], seed=7)

@@ -81,7 +81,7 @@ struct Variable {
 constexpr bool kEach = true, kOne = false;
 constexpr double kAngle = 0.4;
 
-const std::array<Variable, 36> kVariables{{
+const std::array<Variable, 37> kVariables{{
     {"length_m", "length of the cable from its pulley's entry to the platform", kEach, Of::pose,
      0.5, 5.0, [](const Place& p) { return p.by_q(p.state().length_m, p.state().direction); }},
     {"free_length_m", "the same without the arc on the pulley", kEach, Of::pose, 0.4, 4.9,
@@ -115,6 +115,14 @@ const std::array<Variable, 36> kVariables{{
     {"tension_N", "reading of the cable's load cell; 0 where there is none", kEach, Of::reading,
      10.0, 200.0,
      [](const Place& p) { return Slope(p.entry_of(p.context->measurement.tension_N)); }},
+    {"all_tensions_N", "sum of all load cells' readings", kOne, Of::reading, 40.0, 800.0,
+     [](const Place& p) {
+       double sum = 0.0;
+       for (const double tension_N : p.context->measurement.tension_N) {
+         if (std::isfinite(tension_N)) sum += tension_N;
+       }
+       return Slope(sum);
+     }},
     {"length_direction", "+1 after paying out, -1 after hauling in, between them while turning",
      kEach, Of::reading, -1.0, 1.0,
      [](const Place& p) { return Slope(p.entry_of(p.context->measurement.length_direction)); }},

@@ -83,9 +83,10 @@ void PlantDynamics::place(const Pose& pose, const CableVector& tension_N) {
       strand_[i] = strand_state(p_.robot.cables[i].pulley, q, round == 0 ? 0.0 : drop_m(i));
       if (!strand_[i].valid) return;
       chord_N = chord_tension_N(law_, strand_[i], tension_N[i]);
-      winch.give_m = p_.frame_compliance_m_N * tension_N[i] * strand_[i].chord;
+      winch.give_m = p_.give_m_N(time_s()) * tension_N[i] * strand_[i].chord;
     }
     winch.payout_m = natural_length_m(law_, strand_[i], std::max(chord_N, 1e-3));
+    winch.encoder_m = winch.payout_m;
   }
 }
 
@@ -146,7 +147,7 @@ PlantDynamics::Pull PlantDynamics::pull(int i, const StrandState& end,
   const double mass = loop ? virtual_kg_ : drum_kg_;
   const double dashpot = loop ? dashpot_N_s_m_ : drum_damping_N_s_m_;
   const double error_N = loop ? command.reading_error_N[i] : 0.0;
-  const CableRun run{direction(i), winch.velocity_m_s};
+  const CableRun run = cable_run(i);
   double v1 = winch.velocity_m_s;
   double slope = 0.0, by_speed = 0.0;
   // Less speed of pay-out, more pull: one root, which Newton finds within a shrinking bracket.
@@ -302,14 +303,16 @@ void PlantDynamics::finish_step(const std::array<Pull, kMaxCables>& pulls) {
       winch.friction[e] = std::clamp(winch.friction[e] + 2.0 * travel / kTurnOver_m[e], -1.0, 1.0);
     }
     winch.payout_m = pulls[i].payout_1_m;
+    winch.encoder_m = std::clamp(winch.encoder_m, winch.payout_m - p_.encoder_half_play_m,
+                                 winch.payout_m + p_.encoder_half_play_m);
     winch.velocity_m_s = pulls[i].velocity_1_m_s;
     winch.chord_N = pulls[i].tension_N;
-    if (p_.frame_compliance_m_N > 0.0) {
-      const Vector3 target = p_.frame_compliance_m_N * winch.chord_N * strand_[i].chord;
+    if (p_.gives_way()) {
+      const double give_m_N = p_.give_m_N(time_s());
+      const Vector3 target = give_m_N * winch.chord_N * strand_[i].chord;
       // As the frame gives way the strand loses tension: implicit, or stiff strands make it ring.
       const double share = 1.0 - std::exp(-h_ / kFrameTime_s);
-      const double loss =
-          p_.frame_compliance_m_N * law_.stiffness_N_m(natural_m(i, winch.payout_m));
+      const double loss = give_m_N * law_.stiffness_N_m(natural_m(i, winch.payout_m));
       winch.give_m += share / (1.0 + share * loss) * (target - winch.give_m);
       const Vector3 q = pulley_to_anchor(i, motion_.centre_of_mass_m + arm_m_[i]);
       strand_[i] = strand_state(p_.robot.cables[i].pulley, q, drop_m(i));
@@ -333,13 +336,16 @@ double PlantDynamics::strand_tension_N(int cable) const {
 }
 
 double PlantDynamics::load_cell_tension_N(int cable) const {
-  return p_.load_cell_side_N(strand_tension_N(cable),
-                             {direction(cable), winch_[cable].velocity_m_s});
+  return p_.load_cell_side_N(strand_tension_N(cable), cable_run(cable));
 }
 
 double PlantDynamics::encoder_m(int cable) const {
-  const double length_m = (1.0 + p_.ratio_error[cable]) * winch_[cable].payout_m;
+  const double length_m = (1.0 + p_.ratio_error[cable]) * winch_[cable].encoder_m;
   return changed(p_.encoder_m, length_m, cable, time_s());
+}
+
+CableRun PlantDynamics::cable_run(int cable) const {
+  return {direction(cable), winch_[cable].velocity_m_s, strand_[cable].cable.swivel_rad};
 }
 
 double PlantDynamics::direction(int cable) const {
@@ -380,9 +386,9 @@ Vector6 PlantDynamics::net_wrench(const Pose& pose, const CableVector& tension_N
     Vector3 q = centre + arm - pulley.position_m;
     double chord_N = tension_N[i];
     StrandState strand = strand_state(pulley, q, 0.0);
-    const bool bends = law_.weight_N_m > 0.0 || p_.frame_compliance_m_N > 0.0;
+    const bool bends = law_.weight_N_m > 0.0 || p_.gives_way();
     for (int round = 0; bends && strand.valid && round < 8; ++round) {
-      q = centre + arm - pulley.position_m - p_.frame_compliance_m_N * tension_N[i] * strand.chord;
+      q = centre + arm - pulley.position_m - p_.give_m_N(time_s()) * tension_N[i] * strand.chord;
       strand =
           strand_state(pulley, q, strand_drop_m(law_, strand.chord_m, std::max(chord_N, 1e-3)));
       if (strand.valid) chord_N = chord_tension_N(law_, strand, tension_N[i]);

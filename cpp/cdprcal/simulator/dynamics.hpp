@@ -78,6 +78,7 @@ class PlantDynamics {
   [[nodiscard]] double encoder_m(int cable) const;
   /// Direction of cable motion s in [−1, 1].
   [[nodiscard]] double direction(int cable) const;
+  [[nodiscard]] CableRun cable_run(int cable) const;
   [[nodiscard]] PlantEnergy energy() const;
   /// Net force and moment about the centre of mass on a platform at rest at `pose` under strand
   /// tensions at the pulley [N, Nm], world axes. For finding the equilibrium; NaN where invalid.
@@ -86,6 +87,7 @@ class PlantDynamics {
  private:
   struct Winch {
     double payout_m = 0.0;             ///< by the drum's true circumference
+    double encoder_m = 0.0;            ///< where an encoder with play is
     double velocity_m_s = 0.0;         ///< of the true pay-out
     double slipped_m = 0.0;            ///< run off unseen by the encoder
     std::array<double, 3> friction{};  ///< states of the friction elements, each in [−1, 1]

@@ -14,10 +14,15 @@
 namespace cdprcal {
 namespace {
 
+/// What a robot's file says in a formula of its own is what the plant does.
+bool is_own(const std::string& name, const OwnEffects& own) {
+  return std::ranges::any_of(own, [&](const auto& effect) { return effect->name() == name; });
+}
+
 InjectableEffect find(const std::string& name, const OwnEffects& own) {
   std::string known;
   for (const InjectableEffect& effect : injectable_effects()) {
-    if (effect.name == name) return effect;
+    if (effect.name == name && !is_own(name, own)) return effect;
     known += (known.empty() ? "" : ", ") + effect.name;
   }
   for (const auto& effect : own) {

@@ -38,7 +38,7 @@ struct InjectedEffect {
 /// Everything that can be injected, in the order of the catalogue (plant_effects.cpp).
 const std::vector<InjectableEffect>& injectable_effects();
 
-/// Effects that a robot has beside the table: formulas of its file.
+/// Effects that a robot has beside the table, or in the place of its rows: formulas of its file.
 using OwnEffects = std::vector<std::shared_ptr<const Effect>>;
 
 /// Parses "NAME=v1,v2,…" (euler_convention also takes an order: "euler_convention=ZYX"). Throws

@@ -15,7 +15,7 @@ namespace {
 using V = PlantValues;
 using P = PlantParameters;
 
-constexpr auto kScalar = ParameterShape::scalar;
+constexpr auto kScalar = ParameterShape::scalar, kPerCable = ParameterShape::per_cable;
 
 /// What happens once, to one cable: of a size in m, or N s.
 struct Moment {
@@ -275,6 +275,92 @@ std::vector<InjectableEffect> rows() {
        [](V& v, P& p) { p.frame_compliance_m_N += v.scalar(); },
        nullptr,
        {{"compliance_m_N", kScalar, ValueRange::not_negative}},
+       true},
+      {"pulley_creep_under_load",
+       "each pulley gives way along its cable's pull, and more so with log time",
+       [](V& v, P& p) { p.frame_creep_m_N += v.scalar(); },
+       nullptr,
+       {{"creep_m_N", kScalar, ValueRange::not_negative}},
+       true},
+      {"load_cell_drift_each",
+       "the zero of each load cell moves by itself",
+       [](V& v, P& p) {
+         p.load_cell_N.push_back(
+             [rate_N_s = v.per_cable()](double tension_N, int cable, double time_s) {
+               return tension_N + rate_N_s[cable] * time_s;
+             });
+       },
+       nullptr,
+       {{"rate_N_s", kPerCable}},
+       true},
+      {"load_cell_curvature",
+       "the load cells read the square of the tension too",
+       [](V& v, P& p) {
+         p.load_cell_N.push_back([curve_N_N2 = v.per_cable()](double tension_N, int cable, double) {
+           return tension_N * (1.0 + curve_N_N2[cable] * tension_N);
+         });
+       },
+       nullptr,
+       {{"curve_N_N2", kPerCable}},
+       true},
+      {"load_cell_side_load",
+       "the load cells feel the pull to the side, which grows with the swivel",
+       [](V& v, P& p) {
+         p.to_load_cell_N.push_back(
+             [cross_talk = v.scalar()](double load_N, double strand_N, const CableRun& run) {
+               return load_N + cross_talk * strand_N * (1.0 - std::cos(2.0 * run.swivel_rad)) / 2.0;
+             });
+       },
+       nullptr,
+       {{"cross_talk", kScalar}},
+       true},
+      {"load_cell_cross_talk",
+       "each load cell reads a share of what the others carry",
+       [](V& v, P& p) { p.load_cell_cross_talk += v.scalar(); },
+       nullptr,
+       {{"cross_talk", kScalar}},
+       true},
+      {"drum_layers",
+       "cable lies in layers: the ratio grows with what is wound",
+       [](V& v, P& p) {
+         p.encoder_m.push_back([growth_m_m2 = v.scalar()](double length_m, int, double) {
+           return length_m * (1.0 + growth_m_m2 * length_m);
+         });
+       },
+       nullptr,
+       {{"growth_m_m2", kScalar}},
+       true},
+      {"encoder_backlash",
+       "there is play between encoder and drum: the encoder lags",
+       [](V& v, P& p) { p.encoder_half_play_m += v.scalar(); },
+       nullptr,
+       {{"half_play_m", kScalar, ValueRange::not_negative}},
+       true},
+      {"swivel_eccentricity",
+       "the swivel encoders' disks sit off their axes",
+       [](V& v, P& p) {
+         const CableVector sine_rad = v.per_cable(), cosine_rad = v.per_cable();
+         p.swivel_rad.push_back([=](double swivel_rad, int cable, double) {
+           const double phase_rad = std::atan2(cosine_rad[cable], sine_rad[cable]);
+           return swivel_rad + std::hypot(sine_rad[cable], cosine_rad[cable]) *
+                                   (std::sin(swivel_rad + phase_rad) - std::sin(phase_rad));
+         });
+       },
+       nullptr,
+       {{"sine_rad", kPerCable}, {"cosine_rad", kPerCable}},
+       true},
+      {"iron_on_the_platform",
+       "iron on the platform turns the compass with its heading",
+       [](V& v, P& p) {
+         const double sine_rad = v.scalar(), cosine_rad = v.scalar();
+         p.attitude_rad.push_back([=](const Pose&, double, Vector3& roll_pitch_yaw_rad) {
+           const double heading_rad = roll_pitch_yaw_rad[2];
+           roll_pitch_yaw_rad[2] +=
+               sine_rad * std::sin(heading_rad) + cosine_rad * std::cos(heading_rad);
+         });
+       },
+       nullptr,
+       {{"sine_rad", kScalar}, {"cosine_rad", kScalar}},
        true},
       {"temperature_step",
        "it gets warmer: cables lengthen, load cells shift",

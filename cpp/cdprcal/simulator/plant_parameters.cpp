@@ -78,7 +78,8 @@ PlantParameters plant_parameters(const Robot& robot, const SimulatorOptions& opt
   for (InjectedEffect& effect : acting) effect = expanded(effect, n, robot.own_effects);
   for (const InjectableEffect& row : injectable_effects()) {
     for (const InjectedEffect& effect : acting) {
-      if (effect.name != row.name) continue;
+      const auto is_row = [&](const auto& own) { return own->name() == row.name; };
+      if (effect.name != row.name || std::ranges::any_of(robot.own_effects, is_row)) continue;
       PlantValues values(effect.values, n);
       row.act(values, p);
     }

@@ -1,6 +1,7 @@
 // The plant as numbers: the robot as it truly is, every injected effect in its place.
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <vector>
 
@@ -20,8 +21,9 @@ struct PlantEvent {
 
 /// How a cable runs over its pulleys.
 struct CableRun {
-  double direction = 0.0;  ///< s
-  double speed_m_s = 0.0;  ///< paying out
+  double direction = 0.0;   ///< s
+  double speed_m_s = 0.0;   ///< paying out
+  double swivel_rad = 0.0;  ///< of its pulley
 };
 
 /// What effects make of one cable's number: (number so far, cable from 0, time [s]) → number.
@@ -36,8 +38,10 @@ struct PlantParameters {
   double strand_damping_ratio = 0.0;
   double linear_density_kg_m = 0.0;
   double frame_compliance_m_N = 0.0;   ///< of each pulley's place, along the pull
+  double frame_creep_m_N = 0.0;        ///< what that grows by in each decade of 1 + t / 30 s
   std::vector<CableChange> natural_m;  ///< from what is paid out to the strand's natural length
   CableVector ratio_error;             ///< encoder length ÷ paid-out length − 1
+  double encoder_half_play_m = 0.0;    ///< between encoder and drum, by which the encoder lags
   std::vector<CableChange> encoder_m;  ///< on top of the ratio
   std::vector<PlantEvent> events;      ///< by time
   // Platform
@@ -47,6 +51,7 @@ struct PlantParameters {
   /// From strand to load cell, by how the cable runs: (so far, strand [N], run) → load [N].
   std::vector<std::function<double(double, double, const CableRun&)>> to_load_cell_N;
   std::vector<CableChange> load_cell_N;  ///< from load to the force that the bridge shows
+  double load_cell_cross_talk = 0.0;     ///< share of all others' loads that a bridge shows
   CableVector load_cell_gain;            ///< the amplifier's, of all that the bridge shows
   // Swivels
   double swivel_half_width_rad = 0.0;  ///< of their play
@@ -66,6 +71,11 @@ struct PlantParameters {
 
   /// Tension at the load cell [N] from that of the strand.
   [[nodiscard]] double load_cell_side_N(double strand_N, const CableRun& run) const;
+  /// By how much each pulley's place gives way, a newton of pull.
+  [[nodiscard]] double give_m_N(double time_s) const {
+    return frame_compliance_m_N + frame_creep_m_N * std::log10(1.0 + time_s / 30.0);
+  }
+  [[nodiscard]] bool gives_way() const { return frame_compliance_m_N + frame_creep_m_N > 0.0; }
 };
 
 inline double changed(const std::vector<CableChange>& effects, double value, int cable,

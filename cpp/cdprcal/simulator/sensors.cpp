@@ -172,8 +172,11 @@ const CableVector& SensorBank::drive_reading_error_N(const PlantDynamics& plant)
 }
 
 void SensorBank::read_tensions(const PlantSnapshot& world) {
+  const double all_N = world.load_cell_N.sum();
   for (Eigen::Index i = 0; i < sample_.tension_N.size(); ++i) {
-    const double value = load_cell_N(static_cast<int>(i), world.load_cell_N[i], world.time_s);
+    const double load_N = world.load_cell_N[i];
+    const double felt_N = load_N + p_.load_cell_cross_talk * (all_N - load_N);
+    const double value = load_cell_N(static_cast<int>(i), felt_N, world.time_s);
     sample_.tension_N[i] = p_.tension_factor * reading(value, options_.tension_N, tension_noise_);
   }
 }
