@@ -50,6 +50,14 @@ void register_catalogue(py::module_& module) {
       .value("robot", EffectScope::robot)
       .value("run", EffectScope::run)
       .finalize();
+  WordEnum<Shows>(module, "Shows",
+                  "What it takes for readings to show an effect: at_rest: any readings; in_motion: "
+                  "those of a platform that moves; in_moving_balance: the balance of forces and "
+                  "inertia there (diagnose with motion).")
+      .value("at_rest", Shows::at_rest)
+      .value("in_motion", Shows::in_motion)
+      .value("in_moving_balance", Shows::in_moving_balance)
+      .finalize();
   py::class_<ParameterRow>(module, "EffectParameter", "One parameter of an effect.")
       .def_property_readonly(
           "name", [](const ParameterRow& p) { return std::string(p.name); },
@@ -99,6 +107,11 @@ void register_catalogue(py::module_& module) {
       .def_property_readonly(
           "one_sided", [](const EffectRow& row) { return row.info().one_sided; },
           "Nature has it in one sign only.")
+      .def_property_readonly(
+          "on_request", [](const EffectRow& row) { return row.info().on_request; },
+          "Fitted where DiagnoseOptions.effects name it, never searched for: other things look "
+          "alike.")
+      .def_property_readonly("shows", [](const EffectRow& row) { return row.effect->shows(); })
       .def_property_readonly(
           "formulas",
           [](const EffectRow& row) {

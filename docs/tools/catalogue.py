@@ -21,7 +21,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from cdprcal import _core
+from cdprcal import _core, simulate_startup
 from cdprcal.demo.story import start_up
 from cdprcal.diagnosis.shapes import value_shape
 from cdprcal.diagnosis.units import for_people
@@ -58,8 +58,8 @@ radius with the radius. Ratios, angles, times and coefficients of friction are t
 
 The pictures are *signatures*: what the model without the effect leaves of every reading, pose by
 pose, in a simulated start-up of `{robot}` where the effect is hidden at its typical size (16 poses
-in random order, noise of real sensors). Everything on this page comes from the program:
-`python docs/tools/catalogue.py -o docs`.
+in random order, noise of real sensors; what shows in motion alone, in one that waits for no rest).
+Everything on this page comes from the program: `python docs/tools/catalogue.py -o docs`.
 
 | effect | measured = … | typical | looks like |
 |---|---|---|---|
@@ -102,7 +102,8 @@ class Signature:
                 "In the run of the picture `diagnose` names nothing: at this size it does not show."
             )
         rivals = sorted({rival for effect in self.diagnosis.effects for rival in effect.rivals})
-        text = f"In the run of the picture `diagnose` names {_code(named)}"
+        does = "fits" if self.diagnosis.verdict == _core.Verdict.undetermined else "names"
+        text = f"In the run of the picture `diagnose` {does} {_code(named)}"
         return text + (
             f", and says that these poses do not tell it from {_code(rivals)}." if rivals else "."
         )
@@ -126,6 +127,18 @@ def signature(info: _core.EffectInfo, plan: _core.Plan, folder: Path) -> Signatu
     """Simulates a start-up with the effect in it, and diagnoses it."""
     robot = _core.load_robot(ROBOT)
     effect = injected(info, robot.cable_count)
+    if info.shows == _core.Shows.in_moving_balance:
+        passed = simulate_startup(
+            robot,
+            plan,
+            effects=[effect],
+            seed=SEED,
+            startup=_core.StartUpOptions(wait_for_rest=False),
+            log_rate_Hz=100.0,
+        )
+        asked = [info.name] if info.on_request else None
+        options = _core.DiagnoseOptions(motion=True, effects=asked)
+        return Signature(effect, _core.diagnose(robot, [passed.log], options))
     run = start_up(robot, plan, SEED, [effect], folder / f"{info.name}.csv")
     if run.acquired.reason:
         raise RuntimeError(f"{effect}: {run.acquired.reason}")
@@ -188,8 +201,18 @@ def entry(info: _core.EffectInfo) -> str:
         if info.scope == _core.EffectScope.run
         else "Stays with the robot from run to run."
     )
+    shows = {
+        "at_rest": "",
+        "in_motion": " Shows in samples of a platform that moves.",
+        "in_moving_balance": " Shows in the balance of a platform that moves: `diagnose --motion`.",
+    }[info.shows.name]
+    asked = (
+        f" It is not searched for; `diagnose --motion --fit {info.name}` fits it."
+        if info.on_request
+        else ""
+    )
     confused = f" Confused with {_code(info.confused_with)}." if info.confused_with else ""
-    return "\n".join([*lines, "", f"{scope}{confused}", ""])
+    return "\n".join([*lines, "", f"{scope}{shows}{asked}{confused}", ""])
 
 
 def row(info: _core.EffectInfo) -> str:

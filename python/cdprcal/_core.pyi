@@ -114,6 +114,7 @@ __all__: list[str] = [
     "SensorSigma",
     "SetPoint",
     "SetPointOptions",
+    "Shows",
     "Signal",
     "Simulator",
     "SimulatorOptions",
@@ -2595,6 +2596,15 @@ class EffectScope(enum.StrEnum):
     robot = "robot"
     run = "run"
 
+class Shows(enum.StrEnum):
+    """
+    What it takes for readings to show an effect: at_rest: any readings; in_motion: those of a platform that moves; in_moving_balance: the balance of forces and inertia there (diagnose with motion).
+    """
+
+    at_rest = "at_rest"
+    in_motion = "in_motion"
+    in_moving_balance = "in_moving_balance"
+
 class EffectParameter:
     """
     One parameter of an effect.
@@ -2667,6 +2677,12 @@ class EffectInfo:
     @property
     def name(self) -> str: ...
     @property
+    def on_request(self) -> bool:
+        """
+        Fitted where DiagnoseOptions.effects name it, never searched for: other things look alike.
+        """
+
+    @property
     def one_sided(self) -> bool:
         """
         Nature has it in one sign only.
@@ -2693,6 +2709,9 @@ class EffectInfo:
         """
         What measurement would tell it from its rivals.
         """
+
+    @property
+    def shows(self) -> Shows: ...
 
 class Verdict(enum.StrEnum):
     """
@@ -4638,6 +4657,18 @@ class InMotion:
         """
 
     @property
+    def late(self) -> list[AppliedEffect]:
+        """
+        List of AppliedEffect: what makes readings of one moment belong to different ones (sensor_delay), found beside the pose where it is clear; a copy.
+        """
+
+    @property
+    def moments_a_reading(self) -> float:
+        """
+        So many moments of motion are worth one independent reading.
+        """
+
+    @property
     def swings(self) -> list[Swing]:
         """
         List of Swing, the slowest mode first: where the winches were locked for long enough.
@@ -4895,7 +4926,7 @@ def calibrate_in_motion(
     robot: Robot,
     log: Log,
     options: CalibrateOptions | None = None,
-    most_moments: typing.SupportsInt | typing.SupportsIndex = 300,
+    most_moments: typing.SupportsInt | typing.SupportsIndex = 3000,
     rounds: typing.SupportsInt | typing.SupportsIndex = 2,
 ) -> InMotion:
     """

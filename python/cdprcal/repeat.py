@@ -8,7 +8,13 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
-from cdprcal.io.result_file import Result, calibrate_options, cdprcal_version, naming
+from cdprcal.io.result_file import (
+    Result,
+    calibrate_options,
+    cdprcal_version,
+    diagnose_options,
+    naming,
+)
 from cdprcal.results import calibration_as_dict
 
 #: What counts as the same initial pose, in its own standard deviations: far below what matters, far
@@ -87,7 +93,7 @@ def _repeated(result: Result) -> Repeated:
     else:
         from cdprcal.diagnosis import diagnosis_as_dict
 
-        how = _core.DiagnoseOptions(motion=bool(result.options.get("motion")))
+        how = diagnose_options(result.options)
         diagnosis = _core.diagnose(result.robot, list(result.logs), how)
         document = diagnosis_as_dict(diagnosis, result.robot)
         keys = ("verdict", "initial_pose_after", "covariance_after")

@@ -22,6 +22,7 @@ from cdprcal.command import (
     reports_errors,
     robot_with_effects,
 )
+from cdprcal.completion import effect_names
 
 if TYPE_CHECKING:
     from cdprcal import _core
@@ -60,6 +61,16 @@ def command(
             "damping, all along where nothing rests: for platforms that swing.",
         ),
     ] = False,
+    fit: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--fit",
+            metavar="EFFECT",
+            help="Fit this effect, with no search for others. May be repeated: one after the "
+            "other.",
+            autocompletion=effect_names,
+        ),
+    ] = None,
     plot: Annotated[
         str, typer.Option("--plot", metavar="DIR", help="Write pictures (PNG) into this folder.")
     ] = "",
@@ -85,7 +96,7 @@ def command(
     from cdprcal.diagnosis import diagnosis_as_dict
     from cdprcal.diagnosis.document import TRUSTED
     from cdprcal.io.files import write_texts
-    from cdprcal.io.result_file import result_text
+    from cdprcal.io.result_file import diagnose_options, result_text
     from cdprcal.mapping import Reader
     from cdprcal.tables import print_findings
     from cdprcal.terminal import answers, as_typed, notes, say
@@ -107,7 +118,8 @@ def command(
 
     with interruptible():
         try:
-            options = _core.DiagnoseOptions(motion=motion)
+            asked = {**({"motion": True} if motion else {}), **({"effects": fit} if fit else {})}
+            options = diagnose_options(asked)
             diagnosis = _core.diagnose(the_robot, the_logs, options, progress=progress)
         except _core.InputError:
             if not motion:
@@ -124,9 +136,7 @@ def command(
     if corrected:
         texts[Path(corrected)] = _core.to_yaml(diagnosis.corrected)
     if result:
-        texts[Path(result)] = result_text(
-            "diagnose", document, the_robot, the_logs, {"motion": True} if motion else {}
-        )
+        texts[Path(result)] = result_text("diagnose", document, the_robot, the_logs, asked)
     if plot:
         from cdprcal.diagnosis.pictures import write_pictures
 

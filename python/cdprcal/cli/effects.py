@@ -15,7 +15,7 @@ from cdprcal.command import (
     reports_errors,
     robot_with_effects,
 )
-from cdprcal.completion import effect_names
+from cdprcal.completion import effect_files, effect_names
 
 if TYPE_CHECKING:
     from cdprcal import _core
@@ -30,6 +30,15 @@ def effects(
     words: Annotated[
         bool, typer.Option("--words", help="List what formulas of your own may name, and add to.")
     ] = False,
+    print_: Annotated[
+        str,
+        typer.Option(
+            "--print",
+            metavar="NAME",
+            help="Print a file of effects that comes with cdprcal (more), to be changed.",
+            autocompletion=effect_files,
+        ),
+    ] = "",
     json: JsonOption = False,
 ) -> None:
     """List the physical effects that diagnose knows, with what each is and how large usually.
@@ -40,6 +49,9 @@ def effects(
     from cdprcal import _core
     from cdprcal.terminal import Table, answers, say
 
+    if print_:
+        _print_file(print_)
+        return
     if words:
         _print_words(json=json)
         return
@@ -55,6 +67,16 @@ def effects(
             info.name, ", ".join(_size(info, p, p.typical) for p in info.parameters), info.sentence
         )
     out.print(table)
+
+
+def _print_file(name: str) -> None:
+    from cdprcal import effect_files
+    from cdprcal.terminal import answers
+
+    names = effect_files.names()
+    if name not in names:
+        fail(f"--print: {name!r} does not come with cdprcal; give {' or '.join(names)}")
+    answers().out(effect_files.text(name), highlight=False, end="")
 
 
 def _print_words(*, json: bool) -> None:
@@ -125,6 +147,10 @@ def explain(
         say(out, "it has one sign only")
     if info.scope == _core.EffectScope.run:
         say(out, "it differs from run to run")
+    if words := _SHOWS[info.shows.name]:
+        say(out, words)
+    if info.on_request:
+        say(out, f"it is not searched for; cdprcal diagnose --motion --fit {info.name} fits it")
     if info.confused_with:
         say(out, f"looks like: {', '.join(info.confused_with)}")
     if info.settle:
@@ -139,6 +165,12 @@ _SHAPES = {
     "per_cable": "one a cable",
     "vector3": "x, y, z",
     "per_cable_vector3": "x, y, z a cable",
+}
+
+_SHOWS = {
+    "at_rest": "",
+    "in_motion": "it shows in samples of a platform that moves",
+    "in_moving_balance": "it shows in the balance of a platform that moves: diagnose --motion",
 }
 
 
@@ -160,6 +192,8 @@ def _document(info: _core.EffectInfo) -> dict[str, Any]:
         "settle": info.settle,
         "confused_with": list(info.confused_with),
         "one_sided": info.one_sided,
+        "on_request": info.on_request,
+        "shows": info.shows.name,
         "scope": info.scope.name,
         "formula": info.formulas or None,
         "parameters": [

@@ -153,6 +153,11 @@ def calibrate_options(options: Mapping[str, Any]) -> _core.CalibrateOptions:
         raise InputError(f"the result file's options are damaged: {said}; write it anew") from None
 
 
+def diagnose_options(options: Mapping[str, Any]) -> _core.DiagnoseOptions:
+    """Plain data → DiagnoseOptions."""
+    return _core.DiagnoseOptions(motion=bool(options.get("motion")), effects=options.get("effects"))
+
+
 def calibrate_options_as_dict(
     options: _core.CalibrateOptions, *, motion: bool = False
 ) -> dict[str, Any]:

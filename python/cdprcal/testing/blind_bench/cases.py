@@ -160,10 +160,13 @@ def _draw_hidden(
         draw = faults.CONFIGURATIONS[int(rng.integers(len(faults.CONFIGURATIONS)))]
         hidden += [Hidden(name, values, 1.0) for name, values in draw(rng, machine.robot())]
     if kind in ("one", "two", "configuration_one"):
+        # The bench diagnoses what rests show, and single samples between them.
         catalogue = [
             effect
             for effect in _core.effect_catalogue()
-            if (not family.effects or effect.name in family.effects) and machine.reads(effect.name)
+            if (not family.effects or effect.name in family.effects)
+            and machine.reads(effect.name)
+            and effect.shows != _core.Shows.in_moving_balance
         ]
         count = 2 if kind == "two" else 1
         for index in rng.choice(len(catalogue), size=count, replace=False):

@@ -16,7 +16,7 @@ Line = dict[str, Any]
 #: Effects between which the same part of the robot has to be looked at.
 CLASSES: dict[str, tuple[str, ...]] = {
     "winch and cable": ("transmission_ratio", "cable_elasticity", "cable_creep", "cable_sag"),
-    "friction": ("pulley_friction", "bending_hysteresis"),
+    "friction": ("pulley_friction", "bending_hysteresis", "viscous_friction"),
     "swivel encoder": ("swivel_hysteresis", "swivel_scale"),
     "geometry": (
         "pulley_radius",
@@ -27,7 +27,7 @@ CLASSES: dict[str, tuple[str, ...]] = {
         "platform_anchors",
     ),
     "load cell": ("load_cell_bias", "load_cell_gain", "load_cell_drift"),
-    "weight and loads": ("mass", "centre_of_mass", "external_force", "base_tilt"),
+    "weight and loads": ("mass", "centre_of_mass", "external_force", "base_tilt", "inertia"),
     "attitude": ("ahrs_misalignment", "attitude_scale", "yaw_drift", "magnetic_disturbance"),
     "timing": ("sensor_delay",),
 }
