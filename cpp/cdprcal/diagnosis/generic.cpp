@@ -1,7 +1,6 @@
 #include "cdprcal/diagnosis/generic.hpp"
 
 #include <algorithm>
-#include <limits>
 
 #include "cdprcal/diagnosis/motion.hpp"
 
@@ -97,7 +96,7 @@ class GenericEffect final : public Effect {
     for (int t = 0; t < form.terms; ++t) {
       info_.parameters.push_back({"amplitude", "",
                                   alike ? ParameterShape::scalar : ParameterShape::per_cable,
-                                  size.typical, std::numeric_limits<double>::infinity(), size.of});
+                                  size.typical, 1e9, size.of});
     }
     info_.scope = EffectScope::run;
     // Of the tensions it is a gain or a bias in disguise, and weighed as these are.

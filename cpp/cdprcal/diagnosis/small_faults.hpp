@@ -1,4 +1,4 @@
-// Faults of the readings' map that change them no more than an effect does.
+// Faults of the readings' map, or of the robot file, that change readings no more than an effect.
 #pragma once
 
 #include "cdprcal/diagnosis/discrete.hpp"
@@ -15,13 +15,15 @@ struct FaultRefit {
   double log_posterior = 0.0;  ///< evidence and what was known before, against the model as it is
 };
 
-/// The faults of the attitude's map, of which a model has one or none. An AHRS that speaks another
-/// order than it is read in is off by the product of two tilts, which no cost of a whole log shows:
-/// it takes a refit, and the same evidence that effects are held to.
+/// Faults of one kind, of which a model has one or none. An AHRS that speaks another order than it
+/// is read in is off by the product of two tilts, which no cost of a whole log shows: it takes a
+/// refit, and the same evidence that effects are held to.
 class SmallFaults {
  public:
-  /// Of the first run of a model, in which no such fault is set right yet.
-  explicit SmallFaults(const DiagnosisModel& model);
+  /// Of the attitude's map, by the first run of a model in which no such fault is set right yet.
+  static SmallFaults of_attitude(const DiagnosisModel& model);
+  /// Of the pulleys' radii.
+  static SmallFaults of_pulleys(const DiagnosisModel& model);
 
   /// The most probable of the faults that the model does not have. With and without it, the effect
   /// of `beside` that then explains most is in the model, too: a drift hides an order, and an order
@@ -34,6 +36,8 @@ class SmallFaults {
   [[nodiscard]] const std::optional<DiscreteFault>& taken() const { return taken_; }
 
  private:
+  SmallFaults(Robot given, std::vector<DiscreteFault> faults)
+      : given_(std::move(given)), faults_(std::move(faults)) {}
   void exchange(const DiscreteFault& fault, Robot& robot, Log& log) const;
   [[nodiscard]] DiagnosisModel exchanged(const DiscreteFault& fault,
                                          const DiagnosisModel& model) const;

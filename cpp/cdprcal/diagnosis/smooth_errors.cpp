@@ -124,8 +124,7 @@ class SmoothErrors final : public Effect {
             noise_unit(model.robot, group) * model.noise[static_cast<std::size_t>(group)];
         // Of what nobody reads nothing is known.
         const double typical = std::isfinite(noise) && noise > 0.0 ? noise : 1.0;
-        info_.parameters.push_back(
-            {"amplitude", "", shape, typical, std::numeric_limits<double>::infinity()});
+        info_.parameters.push_back({"amplitude", "", shape, typical, 1e9});
       }
     }
   }

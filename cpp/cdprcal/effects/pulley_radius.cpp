@@ -13,8 +13,7 @@ class PulleyRadius final : public Effect {
                                                  .unit = "m",
                                                  .shape = ParameterShape::per_cable,
                                                  .typical = 0.0003,
-                                                 // A diameter taken for a radius, or the other way.
-                                                 .plausible = 0.04,
+                                                 .plausible = 0.0015,
                                                  .of = Yardstick::pulley}},
                                  .scope = EffectScope::robot,
                                  .confused_with = {"frame_anchors", "transmission_ratio"},

@@ -29,9 +29,7 @@ EvidenceAgainst::EvidenceAgainst(const DiagnosisModel& model)
     : model_(model), log_evidence_(log_evidence(model)) {}
 
 Refit EvidenceAgainst::refit(const CandidateScore& score) const {
-  EffectTerm added{score.effect, score.values};
-  added.prior_scale = score.prior_scale;
-  Refit out = refit(model_, added);
+  Refit out = refit(model_, {score.effect, score.values});
   out.score = score;
   return out;
 }
@@ -41,7 +39,6 @@ Refit EvidenceAgainst::refit(DiagnosisModel with, const EffectTerm& added) const
   with.effects.push_back(added);
   EffectTerm& term = with.effects.back();
   for (const PriorScale& prior : kPriorScales) {
-    if (prior.scale > 16.0 && prior.scale > added.prior_scale) break;  // where the scan asks for it
     term.prior_scale = prior.scale;
     if (!fit_with_noise(with)) break;
     const double evidence = of(with) + log_prior_of(term);
@@ -50,8 +47,7 @@ Refit EvidenceAgainst::refit(DiagnosisModel with, const EffectTerm& added) const
       out.model = with;
     }
     // Nothing asks for larger ones, or they are learnt.
-    const bool small = size_of(term, with.robot) < prior.scale && prior.scale >= added.prior_scale;
-    if (term.learnt.size() > 0 || small) break;
+    if (term.learnt.size() > 0 || size_of(term, with.robot) < prior.scale) break;
   }
   return out;
 }

@@ -7,6 +7,13 @@
 
 namespace cdprcal {
 
+/// An effect is of the order of a typical one, and sometimes far beyond: a prior of several widths
+/// (EffectTerm::prior_scale), each with its probability, as of half a Cauchy distribution.
+struct PriorScale {
+  double scale, probability;
+};
+inline constexpr PriorScale kPriorScales[] = {{1.0, 0.63}, {4.0, 0.29}, {16.0, 0.08}};
+
 /// log of the probability of an effect's prior_scale, where that is one of these.
 double log_prior_of(const EffectTerm& term);
 

@@ -13,17 +13,6 @@ namespace {
 
 /// Nats beyond the bound that cover what it leaves out: the noise is estimated, too.
 constexpr double kFarAbove = 10.0;
-/// Where readings leave more than this of a typical size's variance, the prior's width decides what
-/// they are taken to say: an estimate that it holds back never asks for more.
-constexpr double kFaint = 0.5;
-/// Sizes of so many typical ones are believable of an effect that may be far off.
-constexpr double kFarOff = 16.0;
-
-/// Whether an effect may be far beyond its typical size; where no size is implausible, none is far.
-bool may_be_far_off(const Effect& effect, const Robot& robot) {
-  const double most = effect.plausible(robot).cwiseQuotient(effect.typical(robot)).maxCoeff();
-  return std::isfinite(most) && most >= kFarOff;
-}
 
 /// The rows of a system, channel by channel, projected off the poses and the nuisance unknowns.
 struct Stacked {
@@ -107,13 +96,7 @@ class EvidenceOf {
   }
 
  public:
-  struct Estimate {
-    Eigen::VectorXd values;  ///< in typical sizes
-    std::size_t width = 0;   ///< of kPriorScales
-  };
-
-  EvidenceOf(const Robot& robot, const Candidates& candidates, const DiagnosisSystem& system,
-             const Stacked& stacked, const NoiseLevels& floor)
+  EvidenceOf(const DiagnosisSystem& system, const Stacked& stacked, const NoiseLevels& floor)
       : stacked_(stacked), floor_(floor) {
     const int base = system.layout.nuisance();
     for (std::size_t k = 0; k < system.layout.candidate_begin.size(); ++k) {
@@ -122,20 +105,9 @@ class EvidenceOf {
       a.size = system.layout.candidate_size[k];
       const auto own = stacked.candidates.middleCols(a.begin, a.size);
       a.information = own.transpose() * own;
-      for (const auto& [scale, probability] : kPriorScales) {
-        if (!a.widths.empty() && !a.faint) break;
-        Width& w = a.widths.emplace_back();
-        w.scale = scale;
-        w.llt.compute(a.information + Eigen::MatrixXd::Identity(a.size, a.size) / (scale * scale));
-        const Eigen::MatrixXd root = w.llt.matrixL();
-        w.occam = root.diagonal().array().log().sum() +
-                  static_cast<double>(a.size) * std::log(scale) -
-                  std::log(probability / kPriorScales[0].probability);
-        if (scale == 1.0) {
-          a.faint =
-              may_be_far_off(*candidates[k], robot) && a.spread(0).diagonal().maxCoeff() > kFaint;
-        }
-      }
+      a.llt.compute(a.information + Eigen::MatrixXd::Identity(a.size, a.size));
+      const Eigen::MatrixXd root = a.llt.matrixL();
+      a.occam = root.diagonal().array().log().sum();
       for (std::size_t u = 0; u < stacked.channels.size(); ++u) {
         const auto rows = of_channel(own, u);
         a.squares.emplace_back(rows.transpose() * rows);
@@ -144,29 +116,19 @@ class EvidenceOf {
     }
   }
 
-  /// Of the prior.
-  struct Width {
-    double scale = 1.0;
-    Eigen::LLT<Eigen::MatrixXd> llt;  ///< of I + 1/scale²
-    double occam = 0.0;               ///< ½ log|scale² I + 1|, and how improbable the width is
-  };
   struct Candidate {
     Eigen::Index begin, size;
     Eigen::MatrixXd information;           ///< I
-    std::vector<Width> widths;             ///< kPriorScales
-    bool faint = false;                    ///< far off, maybe, and held back by the prior
+    Eigen::LLT<Eigen::MatrixXd> llt;       ///< of I + 1
+    double occam = 0.0;                    ///< ½ log|I + 1|
     std::vector<Eigen::MatrixXd> squares;  ///< own columns' sums of squares, a used channel
-    [[nodiscard]] Eigen::MatrixXd spread(std::size_t width) const {
-      return widths[width].llt.solve(Eigen::MatrixXd::Identity(size, size));
-    }
   };
   [[nodiscard]] const std::vector<Candidate>& candidates() const { return candidates_; }
 
   /// log evidence [candidate × residual] of residuals given as columns, projected off poses and
-  /// nuisance unknowns, of the most probable width of the prior each. `values` takes each
-  /// candidate's estimate for the first residual.
+  /// nuisance unknowns. `values` takes each candidate's estimate for the first residual.
   [[nodiscard]] Eigen::MatrixXd operator()(const Eigen::MatrixXd& residuals,
-                                           std::vector<Estimate>* values = nullptr) const {
+                                           std::vector<Eigen::VectorXd>* values = nullptr) const {
     const Eigen::Index count = residuals.cols();
     const std::size_t used = stacked_.channels.size();
     std::vector<Eigen::MatrixXd> cross;  // Cᵀr of each channel
@@ -189,28 +151,20 @@ class EvidenceOf {
     Eigen::MatrixXd out(static_cast<Eigen::Index>(candidates_.size()), count);
     for (std::size_t k = 0; k < candidates_.size(); ++k) {
       const Candidate& a = candidates_[k];
-      auto of_it = out.row(static_cast<Eigen::Index>(k));
-      Estimate best;
-      for (std::size_t w = 0; w < a.widths.size(); ++w) {
-        const Width& width = a.widths[w];
-        const Eigen::MatrixXd estimate = -width.llt.solve(scores.middleRows(a.begin, a.size));
-        std::vector<Eigen::RowVectorXd> after(used);
-        for (std::size_t u = 0; u < used; ++u) {
-          const auto own = cross[u].middleRows(a.begin, a.size);
-          after[u] = squares[u] + (estimate.array() * (2.0 * own + a.squares[u] * estimate).array())
-                                      .colwise()
-                                      .sum()
-                                      .matrix();
-        }
-        for (Eigen::Index j = 0; j < count; ++j) {
-          const double penalty = 0.5 * estimate.col(j).squaredNorm() / (width.scale * width.scale);
-          const double found = before[j] - profile_of(after, j) - penalty - width.occam;
-          if (w > 0 && !(found > of_it[j])) continue;
-          of_it[j] = found;
-          if (j == 0) best = {estimate.col(0), w};
-        }
+      const Eigen::MatrixXd estimate = -a.llt.solve(scores.middleRows(a.begin, a.size));
+      std::vector<Eigen::RowVectorXd> after(used);
+      for (std::size_t u = 0; u < used; ++u) {
+        const auto own = cross[u].middleRows(a.begin, a.size);
+        after[u] = squares[u] + (estimate.array() * (2.0 * own + a.squares[u] * estimate).array())
+                                    .colwise()
+                                    .sum()
+                                    .matrix();
       }
-      if (values != nullptr) values->push_back(std::move(best));
+      for (Eigen::Index j = 0; j < count; ++j) {
+        out(static_cast<Eigen::Index>(k), j) =
+            before[j] - profile_of(after, j) - 0.5 * estimate.col(j).squaredNorm() - a.occam;
+      }
+      if (values != nullptr) values->push_back(estimate.col(0));
     }
     return out;
   }
@@ -309,8 +263,7 @@ class Detectable {
       const double amplitude = std::max(0.0, size * std::sqrt(all) + noise);
       const double energy = amplitude * amplitude, share = energy / all;
       if (energy < least_energy) return false;
-      double evidence = -0.5 * size * size * direction.squaredNorm() - a.widths[0].occam,
-             told = 0.0;
+      double evidence = -0.5 * size * size * direction.squaredNorm() - a.occam, told = 0.0;
       for (std::size_t u = 0; u < squares.size(); ++u) {
         const std::size_t c = stacked_.channels[u];
         const double freedom = stacked_.sums.freedom[c];
@@ -374,10 +327,10 @@ std::vector<CandidateScore> scan(const DiagnosisModel& model, const Candidates& 
   for (std::size_t c = 0; c < kNoiseGroups; ++c) {
     floor[c] = model.floor[c] / model.noise[c];  // NaN of groups without readings: not asked for
   }
-  const EvidenceOf evidence(model.robot, candidates, system, stacked, floor);
+  const EvidenceOf evidence(system, stacked, floor);
   const Detectable detectable(stacked, floor, candidates.size());
-  std::vector<EvidenceOf::Estimate> estimates;
-  const Eigen::VectorXd log_evidence = evidence(stacked.residual, &estimates);
+  std::vector<Eigen::VectorXd> values;
+  const Eigen::VectorXd log_evidence = evidence(stacked.residual, &values);
   for (std::size_t k = 0; k < candidates.size(); ++k) {
     const EvidenceOf::Candidate& a = evidence.candidates()[k];
     CandidateScore score;
@@ -386,9 +339,8 @@ std::vector<CandidateScore> scan(const DiagnosisModel& model, const Candidates& 
     const EffectValues typical = candidates[k]->typical(model.robot);
     Eigen::VectorXd scale(a.size);
     for (Eigen::Index j = 0; j < a.size; ++j) scale[j] = typical[j % typical.size()];
-    score.values = estimates[k].values.cwiseProduct(scale);
-    score.prior_scale = a.widths[estimates[k].width].scale;
-    const Eigen::MatrixXd spread = a.spread(estimates[k].width);
+    score.values = values[k].cwiseProduct(scale);
+    const Eigen::MatrixXd spread = a.llt.solve(Eigen::MatrixXd::Identity(a.size, a.size));
     score.deviation = spread.diagonal().cwiseSqrt().cwiseProduct(scale);
     score.visible = a.information.trace() > static_cast<double>(a.size);
     if (options.limits) score.detectable = detectable.size_of(a);

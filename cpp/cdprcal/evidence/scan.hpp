@@ -14,19 +14,11 @@ struct CandidateScore {
   double p_value = 1.0;       ///< family-wise: how often the best of all would do as well by chance
   Eigen::VectorXd values;     ///< linear estimate, internal units
   Eigen::VectorXd deviation;  ///< its standard deviation
-  double prior_scale = 1.0;   ///< of the most probable width of the prior (kPriorScales)
   bool visible = false;       ///< a typical size would show at all (information above the prior's)
   /// Size, in typical sizes, from which on four of five such effects would be found here; NaN where
   /// the readings say nothing of it, or nobody asked (ScanOptions::limits).
   double detectable = kNaN;
 };
-
-/// An effect is of the order of a typical one, and sometimes far beyond: a prior of several widths
-/// (EffectTerm::prior_scale), each with its probability, as of half a Cauchy distribution.
-struct PriorScale {
-  double scale, probability;
-};
-inline constexpr PriorScale kPriorScales[] = {{1.0, 0.63}, {4.0, 0.28}, {16.0, 0.07}, {64.0, 0.02}};
 
 /// What is asked of an effect before it is accepted, unless told otherwise: the chance that a clean
 /// log is accused of anything, and nats.

@@ -242,6 +242,14 @@ std::vector<InjectableEffect> rows() {
        },
        nullptr,
        {{"order", kScalar, ValueRange::euler_convention}}},
+      {"pulley_diameter",
+       "all pulleys' radii are so many times those of the robot file (0.5: it has diameters)",
+       [](V& v, P& p) {
+         const double factor = v.scalar();
+         for (Cable& cable : p.robot.cables) cable.pulley.radius_m *= factor;
+       },
+       nullptr,
+       {{"factor", kScalar, ValueRange::positive}}},
       {"slack", "the winch loses its grip: so much cable runs off, and the encoder sees it",
        [](V& v, P& p) {
          once(v, p,
