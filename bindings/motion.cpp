@@ -238,7 +238,9 @@ void register_in_motion(py::module_& module) {
          int most_moments, int rounds) {
         const py::gil_scoped_release release;
         return calibrate_in_motion(robot, log,
-                                   {options.value_or(CalibrateOptions{}), most_moments, rounds});
+                                   {.calibrate = options.value_or(CalibrateOptions{}),
+                                    .most_moments = most_moments,
+                                    .rounds = rounds});
       },
       py::arg("robot"), py::arg("log"), py::arg("options") = py::none(),
       py::arg("most_moments") = 3000, py::arg("rounds") = 2,

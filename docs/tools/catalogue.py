@@ -32,6 +32,7 @@ SEED = 4
 _PATTERN = (1.0, -0.8, 0.6, -1.0, 0.7, -0.6, 0.9, -0.7, 0.8, -0.9, 0.5, -0.5)
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 _MARKERS = "osD^"
+_MOST_POINTS = 40
 _PANELS: tuple[tuple[str, float, Callable[[_core.PoseResidual], np.ndarray]], ...] = (
     ("length [mm]", 1e3, lambda r: r.length_m),
     ("swivel [°]", 180.0 / np.pi, lambda r: r.swivel_rad),
@@ -154,6 +155,7 @@ def draw(found: Signature) -> Figure:
     """Four panels: lengths, swivels, tensions by cable; roll, pitch and yaw."""
     figure = Figure(figsize=(9.0, 2.3), layout="constrained")
     residuals = _core.model_residuals(found.diagnosis.baseline)
+    residuals = residuals[:: max(1, len(residuals) // _MOST_POINTS)]  # of a run in motion
     times = [residual.run_time_s for residual in residuals]
     for i, (title, factor, read) in enumerate(_PANELS):
         axes = figure.add_subplot(1, 4, i + 1)

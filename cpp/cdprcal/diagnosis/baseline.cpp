@@ -82,8 +82,7 @@ void thin_out(const InMotion& found, DiagnosisRun& run) {
 /// Poses of a log as a run with its calibrated start; and how its samples come.
 DiagnosisRun run_from(const Robot& robot, const Log& log, bool motion, Signals& signals) {
   InMotion start;
-  InMotionOptions as_fitted;
-  as_fitted.calibrate.allow_for_effects = false;  // what the search is for
+  const InMotionOptions as_fitted = for_a_search();
   if (motion) start = calibrate_in_motion(robot, log, as_fitted);
   if (!start.in_motion) start.calibration = start_of(robot, log, motion);
   const Calibration& calibration = start.calibration;

@@ -124,9 +124,8 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving,
                                          start.problem.measurements[middle].tension_N);
   const double begin_s = log.time_s[run.rows.begin];
   const double lasts_s = log.time_s[run.rows.end - 1] - begin_s;
-  // A parabola's middle tells less than half of what its samples do; neighbours that share three
-  // quarters of them tell most of the rest. That their errors hang together is counted afterwards.
-  const double spacing_s = std::max(0.5 * half_s, lasts_s / moving.options.most_moments);
+  const double spacing_s =
+      std::max(moving.options.spacing * 2.0 * half_s, lasts_s / moving.options.most_moments);
   const std::size_t rests = guess.size();
   double last_s = begin_s;
   for (Eigen::Index row = run.rows.begin + 1; row < run.rows.end; ++row) {
@@ -325,9 +324,18 @@ void check_options(const InMotionOptions& options) {
   if (options.most_moments < 1 || options.rounds < 1) {
     throw InputError("motion: most_moments and rounds must be at least 1");
   }
+  if (!(options.spacing > 0.0)) throw InputError("motion: spacing must be positive");
 }
 
 }  // namespace
+
+InMotionOptions for_a_search() {
+  InMotionOptions options;
+  options.calibrate.allow_for_effects = false;
+  options.most_moments = 300;
+  options.spacing = 1.0;
+  return options;
+}
 
 InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionOptions& options) {
   check_options(options);

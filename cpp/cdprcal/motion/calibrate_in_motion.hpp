@@ -13,8 +13,16 @@ struct InMotionOptions {
   /// unset.
   CalibrateOptions calibrate;
   int most_moments = 3000;  ///< of motion that count, beside the rests
-  int rounds = 2;           ///< how often the motion is found anew
+  /// How far apart moments are, in widths of the window that their readings are smoothed over. A
+  /// parabola's middle tells less than half of what its samples do; neighbours that share three
+  /// quarters of them tell most of the rest. From 1 on they share none.
+  double spacing = 0.25;
+  int rounds = 2;  ///< how often the motion is found anew
 };
+
+/// Moments that share no samples, without allowances for effects: for a search that takes each
+/// moment for independent, and looks for those effects.
+InMotionOptions for_a_search();
 
 /// What is found beside the poses, and the path that accelerations come from depends on.
 struct Beside {

@@ -179,6 +179,7 @@ TEST(InMotion, RefusesOptionsThatLeaveMotionOut) {
   refused([](InMotionOptions& o) { o.calibrate.noise = NoiseSource::specified; });
   refused([](InMotionOptions& o) { o.calibrate.at_s = {0.0, 5.0}; });
   refused([](InMotionOptions& o) { o.most_moments = 0; });
+  refused([](InMotionOptions& o) { o.spacing = 0.0; });
   refused([](InMotionOptions& o) { o.rounds = 0; });
   EXPECT_THROW(calibrate_in_motion(load_robot("ring3"), log), InputError);
 }

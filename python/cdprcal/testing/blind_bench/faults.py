@@ -100,7 +100,7 @@ CONFIGURATIONS: list[Draw] = [
     _order_and_signs,
 ]
 #: The names that faults are given.
-NAMES = {*FIRST, "euler_convention", "attitude_sign", "tension_unit", "pulley_diameter"}
+NAMES = {*FIRST, "euler_convention", "attitude_sign", "tension_unit"}
 
 
 def _exchange_tensions(readings: Readings, values: Values) -> None:
