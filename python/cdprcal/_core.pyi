@@ -4926,7 +4926,7 @@ def calibrate_in_motion(
     robot: Robot,
     log: Log,
     options: CalibrateOptions | None = None,
-    most_moments: typing.SupportsInt | typing.SupportsIndex = 3000,
+    most_moments: typing.SupportsInt | typing.SupportsIndex = 1000,
     rounds: typing.SupportsInt | typing.SupportsIndex = 2,
 ) -> InMotion:
     """
