@@ -14,11 +14,6 @@
 namespace cdprcal {
 namespace {
 
-/// What a robot's file says in a formula of its own is what the plant does.
-bool is_own(const std::string& name, const OwnEffects& own) {
-  return std::ranges::any_of(own, [&](const auto& effect) { return effect->name() == name; });
-}
-
 InjectableEffect find(const std::string& name, const OwnEffects& own) {
   std::string known;
   for (const InjectableEffect& effect : injectable_effects()) {
@@ -78,6 +73,10 @@ std::size_t total(const InjectableEffect& effect, int cables) {
 }
 
 }  // namespace
+
+bool is_own(const std::string& name, const OwnEffects& own) {
+  return std::ranges::any_of(own, [&](const auto& effect) { return effect->name() == name; });
+}
 
 InjectedEffect parse_injected_effect(const std::string& text, const OwnEffects& own) {
   const std::size_t equal = text.find('=');

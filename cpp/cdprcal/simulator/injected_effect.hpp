@@ -41,6 +41,9 @@ const std::vector<InjectableEffect>& injectable_effects();
 /// Effects that a robot has beside the table, or in the place of its rows: formulas of its file.
 using OwnEffects = std::vector<std::shared_ptr<const Effect>>;
 
+/// Whether a formula of the robot's file has this name: it is then what the plant does.
+bool is_own(const std::string& name, const OwnEffects& own);
+
 /// Parses "NAME=v1,v2,…" (euler_convention also takes an order: "euler_convention=ZYX"). Throws
 /// InputError naming the accepted effects, or the sizes and parameters of this one.
 InjectedEffect parse_injected_effect(const std::string& text, const OwnEffects& own = {});

@@ -77,9 +77,9 @@ PlantParameters plant_parameters(const Robot& robot, const SimulatorOptions& opt
   acting.insert(acting.end(), options.effects.begin(), options.effects.end());
   for (InjectedEffect& effect : acting) effect = expanded(effect, n, robot.own_effects);
   for (const InjectableEffect& row : injectable_effects()) {
+    if (is_own(row.name, robot.own_effects)) continue;
     for (const InjectedEffect& effect : acting) {
-      const auto is_row = [&](const auto& own) { return own->name() == row.name; };
-      if (effect.name != row.name || std::ranges::any_of(robot.own_effects, is_row)) continue;
+      if (effect.name != row.name) continue;
       PlantValues values(effect.values, n);
       row.act(values, p);
     }
