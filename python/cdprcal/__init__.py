@@ -23,7 +23,14 @@ if TYPE_CHECKING:
 _CALLS = ("calibrate", "diagnose", "geometry", "simulate_startup", "track")
 
 
+__version__: str
+
+
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return globals().setdefault(name, version("cdprcal"))
     if not name.startswith("_"):
         from cdprcal import _core
 

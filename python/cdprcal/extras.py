@@ -20,6 +20,7 @@ EXTRAS = {
     "matplotlib": Extra("plots", "pictures"),
     "jinja2": Extra("report", "reports"),
     "plotly": Extra("report", "pages in the browser"),
+    "mcap": Extra("mcap", "MCAP logs", "take CSV"),
     "rosbags": Extra("ros2", "ROS 2 bags"),
     "can": Extra("canopen", "drives on CANopen"),
     "canopen": Extra("canopen", "drives on CANopen"),

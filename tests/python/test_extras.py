@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from cdprcal import load_log, save_log
 from cdprcal._core import InputError
 from cdprcal.extras import EXTRAS, Extra, missing, need
 
@@ -67,6 +68,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("bare")
     for words in (["generate", "irma4", "-o", "run.csv"], ["plan", "irma4", "-o", "plan.csv"]):
         assert bare(path, *words).returncode == 0
+    save_log(load_log(path / "run.csv").log, path / "run.mcap")
     (path / "run.mat").write_bytes(b"MATLAB 5.0 MAT-file".ljust(128))
     (path / "run.parquet").write_bytes(b"PAR1")
     return path
@@ -83,7 +85,7 @@ def bare(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
 @pytest.mark.parametrize(
     "words",
     ["check irma4 run.csv", "calibrate irma4 run.csv -o result.json", "diagnose irma4 run.csv",
-     "acquire irma4 plan.csv -o a.mcap", "schema calibrate", "effects"],
+     "acquire irma4 plan.csv -o a.csv", "schema calibrate", "effects"],
 )  # fmt: skip
 def test_what_most_need_works_without(words: str, folder: Path) -> None:
     ran = bare(folder, *words.split())
@@ -107,11 +109,14 @@ SESSION = ROOT / "examples" / "canopen-simulated.yaml"
     [
         ("plan irma4 -o p2.csv --plot p.png", "plots"),
         ("report irma4 run.csv -o r.html", "report"),
+        ("calibrate irma4 run.mcap", "mcap"),
+        ("acquire irma4 plan.csv -o b.mcap", "mcap"),
+        ("generate irma4 -o b.mcap", "mcap"),
         ("export irma4 run.csv -o bag", "ros2"),
         ("explore irma4 run.csv", "report"),
         ("check irma4 run.mat --propose map.yaml", "mat"),
         ("check irma4 run.parquet --propose map.yaml", "arrow"),
-        (f"acquire irma4 plan.csv --backend canopen --session {SESSION} -o b.mcap", "canopen"),
+        (f"acquire irma4 plan.csv --backend canopen --session {SESSION} -o b.csv", "canopen"),
     ],
 )
 def test_what_few_need_names_its_extra(words: str, extra: str, folder: Path) -> None:

@@ -45,9 +45,19 @@ DiagnosisModel model_of(const Calibration& calibration) {
 
 namespace {
 
+/// Keeps witnesses of their own; how many readings still count as one.
+double keep_witnesses(const Calibration& calibration, double moments_a_reading,
+                      DiagnosisModel& model) {
+  if (!(moments_a_reading > 1.0)) return 1.0;
+  return thin_out(model.runs.front(), static_cast<std::size_t>(calibration.kinematic_poses),
+                  moments_a_reading);
+}
+
 /// Adds what the log cannot rule out, as diagnose does before it finds anything.
-void add_unseen(const Calibration& calibration, CalibrationResult& result) {
+void add_unseen(const Calibration& calibration, double moments_a_reading,
+                CalibrationResult& result) {
   DiagnosisModel model = model_of(calibration);
+  keep_witnesses(calibration, moments_a_reading, model);
   if (!fit_with_noise(model)) return;
   const Unseen unseen = covariance_of_unseen(model, scan(model, untried(model), {.draws = 0}));
   const Matrix6& more = checks_of(model).enough() ? unseen.probable : unseen.possible;
@@ -104,7 +114,8 @@ double scatter_of(const CalibrationProblem& problem, Channel channel) {
   return sample > 0.0 ? sample : kRoughly * specified_noise(problem.robot.sigma)[channel].pose;
 }
 
-bool allow_for_effects(const CalibrateOptions& options, Calibration& calibration) {
+bool allow_for_effects(const CalibrateOptions& options, Calibration& calibration,
+                       double moments_a_reading) {
   CalibrationResult& result = calibration.result;
   if (!options.allow_for_effects || result.status != CalibrationStatus::converged ||
       noise_source(options) != NoiseSource::from_data) {
@@ -112,7 +123,7 @@ bool allow_for_effects(const CalibrateOptions& options, Calibration& calibration
   }
   const std::string found = misfit(calibration);
   if (found.empty()) {
-    add_unseen(calibration, result);
+    add_unseen(calibration, moments_a_reading, result);
     return true;
   }
   result.reason += "; yet the model misfits " + found +
@@ -122,7 +133,9 @@ bool allow_for_effects(const CalibrateOptions& options, Calibration& calibration
     model.effects.push_back({effect, EffectValues::Zero(effect->size(model.robot.cable_count()))});
   }
   const bool settled = fit_with_noise(model);
-  const Matrix6 covariance = initial_pose_covariance(model, 0);
+  DiagnosisModel witnesses = model;
+  const double shared = keep_witnesses(calibration, moments_a_reading, witnesses);
+  const Matrix6 covariance = shared * initial_pose_covariance(witnesses, 0);
   if (!settled || !covariance.allFinite()) {
     result.reason += ", and the uncertainty leaves that out";
     return false;

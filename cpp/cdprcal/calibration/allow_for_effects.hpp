@@ -25,7 +25,10 @@ double scatter_of(const CalibrationProblem& problem, Channel channel);
 /// Without a misfit the poses stay, and the covariance grows by what the log cannot rule out
 /// (evidence/model_average.hpp), as it does in diagnose before that finds anything. With specified
 /// noise nothing changes. False where there is a misfit that the uncertainty leaves out.
-bool allow_for_effects(const CalibrateOptions& options, Calibration& calibration);
+/// Of the last `kinematic_poses` of a calibration in motion, which are in balance too, so many as
+/// `moments_a_reading` count as one.
+bool allow_for_effects(const CalibrateOptions& options, Calibration& calibration,
+                       double moments_a_reading = 1.0);
 
 /// The poses in balance of a calibration as a model to which effects can be added, noise as its
 /// signals say.

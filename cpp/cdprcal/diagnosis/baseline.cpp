@@ -59,26 +59,6 @@ Calibration start_of(const Robot& robot, const Log& log, bool motion) {
   return calibrate(robot, log, options);
 }
 
-/// Moments in motion share what is wrong with their neighbours, as far as the calibration sees it:
-/// only every so many is a witness of its own. Enough are kept to see an effect by, which is shared
-/// as well.
-void thin_out(const InMotion& found, DiagnosisRun& run) {
-  constexpr double kEnough = 40.0;
-  const auto moments = static_cast<std::size_t>(found.calibration.kinematic_poses);
-  const double most = std::max(1.0, static_cast<double>(moments) / kEnough);
-  const auto every = static_cast<std::size_t>(std::ceil(std::min(found.moments_a_reading, most)));
-  const std::size_t first = run.measurements.size() - moments;
-  std::size_t kept = first;
-  for (std::size_t i = first; i < run.measurements.size(); i += every, ++kept) {
-    run.measurements[kept] = run.measurements[i];
-    run.poses[kept] = run.poses[i];
-    run.rows[kept] = run.rows[i];
-  }
-  run.measurements.resize(kept);
-  run.poses.resize(kept);
-  run.rows.resize(kept);
-}
-
 /// Poses of a log as a run with its calibrated start; and how its samples come.
 DiagnosisRun run_from(const Robot& robot, const Log& log, bool motion, Signals& signals) {
   InMotion start;
@@ -96,7 +76,9 @@ DiagnosisRun run_from(const Robot& robot, const Log& log, bool motion, Signals& 
   run.measurements = calibration.problem.measurements;
   run.poses = calibration.result.poses;
   run.rows = rows_of(log, calibration, start.in_motion ? calibration.kinematic_poses : 0);
-  if (start.in_motion) thin_out(start, run);
+  if (start.in_motion) {
+    thin_out(run, static_cast<std::size_t>(calibration.kinematic_poses), start.moments_a_reading);
+  }
   run.known = calibration.problem.effects;
   // What the calibration found to make its path by is still to be named.
   std::erase_if(run.known, [&](const ActiveEffect& active) {

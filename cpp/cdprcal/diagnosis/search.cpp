@@ -251,9 +251,10 @@ bool Search::accept_fault(const FaultRefit& found, SmallFaults& kind) {
 bool Search::look_for_fault() {
   std::optional<FaultRefit> found;
   SmallFaults* of = nullptr;
+  Unfaulted without(model_, untried(model_));
   for (SmallFaults& kind : small_faults_) {
     if (kind.taken()) continue;
-    auto next = kind.best(model_, untried(model_), options_.rival_nats);
+    auto next = kind.best(without, options_.rival_nats);
     if (!next || (found && next->log_posterior <= found->log_posterior)) continue;
     found = std::move(next);
     of = &kind;
@@ -267,7 +268,8 @@ bool Search::look_for_fault() {
 bool Search::exchange_fault() {
   return std::ranges::any_of(small_faults_, [&](SmallFaults& kind) {
     if (!kind.taken()) return false;
-    const std::optional<FaultRefit> other = kind.best(model_, untried(model_), options_.rival_nats);
+    Unfaulted without(model_, untried(model_));
+    const std::optional<FaultRefit> other = kind.best(without, options_.rival_nats);
     // One that cannot be told apart from the accepted one is its rival, not its better.
     return other && other->log_posterior > options_.rival_nats && accept_fault(*other, kind);
   });

@@ -11,11 +11,10 @@ namespace {
 /// A fault that makes the fit worse by more than this hides behind no effect [nats].
 constexpr double kHopeless = 10.0;
 
-/// A model with the effect that explains most of what it leaves, and the evidence for that effect;
-/// the model itself and 0 where none does.
-std::pair<DiagnosisModel, double> with_best(const DiagnosisModel& model,
-                                            const Candidates& candidates) {
-  const std::vector<CandidateScore> scores = scan(model, candidates, {.draws = 0});
+}  // namespace
+
+Unfaulted::WithBest Unfaulted::with_best(const DiagnosisModel& model) const {
+  const std::vector<CandidateScore> scores = scan(model, beside_, {.draws = 0});
   if (!scores.empty() && scores.front().log_evidence > 0.0) {
     Refit refit = EvidenceAgainst(model).refit(scores.front());
     if (refit.log_evidence > 0.0) return {std::move(refit.model), refit.log_evidence};
@@ -23,7 +22,10 @@ std::pair<DiagnosisModel, double> with_best(const DiagnosisModel& model,
   return {model, 0.0};
 }
 
-}  // namespace
+const Unfaulted::WithBest& Unfaulted::with_best() {
+  if (!with_best_) with_best_ = with_best(model_);
+  return *with_best_;
+}
 
 SmallFaults SmallFaults::of_attitude(const DiagnosisModel& model) {
   return {model.robot, attitude_faults(model.robot, log_of(model.runs.front().measurements))};
@@ -56,8 +58,8 @@ DiagnosisModel SmallFaults::exchanged(const DiscreteFault& fault,
   return out;
 }
 
-std::optional<FaultRefit> SmallFaults::best(const DiagnosisModel& model, const Candidates& beside,
-                                            double rival_nats) const {
+std::optional<FaultRefit> SmallFaults::best(Unfaulted& without, double rival_nats) const {
+  const DiagnosisModel& model = without.model();
   // Single samples in motion share their errors with their neighbours: taken for independent, they
   // tell orders apart that they cannot know. Moments that balance are thinned out to independence.
   const auto& read = model.runs.front().measurements;
@@ -68,22 +70,20 @@ std::optional<FaultRefit> SmallFaults::best(const DiagnosisModel& model, const C
   const EvidenceAgainst against(model);
   std::vector<std::pair<std::string, double>> tried;
   std::optional<FaultRefit> best;
-  std::optional<std::pair<DiagnosisModel, double>> without;
   for (const DiscreteFault& fault : faults_) {
     if (taken_ && taken_->name == fault.name && taken_->values == fault.values) continue;
     FaultRefit trial{fault, exchanged(fault, model), {}, {}};
     if (!fit_with_noise(trial.model)) continue;
     const double alone = against.of(trial.model);
     if (alone < -kHopeless) continue;
-    if (!without) without = with_best(model, beside);
-    auto [with, evidence] = with_best(trial.model, beside);
-    trial.fault.log_evidence = alone + evidence - without->second;
+    Unfaulted::WithBest with = without.with_best(trial.model);
+    trial.fault.log_evidence = alone + with.log_evidence - without.with_best().log_evidence;
     trial.log_posterior =
         trial.fault.log_evidence + std::log(fault.prior / (taken_ ? taken_->prior : 1.0));
     tried.emplace_back(fault.text, trial.log_posterior);
     if (best && trial.log_posterior <= best->log_posterior) continue;
-    trial.judged_without = without->first;
-    trial.judged_with = std::move(with);
+    trial.judged_without = without.with_best().model;
+    trial.judged_with = std::move(with.model);
     best = std::move(trial);
   }
   std::string rivals;

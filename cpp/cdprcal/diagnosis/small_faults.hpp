@@ -15,6 +15,28 @@ struct FaultRefit {
   double log_posterior = 0.0;  ///< evidence and what was known before, against the model as it is
 };
 
+/// What faults of every kind are judged against: a model that must outlive it, and the same with the
+/// effect of `beside` that explains most of what it leaves, found when it is first asked for.
+class Unfaulted {
+ public:
+  /// A model, and the evidence for the effect that was added; 0 where none explains more.
+  struct WithBest {
+    DiagnosisModel model;
+    double log_evidence = 0.0;
+  };
+  Unfaulted(const DiagnosisModel& model, Candidates beside)
+      : model_(model), beside_(std::move(beside)) {}
+  [[nodiscard]] const DiagnosisModel& model() const { return model_; }
+  /// Of any model, with the same candidates.
+  [[nodiscard]] WithBest with_best(const DiagnosisModel& model) const;
+  [[nodiscard]] const WithBest& with_best();
+
+ private:
+  const DiagnosisModel& model_;
+  Candidates beside_;
+  std::optional<WithBest> with_best_;
+};
+
 /// Faults of one kind, of which a model has one or none. An AHRS that speaks another order than it
 /// is read in is off by the product of two tilts, which no cost of a whole log shows: it takes a
 /// refit, and the same evidence that effects are held to.
@@ -26,11 +48,10 @@ class SmallFaults {
   static SmallFaults of_pulleys(const DiagnosisModel& model);
 
   /// The most probable of the faults that the model does not have. With and without it, the effect
-  /// of `beside` that then explains most is in the model, too: a drift hides an order, and an order
-  /// stands in for a drift. Faults within `rival_nats` are named in its text. Nothing where none
-  /// can be fitted, or most poses are samples in motion without a balance.
-  [[nodiscard]] std::optional<FaultRefit> best(const DiagnosisModel& model,
-                                               const Candidates& beside, double rival_nats) const;
+  /// that then explains most is in the model, too: a drift hides an order, and an order stands in
+  /// for a drift. Faults within `rival_nats` are named in its text. Nothing where none can be
+  /// fitted, or most poses are samples in motion without a balance.
+  [[nodiscard]] std::optional<FaultRefit> best(Unfaulted& without, double rival_nats) const;
   /// Sets a fault right in place of the one that was taken before.
   void take(const DiscreteFault& fault, std::vector<Log>& logs);
   [[nodiscard]] const std::optional<DiscreteFault>& taken() const { return taken_; }

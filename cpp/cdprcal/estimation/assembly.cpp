@@ -104,9 +104,11 @@ std::optional<OffsetVector> Assembly::hand_over(PoseLanes& poses) {
     for (std::size_t i = 0; i < poses_.size(); ++i) {
       rows_.set_tension_weight(lane_of(i), poses_.tension_weight(i));
       if (problem_.statics == StaticsModel::wrench) {
-        if (rows_.silent_rows(lane_of(i)) > 0) {
+        const bool silent = rows_.silent_rows(lane_of(i)) > 0;
+        if (silent || (problem_.measurements[i].moves() && !holds_weights_)) {
           rows_.set_balance_sigma(lane_of(i), poses_.balance_sigma(i));
-        } else {
+        }
+        if (!silent) {
           rows_.set_whitening(lane_of(i), poses_.wrench_whitening(i));
         }
       }
@@ -118,6 +120,43 @@ std::optional<OffsetVector> Assembly::hand_over(PoseLanes& poses) {
   rows_.set_offsets(offsets.data());
   return offsets;
 }
+
+void Assembly::weigh_motion(const PoseLanes& poses) {
+  if (holds_weights_ || !rows_.any_moves() || problem_.statics != StaticsModel::wrench) return;
+  std::vector<std::size_t> lanes;
+  std::vector<Pose> at;
+  std::vector<BalanceSigma> sigma;
+  for (std::size_t lane = 0; lane < poses_.size(); ++lane) {
+    const std::size_t i = measurement_of(lane);
+    if (!problem_.measurements[i].moves() || poses_.statics_of(i) != StaticsModel::wrench ||
+        rows_.silent_rows(lane) > 0) {
+      continue;
+    }
+    lanes.push_back(lane);
+    at.push_back(poses[lane]);
+    sigma.push_back(poses_.balance_sigma(i));
+  }
+  const std::vector<Matrix6> roots = inverse_balance_roots(rows_.robot(), at, sigma);
+  for (std::size_t k = 0; k < lanes.size(); ++k) {
+    if (roots[k].allFinite()) rows_.set_whitening(lanes[k], roots[k]);  // else no row is asked for
+  }
+}
+
+/// The weights of moments in motion follow their poses.
+class Assembly::Weighed : public Estimation {
+ public:
+  Weighed(Assembly& assembly, std::vector<EstimatedRun> runs)
+      : Estimation(std::move(runs), Eigen::VectorXd(0), Eigen::VectorXd(0)), assembly_(assembly) {}
+
+ protected:
+  bool prepare(std::size_t, const PoseLanes& poses, const Eigen::VectorXd&) override {
+    assembly_.weigh_motion(poses);
+    return true;
+  }
+
+ private:
+  Assembly& assembly_;
+};
 
 template <typename Visit>
 bool Assembly::visit(const Visit& visit) {
@@ -134,7 +173,7 @@ Estimation& Assembly::estimation(bool hold_initial_pose) {
   if (!estimation_) {
     std::vector<EstimatedRun> runs;
     runs.emplace_back(rows_, 0);
-    estimation_.emplace(std::move(runs), Eigen::VectorXd(0), Eigen::VectorXd(0));
+    estimation_ = std::make_unique<Weighed>(*this, std::move(runs));
   }
   EstimatedRun& run = estimation_->runs().front();
   const std::optional<OffsetVector> offsets = hand_over(run.poses);
@@ -153,6 +192,7 @@ Estimation& Assembly::estimation(bool hold_initial_pose) {
 MinimiserSummary Assembly::minimise(const MinimiserOptions& options, bool hold_initial_pose) {
   Estimation& estimation = this->estimation(hold_initial_pose);
   const MinimiserSummary out = cdprcal::minimise(estimation, options);
+  if (rows_.any_moves()) weights_version_ = -1;  // what is in the rows may be of a step not taken
   if (!out.usable) return out;
   const EstimatedRun& run = estimation.runs().front();
   for (std::size_t i = 0; i < poses_.size(); ++i) poses_.set_pose(i, run.poses[lane_of(i)]);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -61,6 +62,9 @@ class Assembly {
   /// Whether there are as many rows as unknowns, poses that add more unknowns than rows apart.
   [[nodiscard]] bool may_be_determined() const;
 
+  /// Weights that stay as they are while a minimiser goes on: derivatives by moments in motion are
+  /// then those of the tensions as read (RunRows::tension_noise).
+  void hold_weights() { holds_weights_ = true; }
   /// Minimises ½ Σ (F/σ)² (eq. 14) over all poses and the free reference errors, and leaves the
   /// minimum here. ζ0 may be held where it is.
   MinimiserSummary minimise(const MinimiserOptions& options, bool hold_initial_pose = false);
@@ -115,6 +119,9 @@ class Assembly {
   template <typename Visit>
   bool visit(const Visit& visit);
   Estimation& estimation(bool hold_initial_pose);
+  class Weighed;
+  /// Weighs the balance of moments in motion at these poses.
+  void weigh_motion(const PoseLanes& poses);
   /// Information on ζ0 and the reference errors with all other poses eliminated, for each entry of
   /// `without`; NaN when a pose is invalid. Rows and columns of held errors are zero.
   std::vector<Eigen::MatrixXd> common_informations(
@@ -128,8 +135,9 @@ class Assembly {
   WeighedPoses poses_;
   ReferenceReadings reference_;
   RunRows rows_;
-  std::optional<Estimation> estimation_;
+  std::unique_ptr<Estimation> estimation_;
   int weights_version_ = -1;
+  bool holds_weights_ = false;
 };
 
 }  // namespace cdprcal

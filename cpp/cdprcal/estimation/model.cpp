@@ -184,14 +184,15 @@ void ModelRows::set_values(std::size_t r, const Eigen::VectorXd& values, const P
     which.push_back(i);
   }
   for (std::size_t k = 0; k < which.size(); ++k) {
-    if (run.silent_rows(which[k]) == 0) continue;
     const Measurement& m = model_.runs[r].measurements[which[k]];
+    const bool silent = run.silent_rows(which[k]) > 0;
+    if (!silent && !m.moves()) continue;
     const double level = row_noise(model_, at_rest(Channel::balance), m);
     BalanceSigma& own = uncertain[k];
     run.set_balance_sigma(
         which[k],
         {level * own.tension_N.array().isNaN().select(0.0, own.tension_N), level * own.wrench});
-    own.tension_N.setZero();  // of the roots below none is taken
+    if (silent) own.tension_N.setZero();  // of the roots below none is taken
   }
   run.set_effects(robot, std::move(active), std::move(derivatives),
                   static_cast<int>(accepted) + layout_.candidates);
@@ -254,6 +255,25 @@ int DiagnosisModel::pose_count() const {
   std::size_t count = 0;
   for (const DiagnosisRun& run : runs) count += run.poses.size();
   return static_cast<int>(count);
+}
+
+double thin_out(DiagnosisRun& run, std::size_t moments, double moments_a_reading) {
+  constexpr double kEnough = 40.0;
+  const double most = std::max(1.0, static_cast<double>(moments) / kEnough);
+  const double every = std::ceil(std::min(moments_a_reading, most));
+  const std::size_t first = run.measurements.size() - moments;
+  const auto thin = [&](auto& values) {
+    if (values.empty()) return;
+    std::size_t kept = first;
+    for (std::size_t i = first; i < values.size(); i += static_cast<std::size_t>(every)) {
+      values[kept++] = values[i];
+    }
+    values.resize(kept);
+  };
+  thin(run.measurements);
+  thin(run.poses);
+  thin(run.rows);
+  return std::max(1.0, moments_a_reading / every);
 }
 
 Eigen::VectorXd offsets_at(const Robot& robot, const Pose& pose, const Measurement& m) {

@@ -169,10 +169,8 @@ void RunRows::gather() {
       }
     }
   }
-  if (any_silent_) {
-    sigma_.resize(poses());
-    partial_.resize(poses());
-  }
+  if (any_silent_ || any_moves_) sigma_.resize(poses());
+  if (any_silent_) partial_.resize(poses());
 }
 
 void RunRows::set_effects(const Robot& robot, ActiveEffects effects,
@@ -365,6 +363,28 @@ void RunRows::act_on_tensions(std::size_t batch, const PoseLanes& poses) {
   }
 }
 
+CableVector RunRows::tension_noise(std::size_t pose, const PlatformState& state) const {
+  if (layout_.statics != StaticsModel::wrench || !readings_.measurements[pose]->moves() ||
+      silent_[pose] > 0 || sigma_[pose].tension_N.size() == 0) {
+    return {};
+  }
+  const std::size_t lane = pose % kLanes;
+  const auto slot = static_cast<std::size_t>(layout_.slot(Channel::balance));
+  const double* const from = whitening_.get() + (pose / kLanes) * 36 * kLanes + lane;
+  Matrix6 whitening;
+  Vector6 balance;
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    const auto row = slot + static_cast<std::size_t>(i);
+    balance[i] = rows_[(kRow * row + 6) * kLanes + lane];
+    for (Eigen::Index k = 0; k < 6; ++k) {
+      whitening(i, k) = from[static_cast<std::size_t>(6 * i + k) * kLanes];
+    }
+  }
+  const Vector6 per_wrench = whitening.transpose() * (whitening * balance);
+  const CableVector along = structure_matrix(state).transpose() * per_wrench;
+  return sigma_[pose].tension_N.cwiseAbs2().cwiseProduct(along);
+}
+
 void RunRows::act_on_readings(std::size_t batch, const PoseLanes& poses) {
   const int n = layout_.cables;
   for (const std::size_t i : poses_of(batch, this->poses())) {
@@ -396,16 +416,28 @@ void RunRows::act_on_readings(std::size_t batch, const PoseLanes& poses) {
         add(slot + a, change_.roll_pitch_yaw_rad[a], change_.attitude_by_twist.row(a));
       }
     }
+    CableVector noise_N;
     if (const int slot = layout_.slot(Channel::balance); slot >= 0 && balanced) {
       if (layout_.statics == StaticsModel::wrench) {
         for (int a = 0; a < 6; ++a)
           add(slot + a, change_.wrench[a], change_.wrench_by_twist.row(a));
+        noise_N = tension_noise(i, state);
+        if (noise_N.size() > 0) {
+          const Matrix6 by_noise = -tension_stiffness(state, noise_N);
+          for (int a = 0; a < 6; ++a) add(slot + a, 0.0, by_noise.row(a));
+        }
       } else {  // what the load cells would read of the model's tensions
         const Eigen::Matrix<double, 1, 6> none = Eigen::Matrix<double, 1, 6>::Zero();
         for (int c = 0; c < n; ++c) add(slot + c, m.tension_N[c] - tension_N[c], none);
       }
     }
-    if (layout_.columns > 0) add_columns(context, lane, balanced);
+    if (layout_.columns > 0 && noise_N.size() == 0) add_columns(context, lane, balanced);
+    if (layout_.columns > 0 && noise_N.size() > 0) {
+      Measurement clean = m;
+      clean.tension_N -= noise_N;  // gains are near 1: the noise at the platform is the readings'
+      tension_N -= noise_N;
+      add_columns({robot_, state, pose, clean, tension_N}, lane, balanced);
+    }
   }
 }
 

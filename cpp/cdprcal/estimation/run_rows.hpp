@@ -60,7 +60,11 @@ class RunRows {
   /// instead.
   [[nodiscard]] int silent_rows(std::size_t pose) const { return silent_[pose]; }
   [[nodiscard]] bool any_silent() const { return any_silent_; }
+  /// Also of a moment in motion with all six of them, so that its derivatives are those of tensions
+  /// without their noise (tension_noise); they are those of the tensions as read where it is not
+  /// given.
   void set_balance_sigma(std::size_t pose, const BalanceSigma& sigma) { sigma_[pose] = sigma; }
+  [[nodiscard]] bool any_moves() const { return any_moves_; }
   /// Of such a pose as last evaluated.
   [[nodiscard]] const PartialBalance& partial_balance_of(std::size_t pose) const {
     return partial_[pose];
@@ -111,6 +115,13 @@ class RunRows {
   void complete_tensions(std::size_t pose, const PlatformState& state, const CableVector& tension_N,
                          const Vector6& load);
   void act_on_tensions(std::size_t batch, const PoseLanes& poses);
+  /// What of the tensions of a pose is noise, as its balance tells: ε = σ_τ² Ξ WᵀW (Ξᵀτ − f), their
+  /// most likely errors. Derivatives take Ξᵀ and effects of gain times a tension: with ε in it they
+  /// go along with the residual, which pulls gains below 1 by (σ_τ/τ)² in every pose (errors in
+  /// variables; Fuller, Measurement Error Models, 1987). Without it Jᵀ W F is the gradient of the
+  /// cost whose weights follow poses and values. A rest is the mean of so many samples that nothing
+  /// is to be seen of it; a moment is not. Empty where none is to be taken off.
+  [[nodiscard]] CableVector tension_noise(std::size_t pose, const PlatformState& state) const;
   void change_readings(const EffectContext& context);
   [[nodiscard]] Vector6 load_on(const EffectContext& context);
   void act_on_readings(std::size_t batch, const PoseLanes& poses);
@@ -135,8 +146,8 @@ class RunRows {
   TwistBasis free_, guided_;    ///< what the platform may do, and may not
   std::vector<int> silent_;     ///< of each pose
   bool any_silent_ = false, any_moves_ = false;
-  std::vector<BalanceSigma> sigma_;      ///< where any is
-  std::vector<PartialBalance> partial_;  ///< likewise
+  std::vector<BalanceSigma> sigma_;      ///< where any is, or moves
+  std::vector<PartialBalance> partial_;  ///< where any is silent
   lanes::Buffer numbers_, whitening_, tension_;
   OffsetVector offsets_;
   lanes::Buffer rows_, by_offset_, values_, state_, columns_;

@@ -73,6 +73,7 @@ double specified_statics_rms(const CalibrationProblem& problem, Assembly& assemb
 bool run_stages(const CalibrationProblem& problem, const SolveOptions& options, Assembly& assembly,
                 CalibrationResult& result) {
   MinimiserSummary summary;
+  if (options.minimiser == MinimiserKind::ceres) assembly.hold_weights();
   const auto stage = [&](double graduation, bool last) {
     assembly.poses().update_wrench_weights(graduation);
     summary = options.minimiser == MinimiserKind::ceres

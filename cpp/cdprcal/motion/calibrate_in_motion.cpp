@@ -384,8 +384,12 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   }
   CalibrationResult& result = found->calibration.result;
   const double worth = found->moments_a_reading = moments_a_reading(*found);
-  const Matrix6 widened = widening(result, plain, worth);
-  if (!allow_for_effects(options.calibrate, found->calibration)) {
+  if (result.covariance) {
+    const Matrix6 widened = widening(result, plain, worth);
+    *result.covariance = widened * *result.covariance * widened.transpose();
+    result.standard_deviation = result.covariance->diagonal().cwiseSqrt();
+  }
+  if (!allow_for_effects(options.calibrate, found->calibration, worth)) {
     return without_motion(
         "the model misfits by more than the uncertainty could allow for; diagnose --motion looks "
         "for what it lacks");
@@ -393,10 +397,6 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   for (const ActiveEffect& active : found->beside.late) {
     result.reason += "; readings come late, which the pose allows for: " + in_words(active) +
                      "; enter it in the robot file, or correct the time stamps";
-  }
-  if (result.covariance) {
-    *result.covariance = widened * *result.covariance * widened.transpose();
-    result.standard_deviation = result.covariance->diagonal().cwiseSqrt();
   }
   found->swings = swings(found->calibration, run, smoothed(found->calibration, run));
   if (options.calibrate.solve.explain) {

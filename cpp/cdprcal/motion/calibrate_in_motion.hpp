@@ -12,12 +12,11 @@ struct InMotionOptions {
   /// Of the method unified and the full formulation, with noise from the data; at_s and guess
   /// unset.
   CalibrateOptions calibrate;
-  int most_moments = 1000;  ///< of motion that count, beside the rests
+  int most_moments = 3000;  ///< of motion that count, beside the rests
   /// How far apart moments are, in widths of the window that their readings are smoothed over; from
   /// 1 on they share no samples. A parabola's middle tells less than half of what its samples do:
-  /// neighbours that share half of them tell much of the rest. Nearer ones are more accurate still,
-  /// but hang together so much that what effects may do is overrated.
-  double spacing = 0.5;
+  /// neighbours that share three quarters of them tell nearly all of the rest.
+  double spacing = 0.25;
   int rounds = 2;  ///< how often the motion is found anew
 };
 

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from cdprcal.extras import need
 from cdprcal.io.files import read_bytes
 from cdprcal.io.live_log import EVENT_TOPIC
 from cdprcal.io.log_file import sniff_format
@@ -21,6 +22,8 @@ def read_events(path: str | Path) -> list[dict[str, Any]]:
     """
     data = read_bytes(Path(path))
     kind = sniff_format(data)
+    if kind == "mcap":
+        need("mcap", of=str(path))
     texts = _mcap(data) if kind == "mcap" else _csv(data) if kind == "csv" else []
     events = []
     for text in texts:

@@ -18,6 +18,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from cdprcal._core import InputError, RobotSample
+from cdprcal.extras import need
 from cdprcal.io.acquisition_inputs import AcquisitionInputs, as_comments, media_type
 from cdprcal.io.files import reason
 from cdprcal.sensors import LOG_GROUPS, columns_of
@@ -65,6 +66,9 @@ def open_live_log(
     cannot be made.
     """
     path = Path(path)
+    mcap = path.suffix.lower() == ".mcap"
+    if mcap:
+        need("mcap", of=str(path))
     try:
         file = _SafeFile(path)
     except FileExistsError:
@@ -74,7 +78,7 @@ def open_live_log(
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {reason(error)}") from None
     try:
-        if path.suffix.lower() == ".mcap":
+        if mcap:
             return _McapLog(file, cable_count, inputs, rate_Hz)
         return _CsvLog(file, cable_count, inputs)
     except OSError as error:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.findings import Finding
+from cdprcal.extras import need
 from cdprcal.io.files import read_bytes, shown_path
 from cdprcal.io.loaded import LogFile, LogFormat
 
@@ -46,6 +47,7 @@ def parse_log_bytes(data: bytes, path: Path) -> LogFile:
     """A log's content as load_log reads it. Raises InputError."""
     kind = sniff_format(data)
     if kind == "mcap":
+        need("mcap", of=str(path))
         from cdprcal.io.mcap_log import parse_mcap_log
 
         return parse_mcap_log(data, path)
