@@ -15,8 +15,8 @@ struct FaultRefit {
   double log_posterior = 0.0;  ///< evidence and what was known before, against the model as it is
 };
 
-/// What faults of every kind are judged against: a model that must outlive it, and the same with the
-/// effect of `beside` that explains most of what it leaves, found when it is first asked for.
+/// What faults of every kind are judged against: a model that must outlive it, and the same with
+/// the effect of `beside` that explains most of what it leaves, found when it is first asked for.
 class Unfaulted {
  public:
   /// A model, and the evidence for the effect that was added; 0 where none explains more.

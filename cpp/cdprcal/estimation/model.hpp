@@ -41,8 +41,8 @@ struct DiagnosisRun {
   ActiveEffects known;                    ///< that the robot file lists: held at their values
 };
 
-/// Moments in motion share what is wrong with their neighbours: of the last `moments` measurements of
-/// a run as many share an error as `moments_a_reading` says, so only every so many is kept as a
+/// Moments in motion share what is wrong with their neighbours: of the last `moments` measurements
+/// of a run as many share an error as `moments_a_reading` says, so only every so many is kept as a
 /// witness of its own. Enough are kept to see an effect by, which is shared as well. How many are
 /// still worth one reading: 1, or more where as few as that are kept.
 double thin_out(DiagnosisRun& run, std::size_t moments, double moments_a_reading);

@@ -6,9 +6,11 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <random>
 
 #include "../support/dense.hpp"
 #include "../support/numeric_jacobian.hpp"
+#include "../support/random_robot.hpp"
 #include "../support/run.hpp"
 
 namespace cdprcal {
@@ -151,6 +153,105 @@ TEST(DiagnosisSystem, ColumnsAreTheDerivativesOfTheRows) {
     }
   }
   EXPECT_TRUE(jacobian_matches(expected, by_pose, 1e-7));
+}
+
+/// A model whose poses but the first are moments in motion, with tensions 8 N off.
+DiagnosisModel noisy_moments() {
+  DiagnosisModel model = two_runs_baseline();
+  test::Rng rng(3);
+  for (DiagnosisRun& run : model.runs) {
+    for (std::size_t i = 1; i < run.measurements.size(); ++i) {
+      Measurement& m = run.measurements[i];
+      m.acceleration =
+          0.3 * test::uniform_vector(rng, -Vector3::Ones(), Vector3::Ones()).replicate<2, 1>();
+      m.inertial_sigma.setConstant(0.1);
+      for (double& tension_N : m.tension_N) tension_N += test::uniform(rng, -8.0, 8.0);
+    }
+  }
+  model.effects.push_back({find_effect("load_cell_gain"), EffectValues::Zero(4)});
+  model.effects.push_back({find_effect("centre_of_mass"), EffectValues::Constant(3, 0.01)});
+  return model;
+}
+
+TEST(DiagnosisSystem, InMotionTheGradientIsThatOfACostWhoseWeightsFollow) {
+  const DiagnosisModel model = noisy_moments();
+  const auto moments = [](const DiagnosisModel& at, const DiagnosisSystem& system) {
+    std::vector<test::PoseSystem> out = test::poses_of(system);
+    std::erase_if(out, [&](const test::PoseSystem& pose) {
+      return !at.runs[pose.run].measurements[pose.pose].moves();
+    });
+    return out;
+  };
+  const auto cost = [&](const DiagnosisModel& at) {
+    double squares = 0.0;
+    for (const test::PoseSystem& pose : moments(at, linearise(at))) {
+      squares += pose.residual.squaredNorm();
+    }
+    return Eigen::VectorXd(Eigen::VectorXd::Constant(1, 0.5 * squares));
+  };
+  const auto by_values = test::numeric_tangent_jacobian(
+      [&](const Eigen::VectorXd& step) {
+        DiagnosisModel moved = model;
+        moved.effects[0].values += step.head(4);
+        moved.effects[1].values += step.tail(3);
+        return cost(moved);
+      },
+      7, 1e-3);
+  const std::vector<test::PoseSystem> poses = moments(model, linearise(model));
+  ASSERT_EQ(poses.size(), model.runs[0].poses.size() + model.runs[1].poses.size() - 2);
+  Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(7);
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    gradient += poses[k].residual.transpose() * poses[k].by_common.rightCols(7);
+    const auto by_pose = test::numeric_tangent_jacobian(
+        [&](const Eigen::VectorXd& step) {
+          DiagnosisModel moved = model;
+          Pose& pose = moved.runs[poses[k].run].poses[poses[k].pose];
+          pose = plus(pose, Vector6(step));
+          return cost(moved);
+        },
+        6, 1e-4);
+    EXPECT_TRUE(jacobian_matches(poses[k].residual.transpose() * poses[k].by_pose, by_pose, 1e-6));
+  }
+  EXPECT_TRUE(jacobian_matches(gradient, by_values, 1e-7));
+}
+
+TEST(DiagnosisSystem, NoiseOfLoadCellsInMotionIsNoGainOfTheirs) {
+  // With derivatives by the tensions as read, moments at 10 N of noise would say that the gains are
+  // (σ/τ)² too small, many times their own σ.
+  const Robot robot = load_robot("irma4");
+  std::vector<Log> logs{test::startup_log(robot, 0.1, 5)};
+  std::vector<std::string> left_out;
+  DiagnosisModel model = baseline_model(robot, logs, left_out);
+  DiagnosisRun& run = model.runs.front();
+  const std::size_t poses = run.poses.size();
+  test::Rng rng(11);
+  std::normal_distribution<double> noise_N(0.0, 10.0);
+  for (std::size_t i = 1; i < poses; ++i) {
+    Measurement& m = run.measurements[i];
+    m.acceleration.setConstant(1e-9);
+    const PlatformState state = platform_state(model.robot, run.poses[i]);
+    m.tension_N =
+        structure_matrix(state).colPivHouseholderQr().solve(gravity_wrench(model.robot, state));
+  }
+  constexpr int kCopies = 10;
+  for (int copy = 1; copy < kCopies; ++copy) {
+    for (std::size_t i = 1; i < poses; ++i) {
+      run.measurements.push_back(run.measurements[i]);
+      run.poses.push_back(run.poses[i]);
+    }
+  }
+  for (std::size_t i = 1; i < run.measurements.size(); ++i) {
+    for (double& tension_N : run.measurements[i].tension_N) tension_N += noise_N(rng);
+  }
+  model.robot.sigma.tension_N = 10.0;
+  model.noise[static_cast<std::size_t>(at_rest(Channel::balance))] = 1.0;
+  model.effects.push_back({find_effect("load_cell_gain"), EffectValues::Zero(4)});
+  ASSERT_TRUE(fit(model));
+  const Eigen::MatrixXd spread = covariance(model);
+  const Eigen::VectorXd sigma = spread.diagonal().tail(4).cwiseSqrt();
+  const Eigen::VectorXd z = model.effects.front().values.cwiseQuotient(sigma);
+  EXPECT_LT(z.cwiseAbs().maxCoeff(), 3.5) << z.transpose();
+  EXPECT_LT(z.squaredNorm(), 18.5) << z.transpose();  // χ² of 4: once in a thousand
 }
 
 TEST(DiagnosisSystem, ColumnsOfTheGeometryKnowTheTensionsThatOtherEffectsMakeOfTheReadings) {
