@@ -11,9 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from cdprcal import load_log, save_log
 from cdprcal._core import InputError
 from cdprcal.extras import EXTRAS, Extra, missing, need
+from cdprcal.io.log_file import load_log
+from cdprcal.io.save import save_log
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

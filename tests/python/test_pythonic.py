@@ -13,6 +13,7 @@ import pickle
 import re
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +50,10 @@ def test_paths_and_words_do_what_objects_and_enums_do(
         cdprcal.calibrate("irma4", log_path, method="fast")
     with pytest.raises(cdprcal.InputError, match="log: is a int; give a Log, the path"):
         cdprcal.calibrate("irma4", 3)
+
+
+def test_the_module_says_its_version() -> None:
+    assert cdprcal.__version__ == version("cdprcal")
 
 
 def test_a_start_up_is_simulated_with_words(robot: cdprcal.Robot, tmp_path: Path) -> None:
