@@ -14,8 +14,10 @@
 #include "cdprcal/error.hpp"
 #include "cdprcal/evidence/scan.hpp"
 #include "cdprcal/motion/geometric_readings.hpp"
+#include "cdprcal/motion/known_offsets.hpp"
 #include "cdprcal/motion/middle_readings.hpp"
 #include "cdprcal/motion/smoothed.hpp"
+#include "cdprcal/motion/stretches.hpp"
 #include "cdprcal/statics/natural_frequencies.hpp"
 
 namespace cdprcal {
@@ -24,6 +26,8 @@ namespace {
 /// Readings are smoothed over this share of a period of the fastest swing, to both sides; no more
 /// than a quarter of a second.
 constexpr double kShareOfPeriod = 0.08, kMostHalf_s = 0.25;
+/// Stretches are at most so many times as long: two thirds of a period to both sides.
+constexpr double kMostStretch = 8.0;
 /// So much more jerk than is likely keeps the accelerations of swings within a few thousandths:
 /// what a smoother takes off a swing goes with the sixth power of its frequency, and falls as its
 /// jerk grows. Fewer would look like an error of the inertia; the poses do not mind.
@@ -104,6 +108,14 @@ struct MovingRun {
   ActiveEffects effects;  ///< that the robot file lists
 };
 
+/// The effects of a problem in motion.
+ActiveEffects effects_with(const MovingRun& moving, const Beside& beside) {
+  ActiveEffects out = moving.effects;
+  out.insert(out.end(), beside.late.begin(), beside.late.end());
+  out.push_back({damping(), beside.damping_1_s});
+  return out;
+}
+
 /// How well it is known what the motion of a sample takes [N, Nm].
 Vector6 inertial_sigma(const Robot& robot, const SmoothedSample& sample) {
   const Matrix6 mass = mass_matrix(robot, platform_state(robot, sample.state.pose));
@@ -111,9 +123,35 @@ Vector6 inertial_sigma(const Robot& robot, const SmoothedSample& sample) {
   return known.diagonal().cwiseMax(0.0).cwiseSqrt();
 }
 
+/// Of one sample, in the order of geometric_rows(); NaN where nothing is known.
+ReadingVector sample_variance(const KnownOffsets& known, int cables) {
+  const auto count = static_cast<Eigen::Index>(geometric_rows(cables).size());
+  ReadingVector out = ReadingVector::Constant(count, kNaN);
+  for (std::size_t r = 0; r < known.rows.size(); ++r) {
+    out[known.rows[r].reading] = known.sample_variance[static_cast<Eigen::Index>(r)];
+  }
+  return out;
+}
+
+/// Whether some load cells say nothing at a row.
+bool is_partly_read(const Log& log, Eigen::Index row, const Robot& robot) {
+  return measurement_at(log, row, PoseKind::static_pose, robot.cable_count()).unread_tensions() > 0;
+}
+
+/// The rows of the middle half of a stretch, about which its weight is.
+SampleRange rows_around(const Log& log, const SampleRange& run, Eigen::Index row, double half_s) {
+  SampleRange out{row, row + 1};
+  const auto within = [&](Eigen::Index other) {
+    return std::abs(log.time_s[other] - log.time_s[row]) <= 0.5 * half_s;
+  };
+  while (out.begin > run.begin && within(out.begin - 1)) --out.begin;
+  while (out.end < run.end && within(out.end)) ++out.end;
+  return out;
+}
+
 /// The moments of motion beside the rests of a calibration: measurements and guesses are appended;
 /// how many.
-std::size_t add_moments(const Calibration& start, const MovingRun& moving,
+std::size_t add_moments(const Calibration& start, const MovingRun& moving, const Beside& beside,
                         const std::vector<SmoothedSample>& path, CalibrationProblem& problem,
                         std::vector<Pose>& guess) {
   const Robot& robot = problem.robot;
@@ -124,8 +162,13 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving,
                                          start.problem.measurements[middle].tension_N);
   const double begin_s = log.time_s[run.rows.begin];
   const double lasts_s = log.time_s[run.rows.end - 1] - begin_s;
-  const double spacing_s =
-      std::max(moving.options.spacing * 2.0 * half_s, lasts_s / moving.options.most_moments);
+  const Robot changed = with_effects(robot, effects_with(moving, beside));
+  const Stretches stretches(changed, run, path,
+                            sample_variance(known_offsets(start), robot.cable_count()),
+                            start.signals[static_cast<std::size_t>(Channel::balance)].sigma, half_s,
+                            kMostStretch * half_s);
+  const double spacing_s = std::max(moving.options.spacing * 2.0 * stretches.half_s(),
+                                    lasts_s / moving.options.most_moments);
   const std::size_t rests = guess.size();
   double last_s = begin_s;
   for (Eigen::Index row = run.rows.begin + 1; row < run.rows.end; ++row) {
@@ -136,16 +179,23 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving,
         !state.pose.position_m.allFinite()) {
       continue;
     }
-    last_s = time_s;
-    Measurement m = middle_reading(log, run.rows, row, half_s, robot.cable_count());
-    add_path(moving.directions, log, {row, row + 1}, begin_s, m);
+    std::optional<Measurement> mean = stretches.about(row);
+    const bool alone = !mean;  // tensions that nothing reads are found from a moment's balance
+    if (alone && !is_partly_read(log, row, robot)) continue;
+    Measurement m =
+        alone ? middle_reading(log, run.rows, row, half_s, robot.cable_count()) : *std::move(mean);
+    add_path(moving.directions, log, rows_around(log, run.rows, row, stretches.half_s()), begin_s,
+             m);
     GeometricReadings model;
     if (!evaluate(robot, {}, m, state.pose, model)) continue;
-    m.twist = state.twist;
-    m.acceleration = state.acceleration;
-    m.length_rate_m_s = model.model.length_by_twist * state.twist;
-    m.attitude_rate_rad_s = model.model.attitude_by_twist * state.twist;
-    m.inertial_sigma = inertial_sigma(robot, sample);
+    if (alone) {
+      m.twist = state.twist;
+      m.acceleration = state.acceleration;
+      m.inertial_sigma = inertial_sigma(robot, sample);
+    }
+    m.length_rate_m_s = model.model.length_by_twist * m.twist;
+    m.attitude_rate_rad_s = model.model.attitude_by_twist * m.twist;
+    last_s = time_s;
     problem.measurements.push_back(std::move(m));
     guess.push_back(state.pose);
   }
@@ -245,14 +295,6 @@ Beside found_beside(const InMotion& found, const MovingRun& moving) {
   return out;
 }
 
-/// The effects of a problem in motion.
-ActiveEffects effects_with(const MovingRun& moving, const Beside& beside) {
-  ActiveEffects out = moving.effects;
-  out.insert(out.end(), beside.late.begin(), beside.late.end());
-  out.push_back({damping(), beside.damping_1_s});
-  return out;
-}
-
 /// The rests of a calibration and the moments of motion between them, solved together.
 InMotion with_motion(const Calibration& start, const MovingRun& moving, const Beside& beside = {}) {
   const CalibrateOptions& options = moving.options.calibrate;
@@ -272,7 +314,7 @@ InMotion with_motion(const Calibration& start, const MovingRun& moving, const Be
     guess.push_back(start.result.poses[i]);
   }
   out.calibration.static_poses = static_cast<int>(problem.measurements.size());
-  const std::size_t moments = add_moments(start, moving, path, problem, guess);
+  const std::size_t moments = add_moments(start, moving, beside, path, problem, guess);
   out.calibration.kinematic_poses = static_cast<int>(moments);
   problem.noise.reset();
   const Signal& tension = start.signals[static_cast<std::size_t>(Channel::balance)];

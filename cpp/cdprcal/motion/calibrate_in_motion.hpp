@@ -13,9 +13,9 @@ struct InMotionOptions {
   /// unset.
   CalibrateOptions calibrate;
   int most_moments = 3000;  ///< of motion that count, beside the rests
-  /// How far apart moments are, in widths of the window that their readings are smoothed over; from
-  /// 1 on they share no samples. A parabola's middle tells less than half of what its samples do:
-  /// neighbours that share three quarters of them tell nearly all of the rest.
+  /// How far apart moments are, in lengths of the stretch that each is the mean of
+  /// (stretches.hpp); from 1 on they share no samples. Neighbours that share three quarters of them
+  /// leave none out.
   double spacing = 0.25;
   int rounds = 2;  ///< how often the motion is found anew
 };
@@ -44,8 +44,8 @@ struct InMotion {
 
 /// As calibrate(), with the balance in motion: (Ξᵀτ − f) + M ν̇ + h(ν) + damping = 0
 /// (inertial_wrench.hpp, damping.hpp) at moments between the rests, or all along where there are
-/// none. Readings there are smoothed over a small part of the fastest swing; ν and ν̇ are those of
-/// the run, smoothed with the last round's calibration. Throws InputError as calibrate() does, and
+/// none. What is read there is the mean over a stretch of the path, which is the run smoothed with
+/// the last round's calibration. Throws InputError as calibrate() does, and
 /// for options that leave motion out.
 InMotion calibrate_in_motion(const Robot& robot, const Log& log,
                              const InMotionOptions& options = {});

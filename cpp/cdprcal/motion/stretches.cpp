@@ -1,0 +1,135 @@
+#include "cdprcal/motion/stretches.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "cdprcal/statics/inertial_wrench.hpp"
+
+namespace cdprcal {
+namespace {
+
+/// h ∫ w² dt and h⁵ ∫ ẅ² dt of w = 15/16 (1 − u²)² / h, u = t/h in [−1, 1].
+constexpr double kSquare = 5.0 / 7.0, kCurvature = 22.5;
+
+/// So that m² σ_x² kCurvature / h⁵ is a quarter of σ_τ² kSquare / h.
+double half_of(double mass_kg, double position_m, double tension_N) {
+  constexpr double kShare = 0.25;
+  return std::pow(kCurvature / (kShare * kSquare), 0.25) *
+         std::sqrt(mass_kg * position_m / std::max(tension_N, 1e-9));
+}
+
+/// What one sample says of the pose, by its geometry alone: the inverse of its information.
+Matrix6 covariance_of(const GeometricReadings& at, const ReadingVector& sample_variance) {
+  Matrix6 information = Matrix6::Zero();
+  for (Eigen::Index r = 0; r < at.misfit.size(); ++r) {
+    if (!std::isfinite(at.misfit[r] * sample_variance[r])) continue;
+    information += at.by_pose.row(r).transpose() * at.by_pose.row(r) / sample_variance[r];
+  }
+  return information.completeOrthogonalDecomposition().pseudoInverse();
+}
+
+/// Every geometric reading of a measurement, in the order of geometric_rows().
+template <typename Visit>
+void for_each_reading(Measurement& m, const std::vector<RowLabel>& labels, const Visit& visit) {
+  for (std::size_t r = 0; r < labels.size(); ++r) {
+    const ChannelRow& channel = row_of(labels[r].channel);
+    const std::span<double> read = readings_of(m, channel.of());
+    const auto at = static_cast<std::size_t>(channel.first + labels[r].component);
+    if (at < read.size()) visit(static_cast<Eigen::Index>(r), read[at]);
+  }
+}
+
+}  // namespace
+
+Stretches::Stretches(const Robot& robot, const CorrectedRun& run,
+                     const std::vector<SmoothedSample>& path, const ReadingVector& sample_variance,
+                     double tension_sigma_N, double least_half_s, double most_half_s)
+    : robot_(robot), run_(run), path_(path) {
+  along_.resize(path.size());
+  const int n = robot.cable_count();
+  GeometricReadings at;
+  for (std::size_t k = 0; k < path.size(); ++k) {
+    const MotionState& state = path[k].state;
+    const Eigen::Index row = run.rows.begin + static_cast<Eigen::Index>(k);
+    const Measurement m = measurement_at(run.log, row, PoseKind::kinematic_pose, n);
+    if (!evaluate(robot, {}, m, state.pose, at)) continue;
+    along_[k].misfit = at.misfit;
+    if (k == path.size() / 2) sample_covariance_ = covariance_of(at, sample_variance);
+    const PlatformState platform = platform_state(robot, state.pose);
+    along_[k].balance = wrench_residual(robot, platform, m.tension_N) +
+                        inertial_wrench(robot, platform, state.twist, state.acceleration).wrench;
+  }
+  const double position_m = std::sqrt(sample_covariance_.topLeftCorner<3, 3>().trace() / 3.0);
+  half_s_ = std::clamp(half_of(robot.platform.mass_kg, position_m, tension_sigma_N), least_half_s,
+                       std::max(least_half_s, most_half_s));
+}
+
+std::optional<Measurement> Stretches::about(Eigen::Index row) const {
+  const Log& log = run_.log;
+  const SampleRange& rows = run_.rows;
+  const double middle_s = log.time_s[row];
+  if (middle_s - half_s_ < log.time_s[rows.begin] ||
+      middle_s + half_s_ > log.time_s[rows.end - 1]) {
+    return std::nullopt;
+  }
+  const int n = robot_.cable_count();
+  Measurement m = measurement_at(log, row, PoseKind::static_pose, n);
+  if (m.unread_tensions() > 0) return std::nullopt;
+  const std::vector<RowLabel> labels = geometric_rows(n);
+  const auto count = static_cast<Eigen::Index>(labels.size());
+  Vector6 balance = Vector6::Zero(), twist = Vector6::Zero();
+  CableVector tension_N = CableVector::Zero(n);
+  ReadingVector misfit = ReadingVector::Zero(count), of = misfit;
+  const ReadingVector& here = along_[static_cast<std::size_t>(row - rows.begin)].misfit;
+  double sum = 0.0, squares = 0.0;
+  const auto add = [&](Eigen::Index other) {
+    const double u = (log.time_s[other] - middle_s) / half_s_;
+    const double left = 1.0 - u * u;
+    if (!(left > 0.0)) return false;
+    const double apart_s = 0.5 * (log.time_s[std::min(other + 1, rows.end - 1)] -
+                                  log.time_s[std::max(other - 1, rows.begin)]);
+    const double weight = left * left * apart_s;
+    const auto k = static_cast<std::size_t>(other - rows.begin);
+    balance += weight * along_[k].balance;
+    twist += weight * path_[k].state.twist;
+    tension_N += weight * log.tension_N.row(other).transpose();
+    for (Eigen::Index r = 0; r < along_[k].misfit.size(); ++r) {
+      double ahead = along_[k].misfit[r];
+      if (!std::isfinite(ahead)) continue;
+      if (is_angle(labels[static_cast<std::size_t>(r)]) && here.size() > 0) {
+        ahead = here[r] + wrap_angle(ahead - here[r]);
+      }
+      misfit[r] += weight * ahead;
+      of[r] += weight;
+    }
+    sum += weight;
+    squares += weight * weight;
+    return true;
+  };
+  for (Eigen::Index other = row; other >= rows.begin && add(other); --other) continue;
+  for (Eigen::Index other = row + 1; other < rows.end && add(other); ++other) continue;
+  balance /= sum;
+  const Pose& pose = path_[static_cast<std::size_t>(row - rows.begin)].state.pose;
+  const PlatformState state = platform_state(robot_, pose);
+  if (!balance.allFinite() || !twist.allFinite() || !state.valid || here.size() == 0) {
+    return std::nullopt;
+  }
+  for_each_reading(m, labels, [&](Eigen::Index r, double& reading) {
+    if (std::isfinite(here[r]) && of[r] > 0.0) reading += here[r] - misfit[r] / of[r];
+  });
+  m.tension_N = tension_N / sum;
+  m.twist = twist / sum;
+  m.samples = std::max(1, static_cast<int>(sum * sum / squares));
+  const InertialWrench at_rest = inertial_wrench(robot_, state, m.twist, Vector6::Zero());
+  m.acceleration = at_rest.mass.ldlt().solve(balance - wrench_residual(robot_, state, m.tension_N) -
+                                             at_rest.wrench);
+  const double apart_s = half_s_ / (kSquare * m.samples);
+  const Matrix6 known = at_rest.mass * sample_covariance_ * at_rest.mass.transpose();
+  m.inertial_sigma =
+      (kCurvature * apart_s / std::pow(half_s_, 5) * known.diagonal().cwiseMax(0.0)).cwiseSqrt();
+  return m;
+}
+
+}  // namespace cdprcal

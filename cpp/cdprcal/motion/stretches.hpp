@@ -1,0 +1,47 @@
+// What is read along stretches of a path, as readings of their middles.
+#pragma once
+
+#include <optional>
+
+#include "cdprcal/effects/corrected_run.hpp"
+#include "cdprcal/motion/geometric_readings.hpp"
+#include "cdprcal/motion/smoothed.hpp"
+
+namespace cdprcal {
+
+/// What a moment of motion says by itself drowns in how badly accelerations are known. Their errors
+/// cancel over a while, though: with a weight w(t) that ends smoothly ∫ w ν̇ dt = ∫ ẅ x dt, which is
+/// as well known as positions are (modulating functions: Shinbrot 1957; Preisig and Rippin 1993).
+/// So the balance (Ξᵀτ − f) + M ν̇ + h(ν) is averaged along the path with w ∝ (1 − u²)², and so is
+/// what the readings are ahead of the path: an error of the path is then the same in both, and an
+/// estimate of the middle takes it back.
+class Stretches {
+ public:
+  /// `sample_variance`: of one reading, in the order of geometric_rows(), NaN where nothing is
+  /// known of it; `tension_sigma_N`: of one tension. Both white. A stretch is as short as leaves no
+  /// more doubt of the motion than half of the tensions', and within `least_half_s` and
+  /// `most_half_s` to both sides. Robot, run and path must outlive it.
+  Stretches(const Robot& robot, const CorrectedRun& run, const std::vector<SmoothedSample>& path,
+            const ReadingVector& sample_variance, double tension_sigma_N, double least_half_s,
+            double most_half_s);
+
+  [[nodiscard]] double half_s() const { return half_s_; }
+  /// The stretch about a row as a measurement at the path's pose there: readings, twist, and as its
+  /// acceleration what makes the balance at that pose the mean. Nothing where the run does not go
+  /// that far to both sides, the path has gaps, or tensions are not read.
+  [[nodiscard]] std::optional<Measurement> about(Eigen::Index row) const;
+
+ private:
+  struct Row {
+    Vector6 balance = Vector6::Constant(kNaN);
+    ReadingVector misfit;
+  };
+  const Robot& robot_;
+  const CorrectedRun& run_;
+  const std::vector<SmoothedSample>& path_;
+  Matrix6 sample_covariance_;  ///< of the pose, by the geometry of one sample
+  double half_s_ = 0.0;
+  std::vector<Row> along_;  ///< of each row of the path
+};
+
+}  // namespace cdprcal
