@@ -123,16 +123,6 @@ Vector6 inertial_sigma(const Robot& robot, const SmoothedSample& sample) {
   return known.diagonal().cwiseMax(0.0).cwiseSqrt();
 }
 
-/// Of one sample, in the order of geometric_rows(); NaN where nothing is known.
-ReadingVector sample_variance(const KnownOffsets& known, int cables) {
-  const auto count = static_cast<Eigen::Index>(geometric_rows(cables).size());
-  ReadingVector out = ReadingVector::Constant(count, kNaN);
-  for (std::size_t r = 0; r < known.rows.size(); ++r) {
-    out[known.rows[r].reading] = known.sample_variance[static_cast<Eigen::Index>(r)];
-  }
-  return out;
-}
-
 /// Whether some load cells say nothing at a row.
 bool is_partly_read(const Log& log, Eigen::Index row, const Robot& robot) {
   return measurement_at(log, row, PoseKind::static_pose, robot.cable_count()).unread_tensions() > 0;
@@ -163,8 +153,7 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving, const
   const double begin_s = log.time_s[run.rows.begin];
   const double lasts_s = log.time_s[run.rows.end - 1] - begin_s;
   const Robot changed = with_effects(robot, effects_with(moving, beside));
-  const Stretches stretches(changed, run, path,
-                            sample_variance(known_offsets(start), robot.cable_count()),
+  const Stretches stretches(changed, run, path, known_offsets(start),
                             start.signals[static_cast<std::size_t>(Channel::balance)].sigma, half_s,
                             kMostStretch * half_s);
   const double spacing_s = std::max(moving.options.spacing * 2.0 * stretches.half_s(),

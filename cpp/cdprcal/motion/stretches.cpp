@@ -10,8 +10,8 @@
 namespace cdprcal {
 namespace {
 
-/// h ∫ w² dt and h⁵ ∫ ẅ² dt of w = 15/16 (1 − u²)² / h, u = t/h in [−1, 1].
-constexpr double kSquare = 5.0 / 7.0, kCurvature = 22.5;
+/// h ∫ w² dt and h⁵ ∫ ẅ² dt of w = 35/32 (1 − u²)³ / h, u = t/h in [−1, 1].
+constexpr double kSquare = 0.8159, kCurvature = 35.0;
 
 /// So that m² σ_x² kCurvature / h⁵ is a quarter of σ_τ² kSquare / h.
 double half_of(double mass_kg, double position_m, double tension_N) {
@@ -20,14 +20,26 @@ double half_of(double mass_kg, double position_m, double tension_N) {
          std::sqrt(mass_kg * position_m / std::max(tension_N, 1e-9));
 }
 
-/// What one sample says of the pose, by its geometry alone: the inverse of its information.
-Matrix6 covariance_of(const GeometricReadings& at, const ReadingVector& sample_variance) {
+/// What one sample says of the pose by its geometry alone: beside `at`, and how well.
+struct OwnPose {
+  Vector6 beside;
+  Matrix6 covariance;
+};
+OwnPose own_pose(const GeometricReadings& at, const KnownOffsets& known) {
   Matrix6 information = Matrix6::Zero();
-  for (Eigen::Index r = 0; r < at.misfit.size(); ++r) {
-    if (!std::isfinite(at.misfit[r] * sample_variance[r])) continue;
-    information += at.by_pose.row(r).transpose() * at.by_pose.row(r) / sample_variance[r];
+  Vector6 gradient = Vector6::Zero();
+  for (std::size_t r = 0; r < known.rows.size(); ++r) {
+    const KnownOffsets::Row& row = known.rows[r];
+    const auto k = static_cast<Eigen::Index>(r);
+    double ahead = at.misfit[row.reading] + known.offset[k];
+    if (!std::isfinite(ahead)) continue;
+    if (row.angle) ahead = wrap_angle(ahead);
+    const Vector6 by_pose = at.by_pose.row(row.reading).transpose();
+    information += by_pose * by_pose.transpose() / known.sample_variance[k];
+    gradient += by_pose * (ahead / known.sample_variance[k]);
   }
-  return information.completeOrthogonalDecomposition().pseudoInverse();
+  const Matrix6 covariance = information.completeOrthogonalDecomposition().pseudoInverse();
+  return {-covariance * gradient, covariance};
 }
 
 /// Every geometric reading of a measurement, in the order of geometric_rows().
@@ -44,7 +56,7 @@ void for_each_reading(Measurement& m, const std::vector<RowLabel>& labels, const
 }  // namespace
 
 Stretches::Stretches(const Robot& robot, const CorrectedRun& run,
-                     const std::vector<SmoothedSample>& path, const ReadingVector& sample_variance,
+                     const std::vector<SmoothedSample>& path, const KnownOffsets& known,
                      double tension_sigma_N, double least_half_s, double most_half_s)
     : robot_(robot), run_(run), path_(path) {
   along_.resize(path.size());
@@ -56,7 +68,9 @@ Stretches::Stretches(const Robot& robot, const CorrectedRun& run,
     const Measurement m = measurement_at(run.log, row, PoseKind::kinematic_pose, n);
     if (!evaluate(robot, {}, m, state.pose, at)) continue;
     along_[k].misfit = at.misfit;
-    if (k == path.size() / 2) sample_covariance_ = covariance_of(at, sample_variance);
+    const OwnPose own = own_pose(at, known);
+    along_[k].beside = own.beside;
+    if (k == path.size() / 2) sample_covariance_ = own.covariance;
     const PlatformState platform = platform_state(robot, state.pose);
     along_[k].balance = wrench_residual(robot, platform, m.tension_N) +
                         inertial_wrench(robot, platform, state.twist, state.acceleration).wrench;
@@ -79,21 +93,25 @@ std::optional<Measurement> Stretches::about(Eigen::Index row) const {
   if (m.unread_tensions() > 0) return std::nullopt;
   const std::vector<RowLabel> labels = geometric_rows(n);
   const auto count = static_cast<Eigen::Index>(labels.size());
-  Vector6 balance = Vector6::Zero(), twist = Vector6::Zero();
+  Vector6 balance = Vector6::Zero(), twist = balance, bent = balance, beside = balance;
   CableVector tension_N = CableVector::Zero(n);
   ReadingVector misfit = ReadingVector::Zero(count), of = misfit;
   const ReadingVector& here = along_[static_cast<std::size_t>(row - rows.begin)].misfit;
-  double sum = 0.0, squares = 0.0;
+  double sum = 0.0, squares = 0.0, curved = 0.0;
   const auto add = [&](Eigen::Index other) {
     const double u = (log.time_s[other] - middle_s) / half_s_;
     const double left = 1.0 - u * u;
     if (!(left > 0.0)) return false;
     const double apart_s = 0.5 * (log.time_s[std::min(other + 1, rows.end - 1)] -
                                   log.time_s[std::max(other - 1, rows.begin)]);
-    const double weight = left * left * apart_s;
+    const double weight = left * left * left * apart_s;
+    const double curvature = (-6.0 + 36.0 * u * u - 30.0 * u * u * u * u) * apart_s;
     const auto k = static_cast<std::size_t>(other - rows.begin);
     balance += weight * along_[k].balance;
     twist += weight * path_[k].state.twist;
+    bent += curvature * along_[k].beside;
+    beside += weight * along_[k].beside;
+    curved += curvature;
     tension_N += weight * log.tension_N.row(other).transpose();
     for (Eigen::Index r = 0; r < along_[k].misfit.size(); ++r) {
       double ahead = along_[k].misfit[r];
@@ -111,9 +129,10 @@ std::optional<Measurement> Stretches::about(Eigen::Index row) const {
   for (Eigen::Index other = row; other >= rows.begin && add(other); --other) continue;
   for (Eigen::Index other = row + 1; other < rows.end && add(other); ++other) continue;
   balance /= sum;
+  bent = (bent - curved / sum * beside) / (sum * half_s_ * half_s_);
   const Pose& pose = path_[static_cast<std::size_t>(row - rows.begin)].state.pose;
   const PlatformState state = platform_state(robot_, pose);
-  if (!balance.allFinite() || !twist.allFinite() || !state.valid || here.size() == 0) {
+  if (!(balance + twist + bent).allFinite() || !state.valid || here.size() == 0) {
     return std::nullopt;
   }
   for_each_reading(m, labels, [&](Eigen::Index r, double& reading) {
@@ -123,8 +142,9 @@ std::optional<Measurement> Stretches::about(Eigen::Index row) const {
   m.twist = twist / sum;
   m.samples = std::max(1, static_cast<int>(sum * sum / squares));
   const InertialWrench at_rest = inertial_wrench(robot_, state, m.twist, Vector6::Zero());
-  m.acceleration = at_rest.mass.ldlt().solve(balance - wrench_residual(robot_, state, m.tension_N) -
-                                             at_rest.wrench);
+  m.acceleration =
+      bent + at_rest.mass.ldlt().solve(balance - wrench_residual(robot_, state, m.tension_N) -
+                                       at_rest.wrench);
   const double apart_s = half_s_ / (kSquare * m.samples);
   const Matrix6 known = at_rest.mass * sample_covariance_ * at_rest.mass.transpose();
   m.inertial_sigma =

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "cdprcal/effects/corrected_run.hpp"
-#include "cdprcal/motion/geometric_readings.hpp"
+#include "cdprcal/motion/known_offsets.hpp"
 #include "cdprcal/motion/smoothed.hpp"
 
 namespace cdprcal {
@@ -12,17 +12,17 @@ namespace cdprcal {
 /// What a moment of motion says by itself drowns in how badly accelerations are known. Their errors
 /// cancel over a while, though: with a weight w(t) that ends smoothly ∫ w ν̇ dt = ∫ ẅ x dt, which is
 /// as well known as positions are (modulating functions: Shinbrot 1957; Preisig and Rippin 1993).
-/// So the balance (Ξᵀτ − f) + M ν̇ + h(ν) is averaged along the path with w ∝ (1 − u²)², and so is
+/// So the balance (Ξᵀτ − f) + M ν̇ + h(ν) is averaged along the path with w ∝ (1 − u²)³, and so is
 /// what the readings are ahead of the path: an error of the path is then the same in both, and an
-/// estimate of the middle takes it back.
+/// estimate of the middle takes it back. A path that is smoothed too much loses nothing: what the
+/// geometry of each sample says beside it counts by ẅ.
 class Stretches {
  public:
-  /// `sample_variance`: of one reading, in the order of geometric_rows(), NaN where nothing is
-  /// known of it; `tension_sigma_N`: of one tension. Both white. A stretch is as short as leaves no
-  /// more doubt of the motion than half of the tensions', and within `least_half_s` and
-  /// `most_half_s` to both sides. Robot, run and path must outlive it.
+  /// `known`: where readings count from, and their noise; `tension_sigma_N`: of one tension, white.
+  /// A stretch is as short as leaves no more doubt of the motion than half of the tensions', and
+  /// within `least_half_s` and `most_half_s` to both sides. Robot, run and path must outlive it.
   Stretches(const Robot& robot, const CorrectedRun& run, const std::vector<SmoothedSample>& path,
-            const ReadingVector& sample_variance, double tension_sigma_N, double least_half_s,
+            const KnownOffsets& known, double tension_sigma_N, double least_half_s,
             double most_half_s);
 
   [[nodiscard]] double half_s() const { return half_s_; }
@@ -35,6 +35,7 @@ class Stretches {
   struct Row {
     Vector6 balance = Vector6::Constant(kNaN);
     ReadingVector misfit;
+    Vector6 beside = Vector6::Constant(kNaN);  ///< the pose by the sample's own geometry
   };
   const Robot& robot_;
   const CorrectedRun& run_;
