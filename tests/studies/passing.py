@@ -1,6 +1,6 @@
 """How much robot time a start-up takes that waits for no rest.
 
-    python tests/studies/passing.py --count 6
+    python tests/studies/passing.py --count 20
 
 27 set-points of built-in robots, once with a rest at each and once passed without waiting, with
 the noise of eq. 18 and a fifth of it on every reading at 100 Hz. The initial pose from all rests,
@@ -53,7 +53,7 @@ def try_one(name: str, noise: float, seed: int) -> list[tuple[float, ...]]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--count", type=int, default=6)
+    parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--first-seed", type=int, default=901)
     add_worker_options(parser)
     options = parser.parse_args()
@@ -66,6 +66,7 @@ def main() -> None:
             seconds, mm, deg, _ = np.median(known, axis=0)
             print(
                 f"  {way:21}: {seconds:5.0f} s, {mm:5.2f} mm {deg:.3f} deg (medians), "
+                f"rms {np.sqrt(np.mean(known[:, 1] ** 2)):.2f} mm, "
                 f"worst {known[:, 1].max():.2f} mm, {known[:, 3].max():.1f} sigma; "
                 f"{len(known)} of {len(found)}"
             )

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from cdprcal import _core
 from cdprcal._core import InputError
-from cdprcal.findings import Finding
 from cdprcal.extras import need
+from cdprcal.findings import Finding
 from cdprcal.io.files import read_bytes, shown_path
 from cdprcal.io.loaded import LogFile, LogFormat
 
