@@ -106,6 +106,7 @@ struct MovingRun {
   const CorrectedRun& corrected;
   PathState directions;
   ActiveEffects effects;  ///< that the robot file lists
+  bool by_stretch;        ///< moments are means of stretches, or the middles of parabolas
 };
 
 /// The effects of a problem in motion.
@@ -156,8 +157,9 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving, const
   const Stretches stretches(changed, run, path, known_offsets(start),
                             start.signals[static_cast<std::size_t>(Channel::balance)].sigma, half_s,
                             kMostStretch * half_s);
-  const double spacing_s = std::max(moving.options.spacing * 2.0 * stretches.half_s(),
-                                    lasts_s / moving.options.most_moments);
+  const double each_s = 2.0 * (moving.by_stretch ? stretches.half_s() : half_s);
+  const double spacing_s =
+      std::max(moving.options.spacing * each_s, lasts_s / moving.options.most_moments);
   const std::size_t rests = guess.size();
   double last_s = begin_s;
   for (Eigen::Index row = run.rows.begin + 1; row < run.rows.end; ++row) {
@@ -168,13 +170,17 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving, const
         !state.pose.position_m.allFinite()) {
       continue;
     }
-    std::optional<Measurement> mean = stretches.about(row);
-    const bool alone = !mean;  // tensions that nothing reads are found from a moment's balance
-    if (alone && !is_partly_read(log, row, robot)) continue;
+    std::optional<Measurement> mean;
+    if (moving.by_stretch) mean = stretches.about(row);
+    const bool alone = !mean;
+    // Tensions that nothing reads are found from the balance of their own moment.
+    if (alone && moving.by_stretch && !is_partly_read(log, row, robot)) continue;
     Measurement m =
         alone ? middle_reading(log, run.rows, row, half_s, robot.cable_count()) : *std::move(mean);
-    add_path(moving.directions, log, rows_around(log, run.rows, row, stretches.half_s()), begin_s,
-             m);
+    add_path(
+        moving.directions, log,
+        alone ? SampleRange{row, row + 1} : rows_around(log, run.rows, row, stretches.half_s()),
+        begin_s, m);
     GeometricReadings model;
     if (!evaluate(robot, {}, m, state.pose, model)) continue;
     if (alone) {
@@ -331,6 +337,39 @@ Calibration next_start(const InMotion& found, const MovingRun& moving, const Bes
   return start;
 }
 
+/// From a calibration without motion, or from what swings hang about; nothing where there is
+/// neither.
+std::optional<InMotion> rests_and_motion(const Calibration& plain, const Log& log,
+                                         const MovingRun& moving) {
+  std::optional<InMotion> found;
+  const auto take = [&](InMotion next) {
+    if (!found || std::pair(!converged(next), next.calibration.result.cost) <
+                      std::pair(!converged(*found), found->calibration.result.cost)) {
+      found = std::move(next);
+    }
+  };
+  if (rests(plain) || plain.result.status == CalibrationStatus::converged) {
+    take(with_motion(as_start(plain), moving));
+  }
+  const bool begun = found && (rests(plain) || converged(*found));
+  if (!begun) {  // nothing to start from, or what the fit runs away from
+    for (const Calibration& start :
+         swinging_starts(plain.problem.robot, log, moving.corrected, moving.options.calibrate)) {
+      take(with_motion(start, moving));
+    }
+  }
+  for (int round = begun ? 1 : 0;
+       found && round < moving.options.rounds + (found->beside.late.empty() ? 0 : kLateRounds);
+       ++round) {
+    if (found->calibration.result.poses.empty()) break;
+    const Beside beside = found_beside(*found, moving);
+    InMotion next = with_motion(next_start(*found, moving, beside), moving, beside);
+    if (!converged(next) && !(next.calibration.result.cost < found->calibration.result.cost)) break;
+    found = std::move(next);
+  }
+  return found;
+}
+
 /// "sensor_delay delay_s = 0.0137".
 std::string in_words(const ActiveEffect& active) {
   const EffectValues values = active.effect->to_reported(active.values);
@@ -376,31 +415,14 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   as_fitted.allow_for_effects = as_fitted.solve.explain = false;
   Calibration plain = calibrate(robot, log, as_fitted);
   const CorrectedRun run(robot, log, options.calibrate.segment);
-  const MovingRun moving{options, run, path_state(robot, run.log),
-                         resolve_effects(robot, log.source)};
+  // A motion too rough for stretches (cables that snatch, an attitude that comes late) may still
+  // balance from moment to moment, with accelerations that are known for no more than they are.
   std::optional<InMotion> found;
-  const auto take = [&](InMotion next) {
-    if (!found || std::pair(!converged(next), next.calibration.result.cost) <
-                      std::pair(!converged(*found), found->calibration.result.cost)) {
-      found = std::move(next);
-    }
-  };
-  if (rests(plain) || plain.result.status == CalibrationStatus::converged) {
-    take(with_motion(as_start(plain), moving));
-  }
-  const bool begun = found && (rests(plain) || converged(*found));
-  if (!begun) {  // nothing to start from, or what the fit runs away from
-    for (const Calibration& start : swinging_starts(robot, log, run, options.calibrate)) {
-      take(with_motion(start, moving));
-    }
-  }
-  for (int round = begun ? 1 : 0;
-       found && round < options.rounds + (found->beside.late.empty() ? 0 : kLateRounds); ++round) {
-    if (found->calibration.result.poses.empty()) break;
-    const Beside beside = found_beside(*found, moving);
-    InMotion next = with_motion(next_start(*found, moving, beside), moving, beside);
-    if (!converged(next) && !(next.calibration.result.cost < found->calibration.result.cost)) break;
-    found = std::move(next);
+  for (const bool by_stretch : {true, false}) {
+    const MovingRun moving{options, run, path_state(robot, run.log),
+                           resolve_effects(robot, log.source), by_stretch};
+    found = rests_and_motion(plain, log, moving);
+    if (found && converged(*found)) break;
   }
   const auto without_motion = [&](const std::string& why) {
     allow_for_effects(options.calibrate, plain);

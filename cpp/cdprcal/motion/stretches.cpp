@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "cdprcal/statics/inertial_wrench.hpp"
+#include "cdprcal/statics/taut.hpp"
 
 namespace cdprcal {
 namespace {
@@ -76,8 +77,29 @@ Stretches::Stretches(const Robot& robot, const CorrectedRun& run,
                         inertial_wrench(robot, platform, state.twist, state.acceleration).wrench;
   }
   const double position_m = std::sqrt(sample_covariance_.topLeftCorner<3, 3>().trace() / 3.0);
+  if (run.log.tension_N.cols() > 0 && run.log.tension_N.allFinite())
+    mark_slack(least_half_s, tension_sigma_N);
   half_s_ = std::clamp(half_of(robot.platform.mass_kg, position_m, tension_sigma_N), least_half_s,
                        std::max(least_half_s, most_half_s));
+}
+
+/// Where the mean tension of `around_s` to both sides is that of a cable that hangs, noise apart.
+void Stretches::mark_slack(double around_s, double tension_sigma_N) {
+  constexpr double kClear = 2.0;  // σ of the mean
+  const Log& log = run_.log;
+  const double taut_N = taut_tension_N(robot_);
+  Eigen::Index begin = run_.rows.begin, end = begin;
+  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(log.tension_N.cols());
+  for (Eigen::Index row = run_.rows.begin; row < run_.rows.end; ++row) {
+    while (end < run_.rows.end && log.time_s[end] <= log.time_s[row] + around_s) {
+      sum += log.tension_N.row(end++);
+    }
+    while (log.time_s[begin] < log.time_s[row] - around_s) sum -= log.tension_N.row(begin++);
+    const auto samples = static_cast<double>(end - begin);
+    const double least_N = taut_N - kClear * tension_sigma_N / std::sqrt(samples);
+    along_[static_cast<std::size_t>(row - run_.rows.begin)].slack =
+        (sum.array() < least_N * samples).any();
+  }
 }
 
 std::optional<Measurement> Stretches::about(Eigen::Index row) const {
@@ -98,12 +120,14 @@ std::optional<Measurement> Stretches::about(Eigen::Index row) const {
   ReadingVector misfit = ReadingVector::Zero(count), of = misfit;
   const ReadingVector& here = along_[static_cast<std::size_t>(row - rows.begin)].misfit;
   double sum = 0.0, squares = 0.0, curved = 0.0;
+  bool slack = false;
   const auto add = [&](Eigen::Index other) {
     const double u = (log.time_s[other] - middle_s) / half_s_;
     const double left = 1.0 - u * u;
     if (!(left > 0.0)) return false;
     const double apart_s = 0.5 * (log.time_s[std::min(other + 1, rows.end - 1)] -
                                   log.time_s[std::max(other - 1, rows.begin)]);
+    slack = slack || along_[static_cast<std::size_t>(other - rows.begin)].slack;
     const double weight = left * left * left * apart_s;
     const double curvature = (-6.0 + 36.0 * u * u - 30.0 * u * u * u * u) * apart_s;
     const auto k = static_cast<std::size_t>(other - rows.begin);
@@ -128,6 +152,7 @@ std::optional<Measurement> Stretches::about(Eigen::Index row) const {
   };
   for (Eigen::Index other = row; other >= rows.begin && add(other); --other) continue;
   for (Eigen::Index other = row + 1; other < rows.end && add(other); ++other) continue;
+  if (slack) return std::nullopt;
   balance /= sum;
   bent = (bent - curved / sum * beside) / (sum * half_s_ * half_s_);
   const Pose& pose = path_[static_cast<std::size_t>(row - rows.begin)].state.pose;

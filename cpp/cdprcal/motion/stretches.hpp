@@ -28,12 +28,14 @@ class Stretches {
   [[nodiscard]] double half_s() const { return half_s_; }
   /// The stretch about a row as a measurement at the path's pose there: readings, twist, and as its
   /// acceleration what makes the balance at that pose the mean. Nothing where the run does not go
-  /// that far to both sides, the path has gaps, or tensions are not read.
+  /// that far to both sides, the path has gaps, a cable is slack for a while, or tensions are not
+  /// read.
   [[nodiscard]] std::optional<Measurement> about(Eigen::Index row) const;
 
  private:
   struct Row {
     Vector6 balance = Vector6::Constant(kNaN);
+    bool slack = false;
     ReadingVector misfit;
     Vector6 beside = Vector6::Constant(kNaN);  ///< the pose by the sample's own geometry
   };
@@ -42,6 +44,8 @@ class Stretches {
   const std::vector<SmoothedSample>& path_;
   Matrix6 sample_covariance_;  ///< of the pose, by the geometry of one sample
   double half_s_ = 0.0;
+  void mark_slack(double around_s, double tension_sigma_N);
+
   std::vector<Row> along_;  ///< of each row of the path
 };
 
