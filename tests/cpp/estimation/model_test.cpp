@@ -216,7 +216,7 @@ TEST(DiagnosisSystem, InMotionTheGradientIsThatOfACostWhoseWeightsFollow) {
 }
 
 TEST(DiagnosisSystem, NoiseOfLoadCellsInMotionIsNoGainOfTheirs) {
-  // With derivatives by the tensions as read, moments at 10 N of noise would say that the gains are
+  // With derivatives by the tensions as read, moments at 50 N of noise would say that the gains are
   // (σ/τ)² too small, many times their own σ.
   const Robot robot = load_robot("irma4");
   std::vector<Log> logs{test::startup_log(robot, 0.1, 5)};
@@ -225,7 +225,7 @@ TEST(DiagnosisSystem, NoiseOfLoadCellsInMotionIsNoGainOfTheirs) {
   DiagnosisRun& run = model.runs.front();
   const std::size_t poses = run.poses.size();
   test::Rng rng(11);
-  std::normal_distribution<double> noise_N(0.0, 10.0);
+  std::normal_distribution<double> noise_N(0.0, 50.0);
   for (std::size_t i = 1; i < poses; ++i) {
     Measurement& m = run.measurements[i];
     m.acceleration.setConstant(1e-9);
@@ -243,7 +243,7 @@ TEST(DiagnosisSystem, NoiseOfLoadCellsInMotionIsNoGainOfTheirs) {
   for (std::size_t i = 1; i < run.measurements.size(); ++i) {
     for (double& tension_N : run.measurements[i].tension_N) tension_N += noise_N(rng);
   }
-  model.robot.sigma.tension_N = 10.0;
+  model.robot.sigma.tension_N = 50.0;
   model.noise[static_cast<std::size_t>(at_rest(Channel::balance))] = 1.0;
   model.effects.push_back({find_effect("load_cell_gain"), EffectValues::Zero(4)});
   ASSERT_TRUE(fit(model));
