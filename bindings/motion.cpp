@@ -243,7 +243,8 @@ void register_in_motion(py::module_& module) {
                                     .rounds = rounds});
       },
       py::arg("robot"), py::arg("log"), py::arg("options") = py::none(),
-      py::arg("most_moments") = 1000, py::arg("rounds") = 2,
+      py::arg("most_moments") = InMotionOptions().most_moments,
+      py::arg("rounds") = InMotionOptions().rounds,
       "As calibrate(), with the balance of forces and inertia at moments between the rests, or all "
       "along where there are none. InMotion. Raises InputError as calibrate() does, and for options "
       "that leave motion out (method static or kinematic, formulation paper, specified noise, "

@@ -125,8 +125,8 @@ Vector6 inertial_sigma(const Robot& robot, const SmoothedSample& sample) {
 }
 
 /// Whether some load cells say nothing at a row.
-bool is_partly_read(const Log& log, Eigen::Index row, const Robot& robot) {
-  return measurement_at(log, row, PoseKind::static_pose, robot.cable_count()).unread_tensions() > 0;
+bool is_partly_read(const Log& log, Eigen::Index row) {
+  return log.tension_N.cols() == 0 || log.tension_N.row(row).array().isNaN().any();
 }
 
 /// The rows of the middle half of a stretch, about which its weight is.
@@ -154,10 +154,13 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving, const
   const double begin_s = log.time_s[run.rows.begin];
   const double lasts_s = log.time_s[run.rows.end - 1] - begin_s;
   const Robot changed = with_effects(robot, effects_with(moving, beside));
-  const Stretches stretches(changed, run, path, known_offsets(start),
-                            start.signals[static_cast<std::size_t>(Channel::balance)].sigma, half_s,
-                            kMostStretch * half_s);
-  const double each_s = 2.0 * (moving.by_stretch ? stretches.half_s() : half_s);
+  std::optional<Stretches> stretches;
+  if (moving.by_stretch) {
+    stretches.emplace(changed, run, path, known_offsets(start),
+                      start.signals[static_cast<std::size_t>(Channel::balance)].sigma, half_s,
+                      kMostStretch * half_s);
+  }
+  const double each_s = 2.0 * (stretches ? stretches->half_s() : half_s);
   const double spacing_s =
       std::max(moving.options.spacing * each_s, lasts_s / moving.options.most_moments);
   const std::size_t rests = guess.size();
@@ -170,16 +173,16 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving, const
         !state.pose.position_m.allFinite()) {
       continue;
     }
-    std::optional<Measurement> mean;
-    if (moving.by_stretch) mean = stretches.about(row);
-    const bool alone = !mean;
     // Tensions that nothing reads are found from the balance of their own moment.
-    if (alone && moving.by_stretch && !is_partly_read(log, row, robot)) continue;
-    Measurement m =
-        alone ? middle_reading(log, run.rows, row, half_s, robot.cable_count()) : *std::move(mean);
+    const bool alone = !stretches || is_partly_read(log, row);
+    std::optional<Measurement> read =
+        alone ? middle_reading(log, run.rows, row, half_s, robot.cable_count())
+              : stretches->about(row);
+    if (!read) continue;
+    Measurement& m = *read;
     add_path(
         moving.directions, log,
-        alone ? SampleRange{row, row + 1} : rows_around(log, run.rows, row, stretches.half_s()),
+        alone ? SampleRange{row, row + 1} : rows_around(log, run.rows, row, stretches->half_s()),
         begin_s, m);
     GeometricReadings model;
     if (!evaluate(robot, {}, m, state.pose, model)) continue;
@@ -418,9 +421,10 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   // A motion too rough for stretches (cables that snatch, an attitude that comes late) may still
   // balance from moment to moment, with accelerations that are known for no more than they are.
   std::optional<InMotion> found;
+  MovingRun moving{options, run, path_state(robot, run.log), resolve_effects(robot, log.source),
+                   true};
   for (const bool by_stretch : {true, false}) {
-    const MovingRun moving{options, run, path_state(robot, run.log),
-                           resolve_effects(robot, log.source), by_stretch};
+    moving.by_stretch = by_stretch;
     found = rests_and_motion(plain, log, moving);
     if (found && converged(*found)) break;
   }

@@ -12,7 +12,7 @@ struct InMotionOptions {
   /// Of the method unified and the full formulation, with noise from the data; at_s and guess
   /// unset.
   CalibrateOptions calibrate;
-  int most_moments = 3000;  ///< of motion that count, beside the rests
+  int most_moments = 1000;  ///< of motion that count, beside the rests
   /// How far apart moments are, in lengths of the stretch that each is the mean of
   /// (stretches.hpp); from 1 on they share no samples. Neighbours that share three quarters of them
   /// leave none out.

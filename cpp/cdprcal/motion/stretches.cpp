@@ -71,7 +71,7 @@ Stretches::Stretches(const Robot& robot, const CorrectedRun& run,
     along_[k].misfit = at.misfit;
     const OwnPose own = own_pose(at, known);
     along_[k].beside = own.beside;
-    if (k == path.size() / 2) sample_covariance_ = own.covariance;
+    if (k <= path.size() / 2) sample_covariance_ = own.covariance;
     const PlatformState platform = platform_state(robot, state.pose);
     along_[k].balance = wrench_residual(robot, platform, m.tension_N) +
                         inertial_wrench(robot, platform, state.twist, state.acceleration).wrench;
@@ -112,7 +112,6 @@ std::optional<Measurement> Stretches::about(Eigen::Index row) const {
   }
   const int n = robot_.cable_count();
   Measurement m = measurement_at(log, row, PoseKind::static_pose, n);
-  if (m.unread_tensions() > 0) return std::nullopt;
   const std::vector<RowLabel> labels = geometric_rows(n);
   const auto count = static_cast<Eigen::Index>(labels.size());
   Vector6 balance = Vector6::Zero(), twist = balance, bent = balance, beside = balance;
@@ -127,10 +126,10 @@ std::optional<Measurement> Stretches::about(Eigen::Index row) const {
     if (!(left > 0.0)) return false;
     const double apart_s = 0.5 * (log.time_s[std::min(other + 1, rows.end - 1)] -
                                   log.time_s[std::max(other - 1, rows.begin)]);
-    slack = slack || along_[static_cast<std::size_t>(other - rows.begin)].slack;
     const double weight = left * left * left * apart_s;
     const double curvature = (-6.0 + 36.0 * u * u - 30.0 * u * u * u * u) * apart_s;
     const auto k = static_cast<std::size_t>(other - rows.begin);
+    slack = slack || along_[k].slack;
     balance += weight * along_[k].balance;
     twist += weight * path_[k].state.twist;
     bent += curvature * along_[k].beside;

@@ -39,13 +39,14 @@ class Stretches {
     ReadingVector misfit;
     Vector6 beside = Vector6::Constant(kNaN);  ///< the pose by the sample's own geometry
   };
+  void mark_slack(double around_s, double tension_sigma_N);
+
   const Robot& robot_;
   const CorrectedRun& run_;
   const std::vector<SmoothedSample>& path_;
-  Matrix6 sample_covariance_;  ///< of the pose, by the geometry of one sample
+  /// Of the pose, by the geometry of one sample about the middle of the run.
+  Matrix6 sample_covariance_ = Matrix6::Constant(kNaN);
   double half_s_ = 0.0;
-  void mark_slack(double around_s, double tension_sigma_N);
-
   std::vector<Row> along_;  ///< of each row of the path
 };
 

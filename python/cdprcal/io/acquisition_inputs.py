@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from cdprcal._core import InputError
-from cdprcal.extras import need
 from cdprcal.io.files import read_bytes, shown_path
-from cdprcal.io.log_file import ACQUIRED, sniff_format
+from cdprcal.io.log_file import ACQUIRED, readable_format
 from cdprcal.io.mcap_records import readable_records
 
 ROBOT, PLAN, SETTINGS = "robot.yaml", "plan.csv", "settings.json"
@@ -58,9 +57,7 @@ def read_inputs(path: str | Path) -> AcquisitionInputs | None:
     """
     path = Path(path)
     data = read_bytes(path)
-    kind = sniff_format(data)
-    if kind == "mcap":
-        need("mcap", of=str(path))
+    kind = readable_format(data, path)
     files = _attachments(data) if kind == "mcap" else _comments(data) if kind == "csv" else {}
     if not files.keys() >= _MARKS.keys():
         return None

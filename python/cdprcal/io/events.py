@@ -6,10 +6,9 @@ import json
 from pathlib import Path
 from typing import Any
 
-from cdprcal.extras import need
 from cdprcal.io.files import read_bytes
 from cdprcal.io.live_log import EVENT_TOPIC
-from cdprcal.io.log_file import sniff_format
+from cdprcal.io.log_file import readable_format
 from cdprcal.io.mcap_records import readable_records
 
 _MARK = b"# event| "
@@ -21,9 +20,7 @@ def read_events(path: str | Path) -> list[dict[str, Any]]:
     Logs that were cut are read as far as they go. Raises InputError when the file cannot be read.
     """
     data = read_bytes(Path(path))
-    kind = sniff_format(data)
-    if kind == "mcap":
-        need("mcap", of=str(path))
+    kind = readable_format(data, path)
     texts = _mcap(data) if kind == "mcap" else _csv(data) if kind == "csv" else []
     events = []
     for text in texts:

@@ -34,6 +34,14 @@ def sniff_format(data: bytes) -> LogFormat:
     return "raw" if _RAW_LINE.match(start) else "csv"
 
 
+def readable_format(data: bytes, path: str | Path) -> LogFormat:
+    """As sniff_format. Raises InputError where what reads it is not installed."""
+    kind = sniff_format(data)
+    if kind == "mcap":
+        need("mcap", of=str(path))
+    return kind
+
+
 def load_log(path: str | Path) -> LogFile:
     """Reads a canonical CSV, MCAP or raw robot log, told apart by content.
 
@@ -45,9 +53,8 @@ def load_log(path: str | Path) -> LogFile:
 
 def parse_log_bytes(data: bytes, path: Path) -> LogFile:
     """A log's content as load_log reads it. Raises InputError."""
-    kind = sniff_format(data)
+    kind = readable_format(data, path)
     if kind == "mcap":
-        need("mcap", of=str(path))
         from cdprcal.io.mcap_log import parse_mcap_log
 
         return parse_mcap_log(data, path)
