@@ -9,10 +9,11 @@ averaged over a second, rises by more than a tenth of its range, with what it ga
 """
 
 import argparse
+from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
-from scipy.signal import butter, filtfilt
+from scipy.signal import butter, filtfilt, find_peaks
 from scipy.spatial.transform import Rotation
 
 import cdprcal
@@ -22,10 +23,9 @@ WINDOW_S = 1.0
 LEAST_SHARE = 0.1
 
 
-def energy_J(robot: cdprcal.Robot, path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] and kinetic and potential energy [J] above the least of a tracked path."""
-    time_s = path["time_s"]
-    step_s = float(np.median(np.diff(time_s)))
+def energy_J(robot: cdprcal.Robot, path: np.ndarray) -> np.ndarray:
+    """Kinetic and potential energy [J] of a tracked path, averaged, above its least."""
+    step_s = float(np.median(np.diff(path["time_s"])))
     smooth = butter(2, LOW_PASS_HZ * 2.0 * step_s)
     position_m = 1e-3 * np.column_stack([path[f"{axis}_mm"] for axis in "xyz"])
     angles_rad = np.column_stack([path[f"angle_{k}"] for k in (1, 2, 3)])
@@ -38,8 +38,9 @@ def energy_J(robot: cdprcal.Robot, path: np.ndarray) -> tuple[np.ndarray, np.nda
     turning = np.einsum("ni,ij,nj->n", rate_rad_s, platform.inertia_kg_m2, rate_rad_s)
     kinetic = 0.5 * (platform.mass_kg * (velocity_m_s**2).sum(axis=1) + turning)
     energy = kinetic + platform.mass_kg * robot.gravity_m_s2 * centre_m[:, 2]
-    mean = uniform_filter1d(energy, round(WINDOW_S / step_s))
-    return time_s, mean - mean.min()
+    mean: np.ndarray = uniform_filter1d(energy, round(WINDOW_S / step_s))
+    mean -= mean.min()
+    return mean
 
 
 def main() -> None:
@@ -48,20 +49,16 @@ def main() -> None:
     parser.add_argument("tracker")
     options = parser.parse_args()
     path = np.genfromtxt(options.tracker, delimiter=",", names=True)
-    time_s, energy = energy_J(cdprcal.load_robot(options.robot), path)
-    rises = np.flatnonzero(np.diff(np.sign(np.diff(energy)))) + 1  # where it turns
-    turns = [0, *rises, len(energy) - 1]
-    begin = turns[0]
-    for at, following in zip(turns[1:], [*turns[2:], None], strict=True):
-        if energy[at] < energy[begin]:
-            begin = at
-        falls = following is None or energy[following] < energy[at] - LEAST_SHARE * energy.max()
-        if not falls or energy[at] - energy[begin] <= LEAST_SHARE * energy.max():
-            continue
+    time_s = path["time_s"]
+    energy = energy_J(cdprcal.load_robot(options.robot), path)
+    # The end counts as a peak where the energy still rises.
+    peaks, _ = find_peaks(np.append(energy, 0.0), prominence=LEAST_SHARE * energy.max())
+    for last, peak in pairwise([0, *peaks]):
+        begin = last + int(np.argmin(energy[last:peak]))
         print(
-            f"{time_s[begin]:.1f} to {time_s[at]:.1f} s: {energy[begin]:.2f} to {energy[at]:.2f} J"
+            f"{time_s[begin]:.1f} to {time_s[peak]:.1f} s: {energy[begin]:.2f} to "
+            f"{energy[peak]:.2f} J"
         )
-        begin = at if following is None else following
     print(f"largest {energy.max():.2f} J")
 
 
