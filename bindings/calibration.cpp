@@ -263,6 +263,8 @@ void register_result(py::module_& module) {
       .def_readonly("covariance", &CalibrationResult::covariance,
                     "Of ζ0 [6, 6]: position [m], world-frame rotation vector [rad]; None when ζ0 "
                     "is not observable.")
+      .def_readonly("covariance_holds", &CalibrationResult::covariance_holds,
+                    "False: the model misfits, and the covariance leaves that out.")
       .def_property_readonly(
           "standard_deviation",
           [](const CalibrationResult& result) { return result.standard_deviation; },

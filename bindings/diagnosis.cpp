@@ -111,6 +111,10 @@ void register_catalogue(py::module_& module) {
           "on_request", [](const EffectRow& row) { return row.info().on_request; },
           "Fitted where DiagnoseOptions.effects name it, never searched for: other things look "
           "alike.")
+      .def_property_readonly(
+          "of_robot_file", [](const EffectRow& row) { return row.info().of_robot_file; },
+          "A slip of whoever wrote the robot file, not a deviation that every robot has a little "
+          "of.")
       .def_property_readonly("shows", [](const EffectRow& row) { return row.effect->shows(); })
       .def_property_readonly(
           "formulas",

@@ -98,6 +98,7 @@ __all__: list[str] = [
     "PoseKind",
     "PoseResidual",
     "Pulley",
+    "Push",
     "RandomNormal",
     "ReadingNoise",
     "ReadingOffsets",
@@ -2402,6 +2403,12 @@ class CalibrationResult:
         """
 
     @property
+    def covariance_holds(self) -> bool:
+        """
+        False: the model misfits, and the covariance leaves that out.
+        """
+
+    @property
     def initial_length_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         l(ζ0) [n].
@@ -2676,6 +2683,12 @@ class EffectInfo:
 
     @property
     def name(self) -> str: ...
+    @property
+    def of_robot_file(self) -> bool:
+        """
+        A slip of whoever wrote the robot file, not a deviation that every robot has a little of.
+        """
+
     @property
     def on_request(self) -> bool:
         """
@@ -4626,6 +4639,36 @@ class Swing:
         Root mean square of the motion in it: of the same kinetic energy as such a shift of the mass.
         """
 
+class Push:
+    """
+    A time in which something pushes a platform whose winches stand still. Immutable.
+    """
+
+    def __repr__(self) -> str: ...
+    @property
+    def after_J(self) -> float:
+        """
+        Energy of the swing after it.
+        """
+
+    @property
+    def before_J(self) -> float:
+        """
+        Energy of the swing before it.
+        """
+
+    @property
+    def begin_s(self) -> float:
+        """
+        Time of the log.
+        """
+
+    @property
+    def end_s(self) -> float:
+        """
+        Time of the log.
+        """
+
 class InMotion:
     """
     A calibration in which the balance counts in motion too. Immutable.
@@ -4666,6 +4709,12 @@ class InMotion:
     def moments_a_reading(self) -> float:
         """
         So many moments of motion are worth one independent reading.
+        """
+
+    @property
+    def pushes(self) -> list[Push]:
+        """
+        List of Push: the swing gains energy there while the winches stand still; no balance counts.
         """
 
     @property

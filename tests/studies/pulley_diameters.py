@@ -1,4 +1,4 @@
-"""Robot files with diameters for radii, or half the radii: named or not, and the initial pose.
+"""Robot files with pulleys of another size, diameters for radii say: named or not, and the pose.
 
     python tests/studies/pulley_diameters.py --count 8
 
@@ -17,8 +17,8 @@ import numpy as np
 import cdprcal
 from cdprcal.studies import add_worker_options, spread, workers_of
 
-ROBOTS, FACTORS = ("irma4", "ring3", "ring5"), (1.0, 0.5, 2.0)
-FAULT = "pulley_diameter"
+ROBOTS, FACTORS = ("irma4", "ring3", "ring5"), (1.0, 0.5, 0.7, 1.35, 2.0)
+EFFECT = "pulley_diameter"
 
 
 def try_one(name: str, factor: float, seed: int) -> tuple[str, list[tuple[float, float]]]:
@@ -26,7 +26,8 @@ def try_one(name: str, factor: float, seed: int) -> tuple[str, list[tuple[float,
     diagnose's."""
     robot = cdprcal.load_robot(name)
     plan = cdprcal.make_plan(robot, order=cdprcal.VisitingOrder.random, seed=seed).plan
-    effects = [f"{FAULT}={factor}"] if factor != 1.0 else []
+    error_m = (factor - 1.0) * robot.cables[0].pulley.radius_m
+    effects = [f"{EFFECT}={error_m}"] if factor != 1.0 else []
     run = cdprcal.simulate_startup(robot, plan, effects=effects, seed=seed)
     result = cdprcal.calibrate(robot, run.log).result
     found = cdprcal.diagnose(robot, run.log)
@@ -52,7 +53,7 @@ def main() -> None:
     seeds = range(options.first_seed, options.first_seed + options.count)
     for name, factor in product(ROBOTS, FACTORS):
         rows = spread(partial(try_one, name, factor), seeds, workers_of(options))
-        right = "nothing" if factor == 1.0 else FAULT
+        right = "nothing" if factor == 1.0 else EFFECT
         others = sorted({row[0] for row in rows} - {right})
         named = sum(row[0] == right for row in rows)
         scores = np.array([row[1] for row in rows])

@@ -1,6 +1,8 @@
 #include "cdprcal/calibration/allow_for_effects.hpp"
 
+#include <algorithm>
 #include <cstdio>
+#include <iterator>
 
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/estimation/presence.hpp"
@@ -51,6 +53,21 @@ double keep_witnesses(const Calibration& calibration, double moments_a_reading,
   if (!(moments_a_reading > 1.0)) return 1.0;
   return thin_out(model.runs.front(), static_cast<std::size_t>(calibration.kinematic_poses),
                   moments_a_reading);
+}
+
+/// Effects that a misfit may come from: all that robots have, and of the robot file's mistakes
+/// those that something speaks for.
+Candidates to_allow_for(const DiagnosisModel& model) {
+  Candidates out = untried(model), mistakes;
+  const auto mistake = [](const auto& effect) { return effect->info().of_robot_file; };
+  std::ranges::copy_if(out, std::back_inserter(mistakes), mistake);
+  std::erase_if(out, mistake);
+  DiagnosisModel fitted = model;
+  if (!fit_with_noise(fitted)) return out;
+  for (const CandidateScore& score : scan(fitted, mistakes, {.draws = 0})) {
+    if (score.log_evidence > 0.0) out.push_back(score.effect);
+  }
+  return out;
 }
 
 /// Adds what the log cannot rule out, as diagnose does before it finds anything.
@@ -129,7 +146,7 @@ bool allow_for_effects(const CalibrateOptions& options, Calibration& calibration
   result.reason += "; yet the model misfits " + found +
                    ", so it lacks something (cdprcal diagnose looks for it)";
   DiagnosisModel model = model_of(calibration);
-  for (const auto& effect : untried(model)) {
+  for (const auto& effect : to_allow_for(model)) {
     model.effects.push_back({effect, EffectValues::Zero(effect->size(model.robot.cable_count()))});
   }
   const bool settled = fit_with_noise(model);
@@ -138,6 +155,7 @@ bool allow_for_effects(const CalibrateOptions& options, Calibration& calibration
   const Matrix6 covariance = shared * initial_pose_covariance(witnesses, 0);
   if (!settled || !covariance.allFinite()) {
     result.reason += ", and the uncertainty leaves that out";
+    result.covariance_holds = false;
     return false;
   }
   std::size_t next = 0;

@@ -23,8 +23,11 @@ namespace {
 Robot corrected_robot(const Robot& given, const std::vector<Log>& logs, const Diagnosis& found) {
   Robot robot = given;
   for (const DiscreteFault& fault : found.faults) {
-    set_right(fault, robot);
-    if (!fault.of_robot()) robot.effects.push_back(as_listed(fault));
+    if (fault.convention) {
+      robot.euler_convention = *fault.convention;
+    } else {
+      robot.effects.push_back(as_listed(fault));
+    }
   }
   const int n = robot.cable_count();
   std::vector<std::string> sources;

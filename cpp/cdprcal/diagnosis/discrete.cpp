@@ -183,27 +183,12 @@ AppliedEffect as_listed(const DiscreteFault& fault) {
   return listed;
 }
 
-void set_right(const DiscreteFault& fault, Robot& robot) {
-  if (fault.convention) robot.euler_convention = *fault.convention;
-  if (fault.radius_factor) {
-    for (Cable& cable : robot.cables) cable.pulley.radius_m *= *fault.radius_factor;
-  }
-}
-
 void set_right(const DiscreteFault& fault, Robot& robot, Log& log) {
-  set_right(fault, robot);
-  if (!fault.of_robot()) set_right(as_listed(fault), log);
-}
-
-std::vector<DiscreteFault> pulley_faults(const Robot& robot) {
-  const bool any = std::ranges::any_of(
-      robot.cables, [](const Cable& cable) { return cable.pulley.radius_m > 0.0; });
-  if (!any) return {};
-  DiscreteFault diameters{"pulley_diameter", "factor", {0.5}, "the pulleys' radii are diameters"};
-  DiscreteFault halves{"pulley_diameter", "factor", {2.0}, "the pulleys' radii are halves of them"};
-  diameters.radius_factor = 0.5;
-  halves.radius_factor = 2.0;
-  return {diameters, halves};
+  if (fault.convention) {
+    robot.euler_convention = *fault.convention;
+  } else {
+    set_right(as_listed(fault), log);
+  }
 }
 
 std::vector<DiscreteFault> attitude_faults(const Robot& robot, const Log& log) {

@@ -13,7 +13,7 @@ namespace cdprcal {
 /// One fault of a log: its name in the catalogue and what sets it right.
 struct DiscreteFault {
   std::string name;            ///< length_sign, swivel_sign, cable_order, angle_unit, length_unit,
-                               ///< tension_unit, attitude_sign, euler_convention, pulley_diameter
+                               ///< tension_unit, attitude_sign, euler_convention
   std::string parameter;       ///< "sign", "order", "factor", "convention"
   std::vector<double> values;  ///< a cable: ±1, or the index (from 1) of the channel it is read on
   std::string text;            ///< for people
@@ -25,29 +25,18 @@ struct DiscreteFault {
   double prior = 0.01;
   /// Nats, of one found by a refit among the effects; NaN of one found before any.
   double log_evidence = kNaN;
-  /// Of the pulleys' radii, which the robot has and no log: what to multiply them by.
-  std::optional<double> radius_factor = std::nullopt;
-
-  /// Whether it stands in the robot file itself, and in no map of readings.
-  [[nodiscard]] bool of_robot() const { return convention || radius_factor; }
 };
 
-/// A fault of the readings as the robot file lists it; not for one of the robot (of_robot), which
-/// has a place of its own there.
+/// A fault of the readings as the robot file lists it; not for the Euler convention, which has a
+/// place of its own there.
 AppliedEffect as_listed(const DiscreteFault& fault);
 
-/// The log, or the robot, as it reads with a fault set right.
+/// The log (and, for the Euler convention, the robot) as it reads with a fault set right.
 void set_right(const DiscreteFault& fault, Robot& robot, Log& log);
-/// The same of a fault of the robot alone; others leave it as it is.
-void set_right(const DiscreteFault& fault, Robot& robot);
 
 /// Faults of the attitude's map: Euler conventions, and the signs of roll, pitch and yaw. Near
 /// level they change readings as little as an effect does.
 std::vector<DiscreteFault> attitude_faults(const Robot& robot, const Log& log);
-
-/// Pulleys of which the robot file has the diameters, or half the radii. Lengths that are counted
-/// from somewhere hide most of that.
-std::vector<DiscreteFault> pulley_faults(const Robot& robot);
 
 /// Every fault that is looked for in a log of these channels: those of the attitude, signs in any
 /// combination, cables in any order (of more than six only the exchange of any two), units.

@@ -154,11 +154,7 @@ void record_gap(const DiagnosisModel& before, const DiagnosisModel& model,
 
 Search::Search(std::vector<Log>& logs, DiagnosisModel& model, Diagnosis& out,
                const DiagnoseOptions& options)
-    : logs_(logs),
-      model_(model),
-      out_(out),
-      options_(options),
-      small_faults_{SmallFaults::of_attitude(model), SmallFaults::of_pulleys(model)} {}
+    : logs_(logs), model_(model), out_(out), options_(options), small_faults_(model) {}
 
 bool Search::report(const std::string& what) const {
   return !options_.progress || options_.progress(what);
@@ -233,46 +229,39 @@ void Search::accept(Refit& winner, const HeldOut& held) {
   out_.effects.push_back(std::move(found));
 }
 
-bool Search::accept_fault(const FaultRefit& found, SmallFaults& kind) {
-  if (!kind.taken()) {
+bool Search::accept_fault(const FaultRefit& found) {
+  if (!small_faults_.taken()) {
     const HeldOut held = held_out(found.judged_without, found.judged_with);
     if (!(held.gain > held.gain_error)) return false;
     record_gap(model_, found.model, found.fault.name, out_);
   }
+  // A convention is one of several: the right one stands in the place of any that was found before.
   std::erase_if(out_.faults, [&](const DiscreteFault& f) {
-    return kind.taken() && f.text == kind.taken()->text;
+    return (small_faults_.taken() && f.text == small_faults_.taken()->text) ||
+           (f.convention && found.fault.convention);
   });
-  kind.take(found.fault, logs_);
+  small_faults_.take(found.fault, logs_);
   model_ = found.model;
   out_.faults.push_back(found.fault);
   return true;
 }
 
 bool Search::look_for_fault() {
-  std::optional<FaultRefit> found;
-  SmallFaults* of = nullptr;
+  if (small_faults_.taken()) return false;
   Unfaulted without(model_, untried(model_));
-  for (SmallFaults& kind : small_faults_) {
-    if (kind.taken()) continue;
-    auto next = kind.best(without, options_.rival_nats);
-    if (!next || (found && next->log_posterior <= found->log_posterior)) continue;
-    found = std::move(next);
-    of = &kind;
-  }
+  const std::optional<FaultRefit> found = small_faults_.best(without, options_.rival_nats);
   // The posterior bears the number of faults already, by their priors.
   return found && found->log_posterior > options_.least_evidence &&
          chance_at_most(found->log_posterior) < kNamedShare * options_.family_wise_p &&
-         accept_fault(*found, *of);
+         accept_fault(*found);
 }
 
 bool Search::exchange_fault() {
-  return std::ranges::any_of(small_faults_, [&](SmallFaults& kind) {
-    if (!kind.taken()) return false;
-    Unfaulted without(model_, untried(model_));
-    const std::optional<FaultRefit> other = kind.best(without, options_.rival_nats);
-    // One that cannot be told apart from the accepted one is its rival, not its better.
-    return other && other->log_posterior > options_.rival_nats && accept_fault(*other, kind);
-  });
+  if (!small_faults_.taken()) return false;
+  Unfaulted without(model_, untried(model_));
+  const std::optional<FaultRefit> other = small_faults_.best(without, options_.rival_nats);
+  // One that cannot be told apart from the accepted one is its rival, not its better.
+  return other && other->log_posterior > options_.rival_nats && accept_fault(*other);
 }
 
 void Search::keep_left(const std::optional<Refit>& dependence, const Candidates& generic) {

@@ -1,8 +1,6 @@
 // Which effects to add: forward one at a time, exchange, drop.
 #pragma once
 
-#include <array>
-
 #include "cdprcal/diagnosis/diagnose.hpp"
 #include "cdprcal/diagnosis/small_faults.hpp"
 #include "cdprcal/evidence/model_average.hpp"
@@ -65,7 +63,7 @@ class Search {
   void keep_left(const std::optional<Refit>& dependence, const Candidates& generic);
   /// Sets a fault right in the model and the logs, if it predicts poses that it was not fitted on;
   /// one in the place of another need not.
-  bool accept_fault(const FaultRefit& found, SmallFaults& kind);
+  bool accept_fault(const FaultRefit& found);
   /// Accepts the most probable fault if it has the evidence, and chance would not do as well.
   bool look_for_fault();
 
@@ -73,7 +71,7 @@ class Search {
   DiagnosisModel& model_;
   Diagnosis& out_;
   const DiagnoseOptions& options_;
-  std::array<SmallFaults, 2> small_faults_;
+  SmallFaults small_faults_;
   std::optional<CandidateScore> left_;
   Matrix6 of_rivals_ = Matrix6::Zero();
 };

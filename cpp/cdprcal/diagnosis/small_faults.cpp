@@ -27,21 +27,13 @@ const Unfaulted::WithBest& Unfaulted::with_best() {
   return *with_best_;
 }
 
-SmallFaults SmallFaults::of_attitude(const DiagnosisModel& model) {
-  return {model.robot, attitude_faults(model.robot, log_of(model.runs.front().measurements))};
-}
-SmallFaults SmallFaults::of_pulleys(const DiagnosisModel& model) {
-  return {model.robot, pulley_faults(model.robot)};
-}
+SmallFaults::SmallFaults(const DiagnosisModel& model)
+    : given_(model.robot),
+      faults_(attitude_faults(model.robot, log_of(model.runs.front().measurements))) {}
 
 void SmallFaults::exchange(const DiscreteFault& fault, Robot& robot, Log& log) const {
-  if (taken_ && taken_->convention) {
-    robot.euler_convention = given_.euler_convention;
-  } else if (taken_ && taken_->radius_factor) {
-    for (Cable& cable : robot.cables) cable.pulley.radius_m /= *taken_->radius_factor;
-  } else if (taken_) {
-    set_right(*taken_, robot, log);  // signs: there and back
-  }
+  if (taken_ && !taken_->convention) set_right(*taken_, robot, log);  // signs: there and back
+  robot.euler_convention = given_.euler_convention;
   set_right(fault, robot, log);
 }
 

@@ -1,4 +1,4 @@
-// Faults of the readings' map, or of the robot file, that change readings no more than an effect.
+// Faults of the readings' map that change them no more than an effect does.
 #pragma once
 
 #include "cdprcal/diagnosis/discrete.hpp"
@@ -37,15 +37,13 @@ class Unfaulted {
   std::optional<WithBest> with_best_;
 };
 
-/// Faults of one kind, of which a model has one or none. An AHRS that speaks another order than it
-/// is read in is off by the product of two tilts, which no cost of a whole log shows: it takes a
-/// refit, and the same evidence that effects are held to.
+/// The faults of the attitude's map, of which a model has one or none. An AHRS that speaks another
+/// order than it is read in is off by the product of two tilts, which no cost of a whole log shows:
+/// it takes a refit, and the same evidence that effects are held to.
 class SmallFaults {
  public:
-  /// Of the attitude's map, by the first run of a model in which no such fault is set right yet.
-  static SmallFaults of_attitude(const DiagnosisModel& model);
-  /// Of the pulleys' radii.
-  static SmallFaults of_pulleys(const DiagnosisModel& model);
+  /// By the first run of a model, in which no such fault is set right yet.
+  explicit SmallFaults(const DiagnosisModel& model);
 
   /// The most probable of the faults that the model does not have. With and without it, the effect
   /// that then explains most is in the model, too: a drift hides an order, and an order stands in
@@ -57,8 +55,6 @@ class SmallFaults {
   [[nodiscard]] const std::optional<DiscreteFault>& taken() const { return taken_; }
 
  private:
-  SmallFaults(Robot given, std::vector<DiscreteFault> faults)
-      : given_(std::move(given)), faults_(std::move(faults)) {}
   void exchange(const DiscreteFault& fault, Robot& robot, Log& log) const;
   [[nodiscard]] DiagnosisModel exchanged(const DiscreteFault& fault,
                                          const DiagnosisModel& model) const;

@@ -64,6 +64,7 @@ struct CalibrationResult {
   std::optional<Matrix6> covariance;  ///< of ζ0: position [m], world-frame rotation vector [rad];
                                       ///< filled when ζ0 is observable
   Vector6 standard_deviation = Vector6::Constant(kNaN);
+  bool covariance_holds = true;      ///< false: the model misfits, and the covariance leaves it out
   Eigen::VectorXd reference_errors;  ///< of the reference's lengths, swivels and yaw (2n + 1)
   std::string least_observed;        ///< the weakest direction of ζ0, in words (least_observed.hpp)
   CableVector initial_length_m;      ///< l(ζ0): what the relative length readings start from

@@ -63,7 +63,7 @@ Unseen covariance_of_unseen(const DiagnosisModel& model,
     const Matrix6 spread = moved * llt.solve(moved.transpose());
     out.probable +=
         probability(prior_log_odds + scores[k].log_evidence) * (shift * shift.transpose() + spread);
-    out.possible += spread;
+    if (!candidates[k]->info().of_robot_file) out.possible += spread;
   }
   return out;
 }

@@ -64,6 +64,14 @@ void deform(Robot& robot, const Vector3& size, const Vector3& slant_rad, double 
   }
 }
 
+void enlarge(const char* effect, double error_m, Pulley& pulley) {
+  pulley.radius_m += error_m;
+  if (pulley.radius_m < 0.0) {
+    throw InputError(std::string("effect ") + effect +
+                     ": leaves a radius below 0; give a smaller one");
+  }
+}
+
 /// Units: a file has the factors that set readings right.
 std::vector<double> inverse_factors(const AppliedEffect& known) {
   std::vector<double> factors = known.parameters.front().values;
@@ -134,11 +142,12 @@ std::vector<InjectableEffect> rows() {
        }},
       {"pulley_radius", "the pulley is larger",
        [](V& v, P& p) {
-         for (Cable& cable : p.robot.cables) {
-           cable.pulley.radius_m += v.scalar();
-           if (cable.pulley.radius_m < 0.0)
-             throw InputError("effect pulley_radius: leaves a radius below 0; give a smaller one");
-         }
+         for (Cable& cable : p.robot.cables) enlarge("pulley_radius", v.scalar(), cable.pulley);
+       }},
+      {"pulley_diameter", "all pulleys are larger",
+       [](V& v, P& p) {
+         const double error_m = v.scalar();
+         for (Cable& cable : p.robot.cables) enlarge("pulley_diameter", error_m, cable.pulley);
        }},
       {"frame_anchors", "the pulley is elsewhere",
        [](V& v, P& p) {
@@ -242,14 +251,6 @@ std::vector<InjectableEffect> rows() {
        },
        nullptr,
        {{"order", kScalar, ValueRange::euler_convention}}},
-      {"pulley_diameter",
-       "all pulleys' radii are so many times those of the robot file (0.5: it has diameters)",
-       [](V& v, P& p) {
-         const double factor = v.scalar();
-         for (Cable& cable : p.robot.cables) cable.pulley.radius_m *= factor;
-       },
-       nullptr,
-       {{"factor", kScalar, ValueRange::positive}}},
       {"slack", "the winch loses its grip: so much cable runs off, and the encoder sees it",
        [](V& v, P& p) {
          once(v, p,

@@ -192,7 +192,7 @@ DiagnosisModel everything_in(const Robot& robot, const Log& log) {
   std::vector<std::string> left_out;
   DiagnosisModel model = baseline_model(robot, logs, left_out);
   for (const auto& effect : effect_catalogue()) {
-    if (effect->needs_motion()) continue;
+    if (effect->needs_motion() || effect->info().of_robot_file) continue;
     model.effects.push_back({effect, EffectValues::Zero(effect->size(robot.cable_count()))});
   }
   start_noise(model, calibrate(robot, log, unasked()).signals);
@@ -281,6 +281,8 @@ TEST(AllowForEffects, SaysSoWhereTheLargerFitDoesNotSettle) {
   EXPECT_EQ(c.result.poses.front().position_m, before.result.poses.front().position_m);
   EXPECT_EQ(c.result.covariance, before.result.covariance);
   EXPECT_NE(c.result.reason.find(", and the uncertainty leaves that out"), std::string::npos);
+  EXPECT_TRUE(before.result.covariance_holds);
+  EXPECT_FALSE(c.result.covariance_holds);
   EXPECT_EQ(c.result.reason.find("allow for every"), std::string::npos);
 }
 

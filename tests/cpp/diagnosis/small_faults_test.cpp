@@ -71,7 +71,7 @@ TEST(SmallFaults, OneTakesThePlaceOfAnother) {
   std::vector<Log> logs{startup_log(robot, 0.1, 414, 3)};
   const Log given = logs.front();
   const Diagnosis d = diagnose(robot, logs);
-  SmallFaults faults = SmallFaults::of_attitude(d.baseline);
+  SmallFaults faults(d.baseline);
   const DiscreteFault sign{"attitude_sign", "sign", {1, 1, -1}, "the AHRS counts yaw backwards"};
   faults.take(sign, logs);
   EXPECT_EQ(logs[0].roll_pitch_yaw_rad.col(2), -given.roll_pitch_yaw_rad.col(2));

@@ -50,15 +50,17 @@ TEST_P(EveryEffect, DerivativesByValueAndByPose) {
   Rng rng(5);
   for (const RobotPose& at : derivative_cases()) {
     SCOPED_TRACE(at.label);
-    if (at.robot.cables[0].pulley.radius_m == 0.0 && effect->name().ends_with("pulley_radius"))
-      continue;
+    const bool of_radii =
+        effect->name().ends_with("pulley_radius") || effect->name().ends_with("pulley_diameter");
+    if (of_radii && at.robot.cables[0].pulley.radius_m == 0.0) continue;  // none is below
     const Vector3 angles =
         euler_from_rotation(at.pose.rotation_matrix(), at.robot.euler_convention);
     const Matrix3 rates = euler_rate_matrix(angles, at.robot.euler_convention);
     if (std::abs(rates.determinant()) < 0.3) continue;  // too near gimbal lock for differences
     const int n = at.robot.cable_count();
     const Measurement m = random_measurement(rng, at);
-    const EffectValues values = random_values(rng, *effect, at.robot);
+    EffectValues values = random_values(rng, *effect, at.robot);
+    if (of_radii) values = values.cwiseAbs();  // the smallest of them stays above 0
     const ActiveEffects active{{effect, values}};
     PoseEvaluation about, scratch;
     predicted(at.robot, m, at.pose, active, nullptr, about);

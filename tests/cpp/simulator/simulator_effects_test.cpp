@@ -236,6 +236,10 @@ TEST_F(InjectedEffects, GeometryAndInertiaAreTheTrueRobots) {
          const double delta[] = {0.001, -0.002, 0.0005, 0.003};
          for (int i = 0; i < 4; ++i) r.cables[i].pulley.radius_m += delta[i];
        }},
+      {"pulley_diameter=-0.015",
+       [](Robot& r) {
+         for (Cable& cable : r.cables) cable.pulley.radius_m -= 0.015;
+       }},
       {"frame_anchors=0.01,0,0,0,0.02,0,0,0,-0.01,0.005,0.005,0.005",
        [](Robot& r) {
          r.cables[0].pulley.position_m.x() += 0.01;
@@ -533,6 +537,7 @@ TEST_F(InjectedEffects, ALogOfEveryEffectIsComplete) {
                                      "swivel_hysteresis=0.005",
                                      "swivel_scale=0.02",
                                      "pulley_radius=0.0003",
+                                     "pulley_diameter=-0.005",
                                      "frame_anchors=0.002,0.001,-0.003",
                                      "frame_scale=0.001,-0.001,0.002",
                                      "frame_shear=0.002,0.001,-0.001",
