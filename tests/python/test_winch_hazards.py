@@ -25,7 +25,8 @@ def test_what_robots_have_is_no_hazard(
     effect: str, mode: str, robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
 ) -> None:
     """Effects as large as they are met: nobody is stopped for them."""
-    watched = watched_run(session_in(mode), robot, plan, tmp_path / "run.csv", effects=[effect])
+    hidden = [cdprcal.parse_injected_effect(effect)]
+    watched = watched_run(session_in(mode), robot, plan, tmp_path / "run.csv", effects=hidden)
     assert watched.run.state == cdprcal.StartUpState.done, watched.run.reason
 
 

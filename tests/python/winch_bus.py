@@ -156,14 +156,12 @@ def watched_run(
     *,
     seed: int = 1,
     wired: Session | None = None,
-    effects: Sequence[str] = (),
+    effects: Sequence[cdprcal.InjectedEffect] = (),
     each_cycle: Callable[[SimulatedClock], None] = lambda clock: None,
 ) -> Watched:
     """The start-up over simulated CANopen with a sniffer; the fault's time counts from arming."""
     startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
-    options = cdprcal.SimulatorOptions(
-        seed=seed, effects=[cdprcal.parse_injected_effect(text) for text in effects]
-    )
+    options = cdprcal.SimulatorOptions(seed=seed, effects=list(effects))
     backend = SimulatedSession.connect(
         session, robot, plan, options, armed=True, fault=fault, wired=wired
     )

@@ -6,7 +6,7 @@ One table for the tests and for ``tests/studies/hazards.py``, which measures it.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -237,14 +237,19 @@ class Stopped:
 
 
 def attempt(
-    hazard: Hazard, mode: str, robot: cdprcal.Robot, plan: cdprcal.Plan, path: Path
+    hazard: Hazard,
+    mode: str,
+    robot: cdprcal.Robot,
+    plan: cdprcal.Plan,
+    path: Path,
+    effects: Sequence[cdprcal.InjectedEffect] = (),
 ) -> Stopped:
-    """A start-up under a hazard."""
+    """A start-up under a hazard, of a robot that has effects that nobody knows of."""
     wired = session_in(mode)
     session = session_in(mode, hazard.wrong).model_copy(update={"bus": wired.bus})
     fault = hazard.fault() if hazard.fault is not None else Fault("by the session", 0.0)
     try:
-        watched = watched_run(session, robot, plan, path, fault, wired=wired)
+        watched = watched_run(session, robot, plan, path, fault, wired=wired, effects=effects)
     except (BackendError, InputError) as error:
         return Stopped(str(error), None)
     return Stopped(watched.run.reason, watched)

@@ -2,6 +2,7 @@
 
     python tests/studies/hazards.py                       # all, in both modes
     python tests/studies/hazards.py --runs 1000 --seed 1  # drawn, a third of them two at once
+    python tests/studies/hazards.py --runs 1000 --seed 1 --effects 2  # of robots that hide effects
 
 Prints a table on stdout; exit code 1 when one does not end as it must: stopped or refused, its
 cause named (of drawn ones: in 95 %), no true tension above the limit + 10 % for more than 50 ms,
@@ -26,6 +27,7 @@ import numpy as np
 import cdprcal
 from cdprcal.io import load_log
 from cdprcal.testing.simulated_devices.faults import Fault, fault_kinds
+from hidden_effects import drawn_effects
 from winch_bus import random_fault, small_plan
 from winch_hazards import ALL, MODES, SESSION, Hazard, Stopped, attempt
 
@@ -123,8 +125,11 @@ def _merged(one: Fault, other: Fault) -> Fault:
     return Fault(f"{one.name} + {other.name}", one.begin_s, **parts)  # type: ignore[arg-type]
 
 
-def many(runs: int, seed: int, seconds: float) -> bool:
-    """So many drawn runs, or what the time allows; counts on stdout."""
+def many(runs: int, seed: int, seconds: float, effects: int) -> bool:
+    """So many drawn runs, or what the time allows; counts on stdout.
+
+    Each robot has so many hidden effects of two typical sizes.
+    """
     robot = cdprcal.load_robot("irma4")
     plan = small_plan(robot)
     found: Counter[str] = Counter()
@@ -134,9 +139,10 @@ def many(runs: int, seed: int, seconds: float) -> bool:
         if time.monotonic() - begun > seconds:
             break
         drawn = draw(np.random.default_rng([seed, number]))
+        hidden = drawn_effects(np.random.default_rng([seed, number, 1]), effects, (2.0, 2.0))
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / ("run.csv" if number % 2 else "run.mcap")
-            stopped = attempt(drawn.hazard, drawn.mode, robot, plan, path)
+            stopped = attempt(drawn.hazard, drawn.mode, robot, plan, path, hidden)
             whole = stopped.watched is None or not load_log(path).findings
         found["runs"] += 1
         found["two at once"] += " + " in drawn.name
@@ -146,7 +152,12 @@ def many(runs: int, seed: int, seconds: float) -> bool:
             peak_N = max(peak_N, stopped.watched.peak_N)
             over_s = max(over_s, stopped.watched.over_s)
         if wrong:
-            print(f"{number}: {drawn.name}, {drawn.mode}: {', '.join(wrong)}: {stopped.reason}")
+            names = "".join(f" + {effect.name}" for effect in hidden)
+            print(
+                f"{number}: {drawn.name}{names}, {drawn.mode}: {', '.join(wrong)}: "
+                f"{stopped.reason}",
+                flush=True,
+            )
     print(
         f"{dict(found)}; peak {peak_N:.0f} N, longest beyond the limit + 10 % {1e3 * over_s:.0f} "
         f"ms; {time.monotonic() - begun:.0f} s"
@@ -174,10 +185,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("--runs", type=int, default=0, help="drawn ones; 0: the table of all")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--effects", type=int, default=0, help="hidden in each robot drawn")
     parser.add_argument("--seconds", type=float, default=float("inf"), help="begin no run later")
     chosen = parser.parse_args()
     if chosen.runs:
-        return 0 if many(chosen.runs, chosen.seed, chosen.seconds) else 1
+        return 0 if many(chosen.runs, chosen.seed, chosen.seconds, chosen.effects) else 1
     robot = cdprcal.load_robot("irma4")
     plan = small_plan(robot)
     print(

@@ -12,10 +12,13 @@ whole plan.
 from __future__ import annotations
 
 import argparse
+import sys
 import tempfile
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache, partial
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
 
 import numpy as np
 
@@ -23,6 +26,7 @@ import cdprcal
 from cdprcal.acquisition import Guide, acquire, start_up_options, start_up_plan
 from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.io import AcquisitionInputs, open_live_log
+from hidden_effects import drawn_effect
 
 PAIRS = (
     ("mass", "external_force"),
@@ -41,26 +45,15 @@ def plan() -> tuple[cdprcal.Robot, cdprcal.Plan]:
     return robot, cdprcal.make_plan(robot, grid=(3, 3, 3), order=order, visits=1).plan
 
 
-def drawn_effect(rng: np.random.Generator, name: str) -> cdprcal.InjectedEffect:
-    """An effect of one to two typical sizes."""
-    info = next(i for i in cdprcal.effect_catalogue() if i.name == name)
-    values: list[float] = []
-    for parameter in info.parameters:
-        count = {"scalar": 1, "per_cable": 4, "vector3": 3}.get(str(parameter.shape), 12)
-        drawn = rng.uniform(1.0, 2.0, count) * parameter.typical
-        values += list(drawn if info.one_sided else drawn * rng.choice([-1.0, 1.0], count))
-    return cdprcal.InjectedEffect(name, values)
-
-
 def try_one(two: bool, seed: int) -> tuple[str, str, str, bool, float]:
     """Effect, what was named, why the run ended, whether it is right, share of the plan's time."""
     robot, the_plan = plan()
     rng = np.random.default_rng(seed)
     name = PAIRS[seed % len(PAIRS)][rng.integers(2)]
-    effects = [drawn_effect(rng, name)]
+    effects = [drawn_effect(rng, name, (1.0, 2.0))]
     if two:
         others = [n for pair in PAIRS if name not in pair for n in pair]
-        effects.append(drawn_effect(rng, str(rng.choice(others))))
+        effects.append(drawn_effect(rng, str(rng.choice(others)), (1.0, 2.0)))
     startup = cdprcal.StartUp(
         robot, start_up_plan(the_plan, quick=True), start_up_options(the_plan)
     )

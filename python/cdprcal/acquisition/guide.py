@@ -40,6 +40,7 @@ class Estimate:
     reached: bool  #: the accuracy asked for, confirmed by a complete calibration of the log so far
     told: Told | None = None  #: by a diagnosis of the log so far, where one was asked for
     in_motion: bool = False  #: from the motion, too; ``rests``: set-points that were passed
+    trusted: bool = True  #: it converged, and its covariance allows for what the model misfits
 
     def as_event(self) -> dict[str, Any]:
         """The estimate for the log and ``--json``: SI, None where nothing is known."""
@@ -224,7 +225,7 @@ class Guide:
         begin, self._sent = self._sent, len(self._rows)
         left = self._left() if self._diagnoses else None
         last = self.estimates[-1] if self.estimates else None
-        good = last is not None and _has(self._asked, last.status, last.covariance)
+        good = last is not None and last.trusted and _has(self._asked, last.covariance)
         work = _Work(self._robot, self._online, self._asked, left, self._options, self._rows, good)
         if self._pool is None:
             self._pending = Future()
@@ -324,11 +325,11 @@ class _Work:
             if self.online
             else lasts_s >= _LEAST_MOTION_S and self.good_before
         )
-        reached = enough and _has(self.asked, result.status.name, result.covariance)
+        reached = enough and _is_trusted(result) and _has(self.asked, result.covariance)
         if reached and self.online:
             # A live estimate does not look for what the model lacks; the whole procedure does.
             result = _core.calibrate(self.robot, self.rows.log(0, end), self.options).result
-            reached = _has(self.asked, result.status.name, result.covariance)
+            reached = _is_trusted(result) and _has(self.asked, result.covariance)
         position_m, rotation_rad = worst_axes(result)
         return Estimate(
             float(log.time_s[-1]),
@@ -345,19 +346,17 @@ class _Work:
             if self.left is not None and rests >= _FEWEST_RESTS
             else None,
             self.online is None,
+            _is_trusted(result),
         )
 
 
-def _has(
-    asked: _core.AskedAccuracy | None, status: str, covariance: NDArray[np.float64] | None
-) -> bool:
+def _is_trusted(result: _core.CalibrationResult) -> bool:
+    return result.status == _core.CalibrationStatus.converged and result.covariance_holds
+
+
+def _has(asked: _core.AskedAccuracy | None, covariance: NDArray[np.float64] | None) -> bool:
     """Whether an estimate has the accuracy asked for."""
-    return (
-        asked is not None
-        and status == _core.CalibrationStatus.converged.name
-        and covariance is not None
-        and asked.reached(covariance)
-    )
+    return asked is not None and covariance is not None and asked.reached(covariance)
 
 
 def worst_axes(result: _core.CalibrationResult) -> tuple[float, float]:

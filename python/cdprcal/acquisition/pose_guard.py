@@ -53,7 +53,8 @@ class PoseGuard:
             raise InputError(f"floor: {floor_m:g} m must be a height")
         self._robot = robot
         places_m = _planned_places_m(robot, plan)
-        self._lower_m, self._upper_m = np.min(places_m, axis=0), np.max(places_m, axis=0)
+        #: What the plan spans, without the margin [m].
+        self.lower_m, self.upper_m = np.min(places_m, axis=0), np.max(places_m, axis=0)
         self._margin_m = margin_m
         self._floor_m = max(floor_m, robot.surroundings.floor_m)
         self._low_m = np.array(
@@ -75,8 +76,8 @@ class PoseGuard:
         return None if self._now is None else self._now.position_m
 
     def learn(self, estimate: Estimate) -> None:
-        """Takes over a new estimate of the initial pose, if it is one."""
-        if estimate.pose is None or estimate.covariance is None:
+        """Takes over a new estimate of the initial pose, if it is one that can be trusted."""
+        if not estimate.trusted or estimate.pose is None or estimate.covariance is None:
             return
         self._initial = estimate.pose
         self._covariance = np.asarray(estimate.covariance)
@@ -147,15 +148,18 @@ class PoseGuard:
         angles, first_angles = sample.roll_pitch_yaw_rad, first.roll_pitch_yaw_rad
         if np.isfinite(angles).all() and np.isfinite(first_angles).all():
             order = self._robot.euler_convention
-            R_read, R_first = (_core.rotation_from_euler(a, order) for a in (angles, first_angles))
-            turned = R_first @ initial.rotation.T
-            yaw_rad = math.atan2(turned[1, 0] - turned[0, 1], turned[0, 0] + turned[1, 1])
-            R_offset = _core.exp_so3(np.array([0.0, 0.0, -yaw_rad]))
-            off_rad = _core.log_so3(R_offset @ R_read @ at.rotation.T)
-            turn = np.hstack([np.zeros((3, 3)), np.eye(3)]) / sigma.attitude_rad
-            yaw_only = np.zeros((3, 6))
-            yaw_only[2, 5] = 1.0 / sigma.attitude_rad  # roll and pitch are absolute
-            parts.append((off_rad / sigma.attitude_rad, turn, yaw_only))
+            is_now, was = (
+                _core.euler_from_rotation(pose.rotation, order) for pose in (at, initial)
+            )
+            from_north = np.array([0.0, 0.0, first_angles[2] - was[2]])  # roll and pitch: absolute
+            off_rad = angles - from_north - is_now
+            off_rad = np.arctan2(np.sin(off_rad), np.cos(off_rad))
+            rates = [np.linalg.inv(_core.euler_rate_matrix(a, order)) for a in (is_now, was)]
+            turn, turn_then = (
+                np.hstack([np.zeros((3, 3)), rate]) / sigma.attitude_rad for rate in rates
+            )
+            turn_then[:2] = 0.0
+            parts.append((off_rad / sigma.attitude_rad, turn, turn_then))
         residual, jacobian_now, jacobian_then = (
             np.concatenate([part[i] for part in parts]) if parts else np.empty(0) for i in range(3)
         )
@@ -166,14 +170,14 @@ class PoseGuard:
         allowed_m = np.maximum(self._margin_m, _SIGMAS * self.sigma_m)
         ends_m = now.position_m + 0.5 * _STOP_S * self._velocity_m_s
         for place_m in (now.position_m, ends_m):
-            excess_m = np.maximum(self._lower_m - place_m, place_m - self._upper_m) - allowed_m
+            excess_m = np.maximum(self.lower_m - place_m, place_m - self.upper_m) - allowed_m
             axis = int(np.argmax(excess_m))
             if excess_m[axis] > 0.0:
                 return (
                     f"the platform leaves the plan's corridor: {'xyz'[axis]} = "
                     f"{now.position_m[axis]:.3f} ± {self.sigma_m[axis]:.3f} m, where "
-                    f"{self._lower_m[axis] - allowed_m[axis]:.3f} to "
-                    f"{self._upper_m[axis] + allowed_m[axis]:.3f} m is allowed"
+                    f"{self.lower_m[axis] - allowed_m[axis]:.3f} to "
+                    f"{self.upper_m[axis] + allowed_m[axis]:.3f} m is allowed"
                 )
         lowest_m = float((self._low_m @ now.rotation.T)[:, 2].min())
         for z_m in (now.position_m[2], ends_m[2]):
