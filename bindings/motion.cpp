@@ -196,6 +196,19 @@ void register_in_motion(py::module_& module) {
                       self.model_hz);
         return std::string(text);
       });
+  py::class_<Push>(module, "Push",
+                   "A time in which something pushes a platform whose winches stand still. "
+                   "Immutable.")
+      .def_readonly("begin_s", &Push::begin_s, "Time of the log.")
+      .def_readonly("end_s", &Push::end_s, "Time of the log.")
+      .def_readonly("before_J", &Push::before_J, "Energy of the swing before it.")
+      .def_readonly("after_J", &Push::after_J, "Energy of the swing after it.")
+      .def("__repr__", [](const Push& self) {
+        char text[96];
+        std::snprintf(text, sizeof text, "<Push at %.1f to %.1f s, %.3g to %.3g J>", self.begin_s,
+                      self.end_s, self.before_J, self.after_J);
+        return std::string(text);
+      });
   py::class_<InMotion>(module, "InMotion",
                        "A calibration in which the balance counts in motion too. Immutable.")
       .def_readonly("calibration", &InMotion::calibration,
@@ -226,6 +239,9 @@ void register_in_motion(py::module_& module) {
       .def_readonly("swings", &InMotion::swings,
                     "List of Swing, the slowest mode first: where the winches were locked for long "
                     "enough.")
+      .def_readonly("pushes", &InMotion::pushes,
+                    "List of Push: the swing gains energy there while the winches stand still; no "
+                    "balance counts.")
       .def("__repr__", [](const InMotion& self) {
         return std::string("<InMotion ") + to_string(self.calibration.result.status) + ", " +
                (self.in_motion ? std::to_string(self.calibration.kinematic_poses) + " moments"

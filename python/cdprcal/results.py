@@ -122,6 +122,10 @@ def motion_as_dict(found: _core.InMotion, document: dict[str, Any]) -> dict[str,
             {key: number(getattr(swing, key)) for key in ("model_hz", "measured_hz", "size_m")}
             for swing in found.swings
         ],
+        "pushes": [
+            {key: number(getattr(push, key)) for key in ("begin_s", "end_s", "before_J", "after_J")}
+            for push in found.pushes
+        ],
     }
     return {"poses": poses, "motion": motion}
 

@@ -27,12 +27,28 @@ class Hidden:
     centre_of_mass_m: Array = field(default_factory=lambda: np.zeros(3))
     bias_N: Array | float = 0.0
     misalignment_rad: Array = field(default_factory=lambda: np.zeros(3))
+    #: Times [s] in which a hand pushes an anchor the way that it goes, with so much force [N].
+    pushed_s: tuple[tuple[float, float], ...] = ()
+    push_N: float = 0.5
 
 
 @dataclass
 class Swing:
     log: cdprcal.Log
     poses: list[cdprcal.Pose]
+
+
+def hand(robot: cdprcal.Robot, hidden: Hidden, data: Any, time_s: float) -> Array:
+    """Force and moment about the centre of mass of a hand at the first anchor, which goes along."""
+    if not any(begin <= time_s < end for begin, end in hidden.pushed_s):
+        return np.zeros(6)
+    rotation = data.xmat[1].reshape(3, 3)
+    arm_m = rotation @ robot.cables[0].platform_anchor_m
+    velocity_m_s = data.qvel[:3] + np.cross(rotation @ data.qvel[3:], arm_m)
+    # Soft where the platform turns back.
+    force_N = hidden.push_N * velocity_m_s / (float(np.linalg.norm(velocity_m_s)) + 0.02)
+    out: Array = np.concatenate([force_N, np.cross(data.xpos[1] + arm_m - data.xipos[1], force_N)])
+    return out
 
 
 def text_of(values: Any) -> str:
@@ -118,6 +134,7 @@ def swing(
         middle_m = winches.natural_m((step + 0.5) * STEP_S)
         model.tendon_lengthspring[:, 1] = middle_m
         model.tendon_stiffness[:] = AXIAL_STIFFNESS_N / middle_m
+        data.xfrc_applied[1] = hand(robot, hidden, data, step * STEP_S)
         mujoco.mj_step(model, data)
     table = np.array(rows)
     assert table[:, n + 1 :].min() > 0.0, "a cable went slack and snatches: take another seed"

@@ -91,6 +91,28 @@ def test_locked_winches_let_it_swing_as_fast_as_the_model_says(cables: int) -> N
         assert abs(mode.measured_hz / mode.model_hz - 1.0) < 0.02
 
 
+def test_a_hand_that_pushes_is_noticed_and_what_it_does_left_out() -> None:
+    robot = polygon_robot(3, pulley_radius_m=0.0)
+    times_s = ((4.0, 7.0), (12.0, 15.0))
+    hidden = Hidden(pushed_s=times_s)
+    run = swing(mujoco, robot, hidden, seed=803, duration_s=20.0, haul_m=0.0, kick=0.15)
+    found = _core.calibrate_in_motion(robot, run.log)
+    assert len(found.pushes) == 2
+    for push, (begin_s, end_s) in zip(found.pushes, times_s, strict=True):
+        assert abs(push.begin_s - begin_s) < 1.5
+        assert abs(push.end_s - end_s) < 1.5
+        assert push.after_J > 2.0 * push.before_J
+    result = found.calibration.result
+    assert "something pushes the platform at" in result.reason
+    error = cdprcal.minus(result.poses[0], run.poses[0])
+    assert np.all(np.abs(error) < 4.0 * result.standard_deviation)
+    diagnosis = cdprcal.diagnose(robot, run.log, motion=True)
+    assert not diagnosis.effects
+    assert any("something pushes it there" in text for text in diagnosis.gated)
+    alone = swing(mujoco, robot, seed=803, duration_s=20.0, haul_m=0.0, kick=0.15)
+    assert not _core.calibrate_in_motion(robot, alone.log).pushes
+
+
 HIDDEN = {
     "mass": Hidden(mass_kg=0.6),
     "load_cell_bias": Hidden(bias_N=np.array([5.0, -4.0, 0.0, 3.0, -5.0])),

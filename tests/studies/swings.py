@@ -3,9 +3,9 @@
     python tests/studies/swings.py --count 6
 
 Polygon robots of 5 and 4 cables are hauled round a circle while they swing, with nothing or one
-effect hidden or their sensors' map wrong; those of 3 and 4 swing with locked winches. Plant and
-noise are those of ``tests/python/mujoco_swing.py``. A log in which a cable goes slack is left out
-and counted.
+effect hidden or their sensors' map wrong; those of 3 and 4 swing with locked winches, and some of
+them are pushed by hand. Plant and noise are those of ``tests/python/mujoco_swing.py``. A log in
+which a cable goes slack is left out and counted.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import Counter
+from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -28,6 +29,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
 from mujoco_swing import MISREAD, Hidden, misread, swing
 from robots import polygon_robot
 
+#: When a hand pushes those that are pushed.
+PUSHED_S = ((4.0, 7.0), (12.0, 15.0))
 HIDDEN = ("none", "mass", "load_cell_bias", "centre_of_mass", "ahrs_misalignment", *MISREAD)
 
 
@@ -70,15 +73,36 @@ def diagnosed(cables: int, name: str, seed: int) -> tuple[str, float, float] | N
     return ended, 1e3 * float(np.linalg.norm(error[:3])), float(np.max(np.abs(error) / sigma))
 
 
-def ratios(cables: int, seed: int) -> list[float]:
-    """Measured over modelled frequency of the modes that are seen, winches locked."""
+@dataclass
+class Locked:
+    """What a log with locked winches says: frequencies of its modes, measured over modelled; the
+    times in which it is said to be pushed; error of the initial pose over its sigma."""
+
+    ratios: list[float]
+    pushed_s: list[tuple[float, float]]
+    worst_sigmas: float
+
+
+def locked(cables: int, pushed: bool, seed: int) -> Locked | None:
     robot = polygon_robot(cables, pulley_radius_m=0.0)
+    hidden = Hidden(pushed_s=PUSHED_S) if pushed else None
     try:
-        run = swing(mujoco, robot, seed=seed, duration_s=20.0, haul_m=0.0, kick=0.15)
+        run = swing(mujoco, robot, hidden, seed=seed, duration_s=20.0, haul_m=0.0, kick=0.15)
     except AssertionError:
-        return []
-    modes = _core.calibrate_in_motion(robot, run.log).swings
-    return [m.measured_hz / m.model_hz for m in modes if np.isfinite(m.measured_hz)]
+        return None
+    found = _core.calibrate_in_motion(robot, run.log)
+    ratios = [m.measured_hz / m.model_hz for m in found.swings if np.isfinite(m.measured_hz)]
+    result = found.calibration.result
+    error = np.abs(cdprcal.minus(result.poses[0], run.poses[0])) / result.standard_deviation
+    pushes = [(push.begin_s, push.end_s) for push in found.pushes]
+    return Locked(ratios, pushes, float(np.max(error)))
+
+
+def met(found: list[tuple[float, float]], true: tuple[float, float]) -> bool:
+    """Whether what was found covers half of a push."""
+    begin, end = true
+    covered = sum(max(0.0, min(end, e) - max(begin, b)) for b, e in found)
+    return covered > 0.5 * (end - begin)
 
 
 def main() -> None:
@@ -101,12 +125,23 @@ def main() -> None:
             error_mm, worst = np.median([row[1:] for row in rows], axis=0)
             beyond = sum(row[2] > 4.0 for row in rows)
             print(f"  {error_mm:.2f} mm, {worst:.1f} sigma; beyond 4 sigma: {beyond}")
-    for cables in () if options.no_locked else (3, 4):
-        found = [r for part in spread(partial(ratios, cables), seeds, workers) for r in part]
-        off = np.abs(np.array(found) - 1.0) if found else np.array([np.nan])
+    for cables, pushed in () if options.no_locked else ((3, False), (4, False), (3, True)):
+        runs = [run for run in spread(partial(locked, cables, pushed), seeds, workers) if run]
+        sigmas = np.array([run.worst_sigmas for run in runs])
+        logs = sum(bool(run.pushed_s) for run in runs)
         print(
-            f"{cables} cables locked: {len(found)} modes, median {100 * np.median(off):.2f} % "
-            f"off, at most {100 * off.max():.2f} %",
+            f"{cables} cables locked{', pushed' if pushed else ''}: pushes in {logs} of "
+            f"{len(runs)} logs; pose {np.median(sigmas):.1f} sigma off in the median, "
+            f"{sigmas.max():.1f} at worst"
+        )
+        if pushed:
+            hits = [met(run.pushed_s, true) for run in runs for true in PUSHED_S]
+            print(f"  found: {sum(hits)} of {len(hits)} pushes", flush=True)
+            continue
+        off = np.abs(np.array([ratio for run in runs for ratio in run.ratios]) - 1.0)
+        print(
+            f"  {len(off)} modes, median {100 * np.median(off):.2f} % off, at most "
+            f"{100 * off.max():.2f} %",
             flush=True,
         )
 

@@ -60,7 +60,8 @@ Calibration start_of(const Robot& robot, const Log& log, bool motion) {
 }
 
 /// Poses of a log as a run with its calibrated start; and how its samples come.
-DiagnosisRun run_from(const Robot& robot, const Log& log, bool motion, Signals& signals) {
+DiagnosisRun run_from(const Robot& robot, const Log& log, bool motion,
+                      std::vector<std::string>& left_out, Signals& signals) {
   InMotion start;
   const InMotionOptions as_fitted = for_a_search();
   if (motion) start = calibrate_in_motion(robot, log, as_fitted);
@@ -76,6 +77,11 @@ DiagnosisRun run_from(const Robot& robot, const Log& log, bool motion, Signals& 
   run.measurements = calibration.problem.measurements;
   run.poses = calibration.result.poses;
   run.rows = rows_of(log, calibration, start.in_motion ? calibration.kinematic_poses : 0);
+  if (start.in_motion && !start.pushes.empty()) {
+    left_out.push_back(log.source + ": what the platform balances at " + in_words(start.pushes) +
+                       ": something pushes it there, for it gains energy while the winches stand "
+                       "still");
+  }
   if (start.in_motion) {
     thin_out(run, static_cast<std::size_t>(calibration.kinematic_poses), start.moments_a_reading);
   }
@@ -103,7 +109,7 @@ DiagnosisModel baseline_model(const Robot& robot, std::vector<Log>& logs,
     }
     const auto before = static_cast<double>(model.runs.size());
     Signals own;
-    model.runs.push_back(run_from(robot, log, motion, own));
+    model.runs.push_back(run_from(robot, log, motion, left_out, own));
     all = mixed(all, before, own, 1.0);
   }
   start_noise(model, all);

@@ -103,7 +103,7 @@ std::optional<OffsetVector> Assembly::hand_over(PoseLanes& poses) {
     weights_version_ = poses_.weights_version();
     for (std::size_t i = 0; i < poses_.size(); ++i) {
       rows_.set_tension_weight(lane_of(i), poses_.tension_weight(i));
-      if (problem_.statics == StaticsModel::wrench) {
+      if (poses_.statics_of(i) == StaticsModel::wrench) {
         const bool silent = rows_.silent_rows(lane_of(i)) > 0;
         if (silent || (problem_.measurements[i].moves() && !holds_weights_)) {
           rows_.set_balance_sigma(lane_of(i), poses_.balance_sigma(i));

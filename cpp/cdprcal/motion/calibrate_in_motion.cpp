@@ -15,6 +15,7 @@
 #include "cdprcal/evidence/scan.hpp"
 #include "cdprcal/motion/geometric_readings.hpp"
 #include "cdprcal/motion/known_offsets.hpp"
+#include "cdprcal/motion/locked.hpp"
 #include "cdprcal/motion/middle_readings.hpp"
 #include "cdprcal/motion/smoothed.hpp"
 #include "cdprcal/motion/stretches.hpp"
@@ -41,14 +42,6 @@ constexpr int kLateRounds = 2;
 
 bool rests(const Calibration& calibration) {
   return calibration.equilibria.size() >= kFewRests && !calibration.result.poses.empty();
-}
-
-/// Whether a moment is part of a rest, or within `around_s` of one.
-bool is_resting(const Calibration& calibration, double time_s, double around_s) {
-  return std::any_of(calibration.equilibria.begin(), calibration.equilibria.end(),
-                     [&](const Equilibrium& rest) {
-                       return time_s >= rest.begin_s - around_s && time_s <= rest.end_s + around_s;
-                     });
 }
 
 /// Half of what readings are smoothed over: by the fastest swing with locked winches.
@@ -143,8 +136,8 @@ SampleRange rows_around(const Log& log, const SampleRange& run, Eigen::Index row
 /// The moments of motion beside the rests of a calibration: measurements and guesses are appended;
 /// how many.
 std::size_t add_moments(const Calibration& start, const MovingRun& moving, const Beside& beside,
-                        const std::vector<SmoothedSample>& path, CalibrationProblem& problem,
-                        std::vector<Pose>& guess) {
+                        const std::vector<SmoothedSample>& path, const std::vector<Push>& pushed,
+                        CalibrationProblem& problem, std::vector<Pose>& guess) {
   const Robot& robot = problem.robot;
   const CorrectedRun& run = moving.corrected;
   const Log& log = run.log;
@@ -193,6 +186,7 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving, const
     }
     m.length_rate_m_s = model.model.length_by_twist * m.twist;
     m.attitude_rate_rad_s = model.model.attitude_by_twist * m.twist;
+    m.balance_counts = !is_pushed(pushed, time_s, 0.5 * each_s);
     last_s = time_s;
     problem.measurements.push_back(std::move(m));
     guess.push_back(state.pose);
@@ -300,6 +294,7 @@ InMotion with_motion(const Calibration& start, const MovingRun& moving, const Be
   InMotion out;
   out.calibration = start;
   out.in_motion = true;
+  out.pushes = pushes(start, moving.corrected, path);
   out.beside = beside;
   CalibrationProblem& problem = out.calibration.problem;
   problem.measurements.clear();
@@ -312,7 +307,7 @@ InMotion with_motion(const Calibration& start, const MovingRun& moving, const Be
     guess.push_back(start.result.poses[i]);
   }
   out.calibration.static_poses = static_cast<int>(problem.measurements.size());
-  const std::size_t moments = add_moments(start, moving, beside, path, problem, guess);
+  const std::size_t moments = add_moments(start, moving, beside, path, out.pushes, problem, guess);
   out.calibration.kinematic_poses = static_cast<int>(moments);
   problem.noise.reset();
   const Signal& tension = start.signals[static_cast<std::size_t>(Channel::balance)];
@@ -454,6 +449,10 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   for (const ActiveEffect& active : found->beside.late) {
     result.reason += "; readings come late, which the pose allows for: " + in_words(active) +
                      "; enter it in the robot file, or correct the time stamps";
+  }
+  if (!found->pushes.empty()) {
+    result.reason += "; something pushes the platform at " + in_words(found->pushes) +
+                     ": it gains energy while the winches stand still, and no balance counts there";
   }
   found->swings = swings(found->calibration, run, smoothed(found->calibration, run));
   if (options.calibrate.solve.explain) {

@@ -4,6 +4,7 @@
 
 #include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/motion/damping.hpp"
+#include "cdprcal/motion/pushes.hpp"
 #include "cdprcal/motion/swings.hpp"
 
 namespace cdprcal {
@@ -39,6 +40,7 @@ struct InMotion {
   bool in_motion = false;  ///< whether it is that of rests and motion
   Beside beside;
   std::vector<Swing> swings;       ///< with locked winches
+  std::vector<Push> pushes;        ///< in which no balance counts: its force is not known
   double moments_a_reading = 1.0;  ///< so many are worth one independent reading
 };
 

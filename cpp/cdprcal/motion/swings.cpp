@@ -1,14 +1,11 @@
 #include "cdprcal/motion/swings.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <complex>
 #include <optional>
 
-#include "cdprcal/effects/applied.hpp"
-#include "cdprcal/readings/turn_over.hpp"
-#include "cdprcal/statics/natural_frequencies.hpp"
+#include "cdprcal/motion/locked.hpp"
 #include "cdprcal/statistics.hpp"
 
 namespace cdprcal {
@@ -22,39 +19,19 @@ constexpr double kAlike = 1.5;
 constexpr double kPeak = 30.0, kLargeShare = 0.2, kWellSeen = 25.0;
 /// A peak has the shape of a mode that holds so much of its energy.
 constexpr double kItsShape = 0.5;
-/// What readings that stay range over, in their σ.
-constexpr double kNoise = 10.0;
 /// Larger swings are slower than their mode [rad].
 constexpr double kSmall_rad = 0.25;
 
-/// Samples of a path, from begin on, without end.
-struct Stretch {
-  std::size_t begin = 0, end = 0;
-};
-
-/// The longest time in which all cables stay as long as they are and the platform swings gently.
-Stretch locked(double still_m, const CorrectedRun& run, std::span<const SmoothedSample> path) {
-  const LogMatrix& length_m = run.log.length_m;
-  Stretch out;
-  if (length_m.cols() == 0) return out;
-  const auto row = [&](std::size_t i) {
-    return length_m.row(run.rows.begin + static_cast<Eigen::Index>(i));
+/// The longest time, up to a minute, in which no winch turns and the platform swings gently.
+LockedStretch longest(const Calibration& calibration, const CorrectedRun& run,
+                      std::span<const SmoothedSample> path) {
+  const auto gently = [&](std::size_t begin, std::size_t i) {
+    return path[i].time_s - path[begin].time_s <= kMost_s &&
+           minus(path[i].state.pose, path[begin].state.pose).tail<3>().norm() <= kSmall_rad;
   };
-  for (std::size_t begin = 0, next = 0; begin < path.size(); begin = std::max(next, begin + 1)) {
-    Eigen::RowVectorXd low = row(begin), high = low;
-    for (next = begin + 1; next < path.size(); ++next) {
-      if (!path[next].state.pose.position_m.allFinite() ||
-          path[next].time_s - path[begin].time_s > kMost_s)
-        break;
-      if (minus(path[next].state.pose, path[begin].state.pose).tail<3>().norm() > kSmall_rad) break;
-      low = low.cwiseMin(row(next));
-      high = high.cwiseMax(row(next));
-      if (!((high - low).maxCoeff() <= still_m)) break;
-    }
-    const auto lasts_s = [&](const Stretch& s) {
-      return s.end > s.begin ? path[s.end - 1].time_s - path[s.begin].time_s : 0.0;
-    };
-    if (lasts_s({begin, next}) > lasts_s(out)) out = {begin, next};
+  LockedStretch out;
+  for (const LockedStretch& stretch : locked_stretches(calibration, run, path, gently)) {
+    if (lasts_s(stretch, path) > lasts_s(out, path)) out = stretch;
   }
   return out;
 }
@@ -107,8 +84,7 @@ std::vector<double> peaks(const Eigen::VectorXd& power, double step_hz, double l
 std::vector<Swing> swings(const Calibration& calibration, const CorrectedRun& run,
                           std::span<const SmoothedSample> path) {
   const Robot robot = with_effects(calibration.problem.robot, calibration.problem.effects);
-  const double noise_m = calibration.signals[static_cast<std::size_t>(Channel::length)].sigma;
-  const Stretch stretch = locked(turn_over_m(robot) + kNoise * noise_m, run, path);
+  const LockedStretch stretch = longest(calibration, run, path);
   const auto samples = static_cast<Eigen::Index>(stretch.end - stretch.begin);
   if (samples < 2) return {};
   const std::span<const SmoothedSample> still =
@@ -119,11 +95,9 @@ std::vector<Swing> swings(const Calibration& calibration, const CorrectedRun& ru
   const Pose& mean = *middle;
   const PlatformState state = platform_state(robot, mean);
   if (!state.valid) return {};
-  const CableVector tension_N =
-      structure_matrix(state).completeOrthogonalDecomposition().solve(gravity_wrench(robot, state));
-  const Modes modes = free_motion_modes(robot, state, tension_N);
+  const Modes modes = modes_at(robot, mean);
   const ModeVector& model_hz = modes.natural_frequency_hz;
-  const double lasts_s = still.back().time_s - still.front().time_s;
+  const double lasts_s = cdprcal::lasts_s(stretch, path);
   if (model_hz.size() == 0 || !(model_hz.minCoeff() * lasts_s > kFewestPeriods)) return {};
 
   // In coordinates of the modes, in which all have the same mass.

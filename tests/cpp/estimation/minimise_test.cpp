@@ -246,6 +246,23 @@ TEST(Minimiser, HoldsTheInitialPoseWhereAsked) {
   EXPECT_LT(assembly.cost(), held);
 }
 
+TEST(Minimiser, MotionWithoutABalanceIsGeometryAlone) {
+  // Of all that moves the cables were slack: no balance is left that its motion could weigh.
+  Scenario s = scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.3, 4);
+  for (Measurement* m : {&s.problem.measurements[2], &s.problem.measurements[5]}) {
+    m->balance_counts = false;
+  }
+  const CalibrationResult still = solve(s.problem, s.truth);
+  for (Measurement* m : {&s.problem.measurements[2], &s.problem.measurements[5]}) {
+    m->twist << 0.1, 0.0, -0.2, 0.0, 0.3, 0.0;
+    m->acceleration << 0.0, 0.5, 0.0, 0.1, 0.0, 0.0;
+  }
+  const CalibrationResult moving = solve(s.problem, s.truth);
+  ASSERT_EQ(moving.status, CalibrationStatus::converged) << moving.reason;
+  EXPECT_NEAR(moving.cost, still.cost, 1e-9 * still.cost);
+  EXPECT_LT(minus(moving.poses[0], still.poses[0]).norm(), 1e-9);
+}
+
 TEST(Minimiser, AStateOutsideTheGeometryIsNotUsable) {
   Scenario s = scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 4);
   std::vector<Pose> guess = s.truth;
