@@ -1,16 +1,21 @@
-"""What test_winch_ethercat.py runs in a network of its own: prints one JSON document.
+"""What test_winch_ethercat.py and hazards.py run in a network of their own: prints a JSON document.
 
-unshare -rn python tests/python/ethercat_run.py start-up|dry|hang|drive|cable|emergency
+unshare -rn python tests/python/ethercat_run.py start-up|dry|hang|drive|cable|emergency|SEED
+
+SEED: a hazard that is drawn by it, or two at once.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +24,7 @@ import pysoem
 
 import cdprcal
 from cdprcal.acquisition import acquire, start_up_plan
+from cdprcal.hardware import BackendError
 from cdprcal.hardware.drives.backend import FieldbusBackend
 from cdprcal.hardware.drives.ethercat_bus import EthercatFieldbus
 from cdprcal.hardware.drives.fieldbus import SimulatedClock
@@ -34,7 +40,8 @@ from cdprcal.testing.simulated_devices.ethercat_robot import (
     raw_socket,
 )
 from cdprcal.testing.simulated_devices.lockstep import LockstepAttitude
-from winch_bus import EXAMPLE, WithoutBus, small_plan
+from winch_bus import AT_ONCE, EXAMPLE, WithoutBus, small_plan
+from winch_hazards import MODES, SESSION
 
 NO_INPUTS = AcquisitionInputs("", "", {})
 OURS, THEIRS = "ec0", "ec1"
@@ -52,15 +59,58 @@ def make_cable() -> None:
         subprocess.run(command, check=True, capture_output=True)
 
 
-def ethercat_session(folder: str) -> Session:
-    text = EXAMPLE.read_text()
-    # Finer than the sensors, as winch_bus.fine_session.
-    text = text.replace("m: 1e7", "m: 1e8").replace("turn: 1048576", "turn: 1073741824")
+def comparable(text: str) -> str:
+    """Begins at once, its counts finer than the sensors: as winch_bus.fine_session."""
+    finer = {"m: 1e7": "m: 1e8", "turn: 1048576": "turn: 1073741824"}
+    for old, new in {**finer, **AT_ONCE}.items():
+        assert old in text
+        text = text.replace(old, new)
+    return text
+
+
+def ethercat_session(
+    folder: str, change: Callable[[str], str] = comparable, mode: str = "velocity"
+) -> Session:
+    text = change(EXAMPLE.read_text()).replace("mode: velocity", f"mode: {mode}")
     canopen = "bus: {type: canopen, interface: virtual, channel: irma4}"
     assert canopen in text
     text = text.replace(canopen, f"bus: {{type: ethercat, interface: {OURS}}}")
     text = text.replace("simulated: {}", "").replace("port: simulated", f"port: {folder}/mti")
     return parse_session(text, "session")
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Something that goes wrong over EtherCAT."""
+
+    name: str
+    cause: str  #: words that the reason must have
+    mode: str = "velocity"
+    told: Mapping[str, Any] | None = None  #: to the simulated robot, at a time from arming on
+    at_s: float = 0.0
+    wrong: Callable[[str], str] = lambda text: text  #: what the session says
+
+
+def drawn(seed: int) -> Drawn:
+    """A fault of a drive or of the cable, a mistake in the session, or both at once."""
+    random = np.random.default_rng([seed, 2])
+    mode = str(random.choice(MODES))
+    mistakes = [h for h in SESSION if mode in h.modes and h.fault is None]
+    mistake = mistakes[int(random.integers(len(mistakes)))]
+    node = int(random.integers(1, 5))
+    faults = (
+        (f"a drive fails, node {node}", {"fail": node - 1}, rf"node {node}\b"),
+        (f"an emergency of node {node}", {"emergency": node - 1}, rf"node {node}\b"),
+        ("the cable is cut", {"cut": True}, "does not answer"),
+    )
+    name, told, cause = faults[int(random.integers(len(faults)))]
+    at_s, which = float(random.uniform(0.5, 20.0)), random.random()
+    if which < 1.0 / 3.0:
+        return Drawn(mistake.name, mistake.cause, mode, wrong=mistake.wrong)
+    if which < 2.0 / 3.0:
+        return Drawn(name, cause, mode, told, at_s)
+    both = f"{mistake.name} + {name}"
+    return Drawn(both, f"{mistake.cause}|{cause}", mode, told, at_s, mistake.wrong)
 
 
 def simulator_options() -> cdprcal.SimulatorOptions:
@@ -93,13 +143,19 @@ class Robot:
         self._socket.settimeout(10.0)
         self.now_s = 0.0
         self.states: list[str] = []
+        self._most_N = 1.1 * session.limits.tension_N[1]
+        self.peak_N = self.over_s = self._seen_s = 0.0  # of the true tensions
 
     def tell(self, **told: Any) -> None:
         self._socket.send(control_frame({"now_s": self.now_s, **told}))
         while True:
             frame = self._socket.recv(2048)
             if frame[6] & 0x02:
-                self.states = json.loads(frame[14:].rstrip(b"\0"))["states"]
+                answer = json.loads(frame[14:].rstrip(b"\0"))
+                self.states = answer["states"]
+                self.peak_N = max(self.peak_N, answer["tension_N"])
+                self.over_s += (self.now_s - self._seen_s) * (answer["tension_N"] > self._most_N)
+                self._seen_s = self.now_s
                 return
 
     def advance(self, now_s: float) -> None:
@@ -130,18 +186,14 @@ def main(what: str) -> dict[str, Any]:
     robot = cdprcal.load_robot("irma4")
     plan = small_plan(robot)
     with tempfile.TemporaryDirectory() as folder:
+        if what.isdigit():
+            return hazard(robot, plan, drawn(int(what)), Path(folder))
         session = ethercat_session(folder)
         assert session.ahrs is not None
         beside = Robot(session, robot, plan)
         try:
             clock = SimulatedClock()
-            clock.advance.append(beside.advance)
-            bus = InStep(session, answer_s=2.0)
-            bus.robot = beside
-            attitude = LockstepAttitude(
-                XsensMti(open_port(session.ahrs), session.ahrs), session.period_s, 2.0
-            )
-            backend = FieldbusBackend(session, robot, bus, attitude, clock, armed=what != "dry")
+            backend = connected(session, robot, beside, clock, armed=what != "dry")
             document: dict[str, Any] = {"drives": backend.settings["drives"]}
             if what == "dry":
                 tensions = [backend.read().tension_N.tolist() for _ in range(20)]
@@ -156,6 +208,60 @@ def main(what: str) -> dict[str, Any]:
         finally:
             beside.close()
     return document
+
+
+def connected(
+    session: Session, robot: cdprcal.Robot, beside: Robot, clock: SimulatedClock, *, armed: bool
+) -> FieldbusBackend:
+    assert session.ahrs is not None
+    clock.advance.append(beside.advance)
+    bus = InStep(session, answer_s=2.0)
+    bus.robot = beside
+    attitude = LockstepAttitude(
+        XsensMti(open_port(session.ahrs), session.ahrs), session.period_s, 2.0
+    )
+    return FieldbusBackend(session, robot, bus, attitude, clock, armed=armed)
+
+
+def hazard(robot: cdprcal.Robot, plan: cdprcal.Plan, drawn: Drawn, folder: Path) -> dict[str, Any]:
+    """How a start-up ends under what was drawn."""
+    wired = ethercat_session(str(folder), lambda text: text, drawn.mode)
+    session = ethercat_session(str(folder), drawn.wrong, drawn.mode)
+    beside = Robot(wired, robot, plan)
+    document: dict[str, Any] = {"name": drawn.name, "mode": drawn.mode, "state": "refused"}
+    log = folder / "run.csv"
+    told = dict(drawn.told or {})
+    off: list[float] = []
+    began: list[float] = []
+    clock = SimulatedClock()
+
+    def look(now_s: float) -> None:
+        if began and not off and ENABLED not in beside.states:
+            off.append(now_s - began[0])
+
+    try:
+        backend = connected(session, robot, beside, clock, armed=True)
+        clock.advance.append(look)
+        armed_s = clock.now_s()
+
+        def watch(command: Any, sample: cdprcal.RobotSample, logged: bool) -> None:
+            if told and not began and clock.now_s() >= armed_s + drawn.at_s:
+                began.append(clock.now_s())
+                if "cut" in told:
+                    backend._bus._answer_us = 2000  # type: ignore[attr-defined]  # none ever comes
+                beside.tell(**told)
+
+        startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
+        run = acquire(startup, backend, open_live_log(log, 4, NO_INPUTS, 10.0), watch=watch)
+        document |= {"state": run.state.name, "reason": run.reason}
+        document["whole"] = not load_log(log).findings
+    except (BackendError, cdprcal.InputError) as error:
+        document["reason"] = str(error)
+    finally:
+        beside.close()
+    named = bool(re.search(drawn.cause, document["reason"]))
+    document |= {"named": named, "off_after_s": off}
+    return document | {"peak_N": beside.peak_N, "over_s": beside.over_s}
 
 
 def hang(

@@ -163,7 +163,9 @@ def test_an_interface_that_is_not_there(session: Session) -> None:
         EthercatFieldbus(session)
 
 
-@pytest.mark.skipif(find_spec("pysoem") is not None, reason="pysoem is installed")
-def test_without_its_extra_it_says_what_to_install(session: Session) -> None:
+def test_without_its_extra_it_says_what_to_install(
+    session: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pysoem", None)  # as if it could not be imported
     with pytest.raises(cdprcal.InputError, match=r"pip install 'cdprcal\[ethercat\]'"):
         EthercatFieldbus(session)

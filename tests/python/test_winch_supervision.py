@@ -888,10 +888,18 @@ def test_one_cable_with_another_scale_or_sign_is_named(at: int, factor: float) -
         assert "check sign, counts_per_m, counts_per_N" in wrong[1]
 
 
-def test_swapped_load_cells_name_one_of_both() -> None:
-    wrong = responses(symmetric()[[0, 2, 1, 3]]).wrong()
+# Two that pull alike answer alike: exchanged, they do not show.
+@pytest.mark.parametrize("pair", [(0, 1), (0, 3), (1, 2), (2, 3)])
+def test_swapped_load_cells_are_named(pair: tuple[int, int]) -> None:
+    order = np.arange(4)
+    order[list(pair)] = pair[::-1]
+    wrong = responses(symmetric()[order]).wrong()
     assert wrong is not None
-    assert wrong[0] in (1, 2)
+    assert wrong[0] == pair[0]
+    assert f"as with the load cells of cables {pair[0] + 1} and {pair[1] + 1}" in wrong[1]
+    assert wrong[1].endswith(
+        "check sign, counts_per_m, counts_per_N, and that the load cell is on this cable"
+    )
 
 
 def test_friction_of_drums_and_pulleys_is_none() -> None:

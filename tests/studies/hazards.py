@@ -3,6 +3,7 @@
     python tests/studies/hazards.py                       # all, in both modes
     python tests/studies/hazards.py --runs 1000 --seed 1  # drawn, a third of them two at once
     python tests/studies/hazards.py --runs 1000 --seed 1 --effects 2  # of robots that hide effects
+    python tests/studies/hazards.py --runs 300 --seed 1 --ethercat 4  # four at a time over EtherCAT
 
 Prints a table on stdout; exit code 1 when one does not end as it must: stopped or refused, its
 cause named (of drawn ones: in 95 %), no true tension above the limit + 10 % for more than 50 ms,
@@ -12,13 +13,17 @@ every log whole.
 from __future__ import annotations
 
 import argparse
+import json
 import re
+import subprocess
 import sys
 import tempfile
 import time
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
 
@@ -166,6 +171,51 @@ def many(runs: int, seed: int, seconds: float, effects: int) -> bool:
     return not (found["not stopped"] or found["overload"] or found["log not whole"] or unnamed)
 
 
+def over_ethercat(runs: int, seed: int, at_once: int) -> bool:
+    """So many drawn runs, each in a network of its own; counts on stdout."""
+    begun = time.monotonic()
+    found: Counter[str] = Counter()
+    peak_N = over_s = off_s = 0.0
+    with ThreadPoolExecutor(at_once) as pool:
+        ended = pool.map(_alone, range(1_000_000 * seed, 1_000_000 * seed + runs))
+        for number, document in enumerate(ended):
+            wrong = []
+            if document["state"] not in ("holding", "refused"):
+                wrong.append("not stopped")
+            elif not document["named"]:
+                wrong.append("not named")
+            if document["over_s"] > LONGEST_OVER_S:
+                wrong.append("overload")
+            if not document.get("whole", True):
+                wrong.append("log not whole")
+            found.update(["runs", *wrong])
+            found["two at once"] += " + " in document["name"]
+            peak_N = max(peak_N, document["peak_N"])
+            over_s = max(over_s, document["over_s"])
+            off_s = max([off_s, *document["off_after_s"]])
+            if wrong:
+                said = f"{', '.join(wrong)}: {document['reason']}"
+                print(f"{number}: {document['name']}, {document['mode']}: {said}", flush=True)
+    print(
+        f"EtherCAT: {dict(found)}; peak {peak_N:.0f} N, longest beyond the limit + 10 % "
+        f"{1e3 * over_s:.0f} ms, last drive off {1e3 * off_s:.0f} ms after a fault; "
+        f"{time.monotonic() - begun:.0f} s"
+    )
+    unnamed = found["not named"] > 0.05 * found["runs"]
+    return not (found["not stopped"] or found["overload"] or found["log not whole"] or unnamed)
+
+
+def _alone(seed: int) -> dict[str, Any]:
+    """One run over EtherCAT. Raises RuntimeError where this machine cannot."""
+    script = Path(__file__).resolve().parents[1] / "python" / "ethercat_run.py"
+    command = ["unshare", "--map-root-user", "--net", sys.executable, str(script), str(seed)]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    if ran.returncode:
+        raise RuntimeError(f"seed {seed}: {ran.stderr[-2000:]}")
+    document: dict[str, Any] = json.loads(ran.stdout)
+    return document
+
+
 def _judged(drawn: Drawn, stopped: Stopped, whole: bool) -> list[str]:
     """What did not go as it must."""
     wrong = []
@@ -185,9 +235,18 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("--runs", type=int, default=0, help="drawn ones; 0: the table of all")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument(
+        "--ethercat",
+        type=int,
+        default=0,
+        metavar="N",
+        help="over EtherCAT, N at a time: needs pysoem, and the right to make a network namespace",
+    )
     parser.add_argument("--effects", type=int, default=0, help="hidden in each robot drawn")
     parser.add_argument("--seconds", type=float, default=float("inf"), help="begin no run later")
     chosen = parser.parse_args()
+    if chosen.ethercat:
+        return 0 if over_ethercat(chosen.runs, chosen.seed, chosen.ethercat) else 1
     if chosen.runs:
         return 0 if many(chosen.runs, chosen.seed, chosen.seconds, chosen.effects) else 1
     robot = cdprcal.load_robot("irma4")

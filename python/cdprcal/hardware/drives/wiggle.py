@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,18 +48,43 @@ class Responses:
 
     def wrong(self) -> tuple[int, str] | None:
         """(cable from 0, what is wrong with it); None: nothing shows."""
-        count = len(self._efficiency)
-        pairs = [
-            (j, k) for j in range(count) for k in range(j) if self._apart(j, k) or self._apart(k, j)
-        ]
+        cables = range(len(self._efficiency))
+        pairs = self._pairs_apart()
         if not pairs:
             return None
-        # Whoever is wrong is so with all others.
-        at = max(range(count), key=lambda c: (sum(c in pair for pair in pairs), self._odd(c)))
+        # Whoever is wrong is so with all others; where two are exchanged, all are with these two.
+        counts = [sum(c in pair for pair in pairs) for c in cables]
+        at = max(cables, key=lambda c: (counts[c], self._odd(c)))
+        as_if = ""
+        if counts.count(max(counts)) > 1 and (swapped := self._swapped()):
+            at = swapped[0][0]
+            named = " or ".join(f"{one + 1} and {other + 1}" for one, other in swapped)
+            as_if = f", as with the load cells of cables {named} swapped"
         return at, (
             "its tension and length answer the other cables' otherwise than theirs answer it"
-            "; check sign, counts_per_m, counts_per_N, and that the load cell is on this cable"
+            f"{as_if}; check sign, counts_per_m, counts_per_N, and that the load cell is on this "
+            "cable"
         )
+
+    def _pairs_apart(self) -> list[tuple[int, int]]:
+        cables = range(len(self._efficiency))
+        return [(j, k) for j in cables for k in range(j) if self._apart(j, k) or self._apart(k, j)]
+
+    def _swapped(self) -> list[tuple[int, int]]:
+        """Cables by twos whose load cells, exchanged, leave nothing that shows, best first.
+
+        A cable that is paid out carries less then, too.
+        """
+        left: dict[tuple[int, int], float] = {}
+        for pair in combinations(range(len(self._efficiency)), 2):
+            exchanged = Responses(self._efficiency)
+            order = np.arange(len(self._efficiency))
+            order[list(pair)] = pair[::-1]
+            slope = exchanged._slope_N_m = self._slope_N_m[order]
+            exchanged._sigma_N_m = self._sigma_N_m[order]
+            if not exchanged._pairs_apart() and np.diag(slope).max() < 0.0:
+                left[pair] = float(np.abs(slope - slope.T).sum())
+        return sorted(left, key=left.__getitem__)
 
     def _apart(self, j: int, k: int) -> bool:
         """Whether no friction makes the response of j to k that of k to j."""

@@ -2,7 +2,7 @@
 
 It runs in a process of its own: pysoem holds Python's lock while it waits for slaves. Its clock is
 the master's, told by frames of an EtherType for local experiments; each is answered by what the
-drives are.
+drives are, and by the largest true tension.
 """
 
 from __future__ import annotations
@@ -99,7 +99,9 @@ class SimulatedRobotOnEthercat:
         for slave in self._slaves:
             slave.advance(self._now_s)
         states = [slave.drive.state.value for slave in self._slaves]
-        self._socket.send(control_frame({"states": states}, processed=True))
+        tension_N = round(float(self._platform.truth().tension_N.max()), 3)
+        answer = {"states": states, "tension_N": tension_N}
+        self._socket.send(control_frame(answer, processed=True))
 
 
 def raw_socket(interface: str, kind: int = _CONTROL) -> socket.socket:
