@@ -885,7 +885,7 @@ def test_one_cable_with_another_scale_or_sign_is_named(at: int, factor: float) -
         wrong = responses(slope).wrong()
         assert wrong is not None
         assert wrong[0] == at
-        assert "check sign, counts_per_m, counts_per_N" in wrong[1]
+        assert "answer it; check sign, counts_per_m, counts_per_N" in wrong[1]
 
 
 # Two that pull alike answer alike: exchanged, they do not show.
@@ -896,7 +896,7 @@ def test_swapped_load_cells_are_named(pair: tuple[int, int]) -> None:
     wrong = responses(symmetric()[order]).wrong()
     assert wrong is not None
     assert wrong[0] == pair[0]
-    assert f"as with the load cells of cables {pair[0] + 1} and {pair[1] + 1}" in wrong[1]
+    assert f"as with the load cells of cables {pair[0] + 1} and {pair[1] + 1} swapped;" in wrong[1]
     assert wrong[1].endswith(
         "check sign, counts_per_m, counts_per_N, and that the load cell is on this cable"
     )

@@ -20,6 +20,7 @@ CLASSES: dict[str, tuple[str, ...]] = {
     "swivel encoder": ("swivel_hysteresis", "swivel_scale"),
     "geometry": (
         "pulley_radius",
+        "pulley_diameter",
         "frame_anchors",
         "frame_scale",
         "frame_shear",
