@@ -100,6 +100,9 @@ struct MovingRun {
   PathState directions;
   ActiveEffects effects;  ///< that the robot file lists
   bool by_stretch;        ///< moments are means of stretches, or the middles of parabolas
+  /// In any round so far, of whatever start: what one sees better than others. To leave more out
+  /// harms little; said is what the last round sees.
+  std::vector<Push>& pushed;
 };
 
 /// The effects of a problem in motion.
@@ -295,6 +298,7 @@ InMotion with_motion(const Calibration& start, const MovingRun& moving, const Be
   out.calibration = start;
   out.in_motion = true;
   out.pushes = pushes(start, moving.corrected, path);
+  add(out.pushes, moving.pushed);
   out.beside = beside;
   CalibrationProblem& problem = out.calibration.problem;
   problem.measurements.clear();
@@ -307,7 +311,8 @@ InMotion with_motion(const Calibration& start, const MovingRun& moving, const Be
     guess.push_back(start.result.poses[i]);
   }
   out.calibration.static_poses = static_cast<int>(problem.measurements.size());
-  const std::size_t moments = add_moments(start, moving, beside, path, out.pushes, problem, guess);
+  const std::size_t moments =
+      add_moments(start, moving, beside, path, moving.pushed, problem, guess);
   out.calibration.kinematic_poses = static_cast<int>(moments);
   problem.noise.reset();
   const Signal& tension = start.signals[static_cast<std::size_t>(Channel::balance)];
@@ -416,8 +421,9 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   // A motion too rough for stretches (cables that snatch, an attitude that comes late) may still
   // balance from moment to moment, with accelerations that are known for no more than they are.
   std::optional<InMotion> found;
-  MovingRun moving{options, run, path_state(robot, run.log), resolve_effects(robot, log.source),
-                   true};
+  std::vector<Push> pushed;
+  MovingRun moving{options, run,   path_state(robot, run.log), resolve_effects(robot, log.source),
+                   true,    pushed};
   for (const bool by_stretch : {true, false}) {
     moving.by_stretch = by_stretch;
     found = rests_and_motion(plain, log, moving);

@@ -107,6 +107,23 @@ std::vector<Push> pushes(const Calibration& calibration, const CorrectedRun& run
   return out;
 }
 
+void add(const std::vector<Push>& more, std::vector<Push>& pushes) {
+  pushes.insert(pushes.end(), more.begin(), more.end());
+  std::ranges::sort(pushes, {}, &Push::begin_s);
+  std::vector<Push> out;
+  for (const Push& next : pushes) {
+    if (out.empty() || next.begin_s > out.back().end_s) {
+      out.push_back(next);
+      continue;
+    }
+    Push& last = out.back();
+    const bool larger = next.after_J - next.before_J > last.after_J - last.before_J;
+    const Push& shown = larger ? next : last;
+    last = {last.begin_s, std::max(last.end_s, next.end_s), shown.before_J, shown.after_J};
+  }
+  pushes = std::move(out);
+}
+
 bool is_pushed(const std::vector<Push>& pushes, double time_s, double around_s) {
   return std::ranges::any_of(pushes, [&](const Push& push) {
     return time_s >= push.begin_s - around_s && time_s <= push.end_s + around_s;

@@ -23,6 +23,10 @@ struct Push {
 std::vector<Push> pushes(const Calibration& calibration, const CorrectedRun& run,
                          std::span<const SmoothedSample> path);
 
+/// Adds pushes to those that are known; of those that touch one is made, the energies of the
+/// larger.
+void add(const std::vector<Push>& more, std::vector<Push>& pushes);
+
 /// Whether a time is within a push, or so near to one.
 bool is_pushed(const std::vector<Push>& pushes, double time_s, double around_s = 0.0);
 

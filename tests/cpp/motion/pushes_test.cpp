@@ -98,6 +98,15 @@ TEST(Pushes, WhatRestsIsNotLookedAt) {
   EXPECT_TRUE(run.found().empty());
 }
 
+TEST(Pushes, ThatTouchAreOne) {
+  std::vector<Push> known{{5.0, 6.0, 1.0, 2.0}, {10.0, 12.0, 0.0, 1.0}};
+  add({{5.5, 9.0, 1.0, 4.0}, {20.0, 21.0, 0.0, 1.0}, {11.0, 11.5, 0.0, 0.5}}, known);
+  ASSERT_EQ(known.size(), 3U);
+  EXPECT_EQ(in_words(known), "5.0 to 9.0 s, 10.0 to 12.0 s and 20.0 to 21.0 s");
+  EXPECT_EQ(known[0].after_J, 4.0);
+  EXPECT_EQ(known[1].after_J, 1.0);
+}
+
 TEST(Pushes, AreSaidInOneSentence) {
   const Push one{5.12, 8.9, 0.0, 1.0}, two{11.0, 12.5, 0.0, 1.0}, three{20.0, 21.0, 0.0, 1.0};
   EXPECT_EQ(in_words(std::vector<Push>{one}), "5.1 to 8.9 s");
