@@ -40,7 +40,7 @@ from cdprcal.testing.simulated_devices.ethercat_robot import (
     raw_socket,
 )
 from cdprcal.testing.simulated_devices.lockstep import LockstepAttitude
-from winch_bus import AT_ONCE, EXAMPLE, WithoutBus, small_plan
+from winch_bus import AT_ONCE, EXAMPLE, FINER, WithoutBus, small_plan
 from winch_hazards import MODES, SESSION
 
 NO_INPUTS = AcquisitionInputs("", "", {})
@@ -61,8 +61,7 @@ def make_cable() -> None:
 
 def comparable(text: str) -> str:
     """Begins at once, its counts finer than the sensors: as winch_bus.fine_session."""
-    finer = {"m: 1e7": "m: 1e8", "turn: 1048576": "turn: 1073741824"}
-    for old, new in {**finer, **AT_ONCE}.items():
+    for old, new in {**FINER, **AT_ONCE}.items():
         assert old in text
         text = text.replace(old, new)
     return text
@@ -223,6 +222,35 @@ def connected(
     return FieldbusBackend(session, robot, bus, attitude, clock, armed=armed)
 
 
+def struck(
+    backend: FieldbusBackend,
+    beside: Robot,
+    clock: SimulatedClock,
+    told: Mapping[str, Any],
+    due: Callable[[cdprcal.RobotSample], bool],
+    off_after_s: list[float],
+) -> Callable[[Any, cdprcal.RobotSample, bool], None]:
+    """What ``acquire`` shall call: tells the robot once, when due; nothing where nothing is told.
+
+    off_after_s: takes how long after that the last drive was off.
+    """
+    began: list[float] = []
+
+    def watch(command: Any, sample: cdprcal.RobotSample, logged: bool) -> None:
+        if told and not began and due(sample):
+            began.append(clock.now_s())
+            if "cut" in told:
+                backend._bus._answer_us = 2000  # type: ignore[attr-defined]  # none ever comes
+            beside.tell(**told)
+
+    def look(now_s: float) -> None:
+        if began and not off_after_s and ENABLED not in beside.states:
+            off_after_s.append(now_s - began[0])
+
+    clock.advance.append(look)
+    return watch
+
+
 def hazard(robot: cdprcal.Robot, plan: cdprcal.Plan, drawn: Drawn, folder: Path) -> dict[str, Any]:
     """How a start-up ends under what was drawn."""
     wired = ethercat_session(str(folder), lambda text: text, drawn.mode)
@@ -230,27 +258,14 @@ def hazard(robot: cdprcal.Robot, plan: cdprcal.Plan, drawn: Drawn, folder: Path)
     beside = Robot(wired, robot, plan)
     document: dict[str, Any] = {"name": drawn.name, "mode": drawn.mode, "state": "refused"}
     log = folder / "run.csv"
-    told = dict(drawn.told or {})
     off: list[float] = []
-    began: list[float] = []
     clock = SimulatedClock()
-
-    def look(now_s: float) -> None:
-        if began and not off and ENABLED not in beside.states:
-            off.append(now_s - began[0])
-
     try:
         backend = connected(session, robot, beside, clock, armed=True)
-        clock.advance.append(look)
-        armed_s = clock.now_s()
-
-        def watch(command: Any, sample: cdprcal.RobotSample, logged: bool) -> None:
-            if told and not began and clock.now_s() >= armed_s + drawn.at_s:
-                began.append(clock.now_s())
-                if "cut" in told:
-                    backend._bus._answer_us = 2000  # type: ignore[attr-defined]  # none ever comes
-                beside.tell(**told)
-
+        at_s = clock.now_s() + drawn.at_s
+        watch = struck(
+            backend, beside, clock, drawn.told or {}, lambda _: clock.now_s() >= at_s, off
+        )
         startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
         run = acquire(startup, backend, open_live_log(log, 4, NO_INPUTS, 10.0), watch=watch)
         document |= {"state": run.state.name, "reason": run.reason}
@@ -300,21 +315,10 @@ def start_up(
         "cable": {"cut": True},
         "emergency": {"emergency": 1},
     }
-    began: list[float] = []
     off: list[float] = []
-
-    def watch(command: Any, sample: cdprcal.RobotSample, logged: bool) -> None:
-        if what != "start-up" and sample.time_s >= FAULT_S and not began:
-            began.append(clock.now_s())
-            if what == "cable":
-                backend._bus._answer_us = 2000  # type: ignore[attr-defined]  # none ever comes
-            beside.tell(**told[what])
-
-    def look(now_s: float) -> None:
-        if began and not off and ENABLED not in beside.states:
-            off.append(now_s - began[0])
-
-    clock.advance.append(look)
+    watch = struck(
+        backend, beside, clock, told.get(what, {}), lambda sample: sample.time_s >= FAULT_S, off
+    )
     wired, direct = folder / "wired.csv", folder / "direct.csv"
     startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
     run = acquire(startup, backend, open_live_log(wired, 4, NO_INPUTS, 10.0), watch=watch)

@@ -43,6 +43,8 @@ def example_session(**changes: str) -> Session:
 
 #: For runs in which something happens at a time: they begin at once.
 AT_ONCE = {"brakes: true": "brakes: true, wiggle_m: 0"}
+#: Counts much finer than the sensors.
+FINER = {"m: 1e7": "m: 1e8", "turn: 1048576": "turn: 1073741824"}
 
 
 def torque_session(**changes: str) -> Session:
@@ -56,8 +58,7 @@ def fine_session() -> Session:
     Rest is judged by thresholds. A reading that is off by its last digit may shift a rest by a
     tenth of a second, and with it all the noise that follows.
     """
-    finer = {"m: 1e7": "m: 1e8", "turn: 1048576": "turn: 1073741824"}
-    return example_session(**finer, **AT_ONCE)
+    return example_session(**FINER, **AT_ONCE)
 
 
 class WithoutBus(SimulatedBackend):

@@ -167,8 +167,7 @@ def many(runs: int, seed: int, seconds: float, effects: int) -> bool:
         f"{dict(found)}; peak {peak_N:.0f} N, longest beyond the limit + 10 % {1e3 * over_s:.0f} "
         f"ms; {time.monotonic() - begun:.0f} s"
     )
-    unnamed = found["not named"] > 0.05 * found["runs"]
-    return not (found["not stopped"] or found["overload"] or found["log not whole"] or unnamed)
+    return _as_they_must(found)
 
 
 def over_ethercat(runs: int, seed: int, at_once: int) -> bool:
@@ -201,6 +200,10 @@ def over_ethercat(runs: int, seed: int, at_once: int) -> bool:
         f"{1e3 * over_s:.0f} ms, last drive off {1e3 * off_s:.0f} ms after a fault; "
         f"{time.monotonic() - begun:.0f} s"
     )
+    return _as_they_must(found)
+
+
+def _as_they_must(found: Counter[str]) -> bool:
     unnamed = found["not named"] > 0.05 * found["runs"]
     return not (found["not stopped"] or found["overload"] or found["log not whole"] or unnamed)
 
