@@ -43,6 +43,7 @@ class Slave:
         self.written: list[tuple[int, int, bytes]] = []
         self.fails: Exception | None = None
         self.watchdog_ms: float | None = None
+        self.lost = 0  # how many frames of its watchdog get lost
         self.sync: tuple[bool, int] | None = None
         self.on_emergency: list[Callable[[Any], None]] = []
 
@@ -63,6 +64,9 @@ class Slave:
         if self.fails:
             raise self.fails
         assert kind == "processdata"
+        if self.lost:
+            self.lost -= 1
+            raise WkcError
         self.watchdog_ms = value_ms
 
     def dc_sync(self, on: bool, period_ns: int) -> None:
@@ -134,6 +138,7 @@ def soem(monkeypatch: pytest.MonkeyPatch) -> Any:
     made = SimpleNamespace(
         Master=Master,
         SdoError=SdoError,
+        WkcError=WkcError,
         PREOP_STATE=PREOP,
         SAFEOP_STATE=SAFEOP,
         OP_STATE=OP,
@@ -278,6 +283,20 @@ def test_a_watchdog_that_is_refused(bus: EthercatFieldbus, session: Session) -> 
     master.slaves[3].fails = SdoError(0x06010002, "read only")
     with pytest.raises(BackendError, match=r"node 4 .*process-data watchdog refused: read only"):
         bus.watch_us(on=True)
+
+
+@pytest.mark.parametrize("lost", [1, 3])
+def test_a_lost_frame_does_not_end_the_setting_of_a_watchdog(
+    lost: int, bus: EthercatFieldbus, session: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    slave = configured(bus, session).slaves[2]
+    slave.lost = lost
+    bus.watch_us(on=True)
+    assert (slave.watchdog_ms, slave.lost) == (20.0, 0)
+    monkeypatch.setattr(ethercat_bus, "_STATE_TIMEOUT_US", 10_000)
+    slave.lost = 1 << 60  # it has gone
+    with pytest.raises(BackendError, match=r"node 3 .*process-data watchdog: no answer"):
+        bus.watch_us(on=False)
 
 
 def test_a_cable_that_is_pulled(bus: EthercatFieldbus, session: Session) -> None:

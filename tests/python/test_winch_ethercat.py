@@ -57,6 +57,7 @@ def run(network: list[str], what: str) -> dict[str, Any]:
     return document
 
 
+@pytest.mark.alone
 def test_the_start_up_over_ethercat_is_that_of_the_simulator(network: list[str]) -> None:
     document = run(network, "start-up")
     assert document["state"] == "done", document["reason"]
@@ -71,12 +72,14 @@ def test_the_start_up_over_ethercat_is_that_of_the_simulator(network: list[str])
     assert apart["roll_pitch_yaw_rad"] < 6e-6
 
 
+@pytest.mark.alone
 def test_a_dry_run_stays_safe_operational(network: list[str]) -> None:
     document = run(network, "dry")
     assert document["states"] == ["switch on disabled"] * 4
     assert document["alive"]
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize(
     ("what", "reason"),
     [
@@ -94,6 +97,7 @@ def test_faults_stop_the_drives_within_two_cycles(
     assert "operation enabled" not in document["states"]
 
 
+@pytest.mark.alone
 def test_an_emergency_message_stops_the_drives(network: list[str]) -> None:
     """It lies in a slave's mailbox, which is looked into once in as many cycles as there are."""
     document = run(network, "emergency")
@@ -102,6 +106,7 @@ def test_an_emergency_message_stops_the_drives(network: list[str]) -> None:
     assert document["off_after_s"][0] <= (4 + 2) * 0.01 + 1e-4
 
 
+@pytest.mark.alone
 def test_a_program_that_hangs_is_missed_by_the_slaves(network: list[str]) -> None:
     """Their process-data watchdog."""
     document = run(network, "hang")

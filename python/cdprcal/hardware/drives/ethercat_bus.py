@@ -8,6 +8,7 @@ silent.
 from __future__ import annotations
 
 import contextlib
+import time
 from collections.abc import Sequence
 from typing import Any
 
@@ -195,7 +196,7 @@ class EthercatFieldbus:
             if not layout.outputs:
                 continue
             try:
-                self._slave(node).set_watchdog("processdata", watch_ms)
+                self._watch_process_data(node, watch_ms)
             except Exception as error:
                 raise self._error(node, "process-data watchdog", error) from None
         if on and self._outputs and not self._commanded:
@@ -203,6 +204,17 @@ class EthercatFieldbus:
             self._enter(self._soem.OP_STATE, "OPERATIONAL")
             self._commanded = True
         return []  # what is watched is the commands themselves
+
+    def _watch_process_data(self, node: int, watch_ms: float) -> None:
+        # The library gives these registers 4 ms, and no setting for more: a frame may get lost.
+        until_s = time.monotonic() + 1e-6 * _STATE_TIMEOUT_US
+        while True:
+            try:
+                self._slave(node).set_watchdog("processdata", watch_ms)
+                return
+            except self._soem.WkcError:
+                if time.monotonic() > until_s:
+                    raise
 
     # --- cycle -----------------------------------------------------------------------------------
 
