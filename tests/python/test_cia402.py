@@ -33,6 +33,99 @@ WORDS = {
 }
 
 
+#: Object dictionary and values of IEC 61800-7-201 (CiA 402-2) and CiA 301, written off once more.
+STANDARD = {
+    "CONTROLWORD": (0x6040, 0),
+    "STATUSWORD": (0x6041, 0),
+    "ERROR_CODE": (0x603F, 0),
+    "ERROR_HISTORY": 0x1003,
+    "ABORT_CONNECTION_OPTION": (0x6007, 0),
+    "QUICK_STOP_OPTION": (0x605A, 0),
+    "MODE": (0x6060, 0),
+    "MODE_DISPLAY": (0x6061, 0),
+    "POSITION": (0x6064, 0),
+    "TARGET_TORQUE": (0x6071, 0),
+    "MAX_TORQUE": (0x6072, 0),
+    "RATED_TORQUE": (0x6076, 0),
+    "TORQUE": (0x6077, 0),
+    "POSITION_LEAST": (0x607D, 1),
+    "POSITION_MOST": (0x607D, 2),
+    "MAX_MOTOR_SPEED": (0x6080, 0),
+    "QUICK_STOP_DECELERATION": (0x6085, 0),
+    "TARGET_VELOCITY": (0x60FF, 0),
+    "INTERPOLATION_PERIOD": (0x60C2, 1),
+    "INTERPOLATION_EXPONENT": (0x60C2, 2),
+    "CSV": 9,
+    "CST": 10,
+    "QUICK_STOP_THEN_OFF": 2,
+    "QUICK_STOP_AND_STAY": 6,
+    "ABORT_CONNECTION_QUICK_STOP": 3,
+    "DISABLE_VOLTAGE": 0b0000,
+    "QUICK_STOP": 0b0010,
+    "SHUTDOWN": 0b0110,
+    "SWITCH_ON": 0b0111,
+    "ENABLE_OPERATION": 0b1111,
+    "FAULT_RESET": 0b1000_0000,
+}
+
+
+def test_objects_and_values_are_those_of_the_standard() -> None:
+    """The simulated drives know them by the same names: a wrong one would be so on both sides."""
+    named = {name: value for name, value in vars(cia402).items() if name.isupper()}
+    assert {name: value for name, value in named.items() if not name.startswith("_")} == STANDARD
+
+
+def test_which_states_carry_torque() -> None:
+    powered = {state for state in State if state.powered}
+    assert powered == {State.enabled, State.quick_stop, State.fault_reaction}
+
+
+#: The word for each goal, from each state: transitions 2 to 4, 7 to 12 of the standard.
+SENT = {
+    Goal.off: dict.fromkeys(State, 0),
+    Goal.quick_stop: dict.fromkeys(State, 2),
+    Goal.switched_on: dict.fromkeys(State, 0)
+    | {State.switch_on_disabled: 0b0110, State.ready: 0b0111}
+    | {State.switched_on: 0b0111, State.enabled: 0b0111},
+    Goal.enabled: dict.fromkeys(State, 0)
+    | {State.switch_on_disabled: 0b0110, State.ready: 0b0111}
+    | {State.switched_on: 0b1111, State.enabled: 0b1111},
+}
+
+
+@pytest.mark.parametrize("goal", list(Goal))
+@pytest.mark.parametrize("state", list(State))
+def test_which_word_is_sent(goal: Goal, state: State) -> None:
+    assert cia402.controlword(goal, state) == SENT[goal][state]
+
+
+@pytest.mark.parametrize("stays", [False, True])
+@pytest.mark.parametrize("state", [s for s in State if s is not State.fault])
+@pytest.mark.parametrize("word", range(16))
+def test_what_a_drive_makes_of_a_word(word: int, state: State, stays: bool) -> None:
+    """Table 28 of the standard: bits that do not matter there are set and clear here."""
+    made = cia402.next_state(state, word, 0, stays=stays)
+    assert made is expected(word, state, stays)
+
+
+def expected(word: int, state: State, stays: bool) -> State:
+    if state in (State.not_ready, State.fault_reaction):
+        return state  # it leaves these by itself
+    if not word & 0b0010:
+        return State.switch_on_disabled
+    if not word & 0b0100:
+        powered = state in (State.enabled, State.quick_stop)
+        return State.quick_stop if powered else State.switch_on_disabled
+    if state is State.quick_stop:
+        return State.enabled if stays and word == 0b1111 else state
+    if not word & 0b0001:
+        return State.ready
+    if word == 0b0111:
+        return state if state is State.switch_on_disabled else State.switched_on
+    further = {State.ready: State.switched_on, State.switched_on: State.enabled}
+    return further.get(state, state)
+
+
 @pytest.mark.parametrize("word", WORDS)
 def test_states_by_statusword(word: int) -> None:
     assert cia402.state_of(word) is WORDS[word]

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import cdprcal
+from cdprcal import _core
 from cdprcal.acquisition import Estimate, PoseGuard
 from cdprcal.acquisition.remedies import remedy_for
 from cdprcal.hardware.simulated import SimulatedBackend
@@ -167,7 +171,9 @@ def tracked(
     return guard, plan.start_pose
 
 
-@pytest.mark.parametrize("first", [untouched, without_swivels, without_attitude])
+@pytest.mark.parametrize(
+    "first", [untouched, without_swivels, without_attitude, with_half_an_attitude]
+)
 @pytest.mark.parametrize(
     "then",
     [untouched, without_swivels, without_attitude, without_a_cable, with_half_an_attitude],
@@ -180,18 +186,18 @@ def test_it_follows_by_whatever_sensors_there_are(
     """Half a second of translation and rotation, exact readings: to a tenth of a millimetre."""
     plan = small_plan(robot)
     guard = PoseGuard(robot, plan, 1.0)
-    begin = readings(robot, plan.start_pose, 0.0)
+    pose = cdprcal.plus(plan.start_pose, np.array([0, 0, 0, 0, 0, 0.3]))
+    begin = readings(robot, pose, 0.0)
     first(begin)
     guard.look(begin)
-    guard.learn(known(plan.start_pose, 1e-12 * np.eye(6)))
-    pose = plan.start_pose
+    guard.learn(known(pose, 1e-12 * np.eye(6)))
     for k in range(1, 26):
         pose = cdprcal.plus(pose, np.array([0.004, -0.003, 0.002, 0.004, -0.003, 0.006]))
         sample = readings(robot, pose, 0.02 * k)
         then(sample)
         assert guard.look(sample) == ""
     no_swivels = without_swivels in (first, then)
-    no_attitude = first is without_attitude or then in (without_attitude, with_half_an_attitude)
+    no_attitude = {first, then} & {without_attitude, with_half_an_attitude}
     if no_swivels and no_attitude:
         assert guard.position_m is None  # four lengths for six unknowns
     else:
@@ -199,10 +205,16 @@ def test_it_follows_by_whatever_sensors_there_are(
         np.testing.assert_allclose(guard.position_m, pose.position_m, atol=1e-4)
 
 
-def test_its_sigma_is_that_of_the_estimate_and_of_the_readings_since(robot: cdprcal.Robot) -> None:
+@pytest.mark.parametrize("unknown", [range(6), range(3), [3], [4], [5]])
+def test_its_sigma_is_that_of_the_estimate_and_of_the_readings_since(
+    unknown: Sequence[int], robot: cdprcal.Robot
+) -> None:
     """Error propagation written out: HᵀH δ = Hᵀ (H0 δ0 + ε), attitude absolute but for yaw, small
     angles."""
-    guard, begin = tracked(robot, deviation_m=0.003)
+    guard, begin = tracked(robot)
+    initial = np.zeros((6, 6))
+    initial[unknown, unknown] = 0.003**2
+    guard.learn(known(begin, initial))
     pose = cdprcal.plus(begin, np.array([0.02, 0.01, -0.02, 0.02, 0.03, 0.02]))
     guard.look(readings(robot, pose, 0.02))
     sigma = robot.sigma
@@ -222,8 +234,77 @@ def test_its_sigma_is_that_of_the_estimate_and_of_the_readings_since(robot: cdpr
     now, then = rows(pose, True), rows(begin, False)
     inverse = np.linalg.inv(now.T @ now)
     passed_on = inverse @ now.T @ then
-    covariance = 0.003**2 * passed_on @ passed_on.T + inverse
+    covariance = passed_on @ initial @ passed_on.T + inverse
     np.testing.assert_allclose(guard.sigma_m, np.sqrt(np.diag(covariance)[:3]), rtol=1e-3)
+
+
+# --- the corridor --------------------------------------------------------------------------------
+
+
+def ways(robot: cdprcal.Robot, plan: cdprcal.Plan) -> list[tuple[np.ndarray, cdprcal.Pose]]:
+    """Tensions between the stops of a plan, in eighths, and the pose that they hold."""
+    stops = [(plan.start_pose, plan.start_tension_N), *((s.pose, s.tension_N) for s in plan.poses)]
+    found = []
+    for (pose, from_N), (_, to_N) in itertools.pairwise(stops):
+        at = pose
+        for k in range(1, 8):
+            tension_N = (1.0 - k / 8.0) * from_N + k / 8.0 * to_N
+            held = cdprcal.direct_from_tensions(robot, tension_N, at).pose
+            assert held is not None
+            at = held
+            found.append((tension_N, held))
+    return found
+
+
+def test_the_corridor_spans_what_is_passed_on_the_way(
+    robot: cdprcal.Robot, low_plan: cdprcal.Plan
+) -> None:
+    guard = PoseGuard(robot, low_plan, 0.1)
+    stops_m = np.array(
+        [low_plan.start_pose.position_m, *(s.pose.position_m for s in low_plan.poses)]
+    )
+    all_m = np.vstack([stops_m, *(pose.position_m for _, pose in ways(robot, low_plan))])
+    np.testing.assert_allclose(guard.lower_m, all_m.min(axis=0), atol=1e-6)
+    np.testing.assert_allclose(guard.upper_m, all_m.max(axis=0), atol=1e-6)
+    assert (guard.lower_m < stops_m.min(axis=0) - 0.003).any()  # the stops alone would not do
+
+
+@pytest.mark.parametrize("fails", ["pose", "status"])
+def test_a_way_that_leads_nowhere_ends_there(
+    fails: str, robot: cdprcal.Robot, low_plan: cdprcal.Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every third pose on the way cannot be found: the rest of that way is not looked at."""
+    stops_m = [low_plan.start_pose.position_m, *(s.pose.position_m for s in low_plan.poses)]
+    seen_m = [pose.position_m for k, (_, pose) in enumerate(ways(robot, low_plan)) if k % 7 < 2]
+    real, calls = cdprcal.direct_from_tensions, itertools.count(1)
+
+    def sometimes(*arguments: Any) -> Any:
+        found = real(*arguments)
+        if next(calls) % 3:
+            return found
+        assert found.pose is not None
+        away = cdprcal.plus(found.pose, np.array([9.0, 9.0, -9.0, 0, 0, 0]))
+        lost = {"pose": (None, found.status), "status": (away, _core.EquilibriumStatus.not_found)}
+        return SimpleNamespace(**dict(zip(("pose", "status"), lost[fails], strict=True)))
+
+    monkeypatch.setattr(_core, "direct_from_tensions", sometimes)
+    guard = PoseGuard(robot, low_plan, 0.1)
+    all_m = np.array([*stops_m, *seen_m])
+    np.testing.assert_allclose(guard.lower_m, all_m.min(axis=0), atol=1e-6)
+    np.testing.assert_allclose(guard.upper_m, all_m.max(axis=0), atol=1e-6)
+
+
+def test_a_margin_may_be_as_wide_as_the_frame_and_no_wider(robot: cdprcal.Robot) -> None:
+    pulleys_m = np.array([cable.pulley.position_m for cable in robot.cables])
+    most_m = float(np.ptp(pulleys_m, axis=0).max())
+    plan = small_plan(robot)
+    for margin_m in (0.0, most_m):
+        PoseGuard(robot, plan, margin_m)
+    with pytest.raises(cdprcal.InputError, match="what the pulleys span"):
+        PoseGuard(robot, plan, most_m * (1.0 + 1e-9))
+
+
+# --- what it knows -------------------------------------------------------------------------------
 
 
 def test_it_looks_fifty_times_a_second_and_no_more(robot: cdprcal.Robot) -> None:
@@ -282,6 +363,12 @@ def test_what_is_no_estimate_changes_nothing(robot: cdprcal.Robot) -> None:
     guard.learn(known(plan.start_pose, 1e-12 * np.eye(6)))
     guard.look(readings(robot, plan.start_pose, 0.02))
     assert guard.position_m is not None
+    # And takes nothing away from what is known.
+    for pose, covariance in ((None, np.eye(6)), (plan.start_pose, None)):
+        guard.learn(known(pose, covariance))
+    guard.look(readings(robot, plan.start_pose, 0.04))
+    np.testing.assert_allclose(guard.position_m, plan.start_pose.position_m, atol=1e-6)
+    assert (guard.sigma_m < 0.1).all()
 
 
 def test_a_new_estimate_moves_the_platform_but_is_no_speed(robot: cdprcal.Robot) -> None:

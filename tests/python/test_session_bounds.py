@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 import re
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -84,6 +87,101 @@ def test_the_example_is_within_all_bounds(robot: cdprcal.Robot) -> None:
     check_session(example_session(), robot)
     fields = [bound.field for bound in bounds(example_session(), robot)]
     assert len(fields) == len(set(fields)) == 7 + 4 * 6
+
+
+#: Of the example: the value, the least and the most. The robot is 1.5714 m in size; a cable may run
+#: a quarter above its limit for a cycle of 10 ms, or creep for as long as that takes 10 ms.
+_SIZE_M = 1.5714055444
+OF_THE_EXAMPLE = {
+    "limits.tension_N[#1]": (10.0, 0.0, 20.0),
+    "limits.tension_N[#2]": (420.0, 400.0, 440.0),
+    "limits.velocity_m_s": (0.4, 0.0, 0.4 * _SIZE_M),
+    "limits.quick_stop_m_s2": (4.0, 0.0, 9.81),
+    "limits.travel_m": (2.0, 0.0, 4.0 * _SIZE_M),
+    "safety.late_s": (0.01, 0.0, 0.02),
+    "safety.heartbeat_s": (0.1, 0.01, math.inf),
+    "limits and safety: the time to stop": (0.375, 0.0, 0.5),
+    "winches[#1].counts_per_m": (1e7, 250.0, 2147483648.0 / 0.005),
+    "winches[#1]: limits.velocity_m_s in units of 0x60FF": (4e6, 100.0, 0x7FFFFFFF),
+    "winches[#1]: limits.quick_stop_m_s2 in units of 0x6085": (4e7, 10.0, 0xFFFFFFFF),
+    "winches[#1].load_cell at the lower tension limit and a tenth": (9e3, -5e4, 6e5),
+    "winches[#1].load_cell at the upper tension limit and a tenth": (4.62e5, -5e4, 6e5),
+    "winches[#1].torque at the upper tension limit": (875.0, 100.0, 0x7FFF),
+}
+
+
+def test_every_bound_of_the_example(robot: cdprcal.Robot) -> None:
+    found = bounds(changed("velocity_m_s: 0.4", "velocity_m_s: 0.4, travel_m: 2"), robot)
+    first = {b.field: b[1:4] for b in found if not re.match(r"winches\[#[2-4]", b.field)}
+    assert list(first) == list(OF_THE_EXAMPLE)
+    for field, row in OF_THE_EXAMPLE.items():
+        assert first[field] == pytest.approx(row, rel=1e-9), field
+
+
+def test_the_object_bounds_a_cell_that_says_nothing_of_its_counts(robot: cdprcal.Robot) -> None:
+    session = changed(_CELL, "counts_per_N: 1000")
+    (cell,) = {
+        (bound.least, bound.most)
+        for bound in bounds(session, robot)
+        if re.fullmatch(r"winches\[#1\]\.load_cell at the .*", bound.field)
+    }
+    assert cell == (1 - 2**31, 2**31 - 2)  # its ends are what a cell says that is broken
+
+
+def test_a_session_of_another_robot_is_refused(robot: cdprcal.Robot) -> None:
+    with pytest.raises(InputError, match="is of robot other, not of irma4; give the session of"):
+        check_session(example_session().model_copy(update={"robot": "other"}), robot)
+    session = example_session()
+    fewer = session.model_copy(update={"winches": session.winches[:3]})
+    with pytest.raises(InputError, match="has 3 winches, robot irma4 has 4 cables; give one winch"):
+        check_session(fewer, robot)
+
+
+def test_motors_that_only_pull_do_not_lead_a_pose_by_lengths() -> None:
+    eight = cdprcal.load_robot("posts8")
+    session = example_session()
+    winches = [session.winches[0]] * 8
+    with pytest.raises(
+        InputError, match=r"mode: torque: .*hold the pose of posts8, which 8 cables"
+    ):
+        check_session(
+            session.model_copy(update={"robot": "posts8", "winches": winches, "mode": "torque"}),
+            eight,
+        )
+    # In mode velocity something else is in the way: this robot's tensions are others.
+    with pytest.raises(InputError) as other:
+        check_session(session.model_copy(update={"robot": "posts8", "winches": winches}), eight)
+    assert "mode" not in str(other.value)
+    # And a robot whose pose hangs on its tensions may be led by them.
+    check_session(session.model_copy(update={"mode": "torque"}), cdprcal.load_robot("irma4"))
+
+
+def test_the_size_of_a_robot_whose_pulleys_are_in_one_place() -> None:
+    robot = cdprcal.load_robot("irma4")
+    assert robot_size_m(robot) == pytest.approx(_SIZE_M, rel=1e-9)
+
+    def at(*places_m: float) -> Any:
+        pulleys = [SimpleNamespace(position_m=np.array([x, 1.0, 2.0])) for x in places_m]
+        return SimpleNamespace(cables=[SimpleNamespace(pulley=pulley) for pulley in pulleys])
+
+    assert robot_size_m(at(3.0, 3.0)) == 1.0
+    assert robot_size_m(at(3.0, 3.0024)) == pytest.approx(0.0012)
+
+
+def test_sums_of_decimal_fractions_may_miss_a_bound_by_their_rounding(robot: cdprcal.Robot) -> None:
+    def passes(value: float) -> bool:
+        session = example_session()
+        limits = session.limits.model_copy(update={"tension_N": (10.0, value)})
+        try:
+            check_session(session.model_copy(update={"limits": limits}), robot)
+        except InputError:
+            return False
+        return True
+
+    assert passes(440.0 * (1.0 + 0.5e-9))
+    assert not passes(440.0 * (1.0 + 2e-9))
+    assert passes(400.0 * (1.0 - 0.5e-9))
+    assert not passes(400.0 * (1.0 - 2e-9))
 
 
 def test_what_lies_on_a_bound_is_within(robot: cdprcal.Robot) -> None:

@@ -8,16 +8,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 import cdprcal
 from cdprcal.hardware import BackendError
 from cdprcal.hardware.drives import cia402
 from cdprcal.hardware.drives.cia402 import State
-from cdprcal.hardware.drives.guard import Guard
+from cdprcal.hardware.drives.guard import Guard, torque_range
 from cdprcal.hardware.drives.plausibility import Plausibility
 from cdprcal.hardware.drives.process_data import Values, layouts, split_into_pdos
 from cdprcal.hardware.drives.supervision import Path, Phase, Pull, Still, Supervisor, Travel
-from cdprcal.hardware.drives.wiggle import Responses
+from cdprcal.hardware.drives.wiggle import Responses, _of_mean
 from cdprcal.hardware.drives.winch import WinchState, torque_counts
 from cdprcal.hardware.session import Session
 from cdprcal.testing.simulated_devices.connect import SimulatedSession
@@ -172,7 +173,7 @@ def test_a_change_of_speed_does_not_excuse_for_long() -> None:
 
 def test_lag_is_excused_at_both_ends_of_the_window_and_no_further() -> None:
     """A jump of 10 mm: while 0.4 m/s was told within 50 ms it may be lag, else not."""
-    for ago, excused in ((4, True), (7, False)):
+    for ago, excused in ((4, True), (5, False)):
         one = travel()
         for _ in range(50):
             one.push(0.0, 0.0)
@@ -182,6 +183,29 @@ def test_lag_is_excused_at_both_ends_of_the_window_and_no_further() -> None:
         assert not one.astray
         one.push(0.014, 0.0)
         assert one.astray != excused
+
+
+def test_lag_at_the_begin_of_the_window_is_excused_for_as_long() -> None:
+    """Told 0.4 m/s in one cycle, and run: then a jump when that is on its way out of the window."""
+    for later, excused in ((94, True), (93, False)):
+        one = travel()
+        for _ in range(110):
+            one.push(0.0, 0.0)
+        one.push(0.0, 0.4)
+        for _ in range(later):
+            one.push(0.004, 0.0)
+        assert not one.astray
+        one.push(0.014, 0.0)
+        assert one.astray != excused, later
+
+
+def test_at_a_slow_rate_lag_is_three_cycles() -> None:
+    """Of 20 ms each: at 0.4 m/s 24 mm and the creep of 4 mm, so 3 cycles of 8 mm and no fourth."""
+    one = travel(example_session(**{"\nrate_Hz: 100": "\nrate_Hz: 50"}))
+    one.push(0.0, 0.0)
+    for k in range(1, 5):
+        one.push(0.0, 0.4)
+        assert one.astray == (k == 4)
 
 
 def test_at_any_rate_standstill_is_the_same() -> None:
@@ -293,6 +317,9 @@ def test_a_path_adds_up_what_all_cables_run_and_no_flicker() -> None:
     assert path.push([5.0, -5.02]) == pytest.approx(0.04)
     assert path.push([5.0, -5.02]) == pytest.approx(0.04)
     assert path.push([4.995, -5.02]) == pytest.approx(0.045)
+    assert Path(0.5, 1).push([1.0]) == 0.0
+    halves = Path(0.5, 1)
+    assert [halves.push([x]) for x in (1.0, 1.5, 1.25, 1.0)] == [0.0, 0.5, 0.5, 1.0]
 
 
 @pytest.mark.parametrize(
@@ -313,7 +340,8 @@ def test_the_supervisor_names_the_sensor_that_stands(key: tuple[int, int], words
         said = watched.cycle(told, **changes)
         cycles += 1
     assert said == f"node 2 (cable 2): the {words} stands still while the platform moves"
-    assert cycles > 102
+    # Ten times the longest pause, of a step of 4 mm: a cable runs it in 4 or, rounded, 5 cycles.
+    assert 102 < cycles <= 101 + 10 * 5
 
 
 # --- the supervisor ------------------------------------------------------------------------------
@@ -349,6 +377,7 @@ def test_a_dead_load_cell() -> None:
         (Phase.enabling, State.fault, "is fault while"),
         (Phase.enabling, State.switched_on, ""),
         (Phase.enabling, State.ready, "is ready to switch on while"),
+        (Phase.enabling, State.quick_stop, "is quick stop active while"),
         (Phase.preparing, State.enabled, "is operation enabled while"),
         (Phase.preparing, State.fault, ""),
         (Phase.preparing, State.fault_reaction, "is fault reaction active while"),
@@ -368,6 +397,16 @@ def test_states_by_phase(phase: Phase, state: State, words: str) -> None:
     if phase is Phase.preparing:
         found["n4"] = {cia402.STATUSWORD: cia402.statusword_of(State.switched_on)}
     said = watched.cycle(**found)
+    assert said.startswith("node 2 (cable 2): " + words) if words else said == ""
+
+
+@pytest.mark.parametrize(
+    ("state", "words"), [(State.quick_stop, ""), (State.fault, "is fault while"),
+                         (State.ready, "is ready to switch on while")],
+)  # fmt: skip
+def test_without_brakes_a_drive_may_hold_in_quick_stop(state: State, words: str) -> None:
+    watched = Watched(example_session(**{"brakes: true": "brakes: false"}), Phase.enabling)
+    said = watched.cycle(n2={cia402.STATUSWORD: cia402.statusword_of(state)})
     assert said.startswith("node 2 (cable 2): " + words) if words else said == ""
 
 
@@ -402,6 +441,8 @@ def test_a_mode_may_take_some_cycles_to_change_when_it_was_told_to() -> None:
     watched = Watched(torque_session())
     watched.supervisor.want_mode(cia402.CST)
     new: dict[str, Any] = {f"n{n}": {cia402.MODE_DISPLAY: cia402.CST} for n in range(1, 5)}
+    # One has it before the others.
+    assert not any(watched.cycle(n3=new["n3"]) for _ in range(3))
     assert watched.cycle(**new) == ""
     assert "is in mode of operation 9, not 10" in watched.cycle(**new | {"n3": {}})
 
@@ -520,13 +561,36 @@ def test_torque_mode_is_supervised() -> None:
     assert said[4].startswith("node 3 (cable 3): pulls with 100 N where 144 N were commanded")
 
 
+def test_torques_of_before_a_change_of_mode_do_not_count() -> None:
+    watched = Watched(torque_session())
+    modes: dict[str, Any] = {f"n{n}": {cia402.MODE_DISPLAY: cia402.CST} for n in range(1, 5)}
+    told = {1: -208, 2: 208, 3: -300, 4: 208}
+    for _ in range(3):
+        watched.supervisor.want_mode(cia402.CST)
+        assert not any(watched.cycle(told=told, **modes) for _ in range(4))
+        watched.supervisor.want_mode(cia402.CSV)
+        assert watched.cycle(told=told) == ""
+
+
+@pytest.mark.parametrize(("rate_Hz", "cycles"), [(50, 3), (100, 5), (1000, 50)])
+def test_torques_are_judged_over_fifty_milliseconds(rate_Hz: int, cycles: int) -> None:
+    session = torque_session(**{"\nrate_Hz: 100": f"\nrate_Hz: {rate_Hz}"})
+    pull = Pull(WinchState(session.winches[1], session), session)
+    for k in range(1, cycles + 1):
+        pull.push(300, 208)
+        assert pull.astray == (k == cycles)
+
+
 class Recorded:
     """A bus that keeps what is sent."""
 
     def __init__(self) -> None:
         self.sent: list[dict[int, Values]] = []
+        self.fails = ""
 
     def send(self, outputs: dict[int, Values]) -> None:
+        if self.fails:
+            raise BackendError(self.fails)
         self.sent.append({node: dict(values) for node, values in outputs.items()})
 
 
@@ -565,6 +629,64 @@ def test_what_was_told_is_what_went_out() -> None:
     assert guard.told_m_s() == {1: 0.4, 2: -0.1}
     guard.trip("so")
     assert guard.told_m_s() == {1: 0.0, 2: 0.0}
+
+
+def test_the_first_torque_and_those_of_mode_velocity_do_not_ramp() -> None:
+    """Nothing holds the platform by them yet: what they begin with is what the motors show."""
+    bus = Recorded()
+    guard = Guard(bus, torque_session(), armed=True)  # type: ignore[arg-type]
+    guard.measured({1: 100.0})
+    for torque, mode in ((-208, cia402.CST), (-300, cia402.CSV), (-800, cia402.CSV)):
+        guard.send({1: command(mode, torque)})
+        assert bus.sent[-1][1][cia402.TARGET_TORQUE] == torque
+    # And the limits hold in any mode.
+    guard.send({1: command(cia402.CSV, -900)})
+    assert guard.told_torque() == {1: -875}
+    guard.send({1: command(cia402.CSV, 0)})
+    assert guard.told_torque() == {1: -21}
+
+
+def test_velocities_are_cut_to_whole_units_within_the_limit() -> None:
+    text = "counts_per_m: 1e7"
+    session = example_session(**{text: f"{text}\n    velocity_units_per_m_s: 1001.3"})
+    bus = Recorded()
+    guard = Guard(bus, session, armed=True)  # type: ignore[arg-type]
+    guard.measured({2: 100.0})
+    for velocity in (10**6, -(10**6)):
+        guard.send({2: command(cia402.CSV, 0, velocity)})
+        assert abs(bus.sent[-1][2][cia402.TARGET_VELOCITY]) == 400  # of 400.52
+
+
+def test_a_winch_without_a_drum_is_given_no_torque() -> None:
+    session = example_session()
+    bare = session.winches[1].model_copy(update={"torque": None})
+    session = session.model_copy(update={"winches": [session.winches[0], bare]})
+    assert torque_range(bare, session) == (0, 0)
+    bus = Recorded()
+    guard = Guard(bus, session, armed=True)  # type: ignore[arg-type]
+    guard.send({2: command(cia402.CSV, 500)})
+    assert guard.told_torque() == {2: 0}
+
+
+def test_only_who_was_told_something_is_told_to_stop() -> None:
+    for armed in (False, True):
+        bus = Recorded()
+        guard = Guard(bus, example_session(), armed=armed)  # type: ignore[arg-type]
+        if not armed:
+            guard.send({1: command(cia402.CSV, 0)})
+        guard.trip("so")
+        assert bus.sent == []
+        assert guard.reason == "so"
+
+
+def test_a_stop_that_cannot_be_sent_is_said() -> None:
+    bus = Recorded()
+    guard = Guard(bus, example_session(), armed=True)  # type: ignore[arg-type]
+    guard.send({1: command(cia402.CSV, 0)})
+    bus.fails = "the bus is gone"
+    guard.trip("so")
+    guard.trip("and so")
+    assert guard.reason == "so; and the bus is gone"
 
 
 def test_torque_mode_begins_with_what_holds_the_platform() -> None:
@@ -806,12 +928,14 @@ def test_a_cable_that_goes_too_far_stops_the_robot() -> None:
     session = example_session(**TRAVEL)
     states = winches(session)
     supervisor = Supervisor(session, states)
-    for gone_m, wrong in ((0.0, False), (0.499, False), (-0.499, False), (0.501, True)):
+    for gone_m, wrong in ((0.0, 0), (0.5, 0), (-0.5, 0), (0.501, 1), (-0.501, 1)):
         for state in states:
             state.length_m, state.tension_N, state.missed = 2.0, 100.0, 0
         states[2].length_m = 2.0 + gone_m
         said = supervisor.look({}, {})
-        assert ("cable 3): is +0.501 m from where it was at power-on" in said) == wrong
+        assert (f"cable 3): is {gone_m:+.3f} m from where it was at power-on" in said) == bool(
+            wrong
+        )
 
 
 def test_a_drive_that_is_limited_further_stays_so(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
@@ -886,6 +1010,7 @@ def test_one_cable_with_another_scale_or_sign_is_named(at: int, factor: float) -
         assert wrong is not None
         assert wrong[0] == at
         assert "answer it; check sign, counts_per_m, counts_per_N" in wrong[1]
+        assert "swapped" not in wrong[1]
 
 
 # Two that pull alike answer alike: exchanged, they do not show.
@@ -914,6 +1039,100 @@ def test_what_noise_hides_is_not_said() -> None:
     slope[:, 1] *= 3.0
     assert responses(slope, noise_N=0.2).wrong() is not None
     assert responses(slope, noise_N=200.0).wrong() is None
+
+
+def told(slope_N_m: Any, noise_N: Any, efficiency: float = 0.8, by_m: float = 5e-4) -> Responses:
+    """Exactly these slopes [reads, moved], and this noise of the mean of what each moved showed."""
+    slope, noise = np.array(slope_N_m), np.broadcast_to(noise_N, np.shape(slope_N_m))
+    count = len(slope)
+    found = Responses([efficiency] * count)
+    there_and_back = np.tile([1.0, -1.0], 50)[
+        :, None
+    ]  # of 100 readings, whose mean is a tenth as sure
+    for moved in range(count):
+        before = np.full((100, count), 80.0)
+        after = before + by_m * slope[:, moved]
+        found.add(moved, by_m, before, after + there_and_back * 10.0 * noise[:, moved])
+    return found
+
+
+@pytest.mark.parametrize("by_m", [5e-4, -5e-4])
+def test_slopes_are_what_was_answered(by_m: float) -> None:
+    slope = [[-9.0, 2.0], [3.0, -7.0]]
+    found = told(slope, 1e-3, by_m=by_m)
+    assert found.slope_N_m == pytest.approx(np.array(slope))
+    assert found._sigma_N_m == pytest.approx(np.full((2, 2), 1e-3 / 5e-4))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("ratio", "fine"), [(0.63, False), (0.65, True), (1.0, True), (1.55, True), (1.58, False)]
+)
+def test_friction_explains_what_both_efficiencies_allow(
+    ratio: float, fine: bool, sign: float
+) -> None:
+    """0.8 of each: between 0.64 and 1 / 0.64."""
+    for here, there in ((ratio, 1.0), (1.0, ratio)):
+        slope = 1e4 * np.array([[-1.0, sign * here], [sign * there, -1.0]])
+        assert (told(slope, 1e-9).wrong() is None) == fine
+
+
+@pytest.mark.parametrize("noise", [(1.0, 0.0), (0.0, 1.0), (3.0, 4.0)])
+def test_noise_explains_three_sigma_of_both_answers(noise: tuple[float, float]) -> None:
+    """Of what lies beyond friction, looked at both ways: the more certain of the two decides."""
+    here, there = noise
+    beyond = 3.0 * min(math.hypot(here, there / 0.64), math.hypot(there, here / 0.64) / 0.64)
+    for share, fine in ((0.98, True), (1.02, False)):
+        slope = [[-1e3, 1000.0 / 0.64 + share * beyond], [1000.0, -1e3]]
+        found = told(slope, 5e-4 * np.array([[0.0, here], [there, 0.0]]))
+        assert (found.wrong() is None) == fine, share
+
+
+def test_two_wrong_scales_are_not_taken_for_an_exchange() -> None:
+    slope = symmetric()
+    slope[[0, 1], :] *= 5.0
+    wrong = responses(slope).wrong()
+    assert wrong is not None
+    assert "swapped" not in wrong[1]
+
+
+def test_swapped_load_cells_of_unequal_cables_are_named() -> None:
+    pattern = np.array([1.0, -2.0, 0.9, -0.8])
+    slope = -2e4 * np.outer(pattern, pattern)
+    wrong = responses(slope[[1, 0, 2, 3]]).wrong()
+    assert wrong is not None
+    assert wrong[0] == 0
+    assert "as with the load cells of cables 1 and 2 swapped;" in wrong[1]
+
+
+def test_of_several_the_oddest_is_named() -> None:
+    """Scales of 1, 25 and 4: every pair is apart, the second from both others the furthest."""
+    pattern = np.array([3.0, -0.1, 0.5])
+    slope = -2e4 * np.outer(pattern, pattern)
+    slope[1, :] *= 25.0
+    slope[2, :] *= 4.0
+    wrong = told(slope, 1e-9).wrong()
+    assert wrong is not None
+    assert wrong[0] == 1
+
+
+def test_the_noise_of_a_mean_counts_what_neighbours_have_in_common() -> None:
+    random = np.random.default_rng(8)
+    white = random.normal(size=(4000, 6))
+    assert _of_mean(white) == pytest.approx(np.full(6, 4000**-0.5), rel=0.08)
+    wandering = lfilter([0.6], [1.0, -0.8], white, axis=0)  # of unit variance
+    expected = math.sqrt(1.8 / 0.2 / 4000)
+    assert _of_mean(wandering) == pytest.approx(np.full(6, expected), rel=0.2)
+    there_and_back = np.tile([1.0, -1.0], 50)[:, None]
+    assert _of_mean(there_and_back) == pytest.approx([0.1])
+    assert _of_mean(np.full((50, 2), 80.0)) == pytest.approx([0.0, 0.0], abs=1e-100)
+    # As alike as can be told from so many: (2 - 1/50) 50 times the variance of white noise.
+    ramp = np.linspace(-1.0, 1.0, 50)[:, None]
+    off = float((ramp**2).sum())
+    alike = min(float((ramp[1:] * ramp[:-1]).sum()) / off, 0.98)
+    assert _of_mean(ramp) == pytest.approx([math.sqrt(off * (1 + alike) / (1 - alike)) / 50])
+    step = np.repeat([-1.0, 1.0], 50)[:, None]
+    assert _of_mean(step) == pytest.approx([math.sqrt(100 * 1.97 / 0.03) / 100], rel=0.03)
 
 
 def test_cables_are_wiggled_no_further_than_told_and_come_back(

@@ -296,6 +296,14 @@ std::vector<Refit> refitted_formulas(const DiagnosisModel& model, std::size_t co
   return refits;
 }
 
+/// Why an effect of this evidence is none where a formula has more.
+std::string stands_in(const Refit& formula, double own_nats) {
+  return text(
+      "only stood in for a law that no effect has: %s explains the readings better "
+      "(%.1f nats against %.1f)",
+      formula.score.effect->info().equation, formula.log_evidence, own_nats);
+}
+
 }  // namespace
 
 void Search::withdraw_stand_ins() {
@@ -322,10 +330,7 @@ void Search::withdraw_stand_ins() {
       continue;
     }
     out_.rejected.push_back(
-        {name.effect->name(),
-         text("only stood in for a law that no effect has: %s explains the readings better "
-              "(%.1f nats against %.1f), and nothing is left for it",
-              refits.front().score.effect->info().equation, refits.front().log_evidence, own)});
+        {name.effect->name(), stands_in(refits.front(), own) + ", and nothing is left for it"});
     out_.effects.erase(out_.effects.begin() + static_cast<std::ptrdiff_t>(k));
     model_ = *without;
   }
@@ -491,11 +496,25 @@ void Search::in_motion() {
   const std::string name = refit.score.effect->name();
   const std::string reason = objection(refit, nullptr, options_.family_wise_p, held);
   if (reason.empty()) {
-    report("accepted " + name);
-    accept(refit, held);
-    return;
+    // Few effects need motion to show: what has no name, such as the play of an encoder, may well
+    // look like one of them.
+    const std::vector<Refit> formulas = refitted_formulas(model_, kFewRefits);
+    if (formulas.empty() ||
+        formulas.front().log_evidence < refit.log_evidence + options_.rival_nats) {
+      report("accepted " + name);
+      accept(refit, held);
+      return;
+    }
+    out_.rejected.push_back({name, stands_in(formulas.front(), refit.log_evidence)});
+    for (const CandidateScore& s : scan(model_, generic_candidates(model_), {.draws = 0})) {
+      if (!left_ || s.log_evidence > left_->log_evidence) left_ = s;
+    }
+    const std::size_t before = out_.effects.size();
+    describe();
+    if (out_.effects.size() > before) return;
+  } else {
+    out_.rejected.push_back({name, reason});
   }
-  out_.rejected.push_back({name, reason});
   std::swap(model_, moving);
 }
 

@@ -22,7 +22,7 @@ from cdprcal.acquisition.guide import Estimate
 _LOOK_S = 0.02  # the start-up steps at 50 Hz or more
 _STOP_S = 0.2  # in which a safe hold comes to a stop: half of it at the speed it had
 _SIGMAS = 3.0
-_SHARES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)  # of a way, looked at beforehand
+_WAY_PARTS = 8  # of a way from stop to stop: where one meets the next is looked at beforehand
 _FIRST_STEPS = 20  # of Gauss-Newton, after a new estimate
 
 
@@ -44,7 +44,7 @@ class PoseGuard:
         floor_m: float = -math.inf,
     ) -> None:
         pulleys_m = np.array([cable.pulley.position_m for cable in robot.cables])
-        most_m = float(np.ptp(pulleys_m, axis=0).max()) or 1.0
+        most_m = float(np.ptp(pulleys_m, axis=0).max())
         if not 0.0 <= margin_m <= most_m:
             raise InputError(
                 f"corridor: {margin_m:g} m must be 0 to {most_m:.3g} m, what the pulleys span"
@@ -103,11 +103,8 @@ class PoseGuard:
 
     def _step(self, at: Pose, sample: RobotSample) -> Pose | None:
         """A step of Gauss-Newton from a pose; None where it cannot be told."""
-        assert self._first is not None
-        assert self._initial is not None
         rows = self._rows(at, sample)
-        begin = _core.platform_state(self._robot, self._initial)
-        if rows is None or not begin.valid:
+        if rows is None:
             return None
         residual, jacobian, initial_jacobian = rows
         normal = jacobian.T @ jacobian
@@ -128,7 +125,7 @@ class PoseGuard:
         assert first is not None
         assert initial is not None
         now, then = (_core.platform_state(self._robot, pose) for pose in (at, initial))
-        if not now.valid:
+        if not (now.valid and then.valid):
             return None
         parts = []
         for read, read_first, is_now, was, jacobian, deviation in (
@@ -205,8 +202,8 @@ def _planned_places_m(robot: _core.Robot, plan: _core.Plan) -> list[NDArray[np.f
         return places_m
     for (pose, from_N), (_, to_N) in pairwise(stops):
         at = pose
-        for share in _SHARES:
-            found = _core.direct_from_tensions(robot, from_N + share * (to_N - from_N), at)
+        for tension_N in np.linspace(from_N, to_N, _WAY_PARTS, endpoint=False)[1:]:
+            found = _core.direct_from_tensions(robot, tension_N, at)
             if found.pose is None or found.status != _core.EquilibriumStatus.found:
                 break
             at = found.pose

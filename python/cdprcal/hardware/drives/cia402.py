@@ -149,7 +149,7 @@ def next_state(state: State, word: int, before: int, *, stays: bool = False) -> 
     wanted = word & 0x0F
     if state is State.quick_stop:
         return State.enabled if stays and wanted == ENABLE_OPERATION else state
-    if wanted == SHUTDOWN:
+    if not word & 0x01:  # shutdown, whatever bit 3 says
         return State.ready
     if wanted == SWITCH_ON:
         return State.switched_on if state is not State.switch_on_disabled else state

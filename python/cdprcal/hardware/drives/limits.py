@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 from cdprcal.hardware.backend import BackendError
 from cdprcal.hardware.drives import cia402
@@ -74,39 +75,48 @@ def set_position_limits(
     the nearer of both ways, and the drive's own limits, to be put back; None where it has no such
     object. Raises BackendError when the drive does not keep them, or stands beyond its own.
     """
-    keys = (cia402.POSITION_LEAST, cia402.POSITION_MOST)
-    ends = [_read(bus, winch, key, signed=True) for key in keys]
-    if None in ends:
+    lower = _read(bus, winch, cia402.POSITION_LEAST, signed=True)
+    upper = _read(bus, winch, cia402.POSITION_MOST, signed=True)
+    if lower is None or upper is None:
         notes.append(
             f"{name_of(winch)}: has no object 0x607D; limit its positions by its own set-up"
         )
         return None
-    own = (ends[0] or 0, ends[1] or 0)
-    here = _read(bus, winch, cia402.POSITION, signed=True) or 0
-    if own[0] < own[1] and not own[0] <= here <= own[1]:
+    at = bus.sdo_read(winch.winch.node, *cia402.POSITION)
+    here = int.from_bytes(at, "little", signed=True)
+    limited = lower < upper
+    if limited and not lower <= here <= upper:
         raise BackendError(
             f"{name_of(winch)}: stands at {here} counts, beyond its own position limits (0x607D: "
-            f"{own[0]} to {own[1]}); correct them in the drive, or switch it off and on"
+            f"{lower} to {upper}); correct them in the drive, or switch it off and on"
         )
     far = math.ceil(beyond_m * winch.winch.counts_per_m)
     least, most = max(here - far, -(1 << 31)), min(here + far, (1 << 31) - 1)
-    if own[0] < own[1]:
-        least, most = max(least, own[0]), min(most, own[1])
-    both = [*zip(keys, (least, most), strict=True)]
-    # Never the lower one above the upper one, not even in between.
-    for key, value in reversed(both) if least > own[1] else both:
+    if limited:
+        least, most = max(least, lower), min(most, upper)
+    for key, value in _in_order((least, most), upper):
         if not _kept(bus, winch, key, value, 4):
             raise BackendError(
                 f"{name_of(winch)}: does not keep the limit that 0x607D is told; look it up in "
                 "its manual"
             )
-    return min(most - here, here - least) / winch.winch.counts_per_m, own
+    return min(most - here, here - least) / winch.winch.counts_per_m, (lower, upper)
 
 
 def put_back(bus: Fieldbus, winch: WinchState, own: tuple[int, int]) -> None:
     """The position limits that a drive had. Raises BackendError."""
-    for key, value in zip((cia402.POSITION_LEAST, cia402.POSITION_MOST), own, strict=True):
+    upper = _read(bus, winch, cia402.POSITION_MOST, signed=True)
+    for key, value in _in_order(own, own[0] if upper is None else upper):
         bus.sdo_write(winch.winch.node, *key, value.to_bytes(4, "little", signed=True))
+
+
+def _in_order(limits: tuple[int, int], upper: int) -> Iterator[tuple[Key, int]]:
+    """Both position limits, never the lower one above the upper one in between.
+
+    upper: the one that holds now.
+    """
+    both = [*zip((cia402.POSITION_LEAST, cia402.POSITION_MOST), limits, strict=True)]
+    yield from reversed(both) if limits[0] > upper else both
 
 
 def _read(bus: Fieldbus, winch: WinchState, key: Key, *, signed: bool = False) -> int | None:

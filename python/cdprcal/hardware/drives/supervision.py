@@ -59,8 +59,8 @@ class Travel:
 
     def __init__(self, winch: WinchState, session: Session) -> None:
         self._period_s = session.period_s
-        self._follow = max(2, math.ceil(FOLLOW_S / session.period_s))
-        count = max(self._follow + 1, round(TRAVEL_S / session.period_s))
+        self._follow = math.ceil(FOLLOW_S / session.period_s)
+        count = round(TRAVEL_S / session.period_s)
         # Of the encoder two counts: each reading is rounded.
         self._creep_m = CREEP_S * session.limits.velocity_m_s + 2.0 / winch.winch.counts_per_m
         self._length_m: deque[float] = deque(maxlen=count)
@@ -116,9 +116,8 @@ class Pull:
     def __init__(self, winch: WinchState, session: Session) -> None:
         self._winch = winch.winch
         self._most_N = OVERLOAD * session.limits.tension_N[1]
-        self._off_counts: deque[tuple[int, int]] = deque(
-            maxlen=max(2, math.ceil(FOLLOW_S / session.period_s))
-        )
+        self._follow = math.ceil(FOLLOW_S / session.period_s)
+        self._off_counts: deque[tuple[int, int]] = deque(maxlen=self._follow)
 
     def clear(self) -> None:
         """It was in another mode."""
@@ -142,7 +141,7 @@ class Pull:
     @property
     def astray(self) -> bool:
         """Whether they are apart by more than what is allowed beyond a limit."""
-        if len(self._off_counts) < (self._off_counts.maxlen or 0):
+        if len(self._off_counts) < self._follow:
             return False
         return abs(self.shown_N - self.told_N) > self._most_N
 
