@@ -296,15 +296,20 @@ std::vector<Refit> refitted_formulas(const DiagnosisModel& model, std::size_t co
   return refits;
 }
 
-/// Why an effect of this evidence is none where a formula has more.
+/// Why an effect of this evidence is none where a formula has more, or cannot be told from it.
 std::string stands_in(const Refit& formula, double own_nats) {
-  return text(
-      "only stood in for a law that no effect has: %s explains the readings better "
-      "(%.1f nats against %.1f)",
-      formula.score.effect->info().equation, formula.log_evidence, own_nats);
+  return text(formula.log_evidence > own_nats
+                  ? "only stood in for a law that no effect has: %s explains the readings better "
+                    "(%.1f nats against %.1f)"
+                  : "cannot be told from a law that no effect has: %s (%.1f nats against %.1f)",
+              formula.score.effect->info().equation, formula.log_evidence, own_nats);
 }
 
 }  // namespace
+
+double Search::nats_of_name(double log_evidence) const {
+  return log_evidence - std::log(static_cast<double>(effects_of(model_.robot).size()));
+}
 
 void Search::withdraw_stand_ins() {
   for (std::size_t k = 0; k < out_.effects.size() && scatters(model_);) {
@@ -320,9 +325,7 @@ void Search::withdraw_stand_ins() {
     again.effect = name.effect;
     again.values = name.values;
     const EvidenceAgainst against(*without);
-    // Names together are as probable as formulas together; there are fewer of them.
-    const double own = against.refit(again).log_evidence -
-                       std::log(static_cast<double>(effects_of(model_.robot).size()));
+    const double own = nats_of_name(against.refit(again).log_evidence);
     const bool beaten = !refits.empty() && refits.front().log_evidence > own + options_.rival_nats;
     if (!beaten ||
         EvidenceAgainst(refits.front().model).refit(again).log_evidence > options_.least_evidence) {
@@ -499,13 +502,13 @@ void Search::in_motion() {
     // Few effects need motion to show: what has no name, such as the play of an encoder, may well
     // look like one of them.
     const std::vector<Refit> formulas = refitted_formulas(model_, kFewRefits);
-    if (formulas.empty() ||
-        formulas.front().log_evidence < refit.log_evidence + options_.rival_nats) {
+    const double own = nats_of_name(refit.log_evidence);
+    if (formulas.empty() || own > formulas.front().log_evidence + options_.rival_nats) {
       report("accepted " + name);
       accept(refit, held);
       return;
     }
-    out_.rejected.push_back({name, stands_in(formulas.front(), refit.log_evidence)});
+    out_.rejected.push_back({name, stands_in(formulas.front(), own)});
     for (const CandidateScore& s : scan(model_, generic_candidates(model_), {.draws = 0})) {
       if (!left_ || s.log_evidence > left_->log_evidence) left_ = s;
     }

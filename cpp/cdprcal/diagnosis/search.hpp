@@ -57,6 +57,9 @@ class Search {
   [[nodiscard]] std::string objection(const Refit& candidate, const Refit* generic, double least_p,
                                       HeldOut& held) const;
   void accept(Refit& winner, const HeldOut& held);
+  /// Evidence of a name against a formula: names together are as probable as formulas together, and
+  /// there are fewer of them.
+  [[nodiscard]] double nats_of_name(double log_evidence) const;
   /// Takes names back that a formula beats, and that add nothing to it.
   void withdraw_stand_ins();
   /// Whether a dependence explains something that chance does not: then it is what is left.
