@@ -91,7 +91,7 @@ def test_the_example_is_within_all_bounds(robot: cdprcal.Robot) -> None:
 
 #: Of the example: the value, the least and the most. The robot is 1.5714 m in size; a cable may run
 #: a quarter above its limit for a cycle of 10 ms, or creep for as long as that takes 10 ms.
-_SIZE_M = 1.5714055444
+_SIZE_M = 1.5714055444283699
 OF_THE_EXAMPLE = {
     "limits.tension_N[#1]": (10.0, 0.0, 20.0),
     "limits.tension_N[#2]": (420.0, 400.0, 440.0),
@@ -115,7 +115,7 @@ def test_every_bound_of_the_example(robot: cdprcal.Robot) -> None:
     first = {b.field: b[1:4] for b in found if not re.match(r"winches\[#[2-4]", b.field)}
     assert list(first) == list(OF_THE_EXAMPLE)
     for field, row in OF_THE_EXAMPLE.items():
-        assert first[field] == pytest.approx(row, rel=1e-9), field
+        assert first[field] == pytest.approx(row, rel=1e-11), field
 
 
 def test_the_object_bounds_a_cell_that_says_nothing_of_its_counts(robot: cdprcal.Robot) -> None:
@@ -204,6 +204,18 @@ def test_time_and_distance_to_stop() -> None:
     assert missed.reaction_s == pytest.approx(0.11)  # the AHRS may be silent for 0.105
     late = stop_of(changed("brakes: true", "brakes: true, late_s: 0.03, heartbeat_s: 0.01"))
     assert late.reaction_s == pytest.approx(0.03)
+
+
+def test_without_an_ahrs_nobody_waits_for_it() -> None:
+    session = changed("frame: ENU", "frame: ENU, stale_s: 0.3")
+    assert stop_of(session).reaction_s == pytest.approx(0.3)
+    assert stop_of(session.model_copy(update={"ahrs": None})).reaction_s == pytest.approx(0.25)
+
+
+def test_heartbeats_are_no_more_often_than_a_millisecond(robot: cdprcal.Robot) -> None:
+    session = changed("\nrate_Hz: 100", "\nrate_Hz: 1000")
+    (least,) = (b.least for b in bounds(session, robot) if b.field == "safety.heartbeat_s")
+    assert least == 0.001
 
 
 def test_the_size_is_that_of_the_start_up(robot: cdprcal.Robot) -> None:

@@ -15,7 +15,7 @@ from cdprcal.hardware import BackendError
 from cdprcal.hardware.drives import cia402
 from cdprcal.hardware.drives.cia402 import State
 from cdprcal.hardware.drives.guard import Guard, torque_range
-from cdprcal.hardware.drives.plausibility import Plausibility
+from cdprcal.hardware.drives.plausibility import Plausibility, efficiency_of
 from cdprcal.hardware.drives.process_data import Values, layouts, split_into_pdos
 from cdprcal.hardware.drives.supervision import Path, Phase, Pull, Still, Supervisor, Travel
 from cdprcal.hardware.drives.wiggle import Responses, _of_mean
@@ -817,6 +817,13 @@ def test_a_drive_whose_limit_cannot_be_written_is_refused(
 
     fault = Fault("read only", math.inf, build=limited)
     SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault).stop()
+
+
+def test_a_winch_without_a_drum_loses_nothing_to_friction() -> None:
+    session = example_session()
+    bare = session.winches[0].model_copy(update={"torque": None})
+    assert efficiency_of(WinchState(bare, session)) == 1.0
+    assert efficiency_of(WinchState(session.winches[0], session)) == 0.7
 
 
 def test_nothing_read_says_nothing(robot: cdprcal.Robot) -> None:

@@ -153,7 +153,6 @@ def next_state(state: State, word: int, before: int, *, stays: bool = False) -> 
         return State.ready
     if wanted == SWITCH_ON:
         return State.switched_on if state is not State.switch_on_disabled else state
-    if wanted == ENABLE_OPERATION and state in (State.ready, State.switched_on, State.enabled):
-        # From ready: through switched on, in one go, as drives may.
-        return State.switched_on if state is State.ready else State.enabled
-    return state
+    # Enable operation. From ready: to switched on, as drives may.
+    further = {State.ready: State.switched_on, State.switched_on: State.enabled}
+    return further.get(state, state)

@@ -70,7 +70,7 @@ class Guard:
         """Quick stop of all winches, now and for good. The first reason is kept."""
         first = not self._reason
         self._reason = self._reason or reason
-        if first and self._armed and self._sent:
+        if first and self._sent:
             try:
                 self._bus.send(self._passed({}))
             except BackendError as error:
