@@ -3105,7 +3105,7 @@ class DiagnoseOptions:
     def __init__(
         self,
         *,
-        family_wise_p: typing.SupportsFloat | typing.SupportsIndex = 0.005,
+        family_wise_p: typing.SupportsFloat | typing.SupportsIndex = 0.01,
         least_evidence: typing.SupportsFloat | typing.SupportsIndex = 3.0,
         rival_nats: typing.SupportsFloat | typing.SupportsIndex = 3.0,
         rival_share: typing.SupportsFloat | typing.SupportsIndex = 0.8,

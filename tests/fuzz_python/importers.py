@@ -250,7 +250,7 @@ def fuzz(name: str, seconds: int, found: Path) -> None:
         (found / f"seed{number}").write_bytes(data)
     atheris.Setup(
         [sys.argv[0], str(found), f"-max_total_time={seconds}", "-print_final_stats=1",
-         "-max_len=65536", "-timeout=10", "-rss_limit_mb=2048"],
+         "-max_len=65536", "-timeout=10", "-rss_limit_mb=8192"],
         lambda data: guarded(target, data),
     )  # fmt: skip
     atheris.Fuzz()

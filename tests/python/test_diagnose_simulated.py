@@ -103,8 +103,9 @@ def test_the_play_of_encoders_is_not_taken_for_a_delay(seed: int) -> None:
     found = cdprcal.diagnose(robot, [reread(run.log, length_m=length_m)])
     assert [e.info.name for e in found.effects] in ([], ["length_by_direction_line"])
     refused = {r.name: r.reason for r in found.rejected}
-    assert "a law that no effect has: length_m += slope_m * length_direction" in (
-        refused["sensor_delay"]
+    assert (
+        "a law that no effect has: length_m += slope_m * length_direction"
+        in (refused["sensor_delay"])
     )
     assert found.verdict in (cdprcal.Verdict.described, cdprcal.Verdict.unexplained)
     # And a delay is one.

@@ -1103,6 +1103,16 @@ def test_two_wrong_scales_are_not_taken_for_an_exchange() -> None:
     assert "swapped" not in wrong[1]
 
 
+def test_an_exchange_that_leaves_cables_pulling_the_more_for_being_paid_out_is_none() -> None:
+    """All load cells reversed, and two exchanged: exchanged back, they are reversed still."""
+    pattern = np.array([1.0, -2.0, 0.9, -0.8])
+    slope = 2e4 * np.outer(pattern, pattern)
+    assert responses(slope).wrong() is None
+    wrong = responses(slope[[1, 0, 2, 3]]).wrong()
+    assert wrong is not None
+    assert "swapped" not in wrong[1]
+
+
 def test_swapped_load_cells_of_unequal_cables_are_named() -> None:
     pattern = np.array([1.0, -2.0, 0.9, -0.8])
     slope = -2e4 * np.outer(pattern, pattern)

@@ -386,7 +386,6 @@ bool Search::forward() {
     const Candidates generic = generic_candidates(model_);
     Candidates all = named;
     all.insert(all.end(), generic.begin(), generic.end());
-    const double named_p = kNamedShare * options_.family_wise_p;
     std::vector<CandidateScore> scores = scan(model_, all, {.draws = 0});
     look_below_the_noise(model_, named, scores);
     const Candidates slips = slip_candidates(model_);
@@ -436,7 +435,10 @@ bool Search::forward() {
       HeldOut held;
       const std::string name = refit.score.effect->name();
       refit.score.p_value = p_named.of(refit.score);
-      const std::string reason = objection(refit, rival ? &*rival : nullptr, named_p, held);
+      // Of slips the chance is a bound.
+      const double share = as_slip(*refit.score.effect) ? kNamedShare : kDrawnShare;
+      const double least_p = share * options_.family_wise_p;
+      const std::string reason = objection(refit, rival ? &*rival : nullptr, least_p, held);
       if (reason.empty()) {
         const bool go_on = report("accepted " + name);
         accept(refit, held);
@@ -497,7 +499,8 @@ void Search::in_motion() {
   HeldOut held;
   std::swap(model_, moving);  // what the refit is judged against
   const std::string name = refit.score.effect->name();
-  const std::string reason = objection(refit, nullptr, options_.family_wise_p, held);
+  const double least_p = kDrawnShare * options_.family_wise_p;
+  const std::string reason = objection(refit, nullptr, least_p, held);
   if (reason.empty()) {
     // Few effects need motion to show: what has no name, such as the play of an encoder, may well
     // look like one of them.

@@ -236,8 +236,8 @@ class Detectable {
     constexpr std::ptrdiff_t kFourOfFive = kDraws * 4 / 5;
     if (!(a.information.trace() > 1e-12 * static_cast<double>(a.size))) return kNaN;
     // The chance is shared among the candidates.
-    const double least_energy =
-        chi_square_quantile(1.0 - kFamilyWiseChance / candidates_, static_cast<double>(a.size));
+    const double least_energy = chi_square_quantile(
+        1.0 - kDrawnShare * kFamilyWiseChance / candidates_, static_cast<double>(a.size));
     RandomNormal random(1);
     std::vector<double> sizes;
     for (int k = 0; k < kDraws; ++k) {

@@ -21,9 +21,11 @@ struct CandidateScore {
 };
 
 /// What is asked of an effect before it is accepted, unless told otherwise: the chance that a clean
-/// log is accused of anything, and nats. The chance is half of the hundredth that is bearable: real
-/// noise is not quite what it is drawn from.
-inline constexpr double kFamilyWiseChance = 0.005, kLeastEvidence = 3.0;
+/// log is accused of anything, and nats.
+inline constexpr double kFamilyWiseChance = 0.01, kLeastEvidence = 3.0;
+/// Of that chance, what a p-value from drawn noise may use: real noise is not quite what is drawn,
+/// and makes twice as many.
+inline constexpr double kDrawnShare = 0.4;
 
 /// Effects of the catalogue that a model does not have and its poses can show.
 Candidates untried(const DiagnosisModel& model);
