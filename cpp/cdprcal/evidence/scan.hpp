@@ -24,8 +24,8 @@ struct CandidateScore {
 /// log is accused of anything, and nats.
 inline constexpr double kFamilyWiseChance = 0.01, kLeastEvidence = 3.0;
 /// Of that chance, what a p-value from drawn noise may use: real noise is not quite what is drawn,
-/// and makes twice as many.
-inline constexpr double kDrawnShare = 0.4;
+/// and passes more often.
+inline constexpr double kDrawnShare = 0.6;
 
 /// Effects of the catalogue that a model does not have and its poses can show.
 Candidates untried(const DiagnosisModel& model);
