@@ -366,8 +366,9 @@ def test_what_is_no_estimate_changes_nothing(robot: cdprcal.Robot) -> None:
     # And takes nothing away from what is known.
     for pose, covariance in ((None, np.eye(6)), (plan.start_pose, None)):
         guard.learn(known(pose, covariance))
-    guard.look(readings(robot, plan.start_pose, 0.04))
-    np.testing.assert_allclose(guard.position_m, plan.start_pose.position_m, atol=1e-6)
+    moved = cdprcal.plus(plan.start_pose, np.array([0.001, 0, 0, 0, 0, 0]))
+    guard.look(readings(robot, moved, 0.04))
+    np.testing.assert_allclose(guard.position_m, moved.position_m, atol=1e-5)
     assert (guard.sigma_m < 0.1).all()
 
 
@@ -385,9 +386,10 @@ def test_a_new_estimate_moves_the_platform_but_is_no_speed(robot: cdprcal.Robot)
 
 def test_the_floor_is_for_the_lowest_point_of_a_platform_that_tilts(robot: cdprcal.Robot) -> None:
     plan = small_plan(robot)
-    tilted = cdprcal.plus(plan.start_pose, np.array([0, 0, 0, 0.5, 0, 0]))
+    tilted = cdprcal.plus(plan.start_pose, np.array([0, 0, 0, 1.6, 0, 0]))
     points = np.array([[0, 0, 0], *(c.platform_anchor_m for c in robot.cables)])
     lowest_m = float((tilted.position_m + points @ tilted.rotation.T)[:, 2].min())
+    assert lowest_m < tilted.position_m[2] - 0.05  # an anchor
     for floor_m, stopped in ((lowest_m - 1e-3, False), (lowest_m + 1e-3, True)):
         guard = PoseGuard(robot, plan, 2.0, floor_m)
         guard.look(readings(robot, tilted, 0.0))

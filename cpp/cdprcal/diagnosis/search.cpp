@@ -18,8 +18,10 @@ namespace {
 constexpr int kMostTogether = 3;
 /// Evidence for what a name leaves, as a share of its own, up to which the name stands.
 constexpr double kRemainder = 0.1;
-/// Two families share the chance of a false alarm: names, and dependences without one.
-constexpr double kNamedShare = 0.8;
+/// Who shares the chance of a false alarm besides the names that rests show: those that motion
+/// shows, and dependences without a name.
+constexpr double kShareInMotion = 0.2, kShareOfDependences = 0.2;
+constexpr double kNamedShare = kShareAtRest + kShareInMotion;
 /// Chance that a formula for what is left is one of noise.
 constexpr double kChanceOfForm = 0.05;
 /// A formula must predict more than one odd rest: so many of its gain's standard errors.
@@ -265,7 +267,7 @@ bool Search::exchange_fault() {
 }
 
 void Search::keep_left(const std::optional<Refit>& dependence, const Candidates& generic) {
-  const double least_p = (1.0 - kNamedShare) * options_.family_wise_p;
+  const double least_p = kShareOfDependences * options_.family_wise_p;
   // A scan's evidence is a hint, a refit's the fact: only what outlasts it is left.
   left_.reset();
   if (!dependence || !(dependence->log_evidence > options_.least_evidence)) return;
@@ -357,7 +359,7 @@ void Search::describe() {
     Refit winner = *std::ranges::min_element(refits, {}, cost);
     HeldOut held;
     // That there is something is known where something is left: the formula says what.
-    const double least_p = left_ ? kChanceOfForm : (1.0 - kNamedShare) * options_.family_wise_p;
+    const double least_p = left_ ? kChanceOfForm : kShareOfDependences * options_.family_wise_p;
     std::string reason = objection(winner, nullptr, least_p, held);
     if (reason.empty() && !(held.gain > kSureOfForm * held.gain_error)) {
       reason = text("predicts too few poses it was not fitted on (gain %.1f +- %.1f nats)",
@@ -436,7 +438,7 @@ bool Search::forward() {
       const std::string name = refit.score.effect->name();
       refit.score.p_value = p_named.of(refit.score);
       // Of slips the chance is a bound.
-      const double share = as_slip(*refit.score.effect) ? kNamedShare : kDrawnShare;
+      const double share = as_slip(*refit.score.effect) ? kNamedShare : kShareAtRest;
       const double least_p = share * options_.family_wise_p;
       const std::string reason = objection(refit, rival ? &*rival : nullptr, least_p, held);
       if (reason.empty()) {
@@ -499,7 +501,7 @@ void Search::in_motion() {
   HeldOut held;
   std::swap(model_, moving);  // what the refit is judged against
   const std::string name = refit.score.effect->name();
-  const double least_p = kDrawnShare * options_.family_wise_p;
+  const double least_p = kShareInMotion * options_.family_wise_p;
   const std::string reason = objection(refit, nullptr, least_p, held);
   if (reason.empty()) {
     // Few effects need motion to show: what has no name, such as the play of an encoder, may well

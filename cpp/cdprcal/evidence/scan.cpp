@@ -237,7 +237,7 @@ class Detectable {
     if (!(a.information.trace() > 1e-12 * static_cast<double>(a.size))) return kNaN;
     // The chance is shared among the candidates.
     const double least_energy = chi_square_quantile(
-        1.0 - kDrawnShare * kFamilyWiseChance / candidates_, static_cast<double>(a.size));
+        1.0 - kShareAtRest * kFamilyWiseChance / candidates_, static_cast<double>(a.size));
     RandomNormal random(1);
     std::vector<double> sizes;
     for (int k = 0; k < kDraws; ++k) {

@@ -23,9 +23,8 @@ struct CandidateScore {
 /// What is asked of an effect before it is accepted, unless told otherwise: the chance that a clean
 /// log is accused of anything, and nats.
 inline constexpr double kFamilyWiseChance = 0.01, kLeastEvidence = 3.0;
-/// Of that chance, what a p-value from drawn noise may use: real noise is not quite what is drawn,
-/// and passes more often.
-inline constexpr double kDrawnShare = 0.6;
+/// Of that chance, what effects may use that rests show.
+inline constexpr double kShareAtRest = 0.6;
 
 /// Effects of the catalogue that a model does not have and its poses can show.
 Candidates untried(const DiagnosisModel& model);
