@@ -514,9 +514,10 @@ void Search::in_motion() {
       return;
     }
     out_.rejected.push_back({name, stands_in(formulas.front(), own)});
-    for (const CandidateScore& s : scan(model_, generic_candidates(model_), {.draws = 0})) {
-      if (!left_ || s.log_evidence > left_->log_evidence) left_ = s;
-    }
+    scores = scan(model_, generic_candidates(model_), {.draws = 0});  // the best first
+    const bool better =
+        !scores.empty() && (!left_ || scores.front().log_evidence > left_->log_evidence);
+    if (better) left_ = scores.front();
     const std::size_t before = out_.effects.size();
     describe();
     if (out_.effects.size() > before) return;

@@ -82,8 +82,7 @@ def set_position_limits(
             f"{name_of(winch)}: has no object 0x607D; limit its positions by its own set-up"
         )
         return None
-    at = bus.sdo_read(winch.winch.node, *cia402.POSITION)
-    here = int.from_bytes(at, "little", signed=True)
+    here = _value(bus, winch, cia402.POSITION, signed=True)
     limited = lower < upper
     if limited and not lower <= here <= upper:
         raise BackendError(
@@ -105,8 +104,8 @@ def set_position_limits(
 
 def put_back(bus: Fieldbus, winch: WinchState, own: tuple[int, int]) -> None:
     """The position limits that a drive had. Raises BackendError."""
-    upper = _read(bus, winch, cia402.POSITION_MOST, signed=True)
-    for key, value in _in_order(own, own[0] if upper is None else upper):
+    upper = _value(bus, winch, cia402.POSITION_MOST, signed=True)
+    for key, value in _in_order(own, upper):
         bus.sdo_write(winch.winch.node, *key, value.to_bytes(4, "little", signed=True))
 
 
@@ -119,9 +118,13 @@ def _in_order(limits: tuple[int, int], upper: int) -> Iterator[tuple[Key, int]]:
     yield from reversed(both) if limits[0] > upper else both
 
 
+def _value(bus: Fieldbus, winch: WinchState, key: Key, *, signed: bool) -> int:
+    return int.from_bytes(bus.sdo_read(winch.winch.node, *key), "little", signed=signed)
+
+
 def _read(bus: Fieldbus, winch: WinchState, key: Key, *, signed: bool = False) -> int | None:
     try:
-        return int.from_bytes(bus.sdo_read(winch.winch.node, *key), "little", signed=signed)
+        return _value(bus, winch, key, signed=signed)
     except NoSuchObjectError:
         return None
 
