@@ -1,8 +1,9 @@
-"""The state machine of CiA-402, and how process data is packed."""
+"""The state machine of CiA-402, how process data is packed, and what a winch makes of it."""
 
 from __future__ import annotations
 
 import itertools
+import math
 
 import pytest
 from hypothesis import given
@@ -14,11 +15,19 @@ from cdprcal.hardware.drives.process_data import (
     DRIVE_INPUTS,
     DRIVE_OUTPUTS,
     Entry,
+    Values,
     pack,
     split_into_pdos,
     unpack,
 )
-from cdprcal.hardware.drives.winch import Counter
+from cdprcal.hardware.drives.winch import (
+    Counter,
+    WinchState,
+    tension_of_torque_N,
+    torque_counts,
+)
+from cdprcal.hardware.session import Session
+from winch_bus import example_session
 
 #: Statuswords as drives send them, other bits set too: voltage enabled, remote, target reached.
 WORDS = {
@@ -221,7 +230,7 @@ def test_values_beyond_their_type_are_cut() -> None:
     assert pack([entry], {entry.key: -40000}) == b"\x00\x80"
 
 
-@given(st.lists(st.integers(-(2**14), 2**14), max_size=50), st.integers(-(2**15), 2**15 - 1))
+@given(st.lists(st.integers(1 - 2**15, 2**15 - 1), max_size=50), st.integers(-(2**15), 2**15 - 1))
 def test_a_counter_goes_on_where_its_encoder_wraps(steps: list[int], start: int) -> None:
     counter = Counter(16)
     true = start
@@ -229,3 +238,203 @@ def test_a_counter_goes_on_where_its_encoder_wraps(steps: list[int], start: int)
     for step in steps:
         true += step
         assert counter.follow((true + 2**15) % 2**16 - 2**15) == true
+
+
+# --- a winch in physical units -------------------------------------------------------------------
+
+#: Its load cell counts backwards from 200; valid from -3000 to 5000 counts.
+_CELL = {
+    "counts_per_N: 1000, valid_counts: [-50000, 600000]": "sign: -1, zero_counts: 200, "
+    "counts_per_N: 4, valid_counts: [-3000, 5000]"
+}
+
+
+def winch(session: Session, cable: int = 2) -> WinchState:
+    return WinchState(session.winches[cable - 1], session)
+
+
+def said(
+    *, counts: int = 0, cell: int = -200, swivel: int = 0, torque: int = 250,
+    state: State = State.enabled,
+) -> Values:  # fmt: skip
+    """Inputs of one winch of the example."""
+    return {
+        cia402.STATUSWORD: cia402.statusword_of(state),
+        cia402.MODE_DISPLAY: cia402.CST,
+        cia402.ERROR_CODE: 0x7305,
+        cia402.POSITION: counts,
+        cia402.TORQUE: torque,
+        (0x2401, 1): cell,
+        (0x60E4, 2): swivel,
+    }
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_torque_pulls_against_the_growing_count(sign: int) -> None:
+    """240 N on a drum of 50 mm are 12 Nm, at 10:1 1.2 Nm: half of the rated 2.4."""
+    torque = example_session().winches[0].torque
+    assert torque is not None
+    assert torque_counts(torque, sign, 240.0) == pytest.approx(-500.0 * sign)
+    assert tension_of_torque_N(torque, sign, -500.0 * sign) == pytest.approx(240.0)
+
+
+@pytest.mark.parametrize("cable", [1, 2])
+def test_readings_in_physical_units(cable: int) -> None:
+    """The second winch and its swivel encoder count the other way round."""
+    sign = 1 if cable == 1 else -1
+    one = winch(example_session(**_CELL), cable)
+    one.take({cable: said(counts=25_000_000, cell=-200, swivel=131_072)})
+    assert one.length_m == pytest.approx(2.5 * sign)
+    assert one.tension_N == pytest.approx(100.0)
+    assert one.swivel_rad == pytest.approx(sign * math.pi / 4.0)
+    assert one.torque_tension_N == pytest.approx(-120.0 * sign)
+    assert (one.state, one.mode, one.error_code) == (State.enabled, cia402.CST, 0x7305)
+    assert (one.position_counts, one.load_cell_counts, one.swivel_counts) == (
+        25_000_000, -200, 131_072)  # fmt: skip
+    assert one.statusword == cia402.statusword_of(State.enabled)
+
+
+def test_a_winch_that_never_spoke_is_known_for_nothing() -> None:
+    one = winch(example_session())
+    assert (one.missed, one.load_cell_missed, one.swivel_missed) == (0, 0, 0)
+    for times in (0, 1, 2):
+        if times:
+            one.take({1: said()})  # another one speaks
+        assert (one.missed, one.load_cell_missed, one.swivel_missed) == (times,) * 3
+        assert (one.state, one.statusword, one.error_code) == (State.not_ready, 0, 0)
+        assert one.mode == cia402.CSV  # what it is going to be told
+        assert one.position_counts is one.load_cell_counts is one.swivel_counts is None
+        for value in (one.length_m, one.tension_N, one.swivel_rad, one.torque_tension_N):
+            assert math.isnan(value)
+
+
+def test_what_did_not_come_keeps_nothing_but_the_drives_state() -> None:
+    one = winch(example_session())
+    one.take({2: said()})
+    one.take({})
+    assert (one.state, one.mode, one.error_code) == (State.enabled, cia402.CST, 0x7305)
+    assert (one.missed, one.load_cell_missed, one.swivel_missed) == (1, 1, 1)
+    for value in (one.length_m, one.tension_N, one.swivel_rad, one.speed_m_s):
+        assert math.isnan(value)
+    assert one.load_cell_counts is one.swivel_counts is None
+    one.take({2: said()})
+    assert (one.missed, one.load_cell_missed, one.swivel_missed) == (0, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("cell", "tension_N"),
+    [(-3001, math.nan), (-3000, 800.0), (0, 50.0), (5000, -1200.0), (5001, math.nan)],
+)
+def test_valid_counts_are_those_that_a_whole_wire_can_give(cell: int, tension_N: float) -> None:
+    one = winch(example_session(**_CELL))
+    one.take({2: said()})
+    one.take({2: said(cell=cell)})
+    assert one.tension_N == pytest.approx(tension_N, nan_ok=True)
+    assert one.load_cell_missed == math.isnan(tension_N)
+    assert one.load_cell_counts == cell
+
+
+def test_speed_is_that_of_the_last_five_cycles() -> None:
+    one = winch(example_session())
+    for k in range(8):
+        assert math.isnan(one.speed_m_s) == (k <= 5)
+        if k > 5:  # of 1000 k² counts: k = 1 and 6, then 2 and 7
+            assert one.speed_m_s == pytest.approx(-1e-4 * ((k - 1) ** 2 - (k - 6) ** 2) / 0.05)
+        one.take({2: said(counts=1000 * k * k)})
+    for k in range(7):
+        one.take({2: said()} if k else {})  # a cycle is missed
+        assert math.isnan(one.speed_m_s) == (k in (0, 5))
+
+
+def test_lengths_and_angles_go_on_where_their_encoders_wrap() -> None:
+    ends = (2**31 - 1, -(2**31))
+    one = winch(example_session(), 1)
+    for count in ends:
+        one.take({1: said(counts=count, swivel=count)})
+    assert one.length_m == pytest.approx(2.0**31 / 1e7, abs=1e-9)
+    assert one.swivel_counts == 2**31
+    short = winch(
+        example_session(**{"type: int32, counts_per_turn": "type: uint16, counts_per_turn"}), 1
+    )
+    for count in (0xFFFF, 0):
+        short.take({1: said(swivel=count)})
+    assert short.swivel_counts == 0x10000
+
+
+def test_sensors_may_be_on_nodes_of_their_own() -> None:
+    session = example_session(**{"load_cell: {": "load_cell: {node: 20, ",
+                                 "swivel: {": "swivel: {node: 21, "})  # fmt: skip
+    one = winch(session)
+    drive = said()
+    sensors = {20: {(0x2401, 1): drive.pop((0x2401, 1))}, 21: {(0x60E4, 2): drive.pop((0x60E4, 2))}}
+    one.take({2: drive, **sensors})
+    assert (one.load_cell_counts, one.swivel_counts) == (-200, 0)
+    one.take({2: drive, 21: sensors[21]})
+    assert (one.missed, one.load_cell_missed, one.swivel_missed) == (0, 1, 0)
+    one.take({2: drive, 20: sensors[20]})
+    assert (one.missed, one.load_cell_missed, one.swivel_missed) == (0, 0, 1)
+
+
+def test_a_winch_without_swivel_encoder_misses_none() -> None:
+    session = example_session()
+    one = WinchState(session.winches[1].model_copy(update={"swivel": None}), session)
+    one.take({2: said()})
+    one.take({})
+    assert one.swivel_missed == 0
+    assert one.swivel_counts is None
+
+
+@pytest.mark.parametrize(
+    ("mode", "tension_N", "torque"),
+    [
+        (cia402.CST, 48.0, 100),
+        (cia402.CST, math.nan, 250),
+        (cia402.CSV, 48.0, 250),
+        (cia402.CSV, math.nan, 250),
+    ],
+)
+def test_torque_is_what_is_wanted_in_torque_mode_and_else_what_holds(
+    mode: int, tension_N: float, torque: int
+) -> None:
+    one = winch(example_session())
+    one.take({2: said(torque=250)})
+    out = one.output(Goal.enabled, mode, -0.25, tension_N)
+    assert out == {
+        cia402.CONTROLWORD: cia402.ENABLE_OPERATION,
+        cia402.MODE: mode,
+        cia402.TARGET_VELOCITY: 2_500_000,
+        cia402.TARGET_TORQUE: torque,
+    }
+
+
+def test_commands_that_are_no_number_are_standstill_and_the_least_tension() -> None:
+    """Nobody knows yet what holds the platform."""
+    one = winch(example_session())
+    for velocity_m_s in (math.nan, math.inf, -math.inf):
+        out = one.output(Goal.enabled, cia402.CST, velocity_m_s, math.nan)
+        assert out[cia402.TARGET_VELOCITY] == 0
+        assert out[cia402.TARGET_TORQUE] == 21  # 10 N
+
+
+def test_units_of_velocity_are_the_drives_own() -> None:
+    unit = "counts_per_m: 1e7"
+    one = winch(example_session(**{unit: f"{unit}\n    velocity_units_per_m_s: 1000"}))
+    out = one.output(Goal.enabled, cia402.CSV, 0.1236, math.nan)
+    assert out[cia402.TARGET_VELOCITY] == -124
+
+
+def test_a_winch_without_a_drum_is_told_no_torque() -> None:
+    session = example_session()
+    one = WinchState(session.winches[1].model_copy(update={"torque": None}), session)
+    one.take({2: said()})
+    assert math.isnan(one.torque_tension_N)
+    assert one.output(Goal.enabled, cia402.CSV, 0.0, 50.0)[cia402.TARGET_TORQUE] == 0
+
+
+@pytest.mark.parametrize(
+    ("brakes", "word"), [("true", cia402.DISABLE_VOLTAGE), ("false", cia402.ENABLE_OPERATION)]
+)
+def test_without_brakes_a_drive_that_holds_is_enabled_from_there(brakes: str, word: int) -> None:
+    one = winch(example_session(**{"brakes: true": f"brakes: {brakes}"}))
+    one.take({2: said(state=State.quick_stop)})
+    assert one.output(Goal.enabled, cia402.CSV, 0.0, 50.0)[cia402.CONTROLWORD] == word

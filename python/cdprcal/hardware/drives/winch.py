@@ -8,7 +8,7 @@ from collections import deque
 from cdprcal.hardware.drives import cia402
 from cdprcal.hardware.drives.cia402 import Goal, State
 from cdprcal.hardware.drives.process_data import Image, Key, Values
-from cdprcal.hardware.session import Session, Torque, Winch
+from cdprcal.hardware.session import Session, Swivel, Torque, Winch
 from cdprcal.hardware.session.objects import object_type, parse_object
 
 _SPEED_CYCLES = 5  # so that an encoder's last digit is no speed
@@ -31,17 +31,14 @@ class Counter:
 
     def __init__(self, bits: int) -> None:
         self._span = 1 << bits
-        self._last: int | None = None
-        self._sum = 0
+        self._sum: int | None = None
 
     def follow(self, counts: int) -> int:
         """The continuous count: each step is the shorter way round."""
-        if self._last is None:
+        if self._sum is None:
             self._sum = counts
-        else:
-            half = self._span // 2
-            self._sum += (counts - self._last + half) % self._span - half
-        self._last = counts
+        half = self._span // 2
+        self._sum += (counts - self._sum + half) % self._span - half
         return self._sum
 
 
@@ -70,11 +67,10 @@ class WinchState:
         self._lengths_m: deque[float] = deque(maxlen=_SPEED_CYCLES + 1)
         self._position = Counter(32)
         self._load_cell_key = parse_object(winch.load_cell.object)
-        self._swivel_key: Key = (0, 0)
-        self._swivel_counter = Counter(32)
-        if winch.swivel is not None:
-            self._swivel_key = parse_object(winch.swivel.object)
-            self._swivel_counter = Counter(object_type(winch.swivel.type).bits)
+        self._swivel: tuple[Swivel, Key, Counter] | None = None
+        if (swivel := winch.swivel) is not None:
+            counter = Counter(object_type(swivel.type).bits)
+            self._swivel = swivel, parse_object(swivel.object), counter
 
     def take(self, image: Image) -> None:
         """A cycle's inputs; what did not come keeps nothing of the past but the drive's state."""
@@ -96,7 +92,7 @@ class WinchState:
 
     @property
     def speed_m_s(self) -> float:
-        """Of pay-out, over the last few cycles; NaN when one of them is missing."""
+        """Of pay-out, over the last few cycles; NaN when the encoder was silent at an end."""
         if len(self._lengths_m) <= _SPEED_CYCLES:
             return math.nan
         return (self._lengths_m[-1] - self._lengths_m[0]) / (_SPEED_CYCLES * self._period_s)
@@ -122,16 +118,16 @@ class WinchState:
         self.tension_N = cell.sign * (self.load_cell_counts - cell.zero_counts) / cell.counts_per_N
 
     def _take_swivel(self, image: Image) -> None:
-        swivel = self.winch.swivel
         self.swivel_rad, self.swivel_counts = math.nan, None
-        if swivel is None:
+        if self._swivel is None:
             return
+        swivel, key, counter = self._swivel
         values = image.get(swivel.node or self.winch.node)
         if values is None:
             self.swivel_missed += 1
             return
         self.swivel_missed = 0
-        self.swivel_counts = counts = self._swivel_counter.follow(values[self._swivel_key])
+        self.swivel_counts = counts = counter.follow(values[key])
         self.swivel_rad = swivel.sign * 2.0 * math.pi * counts / swivel.counts_per_turn
 
     def output(self, goal: Goal, mode: int, velocity_m_s: float, tension_N: float) -> Values:
