@@ -61,13 +61,13 @@ class _PumpedSdo(SdoClient):
     RESPONSE_TIMEOUT = 0.0
     MAX_RETRIES = 1
 
-    def __init__(self, node: int, pump: Callable[[Callable[[], bool], float], bool]) -> None:
+    def __init__(self, node: int, await_: Callable[[Callable[[], bool]], None]) -> None:
         dictionary = canopen.ObjectDictionary()  # type: ignore[no-untyped-call]
         super().__init__(_SDO + node, 0x580 + node, dictionary)  # type: ignore[no-untyped-call]
-        self._pump = pump
+        self._await = await_
 
     def read_response(self) -> Any:
-        self._pump(lambda: not self.responses.empty(), _SDO_TIMEOUT_S)
+        self._await(lambda: not self.responses.empty())
         return super().read_response()  # type: ignore[no-untyped-call]
 
 
@@ -79,7 +79,7 @@ class _Node:
         self.outputs = split_into_pdos(layout.outputs)
         self.inputs = split_into_pdos(layout.inputs)
         self.fresh: list[Values | None] = [None] * len(self.inputs)
-        self.heard_s = math.inf
+        self.heard_s: float  # since it was started
         self.lost = False
 
 
@@ -103,7 +103,6 @@ class CanopenFieldbus:
         self._sdo: dict[int, SdoClient] = {}
         self._nodes: dict[int, _Node] = {}
         self._faults: list[str] = []
-        self._operational = False
         self._abandoned = False
         try:
             self._hear_others()
@@ -113,13 +112,12 @@ class CanopenFieldbus:
 
     def _hear_others(self) -> None:
         """Raises BackendError when another master speaks on the bus, before this one does."""
-        assert self._bus is not None
         nodes = {winch.node for winch in self._session.winches}
         others = {_NMT, _SYNC, _HEARTBEAT + self._settings.master_node}
         others |= {base + node for base in (*_RPDO, _SDO) for node in nodes}
         here = self._settings.interface == "virtual" and self._session.is_simulated
         until_s = self._clock.now_s() + (0.0 if here else _LISTEN_S)
-        while (message := self._clock.receive(self._bus, until_s)) is not None:
+        while (message := self._received(until_s)) is not None:
             if message.arbitration_id in others and not message.is_error_frame:
                 raise BackendError(
                     f"CAN bus {self._settings.channel}: another master speaks there "
@@ -161,11 +159,14 @@ class CanopenFieldbus:
 
     def _client(self, node: int) -> SdoClient:
         if node not in self._sdo:
-            client = _PumpedSdo(node, self._pump)
+            client = _PumpedSdo(node, self._await_response)
             client.network = self._network
             self._network.subscribe(client.tx_cobid, client.on_response)
             self._sdo[node] = client
         return self._sdo[node]
+
+    def _await_response(self, came: Callable[[], bool]) -> None:
+        self._pump(came, self._clock.now_s() + _SDO_TIMEOUT_S)
 
     # --- start -----------------------------------------------------------------------------------
 
@@ -188,7 +189,6 @@ class CanopenFieldbus:
             self._nmt(layout.node, 1)
             self._nodes[layout.node].heard_s = self._clock.now_s()
         self._faults.clear()
-        self._operational = True
 
     def _map(self, node: _Node, outputs: bool) -> None:
         name = self._name(node.layout.node)
@@ -269,7 +269,7 @@ class CanopenFieldbus:
     def exchange(self, outputs: Image) -> Image:
         began_s = self._clock.now_s()
         # What comes too late for its cycle must not pass for an answer in the next.
-        while self._bus is not None and (late := self._received()) is not None:
+        while (late := self._received()) is not None:
             self._take(late)
         for node in self._nodes.values():
             node.fresh = [None] * len(node.inputs)
@@ -277,8 +277,7 @@ class CanopenFieldbus:
             self.send(outputs)
             self._send(_HEARTBEAT + self._settings.master_node, bytes([_OPERATIONAL]))
         self._send(_SYNC, b"")
-        waiting_s = _ANSWER_SHARE * self._session.period_s
-        self._pump(self._all_fresh, began_s + waiting_s - self._clock.now_s())
+        self._pump(self._all_fresh, began_s + _ANSWER_SHARE * self._session.period_s)
         self._judge_heartbeats()
         image: dict[int, Values] = {}
         for number, node in self._nodes.items():
@@ -299,7 +298,7 @@ class CanopenFieldbus:
     def abandon(self) -> None:
         if self._abandoned:
             return
-        self._abandoned, self._operational = True, False
+        self._abandoned = True
         for number, node in self._nodes.items():
             if node.outputs:
                 self._nmt(number, 2)
@@ -334,21 +333,15 @@ class CanopenFieldbus:
 
     # --- messages --------------------------------------------------------------------------------
 
-    def _pump(self, done: Callable[[], bool], timeout_s: float) -> bool:
+    def _pump(self, done: Callable[[], bool], until_s: float) -> None:
         """Takes messages off the bus until ``done`` or the time is over."""
-        until_s = self._clock.now_s() + timeout_s
-        while not done():
-            if self._bus is None:
-                raise BackendError("the bus is closed; connect again")
-            message = self._received(until_s)
-            if message is None:
-                return done()
+        while not done() and (message := self._received(until_s)) is not None:
             self._take(message)
-        return True
 
     def _received(self, until_s: float | None = None) -> can.Message | None:
         """The next message; without ``until_s`` only if it is there already."""
-        assert self._bus is not None
+        if self._bus is None:
+            raise BackendError("the bus is closed; connect again")
         try:
             if until_s is None:
                 return self._bus.recv(0.0)
@@ -379,7 +372,7 @@ class CanopenFieldbus:
 
     def _on_emcy(self, can_id: int, data: bytearray, timestamp: float) -> None:
         code, register = struct.unpack_from("<HB", data)
-        if code & 0xFF00 and self._operational:
+        if code & 0xFF00 and not self._abandoned:
             self._faults.append(
                 f"{self._name(can_id & 0x7F)}: EMCY 0x{code:04X}, error register 0x{register:02X}"
             )
@@ -388,7 +381,7 @@ class CanopenFieldbus:
         number = can_id & 0x7F
         state = data[0] & 0x7F
         self._nodes[number].heard_s = self._clock.now_s()
-        if self._operational and state != _OPERATIONAL:
+        if state != _OPERATIONAL and not self._abandoned:
             what = _STATES.get(state, f"in NMT state {state}")
             self._faults.append(f"{self._name(number)}: is {what}")
 
@@ -415,8 +408,8 @@ def open_can_bus(settings: CanopenBus) -> can.BusABC:
     if settings.interface == "udp_multicast":
         options = {"hop_limit": 0}  # not beyond this machine
         # Sockets of one port hear all its groups: two busses at a time need two ports.
-        group, colon, port = channel.partition(":")
-        if colon and port.isdecimal():
+        group, _, port = channel.partition(":")
+        if port.isdecimal():
             channel, options["port"] = group, int(port)
     elif settings.interface == "virtual":
         options = {}
