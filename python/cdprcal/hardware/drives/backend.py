@@ -88,7 +88,7 @@ class FieldbusBackend:
         self._velocity_m_s = [0.0] * len(self._winches)
         self._tension_N = [math.nan] * len(self._winches)
         self._attitude: Attitude | None = None
-        self._fresh_s = math.nan
+        self._fresh_s = 0.0  # when all winches were last heard; they were before the first sample
         self._due_s = math.nan
         self._began_s = math.nan
         self._stopped = False
@@ -225,11 +225,10 @@ class FieldbusBackend:
                 self._own_positions.append((winch, own))
         self._effective.append(effective)
         # Interpolation between set-points: the cycle in milliseconds, or tenths of them.
-        exponent = -3 if (1e3 * session.period_s) % 1.0 < 1e-9 else -4
-        period = round(session.period_s * 10.0**-exponent)
-        if 1 <= period <= 255:
-            self._try_write(winch, cia402.INTERPOLATION_PERIOD, period, 1)
-            self._try_write(winch, cia402.INTERPOLATION_EXPONENT, exponent & 0xFF, 1)
+        exponent = -3 if 1e3 % session.rate_Hz == 0.0 else -4
+        period = round(10.0**-exponent / session.rate_Hz)
+        self._try_write(winch, cia402.INTERPOLATION_PERIOD, period, 1)
+        self._try_write(winch, cia402.INTERPOLATION_EXPONENT, exponent & 0xFF, 1)
 
     def _write(self, winch: WinchState, key: tuple[int, int], value: int, size: int) -> None:
         self._bus.sdo_write(winch.winch.node, *key, value.to_bytes(size, "little"))
@@ -279,7 +278,7 @@ class FieldbusBackend:
     def _wiggle(self) -> None:
         """Pays out each cable a little and reels it in. Raises BackendError with what is wrong."""
         most = math.floor(self._session.safety.wiggle_m / (SPEED_M_S * self._session.period_s))
-        if most < 1 or len(self._winches) < 2:
+        if most < 1:
             return
         responses = Responses([efficiency_of(winch) for winch in self._winches])
         for at in range(len(self._winches)):
@@ -314,7 +313,7 @@ class FieldbusBackend:
         """Tensions [cycles, n] while all cables stand, once the last motion has faded a little."""
         rows = []
         self._velocity_m_s = [0.0] * len(self._winches)
-        cycles = math.ceil(REST_S / self._session.period_s)
+        cycles = round(REST_S * self._session.rate_Hz)
         for cycle in range(2 * cycles):
             self._supervise(self._outputs())
             row = [winch.tension_N for winch in self._winches]
@@ -488,7 +487,7 @@ class FieldbusBackend:
             sample.swivel_rad = np.array([winch.swivel_rad for winch in self._winches])
         if not any(winch.missed for winch in self._winches):
             self._fresh_s = time_s
-        sample.drives_time_s = self._fresh_s if math.isfinite(self._fresh_s) else time_s
+        sample.drives_time_s = self._fresh_s
         if self._attitude is not None:
             convention = self._robot.euler_convention
             sample.roll_pitch_yaw_rad = _core.euler_from_rotation(
