@@ -163,27 +163,28 @@ class Still:
         self._least_m = _STILL_TIMES * step_m
         self._longest_m = 0.0
         self._moves = 0
-        self._path_m = 0.0
-        self._counts: list[int | None] = [None] * count
-        self._since_m = [0.0] * count
+        self._path_m: float  # since the first cycle
+        #: Each cable's reading, and from where on the path it stands.
+        self._stands: list[tuple[int, float] | None] = [None] * count
 
     def push(self, path_m: float, counts: Sequence[int | None]) -> None:
         """A cycle: how far cables have gone since the first one, and the readings."""
         self._path_m = path_m
         for at, value in enumerate(counts):
-            before = self._counts[at]
-            if value is None or (before is not None and abs(value - before) <= 1):
+            before = self._stands[at]
+            if value is None or (before is not None and abs(value - before[0]) <= 1):
                 continue
             if before is not None:
                 self._moves += 1
-                self._longest_m = max(self._longest_m, path_m - self._since_m[at])
-            self._counts[at], self._since_m[at] = value, path_m
+                self._longest_m = max(self._longest_m, path_m - before[1])
+            self._stands[at] = value, path_m
 
     def stuck(self, at: int) -> bool:
         """Whether a cable's reading stands, and for too long."""
-        if self._counts[at] is None or self._moves < _STILL_KNOWN:
+        stands = self._stands[at]
+        if stands is None or self._moves < _STILL_KNOWN:
             return False
-        still_m = self._path_m - self._since_m[at]
+        still_m = self._path_m - stands[1]
         return still_m > max(self._least_m, _STILL_TIMES * self._longest_m)
 
 
