@@ -140,13 +140,15 @@ def test_foreign_masters_are_heard_before_anything_is_said(
     if can_id in (0x701, 0x181):  # a node's own heartbeat and inputs
         CanopenFieldbus(session, clock).close()  # type: ignore[arg-type]
         return
-    with pytest.raises(BackendError, match=rf"another master speaks there \(0x{can_id:03X}\)"):
+    words = rf"another master speaks there \(0x{can_id:03X}\)"
+    with pytest.raises(BackendError, match=words) as refused:
         CanopenFieldbus(session, clock)  # type: ignore[arg-type]
     somebody.speak()
     assert somebody.heard == 0
     # It has left the bus: the next one is refused for the same reason, not for the lock.
     with pytest.raises(BackendError, match="another master speaks"):
         CanopenFieldbus(session, clock)  # type: ignore[arg-type]
+    assert refused.tb  # which would hold what was not given back
 
 
 def test_a_late_answer_is_not_that_of_the_next_cycle(
@@ -459,7 +461,10 @@ def test_the_end_of_a_bus() -> None:
     for stop in (True, False):
         session = example_session()
         bus = Wired(session).start()
-        bus.master.close(stop=stop)
+        if stop:
+            bus.master.close()
+        else:
+            bus.master.close(stop=False)
         bus.master.close()
         assert bus.wire.said == [(0, bytes((128, node))) for node in range(1, 5)] * stop
         assert bus.wire._is_shutdown
@@ -590,11 +595,11 @@ def test_how_a_bus_is_opened(
 def test_a_bus_that_cannot_be_opened_is_free_again() -> None:
     session = example_session(**{"interface: virtual": "interface: nobody-has-this",
                                  "port: simulated": "port: x", "simulated: {}": ""})  # fmt: skip
+    refused = []  # a traceback would hold what was not given back
     for _ in range(2):
-        with pytest.raises(
-            BackendError, match=r"CAN bus nobody-has-this test-\d+: cannot be opened"
-        ):
+        with pytest.raises(BackendError, match=r"nobody-has-this test-\d+: cannot be opened") as it:
             CanopenFieldbus(session, SimulatedClock())
+        refused.append(it)
 
 
 def test_another_kind_of_bus_is_a_mistake_of_the_program() -> None:
