@@ -247,25 +247,27 @@ def test_position_limits_are_those_of_the_session_and_a_stop(robot: cdprcal.Robo
 # --- until it can be armed -----------------------------------------------------------------------
 
 
-def test_process_data_is_waited_for_and_no_longer_than_three_seconds(robot: cdprcal.Robot) -> None:
-    for comes_s in (2.9, 3.2):
-        session, clock = at_once(), SimulatedClock()
-        bench = Bench(session)
-        bench.silent = {2}
-        bench.each_cycle = lambda clock=clock, bench=bench, s=comes_s: (  # type: ignore[misc]
-            bench.silent.clear() if clock.now_s() >= s else None
-        )
-        if comes_s < 3.0:
-            OnBench(session, robot, bench=bench, clock=clock)
-            continue
-        ahrs = Level()
-        with pytest.raises(
-            BackendError, match=r"node 2 \(cable 2\): does not send its process dat"
-        ):
-            OnBench(session, robot, bench=bench, clock=clock, ahrs=ahrs)
-        # What was opened is closed.
-        assert bench.ends == [True]
-        assert ahrs.closed == 1
+@pytest.mark.parametrize(("comes_s", "fine"), [(2.9, True), (3.2, False)])
+def test_process_data_is_waited_for_and_no_longer_than_three_seconds(
+    comes_s: float, fine: bool, robot: cdprcal.Robot
+) -> None:
+    session, clock, ahrs = at_once(), SimulatedClock(), Level()
+    bench = Bench(session)
+    bench.silent = {2}
+
+    def come() -> None:
+        if clock.now_s() >= comes_s:
+            bench.silent.clear()
+
+    bench.each_cycle = come
+    if fine:
+        OnBench(session, robot, bench=bench, clock=clock)
+        return
+    with pytest.raises(BackendError, match=r"node 2 \(cable 2\): does not send its process data"):
+        OnBench(session, robot, bench=bench, clock=clock, ahrs=ahrs)
+    # What was opened is closed.
+    assert bench.ends == [True]
+    assert ahrs.closed == 1
 
 
 def test_what_nodes_complain_of_while_it_is_waited_for_is_said(robot: cdprcal.Robot) -> None:
@@ -821,12 +823,13 @@ def test_a_drive_that_does_not_stand_is_given_a_second(robot: cdprcal.Robot) -> 
     on.read()
     on.bench.drives[2].quirks.deaf = True
     began_s = on.clock.now_s()
-    limits = [on.bench.drives[1].dictionary.get(cia402.POSITION_LEAST) for _ in range(1)]
+    dictionary = on.bench.drives[2].dictionary
+    least = dictionary.get(cia402.POSITION_LEAST)
     on.backend.stop()
     assert 0.98 <= on.clock.now_s() - began_s <= 1.02
     assert on.bench.ends == [True]
     # Its limits stay as they are: it may be running.
-    assert [on.bench.drives[1].dictionary.get(cia402.POSITION_LEAST)] == limits
+    assert dictionary.get(cia402.POSITION_LEAST) == least
 
 
 def test_who_is_not_heard_is_not_waited_for(robot: cdprcal.Robot) -> None:
@@ -853,20 +856,21 @@ def test_without_brakes_drives_go_on_holding(broken: bool, robot: cdprcal.Robot)
         assert {drive.state for drive in on.bench.drives.values()} == {State.quick_stop}
 
 
+@pytest.mark.parametrize("state", list(State))
 @pytest.mark.parametrize("brakes", [True, False])
-def test_which_states_stand(brakes: bool, robot: cdprcal.Robot) -> None:
+def test_which_states_stand(brakes: bool, state: State, robot: cdprcal.Robot) -> None:
     """Any without power; in quick stop only who is to hold. Who reacts to a fault still moves."""
     standing = {State.switch_on_disabled, State.fault}
     standing |= {State.ready, State.not_ready} if brakes else {State.quick_stop}
-    for state in State:
-        on = OnBench((at_once if brakes else without_brakes)(), robot)
-        on.read()
-        on.bench.each_cycle = lambda on=on, state=state: on.bench.drives[2].set_state(state)  # type: ignore[misc]
-        on.bench.drives[2].quirks.deaf = True
-        on.bench.drives[2].step = lambda duration_s: None  # type: ignore[method-assign]
-        began_s = on.clock.now_s()
-        on.backend.stop()
-        assert (on.clock.now_s() - began_s < 0.1) == (state in standing), state
+    on = OnBench((at_once if brakes else without_brakes)(), robot)
+    on.read()
+    stays = on.bench.drives[2]
+    stays.quirks.deaf = True
+    stays.step = lambda duration_s: None  # type: ignore[method-assign]
+    on.bench.each_cycle = lambda: stays.set_state(state)
+    began_s = on.clock.now_s()
+    on.backend.stop()
+    assert (on.clock.now_s() - began_s < 0.1) == (state in standing)
 
 
 def test_the_reason_of_a_stop_is_kept(robot: cdprcal.Robot) -> None:

@@ -505,7 +505,7 @@ def test_a_bus_that_breaks_while_others_are_listened_for() -> None:
     ("can_id", "data", "said"),
     [
         (0x82, b"\x10\x23\x81\0\0\0\0\0", "node 2 (cable 2): EMCY 0x2310, error register 0x81"),
-        (0x82, b"\x00\x01\0\0\0\0\0\0", "node 2 (cable 2): EMCY 0x0100, error register 0x00"),
+        (0x81, b"\x00\x01\0\0\0\0\0\0", "node 1 (cable 1): EMCY 0x0100, error register 0x00"),
         (0x82, b"\x00\x00\0\0\0\0\0\0", ""),  # the error is gone
         (0x82, b"\x01\x00\0\0\0\0\0\0", ""),
         (0x82, b"\x10\x23", "CAN bus: 0x082 is malformed"),
