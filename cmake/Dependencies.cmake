@@ -14,3 +14,13 @@ if(NOT TARGET yaml-cpp::yaml-cpp)
   target_link_libraries(cdprcal_yaml_cpp INTERFACE yaml-cpp)
   add_library(yaml-cpp::yaml-cpp ALIAS cdprcal_yaml_cpp)
 endif()
+
+# Debian's Ceres is static and asks for ATLAS and SuiteSparse, for solvers that are never chosen: cpp/unused_solvers.cpp
+# stands for what it would call there. Another Ceres is taken as it is.
+get_target_property(ceres_type Ceres::ceres TYPE)
+set(CDPRCAL_LEAVES_SOLVERS_OUT OFF)
+if(ceres_type STREQUAL "STATIC_LIBRARY" AND Ceres_VERSION VERSION_LESS 2.2)
+  set(CDPRCAL_LEAVES_SOLVERS_OUT ON)
+  set_target_properties(Ceres::ceres PROPERTIES INTERFACE_LINK_LIBRARIES
+                                                "Threads::Threads;glog::glog;gflags;Eigen3::Eigen")
+endif()

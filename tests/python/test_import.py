@@ -39,3 +39,16 @@ def test_what_an_import_brings_in(code: str, allowed: tuple[str, ...]) -> None:
     )
     loaded = set(ran.stdout.split())
     assert not loaded & ({*HEAVY, "numpy"} - set(allowed))
+
+
+def test_libraries_of_solvers_that_are_never_chosen_are_not_loaded() -> None:
+    """Debian's static Ceres would bring in ATLAS and SuiteSparse; see cmake/Dependencies.cmake."""
+    from cdprcal import _core
+
+    if _core.library_versions()["Ceres"] >= "2.2":
+        pytest.skip("another Ceres than the one whose solvers are left out")
+    shown = "import cdprcal._core; print(open('/proc/self/maps').read())"
+    ran = subprocess.run([sys.executable, "-c", shown], capture_output=True, text=True, check=True)
+    assert "libnlopt" in ran.stdout
+    for library in ("liblapack", "libatlas", "libcholmod", "libgfortran.so"):
+        assert library not in ran.stdout
