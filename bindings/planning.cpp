@@ -201,8 +201,6 @@ void register_plan_types(py::module_& module) {
           "Of the initial pose [6]: position [m], world-frame rotation vector [rad]; NaN when it "
           "would not be observable.")
       .def_property_readonly("measured_count", &Plan::measured_count)
-      .def_property_readonly("led_by_lengths", &Plan::led_by_lengths,
-                             "Lengths lead the platform from pose to pose: six cables and more.")
       .def("__repr__", [](const Plan& p) {
         return "Plan('" + p.robot_name + "', " + std::to_string(p.measured_count()) +
                " measured poses, " + std::to_string(p.duration_s) + " s)";

@@ -44,6 +44,9 @@ Mesh make_mesh(const Eigen::MatrixX3d& vertices_m, const Eigen::MatrixX3i& faces
 
 void register_box(py::module_& module) {
   module.def(
+      "even_step_m", &even_step_m, py::arg("box"), py::arg("points"),
+      "Step [m] of a grid of about so many points in a box; in a flat one as many along a side.");
+  module.def(
       "workspace_box", &workspace_box, py::arg("robot"),
       "Where a suspended platform may be: the pulleys' horizontal rectangle, down from the "
       "highest pulley by its larger side, not below the floor; down to the lowest pulley where "

@@ -183,6 +183,7 @@ __all__: list[str] = [
     "equilibrium_mean",
     "euler_from_rotation",
     "euler_rate_matrix",
+    "even_step_m",
     "exp_so3",
     "expanded_effect",
     "explain_empty",
@@ -1416,12 +1417,6 @@ class Plan:
 
     @property
     def duration_s(self) -> float: ...
-    @property
-    def led_by_lengths(self) -> bool:
-        """
-        Lengths lead the platform from pose to pose: six cables and more.
-        """
-
     @property
     def measured_count(self) -> int: ...
     @property
@@ -5131,6 +5126,11 @@ def euler_rate_matrix(
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
     """
     H [3, 3] of omega_world = H · d(roll, pitch, yaw)/dt; singular at gimbal lock.
+    """
+
+def even_step_m(box: Box, points: typing.SupportsFloat | typing.SupportsIndex) -> float:
+    """
+    Step [m] of a grid of about so many points in a box; in a flat one as many along a side.
     """
 
 def exp_so3(

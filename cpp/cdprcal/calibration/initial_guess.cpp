@@ -84,7 +84,7 @@ bool pulls(const CableVector& tension_N, int cable_count) {
 std::optional<Pose> direct_guess(const Robot& robot, const Measurement& m,
                                  const CableVector& reading_N, const ActiveEffects& effects,
                                  const std::optional<Pose>& start = std::nullopt) {
-  if (is_guided(robot)) return std::nullopt;  // tensions alone do not hold it
+  if (is_guided(robot) && !row_of(robot.platform.motion).is_point()) return std::nullopt;
   if (!pulls(reading_N, robot.cable_count())) return std::nullopt;
   EquilibriumResult direct = direct_from_tensions(robot, reading_N, start);
   if (direct.status != EquilibriumStatus::found) return std::nullopt;
@@ -235,15 +235,21 @@ std::vector<Pose> reference_guesses(const Robot& given, const Measurement& refer
     const Pose pose = on_motion(robot, {position, attitude});
     if (platform_state(robot, pose).valid) guesses.push_back(pose);
   };
-  for (const auto& [x, y, z] : kSpread) {
-    const Vector3 position = 0.5 * (low + high) + Vector3(x * span.x(), y * span.y(), z * depth);
-    add(position);
-  }
-  // Or between them, as those of frames all around do.
-  for (const auto& [x, y, z] : kSpread) {
-    if (!is_guided(robot) && robot.cable_count() < 6) break;
-    add(0.5 * (low + high) + Vector3(x * span.x(), y * span.y(), (z + 1.0) * span.z()));
-  }
+  const auto below = [&] {
+    for (const auto& [x, y, z] : kSpread) {
+      add(0.5 * (low + high) + Vector3(x * span.x(), y * span.y(), z * depth));
+    }
+  };
+  const auto between = [&] {  // as platforms of frames all around do
+    for (const auto& [x, y, z] : kSpread) {
+      add(0.5 * (low + high) + Vector3(x * span.x(), y * span.y(), (z + 1.0) * span.z()));
+    }
+  };
+  const bool guided = is_guided(robot);
+  const bool around = guided && span.z() > 0.5 * std::max(span.x(), span.y());
+  if (around) between();
+  below();
+  if (!around && (guided || robot.cable_count() >= 6)) between();
   if (const auto seen = absolute_guess(robot, reference, attitude, guesses)) {
     guesses.insert(guesses.begin(), *seen);
   }

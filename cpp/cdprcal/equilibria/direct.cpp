@@ -15,7 +15,6 @@ namespace cdprcal {
 namespace {
 
 void check_tensions(const Robot& robot, const CableVector& tension_N) {
-  refuse_guided(robot, "direct geometrico-static problem");
   if (tension_N.size() != robot.cable_count() || robot.cable_count() < 1) {
     throw InputError("direct_from_tensions: " + std::to_string(tension_N.size()) +
                      " tensions for " + std::to_string(robot.cable_count()) +
@@ -33,6 +32,7 @@ class TensionProblem {
       : robot_(robot),
         tension_N_(tension_N),
         options_(options),
+        free_(motion_projector(robot)),
         length_scale_m_(characteristic_length_m(robot)),
         step_limit_m_(0.2 * robot_size_m(robot)) {}
 
@@ -46,7 +46,7 @@ class TensionProblem {
   /// Newton on Ξᵀτ = f: any stationary pose of the potential, stable or not.
   EquilibriumResult newton(const Pose& start) {
     EquilibriumResult result;
-    Pose pose = start;
+    Pose pose = on_motion(robot_, start);
     PlatformState there;  // at result.pose
     Vector6 unbalanced = Vector6::Zero();
     const double weight = std::max(robot_.weight_N(), 1e-12);
@@ -60,7 +60,7 @@ class TensionProblem {
         result.reason = describe_invalid(state);
         break;
       }
-      const Vector6 residual = wrench_residual(robot_, state, tension_N_);
+      const Vector6 residual = free_ * wrench_residual(robot_, state, tension_N_);
       const double error = balance_error_N(residual, length_scale_m_);
       if (error < best) {
         best = error;
@@ -73,8 +73,7 @@ class TensionProblem {
       }
       constexpr double kRounding = 1e-15;  // a step more could only be noise
       if (error <= kRounding * weight) break;
-      const Vector6 twist =
-          -Eigen::PartialPivLU<Matrix6>(stiffness(robot_, state, tension_N_)).solve(residual);
+      const Vector6 twist = -Eigen::PartialPivLU<Matrix6>(free_stiffness(state)).solve(residual);
       if (!twist.allFinite()) break;
       pose = step_along(pose, twist);
     }
@@ -90,18 +89,18 @@ class TensionProblem {
     constexpr int kMostSteps = 12;
     constexpr double kNear = 1e-3;  // of the weight: Newton's method does the rest
     const double weight = std::max(robot_.weight_N(), 1e-12);
-    Pose pose = start;
+    Pose pose = on_motion(robot_, start);
     double energy_J = HUGE_VAL;
     for (int step = 0; step < kMostSteps; ++step) {
       const PlatformState state = platform_state(robot_, pose);
       ++evaluations_;
       if (!state.valid) return std::nullopt;
       const double now_J = potential_energy(robot_, pose, state, tension_N_);
-      const Matrix6 k = stiffness(robot_, state, tension_N_);
+      const Matrix6 k = free_stiffness(state);
       const Eigen::LLT<Matrix6> factor(Matrix6(0.5 * (k + k.transpose())));
       if (!(now_J < energy_J) || factor.info() != Eigen::Success) return std::nullopt;
       energy_J = now_J;
-      const Vector6 residual = wrench_residual(robot_, state, tension_N_);
+      const Vector6 residual = free_ * wrench_residual(robot_, state, tension_N_);
       if (balance_error_N(residual, length_scale_m_) < kNear * weight) return pose;
       const Vector6 twist = -factor.solve(residual);
       if (!twist.allFinite()) return std::nullopt;
@@ -123,9 +122,9 @@ class TensionProblem {
   /// NLopt to a minimum, then Newton.
   EquilibriumResult search(const Pose& start) {
     EquilibriumResult result;
-    if (!platform_state(robot_, start).valid) {
+    if (const PlatformState at = platform_state(robot_, on_motion(robot_, start)); !at.valid) {
       result.status = EquilibriumStatus::invalid_geometry;
-      result.reason = "the start: " + describe_invalid(platform_state(robot_, start));
+      result.reason = "the start: " + describe_invalid(at);
       return failure(result);
     }
     const double weight = std::max(robot_.weight_N(), 1e-12);
@@ -163,6 +162,11 @@ class TensionProblem {
   }
 
  private:
+  [[nodiscard]] Matrix6 free_stiffness(const PlatformState& state) const {
+    const Matrix6 whole = stiffness(robot_, state, tension_N_);
+    return is_guided(robot_) ? on_free_motion(free_, whole) : whole;
+  }
+
   EquilibriumResult accept(const Pose& pose, const PlatformState& state,
                            const Vector6& residual) const {
     EquilibriumResult result;
@@ -201,6 +205,7 @@ class TensionProblem {
   const Robot& robot_;
   const CableVector& tension_N_;
   const DirectOptions& options_;
+  Matrix6 free_;
   double length_scale_m_;
   double step_limit_m_;
   int evaluations_ = 0;
@@ -214,7 +219,8 @@ EquilibriumResult direct_from_tensions(const Robot& robot, const CableVector& te
   check_tensions(robot, tension_N);
   TensionProblem problem(robot, tension_N, options);
   EquilibriumResult last;
-  if (tension_N.sum() <= robot.weight_N()) {  // |t_z| ≤ 1: no pose can carry the weight
+  // |t_z| ≤ 1: without guides no pose can carry the weight.
+  if (!is_guided(robot) && tension_N.sum() <= robot.weight_N()) {
     last.reason = "the tensions add up to less than the weight: no pose can be in balance";
     return last;
   }

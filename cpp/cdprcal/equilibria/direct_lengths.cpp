@@ -21,12 +21,11 @@ using KktMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::C
 using KktVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 12, 1>;
 
 void check_lengths(const Robot& robot, const CableVector& length_m) {
-  refuse_guided(robot, "direct geometrico-static problem");
   const int n = robot.cable_count();
-  if (n > 6) {
+  if (n > freedoms(robot)) {
     throw InputError("direct_from_lengths: " + std::to_string(n) +
-                     " cables over-determine the pose (at most 6); which of them are taut depends "
-                     "on elasticity");
+                     " cables over-determine the pose (at most " + std::to_string(freedoms(robot)) +
+                     "); which of them are taut depends on elasticity");
   }
   if (length_m.size() != n || n < 1) {
     throw InputError("direct_from_lengths: " + std::to_string(length_m.size()) + " lengths for " +
@@ -43,14 +42,14 @@ class LengthProblem {
       : robot_(robot),
         target_m_(length_m),
         options_(options),
+        free_(motion_projector(robot)),
         length_scale_m_(characteristic_length_m(robot)),
         size_m_(robot_size_m(robot)) {}
 
   /// NLopt to a minimum, then the active set.
   EquilibriumResult minimum(const Pose& start) {
-    if (!platform_state(robot_, start).valid) {
-      return failure(EquilibriumStatus::invalid_geometry,
-                     "the start: " + describe_invalid(platform_state(robot_, start)));
+    if (const PlatformState at = platform_state(robot_, on_motion(robot_, start)); !at.valid) {
+      return failure(EquilibriumStatus::invalid_geometry, "the start: " + describe_invalid(at));
     }
     PoseObjective objective;
     objective.value = [&](const Pose& pose, const PlatformState& state, Vector6* gradient) {
@@ -83,7 +82,7 @@ class LengthProblem {
   EquilibriumResult polish(const Pose& start, bool release) {
     Mask taut{};
     std::fill_n(taut.begin(), robot_.cable_count(), true);
-    Pose pose = start;
+    Pose pose = on_motion(robot_, start);
     if (release) {
       const PlatformState state = platform_state(robot_, pose);
       if (!state.valid)
@@ -125,15 +124,15 @@ class LengthProblem {
         reason = describe_invalid(state);
         break;
       }
-      const WrenchMatrix structure = structure_matrix(state);
+      const WrenchMatrix structure = free_ * structure_matrix(state);
+      const Vector6 load = free_ * gravity_wrench(robot_, state);
       if (step == 0) {  // multipliers that fit the start best
         WrenchMatrix columns(6, m);
         for (int k = 0; k < m; ++k) columns.col(k) = structure.col(active[k]);
-        const CableVector fit =
-            Eigen::ColPivHouseholderQR<WrenchMatrix>(columns).solve(gravity_wrench(robot_, state));
+        const CableVector fit = Eigen::ColPivHouseholderQR<WrenchMatrix>(columns).solve(load);
         for (int k = 0; k < m; ++k) tension[active[k]] = fit[k];
       }
-      const Vector6 balance = structure * tension - gravity_wrench(robot_, state);
+      const Vector6 balance = structure * tension - load;
       KktVector residual(6 + m);
       residual.head<6>() = balance;
       double stretch = 0.0;
@@ -152,7 +151,8 @@ class LengthProblem {
         break;
       }
       KktMatrix kkt = KktMatrix::Zero(6 + m, 6 + m);
-      kkt.topLeftCorner<6, 6>() = stiffness(robot_, state, tension);
+      const Matrix6 hessian = stiffness(robot_, state, tension);
+      kkt.topLeftCorner<6, 6>() = is_guided(robot_) ? on_free_motion(free_, hessian) : hessian;
       for (int k = 0; k < m; ++k) {
         kkt.block<6, 1>(0, 6 + k) = structure.col(active[k]);
         kkt.block<1, 6>(6 + k, 0) = structure.col(active[k]).transpose();
@@ -201,7 +201,7 @@ class LengthProblem {
     result.pose = pose;
     result.tension_N = tension_N;
     result.length_m = state.length_m();
-    result.residual_N = balance_error_N(wrench_residual(robot_, state, tension_N), length_scale_m_);
+    result.residual_N = unbalanced_N(robot_, state, tension_N);
     result.evaluations = evaluations_;
     result.stability = taut_stability(state, tension_N, taut);
     result.stable = result.stability.locked_lengths_N_m > 0.0;
@@ -244,6 +244,7 @@ class LengthProblem {
   const Robot& robot_;
   const CableVector& target_m_;
   const DirectOptions& options_;
+  Matrix6 free_;
   double length_scale_m_;
   double size_m_;
   int evaluations_ = 0;

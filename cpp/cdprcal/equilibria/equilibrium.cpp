@@ -24,8 +24,10 @@ Vector6 twist_scale(double length_scale_m) {
 }
 
 /// Orthonormal complement of the cables' rows: Gram–Schmidt with reorthogonalisation, first over
-/// the rows of ∂l/∂δ, then over the axes, always taking the axis that is farthest from the span.
-FreeMatrix free_basis(const CableJacobian& rows) {
+/// the rows (of ∂l/∂δ, and what guides prevent), then over the axes, always taking the axis that is
+/// farthest from the span.
+template <typename Rows>
+FreeMatrix free_basis(const Rows& rows) {
   Eigen::Matrix<double, 6, 6> basis;
   int count = 0;
   const auto project = [&](Vector6 v) {
@@ -51,9 +53,17 @@ FreeMatrix free_basis(const CableJacobian& rows) {
 
 /// K_f of eq. A4 in scaled coordinates, symmetrised (at an equilibrium it is symmetric already).
 FreeMatrix scaled_free_stiffness(const PlatformState& state, const Matrix6& stiffness,
-                                 const Vector6& scale) {
+                                 const Vector6& scale, const TwistBasis& guided) {
   const CableJacobian rows = length_jacobian(state) * scale.asDiagonal();
-  const FreeMatrix basis = free_basis(rows);
+  FreeMatrix basis;
+  if (guided.cols() == 0) {
+    basis = free_basis(rows);
+  } else {
+    Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMaxCables + 6, 6> all(rows.rows() + guided.cols(),
+                                                                       6);
+    all << guided.transpose(), rows;
+    basis = free_basis(all);
+  }
   const Matrix6 scaled = scale.asDiagonal() * stiffness * scale.asDiagonal();
   // lazyProduct: these are too small for blocking to pay.
   const FreeMatrix turned = scaled.lazyProduct(basis);
@@ -87,7 +97,8 @@ bool positive_definite(FreeMatrix k) {
 
 bool stable_with_locked_lengths(const PlatformState& state, const Matrix6& stiffness,
                                 double length_scale_m) {
-  return positive_definite(scaled_free_stiffness(state, stiffness, twist_scale(length_scale_m)));
+  return positive_definite(
+      scaled_free_stiffness(state, stiffness, twist_scale(length_scale_m), TwistBasis(6, 0)));
 }
 
 bool stable_with_constant_tensions(const Matrix6& stiffness, double length_scale_m) {
@@ -99,19 +110,16 @@ Stability stability(const Robot& robot, const PlatformState& state, const CableV
   const Vector6 scale = twist_scale(characteristic_length_m(robot));
   const Matrix6 hessian = stiffness(robot, state, tension_N);
   Stability result;
-  if (is_guided(robot)) {
-    // As many cables as freedoms and more leave none of them free.
-    const TwistBasis basis = motion_basis(robot);
-    const FreeMatrix k =
-        basis.transpose() * (scale.asDiagonal() * hessian * scale.asDiagonal()) * basis;
-    result.constant_tensions_N_m = least_eigenvalue(0.5 * (k + k.transpose()));
-    result.locked_lengths_N_m = std::numeric_limits<double>::infinity();
-    return result;
-  }
-  const FreeMatrix free = scaled_free_stiffness(state, hessian, scale);
+  const FreeMatrix free = scaled_free_stiffness(state, hessian, scale, guided_basis(robot));
   result.locked_lengths_N_m =
       free.rows() == 0 ? std::numeric_limits<double>::infinity() : least_eigenvalue(free);
   const Matrix6 scaled = scale.asDiagonal() * hessian * scale.asDiagonal();
+  if (is_guided(robot)) {
+    const TwistBasis basis = motion_basis(robot);
+    const FreeMatrix k = basis.transpose() * scaled * basis;
+    result.constant_tensions_N_m = least_eigenvalue(0.5 * (k + k.transpose()));
+    return result;
+  }
   const Matrix6 symmetric = 0.5 * (scaled + scaled.transpose());
   result.constant_tensions_N_m =
       Eigen::SelfAdjointEigenSolver<Matrix6>(symmetric, Eigen::EigenvaluesOnly).eigenvalues()[0];
@@ -121,6 +129,17 @@ Stability stability(const Robot& robot, const PlatformState& state, const CableV
 double balance_error_N(const Vector6& wrench_residual, double length_scale_m) {
   return std::sqrt(wrench_residual.head<3>().squaredNorm() +
                    wrench_residual.tail<3>().squaredNorm() / (length_scale_m * length_scale_m));
+}
+
+double unbalanced_N(const Robot& robot, const PlatformState& state, const CableVector& tension_N) {
+  const Vector6 residual = wrench_residual(robot, state, tension_N);
+  const double length_m = characteristic_length_m(robot);
+  if (!is_guided(robot)) return balance_error_N(residual, length_m);
+  return balance_error_N(motion_projector(robot) * residual, length_m);
+}
+
+Matrix6 on_free_motion(const Matrix6& projector, const Matrix6& stiffness) {
+  return projector * stiffness * projector + Matrix6::Identity() - projector;
 }
 
 const char* to_string(EquilibriumStatus status) {

@@ -19,12 +19,6 @@ namespace {
 constexpr double kStepLimit = 0.3;
 /// Tensions may pass a limit by this much of the range: rounding, not infeasibility.
 constexpr double kLimitSlack = 1e-9;
-/// Where guides do not let the platform be [m, rad].
-constexpr double kOffMotion = 1e-6;
-
-bool allowed(const Robot& robot, const Pose& pose) {
-  return !is_guided(robot) || !(minus(on_motion(robot, pose), pose).norm() > kOffMotion);
-}
 
 }  // namespace
 
@@ -54,7 +48,7 @@ InverseSolver::InverseSolver(Robot robot, const InverseOptions& options)
     throw InputError("rotation: " + std::to_string(n) +
                      " cables do not hold an orientation, statics choose it; leave it out");
   }
-  if (options_.rotation && !allowed(robot_, {Vector3::Zero(), *options_.rotation})) {
+  if (options_.rotation && !is_on_motion(robot_, {Vector3::Zero(), *options_.rotation})) {
     throw InputError(std::string("rotation: the motion ") + to_string(robot_.platform.motion) +
                      " does not allow it; leave it out");
   }
@@ -123,7 +117,7 @@ InverseSolver::Point InverseSolver::held(const Vector3& position_m,
   Point point;
   point.rotation = rotation;
   const Pose pose{position_m, rotation};
-  if (!allowed(robot_, pose)) return point;
+  if (!is_on_motion(robot_, pose)) return point;
   const PlatformState state = platform_state(robot_, pose);
   if (!state.valid) {
     point.status = EquilibriumStatus::invalid_geometry;
@@ -218,7 +212,7 @@ InverseResult InverseSolver::describe(const Vector3& position_m, const Point& po
       return result;
     case EquilibriumStatus::not_found:
       result.reason = !holds_ ? "no orientation balances the moments at this position"
-                      : allowed(robot_, pose)
+                      : is_on_motion(robot_, pose)
                           ? "the cables do not hold the platform in all directions there"
                           : "the platform's motion does not take it there";
       return result;
@@ -240,12 +234,7 @@ InverseResult InverseSolver::describe(const Vector3& position_m, const Point& po
   const PlatformState state = platform_state(robot_, result.pose);
   result.length_m = state.length_m();
   result.lambda_N = lambda_of(robot_, state, point.tension_N);
-  Vector6 residual = wrench_residual(robot_, state, point.tension_N);
-  if (is_guided(robot_)) {  // guides carry the rest
-    const TwistBasis free = motion_basis(robot_);
-    residual = free * (free.transpose() * residual).eval();
-  }
-  result.residual_N = balance_error_N(residual, length_scale_m_);
+  result.residual_N = unbalanced_N(robot_, state, point.tension_N);
   result.stability = stability(robot_, state, point.tension_N);
   result.stable = (options_.stability == StabilityNotion::locked_lengths
                        ? result.stability.locked_lengths_N_m

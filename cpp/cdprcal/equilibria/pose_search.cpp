@@ -4,6 +4,8 @@
 #include <nlopt.hpp>
 #include <vector>
 
+#include "cdprcal/kinematics/motion.hpp"
+
 namespace cdprcal {
 namespace {
 
@@ -19,7 +21,11 @@ class Search {
  public:
   Search(const Robot& robot, const Pose& start, const PoseObjective& objective,
          const PoseSearchOptions& options)
-      : robot_(robot), start_(start), objective_(objective), options_(options) {}
+      : robot_(robot),
+        start_(on_motion(robot, start)),
+        objective_(objective),
+        options_(options),
+        free_(motion_projector(robot)) {}
 
   [[nodiscard]] int size() const { return options_.fixed_position ? 3 : 6; }
   [[nodiscard]] int evaluations() const { return evaluations_; }
@@ -28,7 +34,7 @@ class Search {
     Vector6 twist = Vector6::Zero();
     if (!options_.fixed_position) twist.head<3>() = Eigen::Map<const Vector3>(x);
     twist.tail<3>() = Eigen::Map<const Vector3>(x + size() - 3) / options_.length_scale_m;
-    return plus(start_, twist);
+    return plus(start_, free_ * twist);
   }
 
   double value(const double* x, double* gradient) {
@@ -71,17 +77,21 @@ class Search {
   }
 
   void to_coordinates(const double* x, const Vector6& by_twist, double* gradient) const {
-    const Vector3 theta = Eigen::Map<const Vector3>(x + size() - 3) / options_.length_scale_m;
-    const Vector3 by_theta =
-        left_jacobian_so3(theta).transpose() * by_twist.tail<3>() / options_.length_scale_m;
-    if (!options_.fixed_position) std::copy_n(by_twist.data(), 3, gradient);
+    const Matrix3 turns = free_.bottomRightCorner<3, 3>();
+    const Vector3 theta =
+        turns * Eigen::Map<const Vector3>(x + size() - 3) / options_.length_scale_m;
+    const Vector3 by_theta = turns * (left_jacobian_so3(theta).transpose() * by_twist.tail<3>()) /
+                             options_.length_scale_m;
+    const Vector3 by_shift = free_.topLeftCorner<3, 3>() * by_twist.head<3>();
+    if (!options_.fixed_position) std::copy_n(by_shift.data(), 3, gradient);
     std::copy_n(by_theta.data(), 3, gradient + size() - 3);
   }
 
   const Robot& robot_;
-  const Pose& start_;
+  Pose start_;
   const PoseObjective& objective_;
   const PoseSearchOptions& options_;
+  Matrix6 free_;  ///< motion_projector
   std::array<double, 6> last_{};
   Pose pose_;
   PlatformState state_;

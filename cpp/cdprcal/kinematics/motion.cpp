@@ -55,12 +55,21 @@ TwistBasis guided_basis(const Robot& robot) {
   return TwistBasis(6, 0);
 }
 
-void refuse_guided(const Robot& robot, const std::string& what) {
-  if (!is_guided(robot)) return;
-  throw InputError(
-      what + ": " + robot.name + " is guided (platform.motion " + to_string(robot.platform.motion) +
-      "), which is not known there; use calibrate, diagnose, geometry, generate or the "
-      "inverse problem, which know it");
+Matrix6 motion_projector(const Robot& robot) {
+  const TwistBasis free = motion_basis(robot);
+  return free * free.transpose();
+}
+
+std::optional<int> axis_across(const Robot& robot) {
+  if (!row_of(robot.platform.motion).is_planar()) return std::nullopt;
+  int axis = 0;
+  constexpr double kAlong = 1e-9;  // what a normal written with 16 digits may be off
+  if (robot.platform.motion_plane_normal.cwiseAbs().maxCoeff(&axis) < 1.0 - kAlong) {
+    throw InputError(robot.name +
+                     ": platform.motion_plane_normal is along no axis of the world, as boxes and "
+                     "grids are; turn the frame of the robot file");
+  }
+  return axis;
 }
 
 Pose on_motion(const Robot& robot, const Pose& pose) {
@@ -83,6 +92,11 @@ Pose on_motion(const Robot& robot, const Pose& pose) {
     }
   }
   return out;
+}
+
+bool is_on_motion(const Robot& robot, const Pose& pose) {
+  constexpr double kOff = 1e-6;
+  return !is_guided(robot) || minus(on_motion(robot, pose), pose).norm() <= kOff;
 }
 
 }  // namespace cdprcal

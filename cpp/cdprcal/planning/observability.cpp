@@ -42,13 +42,14 @@ double log_determinant(const Eigen::MatrixXd& information) {
   return of(information) - of(information.bottomRightCorner(errors, errors));
 }
 
-std::optional<Matrix6> inverse_of(const Matrix6& information) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(information);
+std::optional<Matrix6> inverse_of(const Matrix6& information, const TwistBasis& motion) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(motion.transpose() * information *
+                                                             motion);
   if (!(eigen.eigenvalues().minCoeff() > 1e-12 * eigen.eigenvalues().maxCoeff())) {
     return std::nullopt;
   }
-  return eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() *
-         eigen.eigenvectors().transpose();
+  const TwistBasis axes = motion * eigen.eigenvectors();
+  return axes * eigen.eigenvalues().cwiseInverse().asDiagonal() * axes.transpose();
 }
 
 }  // namespace
@@ -130,7 +131,7 @@ Matrix6 Observability::on_initial_pose(const Eigen::MatrixXd& information) {
 
 Selection select_d_optimal(const Eigen::MatrixXd& start_information,
                            const std::vector<Eigen::MatrixXd>& information, int count,
-                           const std::function<bool()>& proceed) {
+                           const std::function<bool()>& proceed, const TwistBasis& motion) {
   const int candidates = static_cast<int>(information.size());
   if (count < 1 || count > candidates) {
     throw InputError("observability: " + std::to_string(count) + " poses cannot be chosen from " +
@@ -143,7 +144,7 @@ Selection select_d_optimal(const Eigen::MatrixXd& start_information,
     selection.stopped = stopped;
     Eigen::MatrixXd total = start_information;
     for (const int c : selection.chosen) total += information[c];
-    selection.covariance = inverse_of(Observability::on_initial_pose(total));
+    selection.covariance = inverse_of(Observability::on_initial_pose(total), motion);
     return selection;
   };
   /// The free candidate that adds most to `sum`, and what the determinant becomes.

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "cdprcal/estimation/problem.hpp"
+#include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/planning/set_point.hpp"
 
 namespace cdprcal {
@@ -68,9 +69,10 @@ struct Selection {
 /// greedily, then by exchanging one at a time until no exchange helps. Each candidate at most once:
 /// a pose measured twice averages noise, but repeats every error of the model. The same input gives
 /// the same choice. `information` is Observability::added_by of each candidate. Throws InputError
-/// when there are fewer candidates than `count`.
+/// when there are fewer candidates than `count`. `motion`: motion_basis of the robot.
 Selection select_d_optimal(const Eigen::MatrixXd& start_information,
                            const std::vector<Eigen::MatrixXd>& information, int count,
-                           const std::function<bool()>& proceed = {});
+                           const std::function<bool()>& proceed = {},
+                           const TwistBasis& motion = Matrix6::Identity());
 
 }  // namespace cdprcal

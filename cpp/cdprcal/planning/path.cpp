@@ -72,7 +72,7 @@ Path reversed(const Path& path) {
 PathChecker::PathChecker(const SetPointSolver& solver, const PathOptions& options)
     : solver_(solver),
       options_(options),
-      bounds_(options.bounds.value_or(workspace_box(solver.robot()))),
+      bounds_(in_plane(solver.robot(), options.bounds.value_or(workspace_box(solver.robot())))),
       length_scale_m_(characteristic_length_m(solver.robot())),
       step_limit_m_(kMoveShare * robot_size_m(solver.robot())) {
   if (!(options.tension_margin_N >= 0.0)) throw InputError("path: the margin must be at least 0 N");

@@ -5,7 +5,6 @@
 
 #include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
-#include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/planning/candidates.hpp"
 #include "cdprcal/planning/known_effects.hpp"
 #include "cdprcal/planning/legs.hpp"
@@ -84,7 +83,7 @@ class Planner {
 
   void find_box(PlanResult& result) {
     if (options_.box) {
-      box_ = *options_.box;
+      box_ = in_plane(robot_, *options_.box);
       result.box_origin = "given";
     } else if (!options_.positions_m.empty()) {
       box_ = {options_.positions_m[0], options_.positions_m[0]};
@@ -120,7 +119,8 @@ class Planner {
 
   [[nodiscard]] std::vector<SetPoint> grid_or_given(PlanResult&) const {
     const std::vector<Vector3> positions =
-        options_.positions_m.empty() ? grid_positions(box_, options_.grid) : options_.positions_m;
+        options_.positions_m.empty() ? grid_positions(box_, in_plane(robot_, options_.grid))
+                                     : options_.positions_m;
     std::vector<SetPoint> out;
     for (const Vector3& position : positions) {
       report("set-points", static_cast<double>(out.size()) / static_cast<double>(positions.size()));
@@ -153,8 +153,8 @@ class Planner {
         return !options_.progress ||
                options_.progress({"observability", 0.5 + 0.5 * count / options_.optimal});
       };
-      const Selection selection =
-          select_d_optimal(observability.of_start(), information, count, proceed);
+      const Selection selection = select_d_optimal(observability.of_start(), information, count,
+                                                   proceed, motion_basis(robot_));
       if (selection.stopped) throw Ended{PlanStatus::stopped, "stopped"};
       comparison.optimal_standard_deviation.push_back(standard_deviation(selection.covariance));
       if (count < options_.optimal) continue;
@@ -167,7 +167,7 @@ class Planner {
   /// Against the grid, when all of it can be measured.
   void compare(GridComparison& comparison, PlanResult& result) const {
     std::vector<SetPoint> grid;
-    for (const Vector3& position : grid_positions(box_, options_.grid)) {
+    for (const Vector3& position : grid_positions(box_, in_plane(robot_, options_.grid))) {
       const SetPointSolver::Result found = solver_.at(position);
       if (!found.set_point) return;
       grid.push_back(*found.set_point);
@@ -277,11 +277,6 @@ int Plan::measured_count() const {
       std::count_if(poses.begin(), poses.end(), [](const PlannedPose& p) { return p.measured; }));
 }
 
-bool Plan::led_by_lengths() const {
-  const MotionRow& unguided = row_of(Motion::r3t3);  // no other is planned
-  return start_tension_N.size() >= unguided.turns + unguided.shifts;
-}
-
 const char* to_string(PlanStatus status) {
   switch (status) {
     case PlanStatus::planned:
@@ -295,7 +290,6 @@ const char* to_string(PlanStatus status) {
 }
 
 PlanResult make_plan(const Robot& robot, const PlanOptions& options) {
-  refuse_guided(robot, "plan");
   const KnownEffects effects(robot);
   PlanResult result = Planner(effects.robot(), options).run();
   if (result.status == PlanStatus::planned &&

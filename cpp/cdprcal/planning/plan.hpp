@@ -42,8 +42,6 @@ struct Plan {
   Vector6 predicted_standard_deviation = Vector6::Constant(kNaN);
 
   [[nodiscard]] int measured_count() const;
-  /// Whether lengths lead the platform from pose to pose (six cables and more), not tensions.
-  [[nodiscard]] bool led_by_lengths() const;
 };
 
 struct PlanProgress {
@@ -53,7 +51,7 @@ struct PlanProgress {
 
 struct PlanOptions {
   std::optional<Box> box;            ///< of the grid; default: propose_measurement_box
-  std::array<int, 3> grid{2, 2, 2};  ///< n_x, n_y, n_z
+  std::array<int, 3> grid{2, 2, 2};  ///< n_x, n_y, n_z; one across a planar platform's plane
   /// Above 0: this many poses chosen by observability from the set-points that can be reached,
   /// inside `box` if that is given, else from the whole static workspace.
   int optimal = 0;

@@ -33,7 +33,7 @@ std::string text(const Vector3& v) {
 
 /// Whether all positions of a grid in the box may be commanded.
 bool is_safe(const SetPointSolver& solver, const Box& box) {
-  for (const Vector3& position : grid_positions(box, {3, 3, 3})) {
+  for (const Vector3& position : grid_positions(box, in_plane(solver.robot(), {3, 3, 3}))) {
     const auto result = solver.at(position);
     if (!result.set_point || !survives_tension_error(solver, *result.set_point)) return false;
   }
@@ -44,13 +44,12 @@ Workspace coarse_workspace(const Robot& robot, const SetPointOptions& options,
                            const std::function<bool()>& proceed) {
   WorkspaceOptions search;
   const Box box = workspace_box(robot);
-  const Vector3 extent = box.upper_m - box.lower_m;
-  if (!(extent.minCoeff() > 0.0)) {
+  if (!axis_across(robot) && !((box.upper_m - box.lower_m).minCoeff() > 0.0)) {
     throw InputError(
         "measurement box: the pulleys are in one vertical plane, so none can be "
         "proposed; give a box");
   }
-  search.step_m = extent.minCoeff() / kWorkspaceSteps;
+  search.step_m = least_side_m(box) / kWorkspaceSteps;
   search.boundary_halvings = 0;
   search.inverse.distribution = options.distribution;
   search.inverse.lambda_N = options.lambda_N;

@@ -8,6 +8,8 @@
 // equation (1e-12 m/s), whatever the step, also through slack, although the strands vibrate at
 // hundreds of hertz. An explicit scheme would need steps below 0.1 ms for them. Sag and damping are
 // not in the discrete gradient: a sagging strand is evaluated at the middle of the step.
+// A guided platform keeps to its motion without friction: n is the same in its own axes and in the
+// world, so what guides prevent is left out of velocities, rates and the step's equation alike.
 #pragma once
 
 #include <array>
@@ -113,6 +115,8 @@ class PlantDynamics {
   WinchOptions winch_options_;
   StrandLaw law_;
   double h_;
+  Matrix6 free_;  ///< motion_projector: guides take no part of the platform's energy
+  bool guided_;
   double translation_damping_N_s_m_, rotation_decay_s_;
   double drum_kg_, drum_damping_N_s_m_;  ///< torque mode, at the rim
   double virtual_kg_, dashpot_N_s_m_;    ///< tension mode: the same equation

@@ -22,7 +22,8 @@ std::optional<SetPoint> parked_start(const Robot& robot, const Pose& meant, std:
                                      int tries) {
   if (!holds_orientation(robot)) {
     throw InputError("parked start: lengths do not hold the pose of " + robot.name +
-                     ", it has fewer than six cables; use random_start");
+                     ", it has fewer than " + std::to_string(cables_that_hold(robot)) +
+                     " cables; use random_start");
   }
   RandomNormal random(seed);
   const double reach_m = kParked * robot_size_m(robot);
@@ -31,7 +32,7 @@ std::optional<SetPoint> parked_start(const Robot& robot, const Pose& meant, std:
     for (int axis = 0; axis < 6; ++axis) {
       off[axis] = (axis < 3 ? reach_m : kParkedTurn_rad) * (2.0 * random.uniform() - 1.0);
     }
-    const Pose pose = plus(meant, off);
+    const Pose pose = on_motion(robot, plus(meant, off));
     const DistributedTension tension =
         distribute_wrench(robot, platform_state(robot, pose), TensionDistribution::barycentre);
     if (tension.valid && tension.polytope_exists) return SetPoint{pose, tension.tension_N};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
 
 namespace cdprcal {
@@ -76,7 +77,7 @@ StartUpRun simulate_startup(const Robot& robot, const StartUpPlan& plan,
   const CableVector initial_N =
       options.initial_tension_N.size() > 0 ? options.initial_tension_N : plan.setpoint_N.front();
   const RestResult placed =
-      plan.pose.empty()
+      plan.pose.empty() || !holds_orientation(robot)
           ? simulator.reset(initial_N)
           : simulator.reset(options.initial_pose.value_or(plan.pose.front()), initial_N);
   if (!placed.found) {

@@ -35,9 +35,10 @@ struct StartUpPlan {
   /// One a set-point: true settles there and goes on without measuring, because no direct way is
   /// safe. Empty: every set-point is measured.
   std::vector<bool> via = {};
-  /// One a set-point: lengths lead the platform from pose to pose (six cables and more), the first
-  /// being where it hangs at power-on, near enough; n−6 cables follow the tensions. Empty: all
-  /// cables follow tensions, and these lead the platform.
+  /// One a set-point, for cables that hold the whole pose: lengths lead the platform from pose to
+  /// pose, the first being where it hangs at power-on, near enough; n−f cables follow the tensions
+  /// (f: how many hold it). Empty, or fewer cables: all follow tensions, and these lead the
+  /// platform.
   std::vector<Pose> pose = {};
 };
 

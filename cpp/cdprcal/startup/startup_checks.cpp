@@ -2,17 +2,15 @@
 
 #include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
-#include "cdprcal/kinematics/motion.hpp"
 
 namespace cdprcal {
 namespace {
 
-/// Poses, where a plan has them: as many as set-points, each one that the cables hold.
-void check_poses(const Robot& robot, const StartUpPlan& plan) {
+/// Poses, where a plan has them: as many as set-points, each one that the cables hold. Where
+/// tensions lead nobody needs them.
+void check_poses(const Robot& robot, StartUpPlan& plan) {
+  if (!holds_orientation(robot)) plan.pose.clear();
   if (plan.pose.empty()) return;
-  if (!holds_orientation(robot)) {
-    throw InputError("start-up plan: poses are for robots whose lengths hold them; leave them out");
-  }
   if (plan.pose.size() != plan.setpoint_N.size()) {
     throw InputError("start-up plan: give as many poses as set-points, or none");
   }
@@ -54,7 +52,6 @@ void check_options(const StartUpOptions& o) {
 }
 
 void check_plan(const Robot& robot, StartUpPlan& plan) {
-  refuse_guided(robot, "start-up");
   if (plan.setpoint_N.empty()) throw InputError("start-up plan: no set-points; give at least one");
   for (std::size_t k = 0; k < plan.setpoint_N.size(); ++k) {
     const CableVector& t = plan.setpoint_N[k];

@@ -1,6 +1,9 @@
 #include "cdprcal/statics/natural_frequencies.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "cdprcal/kinematics/motion.hpp"
 
 namespace cdprcal {
 namespace {
@@ -22,17 +25,26 @@ Modes modes_in(const ModeShapes& basis, const Matrix6& stiffness, const Matrix6&
   return modes;
 }
 
+/// Motions that neither a cable's length nor a guide prevents.
+ModeShapes free_basis(const Robot& robot, const PlatformState& state) {
+  if (!is_guided(robot)) return free_motion_basis(state);
+  const TwistBasis motion = motion_basis(robot);
+  const Eigen::FullPivLU<Eigen::MatrixXd> lengths(length_jacobian(state) * motion);
+  if (lengths.dimensionOfKernel() == 0) return ModeShapes(6, 0);
+  return motion * lengths.kernel();
+}
+
 }  // namespace
 
 Modes constant_tension_modes(const Robot& robot, const PlatformState& state,
                              const CableVector& tension_N) {
-  return modes_in(Matrix6::Identity(), stiffness(robot, state, tension_N),
+  return modes_in(motion_basis(robot), stiffness(robot, state, tension_N),
                   mass_matrix(robot, state));
 }
 
 Modes free_motion_modes(const Robot& robot, const PlatformState& state,
                         const CableVector& tension_N) {
-  return modes_in(free_motion_basis(state), stiffness(robot, state, tension_N),
+  return modes_in(free_basis(robot, state), stiffness(robot, state, tension_N),
                   mass_matrix(robot, state));
 }
 

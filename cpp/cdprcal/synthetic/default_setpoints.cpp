@@ -96,11 +96,7 @@ std::vector<SyntheticStop> default_stops(const Robot& robot, int nx, int ny, int
                        std::to_string(count));
     }
   }
-  if (row_of(robot.platform.motion).is_planar()) {
-    Eigen::Index across = 0;  // one layer, put on the plane
-    robot.platform.motion_plane_normal.cwiseAbs().maxCoeff(&across);
-    counts[static_cast<std::size_t>(across)] = 1;
-  }
+  counts = in_plane(robot, counts);
   InverseOptions options;
   if (!holds_orientation(robot)) options.stability = StabilityNotion::constant_tensions;
   const InverseSolver solver(robot, options);

@@ -5,6 +5,7 @@
 
 #include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/kinematics/motion.hpp"
 
 namespace cdprcal {
 namespace {
@@ -49,12 +50,27 @@ Box workspace_box(const Robot& robot) {
   }
   const double floor_m = robot.surroundings.floor_m;
   if (floor_m < box.upper_m.z()) box.lower_m.z() = std::max(box.lower_m.z(), floor_m);
+  return in_plane(robot, box);
+}
+
+Box in_plane(const Robot& robot, Box box) {
+  if (const std::optional<int> across = axis_across(robot)) {
+    box.lower_m[*across] = box.upper_m[*across] = 0.0;
+  }
   return box;
 }
 
+std::array<int, 3> in_plane(const Robot& robot, std::array<int, 3> counts) {
+  if (const std::optional<int> across = axis_across(robot)) {
+    counts[static_cast<std::size_t>(*across)] = 1;
+  }
+  return counts;
+}
+
 void check_box(const Robot& robot, const Box& box) {
-  if (!box.lower_m.allFinite() || !box.upper_m.allFinite() ||
-      !((box.upper_m - box.lower_m).array() > 0.0).all()) {
+  Vector3 extent = box.upper_m - box.lower_m;
+  if (const std::optional<int> across = axis_across(robot)) extent[*across] += 1.0;
+  if (!box.lower_m.allFinite() || !box.upper_m.allFinite() || !(extent.minCoeff() > 0.0)) {
     throw InputError("workspace box: lower_m " + text(box.lower_m) + " must be below upper_m " +
                      text(box.upper_m) + " in every direction");
   }
@@ -82,12 +98,24 @@ std::array<int, 3> Grid::nearest(const Vector3& position_m) const {
   return ijk;
 }
 
+double even_step_m(const Box& box, double points) {
+  const Vector3 extent = box.upper_m - box.lower_m;
+  const auto sides = static_cast<double>((extent.array() > 0.0).count());
+  const double size = (extent.array() > 0.0).select(extent, 1.0).prod();
+  return sides > 0.0 ? std::pow(size, 1.0 / sides) / std::cbrt(points) : 0.0;
+}
+
+double least_side_m(const Box& box) {
+  const Vector3 extent = box.upper_m - box.lower_m;
+  return (extent.array() > 0.0).select(extent, HUGE_VAL).minCoeff();
+}
+
 Grid make_grid(const Box& box, double step_m) {
   const Vector3 extent = box.upper_m - box.lower_m;
   if (!(step_m > 0.0) || !std::isfinite(step_m)) {
     throw InputError("workspace step_m: must be positive and finite [m]");
   }
-  if (step_m > extent.minCoeff()) {
+  if (step_m > least_side_m(box)) {
     throw InputError("workspace step_m: " + std::to_string(step_m) +
                      " m is larger than the box; use a smaller step");
   }

@@ -12,10 +12,17 @@ namespace cdprcal {
 /// Where a suspended platform's reference point P may be: the horizontal rectangle of the pulleys;
 /// from the highest pulley down by the larger side of that rectangle, but not below the floor z = 0
 /// when the lowest pulley hangs above it by over half that side; down to the lowest pulley where
-/// those of six cables and more are that far above one another; never below the robot's floor_m.
+/// those of cables that hold the orientation are that far above one another; never below the
+/// robot's floor_m. Of a planar platform: flat, in its plane.
 Box workspace_box(const Robot& robot);
 
-/// Throws InputError when the box is empty or not finite, or lies wholly where no cable can hold
+/// A box's part in the plane of a planar platform; the box itself of any other.
+Box in_plane(const Robot& robot, Box box);
+/// Counts of a grid along x, y, z: one across the plane of a planar platform.
+std::array<int, 3> in_plane(const Robot& robot, std::array<int, 3> counts);
+
+/// Throws InputError when the box is empty (but flat across a planar platform's plane) or not
+/// finite, or lies wholly where no cable can hold
 /// the platform up: beside all pulleys or above them (by more than the platform's own size).
 void check_box(const Robot& robot, const Box& box);
 
@@ -43,8 +50,13 @@ struct Grid {
   [[nodiscard]] std::array<int, 3> nearest(const Vector3& position_m) const;
 };
 
-/// Throws InputError when the step is not positive and finite, exceeds the box, or asks for more
-/// than 2·10⁸ points.
+/// The step of a grid of about so many points in a box: of as many along each side in a flat one.
+double even_step_m(const Box& box, double points);
+/// The shortest side that is not flat [m].
+double least_side_m(const Box& box);
+
+/// One layer across a flat box. Throws InputError when the step is not positive and finite, exceeds
+/// the box, or asks for more than 2·10⁸ points.
 Grid make_grid(const Box& box, double step_m);
 
 }  // namespace cdprcal

@@ -65,7 +65,7 @@ std::optional<Box> largest_inscribed_box(const Workspace& workspace) {
       }
       if (!any) break;
       // Even the whole plane would not beat what we have.
-      const double depth = last - first;
+      const double depth = na == 1 ? 1.0 : last - first;  // flat: any thickness
       if (depth * (nb - 1.0) * (nc - 1.0) <= best.cells) continue;
       std::fill(height.begin(), height.end(), 0);
       for (int b = 0; b < nb; ++b) {

@@ -5,7 +5,6 @@
 
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
-#include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/workspace/flood.hpp"
 
 namespace cdprcal {
@@ -65,10 +64,9 @@ std::vector<Vector3> Workspace::points_m() const {
 
 Workspace compute_workspace(const Robot& given, const WorkspaceOptions& options) {
   Robot robot = with_effects(given, resolve_effects(given, ""));
-  robot.effects.clear();                                                             // applied
-  if (row_of(robot.platform.motion).is_planar()) refuse_guided(robot, "workspace");  // a solid
+  robot.effects.clear();  // applied
   const InverseSolver solver(robot, options.inverse);
-  const Box box = options.box.value_or(workspace_box(robot));
+  const Box box = in_plane(robot, options.box.value_or(workspace_box(robot)));
   check_box(robot, box);
   if (options.threads < 0 || options.boundary_halvings < 0 || options.boundary_halvings > 20) {
     throw InputError("workspace: threads must be >= 0 and boundary_halvings in 0 to 20");

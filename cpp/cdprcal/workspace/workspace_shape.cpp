@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "cdprcal/kinematics/motion.hpp"
+
 namespace cdprcal {
 namespace {
 
@@ -38,6 +40,16 @@ std::vector<std::uint8_t> depth_in_steps(const Workspace& workspace, std::uint8_
   return depth;
 }
 
+/// The points of a plane shifted to both of its sides: the faces of a slab.
+std::vector<Vector3> both_faces(const std::vector<Vector3>& points, const Vector3& half) {
+  std::vector<Vector3> faces;
+  faces.reserve(2 * points.size());
+  for (const double side : {-1.0, 1.0}) {
+    for (const Vector3& point : points) faces.emplace_back(point + side * half);
+  }
+  return faces;
+}
+
 }  // namespace
 
 AlphaShape workspace_shape(const Workspace& workspace, const std::optional<double>& alpha_m2) {
@@ -60,6 +72,9 @@ AlphaShape workspace_shape(const Workspace& workspace, const std::optional<doubl
     if (omit) options.core_rim.push_back(steps > 1);
   }
   points.insert(points.end(), workspace.boundary_m.begin(), workspace.boundary_m.end());
+  if (const std::optional<int> across = axis_across(workspace.robot)) {
+    points = both_faces(points, 0.5 * step * Vector3::Unit(*across));
+  }
   if (omit) options.core_rim.resize(points.size(), false);
   return alpha_shape(points, options);
 }

@@ -12,6 +12,8 @@ import numpy as np
 from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.findings import Finding, Severity
+from cdprcal.workspace import round_step_m
+from cdprcal.workspace.document import is_planar
 
 #: The farthest that pulleys of any cable robot are apart; beyond it the positions are in mm.
 _FARTHEST_M = 500.0
@@ -26,7 +28,8 @@ class RobotReport:
     """What a robot file holds and what is wrong with it."""
 
     robot: _core.Robot
-    volume_m3: float | None
+    workspace_m3: float | None
+    workspace_m2: float | None  # of a planar platform
     findings: tuple[Finding, ...]
 
     @property
@@ -43,7 +46,8 @@ class RobotReport:
             "cables": robot.cable_count,
             "weight_N": robot.weight_N,
             "tension_limits_N": list(robot.tension_limits_N),
-            "workspace_m3": self.volume_m3,
+            "workspace_m3": self.workspace_m3,
+            "workspace_m2": self.workspace_m2,
             "effects": [effect.name for effect in robot.effects],
             "findings": [finding.as_dict() for finding in self.findings],
         }
@@ -52,11 +56,12 @@ class RobotReport:
 def check_robot(robot: _core.Robot) -> RobotReport:
     """Looks at sizes, inertia, swivel zeros and tension limits, and where the platform can hang."""
     findings = [*sizes_of(robot), *_inertia(robot), *_sigma(robot)]
-    volume_m3 = None
+    size = None
+    planar = is_planar(robot)
     if any(finding.severity == "error" for finding in findings):
         pass  # a workspace of wrong sizes says nothing
-    elif robot.cable_count >= _FEWEST_CABLES:
-        volume_m3, more = _hangs(robot)
+    elif robot.cable_count >= _FEWEST_CABLES or _core.holds_orientation(robot):
+        size, more = _hangs(robot)
         findings += more
     else:
         findings.append(
@@ -70,7 +75,7 @@ def check_robot(robot: _core.Robot) -> RobotReport:
         )
     order = ("error", "warning", "info")
     findings.sort(key=lambda finding: order.index(finding.severity))
-    return RobotReport(robot, volume_m3, tuple(findings))
+    return RobotReport(robot, None if planar else size, size if planar else None, tuple(findings))
 
 
 def sizes_of(robot: _core.Robot) -> Iterator[Finding]:
@@ -139,11 +144,11 @@ def _sigma(robot: _core.Robot) -> Iterator[Finding]:
 
 
 def _hangs(robot: _core.Robot) -> tuple[float | None, list[Finding]]:
-    """Volume of the static workspace, roughly, and what is odd about it."""
+    """Volume [m³] or area [m²] of the static workspace, roughly, and what is odd about it."""
     remedy = "check mass_kg, tension_limits_N, and that pulleys and anchors are in the same order"
     try:
         box = _core.workspace_box(robot)
-        step_m = float(f"{(box.volume_m3 / _WORKSPACE_POINTS) ** (1 / 3):.2g}")
+        step_m = round_step_m(box, _WORKSPACE_POINTS)
         workspace = _core.compute_workspace(robot, box=box, step_m=step_m)
     except InputError as error:  # pulleys in a line, or all in one place
         return None, [_finding("warning", "no_workspace", f"no workspace: {error}", remedy)]
@@ -154,7 +159,8 @@ def _hangs(robot: _core.Robot) -> tuple[float | None, list[Finding]]:
         # In one orientation: there may be others, and other ways to be held.
         remedy += "; cdprcal workspace --orientation looks in another"
         return None, [_finding("warning", "no_workspace", why, remedy)]
-    return workspace.points_inside * workspace.grid.step_m**3, list(_swivels(robot, workspace))
+    size = workspace.points_inside * workspace.grid.step_m ** (2 if is_planar(robot) else 3)
+    return size, list(_swivels(robot, workspace))
 
 
 def _swivels(robot: _core.Robot, workspace: _core.Workspace) -> Iterator[Finding]:

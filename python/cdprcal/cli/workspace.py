@@ -120,7 +120,7 @@ def command(
     from cdprcal.io.files import atomic_output
     from cdprcal.pictures import check_picture_name
     from cdprcal.terminal import notes, say
-    from cdprcal.workspace import workspace_as_dict
+    from cdprcal.workspace import round_step_m, workspace_as_dict
     from cdprcal.workspace.table import print_workspace
 
     the_robot = _core.load_robot(robot)
@@ -139,7 +139,7 @@ def command(
         workspace = _core.compute_workspace(
             the_robot,
             box=the_box,
-            step_m=_step_m(the_box) if step_m is None else step_m,
+            step_m=round_step_m(the_box, 80_000) if step_m is None else step_m,
             distribution=_core.parse_tension_distribution(distribution),
             lambda_N=parse_numbers("--lambda", lambda_),
             stability=_stability(stability),
@@ -175,11 +175,6 @@ def command(
     for path in filter(None, (output, plot)):
         say(out, path)
     raise typer.Exit(DONE if workspace.complete else UNTRUSTED)
-
-
-def _step_m(box: _core.Box) -> float:
-    """The step of about 80,000 points, to two digits; a flat box is refused with any step."""
-    return float(f"{max(box.volume_m3 / 80_000, 1e-12) ** (1 / 3):.2g}")
 
 
 def _stability(name: str) -> _core.StabilityNotion:

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from cdprcal import _core
 from cdprcal.diagnosis.plots import AFTER, BEFORE
 from cdprcal.report.figures import CABLES, INK, MUTED, Figure, layout, rounded
+from cdprcal.workspace import round_step_m
+from cdprcal.workspace.document import is_planar
 
 Array = NDArray[np.float64]
 
@@ -67,15 +69,18 @@ def scene(robot: _core.Robot, document: dict[str, Any], workspace: _core.Mesh | 
 
 def workspace_mesh(robot: _core.Robot) -> tuple[_core.Mesh | None, str]:
     """The static workspace's boundary, and when there is none, why."""
-    if robot.cable_count < 3:
+    if robot.cable_count < 3 and not _core.holds_orientation(robot):
         return None, f"The static workspace is not computed for {robot.cable_count} cables"
     box = _core.workspace_box(robot)
-    step_m = float(f"{(box.volume_m3 / _WORKSPACE_POINTS) ** (1 / 3):.2g}")
+    step_m = round_step_m(box, _WORKSPACE_POINTS)
     workspace = _core.compute_workspace(robot, box=box, step_m=step_m)
     if not workspace.points_inside:
         return None, _core.explain_empty(workspace)
     mesh = _core.workspace_shape(workspace).mesh
-    return mesh, f"Static workspace {mesh.volume_m3:.2f} m³, drawn from a grid of {step_m:g} m"
+    size = f"{mesh.volume_m3:.2f} m³"
+    if is_planar(robot):
+        size = f"{mesh.volume_m3 / step_m:.2f} m², shown one step thick"
+    return mesh, f"Static workspace {size}, drawn from a grid of {step_m:g} m"
 
 
 def magnification(robot: _core.Robot, document: dict[str, Any]) -> float:

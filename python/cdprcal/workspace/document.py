@@ -20,6 +20,7 @@ def workspace_as_dict(
 ) -> dict[str, Any]:
     """``box`` is the largest one inside (or None), ``searched_box`` where was searched.
 
+    ``plane_area_m2`` is of planar platforms, whose shape is drawn as a slab one step thick.
     ``complete`` is False when the search was interrupted: everything is a lower bound then.
     """
     inscribed = _core.largest_inscribed_box(workspace)
@@ -30,6 +31,7 @@ def workspace_as_dict(
         "complete": workspace.complete,
         "volume_m3": number(shape.volume_m3),
         "area_m2": number(shape.mesh.area_m2),
+        "plane_area_m2": shape.volume_m3 / grid.step_m if is_planar(workspace.robot) else None,
         "points_tested": workspace.points_tested,
         "points_inside": workspace.points_inside,
         "points": {s.name: int(status[s]) for s in _core.PointStatus},
@@ -44,6 +46,11 @@ def workspace_as_dict(
         "sections": [_section(shape.mesh, height) for height in heights_m or []],
         "probes": [_probe(workspace, shape.mesh, position) for position in probes_m or []],
     }
+
+
+def is_planar(robot: _core.Robot) -> bool:
+    """Whether the platform stays in a plane."""
+    return robot.platform.motion_plane_normal is not None
 
 
 def _section(mesh: _core.Mesh, height_m: float) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from cdprcal import _core
 from cdprcal.pictures import new_figure, save_figure
+from cdprcal.workspace.document import is_planar
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,7 +37,10 @@ def write_workspace_picture(
 
 
 def draw_workspace(workspace: _core.Workspace, shape: _core.AlphaShape) -> Figure:
-    """The surface in space; a horizontal and a vertical cut through the middle."""
+    """The surface in space; a horizontal and a vertical cut through the middle.
+
+    Of a planar platform its plane alone.
+    """
     figure = new_figure(13.0, 4.9)
     parts = figure.subfigures(1, 2, width_ratios=(1.0, 1.7), wspace=0.04, squeeze=False)
     left, right = parts.ravel()
@@ -44,8 +48,10 @@ def draw_workspace(workspace: _core.Workspace, shape: _core.AlphaShape) -> Figur
     _draw_surface(left.add_subplot(projection="3d"), workspace, shape.mesh, inscribed)
     margins = _margins(workspace)
     middle = _middle(workspace, inscribed)
-    cuts = right.subplots(1, 2)
-    for axes, normal in zip(cuts, (2, 1), strict=True):
+    planar = is_planar(workspace.robot)
+    normals = [n for n in range(3) if workspace.grid.count[n] == 1] if planar else [2, 1]
+    cuts = right.subplots(1, len(normals), squeeze=False).ravel()
+    for axes, normal in zip(cuts, normals, strict=True):
         image = _draw_cut(axes, workspace, margins, middle, normal, inscribed)
     right.colorbar(image, ax=cuts, label="margin to the tension limits [N]", shrink=0.85)
     handles = [handle for axes in cuts for handle in axes.get_legend_handles_labels()[0]]
@@ -53,10 +59,11 @@ def draw_workspace(workspace: _core.Workspace, shape: _core.AlphaShape) -> Figur
     right.legend(
         labelled.values(), labelled.keys(), loc="outside lower center", ncols=5, fontsize=8
     )
+    size = f"{shape.volume_m3:.3g} m³"
+    if planar:
+        size = f"{shape.volume_m3 / workspace.grid.step_m:.3g} m²"
     part = "" if workspace.complete else " (interrupted: a part of it)"
-    figure.suptitle(
-        f"{workspace.robot.name}: static workspace, {shape.volume_m3:.3g} m³{part}", fontsize=11
-    )
+    figure.suptitle(f"{workspace.robot.name}: static workspace, {size}{part}", fontsize=11)
     return figure
 
 
@@ -82,8 +89,10 @@ def _draw_surface(axes: Any, workspace: _core.Workspace, mesh: _core.Mesh, box: 
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set_box_aspect(high - low)
     axes.view_init(elev=18, azim=-62)
-    for name in "xyz":
+    for name, extent in zip("xyz", high - low, strict=True):
         getattr(axes, f"set_{name}label")(f"{name} [m]", fontsize=8)
+        if extent < 0.1 * (high - low).max():  # no room for numbers
+            getattr(axes, f"set_{name}ticks")([])
     axes.tick_params(labelsize=7)
 
 
@@ -138,7 +147,7 @@ def _draw_cut(
 
     across, up = [axis for axis in range(3) if axis != normal]
     grid = workspace.grid
-    plane = np.index_exp[middle[2], :, :] if normal == 2 else np.index_exp[:, middle[1], :]
+    plane = tuple(middle[axis] if axis == normal else slice(None) for axis in (2, 1, 0))
     half = 0.5 * grid.step_m
     last = grid.origin_m + grid.step_m * (np.array(grid.count) - 1)
     extent = (

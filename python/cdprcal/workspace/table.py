@@ -14,9 +14,15 @@ from cdprcal.terminal import Table, answers, counted, fixed, say
 def print_workspace(document: dict[str, Any]) -> None:
     """Volume, largest box, what bounds it, sections and probed points."""
     out = answers()
+    plane = document["plane_area_m2"]
+    size = (
+        f"volume {document['volume_m3']:.4g} m³"
+        if plane is None
+        else f"area {plane:.4g} m² of the plane, drawn as a slab one step thick"
+    )
     say(
         out,
-        Text(f"volume {document['volume_m3']:.4g} m³", style="bold")
+        Text(size, style="bold")
         + Text(
             f", surface {document['area_m2']:.4g} m² ({len(document['faces'])} triangles, "
             f"{'watertight' if document['watertight'] else 'not watertight'}, "
@@ -31,17 +37,18 @@ def print_workspace(document: dict[str, Any]) -> None:
     if inscribed is None:
         say(out, "no grid cell lies inside: take a smaller step")
     else:
-        say(out, f"largest inscribed box {box_text(inscribed)} m, {_volume(inscribed):.4g} m³")
-    size = document["points"]
+        kind, unit = ("box", "m³") if plane is None else ("rectangle", "m²")
+        say(out, f"largest inscribed {kind} {box_text(inscribed)} m, {_size(inscribed):.4g} {unit}")
+    points = document["points"]
     say(
         out,
         f"searched {box_text(document['searched_box'])} m in steps of "
         f"{1e3 * document['step_m']:g} mm: "
-        f"{document['points_inside']} of {sum(size.values())} points inside, "
-        f"{size['infeasible']} beyond the tension limits, {size['unstable']} unstable, "
-        f"{size['no_equilibrium']} without equilibrium, "
-        + (f"{size['obstructed']} with something in the way, " if size["obstructed"] else "")
-        + f"{size['untested']} out of reach of any point inside",
+        f"{document['points_inside']} of {sum(points.values())} points inside, "
+        f"{points['infeasible']} beyond the tension limits, {points['unstable']} unstable, "
+        f"{points['no_equilibrium']} without equilibrium, "
+        + (f"{points['obstructed']} with something in the way, " if points["obstructed"] else "")
+        + f"{points['untested']} out of reach of any point inside",
     )
     if document["sections"]:
         table = Table("height [m]", "area [m²]", "outlines")
@@ -56,9 +63,10 @@ def print_workspace(document: dict[str, Any]) -> None:
         out.print(_probes_table(document["probes"]))
 
 
-def _volume(box: dict[str, Any]) -> float:
+def _size(box: dict[str, Any]) -> float:
+    """Volume [m³]; of a flat one its area [m²]."""
     sides: list[tuple[float, float]] = list(zip(box["lower_m"], box["upper_m"], strict=True))
-    return math.prod(high - low for low, high in sides)
+    return math.prod(high - low for low, high in sides if high > low)
 
 
 def _probes_table(probes: list[dict[str, Any]]) -> Table:
