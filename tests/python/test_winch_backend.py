@@ -437,6 +437,28 @@ def test_what_goes_wrong_while_it_is_armed_stops_it(robot: cdprcal.Robot) -> Non
     assert on.bench.sent[-1][1][cia402.CONTROLWORD] == STOP
 
 
+@pytest.mark.parametrize(
+    ("state", "before", "words"),
+    [
+        (State.enabled, SWITCH_ON, "is operation enabled while the drives are being armed"),
+        (State.ready, ENABLE, "is ready to switch on while the drives are being armed"),
+    ],
+)
+def test_a_drive_that_does_not_wait_for_its_turn_stops_all(
+    state: State, before: int, words: str, robot: cdprcal.Robot
+) -> None:
+    on = OnBench(at_once(), robot)
+
+    def hurry() -> None:
+        if on.bench.words()[-1] == before:
+            on.bench.drives[3].set_state(state)
+
+    on.bench.each_cycle = hurry
+    with pytest.raises(BackendError, match=rf"node 3 \(cable 3\): {words}"):
+        on.read()
+    assert on.clock.now_s() < 0.2
+
+
 def test_whoever_thinks_about_it_for_a_minute_is_not_late(robot: cdprcal.Robot) -> None:
     """Before arming and before a dry run nobody keeps the cycle."""
     for armed in (True, False):

@@ -89,10 +89,10 @@ class FieldbusBackend:
         self._tension_N = [math.nan] * len(self._winches)
         self._attitude: Attitude | None = None
         self._fresh_s = 0.0  # when all winches were last heard; they were before the first sample
-        self._due_s = math.nan
+        self._due_s = -math.inf  # when the next cycle begins: the first one at once
         self._began_s = math.nan
         self._stopped = False
-        self._fault = ""
+        self._fault: str  # once it is stopped: what had been wrong before
         try:
             self._open()
         except BaseException:
@@ -259,7 +259,6 @@ class FieldbusBackend:
         synchronous velocity: in another mode a drive may go wherever its objects say. Raises
         BackendError; the drives have been told to stop then.
         """
-        self._due_s = math.nan
         self._goal = Goal.switched_on
         self._supervisor.enter(Phase.preparing)
         try:
@@ -267,8 +266,9 @@ class FieldbusBackend:
             self._notes += [f"said before arming: {fault}" for fault in self._bus.faults()]
             self._be_watched()
             self._reset_faults()
-            self._reach(Goal.switched_on, Phase.preparing, State.switched_on)
-            self._reach(Goal.enabled, Phase.enabling, State.enabled)
+            self._reach(Goal.switched_on, State.switched_on)
+            self._supervisor.enter(Phase.enabling)
+            self._reach(Goal.enabled, State.enabled)
             self._supervisor.enter(Phase.running)
             self._wiggle()
         except BackendError as error:
@@ -304,8 +304,7 @@ class FieldbusBackend:
             )
 
     def _creep(self, at: int, velocity_m_s: float) -> None:
-        """A cycle in which one cable moves."""
-        self._velocity_m_s = [0.0] * len(self._winches)
+        """A cycle in which one cable moves; the others rest."""
         self._velocity_m_s[at] = velocity_m_s
         self._supervise(self._outputs())
 
@@ -351,10 +350,9 @@ class FieldbusBackend:
             reset[winch.winch.node][cia402.CONTROLWORD] = cia402.FAULT_RESET
         self._supervise(reset)
 
-    def _reach(self, goal: Goal, phase: Phase, state: State) -> None:
+    def _reach(self, goal: Goal, state: State) -> None:
         """Cycles until all drives are in a state and in cyclic synchronous velocity."""
         self._goal = goal
-        self._supervisor.enter(phase)
         until_s = self._clock.now_s() + _ENABLE_TIMEOUT_S
         reached = {state}
         if goal is Goal.switched_on and not self._session.safety.brakes:
@@ -381,7 +379,7 @@ class FieldbusBackend:
 
     def _supervise(self, outputs: dict[int, Values]) -> None:
         """One cycle of arming, judged. Raises BackendError with what is wrong."""
-        late_s = self._clock.now_s() - self._due_s  # NaN in the first one
+        late_s = self._clock.now_s() - self._due_s
         self._cycle(outputs)
         wrong = self._wrong()
         if self._supervisor.phase is Phase.running and late_s > self._session.late_s:
@@ -407,8 +405,7 @@ class FieldbusBackend:
 
     def _cycle(self, outputs: dict[int, Values]) -> None:
         """One cycle on time, nothing judged."""
-        now_s = self._clock.now_s()
-        self._due_s = now_s if math.isnan(self._due_s) else max(self._due_s, now_s)
+        self._due_s = max(self._due_s, self._clock.now_s())
         self._clock.sleep_until(self._due_s)
         self._take(outputs)
         self._due_s += self._session.period_s
@@ -421,10 +418,10 @@ class FieldbusBackend:
         first = math.isnan(self._began_s)
         if first and self._guard.reason:
             raise BackendError(self._guard.reason)  # arming failed
-        if first and self._armed:
+        if first:
             # Not before: until now nobody kept the cycle, and the drives would have stopped again.
-            self._arm()
-        elif first:
+            if self._armed:
+                self._arm()
             self._due_s = max(self._due_s, self._clock.now_s())
         self._clock.sleep_until(self._due_s)
         late_s = self._clock.now_s() - self._due_s
