@@ -84,6 +84,9 @@ bool solve_from_starts(Solved& s, std::vector<FrameState> begin, int max_iterati
     for (int pass = 0; pass < kMostPasses && improve_poses(s.problem, begin[i]); ++pass) {
       minimise(s.problem, begin[i], max_iterations);
     }
+    for (int pass = 0; pass < kMostPasses; ++pass) {
+      if (!improve_frame(s.problem, begin[i], max_iterations)) break;
+    }
     if (!std::isfinite(begin[i].cost)) continue;
     const bool same = std::abs(begin[i].cost - least) <= kSame * (1.0 + least);
     if (begin[i].cost >= least && !same) continue;

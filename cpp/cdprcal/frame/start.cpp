@@ -13,6 +13,8 @@ namespace {
 /// belt's end that was counted twice.
 constexpr std::array<double, 7> kOffsets{0.0, -0.1, 0.1, -0.3, 0.3, -0.6, 0.6};
 
+/// Of poses, one in so many may be in a minimum of its own and bend the frame towards it.
+constexpr std::array<std::size_t, 2> kDoubted{4, 2};
 /// A pose's cost that is lower by this share is of another minimum.
 constexpr double kBetter = 1e-3;
 
@@ -56,6 +58,31 @@ void settle_all(const FrameProblem& problem, FrameState& state) {
     }
     state.poses.push_back(best);
   }
+}
+
+/// Poses whose lengths are most like those of one: the platform is near, and turned alike.
+std::vector<std::size_t> like(const FrameProblem& problem, std::size_t pose) {
+  constexpr std::size_t kMost = 4;
+  const auto lengths = [&](std::size_t i) -> const CableVector& {
+    const Measurement& reading = problem.poses[i].reading;
+    return reading.direct_length_m.size() > 0 ? reading.direct_length_m : reading.length_m;
+  };
+  std::vector<std::pair<double, std::size_t>> others;
+  for (std::size_t i = 0; i < problem.poses.size(); ++i) {
+    // What lengths count from is another for each log.
+    if (i == pose || problem.poses[i].log != problem.poses[pose].log) continue;
+    if (lengths(i).size() != lengths(pose).size()) continue;
+    const auto apart = (lengths(i) - lengths(pose)).array();
+    const double mean = apart.isFinite().select(apart.square(), 0.0).sum() /
+                        static_cast<double>(apart.isFinite().count());
+    if (std::isfinite(mean)) others.emplace_back(mean, i);
+  }
+  const std::size_t count = std::min(kMost, others.size());
+  std::partial_sort(others.begin(), others.begin() + static_cast<std::ptrdiff_t>(count),
+                    others.end());
+  std::vector<std::size_t> out;
+  for (std::size_t k = 0; k < count; ++k) out.push_back(others[k].second);
+  return out;
 }
 
 /// Turn or reflection, and shift, that take `from` to `to` best (d × n).
@@ -243,22 +270,66 @@ std::optional<ClosedForm> closed_form(const Eigen::MatrixXd& lengths, int dimens
   return out;
 }
 
+namespace {
+
+/// One pose from where it is, from around the middle, and from where its likes are.
+void settle_anew(const FrameProblem& problem, const Robot& robot, const std::vector<Pose>& around,
+                 FrameState& state, std::size_t i, bool& better) {
+  double least = settle_pose(problem, robot, state.values, problem.poses[i], state.poses[i]);
+  std::vector<Pose> tries = around;
+  for (const std::size_t other : like(problem, i)) tries.push_back(state.poses[other]);
+  for (Pose pose : tries) {
+    const double cost = settle_pose(problem, robot, state.values, problem.poses[i], pose);
+    if (!(cost < least - kBetter * (1.0 + least))) continue;
+    least = cost;
+    state.poses[i] = pose;
+    better = true;
+  }
+}
+
+}  // namespace
+
 bool improve_poses(const FrameProblem& problem, FrameState& state) {
   if (row_of(problem.robot.platform.motion).is_point()) return false;
   const Robot robot = moved(problem, state.values);
   const std::vector<Pose> around = places(problem, robot);
   bool any = false;
   for (std::size_t i = 0; i < state.poses.size(); ++i) {
-    double least = settle_pose(problem, robot, state.values, problem.poses[i], state.poses[i]);
-    for (Pose pose : around) {
-      const double cost = settle_pose(problem, robot, state.values, problem.poses[i], pose);
-      if (!(cost < least - kBetter * (1.0 + least))) continue;
-      least = cost;
-      state.poses[i] = pose;
-      any = true;
-    }
+    settle_anew(problem, robot, around, state, i, any);
   }
   return any;
+}
+
+bool improve_frame(const FrameProblem& problem, FrameState& state, int max_iterations) {
+  if (row_of(problem.robot.platform.motion).is_point()) return false;
+  const Robot robot = moved(problem, state.values);
+  std::vector<std::pair<double, std::size_t>> by_cost;
+  for (std::size_t i = 0; i < state.poses.size(); ++i) {
+    Pose pose = state.poses[i];
+    by_cost.emplace_back(settle_pose(problem, robot, state.values, problem.poses[i], pose), i);
+  }
+  std::sort(by_cost.begin(), by_cost.end());
+  for (const std::size_t doubted : kDoubted) {
+    FrameProblem rest = problem;
+    FrameState without{state.values, {}, kNaN, false, 0};
+    const std::size_t count = by_cost.size() - by_cost.size() / doubted;
+    rest.poses.clear();
+    for (std::size_t k = 0; k < count; ++k) {
+      rest.poses.push_back(problem.poses[by_cost[k].second]);
+      without.poses.push_back(state.poses[by_cost[k].second]);
+    }
+    minimise(rest, without, max_iterations);
+    if (!std::isfinite(without.cost)) continue;
+    FrameState next = state;
+    next.values = without.values;
+    for (std::size_t k = 0; k < count; ++k) next.poses[by_cost[k].second] = without.poses[k];
+    improve_poses(problem, next);
+    minimise(problem, next, max_iterations);
+    if (!(next.cost < state.cost - kBetter * (1.0 + state.cost))) continue;
+    state = std::move(next);
+    return true;
+  }
+  return false;
 }
 
 std::vector<FrameState> starts_at(const FrameProblem& problem, const std::vector<Pose>& poses) {

@@ -26,6 +26,9 @@ std::vector<FrameState> starts(const FrameProblem& problem);
 /// Poses of a platform that turns may sit in minima of their own that are not the best: each is
 /// tried again from elsewhere with the pulleys as they are now. Says whether any is better so.
 bool improve_poses(const FrameProblem& problem, FrameState& state);
+/// Such poses bend the frame until they fit: it is solved without those that fit worst, and with
+/// all of them, tried anew, from there. Says whether that is better.
+bool improve_frame(const FrameProblem& problem, FrameState& state, int max_iterations);
 /// The file's pulleys, and poses that are known roughly; offsets follow from both.
 std::vector<FrameState> starts_at(const FrameProblem& problem, const std::vector<Pose>& poses);
 
