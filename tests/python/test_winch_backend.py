@@ -80,7 +80,10 @@ def test_a_dry_run_tells_nobody_anything(robot: cdprcal.Robot) -> None:
     on.read(5)
     on.command(Command(velocity_m_s=four(0.1)))
     assert on.read().drive_error == ""
+    cycles = len(on.bench.cycles)
     on.backend.stop()
+    assert len(on.bench.cycles) == cycles
+    assert on.bench.ends == [True]
     assert on.bench.outputs is False
     assert on.bench.watched is None
     assert not any(on.bench.cycles)
@@ -362,6 +365,27 @@ def test_with_brakes_a_drive_that_holds_is_switched_off_first(robot: cdprcal.Rob
 
 
 @pytest.mark.parametrize(
+    ("brakes", "words"),
+    [(True, "does not become switched on"), (False, "does not become operation enabled")],
+)
+def test_a_drive_that_stays_in_quick_stop_is_given_up(
+    brakes: bool, words: str, robot: cdprcal.Robot
+) -> None:
+    """Without brakes that is where it waits for its turn, and no longer."""
+    session = (at_once if brakes else without_brakes)()
+    bench = Bench(session)
+    held(bench, State.quick_stop)
+    on = OnBench(session, robot, bench=bench)
+    stays = bench.drives[3]
+    stays.quirks.deaf = True
+    stays.dictionary.objects[cia402.QUICK_STOP_OPTION].data = b"\6\0"
+    stays.set_state(State.quick_stop)
+    with pytest.raises(BackendError, match=rf"{words}; it says: quick stop active"):
+        on.read()
+    assert (ENABLE in bench.words()) != brakes
+
+
+@pytest.mark.parametrize(
     ("quirk", "words"),
     [
         ({"deaf": True}, "does not become switched on; it says: switch on disabled, error 0x0000"),
@@ -408,7 +432,13 @@ def test_faults_of_the_past_are_reset_once_and_noted(robot: cdprcal.Robot) -> No
     bench.drives[2].fail(0x7305)
     del bench.drives[2].dictionary.objects[0x1003, 0]
     on = OnBench(session, robot, bench=bench)
-    bench.complaints = ["node 4: EMCY"]
+    waited = len(bench.cycles)
+
+    def complain() -> None:
+        if len(bench.cycles) == waited + 1:  # what has been waiting on the bus
+            bench.complaints = ["node 4: EMCY"]
+
+    bench.each_cycle = complain
     on.read()
     assert bench.words(2).count(RESET) == 1
     assert RESET not in bench.words(1)
@@ -472,6 +502,19 @@ def test_whoever_thinks_about_it_for_a_minute_is_not_late(robot: cdprcal.Robot) 
         assert on.clock.now_s() - began_s < 1.0
 
 
+def test_nobody_is_late_while_drives_are_set_up(robot: cdprcal.Robot) -> None:
+    """What they are told between two cycles takes its time, and nobody has power yet."""
+    on = OnBench(at_once(), robot)
+    waited = len(on.bench.cycles)
+
+    def dawdle() -> None:
+        if len(on.bench.cycles) in (waited + 1, waited + 2):
+            on.clock.sleep_until(on.clock.now_s() + 0.05)
+
+    on.bench.each_cycle = dawdle
+    assert on.read().drive_error == ""
+
+
 # --- wiggles -------------------------------------------------------------------------------------
 
 #: How cables of an elastic platform answer: newtons of one a metre of another.
@@ -481,15 +524,18 @@ STIFF_N_M = -2e4 * np.outer([1.0, -1.1, 0.9, -0.3], [1.0, -1.1, 0.9, -0.3])
 class Elastic:
     """Tensions of an elastic platform, with noise of 0.2 N; swapped: the first two load cells."""
 
-    def __init__(self, *, swapped: bool = False, slack: float = 1.0) -> None:
+    def __init__(self, *, swapped: bool = False, slack: float = 1.0, swings_N: float = 0.0) -> None:
         self.order = [1, 0, 2, 3] if swapped else [0, 1, 2, 3]
         self.random = np.random.default_rng(5)
         self.slack = slack
+        self.swings_N = swings_N  # for 0.4 s after any motion
         self.went_m: list[list[float]] = []
 
     def __call__(self, out_m: list[float]) -> list[float]:
         self.went_m.append(out_m)
         tension_N = 100.0 + self.slack * STIFF_N_M @ out_m + self.random.normal(scale=0.2, size=4)
+        if np.ptp(self.went_m[-40:], axis=0).any():
+            tension_N += self.swings_N * (-1) ** len(self.went_m)
         return tension_N[self.order].tolist()  # type: ignore[no-any-return]
 
 
@@ -543,7 +589,7 @@ def test_load_cells_that_are_swapped_are_found_before_anything_moves(robot: cdpr
 def test_a_cycle_that_is_missed_does_not_spoil_a_wiggle(robot: cdprcal.Robot) -> None:
     session = example_session()
     bench = Bench(session)
-    bench.pulls = Elastic()
+    bench.pulls = elastic = Elastic()
     on = OnBench(session, robot, bench=bench)
 
     def miss() -> None:
@@ -551,11 +597,28 @@ def test_a_cycle_that_is_missed_does_not_spoil_a_wiggle(robot: cdprcal.Robot) ->
 
     bench.each_cycle = miss
     assert on.read().drive_error == ""
+    assert np.max(elastic.went_m) < 0.0005
 
 
-@pytest.mark.parametrize(("late_s", "fine"), [(0.009, True), (0.011, False)])
+def test_what_still_swings_is_not_taken_for_noise(robot: cdprcal.Robot) -> None:
+    """Cables would be paid out until they answer louder than that."""
+    session = example_session()
+    bench = Bench(session)
+    bench.pulls = elastic = Elastic(swings_N=3.0)
+    assert OnBench(session, robot, bench=bench).read().drive_error == ""
+    assert np.max(elastic.went_m) < 0.0005
+
+
+@pytest.mark.parametrize(
+    ("late_s", "said", "words"),
+    [
+        (0.009, "", ""),
+        (0.011, "", "the control cycle began 11 ms late"),
+        (0.011, "EMCY", "EMCY"),  # which may be why
+    ],
+)
 def test_the_cycle_is_kept_while_cables_are_wiggled(
-    late_s: float, fine: bool, robot: cdprcal.Robot
+    late_s: float, said: str, words: str, robot: cdprcal.Robot
 ) -> None:
     session = example_session()
     bench = Bench(session)
@@ -565,13 +628,15 @@ def test_the_cycle_is_kept_while_cables_are_wiggled(
     def dawdle() -> None:
         if len(bench.cycles) == 60:
             on.clock.sleep_until(on.clock.now_s() + 0.01 + late_s)
+        elif len(bench.cycles) == 61 and said:
+            bench.complaints = [said]
 
     bench.each_cycle = dawdle
-    if fine:
-        on.read()
-    else:
-        with pytest.raises(BackendError, match="armed: the control cycle began 11 ms late; see"):
+    if words:
+        with pytest.raises(BackendError, match=f"armed: {words}; see"):
             on.read()
+    else:
+        on.read()
 
 
 # --- samples -------------------------------------------------------------------------------------
@@ -823,8 +888,10 @@ def test_the_end_of_a_run(robot: cdprcal.Robot) -> None:
     assert on.bench.ends == [True]
     assert on.ahrs.closed == 1
     # That is all: nothing more is sent, and nothing has gone wrong.
+    said = len(on.bench.sent)
     on.backend.stop()
     on.command(Command(velocity_m_s=four(0.2)))
+    assert len(on.bench.sent) == said
     assert on.bench.ends == [True]
     assert on.backend.tripped == ""
     with pytest.raises(BackendError, match="the robot is stopped"):

@@ -439,7 +439,7 @@ class FieldbusBackend:
         except BackendError as error:
             self._guard.trip(str(error))
         self._due_s += self._session.period_s
-        if not self._guard.reason and (wrong := self._wrong()):
+        if wrong := self._wrong():
             self._guard.trip(wrong)
         if self._plausibility is not None:
             self._plausibility.collect()
@@ -470,7 +470,7 @@ class FieldbusBackend:
             return "; ".join(faults[:3])
         if wrong := self._supervisor.look(self._told_m_s, self._told_torque):
             return wrong
-        if self._attitude_source is not None and self._attitude is not None:
+        if self._attitude is not None:
             silent_s = self._clock.now_s() - self._attitude.time_s
             if silent_s > self._session.ahrs_stale_s:
                 return f"the AHRS has been silent for {1e3 * silent_s:.0f} ms"
