@@ -848,7 +848,7 @@ def test_who_obeys_is_not_left_alone(robot: cdprcal.Robot) -> None:
     assert on.bench.abandoned == 0
 
 
-@pytest.mark.parametrize("way", ["deaf", "silent"])
+@pytest.mark.parametrize("way", ["deaf", "silent", "silent once it stood"])
 def test_who_does_not_obey_within_three_cycles_is_left_alone(
     way: str, robot: cdprcal.Robot
 ) -> None:
@@ -858,7 +858,9 @@ def test_who_does_not_obey_within_three_cycles_is_left_alone(
         on.bench.drives[2].quirks.deaf = True
     on.bench.complaints = ["so"]
     on.backend.read()
-    on.bench.silent = {2} if way == "silent" else set()
+    if way == "silent once it stood":
+        on.backend.read()
+    on.bench.silent = set() if way == "deaf" else {2}
     for cycle in range(1, 6):
         on.backend.read()
         assert (on.bench.abandoned > 0) == (cycle >= 3)
