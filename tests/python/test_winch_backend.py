@@ -586,17 +586,22 @@ def test_load_cells_that_are_swapped_are_found_before_anything_moves(robot: cdpr
     assert on.bench.sent[-1][1][cia402.CONTROLWORD] == STOP
 
 
-def test_a_cycle_that_is_missed_does_not_spoil_a_wiggle(robot: cdprcal.Robot) -> None:
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_cycle_that_is_missed_hides_nothing(swapped: bool, robot: cdprcal.Robot) -> None:
     session = example_session()
     bench = Bench(session)
-    bench.pulls = elastic = Elastic()
+    bench.pulls = elastic = Elastic(swapped=swapped)
     on = OnBench(session, robot, bench=bench)
 
     def miss() -> None:
         bench.silent = {2} if len(bench.cycles) % 7 == 0 else set()
 
     bench.each_cycle = miss
-    assert on.read().drive_error == ""
+    if swapped:
+        with pytest.raises(BackendError, match="cables 1 and 2 swapped"):
+            on.read()
+    else:
+        assert on.read().drive_error == ""
     assert np.max(elastic.went_m) < 0.0005
 
 
