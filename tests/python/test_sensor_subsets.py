@@ -26,3 +26,17 @@ def test_encoders_at_rest_are_enough_below_six_cables(cables: int) -> None:
     found = study.outcome((cables, ("length", "swivel"), 2))
     assert found.sigma_m["unified"] is not None, found.reasons["unified"]
     assert not found.wrong
+
+
+def test_a_rest_that_hangs_deep_does_not_make_the_balance_doubtful() -> None:
+    """Its cables are parallel: one of its rows hardly depends on the load cells."""
+    found = study.outcome((5, ("tension", "roll_pitch_yaw", "absolute_yaw", "position"), 1))
+    assert not found.is_worse, found.in_words()
+    assert "misfits" not in found.reasons["unified"]
+
+
+def test_a_minimum_that_fits_badly_is_not_the_last_that_is_looked_at() -> None:
+    """Residuals of four times the noise pass for a minimum, but another fits ten times better."""
+    found = study.outcome((5, ("swivel", "tension", "direct_length"), 1))
+    assert found.sigma_m["unified"] is not None, found.reasons["unified"]
+    assert not found.wrong, found.in_words()

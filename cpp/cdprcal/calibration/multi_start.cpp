@@ -18,6 +18,13 @@ bool better(const CalibrationResult& a, const CalibrationResult& b) {
   return a.cost < b.cost;
 }
 
+/// A minimum that needs no second look: accepted, and residuals no more than twice the noise.
+bool fits(const CalibrationResult& result) {
+  constexpr double kPlain = 4.0;  // χ² per degree of freedom; noise of a file is known no better
+  const int freedom = std::max(1, result.residual_count - result.parameter_count);
+  return result.status == CalibrationStatus::converged && 2.0 * result.cost <= kPlain * freedom;
+}
+
 struct Start {
   Pose reference;
   RestGuess rests = RestGuess::estimated;
@@ -89,7 +96,7 @@ CalibrationResult solve_from_starts(const CalibrationProblem& problem,
     first = false;
     // A good minimum ends the search, and so does a bad one that two starts agree on; too few
     // readings would fail the same way from anywhere.
-    if (again || best.status == CalibrationStatus::converged) break;
+    if (again || fits(best)) break;
     if (best.poses.empty() && best.iterations == 0) break;
   }
   best.solve_time_s = solve_time_s;

@@ -44,9 +44,13 @@ double deviance(const std::vector<Square>& squares, double component, const Prio
 
 /// The component of greatest likelihood that is not below `least`.
 double most_likely(const std::vector<Square>& squares, double least, const Prior& prior = {}) {
+  // A row that hardly depends on the component says nothing of its size, however large it is.
+  constexpr double kHardly = 1e-9;
+  double most_gain = 0.0;
+  for (const Square& s : squares) most_gain = std::max(most_gain, s.gain);
   double largest = prior.weight > 0.0 ? std::max(least, prior.value) : least;
   for (const Square& s : squares) {
-    if (s.gain > 0.0) largest = std::max(largest, s.value / s.gain);
+    if (s.gain > kHardly * most_gain) largest = std::max(largest, s.value / s.gain);
   }
   if (!(largest > least)) return least;
   double low = std::log(std::max(least, 1e-12 * largest));
