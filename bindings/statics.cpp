@@ -1,4 +1,5 @@
 // statics/: wrenches, stiffness and tensions.
+#include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/statics/tension.hpp"
 #include "cdprcal/statics/wrench.hpp"
 
@@ -48,6 +49,10 @@ void register_wrench(py::module_& module) {
       "K_f of eq. A4 [6-n, 6-n]: K + Q on the motions that no cable length resists.");
   module.def("free_motion_basis", &free_motion_basis, py::arg("state"),
              "Orthonormal basis [6, m] of the motions that no cable length resists.");
+  module.def(
+      "motion_basis", [](const Robot& robot) { return Eigen::MatrixXd(motion_basis(robot)); },
+      py::arg("robot"),
+      "Orthonormal basis [6, f] of the twists that the platform's guides allow, shifts first.");
   module.def(
       "potential_energy",
       [](const Robot& robot, const Pose& pose, const PlatformState& state,

@@ -222,6 +222,7 @@ __all__: list[str] = [
     "measurement_mean",
     "minus",
     "model_residuals",
+    "motion_basis",
     "number_table",
     "obstruction",
     "parked_start",
@@ -5441,6 +5442,11 @@ def minus(to: Pose, from_: Pose) -> typing.Annotated[numpy.typing.NDArray[numpy.
 def model_residuals(model: DiagnosisModel) -> list[ModelResidual]:
     """
     A ModelResidual for each pose of each run.
+    """
+
+def motion_basis(robot: Robot) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+    """
+    Orthonormal basis [6, f] of the twists that the platform's guides allow, shifts first.
     """
 
 def number_table(

@@ -416,3 +416,32 @@ def test_what_the_robot_file_says_is_in_the_way_stops_too(robot: cdprcal.Robot) 
         reason = guard.look(readings(robot, here, 0.02))
         assert said in reason
         assert remedy_for(reason)
+
+
+@pytest.mark.parametrize(
+    ("name", "away"), [("belts4", [0.02, 0, 0.01]), ("hang4", [0.01, 0.02, 0])]
+)
+def test_lengths_alone_lead_it_where_guides_hold_the_rest(name: str, away: list[float]) -> None:
+    """Four lengths for two and three freedoms: the motion ends in time."""
+    robot = cdprcal.load_robot(name)
+    plan = cdprcal.make_plan(robot).plan
+    guard = PoseGuard(robot, plan, 0.05)
+    pose = plan.start_pose
+
+    def lengths(time_s: float) -> cdprcal.RobotSample:
+        sample = cdprcal.RobotSample(time_s=time_s)
+        sample.length_m = cdprcal.platform_state(robot, pose).length_m - 1.0
+        return sample
+
+    guard.look(lengths(0.0))
+    guard.learn(known(pose, 1e-12 * np.eye(6)))
+    said = ""
+    for k in range(1, 200):
+        pose = cdprcal.plus(pose, np.array([*away, 0, 0, 0]))
+        said = guard.look(lengths(0.02 * k))
+        if said:
+            break
+        assert guard.position_m is not None
+        np.testing.assert_allclose(guard.position_m, pose.position_m, atol=1e-4)
+    assert "leaves the plan's corridor" in said
+    assert (pose.position_m <= guard.upper_m + 0.05 + np.abs(away)).all()

@@ -52,6 +52,7 @@ class PoseGuard:
         if math.isnan(floor_m) or floor_m == math.inf:
             raise InputError(f"floor: {floor_m:g} m must be a height")
         self._robot = robot
+        self._motion = _core.motion_basis(robot)
         places_m = _planned_places_m(robot, plan)
         #: What the plan spans, without the margin [m].
         self.lower_m, self.upper_m = np.min(places_m, axis=0), np.max(places_m, axis=0)
@@ -107,9 +108,9 @@ class PoseGuard:
         if rows is None:
             return None
         residual, jacobian, initial_jacobian = rows
-        normal = jacobian.T @ jacobian
+        along = jacobian @ self._motion
         try:
-            inverse = np.linalg.inv(normal)
+            inverse = self._motion @ np.linalg.inv(along.T @ along) @ self._motion.T
         except np.linalg.LinAlgError:
             return None
         passed_on = inverse @ jacobian.T @ initial_jacobian
@@ -160,7 +161,9 @@ class PoseGuard:
         residual, jacobian_now, jacobian_then = (
             np.concatenate([part[i] for part in parts]) if parts else np.empty(0) for i in range(3)
         )
-        return None if len(residual) < 6 else (residual, jacobian_now, jacobian_then)
+        if len(residual) < self._motion.shape[1]:
+            return None
+        return residual, jacobian_now, jacobian_then
 
     def _outside(self, now: Pose) -> str:
         """What is wrong with a pose, or with where a stop from there would end."""
