@@ -123,7 +123,10 @@ def test_an_effect_of_ones_own_is_found_and_the_pose_with_it(robot: cdprcal.Robo
 def test_the_simulated_machine_does_what_the_text_says(
     robot: cdprcal.Robot, text: str, effect: str
 ) -> None:
-    """A robot file that lists the very values calibrates as one of a robot without the effect."""
+    """A robot file that lists the very values calibrates as one of a robot without the effect.
+
+    Friction at rest depends on how the platform came to rest: what is left of it widens σ.
+    """
     mine = read(text, robot)
     injected = cdprcal.expanded_effect(cdprcal.parse_injected_effect(effect, mine), mine)
     info = next(i for i in cdprcal.effects_of(mine) if i.name == injected.name)
@@ -141,7 +144,8 @@ def test_the_simulated_machine_does_what_the_text_says(
     plain = cdprcal.calibrate(robot, run_with(robot, []).log).result
     assert result.initial_pose is not None
     off = result.initial_pose.position_m - run.poses[0].position_m
-    assert np.linalg.norm(off) < 2e-3
+    assert np.linalg.norm(off) < (5e-3 if "friction" in effect else 1e-3)
+    assert (np.abs(off) < 3.0 * result.standard_deviation[:3]).all()
     rms, usual = result.residual_rms.length_m, plain.residual_rms.length_m
     assert rms < 2.0 * usual + 1e-4
 
