@@ -262,6 +262,15 @@ def test_the_callback_can_stop_it_and_the_part_is_usable(robot: cdprcal.Robot) -
         cdprcal.compute_workspace(robot, progress=broken)
 
 
+@pytest.fixture
+def ctrl_c_counts() -> Iterator[None]:
+    """Also in a job in the background, which a shell lets ignore it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("ctrl_c_counts")
 def test_ctrl_c_leaves_what_was_found(
     cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
