@@ -53,9 +53,9 @@ double normal_equations(const Robot& robot, const AbsoluteReadings& readings, co
     }
   }
   if (is_guided(robot)) {  // no step where guides prevent it
-    const TwistBasis free = motion_basis(robot);
-    hessian = free * (free.transpose() * hessian * free).eval() * free.transpose();
-    gradient = free * (free.transpose() * gradient).eval();
+    const Matrix6 free = motion_projector(robot);
+    hessian = free * hessian * free;
+    gradient = free * gradient;
   }
   return cost;
 }
@@ -235,20 +235,16 @@ std::vector<Pose> reference_guesses(const Robot& given, const Measurement& refer
     const Pose pose = on_motion(robot, {position, attitude});
     if (platform_state(robot, pose).valid) guesses.push_back(pose);
   };
-  const auto below = [&] {
+  const auto cross = [&](double raised, double height) {
     for (const auto& [x, y, z] : kSpread) {
-      add(0.5 * (low + high) + Vector3(x * span.x(), y * span.y(), z * depth));
+      add(0.5 * (low + high) + Vector3(x * span.x(), y * span.y(), (z + raised) * height));
     }
   };
-  const auto between = [&] {  // as platforms of frames all around do
-    for (const auto& [x, y, z] : kSpread) {
-      add(0.5 * (low + high) + Vector3(x * span.x(), y * span.y(), (z + 1.0) * span.z()));
-    }
-  };
+  const auto between = [&] { cross(1.0, span.z()); };  // as platforms of frames all around do
   const bool guided = is_guided(robot);
   const bool around = guided && span.z() > 0.5 * std::max(span.x(), span.y());
   if (around) between();
-  below();
+  cross(0.0, depth);
   if (!around && (guided || robot.cable_count() >= 6)) between();
   if (const auto seen = absolute_guess(robot, reference, attitude, guesses)) {
     guesses.insert(guesses.begin(), *seen);

@@ -163,8 +163,7 @@ class TensionProblem {
 
  private:
   [[nodiscard]] Matrix6 free_stiffness(const PlatformState& state) const {
-    const Matrix6 whole = stiffness(robot_, state, tension_N_);
-    return is_guided(robot_) ? on_free_motion(free_, whole) : whole;
+    return on_free_motion(free_, stiffness(robot_, state, tension_N_));
   }
 
   EquilibriumResult accept(const Pose& pose, const PlatformState& state,

@@ -151,8 +151,7 @@ class LengthProblem {
         break;
       }
       KktMatrix kkt = KktMatrix::Zero(6 + m, 6 + m);
-      const Matrix6 hessian = stiffness(robot_, state, tension);
-      kkt.topLeftCorner<6, 6>() = is_guided(robot_) ? on_free_motion(free_, hessian) : hessian;
+      kkt.topLeftCorner<6, 6>() = on_free_motion(free_, stiffness(robot_, state, tension));
       for (int k = 0; k < m; ++k) {
         kkt.block<6, 1>(0, 6 + k) = structure.col(active[k]);
         kkt.block<1, 6>(6 + k, 0) = structure.col(active[k]).transpose();

@@ -133,9 +133,7 @@ double balance_error_N(const Vector6& wrench_residual, double length_scale_m) {
 
 double unbalanced_N(const Robot& robot, const PlatformState& state, const CableVector& tension_N) {
   const Vector6 residual = wrench_residual(robot, state, tension_N);
-  const double length_m = characteristic_length_m(robot);
-  if (!is_guided(robot)) return balance_error_N(residual, length_m);
-  return balance_error_N(motion_projector(robot) * residual, length_m);
+  return balance_error_N(motion_projector(robot) * residual, characteristic_length_m(robot));
 }
 
 Matrix6 on_free_motion(const Matrix6& projector, const Matrix6& stiffness) {

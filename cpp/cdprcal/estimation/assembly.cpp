@@ -1,10 +1,10 @@
 #include "cdprcal/estimation/assembly.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 
 #include "cdprcal/error.hpp"
+#include "cdprcal/estimation/inverse_along.hpp"
 #include "cdprcal/statics/wrench.hpp"
 
 namespace cdprcal {
@@ -443,25 +443,13 @@ ReferenceInformation Assembly::of_reference(const Eigen::MatrixXd& common,
   }
   out.information = 0.5 * (out.information + out.information.transpose()).eval();
   if (!with_covariance) return out;
-  if (is_guided(problem_.robot)) {
-    const TwistBasis basis = motion_basis(problem_.robot);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(basis.transpose() * out.information *
-                                                               basis);
-    if (eigen.eigenvalues().minCoeff() > 1e-12 * eigen.eigenvalues().maxCoeff()) {
-      const TwistBasis axes = basis * eigen.eigenvectors();
-      out.covariance = axes * eigen.eigenvalues().cwiseInverse().asDiagonal() * axes.transpose();
+  if (!is_guided(problem_.robot)) {
+    if (const Eigen::LLT<Matrix6> factor(out.information); is_regular(factor)) {
+      out.covariance = factor.solve(Matrix6::Identity());
+      return out;
     }
-    return out;
   }
-  if (const Eigen::LLT<Matrix6> factor(out.information); is_regular(factor)) {
-    out.covariance = factor.solve(Matrix6::Identity());
-    return out;
-  }
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(out.information);
-  if (eigen.eigenvalues().minCoeff() > 1e-12 * eigen.eigenvalues().maxCoeff()) {
-    out.covariance = eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() *
-                     eigen.eigenvectors().transpose();
-  }
+  out.covariance = inverse_along(motion_basis(problem_.robot), out.information);
   return out;
 }
 

@@ -270,32 +270,22 @@ std::optional<ClosedForm> closed_form(const Eigen::MatrixXd& lengths, int dimens
   return out;
 }
 
-namespace {
-
-/// One pose from where it is, from around the middle, and from where its likes are.
-void settle_anew(const FrameProblem& problem, const Robot& robot, const std::vector<Pose>& around,
-                 FrameState& state, std::size_t i, bool& better) {
-  double least = settle_pose(problem, robot, state.values, problem.poses[i], state.poses[i]);
-  std::vector<Pose> tries = around;
-  for (const std::size_t other : like(problem, i)) tries.push_back(state.poses[other]);
-  for (Pose pose : tries) {
-    const double cost = settle_pose(problem, robot, state.values, problem.poses[i], pose);
-    if (!(cost < least - kBetter * (1.0 + least))) continue;
-    least = cost;
-    state.poses[i] = pose;
-    better = true;
-  }
-}
-
-}  // namespace
-
 bool improve_poses(const FrameProblem& problem, FrameState& state) {
   if (row_of(problem.robot.platform.motion).is_point()) return false;
   const Robot robot = moved(problem, state.values);
   const std::vector<Pose> around = places(problem, robot);
   bool any = false;
   for (std::size_t i = 0; i < state.poses.size(); ++i) {
-    settle_anew(problem, robot, around, state, i, any);
+    double least = settle_pose(problem, robot, state.values, problem.poses[i], state.poses[i]);
+    std::vector<Pose> tries = around;
+    for (const std::size_t other : like(problem, i)) tries.push_back(state.poses[other]);
+    for (Pose pose : tries) {
+      const double cost = settle_pose(problem, robot, state.values, problem.poses[i], pose);
+      if (!(cost < least - kBetter * (1.0 + least))) continue;
+      least = cost;
+      state.poses[i] = pose;
+      any = true;
+    }
   }
   return any;
 }

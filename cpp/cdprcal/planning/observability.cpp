@@ -1,13 +1,13 @@
 #include "cdprcal/planning/observability.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <limits>
 
 #include "cdprcal/error.hpp"
 #include "cdprcal/estimation/assembly.hpp"
+#include "cdprcal/estimation/inverse_along.hpp"
 #include "cdprcal/synthetic/synthetic.hpp"
 
 namespace cdprcal {
@@ -40,16 +40,6 @@ double log_determinant(const Eigen::MatrixXd& information) {
   };
   const Eigen::Index errors = information.rows() - 6;
   return of(information) - of(information.bottomRightCorner(errors, errors));
-}
-
-std::optional<Matrix6> inverse_of(const Matrix6& information, const TwistBasis& motion) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(motion.transpose() * information *
-                                                             motion);
-  if (!(eigen.eigenvalues().minCoeff() > 1e-12 * eigen.eigenvalues().maxCoeff())) {
-    return std::nullopt;
-  }
-  const TwistBasis axes = motion * eigen.eigenvectors();
-  return axes * eigen.eigenvalues().cwiseInverse().asDiagonal() * axes.transpose();
 }
 
 }  // namespace
@@ -144,7 +134,7 @@ Selection select_d_optimal(const Eigen::MatrixXd& start_information,
     selection.stopped = stopped;
     Eigen::MatrixXd total = start_information;
     for (const int c : selection.chosen) total += information[c];
-    selection.covariance = inverse_of(Observability::on_initial_pose(total), motion);
+    selection.covariance = inverse_along(motion, Observability::on_initial_pose(total));
     return selection;
   };
   /// The free candidate that adds most to `sum`, and what the determinant becomes.

@@ -35,8 +35,7 @@ bool balance(const PlantDynamics& plant, const Robot& robot, const CableVector& 
                         (2.0 * kStep);
     }
     if (!jacobian.allFinite()) return false;
-    if (is_guided(robot)) jacobian = on_free_motion(free, jacobian);
-    Vector6 move = -jacobian.partialPivLu().solve(wrench);
+    Vector6 move = -on_free_motion(free, jacobian).partialPivLu().solve(wrench);
     if (!move.allFinite()) return false;
     move /= std::max({1.0, move.head<3>().norm() / 0.1, move.tail<3>().norm() / 0.2});
     const Pose next = plus(pose, move);

@@ -22,8 +22,8 @@ Box in_plane(const Robot& robot, Box box);
 std::array<int, 3> in_plane(const Robot& robot, std::array<int, 3> counts);
 
 /// Throws InputError when the box is empty (but flat across a planar platform's plane) or not
-/// finite, or lies wholly where no cable can hold
-/// the platform up: beside all pulleys or above them (by more than the platform's own size).
+/// finite, or lies wholly where no cable can hold the platform up: beside all pulleys or above them
+/// (by more than the platform's own size).
 void check_box(const Robot& robot, const Box& box);
 
 /// Points at equal steps in all directions, centred in the box.

@@ -12,7 +12,7 @@ from cdprcal import _core
 from cdprcal.diagnosis.plots import AFTER, BEFORE
 from cdprcal.report.figures import CABLES, INK, MUTED, Figure, layout, rounded
 from cdprcal.workspace import round_step_m
-from cdprcal.workspace.document import is_planar
+from cdprcal.workspace.document import plane_area_m2
 
 Array = NDArray[np.float64]
 
@@ -76,11 +76,10 @@ def workspace_mesh(robot: _core.Robot) -> tuple[_core.Mesh | None, str]:
     workspace = _core.compute_workspace(robot, box=box, step_m=step_m)
     if not workspace.points_inside:
         return None, _core.explain_empty(workspace)
-    mesh = _core.workspace_shape(workspace).mesh
-    size = f"{mesh.volume_m3:.2f} m³"
-    if is_planar(robot):
-        size = f"{mesh.volume_m3 / step_m:.2f} m², shown one step thick"
-    return mesh, f"Static workspace {size}, drawn from a grid of {step_m:g} m"
+    shape = _core.workspace_shape(workspace)
+    plane = plane_area_m2(workspace, shape)
+    size = f"{shape.volume_m3:.2f} m³" if plane is None else f"{plane:.2f} m², shown one step thick"
+    return shape.mesh, f"Static workspace {size}, drawn from a grid of {step_m:g} m"
 
 
 def magnification(robot: _core.Robot, document: dict[str, Any]) -> float:

@@ -31,7 +31,7 @@ def workspace_as_dict(
         "complete": workspace.complete,
         "volume_m3": number(shape.volume_m3),
         "area_m2": number(shape.mesh.area_m2),
-        "plane_area_m2": shape.volume_m3 / grid.step_m if is_planar(workspace.robot) else None,
+        "plane_area_m2": plane_area_m2(workspace, shape),
         "points_tested": workspace.points_tested,
         "points_inside": workspace.points_inside,
         "points": {s.name: int(status[s]) for s in _core.PointStatus},
@@ -51,6 +51,11 @@ def workspace_as_dict(
 def is_planar(robot: _core.Robot) -> bool:
     """Whether the platform stays in a plane."""
     return robot.platform.motion_plane_normal is not None
+
+
+def plane_area_m2(workspace: _core.Workspace, shape: _core.AlphaShape) -> float | None:
+    """Of a planar platform, whose shape is a slab one step thick; None of any other."""
+    return shape.volume_m3 / workspace.grid.step_m if is_planar(workspace.robot) else None
 
 
 def _section(mesh: _core.Mesh, height_m: float) -> dict[str, Any]:

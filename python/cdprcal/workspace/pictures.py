@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cdprcal import _core
 from cdprcal.pictures import new_figure, save_figure
-from cdprcal.workspace.document import is_planar
+from cdprcal.workspace.document import plane_area_m2
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,8 +48,9 @@ def draw_workspace(workspace: _core.Workspace, shape: _core.AlphaShape) -> Figur
     _draw_surface(left.add_subplot(projection="3d"), workspace, shape.mesh, inscribed)
     margins = _margins(workspace)
     middle = _middle(workspace, inscribed)
-    planar = is_planar(workspace.robot)
-    normals = [n for n in range(3) if workspace.grid.count[n] == 1] if planar else [2, 1]
+    plane = plane_area_m2(workspace, shape)
+    flat = [n for n in range(3) if workspace.grid.count[n] == 1]
+    normals = [2, 1] if plane is None else flat
     cuts = right.subplots(1, len(normals), squeeze=False).ravel()
     for axes, normal in zip(cuts, normals, strict=True):
         image = _draw_cut(axes, workspace, margins, middle, normal, inscribed)
@@ -59,9 +60,7 @@ def draw_workspace(workspace: _core.Workspace, shape: _core.AlphaShape) -> Figur
     right.legend(
         labelled.values(), labelled.keys(), loc="outside lower center", ncols=5, fontsize=8
     )
-    size = f"{shape.volume_m3:.3g} m³"
-    if planar:
-        size = f"{shape.volume_m3 / workspace.grid.step_m:.3g} m²"
+    size = f"{shape.volume_m3:.3g} m³" if plane is None else f"{plane:.3g} m²"
     part = "" if workspace.complete else " (interrupted: a part of it)"
     figure.suptitle(f"{workspace.robot.name}: static workspace, {size}{part}", fontsize=11)
     return figure

@@ -1,0 +1,18 @@
+#include "cdprcal/estimation/inverse_along.hpp"
+
+#include <Eigen/Eigenvalues>
+
+namespace cdprcal {
+
+std::optional<Matrix6> inverse_along(const TwistBasis& motion, const Matrix6& information) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(motion.transpose() * information *
+                                                             motion);
+  constexpr double kSeen = 1e-12;  // of the largest
+  if (!(eigen.eigenvalues().minCoeff() > kSeen * eigen.eigenvalues().maxCoeff())) {
+    return std::nullopt;
+  }
+  const TwistBasis axes = motion * eigen.eigenvectors();
+  return axes * eigen.eigenvalues().cwiseInverse().asDiagonal() * axes.transpose();
+}
+
+}  // namespace cdprcal
