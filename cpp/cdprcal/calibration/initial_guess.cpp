@@ -52,11 +52,9 @@ double normal_equations(const Robot& robot, const AbsoluteReadings& readings, co
       add(wrap_angle(error), modelled.attitude_by_twist.row(a), sigma.attitude_rad);
     }
   }
-  if (is_guided(robot)) {  // no step where guides prevent it
-    const Matrix6 free = motion_projector(robot);
-    hessian = free * hessian * free;
-    gradient = free * gradient;
-  }
+  const FreeMotion free(robot);  // no step where guides prevent it
+  hessian = free.of_square(hessian);
+  gradient = free.of(gradient);
   return cost;
 }
 

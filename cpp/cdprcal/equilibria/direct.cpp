@@ -32,7 +32,7 @@ class TensionProblem {
       : robot_(robot),
         tension_N_(tension_N),
         options_(options),
-        free_(motion_projector(robot)),
+        free_(robot),
         length_scale_m_(characteristic_length_m(robot)),
         step_limit_m_(0.2 * robot_size_m(robot)) {}
 
@@ -60,7 +60,7 @@ class TensionProblem {
         result.reason = describe_invalid(state);
         break;
       }
-      const Vector6 residual = free_ * wrench_residual(robot_, state, tension_N_);
+      const Vector6 residual = free_.of(wrench_residual(robot_, state, tension_N_));
       const double error = balance_error_N(residual, length_scale_m_);
       if (error < best) {
         best = error;
@@ -100,7 +100,7 @@ class TensionProblem {
       const Eigen::LLT<Matrix6> factor(Matrix6(0.5 * (k + k.transpose())));
       if (!(now_J < energy_J) || factor.info() != Eigen::Success) return std::nullopt;
       energy_J = now_J;
-      const Vector6 residual = free_ * wrench_residual(robot_, state, tension_N_);
+      const Vector6 residual = free_.of(wrench_residual(robot_, state, tension_N_));
       if (balance_error_N(residual, length_scale_m_) < kNear * weight) return pose;
       const Vector6 twist = -factor.solve(residual);
       if (!twist.allFinite()) return std::nullopt;
@@ -163,7 +163,7 @@ class TensionProblem {
 
  private:
   [[nodiscard]] Matrix6 free_stiffness(const PlatformState& state) const {
-    return on_free_motion(free_, stiffness(robot_, state, tension_N_));
+    return free_.of_stiffness(stiffness(robot_, state, tension_N_));
   }
 
   EquilibriumResult accept(const Pose& pose, const PlatformState& state,
@@ -204,7 +204,7 @@ class TensionProblem {
   const Robot& robot_;
   const CableVector& tension_N_;
   const DirectOptions& options_;
-  Matrix6 free_;
+  FreeMotion free_;
   double length_scale_m_;
   double step_limit_m_;
   int evaluations_ = 0;

@@ -42,7 +42,7 @@ class LengthProblem {
       : robot_(robot),
         target_m_(length_m),
         options_(options),
-        free_(motion_projector(robot)),
+        free_(robot),
         length_scale_m_(characteristic_length_m(robot)),
         size_m_(robot_size_m(robot)) {}
 
@@ -124,8 +124,8 @@ class LengthProblem {
         reason = describe_invalid(state);
         break;
       }
-      const WrenchMatrix structure = free_ * structure_matrix(state);
-      const Vector6 load = free_ * gravity_wrench(robot_, state);
+      const WrenchMatrix structure = free_.of(structure_matrix(state));
+      const Vector6 load = free_.of(gravity_wrench(robot_, state));
       if (step == 0) {  // multipliers that fit the start best
         WrenchMatrix columns(6, m);
         for (int k = 0; k < m; ++k) columns.col(k) = structure.col(active[k]);
@@ -151,7 +151,7 @@ class LengthProblem {
         break;
       }
       KktMatrix kkt = KktMatrix::Zero(6 + m, 6 + m);
-      kkt.topLeftCorner<6, 6>() = on_free_motion(free_, stiffness(robot_, state, tension));
+      kkt.topLeftCorner<6, 6>() = free_.of_stiffness(stiffness(robot_, state, tension));
       for (int k = 0; k < m; ++k) {
         kkt.block<6, 1>(0, 6 + k) = structure.col(active[k]);
         kkt.block<1, 6>(6 + k, 0) = structure.col(active[k]).transpose();
@@ -243,7 +243,7 @@ class LengthProblem {
   const Robot& robot_;
   const CableVector& target_m_;
   const DirectOptions& options_;
-  Matrix6 free_;
+  FreeMotion free_;
   double length_scale_m_;
   double size_m_;
   int evaluations_ = 0;

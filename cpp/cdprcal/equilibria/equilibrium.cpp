@@ -133,11 +133,7 @@ double balance_error_N(const Vector6& wrench_residual, double length_scale_m) {
 
 double unbalanced_N(const Robot& robot, const PlatformState& state, const CableVector& tension_N) {
   const Vector6 residual = wrench_residual(robot, state, tension_N);
-  return balance_error_N(motion_projector(robot) * residual, characteristic_length_m(robot));
-}
-
-Matrix6 on_free_motion(const Matrix6& projector, const Matrix6& stiffness) {
-  return projector * stiffness * projector + Matrix6::Identity() - projector;
+  return balance_error_N(FreeMotion(robot).of(residual), characteristic_length_m(robot));
 }
 
 const char* to_string(EquilibriumStatus status) {

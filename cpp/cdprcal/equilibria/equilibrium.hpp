@@ -70,8 +70,4 @@ double balance_error_N(const Vector6& wrench_residual, double length_scale_m);
 /// The same of a pose, without what guides carry.
 double unbalanced_N(const Robot& robot, const PlatformState& state, const CableVector& tension_N);
 
-/// A matrix of stiffness with all that guides prevent taken out: the identity in its place, so that
-/// a solution of what the guides leave free stays so.
-Matrix6 on_free_motion(const Matrix6& projector, const Matrix6& stiffness);
-
 }  // namespace cdprcal

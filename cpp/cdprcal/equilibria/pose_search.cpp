@@ -25,17 +25,18 @@ class Search {
         start_(on_motion(robot, start)),
         objective_(objective),
         options_(options),
-        free_(motion_projector(robot)) {}
+        free_(robot) {}
 
   [[nodiscard]] int size() const { return options_.fixed_position ? 3 : 6; }
   [[nodiscard]] int evaluations() const { return evaluations_; }
 
-  Pose pose_at(const double* x) const {
+  Vector6 twist_at(const double* x) const {
     Vector6 twist = Vector6::Zero();
     if (!options_.fixed_position) twist.head<3>() = Eigen::Map<const Vector3>(x);
     twist.tail<3>() = Eigen::Map<const Vector3>(x + size() - 3) / options_.length_scale_m;
-    return plus(start_, free_ * twist);
+    return free_.of(twist);
   }
+  Pose pose_at(const double* x) const { return plus(start_, twist_at(x)); }
 
   double value(const double* x, double* gradient) {
     move_to(x);
@@ -77,21 +78,19 @@ class Search {
   }
 
   void to_coordinates(const double* x, const Vector6& by_twist, double* gradient) const {
-    const Matrix3 turns = free_.bottomRightCorner<3, 3>();
-    const Vector3 theta =
-        turns * Eigen::Map<const Vector3>(x + size() - 3) / options_.length_scale_m;
-    const Vector3 by_theta = turns * (left_jacobian_so3(theta).transpose() * by_twist.tail<3>()) /
-                             options_.length_scale_m;
-    const Vector3 by_shift = free_.topLeftCorner<3, 3>() * by_twist.head<3>();
-    if (!options_.fixed_position) std::copy_n(by_shift.data(), 3, gradient);
-    std::copy_n(by_theta.data(), 3, gradient + size() - 3);
+    const Vector3 theta = twist_at(x).tail<3>();
+    Vector6 by_x;
+    by_x << by_twist.head<3>(),
+        left_jacobian_so3(theta).transpose() * by_twist.tail<3>() / options_.length_scale_m;
+    by_x = free_.of(by_x);
+    std::copy_n(by_x.data() + 6 - size(), size(), gradient);
   }
 
   const Robot& robot_;
   Pose start_;
   const PoseObjective& objective_;
   const PoseSearchOptions& options_;
-  Matrix6 free_;  ///< motion_projector
+  FreeMotion free_;
   std::array<double, 6> last_{};
   Pose pose_;
   PlatformState state_;

@@ -14,7 +14,7 @@ RunRows::RunRows(const Robot& robot, RunReadings readings,
     : robot_(robot),
       readings_(std::move(readings)),
       left_inverse_rows_(left_inverse_rows),
-      free_(motion_basis(robot)),
+      free_(robot),
       guided_(guided_basis(robot)) {
   lay_out();
   gather();
@@ -70,8 +70,7 @@ OffsetVector offsets_of(const PoseEvaluation& at) {
 OffsetJacobian RunRows::offsets_by_twist(const PoseEvaluation& at) const {
   OffsetJacobian out(2 * at.length_m.size() + 1, 6);
   out << at.length_by_twist, at.swivel_by_twist, at.attitude_by_twist.row(2);
-  if (guided_.cols() > 0) out = (out * free_ * free_.transpose()).eval();
-  return out;
+  return free_.of(out.transpose()).transpose();
 }
 
 void RunRows::lay_out() {
@@ -259,12 +258,12 @@ bool RunRows::evaluate(std::size_t batch, const PoseLanes& poses) {
 }
 
 void RunRows::keep_to_motion() {
-  if (guided_.cols() == 0) return;
+  if (!free_.is_guided()) return;
   for (std::size_t s = 0; s < static_cast<std::size_t>(layout_.size()); ++s) {
     // Derivatives of eight poses: [6][lane].
     Eigen::Map<Eigen::Matrix<double, 6, kLanes, Eigen::RowMajor>> own(rows_.get() +
                                                                       kRow * s * kLanes);
-    own = (free_ * (free_.transpose() * own)).eval();
+    own = free_.of(own);
   }
 }
 

@@ -143,8 +143,9 @@ class RunRows {
   RowLayout layout_;
   std::vector<int> row_counts_;
   std::vector<int> weight_of_;  ///< a channel: where its weight is; −1: nowhere
-  TwistBasis free_, guided_;    ///< what the platform may do, and may not
-  std::vector<int> silent_;     ///< of each pose
+  FreeMotion free_;
+  TwistBasis guided_;        ///< what the platform may not do
+  std::vector<int> silent_;  ///< of each pose
   bool any_silent_ = false, any_moves_ = false;
   std::vector<BalanceSigma> sigma_;      ///< where any is, or moves
   std::vector<PartialBalance> partial_;  ///< where any is silent

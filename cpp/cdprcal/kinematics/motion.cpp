@@ -55,9 +55,9 @@ TwistBasis guided_basis(const Robot& robot) {
   return TwistBasis(6, 0);
 }
 
-Matrix6 motion_projector(const Robot& robot) {
+FreeMotion::FreeMotion(const Robot& robot) : guided_(cdprcal::is_guided(robot)) {
   const TwistBasis free = motion_basis(robot);
-  return free * free.transpose();
+  projector_ = free * free.transpose();
 }
 
 std::optional<int> axis_across(const Robot& robot) {

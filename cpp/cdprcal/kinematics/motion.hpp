@@ -16,9 +16,33 @@ using TwistBasis = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, 
 TwistBasis motion_basis(const Robot& robot);
 /// The twists that its guides prevent, and the wrenches that these carry.
 TwistBasis guided_basis(const Robot& robot);
-/// What of a twist the platform may make, or of a wrench the cables must carry; the identity where
-/// nothing is guided.
-Matrix6 motion_projector(const Robot& robot);
+/// What of a twist the platform may make, and of a wrench the cables must carry: projections on the
+/// span of motion_basis, which cost nothing where nothing is guided.
+class FreeMotion {
+ public:
+  explicit FreeMotion(const Robot& robot);
+
+  [[nodiscard]] bool is_guided() const { return guided_; }
+  /// Of twists or wrenches, one a column.
+  template <typename Columns>
+  [[nodiscard]] typename Columns::PlainObject of(const Eigen::MatrixBase<Columns>& columns) const {
+    if (!guided_) return columns;
+    return projector_ * columns;
+  }
+  /// Of a covariance of twists, or of an information about them: zero across.
+  [[nodiscard]] Matrix6 of_square(const Matrix6& square) const {
+    return guided_ ? Matrix6(projector_ * square * projector_) : square;
+  }
+  /// Of a stiffness or an inertia: the identity across, so that it can be solved with and a
+  /// solution of what is free stays free.
+  [[nodiscard]] Matrix6 of_stiffness(const Matrix6& stiffness) const {
+    return guided_ ? Matrix6(of_square(stiffness) + Matrix6::Identity() - projector_) : stiffness;
+  }
+
+ private:
+  bool guided_;
+  Matrix6 projector_;
+};
 /// How many freedoms it has: 6, 3 or 2.
 inline int freedoms(const Robot& robot) {
   const MotionRow& row = row_of(robot.platform.motion);

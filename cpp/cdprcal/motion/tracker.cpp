@@ -7,7 +7,6 @@
 
 #include "cdprcal/effects/corrected_run.hpp"
 #include "cdprcal/error.hpp"
-#include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/readings/turn_over.hpp"
 #include "cdprcal/statics/taut.hpp"
 
@@ -59,14 +58,13 @@ Tracker::Tracker(const Calibration& calibration, double restless)
       offsets_(known_offsets(calibration)),
       places_(calibration.problem.measurements),
       poses_(calibration.result.poses),
+      free_(robot_),
       size_m_(robot_size_m(robot_)),
       turn_per_shift_(1.0 / characteristic_length_m(robot_)),
       taut_N_(taut_tension_N(robot_)),
       jerk_(1.0),
       restless_(restless),
       contradictions_(offsets_.rows.size()) {
-  const TwistBasis basis = motion_basis(robot_);
-  free_ = basis * basis.transpose();
   if (!effects_.empty()) allow_for_directions();
   const ReadingVector root = offsets_.covariance.diagonal().cwiseSqrt().cwiseMax(1e-12);
   ReadingMatrix relative =
@@ -138,7 +136,7 @@ void Tracker::start() {
   now_.state = {poses_[nearest]};
   Vector6 scale;
   scale << Vector3::Ones(), Vector3::Constant(turn_per_shift_);
-  const Matrix6 one = free_ * scale.cwiseAbs2().asDiagonal() * free_;
+  const Matrix6 one = free_.of_square(scale.cwiseAbs2().asDiagonal());
   covariance_.setZero();
   covariance_.topLeftCorner<6, 6>() = size_m_ * size_m_ * one;
   covariance_.block<6, 6>(6, 6) = kAnySpeed_m_s * kAnySpeed_m_s * one;
@@ -176,8 +174,7 @@ void Tracker::spread(double density) {
   const Matrix3 q = density * jerk_covariance(dt_s_);
   Vector6 scale;
   scale << Vector3::Ones(), Vector3::Constant(turn_per_shift_ * turn_per_shift_);
-  const Matrix6 one =
-      is_guided(robot_) ? Matrix6(free_ * scale.asDiagonal() * free_) : Matrix6(scale.asDiagonal());
+  const Matrix6 one = free_.of_square(scale.asDiagonal());
   for (int r = 0; r < 3; ++r) {
     for (int c = 0; c < 3; ++c) covariance_.block<6, 6>(6 * r, 6 * c) += q(r, c) * one;
   }

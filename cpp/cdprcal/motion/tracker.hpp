@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/motion/contradictions.hpp"
 #include "cdprcal/motion/known_offsets.hpp"
 #include "cdprcal/motion/motion_state.hpp"
@@ -86,7 +87,7 @@ class Tracker {
   KnownOffsets offsets_;
   std::vector<Measurement> places_;  ///< of the calibration, and where they were
   std::vector<Pose> poses_;
-  Matrix6 free_;  ///< projection on the twists that the platform may make
+  FreeMotion free_;
   double size_m_;
   double turn_per_shift_;  ///< rad/m
   double taut_N_;

@@ -78,7 +78,8 @@ Vector6 settling_deviation(const Robot& robot, const SetPoint& set_point) {
   const PlatformState state = platform_state(robot, set_point.pose);
   if (!state.valid) return Vector6::Constant(kNaN);
   if (holds_orientation(robot)) {
-    const Eigen::MatrixXd jacobian = length_jacobian(state) * motion_projector(robot);
+    const Eigen::MatrixXd jacobian =
+        FreeMotion(robot).of(length_jacobian(state).transpose()).transpose();
     const Eigen::MatrixXd by_length = jacobian.completeOrthogonalDecomposition().pseudoInverse();
     return robot.sigma.length_m * by_length.rowwise().norm();
   }

@@ -29,8 +29,7 @@ PlantDynamics::PlantDynamics(const PlantParameters& parameters, const SimulatorO
       law_{parameters.axial_stiffness_N,
            parameters.linear_density_kg_m * parameters.robot.gravity_m_s2},
       h_(options.step_s),
-      free_(motion_projector(parameters.robot)),
-      guided_(is_guided(parameters.robot)),
+      free_(parameters.robot),
       translation_damping_N_s_m_(parameters.robot.platform.mass_kg *
                                  damping_rate(options.damping.translation_decay_s)),
       rotation_decay_s_(options.damping.rotation_decay_s),
@@ -95,8 +94,11 @@ void PlantDynamics::place(const Pose& pose, const CableVector& tension_N) {
 }
 
 void PlantDynamics::set_motion(const Vector3& velocity_m_s, const Vector3& body_rate_rad_s) {
-  motion_.velocity_m_s = free_.topLeftCorner<3, 3>() * velocity_m_s;
-  motion_.body_rate_rad_s = free_.bottomRightCorner<3, 3>() * body_rate_rad_s;
+  Vector6 twist;
+  twist << velocity_m_s, body_rate_rad_s;
+  twist = free_.of(twist);
+  motion_.velocity_m_s = twist.head<3>();
+  motion_.body_rate_rad_s = twist.tail<3>();
 }
 
 double PlantDynamics::mean_tension_N(int i, const StrandState& end, double payout_1_m,
@@ -244,7 +246,7 @@ StepStatus PlantDynamics::step(const WinchCommand& command) {
     Vector6 residual;
     residual << m * (next.velocity_m_s - motion_.velocity_m_s) - h_ * force,
         rotation_1 * (inertia * next.body_rate_rad_s) - momentum_0 - h_ * moment;
-    if (guided_) residual = (free_ * residual).eval();
+    residual = free_.of(residual);
     // Where stiff strands become slack or taut Newton may overshoot: halve a move that made it
     // worse.
     const double norm = residual.norm();
@@ -268,7 +270,7 @@ StepStatus PlantDynamics::step(const WinchCommand& command) {
         column << end[i].chord, arm_1[i].cross(end[i].chord);
         jacobian += (0.5 * h_ * h_ * used_slope[i]) * column * column.transpose();
       }
-      if (guided_) jacobian = on_free_motion(free_, jacobian);
+      jacobian = free_.of_stiffness(jacobian);
       factor.compute(jacobian);
     }
     move = factor.solve(residual);
@@ -329,12 +331,13 @@ void PlantDynamics::finish_step(const std::array<Pull, kMaxCables>& pulls) {
 
 void PlantDynamics::knock(int cable, const Vector3& impulse_N_s) {
   const Platform& platform = p_.robot.platform;
-  motion_.velocity_m_s += free_.topLeftCorner<3, 3>() * impulse_N_s / platform.mass_kg;
-  Matrix6 inertia = Matrix6::Identity();
+  Matrix6 inertia = platform.mass_kg * Matrix6::Identity();
   inertia.bottomRightCorner<3, 3>() = platform.inertia_kg_m2;
-  Vector6 moment = Vector6::Zero();
-  moment.tail<3>() = motion_.rotation.inverse() * arm_m_[cable].cross(impulse_N_s);
-  motion_.body_rate_rad_s += on_free_motion(free_, inertia).llt().solve(free_ * moment).tail<3>();
+  Vector6 impulse;
+  impulse << impulse_N_s, motion_.rotation.inverse() * arm_m_[cable].cross(impulse_N_s);
+  const Vector6 twist = free_.of_stiffness(inertia).llt().solve(free_.of(impulse));
+  motion_.velocity_m_s += twist.head<3>();
+  motion_.body_rate_rad_s += twist.tail<3>();
 }
 
 void PlantDynamics::run_off(int cable, double length_m, bool seen) {

@@ -15,6 +15,7 @@
 #include <array>
 
 #include "cdprcal/geometry/pose.hpp"
+#include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/simulator/plant_parameters.hpp"
 #include "cdprcal/simulator/strand.hpp"
 
@@ -115,8 +116,7 @@ class PlantDynamics {
   WinchOptions winch_options_;
   StrandLaw law_;
   double h_;
-  Matrix6 free_;  ///< motion_projector: guides take no part of the platform's energy
-  bool guided_;
+  FreeMotion free_;  ///< guides take no part of the platform's energy
   double translation_damping_N_s_m_, rotation_decay_s_;
   double drum_kg_, drum_damping_N_s_m_;  ///< torque mode, at the rim
   double virtual_kg_, dashpot_N_s_m_;    ///< tension mode: the same equation

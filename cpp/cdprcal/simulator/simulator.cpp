@@ -20,9 +20,9 @@ bool balance(const PlantDynamics& plant, const Robot& robot, const CableVector& 
   const auto error = [&](const Vector6& w) {
     return std::max(w.head<3>().norm(), w.tail<3>().norm() / length_m) / weight;
   };
-  const Matrix6 free = motion_projector(robot);
+  const FreeMotion free(robot);
   pose = on_motion(robot, pose);
-  Vector6 wrench = free * plant.net_wrench(pose, tension_N);
+  Vector6 wrench = free.of(plant.net_wrench(pose, tension_N));
   for (int iteration = 0; iteration < 50; ++iteration) {
     if (!wrench.allFinite()) return false;
     if (error(wrench) < 1e-11) return true;
@@ -35,11 +35,11 @@ bool balance(const PlantDynamics& plant, const Robot& robot, const CableVector& 
                         (2.0 * kStep);
     }
     if (!jacobian.allFinite()) return false;
-    Vector6 move = -on_free_motion(free, jacobian).partialPivLu().solve(wrench);
+    Vector6 move = -free.of_stiffness(jacobian).partialPivLu().solve(wrench);
     if (!move.allFinite()) return false;
     move /= std::max({1.0, move.head<3>().norm() / 0.1, move.tail<3>().norm() / 0.2});
     const Pose next = plus(pose, move);
-    const Vector6 next_wrench = free * plant.net_wrench(next, tension_N);
+    const Vector6 next_wrench = free.of(plant.net_wrench(next, tension_N));
     // At the limit of the arithmetic: no further progress.
     if (error(wrench) < 1e-9 && !(error(next_wrench) < error(wrench))) return true;
     pose = next;
@@ -116,12 +116,12 @@ RestResult Simulator::reset(const Pose& pose, const CableVector& tension_N) {
   if (!is_on_motion(robot, pose)) {
     return {false, "the platform's motion does not take it there", {}, {}};
   }
-  const Matrix6 free = motion_projector(robot);
+  const FreeMotion free(robot);
   RestResult rest{false, "", pose, tension_N};
   const double length_m = characteristic_length_m(robot);
   // The plant's own balance, effects included, by tensions: linear in them but for sag and frame.
   for (int iteration = 0; iteration < 50; ++iteration) {
-    const Vector6 wrench = free * dynamics_.net_wrench(pose, rest.tension_N);
+    const Vector6 wrench = free.of(dynamics_.net_wrench(pose, rest.tension_N));
     if (!wrench.allFinite()) break;
     if (balance_error_N(wrench, length_m) < 1e-10 * robot.weight_N()) {
       if (!(rest.tension_N.minCoeff() > 0.0)) return {false, "a cable is slack there", {}, {}};
