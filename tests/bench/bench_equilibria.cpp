@@ -40,7 +40,8 @@ std::array<Vector3, 1000> lattice(std::int64_t cables) {
 }
 
 void inverse_warm(benchmark::State& state) {
-  const InverseOptions options{static_cast<TensionDistribution>(state.range(1)), {}};
+  InverseOptions options;
+  options.distribution = static_cast<TensionDistribution>(state.range(1));
   const InverseSolver solver(irma4_with_cables(state.range(0)), options);
   const auto points = lattice(state.range(0));
   Eigen::Quaterniond rotation = solver.solve(points[0]).rotation;

@@ -16,7 +16,7 @@ namespace {
 double normal_equations(const Robot& robot, const AbsoluteReadings& readings, const Pose& pose,
                         Matrix6& hessian, Vector6& gradient) {
   PoseEvaluation modelled;
-  evaluate_pose(robot, {}, pose, StaticsModel::none, {}, {}, true, modelled);
+  evaluate_geometry(robot, platform_state(robot, pose), pose, true, modelled);
   if (!modelled.valid) return kNaN;
   hessian.setZero();
   gradient.setZero();
@@ -65,7 +65,7 @@ AbsoluteReadings without_effects(const Robot& robot, const ActiveEffects& effect
   if (effects.empty()) return readings;
   PoseEvaluation with, without;
   evaluate_pose(robot, m, pose, StaticsModel::none, {}, effects, false, with);
-  evaluate_pose(robot, m, pose, StaticsModel::none, {}, {}, false, without);
+  evaluate_geometry(robot, platform_state(robot, pose), pose, false, without);
   if (!with.valid || !without.valid) return readings;
   readings.length_m -= with.length_m - without.length_m;
   readings.swivel_rad -= with.swivel_rad - without.swivel_rad;

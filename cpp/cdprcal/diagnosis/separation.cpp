@@ -79,7 +79,7 @@ Measurement reading_at(const DiagnosisModel& model, const Candidate& candidate, 
   m.swivel_direction = candidate.swivel_direction;
   const int n = model.robot.cable_count();
   PoseEvaluation e;
-  evaluate_pose(model.robot, m, candidate.at, StaticsModel::none, {}, {}, false, e);
+  evaluate_geometry(model.robot, platform_state(model.robot, candidate.at), candidate.at, false, e);
   m.length_m = e.length_m + run.offsets.head(n);
   m.swivel_rad = e.swivel_rad + run.offsets.segment(n, n);
   m.roll_pitch_yaw_rad = e.roll_pitch_yaw_rad;

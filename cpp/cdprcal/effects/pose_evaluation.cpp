@@ -16,11 +16,8 @@ void add_inertia(const Robot& robot, const PlatformState& state, const Measureme
   out.wrench_by_twist.rightCols<3>() += inertial.by_rotation;
 }
 
-void evaluate_pose(const Robot& robot, const Measurement& measurement, const Pose& pose,
-                   StaticsModel statics, const std::vector<WrenchRow>& left_inverse_rows,
-                   const std::vector<ActiveEffect>& effects, bool with_jacobians,
-                   PoseEvaluation& out) {
-  const PlatformState state = platform_state(robot, pose);
+void evaluate_geometry(const Robot& robot, const PlatformState& state, const Pose& pose,
+                       bool with_jacobians, PoseEvaluation& out) {
   out.valid = state.valid && pose.position_m.allFinite();
   if (!out.valid) return;
   out.length_m = state.length_m();
@@ -29,18 +26,26 @@ void evaluate_pose(const Robot& robot, const Measurement& measurement, const Pos
   out.direct_length_m = out.length_m;
   out.absolute_yaw_rad = out.roll_pitch_yaw_rad[2];
   out.position_m = pose.position_m;
+  if (!with_jacobians) return;
+  out.length_by_twist = length_jacobian(state);
+  out.swivel_by_twist = swivel_jacobian(state);
+  out.attitude_by_twist.leftCols<3>().setZero();
+  out.attitude_by_twist.rightCols<3>() =
+      euler_rate_matrix(out.roll_pitch_yaw_rad, robot.euler_convention).inverse();
+  out.valid = out.attitude_by_twist.allFinite();  // gimbal lock
+  out.absolute_by_twist.direct_length_m = out.length_by_twist;
+  out.absolute_by_twist.absolute_yaw_rad = out.attitude_by_twist.row(2);
+  out.absolute_by_twist.position_m.setIdentity();
+}
+
+void evaluate_pose(const Robot& robot, const Measurement& measurement, const Pose& pose,
+                   StaticsModel statics, const std::vector<WrenchRow>& left_inverse_rows,
+                   const std::vector<ActiveEffect>& effects, bool with_jacobians,
+                   PoseEvaluation& out) {
+  const PlatformState state = platform_state(robot, pose);
   const bool jacobians = with_jacobians || !effects.empty();
-  if (jacobians) {
-    out.length_by_twist = length_jacobian(state);
-    out.swivel_by_twist = swivel_jacobian(state);
-    out.attitude_by_twist.leftCols<3>().setZero();
-    out.attitude_by_twist.rightCols<3>() =
-        euler_rate_matrix(out.roll_pitch_yaw_rad, robot.euler_convention).inverse();
-    out.valid = out.attitude_by_twist.allFinite();  // gimbal lock
-    out.absolute_by_twist.direct_length_m = out.length_by_twist;
-    out.absolute_by_twist.absolute_yaw_rad = out.attitude_by_twist.row(2);
-    out.absolute_by_twist.position_m.setIdentity();
-  }
+  evaluate_geometry(robot, state, pose, jacobians, out);
+  if (!out.valid) return;
   const EffectContext context{robot, state, pose, measurement};
   if (statics == StaticsModel::left_inverse) {
     const TensionModel model = tensions_left_inverse(robot, state, left_inverse_rows);

@@ -34,6 +34,10 @@ struct PoseEvaluation : AbsoluteFields<ReadingOf> {
 void add_inertia(const Robot& robot, const PlatformState& state, const Measurement& measurement,
                  PoseEvaluation& out);
 
+/// What lengths, swivels and the attitude are at a pose and its state, without effects and statics.
+void evaluate_geometry(const Robot& robot, const PlatformState& state, const Pose& pose,
+                       bool with_jacobians, PoseEvaluation& out);
+
 /// Evaluates the models of one pose. `statics` is none for poses that may move. `robot` has the
 /// geometry of the effects applied already (with_effects); `effects` then add what they do to the
 /// readings. With left-inverse statics (eqs 10–12) tension_N is what the load cells would read.

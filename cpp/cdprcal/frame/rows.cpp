@@ -108,9 +108,9 @@ FrameRows frame_rows(const FrameProblem& problem, const Robot& robot, const Eige
   const auto log = static_cast<std::size_t>(from.log);
   FrameRows out;
   PoseEvaluation model;
-  evaluate_pose(robot, from.reading, pose, StaticsModel::none, {}, {}, true, model);
   const PlatformState state = platform_state(robot, pose);
-  if (!model.valid || !state.valid) return out;
+  evaluate_geometry(robot, state, pose, with_jacobian, model);
+  if (!model.valid) return out;
   RowWriter rows(problem, 3 * u.cables + 7, with_jacobian, out);
   const Measurement& m = from.reading;
   add_lengths(problem, values, m, m.direct_length_m, Channel::direct_length, u.direct_offsets,

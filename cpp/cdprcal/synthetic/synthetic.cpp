@@ -68,7 +68,7 @@ Measurement synthetic_measurement(const Robot& robot, const Pose& pose,
   m.roll_pitch_yaw_rad[1] += noise.roll_pitch_rad * random();
   m.roll_pitch_yaw_rad[2] += noise.yaw_rad * random();
   PoseEvaluation exact;
-  evaluate_pose(robot, m, pose, StaticsModel::none, {}, {}, false, exact);
+  evaluate_geometry(robot, state, pose, false, exact);
   for_each_absolute(
       [&](const Sensor&, auto& reading, const auto& modelled, double sigma) {
         if (!std::isfinite(sigma)) return;
