@@ -172,7 +172,9 @@ class GenericEffect final : public Effect {
     return form_.common ? t : t * cables + cable;
   }
 
-  /// The t-th function of the covariate, of order one over the runs.
+  /// The t-th function of the covariate, of order one over the runs. What a geometric reading
+  /// should be stands for the reading: where the platform hardly turns, or not at all, readings
+  /// differ by their noise, and what is left of them depends on that.
   [[nodiscard]] double term(const EffectContext& context, int cable, int t) const {
     const Measurement& m = context.measurement;
     const auto c = static_cast<std::size_t>(cable);
@@ -199,23 +201,26 @@ class GenericEffect final : public Effect {
     }
     switch (form_.target) {
       case Channel::length:
-        return bent(visited_->length[c](m.length_m[cable]), t);
+        return bent(visited_->length[c](context.state.cable[c].length_m), t);
       case Channel::swivel:
-        return bent(visited_->swivel[c](m.swivel_rad[cable]), t);
+        return bent(visited_->swivel[c](context.state.cable[c].swivel_rad), t);
       // Absolute readings have a true zero.
       case Channel::balance: {
         const double x = finite(m.tension_N[cable] / visited_->tension_N);
         return t == 0 ? x : x * x;
       }
       case Channel::roll_pitch:
-        return finite(m.roll_pitch_yaw_rad[t] / visited_->tilt_rad);
+        return attitude(context)[t] / visited_->tilt_rad;
       case Channel::yaw: {
-        const double yaw = m.roll_pitch_yaw_rad[2];
-        return finite(t == 0 ? std::sin(yaw) : std::cos(yaw));
+        const double yaw = attitude(context)[2];
+        return t == 0 ? std::sin(yaw) : std::cos(yaw);
       }
       default:
         return 0.0;
     }
+  }
+  static Vector3 attitude(const EffectContext& context) {
+    return euler_from_rotation(context.state.rotation, context.robot.euler_convention);
   }
   static double finite(double x) { return std::isfinite(x) ? x : 0.0; }
   static double bent(double x, int t) { return finite(t == 0 ? x : x * x - 1.0); }
@@ -240,13 +245,15 @@ std::shared_ptr<const Visited> visited_by(const DiagnosisModel& model) {
       for (std::size_t a = 0; a < 3; ++a) {
         position[a].push_back(run.poses[i].position_m[static_cast<Eigen::Index>(a)]);
       }
-      for (const double angle : {m.roll_pitch_yaw_rad[0], m.roll_pitch_yaw_rad[1]}) tilt.add(angle);
+      const PlatformState state = platform_state(model.robot, run.poses[i]);
+      const Vector3 angles = euler_from_rotation(state.rotation, model.robot.euler_convention);
+      for (const double angle : {angles[0], angles[1]}) tilt.add(angle);
       for (std::size_t c = 0; c < n; ++c) {
         const auto cable = static_cast<Eigen::Index>(c);
         tension[c].push_back(m.tension_N[cable]);
         pull.add(m.tension_N[cable]);
-        length[c].push_back(m.length_m[cable]);
-        swivel[c].push_back(m.swivel_rad[cable]);
+        length[c].push_back(state.cable[c].length_m);
+        swivel[c].push_back(state.cable[c].swivel_rad);
       }
     }
   }

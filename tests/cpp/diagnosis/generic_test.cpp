@@ -300,11 +300,17 @@ TEST(Generic, ATensionsOwnReadingHasATrueZero) {
   }
 }
 
-TEST(Generic, AnglesDependOnThemselvesByTheirSizeAndYawByItsDirection) {
+/// Of the platform, as the AHRS would read it without errors.
+Vector3 attitude(const Pose& pose) {
+  const PlatformState state = platform_state(model().robot, pose);
+  return euler_from_rotation(state.rotation, model().robot.euler_convention);
+}
+
+TEST(Generic, AnglesDependOnWhatTheyShouldBeByTheirSizeAndYawByItsDirection) {
   double squares = 0.0, count = 0.0;
   for (const DiagnosisRun& run : model().runs) {
-    for (const Measurement& m : run.measurements) {
-      squares += m.roll_pitch_yaw_rad.head<2>().squaredNorm();
+    for (const Pose& pose : run.poses) {
+      squares += attitude(pose).head<2>().squaredNorm();
       count += 2.0;
     }
   }
@@ -315,22 +321,44 @@ TEST(Generic, AnglesDependOnThemselvesByTheirSizeAndYawByItsDirection) {
     const std::vector<Eigen::MatrixXd> all = columns(*effect);
     std::size_t next = 0;
     for (const DiagnosisRun& run : model().runs) {
-      for (const Measurement& m : run.measurements) {
+      for (const Pose& pose : run.poses) {
         const Eigen::MatrixXd& at = all[next++];
+        const Vector3 angles = attitude(pose);
         if (what.channel == "yaw") {
-          EXPECT_NEAR(at(10, 0), std::sin(m.roll_pitch_yaw_rad[2]), 1e-12);
-          EXPECT_NEAR(at(10, 1), std::cos(m.roll_pitch_yaw_rad[2]), 1e-12);
+          EXPECT_NEAR(at(10, 0), std::sin(angles[2]), 1e-12);
+          EXPECT_NEAR(at(10, 1), std::cos(angles[2]), 1e-12);
         }
         if (what.channel == "roll_pitch") {  // two values of roll, then two of pitch
           for (int a = 0; a < 2; ++a) {
-            EXPECT_NEAR(at(8 + a, 2 * a), m.roll_pitch_yaw_rad[0] / rms, 1e-12);
-            EXPECT_NEAR(at(8 + a, 2 * a + 1), m.roll_pitch_yaw_rad[1] / rms, 1e-12);
+            EXPECT_NEAR(at(8 + a, 2 * a), angles[0] / rms, 1e-12);
+            EXPECT_NEAR(at(8 + a, 2 * a + 1), angles[1] / rms, 1e-12);
             EXPECT_EQ(at(8 + a, 2 * (1 - a)), 0.0);
           }
         }
       }
     }
   }
+}
+
+TEST(Generic, NoiseOfAGeometricReadingIsNotWhatTheReadingDependsOn) {
+  const DiagnosisRun& run = model().runs.front();
+  const PlatformState state = platform_state(model().robot, run.poses[0]);
+  Measurement noisy = run.measurements[0];
+  noisy.length_m.array() += 0.01;
+  noisy.swivel_rad.array() += 0.02;
+  noisy.roll_pitch_yaw_rad.array() += 0.03;
+  int tried = 0;
+  for (const auto& effect : generic_candidates(model())) {
+    if (generic_name(*effect)->channel == "tension") continue;
+    const auto columns_at = [&](const Measurement& m) {
+      Eigen::MatrixXd at = Eigen::MatrixXd::Zero(2 * 4 + 9, effect->size(4));
+      effect->columns({model().robot, state, run.poses[0], m}, {}, at);
+      return at;
+    };
+    EXPECT_EQ(columns_at(noisy), columns_at(run.measurements[0])) << effect->name();
+    ++tried;
+  }
+  EXPECT_GT(tried, 10);
 }
 
 TEST(Generic, DirectionsAreThoseOfTheCableOrOfItsSwivel) {

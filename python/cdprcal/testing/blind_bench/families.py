@@ -64,6 +64,7 @@ FAMILIES: dict[str, Family] = {
         _EITHER,
         lambda rng: Machine(name="posts8"),
     ),
+    "four": Family("irma4 under the signals and noise of `eight`, to compare", _EITHER),
     "no_load_cells": Family(
         "no tension is read", _EITHER, lambda rng: replace(draw_machine(rng), load_cells=False)
     ),
