@@ -14,6 +14,7 @@
 #include "cdprcal/effects/reading_faults.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/evidence/checks.hpp"
+#include "cdprcal/statistics.hpp"
 
 namespace cdprcal {
 namespace {
@@ -234,7 +235,9 @@ void report_wandering(const DiagnosisModel& model, Diagnosis& out) {
 /// that fits so badly is not consistent with its readings, whatever its residuals look like.
 void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
   constexpr double kContradiction = 3.0;  // as calibrate's
+  constexpr double kSure = 0.95;          // of a level that few residuals tell
   const NoiseModel specified = specified_noise(model.robot.sigma);
+  const NoiseLevels freedom = channel_sums(model).freedom;
   for (std::size_t c = 0; c < kRestGroups; ++c) {
     const double sigma = specified.channel[c].pose;
     const auto group = static_cast<NoiseGroup>(c);
@@ -243,7 +246,9 @@ void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
     for (const Wandering& errors : out.wandering) {
       if (errors.channel == channel) level = std::hypot(level, errors.rms);
     }
-    if (!(level > kContradiction * sigma)) continue;
+    const double share = freedom[c] / chi_square_quantile(kSure, std::max(1.0, freedom[c]));
+    const double least = level * std::sqrt(std::min(1.0, share));
+    if (!(least > kContradiction * sigma)) continue;
     out.unexplained.push_back({channel, level, sigma, "nothing that was tried"});
   }
   if (out.unexplained.empty()) return;

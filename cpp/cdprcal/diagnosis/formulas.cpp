@@ -9,6 +9,7 @@
 
 #include "cdprcal/diagnosis/generic.hpp"
 #include "cdprcal/diagnosis/motion.hpp"
+#include "cdprcal/diagnosis/turns.hpp"
 #include "cdprcal/effects/text_effect.hpp"
 
 namespace cdprcal {
@@ -70,7 +71,7 @@ constexpr std::array<Covariate, 12> kCovariates{{
     {"swivel_rad", "swivel", "rad", kEach, Nature::angle,
      [](const Rest& r, int i) { return r.state.cable[static_cast<std::size_t>(i)].swivel_rad; }},
     {"tension_N", "tension", "N", kEach, Nature::pull,
-     [](const Rest& r, int i) { return entry(r.measurement.tension_N, i); }},
+     [](const Rest& r, int i) { return entry(r.measurement.tension_of_laws_N(), i); }},
     {"length_direction", "direction", "", kEach, Nature::direction,
      [](const Rest& r, int i) { return entry(r.measurement.length_direction, i); }},
     {"swivel_direction", "swivel_direction", "", kEach, Nature::direction,
@@ -148,6 +149,11 @@ AllVisited visited_by(const DiagnosisModel& model) {
     if (v.values.size() < 2) continue;
     std::ranges::sort(v.values);
     v.spread = spread_of(v.values, v.middle);
+  }
+  const std::array<bool, 3> turns = angles_that_vary(model);
+  for (std::size_t c = 0, angle = 0; c < kCovariates.size(); ++c) {
+    if (kCovariates[c].per_cable || kCovariates[c].nature != Nature::angle) continue;
+    if (!turns[angle++]) out[c].spread = 0.0;
   }
   return out;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "cdprcal/diagnosis/motion.hpp"
+#include "cdprcal/diagnosis/turns.hpp"
 
 namespace cdprcal {
 namespace {
@@ -27,7 +28,8 @@ struct Scale {
 };
 
 struct Visited {
-  Scale time;  ///< to [−1, 1]
+  std::array<bool, 3> turns{};  ///< angles_that_vary
+  Scale time;                   ///< to [−1, 1]
   std::array<Scale, 3> position;
   double tension_N = 1.0, tilt_rad = 1.0;      ///< root mean squares
   std::vector<Scale> tension, length, swivel;  ///< by cable
@@ -190,7 +192,7 @@ class GenericEffect final : public Effect {
         return x(t - 6) * x((t - 5) % 3);
       }
       case Covariate::tension:
-        return bent(visited_->tension[c](m.tension_N[cable]), t);
+        return bent(visited_->tension[c](m.tension_of_laws_N()[cable]), t);
       case Covariate::direction: {
         const CableVector& s =
             form_.target == Channel::swivel ? m.swivel_direction : m.length_direction;
@@ -206,11 +208,11 @@ class GenericEffect final : public Effect {
         return bent(visited_->swivel[c](context.state.cable[c].swivel_rad), t);
       // Absolute readings have a true zero.
       case Channel::balance: {
-        const double x = finite(m.tension_N[cable] / visited_->tension_N);
+        const double x = finite(m.tension_of_laws_N()[cable] / visited_->tension_N);
         return t == 0 ? x : x * x;
       }
       case Channel::roll_pitch:
-        return attitude(context)[t] / visited_->tilt_rad;
+        return turns(t) ? attitude(context)[t] / visited_->tilt_rad : 0.0;
       case Channel::yaw: {
         const double yaw = attitude(context)[2];
         return t == 0 ? std::sin(yaw) : std::cos(yaw);
@@ -218,6 +220,9 @@ class GenericEffect final : public Effect {
       default:
         return 0.0;
     }
+  }
+  [[nodiscard]] bool turns(int angle) const {
+    return visited_->turns[static_cast<std::size_t>(angle)];
   }
   static Vector3 attitude(const EffectContext& context) {
     return euler_from_rotation(context.state.rotation, context.robot.euler_convention);
@@ -234,6 +239,7 @@ class GenericEffect final : public Effect {
 std::shared_ptr<const Visited> visited_by(const DiagnosisModel& model) {
   auto out = std::make_shared<Visited>();
   const auto n = static_cast<std::size_t>(model.robot.cable_count());
+  out->turns = angles_that_vary(model);
   double last_s = 0.0;
   std::array<std::vector<double>, 3> position;
   RootMeanSquare tilt, pull;
@@ -250,8 +256,8 @@ std::shared_ptr<const Visited> visited_by(const DiagnosisModel& model) {
       for (const double angle : {angles[0], angles[1]}) tilt.add(angle);
       for (std::size_t c = 0; c < n; ++c) {
         const auto cable = static_cast<Eigen::Index>(c);
-        tension[c].push_back(m.tension_N[cable]);
-        pull.add(m.tension_N[cable]);
+        tension[c].push_back(m.tension_of_laws_N()[cable]);
+        pull.add(m.tension_of_laws_N()[cable]);
         length[c].push_back(state.cable[c].length_m);
         swivel[c].push_back(state.cable[c].swivel_rad);
       }
@@ -310,7 +316,13 @@ Candidates generic_candidates(const DiagnosisModel& model) {
   const bool in_motion = balances_in_motion(model);
   for (const Form& form : kForms) {
     ++number;
-    if (in_motion && form.covariate == Covariate::itself) continue;
+    if (form.covariate == Covariate::itself) {
+      const auto& [roll, pitch, yaw] = visited->turns;
+      if (in_motion || (form.target == Channel::roll_pitch && !roll && !pitch) ||
+          (form.target == Channel::yaw && !yaw)) {
+        continue;
+      }
+    }
     out.push_back(std::make_shared<GenericEffect>(form, visited, number));
   }
   return out;

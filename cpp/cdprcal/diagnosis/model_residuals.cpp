@@ -10,11 +10,16 @@
 namespace cdprcal {
 namespace {
 
-/// The smallest change of the tensions that would balance the platform best.
+/// The smallest change of the tensions that would balance the platform best, moments over the
+/// characteristic length.
 void add_tensions(const RunRows& run, std::size_t pose, const Pose& at, PoseResidual& out) {
   if (run.statics_of(pose) == StaticsModel::none || run.silent_rows(pose) > 0) return;
   const WrenchMatrix structure = structure_matrix(platform_state(run.robot(), at));
-  out.tension_N = Eigen::MatrixXd(structure).completeOrthogonalDecomposition().solve(out.wrench);
+  Vector6 scale;
+  scale << Vector3::Ones(), Vector3::Constant(1.0 / characteristic_length_m(run.robot()));
+  out.tension_N = Eigen::MatrixXd(scale.asDiagonal() * structure)
+                      .completeOrthogonalDecomposition()
+                      .solve(scale.cwiseProduct(out.wrench));
 }
 
 /// Evaluates a pose whose neighbours in its batch cannot be evaluated; false: it is the one.
@@ -45,11 +50,9 @@ std::optional<Course> formula_course(const DiagnosisModel& model, std::size_t k)
   Course out;
   for (const ModelResidual& entry : model_residuals(model)) {
     const DiagnosisRun& run = model.runs[entry.run];
-    const auto at = std::ranges::find(run.measurements, entry.run_time_s, &Measurement::run_time_s);
-    const auto pose = static_cast<std::size_t>(at - run.measurements.begin());
     const Robot robot = with_effects(model.robot, model.active(entry.run));
-    const PlatformState state = platform_state(robot, run.poses[pose]);
-    const EffectContext context{robot, state, run.poses[pose], *at};
+    const PlatformState state = platform_state(robot, run.poses[entry.pose]);
+    const EffectContext context{robot, state, run.poses[entry.pose], run.measurements[entry.pose]};
     const EffectValues values =
         term.values.segment(term.begin_of(entry.run, n), term.effect->size(n));
     for (int cable = 0; cable < n; ++cable) {
@@ -82,7 +85,7 @@ std::vector<ModelResidual> model_residuals(const DiagnosisModel& model) {
       const bool valid = rows.run(r).evaluate(b, poses);
       for (const std::size_t i : poses_of(b, run.poses.size())) {
         if (!valid && !evaluate_alone(rows.run(r), i, run.poses[i])) continue;
-        ModelResidual entry{r, run.measurements[i].run_time_s, {}};
+        ModelResidual entry{r, i, run.measurements[i].run_time_s, {}};
         rows.run(r).write_residual(i, entry.residual);
         add_tensions(rows.run(r), i, run.poses[i], entry.residual);
         out.push_back(std::move(entry));

@@ -13,9 +13,9 @@ namespace cdprcal {
 
 /// One pose of one run: modelled − measured at the fitted pose, offsets and effects included; NaN
 /// where absent. tension_N is the smallest change of the tensions that would balance the platform
-/// best (Ξᵀ⁺ times the wrench residual): the wrench residual as seen from the load cells.
+/// best, moments over the characteristic length: the wrench residual as seen from the load cells.
 struct ModelResidual {
-  std::size_t run = 0;
+  std::size_t run = 0, pose = 0;
   double run_time_s = 0.0;
   PoseResidual residual;
 };

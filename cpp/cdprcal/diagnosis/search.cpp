@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "cdprcal/diagnosis/balanced_tensions.hpp"
 #include "cdprcal/diagnosis/events.hpp"
 #include "cdprcal/diagnosis/formulas.hpp"
 #include "cdprcal/diagnosis/motion.hpp"
@@ -227,6 +228,8 @@ void Search::accept(Refit& winner, const HeldOut& held) {
   const auto smooth = model_.effects.begin() + static_cast<std::ptrdiff_t>(out_.effects.size());
   std::rotate(smooth, model_.effects.end() - 1, model_.effects.end());
   if (found.effect->info().of_swivel_play) refine_swivel_play(model_, logs_);
+  balance_tensions(model_);
+  fit_with_noise(model_);
   record_gap(before, model_, found.effect->name(), out_);
   out_.effects.push_back(std::move(found));
 }

@@ -114,11 +114,11 @@ const std::array<Variable, 37> kVariables{{
      [](const Place& p) { return p.groove_normal(2); }},
     {"tension_N", "reading of the cable's load cell; 0 where there is none", kEach, Of::reading,
      10.0, 200.0,
-     [](const Place& p) { return Slope(p.entry_of(p.context->measurement.tension_N)); }},
+     [](const Place& p) { return Slope(p.entry_of(p.context->measurement.tension_of_laws_N())); }},
     {"all_tensions_N", "sum of all load cells' readings", kOne, Of::reading, 40.0, 800.0,
      [](const Place& p) {
        double sum = 0.0;
-       for (const double tension_N : p.context->measurement.tension_N) {
+       for (const double tension_N : p.context->measurement.tension_of_laws_N()) {
          if (std::isfinite(tension_N)) sum += tension_N;
        }
        return Slope(sum);

@@ -120,6 +120,7 @@ Log log_of(const std::vector<Measurement>& measurements) {
 
 void take_readings(const Log& log, std::vector<Measurement>& measurements) {
   for (std::size_t i = 0; i < measurements.size(); ++i) {
+    measurements[i].balanced_tension_N.resize(0);
     for_each_sensor(
         [&](const Sensor&, const LogMatrix& from, auto& reading) {
           const auto to = numbers(reading);

@@ -43,6 +43,14 @@ struct Measurement : AbsoluteFields<ReadingOf> {
   /// σ of what its motion takes, in world axes [N, Nm]: the balance is known no better.
   Vector6 inertial_sigma = Vector6::Zero();
   bool balance_counts = true;  ///< false: it is left out (a slack cable, an outlier)
+  /// The tensions less what a fit's balance takes for their noise; empty: not known.
+  CableVector balanced_tension_N;
+
+  /// What a law of the tension looks at: of the reading itself it would find the noise, for what is
+  /// left of a reading depends on that.
+  [[nodiscard]] const CableVector& tension_of_laws_N() const {
+    return balanced_tension_N.size() > 0 ? balanced_tension_N : tension_N;
+  }
 
   /// Whether it balances in motion: rests are the special case of no acceleration.
   bool moves() const { return !twist.isZero() || !acceleration.isZero(); }

@@ -274,7 +274,7 @@ TEST(Generic, ATensionsOwnReadingHasATrueZero) {
   double squares = 0.0, count = 0.0;
   for (const DiagnosisRun& run : model().runs) {
     for (const Measurement& m : run.measurements) {
-      squares += m.tension_N.squaredNorm();
+      squares += m.tension_of_laws_N().squaredNorm();
       count += 4.0;
     }
   }
@@ -286,7 +286,7 @@ TEST(Generic, ATensionsOwnReadingHasATrueZero) {
     const bool alike = effect->size(4) == 2;
     const DiagnosisRun& run = model().runs[1];
     for (std::size_t i = 0; i < run.poses.size(); ++i) {
-      const CableVector x = run.measurements[i].tension_N / rms;
+      const CableVector x = run.measurements[i].tension_of_laws_N() / rms;
       EffectValues values = EffectValues::Zero(effect->size(4));
       if (alike) {
         values << 3.0, 0.5;
@@ -419,6 +419,7 @@ TEST(Generic, WhereNothingChangesNothingIsDividedByNothing) {
   Measurement& m = one.runs[0].measurements[0];
   m.roll_pitch_yaw_rad.setZero();
   m.tension_N.setZero();
+  m.balanced_tension_N.setZero();
   m.run_time_s = 0.0;
   const PlatformState state = platform_state(one.robot, one.runs[0].poses[0]);
   for (const auto& effect : generic_candidates(one)) {
