@@ -416,8 +416,10 @@ void register_diagnose(py::module_& module) {
                     "not drawn.")
       .def_readonly("next", &Diagnosis::next, "What would settle a tie, for people.")
       .def_readonly("gated", &Diagnosis::gated, "Readings left out, for people.")
-      .def_readonly("initial_pose_before", &Diagnosis::initial_pose_before, "Of the first log.")
-      .def_readonly("initial_pose_after", &Diagnosis::initial_pose_after, "Of the first log.")
+      .def_readonly("initial_pose_before", &Diagnosis::initial_pose_before,
+                    "Of the first log; calibrate's where one log is consistent.")
+      .def_readonly("initial_pose_after", &Diagnosis::initial_pose_after,
+                    "Of the first log; calibrate's where one log is consistent.")
       .def_readonly("covariance_before", &Diagnosis::covariance_before,
                     "[6, 6] position [m], world-frame rotation vector [rad].")
       .def_readonly("covariance_after", &Diagnosis::covariance_after, "As covariance_before.")

@@ -3250,13 +3250,13 @@ class Diagnosis:
     @property
     def initial_pose_after(self) -> Pose:
         """
-        Of the first log.
+        Of the first log; calibrate's where one log is consistent.
         """
 
     @property
     def initial_pose_before(self) -> Pose:
         """
-        Of the first log.
+        Of the first log; calibrate's where one log is consistent.
         """
 
     @property

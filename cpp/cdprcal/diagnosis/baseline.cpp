@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "cdprcal/calibration/calibrate.hpp"
-#include "cdprcal/diagnosis/balanced_tensions.hpp"
 #include "cdprcal/diagnosis/events.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
@@ -117,7 +116,6 @@ DiagnosisModel baseline_model(const Robot& robot, std::vector<Log>& logs,
   if (!fit_with_noise(model)) {
     left_out.emplace_back("the baseline fit did not settle: results are to be taken with care");
   }
-  balance_tensions(model);
   return model;
 }
 

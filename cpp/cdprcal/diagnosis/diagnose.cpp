@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/diagnosis/baseline.hpp"
 #include "cdprcal/diagnosis/events.hpp"
 #include "cdprcal/diagnosis/search.hpp"
@@ -321,6 +322,15 @@ std::string reason_for(Verdict verdict, const Checks& checks) {
   return "";
 }
 
+/// Where nothing was found the pose is the one that calibrate has, and so is its σ.
+void take_calibrated(const Robot& robot, const Log& log, Diagnosis& out) {
+  const Calibration calibration = calibrate(robot, log);
+  const CalibrationResult& result = calibration.result;
+  if (result.status != CalibrationStatus::converged || !result.covariance) return;
+  out.initial_pose_before = out.initial_pose_after = result.poses.front();
+  out.covariance_before = out.covariance_after = *result.covariance;
+}
+
 }  // namespace
 
 const char* to_string(Verdict verdict) {
@@ -422,6 +432,9 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
                                                                             : Verdict::consistent;
   out.reason = searches ? reason_for(out.verdict, checks)
                         : "these effects were chosen, not found: nothing was searched for";
+  if (out.verdict == Verdict::consistent && given_logs.size() == 1 && !options.motion) {
+    take_calibrated(given, given_logs.front(), out);
+  }
   return out;
 }
 

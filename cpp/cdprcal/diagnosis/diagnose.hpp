@@ -95,7 +95,8 @@ struct Diagnosis {
   std::vector<CandidateScore> ranking;  ///< of all effects on the baseline, best first; no refit
   std::vector<std::string> next;
   std::vector<std::string> gated;                ///< readings left out, with their time
-  Pose initial_pose_before, initial_pose_after;  ///< of the first run
+  Pose initial_pose_before, initial_pose_after;  ///< of the first run; calibrate's where one log is
+                                                 ///< consistent: nothing was found to change it
   Matrix6 covariance_before = Matrix6::Constant(kNaN), covariance_after = Matrix6::Constant(kNaN);
   DiagnosisModel baseline, model;  ///< fitted before any effect, and after the last
   Robot corrected;                 ///< the robot with discrete faults and effects

@@ -228,8 +228,6 @@ void Search::accept(Refit& winner, const HeldOut& held) {
   const auto smooth = model_.effects.begin() + static_cast<std::ptrdiff_t>(out_.effects.size());
   std::rotate(smooth, model_.effects.end() - 1, model_.effects.end());
   if (found.effect->info().of_swivel_play) refine_swivel_play(model_, logs_);
-  balance_tensions(model_);
-  fit_with_noise(model_);
   record_gap(before, model_, found.effect->name(), out_);
   out_.effects.push_back(std::move(found));
 }
@@ -269,16 +267,25 @@ bool Search::exchange_fault() {
   return other && other->log_posterior > options_.rival_nats && accept_fault(*other);
 }
 
-void Search::keep_left(const std::optional<Refit>& dependence, const Candidates& generic) {
+bool Search::is_sure(const DiagnosisModel& model, const std::optional<Refit>& dependence,
+                     const Candidates& generic) const {
   const double least_p = kShareOfDependences * options_.family_wise_p;
   // A scan's evidence is a hint, a refit's the fact: only what outlasts it is left.
-  left_.reset();
-  if (!dependence || !(dependence->log_evidence > options_.least_evidence)) return;
+  if (!dependence || !(dependence->log_evidence > options_.least_evidence)) return false;
   // The refit may know more than the scan whose chance is drawn.
-  if (chance_at_most(dependence->log_evidence, generic.size()) < least_p ||
-      PValues(model_, generic, options_.scan).of(dependence->score) < least_p) {
-    left_ = dependence->score;
-  }
+  return chance_at_most(dependence->log_evidence, generic.size()) < least_p ||
+         PValues(model, generic, options_.scan).of(dependence->score) < least_p;
+}
+
+void Search::keep_left(const std::optional<Refit>& dependence, const Candidates& generic) {
+  left_.reset();
+  if (!is_sure(model_, dependence, generic)) return;
+  // It may be of the load cells' noise: it is left where it is sure without that, too.
+  const DiagnosisModel quiet = with_balanced_tensions(model_);
+  const Candidates laws = generic_candidates(quiet);
+  const std::optional<Refit> best = best_generic(
+      EvidenceAgainst(quiet), scan(quiet, laws, {.draws = 0}), options_.least_evidence);
+  if (is_sure(quiet, best, laws)) left_ = best->score;
 }
 
 namespace {
@@ -369,6 +376,11 @@ void Search::describe() {
                     held.gain, held.gain_error);
     }
     const std::string name = winner.score.effect->name();
+    if (reason.empty() &&
+        !(EvidenceAgainst(with_balanced_tensions(model_)).refit(winner.score).log_evidence >
+          options_.least_evidence)) {
+      reason = "stands for the noise of the load cells: without it little is explained";
+    }
     if (!reason.empty()) {
       out_.rejected.push_back({name, reason});
       return;

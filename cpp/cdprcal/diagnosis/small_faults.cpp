@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cdprcal/diagnosis/balanced_tensions.hpp"
 #include "cdprcal/diagnosis/motion.hpp"
 
 namespace cdprcal {
@@ -67,7 +66,6 @@ std::optional<FaultRefit> SmallFaults::best(Unfaulted& without, double rival_nat
     if (taken_ && taken_->name == fault.name && taken_->values == fault.values) continue;
     FaultRefit trial{fault, exchanged(fault, model), {}, {}};
     if (!fit_with_noise(trial.model)) continue;
-    balance_tensions(trial.model);
     const double alone = against.of(trial.model);
     if (alone < -kHopeless) continue;
     Unfaulted::WithBest with = without.with_best(trial.model);

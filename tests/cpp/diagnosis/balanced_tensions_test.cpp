@@ -37,14 +37,13 @@ DiagnosisModel rests(const std::string& name, double noise_N, std::uint64_t seed
 
 TEST(BalancedTensions, BalanceAsWellAsAnyDo) {
   for (const char* name : {"irma4", "posts8"}) {
-    DiagnosisModel model = rests(name, 5.0, 1);
-    balance_tensions(model);
+    const DiagnosisModel fitted = rests(name, 5.0, 1), model = with_balanced_tensions(fitted);
     const DiagnosisRun& run = model.runs[0];
     for (std::size_t i = 0; i < run.poses.size(); ++i) {
       const Measurement& m = run.measurements[i];
       ASSERT_EQ(m.balanced_tension_N.size(), model.robot.cable_count());
       EXPECT_EQ(&m.tension_of_laws_N(), &m.balanced_tension_N);
-      const PlatformState state = platform_state(model.robot, run.poses[i]);
+      const PlatformState state = platform_state(model.robot, fitted.runs[0].poses[i]);
       Vector6 left = wrench_residual(model.robot, state, m.balanced_tension_N);
       left.tail<3>() /= std::pow(characteristic_length_m(model.robot), 2);
       // No change of the tensions would balance it better.
@@ -59,8 +58,8 @@ TEST(BalancedTensions, HoldNoNoiseThatTheBalanceSees) {
   for (Measurement& m : noisier.runs[0].measurements) {
     m.tension_N += CableVector::LinSpaced(4, -3.0, 4.0);  // four cables: it sees all of this
   }
-  balance_tensions(model);
-  balance_tensions(noisier);
+  model = with_balanced_tensions(model);
+  noisier = with_balanced_tensions(noisier);
   for (std::size_t i = 0; i < model.runs[0].poses.size(); ++i) {
     EXPECT_LE((model.runs[0].measurements[i].balanced_tension_N -
                noisier.runs[0].measurements[i].balanced_tension_N)
@@ -70,8 +69,7 @@ TEST(BalancedTensions, HoldNoNoiseThatTheBalanceSees) {
 }
 
 TEST(BalancedTensions, ReadingsThatAreTakenAnewAreNot) {
-  DiagnosisModel model = rests("irma4", 5.0, 3);
-  balance_tensions(model);
+  DiagnosisModel model = with_balanced_tensions(rests("irma4", 5.0, 3));
   std::vector<Measurement>& all = model.runs[0].measurements;
   take_readings(log_of(all), all);
   for (const Measurement& m : all) EXPECT_EQ(&m.tension_of_laws_N(), &m.tension_N);
@@ -83,7 +81,7 @@ double mean_square_of_tension(bool balanced) {
   double sum = 0.0;
   for (int draw = 0; draw < kDraws; ++draw) {
     DiagnosisModel model = rests("posts8", 10.0, 100 + static_cast<std::uint64_t>(draw));
-    if (balanced) balance_tensions(model);
+    if (balanced) model = with_balanced_tensions(model);
     for (const CandidateScore& score : scan(model, generic_candidates(model), {.draws = 0})) {
       const GenericName what = *generic_name(*score.effect);
       if (what.channel != "tension" || what.depends_on != "reading") continue;

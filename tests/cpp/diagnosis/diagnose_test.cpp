@@ -9,6 +9,7 @@
 
 #include "../support/dense.hpp"
 #include "../support/run.hpp"
+#include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/evidence/checks.hpp"
 
@@ -76,6 +77,11 @@ TEST(Diagnose, CleanLogsAreConsistentAndThePoseStays) {
     const Diagnosis d = diagnose(robot, {startup_log(robot, kNoise, seed)});
     EXPECT_EQ(d.verdict, Verdict::consistent) << summary(d);
     EXPECT_EQ(d.initial_pose_before.position_m, d.initial_pose_after.position_m);
+    // One pose and one σ, whichever command a person asks.
+    const CalibrationResult result = calibrate(robot, startup_log(robot, kNoise, seed)).result;
+    EXPECT_EQ(d.initial_pose_after.position_m, result.poses.front().position_m);
+    EXPECT_EQ(d.covariance_before, result.covariance);
+    EXPECT_EQ(d.covariance_after, result.covariance);
     EXPECT_TRUE(d.corrected.effects.empty());
     EXPECT_TRUE(d.next.empty());
     EXPECT_FALSE(d.gap.empty());

@@ -419,7 +419,6 @@ TEST(Generic, WhereNothingChangesNothingIsDividedByNothing) {
   Measurement& m = one.runs[0].measurements[0];
   m.roll_pitch_yaw_rad.setZero();
   m.tension_N.setZero();
-  m.balanced_tension_N.setZero();
   m.run_time_s = 0.0;
   const PlatformState state = platform_state(one.robot, one.runs[0].poses[0]);
   for (const auto& effect : generic_candidates(one)) {
