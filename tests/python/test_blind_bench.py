@@ -357,3 +357,10 @@ def test_wrong_use_is_said(tmp_path: Path) -> None:
     assert ran.exit_code == 2
     assert "--family: no family 'pink'" in ran.output
     assert list(tmp_path.iterdir()) == []
+
+
+# The angles of a platform that does not turn (6, 87), and a law of the load cells' noise (36, 51).
+@pytest.mark.parametrize(("seed", "number"), [(41, 6), (42, 87), (42, 36), (42, 51)])
+def test_noise_of_eight_cables_is_no_law_of_their_readings(seed: int, number: int) -> None:
+    line = run_case(Split.tuning, seed, Setting(27, 0.2, "eight"), number)
+    assert (line["case"]["kind"], line["found"]["verdict"]) == ("clean", "consistent")

@@ -62,10 +62,11 @@ class Search {
   [[nodiscard]] double nats_of_name(double log_evidence) const;
   /// Takes names back that a formula beats, and that add nothing to it.
   void withdraw_stand_ins();
-  /// Whether a dependence explains something that chance does not: then it is what is left.
   /// Whether a dependence, the best of `generic`, is no chance.
   [[nodiscard]] bool is_sure(const DiagnosisModel& model, const std::optional<Refit>& dependence,
                              const Candidates& generic) const;
+  /// A dependence that is no chance is what is left, if one is there without the load cells' noise,
+  /// too.
   void keep_left(const std::optional<Refit>& dependence, const Candidates& generic);
   /// Sets a fault right in the model and the logs, if it predicts poses that it was not fitted on;
   /// one in the place of another need not.
