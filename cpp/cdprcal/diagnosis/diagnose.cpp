@@ -238,7 +238,6 @@ void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
   constexpr double kContradiction = 3.0;  // as calibrate's
   constexpr double kSure = 0.95;          // of a level that few residuals tell
   const NoiseModel specified = specified_noise(model.robot.sigma);
-  const NoiseLevels freedom = channel_sums(model).freedom;
   for (std::size_t c = 0; c < kRestGroups; ++c) {
     const double sigma = specified.channel[c].pose;
     const auto group = static_cast<NoiseGroup>(c);
@@ -247,7 +246,9 @@ void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
     for (const Wandering& errors : out.wandering) {
       if (errors.channel == channel) level = std::hypot(level, errors.rms);
     }
-    const double share = freedom[c] / chi_square_quantile(kSure, std::max(1.0, freedom[c]));
+    if (!(level > kContradiction * sigma)) continue;
+    const double freedom = channel_sums(model).freedom[c];
+    const double share = freedom / chi_square_quantile(kSure, std::max(1.0, freedom));
     const double least = level * std::sqrt(std::min(1.0, share));
     if (!(least > kContradiction * sigma)) continue;
     out.unexplained.push_back({channel, level, sigma, "nothing that was tried"});

@@ -1,7 +1,5 @@
 #include "cdprcal/diagnosis/turns.hpp"
 
-#include <Eigen/QR>
-
 namespace cdprcal {
 
 std::array<bool, 3> angles_that_vary(const DiagnosisModel& model) {
@@ -17,10 +15,7 @@ std::array<bool, 3> angles_that_vary(const DiagnosisModel& model) {
     const Vector3 turned = (angles - first).unaryExpr([](double a) { return wrap_angle(a); });
     sum += turned;
     squares += turned.cwiseAbs2();
-    const Eigen::MatrixXd inverse =
-        Eigen::MatrixXd(system.by_pose.middleRows(pose.begin, pose.size))
-            .completeOrthogonalDecomposition()
-            .pseudoInverse();
+    const Eigen::MatrixXd inverse = system.pose_by_rows(pose);
     variance += (euler_rate_matrix(angles, convention).inverse() * inverse.bottomRows<3>())
                     .rowwise()
                     .squaredNorm();

@@ -310,6 +310,12 @@ bool fit_with_noise(DiagnosisModel& model) {
   return settled;
 }
 
+Eigen::MatrixXd DiagnosisSystem::pose_by_rows(const PoseRange& pose) const {
+  return Eigen::MatrixXd(by_pose.middleRows(pose.begin, pose.size))
+      .completeOrthogonalDecomposition()
+      .pseudoInverse();
+}
+
 Matrix6 initial_pose_covariance(const DiagnosisModel& model, std::size_t run) {
   const DiagnosisSystem system = linearise(model);
   if (!system.valid) return Matrix6::Constant(kNaN);
@@ -317,10 +323,7 @@ Matrix6 initial_pose_covariance(const DiagnosisModel& model, std::size_t run) {
   for (const DiagnosisSystem::PoseRange& pose : system.poses) {
     if (pose.run != run || pose.pose != 0) continue;
     // δζ = −A⁺(r + C δx): its own readings' noise, and what the common unknowns pass on.
-    const Eigen::MatrixXd inverse =
-        Eigen::MatrixXd(system.by_pose.middleRows(pose.begin, pose.size))
-            .completeOrthogonalDecomposition()
-            .pseudoInverse();
+    const Eigen::MatrixXd inverse = system.pose_by_rows(pose);
     const Eigen::MatrixXd passed = inverse * system.by_common.middleRows(pose.begin, pose.size);
     return inverse * inverse.transpose() + passed * common * passed.transpose();
   }

@@ -125,6 +125,9 @@ struct DiagnosisSystem {
   Eigen::VectorXd prior_precision;  ///< 1/σ² of the accepted effects' values, 0 for offsets
   Eigen::VectorXd prior_residual;   ///< values/σ of the accepted effects (offsets: 0)
   bool valid = true;
+
+  /// How a pose answers its own rows: 6 × rows, the pseudoinverse of its part of by_pose.
+  [[nodiscard]] Eigen::MatrixXd pose_by_rows(const PoseRange& pose) const;
 };
 
 using Candidates = std::vector<std::shared_ptr<const Effect>>;

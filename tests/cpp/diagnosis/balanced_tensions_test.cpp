@@ -5,34 +5,22 @@
 
 #include <map>
 
-#include "../support/run.hpp"
+#include "../support/fitted_rests.hpp"
 #include "cdprcal/diagnosis/generic.hpp"
 #include "cdprcal/evidence/scan.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
 
 namespace cdprcal {
 namespace {
 
 /// Rests of a robot whose load cells are off by so much, another amount each time; fitted.
 DiagnosisModel rests(const std::string& name, double noise_N, std::uint64_t seed) {
-  DiagnosisModel model;
-  model.robot = load_robot(name);
-  ReadingNoise noise = reading_noise(model.robot.sigma, 0.1);
+  const Robot robot = load_robot(name);
+  ReadingNoise noise = reading_noise(robot.sigma, 0.1);
   noise.tension_N = noise_N;
-  RandomNormal random(seed);
-  const ReadingOffsets offsets = random_offsets(model.robot.cable_count(), random);
-  DiagnosisRun run;
   static std::map<std::string, std::vector<SyntheticStop>> stops;
-  if (!stops.contains(name)) stops[name] = default_stops(model.robot, 3, 3, 3);
-  for (const SyntheticStop& stop : stops[name]) {
-    run.measurements.push_back(synthetic_measurement(
-        model.robot, stop.pose, stop.tension_N, PoseKind::static_pose, offsets, noise, random));
-    run.poses.push_back(stop.pose);
-  }
-  run.offsets = offsets_at(model.robot, run.poses[0], run.measurements[0]);
-  model.runs.push_back(run);
-  start_noise(model, Signals{});
-  EXPECT_TRUE(fit_with_noise(model));
-  return model;
+  if (!stops.contains(name)) stops[name] = default_stops(robot, 3, 3, 3);
+  return test::fitted_rests(robot, stops[name], PoseKind::static_pose, noise, seed);
 }
 
 TEST(BalancedTensions, BalanceAsWellAsAnyDo) {

@@ -224,7 +224,7 @@ TEST(Search, TheFirstOfTheCatalogueIsExchangedForAndARivalToo) {
 TEST(Search, ExchangeTakesNoImplausibleValue) {
   const double limit = find_effect("load_cell_gain")->plausible(load_robot("irma4"))[0];
   Log log = test::startup_log(load_robot("irma4"), 0.1, 74);
-  const Eigen::RowVector4d gain(0.5, -0.4, 0.3, -1.8);
+  const Eigen::RowVector4d gain(0.5, -0.4, 0.3, -1.3);
   log.tension_N.array().rowwise() *= 1.0 + limit * gain.array();
   Progress p(baseline_of(log));
   p.take("load_cell_bias");

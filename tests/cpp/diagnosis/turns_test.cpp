@@ -3,34 +3,26 @@
 
 #include <gtest/gtest.h>
 
-#include "../support/run.hpp"
+#include "../support/fitted_rests.hpp"
 #include "cdprcal/diagnosis/generic.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
 
 namespace cdprcal {
 namespace {
 
 /// posts8 at rests turned by `turn_rad` about one world axis and another way each time; fitted.
 DiagnosisModel turned(const Vector3& turn_rad, double noise) {
-  DiagnosisModel model;
-  model.robot = load_robot("posts8");
+  const Robot robot = load_robot("posts8");
   RandomNormal random(7);
-  const ReadingOffsets offsets = random_offsets(8, random);
-  DiagnosisRun run;
-  static const std::vector<SyntheticStop> stops = default_stops(model.robot, 3, 3, 2);
-  for (SyntheticStop stop : stops) {
+  static const std::vector<SyntheticStop> level = default_stops(robot, 3, 3, 2);
+  std::vector<SyntheticStop> stops = level;
+  for (SyntheticStop& stop : stops) {
     Vector6 twist = Vector6::Zero();
     twist.tail<3>() = random() * turn_rad;
     stop.pose = plus(stop.pose, twist);
-    run.measurements.push_back(
-        synthetic_measurement(model.robot, stop.pose, stop.tension_N, PoseKind::kinematic_pose,
-                              offsets, reading_noise(model.robot.sigma, noise), random));
-    run.poses.push_back(stop.pose);
   }
-  run.offsets = offsets_at(model.robot, run.poses[0], run.measurements[0]);
-  model.runs.push_back(run);
-  start_noise(model, Signals{});
-  EXPECT_TRUE(fit_with_noise(model));
-  return model;
+  return test::fitted_rests(robot, stops, PoseKind::kinematic_pose,
+                            reading_noise(robot.sigma, noise), 8);
 }
 
 TEST(Turns, NoiseIsNone) {
