@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "cdprcal/calibration/allow_for_effects.hpp"
+#include "cdprcal/calibration/initial_guess.hpp"
 #include "cdprcal/calibration/multi_start.hpp"
 #include "cdprcal/calibration/unsettled_start.hpp"
 #include "cdprcal/effects/corrected_run.hpp"
@@ -265,6 +266,18 @@ void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared
   for (const Vector6& move : {least, Vector6(-least)}) {
     std::vector<Pose>& start = starts.emplace_back();
     for (const Pose& pose : out.result.poses) start.push_back(plus(pose, move));
+  }
+  // Nor do they where lengths alone show the attitude: valleys lie a turn of the platform apart.
+  const Pose& found = out.result.poses.front();
+  if (kept_upright(out.problem, found)) {
+    for (const double turn_deg : {15.0, -15.0, 30.0, -30.0}) {
+      for (int axis = 0; axis < 3; ++axis) {
+        Vector6 turn = Vector6::Zero();
+        turn[3 + axis] = turn_deg * kDegree;
+        starts.push_back(measurement_guesses(out.problem.robot, out.problem.measurements,
+                                             plus(found, turn), out.problem.effects));
+      }
+    }
   }
   for (const std::vector<Pose>& start : starts) {
     const CalibrationResult again = solve(out.problem, start, options.solve);
