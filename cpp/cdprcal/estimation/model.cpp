@@ -64,6 +64,15 @@ RunReadings readings_of(const Robot& robot, const DiagnosisRun& run) {
   return out;
 }
 
+/// What the model's own balance may be wrong by. Directions and levers are wrong by a share of what
+/// pulls: a lighter platform beside load cells that say too much is no better for its smaller
+/// residuals.
+Vector6 balance_sigma_of(const Robot& given, const Robot& with_effects, const Vector6& inertial) {
+  const double heavier = with_effects.platform.mass_kg / given.platform.mass_kg;
+  return wrench_sigma(heavier * given.sigma.wrench_force_N, heavier * given.sigma.wrench_moment_Nm,
+                      inertial);
+}
+
 /// Appends the poses of a batch to a system.
 void append(ModelRows& rows, std::size_t r, std::size_t batch, DiagnosisSystem& out) {
   RunRows& run = rows.run(r);
@@ -180,7 +189,7 @@ void ModelRows::set_values(std::size_t r, const Eigen::VectorXd& values, const P
     // model is: what is not known of it stands apart from the level that scales the rest.
     const Vector6 inertial = m.inertial_sigma / row_noise(model_, at_rest(Channel::balance), m);
     uncertain.push_back({sigma.tension_N * true_tension_by_reading(robot, active, m),
-                         wrench_sigma(sigma.wrench_force_N, sigma.wrench_moment_Nm, inertial)});
+                         balance_sigma_of(model_.robot, robot, inertial)});
     which.push_back(i);
   }
   for (std::size_t k = 0; k < which.size(); ++k) {
@@ -213,8 +222,7 @@ void ModelRows::weigh_motion(std::size_t r, const Robot& robot, const std::vecto
   std::vector<Pose> moving;
   std::vector<BalanceSigma> at_rest_there;
   std::vector<std::size_t> rows;
-  const SensorSigma& sigma = model_.robot.sigma;
-  const Vector6 own = wrench_sigma(sigma.wrench_force_N, sigma.wrench_moment_Nm, Vector6::Zero());
+  const Vector6 own = balance_sigma_of(model_.robot, robot, Vector6::Zero());
   for (std::size_t k = 0; k < which.size(); ++k) {
     if (model_.runs[r].measurements[which[k]].inertial_sigma.isZero()) continue;
     if (const int silent = runs_[r]->silent_rows(which[k]); silent > 0) {
