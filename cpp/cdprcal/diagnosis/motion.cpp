@@ -193,27 +193,6 @@ DiagnosisModel with_motion(const DiagnosisModel& model, MovingSamples samples,
   return out;
 }
 
-double motion_correlation(const DiagnosisModel& model) {
-  const DiagnosisSystem system = linearise(model);
-  double products = 0.0, squares = 0.0;
-  Eigen::VectorXd last;
-  if (!system.valid) return 0.0;
-  for (const DiagnosisSystem::PoseRange& pose : system.poses) {
-    const Measurement& m = model.runs[pose.run].measurements[pose.pose];
-    if (!is_moving(m)) {
-      last.resize(0);
-      continue;
-    }
-    const Eigen::VectorXd rows = system.free_residual.segment(pose.begin, pose.size);
-    if (rows.size() == last.size()) {
-      products += rows.dot(last);
-      squares += 0.5 * (rows.squaredNorm() + last.squaredNorm());
-    }
-    last = rows;
-  }
-  return squares > 0.0 ? products / squares : 0.0;
-}
-
 void refine_swivel_play(DiagnosisModel& model, const std::vector<Log>& logs) {
   constexpr int kMostRounds = 4;
   constexpr double kSettled = 0.01;  ///< relative change of the half-width

@@ -5,9 +5,6 @@
 
 namespace cdprcal {
 
-/// Correlation of what the model leaves at one sample in motion with what it leaves at the next.
-double motion_correlation(const DiagnosisModel& model);
-
 struct MotionOptions {
   int most_samples = 240;         ///< a run
   double least_spacing_s = 0.09;  ///< between two samples of a run

@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "cdprcal/diagnosis/balanced_tensions.hpp"
 #include "cdprcal/diagnosis/events.hpp"
 #include "cdprcal/diagnosis/formulas.hpp"
 #include "cdprcal/diagnosis/motion.hpp"
+#include "cdprcal/diagnosis/quiet.hpp"
 #include "cdprcal/diagnosis/separation.hpp"
 #include "cdprcal/diagnosis/smooth_errors.hpp"
 #include "cdprcal/effects/text_effect.hpp"
 #include "cdprcal/estimation/presence.hpp"
+#include "cdprcal/evidence/checks.hpp"
 
 namespace cdprcal {
 namespace {
@@ -201,6 +202,13 @@ std::string Search::objection(const Refit& candidate, const Refit* generic, doub
     return text("does not predict poses it was not fitted on (gain %.1f +- %.1f nats)", held.gain,
                 held.gain_error);
   }
+  if (looks_at_directions(*candidate.score.effect, model_)) {
+    const std::optional<DiagnosisModel> sure = with_sure_directions(model_, logs_);
+    if (sure &&
+        !(EvidenceAgainst(*sure).refit(candidate.score).log_evidence > options_.least_evidence)) {
+      return "shows only where errors of the readings are as large as the motion";
+    }
+  }
   if (generic != nullptr && candidate.log_evidence + options_.rival_nats < generic->log_evidence &&
       !names_reach(generic->log_evidence, candidate)) {
     const GenericName what = *generic_name(*generic->score.effect);
@@ -280,8 +288,8 @@ bool Search::is_sure(const DiagnosisModel& model, const std::optional<Refit>& de
 void Search::keep_left(const std::optional<Refit>& dependence, const Candidates& generic) {
   left_.reset();
   if (!is_sure(model_, dependence, generic)) return;
-  // It may be of the load cells' noise: it is left where it is sure without that, too.
-  const DiagnosisModel quiet = with_balanced_tensions(model_);
+  // It may be of the readings' own noise: it is left where it is sure without that, too.
+  const DiagnosisModel quiet = with_quiet_covariates(model_, logs_);
   const Candidates laws = generic_candidates(quiet);
   const std::optional<Refit> best = best_generic(
       EvidenceAgainst(quiet), scan(quiet, laws, {.draws = 0}), options_.least_evidence);
@@ -377,9 +385,9 @@ void Search::describe() {
     }
     const std::string name = winner.score.effect->name();
     if (reason.empty() &&
-        !(EvidenceAgainst(with_balanced_tensions(model_)).refit(winner.score).log_evidence >
+        !(EvidenceAgainst(with_quiet_covariates(model_, logs_)).refit(winner.score).log_evidence >
           options_.least_evidence)) {
-      reason = "stands for the noise of the load cells: without it little is explained";
+      reason = "stands for the noise of the readings: without it little is explained";
     }
     if (!reason.empty()) {
       out_.rejected.push_back({name, reason});
@@ -497,13 +505,12 @@ void Search::in_motion() {
   if (!report("samples in motion")) return;
   // Errors of a model last longer than noise: samples are taken so far apart that what is left at
   // one says nothing about the next.
-  constexpr double kIndependent = 0.2;
   DiagnosisModel moving = model_;
   const MovingSamples samples = moving_samples(model_, logs_);
   for (const double spacing_s : {0.09, 0.3, 1.0, 3.0}) {
     moving = with_motion(model_, samples, {.least_spacing_s = spacing_s});
     if (moving.pose_count() == model_.pose_count() || !fit_with_noise(moving)) return;
-    if (motion_correlation(moving) < kIndependent) break;
+    if (!(motion_correlation(moving) > kMostShared)) break;
   }
   const Candidates candidates = untried(moving, Shows::in_motion);
   std::vector<CandidateScore> scores = scan(moving, candidates, {.draws = 0, .limits = true});

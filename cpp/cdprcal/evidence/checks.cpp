@@ -6,6 +6,27 @@
 
 namespace cdprcal {
 
+double motion_correlation(const DiagnosisModel& model) {
+  const DiagnosisSystem system = linearise(model);
+  double products = 0.0, squares = 0.0;
+  Eigen::VectorXd last;
+  if (!system.valid) return 0.0;
+  for (const DiagnosisSystem::PoseRange& pose : system.poses) {
+    const Measurement& m = model.runs[pose.run].measurements[pose.pose];
+    if (!is_moving(m)) {
+      last.resize(0);
+      continue;
+    }
+    const Eigen::VectorXd rows = system.free_residual.segment(pose.begin, pose.size);
+    if (rows.size() == last.size()) {
+      products += rows.dot(last);
+      squares += 0.5 * (rows.squaredNorm() + last.squaredNorm());
+    }
+    last = rows;
+  }
+  return squares > 0.0 ? products / squares : 0.0;
+}
+
 Checks checks_of(const DiagnosisModel& model) {
   Checks out;
   const DiagnosisSystem system = linearise(model);
@@ -18,6 +39,11 @@ Checks checks_of(const DiagnosisModel& model) {
   const auto moving = freedom.begin() + kRestGroups;
   out.readings = std::max(std::accumulate(freedom.begin(), moving, 0.0),
                           std::accumulate(moving, freedom.end(), 0.0));
+  const auto by_samples = [](const DiagnosisRun& run) {
+    return std::ranges::all_of(run.measurements,
+                               [](const Measurement& m) { return is_moving(m) && !m.moves(); });
+  };
+  if (std::ranges::any_of(model.runs, by_samples)) out.shared = motion_correlation(model);
   return out;
 }
 
@@ -33,6 +59,10 @@ DiagnosisModel with_uncertain_noise(DiagnosisModel model) {
 }
 
 std::string too_little(const Checks& checks) {
+  if (checks.shared > kMostShared) {
+    return "too little to say: what rests there are leave the pose open, and samples in motion "
+           "share their errors with their neighbours; measure at more rests, more varied";
+  }
   char text[200];
   std::snprintf(text, sizeof text,
                 "too little to say: once the poses are fitted, %.0f readings are left to check the "

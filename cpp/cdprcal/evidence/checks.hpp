@@ -8,14 +8,22 @@
 
 namespace cdprcal {
 
+/// Correlation of what the model leaves at one sample in motion with what it leaves at the next.
+double motion_correlation(const DiagnosisModel& model);
+/// Of samples that count as witnesses of their own, at most.
+inline constexpr double kMostShared = 0.2;
+
 /// How many readings are left to check a model by once each pose is where its own readings want it,
 /// and how many constants of the sensors (offsets) they have to tell as well.
 struct Checks {
   double readings = 0.0;
   int constants = 0;
+  /// Of the errors of a run's samples, where these count for want of rests: how much neighbours
+  /// share.
+  double shared = 0.0;
   /// A fit with fewer readings left than constants told is a fit to itself: nothing that the model
-  /// lacks would show.
-  [[nodiscard]] bool enough() const { return readings >= constants; }
+  /// lacks would show. Of samples that share errors nobody knows how many readings they are.
+  [[nodiscard]] bool enough() const { return readings >= constants && !(shared > kMostShared); }
 };
 Checks checks_of(const DiagnosisModel& model);
 /// Why such a log is too little, for people.

@@ -1,5 +1,5 @@
 // Tensions less their noise: the balance takes away what it sees of it, and laws are drawn to none.
-#include "cdprcal/diagnosis/balanced_tensions.hpp"
+#include "cdprcal/diagnosis/quiet.hpp"
 
 #include <gtest/gtest.h>
 
@@ -23,9 +23,9 @@ DiagnosisModel rests(const std::string& name, double noise_N, std::uint64_t seed
   return test::fitted_rests(robot, stops[name], PoseKind::static_pose, noise, seed);
 }
 
-TEST(BalancedTensions, BalanceAsWellAsAnyDo) {
+TEST(QuietCovariates, BalanceAsWellAsAnyDo) {
   for (const char* name : {"irma4", "posts8"}) {
-    const DiagnosisModel fitted = rests(name, 5.0, 1), model = with_balanced_tensions(fitted);
+    const DiagnosisModel fitted = rests(name, 5.0, 1), model = with_quiet_covariates(fitted, {});
     const DiagnosisRun& run = model.runs[0];
     for (std::size_t i = 0; i < run.poses.size(); ++i) {
       const Measurement& m = run.measurements[i];
@@ -40,14 +40,14 @@ TEST(BalancedTensions, BalanceAsWellAsAnyDo) {
   }
 }
 
-TEST(BalancedTensions, HoldNoNoiseThatTheBalanceSees) {
+TEST(QuietCovariates, HoldNoNoiseThatTheBalanceSees) {
   DiagnosisModel model = rests("irma4", 5.0, 2);
   DiagnosisModel noisier = model;
   for (Measurement& m : noisier.runs[0].measurements) {
     m.tension_N += CableVector::LinSpaced(4, -3.0, 4.0);  // four cables: it sees all of this
   }
-  model = with_balanced_tensions(model);
-  noisier = with_balanced_tensions(noisier);
+  model = with_quiet_covariates(model, {});
+  noisier = with_quiet_covariates(noisier, {});
   for (std::size_t i = 0; i < model.runs[0].poses.size(); ++i) {
     EXPECT_LE((model.runs[0].measurements[i].balanced_tension_N -
                noisier.runs[0].measurements[i].balanced_tension_N)
@@ -56,8 +56,8 @@ TEST(BalancedTensions, HoldNoNoiseThatTheBalanceSees) {
   }
 }
 
-TEST(BalancedTensions, ReadingsThatAreTakenAnewAreNot) {
-  DiagnosisModel model = with_balanced_tensions(rests("irma4", 5.0, 3));
+TEST(QuietCovariates, ReadingsThatAreTakenAnewAreNot) {
+  DiagnosisModel model = with_quiet_covariates(rests("irma4", 5.0, 3), {});
   std::vector<Measurement>& all = model.runs[0].measurements;
   take_readings(log_of(all), all);
   for (const Measurement& m : all) EXPECT_EQ(&m.tension_of_laws_N(), &m.tension_N);
@@ -69,7 +69,7 @@ double mean_square_of_tension(bool balanced) {
   double sum = 0.0;
   for (int draw = 0; draw < kDraws; ++draw) {
     DiagnosisModel model = rests("posts8", 10.0, 100 + static_cast<std::uint64_t>(draw));
-    if (balanced) model = with_balanced_tensions(model);
+    if (balanced) model = with_quiet_covariates(model, {});
     for (const CandidateScore& score : scan(model, generic_candidates(model), {.draws = 0})) {
       const GenericName what = *generic_name(*score.effect);
       if (what.channel != "tension" || what.depends_on != "reading") continue;
@@ -79,7 +79,7 @@ double mean_square_of_tension(bool balanced) {
   return sum;
 }
 
-TEST(BalancedTensions, NoiseIsNoLawOfTheTension) {
+TEST(QuietCovariates, NoiseIsNoLawOfTheTension) {
   // Of 40 draws the mean is known to 0.16.
   EXPECT_GT(std::abs(mean_square_of_tension(false)), 1.0);
   EXPECT_NEAR(mean_square_of_tension(true), 0.0, 0.5);
