@@ -30,9 +30,9 @@ _LABELS = {
 }
 
 
-def diagnosed(robot: _core.Robot, path: Path) -> _core.Diagnosis:
-    """The diagnosis of one log, with progress on stderr left out."""
-    return _core.diagnose(robot, [load_run(str(path), robot).log])
+def diagnosed(robot: _core.Robot, *paths: Path) -> _core.Diagnosis:
+    """The diagnosis of logs together, with progress on stderr left out."""
+    return _core.diagnose(robot, [load_run(str(path), robot).log for path in paths])
 
 
 def gap_of(diagnosis: _core.Diagnosis, step: str) -> dict[str, tuple[float, float]]:
@@ -125,10 +125,50 @@ def draw(a: _core.Diagnosis, b: _core.Diagnosis, names: tuple[str, str], path: P
     figure.savefig(path, dpi=100, format="png")
 
 
+def story(title: str, diagnosis: _core.Diagnosis) -> list[str]:
+    """What was found, in which order, and what it left over."""
+    out = [f"## {title}", ""]
+    out.append(f"Verdict: {diagnosis.verdict.name}; {diagnosis.model.pose_count} poses at rest.")
+    out.append("")
+    out += [f"1. {f.name}: {f.text}" for f in diagnosis.faults]
+    out += [
+        f"1. {e.info.name} ({e.log_evidence:.0f} nats, p = {e.p_value:.3f})"
+        + (f": `{e.info.equation}`, a formula and no name" if e.described else "")
+        + (f"; these poses do not tell it from {', '.join(e.rivals)}" if e.rivals else "")
+        for e in diagnosis.effects
+    ]
+    out.append("")
+    steps = list(dict.fromkeys(g.after_effect for g in diagnosis.gap))
+    out += gap_table([(s or "before", gap_of(diagnosis, s)) for s in steps])
+    out.append("")
+    for left in diagnosis.unexplained:
+        _, unit, factor = _LABELS[next(c for c in _LABELS if c.rsplit("_", 1)[0] == left.channel)]
+        out.append(
+            f"Unexplained: {left.channel}, {left.rms * factor:.2f} {unit} rms, depends on "
+            f"{left.depends_on}."
+        )
+    position, rotation = moved(diagnosis)
+    out += [f"The initial pose moved by {position:.1f} mm and {rotation:.2f}°.", ""]
+    return out
+
+
+def numbers(diagnosis: _core.Diagnosis) -> list[str]:
+    """The values of the effects, a row each."""
+    out = ["| | value |", "|---|---|"]
+    for effect in diagnosis_as_dict(diagnosis, diagnosis.corrected)["effects"]:
+        if effect["p_value"] is None:
+            continue
+        for what, value, sigma, unit in value_rows(effect):
+            name = f"{effect['name']} {what}".strip()
+            out.append(f"| {name} [{unit}] | {float(value):+.2f} ± {float(sigma):.2f} |")
+    return [*out, ""]
+
+
 def page(logs: tuple[Path, Path], picture: Path) -> list[str]:
     """The Markdown page."""
     robot = _core.load_robot("irma4")
     a, b = (diagnosed(robot, log) for log in logs)
+    both_logs = diagnosed(robot, *logs)
     names = (logs[0].name, logs[1].name)
     draw(a, b, names, picture)
     out = [
@@ -142,40 +182,18 @@ def page(logs: tuple[Path, Path], picture: Path) -> list[str]:
         "",
     ]
     for diagnosis, name in zip((a, b), names, strict=True):
-        out += [f"## {name}", ""]
-        out.append(
-            f"Verdict: {diagnosis.verdict.name}; {diagnosis.model.pose_count} poses at rest."
-        )
-        out.append("")
-        found = [f"{f.name}: {f.text}" for f in diagnosis.faults]
-        out += [f"1. {text}" for text in found]
-        out += [
-            f"1. {e.info.name} ({e.log_evidence:.0f} nats, p = {e.p_value:.3f})"
-            + (f": `{e.info.equation}`, a formula and no name" if e.described else "")
-            + (f"; these poses do not tell it from {', '.join(e.rivals)}" if e.rivals else "")
-            for e in diagnosis.effects
-        ]
-        out.append("")
-        steps = list(dict.fromkeys(g.after_effect for g in diagnosis.gap))
-        out += gap_table([(s or "before", gap_of(diagnosis, s)) for s in steps])
-        out.append("")
-        for left in diagnosis.unexplained:
-            _, unit, factor = _LABELS[
-                next(c for c in _LABELS if c.rsplit("_", 1)[0] == left.channel)
-            ]
-            out.append(
-                f"Unexplained: {left.channel}, {left.rms * factor:.2f} {unit} rms, depends on "
-                f"{left.depends_on}."
-            )
-        position, rotation = moved(diagnosis)
-        out += [f"The initial pose moved by {position:.1f} mm and {rotation:.2f}°.", ""]
+        out += story(name, diagnosis)
     out += ["## The same numbers from both", "", f"| | {names[0]} | {names[1]} | apart [σ] |"]
     out.append("|---|---|---|---|")
+    squares = []
     for what, x, y, unit in agreement(a, b):
         apart = abs(x[0] - y[0]) / np.hypot(x[1], y[1])
         both = f"{x[0]:+.2f} ± {x[1]:.2f} | {y[0]:+.2f} ± {y[1]:.2f}"
         out.append(f"| {what} [{unit}] | {both} | {apart:.1f} |")
-    out += ["", "## Found in one, frozen, tried on the other", ""]
+        squares.append(apart**2)
+    out += ["", f"χ² a number: {np.mean(squares):.2f}.", ""]
+    out += story("Both together", both_logs) + numbers(both_logs)
+    out += ["## Found in one, frozen, tried on the other", ""]
     out.append(
         "The corrected robot file of one log, and the other log with nothing fitted but poses and "
         "offsets. Rows: as the robot file says; with the other log's findings."

@@ -1,4 +1,5 @@
-// Tensions less their noise: the balance takes away what it sees of it, and laws are drawn to none.
+// Tensions less their noise: the balance takes away what it sees of it, and laws are drawn to none;
+// and directions that are those of motion.
 #include "cdprcal/diagnosis/quiet.hpp"
 
 #include <gtest/gtest.h>
@@ -6,6 +7,7 @@
 #include <map>
 
 #include "../support/fitted_rests.hpp"
+#include "cdprcal/diagnosis/baseline.hpp"
 #include "cdprcal/diagnosis/generic.hpp"
 #include "cdprcal/evidence/scan.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
@@ -83,6 +85,68 @@ TEST(QuietCovariates, NoiseIsNoLawOfTheTension) {
   // Of 40 draws the mean is known to 0.16.
   EXPECT_GT(std::abs(mean_square_of_tension(false)), 1.0);
   EXPECT_NEAR(mean_square_of_tension(true), 0.0, 0.5);
+}
+
+/// A tour whose lengths are off by so much at each rest, by another amount every time, which comes
+/// when the platform has all but arrived; fitted. The log comes back as the diagnosis leaves it.
+DiagnosisModel tour(double off_m, std::vector<Log>& logs) {
+  constexpr double kLate_s = 0.5;
+  const Robot robot = load_robot("irma4");
+  SyntheticLogOptions options;
+  options.noise = reading_noise(robot.sigma, 0.02);
+  Log log = synthetic_log(robot, default_setpoints(robot, 3, 3, 3), options).log;
+  const double leg_s = options.dwell_s + options.move_s;
+  RandomNormal random(7);
+  std::vector<CableVector> off;
+  for (int k = 0; k < 29; ++k) {
+    off.push_back(CableVector::NullaryExpr(4, [&](Eigen::Index) { return off_m * random(); }));
+  }
+  for (Eigen::Index i = 0; i < log.sample_count(); ++i) {
+    const double at = log.time_s[i] / leg_s;
+    const auto k = static_cast<std::size_t>(at);
+    const double on = std::clamp((at - std::floor(at) - 1.0) * leg_s / kLate_s + 1.0, 0.0, 1.0);
+    log.length_m.row(i) += (off[k] + on * (off[k + 1] - off[k])).transpose();
+  }
+  logs = {log};
+  std::vector<std::string> left_out;
+  return baseline_model(robot, logs, left_out);
+}
+
+/// How many cables are taken to have come from the other side than they have.
+int wrong_directions(const DiagnosisModel& model, const DiagnosisModel& truth) {
+  int wrong = 0;
+  for (std::size_t i = 1; i < truth.runs[0].measurements.size(); ++i) {
+    const CableVector& s = model.runs[0].measurements[i].length_direction;
+    const CableVector& true_s = truth.runs[0].measurements[i].length_direction;
+    wrong += static_cast<int>((s.cwiseProduct(true_s).array() < 0.0).count());
+  }
+  return wrong;
+}
+
+TEST(SureDirections, AreThoseOfTheCablesAndNotOfErrorsThatStayOverARest) {
+  std::vector<Log> logs;
+  const DiagnosisModel truth = tour(0.0, logs), as_read = tour(0.01, logs);
+  ASSERT_EQ(as_read.runs[0].measurements.size(), truth.runs[0].measurements.size());
+  EXPECT_GT(wrong_directions(as_read, truth), 10);
+  const std::optional<DiagnosisModel> sure = with_sure_directions(as_read, logs);
+  ASSERT_TRUE(sure);
+  EXPECT_LE(wrong_directions(*sure, truth), 2);  // a way back that is no longer than the errors
+}
+
+TEST(SureDirections, AreThoseReadWhereReadingsAreSure) {
+  std::vector<Log> logs;
+  EXPECT_FALSE(with_sure_directions(tour(0.0, logs), logs));
+}
+
+TEST(SureDirections, AreAskedForByEffectsThatDependOnThem) {
+  std::vector<Log> logs;
+  const DiagnosisModel model = tour(0.0, logs);
+  for (const char* name : {"swivel_hysteresis", "pulley_friction", "bending_hysteresis"}) {
+    EXPECT_TRUE(looks_at_directions(*find_effect(name), model)) << name;
+  }
+  for (const char* name : {"mass", "load_cell_gain", "yaw_drift", "transmission_ratio"}) {
+    EXPECT_FALSE(looks_at_directions(*find_effect(name), model)) << name;
+  }
 }
 
 }  // namespace

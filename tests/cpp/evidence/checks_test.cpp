@@ -43,6 +43,38 @@ TEST(Checks, ReadingsAndConstantsAreCounted) {
   EXPECT_NEAR(checks.readings, rests * (17 - 6) - 9, 0.5);
 }
 
+TEST(Checks, SamplesThatShareErrorsAreNoneOfTheirOwn) {
+  // A robot whose log never rests: nothing but samples, in one log with white noise, in the other
+  // with a length that goes wrong and right again over many of them.
+  const Robot robot = load_robot("irma4");
+  const auto checks = [&](double wave_m) {
+    Log log = test::startup_log(robot, 0.2, 436, 0);
+    log.tension_N.resize(log.sample_count(), 0);
+    for (Eigen::Index i = 0; i < log.sample_count(); ++i) {
+      log.length_m(i, 1) += wave_m * std::sin(0.2 * log.time_s[i]);
+    }
+    CalibrateOptions options;
+    options.method = Method::kinematic;
+    const Calibration calibration = calibrate(robot, log, options);
+    DiagnosisModel model;
+    model.robot = robot;
+    DiagnosisRun run;
+    run.measurements = calibration.problem.measurements;
+    run.poses = calibration.result.poses;
+    run.offsets = offsets_at(robot, run.poses[0], run.measurements[0]);
+    model.runs.push_back(run);
+    start_noise(model, calibration.signals);
+    EXPECT_TRUE(fit_with_noise(model));
+    return checks_of(model);
+  };
+  EXPECT_TRUE(checks(0.0).enough());
+  const Checks shared = checks(0.05);
+  EXPECT_GT(shared.shared, 0.4);
+  EXPECT_GT(shared.readings, shared.constants);
+  EXPECT_FALSE(shared.enough());
+  EXPECT_NE(too_little(shared).find("share their errors"), std::string::npos);
+}
+
 TEST(Checks, NoiseFromFewResidualsIsUncertain) {
   const Robot robot = load_robot("irma4");
   const Diagnosis d = diagnose(robot, {test::startup_log(robot, 0.2, 435, 0)});
