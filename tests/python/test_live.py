@@ -18,7 +18,7 @@ import cdprcal
 from browser import PHONE, Tab
 from cdprcal.io import load_log
 from cdprcal.io.events import read_events
-from cdprcal.live import Feed, LiveServer, replay_messages
+from cdprcal.live import Feed, LiveServer, places_of, replay_messages
 from cdprcal.live.feed import end_message, estimate_message, hello, sample_message
 from conftest import Browsed, Ran, raw_text
 from local_pages import ask, get, started
@@ -169,6 +169,41 @@ def test_estimates_in_a_log_are_replayed(cli: Cli, plan: Path, tmp_path: Path) -
     np.testing.assert_allclose(found[-1]["pose"]["position_m"], made[-1]["position_m"], atol=1e-6)
 
 
+def test_where_it_is_at_every_sample_is_replayed(synthetic: cdprcal.SyntheticLog) -> None:
+    places = places_of(synthetic.log, cdprcal.load_robot("irma4"))
+    times = synthetic.log.time_s.tolist()
+    assert len(places) > 0.95 * len(times)
+    off = np.array(
+        [
+            (places[t].position_m - truth.position_m) / places[t].sigma_m
+            for t, truth in zip(times, synthetic.poses, strict=True)
+            if t in places
+        ]
+    )
+    assert np.abs(off).max() < 6.0
+    assert 0.2 < np.sqrt(np.mean(off**2)) < 2.0
+    alone = cdprcal.Log(time_s=synthetic.log.time_s[:5], length_m=synthetic.log.length_m[:5])
+    assert places_of(alone, cdprcal.load_robot("irma4")) == {}  # too little to calibrate
+
+
+def test_acquire_tells_where_it_is(plan: Path, tmp_path: Path) -> None:
+    running, port = started(
+        "acquire", "irma4", plan, "-o", tmp_path / "run.csv", "--live", "--speed", "20"
+    )
+    try:
+        stream = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+        stream.request("GET", "/events")
+        lines = stream.getresponse().read().decode().splitlines()
+        assert running.wait(60) == 0
+    finally:
+        running.kill()
+    messages = [json.loads(line[6:]) for line in lines if line.startswith("data: ")]
+    places = [m["place"] for m in messages if m["type"] == "sample"]
+    assert places[0] is None  # nothing is known at power-on
+    assert 0.0 < max(places[-1]["position_sigma_m"]) < 0.1
+    assert len(places[-1]["position_m"]) == 3
+
+
 def test_rests_are_found_in_logs_of_other_origin(
     synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path
 ) -> None:
@@ -182,7 +217,9 @@ def test_rests_are_found_in_logs_of_other_origin(
 
 def test_the_page_in_a_browser(log_path: Path, browse: Callable[..., Browsed]) -> None:
     def messages() -> Iterator[str]:
-        *whole, end = replay_messages(load_log(log_path), cdprcal.load_robot("irma4"), 8, speed=0.0)
+        file, robot = load_log(log_path), cdprcal.load_robot("irma4")
+        places = places_of(file.log, robot)
+        *whole, end = replay_messages(file, robot, 8, places=places, speed=0.0)
         yield from whole
         for k in range(1, 4):
             made = estimate(rests=k, position_sigma_m=1e-3 / k, rotation_sigma_rad=1e-2 / k)
@@ -198,6 +235,8 @@ def test_the_page_in_a_browser(log_path: Path, browse: Callable[..., Browsed]) -
     assert "8 of 8" in seen.dom
     assert 'id="stop" hidden' in seen.dom
     assert "1.2000 m" in seen.dom
+    assert re.search(r'id="place">[^<]+ m<', seen.dom)
+    assert "mm (1 σ)" in seen.dom
     assert "0.33 mm and ± 0.19°" in seen.dom
     assert "After 3 rests: explained: mass (90 nats, or external_force)." in seen.dom
     assert seen.dom.count('class="main-svg"') >= 6  # all three figures are drawn

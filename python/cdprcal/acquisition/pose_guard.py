@@ -10,6 +10,7 @@ were meant to hold it, and every other sensor finds nothing wrong with that.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -24,6 +25,14 @@ _STOP_S = 0.2  # in which a safe hold comes to a stop: half of it at the speed i
 _SIGMAS = 3.0
 _WAY_PARTS = 8  # of a way from stop to stop: where one meets the next is looked at beforehand
 _FIRST_STEPS = 20  # of Gauss-Newton, after a new estimate
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the platform is believed to be."""
+
+    position_m: NDArray[np.float64]
+    sigma_m: NDArray[np.float64]  #: by axis
 
 
 class PoseGuard:
@@ -75,6 +84,11 @@ class PoseGuard:
     def position_m(self) -> NDArray[np.float64] | None:
         """Where the platform is believed to be; None: not known yet."""
         return None if self._now is None else self._now.position_m
+
+    @property
+    def place(self) -> Place | None:
+        """The same with its standard deviation."""
+        return None if self._now is None else Place(self._now.position_m, self.sigma_m)
 
     def learn(self, estimate: Estimate) -> None:
         """Takes over a new estimate of the initial pose, if it is one that can be trusted."""

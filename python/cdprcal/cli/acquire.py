@@ -306,7 +306,7 @@ def command(
             event = news.tell(monitor.tell)
             estimate = guide.step(command, sample, logged)
             monitor.show(command, sample, estimate)
-            page.show(command, sample, logged, estimate)
+            page.show(command, sample, logged, estimate, pose_guard.place)
             if estimate is not None:
                 pose_guard.learn(estimate)
                 event["estimate"] = estimate.as_event()

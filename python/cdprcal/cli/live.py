@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from cdprcal import _core
     from cdprcal.acquisition import Acquired
     from cdprcal.acquisition.guide import Estimate
+    from cdprcal.acquisition.pose_guard import Place
     from cdprcal.live import Feed, LiveRun, LiveServer
 
 LiveOption = Annotated[
@@ -46,6 +47,7 @@ class Page:
         sample: _core.RobotSample,
         logged: bool,
         estimate: Estimate | None,
+        place: Place | None = None,
     ) -> None:
         """To be called with every command, and with an estimate when there is a new one.
 
@@ -54,7 +56,7 @@ class Page:
         if self._run is None:
             return
         try:
-            self._run.show(command, sample, logged)
+            self._run.show(command, sample, logged, place)
             if estimate is not None:
                 self._run.estimate(sample.time_s, estimate.as_event())
         except Exception as error:

@@ -36,7 +36,7 @@ def command(
 
     from cdprcal import _core
     from cdprcal.io import load_log, read_inputs
-    from cdprcal.live import LiveServer, replay_messages
+    from cdprcal.live import LiveServer, places_of, replay_messages
     from cdprcal.tables import print_findings
     from cdprcal.terminal import notes, say
 
@@ -51,8 +51,9 @@ def command(
     setpoints = None
     if held is not None:
         setpoints = 1 + _core.parse_plan(held.plan_csv, f"{log}: plan").measured_count
+    places = {} if the_robot is None else places_of(file.log, the_robot)
     with LiveServer(
-        lambda: replay_messages(file, the_robot, setpoints, speed=speed), port=port
+        lambda: replay_messages(file, the_robot, setpoints, places=places, speed=speed), port=port
     ) as server:
         try:
             say(notes(), f"Open {server.address} in a browser on this computer; Ctrl-C ends")

@@ -16,6 +16,7 @@ from typing import Any
 
 from cdprcal import _core
 from cdprcal._core import RobotSample, StartUpCommand, StartUpState
+from cdprcal.acquisition.pose_guard import Place
 from cdprcal.acquisition.procedure import STATES
 
 Message = dict[str, Any]
@@ -120,6 +121,7 @@ def sample_message(
     done: int = 0,
     remaining_s: float = math.nan,
     ripple: float = math.nan,
+    place: Place | None = None,
 ) -> Message:
     """One sample: readings, what the robot is doing (``setpoint`` from 1), how many are done."""
     return {
@@ -133,6 +135,12 @@ def sample_message(
         "done": done,
         "remaining_s": finite(remaining_s, 1),
         "ripple": finite(ripple, 2),
+        "place": None
+        if place is None
+        else {
+            "position_m": [finite(value, 4) for value in place.position_m],
+            "position_sigma_m": [finite(value, 5) for value in place.sigma_m],
+        },
     }
 
 
@@ -175,8 +183,14 @@ class LiveRun:
         self._state: StartUpState | None = None
         self._done = 0
 
-    def show(self, command: StartUpCommand, sample: RobotSample, logged: bool) -> None:
-        """Publishes what was logged, and every change of state."""
+    def show(
+        self,
+        command: StartUpCommand,
+        sample: RobotSample,
+        logged: bool,
+        place: Place | None = None,
+    ) -> None:
+        """Publishes what was logged, and every change of state; where it is, if that is known."""
         changed = command.state != self._state
         if not logged and not changed:
             return
@@ -194,6 +208,7 @@ class LiveRun:
                 done=self._done,
                 remaining_s=command.remaining_s,
                 ripple=command.ripple,
+                place=place,
             )
         )
 

@@ -9,8 +9,11 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from cdprcal import _core
-from cdprcal._core import StartUpState
+from cdprcal._core import InputError, StartUpState
+from cdprcal.acquisition.pose_guard import Place
 from cdprcal.acquisition.procedure import STATES
 from cdprcal.io.events import read_events
 from cdprcal.io.loaded import LogFile
@@ -25,13 +28,14 @@ def replay_messages(
     robot: _core.Robot | None,
     setpoints: int | None,
     *,
+    places: Mapping[float, Place] | None = None,
     speed: float = 1.0,
     sleep: Callable[[float], None] = time.sleep,
 ) -> Iterator[str]:
     """Messages of a log from its beginning, ``speed`` seconds of it per second; 0: all at once.
 
     What the robot was doing comes from the events of an acquired log; in others, rests are found.
-    setpoints: of the plan, where it is known.
+    setpoints: of the plan, where it is known. places: where the platform is, by time (places_of).
     """
     log = file.log
     title = Path(file.path).name
@@ -40,25 +44,47 @@ def replay_messages(
     if isinstance(following, _Events) and following.empty:
         following = _Rests(file, robot)
     before_s = None
-    row: tuple[list[float], list[float]] = ([], [])
+    read: tuple[list[float], list[float]] = ([], [])
+
+    def sample(until_s: float) -> str:
+        """What is shown of the latest row, with all that happened until then."""
+        assert before_s is not None
+        state, does, setpoint, done = following.at(until_s)
+        place = places.get(before_s) if places else None
+        return _text(
+            sample_message(
+                before_s, *read, state=state, does=does, setpoint=setpoint, done=done, place=place
+            )
+        )
+
     for i, time_s in enumerate(log.time_s.tolist()):
         if speed and before_s is not None:
             sleep(min((time_s - before_s) / speed, _LONGEST_PAUSE_S))
         before_s = time_s
-        state, does, setpoint, done = following.at(time_s)
-        for estimate in following.estimates():
-            yield _text(estimate)
-        row = (log.tension_N[i].tolist(), log.tension_setpoint_N[i].tolist())
-        yield _text(
-            sample_message(time_s, *row, state=state, does=does, setpoint=setpoint, done=done)
-        )
-    state, does, setpoint, done = following.at(math.inf)
-    for estimate in following.estimates():
-        yield _text(estimate)
+        read = (log.tension_N[i].tolist(), log.tension_setpoint_N[i].tolist())
+        shown = sample(time_s)
+        yield from map(_text, following.estimates())
+        yield shown
     if before_s is not None:
-        last = sample_message(before_s, *row, state=state, does=does, setpoint=setpoint, done=done)
-        yield _text(last)
+        last = sample(math.inf)
+        yield from map(_text, following.estimates())
+        yield last
     yield _text(end_message(following.last_state, following.reason))
+
+
+def places_of(log: _core.Log, robot: _core.Robot) -> dict[float, Place]:
+    """Where the platform is at every sample of a log that can be trusted there, by time.
+
+    From the calibration of the whole log, which who watches the run does not have yet. Empty where
+    it gives no pose.
+    """
+    try:
+        track = _core.track(_core.calibrate(robot, log), log)
+    except InputError:
+        return {}
+    sigma_m = np.sqrt(track.pose_covariance[:, range(3), range(3)])
+    rows = zip(track.time_s.tolist(), track.position_m, sigma_m, track.trusted, strict=True)
+    return {time_s: Place(at_m, of_m) for time_s, at_m, of_m, trusted in rows if trusted}
 
 
 class _Events:

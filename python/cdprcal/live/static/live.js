@@ -67,6 +67,14 @@
     at("bar").max = hello.setpoints || 1;
     at("bar").value = hello.setpoints ? last.done : 0;
     at("bar").hidden = !hello.setpoints;
+    if (last.place) {
+      at("where").hidden = false;
+      at("place").textContent = `${last.place.position_m.map((value) => fixed(value, 3)).join("  ")} m`;
+      at("place-sigma").textContent = `± ${last.place.position_sigma_m.map((value) => (1e3 * value).toPrecision(2)).join("  ")} mm (1 σ)`;
+    } else if (!at("where").hidden) {
+      at("place").textContent = "not known";
+      at("place-sigma").textContent = "";
+    }
     const most = top();
     const percent = (value) => `${Math.min(100, Math.max(0, (100 * value) / most))}%`;
     bars.forEach((bar, i) => {
