@@ -5,6 +5,31 @@
 #include <numeric>
 
 namespace cdprcal {
+namespace {
+
+/// Which share of the rests is at places of its own. Of two at one place the second reads the same
+/// once more, which tells the noise and nothing of the model.
+double share_of_places(const DiagnosisModel& model) {
+  constexpr double kSamePlace = 0.01;  // of the robot's size, and in turns as far at its rim
+  const double near_m = kSamePlace * robot_size_m(model.robot);
+  double rests = 0.0, places = 0.0;
+  for (const DiagnosisRun& run : model.runs) {
+    std::vector<Pose> seen;
+    for (std::size_t i = 0; i < run.poses.size(); ++i) {
+      if (is_moving(run.measurements[i])) continue;
+      rests += 1.0;
+      const auto here = [&](const Pose& other) {
+        const Vector6 apart = minus(run.poses[i], other);
+        return apart.head<3>().norm() < near_m && apart.tail<3>().norm() < kSamePlace;
+      };
+      if (!std::ranges::any_of(seen, here)) seen.push_back(run.poses[i]);
+    }
+    places += static_cast<double>(seen.size());
+  }
+  return rests > 0.0 ? places / rests : 1.0;
+}
+
+}  // namespace
 
 double motion_correlation(const DiagnosisModel& model) {
   const DiagnosisSystem system = linearise(model);
@@ -37,7 +62,7 @@ Checks checks_of(const DiagnosisModel& model) {
   // the same once more.
   const NoiseLevels freedom = channel_sums(model).freedom;
   const auto moving = freedom.begin() + kRestGroups;
-  out.readings = std::max(std::accumulate(freedom.begin(), moving, 0.0),
+  out.readings = std::max(share_of_places(model) * std::accumulate(freedom.begin(), moving, 0.0),
                           std::accumulate(moving, freedom.end(), 0.0));
   const auto by_samples = [](const DiagnosisRun& run) {
     return std::ranges::all_of(run.measurements,

@@ -43,6 +43,22 @@ TEST(Checks, ReadingsAndConstantsAreCounted) {
   EXPECT_NEAR(checks.readings, rests * (17 - 6) - 9, 0.5);
 }
 
+TEST(Checks, ARestAtTheSamePlaceReadsTheSameOnceMore) {
+  const Robot robot = load_robot("irma4");
+  const Diagnosis d = diagnose(robot, {test::startup_log(robot, 0.2, 434, 0)});
+  DiagnosisModel model = d.baseline;
+  DiagnosisRun& run = model.runs[0];
+  run.measurements.resize(2);
+  run.poses.resize(2);
+  EXPECT_TRUE(checks_of(model).enough());
+  run.measurements[1] = run.measurements[0];
+  run.measurements[1].time_s += 10.0;
+  run.poses[1] = run.poses[0];
+  EXPECT_FALSE(checks_of(model).enough());
+  run.poses[1].position_m.x() += 0.05;  // of a frame of 3 m
+  EXPECT_TRUE(checks_of(model).enough());
+}
+
 TEST(Checks, SamplesThatShareErrorsAreNoneOfTheirOwn) {
   // A robot whose log never rests: nothing but samples, in one log with white noise, in the other
   // with a length that goes wrong and right again over many of them.
