@@ -263,14 +263,9 @@ void register_path(py::module_& module) {
                     "[N, n] the same for the swivels; +1 after a positive turn.")
       .def_readonly("attitude_rate_rad_s", &PathState::attitude_rate_rad_s,
                     "[N, 3] of roll, pitch, yaw.");
-  module.def(
-      "path_state",
-      [](const Robot& robot, const Log& log, double smoothing_s) {
-        return path_state(robot, log, smoothing_s);
-      },
-      py::arg("robot"), py::arg("log"), py::arg("smoothing_s") = kPathSmoothing_s,
-      py::call_guard<py::gil_scoped_release>(),
-      "Directions of motion of a log of a robot: what hysteresis and delays depend on.");
+  module.def("path_state", &path_state, py::arg("robot"), py::arg("log"),
+             py::arg("smoothing_s") = 1.0, py::call_guard<py::gil_scoped_release>(),
+             "Directions of motion of a log of a robot: what hysteresis and delays depend on.");
 }
 
 void register_models(py::module_& module) {

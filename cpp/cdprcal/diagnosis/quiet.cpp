@@ -1,61 +1,57 @@
 #include "cdprcal/diagnosis/quiet.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "cdprcal/diagnosis/model_residuals.hpp"
+#include "cdprcal/diagnosis/motion.hpp"
 #include "cdprcal/readings/path_state.hpp"
-#include "cdprcal/readings/turn_over.hpp"
 
 namespace cdprcal {
 namespace {
 
-/// Of the difference of two readings: errors give it the wrong sign once in 30,000.
-constexpr double kSure = 4.0;
-
-double dead_band(const DiagnosisModel& model, Channel channel) {
-  const auto group = static_cast<std::size_t>(at_rest(channel));
-  const double noise = model.noise[group], ripple = model.floor[group];
-  return kSure * std::sqrt(2.0 * std::max(0.0, noise * noise - ripple * ripple));
+/// Of the rows of `log` that belong to a rest: the first sample, and the one behind the last.
+SampleRange samples_of(const std::vector<FollowedSample>& samples, const SampleRange& rows) {
+  const auto at = [&](Eigen::Index row) {
+    return std::ranges::lower_bound(samples, row, {}, &FollowedSample::row) - samples.begin();
+  };
+  return {at(rows.begin), at(rows.end)};
 }
 
-void give_up(const CableVector& moved, double least, CableVector& s) {
-  for (Eigen::Index c = 0; c < s.size(); ++c) {
-    if (std::abs(moved[c]) <= least) s[c] = 0.0;
-  }
-}
-
-/// Whether any direction may have changed.
-bool make_directions_sure(DiagnosisModel& model, const std::vector<Log>& logs) {
-  PathDeadBands least{dead_band(model, Channel::length), dead_band(model, Channel::swivel)};
-  // What turns over within the band anyway.
-  if (!(least.length_m > turn_over_m(model.robot))) least.length_m = 0.0;
-  if (!(least.swivel_rad > kTurnOver_rad)) least.swivel_rad = 0.0;
-  if (logs.empty() || (least.length_m == 0.0 && least.swivel_rad == 0.0)) return false;
-  for (std::size_t r = 0; r < model.runs.size(); ++r) {
+/// Whether any samples tell.
+bool follow_directions(DiagnosisModel& model, const std::vector<Log>& logs) {
+  // A pose takes the same share of an error as at rest.
+  DiagnosisModel as_at_rest = model;
+  for (std::size_t c = 0; c < kRestGroups; ++c) as_at_rest.noise[c + kRestGroups] = model.noise[c];
+  bool any = false;
+  for (std::size_t r = 0; r < logs.size(); ++r) {
     DiagnosisRun& run = model.runs[r];
-    const PathState path = path_state(model.robot, logs[r], kPathSmoothing_s, least);
+    const std::vector<FollowedSample> samples = followed(as_at_rest, r, logs[r]);
     const Robot robot = with_effects(model.robot, model.active(r));
-    PlatformState before = platform_state(robot, run.poses.front());
+    Log path;
+    path.time_s.resize(static_cast<Eigen::Index>(samples.size()));
+    path.length_m.resize(path.time_s.size(), robot.cable_count());
+    path.swivel_rad.resize(path.time_s.size(), robot.cable_count());
+    for (Eigen::Index i = 0; i < path.time_s.size(); ++i) {
+      const FollowedSample& sample = samples[static_cast<std::size_t>(i)];
+      const PlatformState state = platform_state(robot, sample.pose);
+      path.time_s[i] = logs[r].time_s[sample.row];
+      path.length_m.row(i) = state.length_m();
+      path.swivel_rad.row(i) = state.swivel_rad();
+    }
+    if (samples.empty()) continue;
+    const PathState state = path_state(model.robot, path);
     for (std::size_t i = 0; i < run.measurements.size(); ++i) {
       Measurement& m = run.measurements[i];
-      if (is_moving(m) || m.moves()) continue;
+      const SampleRange range = samples_of(samples, run.rows[i]);
+      if (is_moving(m) || m.moves() || range.size() < 1) continue;
       Measurement found = m;
-      add_path(path, logs[r], run.rows[i], 0.0, found);
-      const PlatformState now = platform_state(robot, run.poses[i]);
-      if (least.length_m > 0.0) {
-        m.length_direction = found.length_direction;
-        give_up(now.length_m() - before.length_m(), least.length_m, m.length_direction);
-      }
-      if (least.swivel_rad > 0.0) {
-        m.swivel_direction = found.swivel_direction;
-        give_up((now.swivel_rad() - before.swivel_rad()).unaryExpr(&wrap_angle), least.swivel_rad,
-                m.swivel_direction);
-      }
-      before = now;
+      add_path(state, path, range, 0.0, found);
+      m.length_direction = found.length_direction;
+      m.swivel_direction = found.swivel_direction;
+      any = true;
     }
   }
-  return true;
+  return any;
 }
 
 }  // namespace
@@ -68,15 +64,15 @@ DiagnosisModel with_quiet_covariates(DiagnosisModel model, const std::vector<Log
     }
     m.balanced_tension_N = m.tension_N - entry.residual.tension_N;
   }
-  make_directions_sure(model, logs);
+  follow_directions(model, logs);
   fit_with_noise(model);
   return model;
 }
 
-std::optional<DiagnosisModel> with_sure_directions(const DiagnosisModel& model,
-                                                   const std::vector<Log>& logs) {
+std::optional<DiagnosisModel> with_followed_directions(const DiagnosisModel& model,
+                                                       const std::vector<Log>& logs) {
   DiagnosisModel out = model;
-  if (!make_directions_sure(out, logs) || !fit_with_noise(out)) return std::nullopt;
+  if (!follow_directions(out, logs) || !fit_with_noise(out)) return std::nullopt;
   return out;
 }
 

@@ -203,10 +203,10 @@ std::string Search::objection(const Refit& candidate, const Refit* generic, doub
                 held.gain_error);
   }
   if (looks_at_directions(*candidate.score.effect, model_)) {
-    const std::optional<DiagnosisModel> sure = with_sure_directions(model_, logs_);
-    if (sure &&
-        !(EvidenceAgainst(*sure).refit(candidate.score).log_evidence > options_.least_evidence)) {
-      return "shows only where errors of the readings are as large as the motion";
+    const std::optional<DiagnosisModel> along_motion = with_followed_directions(model_, logs_);
+    if (along_motion && !(EvidenceAgainst(*along_motion).refit(candidate.score).log_evidence >
+                          options_.least_evidence)) {
+      return "follows the errors of the readings and not the motion of the platform";
     }
   }
   if (generic != nullptr && candidate.log_evidence + options_.rival_nats < generic->log_evidence &&

@@ -57,8 +57,8 @@ void follow(const Eigen::VectorXd& values, const SampleRange& range, double half
 }
 
 /// s as the mean of that with a narrow and a wide dead band, and half their difference.
-void directions(const Log& log, const LogMatrix& values, double turn_over, double least,
-                double window_s, bool angles, LogMatrix& mean, LogMatrix& error) {
+void directions(const Log& log, const LogMatrix& values, double turn_over, double window_s,
+                bool angles, LogMatrix& mean, LogMatrix& error) {
   mean = error = LogMatrix::Zero(values.rows(), values.cols());
   for (const SampleRange& range : segments(log)) {
     const double rate = range.size() > 1 ? static_cast<double>(range.size() - 1) /
@@ -71,8 +71,8 @@ void directions(const Log& log, const LogMatrix& values, double turn_over, doubl
       const double noise = channel_noise(column(fresh.rows), angles) / std::sqrt(averaged);
       const Eigen::VectorXd smooth = smoothed(log.time_s, column, range, window_s, angles);
       Eigen::VectorXd narrow = Eigen::VectorXd::Zero(values.rows()), wide = narrow;
-      follow(smooth, range, 0.5 * turn_over, std::max(least, kNarrow * noise), narrow);
-      follow(smooth, range, 0.5 * turn_over, std::max(least, kWide * noise), wide);
+      follow(smooth, range, 0.5 * turn_over, kNarrow * noise, narrow);
+      follow(smooth, range, 0.5 * turn_over, kWide * noise, wide);
       const auto own = [&](const Eigen::VectorXd& all) {
         return all.segment(range.begin, range.size());
       };
@@ -104,13 +104,12 @@ void slopes(const Eigen::VectorXd& time, const Eigen::VectorXd& angles, const Sa
 
 }  // namespace
 
-PathState path_state(const Robot& robot, const Log& log, double smoothing_s,
-                     const PathDeadBands& least) {
+PathState path_state(const Robot& robot, const Log& log, double smoothing_s) {
   PathState state;
-  directions(log, log.length_m, turn_over_m(robot), least.length_m, smoothing_s, false,
-             state.length_direction, state.length_direction_error);
-  directions(log, log.swivel_rad, kTurnOver_rad, least.swivel_rad, smoothing_s, true,
-             state.swivel_direction, state.swivel_direction_error);
+  directions(log, log.length_m, turn_over_m(robot), smoothing_s, false, state.length_direction,
+             state.length_direction_error);
+  directions(log, log.swivel_rad, kTurnOver_rad, smoothing_s, true, state.swivel_direction,
+             state.swivel_direction_error);
   state.attitude_rate_rad_s =
       LogMatrix::Zero(log.roll_pitch_yaw_rad.rows(), log.roll_pitch_yaw_rad.cols());
   for (const SampleRange& range : segments(log)) {

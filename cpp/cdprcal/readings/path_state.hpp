@@ -20,15 +20,7 @@ struct PathState {
   LogMatrix attitude_rate_rad_s;  ///< [N, 3] or [N, 0]: slope over ±0.3 s
 };
 
-inline constexpr double kPathSmoothing_s = 1.0;
-
-/// Of motion that counts, at least: of readings that are known to err by more than noise.
-struct PathDeadBands {
-  double length_m = 0.0, swivel_rad = 0.0;
-};
-
 /// `robot`: for how far its cables go to turn friction over.
-PathState path_state(const Robot& robot, const Log& log, double smoothing_s = kPathSmoothing_s,
-                     const PathDeadBands& least = {});
+PathState path_state(const Robot& robot, const Log& log, double smoothing_s = 1.0);
 
 }  // namespace cdprcal
