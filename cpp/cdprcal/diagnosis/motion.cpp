@@ -159,6 +159,13 @@ std::vector<FollowedSample> followed(const DiagnosisModel& model, std::size_t r,
   return out;
 }
 
+SampleRange samples_of(const std::vector<FollowedSample>& samples, const SampleRange& rows) {
+  const auto at = [&](Eigen::Index row) {
+    return std::ranges::lower_bound(samples, row, {}, &FollowedSample::row) - samples.begin();
+  };
+  return {at(rows.begin), at(rows.end)};
+}
+
 MovingSamples moving_samples(const DiagnosisModel& model, const std::vector<Log>& logs) {
   constexpr double kLeastRate_Hz = 3.0;
   MovingSamples out(logs.size());
@@ -220,16 +227,11 @@ void refine_swivel_play(DiagnosisModel& model, const std::vector<Log>& logs) {
       }
       const Eigen::MatrixXd state = play(time, swivel, half_rad, kWindow_s);
       for (std::size_t m = 0; m < run.measurements.size(); ++m) {
+        const SampleRange inside = samples_of(samples, run.rows[m]);
+        if (inside.size() < 1) continue;
         CableVector sum = CableVector::Zero(n);
-        double inside = 0.0;
-        for (Eigen::Index i = 0; i < count; ++i) {
-          const Eigen::Index row = samples[static_cast<std::size_t>(i)].row;
-          if (row < run.rows[m].begin || row >= run.rows[m].end) continue;
-          sum += state.row(i).transpose();
-          inside += 1.0;
-        }
-        if (!(inside > 0.0)) continue;
-        run.measurements[m].swivel_direction = sum / inside;
+        for (Eigen::Index i = inside.begin; i < inside.end; ++i) sum += state.row(i).transpose();
+        run.measurements[m].swivel_direction = sum / static_cast<double>(inside.size());
         run.measurements[m].swivel_direction_error.setZero(n);
       }
     }

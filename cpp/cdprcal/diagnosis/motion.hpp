@@ -22,6 +22,8 @@ struct FollowedSample {
 /// least squares over its own readings, the run's offsets and effects as they are. Samples that too
 /// few readings tell the pose of are left out.
 std::vector<FollowedSample> followed(const DiagnosisModel& model, std::size_t run, const Log& log);
+/// Which of them are of these rows of the log.
+SampleRange samples_of(const std::vector<FollowedSample>& samples, const SampleRange& rows);
 
 /// The samples of all runs that move; empty for runs with fewer than three samples a second.
 using MovingSamples = std::vector<std::vector<FollowedSample>>;

@@ -1,21 +1,11 @@
 #include "cdprcal/diagnosis/quiet.hpp"
 
-#include <algorithm>
-
 #include "cdprcal/diagnosis/model_residuals.hpp"
 #include "cdprcal/diagnosis/motion.hpp"
 #include "cdprcal/readings/path_state.hpp"
 
 namespace cdprcal {
 namespace {
-
-/// Of the rows of `log` that belong to a rest: the first sample, and the one behind the last.
-SampleRange samples_of(const std::vector<FollowedSample>& samples, const SampleRange& rows) {
-  const auto at = [&](Eigen::Index row) {
-    return std::ranges::lower_bound(samples, row, {}, &FollowedSample::row) - samples.begin();
-  };
-  return {at(rows.begin), at(rows.end)};
-}
 
 /// Whether any samples tell.
 bool follow_directions(DiagnosisModel& model, const std::vector<Log>& logs) {

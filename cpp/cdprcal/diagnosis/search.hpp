@@ -65,8 +65,8 @@ class Search {
   /// Whether a dependence, the best of `generic`, is no chance.
   [[nodiscard]] bool is_sure(const DiagnosisModel& model, const std::optional<Refit>& dependence,
                              const Candidates& generic) const;
-  /// A dependence that is no chance is what is left, if one is there without the load cells' noise,
-  /// too.
+  /// A dependence that is no chance is what is left, if one is there without the readings' own
+  /// noise, too.
   void keep_left(const std::optional<Refit>& dependence, const Candidates& generic);
   /// Sets a fault right in the model and the logs, if it predicts poses that it was not fitted on;
   /// one in the place of another need not.
