@@ -94,11 +94,16 @@ void register_parts(py::module_& module) {
       .def(
           py::init([](double mass_kg, const Vector3& centre, const Matrix3& inertia,
                       const std::string& motion, const std::optional<Vector3>& normal,
-                      const std::vector<Vector3>& outline_m) {
+                      const std::vector<Vector3>& outline_m,
+                      const std::optional<Vector3>& inertial_unit_m) {
             try {
-              return Platform{
-                  mass_kg,  centre, inertia, parse_motion(motion), normal.value_or(Vector3::Zero()),
-                  outline_m};
+              return Platform{mass_kg,
+                              centre,
+                              inertia,
+                              parse_motion(motion),
+                              normal.value_or(Vector3::Zero()),
+                              outline_m,
+                              inertial_unit_m};
             } catch (const InputError& error) {
               throw InputError(std::string("motion: ") + error.what());
             }
@@ -106,10 +111,12 @@ void register_parts(py::module_& module) {
           py::kw_only(), py::arg("mass_kg"), py::arg("centre_of_mass_m"), py::arg("inertia_kg_m2"),
           py::arg("motion") = "3R3T", py::arg("motion_plane_normal") = py::none(),
           py::arg_v("outline_m", std::vector<Vector3>{}, "[]"),
+          py::arg("inertial_unit_m") = py::none(),
           "centre_of_mass_m [3]: s′ in the platform frame; inertia_kg_m2 [3, 3]: about the centre "
           "of mass, platform axes. motion: 3R3T, 3T, 1R2T or 2T (turns R, shifts T); "
           "motion_plane_normal [3]: across the plane of the last two, in the world. outline_m: list "
-          "of [3], corners of its body in the platform frame. Checked when a Robot is made of it.")
+          "of [3], corners of its body in the platform frame. inertial_unit_m [3]: where its "
+          "inertial unit sits, in the platform frame. Checked when a Robot is made of it.")
       .def_readonly("mass_kg", &Platform::mass_kg)
       .def_property_readonly(
           "centre_of_mass_m", [](const Platform& p) { return p.centre_of_mass_m; },
@@ -129,7 +136,10 @@ void register_parts(py::module_& module) {
           "Across the plane of a planar motion, in the world [3]; None for the others.")
       .def_property_readonly(
           "outline_m", [](const Platform& p) { return p.outline_m; },
-          "Corners of its body in the platform frame, list of [3] [m]; a copy.");
+          "Corners of its body in the platform frame, list of [3] [m]; a copy.")
+      .def_property_readonly(
+          "inertial_unit_m", [](const Platform& p) { return p.inertial_unit_m; },
+          "Where its inertial unit sits, in the platform frame [3] [m]; None: not known, or none.");
   py::class_<Surroundings>(module, "Surroundings",
                            "What a platform must keep from, besides what its cables can carry. "
                            "Immutable.")

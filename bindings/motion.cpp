@@ -22,6 +22,8 @@ Measurement measurement_of(const RobotSample& sample) {
   m.swivel_rad = sample.swivel_rad;
   m.tension_N = sample.tension_N;
   m.roll_pitch_yaw_rad = sample.roll_pitch_yaw_rad;
+  m.specific_force_m_s2 = sample.specific_force_m_s2;
+  m.angular_velocity_rad_s = sample.angular_velocity_rad_s;
   return m;
 }
 

@@ -20,13 +20,15 @@ std::string channel_list() {
 void register_table(py::module_& module) {
   py::class_<Sensor>(module, "Sensor", "One row of the table of sensors: a matrix of a log.")
       .def_readonly("name", &Sensor::name, "'position'.")
-      .def_readonly("unit", &Sensor::unit, "m, rad or N.")
+      .def_readonly("unit", &Sensor::unit, "m, rad, N, m_s2 or rad_s.")
       .def_property_readonly(
           "is_per_cable", [](const Sensor& s) { return s.width == kOneACable; },
           "One reading a cable; otherwise one or three of the platform.")
       .def_property_readonly("is_angle", &Sensor::is_angle)
       .def_property_readonly("is_absolute", &Sensor::is_absolute,
                              "One of those, without an offset, that few robots have.")
+      .def_property_readonly("is_inertial", &Sensor::is_inertial,
+                             "Of an inertial unit: it reads how the platform moves.")
       .def_property_readonly("field", &Sensor::field, "The attribute of a Log: 'position_m'.")
       .def_property_readonly(
           "sigma_field",

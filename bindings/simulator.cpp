@@ -142,6 +142,10 @@ void bind_options(py::module_& module) {
       .def_readwrite("tension_N", &SensorOptions::tension_N)
       .def_readwrite("roll_pitch_rad", &SensorOptions::roll_pitch_rad)
       .def_readwrite("yaw_rad", &SensorOptions::yaw_rad)
+      .def_readwrite("specific_force_noise_m_s2", &SensorOptions::specific_force_noise_m_s2)
+      .def_readwrite("specific_force_bias_m_s2", &SensorOptions::specific_force_bias_m_s2)
+      .def_readwrite("angular_velocity_noise_rad_s", &SensorOptions::angular_velocity_noise_rad_s)
+      .def_readwrite("angular_velocity_bias_rad_s", &SensorOptions::angular_velocity_bias_rad_s)
       .def_readwrite("random_offsets", &SensorOptions::random_offsets);
   module.def("perfect_sensors", &perfect_sensors,
              "Without noise, quantisation, bias, delay and offsets.");
@@ -162,6 +166,9 @@ void bind_robot_sample(py::module_& module) {
   sample.def(py::init(&from_keywords<RobotSample>))
       .def_readwrite("time_s", &RobotSample::time_s, "The backend's clock, now.")
       .def_readwrite("roll_pitch_yaw_rad", &RobotSample::roll_pitch_yaw_rad)
+      .def_readwrite("specific_force_m_s2", &RobotSample::specific_force_m_s2,
+                     "Of an inertial unit, platform axes [3].")
+      .def_readwrite("angular_velocity_rad_s", &RobotSample::angular_velocity_rad_s)
       .def_readwrite("drives_time_s", &RobotSample::drives_time_s,
                      "When lengths, swivels and tensions last arrived; NaN: now.")
       .def_readwrite("attitude_time_s", &RobotSample::attitude_time_s)

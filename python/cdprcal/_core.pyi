@@ -481,9 +481,11 @@ class Platform:
         outline_m: collections.abc.Sequence[
             typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]
         ] = [],
+        inertial_unit_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]
+        | None = None,
     ) -> None:
         """
-        centre_of_mass_m [3]: s′ in the platform frame; inertia_kg_m2 [3, 3]: about the centre of mass, platform axes. motion: 3R3T, 3T, 1R2T or 2T (turns R, shifts T); motion_plane_normal [3]: across the plane of the last two, in the world. outline_m: list of [3], corners of its body in the platform frame. Checked when a Robot is made of it.
+        centre_of_mass_m [3]: s′ in the platform frame; inertia_kg_m2 [3, 3]: about the centre of mass, platform axes. motion: 3R3T, 3T, 1R2T or 2T (turns R, shifts T); motion_plane_normal [3]: across the plane of the last two, in the world. outline_m: list of [3], corners of its body in the platform frame. inertial_unit_m [3]: where its inertial unit sits, in the platform frame. Checked when a Robot is made of it.
         """
 
     @property
@@ -496,6 +498,14 @@ class Platform:
     def inertia_kg_m2(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
         """
         About the centre of mass, platform axes [3, 3]; a copy.
+        """
+
+    @property
+    def inertial_unit_m(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"] | None:
+        """
+        Where its inertial unit sits, in the platform frame [3] [m]; None: not known, or none.
         """
 
     @property
@@ -579,6 +589,12 @@ class SensorSigma:
         """
 
     @property
+    def angular_velocity_rad_s(self) -> float:
+        """
+        [3] [rad_s]: gyroscope, platform axes.
+        """
+
+    @property
     def attitude_rad(self) -> float: ...
     @property
     def direct_length_m(self) -> float:
@@ -592,6 +608,12 @@ class SensorSigma:
     def position_m(self) -> float:
         """
         [3] [m]: of P in the world (tracker).
+        """
+
+    @property
+    def specific_force_m_s2(self) -> float:
+        """
+        [3] [m_s2]: accelerometer, platform axes: at rest 9.81 m/s2 upward.
         """
 
     @property
@@ -1637,6 +1659,14 @@ class Log:
         """
 
     @property
+    def angular_velocity_rad_s(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        [N, 3] or [N, 0] [rad_s]: gyroscope, platform axes.
+        """
+
+    @property
     def cable_count(self) -> int:
         """
         Width of the widest per-cable group.
@@ -1670,6 +1700,14 @@ class Log:
     def sample_count(self) -> int: ...
     @property
     def source(self) -> str: ...
+    @property
+    def specific_force_m_s2(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        [N, 3] or [N, 0] [m_s2]: accelerometer, platform axes: at rest 9.81 m/s2 upward.
+        """
+
     @property
     def swivel_rad(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         """
@@ -1822,6 +1860,12 @@ class Sensor:
     @property
     def is_angle(self) -> bool: ...
     @property
+    def is_inertial(self) -> bool:
+        """
+        Of an inertial unit: it reads how the platform moves.
+        """
+
+    @property
     def is_per_cable(self) -> bool:
         """
         One reading a cable; otherwise one or three of the platform.
@@ -1842,7 +1886,7 @@ class Sensor:
     @property
     def unit(self) -> str:
         """
-        m, rad or N.
+        m, rad, N, m_s2 or rad_s.
         """
 
 class ChannelRow:
@@ -1976,7 +2020,7 @@ class ChannelNoise:
 
 class NoiseModel:
     """
-    Noise by channel: length [m], swivel [rad], roll_pitch [rad], yaw [rad], balance [N], absolute_yaw [rad], direct_length [m], position [m]; the balance's is of a tension.
+    Noise by channel: length [m], swivel [rad], roll_pitch [rad], yaw [rad], balance [N], absolute_yaw [rad], direct_length [m], position [m], specific_force [m_s2], angular_velocity [rad_s]; the balance's is of a tension.
     """
 
     def __init__(
@@ -2113,6 +2157,14 @@ class Measurement:
         """
 
     @property
+    def angular_velocity_rad_s(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        [3] [rad_s]: gyroscope, platform axes.
+        """
+
+    @property
     def balance_counts(self) -> bool:
         """
         False: its balance of forces is left out (a slack cable, an outlier).
@@ -2148,6 +2200,14 @@ class Measurement:
     def samples(self) -> int:
         """
         Readings behind the mean.
+        """
+
+    @property
+    def specific_force_m_s2(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        [3] [m_s2]: accelerometer, platform axes: at rest 9.81 m/s2 upward.
         """
 
     @property
@@ -2300,6 +2360,12 @@ class ResidualRms:
         """
 
     @property
+    def angular_velocity_rad_s(self) -> float:
+        """
+        [3] [rad_s]: gyroscope, platform axes.
+        """
+
+    @property
     def direct_length_m(self) -> float:
         """
         [n] [m]: whole cable lengths, arc included (laser, tape).
@@ -2315,6 +2381,12 @@ class ResidualRms:
 
     @property
     def roll_pitch_rad(self) -> float: ...
+    @property
+    def specific_force_m_s2(self) -> float:
+        """
+        [3] [m_s2]: accelerometer, platform axes: at rest 9.81 m/s2 upward.
+        """
+
     @property
     def swivel_rad(self) -> float: ...
     @property
@@ -2335,6 +2407,14 @@ class PoseResidual:
     def absolute_yaw_rad(self) -> float:
         """
         [1] [rad]: yaw without an offset (compass, camera).
+        """
+
+    @property
+    def angular_velocity_rad_s(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        [3] [rad_s]: gyroscope, platform axes.
         """
 
     @property
@@ -2359,6 +2439,14 @@ class PoseResidual:
     def roll_pitch_yaw_rad(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         [3].
+        """
+
+    @property
+    def specific_force_m_s2(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        [3] [m_s2]: accelerometer, platform axes: at rest 9.81 m/s2 upward.
         """
 
     @property
@@ -2975,13 +3063,13 @@ class DiagnosisModel:
     """
 
     @property
-    def floor(self) -> typing.Annotated[list[float], "FixedSize(16)"]:
+    def floor(self) -> typing.Annotated[list[float], "FixedSize(20)"]:
         """
         The readings' own ripple, as `noise`.
         """
 
     @property
-    def noise(self) -> typing.Annotated[list[float], "FixedSize(16)"]:
+    def noise(self) -> typing.Annotated[list[float], "FixedSize(20)"]:
         """
         Estimated noise of length [m], swivel, roll and pitch, yaw [rad], and of the balance [in sigma of the load cells].
         """
@@ -3513,6 +3601,12 @@ class ReadingNoise:
         """
 
     @property
+    def angular_velocity_rad_s(self) -> float:
+        """
+        [3] [rad_s]: gyroscope, platform axes.
+        """
+
+    @property
     def direct_length_m(self) -> float:
         """
         [n] [m]: whole cable lengths, arc included (laser, tape).
@@ -3528,6 +3622,12 @@ class ReadingNoise:
 
     @property
     def roll_pitch_rad(self) -> float: ...
+    @property
+    def specific_force_m_s2(self) -> float:
+        """
+        [3] [m_s2]: accelerometer, platform axes: at rest 9.81 m/s2 upward.
+        """
+
     @property
     def swivel_rad(self) -> float: ...
     @property
@@ -3775,6 +3875,30 @@ class SensorOptions:
     yaw_rad: SensorChannel
 
     def __init__(self, **kwargs: typing.Any) -> None: ...
+    @property
+    def angular_velocity_bias_rad_s(self) -> float: ...
+    @angular_velocity_bias_rad_s.setter
+    def angular_velocity_bias_rad_s(
+        self, arg0: typing.SupportsFloat | typing.SupportsIndex
+    ) -> None: ...
+    @property
+    def angular_velocity_noise_rad_s(self) -> float: ...
+    @angular_velocity_noise_rad_s.setter
+    def angular_velocity_noise_rad_s(
+        self, arg0: typing.SupportsFloat | typing.SupportsIndex
+    ) -> None: ...
+    @property
+    def specific_force_bias_m_s2(self) -> float: ...
+    @specific_force_bias_m_s2.setter
+    def specific_force_bias_m_s2(
+        self, arg0: typing.SupportsFloat | typing.SupportsIndex
+    ) -> None: ...
+    @property
+    def specific_force_noise_m_s2(self) -> float: ...
+    @specific_force_noise_m_s2.setter
+    def specific_force_noise_m_s2(
+        self, arg0: typing.SupportsFloat | typing.SupportsIndex
+    ) -> None: ...
 
 class SimulatorOptions:
     """
@@ -3806,6 +3930,14 @@ class RobotSample:
     """
 
     def __init__(self, **kwargs: typing.Any) -> None: ...
+    @property
+    def angular_velocity_rad_s(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]: ...
+    @angular_velocity_rad_s.setter
+    def angular_velocity_rad_s(
+        self, arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]
+    ) -> None: ...
     @property
     def attitude_time_s(self) -> float: ...
     @attitude_time_s.setter
@@ -3850,6 +3982,18 @@ class RobotSample:
     ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]: ...
     @roll_pitch_yaw_rad.setter
     def roll_pitch_yaw_rad(
+        self, arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]
+    ) -> None: ...
+    @property
+    def specific_force_m_s2(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Of an inertial unit, platform axes [3].
+        """
+
+    @specific_force_m_s2.setter
+    def specific_force_m_s2(
         self, arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]
     ) -> None: ...
     @property

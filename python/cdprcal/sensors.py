@@ -5,6 +5,9 @@ Whatever is done for every sensor is done in a loop over these: a new one needs 
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cdprcal import _core
 
 #: What a log holds, in the order of its columns; the set-points, which nothing reads, are last.
@@ -20,7 +23,9 @@ MOST_CABLES = 8
 def _option(sensor: _core.Sensor) -> str:
     """'direct-lengths', 'attitude'."""
     name = (
-        f"{sensor.name}s" if sensor.is_per_cable else (sensor.sigma_field or "").rpartition("_")[0]
+        f"{sensor.name}s"
+        if sensor.is_per_cable
+        else (sensor.sigma_field or "").removesuffix(f"_{sensor.unit}")
     )
     return name.replace("_", "-")
 
@@ -36,4 +41,12 @@ def columns_of(group: _core.Sensor, cables: int) -> list[str]:
 
 def component_names(sensor: _core.Sensor) -> list[str]:
     """['roll', 'pitch', 'yaw'], ['x', 'y', 'z']; none for what is read one a cable."""
-    return [name.rsplit("_", 2)[-2] for name in columns_of(sensor, 0)]
+    stems = [name.removesuffix(f"_{sensor.unit}") for name in columns_of(sensor, 0)]
+    return [stem.rpartition("_")[2] for stem in stems]
+
+
+def feels_gravity(specific_force_m_s2: NDArray[np.float64], gravity_m_s2: float = 9.81) -> bool:
+    """Whether readings [N, 3] can be an accelerometer's, which mostly reads gravity; none can."""
+    size = np.linalg.norm(specific_force_m_s2, axis=1) if specific_force_m_s2.size else np.zeros(0)
+    read = size[np.isfinite(size)]
+    return not read.size or bool(abs(np.median(read) - gravity_m_s2) < 0.1 * gravity_m_s2)

@@ -230,7 +230,7 @@ def _reading_name(channel: str, component: int) -> str:
     row = sensors.CHANNELS[channel]
     if row.count == 1:
         return channel.replace("_", " ")
-    return row.sensor.column(component).rpartition("_")[0].replace("_", " ")
+    return row.sensor.column(component).removesuffix(f"_{row.sensor.unit}").replace("_", " ")
 
 
 def _pose_table(document: dict[str, Any]) -> Table:
@@ -262,7 +262,13 @@ def _cable_table(document: dict[str, Any]) -> Table:
     return table
 
 
-_UNITS = {"m": ("mm", 1e3), "rad": ("deg", math.degrees(1)), "N": ("N", 1.0)}
+_UNITS = {
+    "m": ("mm", 1e3),
+    "rad": ("deg", math.degrees(1)),
+    "N": ("N", 1.0),
+    "m_s2": ("m/s2", 1.0),
+    "rad_s": ("deg/s", math.degrees(1)),
+}
 
 
 def _rms_rows(*, absolute: bool) -> dict[str, tuple[str, str, float, str | None]]:

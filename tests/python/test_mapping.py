@@ -302,8 +302,9 @@ def test_the_groups_and_units_are_those_of_the_library() -> None:
     assert {group.field for group in GROUPS.values()} == set(sensors.LOG_GROUPS)
     assert {group.unit for group in GROUPS.values()} < set(UNITS)
     for dimension, units in UNITS.items():
-        assert units[dimension] == 1.0
-        assert all(unit_named(unit) == unit for unit in units)
+        assert units[dimension.replace("_s", "/s")] == 1.0
+        assert all(factor(dimension, unit) == units[unit] for unit in units)
+        assert all(unit_named(unit) == unit for unit in units if unit != "g")  # alone it is a force
     assert factor("N", "kg") == pytest.approx(9.80665)
     assert factor("rad", "°") == pytest.approx(math.pi / 180.0)
     assert factor("m", 0.05) == 0.05

@@ -15,10 +15,12 @@ import cdprcal
 from cdprcal import CalibrateOptions, CalibrationStatus, InputError, Method
 from cdprcal.cli.generate import with_sensors
 from cdprcal.io import load_log, save_log
-from cdprcal.sensors import OPTIONS as SENSORS
+from cdprcal.sensors import OPTIONS
 from conftest import TABLE_II_TENSIONS_N, Ran, changed
 
 ABSOLUTE = ("absolute_yaw_rad", "direct_length_m", "position_m")
+#: Those that say something of a pose: how fast the platform turns is nothing at rest.
+SENSORS = {name: field for name, field in OPTIONS.items() if name != "angular-velocity"}
 
 
 def run_of(robot: cdprcal.Robot, seed: int = 6, noise: float = 0.2) -> cdprcal.SyntheticLog:
@@ -98,9 +100,10 @@ def test_no_subset_of_any_robot_is_silently_wrong(name: str, noise: float) -> No
                 continue
             converged += 1
             assert result.covariance is not None
+            # By the sigma that are stated: along a curved valley the numbers are off together.
             error = cdprcal.minus(result.poses[0], made.poses[0])
-            assert error @ np.linalg.solve(result.covariance, error) < 36.0, chosen
-    assert converged > 70
+            assert np.max(np.abs(error) / np.sqrt(np.diag(result.covariance))) < 5.0, chosen
+    assert converged > 140
 
 
 def test_diagnosis_accuses_nobody_where_few_sensors_say_little() -> None:

@@ -3,9 +3,9 @@
     python tests/studies/motion.py --count 10
 
 Start-ups of built-in robots with the simulated sensors (x1) and with twelve times their noise
-(about eq. 18), some with a hidden effect. Tracked: share of samples within 1.96 sigma, errors,
-time a sample. Calibrated from the first seconds: by the rests alone, and with the balance in
-motion; the whole run beside it.
+(about eq. 18), some with a hidden effect, some with an inertial unit (+unit). Tracked: share of
+samples within 1.96 sigma, errors of pose and twist, time a sample. Calibrated from the first
+seconds: by the rests alone, and with the balance in motion; the whole run beside it.
 """
 
 from __future__ import annotations
@@ -18,9 +18,11 @@ import numpy as np
 
 import cdprcal
 from cdprcal import _core
+from cdprcal.sensors import LOG_GROUPS
 from cdprcal.studies import add_worker_options, spread, workers_of
 
-#: Robot, rate of the log [Hz], noise over the simulated sensors', hidden effects.
+#: Robot (+unit: with an inertial one), rate of the log [Hz], noise over the simulated sensors',
+#: hidden effects.
 Case = tuple[str, float, float, tuple[str, ...]]
 CASES: tuple[Case, ...] = (
     ("irma4", 100.0, 1.0, ()),
@@ -31,10 +33,21 @@ CASES: tuple[Case, ...] = (
     ("irma4", 10.0, 12.0, ()),
     ("ring3", 100.0, 12.0, ()),
     ("ring5", 100.0, 12.0, ()),
+    ("irma4+unit", 100.0, 1.0, ()),
+    ("irma4+unit", 10.0, 1.0, ()),
+    ("ring5+unit", 100.0, 1.0, ()),
+    ("irma4+unit", 100.0, 12.0, ()),
     ("irma4", 100.0, 12.0, ("mass=0.7",)),
     ("irma4", 100.0, 1.0, ("load_cell_bias=5",)),
 )
 SHORT_S = 15.0
+
+
+def robot_of(case: Case) -> cdprcal.Robot:
+    name, _, unit = case[0].partition("+")
+    place = "platform:\n  inertial_unit_m: [0.08, -0.05, 0.04]\n" if unit else "platform:\n"
+    text = cdprcal.builtin_robot_yaml(name).replace("platform:\n", place, 1)
+    return cdprcal.parse_robot(text, name)
 
 
 def run_of(robot: cdprcal.Robot, case: Case, seed: int) -> cdprcal.StartUpRun:
@@ -52,8 +65,10 @@ def run_of(robot: cdprcal.Robot, case: Case, seed: int) -> cdprcal.StartUpRun:
 
 def cut(log: cdprcal.Log, until_s: float) -> cdprcal.Log:
     rows = log.time_s <= log.time_s[0] + until_s
-    fields = ("length_m", "swivel_rad", "tension_N", "tension_setpoint_N", "roll_pitch_yaw_rad")
-    return cdprcal.Log(time_s=log.time_s[rows], **{f: getattr(log, f)[rows] for f in fields})
+    read = {field: values for field in LOG_GROUPS if (values := getattr(log, field)).shape[1]}
+    return cdprcal.Log(
+        time_s=log.time_s[rows], **{field: values[rows] for field, values in read.items()}
+    )
 
 
 def scored(calibration: cdprcal.Calibration, truth: cdprcal.Pose) -> tuple[float, float, float]:
@@ -67,7 +82,7 @@ def scored(calibration: cdprcal.Calibration, truth: cdprcal.Pose) -> tuple[float
 
 
 def try_one(case: Case, seed: int) -> dict[str, list[tuple[float, ...]]]:
-    robot = cdprcal.load_robot(case[0])
+    robot = robot_of(case)
     run = run_of(robot, case, seed)
     truths = [truth.pose for truth in run.truth]
     truth = truths[0]
@@ -88,9 +103,17 @@ def try_one(case: Case, seed: int) -> dict[str, list[tuple[float, ...]]]:
         covered = np.abs(error[trusted]) < 1.96 * sigma[trusted]
         mm = 1e3 * np.sqrt(np.mean(np.sum(error[trusted, :3] ** 2, axis=1)))
         deg = np.degrees(np.sqrt(np.mean(np.sum(error[trusted, 3:] ** 2, axis=1))))
+        twist = np.array([truth.twist for truth in run.truth])
+        later = trusted & (run.log.time_s > run.log.time_s[0] + 1.0)  # a twist takes a moment
+        off = (track.twist - twist)[later]
+        mm_s = 1e3 * np.sqrt(np.mean(np.sum(off[:, :3] ** 2, axis=1)))
+        deg_s = np.degrees(np.sqrt(np.mean(np.sum(off[:, 3:] ** 2, axis=1))))
         wild = np.mean(np.max(np.abs(error[trusted]) / sigma[trusted], axis=1) > 6.0)
         out["tracked"] = [
-            (100 * covered.mean(), mm, deg, 100 * trusted.mean(), 100 * wild, 1e6 * seconds)
+            (
+                *(100 * covered.mean(), mm, deg, mm_s, deg_s),
+                *(100 * trusted.mean(), 100 * wild, 1e6 * seconds),
+            )
         ]
     return out
 
@@ -116,7 +139,8 @@ def main() -> None:
         micros = np.median(columns["tracked"][:, -1])
         print(
             f"  tracked: {mean[0]:.1f} %, {mean[1]:.2f} mm {mean[2]:.3f} deg, "
-            f"{mean[3]:.2f} % trusted, {mean[4]:.3f} % beyond, {micros:.1f} us"
+            f"{mean[3]:.1f} mm/s {mean[4]:.3f} deg/s, "
+            f"{mean[5]:.2f} % trusted, {mean[6]:.3f} % beyond, {micros:.1f} us"
         )
         for key in ("rests", "motion", "whole run"):
             found = columns[key][np.isfinite(columns[key][:, 0])]

@@ -127,8 +127,10 @@ std::string misfit(const Calibration& calibration) {
 
 double scatter_of(const CalibrationProblem& problem, Channel channel) {
   constexpr double kRoughly = 2.0;  // nobody knows a σ better without having seen it
+  const double specified = specified_noise(problem.robot.sigma)[channel].pose;
+  if (row_of(channel).of().is_inertial()) return 1.01 * specified;  // its bias is expected
   const double sample = problem.noise ? (*problem.noise)[channel].sample.sigma : 0.0;
-  return sample > 0.0 ? sample : kRoughly * specified_noise(problem.robot.sigma)[channel].pose;
+  return sample > 0.0 ? sample : kRoughly * specified;
 }
 
 bool allow_for_effects(const CalibrateOptions& options, Calibration& calibration,

@@ -224,6 +224,11 @@ void leave_open(const Vector6& apart, Calibration& out) {
 
 constexpr double kFar = 6.0;  // σ: beyond what a fit calls possible
 
+bool is_far(const Vector6& apart, const Matrix6& covariance) {
+  const double square = apart.dot(covariance.completeOrthogonalDecomposition().solve(apart));
+  return square >= kFar * kFar;
+}
+
 /// How far another minimum is from one, where it fits about as well and is beyond what the one
 /// calls possible. The other fit may have stopped short of its minimum: then it fits better still.
 std::optional<Vector6> rivalled(const CalibrationResult& one, const CalibrationResult& other) {
@@ -231,8 +236,7 @@ std::optional<Vector6> rivalled(const CalibrationResult& one, const CalibrationR
   if (!one.covariance || other.poses.empty()) return std::nullopt;
   if (!(other.cost - one.cost < kDecisive)) return std::nullopt;
   const Vector6 apart = minus(other.poses.front(), one.poses.front());
-  const double distance = apart.dot(one.covariance->completeOrthogonalDecomposition().solve(apart));
-  return distance < kFar * kFar ? std::nullopt : std::optional(apart);
+  return is_far(apart, *one.covariance) ? std::optional(apart) : std::nullopt;
 }
 
 /// Few readings leave several minima, and a specified noise beyond the true one accepts all: the
@@ -384,7 +388,7 @@ Calibration fit(Calibration out, const CalibrateOptions& options) {
 }
 
 /// The same; by geometry alone where rests without load cells, exact but curved, leave open how
-/// well the pose is known, or find none: it says so then.
+/// well the pose is known; from there where they find none.
 Calibration fit_either(const Calibration& prepared, const CalibrateOptions& options) {
   Calibration out = fit(prepared, options);
   if (out.result.status == CalibrationStatus::converged || options.method != Method::unified ||
@@ -396,10 +400,16 @@ Calibration fit_either(const Calibration& prepared, const CalibrateOptions& opti
   geometry.problem.statics = StaticsModel::none;
   geometry = fit(std::move(geometry), options);
   if (geometry.result.status != CalibrationStatus::converged) return out;
-  if (out.result.status == CalibrationStatus::not_converged) {
-    geometry.result.reason += "; yet no rest balances there: " + out.result.reason;
-  }
-  return geometry;
+  if (out.result.status != CalibrationStatus::not_converged) return geometry;
+  // Rests contradicted each other where they were fitted. Where geometry says the platform is they
+  // may well balance; if not there either, it is one of geometry's minima, and not the pose.
+  Calibration there = prepared;
+  there.result = solve(prepared.problem, geometry.result.poses, options.solve);
+  refine_in_place(options, there);
+  const bool balances = there.result.status == CalibrationStatus::converged &&
+                        !is_far(minus(there.result.poses.front(), geometry.result.poses.front()),
+                                *geometry.result.covariance);
+  return balances ? there : out;
 }
 
 /// Again with what shows the initial pose better than the first sample, where something does.

@@ -39,7 +39,7 @@ double normal_equations(const Robot& robot, const AbsoluteReadings& readings, co
   }
   for_each_absolute(
       [&](const Sensor& sensor, auto& read, auto& model, auto& by_twist) {
-        if (sensor.is_angle()) return;  // these are among the angles below
+        if (!sensor.is_length()) return;  // angles are among those below
         for (std::size_t i = 0; i < numbers(read).size(); ++i) {
           add(numbers(model)[i] - numbers(read)[i], by_twist.row(static_cast<Eigen::Index>(i)),
               sigma.*sensor.sigma);
@@ -126,7 +126,7 @@ std::optional<Pose> absolute_guess(const Robot& robot, const Measurement& m,
       [&](const Sensor& sensor, auto& read) {
         const auto finite =
             std::ranges::count_if(numbers(read), [](double v) { return std::isfinite(v); });
-        seen = seen || (!sensor.is_angle() && finite >= 3);
+        seen = seen || (sensor.is_length() && finite >= 3);
       },
       m);
   if (!seen) return std::nullopt;
@@ -155,6 +155,13 @@ std::optional<Pose> absolute_guess(const Robot& robot, const Measurement& m,
 
 /// Roll and pitch as measured (0 where absent), yaw as given.
 Eigen::Quaterniond measured_attitude(const Robot& robot, const Measurement& m, double yaw_rad) {
+  const auto up = readings_of(m, Channel::specific_force);
+  const bool felt = up.size() == 3 && up.allFinite() && up.norm() > 0.0;
+  if (felt && !m.roll_pitch_yaw_rad.head<2>().allFinite()) {
+    const double heading_rad = std::isfinite(yaw_rad) ? yaw_rad : 0.0;
+    return Eigen::AngleAxisd(heading_rad, Vector3::UnitZ()) *
+           Eigen::Quaterniond::FromTwoVectors(up, Vector3::UnitZ());
+  }
   Vector3 angles{m.roll_pitch_yaw_rad[0], m.roll_pitch_yaw_rad[1], yaw_rad};
   angles = angles.unaryExpr([](double a) { return std::isfinite(a) ? a : 0.0; });
   return rotation_from_euler(angles, robot.euler_convention);
@@ -295,6 +302,7 @@ std::vector<Pose> measurement_guesses(const Robot& given,
 std::optional<CalibrationProblem> kept_upright(const CalibrationProblem& problem,
                                                const Pose& reference) {
   const bool known = is_guided(problem.robot) || is_read(problem, Channel::roll_pitch) ||
+                     is_read(problem, Channel::specific_force) ||
                      reads_tensions(problem.measurements);
   if (known) return std::nullopt;
   constexpr double kLittle_rad = 0.1;

@@ -26,6 +26,9 @@ void evaluate_geometry(const Robot& robot, const PlatformState& state, const Pos
   out.direct_length_m = out.length_m;
   out.absolute_yaw_rad = out.roll_pitch_yaw_rad[2];
   out.position_m = pose.position_m;
+  const Vector3 up{0.0, 0.0, robot.gravity_m_s2};
+  out.specific_force_m_s2 = state.rotation.transpose() * up;  // at rest
+  out.angular_velocity_rad_s.setZero();
   if (!with_jacobians) return;
   out.length_by_twist = length_jacobian(state);
   out.swivel_by_twist = swivel_jacobian(state);
@@ -36,6 +39,9 @@ void evaluate_geometry(const Robot& robot, const PlatformState& state, const Pos
   out.absolute_by_twist.direct_length_m = out.length_by_twist;
   out.absolute_by_twist.absolute_yaw_rad = out.attitude_by_twist.row(2);
   out.absolute_by_twist.position_m.setIdentity();
+  out.absolute_by_twist.specific_force_m_s2 << Matrix3::Zero(),
+      state.rotation.transpose() * skew(up);
+  out.absolute_by_twist.angular_velocity_rad_s.setZero();
 }
 
 void evaluate_pose(const Robot& robot, const Measurement& measurement, const Pose& pose,

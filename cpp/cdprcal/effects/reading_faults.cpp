@@ -80,7 +80,7 @@ const std::vector<ReadingFault>& reading_faults() {
        [](const AppliedEffect& fault, Log& log) {
          for_each_absolute(
              [&](const Sensor& sensor, LogMatrix& readings) {
-               if (sensor.is_angle() || sensor.width != kOneACable) return;
+               if (!sensor.is_length() || sensor.width != kOneACable) return;
                for (Eigen::Index i = 0; i < readings.cols(); ++i) {
                  readings.col(i).array() -= values_of(fault)[static_cast<std::size_t>(i)];
                }

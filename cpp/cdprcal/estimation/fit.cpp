@@ -242,6 +242,7 @@ void start_noise(DiagnosisModel& model, const Signals& signals) {
     // Where no load cell has a say the balance fixes the poses so well that few sensors can tell
     // whether it is better than the robot file says.
     if (balance && !reads) model.floor[c] = 1.0;
+    if (kChannelTable[c].of().is_inertial()) model.floor[c] = sigma;  // its bias stays
     if (!balance) {  // single readings in motion: groups of their own
       model.floor[c + kRestGroups] = std::max(signals[c].sigma, least);
       model.noise[c + kRestGroups] = sigma;

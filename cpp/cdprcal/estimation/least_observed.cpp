@@ -15,15 +15,6 @@ namespace cdprcal {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr std::array<const char*, kChannels> kInWords{"the cable lengths",
-                                                      "the swivel angles",
-                                                      "roll and pitch",
-                                                      "the yaw changes",
-                                                      "the balance of forces and moments",
-                                                      "the absolute yaw",
-                                                      "the direct lengths",
-                                                      "the measured position"};
-
 std::string quantity(bool rotation, double value) {
   if (!std::isfinite(value)) return "not at all";
   char text[48];
@@ -112,7 +103,7 @@ LeastObserved least_observed(const CalibrationProblem& problem, Assembly& assemb
     out.sentence = "nothing measured determines the " + name;
     return out;
   }
-  const std::string seen = kInWords[static_cast<std::size_t>(out.seen_by)];
+  const std::string seen = kChannelTable[static_cast<std::size_t>(out.seen_by)].in_words;
   out.sentence = "least certain: " + name + ", " + quantity(out.is_rotation, out.sigma) + "; ";
   if (!std::isfinite(out.sigma_without)) {
     out.sentence += "only " + seen + " can see it";

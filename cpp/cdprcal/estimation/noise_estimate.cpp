@@ -157,7 +157,8 @@ NoiseModel noise_from_residuals(const CalibrationProblem& problem,
   for (std::size_t c = 0; c < kChannels; ++c) {
     const auto channel = static_cast<Channel>(c);
     if (channel == Channel::balance && wrench) continue;
-    const double floor = signals[c].sigma > 0.0 ? 0.0 : 1e-6 * specified.channel[c].sigma(1);
+    double floor = signals[c].sigma > 0.0 ? 0.0 : 1e-6 * specified.channel[c].sigma(1);
+    if (row_of(channel).of().is_inertial()) floor = specified.channel[c].pose;  // its bias stays
     const double pose =
         reading_component(problem, rows, channel, fitted.channel[c], signals[c], floor);
     if (std::isfinite(pose)) out.channel[c] = {pose, signals[c]};

@@ -267,6 +267,15 @@ CDPRCAL_INLINE void geometry(const RowBatch& in, int first) {
       emit(slot + axis, view.pose[axis], unit);
     }
   }
+  if (const int slot = at.slot(Channel::specific_force); slot >= 0) {
+    const Triple<V> up{V{}, V{}, V{} + in.robot.gravity_m_s2};
+    for (int axis = 0; axis < 3; ++axis) {
+      const Triple<V> own{r[0][axis], r[1][axis], r[2][axis]};
+      const Triple<V> turn = cross(own, up);
+      const V row[6] = {V{}, V{}, V{}, turn.x, turn.y, turn.z};
+      emit(slot + axis, dot(own, up), row);
+    }
+  }
   in.valid &= all(valid);
   if (balanced) balance<Kind, kAtOnce>(view, r, attitude, statics);
 }

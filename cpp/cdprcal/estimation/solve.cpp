@@ -190,7 +190,7 @@ void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged
   constexpr double kMotion = 6.0;  // σ: what noise alone does not do in thousands of readings
   bool relative_only = true;
   for (std::size_t c = kPaperChannels; c < kChannels; ++c) {
-    const bool length = !kChannelTable[c].of().is_angle();
+    const bool length = kChannelTable[c].of().is_length();
     relative_only = relative_only && !(length && is_read(problem, static_cast<Channel>(c)));
   }
   if (problem.statics == StaticsModel::none && relative_only &&

@@ -184,6 +184,9 @@ void check_and_complete(Robot& robot) {
   for (const Vector3& corner : robot.platform.outline_m) {
     require_finite(corner, "platform.outline_m");
   }
+  if (robot.platform.inertial_unit_m) {
+    require_finite(*robot.platform.inertial_unit_m, "platform.inertial_unit_m");
+  }
 
   if (robot.cables.empty() || robot.cables.size() > static_cast<std::size_t>(kMaxCables)) {
     throw FieldError("cables", "a robot must have 1 to " + std::to_string(kMaxCables) +

@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -68,6 +69,8 @@ struct Platform {
   Vector3 motion_plane_normal = Vector3::Zero();
   /// Corners of its body in the platform frame, where it reaches further than P and the anchors.
   std::vector<Vector3> outline_m;
+  /// Where its inertial unit sits, in the platform frame; nothing: not known, or none.
+  std::optional<Vector3> inertial_unit_m;
 };
 
 /// What a platform that the cables could carry must keep from (kinematics/obstruction.hpp).

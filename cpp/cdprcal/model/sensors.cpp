@@ -18,6 +18,11 @@ constexpr std::array<Sensor, kLogGroups> kSensorTable{{
      "direct length", "whole cable lengths, arc included (laser, tape)"},
     {"position", "m", 3, {"position_x", "position_y", "position_z"}, &SensorSigma::position_m,
      "position", "position", "of P in the world (tracker)"},
+    {"specific_force", "m_s2", 3, {"specific_force_x", "specific_force_y", "specific_force_z"},
+     &SensorSigma::specific_force_m_s2, "specific_force", "specific force",
+     "accelerometer, platform axes: at rest 9.81 m/s2 upward"},
+    {"angular_velocity", "rad_s", 3, {"angular_velocity_x", "angular_velocity_y", "angular_velocity_z"},
+     &SensorSigma::angular_velocity_rad_s, "angular_velocity", "angular velocity", "gyroscope, platform axes"},
     {"tension_setpoint", "N", kOneACable, {}, nullptr, "", "tension set-point",
      "what the tensions were told to be"},
 }};
@@ -32,6 +37,8 @@ constexpr std::array<ChannelRow, kChannels> kChannelTable{{
     {"absolute_yaw", "absolute_yaw_rad", 4, 0, 1, false, "absolute yaw", "absolute yaw", "the absolute yaw"},
     {"direct_length", "direct_length_m", 5, 0, kMaxCables, false, "whole length", "direct lengths", "the direct lengths"},
     {"position", "position_m", 6, 0, 3, false, "position", "position", "the measured position"},
+    {"specific_force", "specific_force_m_s2", 7, 0, 3, false, "specific force", "the specific force", "the specific force at rest"},
+    {"angular_velocity", "angular_velocity_rad_s", 8, 0, 3, false, "angular velocity", "the angular velocity", "the angular velocity"},
 }};
 // clang-format on
 static_assert(kSensorTable.back().name && kChannelTable.back().name, "a row is missing");

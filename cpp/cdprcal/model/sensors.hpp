@@ -5,6 +5,7 @@
 #include <array>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
 
 #include "cdprcal/types.hpp"
@@ -20,9 +21,11 @@ enum class Channel {
   balance,
   absolute_yaw,
   direct_length,
-  position
+  position,
+  specific_force,
+  angular_velocity
 };
-inline constexpr int kChannels = 8;
+inline constexpr int kChannels = 10;
 /// The first five are those of the paper's sensors, which every robot file and log may have; the
 /// others are of absolute sensors, which few robots have.
 inline constexpr int kPaperChannels = 5;
@@ -70,11 +73,13 @@ struct AbsoluteFields {
   Of<1> absolute_yaw_rad = absent<Of<1>>();                   ///< compass, camera
   Of<kOneACable> direct_length_m = absent<Of<kOneACable>>();  ///< whole lengths: laser, tape
   Of<3> position_m = absent<Of<3>>();                         ///< of P in the world: tracker
+  Of<3> specific_force_m_s2 = absent<Of<3>>();                ///< accelerometer, platform axes
+  Of<3> angular_velocity_rad_s = absent<Of<3>>();             ///< gyroscope, platform axes
 };
 
 /// One-sigma errors of the readings and of the statics model (paper eq. 18 by default).
 struct SensorSigma : AbsoluteFields<NumberOf> {
-  SensorSigma() : AbsoluteFields{2.0 * kDegree, 2e-3, 1e-3} {}
+  SensorSigma() : AbsoluteFields{2.0 * kDegree, 2e-3, 1e-3, 0.2, 0.02} {}
   double length_m = 0.01;
   double swivel_rad = 1.0 * kDegree;
   double attitude_rad = 2.0 * kDegree;
@@ -90,7 +95,7 @@ struct SensorSigma : AbsoluteFields<NumberOf> {
 /// One sensor: a matrix of the log, a vector of a measurement.
 struct Sensor {
   const char* name;                    ///< "direct_length"
-  const char* unit;                    ///< SI: m, rad, N
+  const char* unit;                    ///< SI: m, rad, N, m_s2, rad_s
   int width;                           ///< readings at one pose: kOneACable, 1 or 3
   std::array<const char*, 3> columns;  ///< what a log calls them, without unit; kOneACable: none
   double SensorSigma::* sigma;         ///< its σ; none: it is told, not read
@@ -98,7 +103,11 @@ struct Sensor {
   const char* in_words;                ///< "direct length"
   const char* about;                   ///< what it reads, for descriptions
 
-  [[nodiscard]] bool is_angle() const { return unit[0] == 'r'; }
+  [[nodiscard]] bool is_angle() const { return std::string_view(unit) == "rad"; }
+  [[nodiscard]] bool is_length() const { return std::string_view(unit) == "m"; }
+  /// Of an inertial unit: it reads how the platform moves, and of its pose only which way is up,
+  /// and that at rest.
+  [[nodiscard]] bool is_inertial() const { return std::string_view(unit).find('_') != npos; }
   [[nodiscard]] bool is_absolute() const;  ///< one that few robots have, in AbsoluteFields
   [[nodiscard]] int columns_of(int cable_count) const {
     return width == kOneACable ? cable_count : width;
@@ -106,21 +115,26 @@ struct Sensor {
   [[nodiscard]] std::string field() const;            ///< of Log, Measurement…: "direct_length_m"
   [[nodiscard]] std::string column(int index) const;  ///< "direct_length_1_m", "position_x_m"
   [[nodiscard]] std::string sigma_field() const;      ///< of SensorSigma: "direct_length_m"
+
+ private:
+  static constexpr auto npos = std::string_view::npos;
 };
 
-/// How a sensor's readings are said to people: millimetres and degrees.
+/// How a sensor's readings are said to people: millimetres, degrees and degrees a second.
 struct Quantity {
   const char* unit;
   double scale;  ///< of the SI unit
 };
 inline Quantity quantity_of(const Sensor& sensor) {
-  if (sensor.is_angle()) return {"deg", 1.0 / kDegree};
-  return sensor.unit[0] == 'm' ? Quantity{"mm", 1e3} : Quantity{"N", 1.0};
+  const bool turns = sensor.unit[0] == 'r';
+  if (sensor.is_inertial()) return turns ? Quantity{"deg/s", 1.0 / kDegree} : Quantity{"m/s2", 1.0};
+  if (turns) return {"deg", 1.0 / kDegree};
+  return sensor.is_length() ? Quantity{"mm", 1e3} : Quantity{"N", 1.0};
 }
 
 /// The sensors; behind them what a log holds beside readings: the set-points of the tensions.
-inline constexpr int kSensors = 7;
-inline constexpr int kAbsoluteSensors = 3;  ///< the last of them
+inline constexpr int kSensors = 9;
+inline constexpr int kAbsoluteSensors = 5;  ///< the last of them
 inline constexpr int kLogGroups = kSensors + 1;
 extern const std::array<Sensor, kLogGroups> kSensorTable;
 
@@ -151,7 +165,8 @@ inline std::span<const ChannelRow> channels_of(const Sensor& sensor) {
 inline Channel channel_of(const ChannelRow& row) {
   return static_cast<Channel>(&row - kChannelTable.data());
 }
-/// "length", "swivel", "roll_pitch", "yaw", "balance", "absolute_yaw", "direct_length", "position".
+/// "length", "swivel", "roll_pitch", "yaw", "balance", "absolute_yaw", "direct_length", "position",
+/// "specific_force", "angular_velocity".
 const char* to_string(Channel channel);
 
 /// f(sensor, its field of each of `all`) for every absolute sensor.
@@ -160,6 +175,8 @@ void for_each_absolute(const F& f, Fields&... all) {
   f(kSensorTable[4], all.absolute_yaw_rad...);
   f(kSensorTable[5], all.direct_length_m...);
   f(kSensorTable[6], all.position_m...);
+  f(kSensorTable[7], all.specific_force_m_s2...);
+  f(kSensorTable[8], all.angular_velocity_rad_s...);
 }
 /// The same for every sensor of a Log, a Measurement or a PoseResidual.
 template <class F, class... Fields>

@@ -257,6 +257,24 @@ Matrix6 widening(const CalibrationResult& together, const Calibration& plain, do
   return axes * scale.asDiagonal() * axes.inverse();
 }
 
+/// Of a model that misfits, with and without all effects at their typical size. Errors of motion
+/// hang together in ways that no effect has, and take effects' places: neither model is ruled out.
+/// The mean of both, and in σ how far they are apart (Hoeting et al. 1999, eqs 1–4).
+void average_with(const CalibrationResult& fitted, CalibrationResult& allowed) {
+  if (!fitted.covariance || !allowed.covariance) return;
+  const Vector6 apart = minus(allowed.poses.front(), fitted.poses.front());
+  if (apart.isZero()) return;
+  for (std::size_t i = 0; i < allowed.poses.size(); ++i) {
+    allowed.poses[i] = plus(fitted.poses[i], 0.5 * minus(allowed.poses[i], fitted.poses[i]));
+  }
+  allowed.initial_length_m = 0.5 * (allowed.initial_length_m + fitted.initial_length_m);
+  const CableVector turned = allowed.initial_swivel_rad - fitted.initial_swivel_rad;
+  allowed.initial_swivel_rad = fitted.initial_swivel_rad + 0.5 * turned.unaryExpr(&wrap_angle);
+  *allowed.covariance =
+      0.5 * (*allowed.covariance + *fitted.covariance) + 0.25 * apart * apart.transpose();
+  allowed.standard_deviation = allowed.covariance->diagonal().cwiseSqrt();
+}
+
 /// What is found beside the poses, by a calibration in motion: all of it at once, the poses free.
 Beside found_beside(const InMotion& found, const MovingRun& moving) {
   constexpr double kClear = 4.0;  // of σ: as many effects are looked at, in as many runs
@@ -447,11 +465,13 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
     *result.covariance = widened * *result.covariance * widened.transpose();
     result.standard_deviation = result.covariance->diagonal().cwiseSqrt();
   }
+  const CalibrationResult fitted = result;
   if (!allow_for_effects(options.calibrate, found->calibration, worth)) {
     return without_motion(
         "the model misfits by more than the uncertainty could allow for; diagnose --motion looks "
         "for what it lacks");
   }
+  average_with(fitted, result);
   for (const ActiveEffect& active : found->beside.late) {
     result.reason += "; readings come late, which the pose allows for: " + in_words(active) +
                      "; enter it in the robot file, or correct the time stamps";

@@ -10,7 +10,7 @@ std::vector<RowLabel> geometric_rows(int cable_count) {
     for (int i = 0; i < count; ++i) rows.push_back({channel, i});
   };
   for (const ChannelRow& row : kChannelTable) {
-    if (channel_of(row) != Channel::balance) add(channel_of(row));
+    if (channel_of(row) != Channel::balance && !row.of().is_inertial()) add(channel_of(row));
   }
   return rows;
 }
@@ -36,6 +36,7 @@ bool evaluate(const Robot& robot, const ActiveEffects& effects, const Measuremen
   // All of a sensor; one that is absent leaves NaN.
   const auto put = [&](const Sensor& sensor, const auto& field, const auto& predicted,
                        const auto& by_twist) {
+    if (sensor.is_inertial()) return;
     const auto read = numbers(field);
     const auto model = numbers(predicted);
     for (Eigen::Index i = 0; i < sensor.columns_of(n); ++i, ++next) {

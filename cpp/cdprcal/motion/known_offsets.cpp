@@ -3,8 +3,65 @@
 #include "cdprcal/effects/effect.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/motion/geometric_readings.hpp"
+#include "cdprcal/motion/inertial_readings.hpp"
 
 namespace cdprcal {
+namespace {
+
+/// What the readings of an inertial unit are off by while the platform rests, and how much that
+/// varies from rest to rest; as specified where too few rests show it.
+struct Bias {
+  double offset = 0.0, variance = 0.0;
+};
+std::vector<Bias> biases(const Robot& robot, const Calibration& calibration) {
+  constexpr double kFewest = 3.0;
+  const std::vector<RowLabel> labels = inertial_rows();
+  std::vector<Bias> out(labels.size());
+  std::vector<double> rests(labels.size());
+  InertialReadings at;
+  Robot still = robot;  // anywhere does while nothing turns
+  still.platform.inertial_unit_m.emplace(Vector3::Zero());
+  for (std::size_t i = 0; i < calibration.problem.measurements.size(); ++i) {
+    const Measurement& m = calibration.problem.measurements[i];
+    if (!m.rests()) continue;
+    evaluate(still, m, {calibration.result.poses[i]}, at);
+    for (std::size_t r = 0; r < labels.size(); ++r) {
+      const double off = -at.misfit[static_cast<Eigen::Index>(r)];
+      if (!std::isfinite(off)) continue;
+      const double before = off - out[r].offset;
+      out[r].offset += before / ++rests[r];
+      out[r].variance += before * (off - out[r].offset);  // West's update
+    }
+  }
+  for (std::size_t r = 0; r < labels.size(); ++r) {
+    const double sigma = robot.sigma.*row_of(labels[r].channel).of().sigma;
+    const bool told = rests[r] >= kFewest;
+    out[r].variance =
+        told ? out[r].variance / (rests[r] - 1.0) * (1.0 + 1.0 / rests[r]) : sigma * sigma;
+  }
+  return out;
+}
+
+/// Whether any measurement holds a reading, also one that says nothing of the pose.
+bool is_read(const CalibrationProblem& problem, const RowLabel& label) {
+  const ChannelRow& channel = row_of(label.channel);
+  return std::ranges::any_of(problem.measurements, [&](Measurement m) {
+    const std::span<double> all = readings_of(m, channel.of());
+    return std::isfinite(all[static_cast<std::size_t>(channel.first + label.component)]);
+  });
+}
+
+/// White, of one fresh reading. Correlated readings are worth fewer; of those held, one in so many
+/// counts.
+double sample_variance(const Calibration& calibration, Channel channel, double specified) {
+  constexpr double kLeast = 1e-3;  // of what is specified
+  const Signal& signal = calibration.signals[static_cast<std::size_t>(channel)];
+  const double rows = std::max(1.0, signal.rows / signal.hold_rows);
+  const double least = kLeast * specified;
+  return std::max(signal.sigma * signal.sigma * rows, least * least);
+}
+
+}  // namespace
 
 KnownOffsets known_offsets(const Calibration& calibration) {
   const CalibrationProblem& problem = calibration.problem;
@@ -45,6 +102,12 @@ KnownOffsets known_offsets(const Calibration& calibration) {
     const RowLabel& label = labels[static_cast<std::size_t>(r)];
     if (poses[r] > 0.0) out.rows.push_back({label, r, is_angle(label)});
   }
+  const auto geometric = static_cast<Eigen::Index>(out.rows.size());
+  const std::vector<RowLabel> inertial = inertial_rows();
+  for (std::size_t r = 0; r < inertial.size(); ++r) {
+    if (!is_read(problem, inertial[r])) continue;
+    out.rows.push_back({inertial[r], static_cast<Eigen::Index>(r), false, true});
+  }
   const auto count = static_cast<Eigen::Index>(out.rows.size());
   out.offset.setZero(count);
   out.sample_variance.resize(count);
@@ -53,12 +116,21 @@ KnownOffsets known_offsets(const Calibration& calibration) {
     throw InputError(
         "track: the initial pose of the calibration has no kinematics; give a log that calibrates");
   }
-  Eigen::Matrix<double, Eigen::Dynamic, 6> by_pose(count, 6);
-  for (Eigen::Index r = 0; r < count; ++r) {
+  Eigen::Matrix<double, Eigen::Dynamic, 6> by_pose =
+      Eigen::Matrix<double, Eigen::Dynamic, 6>::Zero(count, 6);
+  const std::vector<Bias> bias = biases(robot, calibration);
+  for (Eigen::Index r = geometric; r < count; ++r) {
+    const KnownOffsets::Row& row = out.rows[static_cast<std::size_t>(r)];
+    const Bias& of = bias[static_cast<std::size_t>(row.reading)];
+    out.offset[r] = of.offset;
+    out.covariance(r, r) = of.variance;
+    out.sample_variance[r] =
+        sample_variance(calibration, row.label.channel, specified[row.label.channel].pose);
+  }
+  for (Eigen::Index r = 0; r < geometric; ++r) {
     const KnownOffsets::Row& row = out.rows[static_cast<std::size_t>(r)];
     const Channel channel = row.label.channel;
     const ChannelNoise& of = noise[channel];
-    by_pose.row(r).setZero();
     if (has_offset(row.label)) {
       by_pose.row(r) = at.by_pose.row(row.reading);
       out.offset[r] = offset[row.reading];
@@ -67,11 +139,7 @@ KnownOffsets known_offsets(const Calibration& calibration) {
       out.covariance(r, r) = 2.0 * sigma * sigma / (poses[row.reading] + 1.0);
     }
     out.covariance(r, r) += of.pose * of.pose;
-    // Correlated readings are worth fewer; of those held, one in so many counts.
-    const Signal& signal = calibration.signals[static_cast<std::size_t>(channel)];
-    const double rows = std::max(1.0, signal.rows / signal.hold_rows);
-    const double least = 1e-3 * specified[channel].pose;
-    out.sample_variance[r] = std::max(signal.sigma * signal.sigma * rows, least * least);
+    out.sample_variance[r] = sample_variance(calibration, channel, specified[channel].pose);
   }
   out.covariance += by_pose * *result.covariance * by_pose.transpose();
   return out;

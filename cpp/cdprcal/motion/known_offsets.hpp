@@ -6,13 +6,14 @@
 
 namespace cdprcal {
 
-/// Of each geometric reading that a calibration has: reading = model + offset + what is wrong with
-/// it at this place + noise from sample to sample.
+/// Of each geometric reading that a calibration has, and behind them of an inertial unit's: reading
+/// = model + offset + what is wrong with it at this place + noise from sample to sample.
 struct KnownOffsets {
   struct Row {
     RowLabel label;
-    Eigen::Index reading = 0;  ///< its place in geometric_rows()
+    Eigen::Index reading = 0;  ///< its place in geometric_rows() or inertial_rows()
     bool angle = false;
+    bool inertial = false;
   };
   std::vector<Row> rows;
   ReadingVector offset;                   ///< one a row; 0 for what is absolute

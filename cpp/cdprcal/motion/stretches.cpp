@@ -31,6 +31,7 @@ OwnPose own_pose(const GeometricReadings& at, const KnownOffsets& known) {
   Vector6 gradient = Vector6::Zero();
   for (std::size_t r = 0; r < known.rows.size(); ++r) {
     const KnownOffsets::Row& row = known.rows[r];
+    if (row.inertial) continue;
     const auto k = static_cast<Eigen::Index>(r);
     double ahead = at.misfit[row.reading] + known.offset[k];
     if (!std::isfinite(ahead)) continue;

@@ -180,20 +180,32 @@ void Tracker::spread(double density) {
   }
 }
 
+template <typename F>
+void Tracker::over_seen(Eigen::Index row, const F& f) const {
+  const RowLabel& label = offsets_.rows[static_cast<std::size_t>(row)].label;
+  if (label.channel == Channel::specific_force) {
+    f(std::integral_constant<int, kMotionUnknowns>());
+  } else {
+    f(std::integral_constant<int, kSeen>());
+  }
+}
+
 double Tracker::misfit(Eigen::Index row) const {
   const KnownOffsets::Row& known = offsets_.rows[static_cast<std::size_t>(row)];
+  if (known.inertial) return inertial_.misfit[known.reading] + offsets_.offset[row];
   const double plain = readings_.misfit[known.reading] + offsets_.offset[row];
   return known.angle ? wrap_angle(plain) : plain;
 }
 
 Tracker::ByState Tracker::by_state(Eigen::Index row) const {
   const KnownOffsets::Row& known = offsets_.rows[static_cast<std::size_t>(row)];
-  ByState out;
-  out << readings_.by_pose.row(known.reading), Eigen::Matrix<double, 1, 6>::Zero();
+  if (known.inertial) return inertial_.by_state.row(known.reading);
+  ByState out = ByState::Zero();
+  out.head<6>() = readings_.by_pose.row(known.reading);
   const ChannelRow& channel = row_of(known.label.channel);
   if (channel.sensor == row_of(Channel::yaw).sensor) {
-    out.tail<6>() = attitude_by_rate_.row(channel.first + known.label.component) *
-                    readings_.model.attitude_by_twist;
+    out.segment<6>(6) = attitude_by_rate_.row(channel.first + known.label.component) *
+                        readings_.model.attitude_by_twist;
   }
   return out;
 }
@@ -206,6 +218,9 @@ bool Tracker::evaluate_now() {
     const bool known = readings_.model.valid && !step_.starts;
     if (known) sample_.attitude_rate_rad_s = readings_.model.attitude_by_twist * now_.state.twist;
   }
+  if (!offsets_.rows.empty() && offsets_.rows.back().inertial) {
+    evaluate(robot_, sample_, now_.state, inertial_);
+  }
   return evaluate(robot_, effects_, sample_, now_.state.pose, readings_);
 }
 
@@ -215,14 +230,18 @@ std::vector<Tracker::Reading> Tracker::weigh() const {
   for (Eigen::Index row = 0; row < offsets_.offset.size(); ++row) {
     const double innovation = misfit(row);
     if (!std::isfinite(innovation)) continue;
-    const ByState h = by_state(row);
-    const double by_motion = h * covariance_.topLeftCorner<kSeen, kSeen>() * h.transpose();
-    const double expected = by_motion + 2.0 * h.dot(shared_.col(row).head<kSeen>().transpose()) +
-                            offsets_.covariance(row, row) + offsets_.sample_variance[row];
-    const ReadingVector together = (h * shared_.topRows<kSeen>()).transpose();
-    const double lasts = together.dot(considered_ * together);
-    out.push_back({row, innovation * innovation / expected, innovation,
-                   std::max(by_motion - lasts, 0.0) + offsets_.sample_variance[row]});
+    over_seen(row, [&](auto seen) {
+      constexpr int k = decltype(seen)::value;
+      const Eigen::Matrix<double, 1, k> h = by_state(row).template head<k>();
+      const double by_motion = h * covariance_.topLeftCorner<k, k>() * h.transpose();
+      const double expected = by_motion +
+                              2.0 * h.dot(shared_.col(row).template head<k>().transpose()) +
+                              offsets_.covariance(row, row) + offsets_.sample_variance[row];
+      const ReadingVector together = (h * shared_.template topRows<k>()).transpose();
+      const double lasts = together.dot(considered_ * together);
+      out.push_back({row, innovation * innovation / expected, innovation,
+                     std::max(by_motion - lasts, 0.0) + offsets_.sample_variance[row]});
+    });
   }
   return out;
 }
@@ -263,24 +282,29 @@ bool Tracker::update(const std::vector<Reading>& readings) {
       covariance_ = covariance;
       shared_ = shared;
     }
-    Eigen::Matrix<double, kSeen, 1> from_before;
-    from_before << minus(now_.state.pose, before.pose), now_.state.twist - before.twist;
+    MotionVector from_before;
+    from_before << minus(now_.state.pose, before.pose), now_.state.twist - before.twist,
+        now_.state.acceleration - before.acceleration;
     MotionVector change = MotionVector::Zero();
     for (const Reading& reading : readings) {
-      const ByState h = by_state(reading.row);
-      const auto considered = offsets_.covariance.col(reading.row);
-      const MotionVector ph =
-          covariance_.leftCols<kSeen>() * h.transpose() + shared_.col(reading.row);
-      const double expected = h.dot(ph.head<kSeen>().transpose()) +
-                              h.dot(shared_.col(reading.row).head<kSeen>().transpose()) +
-                              considered[reading.row] + offsets_.sample_variance[reading.row];
-      const double innovation = -misfit(reading.row) + h * (from_before - change.head<kSeen>());
-      const MotionVector gain = ph / expected;
-      change += gain * innovation;
-      const Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMostReadings> with =
-          h * shared_.topRows<kSeen>() + considered.transpose();
-      covariance_.noalias() -= gain * ph.transpose();
-      shared_.noalias() -= gain * with;
+      over_seen(reading.row, [&](auto seen) {
+        constexpr int k = decltype(seen)::value;
+        const Eigen::Matrix<double, 1, k> h = by_state(reading.row).template head<k>();
+        const auto considered = offsets_.covariance.col(reading.row);
+        const MotionVector ph =
+            covariance_.leftCols<k>() * h.transpose() + shared_.col(reading.row);
+        const double expected = h.dot(ph.head<k>().transpose()) +
+                                h.dot(shared_.col(reading.row).template head<k>().transpose()) +
+                                considered[reading.row] + offsets_.sample_variance[reading.row];
+        const double innovation =
+            -misfit(reading.row) + h * (from_before.head<k>() - change.head<k>());
+        const MotionVector gain = ph / expected;
+        change += gain * innovation;
+        const Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMostReadings> with =
+            h * shared_.template topRows<k>() + considered.transpose();
+        covariance_.noalias() -= gain * ph.transpose();
+        shared_.noalias() -= gain * with;
+      });
     }
     const MotionState next = plus(before, change);
     const Vector6 step = minus(next.pose, now_.state.pose);
@@ -335,6 +359,7 @@ void Tracker::judge(bool corrected) {
     return;
   }
   for (std::size_t r = 0; r < offsets_.rows.size(); ++r) {
+    if (offsets_.rows[r].inertial) continue;  // what hums says nothing against the pose
     const auto row = static_cast<Eigen::Index>(r);
     const double misfit = this->misfit(row);
     const double expected = offsets_.covariance(row, row) + offsets_.sample_variance[row];

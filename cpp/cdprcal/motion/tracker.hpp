@@ -6,6 +6,7 @@
 
 #include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/motion/contradictions.hpp"
+#include "cdprcal/motion/inertial_readings.hpp"
 #include "cdprcal/motion/known_offsets.hpp"
 #include "cdprcal/motion/motion_state.hpp"
 
@@ -38,7 +39,8 @@ struct TrackerStep {
 /// calibration leaves open of the offsets, and what readings are wrong by at a place, is considered
 /// and not estimated (Schmidt 1966; Bierman 1977, ch. VIII): the readings of the run are in the
 /// calibration already, and errors that stay do not average out. No load cells are needed: six
-/// independent geometric readings a sample are, or as many as the platform has freedoms.
+/// independent geometric readings a sample are, or as many as the platform has freedoms; an
+/// inertial unit carries the motion on where they are fewer, or come seldom.
 class Tracker {
  public:
   /// `restless`: so many times the jerk that the innovations show is allowed for. Throws InputError
@@ -55,9 +57,12 @@ class Tracker {
  private:
   using Shared = Eigen::Matrix<double, kMotionUnknowns, Eigen::Dynamic, Eigen::ColMajor,
                                kMotionUnknowns, kMostReadings>;
-  /// Of a reading, by pose and twist.
+  /// Most readings see pose and twist; an accelerometer sees the acceleration too.
   static constexpr int kSeen = 12;
-  using ByState = Eigen::Matrix<double, 1, kSeen>;
+  using ByState = Eigen::Matrix<double, 1, kMotionUnknowns>;
+  /// f(std::integral_constant of how many unknowns a row sees).
+  template <typename F>
+  void over_seen(Eigen::Index row, const F& f) const;
   struct Reading {
     Eigen::Index row = 0;
     double size = 0.0;        ///< innovation² over what is expected of it
@@ -105,6 +110,7 @@ class Tracker {
   bool lost_ = false;          ///< no pose near the last one had its readings
   Measurement sample_, read_;  ///< the present one, as it counts and as it was read
   GeometricReadings readings_;
+  InertialReadings inertial_;
   CableVector swivel_turn_, length_turn_, swivel_rad_, length_m_;  ///< how far turned over, and at
   ReadingVector innovation_;  ///< size of each, NaN where nothing was read
   Contradictions contradictions_;

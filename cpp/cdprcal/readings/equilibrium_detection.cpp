@@ -161,6 +161,7 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
   std::vector<Series> geometry, tensions;
   for_each_sensor(
       [&](const Sensor& sensor, const LogMatrix& values) {
+        if (sensor.is_inertial()) return;  // a platform hums while it rests
         auto& group = &values == &log.tension_N ? tensions : geometry;
         const FreshRows fresh = fresh_rows(values, range);
         std::vector<Eigen::Index> rows = fresh.rows;  // of the range

@@ -37,6 +37,8 @@ std::span<double> readings_of(Measurement& m, const Sensor& sensor) {
 
 Eigen::Map<const Eigen::VectorXd> readings_of(const Measurement& m, Channel channel) {
   const ChannelRow& row = row_of(channel);
+  if (channel == Channel::angular_velocity) return {nullptr, 0};
+  if (channel == Channel::specific_force && !m.rests()) return {nullptr, 0};
   const std::span<double> all = readings_of(const_cast<Measurement&>(m), row.of());
   const auto size = static_cast<Eigen::Index>(all.size()) - row.first;
   return {all.data() + row.first, std::min<Eigen::Index>(size, row.count)};
@@ -61,12 +63,10 @@ int doubled_readings(const Measurement& m) {
 
 int spare_readings(const Measurement& m, int unknowns) {
   int count = 0;
-  for_each_sensor(
-      [&](const Sensor&, const auto& field) {
-        if (&field == static_cast<const void*>(&m.tension_N)) return;
-        for (const double value : numbers(field)) count += std::isfinite(value) ? 1 : 0;
-      },
-      m);
+  for (const ChannelRow& row : kChannelTable) {
+    if (channel_of(row) == Channel::balance) continue;
+    count += static_cast<int>(readings_of(m, channel_of(row)).array().isFinite().count());
+  }
   return spare_rows(m, count, unknowns);
 }
 

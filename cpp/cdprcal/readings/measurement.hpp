@@ -54,6 +54,7 @@ struct Measurement : AbsoluteFields<ReadingOf> {
 
   /// Whether it balances in motion: rests are the special case of no acceleration.
   bool moves() const { return !twist.isZero() || !acceleration.isZero(); }
+  bool rests() const { return kind == PoseKind::static_pose && !moves(); }
   /// Tensions that no load cell reads; what carries them is unknown, but taut.
   int unread_tensions() const { return static_cast<int>(tension_N.array().isNaN().count()); }
   /// Whether the wrench balance says anything here: at rest, with fewer than six tensions unread.
@@ -74,7 +75,8 @@ int spare_readings(const Measurement& m, int unknowns);
 
 /// All readings of one sensor, a row of kSensorTable; an absolute one of the cables may be empty.
 std::span<double> readings_of(Measurement& m, const Sensor& sensor);
-/// The readings of one channel, empty where it has none; those of the balance are the tensions.
+/// The readings of one channel that the pose explains, empty where it has none; those of the
+/// balance are the tensions. Of an inertial unit: which way is up, at rest.
 Eigen::Map<const Eigen::VectorXd> readings_of(const Measurement& m, Channel channel);
 
 /// The sample at row `index` as a measurement of a robot with `cable_count` cables.

@@ -71,6 +71,7 @@ SampleRange still_since_start(const Log& log, const SampleRange& range, const Si
   std::vector<Running> channels;
   for_each_sensor(
       [&](const Sensor& sensor, const LogMatrix& group) {
+        if (sensor.is_inertial()) return;  // a platform hums while it is still
         for (const ChannelRow& row : channels_of(sensor)) {
           const Signal& signal = signals[static_cast<std::size_t>(channel_of(row))];
           const Eigen::Index end = std::min<Eigen::Index>(row.first + row.count, group.cols());

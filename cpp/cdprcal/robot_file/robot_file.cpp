@@ -28,7 +28,7 @@ constexpr double kPointInertia_m2 = 0.4 * 0.1 * 0.1;
 
 Platform read_platform(const YamlField& field) {
   const YamlMapping map(field, {"mass_kg", "centre_of_mass_m", "inertia_kg_m2", "motion",
-                                "motion_plane_normal", "outline_m"});
+                                "motion_plane_normal", "outline_m", "inertial_unit_m"});
   Platform platform;
   platform.mass_kg = map.require("mass_kg").number();
   if (const auto motion = map.find("motion")) {
@@ -44,6 +44,7 @@ Platform read_platform(const YamlField& field) {
   if (const auto outline = map.find("outline_m")) {
     for (const YamlField& corner : outline->items()) platform.outline_m.push_back(corner.vector3());
   }
+  if (const auto unit = map.find("inertial_unit_m")) platform.inertial_unit_m = unit->vector3();
   const bool is_point = row_of(platform.motion).is_point();
   if (!is_point || map.find("centre_of_mass_m")) {
     platform.centre_of_mass_m = map.require("centre_of_mass_m").vector3();
@@ -252,6 +253,11 @@ std::string outline_entry(const Platform& platform) {
   return text.empty() ? "" : "  outline_m: [" + text + "]\n";
 }
 
+std::string inertial_unit_entry(const Platform& platform) {
+  return platform.inertial_unit_m ? "  inertial_unit_m: " + flow(*platform.inertial_unit_m) + '\n'
+                                  : "";
+}
+
 std::string surroundings_entry(const Surroundings& around) {
   std::string text;
   if (around.has_floor()) text += "floor_m: " + shortest(around.floor_m) + "\n";
@@ -371,7 +377,8 @@ std::string to_yaml(const Robot& robot) {
       << "  inertia_kg_m2: [" << flow(checked.platform.inertia_kg_m2.row(0)) << ", "
       << flow(checked.platform.inertia_kg_m2.row(1)) << ", "
       << flow(checked.platform.inertia_kg_m2.row(2)) << "]\n"
-      << motion_entry(checked.platform) << outline_entry(checked.platform) << "cables:\n";
+      << motion_entry(checked.platform) << outline_entry(checked.platform)
+      << inertial_unit_entry(checked.platform) << "cables:\n";
   for (const Cable& cable : checked.cables) {
     const Pulley& pulley = cable.pulley;
     out << "  - pulley: {radius_m: " << shortest(pulley.radius_m)

@@ -70,6 +70,11 @@ struct SensorOptions {
   SensorChannel tension_N{0.8, 0.01};
   SensorChannel roll_pitch_rad{0.08 * kDegree, 1e-6};
   SensorChannel yaw_rad{0.15 * kDegree, 1e-6};  ///< rate and delay are those of roll and pitch
+  /// Of the inertial unit that a robot has whose file says where (inertial_unit_m); rate and delay
+  /// are those of roll and pitch. As of a MEMS unit, one σ an axis.
+  double specific_force_noise_m_s2 = 0.02, specific_force_bias_m_s2 = 0.03;
+  double angular_velocity_noise_rad_s = 0.05 * kDegree;
+  double angular_velocity_bias_rad_s = 0.1 * kDegree;
   bool random_offsets = true;  ///< lengths, swivels and yaw start anywhere; false: at the truth
 };
 /// Without noise, quantisation, bias, delay and offsets.

@@ -41,6 +41,8 @@ SensorOptions perfect_sensors() {
   SensorOptions perfect;
   perfect.length_m = perfect.swivel_rad = perfect.tension_N = perfect.roll_pitch_rad =
       perfect.yaw_rad = {};
+  perfect.specific_force_noise_m_s2 = perfect.specific_force_bias_m_s2 = 0.0;
+  perfect.angular_velocity_noise_rad_s = perfect.angular_velocity_bias_rad_s = 0.0;
   perfect.random_offsets = false;
   return perfect;
 }

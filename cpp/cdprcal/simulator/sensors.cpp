@@ -23,7 +23,10 @@ std::uint64_t stream(std::uint64_t seed, std::uint64_t index) {
 }  // namespace
 
 SensorBank::SensorBank(const PlantParameters& parameters, const SimulatorOptions& options)
-    : p_(parameters), options_(options.sensors), seed_(options.seed) {
+    : p_(parameters),
+      options_(options.sensors),
+      seed_(options.seed),
+      unit_(p_.robot, options.sensors, options.sensors.roll_pitch_rad.delay_s) {
   const SensorOptions& s = options_;
   length_clock_ = {1.0 / s.length_m.rate_Hz, s.length_m.delay_s};
   swivel_clock_ = {1.0 / s.swivel_rad.rate_Hz, s.swivel_rad.delay_s};
@@ -86,6 +89,7 @@ void SensorBank::reset(const PlantDynamics& plant) {
   sample_.swivel_rad.resize(n);
   sample_.tension_N.resize(n);
   drive_error_N_.setZero(n);
+  unit_.reset(plant, RandomNormal(stream(seed_, 7)), RandomNormal(stream(seed_, 8)));
   update(plant);
 }
 
@@ -113,6 +117,7 @@ PlantSnapshot SensorBank::seen(double time_s) const {
 
 void SensorBank::update(const PlantDynamics& plant) {
   const double now_s = plant.time_s();
+  if (p_.robot.platform.inertial_unit_m) unit_.update(plant);
   const bool due = length_clock_.due(now_s) || swivel_clock_.due(now_s) ||
                    tension_clock_.due(now_s) || attitude_clock_.due(now_s);
   sample_.time_s = now_s;
@@ -183,6 +188,7 @@ void SensorBank::read_tensions(const PlantSnapshot& world) {
 
 void SensorBank::read_attitude(const PlantSnapshot& world) {
   sample_.attitude_time_s = sample_.time_s;
+  if (p_.robot.platform.inertial_unit_m) unit_.read(sample_);
   const Matrix3 rotation = (p_.level * world.pose.rotation * p_.ahrs_rotation).toRotationMatrix();
   Vector3 angles = euler_from_rotation(rotation, p_.euler_convention);
   for (const auto& effect : p_.attitude_rad) effect(world.pose, world.time_s, angles);

@@ -4,6 +4,7 @@
 #include <deque>
 
 #include "cdprcal/simulator/dynamics.hpp"
+#include "cdprcal/simulator/inertial_unit.hpp"
 #include "cdprcal/startup/robot_sample.hpp"
 #include "cdprcal/synthetic/synthetic.hpp"
 
@@ -61,6 +62,7 @@ class SensorBank {
   CableVector swivel_play_rad_;                ///< where the lagging swivels are
   CableVector swivel_seen_rad_, swivel_turn_;  ///< from where they came: −1 … 1
   std::deque<PlantSnapshot> history_;
+  InertialUnit unit_;
   RobotSample sample_;
   CableVector drive_error_N_;
 };

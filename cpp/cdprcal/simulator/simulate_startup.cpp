@@ -31,6 +31,9 @@ class Recorder {
       m->resize(rows, n_);
     }
     log.roll_pitch_yaw_rad.resize(rows, 3);
+    for_each_absolute([&](const Sensor&, LogMatrix& m) { m.resize(rows, 0); }, log);
+    log.specific_force_m_s2.resize(rows, 3);
+    log.angular_velocity_rad_s.resize(rows, 3);
     const CableVector none = CableVector::Constant(n_, kNaN);
     for (Eigen::Index row = 0; row < rows; ++row) {
       const RobotSample& s = samples_[static_cast<std::size_t>(row)];
@@ -40,6 +43,11 @@ class Recorder {
       log.tension_N.row(row) = s.tension_N.size() == n_ ? s.tension_N : none;
       log.tension_setpoint_N.row(row) = setpoints_[static_cast<std::size_t>(row)];
       log.roll_pitch_yaw_rad.row(row) = s.roll_pitch_yaw_rad;
+      log.specific_force_m_s2.row(row) = s.specific_force_m_s2;
+      log.angular_velocity_rad_s.row(row) = s.angular_velocity_rad_s;
+    }
+    for (LogMatrix* m : {&log.specific_force_m_s2, &log.angular_velocity_rad_s}) {
+      if (!m->array().isFinite().any()) m->resize(rows, 0);
     }
     return log;
   }

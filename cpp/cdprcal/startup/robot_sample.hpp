@@ -14,6 +14,9 @@ struct RobotSample {
   CableVector swivel_rad;  ///< [n], or empty: no such sensors
   CableVector tension_N;   ///< [n]
   Vector3 roll_pitch_yaw_rad = Vector3::Constant(kNaN);
+  /// Of an inertial unit, platform axes; NaN: none.
+  Vector3 specific_force_m_s2 = Vector3::Constant(kNaN);
+  Vector3 angular_velocity_rad_s = Vector3::Constant(kNaN);
   double drives_time_s = kNaN;    ///< when lengths, swivels and tensions last arrived; NaN: now
   double attitude_time_s = kNaN;  ///< when the attitude last arrived; NaN: now
   std::string drive_error;        ///< not empty: a drive is not operational, and why

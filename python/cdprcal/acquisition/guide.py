@@ -198,16 +198,15 @@ class Guide:
         """Takes note of a set-point that is left behind; asks for an estimate now and then."""
         if command.state not in (StartUpState.moving, StartUpState.done) or self.reached:
             return
-        due = False
-        if command.setpoint + (command.state == StartUpState.done) > self._rests:
+        passed = command.setpoint + (command.state == StartUpState.done) > self._rests
+        if passed:
             stop = self._stops[self._rests]
             if stop is not None:
                 self._measured.append(stop)
             self._rests += 1
-            due = True
-        elif self._asked is not None:
-            due = sample.time_s - self._estimated_s >= _IN_MOTION_EVERY_S
-        if due:
+        # A way that is chosen anew begins at the set-point that was just passed.
+        later = sample.time_s - self._estimated_s >= _IN_MOTION_EVERY_S
+        if later and (passed or self._asked is not None):
             self._estimated_s = sample.time_s
             self._request()
 
@@ -239,7 +238,8 @@ class Guide:
         estimate = self._pending.result()
         self._pending = None
         self.estimates.append(estimate)
-        self.settled = settled([e.told for e in self.estimates if e.told is not None])
+        told = [e.told for e in self.estimates if e.told is not None]
+        self.settled = settled(told, "set-points" if self.in_motion else "rests")
         if estimate.reached or self.settled:
             self._startup.finish()
         return estimate
@@ -342,7 +342,7 @@ class _Work:
             result.initial_pose,
             result.covariance,
             reached,
-            told_by(self.robot, self.rows.log(0, end), self.left)
+            told_by(self.robot, self.rows.log(0, end), self.left, in_motion=self.online is None)
             if self.left is not None and rests >= _FEWEST_RESTS
             else None,
             self.online is None,
@@ -380,6 +380,8 @@ class _Rows:
             "swivel_rad": cables,
             "tension_N": cables,
             "roll_pitch_yaw_rad": 3,
+            "specific_force_m_s2": 3,
+            "angular_velocity_rad_s": 3,
             "tension_setpoint_N": cables,
         }
         ends = np.cumsum(list(widths.values()))

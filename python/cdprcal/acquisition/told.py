@@ -53,14 +53,19 @@ class Told:
 
 
 def told_by(
-    robot: _core.Robot, log: _core.Log, left: Mapping[int, _core.PlannedPose] | None = None
+    robot: _core.Robot,
+    log: _core.Log,
+    left: Mapping[int, _core.PlannedPose] | None = None,
+    *,
+    in_motion: bool = False,
 ) -> Told | None:
     """The diagnosis of a log so far; None where it cannot be diagnosed yet.
 
-    ``left``: the stops that the run may still go to, by their place in the plan.
+    ``left``: the stops that the run may still go to, by their place in the plan. ``in_motion``:
+    what is read between the rests counts, too.
     """
     try:
-        found = _core.diagnose(robot, [log])
+        found = _core.diagnose(robot, [log], _core.DiagnoseOptions(motion=in_motion))
     except _core.InputError:  # no rest that counts, for one
         return None
     worth, within_reach = _worth_of(found, left or {})
@@ -99,8 +104,8 @@ def _worth_of(
     return worth, within_reach
 
 
-def settled(told: Sequence[Told]) -> str:
-    """Why more rests would not change the answer; empty: they may.
+def settled(told: Sequence[Told], stops: str = "rests") -> str:
+    """Why more rests (``stops`` in words) would not change the answer; empty: they may.
 
     Something was found, with decisive evidence, the last rests say the same, nothing else begins
     to show, and the stops that are left would not tell its rivals apart. A robot with which nothing
@@ -120,8 +125,8 @@ def settled(told: Sequence[Told]) -> str:
         return ""  # it may be there too
     if last.rivals:
         return (
-            f"{wanted} rests in a row told nothing more apart"
+            f"{wanted} {stops} in a row told nothing more apart"
             if last.within_reach
             else "no stop of the plan would tell the rivals apart"
         )
-    return f"{wanted} rests in a row named the same, and no rival is left"
+    return f"{wanted} {stops} in a row named the same, and no rival is left"

@@ -9,7 +9,7 @@ from typing import Any
 from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.check.coverage import check_coverage, find_equilibria
-from cdprcal.check.plausibility import check_jumps, check_ranges
+from cdprcal.check.plausibility import check_gravity, check_jumps, check_ranges
 from cdprcal.check.sensors import check_presence, check_stuck
 from cdprcal.check.signals import SignalReport, describe_signals
 from cdprcal.check.subject import Subject
@@ -91,6 +91,7 @@ def check_log(robot: _core.Robot, file: LogFile, segment: int = -1) -> CheckRepo
         check_sampling(subject)
     check_presence(subject)
     check_ranges(subject)
+    check_gravity(subject)
     equilibria = find_equilibria(subject) if subject.time_s.size >= 3 else []
     signals = describe_signals(subject, equilibria)
     if subject.time_s.size >= 3:

@@ -8,6 +8,7 @@ import numpy as np
 
 from cdprcal import _core
 from cdprcal.check.subject import Channel, Flags, Floats, Subject, stretches
+from cdprcal.sensors import SENSORS, feels_gravity
 
 #: A cable cannot change its length by more than this many times the pulleys' largest distance.
 _MOST_FRAME_SIZES = 3.0
@@ -49,6 +50,25 @@ def check_ranges(subject: Subject) -> None:
             )
 
 
+def check_gravity(subject: Subject) -> None:
+    """What an accelerometer reads: gravity, most of the time."""
+    read = subject.log.specific_force_m_s2[subject.run]
+    gravity = subject.robot.gravity_m_s2
+    if feels_gravity(read, gravity):
+        return
+    middle = float(np.nanmedian(np.linalg.norm(read, axis=1)))
+    subject.add(
+        "error",
+        "impossible_value",
+        f"the specific force is {middle:.3g} m/s2 in the middle, where gravity alone is "
+        f"{gravity:.3g}",
+        "log what the accelerometer reads, gravity included, in m/s2 (a mapping file turns units)",
+        begin=0,
+        end=1,
+        channel="specific_force_x_m_s2",
+    )
+
+
 def _check_limit(
     subject: Subject, channel: Channel, values: Floats, limit: float, why: str
 ) -> None:
@@ -83,7 +103,7 @@ def check_jumps(subject: Subject) -> None:
     lever_m = _core.characteristic_length_m(subject.robot)
     gravity = subject.robot.gravity_m_s2
     for channel in subject.channels:
-        if channel.group == "tension_N":
+        if channel.group == "tension_N" or SENSORS[channel.group].is_inertial:
             continue
         # A sensor that is held stands still, then jumps: from one fresh reading to the next.
         index = channel.fresh[np.isfinite(channel.values[channel.fresh])]

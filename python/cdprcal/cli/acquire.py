@@ -122,10 +122,10 @@ def command(
         bool,
         typer.Option(
             "--diagnose",
-            help="Diagnose after every rest, go to the plan's stops that tell apart what looks "
-            "alike so far, and end the run when more rests would not change the answer: the same "
-            "effects, and no rival left or none that this plan tells apart. For plans with "
-            "--order random.",
+            help="Diagnose after every rest (with --motion, set-point), go to the plan's stops "
+            "that tell apart what looks alike so far, and end the run when more would not change "
+            "the answer: the same effects, and no rival left or none that this plan tells apart. "
+            "For plans with --order random.",
         ),
     ] = False,
     motion: Annotated[
@@ -195,8 +195,6 @@ def command(
 
     if backend not in BACKENDS:
         fail(f"--backend: {backend!r} is not one of {', '.join(BACKENDS)}")
-    if motion and diagnose:
-        fail("--motion: takes no --diagnose; run cdprcal diagnose --motion on the log")
     rate_hz = rate_hz if rate_hz is not None else 100.0 if motion else 10.0
     if not 0.0 < rate_hz <= 100.0:
         fail("--rate-hz: must be above 0 and at most 100")
@@ -280,7 +278,13 @@ def command(
     }
     inputs = AcquisitionInputs(_core.to_yaml(the_robot), plan_text, settings)
     try:
-        log = open_live_log(output, the_robot.cable_count, inputs, rate_hz)
+        log = open_live_log(
+            output,
+            the_robot.cable_count,
+            inputs,
+            rate_hz,
+            inertial_unit=device.settings["inertial_unit"],
+        )
     except BaseException:
         device.stop()
         raise

@@ -15,6 +15,7 @@ from cdprcal.diagnosis.plots import gap_panels, gap_steps
 from cdprcal.diagnosis.shapes import value_shape
 from cdprcal.diagnosis.units import GAP_CHANNELS, for_people
 from cdprcal.results import number
+from cdprcal.sensors import CHANNELS
 from cdprcal.terminal import Table, answers, degrees, fixed, say, scaled, summed_up
 
 _STYLE = {
@@ -30,10 +31,8 @@ _STANDS_OUT = 3.0
 #: What a contradiction depends on, in the core's words.
 _NOTHING = "nothing that was tried"
 #: Channel without its unit → unit for people, factor to it.
-_OF_CHANNEL = {
-    key.rsplit("_", 1)[0]: (unit, factor) for key, (_, unit, factor) in GAP_CHANNELS.items()
-}
-_OF_CHANNEL["balance"] = _OF_CHANNEL["tension"]
+_OF_CHANNEL = {c.name: GAP_CHANNELS[c.rms_field][1:] for c in CHANNELS.values()}
+_OF_CHANNEL["tension"] = _OF_CHANNEL["balance"]
 LEFT_OVER = "within the sigma of the robot file, but more than the readings ripple at rest, is left"
 
 

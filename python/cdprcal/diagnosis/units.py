@@ -20,7 +20,13 @@ _FOR_PEOPLE = {
     "s": ("ms", 1e3),
 }
 
-_UNITS = {"m": ("mm", 1e3), "rad": ("°", _DEGREE), "N": ("N", 1.0)}
+_UNITS = {
+    "m": ("mm", 1e3),
+    "rad": ("°", _DEGREE),
+    "N": ("N", 1.0),
+    "m_s2": ("m/s²", 1.0),
+    "rad_s": ("°/s", _DEGREE),
+}
 #: Channel of the gap → name for people, unit, factor to it; in the order of the model's noise.
 GAP_CHANNELS = {
     channel.rms_field: (channel.label.removesuffix(" angle"), *_UNITS[channel.sensor.unit])

@@ -9,10 +9,15 @@ from numpy.typing import NDArray
 
 
 class Attitude(NamedTuple):
-    """One reading. R_world_platform [3, 3]: world with z up, its yaw unknown but constant."""
+    """One reading. R_world_platform [3, 3]: world with z up, its yaw unknown but constant.
+
+    Of the inertial unit inside, [3] in platform axes; None: not asked for.
+    """
 
     R_world_platform: NDArray[np.float64]
     time_s: float
+    specific_force_m_s2: NDArray[np.float64] | None = None
+    angular_velocity_rad_s: NDArray[np.float64] | None = None
 
 
 class AttitudeSource(Protocol):

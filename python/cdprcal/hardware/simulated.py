@@ -39,6 +39,7 @@ class SimulatedBackend:
         self._options = options or _core.SimulatorOptions()
         self._speed = speed
         self._rate_Hz = control_rate_Hz
+        self._inertial_unit = robot.platform.inertial_unit_m is not None
         winch = self._options.winch
         if winch.mode == _core.WinchMode.tension and velocity_limit_m_s > 0.0:
             # A drive with a tension loop of its own is given a limit that no plan reaches.
@@ -93,6 +94,7 @@ class SimulatedBackend:
             "seed": self._options.seed,
             "effects": [str(effect) for effect in self._options.effects],
             "winches": self._options.winch.mode.name,
+            "inertial_unit": self._inertial_unit,
             "control_rate_Hz": self._rate_Hz,
         }
 

@@ -58,14 +58,22 @@ class LiveLog(Protocol):
 
 
 def open_live_log(
-    path: str | Path, cable_count: int, inputs: AcquisitionInputs, rate_Hz: float
+    path: str | Path,
+    cable_count: int,
+    inputs: AcquisitionInputs,
+    rate_Hz: float,
+    *,
+    inertial_unit: bool = False,
 ) -> LiveLog:
     """Starts a log: MCAP when the name ends in .mcap, else canonical CSV.
+
+    ``inertial_unit``: whether there are columns for what one reads.
 
     Raises InputError when the file exists already (what a robot logged is never overwritten) or
     cannot be made.
     """
     path = Path(path)
+    groups = SAMPLED + (INERTIAL if inertial_unit else ())
     mcap = path.suffix.lower() == ".mcap"
     if mcap:
         need("mcap", of=str(path))
@@ -79,25 +87,34 @@ def open_live_log(
         raise InputError(f"{path}: cannot be written: {reason(error)}") from None
     try:
         if mcap:
-            return _McapLog(file, cable_count, inputs, rate_Hz)
-        return _CsvLog(file, cable_count, inputs)
+            return _McapLog(file, cable_count, inputs, rate_Hz, groups)
+        return _CsvLog(file, cable_count, inputs, groups)
     except OSError as error:
         file.close()
         raise InputError(f"{path}: cannot be written: {reason(error)}") from None
 
 
-def canonical_columns(cable_count: int) -> list[str]:
+#: What a live log holds of each sample, in the order of its columns.
+SAMPLED = ("length_m", "swivel_rad", "tension_N", "tension_setpoint_N", "roll_pitch_yaw_rad")
+#: And of a robot with an inertial unit.
+INERTIAL = ("specific_force_m_s2", "angular_velocity_rad_s")
+
+
+def canonical_columns(cable_count: int, groups: tuple[str, ...] = SAMPLED) -> list[str]:
     """Names of the columns after time_s, in the order of ``_numbers``."""
-    groups = ("length_m", "swivel_rad", "tension_N", "tension_setpoint_N", "roll_pitch_yaw_rad")
     return [name for group in groups for name in columns_of(LOG_GROUPS[group], cable_count)]
 
 
-def _numbers(sample: RobotSample, setpoint_N: Any, cable_count: int) -> list[float]:
+def _numbers(
+    sample: RobotSample, setpoint_N: Any, cable_count: int, groups: tuple[str, ...]
+) -> list[float]:
     """All readings in the order of ``canonical_columns``; NaN where absent."""
     row: list[float] = []
-    for values in (sample.length_m, sample.swivel_rad, sample.tension_N, np.asarray(setpoint_N)):
-        row += values.tolist() if len(values) == cable_count else [math.nan] * cable_count
-    row += sample.roll_pitch_yaw_rad.tolist()
+    for group in groups:
+        told = group == "tension_setpoint_N"
+        values = np.asarray(setpoint_N if told else getattr(sample, group))
+        count = LOG_GROUPS[group].columns_of(cable_count)
+        row += values.tolist() if len(values) == count else [math.nan] * count
     return row
 
 
@@ -164,14 +181,21 @@ class _SafeFile:
 
 
 class _CsvLog:
-    def __init__(self, file: _SafeFile, cable_count: int, inputs: AcquisitionInputs) -> None:
+    def __init__(
+        self,
+        file: _SafeFile,
+        cable_count: int,
+        inputs: AcquisitionInputs,
+        groups: tuple[str, ...],
+    ) -> None:
         self._file = file
         self._cables = cable_count
-        header = ",".join(["time_s", *canonical_columns(cable_count)]) + "\n"
+        self._groups = groups
+        header = ",".join(["time_s", *canonical_columns(cable_count, groups)]) + "\n"
         self._line(as_comments(inputs) + header.encode())
 
     def sample(self, sample: RobotSample, setpoint_N: Any) -> None:
-        row = _numbers(sample, setpoint_N, self._cables)
+        row = _numbers(sample, setpoint_N, self._cables, self._groups)
         cells = [repr(value) if math.isfinite(value) else "" for value in row]
         self._line((",".join([repr(float(sample.time_s)), *cells]) + "\n").encode())
 
@@ -188,7 +212,12 @@ class _CsvLog:
 
 class _McapLog:
     def __init__(
-        self, file: _SafeFile, cable_count: int, inputs: AcquisitionInputs, rate_Hz: float
+        self,
+        file: _SafeFile,
+        cable_count: int,
+        inputs: AcquisitionInputs,
+        rate_Hz: float,
+        groups: tuple[str, ...],
     ) -> None:
         from mcap.writer import Writer
 
@@ -196,7 +225,8 @@ class _McapLog:
 
         self._file = file
         self._cables = cable_count
-        self._names = canonical_columns(cable_count)
+        self._groups = groups
+        self._names = canonical_columns(cable_count, groups)
         chunk_bytes = max(1, int(_CHUNK_S * rate_Hz * _BYTES_A_NUMBER * len(self._names)))
         self._writer = Writer(file, chunk_size=chunk_bytes)  # type: ignore[arg-type]
         self._writer.start(profile="", library="cdprcal")
@@ -209,7 +239,7 @@ class _McapLog:
         file.mark()
 
     def sample(self, sample: RobotSample, setpoint_N: Any) -> None:
-        row = _numbers(sample, setpoint_N, self._cables)
+        row = _numbers(sample, setpoint_N, self._cables, self._groups)
         message = {"time_s": float(sample.time_s)} | {
             name: value
             for name, value in zip(self._names, row, strict=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -20,16 +21,20 @@ from cdprcal.mapping.apply import apply_map
 from cdprcal.mapping.document import GROUPS, QUATERNIONS, Map, parse_map, quoted
 from cdprcal.mapping.raw import Floats, RawTable
 from cdprcal.mapping.read import read_raw
-from cdprcal.mapping.recognise import WHOLE_LENGTHS, Name, taken_apart
-from cdprcal.mapping.units import UNITS
+from cdprcal.mapping.recognise import INERTIAL, WHOLE_LENGTHS, Name, taken_apart
+from cdprcal.mapping.units import UNITS, G
 from cdprcal.sensors import MOST_CABLES
 
 _AXES = ("roll", "pitch", "yaw")
+#: Of an inertial unit's columns: 'acc_x', 'GyrX [deg/s]', '/imu.angular_velocity.x'.
+_AXIS = re.compile(r"(?:(?<![a-z])|(?<=acc)|(?<=gyr)|(?<=gyro)|(?<=omega))([xyz])(?![a-z0-9])")
 _PER_CABLE = [name for name, sensor in GROUPS.items() if sensor.is_per_cable]
 #: Periods of samples that logs have [s].
 _PERIODS_S = (5e-4, 2.0)
 #: An underactuated platform hangs; no run tilts it further [rad].
 _MOST_TILT = math.radians(60.0)
+#: Nor does it turn faster [rad/s].
+_MOST_RATE = 2.0 * math.pi
 #: One explanation is better than another from here on [nat]: as everywhere in this project.
 _EVIDENCE = 3.0
 _RAW = 1e-9
@@ -102,9 +107,11 @@ def propose(raw: RawTable, robot: _core.Robot | None = None) -> Proposal:
     left = {key: name for key, name in names.items() if key not in time.columns}
     groups = _cable_groups(raw, left, robot)
     attitude = _attitude(raw, left)
+    inertial = [line for kind in INERTIAL if (line := _inertial(raw, left, kind)) is not None]
     found = [_with_unit(raw, names, line, robot) for line in groups]
     if attitude is not None:
         found.append(_with_unit(raw, names, attitude, robot))
+    found += [_with_unit(raw, names, line, robot) for line in inertial]
     if raw.kind == "records" and robot is not None:
         found = _records(raw, robot) or found
     if not found:
@@ -310,6 +317,21 @@ def _attitude(raw: RawTable, names: dict[str, Name]) -> Line | None:
     return None
 
 
+def _inertial(raw: RawTable, names: dict[str, Name], kind: str) -> Line | None:
+    """The three axes of an accelerometer or a gyroscope; the first that has all."""
+    by_stem: dict[str, dict[str, str]] = {}
+    for name in names.values():
+        axis = _AXIS.search(name.text.lower())
+        if name.kind == kind and axis is not None and _moves(raw, name):
+            stem = name.text[: axis.start(1)] + name.text[axis.end(1) :]
+            by_stem.setdefault(stem, {})[axis[1]] = name.text
+    for found in by_stem.values():
+        if set(found) == set("xyz"):
+            columns = tuple(found[axis] for axis in "xyz")
+            return Line(kind, columns, "", (1, 1, 1), "sure", "by name")
+    return None
+
+
 # Units.
 
 
@@ -350,6 +372,14 @@ def _unit_by_range(kind: str, values: Floats, robot: _core.Robot | None) -> tupl
             key=lambda u: abs(math.log(max(total * UNITS["N"][u] / weight_N, _RAW) / 2.0)),
         )
         return unit, f"unit by the platform's weight: together {total:.3g}, {weight_N:.3g} N"
+    if dimension == "m_s2":
+        size = float(np.nanmedian(np.linalg.norm(values, axis=1)))
+        units = UNITS[dimension]
+        unit = min(units, key=lambda u: abs(math.log(max(size * units[u], _RAW) / G)))
+        return unit, f"unit by gravity: {size:.3g}"
+    if dimension == "rad_s":
+        most = float(np.nanmax(np.abs(values)))
+        return ("deg/s" if most > _MOST_RATE else "rad/s"), f"unit by range: up to {most:.3g}"
     travel = float(np.nanmax(np.nanmax(values, axis=0) - np.nanmin(values, axis=0)))
     size_m = 2.0 if robot is None else _size_m(robot)
     unit = min(("m", "mm", "cm"), key=lambda u: _off(travel * UNITS["m"][u] / size_m))

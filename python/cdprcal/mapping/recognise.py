@@ -9,13 +9,19 @@ from cdprcal.mapping.units import unit_named
 
 WHOLE_LENGTHS = "direct_lengths"
 
+#: Of an inertial unit, three columns each, told apart by their axes.
+INERTIAL = ("specific_force", "angular_velocity")
+
 #: Words that make a column a reading of a kind, in the languages of labs; the first kind that has a
 #: word wins, so that 'tension set-point' is no tension and 'cable velocity' no length.
 _WORDS: tuple[tuple[str, str], ...] = (
+    ("none", r"free|jerk|covariance"),  # free of gravity: no reading of an accelerometer
+    ("angular_velocity", r"gyr|gyro|gyr[xyz]|gyro[xyz]|gyroscope|omega|omega[xyz]|angular"),
+    ("specific_force", r"acc|acc[xyz]|accel\w*|specific|beschleunigung"),
     (
         "none",
-        r"speed|vel|velo|velocity|geschw\w*|vitesse|acc|accel\w*|gyro|omega|current|strom|torque|"
-        r"temp|temperature|mode|state|status|drive|watchdog|error|counter|battery|volt\w*|angular",
+        r"speed|vel|velo|velocity|geschw\w*|vitesse|current|strom|torque|temp|temperature|"
+        r"mode|state|status|drive|watchdog|error|counter|battery|volt\w*",
     ),
     (
         "tension_setpoints",

@@ -24,6 +24,8 @@ UNITS: dict[str, dict[str, float]] = {
         "rev": 2.0 * math.pi,
         "gon": math.pi / 200.0,
     },
+    "m_s2": {"m/s2": 1.0, "g": G, "mg": 1e-3 * G},
+    "rad_s": {"rad/s": 1.0, "deg/s": math.radians(1.0), "mrad/s": 1e-3},
     "N": {"N": 1.0, "kN": 1e3, "mN": 1e-3, "daN": 10.0, "kgf": G, "gf": 1e-3 * G, "lbf": 4.4482216},
 }
 _ALIASES = {
@@ -54,6 +56,12 @@ _ALIASES = {
     "radians": "rad",
     "turn": "rev",
     "turns": "rev",
+    "m/s^2": "m/s2",
+    "m/s²": "m/s2",
+    "m/s/s": "m/s2",
+    "m s-2": "m/s2",
+    "°/s": "deg/s",
+    "dps": "deg/s",
     "newton": "N",
     "kp": "kgf",
     "kg": "kgf",
@@ -61,7 +69,7 @@ _ALIASES = {
     "lb": "lbf",
     "lbs": "lbf",
 }
-_PLAIN = {unit.lower(): unit for units in UNITS.values() for unit in units}
+_PLAIN = {unit.lower(): unit for units in UNITS.values() for unit in units} | {"g": "gf"}
 
 
 def unit_named(text: str) -> str | None:
@@ -77,5 +85,5 @@ def factor(dimension: str, unit: str | float) -> float | None:
     """How many SI units one of them is; a number is that already; None: no unit of the kind."""
     if isinstance(unit, int | float):
         return float(unit)
-    found = unit_named(unit)
+    found = unit if unit in UNITS[dimension] else unit_named(unit)
     return UNITS[dimension].get(found) if found else None

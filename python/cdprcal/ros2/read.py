@@ -24,7 +24,7 @@ from cdprcal.io.loaded import LogFile
 from cdprcal.io.mcap_records import CutError, DamagedError
 from cdprcal.ros2.storage import MCAP_MAGIC, SQLITE_MAGIC, StorageError, is_protected, messages
 from cdprcal.ros2.topics import JOINT_STATE, length_joints, swivel_joints, wanted_types
-from cdprcal.sensors import MOST_CABLES
+from cdprcal.sensors import MOST_CABLES, feels_gravity
 
 Floats = NDArray[np.float64]
 Messages = dict[str, list[tuple[int, Any]]]
@@ -89,6 +89,7 @@ def load_bag(
         tension_N=_if_any(_tensions(read, joints, topics, cables, stamps)),
         tension_setpoint_N=_if_any(_setpoints(read, topics, cables, stamps)),
         roll_pitch_yaw_rad=None if attitude is None else _if_any(attitude),
+        **_inertial(read.get(topics.imu, []), topics, stamps, findings),
         source=name,
     )
     return LogFile(path, "mcap", log, tuple(findings))
@@ -273,6 +274,47 @@ def _attitude(
         return found
 
     return _nearest(imu, stamps, 3, angles)
+
+
+def _inertial(
+    imu: list[tuple[int, Any]],
+    topics: Ros2,
+    stamps: NDArray[np.int64],
+    findings: list[Finding],
+) -> dict[str, Floats | None]:
+    """What an inertial unit reads, in platform axes.
+
+    A covariance that begins with -1 says that there is none (sensor_msgs/Imu), and so do numbers
+    that never change, as drivers leave what they do not have.
+    """
+    R_platform_sensor = rotation_from_zyx_deg(tuple(topics.mounting_deg))
+
+    def column(field: str) -> Floats | None:
+        def values(message: Any) -> list[float]:
+            vector = getattr(message, field)
+            if getattr(message, f"{field}_covariance")[0] == -1.0:
+                return [math.nan] * 3
+            turned = R_platform_sensor @ np.array([vector.x, vector.y, vector.z])
+            return [float(v) for v in turned]
+
+        found = _nearest(imu, stamps, 3, values)
+        read = found[np.isfinite(found).all(axis=1)]
+        return found if len(read) > 1 and np.ptp(read, axis=0).any() else None
+
+    force = column("linear_acceleration")
+    if force is not None and not feels_gravity(force):
+        findings.append(
+            Finding(
+                severity="warning",
+                code="no_gravity",
+                message=f"the linear acceleration on {topics.imu} is "
+                f"{np.nanmedian(np.linalg.norm(force, axis=1)):.3g} m/s2 in the middle, without "
+                "gravity, and is left out",
+                remedy="publish what the accelerometer reads (REP 145), gravity included",
+            )
+        )
+        force = None
+    return {"specific_force_m_s2": force, "angular_velocity_rad_s": column("angular_velocity")}
 
 
 def _nearest(

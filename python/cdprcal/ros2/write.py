@@ -178,6 +178,9 @@ class _TrackMessages(_Messages):
         ]
 
 
+_NONE = np.full(3, np.nan)
+
+
 class _LogMessages(_Messages):
     """The messages of each row of a log."""
 
@@ -189,12 +192,20 @@ class _LogMessages(_Messages):
         self._log = log
         self._convention = convention
         self._topics = topics
+        self._inertial = [
+            (name, values)
+            for name, values in (
+                ("angular_velocity", log.angular_velocity_rad_s),
+                ("linear_acceleration", log.specific_force_m_s2),
+            )
+            if values.shape[1]
+        ]
         cables = log.cable_count
         self._lengths = length_joints(topics, cables)
         self._swivels = swivel_joints(topics, cables) if log.swivel_rad.shape[1] else []
         self._R_platform_sensor = rotation_from_zyx_deg(tuple(topics.mounting_deg))
         self.kinds = {topics.joint_states: JOINT_STATE}
-        if log.roll_pitch_yaw_rad.shape[1]:
+        if log.roll_pitch_yaw_rad.shape[1] or self._inertial:
             self.kinds[topics.imu] = IMU
         if log.tension_N.shape[1]:
             self.kinds |= dict.fromkeys(topics.wrenches, WRENCH)
@@ -217,8 +228,10 @@ class _LogMessages(_Messages):
         effort = np.full(len(names), np.nan)
         effort[: len(tensions)] = self._effort(tensions)
         messages = [(topics.joint_states, self._joints(stamp, names, position, effort))]
-        if topics.imu in self.kinds and np.isfinite(log.roll_pitch_yaw_rad[row]).all():
-            messages.append((topics.imu, self._imu(stamp, log.roll_pitch_yaw_rad[row])))
+        attitude = log.roll_pitch_yaw_rad[row] if log.roll_pitch_yaw_rad.shape[1] else _NONE
+        inertial = {name: values[row] for name, values in self._inertial}
+        if any(np.isfinite(values).all() for values in (attitude, *inertial.values())):
+            messages.append((topics.imu, self._imu(stamp, attitude, inertial)))
         for cable, topic in enumerate(topics.wrenches):
             if topic in self.kinds and np.isfinite(tensions[cable]):
                 messages.append((topic, self._wrench(stamp, self._lengths[cable], tensions[cable])))
@@ -241,20 +254,26 @@ class _LogMessages(_Messages):
             effort=np.asarray(effort, dtype=np.float64),
         )
 
-    def _imu(self, stamp: int, roll_pitch_yaw_rad: Any) -> Any:
-        rotation = _core.rotation_from_euler(roll_pitch_yaw_rad, self._convention)
-        w, x, y, z = quaternion_from_rotation(rotation @ self._R_platform_sensor)
+    def _imu(self, stamp: int, roll_pitch_yaw_rad: Any, inertial: dict[str, Any]) -> Any:
         unknown = np.zeros(9)
         absent = np.array([-1.0, *np.zeros(8)])
+        seen = bool(np.isfinite(roll_pitch_yaw_rad).all())
+        rotation = _core.rotation_from_euler(
+            roll_pitch_yaw_rad if seen else np.zeros(3), self._convention
+        )
+        w, x, y, z = quaternion_from_rotation(rotation @ self._R_platform_sensor)
+        vectors = {}
+        for name in ("angular_velocity", "linear_acceleration"):
+            read = inertial.get(name, _NONE) @ self._R_platform_sensor
+            there = bool(np.isfinite(read).all())
+            vectors[name] = self._vector(*(read.tolist() if there else (0.0, 0.0, 0.0)))
+            vectors[f"{name}_covariance"] = unknown if there else absent
         return self._make(
             IMU,
             header=self._header(stamp, "imu_link"),
             orientation=self._quaternion(w, x, y, z),
-            orientation_covariance=unknown,
-            angular_velocity=self._vector(0.0, 0.0, 0.0),
-            angular_velocity_covariance=absent,
-            linear_acceleration=self._vector(0.0, 0.0, 0.0),
-            linear_acceleration_covariance=absent,
+            orientation_covariance=unknown if seen else absent,
+            **vectors,
         )
 
     def _wrench(self, stamp: int, joint: str, tension_N: float) -> Any:

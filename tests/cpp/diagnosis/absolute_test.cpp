@@ -56,7 +56,7 @@ TEST(AbsoluteSensors, RowsAreTheGeometryLessTheReading) {
     const Pose& at = run.poses[pose.pose];
     const PlatformState state = platform_state(model.robot, at);
     const double yaw = euler_from_rotation(state.rotation, model.robot.euler_convention)[2];
-    ASSERT_EQ(pose.residual.size(), 2 * n + 9 + n + 4);
+    ASSERT_EQ(pose.residual.size(), 2 * n + 9 + n + 7);
     const auto unwhitened = pose.residual.cwiseProduct(pose.scale).eval();
     const Eigen::Index first = 2 * n + 9;
     EXPECT_NEAR(unwhitened[first], wrap_angle(yaw - m.absolute_yaw_rad), 1e-14);
@@ -72,23 +72,27 @@ TEST(AbsoluteSensors, RowsAreTheGeometryLessTheReading) {
       const auto row = static_cast<std::size_t>(first + 1 + n + axis);
       EXPECT_EQ(pose.component[row], axis);
       EXPECT_EQ(pose.channel[row], at_rest(Channel::position));
+      EXPECT_EQ(pose.channel[row + 3], at_rest(Channel::specific_force));
     }
+    const Vector3 up = state.rotation.transpose().col(2) * model.robot.gravity_m_s2;
+    EXPECT_LE((unwhitened.segment<3>(first + 4 + n) - (up - m.specific_force_m_s2)).norm(), 1e-13);
   }
 }
 
 TEST(AbsoluteSensors, AnyOneOfThemHasItsRows) {
   const DiagnosisModel all = model_with({});
   for (const NoiseGroup kept : {at_rest(Channel::absolute_yaw), at_rest(Channel::direct_length),
-                                at_rest(Channel::position)}) {
+                                at_rest(Channel::position), at_rest(Channel::specific_force)}) {
     DiagnosisModel model = all;
     for (Measurement& m : model.runs[0].measurements) {
       if (kept != at_rest(Channel::absolute_yaw)) m.absolute_yaw_rad = kNaN;
       if (kept != at_rest(Channel::direct_length)) m.direct_length_m.setConstant(kNaN);
       if (kept != at_rest(Channel::position)) m.position_m.setConstant(kNaN);
+      if (kept != at_rest(Channel::specific_force)) m.specific_force_m_s2.setConstant(kNaN);
     }
-    const int rows = kept == at_rest(Channel::absolute_yaw) ? 1
-                     : kept == at_rest(Channel::position)   ? 3
-                                                            : 4;
+    const int rows = kept == at_rest(Channel::absolute_yaw)    ? 1
+                     : kept == at_rest(Channel::direct_length) ? 4
+                                                               : 3;
     for (const test::PoseSystem& pose : test::poses_of(linearise(model))) {
       ASSERT_EQ(pose.residual.size(), 2 * 4 + 9 + rows);
       EXPECT_EQ(std::count(pose.channel.begin(), pose.channel.end(), kept), rows);

@@ -414,8 +414,10 @@ TEST(DiagnosisSystem, ValuesOfARunActOnTheirRunAlone) {
 }
 
 TEST(DiagnosisSystem, GroupsHaveNames) {
-  const std::vector<std::string> rest{"length",  "swivel",       "roll_pitch",    "yaw",
-                                      "balance", "absolute_yaw", "direct_length", "position"};
+  const std::vector<std::string> rest{
+      "length",         "swivel",          "roll_pitch",    "yaw",
+      "balance",        "absolute_yaw",    "direct_length", "position",
+      "specific_force", "angular_velocity"};
   ASSERT_EQ(rest.size(), static_cast<std::size_t>(kRestGroups));
   for (std::size_t c = 0; c < kNoiseGroups; ++c) {
     const std::string expected =

@@ -10,8 +10,10 @@ namespace cdprcal::test {
 namespace {
 
 TEST(Channels, HaveTheNamesOfTheResult) {
-  const std::vector<std::string> names{"length",  "swivel",       "roll_pitch",    "yaw",
-                                       "balance", "absolute_yaw", "direct_length", "position"};
+  const std::vector<std::string> names{
+      "length",         "swivel",          "roll_pitch",    "yaw",
+      "balance",        "absolute_yaw",    "direct_length", "position",
+      "specific_force", "angular_velocity"};
   ASSERT_EQ(names.size(), static_cast<std::size_t>(kChannels));
   for (std::size_t c = 0; c < names.size(); ++c) {
     EXPECT_EQ(to_string(static_cast<Channel>(c)), names[c]);
@@ -27,7 +29,7 @@ TEST(ChannelNoise, OfAMeanHasAPartThatAveragesAndOneThatDoesNot) {
 /// Four cables at 100 Hz, every channel moving smoothly with white noise of its own on it.
 struct NoisyLog {
   Log log;
-  std::array<double, kChannels> sigma{2e-4, 1e-3, 3e-3, 7e-3, 0.4, 5e-3, 1e-3, 2e-3};
+  std::array<double, kChannels> sigma{2e-4, 1e-3, 3e-3, 7e-3, 0.4, 5e-3, 1e-3, 2e-3, 4e-2, 3e-3};
 
   explicit NoisyLog(Eigen::Index rows) {
     RandomNormal random(8);
@@ -52,6 +54,8 @@ struct NoisyLog {
     fill(log.absolute_yaw_rad, 1, 5);
     fill(log.direct_length_m, 4, 6);
     fill(log.position_m, 3, 7);
+    fill(log.specific_force_m_s2, 3, 8);
+    fill(log.angular_velocity_rad_s, 3, 9);
   }
 };
 
@@ -81,10 +85,9 @@ TEST(SampleNoise, OfWhatWasNotReadIsWhatTheRobotFileSays) {
   robot.sigma.position_m = 0.013;
   NoisyLog made(50);
   Log& log = made.log;
-  for (LogMatrix* m : {&log.swivel_rad, &log.tension_N, &log.absolute_yaw_rad, &log.direct_length_m,
-                       &log.position_m}) {
-    m->resize(50, 0);
-  }
+  log.swivel_rad.resize(50, 0);
+  log.tension_N.resize(50, 0);
+  for_each_absolute([](const Sensor&, LogMatrix& m) { m.resize(50, 0); }, log);
   log.length_m.bottomRows(48).setConstant(kNaN);  // two readings show no noise
   log.roll_pitch_yaw_rad.col(2).setConstant(kNaN);
   const auto noise = signals(log, {0, 50}, {}, robot.sigma);

@@ -69,6 +69,7 @@ CalibrationProblem random_problem(Rng& rng, int cables, StaticsModel statics,
     lose(m.roll_pitch_yaw_rad);
     if (absolute) lose(m.direct_length_m);
     if (absolute) lose(m.position_m);
+    if (absolute) lose(m.specific_force_m_s2);
     m.balance_counts = rng() % 6 != 0;
     problem.measurements.push_back(m);
   }
@@ -136,6 +137,9 @@ ExpectedRows expected_rows(Assembly& assembly, std::size_t index, const Pose& po
   for (int a = 0; a < 3; ++a) {
     add(Channel::position, a, pose.position_m[a] - m.position_m[a], Vector6::Unit(a).transpose(),
         false);
+    if (!m.rests()) continue;  // in motion more than gravity is felt
+    add(Channel::specific_force, a, e.specific_force_m_s2[a] - m.specific_force_m_s2[a],
+        e.absolute_by_twist.specific_force_m_s2.row(a), false);
   }
   const StaticsModel statics = assembly.poses().statics_of(index);
   const auto balance = [&](int component, double residual, const Vector6& by_twist) {

@@ -160,6 +160,57 @@ TEST(Tracker, NeedsNoLoadCells) {
   score.expect_covered();
 }
 
+Robot with_inertial_unit(Robot robot) {
+  robot.platform.inertial_unit_m.emplace(0.08, -0.05, 0.04);
+  return robot;
+}
+
+TEST(Tracker, KnowsTheMotionBetterByAnInertialUnit) {
+  for (const Robot& robot : {load_robot("irma4"), ring_robot(3), ring_robot(5)}) {
+    for (const double rate_Hz : {100.0, 10.0}) {
+      SCOPED_TRACE(robot.name + " " + std::to_string(rate_Hz));
+      const Score plain = score_of(robot, rate_Hz, 2);
+      const Score with = score_of(with_inertial_unit(robot), rate_Hz, 2);
+      EXPECT_GT(with.position / with.rows, 0.90);
+      EXPECT_GT(with.rotation / with.rows, 0.90);
+      EXPECT_LT(with.chi_squared / with.rows, 8.0);
+      EXPECT_LT(with.velocity_rms(), 1.02 * plain.velocity_rms());
+      EXPECT_LT(with.rate_rms(), 0.3 * plain.rate_rms());
+    }
+  }
+}
+
+TEST(Tracker, GoesOnByAnInertialUnitWhereReadingsAreFew) {
+  const Robot robot = with_inertial_unit(load_robot("irma4"));
+  StartUpRun run = simulated(robot, 100.0, 3);
+  const Calibration calibration = calibrate(robot, run.log);
+  // Two cables' encoders and the attitude are silent for half a second, now and then.
+  for (Eigen::Index row = 200; row + 50 < run.log.sample_count(); row += 200) {
+    run.log.length_m.block(row, 0, 50, 2).setConstant(kNaN);
+    run.log.swivel_rad.block(row, 0, 50, 4).setConstant(kNaN);
+    run.log.roll_pitch_yaw_rad.middleRows(row, 50).setConstant(kNaN);
+  }
+  const Track with = track(calibration, run.log);
+  for (LogMatrix* m : {&run.log.specific_force_m_s2, &run.log.angular_velocity_rad_s}) {
+    m->setConstant(kNaN);
+  }
+  const Track without = track(calibration, run.log);
+  double within = 0.0, squares = 0.0, squares_without = 0.0, rows = 0.0;
+  for (Eigen::Index row = 249; row < run.log.sample_count(); row += 200) {
+    const auto i = static_cast<std::size_t>(row);
+    ASSERT_TRUE(with.samples[i].trusted) << with.samples[i].reason;
+    const Vector6 error = error_of(with.samples[i], run.truth[i]);
+    const Vector6 sigma = with.samples[i].pose_covariance.diagonal().cwiseSqrt();
+    within += (error.array().abs() < 1.96 * sigma.array()).cast<double>().mean();
+    squares += error.squaredNorm();
+    squares_without += error_of(without.samples[i], run.truth[i]).squaredNorm();
+    rows += 1.0;
+  }
+  ASSERT_GE(rows, 10.0);
+  EXPECT_GT(within / rows, 0.85);
+  EXPECT_LT(squares, 0.1 * squares_without);
+}
+
 TEST(Tracker, LeavesASpikeOut) {
   for (const Robot& robot : {load_robot("irma4"), ring_robot(3), ring_robot(5)}) {
     SCOPED_TRACE(robot.name);

@@ -106,6 +106,7 @@ class FieldbusBackend:
             "session": self._session.model_dump(mode="json"),
             "drives": self._identity,
             "ahrs": None if self._attitude_source is None else self._attitude_source.settings,
+            "inertial_unit": self._session.ahrs is not None and self._session.ahrs.inertial_unit,
             "limits": self.limits,
             "notes": list(self._notes),
             "armed": self._armed,
@@ -490,6 +491,10 @@ class FieldbusBackend:
             sample.roll_pitch_yaw_rad = _core.euler_from_rotation(
                 self._attitude.R_world_platform, convention
             )
+            if self._attitude.specific_force_m_s2 is not None:
+                sample.specific_force_m_s2 = self._attitude.specific_force_m_s2
+            if self._attitude.angular_velocity_rad_s is not None:
+                sample.angular_velocity_rad_s = self._attitude.angular_velocity_rad_s
             taken_s = round(self._attitude.time_s - self._began_s, 9)
             sample.attitude_time_s = min(time_s, taken_s)
         if self._guard.reason:

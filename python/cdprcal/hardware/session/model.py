@@ -210,6 +210,9 @@ class Ahrs(_Strict):
         [0.0, 0.0, 0.0],
         description="Roll, pitch, yaw (ZYX) that turn the platform's axes into the sensor's.",
     )
+    inertial_unit: bool = Field(
+        False, description="Whether its accelerometer and gyroscope are logged too."
+    )
     stale_s: Positive | None = Field(
         None,
         description="A reading older than this is a quick stop. If left out: half a cycle more "

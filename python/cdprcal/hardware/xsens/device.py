@@ -6,6 +6,9 @@ import contextlib
 import math
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cdprcal.hardware.attitude import Attitude
 from cdprcal.hardware.backend import BackendError
 from cdprcal.hardware.session import Ahrs
@@ -117,8 +120,14 @@ class XsensMti:
                 self.lost_packets += (measurement.packet_counter - self._counter - 1) & 0xFFFF
             self._counter = measurement.packet_counter
         self._latest = Attitude(
-            rotation @ self._R_sensor_platform, self._taken_s(measurement, now_s)
+            rotation @ self._R_sensor_platform,
+            self._taken_s(measurement, now_s),
+            self._in_platform(measurement.acceleration_m_s2),
+            self._in_platform(measurement.rate_of_turn_rad_s),
         )
+
+    def _in_platform(self, read: mt.Numbers | None) -> NDArray[np.float64] | None:
+        return None if read is None else np.array(read) @ self._R_sensor_platform
 
     def _taken_s(self, measurement: mt.Measurement, now_s: float) -> float:
         """When it was measured, by our clock: packets that waited somewhere are older than now.
@@ -151,19 +160,25 @@ class XsensMti:
         self._port.timeout = 0.0
 
     def _configuration(self) -> bytes:
+        precision = mt.PRECISION_BITS[self._ahrs.precision]
         kind = mt.QUATERNION if self._ahrs.output == "quaternion" else mt.EULER
-        kind |= mt.FRAME_BITS[self._ahrs.frame] | mt.PRECISION_BITS[self._ahrs.precision]
+        kind |= mt.FRAME_BITS[self._ahrs.frame] | precision
+        inertial = (mt.ACCELERATION, mt.RATE_OF_TURN) if self._ahrs.inertial_unit else ()
         # Counter and time come with every packet whatever rate is asked for: 0xFFFF.
         wanted = (
             (mt.PACKET_COUNTER, 0xFFFF),
             (mt.SAMPLE_TIME_FINE, 0xFFFF),
             (kind, self._ahrs.rate_Hz),
+            *((item | precision, self._ahrs.rate_Hz) for item in inertial),
         )
         return b"".join(item.to_bytes(2, "big") + rate.to_bytes(2, "big") for item, rate in wanted)
 
     def _check_rate(self, configuration: bytes) -> None:
         count = 4 if self._ahrs.output == "quaternion" else 3
-        packet = 5 + (3 + 2) + (3 + 4) + (3 + count * mt.NUMBER_BYTES[self._ahrs.precision])
+        number = mt.NUMBER_BYTES[self._ahrs.precision]
+        packet = 5 + (3 + 2) + (3 + 4) + (3 + count * number)
+        if self._ahrs.inertial_unit:
+            packet += 2 * (3 + 3 * number)
         needed = packet * self._ahrs.rate_Hz * _BITS_A_BYTE
         if needed > self._ahrs.baudrate_bit_s:
             raise BackendError(

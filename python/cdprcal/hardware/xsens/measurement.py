@@ -21,6 +21,8 @@ PACKET_COUNTER = 0x1020
 SAMPLE_TIME_FINE = 0x1060
 QUATERNION = 0x2010
 EULER = 0x2030
+ACCELERATION = 0x4020
+RATE_OF_TURN = 0x8020
 STATUS_WORD = 0xE020
 
 LocalFrame = Literal["ENU", "NED", "NWU"]
@@ -43,7 +45,8 @@ class Measurement:
     """What one packet said; None: it did not say.
 
     quaternion (w, x, y, z): of R_local_sensor. euler_deg: roll, pitch, yaw, R_local_sensor =
-    Rz(yaw) Ry(pitch) Rx(roll). frame: the local one, of the orientation.
+    Rz(yaw) Ry(pitch) Rx(roll). frame: the local one, of the orientation. Acceleration (what holds
+    the sensor against gravity included) and rate of turn in the sensor's own axes.
     """
 
     packet_counter: int | None = None
@@ -51,6 +54,8 @@ class Measurement:
     quaternion: Numbers | None = None
     euler_deg: Numbers | None = None
     frame: LocalFrame = "ENU"
+    acceleration_m_s2: Numbers | None = None
+    rate_of_turn_rad_s: Numbers | None = None
     status: int | None = None
 
 
@@ -81,6 +86,15 @@ _ORIENTATION = {
     kind | frame_bits | precision_bits: (kind, *_reals(precision, count), frame)
     for kind, count in ((QUATERNION, 4), (EULER, 3))
     for frame, frame_bits in FRAME_BITS.items()
+    for precision, precision_bits in PRECISION_BITS.items()
+}
+#: id → (field, bytes, reader) of what the inertial unit inside reads.
+_INERTIAL = {
+    kind | precision_bits: (field, *_reals(precision, 3))
+    for kind, field in (
+        (ACCELERATION, "acceleration_m_s2"),
+        (RATE_OF_TURN, "rate_of_turn_rad_s"),
+    )
     for precision, precision_bits in PRECISION_BITS.items()
 }
 
@@ -114,6 +128,13 @@ def parse(data: bytes) -> Measurement | None:
             elif math.isfinite(values[0] + values[1] + values[2]):
                 measurement.euler_deg = values
                 measurement.frame = frame
+        elif item & ~12 in _INERTIAL:
+            field, wanted, read = _INERTIAL[item & ~12]
+            if size != wanted:
+                return None
+            values = read(data, at)
+            if math.isfinite(values[0] + values[1] + values[2]):
+                setattr(measurement, field, values)
         elif item == PACKET_COUNTER and size == 2:
             measurement.packet_counter = data[at] << 8 | data[at + 1]
         elif item == SAMPLE_TIME_FINE and size == 4:

@@ -21,6 +21,8 @@ from cdprcal.hardware.xsens.frames import FrameReader, encode
 _DEVICE_ID = bytes.fromhex("07812345")
 _INTERNAL_HZ = 400
 _EVERY_PACKET = 0xFFFF
+_OUTPUTS = (mt.QUATERNION, mt.EULER, mt.ACCELERATION, mt.RATE_OF_TURN)
+_G_M_S2 = 9.81
 
 
 class SimulatedMti:
@@ -37,6 +39,7 @@ class SimulatedMti:
         self._configuration = [(mt.PACKET_COUNTER, _EVERY_PACKET), (mt.EULER, 100)]
         self._counter = 0
         self._due_s = 0.0
+        self._inertial: dict[int, NDArray[np.float64]] = {}  # [3] in platform axes
 
     def receive(self, data: bytes) -> None:
         """Bytes that were sent to it."""
@@ -56,8 +59,17 @@ class SimulatedMti:
             else:
                 self._send(encode(ERROR, b"\x04"))
 
-    def show(self, R_world_platform: NDArray[np.float64], time_s: float) -> None:
-        """The attitude from now on; sends it if a packet is due."""
+    def show(
+        self,
+        R_world_platform: NDArray[np.float64],
+        time_s: float,
+        specific_force_m_s2: NDArray[np.float64] | None = None,
+        angular_velocity_rad_s: NDArray[np.float64] | None = None,
+    ) -> None:
+        """The attitude from now on; sends it if a packet is due.
+
+        What an inertial unit reads, [3] in platform axes: left out, it rests as it hangs.
+        """
         rates = [rate for _, rate in self._configuration if rate != _EVERY_PACKET]
         if not self._measuring or not rates or time_s < self._due_s - 1e-6:
             return
@@ -66,6 +78,12 @@ class SimulatedMti:
         self._due_s = time_s + period_s if late else self._due_s + period_s
         self._counter = (self._counter + 1) & 0xFFFF
         rotation = R_world_platform @ self._R_platform_sensor
+        force = specific_force_m_s2
+        rate = angular_velocity_rad_s
+        self._inertial = {
+            mt.ACCELERATION: _G_M_S2 * R_world_platform[2] if force is None else force,
+            mt.RATE_OF_TURN: np.zeros(3) if rate is None else rate,
+        }
         items = b"".join(self._item(item, rotation, time_s) for item, _ in self._configuration)
         self._send(encode(mt.MID, items))
 
@@ -76,6 +94,9 @@ class SimulatedMti:
             ticks = round(time_s * mt.TIME_FINE_HZ) & 0xFFFFFFFF
             return mt.encode_item(item, ticks.to_bytes(4, "big"))
         precision = next(p for p, bits in mt.PRECISION_BITS.items() if bits == item & 3)
+        if item & ~15 in self._inertial:
+            read = self._inertial[item & ~15] @ self._R_platform_sensor
+            return mt.encode_item(item, mt.encode_reals(precision, tuple(read.tolist())))
         frame = next(f for f, bits in mt.FRAME_BITS.items() if bits == item & 12)
         local = mt.rotation_local_enu(frame) @ rotation
         if item & ~15 == mt.QUATERNION:
@@ -90,7 +111,7 @@ class SimulatedMti:
             item = int.from_bytes(data[at : at + 2], "big")
             rate = int.from_bytes(data[at + 2 : at + 4], "big")
             known = item in (mt.PACKET_COUNTER, mt.SAMPLE_TIME_FINE)
-            if not known and item & ~15 not in (mt.QUATERNION, mt.EULER):
+            if not known and item & ~15 not in _OUTPUTS:
                 self._send(encode(ERROR, b"\x21"))
                 return
             if rate != _EVERY_PACKET:  # the nearest it can

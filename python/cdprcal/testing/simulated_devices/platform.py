@@ -118,7 +118,9 @@ class SimulatedPlatform:
             angles = sample.roll_pitch_yaw_rad
             if np.isfinite(angles).all():
                 rotation = _core.rotation_from_euler(angles, self._convention)
-                self._ahrs.show(rotation, now_s)
+                read = (sample.specific_force_m_s2, sample.angular_velocity_rad_s)
+                force, rate = (v if np.isfinite(v).all() else None for v in read)
+                self._ahrs.show(rotation, now_s, force, rate)
 
 
 def set_plant(options: _core.SimulatorOptions, session: Session) -> None:
