@@ -12,7 +12,6 @@ sigma along the worst axis.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 
 import numpy as np
 
@@ -43,18 +42,15 @@ def main() -> None:
         known = whole.result.poses[0]
         moving = without_rests(log, whole.equilibria)
 
-        def by(method: _core.Method) -> Callable[[], _core.Calibration]:
-            return lambda: _core.calibrate(robot, moving, _core.CalibrateOptions(method=method))  # noqa: B023
-
-        rows = {
-            "whole log": lambda: whole,  # noqa: B023
-            "ways: geometry": by(_core.Method.kinematic),
-            "ways: as calibrate does": by(_core.Method.unified),
-            "ways: balance in motion": lambda: _core.calibrate_in_motion(robot, moving).calibration,  # noqa: B023
+        answers = {
+            "whole log": whole,
+            "ways: geometry": cdprcal.calibrate(robot, moving, method="kinematic"),
+            "ways: as calibrate does": cdprcal.calibrate(robot, moving),
+            "ways: balance in motion": _core.calibrate_in_motion(robot, moving).calibration,
         }
         print(f"{path}: {len(whole.equilibria)} rests")
-        for name, calibrated in rows.items():
-            result = calibrated().result
+        for name, calibration in answers.items():
+            result = calibration.result
             if result.covariance is None:
                 print(f"  {name:24} {result.status.name}")
                 continue

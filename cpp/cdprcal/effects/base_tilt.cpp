@@ -38,6 +38,10 @@ class BaseTilt final : public Effect {
     evaluation.wrench.head<3>() -= aside;
     evaluation.wrench.tail<3>() -= arm.cross(aside);
     evaluation.wrench_by_twist.bottomRightCorner<3, 3>() -= skew(aside) * skew(arm);
+    const Matrix3 to_platform = context.state.rotation.transpose();
+    const Vector3 up = -aside / context.robot.platform.mass_kg;
+    evaluation.specific_force_m_s2 += to_platform * up;
+    evaluation.absolute_by_twist.specific_force_m_s2.rightCols<3>() += to_platform * skew(up);
   }
   void columns(const EffectContext& context, const EffectValues& tilt_rad,
                EffectColumns out) const override {
@@ -52,6 +56,8 @@ class BaseTilt final : public Effect {
     const Eigen::Matrix<double, 3, 2> aside = (skew(weight) * left_jacobian(-beta)).leftCols<2>();
     out.middleRows<3>(rows.wrench()) = -aside;
     out.middleRows<3>(rows.wrench() + 3) = -skew(context.state.centre_of_mass_arm_m) * aside;
+    out.middleRows<3>(rows.specific_force()) =
+        -context.state.rotation.transpose() * aside / context.robot.platform.mass_kg;
   }
 
  private:

@@ -67,14 +67,16 @@ struct EffectContext {
   const CableVector& tension_N = measurement.tension_N;
 };
 
-/// Rows of derivative columns: lengths (n), swivels (n), roll pitch yaw (3), wrench (6).
+/// Rows of derivative columns: lengths (n), swivels (n), roll pitch yaw (3), wrench (6), specific
+/// force at rest (3).
 struct ReadingRows {
   int cables;
   [[nodiscard]] int length() const { return 0; }
   [[nodiscard]] int swivel() const { return cables; }
   [[nodiscard]] int attitude() const { return 2 * cables; }
   [[nodiscard]] int wrench() const { return 2 * cables + 3; }
-  [[nodiscard]] int size() const { return 2 * cables + 9; }
+  [[nodiscard]] int specific_force() const { return 2 * cables + 9; }
+  [[nodiscard]] int size() const { return 2 * cables + 12; }
 };
 
 using EffectValues = Eigen::VectorXd;

@@ -32,6 +32,8 @@ void clear(PoseEvaluation& change, int cables) {
   change.attitude_by_twist.setZero();
   change.wrench.setZero();
   change.wrench_by_twist.setZero();
+  change.specific_force_m_s2.setZero();
+  change.absolute_by_twist.specific_force_m_s2.setZero();
 }
 
 /// What of a wrench no unread tension can carry, in the metric of the whitening.
@@ -415,6 +417,12 @@ void RunRows::act_on_readings(std::size_t batch, const PoseLanes& poses) {
         add(slot + a, change_.roll_pitch_yaw_rad[a], change_.attitude_by_twist.row(a));
       }
     }
+    if (const int slot = layout_.slot(Channel::specific_force); slot >= 0) {
+      for (int a = 0; a < 3; ++a) {
+        add(slot + a, change_.specific_force_m_s2[a],
+            change_.absolute_by_twist.specific_force_m_s2.row(a));
+      }
+    }
     CableVector noise_N;
     if (const int slot = layout_.slot(Channel::balance); slot >= 0 && balanced) {
       if (layout_.statics == StaticsModel::wrench) {
@@ -465,6 +473,9 @@ void RunRows::add_columns(const EffectContext& context, std::size_t lane, bool b
     put(2 * n, rows.attitude() + 2, column.begin);
     if (const int slot = layout_.slot(Channel::roll_pitch); slot >= 0) {
       for (int a = 0; a < 2; ++a) put(slot + a, rows.attitude() + a, column.begin);
+    }
+    if (const int slot = layout_.slot(Channel::specific_force); slot >= 0) {
+      for (int a = 0; a < 3; ++a) put(slot + a, rows.specific_force() + a, column.begin);
     }
     for (std::size_t c = kPaperChannels; c < kChannels && column.effect->moves_cables(); ++c) {
       const int slot = layout_.first[c];  // whole lengths change with those of the drums

@@ -32,7 +32,8 @@ Eigen::VectorXd predicted(const Robot& robot, const Measurement& m, const Pose& 
     out[rows.attitude() + a] =
         about ? wrap_angle(e.roll_pitch_yaw_rad[a] - about->roll_pitch_yaw_rad[a]) : 0.0;
   }
-  out.tail<6>() = e.wrench;
+  out.segment<6>(rows.wrench()) = e.wrench;
+  out.segment<3>(rows.specific_force()) = e.specific_force_m_s2;
   return out;
 }
 
@@ -85,7 +86,7 @@ TEST_P(EveryEffect, DerivativesByValueAndByPose) {
         at.pose, 1e-3);
     Eigen::MatrixXd analytic(ReadingRows{n}.size(), 6);
     analytic << about.length_by_twist, about.swivel_by_twist, about.attitude_by_twist,
-        about.wrench_by_twist;
+        about.wrench_by_twist, about.absolute_by_twist.specific_force_m_s2;
     EXPECT_TRUE(jacobian_matches(analytic, by_pose, 1e-6)) << "by pose";
   }
 }

@@ -20,8 +20,14 @@ _STEP_S = 1e-3  # in which drives follow their ramps
 class AttitudeSink(Protocol):
     """What takes the platform's attitude: a simulated AHRS."""
 
-    def show(self, R_world_platform: NDArray[np.float64], time_s: float) -> None:
-        """The attitude from now on."""
+    def show(
+        self,
+        R_world_platform: NDArray[np.float64],
+        time_s: float,
+        specific_force_m_s2: NDArray[np.float64] | None = None,
+        angular_velocity_rad_s: NDArray[np.float64] | None = None,
+    ) -> None:
+        """The attitude from now on, and what an inertial unit reads."""
 
 
 class SimulatedPlatform:
