@@ -10,8 +10,8 @@ struct ActiveEffect;
 
 /// Everything that residuals need at one pose. Jacobians are with respect to a world-frame twist.
 ///
-/// The base: what absolute sensors (a laser or a tape, a compass, a tracker, an accelerometer) read, the geometry
-/// without what effects do to the drums' encoders and to the AHRS.
+/// The base: what absolute sensors (a laser or a tape, a compass, a tracker, an accelerometer)
+/// read, the geometry without what effects do to the drums' encoders and to the AHRS.
 struct PoseEvaluation : AbsoluteFields<ReadingOf> {
   bool valid = false;
   CableVector length_m;

@@ -2,28 +2,12 @@
 #include "cdprcal/motion/inertial_readings.hpp"
 
 #include "../support/numeric_jacobian.hpp"
-#include "../support/random_robot.hpp"
+#include "../support/random_motion.hpp"
 #include "../support/startup_scenario.hpp"
 #include "cdprcal/motion/known_offsets.hpp"
 
 namespace cdprcal::test {
 namespace {
-
-Robot with_unit(Robot robot, const Vector3& place_m = {0.11, -0.07, 0.05}) {
-  robot.platform.inertial_unit_m = place_m;
-  return robot;
-}
-
-MotionState random_state(Rng& rng) {
-  const auto vector = [&](double size) {
-    return uniform_vector(rng, Vector3::Constant(-size), Vector3::Constant(size));
-  };
-  MotionState state;
-  state.pose = {vector(2.0), random_rotation(rng)};
-  state.twist << vector(1.0), vector(2.0);
-  state.acceleration << vector(5.0), vector(5.0);
-  return state;
-}
 
 Measurement still() {
   Measurement m;
@@ -33,7 +17,7 @@ Measurement still() {
 }
 
 TEST(InertialReadings, HaveTheirDerivatives) {
-  const Robot robot = with_unit(load_robot("irma4"));
+  const Robot robot = with_inertial_unit(load_robot("irma4"));
   Rng rng(5);
   for (int i = 0; i < 20; ++i) {
     const MotionState state = random_state(rng);
@@ -63,7 +47,7 @@ TEST(InertialReadings, NeedTheUnitsPlaceForTheForceOnly) {
 /// The simulated unit against what its place does: by differences of the true poses, without
 /// biases and noise.
 TEST(InertialReadings, AreThoseOfTheSimulatedUnit) {
-  const Robot robot = with_unit(load_robot("irma4"));
+  const Robot robot = with_inertial_unit(load_robot("irma4"));
   StartUpRunOptions options;
   options.simulator = perfect();
   options.log_rate_Hz = options.control_rate_Hz = 200.0;
@@ -97,7 +81,7 @@ TEST(InertialReadings, AreThoseOfTheSimulatedUnit) {
 }
 
 TEST(InertialReadings, AreOffByWhatTheRestsShow) {
-  const Robot robot = with_unit(load_robot("irma4"));
+  const Robot robot = with_inertial_unit(load_robot("irma4"));
   StartUpPlan plan;
   plan.setpoint_N = default_setpoints(robot, 2, 2, 1);
   double squares = 0.0, count = 0.0, before = 0.0, after = 0.0;

@@ -4,21 +4,10 @@
 #include <Eigen/Eigenvalues>
 
 #include "../support/numeric_jacobian.hpp"
-#include "../support/random_robot.hpp"
+#include "../support/random_motion.hpp"
 
 namespace cdprcal::test {
 namespace {
-
-MotionState random_state(Rng& rng) {
-  const auto vector = [&](double size) {
-    return uniform_vector(rng, Vector3::Constant(-size), Vector3::Constant(size));
-  };
-  MotionState state;
-  state.pose = {vector(2.0), random_rotation(rng)};
-  state.twist << vector(1.0), vector(0.7);
-  state.acceleration << vector(5.0), vector(5.0);
-  return state;
-}
 
 MotionVector difference(const MotionState& to, const MotionState& from) {
   MotionVector out;

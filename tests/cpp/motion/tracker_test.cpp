@@ -160,11 +160,6 @@ TEST(Tracker, NeedsNoLoadCells) {
   score.expect_covered();
 }
 
-Robot with_inertial_unit(Robot robot) {
-  robot.platform.inertial_unit_m.emplace(0.08, -0.05, 0.04);
-  return robot;
-}
-
 TEST(Tracker, KnowsTheMotionBetterByAnInertialUnit) {
   for (const Robot& robot : {load_robot("irma4"), ring_robot(3), ring_robot(5)}) {
     for (const double rate_Hz : {100.0, 10.0}) {

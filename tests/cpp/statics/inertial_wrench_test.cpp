@@ -118,7 +118,7 @@ TEST(Damping, TakesTheEnergyThatItsDecaysSay) {
     const PlatformState platform = moving.platform();
     Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(ReadingRows{4}.size(), 2);
     damping()->columns({moving.robot, platform, moving.state.pose, m}, {}, columns);
-    const Vector2 power = columns.bottomRows<6>().transpose() * m.twist;
+    const Vector2 power = columns.middleRows<6>(ReadingRows{4}.wrench()).transpose() * m.twist;
     const Matrix3 r = moving.state.pose.rotation_matrix();
     const Vector3 rate = m.twist.tail<3>();
     const Vector3 velocity =
@@ -145,7 +145,8 @@ TEST(InertialWrench, IsPartOfTheBalanceWithItsDerivatives) {
     const Vector6 expected =
         inertial_wrench(moving.robot, platform, moving.state.twist, moving.state.acceleration)
             .wrench +
-        columns.bottomRows<6>() * by_s - gravity_wrench(moving.robot, platform);
+        columns.middleRows<6>(ReadingRows{4}.wrench()) * by_s -
+        gravity_wrench(moving.robot, platform);
     const PoseEvaluation at = balanced(moving, pose, damped);
     EXPECT_LT((at.wrench - expected).norm(), 1e-12 * expected.norm());
     const NumericJacobian numeric = numeric_pose_jacobian(

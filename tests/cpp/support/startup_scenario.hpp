@@ -13,6 +13,12 @@ namespace cdprcal::test {
 /// The built-in examples of other numbers of cables; not like irma4 in any number.
 inline Robot ring_robot(int cables) { return load_robot("ring" + std::to_string(cables)); }
 
+/// With an accelerometer and a gyroscope away from P.
+inline Robot with_inertial_unit(Robot robot) {
+  robot.platform.inertial_unit_m.emplace(0.11, -0.07, 0.05);
+  return robot;
+}
+
 /// τ₀ in the middle of a box and its eight corners, all stable at constant tensions.
 inline StartUpPlan box_plan(const Robot& robot, const Vector3& lower_m, const Vector3& upper_m) {
   InverseOptions options;
