@@ -6,6 +6,7 @@ import math
 
 from cdprcal import _core
 from cdprcal.findings import Finding
+from cdprcal.sensors import CHANNELS
 
 #: What the core says of a fit that it believes; what it adds behind this restricts it.
 CLAIM = "minimum found; residuals are within what the sensors' sigma allow"
@@ -73,6 +74,9 @@ def _with_scatter_alone(calibration: _core.Calibration) -> _core.CalibrationResu
     channels = {}
     for name, noise in problem.noise.channels.items():
         signal = noise.signal
+        if CHANNELS[name].sensor.is_inertial:  # whose bias stays, and does not scatter
+            channels[name] = noise
+            continue
         channels[name] = (
             _core.ChannelNoise(signal.rounding, noise.sample * math.sqrt(signal.rows))
             if noise.sample > 0.0

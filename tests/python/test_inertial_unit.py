@@ -20,6 +20,7 @@ from cdprcal.io import load_log
 from cdprcal.mapping import load_mapped, propose
 from cdprcal.mapping.read import read_raw
 from cdprcal.testing.simulated_devices.mti import SimulatedPort
+from cdprcal.trust import caveats_of
 from conftest import TABLE_II_TENSIONS_N, Ran
 
 Cli = Callable[..., Ran]
@@ -249,3 +250,18 @@ def test_the_simulated_unit_turns_as_the_platform_does(run: cdprcal.StartUpRun) 
             turned = turned * step
         off = (attitude[begin].inv() * attitude[begin + 100]).inv() * turned
         assert off.magnitude() < np.radians(0.6)  # a bias of 0.1°/s and the noise
+
+
+def test_its_bias_is_no_misfit(robot: cdprcal.Robot, run: cdprcal.StartUpRun) -> None:
+    calibration = cdprcal.calibrate(robot, run.log)
+    assert not caveats_of(calibration)
+    assert cdprcal.diagnose(robot, run.log).verdict == cdprcal.Verdict.consistent
+
+
+@pytest.mark.parametrize("effect", ["base_tilt=0.02,-0.01", "load_cell_bias=5,-4,3,0"])
+def test_effects_are_named_without_an_ahrs(effect: str, robot: cdprcal.Robot) -> None:
+    plan = cdprcal.StartUpPlan(setpoint_N=cdprcal.default_setpoints(robot, 2, 2, 2))
+    made = cdprcal.simulate_startup(robot, plan, effects=[effect], seed=1)
+    kept = {"length_m", "tension_N", "specific_force_m_s2", "angular_velocity_rad_s"}
+    found = cdprcal.diagnose(robot, with_sensors(made.log, kept))
+    assert [e.info.name for e in found.effects] == [effect.partition("=")[0]]

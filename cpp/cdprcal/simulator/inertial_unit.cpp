@@ -16,12 +16,13 @@ Vector3 normal3(double sigma, RandomNormal& random) {
 
 }  // namespace
 
-InertialUnit::InertialUnit(const Robot& robot, const SensorOptions& options, double delay_s)
+InertialUnit::InertialUnit(const PlantParameters& parameters, const SensorOptions& options)
     : options_(options),
-      gravity_m_s2_(robot.gravity_m_s2),
-      delay_s_(delay_s),
-      from_centre_m_(robot.platform.inertial_unit_m.value_or(Vector3::Zero()) -
-                     robot.platform.centre_of_mass_m) {}
+      delay_s_(options.roll_pitch_rad.delay_s),
+      up_m_s2_(parameters.robot.gravity_m_s2 * (parameters.level.conjugate() * Vector3::UnitZ())) {
+  const Platform& platform = parameters.robot.platform;
+  from_centre_m_ = platform.inertial_unit_m.value_or(Vector3::Zero()) - platform.centre_of_mass_m;
+}
 
 void InertialUnit::reset(const PlantDynamics& plant, RandomNormal biases, RandomNormal noise) {
   force_bias_m_s2_ = normal3(options_.specific_force_bias_m_s2, biases);
@@ -51,8 +52,7 @@ void InertialUnit::read(RobotSample& sample) {
   const double now_s = moments_.back().time_s - delay_s_;
   const Moment begin = at(now_s - kWindow_s), end = at(now_s);
   const double lasted_s = end.time_s - begin.time_s;
-  const Vector3 up{0.0, 0.0, gravity_m_s2_};
-  Vector3 force = up, rate = Vector3::Zero();
+  Vector3 force = up_m_s2_, rate = Vector3::Zero();
   if (lasted_s > 0.0) {
     force += (end.velocity_m_s - begin.velocity_m_s) / lasted_s;
     const Eigen::AngleAxisd turned(begin.rotation.conjugate() * end.rotation);

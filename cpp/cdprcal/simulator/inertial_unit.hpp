@@ -13,7 +13,7 @@ namespace cdprcal {
 /// its place gained, and how far it turned, in its own axes.
 class InertialUnit {
  public:
-  InertialUnit(const Robot& robot, const SensorOptions& options, double delay_s);
+  InertialUnit(const PlantParameters& parameters, const SensorOptions& options);
 
   /// At the plant's present motion, with biases and noise of these streams.
   void reset(const PlantDynamics& plant, RandomNormal biases, RandomNormal noise);
@@ -31,7 +31,8 @@ class InertialUnit {
   [[nodiscard]] Moment at(double time_s) const;
 
   SensorOptions options_;
-  double gravity_m_s2_, delay_s_;
+  double delay_s_;
+  Vector3 up_m_s2_;        ///< what holds it against gravity, in the frame's axes
   Vector3 from_centre_m_;  ///< to its place, platform axes
   std::deque<Moment> moments_;
   Vector3 force_bias_m_s2_, rate_bias_rad_s_;

@@ -23,10 +23,7 @@ std::uint64_t stream(std::uint64_t seed, std::uint64_t index) {
 }  // namespace
 
 SensorBank::SensorBank(const PlantParameters& parameters, const SimulatorOptions& options)
-    : p_(parameters),
-      options_(options.sensors),
-      seed_(options.seed),
-      unit_(p_.robot, options.sensors, options.sensors.roll_pitch_rad.delay_s) {
+    : p_(parameters), options_(options.sensors), seed_(options.seed), unit_(p_, options.sensors) {
   const SensorOptions& s = options_;
   length_clock_ = {1.0 / s.length_m.rate_Hz, s.length_m.delay_s};
   swivel_clock_ = {1.0 / s.swivel_rad.rate_Hz, s.swivel_rad.delay_s};
