@@ -224,6 +224,26 @@ bool Tracker::evaluate_now() {
   return evaluate(robot_, effects_, sample_, now_.state.pose, readings_);
 }
 
+/// A motion that begins surprises all readings, a spike one of them: the median tells them apart,
+/// and where a channel of several is beyond belief as a whole, that does.
+bool Tracker::surprised(const std::vector<Reading>& readings) const {
+  constexpr double kMedian = 4.0, kWhole = 9.0;
+  constexpr std::ptrdiff_t kFewest = 3;
+  if (median_size(readings) > kMedian) return true;
+  const auto channel = [&](const Reading& reading) {
+    return offsets_.rows[static_cast<std::size_t>(reading.row)].label.channel;
+  };
+  for (auto begin = readings.begin(); begin != readings.end();) {
+    const auto end = std::find_if(begin, readings.end(), [&](const Reading& other) {
+      return channel(other) != channel(*begin);
+    });
+    const bool whole = std::all_of(begin, end, [](const Reading& r) { return r.size > kWhole; });
+    if (whole && end - begin >= kFewest) return true;
+    begin = end;
+  }
+  return false;
+}
+
 /// All readings of the sample, and how large each innovation is beside what is expected of it.
 std::vector<Tracker::Reading> Tracker::weigh() const {
   std::vector<Reading> out;
@@ -252,10 +272,8 @@ bool Tracker::correct() {
   if (!evaluate_now()) return false;
   std::vector<Reading> readings = weigh();
   if (!step_.starts) {
-    // A motion that begins surprises all readings, a spike one of them: the median tells them
-    // apart.
-    constexpr double kSurprise = 4.0, kMore = 4.0;
-    while (median_size(readings) > kSurprise && jerk_ < kMostJerk) {
+    constexpr double kMore = 4.0;
+    while (surprised(readings) && jerk_ < kMostJerk) {
       spread((kMore - 1.0) * jerk_);
       jerk_ *= kMore;
       readings = weigh();

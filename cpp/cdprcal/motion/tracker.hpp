@@ -81,6 +81,7 @@ class Tracker {
   bool correct();
   bool update(const std::vector<Reading>& readings);
   [[nodiscard]] std::vector<Reading> weigh() const;
+  [[nodiscard]] bool surprised(const std::vector<Reading>& readings) const;
   [[nodiscard]] double misfit(Eigen::Index row) const;
   [[nodiscard]] ByState by_state(Eigen::Index row) const;
   void learn_jerk(const std::vector<Reading>& readings);
