@@ -34,6 +34,8 @@ double chi_square_quantile(double probability, double degrees_of_freedom) {
   return entry->second;
 }
 
+double normal_survival(double value) { return 0.5 * std::erfc(value / std::sqrt(2.0)); }
+
 double normal_quantile(double probability) {
   return -std::sqrt(2.0) * boost::math::erfc_inv(2.0 * probability);
 }

@@ -9,6 +9,8 @@ namespace cdprcal {
 double chi_square_survival(double chi_square, double degrees_of_freedom);
 /// The value that χ²(degrees_of_freedom) stays below with this probability.
 double chi_square_quantile(double probability, double degrees_of_freedom);
+/// P(X ≥ value) for a standard normal X.
+double normal_survival(double value);
 /// The value that a standard normal stays below with this probability.
 double normal_quantile(double probability);
 

@@ -76,9 +76,12 @@ void add_unseen(const Calibration& calibration, double moments_a_reading,
   DiagnosisModel model = model_of(calibration);
   keep_witnesses(calibration, moments_a_reading, model);
   if (!fit_with_noise(model)) return;
-  const Unseen unseen = covariance_of_unseen(model, scan(model, untried(model), {.draws = 0}));
-  const Matrix6& more = checks_of(model).enough() ? unseen.probable : unseen.possible;
-  if (more.allFinite()) take_covariance(*result.covariance + more, result);
+  const Unseen unseen = unseen_effects(model, scan(model, untried(model), {.draws = 0}));
+  const Matrix6 own = *result.covariance + initial_pose_covariance(with_uncertain_noise(model), 0) -
+                      initial_pose_covariance(model, 0);
+  const Matrix6 covariance = checks_of(model).enough() ? averaged_covariance(own, unseen.each)
+                                                       : Matrix6(own + unseen.possible);
+  if (covariance.allFinite()) take_covariance(covariance, result);
 }
 
 }  // namespace
@@ -154,7 +157,8 @@ bool allow_for_effects(const CalibrateOptions& options, Calibration& calibration
   const bool settled = fit_with_noise(model);
   DiagnosisModel witnesses = model;
   const double shared = keep_witnesses(calibration, moments_a_reading, witnesses);
-  const Matrix6 covariance = shared * initial_pose_covariance(witnesses, 0);
+  const Matrix6 covariance =
+      shared * initial_pose_covariance(with_uncertain_noise(std::move(witnesses)), 0);
   if (!settled || !covariance.allFinite()) {
     result.reason += ", and the uncertainty leaves that out";
     result.covariance_holds = false;

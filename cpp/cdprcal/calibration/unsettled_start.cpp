@@ -11,10 +11,12 @@ namespace cdprcal {
 namespace {
 
 /// The changes between the first sample and the mean of later ones: the squares that a change of
-/// pose explains, those that it leaves, and their degrees of freedom.
+/// pose explains, those that it leaves, and their degrees of freedom; and the largest.
 struct Change {
-  double explained = 0.0, left = 0.0;
+  double explained = 0.0, left = 0.0, largest = 0.0;
   int explained_freedom = 0, left_freedom = 0;
+  [[nodiscard]] double all() const { return explained + left; }
+  [[nodiscard]] int freedom() const { return explained_freedom + left_freedom; }
 };
 /// `e`: of the initial pose. `signals`: of the run.
 Change change_between(const Log& log, Eigen::Index first, const SampleRange& later,
@@ -53,7 +55,17 @@ Change change_between(const Log& log, Eigen::Index first, const SampleRange& lat
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(jacobian);
   const double left = (change - jacobian * qr.solve(change)).squaredNorm();
   const auto rank = static_cast<int>(qr.rank());
-  return {change.squaredNorm() - left, left, rank, static_cast<int>(count) - rank};
+  return {change.squaredNorm() - left, left, change.cwiseAbs2().maxCoeff(), rank,
+          static_cast<int>(count) - rank};
+}
+
+/// Whether one reading is odd and all others say that nothing moved: a motion shows in several.
+bool one_is_odd(const Change& change) {
+  constexpr double kNoise = 0.95, kOdd = 0.999;
+  if (change.freedom() < 2) return false;
+  const double others = change.all() - change.largest;
+  return change.all() > chi_square_quantile(kOdd, change.freedom()) &&
+         others <= chi_square_quantile(kNoise, change.freedom() - 1);
 }
 
 /// Whether the sample before `later` is off from it by more than noise and a motion of the
@@ -65,6 +77,7 @@ bool contradicts(const Log& log, const SampleRange& later, const PoseEvaluation&
   // tenth of the cables' length it leaves a hundredth in squares.
   constexpr double kMotion = 100.0;
   const Change change = change_between(log, later.begin - 1, later, e, signals);
+  if (one_is_odd(change)) return true;
   if (change.left_freedom < 1 ||
       change.left <= chi_square_quantile(kConfidence, change.left_freedom)) {
     return false;

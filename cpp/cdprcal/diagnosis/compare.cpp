@@ -4,6 +4,7 @@
 
 #include "cdprcal/diagnosis/events.hpp"
 #include "cdprcal/effects/applied.hpp"
+#include "cdprcal/effects/of_each_log.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/statistics.hpp"
 
@@ -53,7 +54,7 @@ void collect(const Diagnosis& found, Candidates& effects, std::vector<DiscreteFa
   for (const NamedEffect& effect : found.effects) {
     if (as_slip(*effect.effect) || effect.effect->needs_motion()) continue;
     const auto same = [&](const auto& other) { return other->name() == effect.effect->name(); };
-    if (std::ranges::none_of(effects, same)) effects.push_back(effect.effect);
+    if (std::ranges::none_of(effects, same)) effects.push_back(of_all_logs(effect.effect));
   }
   for (const DiscreteFault& fault : found.faults) {
     const auto same = [&](const DiscreteFault& other) { return other.text == fault.text; };

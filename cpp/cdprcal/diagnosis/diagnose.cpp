@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "cdprcal/calibration/allow_for_effects.hpp"
 #include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/diagnosis/baseline.hpp"
 #include "cdprcal/diagnosis/events.hpp"
@@ -12,6 +13,7 @@
 #include "cdprcal/diagnosis/separation.hpp"
 #include "cdprcal/diagnosis/smooth_errors.hpp"
 #include "cdprcal/effects/applied.hpp"
+#include "cdprcal/effects/of_each_log.hpp"
 #include "cdprcal/effects/reading_faults.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/evidence/checks.hpp"
@@ -167,6 +169,11 @@ void advise(const DiagnosisModel& model, Diagnosis& out) {
     const NamedEffect& effect = out.effects[k];
     std::string rivals;
     for (const std::string& rival : effect.rivals) rivals += (rivals.empty() ? "" : ", ") + rival;
+    if (is_of_each_log(*effect.effect)) {
+      out.next.push_back(effect.effect->name() +
+                         " is not the same in all logs, as if the robot had been changed between "
+                         "them: cdprcal compare says what moved, and when");
+    }
     if (rivals.empty()) continue;
     out.next.push_back(effect.effect->name() + " and " + rivals +
                        " cannot be told apart with these poses: " + effect.effect->info().settle);
@@ -330,6 +337,10 @@ void take_calibrated(const Robot& robot, const Log& log, Diagnosis& out) {
   if (result.status != CalibrationStatus::converged || !result.covariance) return;
   out.initial_pose_before = out.initial_pose_after = result.poses.front();
   out.covariance_before = out.covariance_after = *result.covariance;
+  const std::string stays = misfit(calibration);
+  if (stays.empty()) return;
+  out.next.push_back("errors that stay over a rest count as noise (the model misfits " + stays +
+                     "): more rests make less of them, longer ones do not");
 }
 
 }  // namespace
@@ -380,13 +391,14 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   DiagnosisModel model = baseline_model(robot, logs, out.gated, options.motion);
   out.baseline = model;
   out.initial_pose_before = model.runs.front().poses.front();
-  out.covariance_before = initial_pose_covariance(with_uncertain_noise(model), 0);
   record_gap(model, model, "", out);
   for (CandidateScore& s : scan(model, untried(model), {.draws = 0, .limits = true})) {
     out.identifiability.push_back({s.effect->name(), s.visible, s.detectable});
     out.ranking.push_back(std::move(s));
   }
-  out.covariance_before += covariance_of_unseen(model, out.ranking).probable;
+  out.covariance_before =
+      averaged_covariance(initial_pose_covariance(with_uncertain_noise(model), 0),
+                          unseen_effects(model, out.ranking).each);
 
   const Checks checks = checks_of(model);
   Search search(logs, model, out, options);
@@ -422,9 +434,15 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   report_values(honest, uncertain, out);
   out.model = model;
   out.initial_pose_after = honest.runs.front().poses.front();
-  const Unseen hidden = covariance_of_unseen(model, unseen);
-  out.covariance_after = initial_pose_covariance(uncertain, 0) + search.covariance_of_rivals() +
-                         (checks.enough() ? hidden.probable : hidden.possible);
+  const Unseen hidden = unseen_effects(model, unseen);
+  Matrix6 own = initial_pose_covariance(uncertain, 0);
+  std::vector<Possibility> others = search.rivals();
+  if (checks.enough()) {
+    others.insert(others.end(), hidden.each.begin(), hidden.each.end());
+  } else {
+    own += hidden.possible;
+  }
+  out.covariance_after = averaged_covariance(own, others);
   out.corrected = corrected_robot(given, logs, out);
   out.verdict = !out.unexplained.empty()                                    ? Verdict::unexplained
                 : !searches || !checks.enough()                             ? Verdict::undetermined

@@ -26,20 +26,34 @@ Folds split(const Eigen::VectorXd& key, int folds) {
 }
 
 std::vector<Folds> partitions(const DiagnosisModel& model, const DiagnosisSystem& system,
-                              int folds) {
+                              HeldOutPart part) {
+  constexpr int kFolds = 4;
+  if (part == HeldOutPart::log) {
+    Folds by_log;
+    for (const DiagnosisSystem::PoseRange& pose : system.poses) {
+      by_log.push_back(static_cast<int>(pose.run));
+    }
+    return {by_log};
+  }
   const auto count = static_cast<Eigen::Index>(system.poses.size());
-  Eigen::VectorXd time(count);
   Eigen::Matrix<double, Eigen::Dynamic, 3> position(count, 3);
+  std::vector<std::vector<double>> time(model.runs.size());
   for (Eigen::Index i = 0; i < count; ++i) {
     const DiagnosisSystem::PoseRange& pose = system.poses[static_cast<std::size_t>(i)];
     const DiagnosisRun& run = model.runs[pose.run];
-    time[i] = 1e6 * static_cast<double>(pose.run) + run.measurements[pose.pose].run_time_s;
+    time[pose.run].push_back(run.measurements[pose.pose].run_time_s);
     position.row(i) = run.poses[pose.pose].position_m;
+  }
+  Folds by_time;  // a quarter of each log: what is of one log is told by the rest of it
+  for (const std::vector<double>& own : time) {
+    const auto size = static_cast<Eigen::Index>(own.size());
+    const Folds folds = split(Eigen::Map<const Eigen::VectorXd>(own.data(), size), kFolds);
+    by_time.insert(by_time.end(), folds.begin(), folds.end());
   }
   const Eigen::RowVector3d mean = position.colwise().mean();
   const Matrix3 scatter = (position.rowwise() - mean).transpose() * (position.rowwise() - mean);
   const Eigen::SelfAdjointEigenSolver<Matrix3> axes(scatter);
-  return {split(time, folds), split(position * axes.eigenvectors().col(2), folds)};
+  return {std::move(by_time), split(position * axes.eigenvectors().col(2), kFolds)};
 }
 
 struct FoldSums {
@@ -57,26 +71,56 @@ void add_channels(const DiagnosisSystem& system, const DiagnosisSystem::PoseRang
   }
 }
 
+/// The normal equations of some poses' rows.
+struct Normal {
+  Eigen::MatrixXd hessian;
+  Eigen::VectorXd gradient;
+};
+template <class Take>
+Normal normal_of(const DiagnosisSystem& system, Take take) {
+  const int size = system.layout.nuisance();
+  Normal out{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size)};
+  for (std::size_t i = 0; i < system.poses.size(); ++i) {
+    if (!take(i)) continue;
+    const DiagnosisSystem::PoseRange& pose = system.poses[i];
+    const auto columns = system.free_by_common.middleRows(pose.begin, pose.size);
+    out.hessian.noalias() += columns.transpose() * columns;
+    out.gradient.noalias() +=
+        columns.transpose() * system.free_residual.segment(pose.begin, pose.size);
+  }
+  return out;
+}
+
+/// The step of the common unknowns that all folds but one ask for. What only that one tells (the
+/// offsets of a log that is held out whole) it tells itself.
+Eigen::VectorXd step_without(const DiagnosisSystem& system, const Folds& folds, int fold) {
+  const Normal train = normal_of(system, [&](std::size_t i) { return folds[i] != fold; });
+  const Eigen::VectorXd prior =
+      system.prior_precision.cwiseSqrt().cwiseProduct(system.prior_residual);
+  Eigen::MatrixXd hessian = train.hessian;
+  hessian.diagonal() += system.prior_precision;
+  Eigen::VectorXd step = -hessian.completeOrthogonalDecomposition().solve(train.gradient + prior);
+  std::vector<Eigen::Index> own;
+  for (Eigen::Index j = 0; j < step.size(); ++j) {
+    if (!(train.hessian(j, j) > 0.0)) own.push_back(j);
+  }
+  if (own.empty()) return step;
+  const Normal held = normal_of(system, [&](std::size_t i) { return folds[i] == fold; });
+  step(own).setZero();
+  Eigen::MatrixXd of_own = held.hessian(own, own);
+  of_own.diagonal() += system.prior_precision(own);
+  const Eigen::VectorXd left = held.gradient + held.hessian * step + prior;
+  step(own) = -of_own.completeOrthogonalDecomposition().solve(left(own));
+  return step;
+}
+
 /// Fits the common unknowns on all folds but one at a time, and looks at the one left out.
 FoldSums cross_validate(const DiagnosisSystem& system, const Folds& folds) {
-  const int size = system.layout.nuisance();
   const int fold_count = *std::max_element(folds.begin(), folds.end()) + 1;
   FoldSums out;
   out.per_pose.setZero(static_cast<Eigen::Index>(system.poses.size()));
   for (int fold = 0; fold < fold_count; ++fold) {
-    Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(size, size);
-    Eigen::VectorXd gradient =
-        system.prior_precision.cwiseSqrt().cwiseProduct(system.prior_residual);
-    hessian.diagonal() = system.prior_precision;
-    for (std::size_t i = 0; i < system.poses.size(); ++i) {
-      if (folds[i] == fold) continue;
-      const DiagnosisSystem::PoseRange& pose = system.poses[i];
-      const auto columns = system.free_by_common.middleRows(pose.begin, pose.size);
-      hessian.noalias() += columns.transpose() * columns;
-      gradient.noalias() +=
-          columns.transpose() * system.free_residual.segment(pose.begin, pose.size);
-    }
-    const Eigen::VectorXd step = -hessian.completeOrthogonalDecomposition().solve(gradient);
+    const Eigen::VectorXd step = step_without(system, folds, fold);
     for (std::size_t i = 0; i < system.poses.size(); ++i) {
       const DiagnosisSystem::PoseRange& pose = system.poses[i];
       const Eigen::VectorXd left = system.free_residual.segment(pose.begin, pose.size) +
@@ -94,7 +138,7 @@ FoldSums cross_validate(const DiagnosisSystem& system, const Folds& folds) {
 
 }  // namespace
 
-HeldOut held_out(const DiagnosisModel& before, const DiagnosisModel& after, int folds) {
+HeldOut held_out(const DiagnosisModel& before, const DiagnosisModel& after, HeldOutPart part) {
   DiagnosisModel plain = before;
   plain.noise = after.noise;  // one yardstick for both
   const DiagnosisSystem system_before = linearise(plain);
@@ -103,7 +147,7 @@ HeldOut held_out(const DiagnosisModel& before, const DiagnosisModel& after, int 
   if (!system_before.valid || !system_after.valid) return out;
   NoiseLevels train{}, held{}, train_freedom{}, held_freedom{};
   double gain_variance = 0.0;
-  const std::vector<Folds> both = partitions(after, system_after, folds);
+  const std::vector<Folds> both = partitions(after, system_after, part);
   for (const Folds& partition : both) {
     const FoldSums a = cross_validate(system_before, partition);
     const FoldSums b = cross_validate(system_after, partition);

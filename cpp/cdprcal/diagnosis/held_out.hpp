@@ -14,8 +14,14 @@ struct HeldOut {
   NoiseLevels train_rms{}, held_out_rms{};  ///< with the effect: m, rad, rad, rad, N
 };
 
-/// Cross-validation over blocks of time and over regions of the workspace; offsets and effects come
-/// from the other poses. Both models must be fitted.
-HeldOut held_out(const DiagnosisModel& before, const DiagnosisModel& after, int folds = 4);
+/// What is held out at a time.
+enum class HeldOutPart {
+  poses,  ///< a quarter of them: blocks of time, and regions of the workspace
+  log     ///< a whole log, whose own offsets it tells itself
+};
+
+/// Cross-validation: offsets and effects come from the other poses. Both models must be fitted.
+HeldOut held_out(const DiagnosisModel& before, const DiagnosisModel& after,
+                 HeldOutPart part = HeldOutPart::poses);
 
 }  // namespace cdprcal

@@ -166,6 +166,24 @@ SampleRange samples_of(const std::vector<FollowedSample>& samples, const SampleR
   return {at(rows.begin), at(rows.end)};
 }
 
+Log path_through(const DiagnosisModel& model, std::size_t run,
+                 const std::vector<FollowedSample>& samples, const Log& log) {
+  const Robot robot = with_effects(model.robot, model.active(run));
+  const auto count = static_cast<Eigen::Index>(samples.size());
+  Log path;
+  path.time_s.resize(count);
+  path.length_m.resize(count, robot.cable_count());
+  path.swivel_rad.resize(count, robot.cable_count());
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const FollowedSample& sample = samples[static_cast<std::size_t>(i)];
+    const PlatformState state = platform_state(robot, sample.pose);
+    path.time_s[i] = log.time_s[sample.row];
+    path.length_m.row(i) = state.length_m();
+    path.swivel_rad.row(i) = state.swivel_rad();
+  }
+  return path;
+}
+
 MovingSamples moving_samples(const DiagnosisModel& model, const std::vector<Log>& logs) {
   constexpr double kLeastRate_Hz = 3.0;
   MovingSamples out(logs.size());
@@ -210,33 +228,26 @@ void refine_swivel_play(DiagnosisModel& model, const std::vector<Log>& logs) {
   if (term == model.effects.end()) return;
   const int n = model.robot.cable_count();
   for (int round = 0; round < kMostRounds; ++round) {
-    const double half_rad = std::abs(term->values[0]);
-    if (!(half_rad > 0.0)) return;
+    const Eigen::VectorXd half_rad = term->values.cwiseAbs();  // one number, or one a log
+    if (!(half_rad.maxCoeff() > 0.0)) return;
     for (std::size_t r = 0; r < logs.size(); ++r) {
       DiagnosisRun& run = model.runs[r];
+      const double own_rad = half_rad[term->begin_of(r, n)];
       const std::vector<FollowedSample> samples = followed(model, r, logs[r]);
-      if (samples.empty()) continue;
-      const Robot robot = with_effects(model.robot, model.active(r));
-      const auto count = static_cast<Eigen::Index>(samples.size());
-      Eigen::MatrixXd swivel(count, n);
-      Eigen::VectorXd time(count);
-      for (Eigen::Index i = 0; i < count; ++i) {
-        const FollowedSample& sample = samples[static_cast<std::size_t>(i)];
-        swivel.row(i) = platform_state(robot, sample.pose).swivel_rad();
-        time[i] = logs[r].time_s[sample.row];
-      }
-      const Eigen::MatrixXd state = play(time, swivel, half_rad, kWindow_s);
+      if (samples.empty() || !(own_rad > 0.0)) continue;
+      const Log path = path_through(model, r, samples, logs[r]);
+      const Eigen::MatrixXd state = play(path.time_s, path.swivel_rad, own_rad, kWindow_s);
       for (std::size_t m = 0; m < run.measurements.size(); ++m) {
         const SampleRange inside = samples_of(samples, run.rows[m]);
         if (inside.size() < 1) continue;
-        CableVector sum = CableVector::Zero(n);
-        for (Eigen::Index i = inside.begin; i < inside.end; ++i) sum += state.row(i).transpose();
-        run.measurements[m].swivel_direction = sum / static_cast<double>(inside.size());
+        run.measurements[m].swivel_direction =
+            state.middleRows(inside.begin, inside.size()).colwise().mean();
         run.measurements[m].swivel_direction_error.setZero(n);
       }
     }
     if (!fit_with_noise(model)) return;
-    if (std::abs(std::abs(term->values[0]) - half_rad) < kSettled * half_rad) return;
+    const Eigen::VectorXd change_rad = term->values.cwiseAbs() - half_rad;
+    if ((change_rad.cwiseAbs().array() <= kSettled * half_rad.array()).all()) return;
   }
 }
 

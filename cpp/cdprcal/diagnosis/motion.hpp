@@ -22,6 +22,9 @@ struct FollowedSample {
 /// least squares over its own readings, the run's offsets and effects as they are. Samples that too
 /// few readings tell the pose of are left out.
 std::vector<FollowedSample> followed(const DiagnosisModel& model, std::size_t run, const Log& log);
+/// The lengths and swivels that the model has at them, with the log's times.
+Log path_through(const DiagnosisModel& model, std::size_t run,
+                 const std::vector<FollowedSample>& samples, const Log& log);
 /// Which of them are of these rows of the log.
 SampleRange samples_of(const std::vector<FollowedSample>& samples, const SampleRange& rows);
 

@@ -16,19 +16,8 @@ bool follow_directions(DiagnosisModel& model, const std::vector<Log>& logs) {
   for (std::size_t r = 0; r < logs.size(); ++r) {
     DiagnosisRun& run = model.runs[r];
     const std::vector<FollowedSample> samples = followed(as_at_rest, r, logs[r]);
-    const Robot robot = with_effects(model.robot, model.active(r));
-    Log path;
-    path.time_s.resize(static_cast<Eigen::Index>(samples.size()));
-    path.length_m.resize(path.time_s.size(), robot.cable_count());
-    path.swivel_rad.resize(path.time_s.size(), robot.cable_count());
-    for (Eigen::Index i = 0; i < path.time_s.size(); ++i) {
-      const FollowedSample& sample = samples[static_cast<std::size_t>(i)];
-      const PlatformState state = platform_state(robot, sample.pose);
-      path.time_s[i] = logs[r].time_s[sample.row];
-      path.length_m.row(i) = state.length_m();
-      path.swivel_rad.row(i) = state.swivel_rad();
-    }
     if (samples.empty()) continue;
+    const Log path = path_through(model, r, samples, logs[r]);
     const PathState state = path_state(model.robot, path);
     for (std::size_t i = 0; i < run.measurements.size(); ++i) {
       Measurement& m = run.measurements[i];

@@ -9,6 +9,7 @@
 #include "cdprcal/diagnosis/quiet.hpp"
 #include "cdprcal/diagnosis/separation.hpp"
 #include "cdprcal/diagnosis/smooth_errors.hpp"
+#include "cdprcal/effects/of_each_log.hpp"
 #include "cdprcal/effects/text_effect.hpp"
 #include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/evidence/checks.hpp"
@@ -26,8 +27,8 @@ constexpr double kShareInMotion = 0.2, kShareOfDependences = 0.2;
 constexpr double kNamedShare = kShareAtRest + kShareInMotion;
 /// Chance that a formula for what is left is one of noise.
 constexpr double kChanceOfForm = 0.05;
-/// A formula must predict more than one odd rest: so many of its gain's standard errors.
-constexpr double kSureOfForm = 2.0;
+/// What is to be more than one odd rest: so many standard errors of a gain.
+constexpr double kSure = 2.0;
 /// Candidates refitted where the best of several is not much better known than the next.
 constexpr int kFewRefits = 3;
 
@@ -162,6 +163,20 @@ Search::Search(std::vector<Log>& logs, DiagnosisModel& model, Diagnosis& out,
 
 bool Search::report(const std::string& what) const {
   return !options_.progress || options_.progress(what);
+}
+
+Candidates Search::names_for(const DiagnosisModel& model) const {
+  Candidates out = untried(model);
+  if (model.runs.size() < 2) return out;
+  for (std::size_t k = 0, all = out.size(); k < all; ++k) {
+    if (auto own = of_each_log(out[k])) out.push_back(std::move(own));
+  }
+  return out;
+}
+
+double Search::cost_of(const Effect& effect, std::size_t slips) const {
+  if (as_slip(effect)) return std::log(std::max<double>(1.0, static_cast<double>(slips)));
+  return is_of_each_log(effect) ? options_.rival_nats : 0.0;
 }
 
 bool Search::names_reach(double log_evidence, const Refit& first) const {
@@ -379,7 +394,7 @@ void Search::describe() {
     // That there is something is known where something is left: the formula says what.
     const double least_p = left_ ? kChanceOfForm : kShareOfDependences * options_.family_wise_p;
     std::string reason = objection(winner, nullptr, least_p, held);
-    if (reason.empty() && !(held.gain > kSureOfForm * held.gain_error)) {
+    if (reason.empty() && !(held.gain > kSure * held.gain_error)) {
       reason = text("predicts too few poses it was not fitted on (gain %.1f +- %.1f nats)",
                     held.gain, held.gain_error);
     }
@@ -407,21 +422,18 @@ void Search::describe() {
 bool Search::forward() {
   look_for_fault();
   for (;;) {
-    const Candidates named = untried(model_);
+    const Candidates named = names_for(model_);
     const Candidates generic = generic_candidates(model_);
     Candidates all = named;
     all.insert(all.end(), generic.begin(), generic.end());
     std::vector<CandidateScore> scores = scan(model_, all, {.draws = 0});
     look_below_the_noise(model_, named, scores);
     const Candidates slips = slip_candidates(model_);
-    const double choice = std::log(std::max<double>(1.0, static_cast<double>(slips.size())));
     if (std::optional<CandidateScore> step = best_slip(model_, slips)) {
-      step->log_evidence -= choice;
-      const auto place = std::find_if(scores.begin(), scores.end(), [&](const CandidateScore& s) {
-        return s.log_evidence < step->log_evidence;
-      });
-      scores.insert(place, *std::move(step));
+      scores.push_back(*std::move(step));
     }
+    for (CandidateScore& s : scores) s.log_evidence -= cost_of(*s.effect, slips.size());
+    std::ranges::stable_sort(scores, std::ranges::greater(), &CandidateScore::log_evidence);
     const PValues p_named(model_, named, options_.scan);
     const EvidenceAgainst against(model_);
     const std::optional<Refit> rival = best_generic(against, scores, options_.least_evidence);
@@ -436,15 +448,13 @@ bool Search::forward() {
       return false;
     }
     std::vector<Refit> refits =
-        against.refits(scores, options_.refits, [&](const CandidateScore& s) {
+        against.refits(scores, refits_a_round(), [&](const CandidateScore& s) {
           return is_named(s) && s.log_evidence > options_.least_evidence;
         });
     for (Refit& refit : refits) {
-      if (as_slip(*refit.score.effect)) refit.log_evidence -= choice;
+      refit.log_evidence -= cost_of(*refit.score.effect, slips.size());
     }
-    std::stable_sort(refits.begin(), refits.end(), [](const Refit& a, const Refit& b) {
-      return a.log_evidence > b.log_evidence;
-    });
+    std::ranges::stable_sort(refits, std::ranges::greater(), &Refit::log_evidence);
     std::optional<Refit> smooth;
     if (rival || !refits.empty()) {
       double best = options_.least_evidence;
@@ -550,7 +560,7 @@ void Search::in_motion() {
 }
 
 Candidates Search::confusable(const DiagnosisModel& without, const EffectTerm& term) const {
-  const Candidates named = untried(without);
+  const Candidates named = names_for(without);
   CandidateScore winner;
   winner.effect = term.effect;
   winner.values = term.values;
@@ -574,7 +584,9 @@ bool Search::exchange() {
     const std::vector<CandidateScore> scores = scan(*without, alike, {.draws = 0});
     const EvidenceAgainst against(*without);
     std::vector<Refit> refits =
-        against.refits(scores, options_.refits, [](const CandidateScore&) { return true; });
+        against.refits(scores, refits_a_round(), [](const CandidateScore&) { return true; });
+    for (Refit& refit : refits) refit.log_evidence -= cost_of(*refit.score.effect, 1);
+    std::ranges::stable_sort(refits, std::ranges::greater(), &Refit::log_evidence);
     const auto mine = std::find_if(refits.begin(), refits.end(),
                                    [&](const Refit& r) { return r.score.effect == present; });
     if (mine == refits.begin()) continue;
@@ -656,7 +668,11 @@ void Search::find_rivals() {
   for (std::size_t k = 0; k < out_.effects.size(); ++k) {
     const std::optional<DiagnosisModel> without = without_effect(model_, k);
     if (!without) continue;
-    const Candidates named = untried(*without);
+    const auto& accepted = model_.effects[k].effect;
+    Candidates named = untried(*without);
+    // One of each log stands for that of them all, which is no rival of it.
+    std::ranges::replace_if(
+        named, [&](const auto& e) { return e->name() == accepted->name(); }, accepted);
     const std::vector<CandidateScore> scores = scan(*without, named, {.draws = 0});
     const EvidenceAgainst against(*without);
     std::vector<Refit> refits =
@@ -667,16 +683,17 @@ void Search::find_rivals() {
       }
       return std::nullopt;
     };
-    const double own =
-        evidence_of(model_.effects[k].effect.get()).value_or(out_.effects[k].log_evidence);
+    const double own = evidence_of(accepted.get()).value_or(out_.effects[k].log_evidence);
     std::vector<Alternative> others;
     for (const Refit& r : refits) {
-      if (r.score.effect == model_.effects[k].effect || r.log_evidence <= -1e299) continue;
+      if (r.score.effect == accepted || r.log_evidence <= -1e299) continue;
       others.push_back({r.model.runs.front().poses.front(), r.log_evidence - own});
     }
-    of_rivals_ += covariance_of_alternatives(model_.runs.front().poses.front(), others);
+    for (const Possibility& p : possibilities(model_.runs.front().poses.front(), others)) {
+      rivals_.push_back(p);
+    }
     CandidateScore winner;
-    winner.effect = model_.effects[k].effect;
+    winner.effect = accepted;
     winner.values = model_.effects[k].values;
     const std::vector<double> shares = imitation(*without, winner, named);
     for (std::size_t j = 0; j < named.size(); ++j) {

@@ -42,13 +42,23 @@ class Search {
   void describe();
   /// Names, for every accepted effect, what could be in its place as well as it.
   void find_rivals();
-  /// What rivals add to the covariance of the initial pose: they put it elsewhere.
-  [[nodiscard]] const Matrix6& covariance_of_rivals() const { return of_rivals_; }
+  /// Where rivals put the initial pose.
+  [[nodiscard]] const std::vector<Possibility>& rivals() const { return rivals_; }
   /// The dependence that best explains what is left, when chance does not.
   [[nodiscard]] const std::optional<CandidateScore>& left() const { return left_; }
 
  private:
   bool report(const std::string& what) const;
+  /// Named effects that a model does not have; where there are several logs, those of the robot
+  /// also with values of each log's own.
+  [[nodiscard]] Candidates names_for(const DiagnosisModel& model) const;
+  /// How many of these are refitted a round: as many of either kind.
+  [[nodiscard]] int refits_a_round() const {
+    return (model_.runs.size() > 1 ? 2 : 1) * options_.refits;
+  }
+  /// What the evidence for a name is lowered by: there are as many slips as moves and cables, and
+  /// most robots stay as they are from log to log.
+  [[nodiscard]] double cost_of(const Effect& effect, std::size_t slips) const;
   /// An accepted effect, and those that imitate most of what it does.
   [[nodiscard]] Candidates confusable(const DiagnosisModel& without, const EffectTerm& term) const;
   /// Whether any named effects, several if need be, explain as much as one dependence does.
@@ -80,7 +90,7 @@ class Search {
   const DiagnoseOptions& options_;
   SmallFaults small_faults_;
   std::optional<CandidateScore> left_;
-  Matrix6 of_rivals_ = Matrix6::Zero();
+  std::vector<Possibility> rivals_;
 };
 
 /// Writes down the residuals after a step.

@@ -71,7 +71,7 @@ void check_own_effects(const Robot& robot) {
 }  // namespace
 
 EffectLayout layout_of(const Effect& effect) {
-  EffectLayout layout{effect.name(), {}, effect.info().scope == EffectScope::run};
+  EffectLayout layout{effect.name(), {}};
   for (const EffectParameter& p : effect.info().parameters) {
     layout.parameters.push_back({p.name, p.shape, p.range});
   }
@@ -83,7 +83,7 @@ const std::vector<EffectLayout>& effect_layouts() {
     std::vector<EffectLayout> layouts;
     for (const auto& effect : effect_catalogue()) layouts.push_back(layout_of(*effect));
     for (const ReadingFault& fault : reading_faults()) {
-      layouts.push_back({fault.name, fault.parameters, true});
+      layouts.push_back({fault.name, fault.parameters});
     }
     return layouts;
   }();
@@ -118,11 +118,6 @@ void check_effects(const Robot& robot) {
     const AppliedEffect& effect = robot.effects[i];
     const std::optional<EffectLayout> layout = effect_layout(robot, effect.name);
     if (!layout) throw FieldError(effect_field(i, "name"), unknown_effect(robot, effect.name));
-    if (!effect.run.empty() && !layout->by_run) {
-      throw FieldError(effect_field(i, "run"), "a " + effect.name +
-                                                   " is the robot's own and the "
-                                                   "same in every run: delete this key");
-    }
     for (const char c : effect.run) {
       if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
         throw FieldError(effect_field(i, "run"), "must not hold control characters");

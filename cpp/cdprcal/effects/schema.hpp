@@ -15,7 +15,6 @@ namespace cdprcal {
 struct EffectLayout {
   std::string name;
   std::vector<ParameterLayout> parameters;
-  bool by_run = false;  ///< differs from run to run: may be given for one log alone
 };
 
 /// All that a robot may list, in the order of the catalogue; faults last.

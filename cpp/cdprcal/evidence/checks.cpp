@@ -29,10 +29,7 @@ double share_of_places(const DiagnosisModel& model) {
   return rests > 0.0 ? places / rests : 1.0;
 }
 
-}  // namespace
-
-double motion_correlation(const DiagnosisModel& model) {
-  const DiagnosisSystem system = linearise(model);
+double correlation_in_motion(const DiagnosisModel& model, const DiagnosisSystem& system) {
   double products = 0.0, squares = 0.0;
   Eigen::VectorXd last;
   if (!system.valid) return 0.0;
@@ -52,6 +49,12 @@ double motion_correlation(const DiagnosisModel& model) {
   return squares > 0.0 ? products / squares : 0.0;
 }
 
+}  // namespace
+
+double motion_correlation(const DiagnosisModel& model) {
+  return correlation_in_motion(model, linearise(model));
+}
+
 Checks checks_of(const DiagnosisModel& model) {
   Checks out;
   const DiagnosisSystem system = linearise(model);
@@ -68,7 +71,8 @@ Checks checks_of(const DiagnosisModel& model) {
     return std::ranges::all_of(run.measurements,
                                [](const Measurement& m) { return is_moving(m) && !m.moves(); });
   };
-  if (std::ranges::any_of(model.runs, by_samples)) out.shared = motion_correlation(model);
+  if (std::ranges::any_of(model.runs, by_samples))
+    out.shared = correlation_in_motion(model, system);
   return out;
 }
 

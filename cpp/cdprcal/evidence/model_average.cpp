@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "cdprcal/geometry/pose.hpp"
+#include "cdprcal/statistics.hpp"
 
 namespace cdprcal {
 namespace {
@@ -13,16 +14,40 @@ namespace {
 /// The probability that goes with log odds.
 double probability(double log_odds) { return 1.0 / (1.0 + std::exp(-log_odds)); }
 
+/// What σ along an axis is multiplied by so that it bounds what possibilities do there.
+double widening_along(int axis, const Matrix6& own, const Matrix6& averaged,
+                      const std::vector<Possibility>& others) {
+  constexpr double kBound = 4.0;      // σ: what is taken for certain
+  constexpr double kBeyond = 0.0025;  // half of one pose in two hundred: errors have the other half
+  constexpr double kPrecise = 1.01;
+  const auto beyond = [&](double widening) {
+    const double bound = kBound * widening * std::sqrt(averaged(axis, axis));
+    double sum = 0.0;
+    for (const Possibility& p : others) {
+      const double sigma = std::sqrt(own(axis, axis) + p.spread(axis, axis));
+      sum += p.probability * (normal_survival((bound - p.shift[axis]) / sigma) +
+                              normal_survival((bound + p.shift[axis]) / sigma));
+    }
+    return sum;
+  };
+  double low = 1.0, high = 1.0;
+  while (beyond(high) > kBeyond) high *= 2.0;  // never where it is not a number
+  while (high > kPrecise * low) {
+    const double middle = std::sqrt(low * high);
+    (beyond(middle) > kBeyond ? low : high) = middle;
+  }
+  return high;
+}
+
 }  // namespace
 
-Unseen covariance_of_unseen(const DiagnosisModel& model,
-                            const std::vector<CandidateScore>& scores) {
+Unseen unseen_effects(const DiagnosisModel& model, const std::vector<CandidateScore>& scores) {
   Candidates candidates;
   for (const CandidateScore& score : scores) candidates.push_back(score.effect);
   const DiagnosisSystem system = linearise(model, candidates);
   Unseen out;
   if (!system.valid || system.poses.empty()) {
-    out.probable = out.possible = Matrix6::Constant(kNaN);
+    out.possible = Matrix6::Constant(kNaN);
     return out;
   }
   const Eigen::Index nuisance = system.layout.nuisance();
@@ -61,24 +86,34 @@ Unseen covariance_of_unseen(const DiagnosisModel& model,
         -llt.solve(gradient.segment(begin, size) - of.transpose() * gradient.head(nuisance));
     const Vector6 shift = moved * value;
     const Matrix6 spread = moved * llt.solve(moved.transpose());
-    out.probable +=
-        probability(prior_log_odds + scores[k].log_evidence) * (shift * shift.transpose() + spread);
+    out.each.push_back({probability(prior_log_odds + scores[k].log_evidence), shift, spread});
     if (!candidates[k]->info().of_robot_file) out.possible += spread;
   }
   return out;
 }
 
-Matrix6 covariance_of_alternatives(const Pose& present, const std::vector<Alternative>& others) {
+std::vector<Possibility> possibilities(const Pose& present,
+                                       const std::vector<Alternative>& others) {
   double most = 0.0;  // the present one's
   for (const Alternative& other : others) most = std::max(most, other.log_evidence);
   double total = std::exp(-most);
   for (const Alternative& other : others) total += std::exp(other.log_evidence - most);
-  Matrix6 out = Matrix6::Zero();
+  std::vector<Possibility> out;
   for (const Alternative& other : others) {
-    const Vector6 away = minus(other.pose, present);
-    out += std::exp(other.log_evidence - most) / total * away * away.transpose();
+    out.push_back(
+        {std::exp(other.log_evidence - most) / total, minus(other.pose, present), Matrix6::Zero()});
   }
   return out;
+}
+
+Matrix6 averaged_covariance(const Matrix6& own, const std::vector<Possibility>& others) {
+  Matrix6 out = own;
+  for (const Possibility& p : others) {
+    out += p.probability * (p.shift * p.shift.transpose() + p.spread);
+  }
+  Vector6 widening;
+  for (int axis = 0; axis < 6; ++axis) widening[axis] = widening_along(axis, own, out, others);
+  return widening.asDiagonal() * out * widening.asDiagonal();
 }
 
 }  // namespace cdprcal

@@ -5,28 +5,40 @@
 
 namespace cdprcal {
 
-/// What effects that were not accepted add to the covariance of the initial pose of run 0 (position
-/// m, then world-frame rotation vector rad).
+/// What another model says of the initial pose of run 0.
+struct Possibility {
+  double probability = 0.0;  ///< that it holds in the place of the present one
+  /// Where it has the pose, from the present one's (position m, then world-frame rotation vector
+  /// rad), and how much less it knows of it.
+  Vector6 shift = Vector6::Zero();
+  Matrix6 spread = Matrix6::Zero();
+};
+
+/// What effects that were not accepted may do to the initial pose.
 struct Unseen {
-  /// Each weighed by the probability that it is there.
-  Matrix6 probable = Matrix6::Zero();
-  /// All of them there, at their typical sizes.
+  std::vector<Possibility> each;  ///< one more of them
+  /// What all of them at their typical sizes add to the covariance. NaN where the model cannot be
+  /// evaluated.
   Matrix6 possible = Matrix6::Zero();
 };
-/// Bayesian model averaging (Hoeting, Madigan, Raftery and Volinsky, Statistical Science 14, 1999)
-/// over one more effect each. An effect that the readings speak against adds nothing; one that
-/// these poses cannot show adds what it would do at its typical size, times the probability that it
-/// is there. That is learnt from the robot itself: of the catalogue's effects, the share that was
-/// found (Laplace's rule of succession). `scores`: a scan of this model, which must be fitted. NaN
-/// where the model cannot be evaluated.
-Unseen covariance_of_unseen(const DiagnosisModel& model, const std::vector<CandidateScore>& scores);
+/// An effect that the readings speak against is improbable; one that these poses cannot show may do
+/// what it does at its typical size, with the probability that it is there. That is learnt from the
+/// robot itself: of the catalogue's effects, the share that was found (Laplace's rule of
+/// succession). `scores`: a scan of this model, which must be fitted.
+Unseen unseen_effects(const DiagnosisModel& model, const std::vector<CandidateScore>& scores);
 
-/// What models in the place of the present one add: their poses' distance, weighed by how probable
-/// each is beside the present one. `log_evidence`: theirs minus its own.
+/// A fitted model in the place of the present one. `log_evidence`: its own minus the present one's.
 struct Alternative {
   Pose pose;
   double log_evidence = 0.0;
 };
-Matrix6 covariance_of_alternatives(const Pose& present, const std::vector<Alternative>& others);
+std::vector<Possibility> possibilities(const Pose& present, const std::vector<Alternative>& others);
+
+/// Covariance of the initial pose where other models may hold (Bayesian model averaging: Hoeting,
+/// Madigan, Raftery and Volinsky, Statistical Science 14, 1999). `own`: the present one's. A rare
+/// effect that moves the pose far hardly shows in a variance, and is beyond many σ where it is
+/// there: the σ of each coordinate is at least so large that no more than one pose in four hundred
+/// is for such a reason beyond 4 σ.
+Matrix6 averaged_covariance(const Matrix6& own, const std::vector<Possibility>& others);
 
 }  // namespace cdprcal

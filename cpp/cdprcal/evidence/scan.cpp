@@ -4,6 +4,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <numeric>
+#include <string_view>
 
 #include "cdprcal/statistics.hpp"
 #include "cdprcal/synthetic/synthetic.hpp"
@@ -299,8 +300,11 @@ namespace {
 Candidates untried_between(const DiagnosisModel& model, Shows least, Shows most) {
   Candidates out = effects_of(model.robot);
   std::erase_if(out, [&](const auto& effect) {
-    const bool taken =
-        std::ranges::find(model.effects, effect, &EffectTerm::effect) != model.effects.end();
+    // By name: one of each log stands for that of them all.
+    const auto same = [&](const EffectTerm& term) {
+      return std::string_view(term.effect->info().name) == effect->info().name;
+    };
+    const bool taken = std::ranges::any_of(model.effects, same);
     return taken || effect->info().on_request || effect->shows() < least || effect->shows() > most;
   });
   return out;

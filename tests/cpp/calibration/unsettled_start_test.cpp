@@ -48,6 +48,24 @@ TEST(UnsettledStart, ALowPassThatStartsDoesNotShiftTheInitialPose) {
   }
 }
 
+TEST(UnsettledStart, OneOddFirstReadingIsNoMotion) {
+  const Robot robot = load_robot("irma4");
+  // Noise in which lengths and swivels do not contradict a turn of four degrees.
+  SyntheticLogOptions options;
+  options.noise = reading_noise(robot.sigma, 0.5);
+  options.dwell_s = options.move_s = 4.0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    options.seed = seed;
+    SyntheticLog start = synthetic_log(robot, default_setpoints(robot, 2, 2, 2), options);
+    start.log.roll_pitch_yaw_rad(0, 0) += 0.07;
+    const Calibration found = calibrate(robot, start.log);
+    ASSERT_EQ(found.result.status, CalibrationStatus::converged);
+    EXPECT_GT(found.problem.measurements.front().samples, 4);
+    const Vector6 off = minus(start.poses.front(), found.result.poses.front());
+    EXPECT_LT(off.cwiseQuotient(found.result.standard_deviation).cwiseAbs().maxCoeff(), 4.0);
+  }
+}
+
 TEST(UnsettledStart, AGoodStartStays) {
   const Robot robot = load_robot("irma4");
   const Start start = made(7);

@@ -299,6 +299,82 @@ TEST(Diagnose, SeveralLogsShareTheRobotsEffectsAndKeepTheRunsOwn) {
   }
 }
 
+TEST(Diagnose, ErrorsThatStayOverARestAreNoFindingAndNotPassedOver) {
+  const Robot robot = load_robot("irma4");
+  Log log = startup_log(robot, 0.01, 77, 0);
+  RandomNormal random(5);
+  const auto rests = calibrate(robot, log).equilibria;
+  ASSERT_GT(rests.size(), 5U);
+  const auto spoil = [&](LogMatrix& readings, double sigma) {
+    Eigen::Index begin = 0;
+    for (std::size_t i = 0; i < rests.size(); ++i) {
+      // Up to halfway to the next rest, so that no sample of any is left out.
+      const Eigen::Index end = i + 1 < rests.size()
+                                   ? (rests[i].samples.end + rests[i + 1].samples.begin) / 2
+                                   : log.sample_count();
+      for (Eigen::Index c = 0; c < readings.cols(); ++c) {
+        readings.col(c).segment(begin, end - begin).array() += sigma * random();
+      }
+      begin = end;
+    }
+  };
+  spoil(log.length_m, 0.3 * robot.sigma.length_m);
+  spoil(log.swivel_rad, 0.3 * robot.sigma.swivel_rad);
+  spoil(log.tension_N, 0.3 * robot.sigma.tension_N);
+  spoil(log.roll_pitch_yaw_rad, 0.3 * robot.sigma.attitude_rad);
+  const Diagnosis d = diagnose(robot, {log});
+  EXPECT_EQ(d.verdict, Verdict::consistent) << summary(d);
+  EXPECT_THAT(d.next, Contains(HasSubstr("errors that stay over a rest count as noise (the model "
+                                         "misfits lengths by")));
+}
+
+/// Effects that the robot of the last of three logs has, and that of the others has not.
+class ChangedRobotTest : public testing::TestWithParam<OneEffect> {};
+
+TEST_P(ChangedRobotTest, IsNamedWithWhatEachLogHas) {
+  const OneEffect& effect = GetParam();
+  const Robot robot = load_robot("irma4");
+  const std::vector<Log> logs{startup_log(robot, kNoise, 51), startup_log(robot, kNoise, 52),
+                              log_with(effect, 53)};
+  const Diagnosis d = diagnose(robot, logs);
+  EXPECT_EQ(d.verdict, Verdict::explained) << summary(d);
+  ASSERT_EQ(d.effects.size(), 1U) << summary(d);
+  const NamedEffect& found = d.effects[0];
+  EXPECT_EQ(found.effect->name(), effect.name);
+  EXPECT_EQ(found.effect->info().scope, EffectScope::run);
+  const auto size = static_cast<Eigen::Index>(effect.truth.size());
+  ASSERT_EQ(found.values.size(), 3 * size);
+  for (Eigen::Index i = 0; i < 3 * size; ++i) {
+    const double truth = i < 2 * size ? 0.0 : effect.truth[static_cast<std::size_t>(i % size)];
+    EXPECT_NEAR(found.values[i], truth, 4.0 * found.standard_deviation[i]) << i;
+  }
+  EXPECT_THAT(d.next, Contains(HasSubstr(effect.name + " is not the same in all logs")));
+  // It is no rival of the same in all logs.
+  for (const std::string& rival : found.rivals) EXPECT_NE(rival, effect.name);
+  // The corrected file says which log has which values, and each log is set right by it.
+  const Robot corrected = parse_robot(to_yaml(d.corrected), "corrected");
+  ASSERT_EQ(corrected.effects.size(), 3U);
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    EXPECT_FALSE(corrected.effects[i].run.empty());
+    EXPECT_EQ(diagnose(corrected, {logs[i]}).verdict, Verdict::consistent);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalogue, ChangedRobotTest,
+                         testing::Values(single_effects()[0], single_effects()[1],
+                                         single_effects()[4]),
+                         [](const auto& info) { return info.param.name; });
+
+TEST(Diagnose, WhatAllLogsHaveIsTheRobotsOwn) {
+  const OneEffect effect = single_effects()[0];
+  std::vector<Log> logs;
+  for (const std::uint64_t seed : {61, 62, 63}) logs.push_back(log_with(effect, seed));
+  const Diagnosis d = diagnose(load_robot("irma4"), logs);
+  ASSERT_EQ(d.effects.size(), 1U) << summary(d);
+  EXPECT_EQ(d.effects[0].effect->name(), effect.name);
+  EXPECT_EQ(d.effects[0].effect->info().scope, EffectScope::robot);
+}
+
 TEST(Diagnose, CanBeStoppedAndKeepsItsFindings) {
   const Robot robot = load_robot("irma4");
   Log log = startup_log(robot, kNoise, 51);

@@ -89,7 +89,6 @@ TEST(AppliedEffects, MistakesAreRefusedAtTheirPlace) {
   expect("  - name: pulley_radius\n    radius_error_m: [0, 0, 0.5, 0]\n", 2, 21, "check the unit");
   expect("  - name: length_sign\n    sign: [1, 0, 1, 1]\n", 2, 11, "1 or -1");
   expect("  - name: cable_order\n    order: [1, 2, 2, 4]\n", 2, 12, "every cable once");
-  expect("  - name: mass\n    run: a.csv\n    mass_error_kg: 1\n", 2, 10, "the robot's own");
   expect("  - bias_N: [1, 2, 3, 4]\n", 1, 5, "");
   EXPECT_NE(refusal("effects: {name: mass, mass_error_kg: 1}\n").find("must be a list"),
             std::string::npos);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
+#include <random>
 
 #include "../support/run.hpp"
 #include "cdprcal/diagnosis/baseline.hpp"
@@ -26,7 +27,7 @@ TEST(ModelAverage, AnEffectThatMayBeThereWidensThePoseAsIfItWereFree) {
     SCOPED_TRACE(name);
     const auto effect = find_effect(name);
     const std::vector<CandidateScore> scores = scan(clean(), {effect}, {.draws = 0});
-    const Unseen unseen = covariance_of_unseen(clean(), scores);
+    const Unseen unseen = unseen_effects(clean(), scores);
     // The same by another way: the effect in the model, at nothing.
     DiagnosisModel with = clean();
     with.effects.push_back({effect, EffectValues::Zero(effect->size(4))});
@@ -35,15 +36,24 @@ TEST(ModelAverage, AnEffectThatMayBeThereWidensThePoseAsIfItWereFree) {
   }
 }
 
+/// What possibilities add to a covariance of nothing, without any widening.
+Matrix6 mean_of(const std::vector<Possibility>& others) {
+  Matrix6 out = Matrix6::Zero();
+  for (const Possibility& p : others) {
+    out += p.probability * (p.shift * p.shift.transpose() + p.spread);
+  }
+  return out;
+}
+
 TEST(ModelAverage, WhatTheReadingsSpeakAgainstAddsNothing) {
   const std::vector<CandidateScore> scores =
       scan(clean(), {find_effect("transmission_ratio")}, {.draws = 0});
   ASSERT_LT(scores[0].log_evidence, -3.0);
-  const Unseen unseen = covariance_of_unseen(clean(), scores);
-  EXPECT_LT(unseen.probable.trace(), 0.05 * unseen.possible.trace());
+  const Unseen unseen = unseen_effects(clean(), scores);
+  EXPECT_LT(mean_of(unseen.each).trace(), 0.05 * unseen.possible.trace());
   std::vector<CandidateScore> found = scores;
   found[0].log_evidence = 30.0;
-  EXPECT_GE(covariance_of_unseen(clean(), found).probable.trace(), unseen.possible.trace());
+  EXPECT_GE(mean_of(unseen_effects(clean(), found).each).trace(), unseen.possible.trace());
 }
 
 TEST(ModelAverage, AlternativesCountByTheirEvidence) {
@@ -51,11 +61,57 @@ TEST(ModelAverage, AlternativesCountByTheirEvidence) {
   twist << 0.01, 0.0, 0.0, 0.0, 0.02, 0.0;
   const Pose here, there = plus(here, twist);
   const auto of = [&](double log_evidence) {
-    return covariance_of_alternatives(here, {{there, log_evidence}});
+    return mean_of(possibilities(here, {{there, log_evidence}}));
   };
   EXPECT_LE((of(0.0) - 0.5 * twist * twist.transpose()).norm(), 1e-12);
   EXPECT_LT(of(-10.0).norm(), 1e-4 * of(0.0).norm());
-  EXPECT_EQ(covariance_of_alternatives(here, {}), Matrix6::Zero());
+  EXPECT_TRUE(possibilities(here, {}).empty());
+}
+
+TEST(ModelAverage, WithoutOtherModelsACovarianceStays) {
+  const Matrix6 own = initial_pose_covariance(clean(), 0);
+  EXPECT_EQ(averaged_covariance(own, {}), own);
+  // Nor does one that hardly moves the pose change more than its share.
+  const Possibility small{0.03, Vector6::Constant(1e-9), 0.5 * own};
+  EXPECT_LE((averaged_covariance(own, {small}) - 1.015 * own).norm(), 1e-3 * own.norm());
+}
+
+/// Of poses drawn from the mixture that the possibilities make of a normal distribution, how many
+/// have a coordinate beyond so many stated σ.
+TEST(ModelAverage, ARareModelThatPutsThePoseFarAwayIsWithinFourSigma) {
+  const Matrix6 own = Vector6(1.0, 1.0, 4.0, 1.0, 1.0, 9.0).asDiagonal();
+  Possibility rare;
+  rare.probability = 0.03;
+  rare.spread(0, 0) = 100.0;
+  Possibility rarer;
+  rarer.probability = 0.004;
+  rarer.shift[2] = 40.0;
+  const std::vector<Possibility> others{rare, rarer};
+  const Matrix6 stated = averaged_covariance(own, others);
+  const Matrix6 variance = own + mean_of(others);
+  EXPECT_GT(stated(0, 0), 1.2 * variance(0, 0));
+  EXPECT_GT(stated(2, 2), 1.2 * variance(2, 2));
+  EXPECT_EQ(stated(1, 1), variance(1, 1));
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform;
+  int beyond = 0;
+  constexpr int kDraws = 200000;
+  for (int i = 0; i < kDraws; ++i) {
+    Vector6 off;
+    for (int axis = 0; axis < 6; ++axis) off[axis] = std::sqrt(own(axis, axis)) * normal(random);
+    const double which = uniform(random);
+    if (which < rare.probability) {
+      off[0] += 10.0 * normal(random);
+    } else if (which < rare.probability + rarer.probability) {
+      off[2] += 40.0;
+    }
+    const Vector6 sigma = stated.diagonal().cwiseSqrt();
+    if ((off.cwiseQuotient(sigma).cwiseAbs().array() > 4.0).any()) ++beyond;
+  }
+  // Along two axes one in four hundred each, and what is normal.
+  EXPECT_LT(beyond, 0.0055 * kDraws);
+  EXPECT_GT(beyond, 0.002 * kDraws);
 }
 
 }  // namespace

@@ -171,7 +171,7 @@ def _draw_hidden(
         ]
         count = 2 if kind == "two" else 1
         for index in rng.choice(len(catalogue), size=count, replace=False):
-            hidden.append(_draw_effect(catalogue[int(index)], rng, machine.cables, scale))
+            hidden.append(draw_effect(catalogue[int(index)], rng, machine.cables, scale))
     elif kind == "outside":
         hidden.append(_draw_outside(str(rng.choice(_known(OUTSIDE, machine))), rng, scale))
     elif kind == "fault":
@@ -187,10 +187,10 @@ def _size(rng: np.random.Generator) -> float:
     return float(np.exp(rng.uniform(np.log(0.7), np.log(2.0))))
 
 
-def _draw_effect(
+def draw_effect(
     info: _core.EffectInfo, rng: np.random.Generator, cables: int, scale: Scale
 ) -> Hidden:
-    """Each parameter: `size` typical sizes in root mean square over its entries."""
+    """0.7 to 2 typical sizes, in root mean square over the entries of each parameter."""
     size = _size(rng)
     values: list[float] = []
     for parameter in info.parameters:
