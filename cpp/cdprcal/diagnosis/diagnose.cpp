@@ -338,7 +338,7 @@ void take_calibrated(const Robot& robot, const Log& log, Diagnosis& out) {
   out.initial_pose_before = out.initial_pose_after = result.poses.front();
   out.covariance_before = out.covariance_after = *result.covariance;
   const std::string stays = misfit(calibration);
-  if (stays.empty()) return;
+  if (stays.empty() || !out.wandering.empty()) return;
   out.next.push_back("errors that stay over a rest count as noise (the model misfits " + stays +
                      "): more rests make less of them, longer ones do not");
 }

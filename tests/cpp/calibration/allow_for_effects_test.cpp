@@ -8,6 +8,7 @@
 #include "../support/run.hpp"
 #include "cdprcal/diagnosis/baseline.hpp"
 #include "cdprcal/diagnosis/diagnose.hpp"
+#include "cdprcal/evidence/checks.hpp"
 
 namespace cdprcal {
 namespace {
@@ -206,7 +207,7 @@ void expect_the_diagnosis_model(const Robot& robot, const Log& log) {
       << allowing.result.reason;
   ASSERT_GT(allowing.kinematic_poses, 5);  // of which none but the first may count
   const DiagnosisModel model = everything_in(robot, log);
-  const Matrix6 covariance = initial_pose_covariance(model, 0);
+  const Matrix6 covariance = initial_pose_covariance(with_uncertain_noise(model), 0);
   EXPECT_LT((*allowing.result.covariance - covariance).norm(), 0.05 * covariance.norm());
   const Vector6 apart = minus(allowing.result.poses.front(), model.runs[0].poses.front());
   EXPECT_LT(apart.dot(covariance.ldlt().solve(apart)), 0.6);  // as far as both have settled
