@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
 
 import numpy as np
 
@@ -50,9 +49,10 @@ def try_one(job: tuple[str, str, int, int]) -> tuple[str, str, str, str]:
     for number in range(LOGS):
         has = number in WHERE[where]
         of_its_own = int(rng.integers(2**62))
-        case = Case(number, of_its_own, "one", False, 1.0, [hidden] if has else [])
+        inside = [hidden] if has else []
+        case = Case(number, of_its_own, "one", False, 1.0, inside, signal=signal)
         try:
-            made = simulate(replace(case, signal=signal), setting)
+            made = simulate(case, setting)
         except SimulationError:
             return signal, where, name, "not simulated"
         logs.append(made.log)
@@ -61,9 +61,9 @@ def try_one(job: tuple[str, str, int, int]) -> tuple[str, str, str, str]:
     if found.verdict.name != "explained" or len(names) != 1:
         return signal, where, name, f"{found.verdict.name} {' '.join(names)}".strip()
     effect = found.effects[0]
-    rivals = [effect.info.name, *effect.rivals]
     of_each = effect.info.scope == _core.EffectScope.run
-    what = "right" if names[0] == name else "a rival" if name in rivals else f"wrong: {names[0]}"
+    known = effect.rivals
+    what = "right" if names[0] == name else "a rival" if name in known else f"wrong: {names[0]}"
     return signal, where, name, f"{what}, {'of each log' if of_each else 'of the robot'}"
 
 

@@ -79,8 +79,7 @@ void add_unseen(const Calibration& calibration, double moments_a_reading,
   const Unseen unseen = unseen_effects(model, scan(model, untried(model), {.draws = 0}));
   const Matrix6 own = *result.covariance + initial_pose_covariance(with_uncertain_noise(model), 0) -
                       initial_pose_covariance(model, 0);
-  const Matrix6 covariance = checks_of(model).enough() ? averaged_covariance(own, unseen.each)
-                                                       : Matrix6(own + unseen.possible);
+  const Matrix6 covariance = averaged_covariance(own, unseen, checks_of(model).enough());
   if (covariance.allFinite()) take_covariance(covariance, result);
 }
 

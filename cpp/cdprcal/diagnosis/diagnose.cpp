@@ -167,13 +167,13 @@ std::string poses_between(const DiagnosisModel& model, std::size_t k,
 void advise(const DiagnosisModel& model, Diagnosis& out) {
   for (std::size_t k = 0; k < out.effects.size(); ++k) {
     const NamedEffect& effect = out.effects[k];
-    std::string rivals;
-    for (const std::string& rival : effect.rivals) rivals += (rivals.empty() ? "" : ", ") + rival;
     if (is_of_each_log(*effect.effect)) {
       out.next.push_back(effect.effect->name() +
                          " is not the same in all logs, as if the robot had been changed between "
                          "them: cdprcal compare says what moved, and when");
     }
+    std::string rivals;
+    for (const std::string& rival : effect.rivals) rivals += (rivals.empty() ? "" : ", ") + rival;
     if (rivals.empty()) continue;
     out.next.push_back(effect.effect->name() + " and " + rivals +
                        " cannot be told apart with these poses: " + effect.effect->info().settle);
@@ -434,15 +434,9 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   report_values(honest, uncertain, out);
   out.model = model;
   out.initial_pose_after = honest.runs.front().poses.front();
-  const Unseen hidden = unseen_effects(model, unseen);
-  Matrix6 own = initial_pose_covariance(uncertain, 0);
-  std::vector<Possibility> others = search.rivals();
-  if (checks.enough()) {
-    others.insert(others.end(), hidden.each.begin(), hidden.each.end());
-  } else {
-    own += hidden.possible;
-  }
-  out.covariance_after = averaged_covariance(own, others);
+  out.covariance_after =
+      averaged_covariance(initial_pose_covariance(uncertain, 0), unseen_effects(model, unseen),
+                          checks.enough(), search.rivals());
   out.corrected = corrected_robot(given, logs, out);
   out.verdict = !out.unexplained.empty()                                    ? Verdict::unexplained
                 : !searches || !checks.enough()                             ? Verdict::undetermined

@@ -179,6 +179,11 @@ double Search::cost_of(const Effect& effect, std::size_t slips) const {
   return is_of_each_log(effect) ? options_.rival_nats : 0.0;
 }
 
+void Search::charge(std::vector<Refit>& refits, std::size_t slips) const {
+  for (Refit& refit : refits) refit.log_evidence -= cost_of(*refit.score.effect, slips);
+  std::ranges::stable_sort(refits, std::ranges::greater(), &Refit::log_evidence);
+}
+
 bool Search::names_reach(double log_evidence, const Refit& first) const {
   double total = first.log_evidence;
   DiagnosisModel model = first.model;
@@ -451,10 +456,7 @@ bool Search::forward() {
         against.refits(scores, refits_a_round(), [&](const CandidateScore& s) {
           return is_named(s) && s.log_evidence > options_.least_evidence;
         });
-    for (Refit& refit : refits) {
-      refit.log_evidence -= cost_of(*refit.score.effect, slips.size());
-    }
-    std::ranges::stable_sort(refits, std::ranges::greater(), &Refit::log_evidence);
+    charge(refits, slips.size());
     std::optional<Refit> smooth;
     if (rival || !refits.empty()) {
       double best = options_.least_evidence;
@@ -585,8 +587,7 @@ bool Search::exchange() {
     const EvidenceAgainst against(*without);
     std::vector<Refit> refits =
         against.refits(scores, refits_a_round(), [](const CandidateScore&) { return true; });
-    for (Refit& refit : refits) refit.log_evidence -= cost_of(*refit.score.effect, 1);
-    std::ranges::stable_sort(refits, std::ranges::greater(), &Refit::log_evidence);
+    charge(refits);
     const auto mine = std::find_if(refits.begin(), refits.end(),
                                    [&](const Refit& r) { return r.score.effect == present; });
     if (mine == refits.begin()) continue;

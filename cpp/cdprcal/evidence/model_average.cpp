@@ -116,4 +116,11 @@ Matrix6 averaged_covariance(const Matrix6& own, const std::vector<Possibility>& 
   return widening.asDiagonal() * out * widening.asDiagonal();
 }
 
+Matrix6 averaged_covariance(const Matrix6& own, const Unseen& unseen, bool enough,
+                            std::vector<Possibility> others) {
+  if (!enough) return averaged_covariance(own + unseen.possible, others);
+  others.insert(others.end(), unseen.each.begin(), unseen.each.end());
+  return averaged_covariance(own, others);
+}
+
 }  // namespace cdprcal

@@ -40,5 +40,9 @@ std::vector<Possibility> possibilities(const Pose& present, const std::vector<Al
 /// there: the σ of each coordinate is at least so large that no more than one pose in four hundred
 /// is for such a reason beyond 4 σ.
 Matrix6 averaged_covariance(const Matrix6& own, const std::vector<Possibility>& others);
+/// The same with the effects that were not accepted: one more of them, or all of them where the
+/// readings are not `enough` to check a model by.
+Matrix6 averaged_covariance(const Matrix6& own, const Unseen& unseen, bool enough,
+                            std::vector<Possibility> others = {});
 
 }  // namespace cdprcal
