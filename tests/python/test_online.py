@@ -108,7 +108,7 @@ def test_what_cannot_be_added(robot: cdprcal.Robot, made: cdprcal.SyntheticLog) 
 
 
 def test_an_update_is_quick(robot: cdprcal.Robot) -> None:
-    """Among 128 rests; the median of the last ones that only start from the last solution."""
+    """Among 128 rests, beside a calibration of all of them in the same minute."""
     import time
 
     setpoints = cdprcal.default_setpoints(robot, 4, 4, 8)
@@ -120,7 +120,8 @@ def test_an_update_is_quick(robot: cdprcal.Robot) -> None:
         ),
     ).log
     ends = [int(np.searchsorted(log.time_s, 4.0 * i + 2.0 - 1e-6)) for i in range(128)]
-    online = cdprcal.OnlineCalibration(robot, CalibrateOptions(method=Method.statics))
+    options = CalibrateOptions(method=Method.statics)
+    online = cdprcal.OnlineCalibration(robot, options)
     times = []
     for begin, end in zip([0, *ends[:-1]], ends, strict=True):
         stretch = rows(log, begin, end)
@@ -129,9 +130,14 @@ def test_an_update_is_quick(robot: cdprcal.Robot) -> None:
         times.append(time.perf_counter() - began)
     assert result.status == CalibrationStatus.converged
     assert online.calibration.static_poses >= 128
-    print(f"an update among 128 rests: {1e3 * np.median(times[-16:]):.1f} ms")
-    # Under 5 ms on a machine of its own; tests share theirs.
-    assert np.median(times[-16:]) < 0.025
+    anew = []
+    for _ in range(3):
+        began = time.perf_counter()
+        cdprcal.calibrate(robot, log, options)
+        anew.append(time.perf_counter() - began)
+    update_s = np.median(times[-16:])  # these only start from the last solution
+    print(f"an update {1e3 * update_s:.1f} ms, all anew {1e3 * np.median(anew):.1f} ms")
+    assert update_s < np.median(anew) / 3.0
 
 
 def test_the_next_stop_teaches_most_per_second(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
