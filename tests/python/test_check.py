@@ -129,7 +129,7 @@ FAULTS: dict[str, tuple[str, Callable[[Array], None], set[tuple[str, str]], str 
     "attitude spike": (
         "roll_pitch_yaw_rad",
         lambda v: v.__setitem__((200, 0), 1.4),
-        {("error", "jump")},
+        {("warning", "spike")},
         "roll_rad",
     ),
     "attitude in degrees": (
@@ -337,6 +337,38 @@ def test_attitude_that_counts_from_0_to_360_degrees_is_none_in_degrees(
     assert check(robot, wrapped).findings == ()
     small = edited(synthetic.log, "roll_pitch_yaw_rad", lambda a: a.__imul__(180 / np.pi))
     assert ("error", "impossible_value") in found(check(robot, small))
+
+
+def test_stamps_that_jitter_are_no_jumps(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    """Each off by up to 30 % of a period: rates over a short step are noise, not motion."""
+    random = np.random.default_rng(3)
+    jitter_s = 0.03 * random.uniform(-1.0, 1.0, synthetic.log.time_s.size)
+    jitter_s[0] = 0.0
+    log = edited(synthetic.log, "time_s", lambda t: t.__iadd__(jitter_s))
+    assert np.all(np.diff(log.time_s) > 0.0), "this tests nothing"
+    assert not [f for f in check(robot, log).findings if f.severity == "error"]
+
+
+def test_single_odd_readings_are_counted_and_rests_leave_them_out(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    random = np.random.default_rng(5)
+
+    def spoil(lengths: np.ndarray) -> None:
+        rows = random.choice(np.arange(10, len(lengths) - 10, 5), 12, replace=False)
+        lengths[rows, 1] += random.choice([-1.0, 1.0], 12) * 0.3
+
+    log = edited(synthetic.log, "length_m", spoil)
+    report = check(robot, log)
+    assert report.trusted
+    (spikes,) = (f for f in report.findings if f.code == "spike")
+    assert spikes.message.startswith("12 single readings of length_2_m")
+    clean, spoilt = (cdprcal.calibrate(robot, one).result for one in (synthetic.log, log))
+    assert spoilt.status == cdprcal.CalibrationStatus.converged
+    apart = cdprcal.minus(spoilt.poses[0], clean.poses[0])
+    assert np.all(np.abs(apart) < clean.standard_deviation)
 
 
 def test_milliseconds_are_one_finding(

@@ -110,6 +110,21 @@ def test_intervals_hold(robot: cdprcal.Robot, kind: str) -> None:
     assert abs(coverage(rows) - 0.95) < 4.0 * np.sqrt(0.95 * 0.05 / count)
 
 
+def test_encoders_alone_claim_no_pose_where_a_valley_opens_beside_it(
+    robot: cdprcal.Robot,
+) -> None:
+    """At the whole of 10 mm of noise: by its slope each was 3 to 6 sigma off along such a valley."""
+    valleys = [209, 211, 149, 197, 22, 235]
+    rows = start_ups(robot, [*valleys, *range(1, 13)], sensors={"length_m"})
+    converged = [row for row in rows if row.status == "converged"]
+    assert len(converged) >= 4
+    for row in converged:
+        off = np.abs(row.twist_error) / np.asarray(row.standard_deviation)
+        assert off.max() < 4.0, row.seed
+    for row in rows[: len(valleys)]:
+        assert row.status == "unobservable" or row.mahalanobis < 13.0, row.seed
+
+
 def test_a_plan_is_led_by_lengths_and_so_is_its_start_up(robot: cdprcal.Robot) -> None:
     result = cdprcal.make_plan(robot)
     assert result.status == cdprcal.PlanStatus.planned, result.reason

@@ -14,6 +14,7 @@
 #include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/readings/fresh.hpp"
+#include "cdprcal/readings/odd_readings.hpp"
 #include "cdprcal/readings/still.hpp"
 
 namespace cdprcal {
@@ -102,7 +103,7 @@ SampleRange start(const Log& log, const SampleRange& run, const Equilibrium& res
   Eigen::Index hold = run.begin + 1;
   while (hold < out.end && !setpoint_changes(log, hold)) ++hold;
   if (log.time_s[hold - 1] - log.time_s[run.begin] >= 0.5 * window_s) out.end = hold;
-  return still_since_start(log, out, signals);
+  return at_the_start(log, out, signals);
 }
 
 /// The samples of a rest that are averaged: its inner part. Where set-points are logged and held
@@ -149,8 +150,9 @@ void measure_automatically(const Log& log, const PathState& path, const SampleRa
     const bool given_here = given && given->begin < rest.samples.end;
     if (measurements.empty() &&
         (given_here || holds_the_start(log, run, rest, window_s, out.signals))) {
-      starts_at_rest = true;
-      samples = given_here ? *given : start(log, run, rest, window_s, out.signals);
+      const SampleRange first = given_here ? *given : start(log, run, rest, window_s, out.signals);
+      starts_at_rest = first.size() >= kFewestStill;
+      if (starts_at_rest) samples = first;
     }
     measurements.push_back(measurement_mean(log, samples, PoseKind::static_pose, n));
     add_path(path, log, samples, log.time_s[run.begin], measurements.back());
@@ -167,6 +169,7 @@ void measure_automatically(const Log& log, const PathState& path, const SampleRa
   measurements.front().time_s = log.time_s[run.begin];  // the reference is the first sample
   if (options.method == Method::statics) return;
 
+  const double lever_m = characteristic_length_m(robot);
   double last = log.time_s[run.begin];
   std::vector<Measurement> moving;
   for (Eigen::Index row = run.begin; row < run.end; ++row) {
@@ -174,6 +177,7 @@ void measure_automatically(const Log& log, const PathState& path, const SampleRa
     if (log.time_s[row] - last < options.kinematic_spacing_s - 1e-9) continue;
     last = log.time_s[row];
     Measurement m = measurement_at(log, row, PoseKind::kinematic_pose, n);
+    leave_out_impossible(log, row, robot.gravity_m_s2, lever_m, m);
     if (spare_readings(m, freedoms(robot)) < 1) continue;  // it would only add unknowns
     moving.push_back(std::move(m));
     add_path(path, log, {row, row + 1}, log.time_s[run.begin], moving.back());
@@ -381,16 +385,23 @@ Calibration fit(Calibration out, const CalibrateOptions& options) {
   const bool doubtful = !is_balanced(problem) ||
                         (noise_source(options) == NoiseSource::from_data && looks_wrong(out));
   if (!initial && options.most_starts > 1 && options.formulation == Formulation::full &&
-      (first.status == CalibrationStatus::converged || first.curved) && doubtful) {
+      first.status == CalibrationStatus::converged && doubtful) {
     look_elsewhere(options, prepared, first, out);
   }
+  return out;
+}
+
+/// The same, held against what its neighbourhood says.
+Calibration fit_and_look(const Calibration& prepared, const CalibrateOptions& options) {
+  Calibration out = fit(prepared, options);
+  look_around(out.problem, out.result);
   return out;
 }
 
 /// The same; by geometry alone where rests without load cells, exact but curved, leave open how
 /// well the pose is known; from there where they find none.
 Calibration fit_either(const Calibration& prepared, const CalibrateOptions& options) {
-  Calibration out = fit(prepared, options);
+  Calibration out = fit_and_look(prepared, options);
   if (out.result.status == CalibrationStatus::converged || options.method != Method::unified ||
       prepared.problem.statics != StaticsModel::wrench ||
       reads_tensions(prepared.problem.measurements)) {
@@ -398,7 +409,7 @@ Calibration fit_either(const Calibration& prepared, const CalibrateOptions& opti
   }
   Calibration geometry = prepared;
   geometry.problem.statics = StaticsModel::none;
-  geometry = fit(std::move(geometry), options);
+  geometry = fit_and_look(geometry, options);
   if (geometry.result.status != CalibrationStatus::converged) return out;
   if (out.result.status != CalibrationStatus::not_converged) return geometry;
   // Rests contradicted each other where they were fitted. Where geometry says the platform is they
@@ -406,6 +417,7 @@ Calibration fit_either(const Calibration& prepared, const CalibrateOptions& opti
   Calibration there = prepared;
   there.result = solve(prepared.problem, geometry.result.poses, options.solve);
   refine_in_place(options, there);
+  look_around(there.problem, there.result);
   const bool balances = there.result.status == CalibrationStatus::converged &&
                         !is_far(minus(there.result.poses.front(), geometry.result.poses.front()),
                                 *geometry.result.covariance);
@@ -425,8 +437,8 @@ Calibration fit_settled(const Robot& robot, const Log& log, const CalibrateOptio
 }  // namespace
 
 Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions& options) {
-  CalibrateOptions silent = options;  // of several fits only the last is explained
-  silent.solve.explain = false;
+  CalibrateOptions silent = options;  // of several fits only the last is looked at
+  silent.solve.explain = silent.solve.look_around = false;
   Calibration out = fit_settled(robot, log, silent);
   allow_for_effects(options, out);
   if (options.solve.explain) explain(out.problem, out.result);

@@ -59,12 +59,13 @@ Change change_between(const Log& log, Eigen::Index first, const SampleRange& lat
           static_cast<int>(count) - rank};
 }
 
-/// Whether one reading is odd and all others say that nothing moved: a motion shows in several.
+/// Whether one reading is odd, no motion makes it so, and all others say that nothing moved.
 bool one_is_odd(const Change& change) {
   constexpr double kNoise = 0.95, kOdd = 0.999;
-  if (change.freedom() < 2) return false;
+  if (change.left_freedom < 1) return false;
   const double others = change.all() - change.largest;
   return change.all() > chi_square_quantile(kOdd, change.freedom()) &&
+         change.left > chi_square_quantile(kNoise, change.left_freedom) &&
          others <= chi_square_quantile(kNoise, change.freedom() - 1);
 }
 
@@ -105,7 +106,7 @@ std::optional<SampleRange> unsettled_start(const Log& log, const SampleRange& ru
                 fitted.result.poses.front(), StaticsModel::none, {}, problem.effects, true, e);
   if (!e.valid) return std::nullopt;
   const auto later_than = [&](Eigen::Index lead) {
-    return still_since_start(log, {beginning.begin + lead, beginning.end}, fitted.signals);
+    return at_the_start(log, {beginning.begin + lead, beginning.end}, fitted.signals);
   };
   Eigen::Index off = 0;  // samples that are
   const Eigen::Index most = (soon - times - beginning.begin) / 4;

@@ -297,6 +297,22 @@ DiagnosisModel with_discrepancy(const DiagnosisModel& model, Diagnosis& out) {
   return best.model;
 }
 
+/// Where the initial pose is without the formulas that were found. A formula is the plainest of a
+/// thousand laws that predicts what was left; that what the robot does has its form is as likely as
+/// not, and then the pose is no better known than by the way that the formula moves it.
+std::vector<Possibility> without_formulas(const DiagnosisModel& model, const Diagnosis& found) {
+  constexpr double kAnotherLaw = 0.5;
+  DiagnosisModel plain = model;
+  for (std::size_t k = found.effects.size(); k-- > 0;) {
+    if (!found.effects[k].described) continue;
+    plain.effects.erase(plain.effects.begin() + static_cast<std::ptrdiff_t>(k));
+  }
+  if (plain.effects.size() == model.effects.size() || !fit_with_noise(plain)) return {};
+  Diagnosis unsaid;
+  const Pose pose = with_discrepancy(plain, unsaid).runs.front().poses.front();
+  return {{kAnotherLaw, minus(pose, model.runs.front().poses.front()), Matrix6::Zero()}};
+}
+
 /// The effects of these names, each once. Throws InputError for a name that cannot be fitted.
 Candidates chosen_effects(const Robot& robot, const std::vector<std::string>& names, bool motion) {
   Candidates out;
@@ -434,9 +450,11 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   report_values(honest, uncertain, out);
   out.model = model;
   out.initial_pose_after = honest.runs.front().poses.front();
+  std::vector<Possibility> others = without_formulas(honest, out);
+  others.insert(others.end(), search.rivals().begin(), search.rivals().end());
   out.covariance_after =
       averaged_covariance(initial_pose_covariance(uncertain, 0), unseen_effects(model, unseen),
-                          checks.enough(), search.rivals());
+                          checks.enough(), std::move(others));
   out.corrected = corrected_robot(given, logs, out);
   out.verdict = !out.unexplained.empty()                                    ? Verdict::unexplained
                 : !searches || !checks.enough()                             ? Verdict::undetermined

@@ -1,24 +1,35 @@
 #include "cdprcal/readings/measurement.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "cdprcal/readings/odd_readings.hpp"
+
 namespace cdprcal {
 namespace {
 
 /// Mean of the finite entries of each column over the rows of `range`; NaN without any.
 /// `angles`: taken about the first finite entry, so that a wrap between samples does no harm.
+/// `readings`: of sensors, of which some may be odd.
 CableVector column_means(const LogMatrix& values, const SampleRange& range, int columns,
-                         bool angles) {
+                         bool angles, bool readings = false) {
   CableVector mean = CableVector::Constant(columns, kNaN);
+  std::vector<double> since_first;
   for (Eigen::Index c = 0; c < std::min<Eigen::Index>(columns, values.cols()); ++c) {
-    double first = kNaN, sum = 0.0;
-    int count = 0;
+    double first = kNaN;
+    since_first.clear();
     for (Eigen::Index row = range.begin; row < range.end; ++row) {
       const double value = values(row, c);
       if (!std::isfinite(value)) continue;
-      if (count == 0) first = value;
-      sum += angles ? wrap_angle(value - first) : value - first;
-      ++count;
+      if (since_first.empty()) first = value;
+      since_first.push_back(angles ? wrap_angle(value - first) : value - first);
     }
-    if (count > 0) mean[c] = first + sum / count;
+    if (since_first.empty()) continue;
+    if (readings) leave_out_odd(since_first);
+    mean[c] = first + std::accumulate(since_first.begin(), since_first.end(), 0.0) /
+                          static_cast<double>(since_first.size());
   }
   return mean;
 }
@@ -84,7 +95,7 @@ Measurement measurement_mean(const Log& log, const SampleRange& range, PoseKind 
   for_each_sensor(
       [&](const Sensor& sensor, const LogMatrix& values, auto& reading) {
         const CableVector mean =
-            column_means(values, range, sensor.columns_of(cable_count), sensor.is_angle());
+            column_means(values, range, sensor.columns_of(cable_count), sensor.is_angle(), true);
         if constexpr (std::is_same_v<decltype(reading), double&>) {
           reading = mean[0];
         } else {

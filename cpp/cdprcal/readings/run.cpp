@@ -1,5 +1,7 @@
 #include "cdprcal/readings/run.hpp"
 
+#include <cstdio>
+
 #include "cdprcal/error.hpp"
 
 namespace cdprcal {
@@ -7,6 +9,16 @@ namespace cdprcal {
 SampleRange run_of(const Log& log, int segment) {
   const std::vector<SampleRange> all = segments(log);
   const int count = static_cast<int>(all.size());
+  const Eigen::Index samples = log.sample_count();
+  if (count > 1 && 2 * count > samples) {
+    const double usual_s =
+        (log.time_s[samples - 1] - log.time_s[0]) / static_cast<double>(samples - 1);
+    char text[32];
+    std::snprintf(text, sizeof text, "%.4g s", usual_s);
+    throw InputError(log.source + ": time_s advances by " + text +
+                     " from one sample to the next, too far for a run; is it in milliseconds or "
+                     "nanoseconds? The canonical log has seconds; else log at 10 Hz or more");
+  }
   const int index = segment < 0 ? count - 1 : segment;
   if (index >= count) {
     throw InputError(log.source + ": segment " + std::to_string(segment) +

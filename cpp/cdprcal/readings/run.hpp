@@ -7,7 +7,7 @@
 namespace cdprcal {
 
 /// The samples of one segment, from 0; −1: the last. Throws InputError for one that the log does
-/// not have.
+/// not have, and for times that are no seconds: nearly every sample a segment of its own.
 SampleRange run_of(const Log& log, int segment);
 
 /// Throws InputError for a log without samples, or of another number of cables than the robot.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cdprcal/readings/equilibrium_detection.hpp"
+#include "cdprcal/readings/odd_readings.hpp"
 #include "cdprcal/statistics.hpp"
 
 namespace cdprcal {
@@ -17,10 +18,21 @@ struct Running {
   Signal signal;
 };
 
+/// Readings that stand out of both their neighbours are nobody's motion: NaN instead.
+void leave_out_spikes(double sigma, Eigen::VectorXd& values) {
+  constexpr double kStandsOut = 5.0;  // σ of a difference
+  const double least = kStandsOut * std::sqrt(2.0) * sigma;
+  const Eigen::VectorXd given = values;
+  for (Eigen::Index i = 1; i + 1 < given.size(); ++i) {
+    if (stands_out(given[i - 1], given[i], given[i + 1], least)) values[i] = kNaN;
+  }
+}
+
 Running running(const Eigen::VectorXd& given, bool angle, const Signal& channel) {
   Running out;
-  const Eigen::VectorXd values = angle ? unwrapped(given) : given;
+  Eigen::VectorXd values = angle ? unwrapped(given) : given;
   out.signal = of_column(channel, channel_noise(values));
+  if (out.signal.sigma > 0.0) leave_out_spikes(out.signal.sigma, values);
   double origin = kNaN;
   for (const double v : values) {
     const bool there = std::isfinite(v);
@@ -33,7 +45,8 @@ Running running(const Eigen::VectorXd& given, bool angle, const Signal& channel)
 
 /// Whether the means of so many parts of equal length agree in all channels together.
 bool parts_agree(const std::vector<Running>& channels, std::size_t end, std::size_t parts) {
-  constexpr double kConfidence = 0.95;
+  // To call a start a motion by its first samples alone takes more than to shorten a rest.
+  const double confidence = end > 2 * kFewestStill ? 0.99 : 0.999;
   double chi_square = 0.0;
   int freedom = 0;
   for (const Running& c : channels) {
@@ -54,20 +67,40 @@ bool parts_agree(const std::vector<Running>& channels, std::size_t end, std::siz
     chi_square += squares;
     freedom += std::max(0, told - 1);
   }
+  return freedom == 0 || chi_square <= chi_square_quantile(confidence, freedom);
+}
+
+/// Whether the first samples agree with all others. A filter that begins at its first reading says
+/// nothing.
+bool first_agree(const std::vector<Running>& channels, std::size_t end, std::size_t first) {
+  constexpr double kConfidence = 0.999;
+  double chi_square = 0.0;
+  int freedom = 0;
+  for (const Running& c : channels) {
+    const double before = c.count[first], after = c.count[end] - before;
+    if (!(c.signal.sigma > 0.0) || c.signal.correlation_s > 0.0) continue;
+    if (before < 1.0 || after < 1.0) continue;
+    const double change = c.sum[first] / before - (c.sum[end] - c.sum[first]) / after;
+    chi_square += change * change / (c.signal.variance(before) + c.signal.variance(after));
+    ++freedom;
+  }
   return freedom == 0 || chi_square <= chi_square_quantile(kConfidence, freedom);
 }
 
-/// A drift shows in halves; what goes there and comes back, in smaller parts.
+/// A drift shows in halves; what goes there and comes back, in smaller parts; a motion that ends,
+/// in the first samples.
 bool is_still(const std::vector<Running>& channels, std::size_t end) {
-  return std::ranges::all_of(std::array{2, 4, 8}, [&](std::size_t parts) {
-    return parts > end || parts_agree(channels, end, parts);
-  });
+  return std::ranges::all_of(
+             std::array{2, 4, 8},
+             [&](std::size_t parts) { return parts > end || parts_agree(channels, end, parts); }) &&
+         std::ranges::all_of(std::array{1, 2, 4}, [&](std::size_t first) {
+           return first >= end || first_agree(channels, end, first);
+         });
 }
 
 }  // namespace
 
-SampleRange still_since_start(const Log& log, const SampleRange& range, const Signals& signals,
-                              Eigen::Index least) {
+SampleRange still_since_start(const Log& log, const SampleRange& range, const Signals& signals) {
   std::vector<Running> channels;
   for_each_sensor(
       [&](const Sensor& sensor, const LogMatrix& group) {
@@ -83,10 +116,18 @@ SampleRange still_since_start(const Log& log, const SampleRange& range, const Si
       },
       log);
   Eigen::Index size = range.size();
-  while (size > least && !is_still(channels, static_cast<std::size_t>(size))) {
-    size = std::max(least, std::min(size - 1, size * 9 / 10));
+  while (size > 1 && !is_still(channels, static_cast<std::size_t>(size))) {
+    size = std::min(size - 1, size * 9 / 10);
   }
   return {range.begin, range.begin + size};
+}
+
+SampleRange at_the_start(const Log& log, const SampleRange& range, const Signals& signals) {
+  SampleRange out = still_since_start(log, range, signals);
+  if (out.end < range.end) {
+    out.end = out.begin + std::max(out.size() / 2, std::min(out.size(), kFewestStill));
+  }
+  return out;
 }
 
 }  // namespace cdprcal

@@ -21,6 +21,8 @@ _REGULAR_PERIODS = 1.5
 #: A step bends its channel at two samples, a single wrong reading at three; what bends it at more
 #: of the samples around is a vibration, of a loose cable or of the pulley on it.
 _BENDS_OF_A_FAULT = 3
+#: The median of so many steps is the motion that a single wrong reading stands out of.
+_TREND_STEPS = 7
 _AROUND = 8
 
 
@@ -113,6 +115,12 @@ def check_jumps(subject: Subject) -> None:
         values = channel.values[index]
         limit = gravity / lever_m if channel.is_angle else gravity
         impossible, unusual, second = _second_differences(time, values, limit, channel)
+        spikes = _stand_alone(values, impossible, channel.is_angle)
+        if spikes.any():
+            _report_spikes(subject, channel, index, spikes)
+            beside = np.convolve(spikes, np.ones(3), "same") > 0
+            impossible &= ~beside
+            unusual &= ~beside
         rings = _rings(impossible, second)
         if rings.any():
             _report_vibration(subject, channel, index, rings)
@@ -136,7 +144,8 @@ def _second_differences(
     second = np.abs(np.diff(rate)) * span
     # Time stamps that jitter make a steady motion look jerky by rate × jitter.
     jitter = float(np.median(np.abs(steps - np.median(steps))))
-    slack = _NOISE_FACTOR * channel.noise + 6.0 * jitter * np.maximum(
+    uneven = span / np.minimum(steps[1:], steps[:-1])  # noise over a short step is a high rate
+    slack = _NOISE_FACTOR * channel.noise * uneven + 10.0 * jitter * np.maximum(
         np.minimum(np.abs(rate[1:]), np.abs(rate[:-1])), 0.0
     )
     # A continuous acceleration a shows as a·Δt²; one that sets in shows as no more.
@@ -149,6 +158,33 @@ def _second_differences(
         np.concatenate([pad, impossible, pad]),
         np.concatenate([pad, unusual, pad]),
         np.concatenate([[0.0], second, [0.0]]),
+    )
+
+
+def _stand_alone(values: Floats, impossible: Flags, angles: bool) -> Flags:
+    """Single readings far from where those around them lead: no motion, and nothing lasts."""
+    steps = np.diff(values)
+    if angles:
+        steps = (steps + math.pi) % (2 * math.pi) - math.pi
+    around = np.pad(steps, _TREND_STEPS // 2, mode="edge")
+    steps -= np.median(np.lib.stride_tricks.sliding_window_view(around, _TREND_STEPS), axis=1)
+    there, back = steps[:-1], steps[1:]
+    alone = (there * back < 0) & (np.abs(there + back) < 0.3 * np.minimum(abs(there), abs(back)))
+    return impossible & np.concatenate([[False], alone, [False]])
+
+
+def _report_spikes(subject: Subject, channel: Channel, index: np.ndarray, spikes: Flags) -> None:
+    samples = index[spikes]
+    subject.add(
+        "warning",
+        "spike",
+        f"{samples.size} single {'reading' if samples.size == 1 else 'readings'} of {channel.name} "
+        f"stand{'s' if samples.size == 1 else ''} out of those before and after, first at "
+        f"{subject.time_s[samples[0]]:g} s",
+        "look for a loose plug or interference; rests leave such readings out",
+        begin=int(samples[0]),
+        end=int(samples[0]) + 1,
+        channel=channel.name,
     )
 
 

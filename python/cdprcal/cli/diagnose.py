@@ -192,7 +192,9 @@ def _refuse_without_rest(robot: _core.Robot, files: list[LogFile]) -> None:
     from cdprcal.io.files import shown_path
 
     for file in files:
-        run = _core.segments(file.log)[-1]
+        *others, run = _core.segments(file.log)
+        if others and len(run) < 2:
+            continue  # times that are no seconds: what was raised before says so
         try:
             rests = len(_core.detect_equilibria(file.log, run, robot.sigma))
         except _core.InputError:

@@ -31,6 +31,16 @@ TEST(Run, IsTheLastSegmentOrTheOneAskedFor) {
                              testing::HasSubstr("the log has 3")));
 }
 
+TEST(Run, IsNoneWhereTimesAreMilliseconds) {
+  Log log;
+  log.source = "ms.csv";
+  log.time_s = Eigen::VectorXd::LinSpaced(500, 0.0, 499.0 * 50.0);
+  log.length_m = LogMatrix::Zero(500, 4);
+  EXPECT_THAT(test::refusal_of([&] { run_of(log, -1); }),
+              testing::AllOf(testing::StartsWith("ms.csv: time_s advances by 50 s"),
+                             testing::HasSubstr("milliseconds")));
+}
+
 TEST(Run, BelongsToARobotOfAsManyCables) {
   const Robot robot = load_robot("irma4");
   EXPECT_EQ(test::refusal_of([&] { check_belongs(robot, three_segments(4)); }), "accepted");

@@ -28,12 +28,13 @@ Log moving(const std::function<double(double)>& motion, RandomNormal& random) {
 
 /// What the mean of the part that was found is off from the first sample's place, in standard
 /// deviations of a mean of independent readings; the worst of several runs.
-double worst_bias(const std::function<double(double)>& motion) {
+template <typename Find>
+double worst_bias(const std::function<double(double)>& motion, const Find& find) {
   RandomNormal random(7);
   double worst = 0.0;
   for (int run = 0; run < 20; ++run) {
     const Log log = moving(motion, random);
-    const SampleRange found = still_since_start(log, {0, kSamples});
+    const SampleRange found = find(log);
     EXPECT_EQ(found.begin, 0);
     double place = 0.0;
     for (Eigen::Index i = 0; i < found.end; ++i) place += motion(static_cast<double>(i) / kSamples);
@@ -52,19 +53,50 @@ TEST(Still, AllOfARestWhereNothingMoves) {
   EXPECT_GT(kept, 50 * kSamples * 95 / 100);
 }
 
-TEST(Still, NotWhatDriftsAway) {
-  EXPECT_LT(worst_bias([](double t) { return 4.0 * kNoise_m * t; }), 4.0);
+double drift(double t) { return 4.0 * kNoise_m * t; }
+double there_and_back(double t) { return 2.0 * kNoise_m * std::sin(kPi * t); }
+double late(double t) { return t < 0.3 ? 0.0 : 30.0 * kNoise_m * (t - 0.3) * (t - 0.3); }
+
+TEST(Still, WhatDoesNotShowYetIsOffByFourSigma) {
+  const auto still = [](const Log& log) { return still_since_start(log, {0, kSamples}); };
+  EXPECT_LT(worst_bias(drift, still), 5.0);
+  EXPECT_LT(worst_bias(there_and_back, still), 5.0);  // its halves have the same mean
+  EXPECT_LT(worst_bias(late, still), 5.0);
+  // Which is more than a mean may be off by.
+  EXPECT_GT(worst_bias(drift, still), 2.0);
 }
 
-TEST(Still, NotWhatGoesAndComesBackBelowTheNoise) {
-  // Its halves have the same mean.
-  EXPECT_LT(worst_bias([](double t) { return 2.0 * kNoise_m * std::sin(kPi * t); }), 4.0);
+TEST(Still, TheFirstHalfOfItIsWhereThePlatformWas) {
+  const auto first = [](const Log& log) { return at_the_start(log, {0, kSamples}); };
+  EXPECT_LT(worst_bias(drift, first), 2.0);
+  EXPECT_LT(worst_bias(there_and_back, first), 2.0);
+  EXPECT_LT(worst_bias(late, first), 1.0);
 }
 
-TEST(Still, NeverLessThanTheLeast) {
+TEST(Still, AllOfARestIsItsBeginning) {
+  RandomNormal random(11);
+  Eigen::Index kept = 0;
+  for (int run = 0; run < 50; ++run) {
+    kept += at_the_start(moving([](double) { return 0.0; }, random), {0, kSamples}).size();
+  }
+  EXPECT_GT(kept, 50 * kSamples * 85 / 100);
+}
+
+TEST(Still, NothingWhereItMovesAtOnce) {
   RandomNormal random(5);
   const Log log = moving([](double t) { return 1e3 * kNoise_m * t; }, random);
-  EXPECT_EQ(still_since_start(log, {0, kSamples}, {}, 6).size(), 6);
+  EXPECT_EQ(still_since_start(log, {0, kSamples}).size(), 1);
+  EXPECT_EQ(at_the_start(log, {0, kSamples}).size(), 1);
+  // Nor what comes to rest after a few samples: their mean is neither the one place nor the other.
+  const Log late = moving([](double t) { return -10.0 * kNoise_m * std::exp(-40.0 * t); }, random);
+  EXPECT_LT(at_the_start(late, {0, kSamples}).size(), kFewestStill);
+}
+
+TEST(Still, AReadingThatStandsOutAloneIsNoMotion) {
+  RandomNormal random(13);
+  Log log = moving([](double) { return 0.0; }, random);
+  for (const Eigen::Index i : {2, 30, 55}) log.length_m(i, 1) += 30.0 * kNoise_m;
+  EXPECT_GT(at_the_start(log, {0, kSamples}).size(), kSamples / 3);
 }
 
 }  // namespace

@@ -1,0 +1,55 @@
+#include "cdprcal/readings/odd_readings.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cdprcal {
+
+bool stands_out(double before, double value, double after, double least) {
+  const double there = value - before, back = value - after;
+  return there * back > 0.0 && std::min(std::abs(there), std::abs(back)) > least;
+}
+
+void leave_out_odd(std::vector<double>& at_rest) {
+  constexpr std::size_t kMany = 8;
+  constexpr double kOdd = 6.0, kNormal = 1.4826;  // σ over the median deviation
+  if (at_rest.size() < kMany) return;
+  const auto middle_of = [](std::vector<double> some) {
+    const auto middle = some.begin() + static_cast<std::ptrdiff_t>(some.size() / 2);
+    std::nth_element(some.begin(), middle, some.end());
+    return *middle;
+  };
+  const double median = middle_of(at_rest);
+  std::vector<double> away = at_rest;
+  for (double& v : away) v = std::abs(v - median);
+  const double most = kOdd * kNormal * middle_of(away);
+  if (!(most > 0.0)) return;
+  std::erase_if(at_rest, [&](double v) { return std::abs(v - median) > most; });
+}
+
+void leave_out_impossible(const Log& log, Eigen::Index row, double gravity_m_s2, double lever_m,
+                          Measurement& m) {
+  if (row < 1 || row + 1 >= log.sample_count()) return;
+  const double step_s =
+      std::max(log.time_s[row] - log.time_s[row - 1], log.time_s[row + 1] - log.time_s[row]);
+  const double least_m = gravity_m_s2 * step_s * step_s;
+  for_each_sensor(
+      [&](const Sensor& sensor, const LogMatrix& values) {
+        if (sensor.is_inertial() || &values == &log.tension_N) return;
+        const std::span<double> readings = readings_of(m, sensor);
+        const auto columns = std::min(values.cols(), static_cast<Eigen::Index>(readings.size()));
+        for (Eigen::Index c = 0; c < columns; ++c) {
+          const double value = values(row, c);
+          double before = values(row - 1, c), after = values(row + 1, c);
+          if (sensor.is_angle()) {
+            before = value + wrap_angle(before - value);
+            after = value + wrap_angle(after - value);
+          }
+          const double least = sensor.is_angle() ? least_m / lever_m : least_m;
+          if (stands_out(before, value, after, least)) readings[static_cast<std::size_t>(c)] = kNaN;
+        }
+      },
+      log);
+}
+
+}  // namespace cdprcal
