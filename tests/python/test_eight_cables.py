@@ -113,7 +113,7 @@ def test_intervals_hold(robot: cdprcal.Robot, kind: str) -> None:
 def test_encoders_alone_claim_no_pose_where_a_valley_opens_beside_it(
     robot: cdprcal.Robot,
 ) -> None:
-    """At the whole of 10 mm of noise: by its slope each was 3 to 6 sigma off along such a valley."""
+    """At 10 mm of noise: by the slope each of the first was 3 to 6 sigma off along a valley."""
     valleys = [209, 211, 149, 197, 22, 235]
     rows = start_ups(robot, [*valleys, *range(1, 13)], sensors={"length_m"})
     converged = [row for row in rows if row.status == "converged"]

@@ -94,16 +94,30 @@ SampleRange longest_hold(const Log& log, const SampleRange& rest) {
   return longest;
 }
 
+/// Whether cables creep so slowly that forces balance all the same: encoders may show hundredths of
+/// a millimetre of it, which single samples call a motion.
+bool creeps(const Log& log, const SampleRange& beginning, double gravity_m_s2) {
+  constexpr double kNegligible = 0.001;  // of the weight
+  if (log.length_m.cols() == 0) return false;
+  const double time_s = log.time_s[beginning.end - 1] - log.time_s[beginning.begin];
+  const double change_m = (log.length_m.row(beginning.end - 1) - log.length_m.row(beginning.begin))
+                              .cwiseAbs()
+                              .maxCoeff();
+  return change_m < kNegligible * gravity_m_s2 * time_s * time_s;
+}
+
 /// The samples that show where the platform was at the first one: up to the end of the first rest,
 /// no further than the first change of a set-point (if they are held for half a window at all), and
 /// only as long as no mean wanders.
 SampleRange start(const Log& log, const SampleRange& run, const Equilibrium& rest, double window_s,
-                  const Signals& signals) {
+                  const Signals& signals, double gravity_m_s2) {
   SampleRange out{run.begin, rest.samples.end};
   Eigen::Index hold = run.begin + 1;
   while (hold < out.end && !setpoint_changes(log, hold)) ++hold;
   if (log.time_s[hold - 1] - log.time_s[run.begin] >= 0.5 * window_s) out.end = hold;
-  return at_the_start(log, out, signals);
+  const SampleRange still = at_the_start(log, out, signals);
+  const SampleRange few{out.begin, std::min(out.end, out.begin + kFewestStill)};
+  return still.size() < few.size() && creeps(log, few, gravity_m_s2) ? few : still;
 }
 
 /// The samples of a rest that are averaged: its inner part. Where set-points are logged and held
@@ -150,7 +164,8 @@ void measure_automatically(const Log& log, const PathState& path, const SampleRa
     const bool given_here = given && given->begin < rest.samples.end;
     if (measurements.empty() &&
         (given_here || holds_the_start(log, run, rest, window_s, out.signals))) {
-      const SampleRange first = given_here ? *given : start(log, run, rest, window_s, out.signals);
+      const SampleRange first =
+          given_here ? *given : start(log, run, rest, window_s, out.signals, robot.gravity_m_s2);
       starts_at_rest = first.size() >= kFewestStill;
       if (starts_at_rest) samples = first;
     }
@@ -385,7 +400,7 @@ Calibration fit(Calibration out, const CalibrateOptions& options) {
   const bool doubtful = !is_balanced(problem) ||
                         (noise_source(options) == NoiseSource::from_data && looks_wrong(out));
   if (!initial && options.most_starts > 1 && options.formulation == Formulation::full &&
-      first.status == CalibrationStatus::converged && doubtful) {
+      (first.status == CalibrationStatus::converged || first.curved) && doubtful) {
     look_elsewhere(options, prepared, first, out);
   }
   return out;
@@ -437,8 +452,8 @@ Calibration fit_settled(const Robot& robot, const Log& log, const CalibrateOptio
 }  // namespace
 
 Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions& options) {
-  CalibrateOptions silent = options;  // of several fits only the last is looked at
-  silent.solve.explain = silent.solve.look_around = false;
+  CalibrateOptions silent = options;  // of several fits only the last is explained
+  silent.solve.explain = false;
   Calibration out = fit_settled(robot, log, silent);
   allow_for_effects(options, out);
   if (options.solve.explain) explain(out.problem, out.result);

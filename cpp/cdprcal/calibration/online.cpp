@@ -26,7 +26,7 @@ SolveOptions live(SolveOptions options) {
 OnlineCalibration::OnlineCalibration(const Robot& robot, const CalibrateOptions& options)
     : robot_(robot), options_(options), explain_(options.solve.explain) {
   options_.solve = live(options.solve);
-  options_.solve.explain = options_.solve.look_around = false;  // at the end of an update
+  options_.solve.explain = false;  // said at the end of an update
   if (!options.at_s.empty() || options.segment != -1 || !options.guess.empty()) {
     throw InputError(
         "online calibration: at_s, segment and guess belong to finished logs; leave them out");

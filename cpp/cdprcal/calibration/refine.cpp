@@ -147,7 +147,8 @@ Refinement refine(const CalibrationProblem& problem, const CalibrationResult& fi
                   const Signals& signals, const SolveOptions& solve_options,
                   const RefineOptions& options) {
   Refinement out{problem, fit, {}};
-  if (fit.status != CalibrationStatus::converged) return out;
+  // With the noise that the readings show, a covariance may well hold as far as it reaches.
+  if (fit.status != CalibrationStatus::converged && !fit.curved) return out;
   double solve_time_s = fit.solve_time_s;
   int iterations = fit.iterations;
   bool shrinks = false;

@@ -6,6 +6,12 @@
 
 namespace cdprcal {
 
+/// By what factor a variance of ζ0, in whatever direction, is larger or smaller two standard
+/// deviations away along the worst direction, up or down, all else fitted anew there. About 1 where
+/// the linearisation holds; infinite where ζ0 is not even determined there. A tenth of the work of
+/// `nearby`. `result` must have a covariance.
+double variance_ratio_nearby(const CalibrationProblem& problem, const CalibrationResult& result);
+
 /// ζ0 with what its neighbourhood says.
 struct Nearby {
   double widening = 1.0;  ///< how many times as far as the covariance says it may be, at most

@@ -51,8 +51,6 @@ struct SolveOptions {
   /// Whether to say what least_observed says: which direction of the initial pose is least certain,
   /// and which readings see it. As much work as eight iterations of a small problem.
   bool explain = true;
-  /// Whether to look around a solution whose rotations are known badly (look_around).
-  bool look_around = true;
 };
 
 enum class CalibrationStatus { converged, not_converged, unobservable };
@@ -78,6 +76,7 @@ struct CalibrationResult {
   int parameter_count = 0;
   double chi_square_p_value = kNaN;  ///< of 2·cost on residuals − parameters degrees of freedom
   ResidualRms residual_rms;
+  bool curved = false;  ///< unobservable only because its covariance does not hold nearby
 };
 
 /// Solves from a guess (one pose a measurement). Never throws on numerical failure: see status.
@@ -87,7 +86,8 @@ CalibrationResult solve(const CalibrationProblem& problem, const std::vector<Pos
 
 /// Widens the covariance of a converged result where beside its minimum the readings allow more
 /// than the slope there says, and takes the claim back where they allow twice as much or more
-/// (curvature.hpp). The paper's formulation claims what the paper does.
+/// (nearby, curvature.hpp): what calibrate does with its last fit. The paper's formulation claims
+/// what the paper does.
 void look_around(const CalibrationProblem& problem, CalibrationResult& result);
 
 /// Says of a result solved without it what least_observed says; a result that has no covariance, or

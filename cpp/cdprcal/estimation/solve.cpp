@@ -287,7 +287,24 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
   result.chi_square_p_value =
       chi_square_survival(2.0 * result.cost, result.residual_count - result.parameter_count);
   judge(problem, assembly, converged, options.explain, result);
-  if (options.look_around) look_around(problem, result);
+  // Only weak problems reach that far; what the paper's formulation claims is the paper's.
+  constexpr double kFar = 1.5 * kDegree;
+  constexpr double kMostChange = 4.0;  // of a variance: twice the standard deviation
+  if (result.status == CalibrationStatus::converged && problem.reference_noise &&
+      result.standard_deviation.tail<3>().maxCoeff() > kFar) {
+    if (const double change = variance_ratio_nearby(problem, result); change > kMostChange) {
+      if (!options.explain) result.least_observed = least_observed(problem, assembly).sentence;
+      result.status = CalibrationStatus::unobservable;
+      result.curved = true;
+      result.reason = format(
+          "a minimum was found, but how well it is known cannot be said: two standard deviations "
+          "away variances are %.3g times as large or small (at most %.3g); measure at more varied "
+          "poses, or with more sensors",
+          std::min(change, 1e6), kMostChange);
+      result.covariance.reset();
+      result.standard_deviation.setConstant(kNaN);
+    }
+  }
   return result;
 }
 

@@ -22,9 +22,14 @@ void leave_out_odd(std::vector<double>& at_rest) {
   const double median = middle_of(at_rest);
   std::vector<double> away = at_rest;
   for (double& v : away) v = std::abs(v - median);
-  const double most = kOdd * kNormal * middle_of(away);
-  if (!(most > 0.0)) return;
-  std::erase_if(at_rest, [&](double v) { return std::abs(v - median) > most; });
+  const double least = kOdd * kNormal * middle_of(away);
+  if (!(least > 0.0)) return;
+  const std::vector<double> all = at_rest;
+  at_rest.clear();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const bool inner = i > 0 && i + 1 < all.size();
+    if (!inner || !stands_out(all[i - 1], all[i], all[i + 1], least)) at_rest.push_back(all[i]);
+  }
 }
 
 void leave_out_impossible(const Log& log, Eigen::Index row, double gravity_m_s2, double lever_m,

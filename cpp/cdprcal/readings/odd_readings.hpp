@@ -11,9 +11,9 @@ namespace cdprcal {
 /// side of them. NaN: nothing is known.
 bool stands_out(double before, double value, double after, double least);
 
-/// Takes out of the readings of a rest what the noise of the others does not explain: those more
-/// than six standard deviations off the median, both of most of them. Of few nothing is left out,
-/// nor where most are alike and nothing tells.
+/// Takes out of the readings of a rest, in their order, those that stand out by more than six
+/// standard deviations of most of them. What creeps stays; so does all of few, and where most are
+/// alike and nothing tells.
 void leave_out_odd(std::vector<double>& at_rest);
 
 /// Readings of one moment of a motion that would take a larger acceleration than gravity's to be

@@ -15,9 +15,10 @@ SampleRange run_of(const Log& log, int segment) {
         (log.time_s[samples - 1] - log.time_s[0]) / static_cast<double>(samples - 1);
     char text[32];
     std::snprintf(text, sizeof text, "%.4g s", usual_s);
-    throw InputError(log.source + ": time_s advances by " + text +
-                     " from one sample to the next, too far for a run; is it in milliseconds or "
-                     "nanoseconds? The canonical log has seconds; else log at 10 Hz or more");
+    throw InputError(
+        log.source + ": time_s advances by " + text +
+        " from one sample to the next, too far for a run; give seconds (milliseconds and "
+        "nanoseconds look like that), or log at 10 Hz or more");
   }
   const int index = segment < 0 ? count - 1 : segment;
   if (index >= count) {
@@ -31,6 +32,11 @@ SampleRange run_of(const Log& log, int segment) {
 void check_belongs(const Robot& robot, const Log& log) {
   const int cables = log.cable_count();
   if (log.sample_count() == 0) throw InputError(log.source + ": the log has no samples; log again");
+  if (cables == 0) {
+    throw InputError(log.source +
+                     ": the log says nothing of any cable; log lengths, swivel angles or tensions "
+                     "(length_1_m, swivel_1_rad, tension_1_N …)");
+  }
   if (cables != robot.cable_count()) {
     throw InputError(log.source + ": the log has " + std::to_string(cables) + " cables, robot '" +
                      robot.name + "' has " + std::to_string(robot.cable_count()) +

@@ -28,10 +28,13 @@ void leave_out_spikes(double sigma, Eigen::VectorXd& values) {
   }
 }
 
-Running running(const Eigen::VectorXd& given, bool angle, const Signal& channel) {
+/// Of a column of a log, whose noise few samples would hardly tell.
+Running running(const Eigen::VectorXd& column, const SampleRange& range, bool angle,
+                const Signal& channel) {
   Running out;
-  Eigen::VectorXd values = angle ? unwrapped(given) : given;
-  out.signal = of_column(channel, channel_noise(values));
+  Eigen::VectorXd values = column.segment(range.begin, range.size());
+  if (angle) values = unwrapped(values);
+  out.signal = of_column(channel, channel_noise(column, angle));
   if (out.signal.sigma > 0.0) leave_out_spikes(out.signal.sigma, values);
   double origin = kNaN;
   for (const double v : values) {
@@ -109,8 +112,7 @@ SampleRange still_since_start(const Log& log, const SampleRange& range, const Si
           const Signal& signal = signals[static_cast<std::size_t>(channel_of(row))];
           const Eigen::Index end = std::min<Eigen::Index>(row.first + row.count, group.cols());
           for (Eigen::Index c = row.first; c < end; ++c) {
-            channels.push_back(running(group.col(c).segment(range.begin, range.size()),
-                                       sensor.is_angle(), signal));
+            channels.push_back(running(group.col(c), range, sensor.is_angle(), signal));
           }
         }
       },

@@ -170,7 +170,7 @@ def _stand_alone(values: Floats, impossible: Flags, angles: bool) -> Flags:
     steps -= np.median(np.lib.stride_tricks.sliding_window_view(around, _TREND_STEPS), axis=1)
     there, back = steps[:-1], steps[1:]
     alone = (there * back < 0) & (np.abs(there + back) < 0.3 * np.minimum(abs(there), abs(back)))
-    return impossible & np.concatenate([[False], alone, [False]])
+    return np.logical_and(impossible, np.pad(alone, 1))
 
 
 def _report_spikes(subject: Subject, channel: Channel, index: np.ndarray, spikes: Flags) -> None:

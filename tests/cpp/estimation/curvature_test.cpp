@@ -13,9 +13,7 @@ std::pair<CalibrationProblem, CalibrationResult> solved(PoseKind kind, double no
   Scenario s = scenario(load_robot("irma4"), irma4_setpoints(), kind, noise, 5);
   if (kind == PoseKind::kinematic_pose) s.problem.statics = StaticsModel::none;
   s.problem.reference_attitude = s.problem.reference_statics = s.problem.reference_noise = true;
-  SolveOptions options;
-  options.look_around = false;
-  CalibrationResult result = solve(s.problem, s.truth, options);
+  CalibrationResult result = solve(s.problem, s.truth);
   return {std::move(s.problem), std::move(result)};
 }
 

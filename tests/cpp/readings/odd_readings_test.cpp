@@ -23,7 +23,9 @@ TEST(OddReadings, OfARestAreTheFewThatNoNoiseExplains) {
   std::vector<double> kept = readings;
   leave_out_odd(kept);
   EXPECT_EQ(kept, readings);
-  kept.insert(kept.begin() + 50, {2.05, 1.9, 2.02});
+  kept.insert(kept.begin() + 50, 2.05);
+  kept.insert(kept.begin() + 90, 1.9);
+  kept.insert(kept.begin() + 92, 2.02);
   leave_out_odd(kept);
   EXPECT_EQ(kept, readings);
   std::vector<double> few{1.0, 1.0, 9.0}, alike(20, 1.0);
@@ -32,6 +34,12 @@ TEST(OddReadings, OfARestAreTheFewThatNoNoiseExplains) {
   leave_out_odd(alike);
   EXPECT_EQ(few.size(), 3U);
   EXPECT_EQ(alike.size(), 20U);
+  // What creeps at first is a part of the rest.
+  std::vector<double> creeping;
+  for (int i = 0; i < 60; ++i) creeping.push_back(std::exp(-0.2 * i) + 1e-4 * random());
+  const std::size_t whole = creeping.size();
+  leave_out_odd(creeping);
+  EXPECT_EQ(creeping.size(), whole);
 }
 
 TEST(OddReadings, OfAMotionAreThoseFasterThanGravity) {

@@ -46,6 +46,8 @@ TEST(Run, BelongsToARobotOfAsManyCables) {
   EXPECT_EQ(test::refusal_of([&] { check_belongs(robot, three_segments(4)); }), "accepted");
   EXPECT_THAT(test::refusal_of([&] { check_belongs(robot, three_segments(5)); }),
               testing::HasSubstr("the log has 5 cables, robot 'irma4' has 4"));
+  EXPECT_THAT(test::refusal_of([&] { check_belongs(robot, three_segments(0)); }),
+              testing::HasSubstr("says nothing of any cable"));
   Log empty;
   empty.source = "empty.csv";
   EXPECT_THAT(test::refusal_of([&] { check_belongs(robot, empty); }),
