@@ -108,16 +108,17 @@ bool creeps(const Log& log, const SampleRange& beginning, double gravity_m_s2) {
 
 /// The samples that show where the platform was at the first one: up to the end of the first rest,
 /// no further than the first change of a set-point (if they are held for half a window at all), and
-/// only as long as no mean wanders.
-SampleRange start(const Log& log, const SampleRange& run, const Equilibrium& rest, double window_s,
-                  const Signals& signals, double gravity_m_s2) {
+/// only as long as no mean wanders. Nothing where it moves at once.
+std::optional<SampleRange> start(const Log& log, const SampleRange& run, const Equilibrium& rest,
+                                 double window_s, const Signals& signals, double gravity_m_s2) {
   SampleRange out{run.begin, rest.samples.end};
   Eigen::Index hold = run.begin + 1;
   while (hold < out.end && !setpoint_changes(log, hold)) ++hold;
   if (log.time_s[hold - 1] - log.time_s[run.begin] >= 0.5 * window_s) out.end = hold;
   const SampleRange still = at_the_start(log, out, signals);
   const SampleRange few{out.begin, std::min(out.end, out.begin + kFewestStill)};
-  return still.size() < few.size() && creeps(log, few, gravity_m_s2) ? few : still;
+  if (still.size() >= few.size()) return still;
+  return creeps(log, few, gravity_m_s2) ? std::optional(few) : std::nullopt;
 }
 
 /// The samples of a rest that are averaged: its inner part. Where set-points are logged and held
@@ -164,10 +165,12 @@ void measure_automatically(const Log& log, const PathState& path, const SampleRa
     const bool given_here = given && given->begin < rest.samples.end;
     if (measurements.empty() &&
         (given_here || holds_the_start(log, run, rest, window_s, out.signals))) {
-      const SampleRange first =
-          given_here ? *given : start(log, run, rest, window_s, out.signals, robot.gravity_m_s2);
-      starts_at_rest = first.size() >= kFewestStill;
-      if (starts_at_rest) samples = first;
+      const std::optional<SampleRange> first =
+          !given_here ? start(log, run, rest, window_s, out.signals, robot.gravity_m_s2)
+          : given->size() >= kFewestStill ? given
+                                          : std::nullopt;
+      starts_at_rest = first.has_value();
+      if (starts_at_rest) samples = *first;
     }
     measurements.push_back(measurement_mean(log, samples, PoseKind::static_pose, n));
     add_path(path, log, samples, log.time_s[run.begin], measurements.back());
