@@ -295,6 +295,7 @@ def program(*arguments: object, **options: Any) -> subprocess.CompletedProcess[s
     )
 
 
+@pytest.mark.alone
 def test_help_answers_at_once() -> None:
     """Best of five, in processor time, which is what a user waits for on a machine of their own."""
     times = []
