@@ -232,16 +232,12 @@ bool looks_wrong(const Calibration& calibration) {
 
 /// Takes back the claim of a pose: another, `apart` from it, fits about as well.
 void leave_open(const Vector6& apart, Calibration& out) {
-  explain(out.problem, out.result);  // which takes the covariance
   char text[240];
   std::snprintf(text, sizeof text,
                 "another initial pose fits the readings about as well, %.3g mm and %.3g deg away; "
                 "measure at more varied poses, or with more sensors",
                 1e3 * apart.head<3>().norm(), apart.tail<3>().norm() / kDegree);
-  out.result.status = CalibrationStatus::unobservable;
-  out.result.reason = text;
-  out.result.covariance.reset();
-  out.result.standard_deviation.setConstant(kNaN);
+  withdraw(out.problem, text, out.result);
 }
 
 constexpr double kFar = 6.0;  // σ: beyond what a fit calls possible

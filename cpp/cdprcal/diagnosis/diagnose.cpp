@@ -302,12 +302,13 @@ DiagnosisModel with_discrepancy(const DiagnosisModel& model, Diagnosis& out) {
 /// not, and then the pose is no better known than by the way that the formula moves it.
 std::vector<Possibility> without_formulas(const DiagnosisModel& model, const Diagnosis& found) {
   constexpr double kAnotherLaw = 0.5;
+  if (std::ranges::none_of(found.effects, &NamedEffect::described)) return {};
   DiagnosisModel plain = model;
   for (std::size_t k = found.effects.size(); k-- > 0;) {
     if (!found.effects[k].described) continue;
     plain.effects.erase(plain.effects.begin() + static_cast<std::ptrdiff_t>(k));
   }
-  if (plain.effects.size() == model.effects.size() || !fit_with_noise(plain)) return {};
+  if (!fit_with_noise(plain)) return {};
   Diagnosis unsaid;
   const Pose pose = with_discrepancy(plain, unsaid).runs.front().poses.front();
   return {{kAnotherLaw, minus(pose, model.runs.front().poses.front()), Matrix6::Zero()}};

@@ -38,9 +38,6 @@ double variance_ratio_nearby(const CalibrationProblem& problem, const Calibratio
 
 namespace {
 
-/// Rotations that are all known better [rad] do not leave the region where the slope holds.
-constexpr double kFar_rad = 1.5 * kDegree;
-
 /// Least cost with ζ0 held along one of the platform's freedoms and free along those `beside` it;
 /// NaN where the geometry ends.
 double cost_beside(const Eigen::MatrixXd& beside, Assembly& assembly) {
@@ -72,17 +69,17 @@ double cost_beside(const Eigen::MatrixXd& beside, Assembly& assembly) {
 }
 
 /// By what factor on its σ the readings leave a rotation open: the cost rises by less than t²/2.
+/// `reach`: one σ of it, and how ζ0 goes with it.
 double widening_along(const CalibrationProblem& problem, const CalibrationResult& result,
-                      const Vector6& held, double sigma_rad) {
-  constexpr double kUnbelievable = 8.0;                         // of cost: 4 σ
-  const Vector6 reach = *result.covariance * held / sigma_rad;  // how ζ0 goes with it
+                      const Vector6& held, const Vector6& reach) {
+  constexpr double kUnbelievable = 8.0;  // of cost: 4 σ
   const TwistBasis basis = motion_basis(problem.robot);
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(basis.transpose() * held);
   const Eigen::MatrixXd beside =
       basis * Eigen::MatrixXd(qr.householderQ()).rightCols(basis.cols() - 1);
   std::vector<double> distances{2.0, 4.0, 6.0};
   for (const double turn_deg : {15.0, 30.0}) {  // valleys of lengths lie about that far apart
-    const double distance = turn_deg * kDegree / sigma_rad;
+    const double distance = turn_deg * kDegree / held.dot(reach);
     if (distance > distances.back()) distances.push_back(distance);
   }
   double widening = 1.0;
@@ -111,13 +108,13 @@ Nearby nearby(const CalibrationProblem& problem, const CalibrationResult& result
   const Vector3 sigma_rad = rotation.eigenvalues().cwiseMax(0.0).cwiseSqrt();
   Nearby out;
   out.covariance = covariance;
-  if (!(sigma_rad[2] > kFar_rad)) return out;
+  if (!(sigma_rad[2] > kFarRotation_rad)) return out;
   for (int axis = 0; axis < 3; ++axis) {
     if (!(sigma_rad[axis] > 1e-3 * sigma_rad[2])) continue;  // guides hold it
     Vector6 held = Vector6::Zero();
     held.tail<3>() = rotation.eigenvectors().col(axis);
-    const double widening = widening_along(problem, result, held, sigma_rad[axis]);
     const Vector6 reach = covariance * held / sigma_rad[axis];
+    const double widening = widening_along(problem, result, held, reach);
     out.widening = std::max(out.widening, widening);
     out.covariance += (widening * widening - 1.0) * reach * reach.transpose();
   }

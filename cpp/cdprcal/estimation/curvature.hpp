@@ -6,6 +6,9 @@
 
 namespace cdprcal {
 
+/// Where all rotations are known better [rad] the slope holds.
+inline constexpr double kFarRotation_rad = 1.5 * kDegree;
+
 /// By what factor a variance of ζ0, in whatever direction, is larger or smaller two standard
 /// deviations away along the worst direction, up or down, all else fitted anew there. About 1 where
 /// the linearisation holds; infinite where ζ0 is not even determined there. A tenth of the work of

@@ -90,6 +90,10 @@ CalibrationResult solve(const CalibrationProblem& problem, const std::vector<Pos
 /// what the paper does.
 void look_around(const CalibrationProblem& problem, CalibrationResult& result);
 
+/// Takes back the claim of a converged result: which direction is known least is said, the pose is
+/// `unobservable` for that reason.
+void withdraw(const CalibrationProblem& problem, std::string reason, CalibrationResult& result);
+
 /// Says of a result solved without it what least_observed says; a result that has no covariance, or
 /// says it already, stays as it is.
 void explain(const CalibrationProblem& problem, CalibrationResult& result);

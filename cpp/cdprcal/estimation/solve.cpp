@@ -288,10 +288,9 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
       chi_square_survival(2.0 * result.cost, result.residual_count - result.parameter_count);
   judge(problem, assembly, converged, options.explain, result);
   // Only weak problems reach that far; what the paper's formulation claims is the paper's.
-  constexpr double kFar = 1.5 * kDegree;
   constexpr double kMostChange = 4.0;  // of a variance: twice the standard deviation
   if (result.status == CalibrationStatus::converged && problem.reference_noise &&
-      result.standard_deviation.tail<3>().maxCoeff() > kFar) {
+      result.standard_deviation.tail<3>().maxCoeff() > kFarRotation_rad) {
     if (const double change = variance_ratio_nearby(problem, result); change > kMostChange) {
       if (!options.explain) result.least_observed = least_observed(problem, assembly).sentence;
       result.status = CalibrationStatus::unobservable;
@@ -320,13 +319,18 @@ void look_around(const CalibrationProblem& given, CalibrationResult& result) {
     result.standard_deviation = there.covariance.diagonal().cwiseSqrt();
     return;
   }
+  withdraw(problem,
+           format("a minimum was found, but how well it is known cannot be said: away from it the "
+                  "readings allow %.3g times as much rotation as at it (at most %.3g); measure at "
+                  "more varied poses, or with more sensors",
+                  std::min(there.widening, 1e3), kMostWidening),
+           result);
+}
+
+void withdraw(const CalibrationProblem& problem, std::string reason, CalibrationResult& result) {
   explain(problem, result);  // which takes the covariance
   result.status = CalibrationStatus::unobservable;
-  result.reason = format(
-      "a minimum was found, but how well it is known cannot be said: away from it the readings "
-      "allow %.3g times as much rotation as at it (at most %.3g); measure at more varied poses, or "
-      "with more sensors",
-      std::min(there.widening, 1e3), kMostWidening);
+  result.reason = std::move(reason);
   result.covariance.reset();
   result.standard_deviation.setConstant(kNaN);
 }

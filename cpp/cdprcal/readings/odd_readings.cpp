@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cdprcal/statistics.hpp"
+
 namespace cdprcal {
 
 bool stands_out(double before, double value, double after, double least) {
@@ -14,15 +16,10 @@ void leave_out_odd(std::vector<double>& at_rest) {
   constexpr std::size_t kMany = 8;
   constexpr double kOdd = 6.0, kNormal = 1.4826;  // σ over the median deviation
   if (at_rest.size() < kMany) return;
-  const auto middle_of = [](std::vector<double> some) {
-    const auto middle = some.begin() + static_cast<std::ptrdiff_t>(some.size() / 2);
-    std::nth_element(some.begin(), middle, some.end());
-    return *middle;
-  };
-  const double median = middle_of(at_rest);
+  const double middle = median(at_rest);
   std::vector<double> away = at_rest;
-  for (double& v : away) v = std::abs(v - median);
-  const double least = kOdd * kNormal * middle_of(away);
+  for (double& v : away) v = std::abs(v - middle);
+  const double least = kOdd * kNormal * median(std::move(away));
   if (!(least > 0.0)) return;
   const std::vector<double> all = at_rest;
   at_rest.clear();

@@ -16,6 +16,8 @@ from cdprcal._core import InputError
 
 #: More than any log, plan or result: 11 hours of an eight-cable robot at 100 Hz.
 MOST_BYTES = 1 << 30
+#: 13 hours of samples at 100 Hz; a day of a four-cable robot's raw log at 10 Hz.
+MOST_LINES = 5_000_000
 _KINDS = (
     (stat.S_ISDIR, "is a directory; give the path of a file"),
     (stat.S_ISFIFO, "is a pipe: save what comes out of it to a file first"),
@@ -51,6 +53,29 @@ def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
             f"{shown}: is over {in_words(most)}: give a file of the kind that is meant"
         )
     return data
+
+
+def refuse_many_lines(path: Path) -> None:
+    """Raises InputError for a file of more lines than a log has, before all of it is in memory.
+
+    What is no plain file, or cannot be read, is left to read_bytes and its messages.
+    """
+    lines = 0
+    try:
+        if not_a_file(path) or path.stat().st_size <= MOST_LINES:
+            return
+        with path.open("rb") as stream:
+            while block := stream.read(1 << 20):
+                lines += block.count(b"\n")
+                if lines > MOST_LINES:
+                    break
+    except (OSError, ValueError):
+        return
+    if lines > MOST_LINES:
+        raise InputError(
+            f"{shown_path(path)}: has over {MOST_LINES // 1_000_000} million lines: split it, or "
+            "log at a lower rate"
+        )
 
 
 def not_a_file(path: Path) -> str:

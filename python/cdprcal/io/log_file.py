@@ -13,11 +13,9 @@ from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.extras import need
 from cdprcal.findings import Finding
-from cdprcal.io.files import read_bytes, shown_path
+from cdprcal.io.files import begins_with, read_bytes, refuse_many_lines, shown_path
 from cdprcal.io.loaded import LogFile, LogFormat
 
-#: 13 hours of samples at 100 Hz; a day of a four-cable robot's raw log at 10 Hz.
-MOST_LINES = 5_000_000
 _MCAP_MAGIC = b"\x89MCAP0\r\n"
 #: How a CSV log begins that ``cdprcal acquire`` wrote.
 ACQUIRED = b"# cdprcal acquisition"
@@ -69,13 +67,9 @@ def read_log_bytes(path: Path) -> bytes:
     """A log's content. Raises InputError for more lines than any reader could make sense of."""
     if (path / "metadata.yaml").is_file():
         raise InputError(f"{path}: is a ROS 2 bag: turn it into a log first, with cdprcal import")
-    data = read_bytes(path)
-    if not data.startswith(_MCAP_MAGIC) and data.count(b"\n") > MOST_LINES:
-        raise InputError(
-            f"{shown_path(path)}: has over {MOST_LINES // 1_000_000} million lines: split it, or "
-            "log at a lower rate"
-        )
-    return data
+    if begins_with(path, len(_MCAP_MAGIC)) != _MCAP_MAGIC:
+        refuse_many_lines(path)
+    return read_bytes(path)
 
 
 def parse_csv_log(data: bytes, path: Path) -> LogFile:

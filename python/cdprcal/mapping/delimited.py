@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from cdprcal._core import InputError
-from cdprcal.io.files import read_bytes, shown_path
-from cdprcal.io.log_file import MOST_LINES
+from cdprcal.io.files import read_bytes, refuse_many_lines, shown_path
 from cdprcal.mapping.raw import Column, DelimitedForm, Floats, RawTable
 
 SEPARATORS = (";", "\t", ",", "|", " ")
@@ -30,9 +29,8 @@ _UNIT = re.compile(r"[\[(]?\s*[^\s\d\[\]();,]{0,6}(/[^\s\d\[\]();,]{1,4})?\s*[\]
 def read_delimited(path: Path, form: DelimitedForm | None = None) -> RawTable:
     """Reads text in columns; ``form`` None: found. Raises InputError naming file and line."""
     name = shown_path(path)
+    refuse_many_lines(path)
     data = read_bytes(path)
-    if data.count(b"\n") > MOST_LINES:
-        raise InputError(f"{name}: has over {MOST_LINES // 1_000_000} million lines: split it")
     encoding = form.encoding if form else _encoding(data)
     try:
         lines = data.decode(encoding).replace("\0", "").splitlines()

@@ -125,20 +125,27 @@ TEST(InMotion, FindsHowLateTheAttitudeIs) {
 
 TEST(InMotion, WholeRunsStayAsGood) {
   const Robot robot = ring_robot(3);
-  const StartUpRun run = coarse_run(robot, 1);
   InMotionOptions options;
   options.calibrate.allow_for_effects =
       false;  // what these may do is judged anew, by other moments
-  const CalibrationResult rests = calibrate(robot, run.log, options.calibrate).result;
-  const CalibrationResult motion = calibrate_in_motion(robot, run.log, options).calibration.result;
-  ASSERT_EQ(motion.status, CalibrationStatus::converged) << motion.reason;
-  const Vector6 apart = minus(motion.poses[0], rests.poses[0]);
-  EXPECT_LT((apart.array().abs() / rests.standard_deviation.array()).maxCoeff(), 2.0);
-  const Vector6 error = minus(motion.poses[0], run.truth[0].pose);
-  EXPECT_LT(error.dot(motion.covariance->llt().solve(error)), 22.5);  // 99.9 %
-  // The noise is learnt from either's residuals.
-  EXPECT_LT((motion.standard_deviation.array() / rests.standard_deviation.array()).maxCoeff(),
-            1.03);
+  constexpr std::uint64_t kRuns = 6;
+  double squares = 0.0;
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    const StartUpRun run = coarse_run(robot, seed);
+    const CalibrationResult rests = calibrate(robot, run.log, options.calibrate).result;
+    const CalibrationResult motion =
+        calibrate_in_motion(robot, run.log, options).calibration.result;
+    ASSERT_EQ(motion.status, CalibrationStatus::converged) << motion.reason;
+    const Vector6 apart = minus(motion.poses[0], rests.poses[0]);
+    const double most = (apart.array().abs() / rests.standard_deviation.array()).maxCoeff();
+    squares += most * most;
+    const Vector6 error = minus(motion.poses[0], run.truth[0].pose);
+    EXPECT_LT(error.dot(motion.covariance->llt().solve(error)), 22.5);  // 99.9 %
+    // The noise is learnt from either's residuals.
+    EXPECT_LT((motion.standard_deviation.array() / rests.standard_deviation.array()).maxCoeff(),
+              1.03);
+  }
+  EXPECT_LT(std::sqrt(squares / kRuns), 1.5);  // of one run it is a draw
 }
 
 TEST(InMotion, SwingsOfAPlatformThatNeverRestsAreEnough) {

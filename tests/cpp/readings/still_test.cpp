@@ -44,13 +44,26 @@ double worst_bias(const std::function<double(double)>& motion, const Find& find)
   return worst;
 }
 
-TEST(Still, AllOfARestWhereNothingMoves) {
-  RandomNormal random(3);
+/// How many samples of fifty rests without a motion are found.
+template <typename Find>
+Eigen::Index kept_of_rests(std::uint64_t seed, const Find& find) {
+  RandomNormal random(seed);
   Eigen::Index kept = 0;
   for (int run = 0; run < 50; ++run) {
-    kept += still_since_start(moving([](double) { return 0.0; }, random), {0, kSamples}).size();
+    kept += find(moving([](double) { return 0.0; }, random)).size();
   }
-  EXPECT_GT(kept, 50 * kSamples * 95 / 100);
+  return kept;
+}
+
+SampleRange still(const Log& log) { return still_since_start(log, {0, kSamples}); }
+SampleRange first(const Log& log) { return at_the_start(log, {0, kSamples}); }
+
+TEST(Still, AllOfARestWhereNothingMoves) {
+  EXPECT_GT(kept_of_rests(3, still), 50 * kSamples * 95 / 100);
+}
+
+TEST(Still, AllOfARestIsItsBeginning) {
+  EXPECT_GT(kept_of_rests(11, first), 50 * kSamples * 85 / 100);
 }
 
 double drift(double t) { return 4.0 * kNoise_m * t; }
@@ -58,7 +71,6 @@ double there_and_back(double t) { return 2.0 * kNoise_m * std::sin(kPi * t); }
 double late(double t) { return t < 0.3 ? 0.0 : 30.0 * kNoise_m * (t - 0.3) * (t - 0.3); }
 
 TEST(Still, WhatDoesNotShowYetIsOffByFourSigma) {
-  const auto still = [](const Log& log) { return still_since_start(log, {0, kSamples}); };
   EXPECT_LT(worst_bias(drift, still), 5.0);
   EXPECT_LT(worst_bias(there_and_back, still), 5.0);  // its halves have the same mean
   EXPECT_LT(worst_bias(late, still), 5.0);
@@ -67,19 +79,9 @@ TEST(Still, WhatDoesNotShowYetIsOffByFourSigma) {
 }
 
 TEST(Still, TheFirstHalfOfItIsWhereThePlatformWas) {
-  const auto first = [](const Log& log) { return at_the_start(log, {0, kSamples}); };
   EXPECT_LT(worst_bias(drift, first), 2.0);
   EXPECT_LT(worst_bias(there_and_back, first), 2.0);
   EXPECT_LT(worst_bias(late, first), 1.0);
-}
-
-TEST(Still, AllOfARestIsItsBeginning) {
-  RandomNormal random(11);
-  Eigen::Index kept = 0;
-  for (int run = 0; run < 50; ++run) {
-    kept += at_the_start(moving([](double) { return 0.0; }, random), {0, kSamples}).size();
-  }
-  EXPECT_GT(kept, 50 * kSamples * 85 / 100);
 }
 
 TEST(Still, NothingWhereItMovesAtOnce) {
