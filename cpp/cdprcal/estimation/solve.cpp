@@ -292,16 +292,13 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
   if (result.status == CalibrationStatus::converged && problem.reference_noise &&
       result.standard_deviation.tail<3>().maxCoeff() > kFarRotation_rad) {
     if (const double change = variance_ratio_nearby(problem, result); change > kMostChange) {
-      if (!options.explain) result.least_observed = least_observed(problem, assembly).sentence;
-      result.status = CalibrationStatus::unobservable;
+      withdraw(problem,
+               format("a minimum was found, but how well it is known cannot be said: two standard "
+                      "deviations away variances are %.3g times as large or small (at most %.3g); "
+                      "measure at more varied poses, or with more sensors",
+                      std::min(change, 1e6), kMostChange),
+               result);
       result.curved = true;
-      result.reason = format(
-          "a minimum was found, but how well it is known cannot be said: two standard deviations "
-          "away variances are %.3g times as large or small (at most %.3g); measure at more varied "
-          "poses, or with more sensors",
-          std::min(change, 1e6), kMostChange);
-      result.covariance.reset();
-      result.standard_deviation.setConstant(kNaN);
     }
   }
   return result;
