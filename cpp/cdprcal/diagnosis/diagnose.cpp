@@ -239,6 +239,15 @@ void report_wandering(const DiagnosisModel& model, Diagnosis& out) {
                      "): smaller effects would show at rests that are visited twice");
 }
 
+/// Errors by place of a model that ends with them; whether any stand out of the noise.
+bool report_place_errors(const DiagnosisModel& model, Diagnosis& out) {
+  const EffectTerm& term = model.effects.back();
+  std::vector<Wandering> errors = errors_beyond_noise(model, term);
+  if (errors.empty()) return false;
+  out.discrepancy = {*reach_of_errors_m(*term.effect), std::move(errors)};
+  return true;
+}
+
 /// What contradicts the sensors' specification although nothing that was tried says why: a model
 /// that fits so badly is not consistent with its readings, whatever its residuals look like.
 void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
@@ -272,29 +281,17 @@ void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
 /// where the readings bear one out: without it, effects and poses would claim the precision of a
 /// model that lacks nothing.
 DiagnosisModel with_discrepancy(const DiagnosisModel& model, Diagnosis& out) {
-  constexpr double kReaches[] = {0.5, 1.0, 2.0};  // of the spread of the rests
-  const double spread_m = spread_of_rests_m(model);
-  const EvidenceAgainst against(model);
-  Refit best;
-  for (const double reach : kReaches) {
-    const auto errors = place_errors(model, reach * spread_m);
-    if (!errors) return model;
-    const std::vector<CandidateScore> scores = scan(model, {errors}, {.draws = 0});
-    if (scores.empty()) continue;
-    Refit refit = against.refit(scores.front());
-    if (!(refit.log_evidence > std::max(0.0, best.log_evidence))) continue;
-    best = std::move(refit);
-    out.discrepancy = {reach * spread_m,
-                       errors_beyond_noise(best.model, best.model.effects.back())};
-  }
-  if (out.discrepancy.channels.empty()) {
-    out.discrepancy = {};
-    return model;
-  }
+  const Candidates errors = place_errors(model);
+  std::vector<Refit> refits = EvidenceAgainst(model).refits(
+      scan(model, errors, {.draws = 0}), static_cast<int>(errors.size()),
+      [](const CandidateScore&) { return true; });
+  if (refits.empty() || !(refits.front().log_evidence > 0.0)) return model;
+  DiagnosisModel with = std::move(refits.front().model);
+  if (!report_place_errors(with, out)) return model;
   out.next.push_back(
       "sigma of the pose and of the effects allows for errors that change with the place (" +
       channels_of(out.discrepancy.channels) + ")");
-  return best.model;
+  return with;
 }
 
 /// Where the initial pose is without the formulas that were found. A formula is the plainest of a
@@ -445,6 +442,12 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
     report_left(model, *search.left(), out);
   } else {
     report_contradictions(model, out);
+  }
+  if (search.noise_by_place() && out.unexplained.empty() &&
+      report_place_errors(*search.noise_by_place(), out)) {
+    out.next.push_back("errors that change with the place count as noise (" +
+                       channels_of(out.discrepancy.channels) +
+                       "): no name explains them better, and the sensors may have them");
   }
   const DiagnosisModel honest = out.unexplained.empty() ? model : with_discrepancy(model, out);
   const DiagnosisModel uncertain = with_uncertain_noise(honest);

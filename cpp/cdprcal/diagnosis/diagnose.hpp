@@ -60,8 +60,9 @@ struct Wandering {
   double rms = 0.0, sigma = 0.0;  ///< over the rests, and the robot file's; in the channel's unit
 };
 
-/// What the model lacks and nobody could name or describe, as a smooth function of the place that
-/// takes part in every σ; of the channels in which it stands out of the noise.
+/// Errors that are a smooth function of the place, of the channels in which they stand out of the
+/// noise. Unexplained: what the model lacks and nobody could name or describe, which takes part in
+/// every σ. Else within the sensors' specification, and counted as noise.
 struct Discrepancy {
   double reach_m = kNaN;  ///< as far apart as two places are whose errors differ
   std::vector<Wandering> channels;
@@ -89,7 +90,7 @@ struct Diagnosis {
   std::vector<RejectedEffect> rejected;
   std::vector<Unexplained> unexplained;
   std::vector<Wandering> wandering;  ///< empty: errors come anew at every rest
-  Discrepancy discrepancy;  ///< empty: nothing is left, or nothing that changes with the place
+  Discrepancy discrepancy;           ///< empty: nothing that changes with the place
   std::vector<Gap> gap;
   std::vector<Identifiability> identifiability;
   std::vector<CandidateScore> ranking;  ///< of all effects on the baseline, best first; no refit

@@ -50,8 +50,8 @@ std::optional<Refit> best_generic(const EvidenceAgainst& against,
   return std::move(refits.front());
 }
 
-/// The refit with errors that wander with time, when it has more evidence than this and the model's
-/// do not wander yet. Starts at the noise of `similar`, a model that ends with such errors.
+/// The refit with smooth errors of the likeliest kind, when it has more evidence than this and the
+/// model has none yet. Starts at the noise of `similar`, a model that ends with such errors.
 std::optional<Refit> with_smooth_errors(const DiagnosisModel& model, double log_evidence,
                                         const DiagnosisModel* similar = nullptr) {
   const auto has = [](const EffectTerm& term) { return is_smooth_errors(*term.effect); };
@@ -63,11 +63,17 @@ std::optional<Refit> with_smooth_errors(const DiagnosisModel& model, double log_
     start.noise = similar->noise;
     refit = against.refit(std::move(start), similar->effects.back());
   } else {
-    const std::shared_ptr<const Effect> smooth = smooth_errors(model);
-    if (!smooth) return std::nullopt;
-    const std::vector<CandidateScore> scores = scan(model, {smooth}, {.draws = 0});
-    if (scores.empty() || !(scores.front().log_evidence > log_evidence)) return std::nullopt;
-    refit = against.refit(scores.front());
+    const Candidates smooth = smooth_errors(model);
+    if (smooth.empty()) return std::nullopt;
+    // Before its size is learnt the shortest reach explains most of all: mostly it is enough to
+    // ask.
+    std::vector<CandidateScore> scores = scan(model, {smooth.front(), smooth.back()}, {.draws = 0});
+    if (!(scores.front().log_evidence > log_evidence)) return std::nullopt;
+    scores = scan(model, smooth, {.draws = 0});
+    std::vector<Refit> refits = against.refits(
+        scores, kFewRefits, [&](const CandidateScore& s) { return s.log_evidence > log_evidence; });
+    if (refits.empty()) return std::nullopt;
+    refit = std::move(refits.front());
   }
   if (!(refit.log_evidence > log_evidence)) return std::nullopt;
   return refit;
@@ -387,7 +393,10 @@ void Search::describe() {
     if (static_cast<int>(out_.effects.size()) >= options_.most_effects) return;
     if (!report("a formula for what is left")) return;
     std::vector<Refit> refits = refitted_formulas(model_, kTried);
-    if (refits.empty()) return;
+    if (refits.empty() ||
+        (noise_by_place_ && !(refits.front().log_evidence > noise_by_place_->log_evidence))) {
+      return;
+    }
     // Of those that are not beaten the one with the fewest numbers.
     const double best = refits.front().log_evidence;
     const auto cost = [&](const Refit& r) {
@@ -416,6 +425,7 @@ void Search::describe() {
     EffectTerm& added = winner.model.effects.back();
     winner.score.effect = added.effect = with_meaning(winner.score.effect, added.values);
     accept(winner, held);
+    noise_by_place_.reset();
     out_.effects.back().described = true;
     report("accepted " + name);
     const Candidates generic = generic_candidates(model_);
@@ -425,6 +435,7 @@ void Search::describe() {
 }
 
 bool Search::forward() {
+  noise_by_place_.reset();
   look_for_fault();
   for (;;) {
     const Candidates named = names_for(model_);
@@ -460,11 +471,20 @@ bool Search::forward() {
     std::optional<Refit> smooth;
     if (rival || !refits.empty()) {
       double best = options_.least_evidence;
-      if (rival) best = std::max(best, rival->log_evidence);
+      // The best of many dependences is worth as much less.
+      if (rival) {
+        const double choice = std::log(static_cast<double>(generic.size()));
+        best = std::max(best, rival->log_evidence - choice);
+      }
       if (!refits.empty()) best = std::max(best, refits.front().log_evidence);
       smooth = with_smooth_errors(model_, best);
       if (smooth) {
-        refits = beside_smooth_errors(std::move(refits), *smooth, options_.least_evidence);
+        // Noise is drawn for chance without errors by place: beside them it is bounded.
+        const double by_chance =
+            std::log(static_cast<double>(named.size()) / (kShareAtRest * options_.family_wise_p));
+        const bool by_place = reach_of_errors_m(*smooth->score.effect).has_value();
+        refits = beside_smooth_errors(std::move(refits), *smooth,
+                                      by_place ? by_chance : options_.least_evidence);
       }
     }
     bool accepted = false;
@@ -490,6 +510,14 @@ bool Search::forward() {
       continue;
     }
     if (!smooth) return true;
+    if (reach_of_errors_m(*smooth->score.effect)) {
+      // The sensors may have errors up to their specification: what is beyond it is left.
+      if (within_specification(smooth->model, smooth->model.effects.back())) {
+        left_.reset();
+        noise_by_place_ = std::move(smooth);
+      }
+      return true;
+    }
     model_ = std::move(smooth->model);  // which hides no fault: it was looked for without
   }
 }

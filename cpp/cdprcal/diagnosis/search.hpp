@@ -46,6 +46,11 @@ class Search {
   [[nodiscard]] const std::vector<Possibility>& rivals() const { return rivals_; }
   /// The dependence that best explains what is left, when chance does not.
   [[nodiscard]] const std::optional<CandidateScore>& left() const { return left_; }
+  /// The model with errors by place at its end, where these are as probable as any name or
+  /// dependence and no larger than the sensors may have them: noise that is no finding.
+  [[nodiscard]] const DiagnosisModel* noise_by_place() const {
+    return noise_by_place_ ? &noise_by_place_->model : nullptr;
+  }
 
  private:
   bool report(const std::string& what) const;
@@ -92,6 +97,7 @@ class Search {
   const DiagnoseOptions& options_;
   SmallFaults small_faults_;
   std::optional<CandidateScore> left_;
+  std::optional<Refit> noise_by_place_;
   std::vector<Possibility> rivals_;
 };
 

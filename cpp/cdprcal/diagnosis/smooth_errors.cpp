@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "cdprcal/estimation/mean_square.hpp"
+#include "cdprcal/statistics.hpp"
 
 namespace cdprcal {
 namespace {
@@ -19,6 +20,8 @@ constexpr int kMostTimeTerms = 5;
 /// Of three dimensions more are needed; so many are told from noise by two or three times as many
 /// rests.
 constexpr int kMostPlaceTerms = 9;
+/// How far errors by place reach, in root mean square distances of the rests from their middle.
+constexpr double kReaches[] = {0.5, 1.0, 2.0};
 
 /// The functions φ_t that make up a random one of unit variance, Σ z_t φ_t with z_t of unit
 /// variance.
@@ -26,6 +29,7 @@ struct Basis {
   const char* name;
   int terms;
   std::function<Eigen::VectorXd(const Measurement&, const Pose&)> at;
+  std::optional<double> reach_m = std::nullopt;  ///< of errors by place
 };
 
 /// The first terms of a random walk from power-on, of unit variance on average over the run (Wiener
@@ -46,6 +50,7 @@ using Places = Eigen::Matrix3Xd;
 
 /// The first terms of a Gaussian process over the place, with a squared-exponential kernel: the
 /// eigenvectors of its covariance at the places that were visited, taken on between them (Nyström).
+/// Without its mean over these places, which is an offset and no change.
 Basis field(const Places& visited_m, double reach_m, int most_terms) {
   const auto near = [=](const Vector3& from_m, const Places& to_m) -> Eigen::VectorXd {
     return (-0.5 / (reach_m * reach_m) * (to_m.colwise() - from_m).colwise().squaredNorm())
@@ -57,14 +62,20 @@ Basis field(const Places& visited_m, double reach_m, int most_terms) {
   for (Eigen::Index i = 0; i < count; ++i) {
     covariance.col(i) = near(visited_m.col(i), visited_m);
   }
+  const Eigen::RowVectorXd mean = covariance.colwise().mean();
+  covariance.rowwise() -= mean;
+  covariance.colwise() -= covariance.rowwise().mean().eval();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> found(covariance);  // in increasing order
   const int terms = std::min<int>(most_terms, static_cast<int>(count));
   const Eigen::VectorXd size = found.eigenvalues().tail(terms).cwiseMax(1e-9).cwiseSqrt();
   const Eigen::MatrixXd weights =
       found.eigenvectors().rightCols(terms) * size.cwiseInverse().asDiagonal();
-  return {"place_errors", terms, [=](const Measurement&, const Pose& pose) -> Eigen::VectorXd {
-            return weights.transpose() * near(pose.position_m, visited_m);
-          }};
+  return {"place_errors", terms,
+          [=](const Measurement&, const Pose& pose) -> Eigen::VectorXd {
+            const Eigen::VectorXd here = near(pose.position_m, visited_m) - mean.transpose();
+            return weights.transpose() * (here.array() - here.mean()).matrix();
+          },
+          reach_m};
 }
 
 /// Where the platform rested, run after run, and how many rests the shortest run has.
@@ -129,6 +140,7 @@ class SmoothErrors final : public Effect {
     }
   }
   const EffectInfo& info() const override { return info_; }
+  [[nodiscard]] std::optional<double> reach_m() const { return basis_.reach_m; }
   /// A channel's errors are of one size.
   std::vector<int> learnt_widths(int cables) const override {
     std::vector<int> out;
@@ -205,32 +217,55 @@ class SmoothErrors final : public Effect {
 
 }  // namespace
 
-std::shared_ptr<const Effect> smooth_errors(const DiagnosisModel& model) {
+Candidates place_errors(const DiagnosisModel& model) {
   const Rests rests = rests_of(model);
-  if (rests.fewest < kFewestRests || !(rests.duration_s > 0.0)) return nullptr;
-  return std::make_shared<SmoothErrors>(
-      walk(rests.duration_s, std::min(kMostTimeTerms, rests.fewest - 2)), model);
-}
-
-std::shared_ptr<const Effect> place_errors(const DiagnosisModel& model, double reach_m) {
-  const Rests rests = rests_of(model);
-  if (rests.fewest < kFewestRests || !(reach_m > 0.0)) return nullptr;
+  if (rests.fewest < kFewestRests) return {};
+  const Places from_middle_m = rests.place_m.colwise() - rests.place_m.rowwise().mean();
+  const double spread_m = std::sqrt(from_middle_m.colwise().squaredNorm().mean());
   const int most = std::min(kMostPlaceTerms, static_cast<int>(rests.place_m.cols()) / 2);
-  return std::make_shared<SmoothErrors>(field(rests.place_m, reach_m, most), model);
+  Candidates out;
+  for (const double reach : kReaches) {
+    const double reach_m = reach * spread_m;
+    if (!(reach_m > 0.0)) continue;
+    out.push_back(std::make_shared<SmoothErrors>(field(rests.place_m, reach_m, most), model));
+  }
+  return out;
 }
 
-double spread_of_rests_m(const DiagnosisModel& model) {
-  const Places places = rests_of(model).place_m;
-  if (places.cols() == 0) return 0.0;
-  return std::sqrt((places.colwise() - places.rowwise().mean()).colwise().squaredNorm().mean());
+Candidates smooth_errors(const DiagnosisModel& model) {
+  const Rests rests = rests_of(model);
+  Candidates out = place_errors(model);
+  if (rests.fewest >= kFewestRests && rests.duration_s > 0.0) {
+    out.push_back(std::make_shared<SmoothErrors>(
+        walk(rests.duration_s, std::min(kMostTimeTerms, rests.fewest - 2)), model));
+  }
+  return out;
 }
 
 bool is_smooth_errors(const Effect& effect) {
   return dynamic_cast<const SmoothErrors*>(&effect) != nullptr;
 }
 
+std::optional<double> reach_of_errors_m(const Effect& effect) {
+  const auto* const errors = dynamic_cast<const SmoothErrors*>(&effect);
+  return errors ? errors->reach_m() : std::nullopt;
+}
+
 std::array<double, kRestGroups> smooth_rms(const DiagnosisModel& model, const EffectTerm& term) {
   return dynamic_cast<const SmoothErrors&>(*term.effect).rms(model, term);
+}
+
+bool within_specification(const DiagnosisModel& model, const EffectTerm& term) {
+  constexpr double kSure = 0.95;  // of a size that few components tell
+  const NoiseModel specified = specified_noise(model.robot.sigma);
+  const std::array<double, kRestGroups> rms = smooth_rms(model, term);
+  return std::ranges::all_of(kParts, [&](const Part& part) {
+    const NoiseGroup group = at_rest(part.channel);
+    const double components = entries(part.shape, model.robot.cable_count());
+    const double most = specified.channel[static_cast<std::size_t>(group)].pose *
+                        std::sqrt(chi_square_quantile(kSure, components) / components);
+    return !(rms[static_cast<std::size_t>(group)] > most);
+  });
 }
 
 }  // namespace cdprcal
