@@ -423,6 +423,7 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   if (going && search.exchange_fault()) going = search.forward();
   if (going) {
     search.drop();
+    search.leave_to_the_place();
     search.withdraw();
     search.describe();
   }

@@ -50,8 +50,8 @@ std::optional<Refit> best_generic(const EvidenceAgainst& against,
   return std::move(refits.front());
 }
 
-/// The refit with smooth errors of the likeliest kind, when it has more evidence than this and the
-/// model has none yet. Starts at the noise of `similar`, a model that ends with such errors.
+/// The refit with errors that wander with time, when it has more evidence than this and the model's
+/// do not wander yet. Starts at the noise of `similar`, a model that ends with such errors.
 std::optional<Refit> with_smooth_errors(const DiagnosisModel& model, double log_evidence,
                                         const DiagnosisModel* similar = nullptr) {
   const auto has = [](const EffectTerm& term) { return is_smooth_errors(*term.effect); };
@@ -63,17 +63,11 @@ std::optional<Refit> with_smooth_errors(const DiagnosisModel& model, double log_
     start.noise = similar->noise;
     refit = against.refit(std::move(start), similar->effects.back());
   } else {
-    const Candidates smooth = smooth_errors(model);
-    if (smooth.empty()) return std::nullopt;
-    // Before its size is learnt the shortest reach explains most of all: mostly it is enough to
-    // ask.
-    std::vector<CandidateScore> scores = scan(model, {smooth.front(), smooth.back()}, {.draws = 0});
-    if (!(scores.front().log_evidence > log_evidence)) return std::nullopt;
-    scores = scan(model, smooth, {.draws = 0});
-    std::vector<Refit> refits = against.refits(
-        scores, kFewRefits, [&](const CandidateScore& s) { return s.log_evidence > log_evidence; });
-    if (refits.empty()) return std::nullopt;
-    refit = std::move(refits.front());
+    const std::shared_ptr<const Effect> walk = wandering_errors(model);
+    if (!walk) return std::nullopt;
+    const std::vector<CandidateScore> scores = scan(model, {walk}, {.draws = 0});
+    if (scores.empty() || !(scores.front().log_evidence > log_evidence)) return std::nullopt;
+    refit = against.refit(scores.front());
   }
   if (!(refit.log_evidence > log_evidence)) return std::nullopt;
   return refit;
@@ -435,7 +429,6 @@ void Search::describe() {
 }
 
 bool Search::forward() {
-  noise_by_place_.reset();
   look_for_fault();
   for (;;) {
     const Candidates named = names_for(model_);
@@ -471,20 +464,11 @@ bool Search::forward() {
     std::optional<Refit> smooth;
     if (rival || !refits.empty()) {
       double best = options_.least_evidence;
-      // The best of many dependences is worth as much less.
-      if (rival) {
-        const double choice = std::log(static_cast<double>(generic.size()));
-        best = std::max(best, rival->log_evidence - choice);
-      }
+      if (rival) best = std::max(best, rival->log_evidence);
       if (!refits.empty()) best = std::max(best, refits.front().log_evidence);
       smooth = with_smooth_errors(model_, best);
       if (smooth) {
-        // Noise is drawn for chance without errors by place: beside them it is bounded.
-        const double by_chance =
-            std::log(static_cast<double>(named.size()) / (kShareAtRest * options_.family_wise_p));
-        const bool by_place = reach_of_errors_m(*smooth->score.effect).has_value();
-        refits = beside_smooth_errors(std::move(refits), *smooth,
-                                      by_place ? by_chance : options_.least_evidence);
+        refits = beside_smooth_errors(std::move(refits), *smooth, options_.least_evidence);
       }
     }
     bool accepted = false;
@@ -510,14 +494,6 @@ bool Search::forward() {
       continue;
     }
     if (!smooth) return true;
-    if (reach_of_errors_m(*smooth->score.effect)) {
-      // The sensors may have errors up to their specification: what is beyond it is left.
-      if (within_specification(smooth->model, smooth->model.effects.back())) {
-        left_.reset();
-        noise_by_place_ = std::move(smooth);
-      }
-      return true;
-    }
     model_ = std::move(smooth->model);  // which hides no fault: it was looked for without
   }
 }
@@ -663,6 +639,58 @@ void Search::drop() {
     out_.rejected.push_back({term.effect->name(), "needless once the later effects are in"});
     out_.effects.erase(out_.effects.begin() + static_cast<std::ptrdiff_t>(k));
     model_ = *without;
+  }
+}
+
+namespace {
+
+/// The likeliest errors by place beside a model, when the sensors may have them.
+std::optional<Refit> errors_by_place(const DiagnosisModel& model) {
+  const Candidates reaches = place_errors(model);
+  std::vector<Refit> refits = EvidenceAgainst(model).refits(
+      scan(model, reaches, {.draws = 0}), static_cast<int>(reaches.size()),
+      [](const CandidateScore& s) { return s.log_evidence > 0.0; });
+  if (refits.empty() ||
+      !within_specification(refits.front().model, refits.front().model.effects.back())) {
+    return std::nullopt;
+  }
+  return std::move(refits.front());
+}
+
+}  // namespace
+
+void Search::leave_to_the_place() {
+  // Chance was drawn as if errors came anew at every rest. This bound holds for any.
+  const double by_chance = std::log(static_cast<double>(effects_of(model_.robot).size()) /
+                                    (kShareAtRest * options_.family_wise_p));
+  for (std::size_t k = out_.effects.size(); k-- > 0;) {
+    const std::optional<DiagnosisModel> without = without_effect(model_, k);
+    if (!without || as_slip(*out_.effects[k].effect)) continue;
+    CandidateScore again;
+    again.effect = model_.effects[k].effect;
+    again.values = model_.effects[k].values;
+    const double own = EvidenceAgainst(*without).refit(again).log_evidence;
+    if (own > by_chance) continue;
+    const std::optional<Refit> errors = errors_by_place(*without);
+    if (!errors || own > errors->log_evidence ||
+        EvidenceAgainst(errors->model).refit(again).log_evidence > by_chance) {
+      continue;
+    }
+    out_.rejected.push_back(
+        {again.effect->name(), text("errors that change with the place, as the sensors may have "
+                                    "them, explain more (%.1f nats against %.1f)",
+                                    errors->log_evidence, own)});
+    out_.effects.erase(out_.effects.begin() + static_cast<std::ptrdiff_t>(k));
+    model_ = *without;
+    noise_by_place_ = errors;
+  }
+  if (!left_) return;
+  const double choice = std::log(static_cast<double>(generic_candidates(model_).size()));
+  std::optional<Refit> errors = errors_by_place(model_);
+  if (errors &&
+      errors->log_evidence > EvidenceAgainst(model_).refit(*left_).log_evidence - choice) {
+    left_.reset();
+    noise_by_place_ = std::move(errors);
   }
 }
 

@@ -40,6 +40,9 @@ class Search {
   void withdraw();
   /// Puts what is left into formulas, where some predict poses that they were not fitted on.
   void describe();
+  /// Leaves to errors that change with the place, as the sensors may have them, what these explain
+  /// better: names that add nothing beside them, and what is left.
+  void leave_to_the_place();
   /// Names, for every accepted effect, what could be in its place as well as it.
   void find_rivals();
   /// Where rivals put the initial pose.

@@ -232,14 +232,11 @@ Candidates place_errors(const DiagnosisModel& model) {
   return out;
 }
 
-Candidates smooth_errors(const DiagnosisModel& model) {
+std::shared_ptr<const Effect> wandering_errors(const DiagnosisModel& model) {
   const Rests rests = rests_of(model);
-  Candidates out = place_errors(model);
-  if (rests.fewest >= kFewestRests && rests.duration_s > 0.0) {
-    out.push_back(std::make_shared<SmoothErrors>(
-        walk(rests.duration_s, std::min(kMostTimeTerms, rests.fewest - 2)), model));
-  }
-  return out;
+  if (rests.fewest < kFewestRests || !(rests.duration_s > 0.0)) return nullptr;
+  return std::make_shared<SmoothErrors>(
+      walk(rests.duration_s, std::min(kMostTimeTerms, rests.fewest - 2)), model);
 }
 
 bool is_smooth_errors(const Effect& effect) {

@@ -17,11 +17,11 @@ namespace cdprcal {
 /// tell.
 Candidates place_errors(const DiagnosisModel& model);
 
-/// Noise of all readings that is smooth, as candidates for a model: place_errors, and a random walk
-/// in time in each component of each channel, the last of them, with the first terms of its
-/// Karhunen-Loève expansion over the run as values. It is no finding: an effect has to explain more
-/// than it does.
-Candidates smooth_errors(const DiagnosisModel& model);
+/// Noise of all readings that wanders with time, as a candidate for a model: a random walk in each
+/// component of each channel, with the first terms of its Karhunen-Loève expansion over the run as
+/// values. It is no finding: with it in the model, an effect has to explain more than it does.
+/// Nothing where there are too few rests to tell.
+std::shared_ptr<const Effect> wandering_errors(const DiagnosisModel& model);
 
 /// Whether an effect is of either kind.
 bool is_smooth_errors(const Effect& effect);

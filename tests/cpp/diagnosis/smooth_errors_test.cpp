@@ -38,7 +38,8 @@ Eigen::VectorXd added(const Effect& effect, const EffectContext& context,
 TEST(SmoothErrors, ColumnsAreTheDerivativesOfWhatTheyAdd) {
   const DiagnosisModel of = model();
   EXPECT_FALSE(is_smooth_errors(*find_effect("mass")));
-  const Candidates all = smooth_errors(of);
+  Candidates all = place_errors(of);
+  all.push_back(wandering_errors(of));
   ASSERT_EQ(all.size(), 4);
   ASSERT_EQ(all.back()->size(4), 5 * 15);
   for (const auto& effect : all) {
@@ -113,7 +114,7 @@ TEST(SmoothErrors, AreRandomWalksInTime) {
   // cov(s, t) = 2 min(s, t) / T of each component, up to the terms that are left out; no two of
   // them go together.
   const DiagnosisModel of = model();
-  const auto effect = smooth_errors(of).back();
+  const auto effect = wandering_errors(of);
   const DiagnosisRun& run = of.runs[0];
   const EffectValues typical = effect->typical(of.robot);
   double duration_s = 0.0;
@@ -139,7 +140,7 @@ TEST(SmoothErrors, AreRandomWalksInTime) {
 
 TEST(SmoothErrors, TheirSizeIsLearntChannelByChannel) {
   DiagnosisModel of = model();
-  const auto effect = smooth_errors(of).back();
+  const auto effect = wandering_errors(of);
   of.effects.push_back({effect, EffectValues::Zero(2L * effect->size(4))});
   ASSERT_TRUE(fit_with_noise(of));
   const EffectTerm& term = of.effects[0];
@@ -166,7 +167,8 @@ TEST(SmoothErrors, NothingIsSaidOfFewRests) {
     run.measurements.resize(4);
     run.poses.resize(4);
   }
-  EXPECT_TRUE(smooth_errors(of).empty());
+  EXPECT_FALSE(wandering_errors(of));
+  EXPECT_TRUE(place_errors(of).empty());
 }
 
 /// A log in which every reading wanders by so many σ of the robot file.
@@ -256,7 +258,7 @@ TEST(SmoothErrors, OfAPlaceAreNoFindingWhereSensorsMayHaveThem) {
 
 TEST(SmoothErrors, AreWithinASpecificationOrNot) {
   DiagnosisModel of = model();
-  of.effects.push_back({smooth_errors(of).back(), EffectValues::Zero(2L * 75)});
+  of.effects.push_back({wandering_errors(of), EffectValues::Zero(2L * 75)});
   ASSERT_TRUE(fit_with_noise(of));
   const double yaw_rad = smooth_rms(of, of.effects[0])[static_cast<std::size_t>(Channel::yaw)];
   // 95 % of chi-square with one degree of freedom: 1.96².
