@@ -69,15 +69,12 @@ bool one_is_odd(const Change& change) {
          others <= chi_square_quantile(kNoise, change.freedom() - 1);
 }
 
-/// Whether the sample before `later` is off from it by more than noise and a motion of the
-/// platform.
-bool contradicts(const Log& log, const SampleRange& later, const PoseEvaluation& e,
-                 const Signals& signals) {
+/// Whether a sample is off from later ones by more than noise and a motion of the platform.
+bool contradicts(const Change& change) {
   constexpr double kConfidence = 0.999;
   // Errors are spread over all directions. A motion is along its own but for its curvature: of a
   // tenth of the cables' length it leaves a hundredth in squares.
   constexpr double kMotion = 100.0;
-  const Change change = change_between(log, later.begin - 1, later, e, signals);
   if (one_is_odd(change)) return true;
   if (change.left_freedom < 1 ||
       change.left <= chi_square_quantile(kConfidence, change.left_freedom)) {
@@ -108,11 +105,18 @@ std::optional<SampleRange> unsettled_start(const Log& log, const SampleRange& ru
   const auto later_than = [&](Eigen::Index lead) {
     return at_the_start(log, {beginning.begin + lead, beginning.end}, fitted.signals);
   };
-  Eigen::Index off = 0;  // samples that are
   const Eigen::Index most = (soon - times - beginning.begin) / 4;
-  while (off < most && contradicts(log, later_than(off + 1), e, fitted.signals)) ++off;
+  const auto change_after = [&](Eigen::Index lead) {
+    const SampleRange later = later_than(lead + 1);
+    return change_between(log, later.begin - 1, later, e, fitted.signals);
+  };
+  Eigen::Index off = 0;  // samples that are
+  while (off < most && contradicts(change_after(off))) ++off;
+  if (off == 0) return std::nullopt;
   // What has sunk into the noise in so many samples is gone after as many again.
-  return off > 0 ? std::optional(later_than(2 * off)) : std::nullopt;
+  Eigen::Index settled = 2 * off;
+  while (settled < 2 * most && one_is_odd(change_after(settled))) ++settled;
+  return later_than(settled);
 }
 
 }  // namespace cdprcal

@@ -53,6 +53,15 @@ Calibration start_of(const Robot& robot, const Log& log, bool motion) {
   options.method = Method::unified;
   options.kinematic_spacing_s = std::numeric_limits<double>::infinity();  // none but the reference
   Calibration at_rest = calibrate(robot, log, options);
+  if (at_rest.result.status == CalibrationStatus::not_converged) {
+    // Without load cells rests alone have minima in which cables would push; the noise that the
+    // readings show tells the right one from them where the specified is many times as large.
+    CalibrateOptions with_noise_found = options;
+    with_noise_found.noise = NoiseSource::from_data;
+    with_noise_found.allow_for_effects = false;
+    Calibration other = calibrate(robot, log, with_noise_found);
+    if (other.result.status == CalibrationStatus::converged) return other;
+  }
   if (at_rest.result.status != CalibrationStatus::unobservable) return at_rest;
   options.method = Method::kinematic;
   options.kinematic_spacing_s = CalibrateOptions().kinematic_spacing_s;

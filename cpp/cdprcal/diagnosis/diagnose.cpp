@@ -307,8 +307,8 @@ std::vector<Possibility> without_formulas(const DiagnosisModel& model, const Dia
   }
   if (!fit_with_noise(plain)) return {};
   Diagnosis unsaid;
-  const Pose pose = with_discrepancy(plain, unsaid).runs.front().poses.front();
-  return {{kAnotherLaw, minus(pose, model.runs.front().poses.front()), Matrix6::Zero()}};
+  return {in_place_of(initial_pose_of(model), initial_pose_of(with_discrepancy(plain, unsaid)),
+                      kAnotherLaw)};
 }
 
 /// The effects of these names, each once. Throws InputError for a name that cannot be fitted.

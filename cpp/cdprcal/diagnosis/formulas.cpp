@@ -103,6 +103,16 @@ struct Visited {
     return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
   }
   [[nodiscard]] bool varies() const { return spread > 1e-9; }
+  /// The middles between neighbouring values, as many as are worth trying.
+  [[nodiscard]] std::vector<double> between() const {
+    constexpr std::size_t kMost = 48;
+    const std::size_t every = 1 + values.size() / kMost;
+    std::vector<double> out;
+    for (std::size_t i = every; i < values.size(); i += every) {
+      out.push_back(0.5 * (values[i - 1] + values[i]));
+    }
+    return out;
+  }
   /// Whether enough lies on both sides of a place, in every cable or in all: else what begins there
   /// would stand for single readings.
   [[nodiscard]] bool divides(double place, bool each) const {
@@ -222,15 +232,26 @@ class Writer {
       add(channel, by, "_bent", run,
           {{slope(channel, v), off, seen.spread}, {curve(channel, v), off + "^2", square}});
       add(channel, by, "_cube", run, {{"cubic", off + "^3", square * seen.spread}});
+      const auto at = [&](double place, const char* kind, const Term& term) {
+        if (!seen.divides(place, false)) return;
+        add(channel, by, kind + number(place), run, {term}, seen.divides(place, true));
+      };
+      // What is knocked or set anew changes at once, and by any size.
+      const double share_of_typical = run ? 0.1 : 1.0;
+      const auto step_at = [&](double place) {
+        place = std::stod(number(place));
+        at(place, "_step_at_",
+           {"size_" + std::string(channel.unit), "step(" + x + " - " + number(place) + ")",
+            share_of_typical});
+      };
       for (const double share : {0.2, 0.35, 0.5, 0.65, 0.8}) {
-        const std::string from = number(seen.quantile(share));
-        const auto divides = [&](bool each) { return seen.divides(std::stod(from), each); };
-        if (!divides(false)) continue;
-        add(channel, by, "_step_at_" + from, run,
-            {{"size_" + std::string(channel.unit), "step(" + x + " - " + from + ")", 1.0}},
-            divides(true));
-        add(channel, by, "_kink_at_" + from, run,
-            {{slope(channel, v), "max(" + x + " - " + from + ", 0)", 0.5 * range}}, divides(true));
+        const double place = std::stod(number(seen.quantile(share)));
+        if (!run) step_at(place);
+        at(place, "_kink_at_",
+           {slope(channel, v), "max(" + x + " - " + number(place) + ", 0)", 0.5 * range});
+      }
+      if (run) {  // between any two rests
+        for (const double time_s : seen.between()) step_at(time_s);
       }
     }
     if (v.nature == Nature::pull) {
@@ -365,7 +386,12 @@ struct Meaning {
   const char* begins;
   const char* words;
 };
-constexpr std::array<Meaning, 21> kMeanings{{
+constexpr std::array<Meaning, 26> kMeanings{{
+    {"length_by_time_step", "an encoder that lost its place, or a cable that slipped"},
+    {"tension_by_time_step", "load cells that were overloaded or knocked"},
+    {"roll_by_time_step", "an attitude sensor that was knocked"},
+    {"pitch_by_time_step", "an attitude sensor that was knocked"},
+    {"yaw_by_time_step", "a yaw that was set anew, or a sensor that was knocked"},
     {"length_by_length_", "layers of cable on the drum, or a drum that is no cylinder"},
     {"length_by_direction_", "backlash between encoder and drum"},
     {"length_by_tension_", "a cable or frame that gives way under load"},

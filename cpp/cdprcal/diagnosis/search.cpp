@@ -217,6 +217,14 @@ std::string Search::objection(const Refit& candidate, const Refit* generic, doub
   if (!plausible(candidate.model.effects.back(), model_.robot)) {
     return "the value it would need is physically implausible";
   }
+  for (const EffectTerm& known : model_.effects) {
+    for (const EffectTerm& now : candidate.model.effects) {
+      if (now.effect != known.effect || !plausible(known, model_.robot)) continue;
+      if (plausible(now, model_.robot)) continue;
+      return "the value that " + now.effect->name() +
+             " would need beside it is physically implausible";
+    }
+  }
   held = held_out(model_, candidate.model);
   if (!(held.gain > held.gain_error)) {
     return text("does not predict poses it was not fitted on (gain %.1f +- %.1f nats)", held.gain,
@@ -319,14 +327,22 @@ void Search::keep_left(const std::optional<Refit>& dependence, const Candidates&
 namespace {
 
 /// The likeliest formulas for what a model leaves, refitted, best first. Their prior is in their
-/// evidence.
-std::vector<Refit> refitted_formulas(const DiagnosisModel& model, std::size_t count) {
+/// evidence. `noise`: the same model with errors that count as noise; a formula has to explain more
+/// than chance beside them, too.
+std::vector<Refit> refitted_formulas(const DiagnosisModel& model, std::size_t count,
+                                     const DiagnosisModel* noise = nullptr,
+                                     double most_chance = 1.0) {
   const EvidenceAgainst against(model);
+  const auto sure_beside_noise = [&](const LikelyFormula& likely) {
+    const double beside = EvidenceAgainst(*noise).refit(likely.score).log_evidence;
+    return chance_at_most(beside + likely.log_prior) < most_chance;
+  };
   std::vector<Refit> refits;
   for (const LikelyFormula& likely : likely_formulas(model, count)) {
     if (!(likely.score.log_evidence + likely.log_prior > 0.0)) continue;
     Refit refit = against.refit(likely.score);
     if (refit.model.effects.size() == model.effects.size()) continue;  // it does not settle
+    if (noise && !sure_beside_noise(likely)) continue;
     // Among so many the best is worth as much less.
     refit.log_evidence += likely.log_prior;
     refit.score.p_value = chance_at_most(refit.log_evidence);
@@ -383,14 +399,12 @@ void Search::describe() {
   constexpr int kMostTerms = 3;
   constexpr std::size_t kTried = 8;
   withdraw_stand_ins();
-  for (int term = 0; term < kMostTerms && (left_ || scatters(model_)); ++term) {
+  const double chance = kShareOfDependences * options_.family_wise_p;
+  for (int term = 0; term < kMostTerms && (left_ || noise_by_place_ || scatters(model_)); ++term) {
     if (static_cast<int>(out_.effects.size()) >= options_.most_effects) return;
     if (!report("a formula for what is left")) return;
-    std::vector<Refit> refits = refitted_formulas(model_, kTried);
-    if (refits.empty() ||
-        (noise_by_place_ && !(refits.front().log_evidence > noise_by_place_->log_evidence))) {
-      return;
-    }
+    std::vector<Refit> refits = refitted_formulas(model_, kTried, noise_by_place(), chance);
+    if (refits.empty()) return;
     // Of those that are not beaten the one with the fewest numbers.
     const double best = refits.front().log_evidence;
     const auto cost = [&](const Refit& r) {
@@ -400,7 +414,7 @@ void Search::describe() {
     Refit winner = *std::ranges::min_element(refits, {}, cost);
     HeldOut held;
     // That there is something is known where something is left: the formula says what.
-    const double least_p = left_ ? kChanceOfForm : kShareOfDependences * options_.family_wise_p;
+    const double least_p = left_ ? kChanceOfForm : chance;
     std::string reason = objection(winner, nullptr, least_p, held);
     if (reason.empty() && !(held.gain > kSure * held.gain_error)) {
       reason = text("predicts too few poses it was not fitted on (gain %.1f +- %.1f nats)",
@@ -650,7 +664,7 @@ std::optional<Refit> errors_by_place(const DiagnosisModel& model) {
   std::vector<Refit> refits = EvidenceAgainst(model).refits(
       scan(model, reaches, {.draws = 0}), static_cast<int>(reaches.size()),
       [](const CandidateScore& s) { return s.log_evidence > 0.0; });
-  if (refits.empty() ||
+  if (refits.empty() || !(refits.front().log_evidence > 0.0) ||  // or it does not settle
       !within_specification(refits.front().model, refits.front().model.effects.back())) {
     return std::nullopt;
   }
@@ -722,6 +736,8 @@ void Search::withdraw() {
 }
 
 void Search::find_rivals() {
+  constexpr double kNegligible_nats = 12.0;
+  const InitialPose present = initial_pose_of(model_);
   for (std::size_t k = 0; k < out_.effects.size(); ++k) {
     const std::optional<DiagnosisModel> without = without_effect(model_, k);
     if (!without) continue;
@@ -743,10 +759,10 @@ void Search::find_rivals() {
     const double own = evidence_of(accepted.get()).value_or(out_.effects[k].log_evidence);
     std::vector<Alternative> others;
     for (const Refit& r : refits) {
-      if (r.score.effect == accepted || r.log_evidence <= -1e299) continue;
-      others.push_back({r.model.runs.front().poses.front(), r.log_evidence - own});
+      if (r.score.effect == accepted || r.log_evidence < own - kNegligible_nats) continue;
+      others.push_back({initial_pose_of(r.model), r.log_evidence - own});
     }
-    for (const Possibility& p : possibilities(model_.runs.front().poses.front(), others)) {
+    for (const Possibility& p : possibilities(present, others)) {
       rivals_.push_back(p);
     }
     CandidateScore winner;

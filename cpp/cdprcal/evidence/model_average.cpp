@@ -1,10 +1,12 @@
 #include "cdprcal/evidence/model_average.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
+#include "cdprcal/evidence/checks.hpp"
 #include "cdprcal/geometry/pose.hpp"
 #include "cdprcal/statistics.hpp"
 
@@ -92,7 +94,25 @@ Unseen unseen_effects(const DiagnosisModel& model, const std::vector<CandidateSc
   return out;
 }
 
-std::vector<Possibility> possibilities(const Pose& present,
+InitialPose initial_pose_of(const DiagnosisModel& model) {
+  return {model.runs.front().poses.front(),
+          initial_pose_covariance(with_uncertain_noise(model), 0)};
+}
+
+Possibility in_place_of(const InitialPose& present, const InitialPose& other, double probability) {
+  // Along some directions the other may know more: that is no reason to claim more. In units of the
+  // present one's σ, so that metres and radians are alike.
+  const Matrix6 root = present.covariance.llt().matrixL();
+  const auto whiten = root.triangularView<Eigen::Lower>();
+  const Matrix6 half = whiten.solve(other.covariance);
+  const Matrix6 relative = whiten.solve(Matrix6(half.transpose()));
+  const Eigen::SelfAdjointEigenSolver<Matrix6> less_known(relative - Matrix6::Identity());
+  const Matrix6 axes = root * less_known.eigenvectors();
+  return {probability, minus(other.pose, present.pose),
+          axes * less_known.eigenvalues().cwiseMax(0.0).asDiagonal() * axes.transpose()};
+}
+
+std::vector<Possibility> possibilities(const InitialPose& present,
                                        const std::vector<Alternative>& others) {
   double most = 0.0;  // the present one's
   for (const Alternative& other : others) most = std::max(most, other.log_evidence);
@@ -100,8 +120,7 @@ std::vector<Possibility> possibilities(const Pose& present,
   for (const Alternative& other : others) total += std::exp(other.log_evidence - most);
   std::vector<Possibility> out;
   for (const Alternative& other : others) {
-    out.push_back(
-        {std::exp(other.log_evidence - most) / total, minus(other.pose, present), Matrix6::Zero()});
+    out.push_back(in_place_of(present, other.initial, std::exp(other.log_evidence - most) / total));
   }
   return out;
 }

@@ -27,12 +27,23 @@ struct Unseen {
 /// succession). `scores`: a scan of this model, which must be fitted.
 Unseen unseen_effects(const DiagnosisModel& model, const std::vector<CandidateScore>& scores);
 
+/// What a fitted model says of the initial pose of run 0.
+struct InitialPose {
+  Pose pose;
+  Matrix6 covariance = Matrix6::Zero();
+};
+InitialPose initial_pose_of(const DiagnosisModel& model);
+
+/// Another model, with this probability, in the place of the present one.
+Possibility in_place_of(const InitialPose& present, const InitialPose& other, double probability);
+
 /// A fitted model in the place of the present one. `log_evidence`: its own minus the present one's.
 struct Alternative {
-  Pose pose;
+  InitialPose initial;
   double log_evidence = 0.0;
 };
-std::vector<Possibility> possibilities(const Pose& present, const std::vector<Alternative>& others);
+std::vector<Possibility> possibilities(const InitialPose& present,
+                                       const std::vector<Alternative>& others);
 
 /// Covariance of the initial pose where other models may hold (Bayesian model averaging: Hoeting,
 /// Madigan, Raftery and Volinsky, Statistical Science 14, 1999). `own`: the present one's. A rare

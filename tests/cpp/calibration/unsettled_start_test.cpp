@@ -66,6 +66,23 @@ TEST(UnsettledStart, OneOddFirstReadingIsNoMotion) {
   }
 }
 
+TEST(UnsettledStart, ASampleThatIsOddItselfIsNotTheStartInstead) {
+  const Robot robot = load_robot("irma4");
+  SyntheticLogOptions options;
+  options.noise = reading_noise(robot.sigma, 1.0);
+  options.dwell_s = options.move_s = 4.0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    options.seed = seed;
+    SyntheticLog start = synthetic_log(robot, default_setpoints(robot, 2, 2, 2), options);
+    start.log.length_m(0, 3) += 0.2;
+    start.log.roll_pitch_yaw_rad(2, 1) -= 0.3;  // as a swing would
+    const Calibration found = calibrate(robot, start.log);
+    ASSERT_EQ(found.result.status, CalibrationStatus::converged);
+    const Vector6 off = minus(start.poses.front(), found.result.poses.front());
+    EXPECT_LT(off.cwiseQuotient(found.result.standard_deviation).cwiseAbs().maxCoeff(), 4.0);
+  }
+}
+
 TEST(UnsettledStart, AGoodStartStays) {
   const Robot robot = load_robot("irma4");
   const Start start = made(7);

@@ -65,6 +65,36 @@ TEST(Formulas, FindTheLawAndItsPeriod) {
       << meant->info().sentence;
 }
 
+TEST(Formulas, FindAStepBetweenAnyTwoRestsAndOfAnySize) {
+  const Robot robot = load_robot("irma4");
+  SyntheticLogOptions options;
+  options.noise = reading_noise(robot.sigma, 0.05);
+  const Log clean = synthetic_log(robot, default_setpoints(robot, 3, 3, 2), options).log;
+  std::vector<std::string> left_out;
+  std::vector<Log> as_it_was{clean};
+  const std::vector<Measurement> rests =
+      baseline_model(robot, as_it_was, left_out).runs[0].measurements;
+  for (const std::size_t after : {3U, 7U, 12U}) {
+    for (const double size_rad : {0.01, 0.3}) {
+      std::vector<Log> logs{clean};
+      const double knocked_s = 0.5 * (rests[after].run_time_s + rests[after + 1].run_time_s);
+      for (Eigen::Index row = 0; row < clean.sample_count(); ++row) {
+        if (clean.time_s[row] > knocked_s) logs[0].roll_pitch_yaw_rad(row, 2) += size_rad;
+      }
+      const std::vector<LikelyFormula> likely =
+          likely_formulas(baseline_model(robot, logs, left_out), 1);
+      ASSERT_FALSE(likely.empty());
+      const CandidateScore& best = likely[0].score;
+      ASSERT_TRUE(best.effect->name().starts_with("yaw_by_time_step_at_")) << best.effect->name();
+      const std::string formula = definition_of(*best.effect)->adds.front().formula;
+      const double at_s = std::stod(formula.substr(formula.find("time_s - ") + 9));
+      EXPECT_GT(at_s, rests[after].run_time_s);
+      EXPECT_LT(at_s, rests[after + 1].run_time_s);
+      EXPECT_NEAR(best.values[0], size_rad, 0.1 * size_rad);  // of a scan
+    }
+  }
+}
+
 TEST(Formulas, NothingIsLikelyWhereNothingIs) {
   const DiagnosisModel model = model_of_runout(0.0);
   const std::vector<LikelyFormula> likely = likely_formulas(model, 1);

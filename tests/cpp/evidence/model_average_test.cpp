@@ -59,13 +59,27 @@ TEST(ModelAverage, WhatTheReadingsSpeakAgainstAddsNothing) {
 TEST(ModelAverage, AlternativesCountByTheirEvidence) {
   Vector6 twist;
   twist << 0.01, 0.0, 0.0, 0.0, 0.02, 0.0;
-  const Pose here, there = plus(here, twist);
+  const InitialPose here{{}, Matrix6::Identity()},
+      there{plus(here.pose, twist), Matrix6::Identity()};
   const auto of = [&](double log_evidence) {
     return mean_of(possibilities(here, {{there, log_evidence}}));
   };
   EXPECT_LE((of(0.0) - 0.5 * twist * twist.transpose()).norm(), 1e-12);
   EXPECT_LT(of(-10.0).norm(), 1e-4 * of(0.0).norm());
   EXPECT_TRUE(possibilities(here, {}).empty());
+}
+
+TEST(ModelAverage, AnotherModelCountsAsUncertainAsItIs) {
+  // It knows less of x and yaw, and more of y, which is no reason to claim more.
+  const InitialPose here{{}, Matrix6::Identity()};
+  InitialPose there = here;
+  there.covariance.diagonal() << 4.0, 0.25, 1.0, 1.0, 1.0, 9.0;
+  const Possibility p = in_place_of(here, there, 0.25);
+  EXPECT_EQ(p.probability, 0.25);
+  EXPECT_LE(p.shift.norm(), 1e-15);
+  Vector6 less_known;
+  less_known << 3.0, 0.0, 0.0, 0.0, 0.0, 8.0;
+  EXPECT_LE((p.spread - Matrix6(less_known.asDiagonal())).norm(), 1e-12);
 }
 
 TEST(ModelAverage, WithoutOtherModelsACovarianceStays) {
