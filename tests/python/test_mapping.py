@@ -98,6 +98,38 @@ def test_the_proposal_says_how_sure_it_is(
     assert "is the log that is read" in over.stderr
 
 
+def canonical(log: cdprcal.Log, path: Path, *renamed: tuple[str, str]) -> Path:
+    """A canonical log whose header is written otherwise: (pattern, what stands in its place)."""
+    cdprcal.write_log(log, str(path))
+    header, rest = path.read_text().split("\n", 1)
+    for pattern, other in renamed:
+        header, count = re.subn(pattern, other, header)
+        assert count, f"{pattern} in {header}"
+    path.write_text(f"{header}\n{rest}")
+    return path
+
+
+@pytest.mark.parametrize("angles", ["roll,pitch,yaw", "phi,theta,psi", "rx,ry,rz"])
+@pytest.mark.parametrize("swivel", ["theta", "phi", "rz"])
+def test_numbered_angles_are_the_swivels(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, angles: str, swivel: str
+) -> None:
+    renamed = [(r"swivel_(\d)_rad", rf"{swivel}_\1_rad")]
+    for was, now in zip(("roll", "pitch", "yaw"), angles.split(","), strict=True):
+        renamed.append((rf"\b{was}_rad", f"{now}_rad"))
+    raw = canonical(synthetic.log, tmp_path / "raw.csv", *renamed)
+    lines = {line.name: line for line in propose_file(raw).lines}
+    assert lines["swivels"].columns == tuple(f"{swivel}_{i}_rad" for i in (1, 2, 3, 4))
+    assert lines["attitude"].columns == tuple(f"{angle}_rad" for angle in angles.split(","))
+
+
+def test_a_full_name_beats_an_alias(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
+    renamed = ("tension_1_N", "theta_rad"), ("tension_2_N", "rx_rad")
+    raw = canonical(synthetic.log, tmp_path / "raw.csv", *renamed)
+    lines = {line.name: line for line in propose_file(raw).lines}
+    assert lines["attitude"].columns == ("roll_rad", "pitch_rad", "yaw_rad")
+
+
 @pytest.mark.parametrize("command", ["check", "calibrate", "diagnose"])
 def test_other_columns_are_answered_by_the_way_to_a_map(
     cli: Cli, synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path, command: str

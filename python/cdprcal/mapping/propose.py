@@ -103,9 +103,11 @@ class Proposal:
 def propose(raw: RawTable, robot: _core.Robot | None = None) -> Proposal:
     """What the columns of a raw file seem to be. Raises InputError when nothing is recognised."""
     names = {key: taken_apart(key, column.unit) for key, column in raw.columns.items()}
+    count = robot.cable_count if robot is not None else _cable_count(names)
+    names = _one_a_cable(names, count)
     time, rate_Hz = _time(raw, names)
     left = {key: name for key, name in names.items() if key not in time.columns}
-    groups = _cable_groups(raw, left, robot)
+    groups = _cable_groups(raw, left, count, robot)
     attitude = _attitude(raw, left)
     inertial = [line for kind in INERTIAL if (line := _inertial(raw, left, kind)) is not None]
     found = [_with_unit(raw, names, line, robot) for line in groups]
@@ -184,9 +186,20 @@ def _topic(column: str) -> str:
 # Which columns are which.
 
 
-def _cable_groups(raw: RawTable, names: dict[str, Name], robot: _core.Robot | None) -> list[Line]:
+def _one_a_cable(names: dict[str, Name], count: int) -> dict[str, Name]:
+    """Names with the kind that numbers tell: theta_1 … theta_4 are four cables' swivels, and theta
+    is the platform's pitch."""
+    angles = [name for name in names.values() if name.kind in _AXES and name.index]
+    families = [group for group in _alike(angles) if len(group) == count]
+    return names | {
+        name.text: replace(name, kind="swivels") for group in families for name in group
+    }
+
+
+def _cable_groups(
+    raw: RawTable, names: dict[str, Name], count: int, robot: _core.Robot | None
+) -> list[Line]:
     """A line for every kind of reading that there is one of a cable."""
-    count = robot.cable_count if robot is not None else _cable_count(names)
     lines = []
     for kind in _PER_CABLE:
         candidates = [
@@ -258,6 +271,7 @@ def _fit(kind: str, group: list[Name]) -> tuple[bool, bool, int]:
     texts = " ".join(name.text.lower() for name in group)
     right = {
         "lengths": ("length", "position", "laenge", "länge", "longueur", "lunghezza"),
+        "swivels": ("swivel",),
         "tensions": ("norm", "effort", "tension", "kraft"),
     }.get(kind, ())
     return any(word in texts for word in right), group[0].unit is not None, -len(texts)
@@ -301,6 +315,11 @@ def _by_place(
 
 def _attitude(raw: RawTable, names: dict[str, Name]) -> Line | None:
     parts = [[n for n in names.values() if n.kind == axis and _moves(raw, n)] for axis in _AXES]
+    # A full name beats an alias: pitch is pitch, whatever theta is.
+    parts = [
+        [name for name in part if axis in name.text.lower()] or part
+        for axis, part in zip(_AXES, parts, strict=True)
+    ]
     if any(parts):
         columns = tuple(part[0].text if part else "" for part in parts)
         # A compass counts clockwise.
