@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from cdprcal.mapping.units import unit_named
+from cdprcal.mapping.units import unit_at_end, unit_named
 
 WHOLE_LENGTHS = "direct_lengths"
 
@@ -75,12 +75,9 @@ def taken_apart(text: str, given_unit: str = "") -> Name:
     bracket = _BRACKETS.search(text)
     bare = text[: bracket.start()] if bracket else text
     unit = unit_named(given_unit) or (unit_named(bracket[1]) if bracket else None)
+    if unit is None:
+        unit, bare = unit_at_end(bare.rstrip())
     words = [w for w in re.split(r"[^0-9A-Za-zÀ-ÿ]+", _CAMEL.sub("_", bare)) if w]
-    if unit is None and len(words) > 1:
-        # Of single letters only those that nothing else is called.
-        last = words[-1]
-        if unit_named(last) and (len(last) > 1 or last in ("m", "N", "s")):
-            unit = unit_named(words.pop())
     numbers = [word for word in words if word.isdigit()]
     index = numbers[-1] if numbers else ""
     lower = [_singular(word.lower()) for word in words if not word.isdigit()]
