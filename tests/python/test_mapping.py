@@ -209,6 +209,83 @@ def test_names_that_are_not_there_are_answered_by_those_that_are(tmp_path: Path)
     assert file.line_of(2) == 5
 
 
+READ_MAP = """format: cdprcal-map-1
+text: {{separator: ";", decimal: "{decimal}"}}
+time: {{column: t, unit: s}}
+channels:
+  lengths: {{columns: [a, b], unit: mm}}
+"""
+
+
+def read_cell(folder: Path, cell: str, decimal: str = ".") -> float:
+    """What a mapped log holds where a file says ``cell`` [mm]; Mode is no column of the map."""
+    raw, the_map = folder / "raw.csv", folder / "map.yaml"
+    the_map.write_text(READ_MAP.format(decimal=decimal))
+    raw.write_text(f"t;a;b;Mode\n0;1;2;HOLD\n1;1;{cell};HOLD\n2;1;3;HOLD\n")
+    return float(load_mapped(raw, the_map, None).log.length_m[1, 1])
+
+
+@pytest.mark.parametrize(
+    ("cell", "decimal", "remedy"),
+    [
+        ("1,817.471", ".", "write numbers without separators of thousands"),
+        ("1'817.471", ".", "write numbers without separators of thousands"),
+        ("1 817.471", ".", "write numbers without separators of thousands"),
+        ("1.817,471", ",", "write numbers without separators of thousands"),
+        ("1.817", ",", "or correct text.decimal"),
+        ("1,817", ".", "or correct text.decimal"),
+        ("3238.7 mm", ".", "write the unit into the name of the column, not into the cells"),
+        ("3238,7mm", ",", "write the unit into the name of the column, not into the cells"),
+        ("inf", ".", "leave the cell empty where nothing was read"),
+        ("1e400", ".", "leave the cell empty where nothing was read"),
+        ("overload", ".", "or delete the line if it is no row"),
+    ],
+)
+def test_a_cell_that_cannot_be_read_is_refused_by_line_and_column(
+    tmp_path: Path, cell: str, decimal: str, remedy: str
+) -> None:
+    with pytest.raises(cdprcal.InputError) as refused:
+        read_cell(tmp_path, cell, decimal)
+    said = str(refused.value)
+    assert f"raw.csv:3: column 'b': {cell!r} is not a number; " in said
+    assert remedy in said
+
+
+@pytest.mark.parametrize("cell", ["", "NaN", "-nan", "-", "N/A", "null", "None", "?", "-1.#IND"])
+def test_a_cell_may_say_that_nothing_was_read(tmp_path: Path, cell: str) -> None:
+    assert math.isnan(read_cell(tmp_path, cell))
+
+
+@pytest.mark.parametrize(
+    ("cell", "decimal"), [("\N{MINUS SIGN}18.5", "."), ("-18,5", ","), ("-1.85e1", ".")]
+)
+def test_a_number_may_be_written_in_any_way_that_has_one_meaning(
+    tmp_path: Path, cell: str, decimal: str
+) -> None:
+    assert read_cell(tmp_path, cell, decimal) == pytest.approx(-0.0185)
+
+
+@pytest.mark.parametrize(
+    ("write", "said"),
+    [
+        ("{:,.3f}", r"raw.csv:2: column 'length_1_mm': '1,\d{3}\.\d{3}' is not a number; write"),
+        ("{:.3f} mm", r"raw.csv:2: column 'length_1_mm': '1\d+\.\d+ mm' is not a number; write"),
+    ],
+)
+def test_no_map_is_proposed_for_cells_that_cannot_be_read(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path, write: str, said: str
+) -> None:
+    raw, log = tmp_path / "raw.csv", synthetic.log
+    lines = ["t_s;" + ";".join(f"length_{i}_mm" for i in (1, 2, 3, 4))]
+    for time_s, row in zip(log.time_s.tolist(), (1e3 * log.length_m).tolist(), strict=True):
+        lines.append(f"{time_s};" + ";".join(write.format(length) for length in row))
+    raw.write_text("\n".join([*lines, ""]))
+    ran = cli("check", "irma4", raw, "--propose", tmp_path / "map.yaml")
+    assert ran.code == 2
+    assert re.search(said, ran.stderr)
+    assert not (tmp_path / "map.yaml").exists()
+
+
 def test_a_misspelt_topic_is_answered_by_those_there_are(
     cli: Cli, robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
 ) -> None:

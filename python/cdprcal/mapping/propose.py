@@ -110,10 +110,11 @@ def propose(raw: RawTable, robot: _core.Robot | None = None) -> Proposal:
     groups = _cable_groups(raw, left, count, robot)
     attitude = _attitude(raw, left)
     inertial = [line for kind in INERTIAL if (line := _inertial(raw, left, kind)) is not None]
-    found = [_with_unit(raw, names, line, robot) for line in groups]
-    if attitude is not None:
-        found.append(_with_unit(raw, names, attitude, robot))
-    found += [_with_unit(raw, names, line, robot) for line in inertial]
+    found = [*groups, *([attitude] if attitude is not None else []), *inertial]
+    for key in (*time.columns, *(key for line in found for key in line.columns)):
+        if key in raw.columns:
+            raw.readings(key)  # refuses cells that cannot be read
+    found = [_with_unit(raw, names, line, robot) for line in found]
     if raw.kind == "records" and robot is not None:
         found = _records(raw, robot) or found
     if not found:
@@ -225,8 +226,11 @@ def _cable_groups(
 
 
 def _moves(raw: RawTable, name: Name) -> bool:
-    values = raw.columns[name.text].values
-    there = values[np.isfinite(values)]
+    """Whether a column holds readings, be it such as cannot be read ('1,817.5')."""
+    column = raw.columns[name.text]
+    if column.unread is not None and re.search(r"\d", column.unread[1]):
+        return True
+    there = column.values[np.isfinite(column.values)]
     return len(there) > 1 and float(np.ptp(there)) > 0.0
 
 
@@ -288,7 +292,11 @@ def _by_place(
     if robot is None or not count:
         return []
     weight_N = robot.weight_N
-    free = [key for key, name in names.items() if not name.kind and _moves(raw, name)]
+    free = [
+        key
+        for key, name in names.items()
+        if not name.kind and _moves(raw, name) and raw.columns[key].unread is None
+    ]
     lines: list[Line] = []
     while len(free) >= count:
         block = free[:count]
