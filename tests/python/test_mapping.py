@@ -98,6 +98,89 @@ def test_the_proposal_says_how_sure_it_is(
     assert "is the log that is read" in over.stderr
 
 
+def canonical(log: cdprcal.Log, path: Path, *renamed: tuple[str, str]) -> Path:
+    """A canonical log whose header is written otherwise: (pattern, what stands in its place)."""
+    cdprcal.write_log(log, str(path))
+    header, rest = path.read_text().split("\n", 1)
+    for pattern, other in renamed:
+        header, count = re.subn(pattern, other, header)
+        assert count, f"{pattern} in {header}"
+    path.write_text(f"{header}\n{rest}")
+    return path
+
+
+@pytest.mark.parametrize("angles", ["roll,pitch,yaw", "phi,theta,psi", "rx,ry,rz"])
+@pytest.mark.parametrize("swivel", ["theta", "phi", "rz"])
+def test_numbered_angles_are_the_swivels(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, angles: str, swivel: str
+) -> None:
+    renamed = [(r"swivel_(\d)_rad", rf"{swivel}_\1_rad")]
+    for was, now in zip(("roll", "pitch", "yaw"), angles.split(","), strict=True):
+        renamed.append((rf"\b{was}_rad", f"{now}_rad"))
+    raw = canonical(synthetic.log, tmp_path / "raw.csv", *renamed)
+    lines = {line.name: line for line in propose_file(raw).lines}
+    assert lines["swivels"].columns == tuple(f"{swivel}_{i}_rad" for i in (1, 2, 3, 4))
+    assert lines["attitude"].columns == tuple(f"{angle}_rad" for angle in angles.split(","))
+
+
+def test_a_full_name_beats_an_alias(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
+    renamed = ("tension_1_N", "theta_rad"), ("tension_2_N", "rx_rad")
+    raw = canonical(synthetic.log, tmp_path / "raw.csv", *renamed)
+    lines = {line.name: line for line in propose_file(raw).lines}
+    assert lines["attitude"].columns == ("roll_rad", "pitch_rad", "yaw_rad")
+
+
+@pytest.mark.parametrize("name", ["T{} [N]", "T{}", "x{} [N]", "forza_{}"])
+def test_numbered_forces_are_the_tensions(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, name: str
+) -> None:
+    renamed = (r"tension_(\d)_N", name.format(r"\1"))
+    raw = canonical(synthetic.log, tmp_path / "raw.csv", renamed)
+    proposal = propose_file(raw, cdprcal.load_robot("irma4"))
+    lines = {line.name: line for line in proposal.lines}
+    assert lines["tensions"].columns == tuple(name.format(i) for i in (1, 2, 3, 4))
+    assert lines["tensions"].unit == "N"
+    assert proposal.time.columns == ("time_s",)
+
+
+def test_a_column_twice_is_a_guess_and_what_is_not_used_is_said(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    renamed = ("roll_rad", "length_1_m"), ("pitch_rad", "spindle")
+    raw = canonical(synthetic.log, tmp_path / "raw.csv", *renamed)
+    ran = cli("check", "irma4", raw, "--propose", tmp_path / "map.yaml")
+    assert ran.code == 1
+    assert "to be corrected where wrong: lengths" in ran.stdout
+    assert "not used: length_1_m (column " in ran.stdout
+    assert "spindle" in ran.stdout
+    text = (tmp_path / "map.yaml").read_text()
+    assert "the file names length_1_m more than once, the first is taken" in text
+    assert '["length_1_m", "length_2_m", "length_3_m", "length_4_m"]' in text
+
+
+def test_an_array_of_angles_is_the_attitude(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    io = pytest.importorskip("scipy.io")
+    log, path = synthetic.log, tmp_path / "run.mat"
+    held = {"t": log.time_s, "L": log.length_m, "T": log.tension_N, "rpy": log.roll_pitch_yaw_rad}
+    io.savemat(path, {key: np.array(values) for key, values in held.items()})
+    lines = {line.name: line for line in propose_file(path).lines}
+    assert lines["attitude"].columns == ("rpy.1", "rpy.2", "rpy.3")
+    assert lines["tensions"].columns == ("T.1", "T.2", "T.3", "T.4")
+
+
+def test_a_bag_that_was_exported_is_proposed_whole(
+    synthetic: cdprcal.SyntheticLog, robot: cdprcal.Robot, tmp_path: Path
+) -> None:
+    save_bag(synthetic.log, tmp_path / "bag", robot.euler_convention)
+    lines = {line.name: line for line in propose_file(tmp_path / "bag", robot).lines}
+    assert {"lengths", "swivels", "tensions", "attitude"} <= set(lines)
+    assert lines["lengths"].columns[0] == "/joint_states.position.cable_1"
+    assert lines["swivels"].columns[0] == "/joint_states.position.swivel_1"
+    assert lines["tensions"].columns[0] == "/joint_states.effort.cable_1"
+
+
 @pytest.mark.parametrize("command", ["check", "calibrate", "diagnose"])
 def test_other_columns_are_answered_by_the_way_to_a_map(
     cli: Cli, synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path, command: str
@@ -131,6 +214,15 @@ BAD_MAPS = {
     "no channels": ("channels:", "more:", "more: is not known here|channels: is missing"),
     "two signs": ("[1, -1, 1, 1]", "[1, -1]", "2 signs for 4 columns"),
     "no sign": ("[1, -1, 1, 1]", "0", "sign"),
+    "a column twice": (
+        "[a, b, c, d]",
+        "[a, b, c, a]",
+        "map.yaml:4:.*channels.lengths: names column 'a' twice",
+    ),
+    "a negative unit": ("unit: mm", "unit: -1", "channels.lengths: unit -1 is not above 0.*sign"),
+    "a unit of nothing": ("unit: mm", "unit: 0", "channels.lengths: unit 0 is not above 0"),
+    "an endless unit": ("unit: mm", "unit: .inf", "channels.lengths: unit inf is not above 0"),
+    "a unit of time of nothing": ("unit: ms", "unit: 0.0", "time: unit 0 is not above 0"),
     "unit of time": ("unit: ms", "unit: mm", "unit 'mm' is not one of s, ms"),
     "time and rate": ("unit: ms", "rate_Hz: 10", "give either a column or rate_Hz"),
     "another format": ("map-1", "map-9", r"map.yaml:1:9: format"),
@@ -175,6 +267,83 @@ def test_names_that_are_not_there_are_answered_by_those_that_are(tmp_path: Path)
     assert math.isnan(file.log.length_m[2, 0])
     assert [finding.code for finding in file.findings] == ["same_time"]
     assert file.line_of(2) == 5
+
+
+READ_MAP = """format: cdprcal-map-1
+text: {{separator: ";", decimal: "{decimal}"}}
+time: {{column: t, unit: s}}
+channels:
+  lengths: {{columns: [a, b], unit: mm}}
+"""
+
+
+def read_cell(folder: Path, cell: str, decimal: str = ".") -> float:
+    """What a mapped log holds where a file says ``cell`` [mm]; Mode is no column of the map."""
+    raw, the_map = folder / "raw.csv", folder / "map.yaml"
+    the_map.write_text(READ_MAP.format(decimal=decimal))
+    raw.write_text(f"t;a;b;Mode\n0;1;2;HOLD\n1;1;{cell};HOLD\n2;1;3;HOLD\n")
+    return float(load_mapped(raw, the_map, None).log.length_m[1, 1])
+
+
+@pytest.mark.parametrize(
+    ("cell", "decimal", "remedy"),
+    [
+        ("1,817.471", ".", "write numbers without separators of thousands"),
+        ("1'817.471", ".", "write numbers without separators of thousands"),
+        ("1 817.471", ".", "write numbers without separators of thousands"),
+        ("1.817,471", ",", "write numbers without separators of thousands"),
+        ("1.817", ",", "or correct text.decimal"),
+        ("1,817", ".", "or correct text.decimal"),
+        ("3238.7 mm", ".", "write the unit into the name of the column, not into the cells"),
+        ("3238,7mm", ",", "write the unit into the name of the column, not into the cells"),
+        ("inf", ".", "leave the cell empty where nothing was read"),
+        ("1e400", ".", "leave the cell empty where nothing was read"),
+        ("overload", ".", "or delete the line if it is no row"),
+    ],
+)
+def test_a_cell_that_cannot_be_read_is_refused_by_line_and_column(
+    tmp_path: Path, cell: str, decimal: str, remedy: str
+) -> None:
+    with pytest.raises(cdprcal.InputError) as refused:
+        read_cell(tmp_path, cell, decimal)
+    said = str(refused.value)
+    assert f"raw.csv:3: column 'b': {cell!r} is not a number; " in said
+    assert remedy in said
+
+
+@pytest.mark.parametrize("cell", ["", "NaN", "-nan", "-", "N/A", "null", "None", "?", "-1.#IND"])
+def test_a_cell_may_say_that_nothing_was_read(tmp_path: Path, cell: str) -> None:
+    assert math.isnan(read_cell(tmp_path, cell))
+
+
+@pytest.mark.parametrize(
+    ("cell", "decimal"), [("\N{MINUS SIGN}18.5", "."), ("-18,5", ","), ("-1.85e1", ".")]
+)
+def test_a_number_may_be_written_in_any_way_that_has_one_meaning(
+    tmp_path: Path, cell: str, decimal: str
+) -> None:
+    assert read_cell(tmp_path, cell, decimal) == pytest.approx(-0.0185)
+
+
+@pytest.mark.parametrize(
+    ("write", "said"),
+    [
+        ("{:,.3f}", r"raw.csv:2: column 'length_1_mm': '1,\d{3}\.\d{3}' is not a number; write"),
+        ("{:.3f} mm", r"raw.csv:2: column 'length_1_mm': '1\d+\.\d+ mm' is not a number; write"),
+    ],
+)
+def test_no_map_is_proposed_for_cells_that_cannot_be_read(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path, write: str, said: str
+) -> None:
+    raw, log = tmp_path / "raw.csv", synthetic.log
+    lines = ["t_s;" + ";".join(f"length_{i}_mm" for i in (1, 2, 3, 4))]
+    for time_s, row in zip(log.time_s.tolist(), (1e3 * log.length_m).tolist(), strict=True):
+        lines.append(f"{time_s};" + ";".join(write.format(length) for length in row))
+    raw.write_text("\n".join([*lines, ""]))
+    ran = cli("check", "irma4", raw, "--propose", tmp_path / "map.yaml")
+    assert ran.code == 2
+    assert re.search(said, ran.stderr)
+    assert not (tmp_path / "map.yaml").exists()
 
 
 def test_a_misspelt_topic_is_answered_by_those_there_are(
@@ -291,6 +460,21 @@ def test_a_cut_bag_is_refused(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -
         ("t_ms", "time", "", "ms"),
         ("yaw", "yaw", "", None),
         ("spindle", "", "", None),
+        ("tension_1_kN", "tensions", "1", "kN"),
+        ("F1_kN", "tensions", "1", "kN"),
+        ("F1kN", "tensions", "1", "kN"),
+        ("F1 [kN]", "tensions", "1", "kN"),
+        ("tension_1_KN", "tensions", "1", "kN"),
+        ("tension_1_mN", "tensions", "1", "mN"),
+        ("tension_1_MN", "tensions", "1", "MN"),
+        ("F1 [MN]", "tensions", "1", "MN"),
+        ("tension_1_daN", "tensions", "1", "daN"),
+        ("cell2.forcekN", "tensions", "2", "kN"),
+        ("cell2.forceN", "tensions", "2", "N"),
+        ("cell2.forceMean", "tensions", "2", None),
+        ("TENSION 4", "tensions", "4", None),
+        ("TENSION", "tensions", "", None),
+        ("rope3LengthMm", "lengths", "3", "mm"),
     ],
 )
 def test_names_are_taken_apart(name: str, kind: str, index: str, unit: str | None) -> None:

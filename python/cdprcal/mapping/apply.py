@@ -120,7 +120,7 @@ class _Rows:
                 f"{self._source}: {where}: {shown_path(self._raw.path)} has no column {name!r}; "
                 f"give one of those it has: {shown}{more}"
             )
-        return columns[name]
+        return self._raw.readings(name)
 
     def _times(self, the_map: Map) -> Floats:
         time = the_map.time

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 import re
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 
 from cdprcal._core import InputError
-from cdprcal.io.files import read_bytes, refuse_many_lines, shown_path
-from cdprcal.mapping.raw import Column, DelimitedForm, Floats, RawTable
+from cdprcal.io.files import read_bytes, refuse_many_lines, shown_path, shown_text
+from cdprcal.mapping.raw import Column, DelimitedForm, RawTable
+from cdprcal.mapping.units import unit_named
 
 SEPARATORS = (";", "\t", ",", "|", " ")
 _MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
@@ -22,6 +26,16 @@ _SAMPLED = 200  # lines are enough to tell a form by
 _COMMENT = "#%"
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
 _CLOCK = re.compile(r"(\d{1,4}[-./]\d{1,2}[-./]\d{1,4}[ T])?\d{1,2}:\d{2}:\d{2}([.,]\d+)?Z?")
+#: Cells, in small letters, that say that nothing was read; the last ones are C's and Excel's.
+_NO_READING = {"", "-", "--", "---", "?", "na", "n/a", "nan", "+nan", "-nan", "null", "nil", "none"}
+_NO_READING |= {"nan(ind)", "-nan(ind)", "-1.#ind", "1.#qnan", "#n/a"}
+_MINUS = str.maketrans("\N{MINUS SIGN}", "-")
+#: By decimal mark: separators of thousands, and a number with its unit.
+_THOUSANDS = {
+    ".": re.compile(r"[-+]?\d{1,3}([,'\u2019 \u00a0\u202f]\d{3})+\.\d+"),
+    ",": re.compile(r"[-+]?\d{1,3}([.'\u2019 \u00a0\u202f]\d{3})+,\d+"),
+}
+_WITH_UNIT = re.compile(r"([-+]?[\d.,]+)\s*([^\W\d]+)")
 _DAYS = ("%Y-%m-%d", "%d.%m.%Y", "%Y/%m/%d", "%m/%d/%Y", "%d-%m-%Y")
 _UNIT = re.compile(r"[\[(]?\s*[^\s\d\[\]();,]{0,6}(/[^\s\d\[\]();,]{1,4})?\s*[\])]?")
 
@@ -64,11 +78,30 @@ def _cells(line: str, separator: str) -> list[str]:
 
 
 def _is_number(cell: str, decimal: str) -> bool:
+    """Whether a cell tells rows from names, even if it cannot be read as it is."""
+    return bool(
+        _number(cell, decimal) is not None or _CLOCK.fullmatch(cell) or _almost(cell, decimal)
+    )
+
+
+def _almost(cell: str, decimal: str) -> str:
+    """What to do about a cell that is a number for people only; empty for any other."""
+    if _THOUSANDS[decimal].fullmatch(cell):
+        return "write numbers without separators of thousands"
+    parts = _WITH_UNIT.fullmatch(cell)
+    if parts and unit_named(parts[2]) and _number(parts[1], decimal) is not None:
+        return "write the unit into the name of the column, not into the cells"
+    return ""
+
+
+def _number(cell: str, decimal: str) -> float | None:
+    """The number that a cell is; None for any other text."""
     if decimal == ",":
-        if "." in cell and not _CLOCK.fullmatch(cell):
-            return False
+        if "." in cell:
+            return None
         cell = cell.replace(",", ".")
-    return bool(_NUMBER.fullmatch(cell) or _CLOCK.fullmatch(cell))
+    cell = cell.translate(_MINUS)
+    return float(cell) if _NUMBER.fullmatch(cell) else None
 
 
 def _form_of(lines: list[str], encoding: str) -> DelimitedForm | None:
@@ -143,8 +176,12 @@ def _table(path: Path, name: str, lines: list[str], form: DelimitedForm) -> RawT
         raise InputError(f"{name}: has no row of numbers; correct text.header_line")
     columns = {}
     for i, column in enumerate(names):
-        values, is_clock = _numbers([row[i] for row in rows], form.decimal)
-        columns[column] = Column(values, unit=units[i] if units else "", is_clock=is_clock)
+        cells = [row[i] for row in rows]
+        first = column.removesuffix(_again(i))
+        columns[column] = replace(
+            _column(cells, form.decimal, units[i] if units else ""),
+            repeats=first if first != column and first in columns else "",
+        )
     return RawTable(path, "csv", columns, form, np.array(at, dtype=np.int64))
 
 
@@ -160,7 +197,7 @@ def _names(lines: list[str], form: DelimitedForm) -> tuple[list[str], list[str]]
     names: list[str] = []
     for i, cell in enumerate(cells):
         cell = cell.strip('"') or f"column_{i + 1}"
-        names.append(cell if cell not in names else f"{cell} (column {i + 1})")
+        names.append(cell if cell not in names else cell + _again(i))
     units: list[str] = []
     if form.header_line < len(lines):
         below = lines[form.header_line].lstrip().lstrip(_COMMENT).strip("\n")
@@ -171,22 +208,42 @@ def _names(lines: list[str], form: DelimitedForm) -> tuple[list[str], list[str]]
     return names, units
 
 
-def _numbers(cells: Sequence[str], decimal: str) -> tuple[Floats, bool]:
-    """Numbers, NaN for what is none; or seconds of dates and times of day."""
-    plain = [cell.replace(",", ".") if decimal == "," else cell for cell in cells]
-    try:
-        return np.array(plain, dtype=np.float64), False
-    except ValueError:
-        pass
-    if sum(bool(_CLOCK.fullmatch(cell)) for cell in cells) > len(cells) / 2:
-        return np.array([_seconds(cell) for cell in cells]), True
-    return np.array([float(c) if _NUMBER.fullmatch(c) else np.nan for c in plain]), False
+def _again(i: int) -> str:
+    """What tells a column from an earlier one of the same name."""
+    return f" (column {i + 1})"
 
 
-def _seconds(cell: str) -> float:
-    """Of '2026-03-01 12:00:00.25', '01.03.2026 12:00:00,25' or '12:00:00.25'; NaN for others."""
+def _column(cells: Sequence[str], decimal: str, unit: str) -> Column:
+    """Numbers, NaN where nothing was read; or seconds of dates and times of day."""
+    with suppress(ValueError):  # the slow way below tells what is in which cell
+        if decimal == "." or not any("." in cell for cell in cells):
+            values = np.array([cell.replace(decimal, ".") for cell in cells], dtype=np.float64)
+            if not np.isinf(values).any():
+                return Column(values, unit=unit)
+    is_clock = sum(bool(_CLOCK.fullmatch(cell)) for cell in cells) > len(cells) / 2
+    read = [_seconds(cell) if is_clock else _number(cell, decimal) for cell in cells]
+    values = np.array([np.nan if value is None else value for value in read])
+    for row, (cell, value) in enumerate(zip(cells, values.tolist(), strict=True)):
+        if not math.isfinite(value) and cell.lower() not in _NO_READING:
+            unread = (row, _why_unread(cell, decimal))
+            return Column(values, unit=unit, is_clock=is_clock, unread=unread)
+    return Column(values, unit=unit, is_clock=is_clock)
+
+
+def _why_unread(cell: str, decimal: str) -> str:
+    """What is wrong with a cell, and what to do."""
+    remedy = _almost(cell, decimal) or (
+        "leave the cell empty where nothing was read, or delete the line if it is no row"
+    )
+    if not _almost(cell, decimal) and re.search(r"\d[.,]\d", cell):
+        remedy += ", or correct text.decimal"
+    return f"{shown_text(cell, 40)!r} is not a number; {remedy}"
+
+
+def _seconds(cell: str) -> float | None:
+    """Of '2026-03-01 12:00:00.25', '01.03.2026 12:00:00,25' or '12:00:00.25'; None for others."""
     if not _CLOCK.fullmatch(cell):
-        return np.nan
+        return None
     day, _, clock = cell.rstrip("Z").replace("T", " ").rpartition(" ")
     hours, minutes, seconds = clock.replace(",", ".").split(":")
     since = 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds)
@@ -197,4 +254,4 @@ def _seconds(cell: str) -> float:
             return 86400.0 * datetime.strptime(day, pattern).toordinal() + since
         except ValueError:
             continue
-    return np.nan
+    return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -28,6 +29,14 @@ QUATERNIONS = {"quaternion_xyzw": (3, 0, 1, 2), "quaternion_wxyz": (0, 1, 2, 3)}
 Sign = Literal[1, -1]
 
 
+def _refuse_no_size(unit: str | float) -> None:
+    """Raises ValueError for a number that is no size of a unit."""
+    if not isinstance(unit, str) and not 0.0 < unit < math.inf:
+        raise ValueError(
+            f"unit {unit:g} is not above 0: give the SI units that one is; directions are sign: -1"
+        )
+
+
 class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
@@ -52,6 +61,7 @@ class Time(_Strict):
     def _one_of_both(self) -> Time:
         if bool(self.column) == (self.rate_Hz is not None):
             raise ValueError("give either a column or rate_Hz")
+        _refuse_no_size(self.unit)
         if factor("s", self.unit) is None:
             raise ValueError(f"unit {self.unit!r} is not one of {', '.join(UNITS['s'])}")
         return self
@@ -68,6 +78,14 @@ class Group(_Strict):
     def _one_sign_a_column(self) -> Group:
         if isinstance(self.sign, list) and len(self.sign) != len(self.columns):
             raise ValueError(f"{len(self.sign)} signs for {len(self.columns)} columns")
+        return self
+
+    @model_validator(mode="after")
+    def _sizes_and_names(self) -> Group:
+        _refuse_no_size(self.unit)
+        named = [name for name in self.columns if name]
+        if twice := next((name for name in named if named.count(name) > 1), None):
+            raise ValueError(f"names column {twice!r} twice; give each cable or axis its own")
         return self
 
 

@@ -8,6 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from cdprcal._core import InputError
+from cdprcal.io.files import shown_path, shown_text
+
 Floats = NDArray[np.float64]
 
 
@@ -17,13 +20,17 @@ class Column:
 
     ``time_s`` [N]: when each value was taken, where the file has times of its own for it (topics of
     a bag); None: row by row with all others. ``unit``: as the file writes it, else empty.
-    ``is_clock``: the values were dates or times of day; they are seconds.
+    ``is_clock``: the values were dates or times of day; they are seconds. ``unread``: the row of
+    the first cell that is neither a number nor says that there is none, and what is wrong with it.
+    ``repeats``: an earlier column of the same name, if the file has one.
     """
 
     values: Floats
     time_s: Floats | None = None
     unit: str = ""
     is_clock: bool = False
+    unread: tuple[int, str] | None = None
+    repeats: str = ""
 
 
 @dataclass(frozen=True)
@@ -45,3 +52,14 @@ class RawTable:
     columns: dict[str, Column] = field(default_factory=dict)
     form: DelimitedForm | None = None
     line: NDArray[np.int64] | None = None  #: of each row, from 1
+
+    def readings(self, name: str) -> Column:
+        """A column whose every cell could be read. Raises InputError naming line and cell."""
+        column = self.columns[name]
+        if column.unread is not None:
+            row, why = column.unread
+            line = "" if self.line is None else f":{self.line[row]}"
+            raise InputError(
+                f"{shown_path(self.path)}{line}: column {shown_text(name, 60)!r}: {why}"
+            )
+        return column

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from cdprcal.mapping.units import unit_named
+from cdprcal.mapping.units import unit_at_end, unit_named
 
 WHOLE_LENGTHS = "direct_lengths"
 
@@ -32,6 +32,7 @@ _WORDS: tuple[tuple[str, str], ...] = (
     ("quaternion", r"q[wxyz]|quat\w*|orientation|quaternion"),
     (WHOLE_LENGTHS, r"laser|tape|distance|direct"),
     ("position_m", r"tracker|mocap|vicon|optitrack|leica|pos[xyz]"),
+    ("attitude", r"rpy|euler|attitude"),
     ("roll", r"roll|phi|rx|rollen|rollwinkel|roulis|rollio|euler_?x|wank\w*"),
     ("pitch", r"pitch|theta|ry|nick\w*|neigung|tangage|beccheggio|euler_?y"),
     ("yaw", r"yaw|psi|chi|rz|heading|gier\w*|lacet|imbardata|azimut|azimuth|euler_?z|course"),
@@ -41,7 +42,7 @@ _WORDS: tuple[tuple[str, str], ...] = (
     ),
     (
         "tensions",
-        r"tension\w*|tens|force|kraft|seilkraft|zugkraft|load|loadcell|cell|effort|tau|f|kraefte|"
+        r"tensi[oó]n\w*|tens|force|forza|fuerza|força|kracht|kraft|seilkraft|zugkraft|load|loadcell|cell|effort|tau|f|kraefte|"
         r"kräfte|strain|dms|lc|zug|spannung",
     ),
     (
@@ -74,13 +75,11 @@ def taken_apart(text: str, given_unit: str = "") -> Name:
     """What a name says; ``given_unit`` is what the file says apart from it."""
     bracket = _BRACKETS.search(text)
     bare = text[: bracket.start()] if bracket else text
+    bare = bare.replace("joint_states", "joints")  # ROS's topic of readings, no state of a machine
     unit = unit_named(given_unit) or (unit_named(bracket[1]) if bracket else None)
+    if unit is None:
+        unit, bare = unit_at_end(bare.rstrip())
     words = [w for w in re.split(r"[^0-9A-Za-zÀ-ÿ]+", _CAMEL.sub("_", bare)) if w]
-    if unit is None and len(words) > 1:
-        # Of single letters only those that nothing else is called.
-        last = words[-1]
-        if unit_named(last) and (len(last) > 1 or last in ("m", "N", "s")):
-            unit = unit_named(words.pop())
     numbers = [word for word in words if word.isdigit()]
     index = numbers[-1] if numbers else ""
     lower = [_singular(word.lower()) for word in words if not word.isdigit()]

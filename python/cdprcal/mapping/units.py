@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 G = 9.80665
 
@@ -26,7 +27,16 @@ UNITS: dict[str, dict[str, float]] = {
     },
     "m_s2": {"m/s2": 1.0, "g": G, "mg": 1e-3 * G},
     "rad_s": {"rad/s": 1.0, "deg/s": math.radians(1.0), "mrad/s": 1e-3},
-    "N": {"N": 1.0, "kN": 1e3, "mN": 1e-3, "daN": 10.0, "kgf": G, "gf": 1e-3 * G, "lbf": 4.4482216},
+    "N": {
+        "N": 1.0,
+        "kN": 1e3,
+        "mN": 1e-3,
+        "MN": 1e6,
+        "daN": 10.0,
+        "kgf": G,
+        "gf": 1e-3 * G,
+        "lbf": 4.4482216,
+    },
 }
 _ALIASES = {
     "sec": "s",
@@ -69,16 +79,33 @@ _ALIASES = {
     "lb": "lbf",
     "lbs": "lbf",
 }
-_PLAIN = {unit.lower(): unit for units in UNITS.values() for unit in units} | {"g": "gf"}
+_EXACT = {unit for units in UNITS.values() for unit in units} - {"g"}
+#: Of two that differ in case only (mN and MN) the smaller: who means mega writes it.
+_PLAIN = {unit.lower(): unit for unit in sorted(_EXACT)} | {"g": "gf"}
+#: Letters after what is none; or, after a word, a unit with a capital, else what a capital begins.
+_AT_END = (
+    re.compile(r"(?<=[\W\d_])[^\W\d_]+$"),
+    re.compile(rf"(?<=[a-zäöü])({'|'.join(u for u in _EXACT if u != u.lower())})$"),
+    re.compile(r"(?<=[a-zäöü])[A-Z][a-z]*$"),
+)
 
 
 def unit_named(text: str) -> str | None:
     """'[MM]' → 'mm', '°' → 'deg', 'kg' → 'kgf' (of a force); None for what is no unit here."""
     plain = text.strip().strip("[]() ").strip()
-    lower = plain.lower()
-    if plain in ("mN", "Mn"):
-        return "mN"
-    return _ALIASES.get(lower) or _PLAIN.get(lower)
+    if plain in _EXACT:
+        return plain
+    return _ALIASES.get(plain.lower()) or _PLAIN.get(plain.lower())
+
+
+def unit_at_end(text: str) -> tuple[str | None, str]:
+    """The unit that ends a name, and the name without it: 'F1_kN', 'F1kN' and 'forcekN' are kN."""
+    for pattern in _AT_END:
+        found = pattern.search(text)
+        # Of single letters only those that nothing else is called.
+        if found and (len(found[0]) > 1 or found[0] in ("m", "N", "s")) and unit_named(found[0]):
+            return unit_named(found[0]), text[: found.start()]
+    return None, text
 
 
 def factor(dimension: str, unit: str | float) -> float | None:
