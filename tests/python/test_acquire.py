@@ -363,8 +363,9 @@ def test_wrong_use_is_said_and_nothing_written(
 
 
 @KINDS
-def test_ctrl_c_stops_the_robot_and_keeps_the_log(
-    kind: str, plan_path: Path, tmp_path: Path
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
+def test_a_signal_stops_the_robot_and_keeps_the_log(
+    kind: str, number: signal.Signals, plan_path: Path, tmp_path: Path
 ) -> None:
     path = tmp_path / f"run.{kind}"
     process = subprocess.Popen(
@@ -385,13 +386,13 @@ def test_ctrl_c_stops_the_robot_and_keeps_the_log(
         text=True,
         env=dict(os.environ),  # readline, in this process, sets COLUMNS behind its back
     )
-    # A few seconds of robot time, then Ctrl-C.
+    # A few seconds of robot time, then the signal.
     deadline = time.monotonic() + 30.0
     while not (path.exists() and path.stat().st_size > 12_000):
         assert time.monotonic() < deadline
         assert process.poll() is None
         time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     said, _ = process.communicate(timeout=30)
     assert process.returncode == 1, said
     assert "stopped by the operator" in said
