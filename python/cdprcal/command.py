@@ -15,7 +15,7 @@ import typer
 
 from cdprcal.completion import effect_file_names, robot_names
 from cdprcal.interrupt import INTERRUPTED as INTERRUPTED
-from cdprcal.interrupt import loaded
+from cdprcal.interrupt import loaded, stopping
 
 if TYPE_CHECKING:
     from cdprcal import _core
@@ -84,10 +84,6 @@ def reports_errors(command: Callable[P, R]) -> Callable[P, R]:
             raise
         except KeyboardInterrupt:
             fail("interrupted", INTERRUPTED)
-        except BrokenPipeError:
-            # Whoever read stdout has gone; keep the interpreter from flushing into nothing.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            raise typer.Exit(UNTRUSTED) from None
         except Exception as error:
             _fail_with(error)
 
@@ -96,14 +92,14 @@ def reports_errors(command: Callable[P, R]) -> Callable[P, R]:
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Around a long calculation in C++ that cannot ask Python: Ctrl-C or SIGTERM ends the process
-    at once.
+    """Around a long calculation in C++ that cannot ask Python: Ctrl-C, SIGTERM or SIGHUP
+    ends the process at once.
 
     Only where no file is open: nothing is left half written.
     """
     before: dict[signal.Signals, Any] = {}
     try:
-        for name in (signal.SIGINT, signal.SIGTERM):
+        for name in stopping():
             before[name] = signal.signal(name, signal.SIG_DFL)
     except ValueError:  # not the main thread: signals are not ours
         yield

@@ -2,21 +2,39 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import sys
 from typing import Any, NoReturn
 
-INTERRUPTED, TERMINATED = 130, 143
+INTERRUPTED = 130
+SIGNALLED = 128  # and the number of the signal: what shells say of who died of it
 
 
 def watch() -> None:
-    """To be called before anything else is loaded: Ctrl-C leaves at once, SIGTERM cleans up."""
+    """To be called before anything else is loaded: Ctrl-C leaves at once, SIGTERM and
+    SIGHUP clean up."""
     try:
         signal.signal(signal.SIGINT, _leave)
     except KeyboardInterrupt:  # it came before, and Python delivers it here
         _leave()
-    signal.signal(signal.SIGTERM, _terminated)
+    for number in _polite():
+        signal.signal(number, _terminated)
+
+
+def stopping() -> tuple[signal.Signals, ...]:
+    """The signals that ask to stop: Ctrl-C, SIGTERM and, of a terminal that was closed, SIGHUP.
+
+    SIGHUP only where the platform has it and nobody (``nohup``) said that it is to be ignored.
+    """
+    return (signal.SIGINT, *_polite())
+
+
+def _polite() -> tuple[signal.Signals, ...]:
+    hang_up: signal.Signals | None = getattr(signal, "SIGHUP", None)
+    heard = hang_up is not None and signal.getsignal(hang_up) != signal.SIG_IGN
+    return (signal.SIGTERM, hang_up) if hang_up is not None and heard else (signal.SIGTERM,)
 
 
 def loaded() -> None:
@@ -29,11 +47,13 @@ def loaded() -> None:
 
 
 def _leave(*_: Any) -> NoReturn:
-    os.write(sys.__stderr__.fileno() if sys.__stderr__ else 2, b"cdprcal: interrupted\n")
+    with contextlib.suppress(OSError):  # nobody may be there to read it
+        os.write(sys.__stderr__.fileno() if sys.__stderr__ else 2, b"cdprcal: interrupted\n")
     os._exit(INTERRUPTED)  # nothing was begun yet
 
 
-def _terminated(*_: Any) -> NoReturn:
+def _terminated(number: int, _: Any) -> NoReturn:
     """Leaves by an exception: what is half written is removed on the way."""
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    sys.exit(TERMINATED)
+    for name in _polite():
+        signal.signal(name, signal.SIG_IGN)
+    sys.exit(SIGNALLED + number)

@@ -10,6 +10,8 @@ from cdprcal.sensors import CHANNELS
 
 #: What the core says of a fit that it believes; what it adds behind this restricts it.
 CLAIM = "minimum found; residuals are within what the sensors' sigma allow"
+#: Caveats that say of which pose the answer is, not that it is off.
+ABOUT_RUN = ("gap", "short_run")
 #: How often a log of a robot that is as its file says gets the caveat "misfit"; diagnose takes as
 #: much for the chance of an accusation.
 FALSE_ALARMS = 0.01

@@ -22,6 +22,7 @@ from cdprcal.acquisition import Acquired, acquire, start_up_options, start_up_pl
 from cdprcal.hardware import BackendError
 from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.io import AcquisitionInputs, LiveLog, load_log, open_live_log, read_inputs
+from cdprcal.io.events import read_events
 from conftest import Ran
 from test_live_log import disk_of
 
@@ -304,6 +305,12 @@ def test_a_log_alone_is_enough_to_solve_and_to_run_again(
     ran = cli("import", path, "-o", tmp_path / "copy.csv", "--inputs", held)
     assert ran.code == 0, ran.stderr
     np.testing.assert_array_equal(load_log(tmp_path / "copy.csv").log.length_m, log.length_m)
+    # Whatever it is turned into, it holds the same.
+    for copy in ("copy.csv", "copy.mcap"):
+        assert cli("import", path, "-o", tmp_path / copy).code == 0
+        assert load_log(tmp_path / copy).findings == ()
+        assert read_inputs(tmp_path / copy) == inputs
+        assert read_events(tmp_path / copy) == read_events(path) != []
     again, robot_again, plan_again = (
         tmp_path / f"again.{kind}",
         held / "robot.yaml",
@@ -315,6 +322,18 @@ def test_a_log_alone_is_enough_to_solve_and_to_run_again(
     ran = cli("acquire", robot_again, plan_again, "--seed", seed, *injected, "--quick", "-o", again)
     assert ran.code == 0, ran.stderr
     assert again.read_bytes() == path.read_bytes()
+
+
+def test_settings_that_are_damaged_are_left_out(
+    cli: Callable[..., Ran], plan_path: Path, tmp_path: Path
+) -> None:
+    path, copy = tmp_path / "run.csv", tmp_path / "copy.csv"
+    assert cli("acquire", "irma4", plan_path, "--quick", "-o", path).code == 0
+    path.write_bytes(path.read_bytes().replace(b'# settings| {"', b"# settings| "))
+    ran = cli("import", path, "-o", copy)
+    assert (ran.code, read_inputs(copy)) == (0, None)
+    assert "its settings are damaged" in ran.stderr
+    assert cli("import", path, "-o", copy, "--inputs", tmp_path / "held").code == 2
 
 
 def test_a_log_without_inputs_has_none_to_give(
@@ -363,8 +382,9 @@ def test_wrong_use_is_said_and_nothing_written(
 
 
 @KINDS
-def test_ctrl_c_stops_the_robot_and_keeps_the_log(
-    kind: str, plan_path: Path, tmp_path: Path
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
+def test_a_signal_stops_the_robot_and_keeps_the_log(
+    kind: str, number: signal.Signals, plan_path: Path, tmp_path: Path
 ) -> None:
     path = tmp_path / f"run.{kind}"
     process = subprocess.Popen(
@@ -385,13 +405,13 @@ def test_ctrl_c_stops_the_robot_and_keeps_the_log(
         text=True,
         env=dict(os.environ),  # readline, in this process, sets COLUMNS behind its back
     )
-    # A few seconds of robot time, then Ctrl-C.
+    # A few seconds of robot time, then the signal.
     deadline = time.monotonic() + 30.0
     while not (path.exists() and path.stat().st_size > 12_000):
         assert time.monotonic() < deadline
         assert process.poll() is None
         time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     said, _ = process.communicate(timeout=30)
     assert process.returncode == 1, said
     assert "stopped by the operator" in said

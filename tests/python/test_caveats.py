@@ -25,11 +25,6 @@ import edits
 Cli = Callable[..., Ran]
 
 
-@pytest.fixture(scope="module")
-def robot() -> cdprcal.Robot:
-    return cdprcal.load_robot("irma4")
-
-
 def made(robot: cdprcal.Robot, seed: int = 1, **changed: Any) -> cdprcal.Log:
     options = cdprcal.SyntheticLogOptions(
         noise=cdprcal.reading_noise(robot.sigma, 0.1), seed=seed, dwell_s=4.0, move_s=2.0
@@ -161,3 +156,45 @@ def test_edits_are_seen_far_oftener_than_not() -> None:
     assert len(silent) <= 3
     assert all(o.code in (0, 3) for o in outcomes if not o.kinds)
     assert {o.code for o in outcomes if o.kinds} >= {1, 3}
+
+
+@pytest.fixture
+def paused(tmp_path: Path, robot: cdprcal.Robot) -> Path:
+    """A log that lacks 2.4 s, so that the run begins behind them."""
+    log = made(robot)
+    kept = (log.time_s < 17.0) | (log.time_s > 19.4)
+    groups = ("time_s", "length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad")
+    save_log(cdprcal.Log(**{g: getattr(log, g)[kept] for g in groups}, source=""), tmp_path / "p")
+    return tmp_path / "p"
+
+
+def test_a_pause_that_decides_which_pose_is_initial_is_told(
+    cli: Cli, tmp_path: Path, paused: Path
+) -> None:
+    checked = json.loads(cli("check", "irma4", paused, "--json").stdout)["findings"]
+    gap = next(finding for finding in checked if finding["code"] == "gap")
+    told = gap["message"]
+    for command in ("calibrate", "track", "diagnose"):
+        ran = cli(command, "irma4", paused)
+        assert (ran.code, told in " ".join(ran.stderr.split())) == (0, True), command
+        document = json.loads(cli(command, "irma4", paused, "--json").stdout)
+        assert document["caveats"] == [gap], command
+    page = tmp_path / "page.html"
+    ran = cli("report", "irma4", paused, "-o", page)
+    assert ran.code == 0
+    assert told in " ".join(ran.stderr.split())
+    assert told in page.read_text(encoding="utf-8")
+
+
+def test_who_chose_a_segment_is_told_nothing(cli: Cli, paused: Path) -> None:
+    ran = cli("calibrate", "irma4", paused, "--segment", "1", "--json")
+    assert (ran.code, json.loads(ran.stdout)["caveats"]) == (0, [])
+
+
+def test_of_several_logs_the_one_with_a_pause_is_named(
+    cli: Cli, paused: Path, log_path: Path
+) -> None:
+    ran = cli("diagnose", "irma4", log_path, paused, "--json")
+    assert [c["message"].startswith(f"{paused}: ") for c in json.loads(ran.stdout)["caveats"]] == [
+        True
+    ]

@@ -47,7 +47,7 @@ MAP = {
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 @pytest.mark.parametrize(
     "map_of",
-    [{"setpoints": "/set"}, MAP, MAP | {"wrenches": WRENCHES}],
+    [{}, MAP, MAP | {"wrenches": WRENCHES}],
     ids=["plain", "map", "all"],
 )
 def test_what_is_written_is_read_again(
@@ -102,7 +102,8 @@ def test_a_bag_opens_with_mcap_ros2_support(
         elif channel.topic == WRENCHES[2]:
             assert said.wrench.force.x == synthetic.log.tension_N[row, 2]
             assert said.header.frame_id == "cable_3_load_cell"
-    assert counts == dict.fromkeys(["/joint_states", "/imu/data", *WRENCHES], len(synthetic.log))
+    topics_of = ["/joint_states", "/imu/data", "/tension_setpoints", *WRENCHES]
+    assert counts == dict.fromkeys(topics_of, len(synthetic.log))
 
 
 def test_a_bag_opens_with_rosbags(
@@ -113,8 +114,9 @@ def test_a_bag_opens_with_rosbags(
         assert {c.topic: c.msgtype for c in reader.connections} == {
             "/joint_states": "sensor_msgs/msg/JointState",
             "/imu/data": "sensor_msgs/msg/Imu",
+            "/tension_setpoints": "sensor_msgs/msg/JointState",
         }
-        assert reader.message_count == 2 * len(synthetic.log)
+        assert reader.message_count == 3 * len(synthetic.log)
 
 
 def header(time_s: float) -> Any:
@@ -202,6 +204,8 @@ def test_export_and_import_again(
     assert cli("import", bag, "--robot", "irma4", "-o", out).code == 0
     again = cdprcal_log(out)
     np.testing.assert_allclose(again.tension_N, synthetic.log.tension_N, atol=1e-12)
+    wanted_N = synthetic.log.tension_setpoint_N
+    np.testing.assert_allclose(again.tension_setpoint_N, wanted_N, atol=1e-12)
     ran = cli("export", "irma4", log_path, "-o", bag)
     assert ran.code == 2
     assert "exists already" in ran.stderr

@@ -146,7 +146,7 @@ def test_readings_that_are_missing_are_drawn_as_such(
     assert re.search(r"^ *4 +– +100\.0", drawn, flags=re.M)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_asks_to_stop_and_a_second_ctrl_c_insists(
     robot: cdprcal.Robot, number: signal.Signals
 ) -> None:
@@ -160,6 +160,16 @@ def test_a_signal_asks_to_stop_and_a_second_ctrl_c_insists(
         with pytest.raises(KeyboardInterrupt):
             os.kill(os.getpid(), signal.SIGINT)
     assert signal.getsignal(number) is before
+
+
+def test_a_hang_up_that_is_to_be_ignored_is(robot: cdprcal.Robot) -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup has it
+    try:
+        with Monitor(robot, small_plan(robot), "run.csv") as monitor:
+            os.kill(os.getpid(), signal.SIGHUP)
+            assert not monitor.stop_wanted()
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 def test_outside_of_the_main_thread_signals_are_left_alone(robot: cdprcal.Robot) -> None:

@@ -9,7 +9,8 @@ from collections.abc import Callable
 from typing import Any
 
 from cdprcal._core import RobotSample
-from cdprcal.io.live_log import Event, LiveLog
+from cdprcal.io.events import Event
+from cdprcal.io.live_log import LiveLog
 
 #: What may wait: at 10 rows a second more than ten seconds of a disk that stands still.
 MOST_WAITING = 128

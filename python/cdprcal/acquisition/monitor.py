@@ -22,6 +22,7 @@ from cdprcal.acquisition.beside import Beside
 from cdprcal.acquisition.guide import Estimate, Guide
 from cdprcal.acquisition.procedure import STATES, Acquired
 from cdprcal.acquisition.remedies import remedy_for
+from cdprcal.interrupt import stopping
 from cdprcal.terminal import answers, as_typed, fixed, notes, say
 
 _REFRESH_S = 0.1
@@ -33,7 +34,7 @@ class Monitor:
     """Shows state, tensions against set-points, ripple, poses done and time left.
 
     On a terminal as a table that is refreshed; else one line for each rest. Within its context
-    Ctrl-C and SIGTERM set ``stop_wanted``; a second Ctrl-C raises KeyboardInterrupt.
+    Ctrl-C, SIGTERM and SIGHUP set ``stop_wanted``; a second Ctrl-C raises KeyboardInterrupt.
     """
 
     def __init__(
@@ -72,7 +73,7 @@ class Monitor:
         self._state: tuple[StartUpState, int] | None = None
 
     def __enter__(self) -> Self:
-        for name in (signal.SIGINT, signal.SIGTERM):
+        for name in stopping():
             try:
                 self._handlers[name] = signal.signal(name, self._interrupted)
             except ValueError:  # not the main thread: signals are not ours

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 from cdprcal import _core
-from cdprcal.check.check import check_log
+from cdprcal.check.check import check_log, choose_segment
 from cdprcal.check.robot import sizes_of
+from cdprcal.check.subject import Subject
+from cdprcal.check.timing import check_segments
 from cdprcal.findings import Finding
+from cdprcal.io.files import shown_path
 from cdprcal.io.loaded import LogFile
 from cdprcal.trust import caveats_of
 
@@ -19,14 +25,38 @@ def caveats_with_log(
     """Why a pose is not to be used (errors) or with care (warnings); none when neither.
 
     Errors are those for which ``check`` says that a log or robot file cannot be trusted; where
-    there is no pose, the signs, orders and units with which there would be one. ``segment`` is that
-    of the calibration. Raises InputError as ``check_log`` does.
+    there is no pose, the signs, orders and units with which there would be one. Of warnings, those
+    of ``pauses`` come last. ``segment`` is that of the calibration. Raises InputError as
+    ``check_log`` does.
     """
+    about_run = pauses(robot, [file], segment)
     if calibration.result.status != _core.CalibrationStatus.converged:
-        return _misread(robot, file.log) if segment == -1 else ()
+        return (*(_misread(robot, file.log) if segment == -1 else ()), *about_run)
     found = [*sizes_of(robot), *check_log(robot, file, segment).findings]
     errors = [f for f in found if f.severity == "error" and f.code not in _LEFT_OUT]
-    return (*errors, *caveats_of(calibration))
+    return (*errors, *caveats_of(calibration), *about_run)
+
+
+def pauses(robot: _core.Robot, files: Sequence[LogFile], segment: int = -1) -> tuple[Finding, ...]:
+    """The warnings of ``check`` about pauses, which decide what the run is and its initial pose.
+
+    None where a segment was chosen. Of several logs each is named. Raises InputError.
+    """
+    found: list[Finding] = []
+    for file in files:
+        if segment != -1 or _core.is_rest_list(file.log):
+            continue
+        segments = _core.segments(file.log)
+        run = choose_segment(len(segments), segment)
+        subject = Subject(robot, file, slice(segments[run].begin, segments[run].end))
+        check_segments(subject, segments, run)
+        name = f"{shown_path(file.path)}: " if len(files) > 1 else ""
+        found += [
+            replace(finding, message=name + finding.message)
+            for finding in subject.findings
+            if finding.severity == "warning"
+        ]
+    return tuple(found)
 
 
 def _misread(robot: _core.Robot, log: _core.Log) -> tuple[Finding, ...]:

@@ -168,9 +168,10 @@ def command(
     """Run the start-up procedure: tensions at power-on, to tau_0, through all set-points of a plan.
 
     The platform is measured wherever it comes to rest, or with --motion on its way, and the initial
-    pose is estimated while it goes on. Ctrl-C, a fault of a sensor or drive, a slack or overloaded
-    cable, a full disk: the winches stop and lock, and the log is kept. It holds the robot file, the
-    plan and the seed: all that is needed to solve again. Exit code 1: the robot was stopped early.
+    pose is estimated while it goes on. Ctrl-C, a closed terminal, a fault of a sensor or drive, a
+    slack or overloaded cable, a full disk: the winches stop and lock, and the log is kept. It holds
+    the robot file, the plan and the seed: all that is needed to solve again. Exit code 1: the robot
+    was stopped early.
     """
     from pathlib import Path
 

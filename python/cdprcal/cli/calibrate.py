@@ -161,8 +161,9 @@ def command(
 def exit_code(calibration: Calibration, caveats: Iterable[Finding]) -> int:
     """Of a calibration with these caveats."""
     from cdprcal._core import CalibrationStatus
+    from cdprcal.trust import ABOUT_RUN
 
-    severities = {caveat.severity for caveat in caveats}
+    severities = {caveat.severity for caveat in caveats if caveat.code not in ABOUT_RUN}
     if calibration.result.status != CalibrationStatus.converged or "error" in severities:
         return UNTRUSTED
     return WITH_CAVEATS if severities else DONE

@@ -93,6 +93,7 @@ def command(
     can be trusted even so.
     """
     from cdprcal import _core
+    from cdprcal.check import pauses
     from cdprcal.diagnosis import diagnosis_as_dict
     from cdprcal.diagnosis.document import TRUSTED
     from cdprcal.io.files import write_texts
@@ -112,6 +113,8 @@ def command(
     out = notes()
     for file in files:
         print_findings(file.findings, verbose=verbose)
+    caveats = pauses(the_robot, files)
+    print_findings(caveats, verbose=verbose)
 
     def progress(step: str) -> None:
         say(out, f"… {step}")
@@ -127,7 +130,7 @@ def command(
             raise
         # Where nothing speaks against the model, does anything speak for the pose?
         without = [] if diagnosis.unexplained else _without_pose(diagnosis.corrected, files, motion)
-    document = diagnosis_as_dict(diagnosis, the_robot)
+    document = diagnosis_as_dict(diagnosis, the_robot, caveats)
     if without:
         document["verdict"] = _core.Verdict.unexplained.name
         document["reason"] = "a log gives no initial pose that can be trusted, whatever was found"

@@ -51,37 +51,44 @@ def command(
 ) -> None:
     """Turn a raw robot log, MCAP, ROS 2 bag, or with --map any file, into a canonical log.
 
-    Nothing is corrected but what the map says: signs, scales and offsets stay. Exit code 1:
+    Nothing is corrected but what the map says: signs, scales and offsets stay. Of a log that
+    cdprcal acquired, robot, plan, settings and events are kept. Exit code 1:
     written, but the log cannot be trusted as it is (for example, its clock went back).
     """
     from cdprcal._core import InputError, load_robot
     from cdprcal.io import load_log, read_inputs, save_log
+    from cdprcal.io.events import read_events
     from cdprcal.io.files import reason, write_text
     from cdprcal.io.log_file import require_cable_count
     from cdprcal.mapping import load_mapped
     from cdprcal.tables import print_findings
-    from cdprcal.terminal import answers, say
+    from cdprcal.terminal import answers, notes, say
 
     the_robot = load_robot(robot) if robot else None
     if map_ and session:
         fail("--session: a mapping file names topics, too; leave one of both out")
-    if map_:
-        file = load_mapped(raw, map_, the_robot)
-    else:
-        file = _load_bag(raw, the_robot, session) or load_log(raw)
+    bag = None if map_ else _load_bag(raw, the_robot, session)
+    file = load_mapped(raw, map_, the_robot) if map_ else bag or load_log(raw)
+    acquired = not map_ and bag is None
     if the_robot is not None:
         require_cable_count(file, the_robot)
     target = Path(output)
     if target.exists() and target.samefile(raw):
         raise InputError(f"{output}: is the log that is read; give another name")
-    held = read_inputs(raw) if inputs else None
+    held = None
+    try:
+        held = read_inputs(raw) if acquired else None
+    except InputError:
+        if inputs:
+            raise
+        say(notes(), f"{raw}: its settings are damaged: robot, plan and settings are left out")
     if inputs and held is None:
         raise InputError(
             f"{raw}: holds no robot, plan and settings: cdprcal did not acquire it; "
             "leave out --inputs"
         )
-    save_log(file.log, target)
-    if held is not None:
+    save_log(file.log, target, held, read_events(raw) if held is not None else ())
+    if inputs and held is not None:
         try:
             Path(inputs).mkdir(parents=True, exist_ok=True)
         except OSError as error:

@@ -59,6 +59,7 @@ def command(
 def _subject(inputs: list[str], command: list[str]) -> Subject:
     from cdprcal import _core
     from cdprcal._core import InputError
+    from cdprcal.check import pauses
     from cdprcal.io import load_runs
     from cdprcal.io.result_file import is_result_file, load_result
     from cdprcal.report import subject_of_logs, subject_of_results
@@ -73,5 +74,6 @@ def _subject(inputs: list[str], command: list[str]) -> Subject:
     files = load_runs(inputs[1:], robot)
     for file in files:
         print_findings(file.findings)
+    print_findings(pauses(robot, files))
     with interruptible():
         return subject_of_logs(robot, files, command, lambda step: say(notes(), f"… {step}"))

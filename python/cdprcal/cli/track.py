@@ -67,7 +67,7 @@ def command(
     calibration, or some samples contradict one another, and which.
     """
     from cdprcal import _core
-    from cdprcal.check import caveats_with_log
+    from cdprcal.check import caveats_with_log, pauses
     from cdprcal.cli.calibrate import exit_code
     from cdprcal.mapping import Reader
     from cdprcal.pictures import check_picture_name
@@ -90,6 +90,8 @@ def command(
             the_robot, first.log, _core.CalibrateOptions(segment=of_start)
         )
     caveats = caveats_with_log(the_robot, first, calibration, of_start)
+    if start:
+        caveats += pauses(the_robot, [file], segment)
     code = exit_code(calibration, caveats)
     if calibration.result.status != _core.CalibrationStatus.converged:
         fail(
@@ -100,7 +102,7 @@ def command(
     with interruptible():
         began_s = time.perf_counter()
         track = _core.track(calibration, file.log, segment)
-        document = track_as_dict(track, time.perf_counter() - began_s)
+        document = track_as_dict(track, time.perf_counter() - began_s, caveats)
     if output:
         save_track(track, Path(output))
     if bag:

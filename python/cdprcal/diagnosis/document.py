@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from cdprcal import _core
 from cdprcal.diagnosis.shapes import value_shape
 from cdprcal.diagnosis.units import GAP_CHANNELS
+from cdprcal.findings import Finding
 from cdprcal.results import number, numbers, pose_as_dict, residual_as_dict
 from cdprcal.sensors import ABSOLUTE
 
@@ -24,8 +26,12 @@ def _by_channel(errors: list[_core.Wandering]) -> list[dict[str, Any]]:
     return [{"channel": e.channel, "rms": number(e.rms), "sigma": number(e.sigma)} for e in errors]
 
 
-def diagnosis_as_dict(diagnosis: _core.Diagnosis, robot: _core.Robot) -> dict[str, Any]:
+def diagnosis_as_dict(
+    diagnosis: _core.Diagnosis, robot: _core.Robot, caveats: Iterable[Finding] = ()
+) -> dict[str, Any]:
     """A diagnosis of ``robot`` as plain data: NaN and absent become None.
+
+    ``caveats``: what is to be known of the logs.
 
     Discrete faults come first among the effects: they were found first, and without statistics.
     An effect that differs from run to run has, for several logs, one entry a log in each parameter.
@@ -35,6 +41,7 @@ def diagnosis_as_dict(diagnosis: _core.Diagnosis, robot: _core.Robot) -> dict[st
     return {
         "verdict": diagnosis.verdict.name,
         "reason": diagnosis.reason,
+        "caveats": [caveat.as_dict() for caveat in caveats],
         "effects": [
             *(_fault(fault) for fault in diagnosis.faults),
             *(

@@ -9,12 +9,15 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cdprcal._core import InputError
 from cdprcal.io.files import read_bytes, shown_path
 from cdprcal.io.log_file import ACQUIRED, readable_format
 from cdprcal.io.mcap_records import readable_records
+
+if TYPE_CHECKING:
+    from mcap.writer import Writer
 
 ROBOT, PLAN, SETTINGS = "robot.yaml", "plan.csv", "settings.json"
 _MARKS = {ROBOT: b"# robot| ", PLAN: b"# plan| ", SETTINGS: b"# settings| "}
@@ -35,9 +38,10 @@ class AcquisitionInputs:
         return {ROBOT: self.robot_yaml, PLAN: self.plan_csv, SETTINGS: settings}
 
 
-def media_type(name: str) -> str:
-    """Of one of the files."""
-    return _MEDIA[name]
+def attach(writer: Writer, inputs: AcquisitionInputs) -> None:
+    """Puts them into an MCAP file that is being written."""
+    for name, text in inputs.files().items():
+        writer.add_attachment(0, 0, name, _MEDIA[name], text.encode())
 
 
 def as_comments(inputs: AcquisitionInputs) -> bytes:

@@ -3,15 +3,35 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cdprcal.io.files import read_bytes
-from cdprcal.io.live_log import EVENT_TOPIC
 from cdprcal.io.log_file import readable_format
 from cdprcal.io.mcap_records import readable_records
 
-_MARK = b"# event| "
+if TYPE_CHECKING:
+    from mcap.writer import Writer
+
+Event = Mapping[str, Any]
+
+EVENT_TOPIC = "/cdprcal/event"
+_EVENT_SCHEMA = {
+    "title": "cdprcal.Event",
+    "description": "A change of state of the start-up procedure.",
+    "type": "object",
+    "properties": {
+        "time_s": {"type": "number", "description": "seconds"},
+        "state": {"type": "string"},
+        "setpoint": {"type": "integer", "description": "from 1, the first is tau_0"},
+        "reason": {"type": "string", "description": "why the robot was stopped"},
+        "estimate": {"type": "object", "description": "of the initial pose, after a rest; SI"},
+    },
+    "required": ["time_s", "state"],
+}
+#: How the line of an event begins in a CSV log.
+MARK = b"# event| "
 
 
 def read_events(path: str | Path) -> list[dict[str, Any]]:
@@ -31,6 +51,22 @@ def read_events(path: str | Path) -> list[dict[str, Any]]:
         if isinstance(event, dict) and isinstance(event.get("time_s"), int | float):
             events.append(event)
     return sorted(events, key=lambda event: float(event["time_s"]))
+
+
+def event_channel(writer: Writer) -> int:
+    """The channel of events in an MCAP file that is being written."""
+    schema = json.dumps(_EVENT_SCHEMA).encode()
+    known = writer.register_schema("cdprcal.Event", "jsonschema", schema)
+    return writer.register_channel(EVENT_TOPIC, "json", known)
+
+
+def add_events(writer: Writer, events: Iterable[Event]) -> None:
+    """Writes events, each at its ``time_s``."""
+    channel = event_channel(writer)
+    for number, event in enumerate(events):
+        stamp = max(0, round(event["time_s"] * 1e9))
+        data = json.dumps(event, allow_nan=False).encode()
+        writer.add_message(channel, stamp, data, stamp, number)
 
 
 def told_in(path: str | Path) -> tuple[dict[str, Any], ...]:
@@ -60,7 +96,7 @@ def _told(event: dict[str, Any]) -> dict[str, Any] | None:
 
 
 def _csv(data: bytes) -> list[bytes]:
-    return [line[len(_MARK) :] for line in data.split(b"\n") if line.startswith(_MARK)]
+    return [line[len(MARK) :] for line in data.split(b"\n") if line.startswith(MARK)]
 
 
 def _mcap(data: bytes) -> list[bytes]:

@@ -19,29 +19,14 @@ import numpy as np
 
 from cdprcal._core import InputError, RobotSample
 from cdprcal.extras import need
-from cdprcal.io.acquisition_inputs import AcquisitionInputs, as_comments, media_type
+from cdprcal.io.acquisition_inputs import AcquisitionInputs, as_comments, attach
+from cdprcal.io.events import MARK, Event, event_channel
 from cdprcal.io.files import reason
 from cdprcal.sensors import LOG_GROUPS, columns_of
 
-EVENT_TOPIC = "/cdprcal/event"
 _SYNC_S = 0.5
 _CHUNK_S = 0.5
 _BYTES_A_NUMBER = 30
-_EVENT_SCHEMA = {
-    "title": "cdprcal.Event",
-    "description": "A change of state of the start-up procedure.",
-    "type": "object",
-    "properties": {
-        "time_s": {"type": "number", "description": "seconds"},
-        "state": {"type": "string"},
-        "setpoint": {"type": "integer", "description": "from 1, the first is tau_0"},
-        "reason": {"type": "string", "description": "why the robot was stopped"},
-        "estimate": {"type": "object", "description": "of the initial pose, after a rest; SI"},
-    },
-    "required": ["time_s", "state"],
-}
-
-Event = Mapping[str, Any]
 
 
 class LiveLog(Protocol):
@@ -200,7 +185,7 @@ class _CsvLog:
         self._line((",".join([repr(float(sample.time_s)), *cells]) + "\n").encode())
 
     def event(self, event: Event) -> None:
-        self._line(f"# event| {json.dumps(event, allow_nan=False)}\n".encode())
+        self._line(MARK + json.dumps(event, allow_nan=False).encode() + b"\n")
 
     def close(self) -> None:
         self._file.close()
@@ -230,10 +215,9 @@ class _McapLog:
         chunk_bytes = max(1, int(_CHUNK_S * rate_Hz * _BYTES_A_NUMBER * len(self._names)))
         self._writer = Writer(file, chunk_size=chunk_bytes)  # type: ignore[arg-type]
         self._writer.start(profile="", library="cdprcal")
-        for name, text in inputs.files().items():
-            self._writer.add_attachment(0, 0, name, media_type(name), text.encode())
+        attach(self._writer, inputs)
         self._sample = self._channel(TOPIC, SAMPLE_SCHEMA, sample_schema(self._names))
-        self._event = self._channel(EVENT_TOPIC, "cdprcal.Event", _EVENT_SCHEMA)
+        self._event = event_channel(self._writer)
         self._sequence = 0
         self._broken = False
         file.mark()

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -49,8 +49,13 @@ _PLATFORM_NAMES = frozenset(name for names in _PLATFORM.values() for name in nam
 Floats = NDArray[np.float64]
 
 
-def write_mcap_log(log: Log, path: Path) -> None:
-    """Writes a log as MCAP; log_time is time_s in nanoseconds, the message has time_s itself."""
+def write_mcap_log(
+    log: Log, path: Path, also: Callable[[Writer], None] = lambda writer: None
+) -> None:
+    """Writes a log as MCAP; log_time is time_s in nanoseconds, the message has time_s itself.
+
+    ``also`` writes what else is to be in the file.
+    """
     names, table = _table(log)
     with path.open("wb") as stream:
         writer = Writer(stream, chunk_size=_CHUNK_BYTES)
@@ -67,6 +72,7 @@ def write_mcap_log(log: Log, path: Path) -> None:
             }
             stamp = max(0, round(time_s * 1e9))
             writer.add_message(channel, stamp, json.dumps(sample).encode(), stamp, sequence)
+        also(writer)
         writer.finish()  # type: ignore[no-untyped-call]
 
 

@@ -2,15 +2,32 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cdprcal import _core
 from cdprcal.extras import need
+from cdprcal.io.acquisition_inputs import AcquisitionInputs, as_comments, attach
+from cdprcal.io.events import MARK, Event, add_events
 from cdprcal.io.files import atomic_output
 
+if TYPE_CHECKING:
+    from mcap.writer import Writer
 
-def save_log(log: _core.Log, path: str | Path) -> None:
-    """Writes MCAP when the name ends in .mcap, else canonical CSV. Raises InputError."""
+
+def save_log(
+    log: _core.Log,
+    path: str | Path,
+    inputs: AcquisitionInputs | None = None,
+    events: Sequence[Event] = (),
+) -> None:
+    """Writes MCAP when the name ends in .mcap, else canonical CSV. Raises InputError.
+
+    ``inputs`` and ``events``: of a log that was acquired, what it was acquired with and what
+    happened on the way; each has its ``time_s``.
+    """
     path = Path(path)
     mcap = path.suffix.lower() == ".mcap"
     if mcap:
@@ -19,6 +36,16 @@ def save_log(log: _core.Log, path: str | Path) -> None:
         if mcap:
             from cdprcal.io.mcap_log import write_mcap_log
 
-            write_mcap_log(log, temporary)
+            def also(writer: Writer) -> None:
+                if inputs is not None:
+                    attach(writer, inputs)
+                if events:
+                    add_events(writer, events)
+
+            write_mcap_log(log, temporary, also)
         else:
-            temporary.write_bytes(_core.format_log(log).encode())
+            before = b"" if inputs is None else as_comments(inputs)
+            after = b"".join(
+                MARK + json.dumps(event, allow_nan=False).encode() + b"\n" for event in events
+            )
+            temporary.write_bytes(before + _core.format_log(log).encode() + after)

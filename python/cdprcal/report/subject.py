@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from cdprcal import _core
 from cdprcal._core import InputError
+from cdprcal.check import pauses
 from cdprcal.diagnosis.document import TRUSTED
 from cdprcal.findings import Finding
 from cdprcal.io.events import told_in
@@ -83,8 +85,7 @@ def subject_of_logs(
 ) -> Subject:
     """Calibrates each log by itself, then diagnoses all together. Raises InputError."""
     runs = tuple(
-        replace(_calibrated(robot, file.log, None, file.findings), told=told_in(file.path))
-        for file in files
+        replace(_calibrated(robot, file.log, None, file), told=told_in(file.path)) for file in files
     )
     diagnosis, why_not = _diagnosed(robot, [file.log for file in files], progress)
     return _with_corrected(Subject(robot, runs, diagnosis, why_not, tuple(command)))
@@ -127,17 +128,13 @@ def _of_results(results: Sequence[Result], command: Sequence[str]) -> Subject:
         if result.command == "calibrate"
     }
     if not diagnoses:
-        runs = [Run(r.logs[0], r.document, r.options) for r in calibrated.values()]
+        runs = [_of_result(result) for result in calibrated.values()]
         why_not = "no diagnosis was given: make one by cdprcal diagnose ROBOT LOG -o FILE.json"
         return Subject(robot, tuple(runs), None, why_not, tuple(command))
     runs = []
     for log in diagnoses[0].logs:
         found = calibrated.pop(_core.format_log(log), None)
-        runs.append(
-            _calibrated(robot, log, None)
-            if found is None
-            else Run(log, found.document, found.options)
-        )
+        runs.append(_calibrated(robot, log, None) if found is None else _of_result(found))
     if calibrated:
         names = ", ".join(result.logs[0].source for result in calibrated.values())
         raise InputError(
@@ -192,11 +189,19 @@ def _calibrated(
     robot: _core.Robot,
     log: _core.Log,
     options: dict[str, Any] | None,
-    findings: Sequence[Finding] = (),
+    file: LogFile | None = None,
 ) -> Run:
+    """``file``: where the log comes from, where that is known."""
+    file = file or LogFile(Path(log.source), "csv", log)
     chosen = _core.CalibrateOptions() if options is None else calibrate_options(options)
     document = calibration_as_dict(robot, _core.calibrate(robot, log, chosen))
-    return Run(log, document, calibrate_options_as_dict(chosen), tuple(findings))
+    findings = (*file.findings, *pauses(robot, [file], chosen.segment))
+    return Run(log, document, calibrate_options_as_dict(chosen), findings)
+
+
+def _of_result(result: Result) -> Run:
+    findings = tuple(Finding(**caveat) for caveat in result.document["caveats"])
+    return Run(result.logs[0], result.document, result.options, findings)
 
 
 def _diagnosed(

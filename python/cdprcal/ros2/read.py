@@ -106,14 +106,15 @@ def _absent(read: Messages, there: str, topics: Ros2, name: str) -> list[Finding
                 f"{name}: nothing on {topic}, which the session names; it holds {there}: correct "
                 "the name under ros2, or leave it out"
             )
-    if not topics.setpoints or topics.setpoints in read:
+    named_setpoints = "setpoints" in topics.model_fields_set and topics.setpoints
+    if not named_setpoints or topics.setpoints in read:
         return []
     return [
         Finding(
             severity="warning",
             code="no_setpoints",
             message=f"nothing on {topics.setpoints}, which the session names; there are {there}",
-            remedy="correct ros2.setpoints if the bag has them; nothing but pictures needs them",
+            remedy="correct ros2.setpoints if the bag has them: they say how long a rest was held",
         )
     ]
 

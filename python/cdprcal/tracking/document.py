@@ -8,15 +8,22 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
+from cdprcal.findings import Finding
 from cdprcal.results import number, numbers, pose_as_dict
 from cdprcal.tracking.deviations import deviations
 
 
-def track_as_dict(track: _core.Track, solve_time_s: float) -> dict[str, Any]:
-    """A track as plain data: its last sample, its worst, and when it is not to be trusted."""
+def track_as_dict(
+    track: _core.Track, solve_time_s: float, caveats: Iterable[Finding] = ()
+) -> dict[str, Any]:
+    """A track as plain data: its last sample, its worst, and when it is not to be trusted.
+
+    ``caveats``: of the calibration that it begins with, and of the log.
+    """
     trusted = track.trusted
     time_s = track.time_s
     return {
+        "caveats": [caveat.as_dict() for caveat in caveats],
         "samples": len(track),
         "trusted_samples": int(trusted.sum()),
         "begin_s": number(time_s[0]),

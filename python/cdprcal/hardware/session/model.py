@@ -228,7 +228,9 @@ class Ros2(_Strict):
     wrenches: list[str] = Field(
         [], description="geometry_msgs/WrenchStamped, one a cable; tension is the norm of the force"
     )
-    setpoints: str = Field("", description="sensor_msgs/JointState, effort: tension set-points")
+    setpoints: str = Field(
+        "/tension_setpoints", description="sensor_msgs/JointState, effort: tension set-points"
+    )
     length_joints: list[str] = Field([], description="Joints of the winches; cable_N if empty.")
     swivel_joints: list[str] = Field([], description="Joints of the swivels; swivel_N if empty.")
     length_per_position_m: Positive = Field(
