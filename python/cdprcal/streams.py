@@ -16,7 +16,6 @@ from cdprcal.interrupt import SIGNALLED
 _SIGPIPE = 13
 #: What shells say of who wrote into a pipe that nobody read any more.
 LEFT = SIGNALLED + _SIGPIPE
-NOT_WRITTEN = 2
 
 
 class _Patient(io.RawIOBase):
@@ -85,6 +84,8 @@ def exit_code(code: Any) -> Any:
         return code
     if isinstance(failure, BrokenPipeError):
         return LEFT
+    from cdprcal.command import WRONG_USE
+
     why = (failure.strerror or "it blocks").lower()
     sys.stderr.write(f"cdprcal: output: cannot be written: {why}; give it another place\n")
-    return NOT_WRITTEN
+    return WRONG_USE

@@ -4,6 +4,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 
 #include "cdprcal/calibration/allow_for_effects.hpp"
 #include "cdprcal/calibration/calibrate.hpp"
@@ -281,23 +282,20 @@ void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
 /// where the readings bear one out: without it, effects and poses would claim the precision of a
 /// model that lacks nothing.
 DiagnosisModel with_discrepancy(const DiagnosisModel& model, Diagnosis& out) {
-  const Candidates errors = place_errors(model);
-  std::vector<Refit> refits = EvidenceAgainst(model).refits(
-      scan(model, errors, {.draws = 0}), static_cast<int>(errors.size()),
-      [](const CandidateScore&) { return true; });
-  if (refits.empty() || !(refits.front().log_evidence > 0.0)) return model;
-  DiagnosisModel with = std::move(refits.front().model);
-  if (!report_place_errors(with, out)) return model;
+  std::optional<Refit> errors =
+      likeliest_place_errors(model, -std::numeric_limits<double>::infinity());
+  if (!errors || !report_place_errors(errors->model, out)) return model;
   out.next.push_back(
       "sigma of the pose and of the effects allows for errors that change with the place (" +
       channels_of(out.discrepancy.channels) + ")");
-  return with;
+  return std::move(errors->model);
 }
 
 /// Where the initial pose is without the formulas that were found. A formula is the plainest of a
 /// thousand laws that predicts what was left; that what the robot does has its form is as likely as
 /// not, and then the pose is no better known than by the way that the formula moves it.
-std::vector<Possibility> without_formulas(const DiagnosisModel& model, const Diagnosis& found) {
+std::vector<Possibility> without_formulas(const DiagnosisModel& model, const InitialPose& initial,
+                                          const Diagnosis& found) {
   constexpr double kAnotherLaw = 0.5;
   if (std::ranges::none_of(found.effects, &NamedEffect::described)) return {};
   DiagnosisModel plain = model;
@@ -307,8 +305,7 @@ std::vector<Possibility> without_formulas(const DiagnosisModel& model, const Dia
   }
   if (!fit_with_noise(plain)) return {};
   Diagnosis unsaid;
-  return {in_place_of(initial_pose_of(model), initial_pose_of(with_discrepancy(plain, unsaid)),
-                      kAnotherLaw)};
+  return {in_place_of(initial, initial_pose_of(with_discrepancy(plain, unsaid)), kAnotherLaw)};
 }
 
 /// The effects of these names, each once. Throws InputError for a name that cannot be fitted.
@@ -454,12 +451,13 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   const DiagnosisModel uncertain = with_uncertain_noise(honest);
   report_values(honest, uncertain, out);
   out.model = model;
-  out.initial_pose_after = honest.runs.front().poses.front();
-  std::vector<Possibility> others = without_formulas(honest, out);
+  const InitialPose initial{honest.runs.front().poses.front(),
+                            initial_pose_covariance(uncertain, 0)};
+  out.initial_pose_after = initial.pose;
+  std::vector<Possibility> others = without_formulas(honest, initial, out);
   others.insert(others.end(), search.rivals().begin(), search.rivals().end());
-  out.covariance_after =
-      averaged_covariance(initial_pose_covariance(uncertain, 0), unseen_effects(model, unseen),
-                          checks.enough(), std::move(others));
+  out.covariance_after = averaged_covariance(initial.covariance, unseen_effects(model, unseen),
+                                             checks.enough(), std::move(others));
   out.corrected = corrected_robot(given, logs, out);
   out.verdict = !out.unexplained.empty()                                    ? Verdict::unexplained
                 : !searches || !checks.enough()                             ? Verdict::undetermined

@@ -232,26 +232,26 @@ class Writer {
       add(channel, by, "_bent", run,
           {{slope(channel, v), off, seen.spread}, {curve(channel, v), off + "^2", square}});
       add(channel, by, "_cube", run, {{"cubic", off + "^3", square * seen.spread}});
-      const auto at = [&](double place, const char* kind, const Term& term) {
+      const auto begin = [&](double where, const char* kind, const auto& term) {
+        const std::string from = number(where);
+        const double place = std::stod(from);
         if (!seen.divides(place, false)) return;
-        add(channel, by, kind + number(place), run, {term}, seen.divides(place, true));
+        add(channel, by, kind + from, run, {term(from)}, seen.divides(place, true));
       };
-      // What is knocked or set anew changes at once, and by any size.
-      const double share_of_typical = run ? 0.1 : 1.0;
-      const auto step_at = [&](double place) {
-        place = std::stod(number(place));
-        at(place, "_step_at_",
-           {"size_" + std::string(channel.unit), "step(" + x + " - " + number(place) + ")",
-            share_of_typical});
+      const auto step = [&](const std::string& from) -> Term {
+        // What is knocked or set anew changes at once, and by any size.
+        return {"size_" + std::string(channel.unit), "step(" + x + " - " + from + ")",
+                run ? 0.1 : 1.0};
+      };
+      const auto kink = [&](const std::string& from) -> Term {
+        return {slope(channel, v), "max(" + x + " - " + from + ", 0)", 0.5 * range};
       };
       for (const double share : {0.2, 0.35, 0.5, 0.65, 0.8}) {
-        const double place = std::stod(number(seen.quantile(share)));
-        if (!run) step_at(place);
-        at(place, "_kink_at_",
-           {slope(channel, v), "max(" + x + " - " + number(place) + ", 0)", 0.5 * range});
+        if (!run) begin(seen.quantile(share), "_step_at_", step);
+        begin(seen.quantile(share), "_kink_at_", kink);
       }
       if (run) {  // between any two rests
-        for (const double time_s : seen.between()) step_at(time_s);
+        for (const double time_s : seen.between()) begin(time_s, "_step_at_", step);
       }
     }
     if (v.nature == Nature::pull) {

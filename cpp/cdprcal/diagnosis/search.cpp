@@ -367,6 +367,12 @@ double Search::nats_of_name(double log_evidence) const {
   return log_evidence - std::log(static_cast<double>(effects_of(model_.robot).size()));
 }
 
+void Search::take_back(std::size_t k, const DiagnosisModel& without, const std::string& reason) {
+  out_.rejected.push_back({model_.effects[k].effect->name(), reason});
+  out_.effects.erase(out_.effects.begin() + static_cast<std::ptrdiff_t>(k));
+  model_ = without;
+}
+
 void Search::withdraw_stand_ins() {
   for (std::size_t k = 0; k < out_.effects.size() && scatters(model_);) {
     const EffectTerm& name = model_.effects[k];
@@ -377,9 +383,7 @@ void Search::withdraw_stand_ins() {
       continue;
     }
     const std::vector<Refit> refits = refitted_formulas(*without, 2);
-    CandidateScore again;
-    again.effect = name.effect;
-    again.values = name.values;
+    const CandidateScore again = as_candidate(name);
     const EvidenceAgainst against(*without);
     const double own = nats_of_name(against.refit(again).log_evidence);
     const bool beaten = !refits.empty() && refits.front().log_evidence > own + options_.rival_nats;
@@ -388,10 +392,7 @@ void Search::withdraw_stand_ins() {
       ++k;
       continue;
     }
-    out_.rejected.push_back(
-        {name.effect->name(), stands_in(refits.front(), own) + ", and nothing is left for it"});
-    out_.effects.erase(out_.effects.begin() + static_cast<std::ptrdiff_t>(k));
-    model_ = *without;
+    take_back(k, *without, stands_in(refits.front(), own) + ", and nothing is left for it");
   }
 }
 
@@ -581,10 +582,7 @@ void Search::in_motion() {
 
 Candidates Search::confusable(const DiagnosisModel& without, const EffectTerm& term) const {
   const Candidates named = names_for(without);
-  CandidateScore winner;
-  winner.effect = term.effect;
-  winner.values = term.values;
-  const std::vector<double> shares = imitation(without, winner, named);
+  const std::vector<double> shares = imitation(without, as_candidate(term), named);
   Candidates out;
   for (std::size_t j = 0; j < named.size(); ++j) {
     if (named[j] == term.effect || shares[j] > options_.rival_share) out.push_back(named[j]);
@@ -650,9 +648,7 @@ void Search::drop() {
       ++k;
       continue;
     }
-    out_.rejected.push_back({term.effect->name(), "needless once the later effects are in"});
-    out_.effects.erase(out_.effects.begin() + static_cast<std::ptrdiff_t>(k));
-    model_ = *without;
+    take_back(k, *without, "needless once the later effects are in");
   }
 }
 
@@ -660,15 +656,9 @@ namespace {
 
 /// The likeliest errors by place beside a model, when the sensors may have them.
 std::optional<Refit> errors_by_place(const DiagnosisModel& model) {
-  const Candidates reaches = place_errors(model);
-  std::vector<Refit> refits = EvidenceAgainst(model).refits(
-      scan(model, reaches, {.draws = 0}), static_cast<int>(reaches.size()),
-      [](const CandidateScore& s) { return s.log_evidence > 0.0; });
-  if (refits.empty() || !(refits.front().log_evidence > 0.0) ||  // or it does not settle
-      !within_specification(refits.front().model, refits.front().model.effects.back())) {
-    return std::nullopt;
-  }
-  return std::move(refits.front());
+  std::optional<Refit> errors = likeliest_place_errors(model, 0.0);
+  if (errors && !within_specification(errors->model, errors->model.effects.back())) errors.reset();
+  return errors;
 }
 
 }  // namespace
@@ -680,9 +670,7 @@ void Search::leave_to_the_place() {
   for (std::size_t k = out_.effects.size(); k-- > 0;) {
     const std::optional<DiagnosisModel> without = without_effect(model_, k);
     if (!without || as_slip(*out_.effects[k].effect)) continue;
-    CandidateScore again;
-    again.effect = model_.effects[k].effect;
-    again.values = model_.effects[k].values;
+    const CandidateScore again = as_candidate(model_.effects[k]);
     const double own = EvidenceAgainst(*without).refit(again).log_evidence;
     if (own > by_chance) continue;
     const std::optional<Refit> errors = errors_by_place(*without);
@@ -690,12 +678,10 @@ void Search::leave_to_the_place() {
         EvidenceAgainst(errors->model).refit(again).log_evidence > by_chance) {
       continue;
     }
-    out_.rejected.push_back(
-        {again.effect->name(), text("errors that change with the place, as the sensors may have "
-                                    "them, explain more (%.1f nats against %.1f)",
-                                    errors->log_evidence, own)});
-    out_.effects.erase(out_.effects.begin() + static_cast<std::ptrdiff_t>(k));
-    model_ = *without;
+    take_back(k, *without,
+              text("errors that change with the place, as the sensors may have them, explain more "
+                   "(%.1f nats against %.1f)",
+                   errors->log_evidence, own));
     noise_by_place_ = errors;
   }
   if (!left_) return;
@@ -715,9 +701,7 @@ void Search::withdraw() {
   const GenericName what = *generic_name(*left_->effect);
   for (std::size_t k = 0; k < out_.effects.size();) {
     const std::optional<DiagnosisModel> without = without_effect(with, k);
-    CandidateScore again;
-    again.effect = with.effects[k].effect;
-    again.values = with.effects[k].values;
+    const CandidateScore again = as_candidate(with.effects[k]);
     // A name that explains nine tenths is a good name, with something unexplained beside it.
     const bool most = rest.log_evidence < kRemainder * out_.effects[k].log_evidence;
     if (most || !without ||
@@ -737,6 +721,7 @@ void Search::withdraw() {
 
 void Search::find_rivals() {
   constexpr double kNegligible_nats = 12.0;
+  if (out_.effects.empty()) return;
   const InitialPose present = initial_pose_of(model_);
   for (std::size_t k = 0; k < out_.effects.size(); ++k) {
     const std::optional<DiagnosisModel> without = without_effect(model_, k);
@@ -765,12 +750,9 @@ void Search::find_rivals() {
     for (const Possibility& p : possibilities(present, others)) {
       rivals_.push_back(p);
     }
-    CandidateScore winner;
-    winner.effect = accepted;
-    winner.values = model_.effects[k].values;
-    const std::vector<double> shares = imitation(*without, winner, named);
+    const std::vector<double> shares = imitation(*without, as_candidate(model_.effects[k]), named);
     for (std::size_t j = 0; j < named.size(); ++j) {
-      if (named[j] == winner.effect) continue;
+      if (named[j] == accepted) continue;
       const std::optional<double> its = evidence_of(named[j].get());
       const std::optional<double> nats = its ? std::optional(own - *its) : std::nullopt;
       if (!told_apart(nats, shares[j], options_.rival_nats, options_.rival_share)) {

@@ -81,6 +81,8 @@ class Search {
   /// there are fewer of them.
   [[nodiscard]] double nats_of_name(double log_evidence) const;
   /// Takes names back that a formula beats, and that add nothing to it.
+  /// Rejects an accepted effect: the model is the one without it.
+  void take_back(std::size_t k, const DiagnosisModel& without, const std::string& reason);
   void withdraw_stand_ins();
   /// Whether a dependence, the best of `generic`, is no chance.
   [[nodiscard]] bool is_sure(const DiagnosisModel& model, const std::optional<Refit>& dependence,

@@ -232,6 +232,15 @@ Candidates place_errors(const DiagnosisModel& model) {
   return out;
 }
 
+std::optional<Refit> likeliest_place_errors(const DiagnosisModel& model, double least_scanned) {
+  const Candidates reaches = place_errors(model);
+  std::vector<Refit> refits = EvidenceAgainst(model).refits(
+      scan(model, reaches, {.draws = 0}), static_cast<int>(reaches.size()),
+      [&](const CandidateScore& s) { return s.log_evidence > least_scanned; });
+  if (refits.empty() || !(refits.front().log_evidence > 0.0)) return std::nullopt;
+  return std::move(refits.front());
+}
+
 std::shared_ptr<const Effect> wandering_errors(const DiagnosisModel& model) {
   const Rests rests = rests_of(model);
   if (rests.fewest < kFewestRests || !(rests.duration_s > 0.0)) return nullptr;

@@ -5,7 +5,7 @@
 #include <memory>
 #include <optional>
 
-#include "cdprcal/estimation/model.hpp"
+#include "cdprcal/evidence/refit.hpp"
 
 namespace cdprcal {
 
@@ -16,6 +16,10 @@ namespace cdprcal {
 /// belong into a model only when the search for them is over. None where there are too few rests to
 /// tell.
 Candidates place_errors(const DiagnosisModel& model);
+
+/// The likeliest of them, refitted, where it is likelier than none. `least_scanned`: evidence that
+/// a scan must have for one to be refitted.
+std::optional<Refit> likeliest_place_errors(const DiagnosisModel& model, double least_scanned);
 
 /// Noise of all readings that wanders with time, as a candidate for a model: a random walk in each
 /// component of each channel, with the first terms of its Karhunen-Loève expansion over the run as

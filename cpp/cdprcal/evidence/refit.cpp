@@ -68,6 +68,13 @@ std::optional<DiagnosisModel> without_effect(const DiagnosisModel& model, std::s
   return without;
 }
 
+CandidateScore as_candidate(const EffectTerm& term) {
+  CandidateScore out;
+  out.effect = term.effect;
+  out.values = term.values;
+  return out;
+}
+
 bool plausible(const EffectTerm& term, const Robot& robot) {
   const EffectValues limit = term.effect->plausible(robot);
   // Nothing reads the future: what has no negative values in motion is something else then. (At

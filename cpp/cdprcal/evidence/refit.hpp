@@ -17,6 +17,9 @@ inline constexpr PriorScale kPriorScales[] = {{1.0, 0.63}, {4.0, 0.29}, {16.0, 0
 /// log of the probability of an effect's prior_scale, where that is one of these.
 double log_prior_of(const EffectTerm& term);
 
+/// An effect of a model as a candidate for models without it: a refit starts at its values.
+CandidateScore as_candidate(const EffectTerm& term);
+
 /// One candidate added to a model and everything fitted again.
 struct Refit {
   CandidateScore score;          ///< from the scan

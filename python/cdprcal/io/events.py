@@ -30,8 +30,7 @@ _EVENT_SCHEMA = {
     },
     "required": ["time_s", "state"],
 }
-#: How the line of an event begins in a CSV log.
-MARK = b"# event| "
+_MARK = b"# event| "
 
 
 def read_events(path: str | Path) -> list[dict[str, Any]]:
@@ -51,6 +50,11 @@ def read_events(path: str | Path) -> list[dict[str, Any]]:
         if isinstance(event, dict) and isinstance(event.get("time_s"), int | float):
             events.append(event)
     return sorted(events, key=lambda event: float(event["time_s"]))
+
+
+def as_comment(event: Event) -> bytes:
+    """An event as a line of a CSV log."""
+    return _MARK + json.dumps(event, allow_nan=False).encode() + b"\n"
 
 
 def event_channel(writer: Writer) -> int:
@@ -96,7 +100,7 @@ def _told(event: dict[str, Any]) -> dict[str, Any] | None:
 
 
 def _csv(data: bytes) -> list[bytes]:
-    return [line[len(MARK) :] for line in data.split(b"\n") if line.startswith(MARK)]
+    return [line[len(_MARK) :] for line in data.split(b"\n") if line.startswith(_MARK)]
 
 
 def _mcap(data: bytes) -> list[bytes]:

@@ -20,7 +20,7 @@ import numpy as np
 from cdprcal._core import InputError, RobotSample
 from cdprcal.extras import need
 from cdprcal.io.acquisition_inputs import AcquisitionInputs, as_comments, attach
-from cdprcal.io.events import MARK, Event, event_channel
+from cdprcal.io.events import Event, as_comment, event_channel
 from cdprcal.io.files import reason
 from cdprcal.sensors import LOG_GROUPS, columns_of
 
@@ -185,7 +185,7 @@ class _CsvLog:
         self._line((",".join([repr(float(sample.time_s)), *cells]) + "\n").encode())
 
     def event(self, event: Event) -> None:
-        self._line(MARK + json.dumps(event, allow_nan=False).encode() + b"\n")
+        self._line(as_comment(event))
 
     def close(self) -> None:
         self._file.close()

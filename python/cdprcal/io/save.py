@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING
 from cdprcal import _core
 from cdprcal.extras import need
 from cdprcal.io.acquisition_inputs import AcquisitionInputs, as_comments, attach
-from cdprcal.io.events import MARK, Event, add_events
+from cdprcal.io.events import Event, add_events, as_comment
 from cdprcal.io.files import atomic_output
 
 if TYPE_CHECKING:
@@ -45,7 +44,5 @@ def save_log(
             write_mcap_log(log, temporary, also)
         else:
             before = b"" if inputs is None else as_comments(inputs)
-            after = b"".join(
-                MARK + json.dumps(event, allow_nan=False).encode() + b"\n" for event in events
-            )
+            after = b"".join(map(as_comment, events))
             temporary.write_bytes(before + _core.format_log(log).encode() + after)

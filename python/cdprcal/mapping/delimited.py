@@ -222,11 +222,11 @@ def _column(cells: Sequence[str], decimal: str, unit: str) -> Column:
 
 def _why_unread(cell: str, decimal: str) -> str:
     """What is wrong with a cell, and what to do."""
-    remedy = _almost(cell, decimal) or (
-        "leave the cell empty where nothing was read, or delete the line if it is no row"
-    )
-    if not _almost(cell, decimal) and re.search(r"\d[.,]\d", cell):
-        remedy += ", or correct text.decimal"
+    remedy = _almost(cell, decimal)
+    if not remedy:
+        remedy = "leave the cell empty where nothing was read, or delete the line if it is no row"
+        if re.search(r"\d[.,]\d", cell):
+            remedy += ", or correct text.decimal"
     return f"{shown_text(cell, 40)!r} is not a number; {remedy}"
 
 

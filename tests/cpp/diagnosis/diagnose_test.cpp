@@ -234,10 +234,10 @@ TEST(Diagnose, WhatIsBeyondThreeSigmaIsNotConsistent) {
     EXPECT_EQ(found->sigma, c.sigma);
     const double unit = c.group == at_rest(Channel::balance) ? c.sigma : 1.0;
     EXPECT_EQ(found->rms, unit * d.model.noise[static_cast<std::size_t>(c.group)]);
-    EXPECT_THAT(d.next, Contains(HasSubstr(
-                            "the readings contradict the sigma of the robot file: check signs, "
-                            "scales and order of the sensors, and whether the log is this "
-                            "robot's")));
+    EXPECT_THAT(d.next,
+                Contains("the readings contradict the sigma of the robot file: check signs, "
+                         "scales and order of the sensors, and whether the log is this "
+                         "robot's"));
   }
 }
 
