@@ -49,6 +49,8 @@ _COMPUTED = {
     "…start-up options: …": "what the option must be follows",
     "interrupted": "nothing was written; repeat it if that was not meant",
     "unknown key…": "write it as the message says: it names the key that was meant, or all known",
+    "…: column …: … is not a number; …": "write numbers without separators of thousands, the unit "
+    "into the name of the column, and nothing where nothing was read",
     "…: column …: unknown; …": "the columns that are known follow; separate them by commas",
 }
 

@@ -11,15 +11,16 @@ from cdprcal.interrupt import INTERRUPTED, watch
 def main() -> None:
     """Runs the command line; Ctrl-C says so in one line at any time, other signals clean up."""
     watch()
-    from cdprcal import streams
+    from cdprcal.streams import exit_code
+    from cdprcal.streams import watch as watch_streams
 
-    streams.watch()
+    watch_streams()
     try:
         from cdprcal.cli import app
 
         app()
     except SystemExit as ended:
-        sys.exit(streams.exit_code(ended.code))
+        sys.exit(exit_code(ended.code))
     except KeyboardInterrupt:  # after the command: while it runs it sees to this itself
         sys.stderr.write("cdprcal: interrupted\n")
         sys.exit(INTERRUPTED)

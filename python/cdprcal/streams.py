@@ -16,6 +16,7 @@ from cdprcal.interrupt import SIGNALLED
 _SIGPIPE = 13
 #: What shells say of who wrote into a pipe that nobody read any more.
 LEFT = SIGNALLED + _SIGPIPE
+NOT_WRITTEN = 2
 
 
 class _Patient(io.RawIOBase):
@@ -84,8 +85,6 @@ def exit_code(code: Any) -> Any:
         return code
     if isinstance(failure, BrokenPipeError):
         return LEFT
-    from cdprcal.command import WRONG_USE
-
     why = (failure.strerror or "it blocks").lower()
     sys.stderr.write(f"cdprcal: output: cannot be written: {why}; give it another place\n")
-    return WRONG_USE
+    return NOT_WRITTEN

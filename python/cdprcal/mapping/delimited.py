@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from cdprcal._core import InputError
-from cdprcal.io.files import read_bytes, refuse_many_lines, shown_path, shown_text
+from cdprcal.io.files import read_bytes, refuse_many_lines, shown_path
 from cdprcal.mapping.raw import Column, DelimitedForm, RawTable
 from cdprcal.mapping.units import unit_named
 
@@ -215,19 +215,19 @@ def _column(cells: Sequence[str], decimal: str, unit: str) -> Column:
     values = np.array([np.nan if value is None else value for value in read])
     for row, (cell, value) in enumerate(zip(cells, values.tolist(), strict=True)):
         if not math.isfinite(value) and cell.lower() not in _NO_READING:
-            unread = (row, _why_unread(cell, decimal))
+            unread = (row, cell, _remedy(cell, decimal))
             return Column(values, unit=unit, is_clock=is_clock, unread=unread)
     return Column(values, unit=unit, is_clock=is_clock)
 
 
-def _why_unread(cell: str, decimal: str) -> str:
-    """What is wrong with a cell, and what to do."""
+def _remedy(cell: str, decimal: str) -> str:
+    """What to do about a cell that is neither a number nor says that nothing was read."""
     remedy = _almost(cell, decimal)
     if not remedy:
         remedy = "leave the cell empty where nothing was read, or delete the line if it is no row"
         if re.search(r"\d[.,]\d", cell):
             remedy += ", or correct text.decimal"
-    return f"{shown_text(cell, 40)!r} is not a number; {remedy}"
+    return remedy
 
 
 def _seconds(cell: str) -> float | None:

@@ -21,14 +21,14 @@ class Column:
     ``time_s`` [N]: when each value was taken, where the file has times of its own for it (topics of
     a bag); None: row by row with all others. ``unit``: as the file writes it, else empty.
     ``is_clock``: the values were dates or times of day; they are seconds. ``unread``: the row of
-    the first cell that is neither a number nor says that there is none, and what is wrong with it.
+    the first cell that is neither a number nor says that there is none, the cell, and what to do.
     """
 
     values: Floats
     time_s: Floats | None = None
     unit: str = ""
     is_clock: bool = False
-    unread: tuple[int, str] | None = None
+    unread: tuple[int, str, str] | None = None
 
 
 @dataclass(frozen=True)
@@ -55,9 +55,10 @@ class RawTable:
         """A column whose every cell could be read. Raises InputError naming line and cell."""
         column = self.columns[name]
         if column.unread is not None:
-            row, why = column.unread
+            row, cell, remedy = column.unread
             line = "" if self.line is None else f":{self.line[row]}"
             raise InputError(
-                f"{shown_path(self.path)}{line}: column {shown_text(name, 60)!r}: {why}"
+                f"{shown_path(self.path)}{line}: column {shown_text(name, 60)!r}: "
+                f"{shown_text(cell, 40)!r} is not a number; {remedy}"
             )
         return column
