@@ -1,6 +1,9 @@
 // planning/: set-points, paths, natural frequencies, and the measurement plan.
 #include "cdprcal/planning/plan.hpp"
 
+#include <pybind11/stl/filesystem.h>
+
+#include <filesystem>
 #include <optional>
 
 #include "bindings.hpp"
@@ -207,12 +210,16 @@ void register_plan_types(py::module_& module) {
       });
   def_people(cls, "A pandas.DataFrame: a row a stop, in visiting order.", true);
   module.def("format_plan", &format_plan, py::arg("plan"), "Text of a plan file (CSV).");
-  module.def("write_plan", &write_plan, py::arg("plan"), py::arg("path"),
-             "Writes a plan file. Raises InputError when it cannot be written.");
+  module.def(
+      "write_plan",
+      [](const Plan& plan, const std::filesystem::path& path) { write_plan(plan, path); },
+      py::arg("plan"), py::arg("path"),
+      "Writes a plan file. Raises InputError when it cannot be written.");
   module.def("parse_plan", &parse_plan, py::arg("text"), py::arg("source"),
              "Text of a plan file → Plan. Raises InputError 'source:line:column: …'.");
-  module.def("read_plan", &read_plan, py::arg("path"),
-             "Reads a plan file. Raises InputError 'file:line:column: …'.");
+  module.def(
+      "read_plan", [](const std::filesystem::path& path) { return read_plan(path); },
+      py::arg("path"), "Reads a plan file. Raises InputError 'file:line:column: …'.");
 }
 
 void register_options(py::module_& module) {

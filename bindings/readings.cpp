@@ -5,26 +5,28 @@
 #include "cdprcal/readings/log.hpp"
 #include "cdprcal/readings/rest_list.hpp"
 
+#include <pybind11/stl/filesystem.h>
 #include <pybind11/typing.h>
 
+#include <filesystem>
 #include <optional>
 
 #include "bindings.hpp"
+#include "masked.hpp"
 #include "people.hpp"
 #include "sensors.hpp"
 
 namespace cdprcal::python {
 namespace {
 
-LogMatrix or_absent(std::optional<LogMatrix> values, Eigen::Index samples) {
-  return values ? std::move(*values) : LogMatrix(samples, 0);
+LogMatrix or_absent(std::optional<Readings> values, Eigen::Index samples) {
+  return values ? std::move(values->values) : LogMatrix(samples, 0);
 }
 
-Log make_log(Eigen::VectorXd time_s, std::optional<LogMatrix> length_m,
-             std::optional<LogMatrix> swivel_rad, std::optional<LogMatrix> tension_N,
-             std::optional<LogMatrix> roll_pitch_yaw_rad,
-             std::optional<LogMatrix> tension_setpoint_N, std::string source,
-             const py::kwargs& absolute) {
+Log make_log(Eigen::VectorXd time_s, std::optional<Readings> length_m,
+             std::optional<Readings> swivel_rad, std::optional<Readings> tension_N,
+             std::optional<Readings> roll_pitch_yaw_rad, std::optional<Readings> tension_setpoint_N,
+             std::string source, const py::kwargs& absolute) {
   Log log;
   const Eigen::Index samples = time_s.size();
   log.source = std::move(source);
@@ -68,7 +70,7 @@ void register_log(py::module_& module) {
          py::arg("source") = "log",
          "time_s [N] strictly increasing; per-cable arrays [N, n], roll_pitch_yaw_rad [N, 3]; more "
          "keywords: those of absolute sensors, by the names of the attributes. None: absent. "
-         "`source` is what messages call it. Copies its input. Raises InputError when shapes or "
+         "`source` is what messages call it. Copies its input; what is masked is NaN. Raises InputError when shapes or "
          "times do not fit.")
       .def_readonly("source", &Log::source)
       .def_readonly("time_s", &Log::time_s, "[N] [s], strictly increasing.")
@@ -91,8 +93,9 @@ void register_log(py::module_& module) {
       "there is no column time_s. Raises InputError.");
   def_people(cls, "A pandas.DataFrame: a row a sample, the columns of the canonical log.", true);
   const py::call_guard<py::gil_scoped_release> without_gil;
-  module.def("read_log", &read_log, py::arg("path"), without_gil,
-             "Reads a canonical CSV log. Raises InputError 'file:line: column: …'.");
+  module.def(
+      "read_log", [](const std::filesystem::path& path) { return read_log(path); }, py::arg("path"),
+      without_gil, "Reads a canonical CSV log. Raises InputError 'file:line: column: …'.");
   module.def(
       "parse_log",
       [](const py::typing::Union<py::str, py::bytes>& text, const std::string& source) {
@@ -106,9 +109,11 @@ void register_log(py::module_& module) {
       "InputError 'source:line: column: …'.");
   module.def("format_log", &format_log, py::arg("log"), without_gil,
              "The canonical CSV text; parse_log gives back the same numbers.");
-  module.def("write_log", &write_log, py::arg("log"), py::arg("path"), without_gil,
-             "Writes the canonical CSV; read_log gives back the same numbers. Raises InputError "
-             "when the file cannot be written.");
+  module.def(
+      "write_log", [](const Log& log, const std::filesystem::path& path) { write_log(log, path); },
+      py::arg("log"), py::arg("path"), without_gil,
+      "Writes the canonical CSV; read_log gives back the same numbers. Raises InputError "
+      "when the file cannot be written.");
 }
 
 }  // namespace

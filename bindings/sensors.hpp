@@ -3,6 +3,7 @@
 
 #include "bindings.hpp"
 #include "cdprcal/model/sensors.hpp"
+#include "masked.hpp"
 
 namespace cdprcal::python {
 
@@ -48,7 +49,7 @@ void set_absolute(const py::kwargs& given, Fields& fields) {
         const std::string name = sensor.field();
         if (!given.contains(name)) return;
         ++used;
-        const py::object value = given[name.c_str()];
+        const py::object value = unmasked(given[name.c_str()]);
         if (value.is_none()) return;
         try {
           if constexpr (std::is_same_v<Field, CableVector>) {

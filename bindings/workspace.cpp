@@ -1,7 +1,10 @@
 // workspace/: static workspace, alpha shape and meshes.
 #include "cdprcal/workspace/workspace.hpp"
 
+#include <pybind11/stl/filesystem.h>
+
 #include <algorithm>
+#include <filesystem>
 #include <optional>
 
 #include "bindings.hpp"
@@ -108,9 +111,14 @@ void register_mesh(py::module_& module) {
       .value("binary", MeshEncoding::binary)
       .value("ascii", MeshEncoding::ascii)
       .finalize();
-  module.def("write_mesh", &write_mesh, py::arg("path"), py::arg("mesh"),
-             py::arg_v("encoding", MeshEncoding::binary, "MeshEncoding.binary"),
-             "Writes .ply (double precision) or .stl (single). Raises InputError.");
+  module.def(
+      "write_mesh",
+      [](const std::filesystem::path& path, const Mesh& mesh, MeshEncoding encoding) {
+        write_mesh(path, mesh, encoding);
+      },
+      py::arg("path"), py::arg("mesh"),
+      py::arg_v("encoding", MeshEncoding::binary, "MeshEncoding.binary"),
+      "Writes .ply (double precision) or .stl (single). Raises InputError.");
   py::class_<AlphaShape>(module, "AlphaShape", "Boundary of a set of points. Immutable.")
       .def_readonly("mesh", &AlphaShape::mesh)
       .def_readonly("alpha_m2", &AlphaShape::alpha_m2, "Used; squared radius.")

@@ -7,6 +7,7 @@
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/evidence/checks.hpp"
+#include "cdprcal/evidence/directions.hpp"
 #include "cdprcal/evidence/model_average.hpp"
 
 namespace cdprcal {
@@ -77,8 +78,9 @@ void add_unseen(const Calibration& calibration, double moments_a_reading,
   keep_witnesses(calibration, moments_a_reading, model);
   if (!fit_with_noise(model)) return;
   const Unseen unseen = unseen_effects(model, scan(model, untried(model), {.draws = 0}));
-  const Matrix6 own = *result.covariance + initial_pose_covariance(with_uncertain_noise(model), 0) -
-                      initial_pose_covariance(model, 0);
+  Matrix6 own = *result.covariance + initial_pose_covariance(with_uncertain_noise(model), 0) -
+                initial_pose_covariance(model, 0);
+  if (!model.runs.front().known.empty()) own += uncertain_directions(model).covariance;
   const Matrix6 covariance = averaged_covariance(own, unseen, checks_of(model).enough());
   if (covariance.allFinite()) take_covariance(covariance, result);
 }

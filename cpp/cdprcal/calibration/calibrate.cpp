@@ -250,7 +250,6 @@ bool is_far(const Vector6& apart, const Matrix6& covariance) {
 /// How far another minimum is from one, where it fits about as well and is beyond what the one
 /// calls possible. The other fit may have stopped short of its minimum: then it fits better still.
 std::optional<Vector6> rivalled(const CalibrationResult& one, const CalibrationResult& other) {
-  constexpr double kDecisive = 7.0;  // difference of costs: a likelihood ratio of a thousand
   if (!one.covariance || other.poses.empty()) return std::nullopt;
   if (!(other.cost - one.cost < kDecisive)) return std::nullopt;
   const Vector6 apart = minus(other.poses.front(), one.poses.front());
@@ -259,11 +258,13 @@ std::optional<Vector6> rivalled(const CalibrationResult& one, const CalibrationR
 
 /// Few readings leave several minima, and a specified noise beyond the true one accepts all: the
 /// lowest of all starts takes the place of the first, also where it is not to be trusted; and no
-/// pose is claimed where another fits about as well. `prepared`: as it was before the fit.
+/// pose is claimed where another fits about as well. `prepared`: as it was before the fit; `ends`:
+/// of the starts that it took.
 void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared,
-                    const CalibrationResult& first, Calibration& out) {
+                    const CalibrationResult& first, std::vector<CalibrationResult> ends,
+                    Calibration& out) {
   std::vector<CalibrationResult> minima =
-      minima_from_starts(prepared.problem, options.most_starts, options.solve);
+      minima_from_starts(prepared.problem, options.most_starts, options.solve, std::move(ends));
   if (minima.empty()) return;
   out.result.solve_time_s += minima.front().solve_time_s;
   const bool elsewhere = !same_minimum(first, minima.front()) && minima.front().cost < first.cost;
@@ -302,7 +303,8 @@ void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared
     }
   }
   for (const std::vector<Pose>& start : starts) {
-    const CalibrationResult again = solve(out.problem, start, options.solve);
+    const CalibrationResult again =
+        solve_unless_hopeless(out.problem, start, options.solve, out.result.cost);
     out.result.solve_time_s += again.solve_time_s;
     if (const auto apart = rivalled(out.result, again)) return leave_open(*apart, out);
   }
@@ -393,14 +395,15 @@ Calibration fit(Calibration out, const CalibrateOptions& options) {
   const std::optional<Pose> initial =
       options.guess.empty() ? std::nullopt : std::optional<Pose>(options.guess.front());
   const Calibration prepared = out;
-  out.result = solve_from_starts(problem, initial, options.most_starts, options.solve);
+  std::vector<CalibrationResult> ends;
+  out.result = solve_from_starts(problem, initial, options.most_starts, options.solve, &ends);
   const CalibrationResult first = out.result;
   refine_in_place(options, out);
   const bool doubtful = !is_balanced(problem) ||
                         (noise_source(options) == NoiseSource::from_data && looks_wrong(out));
   if (!initial && options.most_starts > 1 && options.formulation == Formulation::full &&
       (first.status == CalibrationStatus::converged || first.curved) && doubtful) {
-    look_elsewhere(options, prepared, first, out);
+    look_elsewhere(options, prepared, first, std::move(ends), out);
   }
   return out;
 }

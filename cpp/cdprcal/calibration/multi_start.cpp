@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "cdprcal/calibration/initial_guess.hpp"
 #include "cdprcal/estimation/presence.hpp"
@@ -56,17 +57,39 @@ std::vector<Start> starts_of(const CalibrationProblem& problem, int most_starts)
   return starts;
 }
 
+constexpr int kFewSteps = 100;  // near a minimum a stage takes ten
+
+bool is_unfinished(const CalibrationResult& result) {
+  return result.status == CalibrationStatus::not_converged && result.iterations >= kFewSteps &&
+         !result.poses.empty();
+}
+
+CalibrationResult solve_briefly(const CalibrationProblem& problem, const std::vector<Pose>& guess,
+                                SolveOptions options) {
+  options.max_iterations = std::min(kFewSteps, options.max_iterations);
+  return solve(problem, guess, options);
+}
+
+CalibrationResult finished(const CalibrationProblem& problem, const CalibrationResult& result,
+                           const SolveOptions& options) {
+  if (!is_unfinished(result)) return result;
+  CalibrationResult out = solve(problem, result.poses, options);
+  out.iterations += result.iterations;
+  out.solve_time_s += result.solve_time_s;
+  return out;
+}
+
 CalibrationResult solve_from(const CalibrationProblem& problem, const Start& start,
                              const SolveOptions& options) {
   std::vector<Pose> guesses = measurement_guesses(problem.robot, problem.measurements,
                                                   start.reference, problem.effects, start.rests);
   double solve_time_s = 0.0;
   if (const auto upright = kept_upright(problem, start.reference)) {
-    CalibrationResult kept = solve(*upright, guesses, options);
+    CalibrationResult kept = solve_briefly(*upright, guesses, options);
     solve_time_s = kept.solve_time_s;
     if (kept.poses.size() == guesses.size()) guesses = std::move(kept.poses);
   }
-  CalibrationResult result = solve(problem, guesses, options);
+  CalibrationResult result = solve_briefly(problem, guesses, options);
   result.solve_time_s += solve_time_s;
   return result;
 }
@@ -80,9 +103,17 @@ bool same_minimum(const CalibrationResult& a, const CalibrationResult& b) {
          minus(a.poses.front(), b.poses.front()).norm() < kNear;
 }
 
+CalibrationResult solve_unless_hopeless(const CalibrationProblem& problem,
+                                        const std::vector<Pose>& guess, const SolveOptions& options,
+                                        double cost) {
+  const CalibrationResult brief = solve_briefly(problem, guess, options);
+  return brief.cost < cost + kDecisive ? finished(problem, brief, options) : brief;
+}
+
 CalibrationResult solve_from_starts(const CalibrationProblem& problem,
                                     const std::optional<Pose>& initial, int most_starts,
-                                    const SolveOptions& options) {
+                                    const SolveOptions& options,
+                                    std::vector<CalibrationResult>* ends) {
   const std::vector<Start> starts =
       initial ? std::vector<Start>{{*initial}} : starts_of(problem, most_starts);
   CalibrationResult best;
@@ -91,6 +122,7 @@ CalibrationResult solve_from_starts(const CalibrationProblem& problem,
   for (const Start& start : starts) {
     CalibrationResult result = solve_from(problem, start, options);
     solve_time_s += result.solve_time_s;
+    if (ends) ends->push_back(result);
     const bool again = !first && start.elsewhere && same_minimum(result, best);
     if (first || better(result, best)) best = std::move(result);
     first = false;
@@ -99,20 +131,30 @@ CalibrationResult solve_from_starts(const CalibrationProblem& problem,
     if (again || fits(best)) break;
     if (best.poses.empty() && best.iterations == 0) break;
   }
-  best.solve_time_s = solve_time_s;
+  solve_time_s -= best.solve_time_s;
+  best = finished(problem, best, options);
+  best.solve_time_s += solve_time_s;
   return best;
 }
 
 std::vector<CalibrationResult> minima_from_starts(const CalibrationProblem& problem,
-                                                  int most_starts, const SolveOptions& options) {
-  std::vector<CalibrationResult> out;
+                                                  int most_starts, const SolveOptions& options,
+                                                  std::vector<CalibrationResult> ends) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const CalibrationResult& end : ends) lowest = std::min(lowest, end.cost);
+  const std::vector<Start> starts = starts_of(problem, most_starts);
   double solve_time_s = 0.0;
-  for (const Start& start : starts_of(problem, most_starts)) {
-    CalibrationResult result = solve_from(problem, start, options);
-    solve_time_s += result.solve_time_s;
-    const auto known = [&](const CalibrationResult& other) { return same_minimum(result, other); };
-    if (!std::isfinite(result.cost) || std::any_of(out.begin(), out.end(), known)) continue;
-    out.push_back(std::move(result));
+  for (std::size_t i = ends.size(); i < starts.size(); ++i) {
+    ends.push_back(solve_from(problem, starts[i], options));
+    solve_time_s += ends.back().solve_time_s;
+    lowest = std::min(lowest, ends.back().cost);
+  }
+  std::vector<CalibrationResult> out;
+  for (CalibrationResult& end : ends) {
+    if (end.cost < lowest + kDecisive) end = finished(problem, end, options);
+    const auto known = [&](const CalibrationResult& other) { return same_minimum(end, other); };
+    if (!std::isfinite(end.cost) || std::any_of(out.begin(), out.end(), known)) continue;
+    out.push_back(std::move(end));
   }
   std::stable_sort(
       out.begin(), out.end(),

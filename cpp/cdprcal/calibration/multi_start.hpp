@@ -12,15 +12,28 @@ namespace cdprcal {
 /// one that does not, or `most_starts` were tried; returns the best. First as §3.3 has it: ζ0 of
 /// τ0, ideal poses at rest, estimated ones in motion; then all poses estimated, from there and from
 /// other ζ0. `initial`: the only ζ0 to start from. iterations are those of the best start,
-/// solve_time_s of all.
+/// solve_time_s of all. `ends`, if given, gets what each start ended in.
 CalibrationResult solve_from_starts(const CalibrationProblem& problem,
                                     const std::optional<Pose>& initial, int most_starts,
-                                    const SolveOptions& options);
+                                    const SolveOptions& options,
+                                    std::vector<CalibrationResult>* ends = nullptr);
 
 /// What `most_starts` of these starts end in, trusted or not: one of each place, the lowest cost
-/// first. solve_time_s of the first is that of all.
+/// first. `ends`: of the first starts, which are not solved again. solve_time_s of the first is
+/// that of the others.
 std::vector<CalibrationResult> minima_from_starts(const CalibrationProblem& problem,
-                                                  int most_starts, const SolveOptions& options);
+                                                  int most_starts, const SolveOptions& options,
+                                                  std::vector<CalibrationResult> ends = {});
+
+/// Two fits whose costs differ by less are both possible: a likelihood ratio of a thousand.
+constexpr double kDecisive = 7.0;
+
+/// A fit that is given up where it will not come below `cost` plus kDecisive: starts far from any
+/// minimum creep along ravines for thousands of steps.
+CalibrationResult solve_unless_hopeless(const CalibrationProblem& problem,
+                                        const std::vector<Pose>& guess, const SolveOptions& options,
+                                        double cost);
+
 /// Whether two fits ended in one place.
 bool same_minimum(const CalibrationResult& a, const CalibrationResult& b);
 

@@ -18,6 +18,7 @@
 #include "cdprcal/effects/reading_faults.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/evidence/checks.hpp"
+#include "cdprcal/evidence/directions.hpp"
 #include "cdprcal/statistics.hpp"
 
 namespace cdprcal {
@@ -81,45 +82,17 @@ void learn_priors(DiagnosisModel& model) {
   }
 }
 
-/// Variance of the values from what the directions of motion may be off: by their estimate's own
-/// error, and by what motion too small for the encoders took from them during a dwell.
-std::vector<Eigen::VectorXd> direction_variance(const DiagnosisModel& model) {
-  // A tension loop stirs the cables by tenths of a millimetre, against a turn-over of about one.
-  constexpr double kLost = 0.1;
-  std::vector<Eigen::VectorXd> out;
-  for (const EffectTerm& term : model.effects) {
-    out.push_back(Eigen::VectorXd::Zero(term.values.size()));
-  }
-  const auto add = [&](auto change) {
-    DiagnosisModel other = model;
-    for (DiagnosisRun& run : other.runs) {
-      for (Measurement& m : run.measurements) {
-        change(m.length_direction, m.length_direction_error);
-        change(m.swivel_direction, m.swivel_direction_error);
-      }
-    }
-    if (!fit(other)) return;
-    for (std::size_t k = 0; k < out.size(); ++k) {
-      out[k] += (other.effects[k].values - model.effects[k].values).cwiseAbs2();
-    }
-  };
-  add([](CableVector& s, const CableVector& error) {
-    if (s.size() == error.size()) s += error;
-  });
-  add([](CableVector& s, const CableVector&) { s *= 1.0 - kLost; });
-  return out;
-}
-
 /// Values and their standard deviations in reported units, by run after run; `uncertain` is the
 /// model with_uncertain_noise.
-void report_values(const DiagnosisModel& model, const DiagnosisModel& uncertain, Diagnosis& out) {
-  const Eigen::VectorXd variance = covariance(uncertain).diagonal();
+void report_values(const DiagnosisModel& model, const DiagnosisModel& uncertain,
+                   const UncertainDirections& directions, Diagnosis& out) {
+  Eigen::VectorXd variance = covariance(uncertain).diagonal();
   Eigen::Index first = variance.size() - model.values().size();
-  const std::vector<Eigen::VectorXd> systematic = direction_variance(model);
+  variance.tail(model.values().size()) += directions.variance;
   for (std::size_t k = 0; k < out.effects.size(); ++k) {
     const EffectTerm& term = model.effects[k];
     const Eigen::VectorXd deviation =
-        (variance.segment(first, term.values.size()).cwiseMax(0.0) + systematic[k]).cwiseSqrt();
+        variance.segment(first, term.values.size()).cwiseMax(0.0).cwiseSqrt();
     first += term.values.size();
     const int size = term.effect->size(model.robot.cable_count());
     NamedEffect& found = out.effects[k];
@@ -449,10 +422,11 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   }
   const DiagnosisModel honest = out.unexplained.empty() ? model : with_discrepancy(model, out);
   const DiagnosisModel uncertain = with_uncertain_noise(honest);
-  report_values(honest, uncertain, out);
+  const UncertainDirections directions = uncertain_directions(honest);
+  report_values(honest, uncertain, directions, out);
   out.model = model;
   const InitialPose initial{honest.runs.front().poses.front(),
-                            initial_pose_covariance(uncertain, 0)};
+                            initial_pose_covariance(uncertain, 0) + directions.covariance};
   out.initial_pose_after = initial.pose;
   std::vector<Possibility> others = without_formulas(honest, initial, out);
   others.insert(others.end(), search.rivals().begin(), search.rivals().end());

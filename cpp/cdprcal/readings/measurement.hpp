@@ -33,7 +33,9 @@ struct Measurement : AbsoluteFields<ReadingOf> {
   CableVector length_direction;  ///< s in [−1, 1]: +1 after paying out; empty: unknown
   CableVector swivel_direction;  ///< the same for the swivels; +1 after a positive turn
   CableVector length_direction_error,
-      swivel_direction_error;                     ///< what s may be off (path_state.hpp)
+      swivel_direction_error;  ///< what s may be off (path_state.hpp)
+  CableVector length_direction_open,
+      swivel_direction_open;                      ///< half of the range that s may be in
   Vector3 attitude_rate_rad_s = Vector3::Zero();  ///< of (roll, pitch, yaw), while moving
   int samples = 1;                                ///< readings behind the mean
   /// How the platform moves, in world axes about P: velocity and angular velocity, and their

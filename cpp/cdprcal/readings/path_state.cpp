@@ -41,25 +41,28 @@ Eigen::VectorXd smoothed(const Eigen::VectorXd& time, Eigen::VectorXd values,
 }
 
 /// Play operator of half-width `half`: the state follows the motion and saturates at ±1. Motion
-/// counts from ± `noise` on, so that noise does not change the state.
+/// counts from ± `noise` on, so that noise does not change the state. `direction`: the middle of
+/// where it may be, `open`: half of that range.
 void follow(const Eigen::VectorXd& values, const SampleRange& range, double half, double noise,
-            Eigen::Ref<Eigen::VectorXd> direction) {
-  double state = 0.0, reached = kNaN;
+            Eigen::Ref<Eigen::VectorXd> direction, Eigen::Ref<Eigen::VectorXd> open) {
+  double least = -1.0, most = 1.0, reached = kNaN;
   for (Eigen::Index i = range.begin; i < range.end; ++i) {
     if (std::isfinite(values[i])) {
       if (!std::isfinite(reached)) reached = values[i];
       const double moved_to = std::clamp(reached, values[i] - noise, values[i] + noise);
-      state = turned_over(state, moved_to - reached, 2.0 * half);
+      least = turned_over(least, moved_to - reached, 2.0 * half);
+      most = turned_over(most, moved_to - reached, 2.0 * half);
       reached = moved_to;
     }
-    direction[i] = state;
+    direction[i] = 0.5 * (least + most);
+    open[i] = 0.5 * (most - least);
   }
 }
 
 /// s as the mean of that with a narrow and a wide dead band, and half their difference.
 void directions(const Log& log, const LogMatrix& values, double turn_over, double window_s,
-                bool angles, LogMatrix& mean, LogMatrix& error) {
-  mean = error = LogMatrix::Zero(values.rows(), values.cols());
+                bool angles, LogMatrix& mean, LogMatrix& error, LogMatrix& open) {
+  mean = error = open = LogMatrix::Zero(values.rows(), values.cols());
   for (const SampleRange& range : segments(log)) {
     const double rate = range.size() > 1 ? static_cast<double>(range.size() - 1) /
                                                (log.time_s[range.end - 1] - log.time_s[range.begin])
@@ -71,13 +74,15 @@ void directions(const Log& log, const LogMatrix& values, double turn_over, doubl
       const double noise = channel_noise(column(fresh.rows), angles) / std::sqrt(averaged);
       const Eigen::VectorXd smooth = smoothed(log.time_s, column, range, window_s, angles);
       Eigen::VectorXd narrow = Eigen::VectorXd::Zero(values.rows()), wide = narrow;
-      follow(smooth, range, 0.5 * turn_over, kNarrow * noise, narrow);
-      follow(smooth, range, 0.5 * turn_over, kWide * noise, wide);
+      Eigen::VectorXd narrow_open = narrow, wide_open = narrow;
+      follow(smooth, range, 0.5 * turn_over, kNarrow * noise, narrow, narrow_open);
+      follow(smooth, range, 0.5 * turn_over, kWide * noise, wide, wide_open);
       const auto own = [&](const Eigen::VectorXd& all) {
         return all.segment(range.begin, range.size());
       };
       mean.col(c).segment(range.begin, range.size()) = 0.5 * (own(narrow) + own(wide));
       error.col(c).segment(range.begin, range.size()) = 0.5 * (own(narrow) - own(wide));
+      open.col(c).segment(range.begin, range.size()) = 0.5 * (own(narrow_open) + own(wide_open));
     }
   }
 }
@@ -107,9 +112,9 @@ void slopes(const Eigen::VectorXd& time, const Eigen::VectorXd& angles, const Sa
 PathState path_state(const Robot& robot, const Log& log, double smoothing_s) {
   PathState state;
   directions(log, log.length_m, turn_over_m(robot), smoothing_s, false, state.length_direction,
-             state.length_direction_error);
+             state.length_direction_error, state.length_direction_open);
   directions(log, log.swivel_rad, kTurnOver_rad, smoothing_s, true, state.swivel_direction,
-             state.swivel_direction_error);
+             state.swivel_direction_error, state.swivel_direction_open);
   state.attitude_rate_rad_s =
       LogMatrix::Zero(log.roll_pitch_yaw_rad.rows(), log.roll_pitch_yaw_rad.cols());
   for (const SampleRange& range : segments(log)) {

@@ -4,6 +4,7 @@
 #include <yaml-cpp/eventhandler.h>
 
 #include <algorithm>
+#include <boost/nowide/utf/utf.hpp>
 #include <charconv>
 #include <numeric>
 #include <sstream>
@@ -18,6 +19,27 @@ std::string place(const std::string& source, const YAML::Mark& mark) {
   if (mark.is_null()) return source + ": ";
   return source + ":" + std::to_string(mark.line + 1) + ":" + std::to_string(mark.column + 1) +
          ": ";
+}
+
+/// YAML is UTF-8; its reader would take a name in Latin-1, whose bytes no JSON can hold.
+void refuse_unless_text(const std::string& text, const std::string& source) {
+  namespace utf = boost::nowide::utf;
+  if (text.size() > kMostYamlBytes) {
+    throw InputError(source + ": is over 250 kB: this is not a robot file; give one");
+  }
+  std::size_t line = 1;
+  for (auto next = text.begin(); next != text.end();) {
+    const utf::code_point c = utf::utf_traits<char>::decode(next, text.end());
+    if (c == '\n') ++line;
+    const std::string at = source + ":" + std::to_string(line) + ": ";
+    if (c == utf::illegal || c == utf::incomplete) {
+      throw InputError(at + "is not UTF-8 text; save the file as such");
+    }
+    if (c < 0x20 && c != '\n' && c != '\r' && c != '\t') {
+      throw InputError(at +
+                       "holds control characters: this is a binary file; give a robot file");
+    }
+  }
 }
 
 /// Levenshtein distance, to suggest the key that was meant.
@@ -123,17 +145,7 @@ YamlField::YamlField(std::shared_ptr<Document> document, std::string path, const
 }
 
 YamlField YamlField::parse_document(const std::string& text, const std::string& source) {
-  if (text.size() > kMostYamlBytes) {
-    throw InputError(source + ": is over 250 kB: this is not a robot file; give one");
-  }
-  for (std::size_t i = 0, line = 1; i < text.size(); ++i) {
-    const auto c = static_cast<unsigned char>(text[i]);
-    if (c == '\n') ++line;
-    if (c < 0x20 && c != '\n' && c != '\r' && c != '\t') {
-      throw InputError(source + ":" + std::to_string(line) +
-                       ": holds control characters: this is a binary file; give a robot file");
-    }
-  }
+  refuse_unless_text(text, source);
   auto document = std::make_shared<Document>();
   document->source = source;
   std::istringstream lines(text);

@@ -5,6 +5,7 @@
 
 #include "cdprcal/equilibria/equilibrium.hpp"
 #include "cdprcal/kinematics/motion.hpp"
+#include "cdprcal/simulator/history.hpp"
 #include "cdprcal/simulator/written_effects.hpp"
 
 namespace cdprcal {
@@ -42,7 +43,10 @@ PlantDynamics::PlantDynamics(const PlantParameters& parameters, const SimulatorO
                          ? 1.0 / options.winch.tension_gain_m_s_N
                          : 4.0 * parameters.robot.platform.mass_kg /
                                parameters.robot.cable_count()),
-      n_(parameters.robot.cable_count()) {
+      n_(parameters.robot.cable_count()),
+      direction_left_(options.sensors.random_offsets
+                          ? directions_left(n_, RandomNormal(stream(options.seed, 10)))
+                          : CableVector(CableVector::Zero(n_))) {
   virtual_kg_ = dashpot_N_s_m_ * options.winch.time_constant_s;
   for (int i = 0; i < n_; ++i) {
     anchor_from_centre_m_[i] =
@@ -77,6 +81,7 @@ void PlantDynamics::place(const Pose& pose, const CableVector& tension_N) {
       pose.position_m + motion_.rotation * p_.robot.platform.centre_of_mass_m;
   for (int i = 0; i < n_; ++i) {
     Winch& winch = winch_[i] = {};
+    winch.friction.fill(direction_left_[i]);
     arm_m_[i] = motion_.rotation * anchor_from_centre_m_[i];
     // The frame's give and the sag depend on the tension; a few rounds settle them.
     double chord_N = tension_N[i];

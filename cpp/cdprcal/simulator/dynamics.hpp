@@ -121,6 +121,7 @@ class PlantDynamics {
   double drum_kg_, drum_damping_N_s_m_;  ///< torque mode, at the rim
   double virtual_kg_, dashpot_N_s_m_;    ///< tension mode: the same equation
   int n_;
+  CableVector direction_left_;                            ///< by what moved before power-on
   std::array<Vector3, kMaxCables> anchor_from_centre_m_;  ///< a′ − s′, platform axes
   std::int64_t steps_ = 0;
   double wound_J_ = 0.0;

@@ -75,7 +75,9 @@ struct SensorOptions {
   double specific_force_noise_m_s2 = 0.02, specific_force_bias_m_s2 = 0.03;
   double angular_velocity_noise_rad_s = 0.05 * kDegree;
   double angular_velocity_bias_rad_s = 0.1 * kDegree;
-  bool random_offsets = true;  ///< lengths, swivels and yaw start anywhere; false: at the truth
+  /// Lengths, swivels and yaw start anywhere, and what lags as its last motion left it; false: at
+  /// the truth, in the middle of its lag.
+  bool random_offsets = true;
 };
 /// Without noise, quantisation, bias, delay and offsets.
 SensorOptions perfect_sensors();

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "cdprcal/readings/turn_over.hpp"
+#include "cdprcal/simulator/history.hpp"
 #include "cdprcal/simulator/written_effects.hpp"
 
 namespace cdprcal {
@@ -13,11 +14,6 @@ double reading(double value, const SensorChannel& channel, RandomNormal& random)
   if (channel.noise > 0.0) v += channel.noise * random();
   if (channel.resolution > 0.0) v = channel.resolution * std::round(v / channel.resolution);
   return v;
-}
-
-/// Independent streams, so that one sensor's noise does not depend on what the others do.
-std::uint64_t stream(std::uint64_t seed, std::uint64_t index) {
-  return (seed + 1) * 0x9e3779b97f4a7c15ULL ^ (index * 0xd1342543de82ef95ULL + 1);
 }
 
 }  // namespace
@@ -79,6 +75,10 @@ void SensorBank::reset(const PlantDynamics& plant) {
   swivel_play_rad_.resize(n);
   for (int i = 0; i < n; ++i) swivel_play_rad_[i] = plant.strand(i).cable.swivel_rad;
   swivel_seen_rad_ = swivel_play_rad_;
+  if (options_.random_offsets) {
+    swivel_play_rad_ -=
+        p_.swivel_half_width_rad * directions_left(n, RandomNormal(stream(seed_, 9)));
+  }
   swivel_turn_.setZero(n);
   history_.clear();
   sample_ = {};

@@ -218,6 +218,34 @@ TEST_F(InjectedEffects, SwivelHysteresis) {
   }
 }
 
+TEST_F(InjectedEffects, WhatLagsIsWhereItsLastMotionBeforePowerOnLeftIt) {
+  SimulatorOptions options = perfect();
+  options.sensors.random_offsets = true;
+  const auto first_sample = [&](const std::vector<std::string>& effects) {
+    options.effects.clear();
+    for (const std::string& text : effects) options.effects.push_back(parse_injected_effect(text));
+    Simulator begun(robot, options);
+    EXPECT_TRUE(begun.reset(plan.setpoint_N[0]).found);
+    return begun.read();
+  };
+  int at_an_end = 0, all = 0;
+  for (options.seed = 1; options.seed <= 6; ++options.seed) {
+    const RobotSample free = first_sample({});
+    const RobotSample lagging = first_sample({"swivel_hysteresis=0.01", "pulley_friction=0.02"});
+    for (int i = 0; i < 4; ++i) {
+      const double swivel = (lagging.swivel_rad[i] - free.swivel_rad[i]) / 0.01;
+      const double cable = std::log(lagging.tension_N[i] / free.tension_N[i]) / 0.02;
+      for (const double s : {swivel, cable}) {
+        EXPECT_LE(std::abs(s), 1.0 + 1e-6);
+        at_an_end += std::abs(s) > 0.99 ? 1 : 0;
+        ++all;
+      }
+    }
+  }
+  EXPECT_GT(at_an_end, all / 3);
+  EXPECT_LT(at_an_end, all);
+}
+
 TEST_F(InjectedEffects, SwivelScale) {
   start({"swivel_scale=0.03,-0.02,0,0.05"});
   const Rest b = go(1);

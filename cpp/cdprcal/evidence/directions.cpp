@@ -1,0 +1,81 @@
+#include "cdprcal/evidence/directions.hpp"
+
+#include <functional>
+
+#include "cdprcal/geometry/pose.hpp"
+
+namespace cdprcal {
+namespace {
+
+/// s of all cables or all swivels at a pose, what its estimate may be off, and half of the range
+/// that what came before power-on leaves it.
+using Change =
+    std::function<void(CableVector& s, const CableVector& error, const CableVector& open)>;
+
+void change_measurement(const Change& change, bool swivels, Measurement& m) {
+  CableVector& s = swivels ? m.swivel_direction : m.length_direction;
+  const CableVector& error = swivels ? m.swivel_direction_error : m.length_direction_error;
+  const CableVector& open = swivels ? m.swivel_direction_open : m.length_direction_open;
+  if (s.size() == error.size() && s.size() == open.size()) change(s, error, open);
+}
+
+/// Whether anything in a model depends on directions.
+bool depends(const DiagnosisModel& model) {
+  DiagnosisModel other = model;
+  for (DiagnosisRun& run : other.runs) {
+    for (Measurement& m : run.measurements) {
+      m.length_direction.setConstant(0.5);
+      m.swivel_direction.setConstant(0.5);
+    }
+  }
+  const DiagnosisSystem here = linearise(model), there = linearise(other);
+  return here.valid && there.valid && here.free_residual != there.free_residual;
+}
+
+}  // namespace
+
+UncertainDirections uncertain_directions(const DiagnosisModel& model) {
+  // A tension loop stirs the cables by tenths of a millimetre, against a turn-over of about one.
+  constexpr double kLost = 0.1;
+  const Eigen::VectorXd values = model.values();
+  UncertainDirections out{Matrix6::Zero(), Eigen::VectorXd::Zero(values.size())};
+  if (!depends(model)) return out;
+  const auto add = [&](DiagnosisModel other) {
+    if (!fit(other)) return;
+    const Vector6 shift = minus(other.runs.front().poses.front(), model.runs.front().poses.front());
+    out.covariance += shift * shift.transpose();
+    out.variance += (other.values() - values).cwiseAbs2();
+  };
+  const auto add_everywhere = [&](const Change& change) {
+    DiagnosisModel other = model;
+    for (DiagnosisRun& run : other.runs) {
+      for (Measurement& m : run.measurements) {
+        for (const bool swivels : {false, true}) change_measurement(change, swivels, m);
+      }
+    }
+    add(std::move(other));
+  };
+  add_everywhere([](CableVector& s, const CableVector& error, const CableVector&) { s += error; });
+  add_everywhere([](CableVector& s, const CableVector&, const CableVector&) { s *= 1.0 - kLost; });
+  // Each cable came from a side of its own, where a motion leaves what lags: the end of the range.
+  for (std::size_t r = 0; r < model.runs.size(); ++r) {
+    for (const bool swivels : {false, true}) {
+      for (int i = 0; i < model.robot.cable_count(); ++i) {
+        DiagnosisModel other = model;
+        bool open_at_all = false;
+        for (Measurement& m : other.runs[r].measurements) {
+          change_measurement(
+              [&](CableVector& s, const CableVector&, const CableVector& open) {
+                s[i] += open[i];
+                open_at_all |= open[i] != 0.0;
+              },
+              swivels, m);
+        }
+        if (open_at_all) add(std::move(other));
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace cdprcal
