@@ -130,6 +130,57 @@ def test_a_full_name_beats_an_alias(synthetic: cdprcal.SyntheticLog, tmp_path: P
     assert lines["attitude"].columns == ("roll_rad", "pitch_rad", "yaw_rad")
 
 
+@pytest.mark.parametrize("name", ["T{} [N]", "T{}", "x{} [N]", "forza_{}"])
+def test_numbered_forces_are_the_tensions(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, name: str
+) -> None:
+    renamed = (r"tension_(\d)_N", name.format(r"\1"))
+    raw = canonical(synthetic.log, tmp_path / "raw.csv", renamed)
+    proposal = propose_file(raw, cdprcal.load_robot("irma4"))
+    lines = {line.name: line for line in proposal.lines}
+    assert lines["tensions"].columns == tuple(name.format(i) for i in (1, 2, 3, 4))
+    assert lines["tensions"].unit == "N"
+    assert proposal.time.columns == ("time_s",)
+
+
+def test_a_column_twice_is_a_guess_and_what_is_not_used_is_said(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    renamed = ("roll_rad", "length_1_m"), ("pitch_rad", "spindle")
+    raw = canonical(synthetic.log, tmp_path / "raw.csv", *renamed)
+    ran = cli("check", "irma4", raw, "--propose", tmp_path / "map.yaml")
+    assert ran.code == 1
+    assert "to be corrected where wrong: lengths" in ran.stdout
+    assert "not used: length_1_m (column " in ran.stdout
+    assert "spindle" in ran.stdout
+    text = (tmp_path / "map.yaml").read_text()
+    assert "the file names length_1_m more than once, the first is taken" in text
+    assert '["length_1_m", "length_2_m", "length_3_m", "length_4_m"]' in text
+
+
+def test_an_array_of_angles_is_the_attitude(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    io = pytest.importorskip("scipy.io")
+    log, path = synthetic.log, tmp_path / "run.mat"
+    held = {"t": log.time_s, "L": log.length_m, "T": log.tension_N, "rpy": log.roll_pitch_yaw_rad}
+    io.savemat(path, {key: np.array(values) for key, values in held.items()})
+    lines = {line.name: line for line in propose_file(path).lines}
+    assert lines["attitude"].columns == ("rpy.1", "rpy.2", "rpy.3")
+    assert lines["tensions"].columns == ("T.1", "T.2", "T.3", "T.4")
+
+
+def test_a_bag_that_was_exported_is_proposed_whole(
+    synthetic: cdprcal.SyntheticLog, robot: cdprcal.Robot, tmp_path: Path
+) -> None:
+    save_bag(synthetic.log, tmp_path / "bag", robot.euler_convention)
+    lines = {line.name: line for line in propose_file(tmp_path / "bag", robot).lines}
+    assert {"lengths", "swivels", "tensions", "attitude"} <= set(lines)
+    assert lines["lengths"].columns[0] == "/joint_states.position.cable_1"
+    assert lines["swivels"].columns[0] == "/joint_states.position.swivel_1"
+    assert lines["tensions"].columns[0] == "/joint_states.effort.cable_1"
+
+
 @pytest.mark.parametrize("command", ["check", "calibrate", "diagnose"])
 def test_other_columns_are_answered_by_the_way_to_a_map(
     cli: Cli, synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path, command: str

@@ -9,6 +9,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -176,7 +177,11 @@ def _table(path: Path, name: str, lines: list[str], form: DelimitedForm) -> RawT
     columns = {}
     for i, column in enumerate(names):
         cells = [row[i] for row in rows]
-        columns[column] = _column(cells, form.decimal, units[i] if units else "")
+        first = column.removesuffix(_again(i))
+        columns[column] = replace(
+            _column(cells, form.decimal, units[i] if units else ""),
+            repeats=first if first != column and first in columns else "",
+        )
     return RawTable(path, "csv", columns, form, np.array(at, dtype=np.int64))
 
 
@@ -192,7 +197,7 @@ def _names(lines: list[str], form: DelimitedForm) -> tuple[list[str], list[str]]
     names: list[str] = []
     for i, cell in enumerate(cells):
         cell = cell.strip('"') or f"column_{i + 1}"
-        names.append(cell if cell not in names else f"{cell} (column {i + 1})")
+        names.append(cell if cell not in names else cell + _again(i))
     units: list[str] = []
     if form.header_line < len(lines):
         below = lines[form.header_line].lstrip().lstrip(_COMMENT).strip("\n")
@@ -201,6 +206,11 @@ def _names(lines: list[str], form: DelimitedForm) -> tuple[list[str], list[str]]
         if len(cells) == len(names) and wordy and all(_UNIT.fullmatch(cell) for cell in cells):
             units = [cell.strip("[]() ") for cell in cells]
     return names, units
+
+
+def _again(i: int) -> str:
+    """What tells a column from an earlier one of the same name."""
+    return f" (column {i + 1})"
 
 
 def _column(cells: Sequence[str], decimal: str, unit: str) -> Column:

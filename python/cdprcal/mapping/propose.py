@@ -89,11 +89,15 @@ class Proposal:
                 f"  {line.name}: {{columns: {quoted(list(line.columns))}, "
                 f"unit: {quoted(line.unit)}, sign: {quoted(sign)}}}  # {line.sure}: {line.why}"
             )
-        used = {*self.time.columns, *(c for line in self.lines for c in line.columns)}
-        if spare := [name for name in self.raw.columns if name not in used]:
+        if spare := self.unused():
             shown = ", ".join(map(quoted, spare[:40]))
             out.append(f"# not used: {shown}{' …' if len(spare) > 40 else ''}")
         return "\n".join(out) + "\n"
+
+    def unused(self) -> list[str]:
+        """Columns that no line takes, in the order of the file."""
+        used = {*self.time.columns, *(c for line in self.lines for c in line.columns)}
+        return [name for name in self.raw.columns if name not in used]
 
     def map(self) -> Map:
         """The mapping itself."""
@@ -102,7 +106,11 @@ class Proposal:
 
 def propose(raw: RawTable, robot: _core.Robot | None = None) -> Proposal:
     """What the columns of a raw file seem to be. Raises InputError when nothing is recognised."""
-    names = {key: taken_apart(key, column.unit) for key, column in raw.columns.items()}
+    names = {
+        key: taken_apart(key, column.unit)
+        for key, column in raw.columns.items()
+        if not column.repeats
+    }
     count = robot.cable_count if robot is not None else _cable_count(names)
     names = _one_a_cable(names, count)
     time, rate_Hz = _time(raw, names)
@@ -125,8 +133,18 @@ def propose(raw: RawTable, robot: _core.Robot | None = None) -> Proposal:
         )
     if raw.kind == "bag":
         time = replace(time, columns=(_topic(found[0].columns[0]),), why="the topic of the lengths")
+    found = [_with_repeats(raw, line) for line in found]
     proposal = Proposal(raw, time, tuple(found), rate_Hz)
     return proposal if robot is None else _with_signs(proposal, robot)
+
+
+def _with_repeats(raw: RawTable, line: Line) -> Line:
+    """A line is but a guess when the file has two columns of a name that it takes."""
+    twice = [column.repeats for column in raw.columns.values() if column.repeats in line.columns]
+    if not any(twice):
+        return line
+    why = f"the file names {', '.join(filter(None, twice))} more than once, the first is taken"
+    return replace(line, sure="guess", why=f"{line.why}; {why}")
 
 
 def _records(raw: RawTable, robot: _core.Robot) -> list[Line]:
@@ -155,7 +173,7 @@ def _time(raw: RawTable, names: dict[str, Name]) -> tuple[Line, float | None]:
         return Line("time", ("",), "s", (1,), "sure", "stamps"), None
     if raw.kind == "records":
         return Line("time", (), "s", (1,), "likely", "one rest a record"), 0.1
-    rising = [key for key in raw.columns if _rises(raw.columns[key].values)]
+    rising = [key for key in names if _rises(raw.columns[key].values)]
     for key in rising:
         if raw.columns[key].is_clock:
             return Line("time", (key,), "s", (1,), "sure", "dates or times of day"), None
@@ -187,14 +205,25 @@ def _topic(column: str) -> str:
 # Which columns are which.
 
 
+#: What a numbered family with one column a cable is: by its unit, else by the kind of its names.
+_FAMILY_OF_UNIT = {
+    unit: kind
+    for dimension, kind in (("m", "lengths"), ("rad", "swivels"), ("N", "tensions"))
+    for unit in UNITS[dimension]
+}
+_FAMILY_OF_KIND = {"time": "tensions", **dict.fromkeys(_AXES, "swivels")}
+
+
 def _one_a_cable(names: dict[str, Name], count: int) -> dict[str, Name]:
     """Names with the kind that numbers tell: theta_1 … theta_4 are four cables' swivels, and theta
-    is the platform's pitch."""
-    angles = [name for name in names.values() if name.kind in _AXES and name.index]
-    families = [group for group in _alike(angles) if len(group) == count]
-    return names | {
-        name.text: replace(name, kind="swivels") for group in families for name in group
-    }
+    is the platform's pitch; T1 … T4 are tensions, and t is the time."""
+    out = dict(names)
+    open_kinds = {"", *_FAMILY_OF_KIND}
+    for family in _alike([n for n in names.values() if n.kind in open_kinds and n.index]):
+        kind = _FAMILY_OF_UNIT.get(family[0].unit or "") or _FAMILY_OF_KIND.get(family[0].kind)
+        if kind and len(family) == count:
+            out |= {name.text: replace(name, kind=kind) for name in family}
+    return out
 
 
 def _cable_groups(
@@ -334,6 +363,11 @@ def _attitude(raw: RawTable, names: dict[str, Name]) -> Line | None:
         left = parts[2] and any(word in columns[2].lower() for word in ("heading", "course"))
         why = "by name; a heading counts clockwise" if left else "by name"
         return Line("attitude", columns, "", (1, 1, -1 if left else 1), "sure", why)
+    for family in _alike([n for n in names.values() if n.kind == "attitude" and n.index]):
+        if len(family) == len(_AXES) and any(_moves(raw, name) for name in family):
+            columns = tuple(name.text for name in family)
+            why = "by name; in the order roll, pitch, yaw"
+            return Line("attitude", columns, "", (1, 1, 1), "likely", why)
     by_axis: dict[str, str] = {}
     for name in names.values():
         if name.kind == "quaternion":

@@ -35,14 +35,15 @@ _WORDS: tuple[tuple[str, str], ...] = (
     ("roll", r"roll|phi|rx|rollen|rollwinkel|roulis|rollio|euler_?x|wank\w*"),
     ("pitch", r"pitch|theta|ry|nick\w*|neigung|tangage|beccheggio|euler_?y"),
     ("yaw", r"yaw|psi|chi|rz|heading|gier\w*|lacet|imbardata|azimut|azimuth|euler_?z|course"),
+    ("attitude", r"rpy|euler|attitude"),
     (
         "swivels",
         r"swivel\w*|sigma|pulley\w*|umlenk\w*|caster|sheave|schwenk\w*|poulie|rolle\w*|pan",
     ),
     (
         "tensions",
-        r"tension\w*|tens|force|kraft|seilkraft|zugkraft|load|loadcell|cell|effort|tau|f|kraefte|"
-        r"kräfte|strain|dms|lc|zug|spannung",
+        r"tensi[oó]n\w*|tens|force|forza|fuerza|força|kracht|kraft|seilkraft|zugkraft|"
+        r"load|loadcell|cell|effort|tau|f|kraefte|kräfte|strain|dms|lc|zug|spannung",
     ),
     (
         "lengths",
@@ -74,6 +75,7 @@ def taken_apart(text: str, given_unit: str = "") -> Name:
     """What a name says; ``given_unit`` is what the file says apart from it."""
     bracket = _BRACKETS.search(text)
     bare = text[: bracket.start()] if bracket else text
+    bare = bare.replace("joint_states", "joints")  # ROS's topic of readings, no state of a machine
     unit = unit_named(given_unit) or (unit_named(bracket[1]) if bracket else None)
     if unit is None:
         unit, bare = unit_at_end(bare.rstrip())
