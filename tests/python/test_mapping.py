@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import math
 import re
 import sys
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -344,6 +346,39 @@ def test_no_map_is_proposed_for_cells_that_cannot_be_read(
     assert ran.code == 2
     assert re.search(said, ran.stderr)
     assert not (tmp_path / "map.yaml").exists()
+
+
+@pytest.mark.parametrize("at_end", [",", ",,", ";", "\t", "\t\t", " ; "])
+@pytest.mark.parametrize("of", ["all", "header", "rows"])
+def test_separators_at_the_end_of_lines_make_no_column(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, at_end: str, of: str
+) -> None:
+    raw = canonical(synthetic.log, tmp_path / "raw.csv")
+    header, *rows = raw.read_text().replace(",", at_end.strip(" ")[0]).splitlines()
+    header += at_end if of != "rows" else ""
+    rows = [row + at_end if of != "header" else row for row in rows]
+    raw.write_text("\n".join([header, *rows, ""]))
+    proposal = propose_file(raw)
+    assert {"lengths", "swivels", "tensions", "attitude"} <= {line.name for line in proposal.lines}
+    assert proposal.unused() == []
+
+
+def test_files_of_other_kinds_are_no_reason_for_a_map(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    raw, packed = german_excel(synthetic.log, tmp_path), tmp_path / "raw.csv.gz"
+    packed.write_bytes(gzip.compress(raw.read_bytes()))
+    assert "--propose map.yaml writes one" in cli("check", "irma4", packed).stderr
+    assert cli("check", "irma4", packed, "--propose", tmp_path / "map.yaml").code == 0
+    ran = cli("check", "irma4", packed, "--map", tmp_path / "map.yaml")
+    assert "can be used" in ran.stdout
+    with zipfile.ZipFile(tmp_path / "raw.zip", "w") as files:
+        files.write(raw)
+    for more in ([], ["--propose", tmp_path / "map.yaml"]):
+        ran = cli("check", "irma4", tmp_path / "raw.zip", *more)
+        assert ran.code == 2
+        assert "raw.zip: is a ZIP archive, as .npz and .xlsx are; unpack it" in ran.stderr
+        assert "--propose map.yaml" not in ran.stderr
 
 
 def test_a_misspelt_topic_is_answered_by_those_there_are(

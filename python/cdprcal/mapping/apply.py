@@ -14,7 +14,7 @@ from cdprcal import _core
 from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
 from cdprcal.hardware.xsens.measurement import rotation_from_quaternion
-from cdprcal.io.files import begins_with, shown_path, shown_text
+from cdprcal.io.files import begins_with, is_foreign, shown_path, shown_text
 from cdprcal.io.loaded import LogFile
 from cdprcal.io.log_file import load_run, refuse_repeated, require_cable_count
 from cdprcal.mapping.document import GROUPS, QUATERNIONS, Group, Map, load_map
@@ -207,8 +207,9 @@ def map_offered(path: str | Path) -> Iterator[None]:
 
 
 def _is_foreign(path: Path) -> bool:
-    """A file whose first line that is no comment names no time_s, as logs do."""
-    lines = begins_with(path, 1 << 16).splitlines()
+    """A table whose first line that is no comment names no time_s, as logs do."""
+    head = begins_with(path, 1 << 16, unpacked=True)
+    lines = [] if is_foreign(head) else head.splitlines()
     header = next((line for line in lines if line.strip()[:1] not in (b"", b"#")), b"time_s")
     return b"time_s" not in [cell.strip() for cell in header.split(b",")]
 

@@ -24,6 +24,7 @@ SEPARATORS = (";", "\t", ",", "|", " ")
 _MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 _SAMPLED = 200  # lines are enough to tell a form by
 _COMMENT = "#%"
+_MARK = re.compile(rf"^\s*[{_COMMENT}]+\s*")
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
 _CLOCK = re.compile(r"(\d{1,4}[-./]\d{1,2}[-./]\d{1,4}[ T])?\d{1,2}:\d{2}:\d{2}([.,]\d+)?Z?")
 #: Cells, in small letters, that say that nothing was read; the last ones are C's and Excel's.
@@ -77,6 +78,16 @@ def _cells(line: str, separator: str) -> list[str]:
     return [cell.strip() for cell in line.split(separator)]
 
 
+def _named(line: str, separator: str) -> list[str]:
+    """The cells of a line of names or units, be it a comment."""
+    return _cells(_MARK.sub("", line), separator)
+
+
+def _without_empty_end(cells: list[str]) -> list[str]:
+    """A separator at the end of a line makes no column."""
+    return cells[: max((i for i, cell in enumerate(cells, 1) if cell), default=0)]
+
+
 def _is_number(cell: str, decimal: str) -> bool:
     """Whether a cell tells rows from names, even if it cannot be read as it is."""
     return bool(
@@ -107,11 +118,12 @@ def _number(cell: str, decimal: str) -> float | None:
 def _form_of(lines: list[str], encoding: str) -> DelimitedForm | None:
     """The separator and decimal mark with which most lines are rows of as many numbers."""
     tail = [line for line in lines[-_SAMPLED:] if line.strip() and line.lstrip()[0] not in _COMMENT]
-    best: tuple[float, int, str, str] | None = None
+    best: tuple[float, int, int, str, str] | None = None
     for separator in SEPARATORS:
         rows = [_cells(line, separator) for line in tail]
         count = Counter(map(len, rows)).most_common(1)[0][0] if rows else 0
-        if count < 2:
+        used = max((len(_without_empty_end(row)) for row in rows if len(row) == count), default=0)
+        if used < 2:
             continue
         for decimal in (".", ",") if separator != "," else (".",):
             of_rows = [
@@ -121,21 +133,21 @@ def _form_of(lines: list[str], encoding: str) -> DelimitedForm | None:
             ]
             share = sum(of_rows) / len(rows)
             if share > 0.5 and (best is None or share > best[0] + 1e-9):
-                best = (share, count, separator, decimal)
+                best = (share, used, count, separator, decimal)
     if best is None:
         return None
-    _, count, separator, decimal = best
-    return DelimitedForm(
-        separator, decimal, _header_line(lines, count, separator, decimal), encoding
-    )
+    _, used, count, separator, decimal = best
+    header_line = _header_line(lines, used, count, separator, decimal)
+    return DelimitedForm(separator, decimal, header_line, encoding)
 
 
-def _header_line(lines: list[str], count: int, separator: str, decimal: str) -> int:
-    """The line of names above the first row of numbers, from 1; 0: there is none."""
+def _header_line(lines: list[str], used: int, count: int, separator: str, decimal: str) -> int:
+    """The line of names above the first row of numbers, from 1; 0: there is none. Rows have
+    ``count`` cells, of which the first ``used`` hold something."""
     names = 0
     for number, line in enumerate(lines, start=1):
-        cells = _cells(line.lstrip().lstrip(_COMMENT).strip(), separator)
-        if len(cells) != count:
+        cells = _named(line, separator)
+        if len(cells) < used or len(_without_empty_end(cells)) > count:
             continue
         if sum(_is_number(cell, decimal) for cell in cells) > count / 2:
             break
@@ -161,8 +173,8 @@ def _table(path: Path, name: str, lines: list[str], form: DelimitedForm) -> RawT
             names = [f"column_{i + 1}" for i in range(len(cells))]
         if not rows and not any(_is_number(cell, form.decimal) for cell in cells):
             continue  # units, or more words above the first row
-        if len(cells) == len(names) + 1 and not cells[-1]:
-            cells.pop()  # a separator at the end
+        if len(cells) > len(names):
+            cells[len(names) :] = _without_empty_end(cells[len(names) :])
         if len(cells) != len(names):
             if number == len(lines):
                 continue  # the last line was cut off
@@ -191,17 +203,14 @@ def _names(lines: list[str], form: DelimitedForm) -> tuple[list[str], list[str]]
         return [], []
     if form.header_line > len(lines):
         return [], []
-    cells = _cells(lines[form.header_line - 1].lstrip().lstrip(_COMMENT).strip(), form.separator)
-    while cells and not cells[-1]:
-        cells.pop()
+    cells = _without_empty_end(_named(lines[form.header_line - 1], form.separator))
     names: list[str] = []
     for i, cell in enumerate(cells):
         cell = cell.strip('"') or f"column_{i + 1}"
         names.append(cell if cell not in names else cell + _again(i))
     units: list[str] = []
     if form.header_line < len(lines):
-        below = lines[form.header_line].lstrip().lstrip(_COMMENT).strip("\n")
-        cells = _cells(below, form.separator)[: len(names)]
+        cells = _named(lines[form.header_line], form.separator)[: len(names)]
         wordy = not any(_is_number(cell, form.decimal) for cell in cells)
         if len(cells) == len(names) and wordy and all(_UNIT.fullmatch(cell) for cell in cells):
             units = [cell.strip("[]() ") for cell in cells]
