@@ -9,6 +9,7 @@ import re
 import sys
 import zipfile
 from collections.abc import Callable
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -226,6 +227,12 @@ BAD_MAPS = {
     "an endless unit": ("unit: mm", "unit: .inf", "channels.lengths: unit inf is not above 0"),
     "a unit of time of nothing": ("unit: ms", "unit: 0.0", "time: unit 0 is not above 0"),
     "unit of time": ("unit: ms", "unit: mm", "unit 'mm' is not one of s, ms"),
+    "a part of another kind": (
+        "unit: ms",
+        "unit: s, plus: {column: n, unit: mm}",
+        "time.plus.unit: unit 'mm' is not one of s, ms",
+    ),
+    "a part of no column": ("unit: ms", "plus: {column: '', unit: ns}", "time.plus.column"),
     "time and rate": ("unit: ms", "rate_Hz: 10", "give either a column or rate_Hz"),
     "another format": ("map-1", "map-9", r"map.yaml:1:9: format"),
     "no map": (MAP, "- 1\n", "a mapping file is a map; see docs/your-log.md"),
@@ -346,6 +353,86 @@ def test_no_map_is_proposed_for_cells_that_cannot_be_read(
     assert ran.code == 2
     assert re.search(said, ran.stderr)
     assert not (tmp_path / "map.yaml").exists()
+
+
+def with_times(log: cdprcal.Log, path: Path, names: str, written: list[str]) -> Path:
+    """A canonical log whose times are written otherwise, semicolons between its cells."""
+    canonical(log, path, ("time_s", names))
+    header, *rows = path.read_text().replace(",", ";").splitlines()
+    rows = [f"{time};{row.partition(';')[2]}" for time, row in zip(written, rows, strict=True)]
+    path.write_text("\n".join([header, *rows, ""]))
+    return path
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        "%Y-%m-%dT%H:%M:%S.%f+02:00",
+        "%Y-%m-%d %H:%M:%S.%f +0200",
+        "%Y-%m-%d %H:%M:%S,%f-05",
+        "%Y-%m-%dT%H:%M:%S.%fZ",
+        "%d/%m/%Y %H:%M:%S.%f",
+        "%m/%d/%Y %I:%M:%S.%f %p",
+        "%d.%m.%Y %H:%M:%S,%f",
+        "%H:%M:%S.%f",
+        "%I:%M:%S.%f %p",
+    ],
+)
+def test_dates_and_times_of_day_pass_midnight(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, form: str
+) -> None:
+    begin, log = datetime(2026, 3, 1, 23, 59, 30), synthetic.log
+    stamps = [begin + timedelta(seconds=time) for time in log.time_s.tolist()]
+    written = [stamp.strftime(form) for stamp in stamps]
+    proposal = propose_file(with_times(log, tmp_path / "raw.csv", "stamp", written))
+    assert proposal.time.why == "dates or times of day"
+    (tmp_path / "map.yaml").write_text(proposal.text())
+    file = load_mapped(tmp_path / "raw.csv", tmp_path / "map.yaml", None)
+    assert file.findings == ()
+    np.testing.assert_allclose(file.log.time_s, log.time_s - log.time_s[0], atol=2e-5)
+
+
+def test_a_time_zone_that_changes_is_no_jump_and_a_clock_set_back_is_one(tmp_path: Path) -> None:
+    raw, the_map = tmp_path / "raw.csv", tmp_path / "map.yaml"
+    the_map.write_text(MAP.replace("unit: ms", "unit: s"))
+    for stamps, times in (
+        (("2026-10-25T02:59:59+02:00", "2026-10-25T02:00:00+01:00"), [0.0, 1.0]),
+        (("02:59:59", "02:00:00"), [0.0]),
+        (("22:00:00", "02:00:00"), [0.0, 4.0 * 3600.0]),
+        (("01:00:00", "14:00:00"), [0.0, 13.0 * 3600.0]),
+    ):
+        raw.write_text("t,a,b,c,d\n" + "".join(f"{stamp},1,2,3,4\n" for stamp in stamps))
+        np.testing.assert_allclose(load_mapped(raw, the_map, None).log.time_s, times, atol=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("names", "per_s"),
+    [
+        ("sec;nanosec", 1_000_000_000),
+        ("header.stamp.sec;header.stamp.nanosec", 1_000_000_000),
+        ("field.header.stamp.secs;field.header.stamp.nsecs", 1_000_000_000),
+        ("tv_sec;tv_usec", 1_000_000),
+    ],
+)
+def test_seconds_and_what_passed_since_are_one_time(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, names: str, per_s: int
+) -> None:
+    log = synthetic.log
+    ticks = [1_772_366_400 * per_s + round(per_s * time) for time in log.time_s.tolist()]
+    written = [f"{tick // per_s};{tick % per_s}" for tick in ticks]
+    raw = with_times(log, tmp_path / "raw.csv", names, written)
+    proposal = propose_file(raw)
+    assert (proposal.time.sure, proposal.time.columns) == ("sure", tuple(names.split(";")))
+    (tmp_path / "map.yaml").write_text(proposal.text())
+    found = load_mapped(raw, tmp_path / "map.yaml", None).log
+    np.testing.assert_allclose(found.time_s, log.time_s - log.time_s[0], atol=1e-5)
+
+
+def test_a_latency_is_no_part_of_the_time(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
+    whole = np.arange(len(synthetic.log)).tolist()
+    written = [f"{time};{time % 7}" for time in whole]
+    raw = with_times(synthetic.log, tmp_path / "raw.csv", "time_s;latency_ms", written)
+    assert propose_file(raw).time.columns == ("time_s",)
 
 
 @pytest.mark.parametrize("at_end", [",", ",,", ";", "\t", "\t\t", " ; "])

@@ -130,10 +130,15 @@ class _Rows:
             return np.arange(count) / time.rate_Hz
         if self._raw.kind == "bag":
             return self._stamps(time.column)
-        column = self._column(time.column, "time")
-        if column.is_clock:
-            return np.asarray(column.values - column.values[0])
-        scale = factor("s", time.unit)
+        time_s = self._since_first(time.column, time.unit)
+        if time.plus is not None:
+            time_s = time_s + self._since_first(time.plus.column, time.plus.unit)
+        return time_s
+
+    def _since_first(self, name: str, unit: str | float) -> Floats:
+        """How much later than at the first row a column is [s]."""
+        column = self._column(name, "time")
+        scale = 1.0 if column.is_clock else factor("s", unit)
         assert scale is not None  # the model saw to that
         return np.asarray(scale * (column.values - column.values[0]))
 

@@ -11,13 +11,14 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 from cdprcal._core import InputError
 from cdprcal.io.files import read_bytes, refuse_many_lines, shown_path
-from cdprcal.mapping.raw import Column, DelimitedForm, RawTable
+from cdprcal.mapping.raw import Column, DelimitedForm, Floats, RawTable
 from cdprcal.mapping.units import unit_named
 
 SEPARATORS = (";", "\t", ",", "|", " ")
@@ -26,7 +27,11 @@ _SAMPLED = 200  # lines are enough to tell a form by
 _COMMENT = "#%"
 _MARK = re.compile(rf"^\s*[{_COMMENT}]+\s*")
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
-_CLOCK = re.compile(r"(\d{1,4}[-./]\d{1,2}[-./]\d{1,4}[ T])?\d{1,2}:\d{2}:\d{2}([.,]\d+)?Z?")
+_CLOCK = re.compile(
+    r"((?P<day>\d{1,4}[-./]\d{1,2}[-./]\d{1,4})[ T])?"
+    r"(?P<h>\d{1,2}):(?P<min>\d{2}):(?P<s>\d{2}([.,]\d+)?)"
+    r" ?(?P<half>[AaPp][Mm])? ?(Z|UTC|GMT|(?P<zone>[-+]\d{2}(:?\d{2})?))?"
+)
 #: Cells, in small letters, that say that nothing was read; the last ones are C's and Excel's.
 _NO_READING = {"", "-", "--", "---", "?", "na", "n/a", "nan", "+nan", "-nan", "null", "nil", "none"}
 _NO_READING |= {"nan(ind)", "-nan(ind)", "-1.#ind", "1.#qnan", "#n/a"}
@@ -37,7 +42,8 @@ _THOUSANDS = {
     ",": re.compile(r"[-+]?\d{1,3}([.'\u2019 \u00a0\u202f]\d{3})+,\d+"),
 }
 _WITH_UNIT = re.compile(r"([-+]?[\d.,]+)\s*([^\W\d]+)")
-_DAYS = ("%Y-%m-%d", "%d.%m.%Y", "%Y/%m/%d", "%m/%d/%Y", "%d-%m-%Y")
+_DAYS = ("%Y-%m-%d", "%d.%m.%Y", "%Y/%m/%d", "%m/%d/%Y", "%d/%m/%Y", "%d-%m-%Y")
+_DAY_S = 86400.0
 _UNIT = re.compile(r"[\[(]?\s*[^\s\d\[\]();,]{0,6}(/[^\s\d\[\]();,]{1,4})?\s*[\])]?")
 
 
@@ -230,8 +236,7 @@ def _column(cells: Sequence[str], decimal: str, unit: str) -> Column:
             if not np.isinf(values).any():
                 return Column(values, unit=unit)
     is_clock = sum(bool(_CLOCK.fullmatch(cell)) for cell in cells) > len(cells) / 2
-    read = [_seconds(cell) if is_clock else _number(cell, decimal) for cell in cells]
-    values = np.array([np.nan if value is None else value for value in read])
+    values = _seconds(cells) if is_clock else _numbers(cells, decimal)
     for row, (cell, value) in enumerate(zip(cells, values.tolist(), strict=True)):
         if not math.isfinite(value) and cell.lower() not in _NO_READING:
             unread = (row, cell, _remedy(cell, decimal))
@@ -249,18 +254,55 @@ def _remedy(cell: str, decimal: str) -> str:
     return remedy
 
 
-def _seconds(cell: str) -> float | None:
-    """Of '2026-03-01 12:00:00.25', '01.03.2026 12:00:00,25' or '12:00:00.25'; None for others."""
-    if not _CLOCK.fullmatch(cell):
-        return None
-    day, _, clock = cell.rstrip("Z").replace("T", " ").rpartition(" ")
-    hours, minutes, seconds = clock.replace(",", ".").split(":")
-    since = 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds)
-    if not day:
-        return since
+def _numbers(cells: Sequence[str], decimal: str) -> Floats:
+    """The number in each cell, NaN for any other text."""
+    read = (_number(cell, decimal) for cell in cells)
+    return np.array([np.nan if value is None else value for value in read])
+
+
+def _seconds(cells: Sequence[str]) -> Floats:
+    """Seconds of '2026-03-01T12:00:00.25+02:00', '01.03.2026 12:00:00,25' or '12:00:00.25 PM', NaN
+    for other text; a time of day without a day goes on after midnight."""
+    found = [_CLOCK.fullmatch(cell) for cell in cells]
+    days = _days({clock["day"] for clock in found if clock and clock["day"]})
+    values = np.array([_of_clock(clock, days) if clock else np.nan for clock in found])
+    if not days:
+        there = np.isfinite(values)
+        # Back by more than half a day is the next day; by less, somebody set the clock.
+        passed = np.diff(values[there], prepend=values[there][:1]) < -_DAY_S / 2.0
+        values[there] += _DAY_S * np.cumsum(passed)
+    return values
+
+
+def _of_clock(clock: re.Match[str], days: dict[str, int]) -> float:
+    hours = int(clock["h"])
+    if clock["half"]:
+        hours = hours % 12 + 12 * (clock["half"].lower() == "pm")
+    since = 3600.0 * hours + 60.0 * int(clock["min"]) + float(clock["s"].replace(",", "."))
+    if clock["zone"]:
+        since -= _ahead_s(clock["zone"])
+    return since + (_DAY_S * days.get(clock["day"], np.nan) if clock["day"] else 0.0)
+
+
+@cache
+def _ahead_s(zone: str) -> float:
+    """Of '+02:00', '+0200' or '+02': by how much its clocks are ahead."""
+    ahead = datetime.strptime(zone.ljust(len("+0200"), "0"), "%z").utcoffset()
+    return ahead.total_seconds() if ahead else 0.0
+
+
+def _days(texts: set[str]) -> dict[str, int]:
+    """The number of each day; days and months stand where they are all days, and few apart."""
+    best: dict[str, int] = {}
     for pattern in _DAYS:
-        try:
-            return 86400.0 * datetime.strptime(day, pattern).toordinal() + since
-        except ValueError:
-            continue
-    return None
+        days = {}
+        for text in texts:
+            with suppress(ValueError):
+                days[text] = datetime.strptime(text, pattern).toordinal()
+        if (len(days), -_span(days)) > (len(best), -_span(best)):
+            best = days
+    return best
+
+
+def _span(days: dict[str, int]) -> int:
+    return max(days.values(), default=0) - min(days.values(), default=0)

@@ -22,7 +22,7 @@ from cdprcal.mapping.document import GROUPS, QUATERNIONS, Map, parse_map, quoted
 from cdprcal.mapping.raw import Floats, RawTable
 from cdprcal.mapping.read import read_raw
 from cdprcal.mapping.recognise import INERTIAL, WHOLE_LENGTHS, Name, taken_apart
-from cdprcal.mapping.units import UNITS, G
+from cdprcal.mapping.units import UNITS, G, unit_named
 from cdprcal.sensors import MOST_CABLES
 
 _AXES = ("roll", "pitch", "yaw")
@@ -38,6 +38,8 @@ _MOST_RATE = 2.0 * math.pi
 #: One explanation is better than another from here on [nat]: as everywhere in this project.
 _EVIDENCE = 3.0
 _RAW = 1e-9
+#: Between the units of a time that two columns hold.
+_PLUS = " + "
 
 
 @dataclass(frozen=True)
@@ -78,10 +80,13 @@ class Proposal:
         if self.rate_Hz is not None:
             out.append(f"time: {{rate_Hz: {self.rate_Hz:g}}}  # {self.time.sure}: {self.time.why}")
         else:
-            out.append(
-                f"time: {{column: {quoted(self.time.columns[0])}, unit: {quoted(self.time.unit)}}}"
-                f"  # {self.time.sure}: {self.time.why}"
+            units = str(self.time.unit).split(_PLUS)
+            first, *more = (
+                f"column: {quoted(column)}, unit: {quoted(unit)}"
+                for column, unit in zip(self.time.columns, units, strict=True)
             )
+            plus = f", plus: {{{more[0]}}}" if more else ""
+            out.append(f"time: {{{first}{plus}}}  # {self.time.sure}: {self.time.why}")
         out.append("channels:")
         for line in self.lines:
             sign = line.sign[0] if len(set(line.sign)) == 1 else list(line.sign)
@@ -177,6 +182,8 @@ def _time(raw: RawTable, names: dict[str, Name]) -> tuple[Line, float | None]:
     for key in rising:
         if raw.columns[key].is_clock:
             return Line("time", (key,), "s", (1,), "sure", "dates or times of day"), None
+    if parts := _parts_of_time(raw, names):
+        return parts, None
     named = [key for key in rising if names[key].kind == "time"]
     plain = [key for key in rising if key not in named and not names[key].kind]
     for key in (*named, *plain):
@@ -191,6 +198,24 @@ def _time(raw: RawTable, names: dict[str, Name]) -> tuple[Line, float | None]:
                 return Line("time", (key,), guess, (1,), "likely", why), None
     why = "no column rises as time does: correct the rate"
     return Line("time", (), "s", (1,), "guess", why), 100.0
+
+
+def _parts_of_time(raw: RawTable, names: dict[str, Name]) -> Line | None:
+    """Whole seconds and what passed since each began, as ROS writes its stamps."""
+    last = {key: re.split(r"[\W_]", key.rstrip(")] "))[-1] for key in names}
+    units = {key: unit_named(last[key]) for key, name in names.items() if name.kind in ("", "time")}
+    for whole, part in itertools.permutations(units, 2):
+        unit = units[part]
+        if unit not in ("ms", "us", "ns"):
+            continue
+        seconds, since_s = raw.columns[whole].values, UNITS["s"][unit] * raw.columns[part].values
+        in_one = np.all((since_s >= 0.0) & (since_s < 1.0) & (seconds == np.round(seconds)))
+        # Of other names only those that give every row its time: a latency [ms] does not.
+        alike = whole.removesuffix(last[whole]) == part.removesuffix(last[part])
+        if in_one and (alike or not _rises(seconds)) and _rises(seconds - seconds[0] + since_s):
+            why = f"whole seconds, and {unit} since each began"
+            return Line("time", (whole, part), f"s{_PLUS}{unit}", (1,) * 2, "sure", why)
+    return None
 
 
 def _rises(values: Floats) -> bool:

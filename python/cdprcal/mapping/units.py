@@ -40,32 +40,29 @@ UNITS: dict[str, dict[str, float]] = {
 }
 _ALIASES = {
     "sec": "s",
-    "seconds": "s",
     "second": "s",
     "sekunden": "s",
-    "msec": "ms",
     "millis": "ms",
-    "milliseconds": "ms",
+    "msec": "ms",
+    "millisecond": "ms",
+    "micros": "us",
+    "microsec": "us",
+    "usec": "us",
+    "microsecond": "us",
     "µs": "us",
     "μs": "us",
-    "usec": "us",
-    "micros": "us",
     "nsec": "ns",
     "nanosec": "ns",
+    "nanosecond": "ns",
     "metre": "m",
     "meter": "m",
-    "meters": "m",
-    "metres": "m",
     "µm": "um",
     "inch": "in",
     "°": "deg",
     "degree": "deg",
-    "degrees": "deg",
     "grad": "deg",  # German; the gradian is gon
     "radian": "rad",
-    "radians": "rad",
     "turn": "rev",
-    "turns": "rev",
     "m/s^2": "m/s2",
     "m/s²": "m/s2",
     "m/s/s": "m/s2",
@@ -95,7 +92,9 @@ def unit_named(text: str) -> str | None:
     plain = text.strip().strip("[]() ").strip()
     if plain in _EXACT:
         return plain
-    return _ALIASES.get(plain.lower()) or _PLAIN.get(plain.lower())
+    lower = plain.lower()
+    one = lower.removesuffix("s") if len(lower) > len("lbs") else lower  # meters → meter
+    return _ALIASES.get(lower) or _ALIASES.get(one) or _PLAIN.get(lower)
 
 
 def unit_at_end(text: str) -> tuple[str | None, str]:
