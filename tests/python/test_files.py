@@ -52,7 +52,7 @@ def test_a_packed_file_is_read_unpacked(
     assert np.array_equal(load_log(path).log.length_m, load_log(log_path).log.length_m)
     path.write_bytes(pack(content)[:-20])
     assert begins_with(path, 1 << 30, unpacked=True) == b""
-    with pytest.raises(InputError, match="packed: is packed, but not whole; pack it again"):
+    with pytest.raises(InputError, match="packed: is packed, but not whole; save it again"):
         load_log(path)
     path.write_bytes(pack(bytes(1 << 22)))
     with pytest.raises(InputError, match="packed: is over 1 MB"):

@@ -20,6 +20,7 @@ from cdprcal import sensors
 from cdprcal.io import load_log
 from cdprcal.mapping import load_mapped, parse_map, propose_file, read_raw
 from cdprcal.mapping.document import GROUPS, QUATERNIONS
+from cdprcal.mapping.marks import marks_in
 from cdprcal.mapping.recognise import taken_apart
 from cdprcal.mapping.units import UNITS, factor, unit_named
 from cdprcal.ros2 import save_bag
@@ -353,6 +354,54 @@ def test_no_map_is_proposed_for_cells_that_cannot_be_read(
     assert ran.code == 2
     assert re.search(said, ran.stderr)
     assert not (tmp_path / "map.yaml").exists()
+
+
+@pytest.mark.parametrize("mark", [-999, -9999, 9999, 65535])
+def test_marks_of_missing_readings_are_named_with_what_to_do(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path, mark: int
+) -> None:
+    raw, the_map = canonical(synthetic.log, tmp_path / "raw.csv"), tmp_path / "map.yaml"
+    header, *rows = (line.split(",") for line in raw.read_text().splitlines())
+    at = [header.index(name) for name in ("length_2_m", "tension_3_N", "roll_rad")]
+    for row in rows[3::7]:
+        for i in at:
+            row[i] = str(mark)
+    raw.write_text("\n".join([",".join(row) for row in [header, *rows]]) + "\n")
+    ran = cli("check", "irma4", raw, "--propose", the_map)
+    assert ran.code == 0, ran
+    assert re.search(rf"missing +likely +\[{mark}\] +length_2_m", ran.stdout)
+    found = load_mapped(raw, the_map, None)
+    assert found.findings == ()
+    there = np.isfinite(np.asarray(found.log.length_m))
+    assert there.sum(axis=0).tolist() == [len(rows), len(rows) - len(rows[3::7])] + [len(rows)] * 2
+    # Without the line, check and import say so.
+    the_map.write_text(re.sub("(?m)^missing.*\n", "", the_map.read_text()))
+    (finding,) = load_mapped(raw, the_map, None).findings
+    assert finding.message.startswith(f"{mark} stands {3 * len(rows[3::7])} times in length_2_m, ")
+    assert finding.remedy == f"write missing: [{mark}] into the mapping file"
+    for command in (["check", "irma4"], ["import", "-o", tmp_path / "run.csv"]):
+        ran = cli(*command, raw, "--map", the_map)
+        assert "seems to say that nothing was read" in " ".join((ran.stdout + ran.stderr).split())
+
+
+@pytest.mark.parametrize(
+    ("values", "marks"),
+    [
+        ([*range(100), -999, *range(100, 200), -999, -999, 200], {-999: 3}),
+        ([*range(100), -999, *range(100, 200), 9999, -999, 9999, 200], {-999: 2, 9999: 2}),
+        ([7.0] * 50 + [-999.0] + [7.0] * 20 + [-999.0], {-999: 2}),
+        ([*range(100), -999, *range(100, 200)], {}),  # once may be anything
+        ([*range(900, 1100), *range(1100, 900, -1)], {}),  # on its way
+        ([*range(900, 999), 999, 999, 999, *range(998, 900, -1)], {}),  # at its end
+        ([0.0, 5000.0] * 50 + [-999.0, 0.0, -999.0], {}),  # other steps are as large
+        ([1.0, -999.0, -999.0, 2.0], {}),  # too few to tell
+        ([*range(100), -1, *range(100, 200), -1], {}),  # nothing that people use so
+        ([math.nan] * 5 + [-999.0] * 5, {}),
+        ([math.nan] * 5, {}),
+    ],
+)
+def test_what_is_a_mark(values: list[float], marks: dict[int, int]) -> None:
+    assert marks_in(np.array(values, dtype=np.float64)) == marks
 
 
 def with_times(log: cdprcal.Log, path: Path, names: str, written: list[str]) -> Path:

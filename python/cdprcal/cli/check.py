@@ -108,7 +108,9 @@ def _propose(raw: str, robot: _core.Robot | None, output: str, shown_robot: str)
     proposal = propose_file(raw, robot)
     write_text(Path(output), proposal.text())
     out = answers()
-    lines = (proposal.time, *proposal.lines)
+    lines = [proposal.time, *proposal.lines]
+    if proposal.missing is not None:
+        lines.insert(1, proposal.missing)
     guesses = [line.name for line in lines if line.sure == "guess"]
     say(
         out,

@@ -68,7 +68,7 @@ def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
             with _unpacked(path) as stream:
                 data = b"".join(_blocks(stream, most))
     except _DAMAGE:
-        raise InputError(f"{shown}: is packed, but not whole; pack it again") from None
+        raise InputError(f"{shown}: is packed, but not whole; save it again") from None
     except OSError as error:
         raise InputError(f"{shown}: cannot be read: {reason(error)}") from None
     except InputError:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,7 @@ from cdprcal.io.files import begins_with, is_foreign, shown_path, shown_text
 from cdprcal.io.loaded import LogFile
 from cdprcal.io.log_file import load_run, refuse_repeated, require_cable_count
 from cdprcal.mapping.document import GROUPS, QUATERNIONS, Group, Map, load_map
+from cdprcal.mapping.marks import marks_in, without
 from cdprcal.mapping.raw import Column, DelimitedForm, Floats, RawTable
 from cdprcal.mapping.read import read_raw
 from cdprcal.mapping.units import factor
@@ -58,7 +59,8 @@ def apply_map(raw: RawTable, the_map: Map, source: str, robot: _core.Robot | Non
             arrays[sensor.field] = values
     log = Log(time_s=rows.time_s, source=shown_path(raw.path), **arrays)
     line = None if raw.line is None else raw.line[rows.kept]
-    return LogFile(raw.path, "mapped", log, tuple(rows.findings), line=line)
+    findings = (*rows.findings, *rows.marks())
+    return LogFile(raw.path, "mapped", log, findings, line=line)
 
 
 class _Rows:
@@ -67,6 +69,8 @@ class _Rows:
     def __init__(self, raw: RawTable, the_map: Map, source: str) -> None:
         self._raw = raw
         self._source = source
+        self._missing = the_map.missing
+        self._marked: dict[int, dict[str, int]] = {}  #: mark → column → how often
         self.findings: list[Finding] = []
         time_s = self._times(the_map)
         # Each time once, and in order: a clock that went back says so below.
@@ -105,9 +109,26 @@ class _Rows:
         if not name:
             return np.full(len(self.time_s), np.nan)
         column = self._column(name, "channels")
+        column = replace(column, values=without(column.values, self._missing))
+        for mark, count in marks_in(column.values).items():
+            self._marked.setdefault(mark, {})[name] = count
         if column.time_s is None:
             return column.values[self.kept]
         return _nearest(column, self.time_s)
+
+    def marks(self) -> list[Finding]:
+        """What stands in columns that were read and seems to be no reading."""
+        return [
+            Finding(
+                severity="warning",
+                code="missing_mark",
+                message=f"{mark} stands {sum(counts.values())} times in "
+                f"{shown_text(', '.join(counts), 100)}, far from all that is read beside it: it "
+                "seems to say that nothing was read",
+                remedy=f"write missing: [{mark}] into the mapping file",
+            )
+            for mark, counts in self._marked.items()
+        ]
 
     def _column(self, name: str, where: str) -> Column:
         columns = self._raw.columns

@@ -118,6 +118,9 @@ class Map(_Strict):
     run: Annotated[int, Field(ge=1)] | None = Field(
         default=None, description="Of records, which stretch of them; None: all."
     )
+    missing: list[float] = Field(
+        default=[], description="Numbers that say in any column that nothing was read."
+    )
     channels: dict[str, Group]
 
     @model_validator(mode="after")

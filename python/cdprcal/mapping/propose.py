@@ -19,6 +19,7 @@ from cdprcal._core import InputError
 from cdprcal.io.files import shown_path
 from cdprcal.mapping.apply import apply_map
 from cdprcal.mapping.document import GROUPS, QUATERNIONS, Map, parse_map, quoted
+from cdprcal.mapping.marks import marks_in, without
 from cdprcal.mapping.raw import Floats, RawTable
 from cdprcal.mapping.read import read_raw
 from cdprcal.mapping.recognise import INERTIAL, WHOLE_LENGTHS, Name, taken_apart
@@ -62,6 +63,7 @@ class Proposal:
     time: Line
     lines: tuple[Line, ...]
     rate_Hz: float | None = None
+    missing: Line | None = None  #: ``unit``: the numbers that say that nothing was read
 
     def text(self) -> str:
         """The mapping file, with a comment to each line."""
@@ -87,6 +89,9 @@ class Proposal:
             )
             plus = f", plus: {{{more[0]}}}" if more else ""
             out.append(f"time: {{{first}{plus}}}  # {self.time.sure}: {self.time.why}")
+        if self.missing is not None:
+            why = self.missing.why
+            out.append(f"missing: {self.missing.unit}  # {self.missing.sure}: {why}")
         out.append("channels:")
         for line in self.lines:
             sign = line.sign[0] if len(set(line.sign)) == 1 else list(line.sign)
@@ -111,6 +116,7 @@ class Proposal:
 
 def propose(raw: RawTable, robot: _core.Robot | None = None) -> Proposal:
     """What the columns of a raw file seem to be. Raises InputError when nothing is recognised."""
+    read, raw = raw, _without_marks(raw)
     names = {
         key: taken_apart(key, column.unit)
         for key, column in raw.columns.items()
@@ -139,8 +145,29 @@ def propose(raw: RawTable, robot: _core.Robot | None = None) -> Proposal:
     if raw.kind == "bag":
         time = replace(time, columns=(_topic(found[0].columns[0]),), why="the topic of the lengths")
     found = [_with_repeats(raw, line) for line in found]
-    proposal = Proposal(raw, time, tuple(found), rate_Hz)
+    proposal = Proposal(raw, time, tuple(found), rate_Hz, _missing(read, found))
     return proposal if robot is None else _with_signs(proposal, robot)
+
+
+def _without_marks(raw: RawTable) -> RawTable:
+    """As if cells were empty that seem to say that nothing was read."""
+    columns = {
+        key: replace(column, values=without(column.values, marks_in(column.values)))
+        for key, column in raw.columns.items()
+    }
+    return replace(raw, columns=columns)
+
+
+def _missing(raw: RawTable, lines: list[Line]) -> Line | None:
+    """The numbers that seem to say in these lines' columns that nothing was read."""
+    columns = [key for line in lines for key in line.columns if key]
+    counts = {key: found for key in columns if (found := marks_in(raw.columns[key].values))}
+    if not counts:
+        return None
+    marks = sorted({mark for found in counts.values() for mark in found})
+    times = sum(sum(found.values()) for found in counts.values())
+    why = f"{times} times, far from all that is read beside it"
+    return Line("missing", tuple(counts), str(marks), (), "likely", why)
 
 
 def _with_repeats(raw: RawTable, line: Line) -> Line:
