@@ -68,9 +68,18 @@ def test_a_file_of_another_kind_says_which_and_what_to_do(tmp_path: Path) -> Non
         files.writestr("run.csv", "time_s,length_1_m\n")
     np.save(array, np.eye(3))
     for content, said in (
-        (archive.getvalue(), r"run: is a ZIP archive, as .npz and .xlsx are; unpack it, or save"),
-        (array.getvalue(), r"run: is an array of NumPy; write it as text with numpy.savetxt$"),
-        (b"#ROSBAG V2.0\n", r"run: is a ROS 1 bag; turn it into a ROS 2 bag with rosbags-convert"),
+        (
+            archive.getvalue(),
+            r"run: cannot be read: is a ZIP archive, as .npz and .xlsx are; unpack it, or save",
+        ),
+        (
+            array.getvalue(),
+            r"run: cannot be read: is an array of NumPy; write it as text with numpy.savetxt$",
+        ),
+        (
+            b"#ROSBAG V2.0\n",
+            r"run: cannot be read: is a ROS 1 bag; turn it into a ROS 2 bag with rosbags-convert",
+        ),
     ):
         (tmp_path / "run").write_bytes(content)
         with pytest.raises(InputError, match=said):

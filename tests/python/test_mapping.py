@@ -513,7 +513,10 @@ def test_files_of_other_kinds_are_no_reason_for_a_map(
     for more in ([], ["--propose", tmp_path / "map.yaml"]):
         ran = cli("check", "irma4", tmp_path / "raw.zip", *more)
         assert ran.code == 2
-        assert "raw.zip: is a ZIP archive, as .npz and .xlsx are; unpack it" in ran.stderr
+        assert (
+            "raw.zip: cannot be read: is a ZIP archive, as .npz and .xlsx are; unpack it"
+            in ran.stderr
+        )
         assert "--propose map.yaml" not in ran.stderr
 
 

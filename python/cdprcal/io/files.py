@@ -37,12 +37,12 @@ _PACKED: dict[bytes, Callable[..., Any]] = {
 }
 #: How files begin that hold no log which could be read, what they are, and what to do.
 _FOREIGN = {
-    b"PK\3\4": "a ZIP archive, as .npz and .xlsx are; unpack it, or save what it holds as CSV",
-    b"\x93NUMPY": "an array of NumPy; write it as text with numpy.savetxt",
-    b"\xd0\xcf\x11\xe0": "an Excel workbook; save the sheet as CSV",
-    b"\x28\xb5\x2f\xfd": "packed by zstd; unpack it",
-    b"7z\xbc\xaf": "a 7z archive; unpack it",
-    b"#ROSBAG": "a ROS 1 bag; turn it into a ROS 2 bag with rosbags-convert",
+    b"PK\3\4": "is a ZIP archive, as .npz and .xlsx are; unpack it, or save what it holds as CSV",
+    b"\x93NUMPY": "is an array of NumPy; write it as text with numpy.savetxt",
+    b"\xd0\xcf\x11\xe0": "is an Excel workbook; save the sheet as CSV",
+    b"\x28\xb5\x2f\xfd": "is packed by zstd; unpack it",
+    b"7z\xbc\xaf": "is a 7z archive; unpack it",
+    b"#ROSBAG": "is a ROS 1 bag; turn it into a ROS 2 bag with rosbags-convert",
 }
 #: What unpacking a file that is cut or damaged ends with.
 _DAMAGE = (gzip.BadGzipFile, lzma.LZMAError, zlib.error, EOFError)
@@ -63,7 +63,7 @@ def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
             # What is read is allocated first; some files of the system do not know their size.
             data = b"" if size > most else stream.read(max(size, 1 << 16) + 1)
         if why := next((_FOREIGN[magic] for magic in _FOREIGN if data.startswith(magic)), ""):
-            raise InputError(f"{shown}: is {why}")
+            raise InputError(f"{shown}: cannot be read: {why}")
         if _opener(data) is not open:
             with _unpacked(path) as stream:
                 data = b"".join(_blocks(stream, most))
