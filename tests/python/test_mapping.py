@@ -404,6 +404,117 @@ def test_what_is_a_mark(values: list[float], marks: dict[int, int]) -> None:
     assert marks_in(np.array(values, dtype=np.float64)) == marks
 
 
+def scaled(
+    log: cdprcal.Log, path: Path, scale: dict[str, float], *renamed: tuple[str, str]
+) -> Path:
+    """As ``canonical``, columns that begin so in another unit: how many of it SI's one is."""
+    columns = [line.split(",") for line in canonical(log, path).read_text().splitlines()]
+    header = columns[0]
+    for i, name in enumerate(header):
+        if size := next((size for stem, size in scale.items() if name.startswith(stem)), None):
+            for row in columns[1:]:
+                row[i] = f"{size * float(row[i]):.6g}"
+        for pattern, other in renamed:
+            header[i] = re.sub(pattern, other, header[i])
+    path.write_text("\n".join(",".join(row) for row in columns) + "\n")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("stem", "written", "size", "unit"),
+    [
+        ("length", "dm", 10.0, "dm"),
+        ("length", "µm", 1e6, "um"),
+        ("tension", "cN", 100.0, "cN"),
+        ("tension", "dN", 10.0, "dN"),
+        ("tension", "kgf", 1.0 / 9.80665, "kgf"),
+        ("tension", "kg", 1.0 / 9.80665, "kgf"),
+        ("tension", "kp", 1.0 / 9.80665, "kgf"),
+        ("swivel", "mrad", 1e3, "mrad"),
+        ("swivel", "μrad", 1e6, "urad"),
+        ("swivel", "arcmin", 60.0 * math.degrees(1.0), "arcmin"),
+    ],
+)
+def test_a_unit_in_brackets_is_taken(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, stem: str, written: str, size: float, unit: str
+) -> None:
+    renamed = rf"^{stem}_(\d)_\w+$", rf"{stem} \1 [{written}]"
+    raw = scaled(synthetic.log, tmp_path / "raw.csv", {f"{stem}_": size}, renamed)
+    proposal = propose_file(raw)
+    line = next(line for line in proposal.lines if line.name == f"{stem}s")
+    assert (line.unit, line.sure) == (unit, "sure")
+    (tmp_path / "map.yaml").write_text(proposal.text())
+    found = load_mapped(raw, tmp_path / "map.yaml", None).log
+    field = {"length": "length_m", "tension": "tension_N", "swivel": "swivel_rad"}[stem]
+    np.testing.assert_allclose(
+        getattr(found, field), getattr(synthetic.log, field), rtol=1e-4, atol=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("stem", "written", "one"),
+    [
+        ("length", "counts", "m"),
+        ("length", "rev", "m"),
+        ("length", "encoder ticks", "m"),
+        ("tension", "mV/V", "N"),
+        ("tension", "%", "N"),
+        ("swivel", "LSB", "rad"),
+        ("swivel", "mm", "rad"),
+    ],
+)
+@pytest.mark.parametrize("below", [False, True])
+def test_a_unit_of_no_known_size_is_a_guess_and_says_so(
+    cli: Cli,
+    synthetic: cdprcal.SyntheticLog,
+    tmp_path: Path,
+    stem: str,
+    written: str,
+    one: str,
+    below: bool,
+) -> None:
+    name = rf"{stem} \1" + ("" if below else f" [{written}]")
+    raw = scaled(synthetic.log, tmp_path / "raw.csv", {}, (rf"^{stem}_(\d)_\w+$", name))
+    if below:
+        header, rest = raw.read_text().split("\n", 1)
+        units = [written if stem in name else "" for name in header.split(",")]
+        units = [unit or ("s" if i == 0 else "deg") for i, unit in enumerate(units)]
+        header = re.sub(r"_(m|N|s|rad)(?=,|$)", "", header)
+        raw.write_text(f"{header}\n{','.join(units)}\n{rest}")
+    ran = cli("check", "irma4", raw, "--propose", tmp_path / "map.yaml")
+    assert ran.code == 1
+    text = (tmp_path / "map.yaml").read_text()
+    line = next(line for line in text.splitlines() if line.startswith(f"  {stem}s:"))
+    assert "# guess: by name; " in line
+    assert f"in {written}, which is no known unit of it: give the {one} that one is" in line
+    assert "sign by the robot's physics" not in text  # of a wrong scale physics says nothing
+
+
+@pytest.mark.parametrize(("unit", "size"), [("kgf", 9.80665), ("daN", 10.0), ("lbf", 4.4482216)])
+def test_tensions_without_a_unit_are_weighed_by_physics(
+    synthetic: cdprcal.SyntheticLog, robot: cdprcal.Robot, tmp_path: Path, unit: str, size: float
+) -> None:
+    renamed = r"^tension_(\d)_N$", r"tension_\1"
+    raw = scaled(synthetic.log, tmp_path / "raw.csv", {"tension_": 1.0 / size}, renamed)
+    tensions = next(line for line in propose_file(raw, robot).lines if line.name == "tensions")
+    assert (tensions.unit, tensions.sure) == (unit, "likely")
+    # Without a robot nothing says it.
+    tensions = next(line for line in propose_file(raw).lines if line.name == "tensions")
+    assert (tensions.unit, tensions.sure) == ("N", "guess")
+    assert "nothing says the unit" in tensions.why
+
+
+def test_columns_of_several_units_are_a_guess(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    renamed = r"^length_1_m$", "length_1_mm"
+    raw = scaled(synthetic.log, tmp_path / "raw.csv", {"length_1": 1e3}, renamed)
+    lengths = next(line for line in propose_file(raw).lines if line.name == "lengths")
+    assert lengths.sure == "guess"
+    assert "in m and mm" in lengths.why
+    assert "convert the columns to one unit" in lengths.why
+
+
 def with_times(log: cdprcal.Log, path: Path, names: str, written: list[str]) -> Path:
     """A canonical log whose times are written otherwise, semicolons between its cells."""
     canonical(log, path, ("time_s", names))
@@ -659,6 +770,8 @@ def test_names_are_taken_apart(name: str, kind: str, index: str, unit: str | Non
 def test_the_groups_and_units_are_those_of_the_library() -> None:
     assert {group.field for group in GROUPS.values()} == set(sensors.LOG_GROUPS)
     assert {group.unit for group in GROUPS.values()} < set(UNITS)
+    page = (Path(__file__).resolve().parents[2] / "docs" / "your-log.md").read_text("utf-8")
+    assert all(f"`{' '.join(units)}`" in page for units in UNITS.values())
     for dimension, units in UNITS.items():
         assert units[dimension.replace("_s", "/s")] == 1.0
         assert all(factor(dimension, unit) == units[unit] for unit in units)

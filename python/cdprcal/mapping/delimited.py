@@ -158,7 +158,7 @@ def _header_line(lines: list[str], used: int, count: int, separator: str, decima
         if sum(_is_number(cell, decimal) for cell in cells) > count / 2:
             break
         # Below the names there may be units: those are no names.
-        if not names or not all(_UNIT.fullmatch(cell) for cell in cells):
+        if not names or not _are_units(cells):
             names = number
     return names
 
@@ -218,9 +218,15 @@ def _names(lines: list[str], form: DelimitedForm) -> tuple[list[str], list[str]]
     if form.header_line < len(lines):
         cells = _named(lines[form.header_line], form.separator)[: len(names)]
         wordy = not any(_is_number(cell, form.decimal) for cell in cells)
-        if len(cells) == len(names) and wordy and all(_UNIT.fullmatch(cell) for cell in cells):
+        if len(cells) == len(names) and wordy and _are_units(cells):
             units = [cell.strip("[]() ") for cell in cells]
     return names, units
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    """Whether cells below the names hold units: all short as such, or most of them known."""
+    known = sum(unit_named(cell) is not None for cell in cells)
+    return 2 * known > len(cells) or all(_UNIT.fullmatch(cell) for cell in cells)
 
 
 def _again(i: int) -> str:

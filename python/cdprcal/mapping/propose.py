@@ -38,6 +38,8 @@ _MOST_TILT = math.radians(60.0)
 _MOST_RATE = 2.0 * math.pi
 #: One explanation is better than another from here on [nat]: as everywhere in this project.
 _EVIDENCE = 3.0
+#: What all tensions together are of the platform's weight.
+_OF_WEIGHT = (0.5, 20.0)
 _RAW = 1e-9
 #: Between the units of a time that two columns hold.
 _PLUS = " + "
@@ -53,6 +55,8 @@ class Line:
     sign: tuple[int, ...]
     sure: str  #: 'sure', 'likely' or 'guess'
     why: str
+    rivals: tuple[str, ...] = ()  #: units that it may have as well
+    has_scale: bool = True  #: whether the unit may be right
 
 
 @dataclass(frozen=True)
@@ -384,7 +388,11 @@ def _by_place(
         values = np.stack([raw.columns[key].values for key in block], axis=1)
         total = float(np.nanmedian(np.abs(values).sum(axis=1)))
         positive = float(np.nanmin(values)) > 0.0
-        if "tensions" not in known and positive and 0.5 * weight_N < total < 20.0 * weight_N:
+        if (
+            "tensions" not in known
+            and positive
+            and _OF_WEIGHT[0] < total / weight_N < _OF_WEIGHT[1]
+        ):
             kind, why = "tensions", "its place, and a sum as the platform's weight"
         elif "lengths" not in known:
             kind, why = "lengths", "its place: the first block of one a cable"
@@ -455,16 +463,37 @@ def _with_unit(
         return line
     dimension = GROUPS[line.name].unit
     there = [key for key in line.columns if key]
-    written = {names[key].unit or "" for key in there} & set(UNITS[dimension])
-    if len(written) == 1:
+    written = {names[key].unit or names[key].unknown for key in there} - {""}
+    if dimension == "m_s2":
+        written = {"g" if unit == "gf" else unit for unit in written}
+    if len(written) == 1 and written < set(UNITS[dimension]):
         return replace(line, unit=written.pop(), why=f"{line.why}; unit as written")
     values = np.stack([raw.columns[key].values for key in there], axis=1)
-    unit, why = _unit_by_range(line.name, values, robot)
+    unit, why, has_scale, rivals = _unit_by_range(line.name, values, robot)
+    if written:
+        one = dimension.replace("_s", "/s")
+        remedy = (
+            f", which is no known unit of it: give the {one} that one is"
+            if len(written) == 1
+            else ": convert the columns to one unit"
+        )
+        why = f"in {' and '.join(sorted(written))}{remedy}"
+        has_scale, rivals = False, ()
     sure = "likely" if line.sure == "sure" else line.sure
-    return replace(line, unit=unit, sure=sure, why=f"{line.why}; {why}")
+    return replace(
+        line,
+        unit=unit,
+        sure=sure if has_scale else "guess",
+        why=f"{line.why}; {why}",
+        rivals=rivals,
+        has_scale=has_scale,
+    )
 
 
-def _unit_by_range(kind: str, values: Floats, robot: _core.Robot | None) -> tuple[str, str]:
+def _unit_by_range(
+    kind: str, values: Floats, robot: _core.Robot | None
+) -> tuple[str, str, bool, tuple[str, ...]]:
+    """A unit, why, whether it may be right, and which others may be as well."""
     dimension = GROUPS[kind].unit
     if dimension == "rad":
         tilt = values[:, :2] if kind == "attitude" else values
@@ -473,30 +502,37 @@ def _unit_by_range(kind: str, values: Floats, robot: _core.Robot | None) -> tupl
         steps = float(np.nanmedian(np.abs(np.diff(values, axis=0)).max(axis=1)))
         # What is small enough for both: samples of a degree's tenth are no tenth of a radian.
         unit = "deg" if most > limit or steps > math.radians(10.0) else "rad"
-        return unit, f"unit by range: up to {most:.3g}"
+        return unit, f"unit by range: up to {most:.3g}", True, ()
     if dimension == "N":
         total = float(np.nanmedian(np.abs(values).sum(axis=1)))
         if robot is None:
-            return "N", f"unit assumed: together {total:.3g}"
-        weight_N = robot.weight_N
+            return "N", f"nothing says the unit: together {total:.3g}; give it", False, ()
         # Cables that hang a platform carry somewhat more than its weight, never less.
-        unit = min(
-            ("N", "kN", "kgf", "lbf", "daN"),
-            key=lambda u: abs(math.log(max(total * UNITS["N"][u] / weight_N, _RAW) / 2.0)),
-        )
-        return unit, f"unit by the platform's weight: together {total:.3g}, {weight_N:.3g} N"
+        shares = {
+            u: total * UNITS["N"][u] / robot.weight_N for u in ("N", "kN", "kgf", "lbf", "daN")
+        }
+        unit = min(shares, key=lambda u: abs(math.log(max(shares[u], _RAW) / 2.0)))
+        least, most = _OF_WEIGHT
+        why = f"unit by the platform's weight: together {total:.3g}, {robot.weight_N:.3g} N"
+        fit = tuple(u for u, share in shares.items() if u != unit and least < share < most)
+        return unit, why, least < shares[unit] < most, fit
     if dimension == "m_s2":
         size = float(np.nanmedian(np.linalg.norm(values, axis=1)))
         units = UNITS[dimension]
         unit = min(units, key=lambda u: abs(math.log(max(size * units[u], _RAW) / G)))
-        return unit, f"unit by gravity: {size:.3g}"
+        return unit, f"unit by gravity: {size:.3g}", True, ()
     if dimension == "rad_s":
         most = float(np.nanmax(np.abs(values)))
-        return ("deg/s" if most > _MOST_RATE else "rad/s"), f"unit by range: up to {most:.3g}"
+        unit = "deg/s" if most > _MOST_RATE else "rad/s"
+        return unit, f"unit by range: up to {most:.3g}", True, ()
     travel = float(np.nanmax(np.nanmax(values, axis=0) - np.nanmin(values, axis=0)))
     size_m = 2.0 if robot is None else _size_m(robot)
     unit = min(("m", "mm", "cm"), key=lambda u: _off(travel * UNITS["m"][u] / size_m))
-    return unit, f"unit by range: {travel:.3g} of travel"
+    off = _off(travel * UNITS["m"][unit] / size_m)
+    why = f"unit by range: {travel:.3g} of travel"
+    if robot is not None and off > math.log(10.0):  # further than from one unit to the next
+        return unit, f"{why}, which fits no unit: give the m that one is", False, ()
+    return unit, why, True, ()
 
 
 def _size_m(robot: _core.Robot) -> float:
@@ -513,46 +549,63 @@ def _off(share: float) -> float:
 
 
 def _with_signs(proposal: Proposal, robot: _core.Robot) -> Proposal:
-    """Turns over what agrees better with the robot's physics so; says which it tried."""
+    """Turns over, and takes in other units, what agrees better with the robot's physics so; says
+    which it tried. Where nothing says how large a unit is, physics says nothing either."""
     names = {line.name for line in proposal.lines}
     if not {"lengths", "tensions"} & names:
         return proposal
-    best, cost = proposal, _cost(proposal, robot)
-    for what in _flips(proposal):
-        tried = _turned(proposal, what)
+    if unknown := {line.name for line in proposal.lines if not line.has_scale}:
+        return _guesses(proposal, "directions are not tried without it", unknown)
+    best, cost = proposal, math.inf
+    by_units: dict[tuple[str | float, ...], float] = {}
+    for lines in itertools.product(*map(_alternatives, proposal.lines)):
+        tried = replace(proposal, lines=lines)
         other = _cost(tried, robot)
-        if other < cost - _EVIDENCE:
+        units = tuple(line.unit for line in lines)
+        by_units[units] = min(other, by_units.get(units, math.inf))
+        if lines == proposal.lines or other < cost - _EVIDENCE:
             best, cost = tried, other
     if not math.isfinite(cost):
-        lines = tuple(
-            replace(line, sure="guess", why=f"{line.why}; no pose agrees with it")
-            for line in best.lines
-        )
-        return replace(best, lines=lines)
+        return _guesses(best, "no pose agrees with it")
+    taken = tuple(line.unit for line in best.lines)
+    for units, other in by_units.items():
+        if units != taken and other < cost + _EVIDENCE:
+            differ = {
+                line.name for line, u in zip(best.lines, units, strict=True) if u != line.unit
+            }
+            best = _guesses(best, "physics agrees with another unit as well", differ)
     return best
 
 
-def _flips(proposal: Proposal) -> list[dict[str, tuple[int, ...]]]:
-    """Signs to be tried beside those that stand: of lengths, swivels, roll and pitch, yaw."""
-    options: list[list[tuple[str, tuple[int, ...]]]] = []
-    for line in proposal.lines:
-        if line.name in ("lengths", "swivels"):
-            options.append([(line.name, line.sign), (line.name, tuple(-s for s in line.sign))])
-        elif line.name == "attitude" and line.unit not in QUATERNIONS:
-            turns = itertools.product((1, -1), repeat=3)
-            signs = [tuple(s * t for s, t in zip(line.sign, turn, strict=True)) for turn in turns]
-            options.append([(line.name, sign) for sign in signs])
-    return [dict(chosen) for chosen in itertools.product(*options)][1:]
-
-
-def _turned(proposal: Proposal, signs: dict[str, tuple[int, ...]]) -> Proposal:
+def _guesses(proposal: Proposal, why: str, names: set[str] | None = None) -> Proposal:
+    """Lines (of ``names``, or all) as mere guesses, and why."""
     lines = tuple(
-        replace(line, sign=signs[line.name], why=f"{line.why}; sign by the robot's physics")
-        if signs.get(line.name, line.sign) != line.sign
+        replace(line, sure="guess", why=f"{line.why}; {why}")
+        if names is None or line.name in names
         else line
         for line in proposal.lines
     )
     return replace(proposal, lines=lines)
+
+
+def _alternatives(line: Line) -> list[Line]:
+    """A line as it stands, then with other signs (of lengths, swivels, roll and pitch, yaw) and in
+    the other units that it may have."""
+    turns: list[tuple[int, ...]] = [(1,) * len(line.sign)]
+    if line.name in ("lengths", "swivels"):
+        turns.append((-1,) * len(line.sign))
+    elif line.name == "attitude" and line.unit not in QUATERNIONS:
+        turns = list(itertools.product((1, -1), repeat=3))
+    out = []
+    for unit, turn in itertools.product((line.unit, *line.rivals), turns):
+        sign = tuple(s * t for s, t in zip(line.sign, turn, strict=True))
+        why = line.why
+        if sign != line.sign:
+            why += "; sign by the robot's physics"
+        if unit != line.unit:
+            why += f"; but {unit} by the robot's physics"
+        out.append(replace(line, unit=unit, sign=sign, why=why))
+    return out
 
 
 def _cost(proposal: Proposal, robot: _core.Robot) -> float:

@@ -61,7 +61,8 @@ class Name:
     """A column's name taken apart.
 
     ``stem``: without what tells cables or axes apart; ``index``: that; ``unit``: None when the name
-    has none; ``kind``: what it seems to be, empty when no word says so.
+    has none; ``kind``: what it seems to be, empty when no word says so; ``unknown``: what stands
+    where units do and is none.
     """
 
     text: str
@@ -69,6 +70,7 @@ class Name:
     stem: str
     index: str
     unit: str | None
+    unknown: str = ""
 
 
 def taken_apart(text: str, given_unit: str = "") -> Name:
@@ -79,12 +81,14 @@ def taken_apart(text: str, given_unit: str = "") -> Name:
     unit = unit_named(given_unit) or (unit_named(bracket[1]) if bracket else None)
     if unit is None:
         unit, bare = unit_at_end(bare.rstrip())
+    written = given_unit or (bracket[1] if bracket else "")
+    unknown = written.strip() if unit is None and re.search(r"[^\W\d]|%", written) else ""
     words = [w for w in re.split(r"[^0-9A-Za-zÀ-ÿ]+", _CAMEL.sub("_", bare)) if w]
     numbers = [word for word in words if word.isdigit()]
     index = numbers[-1] if numbers else ""
     lower = [_singular(word.lower()) for word in words if not word.isdigit()]
     stem = "_".join("#" if word == index and index else word.lower() for word in words)
-    return Name(text, _kind(lower), stem, index, unit)
+    return Name(text, _kind(lower), stem, index, unit, unknown)
 
 
 def _singular(word: str) -> str:
