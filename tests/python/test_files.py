@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import bz2
+import gzip
+import io
+import lzma
 import os
 import socket
 import stat
+import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from cdprcal import InputError
+from cdprcal.io import load_log
 from cdprcal.io.files import (
     atomic_output,
     begins_with,
@@ -31,6 +39,51 @@ def test_a_file_may_be_as_large_as_is_allowed_and_no_larger(tmp_path: Path) -> N
     assert read_bytes(Path("/proc/self/status")).startswith(b"Name:")
     with pytest.raises(InputError, match="status: is over 10 bytes"):
         read_bytes(Path("/proc/self/status"), 10)
+
+
+@pytest.mark.parametrize("pack", [gzip.compress, lzma.compress, bz2.compress])
+def test_a_packed_file_is_read_unpacked(
+    tmp_path: Path, log_path: Path, pack: Callable[[bytes], bytes]
+) -> None:
+    path, content = tmp_path / "packed", log_path.read_bytes()
+    path.write_bytes(pack(content))
+    assert read_bytes(path) == content
+    assert begins_with(path, 6, unpacked=True) == content[:6]
+    assert np.array_equal(load_log(path).log.length_m, load_log(log_path).log.length_m)
+    path.write_bytes(pack(content)[:-20])
+    assert begins_with(path, 1 << 30, unpacked=True) == b""
+    with pytest.raises(InputError, match="packed: is packed, but not whole; save it again"):
+        load_log(path)
+    path.write_bytes(pack(bytes(1 << 22)))
+    with pytest.raises(InputError, match="packed: is over 1 MB"):
+        read_bytes(path, 1 << 20)
+    path.write_bytes(pack(b"\n" * 5_000_001))  # 200 bytes or so
+    with pytest.raises(InputError, match="packed: has over 5 million lines"):
+        load_log(path)
+
+
+def test_a_file_of_another_kind_says_which_and_what_to_do(tmp_path: Path) -> None:
+    archive, array = io.BytesIO(), io.BytesIO()
+    with zipfile.ZipFile(archive, "w") as files:
+        files.writestr("run.csv", "time_s,length_1_m\n")
+    np.save(array, np.eye(3))
+    for content, said in (
+        (
+            archive.getvalue(),
+            r"run: cannot be read: is a ZIP archive, as .npz and .xlsx are; unpack it, or save",
+        ),
+        (
+            array.getvalue(),
+            r"run: cannot be read: is an array of NumPy; write it as text with numpy.savetxt$",
+        ),
+        (
+            b"#ROSBAG V2.0\n",
+            r"run: cannot be read: is a ROS 1 bag; turn it into a ROS 2 bag with rosbags-convert",
+        ),
+    ):
+        (tmp_path / "run").write_bytes(content)
+        with pytest.raises(InputError, match=said):
+            load_log(tmp_path / "run")
 
 
 def test_a_pipe_is_written_to_only_where_somebody_reads(tmp_path: Path) -> None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import math
 import re
 import sys
+import zipfile
 from collections.abc import Callable
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +20,7 @@ from cdprcal import sensors
 from cdprcal.io import load_log
 from cdprcal.mapping import load_mapped, parse_map, propose_file, read_raw
 from cdprcal.mapping.document import GROUPS, QUATERNIONS
+from cdprcal.mapping.marks import marks_in
 from cdprcal.mapping.recognise import taken_apart
 from cdprcal.mapping.units import UNITS, factor, unit_named
 from cdprcal.ros2 import save_bag
@@ -130,6 +134,57 @@ def test_a_full_name_beats_an_alias(synthetic: cdprcal.SyntheticLog, tmp_path: P
     assert lines["attitude"].columns == ("roll_rad", "pitch_rad", "yaw_rad")
 
 
+@pytest.mark.parametrize("name", ["T{} [N]", "T{}", "x{} [N]", "forza_{}"])
+def test_numbered_forces_are_the_tensions(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, name: str
+) -> None:
+    renamed = (r"tension_(\d)_N", name.format(r"\1"))
+    raw = canonical(synthetic.log, tmp_path / "raw.csv", renamed)
+    proposal = propose_file(raw, cdprcal.load_robot("irma4"))
+    lines = {line.name: line for line in proposal.lines}
+    assert lines["tensions"].columns == tuple(name.format(i) for i in (1, 2, 3, 4))
+    assert lines["tensions"].unit == "N"
+    assert proposal.time.columns == ("time_s",)
+
+
+def test_a_column_twice_is_a_guess_and_what_is_not_used_is_said(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    renamed = ("roll_rad", "length_1_m"), ("pitch_rad", "spindle")
+    raw = canonical(synthetic.log, tmp_path / "raw.csv", *renamed)
+    ran = cli("check", "irma4", raw, "--propose", tmp_path / "map.yaml")
+    assert ran.code == 1
+    assert "to be corrected where wrong: lengths" in ran.stdout
+    assert "not used: length_1_m (column " in ran.stdout
+    assert "spindle" in ran.stdout
+    text = (tmp_path / "map.yaml").read_text()
+    assert "the file names length_1_m more than once, the first is taken" in text
+    assert '["length_1_m", "length_2_m", "length_3_m", "length_4_m"]' in text
+
+
+def test_an_array_of_angles_is_the_attitude(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    io = pytest.importorskip("scipy.io")
+    log, path = synthetic.log, tmp_path / "run.mat"
+    held = {"t": log.time_s, "L": log.length_m, "T": log.tension_N, "rpy": log.roll_pitch_yaw_rad}
+    io.savemat(path, {key: np.array(values) for key, values in held.items()})
+    lines = {line.name: line for line in propose_file(path).lines}
+    assert lines["attitude"].columns == ("rpy.1", "rpy.2", "rpy.3")
+    assert lines["tensions"].columns == ("T.1", "T.2", "T.3", "T.4")
+
+
+def test_a_bag_that_was_exported_is_proposed_whole(
+    synthetic: cdprcal.SyntheticLog, robot: cdprcal.Robot, tmp_path: Path
+) -> None:
+    save_bag(synthetic.log, tmp_path / "bag", robot.euler_convention)
+    lines = {line.name: line for line in propose_file(tmp_path / "bag", robot).lines}
+    assert {"lengths", "swivels", "tensions", "attitude"} <= set(lines)
+    assert lines["lengths"].columns[0] == "/joint_states.position.cable_1"
+    assert lines["swivels"].columns[0] == "/joint_states.position.swivel_1"
+    assert lines["tensions"].columns[0] == "/joint_states.effort.cable_1"
+
+
 @pytest.mark.parametrize("command", ["check", "calibrate", "diagnose"])
 def test_other_columns_are_answered_by_the_way_to_a_map(
     cli: Cli, synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path, command: str
@@ -173,6 +228,12 @@ BAD_MAPS = {
     "an endless unit": ("unit: mm", "unit: .inf", "channels.lengths: unit inf is not above 0"),
     "a unit of time of nothing": ("unit: ms", "unit: 0.0", "time: unit 0 is not above 0"),
     "unit of time": ("unit: ms", "unit: mm", "unit 'mm' is not one of s, ms"),
+    "a part of another kind": (
+        "unit: ms",
+        "unit: s, plus: {column: n, unit: mm}",
+        "time.plus.unit: unit 'mm' is not one of s, ms",
+    ),
+    "a part of no column": ("unit: ms", "plus: {column: '', unit: ns}", "time.plus.column"),
     "time and rate": ("unit: ms", "rate_Hz: 10", "give either a column or rate_Hz"),
     "another format": ("map-1", "map-9", r"map.yaml:1:9: format"),
     "no map": (MAP, "- 1\n", "a mapping file is a map; see docs/your-log.md"),
@@ -293,6 +354,281 @@ def test_no_map_is_proposed_for_cells_that_cannot_be_read(
     assert ran.code == 2
     assert re.search(said, ran.stderr)
     assert not (tmp_path / "map.yaml").exists()
+
+
+@pytest.mark.parametrize("mark", [-999, -9999, 9999, 65535])
+def test_marks_of_missing_readings_are_named_with_what_to_do(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path, mark: int
+) -> None:
+    raw, the_map = canonical(synthetic.log, tmp_path / "raw.csv"), tmp_path / "map.yaml"
+    header, *rows = (line.split(",") for line in raw.read_text().splitlines())
+    at = [header.index(name) for name in ("length_2_m", "tension_3_N", "roll_rad")]
+    for row in rows[3::7]:
+        for i in at:
+            row[i] = str(mark)
+    raw.write_text("\n".join([",".join(row) for row in [header, *rows]]) + "\n")
+    ran = cli("check", "irma4", raw, "--propose", the_map)
+    assert ran.code == 0, ran
+    assert re.search(rf"missing +likely +\[{mark}\] +length_2_m", ran.stdout)
+    found = load_mapped(raw, the_map, None)
+    assert found.findings == ()
+    there = np.isfinite(np.asarray(found.log.length_m))
+    assert there.sum(axis=0).tolist() == [len(rows), len(rows) - len(rows[3::7])] + [len(rows)] * 2
+    # Without the line, check and import say so.
+    the_map.write_text(re.sub("(?m)^missing.*\n", "", the_map.read_text()))
+    (finding,) = load_mapped(raw, the_map, None).findings
+    assert finding.message.startswith(f"{mark} stands {3 * len(rows[3::7])} times in length_2_m, ")
+    assert finding.remedy == f"write missing: [{mark}] into the mapping file"
+    for command in (["check", "irma4"], ["import", "-o", tmp_path / "run.csv"]):
+        ran = cli(*command, raw, "--map", the_map)
+        assert "seems to say that nothing was read" in " ".join((ran.stdout + ran.stderr).split())
+
+
+@pytest.mark.parametrize(
+    ("values", "marks"),
+    [
+        ([*range(100), -999, *range(100, 200), -999, -999, 200], {-999: 3}),
+        ([*range(100), -999, *range(100, 200), 9999, -999, 9999, 200], {-999: 2, 9999: 2}),
+        ([7.0] * 50 + [-999.0] + [7.0] * 20 + [-999.0], {-999: 2}),
+        ([*range(100), -999, *range(100, 200)], {}),  # once may be anything
+        ([*range(900, 1100), *range(1100, 900, -1)], {}),  # on its way
+        ([*range(900, 999), 999, 999, 999, *range(998, 900, -1)], {}),  # at its end
+        ([0.0, 5000.0] * 50 + [-999.0, 0.0, -999.0], {}),  # other steps are as large
+        ([1.0, -999.0, -999.0, 2.0], {}),  # too few to tell
+        ([*range(100), -1, *range(100, 200), -1], {}),  # nothing that people use so
+        ([math.nan] * 5 + [-999.0] * 5, {}),
+        ([math.nan] * 5, {}),
+    ],
+)
+def test_what_is_a_mark(values: list[float], marks: dict[int, int]) -> None:
+    assert marks_in(np.array(values, dtype=np.float64)) == marks
+
+
+def scaled(
+    log: cdprcal.Log, path: Path, scale: dict[str, float], *renamed: tuple[str, str]
+) -> Path:
+    """As ``canonical``, columns that begin so in another unit: how many of it SI's one is."""
+    columns = [line.split(",") for line in canonical(log, path).read_text().splitlines()]
+    header = columns[0]
+    for i, name in enumerate(header):
+        if size := next((size for stem, size in scale.items() if name.startswith(stem)), None):
+            for row in columns[1:]:
+                row[i] = f"{size * float(row[i]):.6g}"
+        for pattern, other in renamed:
+            header[i] = re.sub(pattern, other, header[i])
+    path.write_text("\n".join(",".join(row) for row in columns) + "\n")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("stem", "written", "size", "unit"),
+    [
+        ("length", "dm", 10.0, "dm"),
+        ("length", "µm", 1e6, "um"),
+        ("tension", "cN", 100.0, "cN"),
+        ("tension", "dN", 10.0, "dN"),
+        ("tension", "kgf", 1.0 / 9.80665, "kgf"),
+        ("tension", "kg", 1.0 / 9.80665, "kgf"),
+        ("tension", "kp", 1.0 / 9.80665, "kgf"),
+        ("swivel", "mrad", 1e3, "mrad"),
+        ("swivel", "μrad", 1e6, "urad"),
+        ("swivel", "arcmin", 60.0 * math.degrees(1.0), "arcmin"),
+    ],
+)
+def test_a_unit_in_brackets_is_taken(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, stem: str, written: str, size: float, unit: str
+) -> None:
+    renamed = rf"^{stem}_(\d)_\w+$", rf"{stem} \1 [{written}]"
+    raw = scaled(synthetic.log, tmp_path / "raw.csv", {f"{stem}_": size}, renamed)
+    proposal = propose_file(raw)
+    line = next(line for line in proposal.lines if line.name == f"{stem}s")
+    assert (line.unit, line.sure) == (unit, "sure")
+    (tmp_path / "map.yaml").write_text(proposal.text())
+    found = load_mapped(raw, tmp_path / "map.yaml", None).log
+    field = {"length": "length_m", "tension": "tension_N", "swivel": "swivel_rad"}[stem]
+    np.testing.assert_allclose(
+        getattr(found, field), getattr(synthetic.log, field), rtol=1e-4, atol=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("stem", "written", "one"),
+    [
+        ("length", "counts", "m"),
+        ("length", "rev", "m"),
+        ("length", "encoder ticks", "m"),
+        ("tension", "mV/V", "N"),
+        ("tension", "%", "N"),
+        ("swivel", "LSB", "rad"),
+        ("swivel", "mm", "rad"),
+    ],
+)
+@pytest.mark.parametrize("below", [False, True])
+def test_a_unit_of_no_known_size_is_a_guess_and_says_so(
+    cli: Cli,
+    synthetic: cdprcal.SyntheticLog,
+    tmp_path: Path,
+    stem: str,
+    written: str,
+    one: str,
+    below: bool,
+) -> None:
+    name = rf"{stem} \1" + ("" if below else f" [{written}]")
+    raw = scaled(synthetic.log, tmp_path / "raw.csv", {}, (rf"^{stem}_(\d)_\w+$", name))
+    if below:
+        header, rest = raw.read_text().split("\n", 1)
+        units = [written if stem in name else "" for name in header.split(",")]
+        units = [unit or ("s" if i == 0 else "deg") for i, unit in enumerate(units)]
+        header = re.sub(r"_(m|N|s|rad)(?=,|$)", "", header)
+        raw.write_text(f"{header}\n{','.join(units)}\n{rest}")
+    ran = cli("check", "irma4", raw, "--propose", tmp_path / "map.yaml")
+    assert ran.code == 1
+    text = (tmp_path / "map.yaml").read_text()
+    line = next(line for line in text.splitlines() if line.startswith(f"  {stem}s:"))
+    assert "# guess: by name; " in line
+    assert f"in {written}, which is no known unit of it: give the {one} that one is" in line
+    assert "sign by the robot's physics" not in text  # of a wrong scale physics says nothing
+
+
+@pytest.mark.parametrize(("unit", "size"), [("kgf", 9.80665), ("daN", 10.0), ("lbf", 4.4482216)])
+def test_tensions_without_a_unit_are_weighed_by_physics(
+    synthetic: cdprcal.SyntheticLog, robot: cdprcal.Robot, tmp_path: Path, unit: str, size: float
+) -> None:
+    renamed = r"^tension_(\d)_N$", r"tension_\1"
+    raw = scaled(synthetic.log, tmp_path / "raw.csv", {"tension_": 1.0 / size}, renamed)
+    tensions = next(line for line in propose_file(raw, robot).lines if line.name == "tensions")
+    assert (tensions.unit, tensions.sure) == (unit, "likely")
+    # Without a robot nothing says it.
+    tensions = next(line for line in propose_file(raw).lines if line.name == "tensions")
+    assert (tensions.unit, tensions.sure) == ("N", "guess")
+    assert "nothing says the unit" in tensions.why
+
+
+def test_columns_of_several_units_are_a_guess(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    renamed = r"^length_1_m$", "length_1_mm"
+    raw = scaled(synthetic.log, tmp_path / "raw.csv", {"length_1": 1e3}, renamed)
+    lengths = next(line for line in propose_file(raw).lines if line.name == "lengths")
+    assert lengths.sure == "guess"
+    assert "in m and mm" in lengths.why
+    assert "convert the columns to one unit" in lengths.why
+
+
+def with_times(log: cdprcal.Log, path: Path, names: str, written: list[str]) -> Path:
+    """A canonical log whose times are written otherwise, semicolons between its cells."""
+    canonical(log, path, ("time_s", names))
+    header, *rows = path.read_text().replace(",", ";").splitlines()
+    rows = [f"{time};{row.partition(';')[2]}" for time, row in zip(written, rows, strict=True)]
+    path.write_text("\n".join([header, *rows, ""]))
+    return path
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        "%Y-%m-%dT%H:%M:%S.%f+02:00",
+        "%Y-%m-%d %H:%M:%S.%f +0200",
+        "%Y-%m-%d %H:%M:%S,%f-05",
+        "%Y-%m-%dT%H:%M:%S.%fZ",
+        "%d/%m/%Y %H:%M:%S.%f",
+        "%m/%d/%Y %I:%M:%S.%f %p",
+        "%d.%m.%Y %H:%M:%S,%f",
+        "%H:%M:%S.%f",
+        "%I:%M:%S.%f %p",
+    ],
+)
+def test_dates_and_times_of_day_pass_midnight(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, form: str
+) -> None:
+    begin, log = datetime(2026, 3, 1, 23, 59, 30), synthetic.log
+    stamps = [begin + timedelta(seconds=time) for time in log.time_s.tolist()]
+    written = [stamp.strftime(form) for stamp in stamps]
+    proposal = propose_file(with_times(log, tmp_path / "raw.csv", "stamp", written))
+    assert proposal.time.why == "dates or times of day"
+    (tmp_path / "map.yaml").write_text(proposal.text())
+    file = load_mapped(tmp_path / "raw.csv", tmp_path / "map.yaml", None)
+    assert file.findings == ()
+    np.testing.assert_allclose(file.log.time_s, log.time_s - log.time_s[0], atol=2e-5)
+
+
+def test_a_time_zone_that_changes_is_no_jump_and_a_clock_set_back_is_one(tmp_path: Path) -> None:
+    raw, the_map = tmp_path / "raw.csv", tmp_path / "map.yaml"
+    the_map.write_text(MAP.replace("unit: ms", "unit: s"))
+    for stamps, times in (
+        (("2026-10-25T02:59:59+02:00", "2026-10-25T02:00:00+01:00"), [0.0, 1.0]),
+        (("02:59:59", "02:00:00"), [0.0]),
+        (("22:00:00", "02:00:00"), [0.0, 4.0 * 3600.0]),
+        (("01:00:00", "14:00:00"), [0.0, 13.0 * 3600.0]),
+    ):
+        raw.write_text("t,a,b,c,d\n" + "".join(f"{stamp},1,2,3,4\n" for stamp in stamps))
+        np.testing.assert_allclose(load_mapped(raw, the_map, None).log.time_s, times, atol=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("names", "per_s"),
+    [
+        ("sec;nanosec", 1_000_000_000),
+        ("header.stamp.sec;header.stamp.nanosec", 1_000_000_000),
+        ("field.header.stamp.secs;field.header.stamp.nsecs", 1_000_000_000),
+        ("tv_sec;tv_usec", 1_000_000),
+    ],
+)
+def test_seconds_and_what_passed_since_are_one_time(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, names: str, per_s: int
+) -> None:
+    log = synthetic.log
+    ticks = [1_772_366_400 * per_s + round(per_s * time) for time in log.time_s.tolist()]
+    written = [f"{tick // per_s};{tick % per_s}" for tick in ticks]
+    raw = with_times(log, tmp_path / "raw.csv", names, written)
+    proposal = propose_file(raw)
+    assert (proposal.time.sure, proposal.time.columns) == ("sure", tuple(names.split(";")))
+    (tmp_path / "map.yaml").write_text(proposal.text())
+    found = load_mapped(raw, tmp_path / "map.yaml", None).log
+    np.testing.assert_allclose(found.time_s, log.time_s - log.time_s[0], atol=1e-5)
+
+
+def test_a_latency_is_no_part_of_the_time(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
+    whole = np.arange(len(synthetic.log)).tolist()
+    written = [f"{time};{time % 7}" for time in whole]
+    raw = with_times(synthetic.log, tmp_path / "raw.csv", "time_s;latency_ms", written)
+    assert propose_file(raw).time.columns == ("time_s",)
+
+
+@pytest.mark.parametrize("at_end", [",", ",,", ";", "\t", "\t\t", " ; "])
+@pytest.mark.parametrize("of", ["all", "header", "rows"])
+def test_separators_at_the_end_of_lines_make_no_column(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, at_end: str, of: str
+) -> None:
+    raw = canonical(synthetic.log, tmp_path / "raw.csv")
+    header, *rows = raw.read_text().replace(",", at_end.strip(" ")[0]).splitlines()
+    header += at_end if of != "rows" else ""
+    rows = [row + at_end if of != "header" else row for row in rows]
+    raw.write_text("\n".join([header, *rows, ""]))
+    proposal = propose_file(raw)
+    assert {"lengths", "swivels", "tensions", "attitude"} <= {line.name for line in proposal.lines}
+    assert proposal.unused() == []
+
+
+def test_files_of_other_kinds_are_no_reason_for_a_map(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    raw, packed = german_excel(synthetic.log, tmp_path), tmp_path / "raw.csv.gz"
+    packed.write_bytes(gzip.compress(raw.read_bytes()))
+    assert "--propose map.yaml writes one" in cli("check", "irma4", packed).stderr
+    assert cli("check", "irma4", packed, "--propose", tmp_path / "map.yaml").code == 0
+    ran = cli("check", "irma4", packed, "--map", tmp_path / "map.yaml")
+    assert "can be used" in ran.stdout
+    with zipfile.ZipFile(tmp_path / "raw.zip", "w") as files:
+        files.write(raw)
+    for more in ([], ["--propose", tmp_path / "map.yaml"]):
+        ran = cli("check", "irma4", tmp_path / "raw.zip", *more)
+        assert ran.code == 2
+        assert (
+            "raw.zip: cannot be read: is a ZIP archive, as .npz and .xlsx are; unpack it"
+            in ran.stderr
+        )
+        assert "--propose map.yaml" not in ran.stderr
 
 
 def test_a_misspelt_topic_is_answered_by_those_there_are(
@@ -434,6 +770,8 @@ def test_names_are_taken_apart(name: str, kind: str, index: str, unit: str | Non
 def test_the_groups_and_units_are_those_of_the_library() -> None:
     assert {group.field for group in GROUPS.values()} == set(sensors.LOG_GROUPS)
     assert {group.unit for group in GROUPS.values()} < set(UNITS)
+    page = (Path(__file__).resolve().parents[2] / "docs" / "your-log.md").read_text("utf-8")
+    assert all(f"`{' '.join(units)}`" in page for units in UNITS.values())
     for dimension, units in UNITS.items():
         assert units[dimension.replace("_s", "/s")] == 1.0
         assert all(factor(dimension, unit) == units[unit] for unit in units)

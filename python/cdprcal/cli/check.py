@@ -101,14 +101,16 @@ def command(
 
 def _propose(raw: str, robot: _core.Robot | None, output: str, shown_robot: str) -> int:
     """Writes a mapping file, says how sure it is; the exit code."""
-    from cdprcal.io.files import write_text
+    from cdprcal.io.files import shown_text, write_text
     from cdprcal.mapping import propose_file
     from cdprcal.terminal import Table, answers, as_typed, counted, say
 
     proposal = propose_file(raw, robot)
     write_text(Path(output), proposal.text())
     out = answers()
-    lines = (proposal.time, *proposal.lines)
+    lines = [proposal.time, *proposal.lines]
+    if proposal.missing is not None:
+        lines.insert(1, proposal.missing)
     guesses = [line.name for line in lines if line.sure == "guess"]
     say(
         out,
@@ -128,5 +130,7 @@ def _propose(raw: str, robot: _core.Robot | None, output: str, shown_robot: str)
             line.why,
         )
     out.print(table)
+    if spare := proposal.unused():
+        say(out, f"not used: {', '.join(shown_text(name) for name in spare)}")
     say(out, f"next: {as_typed('check', shown_robot, raw, '--map', output)}")
     return UNTRUSTED if guesses else DONE

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import bz2
 import errno
+import gzip
+import lzma
 import os
 import shutil
 import stat
 import tempfile
-from collections.abc import Iterator, Mapping
+import zlib
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO, cast
 
 from cdprcal._core import InputError
 
@@ -25,10 +29,28 @@ _KINDS = (
     (stat.S_ISBLK, "is a device; give the path of a file"),
     (stat.S_ISSOCK, "is a socket; give the path of a file"),
 )
+#: How a file begins that holds another one, packed → what unpacks it while it is read.
+_PACKED: dict[bytes, Callable[..., Any]] = {
+    b"\x1f\x8b": gzip.open,
+    b"\xfd7zXZ\0": lzma.open,
+    b"BZh": bz2.open,
+}
+#: How files begin that hold no log which could be read, what they are, and what to do.
+_FOREIGN = {
+    b"PK\3\4": "is a ZIP archive, as .npz and .xlsx are; unpack it, or save what it holds as CSV",
+    b"\x93NUMPY": "is an array of NumPy; write it as text with numpy.savetxt",
+    b"\xd0\xcf\x11\xe0": "is an Excel workbook; save the sheet as CSV",
+    b"\x28\xb5\x2f\xfd": "is packed by zstd; unpack it",
+    b"7z\xbc\xaf": "is a 7z archive; unpack it",
+    b"#ROSBAG": "is a ROS 1 bag; turn it into a ROS 2 bag with rosbags-convert",
+}
+#: What unpacking a file that is cut or damaged ends with.
+_DAMAGE = (gzip.BadGzipFile, lzma.LZMAError, zlib.error, EOFError)
 
 
 def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
-    """The file's content. Raises InputError naming the file when it cannot be read.
+    """The file's content, unpacked (gzip, xz, bzip2). Raises InputError naming the file when it
+    cannot be read.
 
     Also for what is no plain file, since that may never end, and for more than ``most`` bytes.
     """
@@ -40,6 +62,13 @@ def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
             size = os.fstat(stream.fileno()).st_size
             # What is read is allocated first; some files of the system do not know their size.
             data = b"" if size > most else stream.read(max(size, 1 << 16) + 1)
+        if why := next((_FOREIGN[magic] for magic in _FOREIGN if data.startswith(magic)), ""):
+            raise InputError(f"{shown}: cannot be read: {why}")
+        if _opener(data) is not open:
+            with _unpacked(path) as stream:
+                data = b"".join(_blocks(stream, most))
+    except _DAMAGE:
+        raise InputError(f"{shown}: is packed, but not whole; save it again") from None
     except OSError as error:
         raise InputError(f"{shown}: cannot be read: {reason(error)}") from None
     except InputError:
@@ -62,14 +91,16 @@ def refuse_many_lines(path: Path) -> None:
     """
     lines = 0
     try:
-        if not_a_file(path) or path.stat().st_size <= MOST_LINES:
+        if not_a_file(path):
             return
-        with path.open("rb") as stream:
-            while block := stream.read(1 << 20):
+        if path.stat().st_size <= MOST_LINES and _opener(begins_with(path, 8)) is open:
+            return
+        with _unpacked(path) as stream:
+            for block in _blocks(stream, MOST_BYTES):
                 lines += block.count(b"\n")
                 if lines > MOST_LINES:
                     break
-    except (OSError, ValueError):
+    except (OSError, ValueError, *_DAMAGE):
         return
     if lines > MOST_LINES:
         raise InputError(
@@ -84,15 +115,38 @@ def not_a_file(path: Path) -> str:
     return next((words for is_kind, words in _KINDS if is_kind(mode)), "")
 
 
-def begins_with(path: Path, count: int) -> bytes:
-    """The first bytes of a plain file; none when there is no such file or it cannot be read."""
+def begins_with(path: Path, count: int, *, unpacked: bool = False) -> bytes:
+    """The first bytes of a plain file, ``unpacked`` those of what it holds; none when there is no
+    such file or it cannot be read."""
     try:
         if not_a_file(path):
             return b""
-        with path.open("rb") as stream:
+        with _unpacked(path) if unpacked else path.open("rb") as stream:
             return stream.read(count)
-    except (OSError, ValueError):
+    except (OSError, ValueError, *_DAMAGE):
         return b""
+
+
+def is_foreign(head: bytes) -> bool:
+    """Whether a file that begins so is of a kind that nothing here reads."""
+    return head.startswith(tuple(_FOREIGN))
+
+
+def _opener(head: bytes) -> Callable[..., Any]:
+    """What opens a file that begins so and unpacks it."""
+    return next((opens for magic, opens in _PACKED.items() if head.startswith(magic)), open)
+
+
+def _unpacked(path: Path) -> BinaryIO:
+    """A file for reading what it holds."""
+    return cast(BinaryIO, _opener(begins_with(path, 8))(path, "rb"))
+
+
+def _blocks(stream: BinaryIO, most: int) -> Iterator[bytes]:
+    """What is left of a stream, up to somewhat more than ``most`` bytes."""
+    while most >= 0 and (block := stream.read(1 << 20)):
+        most -= len(block)
+        yield block
 
 
 def in_words(count: int) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +14,11 @@ from cdprcal import _core
 from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
 from cdprcal.hardware.xsens.measurement import rotation_from_quaternion
-from cdprcal.io.files import begins_with, shown_path, shown_text
+from cdprcal.io.files import begins_with, is_foreign, shown_path, shown_text
 from cdprcal.io.loaded import LogFile
 from cdprcal.io.log_file import load_run, refuse_repeated, require_cable_count
 from cdprcal.mapping.document import GROUPS, QUATERNIONS, Group, Map, load_map
+from cdprcal.mapping.marks import marks_in, without
 from cdprcal.mapping.raw import Column, DelimitedForm, Floats, RawTable
 from cdprcal.mapping.read import read_raw
 from cdprcal.mapping.units import factor
@@ -58,7 +59,8 @@ def apply_map(raw: RawTable, the_map: Map, source: str, robot: _core.Robot | Non
             arrays[sensor.field] = values
     log = Log(time_s=rows.time_s, source=shown_path(raw.path), **arrays)
     line = None if raw.line is None else raw.line[rows.kept]
-    return LogFile(raw.path, "mapped", log, tuple(rows.findings), line=line)
+    findings = (*rows.findings, *rows.marks())
+    return LogFile(raw.path, "mapped", log, findings, line=line)
 
 
 class _Rows:
@@ -67,6 +69,8 @@ class _Rows:
     def __init__(self, raw: RawTable, the_map: Map, source: str) -> None:
         self._raw = raw
         self._source = source
+        self._missing = the_map.missing
+        self._marked: dict[int, dict[str, int]] = {}  #: mark → column → how often
         self.findings: list[Finding] = []
         time_s = self._times(the_map)
         # Each time once, and in order: a clock that went back says so below.
@@ -105,9 +109,26 @@ class _Rows:
         if not name:
             return np.full(len(self.time_s), np.nan)
         column = self._column(name, "channels")
+        column = replace(column, values=without(column.values, self._missing))
+        for mark, count in marks_in(column.values).items():
+            self._marked.setdefault(mark, {})[name] = count
         if column.time_s is None:
             return column.values[self.kept]
         return _nearest(column, self.time_s)
+
+    def marks(self) -> list[Finding]:
+        """What stands in columns that were read and seems to be no reading."""
+        return [
+            Finding(
+                severity="warning",
+                code="missing_mark",
+                message=f"{mark} stands {sum(counts.values())} times in "
+                f"{shown_text(', '.join(counts), 100)}, far from all that is read beside it: it "
+                "seems to say that nothing was read",
+                remedy=f"write missing: [{mark}] into the mapping file",
+            )
+            for mark, counts in self._marked.items()
+        ]
 
     def _column(self, name: str, where: str) -> Column:
         columns = self._raw.columns
@@ -130,10 +151,15 @@ class _Rows:
             return np.arange(count) / time.rate_Hz
         if self._raw.kind == "bag":
             return self._stamps(time.column)
-        column = self._column(time.column, "time")
-        if column.is_clock:
-            return np.asarray(column.values - column.values[0])
-        scale = factor("s", time.unit)
+        time_s = self._since_first(time.column, time.unit)
+        if time.plus is not None:
+            time_s = time_s + self._since_first(time.plus.column, time.plus.unit)
+        return time_s
+
+    def _since_first(self, name: str, unit: str | float) -> Floats:
+        """How much later than at the first row a column is [s]."""
+        column = self._column(name, "time")
+        scale = 1.0 if column.is_clock else factor("s", unit)
         assert scale is not None  # the model saw to that
         return np.asarray(scale * (column.values - column.values[0]))
 
@@ -207,8 +233,9 @@ def map_offered(path: str | Path) -> Iterator[None]:
 
 
 def _is_foreign(path: Path) -> bool:
-    """A file whose first line that is no comment names no time_s, as logs do."""
-    lines = begins_with(path, 1 << 16).splitlines()
+    """A table whose first line that is no comment names no time_s, as logs do."""
+    head = begins_with(path, 1 << 16, unpacked=True)
+    lines = [] if is_foreign(head) else head.splitlines()
     header = next((line for line in lines if line.strip()[:1] not in (b"", b"#")), b"time_s")
     return b"time_s" not in [cell.strip() for cell in header.split(b",")]
 

@@ -9,22 +9,29 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 from datetime import datetime
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 from cdprcal._core import InputError
 from cdprcal.io.files import read_bytes, refuse_many_lines, shown_path
-from cdprcal.mapping.raw import Column, DelimitedForm, RawTable
+from cdprcal.mapping.raw import Column, DelimitedForm, Floats, RawTable
 from cdprcal.mapping.units import unit_named
 
 SEPARATORS = (";", "\t", ",", "|", " ")
 _MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 _SAMPLED = 200  # lines are enough to tell a form by
 _COMMENT = "#%"
+_MARK = re.compile(rf"^\s*[{_COMMENT}]+\s*")
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
-_CLOCK = re.compile(r"(\d{1,4}[-./]\d{1,2}[-./]\d{1,4}[ T])?\d{1,2}:\d{2}:\d{2}([.,]\d+)?Z?")
+_CLOCK = re.compile(
+    r"((?P<day>\d{1,4}[-./]\d{1,2}[-./]\d{1,4})[ T])?"
+    r"(?P<h>\d{1,2}):(?P<min>\d{2}):(?P<s>\d{2}([.,]\d+)?)"
+    r" ?(?P<half>[AaPp][Mm])? ?(Z|UTC|GMT|(?P<zone>[-+]\d{2}(:?\d{2})?))?"
+)
 #: Cells, in small letters, that say that nothing was read; the last ones are C's and Excel's.
 _NO_READING = {"", "-", "--", "---", "?", "na", "n/a", "nan", "+nan", "-nan", "null", "nil", "none"}
 _NO_READING |= {"nan(ind)", "-nan(ind)", "-1.#ind", "1.#qnan", "#n/a"}
@@ -35,7 +42,8 @@ _THOUSANDS = {
     ",": re.compile(r"[-+]?\d{1,3}([.'\u2019 \u00a0\u202f]\d{3})+,\d+"),
 }
 _WITH_UNIT = re.compile(r"([-+]?[\d.,]+)\s*([^\W\d]+)")
-_DAYS = ("%Y-%m-%d", "%d.%m.%Y", "%Y/%m/%d", "%m/%d/%Y", "%d-%m-%Y")
+_DAYS = ("%Y-%m-%d", "%d.%m.%Y", "%Y/%m/%d", "%m/%d/%Y", "%d/%m/%Y", "%d-%m-%Y")
+_DAY_S = 86400.0
 _UNIT = re.compile(r"[\[(]?\s*[^\s\d\[\]();,]{0,6}(/[^\s\d\[\]();,]{1,4})?\s*[\])]?")
 
 
@@ -76,6 +84,16 @@ def _cells(line: str, separator: str) -> list[str]:
     return [cell.strip() for cell in line.split(separator)]
 
 
+def _named(line: str, separator: str) -> list[str]:
+    """The cells of a line of names or units, be it a comment."""
+    return _cells(_MARK.sub("", line), separator)
+
+
+def _without_empty_end(cells: list[str]) -> list[str]:
+    """A separator at the end of a line makes no column."""
+    return cells[: max((i for i, cell in enumerate(cells, 1) if cell), default=0)]
+
+
 def _is_number(cell: str, decimal: str) -> bool:
     """Whether a cell tells rows from names, even if it cannot be read as it is."""
     return bool(
@@ -106,11 +124,12 @@ def _number(cell: str, decimal: str) -> float | None:
 def _form_of(lines: list[str], encoding: str) -> DelimitedForm | None:
     """The separator and decimal mark with which most lines are rows of as many numbers."""
     tail = [line for line in lines[-_SAMPLED:] if line.strip() and line.lstrip()[0] not in _COMMENT]
-    best: tuple[float, int, str, str] | None = None
+    best: tuple[float, int, int, str, str] | None = None
     for separator in SEPARATORS:
         rows = [_cells(line, separator) for line in tail]
         count = Counter(map(len, rows)).most_common(1)[0][0] if rows else 0
-        if count < 2:
+        used = max((len(_without_empty_end(row)) for row in rows if len(row) == count), default=0)
+        if used < 2:
             continue
         for decimal in (".", ",") if separator != "," else (".",):
             of_rows = [
@@ -120,26 +139,26 @@ def _form_of(lines: list[str], encoding: str) -> DelimitedForm | None:
             ]
             share = sum(of_rows) / len(rows)
             if share > 0.5 and (best is None or share > best[0] + 1e-9):
-                best = (share, count, separator, decimal)
+                best = (share, used, count, separator, decimal)
     if best is None:
         return None
-    _, count, separator, decimal = best
-    return DelimitedForm(
-        separator, decimal, _header_line(lines, count, separator, decimal), encoding
-    )
+    _, used, count, separator, decimal = best
+    header_line = _header_line(lines, used, count, separator, decimal)
+    return DelimitedForm(separator, decimal, header_line, encoding)
 
 
-def _header_line(lines: list[str], count: int, separator: str, decimal: str) -> int:
-    """The line of names above the first row of numbers, from 1; 0: there is none."""
+def _header_line(lines: list[str], used: int, count: int, separator: str, decimal: str) -> int:
+    """The line of names above the first row of numbers, from 1; 0: there is none. Rows have
+    ``count`` cells, of which the first ``used`` hold something."""
     names = 0
     for number, line in enumerate(lines, start=1):
-        cells = _cells(line.lstrip().lstrip(_COMMENT).strip(), separator)
-        if len(cells) != count:
+        cells = _named(line, separator)
+        if len(cells) < used or len(_without_empty_end(cells)) > count:
             continue
         if sum(_is_number(cell, decimal) for cell in cells) > count / 2:
             break
         # Below the names there may be units: those are no names.
-        if not names or not all(_UNIT.fullmatch(cell) for cell in cells):
+        if not names or not _are_units(cells):
             names = number
     return names
 
@@ -160,8 +179,8 @@ def _table(path: Path, name: str, lines: list[str], form: DelimitedForm) -> RawT
             names = [f"column_{i + 1}" for i in range(len(cells))]
         if not rows and not any(_is_number(cell, form.decimal) for cell in cells):
             continue  # units, or more words above the first row
-        if len(cells) == len(names) + 1 and not cells[-1]:
-            cells.pop()  # a separator at the end
+        if len(cells) > len(names):
+            cells[len(names) :] = _without_empty_end(cells[len(names) :])
         if len(cells) != len(names):
             if number == len(lines):
                 continue  # the last line was cut off
@@ -176,7 +195,11 @@ def _table(path: Path, name: str, lines: list[str], form: DelimitedForm) -> RawT
     columns = {}
     for i, column in enumerate(names):
         cells = [row[i] for row in rows]
-        columns[column] = _column(cells, form.decimal, units[i] if units else "")
+        first = column.removesuffix(_again(i))
+        columns[column] = replace(
+            _column(cells, form.decimal, units[i] if units else ""),
+            repeats=first if first != column and first in columns else "",
+        )
     return RawTable(path, "csv", columns, form, np.array(at, dtype=np.int64))
 
 
@@ -186,21 +209,29 @@ def _names(lines: list[str], form: DelimitedForm) -> tuple[list[str], list[str]]
         return [], []
     if form.header_line > len(lines):
         return [], []
-    cells = _cells(lines[form.header_line - 1].lstrip().lstrip(_COMMENT).strip(), form.separator)
-    while cells and not cells[-1]:
-        cells.pop()
+    cells = _without_empty_end(_named(lines[form.header_line - 1], form.separator))
     names: list[str] = []
     for i, cell in enumerate(cells):
         cell = cell.strip('"') or f"column_{i + 1}"
-        names.append(cell if cell not in names else f"{cell} (column {i + 1})")
+        names.append(cell if cell not in names else cell + _again(i))
     units: list[str] = []
     if form.header_line < len(lines):
-        below = lines[form.header_line].lstrip().lstrip(_COMMENT).strip("\n")
-        cells = _cells(below, form.separator)[: len(names)]
+        cells = _named(lines[form.header_line], form.separator)[: len(names)]
         wordy = not any(_is_number(cell, form.decimal) for cell in cells)
-        if len(cells) == len(names) and wordy and all(_UNIT.fullmatch(cell) for cell in cells):
+        if len(cells) == len(names) and wordy and _are_units(cells):
             units = [cell.strip("[]() ") for cell in cells]
     return names, units
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    """Whether cells below the names hold units: all short as such, or most of them known."""
+    known = sum(unit_named(cell) is not None for cell in cells)
+    return 2 * known > len(cells) or all(_UNIT.fullmatch(cell) for cell in cells)
+
+
+def _again(i: int) -> str:
+    """What tells a column from an earlier one of the same name."""
+    return f" (column {i + 1})"
 
 
 def _column(cells: Sequence[str], decimal: str, unit: str) -> Column:
@@ -211,8 +242,7 @@ def _column(cells: Sequence[str], decimal: str, unit: str) -> Column:
             if not np.isinf(values).any():
                 return Column(values, unit=unit)
     is_clock = sum(bool(_CLOCK.fullmatch(cell)) for cell in cells) > len(cells) / 2
-    read = [_seconds(cell) if is_clock else _number(cell, decimal) for cell in cells]
-    values = np.array([np.nan if value is None else value for value in read])
+    values = _seconds(cells) if is_clock else _numbers(cells, decimal)
     for row, (cell, value) in enumerate(zip(cells, values.tolist(), strict=True)):
         if not math.isfinite(value) and cell.lower() not in _NO_READING:
             unread = (row, cell, _remedy(cell, decimal))
@@ -230,18 +260,55 @@ def _remedy(cell: str, decimal: str) -> str:
     return remedy
 
 
-def _seconds(cell: str) -> float | None:
-    """Of '2026-03-01 12:00:00.25', '01.03.2026 12:00:00,25' or '12:00:00.25'; None for others."""
-    if not _CLOCK.fullmatch(cell):
-        return None
-    day, _, clock = cell.rstrip("Z").replace("T", " ").rpartition(" ")
-    hours, minutes, seconds = clock.replace(",", ".").split(":")
-    since = 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds)
-    if not day:
-        return since
+def _numbers(cells: Sequence[str], decimal: str) -> Floats:
+    """The number in each cell, NaN for any other text."""
+    read = (_number(cell, decimal) for cell in cells)
+    return np.array([np.nan if value is None else value for value in read])
+
+
+def _seconds(cells: Sequence[str]) -> Floats:
+    """Seconds of '2026-03-01T12:00:00.25+02:00', '01.03.2026 12:00:00,25' or '12:00:00.25 PM', NaN
+    for other text; a time of day without a day goes on after midnight."""
+    found = [_CLOCK.fullmatch(cell) for cell in cells]
+    days = _days({clock["day"] for clock in found if clock and clock["day"]})
+    values = np.array([_of_clock(clock, days) if clock else np.nan for clock in found])
+    if not days:
+        there = np.isfinite(values)
+        # Back by more than half a day is the next day; by less, somebody set the clock.
+        passed = np.diff(values[there], prepend=values[there][:1]) < -_DAY_S / 2.0
+        values[there] += _DAY_S * np.cumsum(passed)
+    return values
+
+
+def _of_clock(clock: re.Match[str], days: dict[str, int]) -> float:
+    hours = int(clock["h"])
+    if clock["half"]:
+        hours = hours % 12 + 12 * (clock["half"].lower() == "pm")
+    since = 3600.0 * hours + 60.0 * int(clock["min"]) + float(clock["s"].replace(",", "."))
+    if clock["zone"]:
+        since -= _ahead_s(clock["zone"])
+    return since + (_DAY_S * days.get(clock["day"], np.nan) if clock["day"] else 0.0)
+
+
+@cache
+def _ahead_s(zone: str) -> float:
+    """Of '+02:00', '+0200' or '+02': by how much its clocks are ahead."""
+    ahead = datetime.strptime(zone.ljust(len("+0200"), "0"), "%z").utcoffset()
+    return ahead.total_seconds() if ahead else 0.0
+
+
+def _days(texts: set[str]) -> dict[str, int]:
+    """The number of each day; days and months stand where they are all days, and few apart."""
+    best: dict[str, int] = {}
     for pattern in _DAYS:
-        try:
-            return 86400.0 * datetime.strptime(day, pattern).toordinal() + since
-        except ValueError:
-            continue
-    return None
+        days = {}
+        for text in texts:
+            with suppress(ValueError):
+                days[text] = datetime.strptime(text, pattern).toordinal()
+        if (len(days), -_span(days)) > (len(best), -_span(best)):
+            best = days
+    return best
+
+
+def _span(days: dict[str, int]) -> int:
+    return max(days.values(), default=0) - min(days.values(), default=0)

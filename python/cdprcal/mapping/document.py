@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from cdprcal import sensors
 from cdprcal.mapping.units import UNITS, factor
@@ -37,6 +37,14 @@ def _refuse_no_size(unit: str | float) -> None:
         )
 
 
+def _unit_of_time(unit: str | float) -> str | float:
+    """The unit. Raises ValueError when it is none of a time."""
+    _refuse_no_size(unit)
+    if factor("s", unit) is None:
+        raise ValueError(f"unit {unit!r} is not one of {', '.join(UNITS['s'])}")
+    return unit
+
+
 class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
@@ -50,20 +58,32 @@ class Text(_Strict):
     encoding: str = "utf-8"
 
 
+class Part(_Strict):
+    """A column that a time is a part of, such as the nanoseconds since the second began."""
+
+    column: Annotated[str, Field(min_length=1)]
+    unit: str | float
+
+    @field_validator("unit")
+    @classmethod
+    def _of_time(cls, unit: str | float) -> str | float:
+        return _unit_of_time(unit)
+
+
 class Time(_Strict):
-    """When: a column, or a rate where there is none. Of a bag, the topic of the rows."""
+    """When: a column, or a rate where there is none; ``plus``: what is added to the column. Of a
+    bag, the topic of the rows."""
 
     column: str = ""
     unit: str | float = "s"
+    plus: Part | None = None
     rate_Hz: Annotated[float, Field(gt=0.0, le=1e5)] | None = None
 
     @model_validator(mode="after")
     def _one_of_both(self) -> Time:
         if bool(self.column) == (self.rate_Hz is not None):
             raise ValueError("give either a column or rate_Hz")
-        _refuse_no_size(self.unit)
-        if factor("s", self.unit) is None:
-            raise ValueError(f"unit {self.unit!r} is not one of {', '.join(UNITS['s'])}")
+        _unit_of_time(self.unit)
         return self
 
 
@@ -97,6 +117,9 @@ class Map(_Strict):
     time: Time
     run: Annotated[int, Field(ge=1)] | None = Field(
         default=None, description="Of records, which stretch of them; None: all."
+    )
+    missing: list[float] = Field(
+        default=[], description="Numbers that say in any column that nothing was read."
     )
     channels: dict[str, Group]
 

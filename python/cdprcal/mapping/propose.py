@@ -19,10 +19,11 @@ from cdprcal._core import InputError
 from cdprcal.io.files import shown_path
 from cdprcal.mapping.apply import apply_map
 from cdprcal.mapping.document import GROUPS, QUATERNIONS, Map, parse_map, quoted
+from cdprcal.mapping.marks import marks_in, without
 from cdprcal.mapping.raw import Floats, RawTable
 from cdprcal.mapping.read import read_raw
 from cdprcal.mapping.recognise import INERTIAL, WHOLE_LENGTHS, Name, taken_apart
-from cdprcal.mapping.units import UNITS, G
+from cdprcal.mapping.units import UNITS, G, unit_named
 from cdprcal.sensors import MOST_CABLES
 
 _AXES = ("roll", "pitch", "yaw")
@@ -37,7 +38,11 @@ _MOST_TILT = math.radians(60.0)
 _MOST_RATE = 2.0 * math.pi
 #: One explanation is better than another from here on [nat]: as everywhere in this project.
 _EVIDENCE = 3.0
+#: What all tensions together are of the platform's weight.
+_OF_WEIGHT = (0.5, 20.0)
 _RAW = 1e-9
+#: Between the units of a time that two columns hold.
+_PLUS = " + "
 
 
 @dataclass(frozen=True)
@@ -50,6 +55,8 @@ class Line:
     sign: tuple[int, ...]
     sure: str  #: 'sure', 'likely' or 'guess'
     why: str
+    rivals: tuple[str, ...] = ()  #: units that it may have as well
+    has_scale: bool = True  #: whether the unit may be right
 
 
 @dataclass(frozen=True)
@@ -60,6 +67,7 @@ class Proposal:
     time: Line
     lines: tuple[Line, ...]
     rate_Hz: float | None = None
+    missing: Line | None = None  #: ``unit``: the numbers that say that nothing was read
 
     def text(self) -> str:
         """The mapping file, with a comment to each line."""
@@ -78,10 +86,16 @@ class Proposal:
         if self.rate_Hz is not None:
             out.append(f"time: {{rate_Hz: {self.rate_Hz:g}}}  # {self.time.sure}: {self.time.why}")
         else:
-            out.append(
-                f"time: {{column: {quoted(self.time.columns[0])}, unit: {quoted(self.time.unit)}}}"
-                f"  # {self.time.sure}: {self.time.why}"
+            units = str(self.time.unit).split(_PLUS)
+            first, *more = (
+                f"column: {quoted(column)}, unit: {quoted(unit)}"
+                for column, unit in zip(self.time.columns, units, strict=True)
             )
+            plus = f", plus: {{{more[0]}}}" if more else ""
+            out.append(f"time: {{{first}{plus}}}  # {self.time.sure}: {self.time.why}")
+        if self.missing is not None:
+            why = self.missing.why
+            out.append(f"missing: {self.missing.unit}  # {self.missing.sure}: {why}")
         out.append("channels:")
         for line in self.lines:
             sign = line.sign[0] if len(set(line.sign)) == 1 else list(line.sign)
@@ -89,11 +103,15 @@ class Proposal:
                 f"  {line.name}: {{columns: {quoted(list(line.columns))}, "
                 f"unit: {quoted(line.unit)}, sign: {quoted(sign)}}}  # {line.sure}: {line.why}"
             )
-        used = {*self.time.columns, *(c for line in self.lines for c in line.columns)}
-        if spare := [name for name in self.raw.columns if name not in used]:
+        if spare := self.unused():
             shown = ", ".join(map(quoted, spare[:40]))
             out.append(f"# not used: {shown}{' …' if len(spare) > 40 else ''}")
         return "\n".join(out) + "\n"
+
+    def unused(self) -> list[str]:
+        """Columns that no line takes, in the order of the file."""
+        used = {*self.time.columns, *(c for line in self.lines for c in line.columns)}
+        return [name for name in self.raw.columns if name not in used]
 
     def map(self) -> Map:
         """The mapping itself."""
@@ -102,7 +120,12 @@ class Proposal:
 
 def propose(raw: RawTable, robot: _core.Robot | None = None) -> Proposal:
     """What the columns of a raw file seem to be. Raises InputError when nothing is recognised."""
-    names = {key: taken_apart(key, column.unit) for key, column in raw.columns.items()}
+    read, raw = raw, _without_marks(raw)
+    names = {
+        key: taken_apart(key, column.unit)
+        for key, column in raw.columns.items()
+        if not column.repeats
+    }
     count = robot.cable_count if robot is not None else _cable_count(names)
     names = _one_a_cable(names, count)
     time, rate_Hz = _time(raw, names)
@@ -125,8 +148,39 @@ def propose(raw: RawTable, robot: _core.Robot | None = None) -> Proposal:
         )
     if raw.kind == "bag":
         time = replace(time, columns=(_topic(found[0].columns[0]),), why="the topic of the lengths")
-    proposal = Proposal(raw, time, tuple(found), rate_Hz)
+    found = [_with_repeats(raw, line) for line in found]
+    proposal = Proposal(raw, time, tuple(found), rate_Hz, _missing(read, found))
     return proposal if robot is None else _with_signs(proposal, robot)
+
+
+def _without_marks(raw: RawTable) -> RawTable:
+    """As if cells were empty that seem to say that nothing was read."""
+    columns = {
+        key: replace(column, values=without(column.values, marks_in(column.values)))
+        for key, column in raw.columns.items()
+    }
+    return replace(raw, columns=columns)
+
+
+def _missing(raw: RawTable, lines: list[Line]) -> Line | None:
+    """The numbers that seem to say in these lines' columns that nothing was read."""
+    columns = [key for line in lines for key in line.columns if key]
+    counts = {key: found for key in columns if (found := marks_in(raw.columns[key].values))}
+    if not counts:
+        return None
+    marks = sorted({mark for found in counts.values() for mark in found})
+    times = sum(sum(found.values()) for found in counts.values())
+    why = f"{times} times, far from all that is read beside it"
+    return Line("missing", tuple(counts), str(marks), (), "likely", why)
+
+
+def _with_repeats(raw: RawTable, line: Line) -> Line:
+    """A line is but a guess when the file has two columns of a name that it takes."""
+    twice = [column.repeats for column in raw.columns.values() if column.repeats in line.columns]
+    if not any(twice):
+        return line
+    why = f"the file names {', '.join(filter(None, twice))} more than once, the first is taken"
+    return replace(line, sure="guess", why=f"{line.why}; {why}")
 
 
 def _records(raw: RawTable, robot: _core.Robot) -> list[Line]:
@@ -155,10 +209,12 @@ def _time(raw: RawTable, names: dict[str, Name]) -> tuple[Line, float | None]:
         return Line("time", ("",), "s", (1,), "sure", "stamps"), None
     if raw.kind == "records":
         return Line("time", (), "s", (1,), "likely", "one rest a record"), 0.1
-    rising = [key for key in raw.columns if _rises(raw.columns[key].values)]
+    rising = [key for key in names if _rises(raw.columns[key].values)]
     for key in rising:
         if raw.columns[key].is_clock:
             return Line("time", (key,), "s", (1,), "sure", "dates or times of day"), None
+    if parts := _parts_of_time(raw, names):
+        return parts, None
     named = [key for key in rising if names[key].kind == "time"]
     plain = [key for key in rising if key not in named and not names[key].kind]
     for key in (*named, *plain):
@@ -175,6 +231,24 @@ def _time(raw: RawTable, names: dict[str, Name]) -> tuple[Line, float | None]:
     return Line("time", (), "s", (1,), "guess", why), 100.0
 
 
+def _parts_of_time(raw: RawTable, names: dict[str, Name]) -> Line | None:
+    """Whole seconds and what passed since each began, as ROS writes its stamps."""
+    last = {key: re.split(r"[\W_]", key.rstrip(")] "))[-1] for key in names}
+    units = {key: unit_named(last[key]) for key, name in names.items() if name.kind in ("", "time")}
+    for whole, part in itertools.permutations(units, 2):
+        unit = units[part]
+        if unit not in ("ms", "us", "ns"):
+            continue
+        seconds, since_s = raw.columns[whole].values, UNITS["s"][unit] * raw.columns[part].values
+        in_one = np.all((since_s >= 0.0) & (since_s < 1.0) & (seconds == np.round(seconds)))
+        # Of other names only those that give every row its time: a latency [ms] does not.
+        alike = whole.removesuffix(last[whole]) == part.removesuffix(last[part])
+        if in_one and (alike or not _rises(seconds)) and _rises(seconds - seconds[0] + since_s):
+            why = f"whole seconds, and {unit} since each began"
+            return Line("time", (whole, part), f"s{_PLUS}{unit}", (1,) * 2, "sure", why)
+    return None
+
+
 def _rises(values: Floats) -> bool:
     steps = np.diff(values[np.isfinite(values)])
     return len(steps) > 1 and bool((steps > 0.0).mean() > 0.99) and float(np.ptp(values)) > 0.0
@@ -187,14 +261,25 @@ def _topic(column: str) -> str:
 # Which columns are which.
 
 
+#: What a numbered family with one column a cable is: by its unit, else by the kind of its names.
+_FAMILY_OF_UNIT = {
+    unit: kind
+    for dimension, kind in (("m", "lengths"), ("rad", "swivels"), ("N", "tensions"))
+    for unit in UNITS[dimension]
+}
+_FAMILY_OF_KIND = {"time": "tensions", **dict.fromkeys(_AXES, "swivels")}
+
+
 def _one_a_cable(names: dict[str, Name], count: int) -> dict[str, Name]:
     """Names with the kind that numbers tell: theta_1 … theta_4 are four cables' swivels, and theta
-    is the platform's pitch."""
-    angles = [name for name in names.values() if name.kind in _AXES and name.index]
-    families = [group for group in _alike(angles) if len(group) == count]
-    return names | {
-        name.text: replace(name, kind="swivels") for group in families for name in group
-    }
+    is the platform's pitch; T1 … T4 are tensions, and t is the time."""
+    out = dict(names)
+    open_kinds = {"", *_FAMILY_OF_KIND}
+    for family in _alike([n for n in names.values() if n.kind in open_kinds and n.index]):
+        kind = _FAMILY_OF_UNIT.get(family[0].unit or "") or _FAMILY_OF_KIND.get(family[0].kind)
+        if kind and len(family) == count:
+            out |= {name.text: replace(name, kind=kind) for name in family}
+    return out
 
 
 def _cable_groups(
@@ -303,7 +388,11 @@ def _by_place(
         values = np.stack([raw.columns[key].values for key in block], axis=1)
         total = float(np.nanmedian(np.abs(values).sum(axis=1)))
         positive = float(np.nanmin(values)) > 0.0
-        if "tensions" not in known and positive and 0.5 * weight_N < total < 20.0 * weight_N:
+        if (
+            "tensions" not in known
+            and positive
+            and _OF_WEIGHT[0] < total / weight_N < _OF_WEIGHT[1]
+        ):
             kind, why = "tensions", "its place, and a sum as the platform's weight"
         elif "lengths" not in known:
             kind, why = "lengths", "its place: the first block of one a cable"
@@ -334,6 +423,11 @@ def _attitude(raw: RawTable, names: dict[str, Name]) -> Line | None:
         left = parts[2] and any(word in columns[2].lower() for word in ("heading", "course"))
         why = "by name; a heading counts clockwise" if left else "by name"
         return Line("attitude", columns, "", (1, 1, -1 if left else 1), "sure", why)
+    for family in _alike([n for n in names.values() if n.kind == "attitude" and n.index]):
+        if len(family) == len(_AXES) and any(_moves(raw, name) for name in family):
+            columns = tuple(name.text for name in family)
+            why = "by name; in the order roll, pitch, yaw"
+            return Line("attitude", columns, "", (1, 1, 1), "likely", why)
     by_axis: dict[str, str] = {}
     for name in names.values():
         if name.kind == "quaternion":
@@ -369,16 +463,37 @@ def _with_unit(
         return line
     dimension = GROUPS[line.name].unit
     there = [key for key in line.columns if key]
-    written = {names[key].unit or "" for key in there} & set(UNITS[dimension])
-    if len(written) == 1:
+    written = {names[key].unit or names[key].unknown for key in there} - {""}
+    if dimension == "m_s2":
+        written = {"g" if unit == "gf" else unit for unit in written}
+    if len(written) == 1 and written < set(UNITS[dimension]):
         return replace(line, unit=written.pop(), why=f"{line.why}; unit as written")
     values = np.stack([raw.columns[key].values for key in there], axis=1)
-    unit, why = _unit_by_range(line.name, values, robot)
+    unit, why, has_scale, rivals = _unit_by_range(line.name, values, robot)
+    if written:
+        one = dimension.replace("_s", "/s")
+        remedy = (
+            f", which is no known unit of it: give the {one} that one is"
+            if len(written) == 1
+            else ": convert the columns to one unit"
+        )
+        why = f"in {' and '.join(sorted(written))}{remedy}"
+        has_scale, rivals = False, ()
     sure = "likely" if line.sure == "sure" else line.sure
-    return replace(line, unit=unit, sure=sure, why=f"{line.why}; {why}")
+    return replace(
+        line,
+        unit=unit,
+        sure=sure if has_scale else "guess",
+        why=f"{line.why}; {why}",
+        rivals=rivals,
+        has_scale=has_scale,
+    )
 
 
-def _unit_by_range(kind: str, values: Floats, robot: _core.Robot | None) -> tuple[str, str]:
+def _unit_by_range(
+    kind: str, values: Floats, robot: _core.Robot | None
+) -> tuple[str, str, bool, tuple[str, ...]]:
+    """A unit, why, whether it may be right, and which others may be as well."""
     dimension = GROUPS[kind].unit
     if dimension == "rad":
         tilt = values[:, :2] if kind == "attitude" else values
@@ -387,30 +502,37 @@ def _unit_by_range(kind: str, values: Floats, robot: _core.Robot | None) -> tupl
         steps = float(np.nanmedian(np.abs(np.diff(values, axis=0)).max(axis=1)))
         # What is small enough for both: samples of a degree's tenth are no tenth of a radian.
         unit = "deg" if most > limit or steps > math.radians(10.0) else "rad"
-        return unit, f"unit by range: up to {most:.3g}"
+        return unit, f"unit by range: up to {most:.3g}", True, ()
     if dimension == "N":
         total = float(np.nanmedian(np.abs(values).sum(axis=1)))
         if robot is None:
-            return "N", f"unit assumed: together {total:.3g}"
-        weight_N = robot.weight_N
+            return "N", f"nothing says the unit: together {total:.3g}; give it", False, ()
         # Cables that hang a platform carry somewhat more than its weight, never less.
-        unit = min(
-            ("N", "kN", "kgf", "lbf", "daN"),
-            key=lambda u: abs(math.log(max(total * UNITS["N"][u] / weight_N, _RAW) / 2.0)),
-        )
-        return unit, f"unit by the platform's weight: together {total:.3g}, {weight_N:.3g} N"
+        shares = {
+            u: total * UNITS["N"][u] / robot.weight_N for u in ("N", "kN", "kgf", "lbf", "daN")
+        }
+        unit = min(shares, key=lambda u: abs(math.log(max(shares[u], _RAW) / 2.0)))
+        least, most = _OF_WEIGHT
+        why = f"unit by the platform's weight: together {total:.3g}, {robot.weight_N:.3g} N"
+        fit = tuple(u for u, share in shares.items() if u != unit and least < share < most)
+        return unit, why, least < shares[unit] < most, fit
     if dimension == "m_s2":
         size = float(np.nanmedian(np.linalg.norm(values, axis=1)))
         units = UNITS[dimension]
         unit = min(units, key=lambda u: abs(math.log(max(size * units[u], _RAW) / G)))
-        return unit, f"unit by gravity: {size:.3g}"
+        return unit, f"unit by gravity: {size:.3g}", True, ()
     if dimension == "rad_s":
         most = float(np.nanmax(np.abs(values)))
-        return ("deg/s" if most > _MOST_RATE else "rad/s"), f"unit by range: up to {most:.3g}"
+        unit = "deg/s" if most > _MOST_RATE else "rad/s"
+        return unit, f"unit by range: up to {most:.3g}", True, ()
     travel = float(np.nanmax(np.nanmax(values, axis=0) - np.nanmin(values, axis=0)))
     size_m = 2.0 if robot is None else _size_m(robot)
     unit = min(("m", "mm", "cm"), key=lambda u: _off(travel * UNITS["m"][u] / size_m))
-    return unit, f"unit by range: {travel:.3g} of travel"
+    off = _off(travel * UNITS["m"][unit] / size_m)
+    why = f"unit by range: {travel:.3g} of travel"
+    if robot is not None and off > math.log(10.0):  # further than from one unit to the next
+        return unit, f"{why}, which fits no unit: give the m that one is", False, ()
+    return unit, why, True, ()
 
 
 def _size_m(robot: _core.Robot) -> float:
@@ -427,46 +549,63 @@ def _off(share: float) -> float:
 
 
 def _with_signs(proposal: Proposal, robot: _core.Robot) -> Proposal:
-    """Turns over what agrees better with the robot's physics so; says which it tried."""
+    """Turns over, and takes in other units, what agrees better with the robot's physics so; says
+    which it tried. Where nothing says how large a unit is, physics says nothing either."""
     names = {line.name for line in proposal.lines}
     if not {"lengths", "tensions"} & names:
         return proposal
-    best, cost = proposal, _cost(proposal, robot)
-    for what in _flips(proposal):
-        tried = _turned(proposal, what)
+    if unknown := {line.name for line in proposal.lines if not line.has_scale}:
+        return _guesses(proposal, "directions are not tried without it", unknown)
+    best, cost = proposal, math.inf
+    by_units: dict[tuple[str | float, ...], float] = {}
+    for lines in itertools.product(*map(_alternatives, proposal.lines)):
+        tried = replace(proposal, lines=lines)
         other = _cost(tried, robot)
-        if other < cost - _EVIDENCE:
+        units = tuple(line.unit for line in lines)
+        by_units[units] = min(other, by_units.get(units, math.inf))
+        if lines == proposal.lines or other < cost - _EVIDENCE:
             best, cost = tried, other
     if not math.isfinite(cost):
-        lines = tuple(
-            replace(line, sure="guess", why=f"{line.why}; no pose agrees with it")
-            for line in best.lines
-        )
-        return replace(best, lines=lines)
+        return _guesses(best, "no pose agrees with it")
+    taken = tuple(line.unit for line in best.lines)
+    for units, other in by_units.items():
+        if units != taken and other < cost + _EVIDENCE:
+            differ = {
+                line.name for line, u in zip(best.lines, units, strict=True) if u != line.unit
+            }
+            best = _guesses(best, "physics agrees with another unit as well", differ)
     return best
 
 
-def _flips(proposal: Proposal) -> list[dict[str, tuple[int, ...]]]:
-    """Signs to be tried beside those that stand: of lengths, swivels, roll and pitch, yaw."""
-    options: list[list[tuple[str, tuple[int, ...]]]] = []
-    for line in proposal.lines:
-        if line.name in ("lengths", "swivels"):
-            options.append([(line.name, line.sign), (line.name, tuple(-s for s in line.sign))])
-        elif line.name == "attitude" and line.unit not in QUATERNIONS:
-            turns = itertools.product((1, -1), repeat=3)
-            signs = [tuple(s * t for s, t in zip(line.sign, turn, strict=True)) for turn in turns]
-            options.append([(line.name, sign) for sign in signs])
-    return [dict(chosen) for chosen in itertools.product(*options)][1:]
-
-
-def _turned(proposal: Proposal, signs: dict[str, tuple[int, ...]]) -> Proposal:
+def _guesses(proposal: Proposal, why: str, names: set[str] | None = None) -> Proposal:
+    """Lines (of ``names``, or all) as mere guesses, and why."""
     lines = tuple(
-        replace(line, sign=signs[line.name], why=f"{line.why}; sign by the robot's physics")
-        if signs.get(line.name, line.sign) != line.sign
+        replace(line, sure="guess", why=f"{line.why}; {why}")
+        if names is None or line.name in names
         else line
         for line in proposal.lines
     )
     return replace(proposal, lines=lines)
+
+
+def _alternatives(line: Line) -> list[Line]:
+    """A line as it stands, then with other signs (of lengths, swivels, roll and pitch, yaw) and in
+    the other units that it may have."""
+    turns: list[tuple[int, ...]] = [(1,) * len(line.sign)]
+    if line.name in ("lengths", "swivels"):
+        turns.append((-1,) * len(line.sign))
+    elif line.name == "attitude" and line.unit not in QUATERNIONS:
+        turns = list(itertools.product((1, -1), repeat=3))
+    out = []
+    for unit, turn in itertools.product((line.unit, *line.rivals), turns):
+        sign = tuple(s * t for s, t in zip(line.sign, turn, strict=True))
+        why = line.why
+        if sign != line.sign:
+            why += "; sign by the robot's physics"
+        if unit != line.unit:
+            why += f"; but {unit} by the robot's physics"
+        out.append(replace(line, unit=unit, sign=sign, why=why))
+    return out
 
 
 def _cost(proposal: Proposal, robot: _core.Robot) -> float:

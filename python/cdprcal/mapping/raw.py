@@ -22,6 +22,7 @@ class Column:
     a bag); None: row by row with all others. ``unit``: as the file writes it, else empty.
     ``is_clock``: the values were dates or times of day; they are seconds. ``unread``: the row of
     the first cell that is neither a number nor says that there is none, the cell, and what to do.
+    ``repeats``: an earlier column of the same name, if the file has one.
     """
 
     values: Floats
@@ -29,6 +30,7 @@ class Column:
     unit: str = ""
     is_clock: bool = False
     unread: tuple[int, str, str] | None = None
+    repeats: str = ""
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,6 @@ def read_raw(path: str | Path, form: DelimitedForm | None = None) -> RawTable:
         return read_mat(path)
     if head.startswith((PARQUET_MAGIC, *FEATHER_MAGICS)):
         return read_arrow(path)
-    if form is None and holds_records(begins_with(path, 1 << 16)):
+    if form is None and holds_records(begins_with(path, 1 << 16, unpacked=True)):
         return read_records(path)
     return read_delimited(path, form)

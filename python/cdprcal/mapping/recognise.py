@@ -35,14 +35,15 @@ _WORDS: tuple[tuple[str, str], ...] = (
     ("roll", r"roll|phi|rx|rollen|rollwinkel|roulis|rollio|euler_?x|wank\w*"),
     ("pitch", r"pitch|theta|ry|nick\w*|neigung|tangage|beccheggio|euler_?y"),
     ("yaw", r"yaw|psi|chi|rz|heading|gier\w*|lacet|imbardata|azimut|azimuth|euler_?z|course"),
+    ("attitude", r"rpy|euler|attitude"),
     (
         "swivels",
         r"swivel\w*|sigma|pulley\w*|umlenk\w*|caster|sheave|schwenk\w*|poulie|rolle\w*|pan",
     ),
     (
         "tensions",
-        r"tension\w*|tens|force|kraft|seilkraft|zugkraft|load|loadcell|cell|effort|tau|f|kraefte|"
-        r"kräfte|strain|dms|lc|zug|spannung",
+        r"tensi[oó]n\w*|tens|force|forza|fuerza|força|kracht|kraft|seilkraft|zugkraft|"
+        r"load|loadcell|cell|effort|tau|f|kraefte|kräfte|strain|dms|lc|zug|spannung",
     ),
     (
         "lengths",
@@ -60,7 +61,8 @@ class Name:
     """A column's name taken apart.
 
     ``stem``: without what tells cables or axes apart; ``index``: that; ``unit``: None when the name
-    has none; ``kind``: what it seems to be, empty when no word says so.
+    has none; ``kind``: what it seems to be, empty when no word says so; ``unknown``: what stands
+    where units do and is none.
     """
 
     text: str
@@ -68,21 +70,25 @@ class Name:
     stem: str
     index: str
     unit: str | None
+    unknown: str = ""
 
 
 def taken_apart(text: str, given_unit: str = "") -> Name:
     """What a name says; ``given_unit`` is what the file says apart from it."""
     bracket = _BRACKETS.search(text)
     bare = text[: bracket.start()] if bracket else text
+    bare = bare.replace("joint_states", "joints")  # ROS's topic of readings, no state of a machine
     unit = unit_named(given_unit) or (unit_named(bracket[1]) if bracket else None)
     if unit is None:
         unit, bare = unit_at_end(bare.rstrip())
+    written = given_unit or (bracket[1] if bracket else "")
+    unknown = written.strip() if unit is None and re.search(r"[^\W\d]|%", written) else ""
     words = [w for w in re.split(r"[^0-9A-Za-zÀ-ÿ]+", _CAMEL.sub("_", bare)) if w]
     numbers = [word for word in words if word.isdigit()]
     index = numbers[-1] if numbers else ""
     lower = [_singular(word.lower()) for word in words if not word.isdigit()]
     stem = "_".join("#" if word == index and index else word.lower() for word in words)
-    return Name(text, _kind(lower), stem, index, unit)
+    return Name(text, _kind(lower), stem, index, unit, unknown)
 
 
 def _singular(word: str) -> str:

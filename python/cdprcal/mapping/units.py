@@ -17,19 +17,31 @@ UNITS: dict[str, dict[str, float]] = {
         "min": 60.0,
         "h": 3600.0,
     },
-    "m": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "in": 0.0254, "ft": 0.3048},
+    "m": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "dm": 0.1, "um": 1e-6, "in": 0.0254, "ft": 0.3048},
     "rad": {
         "rad": 1.0,
         "deg": math.radians(1.0),
         "mrad": 1e-3,
+        "urad": 1e-6,
+        "mdeg": math.radians(1e-3),
+        "arcmin": math.radians(1.0 / 60.0),
+        "arcsec": math.radians(1.0 / 3600.0),
         "rev": 2.0 * math.pi,
         "gon": math.pi / 200.0,
     },
-    "m_s2": {"m/s2": 1.0, "g": G, "mg": 1e-3 * G},
-    "rad_s": {"rad/s": 1.0, "deg/s": math.radians(1.0), "mrad/s": 1e-3},
+    "m_s2": {"m/s2": 1.0, "cm/s2": 1e-2, "mm/s2": 1e-3, "g": G, "mg": 1e-3 * G},
+    "rad_s": {
+        "rad/s": 1.0,
+        "deg/s": math.radians(1.0),
+        "mrad/s": 1e-3,
+        "mdeg/s": math.radians(1e-3),
+        "rpm": math.pi / 30.0,
+    },
     "N": {
         "N": 1.0,
         "kN": 1e3,
+        "dN": 0.1,
+        "cN": 1e-2,
         "mN": 1e-3,
         "MN": 1e6,
         "daN": 10.0,
@@ -40,34 +52,26 @@ UNITS: dict[str, dict[str, float]] = {
 }
 _ALIASES = {
     "sec": "s",
-    "seconds": "s",
     "second": "s",
     "sekunden": "s",
-    "msec": "ms",
     "millis": "ms",
-    "milliseconds": "ms",
-    "µs": "us",
-    "μs": "us",
-    "usec": "us",
+    "msec": "ms",
+    "millisecond": "ms",
     "micros": "us",
+    "microsec": "us",
+    "usec": "us",
+    "microsecond": "us",
     "nsec": "ns",
     "nanosec": "ns",
+    "nanosecond": "ns",
     "metre": "m",
     "meter": "m",
-    "meters": "m",
-    "metres": "m",
-    "µm": "um",
     "inch": "in",
     "°": "deg",
     "degree": "deg",
-    "degrees": "deg",
     "grad": "deg",  # German; the gradian is gon
     "radian": "rad",
-    "radians": "rad",
     "turn": "rev",
-    "turns": "rev",
-    "m/s^2": "m/s2",
-    "m/s²": "m/s2",
     "m/s/s": "m/s2",
     "m s-2": "m/s2",
     "°/s": "deg/s",
@@ -79,6 +83,8 @@ _ALIASES = {
     "lb": "lbf",
     "lbs": "lbf",
 }
+#: Signs for micro (the letter, and that of Latin-1) and for a square.
+_SIGNS = str.maketrans({"\N{GREEK SMALL LETTER MU}": "u", "\N{MICRO SIGN}": "u", "²": "2", "^": ""})
 _EXACT = {unit for units in UNITS.values() for unit in units} - {"g"}
 #: Of two that differ in case only (mN and MN) the smaller: who means mega writes it.
 _PLAIN = {unit.lower(): unit for unit in sorted(_EXACT)} | {"g": "gf"}
@@ -92,10 +98,12 @@ _AT_END = (
 
 def unit_named(text: str) -> str | None:
     """'[MM]' → 'mm', '°' → 'deg', 'kg' → 'kgf' (of a force); None for what is no unit here."""
-    plain = text.strip().strip("[]() ").strip()
+    plain = text.strip().strip("[]() ").strip().translate(_SIGNS)
     if plain in _EXACT:
         return plain
-    return _ALIASES.get(plain.lower()) or _PLAIN.get(plain.lower())
+    lower = plain.lower()
+    one = lower.removesuffix("s") if len(lower) > len("lbs") else lower  # meters → meter
+    return _ALIASES.get(lower) or _ALIASES.get(one) or _PLAIN.get(lower)
 
 
 def unit_at_end(text: str) -> tuple[str | None, str]:

@@ -1,0 +1,48 @@
+"""Numbers that say that nothing was read, such as -999."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from cdprcal.mapping.raw import Floats
+
+#: Nines, and where whole numbers of 16 and 32 bits end.
+_USUAL = [sign * (10.0**digits - 1.0) for digits in range(3, 8) for sign in (1, -1)]
+_USUAL += [-(2.0**15), 2.0**15 - 1.0, 2.0**16 - 1.0, -(2.0**31), 2.0**31 - 1.0, 2.0**32 - 1.0]
+#: By chance no more than one column in so many seems to have a mark.
+_ONE_IN = 1000
+
+
+def marks_in(values: Floats) -> dict[int, int]:
+    """How often each number stands in a column that seems to mark a missing reading.
+
+    It is one that people use so, stands there more than once, and every step onto it and off it is
+    larger than all other steps: of k steps of n all alike that has a chance of 1 : C(n, k).
+    """
+    there = values[np.isfinite(values)]
+    usual = np.isin(there, _USUAL)
+    if not usual.any():
+        return {}
+    others = np.abs(np.diff(there[~usual]))
+    steps = np.abs(np.diff(there))
+    marks = {}
+    for mark in np.unique(there[usual]).tolist():
+        is_it = there == mark
+        # Between two marks is no step of a reading.
+        onto = steps[(is_it[1:] & ~usual[:-1]) | (is_it[:-1] & ~usual[1:])]
+        few = min(len(onto), 3)  # enough to tell, and no number of a million digits
+        if (
+            is_it.sum() > 1
+            and math.comb(len(others) + few, few) > _ONE_IN
+            and onto.min() > others.max()
+        ):
+            marks[int(mark)] = int(is_it.sum())
+    return marks
+
+
+def without(values: Floats, marks: Iterable[float]) -> Floats:
+    """A column in which marks are no readings."""
+    return np.where(np.isin(values, list(marks)), np.nan, values)
