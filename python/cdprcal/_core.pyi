@@ -1636,7 +1636,7 @@ class Log:
         **kwargs: typing.Any,
     ) -> None:
         """
-        time_s [N] strictly increasing; per-cable arrays [N, n], roll_pitch_yaw_rad [N, 3]; more keywords: those of absolute sensors, by the names of the attributes. None: absent. `source` is what messages call it. Copies its input. Raises InputError when shapes or times do not fit.
+        time_s [N] strictly increasing; per-cable arrays [N, n], roll_pitch_yaw_rad [N, 3]; more keywords: those of absolute sensors, by the names of the attributes. None: absent. `source` is what messages call it. Copies its input; what is masked is NaN. Raises InputError when shapes or times do not fit.
         """
 
     def __len__(self) -> int: ...
@@ -5753,12 +5753,12 @@ def random_start(
     Where a robot may hang at power-on: the SetPoint at a position drawn evenly from the Box, stable at constant tensions; the same for the same seed. None when `tries` positions were none. Raises InputError for robots without an inverse problem.
     """
 
-def read_log(path: str) -> Log:
+def read_log(path: os.PathLike[str] | str | bytes) -> Log:
     """
     Reads a canonical CSV log. Raises InputError 'file:line: column: …'.
     """
 
-def read_plan(path: str) -> Plan:
+def read_plan(path: os.PathLike[str] | str | bytes) -> Plan:
     """
     Reads a plan file. Raises InputError 'file:line:column: …'.
     """
@@ -6011,17 +6011,19 @@ def wrench_residual(
     Xi^T tau - f [6] [N, Nm], world axes, about P: zero at a static equilibrium (eq. 6).
     """
 
-def write_log(log: Log, path: str) -> None:
+def write_log(log: Log, path: os.PathLike[str] | str | bytes) -> None:
     """
     Writes the canonical CSV; read_log gives back the same numbers. Raises InputError when the file cannot be written.
     """
 
-def write_mesh(path: str, mesh: Mesh, encoding: MeshEncoding = ...) -> None:
+def write_mesh(
+    path: os.PathLike[str] | str | bytes, mesh: Mesh, encoding: MeshEncoding = ...
+) -> None:
     """
     Writes .ply (double precision) or .stl (single). Raises InputError.
     """
 
-def write_plan(plan: Plan, path: str) -> None:
+def write_plan(plan: Plan, path: os.PathLike[str] | str | bytes) -> None:
     """
     Writes a plan file. Raises InputError when it cannot be written.
     """

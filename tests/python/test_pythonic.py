@@ -52,6 +52,32 @@ def test_paths_and_words_do_what_objects_and_enums_do(
         cdprcal.calibrate("irma4", 3)
 
 
+def test_files_are_named_by_paths_too(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    cdprcal.write_log(synthetic.log, tmp_path / "a.csv")
+    np.testing.assert_array_equal(
+        cdprcal.read_log(tmp_path / "a.csv").length_m, synthetic.log.length_m
+    )
+    plan = cdprcal.make_plan(robot, grid=[2, 1, 1]).plan
+    cdprcal.write_plan(plan, tmp_path / "plan.csv")
+    assert cdprcal.read_plan(tmp_path / "plan.csv").measured_count == plan.measured_count
+
+
+def test_what_is_masked_is_not_read(synthetic: cdprcal.SyntheticLog) -> None:
+    mask = np.zeros(synthetic.log.length_m.shape, dtype=bool)
+    mask[3:5, 1] = True
+    masked = np.ma.masked_array(synthetic.log.length_m, mask)
+    whole = np.ma.masked_array(np.full(mask.shape, 9999), mask)  # integers have no NaN
+    log = cdprcal.Log(
+        time_s=synthetic.log.time_s, length_m=masked, swivel_rad=whole, tension_N=[[1.0]] * len(mask),
+        direct_length_m=masked,
+    )  # fmt: skip
+    for values in (log.length_m, log.swivel_rad, log.direct_length_m):
+        np.testing.assert_array_equal(np.isnan(values), mask)
+    np.testing.assert_array_equal(log.length_m[~mask], synthetic.log.length_m[~mask])
+
+
 def test_the_module_says_its_version() -> None:
     assert cdprcal.__version__ == version("cdprcal")
 

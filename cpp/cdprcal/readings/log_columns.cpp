@@ -61,7 +61,8 @@ LogColumn parse_column(std::string_view name, const std::string& place) {
   }
   const std::string hint = name.find_first_of(";\t") != std::string_view::npos
                                ? "columns must be separated by commas"
-                               : "known are " + known_columns();
+                           : name.empty() ? "delete its comma in every line, or give a --map"
+                                          : "known are " + known_columns();
   throw InputError(place + ": column " + in_quotes(name) + ": unknown; " + hint);
 }
 
