@@ -70,9 +70,8 @@ def test_what_is_masked_is_not_read(synthetic: cdprcal.SyntheticLog) -> None:
     masked = np.ma.masked_array(synthetic.log.length_m, mask)
     whole = np.ma.masked_array(np.full(mask.shape, 9999), mask)  # integers have no NaN
     log = cdprcal.Log(
-        time_s=synthetic.log.time_s, length_m=masked, swivel_rad=whole, tension_N=[[1.0]] * len(mask),
-        direct_length_m=masked,
-    )  # fmt: skip
+        time_s=synthetic.log.time_s, length_m=masked, swivel_rad=whole, direct_length_m=masked
+    )
     for values in (log.length_m, log.swivel_rad, log.direct_length_m):
         np.testing.assert_array_equal(np.isnan(values), mask)
     np.testing.assert_array_equal(log.length_m[~mask], synthetic.log.length_m[~mask])

@@ -1,6 +1,8 @@
 #include "cdprcal/evidence/directions.hpp"
 
+#include <cmath>
 #include <functional>
+#include <vector>
 
 #include "cdprcal/geometry/pose.hpp"
 
@@ -19,17 +21,16 @@ void change_measurement(const Change& change, bool swivels, Measurement& m) {
   if (s.size() == error.size() && s.size() == open.size()) change(s, error, open);
 }
 
-/// Whether anything in a model depends on directions.
-bool depends(const DiagnosisModel& model) {
+/// Whether anything in a model depends on the directions of its cables, or of its swivels.
+bool depends(const DiagnosisModel& model, bool swivels) {
   DiagnosisModel other = model;
   for (DiagnosisRun& run : other.runs) {
     for (Measurement& m : run.measurements) {
-      m.length_direction.setConstant(0.5);
-      m.swivel_direction.setConstant(0.5);
+      (swivels ? m.swivel_direction : m.length_direction).setConstant(0.5);
     }
   }
-  const DiagnosisSystem here = linearise(model), there = linearise(other);
-  return here.valid && there.valid && here.free_residual != there.free_residual;
+  const double here = penalised_cost(model), there = penalised_cost(other);
+  return std::isfinite(there) && here != there;
 }
 
 }  // namespace
@@ -39,9 +40,12 @@ UncertainDirections uncertain_directions(const DiagnosisModel& model) {
   constexpr double kLost = 0.1;
   const Eigen::VectorXd values = model.values();
   UncertainDirections out{Matrix6::Zero(), Eigen::VectorXd::Zero(values.size())};
-  if (!depends(model)) return out;
+  std::vector<bool> either;
+  for (const bool swivels : {false, true}) {
+    if (depends(model, swivels)) either.push_back(swivels);
+  }
   const auto add = [&](DiagnosisModel other) {
-    if (!fit(other)) return;
+    fit(other, 1);  // as far as is linear
     const Vector6 shift = minus(other.runs.front().poses.front(), model.runs.front().poses.front());
     out.covariance += shift * shift.transpose();
     out.variance += (other.values() - values).cwiseAbs2();
@@ -50,16 +54,17 @@ UncertainDirections uncertain_directions(const DiagnosisModel& model) {
     DiagnosisModel other = model;
     for (DiagnosisRun& run : other.runs) {
       for (Measurement& m : run.measurements) {
-        for (const bool swivels : {false, true}) change_measurement(change, swivels, m);
+        for (const bool swivels : either) change_measurement(change, swivels, m);
       }
     }
     add(std::move(other));
   };
+  if (either.empty()) return out;
   add_everywhere([](CableVector& s, const CableVector& error, const CableVector&) { s += error; });
   add_everywhere([](CableVector& s, const CableVector&, const CableVector&) { s *= 1.0 - kLost; });
   // Each cable came from a side of its own, where a motion leaves what lags: the end of the range.
   for (std::size_t r = 0; r < model.runs.size(); ++r) {
-    for (const bool swivels : {false, true}) {
+    for (const bool swivels : either) {
       for (int i = 0; i < model.robot.cable_count(); ++i) {
         DiagnosisModel other = model;
         bool open_at_all = false;
