@@ -415,6 +415,18 @@ def test_milliseconds_are_one_finding(
     assert "100 s" in time.message
 
 
+@pytest.mark.parametrize("rows", [slice(100, 130), slice(5, None, 40)], ids=["once", "scattered"])
+def test_a_number_that_stands_for_no_reading_is_no_slack_cable(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, rows: slice
+) -> None:
+    log = edited(synthetic.log, "tension_N", lambda t: t.__setitem__((rows, 1), -999.0))
+    (finding,) = check(robot, log).findings
+    assert (finding.severity, finding.code) == ("error", "impossible_value")
+    assert finding.message.startswith("tension_2_N is -999 N in ")
+    assert "leave such cells empty" in finding.remedy
+    assert finding in cdprcal.calibrate(robot, log).caveats
+
+
 def test_a_load_cell_with_its_sign_reversed_is_no_slack_cable(
     robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
 ) -> None:
