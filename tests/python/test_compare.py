@@ -70,7 +70,9 @@ def test_numbers_that_moved_are_told_apart_in_the_picture() -> None:
     document = {"logs": ["a.csv", "b.csv"], "numbers": [*cells, row("share", "", "1", False)]}
     figure = draw_comparison(document)
     forces, share = figure.axes
-    assert [text.get_text() for text in forces.get_legend().get_texts()] == [
+    legend = forces.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == [
         "not moved",
         "cable 1",
         "cable 2",
