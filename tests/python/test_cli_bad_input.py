@@ -208,7 +208,11 @@ def test_output_that_cannot_be_written(cli: Cli, log_path: Path, tmp_path: Path)
 def test_a_logs_name_promises_what_is_written(
     cli: Cli, log_path: Path, tmp_path: Path, command: str, name: str
 ) -> None:
-    given = {"generate": ["irma4"], "import": [log_path], "acquire": ["irma4", "no-plan.csv"]}
+    given: dict[str, list[str | Path]] = {
+        "generate": ["irma4"],
+        "import": [log_path],
+        "acquire": ["irma4", "no-plan.csv"],
+    }
     ran = cli(command, *given[command], "-o", tmp_path / name)
     assert_refused(ran, f"{name}: a log's name must end in .csv or .mcap")
     assert not (tmp_path / name).exists()
