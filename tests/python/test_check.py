@@ -12,6 +12,7 @@ import cdprcal
 from cdprcal import InputError
 from cdprcal.check import CheckReport, check_file, check_log
 from cdprcal.io import LogFile
+from cdprcal.sensors import SENSORS
 from conftest import changed
 
 Array = np.ndarray
@@ -182,6 +183,36 @@ def test_a_fault_is_found(
     for finding in report.findings:
         assert finding.remedy
         assert finding.time_s is not None
+
+
+COARSE = {
+    "tension": ("tension_N", 1, 15.0, slice(240, 360)),
+    "roll": ("roll_pitch_yaw_rad", 0, 0.8 * np.radians(2.0), slice(400, 520)),
+    "length": ("length_m", 2, 0.05, slice(400, None)),
+}
+
+
+@pytest.mark.parametrize("sensor", COARSE)
+@pytest.mark.parametrize("stuck", ["never", "a while", "always"])
+def test_a_sensor_that_reads_in_coarse_steps_is_stuck_only_if_it_should_have_left_them(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, sensor: str, stuck: str
+) -> None:
+    name, column, step, a_while = COARSE[sensor]
+    rows = {"never": slice(0), "a while": a_while, "always": slice(0, None)}[stuck]
+
+    def spoil(values: Array) -> None:
+        values[:, column] = step * np.round(values[:, column] / step)
+        values[rows, column] = values[rows.start or 0, column]
+
+    report = check(robot, edited(synthetic.log, name, spoil))
+    named = [finding.channel for finding in report.findings if finding.code == "stuck_sensor"]
+    assert set(named) == (set() if stuck == "never" else {SENSORS[name].column(column)})
+    if stuck == "never" and sensor != "length":  # lengths go on through their steps
+        told = [signal.signal.resolution for signal in report.signals]
+        alone = [finding.message for finding in report.findings]
+        assert any(f"in steps of {step:.3g} " in message for message in alone) or step == (
+            pytest.approx(max(told))
+        )
 
 
 @pytest.mark.parametrize("group", ["length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad"])
@@ -382,6 +413,18 @@ def test_milliseconds_are_one_finding(
     assert time.severity == "error"
     assert "milliseconds" in time.remedy
     assert "100 s" in time.message
+
+
+@pytest.mark.parametrize("rows", [slice(100, 130), slice(5, None, 40)], ids=["once", "scattered"])
+def test_a_number_that_stands_for_no_reading_is_no_slack_cable(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, rows: slice
+) -> None:
+    log = edited(synthetic.log, "tension_N", lambda t: t.__setitem__((rows, 1), -999.0))
+    (finding,) = check(robot, log).findings
+    assert (finding.severity, finding.code) == ("error", "impossible_value")
+    assert finding.message.startswith("tension_2_N is -999 N in ")
+    assert "leave such cells empty" in finding.remedy
+    assert finding in cdprcal.calibrate(robot, log).caveats
 
 
 def test_a_load_cell_with_its_sign_reversed_is_no_slack_cable(

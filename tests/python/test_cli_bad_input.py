@@ -124,7 +124,7 @@ LOG_FAULTS: dict[str, tuple[Callable[[Path], object], tuple[str, ...]]] = {
 def test_log(cli: Cli, log_path: Path, tmp_path: Path, fault: str, command: str) -> None:
     spoil, words = LOG_FAULTS[fault]
     spoil(log_path)
-    output = tmp_path / "out.json"
+    output = tmp_path / ("out.csv" if command == "import" else "out.json")
     before = set(tmp_path.iterdir())
     if command == "check":
         ran = cli("check", "irma4", log_path, "--json")
@@ -201,6 +201,21 @@ def test_output_that_cannot_be_written(cli: Cli, log_path: Path, tmp_path: Path)
     ):
         assert_refused(cli(*command), "cannot be written")
     assert set(tmp_path.iterdir()) == {log_path}
+
+
+@pytest.mark.parametrize("name", ["run.csv.gz", "run.txt", "run.parquet"])
+@pytest.mark.parametrize("command", ["generate", "import", "acquire"])
+def test_a_logs_name_promises_what_is_written(
+    cli: Cli, log_path: Path, tmp_path: Path, command: str, name: str
+) -> None:
+    given: dict[str, list[str | Path]] = {
+        "generate": ["irma4"],
+        "import": [log_path],
+        "acquire": ["irma4", "no-plan.csv"],
+    }
+    ran = cli(command, *given[command], "-o", tmp_path / name)
+    assert_refused(ran, f"{name}: a log's name must end in .csv or .mcap")
+    assert not (tmp_path / name).exists()
 
 
 def test_import_does_not_overwrite_what_it_reads(cli: Cli, log_path: Path) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import cdprcal
+from cdprcal.diagnosis.comparison import draw_comparison
 from conftest import Ran
 
 Cli = Callable[..., Ran]
@@ -51,6 +52,35 @@ def test_people_read_which_when_and_how_much(cli: Cli, logs: list[Path], tmp_pat
     assert second.startswith("load_cell_bias bias_N cable 3: +1")
     assert second.endswith("between day2.csv and day3.csv")
     assert picture.stat().st_size > 10_000
+
+
+def test_numbers_that_moved_are_told_apart_in_the_picture() -> None:
+    def row(parameter: str, of: str, unit: str, moved: bool) -> dict[str, object]:
+        return {
+            "effect": "made",
+            "parameter": parameter,
+            "of": of,
+            "unit": unit,
+            "values": [1.0, 2.0],
+            "standard_deviation": [0.1, None],
+            "moved": moved,
+        }
+
+    cells = [row("bias_N", f"cable {k}", "N", k < 3) for k in (1, 2, 3, 4)]
+    document = {"logs": ["a.csv", "b.csv"], "numbers": [*cells, row("share", "", "1", False)]}
+    figure = draw_comparison(document)
+    forces, share = figure.axes
+    legend = forces.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == [
+        "not moved",
+        "cable 1",
+        "cable 2",
+    ]
+    colours = [container[0].get_color() for container in forces.containers]
+    assert len(set(colours)) == 3
+    assert colours[2] == colours[3]
+    assert (forces.get_title(), share.get_title()) == ("made: bias_N", "made: share")
 
 
 def test_nothing_moved_is_said_so(cli: Cli, logs: list[Path]) -> None:

@@ -98,6 +98,16 @@ def test_random_order_visits_again_and_can_be_repeated(cli: Cli, tmp_path: Path)
     assert 0 < first["approach"]["both"] <= first["approach"]["possible"]
 
 
+def test_what_only_a_random_order_has_asks_for_one(cli: Cli) -> None:
+    random = plan_of(cli, "irma4", "--order", "random", "--visits", "3", "--seed", "1")
+    assert plan_of(cli, "irma4", "--visits", "3") == random
+    assert plan_of(cli, "irma4", "--seed", "1")["measured_count"] == 16
+    for option in (("--visits", "3"), ("--seed", "2"), ("--for", "mass", "--diagnose")):
+        ran = cli("plan", "irma4", "--order", "least-time", *option)
+        assert ran.code == 2
+        assert f"{option[0]} is for a random order: leave out --order least-time" in ran.stderr
+
+
 @pytest.mark.parametrize("grid", ["2x2x2", "3x3x3"])
 def test_poses_chosen_by_observability_are_fewer(cli: Cli, grid: str) -> None:
     """Fewer poses than the grid's, as accurate in position and in rotation."""

@@ -18,10 +18,10 @@ import pytest
 import cdprcal
 from browser import PHONE, Tab, browser_tab, chromium
 from cdprcal.cli import app
+from cdprcal.diagnosis.plots import CABLES
 from cdprcal.diagnosis.table import value_rows
 from cdprcal.io import load_runs
 from cdprcal.report import subject_of_logs
-from cdprcal.report.figures import CABLES
 from cdprcal.report.night import NIGHT
 from cdprcal.report.page import _times_typical
 from cdprcal.report.text import decimals, small, with_sigma, worst_sigma

@@ -17,9 +17,9 @@ from matplotlib.figure import Figure
 
 from cdprcal import _core
 from cdprcal.diagnosis import diagnosis_as_dict
+from cdprcal.diagnosis.plots import CABLES
 from cdprcal.diagnosis.table import value_rows
 from cdprcal.io import load_run
-from cdprcal.report.figures import CABLES
 
 _LABELS = {
     "length_m": ("length", "mm", 1e3),

@@ -43,7 +43,7 @@ def check_ranges(subject: Subject) -> None:
             )
         elif channel.is_angle:
             limit = math.pi if channel.name == "yaw_rad" else 2 * math.pi
-            change = np.abs(_unwrapped(values) - _first(values))
+            change = np.abs(channel.unwrapped - _first(values))
             _check_limit(subject, channel, change, limit, "relative to its first reading")
         elif channel.group == "length_m" and frame > 0:
             change = np.abs(values - _first(values))
@@ -248,13 +248,6 @@ def _steepest(values: Floats, begin: int, end: int) -> int:
 def _frame_size_m(robot: _core.Robot) -> float:
     points = np.array([cable.pulley.position_m for cable in robot.cables])
     return float(np.max(np.linalg.norm(points[:, None] - points[None], axis=-1)))
-
-
-def _unwrapped(values: Floats) -> Floats:
-    out = values.copy()
-    finite = np.isfinite(values)
-    out[finite] = np.unwrap(values[finite])
-    return out
 
 
 def _first(values: Floats) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,13 +19,6 @@ class SignalReport:
     channel: _core.ChannelRow
     signal: _core.Signal
     samples_effective: float  #: independent readings in all rests of the run together
-
-    def repeats(self, rows: int) -> float:
-        """Chance that a steady reading in the middle of a step is the same in so many rows."""
-        step = self.signal.resolution
-        noise = math.sqrt(max(self.signal.sigma**2 - step**2 / 12.0, 0.0))
-        once = math.erf(step / (2.0 * math.sqrt(2.0) * noise)) if noise > 0.0 else float(step > 0.0)
-        return float(once ** (rows / self.signal.hold_rows))
 
     def as_dict(self) -> dict[str, Any]:
         """One entry of ``signals`` of ``check --json``."""

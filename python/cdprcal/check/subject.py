@@ -33,6 +33,14 @@ class Channel:
         """Noise of one fresh reading, from the data itself."""
         return float(_core.channel_noise(self.values[self.fresh], self.is_angle))
 
+    @cached_property
+    def unwrapped(self) -> Floats:
+        """The values, without the jumps of 2π of an angle that wraps."""
+        out = self.values.copy()
+        finite = np.isfinite(out)
+        out[finite] = np.unwrap(out[finite]) if self.is_angle else out[finite]
+        return out
+
     @property
     def is_angle(self) -> bool:
         return self.name.endswith("_rad")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from cdprcal.check.subject import Channel, Flags, Subject, duration_s, stretches
@@ -22,19 +24,45 @@ def check_tensions(subject: Subject) -> None:
     """Each load cell against the robot's limits and its own noise."""
     for channel in subject.channels:
         if channel.group == "tension_N" and np.isfinite(channel.values).any():
+            no_tension = _check_placeholder(subject, channel)
+            channel = replace(channel, values=np.where(no_tension, np.nan, channel.values))
             slack = _check_slack(subject, channel)
             saturated = _check_saturated(subject, channel)
             _check_limits(subject, channel, ~(slack | saturated))
     _check_setpoints(subject)
 
 
-def _check_slack(subject: Subject, channel: Channel) -> Flags:
+def _slack_level_N(subject: Subject, channel: Channel) -> float:
     robot = subject.robot
-    level = max(
+    return max(
         _SLACK_SHARE * robot.tension_min_N,
         _SLACK_WEIGHT_SHARE * robot.weight_N,
         _NOISE_FACTOR * channel.noise,
     )
+
+
+def _check_placeholder(subject: Subject, channel: Channel) -> Flags:
+    """One negative number again and again, where others never repeat: it stands for no reading."""
+    flags = _repeated(-channel.values) & (channel.values < -_slack_level_N(subject, channel))
+    places = stretches(flags)
+    if np.count_nonzero(flags) < _FEWEST_CLIPPED:
+        return np.zeros_like(flags)
+    longest = max(places, key=lambda r: r[1] - r[0])
+    subject.add(
+        "error",
+        "impossible_value",
+        f"{channel.name} is {channel.values[longest[0]]:g} N in {np.count_nonzero(flags)} samples: "
+        "a cable cannot push",
+        "does it stand for no reading? leave such cells empty",
+        begin=longest[0],
+        end=longest[1],
+        channel=channel.name,
+    )
+    return flags
+
+
+def _check_slack(subject: Subject, channel: Channel) -> Flags:
+    level = _slack_level_N(subject, channel)
     with np.errstate(invalid="ignore"):
         flags = channel.values < level
     places = stretches(flags)
@@ -73,7 +101,8 @@ def _check_saturated(subject: Subject, channel: Channel) -> Flags:
     values = channel.values
     with np.errstate(invalid="ignore"):
         flags = values >= subject.robot.tension_max_N
-    flags |= _clipped(values)
+    for begin, end in stretches(_repeated(values), _FEWEST_CLIPPED):
+        flags[begin:end] = True
     places = stretches(flags)
     if places:
         longest = max(places, key=lambda r: r[1] - r[0])
@@ -91,15 +120,11 @@ def _check_saturated(subject: Subject, channel: Channel) -> Flags:
     return flags
 
 
-def _clipped(values: np.ndarray) -> Flags:
-    """Samples that sit exactly on the channel's largest reading, again and again."""
-    top = values == np.nanmax(values)
+def _repeated(values: np.ndarray) -> Flags:
+    """Samples that sit exactly on the channel's largest reading, where others seldom repeat."""
+    top: Flags = values == np.nanmax(values)
     repeats = float(np.mean(np.diff(values[~top]) == 0)) if (~top).sum() > 1 else 1.0
-    flags = np.zeros(values.size, dtype=np.bool_)
-    if repeats <= _USUAL_REPEATS:
-        for begin, end in stretches(top, _FEWEST_CLIPPED):
-            flags[begin:end] = True
-    return flags
+    return top & (repeats <= _USUAL_REPEATS)
 
 
 def _check_limits(subject: Subject, channel: Channel, rest: Flags) -> None:

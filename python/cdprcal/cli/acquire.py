@@ -192,6 +192,7 @@ def command(
     from cdprcal.hardware.simulated import SimulatedBackend
     from cdprcal.io import AcquisitionInputs, open_live_log
     from cdprcal.io.files import read_bytes, write_text
+    from cdprcal.io.log_file import is_mcap_name
     from cdprcal.results import strict_json
 
     if backend not in BACKENDS:
@@ -208,6 +209,7 @@ def command(
             "--effects": effects or [],
         },
     )
+    is_mcap_name(Path(output))
     asked = parse_accuracy(until) if until else None
     the_robot = robot_with_effects(robot, effects)
     plan_text = read_bytes(Path(plan), _MOST_PLAN_BYTES).decode("utf-8", "replace")

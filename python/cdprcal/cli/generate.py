@@ -53,10 +53,12 @@ def command(
     from cdprcal import _core
     from cdprcal.io import save_log
     from cdprcal.io.files import write_text
+    from cdprcal.io.log_file import is_mcap_name
     from cdprcal.results import pose_as_dict, strict_json
     from cdprcal.terminal import answers, say
 
     keep_apart({"-o": output, "--truth": truth}, {"robot file": robot})
+    is_mcap_name(Path(output))
     the_robot = _core.load_robot(robot)
     options = _core.SyntheticLogOptions(
         dwell_s=dwell_s,

@@ -59,11 +59,12 @@ def command(
     from cdprcal.io import load_log, read_inputs, save_log
     from cdprcal.io.events import read_events
     from cdprcal.io.files import reason, write_text
-    from cdprcal.io.log_file import require_cable_count
+    from cdprcal.io.log_file import is_mcap_name, require_cable_count
     from cdprcal.mapping import load_mapped
     from cdprcal.tables import print_findings
     from cdprcal.terminal import answers, notes, say
 
+    is_mcap_name(Path(output))
     the_robot = load_robot(robot) if robot else None
     if map_ and session:
         fail("--session: a mapping file names topics, too; leave one of both out")

@@ -84,11 +84,16 @@ def command(
             metavar="least-time|random",
             autocompletion=words("least-time|random"),
             help="random: each pose several times, shuffled, so that drifts and creep look like no "
-            "pose and friction shows in both directions; diagnose wants it.",
+            "pose and friction shows in both directions; diagnose wants it (default: least-time; "
+            "random with --visits, --seed or --for).",
         ),
-    ] = "least-time",
-    visits: Annotated[int, typer.Option(min=1, help="Of each pose, in random order.")] = 2,
-    seed: Annotated[int, typer.Option(min=0, help="Of the random order.")] = 1,
+    ] = "",
+    visits: Annotated[
+        int | None, typer.Option(min=1, help="Of each pose, in random order (default: 2).")
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Of the random order (default: 1).")
+    ] = None,
     distribution: DistributionOption = "barycentre",
     lambda_: LambdaOption = "",
     orientation: OrientationOption = "",
@@ -155,6 +160,12 @@ def command(
     from cdprcal.terminal import notes, say
 
     keep_apart({"-o": output, "--plot": plot}, {"robot file": robot, "--effects": effects or []})
+    shuffled = {"--visits": visits is not None, "--seed": seed is not None, "--for": bool(show)}
+    order = order or ("random" if any(shuffled.values()) else "least-time")
+    the_order = _core.parse_visiting_order(order)
+    if the_order != _core.VisitingOrder.random:
+        for option in (option for option, given in shuffled.items() if given):
+            fail(f"{option} is for a random order: leave out --order {order}")
     the_robot = robot_with_effects(robot, effects)
     options: dict[str, Any] = {
         "box": parse_box("--box", box),
@@ -162,9 +173,9 @@ def command(
         "optimal": optimal,
         "positions_m": [parse_position("--position", text) for text in position or []] or None,
         "home_m": parse_position("--home", home) if home else None,
-        "order": _core.parse_visiting_order(order),
-        "visits": visits,
-        "seed": seed,
+        "order": the_order,
+        "visits": 2 if visits is None else visits,
+        "seed": 1 if seed is None else seed,
         "set_points": _core.SetPointOptions(
             distribution=_core.parse_tension_distribution(distribution),
             lambda_N=parse_numbers("--lambda", lambda_),
@@ -184,8 +195,6 @@ def command(
     if show and optimal:
         fail("--for adds places to a grid or to --position: leave out --optimal")
     asked = [name.strip() for name in show.split(",") if name.strip()]
-    if asked:
-        options["order"] = _core.VisitingOrder.random
     if plot:
         check_picture_name(Path(plot))
     with progress_bar() as shown:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.text import Text
 
 from cdprcal import _core
-from cdprcal.diagnosis.plots import AFTER, BEFORE, OTHER
+from cdprcal.diagnosis.plots import CABLES, OTHER
 from cdprcal.diagnosis.shapes import value_shape
 from cdprcal.diagnosis.table import place_of
 from cdprcal.diagnosis.units import for_people
@@ -127,38 +128,39 @@ def _moved_line(row: dict[str, Any], logs: list[str]) -> str:
 
 
 def draw_comparison(document: dict[str, Any]) -> Figure:
-    """Each effect's numbers log by log with their σ; those that moved in colour."""
-    effects = list(dict.fromkeys(row["effect"] for row in document["numbers"]))
+    """Each parameter's numbers log by log with their σ; each that moved in a colour of its own."""
+    panels: dict[tuple[str, str], list[dict[str, Any]]] = {}
+    for row in document["numbers"]:
+        panels.setdefault((row["effect"], row["parameter"]), []).append(row)
     logs = document["logs"]
-    figure = new_figure(1.6 + 0.9 * max(3, len(logs)), 0.6 + 1.9 * max(1, len(effects)))
-    for place, effect in enumerate(effects):
-        rows = [row for row in document["numbers"] if row["effect"] == effect]
-        axes = figure.add_subplot(len(effects), 1, place + 1)
+    figure = new_figure(1.6 + 0.9 * max(3, len(logs)), 0.6 + 1.9 * max(1, len(panels)))
+    for place, ((effect, parameter), rows) in enumerate(panels.items()):
+        axes = figure.add_subplot(len(panels), 1, place + 1)
         largest = max(rows, key=lambda row: max((abs(v) for v in row["values"] if v), default=0.0))
         label, factor = _unit(largest)
+        looks = itertools.cycle(zip(CABLES, "osD^v<>P", strict=True))
         for k, row in enumerate(rows):
-            x = np.arange(len(logs)) + 0.5 * (k + 0.5) / len(rows) - 0.25
+            colour, symbol = next(looks) if row["moved"] else (OTHER, "o")
             axes.errorbar(
-                x,
+                np.arange(len(logs)) + 0.5 * (k + 0.5) / len(rows) - 0.25,
                 factor * np.array(row["values"], dtype=float),
                 factor * np.array(row["standard_deviation"], dtype=float),
-                fmt="o-",
+                fmt=f"{symbol}-",
                 markersize=4,
                 linewidth=1.4 if row["moved"] else 0.6,
                 capsize=2,
-                color=(BEFORE if row["moved"] else OTHER)
-                if len(rows) > 1 or row["moved"]
-                else AFTER,
-                label=_of(row) if row["moved"] else None,
+                color=colour,
+                label=(row["of"] or parameter) if row["moved"] else None,
             )
         axes.axhline(0.0, color="black", linewidth=0.5)
-        axes.set_title(effect, fontsize=9)
+        axes.set_title(f"{effect}: {parameter}", fontsize=9)
         axes.set_ylabel(label, fontsize=8)
         axes.tick_params(labelsize=7)
-        axes.set_xticks(range(len(logs)), logs if place == len(effects) - 1 else [""] * len(logs))
-        if any(row["moved"] for row in rows):
-            axes.legend(fontsize=7)
-    if not effects:
+        axes.set_xticks(range(len(logs)), logs if place == len(panels) - 1 else [""] * len(logs))
+        if not all(row["moved"] for row in rows):
+            axes.plot([], [], "o-", color=OTHER, markersize=4, linewidth=0.6, label="not moved")
+        axes.legend(fontsize=7)
+    if not panels:
         axes = figure.add_subplot()
         axes.text(0.5, 0.5, document["reason"], ha="center", va="center")
         axes.set_axis_off()

@@ -15,6 +15,17 @@ from cdprcal.diagnosis.units import GAP_CHANNELS
 from cdprcal.sensors import CHANNELS, SENSORS, component_names
 
 BEFORE, AFTER, RIVAL, OTHER = "#D55E00", "#0072B2", "#E69F00", "#b8c0c8"
+#: Of lines that are told apart: one a cable, or one a number.
+CABLES = (
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#CC79A7",
+    "#E69F00",
+    "#56B4E9",
+    "#4d4d4d",
+    "#8c6d1f",
+)
 
 Symbol = Literal["circle", "circle-open", "diamond"]
 

@@ -18,10 +18,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from cdprcal._core import InputError, RobotSample
-from cdprcal.extras import need
 from cdprcal.io.acquisition_inputs import AcquisitionInputs, as_comments, attach
 from cdprcal.io.events import Event, as_comment, event_channel
 from cdprcal.io.files import reason
+from cdprcal.io.log_file import is_mcap_name
 from cdprcal.sensors import LOG_GROUPS, columns_of
 
 _SYNC_S = 0.5
@@ -50,7 +50,7 @@ def open_live_log(
     *,
     inertial_unit: bool = False,
 ) -> LiveLog:
-    """Starts a log: MCAP when the name ends in .mcap, else canonical CSV.
+    """Starts a log: MCAP when the name ends in .mcap, canonical CSV for .csv.
 
     ``inertial_unit``: whether there are columns for what one reads.
 
@@ -59,9 +59,7 @@ def open_live_log(
     """
     path = Path(path)
     groups = SAMPLED + (INERTIAL if inertial_unit else ())
-    mcap = path.suffix.lower() == ".mcap"
-    if mcap:
-        need("mcap", of=str(path))
+    mcap = is_mcap_name(path)
     try:
         file = _SafeFile(path)
     except FileExistsError:

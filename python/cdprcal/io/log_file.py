@@ -40,6 +40,17 @@ def readable_format(data: bytes, path: str | Path) -> LogFormat:
     return kind
 
 
+def is_mcap_name(path: Path) -> bool:
+    """Whether a log of this name is written as MCAP; else as CSV. Raises InputError for a name that
+    promises another form, and for MCAP where what writes it is not installed."""
+    ending = path.suffix.lower()
+    if ending not in (".csv", ".mcap", ""):
+        raise InputError(f"{shown_path(path)}: a log's name must end in .csv or .mcap")
+    if ending == ".mcap":
+        need("mcap", of=str(path))
+    return ending == ".mcap"
+
+
 def load_log(path: str | Path) -> LogFile:
     """Reads a canonical CSV, MCAP or raw robot log, told apart by content.
 

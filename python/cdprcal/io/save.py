@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cdprcal import _core
-from cdprcal.extras import need
 from cdprcal.io.acquisition_inputs import AcquisitionInputs, as_comments, attach
 from cdprcal.io.events import Event, add_events, as_comment
 from cdprcal.io.files import atomic_output
+from cdprcal.io.log_file import is_mcap_name
 
 if TYPE_CHECKING:
     from mcap.writer import Writer
@@ -22,15 +22,13 @@ def save_log(
     inputs: AcquisitionInputs | None = None,
     events: Sequence[Event] = (),
 ) -> None:
-    """Writes MCAP when the name ends in .mcap, else canonical CSV. Raises InputError.
+    """Writes MCAP when the name ends in .mcap, canonical CSV for .csv. Raises InputError.
 
     ``inputs`` and ``events``: of a log that was acquired, what it was acquired with and what
     happened on the way; each has its ``time_s``.
     """
     path = Path(path)
-    mcap = path.suffix.lower() == ".mcap"
-    if mcap:
-        need("mcap", of=str(path))
+    mcap = is_mcap_name(path)
     with atomic_output(path) as temporary:
         if mcap:
             from cdprcal.io.mcap_log import write_mcap_log

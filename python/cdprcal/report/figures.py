@@ -15,6 +15,7 @@ import numpy as np
 from cdprcal import _core
 from cdprcal.diagnosis.plots import (
     AFTER,
+    CABLES,
     KINDS,
     RIVAL,
     Fit,
@@ -29,16 +30,6 @@ from cdprcal.report.subject import Run, Subject
 
 Figure = dict[str, Any]
 
-CABLES = (
-    "#0072B2",
-    "#D55E00",
-    "#009E73",
-    "#CC79A7",
-    "#E69F00",
-    "#56B4E9",
-    "#4d4d4d",
-    "#8c6d1f",
-)
 INK, MUTED, RULE, REST = "#1f2933", "#6b7785", "#e3e7eb", "#eef2f6"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 _AXIS: dict[str, Any] = {

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdprcal import _core
-from cdprcal.diagnosis.plots import AFTER, BEFORE
-from cdprcal.report.figures import CABLES, INK, MUTED, Figure, layout, rounded
+from cdprcal.diagnosis.plots import AFTER, BEFORE, CABLES
+from cdprcal.report.figures import INK, MUTED, Figure, layout, rounded
 from cdprcal.workspace import round_step_m
 from cdprcal.workspace.document import plane_area_m2
 
