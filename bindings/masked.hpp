@@ -14,7 +14,8 @@ inline py::object unmasked(py::handle values) {
   if (!py::isinstance(values, masked.attr("MaskedArray"))) {
     return py::reinterpret_borrow<py::object>(values);
   }
-  return values.attr("astype")("float64").attr("filled")(py::float_(std::numeric_limits<double>::quiet_NaN()));
+  return values.attr("astype")("float64").attr("filled")(
+      py::float_(std::numeric_limits<double>::quiet_NaN()));
 }
 
 /// A matrix of readings; what was masked is NaN, which is: not there.

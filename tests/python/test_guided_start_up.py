@@ -151,6 +151,21 @@ def test_a_plan_leads_by_lengths(name: str) -> None:
         assert cdprcal.tension_margin_N(robot, stop.tension_N) >= robot.sigma.tension_N - 1e-9
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("name", ["hang4", "posts8"])
+def test_the_default_plan_keeps_every_cable_within_its_limits(name: str, seed: int) -> None:
+    """No cable governs the tensions everywhere, and each gives what accelerations take."""
+    robot = cdprcal.load_robot(name)
+    plan = cdprcal.make_plan(robot).plan
+    run = cdprcal.simulate_startup(robot, plan, seed=seed)
+    assert run.state == cdprcal.StartUpState.done, run.reason
+    moving = run.log.time_s > 5.0
+    tension_N = run.log.tension_N[moving]
+    low, high = robot.tension_limits_N
+    assert tension_N.min() > 0.3 * low
+    assert tension_N.max() < 1.05 * high + 3.0 * robot.sigma.tension_N
+
+
 def test_chosen_poses_know_their_accuracy() -> None:
     result = cdprcal.make_plan(robot_of("plate"), optimal=4)
     assert result.status == cdprcal.PlanStatus.planned, result.reason

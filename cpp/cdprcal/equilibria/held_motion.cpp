@@ -4,6 +4,8 @@
 #include <algorithm>
 
 #include "cdprcal/error.hpp"
+#include "cdprcal/geometry/fifth_degree.hpp"
+#include "cdprcal/statics/inertial_wrench.hpp"
 
 namespace cdprcal {
 
@@ -15,7 +17,26 @@ HeldPoint held_point(const Robot& robot, const HeldMotion& motion, double s) {
   return point;
 }
 
-std::vector<int> cables_led_by_tension(const Robot& robot, const std::vector<Pose>& poses) {
+double least_time_by_tension_s(const Robot& robot, const HeldMotion& motion) {
+  constexpr double kShare = 0.125;
+  constexpr int kPoints = 20;
+  double least_s = 0.0;
+  for (int k = 0; k <= kPoints; ++k) {
+    const double x = static_cast<double>(k) / kPoints;
+    const HeldPoint at = held_point(robot, motion, FifthDegree::value(x));
+    const CableVector change_N = tensions_of_least_norm(
+        robot, at.state,
+        FifthDegree::acceleration(x) * (mass_matrix(robot, at.state) * motion.twist));
+    if (change_N.size() != at.tension_N.size()) continue;
+    for (Eigen::Index c = 0; c < change_N.size(); ++c) {
+      least_s = std::max(least_s, std::sqrt(std::abs(change_N[c]) / (kShare * at.tension_N[c])));
+    }
+  }
+  return least_s;
+}
+
+std::vector<int> cables_led_by_tension(const Robot& robot, const std::vector<Pose>& poses,
+                                       const std::vector<int>& present) {
   const int n = robot.cable_count();
   const int free = n - cables_that_hold(robot);
   if (free <= 0) return {};
@@ -52,6 +73,8 @@ std::vector<int> cables_led_by_tension(const Robot& robot, const std::vector<Pos
     throw InputError("no " + std::to_string(cables_that_hold(robot)) + " cables of " + robot.name +
                      " hold the platform at all poses of the plan; make a plan in a smaller box");
   }
+  constexpr double kWorthAChange = 2.0;
+  if (present.size() == best.size() && kWorthAChange * governed(present) >= best_by) return present;
   return best;
 }
 

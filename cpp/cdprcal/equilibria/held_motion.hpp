@@ -33,9 +33,16 @@ struct HeldPoint {
 };
 HeldPoint held_point(const Robot& robot, const HeldMotion& motion, double s);
 
+/// Shortest time [s] of a fifth-degree transition along a motion in which accelerations take no
+/// cable more than an eighth of its pull. Cables that follow tensions give nothing, so that others
+/// give up to twice as much, and what drives do not follow at once comes on top.
+double least_time_by_tension_s(const Robot& robot, const HeldMotion& motion);
+
 /// Which n−6 cables follow tensions while the lengths of the other six hold the pose: those with
 /// which the remaining tensions are governed best at the pose where they are governed least. From
-/// 0, rising; empty for six cables. Throws InputError where no six cables hold all poses.
-std::vector<int> cables_led_by_tension(const Robot& robot, const std::vector<Pose>& poses);
+/// 0, rising; empty for six cables. `present`: those that do now go on unless others govern twice
+/// as well, since a change of roles disturbs. Throws InputError where no six cables hold all poses.
+std::vector<int> cables_led_by_tension(const Robot& robot, const std::vector<Pose>& poses,
+                                       const std::vector<int>& present = {});
 
 }  // namespace cdprcal

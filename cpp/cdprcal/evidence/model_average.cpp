@@ -101,12 +101,19 @@ InitialPose initial_pose_of(const DiagnosisModel& model) {
 
 Possibility in_place_of(const InitialPose& present, const InitialPose& other, double probability) {
   // Along some directions the other may know more: that is no reason to claim more. In units of the
-  // present one's σ, so that metres and radians are alike.
-  const Matrix6 root = present.covariance.llt().matrixL();
-  const auto whiten = root.triangularView<Eigen::Lower>();
-  const Matrix6 half = whiten.solve(other.covariance);
-  const Matrix6 relative = whiten.solve(Matrix6(half.transpose()));
-  const Eigen::SelfAdjointEigenSolver<Matrix6> less_known(relative - Matrix6::Identity());
+  // present one's σ, so that metres and radians are alike; guides leave some directions none.
+  constexpr double kNone = 1e-12;  // of a correlation
+  const auto inverse = [](double v) { return v > 0.0 ? 1.0 / v : 0.0; };
+  const Vector6 sigma = present.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const Matrix6 of_units = sigma.unaryExpr(inverse).asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix6> own(of_units * present.covariance * of_units);
+  const Vector6 spread =
+      own.eigenvalues().unaryExpr([](double v) { return v > kNone ? std::sqrt(v) : 0.0; });
+  const Matrix6 root = sigma.asDiagonal() * own.eigenvectors() * spread.asDiagonal();
+  const Matrix6 whiten =
+      spread.unaryExpr(inverse).asDiagonal() * own.eigenvectors().transpose() * of_units;
+  const Eigen::SelfAdjointEigenSolver<Matrix6> less_known(
+      whiten * other.covariance * whiten.transpose() - Matrix6::Identity());
   const Matrix6 axes = root * less_known.eigenvectors();
   return {probability, minus(other.pose, present.pose),
           axes * less_known.eigenvalues().cwiseMax(0.0).asDiagonal() * axes.transpose()};

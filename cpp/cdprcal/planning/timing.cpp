@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "cdprcal/equilibria/held_motion.hpp"
 #include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
 
@@ -149,7 +150,10 @@ Timing TransitionTimer::held_time(const Path& path) const {
   constexpr double kRamp_s = 0.2;
   constexpr double kPeak = 5.7735 / 1.875;
   Timing timing;
-  timing.transition_s = rounded_up(std::max(least_by_speed_s(path), kPeak * kRamp_s));
+  const PathPoint &from = path.points.front(), &to = path.points.back();
+  const HeldMotion motion(from.pose, from.tension_N, to.pose, to.tension_N);
+  timing.transition_s = rounded_up(std::max({least_by_speed_s(path), kPeak * kRamp_s,
+                                             least_time_by_tension_s(checker_.robot(), motion)}));
   timing.settling_s = DetectionOptions{}.window_s;
   timing.dwell_s = timing.settling_s + options_.measuring_s;
   return timing;

@@ -36,8 +36,7 @@ void refuse_unless_text(const std::string& text, const std::string& source) {
       throw InputError(at + "is not UTF-8 text; save the file as such");
     }
     if (c < 0x20 && c != '\n' && c != '\r' && c != '\t') {
-      throw InputError(at +
-                       "holds control characters: this is a binary file; give a robot file");
+      throw InputError(at + "holds control characters: this is a binary file; give a robot file");
     }
   }
 }

@@ -1,7 +1,7 @@
 #include "cdprcal/startup/length_controller.hpp"
 
 #include <Eigen/LU>
-#include <utility>
+#include <algorithm>
 
 #include "cdprcal/geometry/fifth_degree.hpp"
 
@@ -13,10 +13,9 @@ constexpr double kCatchUp_s = 0.2;
 
 }  // namespace
 
-LengthController::LengthController(const Robot& robot, std::vector<int> by_tension,
-                                   const TensionControlOptions& options, double velocity_limit_m_s)
+LengthController::LengthController(const Robot& robot, const TensionControlOptions& options,
+                                   double velocity_limit_m_s)
     : robot_(robot),
-      by_tension_(std::move(by_tension)),
       options_(options),
       ramp_(robot.cable_count(), velocity_limit_m_s),
       start_m_(CableVector::Zero(robot.cable_count())),
@@ -26,6 +25,12 @@ void LengthController::reset(const Pose& start) {
   start_m_ = platform_state(robot_, start).length_m();
   travelled_m_.setZero();
   ramp_.reset(CableVector::Zero(robot_.cable_count()));
+}
+
+void LengthController::lead(const std::vector<int>& by_tension, const Pose& at) {
+  const CableVector length_m = platform_state(robot_, at).length_m();
+  for (const int cable : by_tension_) start_m_[cable] = length_m[cable] - travelled_m_[cable];
+  by_tension_ = by_tension;
 }
 
 CableVector LengthController::tension_feedback_m_s(const PlatformState& state,
@@ -83,7 +88,8 @@ double held_transition_time_s(const Robot& robot, const HeldMotion& motion, doub
   }
   // Peak acceleration of a fifth-degree transition over its peak speed, times its duration.
   constexpr double kPeak = 5.7735 / 1.875;
-  return std::max(fastest / velocity_m_s, kPeak * kFullSpeed_s);
+  return std::max(
+      {fastest / velocity_m_s, kPeak * kFullSpeed_s, least_time_by_tension_s(robot, motion)});
 }
 
 }  // namespace cdprcal

@@ -21,21 +21,21 @@ namespace cdprcal {
 
 class LengthController {
  public:
-  /// `by_tension`: cables_led_by_tension. Of the options those count that a stretched cable asks
-  /// for.
-  LengthController(const Robot& robot, std::vector<int> by_tension,
-                   const TensionControlOptions& options, double velocity_limit_m_s);
+  /// Of the options those count that a stretched cable asks for.
+  LengthController(const Robot& robot, const TensionControlOptions& options,
+                   double velocity_limit_m_s);
 
   /// Takes over from a standstill, at the pose ζ₀ as far as anybody knows.
   void reset(const Pose& start);
+  /// From now on these follow tensions (cables_led_by_tension), at this pose. A cable that led by
+  /// its tension has the length which that asked for, and holds it.
+  void lead(const std::vector<int>& by_tension, const Pose& at);
   /// Velocity [m/s] to command after `dt_s`, at a fraction s of a motion and at ds/dt, with this
   /// tension error τ_set − τ [N].
   const CableVector& step(const HeldMotion& motion, double s, double s_by_time_1_s,
                           const CableVector& error_N, double dt_s);
   /// Velocity while coming to a stop.
   const CableVector& stop(double dt_s);
-
-  [[nodiscard]] const std::vector<int>& by_tension() const { return by_tension_; }
 
  private:
   /// G: with the pose held, tensions τ_S of cables S answer their lengths by −k N_S N_Sᵀ.
@@ -50,7 +50,8 @@ class LengthController {
 };
 
 /// Shortest time [s] of a fifth-degree transition along a motion: no cable runs faster than
-/// `velocity_m_s`, nor comes to that speed faster than the drives' ramp.
+/// `velocity_m_s`, nor comes to that speed faster than the drives' ramp, nor loses much of its
+/// pull.
 double held_transition_time_s(const Robot& robot, const HeldMotion& motion, double velocity_m_s);
 
 }  // namespace cdprcal

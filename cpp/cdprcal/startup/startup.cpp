@@ -43,8 +43,7 @@ StartUp::StartUp(const Robot& robot, StartUpPlan plan, const StartUpOptions& opt
   check_plan(robot_, plan_);
   transition_s_ = plan_.transition_s;
   if (!plan_.pose.empty()) {
-    lengths_.emplace(robot_, cables_led_by_tension(robot_, plan_.pose), options_.control,
-                     velocity_limit_m_s_);
+    lengths_.emplace(robot_, options_.control, velocity_limit_m_s_);
     lengths_->reset(plan_.pose.front());
   }
   // Leg 0 starts at tensions nobody knows yet; until then it is the place τ₀.
@@ -53,24 +52,45 @@ StartUp::StartUp(const Robot& robot, StartUpPlan plan, const StartUpOptions& opt
   Legs legs = legs_of(plan_, plan_.setpoint_N.front(), at, transition_s_, "");
   leg_ = std::move(legs.by_tension);
   motion_ = std::move(legs.by_length);
+  led_by_tension_ = std::move(legs.led_by_tension);
   const int n = robot_.cable_count();
   command_.velocity_m_s.setZero(n);
   command_.tension_setpoint_N = plan_.setpoint_N.front();
   recorded_sum_N_.setZero(n);
+  begin_leg();
+}
+
+/// No cable governs the tensions well everywhere: each leg has those that do there.
+void StartUp::begin_leg() {
   if (!led_by_lengths()) return;
-  command_.by_tension.assign(static_cast<std::size_t>(n), false);
-  for (const int cable : lengths_->by_tension()) {
-    command_.by_tension[static_cast<std::size_t>(cable)] = true;
+  const auto k = static_cast<std::size_t>(command_.setpoint);
+  lengths_->lead(led_by_tension_[k], motion_[k].from);
+  const std::vector<bool> before = command_.by_tension;
+  command_.by_tension.assign(static_cast<std::size_t>(robot_.cable_count()), false);
+  for (const int cable : led_by_tension_[k]) {
+    const auto c = static_cast<std::size_t>(cable);
+    command_.by_tension[c] = true;
+    // Nothing held its tension at the set-point until now.
+    if (!before.empty() && !before[c]) from_N_[cable] = last_tension_N_[cable];
   }
 }
 
 StartUp::Legs StartUp::legs_of(const StartUpPlan& plan, CableVector from_N, std::optional<Pose> at,
                                std::vector<double>& transition_s, const std::string& of) const {
   Legs legs;
+  std::vector<int> led;
+  if (!led_by_tension_.empty()) {
+    led = led_by_tension_[static_cast<std::size_t>(command_.setpoint)];
+  } else if (led_by_lengths()) {
+    led = cables_led_by_tension(robot_, plan.pose);
+  }
   for (std::size_t k = 0; k < plan.setpoint_N.size(); ++k) {
     const CableVector& to_N = plan.setpoint_N[k];
     if (led_by_lengths()) {
-      legs.by_length.emplace_back(*at, from_N, plan.pose[k], to_N);
+      const HeldMotion& motion = legs.by_length.emplace_back(*at, from_N, plan.pose[k], to_N);
+      led = cables_led_by_tension(
+          robot_, {motion.from, plus(motion.from, 0.5 * motion.twist), plan.pose[k]}, led);
+      legs.led_by_tension.push_back(led);
       at = plan.pose[k];
       if (transition_s[k] == 0.0) {
         transition_s[k] =
@@ -127,6 +147,7 @@ void StartUp::go_on_with(const StartUpPlan& rest) {
   replace(transition_s_, checked.transition_s);
   replace(leg_, legs.by_tension);
   replace(motion_, legs.by_length);
+  replace(led_by_tension_, legs.led_by_tension);
   plan_.transition_s = transition_s_;
 }
 
@@ -161,7 +182,10 @@ const StartUpCommand& StartUp::step(const RobotSample& sample) {
   }
 
   const bool usable = watchdog_.usable(sample);
-  if (command_.state != holding && command_.state != done && usable) rest_.push(sample);
+  if (command_.state != holding && command_.state != done && usable) {
+    rest_.push(sample);
+    last_tension_N_ = sample.tension_N;
+  }
   switch (command_.state) {
     case idle:
       enter(recording);
@@ -336,6 +360,7 @@ void StartUp::next_setpoint() {
   }
   from_N_ = plan_.setpoint_N[static_cast<std::size_t>(command_.setpoint)];
   ++command_.setpoint;
+  begin_leg();
   feed_forward_ = true;
   command_.ripple = kNaN;
   rest_.clear();

@@ -128,12 +128,14 @@ class StartUp {
   struct Legs {
     std::vector<PathLeg> by_tension;
     std::vector<HeldMotion> by_length;
+    std::vector<std::vector<int>> led_by_tension;  ///< one a motion by length
   };
   [[nodiscard]] Legs legs_of(const StartUpPlan& plan, CableVector from_N, std::optional<Pose> at,
                              std::vector<double>& transition_s, const std::string& of) const;
   [[nodiscard]] bool led_by_lengths() const { return lengths_.has_value(); }
   [[nodiscard]] CableVector watched_setpoint_N() const;
   void begin_move();
+  void begin_leg();
   void move(const RobotSample& sample, double dt_s);
   void control(const RobotSample& sample, double speed_1_s, double fraction, double dt_s);
   const CableVector& stop(double dt_s);
@@ -151,14 +153,15 @@ class StartUp {
   double velocity_limit_m_s_;
   std::vector<PathLeg> leg_;  ///< to each set-point; the first is found when recorded
   std::vector<double> transition_s_;
-  std::vector<HeldMotion> motion_;  ///< led by lengths: in place of leg_
+  std::vector<HeldMotion> motion_;                ///< led by lengths: in place of leg_
+  std::vector<std::vector<int>> led_by_tension_;  ///< on each: the cables that follow tensions
   TensionController controller_;
   std::optional<LengthController> lengths_;
   RestDetector rest_;
   Watchdog watchdog_;
   StartUpCommand command_;
   std::vector<StartUpRest> rests_;
-  CableVector from_N_, recorded_sum_N_;
+  CableVector from_N_, recorded_sum_N_, last_tension_N_;
   int recorded_ = 0;
   double now_s_ = kNaN, entered_s_ = kNaN;
   double settle_sum_s_ = 0.0;  ///< over rests_: the estimate of the time left learns

@@ -73,7 +73,7 @@ def command(
             f"{robot}: has {the_robot.cable_count} cables, and a start-up is planned for three "
             "and more; give a robot with as many, irma4 for one"
         )
-    hide = effect or story.HIDDEN[seed % len(story.HIDDEN)]
+    hide = effect or story.hidden_effect(the_robot, seed)
     _core.expanded_effect(_core.parse_injected_effect(hide, the_robot), the_robot)
     folder = Path(output)
     try:

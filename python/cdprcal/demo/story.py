@@ -25,6 +25,8 @@ HIDDEN = (
     "transmission_ratio=0.02",
     "cable_elasticity=30000",
 )
+#: Of these, what a platform must be able to turn for.
+_SEEN_BY_TURNING = ("centre_of_mass",)
 
 #: Paper Table III, trials a and b: the robot, measured.
 PAPER_ROWS = (
@@ -45,6 +47,13 @@ METHODS = (
 
 #: Cables that the left inverse of eq. 12 can have.
 _MOST_OF_PAPER = 6
+
+
+def hidden_effect(robot: _core.Robot, seed: int) -> str:
+    """Which imperfection a demonstration hides: one that this robot's platform shows."""
+    turns = bool(np.any(_core.motion_basis(robot)[3:]))
+    shown = [e for e in HIDDEN if turns or not e.startswith(_SEEN_BY_TURNING)]
+    return shown[seed % len(shown)]
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@
 #include "cdprcal/equilibria/held_motion.hpp"
 #include "cdprcal/equilibria/inverse.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/geometry/fifth_degree.hpp"
 #include "robots.hpp"
 
 namespace cdprcal::test {
@@ -179,6 +180,51 @@ TEST(HeldMotion, GoesStraightAndKeepsTheBalance) {
   EXPECT_LT((held_point(robot, motion, 0.0).tension_N - a.tension_N).norm(), 1e-6);
   EXPECT_LT((held_point(robot, motion, 1.0).tension_N - b.tension_N).norm(), 1e-6);
   EXPECT_LT(minus(held_point(robot, motion, 1.0).pose, b.pose).norm(), 1e-12);
+}
+
+TEST(HeldMotion, AWayIsSlowEnoughForItsWeakestCable) {
+  const Robot robot = load_robot("posts8");
+  const InverseResult a = inverse(robot, {-0.4, -0.2, 0.6}), b = inverse(robot, {-0.4, 0.2, 0.6});
+  const HeldMotion motion(a.pose, a.tension_N, b.pose, b.tension_N);
+  const double time_s = least_time_by_tension_s(robot, motion);
+  // What the platform's mass and inertia ask for on the way, as tensions of the least norm.
+  double largest = 0.0;
+  for (int k = 0; k <= 200; ++k) {
+    const double x = k / 200.0;
+    const HeldPoint at = held_point(robot, motion, FifthDegree::value(x));
+    const Vector6 acceleration = FifthDegree::acceleration(x) / (time_s * time_s) * motion.twist;
+    const Vector3 arm = at.state.centre_of_mass_arm_m;
+    const Vector3 force =
+        robot.platform.mass_kg * (acceleration.head<3>() + acceleration.tail<3>().cross(arm));
+    ASSERT_LT(acceleration.tail<3>().norm(), 1e-9);  // it does not turn
+    Vector6 wrench;
+    wrench << force, arm.cross(force);
+    const Eigen::MatrixXd structure = structure_matrix(at.state);
+    const Eigen::VectorXd change = structure.completeOrthogonalDecomposition().solve(wrench);
+    largest = std::max(largest, (change.array().abs() / at.tension_N.array()).maxCoeff());
+  }
+  EXPECT_NEAR(largest, 0.125, 0.005);
+  // Standing still takes no time.
+  EXPECT_EQ(least_time_by_tension_s(robot, {a.pose, a.tension_N, a.pose, a.tension_N}), 0.0);
+}
+
+TEST(HeldMotion, CablesLedByTensionChangeOnlyForMuchBetterOnes) {
+  const Robot robot = load_robot("hang4");
+  const auto at = [](double x, double y) {
+    return Pose{{x, y, 0.5}, Eigen::Quaterniond::Identity()};
+  };
+  const std::vector<int> here = cables_led_by_tension(robot, {at(0.02, 0.05)});
+  ASSERT_EQ(here.size(), 1u);
+  EXPECT_EQ(cables_led_by_tension(robot, {at(0.04, 0.06)}, here), here);
+  // Not where the cable that leads now has no say.
+  int changed = 0;
+  for (const double x : {-0.3, 0.3}) {
+    for (const double y : {-0.33, 0.43}) {
+      changed += cables_led_by_tension(robot, {at(x, y)}, here) != here ? 1 : 0;
+    }
+  }
+  EXPECT_GT(changed, 0);
+  EXPECT_LT(changed, 4);
 }
 
 TEST(HeldMotion, SixCablesHoldThePoseWithoutThoseLedByTension) {

@@ -82,6 +82,14 @@ TEST(ModelAverage, AnotherModelCountsAsUncertainAsItIs) {
   EXPECT_LE((p.spread - Matrix6(less_known.asDiagonal())).norm(), 1e-12);
 }
 
+TEST(ModelAverage, WhatGuidesHoldIsNoLessKnownToAnother) {
+  InitialPose here, there;
+  here.covariance.diagonal() << 1.0, 1.0, 4.0, 0.0, 0.0, 0.0;  // a platform that cannot turn
+  here.covariance(0, 1) = here.covariance(1, 0) = 0.5;
+  there.covariance = 3.0 * here.covariance;
+  EXPECT_LE((in_place_of(here, there, 0.25).spread - 2.0 * here.covariance).norm(), 1e-12);
+}
+
 TEST(ModelAverage, WithoutOtherModelsACovarianceStays) {
   const Matrix6 own = initial_pose_covariance(clean(), 0);
   EXPECT_EQ(averaged_covariance(own, {}), own);

@@ -298,7 +298,9 @@ TEST(RobotFile, WhatIsNoRobotFileIsRefusedQuickly) {
   EXPECT_NE(message_of("").find("is empty"), std::string::npos);
   EXPECT_NE(message_of("\n# nothing\n").find("is empty"), std::string::npos);
   EXPECT_NE(message_of(std::string("name: \0\x01", 8)).find("binary"), std::string::npos);
-  EXPECT_NE(message_of("# one\nname: R\xFC" "ben").find("robot.yaml:2: is not UTF-8"),
+  EXPECT_NE(message_of("# one\nname: R\xFC"
+                       "ben")
+                .find("robot.yaml:2: is not UTF-8"),
             std::string::npos);
   EXPECT_NE(message_of(repeat("x", 2'000'000)).find("250 kB"), std::string::npos);
   EXPECT_NE(message_of(repeat("[", 200'000)).find("nested"), std::string::npos);
