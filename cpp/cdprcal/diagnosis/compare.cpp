@@ -49,11 +49,15 @@ void weigh(ComparedNumber& number) {
   }
 }
 
-/// Each effect that some of the diagnoses found, once; formulas apart.
+/// Each effect that some of the diagnoses found, once; formulas apart. Of two that the poses do not
+/// tell apart the first stands for both: together their values would be anything.
 void collect(const Diagnosis& found, Candidates& effects, std::vector<DiscreteFault>& faults) {
   for (const NamedEffect& effect : found.effects) {
     if (as_slip(*effect.effect) || effect.effect->needs_motion()) continue;
-    const auto same = [&](const auto& other) { return other->name() == effect.effect->name(); };
+    const auto same = [&](const auto& other) {
+      return other->name() == effect.effect->name() ||
+             std::ranges::find(effect.rivals, other->name()) != effect.rivals.end();
+    };
     if (std::ranges::none_of(effects, same)) effects.push_back(of_all_logs(effect.effect));
   }
   for (const DiscreteFault& fault : found.faults) {
