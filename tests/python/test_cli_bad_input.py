@@ -203,7 +203,7 @@ def test_output_that_cannot_be_written(cli: Cli, log_path: Path, tmp_path: Path)
     assert set(tmp_path.iterdir()) == {log_path}
 
 
-@pytest.mark.parametrize("name", ["run.csv.gz", "run.txt", "run.parquet"])
+@pytest.mark.parametrize("name", ["run.csv.gz", "run.zip", "run.parquet"])
 @pytest.mark.parametrize("command", ["generate", "import", "acquire"])
 def test_a_logs_name_promises_what_is_written(
     cli: Cli, log_path: Path, tmp_path: Path, command: str, name: str

@@ -40,11 +40,15 @@ def readable_format(data: bytes, path: str | Path) -> LogFormat:
     return kind
 
 
+#: What a CSV log's name may end in without promising anything else.
+_ENDINGS_OF_TEXT = (".csv", ".log", ".txt", ".dat", "")
+
+
 def is_mcap_name(path: Path) -> bool:
     """Whether a log of this name is written as MCAP; else as CSV. Raises InputError for a name that
     promises another form, and for MCAP where what writes it is not installed."""
     ending = path.suffix.lower()
-    if ending not in (".csv", ".mcap", ""):
+    if ending not in (*_ENDINGS_OF_TEXT, ".mcap"):
         raise InputError(f"{shown_path(path)}: a log's name must end in .csv or .mcap")
     if ending == ".mcap":
         need("mcap", of=str(path))
