@@ -218,6 +218,12 @@ def test_a_logs_name_promises_what_is_written(
     assert not (tmp_path / name).exists()
 
 
+def test_other_names_of_logs_are_as_good(cli: Cli, tmp_path: Path) -> None:
+    for name in ("run.log", "run.TXT", "run", "run_0.5mm"):
+        assert cli("generate", "irma4", "-o", tmp_path / name).code == 0
+        assert cdprcal.read_log(tmp_path / name).sample_count > 0
+
+
 def test_import_does_not_overwrite_what_it_reads(cli: Cli, log_path: Path) -> None:
     before = log_path.read_bytes()
     assert_refused(cli("import", log_path, "-o", log_path), "another name")

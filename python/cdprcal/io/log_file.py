@@ -48,7 +48,8 @@ def is_mcap_name(path: Path) -> bool:
     """Whether a log of this name is written as MCAP; else as CSV. Raises InputError for a name that
     promises another form, and for MCAP where what writes it is not installed."""
     ending = path.suffix.lower()
-    if ending not in (*_ENDINGS_OF_TEXT, ".mcap"):
+    is_number = ending[1:2].isdigit()  # run_0.5mm
+    if ending not in (*_ENDINGS_OF_TEXT, ".mcap") and not is_number:
         raise InputError(f"{shown_path(path)}: a log's name must end in .csv or .mcap")
     if ending == ".mcap":
         need("mcap", of=str(path))
