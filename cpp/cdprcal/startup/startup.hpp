@@ -74,7 +74,8 @@ struct StartUpCommand {
   CableVector velocity_m_s;        ///< of pay-out, for drives in velocity mode
   CableVector tension_setpoint_N;  ///< wanted now; for drives in torque mode, and for the log
   /// Lengths lead: one a cable, true where it follows its tension set-point and false where it must
-  /// follow velocity_m_s. Empty: a drive with a tension loop follows the set-points of all.
+  /// follow velocity_m_s; other ones from way to way. Empty: a drive with a tension loop follows
+  /// the set-points of all.
   std::vector<bool> by_tension;
   bool locked = true;         ///< winches must stand still: brakes may be set
   int setpoint = 0;           ///< which one is being moved to or measured, from 0
