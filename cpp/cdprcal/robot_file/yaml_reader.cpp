@@ -27,16 +27,23 @@ void refuse_unless_text(const std::string& text, const std::string& source) {
   if (text.size() > kMostYamlBytes) {
     throw InputError(source + ": is over 250 kB: this is not a robot file; give one");
   }
-  std::size_t line = 1;
+  const auto at = [&](std::ptrdiff_t offset) {
+    const auto line = 1 + std::count(text.begin(), text.begin() + offset, '\n');
+    return source + ":" + std::to_string(line) + ": ";
+  };
+  const auto is_control = [](char c) {
+    return static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\r' && c != '\t';
+  };
+  const auto control = std::find_if(text.begin(), text.end(), is_control);
+  if (control != text.end()) {
+    throw InputError(at(control - text.begin()) +
+                     "holds control characters: this is a binary file; give a robot file");
+  }
   for (auto next = text.begin(); next != text.end();) {
+    const auto begin = next;
     const utf::code_point c = utf::utf_traits<char>::decode(next, text.end());
-    if (c == '\n') ++line;
-    const std::string at = source + ":" + std::to_string(line) + ": ";
     if (c == utf::illegal || c == utf::incomplete) {
-      throw InputError(at + "is not UTF-8 text; save the file as such");
-    }
-    if (c < 0x20 && c != '\n' && c != '\r' && c != '\t') {
-      throw InputError(at + "holds control characters: this is a binary file; give a robot file");
+      throw InputError(at(begin - text.begin()) + "is not UTF-8 text; save the file as such");
     }
   }
 }
