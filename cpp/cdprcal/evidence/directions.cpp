@@ -21,16 +21,16 @@ void change_measurement(const Change& change, bool swivels, Measurement& m) {
   if (s.size() == error.size() && s.size() == open.size()) change(s, error, open);
 }
 
-/// Whether anything in a model depends on the directions of its cables, or of its swivels.
-bool depends(const DiagnosisModel& model, bool swivels) {
+/// Whether anything in a model of this cost depends on the directions of its cables, or swivels.
+bool depends(const DiagnosisModel& model, double cost, bool swivels) {
   DiagnosisModel other = model;
   for (DiagnosisRun& run : other.runs) {
     for (Measurement& m : run.measurements) {
       (swivels ? m.swivel_direction : m.length_direction).setConstant(0.5);
     }
   }
-  const double here = penalised_cost(model), there = penalised_cost(other);
-  return std::isfinite(there) && here != there;
+  const double there = penalised_cost(other);
+  return std::isfinite(there) && there != cost;
 }
 
 }  // namespace
@@ -40,9 +40,10 @@ UncertainDirections uncertain_directions(const DiagnosisModel& model) {
   constexpr double kLost = 0.1;
   const Eigen::VectorXd values = model.values();
   UncertainDirections out{Matrix6::Zero(), Eigen::VectorXd::Zero(values.size())};
+  const double cost = penalised_cost(model);
   std::vector<bool> either;
   for (const bool swivels : {false, true}) {
-    if (depends(model, swivels)) either.push_back(swivels);
+    if (depends(model, cost, swivels)) either.push_back(swivels);
   }
   const auto add = [&](DiagnosisModel other) {
     fit(other, 1);  // as far as is linear

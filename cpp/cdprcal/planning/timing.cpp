@@ -3,9 +3,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 
-#include "cdprcal/equilibria/held_motion.hpp"
 #include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/startup/length_controller.hpp"
 
 namespace cdprcal {
 namespace {
@@ -145,15 +145,11 @@ double TransitionTimer::least_by_speed_s(const Path& path) const {
 }
 
 Timing TransitionTimer::held_time(const Path& path) const {
-  // A fifth-degree transition of peak speed v has a peak acceleration of 3.08 v/T; winches come to
-  // their speed within kRamp_s.
-  constexpr double kRamp_s = 0.2;
-  constexpr double kPeak = 5.7735 / 1.875;
   Timing timing;
   const PathPoint &from = path.points.front(), &to = path.points.back();
   const HeldMotion motion(from.pose, from.tension_N, to.pose, to.tension_N);
-  timing.transition_s = rounded_up(std::max({least_by_speed_s(path), kPeak * kRamp_s,
-                                             least_time_by_tension_s(checker_.robot(), motion)}));
+  timing.transition_s =
+      rounded_up(std::max(least_by_speed_s(path), least_held_time_s(checker_.robot(), motion)));
   timing.settling_s = DetectionOptions{}.window_s;
   timing.dwell_s = timing.settling_s + options_.measuring_s;
   return timing;

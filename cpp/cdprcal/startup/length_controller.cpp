@@ -76,6 +76,12 @@ const CableVector& LengthController::stop(double dt_s) {
   return ramp_.command(CableVector::Zero(robot_.cable_count()), dt_s);
 }
 
+double least_held_time_s(const Robot& robot, const HeldMotion& motion) {
+  // Peak acceleration of a fifth-degree transition over its peak speed, times its duration.
+  constexpr double kPeak = 5.7735 / 1.875;
+  return std::max(kPeak * kFullSpeed_s, least_time_by_tension_s(robot, motion));
+}
+
 double held_transition_time_s(const Robot& robot, const HeldMotion& motion, double velocity_m_s) {
   double fastest = 0.0;
   constexpr int kPoints = 40;
@@ -86,10 +92,7 @@ double held_transition_time_s(const Robot& robot, const HeldMotion& motion, doub
     const CableVector by_fraction = length_jacobian(state) * motion.twist;
     fastest = std::max(fastest, FifthDegree::velocity(x) * by_fraction.cwiseAbs().maxCoeff());
   }
-  // Peak acceleration of a fifth-degree transition over its peak speed, times its duration.
-  constexpr double kPeak = 5.7735 / 1.875;
-  return std::max(
-      {fastest / velocity_m_s, kPeak * kFullSpeed_s, least_time_by_tension_s(robot, motion)});
+  return std::max(fastest / velocity_m_s, least_held_time_s(robot, motion));
 }
 
 }  // namespace cdprcal

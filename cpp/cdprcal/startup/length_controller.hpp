@@ -49,9 +49,11 @@ class LengthController {
   CableVector start_m_, travelled_m_;
 };
 
-/// Shortest time [s] of a fifth-degree transition along a motion: no cable runs faster than
-/// `velocity_m_s`, nor comes to that speed faster than the drives' ramp, nor loses much of its
-/// pull.
+/// Shortest time [s] of a fifth-degree transition along a motion at whatever speed: no cable comes
+/// to it faster than the drives' ramp, nor loses much of its pull.
+double least_held_time_s(const Robot& robot, const HeldMotion& motion);
+
+/// The same where no cable runs faster than `velocity_m_s`, either.
 double held_transition_time_s(const Robot& robot, const HeldMotion& motion, double velocity_m_s);
 
 }  // namespace cdprcal

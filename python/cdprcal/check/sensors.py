@@ -9,7 +9,7 @@ import numpy as np
 
 from cdprcal import _core
 from cdprcal.check.signals import SignalReport
-from cdprcal.check.subject import Channel, Floats, Subject, duration_s, stretches
+from cdprcal.check.subject import Channel, Floats, Subject, duration_s, longest_of, stretches
 from cdprcal.sensors import SENSORS, columns_of
 
 _WITHOUT = {
@@ -77,7 +77,7 @@ def _check_channel(subject: Subject, name: str, read: np.ndarray | None) -> None
         return
     dropouts = stretches(~read)
     if dropouts:
-        longest = max(dropouts, key=lambda r: r[1] - r[0])
+        longest = longest_of(dropouts)
         subject.add(
             "warning",
             "dropout",

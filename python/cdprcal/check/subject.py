@@ -113,6 +113,11 @@ class Subject:
         )
 
 
+def longest_of(ranges: list[tuple[int, int]]) -> tuple[int, int]:
+    """Of some half-open ranges of samples, at least one, the longest."""
+    return max(ranges, key=lambda r: r[1] - r[0])
+
+
 def stretches(flags: Flags, at_least: int = 1) -> list[tuple[int, int]]:
     """Half-open ranges in which every flag is set, of at least that many samples."""
     edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))

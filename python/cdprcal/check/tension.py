@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cdprcal.check.subject import Channel, Flags, Subject, duration_s, stretches
+from cdprcal.check.subject import Channel, Flags, Subject, duration_s, longest_of, stretches
 from cdprcal.sensors import LOG_GROUPS
 
 #: A cable counts as slack below this share of the least tension that the robot allows, …
@@ -47,7 +47,7 @@ def _check_placeholder(subject: Subject, channel: Channel) -> Flags:
     places = stretches(flags)
     if np.count_nonzero(flags) < _FEWEST_CLIPPED:
         return np.zeros_like(flags)
-    longest = max(places, key=lambda r: r[1] - r[0])
+    longest = longest_of(places)
     subject.add(
         "error",
         "impossible_value",
@@ -67,7 +67,7 @@ def _check_slack(subject: Subject, channel: Channel) -> Flags:
         flags = channel.values < level
     places = stretches(flags)
     if places:
-        longest = max(places, key=lambda r: r[1] - r[0])
+        longest = longest_of(places)
         lasting = longest[1] - longest[0] > 1
         if np.nanmedian(channel.values) < -level:
             subject.add(
@@ -105,7 +105,7 @@ def _check_saturated(subject: Subject, channel: Channel) -> Flags:
         flags[begin:end] = True
     places = stretches(flags)
     if places:
-        longest = max(places, key=lambda r: r[1] - r[0])
+        longest = longest_of(places)
         lasting = longest[1] - longest[0] > 1
         subject.add(
             "error" if lasting else "warning",
@@ -134,7 +134,7 @@ def _check_limits(subject: Subject, channel: Channel, rest: Flags) -> None:
         flags = rest & (channel.values < robot.tension_min_N - margin)
     places = stretches(flags)
     if places:
-        longest = max(places, key=lambda r: r[1] - r[0])
+        longest = longest_of(places)
         subject.add(
             "warning",
             "tension_outside_limits",
