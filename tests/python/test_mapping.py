@@ -113,7 +113,16 @@ def canonical(log: cdprcal.Log, path: Path, *renamed: tuple[str, str]) -> Path:
     return path
 
 
-@pytest.mark.parametrize("angles", ["roll,pitch,yaw", "phi,theta,psi", "rx,ry,rz"])
+@pytest.mark.parametrize(
+    "angles",
+    [
+        "roll,pitch,yaw",
+        "phi,theta,psi",
+        "rx,ry,rz",
+        "rpy_x,rpy_y,rpy_z",
+        "imu_attitude.x,imu_attitude.y,imu_attitude.z",
+    ],
+)
 @pytest.mark.parametrize("swivel", ["theta", "phi", "rz"])
 def test_numbered_angles_are_the_swivels(
     synthetic: cdprcal.SyntheticLog, tmp_path: Path, angles: str, swivel: str
@@ -534,6 +543,8 @@ def with_times(log: cdprcal.Log, path: Path, names: str, written: list[str]) -> 
         "%d/%m/%Y %H:%M:%S.%f",
         "%m/%d/%Y %I:%M:%S.%f %p",
         "%d.%m.%Y %H:%M:%S,%f",
+        "%Y%m%dT%H%M%S.%f",
+        "%d-%b-%Y %H:%M:%S.%f",
         "%H:%M:%S.%f",
         "%I:%M:%S.%f %p",
     ],

@@ -28,8 +28,9 @@ _COMMENT = "#%"
 _MARK = re.compile(rf"^\s*[{_COMMENT}]+\s*")
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
 _CLOCK = re.compile(
-    r"((?P<day>\d{1,4}[-./]\d{1,2}[-./]\d{1,4})[ T])?"
-    r"(?P<h>\d{1,2}):(?P<min>\d{2}):(?P<s>\d{2}([.,]\d+)?)"
+    r"(?=\d{8}T|.*:)"  # of digits alone it may be any number
+    r"((?P<day>\d{1,4}[-./]\d{1,2}[-./]\d{1,4}|\d{8}|\d{1,2}-[A-Za-z]{3}-\d{4})[ T])?"
+    r"(?P<h>\d{1,2}):?(?P<min>\d{2}):?(?P<s>\d{2}([.,]\d+)?)"
     r" ?(?P<half>[AaPp][Mm])? ?(Z|UTC|GMT|(?P<zone>[-+]\d{2}(:?\d{2})?))?"
 )
 #: Cells, in small letters, that say that nothing was read; the last ones are C's and Excel's.
@@ -43,6 +44,7 @@ _THOUSANDS = {
 }
 _WITH_UNIT = re.compile(r"([-+]?[\d.,]+)\s*([^\W\d]+)")
 _DAYS = ("%Y-%m-%d", "%d.%m.%Y", "%Y/%m/%d", "%m/%d/%Y", "%d/%m/%Y", "%d-%m-%Y")
+_DAYS += ("%Y%m%d", "%d-%b-%Y")  # ISO without separators; MATLAB
 _DAY_S = 86400.0
 _UNIT = re.compile(r"[\[(]?\s*[^\s\d\[\]();,]{0,6}(/[^\s\d\[\]();,]{1,4})?\s*[\])]?")
 

@@ -12,6 +12,9 @@ WHOLE_LENGTHS = "direct_lengths"
 #: Of an inertial unit, three columns each, told apart by their axes.
 INERTIAL = ("specific_force", "angular_velocity")
 
+#: What an axis letter makes an angle of, however the name begins.
+_ANGLES = r"(?:\w+_)?(?:euler|rpy|attitude)_?"
+
 #: Words that make a column a reading of a kind, in the languages of labs; the first kind that has a
 #: word wins, so that 'tension set-point' is no tension and 'cable velocity' no length.
 _WORDS: tuple[tuple[str, str], ...] = (
@@ -32,9 +35,9 @@ _WORDS: tuple[tuple[str, str], ...] = (
     ("quaternion", r"q[wxyz]|quat\w*|orientation|quaternion"),
     (WHOLE_LENGTHS, r"laser|tape|distance|direct"),
     ("position_m", r"tracker|mocap|vicon|optitrack|leica|pos[xyz]"),
-    ("roll", r"roll|phi|rx|rollen|rollwinkel|roulis|rollio|euler_?x|wank\w*"),
-    ("pitch", r"pitch|theta|ry|nick\w*|neigung|tangage|beccheggio|euler_?y"),
-    ("yaw", r"yaw|psi|chi|rz|heading|gier\w*|lacet|imbardata|azimut|azimuth|euler_?z|course"),
+    ("roll", rf"roll|phi|rx|rollen|rollwinkel|roulis|rollio|{_ANGLES}x|wank\w*"),
+    ("pitch", rf"pitch|theta|ry|nick\w*|neigung|tangage|beccheggio|{_ANGLES}y"),
+    ("yaw", rf"yaw|psi|chi|rz|heading|gier\w*|lacet|imbardata|azimut|azimuth|{_ANGLES}z|course"),
     ("attitude", r"rpy|euler|attitude"),
     (
         "swivels",
