@@ -20,6 +20,13 @@ void require_row(const Log& log, Eigen::Index index) {
   }
 }
 
+void require_cables(const Log& log, int cable_count) {
+  if (cable_count != log.cable_count()) {
+    throw InputError("cable_count: is " + std::to_string(cable_count) + ", the log has " +
+                     std::to_string(log.cable_count()) + " cables; give that");
+  }
+}
+
 void register_enums(py::module_& module) {
   WordEnum<PoseKind>(module, "PoseKind",
                      "static_pose: at rest, statics hold; kinematic_pose: geometry only.")
@@ -118,20 +125,23 @@ void register_measurement(py::module_& module) {
       "measurement_at",
       [](const Log& log, Eigen::Index index, PoseKind kind, int cable_count) {
         require_row(log, index);
+        require_cables(log, cable_count);
         return measurement_at(log, index, kind, cable_count);
       },
       py::arg("log"), py::arg("index"), py::arg("kind"), py::arg("cable_count"),
-      "The sample at row `index` as a Measurement.");
+      "The sample at row `index` as a Measurement. Raises InputError for a row that is not in the log "
+      "and when the log is of another number of cables.");
   module.def(
       "measurement_mean",
       [](const Log& log, const SampleRange& range, PoseKind kind, int cable_count) {
+        if (range.size() < 1) throw InputError("range: must hold at least one sample");
         require_row(log, range.begin);
         require_row(log, range.end - 1);
-        if (range.size() < 1) throw InputError("range: must hold at least one sample");
+        require_cables(log, cable_count);
         return measurement_mean(log, range, kind, cable_count);
       },
       py::arg("log"), py::arg("range"), py::arg("kind"), py::arg("cable_count"),
-      "The mean over an interval; time_s is the middle of it.");
+      "The mean over an interval; time_s is the middle of it. Raises InputError as measurement_at.");
 }
 
 void register_problem(py::module_& module) {

@@ -12,6 +12,7 @@
 
 #include "bindings.hpp"
 #include "cdprcal/diagnosis/model_residuals.hpp"
+#include "cdprcal/readings/run.hpp"
 #include "people.hpp"
 
 namespace cdprcal::python {
@@ -158,6 +159,7 @@ void register_catalogue(py::module_& module) {
   module.def(
       "with_known_effects",
       [](const Robot& robot, const Log& log) {
+        check_belongs(robot, log);
         KnownState known = with_known_effects(robot, log);
         return std::pair(std::move(known.robot), std::move(known.log));
       },

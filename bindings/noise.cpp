@@ -39,7 +39,16 @@ void register_table(py::module_& module) {
       .def_readonly("in_words", &Sensor::in_words)
       .def_readonly("about", &Sensor::about, "What it reads, for descriptions.")
       .def("columns_of", &Sensor::columns_of, py::arg("cable_count"), "How many columns.")
-      .def("column", &Sensor::column, py::arg("index"), "As in a log: 'position_x_m'.");
+      .def(
+          "column",
+          [](const Sensor& sensor, int index) {
+            if (index < 0 || index >= sensor.columns_of(kMaxCables)) {
+              throw InputError("index: " + std::to_string(index) + " is no column of " +
+                               sensor.field() + "; give one from 0 on");
+            }
+            return sensor.column(index);
+          },
+          py::arg("index"), "As in a log: 'position_x_m'. Raises InputError beyond the last one.");
   py::class_<ChannelRow>(module, "ChannelRow",
                          "One row of the table of channels: readings that share one noise.")
       .def_readonly("name", &ChannelRow::name, "'roll_pitch'.")
@@ -97,7 +106,8 @@ void register_noise(py::module_& module) {
           "sample", [](const ChannelNoise& noise) { return noise.sample.sigma; },
           "sigma from sample to sample, which averages out as `signal` says.")
       .def_readonly("signal", &ChannelNoise::sample, "How the samples come.")
-      .def("sigma", &ChannelNoise::sigma, py::arg("samples"), "Of the mean of so many samples.");
+      .def("sigma", py::overload_cast<int>(&ChannelNoise::sigma, py::const_), py::arg("samples"),
+           "Of the mean of so many samples.");
   py::class_<NoiseModel>(
       module, "NoiseModel",
       ("Noise by channel: " + channel_list() + "; the balance's is of a tension.").c_str())

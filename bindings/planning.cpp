@@ -58,18 +58,31 @@ void register_set_points(py::module_& module) {
       },
       py::arg("robot"), py::arg("position_m"), py::arg("options") = SetPointOptions{},
       "The set-point at a position [3]: (SetPoint or None, reason why there is none).");
-  module.def("settling_deviation", &settling_deviation, py::arg("robot"), py::arg("set_point"),
-             "Standard deviation [6] of the pose (position [m], world-frame rotation vector [rad]) "
-             "when every tension is wrong by one sigma of the load cells.");
+  const auto require_of = [](const Robot& robot, const SetPoint& point, const char* name) {
+    require_finite(to_cable_vector(point.tension_N, name, robot.cable_count()), name);
+  };
+  module.def(
+      "settling_deviation",
+      [=](const Robot& robot, const SetPoint& set_point) {
+        require_of(robot, set_point, "set_point.tension_N");
+        return settling_deviation(robot, set_point);
+      },
+      py::arg("robot"), py::arg("set_point"),
+      "Standard deviation [6] of the pose (position [m], world-frame rotation vector [rad]) "
+      "when every tension is wrong by one sigma of the load cells. Raises InputError for tensions that "
+      "are not one a cable.");
   module.def(
       "predicted_covariance",
-      [](const Robot& robot, const SetPoint& start, const std::vector<SetPoint>& set_points) {
+      [=](const Robot& robot, const SetPoint& start, const std::vector<SetPoint>& set_points) {
+        require_of(robot, start, "start.tension_N");
+        for (const SetPoint& s : set_points) require_of(robot, s, "set_points: tension_N");
         const py::gil_scoped_release release;
         return predicted_covariance(robot, start, set_points);
       },
       py::arg("robot"), py::arg("start"), py::arg("set_points"),
       "Covariance [6, 6] of the initial pose (position [m], world-frame rotation vector [rad]) that "
-      "measuring these set-points will give; None while it stays unobservable.");
+      "measuring these set-points will give; None while it stays unobservable. Raises InputError for "
+      "tensions that are not one a cable.");
 }
 
 template <class F>

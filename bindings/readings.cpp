@@ -187,11 +187,15 @@ void register_readings(py::module_& module) {
   module.def(
       "fresh_rows",
       [](const LogMatrix& readings, Eigen::Index begin, Eigen::Index end) {
+        if (begin < 0 || begin > end || end > readings.rows()) {
+          throw InputError("range: rows " + std::to_string(begin) + " to " + std::to_string(end) +
+                           " are not within " + std::to_string(readings.rows()) + " readings");
+        }
         return fresh_rows(readings, {begin, end}).rows;
       },
       py::arg("readings"), py::arg("begin"), py::arg("end"),
       "Rows of readings [N, columns of one sensor] in which it read anew; all of them where none is "
-      "held over several rows.");
+      "held over several rows. Raises InputError for rows that are not there.");
   module.def("channel_noise", &channel_noise, py::arg("values"), py::arg("angles") = false,
              "White noise of a channel [N], in its unit, from second differences (robust to "
              "motion); NaN entries are passed over; 0 with fewer than three samples. angles: "

@@ -407,6 +407,9 @@ void Tracker::judge(bool corrected) {
 }
 
 const TrackedSample& Tracker::add(const Measurement& sample) {
+  if (!std::isfinite(sample.time_s)) {
+    throw InputError("track: a sample's time must be a finite number of seconds");
+  }
   const int n = robot_.cable_count();
   for_each_sensor(
       [&](const Sensor& sensor, const auto& field) {

@@ -127,6 +127,9 @@ std::optional<NextStop> NextStopChooser::choose(const std::vector<int>& measured
                                                 const Pose& initial,
                                                 const CableVector& initial_reading_N,
                                                 const AskedAccuracy& asked) const {
+  if (initial_reading_N.size() != effects_.robot().cable_count()) {
+    throw InputError("initial_reading_N: give one value a cable");
+  }
   if (stopped()) return std::nullopt;
   const CableVector tension_N =
       effects_.any() ? effects_.tension_N(initial, initial_reading_N) : initial_reading_N;

@@ -21,17 +21,17 @@ SampleRange run_of(const Log& log, int segment) {
         "nanoseconds look like that), or log at 10 Hz or more");
   }
   const int index = segment < 0 ? count - 1 : segment;
-  if (index >= count) {
+  if (segment < -1 || index >= count) {
     throw InputError(log.source + ": segment " + std::to_string(segment) +
                      " asked for, but the log has " + std::to_string(count) +
-                     "; give one of these, counted from 0");
+                     "; give one of these, counted from 0, or -1 for the last");
   }
   return all[static_cast<std::size_t>(index)];
 }
 
 void check_belongs(const Robot& robot, const Log& log) {
+  validate(log);  // it may not come from a file
   const int cables = log.cable_count();
-  if (log.sample_count() == 0) throw InputError(log.source + ": the log has no samples; log again");
   if (cables == 0) {
     throw InputError(log.source +
                      ": the log says nothing of any cable; log lengths, swivel angles or tensions "

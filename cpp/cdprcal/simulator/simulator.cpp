@@ -179,6 +179,9 @@ void Simulator::hold() {
 }
 
 void Simulator::push(const Vector3& velocity_m_s, const Vector3& body_rate_rad_s) {
+  if (!velocity_m_s.allFinite() || !body_rate_rad_s.allFinite()) {
+    throw InputError("simulator: push: must be finite numbers");
+  }
   dynamics_.set_motion(velocity_m_s, body_rate_rad_s);
 }
 
@@ -195,7 +198,9 @@ void Simulator::note_reading_error() {
 }
 
 bool Simulator::advance(double duration_s) {
-  if (!(duration_s >= 0.0)) throw InputError("simulator: advance: a duration must not be negative");
+  if (!(duration_s >= 0.0 && std::isfinite(duration_s))) {
+    throw InputError("simulator: advance: a duration must be a number of seconds, 0 or more");
+  }
   const double end_s = time_s() + duration_s - 0.5 * options_.step_s;
   while (crashed_.empty() && time_s() < end_s) {
     happen();

@@ -36,6 +36,10 @@ ReadingNoise reading_noise(const SensorSigma& sigma, double scale, bool absolute
 }
 
 ReadingOffsets random_offsets(int cable_count, RandomNormal& random) {
+  if (cable_count < 1 || cable_count > kMaxCables) {
+    throw InputError("cable_count: " + std::to_string(cable_count) + " is not between 1 and " +
+                     std::to_string(kMaxCables));
+  }
   ReadingOffsets offsets{CableVector(cable_count), CableVector(cable_count), 0.0};
   for (int i = 0; i < cable_count; ++i) {
     offsets.length_m[i] = 2.0 * random.uniform() - 1.0;

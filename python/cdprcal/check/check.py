@@ -108,7 +108,7 @@ def check_log(robot: _core.Robot, file: LogFile, segment: int = -1) -> CheckRepo
 
 def choose_segment(count: int, segment: int) -> int:
     """The number of the segment meant, from 0; -1 is the last. Raises InputError."""
-    if not -count <= segment < count:
+    if not -1 <= segment < count:
         raise InputError(
             f"--segment: {segment} is not one of the log's {count} segments (0 to {count - 1}; "
             "-1 is the last)"
