@@ -40,12 +40,13 @@ CommonLayout layout_of(const DiagnosisModel& model, const Candidates& candidates
 double row_noise(const DiagnosisModel& model, NoiseGroup channel, const Measurement& m) {
   const auto c = static_cast<std::size_t>(channel);
   const double level = model.noise.at(c);
-  if (c >= kRestGroups) return level;
-  const Signal& signal = model.signals[c];
+  const bool moving = c >= kRestGroups;
+  const Signal& signal = model.signals[moving ? c - kRestGroups : c];
   const double ripple = std::min(model.floor[c], level);
-  const double usual = signal.variance(model.rest_samples);
+  const double samples = moving ? 1.0 : model.rest_samples;
+  const double usual = signal.variance(samples);
   const double more =
-      usual > 0.0 ? signal.variance(m.samples) / usual : model.rest_samples / m.samples;
+      usual > 0.0 ? signal.variance(m.samples, m.run_time_s) / usual : samples / m.samples;
   return std::sqrt(level * level + ripple * ripple * (more - 1.0));
 }
 

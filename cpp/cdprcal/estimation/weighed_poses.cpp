@@ -43,7 +43,7 @@ WeighedPoses::WeighedPoses(const CalibrationProblem& problem, const std::vector<
   for (const Measurement& measurement : problem.measurements) {
     auto& weights = weights_.emplace_back();
     for (std::size_t c = 0; c < kChannels; ++c) {
-      weights[c] = 1.0 / noise.channel[c].sigma(measurement.samples);
+      weights[c] = 1.0 / noise.channel[c].sigma(measurement);
     }
   }
 }

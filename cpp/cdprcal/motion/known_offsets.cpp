@@ -89,7 +89,7 @@ KnownOffsets known_offsets(const Calibration& calibration) {
       if (!std::isfinite(at.misfit[r])) continue;
       // Rests say what readings count from; a single sample in motion hardly adds to them.
       const RowLabel& label = labels[static_cast<std::size_t>(r)];
-      const double sigma = std::max(noise[label.channel].sigma(m.samples), 1e-12);
+      const double sigma = std::max(noise[label.channel].sigma(m), 1e-12);
       const double w = 1.0 / (sigma * sigma);
       double said = -at.misfit[r] - offset[r];
       if (is_angle(label)) said = wrap_angle(said);

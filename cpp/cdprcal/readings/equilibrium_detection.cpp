@@ -14,11 +14,16 @@ namespace {
 /// Prefix sums of one column over finite samples: any window's mean and scatter in O(1).
 class Series {
  public:
-  /// `fresh`: the readings that `values` repeats for so many rows.
-  Series(const Eigen::VectorXd& values, const Eigen::VectorXd& fresh, double hold_rows,
-         double tolerance, Channel channel)
-      : noise_(channel_noise(fresh)), rows_(hold_rows), tolerance_(tolerance), channel_(channel) {
+  /// `fresh`: the readings among `values`, which may hold each over several rows, or leave those
+  /// rows empty.
+  Series(const Eigen::VectorXd& values, const Eigen::VectorXd& fresh, double tolerance,
+         Channel channel)
+      : noise_(channel_noise(fresh)), tolerance_(tolerance), channel_(channel) {
     const Eigen::Index n = values.size();
+    const auto readings = static_cast<double>(fresh.array().isFinite().count());
+    held_ = worth_ =
+        static_cast<double>(values.array().isFinite().count()) / std::max(1.0, readings);
+    rows_ = static_cast<double>(n) / std::max(1.0, readings);
     // About the first finite value, so that squares keep their digits.
     double origin = 0.0;
     for (Eigen::Index i = 0; i < n; ++i) {
@@ -41,8 +46,11 @@ class Series {
     const Signal& signal = signals[static_cast<std::size_t>(channel_)];
     if (signal.correlation_s == 0.0 && signal.resolution == 0.0) return;
     noise_ = std::max(noise_, std::hypot(signal.sigma, signal.resolution / std::sqrt(6.0)));
-    rows_ = signal.rows;
+    worth_ = held_ * signal.rows / signal.hold_rows;
   }
+
+  /// Of the log, from one reading to the next.
+  [[nodiscard]] double rows() const { return rows_; }
 
   /// Scatter over what noise and tolerance make of it.
   [[nodiscard]] double restlessness(const SampleRange& w) const {
@@ -52,7 +60,7 @@ class Series {
   /// Scatter within the window is noise, or too small to matter.
   [[nodiscard]] bool scatter_is_noise(const SampleRange& w, double confidence) const {
     const auto [count, mean, variance] = moments(w);
-    if (count < 3.0) return true;
+    if (count < kTelling) return true;
     const double noise_limit =
         noise_ * noise_ * chi_square_quantile(confidence, count - 1.0) / (count - 1.0);
     return variance <= noise_limit + tolerance_ * tolerance_;
@@ -78,6 +86,8 @@ class Series {
   }
 
  private:
+  static constexpr double kTelling = 3.0;  ///< so few readings say something of their scatter
+
   struct Moments {
     double count, mean, variance;  ///< count: of independent readings
   };
@@ -86,23 +96,48 @@ class Series {
     if (s[0] < 1.0) return {0.0, 0.0, 0.0};
     const double mean = s[1] / s[0];
     const double variance =
-        s[0] > rows_ ? std::max(0.0, s[2] - s[0] * mean * mean) / (s[0] - rows_) : 0.0;
-    return {s[0] / rows_, mean, variance};
+        s[0] > worth_ ? std::max(0.0, s[2] - s[0] * mean * mean) / (s[0] - worth_) : 0.0;
+    return {s[0] / worth_, mean, variance};
   }
 
   double noise_;
-  double rows_;  ///< worth one independent reading
+  double rows_;   ///< of the log, a reading
+  double held_;   ///< rows that have one value, of those that are not empty
+  double worth_;  ///< the same, worth one independent reading
   double tolerance_;
   Channel channel_;
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> sums_;
 };
 
+/// Windows of the time axis: so long, and with enough readings of what is read most often.
+class Windows {
+ public:
+  Windows(const Eigen::VectorXd& time, const std::vector<Series>& geometry, double window_s)
+      : time_(time), window_s_(window_s) {
+    constexpr double kFewest = 4.0;
+    double rows = std::numeric_limits<double>::infinity();
+    for (const Series& c : geometry) rows = std::min(rows, c.rows());
+    least_ = static_cast<Eigen::Index>(std::ceil(kFewest * rows));
+  }
+  /// The last row of the window that begins there, no earlier than `from`; the log's end if none.
+  [[nodiscard]] Eigen::Index last_of(Eigen::Index begin, Eigen::Index from) const {
+    Eigen::Index last = std::max(from, begin + least_ - 1);
+    while (last < time_.size() && time_[last] - time_[begin] < window_s_ - 1e-9) ++last;
+    return std::min(last, time_.size());
+  }
+
+ private:
+  const Eigen::VectorXd& time_;
+  double window_s_;
+  Eigen::Index least_ = 1;
+};
+
 /// The quietest quarter of a run, window by window, before any rest is known.
 std::vector<SampleRange> quietest(const std::vector<Series>& geometry, const Eigen::VectorXd& time,
-                                  double window_s) {
+                                  const Windows& all) {
   std::vector<std::pair<double, SampleRange>> windows;
   for (Eigen::Index begin = 0, end = 0; begin < time.size(); begin = end) {
-    while (end < time.size() && time[end] - time[begin] < window_s) ++end;
+    end = all.last_of(begin, begin);
     double worst = 0.0;
     for (const Series& c : geometry) worst = std::max(worst, c.restlessness({begin, end}));
     if (end < time.size()) windows.push_back({worst, {begin, end}});
@@ -113,6 +148,27 @@ std::vector<SampleRange> quietest(const std::vector<Series>& geometry, const Eig
   std::vector<SampleRange> out;
   for (const auto& [worst, window] : windows) out.push_back(window);
   return out;
+}
+
+/// Those that are numbers.
+Eigen::VectorXd finite_of(const Eigen::Ref<const Eigen::VectorXd>& values) {
+  Eigen::VectorXd out(values.size());
+  out.conservativeResize(std::copy_if(values.begin(), values.end(), out.begin(),
+                                      [](double v) { return std::isfinite(v); }) -
+                         out.begin());
+  return out;
+}
+
+void require_usable(const DetectionOptions& options) {
+  if (!(options.window_s > 0.0 && std::isfinite(options.window_s))) {
+    throw InputError("window_s: must be a positive number of seconds");
+  }
+  if (!(options.confidence > 0.0 && options.confidence < 1.0)) {
+    throw InputError("confidence: must be between 0 and 1");
+  }
+  if (!(options.tolerance >= 0.0 && std::isfinite(options.tolerance))) {
+    throw InputError("tolerance: must be a number of sigma, 0 or more");
+  }
 }
 
 }  // namespace
@@ -128,12 +184,12 @@ Eigen::VectorXd unwrapped(Eigen::VectorXd angles) {
 }
 
 double channel_noise(const Eigen::Ref<const Eigen::VectorXd>& given, bool angles) {
-  const Eigen::VectorXd values = angles ? unwrapped(given) : Eigen::VectorXd(given);
+  const Eigen::VectorXd read = finite_of(given);
+  const Eigen::VectorXd values = angles ? unwrapped(read) : read;
   std::vector<double> seconds;
   double resolution = std::numeric_limits<double>::infinity();
   for (Eigen::Index i = 2; i < values.size(); ++i) {
     const double d = values[i] - 2.0 * values[i - 1] + values[i - 2];
-    if (!std::isfinite(d)) continue;
     seconds.push_back(std::abs(d));
     // Steps of a few ulps are arithmetic, not resolution.
     const double step = std::abs(values[i] - values[i - 1]);
@@ -148,6 +204,7 @@ double channel_noise(const Eigen::Ref<const Eigen::VectorXd>& given, bool angles
 std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& range,
                                            const SensorSigma& sigma,
                                            const DetectionOptions& options) {
+  require_usable(options);
   const Eigen::Index count = range.size();
   std::vector<Equilibrium> found;
   if (is_rest_list(log)) {
@@ -172,8 +229,8 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
             Eigen::VectorXd column = values.col(c).segment(range.begin, count);
             if (!column.array().isFinite().any()) continue;
             if (sensor.is_angle()) column = unwrapped(std::move(column));
-            group.emplace_back(column, column(rows), fresh.hold_rows,
-                               options.tolerance * (sigma.*sensor.sigma), channel_of(row));
+            group.emplace_back(column, column(rows), options.tolerance * (sigma.*sensor.sigma),
+                               channel_of(row));
           }
         }
       },
@@ -185,7 +242,8 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
   }
 
   const Eigen::VectorXd time = log.time_s.segment(range.begin, count);
-  std::vector<SampleRange> calm = quietest(geometry, time, options.window_s);
+  const Windows windows(time, geometry, options.window_s);
+  std::vector<SampleRange> calm = quietest(geometry, time, windows);
   for (SampleRange& stretch : calm) stretch.begin += range.begin, stretch.end += range.begin;
   const Signals how = signals_within(log, range, calm, sigma);
   for (std::vector<Series>* group : {&geometry, &tensions}) {
@@ -195,19 +253,18 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
   // Mark every sample of every window that passes all tests.
   const double z = normal_quantile(0.5 + 0.5 * options.confidence);
   std::vector<char> rests(static_cast<std::size_t>(count), 0);
-  Eigen::Index end = 0;
+  Eigen::Index last = 0;
   for (Eigen::Index begin = 0; begin < count; ++begin) {
-    while (end < count && time[end] - time[begin] < options.window_s - 1e-9) ++end;
-    if (end >= count) break;
-    const SampleRange window{begin, end + 1};
-    if (window.size() < 4) continue;
+    last = windows.last_of(begin, last);
+    if (last >= count) break;
+    const SampleRange window{begin, last + 1};
     const bool at_rest = std::all_of(geometry.begin(), geometry.end(),
                                      [&](const Series& c) {
                                        return c.scatter_is_noise(window, options.confidence);
                                      }) &&
                          std::all_of(tensions.begin(), tensions.end(),
                                      [&](const Series& c) { return c.halves_agree(window, z); });
-    if (at_rest) std::fill(rests.begin() + begin, rests.begin() + end + 1, 1);
+    if (at_rest) std::fill(rests.begin() + begin, rests.begin() + last + 1, 1);
   }
 
   // Runs of such samples; two with a short disturbance between them at one place are one rest.

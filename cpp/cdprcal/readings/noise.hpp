@@ -6,6 +6,7 @@
 
 #include "cdprcal/model/robot.hpp"
 #include "cdprcal/readings/channel.hpp"
+#include "cdprcal/readings/measurement.hpp"
 #include "cdprcal/readings/signal.hpp"
 
 namespace cdprcal {
@@ -16,6 +17,9 @@ struct ChannelNoise {
   Signal sample;      ///< from sample to sample: the mean of N has less, σ/√N where it is white
   [[nodiscard]] double sigma(int samples) const {
     return std::sqrt(pose * pose + sample.variance(samples));
+  }
+  [[nodiscard]] double sigma(const Measurement& m) const {
+    return std::sqrt(pose * pose + sample.variance(m.samples, m.run_time_s));
   }
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "cdprcal/readings/fresh.hpp"
 #include "cdprcal/readings/rest_list.hpp"
@@ -11,14 +12,25 @@ namespace cdprcal {
 namespace {
 
 /// A filter is believed in when chance alone shows one so seldom, and no longer when what only a
-/// swing does is shown by chance so seldom.
+/// swing does is shown by chance so seldom. Where all channels together show one, what is likely
+/// in a channel by itself is enough there: they come through one logger.
 constexpr double kChance = 1e-3, kDoubt = 0.05;
 
-/// The fresh readings of one channel: a vector a column, angles unwrapped, and the rests in it.
+/// Variance of the logarithm of two lags' ratio, for white noise: this over the number of rows.
+constexpr double kSpread = 4.67;
+
+/// The fresh readings of one channel, column by column, angles unwrapped, and the rests in them.
 struct Series {
-  std::vector<Eigen::VectorXd> columns;
-  std::vector<SampleRange> rests;
-  double resolution = 0.0;
+  struct Column {
+    Eigen::VectorXd readings;
+    std::vector<SampleRange> rests;
+  };
+  std::vector<Column> columns;
+  double noise = 0.0;       ///< as channel_noise has it, the middle one of the columns'
+  double resolution = 0.0;  ///< of the readings, the middle one
+  double hold_rows = 1.0;   ///< of the log, a reading
+  double period_s = 0.0;    ///< between two readings
+  Channel channel{};
 };
 
 /// The step that all steps are multiples of; 0 where it is far below the noise, or there is none.
@@ -78,8 +90,8 @@ Differences differences(const Series& series, Eigen::Index lag) {
   constexpr Eigen::Index kFewest = 8;  // of a rest
   constexpr double kMost = 4.0;        // times the middle one: a spike is not the noise
   std::vector<double> squares, counts;
-  for (const Eigen::VectorXd& column : series.columns) {
-    for (const SampleRange& rest : series.rests) {
+  for (const auto& [column, rests] : series.columns) {
+    for (const SampleRange& rest : rests) {
       const Eigen::Index size = rest.size() - 2 * lag;
       if (size < kFewest) continue;
       const auto at = [&](Eigen::Index shift) { return column.segment(rest.begin + shift, size); };
@@ -118,21 +130,34 @@ double correlation_for(double grown) {
   return low;
 }
 
+/// Whether all channels together look filtered, none of which may do so by itself.
+bool look_filtered(const std::vector<Series>& all) {
+  double sum = 0.0, count = 0.0;
+  for (const Series& series : all) {
+    if (series.resolution > 0.0) continue;  // rounding adds to the differences over one row
+    if (row_of(series.channel).of().is_inertial()) continue;
+    const Differences once = differences(series, 1), twice = differences(series, 2);
+    if (!(once.square > 0.0) || !(twice.square > 0.0)) continue;
+    sum += twice.count * std::log(twice.square / once.square);
+    count += twice.count;
+  }
+  return sum > normal_quantile(1.0 - kChance) * std::sqrt(kSpread * count);
+}
+
 /// Correlation of one reading with the next, where the noise looks filtered; otherwise 0. `at`: the
-/// differences over one row; `rounded`: what rounding adds, anew in every reading.
-double correlation_of(const Series& series, Differences at, double rounded) {
+/// differences over one row; `rounded`: what rounding adds, anew in every reading; `likely`: what
+/// chance may show as seldom as in `kDoubt` is believed.
+double correlation_of(const Series& series, Differences at, double rounded, bool likely) {
   // Growth near 2 says nothing of a correlation: that over twice the lag is asked for then.
   constexpr double kTelling = 0.5;
   constexpr double kDrowned = 1.5;  // times what rounding adds: less is not told from it
-  // Variance of the logarithm of two lags' ratio, for white noise: 4.67 over the number of rows.
-  constexpr double kSpread = 4.67;
   const double chance = normal_quantile(1.0 - kChance), doubt = normal_quantile(1.0 - kDoubt);
   Differences twice = differences(series, 2);
   if (!(at.square > kDrowned * rounded)) return 0.0;
   for (Eigen::Index lag = 1;; lag *= 2) {
     const double grown = (twice.square - rounded) / (at.square - rounded);
-    const double error = chance * std::sqrt(kSpread / twice.count);
-    if (!(std::log(grown) > error)) return 0.0;
+    const double spread = std::sqrt(kSpread / twice.count), error = chance * spread;
+    if (!(std::log(grown) > (likely ? doubt * spread : error))) return 0.0;
     if (std::log(grown / growth(1.0)) > error) return 0.0;  // no filter of the first order
     const Differences next = differences(series, 4 * lag);
     if (!(next.count > 0.0)) return 0.0;  // rests too short to tell it from a motion
@@ -150,18 +175,15 @@ double correlation_of(const Series& series, Differences at, double rounded) {
   }
 }
 
-/// The signal of a channel. `noise`: of its fresh readings; `period_s`: between two of these.
-Signal describe(Series series, double noise, double hold_rows, double period_s) {
+/// The signal of a channel. `filtered`: that is likely.
+Signal describe(const Series& series, bool filtered) {
   Signal out;
-  out.sigma = noise;
-  out.rows = out.hold_rows = hold_rows;
-  std::vector<double> steps;
-  for (const Eigen::VectorXd& column : series.columns) {
-    steps.push_back(resolution_of(column, noise));
-  }
-  out.resolution = series.resolution = median(steps);
+  out.sigma = series.noise;
+  out.rows = out.hold_rows = series.hold_rows;
+  out.period_s = series.period_s;
+  out.resolution = series.resolution;
   const Differences at_rest = differences(series, 1);
-  double square = noise * noise, rounded = 0.0, kept = 0.0;
+  double square = series.noise * series.noise, rounded = 0.0, kept = 0.0;
   if (out.resolution > 0.0) {
     const double all = out.resolution * out.resolution / 12.0;
     // Without rests: what channel_noise says, unless that is the resolution itself.
@@ -171,10 +193,10 @@ Signal describe(Series series, double noise, double hold_rows, double period_s) 
     rounded = all - kept;
     square = before * before;
   }
-  const double correlation = correlation_of(series, at_rest, rounded);
+  const double correlation = correlation_of(series, at_rest, rounded, filtered);
   if (correlation > 0.0) {
     square = 3.0 * (at_rest.square - rounded) / ((1.0 - correlation) * (3.0 - correlation));
-    out.correlation_s = -period_s / std::log(correlation);
+    out.correlation_s = -series.period_s / std::log(correlation);
     if (out.resolution > 0.0) {
       kept = kept_by_rounding(std::sqrt(square), out.resolution);
       rounded = out.resolution * out.resolution / 12.0 - kept;
@@ -189,6 +211,13 @@ Signal describe(Series series, double noise, double hold_rows, double period_s) 
   return out;
 }
 
+/// Of some rows those that have a reading in a column.
+std::vector<Eigen::Index> rows_read(const LogMatrix& values, Eigen::Index column,
+                                    std::vector<Eigen::Index> rows) {
+  std::erase_if(rows, [&](Eigen::Index row) { return !std::isfinite(values(row, column)); });
+  return rows;
+}
+
 /// Rests by their place among the fresh rows.
 std::vector<SampleRange> among(const std::vector<Eigen::Index>& rows,
                                const std::vector<SampleRange>& rests) {
@@ -200,13 +229,79 @@ std::vector<SampleRange> among(const std::vector<Eigen::Index>& rows,
   return out;
 }
 
+/// Of the columns of one channel; nothing where they show no noise.
+std::optional<Series> series_of(const ChannelRow& row, const LogMatrix& values,
+                                const FreshRows& fresh, const std::vector<SampleRange>& rests,
+                                double period_s) {
+  constexpr std::size_t kFewest = 3;  // readings that show any noise
+  const bool angles = row.of().is_angle();
+  Series out;
+  out.channel = channel_of(row);
+  std::vector<double> noise, steps;
+  double rows = 0.0;
+  const Eigen::Index end = std::min<Eigen::Index>(row.first + row.count, values.cols());
+  for (Eigen::Index c = row.first; c < end; ++c) {
+    const std::vector<Eigen::Index> read = rows_read(values, c, fresh.rows);
+    if (read.size() < kFewest) continue;
+    Eigen::VectorXd column = values.col(c)(read);
+    if (angles) column = unwrapped(std::move(column));
+    noise.push_back(channel_noise(column));
+    out.columns.push_back({std::move(column), among(read, rests)});
+    // A cell that is empty now and then holds no other reading.
+    rows += fresh.hold_rows *
+            std::round(static_cast<double>(fresh.rows.size()) / static_cast<double>(read.size()));
+  }
+  if (noise.empty()) return std::nullopt;
+  out.noise = median(noise);
+  for (const Series::Column& c : out.columns) {
+    steps.push_back(resolution_of(c.readings, out.noise));
+  }
+  out.resolution = median(steps);
+  out.hold_rows = rows / static_cast<double>(noise.size());
+  out.period_s = period_s * out.hold_rows;
+  return out;
+}
+
+/// Of all channels that the log has.
+std::vector<Series> all_series(const Log& log, const SampleRange& run,
+                               const std::vector<SampleRange>& rests) {
+  const double periods = std::max(1.0, static_cast<double>(run.size() - 1));
+  const double period_s =
+      run.size() > 0 ? (log.time_s[run.end - 1] - log.time_s[run.begin]) / periods : 0.0;
+  std::vector<Series> out;
+  for_each_sensor(
+      [&](const Sensor& sensor, const LogMatrix& values) {
+        const FreshRows fresh = fresh_rows(values, run);
+        for (const ChannelRow& row : channels_of(sensor)) {
+          std::optional<Series> series = series_of(row, values, fresh, rests, period_s);
+          if (series) out.push_back(std::move(*series));
+        }
+      },
+      log);
+  return out;
+}
+
 }  // namespace
 
 double Signal::effective(double samples) const { return std::max(1.0, samples / rows); }
 
-double Signal::variance(double samples) const {
+/// Of the mean: how much of it is the reading that a filter may have begun with.
+double Signal::share_of_first(double samples, double run_time_s) const {
+  const double fresh = std::max(1.0, samples / hold_rows);
+  const double since_s = run_time_s - 0.5 * (fresh - 1.0) * period_s;  // of the mean's first
+  const double kept = std::exp(-period_s / correlation_s);
+  return std::exp(-std::max(0.0, since_s) / correlation_s) * (1.0 - std::pow(kept, fresh)) /
+         (fresh * (1.0 - kept));
+}
+
+double Signal::variance(double samples, double run_time_s) const {
   const double kept = rounding * rounding;
-  return kept + (sigma * sigma - kept) / effective(samples);
+  double readings = 1.0 / effective(samples);
+  if (correlation_s > 0.0) {
+    const double raw = rows / hold_rows;  // variance of a reading before the filter
+    readings += (raw - 1.0) * std::pow(share_of_first(samples, run_time_s), 2);
+  }
+  return kept + (sigma * sigma - kept) * readings;
 }
 
 Signals signals(const Log& log, const SampleRange& run, const std::vector<Equilibrium>& rests,
@@ -218,35 +313,14 @@ Signals signals(const Log& log, const SampleRange& run, const std::vector<Equili
 
 Signals signals_within(const Log& log, const SampleRange& run,
                        const std::vector<SampleRange>& rests, const SensorSigma& sigma) {
-  constexpr Eigen::Index kFewest = 3;  // readings that show any noise
   Signals out;
   if (is_rest_list(log)) return out;  // what a reading scatters by no neighbour tells
-  const double periods = std::max(1.0, static_cast<double>(run.size() - 1));
-  const double period_s =
-      run.size() > 0 ? (log.time_s[run.end - 1] - log.time_s[run.begin]) / periods : 0.0;
-  for_each_sensor(
-      [&](const Sensor& sensor, const LogMatrix& values) {
-        const FreshRows fresh = fresh_rows(values, run);
-        for (const ChannelRow& row : channels_of(sensor)) {
-          Signal& signal = out[static_cast<std::size_t>(channel_of(row))];
-          signal.sigma = sigma.*sensor.sigma;
-          Series series;
-          std::vector<double> noise;
-          const Eigen::Index end = std::min<Eigen::Index>(row.first + row.count, values.cols());
-          for (Eigen::Index c = row.first; c < end; ++c) {
-            Eigen::VectorXd column = values.col(c)(fresh.rows);
-            if (column.array().isFinite().count() < kFewest) continue;
-            if (sensor.is_angle()) column = unwrapped(std::move(column));
-            noise.push_back(channel_noise(column));
-            series.columns.push_back(std::move(column));
-          }
-          if (noise.empty()) continue;
-          series.rests = among(fresh.rows, rests);
-          signal = describe(std::move(series), median(noise), fresh.hold_rows,
-                            period_s * fresh.hold_rows);
-        }
-      },
-      log);
+  for (std::size_t c = 0; c < kChannels; ++c) out[c].sigma = sigma.*kChannelTable[c].of().sigma;
+  const std::vector<Series> all = all_series(log, run, rests);
+  const bool filtered = look_filtered(all);
+  for (const Series& series : all) {
+    out[static_cast<std::size_t>(series.channel)] = describe(series, filtered);
+  }
   return out;
 }
 
@@ -262,6 +336,7 @@ Signals mixed(const Signals& a, double weight_a, const Signals& b, double weight
     out[c].hold_rows = mean(a[c].hold_rows, b[c].hold_rows);
     out[c].resolution = std::max(a[c].resolution, b[c].resolution);
     out[c].correlation_s = mean(a[c].correlation_s, b[c].correlation_s);
+    out[c].period_s = mean(a[c].period_s, b[c].period_s);
   }
   return out;
 }

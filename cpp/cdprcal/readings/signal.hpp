@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "cdprcal/readings/equilibrium_detection.hpp"
@@ -18,13 +19,19 @@ struct Signal {
   double resolution = 0.0;     ///< step of the readings where it shows beside their noise, else 0
   double hold_rows = 1.0;      ///< rows a fresh reading
   double correlation_s = 0.0;  ///< time constant of the filter that the noise went through
+  double period_s = 0.0;       ///< from one fresh reading to the next
 
   /// White, every row: what readings are taken for where nothing says otherwise.
   [[nodiscard]] bool is_white() const { return rows == 1.0 && rounding == 0.0; }
   /// How many independent readings so many rows hold.
   [[nodiscard]] double effective(double samples) const;
-  /// Of the mean over so many rows.
-  [[nodiscard]] double variance(double samples) const;
+  /// Of the mean over so many rows, whose middle is so long after the run's first row. A filter may
+  /// have begun there, with a raw reading that nothing averaged: it fades as the filter forgets.
+  [[nodiscard]] double variance(double samples,
+                                double run_time_s = std::numeric_limits<double>::infinity()) const;
+
+ private:
+  [[nodiscard]] double share_of_first(double samples, double run_time_s) const;
 };
 using Signals = std::array<Signal, kChannels>;
 

@@ -45,6 +45,47 @@ TEST(EquilibriumDetection, AbsentChannelsDoNotVote) {
   EXPECT_THROW(detect_equilibria(run.log, {0, rows}, robot.sigma), InputError);
 }
 
+TEST(EquilibriumDetection, RestsAreFoundBetweenRowsThatAreEmpty) {
+  const Robot robot = load_robot("irma4");
+  SyntheticLogOptions options;
+  options.noise = reading_noise(robot.sigma, 0.1);
+  SyntheticLog run = synthetic_log(robot, irma4_setpoints(), options);
+  const Eigen::Index rows = run.log.sample_count();
+  const LogMatrix all = run.log.length_m;
+  run.log.swivel_rad.resize(rows, 0);
+  run.log.tension_N.resize(rows, 0);
+  run.log.roll_pitch_yaw_rad.resize(rows, 0);
+  for (const Eigen::Index every : {2, 4}) {
+    for (const bool in_turn : {false, true}) {  // cables read in rows of their own
+      SCOPED_TRACE(every);
+      run.log.length_m = all;
+      for (Eigen::Index row = 0; row < rows; ++row) {
+        for (Eigen::Index c = 0; c < all.cols(); ++c) {
+          if (row % every != (in_turn ? c % every : 0)) run.log.length_m(row, c) = kNaN;
+        }
+      }
+      expect_plateaus(run, robot);
+    }
+  }
+}
+
+TEST(EquilibriumDetection, OptionsThatMakeNoSenseAreRefused) {
+  const Robot robot = load_robot("irma4");
+  const Log log = synthetic_log(robot, irma4_setpoints(), {}).log;
+  const auto detect = [&](const DetectionOptions& options) {
+    return detect_equilibria(log, {0, log.sample_count()}, robot.sigma, options);
+  };
+  for (const double window_s : {0.0, -1.0, kNaN}) {
+    EXPECT_THROW(detect({.window_s = window_s}), InputError);
+  }
+  for (const double confidence : {0.0, 1.0, 2.0, kNaN}) {
+    EXPECT_THROW(detect({.confidence = confidence}), InputError);
+  }
+  for (const double tolerance : {-1.0, kNaN}) {
+    EXPECT_THROW(detect({.tolerance = tolerance}), InputError);
+  }
+}
+
 TEST(EquilibriumDetection, MotionIsNotRest) {
   const Robot robot = load_robot("irma4");
   SyntheticLogOptions options;

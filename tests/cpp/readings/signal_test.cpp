@@ -139,6 +139,78 @@ TEST(Signal, OfAHeldSensorCountsWhatWasRead) {
   }
 }
 
+TEST(Signal, OfASensorThatLeavesRowsEmptyCountsWhatWasRead) {
+  constexpr int kEvery = 4;
+  for (const bool in_turn : {false, true}) {  // cables read in rows of their own
+    Rests rests;
+    rests.rows = 40 * kEvery;
+    rests.rests = 40;
+    int column = 0;
+    std::vector<double> errors;
+    Log log = rests.log(
+        [](std::mt19937& r, double level, int rows) { return white(r, level, rows, 0.3); });
+    for (Eigen::Index row = 0; row < log.sample_count(); ++row) {
+      for (column = 0; column < rests.cables; ++column) {
+        if (row % kEvery != (in_turn ? column : 0)) log.length_m(row, column) = kNaN;
+      }
+    }
+    const Signal signal =
+        signals(log, {0, log.sample_count()}, rests.equilibria(), load_robot("irma4").sigma)[0];
+    EXPECT_EQ(signal.hold_rows, kEvery) << in_turn;
+    EXPECT_NEAR(signal.sigma, 0.3, 0.03);
+    EXPECT_NEAR(signal.effective(rests.rows), 40.0, 1e-9);
+    EXPECT_NEAR(signal.period_s, kEvery / rests.rate_Hz, 1e-3);
+  }
+}
+
+TEST(Signal, OfAFilterMayHaveBegunWithARawReading) {
+  constexpr double kCorrelation = 0.5;
+  Signal signal;
+  signal.sigma = 0.3;
+  signal.period_s = 0.1;
+  signal.correlation_s = -signal.period_s / std::log(kCorrelation);
+  signal.rows = (1.0 + kCorrelation) / (1.0 - kCorrelation);
+  // The first reading is what the filter began with: its variance is that of a raw one.
+  EXPECT_NEAR(signal.variance(1.0, 0.0), signal.rows * signal.variance(1.0), 1e-12);
+  EXPECT_NEAR(signal.variance(1.0, 0.1) - signal.variance(1.0), 0.25 * (signal.rows - 1.0) * 0.09,
+              1e-12);
+  EXPECT_NEAR(signal.variance(1.0, 100.0), signal.variance(1.0), 1e-12);
+  // Of a mean over the first readings it is in as many as it takes to fade: 1 + ½ + ¼ of three.
+  const double share = (1.0 + 0.5 + 0.25) / 3.0;
+  EXPECT_NEAR(signal.variance(3.0, 0.1) - signal.variance(3.0),
+              share * share * (signal.rows - 1.0) * 0.09, 1e-12);
+  Signal plain;
+  plain.sigma = 0.3;
+  EXPECT_EQ(plain.variance(4.0, 0.0), plain.variance(4.0));
+}
+
+TEST(Signal, AFilterThatNoChannelShowsByItselfIsFoundInAllOfThem) {
+  constexpr double kCorrelation = 0.25;
+  const SensorSigma sigma = load_robot("irma4").sigma;
+  int alone = 0, together = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    Rests rests;
+    rests.seed = seed;
+    rests.rests = 8;
+    rests.rows = 20;
+    const auto sensor = [&](std::mt19937& r, double level, int rows) {
+      return filtered(r, level, rows, 0.3, kCorrelation);
+    };
+    Log log = rests.log(sensor);
+    const auto found = [&] {
+      return signals(log, {0, log.sample_count()}, rests.equilibria(), sigma)[0].correlation_s;
+    };
+    if (found() > 0.0) ++alone;
+    rests.seed += 100;
+    log.tension_N = rests.log(sensor).length_m;
+    rests.seed += 100;
+    log.swivel_rad = 1e-4 * rests.log(sensor).length_m;
+    if (found() > 0.0) ++together;
+  }
+  EXPECT_GT(together, alone);
+  EXPECT_GE(together, 15);
+}
+
 TEST(Signal, OfAFilterHasItsTimeConstant) {
   for (const double rate_Hz : {25.0, 50.0, 100.0}) {
     for (const double tau_s : {0.03, 0.05, 0.1}) {
