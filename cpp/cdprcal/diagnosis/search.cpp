@@ -639,10 +639,9 @@ void Search::drop() {
   // The last of all has been weighed with all others in the model.
   for (std::size_t k = 0; k < out_.effects.size() && k + 1 < model_.effects.size();) {
     const std::optional<DiagnosisModel> without = without_effect(model_, k);
-    const EffectTerm& term = model_.effects[k];
     // Both are fitted: no start of a refit decides between them.
     const bool needless =
-        without && log_evidence(model_) + log_prior_of(term) - log_evidence(*without) <
+        without && log_evidence(model_) + log_prior_of(model_, k) - log_evidence(*without) <
                        options_.least_evidence;
     if (!needless) {
       ++k;
@@ -742,22 +741,27 @@ void Search::find_rivals() {
       return std::nullopt;
     };
     const double own = evidence_of(accepted.get()).value_or(out_.effects[k].log_evidence);
-    std::vector<Alternative> others;
-    for (const Refit& r : refits) {
-      if (r.score.effect == accepted || r.log_evidence < own - kNegligible_nats) continue;
-      others.push_back({initial_pose_of(r.model), r.log_evidence - own});
-    }
-    for (const Possibility& p : possibilities(present, others)) {
-      rivals_.push_back(p);
-    }
     const std::vector<double> shares = imitation(*without, as_candidate(model_.effects[k]), named);
+    std::vector<const Effect*> rivals;
     for (std::size_t j = 0; j < named.size(); ++j) {
       if (named[j] == accepted) continue;
       const std::optional<double> its = evidence_of(named[j].get());
       const std::optional<double> nats = its ? std::optional(own - *its) : std::nullopt;
-      if (!told_apart(nats, shares[j], options_.rival_nats, options_.rival_share)) {
-        out_.effects[k].rivals.push_back(named[j]->name());
-      }
+      if (told_apart(nats, shares[j], options_.rival_nats, options_.rival_share)) continue;
+      rivals.push_back(named[j].get());
+      out_.effects[k].rivals.push_back(named[j]->name());
+    }
+    std::vector<Alternative> others;
+    for (const Refit& r : refits) {
+      if (r.score.effect == accepted || r.log_evidence < own - kNegligible_nats) continue;
+      // What imitates it is as likely as what is said not to be told apart: typical sizes alone
+      // are no reason to be sure.
+      const bool rival = std::ranges::count(rivals, r.score.effect.get()) > 0;
+      const double least = rival ? -options_.rival_nats : -kNegligible_nats;
+      others.push_back({initial_pose_of(r.model), std::max(r.log_evidence - own, least)});
+    }
+    for (const Possibility& p : possibilities(present, others)) {
+      rivals_.push_back(p);
     }
   }
 }

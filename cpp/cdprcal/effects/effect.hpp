@@ -54,6 +54,7 @@ struct EffectInfo {
   /// looked for and counted by its probability, not allowed for where nothing speaks for it.
   bool of_robot_file = false;
   bool of_swivel_play = false;  ///< its value is what Measurement::swivel_direction depends on
+  bool of_one_make = false;     ///< one cause may give all cables nearly the same value
 };
 
 /// What an effect may look at.

@@ -22,7 +22,8 @@ class TransmissionRatio final : public Effect {
             "a winch turns its encoder counts into a wrong length: drum diameter or gear ratio",
         .remedy = "correct the counts-per-metre of the named winches",
         .settle =
-            "measure one cable length change by tape: it fixes the common part, which the frame scale mimics"};
+            "measure one cable length change by tape: it fixes the common part, which the frame scale mimics",
+        .of_one_make = true};
     return info;
   }
   void add_to_readings(const EffectContext& context, const EffectValues& ratio_error,

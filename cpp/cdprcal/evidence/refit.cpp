@@ -1,5 +1,6 @@
 #include "cdprcal/evidence/refit.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -16,13 +17,54 @@ double size_of(const EffectTerm& term, const Robot& robot) {
   return std::sqrt(squares / static_cast<double>(term.values.size()));
 }
 
+/// Evidence for an effect whose values have one cause and differ by a small share of what they have
+/// in common, against values of their own. Readings say of them N(values, V) over the prior N(0, S)
+/// that they were fitted under: that is all it takes to put another prior in its place.
+double evidence_for_one_cause(const DiagnosisModel& model, std::size_t k, double share) {
+  const Eigen::VectorXd& values = model.effects[k].values;
+  const Eigen::Index size = values.size();
+  Eigen::Index begin = 0;
+  for (std::size_t i = 0; i < k; ++i) begin += model.effects[i].values.size();
+  const Eigen::MatrixXd common = covariance(model);
+  const Eigen::Index first = common.rows() - model.values().size() + begin;
+  const Eigen::LLT<Eigen::MatrixXd> posterior(common.block(first, first, size, size));
+  const Eigen::VectorXd precision = prior_precision(model).segment(begin, size);
+  const Eigen::VectorXd sigma = precision.cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd alike =
+      Eigen::MatrixXd::Ones(size, size) + share * share * Eigen::MatrixXd::Identity(size, size);
+  const Eigen::LLT<Eigen::MatrixXd> prior(sigma.asDiagonal() * alike * sigma.asDiagonal());
+  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(size, size);
+  Eigen::MatrixXd information = posterior.solve(one) + prior.solve(one);
+  information.diagonal() -= precision;
+  const Eigen::LLT<Eigen::MatrixXd> with(information);
+  if (posterior.info() != Eigen::Success || with.info() != Eigen::Success) return 0.0;
+  const auto half_log_determinant = [](const Eigen::LLT<Eigen::MatrixXd>& llt) {
+    return llt.matrixLLT().diagonal().array().log().sum();
+  };
+  const Eigen::VectorXd told = posterior.solve(values);
+  return -0.5 * precision.array().log().sum() - half_log_determinant(prior) -
+         half_log_determinant(posterior) - half_log_determinant(with) +
+         0.5 * told.dot(with.solve(told) - values);
+}
+
 }  // namespace
 
-double log_prior_of(const EffectTerm& term) {
+double log_prior_of(const DiagnosisModel& model, std::size_t k) {
+  // A wrong number for all drums differs by nothing, drums of one make by what they are made to.
+  constexpr double kOneCause = 0.5, kOneNumber = 0.01, kOneMake = 0.1;
+  const EffectTerm& term = model.effects[k];
+  double out = 0.0;
   for (const auto& [scale, probability] : kPriorScales) {
-    if (term.prior_scale == scale) return std::log(probability);
+    if (term.prior_scale == scale) out = std::log(probability);
   }
-  return 0.0;
+  const bool of_all = term.values.size() == term.effect->size(model.robot.cable_count());
+  if (term.effect->info().of_one_make && of_all && term.values.size() > 1) {
+    out += std::log(1.0 - kOneCause +
+                    0.5 * kOneCause *
+                        (std::exp(evidence_for_one_cause(model, k, kOneNumber)) +
+                         std::exp(evidence_for_one_cause(model, k, kOneMake))));
+  }
+  return out;
 }
 
 EvidenceAgainst::EvidenceAgainst(const DiagnosisModel& model)
@@ -41,7 +83,7 @@ Refit EvidenceAgainst::refit(DiagnosisModel with, const EffectTerm& added) const
   for (const PriorScale& prior : kPriorScales) {
     term.prior_scale = prior.scale;
     if (!fit_with_noise(with)) break;
-    const double evidence = of(with) + log_prior_of(term);
+    const double evidence = of(with) + log_prior_of(with, with.effects.size() - 1);
     if (evidence > out.log_evidence) {
       out.log_evidence = evidence;
       out.model = with;

@@ -14,8 +14,10 @@ struct PriorScale {
 };
 inline constexpr PriorScale kPriorScales[] = {{1.0, 0.63}, {4.0, 0.29}, {16.0, 0.08}};
 
-/// log of the probability of an effect's prior_scale, where that is one of these.
-double log_prior_of(const EffectTerm& term);
+/// What the prior of an effect of a fitted model has beyond the one that it was fitted under, as a
+/// logarithm: the probability of its prior_scale, where that is one of those, and that its values
+/// may have one cause (EffectInfo::of_one_make).
+double log_prior_of(const DiagnosisModel& model, std::size_t k);
 
 /// An effect of a model as a candidate for models without it: a refit starts at its values.
 CandidateScore as_candidate(const EffectTerm& term);

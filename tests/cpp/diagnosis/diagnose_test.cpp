@@ -118,6 +118,25 @@ TEST_P(OneEffectTest, IsNamedMeasuredAndCorrected) {
   }
 }
 
+TEST(Diagnose, DrumsOfOneMakeAreNoFrameOfAnotherSize) {
+  // All winches off by one share looks like a smaller frame, which has one number for it.
+  const Robot robot = load_robot("irma4");
+  for (const double share : {-0.008, 0.01}) {
+    Log log = startup_log(robot, kNoise, 23);
+    log.length_m *= 1.0 + share;
+    const Diagnosis d = diagnose(robot, {log});
+    ASSERT_EQ(d.verdict, Verdict::explained) << summary(d);
+    ASSERT_EQ(d.effects.size(), 1U) << summary(d);
+    EXPECT_EQ(d.effects[0].effect->name(), "transmission_ratio") << summary(d);
+    EXPECT_NEAR(d.effects[0].values.mean(), share, 0.002);
+  }
+  Robot larger = robot;
+  for (Cable& cable : larger.cables) cable.pulley.position_m *= 1.004;
+  const Diagnosis d = diagnose(robot, {startup_log(larger, kNoise, 24)});
+  ASSERT_EQ(d.effects.size(), 1U) << summary(d);
+  EXPECT_EQ(d.effects[0].effect->name(), "frame_scale") << summary(d);
+}
+
 INSTANTIATE_TEST_SUITE_P(Catalogue, OneEffectTest, testing::ValuesIn(single_effects()),
                          [](const auto& one) { return one.param.name; });
 

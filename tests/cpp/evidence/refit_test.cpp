@@ -436,6 +436,24 @@ TEST(Evidence, TheTruthBeatsTheRestAndAddsWhatIsThere) {
   EXPECT_EQ(against.refits(scores, 0, [](const CandidateScore&) { return true; }).size(), 0U);
 }
 
+TEST(Evidence, CountsThatValuesMayHaveOneCause) {
+  const Log log = test::startup_log(load_robot("irma4"), 0.2, 51, 0);
+  const auto of_ratios = [&](const std::vector<double>& shares) {
+    Log off = log;
+    for (int c = 0; c < 4; ++c) off.length_m.col(c) *= 1.0 + shares[static_cast<std::size_t>(c)];
+    const DiagnosisModel without = diagnose(load_robot("irma4"), {off}).baseline;
+    const auto scores = scan(without, {find_effect("transmission_ratio")}, {.draws = 0});
+    const DiagnosisModel with = EvidenceAgainst(without).refit(scores.front()).model;
+    const double scale = with.effects.back().prior_scale;
+    const auto prior = std::ranges::find(kPriorScales, scale, &PriorScale::scale);
+    return log_prior_of(with, with.effects.size() - 1) - std::log(prior->probability);
+  };
+  // One number is asked of the readings, not four: so much less is chance.
+  EXPECT_GT(of_ratios({0.01, 0.01, 0.01, 0.01}), 2.0);
+  // Or they have none, which is half of what could be.
+  EXPECT_NEAR(of_ratios({0.02, -0.015, 0.025, 0.01}), std::log(0.5), 0.01);
+}
+
 /// Pulleys so large that every cable's anchor is inside: no pose is possible.
 CandidateScore impossible() {
   CandidateScore score;
