@@ -71,6 +71,24 @@ def test_a_pose_component_is_found(robot: cdprcal.Robot, made: cdprcal.Synthetic
     assert calibration.result.standard_deviation[0] > 3.0 * naive.result.standard_deviation[0]
 
 
+def test_errors_of_the_attitude_are_no_errors_of_the_balance(robot: cdprcal.Robot) -> None:
+    """Taken for as bad as the robot file allows, a good balance would let the poses follow the
+    attitude sensor, which then looks better than it is: σ counts that it may be good."""
+    shared_rad, ratios = 3e-4, []
+    for seed in range(12):
+        options = cdprcal.SyntheticLogOptions(
+            dwell_s=4.0, move_s=4.0, noise=cdprcal.reading_noise(robot.sigma, 0.02), seed=seed
+        )
+        run = cdprcal.synthetic_log(robot, [np.array(t) for t in TABLE_II_TENSIONS_N], options)
+        random, rpy = np.random.default_rng(seed), run.log.roll_pitch_yaw_rad.copy()
+        for begin in np.arange(0.0, run.log.time_s[-1], 8.0):
+            rows = (run.log.time_s >= begin - 2.0) & (run.log.time_s < begin + 6.0)
+            rpy[rows] += shared_rad * random.normal(size=3)
+        calibration = cdprcal.calibrate(robot, changed(run.log, roll_pitch_yaw_rad=rpy))
+        ratios.append(errors(run, calibration))
+    assert np.all(np.sqrt(np.mean(np.square(ratios), axis=0)) < 1.4)
+
+
 def test_an_outlier_is_left_out_and_named(robot: cdprcal.Robot, made: cdprcal.SyntheticLog) -> None:
     row = 55  # moving: a pose of its own
     options = CalibrateOptions(kinematic_spacing_s=0.1)

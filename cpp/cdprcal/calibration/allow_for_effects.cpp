@@ -71,6 +71,22 @@ Candidates to_allow_for(const DiagnosisModel& model) {
   return out;
 }
 
+/// The pose if the balance is as good as lengths and swivels show: as likely as the one that was
+/// found with a balance as good as the robot file says, where residuals leave that open.
+std::optional<Possibility> with_better_balance(const CalibrateOptions& options,
+                                               const Calibration& calibration) {
+  constexpr double kAsLikely = 0.5;
+  if (calibration.problem.statics != StaticsModel::wrench) return std::nullopt;
+  RefineOptions better = options.refine;
+  better.balance = BalanceError::as_geometry;
+  const CalibrationResult& found = calibration.result;
+  const CalibrationResult other =
+      refine(calibration.problem, found, calibration.signals, options.solve, better).result;
+  if (other.status != CalibrationStatus::converged || !other.covariance) return std::nullopt;
+  return in_place_of({found.poses.front(), *found.covariance},
+                     {other.poses.front(), *other.covariance}, kAsLikely);
+}
+
 /// Adds what the log cannot rule out, as diagnose does before it finds anything.
 void add_unseen(const Calibration& calibration, double moments_a_reading,
                 CalibrationResult& result) {
@@ -137,13 +153,11 @@ double scatter_of(const CalibrationProblem& problem, Channel channel) {
   return sample > 0.0 ? sample : kRoughly * specified;
 }
 
-bool allow_for_effects(const CalibrateOptions& options, Calibration& calibration,
-                       double moments_a_reading) {
+namespace {
+
+/// allow_for_effects, of a fit that was made for it.
+bool allow_for_all(Calibration& calibration, double moments_a_reading) {
   CalibrationResult& result = calibration.result;
-  if (!options.allow_for_effects || result.status != CalibrationStatus::converged ||
-      noise_source(options) != NoiseSource::from_data) {
-    return true;
-  }
   const std::string found = misfit(calibration);
   if (found.empty()) {
     add_unseen(calibration, moments_a_reading, result);
@@ -177,6 +191,24 @@ bool allow_for_effects(const CalibrateOptions& options, Calibration& calibration
   result.initial_swivel_rad = initial.swivel_rad();
   result.reason +=
       "; the pose and its uncertainty allow for every known effect at its typical size";
+  return true;
+}
+
+}  // namespace
+
+bool allow_for_effects(const CalibrateOptions& options, Calibration& calibration,
+                       double moments_a_reading) {
+  CalibrationResult& result = calibration.result;
+  if (!options.allow_for_effects || result.status != CalibrationStatus::converged ||
+      noise_source(options) != NoiseSource::from_data) {
+    return true;
+  }
+  const std::optional<Possibility> better = with_better_balance(options, calibration);
+  if (!allow_for_all(calibration, moments_a_reading)) return false;
+  if (better) {
+    const Matrix6 covariance = averaged_covariance(*result.covariance, {*better});
+    if (covariance.allFinite()) take_covariance(covariance, result);
+  }
   return true;
 }
 

@@ -157,7 +157,7 @@ Refinement refine(const CalibrationProblem& problem, const CalibrationResult& fi
     if (rows.empty()) break;
     const NoiseModel before = out.problem.noise.value_or(specified_noise(problem.robot.sigma));
     CalibrationProblem next = out.problem;
-    next.noise = noise_from_residuals(out.problem, rows, signals);
+    next.noise = noise_from_residuals(out.problem, rows, signals, options.balance);
     const bool settled = round > 0 && change(*next.noise, before) < 0.01;
     hasten(before, shrinks, *next.noise);
     std::vector<GatedReading> gated;

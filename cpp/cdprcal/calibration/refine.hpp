@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "cdprcal/estimation/problem.hpp"
+#include "cdprcal/estimation/noise_estimate.hpp"
 
 namespace cdprcal {
 
@@ -24,6 +24,7 @@ struct RefineOptions {
   /// is wrong, and nothing of it is gated.
   double largest_share = 0.05;
   int most_rounds = 20;
+  BalanceError balance = BalanceError::as_specified;
 };
 
 struct Refinement {

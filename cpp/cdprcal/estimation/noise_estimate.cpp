@@ -87,9 +87,9 @@ double reading_component(const CalibrationProblem& problem, const std::vector<Fi
   std::vector<Square> squares;
   for (const FittedRow& row : rows) {
     if (row.label.channel != channel) continue;
-    const int samples = problem.measurements[row.pose].samples;
-    const double value = fitted.sigma(samples) * row.residual;
-    squares.push_back({value * value, row.freedom, signal.variance(samples), 1.0});
+    const Measurement& m = problem.measurements[row.pose];
+    const double value = fitted.sigma(m) * row.residual;
+    squares.push_back({value * value, row.freedom, signal.variance(m.samples, m.run_time_s), 1.0});
   }
   if (freedom_of(squares) < 1.0) return kNaN;
   // Readings without neighbours (a list of rests) set no least to what their noise can be.
@@ -98,9 +98,32 @@ double reading_component(const CalibrationProblem& problem, const std::vector<Fi
   return std::sqrt(most_likely(squares, floor * floor, prior));
 }
 
+/// How good lengths and swivels are at rests, of what the robot file says: the worse of the two,
+/// at most 1. What the balance lacks is in the geometry mostly, and that they show too.
+double share_of_specified(const CalibrationProblem& problem, const NoiseModel& found) {
+  double samples = 0.0, rests = 0.0;
+  for (const Measurement& m : problem.measurements) {
+    if (m.kind != PoseKind::static_pose) continue;
+    samples += m.samples;
+    rests += 1.0;
+  }
+  const NoiseModel specified = specified_noise(problem.robot.sigma);
+  double worst = 0.0;
+  for (const Channel channel : {Channel::length, Channel::swivel}) {
+    const bool read = std::ranges::any_of(problem.measurements, [&](const Measurement& m) {
+      return readings_of(m, channel).array().isFinite().any();
+    });
+    if (!read) continue;
+    const double mean = found[channel].sigma(static_cast<int>(samples / std::max(1.0, rests)));
+    worst = std::max(worst, mean / specified[channel].sigma(1));
+  }
+  return worst > 0.0 ? std::min(1.0, worst) : 1.0;
+}
+
 /// Tension and model components of the balance together: alternately, each given the other.
 void balance_components(const CalibrationProblem& problem, const std::vector<FittedRow>& rows,
-                        const NoiseModel& fitted, const Signal& signal, NoiseModel& out) {
+                        const NoiseModel& fitted, const Signal& signal, BalanceError balance,
+                        NoiseModel& out) {
   const ChannelNoise& tension = fitted[Channel::balance];
   struct Row {
     double value, freedom, gain, sample, inertial;
@@ -109,11 +132,11 @@ void balance_components(const CalibrationProblem& problem, const std::vector<Fit
   double freedom = 0.0;
   for (const FittedRow& row : rows) {
     if (row.label.channel != Channel::balance) continue;
-    const int samples = problem.measurements[row.pose].samples;
-    const double sigma = tension.sigma(samples);
+    const Measurement& m = problem.measurements[row.pose];
+    const double sigma = tension.sigma(m);
     const double variance = sigma * sigma * row.tension_gain + 1.0;
     kept.push_back({variance * row.residual * row.residual, row.freedom, row.tension_gain,
-                    signal.variance(samples), row.inertial_share});
+                    signal.variance(m.samples, m.run_time_s), row.inertial_share});
     freedom += row.freedom;
   }
   if (freedom < 2.0) return;
@@ -123,7 +146,9 @@ void balance_components(const CalibrationProblem& problem, const std::vector<Fit
   // Where no load cell has a say (off the span of the cables) the balance fixes the pose so well
   // that few sensors can tell whether it is that good: a flat likelihood, which must not end at
   // `least`.
-  const Prior prior = as_specified(specified);
+  const double share =
+      balance == BalanceError::as_geometry ? share_of_specified(problem, out) : 1.0;
+  const Prior prior = as_specified(std::max(least, share * share * specified));
   const double of_cells = problem.robot.sigma.tension_N;
   const Prior cells = signal.sigma > 0.0 ? Prior{} : as_specified(of_cells * of_cells);
   double pose = 0.0, model = 1.0;  // model: in units of the fitted one
@@ -149,7 +174,8 @@ void balance_components(const CalibrationProblem& problem, const std::vector<Fit
 }  // namespace
 
 NoiseModel noise_from_residuals(const CalibrationProblem& problem,
-                                const std::vector<FittedRow>& rows, const Signals& signals) {
+                                const std::vector<FittedRow>& rows, const Signals& signals,
+                                BalanceError balance) {
   const NoiseModel fitted = problem.noise.value_or(specified_noise(problem.robot.sigma));
   const NoiseModel specified = specified_noise(problem.robot.sigma);
   NoiseModel out = fitted;
@@ -171,7 +197,7 @@ NoiseModel noise_from_residuals(const CalibrationProblem& problem,
     out.wrench_moment_Nm = arm_m * out.wrench_force_N;  // a fit in these proportions comes first
   } else if (wrench) {
     balance_components(problem, rows, fitted, signals[static_cast<std::size_t>(Channel::balance)],
-                       out);
+                       balance, out);
     if (out[Channel::balance].sigma(1) == 0.0) {
       out[Channel::balance].pose = 1e-6 * specified[Channel::balance].sigma(1);
     }

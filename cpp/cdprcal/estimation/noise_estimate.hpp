@@ -9,6 +9,13 @@ namespace cdprcal {
 
 struct FittedRow;
 
+/// Where the model's own error starts from: errors of an attitude sensor that stay over a rest look
+/// like those of the balance, so the residuals may leave open which of the two are there.
+enum class BalanceError {
+  as_specified,  ///< what the robot file says
+  as_geometry,   ///< as good a share of it as lengths and swivels are of theirs
+};
+
 /// The `pose` component of each channel that makes the residuals most likely, given the `sample`
 /// component that the readings' own ripple shows (readings/signal.hpp). Residuals are corrected for
 /// what the fit took out of them (1 − leverage; restricted maximum likelihood with the leverages
@@ -19,6 +26,7 @@ struct FittedRow;
 /// file says, which counts as four readings. Never below the ripple of a mean (Signal::variance).
 /// `rows`: of the fit at `problem.noise`.
 NoiseModel noise_from_residuals(const CalibrationProblem& problem,
-                                const std::vector<FittedRow>& rows, const Signals& signals);
+                                const std::vector<FittedRow>& rows, const Signals& signals,
+                                BalanceError balance = BalanceError::as_specified);
 
 }  // namespace cdprcal
