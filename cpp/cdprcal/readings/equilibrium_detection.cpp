@@ -109,7 +109,8 @@ class Series {
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> sums_;
 };
 
-/// Windows of the time axis: so long, and with enough readings of what is read most often.
+/// Windows of the time axis: so long, or up to twice that where it takes so long to read what is
+/// read most often a few times.
 class Windows {
  public:
   Windows(const Eigen::VectorXd& time, const std::vector<Series>& geometry, double window_s)
@@ -124,6 +125,10 @@ class Windows {
     Eigen::Index last = std::max(from, begin + least_ - 1);
     while (last < time_.size() && time_[last] - time_[begin] < window_s_ - 1e-9) ++last;
     return std::min(last, time_.size());
+  }
+  /// Whether it is short enough to show a rest.
+  [[nodiscard]] bool shows(const SampleRange& window) const {
+    return time_[window.end - 1] - time_[window.begin] < 2.0 * window_s_;
   }
 
  private:
@@ -258,6 +263,7 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
     last = windows.last_of(begin, last);
     if (last >= count) break;
     const SampleRange window{begin, last + 1};
+    if (!windows.shows(window)) continue;
     const bool at_rest = std::all_of(geometry.begin(), geometry.end(),
                                      [&](const Series& c) {
                                        return c.scatter_is_noise(window, options.confidence);
