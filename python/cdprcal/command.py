@@ -19,6 +19,7 @@ from cdprcal.interrupt import loaded, stopping
 
 if TYPE_CHECKING:
     from cdprcal import _core
+    from cdprcal.io.replacing import Output
 
 DONE, UNTRUSTED, WRONG_USE, WITH_CAVEATS = 0, 1, 2, 3
 
@@ -61,6 +62,10 @@ EffectsOption = Annotated[
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, alone on stdout.")]
 VerboseOption = Annotated[
     bool, typer.Option("--verbose", "-v", help="Also what is summed up or left out otherwise.")
+]
+ForceOption = Annotated[
+    bool,
+    typer.Option("--force", help="Write over files that are there already; never over an input."),
 ]
 SegmentOption = Annotated[
     int, typer.Option("--segment", help="Which segment is the run, from 0; -1 is the last.")
@@ -164,7 +169,7 @@ def robot_with_effects(robot: str, effects: Sequence[str] | None) -> _core.Robot
 
 
 def keep_apart(outputs: Mapping[str, str], inputs: Mapping[str, str | Sequence[str]]) -> None:
-    """Refuses to write over what is read, or two things into one file.
+    """Refuses to write over what is read, two things into one file, or to stdout.
 
     ``outputs``: option → its path, empty when it was not given; ``inputs``: what it is → its path
     or paths, which need not exist (built-in robots). Raises InputError.
@@ -180,6 +185,8 @@ def keep_apart(outputs: Mapping[str, str], inputs: Mapping[str, str | Sequence[s
     for option, path in outputs.items():
         if not path:
             continue
+        if path == "-":
+            raise InputError(f"{option} -: no file is written to stdout; give the name of a file")
         for what, source in read:
             if source and _same_file(path, source):
                 raise InputError(
@@ -189,6 +196,18 @@ def keep_apart(outputs: Mapping[str, str], inputs: Mapping[str, str | Sequence[s
             if _same_file(path, taken):
                 raise InputError(f"{path}: is the file of {other} too; give {option} another")
         written[option] = path
+
+
+def keep_existing(outputs: Mapping[Output, str], *, force: bool) -> None:
+    """Refuses to write over a file that is no earlier result of its kind, unless ``force``.
+
+    ``outputs``: what is written → its path, empty when it was not asked for. Raises InputError.
+    """
+    from cdprcal.io.replacing import refuse_to_replace
+
+    for kind, path in outputs.items():
+        if path and not force:
+            refuse_to_replace(Path(path), kind)
 
 
 def _same_file(a: str, b: str) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import cdprcal
+from cdprcal.io.replacing import refuse_to_replace
 from conftest import Ran, changed
 
 Cli = Callable[..., Ran]
@@ -42,6 +43,20 @@ OVERWRITING: dict[str, tuple[tuple[str, ...], str]] = {
         ("acquire", "mine.yaml", "plan.csv", "-o", "new.csv", "--truth", "plan.csv"),
         "plan",
     ),
+    "import, its log": (("import", "run.csv", "-o", "run.csv", "--force"), "log"),
+    "import, its map": (
+        ("import", "raw.csv", "--map", "map.csv", "-o", "map.csv", "--force"),
+        "mapping file",
+    ),
+    "import, its robot": (
+        ("import", "run.csv", "--robot", "robot.yaml", "-o", "x.csv", "--inputs", ".", "--force"),
+        "robot file",
+    ),
+    "check, its log": (("check", "mine.yaml", "run.csv", "--propose", "run.csv", "--force"), "log"),
+    "report, its log": (("report", "mine.yaml", "p.html", "-o", "p.html", "--force"), "input"),
+    "workspace": (("workspace", "mesh.ply", "-o", "mesh.ply", "--force"), "robot file"),
+    "stdout": (("calibrate", "mine.yaml", "run.csv", "-o", "-"), "-o -: no file is written to"),
+    "stdout, a log": (("generate", "mine.yaml", "-o", "-"), "-o -: no file is written to stdout"),
 }
 
 
@@ -57,12 +72,106 @@ def test_what_is_read_is_never_written_over(
     Path("other.csv").write_bytes(log_path.read_bytes())
     Path("plan.csv").write_text("a plan that took an hour")
     Path("link.csv").symlink_to("run.csv")
+    Path("robot.yaml").write_text(cdprcal.builtin_robot_yaml("irma4"))
     before = {path: path.read_bytes() for path in Path().iterdir() if path.is_file()}
     ran = cli(*arguments)
     assert ran.code == 2, ran
     assert words in ran.stderr, ran.stderr
     assert "give" in ran.stderr, ran.stderr
     assert {path: path.read_bytes() for path in Path().iterdir() if path.is_file()} == before
+
+
+#: What is there already, by a name that a command is given → its options.
+NOT_REPLACED: dict[str, tuple[str, ...]] = {
+    "generate": ("mine.yaml", "-o", "old.csv"),
+    "generate, the truth": ("mine.yaml", "-o", "new.csv", "--truth", "old.json"),
+    "import": ("run.csv", "-o", "old.csv"),
+    "check": ("mine.yaml", "run.csv", "--propose", "old.yaml"),
+    "plan": ("mine.yaml", "-o", "old.csv"),
+    "plan, its picture": ("mine.yaml", "--plot", "old.png"),
+    "track": ("mine.yaml", "run.csv", "-o", "old.csv"),
+    "calibrate": ("mine.yaml", "run.csv", "-o", "old.json"),
+    "diagnose, the robot": ("mine.yaml", "run.csv", "-o", "old.yaml"),
+    "diagnose, the result": ("mine.yaml", "run.csv", "-o", "old.json"),
+    "geometry": ("mine.yaml", "run.csv", "-o", "old.yaml"),
+    "explore": ("mine.yaml", "run.csv", "-o", "old.yaml"),
+    "workspace": ("mine.yaml", "-o", "old.ply"),
+    "report": ("mine.yaml", "run.csv", "-o", "old.html"),
+    "compare": ("mine.yaml", "run.csv", "run.csv", "--plot", "old.png"),
+}
+
+
+@pytest.mark.parametrize("case", NOT_REPLACED)
+def test_a_file_that_nobody_makes_again_is_not_replaced(
+    cli: Cli, log_path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, case: str
+) -> None:
+    """Measurements, what was edited by hand, and what is of another kind."""
+    arguments = NOT_REPLACED[case]
+    monkeypatch.chdir(tmp_path)
+    Path("mine.yaml").write_text(cdprcal.builtin_robot_yaml("irma4"))
+    Path("run.csv").write_bytes(log_path.read_bytes())
+    for ending in (".csv", ".json", ".yaml", ".png", ".ply", ".html"):
+        Path(f"old{ending}").write_bytes(log_path.read_bytes())
+    before = {path: path.read_bytes() for path in Path().iterdir()}
+    ran = cli(case.partition(",")[0], *arguments)
+    assert ran.code == 2, ran
+    assert re.search(r"cdprcal: old\.\w+: exists already.*--force", ran.stderr), ran.stderr
+    assert {path: path.read_bytes() for path in Path().iterdir()} == before
+
+
+#: What is written → a command that writes it, and its file.
+AGAIN: dict[str, tuple[str, ...]] = {
+    "truth": ("generate", "irma4", "--grid", "1x1x1", "-o", "new.csv", "--truth", "truth.json"),
+    "plan": ("plan", "irma4", "--grid", "1x1x2", "-o", "plan.csv"),
+    "track": ("track", "irma4", "run.csv", "-o", "track.csv"),
+    "result": ("calibrate", "irma4", "run.csv", "-o", "result.json"),
+    "page": ("report", "result.json", "-o", "report.html"),
+    "result of diagnose": ("diagnose", "irma4", "run.csv", "--fit", "mass", "-o", "found.json"),
+    "picture": ("track", "irma4", "run.csv", "--plot", "track.png"),
+    "picture, SVG": ("track", "irma4", "run.csv", "--plot", "track.svg"),
+    "picture, PDF": ("track", "irma4", "run.csv", "--plot", "track.pdf"),
+    **{
+        f"mesh, {name} {ascii}": ("workspace", "irma4", "--step-m", "0.4", *ascii, "-o", name)
+        for name in ("mesh.ply", "mesh.stl")
+        for ascii in ((), ("--ascii",))
+    },
+}
+
+
+def test_a_script_of_results_can_run_again(
+    cli: Cli, log_path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert log_path == tmp_path / "run.csv"
+    for kind, command in AGAIN.items():
+        ran = cli(*command)
+        assert ran.code in (0, 1), (command, ran.stderr)
+        refuse_to_replace(Path(command[-1]), re.split(r",| of ", kind)[0])  # type: ignore[arg-type]
+    assert cli(*AGAIN["plan"]).code == 0
+
+
+def test_force_replaces_what_is_no_input(
+    cli: Cli, log_path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("empty.csv").touch()  # nothing is lost
+    assert cli("import", log_path, "-o", "empty.csv").code == 0
+    refused = cli("import", log_path, "-o", "empty.csv")
+    assert "empty.csv: exists already; give another name, or --force" in refused.stderr
+    assert cli("import", log_path, "-o", "empty.csv", "--force").code == 0
+    assert cli("check", log_path, "--propose", "map.yaml").code in (0, 1)
+    Path("map.yaml").write_text("corrected by hand")
+    assert cli("check", log_path, "--propose", "map.yaml").code == 2
+    assert Path("map.yaml").read_text() == "corrected by hand"
+    assert cli("check", log_path, "--propose", "map.yaml", "--force").code in (0, 1)
+    assert Path("map.yaml").read_text() != "corrected by hand"
+
+
+def test_stdin_is_no_log(cli: Cli) -> None:
+    for command in (("check", "irma4", "-"), ("check", "-", "--propose", "new.yaml")):
+        ran = cli(*command)
+        assert ran.code == 2
+        assert "-: nothing is read from stdin; save it to a file" in ran.stderr
 
 
 @pytest.mark.parametrize("arguments", [("irma4", "--effect", "nonsense=3")])

@@ -12,6 +12,7 @@ from cdprcal.command import (
     DONE,
     UNTRUSTED,
     WITH_CAVEATS,
+    ForceOption,
     JsonOption,
     LogArgument,
     MapOption,
@@ -21,6 +22,7 @@ from cdprcal.command import (
     fail,
     interruptible,
     keep_apart,
+    keep_existing,
     print_json,
     reports_errors,
 )
@@ -95,6 +97,7 @@ def command(
             "and cdprcal repeat.",
         ),
     ] = "",
+    force: ForceOption = False,
 ) -> None:
     """Find the initial pose, with its uncertainty, from a log.
 
@@ -109,6 +112,7 @@ def command(
     if output.lower().endswith((".yaml", ".yml")):
         fail(f"{output}: calibrate corrects no robot file; give a name in .json for the result")
     keep_apart({"-o": output}, {"robot file": robot, "log": log, "mapping file": map_})
+    keep_existing({"result": output}, force=force)
     options = _core.CalibrateOptions(
         method=_core.parse_method(method),
         formulation=_core.parse_formulation(formulation),

@@ -10,12 +10,14 @@ import typer
 from cdprcal.command import (
     DONE,
     UNTRUSTED,
+    ForceOption,
     JsonOption,
     MapOption,
     SegmentOption,
     VerboseOption,
     fail,
     keep_apart,
+    keep_existing,
     print_json,
     reports_errors,
 )
@@ -61,6 +63,7 @@ def command(
     map_: MapOption = "",
     segment: SegmentOption = -1,
     verbose: VerboseOption = False,
+    force: ForceOption = False,
     json: JsonOption = False,
 ) -> None:
     """Say what is wrong with a robot file or a log: where, how bad, and what to do.
@@ -78,6 +81,7 @@ def command(
         if json or map_:
             fail("--propose: writes a mapping file and nothing else; leave out --json and --map")
         keep_apart({"--propose": propose}, {"log": raw, "robot file": robot if log else ""})
+        keep_existing({"mapping file": propose}, force=force)
         raise typer.Exit(_propose(raw, known, propose, robot if log else "ROBOT"))
     the_robot = load_robot(robot)
     if not log:

@@ -11,6 +11,7 @@ from cdprcal.command import (
     DONE,
     UNTRUSTED,
     EffectsOption,
+    ForceOption,
     JsonOption,
     MapOption,
     RobotArgument,
@@ -18,6 +19,7 @@ from cdprcal.command import (
     fail,
     interruptible,
     keep_apart,
+    keep_existing,
     print_json,
     reports_errors,
     robot_with_effects,
@@ -43,6 +45,7 @@ def command(
         typer.Option("--plot", metavar="FILE", help="Draw the numbers log by log (PNG, SVG, PDF)."),
     ] = "",
     verbose: VerboseOption = False,
+    force: ForceOption = False,
     json: JsonOption = False,
 ) -> None:
     """Compare one robot over time: which numbers of its model moved, when, by how many sigma.
@@ -66,6 +69,7 @@ def command(
     )
     if plot:
         check_picture_name(Path(plot))
+    keep_existing({"picture": plot}, force=force)
     the_robot = robot_with_effects(robot, effects)
     files = Reader(the_robot, map_).load_all(logs)
     out = notes()

@@ -12,6 +12,7 @@ from cdprcal.command import (
     EffectsOption,
     JsonOption,
     fail,
+    keep_apart,
     print_json,
     reports_errors,
     robot_with_effects,
@@ -65,6 +66,7 @@ def command(
     from cdprcal.io.files import reason
     from cdprcal.terminal import answers, notes, say
 
+    keep_apart({"-o": output}, {})
     draws = not lacking("matplotlib", "jinja2", "plotly")
     out = notes()
     the_robot = robot_with_effects(robot, effects)

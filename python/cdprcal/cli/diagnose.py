@@ -11,6 +11,7 @@ from cdprcal.command import (
     DONE,
     UNTRUSTED,
     EffectsOption,
+    ForceOption,
     JsonOption,
     MapOption,
     RobotArgument,
@@ -18,6 +19,7 @@ from cdprcal.command import (
     fail,
     interruptible,
     keep_apart,
+    keep_existing,
     print_json,
     reports_errors,
     robot_with_effects,
@@ -83,6 +85,7 @@ def command(
         ),
     ] = "",
     verbose: VerboseOption = False,
+    force: ForceOption = False,
     json: JsonOption = False,
 ) -> None:
     """Find where the model and the logs disagree, name the missing effects, show the gap shrink.
@@ -107,6 +110,7 @@ def command(
         {"-o": corrected, "--result": result},
         {"robot file": robot, "log": logs, "mapping file": map_, "--effects": effects or []},
     )
+    keep_existing({"robot file": corrected, "result": result}, force=force)
     the_robot = robot_with_effects(robot, effects)
     files = Reader(the_robot, map_).load_all(logs)
     the_logs = [file.log for file in files]

@@ -8,9 +8,17 @@ from typing import Annotated
 import typer
 
 from cdprcal.cli.live import PortOption
-from cdprcal.command import DONE, MapOption, RobotArgument, keep_apart, reports_errors
+from cdprcal.command import (
+    DONE,
+    ForceOption,
+    MapOption,
+    RobotArgument,
+    keep_apart,
+    keep_existing,
+    reports_errors,
+)
 
-EXAMPLE = "Example: cdprcal explore irma4 run.csv -o corrected.yaml"
+EXAMPLE = "Example: cdprcal explore irma4 run.csv -o explored.yaml"
 
 
 @reports_errors
@@ -30,6 +38,7 @@ def command(
         ),
     ] = "",
     map_: MapOption = "",
+    force: ForceOption = False,
     port: PortOption = 0,
 ) -> None:
     """Switch effects on and off on a page, leave poses out, watch residuals, pose and evidence.
@@ -46,6 +55,7 @@ def command(
     from cdprcal.terminal import notes, say
 
     keep_apart({"-o": output}, {"robot file": robot, "log": logs, "mapping file": map_})
+    keep_existing({"robot file": output}, force=force)
     the_robot = _core.load_robot(robot)
     files = Reader(the_robot, map_).load_all(logs)
     for file in files:

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from cdprcal.command import DONE, LogArgument, RobotArgument, reports_errors
+from cdprcal.command import DONE, LogArgument, RobotArgument, keep_apart, reports_errors
 
 EXAMPLE = "Example: cdprcal export irma4 run.mcap -o bag && ros2 bag play bag"
 
@@ -33,6 +33,7 @@ def command(
     from cdprcal.ros2 import save_bag
     from cdprcal.terminal import answers, say
 
+    keep_apart({"-o": output}, {})
     the_robot = _core.load_robot(robot)
     file = load_run(log, the_robot)
     topics = load_session(session).ros2 if session else None

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cdprcal.command import RobotArgument, keep_apart, reports_errors
+from cdprcal.command import ForceOption, RobotArgument, keep_apart, keep_existing, reports_errors
 from cdprcal.option_values import parse_grid, parse_sensors
 
 if TYPE_CHECKING:
@@ -45,6 +45,7 @@ def command(
         str,
         typer.Option(metavar="FILE", help="Also write the true pose of every sample, as JSON."),
     ] = "",
+    force: ForceOption = False,
 ) -> None:
     """Generate the log of a start-up run: quasi-static, with unknown offsets and noise.
 
@@ -59,6 +60,7 @@ def command(
 
     keep_apart({"-o": output, "--truth": truth}, {"robot file": robot})
     is_mcap_name(Path(output))
+    keep_existing({"log": output, "truth": truth}, force=force)
     the_robot = _core.load_robot(robot)
     options = _core.SyntheticLogOptions(
         dwell_s=dwell_s,

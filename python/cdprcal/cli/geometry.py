@@ -10,12 +10,14 @@ import typer
 from cdprcal.command import (
     DONE,
     UNTRUSTED,
+    ForceOption,
     JsonOption,
     MapOption,
     RobotArgument,
     VerboseOption,
     interruptible,
     keep_apart,
+    keep_existing,
     print_json,
     reports_errors,
 )
@@ -60,6 +62,7 @@ def command(
         ),
     ] = "automatic",
     verbose: VerboseOption = False,
+    force: ForceOption = False,
     json: JsonOption = False,
 ) -> None:
     """Find where a frame's pulleys are, and what its lengths are wrong by, from many poses.
@@ -75,6 +78,7 @@ def command(
     from cdprcal.tables import print_findings
 
     keep_apart({"-o": output}, {"robot file": robot, "log": logs, "mapping file": map_})
+    keep_existing({"robot file": output}, force=force)
     the_robot = _core.load_robot(robot)
     files = Reader(the_robot, map_).load_all(logs)
     for file in files:

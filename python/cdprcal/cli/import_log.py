@@ -7,15 +7,25 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cdprcal.command import DONE, UNTRUSTED, LogArgument, MapOption, fail, reports_errors
+from cdprcal.command import (
+    DONE,
+    UNTRUSTED,
+    ForceOption,
+    LogArgument,
+    MapOption,
+    fail,
+    keep_apart,
+    keep_existing,
+    reports_errors,
+)
 
 if TYPE_CHECKING:
     from cdprcal import _core
     from cdprcal.io import LogFile
 
 EXAMPLE = (
-    "Example: cdprcal import robot.log -o run.csv\n\n"
-    "A file of your own: cdprcal import raw.csv --map map.yaml -o run.csv"
+    "Example: cdprcal import robot.log -o robot.csv\n\n"
+    "A file of your own: cdprcal import raw.csv --map map.yaml -o mine.csv"
 )
 
 
@@ -48,6 +58,7 @@ def command(
         str,
         typer.Option(metavar="FILE", help="Of a ROS 2 bag: its section ros2 names the topics."),
     ] = "",
+    force: ForceOption = False,
 ) -> None:
     """Turn a raw robot log, MCAP, ROS 2 bag, or with --map any file, into a canonical log.
 
@@ -57,6 +68,7 @@ def command(
     """
     from cdprcal._core import InputError, load_robot
     from cdprcal.io import load_log, read_inputs, save_log
+    from cdprcal.io.acquisition_inputs import PLAN, ROBOT, SETTINGS
     from cdprcal.io.events import read_events
     from cdprcal.io.files import reason, write_text
     from cdprcal.io.log_file import is_mcap_name, require_cable_count
@@ -64,7 +76,19 @@ def command(
     from cdprcal.tables import print_findings
     from cdprcal.terminal import answers, notes, say
 
+    read = {"log": raw, "mapping file": map_, "robot file": robot, "session file": session}
+    held_at = {name: str(Path(inputs) / name) if inputs else "" for name in (ROBOT, PLAN, SETTINGS)}
+    keep_apart({"-o": output, "--inputs": held_at[ROBOT]}, read)
     is_mcap_name(Path(output))
+    keep_existing(
+        {
+            "log": output,
+            "robot file": held_at[ROBOT],
+            "plan": held_at[PLAN],
+            "settings": held_at[SETTINGS],
+        },
+        force=force,
+    )
     the_robot = load_robot(robot) if robot else None
     if map_ and session:
         fail("--session: a mapping file names topics, too; leave one of both out")
@@ -73,9 +97,6 @@ def command(
     acquired = not map_ and bag is None
     if the_robot is not None:
         require_cable_count(file, the_robot)
-    target = Path(output)
-    if target.exists() and target.samefile(raw):
-        raise InputError(f"{output}: is the log that is read; give another name")
     held = None
     try:
         held = read_inputs(raw) if acquired else None
@@ -88,14 +109,14 @@ def command(
             f"{raw}: holds no robot, plan and settings: cdprcal did not acquire it; "
             "leave out --inputs"
         )
-    save_log(file.log, target, held, read_events(raw) if held is not None else ())
+    save_log(file.log, output, held, read_events(raw) if held is not None else ())
     if inputs and held is not None:
         try:
             Path(inputs).mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(f"{inputs}: cannot be made: {reason(error)}") from None
         for name, text in held.files().items():
-            write_text(Path(inputs) / name, text)
+            write_text(Path(held_at[name]), text)
     print_findings(file.findings)
     log = file.log
     say(

@@ -9,11 +9,13 @@ import typer
 
 from cdprcal.command import (
     EffectsOption,
+    ForceOption,
     JsonOption,
     RobotArgument,
     VerboseOption,
     fail,
     keep_apart,
+    keep_existing,
     print_json,
     reports_errors,
     robot_with_effects,
@@ -141,6 +143,7 @@ def command(
     ] = "",
     effects: EffectsOption = None,
     verbose: VerboseOption = False,
+    force: ForceOption = False,
     json: JsonOption = False,
 ) -> None:
     """Plan a start-up run: measurement poses, tension set-points, order and times.
@@ -160,6 +163,7 @@ def command(
     from cdprcal.terminal import notes, say
 
     keep_apart({"-o": output, "--plot": plot}, {"robot file": robot, "--effects": effects or []})
+    keep_existing({"plan": output, "picture": plot}, force=force)
     shuffled = {"--visits": visits is not None, "--seed": seed is not None, "--for": bool(show)}
     order = order or ("random" if any(shuffled.values()) else "least-time")
     the_order = _core.parse_visiting_order(order)

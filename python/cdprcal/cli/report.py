@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cdprcal.command import DONE, UNTRUSTED, interruptible, reports_errors
+from cdprcal.command import (
+    DONE,
+    UNTRUSTED,
+    ForceOption,
+    interruptible,
+    keep_apart,
+    keep_existing,
+    reports_errors,
+)
 
 if TYPE_CHECKING:
     from cdprcal.report import Subject
@@ -28,6 +36,7 @@ def command(
     output: Annotated[
         str, typer.Option("-o", "--output", metavar="FILE", help="The page (HTML).")
     ] = "report.html",
+    force: ForceOption = False,
 ) -> None:
     """Write one HTML page about a start-up: pose, robot in 3D, residuals, diagnosis, inputs.
 
@@ -40,9 +49,11 @@ def command(
     from cdprcal.terminal import answers, notes, say
 
     need("jinja2", "plotly")
+    keep_apart({"-o": output}, {"input": inputs})
     path = Path(output)
     if path.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"{output}: a page's name must end in .html")
+    keep_existing({"page": output}, force=force)
     subject = _subject(inputs, ["cdprcal", "report", *inputs, "-o", output])
     with interruptible(), notes().status("drawing the page"):
         write_report(subject, path)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from cdprcal.command import fail, reports_errors
+from cdprcal.command import fail, keep_apart, reports_errors
 from cdprcal.completion import robot_names
 
 EXAMPLE = (
@@ -44,6 +44,7 @@ def command(
     from cdprcal.robot_template import BLANK, robot_like, robot_template
     from cdprcal.terminal import answers, as_typed, say
 
+    keep_apart({"-o": output}, {})
     path = Path(output)
     if path.exists():
         fail(f"{output}: exists already; give another name")

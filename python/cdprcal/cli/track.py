@@ -12,6 +12,7 @@ from cdprcal.command import (
     DONE,
     UNTRUSTED,
     WITH_CAVEATS,
+    ForceOption,
     JsonOption,
     LogArgument,
     MapOption,
@@ -21,6 +22,7 @@ from cdprcal.command import (
     fail,
     interruptible,
     keep_apart,
+    keep_existing,
     print_json,
     reports_errors,
 )
@@ -59,6 +61,7 @@ def command(
     map_: MapOption = "",
     segment: SegmentOption = -1,
     verbose: VerboseOption = False,
+    force: ForceOption = False,
     json: JsonOption = False,
 ) -> None:
     """Find pose, twist and their uncertainty at every sample, once the start is calibrated.
@@ -80,6 +83,7 @@ def command(
         fail(f"{output}: a track is CSV; give a name in .csv, or --bag FOLDER for ROS 2")
     if plot:
         check_picture_name(Path(plot))
+    keep_existing({"track": output, "picture": plot}, force=force)
     the_robot = _core.load_robot(robot)
     reader = Reader(the_robot, map_)
     file = reader.load(log)

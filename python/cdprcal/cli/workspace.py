@@ -11,10 +11,13 @@ from cdprcal.command import (
     DONE,
     INTERRUPTED,
     UNTRUSTED,
+    ForceOption,
     JsonOption,
     RobotArgument,
     fail,
     interruptible,
+    keep_apart,
+    keep_existing,
     print_json,
     reports_errors,
 )
@@ -106,6 +109,7 @@ def command(
     plot: Annotated[
         str, typer.Option("--plot", metavar="FILE", help="Draw the workspace (PNG, PDF or SVG).")
     ] = "",
+    force: ForceOption = False,
     json: JsonOption = False,
 ) -> None:
     """Find the static workspace: where the platform hangs stably within the tension limits.
@@ -123,6 +127,7 @@ def command(
     from cdprcal.workspace import round_step_m, workspace_as_dict
     from cdprcal.workspace.table import print_workspace
 
+    keep_apart({"-o": output, "--plot": plot}, {"robot file": robot})
     the_robot = _core.load_robot(robot)
     the_box = parse_box("--box", box) or _core.workspace_box(the_robot)
     seeds = [parse_position("--from", text) for text in seed or []]
@@ -131,6 +136,7 @@ def command(
         fail(f"{output}: a mesh's name must end in .ply or .stl")
     if plot:
         check_picture_name(Path(plot))
+    keep_existing({"mesh": output, "picture": plot}, force=force)
     with progress_bar() as show:
 
         def progress(done: _core.WorkspaceProgress) -> None:

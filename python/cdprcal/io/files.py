@@ -56,6 +56,8 @@ def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
     """
     shown = shown_path(path)
     try:
+        if shown == "-" and not path.exists():
+            raise InputError("-: nothing is read from stdin; save it to a file, and give its name")
         if why := not_a_file(path):
             raise InputError(f"{shown}: cannot be read: {why}")
         with path.open("rb") as stream:
