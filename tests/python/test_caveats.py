@@ -17,6 +17,7 @@ from cdprcal.io import save_log
 from cdprcal.studies.variants import vary
 from cdprcal.trust import CLAIM, FALSE_ALARMS
 from conftest import Ran
+from conftest import changed as edited
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
 
@@ -131,6 +132,31 @@ def test_where_there_is_no_pose_units_and_signs_are_named(
     assert found.result.status != cdprcal.CalibrationStatus.converged
     said = f"the readings look as if {words}"
     assert [(c.code, c.severity, c.message) for c in found.caveats] == [("misread", "error", said)]
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"time_s": lambda log: log.time_s / 60.0},
+        {"length_m": lambda log: np.zeros_like(log.length_m)},
+        {"swivel_rad": lambda log: np.zeros_like(log.swivel_rad)},
+        {"tension_N": lambda log: np.zeros_like(log.tension_N)},
+        {"tension_N": lambda log: -log.tension_N},
+    ],
+    ids=["never rests", "no lengths", "no swivels", "no tensions", "no pull"],
+)
+def test_no_units_and_signs_are_tried_where_they_cannot_help(
+    robot: cdprcal.Robot, monkeypatch: pytest.MonkeyPatch, values: dict[str, Any]
+) -> None:
+    """Trying them all took most of a minute, and Ctrl-C was not heard."""
+
+    def tried(*_: Any) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(cdprcal._core, "diagnose", tried)
+    log = made(robot)
+    wrong = edited(log, **{name: change(log) for name, change in values.items()})
+    assert cdprcal.calibrate(robot, wrong).result.status != cdprcal.CalibrationStatus.converged
 
 
 def test_one_that_nothing_sets_right_has_a_reason_and_no_caveat(robot: cdprcal.Robot) -> None:

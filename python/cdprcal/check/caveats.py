@@ -17,6 +17,8 @@ from cdprcal.trust import caveats_of
 
 #: What a calibration leaves out by itself, rest by rest; ``gated`` says where.
 _LEFT_OUT = ("slack",)
+#: Groups of a log that read nothing where all of their numbers are zero.
+_READ = ("length_m", "swivel_rad", "tension_N")
 
 
 def caveats_with_log(
@@ -31,7 +33,8 @@ def caveats_with_log(
     """
     about_run = pauses(robot, [file], segment)
     if calibration.result.status != _core.CalibrationStatus.converged:
-        return (*(_misread(robot, file.log) if segment == -1 else ()), *about_run)
+        tried = segment == -1 and _may_be_misread(calibration, file.log)
+        return (*(_misread(robot, file.log) if tried else ()), *about_run)
     found = [*sizes_of(robot), *check_log(robot, file, segment).findings]
     errors = [f for f in found if f.severity == "error" and f.code not in _LEFT_OUT]
     return (*errors, *caveats_of(calibration), *about_run)
@@ -57,6 +60,20 @@ def pauses(robot: _core.Robot, files: Sequence[LogFile], segment: int = -1) -> t
             if finding.severity == "warning"
         ]
     return tuple(found)
+
+
+def _may_be_misread(calibration: _core.Calibration, log: _core.Log) -> bool:
+    """Whether signs, orders or units could be why there is no pose.
+
+    Trying all of them takes many seconds, and says nothing of a log that never rests, of zeros, or
+    of cables that do not pull.
+    """
+    static = (m.kind == _core.PoseKind.static_pose for m in calibration.problem.measurements)
+    if not calibration.equilibria and not any(static):
+        return False
+    groups = [values for name in _READ if (values := getattr(log, name)).size]
+    slack = log.tension_N.size > 0 and (log.tension_N <= 0.0).all()
+    return not slack and all(values.any() for values in groups)
 
 
 def _misread(robot: _core.Robot, log: _core.Log) -> tuple[Finding, ...]:

@@ -128,7 +128,7 @@ def command(
             calibration = found.calibration
         else:
             calibration = _core.calibrate(the_robot, file.log, options)
-    caveats = caveats_with_log(the_robot, file, calibration, segment)
+        caveats = caveats_with_log(the_robot, file, calibration, segment)
     document = calibration_as_dict(the_robot, calibration, caveats)
     if motion:
         document |= motion_as_dict(found, document)

@@ -93,7 +93,7 @@ def command(
         calibration = _core.calibrate(
             the_robot, first.log, _core.CalibrateOptions(segment=of_start)
         )
-    caveats = caveats_with_log(the_robot, first, calibration, of_start)
+        caveats = caveats_with_log(the_robot, first, calibration, of_start)
     if start:
         caveats += pauses(the_robot, [file], segment)
     code = exit_code(calibration, caveats)
