@@ -13,6 +13,7 @@ from functools import singledispatch
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdprcal import _core
 from cdprcal._core import (
@@ -193,10 +194,12 @@ def _(track: Track) -> Any:
 def log_of(frame: Any, source: str) -> Log:
     """``Log.from_dataframe``: columns as ``to_pandas`` names them, those that are there.
 
-    Raises InputError for a group of which a column is missing, and when there is none at all.
+    Times may be dates (then seconds since the first) or durations. Raises InputError for a group of
+    which a column is missing or misspelt, for text, and when there is no column of a log at all.
     """
     names = [str(name) for name in frame.columns]
-    time_s = frame["time_s"] if "time_s" in names else frame.index
+    _refuse_misspelt(names, source)
+    time_s = _seconds(frame["time_s"] if "time_s" in names else frame.index, source)
     arrays = {}
     for field, group in LOG_GROUPS.items():
         wanted = columns_of(group, MOST_CABLES)
@@ -208,13 +211,55 @@ def log_of(frame: Any, source: str) -> Log:
             gone = next(name for name in wanted if name not in names)
             raise InputError(f"{source}: has {there[0]} but no {gone}; add it, NaN where unknown")
         if there:
-            arrays[field] = frame[wanted].to_numpy(dtype=float)
+            columns = [_numbers(frame[name], f"{source}: column {name}") for name in wanted]
+            arrays[field] = np.column_stack(columns)
     if not arrays:
         raise InputError(
             f"{source}: has no column of a log but {', '.join(names[:20]) or 'none'}; name them "
             "time_s, length_1_m … (docs/your-log.md)"
         )
-    return Log(time_s=np.asarray(time_s, dtype=float), source=source, **arrays)
+    return Log(time_s=time_s, source=source, **arrays)
+
+
+def _refuse_misspelt(names: list[str], source: str) -> None:
+    """A column that begins as one of a log, but is none, would be left out in silence."""
+    known: dict[str, str] = {}  # a column → how it begins
+    for group in LOG_GROUPS.values():
+        for name in columns_of(group, MOST_CABLES):
+            whole = name.startswith(f"{group.name}_")  # length_1_m, but roll_rad
+            known[name] = f"{group.name if whole else name.partition('_')[0]}_"
+    for name in names:
+        like = [right for right, begin in known.items() if name.lower().startswith(begin)]
+        if like and name not in known:
+            raise InputError(
+                f"{source}: column {name!r} is none of a log, but begins like one; name it as "
+                f"{like[0]} is (cables count from 1), or leave it out"
+            )
+
+
+def _seconds(time: Any, source: str) -> NDArray[np.float64]:
+    """Times as numbers; dates count from the first, durations from 0."""
+    kind = getattr(time.dtype, "kind", "O")
+    if kind == "M":
+        dates = np.asarray(time, dtype="datetime64[ns]")
+        return np.asarray((dates - dates[:1]) / np.timedelta64(1, "s"), dtype=float)
+    if kind == "m":
+        return np.asarray(
+            np.asarray(time, dtype="timedelta64[ns]") / np.timedelta64(1, "s"), dtype=float
+        )
+    return _numbers(time, f"{source}: time_s")
+
+
+def _numbers(column: Any, what: str) -> NDArray[np.float64]:
+    """A column of pandas, whose values may be absent, or of anything like it."""
+    try:
+        if hasattr(column, "array"):
+            column = column.to_numpy(dtype=float, na_value=np.nan)
+        return np.asarray(column, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"{what}: holds what is no number; give numbers, NaN where unknown"
+        ) from None
 
 
 # Pictures.

@@ -267,6 +267,52 @@ def test_frames_hold_what_the_objects_hold(
         cdprcal.Log.from_dataframe(pandas.DataFrame({"a": [1.0, 2.0]}))
 
 
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("tension_1_N", "Tension_1_N"),
+        ("length_1_m", "length_9_m"),
+        ("length_1_m", "length_0_m"),
+        ("roll_rad", "roll_deg"),
+        ("swivel_2_rad", "swivel_2"),
+    ],
+)
+def test_a_misspelt_column_is_not_left_out(
+    synthetic: cdprcal.SyntheticLog, right: str, wrong: str
+) -> None:
+    frame = synthetic.log.to_pandas()
+    for columns in (frame.rename(columns={right: wrong}), frame.assign(**{wrong: 0.0})):
+        with pytest.raises(cdprcal.InputError, match=f"column '{wrong}' is none of a log"):
+            cdprcal.Log.from_dataframe(columns)
+    beside = frame.assign(comment="fine", temperature_C=20.0, rolling=0.0)
+    assert len(cdprcal.Log.from_dataframe(beside)) == len(frame)
+
+
+def test_text_in_a_frame_is_named_by_its_column(synthetic: cdprcal.SyntheticLog) -> None:
+    frame = synthetic.log.to_pandas()
+    for name, words in (("length_3_m", "column length_3_m"), ("time_s", "time_s")):
+        with pytest.raises(cdprcal.InputError, match=f"data frame: {words}: holds what is no numb"):
+            cdprcal.Log.from_dataframe(frame.astype({name: object}).assign(**{name: "far"}))
+
+
+@pytest.mark.parametrize("unit", ["ns", "us", "ms"])
+def test_times_of_a_frame_may_be_dates_and_durations(
+    synthetic: cdprcal.SyntheticLog, unit: str
+) -> None:
+    pandas = pytest.importorskip("pandas")
+    frame = synthetic.log.to_pandas()
+    time_s, rest = frame.time_s, frame.drop(columns="time_s")
+    durations = pandas.TimedeltaIndex(pandas.to_timedelta(time_s, unit="s")).as_unit(unit)
+    dates = pandas.Timestamp("2026-03-01") + durations
+    for times in (durations, dates, dates.tz_localize("Europe/Zurich")):
+        for given in (rest.set_index(times), rest.assign(time_s=times)):
+            log = cdprcal.Log.from_dataframe(given)
+            np.testing.assert_allclose(log.time_s, time_s - time_s[0], atol=1e-9)
+    absent = frame.convert_dtypes().astype({"tension_1_N": "Float64"})
+    absent.loc[3, "tension_1_N"] = pandas.NA
+    assert np.isnan(cdprcal.Log.from_dataframe(absent).tension_N[3, 0])
+
+
 def test_without_pandas_it_is_named(
     synthetic: cdprcal.SyntheticLog, monkeypatch: pytest.MonkeyPatch
 ) -> None:
