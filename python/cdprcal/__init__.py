@@ -32,6 +32,7 @@ def __getattr__(name: str) -> Any:
 
         return globals().setdefault(name, version("cdprcal"))
     if not name.startswith("_"):
+        import cdprcal.copying  # noqa: F401  options are copied so, whatever is asked for
         from cdprcal import _core
 
         if name in _CALLS:

@@ -7,7 +7,6 @@
 from __future__ import annotations
 
 import copy
-import copyreg
 import functools
 import os
 import pathlib
@@ -43,7 +42,6 @@ from cdprcal.check import caveats_with_log
 from cdprcal.io.loaded import LogFile
 from cdprcal.mapping import Reader
 from cdprcal.planning.start_up import start_up_plan
-from cdprcal.signatures import keywords_of
 
 Path: TypeAlias = str | os.PathLike[str]
 
@@ -195,12 +193,17 @@ def track(
     ``robot``, ``log`` and ``map`` as for ``calibrate``; ``calibration``: of the start-up whose
     counting the log goes on with (None: of this log); ``segment``: which is the run, from 0, -1
     the last. Look at ``trusted``. Raises InputError for a calibration without a pose that can be
-    trusted.
+    trusted, and for one of another robot.
     """
     the_robot = as_robot(robot)
     the_log = as_log(log, the_robot, map)
     if calibration is None:
         calibration = calibrate(the_robot, the_log, segment=segment)
+    elif _core.to_yaml(calibration.problem.robot) != _core.to_yaml(the_robot):
+        raise InputError(
+            f"calibration: is of {calibration.problem.robot.name} with another robot file than "
+            f"that of {the_robot.name}; give the robot that was calibrated"
+        )
     return _core.track(calibration, the_log, segment)
 
 
@@ -208,7 +211,7 @@ def simulate_startup(
     robot: Robot | Path,
     plan: StartUpPlan | Plan | Path,
     *,
-    effects: Sequence[InjectedEffect | str] | None = None,
+    effects: Sequence[InjectedEffect | str] | InjectedEffect | str | None = None,
     seed: int | None = None,
     simulator: SimulatorOptions | None = None,
     startup: StartUpOptions | None = None,
@@ -220,20 +223,21 @@ def simulate_startup(
     """The start-up procedure on a simulated robot. Look at state.
 
     ``robot``: a Robot, built-in name or path; ``plan``: a Plan, the path of a plan file, or a
-    StartUpPlan; ``effects``: hidden in the robot, as ``--effect`` has them ('mass=0.7'); ``seed``:
-    of where it hangs and of its noise. Both are put into ``simulator``, or stand alone. Of a plan
-    its tensions are visited, as fast as the platform's slowest mode allows.
-    ``progress(command, sample)`` is called with every command; False stops the run. Raises
-    InputError for an effect that there is not.
+    StartUpPlan; ``effects``: hidden in the robot, as ``--effect`` has them ('mass=0.7'), one or
+    several; ``seed``: of where it hangs and of its noise. Both go before those of ``simulator``,
+    which stays as it is, or stand alone. Of a plan its tensions are visited, as fast as the
+    platform's slowest mode allows. ``progress(command, sample)`` is called with every command;
+    False stops the run. Raises InputError for an effect that there is not.
     """
     if not isinstance(plan, StartUpPlan):
         stops = plan if isinstance(plan, Plan) else _core.read_plan(os.fspath(plan))
         plan = start_up_plan(stops, quick=True)
     the_robot = as_robot(robot)
-    options = simulator or SimulatorOptions()
+    options = copy.copy(simulator or SimulatorOptions())
     if seed is not None:
         options.seed = seed
     if effects is not None:
+        effects = [effects] if isinstance(effects, str | InjectedEffect) else effects
         options.effects = [
             _core.parse_injected_effect(effect, the_robot) if isinstance(effect, str) else effect
             for effect in effects
@@ -248,17 +252,3 @@ def simulate_startup(
         initial_tension_N=initial_tension_N,
         progress=progress,
     )
-
-
-def _made(kind: type, fields: dict[str, Any]) -> Any:
-    return kind(**fields)
-
-
-def _reduced(options: Any) -> tuple[Callable[..., Any], tuple[Any, ...]]:
-    """Options as the keywords that make them: they are copied and pickled so."""
-    kind = type(options)
-    return _made, (kind, {name: getattr(options, name) for name in keywords_of(kind.__name__)})
-
-
-for _kind in (CalibrateOptions, _core.DetectionOptions, _core.SolveOptions, DiagnoseOptions):
-    copyreg.pickle(_kind, _reduced)

@@ -76,9 +76,10 @@ def _parameter(argument: ast.arg, default: ast.expr | None, kind: Any) -> inspec
 
 
 @cache
-def keywords_of(name: str) -> tuple[str, ...]:
-    """The keywords that make an object of a class of the core: of options, all their attributes."""
-    return tuple(argument.arg for argument in _stubs()[f"{name}.__init__"].args.kwonlyargs)
+def arguments_of(name: str) -> tuple[str, ...]:
+    """What makes an object of a class of the core, by name: of options and values, attributes."""
+    given = _stubs()[f"{name}.__init__"].args
+    return tuple(argument.arg for argument in (*given.args[1:], *given.kwonlyargs))
 
 
 @cache

@@ -22,6 +22,7 @@ import pytest
 
 import cdprcal
 from cdprcal import _core, calls
+from cdprcal.copying import PLAIN, fields_of
 from conftest import changed
 from raw_files import german_excel
 
@@ -320,6 +321,94 @@ def test_without_pandas_it_is_named(
     with pytest.raises(cdprcal.InputError, match=r"pip install 'cdprcal\[pandas\]'"):
         synthetic.log.to_pandas()
     assert synthetic.log._repr_html_().startswith("<p>Log(source=")
+
+
+SEEN = """
+import copy, pickle, cdprcal
+options = cdprcal.CalibrateOptions(at_s=[1.0])
+print(copy.copy(options).at_s, pickle.loads(pickle.dumps(options)).at_s)
+"""
+
+
+def test_options_pickle_before_anything_else_is_used() -> None:
+    ran = subprocess.run([sys.executable, "-c", SEEN], capture_output=True, text=True, check=True)
+    assert ran.stdout == "[1.0] [1.0]\n"
+
+
+def different(value: Any) -> Any:
+    """Another value of the kind of an attribute."""
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, int | float) and not isinstance(value, enum.Enum):
+        return value + 1 if np.isfinite(value) else 0.5
+    return value
+
+
+def plain_values(robot: cdprcal.Robot) -> dict[type, Any]:
+    """One of every class that is copied as what it is made from, where it needs arguments."""
+    pose = cdprcal.Pose([0.1, 0.2, 0.3], np.eye(3))
+    return {
+        cdprcal.Box: cdprcal.Box([0.0, 0.0, 0.0], [1.0, 2.0, 3.0]),
+        cdprcal.InjectedEffect: cdprcal.InjectedEffect("mass", [0.5]),
+        cdprcal.AskedAccuracy: cdprcal.AskedAccuracy(position_m=0.01, rotation_rad=0.02),
+        cdprcal.ReadingOffsets: cdprcal.ReadingOffsets(
+            length_m=[1.0, 2.0], swivel_rad=[0.1, 0.2], yaw_rad=0.3
+        ),
+        cdprcal.SampleRange: cdprcal.SampleRange(3, 8),
+        cdprcal.SensorSigma: robot.sigma,
+        cdprcal.SetPoint: cdprcal.SetPoint(pose, [1.0, 2.0, 3.0, 4.0]),
+        cdprcal.StartUpPlan: cdprcal.StartUpPlan([[1.0, 2.0, 3.0, 4.0]]),
+        cdprcal.ReadingNoise: cdprcal.reading_noise(robot.sigma, 0.1, absolute=True),
+    }
+
+
+@pytest.mark.parametrize("kind", PLAIN, ids=lambda kind: kind.__name__)
+def test_plain_values_keep_every_field(robot: cdprcal.Robot, kind: type) -> None:
+    made = plain_values(robot).get(kind) or kind()
+    taken, settable = fields_of(kind)
+    for name in settable:
+        setattr(made, name, different(getattr(made, name)))
+    for protocol in (2, pickle.HIGHEST_PROTOCOL):
+        for again in (copy.copy(made), pickle.loads(pickle.dumps(made, protocol))):
+            assert type(again) is kind
+            assert again is not made
+            for name in (n for n, v in vars(kind).items() if isinstance(v, property)):
+                old, new = getattr(made, name), getattr(again, name)
+                if type(old) not in PLAIN and not isinstance(old, cdprcal.Pose | list):
+                    np.testing.assert_array_equal(np.asarray(new), np.asarray(old), name)
+    assert {*taken, *settable} <= set(dir(kind))
+
+
+def test_options_within_options_keep_theirs() -> None:
+    solve = cdprcal.SolveOptions()
+    solve.settled = 1e-3
+    options = cdprcal.CalibrateOptions(solve=solve)
+    assert copy.deepcopy(options).solve.settled == 1e-3
+    simulator = cdprcal.SimulatorOptions()
+    simulator.winch.time_constant_s = 0.7
+    simulator.effects = [cdprcal.InjectedEffect("mass", [0.5])]
+    again = pickle.loads(pickle.dumps(simulator))
+    assert again.winch.time_constant_s == 0.7
+    assert [effect.name for effect in again.effects] == ["mass"]
+
+
+def test_a_simulation_leaves_its_options_alone(robot: cdprcal.Robot) -> None:
+    options = cdprcal.SimulatorOptions()
+    plan = cdprcal.StartUpPlan(cdprcal.default_setpoints(robot, 1, 1, 2))
+    for effects in ("mass=0.5", cdprcal.InjectedEffect("mass", [0.5]), ["mass=0.5"]):
+        cdprcal.simulate_startup(
+            robot, plan, simulator=options, seed=99, effects=effects, progress=lambda *_: False
+        )
+    assert (options.seed, options.effects) == (cdprcal.SimulatorOptions().seed, [])
+
+
+def test_a_track_wants_the_robot_that_was_calibrated(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    found = cdprcal.calibrate(robot, synthetic.log)
+    assert len(cdprcal.track("irma4", synthetic.log, found)) == len(synthetic.log)
+    with pytest.raises(cdprcal.InputError, match="give the robot that was calibrated"):
+        cdprcal.track("ring3", synthetic.log, found)
 
 
 def test_pictures_go_into_the_axes_given(
