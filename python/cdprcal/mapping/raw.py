@@ -45,13 +45,15 @@ class DelimitedForm:
 
 @dataclass(frozen=True)
 class RawTable:
-    """A raw file: its kind (csv, mat, arrow, bag) and its columns in the order of the file."""
+    """A raw file: its kind (csv, records, mat, arrow, bag) and its columns in the order of the
+    file; ``left_out``: what it holds beside them that is no column of numbers."""
 
     path: Path
     kind: str
     columns: dict[str, Column] = field(default_factory=dict)
     form: DelimitedForm | None = None
     line: NDArray[np.int64] | None = None  #: of each row, from 1
+    left_out: tuple[str, ...] = ()
 
     def readings(self, name: str) -> Column:
         """A column whose every cell could be read. Raises InputError naming line and cell."""

@@ -8,6 +8,7 @@ from cdprcal.io.files import begins_with
 from cdprcal.mapping.arrow import FEATHER_MAGICS, PARQUET_MAGIC, read_arrow
 from cdprcal.mapping.bag import read_bag
 from cdprcal.mapping.delimited import read_delimited
+from cdprcal.mapping.json_lines import holds_json_lines, read_json_lines
 from cdprcal.mapping.matlab import read_mat
 from cdprcal.mapping.raw import DelimitedForm, RawTable
 from cdprcal.mapping.records import holds_records, read_records
@@ -17,7 +18,7 @@ _MAT_73 = b"\x89HDF"
 
 
 def read_raw(path: str | Path, form: DelimitedForm | None = None) -> RawTable:
-    """Reads CSV and its like, records in braces, MAT, Parquet, Feather or a ROS 2 bag.
+    """Reads CSV and its like, JSON lines, records in braces, MAT, Parquet, Feather or a ROS 2 bag.
 
     ``form``: how text is to be cut; None: found. Raises InputError naming file and place.
     """
@@ -29,6 +30,10 @@ def read_raw(path: str | Path, form: DelimitedForm | None = None) -> RawTable:
         return read_mat(path)
     if head.startswith((PARQUET_MAGIC, *FEATHER_MAGICS)):
         return read_arrow(path)
-    if form is None and holds_records(begins_with(path, 1 << 16, unpacked=True)):
-        return read_records(path)
+    if form is None:
+        head = begins_with(path, 1 << 16, unpacked=True)
+        if holds_json_lines(head):
+            return read_json_lines(path)
+        if holds_records(head):
+            return read_records(path)
     return read_delimited(path, form)
