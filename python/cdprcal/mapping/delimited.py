@@ -33,6 +33,8 @@ _CLOCK = re.compile(
     r"(?P<h>\d{1,2}):?(?P<min>\d{2}):?(?P<s>\d{2}([.,]\d+)?)"
     r" ?(?P<half>[AaPp][Mm])? ?(Z|UTC|GMT|(?P<zone>[-+]\d{2}(:?\d{2})?))?"
 )
+#: As Excel shows a time with fractions: the hours are not there.
+_OF_HOUR = re.compile(r"(?P<min>\d{1,2}):(?P<s>\d{2}[.,]\d+)")
 #: Cells, in small letters, that say that nothing was read; the last ones are C's and Excel's.
 _NO_READING = {"", "-", "--", "---", "?", "na", "n/a", "nan", "+nan", "-nan", "null", "nil", "none"}
 _NO_READING |= {"nan(ind)", "-nan(ind)", "-1.#ind", "1.#qnan", "#n/a"}
@@ -43,8 +45,10 @@ _THOUSANDS = {
     ",": re.compile(r"[-+]?\d{1,3}([.'\u2019 \u00a0\u202f]\d{3})+,\d+"),
 }
 _WITH_UNIT = re.compile(r"([-+]?[\d.,]+)\s*([^\W\d]+)")
-_DAYS = ("%Y-%m-%d", "%d.%m.%Y", "%Y/%m/%d", "%m/%d/%Y", "%d/%m/%Y", "%d-%m-%Y")
+_DAYS: tuple[str, ...] = ("%Y-%m-%d", "%d.%m.%Y", "%Y/%m/%d", "%m/%d/%Y", "%d/%m/%Y", "%d-%m-%Y")
 _DAYS += ("%Y%m%d", "%d-%b-%Y")  # ISO without separators; MATLAB
+_DAYS += ("%d.%m.%y", "%m/%d/%y", "%d/%m/%y", "%d-%m-%y")  # Excel
+_HOUR_S = 3600.0
 _DAY_S = 86400.0
 _UNIT = re.compile(r"[\[(]?\s*[^\s\d\[\]();,]{0,6}(/[^\s\d\[\]();,]{1,4})?\s*[\])]?")
 
@@ -59,12 +63,20 @@ def read_delimited(path: Path, form: DelimitedForm | None = None) -> RawTable:
         lines = data.decode(encoding).replace("\0", "").splitlines()
     except (UnicodeDecodeError, LookupError):
         raise InputError(f"{name}: is not {encoding} text; correct text.encoding") from None
-    found = form or _form_of(lines, encoding)
-    if found is None:
+    try:
+        found = form or _form_of(lines, encoding)
+        if found is not None:
+            return _table(path, name, lines, found)
+    except csv.Error:  # a quote that nothing ends, most likely
+        most = csv.field_size_limit()
+        number = next((i for i, line in enumerate(lines, start=1) if len(line) > most), 1)
         raise InputError(
-            f"{name}: is no table of numbers; give columns separated by ; , | tabs or blanks"
-        )
-    return _table(path, name, lines, found)
+            f"{name}:{number}: has a cell of more than {most} characters, which no reading has; "
+            "correct or delete the line"
+        ) from None
+    raise InputError(
+        f"{name}: is no table of numbers; give columns separated by ; , | tabs or blanks"
+    )
 
 
 def _encoding(data: bytes) -> str:
@@ -98,9 +110,7 @@ def _without_empty_end(cells: list[str]) -> list[str]:
 
 def _is_number(cell: str, decimal: str) -> bool:
     """Whether a cell tells rows from names, even if it cannot be read as it is."""
-    return bool(
-        _number(cell, decimal) is not None or _CLOCK.fullmatch(cell) or _almost(cell, decimal)
-    )
+    return bool(_number(cell, decimal) is not None or _clock(cell) or _almost(cell, decimal))
 
 
 def _almost(cell: str, decimal: str) -> str:
@@ -126,6 +136,8 @@ def _number(cell: str, decimal: str) -> float | None:
 def _form_of(lines: list[str], encoding: str) -> DelimitedForm | None:
     """The separator and decimal mark with which most lines are rows of as many numbers."""
     tail = [line for line in lines[-_SAMPLED:] if line.strip() and line.lstrip()[0] not in _COMMENT]
+    # Between commas only quotes keep a decimal comma in its cell.
+    quoted = any('"' in line for line in tail)
     best: tuple[float, int, int, str, str] | None = None
     for separator in SEPARATORS:
         rows = [_cells(line, separator) for line in tail]
@@ -133,7 +145,7 @@ def _form_of(lines: list[str], encoding: str) -> DelimitedForm | None:
         used = max((len(_without_empty_end(row)) for row in rows if len(row) == count), default=0)
         if used < 2:
             continue
-        for decimal in (".", ",") if separator != "," else (".",):
+        for decimal in (".", ",") if separator != "," or quoted else (".",):
             of_rows = [
                 sum(_is_number(cell, decimal) or not cell for cell in row) / count
                 for row in rows
@@ -157,7 +169,10 @@ def _header_line(lines: list[str], used: int, count: int, separator: str, decima
         cells = _named(line, separator)
         if len(cells) < used or len(_without_empty_end(cells)) > count:
             continue
-        if sum(_is_number(cell, decimal) for cell in cells) > count / 2:
+        numbers = sum(_is_number(cell, decimal) for cell in cells)
+        # Where sensors begin one after another the first rows are sparse.
+        sparse = names and numbers >= 2 and numbers == sum(map(bool, cells))
+        if sparse or numbers > count / 2:
             break
         # Below the names there may be units: those are no names.
         if not names or not _are_units(cells):
@@ -243,13 +258,20 @@ def _column(cells: Sequence[str], decimal: str, unit: str) -> Column:
             values = np.array([cell.replace(decimal, ".") for cell in cells], dtype=np.float64)
             if not np.isinf(values).any():
                 return Column(values, unit=unit)
-    is_clock = sum(bool(_CLOCK.fullmatch(cell)) for cell in cells) > len(cells) / 2
+    is_clock = sum(bool(_clock(cell)) for cell in cells) > len(cells) / 2
     values = _seconds(cells) if is_clock else _numbers(cells, decimal)
     for row, (cell, value) in enumerate(zip(cells, values.tolist(), strict=True)):
         if not math.isfinite(value) and cell.lower() not in _NO_READING:
             unread = (row, cell, _remedy(cell, decimal))
             return Column(values, unit=unit, is_clock=is_clock, unread=unread)
     return Column(values, unit=unit, is_clock=is_clock)
+
+
+def clock_column(cells: Sequence[str]) -> Column | None:
+    """Dates or times of day as seconds; None when a cell that is not empty is none."""
+    if not any(cells) or not all(_clock(cell) for cell in cells if cell):
+        return None
+    return _column(cells, ".", "")
 
 
 def _remedy(cell: str, decimal: str) -> str:
@@ -268,28 +290,36 @@ def _numbers(cells: Sequence[str], decimal: str) -> Floats:
     return np.array([np.nan if value is None else value for value in read])
 
 
+def _clock(cell: str) -> re.Match[str] | None:
+    return _CLOCK.fullmatch(cell) or _OF_HOUR.fullmatch(cell)
+
+
 def _seconds(cells: Sequence[str]) -> Floats:
     """Seconds of '2026-03-01T12:00:00.25+02:00', '01.03.2026 12:00:00,25' or '12:00:00.25 PM', NaN
-    for other text; a time of day without a day goes on after midnight."""
-    found = [_CLOCK.fullmatch(cell) for cell in cells]
-    days = _days({clock["day"] for clock in found if clock and clock["day"]})
-    values = np.array([_of_clock(clock, days) if clock else np.nan for clock in found])
+    for other text; a time of day without a day goes on after midnight, and '59:59.9' of an hour
+    after its end."""
+    found = [_clock(cell) for cell in cells]
+    parts = [clock.groupdict() if clock else {} for clock in found]
+    days = _days({part["day"] for part in parts if part.get("day")})
+    values = np.array([_of_clock(part, days) if part else np.nan for part in parts])
     if not days:
         there = np.isfinite(values)
-        # Back by more than half a day is the next day; by less, somebody set the clock.
-        passed = np.diff(values[there], prepend=values[there][:1]) < -_DAY_S / 2.0
-        values[there] += _DAY_S * np.cumsum(passed)
+        around_s = _DAY_S if any("h" in part for part in parts) else _HOUR_S
+        # Back by more than half of it is the next one; by less, somebody set the clock.
+        passed = np.diff(values[there], prepend=values[there][:1]) < -around_s / 2.0
+        values[there] += around_s * np.cumsum(passed)
     return values
 
 
-def _of_clock(clock: re.Match[str], days: dict[str, int]) -> float:
-    hours = int(clock["h"])
-    if clock["half"]:
-        hours = hours % 12 + 12 * (clock["half"].lower() == "pm")
-    since = 3600.0 * hours + 60.0 * int(clock["min"]) + float(clock["s"].replace(",", "."))
-    if clock["zone"]:
-        since -= _ahead_s(clock["zone"])
-    return since + (_DAY_S * days.get(clock["day"], np.nan) if clock["day"] else 0.0)
+def _of_clock(part: dict[str, str], days: dict[str, int]) -> float:
+    """Seconds of the named parts of a date or time."""
+    hours = int(part.get("h") or 0)
+    if part.get("half"):
+        hours = hours % 12 + 12 * (part["half"].lower() == "pm")
+    since = _HOUR_S * hours + 60.0 * int(part["min"]) + float(part["s"].replace(",", "."))
+    if part.get("zone"):
+        since -= _ahead_s(part["zone"])
+    return since + (_DAY_S * days.get(part["day"], np.nan) if part.get("day") else 0.0)
 
 
 @cache
