@@ -24,6 +24,9 @@ from cdprcal.mapping.read import read_raw
 from cdprcal.mapping.units import factor
 from cdprcal.terminal import as_typed
 
+#: By how much quaternions may be off their norm.
+_SAME_NORM = 0.01
+
 
 def load_mapped(path: str | Path, map_path: str | Path, robot: _core.Robot | None) -> LogFile:
     """Reads any raw file by a mapping file.
@@ -46,7 +49,7 @@ def apply_map(raw: RawTable, the_map: Map, source: str, robot: _core.Robot | Non
     for name, group in the_map.channels.items():
         sensor = GROUPS[name]
         if group.unit in QUATERNIONS:
-            values = _angles(rows, group, robot)
+            values = _angles(rows, group, robot, source)
         else:
             scale = factor(sensor.unit, group.unit)
             assert scale is not None  # the model saw to that
@@ -157,11 +160,13 @@ class _Rows:
         return time_s
 
     def _since_first(self, name: str, unit: str | float) -> Floats:
-        """How much later than at the first row a column is [s]."""
+        """How much later than at its first reading a column is [s]."""
         column = self._column(name, "time")
         scale = 1.0 if column.is_clock else factor("s", unit)
         assert scale is not None  # the model saw to that
-        return np.asarray(scale * (column.values - column.values[0]))
+        there = np.flatnonzero(np.isfinite(column.values))
+        first = column.values[there[0]] if len(there) else 0.0
+        return np.asarray(scale * (column.values - first))
 
     def _stamps(self, topic: str) -> Floats:
         """When the messages of a topic were taken."""
@@ -199,8 +204,11 @@ def _nearest(column: Column, time_s: Floats) -> Floats:
     return np.where(close, values[at], np.nan)
 
 
-def _angles(rows: _Rows, group: Group, robot: _core.Robot | None) -> Floats:
-    """Orientations as the angles of the robot's convention; a sign turns the axis' component."""
+def _angles(rows: _Rows, group: Group, robot: _core.Robot | None, source: str) -> Floats:
+    """Orientations as the angles of the robot's convention; a sign turns the axis' component.
+
+    Whole numbers such as 32767 for 1 are fine: a norm that is the same in all rows is a scale.
+    """
     if robot is None:
         raise InputError(
             "the map's attitude is a quaternion: give --robot, whose Euler convention says how "
@@ -210,8 +218,28 @@ def _angles(rows: _Rows, group: Group, robot: _core.Robot | None) -> Floats:
     parts = [sign * rows.of(column) for column, sign in zip(group.columns, signs, strict=True)]
     wxyz = np.stack([parts[i] for i in QUATERNIONS[str(group.unit)]], axis=1)
     norm = np.linalg.norm(wxyz, axis=1)
+    there = np.isfinite(norm)
+    size = float(np.median(norm[there])) if there.any() else 1.0
+    one = size if size > 0.0 and (np.abs(norm[there] / size - 1.0) < _SAME_NORM).all() else 1.0
+    good = np.abs(norm / one - 1.0) < _SAME_NORM
+    if left_out := int((there & ~good).sum()):
+        said = f"{left_out} of {int(there.sum())} quaternions are not of norm 1"
+        if not good.any():
+            raise InputError(
+                f"{source}: channels.attitude: {said}, but of {size:.3g} (median); give the four "
+                "columns of one orientation"
+            )
+        rows.findings.append(
+            Finding(
+                severity="warning",
+                code="no_quaternion",
+                message=f"{said} and are left out",
+                remedy="see that the columns are those of one orientation, and what the sensor "
+                "writes where it has none",
+            )
+        )
     angles = np.full((len(wxyz), 3), np.nan)
-    for i in np.flatnonzero(np.abs(norm - 1.0) < 0.01):
+    for i in np.flatnonzero(good):
         w, x, y, z = (wxyz[i] / norm[i]).tolist()
         rotation = rotation_from_quaternion((w, x, y, z))
         angles[i] = _core.euler_from_rotation(rotation, robot.euler_convention)
