@@ -116,11 +116,10 @@ def _propose(raw: str, robot: _core.Robot | None, output: str, shown_robot: str)
     if proposal.missing is not None:
         lines.insert(1, proposal.missing)
     guesses = [line.name for line in lines if line.sure == "guess"]
-    say(
-        out,
-        f"{output}: {counted(len(lines), 'line')}, "
-        + (f"to be corrected where wrong: {', '.join(guesses)}" if guesses else "none a guess"),
-    )
+    lacks = proposal.lacks if robot is not None else ""
+    said = [f"to be corrected where wrong: {', '.join(guesses)}"] if guesses else []
+    said += [lacks] if lacks else []
+    say(out, f"{output}: {counted(len(lines), 'line')}, {'; '.join(said) or 'none a guess'}")
     table = Table("what", "how sure", "unit", "sign", "columns", "because", text=range(6))
     for line in lines:
         signs = line.sign if len(set(line.sign)) > 1 else line.sign[:1]
@@ -137,4 +136,4 @@ def _propose(raw: str, robot: _core.Robot | None, output: str, shown_robot: str)
     if spare := proposal.unused():
         say(out, f"not used: {', '.join(shown_text(name) for name in spare)}")
     say(out, f"next: {as_typed('check', shown_robot, raw, '--map', output)}")
-    return UNTRUSTED if guesses else DONE
+    return UNTRUSTED if said else DONE

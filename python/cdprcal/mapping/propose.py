@@ -22,8 +22,8 @@ from cdprcal.mapping.document import GROUPS, QUATERNIONS, Map, parse_map, quoted
 from cdprcal.mapping.marks import marks_in, without
 from cdprcal.mapping.raw import Floats, RawTable
 from cdprcal.mapping.read import read_raw
-from cdprcal.mapping.recognise import INERTIAL, WHOLE_LENGTHS, Name, taken_apart
-from cdprcal.mapping.units import UNITS, G, unit_named
+from cdprcal.mapping.recognise import INERTIAL, WHOLE_LENGTHS, Name, taken_apart, with_indices
+from cdprcal.mapping.units import UNITS, G, factor, unit_named
 from cdprcal.sensors import MOST_CABLES
 
 _AXES = ("roll", "pitch", "yaw")
@@ -32,6 +32,8 @@ _AXIS = re.compile(r"(?:(?<![a-z])|(?<=acc)|(?<=gyr)|(?<=gyro)|(?<=omega))([xyz]
 _PER_CABLE = [name for name, sensor in GROUPS.items() if sensor.is_per_cable]
 #: Periods of samples that logs have [s].
 _PERIODS_S = (5e-4, 2.0)
+#: Of rows whose time is later than the last one's, where a clock stands still over others.
+_LEAST_STEPS = 0.05
 #: An underactuated platform hangs; no run tilts it further [rad].
 _MOST_TILT = math.radians(60.0)
 #: Nor does it turn faster [rad/s].
@@ -40,6 +42,8 @@ _MOST_RATE = 2.0 * math.pi
 _EVIDENCE = 3.0
 #: What all tensions together are of the platform's weight.
 _OF_WEIGHT = (0.5, 20.0)
+#: ln of how much shorter or longer a travel may be than a start-up's for a unit to be tried.
+_MOST_OFF = math.log(30.0)
 _RAW = 1e-9
 #: Between the units of a time that two columns hold.
 _PLUS = " + "
@@ -103,15 +107,26 @@ class Proposal:
                 f"  {line.name}: {{columns: {quoted(list(line.columns))}, "
                 f"unit: {quoted(line.unit)}, sign: {quoted(sign)}}}  # {line.sure}: {line.why}"
             )
+        if self.lacks:
+            out.append(f"# {self.lacks}")
         if spare := self.unused():
             shown = ", ".join(map(quoted, spare[:40]))
             out.append(f"# not used: {shown}{' …' if len(spare) > 40 else ''}")
         return "\n".join(out) + "\n"
 
+    @property
+    def lacks(self) -> str:
+        """What no line has and no pose can do without; empty: nothing."""
+        if {line.name for line in self.lines} & set(_PER_CABLE):
+            return ""
+        return (
+            "no column is recognised as a cable's: add lengths, swivels or tensions under channels"
+        )
+
     def unused(self) -> list[str]:
-        """Columns that no line takes, in the order of the file."""
+        """Columns that no line takes, in the order of the file, then what is no column."""
         used = {*self.time.columns, *(c for line in self.lines for c in line.columns)}
-        return [name for name in self.raw.columns if name not in used]
+        return [*(name for name in self.raw.columns if name not in used), *self.raw.left_out]
 
     def map(self) -> Map:
         """The mapping itself."""
@@ -126,12 +141,13 @@ def propose(raw: RawTable, robot: _core.Robot | None = None) -> Proposal:
         for key, column in raw.columns.items()
         if not column.repeats
     }
+    names = with_indices(names)
     count = robot.cable_count if robot is not None else _cable_count(names)
     names = _one_a_cable(names, count)
     time, rate_Hz = _time(raw, names)
     left = {key: name for key, name in names.items() if key not in time.columns}
     groups = _cable_groups(raw, left, count, robot)
-    attitude = _attitude(raw, left)
+    attitude = _attitude(raw, left, robot)
     inertial = [line for kind in INERTIAL if (line := _inertial(raw, left, kind)) is not None]
     found = [*groups, *([attitude] if attitude is not None else []), *inertial]
     for key in (*time.columns, *(key for line in found for key in line.columns)):
@@ -207,28 +223,54 @@ def _records(raw: RawTable, robot: _core.Robot) -> list[Line]:
 def _time(raw: RawTable, names: dict[str, Name]) -> tuple[Line, float | None]:
     if raw.kind == "bag":
         return Line("time", ("",), "s", (1,), "sure", "stamps"), None
-    if raw.kind == "records":
-        return Line("time", (), "s", (1,), "likely", "one rest a record"), 0.1
     rising = [key for key in names if _rises(raw.columns[key].values)]
-    for key in rising:
+    of_time = [key for key, name in names.items() if name.kind == "time"]
+    held = [key for key in of_time if key not in rising and _never_falls(raw.columns[key].values)]
+    for key in (*rising, *held):
         if raw.columns[key].is_clock:
-            return Line("time", (key,), "s", (1,), "sure", "dates or times of day"), None
+            line = Line("time", (key,), "s", (1,), "sure", "dates or times of day")
+            return _held(line) if key in held else line, None
     if parts := _parts_of_time(raw, names):
         return parts, None
-    named = [key for key in rising if names[key].kind == "time"]
-    plain = [key for key in rising if key not in named and not names[key].kind]
-    for key in (*named, *plain):
-        step = float(np.nanmedian(np.diff(raw.columns[key].values)))
-        unit = names[key].unit
-        if unit in UNITS["s"]:
-            return Line("time", (key,), unit, (1,), "sure", "name and unit"), None
-        for guess in ("s", "ms", "us", "ns"):
-            period_s = step * UNITS["s"][guess]
-            if _PERIODS_S[0] <= period_s <= _PERIODS_S[1]:
-                why = f"{'its name; ' if key in named else ''}it rises, by {period_s:g} s a row"
-                return Line("time", (key,), guess, (1,), "likely", why), None
+    named = [key for key in rising if key in of_time]
+    for key in (*named, *held):
+        why = "its name; no unit makes its steps a logger's"
+        by_name = Line("time", (key,), "s", (1,), "guess", why)
+        by_name = _of_column(raw, names[key], "its name; ") or by_name
+        return _held(by_name) if key in held else by_name, None
+    if raw.kind == "records":
+        return Line("time", (), "s", (1,), "likely", "one rest a record"), 0.1
+    plain = [key for key in rising if not names[key].kind]
+    for key in sorted(plain, key=lambda key: _counts(raw.columns[key].values)):
+        by_steps = _of_column(raw, names[key], "")
+        if by_steps is not None and _counts(raw.columns[key].values):
+            why = "it counts the rows: correct unit to the seconds of one"
+            by_steps = replace(by_steps, sure="guess", why=why)
+        if by_steps is not None:
+            return by_steps, None
     why = "no column rises as time does: correct the rate"
     return Line("time", (), "s", (1,), "guess", why), 100.0
+
+
+def _of_column(raw: RawTable, name: Name, by: str) -> Line | None:
+    """A column as the time, in its unit or one in which its steps are a logger's."""
+    if name.unit in UNITS["s"]:
+        return Line("time", (name.text,), name.unit, (1,), "sure", "name and unit")
+    values = raw.columns[name.text].values
+    steps = np.diff(values[np.isfinite(values)])
+    step = float(np.median(steps)) if (steps > 0.0).mean() > 0.9 else float(np.mean(steps))
+    for unit in ("s", "ms", "us", "ns"):
+        period_s = step * UNITS["s"][unit]
+        if _PERIODS_S[0] <= period_s <= _PERIODS_S[1]:
+            why = f"{by}it rises, by {period_s:g} s a row"
+            return Line("time", (name.text,), unit, (1,), "likely", why)
+    return None
+
+
+def _held(line: Line) -> Line:
+    """A time that stands still over some rows."""
+    sure = "likely" if line.sure == "sure" else line.sure
+    return replace(line, sure=sure, why=f"{line.why}; rows of the same time are left out")
 
 
 def _parts_of_time(raw: RawTable, names: dict[str, Name]) -> Line | None:
@@ -251,7 +293,18 @@ def _parts_of_time(raw: RawTable, names: dict[str, Name]) -> Line | None:
 
 def _rises(values: Floats) -> bool:
     steps = np.diff(values[np.isfinite(values)])
-    return len(steps) > 1 and bool((steps > 0.0).mean() > 0.99) and float(np.ptp(values)) > 0.0
+    return len(steps) > 1 and bool((steps > 0.0).mean() > 0.99) and float(steps.sum()) > 0.0
+
+
+def _never_falls(values: Floats) -> bool:
+    """Whether a column rises now and then and never falls, as a clock that is read too often."""
+    steps = np.diff(values[np.isfinite(values)])
+    return len(steps) > 1 and bool((steps >= 0.0).all() and (steps > 0.0).mean() > _LEAST_STEPS)
+
+
+def _counts(values: Floats) -> bool:
+    """Whether a column is but the number of the row."""
+    return bool((np.diff(values[np.isfinite(values)]) == 1.0).all())
 
 
 def _topic(column: str) -> str:
@@ -294,6 +347,8 @@ def _cable_groups(
             if len(group) == count
         ]
         candidates = [g for g in candidates if any(_moves(raw, name) for name in g)]
+        read = [g for g in candidates if kind == "tension_setpoints" or not g[0].is_asked]
+        candidates = read or candidates
         if not candidates:
             continue
         best = max(candidates, key=lambda group: _fit(kind, group))
@@ -303,6 +358,8 @@ def _cable_groups(
             if len(candidates) == 1
             else "; or " + ", ".join(group[0].text for group in candidates if group is not best)
         )
+        if not read:
+            sure, others = "guess", f"; which says that it was commanded, not read{others}"
         columns = tuple(name.text for name in best)
         lines.append(Line(kind, columns, "", (1,) * count, sure, f"by name{others}"))
     if not any(line.name == "lengths" for line in lines):
@@ -410,7 +467,8 @@ def _by_place(
     return lines
 
 
-def _attitude(raw: RawTable, names: dict[str, Name]) -> Line | None:
+def _attitude(raw: RawTable, names: dict[str, Name], robot: _core.Robot | None) -> Line | None:
+    names = _read_rather(names)
     parts = [[n for n in names.values() if n.kind == axis and _moves(raw, n)] for axis in _AXES]
     # A full name beats an alias: pitch is pitch, whatever theta is.
     parts = [
@@ -435,7 +493,35 @@ def _attitude(raw: RawTable, names: dict[str, Name]) -> Line | None:
     if set("wxyz") <= set(by_axis):
         columns = tuple(by_axis[axis] for axis in "xyzw")
         return Line("attitude", columns, "quaternion_xyzw", (1,) * 4, "sure", "by name")
+    return _numbered_quaternion(raw, names, robot)
+
+
+def _read_rather(names: dict[str, Name]) -> dict[str, Name]:
+    """Without the axes and quaternions that were commanded where there are others of the kind."""
+    read = {name.kind for name in names.values() if not name.is_asked}
+    return {k: name for k, name in names.items() if not (name.is_asked and name.kind in read)}
+
+
+def _numbered_quaternion(
+    raw: RawTable, names: dict[str, Name], robot: _core.Robot | None
+) -> Line | None:
+    """q0 … q3 or quat1 … quat4: four columns of one norm, w first unless physics says last."""
+    of_four = [n for n in names.values() if n.index and (n.kind == "quaternion" or _is_q(n))]
+    for family in _alike(of_four):
+        columns = tuple(name.text for name in family)
+        values = np.stack([raw.columns[key].values for key in columns], axis=1)
+        norm = np.linalg.norm(values, axis=1)
+        norm = norm[np.isfinite(norm)]
+        if len(family) == 4 and len(norm) and norm.min() > 0.99 * norm.max() > 0.0:
+            why = "by name; in the order w, x, y, z"
+            sure = "guess" if robot is None else "likely"
+            order = "quaternion_wxyz"
+            return Line("attitude", columns, order, (1,) * 4, sure, why, ("quaternion_xyzw",))
     return None
+
+
+def _is_q(name: Name) -> bool:
+    return not name.kind and re.fullmatch(r"(.*_)?q_#", name.stem) is not None
 
 
 def _inertial(raw: RawTable, names: dict[str, Name], kind: str) -> Line | None:
@@ -527,12 +613,14 @@ def _unit_by_range(
         return unit, f"unit by range: up to {most:.3g}", True, ()
     travel = float(np.nanmax(np.nanmax(values, axis=0) - np.nanmin(values, axis=0)))
     size_m = 2.0 if robot is None else _size_m(robot)
-    unit = min(("m", "mm", "cm"), key=lambda u: _off(travel * UNITS["m"][u] / size_m))
-    off = _off(travel * UNITS["m"][unit] / size_m)
+    offs = {u: _off(travel * UNITS["m"][u] / size_m) for u in ("m", "mm", "cm")}
+    unit = min(offs, key=lambda u: offs[u])
+    off = offs[unit]
     why = f"unit by range: {travel:.3g} of travel"
     if robot is not None and off > math.log(10.0):  # further than from one unit to the next
         return unit, f"{why}, which fits no unit: give the m that one is", False, ()
-    return unit, why, True, ()
+    rivals = () if robot is None else tuple(u for u in offs if u != unit and offs[u] < _MOST_OFF)
+    return unit, why, True, rivals
 
 
 def _size_m(robot: _core.Robot) -> float:
@@ -609,8 +697,8 @@ def _alternatives(line: Line) -> list[Line]:
 
 
 def _cost(proposal: Proposal, robot: _core.Robot) -> float:
-    """Minus ln of the likelihood of the readings at rest, noise taken from the residuals, but for a
-    constant; infinite where there is no pose that agrees with them at all."""
+    """Minus ln of the likelihood of the readings at rest as the file has them, noise taken from the
+    residuals, but for a constant; infinite where there is no pose that agrees with them at all."""
     try:
         log = apply_map(proposal.raw, proposal.map(), "the proposed map", robot).log
         held = any(line.name == "tensions" for line in proposal.lines)
@@ -625,7 +713,9 @@ def _cost(proposal: Proposal, robot: _core.Robot) -> float:
     if not len(found.poses):
         return math.inf
     rms = found.residual_rms
-    total = 0.0
+    units = {line.name: line.unit for line in proposal.lines}
+    one_m = factor("m", units.get("lengths", "m")) or 1.0
+    total = -robot.cable_count * len(found.poses) * math.log(one_m)
     for field, width in (
         ("length_m", robot.cable_count),
         ("swivel_rad", robot.cable_count),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cdprcal.mapping.units import unit_at_end, unit_named
 
@@ -15,8 +15,26 @@ INERTIAL = ("specific_force", "angular_velocity")
 #: What an axis letter makes an angle of, however the name begins.
 _ANGLES = r"(?:\w+_)?(?:euler|rpy|attitude)_?"
 
+#: Words of a name that stand for what is asked of a drive and not what it does.
+_ASKED = re.compile(
+    r"set|setpoint|setpt|setvalue|sp|soll\w*|ref|reference|cmd|command|commanded|target|desired|"
+    r"goal|demand|nominal|\w+(?:cmd|setpoint|soll|target)"
+)
+_FORCES = re.compile(
+    r"tensi[oó]n\w*|tens|force\w*|\w*kr(?:a|ä|ae)fte?|kraft\w*|load\w*|tau|effort|torque|"
+    r"f|(?:\w*(?:force|tension))(?:cmd|setpoint|soll|target)?"
+)
+
+#: Words that say no reading alone and may stand before one: 'current position', 'drive 1 force'.
+_BEFORE = re.compile(r"current|mode|state|status|drive")
+#: Words of readings that name a thing: 'drive mode of cable 1' is no length.
+_THINGS = re.compile(
+    r"cable|rope|seil|winch|drum|spool|wire|tendon|motor|joint|cavo|l|f|t|x|y|z|pulley\w*|"
+    r"sheave|rolle\w*|cell|load|clock|sec"
+)
+
 #: Words that make a column a reading of a kind, in the languages of labs; the first kind that has a
-#: word wins, so that 'tension set-point' is no tension and 'cable velocity' no length.
+#: word wins, so that 'cable velocity' is no length.
 _WORDS: tuple[tuple[str, str], ...] = (
     ("none", r"free|jerk|covariance"),  # free of gravity: no reading of an accelerometer
     ("angular_velocity", r"gyr|gyro|gyr[xyz]|gyro[xyz]|gyroscope|omega|omega[xyz]|angular"),
@@ -25,11 +43,6 @@ _WORDS: tuple[tuple[str, str], ...] = (
         "none",
         r"speed|vel|velo|velocity|geschw\w*|vitesse|current|strom|torque|temp|temperature|"
         r"mode|state|status|drive|watchdog|error|counter|battery|volt\w*",
-    ),
-    (
-        "tension_setpoints",
-        r"(?=.*(set|soll|ref|cmd|command|target|desired|goal|sp))(?=.*(tens|force|kraft|load|tau|"
-        r"effort|torque|f)).*",
     ),
     ("time", r"time|t|zeit|timestamp|stamp|clock|temps|tempo|tiempo|millis|sec|uhrzeit|datetime"),
     ("quaternion", r"q[wxyz]|quat\w*|orientation|quaternion"),
@@ -46,7 +59,7 @@ _WORDS: tuple[tuple[str, str], ...] = (
     (
         "tensions",
         r"tensi[oó]n\w*|tens|force|forza|fuerza|força|kracht|kraft|seilkraft|zugkraft|"
-        r"load|loadcell|cell|effort|tau|f|kraefte|kräfte|strain|dms|lc|zug|spannung",
+        r"load|loadcell|cell|effort|tau|f|kraefte|kräfte|strain|dms|lc|zug|spannung|zugspannung",
     ),
     (
         "lengths",
@@ -65,7 +78,8 @@ class Name:
 
     ``stem``: without what tells cables or axes apart; ``index``: that; ``unit``: None when the name
     has none; ``kind``: what it seems to be, empty when no word says so; ``unknown``: what stands
-    where units do and is none.
+    where units do and is none; ``is_asked``: a word says that it was commanded, not read;
+    ``shape``: the words, '#' for each of ``numbers``.
     """
 
     text: str
@@ -74,6 +88,9 @@ class Name:
     index: str
     unit: str | None
     unknown: str = ""
+    is_asked: bool = False
+    shape: str = ""
+    numbers: tuple[str, ...] = ()
 
 
 def taken_apart(text: str, given_unit: str = "") -> Name:
@@ -91,7 +108,30 @@ def taken_apart(text: str, given_unit: str = "") -> Name:
     index = numbers[-1] if numbers else ""
     lower = [_singular(word.lower()) for word in words if not word.isdigit()]
     stem = "_".join("#" if word == index and index else word.lower() for word in words)
-    return Name(text, _kind(lower), stem, index, unit, unknown)
+    shape = "_".join("#" if word.isdigit() else word.lower() for word in words)
+    is_asked = any(_ASKED.fullmatch(word) for word in lower)
+    kind = _kind(lower)
+    of_force = kind == "tensions" or any(_FORCES.fullmatch(word) for word in lower)
+    if is_asked and of_force and kind != "none":
+        kind = "tension_setpoints"
+    return Name(text, kind, stem, index, unit, unknown, is_asked, shape, tuple(numbers))
+
+
+def with_indices(names: dict[str, Name]) -> dict[str, Name]:
+    """Names with several numbers, of which the first that differs from name to name tells the
+    cables apart: 'length_1_AI0' … 'length_4_AI3', 'LC1_500N' … 'LC4_500N'."""
+    families: dict[str, list[Name]] = {}
+    for name in names.values():
+        if len(name.numbers) > 1:
+            families.setdefault(name.shape, []).append(name)
+    out = dict(names)
+    for shape, family in families.items():
+        for numbers in zip(*(name.numbers for name in family), strict=True):
+            if len(family) > 1 and len(set(numbers)) == len(family):
+                pairs = zip(family, numbers, strict=True)
+                out |= {name.text: replace(name, stem=shape, index=i) for name, i in pairs}
+                break
+    return out
 
 
 def _singular(word: str) -> str:
@@ -101,14 +141,23 @@ def _singular(word: str) -> str:
 
 
 def _kind(words: list[str]) -> str:
+    words = _without_context(words)
     joined = "_".join(words)
     for kind, pattern in _KINDS:
-        if kind == "tension_setpoints":
-            if len(words) > 1 and pattern.fullmatch(joined):
-                return kind
-        elif kind == "none":
-            if any(pattern.fullmatch(word) for word in words):
-                return kind
-        elif any(pattern.fullmatch(word) for word in words) or pattern.fullmatch(joined):
+        if any(pattern.fullmatch(word) for word in words):
+            return kind
+        if kind != "none" and pattern.fullmatch(joined):
             return kind
     return ""
+
+
+def _without_context(words: list[str]) -> list[str]:
+    """Without words that only stand before a reading, such as 'current' of 'current position'."""
+    last = max((i for i, word in enumerate(words) if _says_a_reading(word)), default=0)
+    return [word for i, word in enumerate(words) if i > last or not _BEFORE.fullmatch(word)]
+
+
+def _says_a_reading(word: str) -> bool:
+    return not _THINGS.fullmatch(word) and any(
+        kind != "none" and pattern.fullmatch(word) for kind, pattern in _KINDS
+    )
