@@ -6,6 +6,7 @@ proposed mapping file, at most two.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -241,6 +242,51 @@ def feather(log: cdprcal.Log, folder: Path) -> Path:
     return path
 
 
+def json_lines(log: cdprcal.Log, folder: Path) -> Path:
+    """A data logger of the web: an object a line, arrays, a text, null where nothing was read."""
+    lines = []
+    blocks = (log.time_s, log.length_m, log.tension_N, log.roll_pitch_yaw_rad)
+    for time, lengths, tensions, angles in zip(
+        *(np.asarray(block).tolist() for block in blocks), strict=True
+    ):
+        held = {"t": time, "phase": "run", "lengths": lengths, "tension": tensions, "spare": None}
+        held |= {"imu": dict(zip(("roll", "pitch", "yaw"), angles, strict=True))}
+        lines.append(json.dumps(held))
+    path = folder / "log.jsonl"
+    path.write_text("\n".join([*lines, lines[-1][:50]]))  # cut off as the power went
+    return path
+
+
+def quoted_commas(log: cdprcal.Log, folder: Path) -> Path:
+    """Decimal commas in quotes between commas; the first row has no time yet."""
+    names = ["Zeit [s]", *(f"Seil {i} Länge [mm]" for i in range(1, 5))]
+    names += [*(f"Zugspannung F{i} [N]" for i in range(1, 5)), "Roll [°]", "Nick [°]", "Gier [°]"]
+    values = table(log.time_s, 1e3 * log.length_m, log.tension_N, deg(log.roll_pitch_yaw_rad))
+    rows = cells(values, 5, ",")
+    lines = [",".join(f'"{cell}"' for cell in row) for row in (names, ["", *rows[0][1:]], *rows)]
+    path = folder / "quoted.csv"
+    path.write_text("\n".join([*lines, ""]))
+    return path
+
+
+def whole_quaternions(log: cdprcal.Log, folder: Path) -> Path:
+    """Quaternions as whole numbers, numbered from w; two numbers in a name; an index of pandas
+    beside a clock that stands still now and then; what was commanded before what was read."""
+    names = ["", "t", *(f"TargetPosition_{i} [mm]" for i in range(1, 5))]
+    names += [*(f"current_position_{i + 1}_AI{i} [mm]" for i in range(4))]
+    names += [*(f"LC{i}_500N" for i in range(1, 5)), *(f"quat{i}" for i in range(1, 5))]
+    lengths = 1e3 * log.length_m
+    values = table(log.time_s, np.round(lengths) + 5.0, lengths, log.tension_N)
+    lines = [",".join(names)]
+    for row, q in zip(cells(values, 5), np.round(1e6 * quaternions(log)), strict=True):
+        lines.append(",".join([str(len(lines)), *row, *(f"{part:.0f}" for part in q)]))
+        if len(lines) % 40 == 0:
+            lines.append(lines[-1])
+    path = folder / "bits.csv"
+    path.write_text("\n".join([*lines, ""]))
+    return path
+
+
 def quaternions(log: cdprcal.Log) -> Floats:
     """[N, 4] w, x, y, z."""
     convention = cdprcal.load_robot("irma4").euler_convention
@@ -358,6 +404,9 @@ SHAPES = {
     "MATLAB workspace": Shape(matlab, "t"),
     "Parquet": Shape(parquet, "t"),
     "Feather": Shape(feather, "t"),
+    "JSON lines": Shape(json_lines, "t"),
+    "quoted decimal commas": Shape(quoted_commas, "t"),
+    "whole quaternions": Shape(whole_quaternions, "t"),
     "bag of joints": Shape(
         bag_of_joints,
         "t",

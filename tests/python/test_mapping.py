@@ -25,7 +25,15 @@ from cdprcal.mapping.recognise import taken_apart
 from cdprcal.mapping.units import UNITS, factor, unit_named
 from cdprcal.ros2 import save_bag
 from conftest import Ran
-from raw_files import SHAPES, bag_of_arrays, bag_of_joints, german_excel, parquet, simulink
+from raw_files import (
+    SHAPES,
+    bag_of_arrays,
+    bag_of_joints,
+    german_excel,
+    parquet,
+    quaternions,
+    simulink,
+)
 
 Cli = Callable[..., Ran]
 LETTERS = {"s": "swivel_rad", "t": "tension_N", "p": "tension_setpoint_N"}
@@ -134,6 +142,76 @@ def test_numbered_angles_are_the_swivels(
     lines = {line.name: line for line in propose_file(raw).lines}
     assert lines["swivels"].columns == tuple(f"{swivel}_{i}_rad" for i in (1, 2, 3, 4))
     assert lines["attitude"].columns == tuple(f"{angle}_rad" for angle in angles.split(","))
+
+
+@pytest.mark.parametrize("asked", ["TargetPosition_{}_m", "length_{}_ref_m", "Seil_Soll_{}_m"])
+def test_what_was_commanded_is_not_what_was_read(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path, asked: str
+) -> None:
+    raw, log = tmp_path / "raw.csv", synthetic.log
+    names = [asked.format(i) for i in (1, 2, 3, 4)] + [f"ActualPosition_{i}_m" for i in range(4)]
+    header = ",".join(["time_s", *names, "roll_ref_rad", "roll_rad"])
+    roll = log.roll_pitch_yaw_rad[:, :1]
+    table = np.column_stack([log.time_s, log.length_m + 0.01, log.length_m, roll + 0.01, roll])
+    np.savetxt(raw, table, delimiter=",", header=header, comments="")
+    lines = {line.name: line for line in propose_file(raw).lines}
+    assert lines["lengths"].columns == tuple(names[4:])
+    assert lines["attitude"].columns == ("roll_rad", "", "")
+    np.savetxt(raw, table[:, [0, 1, 2, 3, 4]], delimiter=",", header=header[: header.index(",Act")],
+               comments="")  # fmt: skip
+    (lengths,) = propose_file(raw).lines  # there is nothing else
+    assert (lengths.sure, lengths.columns) == ("guess", tuple(names[:4]))
+    assert "says that it was commanded" in lengths.why
+
+
+@pytest.mark.parametrize(
+    ("length", "tension"), [("length_{}_AI{}", "LC{}_500N"), ("AI{1}_wire{0}", "F_{0}_ch{1}_N")]
+)
+def test_the_number_that_tells_cables_apart_is_found_among_others(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, length: str, tension: str
+) -> None:
+    raw, log = tmp_path / "raw.csv", synthetic.log
+    names = [pattern.format(i, i + 7) for pattern in (length, tension) for i in (1, 2, 3, 4)]
+    table = np.column_stack([log.time_s, log.length_m, log.tension_N])
+    np.savetxt(raw, table, delimiter=",", header=",".join(["time_s", *names]), comments="")
+    lines = {line.name: line for line in propose_file(raw).lines}
+    assert lines["lengths"].columns == tuple(names[:4])
+    assert lines["tensions"].columns == tuple(names[4:])
+
+
+def test_a_map_without_a_cable_is_no_success(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    raw, log = tmp_path / "raw.csv", synthetic.log
+    table = np.column_stack([log.time_s, log.roll_pitch_yaw_rad])
+    header = "time_s,roll_rad,pitch_rad,yaw_rad"
+    np.savetxt(raw, table, delimiter=",", header=header, comments="")
+    ran = cli("check", "irma4", raw, "--propose", tmp_path / "map.yaml")
+    assert ran.code == 1
+    assert "2 lines, no column is recognised as a cable's: add lengths" in ran.stdout
+    assert "# no column is recognised as a cable's" in (tmp_path / "map.yaml").read_text()
+
+
+def test_a_clock_that_stands_still_is_the_time_rather_than_a_count(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    log = synthetic.log
+    ticks = np.asarray(log.time_s).copy()
+    ticks[30::40] = ticks[29::40][: len(ticks[30::40])]
+    written = [f"{i};{time:.3f}" for i, time in enumerate(ticks.tolist())]
+    raw = with_times(log, tmp_path / "raw.csv", ";t", written)
+    proposal = propose_file(raw)
+    assert (proposal.time.columns, proposal.time.sure) == (("t",), "likely")
+    assert "rows of the same time are left out" in proposal.time.why
+    # A count alone is but a guess.
+    proposal = propose_file(with_times(log, raw, "", [f"{i}" for i in range(len(ticks))]))
+    assert (proposal.time.columns, proposal.time.sure) == (("column_1",), "guess")
+    assert "it counts the rows" in proposal.time.why
+    # And a time of no logger's steps is the time all the same.
+    proposal = propose_file(with_times(log, raw, "t", [f"{50 * i}" for i in range(len(ticks))]))
+    assert (proposal.time.columns, proposal.time.unit) == (("t",), "ms")
+    proposal = propose_file(with_times(log, raw, "t", [f"{i / 1e9}" for i in range(len(ticks))]))
+    assert (proposal.time.columns, proposal.time.sure) == (("t",), "guess")
 
 
 def test_a_full_name_beats_an_alias(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
@@ -543,6 +621,8 @@ def with_times(log: cdprcal.Log, path: Path, names: str, written: list[str]) -> 
         "%d/%m/%Y %H:%M:%S.%f",
         "%m/%d/%Y %I:%M:%S.%f %p",
         "%d.%m.%Y %H:%M:%S,%f",
+        "%d.%m.%y %H:%M:%S.%f",
+        "%m/%d/%y %H:%M:%S.%f",
         "%Y%m%dT%H%M%S.%f",
         "%d-%b-%Y %H:%M:%S.%f",
         "%H:%M:%S.%f",
@@ -597,6 +677,91 @@ def test_seconds_and_what_passed_since_are_one_time(
     (tmp_path / "map.yaml").write_text(proposal.text())
     found = load_mapped(raw, tmp_path / "map.yaml", None).log
     np.testing.assert_allclose(found.time_s, log.time_s - log.time_s[0], atol=1e-5)
+
+
+def test_the_hours_that_excel_does_not_show_go_on(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    log = synthetic.log
+    since_s = [3570.0 + time for time in log.time_s.tolist()]
+    written = [f"{int(s % 3600 // 60):02d}:{s % 60:04.1f}" for s in since_s]
+    raw = with_times(log, tmp_path / "raw.csv", "Time", written)
+    proposal = propose_file(raw)
+    assert proposal.time.why == "dates or times of day"
+    (tmp_path / "map.yaml").write_text(proposal.text())
+    found = load_mapped(raw, tmp_path / "map.yaml", None).log
+    np.testing.assert_allclose(found.time_s, log.time_s - log.time_s[0], atol=0.051)
+
+
+def test_rows_before_all_sensors_began_are_rows(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    raw = canonical(synthetic.log, tmp_path / "raw.csv", ("time_s", "t [s]"))
+    header, *rows = (line.split(",") for line in raw.read_text().splitlines())
+    late = [i for i, name in enumerate(header) if name.startswith(("length", "swivel", "tension"))]
+    for row in rows[:5]:
+        for i in late:
+            row[i] = ""
+    raw.write_text("\n".join(",".join(row) for row in [header, *rows]) + "\n")
+    proposal = propose_file(raw)
+    assert proposal.raw.form is not None
+    assert proposal.raw.form.header_line == 1
+    assert len(proposal.raw.columns["length_1_m"].values) == len(rows)
+
+
+@pytest.mark.parametrize("first", ["wxyz", "xyzw"])
+def test_the_order_of_numbered_quaternions_is_found_by_physics(
+    synthetic: cdprcal.SyntheticLog, robot: cdprcal.Robot, tmp_path: Path, first: str
+) -> None:
+    raw = with_quaternions(synthetic.log, tmp_path / "raw.csv", first, 1.0)
+    proposal = propose_file(raw, robot)
+    attitude = next(line for line in proposal.lines if line.name == "attitude")
+    assert (attitude.unit, attitude.sure) == (f"quaternion_{first}", "likely")
+    attitude = next(line for line in propose_file(raw).lines if line.name == "attitude")
+    assert (attitude.unit, attitude.sure) == ("quaternion_wxyz", "guess")
+
+
+def with_quaternions(log: cdprcal.Log, path: Path, order: str, one: float, odd: int = 0) -> Path:
+    """Lengths and tensions beside q0 … q3, of norm ``one``; the last ``odd`` are of half of it."""
+    parts = one * quaternions(log)[:, ["wxyz".index(axis) for axis in order]]
+    parts[len(parts) - odd :] *= 0.5
+    names = [f"{stem}_{i}{unit}" for stem, unit in (("length", "_m"), ("tension", "_N"))
+             for i in (1, 2, 3, 4)]  # fmt: skip
+    header = ",".join(["time_s", *names, "q0", "q1", "q2", "q3"])
+    table = np.column_stack([log.time_s, log.length_m, log.tension_N, parts])
+    np.savetxt(path, table, delimiter=",", header=header, comments="")
+    return path
+
+
+def test_quaternions_of_another_norm_are_scaled_counted_or_refused(
+    synthetic: cdprcal.SyntheticLog, robot: cdprcal.Robot, tmp_path: Path
+) -> None:
+    log, raw, the_map = synthetic.log, tmp_path / "raw.csv", tmp_path / "map.yaml"
+    the_map.write_text(
+        "format: cdprcal-map-1\ntime: {column: time_s, unit: s}\nchannels:\n"
+        "  attitude: {columns: [q0, q1, q2, q3], unit: quaternion_wxyz}\n"
+    )
+    scaled_by = load_mapped(with_quaternions(log, raw, "wxyz", 32767.0), the_map, robot)
+    assert scaled_by.findings == ()
+    np.testing.assert_allclose(
+        scaled_by.log.roll_pitch_yaw_rad[:, :2], log.roll_pitch_yaw_rad[:, :2], atol=1e-6
+    )
+    some = load_mapped(with_quaternions(log, raw, "wxyz", 1.0, odd=7), the_map, robot)
+    (finding,) = some.findings
+    assert finding.message == f"7 of {len(log)} quaternions are not of norm 1 and are left out"
+    assert np.isfinite(some.log.roll_pitch_yaw_rad[:, 0]).sum() == len(log) - 7
+    with_quaternions(log, raw, "wxyz", 3.0, odd=7)
+    with pytest.raises(cdprcal.InputError, match=r"map.yaml: channels.attitude: .* but of 3 \(med"):
+        load_mapped(raw, the_map, robot)
+
+
+def test_a_unit_of_lengths_that_physics_contradicts_gives_way(tmp_path: Path) -> None:
+    robot = cdprcal.load_robot("hang4")
+    log = cdprcal.synthetic_log(robot, cdprcal.default_setpoints(robot, 2, 2, 2)).log
+    renamed = r"^length_(\d)_m$", r"len_\1"
+    raw = scaled(log, tmp_path / "raw.csv", {"length_": 1e3}, renamed)
+    lengths = next(line for line in propose_file(raw, robot).lines if line.name == "lengths")
+    assert (lengths.unit, lengths.sure) == ("mm", "likely")
 
 
 def test_a_latency_is_no_part_of_the_time(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
@@ -713,6 +878,22 @@ DAMAGED = {
     "x.csv": (b"once upon a time\nthere was\n", "is no table of numbers"),
     "empty.csv": (b"", "is no table of numbers"),
     "ragged.csv": (b"t,a\n0,1\n1,2\n2\n3,4\n4,5\n", "ragged.csv:4: has 1 columns, the header 2"),
+    "long.csv": (
+        b't,"' + b"x" * 140000 + b'"\n1,2\n2,3\n3,4\n',
+        "long.csv:1: has a cell of more than 131072 characters, which no reading has; correct or",
+    ),
+    "lines.jsonl": (
+        b'{"t": 0, "a": 1}\n{"t": 1, "a": 2}\n{"t": 2, "a": 3}\n' + b" " * 70000 + b"\n[1]\n{}\n",
+        r"lines.jsonl:5: '\[1\]' is no JSON object as the lines before it; correct or delete",
+    ),
+    "value.txt": (
+        b"Run {a: 1, b: 2}, {a: 2, b: 3}\nthen {a: 1, b: high}\n",
+        "value.txt:2: b is 'high', which is not a number; write null where nothing was read",
+    ),
+    "braces.txt": (
+        b"Run {a: 1, b: 2}, {a: 2, b: 3}\nthen\n{a: 1, b 3}\n",
+        r"braces.txt:3: '{a: 1, b 3}' is no record like {a: 1.5, b: null}; correct or delete it",
+    ),
     "words.csv": (b"red,green\n1,2\n2,3\n3,4\n", "no column is recognised"),
 }
 
@@ -725,6 +906,31 @@ def test_a_file_that_is_none_is_refused(tmp_path: Path, name: str) -> None:
         pytest.importorskip("scipy")
     with pytest.raises(cdprcal.InputError, match=words):
         propose_file(tmp_path / name)
+
+
+def test_records_may_lack_a_reading_and_hold_words(tmp_path: Path) -> None:
+    path = tmp_path / "notes.txt"
+    path.write_text("Run {of: us} {a:1, b:null, by:'me, too'}\n{a:-, b:2, by:'you'}\n")
+    raw = read_raw(path)
+    np.testing.assert_array_equal(raw.columns["a"].values, [1.0, np.nan])
+    np.testing.assert_array_equal(raw.columns["b"].values, [np.nan, 2.0])
+    assert raw.left_out == ("by",)
+
+
+def test_json_lines_are_records_with_times_of_their_own(tmp_path: Path) -> None:
+    path = tmp_path / "log.jsonl"
+    begin = datetime(2026, 3, 1, 12)
+    stamps = [str(begin + timedelta(seconds=0.1 * i)) for i in range(5)]
+    lines = [json.dumps({"stamp": s, "a": None if i == 1 else i, "note": "x"})
+             for i, s in enumerate(stamps)]  # fmt: skip
+    path.write_text("\n\n".join(lines))
+    raw = read_raw(path)
+    assert raw.columns["stamp"].is_clock
+    np.testing.assert_allclose(np.diff(raw.columns["stamp"].values), 0.1, atol=1e-5)
+    np.testing.assert_array_equal(raw.columns["a"].values, [0.0, np.nan, 2.0, 3.0, 4.0])
+    assert raw.left_out == ("note",)
+    assert raw.line is not None
+    assert raw.line.tolist() == [1, 3, 5, 7, 9]
 
 
 def test_damaged_tables_of_arrow_are_refused(
@@ -771,6 +977,18 @@ def test_a_cut_bag_is_refused(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -
         ("TENSION 4", "tensions", "4", None),
         ("TENSION", "tensions", "", None),
         ("rope3LengthMm", "lengths", "3", "mm"),
+        ("Zugspannung F1 [N]", "tensions", "1", "N"),
+        ("wire_force_disp_1 [N]", "tensions", "1", "N"),
+        ("tension_setpoint_1_N", "tension_setpoints", "1", "N"),
+        ("Seil 2 Sollkraft [N]", "tension_setpoints", "2", "N"),
+        ("current_position_1", "lengths", "1", None),
+        ("/robot_state/cable_length/1", "lengths", "1", None),
+        ("Drive1.ActPos [mm]", "lengths", "1", "mm"),
+        ("Drive1.Force [N]", "tensions", "1", "N"),
+        ("Drive1.Current", "none", "1", None),
+        ("cable_1_state", "none", "1", None),
+        ("drive_mode_cable_1", "none", "1", None),
+        ("position_error_1", "none", "1", None),
     ],
 )
 def test_names_are_taken_apart(name: str, kind: str, index: str, unit: str | None) -> None:
