@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,8 @@ _MOST_NESTED = 12
 
 
 def read_mat(path: Path) -> RawTable:
-    """Reads a MAT-file up to version 7; structures as 'out.signals.values.1'.
+    """Reads a MAT-file up to version 7; structures as 'out.signals.values.1'. Arrays of other rows
+    than most are left out, and named.
 
     The signals of a Simulink structure are named by their labels. Raises InputError.
     """
@@ -41,16 +43,19 @@ def read_mat(path: Path) -> RawTable:
     for key, value in held.items():
         if not key.startswith("__"):
             _flatten(key, value, columns, 0)
-    # Rows are what most columns have: scalars and parameters are no columns.
+    # Rows are what most columns have, long ones rather: vectors of a geometry are no columns.
     lengths = [len(c.values) for c in columns.values()]
-    rows = max(set(lengths), key=lambda n: (lengths.count(n) * (n > 1), n), default=0)
+    rows = max(set(lengths), key=lambda n: (lengths.count(n) * math.log(max(n, 1)), n), default=0)
     kept = {key: c for key, c in columns.items() if len(c.values) == rows > 1}
+    left_out = tuple(
+        f"{key} ({len(c.values)} rows)" for key, c in columns.items() if rows != len(c.values) > 1
+    )
     if not kept:
         raise InputError(
             f"{name}: holds no columns of numbers; save arrays or structures of arrays, no "
             "timeseries objects"
         )
-    return RawTable(path, "mat", kept)
+    return RawTable(path, "mat", kept, left_out=left_out)
 
 
 def _flatten(name: str, value: Any, columns: dict[str, Column], depth: int) -> None:
