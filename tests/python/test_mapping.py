@@ -10,6 +10,7 @@ import sys
 import zipfile
 from collections.abc import Callable
 from datetime import datetime, timedelta
+from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
@@ -894,6 +895,20 @@ DAMAGED = {
         b"Run {a: 1, b: 2}, {a: 2, b: 3}\nthen\n{a: 1, b 3}\n",
         r"braces.txt:3: '{a: 1, b 3}' is no record like {a: 1.5, b: null}; correct or delete it",
     ),
+    "names.csv": (
+        b"time,length,length,length,imu\ns,1,2,3,roll\n"
+        + b"".join(b"%d,1,2,3,4\n" % i for i in range(9)),
+        "names.csv:2: column 'time': 's' is not a number; .*, or write all of a name into one line",
+    ),
+    "scope.csv": (
+        b"Name;Scope Project\n\nName;L1;Name;L2\nSampleTime[ms];10;SampleTime[ms];10\n\n"
+        b"0;1,5;0;1,6\n10;1,5;10;1,6\n20;1,5;20;1,6\n",
+        "scope.csv: is an export of TwinCAT Scope .*; export the signals with one common time",
+    ),
+    "x.h5": (
+        b"\x89HDF\r\n\x1a\n" + bytes(200),
+        "x.h5: is an HDF5 file, which is not read; export it as CSV or Parquet, or save it from",
+    ),
     "words.csv": (b"red,green\n1,2\n2,3\n3,4\n", "no column is recognised"),
 }
 
@@ -931,6 +946,74 @@ def test_json_lines_are_records_with_times_of_their_own(tmp_path: Path) -> None:
     assert raw.left_out == ("note",)
     assert raw.line is not None
     assert raw.line.tolist() == [1, 3, 5, 7, 9]
+
+
+def test_arrays_of_other_rows_are_left_out_and_named(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    io = pytest.importorskip("scipy.io")
+    log, path = synthetic.log, tmp_path / "run.mat"
+    held = {"t": log.time_s, "L": log.length_m, "imu": {"rpy": np.zeros((1500, 3))}}
+    geometry = {f"anchor_{i}": np.zeros(3) for i in range(20)}  # more vectors than readings
+    io.savemat(path, {**{k: np.array(v) for k, v in held.items() if k != "imu"},
+                      "imu": held["imu"], "g": geometry})  # fmt: skip
+    proposal = propose_file(path)
+    assert proposal.lines[0].columns == ("L.1", "L.2", "L.3", "L.4")
+    assert proposal.unused()[:2] == ["imu.rpy.1 (1500 rows)", "imu.rpy.2 (1500 rows)"]
+    assert '# not used: "imu.rpy.1 (1500 rows)"' in proposal.text()
+
+
+def test_arrow_holds_more_kinds_than_numbers(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    pa = pytest.importorskip("pyarrow")
+    from pyarrow import parquet as pq
+
+    log, path = synthetic.log, tmp_path / "run.parquet"
+    since = np.round(1e9 * np.asarray(log.time_s)).astype("timedelta64[ns]")
+    stamps = np.datetime64("2026-03-01T12:00:00", "ns") + since
+    lengths = np.asarray(log.length_m).tolist()
+    cents = [Decimal(f"{tension:.2f}") for tension in log.tension_N[:, 0].tolist()]
+    columns = {
+        "stamp": pa.array([None, *stamps[1:]], type=pa.timestamp("ns")),
+        "since": pa.array(since),
+        "length": pa.array([*lengths[:-1], None], type=pa.large_list(pa.float64())),
+        "ends": pa.array([dict(zip("ab", row[:2], strict=True)) for row in lengths]),
+        "load": pa.array(cents),
+        "phase": pa.array(["run"] * len(log)),
+        "ragged": pa.array([[1.0] * (1 + i % 2) for i in range(len(log))]),
+    }
+    pq.write_table(pa.table(columns), path)
+    raw = read_raw(path)
+    assert raw.left_out == ("phase", "ragged")
+    np.testing.assert_allclose(raw.columns["since"].values, log.time_s - log.time_s[0], atol=1e-6)
+    assert np.isnan(raw.columns["stamp"].values[0])
+    assert raw.columns["stamp"].values[1] == 0.0
+    np.testing.assert_allclose(raw.columns["length.4"].values[:-1], log.length_m[:-1, 3])
+    assert np.isnan(raw.columns["length.4"].values[-1])
+    np.testing.assert_allclose(raw.columns["ends.b"].values, log.length_m[:, 1])
+    np.testing.assert_allclose(raw.columns["load"].values, log.tension_N[:, 0], atol=0.006)
+    pq.write_table(pa.table({"phase": columns["phase"]}), path)
+    with pytest.raises(cdprcal.InputError, match=r"no columns of numbers; write .* It holds phase"):
+        read_raw(path)
+
+
+def test_a_clock_that_begins_again_begins_another_run(tmp_path: Path) -> None:
+    raw, the_map = tmp_path / "raw.csv", tmp_path / "map.yaml"
+    the_map.write_text(MAP)
+    rows = [f"{100 * i},{n},2,3,4" for n, count in ((1, 50), (2, 30)) for i in range(count)]
+    raw.write_text("\n".join(["t,a,b,c,d", *rows, ""]))
+    file = load_mapped(raw, the_map, None)
+    np.testing.assert_allclose(file.log.time_s, 0.1 * np.arange(30))
+    np.testing.assert_allclose(file.log.length_m[:, 0], 0.002)
+    (finding,) = file.findings
+    assert finding.message == "the time begins again at line 52: what stands before is left out"
+    assert file.line_of(0) == 52
+    # Set back for a moment, it is one run.
+    raw.write_text("\n".join(["t,a,b,c,d", *rows[:60], ""]))
+    file = load_mapped(raw, the_map, None)
+    assert len(file.log) == 50
+    assert [finding.code for finding in file.findings] == ["same_time"]
 
 
 def test_damaged_tables_of_arrow_are_refused(

@@ -24,6 +24,8 @@ from cdprcal.mapping.read import read_raw
 from cdprcal.mapping.units import factor
 from cdprcal.terminal import as_typed
 
+#: Of a run; a clock that is set back for fewer is no new one.
+_LEAST_ROWS = 20
 #: By how much quaternions may be off their norm.
 _SAME_NORM = 0.01
 
@@ -76,14 +78,19 @@ class _Rows:
         self._marked: dict[int, dict[str, int]] = {}  #: mark → column → how often
         self.findings: list[Finding] = []
         time_s = self._times(the_map)
+        begin = _last_begin(time_s)
+        if begin:
+            time_s = np.where(np.arange(len(time_s)) < begin, np.nan, time_s - time_s[begin])
+            self.findings.append(self._begins_again(begin))
         # Each time once, and in order: a clock that went back says so below.
         self.kept = _increasing(time_s)
-        if len(self.kept) < len(time_s):
+        rows = len(time_s) - begin
+        if len(self.kept) < rows:
             self.findings.append(
                 Finding(
                     severity="warning",
                     code="same_time",
-                    message=f"{len(time_s) - len(self.kept)} of {len(time_s)} rows have no time, "
+                    message=f"{rows - len(self.kept)} of {rows} rows have no time, "
                     "or not a later one than the row before, and are left out",
                     remedy="see that one logger writes the file, and no one sets its clock",
                 )
@@ -91,6 +98,16 @@ class _Rows:
         if the_map.run is not None:
             self._take_run(the_map.run)
         self.time_s = time_s[self.kept]
+
+    def _begins_again(self, begin: int) -> Finding:
+        line = self._raw.line
+        where = f"row {begin + 1}" if line is None else f"line {line[begin]}"
+        return Finding(
+            severity="warning",
+            code="clock_restarted",
+            message=f"the time begins again at {where}: what stands before is left out",
+            remedy="cut the file there if the run before is meant",
+        )
 
     def _take_run(self, run: int) -> None:
         """Leaves the rows of one stretch of records."""
@@ -179,6 +196,15 @@ class _Rows:
             f"{self._source}: time: {shown_path(self._raw.path)} has no topic {topic!r} with "
             f"numbers; give one of those it has: {', '.join(topics)}"
         )
+
+
+def _last_begin(time_s: Floats) -> int:
+    """The row at which a clock last went back to its beginning, and a run follows; else 0."""
+    finite = np.flatnonzero(np.isfinite(time_s))
+    there = time_s[finite]
+    back = np.flatnonzero((np.diff(there) < 0.0) & (there[1:] <= there[0])) + 1
+    runs = back[len(there) - back >= _LEAST_ROWS]
+    return int(finite[runs[-1]]) if len(runs) else 0
 
 
 def _increasing(time_s: Floats) -> np.ndarray[tuple[int], np.dtype[np.int64]]:

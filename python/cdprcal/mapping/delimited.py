@@ -25,6 +25,7 @@ SEPARATORS = (";", "\t", ",", "|", " ")
 _MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 _SAMPLED = 200  # lines are enough to tell a form by
 _COMMENT = "#%"
+_SCOPE = "SampleTime[ms]"
 _MARK = re.compile(rf"^\s*[{_COMMENT}]+\s*")
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
 _CLOCK = re.compile(
@@ -63,6 +64,11 @@ def read_delimited(path: Path, form: DelimitedForm | None = None) -> RawTable:
         lines = data.decode(encoding).replace("\0", "").splitlines()
     except (UnicodeDecodeError, LookupError):
         raise InputError(f"{name}: is not {encoding} text; correct text.encoding") from None
+    if form is None and any(line.startswith(_SCOPE) for line in lines[:_SAMPLED]):
+        raise InputError(
+            f"{name}: is an export of TwinCAT Scope with a time beside every signal; export the "
+            "signals with one common time"
+        )
     try:
         found = form or _form_of(lines, encoding)
         if found is not None:
@@ -262,7 +268,10 @@ def _column(cells: Sequence[str], decimal: str, unit: str) -> Column:
     values = _seconds(cells) if is_clock else _numbers(cells, decimal)
     for row, (cell, value) in enumerate(zip(cells, values.tolist(), strict=True)):
         if not math.isfinite(value) and cell.lower() not in _NO_READING:
-            unread = (row, cell, _remedy(cell, decimal))
+            remedy = _remedy(cell, decimal)
+            if row == 0 and re.search(r"\d", cell) is None:
+                remedy += ", or write all of a name into one line if it is a part of one"
+            unread = (row, cell, remedy)
             return Column(values, unit=unit, is_clock=is_clock, unread=unread)
     return Column(values, unit=unit, is_clock=is_clock)
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cdprcal.io.files import begins_with
+from cdprcal._core import InputError
+from cdprcal.io.files import begins_with, shown_path
 from cdprcal.mapping.arrow import FEATHER_MAGICS, PARQUET_MAGIC, read_arrow
 from cdprcal.mapping.bag import read_bag
 from cdprcal.mapping.delimited import read_delimited
@@ -14,7 +15,7 @@ from cdprcal.mapping.raw import DelimitedForm, RawTable
 from cdprcal.mapping.records import holds_records, read_records
 from cdprcal.ros2 import is_bag
 
-_MAT_73 = b"\x89HDF"
+_HDF5 = b"\x89HDF"
 
 
 def read_raw(path: str | Path, form: DelimitedForm | None = None) -> RawTable:
@@ -26,7 +27,12 @@ def read_raw(path: str | Path, form: DelimitedForm | None = None) -> RawTable:
     if is_bag(path):
         return read_bag(path)
     head = begins_with(path, 8)
-    if head.startswith(b"MATLAB") or head.startswith(_MAT_73) or path.suffix.lower() == ".mat":
+    if head.startswith(_HDF5):
+        raise InputError(
+            f"{shown_path(path)}: is an HDF5 file, which is not read; export it as CSV or Parquet, "
+            "or save it from MATLAB with save(…, '-v7')"
+        )
+    if head.startswith(b"MATLAB") or path.suffix.lower() == ".mat":
         return read_mat(path)
     if head.startswith((PARQUET_MAGIC, *FEATHER_MAGICS)):
         return read_arrow(path)
