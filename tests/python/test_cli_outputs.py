@@ -111,7 +111,7 @@ def test_a_file_that_nobody_makes_again_is_not_replaced(
     Path("mine.yaml").write_text(cdprcal.builtin_robot_yaml("irma4"))
     Path("run.csv").write_bytes(log_path.read_bytes())
     for ending in (".csv", ".json", ".yaml", ".png", ".ply", ".html"):
-        Path(f"old{ending}").write_bytes(log_path.read_bytes())
+        Path(f"old{ending}").write_bytes(b"# cdprcal acquisition\n" + log_path.read_bytes())
     before = {path: path.read_bytes() for path in Path().iterdir()}
     ran = cli(case.partition(",")[0], *arguments)
     assert ran.code == 2, ran
@@ -121,6 +121,8 @@ def test_a_file_that_nobody_makes_again_is_not_replaced(
 
 #: What is written → a command that writes it, and its file.
 AGAIN: dict[str, tuple[str, ...]] = {
+    "log": ("generate", "irma4", "--grid", "1x1x1", "-o", "new.csv"),
+    "robot file": ("diagnose", "irma4", "run.csv", "--fit", "mass", "-o", "corrected.yaml"),
     "truth": ("generate", "irma4", "--grid", "1x1x1", "-o", "new.csv", "--truth", "truth.json"),
     "plan": ("plan", "irma4", "--grid", "1x1x2", "-o", "plan.csv"),
     "track": ("track", "irma4", "run.csv", "-o", "track.csv"),
@@ -154,11 +156,15 @@ def test_force_replaces_what_is_no_input(
     cli: Cli, log_path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("empty.csv").touch()  # nothing is lost
-    assert cli("import", log_path, "-o", "empty.csv").code == 0
-    refused = cli("import", log_path, "-o", "empty.csv")
-    assert "empty.csv: exists already; give another name, or --force" in refused.stderr
-    assert cli("import", log_path, "-o", "empty.csv", "--force").code == 0
+    Path("new.csv").touch()  # nothing is lost
+    assert cli("import", log_path, "-o", "new.csv").code == 0
+    assert cli("import", log_path, "-o", "new.csv").code == 0  # its own
+    Path("new.csv").write_text("measured")
+    refused = cli("import", log_path, "-o", "new.csv")
+    assert "new.csv: exists already and is no earlier log; give another name, or --force" in (
+        refused.stderr
+    )
+    assert cli("import", log_path, "-o", "new.csv", "--force").code == 0
     assert cli("check", log_path, "--propose", "map.yaml").code in (0, 1)
     Path("map.yaml").write_text("corrected by hand")
     assert cli("check", log_path, "--propose", "map.yaml").code == 2

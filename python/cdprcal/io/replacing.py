@@ -13,12 +13,13 @@ Output = Literal[
     "mesh", "settings",
 ]  # fmt: skip
 
-#: What is written → how an earlier one begins, which may be replaced. Logs are measurements,
-#: mapping files and robot files are edited by hand: none of them is.
+#: What is written → how an earlier one begins, which may be replaced. Mapping files are edited by
+#: hand, none of them is; nor is a log that was acquired, or a robot file that somebody wrote, which
+#: begin otherwise than what cdprcal itself makes of others.
 _EARLIER: dict[Output, tuple[bytes, ...]] = {
-    "log": (),
+    "log": (b"time_s,",),
     "mapping file": (),
-    "robot file": (),
+    "robot file": (b'name: "',),
     "result": (b'{\n  "status": ', b'{\n  "verdict": '),
     "truth": (b'{\n  "poses": ',),
     "plan": (b"# cdprcal plan",),
