@@ -115,7 +115,7 @@ def test_clean_logs_are_not_accused_and_their_poses_are_as_good_as_they_say(
             off.append(float(error_m @ np.linalg.solve(covariance, error_m)))
     assert accused == []
     assert unlike == []
-    # χ² of three, 48 times (not all are independent): at a quarter of it σ would be twice the error.
+    # χ² of three, 48 times (not all are independent): at a quarter of it σ would be twice as large.
     assert 0.25 * 3.0 < np.mean(off) < 2.0 * 3.0
 
 
