@@ -1829,7 +1829,7 @@ class Sensor:
 
     def column(self, index: typing.SupportsInt | typing.SupportsIndex) -> str:
         """
-        As in a log: 'position_x_m'.
+        As in a log: 'position_x_m'. Raises InputError beyond the last one.
         """
 
     def columns_of(self, cable_count: typing.SupportsInt | typing.SupportsIndex) -> int:
@@ -5397,7 +5397,7 @@ def fresh_rows(
     end: typing.SupportsInt | typing.SupportsIndex,
 ) -> list[int]:
     """
-    Rows of readings [N, columns of one sensor] in which it read anew; all of them where none is held over several rows.
+    Rows of readings [N, columns of one sensor] in which it read anew; all of them where none is held over several rows. Raises InputError for rows that are not there.
     """
 
 def gravity_stiffness(
@@ -5565,7 +5565,7 @@ def measurement_at(
     cable_count: typing.SupportsInt | typing.SupportsIndex,
 ) -> Measurement:
     """
-    The sample at row `index` as a Measurement.
+    The sample at row `index` as a Measurement. Raises InputError for a row that is not in the log and when the log is of another number of cables.
     """
 
 def measurement_mean(
@@ -5575,7 +5575,7 @@ def measurement_mean(
     cable_count: typing.SupportsInt | typing.SupportsIndex,
 ) -> Measurement:
     """
-    The mean over an interval; time_s is the middle of it.
+    The mean over an interval; time_s is the middle of it. Raises InputError as measurement_at.
     """
 
 def minus(to: Pose, from_: Pose) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
@@ -5715,7 +5715,7 @@ def predicted_covariance(
     robot: Robot, start: SetPoint, set_points: collections.abc.Sequence[SetPoint]
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"] | None:
     """
-    Covariance [6, 6] of the initial pose (position [m], world-frame rotation vector [rad]) that measuring these set-points will give; None while it stays unobservable.
+    Covariance [6, 6] of the initial pose (position [m], world-frame rotation vector [rad]) that measuring these set-points will give; None while it stays unobservable. Raises InputError for tensions that are not one a cable.
     """
 
 def prepare(robot: Robot, log: Log, options: CalibrateOptions | None = None) -> Calibration:
@@ -5828,7 +5828,7 @@ def settling_deviation(
     robot: Robot, set_point: SetPoint
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
     """
-    Standard deviation [6] of the pose (position [m], world-frame rotation vector [rad]) when every tension is wrong by one sigma of the load cells.
+    Standard deviation [6] of the pose (position [m], world-frame rotation vector [rad]) when every tension is wrong by one sigma of the load cells. Raises InputError for tensions that are not one a cable.
     """
 
 def signals(
