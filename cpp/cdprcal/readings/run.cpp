@@ -30,8 +30,8 @@ SampleRange run_of(const Log& log, int segment) {
 }
 
 void check_belongs(const Robot& robot, const Log& log) {
-  validate(log);  // it may not come from a file
   const int cables = log.cable_count();
+  if (log.sample_count() == 0) throw InputError(log.source + ": the log has no samples; log again");
   if (cables == 0) {
     throw InputError(log.source +
                      ": the log says nothing of any cable; log lengths, swivel angles or tensions "
@@ -42,6 +42,7 @@ void check_belongs(const Robot& robot, const Log& log) {
                      robot.name + "' has " + std::to_string(robot.cable_count()) +
                      "; give the robot file that belongs to this log");
   }
+  validate(log);  // it may not come from a file
 }
 
 }  // namespace cdprcal

@@ -381,8 +381,11 @@ TEST(Evidence, OfARefitIsTheRatioOfTheReadingsProbabilities) {
       const double scale = refit.model.effects[0].prior_scale;
       const auto* const prior = std::ranges::find(kPriorScales, scale, &PriorScale::scale);
       ASSERT_NE(prior, std::end(kPriorScales));
-      const double expected =
-          log_probability(refit.model) - log_probability(*model) + std::log(prior->probability);
+      const double of_prior = log_prior_of(refit.model, 0);
+      if (!score.effect->info().of_one_make) {
+        EXPECT_EQ(of_prior, std::log(prior->probability));
+      }
+      const double expected = log_probability(refit.model) - log_probability(*model) + of_prior;
       EXPECT_NEAR(refit.log_evidence, expected, 1e-3);
     }
   }
