@@ -236,7 +236,7 @@ def test_a_failed_import_leaves_an_older_output_alone(
     output = tmp_path / "out.csv"
     output.write_text("precious")
     with_line(log_path, 30, lambda s: s.replace(",", ",abc", 1))
-    assert_refused(cli("import", log_path, "-o", output, "--force"), "abc")
+    assert_refused(cli("import", log_path, "-o", output), "abc")
     assert output.read_text() == "precious"
 
 

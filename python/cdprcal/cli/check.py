@@ -81,8 +81,7 @@ def command(
         if json or map_:
             fail("--propose: writes a mapping file and nothing else; leave out --json and --map")
         keep_apart({"--propose": propose}, {"log": raw, "robot file": robot if log else ""})
-        keep_existing({"mapping file": propose}, force=force)
-        raise typer.Exit(_propose(raw, known, propose, robot if log else "ROBOT"))
+        raise typer.Exit(_propose(raw, known, propose, robot if log else "ROBOT", force))
     the_robot = load_robot(robot)
     if not log:
         about = check_robot(the_robot)
@@ -103,13 +102,16 @@ def command(
     raise typer.Exit(DONE if report.trusted else UNTRUSTED)
 
 
-def _propose(raw: str, robot: _core.Robot | None, output: str, shown_robot: str) -> int:
+def _propose(
+    raw: str, robot: _core.Robot | None, output: str, shown_robot: str, force: bool
+) -> int:
     """Writes a mapping file, says how sure it is; the exit code."""
     from cdprcal.io.files import shown_text, write_text
     from cdprcal.mapping import propose_file
     from cdprcal.terminal import Table, answers, as_typed, counted, say
 
     proposal = propose_file(raw, robot)
+    keep_existing({"mapping file": output}, force=force)
     write_text(Path(output), proposal.text())
     out = answers()
     lines = [proposal.time, *proposal.lines]

@@ -80,15 +80,6 @@ def command(
     held_at = {name: str(Path(inputs) / name) if inputs else "" for name in (ROBOT, PLAN, SETTINGS)}
     keep_apart({"-o": output, "--inputs": held_at[ROBOT]}, read)
     is_mcap_name(Path(output))
-    keep_existing(
-        {
-            "log": output,
-            "robot file": held_at[ROBOT],
-            "plan": held_at[PLAN],
-            "settings": held_at[SETTINGS],
-        },
-        force=force,
-    )
     the_robot = load_robot(robot) if robot else None
     if map_ and session:
         fail("--session: a mapping file names topics, too; leave one of both out")
@@ -109,6 +100,15 @@ def command(
             f"{raw}: holds no robot, plan and settings: cdprcal did not acquire it; "
             "leave out --inputs"
         )
+    keep_existing(
+        {
+            "log": output,
+            "robot file": held_at[ROBOT],
+            "plan": held_at[PLAN],
+            "settings": held_at[SETTINGS],
+        },
+        force=force,
+    )
     save_log(file.log, output, held, read_events(raw) if held is not None else ())
     if inputs and held is not None:
         try:
