@@ -307,7 +307,7 @@ def test_a_log_alone_is_enough_to_solve_and_to_run_again(
     np.testing.assert_array_equal(load_log(tmp_path / "copy.csv").log.length_m, log.length_m)
     # Whatever it is turned into, it holds the same.
     for copy in ("copy.csv", "copy.mcap"):
-        assert cli("import", path, "-o", tmp_path / copy).code == 0
+        assert cli("import", path, "-o", tmp_path / copy, "--force").code == 0
         assert load_log(tmp_path / copy).findings == ()
         assert read_inputs(tmp_path / copy) == inputs
         assert read_events(tmp_path / copy) == read_events(path) != []
