@@ -189,7 +189,8 @@ void register_readings(py::module_& module) {
       [](const LogMatrix& readings, Eigen::Index begin, Eigen::Index end) {
         if (begin < 0 || begin > end || end > readings.rows()) {
           throw InputError("range: rows " + std::to_string(begin) + " to " + std::to_string(end) +
-                           " are not within " + std::to_string(readings.rows()) + " readings");
+                           " asked for of " + std::to_string(readings.rows()) +
+                           "; give some of these");
         }
         return fresh_rows(readings, {begin, end}).rows;
       },

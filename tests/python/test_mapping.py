@@ -903,7 +903,7 @@ DAMAGED = {
     "scope.csv": (
         b"Name;Scope Project\n\nName;L1;Name;L2\nSampleTime[ms];10;SampleTime[ms];10\n\n"
         b"0;1,5;0;1,6\n10;1,5;10;1,6\n20;1,5;20;1,6\n",
-        "scope.csv: is an export of TwinCAT Scope .*; export the signals with one common time",
+        "scope.csv: is an export of TwinCAT Scope .*; give an export with one common time",
     ),
     "x.h5": (
         b"\x89HDF\r\n\x1a\n" + bytes(200),

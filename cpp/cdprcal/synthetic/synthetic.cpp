@@ -37,7 +37,7 @@ ReadingNoise reading_noise(const SensorSigma& sigma, double scale, bool absolute
 
 ReadingOffsets random_offsets(int cable_count, RandomNormal& random) {
   if (cable_count < 1 || cable_count > kMaxCables) {
-    throw InputError("cable_count: " + std::to_string(cable_count) + " is not between 1 and " +
+    throw InputError("cable_count: " + std::to_string(cable_count) + " cables; give 1 to " +
                      std::to_string(kMaxCables));
   }
   ReadingOffsets offsets{CableVector(cable_count), CableVector(cable_count), 0.0};
