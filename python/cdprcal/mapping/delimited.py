@@ -66,8 +66,8 @@ def read_delimited(path: Path, form: DelimitedForm | None = None) -> RawTable:
         raise InputError(f"{name}: is not {encoding} text; correct text.encoding") from None
     if form is None and any(line.startswith(_SCOPE) for line in lines[:_SAMPLED]):
         raise InputError(
-            f"{name}: is an export of TwinCAT Scope with a time beside every signal; export the "
-            "signals with one common time"
+            f"{name}: is an export of TwinCAT Scope with a time beside every signal; give an "
+            "export with one common time"
         )
     try:
         found = form or _form_of(lines, encoding)
