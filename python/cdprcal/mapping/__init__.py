@@ -2,7 +2,8 @@
 
 from cdprcal.mapping.apply import Reader, load_mapped, map_offered
 from cdprcal.mapping.document import Map, load_map, parse_map
-from cdprcal.mapping.propose import Line, Proposal, propose, propose_file
+from cdprcal.mapping.proposal import Line, Proposal
+from cdprcal.mapping.propose import propose, propose_file
 from cdprcal.mapping.raw import Column, RawTable
 from cdprcal.mapping.read import read_raw
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,22 +18,19 @@ from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.io.files import shown_path
 from cdprcal.mapping.apply import apply_map
-from cdprcal.mapping.document import GROUPS, QUATERNIONS, Map, parse_map, quoted
+from cdprcal.mapping.document import GROUPS, QUATERNIONS
 from cdprcal.mapping.marks import marks_in, without
+from cdprcal.mapping.proposal import PER_CABLE, Line, Proposal
 from cdprcal.mapping.raw import Floats, RawTable
 from cdprcal.mapping.read import read_raw
 from cdprcal.mapping.recognise import INERTIAL, WHOLE_LENGTHS, Name, taken_apart, with_indices
-from cdprcal.mapping.units import UNITS, G, factor, unit_named
+from cdprcal.mapping.time_column import time_of
+from cdprcal.mapping.units import UNITS, G, factor
 from cdprcal.sensors import MOST_CABLES
 
 _AXES = ("roll", "pitch", "yaw")
 #: Of an inertial unit's columns: 'acc_x', 'GyrX [deg/s]', '/imu.angular_velocity.x'.
 _AXIS = re.compile(r"(?:(?<![a-z])|(?<=acc)|(?<=gyr)|(?<=gyro)|(?<=omega))([xyz])(?![a-z0-9])")
-_PER_CABLE = [name for name, sensor in GROUPS.items() if sensor.is_per_cable]
-#: Periods of samples that logs have [s].
-_PERIODS_S = (5e-4, 2.0)
-#: Of rows whose time is later than the last one's, where a clock stands still over others.
-_LEAST_STEPS = 0.05
 #: An underactuated platform hangs; no run tilts it further [rad].
 _MOST_TILT = math.radians(60.0)
 #: Nor does it turn faster [rad/s].
@@ -45,92 +42,6 @@ _OF_WEIGHT = (0.5, 20.0)
 #: ln of how much shorter or longer a travel may be than a start-up's for a unit to be tried.
 _MOST_OFF = math.log(30.0)
 _RAW = 1e-9
-#: Between the units of a time that two columns hold.
-_PLUS = " + "
-
-
-@dataclass(frozen=True)
-class Line:
-    """One group of the proposal: where from, in what unit and direction; how sure, and why."""
-
-    name: str
-    columns: tuple[str, ...]
-    unit: str | float
-    sign: tuple[int, ...]
-    sure: str  #: 'sure', 'likely' or 'guess'
-    why: str
-    rivals: tuple[str, ...] = ()  #: units that it may have as well
-    has_scale: bool = True  #: whether the unit may be right
-
-
-@dataclass(frozen=True)
-class Proposal:
-    """A mapping file as lines; ``text()`` writes it."""
-
-    raw: RawTable
-    time: Line
-    lines: tuple[Line, ...]
-    rate_Hz: float | None = None
-    missing: Line | None = None  #: ``unit``: the numbers that say that nothing was read
-
-    def text(self) -> str:
-        """The mapping file, with a comment to each line."""
-        out = [
-            f"# {shown_path(self.raw.path.name)}: as cdprcal check proposes; correct it.",
-            "# unit: as written, or a number: how many SI units one is (metres a count, say).",
-            "# sign: 1 if cables grow and rotations follow the right hand; else -1; or a list.",
-            "format: cdprcal-map-1",
-        ]
-        if self.raw.form is not None:
-            form = self.raw.form
-            out.append(
-                f"text: {{separator: {quoted(form.separator)}, decimal: {quoted(form.decimal)}, "
-                f"header_line: {form.header_line}, encoding: {quoted(form.encoding)}}}"
-            )
-        if self.rate_Hz is not None:
-            out.append(f"time: {{rate_Hz: {self.rate_Hz:g}}}  # {self.time.sure}: {self.time.why}")
-        else:
-            units = str(self.time.unit).split(_PLUS)
-            first, *more = (
-                f"column: {quoted(column)}, unit: {quoted(unit)}"
-                for column, unit in zip(self.time.columns, units, strict=True)
-            )
-            plus = f", plus: {{{more[0]}}}" if more else ""
-            out.append(f"time: {{{first}{plus}}}  # {self.time.sure}: {self.time.why}")
-        if self.missing is not None:
-            why = self.missing.why
-            out.append(f"missing: {self.missing.unit}  # {self.missing.sure}: {why}")
-        out.append("channels:")
-        for line in self.lines:
-            sign = line.sign[0] if len(set(line.sign)) == 1 else list(line.sign)
-            out.append(
-                f"  {line.name}: {{columns: {quoted(list(line.columns))}, "
-                f"unit: {quoted(line.unit)}, sign: {quoted(sign)}}}  # {line.sure}: {line.why}"
-            )
-        if self.lacks:
-            out.append(f"# {self.lacks}")
-        if spare := self.unused():
-            shown = ", ".join(map(quoted, spare[:40]))
-            out.append(f"# not used: {shown}{' …' if len(spare) > 40 else ''}")
-        return "\n".join(out) + "\n"
-
-    @property
-    def lacks(self) -> str:
-        """What no line has and no pose can do without; empty: nothing."""
-        if {line.name for line in self.lines} & set(_PER_CABLE):
-            return ""
-        return (
-            "no column is recognised as a cable's: add lengths, swivels or tensions under channels"
-        )
-
-    def unused(self) -> list[str]:
-        """Columns that no line takes, in the order of the file, then what is no column."""
-        used = {*self.time.columns, *(c for line in self.lines for c in line.columns)}
-        return [*(name for name in self.raw.columns if name not in used), *self.raw.left_out]
-
-    def map(self) -> Map:
-        """The mapping itself."""
-        return parse_map(self.text(), "the proposed map")
 
 
 def propose(raw: RawTable, robot: _core.Robot | None = None) -> Proposal:
@@ -144,7 +55,7 @@ def propose(raw: RawTable, robot: _core.Robot | None = None) -> Proposal:
     names = with_indices(names)
     count = robot.cable_count if robot is not None else _cable_count(names)
     names = _one_a_cable(names, count)
-    time, rate_Hz = _time(raw, names)
+    time, rate_Hz = time_of(raw, names)
     left = {key: name for key, name in names.items() if key not in time.columns}
     groups = _cable_groups(raw, left, count, robot)
     attitude = _attitude(raw, left, robot)
@@ -220,93 +131,6 @@ def _records(raw: RawTable, robot: _core.Robot) -> list[Line]:
 # Times.
 
 
-def _time(raw: RawTable, names: dict[str, Name]) -> tuple[Line, float | None]:
-    if raw.kind == "bag":
-        return Line("time", ("",), "s", (1,), "sure", "stamps"), None
-    rising = [key for key in names if _rises(raw.columns[key].values)]
-    of_time = [key for key, name in names.items() if name.kind == "time"]
-    held = [key for key in of_time if key not in rising and _never_falls(raw.columns[key].values)]
-    for key in (*rising, *held):
-        if raw.columns[key].is_clock:
-            line = Line("time", (key,), "s", (1,), "sure", "dates or times of day")
-            return _held(line) if key in held else line, None
-    if parts := _parts_of_time(raw, names):
-        return parts, None
-    named = [key for key in rising if key in of_time]
-    for key in (*named, *held):
-        why = "its name; no unit makes its steps a logger's"
-        by_name = Line("time", (key,), "s", (1,), "guess", why)
-        by_name = _of_column(raw, names[key], "its name; ") or by_name
-        return _held(by_name) if key in held else by_name, None
-    if raw.kind == "records":
-        return Line("time", (), "s", (1,), "likely", "one rest a record"), 0.1
-    plain = [key for key in rising if not names[key].kind]
-    for key in sorted(plain, key=lambda key: _counts(raw.columns[key].values)):
-        by_steps = _of_column(raw, names[key], "")
-        if by_steps is not None and _counts(raw.columns[key].values):
-            why = "it counts the rows: correct unit to the seconds of one"
-            by_steps = replace(by_steps, sure="guess", why=why)
-        if by_steps is not None:
-            return by_steps, None
-    why = "no column rises as time does: correct the rate"
-    return Line("time", (), "s", (1,), "guess", why), 100.0
-
-
-def _of_column(raw: RawTable, name: Name, by: str) -> Line | None:
-    """A column as the time, in its unit or one in which its steps are a logger's."""
-    if name.unit in UNITS["s"]:
-        return Line("time", (name.text,), name.unit, (1,), "sure", "name and unit")
-    values = raw.columns[name.text].values
-    steps = np.diff(values[np.isfinite(values)])
-    step = float(np.median(steps)) if (steps > 0.0).mean() > 0.9 else float(np.mean(steps))
-    for unit in ("s", "ms", "us", "ns"):
-        period_s = step * UNITS["s"][unit]
-        if _PERIODS_S[0] <= period_s <= _PERIODS_S[1]:
-            why = f"{by}it rises, by {period_s:g} s a row"
-            return Line("time", (name.text,), unit, (1,), "likely", why)
-    return None
-
-
-def _held(line: Line) -> Line:
-    """A time that stands still over some rows."""
-    sure = "likely" if line.sure == "sure" else line.sure
-    return replace(line, sure=sure, why=f"{line.why}; rows of the same time are left out")
-
-
-def _parts_of_time(raw: RawTable, names: dict[str, Name]) -> Line | None:
-    """Whole seconds and what passed since each began, as ROS writes its stamps."""
-    last = {key: re.split(r"[\W_]", key.rstrip(")] "))[-1] for key in names}
-    units = {key: unit_named(last[key]) for key, name in names.items() if name.kind in ("", "time")}
-    for whole, part in itertools.permutations(units, 2):
-        unit = units[part]
-        if unit not in ("ms", "us", "ns"):
-            continue
-        seconds, since_s = raw.columns[whole].values, UNITS["s"][unit] * raw.columns[part].values
-        in_one = np.all((since_s >= 0.0) & (since_s < 1.0) & (seconds == np.round(seconds)))
-        # Of other names only those that give every row its time: a latency [ms] does not.
-        alike = whole.removesuffix(last[whole]) == part.removesuffix(last[part])
-        if in_one and (alike or not _rises(seconds)) and _rises(seconds - seconds[0] + since_s):
-            why = f"whole seconds, and {unit} since each began"
-            return Line("time", (whole, part), f"s{_PLUS}{unit}", (1,) * 2, "sure", why)
-    return None
-
-
-def _rises(values: Floats) -> bool:
-    steps = np.diff(values[np.isfinite(values)])
-    return len(steps) > 1 and bool((steps > 0.0).mean() > 0.99) and float(steps.sum()) > 0.0
-
-
-def _never_falls(values: Floats) -> bool:
-    """Whether a column rises now and then and never falls, as a clock that is read too often."""
-    steps = np.diff(values[np.isfinite(values)])
-    return len(steps) > 1 and bool((steps >= 0.0).all() and (steps > 0.0).mean() > _LEAST_STEPS)
-
-
-def _counts(values: Floats) -> bool:
-    """Whether a column is but the number of the row."""
-    return bool((np.diff(values[np.isfinite(values)]) == 1.0).all())
-
-
 def _topic(column: str) -> str:
     return column.partition(".")[0]
 
@@ -340,7 +164,7 @@ def _cable_groups(
 ) -> list[Line]:
     """A line for every kind of reading that there is one of a cable."""
     lines = []
-    for kind in _PER_CABLE:
+    for kind in PER_CABLE:
         candidates = [
             group
             for group in _alike([name for name in names.values() if name.kind == kind])
