@@ -492,6 +492,51 @@ def test_every_function_has_an_example() -> None:
     assert functions - called == set(), "show them in docs/api/examples.md"
 
 
+def out_of_reach(robot: cdprcal.Robot, log: cdprcal.Log) -> dict[str, Any]:
+    """Calls with numbers that are not there, by what the message has to say."""
+    rest = cdprcal.PoseKind.static_pose
+    point = cdprcal.SetPoint(cdprcal.Pose(), np.full(3, 100.0))
+    position = next(s for s in cdprcal.log_groups() if s.field == "position_m")
+    simulator = cdprcal.Simulator(robot)
+    last_but_one = cdprcal.CalibrateOptions(segment=-2)
+    return {
+        "cable_count: 9": lambda: cdprcal.random_offsets(9, cdprcal.RandomNormal(1)),
+        "cable_count: -1": lambda: cdprcal.random_offsets(-1, cdprcal.RandomNormal(1)),
+        "cable_count: is 9": lambda: cdprcal.measurement_at(log, 0, rest, 9),
+        "cable_count: is 3": lambda: cdprcal.measurement_mean(log, log_rows(0, 5), rest, 3),
+        "range: must hold": lambda: cdprcal.measurement_mean(log, log_rows(0, 0), rest, 4),
+        "range: rows 0 to 1000000000": lambda: cdprcal.fresh_rows(log.length_m, 0, 10**9),
+        "range: rows -5 to 10": lambda: cdprcal.fresh_rows(log.length_m, -5, 10),
+        "range: rows 5 to 2": lambda: cdprcal.fresh_rows(log.length_m, 5, 2),
+        "index: 3 is no column": lambda: position.column(3),
+        "index: -1 is no column": lambda: position.column(-1),
+        "set_point.tension_N: has 3": lambda: cdprcal.settling_deviation(robot, point),
+        "start.tension_N: has 3": lambda: cdprcal.predicted_covariance(robot, point, []),
+        "segment -2 asked for": lambda: cdprcal.prepare(robot, log, last_but_one),
+        "advance: a duration": lambda: simulator.advance(float("inf")),
+        "push: must be finite": lambda: simulator.push([np.nan] * 3, [0.0] * 3),
+        "the log has 4 cables": lambda: cdprcal.with_known_effects(
+            cdprcal.load_robot("ring3"), log
+        ),
+        "window_s: must be": lambda: cdprcal.detect_equilibria(
+            log, options=cdprcal.DetectionOptions(window_s=0.0)
+        ),
+    }
+
+
+def log_rows(begin: int, end: int) -> cdprcal.SampleRange:
+    return cdprcal.SampleRange(begin, end)
+
+
+def test_numbers_that_are_not_there_are_refused(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    """Some of them ended the interpreter, or read what stands beside an array."""
+    for message, call in out_of_reach(robot, synthetic.log).items():
+        with pytest.raises(cdprcal.InputError, match=re.escape(message)):
+            call()
+
+
 SCRIPT = """
 import cdprcal
 
