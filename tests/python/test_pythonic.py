@@ -503,8 +503,12 @@ def out_of_reach(robot: cdprcal.Robot, log: cdprcal.Log) -> dict[str, Any]:
         "cable_count: 9": lambda: cdprcal.random_offsets(9, cdprcal.RandomNormal(1)),
         "cable_count: -1": lambda: cdprcal.random_offsets(-1, cdprcal.RandomNormal(1)),
         "cable_count: is 9": lambda: cdprcal.measurement_at(log, 0, rest, 9),
-        "cable_count: is 3": lambda: cdprcal.measurement_mean(log, log_rows(0, 5), rest, 3),
-        "range: must hold": lambda: cdprcal.measurement_mean(log, log_rows(0, 0), rest, 4),
+        "cable_count: is 3": lambda: cdprcal.measurement_mean(
+            log, cdprcal.SampleRange(0, 5), rest, 3
+        ),
+        "range: must hold": lambda: cdprcal.measurement_mean(
+            log, cdprcal.SampleRange(0, 0), rest, 4
+        ),
         "range: rows 0 to 1000000000": lambda: cdprcal.fresh_rows(log.length_m, 0, 10**9),
         "range: rows -5 to 10": lambda: cdprcal.fresh_rows(log.length_m, -5, 10),
         "range: rows 5 to 2": lambda: cdprcal.fresh_rows(log.length_m, 5, 2),
@@ -522,10 +526,6 @@ def out_of_reach(robot: cdprcal.Robot, log: cdprcal.Log) -> dict[str, Any]:
             log, options=cdprcal.DetectionOptions(window_s=0.0)
         ),
     }
-
-
-def log_rows(begin: int, end: int) -> cdprcal.SampleRange:
-    return cdprcal.SampleRange(begin, end)
 
 
 def test_numbers_that_are_not_there_are_refused(

@@ -17,35 +17,46 @@ double size_of(const EffectTerm& term, const Robot& robot) {
   return std::sqrt(squares / static_cast<double>(term.values.size()));
 }
 
-/// Evidence for an effect whose values have one cause and differ by a small share of what they have
-/// in common, against values of their own. Readings say of them N(values, V) over the prior N(0, S)
-/// that they were fitted under: that is all it takes to put another prior in its place.
-double evidence_for_one_cause(const DiagnosisModel& model, std::size_t k, double share) {
-  const Eigen::VectorXd& values = model.effects[k].values;
-  const Eigen::Index size = values.size();
-  Eigen::Index begin = 0;
-  for (std::size_t i = 0; i < k; ++i) begin += model.effects[i].values.size();
-  const Eigen::MatrixXd common = covariance(model);
-  const Eigen::Index first = common.rows() - model.values().size() + begin;
-  const Eigen::LLT<Eigen::MatrixXd> posterior(common.block(first, first, size, size));
-  const Eigen::VectorXd precision = prior_precision(model).segment(begin, size);
-  const Eigen::VectorXd sigma = precision.cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd alike =
-      Eigen::MatrixXd::Ones(size, size) + share * share * Eigen::MatrixXd::Identity(size, size);
-  const Eigen::LLT<Eigen::MatrixXd> prior(sigma.asDiagonal() * alike * sigma.asDiagonal());
-  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(size, size);
-  Eigen::MatrixXd information = posterior.solve(one) + prior.solve(one);
-  information.diagonal() -= precision;
-  const Eigen::LLT<Eigen::MatrixXd> with(information);
-  if (posterior.info() != Eigen::Success || with.info() != Eigen::Success) return 0.0;
-  const auto half_log_determinant = [](const Eigen::LLT<Eigen::MatrixXd>& llt) {
-    return llt.matrixLLT().diagonal().array().log().sum();
-  };
-  const Eigen::VectorXd told = posterior.solve(values);
-  return -0.5 * precision.array().log().sum() - half_log_determinant(prior) -
-         half_log_determinant(posterior) - half_log_determinant(with) +
-         0.5 * told.dot(with.solve(told) - values);
-}
+/// What readings say of the values of an effect of a fitted model, N(values, V), over the prior
+/// N(0, S) that they were fitted under: that is all it takes to put another prior in its place.
+class ToldOfValues {
+ public:
+  ToldOfValues(const DiagnosisModel& model, std::size_t k) : values_(model.effects[k].values) {
+    const Eigen::Index size = values_.size();
+    Eigen::Index begin = 0;
+    for (std::size_t i = 0; i < k; ++i) begin += model.effects[i].values.size();
+    const Eigen::MatrixXd common = covariance(model);
+    const Eigen::Index first = common.rows() - model.values().size() + begin;
+    posterior_.compute(common.block(first, first, size, size));
+    precision_ = prior_precision(model).segment(begin, size);
+  }
+
+  /// Evidence for values that have one cause and differ by a share of what they have in common,
+  /// against values of their own.
+  [[nodiscard]] double evidence_for_one_cause(double share) const {
+    const Eigen::Index size = values_.size();
+    const Eigen::VectorXd sigma = precision_.cwiseSqrt().cwiseInverse();
+    const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(size, size);
+    const Eigen::MatrixXd alike = Eigen::MatrixXd::Ones(size, size) + share * share * one;
+    const Eigen::LLT<Eigen::MatrixXd> prior(sigma.asDiagonal() * alike * sigma.asDiagonal());
+    Eigen::MatrixXd information = posterior_.solve(one) + prior.solve(one);
+    information.diagonal() -= precision_;
+    const Eigen::LLT<Eigen::MatrixXd> with(information);
+    if (posterior_.info() != Eigen::Success || with.info() != Eigen::Success) return 0.0;
+    const auto half_log_determinant = [](const Eigen::LLT<Eigen::MatrixXd>& llt) {
+      return llt.matrixLLT().diagonal().array().log().sum();
+    };
+    const Eigen::VectorXd told = posterior_.solve(values_);
+    return -0.5 * precision_.array().log().sum() - half_log_determinant(prior) -
+           half_log_determinant(posterior_) - half_log_determinant(with) +
+           0.5 * told.dot(with.solve(told) - values_);
+  }
+
+ private:
+  const Eigen::VectorXd& values_;
+  Eigen::LLT<Eigen::MatrixXd> posterior_;  ///< of V
+  Eigen::VectorXd precision_;              ///< of the prior, each value's
+};
 
 }  // namespace
 
@@ -59,10 +70,11 @@ double log_prior_of(const DiagnosisModel& model, std::size_t k) {
   }
   const bool of_all = term.values.size() == term.effect->size(model.robot.cable_count());
   if (term.effect->info().of_one_make && of_all && term.values.size() > 1) {
+    const ToldOfValues told(model, k);
     out += std::log(1.0 - kOneCause +
                     0.5 * kOneCause *
-                        (std::exp(evidence_for_one_cause(model, k, kOneNumber)) +
-                         std::exp(evidence_for_one_cause(model, k, kOneMake))));
+                        (std::exp(told.evidence_for_one_cause(kOneNumber)) +
+                         std::exp(told.evidence_for_one_cause(kOneMake))));
   }
   return out;
 }

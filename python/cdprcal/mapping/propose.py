@@ -128,9 +128,6 @@ def _records(raw: RawTable, robot: _core.Robot) -> list[Line]:
     return [Line(WHOLE_LENGTHS, columns, unit, (1,) * len(columns), "guess", why)]
 
 
-# Times.
-
-
 def _topic(column: str) -> str:
     return column.partition(".")[0]
 

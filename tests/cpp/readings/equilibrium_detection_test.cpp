@@ -8,6 +8,14 @@
 namespace cdprcal::test {
 namespace {
 
+/// A run of irma4 with so much of its σ as noise.
+SyntheticLog noisy_run(const Robot& robot, double scale, std::uint64_t seed = 1) {
+  SyntheticLogOptions options;
+  options.noise = reading_noise(robot.sigma, scale);
+  options.seed = seed;
+  return synthetic_log(robot, irma4_setpoints(), options);
+}
+
 /// Plateaus of a synthetic run of irma4, 5 s each after 5 s moves.
 void expect_plateaus(const SyntheticLog& run, const Robot& robot, double within_s = 1.0) {
   const auto found = detect_equilibria(run.log, segments(run.log).back(), robot.sigma);
@@ -23,18 +31,13 @@ TEST(EquilibriumDetection, FindsEveryPlateauAtAnyNoise) {
   const Robot robot = load_robot("irma4");
   for (const double scale : {0.0, 0.01, 0.1, 0.3}) {
     SCOPED_TRACE(scale);
-    SyntheticLogOptions options;
-    options.noise = reading_noise(robot.sigma, scale);
-    options.seed = 8;
-    expect_plateaus(synthetic_log(robot, irma4_setpoints(), options), robot);
+    expect_plateaus(noisy_run(robot, scale, 8), robot);
   }
 }
 
 TEST(EquilibriumDetection, AbsentChannelsDoNotVote) {
   const Robot robot = load_robot("irma4");
-  SyntheticLogOptions options;
-  options.noise = reading_noise(robot.sigma, 0.05);
-  SyntheticLog run = synthetic_log(robot, irma4_setpoints(), options);
+  SyntheticLog run = noisy_run(robot, 0.05);
   const Eigen::Index rows = run.log.sample_count();
   run.log.tension_N.resize(rows, 0);
   run.log.swivel_rad.col(2).setConstant(kNaN);
@@ -47,9 +50,7 @@ TEST(EquilibriumDetection, AbsentChannelsDoNotVote) {
 
 TEST(EquilibriumDetection, RestsAreFoundBetweenRowsThatAreEmpty) {
   const Robot robot = load_robot("irma4");
-  SyntheticLogOptions options;
-  options.noise = reading_noise(robot.sigma, 0.1);
-  SyntheticLog run = synthetic_log(robot, irma4_setpoints(), options);
+  SyntheticLog run = noisy_run(robot, 0.1);
   const Eigen::Index rows = run.log.sample_count();
   const LogMatrix all = run.log.length_m;
   run.log.swivel_rad.resize(rows, 0);
