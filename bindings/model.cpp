@@ -78,6 +78,10 @@ void register_parts(py::module_& module) {
       .def(py::init([](const Vector3& lower_m, const Vector3& upper_m) {
              require_finite(lower_m, "lower_m");
              require_finite(upper_m, "upper_m");
+             if ((lower_m.array() > upper_m.array()).any()) {
+               throw InputError("Box: lower_m " + to_text(lower_m) + " is above upper_m " +
+                                to_text(upper_m) + "; give the lower corner first");
+             }
              return Box{lower_m, upper_m};
            }),
            py::arg("lower_m"), py::arg("upper_m"), "Corners [3] [m].")

@@ -72,6 +72,26 @@ void register_input_error(py::module_& module) {
   });
 }
 
+newfunc make_instance = nullptr;
+
+/// The base of all classes has no instances. pybind11 aborts the interpreter where one is asked
+/// for, as pickle protocols 0 and 1 do of classes that have no pickle.
+PyObject* refuse_base(PyTypeObject* type, PyObject* args, PyObject* kwargs) {
+  if (reinterpret_cast<PyObject*>(type) == py::detail::get_internals().instance_base) {
+    PyErr_SetString(PyExc_TypeError, "pybind11_object has no instances");
+    return nullptr;
+  }
+  return make_instance(type, args, kwargs);
+}
+
+/// Before any class is made, since each inherits it.
+void guard_base() {
+  auto* const base = reinterpret_cast<PyTypeObject*>(py::detail::get_internals().instance_base);
+  if (base->tp_new == refuse_base) return;
+  make_instance = base->tp_new;
+  base->tp_new = refuse_base;
+}
+
 }  // namespace
 }  // namespace cdprcal::python
 
@@ -81,6 +101,7 @@ PYBIND11_MODULE(_core, module) {
       "C++ core of cdprcal. SI units; the unit is the name's suffix. Poses and rotations map the "
       "platform frame P into the world frame O.\n\n"
       "Wrong use raises InputError; a numerical failure is a status in the result.";
+  guard_base();
   register_input_error(module);
   register_geometry(module);
   register_model(module);

@@ -322,6 +322,9 @@ PlanResult plan(const Robot& robot, const std::optional<Box>& box, const std::ar
   options.grid = grid;
   options.optimal = optimal;
   if (positions_m) {
+    if (positions_m->rows() == 0) {
+      throw InputError("positions_m: has no row; give one position or more, or None for a grid");
+    }
     for (Eigen::Index i = 0; i < positions_m->rows(); ++i) {
       options.positions_m.emplace_back(positions_m->row(i));
     }

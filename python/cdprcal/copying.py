@@ -68,5 +68,13 @@ def _reduced(value: Any) -> tuple[Callable[..., Any], tuple[Any, ...]]:
     return _made, (kind, *fields)
 
 
+def _by_state(value: Any) -> tuple[Callable[..., Any], tuple[type], Any]:
+    """As protocol 2 does it; the older ones call a constructor of the base, which has none."""
+    # typeshed does not know the function, which pickles name.
+    return copyreg.__newobj__, (type(value),), value.__getstate__()  # type: ignore[attr-defined]
+
+
+copyreg.pickle(_core.Pose, _by_state)
+copyreg.pickle(_core.Robot, _by_state)
 for _kind in PLAIN:
     copyreg.pickle(_kind, _reduced)

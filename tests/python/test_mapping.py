@@ -12,6 +12,7 @@ from collections.abc import Callable
 from datetime import datetime, timedelta
 from decimal import Decimal
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -902,8 +903,8 @@ DAMAGED = {
     ),
     "scope.csv": (
         b"Name;Scope Project\n\nName;L1;Name;L2\nSampleTime[ms];10;SampleTime[ms];10\n\n"
-        b"0;1,5;0;1,6\n10;1,5;10;1,6\n20;1,5;20;1,6\n",
-        "scope.csv: is an export of TwinCAT Scope .*; give an export with one common time",
+        b"0;1,5;0;1,6\n10;1,5;10;high\n20;1,5;20;1,6\n",
+        "scope.csv:7: 'high' is not a number; export again, or delete the line",
     ),
     "x.h5": (
         b"\x89HDF\r\n\x1a\n" + bytes(200),
@@ -1094,3 +1095,76 @@ def test_the_groups_and_units_are_those_of_the_library() -> None:
     assert factor("m", "N") is None
     for order in QUATERNIONS.values():
         assert sorted(order) == [0, 1, 2, 3]
+
+
+def scope_of(log: cdprcal.Log, separator: str, decimal: str) -> str:
+    """As TwinCAT Scope exports a log of which the attitude is sampled half as often."""
+    attitude = log.roll_pitch_yaw_rad[::2]
+    signals = {
+        **{f"MAIN.L[{i + 1}]": log.length_m[:, i] for i in range(log.length_m.shape[1])},
+        **{f"MAIN.T[{i + 1}]": log.tension_N[:, i] for i in range(log.tension_N.shape[1])},
+        **{name: attitude[:, k] for k, name in enumerate(("Roll", "Pitch", "Yaw"))},
+    }
+    header = [
+        ["Name", "YT Scope Project"],
+        [],
+        [cell for name in signals for cell in ("Name", name)],
+        ["Data-Type", "LREAL"] * len(signals),
+        ["SampleTime[ms]", "100"] * len(signals),
+        [cell for i in range(len(signals)) for cell in ("SymbolName", f"symbol {i}")],
+        [],
+    ]
+    rows = []
+    for i in range(len(log.time_s)):
+        row = []
+        for values in signals.values():
+            time_ms = 1e3 * log.time_s[:: 1 if len(values) == len(log.time_s) else 2]
+            here = i < len(values)
+            row += [f"{time_ms[i]:.3f}", repr(float(values[i]))] if here else ["", ""]
+        rows.append([cell.replace(".", decimal) for cell in row])
+    return "\r\n".join(separator.join(row) for row in [*header, *rows])
+
+
+@pytest.mark.parametrize(("separator", "decimal"), [("\t", "."), (";", ","), (",", ".")])
+def test_an_export_of_twincat_scope_has_a_time_for_every_signal(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, separator: str, decimal: str
+) -> None:
+    log, path = synthetic.log, tmp_path / "scope.csv"
+    path.write_text(scope_of(log, separator, decimal), encoding="utf-16")
+    raw = read_raw(path)
+    assert list(raw.columns)[:2] == ["time [ms]", "MAIN.L[1]"]
+    assert list(raw.columns)[-3:] == ["Roll", "Pitch", "Yaw"]
+    np.testing.assert_allclose(raw.columns["time [ms]"].values, 1e3 * np.array(log.time_s))
+    np.testing.assert_array_equal(raw.columns["MAIN.T[2]"].values, log.tension_N[:, 1])
+    np.testing.assert_array_equal(raw.columns["Yaw"].values[::2], log.roll_pitch_yaw_rad[::2, 2])
+    assert np.isnan(raw.columns["Yaw"].values[1::2]).all()
+
+
+def test_arrays_of_two_rates_stand_on_the_times_of_both(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    io = pytest.importorskip("scipy.io")
+    log, path = synthetic.log, tmp_path / "run.mat"
+    time_s = np.array(log.time_s)
+    slow = np.arange(0, len(time_s), 3)
+    held: dict[str, Any] = {
+        "drives": {"time": time_s, "L": np.array(log.length_m)},
+        "imu": {"time": time_s[slow], "rpy": np.array(log.roll_pitch_yaw_rad)[slow]},
+        "anchors": np.eye(4)[:, :3],
+    }
+    io.savemat(path, held)
+    raw = read_raw(path)
+    assert list(raw.columns) == [
+        "drives.time",
+        *(f"drives.L.{i}" for i in range(1, 5)),
+        *(f"imu.rpy.{i}" for i in range(1, 4)),
+    ]
+    np.testing.assert_array_equal(raw.columns["drives.time"].values, time_s)
+    np.testing.assert_array_equal(raw.columns["drives.L.2"].values, log.length_m[:, 1])
+    yaw = raw.columns["imu.rpy.3"].values
+    np.testing.assert_array_equal(yaw[slow], log.roll_pitch_yaw_rad[slow, 2])
+    assert np.isfinite(yaw).sum() == len(slow)
+    # Clocks that do not go over the same span are not one.
+    held["imu"]["time"] = 1e3 * time_s[slow]
+    io.savemat(path, held)
+    assert "imu.time (201 rows)" in read_raw(path).left_out

@@ -200,6 +200,18 @@ def test_logs_plans_and_results_pickle(
     assert pickle.loads(pickle.dumps(cdprcal.load_robot)) is cdprcal.load_robot
 
 
+@pytest.mark.parametrize("protocol", range(pickle.HIGHEST_PROTOCOL + 1))
+def test_every_protocol_of_pickle(robot: cdprcal.Robot, protocol: int) -> None:
+    pose = cdprcal.Pose.from_euler([0.1, 0.2, 0.3], [0.1, -0.2, 0.3])
+    again = pickle.loads(pickle.dumps((robot, pose, robot.sigma), protocol))
+    assert cdprcal.to_yaml(again[0]) == cdprcal.to_yaml(robot)
+    assert (again[1].rotation == pose.rotation).all()
+    assert again[2].length_m == robot.sigma.length_m
+    # The old protocols make instances of the base, where pybind11 would abort.
+    with pytest.raises(TypeError):
+        pickle.dumps(cdprcal.RandomNormal(1), protocol)
+
+
 def test_options_are_copied_pickled_and_solved_with_again(
     robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
 ) -> None:

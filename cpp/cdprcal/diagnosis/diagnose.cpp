@@ -346,15 +346,18 @@ const char* to_string(Verdict verdict) {
 }
 
 Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
-                   const DiagnoseOptions& options) {
+                   const DiagnoseOptions& asked) {
   if (given_logs.empty()) throw InputError("diagnose: no log; give at least one");
+  DiagnoseOptions options = asked;
+  bool stopped = false;  // for good
+  const GoOn report = options.progress = [&](const std::string& what) {
+    stopped = stopped || (asked.progress && !asked.progress(what));
+    return !stopped;
+  };
   const Candidates chosen =
       chosen_effects(given, options.effects.value_or(std::vector<std::string>{}), options.motion);
   const bool searches = !options.effects.has_value();
   Diagnosis out;
-  const auto report = [&](const std::string& what) {
-    return !options.progress || options.progress(what);
-  };
   Robot robot = without_reading_faults(given);
   std::vector<Log> logs = given_logs;
   for (Log& log : logs) {
@@ -364,8 +367,7 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
     out.faults = *options.faults;
     for (const DiscreteFault& fault : out.faults) set_right(fault, robot, logs.front());
   } else {
-    report("discrete faults: signs, order, units, conventions");
-    out.faults = find_discrete_faults(robot, logs.front(), options.motion).faults;
+    out.faults = find_discrete_faults(robot, logs.front(), options.motion, report).faults;
   }
   for (std::size_t i = 1; i < logs.size(); ++i) {
     Robot scratch = robot;

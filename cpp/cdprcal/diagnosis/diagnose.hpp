@@ -25,7 +25,7 @@ struct DiagnoseOptions {
   std::optional<std::vector<std::string>> effects;
   /// Known of these logs from an earlier diagnosis: set right with no search. Empty: looked for.
   std::optional<std::vector<DiscreteFault>> faults;
-  std::function<bool(const std::string&)> progress;  ///< false stops; what was found is kept
+  GoOn progress;  ///< false stops; what was found is kept
 };
 
 /// described: a formula explains it, no name. undetermined: too little was measured to say.

@@ -301,18 +301,31 @@ class Trials {
     forget();
     for (const DiscreteFault& fault : discrete_faults(robot_, log_)) consider({fault});
   }
-  /// Cables in another order, and signs beside: neither alone says much.
-  void consider_pairs() {
+  /// Cables in another order, and signs beside: neither alone says much. False when `go_on` said
+  /// so.
+  bool consider_pairs(const GoOn& go_on) {
+    constexpr int kBetweenWords = 200;
     forget();
     std::vector<DiscreteFault> orders, signs;
     for (const DiscreteFault& fault : discrete_faults(robot_, log_)) {
       if (fault.parameter == "order") orders.push_back(fault);
       if (fault.parameter == "sign") signs.push_back(fault);
     }
-    if (orders.size() * signs.size() > kMostPairs) return;
+    const std::size_t pairs = orders.size() * signs.size();
+    if (pairs > kMostPairs) return true;
+    int tried = 0;
     for (const DiscreteFault& order : orders) {
-      for (const DiscreteFault& sign : signs) consider({sign, order});
+      for (const DiscreteFault& sign : signs) {
+        if (tried % kBetweenWords == 0 &&
+            !go_on("discrete faults: an order and signs together, " + std::to_string(tried) +
+                   " of " + std::to_string(pairs) + " tried")) {
+          return false;
+        }
+        consider({sign, order});
+        ++tried;
+      }
     }
+    return true;
   }
 
   [[nodiscard]] double cost() const { return cost_; }
@@ -460,9 +473,10 @@ std::optional<DiscreteFault> fault_of_balance(const Trials& trials, const Robot&
 
 }  // namespace
 
-DiscreteSearch find_discrete_faults(Robot& robot, Log& log, bool motion) {
+DiscreteSearch find_discrete_faults(Robot& robot, Log& log, bool motion, const GoOn& go_on) {
   const bool moving = motion && !(log.tension_N.cols() > 0 && rests(robot, log));
   DiscreteSearch search;
+  if (!go_on("discrete faults: signs, order, units, conventions")) return search;
   if (!moving) {
     const Trial as_given = try_map(robot, log, {}, kAllStarts);
     search.cost_before = search.cost_after = as_given.cost;
@@ -475,11 +489,11 @@ DiscreteSearch find_discrete_faults(Robot& robot, Log& log, bool motion) {
     trials.consider_single();
     if (!trials.found()) break;
     trials.take(search.faults);
+    if (!go_on("found: " + search.faults.back().text)) break;
   }
   if (!trials.agrees() && as_read.may_hold_two()) {
     Trials pairs = as_read;
-    pairs.consider_pairs();
-    if (pairs.found() && pairs.agrees()) {
+    if (pairs.consider_pairs(go_on) && pairs.found() && pairs.agrees()) {
       search.faults.clear();
       pairs.take(search.faults);
       trials = std::move(pairs);

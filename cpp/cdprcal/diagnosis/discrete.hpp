@@ -2,6 +2,7 @@
 // itself, so they are found by trying, before any small effect is looked for.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,6 +43,9 @@ std::vector<DiscreteFault> attitude_faults(const Robot& robot, const Log& log);
 /// combination, cables in any order (of more than six only the exchange of any two), units.
 std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log);
 
+/// Told what is done next; false: no more of it.
+using GoOn = std::function<bool(const std::string&)>;
+
 struct DiscreteSearch {
   std::vector<DiscreteFault> faults;  ///< in the order found
   double cost_before = 0.0, cost_after = 0.0;
@@ -53,7 +57,10 @@ struct DiscreteSearch {
 /// Nothing is tried on a log that agrees with the model. `motion`: where the log hardly rests,
 /// geometry says what agrees, and tensions by their level unless they sway much; and where its
 /// readings do not balance in motion at all (calibrate_in_motion), a fault of the attitude with
-/// which they do is taken.
-DiscreteSearch find_discrete_faults(Robot& robot, Log& log, bool motion = false);
+/// which they do is taken. `go_on` is told each step, every few seconds or less; with false no more
+/// is tried, and what was found is kept.
+DiscreteSearch find_discrete_faults(
+    Robot& robot, Log& log, bool motion = false,
+    const GoOn& go_on = [](const std::string&) { return true; });
 
 }  // namespace cdprcal

@@ -25,7 +25,6 @@ SEPARATORS = (";", "\t", ",", "|", " ")
 _MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 _SAMPLED = 200  # lines are enough to tell a form by
 _COMMENT = "#%"
-_SCOPE = "SampleTime[ms]"
 _MARK = re.compile(rf"^\s*[{_COMMENT}]+\s*")
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
 _CLOCK = re.compile(
@@ -58,17 +57,11 @@ def read_delimited(path: Path, form: DelimitedForm | None = None) -> RawTable:
     """Reads text in columns; ``form`` None: found. Raises InputError naming file and line."""
     name = shown_path(path)
     refuse_many_lines(path)
-    data = read_bytes(path)
-    encoding = form.encoding if form else _encoding(data)
     try:
-        lines = data.decode(encoding).replace("\0", "").splitlines()
+        lines, encoding = decoded(read_bytes(path), form.encoding if form else None)
     except (UnicodeDecodeError, LookupError):
-        raise InputError(f"{name}: is not {encoding} text; correct text.encoding") from None
-    if form is None and any(line.startswith(_SCOPE) for line in lines[:_SAMPLED]):
-        raise InputError(
-            f"{name}: is an export of TwinCAT Scope with a time beside every signal; give an "
-            "export with one common time"
-        )
+        given = form.encoding if form else "readable"
+        raise InputError(f"{name}: is not {given} text; correct text.encoding") from None
     try:
         found = form or _form_of(lines, encoding)
         if found is not None:
@@ -83,6 +76,12 @@ def read_delimited(path: Path, form: DelimitedForm | None = None) -> RawTable:
     raise InputError(
         f"{name}: is no table of numbers; give columns separated by ; , | tabs or blanks"
     )
+
+
+def decoded(data: bytes, encoding: str | None = None) -> tuple[list[str], str]:
+    """The lines of a text, and its encoding: as given, or found."""
+    encoding = encoding or _encoding(data)
+    return data.decode(encoding).replace("\0", "").splitlines(), encoding
 
 
 def _encoding(data: bytes) -> str:
@@ -116,7 +115,7 @@ def _without_empty_end(cells: list[str]) -> list[str]:
 
 def _is_number(cell: str, decimal: str) -> bool:
     """Whether a cell tells rows from names, even if it cannot be read as it is."""
-    return bool(_number(cell, decimal) is not None or _clock(cell) or _almost(cell, decimal))
+    return bool(number_in(cell, decimal) is not None or _clock(cell) or _almost(cell, decimal))
 
 
 def _almost(cell: str, decimal: str) -> str:
@@ -124,12 +123,12 @@ def _almost(cell: str, decimal: str) -> str:
     if _THOUSANDS[decimal].fullmatch(cell):
         return "write numbers without separators of thousands"
     parts = _WITH_UNIT.fullmatch(cell)
-    if parts and unit_named(parts[2]) and _number(parts[1], decimal) is not None:
+    if parts and unit_named(parts[2]) and number_in(parts[1], decimal) is not None:
         return "write the unit into the name of the column, not into the cells"
     return ""
 
 
-def _number(cell: str, decimal: str) -> float | None:
+def number_in(cell: str, decimal: str) -> float | None:
     """The number that a cell is; None for any other text."""
     if decimal == ",":
         if "." in cell:
@@ -295,7 +294,7 @@ def _remedy(cell: str, decimal: str) -> str:
 
 def _numbers(cells: Sequence[str], decimal: str) -> Floats:
     """The number in each cell, NaN for any other text."""
-    read = (_number(cell, decimal) for cell in cells)
+    read = (number_in(cell, decimal) for cell in cells)
     return np.array([np.nan if value is None else value for value in read])
 
 

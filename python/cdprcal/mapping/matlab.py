@@ -11,15 +11,18 @@ import numpy as np
 from cdprcal._core import InputError
 from cdprcal.extras import need
 from cdprcal.io.files import reason, shown_path
-from cdprcal.mapping.raw import Column, RawTable
+from cdprcal.mapping.common_time import on_common_time
+from cdprcal.mapping.raw import Column, Floats, RawTable
+from cdprcal.mapping.recognise import taken_apart
 
 _MOST_WIDE = 64
 _MOST_NESTED = 12
 
 
 def read_mat(path: Path) -> RawTable:
-    """Reads a MAT-file up to version 7; structures as 'out.signals.values.1'. Arrays of other rows
-    than most are left out, and named.
+    """Reads a MAT-file up to version 7; structures as 'out.signals.values.1'. Where arrays of other
+    rows than most have times of their own, all stand on the union of times; else they are left out,
+    and named.
 
     The signals of a Simulink structure are named by their labels. Raises InputError.
     """
@@ -47,6 +50,9 @@ def read_mat(path: Path) -> RawTable:
     lengths = [len(c.values) for c in columns.values()]
     rows = max(set(lengths), key=lambda n: (lengths.count(n) * math.log(max(n, 1)), n), default=0)
     kept = {key: c for key, c in columns.items() if len(c.values) == rows > 1}
+    if joined := _at_other_rates(columns, kept):
+        columns = kept = joined
+        rows = len(next(iter(kept.values())).values)
     left_out = tuple(
         f"{key} ({len(c.values)} rows)" for key, c in columns.items() if rows != len(c.values) > 1
     )
@@ -56,6 +62,44 @@ def read_mat(path: Path) -> RawTable:
             "timeseries objects"
         )
     return RawTable(path, "mat", kept, left_out=left_out)
+
+
+def _at_other_rates(
+    columns: dict[str, Column], most: dict[str, Column]
+) -> dict[str, Column] | None:
+    """Every column on the times of all, the first of the clocks beside; None where one clock is all
+    there is, or they do not say the same."""
+    clock = _clock_of(most)
+    by_rows: dict[int, dict[str, Column]] = {}
+    for key, column in columns.items():
+        by_rows.setdefault(len(column.values), {})[key] = column
+    groups = []
+    for group in by_rows.values():
+        its = _clock_of(group)
+        if clock is None or its is None or len(group) < 2:
+            continue
+        if not _alike(most[clock].values, group[its].values):
+            continue
+        groups.append((group[its].values, {k: c for k, c in group.items() if k != its}))
+    if clock is None or len(groups) < 2:
+        return None
+    time, joined = on_common_time(groups)
+    return {clock: Column(time), **joined}
+
+
+def _clock_of(columns: dict[str, Column]) -> str | None:
+    """The first column whose name says that it is the time, if it increases."""
+    for key, column in columns.items():
+        words = taken_apart(key.rpartition(".")[2])
+        if words.kind == "time" and len(column.values) > 2 and (np.diff(column.values) >= 0).all():
+            return key
+    return None
+
+
+def _alike(a: Floats, b: Floats) -> bool:
+    """Whether two clocks may be one: they go over much of the same span."""
+    shared = min(a[-1], b[-1]) - max(a[0], b[0])
+    return bool(shared > 0.5 * max(a[-1] - a[0], b[-1] - b[0]))
 
 
 def _flatten(name: str, value: Any, columns: dict[str, Column], depth: int) -> None:

@@ -406,7 +406,10 @@ def _unit_by_range(
         tilt = values[:, :2] if kind == "attitude" else values
         most = float(np.nanmax(np.abs(tilt)))
         limit = _MOST_TILT if kind == "attitude" else 2.0 * math.pi
-        steps = float(np.nanmedian(np.abs(np.diff(values, axis=0)).max(axis=1)))
+        read = values[np.isfinite(values).all(axis=1)]  # other sensors may have rows between
+        steps = (
+            float(np.median(np.abs(np.diff(read, axis=0)).max(axis=1))) if len(read) > 1 else 0.0
+        )
         # What is small enough for both: samples of a degree's tenth are no tenth of a radian.
         unit = "deg" if most > limit or steps > math.radians(10.0) else "rad"
         return unit, f"unit by range: up to {most:.3g}", True, ()

@@ -13,13 +13,15 @@ from cdprcal.mapping.json_lines import holds_json_lines, read_json_lines
 from cdprcal.mapping.matlab import read_mat
 from cdprcal.mapping.raw import DelimitedForm, RawTable
 from cdprcal.mapping.records import holds_records, read_records
+from cdprcal.mapping.scope import holds_scope, read_scope
 from cdprcal.ros2 import is_bag
 
 _HDF5 = b"\x89HDF"
 
 
 def read_raw(path: str | Path, form: DelimitedForm | None = None) -> RawTable:
-    """Reads CSV and its like, JSON lines, records in braces, MAT, Parquet, Feather or a ROS 2 bag.
+    """Reads CSV and its like, exports of TwinCAT Scope, JSON lines, records in braces, MAT,
+    Parquet, Feather or a ROS 2 bag.
 
     ``form``: how text is to be cut; None: found. Raises InputError naming file and place.
     """
@@ -42,4 +44,6 @@ def read_raw(path: str | Path, form: DelimitedForm | None = None) -> RawTable:
             return read_json_lines(path)
         if holds_records(head):
             return read_records(path)
+        if holds_scope(head):
+            return read_scope(path)
     return read_delimited(path, form)

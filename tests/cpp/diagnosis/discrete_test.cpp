@@ -351,6 +351,20 @@ TEST_F(Discrete, LoadCellsAloneInAnotherOrder) {
   EXPECT_EQ(log.tension_N, clean().tension_N);
 }
 
+TEST_F(Discrete, TheSearchCanBeStoppedAmongOrdersAndSigns) {
+  log.length_m.col(0).swap(log.length_m.col(2));
+  log.swivel_rad.rowwise().reverseInPlace();
+  log.length_m.col(1) *= -1.0;
+  std::vector<std::string> steps;
+  const DiscreteSearch search = find_discrete_faults(robot, log, false, [&](const auto& step) {
+    steps.push_back(step);
+    return step.find("200 of") == std::string::npos;
+  });
+  EXPECT_TRUE(search.faults.empty());
+  EXPECT_EQ(steps.front(), "discrete faults: signs, order, units, conventions");
+  EXPECT_EQ(steps.back().find("discrete faults: an order and signs together, 200 of "), 0U);
+}
+
 TEST_F(Discrete, AnOrderAndSignsTogetherAreFound) {
   for (LogMatrix* m : {&log.length_m, &log.swivel_rad, &log.tension_N, &log.tension_setpoint_N}) {
     m->col(0).swap(m->col(2));

@@ -1,0 +1,38 @@
+"""Groups of columns, each with times of its own, as rows of one time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from cdprcal.mapping.raw import Column, Floats
+
+#: Times that differ by less than this share of the whole are one time, written twice.
+_SAME = 1e-9
+
+
+def on_common_time(
+    groups: Sequence[tuple[Floats, dict[str, Column]]],
+) -> tuple[Floats, dict[str, Column]]:
+    """All times of ``groups`` (times [n], columns [n]), in increasing order, and each column with
+    its value where its group has that time, NaN elsewhere. Rows without a time are left out; of
+    several at one time the last stays."""
+    times = [np.where(np.isfinite(time), time, np.nan) for time, _ in groups]
+    there = np.concatenate([time[np.isfinite(time)] for time in times])
+    if not len(there):
+        return there, {}
+    step = _SAME * max(float(np.ptp(there)), 1e-300)
+    begin = float(there.min())
+    ticks = [np.round((time - begin) / step) for time in times]
+    common, first = np.unique(np.concatenate([t[np.isfinite(t)] for t in ticks]), return_index=True)
+    columns: dict[str, Column] = {}
+    for tick, (_, group) in zip(ticks, groups, strict=True):
+        rows = np.flatnonzero(np.isfinite(tick))
+        at = np.searchsorted(common, tick[rows])
+        for name, column in group.items():
+            values = np.full(len(common), np.nan)
+            values[at] = column.values[rows]
+            columns[name] = replace(column, values=values)
+    return there[first], columns
