@@ -1,5 +1,6 @@
 #include "cdprcal/motion/tracker.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -9,6 +10,7 @@
 #include "cdprcal/error.hpp"
 #include "cdprcal/readings/turn_over.hpp"
 #include "cdprcal/statics/taut.hpp"
+#include "cdprcal/statistics.hpp"
 
 namespace cdprcal {
 namespace {
@@ -19,9 +21,9 @@ constexpr double kOutlier = 6.0;
 constexpr double kAgrees = 3.0;
 /// More than this between samples, and counting may have been lost: as between segments of a log.
 constexpr double kGap_s = 2.0;
-/// Densities of jerk [m²/s⁵] that are believed: the least is that of a platform at rest, the most
-/// one that starts to fall within 10 ms.
-constexpr double kLeastJerk = 1e-4, kMostJerk = 1e4;
+/// Densities of jerk [m²/s⁵] that are believed: the least is that of a platform at rest, which may
+/// begin to move at any time, the most one that starts to fall within 10 ms.
+constexpr double kLeastJerk = 1e-2, kMostJerk = 1e4;
 /// A platform whose state nobody knows moves about like this.
 constexpr double kAnySpeed_m_s = 1.0, kAnyAcceleration_m_s2 = 10.0;
 /// The share of the robot's size, and the angle [rad], from which on a pose is not determined.
@@ -166,18 +168,20 @@ void Tracker::predict() {
   covariance_.transposeInPlace();
   go(covariance_);
   go(shared_);
-  spread(restless_ * jerk_);
+  covariance_ += restless_ * jerk_ * of_jerk();
 }
 
-/// What jerk of this density adds over the last step.
-void Tracker::spread(double density) {
-  const Matrix3 q = density * jerk_covariance(dt_s_);
+/// What jerk of unit density adds over the last step.
+MotionMatrix Tracker::of_jerk() const {
+  const Matrix3 q = jerk_covariance(dt_s_);
   Vector6 scale;
   scale << Vector3::Ones(), Vector3::Constant(turn_per_shift_ * turn_per_shift_);
   const Matrix6 one = free_.of_square(scale.asDiagonal());
+  MotionMatrix out;
   for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) covariance_.block<6, 6>(6 * r, 6 * c) += q(r, c) * one;
+    for (int c = 0; c < 3; ++c) out.block<6, 6>(6 * r, 6 * c) = q(r, c) * one;
   }
+  return out;
 }
 
 template <typename F>
@@ -203,7 +207,8 @@ Tracker::ByState Tracker::by_state(Eigen::Index row) const {
   ByState out = ByState::Zero();
   out.head<6>() = readings_.by_pose.row(known.reading);
   const ChannelRow& channel = row_of(known.label.channel);
-  if (channel.sensor == row_of(Channel::yaw).sensor) {
+  // At a start the rate is not known, and the attitude is taken as it is read.
+  if (!step_.starts && channel.sensor == row_of(Channel::yaw).sensor) {
     out.segment<6>(6) = attitude_by_rate_.row(channel.first + known.label.component) *
                         readings_.model.attitude_by_twist;
   }
@@ -266,6 +271,50 @@ std::vector<Tracker::Reading> Tracker::weigh() const {
   return out;
 }
 
+/// Motion that begins along one direction may show in one reading alone. It does not contradict the
+/// others as a spike does: where any motion explains all readings together, it is allowed for.
+bool Tracker::quickens(const std::vector<Reading>& readings) {
+  constexpr double kDoubt = 4.0, kMore = 4.0, kChance = 1e-3;
+  std::vector<Reading> counting;
+  bool any = false;
+  for (const Reading& r : readings) {
+    if (contradictions_.is_out(static_cast<std::size_t>(r.row))) continue;
+    counting.push_back(r);
+    any = any || r.size > kDoubt * kDoubt;
+  }
+  if (!any) return false;
+  const auto count = static_cast<Eigen::Index>(counting.size());
+  const MotionMatrix jerk = of_jerk();
+  ReadingMatrix expected(count, count), by_jerk(count, count);
+  ReadingVector innovation(count);
+  std::vector<ByState> by_state;
+  for (const Reading& r : counting) by_state.push_back(this->by_state(r.row));
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Reading& r = counting[static_cast<std::size_t>(i)];
+    innovation[i] = r.innovation;
+    const ByState& h = by_state[static_cast<std::size_t>(i)];
+    const ByState hp = h * covariance_, hq = h * jerk;
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const Eigen::Index row = counting[static_cast<std::size_t>(k)].row;
+      const ByState& g = by_state[static_cast<std::size_t>(k)];
+      expected(i, k) = hp.dot(g) + h.dot(shared_.col(row).transpose()) +
+                       g.dot(shared_.col(r.row).transpose()) + offsets_.covariance(r.row, row);
+      by_jerk(i, k) = hq.dot(g);
+    }
+    expected(i, i) += offsets_.sample_variance[r.row];
+  }
+  const double most = chi_square_quantile(1.0 - kChance, static_cast<double>(count));
+  for (double density = jerk_; density <= kMostJerk; density *= kMore) {
+    const ReadingMatrix all = expected + (density - jerk_) * by_jerk;
+    if (!(innovation.dot(all.ldlt().solve(innovation)) < most)) continue;
+    if (density == jerk_) return false;
+    covariance_ += (density - jerk_) * jerk;
+    jerk_ = density;
+    return true;
+  }
+  return false;
+}
+
 bool Tracker::correct() {
   now_.left_out = 0;
   innovation_.setConstant(offsets_.offset.size(), kNaN);
@@ -274,10 +323,11 @@ bool Tracker::correct() {
   if (!step_.starts) {
     constexpr double kMore = 4.0;
     while (surprised(readings) && jerk_ < kMostJerk) {
-      spread((kMore - 1.0) * jerk_);
+      covariance_ += (kMore - 1.0) * jerk_ * of_jerk();
       jerk_ *= kMore;
       readings = weigh();
     }
+    if (quickens(readings)) readings = weigh();
     learn_jerk(readings);
   }
   for (const Reading& r : readings) innovation_[r.row] = r.size;
@@ -344,7 +394,7 @@ void Tracker::learn_jerk(const std::vector<Reading>& readings) {
     lasted_.setZero(offsets_.offset.size());
   }
   // A little less than the mean of χ² so clipped (0.995): too dense costs less than too thin.
-  constexpr double kClip = 9.0, kExpected = 0.98, kRate = 0.1, kMost = 0.2;
+  constexpr double kClip = 9.0, kExpected = 0.98, kRate = 0.2, kMost = 0.7;
   double sum = 0.0;
   for (const Reading& r : readings) {
     double& seen = lasted_[r.row];

@@ -75,13 +75,14 @@ class Tracker {
   void allow_for_directions();
   void start();
   void predict();
-  void spread(double density);
+  [[nodiscard]] MotionMatrix of_jerk() const;
   [[nodiscard]] bool is_vague() const;
   bool evaluate_now();
   bool correct();
   bool update(const std::vector<Reading>& readings);
   [[nodiscard]] std::vector<Reading> weigh() const;
   [[nodiscard]] bool surprised(const std::vector<Reading>& readings) const;
+  bool quickens(const std::vector<Reading>& readings);
   [[nodiscard]] double misfit(Eigen::Index row) const;
   [[nodiscard]] ByState by_state(Eigen::Index row) const;
   void learn_jerk(const std::vector<Reading>& readings);

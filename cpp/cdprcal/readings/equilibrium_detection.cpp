@@ -1,6 +1,7 @@
 #include "cdprcal/readings/equilibrium_detection.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "cdprcal/error.hpp"
 #include "cdprcal/readings/fresh.hpp"
@@ -60,9 +61,10 @@ class Series {
   /// Scatter within the window is noise, or too small to matter.
   [[nodiscard]] bool scatter_is_noise(const SampleRange& w, double confidence) const {
     const auto [count, mean, variance] = moments(w);
-    if (count < kTelling) return true;
-    const double noise_limit =
-        noise_ * noise_ * chi_square_quantile(confidence, count - 1.0) / (count - 1.0);
+    if (count * worth_ < kTelling * held_) return true;
+    // Over less than a filter remembers, noise scatters less than it does on the whole.
+    const double freedom = std::max(1.0, count - 1.0);
+    const double noise_limit = noise_ * noise_ * chi_square_quantile(confidence, freedom) / freedom;
     return variance <= noise_limit + tolerance_ * tolerance_;
   }
 
@@ -95,8 +97,8 @@ class Series {
     const Eigen::RowVector3d s = sums_.row(w.end) - sums_.row(w.begin);
     if (s[0] < 1.0) return {0.0, 0.0, 0.0};
     const double mean = s[1] / s[0];
-    const double variance =
-        s[0] > worth_ ? std::max(0.0, s[2] - s[0] * mean * mean) / (s[0] - worth_) : 0.0;
+    const double squares = std::max(0.0, s[2] - s[0] * mean * mean);
+    const double variance = s[0] > held_ ? squares / std::max(s[0] - worth_, 0.5 * s[0]) : 0.0;
     return {s[0] / worth_, mean, variance};
   }
 
@@ -137,21 +139,57 @@ class Windows {
   Eigen::Index least_ = 1;
 };
 
-/// The quietest quarter of a run, window by window, before any rest is known.
+/// The quietest quarter of a run, before any rest is known.
 std::vector<SampleRange> quietest(const std::vector<Series>& geometry, const Eigen::VectorXd& time,
                                   const Windows& all) {
-  std::vector<std::pair<double, SampleRange>> windows;
+  constexpr std::size_t kStretch = 4;  // windows that show what a filter remembers
+  constexpr double kAsCalm = 2.0;      // times the restlessness of single windows
+  std::vector<SampleRange> windows;
+  std::vector<double> restless;
   for (Eigen::Index begin = 0, end = 0; begin < time.size(); begin = end) {
     end = all.last_of(begin, begin);
     double worst = 0.0;
     for (const Series& c : geometry) worst = std::max(worst, c.restlessness({begin, end}));
-    if (end < time.size()) windows.push_back({worst, {begin, end}});
+    if (end >= time.size()) continue;
+    windows.push_back({begin, end});
+    restless.push_back(worst);
   }
-  std::sort(windows.begin(), windows.end(),
-            [](const auto& a, const auto& b) { return a.first < b.first; });
-  windows.resize((windows.size() + 3) / 4);
+  const std::size_t quarter = (windows.size() + 3) / 4;
+  // A quarter, in stretches of so many windows; and how restless the worst of them is.
+  const auto in_stretches = [&](std::size_t length) {
+    std::vector<std::pair<double, std::size_t>> stretches;
+    for (std::size_t k = 0; k + length <= windows.size(); ++k) {
+      const auto first = restless.begin() + static_cast<std::ptrdiff_t>(k);
+      stretches.push_back(
+          {*std::max_element(first, first + static_cast<std::ptrdiff_t>(length)), k});
+    }
+    std::ranges::sort(stretches);
+    std::pair<double, std::vector<bool>> out{0.0, std::vector<bool>(windows.size(), false)};
+    std::size_t left = stretches.empty() ? 0 : quarter;
+    if (left == 0) out.first = std::numeric_limits<double>::infinity();
+    for (const auto& [worst, first] : stretches) {
+      if (left == 0) break;
+      out.first = worst;
+      for (std::size_t k = first; k < first + length && left > 0; ++k) {
+        if (!out.second[k]) --left;
+        out.second[k] = true;
+      }
+    }
+    return out;
+  };
+  auto [worst, chosen] = in_stretches(1);
+  if (auto longer = in_stretches(kStretch); longer.first <= kAsCalm * worst) {
+    chosen = std::move(longer.second);
+  }
   std::vector<SampleRange> out;
-  for (const auto& [worst, window] : windows) out.push_back(window);
+  for (std::size_t k = 0; k < windows.size(); ++k) {
+    if (!chosen[k]) continue;
+    if (k > 0 && chosen[k - 1]) {
+      out.back().end = windows[k].end;
+    } else {
+      out.push_back(windows[k]);
+    }
+  }
   return out;
 }
 

@@ -233,6 +233,66 @@ TEST(Signal, OfAFilterHasItsTimeConstant) {
   }
 }
 
+/// Within what the sensor is specified for.
+constexpr double kNoise_m = 5e-3;
+
+/// White noise behind so many filters of the first order, which had long begun.
+Eigen::VectorXd behind_filters(std::mt19937& random, double level, int rows, int order,
+                               double correlation) {
+  constexpr int kBegun = 300;
+  Eigen::VectorXd out = white(random, 0.0, rows + kBegun, kNoise_m);
+  for (int k = 0; k < order; ++k) {
+    for (Eigen::Index i = 1; i < out.size(); ++i) {
+      out[i] = correlation * out[i - 1] + (1.0 - correlation) * out[i];
+    }
+  }
+  return out.tail(rows).array() + level;
+}
+
+/// The mean of the last readings, as many as `width`.
+Eigen::VectorXd moving_mean(std::mt19937& random, double level, int rows, int width) {
+  const Eigen::VectorXd noise = white(random, level, rows + width - 1, kNoise_m);
+  return Eigen::VectorXd::NullaryExpr(
+      rows, [&](Eigen::Index i) { return noise.segment(i, width).mean(); });
+}
+
+/// Readings every so many rows, straight lines between them, and a little white noise on top.
+Eigen::VectorXd interpolated(std::mt19937& random, double level, int rows, int every) {
+  const Eigen::VectorXd slow = white(random, level, rows / every + 2, kNoise_m);
+  const Eigen::VectorXd fast = white(random, 0.0, rows, 0.2 * kNoise_m);
+  return Eigen::VectorXd::NullaryExpr(rows, [&](Eigen::Index i) {
+    const double along = static_cast<double>(i % every) / every;
+    return (1.0 - along) * slow[i / every] + along * slow[i / every + 1] + fast[i];
+  });
+}
+
+TEST(Signal, OfAnyOtherLowPassIsWorthWhatMeansScatterBy) {
+  const std::vector<std::pair<std::string, Rests::Sensor>> sensors{
+      {"second order, quick",
+       [](auto& r, double l, int n) { return behind_filters(r, l, n, 2, 0.5); }},
+      {"second order, slow",
+       [](auto& r, double l, int n) { return behind_filters(r, l, n, 2, 0.9); }},
+      {"fourth order", [](auto& r, double l, int n) { return behind_filters(r, l, n, 4, 0.7); }},
+      {"moving mean", [](auto& r, double l, int n) { return moving_mean(r, l, n, 10); }},
+      {"moving mean, long", [](auto& r, double l, int n) { return moving_mean(r, l, n, 40); }},
+      {"interpolated", [](auto& r, double l, int n) { return interpolated(r, l, n, 10); }},
+  };
+  for (const auto& [name, sensor] : sensors) {
+    for (const unsigned seed : {1U, 2U, 3U}) {
+      SCOPED_TRACE(name + " " + std::to_string(seed));
+      Rests rests;
+      rests.seed = seed;
+      rests.rests = 16;
+      rests.rate_Hz = 100.0;
+      rests.rows = 500;
+      std::vector<double> errors;
+      const Signal signal = rests.found(sensor, &errors);
+      EXPECT_GT(signal.correlation_s, 0.0);
+      expect_worth(signal, errors, rests.rows, 0.4);
+    }
+  }
+}
+
 TEST(Signal, OfRoundedReadingsKeepsWhatAMeanDoesNotAverageOut) {
   constexpr double kStep = 0.5;
   for (const double sigma : {0.0, 0.1, 0.2, 0.3, 0.5, 1.0}) {
@@ -288,6 +348,34 @@ TEST(Signal, OfAPlatformThatSwingsOrCreepsIsNotFiltered) {
       });
       EXPECT_EQ(signal.correlation_s, 0.0) << seed << " " << swing_Hz;
     }
+  }
+}
+
+TEST(Signal, OfAPlatformThatSwingsInSeveralModesIsNotFiltered) {
+  // Lightly damped, each mode in another size and phase at each rest.
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    std::mt19937 modes(seed);
+    std::uniform_real_distribution<double> frequency_Hz(0.4, 3.0);
+    const std::array<double, 3> swings_Hz{frequency_Hz(modes), frequency_Hz(modes),
+                                          frequency_Hz(modes)};
+    Rests rests;
+    rests.seed = seed;
+    rests.rate_Hz = seed % 2 == 0 ? 100.0 : 20.0;
+    rests.rows = static_cast<int>(5.0 * rests.rate_Hz);
+    const std::size_t count = 1 + seed % 3;
+    const Signal signal = rests.found([&](std::mt19937& r, double level, int rows) {
+      Eigen::VectorXd out = white(r, level, rows, 0.1 * kNoise_m);
+      std::uniform_real_distribution<double> phases(0.0, 2.0 * kPi);
+      for (std::size_t m = 0; m < count; ++m) {
+        const double size = white(r, 0.0, 1, kNoise_m)[0], phase = phases(r);
+        for (int i = 0; i < rows; ++i) {
+          const double t = i / rests.rate_Hz;
+          out[i] += size * std::exp(-0.05 * t) * std::sin(2.0 * kPi * swings_Hz[m] * t + phase);
+        }
+      }
+      return out;
+    });
+    EXPECT_EQ(signal.correlation_s, 0.0) << seed << " " << count;
   }
 }
 
