@@ -223,9 +223,10 @@ Knowledge knowledge(const FrameProblem& problem, const FrameState& state,
   for (int i = 0, next = 0; i < u.size; ++i) {
     if (!u.held[static_cast<std::size_t>(i)]) free[next++] = i;
   }
-  // Scaled to a unit diagonal, so that what is singular does not depend on units.
+  // Scaled to a unit diagonal, so that what is singular does not depend on units. What nothing tells
+  // at all stays finite when its variance is multiplied.
   const Eigen::MatrixXd block = out.precision(free, free);
-  const Eigen::VectorXd scale = block.diagonal().cwiseSqrt().cwiseMax(1e-150).cwiseInverse();
+  const Eigen::VectorXd scale = block.diagonal().cwiseSqrt().cwiseMax(1e-60).cwiseInverse();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * block *
                                                              scale.asDiagonal());
   const Eigen::VectorXd values = eigen.eigenvalues().cwiseMax(1e-15);

@@ -187,7 +187,7 @@ void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& optio
   } else if (!(worst < kKnown * robot_size_m(out.corrected))) {
     out.status = FrameStatus::unobservable;
     out.reason = "these poses do not determine the frame: a pulley is known to " +
-                 std::to_string(std::lround(std::min(1e3 * worst, 1e5))) + " mm only";
+                 std::to_string(std::lround(std::min(1e5, 1e3 * worst))) + " mm only";
   } else if (!s.state.settled) {
     out.reason = "the steps did not settle";
   } else {

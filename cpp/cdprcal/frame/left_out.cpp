@@ -65,7 +65,7 @@ std::vector<LeftOutPose> leave_out(Solved& s) {
   std::vector<LeftOutPose> out;
   // With few readings a frame can be bent to any of them, and then the others do not belong.
   const double freedom = static_cast<double>(s.information.freedom.sum());
-  if (freedom < kSpare * s.known.parameters) return out;
+  if (shares.empty() || freedom < kSpare * s.known.parameters) return out;
   const double level = std::max(median(shares), 1e-12);
   const double chance = kFalseAlarm / static_cast<double>(shares.size());
   std::vector<FramePose> poses;

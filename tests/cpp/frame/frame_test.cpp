@@ -274,6 +274,22 @@ TEST(Frame, TooFewPosesAreSaidToDetermineNothing) {
   }
 }
 
+TEST(Frame, PosesWithoutAReadingToSpareAreSaidToDetermineNothing) {
+  Rng rng(10);
+  std::vector<Vector3> three = corners();
+  three.pop_back();
+  for (Vector3& place : three) place.y() = place.z();
+  const Twin twin = grid(belts(three, Motion::t3), 5, 5, 0.0, rng);
+  for (const LengthOffset offset : {LengthOffset::none, LengthOffset::common}) {
+    FrameOptions options;
+    options.offset = offset;
+    const FrameResult found = find_frame(belts(three, Motion::t3), {twin.log}, options);
+    EXPECT_EQ(found.status, FrameStatus::unobservable);
+    EXPECT_NE(found.reason.find("no more readings than unknowns"), std::string::npos)
+        << found.reason;
+  }
+}
+
 TEST(Frame, LogsOfOtherRobotsAreRefused) {
   Rng rng(9);
   const Twin twin = grid(belts(corners()), 5, 5, 0.0, rng);
