@@ -141,6 +141,20 @@ Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> metric_eigen(const FrameUnknowns&
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(known.covariance(columns, columns));
 }
 
+std::string image_in_words(MirrorTold told) {
+  switch (told) {
+    case MirrorTold::by_readings:
+      return "is the one that the readings fit";
+    case MirrorTold::by_file:
+      return "is the file's";
+    case MirrorTold::by_weight:
+      return "is the one in which the cables can hold the platform, clear of floor and obstacles";
+    case MirrorTold::by_nobody:
+      break;
+  }
+  return "may be either: neither the file's positions nor the weight tell them apart";
+}
+
 /// Whether belts can hold a point of a plane: they pull to all sides.
 bool held_from_all_sides(const Robot& robot, const Matrix3& axes, const Vector3& point) {
   std::vector<double> angles;
@@ -223,8 +237,8 @@ Knowledge knowledge(const FrameProblem& problem, const FrameState& state,
   for (int i = 0, next = 0; i < u.size; ++i) {
     if (!u.held[static_cast<std::size_t>(i)]) free[next++] = i;
   }
-  // Scaled to a unit diagonal, so that what is singular does not depend on units. What nothing tells
-  // at all stays finite when its variance is multiplied.
+  // Scaled to a unit diagonal, so that what is singular does not depend on units. What nothing
+  // tells at all stays finite when its variance is multiplied.
   const Eigen::MatrixXd block = out.precision(free, free);
   const Eigen::VectorXd scale = block.diagonal().cwiseSqrt().cwiseMax(1e-60).cwiseInverse();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * block *
@@ -341,13 +355,13 @@ std::vector<std::string> stretched_repeats(const FrameProblem& problem) {
           "; a stiffness needs the tensions, and is the change of tension divided by that stretch"};
 }
 
-std::string gauge_in_words(const FrameProblem& problem, const Knowledge& known) {
+std::string gauge_in_words(const FrameProblem& problem, const Knowledge& known, MirrorTold told) {
   const FrameUnknowns& u = problem.unknowns;
   if (u.held[0]) {
     std::string text =
         "pulley 1 is where the robot file has it, pulley 2 in the direction that the file has it in";
     if (u.axis_count == 3) text += ", pulley 3 in the plane of the file's first three";
-    return text + "; of the two mirror images it is the file's";
+    return text + "; of the two mirror images it " + image_in_words(told);
   }
   if (known.free_motions == 0) return "the readings themselves: they are absolute in the world";
   return "the frame as a whole agrees best with the robot file's positions in " +

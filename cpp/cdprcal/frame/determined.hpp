@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "cdprcal/frame/minimise.hpp"
+#include "cdprcal/frame/mirror.hpp"
 
 namespace cdprcal::detail {
 
@@ -37,6 +37,6 @@ std::vector<std::string> further_poses(const FrameProblem& problem, const FrameS
 std::vector<std::string> stretched_repeats(const FrameProblem& problem);
 
 /// What fixes the frame in the world, in words.
-std::string gauge_in_words(const FrameProblem& problem, const Knowledge& known);
+std::string gauge_in_words(const FrameProblem& problem, const Knowledge& known, MirrorTold told);
 
 }  // namespace cdprcal::detail

@@ -73,7 +73,7 @@ void fill_anchors(const Solved& s, FrameResult& out) {
 
 void fill_texts(const Solved& s, double enough_m, FrameResult& out) {
   const FrameUnknowns& u = s.problem.unknowns;
-  out.gauge = gauge_in_words(s.problem, s.known);
+  out.gauge = gauge_in_words(s.problem, s.known, s.image);
   if (u.held[0] || s.known.free_motions > 0) {
     out.not_determined.push_back(
         "where the frame is in the world and how it is turned, by convention: " + out.gauge);
@@ -164,6 +164,10 @@ void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& optio
     return;
   }
   solve(s, options.max_iterations);
+  if (s.known.valid && s.problem.unknowns.held[0]) {
+    s.image = choose_image(s.problem, s.state, options.max_iterations);
+    solve(s, options.max_iterations);
+  }
   for (int pass = 0; pass < kMostPasses && options.leave_out && s.known.valid; ++pass) {
     const std::vector<LeftOutPose> more = leave_out(s);
     if (more.empty()) break;

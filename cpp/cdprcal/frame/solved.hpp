@@ -11,6 +11,7 @@ struct Solved {
   FrameState state;
   FrameInformation information;
   Knowledge known;
+  MirrorTold image = MirrorTold::by_readings;
 };
 
 /// The minimum from where the state is, the noise of each channel from its residuals.

@@ -111,23 +111,15 @@ void hold(const FrameProblem& problem, Eigen::MatrixXd& anchors, Eigen::MatrixXd
   const Eigen::VectorXd first = anchors.col(0);
   anchors.colwise() -= first;
   points.colwise() -= first;
-  // Rows of `turn` are the axes: by Gram and Schmidt of the first pulleys' directions.
-  Eigen::MatrixXd turn = Eigen::MatrixXd::Identity(d, d);
-  const auto orthonormal = [](const Eigen::MatrixXd& of) {
-    Eigen::MatrixXd q = Eigen::HouseholderQR<Eigen::MatrixXd>(of).householderQ();
-    for (Eigen::Index i = 0; i < q.cols(); ++i) {
-      if (q.col(i).dot(of.col(i)) < 0.0) q.col(i) *= -1.0;
-    }
-    return q;
-  };
-  if (anchors.cols() > d) turn = orthonormal(anchors.middleCols(1, d)).transpose();
-  Eigen::MatrixXd own = file.colwise() - file.col(0);
-  // The last axis points to the side where the file has the pulley that defines it.
-  if (anchors.cols() > d) {
-    for (Eigen::Index i = 0; i < d; ++i) {
-      if (own(i, i + 1) < 0.0) turn.row(i) *= -1.0;
-    }
+  // Rows of `turn` are the axes: by Gram and Schmidt of the first pulleys' directions. The last one
+  // makes it a turn, for the image is chosen already: by all pulleys.
+  const Eigen::MatrixXd of = anchors.middleCols(1, d);
+  Eigen::MatrixXd q = Eigen::HouseholderQR<Eigen::MatrixXd>(of).householderQ();
+  for (Eigen::Index i = 0; i + 1 < d; ++i) {
+    if (q.col(i).dot(of.col(i)) < 0.0) q.col(i) *= -1.0;
   }
+  if (q.determinant() < 0.0) q.col(d - 1) *= -1.0;
+  const Eigen::MatrixXd turn = q.transpose();
   anchors = (turn * anchors).colwise() + file.col(0);
   points = (turn * points).colwise() + file.col(0);
 }
@@ -198,30 +190,6 @@ std::optional<FrameState> from_lengths(const FrameProblem& problem, double offse
   return state;
 }
 
-/// Offsets of relative readings as the poses have them: means of reading − model.
-void settle_offsets(const FrameProblem& problem, FrameState& state) {
-  const FrameUnknowns& u = problem.unknowns;
-  const Robot robot = moved(problem, state.values);
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(u.size), count = sum;
-  for (std::size_t i = 0; i < problem.poses.size(); ++i) {
-    const FrameRows rows =
-        frame_rows(problem, robot, state.values, problem.poses[i], state.poses[i], true);
-    if (!rows.valid) continue;
-    for (Eigen::Index row = 0; row < rows.residual.size(); ++row) {
-      for (int column = u.axis_count * u.cables; column < u.size; ++column) {
-        if (column == u.scale || column == u.compliance || column == u.off_plane) continue;
-        const double slope = rows.by_common(row, column);
-        if (slope == 0.0) continue;
-        sum[column] -= rows.residual[row] / slope;
-        count[column] += 1.0;
-      }
-    }
-  }
-  for (int column = 0; column < u.size; ++column) {
-    if (count[column] > 0.0) state.values[column] += sum[column] / count[column];
-  }
-}
-
 }  // namespace
 
 std::optional<ClosedForm> closed_form(const Eigen::MatrixXd& lengths, int dimensions) {
@@ -268,6 +236,29 @@ std::optional<ClosedForm> closed_form(const Eigen::MatrixXd& lengths, int dimens
   const Eigen::VectorXd shift = inverse.transpose() * x.segment(squares, d);
   out.points = (root * u.transpose()).colwise() + shift;
   return out;
+}
+
+void settle_offsets(const FrameProblem& problem, FrameState& state) {
+  const FrameUnknowns& u = problem.unknowns;
+  const Robot robot = moved(problem, state.values);
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(u.size), count = sum;
+  for (std::size_t i = 0; i < problem.poses.size(); ++i) {
+    const FrameRows rows =
+        frame_rows(problem, robot, state.values, problem.poses[i], state.poses[i], true);
+    if (!rows.valid) continue;
+    for (Eigen::Index row = 0; row < rows.residual.size(); ++row) {
+      for (int column = u.axis_count * u.cables; column < u.size; ++column) {
+        if (column == u.scale || column == u.compliance || column == u.off_plane) continue;
+        const double slope = rows.by_common(row, column);
+        if (slope == 0.0) continue;
+        sum[column] -= rows.residual[row] / slope;
+        count[column] += 1.0;
+      }
+    }
+  }
+  for (int column = 0; column < u.size; ++column) {
+    if (count[column] > 0.0) state.values[column] += sum[column] / count[column];
+  }
 }
 
 bool improve_poses(const FrameProblem& problem, FrameState& state) {

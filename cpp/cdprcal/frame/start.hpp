@@ -23,6 +23,8 @@ std::optional<ClosedForm> closed_form(const Eigen::MatrixXd& lengths, int dimens
 /// States to begin with, from the robot file's pulleys and, of points, from the lengths alone at
 /// several offsets, turned and mirrored to agree best with the file's pulleys.
 std::vector<FrameState> starts(const FrameProblem& problem);
+/// Offsets as the poses have them: means of reading − model.
+void settle_offsets(const FrameProblem& problem, FrameState& state);
 /// Poses of a platform that turns may sit in minima of their own that are not the best: each is
 /// tried again from elsewhere with the pulleys as they are now. Says whether any is better so.
 bool improve_poses(const FrameProblem& problem, FrameState& state);

@@ -5,6 +5,7 @@
 #include "../support/numeric_jacobian.hpp"
 #include "../support/random_robot.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/frame/mirror.hpp"
 #include "cdprcal/frame/rows.hpp"
 #include "cdprcal/frame/start.hpp"
 
@@ -288,6 +289,82 @@ TEST(Frame, PosesWithoutAReadingToSpareAreSaidToDetermineNothing) {
     EXPECT_NE(found.reason.find("no more readings than unknowns"), std::string::npos)
         << found.reason;
   }
+}
+
+/// Whole lengths at places of a box.
+Log in_box(const Robot& truth, int poses, const Vector3& low, const Vector3& high, Rng& rng,
+           double noise_m = kNoise_m) {
+  std::normal_distribution<double> noise(0.0, noise_m);
+  Log log;
+  log.source = "box";
+  log.time_s = Eigen::VectorXd::LinSpaced(poses, 0.0, poses - 1.0);
+  log.direct_length_m.resize(poses, truth.cable_count());
+  for (int i = 0; i < poses; ++i) {
+    Vector3 point;
+    for (int axis = 0; axis < 3; ++axis) point[axis] = uniform(rng, low[axis], high[axis]);
+    for (int c = 0; c < truth.cable_count(); ++c) {
+      const Vector3& place = truth.cables[static_cast<std::size_t>(c)].pulley.position_m;
+      log.direct_length_m(i, c) = (point - place).norm() + noise(rng);
+    }
+  }
+  return log;
+}
+
+TEST(Frame, WhoseFirstPulleysAreInLineIsNotMirrored) {
+  const Robot file = belts({{0, 0, 2}, {1.5, 0, 2}, {3, 0, 2}, {1.5, 0, 0}});
+  for (unsigned seed = 0; seed < 6; ++seed) {
+    Rng rng(200 + seed);
+    for (const double sag_m : {-0.03, 0.03}) {
+      const Robot truth =
+          belts({{0, 0, 2.01}, {1.52, 0, 2.01 + sag_m}, {3.05, 0, 2.0}, {1.5, 0, -0.05}});
+      const Log log = in_box(truth, 60, {0.4, 0.0, 0.3}, {2.6, 0.0, 1.7}, rng);
+      const FrameResult found = find_frame(file, {log});
+      ASSERT_EQ(found.status, FrameStatus::converged) << found.reason;
+      EXPECT_NEAR(found.anchors_m[3].z(), -0.05, 0.2);
+      EXPECT_NE(found.gauge.find("it is the file's"), std::string::npos) << found.gauge;
+    }
+  }
+}
+
+TEST(Frame, OfMastsOfOneHeightHangsBelowThem) {
+  const std::vector<Vector3> masts{{0, 0, 15}, {20, 0, 15}, {20, 15, 15}, {0, 15, 15}};
+  FrameOptions options;
+  options.offset = LengthOffset::none;
+  for (unsigned seed = 0; seed < 6; ++seed) {
+    Rng rng(300 + seed);
+    std::vector<Vector3> places = masts;
+    places[3].z() += seed % 2 == 0 ? 1.0 : -1.0;
+    const Log log = in_box(belts(places, Motion::t3), 60, {2, 2, 2}, {18, 13, 11}, rng);
+    const FrameResult found = find_frame(belts(masts, Motion::t3), {log}, options);
+    expect_within(found, belts(places, Motion::t3), 6.0);
+    EXPECT_NE(found.gauge.find("cables can hold"), std::string::npos) << found.gauge;
+  }
+}
+
+TEST(Frame, ThatNothingTellsFromItsMirrorImageIsSaidToBeEither) {
+  Rng rng(11);
+  std::vector<Vector3> lying = corners(), in_line;
+  for (Vector3& place : lying) {
+    std::swap(place.y(), place.z());
+    in_line.emplace_back(static_cast<double>(in_line.size()), 0.0, 0.0);
+  }
+  Robot truth = belts(lying), file = belts(in_line);
+  for (Robot* robot : {&truth, &file}) robot->platform.motion_plane_normal = Vector3::UnitZ();
+  const Log log = in_box(truth, 60, {0.6, 0.4, 0.0}, {2.4, 1.7, 0.0}, rng);
+  const FrameResult found = find_frame(file, {log});
+  ASSERT_EQ(found.status, FrameStatus::converged) << found.reason;
+  EXPECT_NE(found.gauge.find("may be either"), std::string::npos) << found.gauge;
+}
+
+TEST(Frame, CablesHoldNothingAboveTheirPulleys) {
+  const Robot robot = belts({{0, 0, 2}, {2, 0, 2}, {1, 2, 2}}, Motion::t3);
+  Pose pose;
+  pose.position_m = Vector3(1.0, 0.7, 1.0);
+  EXPECT_LT(detail::unheld_share(robot, pose), 1e-3);
+  pose.position_m.z() = 3.0;
+  EXPECT_NEAR(detail::unheld_share(robot, pose), 1.0, 1e-9);
+  pose.position_m = Vector3(20.0, 0.7, 1.9);  // beside them: hardly
+  EXPECT_GT(detail::unheld_share(robot, pose), 0.9);
 }
 
 TEST(Frame, LogsOfOtherRobotsAreRefused) {

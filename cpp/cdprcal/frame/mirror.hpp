@@ -1,0 +1,24 @@
+// Private to frame/: which of its two mirror images a frame is that lengths alone have shown.
+#pragma once
+
+#include "cdprcal/frame/minimise.hpp"
+
+namespace cdprcal::detail {
+
+/// Who tells a frame from its mirror image.
+enum class MirrorTold {
+  by_readings,  ///< and priors: the other image fits worse
+  by_file,      ///< the file's positions as a whole agree with one only
+  by_weight,    ///< cables pull: in the other image more poses hang above them, or in the floor
+  by_nobody
+};
+
+/// Which share of the weight no pull of the cables at this pose holds up, 0 to 1; moments and
+/// limits aside, so where cables would have to push it is large. 0 in a plane that lies.
+double unheld_share(const Robot& robot, const Pose& pose);
+
+/// Of a frame whose place in the world is a convention (held[0]): takes the mirror image in its
+/// place where that is the better one.
+MirrorTold choose_image(const FrameProblem& problem, FrameState& state, int max_iterations);
+
+}  // namespace cdprcal::detail
