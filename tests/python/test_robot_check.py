@@ -110,6 +110,19 @@ def test_slips_of_unit_and_sign_are_seen(
     assert ran.code == exit_code
 
 
+def test_a_point_needs_no_inertia(cli: Cli, tmp_path: Path) -> None:
+    corners = ([0, 0, 2], [3, 0, 2], [3, 0, 0], [0, 0, 0])
+    pulleys = "".join(f"  - pulley: {{radius_m: 0, position_m: {at}}}\n" for at in corners)
+    (tmp_path / "belts.yaml").write_text(
+        "name: belts\nplatform: {mass_kg: 8, motion: 2T, motion_plane_normal: [0, 1, 0]}\n"
+        f"cables:\n{pulleys}tension_limits_N: [5, 400]\n"
+    )
+    ran = cli("check", tmp_path / "belts.yaml", "--json")
+    codes = {finding["code"] for finding in json.loads(ran.stdout)["findings"]}
+    assert ran.code == 0
+    assert "large_inertia" not in codes
+
+
 @pytest.mark.parametrize("count", [1, 2])
 def test_other_numbers_of_cables_are_checked_as_far_as_can_be(count: int) -> None:
     from cdprcal.check import check_robot

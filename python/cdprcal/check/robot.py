@@ -118,6 +118,8 @@ def sizes_of(robot: _core.Robot) -> Iterator[Finding]:
 
 def _inertia(robot: _core.Robot) -> Iterator[Finding]:
     platform = robot.platform
+    if "R" not in platform.motion:
+        return  # it cannot turn, so nobody needs to say its inertia
     anchors = np.array([cable.platform_anchor_m for cable in robot.cables])
     reach_m = float(np.linalg.norm(anchors - platform.centre_of_mass_m, axis=1).max())
     gyration_m = math.sqrt(np.linalg.eigvalsh(platform.inertia_kg_m2).max() / platform.mass_kg)
