@@ -17,6 +17,8 @@ constexpr double kKnown = 0.1;
 /// millimetre is enough for anybody.
 constexpr double kEnough = 5.0, kLeastEnough_m = 1e-3;
 constexpr int kMostPasses = 5;
+/// A compliance is told where it is so many σ from none: 95 %.
+constexpr double kTold = 2.0;
 
 Estimate estimate(const Solved& s, int column) {
   return {s.state.values[column], std::sqrt(std::max(0.0, s.known.covariance(column, column)))};
@@ -125,7 +127,8 @@ void fill(const Solved& s, FrameResult& out) {
   if (u.scale >= 0) out.scale = estimate(s, u.scale);
   if (u.compliance >= 0) {
     const Estimate k = estimate(s, u.compliance);
-    out.stiffness_N = Estimate{1.0 / k.value, k.sigma / (k.value * k.value)};
+    const bool told = k.value > kTold * k.sigma;  // else it may as well be infinite
+    out.stiffness_N = told ? Estimate{1.0 / k.value, k.sigma / (k.value * k.value)} : Estimate{};
   }
   if (u.off_plane >= 0) {
     const Estimate square = estimate(s, u.off_plane);

@@ -61,9 +61,10 @@ struct FrameResult {
   std::vector<Vector3> anchors_m, anchors_sigma_m;  ///< D of each pulley, in `gauge`
   Eigen::MatrixXd covariance;                       ///< of all anchors [3n, 3n]
   std::string gauge;                                ///< what fixes the frame in the world, in words
-  std::vector<Estimate> offset_m;       ///< of whole lengths, reading − length: none, 1 or n
-  std::optional<Estimate> scale;        ///< readings a metre − 1, where a tracker shows it
-  std::optional<Estimate> stiffness_N;  ///< EA of all cables, where tensions show it
+  std::vector<Estimate> offset_m;  ///< of whole lengths, reading − length: none, 1 or n
+  std::optional<Estimate> scale;   ///< readings a metre − 1, where a tracker shows it
+  /// EA of all cables, where tensions are read; NaN where they do not tell it from none.
+  std::optional<Estimate> stiffness_N;
   std::optional<Estimate> off_plane_m;  ///< where belts run outside the plane
   std::optional<Estimate> weight_N;     ///< of the platform, from the tensions
   double rms_m = kNaN;                  ///< of the lengths' residuals

@@ -42,8 +42,7 @@ LeftOutPose suspect(const Solved& s, std::size_t index) {
       const bool length =
           all.channel[row] == Channel::direct_length || all.channel[row] == Channel::length;
       if (!length || all.component[row] != cable) continue;
-      out.error_m = -all.residual[static_cast<Eigen::Index>(row)] *
-                    s.problem.sigma[static_cast<std::size_t>(all.channel[row])];
+      out.error_m = -all.residual[static_cast<Eigen::Index>(row)] * all.sigma[row];
       break;
     }
   }

@@ -16,12 +16,15 @@ class RowWriter {
     out.by_common = Eigen::MatrixXd::Zero(most, problem.unknowns.size);
   }
 
-  /// Begins a row of this residual; false when there is no reading.
-  bool add(Channel channel, int component, double residual) {
+  /// Begins a row of this residual, whose error has a part besides the channel's noise; false when
+  /// there is no reading.
+  bool add(Channel channel, int component, double residual, double more_sigma = 0.0) {
     if (!std::isfinite(residual)) return false;
-    weight_ = 1.0 / problem_.sigma[static_cast<std::size_t>(channel)];
+    const double sigma = std::hypot(problem_.sigma[static_cast<std::size_t>(channel)], more_sigma);
+    weight_ = 1.0 / sigma;
     out_.channel.push_back(channel);
     out_.component.push_back(component);
+    out_.sigma.push_back(sigma);
     out_.residual[++row_] = weight_ * residual;
     return with_jacobian_;
   }
@@ -69,16 +72,22 @@ void add_lengths(const FrameProblem& problem, const Eigen::VectorXd& values,
     const double flat = model.length_m[i];
     const double square = flat * flat + at(values, u.off_plane);
     const double length = std::sqrt(std::max(square, 1e-12));
+    const bool told = tensions && std::isfinite(reading.tension_N[i]);
+    const int untold = told || u.untold_tension < 0 ? -1 : u.untold_tension + i;
     const double tension =
-        tensions && std::isfinite(reading.tension_N[i]) ? reading.tension_N[i] : 0.0;
+        told ? reading.tension_N[i] : u.mean_tension_N + u.tension_spread_N * at(values, untold);
     const double gain = 1.0 + at(values, u.scale) - at(values, u.compliance) * tension;
-    if (!rows.add(channel, i, gain * length + at(values, offset) - read[i])) continue;
+    if (!rows.add(channel, i, gain * length + at(values, offset) - read[i],
+                  told ? 0.0 : problem.untold_stretch * length)) {
+      continue;
+    }
     const double slope = gain * flat / length;
     rows.by_twist(model.length_by_twist.row(i), slope);
     rows.by_anchor(i, state.cable[static_cast<std::size_t>(i)].direction, -slope);  // q = a − d
     rows.by(offset, 1.0);
     rows.by(u.scale, length);
     rows.by(u.compliance, -tension * length);
+    rows.by(untold, -at(values, u.compliance) * u.tension_spread_N * length);
     rows.by(u.off_plane, 0.5 * gain / length);
   }
 }

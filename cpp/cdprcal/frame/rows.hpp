@@ -17,7 +17,12 @@ struct FrameUnknowns {
   int direct_offsets = -1;             ///< of whole lengths
   int direct_offset_count = 0;         ///< 0, 1 or n
   std::vector<int> length_offsets, swivel_offsets, yaw_offset;  ///< of each log
+  int offsets_end = 0;                                          ///< all of the above are before it
   int scale = -1, compliance = -1, off_plane = -1;
+  /// Of each cable, by how many spreads the tensions that were not read are off the mean of all
+  /// that were; there where lengths are read without tensions though others tell a stiffness.
+  int untold_tension = -1;
+  double mean_tension_N = 0.0, tension_spread_N = 0.0;  ///< of all tensions that were read
   int size = 0;
   Eigen::VectorXd precision;  ///< 1/σ² of the prior about zero
   std::vector<bool> held;     ///< values that a convention fixes at zero
@@ -40,6 +45,7 @@ struct FrameRows {
   bool valid = false;
   std::vector<Channel> channel;  ///< of each row
   std::vector<int> component;    ///< cable or axis
+  std::vector<double> sigma;     ///< of the reading, in its unit
   Eigen::VectorXd residual;
   Eigen::MatrixXd by_pose;    ///< along motion_basis
   Eigen::MatrixXd by_common;  ///< by the unknowns
@@ -50,7 +56,8 @@ struct FrameProblem {
   FrameUnknowns unknowns;
   std::vector<FramePose> poses;
   ChannelSigma sigma{};
-  TwistBasis basis;  ///< motion_basis
+  double untold_stretch = 0.0;  ///< σ of the stretch of a cable whose tension was not read [1]
+  TwistBasis basis;             ///< motion_basis
 };
 
 /// The robot with its pulleys moved.

@@ -61,6 +61,10 @@ bool is_length(Channel channel) {
 
 void solve(Solved& s, int max_iterations) {
   for (int round = 0; round < kNoiseRounds; ++round) {
+    const FrameUnknowns& u = s.problem.unknowns;
+    if (u.untold_tension >= 0) {
+      s.problem.untold_stretch = std::abs(s.state.values[u.compliance]) * u.tension_spread_N;
+    }
     minimise(s.problem, s.state, max_iterations);
     if (!std::isfinite(s.state.cost)) return;
     s.information = information(s.problem, s.state);
@@ -104,8 +108,7 @@ std::vector<Eigen::VectorXd> length_residuals(const Solved& s) {
     for (std::size_t row = 0; row < rows.channel.size(); ++row) {
       double& residual = own[rows.component[row] % s.problem.unknowns.cables];
       if (!is_length(rows.channel[row]) || std::isfinite(residual)) continue;
-      residual = rows.residual[static_cast<Eigen::Index>(row)] *
-                 s.problem.sigma[static_cast<std::size_t>(rows.channel[row])];
+      residual = rows.residual[static_cast<Eigen::Index>(row)] * rows.sigma[row];
     }
     out.push_back(own);
   }

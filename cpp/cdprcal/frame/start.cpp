@@ -247,8 +247,7 @@ void settle_offsets(const FrameProblem& problem, FrameState& state) {
         frame_rows(problem, robot, state.values, problem.poses[i], state.poses[i], true);
     if (!rows.valid) continue;
     for (Eigen::Index row = 0; row < rows.residual.size(); ++row) {
-      for (int column = u.axis_count * u.cables; column < u.size; ++column) {
-        if (column == u.scale || column == u.compliance || column == u.off_plane) continue;
+      for (int column = u.axis_count * u.cables; column < u.offsets_end; ++column) {
         const double slope = rows.by_common(row, column);
         if (slope == 0.0) continue;
         sum[column] -= rows.residual[row] / slope;

@@ -42,18 +42,28 @@ Matrix3 unknown_axes(const Robot& robot) {
   return axes;
 }
 
-bool tells_stiffness(const std::vector<FramePose>& poses) {
+/// Stiffness, where tensions tell one, and what is not known of the tensions that were not read.
+void add_stiffness(const std::vector<FramePose>& poses, FrameUnknowns& u) {
   double sum = 0.0, squares = 0.0, count = 0.0;
+  bool all_told = true;
   for (const FramePose& pose : poses) {
-    for (const double tension : pose.reading.tension_N) {
+    const CableVector& tensions = pose.reading.tension_N;
+    all_told = all_told && tensions.size() == u.cables && tensions.allFinite();
+    for (const double tension : tensions) {
       if (!std::isfinite(tension)) continue;
       sum += tension;
       squares += tension * tension;
       count += 1.0;
     }
   }
-  const double mean = sum / count;
-  return count > 2.0 && squares / count - mean * mean > std::pow(kTensionSpread * mean, 2.0);
+  const double mean = sum / count, variance = squares / count - mean * mean;
+  if (!(count > 2.0) || !(variance > std::pow(kTensionSpread * mean, 2.0))) return;
+  u.mean_tension_N = mean;
+  u.tension_spread_N = std::sqrt(variance);
+  u.compliance = u.size++;
+  if (all_told) return;
+  u.untold_tension = u.size;
+  u.size += u.cables;
 }
 
 }  // namespace
@@ -93,9 +103,11 @@ FrameUnknowns unknowns_of(const Robot& robot, const std::vector<FramePose>& pose
     u.swivel_offsets.push_back(offsets(Channel::swivel, u.cables));
     u.yaw_offset.push_back(offsets(Channel::yaw, 1));
   }
+  u.offsets_end = u.size;
   if (tracked) u.scale = add(1);
-  if (tells_stiffness(poses)) u.compliance = add(1);
+  add_stiffness(poses, u);
   u.precision = Eigen::VectorXd::Zero(u.size);
+  if (u.untold_tension >= 0) u.precision.segment(u.untold_tension, u.cables).setOnes();
   u.held.assign(static_cast<std::size_t>(u.size), false);
   const double size = robot_size_m(robot), grown = times_reference(Yardstick::frame, robot);
   const bool said = std::any_of(robot.cables.begin(), robot.cables.end(), [](const Cable& cable) {

@@ -107,7 +107,11 @@ TEST(Frame, RowsHaveTheirNumericDerivatives) {
     u.scale = u.size + 11;
     u.compliance = u.size + 12;
     u.off_plane = u.size + 13;
-    u.size += 14;
+    u.untold_tension = u.size + 14;
+    u.mean_tension_N = 30.0;
+    u.tension_spread_N = 10.0;
+    u.size += 19;
+    problem.untold_stretch = 1e-4;
     Pose pose;
     pose.position_m = Vector3(0.1, 0.0, 0.4);
     pose = on_motion(problem.robot, pose);
@@ -116,6 +120,7 @@ TEST(Frame, RowsHaveTheirNumericDerivatives) {
     from.reading.direct_length_m = from.reading.length_m = some;
     from.reading.swivel_rad = CableVector::Constant(5, 0.1);
     from.reading.tension_N = CableVector::LinSpaced(5, 10.0, 50.0);
+    from.reading.tension_N[1] = kNaN;
     from.reading.roll_pitch_yaw_rad = Vector3(0.1, 0.1, 0.1);
     from.reading.absolute_yaw_rad = 0.1;
     from.reading.position_m = Vector3::Zero();
@@ -365,6 +370,76 @@ TEST(Frame, CablesHoldNothingAboveTheirPulleys) {
   EXPECT_NEAR(detail::unheld_share(robot, pose), 1.0, 1e-9);
   pose.position_m = Vector3(20.0, 0.7, 1.9);  // beside them: hardly
   EXPECT_GT(detail::unheld_share(robot, pose), 0.9);
+}
+
+/// The log as a winch counts it whose belts stretch, with tensions about 60 N, of which a share is
+/// not read.
+void stretch(Log& log, double stiffness_N, double missing, Rng& rng) {
+  std::normal_distribution<double> noise(0.0, 1.0);
+  log.tension_N = log.direct_length_m;
+  for (Eigen::Index i = 0; i < log.tension_N.size(); ++i) {
+    const double tension_N = uniform(rng, 40.0, 80.0);
+    log.direct_length_m.data()[i] /= 1.0 + tension_N / stiffness_N;
+    log.tension_N.data()[i] = uniform(rng, 0.0, 1.0) < missing ? kNaN : tension_N + noise(rng);
+  }
+}
+
+/// Sum of squares of (found − true)/σ of the distances between pulleys, and how many.
+std::pair<double, int> distance_squares(const FrameResult& found, const Robot& truth) {
+  std::pair<double, int> out{0.0, 0};
+  const Eigen::Index n = truth.cable_count();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < i; ++j) {
+      const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
+      const Vector3 apart = found.anchors_m[a] - found.anchors_m[b];
+      const double error =
+          apart.norm() -
+          (truth.cables[a].pulley.position_m - truth.cables[b].pulley.position_m).norm();
+      Eigen::VectorXd by = Eigen::VectorXd::Zero(3 * n);
+      by.segment<3>(3 * i) = apart.normalized();
+      by.segment<3>(3 * j) = -apart.normalized();
+      out.first += error * error / by.dot(found.covariance * by);
+      ++out.second;
+    }
+  }
+  return out;
+}
+
+TEST(Frame, TensionsThatWereNotReadAreNotZero) {
+  const Robot truth = belts(corners());
+  FrameOptions options;
+  options.offset = LengthOffset::none;
+  for (const double missing : {0.0, 0.2, 0.5}) {
+    double squares = 0.0, count = 0.0, of_stiffness = 0.0;
+    for (unsigned seed = 0; seed < 10; ++seed) {
+      Rng rng(400 + seed);
+      Log log = in_box(truth, 80, {0.5, 0.0, 0.4}, {2.5, 0.0, 1.7}, rng, 5e-4);
+      stretch(log, 5e4, missing, rng);
+      const FrameResult found = find_frame(belts(rectangle()), {log}, options);
+      ASSERT_EQ(found.status, FrameStatus::converged) << found.reason;
+      const auto [sum, more] = distance_squares(found, truth);
+      squares += sum;
+      count += more;
+      ASSERT_TRUE(found.stiffness_N);
+      of_stiffness +=
+          std::pow((1.0 / found.stiffness_N->value - 2e-5) *
+                       std::pow(found.stiffness_N->value, 2.0) / found.stiffness_N->sigma,
+                   2.0);
+    }
+    EXPECT_LT(std::sqrt(squares / count), 1.6) << missing;
+    EXPECT_LT(of_stiffness, 29.6) << missing;  // χ² of 10, 99.9 %
+  }
+}
+
+TEST(Frame, AStiffnessThatIsNotSeenIsNoNumber) {
+  const Robot truth = belts(corners());
+  Rng rng(12);
+  Log log = in_box(truth, 80, {0.5, 0.0, 0.4}, {2.5, 0.0, 1.7}, rng);
+  stretch(log, 1e9, 0.0, rng);
+  const FrameResult found = find_frame(belts(rectangle()), {log});
+  ASSERT_EQ(found.status, FrameStatus::converged) << found.reason;
+  ASSERT_TRUE(found.stiffness_N);
+  EXPECT_TRUE(std::isnan(found.stiffness_N->value));
 }
 
 TEST(Frame, LogsOfOtherRobotsAreRefused) {
