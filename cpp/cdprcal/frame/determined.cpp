@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "cdprcal/frame/unknowns.hpp"
 #include "cdprcal/kinematics/obstruction.hpp"
 
 namespace cdprcal::detail {
@@ -21,28 +22,6 @@ constexpr double kNamed = 0.35;
 constexpr int kFurtherPoses = 3;
 constexpr int kMostWeak = 3;
 
-/// Rigid motions of all pulleys from where they are, as shifts along the unknowns' axes.
-Eigen::MatrixXd rigid_motions(const FrameUnknowns& u, const Robot& robot) {
-  const bool flat = u.axis_count == 2;
-  Vector3 middle = Vector3::Zero();
-  for (const Cable& cable : robot.cables) {
-    middle += cable.pulley.position_m / u.cables;
-  }
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(u.axis_count * u.cables, flat ? 3 : 6);
-  for (int i = 0; i < u.cables; ++i) {
-    const Vector3 arm = robot.cables[static_cast<std::size_t>(i)].pulley.position_m - middle;
-    for (int axis = 0; axis < u.axis_count; ++axis) {
-      const int row = u.anchor(i, axis);
-      out(row, axis) = 1.0;
-      for (int turn = 0; turn < (flat ? 1 : 3); ++turn) {
-        const Vector3 about = u.axes.col(flat ? 2 : turn);
-        out(row, u.axis_count + turn) = about.cross(arm).dot(u.axes.col(axis));
-      }
-    }
-  }
-  return out;
-}
-
 /// Leaves out of a covariance of the anchors the rigid motions that only the prior fixes; says how
 /// many they are.
 int leave_out_motions(const FrameProblem& problem, const Robot& robot,
@@ -50,8 +29,9 @@ int leave_out_motions(const FrameProblem& problem, const Robot& robot,
   const FrameUnknowns& u = problem.unknowns;
   const int size = u.axis_count * u.cables;
   const Eigen::VectorXd weight = u.precision.head(size);
-  if (!(weight.minCoeff() > 0.0)) return 0;  // held by a convention, or by a tracker
-  const Eigen::MatrixXd rigid = rigid_motions(problem.unknowns, robot);
+  // Held by a convention, or by a tracker.
+  if (u.held[0] || !fixes_place(u, robot)) return 0;
+  const Eigen::MatrixXd rigid = rigid_motions(u, robot);
   const Eigen::MatrixXd gram = rigid.transpose() * weight.asDiagonal() * rigid;
   const Eigen::MatrixXd prior = gram.inverse();
   const Eigen::MatrixXd coefficient = prior * rigid.transpose() * weight.asDiagonal();
@@ -143,16 +123,13 @@ Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> metric_eigen(const FrameUnknowns&
 
 std::string image_in_words(MirrorTold told) {
   switch (told) {
-    case MirrorTold::by_readings:
-      return "is the one that the readings fit";
     case MirrorTold::by_file:
       return "is the file's";
     case MirrorTold::by_weight:
       return "is the one in which the cables can hold the platform, clear of floor and obstacles";
-    case MirrorTold::by_nobody:
-      break;
+    default:
+      return "may be either: neither the file's positions nor the weight tell them apart";
   }
-  return "may be either: neither the file's positions nor the weight tell them apart";
 }
 
 /// Whether belts can hold a point of a plane: they pull to all sides.
@@ -357,17 +334,19 @@ std::vector<std::string> stretched_repeats(const FrameProblem& problem) {
 
 std::string gauge_in_words(const FrameProblem& problem, const Knowledge& known, MirrorTold told) {
   const FrameUnknowns& u = problem.unknowns;
+  std::string text = "the readings themselves: they are absolute in the world";
   if (u.held[0]) {
-    std::string text =
+    text =
         "pulley 1 is where the robot file has it, pulley 2 in the direction that the file has it in";
     if (u.axis_count == 3) text += ", pulley 3 in the plane of the file's first three";
-    return text + "; of the two mirror images it " + image_in_words(told);
+  } else if (known.free_motions > 0) {
+    text = "the frame as a whole agrees best with the robot file's positions in " +
+           std::to_string(known.free_motions) +
+           (known.free_motions == 1 ? " rigid motion" : " rigid motions") +
+           " that the readings do not show";
   }
-  if (known.free_motions == 0) return "the readings themselves: they are absolute in the world";
-  return "the frame as a whole agrees best with the robot file's positions in " +
-         std::to_string(known.free_motions) +
-         (known.free_motions == 1 ? " rigid motion" : " rigid motions") +
-         " that the readings do not show";
+  if (told == MirrorTold::by_readings) return text;
+  return text + "; of the two mirror images it " + image_in_words(told);
 }
 
 }  // namespace cdprcal::detail

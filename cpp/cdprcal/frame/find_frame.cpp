@@ -167,7 +167,8 @@ void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& optio
     return;
   }
   solve(s, options.max_iterations);
-  if (s.known.valid && s.problem.unknowns.held[0]) {
+  const FrameUnknowns& u = s.problem.unknowns;
+  if (s.known.valid && row_of(robot.platform.motion).is_point() && u.scale < 0) {
     s.image = choose_image(s.problem, s.state, options.max_iterations);
     solve(s, options.max_iterations);
   }

@@ -7,7 +7,7 @@ namespace cdprcal::detail {
 
 /// Who tells a frame from its mirror image.
 enum class MirrorTold {
-  by_readings,  ///< and priors: the other image fits worse
+  by_readings,  ///< a tracker, or what is known of pulleys: the other image fits worse
   by_file,      ///< the file's positions as a whole agree with one only
   by_weight,    ///< cables pull: in the other image more poses hang above them, or in the floor
   by_nobody
@@ -17,8 +17,8 @@ enum class MirrorTold {
 /// limits aside, so where cables would have to push it is large. 0 in a plane that lies.
 double unheld_share(const Robot& robot, const Pose& pose);
 
-/// Of a frame whose place in the world is a convention (held[0]): takes the mirror image in its
-/// place where that is the better one.
+/// Of points without a tracker: takes the frame's mirror image in its place where that is the
+/// better one.
 MirrorTold choose_image(const FrameProblem& problem, FrameState& state, int max_iterations);
 
 }  // namespace cdprcal::detail

@@ -1,5 +1,6 @@
 #include "cdprcal/frame/unknowns.hpp"
 
+#include <Eigen/QR>
 #include <algorithm>
 
 #include "cdprcal/model/yardstick.hpp"
@@ -68,6 +69,36 @@ void add_stiffness(const std::vector<FramePose>& poses, FrameUnknowns& u) {
 
 }  // namespace
 
+Eigen::MatrixXd rigid_motions(const FrameUnknowns& u, const Robot& robot) {
+  const bool flat = u.axis_count == 2;
+  Vector3 middle = Vector3::Zero();
+  for (const Cable& cable : robot.cables) {
+    middle += cable.pulley.position_m / u.cables;
+  }
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(u.axis_count * u.cables, flat ? 3 : 6);
+  for (int i = 0; i < u.cables; ++i) {
+    const Vector3 arm = robot.cables[static_cast<std::size_t>(i)].pulley.position_m - middle;
+    for (int axis = 0; axis < u.axis_count; ++axis) {
+      const int row = u.anchor(i, axis);
+      out(row, axis) = 1.0;
+      for (int turn = 0; turn < (flat ? 1 : 3); ++turn) {
+        const Vector3 about = u.axes.col(flat ? 2 : turn);
+        out(row, u.axis_count + turn) = about.cross(arm).dot(u.axes.col(axis));
+      }
+    }
+  }
+  return out;
+}
+
+bool fixes_place(const FrameUnknowns& u, const Robot& robot) {
+  const Eigen::MatrixXd rigid = rigid_motions(u, robot);
+  const Eigen::VectorXd root = u.precision.head(rigid.rows()).cwiseSqrt();
+  // Some σ and places are rounded numbers: what is left of a motion by them is not known.
+  return Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(root.asDiagonal() * rigid)
+             .setThreshold(1e-6)
+             .rank() == rigid.cols();
+}
+
 bool any_reading(const std::vector<FramePose>& poses, int log, Channel channel) {
   return std::any_of(poses.begin(), poses.end(), [&](const FramePose& pose) {
     if (log >= 0 && pose.log != log) return false;
@@ -122,7 +153,7 @@ FrameUnknowns unknowns_of(const Robot& robot, const std::vector<FramePose>& pose
       u.precision[u.anchor(i, axis)] = unknown && is_point ? 0.0 : 1.0 / (own * own);
     }
   }
-  if (!fixed) return u;
+  if (!fixed || fixes_place(u, robot)) return u;
   for (int i = 0; i < u.axis_count; ++i) {
     for (int axis = i; axis < u.axis_count; ++axis) {
       u.held[static_cast<std::size_t>(u.anchor(i, axis))] = true;

@@ -442,6 +442,30 @@ TEST(Frame, AStiffnessThatIsNotSeenIsNoNumber) {
   EXPECT_TRUE(std::isnan(found.stiffness_N->value));
 }
 
+TEST(Frame, WhatIsKnownOfPulleysHoldsTheFrame) {
+  double squares = 0.0, count = 0.0;
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    Rng rng(500 + seed);
+    constexpr double kTape_m = 5e-3;
+    std::normal_distribution<double> tape(0.0, kTape_m);
+    std::vector<Vector3> places = corners();
+    for (Vector3& place : places) place += Vector3(tape(rng), 0.0, tape(rng));
+    Robot file = belts(corners());
+    for (Cable& cable : file.cables) cable.pulley.position_sigma_m.setConstant(kTape_m);
+    const Log log = in_box(belts(places), 12, {0.8, 0.0, 0.6}, {2.2, 0.0, 1.5}, rng);
+    FrameOptions options;
+    options.offset = LengthOffset::none;
+    const FrameResult found = find_frame(file, {log}, options);
+    ASSERT_EQ(found.status, FrameStatus::converged) << found.reason;
+    EXPECT_EQ(found.gauge.find("pulley 1 is where"), std::string::npos) << found.gauge;
+    EXPECT_NE(found.gauge.find("3 rigid motions"), std::string::npos) << found.gauge;
+    const auto [sum, more] = distance_squares(found, belts(places));
+    squares += sum;
+    count += more;
+  }
+  EXPECT_LT(std::sqrt(squares / count), 1.35);
+}
+
 TEST(Frame, LogsOfOtherRobotsAreRefused) {
   Rng rng(9);
   const Twin twin = grid(belts(corners()), 5, 5, 0.0, rng);
