@@ -82,6 +82,24 @@ std::vector<SampleRange> rests(const Robot& robot, const Log& log) {
   return out;
 }
 
+bool same(const LogMatrix& a, const LogMatrix& b) {
+  return a.rows() == b.rows() && a.cols() == b.cols() &&
+         (a.array() == b.array() || (a.array().isNaN() && b.array().isNaN())).all();
+}
+
+/// Readings count once: given twice they would make σ smaller, and tell nothing.
+void require_distinct(const std::vector<Log>& logs) {
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const Log &a = logs[i], &b = logs[j];
+      if (a.time_s.size() != b.time_s.size() || a.time_s != b.time_s) continue;
+      if (!same(a.direct_length_m, b.direct_length_m) || !same(a.length_m, b.length_m)) continue;
+      throw InputError(a.source + ": has the same times and lengths as " + b.source +
+                       "; give each log once");
+    }
+  }
+}
+
 void require_lengths(const Robot& robot, const Log& log) {
   const Eigen::Index cables = robot.cable_count();
   for (const LogMatrix* lengths : {&log.direct_length_m, &log.length_m}) {
@@ -103,6 +121,7 @@ void require_lengths(const Robot& robot, const Log& log) {
 FramePoseSet frame_poses(const Robot& robot, const std::vector<Log>& logs,
                          const FrameOptions& options) {
   if (logs.empty()) throw InputError("logs: give one or more logs");
+  require_distinct(logs);
   FramePoseSet out;
   bool guessed = true;
   for (const Log& read : logs) {

@@ -111,7 +111,6 @@ TEST(Frame, RowsHaveTheirNumericDerivatives) {
     u.mean_tension_N = 30.0;
     u.tension_spread_N = 10.0;
     u.size += 19;
-    problem.untold_stretch = 1e-4;
     Pose pose;
     pose.position_m = Vector3(0.1, 0.0, 0.4);
     pose = on_motion(problem.robot, pose);
@@ -464,6 +463,16 @@ TEST(Frame, WhatIsKnownOfPulleysHoldsTheFrame) {
     count += more;
   }
   EXPECT_LT(std::sqrt(squares / count), 1.35);
+}
+
+TEST(Frame, ALogThatIsGivenTwiceIsRefused) {
+  Rng rng(13);
+  const Twin twin = grid(belts(corners()), 5, 5, 0.0, rng);
+  Log holes = twin.log;
+  holes.direct_length_m(3, 1) = kNaN;
+  EXPECT_THROW(find_frame(belts(rectangle()), {twin.log, twin.log}), InputError);
+  EXPECT_THROW(find_frame(belts(rectangle()), {holes, twin.log, holes}), InputError);
+  EXPECT_EQ(find_frame(belts(rectangle()), {holes, twin.log}).poses.size(), 50U);
 }
 
 TEST(Frame, LogsOfOtherRobotsAreRefused) {
