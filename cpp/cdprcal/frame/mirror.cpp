@@ -112,7 +112,12 @@ MirrorTold choose_image(const FrameProblem& problem, FrameState& state, int max_
     decided(fits);
     return MirrorTold::by_readings;
   }
-  if (decided(evidence_of_file(problem, state))) return MirrorTold::by_file;
+  const double file = evidence_of_file(problem, state);
+  // Drawn back by what is known of pulleys: there is no other image.
+  if (std::abs(file) > kEvidence && file * evidence_of_file(problem, other) > 0.0) {
+    return MirrorTold::by_readings;
+  }
+  if (decided(file)) return MirrorTold::by_file;
   other = mirrored(problem, state);
   minimise(problem, other, max_iterations);
   const int pushed = impossible(problem, other) - impossible(problem, state);
