@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "cdprcal/frame/contradicted.hpp"
 #include "cdprcal/frame/poses.hpp"
 #include "cdprcal/frame/solved.hpp"
 #include "cdprcal/frame/start.hpp"
@@ -198,6 +199,8 @@ void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& optio
                  std::to_string(std::lround(std::min(1e5, 1e3 * worst))) + " mm only";
   } else if (!s.state.settled) {
     out.reason = "the steps did not settle";
+  } else if (const auto wrong = contradicted(s, options.max_iterations); !wrong.empty()) {
+    out.reason = in_words(wrong);
   } else {
     out.held_out_rms_m = held_out_rms(s, options.max_iterations);
     out.status = FrameStatus::converged;

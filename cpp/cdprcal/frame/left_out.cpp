@@ -6,7 +6,7 @@ namespace {
 
 /// Of all poses together: chance that one that belongs is left out.
 constexpr double kFalseAlarm = 0.01;
-/// Readings to spare, by the numbers that they determine, before any is left out.
+/// Readings to spare, by the numbers that they determine, before anything is accused.
 constexpr double kSpare = 5.0;
 
 /// By which reading of one cable a pose that does not fit is off, where one alone explains it.
@@ -53,6 +53,10 @@ LeftOutPose suspect(const Solved& s, std::size_t index) {
 
 }  // namespace
 
+bool to_spare(const Solved& s) {
+  return static_cast<double>(s.information.freedom.sum()) >= kSpare * s.known.parameters;
+}
+
 std::vector<LeftOutPose> leave_out(Solved& s) {
   std::vector<double> shares;
   for (std::size_t i = 0; i < s.problem.poses.size(); ++i) {
@@ -62,9 +66,7 @@ std::vector<LeftOutPose> leave_out(Solved& s) {
                      chi_square_quantile(0.5, s.information.freedom[at]));
   }
   std::vector<LeftOutPose> out;
-  // With few readings a frame can be bent to any of them, and then the others do not belong.
-  const double freedom = static_cast<double>(s.information.freedom.sum());
-  if (shares.empty() || freedom < kSpare * s.known.parameters) return out;
+  if (shares.empty() || !to_spare(s)) return out;
   const double level = std::max(median(shares), 1e-12);
   const double chance = kFalseAlarm / static_cast<double>(shares.size());
   std::vector<FramePose> poses;

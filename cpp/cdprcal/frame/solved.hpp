@@ -20,6 +20,8 @@ void solve(Solved& s, int max_iterations);
 /// The first that two starts agree upon ends the search.
 bool solve_from_starts(Solved& s, std::vector<FrameState> begin, int max_iterations);
 
+/// Whether readings are to spare: with few a frame can be bent to any of them.
+bool to_spare(const Solved& s);
 /// Leaves out poses whose misfit no pose in so many has by chance, beside the median of all.
 std::vector<LeftOutPose> leave_out(Solved& s);
 

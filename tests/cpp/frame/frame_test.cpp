@@ -465,6 +465,32 @@ TEST(Frame, WhatIsKnownOfPulleysHoldsTheFrame) {
   EXPECT_LT(std::sqrt(squares / count), 1.35);
 }
 
+TEST(Frame, APulleyThatIsNotWhereTheFileHasItIsNamed) {
+  constexpr double kTape_m = 2e-3;
+  FrameOptions options;
+  options.offset = LengthOffset::none;
+  for (const double off_m : {0.0, 0.1}) {
+    for (unsigned seed = 0; seed < 10; ++seed) {
+      Rng rng(600 + seed);
+      std::normal_distribution<double> tape(0.0, kTape_m);
+      std::vector<Vector3> places = corners();
+      for (Vector3& place : places) place += Vector3(tape(rng), 0.0, tape(rng));
+      places[2].x() += off_m;
+      Robot file = belts(corners());
+      for (Cable& cable : file.cables) cable.pulley.position_sigma_m.setConstant(kTape_m);
+      const Log log = in_box(belts(places), 60, {0.5, 0.0, 0.4}, {2.5, 0.0, 1.7}, rng);
+      const FrameResult found = find_frame(file, {log}, options);
+      if (off_m == 0.0) {
+        EXPECT_EQ(found.status, FrameStatus::converged) << found.reason;
+        continue;
+      }
+      EXPECT_EQ(found.status, FrameStatus::not_converged);
+      EXPECT_EQ(found.reason.find("pulley 3 is "), 0U) << found.reason;
+      EXPECT_EQ(found.reason.find(", pulley"), std::string::npos) << found.reason;
+    }
+  }
+}
+
 TEST(Frame, ALogThatIsGivenTwiceIsRefused) {
   Rng rng(13);
   const Twin twin = grid(belts(corners()), 5, 5, 0.0, rng);
