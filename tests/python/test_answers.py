@@ -99,6 +99,14 @@ def test_in_a_pipe_a_sentence_is_one_line_and_stderr_has_the_progress(folder: Pa
     assert "baseline" not in said
 
 
+@pytest.mark.parametrize("columns", ["0", "00", "-3"])
+def test_a_width_that_is_none_is_unknown(folder: Path, columns: str) -> None:
+    arguments = ("check", "irma4")
+    expected = answer(folder, arguments, TERMINALS["80"])
+    assert expected[1]
+    assert answer(folder, arguments, TERMINALS["80"] | {"COLUMNS": columns}) == expected
+
+
 def test_verbose_has_what_is_summed_up_otherwise(folder: Path) -> None:
     short = answer(folder, COMMANDS["calibrate"], TERMINALS["80"])[1]
     long = answer(folder, (*COMMANDS["calibrate"], "--verbose"), TERMINALS["80"])[1]
