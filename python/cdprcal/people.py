@@ -165,7 +165,7 @@ def _(result: Diagnosis) -> Any:
 
 def _number(text: str) -> float | str:
     try:
-        return float(text) if text else math.nan
+        return float(text) if text not in ("", "–") else math.nan
     except ValueError:  # the value of a fault is a word
         return text
 

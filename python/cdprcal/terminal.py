@@ -45,6 +45,7 @@ _ASCII = {
     "é": "e",
 }
 _TO_ASCII = str.maketrans(_ASCII)
+_MOST_DECIMALS = 6  # of a number without an exponent
 _GAP = 2  # columns of blanks between two of a table
 
 
@@ -210,8 +211,33 @@ def counted(count: int, one: str, many: str = "") -> str:
 
 
 def fixed(value: float | None, digits: int) -> str:
-    """A number with so many digits after the point; – when there is none."""
-    return "–" if value is None else f"{value:.{digits}f}"
+    """A number with so many digits after the point, and no minus before 0; – when there is none."""
+    return "–" if value is None else f"{value:z.{digits}f}"
+
+
+def decimals(sigma: float | None) -> int:
+    """Decimals that show two digits of σ; 4 without one."""
+    if sigma is None or not sigma > 0 or not math.isfinite(sigma):
+        return 4
+    return max(0, 1 - int(f"{sigma:.1e}".partition("e")[2]))
+
+
+def measured(value: float | None, sigma: float | None, sign: str = "+") -> tuple[str, str]:
+    """A value and its σ, both to two digits of σ; – for one that there is not.
+
+    What would need many decimals has an exponent, the same for both. ``sign``: '+' or '', as of
+    Python's formats.
+    """
+    if value is None or math.isnan(value):
+        return "–", "–"
+    if sigma is None or not sigma > 0 or not math.isfinite(sigma):
+        return f"{value:{sign}z.4g}", "–" if sigma is None or math.isnan(sigma) else f"{sigma:g}"
+    digits, power = decimals(sigma), 0
+    if digits > _MOST_DECIMALS:
+        power = math.floor(math.log10(max(abs(value), sigma)))
+    unit, exponent = (10.0**power, f"e{power}") if power else (1.0, "")
+    shown = f"z.{digits + power}f"
+    return f"{value / unit:{sign}{shown}}{exponent}", f"{sigma / unit:{shown}}{exponent}"
 
 
 def scaled(value: float | None, factor: float) -> float | None:

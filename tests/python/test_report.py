@@ -24,7 +24,7 @@ from cdprcal.io import load_runs
 from cdprcal.report import subject_of_logs
 from cdprcal.report.night import NIGHT
 from cdprcal.report.page import _times_typical
-from cdprcal.report.text import decimals, small, with_sigma, worst_sigma
+from cdprcal.report.text import small, with_sigma, worst_sigma
 from conftest import Browsed, Ran, changed
 
 Cli = Callable[..., Ran]
@@ -381,7 +381,6 @@ def test_numbers_are_shown_to_two_digits_of_sigma() -> None:
     assert with_sigma(None, 1.0, "m") == "–"
     assert with_sigma(1.0, None, "m") == "1.0000\u00a0m"
     assert small(23912.0, "") == "23,912"
-    assert decimals(0.0) == decimals(None) == 4
     covariance = np.diag([1.0, 4.0, 9.0, 16.0, 25.0, 36.0])
     assert worst_sigma(covariance) == (3.0, 6.0)
     assert worst_sigma(None) is None

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import cdprcal
+from cdprcal.diagnosis.table import value_rows
 from cdprcal.tables import CHANNELS, gated_line, sigma_of
+from cdprcal.terminal import fixed, measured
 from conftest import Ran, changed
 
 
@@ -29,6 +31,50 @@ def test_every_outlier_has_a_name(channel: str, component: int, words: str) -> N
     gated = {"reason": "outlier", "time_s": 1.0, "size": 9.0}
     line = gated_line(gated | {"channel": channel, "component": component})
     assert line == f"left out at 1.000 s: {words}, an outlier of 9.0 standard deviations"
+
+
+@pytest.mark.parametrize(
+    ("value", "sigma", "said"),
+    [
+        (15.602, 2.656, ("+15.6", "2.7")),
+        (2.6e-4, 1.04e-4, ("+0.00026", "0.00010")),
+        (-2.6e-9, 1.04e-10, ("-2.60e-9", "0.10e-9")),
+        (4e-10, 1.24e-9, ("+0.4e-9", "1.2e-9")),
+        (123456.7, 1234.0, ("+123457", "1234")),
+        (0.0999, 0.0996, ("+0.10", "0.10")),
+        (-0.0004, 0.1, ("+0.00", "0.10")),
+        (2.6e-4, 0.0, ("+0.00026", "0")),
+        (-2.6, np.nan, ("-2.6", "–")),
+        (-2.6, None, ("-2.6", "–")),
+        (2.6, np.inf, ("+2.6", "inf")),
+        (np.nan, 1.0, ("–", "–")),
+        (None, None, ("–", "–")),
+    ],
+)
+def test_a_value_has_the_digits_that_sigma_needs(
+    value: float | None, sigma: float | None, said: tuple[str, str]
+) -> None:
+    assert measured(value, sigma) == said
+
+
+def test_nothing_is_less_than_zero_by_nothing() -> None:
+    assert fixed(-0.0, 1) == "0.0"
+    assert fixed(-0.0004, 3) == "0.000"
+    assert measured(-0.0, None, sign="") == ("0", "–")
+
+
+def test_the_numbers_of_a_law_are_seen() -> None:
+    """Newtons per square newton are small."""
+    effect = {
+        "name": "a_law",
+        "parameters": {"curve_N_N2": [2.6e-4, -1.23e-3]},
+        "standard_deviation": {"curve_N_N2": [1.0e-4, None]},
+        "units": {"curve_N_N2": "N/N2"},
+    }
+    assert list(value_rows(effect)) == [
+        ("cable 1", "+0.00026", "0.00010", "N/N2"),
+        ("cable 2", "-0.00123", "–", "N/N2"),
+    ]
 
 
 def test_every_channel_with_a_sigma_has_it(robot: cdprcal.Robot) -> None:

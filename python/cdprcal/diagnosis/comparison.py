@@ -15,7 +15,7 @@ from cdprcal.diagnosis.table import place_of
 from cdprcal.diagnosis.units import for_people
 from cdprcal.pictures import new_figure
 from cdprcal.results import number, numbers, pose_as_dict
-from cdprcal.terminal import Table, answers, say
+from cdprcal.terminal import Table, answers, measured, say, scaled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -89,7 +89,7 @@ def print_comparison(document: dict[str, Any], *, verbose: bool = False) -> None
     for row in shown:
         label, factor = _unit(row)
         cells = [
-            "–" if value is None else f"{value * factor:+.3f} ± {(sigma or np.nan) * factor:.3f}"
+            _with_sigma(value, sigma, factor)
             for value, sigma in zip(row["values"], row["standard_deviation"], strict=True)
         ]
         table.add_row(
@@ -109,6 +109,12 @@ def _unit(row: dict[str, Any]) -> tuple[str, float]:
     return for_people(row["unit"], max(values, default=0.0))
 
 
+def _with_sigma(value: float | None, sigma: float | None, factor: float) -> str:
+    if value is None:
+        return "–"
+    return " ± ".join(measured(scaled(value, factor), scaled(sigma, factor)))
+
+
 def _of(row: dict[str, Any]) -> str:
     return f"{row['parameter']} {row['of']}".strip()
 
@@ -121,8 +127,8 @@ def _moved_line(row: dict[str, Any], logs: list[str]) -> str:
     label, factor = _unit(row)
     after = row["from_log"] - 1
     return (
-        f"{row['effect']} {_of(row)}: {row['step'] * factor:+.3g} ± "
-        f"{row['step_deviation'] * factor:.2g} {label} ({_sigmas(row):.1f} σ) between "
+        f"{row['effect']} {_of(row)}: {_with_sigma(row['step'], row['step_deviation'], factor)} "
+        f"{label} ({_sigmas(row):.1f} σ) between "
         f"{logs[after - 1]} and {logs[after]}"
     )
 

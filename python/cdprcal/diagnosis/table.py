@@ -16,7 +16,7 @@ from cdprcal.diagnosis.shapes import value_shape
 from cdprcal.diagnosis.units import GAP_CHANNELS, for_people
 from cdprcal.results import number
 from cdprcal.sensors import CHANNELS
-from cdprcal.terminal import Table, answers, degrees, fixed, say, scaled, summed_up
+from cdprcal.terminal import Table, answers, degrees, fixed, measured, say, scaled, summed_up
 
 _STYLE = {
     "consistent": "bold green",
@@ -194,8 +194,7 @@ def value_rows(effect: dict[str, Any]) -> Iterator[tuple[str, str, str, str]]:
             where = place_of(shape, index, values.ndim)
             yield (
                 f"{name} {where}".strip() if several else where,
-                f"{values[index] * factor:+.3f}",
-                f"{deviations[index] * factor:.3f}",
+                *measured(factor * values.item(index), factor * deviations.item(index)),
                 label,
             )
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from rich.text import Text
 
-from cdprcal.terminal import Table, answers, counted, fixed, say
+from cdprcal.terminal import Table, answers, counted, fixed, measured, say
 
 
 def print_frame(document: dict[str, Any], *, verbose: bool = False) -> None:
@@ -69,8 +69,9 @@ def _value(estimate: dict[str, float | None], factor: float, unit: str) -> str:
     value, sigma = estimate["value"], estimate["sigma"]
     if value is None:
         return "nothing that can be told"
-    shown = f"{factor * value:.2f}"
-    return f"{shown} {unit}" if sigma is None else f"{shown} ± {factor * sigma:.2f} {unit}"
+    if sigma is None:
+        return f"{fixed(factor * value, 2)} {unit}"
+    return f"{' ± '.join(measured(factor * value, factor * sigma, sign=''))} {unit}"
 
 
 def _left_out(pose: dict[str, Any]) -> str:

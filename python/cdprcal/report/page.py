@@ -278,7 +278,7 @@ def _diagnosis(subject: Subject) -> dict[str, Any]:
                 "remedy": info.remedy if info else "",
                 "equation": info.equation if info else "",
                 "rows": [
-                    (where, text.typeset(value), deviation, unit)
+                    (where, text.typeset(value), text.typeset(deviation), unit)
                     for where, value, deviation, unit in value_rows(effect)
                 ],
                 "evidence": "–"

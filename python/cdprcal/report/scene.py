@@ -331,8 +331,8 @@ def _label(index: int, pose: dict[str, Any], robot: _core.Robot) -> str:
     )
     name = "initial pose" if index == 0 else f"pose {index}"
     return (
-        f"{name}, {pose['time_s']:.1f} s: x {x:.4f}, y {y:.4f}, z {z:.4f} m; "
-        f"roll {roll:.2f}, pitch {pitch:.2f}, yaw {yaw:.2f}°"
+        f"{name}, {pose['time_s']:.1f} s: x {x:z.4f}, y {y:z.4f}, z {z:z.4f} m; "
+        f"roll {roll:z.2f}, pitch {pitch:z.2f}, yaw {yaw:z.2f}°"
     ).replace("-", "\N{MINUS SIGN}")
 
 

@@ -11,23 +11,17 @@ from cdprcal import _core
 from cdprcal.diagnosis.document import TRUSTED
 from cdprcal.diagnosis.table import left_over
 from cdprcal.report.subject import Subject
-
-
-def decimals(sigma: float | None, most: int = 6) -> int:
-    """Decimals that show two digits of σ; 4 without one."""
-    if sigma is None or not sigma > 0 or not math.isfinite(sigma):
-        return 4
-    return min(most, max(0, 1 - math.floor(math.log10(sigma))))
+from cdprcal.terminal import decimals, fixed, measured
 
 
 def with_sigma(value: float | None, sigma: float | None, unit: str) -> str:
     """'367.09 ± 0.41 mm', to two digits of σ; '–' for what is absent."""
     if value is None:
         return "–"
-    digits = decimals(sigma)
-    number = f"{value:.{digits}f}"
-    if sigma is not None and math.isfinite(sigma):
-        number += f" ± {sigma:.{digits}f}"
+    if sigma is None or not math.isfinite(sigma):
+        number = fixed(value, decimals(None))
+    else:
+        number = " ± ".join(measured(value, sigma, sign=""))
     return typeset(f"{number}{_space(unit)}{unit}")
 
 
@@ -120,10 +114,10 @@ def headline(subject: Subject) -> tuple[str, str, str]:
 
 
 def _place(pose: dict[str, Any], covariance: Any) -> str:
-    x, y, z = pose["position_m"]
     sigma = worst_sigma(covariance)
-    digits = 4 if sigma is None else decimals(sigma[0])
-    place = typeset(f"({x:.{digits}f}, {y:.{digits}f}, {z:.{digits}f}) m")
+    digits = decimals(None if sigma is None else sigma[0])
+    numbers = ", ".join(fixed(value, digits) for value in pose["position_m"])
+    place = typeset(f"({numbers}) m")
     if sigma is None:
         return place
     angle = small(math.degrees(sigma[1]), "°", 2)

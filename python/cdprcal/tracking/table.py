@@ -59,7 +59,7 @@ def _table(document: dict[str, Any]) -> Table:
     turns = last["pose"]["euler_rad"]
     for i, name in enumerate(("x", "y", "z", "roll", "pitch", "yaw")):
         shift = i < 3
-        value = f"{position[i]:.4f} m" if shift else f"{degrees(turns[i - 3]):.3f}°"
+        value = f"{fixed(position[i], 4)} m" if shift else f"{fixed(degrees(turns[i - 3]), 3)}°"
         to_unit = (lambda v: scaled(v, 1e3)) if shift else degrees
         unit, rate = (" mm", " mm/s") if shift else ("°", "°/s")
         table.add_row(
