@@ -84,6 +84,31 @@ def test_the_top_says_what_was_found(page: Path) -> None:
     assert text.index("<h1>") < text.index("<table")
 
 
+def test_the_top_and_the_table_say_the_same(page: Path) -> None:
+    """How far the pose moved: from that of the table, and from that of the model alone."""
+    text = page.read_text()
+    numbers = embedded(text, "numbers")
+    after = numbers["diagnosis"]["initial_pose_after"]["position_m"]
+    allowing, alone = (
+        f"{1e3 * np.linalg.norm(np.subtract(after, pose['position_m'])):.2g} mm"
+        for pose in (
+            numbers["calibrations"][0]["initial_pose"],
+            numbers["diagnosis"]["initial_pose_before"],
+        )
+    )
+    assert allowing != alone
+    words = shown(text)
+    assert (
+        f"Without, a calibration that allows for what the model may lack puts it {allowing} away, "
+        f"and the model alone {alone}." in words
+    )
+    assert "model as given allowing for what it may lack with what was found" in words
+    assert {figure["name"] for figure in embedded(text, "figures")["residuals"]["data"]} == {
+        "model alone",
+        "with what was found",
+    }
+
+
 def test_every_number_of_the_diagnosis_is_there_with_its_sigma(page: Path) -> None:
     text = page.read_text()
     words = shown(text)

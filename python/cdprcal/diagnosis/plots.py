@@ -88,7 +88,7 @@ def fits(document: Mapping[str, Any]) -> list[Fit]:
     if not document["effects"]:
         return [Fit("model as given", AFTER, "circle", both["before"])]
     return [
-        Fit("model as given", BEFORE, "circle-open", both["before"]),
+        Fit("model alone", BEFORE, "circle-open", both["before"]),
         Fit("with what was found", AFTER, "diamond", both["after"]),
     ]
 

@@ -79,15 +79,13 @@ def headline(subject: Subject) -> tuple[str, str, str]:
         lead = f"{best['reason'].rstrip('.')}.{finds}"
         return "bad", title, lead[0].upper() + lead[1:]
     if found and not left and diagnosis is not None:
-        before, after = (diagnosis[f"initial_pose_{when}"] for when in ("before", "after"))
-        moved = np.linalg.norm(np.subtract(after["position_m"], before["position_m"]))
+        after = diagnosis["initial_pose_after"]
         effects = "one effect" if len(found) == 1 else f"{len(found)} effects"
         title = f"The model of {name} misses {effects}: {names_in_words(found)}"
-        without = f"the model puts it {_length(float(moved))} away"
         lead = (
             f"With {'it' if len(found) == 1 else 'them'}, the platform hung at "
             f"{_place(after, diagnosis['covariance_after'])} when it was switched on. "
-            f"Without, {without if converged else 'no pose can be trusted'}."
+            f"Without, {_without(document, diagnosis) if converged else 'no pose can be trusted'}."
         )
         return "changed", title, lead
     if left and diagnosis is not None:
@@ -111,6 +109,25 @@ def headline(subject: Subject) -> tuple[str, str, str]:
         else "Model and sensors agree: nothing is missing."
     )
     return "good", title, f"When it was switched on, the platform hung at {place}. {model}"
+
+
+def _without(calibration: dict[str, Any], diagnosis: dict[str, Any]) -> str:
+    """How far what was found moves the initial pose of ``calibrate``, and that of the model alone.
+
+    The first is that of the tables, which allows for what the model may lack; the second that of
+    the figures, which allows for nothing.
+    """
+    after = diagnosis["initial_pose_after"]["position_m"]
+    allowing, alone = (
+        _length(float(np.linalg.norm(np.subtract(after, pose["position_m"]))))
+        for pose in (calibration["initial_pose"], diagnosis["initial_pose_before"])
+    )
+    if allowing == alone:
+        return f"the model puts it {alone} away"
+    return (
+        f"a calibration that allows for what the model may lack puts it {allowing} away, and the "
+        f"model alone {alone}"
+    )
 
 
 def _place(pose: dict[str, Any], covariance: Any) -> str:
