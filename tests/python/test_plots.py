@@ -13,7 +13,7 @@ from matplotlib.colors import to_hex
 from cdprcal.diagnosis.pictures import draw_gap, draw_ranking, draw_residuals
 from cdprcal.diagnosis.plots import fits, gap_panels, gap_steps, ranked, residual_panels
 from cdprcal.pictures import new_figure, save_figure
-from cdprcal.report.figures import staircase
+from cdprcal.report.figures import ranking, staircase
 
 
 def effect(name: str, *rivals: str) -> dict[str, Any]:
@@ -109,6 +109,13 @@ def test_picture_and_page_draw_the_same() -> None:
     assert len(draw_residuals(DOCUMENT).axes) == 5
     names = [text.get_text() for text in draw_ranking(DOCUMENT).axes[0].get_yticklabels()]
     assert names[:3] == ["cable_sag", "load_cell_gain", "mass"]
+
+
+def test_bars_of_rivals_are_filled_below_their_hatching() -> None:
+    figure = ranking(DOCUMENT)
+    assert figure is not None
+    fills = {bar["name"]: bar["marker"]["pattern"].get("fillmode") for bar in figure["data"]}
+    assert fills == {"accepted": None, "rival: cannot be told apart": "overlay", "other": None}
 
 
 @pytest.mark.parametrize("kind", ["svg", "pdf", "png"])

@@ -487,7 +487,8 @@ def ranking(diagnosis: dict[str, Any], most: int = 12) -> Figure | None:
     data = []
     for label, colour in KINDS.items():
         own = [(name, evidence) for name, evidence, kind in scores if kind == label]
-        pattern = {"shape": "/" if colour == RIVAL else "", "fgcolor": "#fff"}
+        # Plotly's own fill, "replace", has nothing but the white lines.
+        hatch = {"shape": "/", "fgcolor": "#fff", "fillmode": "overlay"} if colour == RIVAL else {}
         if own:
             data.append(
                 {
@@ -499,7 +500,7 @@ def ranking(diagnosis: dict[str, Any], most: int = 12) -> Figure | None:
                     "textposition": "outside",
                     "cliponaxis": False,
                     "name": label,
-                    "marker": {"color": colour, "pattern": pattern},
+                    "marker": {"color": colour, "pattern": hatch},
                     "hovertemplate": "%{y}: %{text} nat<extra></extra>",
                 }
             )
