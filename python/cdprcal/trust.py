@@ -41,13 +41,15 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
     p_value = 0.0 if fit.status == _core.CalibrationStatus.not_converged else fit.chi_square_p_value
     if p_value < FALSE_ALARMS:
         freedom = max(1, fit.residual_count - fit.parameter_count)
-        times = math.sqrt(2.0 * fit.cost / freedom)
+        # Two digits as people write them: 420, not 4.2e+02.
+        times = float(f"{math.sqrt(2.0 * fit.cost / freedom):.2g}")
         found.append(
             Finding(
                 severity="warning",
                 code="misfit",
-                message=f"the model misses the readings by {times:.2g} times what these scatter at "
-                f"rest (rms), as one of {1 / FALSE_ALARMS:g} sound logs would",
+                message=f"the model misses the readings by {times:,.9g} times (rms) what these "
+                f"scatter at rest; no more than one of {1 / FALSE_ALARMS:g} sound logs gets this "
+                "warning",
                 remedy="the pose may be off by more than its σ: correct the robot file, or let "
                 "cdprcal diagnose find what it lacks",
             )

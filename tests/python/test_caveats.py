@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -26,9 +27,9 @@ import edits
 Cli = Callable[..., Ran]
 
 
-def made(robot: cdprcal.Robot, seed: int = 1, **changed: Any) -> cdprcal.Log:
+def made(robot: cdprcal.Robot, seed: int = 1, noise: float = 0.1, **changed: Any) -> cdprcal.Log:
     options = cdprcal.SyntheticLogOptions(
-        noise=cdprcal.reading_noise(robot.sigma, 0.1), seed=seed, dwell_s=4.0, move_s=2.0
+        noise=cdprcal.reading_noise(robot.sigma, noise), seed=seed, dwell_s=4.0, move_s=2.0
     )
     log = cdprcal.synthetic_log(robot, cdprcal.default_setpoints(robot, 2, 2, 2), options).log
     groups = ("length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad")
@@ -88,6 +89,20 @@ def test_what_the_core_adds_to_its_claim_is_a_caveat(robot: cdprcal.Robot) -> No
     assert "; yet the model misfits" in found.result.reason
     reservation = next(c for c in found.caveats if c.code == "reservation")
     assert reservation.message.startswith("the model misfits")
+
+
+def test_a_large_misfit_is_said_as_people_write_numbers(robot: cdprcal.Robot) -> None:
+    wrong = vary(robot, {"cables.2.pulley.position_m.z": 1.7})
+    (said,) = (
+        c.message
+        for c in cdprcal.calibrate(wrong, made(robot, noise=0.01)).caveats
+        if c.code == "misfit"
+    )
+    assert re.fullmatch(
+        r"the model misses the readings by [1-9]\d0 times \(rms\) what these scatter at rest; no "
+        "more than one of 100 sound logs gets this warning",
+        said,
+    )
 
 
 def test_people_are_told(cli: Cli, tmp_path: Path, robot: cdprcal.Robot) -> None:
