@@ -7,13 +7,14 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from cdprcal.diagnosis.pictures import draw_gap, draw_ranking, draw_residuals
+from cdprcal.diagnosis.pictures import draw_gap, draw_held_out, draw_ranking, draw_residuals
 from cdprcal.diagnosis.plots import fits, gap_panels, gap_steps, ranked, residual_panels
 from cdprcal.pictures import new_figure, save_figure
-from cdprcal.report.figures import ranking, staircase
+from cdprcal.report.figures import course, ranking, staircase
 
 
 def effect(name: str, *rivals: str) -> dict[str, Any]:
@@ -116,6 +117,24 @@ def test_bars_of_rivals_are_filled_below_their_hatching() -> None:
     assert figure is not None
     fills = {bar["name"]: bar["marker"]["pattern"].get("fillmode") for bar in figure["data"]}
     assert fills == {"accepted": None, "rival: cannot be told apart": "overlay", "other": None}
+
+
+def test_what_is_drawn_over_a_logarithm_are_points() -> None:
+    held_out = {"held_out": {"before": 20.0, "after": 7.0}}
+    figure = draw_held_out(DOCUMENT | {"effects": [effect("mass") | held_out]})
+    axes = figure.axes[1]
+    assert not axes.patches
+    assert {line.get_label(): np.asarray(line.get_ydata()).tolist() for line in axes.lines} == {
+        "without": [20.0],
+        "with": [7.0],
+    }
+
+
+def test_a_formulas_axes_say_what_they_are() -> None:
+    points = [{"cable": 1, "x": 40.0, "read": 2.0, "added": 1.5}]
+    drawn = course({"course": {"to": "tension_N", "variable": "tension_N", "points": points}})
+    titles = [drawn["layout"][axis]["title"]["text"] for axis in ("xaxis", "yaxis")]
+    assert titles == ["tension [N]", "tension, read minus model [N]"]
 
 
 @pytest.mark.parametrize("kind", ["svg", "pdf", "png"])

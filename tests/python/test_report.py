@@ -23,8 +23,8 @@ from cdprcal.diagnosis.table import value_rows
 from cdprcal.io import load_runs
 from cdprcal.report import subject_of_logs
 from cdprcal.report.night import NIGHT
-from cdprcal.report.page import _times_typical
-from cdprcal.report.text import small, with_sigma, worst_sigma
+from cdprcal.report.page import _times_typical, about_ranking
+from cdprcal.report.text import moved_by, small, with_sigma, worst_sigma
 from conftest import Browsed, Ran, changed
 
 Cli = Callable[..., Ran]
@@ -406,9 +406,29 @@ def test_numbers_are_shown_to_two_digits_of_sigma() -> None:
     assert with_sigma(None, 1.0, "m") == "–"
     assert with_sigma(1.0, None, "m") == "1.0000\u00a0m"
     assert small(23912.0, "") == "23,912"
+    assert small(423.0, "", 2) == "420"
+    assert small(0.000123, "", 2) == "0.00012"
     covariance = np.diag([1.0, 4.0, 9.0, 16.0, 25.0, 36.0])
     assert worst_sigma(covariance) == (3.0, 6.0)
     assert worst_sigma(None) is None
+
+
+def test_a_way_that_nobody_can_measure_has_no_digits() -> None:
+    def pose(x_m: float) -> dict[str, list[float]]:
+        return {"position_m": [x_m, 0.0, 1.0]}
+
+    near = {"initial_pose_before": pose(1e-7), "initial_pose_after": pose(0.0)}
+    said = "the model puts it less than 0.01 mm away"
+    assert moved_by({"initial_pose": pose(-2e-7)}, near) == said
+
+
+def test_hatching_is_explained_where_there_is_some(page: Path) -> None:
+    text = page.read_text()
+    (effect,) = embedded(text, "numbers")["diagnosis"]["effects"]
+    hatched = any(bar["marker"]["pattern"] for bar in embedded(text, "figures")["ranking"]["data"])
+    assert hatched == bool(effect["rivals"])
+    assert ("Hatched:" in shown(text)) == hatched
+    assert "Hatched:" in about_ranking(hatched=True)
 
 
 def test_encoders_fit_the_pose_that_is_shown(biased: Path) -> None:

@@ -16,8 +16,10 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 import cdprcal
+from cdprcal.pictures import new_figure
 from cdprcal.ros2 import save_track_bag
 from cdprcal.tracking import columns_of_track, track_as_dict
+from cdprcal.tracking.pictures import draw_track
 from conftest import Ran, changed
 from test_cli_bad_input import assert_refused
 from test_schemas import validate
@@ -113,6 +115,15 @@ def test_text_frame_and_picture(track: cdprcal.Track) -> None:
     ax = Figure().subplots()
     assert track.plot(ax=ax) is ax
     assert ax.lines
+
+
+def test_the_picture_says_what_its_bands_are(track: cdprcal.Track) -> None:
+    figure = new_figure(9.0, 5.5)
+    draw_track(track, figure.subplots(2, sharex=True))
+    for axes, names in zip(figure.axes, (["x", "y", "z"], ["roll", "pitch", "yaw"]), strict=True):
+        legend = axes.get_legend()
+        assert legend is not None
+        assert [text.get_text() for text in legend.get_texts()] == [*names, "± 2 σ"]
 
 
 def test_streaming_is_tracking(

@@ -144,7 +144,7 @@ def draw_formulas(document: Document) -> Figure:
             f"{course['to']} += {effect['formula'][course['to']]}", fontsize=8, wrap=True
         )
         axes.set_xlabel(f"{variable} [{x_unit}]", fontsize=8)
-        axes.set_ylabel(f"{to}: read minus model [{unit}]", fontsize=8)
+        axes.set_ylabel(f"{to}, read minus model [{unit}]", fontsize=8)
         axes.tick_params(labelsize=7)
         axes.legend(fontsize=7, ncols=2)
     return figure
@@ -206,12 +206,15 @@ def _draw_held_out_cost(axes: Axes, document: Document) -> None:
         axes.text(0.5, 0.5, "no effect was needed", ha="center", va="center")
         axes.set_axis_off()
         return
-    places = np.arange(len(effects))
-    for shift, colour, label, heights in (
-        (-0.2, BEFORE, "without", [e["held_out"]["before"] for e in effects]),
-        (0.2, AFTER, "with", [e["held_out"]["after"] for e in effects]),
+    # Points, as a logarithmic axis has no zero for a bar to begin at.
+    for symbol, colour, label, when in (
+        ("D", BEFORE, "without", "before"),
+        ("o", AFTER, "with", "after"),
     ):
-        axes.bar(places + shift, heights, 0.4, color=colour, label=label)
-    axes.set_xticks(places, [e["name"] for e in effects], rotation=20, ha="right")
+        costs = [effect["held_out"][when] for effect in effects]
+        axes.plot(range(len(effects)), costs, symbol, color=colour, label=label)
+    axes.set_xticks(range(len(effects)), [e["name"] for e in effects], rotation=20, ha="right")
+    axes.set_xlim(-0.5, len(effects) - 0.5)
+    axes.grid(axis="y", which="both", linewidth=0.3)
     axes.set_yscale("log")
     axes.legend(fontsize=8)

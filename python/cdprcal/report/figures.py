@@ -385,7 +385,9 @@ def course(effect: dict[str, Any]) -> Figure:
     return {
         "data": data,
         "layout": layout(
-            300, xaxis=axis(f"{name} [{x_unit}]"), yaxis=axis(f"{to} [{unit}]", zeroline=True)
+            300,
+            xaxis=axis(f"{name} [{x_unit}]"),
+            yaxis=axis(f"{to}, read minus model [{unit}]", zeroline=True),
         ),
     }
 

@@ -142,7 +142,19 @@ def _figures(subject: Subject) -> tuple[dict[str, Any], dict[str, str]]:
         drawn = figures.ranking(subject.diagnosis)
         if drawn:
             found["ranking"] = drawn
+            hatched = any(bar["marker"]["pattern"] for bar in drawn["data"])
+            about["ranking"] = about_ranking(hatched=hatched)
     return found, about
+
+
+def about_ranking(*, hatched: bool) -> str:
+    """What the candidates' caption says; ``hatched``: there are rivals among them."""
+    rivals = " Hatched: rivals that these poses cannot tell from what was accepted."
+    return (
+        "Evidence of each effect on the model alone, as a scan estimates it; the tables above have "
+        "that of the fit, which differs. Dotted: 3 nat, what is asked for."
+        f"{rivals if hatched else ''}"
+    )
 
 
 def _key_figures(subject: Subject) -> list[tuple[str, str, str]]:

@@ -38,7 +38,8 @@ def small(value: float | None, unit: str, digits: int = 3) -> str:
     """A few digits and the unit; '–' for what is absent."""
     if value is None or not math.isfinite(value):
         return "–"
-    number = f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.{digits}g}"
+    # Rounded first: 420, not 4.2e+02.
+    number = f"{value:,.0f}" if abs(value) >= 1000 else f"{float(f'{value:.{digits}g}'):g}"
     return typeset(f"{number}{_space(unit)}{unit}".strip())
 
 
@@ -85,7 +86,7 @@ def headline(subject: Subject) -> tuple[str, str, str]:
         lead = (
             f"With {'it' if len(found) == 1 else 'them'}, the platform hung at "
             f"{_place(after, diagnosis['covariance_after'])} when it was switched on. "
-            f"Without, {_without(document, diagnosis) if converged else 'no pose can be trusted'}."
+            f"Without, {moved_by(document, diagnosis) if converged else 'no pose can be trusted'}."
         )
         return "changed", title, lead
     if left and diagnosis is not None:
@@ -111,7 +112,7 @@ def headline(subject: Subject) -> tuple[str, str, str]:
     return "good", title, f"When it was switched on, the platform hung at {place}. {model}"
 
 
-def _without(calibration: dict[str, Any], diagnosis: dict[str, Any]) -> str:
+def moved_by(calibration: dict[str, Any], diagnosis: dict[str, Any]) -> str:
     """How far what was found moves the initial pose of ``calibrate``, and that of the model alone.
 
     The first is that of the tables, which allows for what the model may lack; the second that of
@@ -119,7 +120,7 @@ def _without(calibration: dict[str, Any], diagnosis: dict[str, Any]) -> str:
     """
     after = diagnosis["initial_pose_after"]["position_m"]
     allowing, alone = (
-        _length(float(np.linalg.norm(np.subtract(after, pose["position_m"]))))
+        _distance(float(np.linalg.norm(np.subtract(after, pose["position_m"]))))
         for pose in (calibration["initial_pose"], diagnosis["initial_pose_before"])
     )
     if allowing == alone:
@@ -128,6 +129,10 @@ def _without(calibration: dict[str, Any], diagnosis: dict[str, Any]) -> str:
         f"a calibration that allows for what the model may lack puts it {allowing} away, and the "
         f"model alone {alone}"
     )
+
+
+def _distance(metres: float) -> str:
+    return "less than 0.01 mm" if metres < 1e-5 else _length(metres)
 
 
 def _place(pose: dict[str, Any], covariance: Any) -> str:

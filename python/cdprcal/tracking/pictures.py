@@ -36,10 +36,11 @@ def draw_track(track: _core.Track, axes: Any) -> None:
             ax.fill_between(
                 time_s, shown - band, shown + band, color=line.get_color(), alpha=0.25, linewidth=0
             )
+        ax.fill_between([], [], [], color="gray", alpha=0.25, linewidth=0, label="± 2 σ")
         ax.set_ylabel(label)
         # Above the lines, which may be anywhere.
         ax.legend(
-            loc="lower right", bbox_to_anchor=(1, 1), ncols=3, frameon=False, borderaxespad=0.2
+            loc="lower right", bbox_to_anchor=(1, 1), ncols=4, frameon=False, borderaxespad=0.2
         )
     axes[-1].set_xlabel("time [s]")
 
