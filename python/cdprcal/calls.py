@@ -42,6 +42,7 @@ from cdprcal.check import caveats_with_log
 from cdprcal.io.loaded import LogFile
 from cdprcal.mapping import Reader
 from cdprcal.planning.start_up import start_up_plan
+from cdprcal.tracking.start import no_start
 
 Path: TypeAlias = str | os.PathLike[str]
 
@@ -186,19 +187,22 @@ def track(
     calibration: Calibration | None = None,
     *,
     segment: int = -1,
+    motion: bool = False,
     map: Path = "",
 ) -> Track:
     """Pose, twist and their covariances at every sample of a run.
 
     ``robot``, ``log`` and ``map`` as for ``calibrate``; ``calibration``: of the start-up whose
-    counting the log goes on with (None: of this log); ``segment``: which is the run, from 0, -1
-    the last. Look at ``trusted``. Raises InputError for a calibration without a pose that can be
-    trusted, and for one of another robot.
+    counting the log goes on with (None: of this log, with ``motion`` as for ``calibrate``);
+    ``segment``: which is the run, from 0, -1 the last. Look at ``trusted``. Raises InputError for a
+    calibration without a pose that can be trusted, and for one of another robot.
     """
     the_robot = as_robot(robot)
     the_log = as_log(log, the_robot, map)
     if calibration is None:
-        calibration = calibrate(the_robot, the_log, segment=segment)
+        calibration = calibrate(the_robot, the_log, segment=segment, motion=motion)
+        if calibration.result.status != _core.CalibrationStatus.converged:
+            raise InputError(no_start(calibration, the_log, "" if motion else "motion=True"))
     elif _core.to_yaml(calibration.problem.robot) != _core.to_yaml(the_robot):
         raise InputError(
             f"calibration: is of {calibration.problem.robot.name} with another robot file than "

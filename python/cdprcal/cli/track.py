@@ -38,10 +38,17 @@ def command(
         str,
         typer.Option(
             metavar="START",
-            help="The log of the start-up, where it is another: LOG goes on counting from it "
-            "(default: LOG itself).",
+            help="The log of the start-up, or the result of calibrate -o, where it is another: LOG "
+            "goes on counting from it (default: LOG itself).",
         ),
     ] = "",
+    motion: Annotated[
+        bool,
+        typer.Option(
+            "--motion",
+            help="Calibrate the start as calibrate --motion does: for one that hardly rests.",
+        ),
+    ] = False,
     output: Annotated[
         str,
         typer.Option(
@@ -72,10 +79,12 @@ def command(
     from cdprcal import _core
     from cdprcal.check import caveats_with_log, pauses
     from cdprcal.cli.calibrate import exit_code
+    from cdprcal.io.result_file import is_result_file
     from cdprcal.mapping import Reader
     from cdprcal.pictures import check_picture_name
     from cdprcal.tables import print_findings
     from cdprcal.tracking import save_track, track_as_dict
+    from cdprcal.tracking.start import motion_would_tell, no_start, saved_start
 
     inputs = {"robot file": robot, "log": log, "--start": start, "mapping file": map_}
     keep_apart({"-o": output, "--bag": bag, "--plot": plot}, inputs)
@@ -87,22 +96,24 @@ def command(
     the_robot = _core.load_robot(robot)
     reader = Reader(the_robot, map_)
     file = reader.load(log)
-    first = reader.load(start) if start else file
-    of_start = -1 if start else segment
+    # With a mapping file, what begins as JSON may be a log of JSON lines.
+    if is_result_file(start) and (not map_ or start.lower().endswith(".json")):
+        first, options, moved = saved_start(start, the_robot)
+        motion = motion or moved
+    else:
+        first = reader.load(start) if start else file
+        options = _core.CalibrateOptions(segment=-1 if start else segment)
     with interruptible():
-        calibration = _core.calibrate(
-            the_robot, first.log, _core.CalibrateOptions(segment=of_start)
-        )
-        caveats = caveats_with_log(the_robot, first, calibration, of_start)
+        if motion:
+            calibration = _core.calibrate_in_motion(the_robot, first.log, options).calibration
+        else:
+            calibration = _core.calibrate(the_robot, first.log, options)
+        caveats = caveats_with_log(the_robot, first, calibration, options.segment)
     if start:
         caveats += pauses(the_robot, [file], segment)
     code = exit_code(calibration, caveats)
     if calibration.result.status != _core.CalibrationStatus.converged:
-        fail(
-            f"{first.log.source}: no initial pose to track from: {calibration.result.reason}; "
-            "give a log that calibrates, or the robot file that diagnose -o writes",
-            UNTRUSTED,
-        )
+        fail(no_start(calibration, first.log, "" if motion else "--motion"), UNTRUSTED)
     with interruptible():
         began_s = time.perf_counter()
         track = _core.track(calibration, file.log, segment)
@@ -120,9 +131,12 @@ def command(
     if json:
         print_json(document)
     else:
+        from cdprcal.terminal import notes, say
         from cdprcal.tracking.table import print_track
 
         print_findings(caveats, verbose=verbose)
+        if not motion and motion_would_tell(calibration, first.log):
+            say(notes(), "the start hardly rests: --motion also uses how it moves")
         print_track(document, verbose=verbose)
     if not document["last"]["trusted"]:
         code = UNTRUSTED
