@@ -224,6 +224,23 @@ def test_a_reading_that_is_wrong_for_a_while_is_a_caveat(
     said = cli("track", "irma4", log, "--start", path)
     assert said.code == 3
     assert "not to be trusted from" in said.stdout
+    assert document["longest_left_out_s"] > 1.0
+    assert re.search(
+        r"readings left out: they contradict the others, for up to \d\.\d s on end", said.stdout
+    )
+
+
+def test_a_reading_that_is_wrong_for_a_moment_is_a_spike(
+    cli: Cli, run: cdprcal.StartUpRun, path: Path, tmp_path: Path
+) -> None:
+    row = len(run.log.time_s) // 2
+    log = tmp_path / "spike.csv"
+    cdprcal.write_log(slipped(run.log, row, row + 1), str(log))
+    ran = cli("track", "irma4", log, "--start", path, "--json")
+    assert json.loads(ran.stdout)["longest_left_out_s"] <= 0.1
+    assert re.search(
+        r"readings? left out: spikes", cli("track", "irma4", log, "--start", path).stdout
+    )
 
 
 def test_an_end_that_is_wrong_exits_with_1(

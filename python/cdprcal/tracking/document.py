@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,8 @@ def track_as_dict(
     """
     trusted = track.trusted
     time_s = track.time_s
+    left_out = np.array([track[i].left_out for i in range(len(track))])
+    lasting_s = [time_s[end - 1] - time_s[begin] for begin, end in _stretches(left_out > 0)]
     return {
         "caveats": [caveat.as_dict() for caveat in caveats],
         "samples": len(track),
@@ -33,7 +35,8 @@ def track_as_dict(
         "largest_speed_m_s": _most(np.linalg.norm(track.twist[trusted, :3], axis=1)),
         "largest_angular_speed_rad_s": _most(np.linalg.norm(track.twist[trusted, 3:], axis=1)),
         "untrusted": list(_untrusted(track, time_s, trusted)),
-        "left_out_readings": sum(track[i].left_out for i in range(len(track))),
+        "left_out_readings": int(left_out.sum()),
+        "longest_left_out_s": number(max(lasting_s, default=0.0)),
         "solve_time_s": number(solve_time_s),
     }
 
@@ -64,13 +67,16 @@ def _most(values: Any) -> float | None:
 
 def _untrusted(track: _core.Track, time_s: Any, trusted: Any) -> Iterable[dict[str, Any]]:
     """Stretches of samples that are not to be trusted, each with its first reason."""
-    bad = np.concatenate(([False], ~trusted, [False]))
-    begins = np.flatnonzero(~bad[:-1] & bad[1:])
-    ends = np.flatnonzero(bad[:-1] & ~bad[1:])
-    for begin, end in zip(begins.tolist(), ends.tolist(), strict=True):
+    for begin, end in _stretches(~trusted):
         yield {
             "begin_s": number(time_s[begin]),
             "end_s": number(time_s[end - 1]),
             "samples": end - begin,
             "reason": track[begin].reason,
         }
+
+
+def _stretches(marked: Any) -> Iterator[tuple[int, int]]:
+    """Begin and end (one past the last) of the samples in a row that are marked."""
+    edges = np.flatnonzero(np.diff(marked.astype(int), prepend=0, append=0)).tolist()
+    yield from zip(edges[::2], edges[1::2], strict=True)

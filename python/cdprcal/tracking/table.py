@@ -9,6 +9,9 @@ from rich.text import Text
 from cdprcal.tables import pose_line
 from cdprcal.terminal import Table, answers, counted, degrees, fixed, say, scaled, summed_up
 
+#: What lasts longer is no spike: as long as the filter takes to doubt the pose instead.
+_MOMENT_S = 0.1
+
 
 def print_track(document: dict[str, Any], *, verbose: bool = False) -> None:
     """Where the platform is at the end, how well that is known, and where it was not."""
@@ -26,7 +29,7 @@ def print_track(document: dict[str, Any], *, verbose: bool = False) -> None:
     for line in summed_up(map(_stretch, document["untrusted"]), verbose=verbose):
         say(out, line)
     if document["left_out_readings"]:
-        say(out, f"{counted(document['left_out_readings'], 'reading')} left out: spikes")
+        say(out, _left_out(document))
     out.print(_table(document))
     per_sample_us = 1e6 * document["solve_time_s"] / document["samples"]
     say(
@@ -35,6 +38,16 @@ def print_track(document: dict[str, Any], *, verbose: bool = False) -> None:
         f"{fixed(degrees(document['largest_angular_speed_rad_s']), 2)} deg/s; "
         f"{per_sample_us:.1f} microseconds a sample",
     )
+
+
+def _left_out(document: dict[str, Any]) -> str:
+    longest_s = document["longest_left_out_s"]
+    why = (
+        "spikes"
+        if longest_s <= _MOMENT_S
+        else f"they contradict the others, for up to {longest_s:.1f} s on end"
+    )
+    return f"{counted(document['left_out_readings'], 'reading')} left out: {why}"
 
 
 def _as_initial(sample: dict[str, Any]) -> dict[str, Any]:
