@@ -251,6 +251,8 @@ def test_on_a_phone_in_the_dark(log_path: Path, tab: Tab) -> None:
         tab.size(*PHONE, dark=True)
         tab.open(server.address, ended)
         assert tab.wider_than_the_window() == []
+        told = tab.js("document.getElementById('no-estimate').textContent")
+        assert told == "The log holds no estimate: cdprcal calibrate makes one of it."
         assert tab.js("document.documentElement.scrollWidth") == PHONE[0]
         fill = "getComputedStyle(document.querySelector('#plot .main-svg')).background"
         assert str(tab.js(fill)).startswith("rgb(20, 25, 31)")

@@ -17,6 +17,9 @@
     at("estimate").hidden = true;
     at("told").hidden = true;
     at("no-estimate").hidden = false;
+    at("no-estimate").textContent = message.replay
+      ? "No estimate so far in the log."
+      : "No estimate yet: one is made after every rest, or on the way.";
     const limits = message.limits_N;
     at("tension-note").textContent = limits
       ? `Bar: load cell; upright mark: set-point; dashed: limits of ${limits[0]} and ${limits[1]} N.`
@@ -171,6 +174,7 @@
       document.body.className = well ? "done" : "stopped";
       at("does").textContent = hello.replay ? "end of the log" : well ? "done, winches locked" : "stopped, winches locked";
       if (message.reason) warn(message.reason);
+      at("no-estimate").textContent = hello.replay ? "The log holds no estimate: cdprcal calibrate makes one of it." : "No estimate was made.";
       at("stop").disabled = true;
       document.documentElement.dataset.live = "ended";
     }
