@@ -304,7 +304,8 @@ void register_models(py::module_& module) {
   module.def(
       "formula_course", &formula_course, py::arg("model"), py::arg("effect"),
       py::call_guard<py::gil_scoped_release>(),
-      "Of one of a model's effects, counted from 0; None unless it is a formula for readings.");
+      "Of one of a model's effects, counted from 0; None unless it is a formula for readings. "
+      "Raises InputError for one that the model does not have.");
   py::class_<CandidateScore>(module, "CandidateScore", "How well one effect would explain a gap.")
       .def_property_readonly("name", [](const CandidateScore& s) { return s.effect->name(); })
       .def_readonly("log_evidence", &CandidateScore::log_evidence, "Against its absence [nat].")

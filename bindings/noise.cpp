@@ -4,6 +4,7 @@
 
 #include "bindings.hpp"
 #include "cdprcal/calibration/refine.hpp"
+#include "cdprcal/readings/log_checks.hpp"
 
 namespace cdprcal::python {
 namespace {
@@ -89,13 +90,16 @@ void register_noise(py::module_& module) {
       "signals",
       [](const Log& log, const SampleRange& run, const std::vector<Equilibrium>& equilibria,
          const SensorSigma& sigma) {
+        require_within(run, log);
+        for (const Equilibrium& rest : equilibria) require_within(rest.samples, log);
         const Signals found = signals(log, run, equilibria, sigma);
         std::map<std::string, Signal> out;
         for (std::size_t c = 0; c < kChannels; ++c) out[kChannelTable[c].name] = found[c];
         return out;
       },
       py::arg("log"), py::arg("run"), py::arg("equilibria"), py::arg("sigma"),
-      "A Signal for each channel, by name; absent ones have the robot file's sigma.");
+      "A Signal for each channel, by name; absent ones have the robot file's sigma. Raises "
+      "InputError for a run or a rest outside the log.");
   py::class_<ChannelNoise>(module, "ChannelNoise", "Noise of one channel, two components.")
       .def(py::init(
                [](double pose, double sample) { return ChannelNoise{pose, {.sigma = sample}}; }),

@@ -3,6 +3,7 @@
 #include "cdprcal/readings/equilibrium_mean.hpp"
 #include "cdprcal/readings/fresh.hpp"
 #include "cdprcal/readings/log.hpp"
+#include "cdprcal/readings/log_checks.hpp"
 #include "cdprcal/readings/rest_list.hpp"
 
 #include <pybind11/stl/filesystem.h>
@@ -40,14 +41,6 @@ Log make_log(Eigen::VectorXd time_s, std::optional<Readings> length_m,
   set_absolute(absolute, log);
   validate(log);
   return log;
-}
-
-void require_within(const SampleRange& range, const Log& log) {
-  if (range.begin < 0 || range.end < range.begin || range.end > log.sample_count()) {
-    throw InputError("range: [" + std::to_string(range.begin) + ", " + std::to_string(range.end) +
-                     ") is not within the log's " + std::to_string(log.sample_count()) +
-                     " samples; give one that is");
-  }
 }
 
 void register_log(py::module_& module) {

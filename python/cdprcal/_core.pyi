@@ -5355,7 +5355,7 @@ def formula_course(
     model: DiagnosisModel, effect: typing.SupportsInt | typing.SupportsIndex
 ) -> Course | None:
     """
-    Of one of a model's effects, counted from 0; None unless it is a formula for readings.
+    Of one of a model's effects, counted from 0; None unless it is a formula for readings. Raises InputError for one that the model does not have.
     """
 
 def formula_words() -> dict[str, dict[str, str]]:
@@ -5838,7 +5838,7 @@ def signals(
     sigma: SensorSigma,
 ) -> dict[str, Signal]:
     """
-    A Signal for each channel, by name; absent ones have the robot file's sigma.
+    A Signal for each channel, by name; absent ones have the robot file's sigma. Raises InputError for a run or a rest outside the log.
     """
 
 def simulate_startup(

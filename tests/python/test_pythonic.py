@@ -518,6 +518,8 @@ def out_of_reach(robot: cdprcal.Robot, log: cdprcal.Log) -> dict[str, Any]:
         "cable_count: is 3": lambda: cdprcal.measurement_mean(
             log, cdprcal.SampleRange(0, 5), rest, 3
         ),
+    beyond, rests = cdprcal.SampleRange(0, 10**9), cdprcal.detect_equilibria(log)
+    short = cdprcal.Log(time_s=log.time_s[:5], length_m=log.length_m[:5])
         "range: must hold": lambda: cdprcal.measurement_mean(
             log, cdprcal.SampleRange(0, 0), rest, 4
         ),
@@ -535,6 +537,11 @@ def out_of_reach(robot: cdprcal.Robot, log: cdprcal.Log) -> dict[str, Any]:
             cdprcal.load_robot("ring3"), log
         ),
         "window_s: must be": lambda: cdprcal.detect_equilibria(
+        "range: [0, 1000000000)": lambda: cdprcal.signals(log, beyond, [], robot.sigma),
+        "range: [-3, 5)": lambda: cdprcal.signals(log, cdprcal.SampleRange(-3, 5), [], robot.sigma),
+        f"range: [{rests[-1].samples.begin}, ": lambda: cdprcal.signals(
+            short, cdprcal.SampleRange(0, 5), rests[-1:], robot.sigma
+        ),
             log, options=cdprcal.DetectionOptions(window_s=0.0)
         ),
     }

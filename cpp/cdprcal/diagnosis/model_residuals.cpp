@@ -5,6 +5,7 @@
 #include <array>
 
 #include "cdprcal/effects/text_effect.hpp"
+#include "cdprcal/error.hpp"
 #include "cdprcal/estimation/model_fit.hpp"
 
 namespace cdprcal {
@@ -45,6 +46,10 @@ Eigen::VectorXd residual_of(const std::string& to, const PoseResidual& residual)
 }  // namespace
 
 std::optional<Course> formula_course(const DiagnosisModel& model, std::size_t k) {
+  if (k >= model.effects.size()) {
+    throw InputError("effect: " + std::to_string(k) + " asked for, but the model has " +
+                     std::to_string(model.effects.size()) + "; give one of these, counted from 0");
+  }
   const EffectTerm& term = model.effects[k];
   const int n = model.robot.cable_count();
   Course out;

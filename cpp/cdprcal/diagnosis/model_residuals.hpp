@@ -37,7 +37,7 @@ struct Course {
 };
 
 /// Of the effect `k` of a model; nothing unless it is a formula for readings (length, swivel,
-/// attitude, tension).
+/// attitude, tension). Throws InputError for one that the model does not have.
 std::optional<Course> formula_course(const DiagnosisModel& model, std::size_t k);
 
 }  // namespace cdprcal

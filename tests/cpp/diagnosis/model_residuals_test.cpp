@@ -8,6 +8,7 @@
 #include "../support/dense.hpp"
 #include "../support/run.hpp"
 #include "cdprcal/equilibria/inverse.hpp"
+#include "cdprcal/error.hpp"
 #include "cdprcal/workspace/grid.hpp"
 
 namespace cdprcal {
@@ -148,6 +149,13 @@ TEST(ModelResiduals, RunsComeOneAfterAnotherEachWithItsOwn) {
     EXPECT_NEAR(b.roll_pitch_yaw_rad[2] - a.roll_pitch_yaw_rad[2],
                 0.1 - 2.0 * kDrift_rad_s * left[i].run_time_s, 1e-13);
   }
+}
+
+TEST(FormulaCourse, IsOfAnEffectThatTheModelHas) {
+  const DiagnosisModel model = known_model();
+  EXPECT_FALSE(formula_course(model, 2));  // no formula
+  EXPECT_THROW(formula_course(model, 3), InputError);
+  EXPECT_THROW(formula_course(DiagnosisModel{}, 0), InputError);
 }
 
 }  // namespace
