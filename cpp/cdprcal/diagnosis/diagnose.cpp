@@ -19,6 +19,7 @@
 #include "cdprcal/error.hpp"
 #include "cdprcal/evidence/checks.hpp"
 #include "cdprcal/evidence/directions.hpp"
+#include "cdprcal/readings/run.hpp"
 #include "cdprcal/statistics.hpp"
 
 namespace cdprcal {
@@ -361,6 +362,7 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   Robot robot = without_reading_faults(given);
   std::vector<Log> logs = given_logs;
   for (Log& log : logs) {
+    check_belongs(given, log);
     if (auto corrected = correct_readings(given, log)) log = *std::move(corrected);
   }
   if (options.faults) {

@@ -701,3 +701,5 @@ TEST(Diagnose, RefusesLogsThatDoNotFit) {
 
 }  // namespace
 }  // namespace cdprcal
+  EXPECT_THROW(diagnose(robot, {Log{}}), InputError);
+  EXPECT_THROW(diagnose(robot, {log, Log{}}), InputError);
