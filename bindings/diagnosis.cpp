@@ -175,7 +175,7 @@ void register_findings(py::module_& module) {
                     "consistent: nothing is missing; explained: the named effects explain "
                     "it; described: a formula does, no name; unexplained: something is left that "
                     "no effect explains; "
-                    "undetermined: too little was measured to say.")
+                    "undetermined: too little was measured to say, or progress stopped it.")
       .value("consistent", Verdict::consistent)
       .value("explained", Verdict::explained)
       .value("unexplained", Verdict::unexplained)

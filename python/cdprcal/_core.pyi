@@ -2812,7 +2812,7 @@ class EffectInfo:
 
 class Verdict(enum.StrEnum):
     """
-    consistent: nothing is missing; explained: the named effects explain it; described: a formula does, no name; unexplained: something is left that no effect explains; undetermined: too little was measured to say.
+    consistent: nothing is missing; explained: the named effects explain it; described: a formula does, no name; unexplained: something is left that no effect explains; undetermined: too little was measured to say, or progress stopped it.
     """
 
     consistent = "consistent"

@@ -437,13 +437,15 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   out.covariance_after = averaged_covariance(initial.covariance, unseen_effects(model, unseen),
                                              checks.enough(), std::move(others));
   out.corrected = corrected_robot(given, logs, out);
-  out.verdict = !out.unexplained.empty()                                    ? Verdict::unexplained
+  out.verdict = stopped                                                     ? Verdict::undetermined
+                : !out.unexplained.empty()                                  ? Verdict::unexplained
                 : !searches || !checks.enough()                             ? Verdict::undetermined
                 : std::ranges::any_of(out.effects, &NamedEffect::described) ? Verdict::described
                 : !out.effects.empty() || !out.faults.empty()               ? Verdict::explained
                                                                             : Verdict::consistent;
-  out.reason = searches ? reason_for(out.verdict, checks)
-                        : "these effects were chosen, not found: nothing was searched for";
+  out.reason = stopped    ? "stopped before the search was over: what was found so far stands"
+               : searches ? reason_for(out.verdict, checks)
+                          : "these effects were chosen, not found: nothing was searched for";
   if (out.verdict == Verdict::consistent && given_logs.size() == 1 && !options.motion) {
     take_calibrated(given, given_logs.front(), out);
   }

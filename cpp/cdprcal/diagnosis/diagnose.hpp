@@ -28,7 +28,8 @@ struct DiagnoseOptions {
   GoOn progress;  ///< false stops; what was found is kept
 };
 
-/// described: a formula explains it, no name. undetermined: too little was measured to say.
+/// described: a formula explains it, no name. undetermined: too little was measured to say, or
+/// `progress` stopped the search.
 enum class Verdict { consistent, explained, unexplained, undetermined, described };
 const char* to_string(Verdict verdict);
 

@@ -410,6 +410,17 @@ TEST(Diagnose, CanBeStoppedAndKeepsItsFindings) {
   EXPECT_EQ(steps, (std::vector<std::string>{"discrete faults: signs, order, units, conventions",
                                              "baseline", "scan after 0 effects",
                                              "accepted load_cell_bias", "scan after 1 effects"}));
+  EXPECT_EQ(d.verdict, Verdict::undetermined);
+  EXPECT_EQ(d.reason, "stopped before the search was over: what was found so far stands");
+}
+
+TEST(Diagnose, StoppedBeforeItSearchedItClaimsNothing) {
+  DiagnoseOptions options;
+  options.progress = [](const std::string&) { return false; };
+  for (const Log& log : {startup_log(load_robot("irma4"), kNoise, 51), test::log_with_bump()}) {
+    const Diagnosis d = diagnose(load_robot("irma4"), {log}, options);
+    EXPECT_EQ(d.verdict, Verdict::undetermined) << d.reason;
+  }
 }
 
 TEST(Diagnose, FitsTheEffectsThatAreChosenAndNoOthers) {
@@ -692,7 +703,9 @@ TEST(Diagnose, VerdictsHaveNames) {
 TEST(Diagnose, RefusesLogsThatDoNotFit) {
   const Robot robot = load_robot("irma4");
   EXPECT_THROW(diagnose(robot, {}), InputError);
+  EXPECT_THROW(diagnose(robot, {Log{}}), InputError);
   Log log = startup_log(robot, 0.0, 1);
+  EXPECT_THROW(diagnose(robot, {log, Log{}}), InputError);
   for (LogMatrix* m : {&log.length_m, &log.swivel_rad, &log.tension_N, &log.tension_setpoint_N}) {
     *m = m->leftCols(3).eval();
   }
@@ -701,5 +714,3 @@ TEST(Diagnose, RefusesLogsThatDoNotFit) {
 
 }  // namespace
 }  // namespace cdprcal
-  EXPECT_THROW(diagnose(robot, {Log{}}), InputError);
-  EXPECT_THROW(diagnose(robot, {log, Log{}}), InputError);
