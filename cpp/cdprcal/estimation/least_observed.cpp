@@ -23,8 +23,15 @@ std::string quantity(bool rotation, double value) {
   return text;
 }
 
-/// "rotation about z", "position along x", or the two largest parts of a mixture.
-std::string axis_name(const Vector6& unit) {
+/// A direction as people see it: the axis that most of it is along, or its larger half.
+struct NamedDirection {
+  std::string name;  ///< "rotation about z", or the two largest parts of a mixture
+  Vector6 twist;     ///< a unit vector, of position or of rotation
+  [[nodiscard]] bool is_rotation() const { return twist.head<3>().isZero(0.0); }
+};
+
+/// `unit`: in scaled units.
+NamedDirection named_direction(const Vector6& unit, const Vector6& scale) {
   constexpr std::array<const char*, 6> kAxes{"position along x", "position along y",
                                              "position along z", "rotation about x",
                                              "rotation about y", "rotation about z"};
@@ -35,8 +42,15 @@ std::string axis_name(const Vector6& unit) {
   rest[first] = 0.0;
   rest.maxCoeff(&second);
   const char* const name = kAxes[static_cast<std::size_t>(first)];
-  if (largest * largest > 0.8) return name;
-  return std::string(name) + " together with " + kAxes[static_cast<std::size_t>(second)];
+  if (largest * largest > 0.8) return {name, Vector6::Unit(first)};
+  Vector6 half = scale.cwiseProduct(unit);
+  if (unit.tail<3>().norm() > unit.head<3>().norm()) {
+    half.head<3>().setZero();
+  } else {
+    half.tail<3>().setZero();
+  }
+  return {std::string(name) + " together with " + kAxes[static_cast<std::size_t>(second)],
+          half.normalized()};
 }
 
 /// Standard deviation along a direction (unit in scaled units) for a given information matrix.
@@ -59,7 +73,8 @@ double sigma_along(const Matrix6& information, const Vector6& direction) {
 
 }  // namespace
 
-LeastObserved least_observed(const CalibrationProblem& problem, Assembly& assembly) {
+LeastObserved least_observed(const CalibrationProblem& problem, Assembly& assembly,
+                             const Matrix6* shown) {
   LeastObserved out;
   Vector6 scale;
   scale << Vector3::Ones(), Vector3::Constant(1.0 / characteristic_length_m(problem.robot));
@@ -79,37 +94,41 @@ LeastObserved least_observed(const CalibrationProblem& problem, Assembly& assemb
   };
   const Matrix6 all = scaled(0);
   if (!all.allFinite()) return out;
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(all);
-  const Vector6 weakest = eigen.eigenvectors().col(0);
-  const double most = eigen.eigenvalues()[5], least = eigen.eigenvalues()[0];
-  out.condition = least > 0.0 ? std::sqrt(most / least) : kInfinite;
-  out.is_rotation = weakest.tail<3>().norm() > weakest.head<3>().norm();
-  const Vector6 twist = scale.cwiseProduct(weakest);
-  const double unit = out.is_rotation ? twist.tail<3>().norm() : twist.head<3>().norm();
-  out.direction = twist / unit;
-  out.sigma = unit * sigma_along(all, weakest);
-
+  const auto largest_of = [&]() -> Vector6 {
+    if (shown == nullptr) return Eigen::SelfAdjointEigenSolver<Matrix6>(all).eigenvectors().col(0);
+    const Vector6 back = scale.cwiseInverse();
+    const Matrix6 covariance = back.asDiagonal() * *shown * back.asDiagonal();
+    return Eigen::SelfAdjointEigenSolver<Matrix6>(covariance).eigenvectors().col(5);
+  };
+  const NamedDirection weakest = named_direction(largest_of(), scale);
+  const Vector6 along = weakest.twist.cwiseProduct(scale);  // twist·δ = along·x
+  const double by_information = along.norm() * sigma_along(all, along.normalized());
+  const double sigma =
+      shown == nullptr ? by_information : std::sqrt(weakest.twist.dot(*shown * weakest.twist));
+  if (!std::isfinite(sigma)) {
+    out.sentence = "nothing measured determines the " + weakest.name;
+    return out;
+  }
+  Channel seen_by = Channel::length;  // without which sigma grows most: so many times
   double grows = 0.0;
   for (std::size_t w = 1; w < without.size(); ++w) {
     const Matrix6 others = scaled(w);
-    const double sigma = others.isZero(0.0) ? kInfinite : unit * sigma_along(others, weakest);
-    if (!(sigma > grows)) continue;
-    grows = sigma;
-    out.seen_by = *without[w];
-    out.sigma_without = sigma;
+    const double times =
+        others.isZero(0.0)
+            ? kInfinite
+            : along.norm() * sigma_along(others, along.normalized()) / by_information;
+    if (!(times > grows)) continue;
+    grows = times;
+    seen_by = *without[w];
   }
-  const std::string name = axis_name(weakest);
-  if (!std::isfinite(out.sigma)) {
-    out.sentence = "nothing measured determines the " + name;
-    return out;
-  }
-  const std::string seen = kChannelTable[static_cast<std::size_t>(out.seen_by)].in_words;
-  out.sentence = "least certain: " + name + ", " + quantity(out.is_rotation, out.sigma) + "; ";
-  if (!std::isfinite(out.sigma_without)) {
+  const std::string seen = kChannelTable[static_cast<std::size_t>(seen_by)].in_words;
+  const bool is_rotation = weakest.is_rotation();
+  out.sentence = "least certain: " + weakest.name + ", " + quantity(is_rotation, sigma) + "; ";
+  if (!std::isfinite(grows)) {
     out.sentence += "only " + seen + " can see it";
-  } else if (out.sigma_without > 2.0 * out.sigma) {
-    out.sentence += "mostly " + seen + " see" + (out.seen_by == Channel::balance ? "s" : "") +
-                    " it (" + quantity(out.is_rotation, out.sigma_without) + " without)";
+  } else if (grows > 2.0) {
+    out.sentence += "mostly " + seen + " see" + (seen_by == Channel::balance ? "s" : "") + " it (" +
+                    quantity(is_rotation, grows * sigma) + " without)";
   } else {
     out.sentence += "several kinds of readings see it";
   }

@@ -8,20 +8,17 @@
 namespace cdprcal {
 
 /// The direction of largest standard deviation of ζ0, rotations weighed by the platform's
-/// characteristic length so that they compare with positions.
+/// characteristic length so that they compare with positions; and the channel without which that
+/// would grow most.
 struct LeastObserved {
-  Vector6 direction = Vector6::Zero();  ///< world-frame twist; its larger half has norm 1
-  bool is_rotation = false;             ///< which half that is
-  double sigma = kNaN;                  ///< along it [m or rad]; infinite: nothing determines it
-  Channel seen_by = Channel::length;    ///< the channel without which sigma grows most
-  double sigma_without = kNaN;          ///< then; infinite: only that channel sees it
-  /// Ratio of the largest to the smallest standard deviation in those units: 1 is ideal.
-  double condition = kNaN;
   std::string sentence;              ///< for people
   ReferenceInformation information;  ///< of all readings
 };
 
-/// At the assembly's present state, which should be a minimum.
-LeastObserved least_observed(const CalibrationProblem& problem, Assembly& assembly);
+/// At the assembly's present state, which should be a minimum. `shown`: the covariance that people
+/// see, where it is another than the information's inverse; who sees the direction stays a question
+/// of the information.
+LeastObserved least_observed(const CalibrationProblem& problem, Assembly& assembly,
+                             const Matrix6* shown = nullptr);
 
 }  // namespace cdprcal

@@ -339,7 +339,7 @@ void explain(const CalibrationProblem& given, CalibrationResult& result) {
   Assembly assembly(problem, result.poses);
   assembly.set_reference_errors(result.reference_errors);
   assembly.poses().update_wrench_weights(1.0);
-  result.least_observed = least_observed(problem, assembly).sentence;
+  result.least_observed = least_observed(problem, assembly, &*result.covariance).sentence;
 }
 
 const char* to_string(CalibrationStatus status) {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <regex>
 
 #include "../support/run.hpp"
 #include "cdprcal/diagnosis/baseline.hpp"
@@ -103,6 +104,39 @@ TEST(AllowForEffects, CountsWhatAnErrorThatAllReadingsShareCanDo) {
   // The lengths at the initial pose are those of its geometry, as far as effects leave it alone.
   const PlatformState state = platform_state(robot, allowing.result.poses.front());
   EXPECT_LE((allowing.result.initial_length_m - state.length_m()).norm(), 0.05);
+}
+
+TEST(AllowForEffects, LeastCertainIsADirectionOfTheCovarianceThatIsShown) {
+  const Robot robot = load_robot("irma4");
+  const Log clean = made().log;
+  for (const Log& log : {clean, biased(clean)}) {
+    for (const Method method : {Method::unified, Method::statics}) {
+      CalibrateOptions options;
+      options.method = method;
+      const CalibrationResult result = calibrate(robot, log, options).result;
+      std::smatch said;
+      ASSERT_TRUE(std::regex_search(result.least_observed, said,
+                                    std::regex("least certain: .*, (.*) (mm|deg);")));
+      const bool is_rotation = said[2] == "deg";
+      const double sigma = std::stod(said[1]) * (is_rotation ? kDegree : 1e-3);
+      Vector6 scale;
+      scale << Vector3::Ones(), Vector3::Constant(1.0 / characteristic_length_m(robot));
+      const Vector6 back = scale.cwiseInverse();
+      const Eigen::SelfAdjointEigenSolver<Matrix6> spread(
+          Matrix6(back.asDiagonal() * *result.covariance * back.asDiagonal()));
+      const Vector6 most =
+          std::sqrt(spread.eigenvalues()[5]) * scale.cwiseProduct(spread.eigenvectors().col(5));
+      const int first = is_rotation ? 3 : 0;
+      EXPECT_GT(sigma, 0.9 * most.segment<3>(first).norm()) << result.least_observed;
+      EXPECT_LT(sigma, 1.01 * result.standard_deviation.segment<3>(first).norm());
+      const std::string axis = "xyz";
+      for (int i = 0; i < 3; ++i) {  // one axis alone has the number of the table
+        if (result.least_observed.find(std::string(" about ") + axis[i] + ",") == std::string::npos)
+          continue;
+        EXPECT_NEAR(sigma, result.standard_deviation[3 + i], 0.006 * sigma);
+      }
+    }
+  }
 }
 
 TEST(AllowForEffects, AbsoluteSensorsAreInTheLargerModel) {
