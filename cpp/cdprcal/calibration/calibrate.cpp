@@ -37,6 +37,10 @@ void check_fit(const Log& log, const CalibrateOptions& options) {
     throw InputError("kinematic_spacing_s must be positive");
   }
 }
+  if (options.most_starts < 1) {
+    throw InputError("most_starts: is " + std::to_string(options.most_starts) + "; give 1 or more");
+  }
+  parse_method(to_string(options.method));  // throws for a number that is none
 
 /// Row of the sample nearest to a time picked by hand; it must be there.
 Eigen::Index row_at(const Log& log, const SampleRange& run, double time_s) {

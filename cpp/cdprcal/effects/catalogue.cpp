@@ -1,5 +1,7 @@
 #include "cdprcal/effects/catalogue.hpp"
 
+#include <algorithm>
+
 #include "cdprcal/error.hpp"
 
 namespace cdprcal {
@@ -47,6 +49,9 @@ const std::vector<EffectPointer>& effect_catalogue() {
 }
 
 std::vector<EffectPointer> effects_of(const Robot& robot) {
+  if (std::ranges::find(robot.own_effects, nullptr) != robot.own_effects.end()) {
+    throw InputError("own_effects: one of them is a null pointer; leave it out");
+  }
   std::vector<EffectPointer> all = effect_catalogue();
   all.insert(all.end(), robot.own_effects.begin(), robot.own_effects.end());
   return all;

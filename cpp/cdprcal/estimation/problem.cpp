@@ -4,8 +4,55 @@
 
 #include "cdprcal/error.hpp"
 #include "cdprcal/estimation/mean_square.hpp"
+#include "cdprcal/estimation/presence.hpp"
 
 namespace cdprcal {
+namespace {
+
+/// Whether every number of the robot that a fit looks at can be one; the σ of what is not read may
+/// be anything. Cheaper than `finalise`, for solves of a tenth of a millisecond.
+bool is_usable(const CalibrationProblem& problem) {
+  const Robot& robot = problem.robot;
+  const auto number = [](double v) { return std::isfinite(v); };
+  const auto of_a_cable = [&](const Cable& cable) {
+    const Pulley& pulley = cable.pulley;
+    return number(pulley.radius_m) && pulley.radius_m >= 0.0 && pulley.position_m.allFinite() &&
+           pulley.axes_world.allFinite() && !pulley.x_axis().isZero(0.0) &&
+           !pulley.swivel_axis().isZero(0.0) && cable.platform_anchor_m.allFinite();
+  };
+  const auto of_a_channel = [&](const ChannelRow& row) {
+    const double sigma = robot.sigma.*row.of().sigma;
+    return (number(sigma) && sigma > 0.0) || !is_read(problem, channel_of(row));
+  };
+  return robot.cable_count() >= 1 && robot.cable_count() <= kMaxCables &&
+         number(robot.gravity_m_s2) && number(robot.platform.mass_kg) &&
+         robot.platform.mass_kg > 0.0 && robot.platform.centre_of_mass_m.allFinite() &&
+         number(robot.sigma.wrench_force_N) && robot.sigma.wrench_force_N >= 0.0 &&
+         number(robot.sigma.wrench_moment_Nm) && robot.sigma.wrench_moment_Nm >= 0.0 &&
+         std::ranges::all_of(robot.cables, of_a_cable) &&
+         std::ranges::all_of(kChannelTable, of_a_channel);
+}
+
+/// Throws InputError for a robot or effects that no fit can be made with.
+void check_robot_and_effects(const CalibrationProblem& problem) {
+  const int n = problem.robot.cable_count();
+  if (!is_usable(problem)) {
+    Robot checked = problem.robot;
+    finalise(checked);  // names the field
+  }
+  for (const ActiveEffect& active : problem.effects) {
+    if (!active.effect) {
+      throw InputError("calibration: effects: one of them is a null pointer; leave it out");
+    }
+    if (active.values.size() == active.effect->size(n)) continue;
+    throw InputError("calibration: effects: " + active.effect->name() + " has " +
+                     std::to_string(active.values.size()) + " values; give the " +
+                     std::to_string(active.effect->size(n)) + " of a robot with " +
+                     std::to_string(n) + " cables");
+  }
+}
+
+}  // namespace
 
 const CalibrationProblem& completed(const CalibrationProblem& problem,
                                     const std::vector<Pose>& poses,
@@ -17,6 +64,7 @@ const CalibrationProblem& completed(const CalibrationProblem& problem,
     throw InputError("calibration: " + std::to_string(poses.size()) + " guessed poses for " +
                      std::to_string(problem.measurements.size()) + " measurements; give one each");
   }
+  check_robot_and_effects(problem);
   for (const Measurement& m : problem.measurements) {
     if (m.length_m.size() != n || m.swivel_rad.size() != n || m.tension_N.size() != n) {
       throw InputError(

@@ -31,6 +31,26 @@ MinimiserOptions minimiser_options(const SolveOptions& options, bool last_stage)
           .gradient_tolerance = options.gradient_tolerance};
 }
 
+void check(const SolveOptions& options) {
+  const auto is_bad = [](double v) { return !std::isfinite(v) || v <= 0.0; };
+  if (options.graduation.empty() || options.graduation.back() != 1.0 ||
+      std::ranges::any_of(options.graduation, is_bad)) {
+    throw InputError("graduation: must be positive numbers, the last of them 1; give such");
+  }
+  if (options.max_iterations < 0) {
+    throw InputError("max_iterations: is " + std::to_string(options.max_iterations) +
+                     "; give 0 or more");
+  }
+  const auto require_not_negative = [](double value, const char* field) {
+    if (std::isfinite(value) && value >= 0.0) return;
+    throw InputError(std::string(field) + ": must be finite and not negative; give such a number");
+  };
+  require_not_negative(options.function_tolerance, "function_tolerance");
+  require_not_negative(options.parameter_tolerance, "parameter_tolerance");
+  require_not_negative(options.gradient_tolerance, "gradient_tolerance");
+  require_not_negative(options.settled, "settled");
+}
+
 /// Root mean square of the balance in units of what the robot file specifies for the load cells,
 /// whatever the weights; what the model itself is wrong by is allowed for as it was found.
 double specified_statics_rms(const CalibrationProblem& problem, Assembly& assembly,
@@ -247,9 +267,7 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
   const auto start = std::chrono::steady_clock::now();
   std::optional<CalibrationProblem> filled;
   const CalibrationProblem& problem = completed(given, guess, filled);
-  if (options.graduation.empty() || options.graduation.back() != 1.0) {
-    throw InputError("calibration: the last graduation must be 1");
-  }
+  check(options);
   Assembly assembly(problem, guess);
   CalibrationResult result;
   result.residual_count = assembly.residual_count();

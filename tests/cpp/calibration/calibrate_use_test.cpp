@@ -73,6 +73,13 @@ TEST_F(CalibrateUse, ALogThatDoesNotServeIsRefusedWithWhatToDo) {
   Log empty;
   empty.source = "empty.csv";
   EXPECT_EQ(refusal(empty, {}), "empty.csv: the log has no samples; log again");
+  EXPECT_EQ(refusal(Log{}, {}), "the log: the log has no samples; log again");
+  CalibrateOptions none;
+  none.most_starts = -1;
+  EXPECT_EQ(refusal(run->log, none), "most_starts: is -1; give 1 or more");
+  none = {};
+  none.method = static_cast<Method>(99);
+  EXPECT_THAT(refusal(run->log, none), HasSubstr("is not one of unified, static, kinematic"));
   for (const double spacing_s : {0.0, -1.0, kNaN}) {
     CalibrateOptions options;
     options.kinematic_spacing_s = spacing_s;

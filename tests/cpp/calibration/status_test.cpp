@@ -1,7 +1,10 @@
 // A result that cannot be trusted is never returned as if it could.
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "../support/scenario.hpp"
+#include "cdprcal/effects/catalogue.hpp"
 #include "cdprcal/error.hpp"
 
 namespace cdprcal::test {
@@ -106,9 +109,19 @@ TEST(CalibrationStatus, WrongUseThrows) {
   CalibrationProblem empty;
   empty.robot = s.problem.robot;
   EXPECT_THROW(solve(empty, {}), InputError);
-  SolveOptions options;
-  options.graduation = {10.0};
-  EXPECT_THROW(solve(s.problem, s.truth, options), InputError);
+  const auto expect_bad_options = [&](const auto& change) {
+    SolveOptions options;
+    change(options);
+    EXPECT_THROW(solve(s.problem, s.truth, options), InputError);
+  };
+  expect_bad_options([](auto& o) { o.graduation = {10.0}; });
+  expect_bad_options([](auto& o) { o.graduation = {-1.0, 1.0}; });
+  expect_bad_options([](auto& o) { o.graduation = {kNaN, 1.0}; });
+  expect_bad_options([](auto& o) { o.max_iterations = -5; });
+  expect_bad_options([](auto& o) { o.function_tolerance = kNaN; });
+  expect_bad_options([](auto& o) { o.parameter_tolerance = -1.0; });
+  expect_bad_options([](auto& o) { o.gradient_tolerance = kNaN; });
+  expect_bad_options([](auto& o) { o.settled = -1.0; });
   CalibrationProblem wrong = s.problem;
   wrong.measurements[2].length_m.resize(3);
   EXPECT_THROW(solve(wrong, s.truth), InputError);
@@ -116,6 +129,54 @@ TEST(CalibrationStatus, WrongUseThrows) {
   left.statics = StaticsModel::left_inverse;
   left.left_inverse_rows = left_inverse_rows(3);  // for four cables
   EXPECT_THROW(solve(left, s.truth), InputError);
+}
+
+/// What `change` makes of a sound problem is refused with a message that names `field`.
+void expect_refused(const std::string& field,
+                    const std::function<void(CalibrationProblem&)>& change) {
+  Scenario s = scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
+  change(s.problem);
+  try {
+    solve(s.problem, s.truth);
+    ADD_FAILURE() << field << " was accepted";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find(field), std::string::npos) << error.what();
+  }
+}
+
+TEST(CalibrationStatus, ARobotThatIsNoneIsRefusedByItsField) {
+  const double infinite = std::numeric_limits<double>::infinity();
+  for (const double bad : {-1.0, 0.0, kNaN, infinite}) {
+    expect_refused("sigma.length_m", [&](auto& p) { p.robot.sigma.length_m = bad; });
+    expect_refused("sigma.tension_N", [&](auto& p) { p.robot.sigma.tension_N = bad; });
+    expect_refused("mass_kg", [&](auto& p) { p.robot.platform.mass_kg = bad; });
+  }
+  for (const double bad : {-1.0, kNaN, infinite}) {
+    expect_refused("sigma.wrench_force_N", [&](auto& p) { p.robot.sigma.wrench_force_N = bad; });
+    expect_refused("cables[#2].pulley.radius_m",
+                   [&](auto& p) { p.robot.cables[1].pulley.radius_m = bad; });
+  }
+  expect_refused("cables[#2].pulley.position_m",
+                 [](auto& p) { p.robot.cables[1].pulley.position_m[0] = kNaN; });
+  expect_refused("cables[#1].pulley.x_axis",
+                 [](auto& p) { p.robot.cables[0].pulley.axes_world.setZero(); });
+  expect_refused("12", [](auto& p) { p.robot.cables.resize(12, p.robot.cables[0]); });
+}
+
+TEST(CalibrationStatus, TheSigmaOfWhatIsNotReadMayBeAnything) {
+  Scenario s = scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
+  s.problem.robot.sigma.position_m = kNaN;
+  EXPECT_EQ(solve(s.problem, s.truth).status, CalibrationStatus::converged);
+}
+
+TEST(CalibrationStatus, EffectsThatAreNoneAreRefused) {
+  expect_refused("effects", [](auto& p) { p.effects.push_back({nullptr, {}}); });
+  expect_refused("mass has 77 values", [](auto& p) {
+    p.effects.push_back({find_effect("mass"), EffectValues::Zero(77)});
+  });
+  Robot robot = load_robot("irma4");
+  robot.own_effects.push_back(nullptr);
+  EXPECT_THROW(effects_of(robot), InputError);
 }
 
 }  // namespace
