@@ -14,6 +14,7 @@
 #include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/readings/fresh.hpp"
+#include "cdprcal/readings/log_checks.hpp"
 #include "cdprcal/readings/odd_readings.hpp"
 #include "cdprcal/readings/still.hpp"
 
@@ -22,7 +23,7 @@ namespace {
 
 std::string seconds(double time_s) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.3f s", time_s);
+  std::snprintf(text, sizeof text, std::abs(time_s) < 1e12 ? "%.3f s" : "%g s", time_s);
   return text;
 }
 
@@ -30,17 +31,17 @@ void check_fit(const Log& log, const CalibrateOptions& options) {
   const int cables = log.cable_count();
   if (options.method == Method::statics && log.tension_N.cols() == 0 && cables >= 6) {
     throw InputError(
-        log.source + ": the log has no tension_1_N … columns, without which rests on " +
+        name_of(log) + ": the log has no tension_1_N … columns, without which rests on " +
         std::to_string(cables) + " cables say nothing for method static; use method kinematic");
   }
   if (!(options.kinematic_spacing_s > 0.0)) {
     throw InputError("kinematic_spacing_s must be positive");
   }
-}
   if (options.most_starts < 1) {
     throw InputError("most_starts: is " + std::to_string(options.most_starts) + "; give 1 or more");
   }
   parse_method(to_string(options.method));  // throws for a number that is none
+}
 
 /// Row of the sample nearest to a time picked by hand; it must be there.
 Eigen::Index row_at(const Log& log, const SampleRange& run, double time_s) {
@@ -53,7 +54,7 @@ Eigen::Index row_at(const Log& log, const SampleRange& run, double time_s) {
   const double spacing =
       run.size() > 1 ? (*(end - 1) - *begin) / static_cast<double>(run.size() - 1) : 0.0;
   if (!(std::abs(*nearest - time_s) <= std::max(spacing, 1e-3))) {
-    throw InputError(log.source + ": no sample at " + seconds(time_s) + "; the run lasts from " +
+    throw InputError(name_of(log) + ": no sample at " + seconds(time_s) + "; the run lasts from " +
                      seconds(*begin) + " to " + seconds(*(end - 1)) + "; choose a time within");
   }
   return run.begin + (nearest - begin);

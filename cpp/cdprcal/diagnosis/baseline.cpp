@@ -9,6 +9,7 @@
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/motion/calibrate_in_motion.hpp"
+#include "cdprcal/readings/log_checks.hpp"
 
 namespace cdprcal {
 namespace {
@@ -77,7 +78,7 @@ DiagnosisRun run_from(const Robot& robot, const Log& log, bool motion,
   if (!start.in_motion) start.calibration = start_of(robot, log, motion);
   const Calibration& calibration = start.calibration;
   if (calibration.result.poses.empty()) {
-    throw InputError(log.source + ": the baseline calibration failed: " +
+    throw InputError(name_of(log) + ": the baseline calibration failed: " +
                      calibration.result.reason + "; run cdprcal check");
   }
   DiagnosisRun run;
@@ -87,7 +88,7 @@ DiagnosisRun run_from(const Robot& robot, const Log& log, bool motion,
   run.poses = calibration.result.poses;
   run.rows = rows_of(log, calibration, start.in_motion ? calibration.kinematic_poses : 0);
   if (start.in_motion && !start.pushes.empty()) {
-    left_out.push_back(log.source + ": what the platform balances at " + in_words(start.pushes) +
+    left_out.push_back(name_of(log) + ": what the platform balances at " + in_words(start.pushes) +
                        ": something pushes it there, for it gains energy while the winches stand "
                        "still");
   }
@@ -114,7 +115,7 @@ DiagnosisModel baseline_model(const Robot& robot, std::vector<Log>& logs,
   Signals all{};
   for (Log& log : logs) {
     for (const LogEvent& event : gate_events(robot, log)) {
-      left_out.push_back(log.source + ": " + describe(event));
+      left_out.push_back(name_of(log) + ": " + describe(event));
     }
     const auto before = static_cast<double>(model.runs.size());
     Signals own;

@@ -4,6 +4,7 @@
 
 #include "cdprcal/error.hpp"
 #include "cdprcal/readings/equilibrium_detection.hpp"
+#include "cdprcal/readings/log_checks.hpp"
 
 namespace cdprcal {
 namespace {
@@ -50,7 +51,7 @@ double effective_count(const std::vector<double>& deviation) {
 
 EquilibriumMean equilibrium_mean(const Log& log, const SampleRange& samples) {
   if (samples.begin < 0 || samples.size() <= 0 || samples.end > log.sample_count()) {
-    throw InputError(log.source + ": an equilibrium of samples " + std::to_string(samples.begin) +
+    throw InputError(name_of(log) + ": an equilibrium of samples " + std::to_string(samples.begin) +
                      " to " + std::to_string(samples.end) + " is not within the log's " +
                      std::to_string(log.sample_count()) + " samples; give one that is");
   }

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "cdprcal/error.hpp"
+#include "cdprcal/readings/log_checks.hpp"
 
 namespace cdprcal {
 
@@ -16,13 +17,13 @@ SampleRange run_of(const Log& log, int segment) {
     char text[32];
     std::snprintf(text, sizeof text, "%.4g s", usual_s);
     throw InputError(
-        log.source + ": time_s advances by " + text +
+        name_of(log) + ": time_s advances by " + text +
         " from one sample to the next, too far for a run; give seconds (milliseconds and "
         "nanoseconds look like that), or log at 10 Hz or more");
   }
   const int index = segment < 0 ? count - 1 : segment;
   if (segment < -1 || index >= count) {
-    throw InputError(log.source + ": segment " + std::to_string(segment) +
+    throw InputError(name_of(log) + ": segment " + std::to_string(segment) +
                      " asked for, but the log has " + std::to_string(count) +
                      "; give one of these, counted from 0, or -1 for the last");
   }
@@ -31,14 +32,15 @@ SampleRange run_of(const Log& log, int segment) {
 
 void check_belongs(const Robot& robot, const Log& log) {
   const int cables = log.cable_count();
-  if (log.sample_count() == 0) throw InputError(log.source + ": the log has no samples; log again");
+  if (log.sample_count() == 0)
+    throw InputError(name_of(log) + ": the log has no samples; log again");
   if (cables == 0) {
-    throw InputError(log.source +
+    throw InputError(name_of(log) +
                      ": the log says nothing of any cable; log lengths, swivel angles or tensions "
                      "(length_1_m, swivel_1_rad, tension_1_N …)");
   }
   if (cables != robot.cable_count()) {
-    throw InputError(log.source + ": the log has " + std::to_string(cables) + " cables, robot '" +
+    throw InputError(name_of(log) + ": the log has " + std::to_string(cables) + " cables, robot '" +
                      robot.name + "' has " + std::to_string(robot.cable_count()) +
                      "; give the robot file that belongs to this log");
   }

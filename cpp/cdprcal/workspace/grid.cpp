@@ -6,6 +6,7 @@
 #include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/kinematics/motion.hpp"
+#include "cdprcal/model/robot_check.hpp"
 
 namespace cdprcal {
 namespace {
@@ -116,11 +117,11 @@ Grid make_grid(const Box& box, double step_m) {
     throw InputError("workspace step_m: must be positive and finite [m]");
   }
   if (step_m > least_side_m(box)) {
-    throw InputError("workspace step_m: " + std::to_string(step_m) +
+    throw InputError("workspace step_m: " + detail::shortest(step_m) +
                      " m is larger than the box; use a smaller step");
   }
   if ((extent / step_m).prod() > static_cast<double>(kMaxPoints)) {
-    throw InputError("workspace step_m: " + std::to_string(step_m) +
+    throw InputError("workspace step_m: " + detail::shortest(step_m) +
                      " m asks for more than 200 million points; use a larger step");
   }
   Grid grid;

@@ -95,6 +95,8 @@ TEST_F(CalibrateUse, ALogThatDoesNotServeIsRefusedWithWhatToDo) {
   by_hand.at_s = {2.0, 12.0, 400.0};
   EXPECT_THAT(refusal(run->log, by_hand),
               AllOf(HasSubstr("made.csv: no sample at 400.000 s"), HasSubstr("from 0.000 s to")));
+  by_hand.at_s = {2.0, 1e300};
+  EXPECT_THAT(refusal(run->log, by_hand), HasSubstr("no sample at 1e+300 s; the run"));
   by_hand.at_s = {2.0, kNaN};
   EXPECT_THAT(refusal(run->log, by_hand), HasSubstr("no sample at nan"));
   by_hand.at_s = {2.0, 12.0, 2.02};
