@@ -13,13 +13,6 @@
 namespace cdprcal::python {
 namespace {
 
-void require_row(const Log& log, Eigen::Index index) {
-  if (index < 0 || index >= log.sample_count()) {
-    throw InputError("index: " + std::to_string(index) + " is not a sample of a log of " +
-                     std::to_string(log.sample_count()) + "; give one from 0 on");
-  }
-}
-
 void require_cables(const Log& log, int cable_count) {
   if (cable_count != log.cable_count()) {
     throw InputError("cable_count: is " + std::to_string(cable_count) + ", the log has " +
@@ -124,7 +117,6 @@ void register_measurement(py::module_& module) {
   module.def(
       "measurement_at",
       [](const Log& log, Eigen::Index index, PoseKind kind, int cable_count) {
-        require_row(log, index);
         require_cables(log, cable_count);
         return measurement_at(log, index, kind, cable_count);
       },
@@ -134,9 +126,6 @@ void register_measurement(py::module_& module) {
   module.def(
       "measurement_mean",
       [](const Log& log, const SampleRange& range, PoseKind kind, int cable_count) {
-        if (range.size() < 1) throw InputError("range: must hold at least one sample");
-        require_row(log, range.begin);
-        require_row(log, range.end - 1);
         require_cables(log, cable_count);
         return measurement_mean(log, range, kind, cable_count);
       },

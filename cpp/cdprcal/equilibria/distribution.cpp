@@ -6,6 +6,7 @@
 #include "cdprcal/equilibria/polytope.hpp"
 #include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/statics/one_a_cable.hpp"
 
 namespace cdprcal {
 namespace {
@@ -127,6 +128,7 @@ ForceFamily force_family(const Robot& robot, const PlatformState& state) {
 
 CableVector lambda_of(const Robot& robot, const PlatformState& state,
                       const CableVector& tension_N) {
+  require_one_a_cable(tension_N, state.cable_count);
   if (holds_orientation(robot)) {
     const WrenchFamily family = wrench_family(robot, state);
     return family.valid ? CableVector(family.basis.transpose() * tension_N) : CableVector();
@@ -191,6 +193,7 @@ DistributedTension distribute(const Robot& robot, const PlatformState& state,
 }
 
 double tension_margin_N(const Robot& robot, const CableVector& tension_N) {
+  require_one_a_cable(tension_N, robot.cable_count());
   return std::min((tension_N.array() - robot.tension_min_N).minCoeff(),
                   (robot.tension_max_N - tension_N.array()).minCoeff());
 }

@@ -1,5 +1,7 @@
 #include "cdprcal/kinematics/platform.hpp"
 
+#include "cdprcal/error.hpp"
+
 namespace cdprcal {
 namespace {
 
@@ -29,6 +31,10 @@ CableVector PlatformState::swivel_rad() const {
 PlatformState platform_state(const Robot& robot, const Pose& pose) {
   PlatformState state;
   state.cable_count = robot.cable_count();
+  if (state.cable_count > kMaxCables) [[unlikely]] {
+    throw InputError("robot: cables: has " + std::to_string(state.cable_count) +
+                     ", there is room for " + std::to_string(kMaxCables) + "; give no more");
+  }
   state.rotation = pose.rotation_matrix();
   state.centre_of_mass_arm_m = state.rotation * robot.platform.centre_of_mass_m;
   state.valid = true;

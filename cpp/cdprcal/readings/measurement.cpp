@@ -5,6 +5,8 @@
 #include <numeric>
 #include <vector>
 
+#include "cdprcal/error.hpp"
+#include "cdprcal/readings/log_checks.hpp"
 #include "cdprcal/readings/odd_readings.hpp"
 
 namespace cdprcal {
@@ -89,6 +91,12 @@ Measurement measurement_at(const Log& log, Eigen::Index index, PoseKind kind, in
 
 Measurement measurement_mean(const Log& log, const SampleRange& range, PoseKind kind,
                              int cable_count) {
+  require_within(range, log);
+  if (range.size() < 1) throw InputError("range: must hold a sample; give one that does");
+  if (cable_count < 0 || cable_count > kMaxCables) {
+    throw InputError("cable_count: is " + std::to_string(cable_count) + "; give 0 to " +
+                     std::to_string(kMaxCables));
+  }
   Measurement m;
   m.time_s = 0.5 * (log.time_s[range.begin] + log.time_s[range.end - 1]);
   m.kind = kind;

@@ -3,6 +3,8 @@
 #include <Eigen/SVD>
 #include <algorithm>
 
+#include "cdprcal/statics/one_a_cable.hpp"
+
 namespace cdprcal {
 
 WrenchMatrix structure_matrix(const PlatformState& state) {
@@ -18,10 +20,12 @@ Vector6 gravity_wrench(const Robot& robot, const PlatformState& state) {
 
 Vector6 wrench_residual(const Robot& robot, const PlatformState& state,
                         const CableVector& tension_N) {
+  require_one_a_cable(tension_N, state.cable_count);
   return structure_matrix(state) * tension_N - gravity_wrench(robot, state);
 }
 
 Matrix6 tension_stiffness(const PlatformState& state, const CableVector& tension_N) {
+  require_one_a_cable(tension_N, state.cable_count);
   // Eq. A5 has [T, −T ã; ã T, t̃ ã − ã T ã]. T is (sin ψ / u·q) w wᵀ + n nᵀ/‖ρ‖, so all but t̃ ã are
   // two outer products of (v, a × v).
   Matrix6 k = Matrix6::Zero();
@@ -71,6 +75,7 @@ Eigen::MatrixXd free_motion_stiffness(const Robot& robot, const PlatformState& s
 
 double potential_energy(const Robot& robot, const Pose& pose, const PlatformState& state,
                         const CableVector& tension_N) {
+  require_one_a_cable(tension_N, state.cable_count);
   const double height = pose.position_m.z() + state.centre_of_mass_arm_m.z();
   return tension_N.dot(state.length_m()) + robot.weight_N() * height;
 }

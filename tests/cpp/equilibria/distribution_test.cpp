@@ -239,5 +239,14 @@ TEST(Distribution, NamesGoBothWays) {
   EXPECT_THROW(parse_tension_distribution("centroid"), InputError);
 }
 
+TEST(Distribution, TensionsAreOneACable) {
+  Rng rng(46);
+  const Case c = random_case(rng, 4);
+  for (const int size : {0, 2, 5}) {
+    EXPECT_THROW(lambda_of(c.robot, c.state, CableVector::Ones(size)), InputError);
+    EXPECT_THROW(tension_margin_N(c.robot, CableVector::Ones(size)), InputError);
+  }
+}
+
 }  // namespace
 }  // namespace cdprcal

@@ -213,6 +213,9 @@ TEST(Inverse, RefusesWhatMakesNoSense) {
   Robot limits = robot;
   limits.tension_max_N = limits.tension_min_N;
   EXPECT_THROW(inverse(limits, {0.0, 0.0, 1.0}), InputError);
+  Robot many = robot;
+  many.cables.resize(12, robot.cables[0]);
+  EXPECT_THROW(inverse(many, {0.0, 0.0, 1.0}), InputError);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include "../support/numeric_jacobian.hpp"
 #include "../support/random_robot.hpp"
+#include "cdprcal/error.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
 
 namespace cdprcal {
@@ -93,6 +94,14 @@ TEST(Platform, CablesThatTheRobotDoesNotHaveAreNotLookedAt) {
   PlatformState state = platform_state(robot, {{0.0, 0.0, 1.0}, Eigen::Quaterniond::Identity()});
   state.cable[robot.cable_count()].status = CableStatus::anchor_inside_pulley;
   EXPECT_EQ(describe_invalid(state), "");
+}
+
+TEST(Platform, HasNoMoreCablesThanThereIsRoomFor) {
+  Robot robot = load_robot("irma4");
+  robot.cables.resize(kMaxCables, robot.cables[0]);
+  EXPECT_EQ(platform_state(robot, {}).cable_count, kMaxCables);
+  robot.cables.push_back(robot.cables[0]);
+  EXPECT_THROW(platform_state(robot, {}), InputError);
 }
 
 }  // namespace

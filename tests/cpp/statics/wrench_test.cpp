@@ -8,6 +8,7 @@
 #include "../support/numeric_jacobian.hpp"
 #include "../support/random_robot.hpp"
 #include "../support/table2.hpp"
+#include "cdprcal/error.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
 
 namespace cdprcal {
@@ -185,6 +186,18 @@ TEST(Wrench, Table2PosesAreStable) {
     ASSERT_EQ(free.cols(), 2);
     const Eigen::VectorXd moments = free.selfadjointView<Eigen::Lower>().eigenvalues();
     EXPECT_GT(moments.minCoeff(), 0.0);
+  }
+}
+
+TEST(Wrench, TensionsAreOneACable) {
+  const Robot robot = load_robot("irma4");
+  const Pose pose = test::kTable2[0].pose();
+  const PlatformState state = platform_state(robot, pose);
+  for (const int size : {0, 2, 5}) {
+    const CableVector tension = CableVector::Ones(size);
+    EXPECT_THROW(wrench_residual(robot, state, tension), InputError);
+    EXPECT_THROW(tension_stiffness(state, tension), InputError);
+    EXPECT_THROW(potential_energy(robot, pose, state, tension), InputError);
   }
 }
 
