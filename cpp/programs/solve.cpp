@@ -1,11 +1,14 @@
 // cdprcal-solve ROBOT LOG [--json]: the initial pose from a canonical log, without Python.
 //
-// Exit codes as in the Python command: 0 done, 1 the solution cannot be trusted, 2 wrong use.
+// Exit codes: 0 done, 1 the solution cannot be trusted, 2 wrong use, 3 a pose, but the model
+// misfits (the reason says what). The Python command has caveats besides: what is wrong with the
+// log, and residuals beyond what readings scatter by that no σ of the fit shows.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 #include <nlohmann/json.hpp>
 
+#include "cdprcal/calibration/allow_for_effects.hpp"
 #include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
@@ -50,6 +53,7 @@ ordered_json to_json(const Robot& robot, const Calibration& calibration) {
                                                                      robot.euler_convention))}};
   }
   out["covariance"] = result.covariance ? rows(*result.covariance) : ordered_json(nullptr);
+  out["standard_deviation"] = numbers(result.standard_deviation);
   out["initial_lengths_m"] = numbers(result.initial_length_m);
   out["initial_swivels_rad"] = numbers(result.initial_swivel_rad);
   out["cost"] = number(result.cost);
@@ -57,6 +61,8 @@ ordered_json to_json(const Robot& robot, const Calibration& calibration) {
   out["solve_time_s"] = result.solve_time_s;
   out["static_poses"] = calibration.static_poses;
   out["kinematic_poses"] = calibration.kinematic_poses;
+  out["least_observed"] =
+      result.least_observed.empty() ? ordered_json(nullptr) : ordered_json(result.least_observed);
   const ResidualRms& rms = result.residual_rms;
   out["residual_rms"] = {{"length_m", number(rms.length_m)},
                          {"swivel_rad", number(rms.swivel_rad)},
@@ -154,7 +160,8 @@ int solve(int argc, char** argv) {
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
     throw InputError("standard output: cannot be written to; the result is lost");
   }
-  return calibration.result.status == CalibrationStatus::converged ? 0 : 1;
+  if (calibration.result.status != CalibrationStatus::converged) return 1;
+  return misfit(calibration).empty() ? 0 : 3;
 }
 
 }  // namespace
