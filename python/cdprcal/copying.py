@@ -14,13 +14,18 @@ from cdprcal.signatures import arguments_of
 
 #: Classes that are nothing but what their constructor takes and what can be set.
 PLAIN = (
+    _core.AppliedEffect,
     _core.AskedAccuracy,
     _core.Box,
+    _core.Cable,
     _core.CalibrateOptions,
     _core.DetectionOptions,
     _core.DiagnoseOptions,
     _core.InjectedEffect,
+    _core.Mesh,
+    _core.Platform,
     _core.PlatformDamping,
+    _core.Pulley,
     _core.ReadingNoise,
     _core.ReadingOffsets,
     _core.RestOptions,

@@ -360,6 +360,13 @@ def plain_values(robot: cdprcal.Robot) -> dict[type, Any]:
     """One of every class that is copied as what it is made from, where it needs arguments."""
     pose = cdprcal.Pose([0.1, 0.2, 0.3], np.eye(3))
     return {
+        cdprcal.AppliedEffect: cdprcal.AppliedEffect(
+            name="mass", parameters={"mass_error_kg": [0.5]}, run="run.csv"
+        ),
+        cdprcal.Cable: robot.cables[0],
+        cdprcal.Mesh: cdprcal.Mesh(np.eye(3), [[0, 1, 2]]),
+        cdprcal.Platform: robot.platform,
+        cdprcal.Pulley: robot.cables[1].pulley,
         cdprcal.Box: cdprcal.Box([0.0, 0.0, 0.0], [1.0, 2.0, 3.0]),
         cdprcal.InjectedEffect: cdprcal.InjectedEffect("mass", [0.5]),
         cdprcal.AskedAccuracy: cdprcal.AskedAccuracy(position_m=0.01, rotation_rad=0.02),
@@ -511,6 +518,8 @@ def out_of_reach(robot: cdprcal.Robot, log: cdprcal.Log) -> dict[str, Any]:
     position = next(s for s in cdprcal.log_groups() if s.field == "position_m")
     simulator = cdprcal.Simulator(robot)
     last_but_one = cdprcal.CalibrateOptions(segment=-2)
+    beyond, rests = cdprcal.SampleRange(0, 10**9), cdprcal.detect_equilibria(log)
+    short = cdprcal.Log(time_s=log.time_s[:5], length_m=log.length_m[:5])
     return {
         "cable_count: 9": lambda: cdprcal.random_offsets(9, cdprcal.RandomNormal(1)),
         "cable_count: -1": lambda: cdprcal.random_offsets(-1, cdprcal.RandomNormal(1)),
@@ -518,8 +527,6 @@ def out_of_reach(robot: cdprcal.Robot, log: cdprcal.Log) -> dict[str, Any]:
         "cable_count: is 3": lambda: cdprcal.measurement_mean(
             log, cdprcal.SampleRange(0, 5), rest, 3
         ),
-    beyond, rests = cdprcal.SampleRange(0, 10**9), cdprcal.detect_equilibria(log)
-    short = cdprcal.Log(time_s=log.time_s[:5], length_m=log.length_m[:5])
         "range: must hold": lambda: cdprcal.measurement_mean(
             log, cdprcal.SampleRange(0, 0), rest, 4
         ),
@@ -530,6 +537,11 @@ def out_of_reach(robot: cdprcal.Robot, log: cdprcal.Log) -> dict[str, Any]:
         "index: -1 is no column": lambda: position.column(-1),
         "set_point.tension_N: has 3": lambda: cdprcal.settling_deviation(robot, point),
         "start.tension_N: has 3": lambda: cdprcal.predicted_covariance(robot, point, []),
+        "range: [0, 1000000000)": lambda: cdprcal.signals(log, beyond, [], robot.sigma),
+        "range: [-3, 5)": lambda: cdprcal.signals(log, cdprcal.SampleRange(-3, 5), [], robot.sigma),
+        f"range: [{rests[-1].samples.begin}, ": lambda: cdprcal.signals(
+            short, cdprcal.SampleRange(0, 5), rests[-1:], robot.sigma
+        ),
         "segment -2 asked for": lambda: cdprcal.prepare(robot, log, last_but_one),
         "advance: a duration": lambda: simulator.advance(float("inf")),
         "push: must be finite": lambda: simulator.push([np.nan] * 3, [0.0] * 3),
@@ -537,11 +549,6 @@ def out_of_reach(robot: cdprcal.Robot, log: cdprcal.Log) -> dict[str, Any]:
             cdprcal.load_robot("ring3"), log
         ),
         "window_s: must be": lambda: cdprcal.detect_equilibria(
-        "range: [0, 1000000000)": lambda: cdprcal.signals(log, beyond, [], robot.sigma),
-        "range: [-3, 5)": lambda: cdprcal.signals(log, cdprcal.SampleRange(-3, 5), [], robot.sigma),
-        f"range: [{rests[-1].samples.begin}, ": lambda: cdprcal.signals(
-            short, cdprcal.SampleRange(0, 5), rests[-1:], robot.sigma
-        ),
             log, options=cdprcal.DetectionOptions(window_s=0.0)
         ),
     }
