@@ -42,7 +42,7 @@ from cdprcal.check import caveats_with_log
 from cdprcal.io.loaded import LogFile
 from cdprcal.mapping import Reader
 from cdprcal.planning.start_up import start_up_plan
-from cdprcal.tracking.start import no_start
+from cdprcal.tracking.start import require_start
 
 Path: TypeAlias = str | os.PathLike[str]
 
@@ -201,8 +201,7 @@ def track(
     the_log = as_log(log, the_robot, map)
     if calibration is None:
         calibration = calibrate(the_robot, the_log, segment=segment, motion=motion)
-        if calibration.result.status != _core.CalibrationStatus.converged:
-            raise InputError(no_start(calibration, the_log, "" if motion else "motion=True"))
+        require_start(calibration, the_log, "" if motion else "motion=True")
     elif _core.to_yaml(calibration.problem.robot) != _core.to_yaml(the_robot):
         raise InputError(
             f"calibration: is of {calibration.problem.robot.name} with another robot file than "

@@ -58,6 +58,7 @@ HAND_ON = {
     "set_point.cpp",
     "strict_yaml.py",
     "timing.cpp",
+    "track.py",
     "workspace.py",
     "yaml_reader.cpp",
 }

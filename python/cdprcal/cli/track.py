@@ -84,7 +84,7 @@ def command(
     from cdprcal.pictures import check_picture_name
     from cdprcal.tables import print_findings
     from cdprcal.tracking import save_track, track_as_dict
-    from cdprcal.tracking.start import motion_would_tell, no_start, saved_start
+    from cdprcal.tracking.start import motion_would_tell, require_start, saved_start
 
     inputs = {"robot file": robot, "log": log, "--start": start, "mapping file": map_}
     keep_apart({"-o": output, "--bag": bag, "--plot": plot}, inputs)
@@ -112,8 +112,10 @@ def command(
     if start:
         caveats += pauses(the_robot, [file], segment)
     code = exit_code(calibration, caveats)
-    if calibration.result.status != _core.CalibrationStatus.converged:
-        fail(no_start(calibration, first.log, "" if motion else "--motion"), UNTRUSTED)
+    try:
+        require_start(calibration, first.log, "" if motion else "--motion")
+    except _core.InputError as error:
+        fail(str(error), UNTRUSTED)
     with interruptible():
         began_s = time.perf_counter()
         track = _core.track(calibration, file.log, segment)

@@ -53,7 +53,7 @@ def read_scope(path: Path) -> RawTable:
         [(table[:, 2 * k], {names[k]: Column(table[:, 2 * k + 1])}) for k in range(wide // 2)]
     )
     if not len(time_ms):
-        raise InputError(f"{name}: has no row of numbers; export the samples too")
+        raise InputError(f"{name}: has no row of numbers; give an export with the samples too")
     return RawTable(path, "scope", {_TIME: Column(time_ms, unit="ms"), **columns})
 
 

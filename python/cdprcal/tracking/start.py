@@ -36,13 +36,17 @@ def motion_would_tell(calibration: _core.Calibration, log: _core.Log) -> bool:
     return calibration.static_poses < 2 and bool(np.isfinite(log.tension_N).any())
 
 
-def no_start(calibration: _core.Calibration, log: _core.Log, motion: str) -> str:
-    """Why nothing is tracked, and what to do. ``motion``: how motion is made to count; '' where it
-    counted."""
+def require_start(calibration: _core.Calibration, log: _core.Log, motion: str) -> None:
+    """Raises InputError for a calibration without a pose that can be trusted.
+
+    ``motion``: how motion is made to count; '' where it counted.
+    """
+    if calibration.result.status == _core.CalibrationStatus.converged:
+        return
     hint = ""
     if motion and motion_would_tell(calibration, log):
         hint = f"{motion}, as this one hardly rests, "
-    return (
+    raise InputError(
         f"{log.source or 'log'}: no initial pose to track from: {calibration.result.reason}; "
         f"give {hint}a log that calibrates, or the robot file that diagnose -o writes"
     )
