@@ -48,6 +48,16 @@ std::optional<Estimate> weight(const Solved& s) {
   return Estimate{mean, std::sqrt(spread / count)};
 }
 
+/// At how many poses no pull of the cables holds a body: it is taken to be elsewhere. Of points the
+/// mirror image is chosen by that.
+std::size_t cables_push(const Solved& s) {
+  if (row_of(s.problem.robot.platform.motion).is_point()) return 0;
+  const Robot robot = moved(s.problem, s.state.values);
+  return static_cast<std::size_t>(
+      std::count_if(s.state.poses.begin(), s.state.poses.end(),
+                    [&](const Pose& pose) { return unheld_share(robot, pose) > kUnheld; }));
+}
+
 /// Everything that a solved problem says about the frame.
 void fill_anchors(const Solved& s, FrameResult& out) {
   const FrameUnknowns& u = s.problem.unknowns;
@@ -199,6 +209,10 @@ void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& optio
                  std::to_string(std::lround(std::min(1e5, 1e3 * worst))) + " mm only";
   } else if (!s.state.settled) {
     out.reason = "the steps did not settle";
+  } else if (const auto pushed = cables_push(s); pushed > 0) {
+    out.reason = "at " + std::to_string(pushed) + " of " + std::to_string(s.state.poses.size()) +
+                 " poses the cables would have to push: give pulleys better position_m, or more "
+                 "readings";
   } else if (const auto wrong = contradicted(s, options.max_iterations); !wrong.empty()) {
     out.reason = in_words(wrong);
   } else {

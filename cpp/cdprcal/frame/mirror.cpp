@@ -12,8 +12,6 @@ namespace {
 
 /// Evidence from which on one image is said to be the better one [nat], as everywhere here.
 constexpr double kEvidence = 3.0;
-/// Of the weight: where cables that pull leave more of it, noise of the pose is no excuse.
-constexpr double kUnheld = 0.5;
 /// Sweeps of coordinate descent; the share only needs telling from one half.
 constexpr int kSweeps = 100;
 

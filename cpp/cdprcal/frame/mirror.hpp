@@ -17,6 +17,9 @@ enum class MirrorTold {
 /// limits aside, so where cables would have to push it is large. 0 in a plane that lies.
 double unheld_share(const Robot& robot, const Pose& pose);
 
+/// Of the weight: where cables that pull leave more of it, noise of the pose is no excuse.
+inline constexpr double kUnheld = 0.5;
+
 /// Of points without a tracker: takes the frame's mirror image in its place where that is the
 /// better one.
 MirrorTold choose_image(const FrameProblem& problem, FrameState& state, int max_iterations);

@@ -5,6 +5,9 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <array>
+#include <limits>
+
+#include "cdprcal/frame/mirror.hpp"
 
 namespace cdprcal::detail {
 namespace {
@@ -15,6 +18,8 @@ constexpr std::array<double, 7> kOffsets{0.0, -0.1, 0.1, -0.3, 0.3, -0.6, 0.6};
 
 /// Of poses, one in so many may be in a minimum of its own and bend the frame towards it.
 constexpr std::array<std::size_t, 2> kDoubted{4, 2};
+/// σ of angles that are to say nothing.
+constexpr double kNoWeight_rad = 1e4;
 /// A pose's cost that is lower by this share is of another minimum.
 constexpr double kBetter = 1e-3;
 
@@ -39,22 +44,28 @@ std::vector<Pose> places(const FrameProblem& problem, const Robot& robot) {
   return out;
 }
 
-/// Every pose to its own readings, from the one before it, from the middle or around it.
-void settle_all(const FrameProblem& problem, FrameState& state) {
+/// Every pose to its own readings, from the middle or around it, or the one before it. Where
+/// `held`, one at which cables would have to push is taken only if no other is found.
+void settle_all(const FrameProblem& problem, FrameState& state, bool held) {
   const Robot robot = moved(problem, state.values);
   const std::vector<Pose> around = places(problem, robot);
   state.poses.clear();
   for (const FramePose& from : problem.poses) {
     std::vector<Pose> tries = around;
-    if (!state.poses.empty()) tries.insert(tries.begin(), state.poses.back());
-    double least = kNaN;
+    if (!state.poses.empty()) tries.push_back(state.poses.back());
+    double least = std::numeric_limits<double>::infinity();
+    bool best_pushed = true;
     Pose best = tries.front();
     for (Pose pose : tries) {
       const double cost = settle_pose(problem, robot, state.values, from, pose);
-      if (std::isfinite(cost) && !(cost >= least)) {
-        best = pose;
-        least = cost;
-      }
+      if (!std::isfinite(cost)) continue;
+      // Of minima that fit alike the first: from the level pose in the middle.
+      const bool pushed = held && unheld_share(robot, pose) > kUnheld;
+      const bool better = pushed == best_pushed ? cost + kBetter * (1.0 + cost) < least : !pushed;
+      if (!better) continue;
+      best = pose;
+      least = cost;
+      best_pushed = pushed;
     }
     state.poses.push_back(best);
   }
@@ -241,22 +252,31 @@ std::optional<ClosedForm> closed_form(const Eigen::MatrixXd& lengths, int dimens
 void settle_offsets(const FrameProblem& problem, FrameState& state) {
   const FrameUnknowns& u = problem.unknowns;
   const Robot robot = moved(problem, state.values);
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(u.size), count = sum;
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(u.size), count = sum, sine = sum, cosine = sum;
   for (std::size_t i = 0; i < problem.poses.size(); ++i) {
     const FrameRows rows =
         frame_rows(problem, robot, state.values, problem.poses[i], state.poses[i], true);
     if (!rows.valid) continue;
     for (Eigen::Index row = 0; row < rows.residual.size(); ++row) {
+      const Channel channel = rows.channel[static_cast<std::size_t>(row)];
+      const bool angle = channel == Channel::swivel || channel == Channel::yaw;
       for (int column = u.axis_count * u.cables; column < u.offsets_end; ++column) {
         const double slope = rows.by_common(row, column);
         if (slope == 0.0) continue;
-        sum[column] -= rows.residual[row] / slope;
+        const double off = -rows.residual[row] / slope;
         count[column] += 1.0;
+        if (angle) {  // a mean of angles on either side of ±π lies between them, not at 0
+          sine[column] += std::sin(off);
+          cosine[column] += std::cos(off);
+        } else {
+          sum[column] += off;
+        }
       }
     }
   }
   for (int column = 0; column < u.size; ++column) {
-    if (count[column] > 0.0) state.values[column] += sum[column] / count[column];
+    if (!(count[column] > 0.0)) continue;
+    state.values[column] += sum[column] / count[column] + std::atan2(sine[column], cosine[column]);
   }
 }
 
@@ -334,9 +354,22 @@ std::vector<FrameState> starts(const FrameProblem& problem) {
   }
   FrameState file;
   file.values = Eigen::VectorXd::Zero(u.size);
-  settle_all(problem, file);
+  const FrameState nothing = file;
+  settle_all(problem, file, false);
   settle_offsets(problem, file);
   out.push_back(std::move(file));
+  if (!is_point) {
+    // Swivels and yaw count from anywhere: until that is known they pull poses to where the
+    // platform never was, above its pulleys, too, and what they count from follows.
+    FrameProblem lengths = problem;
+    for (const Channel channel : {Channel::swivel, Channel::yaw}) {
+      lengths.sigma[static_cast<std::size_t>(channel)] = kNoWeight_rad;
+    }
+    FrameState hanging = nothing;
+    settle_all(lengths, hanging, true);
+    settle_offsets(problem, hanging);
+    out.push_back(std::move(hanging));
+  }
   for (FrameState& state : out) state.cost = frame_cost(problem, state);
   return out;
 }

@@ -20,7 +20,8 @@ struct ClosedForm {
 /// `lengths`: poses × n [m]. nullopt: too few poses, or readings that no such map explains.
 std::optional<ClosedForm> closed_form(const Eigen::MatrixXd& lengths, int dimensions);
 
-/// States to begin with, from the robot file's pulleys and, of points, from the lengths alone at
+/// States to begin with, from the robot file's pulleys (of bodies with all readings, and with
+/// lengths, roll and pitch alone where cables pull) and, of points, from the lengths alone at
 /// several offsets, turned and mirrored to agree best with the file's pulleys.
 std::vector<FrameState> starts(const FrameProblem& problem);
 /// Offsets as the poses have them: means of reading − model.

@@ -501,6 +501,35 @@ TEST(Frame, ALogThatIsGivenTwiceIsRefused) {
   EXPECT_EQ(find_frame(belts(rectangle()), {holes, twin.log}).poses.size(), 50U);
 }
 
+TEST(Frame, AnglesThatCountFromBehindHaveTheirMeanThere) {
+  Rng rng(14);
+  detail::FrameProblem problem;
+  problem.robot = test::random_robot(rng, 4);
+  problem.basis = motion_basis(problem.robot);
+  problem.sigma.fill(1.0);
+  detail::FrameUnknowns& u = problem.unknowns;
+  u.cables = 4;
+  u.length_offsets = {-1};
+  u.swivel_offsets = {12};
+  u.yaw_offset = {-1};
+  u.size = u.offsets_end = 16;
+  detail::FrameState state;
+  state.values = Eigen::VectorXd::Zero(u.size);
+  for (int i = 0; i < 20; ++i) {
+    Pose pose;
+    pose.position_m = Vector3(0.02 * i, 0.01 * i, 0.4);
+    detail::FramePose from;
+    from.reading.swivel_rad = platform_state(problem.robot, pose).swivel_rad();
+    for (double& angle : from.reading.swivel_rad) {
+      angle = wrap_angle(angle + kPi + (i % 2 == 0 ? 0.01 : -0.01));
+    }
+    problem.poses.push_back(from);
+    state.poses.push_back(pose);
+  }
+  detail::settle_offsets(problem, state);
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(std::abs(state.values[12 + i]), kPi, 1e-6);
+}
+
 TEST(Frame, LogsOfOtherRobotsAreRefused) {
   Rng rng(9);
   const Twin twin = grid(belts(corners()), 5, 5, 0.0, rng);
