@@ -57,8 +57,9 @@ void register_result(py::module_& module) {
                     "Reading minus whole length: none, one for all cables, or one a cable.")
       .def_readonly("scale", &FrameResult::scale,
                     "Readings a metre - 1 [1], where a tracker shows it; else None.")
-      .def_readonly("stiffness_N", &FrameResult::stiffness_N,
-                    "EA of the cables, where tensions show it; else None.")
+      .def_readonly(
+          "stiffness_N", &FrameResult::stiffness_N,
+          "EA of the cables, where tensions are read, NaN where they do not tell it; else None.")
       .def_readonly("off_plane_m", &FrameResult::off_plane_m,
                     "How far belts run outside the plane, where readings show it; else None.")
       .def_readonly("weight_N", &FrameResult::weight_N,

@@ -5035,7 +5035,7 @@ class FrameResult:
     @property
     def stiffness_N(self) -> Estimate | None:
         """
-        EA of the cables, where tensions show it; else None.
+        EA of the cables, where tensions are read, NaN where they do not tell it; else None.
         """
 
     @property
