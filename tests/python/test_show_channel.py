@@ -18,7 +18,7 @@ PROGRAM = Path(__file__).with_name("show_channel.cpp")
 SOURCES = (
     *("geometry/euler", "geometry/pose", "kinematics/cable", "kinematics/platform", "statistics"),
     *("model/sensors", "readings/equilibrium_detection", "readings/log", "readings/log_columns"),
-    *("readings/fresh", "readings/odd_readings", "readings/signal"),
+    *("readings/fresh", "readings/log_checks", "readings/odd_readings", "readings/signal"),
     *("readings/measurement", "readings/noise", "effects/pose_evaluation", "text_file"),
     *("statics/inertial_wrench", "statics/wrench", "estimation/row_batch", "lanes/processor"),
 )
