@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from io import StringIO
 from typing import Any
 
 import numpy as np
+from ruamel.yaml import YAML
 
 import cdprcal
 from cdprcal.testing.altered import altered as altered
@@ -80,3 +82,21 @@ def heavier(robot: cdprcal.Robot, factor: float) -> cdprcal.Robot:
 def angle_between(a: np.ndarray, b: np.ndarray) -> float:
     """Geodesic angle of two rotations [rad], accurate near zero."""
     return float(2.0 * np.arcsin(min(1.0, np.linalg.norm(a - b) / np.sqrt(8.0))))
+
+
+#: How well a tape measures where a pulley is, an axis.
+TAPE_M = 0.05
+
+
+def by_tape(robot: cdprcal.Robot, rng: np.random.Generator) -> cdprcal.Robot:
+    """The robot with pulleys where somebody measured them."""
+    yaml = YAML(typ="safe")
+    file = yaml.load(cdprcal.to_yaml(robot))
+    for cable in file["cables"]:
+        pulley = cable["pulley"]
+        off = rng.normal(0.0, TAPE_M, 3)
+        pulley["position_m"] = [float(p) for p in np.array(pulley["position_m"]) + off]
+        pulley["position_sigma_m"] = TAPE_M
+    text = StringIO()
+    yaml.dump(file, text)
+    return cdprcal.parse_robot(text.getvalue(), "by tape")

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from io import StringIO
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from ruamel.yaml import YAML
 from scipy.spatial.transform import Rotation
 
 import cdprcal
+from robots import by_tape
 
 Array = NDArray[np.float64]
-NOISE_M, TAPE_M = 2e-4, 0.05
+NOISE_M = 2e-4
 
 
 @pytest.fixture(scope="module")
@@ -23,19 +21,6 @@ def robot() -> cdprcal.Robot:
 
 def pulleys(robot: cdprcal.Robot) -> Array:
     return np.array([cable.pulley.position_m for cable in robot.cables])
-
-
-def by_tape(robot: cdprcal.Robot, rng: np.random.Generator) -> cdprcal.Robot:
-    yaml = YAML(typ="safe")
-    file = yaml.load(cdprcal.to_yaml(robot))
-    for cable in file["cables"]:
-        pulley = cable["pulley"]
-        off = rng.normal(0.0, TAPE_M, 3)
-        pulley["position_m"] = [float(p) for p in np.array(pulley["position_m"]) + off]
-        pulley["position_sigma_m"] = TAPE_M
-    text = StringIO()
-    yaml.dump(file, text)
-    return cdprcal.parse_robot(text.getvalue(), "by tape")
 
 
 def whole_lengths(robot: cdprcal.Robot, count: int, rng: np.random.Generator) -> cdprcal.Log:

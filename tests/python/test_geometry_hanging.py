@@ -2,35 +2,20 @@
 
 from __future__ import annotations
 
-from io import StringIO
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from ruamel.yaml import YAML
 
 import cdprcal
+from robots import by_tape
 
 Array = NDArray[np.float64]
-LENGTH_M, SWIVEL_RAD, ATTITUDE_RAD, TAPE_M = 2e-4, 2e-3, 3e-3, 0.05
+LENGTH_M, SWIVEL_RAD, ATTITUDE_RAD = 2e-4, 2e-3, 3e-3
 
 
 @pytest.fixture(scope="module")
 def robot() -> cdprcal.Robot:
     return cdprcal.load_robot("irma4")
-
-
-def by_tape(robot: cdprcal.Robot, rng: np.random.Generator) -> cdprcal.Robot:
-    yaml = YAML(typ="safe")
-    file = yaml.load(cdprcal.to_yaml(robot))
-    for cable in file["cables"]:
-        pulley = cable["pulley"]
-        off = rng.normal(0.0, TAPE_M, 3)
-        pulley["position_m"] = [float(p) for p in np.array(pulley["position_m"]) + off]
-        pulley["position_sigma_m"] = TAPE_M
-    text = StringIO()
-    yaml.dump(file, text)
-    return cdprcal.parse_robot(text.getvalue(), "by tape")
 
 
 def hanging(robot: cdprcal.Robot, count: int, rng: np.random.Generator) -> cdprcal.Log:
