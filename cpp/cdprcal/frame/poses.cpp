@@ -3,6 +3,7 @@
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/readings/equilibrium_detection.hpp"
+#include "cdprcal/readings/log_checks.hpp"
 #include "cdprcal/statistics.hpp"
 #include "cdprcal/text_file.hpp"
 
@@ -94,7 +95,7 @@ void require_distinct(const std::vector<Log>& logs) {
       const Log &a = logs[i], &b = logs[j];
       if (a.time_s.size() != b.time_s.size() || a.time_s != b.time_s) continue;
       if (!same(a.direct_length_m, b.direct_length_m) || !same(a.length_m, b.length_m)) continue;
-      throw InputError(a.source + ": has the same times and lengths as " + b.source +
+      throw InputError(name_of(a) + ": has the same times and lengths as " + name_of(b) +
                        "; give each log once");
     }
   }
@@ -104,13 +105,13 @@ void require_lengths(const Robot& robot, const Log& log) {
   const Eigen::Index cables = robot.cable_count();
   for (const LogMatrix* lengths : {&log.direct_length_m, &log.length_m}) {
     if (lengths->cols() != 0 && lengths->cols() != cables) {
-      throw InputError(log.source + ": has lengths of " + std::to_string(lengths->cols()) +
+      throw InputError(name_of(log) + ": has lengths of " + std::to_string(lengths->cols()) +
                        " cables, and the robot has " + std::to_string(cables) +
                        ": give the robot file of this log");
     }
   }
   if (!log.direct_length_m.array().isFinite().any() && !log.length_m.array().isFinite().any()) {
-    throw InputError(log.source +
+    throw InputError(name_of(log) +
                      ": holds no lengths, neither whole (direct_length_1_m …) nor relative "
                      "(length_1_m …): give logs that have them, a frame is found from lengths");
   }
@@ -152,7 +153,8 @@ FramePoseSet frame_poses(const Robot& robot, const std::vector<Log>& logs,
   }
   if (!guessed) out.guess.clear();
   if (out.poses.empty())
-    throw InputError(logs[0].source + ": holds no poses; give a log with rests, or a list of them");
+    throw InputError(name_of(logs[0]) +
+                     ": holds no poses; give a log with rests, or a list of them");
   return out;
 }
 
