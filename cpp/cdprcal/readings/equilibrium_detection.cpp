@@ -164,9 +164,9 @@ std::vector<SampleRange> quietest(const std::vector<Series>& geometry, const Eig
           {*std::max_element(first, first + static_cast<std::ptrdiff_t>(length)), k});
     }
     std::ranges::sort(stretches);
-    std::pair<double, std::vector<bool>> out{0.0, std::vector<bool>(windows.size(), false)};
-    std::size_t left = stretches.empty() ? 0 : quarter;
-    if (left == 0) out.first = std::numeric_limits<double>::infinity();
+    std::pair<double, std::vector<bool>> out{std::numeric_limits<double>::infinity(),
+                                             std::vector<bool>(windows.size(), false)};
+    std::size_t left = quarter;
     for (const auto& [worst, first] : stretches) {
       if (left == 0) break;
       out.first = worst;

@@ -175,62 +175,78 @@ double correlation_of(const Series& series, Differences at, double rounded, bool
   }
 }
 
-/// Noise whose spectrum is not known: how it scatters, and how many rows are worth one reading.
+/// Noise that a filter has coloured: its variance, and its correlation from one reading to the next
+/// or, where the filter is of another order than the first, that of a first one worth as much.
 struct Coloured {
-  double square, rows;
+  double square, correlation;
 };
+
+/// How many readings are worth one whose second differences over `lags` are `squares`, and over the
+/// last of these what no correlation is left in: by γ(l) = ¾ (γ(0) − D(l)) + ¼ γ(2l), from long
+/// lags to short ones.
+double remembered(const std::vector<double>& lags, const std::vector<double>& squares,
+                  double settled) {
+  std::vector<double> left(lags.size(), 0.0);
+  double rows = 0.0;
+  for (std::size_t k = lags.size() - 1; k-- > 0;) {
+    const auto twice = static_cast<std::size_t>(
+        std::lower_bound(lags.begin(), lags.end(), 2.0 * lags[k]) - lags.begin());
+    const double later = twice < lags.size() ? left[twice] : 0.0;
+    left[k] = 0.75 * (1.0 - squares[k] / settled) + 0.25 * later;
+    rows += (lags[k + 1] - lags[k]) * (left[k] + left[k + 1]);
+  }
+  return rows + lags.front() * (1.0 + left.front());  // from no lag at all
+}
 
 /// What a filter of any order leaves of noise settles: over some lag and all up to four times that,
 /// second differences are as large as noise makes them that is forgotten, while those of a motion
-/// grow and those of a swing come and go. By γ(l) = ¾ (γ(0) − D(l)) + ¼ γ(2l) they say how long it
-/// takes. Nothing where none settle, or what settles is more than a sensor's noise may be.
+/// grow and those of a swing come and go. Nothing where none settle, or what settles is more than a
+/// sensor's noise may be.
 std::optional<Coloured> settled(const Series& series, double rounded, double most_square) {
   constexpr double kStep = 0.25;    // octaves
-  constexpr double kRange = 2.0;    // octaves
+  constexpr double kRange = 4.0;    // times the lag
   constexpr double kSteady = 0.15;  // of the logarithms of what settles
   constexpr double kFewest = 10.0;  // such lags that the rests hold
   std::vector<double> lags, squares, counts;
-  for (double octave = 0.0;; octave += kStep) {
-    const double lag = std::round(std::exp2(octave));
-    if (!lags.empty() && lag == lags.back()) continue;
-    const Differences d = differences(series, static_cast<Eigen::Index>(lag));
-    if (!(d.count > kFewest * lag)) break;
-    lags.push_back(lag);
-    squares.push_back(d.square - rounded);
-    counts.push_back(d.count);
-  }
-  for (std::size_t i = 0; i < lags.size(); ++i) {
-    std::size_t end = i;
-    std::vector<double> logs;
-    while (end < lags.size() && lags[end] <= std::exp2(kRange) * lags[i] * (1.0 + 1e-9)) {
-      logs.push_back(std::log(squares[end++]));
+  double octave = 0.0;
+  bool more = true;
+  // As far as it takes: white noise has settled at once.
+  const auto go_beyond = [&](double most) {
+    while (more && (lags.empty() || lags.back() <= most)) {
+      const double lag = std::round(std::exp2(octave));
+      octave += kStep;
+      if (!lags.empty() && lag == lags.back()) continue;
+      const Differences d = differences(series, static_cast<Eigen::Index>(lag));
+      more = d.count > kFewest * lag;
+      if (!more) return;
+      lags.push_back(lag);
+      squares.push_back(d.square - rounded);
+      counts.push_back(d.count);
     }
-    if (logs.size() < 3 || !(lags[end - 1] > 0.8 * std::exp2(kRange) * lags[i]))
-      return std::nullopt;
+  };
+  go_beyond(0.0);
+  for (std::size_t i = 0; i < lags.size(); ++i) {
+    const double most = kRange * lags[i] * (1.0 + 1e-9);
+    go_beyond(most);
+    std::vector<double> logs;
+    std::size_t end = i;
+    while (end < lags.size() && lags[end] <= most) logs.push_back(std::log(squares[end++]));
+    if (logs.size() < 3 || !(lags[end - 1] > 0.8 * kRange * lags[i])) return std::nullopt;
     const Eigen::Map<const Eigen::ArrayXd> all(logs.data(), static_cast<Eigen::Index>(logs.size()));
     const double mean = all.mean();
     if (!(std::sqrt((all - mean).square().mean()) < kSteady)) continue;
     const double square = std::exp(mean), error = std::sqrt(kSpread * lags[i] / counts[i]);
     const bool grew = std::log(square / squares.front()) > normal_quantile(1.0 - kChance) * error;
     if (!grew || !(square < most_square)) return std::nullopt;
-    // From long lags to short ones.
-    std::vector<double> left(lags.size(), 0.0);
-    double rows = 1.0, above = 0.0, above_at = lags[i];
-    for (std::size_t k = i; k-- > 0;) {
-      const auto twice = std::lower_bound(lags.begin(), lags.end(), 2.0 * lags[k]) - lags.begin();
-      const double later =
-          static_cast<std::size_t>(twice) < i ? left[static_cast<std::size_t>(twice)] : 0.0;
-      left[k] = 0.75 * (1.0 - squares[k] / square) + 0.25 * later;
-      rows += (above_at - lags[k]) * (left[k] + above);
-      above = left[k], above_at = lags[k];
-    }
-    rows += above_at * (1.0 + above) - 1.0;  // from no lag at all; the sum has half of its ends
-    return Coloured{square, std::max(1.0, rows)};
+    lags.resize(i + 1);
+    const double rows = remembered(lags, squares, square);
+    if (!(rows > 1.0)) return std::nullopt;
+    return Coloured{square, (rows - 1.0) / (rows + 1.0)};
   }
   return std::nullopt;
 }
 
-/// The signal of a channel. `filtered`: that is likely.
+/// The signal of a channel. `filtered`: that is likely; `most`: what its noise may be.
 Signal describe(const Series& series, bool filtered, double most) {
   Signal out;
   out.sigma = series.noise;
@@ -248,31 +264,23 @@ Signal describe(const Series& series, bool filtered, double most) {
     rounded = all - kept;
     square = before * before;
   }
-  const double correlation = correlation_of(series, at_rest, rounded, filtered);
-  if (correlation > 0.0) {
-    square = 3.0 * (at_rest.square - rounded) / ((1.0 - correlation) * (3.0 - correlation));
-    out.correlation_s = -series.period_s / std::log(correlation);
+  std::optional<Coloured> filter;
+  if (const double c = correlation_of(series, at_rest, rounded, filtered); c > 0.0) {
+    filter = {3.0 * (at_rest.square - rounded) / ((1.0 - c) * (3.0 - c)), c};
+  } else {
+    filter = settled(series, rounded, most * most);
+  }
+  if (filter) {
+    square = filter->square;
+    out.correlation_s = -series.period_s / std::log(filter->correlation);
     if (out.resolution > 0.0) {
       kept = kept_by_rounding(std::sqrt(square), out.resolution);
       rounded = out.resolution * out.resolution / 12.0 - kept;
     }
-    const double worth = square * (1.0 + correlation) / (1.0 - correlation);
+    const double worth = square * (1.0 + filter->correlation) / (1.0 - filter->correlation);
     out.rows *= (rounded + worth) / (rounded + square);
   }
-  if (correlation == 0.0) {
-    if (const auto coloured = settled(series, rounded, most * most)) {
-      square = coloured->square;
-      // As a filter of the first order that is worth as many.
-      const double kept_on = (coloured->rows - 1.0) / (coloured->rows + 1.0);
-      if (kept_on > 0.0) out.correlation_s = -series.period_s / std::log(kept_on);
-      if (out.resolution > 0.0) {
-        kept = kept_by_rounding(std::sqrt(square), out.resolution);
-        rounded = out.resolution * out.resolution / 12.0 - kept;
-      }
-      out.rows *= (rounded + square * coloured->rows) / (rounded + square);
-    }
-  }
-  if (out.resolution > 0.0 || out.correlation_s > 0.0) {
+  if (out.resolution > 0.0 || filter) {
     out.rounding = std::sqrt(kept);
     out.sigma = std::sqrt(square + rounded + kept);
   }

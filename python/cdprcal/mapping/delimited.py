@@ -56,12 +56,7 @@ _UNIT = re.compile(r"[\[(]?\s*[^\s\d\[\]();,]{0,6}(/[^\s\d\[\]();,]{1,4})?\s*[\]
 def read_delimited(path: Path, form: DelimitedForm | None = None) -> RawTable:
     """Reads text in columns; ``form`` None: found. Raises InputError naming file and line."""
     name = shown_path(path)
-    refuse_many_lines(path)
-    try:
-        lines, encoding = decoded(read_bytes(path), form.encoding if form else None)
-    except (UnicodeDecodeError, LookupError):
-        given = form.encoding if form else "readable"
-        raise InputError(f"{name}: is not {given} text; correct text.encoding") from None
+    lines, encoding = text_lines(path, form.encoding if form else "")
     try:
         found = form or _form_of(lines, encoding)
         if found is not None:
@@ -78,10 +73,16 @@ def read_delimited(path: Path, form: DelimitedForm | None = None) -> RawTable:
     )
 
 
-def decoded(data: bytes, encoding: str | None = None) -> tuple[list[str], str]:
-    """The lines of a text, and its encoding: as given, or found."""
+def text_lines(path: Path, encoding: str = "") -> tuple[list[str], str]:
+    """The lines of a text, and its encoding: as given, or found. Raises InputError."""
+    refuse_many_lines(path)
+    data = read_bytes(path)
     encoding = encoding or _encoding(data)
-    return data.decode(encoding).replace("\0", "").splitlines(), encoding
+    try:
+        return data.decode(encoding).replace("\0", "").splitlines(), encoding
+    except (UnicodeDecodeError, LookupError):
+        message = f"{shown_path(path)}: is not {encoding} text; correct text.encoding"
+        raise InputError(message) from None
 
 
 def _encoding(data: bytes) -> str:

@@ -70,18 +70,18 @@ def _at_other_rates(
     """Every column on the times of all, the first of the clocks beside; None where one clock is all
     there is, or they do not say the same."""
     clock = _clock_of(most)
+    if clock is None:
+        return None
     by_rows: dict[int, dict[str, Column]] = {}
     for key, column in columns.items():
         by_rows.setdefault(len(column.values), {})[key] = column
     groups = []
     for group in by_rows.values():
         its = _clock_of(group)
-        if clock is None or its is None or len(group) < 2:
-            continue
-        if not _alike(most[clock].values, group[its].values):
+        if its is None or len(group) < 2 or not _alike(most[clock].values, group[its].values):
             continue
         groups.append((group[its].values, {k: c for k, c in group.items() if k != its}))
-    if clock is None or len(groups) < 2:
+    if len(groups) < 2:
         return None
     time, joined = on_common_time(groups)
     return {clock: Column(time), **joined}

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from cdprcal._core import InputError
-from cdprcal.io.files import read_bytes, refuse_many_lines, shown_path, shown_text
+from cdprcal.io.files import shown_path, shown_text
 from cdprcal.mapping.common_time import on_common_time
-from cdprcal.mapping.delimited import decoded, number_in
+from cdprcal.mapping.delimited import number_in, text_lines
 from cdprcal.mapping.raw import Column, RawTable
 
 _SAMPLE_TIME = "SampleTime[ms]"
@@ -28,8 +28,7 @@ def read_scope(path: Path) -> RawTable:
     """Reads the signals by their names, on the union of their times; empty where a signal has no
     sample. Raises InputError naming the line."""
     name = shown_path(path)
-    refuse_many_lines(path)
-    lines, _ = decoded(read_bytes(path))
+    lines, _ = text_lines(path)
     header = next(i for i, line in enumerate(lines) if line.startswith(_SAMPLE_TIME))
     separator = next((s for s in "\t;," if s in lines[header]), "\t")
     rows = [[cell.strip() for cell in line.split(separator)] for line in lines]
