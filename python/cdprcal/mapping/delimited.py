@@ -81,8 +81,9 @@ def text_lines(path: Path, encoding: str = "") -> tuple[list[str], str]:
     try:
         return data.decode(encoding).replace("\0", "").splitlines(), encoding
     except (UnicodeDecodeError, LookupError):
-        message = f"{shown_path(path)}: is not {encoding} text; correct text.encoding"
-        raise InputError(message) from None
+        raise InputError(
+            f"{shown_path(path)}: is not {encoding} text; correct text.encoding"
+        ) from None
 
 
 def _encoding(data: bytes) -> str:
