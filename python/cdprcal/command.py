@@ -46,7 +46,8 @@ MapOption = Annotated[
         "--map",
         metavar="FILE",
         help="Mapping file: which columns of a file of your own are what (cdprcal check RAW "
-        "--propose FILE writes one). For CSV of any kind, MAT, Parquet, Feather, ROS 2 bags.",
+        "--propose FILE writes one). For CSV of any kind, Excel, MAT, HDF5, Parquet, Feather, "
+        "ROS 2 bags.",
     ),
 ]
 EffectsOption = Annotated[

@@ -28,6 +28,8 @@ EXTRAS = {
     "serial": Extra("xsens", "serial ports"),
     "pysoem": Extra("ethercat", "drives on EtherCAT"),
     "scipy": Extra("mat", "MAT-files", "save as CSV"),
+    "h5py": Extra("hdf5", "HDF5 files", "save as CSV"),
+    "openpyxl": Extra("excel", "Excel workbooks", "save the sheet as CSV"),
     "pyarrow": Extra("arrow", "Parquet and Feather files", "save as CSV"),
     "pandas": Extra("pandas", "data frames"),
     "distributed": Extra("dask", "studies on a cluster"),

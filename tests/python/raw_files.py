@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -209,6 +210,84 @@ def matlab(log: cdprcal.Log, folder: Path) -> Path:
     return path
 
 
+def matlab_73(log: cdprcal.Log, folder: Path) -> Path:
+    """MATLAB's version 7.3, which is HDF5: arrays transposed, a structure, words, references."""
+    h5 = pytest.importorskip("h5py")
+    path = folder / "exp13.mat"
+    angles = deg(log.roll_pitch_yaw_rad)
+    with h5.File(path, "w", userblock_size=512) as file:
+        file["out/time"] = np.asarray(log.time_s)[None, :]
+        file["out/swivel"] = log.swivel_rad.T
+        for axis, column in zip(("roll_deg", "pitch_deg", "yaw_deg"), angles.T, strict=True):
+            file[f"out/{axis}"] = column[None, :]
+        words = {"label1": "cable length", "label2": "cable force", "note": "all well"}
+        for name, text in words.items():
+            file[f"#refs#/{name}"] = np.array([[ord(letter)] for letter in text], dtype=np.uint16)
+            file[f"#refs#/{name}"].attrs["MATLAB_class"] = np.bytes_("char")
+        file["#refs#/values1"], file["#refs#/values2"] = 1e3 * log.length_m.T, log.tension_N.T
+        for field in ("label", "values"):
+            of_two = file.create_dataset(f"signals/{field}", (2, 1), dtype=h5.ref_dtype)
+            for i in range(2):
+                of_two[i, 0] = file[f"#refs#/{field}{i + 1}"].ref
+        file["comment"] = file["#refs#/note"]
+    head = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\0\2IM"
+    with path.open("r+b") as stream:
+        stream.write(head)
+    return path
+
+
+def hdf5(log: cdprcal.Log, folder: Path) -> Path:
+    """HDF5 of a data recorder: groups a device, units as attributes, a table of an AHRS."""
+    h5 = pytest.importorskip("h5py")
+    path = folder / "run_0007.h5"
+    attitude = np.zeros(len(log.time_s), dtype=[("roll", "f4"), ("pitch", "f4"), ("yaw", "f4")])
+    for axis, column in zip(("roll", "pitch", "yaw"), log.roll_pitch_yaw_rad.T, strict=True):
+        attitude[axis] = column
+    with h5.File(path, "w") as file:
+        for name, values, unit in (
+            ("time", log.time_s, "s"),
+            ("winches/length", 1e3 * log.length_m, "mm"),
+            ("winches/force", 1e-3 * log.tension_N, "kN"),
+        ):
+            file[name] = values
+            file[name].attrs["units"] = unit
+        file["ahrs"] = attitude
+        file["operator"] = "nobody"
+    return path
+
+
+def workbook(log: cdprcal.Log, folder: Path) -> Path:
+    """Excel: a sheet of notes, one of readings under merged names, dates, units below."""
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.active.append(["Rig", 4])
+    sheet = book.create_sheet("Messung")
+    sheet.append(["Rig 4, trial 7"])
+    sheet.append(["", "Length", "", "", "", "Force", "", "", "", "Attitude"])
+    for first, last in ((2, 5), (6, 9), (10, 12)):
+        sheet.merge_cells(start_row=2, end_row=2, start_column=first, end_column=last)
+    sheet.append(["time", 1, 2, 3, 4, 1, 2, 3, 4, "roll", "pitch", "yaw"])
+    sheet.append(["", *["mm"] * 4, *["N"] * 4, *["deg"] * 3])
+    begin = datetime(2026, 3, 1, 12)
+    values = table(1e3 * log.length_m, log.tension_N, deg(log.roll_pitch_yaw_rad))
+    for time, row in zip(log.time_s.tolist(), values.tolist(), strict=True):
+        sheet.append([begin + timedelta(seconds=time), *row])
+    path = folder / "Messung 4.xlsx"
+    book.save(path)
+    return path
+
+
+def merged_names(log: cdprcal.Log, folder: Path) -> Path:
+    """A data frame with names of two levels, as pandas writes them."""
+    upper = ["t", *["length"] * 4, *["tension"] * 4, *["attitude"] * 3]
+    lower = ["", *"1234", *"1234", "roll", "pitch", "yaw"]
+    values = table(log.time_s, log.length_m, log.tension_N, log.roll_pitch_yaw_rad)
+    lines = [",".join(row) for row in (upper, lower, *cells(values, 6))]
+    path = folder / "levels.csv"
+    path.write_text("\n".join([*lines, ""]))
+    return path
+
+
 def parquet(log: cdprcal.Log, folder: Path) -> Path:
     """A data lake: time stamps, lists a cable, quaternions."""
     pa = pytest.importorskip("pyarrow")
@@ -402,6 +481,10 @@ SHAPES = {
     "UTF-16, French": Shape(utf16, "t"),
     "Simulink": Shape(simulink, "st"),
     "MATLAB workspace": Shape(matlab, "t"),
+    "MATLAB 7.3": Shape(matlab_73, "st"),
+    "HDF5": Shape(hdf5, "t"),
+    "Excel workbook": Shape(workbook, "t"),
+    "names in two lines": Shape(merged_names, "t"),
     "Parquet": Shape(parquet, "t"),
     "Feather": Shape(feather, "t"),
     "JSON lines": Shape(json_lines, "t"),

@@ -137,6 +137,47 @@ def test_each_signal_errs_in_its_own_way() -> None:
     assert abs(spikes[spikes != 0.0]).min() >= 1.0
 
 
+class Drawn:
+    """Draws what it is told."""
+
+    def __init__(self, cut_off_Hz: float, sections: int) -> None:
+        self.uniform = lambda *_: np.log(cut_off_Hz)
+        self.integers = lambda _: sections
+        self.random = lambda: 0.9  # all sensors
+
+
+@pytest.mark.parametrize("sections", [0, 1, 2])
+def test_low_passes_are_those_of_scipy(sections: int) -> None:
+    signal = pytest.importorskip("scipy.signal")
+    rate_Hz, cut_off_Hz = 100.0, 5.0
+    rng = np.random.default_rng(1)
+    names = ("length_m", "tension_N", "roll_pitch_yaw_rad")
+    read = {name: 0.1 * np.cumsum(rng.normal(size=(300, 2)), axis=0) for name in names}
+    recording = Recording(
+        time_s=np.arange(300) / rate_Hz,
+        readings={name: values.copy() for name, values in read.items()},
+        position_m=np.zeros((300, 3)),
+        tension_setpoint_N=np.ones((300, 2)),
+        rests_s=[],
+        scale={},
+        quantum={},
+        turn=2.0 * np.pi,
+        size_m=1.0,
+    )
+    spoil = SIGNALS["low_passes"].spoil
+    assert spoil
+    drawn: Any = Drawn(cut_off_Hz, sections)
+    spoil(recording, drawn)
+    on, back = np.ones(9) / 9, np.ones(1)
+    if sections:
+        on, back = signal.butter(2 * sections, cut_off_Hz, fs=rate_Hz)
+    for name in names[:2]:
+        for column, values in enumerate(read[name].T):
+            settled = signal.lfilter_zi(on, back) * values[0]
+            expected = signal.lfilter(on, back, values, zi=settled)[0]
+            assert recording.readings[name][:, column] == pytest.approx(expected, abs=1e-9)
+
+
 def test_a_robot_built_larger_hangs_where_its_drawing_does() -> None:
     small, large = Machine("irma4"), Machine("irma4", mass_kg=500.0)
     k = large.scale.length

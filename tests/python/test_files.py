@@ -70,7 +70,7 @@ def test_a_file_of_another_kind_says_which_and_what_to_do(tmp_path: Path) -> Non
     for content, said in (
         (
             archive.getvalue(),
-            r"run: cannot be read: is a ZIP archive, as .npz and .xlsx are; unpack it, or save",
+            r"run: cannot be read: is a ZIP archive, as .npz is; unpack it, or save",
         ),
         (
             array.getvalue(),

@@ -766,6 +766,32 @@ def test_a_unit_of_lengths_that_physics_contradicts_gives_way(tmp_path: Path) ->
     assert (lengths.unit, lengths.sure) == ("mm", "likely")
 
 
+@pytest.mark.parametrize("every", [1, 10])
+def test_what_is_stamped_late_is_set_back(tmp_path: Path, every: int) -> None:
+    def roll(time_s: Any) -> Any:
+        return 3.0 + 1.5 * np.sin(1.3 * time_s)  # it goes over ±π
+
+    time_s = np.arange(0.0, 20.0, 0.02)
+    lines = ["t,l,r,p,y"]
+    for row, now in enumerate(time_s):
+        angle = float(np.angle(np.exp(1j * roll(now - 0.085))))
+        cells = f"{angle:.9f},0.1,0.2" if row % every == 0 else ",,"
+        lines.append(f"{now:.3f},{now:.3f},{cells}")
+    (tmp_path / "raw.csv").write_text("\n".join([*lines, ""]))
+    (tmp_path / "map.yaml").write_text(
+        "format: cdprcal-map-1\ntext: {}\ntime: {column: t}\nchannels:\n"
+        '  lengths: {columns: ["l"], unit: m}\n'
+        '  attitude: {columns: ["r", "p", "y"], unit: rad, delay_s: 0.085}\n'
+    )
+    log = load_mapped(tmp_path / "raw.csv", tmp_path / "map.yaml", None).log
+    found = np.asarray(log.roll_pitch_yaw_rad[:, 0])
+    there = np.isfinite(found)
+    assert there.sum() > 0.97 * len(time_s) / every
+    turns = np.asarray(found - roll(time_s))[there] / (2.0 * np.pi)
+    assert turns == pytest.approx(np.round(turns), abs=2e-4 * every)
+    assert log.length_m[:, 0] == pytest.approx(time_s)  # nothing else is late
+
+
 def test_a_latency_is_no_part_of_the_time(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
     whole = np.arange(len(synthetic.log)).tolist()
     written = [f"{time};{time % 7}" for time in whole]
@@ -802,10 +828,7 @@ def test_files_of_other_kinds_are_no_reason_for_a_map(
     for more in ([], ["--propose", tmp_path / "map.yaml"]):
         ran = cli("check", "irma4", tmp_path / "raw.zip", *more)
         assert ran.code == 2
-        assert (
-            "raw.zip: cannot be read: is a ZIP archive, as .npz and .xlsx are; unpack it"
-            in ran.stderr
-        )
+        assert "raw.zip: cannot be read: is a ZIP archive, as .npz is; unpack it" in ran.stderr
         assert "--propose map.yaml" not in ran.stderr
 
 
@@ -867,12 +890,19 @@ def test_what_needs_an_extra_names_it(
 ) -> None:
     mat = simulink(synthetic.log, tmp_path)
     (tmp_path / "x.parquet").write_bytes(b"PAR1 and more")
-    for name in ("scipy", "pyarrow"):
+    (tmp_path / "x.h5").write_bytes(b"\x89HDF\r\n\x1a\n")
+    with zipfile.ZipFile(tmp_path / "x.xlsx", "w") as file:
+        file.writestr("xl/workbook.xml", "")
+    for name in ("scipy", "pyarrow", "h5py", "openpyxl"):
         monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(cdprcal.InputError, match=r"pip install 'cdprcal\[mat\]'"):
         read_raw(mat)
     with pytest.raises(cdprcal.InputError, match=r"pip install 'cdprcal\[arrow\]'"):
         read_raw(tmp_path / "x.parquet")
+    with pytest.raises(cdprcal.InputError, match=r"pip install 'cdprcal\[hdf5\]'"):
+        read_raw(tmp_path / "x.h5")
+    with pytest.raises(cdprcal.InputError, match=r"pip install 'cdprcal\[excel\]'"):
+        read_raw(tmp_path / "x.xlsx")
 
 
 DAMAGED = {
@@ -897,9 +927,9 @@ DAMAGED = {
         r"braces.txt:3: '{a: 1, b 3}' is no record like {a: 1.5, b: null}; correct or delete it",
     ),
     "names.csv": (
-        b"time,length,length,length,imu\ns,1,2,3,roll\n"
+        b"time,cable,rope,wire,imu\nfirst,1,2,3,roll\n"
         + b"".join(b"%d,1,2,3,4\n" % i for i in range(9)),
-        "names.csv:2: column 'time': 's' is not a number; .*, or write all of a name into one line",
+        "names.csv:2: column 'time': 'first' is not a number; .*, or write all of a name into one",
     ),
     "scope.csv": (
         b"Name;Scope Project\n\nName;L1;Name;L2\nSampleTime[ms];10;SampleTime[ms];10\n\n"
@@ -908,7 +938,7 @@ DAMAGED = {
     ),
     "x.h5": (
         b"\x89HDF\r\n\x1a\n" + bytes(200),
-        "x.h5: is an HDF5 file, which is not read; export it as CSV or Parquet, or save it from",
+        r"x.h5: is no whole HDF5 file \(OSError\); save it again",
     ),
     "words.csv": (b"red,green\n1,2\n2,3\n3,4\n", "no column is recognised"),
 }

@@ -1,9 +1,10 @@
 #include "cdprcal/diagnosis/held_out.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <numeric>
+
+#include "cdprcal/estimation/symmetric_inverse.hpp"
 
 namespace cdprcal {
 namespace {
@@ -99,7 +100,7 @@ Eigen::VectorXd step_without(const DiagnosisSystem& system, const Folds& folds, 
       system.prior_precision.cwiseSqrt().cwiseProduct(system.prior_residual);
   Eigen::MatrixXd hessian = train.hessian;
   hessian.diagonal() += system.prior_precision;
-  Eigen::VectorXd step = -hessian.completeOrthogonalDecomposition().solve(train.gradient + prior);
+  Eigen::VectorXd step = -symmetric_inverse(hessian) * (train.gradient + prior);
   std::vector<Eigen::Index> own;
   for (Eigen::Index j = 0; j < step.size(); ++j) {
     if (!(train.hessian(j, j) > 0.0)) own.push_back(j);
@@ -110,7 +111,7 @@ Eigen::VectorXd step_without(const DiagnosisSystem& system, const Folds& folds, 
   Eigen::MatrixXd of_own = held.hessian(own, own);
   of_own.diagonal() += system.prior_precision(own);
   const Eigen::VectorXd left = held.gradient + held.hessian * step + prior;
-  step(own) = -of_own.completeOrthogonalDecomposition().solve(left(own));
+  step(own) = -symmetric_inverse(of_own) * left(own);
   return step;
 }
 

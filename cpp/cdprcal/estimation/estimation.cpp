@@ -1,8 +1,9 @@
 #include "cdprcal/estimation/estimation.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+
+#include "cdprcal/estimation/symmetric_inverse.hpp"
 
 namespace cdprcal {
 
@@ -227,8 +228,7 @@ Eigen::MatrixXd Estimation::covariance() {
 }
 
 Eigen::MatrixXd Estimation::covariance(const CommonSystem& system) {
-  if (system.information.size() == 0) return system.information;
-  return system.information.completeOrthogonalDecomposition().pseudoInverse();
+  return symmetric_inverse(system.information);
 }
 
 bool Estimation::left_over(const Eigen::MatrixXd& covariance, const VisitLeftOver& visit) {

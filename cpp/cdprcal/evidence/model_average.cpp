@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cdprcal/estimation/symmetric_inverse.hpp"
 #include "cdprcal/evidence/checks.hpp"
 #include "cdprcal/geometry/pose.hpp"
 #include "cdprcal/statistics.hpp"
@@ -67,10 +68,9 @@ Unseen unseen_effects(const DiagnosisModel& model, const std::vector<CandidateSc
            .pseudoInverse() *
       system.by_common.middleRows(first.begin, first.size);
   // All but the candidates settle anew for each of them.
-  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> settled(
-      information.topLeftCorner(nuisance, nuisance));
-  const Eigen::MatrixXd response = settled.solve(
-      information.topRightCorner(nuisance, static_cast<Eigen::Index>(system.layout.candidates)));
+  const Eigen::MatrixXd response =
+      symmetric_inverse(information.topLeftCorner(nuisance, nuisance)) *
+      information.topRightCorner(nuisance, static_cast<Eigen::Index>(system.layout.candidates));
   const auto found = static_cast<double>(model.effects.size());
   const auto known = static_cast<double>(model.effects.size() + candidates.size());
   const double prior_log_odds = std::log((found + 1.0) / (known - found + 1.0));

@@ -24,7 +24,7 @@ std::vector<SmoothedSample> smoothed(const Calibration& calibration, const Corre
     const TrackedSample& now =
         tracker.add(measurement_at(run.log, row, PoseKind::kinematic_pose, robot.cable_count()));
     steps.push_back(tracker.step());
-    out.push_back({run.log.time_s[row], now.state, steps.back().covariance, now.trusted});
+    out.push_back({run.log.time_s[row], now.state, steps.back().covariance, steps.back().agrees});
   }
   for (std::size_t k = out.size() - 1; k-- > 0;) {
     const TrackerStep& next = steps[k + 1];

@@ -54,7 +54,7 @@ void turn_over(const CableVector& now, double distance, CableVector& at, CableVe
 
 }  // namespace
 
-Tracker::Tracker(const Calibration& calibration, double restless)
+Tracker::Tracker(const Calibration& calibration, double restless, std::optional<LateSensor> late)
     : robot_(with_effects(calibration.problem.robot, calibration.problem.effects)),
       effects_(calibration.problem.effects),
       offsets_(known_offsets(calibration)),
@@ -66,7 +66,9 @@ Tracker::Tracker(const Calibration& calibration, double restless)
       taut_N_(taut_tension_N(robot_)),
       jerk_(1.0),
       restless_(restless),
-      contradictions_(offsets_.rows.size()) {
+      contradictions_(offsets_.rows.size()),
+      lateness_(offsets_, free_),
+      known_late_(late) {
   if (!effects_.empty()) allow_for_directions();
   const ReadingVector root = offsets_.covariance.diagonal().cwiseSqrt().cwiseMax(1e-12);
   ReadingMatrix relative =
@@ -144,6 +146,7 @@ void Tracker::start() {
   covariance_.block<6, 6>(6, 6) = kAnySpeed_m_s * kAnySpeed_m_s * one;
   covariance_.block<6, 6>(12, 12) = kAnyAcceleration_m_s2 * kAnyAcceleration_m_s2 * one;
   shared_.setZero(kMotionUnknowns, offsets_.covariance.cols());
+  lateness_.interrupt();
   lasting_.resize(0);
   swivel_rad_.resize(0);
   length_m_.resize(0);
@@ -420,7 +423,7 @@ bool Tracker::is_vague() const {
 }
 
 void Tracker::judge(bool corrected) {
-  now_.trusted = false;
+  now_.trusted = step_.agrees = false;
   char text[200];
   if (!corrected) {
     now_.reason = "no pose near the last one has these readings";
@@ -446,13 +449,33 @@ void Tracker::judge(bool corrected) {
     now_.reason = text;
     return;
   }
-  now_.trusted = !is_vague();
+  now_.trusted = step_.agrees = !is_vague();
   now_.reason.clear();
-  if (now_.trusted) return;
+  if (now_.trusted) return judge_lateness();
   const Vector6 sigma = covariance_.diagonal().head<6>().cwiseSqrt();
   std::snprintf(text, sizeof text,
                 "the readings leave the pose open (sigma %.3g mm, %.3g deg); it takes more sensors",
                 1e3 * sigma.head<3>().maxCoeff(), sigma.tail<3>().maxCoeff() / kDegree);
+  now_.reason = text;
+}
+
+/// Whether a late sensor makes the pose wrong by more than is said of it.
+void Tracker::judge_lateness() {
+  constexpr double kMost = 2.0;  // σ
+  const std::optional<LateSensor>& late = known_late_ ? known_late_ : lateness_.found();
+  if (!late) return;
+  const Vector6 error = lateness_.pose_error(*late).cwiseAbs();
+  const Vector6 sigma = covariance_.diagonal().head<6>().cwiseSqrt();
+  if (!(error.cwiseQuotient(sigma).maxCoeff() > kMost)) return;
+  now_.trusted = false;
+  char text[200];
+  std::snprintf(
+      text, sizeof text,
+      "the readings of the %s come %.3g ms %s than the others, by which the pose is off by "
+      "up to %.3g mm, %.3g deg",
+      kSensorTable[static_cast<std::size_t>(late->sensor)].in_words, 1e3 * std::abs(late->delay_s),
+      late->delay_s > 0.0 ? "later" : "earlier", 1e3 * error.head<3>().maxCoeff(),
+      error.tail<3>().maxCoeff() / kDegree);
   now_.reason = text;
 }
 
@@ -496,6 +519,11 @@ const TrackedSample& Tracker::add(const Measurement& sample) {
   step_.covariance = covariance_;
   now_.pose_covariance = covariance_.topLeftCorner<6, 6>();
   now_.twist_covariance = covariance_.block<6, 6>(6, 6);
+  if (corrected) {
+    ReadingVector misfits(offsets_.offset.size());
+    for (Eigen::Index row = 0; row < misfits.size(); ++row) misfits[row] = misfit(row);
+    lateness_.add(now_.time_s, now_.state.pose, misfits, readings_);
+  }
   if (corrected && !effects_.empty()) follow_directions();
   judge(corrected);
   return now_;
@@ -504,13 +532,18 @@ const TrackedSample& Tracker::add(const Measurement& sample) {
 Track track(const Calibration& calibration, const Log& log, int segment) {
   const Robot& robot = calibration.problem.robot;
   const CorrectedRun run(robot, log, segment);
-  Tracker tracker(calibration);
   Track out{robot.euler_convention, {}};
+  const auto follow = [&](Tracker tracker) {
+    out.samples.clear();
+    for (Eigen::Index row = run.rows.begin; row < run.rows.end; ++row) {
+      out.samples.push_back(
+          tracker.add(measurement_at(run.log, row, PoseKind::kinematic_pose, robot.cable_count())));
+    }
+    return tracker.late();
+  };
   out.samples.reserve(static_cast<std::size_t>(run.rows.size()));
-  for (Eigen::Index row = run.rows.begin; row < run.rows.end; ++row) {
-    out.samples.push_back(
-        tracker.add(measurement_at(run.log, row, PoseKind::kinematic_pose, robot.cable_count())));
-  }
+  const std::optional<LateSensor> late = follow(Tracker(calibration));
+  if (late) follow(Tracker(calibration, 1.0, late));  // it was so from the beginning
   return out;
 }
 

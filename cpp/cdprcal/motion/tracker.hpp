@@ -8,6 +8,7 @@
 #include "cdprcal/motion/contradictions.hpp"
 #include "cdprcal/motion/inertial_readings.hpp"
 #include "cdprcal/motion/known_offsets.hpp"
+#include "cdprcal/motion/late_sensors.hpp"
 #include "cdprcal/motion/motion_state.hpp"
 
 namespace cdprcal {
@@ -32,6 +33,7 @@ struct TrackerStep {
   MotionState predicted;  ///< before the readings counted
   MotionMatrix predicted_covariance, transition;
   MotionMatrix covariance;  ///< after
+  bool agrees = false;      ///< trusted, but for a sensor that is late
 };
 
 /// Pose and twist from sample to sample: an extended Kalman filter on SE(3) over pose, twist and
@@ -43,9 +45,10 @@ struct TrackerStep {
 /// inertial unit carries the motion on where they are fewer, or come seldom.
 class Tracker {
  public:
-  /// `restless`: so many times the jerk that the innovations show is allowed for. Throws InputError
-  /// as known_offsets() does.
-  explicit Tracker(const Calibration& calibration, double restless = 1.0);
+  /// `restless`: so many times the jerk that the innovations show is allowed for. `late`: known
+  /// from the whole run, and need not be found again. Throws InputError as known_offsets() does.
+  explicit Tracker(const Calibration& calibration, double restless = 1.0,
+                   std::optional<LateSensor> late = {});
 
   /// Takes the next sample; one that the run's counting is lost in (a gap) is a new start. Throws
   /// InputError for a sample that is not after the last one, or of another number of cables.
@@ -53,6 +56,8 @@ class Tracker {
 
   [[nodiscard]] const TrackedSample& latest() const { return now_; }
   [[nodiscard]] const TrackerStep& step() const { return step_; }
+  /// A sensor that is late beside the others, as the samples so far tell.
+  [[nodiscard]] const std::optional<LateSensor>& late() const { return lateness_.found(); }
 
  private:
   using Shared = Eigen::Matrix<double, kMotionUnknowns, Eigen::Dynamic, Eigen::ColMajor,
@@ -88,6 +93,7 @@ class Tracker {
   void learn_jerk(const std::vector<Reading>& readings);
   void follow_directions();
   void judge(bool corrected);
+  void judge_lateness();
 
   Robot robot_;  ///< as its known effects have made it
   ActiveEffects effects_;
@@ -116,6 +122,8 @@ class Tracker {
   CableVector swivel_turn_, length_turn_, swivel_rad_, length_m_;  ///< how far turned over, and at
   ReadingVector innovation_;  ///< size of each, NaN where nothing was read
   Contradictions contradictions_;
+  LateSensors lateness_;
+  std::optional<LateSensor> known_late_;
   TrackedSample now_;
 };
 

@@ -10,6 +10,7 @@ import os
 import shutil
 import stat
 import tempfile
+import zipfile
 import zlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -35,11 +36,13 @@ _PACKED: dict[bytes, Callable[..., Any]] = {
     b"\xfd7zXZ\0": lzma.open,
     b"BZh": bz2.open,
 }
+_ZIP = b"PK\3\4"
+_WORKBOOK = "is an Excel workbook; save the sheet as CSV"
 #: How files begin that hold no log which could be read, what they are, and what to do.
 _FOREIGN = {
-    b"PK\3\4": "is a ZIP archive, as .npz and .xlsx are; unpack it, or save what it holds as CSV",
+    _ZIP: "is a ZIP archive, as .npz is; unpack it, or save what it holds as CSV",
     b"\x93NUMPY": "is an array of NumPy; write it as text with numpy.savetxt",
-    b"\xd0\xcf\x11\xe0": "is an Excel workbook; save the sheet as CSV",
+    b"\xd0\xcf\x11\xe0": "is an old Excel workbook; save it as .xlsx, or the sheet as CSV",
     b"\x28\xb5\x2f\xfd": "is packed by zstd; unpack it",
     b"7z\xbc\xaf": "is a 7z archive; unpack it",
     b"#ROSBAG": "is a ROS 1 bag; turn it into a ROS 2 bag with rosbags-convert",
@@ -64,7 +67,10 @@ def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
             size = os.fstat(stream.fileno()).st_size
             # What is read is allocated first; some files of the system do not know their size.
             data = b"" if size > most else stream.read(max(size, 1 << 16) + 1)
-        if why := next((_FOREIGN[magic] for magic in _FOREIGN if data.startswith(magic)), ""):
+        why = next((_FOREIGN[magic] for magic in _FOREIGN if data.startswith(magic)), "")
+        if why and is_workbook(path):
+            why = _WORKBOOK
+        if why:
             raise InputError(f"{shown}: cannot be read: {why}")
         if _opener(data) is not open:
             with _unpacked(path) as stream:
@@ -127,6 +133,17 @@ def begins_with(path: Path, count: int, *, unpacked: bool = False) -> bytes:
             return stream.read(count)
     except (OSError, ValueError, *_DAMAGE):
         return b""
+
+
+def is_workbook(path: Path) -> bool:
+    """Whether a file is an Excel workbook (.xlsx)."""
+    if begins_with(path, len(_ZIP)) != _ZIP:
+        return False
+    try:
+        with zipfile.ZipFile(path) as held:
+            return "xl/workbook.xml" in held.namelist()
+    except (OSError, ValueError, zipfile.BadZipFile):
+        return False
 
 
 def is_foreign(head: bytes) -> bool:

@@ -14,7 +14,7 @@ from cdprcal import _core
 from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
 from cdprcal.hardware.xsens.measurement import rotation_from_quaternion
-from cdprcal.io.files import begins_with, is_foreign, shown_path, shown_text
+from cdprcal.io.files import begins_with, is_foreign, is_workbook, shown_path, shown_text
 from cdprcal.io.loaded import LogFile
 from cdprcal.io.log_file import load_run, refuse_repeated, require_cable_count
 from cdprcal.mapping.document import GROUPS, QUATERNIONS, Group, Map, load_map
@@ -60,6 +60,8 @@ def apply_map(raw: RawTable, the_map: Map, source: str, robot: _core.Robot | Non
             )
             parts = zip(group.columns, signs, strict=True)
             values = np.stack([scale * sign * rows.of(column) for column, sign in parts], axis=1)
+        if group.delay_s:
+            values = _before(values, rows.time_s, group.delay_s, is_angle=sensor.unit == "rad")
         if np.isfinite(values).any():
             arrays[sensor.field] = values
     log = Log(time_s=rows.time_s, source=shown_path(raw.path), **arrays)
@@ -230,6 +232,23 @@ def _nearest(column: Column, time_s: Floats) -> Floats:
     return np.where(close, values[at], np.nan)
 
 
+def _before(values: Floats, time_s: Floats, delay_s: float, *, is_angle: bool) -> Floats:
+    """Readings [N, c] that are stamped ``delay_s`` late, at the rows nearest to when they were so:
+    what lies between two of them on a straight line."""
+    out = np.full_like(values, np.nan)
+    for column, earlier in zip(values.T, out.T, strict=True):
+        there = np.isfinite(column)
+        if there.sum() < 2:
+            continue
+        times = time_s[there] - delay_s
+        read = np.unwrap(column[there]) if is_angle else column[there]
+        after = np.clip(np.searchsorted(time_s, times), 1, len(time_s) - 1)
+        nearer = times - time_s[after - 1] < time_s[after] - times
+        at = np.unique(after - nearer)
+        earlier[at] = np.interp(time_s[at], times, read, left=np.nan, right=np.nan)
+    return out
+
+
 def _angles(rows: _Rows, group: Group, robot: _core.Robot | None, source: str) -> Floats:
     """Orientations as the angles of the robot's convention; a sign turns the axis' component.
 
@@ -288,6 +307,8 @@ def map_offered(path: str | Path) -> Iterator[None]:
 
 def _is_foreign(path: Path) -> bool:
     """A table whose first line that is no comment names no time_s, as logs do."""
+    if is_workbook(path):
+        return True
     head = begins_with(path, 1 << 16, unpacked=True)
     lines = [] if is_foreign(head) else head.splitlines()
     header = next((line for line in lines if line.strip()[:1] not in (b"", b"#")), b"time_s")

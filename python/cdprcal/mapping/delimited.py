@@ -18,6 +18,7 @@ import numpy as np
 
 from cdprcal._core import InputError
 from cdprcal.io.files import read_bytes, refuse_many_lines, shown_path
+from cdprcal.mapping.marks import says_nothing
 from cdprcal.mapping.raw import Column, DelimitedForm, Floats, RawTable
 from cdprcal.mapping.units import unit_named
 
@@ -35,9 +36,6 @@ _CLOCK = re.compile(
 )
 #: As Excel shows a time with fractions: the hours are not there.
 _OF_HOUR = re.compile(r"(?P<min>\d{1,2}):(?P<s>\d{2}[.,]\d+)")
-#: Cells, in small letters, that say that nothing was read; the last ones are C's and Excel's.
-_NO_READING = {"", "-", "--", "---", "?", "na", "n/a", "nan", "+nan", "-nan", "null", "nil", "none"}
-_NO_READING |= {"nan(ind)", "-nan(ind)", "-1.#ind", "1.#qnan", "#n/a"}
 _MINUS = str.maketrans("\N{MINUS SIGN}", "-")
 #: By decimal mark: separators of thousands, and a number with its unit.
 _THOUSANDS = {
@@ -60,7 +58,7 @@ def read_delimited(path: Path, form: DelimitedForm | None = None) -> RawTable:
     try:
         found = form or _form_of(lines, encoding)
         if found is not None:
-            return _table(path, name, lines, found)
+            return _table(path, lines, found)
     except csv.Error:  # a quote that nothing ends, most likely
         most = csv.field_size_limit()
         number = next((i for i, line in enumerate(lines, start=1) if len(line) > most), 1)
@@ -71,6 +69,19 @@ def read_delimited(path: Path, form: DelimitedForm | None = None) -> RawTable:
     raise InputError(
         f"{name}: is no table of numbers; give columns separated by ; , | tabs or blanks"
     )
+
+
+def table_of_lines(
+    path: Path, lines: list[str], separator: str, *, kind: str, left_out: tuple[str, ...]
+) -> RawTable:
+    """Lines whose separator is known and whose decimal mark is the point: the lines of names and
+    units are found. Raises InputError naming file and line."""
+    cells = [_cells(line, separator) for line in lines]
+    count = max((i for row in cells for i, cell in enumerate(row, 1) if cell), default=0)
+    used = Counter(len(_without_empty_end(row)) for row in cells if any(row)).most_common(1)[0][0]
+    form = DelimitedForm(separator, ".", _header_line(lines, used, count, separator, "."), "utf-8")
+    table = _table(path, lines, form)
+    return replace(table, kind=kind, form=None, left_out=left_out)
 
 
 def text_lines(path: Path, encoding: str = "") -> tuple[list[str], str]:
@@ -176,6 +187,9 @@ def _header_line(lines: list[str], used: int, count: int, separator: str, decima
         cells = _named(line, separator)
         if len(cells) < used or len(_without_empty_end(cells)) > count:
             continue
+        if names == number - 1 > 0 and _under_merged(lines[names - 1], cells, separator, decimal):
+            names = number
+            continue
         numbers = sum(_is_number(cell, decimal) for cell in cells)
         # Where sensors begin one after another the first rows are sparse.
         sparse = names and numbers >= 2 and numbers == sum(map(bool, cells))
@@ -187,7 +201,26 @@ def _header_line(lines: list[str], used: int, count: int, separator: str, decima
     return names
 
 
-def _table(path: Path, name: str, lines: list[str], form: DelimitedForm) -> RawTable:
+def _under_merged(above: str, cells: list[str], separator: str, decimal: str) -> list[str]:
+    """Names that stand in two lines, written together: the upper one is over several columns each,
+    in merged cells or again and again ('Length', 'Force' over 1 2 3 4 1 2 3 4). Empty where the
+    lower line holds no more of names, or one of both is enough by itself."""
+    upper, over = [], ""
+    for word in (_named(above, separator) + [""] * len(cells))[: len(cells)]:
+        over = word or over
+        upper.append(over)
+    numbers = [over for over, cell in zip(upper, cells, strict=True) if _is_number(cell, decimal)]
+    indices = [cell for cell in cells if re.fullmatch(r"\d{1,2}", cell)]
+    if len(numbers) == len(cells) or len(numbers) != len(indices) or 1 in map(upper.count, numbers):
+        return []  # a row of readings
+    words = [cell for cell in cells if cell]
+    names = [f"{over} {cell}".strip() for over, cell in zip(upper, cells, strict=True)]
+    enough = len(set(upper)) == len(upper) or (not numbers and len(set(words)) == len(words))
+    return [] if enough or len(set(names)) < len(names) else names
+
+
+def _table(path: Path, lines: list[str], form: DelimitedForm) -> RawTable:
+    name = shown_path(path)
     names, units = _names(lines, form)
     if form.header_line and not names:
         raise InputError(f"{name}:{form.header_line}: names no columns; correct text.header_line")
@@ -234,6 +267,9 @@ def _names(lines: list[str], form: DelimitedForm) -> tuple[list[str], list[str]]
     if form.header_line > len(lines):
         return [], []
     cells = _without_empty_end(_named(lines[form.header_line - 1], form.separator))
+    if form.header_line > 1:
+        above = lines[form.header_line - 2]
+        cells = _under_merged(above, cells, form.separator, form.decimal) or cells
     names: list[str] = []
     for i, cell in enumerate(cells):
         cell = cell.strip('"') or f"column_{i + 1}"
@@ -268,7 +304,7 @@ def _column(cells: Sequence[str], decimal: str, unit: str) -> Column:
     is_clock = sum(bool(_clock(cell)) for cell in cells) > len(cells) / 2
     values = _seconds(cells) if is_clock else _numbers(cells, decimal)
     for row, (cell, value) in enumerate(zip(cells, values.tolist(), strict=True)):
-        if not math.isfinite(value) and cell.lower() not in _NO_READING:
+        if not math.isfinite(value) and not says_nothing(cell):
             remedy = _remedy(cell, decimal)
             if row == 0 and re.search(r"\d", cell) is None:
                 remedy += ", or write all of a name into one line if it is a part of one"

@@ -93,6 +93,7 @@ class Group(_Strict):
     columns: Annotated[list[str], Field(min_length=1, max_length=64)]
     unit: str | float = Field(description="A unit, or the number of SI units that one of it is.")
     sign: Sign | list[Sign] = 1
+    delay_s: Annotated[float, Field(ge=-10.0, le=10.0)] = 0.0  #: stamped so long after they were so
 
     @model_validator(mode="after")
     def _one_sign_a_column(self) -> Group:

@@ -1,4 +1,4 @@
-"""Numbers that say that nothing was read, such as -999."""
+"""Words and numbers that say that nothing was read, such as n/a and -999."""
 
 from __future__ import annotations
 
@@ -9,11 +9,19 @@ import numpy as np
 
 from cdprcal.mapping.raw import Floats
 
+#: In small letters; the last ones are C's and Excel's.
+_WORDS = {"", "-", "--", "---", "?", "na", "n/a", "nan", "+nan", "-nan", "null", "nil", "none"}
+_WORDS |= {"nan(ind)", "-nan(ind)", "-1.#ind", "1.#qnan", "#n/a"}
 #: Nines, and where whole numbers of 16 and 32 bits end.
 _USUAL = [sign * (10.0**digits - 1.0) for digits in range(3, 8) for sign in (1, -1)]
 _USUAL += [-(2.0**15), 2.0**15 - 1.0, 2.0**16 - 1.0, -(2.0**31), 2.0**31 - 1.0, 2.0**32 - 1.0]
 #: By chance no more than one column in so many seems to have a mark.
 _ONE_IN = 1000
+
+
+def says_nothing(cell: str) -> bool:
+    """Whether a cell of a file says that nothing was read."""
+    return cell.lower() in _WORDS
 
 
 def marks_in(values: Floats) -> dict[int, int]:

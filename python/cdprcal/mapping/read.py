@@ -4,24 +4,23 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cdprcal._core import InputError
-from cdprcal.io.files import begins_with, shown_path
+from cdprcal.io.files import begins_with, is_workbook
 from cdprcal.mapping.arrow import FEATHER_MAGICS, PARQUET_MAGIC, read_arrow
 from cdprcal.mapping.bag import read_bag
 from cdprcal.mapping.delimited import read_delimited
+from cdprcal.mapping.hdf5 import HDF5_MAGIC, read_hdf5
 from cdprcal.mapping.json_lines import holds_json_lines, read_json_lines
 from cdprcal.mapping.matlab import read_mat
 from cdprcal.mapping.raw import DelimitedForm, RawTable
 from cdprcal.mapping.records import holds_records, read_records
 from cdprcal.mapping.scope import holds_scope, read_scope
+from cdprcal.mapping.workbook import read_workbook
 from cdprcal.ros2 import is_bag
-
-_HDF5 = b"\x89HDF"
 
 
 def read_raw(path: str | Path, form: DelimitedForm | None = None) -> RawTable:
-    """Reads CSV and its like, exports of TwinCAT Scope, JSON lines, records in braces, MAT,
-    Parquet, Feather or a ROS 2 bag.
+    """Reads CSV and its like, exports of TwinCAT Scope, JSON lines, records in braces, Excel
+    workbooks, MAT, HDF5, Parquet, Feather or a ROS 2 bag.
 
     ``form``: how text is to be cut; None: found. Raises InputError naming file and place.
     """
@@ -29,11 +28,10 @@ def read_raw(path: str | Path, form: DelimitedForm | None = None) -> RawTable:
     if is_bag(path):
         return read_bag(path)
     head = begins_with(path, 8)
-    if head.startswith(_HDF5):
-        raise InputError(
-            f"{shown_path(path)}: is an HDF5 file, which is not read; export it as CSV or Parquet, "
-            "or save it from MATLAB with save(…, '-v7')"
-        )
+    if is_workbook(path):
+        return read_workbook(path)
+    if head.startswith(HDF5_MAGIC):
+        return read_hdf5(path)
     if head.startswith(b"MATLAB") or path.suffix.lower() == ".mat":
         return read_mat(path)
     if head.startswith((PARQUET_MAGIC, *FEATHER_MAGICS)):

@@ -9,10 +9,10 @@ import numpy as np
 
 from cdprcal._core import InputError
 from cdprcal.io.files import read_bytes, shown_path, shown_text
+from cdprcal.mapping.marks import says_nothing
 from cdprcal.mapping.raw import Column, RawTable
 
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
-_NO_READING = {"null", "nan", "none", "-", "?", ""}
 #: In quotes a value may hold commas.
 _VALUE = r"\s*\"[^\"\n]*\"\s*|\s*'[^'\n]*'\s*|[^,{}\"']*"
 _FIELD = rf"\s*[\"']?([A-Za-z_]\w*)[\"']?\s*[:=]({_VALUE})"
@@ -34,7 +34,7 @@ def holds_records(head: bytes) -> bool:
 def _holds_numbers(record: str) -> bool:
     """Whether braces hold a number, or say that there is none; else they are words."""
     values = [value.strip() for _, value in _FIELDS.findall(record)]
-    return any(_NUMBER.fullmatch(value) or value.lower() in _NO_READING for value in values)
+    return any(_NUMBER.fullmatch(value) or says_nothing(value) for value in values)
 
 
 def read_records(path: Path) -> RawTable:
@@ -101,7 +101,7 @@ def _values(record: str, where: str) -> tuple[dict[str, float], list[str]]:
         value = text.strip()
         if _NUMBER.fullmatch(value):
             values[field] = float(value)
-        elif value.lower() in _NO_READING:
+        elif says_nothing(value):
             values[field] = np.nan
         elif value.startswith(('"', "'")):
             texts.append(field)

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include "../support/startup_scenario.hpp"
 #include "cdprcal/error.hpp"
@@ -296,6 +297,65 @@ TEST(Tracker, DoesNotTrustACableThatSlipped) {
                                          "yaw_rad) contradicts the other readings"));
       EXPECT_LE(silently_wrong_s(slipped.samples, run.truth), 1.0);
     }
+  }
+}
+
+TEST(Tracker, RestsWhereTheCalibrationAllowsForEffects) {
+  const Robot robot = load_robot("irma4");
+  StartUpRunOptions options;
+  options.simulator.sensors.swivel_rad.delay_s = 0.1;
+  const StartUpRun run = simulated(robot, 100.0, 3, options);
+  const Calibration calibration = calibrate(robot, run.log);
+  EXPECT_THAT(calibration.result.reason, testing::HasSubstr("allow for every known effect"));
+  const Matrix6& covariance = *calibration.result.covariance;
+  EXPECT_LT((covariance - covariance.transpose()).cwiseAbs().maxCoeff(),
+            1e-9 * covariance.diagonal().maxCoeff());
+  const Track found = track(calibration, run.log);
+  for (std::size_t i = 0; i < 200; ++i) {
+    const TrackedSample& now = found.samples[i];
+    ASSERT_TRUE(now.trusted) << now.reason;
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix6>(now.pose_covariance).eigenvalues()[0], 0.0);
+    EXPECT_LT(error_of(now, run.truth[i]).head<3>().norm(), 0.02);
+  }
+}
+
+TEST(Tracker, FindsWhichSensorIsLate) {
+  struct Late {
+    std::vector<SensorChannel SensorOptions::*> channels;
+    double delay_s;
+    const char* words;
+  };
+  const Late all[] = {
+      {{&SensorOptions::roll_pitch_rad}, 0.1, "the attitude come (9[0-9]|10[0-9])[.0-9]* ms later"},
+      {{&SensorOptions::length_m}, 0.03, "the cable length come (29|3[01])[.0-9]* ms later"},
+      {{&SensorOptions::length_m, &SensorOptions::swivel_rad},
+       0.05,
+       "the attitude come (4[4-9]|5[0-6])[.0-9]* ms earlier"},
+  };
+  const Robot robot = load_robot("irma4");
+  StartUpPlan plan;
+  plan.setpoint_N = default_setpoints(robot, 2, 2, 2);
+  for (const Late& late : all) {
+    SCOPED_TRACE(late.words);
+    StartUpRunOptions options;
+    options.log_rate_Hz = 100.0;
+    options.simulator.seed = 1;
+    for (const auto channel : late.channels) {
+      (options.simulator.sensors.*channel).delay_s = late.delay_s;
+    }
+    const StartUpRun run = simulate_startup(robot, plan, options);
+    const Calibration calibration = calibrate(robot, run.log);
+    const Track found = track(calibration, run.log);
+    EXPECT_LE(silently_wrong_s(found.samples, run.truth), 0.1);
+    const auto told = [&](const TrackedSample& now) {
+      return !now.trusted && testing::Value(now.reason, testing::ContainsRegex(late.words));
+    };
+    EXPECT_GT(std::ranges::count_if(found.samples, told), 500);
+    // While it runs it is told once it moved for long enough.
+    const std::vector<TrackedSample> live = streamed(calibration, run.log);
+    EXPECT_LE(silently_wrong_s({live.begin() + 5000, live.end()},
+                               {run.truth.begin() + 5000, run.truth.end()}),
+              0.1);
   }
 }
 

@@ -50,7 +50,10 @@ def _signal(name: str, draws_noise: bool = True) -> Family:
 FAMILIES: dict[str, Family] = {
     **{name: _signal(name, draws_noise=False) for name in ("white", "rest", "quantised")},
     "place": replace(_signal("place"), revisits=True),
-    **{name: _signal(name) for name in ("walk", "heavy_tailed", "held", "filtered", "spiked")},
+    **{
+        name: _signal(name)
+        for name in ("walk", "heavy_tailed", "held", "filtered", "low_passes", "spiked")
+    },
     "robots": Family("3 to 6 cables, built in and random, 0.3 to 500 kg", _EITHER, draw_machine),
     "weights": Family(
         "irma4 built for 0.3, 13, 100 or 500 kg: what its load cells say of its weight",

@@ -7,7 +7,7 @@ study asks for.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -60,6 +60,7 @@ _WAVES = 12
 _DEGREES_OF_FREEDOM = 3
 _SPIKED_SHARE, _SPIKE_SIGMA = 0.01, (10.0, 30.0)
 _TIME_CONSTANT_S = (0.05, 0.2)
+_CUT_OFF_HZ = (2.0, 20.0)
 _HELD_ROWS = 5  # 50 Hz rows of 10 Hz sensors
 
 
@@ -117,12 +118,46 @@ def _filtered(run: Recording, rng: np.random.Generator) -> None:
     """A low-pass of first order, the same of all sensors: another one would be a delay of its own,
     which has a name."""
     step_s = float(np.median(np.diff(run.time_s)))
-    gain = -np.expm1(-step_s / rng.uniform(*_TIME_CONSTANT_S))
+    gain = -float(np.expm1(-step_s / rng.uniform(*_TIME_CONSTANT_S)))
+    _behind(run, tuple(run.readings), [gain], [gain - 1.0])
+
+
+def _low_passes(run: Recording, rng: np.random.Generator) -> None:
+    """A Butterworth filter of second or fourth order, or a moving mean; behind it all sensors, or
+    the load cells alone."""
+    rate_Hz = 1.0 / float(np.median(np.diff(run.time_s)))
+    cut_off_Hz = float(np.exp(rng.uniform(*np.log(_CUT_OFF_HZ))))
+    sensors = tuple(run.readings)
+    if "tension_N" in sensors and rng.random() < 0.5:
+        sensors = ("tension_N",)
+    sections = int(rng.integers(3))
+    if sections == 0:
+        width = max(2, round(0.44 * rate_Hz / cut_off_Hz))
+        _behind(run, sensors, [1.0 / width] * width, [])
+    warped = np.tan(np.pi * cut_off_Hz / rate_Hz)
+    for k in range(sections):
+        damped = 2.0 * np.sin(np.pi * (k + 0.5) / (2.0 * sections)) * warped
+        whole = 1.0 + damped + warped**2
+        gain = warped**2 / whole
+        back = [2.0 * (warped**2 - 1.0) / whole, (1.0 - damped + warped**2) / whole]
+        _behind(run, sensors, [gain, 2.0 * gain, gain], back)
+
+
+def _behind(run: Recording, sensors: Sequence[str], on: list[float], back: list[float]) -> None:
+    """Sensors behind a filter, yₖ = Σ onᵢ xₖ₋ᵢ - Σ backᵢ yₖ₋ᵢ₋₁, that was at rest at the start."""
     attitude = run.readings["roll_pitch_yaw_rad"]
     attitude[:] = np.unwrap(attitude, axis=0, period=run.turn)
-    for readings in run.readings.values():
-        for row in range(1, len(readings)):
-            readings[row] = readings[row - 1] + gain * (readings[row] - readings[row - 1])
+    for sensor in sensors:
+        readings = run.readings[sensor]
+        # As long as its memory, the first reading went on before.
+        read = np.vstack([np.repeat(readings[:1], len(on) - 1, axis=0), readings])
+        driven = np.zeros_like(readings)
+        for i, share in enumerate(on):
+            driven += share * read[len(on) - 1 - i : len(read) - i]
+        before = np.repeat(readings[:1], len(back), axis=0)
+        for row, now in enumerate(driven):
+            readings[row] = now - np.array(back) @ before
+            before = np.vstack([readings[row : row + 1], before[:-1]]) if back else before
     attitude -= run.turn * np.round(attitude / run.turn)
 
 
@@ -142,5 +177,12 @@ SIGNALS: dict[str, Signal] = {
     "quantised": Signal("0.5 mm, 0.1°, 1 N under less noise", _quantised, white=_QUIET),
     "held": Signal("rows at 50 Hz of 10 Hz sensors", _held, log_rate_Hz=50.0),
     "filtered": Signal("a low-pass of 50 to 200 ms", _filtered, log_rate_Hz=100.0, every=10),
+    "low_passes": Signal(
+        "filters of 2 to 20 Hz: second order, fourth order, moving means; behind them all sensors, "
+        "or load cells alone",
+        _low_passes,
+        log_rate_Hz=100.0,
+        every=10,
+    ),
     "spiked": Signal("1 % of the samples off by 10 to 30 σ", _spiked),
 }
