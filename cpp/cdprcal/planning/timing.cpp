@@ -6,6 +6,7 @@
 #include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/startup/length_controller.hpp"
+#include "cdprcal/startup/startup_checks.hpp"
 
 namespace cdprcal {
 namespace {
@@ -148,8 +149,10 @@ Timing TransitionTimer::held_time(const Path& path) const {
   Timing timing;
   const PathPoint &from = path.points.front(), &to = path.points.back();
   const HeldMotion motion(from.pose, from.tension_N, to.pose, to.tension_N);
-  timing.transition_s =
-      rounded_up(std::max(least_by_speed_s(path), least_held_time_s(checker_.robot(), motion)));
+  // As fast as the start-up's winches run, unless they are told to.
+  const double least_s =
+      held_transition_time_s(checker_.robot(), motion, derived_velocity_m_s(checker_.robot()));
+  timing.transition_s = rounded_up(std::max(least_by_speed_s(path), least_s));
   timing.settling_s = DetectionOptions{}.window_s;
   timing.dwell_s = timing.settling_s + options_.measuring_s;
   return timing;

@@ -58,10 +58,20 @@ CableVector LengthController::tension_feedback_m_s(const PlatformState& state,
 
 const CableVector& LengthController::step(const HeldMotion& motion, double s, double s_by_time_1_s,
                                           const CableVector& error_N, double dt_s) {
+  motion_ = motion;
+  s_ = s;
+  s_by_time_1_s_ = s_by_time_1_s;
+  slows_by_1_s2_ = s_by_time_1_s / kFullSpeed_s;
+  return follow(error_N, dt_s);
+}
+
+const CableVector& LengthController::follow(const CableVector& error_N, double dt_s) {
   travelled_m_ += dt_s * ramp_.commanded_m_s();
-  const HeldPoint at = held_point(robot_, motion, s);
-  if (!at.state.valid) return stop(dt_s);
-  CableVector wanted_m_s = length_jacobian(at.state) * (s_by_time_1_s * motion.twist);
+  const HeldPoint at = held_point(robot_, motion_, s_);
+  if (!at.state.valid) {
+    return ramp_.command_together(CableVector::Zero(robot_.cable_count()), dt_s);
+  }
+  CableVector wanted_m_s = length_jacobian(at.state) * (s_by_time_1_s_ * motion_.twist);
   const CableVector behind_m = at.state.length_m() - start_m_ - travelled_m_;
   std::vector<bool> follows(static_cast<std::size_t>(robot_.cable_count()), false);
   for (const int cable : by_tension_) follows[static_cast<std::size_t>(cable)] = true;
@@ -69,11 +79,14 @@ const CableVector& LengthController::step(const HeldMotion& motion, double s, do
     if (!follows[static_cast<std::size_t>(i)]) wanted_m_s[i] += behind_m[i] / kCatchUp_s;
   }
   wanted_m_s += tension_feedback_m_s(at.state, error_N);
-  return ramp_.command(wanted_m_s, dt_s);
+  return ramp_.command_together(wanted_m_s, dt_s);
 }
 
-const CableVector& LengthController::stop(double dt_s) {
-  return ramp_.command(CableVector::Zero(robot_.cable_count()), dt_s);
+const CableVector& LengthController::stop(const CableVector& error_N, double dt_s) {
+  s_by_time_1_s_ = std::max(0.0, s_by_time_1_s_ - slows_by_1_s2_ * dt_s);
+  s_ = std::min(1.0, s_ + s_by_time_1_s_ * dt_s);
+  if (s_by_time_1_s_ > 0.0) return follow(error_N, dt_s);
+  return ramp_.command_together(CableVector::Zero(robot_.cable_count()), dt_s);
 }
 
 double least_held_time_s(const Robot& robot, const HeldMotion& motion) {

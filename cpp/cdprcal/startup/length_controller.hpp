@@ -34,8 +34,9 @@ class LengthController {
   /// tension error τ_set − τ [N].
   const CableVector& step(const HeldMotion& motion, double s, double s_by_time_1_s,
                           const CableVector& error_N, double dt_s);
-  /// Velocity while coming to a stop.
-  const CableVector& stop(double dt_s);
+  /// Velocity while coming to a stop within kFullSpeed_s, on along the way of the last step: cables
+  /// that stop each for itself would pull against each other.
+  const CableVector& stop(const CableVector& error_N, double dt_s);
 
  private:
   /// G: with the pose held, tensions τ_S of cables S answer their lengths by −k N_S N_Sᵀ.
@@ -45,8 +46,13 @@ class LengthController {
   Robot robot_;
   std::vector<int> by_tension_;
   TensionControlOptions options_;
+  const CableVector& follow(const CableVector& error_N, double dt_s);
+
   WinchRamp ramp_;
   CableVector start_m_, travelled_m_;
+  HeldMotion motion_;  ///< of the last step, and where and how fast on it
+  double s_ = 0.0, s_by_time_1_s_ = 0.0;
+  double slows_by_1_s2_ = 0.0;  ///< while stopping
 };
 
 /// Shortest time [s] of a fifth-degree transition along a motion at whatever speed: no cable comes

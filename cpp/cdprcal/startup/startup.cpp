@@ -92,10 +92,10 @@ StartUp::Legs StartUp::legs_of(const StartUpPlan& plan, CableVector from_N, std:
           robot_, {motion.from, plus(motion.from, 0.5 * motion.twist), plan.pose[k]}, led);
       legs.led_by_tension.push_back(led);
       at = plan.pose[k];
-      if (transition_s[k] == 0.0) {
-        transition_s[k] =
-            held_transition_time_s(robot_, legs.by_length.back(), velocity_limit_m_s_);
-      }
+      // A way that some cables are too slow for is another way than the one that was checked.
+      transition_s[k] =
+          std::max(transition_s[k],
+                   held_transition_time_s(robot_, legs.by_length.back(), velocity_limit_m_s_));
     } else {
       // Without a pose to begin with, the first leg is a place.
       PathResult path = follow_equilibrium(robot_, from_N, to_N, at, at ? 9 : 1);
@@ -176,7 +176,12 @@ const StartUpCommand& StartUp::step(const RobotSample& sample) {
     const std::string& fault = watchdog_.check(
         sample, controlling ? watched_setpoint_N() : CableVector(), command_.velocity_m_s);
     if (std::isfinite(sample.time_s)) now_s_ = sample.time_s;
-    if (!fault.empty()) hold(fault);
+    if (!fault.empty()) {
+      if (watchdog_.doubts_winches()) {
+        std::fill(command_.by_tension.begin(), command_.by_tension.end(), false);
+      }
+      hold(fault);
+    }
   } else if (std::isfinite(sample.time_s)) {
     now_s_ = std::max(now_s_, sample.time_s);
   }
@@ -207,17 +212,20 @@ const StartUpCommand& StartUp::step(const RobotSample& sample) {
       break;
   }
   if (command_.state == done || command_.state == holding) {
+    CableVector error_N = CableVector::Zero(robot_.cable_count());
+    if (!watchdog_.doubts_winches() && usable)
+      error_N = command_.tension_setpoint_N - sample.tension_N;
     // A ramp needs a clock that runs; without one, stop at once.
     command_.velocity_m_s =
-        dt_s > 0.0 ? stop(dt_s) : CableVector(CableVector::Zero(robot_.cable_count()));
+        dt_s > 0.0 ? stop(error_N, dt_s) : CableVector(CableVector::Zero(robot_.cable_count()));
     command_.locked = command_.velocity_m_s.isZero(0.0);
   }
   command_.remaining_s = estimate_remaining_s();
   return command_;
 }
 
-const CableVector& StartUp::stop(double dt_s) {
-  return lengths_ ? lengths_->stop(dt_s) : controller_.stop(dt_s);
+const CableVector& StartUp::stop(const CableVector& error_N, double dt_s) {
+  return lengths_ ? lengths_->stop(error_N, dt_s) : controller_.stop(dt_s);
 }
 
 /// What the tensions must follow: NaN of a cable that is led by its length.
@@ -310,7 +318,7 @@ CableVector StartUp::off_the_line_N(const HeldMotion& motion, double s) const {
 void StartUp::control(const RobotSample& sample, double speed_1_s, double fraction, double dt_s) {
   // A missing reading for a few samples: coast. The watchdog ends it when it lasts.
   if (!watchdog_.usable(sample)) {
-    command_.velocity_m_s = stop(dt_s);
+    command_.velocity_m_s = stop(CableVector::Zero(robot_.cable_count()), dt_s);
     return;
   }
   const auto k = static_cast<std::size_t>(command_.setpoint);

@@ -12,7 +12,9 @@
 //
 // Safe hold: the winches come to a stop within 0.2 s and stay locked. A platform that hangs on
 // locked cables is where gravity wants it whatever the sensors say; tension control would let it
-// run away with the first load cell that lies. A stop on purpose (operator, end) ends the same way.
+// run away with the first load cell that lies. Where lengths lead, cables pull against each other:
+// they stop together, on along their way, and unless winches or load cells are in doubt the
+// tensions count until all stand still. A stop on purpose (operator, end) ends the same way.
 #pragma once
 
 #include <optional>
@@ -75,7 +77,7 @@ struct StartUpCommand {
   CableVector tension_setpoint_N;  ///< wanted now; for drives in torque mode, and for the log
   /// Lengths lead: one a cable, true where it follows its tension set-point and false where it must
   /// follow velocity_m_s; other ones from way to way. Empty: a drive with a tension loop follows
-  /// the set-points of all.
+  /// the set-points of all, and velocity_m_s while the run comes to a stop.
   std::vector<bool> by_tension;
   bool locked = true;         ///< winches must stand still: brakes may be set
   int setpoint = 0;           ///< which one is being moved to or measured, from 0
@@ -139,7 +141,7 @@ class StartUp {
   void begin_leg();
   void move(const RobotSample& sample, double dt_s);
   void control(const RobotSample& sample, double speed_1_s, double fraction, double dt_s);
-  const CableVector& stop(double dt_s);
+  const CableVector& stop(const CableVector& error_N, double dt_s);
   [[nodiscard]] CableVector off_the_line_N(const HeldMotion& motion, double s) const;
   void settle();
   void measure();

@@ -53,15 +53,17 @@ bool Watchdog::usable(const RobotSample& sample) const {
   return all_there(sample.length_m, n_) && all_there(sample.tension_N, n_);
 }
 
-void Watchdog::raise(const std::string& reason) {
-  if (reason_.empty()) reason_ = reason;
+void Watchdog::raise(const std::string& reason, bool of_winches) {
+  if (!reason_.empty()) return;
+  reason_ = reason;
+  doubts_winches_ = of_winches;
 }
 
 const std::string& Watchdog::check(const RobotSample& sample, const CableVector& setpoint_N,
                                    const CableVector& velocity_m_s) {
   if (!reason_.empty()) return reason_;
-  if (sample.stop_requested) raise("stopped by the operator");
-  if (!sample.host_error.empty()) raise(sample.host_error);
+  if (sample.stop_requested) raise("stopped by the operator", false);
+  if (!sample.host_error.empty()) raise(sample.host_error, false);
   if (!sample.drive_error.empty()) raise("drive error: " + sample.drive_error);
   if (!std::isfinite(sample.time_s) || sample.time_s < last_s_) {
     raise("the clock of the samples does not run forward");
@@ -101,17 +103,17 @@ void Watchdog::check_arrival(const RobotSample& sample) {
     if (there) had_swivel_[i] = 1.0;
     if (swivel_missing_[static_cast<std::size_t>(i)].held(had_swivel_[i] > 0.0 && !there, now_s) >
         options_.stale_s) {
-      raise(cable_name(i) + ": the swivel encoder does not answer");
+      raise(cable_name(i) + ": the swivel encoder does not answer", false);
     }
   }
   // A sensor that was never there is no fault; one that stops is.
   const bool attitude = sample.roll_pitch_yaw_rad.allFinite();
   had_attitude_ = had_attitude_ || attitude;
   if (attitude_missing_.held(had_attitude_ && !attitude, now_s) > options_.attitude_stale_s) {
-    raise("the AHRS does not answer");
+    raise("the AHRS does not answer", false);
   }
   if (had_attitude_ && !fresh(sample.attitude_time_s, options_.attitude_stale_s)) {
-    raise("the AHRS readings are stale");
+    raise("the AHRS readings are stale", false);
   }
 }
 
@@ -163,7 +165,7 @@ void Watchdog::check_stuck(const RobotSample& sample) {
   }
   if (sample.roll_pitch_yaw_rad.allFinite() &&
       !flickers(attitude_, sample.roll_pitch_yaw_rad.sum(), now_s)) {
-    raise("the AHRS is stuck");
+    raise("the AHRS is stuck", false);
   }
 }
 

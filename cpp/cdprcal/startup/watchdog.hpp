@@ -32,6 +32,8 @@ class Watchdog {
                            const CableVector& velocity_m_s);
   /// Whether lengths and tensions of this sample are all there: what control needs.
   [[nodiscard]] bool usable(const RobotSample& sample) const;
+  /// Whether the reason lies in winches, encoders or load cells, which may not be relied on then.
+  [[nodiscard]] bool doubts_winches() const { return doubts_winches_; }
 
  private:
   /// Time a condition has held without a break.
@@ -53,12 +55,14 @@ class Watchdog {
   void check_stuck(const RobotSample& sample);
   void check_encoders(const RobotSample& sample, const CableVector& velocity_m_s, double dt_s);
   bool flickers(Flicker& flicker, double value, double now_s) const;
-  void raise(const std::string& reason);
+  /// `of_winches`: their readings, or they themselves, are not to be relied on any more.
+  void raise(const std::string& reason, bool of_winches = true);
 
   WatchdogOptions options_;
   int n_;
   double slack_N_, overload_N_, floor_N_;
   std::string reason_;
+  bool doubts_winches_ = false;
   double last_s_ = kNaN;
   bool had_attitude_ = false;
   CableVector had_swivel_;

@@ -27,6 +27,16 @@ class WinchRamp {
     }
     return commanded_m_s_;
   }
+  /// The same, all cables by one share: what is wanted of them goes together.
+  const CableVector& command_together(const CableVector& wanted_m_s, double dt_s) {
+    const auto within = [](const CableVector& all, double limit) -> CableVector {
+      const double most = all.cwiseAbs().maxCoeff();
+      return most > limit ? CableVector(limit / most * all) : all;
+    };
+    const CableVector change = within(wanted_m_s, limit_m_s_) - commanded_m_s_;
+    commanded_m_s_ += within(change, limit_m_s_ * dt_s / kFullSpeed_s);
+    return commanded_m_s_;
+  }
 
  private:
   double limit_m_s_;

@@ -115,7 +115,7 @@ class SimulatedBackend:
         ending = command.state in (StartUpState.holding, StartUpState.done)
         if command.locked:
             self._simulator.hold()
-        elif self._has_tension_loop and not ending and command.by_tension:
+        elif self._has_tension_loop and command.by_tension:
             self._simulator.command_each(
                 command.velocity_m_s, command.tension_setpoint_N, command.by_tension
             )

@@ -5,6 +5,7 @@
 #include "cdprcal/robot_file/robot_file.hpp"
 #include "cdprcal/simulator/random_start.hpp"
 #include "cdprcal/simulator/simulate_startup.hpp"
+#include "cdprcal/synthetic/synthetic.hpp"
 
 #include <gtest/gtest.h>
 
@@ -87,6 +88,37 @@ TEST(StartUpByLengths, FromWhereItWasParkedAllPosesAreMovedAlike) {
       for (std::size_t k = 0; k < at.size(); ++k) {
         // Lengths are the same from another pose: the way is turned and bent by as much.
         EXPECT_LT((at[k].position_m - plan.pose[k].position_m).norm(), 3.0 * off_m + 0.05);
+      }
+    }
+  }
+}
+
+TEST(StartUpByLengths, AStopInMotionOverloadsNoCable) {
+  for (const char* name : {"posts8", "belts4", "hang4"}) {
+    SCOPED_TRACE(name);
+    const Robot robot = load_robot(name);
+    StartUpPlan plan;
+    for (const SyntheticStop& stop : default_stops(robot, 2, 2, 2)) {
+      plan.setpoint_N.push_back(stop.tension_N);
+      plan.pose.push_back(stop.pose);
+    }
+    const StartUp whole(robot, plan);
+    ASSERT_GE(plan.pose.size(), 4U);
+    for (const int leg : {1, 2, 3}) {
+      for (const double share : {0.3, 0.5, 0.7}) {
+        SCOPED_TRACE(std::to_string(leg) + " " + std::to_string(share));
+        StartUpRunOptions options;
+        options.log_rate_Hz = 100.0;
+        double began_s = kNaN;
+        options.progress = [&](const StartUpCommand& command, const RobotSample& sample) {
+          if (command.setpoint != leg || command.state != StartUpState::moving) return true;
+          if (std::isnan(began_s)) began_s = sample.time_s;
+          const double last_s = whole.transition_s(static_cast<std::size_t>(leg));
+          return sample.time_s - began_s < share * last_s;
+        };
+        const StartUpRun run = simulate_startup(robot, plan, options);
+        EXPECT_EQ(run.state, StartUpState::holding);
+        EXPECT_LT(run.max_tension_N, robot.tension_max_N);
       }
     }
   }
