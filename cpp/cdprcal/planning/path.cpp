@@ -2,6 +2,8 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "cdprcal/equilibria/held_motion.hpp"
@@ -114,6 +116,28 @@ PathPoint PathChecker::describe(double fraction, const Pose& pose, const CableVe
   return point;
 }
 
+/// Whether nothing stands between two points of a way, however thin it is: no cable or anchor moves
+/// over half of the thinnest box from one look to the next.
+bool PathChecker::is_clear_between(const Pose& from, const Pose& to) const {
+  constexpr double kThinnest_m = 1e-3;
+  const Robot& robot = solver_.robot();
+  const std::vector<Box>& boxes = robot.surroundings.keep_out;
+  if (boxes.empty()) return true;
+  double thinnest_m = std::numeric_limits<double>::infinity();
+  for (const Box& box : boxes) {
+    thinnest_m = std::min(thinnest_m, (box.upper_m - box.lower_m).minCoeff());
+  }
+  const Vector6 twist = minus(to, from);
+  const double moved_m = twist.head<3>().norm() + length_scale_m_ * twist.tail<3>().norm();
+  const int looks =
+      static_cast<int>(std::ceil(moved_m / (0.5 * std::max(thinnest_m, kThinnest_m))));
+  for (int k = 1; k < looks; ++k) {
+    const Pose between = plus(from, static_cast<double>(k) / looks * twist);
+    if (!is_clear(robot, between, platform_state(robot, between))) return false;
+  }
+  return true;
+}
+
 /// Adds a point, or says in `path` why it may not be there.
 bool PathChecker::accept(const PathPoint& point, Path& path) const {
   if (!holds_orientation(solver_.robot()) && !(point.stiffness_N_m > 0.0)) {
@@ -129,6 +153,8 @@ bool PathChecker::accept(const PathPoint& point, Path& path) const {
          is_clear(solver_.robot(), point.pose, platform_state(solver_.robot(), point.pose))
              ? "the platform leaves the static workspace"
              : "something is in the way");
+  } else if (!path.points.empty() && !is_clear_between(path.points.back().pose, point.pose)) {
+    fail(path, PathStatus::outside_workspace, point, "something is in the way");
   }
   path.points.push_back(point);
   return path.clear();

@@ -76,6 +76,7 @@ class PathChecker {
   [[nodiscard]] bool settle(const CableVector& tension_N, Pose& pose) const;
   [[nodiscard]] PathPoint describe(double fraction, const Pose& pose, const CableVector& tension_N,
                                    const CableVector& change_N) const;
+  [[nodiscard]] bool is_clear_between(const Pose& from, const Pose& to) const;
   [[nodiscard]] bool accept(const PathPoint& point, Path& path) const;
   [[nodiscard]] Path follow_held(const SetPoint& from, const SetPoint& to) const;
 

@@ -7,6 +7,7 @@
 #include "../support/table2.hpp"
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/kinematics/obstruction.hpp"
 
 namespace cdprcal {
 namespace {
@@ -44,6 +45,39 @@ TEST(Path, BetweenTheSetPointsOfTableTwoIsClearAndInEquilibrium) {
       }
     }
   }
+}
+
+TEST(Path, APostBetweenTwoOfItsPointsIsSeen) {
+  Robot robot = load_robot("irma4");
+  const SetPoint from = table2_set_point(test::kTable2[0]), to = table2_set_point(test::kTable2[1]);
+  const auto follow = [&] {
+    const SetPointSolver solver(robot);
+    return PathChecker(solver).follow(from, to);
+  };
+  const Path open = follow();
+  ASSERT_TRUE(open.clear());
+  const std::size_t k = open.points.size() / 2;
+  const Pose &before = open.points[k].pose, &after = open.points[k + 1].pose;
+  const Pose between = plus(before, 0.5 * minus(after, before));
+  const PlatformState state = platform_state(robot, between);
+  int posts = 0;
+  for (const int cable : {0, 1, 2, 3}) {
+    const Vector3 on_cable = between.position_m +
+                             state.anchor_arm_m[static_cast<std::size_t>(cable)] -
+                             0.5 * state.cable[static_cast<std::size_t>(cable)].direction;
+    const Vector3 half(2e-3, 2e-3, 0.05);
+    robot.surroundings.keep_out = {{on_cable - half, on_cable + half}};
+    const auto clear = [&](const Pose& pose) {
+      return is_clear(robot, pose, platform_state(robot, pose));
+    };
+    ASSERT_FALSE(clear(between));
+    if (!clear(before) || !clear(after)) continue;  // it does not go sideways there
+    ++posts;
+    const Path path = follow();
+    EXPECT_FALSE(path.clear());
+    EXPECT_NE(path.reason.find("something is in the way"), std::string::npos) << path.reason;
+  }
+  EXPECT_GE(posts, 2);
 }
 
 TEST(Path, SpeedsAreTheDerivativesOfTheEquilibrium) {
