@@ -205,6 +205,26 @@ def test_it_follows_by_whatever_sensors_there_are(
         np.testing.assert_allclose(guard.position_m, pose.position_m, atol=1e-4)
 
 
+def test_swivels_that_pass_half_a_turn_move_nothing(robot: cdprcal.Robot) -> None:
+    """Encoders that wrap, one that counts turns: the platform is where it was."""
+    guard, begin = tracked(robot)
+    moved = cdprcal.plus(begin, np.array([0.004, -0.003, 0.002, 0, 0, 0]))
+    for k, turns in enumerate(([0, 0, 0, 0], [1, 0, 0, -1], [0, 1, -2, 0]), 1):
+        sample = readings(robot, moved, 0.02 * k)
+        sample.swivel_rad = sample.swivel_rad + 2.0 * math.pi * np.array(turns)
+        assert guard.look(sample) == ""
+        assert guard.position_m is not None
+        np.testing.assert_allclose(guard.position_m, moved.position_m, atol=1e-4)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_robot_whose_swivels_pass_half_a_turn_is_not_stopped(seed: int, tmp_path: Path) -> None:
+    hang4 = cdprcal.load_robot("hang4")
+    plan = cdprcal.make_plan(hang4).plan
+    ended = start_up(hang4, plan, tmp_path / "run.csv", [], 0.1, seed=seed)
+    assert ended.run.state == cdprcal.StartUpState.done, ended.run.reason
+
+
 @pytest.mark.parametrize("unknown", [range(6), range(3), [3], [4], [5]])
 def test_its_sigma_is_that_of_the_estimate_and_of_the_readings_since(
     unknown: Sequence[int], robot: cdprcal.Robot

@@ -143,16 +143,18 @@ class PoseGuard:
         if not (now.valid and then.valid):
             return None
         parts = []
-        for read, read_first, is_now, was, jacobian, deviation in (
+        for read, read_first, is_now, was, jacobian, deviation, turns in (
             (sample.length_m, first.length_m, now.length_m, then.length_m,
-             _core.length_jacobian, sigma.length_m),
+             _core.length_jacobian, sigma.length_m, False),
             (sample.swivel_rad, first.swivel_rad, now.swivel_rad, then.swivel_rad,
-             _core.swivel_jacobian, sigma.swivel_rad),
+             _core.swivel_jacobian, sigma.swivel_rad, True),
         ):  # fmt: skip
             if len(read) != len(is_now) or len(read_first) != len(is_now):
                 continue
             known = np.isfinite(read) & np.isfinite(read_first)
             change = (read - read_first) - (is_now - was)
+            if turns:  # the model's angle, or the encoder's, may have passed ±π since
+                change = np.arctan2(np.sin(change), np.cos(change))
             parts.append(
                 (change[known] / deviation, jacobian(now)[known] / deviation,
                  jacobian(then)[known] / deviation)
