@@ -15,6 +15,7 @@ import pytest
 from rich.console import Console
 
 import cdprcal
+from cdprcal.demo.folder import _DRAWN, _LOGS, PLAN
 from cdprcal.demo.story import HIDDEN, METHODS, Error, Hidden
 from cdprcal.demo.table import methods_table, verdict
 from cdprcal.io import read_inputs
@@ -62,6 +63,35 @@ def test_the_story_ends_well_within_thirty_seconds(cli: Callable[..., Ran], tmp_
     assert cli("check", "irma4", folder / "run.csv").code == 0
     again = cli("demo", "-o", folder, "--json")  # over its own files
     assert again.code == 0
+
+
+def test_what_a_demonstration_did_not_write_stays(cli: Callable[..., Ran], tmp_path: Path) -> None:
+    """Refused before anything is written; what it wrote itself it replaces."""
+
+    def refused(name: str) -> None:
+        before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+        ran = cli("demo", "-o", tmp_path)
+        assert ran.code == 2, ran
+        assert f"{name}: exists already" in ran.stderr
+        assert "--force" in ran.stderr
+        assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+    for name in ("report.html", "gap.png", "faulty.csv"):
+        (tmp_path / name).write_text("<!doctype html> of my own")
+        refused(name)
+        (tmp_path / name).unlink()
+    plan, run = tmp_path / "plan.csv", tmp_path / "run.csv"
+    assert cli("plan", "irma4", "-o", plan).code == 0
+    refused("plan.csv")
+    assert cli("acquire", "irma4", plan, "--quick", "-o", run).code == 0
+    refused("run.csv")
+    acquired = run.read_bytes()
+    assert cli("demo", "-o", tmp_path, "--force").code == 0
+    assert run.read_bytes() != acquired
+    assert {path.name for path in tmp_path.iterdir()} <= {PLAN, *_LOGS, *_DRAWN}
+    # A picture of somebody's own among them stays, too.
+    (tmp_path / "gap.png").write_text("of my own")
+    refused("gap.png")
 
 
 @pytest.mark.parametrize("robot_name", ["ring3", "ring5"])

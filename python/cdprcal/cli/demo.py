@@ -10,6 +10,7 @@ from cdprcal.command import (
     DONE,
     UNTRUSTED,
     EffectsOption,
+    ForceOption,
     JsonOption,
     fail,
     keep_apart,
@@ -49,6 +50,7 @@ def command(
         ),
     ] = "",
     effects: EffectsOption = None,
+    force: ForceOption = False,
     json: JsonOption = False,
 ) -> None:
     """A robot wakes up somewhere: plan, start up, calibrate by all methods, find a hidden fault.
@@ -60,6 +62,7 @@ def command(
 
     from cdprcal import _core
     from cdprcal.demo import pictures, story, table
+    from cdprcal.demo.folder import FAULTY, PLAN, REPORT, RUN, refuse_what_is_no_demonstration
     from cdprcal.diagnosis import diagnosis_as_dict
     from cdprcal.diagnosis.pictures import write_pictures
     from cdprcal.extras import lacking
@@ -78,15 +81,17 @@ def command(
     hide = effect or story.hidden_effect(the_robot, seed)
     _core.expanded_effect(_core.parse_injected_effect(hide, the_robot), the_robot)
     folder = Path(output)
+    if not force:
+        refuse_what_is_no_demonstration(folder, draws=draws)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise _core.InputError(f"{folder}: cannot be made: {reason(error)}") from None
 
     say(out, f"1. {the_robot.name} wakes up: lengths, swivel angles and yaw are relative")
-    plan = story.make_plan(the_robot, folder / "plan.csv").plan
-    say(out, f"2. planned: {plan.measured_count} poses ({folder / 'plan.csv'})")
-    run = story.start_up(the_robot, plan, seed, [], folder / "run.csv")
+    plan = story.make_plan(the_robot, folder / PLAN).plan
+    say(out, f"2. planned: {plan.measured_count} poses ({folder / PLAN})")
+    run = story.start_up(the_robot, plan, seed, [], folder / RUN)
     acquired = run.acquired
     if acquired.reason:
         say(out, f"the robot was stopped: {acquired.reason}")
@@ -106,10 +111,10 @@ def command(
         plan,
         seed + 1,
         hide,
-        folder / "faulty.csv",
+        folder / FAULTY,
         lambda step: say(out, f"   … {step}"),
     )
-    page = folder / "report.html"
+    page = folder / REPORT
     if draws:
         drawn += write_pictures(diagnosis_as_dict(hidden.diagnosis, the_robot), folder)
         story.write_hidden_report(the_robot, hidden, page)

@@ -11,6 +11,7 @@ import numpy as np
 from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.acquisition import Acquired, acquire, start_up_options, start_up_plan
+from cdprcal.demo.folder import MARK
 from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.io import AcquisitionInputs, load_log, open_live_log
 from cdprcal.io.files import write_text
@@ -145,7 +146,8 @@ def start_up(
     backend = SimulatedBackend.somewhere(
         robot, plan, options, velocity_limit_m_s=startup.velocity_limit_m_s
     )
-    inputs = AcquisitionInputs(_core.to_yaml(robot), _core.format_plan(plan), backend.settings)
+    settings = backend.settings | MARK
+    inputs = AcquisitionInputs(_core.to_yaml(robot), _core.format_plan(plan), settings)
     path.unlink(missing_ok=True)  # of an earlier demonstration
     log = open_live_log(path, robot.cable_count, inputs, 10.0)
     truth: list[_core.Pose] = []
