@@ -381,6 +381,46 @@ def test_wrong_use_is_said_and_nothing_written(
     assert out.read_text() == "precious"
 
 
+def test_the_truth_is_refused_before_the_run(
+    cli: Callable[..., Ran], plan_path: Path, tmp_path: Path
+) -> None:
+    """A file that is no truth, a folder that is not there; an earlier truth is replaced."""
+    out, mine = tmp_path / "run.csv", tmp_path / "mine.json"
+    mine.write_text("precious")
+    for truth, words in (
+        (mine, "mine.json: exists already and is no earlier truth; give another name"),
+        (tmp_path / "none" / "t.json", "t.json: cannot be written: no such file or directory"),
+        (tmp_path, "is a directory; give the path of a file"),
+    ):
+        ran = cli("acquire", "irma4", plan_path, "-o", out, "--truth", truth)
+        assert ran.code == 2, ran
+        assert words in ran.stderr
+        assert not out.exists()
+    assert mine.read_text() == "precious"
+    mine.write_text('{\n  "poses": []}')
+    assert cli("acquire", "irma4", plan_path, "--quick", "-o", out, "--truth", mine).code == 0
+    assert len(json.loads(mine.read_text())["poses"]) > 100
+
+
+@pytest.mark.parametrize("json_too", [[], ["--json"]])
+def test_a_truth_that_cannot_be_written_hides_no_end(
+    json_too: list[str],
+    cli: Callable[..., Ran],
+    plan_path: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def full(path: Path, text: str) -> NoReturn:
+        raise cdprcal.InputError(f"{path}: cannot be written: no space left; free some space")
+
+    monkeypatch.setattr("cdprcal.io.files.write_text", full)
+    ran = cli("acquire", "irma4", plan_path, "--quick", "-o", tmp_path / "run.csv",
+              "--truth", tmp_path / "truth.json", *json_too)  # fmt: skip
+    assert ran.code == 2, ran
+    assert "truth.json: cannot be written" in ran.stderr
+    assert '"state": "done"' in ran.stdout if json_too else "done" in ran.stdout.split("\n")[0]
+
+
 @KINDS
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
 def test_a_signal_stops_the_robot_and_keeps_the_log(

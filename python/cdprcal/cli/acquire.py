@@ -191,8 +191,9 @@ def command(
     from cdprcal.hardware import BACKENDS
     from cdprcal.hardware.simulated import SimulatedBackend
     from cdprcal.io import AcquisitionInputs, open_live_log
-    from cdprcal.io.files import read_bytes, write_text
+    from cdprcal.io.files import read_bytes, refuse_unwritable, shown_path, write_text
     from cdprcal.io.log_file import is_mcap_name
+    from cdprcal.io.replacing import may_replace
     from cdprcal.results import strict_json
 
     if backend not in BACKENDS:
@@ -210,6 +211,13 @@ def command(
         },
     )
     is_mcap_name(Path(output))
+    if truth:
+        refuse_unwritable(Path(truth))
+        if not may_replace(Path(truth), "truth"):
+            fail(
+                f"{shown_path(truth)}: exists already and is no earlier truth; give another name "
+                "with --truth"
+            )
     asked = parse_accuracy(until) if until else None
     the_robot = robot_with_effects(robot, effects)
     plan_text = read_bytes(Path(plan), _MOST_PLAN_BYTES).decode("utf-8", "replace")
@@ -333,8 +341,6 @@ def command(
             guard=pose_guard.look,
         )
         page.end(run)
-    if truth:
-        write_text(Path(truth), strict_json({"poses": truth_rows(the_robot, poses)}))
     guide.close()
     document = run_as_dict(run, the_plan, output) | {
         "estimates": [estimate.as_event() for estimate in guide.estimates],
@@ -351,6 +357,8 @@ def command(
         print_json(document)
     else:
         monitor.print_end(run, robot, guide)
+    if truth:  # at last: how the run ended is said whatever becomes of this file
+        write_text(Path(truth), strict_json({"poses": truth_rows(the_robot, poses)}))
     short = asked is not None and not guide.reached
     raise typer.Exit(UNTRUSTED if run.reason or short else DONE)
 

@@ -228,6 +228,27 @@ def atomic_output(path: Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
+def refuse_unwritable(path: Path) -> None:
+    """Raises InputError naming the file where atomic_output could not begin: asked before a long
+    run, at whose end the file is written."""
+    shown = shown_path(path)
+    try:
+        path = path.resolve()
+        if path.is_dir():
+            raise InputError(f"{shown}: cannot be written: is a directory; give the path of a file")
+        if not path.exists() or path.is_file():  # else a device
+            with tempfile.TemporaryFile(dir=path.parent):
+                pass
+    except (OSError, RuntimeError) as error:
+        raise InputError(f"{shown}: cannot be written: {reason(error)}") from None
+    except InputError:
+        raise
+    except ValueError:
+        raise InputError(
+            f"{shown}: cannot be written: no file's name holds NUL bytes; check the path"
+        ) from None
+
+
 def _opened(device: Path) -> BinaryIO:
     """What is no plain file, for writing; a pipe that nobody reads would wait for ever."""
     pipe = stat.S_ISFIFO(device.stat().st_mode)
