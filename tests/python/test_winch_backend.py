@@ -575,6 +575,24 @@ def test_each_cable_is_paid_out_until_it_is_answered_and_reeled_in_again(
             assert len(np.intersect1d(found, still)) == 100  # at its furthest
 
 
+def test_the_operator_is_heard_while_cables_are_wiggled(robot: cdprcal.Robot) -> None:
+    """Within a cycle, at whatever cycle: no cable is moved any more."""
+    session = example_session()
+    for at in (3, 60, 110, 115, 200):
+        bench = Bench(session)
+        bench.pulls = Elastic()
+        on = OnBench(session, robot, bench=bench)
+        on.backend.stop_if(lambda bench=bench, at=at: len(bench.cycles) >= at)  # type: ignore[misc]
+        with pytest.raises(BackendError, match="stopped by the operator while the drives were"):
+            on.read()
+        assert len(bench.cycles) == at
+        assert bench.sent[-1][1][cia402.CONTROLWORD] == STOP
+        with pytest.raises(BackendError, match="stopped by the operator"):
+            on.read()
+        on.backend.stop()
+        assert set(bench.words()[at:]) == {STOP}
+
+
 def test_load_cells_that_are_swapped_are_found_before_anything_moves(robot: cdprcal.Robot) -> None:
     session = example_session()
     bench = Bench(session)

@@ -723,6 +723,20 @@ def test_limits_of_a_real_robot_are_confirmed(
     assert stopped == ([] if code is None else [real])
 
 
+def test_the_operator_stops_a_robot_that_is_being_armed(
+    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+) -> None:
+    """In the first read, while cables are wiggled; the run ends as any that the operator stops."""
+    backend = SimulatedSession.connect(example_session(), robot, plan, armed=True)
+    begin_s = backend._clock.now_s()
+    startup = cdprcal.StartUp(robot, start_up_plan(plan))
+    log = open_live_log(tmp_path / "run.csv", 4, AcquisitionInputs("", "", {}), 10.0)
+    run = acquire(startup, backend, log, stop=lambda: backend._clock.now_s() > begin_s + 1.5)
+    assert run.state == cdprcal.StartUpState.holding
+    assert run.reason == "stopped by the operator"
+    assert 1.5 < backend._clock.now_s() - begin_s < 2.0
+
+
 def test_simulated_drives_need_no_confirmation(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
     backend = SimulatedSession.connect(example_session(), robot, plan, armed=True)
     devices.confirm(backend, yes=False)

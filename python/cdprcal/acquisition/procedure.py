@@ -12,7 +12,7 @@ from typing import Any
 
 from cdprcal import _core
 from cdprcal._core import RobotSample, StartUp, StartUpCommand, StartUpRest, StartUpState
-from cdprcal.hardware import Backend, BackendError
+from cdprcal.hardware import Backend, BackendError, SlowToArm
 from cdprcal.io.files import reason
 from cdprcal.io.live_log import LiveLog
 
@@ -78,11 +78,13 @@ def acquire(
 ) -> Acquired:
     """Runs the procedure to its end: done, or holding with a reason. The log is closed either way.
 
-    ``stop`` is asked before every command: true stops the robot as an operator would; so is
-    ``guard``, of every sample, for a reason to stop, empty if there is none. A log that
-    can no longer be written and a robot that no longer answers stop it too. Whatever is raised on
-    the way, the winches are locked and the log is closed first.
+    ``stop`` is asked before every command, and while drives are armed: true stops the robot as an
+    operator would; so is ``guard``, of every sample, for a reason to stop, empty if there is none.
+    A log that can no longer be written and a robot that no longer answers stop it too. Whatever is
+    raised on the way, the winches are locked and the log is closed first.
     """
+    if isinstance(backend, SlowToArm):
+        backend.stop_if(stop)
     rows = _Rows(log, log_rate_Hz)
     sample = RobotSample(time_s=0.0)
     begin_s = math.nan

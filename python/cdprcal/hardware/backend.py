@@ -12,7 +12,8 @@ The procedure itself is ``cdprcal.StartUp``, the same for every robot; backends 
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from collections.abc import Callable
+from typing import Any, Protocol, runtime_checkable
 
 from cdprcal._core import RobotSample, StartUpCommand
 
@@ -53,3 +54,12 @@ class Backend(Protocol):
 
     def stop(self) -> None:
         """Stops and locks the winches now, whatever was before. May be repeated; never raises."""
+
+
+@runtime_checkable
+class SlowToArm(Protocol):
+    """A backend whose first ``read`` takes seconds, for it moves the winches: others need none."""
+
+    def stop_if(self, asked: Callable[[], bool]) -> None:
+        """To be called before the first ``read``, which then asks in every cycle whether the
+        operator wants to stop: it stops the winches and raises BackendError if so."""

@@ -8,6 +8,7 @@ the start-up procedure, which ends the log with the reason.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -91,6 +92,7 @@ class FieldbusBackend:
         self._fresh_s = 0.0  # when all winches were last heard; they were before the first sample
         self._due_s = -math.inf  # when the next cycle begins: the first one at once
         self._began_s = math.nan
+        self._stop_asked: Callable[[], bool] = lambda: False
         self._stopped = False
         self._fault: str  # once it is stopped: what had been wrong before
         try:
@@ -136,6 +138,10 @@ class FieldbusBackend:
     def tripped(self) -> str:
         """Why the winches were stopped quickly; empty: they were not."""
         return self._fault if self._stopped else self._guard.reason
+
+    def stop_if(self, asked: Callable[[], bool]) -> None:
+        """Asked in every cycle of arming, which takes seconds; later on the caller asks itself."""
+        self._stop_asked = asked
 
     # --- start -----------------------------------------------------------------------------------
 
@@ -379,7 +385,10 @@ class FieldbusBackend:
             raise BackendError(f"{name_of(winch)}: {what}; look it up in its manual")
 
     def _supervise(self, outputs: dict[int, Values]) -> None:
-        """One cycle of arming, judged. Raises BackendError with what is wrong."""
+        """One cycle of arming, judged. Raises BackendError with what is wrong, or as the operator
+        wants to stop."""
+        if self._stop_asked():
+            raise BackendError("stopped by the operator while the drives were armed")
         late_s = self._clock.now_s() - self._due_s
         self._cycle(outputs)
         wrong = self._wrong()
