@@ -80,7 +80,7 @@ def test_nobody_is_stopped_within_the_corridor_and_the_sigma_is_honest(
 
 def test_without_an_estimate_nothing_is_known(robot: cdprcal.Robot) -> None:
     plan = small_plan(robot)
-    guard = PoseGuard(robot, plan, 0.0, 10.0)
+    guard = PoseGuard(robot, plan, 0.0, 0.0)
     backend = SimulatedBackend.somewhere(robot, plan, cdprcal.SimulatorOptions(seed=1))
     assert guard.look(backend.read()) == ""
     assert guard.position_m is None
@@ -102,6 +102,25 @@ def test_what_guards_nothing_is_refused(
 ) -> None:
     with pytest.raises(cdprcal.InputError, match=words):
         PoseGuard(robot, small_plan(robot), margin_m, floor_m)
+
+
+def test_a_floor_that_the_plan_goes_below_is_refused(
+    robot: cdprcal.Robot, low_plan: cdprcal.Plan, cli: Callable[..., Ran], tmp_path: Path
+) -> None:
+    """By the platform's lowest point, at stops and between them; nothing has moved then."""
+    points = np.array([[0, 0, 0], *(c.platform_anchor_m for c in robot.cables)])
+    poses = [low_plan.start_pose, *(stop.pose for stop in low_plan.poses)]
+    poses += [pose for _, pose in ways(robot, low_plan)]
+    lowest_m = min(float((p.position_m + points @ p.rotation.T)[:, 2].min()) for p in poses)
+    PoseGuard(robot, low_plan, 0.1, lowest_m - 1e-6)
+    with pytest.raises(cdprcal.InputError, match=r"floor: .* is above z = .* plan higher poses"):
+        PoseGuard(robot, low_plan, 0.1, lowest_m + 1e-6)
+    plan, log = tmp_path / "plan.csv", tmp_path / "run.csv"
+    plan.write_text(cdprcal.format_plan(low_plan))
+    ran = cli("acquire", "irma4", plan, "-o", log, "--floor-m", "1.2")
+    assert ran.code == 2, ran
+    assert "floor: 1.2 m is above z = 0." in ran.stderr
+    assert not log.exists()
 
 
 def test_both_reasons_have_a_remedy() -> None:
@@ -406,7 +425,8 @@ def test_a_new_estimate_moves_the_platform_but_is_no_speed(robot: cdprcal.Robot)
 
 def test_the_floor_is_for_the_lowest_point_of_a_platform_that_tilts(robot: cdprcal.Robot) -> None:
     plan = small_plan(robot)
-    tilted = cdprcal.plus(plan.start_pose, np.array([0, 0, 0, 1.6, 0, 0]))
+    # Below what the plan goes down to, so that the floor may be there.
+    tilted = cdprcal.plus(plan.start_pose, np.array([0, 0, -0.2, 1.6, 0, 0]))
     points = np.array([[0, 0, 0], *(c.platform_anchor_m for c in robot.cables)])
     lowest_m = float((tilted.position_m + points @ tilted.rotation.T)[:, 2].min())
     assert lowest_m < tilted.position_m[2] - 0.05  # an anchor

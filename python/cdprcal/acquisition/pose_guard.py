@@ -42,7 +42,7 @@ class PoseGuard:
     -inf: that of the robot file, if any; the higher of the two counts. What else the robot file
     says is in the way ends the motion, too.
     Where three standard deviations are wider than the margin they stand in its place. Raises
-    InputError for a margin or floor that guards nothing.
+    InputError for a margin or floor that guards nothing, and for a floor that the plan goes below.
     """
 
     def __init__(
@@ -62,7 +62,8 @@ class PoseGuard:
             raise InputError(f"floor: {floor_m:g} m must be a height")
         self._robot = robot
         self._motion = _core.motion_basis(robot)
-        places_m = _planned_places_m(robot, plan)
+        planned = _planned_poses(robot, plan)
+        places_m = [pose.position_m for pose in planned]
         #: What the plan spans, without the margin [m].
         self.lower_m, self.upper_m = np.min(places_m, axis=0), np.max(places_m, axis=0)
         self._margin_m = margin_m
@@ -71,6 +72,12 @@ class PoseGuard:
             [cable.platform_anchor_m for cable in robot.cables]
             + [*robot.platform.outline_m, np.zeros(3)]
         )
+        lowest_m = min(self._lowest_m(pose) for pose in planned)
+        if lowest_m < floor_m:  # that of the robot file is compared where the plan is verified
+            raise InputError(
+                f"floor: {floor_m:g} m is above z = {lowest_m:.3f} m, which the platform's lowest "
+                "point reaches by the plan; give a lower --floor-m, or plan higher poses"
+            )
         self._first: RobotSample | None = None
         self._initial: Pose | None = None
         self._covariance = np.zeros((6, 6))
@@ -181,6 +188,10 @@ class PoseGuard:
             return None
         return residual, jacobian_now, jacobian_then
 
+    def _lowest_m(self, pose: Pose) -> float:
+        """z of the platform's lowest point: its own, or that of an anchor or corner."""
+        return float(pose.position_m[2] + (self._low_m @ pose.rotation.T)[:, 2].min())
+
     def _outside(self, now: Pose) -> str:
         """What is wrong with a pose, or with where a stop from there would end."""
         allowed_m = np.maximum(self._margin_m, _SIGMAS * self.sigma_m)
@@ -195,13 +206,13 @@ class PoseGuard:
                     f"{self.lower_m[axis] - allowed_m[axis]:.3f} to "
                     f"{self.upper_m[axis] + allowed_m[axis]:.3f} m is allowed"
                 )
-        lowest_m = float((self._low_m @ now.rotation.T)[:, 2].min())
-        for z_m in (now.position_m[2], ends_m[2]):
-            if z_m + lowest_m < self._floor_m:
+        lowest_m = self._lowest_m(now)
+        for z_m in (lowest_m, lowest_m + ends_m[2] - now.position_m[2]):
+            if z_m < self._floor_m:
                 return (
                     f"the platform comes too close to the floor: its lowest point is at z = "
-                    f"{now.position_m[2] + lowest_m:.3f} ± {self.sigma_m[2]:.3f} m, and "
-                    f"{self._floor_m:.3f} m is the limit"
+                    f"{lowest_m:.3f} ± {self.sigma_m[2]:.3f} m, and {self._floor_m:.3f} m is the "
+                    "limit"
                 )
         for place_m in (now.position_m, ends_m):
             if found := _core.obstruction(self._robot, Pose(place_m, now.rotation)):
@@ -209,16 +220,16 @@ class PoseGuard:
         return ""
 
 
-def _planned_places_m(robot: _core.Robot, plan: _core.Plan) -> list[NDArray[np.float64]]:
-    """Where the plan's stops are, and what the platform passes on the way from one to the next.
+def _planned_poses(robot: _core.Robot, plan: _core.Plan) -> list[Pose]:
+    """The plan's stops, and what the platform passes on the way from one to the next.
 
     Between two tensions the platform may hang a tenth of a metre below both.
     """
     stops = [(plan.start_pose, plan.start_tension_N)]
     stops += [(stop.pose, stop.tension_N) for stop in plan.poses]
-    places_m = [pose.position_m for pose, _ in stops]
+    poses = [pose for pose, _ in stops]
     if _core.holds_orientation(robot):  # lengths lead it, straight from pose to pose
-        return places_m
+        return poses
     for (pose, from_N), (_, to_N) in pairwise(stops):
         at = pose
         for tension_N in np.linspace(from_N, to_N, _WAY_PARTS, endpoint=False)[1:]:
@@ -226,8 +237,8 @@ def _planned_places_m(robot: _core.Robot, plan: _core.Plan) -> list[NDArray[np.f
             if found.pose is None or found.status != _core.EquilibriumStatus.found:
                 break
             at = found.pose
-            places_m.append(at.position_m)
-    return places_m
+            poses.append(at)
+    return poses
 
 
 __all__ = ["PoseGuard"]
