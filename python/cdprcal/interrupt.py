@@ -13,14 +13,14 @@ SIGNALLED = 128  # and the number of the signal: what shells say of who died of 
 
 
 def watch() -> None:
-    """To be called before anything else is loaded: Ctrl-C leaves at once, SIGTERM and
-    SIGHUP clean up."""
+    """To be called before anything else is loaded: until ``loaded``, Ctrl-C, SIGTERM and SIGHUP
+    leave at once."""
     try:
         signal.signal(signal.SIGINT, _leave)
     except KeyboardInterrupt:  # it came before, and Python delivers it here
         _leave()
     for number in _polite():
-        signal.signal(number, _terminated)
+        signal.signal(number, _leave_quietly)
 
 
 def stopping() -> tuple[signal.Signals, ...]:
@@ -38,18 +38,26 @@ def _polite() -> tuple[signal.Signals, ...]:
 
 
 def loaded() -> None:
-    """To be called once modules are there: from here on Ctrl-C is KeyboardInterrupt.
+    """To be called once modules are there: from here on Ctrl-C is KeyboardInterrupt, and SIGTERM
+    and SIGHUP clean up by SystemExit.
 
-    Raised inside of a module that is half loaded it would become anything.
+    Raised inside of a module that is half loaded they would become anything.
     """
     if signal.getsignal(signal.SIGINT) is _leave:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    for number in _polite():
+        if signal.getsignal(number) is _leave_quietly:
+            signal.signal(number, _terminated)
 
 
 def _leave(*_: Any) -> NoReturn:
     with contextlib.suppress(OSError):  # nobody may be there to read it
         os.write(sys.__stderr__.fileno() if sys.__stderr__ else 2, b"cdprcal: interrupted\n")
     os._exit(INTERRUPTED)  # nothing was begun yet
+
+
+def _leave_quietly(number: int, _: Any) -> NoReturn:
+    os._exit(SIGNALLED + number)  # nothing was begun yet
 
 
 def _terminated(number: int, _: Any) -> NoReturn:

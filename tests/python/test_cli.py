@@ -432,6 +432,30 @@ def test_sigterm_leaves_nothing_behind(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["slow.csv"]
 
 
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_while_modules_are_loaded_ends_quietly(number: signal.Signals) -> None:
+    """No exception, which a module that is half loaded would make another one of."""
+    program = f"""
+import os
+from cdprcal.interrupt import loaded, watch
+watch()
+LOADED
+try:
+    os.kill(os.getpid(), {int(number)})
+except SystemExit:
+    print("raised")
+    raise
+"""
+    for at, out in (("", ""), ("loaded()", "raised\n")):
+        ran = subprocess.run(
+            [sys.executable, "-c", program.replace("LOADED", at)],
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+        assert (ran.returncode, ran.stdout, ran.stderr) == (128 + number, out, "")
+
+
 @pytest.mark.parametrize("delay_s", [0.06, 0.1, 0.15, 0.2, 0.3])
 def test_ctrl_c_at_the_very_start_ends_in_one_line(delay_s: float) -> None:
     """However far modules are loaded by then; until the first of ours runs it is Python's."""
