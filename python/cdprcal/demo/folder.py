@@ -16,8 +16,10 @@ PLAN, RUN, FAULTY, REPORT = "plan.csv", "run.csv", "faulty.csv", "report.html"
 _LOGS = (RUN, FAULTY)
 _OTHERS: dict[str, Output] = {PLAN: "plan"}
 _PICTURES = "tensions path methods residuals gap ranking held_out formulas"
-_DRAWN: dict[str, Output] = {REPORT: "page"} | {
-    f"{name}.png": "picture" for name in _PICTURES.split()
+_PICTURE: Output = "picture"
+_DRAWN: dict[str, Output] = {
+    REPORT: "page",
+    **{f"{name}.png": _PICTURE for name in _PICTURES.split()},
 }
 
 
