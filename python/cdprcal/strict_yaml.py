@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from difflib import SequenceMatcher
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -70,11 +71,18 @@ class YamlKind(Generic[M]):
                 f"{source}:1:1: something holds itself, by an alias (*); write it out"
             ) from None
         except ValidationError as error:
-            first = error.errors(include_url=False)[0]
+            errors = error.errors(include_url=False)
+            first = errors[0]
             where = _where(first)
-            line, column = _place(document, where, missing=first["type"] == "missing",
-                                  key=first["type"] == "extra_forbidden")  # fmt: skip
-            raise InputError(f"{source}:{line}:{column}: {_message(first, where)}") from None
+            said = _message(first, where)
+            if misspelt := _misspelt(first, errors):
+                said += f", and {misspelt[-1]} is not known there; correct its name"
+            line, column = _place(
+                document, misspelt or where,
+                missing=first["type"] == "missing" and not misspelt,
+                key=first["type"] == "extra_forbidden" or bool(misspelt),
+            )  # fmt: skip
+            raise InputError(f"{source}:{line}:{column}: {said}") from None
 
     def _refuse_deep_nesting(self, text: str, source: str) -> None:
         """Before the reader, which takes seconds to find out."""
@@ -124,6 +132,23 @@ def _where(error: Any) -> tuple[str | int, ...]:
         return tuple(error["loc"])
     steps = error["ctx"]["where"].split(".")
     return tuple(int(step) if step.isdigit() else step for step in steps)
+
+
+def _misspelt(missing: Any, errors: Sequence[Any]) -> tuple[str | int, ...]:
+    """Path of the unknown key that may be the one that is missing beside it; empty: there is none.
+
+    Of several the one that is most like it.
+    """
+    if missing["type"] != "missing":
+        return ()
+    *there, name = _where(missing)
+    unknown = [_where(error) for error in errors if error["type"] == "extra_forbidden"]
+    beside = [where for where in unknown if list(where[:-1]) == there]
+    return max(
+        beside,
+        key=lambda where: SequenceMatcher(None, str(where[-1]), str(name)).ratio(),
+        default=(),
+    )
 
 
 def _place(

@@ -328,6 +328,7 @@ def test_every_reason_to_stop_the_robot_has_a_remedy() -> None:
         assert remedy_for(reason), reason
         assert f"| {errors.cell(reason)} | {remedy_for(reason)} |" in page
     assert "load cell" in remedy_for("node 2 (cable 2): the load cell reads 9 counts, not valid")
+    assert "PDO mapping" in remedy_for("drive error: node 2 (cable 2): TPDO 1 has 6 bytes")
     assert remedy_for("something else") == ""
 
 

@@ -38,6 +38,12 @@ FAULTS: dict[str, tuple[str, str, str]] = {
     "unknown key": ("rate_Hz: 100\n", "rate_hz: 100\n", r":6:1: rate_hz: is not known here"),
     "unknown key below": ("counts_per_m: 1e7", "counts_m: 1e6", r":\d+:5: winches\[#1\]\.counts_"),
     "missing": ("format: cdprcal-session-1\n", "", r":4:1: format: is missing"),
+    "misspelt": (
+        "counts_per_m: 1e7",
+        "counts_pr_m: 1e7",
+        r":15:5: winches\[#1\]\.counts_per_m: is missing, "
+        r"and counts_pr_m is not known there; correct its name",
+    ),
     "missing below": (" quick_stop_m_s2: 4", "", r":9:9: limits\.quick_stop_m_s2: is missing"),
     "sign": ("sign: -1", "sign: 0", r":21:11: winches\[#2\]\.sign: .* not '0'"),
     "negative": ("counts_per_m: 1e7", "counts_per_m: -3", r":15:19: .*counts_per_m: .*'-3'"),

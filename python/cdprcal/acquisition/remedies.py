@@ -19,6 +19,11 @@ REMEDIES: tuple[tuple[str, str], ...] = (
         "plan again",
     ),
     ("the log cannot be written", "free some space, or give another folder with -o"),
+    (
+        "TPDO",
+        "check the drive's PDO mapping (0x1A00 to 0x1A03): another program or its own set-up has "
+        "changed it; restart the drive, then acquire again",
+    ),
     ("look it up in its manual", "clear the drive's error as its manual says, then acquire again"),
     (
         "clock of the samples does not run forward",

@@ -388,7 +388,10 @@ class FieldbusBackend:
         """One cycle of arming, judged. Raises BackendError with what is wrong, or as the operator
         wants to stop."""
         if self._stop_asked():
-            raise BackendError("stopped by the operator while the drives were armed")
+            raise BackendError(
+                "stopped by the operator while the drives were armed; acquire again when the robot "
+                "may move"
+            )
         late_s = self._clock.now_s() - self._due_s
         self._cycle(outputs)
         wrong = self._wrong()
