@@ -389,7 +389,7 @@ class FieldbusBackend:
         wants to stop."""
         if self._stop_asked():
             raise BackendError(
-                "stopped by the operator while the drives were armed; acquire again when the robot "
+                "stopped by the operator while the drives were armed; start again when the robot "
                 "may move"
             )
         late_s = self._clock.now_s() - self._due_s
