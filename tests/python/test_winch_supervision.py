@@ -17,7 +17,15 @@ from cdprcal.hardware.drives.cia402 import State
 from cdprcal.hardware.drives.guard import Guard, torque_range
 from cdprcal.hardware.drives.plausibility import Plausibility, efficiency_of
 from cdprcal.hardware.drives.process_data import Values, layouts, split_into_pdos
-from cdprcal.hardware.drives.supervision import Path, Phase, Pull, Still, Supervisor, Travel
+from cdprcal.hardware.drives.supervision import (
+    Path,
+    Phase,
+    Pull,
+    Still,
+    Supervisor,
+    Travel,
+    creep_m,
+)
 from cdprcal.hardware.drives.wiggle import Responses, _of_mean
 from cdprcal.hardware.drives.winch import WinchState, torque_counts
 from cdprcal.hardware.session import Session
@@ -92,6 +100,26 @@ def test_standstill_may_creep_so_far_and_no_further() -> None:
         assert not one.astray
         one.push(sign * 1.001 * CREEP_M, 0.0)
         assert one.astray
+
+
+def test_simulated_encoders_may_jitter_and_a_drives_own_may_not() -> None:
+    """0.4 mm, 1 σ, at a velocity limit of 0.02 m/s: nothing moves, and nothing is said. What moves
+    further than that is found, and at a usual limit nothing is another's."""
+    slow = example_session(**{"velocity_m_s: 0.4": "velocity_m_s: 0.02"})
+    random = np.random.default_rng(3)
+    counts = np.rint(random.normal(scale=0.4e-3 * 1e7, size=3000)).astype(int)
+    for jitter_m, fine in ((0.4e-3, True), (0.0, False)):
+        watched = Watched(slow)
+        watched.supervisor = Supervisor(slow, watched.states, jitter_m)
+        watched.supervisor.enter(Phase.running)
+        said = [watched.cycle(n1={cia402.POSITION: int(at)}) for at in counts]
+        assert (set(said) == {""}) == fine
+    watched = Watched(slow)
+    watched.supervisor = Supervisor(slow, watched.states, 0.4e-3)
+    watched.supervisor.enter(Phase.running)
+    assert watched.cycle() == ""
+    assert "node 1 (cable 1): moved by" in watched.cycle(n1={cia402.POSITION: 40_000})
+    assert creep_m(example_session(), 0.4e-3) == creep_m(example_session(), 0.0) == 0.004
 
 
 @pytest.mark.parametrize("delay_s", [0.0, 0.01, 0.05])

@@ -46,7 +46,8 @@ _MOST_REMEMBERED = 8  # errors of the past that are read from a drive
 class FieldbusBackend:
     """The drives and sensors of one session.
 
-    robot: for the number of cables and the Euler convention of the samples. armed: false is a dry
+    robot: for the number of cables and the Euler convention of the samples. jitter_m: of encoders
+    that are simulated, 1 σ; a drive's own count what the drum turns. armed: false is a dry
     run, in which samples are read, and no drive is ever told anything. Raises InputError when
     session and robot do not fit, BackendError when a device does not answer or obey; the bus is
     then closed.
@@ -61,6 +62,7 @@ class FieldbusBackend:
         clock: Clock,
         *,
         armed: bool,
+        jitter_m: float = 0.0,
     ) -> None:
         check_session(session, robot)
         self._session = session
@@ -73,7 +75,7 @@ class FieldbusBackend:
         self._winches = [
             WinchState(winch, session) for winch in sorted(session.winches, key=lambda w: w.cable)
         ]
-        self._supervisor = Supervisor(session, self._winches)
+        self._supervisor = Supervisor(session, self._winches, jitter_m)
         self._plausibility: Plausibility | None = Plausibility(robot, self._winches)
         self._told_torque: dict[int, int] = {}
         self._told_m_s: dict[int, float] = {}

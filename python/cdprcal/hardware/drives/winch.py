@@ -11,7 +11,7 @@ from cdprcal.hardware.drives.process_data import Image, Key, Values
 from cdprcal.hardware.session import Session, Swivel, Torque, Winch
 from cdprcal.hardware.session.objects import object_type, parse_object
 
-_SPEED_CYCLES = 5  # so that an encoder's last digit is no speed
+SPEED_CYCLES = 5  # so that an encoder's last digit is no speed
 _TORQUE_UNIT = 1000.0  # 0x6071 is in thousandths of the rated torque
 
 
@@ -64,7 +64,7 @@ class WinchState:
         self._limits = session.limits
         self._holds = not session.safety.brakes
         self._period_s = session.period_s
-        self._lengths_m: deque[float] = deque(maxlen=_SPEED_CYCLES + 1)
+        self._lengths_m: deque[float] = deque(maxlen=SPEED_CYCLES + 1)
         self._position = Counter(32)
         self._load_cell_key = parse_object(winch.load_cell.object)
         self._swivel: tuple[Swivel, Key, Counter] | None = None
@@ -93,9 +93,9 @@ class WinchState:
     @property
     def speed_m_s(self) -> float:
         """Of pay-out, over the last few cycles; NaN when the encoder was silent at an end."""
-        if len(self._lengths_m) <= _SPEED_CYCLES:
+        if len(self._lengths_m) <= SPEED_CYCLES:
             return math.nan
-        return (self._lengths_m[-1] - self._lengths_m[0]) / (_SPEED_CYCLES * self._period_s)
+        return (self._lengths_m[-1] - self._lengths_m[0]) / (SPEED_CYCLES * self._period_s)
 
     @property
     def torque_tension_N(self) -> float:

@@ -69,7 +69,9 @@ class SimulatedSession(FieldbusBackend):
                 if own is None:
                     period_s = max(session.period_s, 1.0 / session.ahrs.rate_Hz)
                     attitude = LockstepAttitude(attitude, period_s, _PATIENCE_S)
-            backend = cls(session, robot, bus, attitude, clock, armed=armed)
+            sensors = (options or _core.SimulatorOptions()).sensors
+            jitter_m = sensors.length_m.noise
+            backend = cls(session, robot, bus, attitude, clock, armed=armed, jitter_m=jitter_m)
         except BaseException:
             if bus is not None:
                 bus.close()
