@@ -42,12 +42,12 @@ class LengthController {
   /// G: with the pose held, tensions τ_S of cables S answer their lengths by −k N_S N_Sᵀ.
   [[nodiscard]] CableVector tension_feedback_m_s(const PlatformState& state,
                                                  const CableVector& error_N) const;
+  /// To where s_ is on motion_, at its rate.
+  const CableVector& follow(const CableVector& error_N, double dt_s);
 
   Robot robot_;
   std::vector<int> by_tension_;
   TensionControlOptions options_;
-  const CableVector& follow(const CableVector& error_N, double dt_s);
-
   WinchRamp ramp_;
   CableVector start_m_, travelled_m_;
   HeldMotion motion_;  ///< of the last step, and where and how fast on it

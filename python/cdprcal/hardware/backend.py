@@ -48,8 +48,8 @@ class Backend(Protocol):
         follow ``velocity_m_s``, drives with a tension loop of their own ``tension_setpoint_N``
         (where ``by_tension`` says so of single cables, those only, and the others the velocity).
         While ``state`` is holding or done that is the smooth stop: all follow ``velocity_m_s``, but
-        for those of ``by_tension``. A backend
-        that gets no further command in time locks the winches by itself. Raises BackendError.
+        for those of ``by_tension``. A backend that gets no further command in time locks the
+        winches by itself. Raises BackendError.
         """
 
     def stop(self) -> None:

@@ -13,7 +13,7 @@ import tempfile
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
@@ -228,25 +228,15 @@ def atomic_output(path: Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
+class _AbandonedError(Exception):
+    """Ends the writing of a file that is not meant yet."""
+
+
 def refuse_unwritable(path: Path) -> None:
-    """Raises InputError naming the file where atomic_output could not begin: asked before a long
-    run, at whose end the file is written."""
-    shown = shown_path(path)
-    try:
-        path = path.resolve()
-        if path.is_dir():
-            raise InputError(f"{shown}: cannot be written: is a directory; give the path of a file")
-        if not path.exists() or path.is_file():  # else a device
-            with tempfile.TemporaryFile(dir=path.parent):
-                pass
-    except (OSError, RuntimeError) as error:
-        raise InputError(f"{shown}: cannot be written: {reason(error)}") from None
-    except InputError:
-        raise
-    except ValueError:
-        raise InputError(
-            f"{shown}: cannot be written: no file's name holds NUL bytes; check the path"
-        ) from None
+    """Raises InputError naming the file where atomic_output would: asked before a long run, at
+    whose end the file is written."""
+    with suppress(_AbandonedError), atomic_output(path):
+        raise _AbandonedError
 
 
 def _opened(device: Path) -> BinaryIO:

@@ -11,13 +11,12 @@ import numpy as np
 from cdprcal._core import InputError
 from cdprcal.extras import need
 from cdprcal.io.files import shown_path
-from cdprcal.mapping.nested import nested_table
+from cdprcal.mapping.nested import MOST_NESTED, nested_table
 from cdprcal.mapping.raw import RawTable
 
 HDF5_MAGIC = b"\x89HDF"
 #: Attributes of an array in which people write its unit.
 _UNIT = ("unit", "units", "Unit", "Units")
-_MOST_NESTED = 12
 #: More references to other arrays than this in one array are objects of a class, no signals.
 _MOST_REFERENCES = 64
 
@@ -54,7 +53,7 @@ def _held(file: Any, at: Any, key: str, units: dict[str, str], depth: int) -> An
     MATLAB; None for what is nothing of it."""
     import h5py
 
-    if depth > _MOST_NESTED:
+    if depth > MOST_NESTED:
         return None
     if isinstance(at, h5py.Group):
         held = {inner: _held(file, at[inner], f"{key}.{inner}", units, depth + 1) for inner in at}

@@ -16,7 +16,7 @@ from cdprcal.mapping.raw import Column, Floats, RawTable
 from cdprcal.mapping.recognise import taken_apart
 
 _MOST_WIDE = 64
-_MOST_NESTED = 12
+MOST_NESTED = 12
 
 
 def nested_table(path: Path, kind: str, held: Mapping[str, Any]) -> RawTable:
@@ -87,7 +87,7 @@ def _alike(a: Floats, b: Floats) -> bool:
 
 
 def _flatten(name: str, value: Any, columns: dict[str, Column], depth: int) -> None:
-    if depth > _MOST_NESTED:
+    if depth > MOST_NESTED:
         return
     if isinstance(value, Mapping):
         if isinstance(value.get("label"), str) and "values" in value:
