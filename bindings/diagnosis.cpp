@@ -113,7 +113,7 @@ void register_catalogue(py::module_& module) {
           "Fitted where DiagnoseOptions.effects name it, never searched for: other things look "
           "alike.")
       .def_property_readonly(
-          "of_robot_file", [](const EffectRow& row) { return row.info().of_robot_file; },
+          "all_or_nothing", [](const EffectRow& row) { return row.info().all_or_nothing; },
           "A slip of whoever wrote the robot file, not a deviation that every robot has a little "
           "of.")
       .def_property_readonly("shows", [](const EffectRow& row) { return row.effect->shows(); })
@@ -216,7 +216,7 @@ void register_findings(py::module_& module) {
             for (const auto& [name, value] : e.where) where[py::str(name)] = value;
             return where;
           },
-          "Of a cable_slip: time_s since the run's first sample, cable from 1.")
+          "Of a step (cable_slip, load_shift): time_s since the run's first sample; cable from 1, of a cable's.")
       .def_readonly("held_out_before", &NamedEffect::held_out_before,
                     "½ Σ (residual/σ)² a held-out pose without the effect.")
       .def_readonly("held_out_after", &NamedEffect::held_out_after, "The same with it.");

@@ -188,6 +188,7 @@ void bind_plant(py::module_& module) {
       "Energy of the simulated plant by kind [J]: conserved without damping, friction and winches.")
       .def_readonly("kinetic_J", &PlantEnergy::kinetic_J)
       .def_readonly("gravity_J", &PlantEnergy::gravity_J)
+      .def_readonly("pulled_J", &PlantEnergy::pulled_J)
       .def_readonly("elastic_J", &PlantEnergy::elastic_J)
       .def_readonly("drums_J", &PlantEnergy::drums_J)
       .def_readonly("wound_J", &PlantEnergy::wound_J)

@@ -1,6 +1,7 @@
 #include "cdprcal/statistics.hpp"
 
 #include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
 #include <boost/math/special_functions/erf.hpp>
 #include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
@@ -38,6 +39,10 @@ double normal_survival(double value) { return 0.5 * std::erfc(value / std::sqrt(
 
 double normal_quantile(double probability) {
   return -std::sqrt(2.0) * boost::math::erfc_inv(2.0 * probability);
+}
+
+double student_quantile(double probability, double degrees_of_freedom) {
+  return boost::math::quantile(boost::math::students_t(degrees_of_freedom), probability);
 }
 
 double median(std::vector<double> values) {

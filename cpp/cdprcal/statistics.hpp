@@ -13,6 +13,8 @@ double chi_square_quantile(double probability, double degrees_of_freedom);
 double normal_survival(double value);
 /// The value that a standard normal stays below with this probability.
 double normal_quantile(double probability);
+/// The value that Student's t(degrees_of_freedom) stays below with this probability.
+double student_quantile(double probability, double degrees_of_freedom);
 
 /// The middle one of some values, the upper of two; there must be one.
 double median(std::vector<double> values);

@@ -2742,6 +2742,12 @@ class EffectInfo:
 
     def __repr__(self) -> str: ...
     @property
+    def all_or_nothing(self) -> bool:
+        """
+        A slip of whoever wrote the robot file, not a deviation that every robot has a little of.
+        """
+
+    @property
     def confused_with(self) -> list[str]:
         """
         Names of effects that look alike.
@@ -2767,12 +2773,6 @@ class EffectInfo:
 
     @property
     def name(self) -> str: ...
-    @property
-    def of_robot_file(self) -> bool:
-        """
-        A slip of whoever wrote the robot file, not a deviation that every robot has a little of.
-        """
-
     @property
     def on_request(self) -> bool:
         """
@@ -2915,7 +2915,7 @@ class NamedEffect:
     @property
     def where(self) -> dict[str, float]:
         """
-        Of a cable_slip: time_s since the run's first sample, cable from 1.
+        Of a step (cable_slip, load_shift): time_s since the run's first sample; cable from 1, of a cable's.
         """
 
 class RejectedEffect:
@@ -4046,6 +4046,8 @@ class PlantEnergy:
     def gravity_J(self) -> float: ...
     @property
     def kinetic_J(self) -> float: ...
+    @property
+    def pulled_J(self) -> float: ...
     @property
     def total_J(self) -> float: ...
     @property

@@ -29,6 +29,6 @@ def drawn_effects(
     random: np.random.Generator, count: int, sizes: tuple[float, float], cables: int = 4
 ) -> list[cdprcal.InjectedEffect]:
     """So many different ones, of those that every robot has a little of."""
-    names = [info.name for info in cdprcal.effect_catalogue() if not info.of_robot_file]
+    names = [info.name for info in cdprcal.effect_catalogue() if not info.all_or_nothing]
     chosen = random.choice(len(names), size=count, replace=False)
     return [drawn_effect(random, names[int(index)], sizes, cables) for index in chosen]

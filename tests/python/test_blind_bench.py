@@ -52,7 +52,7 @@ def test_sizes_names_and_misstated_noise_are_as_documented() -> None:
     at_rests = {
         e.name
         for e in catalogue
-        if e.shows != _core.Shows.in_moving_balance and not e.of_robot_file
+        if e.shows != _core.Shows.in_moving_balance and not e.all_or_nothing
     }
     cases = [draw_case(Split.tuning, 3, SETTING, number) for number in range(330)]
     hidden = [h for c in cases if c.kind in ("one", "two") for h in c.hidden]

@@ -32,7 +32,7 @@ def effects() -> list[_core.EffectInfo]:
         for info in _core.effect_catalogue()
         if info.scope == _core.EffectScope.robot
         and info.shows == _core.Shows.at_rest
-        and not info.of_robot_file
+        and not info.all_or_nothing
     ]
 
 

@@ -9,6 +9,7 @@
 #include "cdprcal/evidence/checks.hpp"
 #include "cdprcal/evidence/directions.hpp"
 #include "cdprcal/evidence/model_average.hpp"
+#include "cdprcal/evidence/steps.hpp"
 
 namespace cdprcal {
 namespace {
@@ -56,19 +57,42 @@ double keep_witnesses(const Calibration& calibration, double moments_a_reading,
                   moments_a_reading);
 }
 
-/// Effects that a misfit may come from: all that robots have, and of the robot file's mistakes
-/// those that something speaks for.
-Candidates to_allow_for(const DiagnosisModel& model) {
-  Candidates out = untried(model), mistakes;
-  const auto mistake = [](const auto& effect) { return effect->info().of_robot_file; };
-  std::ranges::copy_if(out, std::back_inserter(mistakes), mistake);
-  std::erase_if(out, mistake);
+/// Effects that a misfit may come from: all that robots have a little of, and of the others those
+/// that something speaks for, which come last.
+struct ToAllowFor {
+  Candidates usual, others;
+};
+ToAllowFor to_allow_for(const DiagnosisModel& model) {
+  ToAllowFor out;
+  Candidates others;
+  for (const auto& effect : untried(model)) {
+    (effect->info().all_or_nothing ? others : out.usual).push_back(effect);
+  }
   DiagnosisModel fitted = model;
   if (!fit_with_noise(fitted)) return out;
-  for (const CandidateScore& score : scan(fitted, mistakes, {.draws = 0})) {
-    if (score.log_evidence > 0.0) out.push_back(score.effect);
+  std::vector<CandidateScore> scores = scan(fitted, others, {.draws = 0});
+  for (CandidateScore& step : first_step_scores(fitted)) scores.push_back(std::move(step));
+  for (const CandidateScore& score : scores) {
+    if (score.log_evidence > 0.0) out.others.push_back(score.effect);
   }
   return out;
+}
+
+/// Takes all of them into the model, free. Whether it settles: with what stands for the same in
+/// many ways it may not; the usual ones alone then.
+bool allow_for(const ToAllowFor& effects, DiagnosisModel& model) {
+  const auto with = [](const Candidates& more, DiagnosisModel to) {
+    const int cables = to.robot.cable_count();
+    for (const auto& effect : more) {
+      to.effects.push_back({effect, EffectValues::Zero(effect->size(cables))});
+    }
+    return to;
+  };
+  const DiagnosisModel usual = with(effects.usual, std::move(model));
+  model = with(effects.others, usual);
+  if (fit_with_noise(model)) return true;
+  model = usual;
+  return fit_with_noise(model);
 }
 
 /// The pose if the balance is as good as lengths and swivels show: as likely as the one that was
@@ -166,10 +190,7 @@ bool allow_for_all(Calibration& calibration, double moments_a_reading) {
   result.reason += "; yet the model misfits " + found +
                    ", so it lacks something (cdprcal diagnose looks for it)";
   DiagnosisModel model = model_of(calibration);
-  for (const auto& effect : to_allow_for(model)) {
-    model.effects.push_back({effect, EffectValues::Zero(effect->size(model.robot.cable_count()))});
-  }
-  const bool settled = fit_with_noise(model);
+  const bool settled = allow_for(to_allow_for(model), model);
   DiagnosisModel witnesses = model;
   const double shared = keep_witnesses(calibration, moments_a_reading, witnesses);
   const Matrix6 covariance =

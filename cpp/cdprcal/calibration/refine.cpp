@@ -1,8 +1,6 @@
 #include "cdprcal/calibration/refine.hpp"
 
 #include <algorithm>
-#include <boost/math/distributions/normal.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <tuple>
 
 #include "cdprcal/effects/applied.hpp"
@@ -37,7 +35,7 @@ std::vector<FittedRow> outliers(const std::vector<FittedRow>& rows, const Refine
   constexpr double kLeastFreedom = 0.05;  // less: the fit follows the reading, nothing to see
   constexpr double kMedianChiSquare = 0.4549364;  // of one degree of freedom
   const double probability = 0.5 * options.family_wise / static_cast<double>(rows.size());
-  const double bound = boost::math::quantile(boost::math::normal(), 1.0 - probability);
+  const double bound = normal_quantile(1.0 - probability);
   std::vector<FittedRow> out;
   for (std::size_t c = 0; c < kChannels; ++c) {
     std::vector<FittedRow> own;
@@ -65,8 +63,7 @@ std::vector<FittedRow> outliers(const std::vector<FittedRow>& rows, const Refine
     const auto all = static_cast<double>(squares.size());
     if (all - within > options.largest_share * all) continue;
     // The scale is of so many rows, so Student's distribution has that many degrees of freedom.
-    const double student =
-        boost::math::quantile(boost::math::students_t(within), 1.0 - probability);
+    const double student = student_quantile(1.0 - probability, within);
     const double least = std::max(robust, student * std::sqrt(sum / within));
     std::erase_if(own, [&](const FittedRow& row) { return std::abs(row.residual) <= least; });
     for (FittedRow& row : own) row.residual /= scale;

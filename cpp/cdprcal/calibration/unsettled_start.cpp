@@ -18,9 +18,11 @@ struct Change {
   [[nodiscard]] double all() const { return explained + left; }
   [[nodiscard]] int freedom() const { return explained_freedom + left_freedom; }
 };
-/// `e`: of the initial pose. `signals`: of the run.
+/// `e`: of the initial pose. `signals`: of the run, which begins at `begin_s`.
 Change change_between(const Log& log, Eigen::Index first, const SampleRange& later,
-                      const PoseEvaluation& e, const Signals& signals) {
+                      const PoseEvaluation& e, const Signals& signals, double begin_s) {
+  const double first_s = log.time_s[first] - begin_s;
+  const double later_s = 0.5 * (log.time_s[later.begin] + log.time_s[later.end - 1]) - begin_s;
   std::vector<double> changes;
   std::vector<Vector6> by_twist;
   const auto add = [&](const LogMatrix& readings, Channel channel, bool angles, Eigen::Index column,
@@ -32,7 +34,7 @@ Change change_between(const Log& log, Eigen::Index first, const SampleRange& lat
     const double change = values[0] - values.tail(later.size()).mean();
     const Signal& signal = signals[static_cast<std::size_t>(channel)];
     const auto count = static_cast<double>(later.size());
-    const double sigma = std::sqrt(signal.variance(1.0) + signal.variance(count));
+    const double sigma = std::sqrt(signal.variance(1.0, first_s) + signal.variance(count, later_s));
     if (!std::isfinite(change) || !(sigma > 0.0)) return;
     changes.push_back(change / sigma);
     by_twist.emplace_back(row / sigma);
@@ -103,20 +105,25 @@ std::optional<SampleRange> unsettled_start(const Log& log, const SampleRange& ru
                 fitted.result.poses.front(), StaticsModel::none, {}, problem.effects, true, e);
   if (!e.valid) return std::nullopt;
   const auto later_than = [&](Eigen::Index lead) {
-    return at_the_start(log, {beginning.begin + lead, beginning.end}, fitted.signals);
+    const SampleRange from{beginning.begin + lead, beginning.end};
+    return at_the_start(log, from, fitted.signals, log.time_s[from.begin] - times[run.begin]);
   };
   const Eigen::Index most = (soon - times - beginning.begin) / 4;
   const auto change_after = [&](Eigen::Index lead) {
     const SampleRange later = later_than(lead + 1);
-    return change_between(log, later.begin - 1, later, e, fitted.signals);
+    return change_between(log, later.begin - 1, later, e, fitted.signals, times[run.begin]);
   };
   Eigen::Index off = 0;  // samples that are
   while (off < most && contradicts(change_after(off))) ++off;
   if (off == 0) return std::nullopt;
-  // What has sunk into the noise in so many samples is gone after as many again.
+  // What has sunk into the noise in so many samples is gone after as many again. One that stands
+  // alone shows nothing.
   Eigen::Index settled = 2 * off;
-  while (settled < 2 * most && one_is_odd(change_after(settled))) ++settled;
-  return later_than(settled);
+  const auto stands_alone = [&](Eigen::Index lead) {
+    return later_than(lead).size() < kFewestStill || one_is_odd(change_after(lead));
+  };
+  while (settled < 2 * most && stands_alone(settled)) ++settled;
+  return later_than(settled < 2 * most ? settled : 2 * off);
 }
 
 }  // namespace cdprcal

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "cdprcal/diagnosis/events.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/effects/of_each_log.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/evidence/steps.hpp"
 #include "cdprcal/statistics.hpp"
 
 namespace cdprcal {
@@ -53,7 +53,7 @@ void weigh(ComparedNumber& number) {
 /// tell apart the first stands for both: together their values would be anything.
 void collect(const Diagnosis& found, Candidates& effects, std::vector<DiscreteFault>& faults) {
   for (const NamedEffect& effect : found.effects) {
-    if (as_slip(*effect.effect) || effect.effect->needs_motion()) continue;
+    if (as_step(*effect.effect) || effect.effect->needs_motion()) continue;
     const auto same = [&](const auto& other) {
       return other->name() == effect.effect->name() ||
              std::ranges::find(effect.rivals, other->name()) != effect.rivals.end();

@@ -19,6 +19,7 @@
 #include "cdprcal/error.hpp"
 #include "cdprcal/evidence/checks.hpp"
 #include "cdprcal/evidence/directions.hpp"
+#include "cdprcal/evidence/steps.hpp"
 #include "cdprcal/readings/run.hpp"
 #include "cdprcal/statistics.hpp"
 
@@ -41,7 +42,7 @@ Robot corrected_robot(const Robot& given, const std::vector<Log>& logs, const Di
   for (const Log& log : logs) sources.push_back(log.source);
   const std::vector<std::string> names = run_names(sources);
   for (const NamedEffect& effect : found.effects) {
-    if (as_slip(*effect.effect)) continue;  // of one moment of one log, not of the robot
+    if (as_step(*effect.effect)) continue;  // of one moment of one log, not of the robot
     if (effect.described) robot.own_effects.push_back(effect.effect);
     const int size = effect.effect->size(n);
     for (Eigen::Index begin = 0; begin < effect.values.size(); begin += size) {
@@ -152,6 +153,7 @@ void advise(const DiagnosisModel& model, Diagnosis& out) {
     if (rivals.empty()) continue;
     out.next.push_back(effect.effect->name() + " and " + rivals +
                        " cannot be told apart with these poses: " + effect.effect->info().settle);
+    if (as_step(*effect.effect)) continue;  // what happened once no pose shows again
     for (const std::string& rival : effect.rivals) {
       const std::string poses = poses_between(model, k, find_effect(model.robot, rival));
       if (poses.empty()) continue;

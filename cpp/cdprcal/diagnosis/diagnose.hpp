@@ -41,7 +41,8 @@ struct NamedEffect {
   double log_evidence = 0.0;
   double p_value = 1.0;
   std::vector<std::string> rivals;
-  std::vector<std::pair<std::string, double>> where;  ///< of a cable_slip: time_s, cable (from 1)
+  /// Of a step: time_s since the run's first sample; cable (from 1), of one cable's.
+  std::vector<std::pair<std::string, double>> where;
   double held_out_before = kNaN, held_out_after = kNaN;  ///< ½ Σ (residual/σ)² a held-out pose
 };
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <set>
 
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/readings/equilibrium_detection.hpp"
@@ -227,38 +226,6 @@ void find_oscillations(const Robot& robot, const Log& log, const SampleRange& ru
   }
 }
 
-class SlipEffect final : public Effect {
- public:
-  explicit SlipEffect(Slip slip) : slip_(slip) {
-    info_.name = "cable_slip";
-    info_.equation = "dl* = dl + length_m after time_s";
-    // As far as a cable slips before anyone hears it.
-    info_.parameters = {{"length_m", "m", ParameterShape::scalar, 0.01, 0.3, Yardstick::frame}};
-    info_.scope = EffectScope::run;
-    info_.sentence = "a cable slipped on its drum, unseen by the encoder";
-    info_.remedy = "check the drum's grip; what came before and after are two different references";
-    info_.settle = "look at the cable's marks on the drum";
-  }
-  const EffectInfo& info() const override { return info_; }
-  [[nodiscard]] const Slip& slip() const { return slip_; }
-  void add_to_readings(const EffectContext& context, const EffectValues& length_m,
-                       PoseEvaluation& evaluation) const override {
-    if (after(context)) evaluation.length_m[slip_.cable] -= length_m[0];
-  }
-  void columns(const EffectContext& context, const EffectValues&,
-               EffectColumns out) const override {
-    if (after(context))
-      out(ReadingRows{context.state.cable_count}.length() + slip_.cable, 0) = -1.0;
-  }
-
- private:
-  [[nodiscard]] bool after(const EffectContext& context) const {
-    return context.measurement.run_time_s > slip_.time_s;
-  }
-  Slip slip_;
-  EffectInfo info_;
-};
-
 }  // namespace
 
 std::string describe(const LogEvent& event) {
@@ -306,32 +273,6 @@ std::vector<LogEvent> gate_events(const Robot& robot, Log& log) {
   std::stable_sort(out.begin(), out.end(),
                    [](const LogEvent& a, const LogEvent& b) { return a.begin_s < b.begin_s; });
   return out;
-}
-
-Candidates slip_candidates(const DiagnosisModel& model) {
-  Candidates out;
-  std::set<double> seen;
-  for (const DiagnosisRun& run : model.runs) {
-    std::vector<double> time_s;
-    for (const Measurement& m : run.measurements) {
-      if (m.kind == PoseKind::static_pose) time_s.push_back(m.run_time_s);
-    }
-    std::sort(time_s.begin(), time_s.end());
-    for (std::size_t i = 0; i + 1 < time_s.size(); ++i) {
-      const double middle_s = 0.5 * (time_s[i] + time_s[i + 1]);
-      if (!seen.insert(middle_s).second) continue;
-      for (int cable = 0; cable < model.robot.cable_count(); ++cable) {
-        out.push_back(std::make_shared<SlipEffect>(Slip{cable, middle_s}));
-      }
-    }
-  }
-  return out;
-}
-
-std::optional<Slip> as_slip(const Effect& effect) {
-  const auto* slip = dynamic_cast<const SlipEffect*>(&effect);
-  if (slip == nullptr) return std::nullopt;
-  return slip->slip();
 }
 
 }  // namespace cdprcal

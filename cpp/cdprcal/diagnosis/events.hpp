@@ -1,12 +1,11 @@
-// What happens once, at one time: found in the log before any fit, or as a step between two rests.
+// What happens once, at one time, and is found in the log before any fit.
 #pragma once
-
-#include <optional>
 
 #include <string>
 #include <vector>
 
-#include "cdprcal/estimation/model.hpp"
+#include "cdprcal/model/robot.hpp"
+#include "cdprcal/readings/log.hpp"
 
 namespace cdprcal {
 
@@ -32,14 +31,5 @@ std::string describe(const LogEvent& event);
 /// - oscillation: a rest that a swing interrupts, or a swing between two rests of one set-point.
 /// Outliers, and readings of such short slack, come back as NaN in `log`.
 std::vector<LogEvent> gate_events(const Robot& robot, Log& log);
-
-/// A cable that slipped on its drum between two rests: its length is off by a step that the encoder
-/// did not see. One candidate for each cable and pair of rests in a row.
-struct Slip {
-  int cable = 0;
-  double time_s = 0.0;  ///< since the run's first sample: in the middle of the move
-};
-Candidates slip_candidates(const DiagnosisModel& model);
-std::optional<Slip> as_slip(const Effect& effect);
 
 }  // namespace cdprcal

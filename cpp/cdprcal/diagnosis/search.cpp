@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "cdprcal/diagnosis/events.hpp"
 #include "cdprcal/diagnosis/formulas.hpp"
 #include "cdprcal/diagnosis/motion.hpp"
 #include "cdprcal/diagnosis/quiet.hpp"
@@ -13,6 +12,7 @@
 #include "cdprcal/effects/text_effect.hpp"
 #include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/evidence/checks.hpp"
+#include "cdprcal/evidence/steps.hpp"
 
 namespace cdprcal {
 namespace {
@@ -107,11 +107,11 @@ void look_below_the_noise(const DiagnosisModel& model, const Candidates& named,
                    [](const auto& a, const auto& b) { return a.log_evidence > b.log_evidence; });
 }
 
-/// The likeliest slip. There are as many as moves and cables.
-std::optional<CandidateScore> best_slip(const DiagnosisModel& model, const Candidates& slips) {
+/// The likeliest step. There are as many as moves and cables.
+std::optional<CandidateScore> best_step(const DiagnosisModel& model, const Candidates& steps) {
   constexpr std::size_t kAtATime = 64;
   std::optional<CandidateScore> best;
-  scan_in_parts(model, slips, kAtATime, [&](CandidateScore&& score) {
+  scan_in_parts(model, steps, kAtATime, [&](CandidateScore&& score) {
     if (!best || score.log_evidence > best->log_evidence) best = std::move(score);
   });
   return best;
@@ -127,7 +127,7 @@ class PValues {
       return 1.0 / (1.0 + options_.draws);
     }
     // The score of the best of many steps bears their number already.
-    if (as_slip(*score.effect)) return chance_at_most(score.log_evidence, candidates_.size());
+    if (as_step(*score.effect)) return chance_at_most(score.log_evidence, candidates_.size());
     if (drawn_.empty()) drawn_ = scan(model_, candidates_, options_);
     for (const CandidateScore& s : drawn_) {
       if (s.effect == score.effect) return s.p_value;
@@ -174,13 +174,13 @@ Candidates Search::names_for(const DiagnosisModel& model) const {
   return out;
 }
 
-double Search::cost_of(const Effect& effect, std::size_t slips) const {
-  if (as_slip(effect)) return std::log(std::max<double>(1.0, static_cast<double>(slips)));
+double Search::cost_of(const Effect& effect, std::size_t steps) const {
+  if (as_step(effect)) return std::log(std::max<double>(1.0, static_cast<double>(steps)));
   return is_of_each_log(effect) ? options_.rival_nats : 0.0;
 }
 
-void Search::charge(std::vector<Refit>& refits, std::size_t slips) const {
-  for (Refit& refit : refits) refit.log_evidence -= cost_of(*refit.score.effect, slips);
+void Search::charge(std::vector<Refit>& refits, std::size_t steps) const {
+  for (Refit& refit : refits) refit.log_evidence -= cost_of(*refit.score.effect, steps);
   std::ranges::stable_sort(refits, std::ranges::greater(), &Refit::log_evidence);
 }
 
@@ -256,8 +256,9 @@ void Search::accept(Refit& winner, const HeldOut& held) {
   found.p_value = winner.score.p_value;
   found.held_out_before = held.before;
   found.held_out_after = held.after;
-  if (const std::optional<Slip> slip = as_slip(*found.effect)) {
-    found.where = {{"time_s", slip->time_s}, {"cable", slip->cable + 1.0}};
+  if (const std::optional<Step> step = as_step(*found.effect)) {
+    found.where = {{"time_s", step->time_s}};
+    if (step->cable) found.where.emplace_back("cable", *step->cable + 1.0);
   }
   const DiagnosisModel before = std::move(model_);
   model_ = std::move(winner.model);
@@ -378,7 +379,7 @@ void Search::withdraw_stand_ins() {
     const EffectTerm& name = model_.effects[k];
     const std::optional<DiagnosisModel> without = without_effect(model_, k);
     // What a person wrote down is no stand-in.
-    if (as_slip(*name.effect) || definition_of(*name.effect) || !without) {
+    if (as_step(*name.effect) || definition_of(*name.effect) || !without) {
       ++k;
       continue;
     }
@@ -452,11 +453,11 @@ bool Search::forward() {
     all.insert(all.end(), generic.begin(), generic.end());
     std::vector<CandidateScore> scores = scan(model_, all, {.draws = 0});
     look_below_the_noise(model_, named, scores);
-    const Candidates slips = slip_candidates(model_);
-    if (std::optional<CandidateScore> step = best_slip(model_, slips)) {
+    const Candidates steps = step_candidates(model_);
+    if (std::optional<CandidateScore> step = best_step(model_, steps)) {
       scores.push_back(*std::move(step));
     }
-    for (CandidateScore& s : scores) s.log_evidence -= cost_of(*s.effect, slips.size());
+    for (CandidateScore& s : scores) s.log_evidence -= cost_of(*s.effect, steps.size());
     std::ranges::stable_sort(scores, std::ranges::greater(), &CandidateScore::log_evidence);
     const PValues p_named(model_, named, options_.scan);
     const EvidenceAgainst against(model_);
@@ -475,7 +476,7 @@ bool Search::forward() {
         against.refits(scores, refits_a_round(), [&](const CandidateScore& s) {
           return is_named(s) && s.log_evidence > options_.least_evidence;
         });
-    charge(refits, slips.size());
+    charge(refits, steps.size());
     std::optional<Refit> smooth;
     if (rival || !refits.empty()) {
       double best = options_.least_evidence;
@@ -491,8 +492,8 @@ bool Search::forward() {
       HeldOut held;
       const std::string name = refit.score.effect->name();
       refit.score.p_value = p_named.of(refit.score);
-      // Of slips the chance is a bound.
-      const double share = as_slip(*refit.score.effect) ? kNamedShare : kShareAtRest;
+      // Of steps the chance is a bound.
+      const double share = as_step(*refit.score.effect) ? kNamedShare : kShareAtRest;
       const double least_p = share * options_.family_wise_p;
       const std::string reason = objection(refit, rival ? &*rival : nullptr, least_p, held);
       if (reason.empty()) {
@@ -596,7 +597,7 @@ bool Search::exchange() {
     std::optional<DiagnosisModel> without = without_effect(model_, k);
     if (!without) continue;
     const auto present = model_.effects[k].effect;
-    if (as_slip(*present)) continue;
+    if (as_step(*present)) continue;
     const Candidates alike = confusable(*without, model_.effects[k]);
     if (alike.size() < 2) continue;
     const std::vector<CandidateScore> scores = scan(*without, alike, {.draws = 0});
@@ -668,7 +669,7 @@ void Search::leave_to_the_place() {
                                     (kShareAtRest * options_.family_wise_p));
   for (std::size_t k = out_.effects.size(); k-- > 0;) {
     const std::optional<DiagnosisModel> without = without_effect(model_, k);
-    if (!without || as_slip(*out_.effects[k].effect)) continue;
+    if (!without || as_step(*out_.effects[k].effect)) continue;
     const CandidateScore again = as_candidate(model_.effects[k]);
     const double own = EvidenceAgainst(*without).refit(again).log_evidence;
     if (own > by_chance) continue;
@@ -730,6 +731,10 @@ void Search::find_rivals() {
     // One of each log stands for that of them all, which is no rival of it.
     std::ranges::replace_if(
         named, [&](const auto& e) { return e->name() == accepted->name(); }, accepted);
+    if (as_step(*accepted)) {
+      named.push_back(accepted);
+      for (auto& other : steps_beside(*without, *accepted)) named.push_back(std::move(other));
+    }
     const std::vector<CandidateScore> scores = scan(*without, named, {.draws = 0});
     const EvidenceAgainst against(*without);
     std::vector<Refit> refits =

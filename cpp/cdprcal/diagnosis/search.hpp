@@ -64,11 +64,11 @@ class Search {
   [[nodiscard]] int refits_a_round() const {
     return (model_.runs.size() > 1 ? 2 : 1) * options_.refits;
   }
-  /// What the evidence for a name is lowered by: there are as many slips as moves and cables, and
+  /// What the evidence for a name is lowered by: there are as many steps as moves and cables, and
   /// most robots stay as they are from log to log.
-  [[nodiscard]] double cost_of(const Effect& effect, std::size_t slips) const;
+  [[nodiscard]] double cost_of(const Effect& effect, std::size_t steps) const;
   /// Lowers the evidence of refits by that, and sorts them anew, best first.
-  void charge(std::vector<Refit>& refits, std::size_t slips = 0) const;
+  void charge(std::vector<Refit>& refits, std::size_t steps = 0) const;
   /// An accepted effect, and those that imitate most of what it does.
   [[nodiscard]] Candidates confusable(const DiagnosisModel& without, const EffectTerm& term) const;
   /// Whether any named effects, several if need be, explain as much as one dependence does.

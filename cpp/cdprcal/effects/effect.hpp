@@ -50,9 +50,10 @@ struct EffectInfo {
   bool of_load_cells = false;  ///< in the readings of the load cells, not in what cables carry
   /// What smoothing does to accelerations looks alike: fitted where asked for, never searched for.
   bool on_request = false;
-  /// A slip of whoever wrote the robot file, not a deviation that every robot has a little of:
-  /// looked for and counted by its probability, not allowed for where nothing speaks for it.
-  bool of_robot_file = false;
+  /// There or not (a slip of whoever wrote the robot file, a hose), not a deviation that every
+  /// robot has a little of: looked for and counted by its probability, not allowed for where
+  /// nothing speaks for it.
+  bool all_or_nothing = false;
   bool of_swivel_play = false;  ///< its value is what Measurement::swivel_direction depends on
   bool of_one_make = false;     ///< one cause may give all cables nearly the same value
 };

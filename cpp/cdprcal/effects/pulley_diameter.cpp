@@ -25,7 +25,7 @@ class PulleyDiameter final : public Effect {
             "look whether the robot file has diameters for radii, and measure a pulley's "
             "groove with a caliper",
         .settle = "measure the groove diameter of one pulley with a caliper",
-        .of_robot_file = true};
+        .all_or_nothing = true};
     return info;
   }
   [[nodiscard]] bool moves_cables() const override { return true; }

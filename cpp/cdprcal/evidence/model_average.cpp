@@ -8,6 +8,7 @@
 
 #include "cdprcal/estimation/symmetric_inverse.hpp"
 #include "cdprcal/evidence/checks.hpp"
+#include "cdprcal/evidence/steps.hpp"
 #include "cdprcal/geometry/pose.hpp"
 #include "cdprcal/statistics.hpp"
 
@@ -44,7 +45,9 @@ double widening_along(int axis, const Matrix6& own, const Matrix6& averaged,
 
 }  // namespace
 
-Unseen unseen_effects(const DiagnosisModel& model, const std::vector<CandidateScore>& scores) {
+Unseen unseen_effects(const DiagnosisModel& model, std::vector<CandidateScore> scores) {
+  const auto known = static_cast<double>(model.effects.size() + scores.size());
+  for (CandidateScore& step : first_step_scores(model)) scores.push_back(std::move(step));
   Candidates candidates;
   for (const CandidateScore& score : scores) candidates.push_back(score.effect);
   const DiagnosisSystem system = linearise(model, candidates);
@@ -72,7 +75,6 @@ Unseen unseen_effects(const DiagnosisModel& model, const std::vector<CandidateSc
       symmetric_inverse(information.topLeftCorner(nuisance, nuisance)) *
       information.topRightCorner(nuisance, static_cast<Eigen::Index>(system.layout.candidates));
   const auto found = static_cast<double>(model.effects.size());
-  const auto known = static_cast<double>(model.effects.size() + candidates.size());
   const double prior_log_odds = std::log((found + 1.0) / (known - found + 1.0));
   for (std::size_t k = 0; k < candidates.size(); ++k) {
     const Eigen::Index begin = system.layout.candidate_begin[k];
@@ -89,7 +91,7 @@ Unseen unseen_effects(const DiagnosisModel& model, const std::vector<CandidateSc
     const Vector6 shift = moved * value;
     const Matrix6 spread = moved * llt.solve(moved.transpose());
     out.each.push_back({probability(prior_log_odds + scores[k].log_evidence), shift, spread});
-    if (!candidates[k]->info().of_robot_file) out.possible += spread;
+    if (!candidates[k]->info().all_or_nothing && !as_step(*candidates[k])) out.possible += spread;
   }
   return out;
 }

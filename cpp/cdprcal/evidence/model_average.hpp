@@ -24,8 +24,9 @@ struct Unseen {
 /// An effect that the readings speak against is improbable; one that these poses cannot show may do
 /// what it does at its typical size, with the probability that it is there. That is learnt from the
 /// robot itself: of the catalogue's effects, the share that was found (Laplace's rule of
-/// succession). `scores`: a scan of this model, which must be fitted.
-Unseen unseen_effects(const DiagnosisModel& model, const std::vector<CandidateScore>& scores);
+/// succession). `scores`: a scan of this model, which must be fitted. Steps at the first move
+/// count, too, by what the readings say of them.
+Unseen unseen_effects(const DiagnosisModel& model, std::vector<CandidateScore> scores);
 
 /// What a fitted model says of the initial pose of run 0.
 struct InitialPose {

@@ -26,7 +26,7 @@ double weight(const Robot& robot) { return robot.weight_N() / kWeight_N; }
 double frame(const Robot& robot) { return robot_size_m(robot) / kFrame_m; }
 
 // clang-format off
-const std::array<Row, 9> kTable{{
+const std::array<Row, 10> kTable{{
     {"", [](const Robot&) { return 1.0; }},
     {"the mass of the platform", &mass},
     {"the weight of the platform", &weight},
@@ -39,9 +39,10 @@ const std::array<Row, 9> kTable{{
     {"the mass of the platform by the size of the frame", [](const Robot& r) { return mass(r) / frame(r); }},
     {"the weight of the platform", [](const Robot& r) { return 1.0 / weight(r); }},
     {"the inverse of the size of the frame", [](const Robot& r) { return 1.0 / frame(r); }},
+    {"the weight of the platform by the size of the frame", [](const Robot& r) { return weight(r) / frame(r); }},
 }};
 // clang-format on
-static_assert(static_cast<std::size_t>(Yardstick::gradient) + 1 ==
+static_assert(static_cast<std::size_t>(Yardstick::stiffness) + 1 ==
               std::tuple_size_v<decltype(kTable)>);
 
 const Row& row_of(Yardstick yardstick) { return kTable[static_cast<std::size_t>(yardstick)]; }

@@ -19,7 +19,8 @@ enum class Yardstick {
   pulley,       ///< largest radius; eyelets alone: as the frame
   cable_mass,   ///< mass a metre of frame: thicker cables carry heavier platforms
   flexibility,  ///< stretch by the weight: cables are chosen for it, and files have its inverse
-  gradient      ///< a radian across the frame
+  gradient,     ///< a radian across the frame
+  stiffness     ///< of what hangs on the platform: its weight across the frame
 };
 
 /// What a size, as files have it, grows with: "the weight of the platform". Empty for `none`.

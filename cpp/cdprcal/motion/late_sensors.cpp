@@ -2,8 +2,9 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+
+#include "cdprcal/statistics.hpp"
 
 namespace cdprcal {
 namespace {
@@ -126,8 +127,7 @@ void LateSensors::end_stretch() {
     const double scatter =
         delay.said_said - 2.0 * delay_s * delay.said_known + delay_s * delay_s * delay.known_known;
     const double variance = std::max(scatter * stretches / (stretches - 1.0), delay.sum_known);
-    const boost::math::students_t of_chance(stretches - 1.0);
-    const double least = boost::math::quantile(complement(of_chance, 0.5 * kChance));
+    const double least = student_quantile(1.0 - 0.5 * kChance, stretches - 1.0);
     const double sigmas = std::abs(delay.sum_said) / std::sqrt(variance);
     if (!(sigmas > least && sigmas > most)) continue;
     most = sigmas;

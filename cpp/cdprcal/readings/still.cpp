@@ -46,8 +46,10 @@ Running running(const Eigen::VectorXd& column, const SampleRange& range, bool an
   return out;
 }
 
-/// Whether the means of so many parts of equal length agree in all channels together.
-bool parts_agree(const std::vector<Running>& channels, std::size_t end, std::size_t parts) {
+/// Whether the means of so many parts of equal length agree in all channels together. `time_s`: of
+/// the samples, since the run's first.
+bool parts_agree(const std::vector<Running>& channels, const std::vector<double>& time_s,
+                 std::size_t end, std::size_t parts) {
   // To call a start a motion by its first samples alone takes more than to shorten a rest.
   const double confidence = end > 2 * kFewestStill ? 0.99 : 0.999;
   double chi_square = 0.0;
@@ -60,7 +62,8 @@ bool parts_agree(const std::vector<Running>& channels, std::size_t end, std::siz
       const std::size_t from = end * part / parts, until = end * (part + 1) / parts;
       const double count = c.count[until] - c.count[from];
       if (count < 1.0) continue;
-      const double own = 1.0 / c.signal.variance(count);
+      const double middle_s = 0.5 * (time_s[from] + time_s[until - 1]);
+      const double own = 1.0 / c.signal.variance(count, middle_s);
       const double away = (c.sum[until] - c.sum[from]) / count - mean;
       weight += own;
       mean += away * own / weight;
@@ -98,10 +101,12 @@ bool first_agree(const std::vector<Running>& channels, std::size_t end, std::siz
 
 /// A drift shows in halves; what goes there and comes back, in smaller parts; a motion that ends,
 /// in the first samples.
-bool is_still(const std::vector<Running>& channels, std::size_t end) {
-  return std::ranges::all_of(
-             std::array{2, 4, 8},
-             [&](std::size_t parts) { return parts > end || parts_agree(channels, end, parts); }) &&
+bool is_still(const std::vector<Running>& channels, const std::vector<double>& time_s,
+              std::size_t end) {
+  return std::ranges::all_of(std::array{2, 4, 8},
+                             [&](std::size_t parts) {
+                               return parts > end || parts_agree(channels, time_s, end, parts);
+                             }) &&
          std::ranges::all_of(std::array{1, 2, 4}, [&](std::size_t first) {
            return first >= end || first_agree(channels, end, first);
          });
@@ -109,7 +114,8 @@ bool is_still(const std::vector<Running>& channels, std::size_t end) {
 
 }  // namespace
 
-SampleRange still_since_start(const Log& log, const SampleRange& range, const Signals& signals) {
+SampleRange still_since_start(const Log& log, const SampleRange& range, const Signals& signals,
+                              double begun_s) {
   std::vector<Running> channels;
   for_each_sensor(
       [&](const Sensor& sensor, const LogMatrix& group) {
@@ -123,15 +129,20 @@ SampleRange still_since_start(const Log& log, const SampleRange& range, const Si
         }
       },
       log);
+  std::vector<double> time_s;
+  for (Eigen::Index i = range.begin; i < range.end; ++i) {
+    time_s.push_back(begun_s + log.time_s[i] - log.time_s[range.begin]);
+  }
   Eigen::Index size = range.size();
-  while (size > 1 && !is_still(channels, static_cast<std::size_t>(size))) {
+  while (size > 1 && !is_still(channels, time_s, static_cast<std::size_t>(size))) {
     size = std::min(size - 1, size * 9 / 10);
   }
   return {range.begin, range.begin + size};
 }
 
-SampleRange at_the_start(const Log& log, const SampleRange& range, const Signals& signals) {
-  SampleRange out = still_since_start(log, range, signals);
+SampleRange at_the_start(const Log& log, const SampleRange& range, const Signals& signals,
+                         double begun_s) {
+  SampleRange out = still_since_start(log, range, signals, begun_s);
   if (out.end < range.end) {
     out.end = out.begin + std::max(out.size() / 2, std::min(out.size(), kFewestStill));
   }

@@ -192,12 +192,22 @@ PlantDynamics::Pull PlantDynamics::pull(int i, const StrandState& end,
   return out;
 }
 
+void PlantDynamics::add_springs(const Vector3& centre_of_mass_m, const Matrix3& rotation,
+                                Vector3& force_N, Vector3& moment_Nm) const {
+  for (const PlantSpring& spring : p_.springs) {
+    const Vector3 arm_m = rotation * spring.point_m;
+    const Vector3 pull_N = spring.pull_N(centre_of_mass_m + arm_m);
+    force_N += pull_N;
+    moment_Nm += arm_m.cross(pull_N);
+  }
+}
+
 StepStatus PlantDynamics::step(const WinchCommand& command) {
   const double m = p_.robot.platform.mass_kg;
   const Matrix3& inertia = p_.robot.platform.inertia_kg_m2;
   Vector6 written = Vector6::Zero();
   if (!p_.written.empty()) written = written_wrench(p_, *this, this->pose());
-  const Vector3 constant_N = p_.robot.gravity_force_N() + p_.external_force_N + written.head<3>();
+  const Vector3 constant_N = p_.robot.gravity_force_N() + written.head<3>();
   const Matrix3 rotation_0 = motion_.rotation.toRotationMatrix();
   const Vector3 momentum_0 = rotation_0 * (inertia * motion_.body_rate_rad_s);
   const double turning = damping_rate(rotation_decay_s_);
@@ -225,6 +235,8 @@ StepStatus PlantDynamics::step(const WinchCommand& command) {
 
     Vector3 force = constant_N - translation_damping_N_s_m_ * velocity;
     Vector3 moment = written.tail<3>() - turning * (rotation_0 * (inertia * body_rate));
+    const Matrix3 mean_rotation = 0.5 * (rotation_0 + rotation_1);
+    add_springs(motion_.centre_of_mass_m + 0.5 * h_ * velocity, mean_rotation, force, moment);
     bool new_slopes = false;
     for (int i = 0; i < n_; ++i) {
       arm_1[i] = rotation_1 * anchor_from_centre_m_[i];
@@ -349,6 +361,8 @@ void PlantDynamics::run_off(int cable, double length_m, bool seen) {
   (seen ? winch_[cable].payout_m : winch_[cable].slipped_m) += length_m;
 }
 
+void PlantDynamics::pull_from_now(const PlantSpring& spring) { p_.springs.push_back(spring); }
+
 double PlantDynamics::strand_tension_N(int cable) const {
   return tension_at_pulley_N(law_, strand_[cable], winch_[cable].chord_N);
 }
@@ -379,8 +393,11 @@ PlantEnergy PlantDynamics::energy() const {
   energy.kinetic_J =
       0.5 * platform.mass_kg * motion_.velocity_m_s.squaredNorm() +
       0.5 * motion_.body_rate_rad_s.dot(platform.inertia_kg_m2 * motion_.body_rate_rad_s);
-  energy.gravity_J = p_.robot.weight_N() * motion_.centre_of_mass_m.z() -
-                     p_.external_force_N.dot(motion_.centre_of_mass_m);
+  energy.gravity_J = p_.robot.weight_N() * motion_.centre_of_mass_m.z();
+  for (const PlantSpring& spring : p_.springs) {
+    energy.pulled_J +=
+        spring.energy_J(motion_.centre_of_mass_m + motion_.rotation * spring.point_m);
+  }
   for (int i = 0; i < n_; ++i) {
     const double natural = natural_m(i, winch_[i].payout_m);
     const double stretch = std::max(0.0, strand_[i].length_m - natural);
@@ -395,9 +412,10 @@ PlantEnergy PlantDynamics::energy() const {
 Vector6 PlantDynamics::net_wrench(const Pose& pose, const CableVector& tension_N) const {
   Vector6 written = Vector6::Zero();
   if (!p_.written.empty()) written = written_wrench(p_, *this, pose);
-  Vector3 force = p_.robot.gravity_force_N() + p_.external_force_N + written.head<3>();
+  Vector3 force = p_.robot.gravity_force_N() + written.head<3>();
   Vector3 moment = written.tail<3>();
   const Vector3 centre = pose.position_m + pose.rotation * p_.robot.platform.centre_of_mass_m;
+  add_springs(centre, pose.rotation.toRotationMatrix(), force, moment);
   for (int i = 0; i < n_; ++i) {
     const Pulley& pulley = p_.robot.cables[i].pulley;
     const Vector3 arm = pose.rotation * anchor_from_centre_m_[i];

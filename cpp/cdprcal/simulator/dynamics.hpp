@@ -39,12 +39,13 @@ struct PlatformMotion {
 
 struct PlantEnergy {
   double kinetic_J = 0.0;
-  double gravity_J = 0.0;  ///< and of the external force
+  double gravity_J = 0.0;
+  double pulled_J = 0.0;  ///< of what hangs on the platform
   double elastic_J = 0.0;
   double drums_J = 0.0;  ///< torque mode
   double wound_J = 0.0;  ///< strain energy that went onto the drums with the cable, since the start
   [[nodiscard]] double total_J() const {
-    return kinetic_J + gravity_J + elastic_J + drums_J + wound_J;
+    return kinetic_J + gravity_J + pulled_J + elastic_J + drums_J + wound_J;
   }
 };
 
@@ -69,6 +70,8 @@ class PlantDynamics {
   void knock(int cable, const Vector3& impulse_N_s);
   /// Lets cable run off; `seen` by the encoder or not.
   void run_off(int cable, double length_m, bool seen);
+  /// Pulls at the platform from now on, beside all that does already.
+  void pull_from_now(const PlantSpring& spring);
 
   [[nodiscard]] double time_s() const { return static_cast<double>(steps_) * h_; }
   [[nodiscard]] Pose pose() const;
@@ -88,6 +91,10 @@ class PlantDynamics {
   [[nodiscard]] Vector6 net_wrench(const Pose& pose, const CableVector& tension_N) const;
 
  private:
+  /// Adds what the plant's springs do, about the centre of mass, with the platform there.
+  void add_springs(const Vector3& centre_of_mass_m, const Matrix3& rotation, Vector3& force_N,
+                   Vector3& moment_Nm) const;
+
   struct Winch {
     double payout_m = 0.0;             ///< by the drum's true circumference
     double encoder_m = 0.0;            ///< where an encoder with play is

@@ -189,13 +189,25 @@ std::vector<InjectableEffect> rows() {
       {"centre_of_mass", "the centre of mass is elsewhere",
        [](V& v, P& p) { p.robot.platform.centre_of_mass_m += v.vector3(); }},
       {"external_force", "something pulls at the platform",
-       [](V& v, P& p) { p.external_force_N += v.vector3(); }},
+       [](V& v, P& p) { p.springs.push_back({.force_N = v.vector3()}); }},
+      {"umbilical", "a hose pulls at the platform, not everywhere alike",
+       [](V& v, P& p) {
+         PlantSpring spring{.force_N = v.vector3(), .point_m = v.vector3()};
+         for (const Cable& cable : p.robot.cables) spring.origin_m += cable.pulley.position_m;
+         spring.origin_m /= static_cast<double>(p.robot.cables.size());
+         spring.stiffness_N_m = v.vector3().asDiagonal();
+         const double xy = v.scalar(), xz = v.scalar(), yz = v.scalar();
+         spring.stiffness_N_m(0, 1) = spring.stiffness_N_m(1, 0) = xy;
+         spring.stiffness_N_m(0, 2) = spring.stiffness_N_m(2, 0) = xz;
+         spring.stiffness_N_m(1, 2) = spring.stiffness_N_m(2, 1) = yz;
+         p.springs.push_back(spring);
+       }},
       {"base_tilt", "the frame stands askew",
        [](V& v, P& p) {
          const double about_x_rad = v.scalar(), about_y_rad = v.scalar();
          p.level = exp_so3(Vector3(about_x_rad, about_y_rad, 0.0));
          const Vector3 weight_N = p.robot.gravity_force_N();
-         p.external_force_N += p.level.inverse() * weight_N - weight_N;
+         p.springs.push_back({.force_N = p.level.inverse() * weight_N - weight_N});
        }},
       {"ahrs_misalignment", "the AHRS is mounted askew",
        [](V& v, P& p) { p.ahrs_rotation = p.ahrs_rotation * exp_so3(v.vector3()); }},
@@ -279,6 +291,19 @@ std::vector<InjectableEffect> rows() {
               [](PlantDynamics& plant, int cable, double m) { plant.run_off(cable, m, false); });
        },
        nullptr, moment("length_m")},
+      {"load_shift",
+       "the load becomes heavier by so much, and moves on the platform",
+       [](V& v, P& p) {
+         const double time_s = v.scalar(), more_N = v.scalar() * p.robot.gravity_m_s2;
+         const Vector3 weight_N = p.robot.gravity_force_N(), shift_m = v.vector3();
+         p.events.push_back({time_s, [=](PlantDynamics& plant) {
+                               plant.pull_from_now({.force_N = -weight_N});
+                               plant.pull_from_now({.force_N = weight_N - Vector3(0.0, 0.0, more_N),
+                                                    .point_m = shift_m});
+                             }});
+       },
+       nullptr,
+       {{"time_s", kScalar}, {"mass_kg", kScalar}, {"shift_m", ParameterShape::vector3}}},
       {"bent_frame_under_load",
        "each pulley gives way along its cable's pull",
        [](V& v, P& p) { p.frame_compliance_m_N += v.scalar(); },

@@ -26,6 +26,22 @@ struct CableRun {
   double swivel_rad = 0.0;  ///< of its pulley
 };
 
+/// What pulls at the platform: as a spring does, whichever way, or with the same force everywhere.
+struct PlantSpring {
+  Vector3 force_N;                    ///< at `origin_m`; world axes, as all but `point_m`
+  Vector3 point_m = Vector3::Zero();  ///< where, from the centre of mass in platform axes
+  Vector3 origin_m = Vector3::Zero();
+  Matrix3 stiffness_N_m = Matrix3::Zero();  ///< symmetric
+
+  [[nodiscard]] Vector3 pull_N(const Vector3& at_m) const {
+    return force_N - stiffness_N_m * (at_m - origin_m);
+  }
+  [[nodiscard]] double energy_J(const Vector3& at_m) const {
+    const Vector3 from_m = at_m - origin_m;
+    return 0.5 * from_m.dot(stiffness_N_m * from_m) - force_N.dot(from_m);
+  }
+};
+
 /// What effects make of one cable's number: (number so far, cable from 0, time [s]) → number.
 using CableChange = std::function<double(double, int, double)>;
 
@@ -45,7 +61,7 @@ struct PlantParameters {
   std::vector<CableChange> encoder_m;  ///< on top of the ratio
   std::vector<PlantEvent> events;      ///< by time
   // Platform
-  Vector3 external_force_N = Vector3::Zero();  ///< at the centre of mass, world axes
+  std::vector<PlantSpring> springs;
   ActiveEffects written;  ///< effects of formulas, beside what they change of `robot`
   // Load cells
   /// From strand to load cell, by how the cable runs: (so far, strand [N], run) → load [N].

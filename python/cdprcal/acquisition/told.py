@@ -94,7 +94,7 @@ def _worth_of(
     poses = [stop.pose for stop in left.values()]
     tensions_N = [stop.tension_N for stop in left.values()]
     for k, effect in enumerate(found.effects if left else []):
-        for rival in effect.rivals:
+        for rival in () if effect.where else effect.rivals:  # what happened once is over
             told = _core.separation_by_stops(found, k, rival, poses, tensions_N)
             if not told.apart_with_all:
                 continue

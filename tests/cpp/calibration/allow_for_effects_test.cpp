@@ -227,7 +227,7 @@ DiagnosisModel everything_in(const Robot& robot, const Log& log) {
   std::vector<std::string> left_out;
   DiagnosisModel model = baseline_model(robot, logs, left_out);
   for (const auto& effect : effect_catalogue()) {
-    if (effect->needs_motion() || effect->info().of_robot_file) continue;
+    if (effect->needs_motion() || effect->info().all_or_nothing) continue;
     model.effects.push_back({effect, EffectValues::Zero(effect->size(robot.cable_count()))});
   }
   start_noise(model, calibrate(robot, log, unasked()).signals);

@@ -8,7 +8,7 @@
 
 #include "../support/dense.hpp"
 #include "../support/run.hpp"
-#include "cdprcal/diagnosis/events.hpp"
+#include "cdprcal/evidence/steps.hpp"
 
 namespace cdprcal {
 namespace {
@@ -461,14 +461,14 @@ TEST(Search, ASlipBearsTheNumberOfMovesAndCablesThatItIsTheLikeliestOf) {
     Log log = clean;
     log.length_m.col(1).tail(log.sample_count() - 8 * 40 + 20).array() -= size_m;
     Progress p(baseline_of(log));
-    const Candidates slips = slip_candidates(p.model);
-    const CandidateScore likeliest = scan(p.model, slips, {.draws = 0}).front();
-    const double choice = std::log(static_cast<double>(slips.size()));
+    const Candidates steps = step_candidates(p.model);
+    const CandidateScore likeliest = scan(p.model, steps, {.draws = 0}).front();
+    const double choice = std::log(static_cast<double>(steps.size()));
     const double score = likeliest.log_evidence - choice;
     const double after_refit = EvidenceAgainst(p.model).refit(likeliest).log_evidence - choice;
     const double by_chance = std::exp(-score) * at_rest;
     ASSERT_TRUE(p.search().forward());
-    if (names(p.model).empty()) {
+    if (p.out.effects.empty()) {
       refused += score > 0.0 ? 1 : 0;
       continue;
     }
@@ -490,7 +490,7 @@ TEST(Search, ASlipIsFoundAmongManyMoves) {
     SCOPED_TRACE(move);
     const double at_s = 8.0 * move - 2.0;
     Progress p(baseline_of(with_slip(clean, at_s, cable)));
-    ASSERT_GT(slip_candidates(p.model).size(), 64U);
+    ASSERT_GT(step_candidates(p.model).size(), 64U);
     ASSERT_TRUE(p.search().forward());
     ASSERT_EQ(names(p.model), Names{"cable_slip"});
     EXPECT_NEAR(p.out.effects[0].where[0].second, at_s, 1.0);

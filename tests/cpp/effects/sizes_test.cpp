@@ -15,9 +15,9 @@ using test::scaled;
 /// Exponents of mass and length in a unit; of the internal value where files have its inverse.
 std::pair<double, double> dimension(const EffectInfo& info, const EffectParameter& parameter) {
   static const std::map<std::string, std::pair<double, double>> table{
-      {"1", {0, 0}},      {"s", {0, 0}},   {"rad", {0, 0}}, {"rad/s", {0, 0}},
-      {"rad/m", {0, -1}}, {"m", {0, 1}},   {"kg", {1, 0}},  {"kg/m", {1, -1}},
-      {"N", {1, 0}},      {"N/s", {1, 0}}, {"Ns/m", {1, 0}}};
+      {"1", {0, 0}},      {"s", {0, 0}},    {"rad", {0, 0}}, {"rad/s", {0, 0}},
+      {"rad/m", {0, -1}}, {"m", {0, 1}},    {"kg", {1, 0}},  {"kg/m", {1, -1}},
+      {"N", {1, 0}},      {"N/m", {1, -1}}, {"N/s", {1, 0}}, {"Ns/m", {1, 0}}};
   auto out = table.at(parameter.unit);
   if (info.inverse) out = {-out.first, -out.second};
   return out;

@@ -393,6 +393,36 @@ TEST_F(InjectedEffects, ExternalForceIsFixedInTheWorldAtTheCentreOfMass) {
   }
 }
 
+TEST_F(InjectedEffects, AnUmbilicalPullsAtItsPointAndNotEverywhereAlike) {
+  start({"umbilical=4,-3,2,0.05,-0.04,0.1,6,5,3,1,-2,0.5"});
+  Vector3 middle = Vector3::Zero();
+  for (const Cable& c : robot.cables) middle += c.pulley.position_m / 4.0;
+  Matrix3 stiffness;
+  stiffness << 6.0, 1.0, -2.0, 1.0, 5.0, 0.5, -2.0, 0.5, 3.0;
+  for (const std::size_t k : {1u, 6u}) {
+    const Rest r = go(k);
+    const Vector3 arm = r.ideal.centre_of_mass_arm_m + r.ideal.rotation * Vector3(0.05, -0.04, 0.1);
+    const Vector3 force =
+        Vector3(4.0, -3.0, 2.0) - stiffness * (r.truth.pose.position_m + arm - middle);
+    Vector6 wrench;
+    wrench << force, arm.cross(force);
+    EXPECT_LT((imbalance(r) - wrench).norm(), 1e-3);
+  }
+}
+
+TEST_F(InjectedEffects, AShiftedLoadWeighsElsewhereFromThenOn) {
+  start({"load_shift=1,0.8,0.02,-0.01,0.03"});
+  EXPECT_LT(imbalance(look()).norm(), 1e-3);
+  const Rest r = go(0);
+  const Vector3 up(0.0, 0.0, robot.gravity_m_s2);
+  const Vector3 shift = r.ideal.rotation * Vector3(0.02, -0.01, 0.03);
+  const double mass_kg = robot.platform.mass_kg;
+  Vector6 wrench;
+  wrench << -0.8 * up,
+      -r.ideal.centre_of_mass_arm_m.cross(0.8 * up) - shift.cross((mass_kg + 0.8) * up);
+  EXPECT_LT((imbalance(r) - wrench).norm(), 1e-3);
+}
+
 TEST_F(InjectedEffects, ATiltedFrameHangsAsideAndItsAhrsTellsTheVertical) {
   start({"base_tilt=0.03,-0.02"});
   const Rest r = go(6);
@@ -577,6 +607,7 @@ TEST_F(InjectedEffects, ALogOfEveryEffectIsComplete) {
                                      "mass=0.2",
                                      "centre_of_mass=0.003,0.002,0.01",
                                      "external_force=1,-1,2",
+                                     "umbilical=1,1,-1,0.02,0.03,0.05,2,2,1,0.5,0,0",
                                      "base_tilt=0.01,-0.01",
                                      "ahrs_misalignment=0.01,0.01,0.01",
                                      "attitude_scale=0.02,-0.02",

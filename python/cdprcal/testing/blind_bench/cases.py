@@ -167,7 +167,7 @@ def _draw_hidden(
             if (not family.effects or effect.name in family.effects)
             and machine.reads(effect.name)
             and effect.shows != _core.Shows.in_moving_balance
-            and not effect.of_robot_file  # what every robot has a little of
+            and not effect.all_or_nothing  # what every robot has a little of
         ]
         count = 2 if kind == "two" else 1
         for index in rng.choice(len(catalogue), size=count, replace=False):

@@ -28,7 +28,14 @@ CLASSES: dict[str, tuple[str, ...]] = {
         "platform_anchors",
     ),
     "load cell": ("load_cell_bias", "load_cell_gain", "load_cell_drift"),
-    "weight and loads": ("mass", "centre_of_mass", "external_force", "base_tilt", "inertia"),
+    "weight and loads": (
+        "mass",
+        "centre_of_mass",
+        "external_force",
+        "umbilical",
+        "base_tilt",
+        "inertia",
+    ),
     "attitude": ("ahrs_misalignment", "attitude_scale", "yaw_drift", "magnetic_disturbance"),
     "timing": ("sensor_delay",),
 }

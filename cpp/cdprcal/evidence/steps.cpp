@@ -1,0 +1,233 @@
+#include "cdprcal/evidence/steps.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace cdprcal {
+namespace {
+
+class StepEffect : public Effect {
+ public:
+  explicit StepEffect(Step step) : step_(step) {}
+  [[nodiscard]] const Step& step() const { return step_; }
+
+ protected:
+  [[nodiscard]] bool after(const EffectContext& context) const {
+    return context.measurement.run_time_s > step_.time_s;
+  }
+
+ private:
+  Step step_;
+};
+
+/// Of one cable, or of all together.
+class CableSlip final : public StepEffect {
+ public:
+  explicit CableSlip(Step step) : StepEffect(step) {
+    info_.name = "cable_slip";
+    info_.equation = "dl* = dl + length_m after time_s";
+    // As far as a cable slips before anyone hears it.
+    info_.parameters = {{.name = "length_m",
+                         .unit = "m",
+                         .shape = step.cable ? ParameterShape::scalar : ParameterShape::per_cable,
+                         .typical = 0.01,
+                         .plausible = 0.3,
+                         .of = Yardstick::frame}};
+    info_.scope = EffectScope::run;
+    info_.sentence = step.cable
+                         ? "a cable slipped on its drum, unseen by the encoder"
+                         : "cables slipped on their drums, or brakes gave, unseen by the encoders";
+    info_.remedy = "check the drum's grip; what came before and after are two different references";
+    info_.settle = "look at the cable's marks on the drum";
+  }
+  const EffectInfo& info() const override { return info_; }
+  void add_to_readings(const EffectContext& context, const EffectValues& length_m,
+                       PoseEvaluation& evaluation) const override {
+    if (!after(context)) return;
+    if (step().cable) {
+      evaluation.length_m[*step().cable] -= length_m[0];
+    } else {
+      evaluation.length_m -= length_m;
+    }
+  }
+  void columns(const EffectContext& context, const EffectValues&,
+               EffectColumns out) const override {
+    if (!after(context)) return;
+    const ReadingRows rows{context.state.cable_count};
+    if (step().cable) {
+      out(rows.length() + *step().cable, 0) = -1.0;
+    } else {
+      out.middleRows(rows.length(), rows.cables).diagonal().setConstant(-1.0);
+    }
+  }
+
+ private:
+  EffectInfo info_;
+};
+
+/// At rest: what changed of the inertia a start-up hardly shows.
+class LoadShift final : public StepEffect {
+ public:
+  using StepEffect::StepEffect;
+  const EffectInfo& info() const override {
+    static const EffectInfo info{
+        .name = "load_shift",
+        .equation = "m + dm and s' + ds after time_s",
+        .parameters = {{.name = "mass_kg",
+                        .unit = "kg",
+                        .shape = ParameterShape::scalar,
+                        .typical = 0.7,
+                        .plausible = 6.0,
+                        .of = Yardstick::mass},
+                       {.name = "shift_m",
+                        .unit = "m",
+                        .shape = ParameterShape::vector3,
+                        .typical = 0.02,
+                        .plausible = 0.15,
+                        .of = Yardstick::platform}},
+        .scope = EffectScope::run,
+        .confused_with = {},
+        .sentence = "the platform's load moved, or became another, during the run",
+        .remedy = "fix the load; what came before and after are two different platforms",
+        .settle = "weigh and level the platform after the run"};
+    return info;
+  }
+  void add_to_readings(const EffectContext& context, const EffectValues& change,
+                       PoseEvaluation& evaluation) const override {
+    if (!after(context)) return;
+    const Vector3 weight_N = context.robot.gravity_force_N();
+    const Vector3& arm_m = context.state.centre_of_mass_arm_m;
+    const Loaded now(context, change);
+    evaluation.wrench.head<3>() -= now.weight_N - weight_N;
+    evaluation.wrench.tail<3>() -= now.arm_m.cross(now.weight_N) - arm_m.cross(weight_N);
+    evaluation.wrench_by_twist.bottomRightCorner<3, 3>() -=
+        skew(now.weight_N) * skew(now.arm_m) - skew(weight_N) * skew(arm_m);
+  }
+  void columns(const EffectContext& context, const EffectValues& change,
+               EffectColumns out) const override {
+    if (!after(context)) return;
+    const ReadingRows rows{context.state.cable_count};
+    const Vector3 up{0.0, 0.0, context.robot.gravity_m_s2};
+    const Loaded now(context, change);
+    out.col(0).segment<3>(rows.wrench()) = up;
+    out.col(0).segment<3>(rows.wrench() + 3) = now.arm_m.cross(up);
+    out.block<3, 3>(rows.wrench() + 3, 1) = skew(now.weight_N) * context.state.rotation;
+  }
+
+ private:
+  struct Loaded {
+    Loaded(const EffectContext& context, const EffectValues& change)
+        : weight_N(0.0, 0.0, -context.robot.weight_N() - change[0] * context.robot.gravity_m_s2),
+          arm_m(context.state.centre_of_mass_arm_m +
+                context.state.rotation * change.segment<3>(1)) {}
+    Vector3 weight_N, arm_m;
+  };
+};
+
+/// Until the first move: all that the forces of that rest do not balance by themselves.
+class Contact final : public StepEffect {
+ public:
+  Contact(Step step, const Robot& robot) : StepEffect(step) {
+    constexpr double kTypical = 0.15, kPlausible = 1.5;  // of the weight
+    const double weight_N = robot.weight_N(), arm_m = characteristic_length_m(robot);
+    const auto parameter = [](const char* name, const char* unit, double of) {
+      return EffectParameter{.name = name,
+                             .unit = unit,
+                             .shape = ParameterShape::vector3,
+                             .typical = kTypical * of,
+                             .plausible = kPlausible * of};
+    };
+    info_.name = "contact";
+    info_.equation = "f + F and a moment M until time_s";
+    info_.parameters = {parameter("force_N", "N", weight_N),
+                        parameter("moment_Nm", "Nm", weight_N * arm_m)};
+    info_.scope = EffectScope::run;
+    info_.sentence =
+        "something bore the platform before it first moved: it stood on a floor or a stand, or "
+        "was held";
+    info_.remedy = "let the platform hang free before the run begins";
+    info_.settle = "look whether the platform touches anything, and repeat the run";
+  }
+  const EffectInfo& info() const override { return info_; }
+  void add_to_readings(const EffectContext& context, const EffectValues& wrench,
+                       PoseEvaluation& evaluation) const override {
+    if (!after(context)) evaluation.wrench -= wrench;
+  }
+  void columns(const EffectContext& context, const EffectValues&,
+               EffectColumns out) const override {
+    if (after(context)) return;
+    out.middleRows<6>(ReadingRows{context.state.cable_count}.wrench()).diagonal().setConstant(-1.0);
+  }
+
+ private:
+  EffectInfo info_;
+};
+
+/// The middle of each move of a run.
+std::vector<double> moves_s(const DiagnosisRun& run) {
+  std::vector<double> rests_s, out;
+  for (const Measurement& m : run.measurements) {
+    if (m.kind == PoseKind::static_pose) rests_s.push_back(m.run_time_s);
+  }
+  std::ranges::sort(rests_s);
+  for (std::size_t i = 0; i + 1 < rests_s.size(); ++i) {
+    out.push_back(0.5 * (rests_s[i] + rests_s[i + 1]));
+  }
+  return out;
+}
+
+void add_steps(double time_s, const Robot& robot, Candidates& out) {
+  const int cables = robot.cable_count();
+  for (int cable = 0; cable < cables; ++cable) {
+    out.push_back(std::make_shared<CableSlip>(Step{time_s, cable}));
+  }
+  if (cables > 1) out.push_back(std::make_shared<CableSlip>(Step{time_s, std::nullopt}));
+  out.push_back(std::make_shared<LoadShift>(Step{time_s, std::nullopt}));
+}
+
+}  // namespace
+
+Candidates step_candidates(const DiagnosisModel& model) {
+  std::set<double> all_s, first_s;  // once where runs share one
+  for (const DiagnosisRun& run : model.runs) {
+    const std::vector<double> own_s = moves_s(run);
+    all_s.insert(own_s.begin(), own_s.end());
+    if (!own_s.empty()) first_s.insert(own_s.front());
+  }
+  Candidates out;
+  for (const double time_s : all_s) add_steps(time_s, model.robot, out);
+  for (const double time_s : first_s) {
+    out.push_back(std::make_shared<Contact>(Step{time_s, std::nullopt}, model.robot));
+  }
+  return out;
+}
+
+Candidates steps_beside(const DiagnosisModel& model, const Effect& step) {
+  const Step at = *as_step(step);
+  Candidates out = step_candidates(model);
+  std::erase_if(out, [&](const auto& other) {
+    const Step its = *as_step(*other);
+    return its.time_s != at.time_s || (other->name() == step.name() && its.cable == at.cable);
+  });
+  return out;
+}
+
+std::vector<CandidateScore> first_step_scores(const DiagnosisModel& model) {
+  const std::vector<double> all_s = moves_s(model.runs.front());
+  if (all_s.empty()) return {};
+  Candidates first;
+  add_steps(all_s.front(), model.robot, first);
+  first.push_back(std::make_shared<Contact>(Step{all_s.front(), std::nullopt}, model.robot));
+  std::vector<CandidateScore> out = scan(model, first, {.draws = 0});
+  const double choice = std::log(static_cast<double>(first.size() * all_s.size()));
+  for (CandidateScore& score : out) score.log_evidence -= choice;
+  return out;
+}
+
+std::optional<Step> as_step(const Effect& effect) {
+  const auto* step = dynamic_cast<const StepEffect*>(&effect);
+  return step ? std::optional(step->step()) : std::nullopt;
+}
+
+}  // namespace cdprcal

@@ -1,0 +1,31 @@
+// What happens between two rests and stays: a step of the readings, or of the load.
+#pragma once
+
+#include <optional>
+
+#include "cdprcal/evidence/scan.hpp"
+
+namespace cdprcal {
+
+struct Step {
+  double time_s = 0.0;       ///< since the run's first sample: in the middle of the move
+  std::optional<int> cable;  ///< from 0; nothing: of all, or of the platform
+};
+
+/// One candidate for each step and pair of rests in a row:
+/// - cable_slip: a cable slipped on its drum, unseen by the encoder; one for each cable, and one
+///   for all together, as where brakes let go
+/// - load_shift: the platform's load moved, or became another
+/// and for the first move of each run
+/// - contact: until then something bore the platform
+Candidates step_candidates(const DiagnosisModel& model);
+/// Of those; nothing for another effect.
+std::optional<Step> as_step(const Effect& effect);
+/// The other steps at the time of this one.
+Candidates steps_beside(const DiagnosisModel& model, const Effect& step);
+
+/// Scores of those at the first move of run 0, as one of so many steps that there may be: what
+/// happens there parts the initial pose from all that tells of it, and hardly shows.
+std::vector<CandidateScore> first_step_scores(const DiagnosisModel& model);
+
+}  // namespace cdprcal

@@ -1,0 +1,206 @@
+#include "cdprcal/evidence/steps.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "../support/dense.hpp"
+#include "../support/numeric_jacobian.hpp"
+#include "cdprcal/effects/catalogue.hpp"
+
+namespace cdprcal::test {
+namespace {
+
+TEST(Steps, AreOneACableAndMoveAndOneOfTheLoadInTheMiddleOfEach) {
+  const DiagnosisModel& model = test::two_runs();
+  const Candidates steps = step_candidates(model);
+  std::vector<double> middles;
+  for (const DiagnosisRun& run : model.runs) {
+    for (std::size_t i = 0; i + 1 < run.measurements.size(); ++i) {
+      const double middle =
+          0.5 * (run.measurements[i].run_time_s + run.measurements[i + 1].run_time_s);
+      if (std::find(middles.begin(), middles.end(), middle) == middles.end()) {
+        middles.push_back(middle);
+      }
+    }
+  }
+  std::sort(middles.begin(), middles.end());
+  // And what bore the platform until a run's first move, which is at the same time in both.
+  ASSERT_EQ(steps.size(), 6 * middles.size() + 1);
+  EXPECT_EQ(steps.back()->name(), "contact");
+  for (std::size_t k = 0; k + 1 < steps.size(); ++k) {
+    const std::optional<Step> step = as_step(*steps[k]);
+    ASSERT_TRUE(step.has_value());
+    const bool of_a_cable = k % 6 < 4, of_all = k % 6 == 4;
+    EXPECT_EQ(step->cable, of_a_cable ? std::optional(static_cast<int>(k % 6)) : std::nullopt);
+    EXPECT_EQ(step->time_s, middles[k / 6]);
+    EXPECT_EQ(steps[k]->name(), of_a_cable || of_all ? "cable_slip" : "load_shift");
+    EXPECT_EQ(steps[k]->info().scope, EffectScope::run);
+    EXPECT_EQ(steps[k]->size(4), of_a_cable ? 1 : 4);
+  }
+  EXPECT_FALSE(as_step(*find_effect("mass")).has_value());
+  // Samples in motion are no rests.
+  DiagnosisModel moving = model;
+  for (DiagnosisRun& run : moving.runs) {
+    Measurement m = run.measurements[0];
+    m.kind = PoseKind::kinematic_pose;
+    m.run_time_s = 7.7;
+    run.measurements.push_back(m);
+  }
+  EXPECT_EQ(step_candidates(moving).size(), steps.size());
+}
+
+TEST(Steps, AreEffectsWithWordsForPeople) {
+  const auto effect = step_candidates(test::two_runs()).front();
+  const EffectInfo& info = effect->info();
+  EXPECT_EQ(effect->name(), "cable_slip");
+  EXPECT_EQ(effect->size(4), 1);
+  EXPECT_EQ(effect->typical(load_robot("irma4"))[0],
+            0.01);  // a centimetre, and not more than three decimetres
+  EXPECT_EQ(effect->plausible(load_robot("irma4"))[0], 0.3);
+  EXPECT_STREQ(info.equation, "dl* = dl + length_m after time_s");
+  EXPECT_NE(std::string(info.sentence).find("slipped"), std::string::npos);
+  EXPECT_NE(std::string(info.remedy).find("drum"), std::string::npos);
+  EXPECT_NE(std::string(info.settle).find("drum"), std::string::npos);
+}
+
+TEST(Slips, ShortenWhatIsReadOfTheirCableFromThenOn) {
+  const DiagnosisModel& model = test::two_runs();
+  const DiagnosisRun& run = model.runs[0];
+  const Candidates steps = step_candidates(model);
+  const auto& effect = steps[6 * 2 + 3];
+  const Step slip = *as_step(*effect);
+  for (std::size_t i = 0; i < run.measurements.size(); ++i) {
+    const Measurement& m = run.measurements[i];
+    const PlatformState state = platform_state(model.robot, run.poses[i]);
+    const EffectContext context{model.robot, state, run.poses[i], m};
+    PoseEvaluation e;
+    e.length_m = CableVector::Zero(4);
+    effect->add_to_readings(context, EffectValues::Constant(1, 0.02), e);
+    Eigen::MatrixXd column = Eigen::MatrixXd::Zero(17, 1);
+    effect->columns(context, {}, column);
+    // The cable is longer than its encoder says.
+    const double expected = m.run_time_s > slip.time_s ? -0.02 : 0.0;
+    EXPECT_EQ(e.length_m, CableVector(expected * Eigen::Vector4d::Unit(3)));
+    EXPECT_EQ(0.02 * column, Eigen::MatrixXd(expected * Eigen::VectorXd::Unit(17, 3)));
+  }
+}
+
+/// What a load that shifted at the third move adds at a rest.
+Vector6 added(const DiagnosisModel& model, const Measurement& m, const Pose& pose,
+              const EffectValues& change, PoseEvaluation& e) {
+  const auto effect = step_candidates(model)[6 * 2 + 5];
+  const PlatformState state = platform_state(model.robot, pose);
+  e.wrench.setZero();
+  e.wrench_by_twist.setZero();
+  effect->add_to_readings({model.robot, state, pose, m}, change, e);
+  return e.wrench;
+}
+
+TEST(LoadShifts, AreAnotherPlatformFromThenOn) {
+  const DiagnosisModel& model = test::two_runs();
+  const DiagnosisRun& run = model.runs[0];
+  const auto effect = step_candidates(model)[6 * 2 + 5];
+  const EffectValues change = (EffectValues(4) << 0.5, 0.01, -0.02, 0.015).finished();
+  Robot later = model.robot;
+  later.platform.mass_kg += 0.5;
+  later.platform.centre_of_mass_m += change.tail<3>();
+  int before = 0, after = 0;
+  for (std::size_t i = 0; i < run.measurements.size(); ++i) {
+    const Measurement& m = run.measurements[i];
+    const Pose& pose = run.poses[i];
+    PoseEvaluation e;
+    const Vector6 wrench = added(model, m, pose, change, e);
+    if (m.run_time_s < as_step(*effect)->time_s) {
+      EXPECT_TRUE(wrench.isZero() && e.wrench_by_twist.isZero());
+      ++before;
+      continue;
+    }
+    ++after;
+    const Vector6 expected =
+        wrench_residual(later, platform_state(later, pose), m.tension_N) -
+        wrench_residual(model.robot, platform_state(model.robot, pose), m.tension_N);
+    EXPECT_LT((wrench - expected).norm(), 1e-9);
+    const Matrix6 by_twist = e.wrench_by_twist;
+    const NumericJacobian by_pose = numeric_pose_jacobian(
+        [&](const Pose& at) {
+          PoseEvaluation scratch;
+          return Eigen::VectorXd(added(model, m, at, change, scratch));
+        },
+        pose, 1e-3);
+    EXPECT_TRUE(jacobian_matches(by_twist, by_pose, 1e-6));
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(ReadingRows{4}.size(), 4);
+    effect->columns({model.robot, platform_state(model.robot, pose), pose, m}, change, columns);
+    const NumericJacobian by_value = numeric_jacobian(
+        [&](const Eigen::VectorXd& x) {
+          PoseEvaluation scratch;
+          return Eigen::VectorXd(added(model, m, pose, x, scratch));
+        },
+        change, 1e-3);
+    EXPECT_TRUE(jacobian_matches(columns.middleRows<6>(ReadingRows{4}.wrench()), by_value, 1e-6));
+  }
+  EXPECT_EQ(before, 3);
+  EXPECT_GT(after, 3);
+}
+
+TEST(Contacts, BearThePlatformUntilItsFirstMove) {
+  const DiagnosisModel& model = test::two_runs();
+  const DiagnosisRun& run = model.runs[0];
+  const auto effect = step_candidates(model).back();
+  EXPECT_EQ(as_step(*effect)->cable, std::nullopt);
+  const double weight_N = model.robot.weight_N();
+  EXPECT_NEAR(effect->typical(model.robot)[0], 0.15 * weight_N, 1e-9);
+  EXPECT_NEAR(effect->typical(model.robot)[5],
+              0.15 * weight_N * characteristic_length_m(model.robot), 1e-9);
+  const EffectValues wrench = (EffectValues(6) << 3.0, -2.0, 30.0, 0.5, -0.4, 0.1).finished();
+  for (std::size_t i = 0; i < run.measurements.size(); ++i) {
+    const Measurement& m = run.measurements[i];
+    const PlatformState state = platform_state(model.robot, run.poses[i]);
+    const EffectContext context{model.robot, state, run.poses[i], m};
+    PoseEvaluation e;
+    e.wrench.setZero();
+    effect->add_to_readings(context, wrench, e);
+    EXPECT_EQ(e.wrench, Vector6(i == 0 ? Vector6(-wrench) : Vector6::Zero())) << i;
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(ReadingRows{4}.size(), 6);
+    effect->columns(context, wrench, columns);
+    EXPECT_EQ(Vector6(columns.middleRows<6>(ReadingRows{4}.wrench()) * wrench), e.wrench);
+  }
+}
+
+TEST(Steps, BesideOneAreTheOthersOfItsTime) {
+  const DiagnosisModel& model = test::two_runs();
+  const Candidates steps = step_candidates(model);
+  const auto names = [&](const Effect& of) {
+    std::vector<std::string> out;
+    for (const auto& other : steps_beside(model, of)) out.push_back(other->name());
+    return out;
+  };
+  const std::vector<std::string> at_the_first{"cable_slip", "cable_slip", "cable_slip",
+                                              "cable_slip", "load_shift", "contact"};
+  EXPECT_EQ(names(*steps[1]), at_the_first);
+  EXPECT_EQ(names(*steps[6 + 5]), (std::vector<std::string>(5, "cable_slip")));
+}
+
+/// What a step that is hidden at the first move does to the pose that is found without it.
+TEST(Steps, OfTheFirstMoveAreLikelyWhereTheyAre) {
+  DiagnosisModel model = test::two_runs();
+  const auto likely = [](const DiagnosisModel& m, const char* name, bool of_all) {
+    for (const CandidateScore& score : first_step_scores(m)) {
+      if (score.effect->name() != name) continue;
+      if (!as_step(*score.effect)->cable == of_all) return score.log_evidence;
+    }
+    return kNaN;
+  };
+  EXPECT_LT(likely(model, "cable_slip", true), 0.0);
+  EXPECT_LT(likely(model, "contact", true), 0.0);
+  for (DiagnosisRun& run : model.runs) {
+    for (std::size_t i = 1; i < run.measurements.size(); ++i) {
+      run.measurements[i].length_m += Eigen::Vector4d(0.02, -0.015, 0.01, 0.02);
+    }
+  }
+  ASSERT_TRUE(fit_with_noise(model));
+  EXPECT_GT(likely(model, "cable_slip", true), 3.0);
+}
+
+}  // namespace
+}  // namespace cdprcal::test
