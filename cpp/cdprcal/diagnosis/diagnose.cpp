@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <limits>
+#include <tuple>
 
 #include "cdprcal/calibration/allow_for_effects.hpp"
 #include "cdprcal/calibration/calibrate.hpp"
@@ -391,12 +392,38 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
                           unseen_effects(model, out.ranking).each);
 
   const Checks checks = checks_of(model);
-  Search search(logs, model, out, options);
-  if (!searches) search.take(chosen);
-  // What was exchanged may uncover something else; twice bounds the time.
-  bool going = searches && checks.enough() && search.forward();
-  if (going && search.exchange()) going = search.forward();
-  if (going && search.exchange_fault()) going = search.forward();
+  const auto as_begun = std::tuple(logs, model, out);
+  std::optional<Search> begun(std::in_place, logs, model, out, options);
+  if (!searches) begun->take(chosen);
+  const auto go = [](Search& search) {
+    // What was exchanged may uncover something else; twice bounds the time.
+    bool going = search.forward();
+    if (going && search.exchange()) going = search.forward();
+    if (going && search.exchange_fault()) going = search.forward();
+    return going;
+  };
+  bool going = searches && checks.enough() && go(*begun);
+  // One name that does all that others do is taken before them: these may explain more together.
+  if (going && begun->found_what_does_all()) {
+    const auto nats = [](const Diagnosis& d) {
+      double sum = 0.0;
+      for (const NamedEffect& found : d.effects) sum += found.log_evidence;
+      return sum;
+    };
+    const auto found = std::tuple(logs, model, out);
+    const Search with_it = *begun;
+    std::tie(logs, model, out) = as_begun;
+    begun.emplace(logs, model, out, options);
+    begun->leave_out_what_does_all();
+    going = go(*begun);
+    // It must do so beyond doubt.
+    const double lead = nats(std::get<2>(found)) - nats(out);
+    if (lead > 3.0 * options.rival_nats) {
+      std::tie(logs, model, out) = found;
+      begun.emplace(with_it);
+    }
+  }
+  Search& search = *begun;
   if (going) {
     search.drop();
     search.leave_to_the_place();

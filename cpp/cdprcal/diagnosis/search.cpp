@@ -29,6 +29,8 @@ constexpr double kNamedShare = kShareAtRest + kShareInMotion;
 constexpr double kChanceOfForm = 0.05;
 /// What is to be more than one odd rest: so many standard errors of a gain.
 constexpr double kSure = 2.0;
+/// What happened once shows in some number by so many σ.
+constexpr double kSeen = 3.0;
 /// Candidates refitted where the best of several is not much better known than the next.
 constexpr int kFewRefits = 3;
 
@@ -36,6 +38,26 @@ std::string text(const char* pattern, auto... values) {
   char buffer[256];
   std::snprintf(buffer, sizeof buffer, pattern, values...);
   return buffer;
+}
+
+/// What hangs on a platform does all that a weight, a force or a wrong angle does to its balance:
+/// that it does so says nothing, only its evidence does.
+bool does_all(const Effect& effect) {
+  return effect.info().all_or_nothing && !effect.moves_cables();
+}
+
+/// What may hide a fault, or be one.
+Candidates beside_faults(const DiagnosisModel& model) {
+  Candidates out = untried(model);
+  std::erase_if(out, [](const auto& effect) { return does_all(*effect); });
+  return out;
+}
+
+/// Of the last effect of a model: how many σ its best known number is from zero.
+double best_known(const DiagnosisModel& model) {
+  const EffectValues& values = model.effects.back().values;
+  const Eigen::VectorXd variance = covariance(model).diagonal().tail(values.size());
+  return (values.array().abs() / variance.array().sqrt()).maxCoeff();
 }
 
 bool is_named(const CandidateScore& score) { return !generic_name(*score.effect); }
@@ -161,12 +183,17 @@ Search::Search(std::vector<Log>& logs, DiagnosisModel& model, Diagnosis& out,
                const DiagnoseOptions& options)
     : logs_(logs), model_(model), out_(out), options_(options), small_faults_(model) {}
 
+bool Search::found_what_does_all() const {
+  return std::ranges::any_of(out_.effects,
+                             [](const NamedEffect& found) { return does_all(*found.effect); });
+}
+
 bool Search::report(const std::string& what) const {
   return !options_.progress || options_.progress(what);
 }
 
 Candidates Search::names_for(const DiagnosisModel& model) const {
-  Candidates out = untried(model);
+  Candidates out = without_all_ ? beside_faults(model) : untried(model);
   if (model.runs.size() < 2) return out;
   for (std::size_t k = 0, all = out.size(); k < all; ++k) {
     if (auto own = of_each_log(out[k])) out.push_back(std::move(own));
@@ -216,6 +243,9 @@ std::string Search::objection(const Refit& candidate, const Refit* generic, doub
   }
   if (!plausible(candidate.model.effects.back(), model_.robot)) {
     return "the value it would need is physically implausible";
+  }
+  if (as_step(*candidate.score.effect) && !(best_known(candidate.model) > kSeen)) {
+    return "none of its numbers is known to be there at all";
   }
   for (const EffectTerm& known : model_.effects) {
     for (const EffectTerm& now : candidate.model.effects) {
@@ -288,7 +318,7 @@ bool Search::accept_fault(const FaultRefit& found) {
 
 bool Search::look_for_fault() {
   if (small_faults_.taken()) return false;
-  Unfaulted without(model_, untried(model_));
+  Unfaulted without(model_, beside_faults(model_));
   const std::optional<FaultRefit> found = small_faults_.best(without, options_.rival_nats);
   // The posterior bears the number of faults already, by their priors.
   return found && found->log_posterior > options_.least_evidence &&
@@ -298,7 +328,7 @@ bool Search::look_for_fault() {
 
 bool Search::exchange_fault() {
   if (!small_faults_.taken()) return false;
-  Unfaulted without(model_, untried(model_));
+  Unfaulted without(model_, beside_faults(model_));
   const std::optional<FaultRefit> other = small_faults_.best(without, options_.rival_nats);
   // One that cannot be told apart from the accepted one is its rival, not its better.
   return other && other->log_posterior > options_.rival_nats && accept_fault(*other);
@@ -752,7 +782,8 @@ void Search::find_rivals() {
       if (named[j] == accepted) continue;
       const std::optional<double> its = evidence_of(named[j].get());
       const std::optional<double> nats = its ? std::optional(own - *its) : std::nullopt;
-      if (told_apart(nats, shares[j], options_.rival_nats, options_.rival_share)) continue;
+      const double share = does_all(*named[j]) ? 0.0 : shares[j];
+      if (told_apart(nats, share, options_.rival_nats, options_.rival_share)) continue;
       rivals.push_back(named[j].get());
       out_.effects[k].rivals.push_back(named[j]->name());
     }

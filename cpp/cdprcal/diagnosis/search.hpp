@@ -55,7 +55,13 @@ class Search {
     return noise_by_place_ ? &noise_by_place_->model : nullptr;
   }
 
+  /// Whether an umbilical, or what else does all that other names do, was accepted; and a search
+  /// without such names.
+  [[nodiscard]] bool found_what_does_all() const;
+  void leave_out_what_does_all() { without_all_ = true; }
+
  private:
+  bool without_all_ = false;
   bool report(const std::string& what) const;
   /// Named effects that a model does not have; where there are several logs, those of the robot
   /// also with values of each log's own.

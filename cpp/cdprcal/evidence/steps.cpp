@@ -178,28 +178,21 @@ std::vector<double> moves_s(const DiagnosisRun& run) {
 }
 
 void add_steps(double time_s, const Robot& robot, Candidates& out) {
-  const int cables = robot.cable_count();
-  for (int cable = 0; cable < cables; ++cable) {
+  for (int cable = 0; cable < robot.cable_count(); ++cable) {
     out.push_back(std::make_shared<CableSlip>(Step{time_s, cable}));
   }
-  if (cables > 1) out.push_back(std::make_shared<CableSlip>(Step{time_s, std::nullopt}));
   out.push_back(std::make_shared<LoadShift>(Step{time_s, std::nullopt}));
 }
 
 }  // namespace
 
 Candidates step_candidates(const DiagnosisModel& model) {
-  std::set<double> all_s, first_s;  // once where runs share one
+  std::set<double> all_s;  // once where runs share one
   for (const DiagnosisRun& run : model.runs) {
-    const std::vector<double> own_s = moves_s(run);
-    all_s.insert(own_s.begin(), own_s.end());
-    if (!own_s.empty()) first_s.insert(own_s.front());
+    for (const double time_s : moves_s(run)) all_s.insert(time_s);
   }
   Candidates out;
   for (const double time_s : all_s) add_steps(time_s, model.robot, out);
-  for (const double time_s : first_s) {
-    out.push_back(std::make_shared<Contact>(Step{time_s, std::nullopt}, model.robot));
-  }
   return out;
 }
 
@@ -218,7 +211,9 @@ std::vector<CandidateScore> first_step_scores(const DiagnosisModel& model) {
   if (all_s.empty()) return {};
   Candidates first;
   add_steps(all_s.front(), model.robot, first);
-  first.push_back(std::make_shared<Contact>(Step{all_s.front(), std::nullopt}, model.robot));
+  const Step of_all{all_s.front(), std::nullopt};
+  first.push_back(std::make_shared<CableSlip>(of_all));
+  first.push_back(std::make_shared<Contact>(of_all, model.robot));
   std::vector<CandidateScore> out = scan(model, first, {.draws = 0});
   const double choice = std::log(static_cast<double>(first.size() * all_s.size()));
   for (CandidateScore& score : out) score.log_evidence -= choice;

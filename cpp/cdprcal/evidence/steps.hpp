@@ -13,11 +13,8 @@ struct Step {
 };
 
 /// One candidate for each step and pair of rests in a row:
-/// - cable_slip: a cable slipped on its drum, unseen by the encoder; one for each cable, and one
-///   for all together, as where brakes let go
+/// - cable_slip: a cable slipped on its drum, unseen by the encoder; one for each cable
 /// - load_shift: the platform's load moved, or became another
-/// and for the first move of each run
-/// - contact: until then something bore the platform
 Candidates step_candidates(const DiagnosisModel& model);
 /// Of those; nothing for another effect.
 std::optional<Step> as_step(const Effect& effect);

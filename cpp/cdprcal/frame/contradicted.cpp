@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cdprcal/frame/unknowns.hpp"
+#include "cdprcal/frame/gauge.hpp"
 #include "cdprcal/statistics.hpp"
 
 namespace cdprcal::detail {
@@ -32,7 +32,7 @@ std::vector<Contradiction> contradicted(const Solved& solved, int max_iterations
   const bool said = std::any_of(cables.begin(), cables.end(), [](const Cable& cable) {
     return !cable.pulley.position_sigma_m.hasNaN();
   });
-  if (!said || solved.problem.unknowns.held[0]) return out;
+  if (!said || solved.problem.unknowns.by_convention()) return out;
   Solved loose = solved;
   FrameUnknowns& u = loose.problem.unknowns;
   u.precision.head(u.axis_count * u.cables) /= kLoose * kLoose;

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "cdprcal/frame/unknowns.hpp"
+#include "cdprcal/frame/gauge.hpp"
 #include "cdprcal/kinematics/obstruction.hpp"
 
 namespace cdprcal::detail {
@@ -30,7 +30,7 @@ int leave_out_motions(const FrameProblem& problem, const Robot& robot,
   const int size = u.axis_count * u.cables;
   const Eigen::VectorXd weight = u.precision.head(size);
   // Held by a convention, or by a tracker.
-  if (u.held[0] || !fixes_place(u, robot)) return 0;
+  if (u.by_convention() || !fixes_place(u, robot)) return 0;
   const Eigen::MatrixXd rigid = rigid_motions(u, robot);
   const Eigen::MatrixXd gram = rigid.transpose() * weight.asDiagonal() * rigid;
   const Eigen::MatrixXd prior = gram.inverse();
@@ -130,6 +130,26 @@ std::string image_in_words(MirrorTold told) {
     default:
       return "may be either: neither the file's positions nor the weight tell them apart";
   }
+}
+
+/// What hold_place made of pulleys.
+std::string held_in_words(const FrameUnknowns& u) {
+  constexpr const char* kHeld[] = {"is where the robot file has it",
+                                   "in the direction that the file has it in",
+                                   "in the plane that the file has it in"};
+  std::string text;
+  for (std::size_t i = 0; i < u.reference.size(); ++i) {
+    const int cable = u.reference[i];
+    bool held = false, told = true;
+    for (int axis = 0; axis < u.axis_count; ++axis) {
+      held = held || u.held[static_cast<std::size_t>(u.anchor(cable, axis))];
+      told = told && u.precision[u.anchor(cable, axis)] > 0.0;
+    }
+    if (!held && !told) continue;
+    text += (text.empty() ? "pulley " : ", pulley ") + std::to_string(cable + 1) + " ";
+    text += held ? kHeld[std::min<std::size_t>(i, 2)] : "is as well known as the file says";
+  }
+  return text;
 }
 
 /// Whether belts can hold a point of a plane: they pull to all sides.
@@ -335,10 +355,8 @@ std::vector<std::string> stretched_repeats(const FrameProblem& problem) {
 std::string gauge_in_words(const FrameProblem& problem, const Knowledge& known, MirrorTold told) {
   const FrameUnknowns& u = problem.unknowns;
   std::string text = "the readings themselves: they are absolute in the world";
-  if (u.held[0]) {
-    text =
-        "pulley 1 is where the robot file has it, pulley 2 in the direction that the file has it in";
-    if (u.axis_count == 3) text += ", pulley 3 in the plane of the file's first three";
+  if (u.by_convention()) {
+    text = held_in_words(u);
   } else if (known.free_motions > 0) {
     text = "the frame as a whole agrees best with the robot file's positions in " +
            std::to_string(known.free_motions) +

@@ -6,6 +6,7 @@
 #include "cdprcal/frame/solved.hpp"
 #include "cdprcal/frame/start.hpp"
 #include "cdprcal/frame/unknowns.hpp"
+#include "cdprcal/statistics.hpp"
 
 namespace cdprcal {
 namespace detail {
@@ -87,7 +88,7 @@ void fill_anchors(const Solved& s, FrameResult& out) {
 void fill_texts(const Solved& s, double enough_m, FrameResult& out) {
   const FrameUnknowns& u = s.problem.unknowns;
   out.gauge = gauge_in_words(s.problem, s.known, s.image);
-  if (u.held[0] || s.known.free_motions > 0) {
+  if (u.by_convention() || s.known.free_motions > 0) {
     out.not_determined.push_back(
         "where the frame is in the world and how it is turned, by convention: " + out.gauge);
   }
@@ -159,6 +160,50 @@ void fill(const Solved& s, FrameResult& out) {
   out.iterations = s.state.iterations;
 }
 
+/// Noise that few readings tell is known badly itself: Student's quantiles in place of normal ones.
+void widen_for_few(Solved& s) {
+  constexpr double kBelow = 0.975;
+  const double freedom = static_cast<double>(s.information.freedom.sum()) - s.known.parameters;
+  if (!(freedom >= 1.0)) return;
+  const double wider = student_quantile(kBelow, freedom) / normal_quantile(kBelow);
+  s.known.covariance *= wider * wider;
+}
+
+/// Noise so far beyond the robot file's σ that no sensor has it; empty where it is not.
+std::string beyond_any_noise(const Solved& s, double noise_m, std::size_t left_out) {
+  constexpr double kTimes = 10.0, kMostLeftOut = 0.25;
+  const SensorSigma& file = s.problem.robot.sigma;
+  const bool whole = any_reading(s.problem.poses, -1, Channel::direct_length);
+  const double sigma_m = whole ? file.direct_length_m : file.length_m;
+  const auto mm = [](double m) { return std::to_string(std::lround(1e3 * m)) + " mm"; };
+  if (noise_m > kTimes * sigma_m) {
+    return "the lengths agree to " + mm(noise_m) + " only, and the robot file's sigma is " +
+           mm(sigma_m) + ": check units, the order of the cables and their corners of the platform";
+  }
+  const auto all = static_cast<double>(left_out + s.problem.poses.size());
+  if (static_cast<double>(left_out) > kMostLeftOut * all) {
+    return std::to_string(left_out) + " of " + std::to_string(std::lround(all)) +
+           " poses fit no frame that the others fit: check the order of the cables and the readings";
+  }
+  return "";
+}
+
+/// Which pulleys may as well be on the other side of all poses; empty where none may.
+std::string sides_in_words(const Solved& s, double noise_m) {
+  const FrameUnknowns& u = s.problem.unknowns;
+  if (!row_of(s.problem.robot.platform.motion).is_point() || u.scale >= 0) return "";
+  std::string pulleys;
+  for (const int i : untold_sides(s.problem, s.state, noise_m)) {
+    pulleys += (pulleys.empty() ? "" : ", ") + std::to_string(i + 1);
+  }
+  if (pulleys.empty()) return "";
+  const char* const where = u.axis_count == 2 ? "line" : "plane";
+  return std::string("these poses do not determine the frame: they lie in one ") + where +
+         ", and on which side of it pulley " + pulleys +
+         " is they do not tell; add poses beside it, or give position_m to a quarter of the "
+         "distance";
+}
+
 void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& options,
                  FrameResult& out) {
   Solved s;
@@ -196,6 +241,7 @@ void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& optio
     out.reason = "the readings fit no frame: check units and the order of the cables";
     return;
   }
+  widen_for_few(s);
   fill(s, out);
   fill_texts(s, std::max(kEnough * out.noise_m, kLeastEnough_m), out);
   const double freedom = static_cast<double>(s.information.freedom.sum());
@@ -207,6 +253,9 @@ void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& optio
     out.status = FrameStatus::unobservable;
     out.reason = "these poses do not determine the frame: a pulley is known to " +
                  std::to_string(std::lround(std::min(1e5, 1e3 * worst))) + " mm only";
+  } else if (const std::string sides = sides_in_words(s, out.noise_m); !sides.empty()) {
+    out.status = FrameStatus::unobservable;
+    out.reason = sides;
   } else if (!s.state.settled) {
     out.reason = "the steps did not settle";
   } else if (const auto pushed = cables_push(s); pushed > 0) {
@@ -215,6 +264,9 @@ void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& optio
                  "readings";
   } else if (const auto wrong = contradicted(s, options.max_iterations); !wrong.empty()) {
     out.reason = in_words(wrong);
+  } else if (const std::string why = beyond_any_noise(s, out.noise_m, out.left_out.size());
+             !why.empty()) {
+    out.reason = why;
   } else {
     out.held_out_rms_m = held_out_rms(s, options.max_iterations);
     out.status = FrameStatus::converged;

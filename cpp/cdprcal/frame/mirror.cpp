@@ -1,5 +1,6 @@
 #include "cdprcal/frame/mirror.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -15,21 +16,27 @@ constexpr double kEvidence = 3.0;
 /// Sweeps of coordinate descent; the share only needs telling from one half.
 constexpr int kSweeps = 100;
 
-/// Pulleys and poses on the other side of pulley 1 along the last of the unknowns' axes.
+/// Pulleys and poses on the other side of the first reference pulley, along the normal of the plane
+/// that frames are mirrored in.
 FrameState mirrored(const FrameProblem& problem, const FrameState& state) {
   const FrameUnknowns& u = problem.unknowns;
-  const int last = u.axis_count - 1;
-  const Vector3 axis = u.axes.col(last);
-  const Vector3& first = problem.robot.cables[0].pulley.position_m;
+  const Vector3& normal = u.mirror_normal;
+  const auto place_of = [&](int cable) -> const Vector3& {
+    return problem.robot.cables[static_cast<std::size_t>(cable)].pulley.position_m;
+  };
+  const Vector3& first = place_of(u.reference[0]);
   FrameState out = state;
   for (int i = 0; i < u.cables; ++i) {
-    const int column = u.anchor(i, last);
-    if (u.held[static_cast<std::size_t>(column)]) continue;
-    const Vector3& file = problem.robot.cables[static_cast<std::size_t>(i)].pulley.position_m;
-    out.values[column] = -2.0 * axis.dot(file - first) - state.values[column];
+    const Vector3 from_first = place_of(i) + u.shift(state.values, i) - first;
+    const Vector3 shift = u.shift(state.values, i) - 2.0 * normal.dot(from_first) * normal;
+    for (int axis = 0; axis < u.axis_count; ++axis) {
+      const int column = u.anchor(i, axis);
+      if (u.held[static_cast<std::size_t>(column)]) continue;
+      out.values[column] = shift.dot(u.axes.col(axis));
+    }
   }
   for (Pose& pose : out.poses) {
-    pose.position_m -= 2.0 * axis.dot(pose.position_m - first) * axis;
+    pose.position_m -= 2.0 * normal.dot(pose.position_m - first) * normal;
     pose = on_motion(problem.robot, pose);
   }
   return out;
@@ -94,6 +101,38 @@ double unheld_share(const Robot& robot, const Pose& pose) {
     }
   }
   return left.norm();
+}
+
+std::vector<int> untold_sides(const FrameProblem& problem, const FrameState& state,
+                              double noise_m) {
+  constexpr double kSpread = 10.0;  // times the noise, by which lengths tell the sides
+  const FrameUnknowns& u = problem.unknowns;
+  const Eigen::MatrixXd axes = u.axes.leftCols(u.axis_count);
+  Eigen::MatrixXd points(u.axis_count, static_cast<Eigen::Index>(state.poses.size()));
+  for (std::size_t i = 0; i < state.poses.size(); ++i) {
+    points.col(static_cast<Eigen::Index>(i)) = axes.transpose() * state.poses[i].position_m;
+  }
+  const Eigen::VectorXd middle = points.rowwise().mean();
+  points.colwise() -= middle;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spread(points * points.transpose() /
+                                                              static_cast<double>(points.cols()));
+  const double least_m = kSpread * noise_m;
+  if (!(spread.eigenvalues()[0] < least_m * least_m)) return {};
+  const Eigen::VectorXd normal = spread.eigenvectors().col(0);
+  std::vector<int> out;
+  for (int i = 0; i < u.cables; ++i) {
+    const Vector3& file = problem.robot.cables[static_cast<std::size_t>(i)].pulley.position_m;
+    const Eigen::VectorXd shift = axes.transpose() * u.shift(state.values, i);
+    const double off_m = normal.dot(axes.transpose() * file + shift - middle);
+    if (std::abs(off_m) < least_m) continue;
+    const Eigen::VectorXd own = u.precision.segment(u.anchor(i, 0), u.axis_count);
+    const double sigma_m = std::sqrt(own.cwiseInverse().maxCoeff());
+    // Twice as far from where the file has it on the other side.
+    const double other_m = (shift - 2.0 * off_m * normal).norm();
+    if (sigma_m < 0.5 * std::abs(off_m) || 2.0 * shift.norm() < other_m) continue;
+    out.push_back(i);
+  }
+  return out;
 }
 
 MirrorTold choose_image(const FrameProblem& problem, FrameState& state, int max_iterations) {

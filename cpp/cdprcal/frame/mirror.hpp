@@ -20,6 +20,11 @@ double unheld_share(const Robot& robot, const Pose& pose);
 /// Of the weight: where cables that pull leave more of it, noise of the pose is no excuse.
 inline constexpr double kUnheld = 0.5;
 
+/// Of points: pulleys that may as well stand on the other side of the plane (or line) that all
+/// poses lie in to within the noise of a length, for neither what is known of them nor where the
+/// file has them tells the side.
+std::vector<int> untold_sides(const FrameProblem& problem, const FrameState& state, double noise_m);
+
 /// Of points without a tracker: takes the frame's mirror image in its place where that is the
 /// better one.
 MirrorTold choose_image(const FrameProblem& problem, FrameState& state, int max_iterations);

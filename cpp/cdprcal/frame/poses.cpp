@@ -88,6 +88,14 @@ bool same(const LogMatrix& a, const LogMatrix& b) {
          (a.array() == b.array() || (a.array().isNaN() && b.array().isNaN())).all();
 }
 
+bool reads_the_same(const Measurement& a, const Measurement& b) {
+  return std::ranges::all_of(kChannelTable, [&](const ChannelRow& row) {
+    const auto own = readings_of(a, channel_of(row)), its = readings_of(b, channel_of(row));
+    return own.size() == its.size() &&
+           (own.array() == its.array() || (own.array().isNaN() && its.array().isNaN())).all();
+  });
+}
+
 /// Readings count once: given twice they would make σ smaller, and tell nothing.
 void require_distinct(const std::vector<Log>& logs) {
   for (std::size_t i = 0; i < logs.size(); ++i) {
@@ -146,9 +154,13 @@ FramePoseSet frame_poses(const Robot& robot, const std::vector<Log>& logs,
     std::vector<SampleRange> ranges = by_rests ? rests(robot, given) : every_sample(given);
     if (ranges.empty()) ranges = every_sample(given);
     for (const SampleRange& range : ranges) {
-      out.poses.push_back(
-          {measurement_mean(given, range, PoseKind::static_pose, robot.cable_count()), number,
-           static_cast<int>(range.begin)});
+      FramePose pose{measurement_mean(given, range, PoseKind::static_pose, robot.cable_count()),
+                     number, static_cast<int>(range.begin)};
+      // What is read again to the last digit is the same reading: a log that hangs, or a copy.
+      const bool copied = std::ranges::any_of(out.poses, [&](const FramePose& other) {
+        return other.log == number && reads_the_same(other.reading, pose.reading);
+      });
+      if (!copied) out.poses.push_back(std::move(pose));
     }
   }
   if (!guessed) out.guess.clear();

@@ -1,6 +1,7 @@
 // Private to frame/: what is unknown, and what the readings at one pose say about it.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "cdprcal/frame/frame.hpp"
@@ -24,10 +25,16 @@ struct FrameUnknowns {
   int untold_tension = -1;
   double mean_tension_N = 0.0, tension_spread_N = 0.0;  ///< of all tensions that were read
   int size = 0;
-  Eigen::VectorXd precision;  ///< 1/σ² of the prior about zero
-  std::vector<bool> held;     ///< values that a convention fixes at zero
+  Eigen::VectorXd precision;                 ///< 1/σ² of the prior about zero
+  std::vector<bool> held;                    ///< values that a convention fixes at zero
+  std::vector<int> reference;                ///< reference_pulleys
+  Vector3 mirror_normal = Vector3::UnitZ();  ///< of the plane that frames are mirrored in
 
   [[nodiscard]] int anchor(int cable, int axis) const { return axis_count * cable + axis; }
+  /// Whether a convention fixes some of the frame's place.
+  [[nodiscard]] bool by_convention() const {
+    return std::find(held.begin(), held.end(), true) != held.end();
+  }
   [[nodiscard]] Vector3 shift(const Eigen::VectorXd& values, int cable) const;
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "cdprcal/frame/start.hpp"
+#include "cdprcal/frame/unknowns.hpp"
 
 namespace cdprcal::detail {
 namespace {
@@ -17,6 +18,8 @@ constexpr double kSame = 1e-6;
 constexpr int kNoiseRounds = 4;
 /// Noise that changes by less than this share is known well enough for any σ.
 constexpr double kNoiseSettled = 0.005;
+/// Of the robot file's σ.
+constexpr double kLeastNoise = 1e-3;
 constexpr int kFolds = 5;
 /// Evidence from which on belts are said to run outside the plane [nat], as everywhere here.
 constexpr double kEvidence = 3.0;
@@ -26,7 +29,8 @@ constexpr double kEvidence = 3.0;
 double estimate_noise(FrameProblem& problem, const FrameInformation& information,
                       const Knowledge& known) {
   const Eigen::MatrixXd covariance = known.covariance / (known.lack_of_fit * known.lack_of_fit);
-  ChannelSigma squares{}, freedom{};
+  ChannelSigma squares{}, freedom{}, least = specified_sigma(problem.robot.sigma);
+  for (double& sigma : least) sigma *= kLeastNoise;
   double change = 0.0;
   for (const FrameRows& rows : information.rows) {
     Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows.by_pose);
@@ -47,7 +51,8 @@ double estimate_noise(FrameProblem& problem, const FrameInformation& information
   for (std::size_t channel = 0; channel < squares.size(); ++channel) {
     if (freedom[channel] < 1.0) continue;
     const double factor = std::sqrt(std::max(squares[channel] / freedom[channel], 1e-12));
-    problem.sigma[channel] *= factor;
+    // Readings that agree by chance, or are copies, are no better than any sensor.
+    problem.sigma[channel] = std::max(factor * problem.sigma[channel], least[channel]);
     change = std::max(change, std::abs(factor - 1.0));
   }
   return change;

@@ -113,26 +113,28 @@ Rigid best_rigid(const Eigen::MatrixXd& from, const Eigen::MatrixXd& to) {
   return rigid;
 }
 
-/// Turns and shifts so that the values that a convention holds are zero: the first pulley is at its
-/// place, the second along the first axis, the third (in space) in the plane of the first two.
-void hold(const FrameProblem& problem, Eigen::MatrixXd& anchors, Eigen::MatrixXd& points,
+/// Turns and shifts so that the values that a convention holds are zero: the first reference pulley
+/// is at its place, the second along the first axis, the third (in space) in the plane of the first
+/// two.
+void hold(const FrameUnknowns& u, Eigen::MatrixXd& anchors, Eigen::MatrixXd& points,
           const Eigen::MatrixXd& file) {
-  if (!problem.unknowns.held[0]) return;
+  if (!u.by_convention()) return;
   const Eigen::Index d = anchors.rows();
-  const Eigen::VectorXd first = anchors.col(0);
+  const Eigen::VectorXd first = anchors.col(u.reference[0]), there = file.col(u.reference[0]);
   anchors.colwise() -= first;
   points.colwise() -= first;
   // Rows of `turn` are the axes: by Gram and Schmidt of the first pulleys' directions. The last one
   // makes it a turn, for the image is chosen already: by all pulleys.
-  const Eigen::MatrixXd of = anchors.middleCols(1, d);
+  const std::vector<int> next(u.reference.begin() + 1, u.reference.begin() + 1 + d);
+  const Eigen::MatrixXd of = anchors(Eigen::all, next);
   Eigen::MatrixXd q = Eigen::HouseholderQR<Eigen::MatrixXd>(of).householderQ();
   for (Eigen::Index i = 0; i + 1 < d; ++i) {
     if (q.col(i).dot(of.col(i)) < 0.0) q.col(i) *= -1.0;
   }
   if (q.determinant() < 0.0) q.col(d - 1) *= -1.0;
   const Eigen::MatrixXd turn = q.transpose();
-  anchors = (turn * anchors).colwise() + file.col(0);
-  points = (turn * points).colwise() + file.col(0);
+  anchors = (turn * anchors).colwise() + there;
+  points = (turn * points).colwise() + there;
 }
 
 /// Whole lengths of all poses, less an offset.
@@ -181,7 +183,7 @@ std::optional<FrameState> from_lengths(const FrameProblem& problem, double offse
       tracked(problem, axes, found->points).value_or(best_rigid(found->anchors, file));
   found->anchors = (rigid.turn * found->anchors).colwise() + rigid.shift;
   found->points = (rigid.turn * found->points).colwise() + rigid.shift;
-  hold(problem, found->anchors, found->points, file);
+  hold(u, found->anchors, found->points, file);
   FrameState state;
   state.values = Eigen::VectorXd::Zero(u.size);
   for (int i = 0; i < u.cables; ++i) {

@@ -1,8 +1,8 @@
 #include "cdprcal/frame/unknowns.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 
+#include "cdprcal/frame/gauge.hpp"
 #include "cdprcal/model/yardstick.hpp"
 
 namespace cdprcal::detail {
@@ -17,31 +17,6 @@ constexpr double kDecimetre_m = 0.1;
 constexpr double kUnknown = 0.25;
 /// Tensions tell a stiffness where they differ by this share of their mean.
 constexpr double kTensionSpread = 0.1;
-
-/// Axes along which pulleys are looked for: the first from pulley 1 to 2, the second towards 3.
-Matrix3 unknown_axes(const Robot& robot) {
-  const auto place = [&](std::size_t i) -> Vector3 {
-    return i < robot.cables.size() ? robot.cables[i].pulley.position_m : Vector3::Zero();
-  };
-  const bool planar = row_of(robot.platform.motion).is_planar();
-  Vector3 normal = planar ? robot.platform.motion_plane_normal
-                          : Vector3((place(1) - place(0)).cross(place(2) - place(0)));
-  if (!(normal.norm() > 1e-9))
-    normal = (place(1) - place(0)).norm() > 1e-9 ? Vector3((place(1) - place(0)).unitOrthogonal())
-                                                 : Vector3::UnitZ();
-  normal.normalize();
-  Vector3 first = place(1) - place(0);
-  first -= first.dot(normal) * normal;
-  if (!(first.norm() > 1e-9)) first = normal.unitOrthogonal();
-  Matrix3 axes;
-  axes.col(0) = first.normalized();
-  axes.col(1) = normal.cross(axes.col(0));
-  axes.col(2) = normal;
-  // A plane's normal may point either way: the file's third pulley is on the positive side.
-  const double side = axes.col(1).dot(place(2) - place(0));
-  if (side < 0.0 && planar) axes.col(1) *= -1.0;
-  return axes;
-}
 
 /// Stiffness, where tensions tell one, and what is not known of the tensions that were not read.
 void add_stiffness(const std::vector<FramePose>& poses, FrameUnknowns& u) {
@@ -69,36 +44,6 @@ void add_stiffness(const std::vector<FramePose>& poses, FrameUnknowns& u) {
 
 }  // namespace
 
-Eigen::MatrixXd rigid_motions(const FrameUnknowns& u, const Robot& robot) {
-  const bool flat = u.axis_count == 2;
-  Vector3 middle = Vector3::Zero();
-  for (const Cable& cable : robot.cables) {
-    middle += cable.pulley.position_m / u.cables;
-  }
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(u.axis_count * u.cables, flat ? 3 : 6);
-  for (int i = 0; i < u.cables; ++i) {
-    const Vector3 arm = robot.cables[static_cast<std::size_t>(i)].pulley.position_m - middle;
-    for (int axis = 0; axis < u.axis_count; ++axis) {
-      const int row = u.anchor(i, axis);
-      out(row, axis) = 1.0;
-      for (int turn = 0; turn < (flat ? 1 : 3); ++turn) {
-        const Vector3 about = u.axes.col(flat ? 2 : turn);
-        out(row, u.axis_count + turn) = about.cross(arm).dot(u.axes.col(axis));
-      }
-    }
-  }
-  return out;
-}
-
-bool fixes_place(const FrameUnknowns& u, const Robot& robot) {
-  const Eigen::MatrixXd rigid = rigid_motions(u, robot);
-  const Eigen::VectorXd root = u.precision.head(rigid.rows()).cwiseSqrt();
-  // Some σ and places are rounded numbers: what is left of a motion by them is not known.
-  return Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(root.asDiagonal() * rigid)
-             .setThreshold(1e-6)
-             .rank() == rigid.cols();
-}
-
 bool any_reading(const std::vector<FramePose>& poses, int log, Channel channel) {
   return std::any_of(poses.begin(), poses.end(), [&](const FramePose& pose) {
     if (log >= 0 && pose.log != log) return false;
@@ -113,8 +58,6 @@ FrameUnknowns unknowns_of(const Robot& robot, const std::vector<FramePose>& pose
   u.cables = robot.cable_count();
   u.axis_count = row_of(robot.platform.motion).is_planar() ? 2 : 3;
   const bool tracked = any_reading(poses, -1, Channel::position);
-  const bool fixed = is_point && !tracked;  // by a convention
-  u.axes = fixed || u.axis_count == 2 ? unknown_axes(robot) : Matrix3(Matrix3::Identity());
   u.size = u.axis_count * u.cables;
   const auto add = [&](int count) {
     const int begin = u.size;
@@ -144,21 +87,32 @@ FrameUnknowns unknowns_of(const Robot& robot, const std::vector<FramePose>& pose
   const bool said = std::any_of(robot.cables.begin(), robot.cables.end(), [](const Cable& cable) {
     return !cable.pulley.position_sigma_m.hasNaN();
   });
+  const auto sigma_of = [&](int cable) -> Vector3 {
+    const Vector3& told = robot.cables[static_cast<std::size_t>(cable)].pulley.position_sigma_m;
+    return told.hasNaN() ? Vector3::Constant(grown * (said ? kTape_m : kDecimetre_m)) : told;
+  };
+  std::vector<bool> known;
   for (int i = 0; i < u.cables; ++i) {
-    const Vector3& sigma = robot.cables[static_cast<std::size_t>(i)].pulley.position_sigma_m;
-    for (int axis = 0; axis < u.axis_count; ++axis) {
-      double own = sigma.cwiseProduct(u.axes.col(axis)).norm();
-      if (sigma.hasNaN()) own = grown * (said ? kTape_m : kDecimetre_m);
-      const bool unknown = own >= kUnknown * size || (is_point && !said);
-      u.precision[u.anchor(i, axis)] = unknown && is_point ? 0.0 : 1.0 / (own * own);
-    }
+    known.push_back(said && sigma_of(i).maxCoeff() < kUnknown * size);
   }
-  if (!fixed || fixes_place(u, robot)) return u;
-  for (int i = 0; i < u.axis_count; ++i) {
-    for (int axis = i; axis < u.axis_count; ++axis) {
-      u.held[static_cast<std::size_t>(u.anchor(i, axis))] = true;
+  u.reference = reference_pulleys(robot, known);
+  const Matrix3 by_pulleys = reference_axes(robot, u.reference);
+  u.mirror_normal = by_pulleys.col(u.axis_count - 1);
+  const auto look_along = [&](const Matrix3& axes) {
+    u.axes = axes;
+    for (int i = 0; i < u.cables; ++i) {
+      for (int axis = 0; axis < u.axis_count; ++axis) {
+        const double own = sigma_of(i).cwiseProduct(axes.col(axis)).norm();
+        const bool unknown = own >= kUnknown * size || (is_point && !said);
+        u.precision[u.anchor(i, axis)] = unknown && is_point ? 0.0 : 1.0 / (own * own);
+      }
     }
-  }
+  };
+  // The file's σ are along the axes of the world.
+  look_along(u.axis_count == 2 ? by_pulleys : Matrix3(Matrix3::Identity()));
+  if (!is_point || tracked || fixes_place(u, robot)) return u;
+  look_along(by_pulleys);
+  hold_place(robot, u);
   return u;
 }
 

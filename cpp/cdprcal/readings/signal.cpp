@@ -246,26 +246,8 @@ std::optional<Coloured> settled(const Series& series, double rounded, double mos
   return std::nullopt;
 }
 
-/// The first-order filter of a correlation, whose noise has such differences over one row.
-Coloured first_order(double correlation, double square) {
-  return {3.0 * square / ((1.0 - correlation) * (3.0 - correlation)), correlation};
-}
-
-/// The filter of other channels, where differences do not speak against it.
-std::optional<Coloured> borrowed(const Series& series, Differences at, double rounded,
-                                 double correlation_s) {
-  const Differences twice = differences(series, 2);
-  if (row_of(series.channel).of().is_inertial() || !(at.square > rounded)) return std::nullopt;
-  const double correlation = std::exp(-series.period_s / correlation_s);
-  const double grown = (twice.square - rounded) / (at.square - rounded);
-  const double error = normal_quantile(1.0 - kChance) * std::sqrt(kSpread / twice.count);
-  if (!(std::log(grown / growth(correlation)) > -error)) return std::nullopt;
-  return first_order(correlation, at.square - rounded);
-}
-
-/// The signal of a channel. `filtered`: that is likely; `most`: what its noise may be;
-/// `of_others_s`: the time constant of other channels' filter, 0 where none is known.
-Signal describe(const Series& series, bool filtered, double most, double of_others_s) {
+/// The signal of a channel. `filtered`: that is likely; `most`: what its noise may be.
+Signal describe(const Series& series, bool filtered, double most) {
   Signal out;
   out.sigma = series.noise;
   out.rows = out.hold_rows = series.hold_rows;
@@ -284,11 +266,10 @@ Signal describe(const Series& series, bool filtered, double most, double of_othe
   }
   std::optional<Coloured> filter;
   if (const double c = correlation_of(series, at_rest, rounded, filtered); c > 0.0) {
-    filter = first_order(c, at_rest.square - rounded);
+    filter = {3.0 * (at_rest.square - rounded) / ((1.0 - c) * (3.0 - c)), c};
   } else {
     filter = settled(series, rounded, most * most);
   }
-  if (!filter && of_others_s > 0.0) filter = borrowed(series, at_rest, rounded, of_others_s);
   if (filter) {
     square = filter->square;
     out.correlation_s = -series.period_s / std::log(filter->correlation);
@@ -413,23 +394,11 @@ Signals signals_within(const Log& log, const SampleRange& run,
   for (std::size_t c = 0; c < kChannels; ++c) out[c].sigma = sigma.*kChannelTable[c].of().sigma;
   const std::vector<Series> all = all_series(log, run, rests);
   const bool filtered = look_filtered(all);
-  // Channels come through one logger: few readings of one do not tell a filter that more of others
-  // do.
-  const auto describe_all = [&](double of_others_s) {
-    Signals described = out;
-    for (const Series& series : all) {
-      Signal& signal = described[static_cast<std::size_t>(series.channel)];
-      signal = describe(series, filtered, signal.sigma, of_others_s);
-    }
-    return described;
-  };
-  const Signals own = describe_all(0.0);
-  if (!filtered) return own;
-  std::vector<double> found_s;
-  for (const Signal& signal : own) {
-    if (signal.correlation_s > 0.0) found_s.push_back(signal.correlation_s);
+  for (const Series& series : all) {
+    Signal& signal = out[static_cast<std::size_t>(series.channel)];
+    signal = describe(series, filtered, signal.sigma);
   }
-  return found_s.empty() ? own : describe_all(median(std::move(found_s)));
+  return out;
 }
 
 Signals mixed(const Signals& a, double weight_a, const Signals& b, double weight_b) {

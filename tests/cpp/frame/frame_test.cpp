@@ -465,6 +465,74 @@ TEST(Frame, WhatIsKnownOfPulleysHoldsTheFrame) {
   EXPECT_LT(std::sqrt(squares / count), 1.35);
 }
 
+/// Of the file nothing is known but some pulleys, whichever these are.
+TEST(Frame, IsAtThePulleysThatAreKnown) {
+  constexpr double kKnown_m = 2e-3;
+  for (const std::vector<std::size_t>& known :
+       {std::vector<std::size_t>{3}, std::vector<std::size_t>{0, 2}}) {
+    double squares = 0.0, count = 0.0;
+    for (unsigned seed = 0; seed < 10; ++seed) {
+      Rng rng(800 + seed);
+      std::normal_distribution<double> tape(0.0, kKnown_m), rough(0.0, 0.1);
+      const Robot truth = belts(corners());
+      Robot file = truth;
+      for (std::size_t c = 0; c < 4; ++c) {
+        const bool is_known = std::ranges::find(known, c) != known.end();
+        auto& how = is_known ? tape : rough;
+        Pulley& pulley = file.cables[c].pulley;
+        pulley.position_m += Vector3(how(rng), 0.0, how(rng));
+        pulley.position_sigma_m.setConstant(is_known ? kKnown_m : 10.0);
+      }
+      const Log log = in_box(truth, 40, {0.8, 0.0, 0.6}, {2.2, 0.0, 1.5}, rng);
+      FrameOptions options;
+      options.offset = LengthOffset::none;
+      const FrameResult found = find_frame(file, {log}, options);
+      ASSERT_EQ(found.status, FrameStatus::converged) << found.reason;
+      EXPECT_LT(found.noise_m, 1.3 * kNoise_m);  // no convention contradicts what is known
+      // Two of them fix a plane.
+      const char* const gauge = known.size() == 1 ? "pulley 4 is as well known" : "3 rigid motions";
+      EXPECT_NE(found.gauge.find(gauge), std::string::npos) << found.gauge;
+      const auto [sum, more] = distance_squares(found, truth);
+      squares += sum;
+      count += more;
+    }
+    EXPECT_LT(std::sqrt(squares / count), 1.35);
+    EXPECT_GT(std::sqrt(squares / count), 0.6);
+  }
+}
+
+TEST(Frame, ReadingsThatNeverChangeAreOneReading) {
+  Rng rng(13);
+  Log log = in_box(belts(corners()), 30, {0.5, 0.0, 0.4}, {2.5, 0.0, 1.7}, rng);
+  log.direct_length_m.rowwise() = log.direct_length_m.row(0).eval();
+  const FrameResult found = find_frame(belts(rectangle()), {log});
+  EXPECT_EQ(found.status, FrameStatus::unobservable) << found.reason;
+}
+
+TEST(Frame, LengthsOfAnotherUnitAgreeWithNothing) {
+  Rng rng(14);
+  Log log = in_box(belts(corners()), 30, {0.5, 0.0, 0.4}, {2.5, 0.0, 1.7}, rng);
+  log.direct_length_m *= 1e3;
+  const FrameResult found = find_frame(belts(rectangle()), {log});
+  EXPECT_EQ(found.status, FrameStatus::not_converged);
+  EXPECT_NE(found.reason.find("check units"), std::string::npos) << found.reason;
+}
+
+TEST(Frame, PosesOnALineDoNotTellTheSidesOfPulleys) {
+  Rng rng(15);
+  const Robot truth = belts(corners());
+  const Log log = in_box(truth, 40, {0.5, 0.0, 1.0}, {2.5, 0.0, 1.0}, rng);
+  // Of the wrong side, and nobody said that they are known at all.
+  std::vector<Vector3> places = corners();
+  places[2].z() = places[3].z() = -0.1;
+  const FrameResult found = find_frame(belts(places), {log});
+  EXPECT_EQ(found.status, FrameStatus::unobservable) << found.reason;
+  // Where the file knows them the same poses do.
+  Robot file = truth;
+  for (Cable& cable : file.cables) cable.pulley.position_sigma_m.setConstant(5e-3);
+  EXPECT_EQ(find_frame(file, {log}).status, FrameStatus::converged);
+}
+
 TEST(Frame, APulleyThatIsNotWhereTheFileHasItIsNamed) {
   constexpr double kTape_m = 2e-3;
   FrameOptions options;
