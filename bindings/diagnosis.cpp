@@ -114,8 +114,8 @@ void register_catalogue(py::module_& module) {
           "alike.")
       .def_property_readonly(
           "all_or_nothing", [](const EffectRow& row) { return row.info().all_or_nothing; },
-          "A slip of whoever wrote the robot file, not a deviation that every robot has a little "
-          "of.")
+          "There or not (a slip of whoever wrote the robot file, a hose), not a deviation that "
+          "every robot has a little of.")
       .def_property_readonly("shows", [](const EffectRow& row) { return row.effect->shows(); })
       .def_property_readonly(
           "formulas",
@@ -216,7 +216,8 @@ void register_findings(py::module_& module) {
             for (const auto& [name, value] : e.where) where[py::str(name)] = value;
             return where;
           },
-          "Of a step (cable_slip, load_shift): time_s since the run's first sample; cable from 1, of a cable's.")
+          "Of a step (cable_slip, load_shift): time_s since the run's first sample, and of a "
+          "cable's the cable from 1.")
       .def_readonly("held_out_before", &NamedEffect::held_out_before,
                     "½ Σ (residual/σ)² a held-out pose without the effect.")
       .def_readonly("held_out_after", &NamedEffect::held_out_after, "The same with it.");

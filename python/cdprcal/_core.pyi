@@ -2744,7 +2744,7 @@ class EffectInfo:
     @property
     def all_or_nothing(self) -> bool:
         """
-        A slip of whoever wrote the robot file, not a deviation that every robot has a little of.
+        There or not (a slip of whoever wrote the robot file, a hose), not a deviation that every robot has a little of.
         """
 
     @property
@@ -2915,7 +2915,7 @@ class NamedEffect:
     @property
     def where(self) -> dict[str, float]:
         """
-        Of a step (cable_slip, load_shift): time_s since the run's first sample; cable from 1, of a cable's.
+        Of a step (cable_slip, load_shift): time_s since the run's first sample, and of a cable's the cable from 1.
         """
 
 class RejectedEffect:

@@ -91,6 +91,7 @@ bool allow_for(const ToAllowFor& effects, DiagnosisModel& model) {
   const DiagnosisModel usual = with(effects.usual, std::move(model));
   model = with(effects.others, usual);
   if (fit_with_noise(model)) return true;
+  if (effects.others.empty()) return false;
   model = usual;
   return fit_with_noise(model);
 }

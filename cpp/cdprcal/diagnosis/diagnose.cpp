@@ -331,6 +331,22 @@ void take_calibrated(const Robot& robot, const Log& log, Diagnosis& out) {
                      "): more rests make less of them, longer ones do not");
 }
 
+/// False when somebody stopped it.
+bool search_all(Search& search) {
+  // What was exchanged may uncover something else; twice bounds the time.
+  bool going = search.forward();
+  if (going && search.exchange()) going = search.forward();
+  if (going && search.exchange_fault()) going = search.forward();
+  return going;
+}
+
+/// Evidence for all that was found.
+double nats_of(const Diagnosis& diagnosis) {
+  double sum = 0.0;
+  for (const NamedEffect& found : diagnosis.effects) sum += found.log_evidence;
+  return sum;
+}
+
 }  // namespace
 
 const char* to_string(Verdict verdict) {
@@ -392,33 +408,21 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
                           unseen_effects(model, out.ranking).each);
 
   const Checks checks = checks_of(model);
-  const auto as_begun = std::tuple(logs, model, out);
+  const auto as_begun = std::pair(logs, out);  // out has the model, as its baseline
   std::optional<Search> begun(std::in_place, logs, model, out, options);
   if (!searches) begun->take(chosen);
-  const auto go = [](Search& search) {
-    // What was exchanged may uncover something else; twice bounds the time.
-    bool going = search.forward();
-    if (going && search.exchange()) going = search.forward();
-    if (going && search.exchange_fault()) going = search.forward();
-    return going;
-  };
-  bool going = searches && checks.enough() && go(*begun);
+  bool going = searches && checks.enough() && search_all(*begun);
   // One name that does all that others do is taken before them: these may explain more together.
   if (going && begun->found_what_does_all()) {
-    const auto nats = [](const Diagnosis& d) {
-      double sum = 0.0;
-      for (const NamedEffect& found : d.effects) sum += found.log_evidence;
-      return sum;
-    };
     const auto found = std::tuple(logs, model, out);
     const Search with_it = *begun;
-    std::tie(logs, model, out) = as_begun;
+    std::tie(logs, out) = as_begun;
+    model = out.baseline;
     begun.emplace(logs, model, out, options);
     begun->leave_out_what_does_all();
-    going = go(*begun);
+    going = search_all(*begun);
     // It must do so beyond doubt.
-    const double lead = nats(std::get<2>(found)) - nats(out);
-    if (lead > 3.0 * options.rival_nats) {
+    if (nats_of(std::get<2>(found)) - nats_of(out) > 3.0 * options.rival_nats) {
       std::tie(logs, model, out) = found;
       begun.emplace(with_it);
     }

@@ -125,7 +125,8 @@ class LoadShift final : public StepEffect {
   };
 };
 
-/// Until the first move: all that the forces of that rest do not balance by themselves.
+/// No name of step_candidates. Until the first move: all that the forces of that rest do not
+/// balance by themselves.
 class Contact final : public StepEffect {
  public:
   Contact(Step step, const Robot& robot) : StepEffect(step) {

@@ -22,7 +22,10 @@ std::optional<Step> as_step(const Effect& effect);
 Candidates steps_beside(const DiagnosisModel& model, const Effect& step);
 
 /// Scores of those at the first move of run 0, as one of so many steps that there may be: what
-/// happens there parts the initial pose from all that tells of it, and hardly shows.
+/// happens there parts the initial pose from all that tells of it, and hardly shows. There all
+/// cables together may slip, too, as where brakes let go, and something may have borne the platform
+/// until then (contact): these have so many numbers at one rest that they stand in for much else,
+/// and widen σ without being named.
 std::vector<CandidateScore> first_step_scores(const DiagnosisModel& model);
 
 }  // namespace cdprcal

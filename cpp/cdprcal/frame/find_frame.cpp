@@ -129,6 +129,12 @@ void add_offset(const std::vector<Estimate>& found, Robot& robot) {
   robot.effects.push_back(std::move(offset));
 }
 
+/// Whole lengths, where any were read; else changes of length.
+std::size_t length_channel(const Solved& s) {
+  const bool whole = any_reading(s.problem.poses, -1, Channel::direct_length);
+  return static_cast<std::size_t>(whole ? Channel::direct_length : Channel::length);
+}
+
 void fill(const Solved& s, FrameResult& out) {
   const FrameUnknowns& u = s.problem.unknowns;
   fill_anchors(s, out);
@@ -150,10 +156,7 @@ void fill(const Solved& s, FrameResult& out) {
   out.weight_N = weight(s);
   out.residual_m = length_residuals(s);
   out.rms_m = rms(out.residual_m);
-  const bool whole =
-      u.direct_offset_count > 0 || any_reading(s.problem.poses, -1, Channel::direct_length);
-  out.noise_m =
-      s.problem.sigma[static_cast<std::size_t>(whole ? Channel::direct_length : Channel::length)];
+  out.noise_m = s.problem.sigma[length_channel(s)];
   out.lack_of_fit = s.known.lack_of_fit;
   out.poses = s.state.poses;
   for (const FramePose& pose : s.problem.poses) out.measurements.push_back(pose.reading);
@@ -172,9 +175,7 @@ void widen_for_few(Solved& s) {
 /// Noise so far beyond the robot file's σ that no sensor has it; empty where it is not.
 std::string beyond_any_noise(const Solved& s, double noise_m, std::size_t left_out) {
   constexpr double kTimes = 10.0, kMostLeftOut = 0.25;
-  const SensorSigma& file = s.problem.robot.sigma;
-  const bool whole = any_reading(s.problem.poses, -1, Channel::direct_length);
-  const double sigma_m = whole ? file.direct_length_m : file.length_m;
+  const double sigma_m = specified_sigma(s.problem.robot.sigma)[length_channel(s)];
   const auto mm = [](double m) { return std::to_string(std::lround(1e3 * m)) + " mm"; };
   if (noise_m > kTimes * sigma_m) {
     return "the lengths agree to " + mm(noise_m) + " only, and the robot file's sigma is " +

@@ -83,16 +83,15 @@ std::vector<SampleRange> rests(const Robot& robot, const Log& log) {
   return out;
 }
 
-bool same(const LogMatrix& a, const LogMatrix& b) {
+template <class Readings>
+bool same(const Readings& a, const Readings& b) {
   return a.rows() == b.rows() && a.cols() == b.cols() &&
          (a.array() == b.array() || (a.array().isNaN() && b.array().isNaN())).all();
 }
 
 bool reads_the_same(const Measurement& a, const Measurement& b) {
   return std::ranges::all_of(kChannelTable, [&](const ChannelRow& row) {
-    const auto own = readings_of(a, channel_of(row)), its = readings_of(b, channel_of(row));
-    return own.size() == its.size() &&
-           (own.array() == its.array() || (own.array().isNaN() && its.array().isNaN())).all();
+    return same(readings_of(a, channel_of(row)), readings_of(b, channel_of(row)));
   });
 }
 

@@ -41,12 +41,17 @@ double warmed(double step_s, double time_s) {
   return time_s > step_s ? -std::expm1(-(time_s - step_s) / kWarming_s) : 0.0;
 }
 
+Vector3 middle_of(const std::vector<Cable>& cables) {
+  Vector3 sum = Vector3::Zero();
+  for (const Cable& cable : cables) sum += cable.pulley.position_m;
+  return sum / static_cast<double>(cables.size());
+}
+
 /// The pulleys of a frame that is larger along its axes, slanted (angles between x y, x z and y z,
 /// half on either axis), and twisted by so much at its corners.
 void deform(Robot& robot, const Vector3& size, const Vector3& slant_rad, double corner_m) {
-  Vector3 low = robot.cables.front().pulley.position_m, high = low, sum = Vector3::Zero();
-  for (const Cable& cable : robot.cables) sum += cable.pulley.position_m;
-  const Vector3 middle = sum / static_cast<double>(robot.cables.size());
+  Vector3 low = robot.cables.front().pulley.position_m, high = low;
+  const Vector3 middle = middle_of(robot.cables);
   for (const Cable& cable : robot.cables) {
     low = low.cwiseMin(cable.pulley.position_m);
     high = high.cwiseMax(cable.pulley.position_m);
@@ -193,8 +198,7 @@ std::vector<InjectableEffect> rows() {
       {"umbilical", "a hose pulls at the platform, not everywhere alike",
        [](V& v, P& p) {
          PlantSpring spring{.force_N = v.vector3(), .point_m = v.vector3()};
-         for (const Cable& cable : p.robot.cables) spring.origin_m += cable.pulley.position_m;
-         spring.origin_m /= static_cast<double>(p.robot.cables.size());
+         spring.origin_m = middle_of(p.robot.cables);
          spring.stiffness_N_m = v.vector3().asDiagonal();
          const double xy = v.scalar(), xz = v.scalar(), yz = v.scalar();
          spring.stiffness_N_m(0, 1) = spring.stiffness_N_m(1, 0) = xy;
