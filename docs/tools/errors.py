@@ -231,8 +231,11 @@ def stop_table() -> str:
 
 
 def fill(markdown: str) -> str:
-    """The page with the tables in their place."""
-    return markdown.replace(STOPS, stop_table()).replace(PLACE, tables())
+    """The page with the tables in their place; to make one, all sources are read."""
+    for place, made in ((STOPS, stop_table), (PLACE, tables)):
+        if place in markdown:
+            markdown = markdown.replace(place, made())
+    return markdown
 
 
 if __name__ == "__main__":

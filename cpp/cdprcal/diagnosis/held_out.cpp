@@ -3,13 +3,16 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <numeric>
+#include <optional>
 
 #include "cdprcal/estimation/symmetric_inverse.hpp"
+#include "cdprcal/evidence/steps.hpp"
 
 namespace cdprcal {
 namespace {
 
 using Folds = std::vector<int>;  ///< fold of each pose of the system
+constexpr int kNeverHeldOut = -1;
 
 /// Equal shares of the poses in the order of `key`.
 Folds split(const Eigen::VectorXd& key, int folds) {
@@ -55,6 +58,19 @@ std::vector<Folds> partitions(const DiagnosisModel& model, const DiagnosisSystem
   const Matrix3 scatter = (position.rowwise() - mean).transpose() * (position.rowwise() - mean);
   const Eigen::SelfAdjointEigenSolver<Matrix3> axes(scatter);
   return {std::move(by_time), split(position * axes.eigenvectors().col(2), kFolds)};
+}
+
+/// No other rest tells what happened at one that a step parts from them: it is always fitted.
+void keep_parted(const DiagnosisModel& model, const DiagnosisSystem& system, Folds& folds) {
+  for (const EffectTerm& term : model.effects) {
+    const std::optional<Step> step = as_step(*term.effect);
+    if (!step || !step->parts_a_rest) continue;
+    for (std::size_t i = 0; i < folds.size(); ++i) {
+      const DiagnosisSystem::PoseRange& pose = system.poses[i];
+      const Measurement& m = model.runs[pose.run].measurements[pose.pose];
+      if (m.run_time_s <= step->time_s) folds[i] = kNeverHeldOut;
+    }
+  }
 }
 
 struct FoldSums {
@@ -148,7 +164,8 @@ HeldOut held_out(const DiagnosisModel& before, const DiagnosisModel& after, Held
   if (!system_before.valid || !system_after.valid) return out;
   NoiseLevels train{}, held{}, train_freedom{}, held_freedom{};
   double gain_variance = 0.0;
-  const std::vector<Folds> both = partitions(after, system_after, part);
+  std::vector<Folds> both = partitions(after, system_after, part);
+  for (Folds& folds : both) keep_parted(after, system_after, folds);
   for (const Folds& partition : both) {
     const FoldSums a = cross_validate(system_before, partition);
     const FoldSums b = cross_validate(system_after, partition);

@@ -12,6 +12,7 @@
 #include "cdprcal/effects/text_effect.hpp"
 #include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/evidence/checks.hpp"
+#include "cdprcal/evidence/directions.hpp"
 #include "cdprcal/evidence/steps.hpp"
 
 namespace cdprcal {
@@ -31,6 +32,7 @@ constexpr double kChanceOfForm = 0.05;
 constexpr double kSure = 2.0;
 /// What happened once shows in some number by so many σ.
 constexpr double kSeen = 3.0;
+constexpr const char* kNotSeen = "none of its numbers is known to be there at all";
 /// Candidates refitted where the best of several is not much better known than the next.
 constexpr int kFewRefits = 3;
 
@@ -53,11 +55,17 @@ Candidates beside_faults(const DiagnosisModel& model) {
   return out;
 }
 
-/// Of the last effect of a model: how many σ its best known number is from zero.
-double best_known(const DiagnosisModel& model) {
-  const EffectValues& values = model.effects.back().values;
-  const Eigen::VectorXd variance = covariance(model).diagonal().tail(values.size());
-  return (values.array().abs() / variance.array().sqrt()).maxCoeff();
+/// Whether an effect is no step, or some number of it is known to be there: whatever sides cables
+/// and swivels came from before power-on, too, which stirs one rest as a step may.
+bool is_seen(const DiagnosisModel& model, std::size_t k) {
+  if (!as_step(*model.effects[k].effect)) return true;
+  Eigen::Index begin = 0;
+  for (std::size_t i = 0; i < k; ++i) begin += model.effects[i].values.size();
+  const EffectValues& values = model.effects[k].values;
+  const Eigen::VectorXd variance = covariance(model).diagonal().tail(model.values().size()) +
+                                   uncertain_directions(model).variance;
+  const Eigen::VectorXd own = variance.segment(begin, values.size());
+  return (values.array().abs() > kSeen * own.array().sqrt()).any();
 }
 
 bool is_named(const CandidateScore& score) { return !generic_name(*score.effect); }
@@ -244,9 +252,7 @@ std::string Search::objection(const Refit& candidate, const Refit* generic, doub
   if (!plausible(candidate.model.effects.back(), model_.robot)) {
     return "the value it would need is physically implausible";
   }
-  if (as_step(*candidate.score.effect) && !(best_known(candidate.model) > kSeen)) {
-    return "none of its numbers is known to be there at all";
-  }
+  if (!is_seen(candidate.model, candidate.model.effects.size() - 1)) return kNotSeen;
   for (const EffectTerm& known : model_.effects) {
     for (const EffectTerm& now : candidate.model.effects) {
       if (now.effect != known.effect || !plausible(known, model_.robot)) continue;
@@ -256,7 +262,10 @@ std::string Search::objection(const Refit& candidate, const Refit* generic, doub
     }
   }
   held = held_out(model_, candidate.model);
-  if (!(held.gain > held.gain_error)) {
+  const std::optional<Step> step = as_step(*candidate.score.effect);
+  // Of what parts a rest from them the others tell nothing: it must not spoil them.
+  const double least_gain = step && step->parts_a_rest ? -held.gain_error : held.gain_error;
+  if (!(held.gain > least_gain)) {
     return text("does not predict poses it was not fitted on (gain %.1f +- %.1f nats)", held.gain,
                 held.gain_error);
   }
@@ -674,11 +683,11 @@ void Search::drop() {
     const bool needless =
         without && log_evidence(model_) + log_prior_of(model_, k) - log_evidence(*without) <
                        options_.least_evidence;
-    if (!needless) {
+    if (!without || (!needless && is_seen(model_, k))) {
       ++k;
-      continue;
+    } else {
+      take_back(k, *without, needless ? "needless once the later effects are in" : kNotSeen);
     }
-    take_back(k, *without, "needless once the later effects are in");
   }
 }
 

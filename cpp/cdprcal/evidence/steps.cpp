@@ -125,8 +125,7 @@ class LoadShift final : public StepEffect {
   };
 };
 
-/// No name of step_candidates. Until the first move: all that the forces of that rest do not
-/// balance by themselves.
+/// Until the first move: all that the forces of that rest do not balance by themselves.
 class Contact final : public StepEffect {
  public:
   Contact(Step step, const Robot& robot) : StepEffect(step) {
@@ -180,20 +179,30 @@ std::vector<double> moves_s(const DiagnosisRun& run) {
 
 void add_steps(double time_s, const Robot& robot, Candidates& out) {
   for (int cable = 0; cable < robot.cable_count(); ++cable) {
-    out.push_back(std::make_shared<CableSlip>(Step{time_s, cable}));
+    out.push_back(std::make_shared<CableSlip>(Step{.time_s = time_s, .cable = cable}));
   }
-  out.push_back(std::make_shared<LoadShift>(Step{time_s, std::nullopt}));
+  out.push_back(std::make_shared<LoadShift>(Step{.time_s = time_s}));
+}
+
+/// What only the first move of a run is likely to do.
+void add_first(double time_s, const Robot& robot, Candidates& out) {
+  const Step of_all{.time_s = time_s, .parts_a_rest = true};
+  out.push_back(std::make_shared<CableSlip>(of_all));
+  out.push_back(std::make_shared<Contact>(of_all, robot));
 }
 
 }  // namespace
 
 Candidates step_candidates(const DiagnosisModel& model) {
-  std::set<double> all_s;  // once where runs share one
+  std::set<double> all_s, first_s;  // once where runs share one
   for (const DiagnosisRun& run : model.runs) {
-    for (const double time_s : moves_s(run)) all_s.insert(time_s);
+    const std::vector<double> own_s = moves_s(run);
+    all_s.insert(own_s.begin(), own_s.end());
+    if (!own_s.empty()) first_s.insert(own_s.front());
   }
   Candidates out;
   for (const double time_s : all_s) add_steps(time_s, model.robot, out);
+  for (const double time_s : first_s) add_first(time_s, model.robot, out);
   return out;
 }
 
@@ -212,9 +221,7 @@ std::vector<CandidateScore> first_step_scores(const DiagnosisModel& model) {
   if (all_s.empty()) return {};
   Candidates first;
   add_steps(all_s.front(), model.robot, first);
-  const Step of_all{all_s.front(), std::nullopt};
-  first.push_back(std::make_shared<CableSlip>(of_all));
-  first.push_back(std::make_shared<Contact>(of_all, model.robot));
+  add_first(all_s.front(), model.robot, first);
   std::vector<CandidateScore> out = scan(model, first, {.draws = 0});
   const double choice = std::log(static_cast<double>(first.size() * all_s.size()));
   for (CandidateScore& score : out) score.log_evidence -= choice;

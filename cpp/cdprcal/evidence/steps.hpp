@@ -8,13 +8,17 @@
 namespace cdprcal {
 
 struct Step {
-  double time_s = 0.0;       ///< since the run's first sample: in the middle of the move
-  std::optional<int> cable;  ///< from 0; nothing: of all, or of the platform
+  double time_s = 0.0;  ///< since the run's first sample: in the middle of the move
+  std::optional<int> cable = std::nullopt;  ///< from 0; nothing: of all, or of the platform
+  bool parts_a_rest = false;  ///< what it frees at one rest does all that another cause would there
 };
 
 /// One candidate for each step and pair of rests in a row:
 /// - cable_slip: a cable slipped on its drum, unseen by the encoder; one for each cable
 /// - load_shift: the platform's load moved, or became another
+/// and at a run's first move, where these part its first rest from all others:
+/// - cable_slip: all cables together slipped, as where brakes let go
+/// - contact: something bore the platform until then
 Candidates step_candidates(const DiagnosisModel& model);
 /// Of those; nothing for another effect.
 std::optional<Step> as_step(const Effect& effect);
@@ -22,10 +26,7 @@ std::optional<Step> as_step(const Effect& effect);
 Candidates steps_beside(const DiagnosisModel& model, const Effect& step);
 
 /// Scores of those at the first move of run 0, as one of so many steps that there may be: what
-/// happens there parts the initial pose from all that tells of it, and hardly shows. There all
-/// cables together may slip, too, as where brakes let go, and something may have borne the platform
-/// until then (contact): these have so many numbers at one rest that they stand in for much else,
-/// and widen σ without being named.
+/// happens there parts the initial pose from all that tells of it, and hardly shows.
 std::vector<CandidateScore> first_step_scores(const DiagnosisModel& model);
 
 }  // namespace cdprcal

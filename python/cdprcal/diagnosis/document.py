@@ -144,6 +144,10 @@ def _fault(fault: _core.DiscreteFault) -> dict[str, Any]:
         "formula": None,
         "described": False,
         "units": {},
+        "shapes": {},
+        "equation": "",
+        "remedy": "",
+        "settle": "",
         "course": None,
     }
 
@@ -170,6 +174,10 @@ def _effect(effect: _core.NamedEffect, cables: int, runs: int) -> dict[str, Any]
         "formula": effect.info.formulas or None,
         "described": effect.described,
         "units": {p.name: p.unit for p in effect.info.parameters},
+        "shapes": {p.name: p.shape.name for p in effect.info.parameters},
+        "equation": effect.info.equation,
+        "remedy": effect.info.remedy,
+        "settle": effect.info.settle,
     }
 
 

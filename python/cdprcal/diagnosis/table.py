@@ -166,13 +166,7 @@ def _effects_table(effects: list[dict[str, Any]]) -> Table:
 
 def value_rows(effect: dict[str, Any]) -> Iterator[tuple[str, str, str, str]]:
     """Where, value, its deviation and unit, number by number."""
-    shapes = {
-        (info.name, parameter.name): parameter.shape
-        for info in _core.effect_catalogue()
-        for parameter in info.parameters
-    }
     units = effect["units"]
-    written = _core.ParameterShape.per_cable  # what a formula's list is
     for name, nested in effect["parameters"].items():
         if name not in units:  # a discrete fault
             parts = nested if isinstance(nested, list) else [nested]
@@ -185,8 +179,7 @@ def value_rows(effect: dict[str, Any]) -> Iterator[tuple[str, str, str, str]]:
             continue
         unit = units[name]
         values = np.array(nested, dtype=float)
-        scalar = _core.ParameterShape.scalar
-        shape = shapes.get((effect["name"], name), written if values.ndim else scalar)
+        shape = _core.ParameterShape.__members__[effect["shapes"][name]]
         deviations = np.array(effect["standard_deviation"][name], dtype=float)
         label, factor = for_people(unit, float(np.nanmax(np.abs(values), initial=0.0)))
         several = len(effect["parameters"]) > 1
@@ -213,11 +206,9 @@ def place_of(shape: _core.ParameterShape, index: tuple[int, ...], dimensions: in
 
 
 def _print_sentences(out: Console, effects: list[dict[str, Any]]) -> None:
-    remedies = {info.name: info.remedy for info in _core.effect_catalogue()}
     for effect in effects:
         line = f"{effect['name']}: {effect['sentence']}"
-        remedy = remedies.get(effect["name"])
-        say(out, f"{line}; {remedy}" if remedy else line)
+        say(out, f"{line}; {effect['remedy']}" if effect["remedy"] else line)
 
 
 def _gap_table(document: dict[str, Any]) -> Table:

@@ -278,17 +278,15 @@ def _residual_rows(robot: _core.Robot, run: Run) -> list[tuple[str, ...]]:
 def _diagnosis(subject: Subject) -> dict[str, Any]:
     document = subject.diagnosis
     assert document is not None
-    infos = {info.name: info for info in _core.effects_of(subject.corrected)}
     effects = []
     for effect in document["effects"]:
-        info = infos.get(effect["name"])
         held = effect["held_out"]
         effects.append(
             {
                 "name": effect["name"],
                 "sentence": effect["sentence"],
-                "remedy": info.remedy if info else "",
-                "equation": info.equation if info else "",
+                "remedy": effect["remedy"],
+                "equation": effect["equation"],
                 "rows": [
                     (where, text.typeset(value), text.typeset(deviation), unit)
                     for where, value, deviation, unit in value_rows(effect)
@@ -301,10 +299,11 @@ def _diagnosis(subject: Subject) -> dict[str, Any]:
                 if held["before"] is None
                 else f"{text.small(held['before'], '')} → {text.small(held['after'], '')}",
                 "rivals": effect["rivals"],
-                "settle": info.settle if info and effect["rivals"] else "",
+                "settle": effect["settle"] if effect["rivals"] else "",
             }
         )
     visible = [i for i in document["identifiability"] if i["visible"]]
+    infos = {info.name: info for info in _core.effects_of(subject.corrected)}
     return {
         "verdict": document["verdict"],
         "reason": document["reason"],

@@ -498,6 +498,53 @@ TEST(Search, ASlipIsFoundAmongManyMoves) {
   }
 }
 
+TEST(Search, WhatPartsTheFirstRestIsNamed) {
+  constexpr double kFirstMove_s = 6.0;
+  const Log clean = test::startup_log(load_robot("irma4"), 0.1, 83);
+  Log brakes = clean, floor = clean;
+  for (Eigen::Index i = 0; i < clean.sample_count(); ++i) {
+    if (clean.time_s[i] > kFirstMove_s) {
+      brakes.length_m.row(i) -= Eigen::RowVector4d(0.004, 0.006, 0.005, 0.003);
+    } else {
+      floor.tension_N.row(i) *= 0.8;
+    }
+  }
+  for (const auto& [log, name] : {std::pair(brakes, "cable_slip"), std::pair(floor, "contact")}) {
+    Progress p(baseline_of(log));
+    Search search = p.search();
+    ASSERT_TRUE(search.forward());
+    search.drop();
+    ASSERT_EQ(names(p.model), Names{name});
+    ASSERT_EQ(p.out.effects[0].where.size(), 1U);  // of no cable
+    EXPECT_NEAR(p.out.effects[0].where[0].second, kFirstMove_s, 1.0);
+  }
+}
+
+TEST(Search, WhatFrictionLeavesOpenOfTheFirstRestIsNoFloor) {
+  constexpr double kShare = 0.08;
+  const Log clean = test::startup_log(load_robot("irma4"), 0.1, 84);
+  DiagnosisModel model = baseline_of(clean);
+  for (DiagnosisRun& run : model.runs) {
+    for (Measurement& m : run.measurements) {
+      m.tension_N.array() *= 1.0 + kShare * m.length_direction.array();
+    }
+  }
+  // Two cables came from the other side before power-on.
+  Measurement& first = model.runs[0].measurements.front();
+  for (const int cable : {0, 2}) {
+    first.tension_N[cable] *= 1.0 + kShare * first.length_direction_open[cable];
+  }
+  ASSERT_TRUE(fit_with_noise(model));
+  Progress p(model);
+  Search search = p.search();
+  ASSERT_TRUE(search.forward());
+  search.drop();
+  EXPECT_EQ(names(p.model), Names{"pulley_friction"});
+  EXPECT_TRUE(std::ranges::any_of(p.out.rejected, [](const RejectedEffect& r) {
+    return r.name == "contact" && r.reason.find("known to be there") != std::string::npos;
+  }));
+}
+
 TEST(Search, TwoNamesThatTogetherDoWhatADependenceDoesStand) {
   // Bias and gain of each cell: a dependence of tension on its reading is both at once, and
   // explains the readings better than either does.

@@ -11,6 +11,14 @@
 namespace cdprcal::test {
 namespace {
 
+/// The step of this name that parts the first rest of run 0 from all others.
+std::shared_ptr<const Effect> first(const DiagnosisModel& model, const std::string& name) {
+  for (const auto& effect : step_candidates(model)) {
+    if (effect->name() == name && as_step(*effect)->parts_a_rest) return effect;
+  }
+  return nullptr;
+}
+
 TEST(Steps, AreOneACableAndMoveAndOneOfTheLoadInTheMiddleOfEach) {
   const DiagnosisModel& model = test::two_runs();
   const Candidates steps = step_candidates(model);
@@ -25,12 +33,20 @@ TEST(Steps, AreOneACableAndMoveAndOneOfTheLoadInTheMiddleOfEach) {
     }
   }
   std::sort(middles.begin(), middles.end());
-  ASSERT_EQ(steps.size(), 5 * middles.size());
-  for (std::size_t k = 0; k < steps.size(); ++k) {
+  // And two of the first move, at which both runs are as long under way.
+  ASSERT_EQ(steps.size(), 5 * middles.size() + 2);
+  for (std::size_t k = 5 * middles.size(); k < steps.size(); ++k) {
+    const Step step = *as_step(*steps[k]);
+    EXPECT_TRUE(step.parts_a_rest);
+    EXPECT_EQ(step.cable, std::nullopt);
+    EXPECT_EQ(step.time_s, middles.front());
+  }
+  for (std::size_t k = 0; k < 5 * middles.size(); ++k) {
     const std::optional<Step> step = as_step(*steps[k]);
     ASSERT_TRUE(step.has_value());
     const bool of_a_cable = k % 5 < 4;
     EXPECT_EQ(step->cable, of_a_cable ? std::optional(static_cast<int>(k % 5)) : std::nullopt);
+    EXPECT_FALSE(step->parts_a_rest);
     EXPECT_EQ(step->time_s, middles[k / 5]);
     EXPECT_EQ(steps[k]->name(), of_a_cable ? "cable_slip" : "load_shift");
     EXPECT_EQ(steps[k]->info().scope, EffectScope::run);
@@ -144,10 +160,7 @@ TEST(LoadShifts, AreAnotherPlatformFromThenOn) {
 TEST(Contacts, BearThePlatformUntilItsFirstMove) {
   const DiagnosisModel& model = test::two_runs();
   const DiagnosisRun& run = model.runs[0];
-  std::shared_ptr<const Effect> effect;
-  for (const CandidateScore& score : first_step_scores(model)) {
-    if (score.effect->name() == "contact") effect = score.effect;
-  }
+  const std::shared_ptr<const Effect> effect = first(model, "contact");
   ASSERT_NE(effect, nullptr);
   EXPECT_EQ(as_step(*effect)->cable, std::nullopt);
   const double weight_N = model.robot.weight_N();
@@ -169,17 +182,40 @@ TEST(Contacts, BearThePlatformUntilItsFirstMove) {
   }
 }
 
+TEST(Slips, OfAllCablesAreOneOfEach) {
+  const DiagnosisModel& model = test::two_runs();
+  const DiagnosisRun& run = model.runs[0];
+  const std::shared_ptr<const Effect> effect = first(model, "cable_slip");
+  ASSERT_NE(effect, nullptr);
+  const EffectValues slip_m = Eigen::Vector4d(0.01, -0.02, 0.03, 0.04);
+  for (std::size_t i = 0; i < run.measurements.size(); ++i) {
+    const PlatformState state = platform_state(model.robot, run.poses[i]);
+    const EffectContext context{model.robot, state, run.poses[i], run.measurements[i]};
+    PoseEvaluation e;
+    e.length_m = CableVector::Zero(4);
+    effect->add_to_readings(context, slip_m, e);
+    EXPECT_EQ(e.length_m, CableVector(i == 0 ? EffectValues::Zero(4) : EffectValues(-slip_m))) << i;
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(ReadingRows{4}.size(), 4);
+    effect->columns(context, slip_m, columns);
+    EXPECT_EQ(CableVector(columns.topRows<4>() * slip_m), e.length_m);
+  }
+}
+
 TEST(Steps, BesideOneAreTheOthersOfItsTime) {
   const DiagnosisModel& model = test::two_runs();
   const Candidates steps = step_candidates(model);
+  using Names = std::vector<std::string>;
   const auto names = [&](const Effect& of) {
-    std::vector<std::string> out;
+    Names out;
     for (const auto& other : steps_beside(model, of)) out.push_back(other->name());
     return out;
   };
-  const std::vector<std::string> others{"cable_slip", "cable_slip", "cable_slip", "load_shift"};
+  const Names others{"cable_slip", "cable_slip", "cable_slip",
+                     "load_shift", "cable_slip", "contact"};
   EXPECT_EQ(names(*steps[1]), others);
-  EXPECT_EQ(names(*steps[5 + 4]), (std::vector<std::string>(4, "cable_slip")));
+  EXPECT_EQ(names(*steps[5 + 4]), Names(4, "cable_slip"));
+  EXPECT_EQ(names(*first(model, "contact")), (Names{"cable_slip", "cable_slip", "cable_slip",
+                                                    "cable_slip", "load_shift", "cable_slip"}));
 }
 
 /// What a step that is hidden at the first move does to the pose that is found without it.
