@@ -1,5 +1,6 @@
-"""What diagnose makes of pulls that the catalogue's equations are not: springs to a post; and of
-loads that shift.
+"""What diagnose makes of pulls that the catalogue's equations are not: springs to a post; of loads
+that shift; and of what parts the first rest from all others: brakes that let go, and platforms that
+stand on something.
 
 ``python tests/studies/pulls.py [--count 6]`` prints for each robot and pull how many were named,
 what else was, and the largest error of a coordinate of the initial pose in its σ, that of any log
@@ -11,6 +12,8 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +55,77 @@ def pulley_of(cable: cdprcal.Cable) -> NDArray[np.float64]:
     return np.asarray(cable.pulley.position_m)
 
 
+@dataclass(frozen=True)
+class Hidden:
+    """What a start-up has that the catalogue's equations are not."""
+
+    wanted: str  #: its name, where it has one
+    robot: cdprcal.Robot
+    effects: tuple[cdprcal.InjectedEffect, ...] = ()
+    readings: Callable[[cdprcal.Log, NDArray[np.bool_]], cdprcal.Log] | None = None
+    """The log as it is read; True marks the samples before the first move."""
+
+
+Make = Callable[[cdprcal.Robot, cdprcal.StartUpPlan, np.random.Generator], Hidden]
+
+
+def spring(share: float) -> Make:
+    def make(robot: cdprcal.Robot, plan: cdprcal.StartUpPlan, rng: np.random.Generator) -> Hidden:
+        hidden, effect = spring_to_a_post(robot, plan, share, rng)
+        return Hidden("umbilical", hidden, (effect,))
+
+    return make
+
+
+def load_shift(robot: cdprcal.Robot, plan: cdprcal.StartUpPlan, rng: np.random.Generator) -> Hidden:
+    shift = 0.15 * cdprcal.characteristic_length_m(robot) * rng.standard_normal(3)
+    mass_kg = 0.1 * robot.platform.mass_kg * rng.standard_normal()
+    values = [rng.uniform(20.0, 90.0), mass_kg, *shift]
+    return Hidden("load_shift", robot, (cdprcal.InjectedEffect("load_shift", values),))
+
+
+def brakes(robot: cdprcal.Robot, plan: cdprcal.StartUpPlan, rng: np.random.Generator) -> Hidden:
+    """All cables slip as the brakes let go, and the encoders do not see it."""
+    slip_m = 0.002 * np.ptp([pulley_of(cable) for cable in robot.cables], axis=0).max()
+    slips_m = slip_m * rng.uniform(0.5, 1.5, len(robot.cables))
+
+    def readings(log: cdprcal.Log, first: NDArray[np.bool_]) -> cdprcal.Log:
+        return changed(log, length_m=log.length_m - np.outer(~first, slips_m))
+
+    return Hidden("cable_slip", robot, readings=readings)
+
+
+def stand(robot: cdprcal.Robot, plan: cdprcal.StartUpPlan, rng: np.random.Generator) -> Hidden:
+    """The cables carry less than the platform weighs until it is lifted off what it stands on."""
+    carried = rng.uniform(0.7, 0.95, len(robot.cables))
+
+    def readings(log: cdprcal.Log, first: NDArray[np.bool_]) -> cdprcal.Log:
+        return changed(log, tension_N=log.tension_N * np.where(first[:, None], carried, 1.0))
+
+    return Hidden("contact", robot, readings=readings)
+
+
+def changed(log: cdprcal.Log, **arrays: NDArray[np.float64]) -> cdprcal.Log:
+    names = ("length_m", "swivel_rad", "tension_N", "tension_setpoint_N", "roll_pitch_yaw_rad")
+    kept = {name: getattr(log, name) for name in names}
+    return cdprcal.Log(time_s=log.time_s, source=log.source, **kept | arrays)
+
+
+def before_the_first_move(run: cdprcal.SimulatedRun) -> NDArray[np.bool_]:
+    position_m = np.array([truth.pose.position_m for truth in run.truth])
+    moved_m = np.linalg.norm(position_m - position_m[0], axis=1)
+    first: NDArray[np.bool_] = np.logical_and.accumulate(moved_m < 5e-3)
+    return first
+
+
+CASES: dict[str, Make] = {
+    **{f"spring to a post, {share:.0%} of the weight": spring(share) for share in SHARES},
+    "load shift": load_shift,
+    "brakes that let go": brakes,
+    "stands on something": stand,
+}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=6, help="start-ups for each")
@@ -60,36 +134,27 @@ def main() -> None:
     print("|---|---|---|---|---|")
     for name in ROBOTS:
         robot = cdprcal.load_robot(name)
-        setpoints = cdprcal.default_setpoints(robot, 3, 3, 2)
-        plan = cdprcal.StartUpPlan(setpoints)
-        for share in (*SHARES, None):
+        plan = cdprcal.StartUpPlan(cdprcal.default_setpoints(robot, 3, 3, 2))
+        for what, make in CASES.items():
             right, also, largest, explained = 0, Counter[str](), 0.0, 0.0
             for seed in range(count):
-                rng = np.random.default_rng([seed, len(robot.cables)])
-                if share is None:
-                    hidden, wanted = robot, "load_shift"
-                    shift = 0.15 * cdprcal.characteristic_length_m(robot) * rng.standard_normal(3)
-                    mass_kg = 0.1 * robot.platform.mass_kg * rng.standard_normal()
-                    effect = cdprcal.InjectedEffect(
-                        wanted, [rng.uniform(20.0, 90.0), mass_kg, *shift]
-                    )
-                else:
-                    wanted = "umbilical"
-                    hidden, effect = spring_to_a_post(robot, plan, share, rng)
+                hidden = make(robot, plan, np.random.default_rng([seed, len(robot.cables)]))
                 options = cdprcal.SimulatorOptions(seed=seed)
                 run = cdprcal.simulate_startup(
-                    hidden, plan, simulator=options, effects=[effect], log_rate_Hz=10.0
+                    hidden.robot, plan, simulator=options, effects=hidden.effects, log_rate_Hz=10.0
                 )
-                found = cdprcal.diagnose(robot, [run.log])
+                log = run.log
+                if hidden.readings:
+                    log = hidden.readings(log, before_the_first_move(run))
+                found = cdprcal.diagnose(robot, [log])
                 names = [e.info.name for e in found.effects]
-                right += wanted in names
-                also.update(n for n in names if n != wanted)
+                right += hidden.wanted in names
+                also.update(n for n in names if n != hidden.wanted)
                 error = np.asarray(cdprcal.minus(run.truth[0].pose, found.initial_pose_after))
                 off = float(np.abs(error / np.sqrt(np.diag(found.covariance_after))).max())
                 largest = max(largest, off)
                 if found.verdict != cdprcal.Verdict.unexplained:
                     explained = max(explained, off)
-            what = "load shift" if share is None else f"spring to a post, {share:.0%} of the weight"
             beside = ", ".join(f"{n} × {k}" for n, k in also.most_common())
             print(
                 f"| {name} | {what} | {right} of {count} | {beside} "

@@ -55,6 +55,27 @@ std::optional<DiagnosisModel> with_followed_directions(const DiagnosisModel& mod
   return out;
 }
 
+std::optional<DiagnosisModel> with_late_first_rests(const DiagnosisModel& model,
+                                                    const std::vector<Log>& logs) {
+  constexpr Eigen::Index kFewest = 4;
+  DiagnosisModel out = model;
+  bool any = false;
+  for (std::size_t r = 0; r < logs.size(); ++r) {
+    DiagnosisRun& run = out.runs[r];
+    const SampleRange& rest = run.rows.front();
+    if (is_moving(run.measurements.front()) || rest.size() < kFewest) continue;
+    const SampleRange late{rest.begin + rest.size() / 2, rest.end};
+    std::vector<Measurement> first{run.measurements.front()};
+    take_readings(
+        log_of({measurement_mean(logs[r], late, first.front().kind, model.robot.cable_count())}),
+        first);
+    run.measurements.front() = first.front();
+    any = true;
+  }
+  if (!any || !fit_with_noise(out)) return std::nullopt;
+  return out;
+}
+
 bool looks_at_directions(const Effect& effect, const DiagnosisModel& model) {
   const DiagnosisRun& run = model.runs.front();
   const PlatformState state = platform_state(model.robot, run.poses.front());

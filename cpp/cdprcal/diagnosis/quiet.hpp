@@ -24,6 +24,12 @@ DiagnosisModel with_quiet_covariates(DiagnosisModel model, const std::vector<Log
 std::optional<DiagnosisModel> with_followed_directions(const DiagnosisModel& model,
                                                        const std::vector<Log>& logs);
 
+/// A model whose first rests are read in their later half only, fitted again: what begins with the
+/// log (a filter that runs in, a platform that still swings) has faded there. Nothing where no log
+/// begins with a rest of several samples, or where the fit does not settle.
+std::optional<DiagnosisModel> with_late_first_rests(const DiagnosisModel& model,
+                                                    const std::vector<Log>& logs);
+
 /// Whether what an effect does depends on directions of motion.
 bool looks_at_directions(const Effect& effect, const DiagnosisModel& model);
 

@@ -269,6 +269,13 @@ std::string Search::objection(const Refit& candidate, const Refit* generic, doub
     return text("does not predict poses it was not fitted on (gain %.1f +- %.1f nats)", held.gain,
                 held.gain_error);
   }
+  if (step && step->parts_a_rest) {
+    const std::optional<DiagnosisModel> late = with_late_first_rests(model_, logs_);
+    if (late &&
+        !(EvidenceAgainst(*late).refit(candidate.score).log_evidence > options_.least_evidence)) {
+      return "what it explains fades while the platform rests";
+    }
+  }
   if (looks_at_directions(*candidate.score.effect, model_)) {
     const std::optional<DiagnosisModel> along_motion = with_followed_directions(model_, logs_);
     if (along_motion && !(EvidenceAgainst(*along_motion).refit(candidate.score).log_evidence >

@@ -223,8 +223,11 @@ std::vector<CandidateScore> first_step_scores(const DiagnosisModel& model) {
   add_steps(all_s.front(), model.robot, first);
   add_first(all_s.front(), model.robot, first);
   std::vector<CandidateScore> out = scan(model, first, {.draws = 0});
-  const double choice = std::log(static_cast<double>(first.size() * all_s.size()));
-  for (CandidateScore& score : out) score.log_evidence -= choice;
+  const auto kinds = static_cast<double>(first.size()), moves = static_cast<double>(all_s.size());
+  for (CandidateScore& score : out) {
+    // What parts the first rest happens at no other move.
+    score.log_evidence -= std::log(kinds * (as_step(*score.effect)->parts_a_rest ? 1.0 : moves));
+  }
   return out;
 }
 

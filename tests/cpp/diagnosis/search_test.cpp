@@ -520,6 +520,27 @@ TEST(Search, WhatPartsTheFirstRestIsNamed) {
   }
 }
 
+TEST(Search, WhatFadesWhileThePlatformRestsIsNoFloor) {
+  constexpr double kFirstMove_s = 6.0, kMiddle_s = 2.0;
+  const Log clean = test::startup_log(load_robot("irma4"), 0.1, 85);
+  Log stays = clean, fades = clean;
+  for (Eigen::Index i = 0; i < clean.sample_count() && clean.time_s[i] < kFirstMove_s; ++i) {
+    stays.tension_N.row(i) *= 0.9;
+    if (clean.time_s[i] < 0.9 * kMiddle_s) fades.tension_N.row(i) *= 0.8;
+  }
+  for (const auto& [log, found] : {std::pair(stays, Names{"contact"}), std::pair(fades, Names{})}) {
+    // Both read the same in the mean.
+    Progress p(baseline_of(stays));
+    p.logs = {log};
+    ASSERT_TRUE(p.search().forward());
+    EXPECT_EQ(names(p.model), found);
+    const bool said = std::ranges::any_of(p.out.rejected, [](const RejectedEffect& r) {
+      return r.name == "contact" && r.reason.find("fades") != std::string::npos;
+    });
+    EXPECT_EQ(said, found.empty());
+  }
+}
+
 TEST(Search, WhatFrictionLeavesOpenOfTheFirstRestIsNoFloor) {
   constexpr double kShare = 0.08;
   const Log clean = test::startup_log(load_robot("irma4"), 0.1, 84);
