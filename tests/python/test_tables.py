@@ -70,10 +70,26 @@ def test_the_numbers_of_a_law_are_seen() -> None:
         "parameters": {"curve_N_N2": [2.6e-4, -1.23e-3]},
         "standard_deviation": {"curve_N_N2": [1.0e-4, None]},
         "units": {"curve_N_N2": "N/N2"},
+        "shapes": {"curve_N_N2": "per_cable"},
     }
     assert list(value_rows(effect)) == [
         ("cable 1", "+0.00026", "0.00010", "N/N2"),
         ("cable 2", "-0.00123", "–", "N/N2"),
+    ]
+
+
+def test_the_parts_of_a_vector_are_its_axes_also_where_no_catalogue_has_it() -> None:
+    """Of a step; of two logs."""
+    effect = {
+        "name": "a_step",
+        "parameters": {"time_s": 7.5, "shift_m": [[0.01, 0.02, -0.03], [0.0, 0.0, 0.0]]},
+        "standard_deviation": {"shift_m": [[0.001] * 3] * 2},
+        "units": {"shift_m": "m"},
+        "shapes": {"shift_m": "vector3"},
+    }
+    assert [where for where, *_ in value_rows(effect)] == [
+        "time_s",
+        *(f"shift_m log {log}, {axis}" for log in (1, 2) for axis in "xyz"),
     ]
 
 

@@ -1,9 +1,7 @@
 #include "cdprcal/evidence/directions.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <functional>
-#include <optional>
 #include <vector>
 
 #include "cdprcal/geometry/pose.hpp"
@@ -35,33 +33,6 @@ bool depends(const DiagnosisModel& model, double cost, bool swivels) {
   return std::isfinite(there) && there != cost;
 }
 
-/// The channels of directions that anything in a model depends on: of swivels?
-std::vector<bool> channels_of_directions(const DiagnosisModel& model) {
-  const double cost = penalised_cost(model);
-  std::vector<bool> out;
-  for (const bool swivels : {false, true}) {
-    if (depends(model, cost, swivels)) out.push_back(swivels);
-  }
-  return out;
-}
-
-/// The model with a cable's s at such an end (-1, 1) of its range wherever run r leaves it open.
-std::optional<DiagnosisModel> at_an_end(const DiagnosisModel& model, std::size_t r, bool swivels,
-                                        int cable, double end) {
-  std::optional<DiagnosisModel> other = model;
-  bool open_at_all = false;
-  for (Measurement& m : other->runs[r].measurements) {
-    change_measurement(
-        [&](CableVector& s, const CableVector&, const CableVector& open) {
-          s[cable] += end * open[cable];
-          open_at_all |= open[cable] != 0.0;
-        },
-        swivels, m);
-  }
-  if (!open_at_all) other.reset();
-  return other;
-}
-
 }  // namespace
 
 UncertainDirections uncertain_directions(const DiagnosisModel& model) {
@@ -69,7 +40,11 @@ UncertainDirections uncertain_directions(const DiagnosisModel& model) {
   constexpr double kLost = 0.1;
   const Eigen::VectorXd values = model.values();
   UncertainDirections out{Matrix6::Zero(), Eigen::VectorXd::Zero(values.size())};
-  const std::vector<bool> either = channels_of_directions(model);
+  const double cost = penalised_cost(model);
+  std::vector<bool> either;
+  for (const bool swivels : {false, true}) {
+    if (depends(model, cost, swivels)) either.push_back(swivels);
+  }
   const auto add = [&](DiagnosisModel other) {
     fit(other, 1);  // as far as is linear
     const Vector6 shift = minus(other.runs.front().poses.front(), model.runs.front().poses.front());
@@ -92,8 +67,17 @@ UncertainDirections uncertain_directions(const DiagnosisModel& model) {
   for (std::size_t r = 0; r < model.runs.size(); ++r) {
     for (const bool swivels : either) {
       for (int i = 0; i < model.robot.cable_count(); ++i) {
-        auto other = at_an_end(model, r, swivels, i, 1.0);
-        if (other) add(*std::move(other));
+        DiagnosisModel other = model;
+        bool open_at_all = false;
+        for (Measurement& m : other.runs[r].measurements) {
+          change_measurement(
+              [&](CableVector& s, const CableVector&, const CableVector& open) {
+                s[i] += open[i];
+                open_at_all |= open[i] != 0.0;
+              },
+              swivels, m);
+        }
+        if (open_at_all) add(std::move(other));
       }
     }
   }
