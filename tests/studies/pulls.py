@@ -111,7 +111,7 @@ def changed(log: cdprcal.Log, **arrays: NDArray[np.float64]) -> cdprcal.Log:
     return cdprcal.Log(time_s=log.time_s, source=log.source, **kept | arrays)
 
 
-def before_the_first_move(run: cdprcal.SimulatedRun) -> NDArray[np.bool_]:
+def before_the_first_move(run: cdprcal.StartUpRun) -> NDArray[np.bool_]:
     position_m = np.array([truth.pose.position_m for truth in run.truth])
     moved_m = np.linalg.norm(position_m - position_m[0], axis=1)
     first: NDArray[np.bool_] = np.logical_and.accumulate(moved_m < 5e-3)

@@ -59,12 +59,10 @@ Candidates beside_faults(const DiagnosisModel& model) {
 /// and swivels came from before power-on, too, which stirs one rest as a step may.
 bool is_seen(const DiagnosisModel& model, std::size_t k) {
   if (!as_step(*model.effects[k].effect)) return true;
-  Eigen::Index begin = 0;
-  for (std::size_t i = 0; i < k; ++i) begin += model.effects[i].values.size();
   const EffectValues& values = model.effects[k].values;
   const Eigen::VectorXd variance = covariance(model).diagonal().tail(model.values().size()) +
                                    uncertain_directions(model).variance;
-  const Eigen::VectorXd own = variance.segment(begin, values.size());
+  const Eigen::VectorXd own = variance.segment(values_begin(model, k), values.size());
   return (values.array().abs() > kSeen * own.array().sqrt()).any();
 }
 

@@ -23,8 +23,7 @@ class ToldOfValues {
  public:
   ToldOfValues(const DiagnosisModel& model, std::size_t k) : values_(model.effects[k].values) {
     const Eigen::Index size = values_.size();
-    Eigen::Index begin = 0;
-    for (std::size_t i = 0; i < k; ++i) begin += model.effects[i].values.size();
+    const Eigen::Index begin = values_begin(model, k);
     const Eigen::MatrixXd common = covariance(model);
     const Eigen::Index first = common.rows() - model.values().size() + begin;
     posterior_.compute(common.block(first, first, size, size));
@@ -113,6 +112,12 @@ double EvidenceAgainst::of(const DiagnosisModel& other) const {
 void EvidenceAgainst::sort(std::vector<Refit>& refits) {
   std::stable_sort(refits.begin(), refits.end(),
                    [](const Refit& a, const Refit& b) { return a.log_evidence > b.log_evidence; });
+}
+
+Eigen::Index values_begin(const DiagnosisModel& model, std::size_t k) {
+  Eigen::Index begin = 0;
+  for (std::size_t i = 0; i < k; ++i) begin += model.effects[i].values.size();
+  return begin;
 }
 
 std::optional<DiagnosisModel> without_effect(const DiagnosisModel& model, std::size_t k) {

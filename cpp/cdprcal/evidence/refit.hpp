@@ -58,6 +58,9 @@ class EvidenceAgainst {
   double log_evidence_;
 };
 
+/// Where the values of a model's k-th effect begin among all of them (DiagnosisModel::values).
+Eigen::Index values_begin(const DiagnosisModel& model, std::size_t k);
+
 /// The model without its effect `k`, fitted again; nothing when that fit fails.
 std::optional<DiagnosisModel> without_effect(const DiagnosisModel& model, std::size_t k);
 

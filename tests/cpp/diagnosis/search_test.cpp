@@ -521,12 +521,12 @@ TEST(Search, WhatPartsTheFirstRestIsNamed) {
 }
 
 TEST(Search, WhatFadesWhileThePlatformRestsIsNoFloor) {
-  constexpr double kFirstMove_s = 6.0, kMiddle_s = 2.0;
+  constexpr double kFirstMove_s = 6.0, kFaded_s = 1.8;
   const Log clean = test::startup_log(load_robot("irma4"), 0.1, 85);
   Log stays = clean, fades = clean;
   for (Eigen::Index i = 0; i < clean.sample_count() && clean.time_s[i] < kFirstMove_s; ++i) {
     stays.tension_N.row(i) *= 0.9;
-    if (clean.time_s[i] < 0.9 * kMiddle_s) fades.tension_N.row(i) *= 0.8;
+    if (clean.time_s[i] < kFaded_s) fades.tension_N.row(i) *= 0.8;
   }
   for (const auto& [log, found] : {std::pair(stays, Names{"contact"}), std::pair(fades, Names{})}) {
     // Both read the same in the mean.
