@@ -20,9 +20,7 @@ struct Change {
 };
 /// `e`: of the initial pose. `signals`: of the run, which begins at `begin_s`.
 Change change_between(const Log& log, Eigen::Index first, const SampleRange& later,
-                      const PoseEvaluation& e, const Signals& signals, double begin_s) {
-  const double first_s = log.time_s[first] - begin_s;
-  const double later_s = 0.5 * (log.time_s[later.begin] + log.time_s[later.end - 1]) - begin_s;
+                      const PoseEvaluation& e, const Signals& signals) {
   std::vector<double> changes;
   std::vector<Vector6> by_twist;
   const auto add = [&](const LogMatrix& readings, Channel channel, bool angles, Eigen::Index column,
@@ -34,7 +32,7 @@ Change change_between(const Log& log, Eigen::Index first, const SampleRange& lat
     const double change = values[0] - values.tail(later.size()).mean();
     const Signal& signal = signals[static_cast<std::size_t>(channel)];
     const auto count = static_cast<double>(later.size());
-    const double sigma = std::sqrt(signal.variance(1.0, first_s) + signal.variance(count, later_s));
+    const double sigma = std::sqrt(signal.variance(1.0) + signal.variance(count));
     if (!std::isfinite(change) || !(sigma > 0.0)) return;
     changes.push_back(change / sigma);
     by_twist.emplace_back(row / sigma);
@@ -72,17 +70,33 @@ bool one_is_odd(const Change& change) {
 }
 
 /// Whether a sample is off from later ones by more than noise and a motion of the platform.
-bool contradicts(const Change& change) {
+/// `settled`: those have forgotten what a filter began with, and show no motion. That a platform
+/// came to rest in just that time is not to be expected: any change is enough, but for a large one
+/// that only a motion makes.
+bool contradicts(const Change& change, bool settled) {
   constexpr double kConfidence = 0.999;
   // Errors are spread over all directions. A motion is along its own but for its curvature: of a
   // tenth of the cables' length it leaves a hundredth in squares.
   constexpr double kMotion = 100.0;
   if (one_is_odd(change)) return true;
-  if (change.left_freedom < 1 ||
-      change.left <= chi_square_quantile(kConfidence, change.left_freedom)) {
-    return false;
+  if (change.left_freedom < 1) return false;
+  const double square = settled ? change.all() : change.left;
+  const int freedom = settled ? change.freedom() : change.left_freedom;
+  const double left = std::max(1.0, change.left / change.left_freedom);
+  return square > chi_square_quantile(kConfidence, freedom) &&
+         change.explained / change.explained_freedom <= kMotion * left;
+}
+
+/// How long a filter keeps what it began with, where readings of geometry went through one.
+double memory_s(const Signals& signals) {
+  constexpr double kForgotten = 3.0;  // time constants: a twentieth is left
+  std::vector<double> filters;
+  for (const Channel channel :
+       {Channel::length, Channel::swivel, Channel::roll_pitch, Channel::yaw}) {
+    const double filter_s = signals[static_cast<std::size_t>(channel)].correlation_s;
+    if (filter_s > 0.0) filters.push_back(filter_s);
   }
-  return change.explained / change.explained_freedom <= kMotion * change.left / change.left_freedom;
+  return filters.size() < 2 ? 0.0 : kForgotten * median(filters);
 }
 
 }  // namespace
@@ -109,12 +123,22 @@ std::optional<SampleRange> unsettled_start(const Log& log, const SampleRange& ru
     return at_the_start(log, from, fitted.signals, log.time_s[from.begin] - times[run.begin]);
   };
   const Eigen::Index most = (soon - times - beginning.begin) / 4;
+  const double* const forgotten =
+      std::lower_bound(times + run.begin, soon, times[run.begin] + memory_s(fitted.signals));
+  const SampleRange settled_later = later_than(forgotten - times - beginning.begin);
+  const auto change_to = [&](Eigen::Index lead, const SampleRange& later) {
+    return change_between(log, beginning.begin + lead, later, e, fitted.signals);
+  };
   const auto change_after = [&](Eigen::Index lead) {
-    const SampleRange later = later_than(lead + 1);
-    return change_between(log, later.begin - 1, later, e, fitted.signals, times[run.begin]);
+    return change_to(lead, later_than(lead + 1));
+  };
+  const auto is_off = [&](Eigen::Index lead) {
+    const bool runs_in =
+        settled_later.size() >= kFewestStill && beginning.begin + lead < settled_later.begin;
+    return contradicts(runs_in ? change_to(lead, settled_later) : change_after(lead), runs_in);
   };
   Eigen::Index off = 0;  // samples that are
-  while (off < most && contradicts(change_after(off))) ++off;
+  while (off < most && is_off(off)) ++off;
   if (off == 0) return std::nullopt;
   // What has sunk into the noise in so many samples is gone after as many again. One that stands
   // alone shows nothing.

@@ -28,6 +28,26 @@ void leave_out_spikes(double sigma, Eigen::VectorXd& values) {
   }
 }
 
+/// Lengths show a slow motion at rest best, and it looks like the noise of a longer filter there:
+/// theirs is no longer than any other's, where others have one. By the same differences from one
+/// reading to the next, which a first-order filter makes (1 − c)(3 − c)/3 of the variance.
+Signals without_motion(Signals signals) {
+  Signal& length = signals[static_cast<std::size_t>(Channel::length)];
+  double longest_s = 0.0;
+  for (const Signal& other : signals) {
+    if (&other != &length) longest_s = std::max(longest_s, other.correlation_s);
+  }
+  if (!(longest_s > 0.0) || !(length.correlation_s > longest_s)) return signals;
+  const auto differences = [](double c) { return (1.0 - c) * (3.0 - c); };
+  const auto worth = [](double c) { return (1.0 + c) / (1.0 - c); };
+  const double looks = std::exp(-length.period_s / length.correlation_s);
+  const double is = std::exp(-length.period_s / longest_s);
+  length.sigma *= std::sqrt(differences(looks) / differences(is));
+  length.rows *= worth(is) / worth(looks);
+  length.correlation_s = longest_s;
+  return signals;
+}
+
 /// Of a column of a log, whose noise few samples would hardly tell.
 Running running(const Eigen::VectorXd& column, const SampleRange& range, bool angle,
                 const Signal& channel) {
@@ -114,8 +134,9 @@ bool is_still(const std::vector<Running>& channels, const std::vector<double>& t
 
 }  // namespace
 
-SampleRange still_since_start(const Log& log, const SampleRange& range, const Signals& signals,
+SampleRange still_since_start(const Log& log, const SampleRange& range, const Signals& given,
                               double begun_s) {
+  const Signals signals = without_motion(given);
   std::vector<Running> channels;
   for_each_sensor(
       [&](const Sensor& sensor, const LogMatrix& group) {

@@ -94,6 +94,22 @@ TEST(Still, NothingWhereItMovesAtOnce) {
   EXPECT_LT(at_the_start(late, {0, kSamples}).size(), kFewestStill);
 }
 
+TEST(Still, LengthsAreBehindNoLongerFilterThanTheOtherSensors) {
+  RandomNormal random(17);
+  const Log log =
+      moving([](double t) { return t < 0.2 ? 0.0 : 2.0 * kNoise_m * std::sin(5.0 * t); }, random);
+  Signals signals;
+  Signal& length = signals[static_cast<std::size_t>(Channel::length)];
+  length = {.sigma = 2.0 * kNoise_m, .rows = 12.0, .correlation_s = 0.6, .period_s = 0.1};
+  Signal& swivel = signals[static_cast<std::size_t>(Channel::swivel)];
+  swivel = length;
+  EXPECT_EQ(still_since_start(log, {0, kSamples}, signals).size(), kSamples);
+  swivel.correlation_s = 0.1;
+  EXPECT_LT(still_since_start(log, {0, kSamples}, signals).size(), kSamples / 2);
+  swivel.correlation_s = 0.0;  // nothing says how long theirs may be
+  EXPECT_EQ(still_since_start(log, {0, kSamples}, signals).size(), kSamples);
+}
+
 TEST(Still, AReadingThatStandsOutAloneIsNoMotion) {
   RandomNormal random(13);
   Log log = moving([](double) { return 0.0; }, random);
