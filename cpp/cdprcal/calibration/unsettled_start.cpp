@@ -70,9 +70,9 @@ bool one_is_odd(const Change& change) {
 }
 
 /// Whether a sample is off from later ones by more than noise and a motion of the platform.
-/// `settled`: those have forgotten what a filter began with, and show no motion. That a platform
-/// came to rest in just that time is not to be expected: any change is enough, but for a large one
-/// that only a motion makes.
+/// `settled`: those have forgotten what a filter began with, or are many, and show no motion. That
+/// a platform came to rest in just that time is not to be expected: any change is enough, but for a
+/// large one that only a motion makes.
 bool contradicts(const Change& change, bool settled) {
   constexpr double kConfidence = 0.999;
   // Errors are spread over all directions. A motion is along its own but for its curvature: of a
@@ -129,13 +129,13 @@ std::optional<SampleRange> unsettled_start(const Log& log, const SampleRange& ru
   const auto change_to = [&](Eigen::Index lead, const SampleRange& later) {
     return change_between(log, beginning.begin + lead, later, e, fitted.signals);
   };
-  const auto change_after = [&](Eigen::Index lead) {
-    return change_to(lead, later_than(lead + 1));
-  };
   const auto is_off = [&](Eigen::Index lead) {
-    const bool runs_in =
-        settled_later.size() >= kFewestStill && beginning.begin + lead < settled_later.begin;
-    return contradicts(runs_in ? change_to(lead, settled_later) : change_after(lead), runs_in);
+    constexpr Eigen::Index kMany = 2 * kFewestStill;
+    if (settled_later.size() >= kFewestStill && beginning.begin + lead < settled_later.begin) {
+      return contradicts(change_to(lead, settled_later), true);
+    }
+    const SampleRange later = later_than(lead + 1);
+    return contradicts(change_to(lead, later), later.size() >= kMany);
   };
   Eigen::Index off = 0;  // samples that are
   while (off < most && is_off(off)) ++off;
@@ -144,7 +144,8 @@ std::optional<SampleRange> unsettled_start(const Log& log, const SampleRange& ru
   // alone shows nothing.
   Eigen::Index settled = 2 * off;
   const auto stands_alone = [&](Eigen::Index lead) {
-    return later_than(lead).size() < kFewestStill || one_is_odd(change_after(lead));
+    return later_than(lead).size() < kFewestStill ||
+           one_is_odd(change_to(lead, later_than(lead + 1)));
   };
   while (settled < 2 * most && stands_alone(settled)) ++settled;
   return later_than(settled < 2 * most ? settled : 2 * off);
