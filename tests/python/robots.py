@@ -88,15 +88,18 @@ def angle_between(a: np.ndarray, b: np.ndarray) -> float:
 TAPE_M = 0.05
 
 
-def by_tape(robot: cdprcal.Robot, rng: np.random.Generator) -> cdprcal.Robot:
-    """The robot with pulleys where somebody measured them."""
+def by_tape(
+    robot: cdprcal.Robot, rng: np.random.Generator, off_m: float = TAPE_M, said: bool = True
+) -> cdprcal.Robot:
+    """The robot with pulleys where somebody measured them, or guessed, and whether he says so."""
     yaml = YAML(typ="safe")
     file = yaml.load(cdprcal.to_yaml(robot))
     for cable in file["cables"]:
         pulley = cable["pulley"]
-        off = rng.normal(0.0, TAPE_M, 3)
+        off = rng.normal(0.0, off_m, 3)
         pulley["position_m"] = [float(p) for p in np.array(pulley["position_m"]) + off]
-        pulley["position_sigma_m"] = TAPE_M
+        if said:
+            pulley["position_sigma_m"] = off_m
     text = StringIO()
     yaml.dump(file, text)
     return cdprcal.parse_robot(text.getvalue(), "by tape")

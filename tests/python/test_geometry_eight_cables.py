@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 import cdprcal
@@ -23,17 +24,24 @@ def pulleys(robot: cdprcal.Robot) -> Array:
     return np.array([cable.pulley.position_m for cable in robot.cables])
 
 
-def whole_lengths(robot: cdprcal.Robot, count: int, rng: np.random.Generator) -> cdprcal.Log:
-    """At poses all over the workspace, tilted by up to a quarter of a radian about each axis."""
+def places(
+    robot: cdprcal.Robot, count: int, rng: np.random.Generator, tilt_rad: float = 0.25
+) -> list[cdprcal.InverseResult]:
+    """All over the workspace, tilted by up to so much about each axis."""
     box, level = cdprcal.workspace_box(robot), cdprcal.held_orientation(robot)
-    lengths: list[Array] = []
-    while len(lengths) < count:
+    out: list[cdprcal.InverseResult] = []
+    while len(out) < count:
         at = box.lower_m + rng.uniform(0.1, 0.9, 3) * (box.upper_m - box.lower_m)
-        turn = Rotation.from_rotvec(rng.uniform(-0.25, 0.25, 3)).as_matrix()
+        turn = Rotation.from_rotvec(rng.uniform(-tilt_rad, tilt_rad, 3)).as_matrix()
         rotation = turn @ cdprcal.Pose(at, level).rotation
         found = cdprcal.inverse(robot, at, rotation=rotation)
         if found.status == cdprcal.EquilibriumStatus.found:
-            lengths.append(found.length_m + rng.normal(0.0, NOISE_M, 8))
+            out.append(found)
+    return out
+
+
+def whole_lengths(robot: cdprcal.Robot, count: int, rng: np.random.Generator) -> cdprcal.Log:
+    lengths = [at.length_m + rng.normal(0.0, NOISE_M, 8) for at in places(robot, count, rng)]
     return cdprcal.Log(time_s=10.0 * np.arange(count), direct_length_m=np.array(lengths))
 
 
@@ -62,3 +70,41 @@ def test_a_hundred_poses_tell_the_frame_to_a_millimetre(robot: cdprcal.Robot) ->
         found = cdprcal.find_frame(by_tape(robot, rng), [whole_lengths(robot, 100, rng)])
         off_m.append(distance_m(found.anchors_m, pulleys(robot)))
     assert np.median(off_m) < 1e-3
+
+
+def moved_to(file: Array, frame: Array, turns: int) -> Array:
+    """A frame shifted, and turned about so many axes from z on, to agree best with a file's."""
+    middle = frame.mean(0)
+
+    def moved(motion: Array) -> Array:
+        turn = np.zeros(3)
+        turn[::-1][:turns] = motion[3:]
+        turned: Array = Rotation.from_rotvec(turn).apply(frame - middle) + middle + motion[:3]
+        return turned
+
+    best = least_squares(lambda m: (moved(m) - file).ravel(), np.zeros(3 + turns))
+    return moved(best.x)
+
+
+def test_a_frame_whose_north_shows_in_part_is_where_the_gauge_says(robot: cdprcal.Robot) -> None:
+    """Angles about the world's axes show a little of where north is: pulleys were up to 8 σ from
+    where they were said to be, their distances right."""
+    count, off = 15, []
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        north_rad = np.array([0.0, 0.0, rng.uniform(-3.0, 3.0)])
+        poses = places(robot, count, rng, tilt_rad=0.15)
+        angles = [at.pose.euler_rad(robot.euler_convention) for at in poses if at.pose is not None]
+        log = cdprcal.Log(
+            time_s=10.0 * np.arange(count),
+            direct_length_m=[at.length_m + rng.normal(0.0, 1e-3, 8) for at in poses],
+            roll_pitch_yaw_rad=np.array(angles) + north_rad + rng.normal(0.0, 9e-3, (count, 3)),
+        )
+        file = by_tape(robot, rng, 0.1, said=False)
+        found = cdprcal.find_frame(file, [log], offset="none")
+        assert found.status == cdprcal.FrameStatus.converged, found.reason
+        motions = int(found.gauge.split(" rigid motions")[0].split()[-1])
+        truth = moved_to(pulleys(file), pulleys(robot), motions - 3)
+        off.append((found.anchors_m - truth) / found.anchors_sigma_m)
+    assert np.abs(off).max() < 4.0
+    assert np.sqrt(np.mean(np.square(off))) < 1.5

@@ -57,3 +57,15 @@ def test_poses_are_not_taken_for_ones_above_the_pulleys(robot: cdprcal.Robot, se
     assert found.status == cdprcal.FrameStatus.converged, found.reason
     assert found.rms_m < LENGTH_M
     assert abs(between_m(found.corrected) - between_m(robot)).max() < 5e-3
+
+
+def test_frames_that_fit_alike_are_not_said_to_be_the_one(robot: cdprcal.Robot) -> None:
+    """Without attitudes, from decimetres off: 257 mm off, said to be known to 43."""
+    rng = np.random.default_rng(70)
+    log = hanging(robot, 25, rng)
+    alone = cdprcal.Log(
+        time_s=log.time_s, direct_length_m=log.direct_length_m, swivel_rad=log.swivel_rad
+    )
+    found = cdprcal.find_frame(by_tape(robot, rng, 0.15, said=False), [alone], offset="none")
+    assert found.status == cdprcal.FrameStatus.unobservable
+    assert "another one, with two pulleys" in found.reason

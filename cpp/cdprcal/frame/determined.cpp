@@ -22,34 +22,32 @@ constexpr double kNamed = 0.35;
 constexpr int kFurtherPoses = 3;
 constexpr int kMostWeak = 3;
 
-/// Leaves out of a covariance of the anchors the rigid motions that only the prior fixes; says how
-/// many they are.
-int leave_out_motions(const FrameProblem& problem, const Robot& robot,
-                      Eigen::MatrixXd& covariance) {
+/// Leaves out of the covariance of the anchors the rigid motions that only the prior fixes.
+void leave_out_motions(const FrameProblem& problem, const Robot& robot, Knowledge& known) {
   const FrameUnknowns& u = problem.unknowns;
   const int size = u.axis_count * u.cables;
   const Eigen::VectorXd weight = u.precision.head(size);
   // Held by a convention, or by a tracker.
-  if (u.by_convention() || !fixes_place(u, robot)) return 0;
+  if (u.by_convention() || !fixes_place(u, robot)) return;
   const Eigen::MatrixXd rigid = rigid_motions(u, robot);
   const Eigen::MatrixXd gram = rigid.transpose() * weight.asDiagonal() * rigid;
   const Eigen::MatrixXd prior = gram.inverse();
   const Eigen::MatrixXd coefficient = prior * rigid.transpose() * weight.asDiagonal();
   const Eigen::MatrixXd posterior =
-      coefficient * covariance.topLeftCorner(size, size) * coefficient.transpose();
+      coefficient * known.covariance.topLeftCorner(size, size) * coefficient.transpose();
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
       0.5 * (posterior + posterior.transpose()), prior);
-  Eigen::MatrixXd off = Eigen::MatrixXd::Identity(u.size, u.size);
-  int count = 0;
+  known.unshown = Eigen::MatrixXd::Zero(rigid.cols(), size);
   for (Eigen::Index k = 0; k < eigen.eigenvalues().size(); ++k) {
     if (eigen.eigenvalues()[k] < kShown) continue;
-    ++count;
+    ++known.free_motions;
     // vᵀ prior v = 1: the coefficient along v is vᵀ x, the motion of one σ prior · v
     const Eigen::VectorXd v = eigen.eigenvectors().col(k);
-    off.topLeftCorner(size, size) -= rigid * prior * v * v.transpose() * coefficient;
+    known.unshown += prior * v * v.transpose() * coefficient;
   }
-  covariance = off * covariance * off.transpose();
-  return count;
+  Eigen::MatrixXd off = Eigen::MatrixXd::Identity(u.size, u.size);
+  off.topLeftCorner(size, size) -= rigid * known.unshown;
+  known.covariance = off * known.covariance * off.transpose();
 }
 
 /// How much more the scores of blocks scatter than independent rows would: a variance.
@@ -249,10 +247,40 @@ Knowledge knowledge(const FrameProblem& problem, const FrameState& state,
   out.parameters = (out.covariance * information.normal).trace();
   const double variance = scatter(information, out.covariance);
   out.lack_of_fit = std::sqrt(variance);
-  out.free_motions = leave_out_motions(problem, moved(problem, state.values), out.covariance);
+  leave_out_motions(problem, moved(problem, state.values), out);
   out.covariance *= variance;
   out.valid = true;
   return out;
+}
+
+void hold_unshown(const FrameProblem& problem, const Knowledge& known, FrameState& state) {
+  constexpr int kTimes = 4;  // a turn of a few degrees is not small at once
+  const FrameUnknowns& u = problem.unknowns;
+  if (known.free_motions == 0) return;
+  for (int k = 0; k < kTimes; ++k) {
+    const Robot robot = moved(problem, state.values);
+    const Eigen::VectorXd motion = -known.unshown * state.values.head(known.unshown.cols());
+    Vector3 shift = Vector3::Zero(), turn = Vector3::Zero(), middle = Vector3::Zero();
+    for (int axis = 0; axis < u.axis_count; ++axis) shift += motion[axis] * u.axes.col(axis);
+    const auto turns = motion.size() - u.axis_count;
+    for (Eigen::Index about = 0; about < turns; ++about) {
+      turn += motion[u.axis_count + about] * u.axes.col(turns == 1 ? 2 : about);
+    }
+    for (const Cable& cable : robot.cables) middle += cable.pulley.position_m / u.cables;
+    const Eigen::Quaterniond rotation = exp_so3(turn);
+    const auto there = [&](const Vector3& at) -> Vector3 {
+      return middle + shift + rotation * (at - middle);
+    };
+    for (int i = 0; i < u.cables; ++i) {
+      const Vector3& from = robot.cables[static_cast<std::size_t>(i)].pulley.position_m;
+      state.values.segment(u.anchor(i, 0), u.axis_count) +=
+          u.axes.leftCols(u.axis_count).transpose() * (there(from) - from);
+    }
+    for (Pose& pose : state.poses) {
+      pose.position_m = there(pose.position_m);
+      pose.rotation = rotation * pose.rotation;
+    }
+  }
 }
 
 std::vector<std::string> weak_directions(const FrameProblem& problem, const Knowledge& known,

@@ -16,12 +16,18 @@ struct Knowledge {
   double lack_of_fit = 1.0;    ///< by which σ are larger than those of independent readings
   double parameters = 0.0;     ///< how many numbers the readings determine, the prior aside
   int free_motions = 0;        ///< rigid motions of the frame that only the file's positions fix
+  /// By values of the anchors: how far the frame is moved by them, shifts and turns (m, rad).
+  Eigen::MatrixXd unshown;
 };
 
 /// At a settled state. Neighbouring poses whose residuals hang together count for less: the scores
 /// of blocks of poses scatter more than their rows do (a sandwich, as one factor).
 Knowledge knowledge(const FrameProblem& problem, const FrameState& state,
                     const FrameInformation& information);
+
+/// Puts the frame, and the poses with it, where it agrees best with the file's positions in the
+/// motions that only these fix: readings that show a little of them do not move it.
+void hold_unshown(const FrameProblem& problem, const Knowledge& known, FrameState& state);
 
 /// The directions of anchors and offsets that are known to less than `enough_m`, in words, worst
 /// first.

@@ -2,6 +2,7 @@
 #include <chrono>
 
 #include "cdprcal/frame/contradicted.hpp"
+#include "cdprcal/frame/minima.hpp"
 #include "cdprcal/frame/poses.hpp"
 #include "cdprcal/frame/solved.hpp"
 #include "cdprcal/frame/start.hpp"
@@ -205,6 +206,25 @@ std::string sides_in_words(const Solved& s, double noise_m) {
          "distance";
 }
 
+/// How much farther apart two pulleys are in another frame that fits as well, beyond what `sigma_m`
+/// says of a pulley; 0: none does. `problem`: with all poses, and noise as the residuals have it.
+double alike_m(const FrameProblem& problem, const Minima& found, double sigma_m,
+               int max_iterations) {
+  constexpr double kAlike = 3.0;   // nat, as for all evidence here
+  constexpr double kSigmas = 2.0;  // of another minimum: a normal error has one alone
+  double most = 0.0;
+  FrameState best = found.each.front();
+  minimise(problem, best, max_iterations);
+  for (std::size_t k = 1; k < found.each.size(); ++k) {
+    FrameState other = found.each[k];
+    minimise(problem, other, max_iterations);
+    if (!(other.cost - best.cost < kAlike)) continue;
+    const double apart = apart_m(problem, best, other);
+    if (apart > kSigmas * sigma_m) most = std::max(most, apart);
+  }
+  return most;
+}
+
 void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& options,
                  FrameResult& out) {
   Solved s;
@@ -213,16 +233,16 @@ void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& optio
   s.problem.unknowns = unknowns_of(robot, s.problem.poses, set.logs, options);
   s.problem.sigma = specified_sigma(robot.sigma);
   s.problem.basis = motion_basis(robot);
-  std::vector<FrameState> begin;
-  if (set.guess.empty()) {
-    begin = starts(s.problem);
-  } else {
-    begin = starts_at(s.problem, set.guess);
-  }
-  if (!solve_from_starts(s, std::move(begin), options.max_iterations)) {
+  const bool guessed = !set.guess.empty();
+  const Minima found =
+      minima(s.problem, guessed ? starts_at(s.problem, set.guess) : starts(s.problem), !guessed,
+             options.max_iterations);
+  if (found.each.empty()) {
     out.reason = "no start fits the readings: check units and the order of the cables";
     return;
   }
+  s.state = found.each.front();
+  FrameProblem all = s.problem;
   solve(s, options.max_iterations);
   const FrameUnknowns& u = s.problem.unknowns;
   if (s.known.valid && row_of(robot.platform.motion).is_point() && u.scale < 0) {
@@ -243,6 +263,9 @@ void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& optio
     return;
   }
   widen_for_few(s);
+  hold_unshown(s.problem, s.known, s.state);
+  all.sigma = s.problem.sigma;
+  all.untold_stretch = s.problem.untold_stretch;
   fill(s, out);
   fill_texts(s, std::max(kEnough * out.noise_m, kLeastEnough_m), out);
   const double freedom = static_cast<double>(s.information.freedom.sum());
@@ -259,6 +282,17 @@ void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& optio
     out.reason = sides;
   } else if (!s.state.settled) {
     out.reason = "the steps did not settle";
+  } else if (const double apart = alike_m(all, found, worst, options.max_iterations); apart > 0.0) {
+    out.status = FrameStatus::unobservable;
+    out.reason = "these poses do not determine the frame: another one, with two pulleys " +
+                 std::to_string(std::lround(1e3 * apart)) +
+                 " mm closer or farther apart, fits as well; add readings of the attitude, or give "
+                 "position_m and position_sigma_m of more pulleys";
+  } else if (!found.is_sure()) {
+    out.reason = std::to_string(found.starts) + " frames that the robot file allows end in " +
+                 std::to_string(found.each.size()) +
+                 " different ones, and a better one may be missing: give better position_m, or add "
+                 "readings of the attitude";
   } else if (const auto pushed = cables_push(s); pushed > 0) {
     out.reason = "at " + std::to_string(pushed) + " of " + std::to_string(s.state.poses.size()) +
                  " poses the cables would have to push: give pulleys better position_m, or more "

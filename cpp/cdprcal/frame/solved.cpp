@@ -3,18 +3,11 @@
 #include <Eigen/QR>
 #include <algorithm>
 
-#include "cdprcal/frame/start.hpp"
 #include "cdprcal/frame/unknowns.hpp"
 
 namespace cdprcal::detail {
 namespace {
 
-/// Starts that are solved to the end: the best few.
-constexpr std::size_t kMostSolved = 3;
-/// Of poses that are tried again from elsewhere.
-constexpr int kMostPasses = 5;
-/// Costs closer than this share are of one minimum.
-constexpr double kSame = 1e-6;
 constexpr int kNoiseRounds = 4;
 /// Noise that changes by less than this share is known well enough for any σ.
 constexpr double kNoiseSettled = 0.005;
@@ -80,30 +73,6 @@ void solve(Solved& s, int max_iterations) {
     s.known = knowledge(s.problem, s.state, s.information);
     if (!s.known.valid || change < kNoiseSettled) return;
   }
-}
-
-bool solve_from_starts(Solved& s, std::vector<FrameState> begin, int max_iterations) {
-  std::sort(begin.begin(), begin.end(), [](const FrameState& a, const FrameState& b) {
-    return std::isfinite(a.cost) && !(b.cost <= a.cost);
-  });
-  double least = kNaN;
-  for (std::size_t i = 0; i < std::min(begin.size(), kMostSolved); ++i) {
-    if (!std::isfinite(begin[i].cost)) continue;
-    minimise(s.problem, begin[i], max_iterations);
-    for (int pass = 0; pass < kMostPasses && improve_poses(s.problem, begin[i]); ++pass) {
-      minimise(s.problem, begin[i], max_iterations);
-    }
-    for (int pass = 0; pass < kMostPasses; ++pass) {
-      if (!improve_frame(s.problem, begin[i], max_iterations)) break;
-    }
-    if (!std::isfinite(begin[i].cost)) continue;
-    const bool same = std::abs(begin[i].cost - least) <= kSame * (1.0 + least);
-    if (begin[i].cost >= least && !same) continue;
-    least = begin[i].cost;
-    s.state = begin[i];
-    if (same) break;
-  }
-  return std::isfinite(least);
 }
 
 std::vector<Eigen::VectorXd> length_residuals(const Solved& s) {

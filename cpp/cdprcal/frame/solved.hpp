@@ -16,9 +16,6 @@ struct Solved {
 
 /// The minimum from where the state is, the noise of each channel from its residuals.
 void solve(Solved& s, int max_iterations);
-/// The best of the minima from several starts, the noise as it is; false: none can be evaluated.
-/// The first that two starts agree upon ends the search.
-bool solve_from_starts(Solved& s, std::vector<FrameState> begin, int max_iterations);
 
 /// Whether readings are to spare: with few a frame can be bent to any of them.
 bool to_spare(const Solved& s);

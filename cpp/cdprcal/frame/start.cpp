@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "cdprcal/frame/mirror.hpp"
+#include "cdprcal/synthetic/synthetic.hpp"
 
 namespace cdprcal::detail {
 namespace {
@@ -69,6 +70,19 @@ void settle_all(const FrameProblem& problem, FrameState& state, bool held) {
     }
     state.poses.push_back(best);
   }
+}
+
+/// Poses as lengths, roll and pitch want them, where cables pull. Swivels and yaw count from
+/// anywhere: until that is known they pull poses to where the platform never was, above its
+/// pulleys, too, and what they count from follows.
+void hang(FrameProblem problem, FrameState& state) {
+  const ChannelSigma sigma = problem.sigma;
+  for (const Channel channel : {Channel::swivel, Channel::yaw}) {
+    problem.sigma[static_cast<std::size_t>(channel)] = kNoWeight_rad;
+  }
+  settle_all(problem, state, true);
+  problem.sigma = sigma;
+  settle_offsets(problem, state);
 }
 
 /// Poses whose lengths are most like those of one: the platform is near, and turned alike.
@@ -343,6 +357,20 @@ std::vector<FrameState> starts_at(const FrameProblem& problem, const std::vector
   return {state};
 }
 
+FrameState drawn_start(const FrameProblem& problem, std::uint64_t draw) {
+  const FrameUnknowns& u = problem.unknowns;
+  RandomNormal random(draw);
+  FrameState out;
+  out.values = Eigen::VectorXd::Zero(u.size);
+  for (int i = 0; i < u.axis_count * u.cables; ++i) {
+    if (u.held[static_cast<std::size_t>(i)] || !(u.precision[i] > 0.0)) continue;
+    out.values[i] = random() / std::sqrt(u.precision[i]);
+  }
+  hang(problem, out);
+  out.cost = frame_cost(problem, out);
+  return out;
+}
+
 std::vector<FrameState> starts(const FrameProblem& problem) {
   const FrameUnknowns& u = problem.unknowns;
   std::vector<FrameState> out;
@@ -361,15 +389,8 @@ std::vector<FrameState> starts(const FrameProblem& problem) {
   settle_offsets(problem, file);
   out.push_back(std::move(file));
   if (!is_point) {
-    // Swivels and yaw count from anywhere: until that is known they pull poses to where the
-    // platform never was, above its pulleys, too, and what they count from follows.
-    FrameProblem lengths = problem;
-    for (const Channel channel : {Channel::swivel, Channel::yaw}) {
-      lengths.sigma[static_cast<std::size_t>(channel)] = kNoWeight_rad;
-    }
     FrameState hanging = nothing;
-    settle_all(lengths, hanging, true);
-    settle_offsets(problem, hanging);
+    hang(problem, hanging);
     out.push_back(std::move(hanging));
   }
   for (FrameState& state : out) state.cost = frame_cost(problem, state);

@@ -24,6 +24,8 @@ std::optional<ClosedForm> closed_form(const Eigen::MatrixXd& lengths, int dimens
 /// lengths, roll and pitch alone where cables pull) and, of points, from the lengths alone at
 /// several offsets, turned and mirrored to agree best with the file's pulleys.
 std::vector<FrameState> starts(const FrameProblem& problem);
+/// Pulleys drawn from what the robot file says of them, poses as they want them.
+FrameState drawn_start(const FrameProblem& problem, std::uint64_t draw);
 /// Offsets as the poses have them: means of reading − model.
 void settle_offsets(const FrameProblem& problem, FrameState& state);
 /// Poses of a platform that turns may sit in minima of their own that are not the best: each is
