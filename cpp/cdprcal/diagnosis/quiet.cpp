@@ -22,7 +22,7 @@ bool follow_directions(DiagnosisModel& model, const std::vector<Log>& logs) {
     for (std::size_t i = 0; i < run.measurements.size(); ++i) {
       Measurement& m = run.measurements[i];
       const SampleRange range = samples_of(samples, run.rows[i]);
-      if (is_moving(m) || m.moves() || range.size() < 1) continue;
+      if (is_moving(m) || range.size() < 1) continue;
       Measurement found = m;
       add_path(state, path, range, 0.0, found);
       m.length_direction = found.length_direction;

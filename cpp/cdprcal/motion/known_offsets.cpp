@@ -12,6 +12,7 @@ namespace {
 /// varies from rest to rest; as specified where too few rests show it.
 struct Bias {
   double offset = 0.0, variance = 0.0;
+  bool told = false;  ///< by rests
 };
 std::vector<Bias> biases(const Robot& robot, const Calibration& calibration) {
   constexpr double kFewest = 3.0;
@@ -35,9 +36,9 @@ std::vector<Bias> biases(const Robot& robot, const Calibration& calibration) {
   }
   for (std::size_t r = 0; r < labels.size(); ++r) {
     const double sigma = robot.sigma.*row_of(labels[r].channel).of().sigma;
-    const bool told = rests[r] >= kFewest;
+    out[r].told = rests[r] >= kFewest;
     out[r].variance =
-        told ? out[r].variance / (rests[r] - 1.0) * (1.0 + 1.0 / rests[r]) : sigma * sigma;
+        out[r].told ? out[r].variance / (rests[r] - 1.0) * (1.0 + 1.0 / rests[r]) : sigma * sigma;
   }
   return out;
 }
@@ -104,8 +105,14 @@ KnownOffsets known_offsets(const Calibration& calibration) {
   }
   const auto geometric = static_cast<Eigen::Index>(out.rows.size());
   const std::vector<RowLabel> inertial = inertial_rows();
+  const std::vector<Bias> bias = biases(robot, calibration);
+  const bool knows_up = std::ranges::any_of(out.rows, [](const KnownOffsets::Row& row) {
+    return row.label.channel == Channel::roll_pitch;
+  });
   for (std::size_t r = 0; r < inertial.size(); ++r) {
     if (!is_read(problem, inertial[r])) continue;
+    // A bias that no rests tell is an acceleration all the way: a force where there is none.
+    if (inertial[r].channel == Channel::specific_force && !bias[r].told && knows_up) continue;
     out.rows.push_back({inertial[r], static_cast<Eigen::Index>(r), false, true});
   }
   const auto count = static_cast<Eigen::Index>(out.rows.size());
@@ -118,7 +125,6 @@ KnownOffsets known_offsets(const Calibration& calibration) {
   }
   Eigen::Matrix<double, Eigen::Dynamic, 6> by_pose =
       Eigen::Matrix<double, Eigen::Dynamic, 6>::Zero(count, 6);
-  const std::vector<Bias> bias = biases(robot, calibration);
   for (Eigen::Index r = geometric; r < count; ++r) {
     const KnownOffsets::Row& row = out.rows[static_cast<std::size_t>(r)];
     const Bias& of = bias[static_cast<std::size_t>(row.reading)];
