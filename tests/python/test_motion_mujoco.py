@@ -158,6 +158,45 @@ def test_a_clean_log_that_never_rests_accuses_nobody(seed: int) -> None:
     assert found.verdict == cdprcal.Verdict.consistent
 
 
+@pytest.mark.parametrize("seed", [2, 4, 5])
+def test_the_noise_of_a_free_swing_is_no_hysteresis(seed: int) -> None:
+    """Where a swivel hardly turns, which way it does is a matter of its own noise."""
+    run = swing(mujoco, ROBOT, seed=seed, duration_s=15.0, haul_m=0.0)
+    found = cdprcal.diagnose(ROBOT, run.log, motion=True)
+    assert found.verdict == cdprcal.Verdict.consistent
+    assert not found.effects
+
+
+@pytest.mark.parametrize("seed", [1, 4])
+def test_the_bias_of_an_accelerometer_is_no_force(seed: int) -> None:
+    """No rest tells it; it is half of what the robot file says that it may be."""
+    place_m = np.array([0.05, -0.03, 0.1])
+    place = f"platform:\n  inertial_unit_m: {place_m.tolist()}\n"
+    robot = cdprcal.parse_robot(
+        cdprcal.to_yaml(ROBOT).replace("platform:\n", place, 1), "robot.yaml"
+    )
+    run = swing(mujoco, robot, seed=seed, duration_s=20.0, kick=0.15)
+    at_m = np.array([pose.position_m + pose.rotation @ place_m for pose in run.poses])
+    felt = np.gradient(np.gradient(at_m, run.log.time_s, axis=0), run.log.time_s, axis=0)
+    felt[:, 2] += robot.gravity_m_s2
+    specific = np.array([p.rotation.T @ f for p, f in zip(run.poses, felt, strict=True)])
+    noise = 0.1 * np.random.default_rng(seed).standard_normal(specific.shape)
+    log = cdprcal.Log(
+        time_s=run.log.time_s,
+        length_m=run.log.length_m,
+        swivel_rad=run.log.swivel_rad,
+        tension_N=run.log.tension_N,
+        roll_pitch_yaw_rad=run.log.roll_pitch_yaw_rad,
+        specific_force_m_s2=specific + noise + [0.1, -0.12, 0.05],
+    )
+    found = cdprcal.diagnose(robot, log, motion=True)
+    assert not found.effects
+    start = cdprcal.calibrate(robot, log, motion=True).result
+    error = cdprcal.minus(start.poses[0], run.poses[0])
+    assert np.all(np.abs(error) < 4.0 * start.standard_deviation)
+    assert np.all(start.standard_deviation[:3] < 1e-3)
+
+
 def test_the_command_diagnoses_it_and_repeats_itself(
     cli: Cli, hauled: Swing, tmp_path: Path
 ) -> None:
