@@ -116,6 +116,26 @@ def test_a_track_starts_in_motion_where_that_is_asked_for(
     assert (np.abs(found.position_m[:, 0] - track["x_m"]) < 0.1 * track["sigma_x_m"]).all()
 
 
+def test_a_platform_that_moves_in_a_plane_has_a_sigma_there_alone() -> None:
+    belts = cdprcal.load_robot("belts4")
+    plan = cdprcal.StartUpPlan(cdprcal.default_setpoints(belts, 2, 2, 1))
+    run = cdprcal.simulate_startup(
+        belts,
+        plan,
+        seed=5,
+        log_rate_Hz=20.0,
+        startup=cdprcal.StartUpOptions(wait_for_rest=False),
+    )
+    found = cdprcal.calibrate(belts, run.log, motion=True)
+    assert found.kinematic_poses > 10
+    sigma = found.result.standard_deviation
+    assert np.count_nonzero(sigma) == 2
+    assert (sigma[sigma > 0.0] < 0.01).all()
+    error = cdprcal.minus(found.result.poses[0], run.truth[0].pose)
+    assert (np.abs(error)[sigma > 0.0] < 4.0 * sigma[sigma > 0.0]).all()
+    assert cdprcal.track(belts, run.log, motion=True).trusted.any()
+
+
 def test_a_start_that_hardly_rests_is_told_so(cli: Cli, path: Path) -> None:
     words = "the start hardly rests: --motion also uses how it moves"
     assert words in cli("track", "irma4", path).stderr

@@ -197,6 +197,18 @@ def test_the_bias_of_an_accelerometer_is_no_force(seed: int) -> None:
     assert np.all(start.standard_deviation[:3] < 1e-3)
 
 
+@pytest.mark.parametrize(("seed", "duration_s"), [(2, 5.0), (802, 10.0)])
+def test_a_track_knows_angles_no_better_than_its_start_does(seed: int, duration_s: float) -> None:
+    """An AHRS that is askew by less than the log shows reads the same error at every sample."""
+    hidden = Hidden(misalignment_rad=np.array([0.005, -0.004, 0.0]))
+    run = swing(mujoco, ROBOT, hidden, seed=seed, duration_s=duration_s, kick=0.15)
+    track = cdprcal.track(ROBOT, run.log, motion=True)
+    assert track.trusted.all()
+    for i in range(0, len(track), 50):
+        error = cdprcal.minus(track[i].pose, run.poses[i])
+        assert np.all(np.abs(error) < 4.0 * np.sqrt(np.diag(track.pose_covariance[i])))
+
+
 def test_the_command_diagnoses_it_and_repeats_itself(
     cli: Cli, hauled: Swing, tmp_path: Path
 ) -> None:

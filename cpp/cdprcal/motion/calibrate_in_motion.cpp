@@ -243,18 +243,24 @@ double moments_a_reading(const InMotion& found) {
 /// in the directions in which the rests know as much alone. With the information J of rests and I −
 /// J of motion, both as counted, the errors' covariance is J + worth (I − J).
 Matrix6 widening(const CalibrationResult& together, const Calibration& plain, double worth) {
+  constexpr double kNone = 1e-14;  // of the largest variance: where the platform cannot move
   const std::optional<Matrix6>& alone = plain.result.covariance;
   if (!together.covariance) return Matrix6::Identity();
-  const Matrix6 root = together.covariance->llt().matrixL();
-  Matrix6 of_rests = Matrix6::Zero();
+  const Eigen::SelfAdjointEigenSolver<Matrix6> own(*together.covariance);
+  const auto count = (own.eigenvalues().array() > kNone * own.eigenvalues().maxCoeff()).count();
+  const Eigen::VectorXd sigma = own.eigenvalues().tail(count).cwiseSqrt();
+  const Eigen::MatrixXd directions = own.eigenvectors().rightCols(count);
+  const Eigen::MatrixXd root = directions * sigma.asDiagonal();
+  Eigen::MatrixXd of_rests = Eigen::MatrixXd::Zero(count, count);
   if (rests(plain) && alone && plain.result.status == CalibrationStatus::converged) {
-    of_rests = root.transpose() * alone->llt().solve(root);
+    of_rests = root.transpose() * alone->completeOrthogonalDecomposition().solve(root);
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(0.5 * (of_rests + of_rests.transpose()));
-  const Vector6 share = eigen.eigenvalues().cwiseMax(0.0).cwiseMin(1.0);
-  const Vector6 scale = (worth - (worth - 1.0) * share.array()).sqrt();
-  const Matrix6 axes = root * eigen.eigenvectors();
-  return axes * scale.asDiagonal() * axes.inverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 *
+                                                             (of_rests + of_rests.transpose()));
+  const Eigen::VectorXd share = eigen.eigenvalues().cwiseMax(0.0).cwiseMin(1.0);
+  const Eigen::VectorXd scale = (worth - (worth - 1.0) * share.array()).sqrt();
+  return root * eigen.eigenvectors() * scale.asDiagonal() * eigen.eigenvectors().transpose() *
+         sigma.cwiseInverse().asDiagonal() * directions.transpose();
 }
 
 /// Of a model that misfits, with and without all effects at their typical size. Errors of motion

@@ -143,6 +143,15 @@ KnownOffsets known_offsets(const Calibration& calibration) {
       // Between the mean of all poses' errors and the reference's own.
       const double sigma = of.sigma(problem.measurements.front().samples);
       out.covariance(r, r) = 2.0 * sigma * sigma / (poses[row.reading] + 1.0);
+    } else {
+      // An absolute reading agrees with ζ0: by what that is known worse than the reading's noise
+      // says, the reading may be off, too (an AHRS that is mounted askew).
+      const double sigma = of.sigma(problem.measurements.front());
+      const double all = at.by_pose.row(row.reading) * *result.covariance *
+                         at.by_pose.row(row.reading).transpose();
+      if (all > sigma * sigma) {
+        by_pose.row(r) = std::sqrt(1.0 - sigma * sigma / all) * at.by_pose.row(row.reading);
+      }
     }
     out.covariance(r, r) += of.pose * of.pose;
     out.sample_variance[r] = sample_variance(calibration, channel, specified[channel].pose);

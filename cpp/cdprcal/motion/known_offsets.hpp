@@ -25,7 +25,8 @@ struct KnownOffsets {
 
 /// Of a calibration that converged. An offset is what the reference reads less what the model says
 /// at ζ0: as uncertain as ζ0, and by the noise of the reference, which the other poses average
-/// out. Readings do not change it any more: those of the run are in it already.
+/// out. Readings do not change it any more: those of the run are in it already. An absolute reading
+/// may be off by what ζ0 is known worse than its noise says.
 /// Throws InputError where the calibration has no pose that can be trusted.
 KnownOffsets known_offsets(const Calibration& calibration);
 
