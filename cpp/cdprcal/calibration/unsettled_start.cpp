@@ -18,7 +18,7 @@ struct Change {
   [[nodiscard]] double all() const { return explained + left; }
   [[nodiscard]] int freedom() const { return explained_freedom + left_freedom; }
 };
-/// `e`: of the initial pose. `signals`: of the run, which begins at `begin_s`.
+/// `e`: of the initial pose. `signals`: of the run, as they come once filters have run in.
 Change change_between(const Log& log, Eigen::Index first, const SampleRange& later,
                       const PoseEvaluation& e, const Signals& signals) {
   std::vector<double> changes;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "cdprcal/effects/moved_pulleys.hpp"
 #include "cdprcal/frame/gauge.hpp"
 #include "cdprcal/kinematics/obstruction.hpp"
 
@@ -260,13 +261,13 @@ void hold_unshown(const FrameProblem& problem, const Knowledge& known, FrameStat
   for (int k = 0; k < kTimes; ++k) {
     const Robot robot = moved(problem, state.values);
     const Eigen::VectorXd motion = -known.unshown * state.values.head(known.unshown.cols());
-    Vector3 shift = Vector3::Zero(), turn = Vector3::Zero(), middle = Vector3::Zero();
+    const Vector3 middle = middle_of_pulleys(robot);
+    Vector3 shift = Vector3::Zero(), turn = Vector3::Zero();
     for (int axis = 0; axis < u.axis_count; ++axis) shift += motion[axis] * u.axes.col(axis);
     const auto turns = motion.size() - u.axis_count;
     for (Eigen::Index about = 0; about < turns; ++about) {
       turn += motion[u.axis_count + about] * u.axes.col(turns == 1 ? 2 : about);
     }
-    for (const Cable& cable : robot.cables) middle += cable.pulley.position_m / u.cables;
     const Eigen::Quaterniond rotation = exp_so3(turn);
     const auto there = [&](const Vector3& at) -> Vector3 {
       return middle + shift + rotation * (at - middle);

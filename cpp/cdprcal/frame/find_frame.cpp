@@ -225,6 +225,50 @@ double alike_m(const FrameProblem& problem, const Minima& found, double sigma_m,
   return most;
 }
 
+/// Whether the frame can be trusted, and why not. `all`: the problem with all poses.
+void judge(const Solved& s, const FrameProblem& all, const Minima& found, int max_iterations,
+           FrameResult& out) {
+  const double freedom = static_cast<double>(s.information.freedom.sum());
+  const double worst = out.covariance.diagonal().cwiseMax(0.0).cwiseSqrt().maxCoeff();
+  if (freedom < s.known.parameters + 1.0) {
+    out.status = FrameStatus::unobservable;
+    out.reason = "these poses do not determine the frame: they hold no more readings than unknowns";
+  } else if (!(worst < kKnown * robot_size_m(out.corrected))) {
+    out.status = FrameStatus::unobservable;
+    out.reason = "these poses do not determine the frame: a pulley is known to " +
+                 std::to_string(std::lround(std::min(1e5, 1e3 * worst))) + " mm only";
+  } else if (const std::string sides = sides_in_words(s, out.noise_m); !sides.empty()) {
+    out.status = FrameStatus::unobservable;
+    out.reason = sides;
+  } else if (!s.state.settled) {
+    out.reason = "the steps did not settle";
+  } else if (const double apart = alike_m(all, found, worst, max_iterations); apart > 0.0) {
+    out.status = FrameStatus::unobservable;
+    out.reason = "these poses do not determine the frame: another one, with two pulleys " +
+                 std::to_string(std::lround(1e3 * apart)) +
+                 " mm closer or farther apart, fits as well; add readings of the attitude, or give "
+                 "position_m and position_sigma_m of more pulleys";
+  } else if (!found.is_sure()) {
+    out.reason = std::to_string(found.starts) + " frames that the robot file allows end in " +
+                 std::to_string(found.each.size()) +
+                 " different ones, and a better one may be missing: give better position_m, or add "
+                 "readings of the attitude";
+  } else if (const auto pushed = cables_push(s); pushed > 0) {
+    out.reason = "at " + std::to_string(pushed) + " of " + std::to_string(s.state.poses.size()) +
+                 " poses the cables would have to push: give pulleys better position_m, or more "
+                 "readings";
+  } else if (const auto wrong = contradicted(s, max_iterations); !wrong.empty()) {
+    out.reason = in_words(wrong);
+  } else if (const std::string why = beyond_any_noise(s, out.noise_m, out.left_out.size());
+             !why.empty()) {
+    out.reason = why;
+  } else {
+    out.held_out_rms_m = held_out_rms(s, max_iterations);
+    out.status = FrameStatus::converged;
+    out.reason = "the lengths at " + std::to_string(s.problem.poses.size()) + " poses agree";
+  }
+}
+
 void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& options,
                  FrameResult& out) {
   Solved s;
@@ -268,45 +312,7 @@ void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& optio
   all.untold_stretch = s.problem.untold_stretch;
   fill(s, out);
   fill_texts(s, std::max(kEnough * out.noise_m, kLeastEnough_m), out);
-  const double freedom = static_cast<double>(s.information.freedom.sum());
-  const double worst = out.covariance.diagonal().cwiseMax(0.0).cwiseSqrt().maxCoeff();
-  if (freedom < s.known.parameters + 1.0) {
-    out.status = FrameStatus::unobservable;
-    out.reason = "these poses do not determine the frame: they hold no more readings than unknowns";
-  } else if (!(worst < kKnown * robot_size_m(out.corrected))) {
-    out.status = FrameStatus::unobservable;
-    out.reason = "these poses do not determine the frame: a pulley is known to " +
-                 std::to_string(std::lround(std::min(1e5, 1e3 * worst))) + " mm only";
-  } else if (const std::string sides = sides_in_words(s, out.noise_m); !sides.empty()) {
-    out.status = FrameStatus::unobservable;
-    out.reason = sides;
-  } else if (!s.state.settled) {
-    out.reason = "the steps did not settle";
-  } else if (const double apart = alike_m(all, found, worst, options.max_iterations); apart > 0.0) {
-    out.status = FrameStatus::unobservable;
-    out.reason = "these poses do not determine the frame: another one, with two pulleys " +
-                 std::to_string(std::lround(1e3 * apart)) +
-                 " mm closer or farther apart, fits as well; add readings of the attitude, or give "
-                 "position_m and position_sigma_m of more pulleys";
-  } else if (!found.is_sure()) {
-    out.reason = std::to_string(found.starts) + " frames that the robot file allows end in " +
-                 std::to_string(found.each.size()) +
-                 " different ones, and a better one may be missing: give better position_m, or add "
-                 "readings of the attitude";
-  } else if (const auto pushed = cables_push(s); pushed > 0) {
-    out.reason = "at " + std::to_string(pushed) + " of " + std::to_string(s.state.poses.size()) +
-                 " poses the cables would have to push: give pulleys better position_m, or more "
-                 "readings";
-  } else if (const auto wrong = contradicted(s, options.max_iterations); !wrong.empty()) {
-    out.reason = in_words(wrong);
-  } else if (const std::string why = beyond_any_noise(s, out.noise_m, out.left_out.size());
-             !why.empty()) {
-    out.reason = why;
-  } else {
-    out.held_out_rms_m = held_out_rms(s, options.max_iterations);
-    out.status = FrameStatus::converged;
-    out.reason = "the lengths at " + std::to_string(s.problem.poses.size()) + " poses agree";
-  }
+  judge(s, all, found, options.max_iterations, out);
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "cdprcal/effects/moved_pulleys.hpp"
+
 namespace cdprcal::detail {
 namespace {
 
@@ -65,10 +67,7 @@ Matrix3 reference_axes(const Robot& robot, const std::vector<int>& reference) {
 
 Eigen::MatrixXd rigid_motions(const FrameUnknowns& u, const Robot& robot) {
   const bool flat = u.axis_count == 2;
-  Vector3 middle = Vector3::Zero();
-  for (const Cable& cable : robot.cables) {
-    middle += cable.pulley.position_m / u.cables;
-  }
+  const Vector3 middle = middle_of_pulleys(robot);
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(u.axis_count * u.cables, flat ? 3 : 6);
   for (int i = 0; i < u.cables; ++i) {
     const Vector3 arm = robot.cables[static_cast<std::size_t>(i)].pulley.position_m - middle;

@@ -7,6 +7,7 @@
 #include <array>
 #include <limits>
 
+#include "cdprcal/effects/moved_pulleys.hpp"
 #include "cdprcal/frame/mirror.hpp"
 #include "cdprcal/synthetic/synthetic.hpp"
 
@@ -26,9 +27,9 @@ constexpr double kBetter = 1e-3;
 
 /// Where settle_pose looks for a pose: the middle of the pulleys, and around it.
 std::vector<Pose> places(const FrameProblem& problem, const Robot& robot) {
-  Vector3 middle = Vector3::Zero(), low = robot.cables[0].pulley.position_m, high = low;
+  Vector3 middle = middle_of_pulleys(robot);
+  Vector3 low = robot.cables[0].pulley.position_m, high = low;
   for (const Cable& cable : robot.cables) {
-    middle += cable.pulley.position_m / robot.cable_count();
     low = low.cwiseMin(cable.pulley.position_m);
     high = high.cwiseMax(cable.pulley.position_m);
   }
