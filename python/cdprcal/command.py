@@ -16,6 +16,7 @@ import typer
 from cdprcal.completion import effect_file_names, robot_names
 from cdprcal.interrupt import INTERRUPTED as INTERRUPTED
 from cdprcal.interrupt import loaded, stopping
+from cdprcal.letters import readable
 
 if TYPE_CHECKING:
     from cdprcal import _core
@@ -144,8 +145,6 @@ def _fail_with(error: Exception) -> NoReturn:
 def fail(message: str, code: int = WRONG_USE) -> NoReturn:
     """Ends the command with one message on stderr."""
     line = "".join(c if c.isprintable() else " " for c in message.strip())
-    from cdprcal.terminal import readable
-
     typer.echo(f"cdprcal: {readable(line)}", err=True)
     raise typer.Exit(code)
 

@@ -6,7 +6,6 @@ width needs, and where the locale is not one of Unicode its letters are written 
 
 from __future__ import annotations
 
-import locale
 import math
 import os
 import re
@@ -21,30 +20,8 @@ from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table as RichTable
 from rich.text import Text
 
-#: What is written for a letter that an ASCII terminal lacks; None of them is left out.
-_ASCII = {
-    "±": "+-",
-    "°": " deg",
-    "σ": "sigma",
-    "τ": "tau",
-    "ε": "eps",
-    "μ": "mu",
-    "χ": "chi",
-    "Δ": "delta",
-    "×": "x",
-    "·": "*",
-    "²": "2",
-    "³": "3",
-    "–": "-",
-    "\N{MINUS SIGN}": "-",
-    "…": "...",
-    "→": "->",
-    "≤": "<=",
-    "≥": ">=",
-    "′": "'",
-    "é": "e",
-}
-_TO_ASCII = str.maketrans(_ASCII)
+from cdprcal.letters import readable, speaks_unicode
+
 _MOST_DECIMALS = 6  # of a number without an exponent
 _GAP = 2  # columns of blanks between two of a table
 
@@ -69,19 +46,6 @@ def _console(*, stderr: bool) -> Console:
     return console
 
 
-def speaks_unicode() -> bool:
-    """Whether the locale does; POSIX's own (``LANG=C``) promises ASCII alone."""
-    chosen = next(filter(None, map(os.environ.get, ("LC_ALL", "LC_CTYPE", "LANG"))), "C")
-    if chosen in ("C", "POSIX"):
-        return False
-    return "utf" in (chosen + locale.getpreferredencoding(False)).lower()
-
-
-def readable(text: str) -> str:
-    """The text as the locale can show it: µ, ±, σ and the like in ASCII where it must be."""
-    return text if speaks_unicode() else text.translate(_TO_ASCII)
-
-
 def as_typed(*words: object) -> str:
     """A command of cdprcal as a shell takes it: names with blanks are quoted."""
     return shlex.join(["cdprcal", *(str(word) for word in words)])
@@ -104,7 +68,7 @@ def _plain(text: Text) -> Text:
     plain = Text()
     for part in parts:
         style = part.spans[0].style if part.spans else text.style
-        plain.append(part.plain.translate(_TO_ASCII), style)
+        plain.append(readable(part.plain), style)
     return plain
 
 

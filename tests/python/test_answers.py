@@ -14,8 +14,9 @@ from rich.console import Console
 
 import cdprcal
 from cdprcal.findings import Finding
+from cdprcal.letters import readable
 from cdprcal.tables import print_findings
-from cdprcal.terminal import Table, answers, readable, summed_up
+from cdprcal.terminal import Table, answers, summed_up
 
 STORED = Path(__file__).parent / "answers"
 

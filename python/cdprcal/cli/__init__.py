@@ -33,32 +33,27 @@ from cdprcal.cli import (
     track,
     workspace,
 )
+from cdprcal.letters import readable
 
 
 class _Command(TyperCommand):
     """One whose help can be read in every locale."""
 
     def get_help(self, ctx: Any) -> str:
-        return _readable(super().get_help(ctx))
+        return readable(super().get_help(ctx))
 
     def get_usage(self, ctx: Any) -> str:
-        return _readable(super().get_usage(ctx))
+        return readable(super().get_usage(ctx))
 
 
 class _Group(TyperGroup):
     """All commands: as each of them."""
 
     def get_help(self, ctx: Any) -> str:
-        return _readable(super().get_help(ctx))
+        return readable(super().get_help(ctx))
 
     def get_usage(self, ctx: Any) -> str:
-        return _readable(super().get_usage(ctx))
-
-
-def _readable(text: str) -> str:
-    from cdprcal.terminal import readable
-
-    return readable(text)
+        return readable(super().get_usage(ctx))
 
 
 #: Name → function, example and what ``cdprcal --help`` says of it, in its order.
