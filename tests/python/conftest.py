@@ -110,6 +110,18 @@ def changed(log: cdprcal.Log, **arrays: object) -> cdprcal.Log:
     return cdprcal.Log(**(kept | arrays), source="changed")
 
 
+def samples_of(log: cdprcal.Log) -> Iterator[cdprcal.RobotSample]:
+    """As they come from a robot."""
+    for row, time_s in enumerate(log.time_s.tolist()):
+        yield cdprcal.RobotSample(
+            time_s=time_s,
+            length_m=log.length_m[row],
+            swivel_rad=log.swivel_rad[row],
+            tension_N=log.tension_N[row],
+            roll_pitch_yaw_rad=log.roll_pitch_yaw_rad[row],
+        )
+
+
 def raw_text(log: cdprcal.Log) -> str:
     """A log as the robot would write it: one line a cable, one for the attitude in degrees."""
     lines = []

@@ -267,3 +267,18 @@ def swivels(robot: cdprcal.Robot, pose: cdprcal.Pose) -> Array:
             for cable, to in zip(robot.cables, to_m, strict=True)
         ]
     )
+
+
+def late(run: Swing, rows: int) -> Swing:
+    """As logged by a program to which the attitude comes so many rows late."""
+    log = run.log
+    return Swing(
+        cdprcal.Log(
+            time_s=log.time_s[rows:],
+            length_m=log.length_m[rows:],
+            swivel_rad=log.swivel_rad[rows:],
+            tension_N=log.tension_N[rows:],
+            roll_pitch_yaw_rad=log.roll_pitch_yaw_rad[:-rows],
+        ),
+        run.poses[rows:],
+    )

@@ -11,8 +11,8 @@ import pytest
 
 import cdprcal
 from cdprcal import _core
-from conftest import Ran
-from mujoco_swing import MISREAD, Hidden, Swing, misread, swing
+from conftest import Ran, samples_of
+from mujoco_swing import MISREAD, Hidden, Swing, late, misread, swing
 from robots import polygon_robot
 
 mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed (the test extra has it)")
@@ -195,6 +195,52 @@ def test_the_bias_of_an_accelerometer_is_no_force(seed: int) -> None:
     error = cdprcal.minus(start.poses[0], run.poses[0])
     assert np.all(np.abs(error) < 4.0 * start.standard_deviation)
     assert np.all(start.standard_deviation[:3] < 1e-3)
+
+
+@pytest.mark.parametrize(("seed", "rows"), [(1, 6), (2, 10)])
+def test_an_attitude_that_comes_late_is_read_when_it_comes(seed: int, rows: int) -> None:
+    """By up to half a period of the swing over six: its rate alone does not say where it was."""
+    run = late(swing(mujoco, ROBOT, seed=seed, duration_s=15.0), rows)
+    start = cdprcal.calibrate(ROBOT, run.log, motion=True).result
+    assert "sensor_delay" in start.reason
+    error = cdprcal.minus(start.poses[0], run.poses[0])
+    assert np.all(np.abs(error) < 4.0 * start.standard_deviation)
+    found = cdprcal.diagnose(ROBOT, run.log, motion=True)
+    assert [effect.info.name for effect in found.effects] == ["sensor_delay"]
+    assert found.effects[0].values[0] == pytest.approx(0.01 * rows, abs=0.02)
+    error = cdprcal.minus(found.initial_pose_after, run.poses[0])
+    assert np.all(np.abs(error) < 4.0 * np.sqrt(np.diag(found.covariance_after)))
+
+
+def test_a_known_delay_is_tracked_from_the_first_sample_on() -> None:
+    """In motion. As the samples come, nothing is read ahead, and the rate is not known at first."""
+    rows = 8
+    run = late(swing(mujoco, ROBOT, seed=2, duration_s=10.0), rows)
+    known = f"effects: [{{name: sensor_delay, delay_s: {0.01 * rows}}}]\n"
+    robot = cdprcal.parse_robot(cdprcal.to_yaml(ROBOT) + known, "robot.yaml")
+    track = cdprcal.track(robot, run.log, motion=True)
+    assert track.trusted.all()
+    tracker = cdprcal.Tracker(cdprcal.calibrate(robot, run.log, motion=True))
+    streamed = samples_of(run.log)
+    for i, pose in enumerate(run.poses):
+        samples = [track[i]]
+        if i < 10:
+            samples.append(tracker.add(next(streamed)))
+        for now in samples:
+            error = cdprcal.minus(now.pose, pose)
+            assert np.all(np.abs(error) < 4.0 * np.sqrt(np.diag(now.pose_covariance)))
+
+
+@pytest.mark.parametrize(("cables", "seed"), [(3, 4), (3, 6), (4, 2)])
+def test_a_track_that_begins_in_motion_is_as_good_from_the_start(cables: int, seed: int) -> None:
+    """How the platform swings is not known then: neither its twist nor how that changes."""
+    robot = polygon_robot(cables, pulley_radius_m=0.0)
+    run = swing(mujoco, robot, seed=seed, duration_s=6.0, haul_m=0.0, kick=0.6)
+    track = cdprcal.track(robot, run.log, motion=True)
+    assert track.trusted.all()
+    for i in range(50):
+        error = cdprcal.minus(track[i].pose, run.poses[i])
+        assert np.all(np.abs(error) < 3.0 * np.sqrt(np.diag(track.pose_covariance[i])))
 
 
 @pytest.mark.parametrize(("seed", "duration_s"), [(2, 5.0), (802, 10.0)])

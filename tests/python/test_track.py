@@ -6,7 +6,7 @@ import doctest
 import json
 import re
 import shlex
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from cdprcal.pictures import new_figure
 from cdprcal.ros2 import save_track_bag
 from cdprcal.tracking import columns_of_track, track_as_dict
 from cdprcal.tracking.pictures import draw_track
-from conftest import Ran, changed
+from conftest import Ran, changed, samples_of
 from test_cli_bad_input import assert_refused
 from test_schemas import validate
 
@@ -63,17 +63,6 @@ def slipped(log: cdprcal.Log, begin: int, end: int | None = None) -> cdprcal.Log
     length_m = log.length_m.copy()
     length_m[begin:end, 0] += 0.02
     return changed(log, length_m=length_m)
-
-
-def samples_of(log: cdprcal.Log) -> Iterator[cdprcal.RobotSample]:
-    for row, time_s in enumerate(log.time_s.tolist()):
-        yield cdprcal.RobotSample(
-            time_s=time_s,
-            length_m=log.length_m[row],
-            swivel_rad=log.swivel_rad[row],
-            tension_N=log.tension_N[row],
-            roll_pitch_yaw_rad=log.roll_pitch_yaw_rad[row],
-        )
 
 
 def test_the_arrays_are_the_samples(track: cdprcal.Track, run: cdprcal.StartUpRun) -> None:

@@ -26,12 +26,17 @@ from cdprcal import _core
 from cdprcal.studies import add_worker_options, spread, workers_of
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
-from mujoco_swing import MISREAD, Hidden, misread, swing
+from mujoco_swing import MISREAD, Hidden, late, misread, swing
 from robots import polygon_robot
 
 #: When a hand pushes those that are pushed.
 PUSHED_S = ((4.0, 7.0), (12.0, 15.0))
-HIDDEN = ("none", "mass", "load_cell_bias", "centre_of_mass", "ahrs_misalignment", *MISREAD)
+#: Rows by which the attitude comes late: 80 ms.
+LATE_ROWS = 8
+HIDDEN = (
+    "none", "mass", "load_cell_bias", "centre_of_mass", "ahrs_misalignment", "sensor_delay",
+    *MISREAD,
+)  # fmt: skip
 
 
 def hidden_of(name: str, cables: int) -> Hidden:
@@ -53,6 +58,8 @@ def diagnosed(cables: int, name: str, seed: int) -> tuple[str, float, float] | N
         run = swing(mujoco, robot, hidden_of(name, cables), seed=seed, duration_s=20.0, kick=0.15)
     except AssertionError:
         return None
+    if name == "sensor_delay":
+        run = late(run, LATE_ROWS)
     log = misread(run, name) if name in MISREAD else run.log
     found = cdprcal.diagnose(robot, log, motion=True)
     names = [effect.info.name for effect in found.effects]

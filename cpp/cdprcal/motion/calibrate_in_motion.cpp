@@ -15,6 +15,7 @@
 #include "cdprcal/evidence/scan.hpp"
 #include "cdprcal/motion/geometric_readings.hpp"
 #include "cdprcal/motion/known_offsets.hpp"
+#include "cdprcal/motion/late_attitude.hpp"
 #include "cdprcal/motion/locked.hpp"
 #include "cdprcal/motion/middle_readings.hpp"
 #include "cdprcal/motion/smoothed.hpp"
@@ -39,6 +40,13 @@ constexpr std::size_t kFewRests = 2;
 constexpr int kTurns = 3;
 /// Late readings and the path that shows how late they are settle in so many rounds more.
 constexpr int kLateRounds = 2;
+/// The path has settled once a round moves the initial pose by less, in σ; so many rounds more are
+/// tried for it.
+constexpr double kSettled = 0.1;
+constexpr int kSettlingRounds = 4;
+/// Of σ: what is late beside the poses is said where it is clear, as many effects are looked at in
+/// as many runs; a path is tried with what may be, which shows far better once the path is right.
+constexpr double kClear = 4.0, kHint = 2.0;
 
 bool rests(const Calibration& calibration) {
   return calibration.equilibria.size() >= kFewRests && !calibration.result.poses.empty();
@@ -136,13 +144,33 @@ SampleRange rows_around(const Log& log, const SampleRange& run, Eigen::Index row
   return out;
 }
 
+/// What the twist makes of lengths and attitude; and the attitude that was read ahead as one that
+/// comes late by the first term alone, which is what effects of its rate take it for.
+void take_rates(const GeometricReadings& at, const Vector6& twist, double ahead_s, Measurement& m) {
+  m.length_rate_m_s = at.model.length_by_twist * twist;
+  m.attitude_rate_rad_s = at.model.attitude_by_twist * twist;
+  m.roll_pitch_yaw_rad -= ahead_s * m.attitude_rate_rad_s;
+}
+
+/// The first sample of a run that begins in motion.
+void begin_in_motion(const LateAttitudes& read, const SmoothedSample& begin, const Robot& robot,
+                     Measurement& first) {
+  GeometricReadings model;
+  if (!evaluate(robot, {}, first, begin.state.pose, model)) return;
+  first.roll_pitch_yaw_rad =
+      measurement_at(read.run.log, read.run.rows.begin, first.kind, robot.cable_count())
+          .roll_pitch_yaw_rad;
+  take_rates(model, begin.state.twist, read.ahead_s, first);
+}
+
 /// The moments of motion beside the rests of a calibration: measurements and guesses are appended;
 /// how many.
 std::size_t add_moments(const Calibration& start, const MovingRun& moving, const Beside& beside,
-                        const std::vector<SmoothedSample>& path, const std::vector<Push>& pushed,
-                        CalibrationProblem& problem, std::vector<Pose>& guess) {
+                        const LateAttitudes& read, const std::vector<SmoothedSample>& path,
+                        const std::vector<Push>& pushed, CalibrationProblem& problem,
+                        std::vector<Pose>& guess) {
   const Robot& robot = problem.robot;
-  const CorrectedRun& run = moving.corrected;
+  const CorrectedRun& run = read.run;
   const Log& log = run.log;
   const std::size_t middle = start.problem.measurements.size() / 2;
   const double half_s = smoothing_half_s(robot, start.result.poses[middle],
@@ -171,11 +199,11 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving, const
     }
     // Tensions that nothing reads are found from the balance of their own moment.
     const bool alone = !stretches || is_partly_read(log, row);
-    std::optional<Measurement> read =
+    std::optional<Measurement> about =
         alone ? middle_reading(log, run.rows, row, half_s, robot.cable_count())
               : stretches->about(row);
-    if (!read) continue;
-    Measurement& m = *read;
+    if (!about) continue;
+    Measurement& m = *about;
     add_path(
         moving.directions, log,
         alone ? SampleRange{row, row + 1} : rows_around(log, run.rows, row, stretches->half_s()),
@@ -187,8 +215,7 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving, const
       m.acceleration = state.acceleration;
       m.inertial_sigma = inertial_sigma(robot, sample);
     }
-    m.length_rate_m_s = model.model.length_by_twist * m.twist;
-    m.attitude_rate_rad_s = model.model.attitude_by_twist * m.twist;
+    take_rates(model, m.twist, read.ahead_s, m);
     m.balance_counts = !is_pushed(pushed, time_s, 0.5 * each_s);
     last_s = time_s;
     problem.measurements.push_back(std::move(m));
@@ -282,8 +309,8 @@ void average_with(const CalibrationResult& fitted, CalibrationResult& allowed) {
 }
 
 /// What is found beside the poses, by a calibration in motion: all of it at once, the poses free.
-Beside found_beside(const InMotion& found, const MovingRun& moving) {
-  constexpr double kClear = 4.0;  // of σ: as many effects are looked at, in as many runs
+/// What is late where it is so by `clear` σ.
+Beside found_beside(const InMotion& found, const MovingRun& moving, double clear) {
   DiagnosisModel model = model_of(found.calibration);
   model.runs.front().known = moving.effects;
   model.effects.push_back({damping(), found.beside.damping_1_s});
@@ -303,7 +330,7 @@ Beside found_beside(const InMotion& found, const MovingRun& moving) {
     const EffectValues& of = model.effects[k].values;
     begin -= of.size();
     const double z = of.cwiseQuotient(sigma.segment(begin, of.size())).cwiseAbs().maxCoeff();
-    if (!(z > kClear)) model.effects.erase(model.effects.begin() + static_cast<std::ptrdiff_t>(k));
+    if (!(z > clear)) model.effects.erase(model.effects.begin() + static_cast<std::ptrdiff_t>(k));
   }
   if (model.effects.size() < before && !fit_with_noise(model)) return found.beside;
   Beside out;
@@ -315,7 +342,8 @@ Beside found_beside(const InMotion& found, const MovingRun& moving) {
 }
 
 /// The rests of a calibration and the moments of motion between them, solved together.
-InMotion with_motion(const Calibration& start, const MovingRun& moving, const Beside& beside = {}) {
+InMotion with_motion(const Calibration& start, const MovingRun& moving, double clear = kHint,
+                     const Beside& beside = {}) {
   const CalibrateOptions& options = moving.options.calibrate;
   const std::vector<SmoothedSample> path = smoothed(start, moving.corrected, kRestless);
   InMotion out;
@@ -334,9 +362,14 @@ InMotion with_motion(const Calibration& start, const MovingRun& moving, const Be
     problem.measurements.push_back(m);
     guess.push_back(start.result.poses[i]);
   }
+  const LateAttitudes read(start, moving.corrected);
+  Measurement& first = problem.measurements.front();
+  if (first.kind == PoseKind::kinematic_pose) {
+    begin_in_motion(read, path.front(), problem.robot, first);
+  }
   out.calibration.static_poses = static_cast<int>(problem.measurements.size());
   const std::size_t moments =
-      add_moments(start, moving, beside, path, moving.pushed, problem, guess);
+      add_moments(start, moving, beside, read, path, moving.pushed, problem, guess);
   out.calibration.kinematic_poses = static_cast<int>(moments);
   problem.noise.reset();
   const Signal& tension = start.signals[static_cast<std::size_t>(Channel::balance)];
@@ -347,7 +380,7 @@ InMotion with_motion(const Calibration& start, const MovingRun& moving, const Be
     result = solve(problem, guess, options.solve);
     if (!converged(out) || !std::isfinite(result.residual_rms.wrench_force_N)) break;
     guess = result.poses;
-    if (turn + 1 < kTurns) out.beside = found_beside(out, moving);
+    if (turn + 1 < kTurns) out.beside = found_beside(out, moving, clear);
   }
   Refinement refined = refine(problem, result, start.signals, options.solve, options.refine);
   problem = std::move(refined.problem);
@@ -364,37 +397,66 @@ Calibration next_start(const InMotion& found, const MovingRun& moving, const Bes
   return start;
 }
 
-/// From a calibration without motion, or from what swings hang about; nothing where there is
-/// neither.
-std::optional<InMotion> rests_and_motion(const Calibration& plain, const Log& log,
-                                         const MovingRun& moving) {
-  std::optional<InMotion> found;
-  const auto take = [&](InMotion next) {
-    if (!found || std::pair(!converged(next), next.calibration.result.cost) <
-                      std::pair(!converged(*found), found->calibration.result.cost)) {
-      found = std::move(next);
-    }
+/// By how much a round has moved the initial pose; zero where it has settled.
+Vector6 moved(const CalibrationResult& before, const CalibrationResult& after) {
+  const Vector6 by = minus(after.poses.front(), before.poses.front());
+  if (!after.covariance) return Vector6::Zero();
+  constexpr double kNothing = 1e-9;  // m, rad: where the platform cannot move
+  const Vector6 little = (kSettled * after.covariance->diagonal().cwiseSqrt()).array() + kNothing;
+  return (by.cwiseAbs().array() > little.array()).any() ? by : Vector6(Vector6::Zero());
+}
+
+/// Round after round, each with the path of the last, until that has settled. What the first round
+/// says, not converged, where none holds what `first` does.
+InMotion settled(const InMotion& first, const MovingRun& moving, int round) {
+  InMotion found = first;
+  bool holds = false;
+  const auto rounds = [&] {
+    return moving.options.rounds + (found.beside.late.empty() ? 0 : kLateRounds);
   };
-  if (rests(plain) || plain.result.status == CalibrationStatus::converged) {
-    take(with_motion(as_start(plain), moving));
-  }
-  const bool begun = found && (rests(plain) || converged(*found));
-  if (!begun) {  // nothing to start from, or what the fit runs away from
-    for (const Calibration& start :
-         swinging_starts(plain.problem.robot, log, moving.corrected, moving.options.calibrate)) {
-      take(with_motion(start, moving));
+  const auto goes_on = [&] {
+    return round < rounds() || (!found.moved.isZero() && round < rounds() + kSettlingRounds);
+  };
+  for (; goes_on() && !found.calibration.result.poses.empty(); ++round) {
+    const double clear = round + 1 < rounds() ? kHint : kClear;
+    const Beside beside = found_beside(found, moving, clear);
+    InMotion next = with_motion(next_start(found, moving, beside), moving, clear, beside);
+    if (converged(next) || next.calibration.result.cost < found.calibration.result.cost) {
+      next.moved = moved(found.calibration.result, next.calibration.result);
+      found = std::move(next);
+      holds = true;
+    } else if (clear == kClear) {
+      return holds ? found : next;
+    } else {
+      round = rounds() - 2;  // then what is clear alone
     }
-  }
-  for (int round = begun ? 1 : 0;
-       found && round < moving.options.rounds + (found->beside.late.empty() ? 0 : kLateRounds);
-       ++round) {
-    if (found->calibration.result.poses.empty()) break;
-    const Beside beside = found_beside(*found, moving);
-    InMotion next = with_motion(next_start(*found, moving, beside), moving, beside);
-    if (!converged(next) && !(next.calibration.result.cost < found->calibration.result.cost)) break;
-    found = std::move(next);
   }
   return found;
+}
+
+/// From a calibration without motion, or from what swings hang about where there is none, or what
+/// the fit runs away from; nothing where there is neither.
+std::optional<InMotion> rests_and_motion(const Calibration& plain, const Log& log,
+                                         const MovingRun& moving) {
+  if (rests(plain) || plain.result.status == CalibrationStatus::converged) {
+    const InMotion first = with_motion(as_start(plain), moving);
+    if (rests(plain) || converged(first)) {
+      const InMotion found = settled(first, moving, 1);
+      if (converged(found)) return found;
+      if (rests(plain)) return first;
+    }
+  }
+  std::optional<InMotion> best;
+  for (const Calibration& start :
+       swinging_starts(plain.problem.robot, log, moving.corrected, moving.options.calibrate)) {
+    InMotion next = with_motion(start, moving);
+    if (!best || std::pair(!converged(next), next.calibration.result.cost) <
+                     std::pair(!converged(*best), best->calibration.result.cost)) {
+      best = std::move(next);
+    }
+  }
+  if (best) best = settled(*best, moving, 0);
+  return best;
 }
 
 /// "sensor_delay delay_s = 0.0137".
@@ -468,7 +530,8 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   const double worth = found->moments_a_reading = moments_a_reading(*found);
   if (result.covariance) {
     const Matrix6 widened = widening(result, plain, worth);
-    *result.covariance = widened * *result.covariance * widened.transpose();
+    *result.covariance = widened * *result.covariance * widened.transpose() +
+                         found->moved * found->moved.transpose();
     result.standard_deviation = result.covariance->diagonal().cwiseSqrt();
   }
   const CalibrationResult fitted = result;

@@ -39,6 +39,9 @@ struct InMotion {
   Calibration calibration;
   bool in_motion = false;  ///< whether it is that of rests and motion
   Beside beside;
+  /// What the last round moved the initial pose by: position [m], world-frame rotation vector
+  /// [rad]. Zero where path and poses have settled; its uncertainty allows for it otherwise.
+  Vector6 moved = Vector6::Zero();
   std::vector<Swing> swings;       ///< with locked winches
   std::vector<Push> pushes;        ///< in which no balance counts: its force is not known
   double moments_a_reading = 1.0;  ///< so many are worth one independent reading

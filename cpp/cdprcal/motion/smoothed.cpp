@@ -2,6 +2,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "cdprcal/motion/late_attitude.hpp"
+
 namespace cdprcal {
 namespace {
 
@@ -17,12 +19,13 @@ MotionVector minus(const MotionState& a, const MotionState& b) {
 std::vector<SmoothedSample> smoothed(const Calibration& calibration, const CorrectedRun& run,
                                      double restless) {
   const Robot& robot = calibration.problem.robot;
-  Tracker tracker(calibration, restless);
+  const LateAttitudes read(calibration, run);
+  Tracker tracker(calibration, restless, {}, read.ahead_s);
   std::vector<TrackerStep> steps;
   std::vector<SmoothedSample> out;
   for (Eigen::Index row = run.rows.begin; row < run.rows.end; ++row) {
-    const TrackedSample& now =
-        tracker.add(measurement_at(run.log, row, PoseKind::kinematic_pose, robot.cable_count()));
+    const TrackedSample& now = tracker.add(
+        measurement_at(read.run.log, row, PoseKind::kinematic_pose, robot.cable_count()));
     steps.push_back(tracker.step());
     out.push_back({run.log.time_s[row], now.state, steps.back().covariance, steps.back().agrees});
   }

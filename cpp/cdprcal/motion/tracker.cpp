@@ -8,6 +8,7 @@
 
 #include "cdprcal/effects/corrected_run.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/motion/late_attitude.hpp"
 #include "cdprcal/readings/turn_over.hpp"
 #include "cdprcal/statics/taut.hpp"
 #include "cdprcal/statistics.hpp"
@@ -24,8 +25,10 @@ constexpr double kGap_s = 2.0;
 /// Densities of jerk [m²/s⁵] that are believed: the least is that of a platform at rest, which may
 /// begin to move at any time, the most one that starts to fall within 10 ms.
 constexpr double kLeastJerk = 1e-2, kMostJerk = 1e4;
-/// A platform whose state nobody knows moves about like this.
-constexpr double kAnySpeed_m_s = 1.0, kAnyAcceleration_m_s2 = 10.0;
+/// A platform whose state nobody knows moves about like this; one that begins to move, of a jerk
+/// that is likely.
+constexpr double kAnySpeed_m_s = 1.0, kAnyAcceleration_m_s2 = 10.0, kAnyJerk = 1e2,
+                 kLikelyJerk = 1.0;
 /// The share of the robot's size, and the angle [rad], from which on a pose is not determined.
 constexpr double kVagueShift = 0.05, kVagueTurn = 0.2;
 constexpr int kMostIterations = 30;
@@ -54,7 +57,8 @@ void turn_over(const CableVector& now, double distance, CableVector& at, CableVe
 
 }  // namespace
 
-Tracker::Tracker(const Calibration& calibration, double restless, std::optional<LateSensor> late)
+Tracker::Tracker(const Calibration& calibration, double restless, std::optional<LateSensor> late,
+                 double attitude_ahead_s)
     : robot_(with_effects(calibration.problem.robot, calibration.problem.effects)),
       effects_(calibration.problem.effects),
       offsets_(known_offsets(calibration)),
@@ -64,7 +68,9 @@ Tracker::Tracker(const Calibration& calibration, double restless, std::optional<
       size_m_(robot_size_m(robot_)),
       turn_per_shift_(1.0 / characteristic_length_m(robot_)),
       taut_N_(taut_tension_N(robot_)),
-      jerk_(1.0),
+      attitude_by_rate_(attitude_ahead_s * Matrix3::Identity()),
+      attitude_ahead_s_(attitude_ahead_s),
+      jerk_(kLikelyJerk),
       restless_(restless),
       contradictions_(offsets_.rows.size()),
       lateness_(offsets_, free_),
@@ -83,25 +89,21 @@ Tracker::Tracker(const Calibration& calibration, double restless, std::optional<
 void Tracker::allow_for_directions() {
   const Pose& pose = poses_.front();
   const int n = robot_.cable_count();
-  const auto readings_with = [&](double direction, const Vector3& rate_rad_s) {
+  const auto misfit_with = [&](double direction) {
     Measurement m = places_.front();
     m.length_direction = m.swivel_direction = CableVector::Constant(n, direction);
-    m.attitude_rate_rad_s = rate_rad_s;
+    m.attitude_rate_rad_s.setZero();
     GeometricReadings out;
     evaluate(robot_, effects_, m, pose, out);
-    return out;
+    return out.misfit;
   };
-  const GeometricReadings at = readings_with(0.0, Vector3::Zero());
-  const GeometricReadings turned = readings_with(1.0, Vector3::Zero());
+  const ReadingVector at = misfit_with(0.0), turned = misfit_with(1.0);
   for (Eigen::Index r = 0; r < offsets_.offset.size(); ++r) {
     const Eigen::Index reading = offsets_.rows[static_cast<std::size_t>(r)].reading;
-    const double more = turned.misfit[reading] - at.misfit[reading];
+    const double more = turned[reading] - at[reading];
     if (std::isfinite(more)) offsets_.covariance(r, r) += more * more;
   }
-  for (int axis = 0; axis < 3; ++axis) {
-    attitude_by_rate_.col(axis) = readings_with(0.0, Vector3::Unit(axis)).model.roll_pitch_yaw_rad -
-                                  at.model.roll_pitch_yaw_rad;
-  }
+  attitude_by_rate_ += attitude_by_rate(robot_, effects_, places_.front(), pose);
 }
 
 /// What a held sensor says again is no new reading.
@@ -146,6 +148,7 @@ void Tracker::start() {
   covariance_.block<6, 6>(6, 6) = kAnySpeed_m_s * kAnySpeed_m_s * one;
   covariance_.block<6, 6>(12, 12) = kAnyAcceleration_m_s2 * kAnyAcceleration_m_s2 * one;
   shared_.setZero(kMotionUnknowns, offsets_.covariance.cols());
+  if (!at_rest_) jerk_ = std::max(kLikelyJerk, kAnyJerk / restless_);
   lateness_.interrupt();
   lasting_.resize(0);
   swivel_rad_.resize(0);
@@ -197,10 +200,20 @@ void Tracker::over_seen(Eigen::Index row, const F& f) const {
   }
 }
 
+/// Whether effects of the attitude's rate count in a reading.
+bool Tracker::has_rate(const RowLabel& label) const {
+  return !at_rest_ && row_of(label.channel).sensor == row_of(Channel::yaw).sensor;
+}
+
 double Tracker::misfit(Eigen::Index row) const {
   const KnownOffsets::Row& known = offsets_.rows[static_cast<std::size_t>(row)];
   if (known.inertial) return inertial_.misfit[known.reading] + offsets_.offset[row];
-  const double plain = readings_.misfit[known.reading] + offsets_.offset[row];
+  double plain = readings_.misfit[known.reading] + offsets_.offset[row];
+  if (has_rate(known.label)) {
+    const int component = row_of(known.label.channel).first + known.label.component;
+    plain +=
+        attitude_ahead_s_ * readings_.model.attitude_by_twist.row(component).dot(now_.state.twist);
+  }
   return known.angle ? wrap_angle(plain) : plain;
 }
 
@@ -209,11 +222,9 @@ Tracker::ByState Tracker::by_state(Eigen::Index row) const {
   if (known.inertial) return inertial_.by_state.row(known.reading);
   ByState out = ByState::Zero();
   out.head<6>() = readings_.by_pose.row(known.reading);
-  const ChannelRow& channel = row_of(known.label.channel);
-  // At a start the rate is not known, and the attitude is taken as it is read.
-  if (!step_.starts && channel.sensor == row_of(Channel::yaw).sensor) {
-    out.segment<6>(6) = attitude_by_rate_.row(channel.first + known.label.component) *
-                        readings_.model.attitude_by_twist;
+  if (has_rate(known.label)) {
+    const int component = row_of(known.label.channel).first + known.label.component;
+    out.segment<6>(6) = attitude_by_rate_.row(component) * readings_.model.attitude_by_twist;
   }
   return out;
 }
@@ -223,8 +234,8 @@ bool Tracker::evaluate_now() {
   if (!effects_.empty()) {
     sample_.length_direction = length_turn_;
     sample_.swivel_direction = swivel_turn_;
-    const bool known = readings_.model.valid && !step_.starts;
-    if (known) sample_.attitude_rate_rad_s = readings_.model.attitude_by_twist * now_.state.twist;
+    if (readings_.model.valid && !at_rest_)
+      sample_.attitude_rate_rad_s = readings_.model.attitude_by_twist * now_.state.twist;
   }
   if (!offsets_.rows.empty() && offsets_.rows.back().inertial) {
     evaluate(robot_, sample_, now_.state, inertial_);
@@ -512,6 +523,7 @@ const TrackedSample& Tracker::add(const Measurement& sample) {
   // After a silence what was known is no better than nothing.
   step_.starts =
       !follows || lost_ || !(covariance_.diagonal().head<3>().maxCoeff() < size_m_ * size_m_);
+  at_rest_ = std::isnan(dt_s_) && places_.front().kind == PoseKind::static_pose;
   if (step_.starts) start();
   const bool corrected = correct();
   lost_ = !corrected;
@@ -533,17 +545,18 @@ Track track(const Calibration& calibration, const Log& log, int segment) {
   const Robot& robot = calibration.problem.robot;
   const CorrectedRun run(robot, log, segment);
   Track out{robot.euler_convention, {}};
-  const auto follow = [&](Tracker tracker) {
+  const LateAttitudes read(calibration, run);
+  const auto follow = [&](const std::optional<LateSensor>& late) {
+    Tracker tracker(calibration, 1.0, late, read.ahead_s);
     out.samples.clear();
     for (Eigen::Index row = run.rows.begin; row < run.rows.end; ++row) {
-      out.samples.push_back(
-          tracker.add(measurement_at(run.log, row, PoseKind::kinematic_pose, robot.cable_count())));
+      out.samples.push_back(tracker.add(
+          measurement_at(read.run.log, row, PoseKind::kinematic_pose, robot.cable_count())));
     }
     return tracker.late();
   };
   out.samples.reserve(static_cast<std::size_t>(run.rows.size()));
-  const std::optional<LateSensor> late = follow(Tracker(calibration));
-  if (late) follow(Tracker(calibration, 1.0, late));  // it was so from the beginning
+  if (const auto late = follow({})) follow(late);  // it was so from the beginning
   return out;
 }
 

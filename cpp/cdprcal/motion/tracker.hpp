@@ -46,9 +46,10 @@ struct TrackerStep {
 class Tracker {
  public:
   /// `restless`: so many times the jerk that the innovations show is allowed for. `late`: known
-  /// from the whole run, and need not be found again. Throws InputError as known_offsets() does.
+  /// from the whole run, and need not be found again. `attitude_ahead_s`: the attitude of a sample
+  /// is the one read so much later (late_attitude.hpp). Throws InputError as known_offsets() does.
   explicit Tracker(const Calibration& calibration, double restless = 1.0,
-                   std::optional<LateSensor> late = {});
+                   std::optional<LateSensor> late = {}, double attitude_ahead_s = 0.0);
 
   /// Takes the next sample; one that the run's counting is lost in (a gap) is a new start. Throws
   /// InputError for a sample that is not after the last one, or of another number of cables.
@@ -88,6 +89,7 @@ class Tracker {
   [[nodiscard]] std::vector<Reading> weigh() const;
   [[nodiscard]] bool surprised(const std::vector<Reading>& readings) const;
   bool quickens(const std::vector<Reading>& readings);
+  [[nodiscard]] bool has_rate(const RowLabel& label) const;
   [[nodiscard]] double misfit(Eigen::Index row) const;
   [[nodiscard]] ByState by_state(Eigen::Index row) const;
   void learn_jerk(const std::vector<Reading>& readings);
@@ -104,7 +106,10 @@ class Tracker {
   double size_m_;
   double turn_per_shift_;  ///< rad/m
   double taut_N_;
-  Matrix3 attitude_by_rate_ = Matrix3::Zero();  ///< what effects make of its rate: a delay
+  /// What effects make of its rate, a delay, less that by which it is read ahead.
+  Matrix3 attitude_by_rate_;
+  double attitude_ahead_s_;
+  bool at_rest_ = false;  ///< the first sample of a run that begins so: its attitude has no rate
 
   TrackerStep step_;
   MotionMatrix covariance_;
