@@ -111,15 +111,17 @@ def changed(log: cdprcal.Log, **arrays: object) -> cdprcal.Log:
 
 
 def samples_of(log: cdprcal.Log) -> Iterator[cdprcal.RobotSample]:
-    """As they come from a robot."""
-    for row, time_s in enumerate(log.time_s.tolist()):
-        yield cdprcal.RobotSample(
-            time_s=time_s,
-            length_m=log.length_m[row],
-            swivel_rad=log.swivel_rad[row],
-            tension_N=log.tension_N[row],
-            roll_pitch_yaw_rad=log.roll_pitch_yaw_rad[row],
+    """As they come from a robot, with all that the log reads of drives, AHRS and inertial unit."""
+    read = {
+        name: values
+        for name in (
+            "length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad", "specific_force_m_s2",
+            "angular_velocity_rad_s",
         )
+        if (values := getattr(log, name)).size
+    }  # fmt: skip
+    for row, time_s in enumerate(log.time_s.tolist()):
+        yield cdprcal.RobotSample(time_s=time_s, **{name: of[row] for name, of in read.items()})
 
 
 def raw_text(log: cdprcal.Log) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,7 @@ from cdprcal.mapping import load_mapped, propose
 from cdprcal.mapping.read import read_raw
 from cdprcal.testing.simulated_devices.mti import SimulatedPort
 from cdprcal.trust import caveats_of
-from conftest import TABLE_II_TENSIONS_N, Ran
+from conftest import TABLE_II_TENSIONS_N, Ran, samples_of
 
 Cli = Callable[..., Ran]
 PLACE = "  inertial_unit_m: [0.05, -0.02, 0.03]\n"
@@ -124,18 +125,8 @@ def test_a_stream_takes_it_too(robot: cdprcal.Robot, run: cdprcal.StartUpRun) ->
     log = run.log
     calibration = cdprcal.calibrate(robot, log)
     tracker = cdprcal.Tracker(calibration)
-    for i in range(200):
-        now = tracker.add(
-            cdprcal.RobotSample(
-                time_s=log.time_s[i],
-                length_m=log.length_m[i],
-                swivel_rad=log.swivel_rad[i],
-                tension_N=log.tension_N[i],
-                roll_pitch_yaw_rad=log.roll_pitch_yaw_rad[i],
-                specific_force_m_s2=log.specific_force_m_s2[i],
-                angular_velocity_rad_s=log.angular_velocity_rad_s[i],
-            )
-        )
+    for sample in islice(samples_of(log), 200):
+        now = tracker.add(sample)
     np.testing.assert_array_equal(now.twist, _core.track(calibration, log).twist[199])
 
 

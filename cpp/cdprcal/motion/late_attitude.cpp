@@ -20,9 +20,9 @@ double apart_s(const Log& log, const SampleRange& rows) {
 
 /// A delay in whole samples [s]; nothing comes before it is so.
 double whole_samples_s(double delay_s, const CorrectedRun& run) {
+  if (run.log.roll_pitch_yaw_rad.cols() == 0 || !(delay_s > 0.0)) return 0.0;
   const double each_s = apart_s(run.log, run.rows);
-  if (run.log.roll_pitch_yaw_rad.cols() == 0 || !(delay_s > 0.5 * each_s)) return 0.0;
-  return each_s * std::round(delay_s / each_s);
+  return delay_s > 0.5 * each_s ? each_s * std::round(delay_s / each_s) : 0.0;
 }
 
 double delay_s(const Calibration& calibration) {
