@@ -266,7 +266,7 @@ void register_result(py::module_& module) {
                     "False: the model misfits, and the covariance leaves that out.")
       .def_property_readonly(
           "standard_deviation",
-          [](const CalibrationResult& result) { return result.standard_deviation; },
+          [](const CalibrationResult& result) { return result.standard_deviation(); },
           "[6] [m, rad]; NaN when ζ0 is not observable.")
       .def_property_readonly(
           "initial_length_m",

@@ -173,7 +173,7 @@ void register_results(py::module_& module) {
           },
           "PointStatus values [n_z, n_y, n_x]; a copy.")
       .def_readonly("points_tested", &Workspace::points_tested)
-      .def_readonly("points_inside", &Workspace::points_inside)
+      .def_property_readonly("points_inside", &Workspace::points_inside)
       .def_property_readonly(
           "inside_m",
           [](const Workspace& w) {
@@ -209,7 +209,7 @@ void register_results(py::module_& module) {
           "boundary_m", [](const Workspace& w) { return to_rows(w.boundary_m); },
           "Points inside, close to the boundary [b, 3]; a copy.")
       .def("__repr__", [](const Workspace& w) {
-        return "Workspace(" + std::to_string(w.points_inside) + " of " +
+        return "Workspace(" + std::to_string(w.points_inside()) + " of " +
                std::to_string(w.grid.size()) + " points inside" +
                (w.complete ? ")" : ", not complete)");
       });

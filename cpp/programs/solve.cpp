@@ -53,7 +53,7 @@ ordered_json to_json(const Robot& robot, const Calibration& calibration) {
                                                                      robot.euler_convention))}};
   }
   out["covariance"] = result.covariance ? rows(*result.covariance) : ordered_json(nullptr);
-  out["standard_deviation"] = numbers(result.standard_deviation);
+  out["standard_deviation"] = numbers(result.standard_deviation());
   out["initial_lengths_m"] = numbers(result.initial_length_m);
   out["initial_swivels_rad"] = numbers(result.initial_swivel_rad);
   out["cost"] = number(result.cost);
@@ -98,7 +98,7 @@ void print_table(const Robot& robot, const Calibration& calibration) {
   if (result.poses.empty()) return;
   const Pose& pose = result.poses.front();
   const Vector3 angles = euler_from_rotation(pose.rotation_matrix(), robot.euler_convention);
-  const Vector6& sigma = result.standard_deviation;
+  const Vector6& sigma = result.standard_deviation();
   std::printf("initial pose at %.3f s\n", calibration.reference_time_s);
   for (int i = 0; i < 3; ++i) {
     std::printf("  %c      %10.4f m    sigma %8.4f m\n", "xyz"[i], pose.position_m[i], sigma[i]);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "../cpp/equilibria/robots.hpp"
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/equilibria/inverse.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
@@ -12,19 +13,6 @@
 
 namespace cdprcal {
 namespace {
-
-/// irma4 with 3, 4 or 5 cables (the fifth between cables 1 and 2).
-Robot irma4_with_cables(std::int64_t count) {
-  Robot robot = load_robot("irma4");
-  if (count == 3) robot.cables.pop_back();
-  if (count == 5) {
-    Cable fifth = robot.cables[0];
-    fifth.pulley.position_m = {1.3, 0.1, 1.9};
-    fifth.platform_anchor_m = {0.1, 0.0, 0.2};
-    robot.cables.push_back(fifth);
-  }
-  return robot;
-}
 
 /// Positions on a 0.02 m lattice inside the workspace, walked like the flood does.
 std::array<Vector3, 1000> lattice(std::int64_t cables) {
@@ -42,7 +30,7 @@ std::array<Vector3, 1000> lattice(std::int64_t cables) {
 void inverse_warm(benchmark::State& state) {
   InverseOptions options;
   options.distribution = static_cast<TensionDistribution>(state.range(1));
-  const InverseSolver solver(irma4_with_cables(state.range(0)), options);
+  const InverseSolver solver(test::irma4_with_cables(static_cast<int>(state.range(0))), options);
   const auto points = lattice(state.range(0));
   Eigen::Quaterniond rotation = solver.solve(points[0]).rotation;
   const auto balanced = [](const InverseSolver::Point& point) {
@@ -78,7 +66,7 @@ void inverse_warm(benchmark::State& state) {
 BENCHMARK(inverse_warm)->ArgNames({"cables", "distribution"})->ArgsProduct({{3, 4, 5}, {0, 1, 2}});
 
 void inverse_cold(benchmark::State& state) {
-  const InverseSolver solver(irma4_with_cables(state.range(0)), {});
+  const InverseSolver solver(test::irma4_with_cables(static_cast<int>(state.range(0))), {});
   const auto points = lattice(state.range(0));
   std::size_t k = 0;
   for (auto _ : state) {

@@ -1,5 +1,4 @@
 // Whole text files, and how messages quote them.
-#include "cdprcal/text_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +11,8 @@
 #include <filesystem>
 
 #include "cdprcal/error.hpp"
+#include "cdprcal/text.hpp"
+#include "cdprcal/text_file.hpp"
 #include "support/refusal.hpp"
 
 namespace cdprcal {

@@ -84,7 +84,7 @@ Work workspace() {
   options.step_m = std::cbrt(workspace_box(robot).volume_m3() / 1000.0);
   options.threads = 1;
   return [robot, options] {
-    require(compute_workspace(robot, options).points_inside > 300, "workspace too small");
+    require(compute_workspace(robot, options).points_inside() > 300, "workspace too small");
   };
 }
 

@@ -1,7 +1,6 @@
 #include "cdprcal/calibration/allow_for_effects.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <iterator>
 
 #include "cdprcal/effects/applied.hpp"
@@ -10,22 +9,10 @@
 #include "cdprcal/evidence/directions.hpp"
 #include "cdprcal/evidence/model_average.hpp"
 #include "cdprcal/evidence/steps.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
-namespace {
-
-std::string part(const char* pattern, double a, double b) {
-  char text[128];
-  std::snprintf(text, sizeof text, pattern, a, b);
-  return text;
-}
-
-void take_covariance(const Matrix6& covariance, CalibrationResult& result) {
-  result.covariance = covariance;
-  result.standard_deviation = covariance.diagonal().cwiseSqrt();
-}
-
-}  // namespace
+namespace {}  // namespace
 
 DiagnosisModel model_of(const Calibration& calibration) {
   const CalibrationProblem& problem = calibration.problem;
@@ -102,11 +89,10 @@ std::optional<Possibility> with_better_balance(const CalibrateOptions& options,
                                                const Calibration& calibration) {
   constexpr double kAsLikely = 0.5;
   if (calibration.problem.statics != StaticsModel::wrench) return std::nullopt;
-  RefineOptions better = options.refine;
-  better.balance = BalanceError::as_geometry;
   const CalibrationResult& found = calibration.result;
-  const CalibrationResult other =
-      refine(calibration.problem, found, calibration.signals, options.solve, better).result;
+  const CalibrationResult other = refine(calibration.problem, found, calibration.signals,
+                                         options.solve, BalanceError::as_geometry)
+                                      .result;
   if (other.status != CalibrationStatus::converged || !other.covariance) return std::nullopt;
   return in_place_of({found.poses.front(), *found.covariance},
                      {other.poses.front(), *other.covariance}, kAsLikely);
@@ -123,7 +109,7 @@ void add_unseen(const Calibration& calibration, double moments_a_reading,
                 initial_pose_covariance(model, 0);
   if (!model.runs.front().known.empty()) own += uncertain_directions(model).covariance;
   const Matrix6 covariance = averaged_covariance(own, unseen, checks_of(model).enough());
-  if (covariance.allFinite()) take_covariance(covariance, result);
+  if (covariance.allFinite()) result.covariance = covariance;
 }
 
 }  // namespace
@@ -134,7 +120,7 @@ std::string misfit(const Calibration& calibration) {
   std::string text;
   const auto add = [&](double pose, double sample, double scale, const std::string& pattern) {
     if (pose > sample) {
-      text += (text.empty() ? "" : ", ") + part(pattern.c_str(), scale * pose, scale * sample);
+      add_item(text, printed(pattern.c_str(), scale * pose, scale * sample));
     }
   };
   // A channel that nothing measured, or too little to tell, keeps its specified noise.
@@ -206,7 +192,7 @@ bool allow_for_all(Calibration& calibration, double moments_a_reading) {
     if (i > 0 && calibration.problem.measurements[i].kind != PoseKind::static_pose) continue;
     result.poses[i] = model.runs[0].poses[next++];
   }
-  take_covariance(covariance, result);
+  result.covariance = covariance;
   const PlatformState initial =
       platform_state(with_effects(model.robot, model.active(0)), model.runs[0].poses.front());
   result.initial_length_m = initial.length_m();
@@ -229,7 +215,7 @@ bool allow_for_effects(const CalibrateOptions& options, Calibration& calibration
   if (!allow_for_all(calibration, moments_a_reading)) return false;
   if (better) {
     const Matrix6 covariance = averaged_covariance(*result.covariance, {*better});
-    if (covariance.allFinite()) take_covariance(covariance, result);
+    if (covariance.allFinite()) result.covariance = covariance;
   }
   return true;
 }

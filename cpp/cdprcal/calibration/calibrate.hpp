@@ -31,7 +31,6 @@ struct CalibrateOptions {
   int most_starts = 8;  ///< guesses of ζ0 to try while no minimum agrees with the readings
   DetectionOptions detection;
   SolveOptions solve;
-  RefineOptions refine;
 };
 
 struct Calibration {
@@ -47,6 +46,9 @@ struct Calibration {
 
 /// options.noise, or its default for the formulation.
 NoiseSource noise_source(const CalibrateOptions& options);
+
+/// With noise from data: refine in place of problem, result and what was gated.
+void refine_in_place(const CalibrateOptions& options, Calibration& calibration);
 
 /// The problem that a log poses under these options, and the equilibria it was drawn from. What the
 /// robot file lists as known effects is part of the problem; faults of the readings are set right.

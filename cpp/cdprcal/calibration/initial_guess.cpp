@@ -88,11 +88,8 @@ std::optional<Pose> direct_guess(const Robot& robot, const Measurement& m,
   if (direct.status != EquilibriumStatus::found) return std::nullopt;
   if (effects.empty()) return direct.pose;
   const PlatformState state = platform_state(robot, direct.pose);
-  const EffectContext context{robot, state, direct.pose, m};
-  CableVector tension_N = reading_N;
-  for (const ActiveEffect& active : effects) {
-    active.effect->correct_tension(context, active.values, tension_N);
-  }
+  const CableVector tension_N =
+      corrected_tension_N({robot, state, direct.pose, m}, effects, reading_N);
   if (!(tension_N.minCoeff() > 0.0)) return direct.pose;
   const EquilibriumResult corrected = direct_from_tensions(robot, tension_N, start);
   return corrected.status == EquilibriumStatus::found ? corrected.pose : direct.pose;
@@ -219,12 +216,7 @@ std::vector<Pose> reference_guesses(const Robot& given, const Measurement& refer
     }
   }
   // A cross of positions below the pulleys: platforms hang there.
-  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
-  Vector3 high = -low;
-  for (const Cable& cable : robot.cables) {
-    low = low.cwiseMin(cable.pulley.position_m);
-    high = high.cwiseMax(cable.pulley.position_m);
-  }
+  const auto [low, high] = pulley_box(robot);
   const Vector3 span = high - low;
   const double depth = 0.5 * std::max({span.x(), span.y(), robot_size_m(robot) / std::sqrt(2.0)});
   const Eigen::Quaterniond attitude =

@@ -105,11 +105,7 @@ void OnlineCalibration::update() {
   if (noise_source(options_) == NoiseSource::from_data &&
       (!fitted || poses >= kNoiseRenewal * noise_poses_)) {
     noise_poses_ = poses;
-    Refinement refined =
-        refine(problem, result, calibration_.signals, options_.solve, options_.refine);
-    calibration_.gated.insert(calibration_.gated.end(), refined.gated.begin(), refined.gated.end());
-    problem = std::move(refined.problem);
-    result = std::move(refined.result);
+    refine_in_place(options_, calibration_);
   }
   look_around(problem, result);
   allow_for_effects(options_, calibration_);

@@ -12,6 +12,13 @@
 namespace cdprcal {
 namespace {
 
+/// Probability with which a clean log loses any reading at all to the outlier gate.
+constexpr double kFamilyWise = 0.01;
+/// Outliers are few: a channel with a larger share beyond the gate is not made of them, its model
+/// is wrong, and nothing of it is gated.
+constexpr double kLargestShare = 0.05;
+constexpr int kMostRounds = 20;
+
 std::vector<FittedRow> rows_of(const CalibrationProblem& problem, const CalibrationResult& result) {
   Assembly assembly(problem, result.poses);
   assembly.set_reference_errors(result.reference_errors);
@@ -31,10 +38,10 @@ void leave_out(Measurement& m, const RowLabel& label) {
 /// Rows beyond what the channel's own scatter makes believable: standardised residuals over a
 /// robust scale (median of squares), and over the scale of all that is within, which fewer rows
 /// leave less uncertain; each against a Bonferroni bound over all rows. The worst of each pose.
-std::vector<FittedRow> outliers(const std::vector<FittedRow>& rows, const RefineOptions& options) {
+std::vector<FittedRow> outliers(const std::vector<FittedRow>& rows) {
   constexpr double kLeastFreedom = 0.05;  // less: the fit follows the reading, nothing to see
   constexpr double kMedianChiSquare = 0.4549364;  // of one degree of freedom
-  const double probability = 0.5 * options.family_wise / static_cast<double>(rows.size());
+  const double probability = 0.5 * kFamilyWise / static_cast<double>(rows.size());
   const double bound = normal_quantile(1.0 - probability);
   std::vector<FittedRow> out;
   for (std::size_t c = 0; c < kChannels; ++c) {
@@ -61,7 +68,7 @@ std::vector<FittedRow> outliers(const std::vector<FittedRow>& rows, const Refine
       sum += square;
     }
     const auto all = static_cast<double>(squares.size());
-    if (all - within > options.largest_share * all) continue;
+    if (all - within > kLargestShare * all) continue;
     // The scale is of so many rows, so Student's distribution has that many degrees of freedom.
     const double student = student_quantile(1.0 - probability, within);
     const double least = std::max(robust, student * std::sqrt(sum / within));
@@ -141,25 +148,24 @@ std::vector<GatedReading> gate_slack(CalibrationProblem& problem, double tension
 }
 
 Refinement refine(const CalibrationProblem& problem, const CalibrationResult& fit,
-                  const Signals& signals, const SolveOptions& solve_options,
-                  const RefineOptions& options) {
+                  const Signals& signals, const SolveOptions& solve_options, BalanceError balance) {
   Refinement out{problem, fit, {}};
   // With the noise that the readings show, a covariance may well hold as far as it reaches.
   if (fit.status != CalibrationStatus::converged && !fit.curved) return out;
   double solve_time_s = fit.solve_time_s;
   int iterations = fit.iterations;
   bool shrinks = false;
-  for (int round = 0; round < options.most_rounds; ++round) {
+  for (int round = 0; round < kMostRounds; ++round) {
     const std::vector<FittedRow> rows = rows_of(out.problem, out.result);
     if (rows.empty()) break;
     const NoiseModel before = out.problem.noise.value_or(specified_noise(problem.robot.sigma));
     CalibrationProblem next = out.problem;
-    next.noise = noise_from_residuals(out.problem, rows, signals, options.balance);
+    next.noise = noise_from_residuals(out.problem, rows, signals, balance);
     const bool settled = round > 0 && change(*next.noise, before) < 0.01;
     hasten(before, shrinks, *next.noise);
     std::vector<GatedReading> gated;
     if (round > 0) {
-      for (const FittedRow& row : outliers(rows, options)) {
+      for (const FittedRow& row : outliers(rows)) {
         Measurement& m = next.measurements[row.pose];
         leave_out(m, row.label);
         gated.push_back({GatedReading::Reason::outlier, m.time_s, row.label.channel,

@@ -17,16 +17,6 @@ struct GatedReading {
   double size = kNaN;  ///< outlier: residual over its standard deviation; slack: tension [N]
 };
 
-struct RefineOptions {
-  /// Probability with which a clean log loses any reading at all to the outlier gate.
-  double family_wise = 0.01;
-  /// Outliers are few: a channel with a larger share beyond the gate is not made of them, its model
-  /// is wrong, and nothing of it is gated.
-  double largest_share = 0.05;
-  int most_rounds = 20;
-  BalanceError balance = BalanceError::as_specified;
-};
-
 struct Refinement {
   CalibrationProblem problem;       ///< with the noise found, without the gated readings
   CalibrationResult result;         ///< its solution
@@ -44,7 +34,7 @@ std::vector<GatedReading> gate_slack(CalibrationProblem& problem, double tension
 /// it had not converged. `signals`: see readings/signal.hpp.
 Refinement refine(const CalibrationProblem& problem, const CalibrationResult& fit,
                   const Signals& signals, const SolveOptions& solve = {},
-                  const RefineOptions& options = {});
+                  BalanceError balance = BalanceError::as_specified);
 
 const char* to_string(GatedReading::Reason reason);
 

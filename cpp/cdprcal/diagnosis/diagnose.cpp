@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
-#include <cstdio>
 #include <limits>
 #include <tuple>
 
@@ -23,6 +22,7 @@
 #include "cdprcal/evidence/steps.hpp"
 #include "cdprcal/readings/run.hpp"
 #include "cdprcal/statistics.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
@@ -113,9 +113,7 @@ void report_values(const DiagnosisModel& model, const DiagnosisModel& uncertain,
 std::string list_of(const CableVector& values) {
   std::string text;
   for (const double v : values) {
-    char number[32];
-    std::snprintf(number, sizeof number, "%s%.3g", text.empty() ? "" : ", ", v);
-    text += number;
+    add_item(text, printed("%.3g", v));
   }
   return text;
 }
@@ -126,18 +124,15 @@ std::string poses_between(const DiagnosisModel& model, std::size_t k,
   const Separation found = separating_poses(model, k, rival);
   std::string text;
   for (const SeparatingPose& pose : found.poses) {
-    char line[256];
-    std::snprintf(line, sizeof line, "%s(%.2f, %.2f, %.2f) m from %s (tensions %s N)",
-                  text.empty() ? "" : ", then ", pose.position_m.x(), pose.position_m.y(),
-                  pose.position_m.z(), pose.from_above ? "above" : "below",
-                  list_of(pose.tension_N).c_str());
-    text += line;
+    add_item(text,
+             printed("(%.2f, %.2f, %.2f) m from %s (tensions %s N)", pose.position_m.x(),
+                     pose.position_m.y(), pose.position_m.z(), pose.from_above ? "above" : "below",
+                     list_of(pose.tension_N).c_str()),
+             ", then ");
   }
   if (text.empty()) return text;
-  char gain[96];
-  std::snprintf(gain, sizeof gain, ": the expected evidence goes from %.1f to %.1f nats",
-                found.nats, found.poses.back().nats);
-  return text + gain;
+  return text + printed(": the expected evidence goes from %.1f to %.1f nats", found.nats,
+                        found.poses.back().nats);
 }
 
 /// What would settle the ties.
@@ -150,7 +145,7 @@ void advise(const DiagnosisModel& model, Diagnosis& out) {
                          "them: cdprcal compare says what moved, and when");
     }
     std::string rivals;
-    for (const std::string& rival : effect.rivals) rivals += (rivals.empty() ? "" : ", ") + rival;
+    for (const std::string& rival : effect.rivals) add_item(rivals, rival);
     if (rivals.empty()) continue;
     out.next.push_back(effect.effect->name() + " and " + rivals +
                        " cannot be told apart with these poses: " + effect.effect->info().settle);
@@ -204,7 +199,7 @@ std::vector<Wandering> errors_beyond_noise(const DiagnosisModel& model, const Ef
 
 std::string channels_of(const std::vector<Wandering>& errors) {
   std::string out;
-  for (const Wandering& e : errors) out += (out.empty() ? "" : ", ") + e.channel;
+  for (const Wandering& e : errors) add_item(out, e.channel);
   return out;
 }
 
@@ -388,7 +383,7 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
     out.faults = *options.faults;
     for (const DiscreteFault& fault : out.faults) set_right(fault, robot, logs.front());
   } else {
-    out.faults = find_discrete_faults(robot, logs.front(), options.motion, report).faults;
+    out.faults = find_discrete_faults(robot, logs.front(), options.motion, report);
   }
   for (std::size_t i = 1; i < logs.size(); ++i) {
     Robot scratch = robot;

@@ -7,6 +7,7 @@
 
 #include "cdprcal/effects/reading_faults.hpp"
 #include "cdprcal/motion/calibrate_in_motion.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
@@ -39,7 +40,7 @@ void add_signs(const std::string& fault, const std::vector<std::string>& names,
     for (int i = 0; i < n; ++i) {
       const bool reversed = ((mask >> i) & 1) != 0;
       signs.push_back(reversed ? -1.0 : 1.0);
-      if (reversed) list += (list.empty() ? "" : ", ") + names[static_cast<std::size_t>(i)];
+      if (reversed) add_item(list, names[static_cast<std::size_t>(i)]);
     }
     out.push_back({fault, "sign", std::move(signs), before + list + after});
   }
@@ -328,7 +329,6 @@ class Trials {
     return true;
   }
 
-  [[nodiscard]] double cost() const { return cost_; }
   /// Whether the best considered helps a great deal: the small effects never do. Nor do they make
   /// a log in motion agree, whose sigma is coarse against them.
   [[nodiscard]] bool found() const {
@@ -364,11 +364,6 @@ class Trials {
   void take(std::vector<DiscreteFault>& faults) {
     for (const DiscreteFault& fault : best_) take(fault, faults);
     cost_ = best_cost_;
-  }
-  /// Sets one right that was found elsewhere.
-  void take_other(const DiscreteFault& fault, std::vector<DiscreteFault>& faults) {
-    take(fault, faults);
-    cost_ = try_map(robot_, log_, at_s_, kAllStarts).cost;
   }
 
  private:
@@ -473,42 +468,39 @@ std::optional<DiscreteFault> fault_of_balance(const Trials& trials, const Robot&
 
 }  // namespace
 
-DiscreteSearch find_discrete_faults(Robot& robot, Log& log, bool motion, const GoOn& go_on) {
+std::vector<DiscreteFault> find_discrete_faults(Robot& robot, Log& log, bool motion,
+                                                const GoOn& go_on) {
   const bool moving = motion && !(log.tension_N.cols() > 0 && rests(robot, log));
-  DiscreteSearch search;
-  if (!go_on("discrete faults: signs, order, units, conventions")) return search;
+  std::vector<DiscreteFault> faults;
+  if (!go_on("discrete faults: signs, order, units, conventions")) return faults;
   if (!moving) {
     const Trial as_given = try_map(robot, log, {}, kAllStarts);
-    search.cost_before = search.cost_after = as_given.cost;
-    if (as_given.agrees || !as_given.surprises) return search;
+    if (as_given.agrees || !as_given.surprises) return faults;
   }
   Trials trials(robot, log, moving);
   const Trials as_read = trials;
-  if (moving) search.cost_before = search.cost_after = trials.cost();
-  while (static_cast<int>(search.faults.size()) < kMostFaults && !trials.agrees()) {
+  while (static_cast<int>(faults.size()) < kMostFaults && !trials.agrees()) {
     trials.consider_single();
     if (!trials.found()) break;
-    trials.take(search.faults);
-    if (!go_on("found: " + search.faults.back().text)) break;
+    trials.take(faults);
+    if (!go_on("found: " + faults.back().text)) break;
   }
   if (!trials.agrees() && as_read.may_hold_two()) {
     Trials pairs = as_read;
     if (pairs.consider_pairs(go_on) && pairs.found() && pairs.agrees()) {
-      search.faults.clear();
-      pairs.take(search.faults);
+      faults.clear();
+      pairs.take(faults);
       trials = std::move(pairs);
     }
   }
-  for (const DiscreteFault& fault : search.faults) set_right(fault, robot, log);
+  for (const DiscreteFault& fault : faults) set_right(fault, robot, log);
   if (moving) {
     if (const std::optional<DiscreteFault> fault = fault_of_balance(trials, robot, log)) {
       set_right(*fault, robot, log);
-      trials.take_other(*fault, search.faults);
+      faults.push_back(*fault);
     }
   }
-  if (search.faults.empty()) return search;
-  search.cost_after = moving ? trials.cost() : try_map(robot, log, {}, 1).cost;
-  return search;
+  return faults;
 }
 
 }  // namespace cdprcal

@@ -46,20 +46,15 @@ std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log);
 /// Told what is done next; false: no more of it.
 using GoOn = std::function<bool(const std::string&)>;
 
-struct DiscreteSearch {
-  std::vector<DiscreteFault> faults;  ///< in the order found
-  double cost_before = 0.0, cost_after = 0.0;
-};
-
-/// Looks for discrete faults when the log contradicts the model: tries each of discrete_faults(),
-/// keeps the one that lowers the cost most if it lowers it tenfold, and looks again; where none
-/// makes the log agree, tries orders and signs together. `robot` and `log` come back set right.
-/// Nothing is tried on a log that agrees with the model. `motion`: where the log hardly rests,
-/// geometry says what agrees, and tensions by their level unless they sway much; and where its
-/// readings do not balance in motion at all (calibrate_in_motion), a fault of the attitude with
-/// which they do is taken. `go_on` is told each step, every few seconds or less; with false no more
-/// is tried, and what was found is kept.
-DiscreteSearch find_discrete_faults(
+/// The discrete faults of a log, in the order found. Looks for them when the log contradicts the
+/// model: tries each of discrete_faults(), keeps the one that lowers the cost most if it lowers it
+/// tenfold, and looks again; where none makes the log agree, tries orders and signs together.
+/// `robot` and `log` come back set right. Nothing is tried on a log that agrees with the model.
+/// `motion`: where the log hardly rests, geometry says what agrees, and tensions by their level
+/// unless they sway much; and where its readings do not balance in motion at all
+/// (calibrate_in_motion), a fault of the attitude with which they do is taken. `go_on` is told each
+/// step, every few seconds or less; with false no more is tried, and what was found is kept.
+std::vector<DiscreteFault> find_discrete_faults(
     Robot& robot, Log& log, bool motion = false,
     const GoOn& go_on = [](const std::string&) { return true; });
 

@@ -1,7 +1,6 @@
 #include "cdprcal/diagnosis/events.hpp"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/readings/equilibrium_detection.hpp"
@@ -9,6 +8,7 @@
 #include "cdprcal/readings/rest_list.hpp"
 #include "cdprcal/readings/signal.hpp"
 #include "cdprcal/statistics.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
@@ -21,12 +21,6 @@ constexpr double kAboveNearby = 3.0;
 constexpr Eigen::Index kBeside = 3, kNearby = 10;
 /// More than this in a row is motion, not an outlier.
 constexpr Eigen::Index kLongestOutlier = 2;
-
-std::string text(const char* pattern, auto... values) {
-  char buffer[256];
-  std::snprintf(buffer, sizeof buffer, pattern, values...);
-  return buffer;
-}
 
 /// How far each reading is from the median of those around it; NaN at the ends and without
 /// readings.
@@ -231,20 +225,20 @@ void find_oscillations(const Robot& robot, const Log& log, const SampleRange& ru
 std::string describe(const LogEvent& event) {
   if (event.name == "slack") {
     if (event.channel == "tension" && event.end_s == event.begin_s) {
-      return text(
+      return printed(
           "slack at %.2f s for less than two samples, cable %d (%.1f N, and the platform "
           "jerks): left out",
           event.begin_s, event.cable + 1, event.size);
     }
-    return text("slack from %.2f to %.2f s, cable %d (down to %.1f N): its balance is left out",
-                event.begin_s, event.end_s, event.cable + 1, event.size);
+    return printed("slack from %.2f to %.2f s, cable %d (down to %.1f N): its balance is left out",
+                   event.begin_s, event.end_s, event.cable + 1, event.size);
   }
   if (event.name == "oscillation") {
-    return text("oscillation from %.2f to %.2f s at one set-point", event.begin_s, event.end_s);
+    return printed("oscillation from %.2f to %.2f s at one set-point", event.begin_s, event.end_s);
   }
-  const std::string whose = event.cable >= 0 ? text(" of cable %d", event.cable + 1) : "";
-  return text("outlier at %.2f s, %s%s (%+.4g): left out", event.begin_s, event.channel.c_str(),
-              whose.c_str(), event.size);
+  const std::string whose = event.cable >= 0 ? printed(" of cable %d", event.cable + 1) : "";
+  return printed("outlier at %.2f s, %s%s (%+.4g): left out", event.begin_s, event.channel.c_str(),
+                 whose.c_str(), event.size);
 }
 
 std::vector<LogEvent> gate_events(const Robot& robot, Log& log) {

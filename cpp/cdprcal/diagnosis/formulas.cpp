@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <map>
 #include <numbers>
 #include <set>
@@ -11,17 +10,15 @@
 #include "cdprcal/diagnosis/motion.hpp"
 #include "cdprcal/diagnosis/turns.hpp"
 #include "cdprcal/effects/text_effect.hpp"
+#include "cdprcal/estimation/presence.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
+std::string number(double value) { return printed("%.4g", value); }
 
 /// A channel that a formula may add to.
 struct Target {
@@ -329,7 +326,7 @@ class Writer {
       constexpr double kWidest = 50.0;
       d.parameters.push_back(
           {term.parameter, each, typical / term.size, kWidest * typical / term.size});
-      formula += (formula.empty() ? "" : " + ") + term.parameter + " * " + term.function;
+      add_item(formula, term.parameter + " * " + term.function, " + ");
     }
     d.adds = {{channel.target, formula}};
     d.settle = "look for something on the robot that would do so";
@@ -344,11 +341,8 @@ class Writer {
 };
 
 bool is_read(const DiagnosisModel& model, Channel channel) {
-  return std::ranges::any_of(model.runs, [&](const DiagnosisRun& run) {
-    return std::ranges::any_of(run.measurements, [&](const Measurement& m) {
-      return readings_of(m, channel).array().isFinite().any();
-    });
-  });
+  return std::ranges::any_of(
+      model.runs, [&](const DiagnosisRun& run) { return is_read(run.measurements, channel); });
 }
 
 /// Scores of many formulas: so many at a time, or their columns would take much memory.
@@ -511,10 +505,8 @@ std::shared_ptr<const Effect> with_meaning(const std::shared_ptr<const Effect>& 
     const Eigen::Index half = values.size() / 2;  // sines, then cosines
     const double out_m =
         (values.head(half).array().square() + values.tail(half).array().square()).sqrt().maxCoeff();
-    char text[160];
-    std::snprintf(text, sizeof text, "a drum of %.3g mm radius that runs out by %.2g mm",
-                  1e3 * period_m / kTurn, 1e3 * out_m);
-    meaning = text;
+    meaning = printed("a drum of %.3g mm radius that runs out by %.2g mm", 1e3 * period_m / kTurn,
+                      1e3 * out_m);
   }
   definition.sentence = definition.adds.front().to + " += " + definition.adds.front().formula +
                         (meaning.empty() ? "" : ": may be " + meaning);

@@ -4,6 +4,7 @@
 
 #include "cdprcal/diagnosis/motion.hpp"
 #include "cdprcal/diagnosis/turns.hpp"
+#include "cdprcal/estimation/mean_square.hpp"
 
 namespace cdprcal {
 namespace {
@@ -49,18 +50,11 @@ Scale scale_of(const Values& values) {
   return {mean, spread > 1e-9 ? spread : 1.0};
 }
 
-struct RootMeanSquare {
-  double squares = 0.0;
-  int count = 0;
-  void add(double v) {
-    if (std::isfinite(v)) squares += v * v, ++count;
-  }
-  /// 1 where nothing of any size was added.
-  [[nodiscard]] double value() const {
-    const double mean = count > 0 ? std::sqrt(squares / count) : 0.0;
-    return mean > 1e-9 ? mean : 1.0;
-  }
-};
+/// 1 where nothing of any size was added.
+double size_of(const MeanSquare& values) {
+  const double rms = values.rms();
+  return rms > 1e-9 ? rms : 1.0;
+}
 
 /// Legendre polynomials P1 … P4: a smooth course over the run.
 double legendre(int degree, double x) {
@@ -194,9 +188,8 @@ class GenericEffect final : public Effect {
       case Covariate::tension:
         return bent(visited_->tension[c](m.tension_of_laws_N()[cable]), t);
       case Covariate::direction: {
-        const CableVector& s =
-            form_.target == Channel::swivel ? m.swivel_direction : m.length_direction;
-        return s.size() > cable ? s[cable] : 0.0;
+        return value_or_zero(
+            form_.target == Channel::swivel ? m.swivel_direction : m.length_direction, cable);
       }
       case Covariate::itself:
         break;
@@ -242,7 +235,7 @@ std::shared_ptr<const Visited> visited_by(const DiagnosisModel& model) {
   out->turns = angles_that_vary(model);
   double last_s = 0.0;
   std::array<std::vector<double>, 3> position;
-  RootMeanSquare tilt, pull;
+  MeanSquare tilt, pull;
   std::vector<std::vector<double>> tension(n), length(n), swivel(n);
   for (const DiagnosisRun& run : model.runs) {
     for (std::size_t i = 0; i < run.measurements.size(); ++i) {
@@ -265,8 +258,8 @@ std::shared_ptr<const Visited> visited_by(const DiagnosisModel& model) {
   }
   if (last_s > 0.0) out->time = {0.5 * last_s, 0.5 * last_s};
   for (std::size_t a = 0; a < 3; ++a) out->position[a] = scale_of(position[a]);
-  out->tilt_rad = tilt.value();
-  out->tension_N = pull.value();
+  out->tilt_rad = size_of(tilt);
+  out->tension_N = size_of(pull);
   for (std::size_t c = 0; c < n; ++c) {
     out->tension.push_back(scale_of(tension[c]));
     out->length.push_back(scale_of(length[c]));

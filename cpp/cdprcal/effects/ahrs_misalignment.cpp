@@ -36,7 +36,7 @@ class AhrsMisalignment final : public Effect {
     const Matrix3 mounted = context.state.rotation * mounting;
     const Vector3 angles = euler_from_rotation(mounted, convention);
     out.middleRows<3>(rows.attitude()) = euler_rate_matrix(angles, convention).inverse() *
-                                         context.state.rotation * left_jacobian(rotation_rad);
+                                         context.state.rotation * left_jacobian_so3(rotation_rad);
   }
 };
 

@@ -51,9 +51,10 @@ class BaseTilt final : public Effect {
     const Matrix3 level = exp_so3(beta).toRotationMatrix();
     const Vector3 angles = euler_from_rotation(level * context.state.rotation, convention);
     out.middleRows<3>(rows.attitude()) =
-        (euler_rate_matrix(angles, convention).inverse() * left_jacobian(beta)).leftCols<2>();
+        (euler_rate_matrix(angles, convention).inverse() * left_jacobian_so3(beta)).leftCols<2>();
     const Vector3 weight = level.transpose() * context.robot.gravity_force_N();
-    const Eigen::Matrix<double, 3, 2> aside = (skew(weight) * left_jacobian(-beta)).leftCols<2>();
+    const Eigen::Matrix<double, 3, 2> aside =
+        (skew(weight) * left_jacobian_so3(-beta)).leftCols<2>();
     out.middleRows<3>(rows.wrench()) = -aside;
     out.middleRows<3>(rows.wrench() + 3) = -skew(context.state.centre_of_mass_arm_m) * aside;
     out.middleRows<3>(rows.specific_force()) =

@@ -33,7 +33,7 @@ class BendingHysteresis final : public Effect {
   void correct_tension(const EffectContext& context, const EffectValues& values,
                        CableVector& tension_N) const override {
     for (int i = 0; i < context.state.cable_count; ++i) {
-      const double s = direction(context, i);
+      const double s = value_or_zero(context.measurement.length_direction, i);
       const double measured = context.measurement.tension_N[i];
       tension_N[i] += (measured + s * values[0]) / (1.0 - s * values[1]) - measured;
     }
@@ -43,18 +43,12 @@ class BendingHysteresis final : public Effect {
     const ReadingRows rows{context.state.cable_count};
     Eigen::MatrixXd by_value(rows.cables, 2);
     for (int i = 0; i < rows.cables; ++i) {
-      const double s = direction(context, i);
+      const double s = value_or_zero(context.measurement.length_direction, i);
       const double keep = 1.0 - s * values[1];
       by_value(i, 0) = s / keep;
       by_value(i, 1) = s * (context.measurement.tension_N[i] + s * values[0]) / (keep * keep);
     }
     out.middleRows<6>(rows.wrench()) = wrench_by_tension(context.state, by_value);
-  }
-
- private:
-  static double direction(const EffectContext& context, int cable) {
-    const CableVector& s = context.measurement.length_direction;
-    return s.size() > cable ? s[cable] : 0.0;
   }
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "cdprcal/error.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 
@@ -65,7 +66,7 @@ EffectPointer find_among(const std::vector<EffectPointer>& effects, const std::s
   std::string known;
   for (const EffectPointer& effect : effects) {
     if (effect->info().name == name) return effect;
-    known += (known.empty() ? "" : ", ") + effect->name();
+    add_item(known, effect->name());
   }
   throw InputError("effect: '" + name + "' is not known; give one of " + known);
 }

@@ -39,6 +39,15 @@ EffectValues Effect::reported_deviation(const EffectValues& values,
   return info().inverse ? EffectValues(deviation.array() / values.array().square()) : deviation;
 }
 
+CableVector corrected_tension_N(const EffectContext& context, const ActiveEffects& effects,
+                                const CableVector& reading_N) {
+  CableVector out = reading_N;
+  for (const ActiveEffect& active : effects) {
+    active.effect->correct_tension(context, active.values, out);
+  }
+  return out;
+}
+
 Robot with_effects(const Robot& robot, const ActiveEffects& effects) {
   Robot changed = robot;
   for (const ActiveEffect& active : effects) active.effect->apply(active.values, changed);

@@ -133,11 +133,20 @@ struct ActiveEffect {
 };
 using ActiveEffects = std::vector<ActiveEffect>;
 
+/// Load cells' readings as effects correct them: the tensions at the platform.
+CableVector corrected_tension_N(const EffectContext& context, const ActiveEffects& effects,
+                                const CableVector& reading_N);
+
 /// Of a platform's mass: no effect leaves less of it.
 inline constexpr double kLeastMassShare = 1e-4;
 
 /// The robot with the geometry and inertia changes of all effects.
 Robot with_effects(const Robot& robot, const ActiveEffects& effects);
+
+/// Of one cable, 0 where nobody knows (empty).
+inline double value_or_zero(const CableVector& values, int cable) {
+  return values.size() > cable ? values[cable] : 0.0;
+}
 
 /// ∂(Ξᵀτ)/∂θ for tensions that change by `tension_by_value` (n × p); NaN: nobody reads it.
 inline Eigen::MatrixXd wrench_by_tension(const PlatformState& state,

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <numbers>
 
-#include "cdprcal/text_file.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
@@ -112,7 +112,7 @@ std::size_t function_index(std::string_view name) {
 
 std::string list_of(const std::vector<std::string>& names) {
   std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  for (const std::string& name : names) add_item(text, name);
   return text;
 }
 

@@ -21,15 +21,9 @@ inline void columns_of_pulley_places(const EffectContext& context, EffectColumns
   }
 }
 
-/// Mean of the pulleys' places: what a wrong shape of the frame leaves where it is, since readings
-/// cannot tell a shift of the whole frame from one of the platform.
-inline Vector3 middle_of_pulleys(const Robot& robot) {
-  Vector3 sum = Vector3::Zero();
-  for (int i = 0; i < robot.cable_count(); ++i) sum += robot.cables[i].pulley.position_m;
-  return sum / std::max(1, robot.cable_count());
-}
-
-/// How far out the pulleys stand from it along x, y, z; 1 where none does.
+/// How far out the pulleys stand from their middle along x, y, z; 1 where none does. A wrong shape
+/// of the frame leaves the middle where it is, since readings cannot tell a shift of the whole
+/// frame from one of the platform.
 inline Vector3 reach_of_pulleys(const Robot& robot) {
   const Vector3 middle = middle_of_pulleys(robot);
   Vector3 out = Vector3::Zero();

@@ -59,18 +59,12 @@ void evaluate_pose(const Robot& robot, const Measurement& measurement, const Pos
     if (!out.valid) return;
     out.tension_N = model.tension_N;
     if (!effects.empty()) {  // what the load cells would read of these
-      CableVector corrected_N = measurement.tension_N;
-      for (const ActiveEffect& active : effects) {
-        active.effect->correct_tension(context, active.values, corrected_N);
-      }
-      out.tension_N += measurement.tension_N - corrected_N;
+      out.tension_N +=
+          measurement.tension_N - corrected_tension_N(context, effects, measurement.tension_N);
     }
     out.tension_by_twist = model.by_twist;
   } else if (statics == StaticsModel::wrench) {
-    out.tension_N = measurement.tension_N;
-    for (const ActiveEffect& active : effects) {
-      active.effect->correct_tension(context, active.values, out.tension_N);
-    }
+    out.tension_N = corrected_tension_N(context, effects, measurement.tension_N);
     out.wrench = wrench_residual(robot, state, out.tension_N);
     if (jacobians) out.wrench_by_twist = stiffness(robot, state, out.tension_N);
     add_inertia(robot, state, measurement, out);

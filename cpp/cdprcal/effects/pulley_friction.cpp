@@ -29,7 +29,8 @@ class PulleyFriction final : public Effect {
                        CableVector& tension_N) const override {
     for (int i = 0; i < context.state.cable_count; ++i) {
       tension_N[i] +=
-          context.measurement.tension_N[i] * std::expm1(direction(context, i) * coefficient[0]);
+          context.measurement.tension_N[i] *
+          std::expm1(value_or_zero(context.measurement.length_direction, i) * coefficient[0]);
     }
   }
   void columns(const EffectContext& context, const EffectValues& coefficient,
@@ -37,16 +38,10 @@ class PulleyFriction final : public Effect {
     const ReadingRows rows{context.state.cable_count};
     Eigen::VectorXd by_value(rows.cables);
     for (int i = 0; i < rows.cables; ++i) {
-      const double s = direction(context, i);
+      const double s = value_or_zero(context.measurement.length_direction, i);
       by_value[i] = s * context.measurement.tension_N[i] * std::exp(s * coefficient[0]);
     }
     out.middleRows<6>(rows.wrench()) = wrench_by_tension(context.state, by_value);
-  }
-
- private:
-  static double direction(const EffectContext& context, int cable) {
-    const CableVector& s = context.measurement.length_direction;
-    return s.size() > cable ? s[cable] : 0.0;
   }
 };
 

@@ -7,7 +7,7 @@
 #include "cdprcal/effects/reading_faults.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/model/robot_check.hpp"
-#include "cdprcal/text_file.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
@@ -103,7 +103,7 @@ std::optional<EffectLayout> effect_layout(const Robot& robot, const std::string&
 std::string unknown_effect(const Robot& robot, const std::string& name) {
   std::string known;
   for (const EffectLayout& layout : effect_layouts()) {
-    known += (known.empty() ? "" : ", ") + layout.name;
+    add_item(known, layout.name);
   }
   for (const auto& effect : robot.own_effects) known += ", " + effect->name();
   return "unknown effect " + in_quotes(name) + "; known: " + known;

@@ -27,19 +27,15 @@ class SwivelHysteresis final : public Effect {
   void add_to_readings(const EffectContext& context, const EffectValues& half_width_rad,
                        PoseEvaluation& evaluation) const override {
     for (int i = 0; i < context.state.cable_count; ++i) {
-      evaluation.swivel_rad[i] -= direction(context, i) * half_width_rad[0];
+      evaluation.swivel_rad[i] -=
+          value_or_zero(context.measurement.swivel_direction, i) * half_width_rad[0];
     }
   }
   void columns(const EffectContext& context, const EffectValues&,
                EffectColumns out) const override {
     const ReadingRows rows{context.state.cable_count};
-    for (int i = 0; i < rows.cables; ++i) out(rows.swivel() + i, 0) = -direction(context, i);
-  }
-
- private:
-  static double direction(const EffectContext& context, int cable) {
-    const CableVector& s = context.measurement.swivel_direction;
-    return s.size() > cable ? s[cable] : 0.0;
+    for (int i = 0; i < rows.cables; ++i)
+      out(rows.swivel() + i, 0) = -value_or_zero(context.measurement.swivel_direction, i);
   }
 };
 

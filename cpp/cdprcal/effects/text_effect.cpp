@@ -9,7 +9,7 @@
 #include "cdprcal/effects/expression.hpp"
 #include "cdprcal/effects/moved_pulleys.hpp"
 #include "cdprcal/effects/reading_faults.hpp"
-#include "cdprcal/text_file.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
@@ -60,7 +60,7 @@ struct Place {
   }
   [[nodiscard]] Slope reach(int axis) const { return Slope(reach_of_pulleys(robot)[axis]); }
   [[nodiscard]] double entry_of(const CableVector& values) const {
-    const double value = values.size() > cable ? values[cable] : 0.0;
+    const double value = value_or_zero(values, cable);
     return std::isfinite(value) ? value : 0.0;
   }
 };
@@ -239,7 +239,7 @@ std::string unit_of(const std::string& name) {
     end = line;
   }
   std::string text;
-  for (const std::string& unit : units) text += (text.empty() ? "" : "/") + unit;
+  for (const std::string& unit : units) add_item(text, unit, "/");
   return text.empty() ? "1" : text;
 }
 
@@ -559,7 +559,7 @@ class TextEffect final : public Effect {
           std::ranges::find_if(kTargets, [&](auto& t) { return addition.to == t.name; });
       if (target == kTargets.end()) {
         std::string known;
-        for (const Target& t : kTargets) known += (known.empty() ? "" : ", ") + std::string(t.name);
+        for (const Target& t : kTargets) add_item(known, t.name);
         throw DefinitionError(
             "adds", "has no place for " + in_quotes(addition.to) + "; give one of " + known);
       }
@@ -621,7 +621,7 @@ class TextEffect final : public Effect {
   void describe() {
     for (const auto& parameter : definition_.parameters) units_.push_back(unit_of(parameter.name));
     for (const auto& [to, formula] : definition_.adds) {
-      equation_ += (equation_.empty() ? "" : "; ") + to + " += " + one_line(formula);
+      add_item(equation_, to + " += " + one_line(formula), "; ");
     }
     if (definition_.sentence.empty()) definition_.sentence = equation_;
     info_.name = definition_.name.c_str();
@@ -740,10 +740,8 @@ class TextEffect final : public Effect {
   [[nodiscard]] std::string where(const Term& term, const Names& names) const {
     std::string text;
     for (const std::size_t v : term.variables) {
-      char number[64];
-      std::snprintf(number, sizeof number, " %s = %.3g", kVariables[v].name,
-                    names[definition_.parameters.size() + v].a);
-      text += (text.empty() ? " at" : ",") + std::string(number);
+      text += (text.empty() ? " at" : ",") +
+              printed(" %s = %.3g", kVariables[v].name, names[definition_.parameters.size() + v].a);
     }
     return text;
   }

@@ -229,16 +229,12 @@ EquilibriumResult direct_from_tensions(const Robot& robot, const CableVector& te
     last = problem.minimum(*start);
     if (last.status == EquilibriumStatus::found) return last;
   }
-  for (const bool many : {false, true}) {  // the unlikely starts only when the likely ones fail
-    const auto rotations = start_rotations(robot, many);
-    const std::size_t tried = many ? start_rotations(robot, false).size() : 0;
-    for (std::size_t k = tried; k < rotations.size(); ++k) {
-      const Drop drop = drop_for_tensions(robot, rotations[k], tension_N);
-      const EquilibriumResult result =
-          problem.minimum(hanging_pose(robot, rotations[k], tension_N, drop.drop_m));
-      if (result.status == EquilibriumStatus::found) return result;
-      if (last.reason.empty() || result.balanced()) last = result;
-    }
+  for (const Eigen::Quaterniond& rotation : start_rotations(robot).all) {
+    const double drop_m = drop_for_tensions(robot, rotation, tension_N);
+    const EquilibriumResult result =
+        problem.minimum(hanging_pose(robot, rotation, tension_N, drop_m));
+    if (result.status == EquilibriumStatus::found) return result;
+    if (last.reason.empty() || result.balanced()) last = result;
   }
   return last;
 }
@@ -249,9 +245,9 @@ std::vector<EquilibriumResult> all_equilibria_from_tensions(const Robot& robot,
   check_tensions(robot, tension_N);
   TensionProblem problem(robot, tension_N, options);
   DistinctEquilibria distinct(robot);
-  for (const Eigen::Quaterniond& rotation : start_rotations(robot, true)) {
-    const Drop drop = drop_for_tensions(robot, rotation, tension_N);
-    const Pose start = hanging_pose(robot, rotation, tension_N, drop.drop_m);
+  for (const Eigen::Quaterniond& rotation : start_rotations(robot).all) {
+    const double drop_m = drop_for_tensions(robot, rotation, tension_N);
+    const Pose start = hanging_pose(robot, rotation, tension_N, drop_m);
     for (const EquilibriumResult& result : {problem.minimum(start), problem.newton(start)}) {
       if (result.balanced()) distinct.add(result, problem.potential(result));
     }

@@ -263,18 +263,16 @@ EquilibriumResult direct_from_lengths(const Robot& robot, const CableVector& len
     best = problem.minimum(*start);
     if (best.status == EquilibriumStatus::found) return best;
   }
-  for (const bool many : {false, true}) {
-    if (best.status == EquilibriumStatus::slack) break;  // a true rest: no need for odd starts
-    const auto rotations = start_rotations(robot, many);
-    const std::size_t tried = many ? start_rotations(robot, false).size() : 0;
-    for (std::size_t k = tried; k < rotations.size(); ++k) {
-      const CableVector equal = CableVector::Ones(robot.cable_count());
-      const double drop = drop_for_lengths(robot, rotations[k], length_m);
-      const EquilibriumResult result =
-          problem.minimum(hanging_pose(robot, rotations[k], equal, drop));
-      if (result.status == EquilibriumStatus::found) return result;
-      if (best.reason.empty() || (result.balanced() && !best.stable)) best = result;
-    }
+  const auto [rotations, likely] = start_rotations(robot);
+  for (std::size_t k = 0; k < rotations.size(); ++k) {
+    // A true rest: no need for more, if it is known before a start, or before the odd ones.
+    if ((k == 0 || k == likely) && best.status == EquilibriumStatus::slack) break;
+    const CableVector equal = CableVector::Ones(robot.cable_count());
+    const double drop_m = drop_for_lengths(robot, rotations[k], length_m);
+    const EquilibriumResult result =
+        problem.minimum(hanging_pose(robot, rotations[k], equal, drop_m));
+    if (result.status == EquilibriumStatus::found) return result;
+    if (best.reason.empty() || (result.balanced() && !best.stable)) best = result;
   }
   return best;
 }
@@ -285,7 +283,7 @@ std::vector<EquilibriumResult> all_equilibria_from_lengths(const Robot& robot,
   check_lengths(robot, length_m);
   LengthProblem problem(robot, length_m, options);
   DistinctEquilibria distinct(robot);
-  for (const Eigen::Quaterniond& rotation : start_rotations(robot, true)) {
+  for (const Eigen::Quaterniond& rotation : start_rotations(robot).all) {
     const CableVector equal = CableVector::Ones(robot.cable_count());
     const Pose start =
         hanging_pose(robot, rotation, equal, drop_for_lengths(robot, rotation, length_m));

@@ -56,57 +56,52 @@ ForceRows force_rows(const PlatformState& state) {
   return rows;
 }
 
-/// ∂t of every cable along each direction: columns 0–2 are the rotation, 3–5 the translation.
+/// ∂t of every cable along a turn about each axis.
 struct DirectionMotion {
-  int count = 3;
-  std::array<Eigen::Matrix<double, 3, 6>, 5> by;
+  std::array<Matrix3, 5> by;
 
   /// ∂A v.
-  [[nodiscard]] Eigen::Matrix<double, 3, 6> times(const double* v, int n) const {
-    Eigen::Matrix<double, 3, 6> sum = v[0] * by[0];
+  [[nodiscard]] Matrix3 times(const double* v, int n) const {
+    Matrix3 sum = v[0] * by[0];
     for (int i = 1; i < n; ++i) sum += v[i] * by[i];
     return sum;
   }
 };
 
-DirectionMotion direction_motion(const PlatformState& state, bool with_position) {
+DirectionMotion direction_motion(const PlatformState& state) {
   DirectionMotion motion;
-  motion.count = with_position ? 6 : 3;
   for (int i = 0; i < state.cable_count; ++i) {
     const Matrix3 t_by_q = direction_by_q(state.cable[i]);
     for (int c = 0; c < 3; ++c) {  // T (e_c × a′)
       motion.by[i].col(c) = t_by_q * Vector3::Unit(c).cross(state.anchor_arm_m[i]);
     }
-    motion.by[i].rightCols<3>() = t_by_q;
   }
   return motion;
 }
 
-using Column = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::ColMajor, 5, 6>;
-
 /// τ = w + Aᵀy, A τ = g: the tensions closest to w, and ∂τ.
 CableVector closest_to(const Robot& robot, const ForceRows& rows, const CableVector& w,
-                       const DirectionMotion& motion, Column& by) {
+                       const DirectionMotion& motion, CableRows3& by) {
   const int n = static_cast<int>(rows.a.cols());
   const Vector3 y = rows.gram_inverse * (robot.gravity_force_N() - rows.a * w);
   const CableVector tension = w + rows.a.transpose() * y;
   // ∂τ = ∂Aᵀy + Aᵀ∂y and A∂τ = −∂A τ.
-  by.resize(n, 6);
+  by.resize(n, 3);
   for (int i = 0; i < n; ++i) by.row(i) = y.transpose() * motion.by[i];
-  const Eigen::Matrix<double, 3, 6> lack = motion.times(tension.data(), n) + rows.a * by;
+  const Matrix3 lack = motion.times(tension.data(), n) + rows.a * by;
   by -= rows.right_inverse * lack;
   return tension;
 }
 
-/// ∂N_c = −A⁺∂A N_c plus the turn within the null space that keeps the rule of ForceFamily.
-std::array<Column, 2> basis_motion(const ForceRows& rows, const DirectionMotion& motion) {
+/// ∂N_c = −A⁺∂A N_c plus the turn within the null space that keeps the rule of TensionFamily.
+std::array<CableRows3, 2> basis_motion(const ForceRows& rows, const DirectionMotion& motion) {
   const int n = static_cast<int>(rows.a.cols());
-  std::array<Column, 2> by;
+  std::array<CableRows3, 2> by;
   for (int c = 0; c < n - 3; ++c) {
     by[c] = -rows.right_inverse * motion.times(rows.basis.col(c).data(), n);
   }
   if (n == 5) {  // row of cable 4 stays zero in column 2
-    const Eigen::Matrix<double, 1, 6> turn = -by[1].row(3) / rows.basis(3, 0);
+    const Eigen::RowVector3d turn = -by[1].row(3) / rows.basis(3, 0);
     by[1] += rows.basis.col(0) * turn;
     by[0] -= rows.basis.col(1) * turn;
   }
@@ -115,8 +110,8 @@ std::array<Column, 2> basis_motion(const ForceRows& rows, const DirectionMotion&
 
 }  // namespace
 
-ForceFamily force_family(const Robot& robot, const PlatformState& state) {
-  ForceFamily family;
+TensionFamily force_family(const Robot& robot, const PlatformState& state) {
+  TensionFamily family;
   if (!state.valid || state.cable_count < 3 || state.cable_count > 5) return family;
   const ForceRows rows = force_rows(state);
   if (!rows.valid) return family;
@@ -129,35 +124,30 @@ ForceFamily force_family(const Robot& robot, const PlatformState& state) {
 CableVector lambda_of(const Robot& robot, const PlatformState& state,
                       const CableVector& tension_N) {
   require_one_a_cable(tension_N, state.cable_count);
-  if (holds_orientation(robot)) {
-    const WrenchFamily family = wrench_family(robot, state);
-    return family.valid ? CableVector(family.basis.transpose() * tension_N) : CableVector();
-  }
-  const ForceFamily family = force_family(robot, state);
-  if (!family.valid) return {};
-  return family.basis.transpose() * tension_N;
+  const TensionFamily family =
+      holds_orientation(robot) ? wrench_family(robot, state) : force_family(robot, state);
+  return family.valid ? CableVector(family.basis.transpose() * tension_N) : CableVector();
 }
 
 DistributedTension distribute(const Robot& robot, const PlatformState& state,
-                              TensionDistribution distribution, const CableVector& given_lambda_N,
-                              bool with_position_derivative) {
+                              TensionDistribution distribution, const CableVector& given_lambda_N) {
   DistributedTension result;
   const ForceRows rows = force_rows(state);
   if (!rows.valid) return result;
   const int n = state.cable_count;
   const int k = n - 3;
-  const DirectionMotion motion = direction_motion(state, with_position_derivative);
+  const DirectionMotion motion = direction_motion(state);
   CableVector reference = CableVector::Zero(n);
   if (distribution == TensionDistribution::mid_range) {
     reference.setConstant(0.5 * (robot.tension_min_N + robot.tension_max_N));
   }
-  Column by;
+  CableRows3 by;
   CableVector tension = closest_to(robot, rows, reference, motion, by);
   if (k > 0 && (distribution == TensionDistribution::barycentre ||
                 distribution == TensionDistribution::given_lambda)) {
-    const std::array<Column, 2> basis_by = basis_motion(rows, motion);
+    const std::array<CableRows3, 2> basis_by = basis_motion(rows, motion);
     Eigen::Vector2d lambda = Eigen::Vector2d::Zero();
-    std::array<Eigen::Vector2d, 6> lambda_by;
+    std::array<Eigen::Vector2d, 3> lambda_by;
     lambda_by.fill(Eigen::Vector2d::Zero());
     if (distribution == TensionDistribution::given_lambda) {
       lambda.head(k) = given_lambda_N;
@@ -165,10 +155,10 @@ DistributedTension distribute(const Robot& robot, const PlatformState& state,
       MovingFamily family;
       family.cable_count = n;
       family.freedom = k;
-      family.directions = motion.count;
+      family.directions = 3;
       family.particular_N = tension;
       family.basis = rows.basis;
-      for (int d = 0; d < motion.count; ++d) {
+      for (int d = 0; d < 3; ++d) {
         family.particular_by[d].head(n) = by.col(d);
         for (int c = 0; c < k; ++c) family.basis_by[d].col(c).head(n) = basis_by[c].col(d);
         if (k == 1) family.basis_by[d].col(1).setZero();
@@ -181,13 +171,12 @@ DistributedTension distribute(const Robot& robot, const PlatformState& state,
     for (int c = 0; c < k; ++c) {
       tension += lambda[c] * rows.basis.col(c);
       by += lambda[c] * basis_by[c];
-      for (int d = 0; d < motion.count; ++d) by.col(d) += lambda_by[d][c] * rows.basis.col(c);
+      for (int d = 0; d < 3; ++d) by.col(d) += lambda_by[d][c] * rows.basis.col(c);
     }
   }
   result.tension_N = tension;
   result.lambda_N = rows.basis.transpose() * tension;
-  result.by_rotation = by.leftCols<3>();
-  if (with_position_derivative) result.by_position = by.rightCols<3>();
+  result.by_rotation = by;
   result.valid = tension.allFinite();
   return result;
 }

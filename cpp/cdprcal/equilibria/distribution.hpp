@@ -33,12 +33,12 @@ using CableRows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, 5, 
 /// last n−3 rows are lower triangular with a positive diagonal. So for n = 4 raising λ raises the
 /// tension of cable 4; for n = 5 raising λ₂ raises that of cable 5 and leaves cable 4 alone. N is
 /// continuous (and differentiable) wherever the directions of cables 1 to 3 are independent.
-struct ForceFamily {
-  bool valid = false;          ///< false: the cable directions do not span space, or the rule fails
+struct TensionFamily {
+  bool valid = false;          ///< false: the cables do not span what they are to carry
   CableVector minimum_norm_N;  ///< A⁺g
   NullBasis basis;             ///< N
 };
-ForceFamily force_family(const Robot& robot, const PlatformState& state);
+TensionFamily force_family(const Robot& robot, const PlatformState& state);
 
 /// λ = Nᵀτ (n−3 values; from six cables on n−6, of wrench_family) of given tensions at a pose: what
 /// reproduces them with given_lambda. Empty when the family is not valid.
@@ -54,13 +54,11 @@ struct DistributedTension {
   CableVector tension_N;
   CableVector lambda_N;
   CableRows3 by_rotation;  ///< ∂τ/∂δθ (n×3)
-  CableRows3 by_position;  ///< ∂τ/∂δp (n×3), when asked for
 };
 
 /// n = 3, 4, 5 (the caller checks). `given` is used by given_lambda only. No heap.
 DistributedTension distribute(const Robot& robot, const PlatformState& state,
-                              TensionDistribution distribution, const CableVector& given_lambda_N,
-                              bool with_position_derivative = false);
+                              TensionDistribution distribution, const CableVector& given_lambda_N);
 
 /// Distance [N] of the closest tension to its limit; negative outside: min(τ − τ_min, τ_max − τ).
 double tension_margin_N(const Robot& robot, const CableVector& tension_N);

@@ -42,7 +42,7 @@ std::vector<int> cables_led_by_tension(const Robot& robot, const std::vector<Pos
   if (free <= 0) return {};
   std::vector<NullBasis> bases;
   for (const Pose& pose : poses) {
-    const WrenchFamily family = wrench_family(robot, platform_state(robot, pose));
+    const TensionFamily family = wrench_family(robot, platform_state(robot, pose));
     if (family.valid) bases.push_back(family.basis);
   }
   // |det| of the rows of N: 1 when these tensions are λ itself, 0 when they do not govern it.

@@ -57,15 +57,14 @@ InverseSolver::InverseSolver(Robot robot, const InverseOptions& options)
   moment_scale_Nm_ = std::max(robot_.weight_N(), 1e-12) * length_scale_m_;
 }
 
-InverseSolver::Moment InverseSolver::moment(const PlatformState& state, bool with_position) const {
+InverseSolver::Moment InverseSolver::moment(const PlatformState& state) const {
   Moment m;
-  m.tension = distribute(robot_, state, options_.distribution, options_.lambda_N, with_position);
+  m.tension = distribute(robot_, state, options_.distribution, options_.lambda_N);
   if (!m.tension.valid) return m;
   // Σ τ a′×t − s′×g, and its derivative: that at constant tensions plus Ξ_Mᵀ ∂τ.
   const CableVector& tension = m.tension.tension_N;
   m.value = -state.centre_of_mass_arm_m.cross(robot_.gravity_force_N());
   m.by_rotation = -skew(robot_.gravity_force_N()) * skew(state.centre_of_mass_arm_m);
-  m.by_position.setZero();
   for (int i = 0; i < state.cable_count; ++i) {
     const Vector3& t = state.cable[i].direction;
     const Matrix3 arm = skew(state.anchor_arm_m[i]);
@@ -74,7 +73,6 @@ InverseSolver::Moment InverseSolver::moment(const PlatformState& state, bool wit
     m.value += tension[i] * lever;
     m.by_rotation += tension[i] * (skew(t) * arm) - arm_t * arm;
     m.by_rotation += lever * m.tension.by_rotation.row(i);
-    if (with_position) m.by_position += arm_t + lever * m.tension.by_position.row(i);
   }
   m.valid = m.value.allFinite();
   return m;
@@ -192,7 +190,7 @@ InverseSolver::Point InverseSolver::solve(const Vector3& position_m, int* evalua
   Point best;
   best.rotation = Eigen::Quaterniond(kNaN, kNaN, kNaN, kNaN);
   bool any = false;
-  for (const Eigen::Quaterniond& rotation : start_rotations(robot_, true)) {
+  for (const Eigen::Quaterniond& rotation : start_rotations(robot_).all) {
     const Point point = search_from(position_m, rotation, evaluations);
     if (point.status == EquilibriumStatus::found) return point;
     if (!any || rank(point.status) < rank(best.status)) best = point;
@@ -273,7 +271,7 @@ std::vector<InverseResult> all_equilibria_at(const Robot& robot, const Vector3& 
     if (!results.front().balanced()) results.clear();
     return results;
   }
-  for (const Eigen::Quaterniond& rotation : start_rotations(robot, true)) {
+  for (const Eigen::Quaterniond& rotation : start_rotations(robot).all) {
     for (const auto& point :
          {solver.search_from(position_m, rotation), solver.continue_from(position_m, rotation)}) {
       InverseResult result = solver.describe(position_m, point);

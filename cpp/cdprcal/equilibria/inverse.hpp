@@ -16,7 +16,7 @@ enum class StabilityNotion { locked_lengths, constant_tensions };
 
 struct InverseOptions {
   TensionDistribution distribution = TensionDistribution::barycentre;
-  CableVector lambda_N;  ///< n − 3 values, for given_lambda (see ForceFamily); n − 6 from six on
+  CableVector lambda_N;  ///< n − 3 values, for given_lambda (see TensionFamily); n − 6 from six on
   /// Commanded, from six cables on; default: held_orientation.
   std::optional<Eigen::Quaterniond> rotation;
   StabilityNotion stability = StabilityNotion::locked_lengths;  ///< the paper's (eq. A4)
@@ -76,10 +76,9 @@ class InverseSolver {
     bool valid = false;
     Vector3 value;
     Matrix3 by_rotation;
-    Matrix3 by_position;
     DistributedTension tension;
   };
-  [[nodiscard]] Moment moment(const PlatformState& state, bool with_position = false) const;
+  [[nodiscard]] Moment moment(const PlatformState& state) const;
 
  private:
   void classify(const Pose& pose, const PlatformState& state, Point& point) const;

@@ -5,21 +5,21 @@
 
 namespace cdprcal {
 
-/// The family and how it moves with `directions` motion coordinates (three or six).
+/// The family and how it moves with `directions` motion coordinates (none or three).
 struct MovingFamily {
   int cable_count = 0;
   int freedom = 0;  ///< of λ: 1 or 2
   int directions = 0;
   CableVector particular_N;                                           ///< τ₀
   NullBasis basis;                                                    ///< N
-  std::array<Eigen::Matrix<double, kMaxCables, 1>, 6> particular_by;  ///< ∂τ₀, a direction
-  std::array<Eigen::Matrix<double, kMaxCables, 2>, 6> basis_by;       ///< ∂N, a direction
+  std::array<Eigen::Matrix<double, kMaxCables, 1>, 3> particular_by;  ///< ∂τ₀, a direction
+  std::array<Eigen::Matrix<double, kMaxCables, 2>, 3> basis_by;       ///< ∂N, a direction
 };
 
 struct Barycentre {
   bool exists = false;  ///< the polytope has an inside
   Eigen::Vector2d lambda_N = Eigen::Vector2d::Zero();
-  std::array<Eigen::Vector2d, 6> by;  ///< ∂λ, a direction
+  std::array<Eigen::Vector2d, 3> by;  ///< ∂λ, a direction
 };
 
 /// Interval midpoint (one λ) or polygon centroid (two). When the polytope is empty: see

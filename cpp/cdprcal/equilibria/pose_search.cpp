@@ -9,13 +9,6 @@
 namespace cdprcal {
 namespace {
 
-/// Size of a robot [m]: diagonal of the pulleys' box plus the platform's reach.
-double platform_reach_m(const Robot& robot) {
-  double reach = robot.platform.centre_of_mass_m.norm();
-  for (const Cable& cable : robot.cables) reach = std::max(reach, cable.platform_anchor_m.norm());
-  return reach;
-}
-
 /// One search: keeps the state of the last point, which NLopt asks for twice (value, constraints).
 class Search {
  public:
@@ -108,35 +101,16 @@ void constraint_callback(unsigned, double* result, unsigned, const double* x, do
 
 }  // namespace
 
-Matrix3 left_jacobian_so3(const Vector3& v) {
-  const double angle_squared = v.squaredNorm();
-  double a = 0.0, b = 0.0;  // (1 − cos θ)/θ², (θ − sin θ)/θ³
-  if (angle_squared < 1e-6) {
-    a = 0.5 - angle_squared / 24.0;
-    b = 1.0 / 6.0 - angle_squared / 120.0;
-  } else {
-    const double angle = std::sqrt(angle_squared);
-    a = (1.0 - std::cos(angle)) / angle_squared;
-    b = (angle - std::sin(angle)) / (angle_squared * angle);
-  }
-  const Matrix3 s = skew(v);
-  return Matrix3::Identity() + a * s + b * s * s;
-}
-
-PoseBounds search_bounds(const Robot& robot) {
-  PoseBounds bounds{Vector3::Constant(HUGE_VAL), Vector3::Constant(-HUGE_VAL)};
-  for (const Cable& cable : robot.cables) {
-    bounds.lower_m = bounds.lower_m.cwiseMin(cable.pulley.position_m);
-    bounds.upper_m = bounds.upper_m.cwiseMax(cable.pulley.position_m);
-  }
+Box search_bounds(const Robot& robot) {
+  Box bounds = pulley_box(robot);
   const double reach = platform_reach_m(robot);
-  const double size = (bounds.upper_m - bounds.lower_m).norm() + reach;
+  const double size = bounds.extent_m().norm() + reach;
   bounds.lower_m -= Vector3(size, size, 10.0 * size);
   bounds.upper_m += Vector3(size, size, reach);
   return bounds;
 }
 
-PoseSearchResult search_pose(const Robot& robot, const Pose& start, const PoseBounds& bounds,
+PoseSearchResult search_pose(const Robot& robot, const Pose& start, const Box& bounds,
                              const PoseObjective& objective, const PoseSearchOptions& options) {
   Search search(robot, start, objective, options);
   const auto n = static_cast<unsigned>(search.size());

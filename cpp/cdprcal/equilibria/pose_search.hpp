@@ -9,15 +9,9 @@
 
 namespace cdprcal {
 
-/// Where poses are searched: positions within a box, any rotation up to half a turn from the start.
-struct PoseBounds {
-  Vector3 lower_m = Vector3::Zero();
-  Vector3 upper_m = Vector3::Zero();
-};
-
 /// Everywhere that a suspended platform can be: the box of the pulleys, grown by the platform, and
 /// down to ten times the robot's size below them.
-PoseBounds search_bounds(const Robot& robot);
+Box search_bounds(const Robot& robot);
 
 /// What is minimised. The gradients are along world-frame twists (see geometry/pose.hpp); the
 /// search applies the chain rule to its own coordinates.
@@ -47,11 +41,9 @@ struct PoseSearchResult {
 
 /// Local minimum by NLopt's SLSQP (dense quasi-Newton with bounds and constraints) from `start`.
 /// The pose is start ⊕ δ with δ = (δp, δθ); gradients along a twist at the current pose become
-/// gradients by δθ through the left Jacobian of exp on SO(3).
-PoseSearchResult search_pose(const Robot& robot, const Pose& start, const PoseBounds& bounds,
+/// gradients by δθ through the left Jacobian of exp on SO(3). Positions stay within `bounds`; any
+/// rotation up to half a turn from the start.
+PoseSearchResult search_pose(const Robot& robot, const Pose& start, const Box& bounds,
                              const PoseObjective& objective, const PoseSearchOptions& options);
-
-/// Left Jacobian of SO(3): d/dt exp(θ) = [J_l(θ) θ̇]× exp(θ).
-Matrix3 left_jacobian_so3(const Vector3& rotation_vector_rad);
 
 }  // namespace cdprcal

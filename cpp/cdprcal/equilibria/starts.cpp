@@ -1,6 +1,7 @@
 #include "cdprcal/equilibria/starts.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "cdprcal/kinematics/platform.hpp"
 
@@ -61,7 +62,7 @@ double bisect(F&& increasing, double low, double high) {
 
 }  // namespace
 
-std::vector<Eigen::Quaterniond> start_rotations(const Robot& robot, bool many) {
+StartRotations start_rotations(const Robot& robot) {
   std::vector<Eigen::Quaterniond> rotations;
   rotations.push_back(facing(robot, Eigen::Quaterniond::Identity()));
   const Vector3 up = anchor_centroid_m(robot) - robot.platform.centre_of_mass_m;
@@ -69,9 +70,8 @@ std::vector<Eigen::Quaterniond> start_rotations(const Robot& robot, bool many) {
     rotations.push_back(
         facing(robot, Eigen::Quaterniond::FromTwoVectors(up, Vector3::UnitZ()).normalized()));
   }
-  if (!many) return rotations;
-  const std::size_t upright = rotations.size();
-  for (std::size_t k = 0; k < upright; ++k) {
+  const std::size_t likely = rotations.size();
+  for (std::size_t k = 0; k < likely; ++k) {
     const Eigen::Quaterniond base = rotations[k];
     // Axes that turn with the robot, so that the starts do too.
     const Vector3 x = base * Vector3::UnitX();
@@ -85,7 +85,7 @@ std::vector<Eigen::Quaterniond> start_rotations(const Robot& robot, bool many) {
       }
     }
   }
-  return rotations;
+  return {std::move(rotations), likely};
 }
 
 Pose hanging_pose(const Robot& robot, const Eigen::Quaterniond& rotation,
@@ -94,8 +94,8 @@ Pose hanging_pose(const Robot& robot, const Eigen::Quaterniond& rotation,
   return {target - rotation * anchor_centroid_m(robot), rotation};
 }
 
-Drop drop_for_tensions(const Robot& robot, const Eigen::Quaterniond& rotation,
-                       const CableVector& tension_N) {
+double drop_for_tensions(const Robot& robot, const Eigen::Quaterniond& rotation,
+                         const CableVector& tension_N) {
   const auto excess = [&](double drop_m) {
     const PlatformState state =
         platform_state(robot, hanging_pose(robot, rotation, tension_N, drop_m));
@@ -108,8 +108,8 @@ Drop drop_for_tensions(const Robot& robot, const Eigen::Quaterniond& rotation,
     return -lift - robot.weight_N();  // the cables pull the platform up along −t
   };
   const double size = robot_size_m(robot);
-  if (!(excess(10.0 * size) > 0.0)) return {size, false};
-  return {bisect(excess, 0.02 * size, 10.0 * size), true};
+  if (!(excess(10.0 * size) > 0.0)) return size;
+  return bisect(excess, 0.02 * size, 10.0 * size);
 }
 
 double drop_for_lengths(const Robot& robot, const Eigen::Quaterniond& rotation,

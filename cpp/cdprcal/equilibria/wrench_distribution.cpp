@@ -129,11 +129,7 @@ DistributedTension distributed(const Robot& robot, const WrenchRows& rows,
 /// A lattice in the middle of where the platform may be: between the pulleys, and below the highest
 /// by as much as they are apart unless they are at different heights themselves.
 std::vector<Vector3> middle_lattice(const Robot& robot) {
-  Vector3 low = robot.cables[0].pulley.position_m, high = low;
-  for (const Cable& cable : robot.cables) {
-    low = low.cwiseMin(cable.pulley.position_m);
-    high = high.cwiseMax(cable.pulley.position_m);
-  }
+  auto [low, high] = pulley_box(robot);
   const double side = (high - low).head<2>().maxCoeff();
   if (high.z() - low.z() < 0.5 * side) low.z() = high.z() - side;
   std::vector<Vector3> lattice;
@@ -171,8 +167,8 @@ Score score_of(const Robot& robot, const std::vector<Vector3>& lattice,
 
 }  // namespace
 
-WrenchFamily wrench_family(const Robot& robot, const PlatformState& state) {
-  WrenchFamily family;
+TensionFamily wrench_family(const Robot& robot, const PlatformState& state) {
+  TensionFamily family;
   const WrenchRows rows = wrench_rows(robot, state);
   if (!rows.valid) return family;
   family.valid = null_basis(rows, family.basis);

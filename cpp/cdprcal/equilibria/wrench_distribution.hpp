@@ -21,15 +21,10 @@ inline bool holds_orientation(const Robot& robot) {
 /// More tensions that are free than this, and none is chosen.
 inline constexpr int kMostFree = 2;
 
-/// All tensions in balance with the weight at a pose. N follows the rule of ForceFamily, with f in
-/// place of three: its last n−f rows are lower triangular with a positive diagonal. Where the
+/// All tensions in balance with the weight at a pose. N follows the rule of TensionFamily, with f
+/// in place of three: its last n−f rows are lower triangular with a positive diagonal. Where the
 /// last cables' tensions cannot be changed the cables whose tensions can stand in their place.
-struct WrenchFamily {
-  bool valid = false;          ///< false: the cables do not hold all directions
-  CableVector minimum_norm_N;  ///< X⁺f
-  NullBasis basis;             ///< N
-};
-WrenchFamily wrench_family(const Robot& robot, const PlatformState& state);
+TensionFamily wrench_family(const Robot& robot, const PlatformState& state);
 
 /// Tensions by one distribution, f ≤ n ≤ f + kMostFree; without derivatives. barycentre: the
 /// centroid of the polytope within the limits, so it is there exactly where the pose is

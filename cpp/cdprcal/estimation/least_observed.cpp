@@ -3,13 +3,13 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <array>
-#include <cstdio>
 #include <limits>
 
 #include "cdprcal/estimation/assembly.hpp"
 #include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/statics/tension.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
@@ -17,10 +17,7 @@ namespace {
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 std::string quantity(bool rotation, double value) {
   if (!std::isfinite(value)) return "not at all";
-  char text[48];
-  std::snprintf(text, sizeof text, rotation ? "%.3g deg" : "%.3g mm",
-                rotation ? value / kDegree : 1e3 * value);
-  return text;
+  return rotation ? printed("%.3g deg", value / kDegree) : printed("%.3g mm", 1e3 * value);
 }
 
 /// A direction as people see it: the axis that most of it is along, or its larger half.

@@ -4,6 +4,7 @@
 #include <boost/math/tools/minima.hpp>
 
 #include "cdprcal/estimation/assembly.hpp"
+#include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/statics/tension.hpp"
 
 namespace cdprcal {
@@ -110,10 +111,7 @@ double share_of_specified(const CalibrationProblem& problem, const NoiseModel& f
   const NoiseModel specified = specified_noise(problem.robot.sigma);
   double worst = 0.0;
   for (const Channel channel : {Channel::length, Channel::swivel}) {
-    const bool read = std::ranges::any_of(problem.measurements, [&](const Measurement& m) {
-      return readings_of(m, channel).array().isFinite().any();
-    });
-    if (!read) continue;
+    if (!is_read(problem.measurements, channel)) continue;
     const double mean = found[channel].sigma(static_cast<int>(samples / std::max(1.0, rests)));
     worst = std::max(worst, mean / specified[channel].sigma(1));
   }

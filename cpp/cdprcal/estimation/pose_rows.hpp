@@ -1,6 +1,7 @@
 // The rows of one pose: whitened residuals of eq. 13 and their derivatives.
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "cdprcal/readings/channel.hpp"
@@ -14,9 +15,10 @@ using OffsetVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, k
 /// ∂m/∂ζ of what has an offset (2n+1 × 6): lengths, swivels, yaw.
 using OffsetJacobian = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor, kMostOffsets, 6>;
 
-/// Most rows one pose can have: lengths, swivels, attitude, balance, and what absolute sensors
-/// read.
-inline constexpr int kMostRows = 3 * kMaxCables + 3 + 8 + 4;
+/// Most rows one pose can have: lengths, swivels, attitude, balance (of six equations, or a tension
+/// a cable), and what absolute sensors read.
+inline constexpr int kMostRows =
+    2 * kMaxCables + 3 + std::max(6, kMaxCables) + kMostAbsoluteReadings;
 
 /// The whitened rows of one pose. Readings with an offset o see it directly:
 /// F = (m(ζ) − reading − o_k) / σ, so ∂F/∂o_k is one number.

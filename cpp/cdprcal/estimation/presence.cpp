@@ -6,17 +6,21 @@
 
 namespace cdprcal {
 
+bool is_read(const std::vector<Measurement>& measurements, Channel channel) {
+  return std::ranges::any_of(measurements, [channel](const Measurement& m) {
+    return readings_of(m, channel).array().isFinite().any();
+  });
+}
+
 bool is_read(const CalibrationProblem& problem, Channel channel) {
-  const auto read = [&problem, channel](const Measurement& m) {
-    return channel == Channel::balance ? balance_equations(problem.robot, m) > 0
-                                       : readings_of(m, channel).array().isFinite().any();
-  };
-  return std::any_of(problem.measurements.begin(), problem.measurements.end(), read);
+  if (channel != Channel::balance) return is_read(problem.measurements, channel);
+  return std::ranges::any_of(problem.measurements, [&](const Measurement& m) {
+    return balance_equations(problem.robot, m) > 0;
+  });
 }
 
 bool reads_tensions(const std::vector<Measurement>& measurements) {
-  return std::ranges::any_of(
-      measurements, [](const Measurement& m) { return m.tension_N.array().isFinite().any(); });
+  return is_read(measurements, Channel::balance);
 }
 
 }  // namespace cdprcal

@@ -6,7 +6,9 @@
 
 namespace cdprcal {
 
-/// Whether any measurement holds a reading of this channel.
+/// Whether any measurement holds a reading of this channel; of a balance: of its tensions.
+bool is_read(const std::vector<Measurement>& measurements, Channel channel);
+/// The same, but a balance is read where its rest poses an equation, with load cells or without.
 bool is_read(const CalibrationProblem& problem, Channel channel);
 
 /// Whether any load cell was read.

@@ -55,6 +55,11 @@ struct SolveOptions {
 
 enum class CalibrationStatus { converged, not_converged, unobservable };
 
+/// Standard deviations of a covariance, the roots of its diagonal; NaN without one.
+inline Vector6 square_roots(const std::optional<Matrix6>& covariance) {
+  return covariance ? Vector6(covariance->diagonal().cwiseSqrt()) : Vector6::Constant(kNaN);
+}
+
 /// What came out.
 struct CalibrationResult {
   CalibrationStatus status = CalibrationStatus::not_converged;
@@ -63,7 +68,7 @@ struct CalibrationResult {
   std::vector<PoseResidual> residuals;
   std::optional<Matrix6> covariance;  ///< of ζ0: position [m], world-frame rotation vector [rad];
                                       ///< filled when ζ0 is observable
-  Vector6 standard_deviation = Vector6::Constant(kNaN);
+  [[nodiscard]] Vector6 standard_deviation() const { return square_roots(covariance); }
   bool covariance_holds = true;      ///< false: the model misfits, and the covariance leaves it out
   Eigen::VectorXd reference_errors;  ///< of the reference's lengths, swivels and yaw (2n + 1)
   std::string least_observed;        ///< the weakest direction of ζ0, in words (least_observed.hpp)

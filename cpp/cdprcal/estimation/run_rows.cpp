@@ -347,10 +347,7 @@ void RunRows::act_on_tensions(std::size_t batch, const PoseLanes& poses) {
     const Pose pose = poses[i];
     const PlatformState state = state_of(lane);
     const EffectContext context{robot_, state, pose, m};
-    CableVector tension_N = m.tension_N;
-    for (const ActiveEffect& active : effects_) {
-      active.effect->correct_tension(context, active.values, tension_N);
-    }
+    CableVector tension_N = corrected_tension_N(context, effects_, m.tension_N);
     if (silent_[i] > 0) {  // no load cell, nothing for its effects to change
       tension_N = m.tension_N.array().isNaN().select(kNaN, tension_N);
       complete_tensions(i, state, tension_N, gravity_wrench(robot_, state));

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 
 #include "cdprcal/error.hpp"
 #include "cdprcal/estimation/assembly.hpp"
@@ -12,6 +11,7 @@
 #include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/estimation/problem.hpp"
 #include "cdprcal/statistics.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
@@ -132,12 +132,6 @@ bool run_stages(const CalibrationProblem& problem, const SolveOptions& options, 
   return converged;
 }
 
-std::string format(const char* pattern, double a, double b) {
-  char text[320];
-  std::snprintf(text, sizeof text, pattern, a, b);
-  return text;
-}
-
 /// The channels whose residuals contradict their σ, in words; empty when none does.
 std::string contradictions(const CalibrationProblem& problem, Assembly& assembly,
                            const CalibrationResult& result) {
@@ -146,7 +140,7 @@ std::string contradictions(const CalibrationProblem& problem, Assembly& assembly
   std::string text;
   const auto judge = [&](double value, double limit, double scale, const std::string& pattern) {
     if (std::isfinite(value) && value > kContradiction * limit) {
-      text += (text.empty() ? "" : "; ") + format(pattern.c_str(), value * scale, limit * scale);
+      add_item(text, printed(pattern.c_str(), value * scale, limit * scale), "; ");
     }
   };
   for_each_channel(
@@ -158,12 +152,12 @@ std::string contradictions(const CalibrationProblem& problem, Assembly& assembly
       },
       rms);
   if (const auto push = assembly.hardest_push()) {
-    char where[160];
-    std::snprintf(where, sizeof where,
-                  "at the rest at %.2f s cable %d, whose tension is not read, would have to push "
-                  "with %.3g N and more",
-                  problem.measurements[push->measurement].time_s, push->cable + 1, push->force_N);
-    text += (text.empty() ? "" : "; ") + std::string(where);
+    add_item(
+        text,
+        printed("at the rest at %.2f s cable %d, whose tension is not read, would have to push "
+                "with %.3g N and more",
+                problem.measurements[push->measurement].time_s, push->cable + 1, push->force_N),
+        "; ");
   }
   if (problem.statics == StaticsModel::wrench) {
     judge(specified_statics_rms(problem, assembly, result.residuals), 1.0, 1.0,
@@ -241,14 +235,13 @@ void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged
       deviation.tail<3>().maxCoeff() > kUselessRotation) {
     if (!explain) least();
     result.status = CalibrationStatus::unobservable;
-    result.reason = format(
+    result.reason = printed(
         "the readings hardly determine the initial pose: standard deviations "
         "reach %.3g m and %.3g deg; measure at more or more varied poses",
         deviation.head<3>().maxCoeff(), deviation.tail<3>().maxCoeff() / kDegree);
     return;
   }
   result.covariance = information.covariance;
-  result.standard_deviation = deviation;
   if (!doubts.empty()) {
     result.status = CalibrationStatus::not_converged;
     result.reason =
@@ -308,13 +301,13 @@ CalibrationResult solve(const CalibrationProblem& given, const std::vector<Pose>
   // Only weak problems reach that far; what the paper's formulation claims is the paper's.
   constexpr double kMostChange = 4.0;  // of a variance: twice the standard deviation
   if (result.status == CalibrationStatus::converged && problem.reference_noise &&
-      result.standard_deviation.tail<3>().maxCoeff() > kFarRotation_rad) {
+      result.standard_deviation().tail<3>().maxCoeff() > kFarRotation_rad) {
     if (const double change = variance_ratio_nearby(problem, result); change > kMostChange) {
       withdraw(problem,
-               format("a minimum was found, but how well it is known cannot be said: two standard "
-                      "deviations away variances are %.3g times as large or small (at most %.3g); "
-                      "measure at more varied poses, or with more sensors",
-                      std::min(change, 1e6), kMostChange),
+               printed("a minimum was found, but how well it is known cannot be said: two standard "
+                       "deviations away variances are %.3g times as large or small (at most %.3g); "
+                       "measure at more varied poses, or with more sensors",
+                       std::min(change, 1e6), kMostChange),
                result);
       result.curved = true;
     }
@@ -331,14 +324,13 @@ void look_around(const CalibrationProblem& given, CalibrationResult& result) {
   if (!(there.widening > 1.0)) return;
   if (there.widening <= kMostWidening) {
     result.covariance = there.covariance;
-    result.standard_deviation = there.covariance.diagonal().cwiseSqrt();
     return;
   }
   withdraw(problem,
-           format("a minimum was found, but how well it is known cannot be said: away from it the "
-                  "readings allow %.3g times as much rotation as at it (at most %.3g); measure at "
-                  "more varied poses, or with more sensors",
-                  std::min(there.widening, 1e3), kMostWidening),
+           printed("a minimum was found, but how well it is known cannot be said: away from it the "
+                   "readings allow %.3g times as much rotation as at it (at most %.3g); measure at "
+                   "more varied poses, or with more sensors",
+                   std::min(there.widening, 1e3), kMostWidening),
            result);
 }
 
@@ -347,7 +339,6 @@ void withdraw(const CalibrationProblem& problem, std::string reason, Calibration
   result.status = CalibrationStatus::unobservable;
   result.reason = std::move(reason);
   result.covariance.reset();
-  result.standard_deviation.setConstant(kNaN);
 }
 
 void explain(const CalibrationProblem& given, CalibrationResult& result) {

@@ -1,8 +1,9 @@
 #include "cdprcal/evidence/checks.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <numeric>
+
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
@@ -92,13 +93,11 @@ std::string too_little(const Checks& checks) {
     return "too little to say: what rests there are leave the pose open, and samples in motion "
            "share their errors with their neighbours; measure at more rests, more varied";
   }
-  char text[280];
-  std::snprintf(text, sizeof text,
-                "too little to say: once the poses are fitted, %.0f readings are left to check the "
-                "model by, and %d constants of the sensors to tell; measure at more rests, or "
-                "rest longer where cdprcal check finds fewer than there were",
-                checks.readings, checks.constants);
-  return text;
+  return printed(
+      "too little to say: once the poses are fitted, %.0f readings are left to check the model by, "
+      "and %d constants of the sensors to tell; measure at more rests, or rest longer where "
+      "cdprcal check finds fewer than there were",
+      checks.readings, checks.constants);
 }
 
 }  // namespace cdprcal

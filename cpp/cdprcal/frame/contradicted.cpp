@@ -6,6 +6,7 @@
 
 #include "cdprcal/frame/gauge.hpp"
 #include "cdprcal/statistics.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal::detail {
 namespace {
@@ -86,9 +87,10 @@ std::vector<Contradiction> contradicted(const Solved& solved, int max_iterations
 std::string in_words(const std::vector<Contradiction>& contradictions) {
   std::string text;
   for (const Contradiction& c : contradictions) {
-    text += (text.empty() ? "" : ", ") + std::string("pulley ") + std::to_string(c.cable + 1) +
-            " is " + std::to_string(std::lround(1e3 * c.distance_m)) + " mm (" +
-            std::to_string(std::lround(c.sigmas)) + " σ) from where the robot file has it";
+    add_item(text, std::string("pulley ") + std::to_string(c.cable + 1) + " is " +
+                       std::to_string(std::lround(1e3 * c.distance_m)) + " mm (" +
+                       std::to_string(std::lround(c.sigmas)) +
+                       " σ) from where the robot file has it");
   }
   return text + ": correct its position_m, or say by position_sigma_m how far off it may be";
 }

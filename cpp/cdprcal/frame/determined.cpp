@@ -4,11 +4,11 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
-#include <cstdio>
 
 #include "cdprcal/effects/moved_pulleys.hpp"
 #include "cdprcal/frame/gauge.hpp"
 #include "cdprcal/kinematics/obstruction.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal::detail {
 namespace {
@@ -68,20 +68,14 @@ double scatter(const FrameInformation& information, const Eigen::MatrixXd& inver
   return std::max(1.0, total * count / (count - 1.0) / parameters);
 }
 
-std::string format(const char* pattern, double value) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), pattern, value);
-  return text.data();
-}
-
 std::string millimetres(double metres) {
   const double mm = 1e3 * metres;
   if (!(mm < 1e4)) return "more than 10 m";
-  return format(mm < 10.0 ? "%.1f mm" : "%.0f mm", mm);
+  return printed(mm < 10.0 ? "%.1f mm" : "%.0f mm", mm);
 }
 
 std::string components(const Vector3& v) {
-  return "(" + format("%.2f", v[0]) + ", " + format("%.2f", v[1]) + ", " + format("%.2f", v[2]) +
+  return "(" + printed("%.2f", v[0]) + ", " + printed("%.2f", v[1]) + ", " + printed("%.2f", v[2]) +
          ")";
 }
 
@@ -167,24 +161,17 @@ bool held_from_all_sides(const Robot& robot, const Matrix3& axes, const Vector3&
 /// Places for a platform: a grid over the pulleys' box and below it, with turns of those that turn.
 std::vector<Pose> candidates(const FrameProblem& problem, const FrameState& state) {
   const Robot robot = moved(problem, state.values);
-  Vector3 low = robot.cables[0].pulley.position_m, high = low;
-  for (const Cable& cable : robot.cables) {
-    low = low.cwiseMin(cable.pulley.position_m);
-    high = high.cwiseMax(cable.pulley.position_m);
-  }
-  Vector3 least = state.poses[0].position_m, most = least;
-  for (const Pose& pose : state.poses) {
-    least = least.cwiseMin(pose.position_m);
-    most = most.cwiseMax(pose.position_m);
-  }
-  low = low.cwiseMin(least);
-  high = high.cwiseMax(most);
-  if (!row_of(robot.platform.motion).is_planar()) high.z() = most.z();  // it hangs
+  Box within = pulley_box(robot), seen = Box::empty();
+  for (const Pose& pose : state.poses) seen.include(pose.position_m);
+  within.include(seen.lower_m);
+  within.include(seen.upper_m);
+  if (!row_of(robot.platform.motion).is_planar())
+    within.upper_m.z() = seen.upper_m.z();  // it hangs
   const int steps = row_of(robot.platform.motion).is_planar() ? 11 : 5;
   std::vector<Pose> out;
   const auto add = [&](const Vector3& share, const Vector3& turn) {
     Pose pose;
-    pose.position_m = low + share.cwiseProduct(high - low);
+    pose.position_m = within.lower_m + share.cwiseProduct(within.extent_m());
     pose.rotation = exp_so3(turn);
     pose = on_motion(robot, pose);
     const bool planar = row_of(robot.platform.motion).is_planar();
@@ -192,7 +179,7 @@ std::vector<Pose> candidates(const FrameProblem& problem, const FrameState& stat
     if (!is_clear(robot, pose, platform_state(robot, pose))) return;
     out.push_back(pose);
   };
-  const auto count = [&](int axis) { return high[axis] - low[axis] > 1e-6 ? steps : 1; };
+  const auto count = [&](int axis) { return within.extent_m()[axis] > 1e-6 ? steps : 1; };
   for (int i = 0; i < count(0); ++i) {
     for (int j = 0; j < count(1); ++j) {
       for (int k = 0; k < count(2); ++k) {
@@ -302,7 +289,7 @@ std::vector<std::string> weak_directions(const FrameProblem& problem, const Know
     for (Eigen::Index i = 0; i < direction.size(); ++i) {
       if (std::abs(direction[i]) < kNamed * most) continue;
       const double share = direction[i] / direction[lead];
-      names += (named++ ? ", " : "") + value_name(u, columns[i]) + format(" by %+.2f", share);
+      names += (named++ ? ", " : "") + value_name(u, columns[i]) + printed(" by %+.2f", share);
     }
     out.push_back((named > 1 ? "together: " : "") + names + ": known to " +
                   millimetres(sigma * most) + " only");
@@ -341,7 +328,7 @@ std::vector<std::string> further_poses(const FrameProblem& problem, const FrameS
     if (!(least >= 0.0 && least < before)) break;  // rounding is all that is left
     const Vector3& p = places[best].position_m;
     out.push_back("a pose at " + components(p) + " m: the least known direction to " +
-                  format("%.0f %%", 100.0 * std::sqrt(least / before)) + " of its error now");
+                  printed("%.0f %%", 100.0 * std::sqrt(least / before)) + " of its error now");
     covariance = best_covariance;
     told[best].setZero();  // elsewhere next time
   }
@@ -377,7 +364,7 @@ std::vector<std::string> stretched_repeats(const FrameProblem& problem) {
           (pairs == 1 ? " pair" : " pairs") +
           " of poses the platform stood still while cables were pulled tighter and read " +
           (pairs == 1 ? "" : millimetres(least) + " to ") + millimetres(most) +
-          " less, a stretch of up to " + format("%.2f %%", 100.0 * stretch) +
+          " less, a stretch of up to " + printed("%.2f %%", 100.0 * stretch) +
           "; a stiffness needs the tensions, and is the change of tension divided by that stretch"};
 }
 

@@ -8,6 +8,7 @@
 #include "cdprcal/frame/start.hpp"
 #include "cdprcal/frame/unknowns.hpp"
 #include "cdprcal/statistics.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace detail {
@@ -196,7 +197,7 @@ std::string sides_in_words(const Solved& s, double noise_m) {
   if (!row_of(s.problem.robot.platform.motion).is_point() || u.scale >= 0) return "";
   std::string pulleys;
   for (const int i : untold_sides(s.problem, s.state, noise_m)) {
-    pulleys += (pulleys.empty() ? "" : ", ") + std::to_string(i + 1);
+    add_item(pulleys, std::to_string(i + 1));
   }
   if (pulleys.empty()) return "";
   const char* const where = u.axis_count == 2 ? "line" : "plane";

@@ -4,8 +4,8 @@
 #include "cdprcal/error.hpp"
 #include "cdprcal/readings/equilibrium_detection.hpp"
 #include "cdprcal/readings/log_checks.hpp"
-#include "cdprcal/statistics.hpp"
-#include "cdprcal/text_file.hpp"
+#include "cdprcal/readings/run.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 
@@ -56,12 +56,8 @@ constexpr double kByItself_s = 0.5;
 constexpr Eigen::Index kMostSamples = 400;
 
 bool sampled_by_itself(const Log& log) {
-  if (log.sample_count() < 3) return false;
-  std::vector<double> steps;
-  for (Eigen::Index i = 1; i < log.sample_count(); ++i) {
-    steps.push_back(log.time_s[i] - log.time_s[i - 1]);
-  }
-  return median(std::move(steps)) < kByItself_s;
+  const Eigen::Index samples = log.sample_count();
+  return samples >= 3 && median_step_s(log, {0, samples}) < kByItself_s;
 }
 
 std::vector<SampleRange> every_sample(const Log& log) {

@@ -28,12 +28,7 @@ constexpr double kBetter = 1e-3;
 /// Where settle_pose looks for a pose: the middle of the pulleys, and around it.
 std::vector<Pose> places(const FrameProblem& problem, const Robot& robot) {
   Vector3 middle = middle_of_pulleys(robot);
-  Vector3 low = robot.cables[0].pulley.position_m, high = low;
-  for (const Cable& cable : robot.cables) {
-    low = low.cwiseMin(cable.pulley.position_m);
-    high = high.cwiseMax(cable.pulley.position_m);
-  }
-  const Vector3 half = 0.25 * (high - low);
+  const Vector3 half = 0.25 * pulley_box(robot).extent_m();
   const bool hangs = !row_of(robot.platform.motion).is_planar();
   if (hangs) middle.z() -= 0.25 * robot_size_m(robot);
   std::vector<Pose> out;

@@ -30,6 +30,21 @@ Vector3 log_so3(const Eigen::Quaterniond& rotation) {
   return (2.0 * std::atan2(norm, w) / norm) * v;
 }
 
+Matrix3 left_jacobian_so3(const Vector3& rotation_vector_rad) {
+  const double angle_squared = rotation_vector_rad.squaredNorm();
+  double a = 0.0, b = 0.0;  // (1 − cos θ)/θ², (θ − sin θ)/θ³
+  if (angle_squared < 1e-6) {
+    a = 0.5 - angle_squared / 24.0;
+    b = 1.0 / 6.0 - angle_squared / 120.0;
+  } else {
+    const double angle = std::sqrt(angle_squared);
+    a = (1.0 - std::cos(angle)) / angle_squared;
+    b = (angle - std::sin(angle)) / (angle_squared * angle);
+  }
+  const Matrix3 axis = skew(rotation_vector_rad);
+  return Matrix3::Identity() + a * axis + b * axis * axis;
+}
+
 Pose plus(const Pose& pose, const Vector6& twist) {
   return {pose.position_m + twist.head<3>(),
           (exp_so3(twist.tail<3>()) * pose.rotation).normalized()};

@@ -23,6 +23,10 @@ Eigen::Quaterniond exp_so3(const Vector3& rotation_vector_rad);
 /// log: quaternion → rotation vector [rad], of norm ≤ π.
 Vector3 log_so3(const Eigen::Quaterniond& rotation);
 
+/// Left Jacobian of SO(3): exp(φ + δ) = exp(J(φ) δ) exp(φ) to first order of δ (Barfoot, State
+/// Estimation for Robotics, eq. 7.77).
+Matrix3 left_jacobian_so3(const Vector3& rotation_vector_rad);
+
 /// pose ⊕ δ with δ = (δp [m], δθ [rad]) in world axes.
 Pose plus(const Pose& pose, const Vector6& twist);
 /// The δ for which `from` ⊕ δ = `to`.

@@ -1,7 +1,8 @@
 #include "cdprcal/kinematics/obstruction.hpp"
 
 #include <algorithm>
-#include <cstdio>
+
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
@@ -17,10 +18,7 @@ struct Found {
 
 Box around_platform(const Robot& robot, const Pose& pose, const PlatformState& state) {
   Box out{pose.position_m, pose.position_m};
-  const auto take = [&](const Vector3& arm_m) {
-    out.lower_m = out.lower_m.cwiseMin(pose.position_m + arm_m);
-    out.upper_m = out.upper_m.cwiseMax(pose.position_m + arm_m);
-  };
+  const auto take = [&](const Vector3& arm_m) { out.include(pose.position_m + arm_m); };
   for (int i = 0; i < state.cable_count; ++i) take(state.anchor_arm_m[i]);
   for (const Vector3& corner : robot.platform.outline_m) take(state.rotation * corner);
   return out;
@@ -86,28 +84,21 @@ std::string obstruction(const Robot& robot, const Pose& pose, const PlatformStat
   const Found found = first_found(robot, pose, state);
   const Surroundings& around = robot.surroundings;
   const std::size_t box = found.box + 1;
-  char text[160] = "";
   switch (found.against) {
     case Against::nothing:
       break;
     case Against::floor:
-      std::snprintf(text, sizeof text,
-                    "the platform reaches down to z = %.3f m, below floor_m %.3f", found.at_m,
-                    around.floor_m);
-      break;
+      return printed("the platform reaches down to z = %.3f m, below floor_m %.3f", found.at_m,
+                     around.floor_m);
     case Against::box:
-      std::snprintf(text, sizeof text, "the platform is in keep_out[#%zu]", box);
-      break;
+      return printed("the platform is in keep_out[#%zu]", box);
     case Against::cable_in_box:
-      std::snprintf(text, sizeof text, "cable %d passes through keep_out[#%zu]", found.cable + 1,
-                    box);
-      break;
+      return printed("cable %d passes through keep_out[#%zu]", found.cable + 1, box);
     case Against::length:
-      std::snprintf(text, sizeof text, "cable %d is %.3f m long, length_limits_m is [%.3g, %.3g]",
-                    found.cable + 1, found.at_m, around.length_min_m, around.length_max_m);
-      break;
+      return printed("cable %d is %.3f m long, length_limits_m is [%.3g, %.3g]", found.cable + 1,
+                     found.at_m, around.length_min_m, around.length_max_m);
   }
-  return text;
+  return "";
 }
 
 }  // namespace cdprcal

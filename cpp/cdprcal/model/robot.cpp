@@ -3,12 +3,11 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <array>
-#include <charconv>
 
 #include "cdprcal/error.hpp"
 #include "cdprcal/model/robot_check.hpp"
 #include "cdprcal/model/yardstick.hpp"
-#include "cdprcal/text_file.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace detail {
@@ -154,12 +153,6 @@ std::string cable_field(std::size_t index, const std::string& name) {
   return "cables[#" + std::to_string(index + 1) + "]." + name;
 }
 
-std::string shortest(double value) {
-  std::array<char, 32> text;
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
-}
-
 double default_wrench_force_N(const Robot& robot) {
   return robot.weight_N() * kGeometryError_m;  // a cable direction wrong by 1 mm in about 1 m
 }
@@ -223,8 +216,7 @@ Motion parse_motion(const std::string& name) {
     if (name == kMotionTable[i].name) return static_cast<Motion>(i);
   }
   std::string known;
-  for (const MotionRow& row : kMotionTable)
-    known += (known.empty() ? "" : ", ") + std::string(row.name);
+  for (const MotionRow& row : kMotionTable) add_item(known, row.name);
   throw InputError("must be one of " + known + " (turns R, shifts T), not " + in_quotes(name));
 }
 
@@ -239,6 +231,24 @@ double robot_size_m(const Robot& robot) {
   }
   if (pulleys > 0.0) return pulleys;
   return anchors > 0.0 ? anchors : 1.0;
+}
+
+Box pulley_box(const Robot& robot) {
+  Box out = Box::empty();
+  for (const Cable& cable : robot.cables) out.include(cable.pulley.position_m);
+  return out;
+}
+
+Vector3 middle_of_pulleys(const Robot& robot) {
+  Vector3 sum = Vector3::Zero();
+  for (const Cable& cable : robot.cables) sum += cable.pulley.position_m;
+  return sum / std::max(1, robot.cable_count());
+}
+
+double platform_reach_m(const Robot& robot) {
+  double reach = robot.platform.centre_of_mass_m.norm();
+  for (const Cable& cable : robot.cables) reach = std::max(reach, cable.platform_anchor_m.norm());
+  return reach;
 }
 
 double characteristic_length_m(const Robot& robot) {

@@ -123,6 +123,12 @@ struct Robot {
 
 /// Largest distance between pulleys or, when that is 0, of the platform's anchors [m].
 double robot_size_m(const Robot& robot);
+/// The box of the pulleys' places.
+Box pulley_box(const Robot& robot);
+/// Mean of the pulleys' places; 0 without cables.
+Vector3 middle_of_pulleys(const Robot& robot);
+/// How far from P the farthest of the anchors and the centre of mass is [m].
+double platform_reach_m(const Robot& robot);
 /// Root mean square distance of the platform anchors from the centre of mass [m] (1 when all are at
 /// it): turns moments into forces.
 double characteristic_length_m(const Robot& robot);

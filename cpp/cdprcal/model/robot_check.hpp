@@ -38,7 +38,4 @@ std::string cable_field(std::size_t index, const std::string& name);
 double default_wrench_force_N(const Robot& robot);
 double default_wrench_moment_Nm(const Robot& robot);
 
-/// Shortest decimal that reads back as the same double.
-std::string shortest(double value);
-
 }  // namespace cdprcal::detail

@@ -44,12 +44,17 @@ template <int width>
 using JacobianOf =  ///< derivative of that by the platform's twist
     std::conditional_t<width == kOneACable, CableJacobian, Eigen::Matrix<double, width, 6>>;
 
+template <int width>
+struct MostOf {  ///< how many numbers it reads on a robot of any size
+  static constexpr int kNumbers = width == kOneACable ? kMaxCables : width;
+};
+
 /// NaN where the size is known, otherwise empty.
 template <class T>
-T absent() {
+constexpr T absent() {
   if constexpr (std::is_same_v<T, double>) {
     return kNaN;
-  } else if constexpr (T::SizeAtCompileTime != Eigen::Dynamic) {
+  } else if constexpr (requires { requires T::SizeAtCompileTime != Eigen::Dynamic; }) {
     return T::Constant(kNaN);
   } else {
     return T();
@@ -171,13 +176,21 @@ const char* to_string(Channel channel);
 
 /// f(sensor, its field of each of `all`) for every absolute sensor.
 template <class F, class... Fields>
-void for_each_absolute(const F& f, Fields&... all) {
+constexpr void for_each_absolute(const F& f, Fields&... all) {
   f(kSensorTable[4], all.absolute_yaw_rad...);
   f(kSensorTable[5], all.direct_length_m...);
   f(kSensorTable[6], all.position_m...);
   f(kSensorTable[7], all.specific_force_m_s2...);
   f(kSensorTable[8], all.angular_velocity_rad_s...);
 }
+/// The most that all absolute sensors read at one pose.
+inline constexpr int kMostAbsoluteReadings = [] {
+  int sum = 0;
+  const AbsoluteFields<MostOf> all;
+  for_each_absolute([&]<class Most>(const Sensor&, const Most&) { sum += Most::kNumbers; }, all);
+  return sum;
+}();
+
 /// The same for every sensor of a Log, a Measurement or a PoseResidual.
 template <class F, class... Fields>
 void for_each_sensor(const F& f, Fields&... all) {

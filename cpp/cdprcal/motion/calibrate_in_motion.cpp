@@ -21,6 +21,7 @@
 #include "cdprcal/motion/smoothed.hpp"
 #include "cdprcal/motion/stretches.hpp"
 #include "cdprcal/statics/natural_frequencies.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
@@ -305,7 +306,6 @@ void average_with(const CalibrationResult& fitted, CalibrationResult& allowed) {
   allowed.initial_swivel_rad = fitted.initial_swivel_rad + 0.5 * turned.unaryExpr(&wrap_angle);
   *allowed.covariance =
       0.5 * (*allowed.covariance + *fitted.covariance) + 0.25 * apart * apart.transpose();
-  allowed.standard_deviation = allowed.covariance->diagonal().cwiseSqrt();
 }
 
 /// What is found beside the poses, by a calibration in motion: all of it at once, the poses free.
@@ -345,7 +345,8 @@ Beside found_beside(const InMotion& found, const MovingRun& moving, double clear
 InMotion with_motion(const Calibration& start, const MovingRun& moving, double clear = kHint,
                      const Beside& beside = {}) {
   const CalibrateOptions& options = moving.options.calibrate;
-  const std::vector<SmoothedSample> path = smoothed(start, moving.corrected, kRestless);
+  const LateAttitudes read(start, moving.corrected);
+  const std::vector<SmoothedSample> path = smoothed(start, read, kRestless);
   InMotion out;
   out.calibration = start;
   out.in_motion = true;
@@ -362,7 +363,6 @@ InMotion with_motion(const Calibration& start, const MovingRun& moving, double c
     problem.measurements.push_back(m);
     guess.push_back(start.result.poses[i]);
   }
-  const LateAttitudes read(start, moving.corrected);
   Measurement& first = problem.measurements.front();
   if (first.kind == PoseKind::kinematic_pose) {
     begin_in_motion(read, path.front(), problem.robot, first);
@@ -382,11 +382,7 @@ InMotion with_motion(const Calibration& start, const MovingRun& moving, double c
     guess = result.poses;
     if (turn + 1 < kTurns) out.beside = found_beside(out, moving, clear);
   }
-  Refinement refined = refine(problem, result, start.signals, options.solve, options.refine);
-  problem = std::move(refined.problem);
-  result = std::move(refined.result);
-  auto& gated = out.calibration.gated;
-  gated.insert(gated.end(), refined.gated.begin(), refined.gated.end());
+  refine_in_place(options, out.calibration);
   return out;
 }
 
@@ -411,6 +407,7 @@ Vector6 moved(const CalibrationResult& before, const CalibrationResult& after) {
 InMotion settled(const InMotion& first, const MovingRun& moving, int round) {
   InMotion found = first;
   bool holds = false;
+  bool clear_alone = false;  // what is only hinted at led nowhere
   const auto rounds = [&] {
     return moving.options.rounds + (found.beside.late.empty() ? 0 : kLateRounds);
   };
@@ -418,7 +415,7 @@ InMotion settled(const InMotion& first, const MovingRun& moving, int round) {
     return round < rounds() || (!found.moved.isZero() && round < rounds() + kSettlingRounds);
   };
   for (; goes_on() && !found.calibration.result.poses.empty(); ++round) {
-    const double clear = round + 1 < rounds() ? kHint : kClear;
+    const double clear = clear_alone || round + 1 >= rounds() ? kClear : kHint;
     const Beside beside = found_beside(found, moving, clear);
     InMotion next = with_motion(next_start(found, moving, beside), moving, clear, beside);
     if (converged(next) || next.calibration.result.cost < found.calibration.result.cost) {
@@ -428,7 +425,7 @@ InMotion settled(const InMotion& first, const MovingRun& moving, int round) {
     } else if (clear == kClear) {
       return holds ? found : next;
     } else {
-      round = rounds() - 2;  // then what is clear alone
+      clear_alone = true;
     }
   }
   return found;
@@ -464,9 +461,7 @@ std::string in_words(const ActiveEffect& active) {
   const EffectValues values = active.effect->to_reported(active.values);
   std::string out = active.effect->name() + " " + active.effect->info().parameters.front().name;
   for (Eigen::Index i = 0; i < values.size(); ++i) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%s%.3g", i == 0 ? " = " : ", ", values[i]);
-    out += text;
+    out += printed("%s%.3g", i == 0 ? " = " : ", ", values[i]);
   }
   return out;
 }
@@ -532,7 +527,6 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
     const Matrix6 widened = widening(result, plain, worth);
     *result.covariance = widened * *result.covariance * widened.transpose() +
                          found->moved * found->moved.transpose();
-    result.standard_deviation = result.covariance->diagonal().cwiseSqrt();
   }
   const CalibrationResult fitted = result;
   if (!allow_for_effects(options.calibrate, found->calibration, worth)) {

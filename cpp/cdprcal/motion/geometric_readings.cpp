@@ -1,6 +1,15 @@
 #include "cdprcal/motion/geometric_readings.hpp"
 
 namespace cdprcal {
+namespace {
+
+/// Whether it reads where the platform is; load cells read forces, and inertial units motion.
+bool is_geometric(const Sensor& sensor) {
+  return sensor.sigma != nullptr && !sensor.is_inertial() &&
+         &sensor != &row_of(Channel::balance).of();
+}
+
+}  // namespace
 
 std::vector<RowLabel> geometric_rows(int cable_count) {
   std::vector<RowLabel> rows;
@@ -10,7 +19,7 @@ std::vector<RowLabel> geometric_rows(int cable_count) {
     for (int i = 0; i < count; ++i) rows.push_back({channel, i});
   };
   for (const ChannelRow& row : kChannelTable) {
-    if (channel_of(row) != Channel::balance && !row.of().is_inertial()) add(channel_of(row));
+    if (is_geometric(row.of())) add(channel_of(row));
   }
   return rows;
 }
@@ -29,14 +38,17 @@ bool evaluate(const Robot& robot, const ActiveEffects& effects, const Measuremen
   evaluate_pose(robot, m, pose, StaticsModel::none, {}, effects, true, out.model);
   if (!out.model.valid) return false;
   const int n = robot.cable_count();
-  const Eigen::Index size = 3 * n + 7;
+  Eigen::Index size = 0;
+  for (const Sensor& sensor : kSensorTable) {
+    if (is_geometric(sensor)) size += sensor.columns_of(n);
+  }
   out.misfit.setConstant(size, kNaN);
   out.by_pose.resize(size, 6);
   Eigen::Index next = 0;
   // All of a sensor; one that is absent leaves NaN.
   const auto put = [&](const Sensor& sensor, const auto& field, const auto& predicted,
                        const auto& by_twist) {
-    if (sensor.is_inertial()) return;
+    if (!is_geometric(sensor)) return;
     const auto read = numbers(field);
     const auto model = numbers(predicted);
     for (Eigen::Index i = 0; i < sensor.columns_of(n); ++i, ++next) {

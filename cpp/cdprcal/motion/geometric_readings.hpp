@@ -7,11 +7,9 @@
 
 namespace cdprcal {
 
-/// The most geometric readings of one pose: lengths, swivels, roll, pitch and yaw, and those of
-/// absolute sensors.
-inline constexpr int kMostGeometricReadings = 3 * kMaxCables + 7;
-/// With those of an inertial unit (inertial_readings.hpp).
-inline constexpr int kMostReadings = kMostGeometricReadings + 6;
+/// The most readings of one pose: lengths, swivels, roll, pitch and yaw, and those of absolute
+/// sensors; an inertial unit's (inertial_readings.hpp) are no geometric ones.
+inline constexpr int kMostReadings = 2 * kMaxCables + 3 + kMostAbsoluteReadings;
 
 /// One number a geometric reading, in the order of geometric_rows().
 using ReadingVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostReadings, 1>;
@@ -29,7 +27,7 @@ std::string in_words(const RowLabel& row);
 
 struct GeometricReadings {
   ReadingVector misfit;  ///< model − reading, offsets left out; NaN where nothing was read
-  Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor, kMostGeometricReadings, 6> by_pose;
+  Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor, kMostReadings, 6> by_pose;
   PoseEvaluation model;  ///< behind it
 };
 

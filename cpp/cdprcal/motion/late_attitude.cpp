@@ -4,24 +4,15 @@
 #include <cmath>
 
 #include "cdprcal/motion/geometric_readings.hpp"
-#include "cdprcal/statistics.hpp"
+#include "cdprcal/readings/run.hpp"
 
 namespace cdprcal {
 namespace {
 
-/// Between most samples of a run; NaN of a single one.
-double apart_s(const Log& log, const SampleRange& rows) {
-  std::vector<double> steps;
-  for (Eigen::Index row = rows.begin + 1; row < rows.end; ++row) {
-    steps.push_back(log.time_s[row] - log.time_s[row - 1]);
-  }
-  return steps.empty() ? kNaN : median(std::move(steps));
-}
-
 /// A delay in whole samples [s]; nothing comes before it is so.
 double whole_samples_s(double delay_s, const CorrectedRun& run) {
   if (run.log.roll_pitch_yaw_rad.cols() == 0 || !(delay_s > 0.0)) return 0.0;
-  const double each_s = apart_s(run.log, run.rows);
+  const double each_s = median_step_s(run.log, run.rows);
   return delay_s > 0.5 * each_s ? each_s * std::round(delay_s / each_s) : 0.0;
 }
 
@@ -37,7 +28,7 @@ double delay_s(const Calibration& calibration) {
 std::optional<Log> read_later(const CorrectedRun& run, double ahead_s) {
   if (!(ahead_s > 0.0)) return std::nullopt;
   Log out = run.log;
-  const double within_s = 0.51 * apart_s(run.log, run.rows);  // the nearest, rounding apart
+  const double within_s = 0.51 * median_step_s(run.log, run.rows);  // the nearest, rounding apart
   Eigen::Index next = run.rows.begin;
   for (Eigen::Index row = run.rows.begin; row < run.rows.end; ++row) {
     const double wanted_s = run.log.time_s[row] + ahead_s;

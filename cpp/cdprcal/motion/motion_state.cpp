@@ -1,15 +1,6 @@
 #include "cdprcal/motion/motion_state.hpp"
 
 namespace cdprcal {
-namespace {
-
-/// Left Jacobian of SO(3): exp(φ + δ) = exp(J(φ) δ) exp(φ), to second order of φ.
-Matrix3 left_jacobian(const Vector3& phi) {
-  const Matrix3 x = skew(phi);
-  return Matrix3::Identity() + 0.5 * x + x * x / 6.0;
-}
-
-}  // namespace
 
 MotionState plus(const MotionState& state, const MotionVector& change) {
   return {plus(state.pose, change.head<6>()), state.twist + change.segment<6>(6),
@@ -27,7 +18,7 @@ MotionMatrix transition(const MotionState& state, double dt_s) {
   for (int i = 0; i < 6; ++i) f(i, i + 12) = 0.5 * dt_s * dt_s;
   const Vector3 turn =
       dt_s * state.twist.tail<3>() + 0.5 * dt_s * dt_s * state.acceleration.tail<3>();
-  const Matrix3 j = left_jacobian(turn);
+  const Matrix3 j = left_jacobian_so3(turn);
   f.block<3, 3>(3, 3) = exp_so3(turn).toRotationMatrix();
   f.block<3, 3>(3, 9) = dt_s * j;
   f.block<3, 3>(3, 15) = 0.5 * dt_s * dt_s * j;

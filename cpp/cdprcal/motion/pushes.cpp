@@ -1,12 +1,12 @@
 #include "cdprcal/motion/pushes.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <numeric>
 
 #include "cdprcal/motion/locked.hpp"
 #include "cdprcal/statics/inertial_wrench.hpp"
 #include "cdprcal/statistics.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
@@ -133,11 +133,8 @@ bool is_pushed(const std::vector<Push>& pushes, double time_s, double around_s) 
 std::string in_words(const std::vector<Push>& pushes) {
   std::string out;
   for (std::size_t i = 0; i < pushes.size(); ++i) {
-    char text[64];
-    std::snprintf(text, sizeof text, "%s%.1f to %.1f s",
-                  i == 0 ? "" : (i + 1 < pushes.size() ? ", " : " and "), pushes[i].begin_s,
-                  pushes[i].end_s);
-    out += text;
+    add_item(out, printed("%.1f to %.1f s", pushes[i].begin_s, pushes[i].end_s),
+             i + 1 < pushes.size() ? ", " : " and ");
   }
   return out;
 }

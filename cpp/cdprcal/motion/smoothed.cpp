@@ -2,8 +2,6 @@
 
 #include <Eigen/Cholesky>
 
-#include "cdprcal/motion/late_attitude.hpp"
-
 namespace cdprcal {
 namespace {
 
@@ -18,14 +16,19 @@ MotionVector minus(const MotionState& a, const MotionState& b) {
 
 std::vector<SmoothedSample> smoothed(const Calibration& calibration, const CorrectedRun& run,
                                      double restless) {
+  return smoothed(calibration, LateAttitudes(calibration, run), restless);
+}
+
+std::vector<SmoothedSample> smoothed(const Calibration& calibration, const LateAttitudes& read,
+                                     double restless) {
   const Robot& robot = calibration.problem.robot;
-  const LateAttitudes read(calibration, run);
+  const CorrectedRun& run = read.run;
   Tracker tracker(calibration, restless, {}, read.ahead_s);
   std::vector<TrackerStep> steps;
   std::vector<SmoothedSample> out;
   for (Eigen::Index row = run.rows.begin; row < run.rows.end; ++row) {
-    const TrackedSample& now = tracker.add(
-        measurement_at(read.run.log, row, PoseKind::kinematic_pose, robot.cable_count()));
+    const TrackedSample& now =
+        tracker.add(measurement_at(run.log, row, PoseKind::kinematic_pose, robot.cable_count()));
     steps.push_back(tracker.step());
     out.push_back({run.log.time_s[row], now.state, steps.back().covariance, steps.back().agrees});
   }

@@ -1,7 +1,7 @@
 // The platform's motion with all of a run's readings behind each moment.
 #pragma once
 
-#include "cdprcal/effects/corrected_run.hpp"
+#include "cdprcal/motion/late_attitude.hpp"
 #include "cdprcal/motion/tracker.hpp"
 
 namespace cdprcal {
@@ -20,6 +20,9 @@ struct SmoothedSample {
 /// those need who put them into a law (undersmoothing: Hall 1992). Throws InputError as track()
 /// does.
 std::vector<SmoothedSample> smoothed(const Calibration& calibration, const CorrectedRun& run,
+                                     double restless = 1.0);
+/// The same of a run whose late attitudes are read already.
+std::vector<SmoothedSample> smoothed(const Calibration& calibration, const LateAttitudes& read,
                                      double restless = 1.0);
 
 }  // namespace cdprcal

@@ -78,28 +78,34 @@ Stretches::Stretches(const Robot& robot, const CorrectedRun& run,
                         inertial_wrench(robot, platform, state.twist, state.acceleration).wrench;
   }
   const double position_m = std::sqrt(sample_covariance_.topLeftCorner<3, 3>().trace() / 3.0);
-  if (run.log.tension_N.cols() > 0 && run.log.tension_N.allFinite())
-    mark_slack(least_half_s, tension_sigma_N);
+  mark_slack(least_half_s, tension_sigma_N);
   half_s_ = std::clamp(half_of(robot.platform.mass_kg, position_m, tension_sigma_N), least_half_s,
                        std::max(least_half_s, most_half_s));
 }
 
-/// Where the mean tension of `around_s` to both sides is that of a cable that hangs, noise apart.
+/// Where the mean tension of `around_s` to both sides, as far as it is read, is that of a cable
+/// that hangs, noise apart.
 void Stretches::mark_slack(double around_s, double tension_sigma_N) {
   constexpr double kClear = 2.0;  // σ of the mean
   const Log& log = run_.log;
   const double taut_N = taut_tension_N(robot_);
   Eigen::Index begin = run_.rows.begin, end = begin;
-  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(log.tension_N.cols());
+  const LogMatrix& tension_N = log.tension_N;
+  if (tension_N.cols() == 0) return;
+  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(tension_N.cols()), samples = sum;
+  const auto count = [&](Eigen::Index row, double sign) {
+    const auto read = tension_N.row(row).array().isFinite();
+    sum.array() += sign * read.select(tension_N.row(row).array(), 0.0);
+    samples.array() += sign * read.cast<double>();
+  };
   for (Eigen::Index row = run_.rows.begin; row < run_.rows.end; ++row) {
     while (end < run_.rows.end && log.time_s[end] <= log.time_s[row] + around_s) {
-      sum += log.tension_N.row(end++);
+      count(end++, 1.0);
     }
-    while (log.time_s[begin] < log.time_s[row] - around_s) sum -= log.tension_N.row(begin++);
-    const auto samples = static_cast<double>(end - begin);
-    const double least_N = taut_N - kClear * tension_sigma_N / std::sqrt(samples);
+    while (log.time_s[begin] < log.time_s[row] - around_s) count(begin++, -1.0);
+    const Eigen::ArrayXd read = samples.transpose().array();
     along_[static_cast<std::size_t>(row - run_.rows.begin)].slack =
-        (sum.array() < least_N * samples).any();
+        (sum.transpose().array() < taut_N * read - kClear * tension_sigma_N * read.sqrt()).any();
   }
 }
 

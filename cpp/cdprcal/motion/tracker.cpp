@@ -4,7 +4,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "cdprcal/effects/corrected_run.hpp"
 #include "cdprcal/error.hpp"
@@ -12,6 +11,7 @@
 #include "cdprcal/readings/turn_over.hpp"
 #include "cdprcal/statics/taut.hpp"
 #include "cdprcal/statistics.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
@@ -435,7 +435,6 @@ bool Tracker::is_vague() const {
 
 void Tracker::judge(bool corrected) {
   now_.trusted = step_.agrees = false;
-  char text[200];
   if (!corrected) {
     now_.reason = "no pose near the last one has these readings";
     return;
@@ -454,20 +453,18 @@ void Tracker::judge(bool corrected) {
     }
     if (!contradictions_.is_doubted(r, dt_s_)) continue;
     const Quantity shown = quantity_of(row_of(offsets_.rows[r].label.channel).of());
-    std::snprintf(text, sizeof text, "%s contradicts the other readings by %.3g %s for %.1f s",
-                  in_words(offsets_.rows[r].label).c_str(), shown.scale * misfit, shown.unit,
-                  contradictions_.against_s(r));
-    now_.reason = text;
+    now_.reason = printed("%s contradicts the other readings by %.3g %s for %.1f s",
+                          in_words(offsets_.rows[r].label).c_str(), shown.scale * misfit,
+                          shown.unit, contradictions_.against_s(r));
     return;
   }
   now_.trusted = step_.agrees = !is_vague();
   now_.reason.clear();
   if (now_.trusted) return judge_lateness();
   const Vector6 sigma = covariance_.diagonal().head<6>().cwiseSqrt();
-  std::snprintf(text, sizeof text,
-                "the readings leave the pose open (sigma %.3g mm, %.3g deg); it takes more sensors",
-                1e3 * sigma.head<3>().maxCoeff(), sigma.tail<3>().maxCoeff() / kDegree);
-  now_.reason = text;
+  now_.reason =
+      printed("the readings leave the pose open (sigma %.3g mm, %.3g deg); it takes more sensors",
+              1e3 * sigma.head<3>().maxCoeff(), sigma.tail<3>().maxCoeff() / kDegree);
 }
 
 /// Whether a late sensor makes the pose wrong by more than is said of it.
@@ -479,15 +476,12 @@ void Tracker::judge_lateness() {
   const Vector6 sigma = covariance_.diagonal().head<6>().cwiseSqrt();
   if (!(error.cwiseQuotient(sigma).maxCoeff() > kMost)) return;
   now_.trusted = false;
-  char text[200];
-  std::snprintf(
-      text, sizeof text,
+  now_.reason = printed(
       "the readings of the %s come %.3g ms %s than the others, by which the pose is off by "
       "up to %.3g mm, %.3g deg",
       kSensorTable[static_cast<std::size_t>(late->sensor)].in_words, 1e3 * std::abs(late->delay_s),
       late->delay_s > 0.0 ? "later" : "earlier", 1e3 * error.head<3>().maxCoeff(),
       error.tail<3>().maxCoeff() / kDegree);
-  now_.reason = text;
 }
 
 const TrackedSample& Tracker::add(const Measurement& sample) {

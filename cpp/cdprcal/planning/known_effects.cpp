@@ -39,12 +39,7 @@ KnownEffects::KnownEffects(const Robot& robot)
 CableVector KnownEffects::tension_N(const Pose& pose, const CableVector& reading_N) const {
   const PlatformState state = platform_state(robot_, pose);
   const Measurement measurement = at_rest(reading_N);
-  const EffectContext context{robot_, state, pose, measurement};
-  CableVector tension = reading_N;
-  for (const ActiveEffect& active : effects_) {
-    active.effect->correct_tension(context, active.values, tension);
-  }
-  return tension;
+  return corrected_tension_N({robot_, state, pose, measurement}, effects_, reading_N);
 }
 
 CableVector KnownEffects::reading_N(const Pose& pose, const CableVector& tension) const {

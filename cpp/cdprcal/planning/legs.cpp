@@ -34,14 +34,11 @@ LegTable::LegTable(const PathChecker& checker, const TransitionTimer& timer,
       threads_(threads) {
   fill(0, progress);
   if (stopped_ || connected()) return;
-  Box around{places_[0].pose.position_m, places_[0].pose.position_m};
-  for (const SetPoint& place : places_) {
-    around.lower_m = around.lower_m.cwiseMin(place.pose.position_m);
-    around.upper_m = around.upper_m.cwiseMax(place.pose.position_m);
-  }
+  Box around = Box::empty();
+  for (const SetPoint& place : places_) around.include(place.pose.position_m);
   std::array<int, 3> counts{1, 1, 1};
   for (int axis = 0; axis < 3; ++axis) {
-    if (around.upper_m[axis] - around.lower_m[axis] > 1e-3) counts[axis] = 3;
+    if (around.extent_m()[axis] > 1e-3) counts[axis] = 3;
   }
   for (const Vector3& position : grid_positions(around, counts)) {
     if (auto result = checker_.solver().at(position); result.set_point) {

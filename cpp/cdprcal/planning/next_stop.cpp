@@ -43,16 +43,9 @@ NextStopChooser::NextStopChooser(const Robot& robot, const Plan& plan, int threa
   PathOptions options;
   options.tension_margin_N = tension_margin_N(effects_.robot(), SetPointOptions{});
   const auto add = [&](const Pose& pose, const CableVector& reading_N, const std::string& name) {
-    if (reading_N.size() != robot.cable_count()) {
-      throw InputError("plan: " + name + " has " + std::to_string(reading_N.size()) +
-                       " tensions; " + robot.name + " has " + std::to_string(robot.cable_count()) +
-                       " cables; give the plan of this robot");
-    }
-    const double margin_N = tension_margin_N(effects_.robot(), effects_.tension_N(pose, reading_N));
-    if (!(margin_N >= 0.0)) {
-      throw InputError("plan: a tension of " + name + " is beyond the limits of " + robot.name +
-                       "; make the plan anew");
-    }
+    require_tensions_of(effects_.robot(), reading_N, name);
+    const double margin_N =
+        margin_within_limits_N(effects_.robot(), effects_.tension_N(pose, reading_N), name);
     const std::optional<SetPoint> planned = effects_.as_planned({pose, reading_N});
     if (!planned) {
       throw InputError("plan: " + name +

@@ -63,11 +63,6 @@ std::optional<Matrix6> predicted_covariance(const Robot& robot, const SetPoint& 
   return assembly.reference_information().covariance;
 }
 
-Vector6 standard_deviation(const std::optional<Matrix6>& covariance) {
-  if (!covariance) return Vector6::Constant(kNaN);
-  return covariance->diagonal().cwiseSqrt();
-}
-
 Observability::Observability(const Robot& robot, const SetPoint& start)
     : robot_(robot), start_(start) {
   start_information_ = linearised(start).start;

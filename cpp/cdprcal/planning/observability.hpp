@@ -27,9 +27,6 @@ CalibrationProblem predicted_problem(const Robot& robot, const SetPoint& start,
 std::optional<Matrix6> predicted_covariance(const Robot& robot, const SetPoint& start,
                                             const std::vector<SetPoint>& set_points);
 
-/// √ of the diagonal; NaN without a covariance.
-Vector6 standard_deviation(const std::optional<Matrix6>& covariance);
-
 /// Information on ζ0 and the reference errors, a set-point at a time.
 class Observability {
  public:

@@ -4,13 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 
 #include "cdprcal/equilibria/held_motion.hpp"
 #include "cdprcal/equilibria/starts.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/kinematics/obstruction.hpp"
+#include "cdprcal/planning/pose_grid.hpp"
 #include "cdprcal/statics/tension.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
@@ -24,14 +25,6 @@ constexpr double kBalance = 1e-10;  ///< error ÷ weight, as in DirectOptions
 /// load cell tells, far above what a file rounds.
 constexpr double kHeldBalance = 1e-3;
 
-std::string place(double fraction, const Vector3& p) {
-  std::ostringstream out;
-  out.precision(3);
-  out << "at " << 100.0 * fraction << " % of the way, near (" << p.x() << ", " << p.y() << ", "
-      << p.z() << ") m";
-  return out.str();
-}
-
 /// Size of a twist in steps that are still short.
 double size_of(const Vector6& twist, double step_limit_m) {
   return std::max(twist.head<3>().norm() / step_limit_m, twist.tail<3>().norm() / kMostTurn_rad);
@@ -39,7 +32,8 @@ double size_of(const Vector6& twist, double step_limit_m) {
 
 void fail(Path& path, PathStatus status, const PathPoint& at, const std::string& why) {
   path.status = status;
-  path.reason = place(at.fraction, at.pose.position_m) + " " + why;
+  path.reason = printed("at %.3g %% of the way, near ", 100.0 * at.fraction) +
+                in_words(at.pose.position_m) + " " + why;
 }
 
 }  // namespace

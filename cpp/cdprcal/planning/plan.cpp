@@ -1,7 +1,6 @@
 #include "cdprcal/planning/plan.hpp"
 
 #include <algorithm>
-#include <sstream>
 
 #include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
@@ -12,13 +11,6 @@
 
 namespace cdprcal {
 namespace {
-
-std::string text(const Vector3& v) {
-  std::ostringstream out;
-  out.precision(3);
-  out << '(' << v.x() << ", " << v.y() << ", " << v.z() << ") m";
-  return out.str();
-}
 
 /// How far a planned pose may be from where the platform settles [m, rad].
 constexpr double kSettled = 1e-3;
@@ -52,7 +44,7 @@ class Planner {
       find_box(result);
       start_ = set_point_at(options_.home_m.value_or(home()), "the start");
       const std::vector<SetPoint> measured =
-          options_.optimal > 0 ? choose(result) : grid_or_given(result);
+          options_.optimal > 0 ? choose(result) : grid_or_given();
       arrange(measured, result);
       result.status = PlanStatus::planned;
     } catch (const Ended& ended) {
@@ -86,11 +78,8 @@ class Planner {
       box_ = in_plane(robot_, *options_.box);
       result.box_origin = "given";
     } else if (!options_.positions_m.empty()) {
-      box_ = {options_.positions_m[0], options_.positions_m[0]};
-      for (const Vector3& p : options_.positions_m) {
-        box_.lower_m = box_.lower_m.cwiseMin(p);
-        box_.upper_m = box_.upper_m.cwiseMax(p);
-      }
+      box_ = Box::empty();
+      for (const Vector3& p : options_.positions_m) box_.include(p);
       result.box_origin = "around the positions given";
     } else {
       report("measurement box", 0.0);
@@ -112,12 +101,12 @@ class Planner {
     const SetPointSolver::Result found = solver_.at(position_m);
     if (!found.set_point) {
       throw Ended{PlanStatus::infeasible,
-                  what + " at " + text(position_m) + " is no set-point: " + found.reason};
+                  what + " at " + in_words(position_m) + " is no set-point: " + found.reason};
     }
     return *found.set_point;
   }
 
-  [[nodiscard]] std::vector<SetPoint> grid_or_given(PlanResult&) const {
+  [[nodiscard]] std::vector<SetPoint> grid_or_given() const {
     const std::vector<Vector3> positions =
         options_.positions_m.empty() ? grid_positions(box_, in_plane(robot_, options_.grid))
                                      : options_.positions_m;
@@ -156,7 +145,7 @@ class Planner {
       const Selection selection = select_d_optimal(observability.of_start(), information, count,
                                                    proceed, motion_basis(robot_));
       if (selection.stopped) throw Ended{PlanStatus::stopped, "stopped"};
-      comparison.optimal_standard_deviation.push_back(standard_deviation(selection.covariance));
+      comparison.optimal_standard_deviation.push_back(square_roots(selection.covariance));
       if (count < options_.optimal) continue;
       for (const int c : selection.chosen) chosen.push_back(candidates.set_points[c]);
     }
@@ -173,8 +162,7 @@ class Planner {
       grid.push_back(*found.set_point);
     }
     comparison.grid_poses = static_cast<int>(grid.size());
-    comparison.grid_standard_deviation =
-        standard_deviation(predicted_covariance(robot_, start_, grid));
+    comparison.grid_standard_deviation = square_roots(predicted_covariance(robot_, start_, grid));
     const Vector6& of_grid = comparison.grid_standard_deviation;
     for (std::size_t i = 0; i < comparison.optimal_standard_deviation.size(); ++i) {
       const Vector6& optimal = comparison.optimal_standard_deviation[i];
@@ -199,7 +187,7 @@ class Planner {
       if (!legs.way(0, place).empty() && !legs.way(place, 0).empty()) continue;
       throw Ended{
           PlanStatus::infeasible,
-          "pose " + std::to_string(p) + " at " + text(places[p].pose.position_m) +
+          "pose " + std::to_string(p) + " at " + in_words(places[p].pose.position_m) +
               " cannot be reached from the start and left again: " + legs.obstacle(0, place)};
     }
     report("order", 0.0);
@@ -258,7 +246,7 @@ class Planner {
     plan.duration_s = plan.start_dwell_s;
     for (const PlannedPose& stop : plan.poses) plan.duration_s += stop.transition_s + stop.dwell_s;
     plan.predicted_standard_deviation =
-        standard_deviation(predicted_covariance(robot_, start_, measured));
+        square_roots(predicted_covariance(robot_, start_, measured));
   }
 
   const Robot& robot_;
@@ -303,19 +291,6 @@ PlanResult make_plan(const Robot& robot, const PlanOptions& options) {
 std::string verify_plan(const Robot& given, const Plan& plan, const std::optional<Box>& bounds) {
   const KnownEffects effects(given);
   const Robot& robot = effects.robot();
-  const auto check_count = [&](const CableVector& tension_N, const std::string& what) {
-    if (tension_N.size() != robot.cable_count()) {
-      throw InputError("plan: " + what + " has " + std::to_string(tension_N.size()) +
-                       " tensions; " + robot.name + " has " + std::to_string(robot.cable_count()) +
-                       " cables; give the plan of this robot");
-    }
-  };
-  const auto check_limits = [&](const CableVector& tension_N, const std::string& what) {
-    if (!(tension_margin_N(robot, tension_N) >= 0.0)) {
-      throw InputError("plan: a tension of " + what + " is beyond the limits of " + robot.name +
-                       "; make the plan anew");
-    }
-  };
   const auto name_of = [](std::size_t i) {
     return i == 0 ? std::string("the start") : "stop " + std::to_string(i);
   };
@@ -323,9 +298,9 @@ std::string verify_plan(const Robot& given, const Plan& plan, const std::optiona
   for (const PlannedPose& pose : plan.poses) stops.push_back({pose.pose, pose.tension_N});
   for (std::size_t i = 0; i < stops.size(); ++i) {
     SetPoint& stop = stops[i];
-    check_count(stop.tension_N, name_of(i));
+    require_tensions_of(robot, stop.tension_N, name_of(i));
     if (!effects.any()) {
-      check_limits(stop.tension_N, name_of(i));
+      margin_within_limits_N(robot, stop.tension_N, name_of(i));
       continue;
     }
     const std::optional<Pose> settled = effects.settled(stop.tension_N, stop.pose);
@@ -336,7 +311,7 @@ std::string verify_plan(const Robot& given, const Plan& plan, const std::optiona
     const std::optional<SetPoint> planned = effects.as_planned(stop);
     if (!planned) return name_of(i) + ": its tensions do not hold the platform";
     stop = *planned;
-    check_limits(stop.tension_N, name_of(i));
+    margin_within_limits_N(robot, stop.tension_N, name_of(i));
   }
 
   SetPointOptions any_margin;

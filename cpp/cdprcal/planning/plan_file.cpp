@@ -6,6 +6,7 @@
 #include "cdprcal/error.hpp"
 #include "cdprcal/planning/plan_columns.hpp"
 #include "cdprcal/readings/log_columns.hpp"
+#include "cdprcal/text.hpp"
 #include "cdprcal/text_file.hpp"
 
 namespace cdprcal {
@@ -14,12 +15,11 @@ namespace {
 using detail::constant_tension_column;
 using detail::kPoseColumns;
 using detail::natural_column;
-using detail::number_text;
 using detail::tension_column;
 
 std::string list_text(const Eigen::Ref<const Eigen::VectorXd>& values) {
   std::string text;
-  for (const double v : values) text += (text.empty() ? "" : ", ") + number_text(v);
+  for (const double v : values) add_item(text, shortest(v));
   return text;
 }
 
@@ -56,7 +56,7 @@ std::string format_plan(const Plan& plan) {
       "\n# start_tension_N: " + list_text(plan.start_tension_N) +
       "\n# start_position_m: " + list_text(plan.start_pose.position_m) +
       "\n# start_quaternion_wxyz: " + list_text(wxyz(plan.start_pose.rotation)) +
-      "\n# start_dwell_s: " + number_text(plan.start_dwell_s) +
+      "\n# start_dwell_s: " + shortest(plan.start_dwell_s) +
       "\n# stops: " + std::to_string(plan.poses.size()) +
       "\n# predicted_standard_deviation_m_rad: " + list_text(plan.predicted_standard_deviation) +
       "\npurpose";
@@ -73,7 +73,7 @@ std::string format_plan(const Plan& plan) {
   for (const PlannedPose& stop : plan.poses) {
     text += stop.measured ? "\nmeasure" : "\nvia";
     const auto add = [&text](const auto& values) {
-      for (const double v : values) text += "," + number_text(v);
+      for (const double v : values) text += "," + shortest(v);
     };
     add(stop.pose.position_m);
     add(wxyz(stop.pose.rotation));

@@ -9,7 +9,7 @@
 #include "cdprcal/error.hpp"
 #include "cdprcal/planning/plan_columns.hpp"
 #include "cdprcal/readings/log_columns.hpp"
-#include "cdprcal/text_file.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
@@ -17,7 +17,6 @@ namespace {
 using detail::constant_tension_column;
 using detail::kPoseColumns;
 using detail::natural_column;
-using detail::number_text;
 using detail::tension_column;
 
 constexpr double kNormTolerance = 1e-6;
@@ -119,7 +118,7 @@ class PlanParser {
 
   Eigen::Quaterniond quaternion(const Eigen::Vector4d& q, std::size_t column) const {
     if (!(std::abs(q.norm() - 1.0) <= kNormTolerance)) {
-      fail(column, "the quaternion's norm must be 1, not " + number_text(q.norm()));
+      fail(column, "the quaternion's norm must be 1, not " + shortest(q.norm()));
     }
     return {q[0], q[1], q[2], q[3]};  // as it is: normalising would change its last bits
   }
@@ -289,8 +288,8 @@ class PlanParser {
                   " cables; give one a cable");
     }
     if (static_cast<double>(plan_.poses.size()) != stops_ || plan_.poses.empty()) {
-      fail(1, "holds " + std::to_string(plan_.poses.size()) + " stops where " +
-                  number_text(stops_) + " are announced; make the plan anew, it may be cut");
+      fail(1, "holds " + std::to_string(plan_.poses.size()) + " stops where " + shortest(stops_) +
+                  " are announced; make the plan anew, it may be cut");
     }
     plan_.duration_s = plan_.start_dwell_s;
     for (const PlannedPose& stop : plan_.poses) {

@@ -1,11 +1,11 @@
 #include "cdprcal/planning/pose_grid.hpp"
 
 #include <algorithm>
-#include <sstream>
 
 #include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
+#include "cdprcal/text.hpp"
 #include "cdprcal/workspace/inscribed_box.hpp"
 
 namespace cdprcal {
@@ -22,13 +22,6 @@ Box scaled(const Box& box, double factor) {
   const Vector3 middle = 0.5 * (box.lower_m + box.upper_m);
   const Vector3 half = 0.5 * factor * (box.upper_m - box.lower_m);
   return {middle - half, middle + half};
-}
-
-std::string text(const Vector3& v) {
-  std::ostringstream out;
-  out.precision(3);
-  out << '(' << v.x() << ", " << v.y() << ", " << v.z() << ") m";
-  return out.str();
 }
 
 /// Whether all positions of a grid in the box may be commanded.
@@ -61,6 +54,10 @@ Workspace coarse_workspace(const Robot& robot, const SetPointOptions& options,
 
 }  // namespace
 
+std::string in_words(const Vector3& p) {
+  return printed("(%.3g, %.3g, %.3g) m", p.x(), p.y(), p.z());
+}
+
 std::vector<Vector3> grid_positions(const Box& box, const std::array<int, 3>& counts) {
   const Vector3 extent = box.upper_m - box.lower_m;
   std::int64_t total = 1;
@@ -72,8 +69,8 @@ std::vector<Vector3> grid_positions(const Box& box, const std::array<int, 3>& co
     }
     const bool wide = counts[axis] == 1 ? extent[axis] >= 0.0 : extent[axis] > 0.0;
     if (!wide || !box.lower_m.allFinite() || !box.upper_m.allFinite()) {
-      throw InputError("grid: the box from " + text(box.lower_m) + " to " + text(box.upper_m) +
-                       " is empty along " + std::string(1, "xyz"[axis]) +
+      throw InputError("grid: the box from " + in_words(box.lower_m) + " to " +
+                       in_words(box.upper_m) + " is empty along " + std::string(1, "xyz"[axis]) +
                        ": its lower corner must be below its upper one");
     }
   }

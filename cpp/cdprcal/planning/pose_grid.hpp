@@ -18,6 +18,9 @@ namespace cdprcal {
 /// positions in all, or a box that is empty or not finite; a flat box is fine where the count is 1.
 std::vector<Vector3> grid_positions(const Box& box, const std::array<int, 3>& counts);
 
+/// "(0.1, 0.2, 0.3) m", for people.
+std::string in_words(const Vector3& position_m);
+
 /// The box of eq. 19, that the authors chose for their robot, when `robot` is the built-in irma4:
 /// the same name, and no anchor moved by more than 5 cm (so also after a calibration).
 std::optional<Box> published_measurement_box(const Robot& robot);

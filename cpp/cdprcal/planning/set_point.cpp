@@ -45,6 +45,22 @@ double tension_margin_N(const Robot& robot, const SetPointOptions& options) {
   return margin;
 }
 
+void require_tensions_of(const Robot& robot, const CableVector& reading_N,
+                         const std::string& what) {
+  if (reading_N.size() == robot.cable_count()) return;
+  throw InputError("plan: " + what + " has " + std::to_string(reading_N.size()) + " tensions; " +
+                   robot.name + " has " + std::to_string(robot.cable_count()) +
+                   " cables; give the plan of this robot");
+}
+
+double margin_within_limits_N(const Robot& robot, const CableVector& tension_N,
+                              const std::string& what) {
+  const double margin_N = tension_margin_N(robot, tension_N);
+  if (margin_N >= 0.0) return margin_N;
+  throw InputError("plan: a tension of " + what + " is beyond the limits of " + robot.name +
+                   "; make the plan anew");
+}
+
 SetPointSolver::SetPointSolver(const Robot& robot, const SetPointOptions& options)
     : solver_(robot, inverse_options(robot, options)),
       margin_N_(tension_margin_N(robot, options)) {}

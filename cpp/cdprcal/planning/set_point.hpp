@@ -31,6 +31,14 @@ struct SetPointOptions {
 /// or leaves nothing between the robot's limits.
 double tension_margin_N(const Robot& robot, const SetPointOptions& options);
 
+/// Throws InputError, "plan: the start has 3 tensions; …", unless `reading_N` of `what` has one
+/// for each cable of this robot.
+void require_tensions_of(const Robot& robot, const CableVector& reading_N, const std::string& what);
+/// The least distance of tensions of `what` from the robot's limits [N]; throws InputError where
+/// one is beyond them.
+double margin_within_limits_N(const Robot& robot, const CableVector& tension_N,
+                              const std::string& what);
+
 /// Set-points of one robot: inverse geometrico-static problem (eqs A1–A3) plus a margin to the
 /// limits and, up to five cables, what force control asks for: stability at constant tensions.
 class SetPointSolver {

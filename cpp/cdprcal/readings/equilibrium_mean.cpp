@@ -50,11 +50,7 @@ double effective_count(const std::vector<double>& deviation) {
 }  // namespace
 
 EquilibriumMean equilibrium_mean(const Log& log, const SampleRange& samples) {
-  if (samples.begin < 0 || samples.size() <= 0 || samples.end > log.sample_count()) {
-    throw InputError(name_of(log) + ": an equilibrium of samples " + std::to_string(samples.begin) +
-                     " to " + std::to_string(samples.end) + " is not within the log's " +
-                     std::to_string(log.sample_count()) + " samples; give one that is");
-  }
+  require_samples(samples, log);
   const Eigen::MatrixXd values = readings(log, samples);
   const Eigen::Index channels = values.cols();
   EquilibriumMean out;

@@ -10,6 +10,7 @@
 #include "cdprcal/error.hpp"
 #include "cdprcal/readings/log_columns.hpp"
 #include "cdprcal/readings/rest_list.hpp"
+#include "cdprcal/text.hpp"
 #include "cdprcal/text_file.hpp"
 
 namespace cdprcal {
@@ -170,8 +171,8 @@ class LogParser {
     const double time = values_[values_.size() - columns_.size() + time_column_];
     if (std::isnan(time)) fail_in(time_column_, "is empty: every sample needs its time");
     if (row_count_ > 0 && !(time > last_time_)) {
-      fail_in(time_column_, "time must increase from row to row, but " + detail::number_text(time) +
-                                " follows " + detail::number_text(last_time_));
+      fail_in(time_column_, "time must increase from row to row, but " + shortest(time) +
+                                " follows " + shortest(last_time_));
     }
     last_time_ = time;
   }
@@ -253,7 +254,7 @@ std::string format_log(const Log& log) {
   const std::vector<LogColumn> columns = detail::columns_of(log);
   const auto groups = log.groups();
   std::string text;
-  for (const LogColumn& c : columns) text += (text.empty() ? "" : ",") + c.name();
+  for (const LogColumn& c : columns) add_item(text, c.name(), ",");
   text += '\n';
   text.reserve(static_cast<std::size_t>(log.sample_count()) * columns.size() * 12);
   std::array<char, 32> number;
@@ -283,7 +284,7 @@ void validate(const Log& log) {
   for (Index i = 0; i < samples; ++i) {
     if (!std::isfinite(log.time_s[i]) || (i > 0 && !(log.time_s[i] > log.time_s[i - 1]))) {
       throw InputError(source + ": time_s: must be finite and increase, but sample " +
-                       std::to_string(i + 1) + " is at " + detail::number_text(log.time_s[i]));
+                       std::to_string(i + 1) + " is at " + shortest(log.time_s[i]));
     }
   }
   const Index cables = log.cable_count();

@@ -14,4 +14,9 @@ void require_within(const SampleRange& range, const Log& log) {
   }
 }
 
+void require_samples(const SampleRange& range, const Log& log) {
+  require_within(range, log);
+  if (range.size() < 1) throw InputError("range: must hold a sample; give one that does");
+}
+
 }  // namespace cdprcal

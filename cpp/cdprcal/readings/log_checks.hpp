@@ -10,5 +10,7 @@ std::string name_of(const Log& log);
 
 /// Throws InputError for a range that does not lie within a log's samples; it may be empty.
 void require_within(const SampleRange& range, const Log& log);
+/// The same, but it must hold a sample.
+void require_samples(const SampleRange& range, const Log& log);
 
 }  // namespace cdprcal

@@ -5,7 +5,7 @@
 #include <charconv>
 
 #include "cdprcal/error.hpp"
-#include "cdprcal/text_file.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal::detail {
 namespace {
@@ -127,11 +127,6 @@ Index group_width(const std::vector<LogColumn>& columns, std::size_t group) {
   const auto given = std::count_if(columns.begin(), columns.end(),
                                    [&](const LogColumn& c) { return c.group == group; });
   return given > 0 ? kSensorTable[group].columns_of(static_cast<int>(given)) : 0;
-}
-
-std::string number_text(double value) {
-  std::array<char, 32> text;
-  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
 }
 
 }  // namespace cdprcal::detail

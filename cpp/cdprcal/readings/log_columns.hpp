@@ -29,7 +29,4 @@ std::vector<LogColumn> columns_of(const Log& log);
 /// Width of the matrix that holds a group: 0 where the header has none of it.
 Eigen::Index group_width(const std::vector<LogColumn>& columns, std::size_t group);
 
-/// Shortest decimal that reads back as the same double.
-std::string number_text(double value);
-
 }  // namespace cdprcal::detail

@@ -91,8 +91,7 @@ Measurement measurement_at(const Log& log, Eigen::Index index, PoseKind kind, in
 
 Measurement measurement_mean(const Log& log, const SampleRange& range, PoseKind kind,
                              int cable_count) {
-  require_within(range, log);
-  if (range.size() < 1) throw InputError("range: must hold a sample; give one that does");
+  require_samples(range, log);
   if (cable_count < 0 || cable_count > kMaxCables) {
     throw InputError("cable_count: is " + std::to_string(cable_count) + "; give 0 to " +
                      std::to_string(kMaxCables));

@@ -1,9 +1,9 @@
 #include "cdprcal/readings/run.hpp"
 
-#include <cstdio>
-
 #include "cdprcal/error.hpp"
 #include "cdprcal/readings/log_checks.hpp"
+#include "cdprcal/statistics.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 
@@ -14,10 +14,8 @@ SampleRange run_of(const Log& log, int segment) {
   if (count > 1 && 2 * count > samples) {
     const double usual_s =
         (log.time_s[samples - 1] - log.time_s[0]) / static_cast<double>(samples - 1);
-    char text[32];
-    std::snprintf(text, sizeof text, "%.4g s", usual_s);
     throw InputError(
-        name_of(log) + ": time_s advances by " + text +
+        name_of(log) + ": time_s advances by " + printed("%.4g s", usual_s) +
         " from one sample to the next, too far for a run; give seconds (milliseconds and "
         "nanoseconds look like that), or log at 10 Hz or more");
   }
@@ -28,6 +26,14 @@ SampleRange run_of(const Log& log, int segment) {
                      "; give one of these, counted from 0, or -1 for the last");
   }
   return all[static_cast<std::size_t>(index)];
+}
+
+double median_step_s(const Log& log, const SampleRange& rows) {
+  std::vector<double> steps;
+  for (Eigen::Index row = rows.begin + 1; row < rows.end; ++row) {
+    steps.push_back(log.time_s[row] - log.time_s[row - 1]);
+  }
+  return steps.empty() ? kNaN : median(std::move(steps));
 }
 
 void check_belongs(const Robot& robot, const Log& log) {

@@ -10,6 +10,9 @@ namespace cdprcal {
 /// not have, and for times that are no seconds: nearly every sample a segment of its own.
 SampleRange run_of(const Log& log, int segment);
 
+/// From one sample to the next, as most are apart; NaN of a single one.
+double median_step_s(const Log& log, const SampleRange& rows);
+
 /// Throws InputError for a log without samples, or of another number of cables than the robot.
 void check_belongs(const Robot& robot, const Log& log);
 

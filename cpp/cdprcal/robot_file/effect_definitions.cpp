@@ -4,11 +4,11 @@
 #include "cdprcal/error.hpp"
 #include "cdprcal/model/robot_check.hpp"
 #include "cdprcal/robot_file/definition_reader.hpp"
+#include "cdprcal/text.hpp"
 #include "cdprcal/text_file.hpp"
 
 namespace cdprcal {
 
-using detail::shortest;
 using detail::YamlField;
 using detail::YamlMapping;
 

@@ -10,13 +10,13 @@
 #include "cdprcal/robot_file/definition_reader.hpp"
 #include "cdprcal/robot_file/effect_definitions.hpp"
 #include "cdprcal/robot_file/yaml_reader.hpp"
+#include "cdprcal/text.hpp"
 #include "cdprcal/text_file.hpp"
 
 namespace cdprcal {
 namespace {
 
 using detail::double_quoted;
-using detail::shortest;
 using detail::YamlField;
 using detail::YamlMapping;
 
@@ -85,8 +85,7 @@ Cable read_cable(const YamlField& field, Motion motion) {
 /// Eyelets whose file names no axes get some: they turn about the plane's normal or the vertical,
 /// from the direction to the middle of all pulleys. Their length depends on neither.
 void complete_eyelets(Robot& robot) {
-  Vector3 middle = Vector3::Zero();
-  for (const Cable& cable : robot.cables) middle += cable.pulley.position_m / robot.cable_count();
+  const Vector3 middle = middle_of_pulleys(robot);
   const bool planar = row_of(robot.platform.motion).is_planar();
   Vector3 axis = planar ? robot.platform.motion_plane_normal : Vector3(0.0, 0.0, -1.0);
   if (axis.isZero(0.0)) axis = -Vector3::UnitZ();  // finalise refuses the robot
@@ -248,8 +247,7 @@ std::string motion_entry(const Platform& platform) {
 
 std::string outline_entry(const Platform& platform) {
   std::string text;
-  for (const Vector3& corner : platform.outline_m)
-    text += (text.empty() ? "" : ", ") + flow(corner);
+  for (const Vector3& corner : platform.outline_m) add_item(text, flow(corner));
   return text.empty() ? "" : "  outline_m: [" + text + "]\n";
 }
 
@@ -343,7 +341,7 @@ std::string builtin_robot_yaml(const std::string& name) {
   }
   std::string known;
   for (const std::string& builtin : builtin_robot_names()) {
-    known += (known.empty() ? "" : ", ") + builtin;
+    add_item(known, builtin);
   }
   throw InputError("robot '" + name + "': neither a file nor a built-in robot (built in: " + known +
                    ")");

@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "cdprcal/error.hpp"
-#include "cdprcal/text_file.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal::detail {
 namespace {
@@ -68,7 +68,7 @@ std::string known_keys_hint(const std::string& key, const std::vector<std::strin
   std::string best, all;
   std::size_t best_distance = 1 + std::max<std::size_t>(2, key.size() / 3);  // beyond: another word
   for (const std::string& candidate : known) {
-    all += (all.empty() ? "" : ", ") + candidate;
+    add_item(all, candidate);
     // Long keys cannot be typing errors, and would make this quadratic in the size of the file.
     std::size_t distance = key.size() > 64 ? best_distance : edit_distance(key, candidate);
     if (candidate.rfind(key + "_", 0) == 0) distance = 0;  // only the unit is missing
@@ -358,7 +358,7 @@ std::size_t YamlMapping::word_or(const std::string& key,
   const auto word = std::find(words.begin(), words.end(), field->text());
   if (word != words.end()) return static_cast<std::size_t>(word - words.begin());
   std::string known;
-  for (const std::string& one : words) known += (known.empty() ? "" : " or ") + one;
+  for (const std::string& one : words) add_item(known, one, " or ");
   field->fail("must be " + known + ", not " + in_quotes(field->text()));
 }
 

@@ -9,7 +9,7 @@
 #include "cdprcal/error.hpp"
 #include "cdprcal/geometry/euler.hpp"
 #include "cdprcal/readings/log_columns.hpp"
-#include "cdprcal/text_file.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
@@ -18,7 +18,7 @@ InjectableEffect find(const std::string& name, const OwnEffects& own) {
   std::string known;
   for (const InjectableEffect& effect : injectable_effects()) {
     if (effect.name == name && !is_own(name, own)) return effect;
-    known += (known.empty() ? "" : ", ") + effect.name;
+    add_item(known, effect.name);
   }
   for (const auto& effect : own) {
     const EffectLayout layout = layout_of(*effect);
@@ -33,8 +33,7 @@ std::string sizes_text(const InjectableEffect& effect) {
   constexpr const char* kSizes[] = {"", " [1 or n]", " [3]", " [3 or n*3]", " [2]"};
   std::string text;
   for (const ParameterLayout& parameter : effect.parameters) {
-    text += (text.empty() ? "" : ", ") + parameter.name +
-            kSizes[static_cast<std::size_t>(parameter.shape)];
+    add_item(text, parameter.name + kSizes[static_cast<std::size_t>(parameter.shape)]);
   }
   return text;
 }
@@ -95,7 +94,7 @@ InjectedEffect parse_injected_effect(const std::string& text, const OwnEffects& 
 std::string to_string(const InjectedEffect& effect) {
   std::string text = effect.name;
   for (std::size_t i = 0; i < effect.values.size(); ++i) {
-    text += (i == 0 ? '=' : ',') + detail::number_text(effect.values[i]);
+    text += (i == 0 ? '=' : ',') + shortest(effect.values[i]);
   }
   return text;
 }

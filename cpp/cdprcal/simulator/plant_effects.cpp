@@ -41,27 +41,18 @@ double warmed(double step_s, double time_s) {
   return time_s > step_s ? -std::expm1(-(time_s - step_s) / kWarming_s) : 0.0;
 }
 
-Vector3 middle_of(const std::vector<Cable>& cables) {
-  Vector3 sum = Vector3::Zero();
-  for (const Cable& cable : cables) sum += cable.pulley.position_m;
-  return sum / static_cast<double>(cables.size());
-}
-
 /// The pulleys of a frame that is larger along its axes, slanted (angles between x y, x z and y z,
 /// half on either axis), and twisted by so much at its corners.
 void deform(Robot& robot, const Vector3& size, const Vector3& slant_rad, double corner_m) {
-  Vector3 low = robot.cables.front().pulley.position_m, high = low;
-  const Vector3 middle = middle_of(robot.cables);
-  for (const Cable& cable : robot.cables) {
-    low = low.cwiseMin(cable.pulley.position_m);
-    high = high.cwiseMax(cable.pulley.position_m);
-  }
-  const double reach_x_m = std::max(high.x() - middle.x(), middle.x() - low.x());
-  const double reach_y_m = std::max(high.y() - middle.y(), middle.y() - low.y());
+  const auto [low, high] = pulley_box(robot);
+  const Vector3 middle = middle_of_pulleys(robot);
+  const Vector3 reach_m = (high - middle).cwiseMax(middle - low);
+  // A frame without width along x or y has no corners to twist.
+  const double corners_m2 = reach_m.x() * reach_m.y();
   const auto [xy, xz, yz] = std::array{slant_rad.x() / 2, slant_rad.y() / 2, slant_rad.z() / 2};
   for (Cable& cable : robot.cables) {
     const Vector3 at = cable.pulley.position_m - middle;
-    const double corner = at.x() * at.y() / (reach_x_m * reach_y_m);
+    const double corner = corners_m2 > 0.0 ? at.x() * at.y() / corners_m2 : 0.0;
     cable.pulley.position_m +=
         Vector3((size.x() - 1.0) * at.x() + xy * at.y() + xz * at.z(),
                 (size.y() - 1.0) * at.y() + xy * at.x() + yz * at.z(),
@@ -198,7 +189,7 @@ std::vector<InjectableEffect> rows() {
       {"umbilical", "a hose pulls at the platform, not everywhere alike",
        [](V& v, P& p) {
          PlantSpring spring{.force_N = v.vector3(), .point_m = v.vector3()};
-         spring.origin_m = middle_of(p.robot.cables);
+         spring.origin_m = middle_of_pulleys(p.robot);
          spring.stiffness_N_m = v.vector3().asDiagonal();
          const double xy = v.scalar(), xz = v.scalar(), yz = v.scalar();
          spring.stiffness_N_m(0, 1) = spring.stiffness_N_m(1, 0) = xy;

@@ -37,7 +37,7 @@ CableVector LengthController::tension_feedback_m_s(const PlatformState& state,
                                                    const CableVector& error_N) const {
   CableVector velocity_m_s = CableVector::Zero(robot_.cable_count());
   const auto count = static_cast<Eigen::Index>(by_tension_.size());
-  const WrenchFamily family = wrench_family(robot_, state);
+  const TensionFamily family = wrench_family(robot_, state);
   if (count == 0 || !family.valid) return velocity_m_s;
   const double stiffness_N_m = options_.axial_stiffness_N / state.length_m().mean();
   CableMatrix rows(count, family.basis.cols());

@@ -1,18 +1,15 @@
 #include "cdprcal/startup/watchdog.hpp"
 
 #include <algorithm>
-#include <cstdio>
+
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
 
 std::string cable_name(int i) { return "cable " + std::to_string(i + 1); }
 
-std::string newtons(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f N", value);
-  return text;
-}
+std::string newtons(double value) { return printed("%.1f N", value); }
 
 bool all_there(const CableVector& values, int n) {
   return values.size() == n && values.allFinite();

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "cdprcal/error.hpp"
+#include "cdprcal/geometry/box.hpp"
 
 namespace cdprcal {
 namespace {
@@ -47,15 +48,13 @@ struct Quantised {
 };
 
 Quantised quantise(const std::vector<Vector3>& points_m) {
-  Vector3 low = Vector3::Constant(HUGE_VAL);
-  Vector3 high = -low;
+  Box around = Box::empty();
   for (const Vector3& p : points_m) {
     if (!p.allFinite()) throw InputError("alpha shape: points must be finite");
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
+    around.include(p);
   }
-  const double size = points_m.empty() ? 0.0 : (high - low).maxCoeff();
-  return {low, size > 0.0 ? size / kQuanta : 1.0};
+  const double size = points_m.empty() ? 0.0 : around.extent_m().maxCoeff();
+  return {around.lower_m, size > 0.0 ? size / kQuanta : 1.0};
 }
 
 double squared_circumradius(const Cell& cell) {

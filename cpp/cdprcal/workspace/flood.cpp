@@ -153,7 +153,6 @@ class Flood {
       w_.rotation.push_back(results_[k].rotation);
       const CableVector& tension = results_[k].tension_N;
       w_.tension_N.insert(w_.tension_N.end(), tension.data(), tension.data() + tension.size());
-      ++w_.points_inside;
     }
   }
 
@@ -183,7 +182,7 @@ class Flood {
 
   bool report() const {
     if (!options_.progress) return true;
-    return options_.progress({w_.points_tested, w_.points_inside, w_.grid.size()});
+    return options_.progress({w_.points_tested, w_.points_inside(), w_.grid.size()});
   }
 
   const InverseSolver& solver_;

@@ -7,29 +7,12 @@
 #include "cdprcal/error.hpp"
 #include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/model/robot_check.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
 
 constexpr std::int64_t kMaxPoints = 200'000'000;
-
-Box pulley_box(const Robot& robot) {
-  if (robot.cables.empty())
-    throw InputError("workspace: the robot has no cables; give one that has");
-  Box box{robot.cables[0].pulley.position_m, robot.cables[0].pulley.position_m};
-  for (const Cable& cable : robot.cables) {
-    box.lower_m = box.lower_m.cwiseMin(cable.pulley.position_m);
-    box.upper_m = box.upper_m.cwiseMax(cable.pulley.position_m);
-  }
-  return box;
-}
-
-/// How far any part that matters is from P.
-double platform_reach_m(const Robot& robot) {
-  double reach = robot.platform.centre_of_mass_m.norm();
-  for (const Cable& cable : robot.cables) reach = std::max(reach, cable.platform_anchor_m.norm());
-  return reach;
-}
 
 std::string text(const Vector3& v) {
   std::ostringstream out;
@@ -40,8 +23,10 @@ std::string text(const Vector3& v) {
 }  // namespace
 
 Box workspace_box(const Robot& robot) {
+  if (robot.cables.empty())
+    throw InputError("workspace: the robot has no cables; give one that has");
   const Box pulleys = pulley_box(robot);
-  const Vector3 extent = pulleys.upper_m - pulleys.lower_m;
+  const Vector3 extent = pulleys.extent_m();
   const double side = std::max(extent.x(), extent.y());
   Box box = pulleys;
   box.lower_m.z() = pulleys.upper_m.z() - side;
@@ -117,11 +102,11 @@ Grid make_grid(const Box& box, double step_m) {
     throw InputError("workspace step_m: must be positive and finite [m]");
   }
   if (step_m > least_side_m(box)) {
-    throw InputError("workspace step_m: " + detail::shortest(step_m) +
+    throw InputError("workspace step_m: " + shortest(step_m) +
                      " m is larger than the box; use a smaller step");
   }
   if ((extent / step_m).prod() > static_cast<double>(kMaxPoints)) {
-    throw InputError("workspace step_m: " + detail::shortest(step_m) +
+    throw InputError("workspace step_m: " + shortest(step_m) +
                      " m asks for more than 200 million points; use a larger step");
   }
   Grid grid;

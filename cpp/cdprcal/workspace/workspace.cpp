@@ -49,11 +49,6 @@ InverseSolver::Point follow(const InverseSolver& solver, const Workspace& worksp
 
 }  // namespace
 
-CableVector Workspace::tension_at_N(std::size_t row) const {
-  const int n = robot.cable_count();
-  return Eigen::Map<const Eigen::VectorXd>(tension_N.data() + row * n, n);
-}
-
 std::vector<Vector3> Workspace::points_m() const {
   std::vector<Vector3> points;
   points.reserve(inside.size() + boundary_m.size());
@@ -86,7 +81,7 @@ Workspace compute_workspace(const Robot& given, const WorkspaceOptions& options)
 }
 
 std::string explain_empty(const Workspace& workspace) {
-  if (workspace.points_inside > 0) return {};
+  if (workspace.points_inside() > 0) return {};
   std::array<std::int64_t, 6> count{};
   for (const PointStatus status : workspace.status) ++count[static_cast<int>(status)];
   const std::int64_t infeasible = count[static_cast<int>(PointStatus::infeasible)];

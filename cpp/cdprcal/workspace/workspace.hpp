@@ -54,7 +54,6 @@ struct Workspace {
   bool complete = false;            ///< false: stopped by `progress`
   std::vector<PointStatus> status;  ///< a grid point, by Grid::index
   std::int64_t points_tested = 0;
-  std::int64_t points_inside = 0;
   std::vector<std::int32_t> solution;  ///< a grid point: row in the arrays below, −1 when outside
   std::vector<std::int64_t> inside;    ///< grid index of each row
   std::vector<Eigen::Quaterniond> rotation;  ///< equilibrium orientation, a row
@@ -64,7 +63,9 @@ struct Workspace {
   [[nodiscard]] Vector3 position_m(std::size_t row) const {
     return grid.position_m(grid.coordinates(inside[row]));
   }
-  [[nodiscard]] CableVector tension_at_N(std::size_t row) const;
+  [[nodiscard]] std::int64_t points_inside() const {
+    return static_cast<std::int64_t>(inside.size());
+  }
   /// All points inside, grid and boundary: what the alpha shape is drawn around.
   [[nodiscard]] std::vector<Vector3> points_m() const;
 };

@@ -38,7 +38,7 @@ TEST(WrenchDistribution, EveryTensionOfTheFamilyCarriesTheWeight) {
   for (int trial = 0; trial < 200; ++trial) {
     const int n = 6 + trial % 3;
     const Drawn d = draw(rng, n);
-    const WrenchFamily family = wrench_family(d.robot, d.state);
+    const TensionFamily family = wrench_family(d.robot, d.state);
     ASSERT_TRUE(family.valid);
     ASSERT_EQ(family.basis.cols(), n - 6);
     const Eigen::MatrixXd gram = family.basis.transpose() * family.basis;
@@ -70,7 +70,7 @@ TEST(WrenchDistribution, TheBarycentreIsThereExactlyWherePolytopesAre) {
     if (n == 7) d.robot.cables.pop_back();
     d.state = platform_state(d.robot, d.pose);
     ASSERT_TRUE(d.state.valid);
-    const WrenchFamily family = wrench_family(d.robot, d.state);
+    const TensionFamily family = wrench_family(d.robot, d.state);
     const DistributedTension found = distribute_wrench(d.robot, d.state, D::barycentre);
     ASSERT_TRUE(found.valid);
     EXPECT_LT(wrench_residual(d.robot, d.state, found.tension_N).norm(),

@@ -141,8 +141,8 @@ TEST(UnreadTensions, RestsAloneFindThePoseThatLoadCellsFind) {
   const Scenario all = scenario(robot, irma4_setpoints(), PoseKind::static_pose, 0.0, 4);
   const CalibrationResult with = solve(all.problem, all.truth);
   for (int a = 0; a < 6; ++a) {
-    EXPECT_LT(result.standard_deviation[a], without.standard_deviation[a]);
-    EXPECT_GT(result.standard_deviation[a], with.standard_deviation[a]);
+    EXPECT_LT(result.standard_deviation()[a], without.standard_deviation()[a]);
+    EXPECT_GT(result.standard_deviation()[a], with.standard_deviation()[a]);
   }
 }
 

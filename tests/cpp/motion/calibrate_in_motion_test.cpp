@@ -137,12 +137,12 @@ TEST(InMotion, WholeRunsStayAsGood) {
         calibrate_in_motion(robot, run.log, options).calibration.result;
     ASSERT_EQ(motion.status, CalibrationStatus::converged) << motion.reason;
     const Vector6 apart = minus(motion.poses[0], rests.poses[0]);
-    const double most = (apart.array().abs() / rests.standard_deviation.array()).maxCoeff();
+    const double most = (apart.array().abs() / rests.standard_deviation().array()).maxCoeff();
     squares += most * most;
     const Vector6 error = minus(motion.poses[0], run.truth[0].pose);
     EXPECT_LT(error.dot(motion.covariance->llt().solve(error)), 22.5);  // 99.9 %
     // The noise is learnt from either's residuals.
-    EXPECT_LT((motion.standard_deviation.array() / rests.standard_deviation.array()).maxCoeff(),
+    EXPECT_LT((motion.standard_deviation().array() / rests.standard_deviation().array()).maxCoeff(),
               1.03);
   }
   EXPECT_LT(std::sqrt(squares / kRuns), 1.5);  // of one run it is a draw
@@ -156,7 +156,7 @@ TEST(InMotion, SwingsOfAPlatformThatNeverRestsAreEnough) {
     ASSERT_TRUE(found.in_motion) << found.calibration.result.reason;
     const CalibrationResult& result = found.calibration.result;
     const Vector6 error = minus(result.poses[0], initial);
-    EXPECT_LT((error.array().abs() / result.standard_deviation.array()).maxCoeff(), 4.0);
+    EXPECT_LT((error.array().abs() / result.standard_deviation().array()).maxCoeff(), 4.0);
     EXPECT_LT(error.head<3>().norm(), 10e-3);
     for (const Swing& mode : found.swings) {
       if (std::isfinite(mode.measured_hz)) {
@@ -164,6 +164,18 @@ TEST(InMotion, SwingsOfAPlatformThatNeverRestsAreEnough) {
       }
     }
   }
+}
+
+TEST(InMotion, ACableThatHangsIsNoticedWhateverALoadCellMisses) {
+  const Robot robot = load_robot("irma4");
+  Log log = swing(robot, 0.04, 2).first;
+  log.tension_N.col(1).segment(800, 600).setZero();
+  const int whole = calibrate_in_motion(robot, log, {}).calibration.kinematic_poses;
+  log.tension_N(2300, 3) = kNaN;
+  const int missed = calibrate_in_motion(robot, log, {}).calibration.kinematic_poses;
+  EXPECT_GT(whole, 10);
+  EXPECT_LE(missed, whole);
+  EXPECT_GE(missed, whole - 2);
 }
 
 TEST(InMotion, SaysWhatRestsSayWhereMotionAddsNothing) {

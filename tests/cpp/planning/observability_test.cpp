@@ -85,8 +85,7 @@ TEST(Observability, TheEstimatorIsAsAccurateAsPredicted) {
   }
   // Mean of chi-square with 6 degrees of freedom: 6 ± √(12/150) = 6 ± 0.28.
   EXPECT_NEAR(sum / kTrials, 6.0, 4.0 * 0.29);
-  const Vector6 ratio =
-      (square / kTrials).cwiseSqrt().cwiseQuotient(standard_deviation(covariance));
+  const Vector6 ratio = (square / kTrials).cwiseSqrt().cwiseQuotient(square_roots(covariance));
   for (int a = 0; a < 6; ++a) EXPECT_NEAR(ratio[a], 1.0, 4.0 / std::sqrt(2.0 * kTrials));
 }
 
@@ -95,7 +94,7 @@ TEST(Observability, MorePosesNeverKnowLess) {
   const auto grid = s.grid({3, 3, 3});
   Vector6 before = Vector6::Constant(HUGE_VAL);
   for (std::size_t count = 1; count <= grid.size(); count += 2) {
-    const Vector6 now = standard_deviation(predicted_covariance(
+    const Vector6 now = square_roots(predicted_covariance(
         s.robot, s.start, {grid.begin(), grid.begin() + static_cast<std::ptrdiff_t>(count)}));
     for (int a = 0; a < 6; ++a) EXPECT_LE(now[a], before[a] * (1.0 + 1e-9));
     before = now;

@@ -79,7 +79,7 @@ TEST(Plan, ByObservabilityNeedsFarFewerPosesThanTheGrid) {
     for (const PlannedPose& p : result.plan.poses) {
       if (p.measured) stops.push_back({p.pose, p.tension_N});
     }
-    const Vector6 again = standard_deviation(
+    const Vector6 again = square_roots(
         predicted_covariance(robot, {result.plan.start_pose, result.plan.start_tension_N}, stops));
     EXPECT_LT((again - c.optimal_standard_deviation.back()).norm(), 1e-9);
     EXPECT_LT((again - result.plan.predicted_standard_deviation).norm(), 1e-9);
@@ -102,7 +102,7 @@ TEST(Plan, ByObservabilityStaysInTheBoxThatIsGiven) {
   corners.resize(6);
   const SetPoint start{result.plan.start_pose, result.plan.start_tension_N};
   EXPECT_LT(norm_of(result.plan.predicted_standard_deviation, true),
-            norm_of(standard_deviation(predicted_covariance(robot, start, corners)), true));
+            norm_of(square_roots(predicted_covariance(robot, start, corners)), true));
 }
 
 TEST(Plan, GoesAroundAPathThatIsNotClear) {

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <random>
 
+#include "../support/damaged.hpp"
 #include "../support/random_robot.hpp"
 #include "../support/shared_data.hpp"
 #include "cdprcal/error.hpp"
@@ -239,20 +240,7 @@ TEST(Log, RandomDamageIsRefusedOrReadNeverAnythingElse) {
   const std::string text = format_log(random_log(rng, 20, 4));
   int refused = 0;
   for (int i = 0; i < 5000; ++i) {
-    std::string damaged = text;
-    for (std::uint64_t n = 1 + rng() % 3; n > 0; --n) {
-      const std::size_t at = rng() % damaged.size();
-      switch (rng() % 3) {
-        case 0:
-          damaged[at] = static_cast<char>(rng() % 256);
-          break;
-        case 1:
-          damaged.erase(at, 1 + rng() % 20);
-          break;
-        default:
-          damaged.insert(at, damaged.substr(rng() % damaged.size(), 1 + rng() % 20));
-      }
-    }
+    const std::string damaged = test::damaged(text, rng);
     try {
       validate(parse_log(damaged, "damaged"));
     } catch (const InputError&) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "../support/damaged.hpp"
 #include "../support/random_robot.hpp"
 #include "cdprcal/error.hpp"
 #include "support/refusal.hpp"
@@ -376,20 +377,7 @@ TEST(RobotFile, RandomDamageIsRefusedOrReadNeverAnythingElse) {
   const std::string yaml = builtin_robot_yaml("irma4");
   int refused = 0;
   for (int i = 0; i < 3000; ++i) {
-    std::string damaged = yaml;
-    for (std::uint64_t n = 1 + rng() % 3; n > 0; --n) {
-      const std::size_t at = rng() % damaged.size();
-      switch (rng() % 3) {
-        case 0:
-          damaged[at] = static_cast<char>(rng() % 256);
-          break;
-        case 1:
-          damaged.erase(at, 1 + rng() % 20);
-          break;
-        default:
-          damaged.insert(at, damaged.substr(rng() % damaged.size(), 1 + rng() % 20));
-      }
-    }
+    const std::string damaged = test::damaged(yaml, rng);
     try {
       Robot robot = parse_robot(damaged, "damaged");
       finalise(robot);
