@@ -1,7 +1,6 @@
 #include "cdprcal/diagnosis/search.hpp"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "cdprcal/diagnosis/formulas.hpp"
 #include "cdprcal/diagnosis/motion.hpp"
@@ -14,6 +13,7 @@
 #include "cdprcal/evidence/checks.hpp"
 #include "cdprcal/evidence/directions.hpp"
 #include "cdprcal/evidence/steps.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
@@ -35,12 +35,6 @@ constexpr double kSeen = 3.0;
 constexpr const char* kNotSeen = "none of its numbers is known to be there at all";
 /// Candidates refitted where the best of several is not much better known than the next.
 constexpr int kFewRefits = 3;
-
-std::string text(const char* pattern, auto... values) {
-  char buffer[256];
-  std::snprintf(buffer, sizeof buffer, pattern, values...);
-  return buffer;
-}
 
 /// What hangs on a platform does all that a weight, a force or a wrong angle does to its balance:
 /// that it does so says nothing, only its evidence does.
@@ -240,12 +234,12 @@ bool Search::names_reach(double log_evidence, const Refit& first) const {
 std::string Search::objection(const Refit& candidate, const Refit* generic, double least_p,
                               HeldOut& held) const {
   if (candidate.score.p_value >= least_p) {
-    return text("chance does as well (family-wise p = %.3f)", candidate.score.p_value);
+    return printed("chance does as well (family-wise p = %.3f)", candidate.score.p_value);
   }
   if (candidate.log_evidence <= -1e299) return "the fit with it does not settle";
   if (candidate.log_evidence <= options_.least_evidence) {
-    return text("evidence %.1f nats after the refit, %.1f needed", candidate.log_evidence,
-                options_.least_evidence);
+    return printed("evidence %.1f nats after the refit, %.1f needed", candidate.log_evidence,
+                   options_.least_evidence);
   }
   if (!plausible(candidate.model.effects.back(), model_.robot)) {
     return "the value it would need is physically implausible";
@@ -264,8 +258,8 @@ std::string Search::objection(const Refit& candidate, const Refit* generic, doub
   // Of what parts a rest from them the others tell nothing: it must not spoil them.
   const double least_gain = step && step->parts_a_rest ? -held.gain_error : held.gain_error;
   if (!(held.gain > least_gain)) {
-    return text("does not predict poses it was not fitted on (gain %.1f +- %.1f nats)", held.gain,
-                held.gain_error);
+    return printed("does not predict poses it was not fitted on (gain %.1f +- %.1f nats)",
+                   held.gain, held.gain_error);
   }
   if (step && step->parts_a_rest) {
     const std::optional<DiagnosisModel> late = with_late_first_rests(model_, logs_);
@@ -284,7 +278,7 @@ std::string Search::objection(const Refit& candidate, const Refit* generic, doub
   if (generic != nullptr && candidate.log_evidence + options_.rival_nats < generic->log_evidence &&
       !names_reach(generic->log_evidence, candidate)) {
     const GenericName what = *generic_name(*generic->score.effect);
-    return text(
+    return printed(
         "a mere dependence of %s on %s explains the readings better (%.1f nats against "
         "%.1f)",
         what.channel.c_str(), what.depends_on.c_str(), generic->log_evidence,
@@ -399,11 +393,12 @@ std::vector<Refit> refitted_formulas(const DiagnosisModel& model, std::size_t co
 
 /// Why an effect of this evidence is none where a formula has more, or cannot be told from it.
 std::string stands_in(const Refit& formula, double own_nats) {
-  return text(formula.log_evidence > own_nats
-                  ? "only stood in for a law that no effect has: %s explains the readings better "
-                    "(%.1f nats against %.1f)"
-                  : "cannot be told from a law that no effect has: %s (%.1f nats against %.1f)",
-              formula.score.effect->info().equation, formula.log_evidence, own_nats);
+  return printed(
+      formula.log_evidence > own_nats
+          ? "only stood in for a law that no effect has: %s explains the readings better "
+            "(%.1f nats against %.1f)"
+          : "cannot be told from a law that no effect has: %s (%.1f nats against %.1f)",
+      formula.score.effect->info().equation, formula.log_evidence, own_nats);
 }
 
 }  // namespace
@@ -463,8 +458,8 @@ void Search::describe() {
     const double least_p = left_ ? kChanceOfForm : chance;
     std::string reason = objection(winner, nullptr, least_p, held);
     if (reason.empty() && !(held.gain > kSure * held.gain_error)) {
-      reason = text("predicts too few poses it was not fitted on (gain %.1f +- %.1f nats)",
-                    held.gain, held.gain_error);
+      reason = printed("predicts too few poses it was not fitted on (gain %.1f +- %.1f nats)",
+                       held.gain, held.gain_error);
     }
     const std::string name = winner.score.effect->name();
     if (reason.empty() &&
@@ -508,12 +503,12 @@ bool Search::forward() {
     const std::optional<Refit> rival = best_generic(against, scores, options_.least_evidence);
     keep_left(rival, generic);
     if (static_cast<int>(out_.effects.size()) >= options_.most_effects) {
-      const std::string word = text("no more than %d effects were looked for; there may be others",
-                                    options_.most_effects);
+      const std::string word = printed(
+          "no more than %d effects were looked for; there may be others", options_.most_effects);
       if (std::ranges::find(out_.next, word) == out_.next.end()) out_.next.push_back(word);
       return true;
     }
-    if (!report(text("scan after %d effects", static_cast<int>(out_.effects.size())))) {
+    if (!report(printed("scan after %d effects", static_cast<int>(out_.effects.size())))) {
       return false;
     }
     std::vector<Refit> refits =
@@ -660,9 +655,9 @@ bool Search::exchange() {
     const HeldOut held = held_out(*without, best.model);
     if (!(held.gain > held.gain_error)) continue;
     out_.rejected.push_back(
-        {present->name(), text("with all accepted effects in the model, %s explains the "
-                               "readings better (%.1f nats against %.1f)",
-                               best.score.effect->info().name, best.log_evidence, own)});
+        {present->name(), printed("with all accepted effects in the model, %s explains the "
+                                  "readings better (%.1f nats against %.1f)",
+                                  best.score.effect->info().name, best.log_evidence, own)});
     NamedEffect& found = out_.effects[k];
     found.effect = best.score.effect;
     found.log_evidence = best.log_evidence;
@@ -722,10 +717,11 @@ void Search::leave_to_the_place() {
         EvidenceAgainst(errors->model).refit(again).log_evidence > by_chance) {
       continue;
     }
-    take_back(k, *without,
-              text("errors that change with the place, as the sensors may have them, explain more "
-                   "(%.1f nats against %.1f)",
-                   errors->log_evidence, own));
+    take_back(
+        k, *without,
+        printed("errors that change with the place, as the sensors may have them, explain more "
+                "(%.1f nats against %.1f)",
+                errors->log_evidence, own));
     noise_by_place_ = errors;
   }
   if (!left_) return;
@@ -805,9 +801,12 @@ void Search::find_rivals() {
     for (const Refit& r : refits) {
       if (r.score.effect == accepted || r.log_evidence < own - kNegligible_nats) continue;
       // What imitates it is as likely as what is said not to be told apart: typical sizes alone
-      // are no reason to be sure.
+      // are no reason to be sure. Nor are nats in motion, whose errors hang together: it is then as
+      // likely as what was accepted.
       const bool rival = std::ranges::count(rivals, r.score.effect.get()) > 0;
-      const double least = rival ? -options_.rival_nats : -kNegligible_nats;
+      const double least = !rival                       ? -kNegligible_nats
+                           : balances_in_motion(model_) ? 0.0
+                                                        : -options_.rival_nats;
       others.push_back({initial_pose_of(r.model), std::max(r.log_evidence - own, least)});
     }
     for (const Possibility& p : possibilities(present, others)) {
