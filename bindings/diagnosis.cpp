@@ -195,6 +195,18 @@ void register_findings(py::module_& module) {
       .def_readonly("convention", &DiscreteFault::convention,
                     "Of an euler_convention: the right one; else None.")
       .def_readonly("text", &DiscreteFault::text, "One phrase for people.");
+  module.def(
+      "find_discrete_faults",
+      [](Robot robot, Log log) {
+        return find_discrete_faults(robot, log, false, [](const std::string&) {
+          const py::gil_scoped_acquire lock;
+          if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+          return true;
+        });
+      },
+      py::call_guard<py::gil_scoped_release>(), py::arg("robot"), py::arg("log"),
+      "The signs, orders, units and conventions that are wrong in a log, in the order found; none "
+      "of a log that agrees with the robot. Raises InputError for a log that does not fit it.");
   py::class_<NamedEffect>(module, "NamedEffect", "An effect that was accepted.")
       .def_property_readonly("info", [](const NamedEffect& e) { return EffectRow{e.effect}; })
       .def_property_readonly(

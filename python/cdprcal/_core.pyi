@@ -188,6 +188,7 @@ __all__: list[str] = [
     "expanded_effect",
     "explain_empty",
     "fifth_degree",
+    "find_discrete_faults",
     "find_frame",
     "follow_path",
     "foresee",
@@ -5300,6 +5301,11 @@ def explain_empty(workspace: Workspace) -> str:
 def fifth_degree(fraction: typing.SupportsFloat | typing.SupportsIndex) -> float:
     """
     Smooth 0 → 1 with zero speed and acceleration at both ends.
+    """
+
+def find_discrete_faults(robot: Robot, log: Log) -> list[DiscreteFault]:
+    """
+    The signs, orders, units and conventions that are wrong in a log, in the order found; none of a log that agrees with the robot. Raises InputError for a log that does not fit it.
     """
 
 def find_frame(

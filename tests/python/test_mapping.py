@@ -21,6 +21,7 @@ import cdprcal
 from cdprcal import sensors
 from cdprcal.io import load_log
 from cdprcal.mapping import load_mapped, parse_map, propose_file, read_raw
+from cdprcal.mapping.counter import unwrapped
 from cdprcal.mapping.document import GROUPS, QUATERNIONS
 from cdprcal.mapping.marks import marks_in
 from cdprcal.mapping.recognise import taken_apart
@@ -410,7 +411,9 @@ def test_a_cell_that_cannot_be_read_is_refused_by_line_and_column(
     assert remedy in said
 
 
-@pytest.mark.parametrize("cell", ["", "NaN", "-nan", "-", "N/A", "null", "None", "?", "-1.#IND"])
+@pytest.mark.parametrize(
+    "cell", ["", "NaN", "-nan", "-", "N/A", "null", "None", "?", "-1.#IND", "#NV"]
+)
 def test_a_cell_may_say_that_nothing_was_read(tmp_path: Path, cell: str) -> None:
     assert math.isnan(read_cell(tmp_path, cell))
 
@@ -643,6 +646,112 @@ def test_dates_and_times_of_day_pass_midnight(
     file = load_mapped(tmp_path / "raw.csv", tmp_path / "map.yaml", None)
     assert file.findings == ()
     np.testing.assert_allclose(file.log.time_s, log.time_s - log.time_s[0], atol=2e-5)
+
+
+@pytest.mark.parametrize("first", [46000.54, 740000.5])
+def test_days_of_excel_and_matlab_are_times(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, first: float
+) -> None:
+    log = synthetic.log
+    written = [f"{first + time / 86400.0:.11f}" for time in log.time_s.tolist()]
+    proposal = propose_file(with_times(log, tmp_path / "raw.csv", "Time", written))
+    assert (proposal.time.unit, proposal.time.sure) == ("d", "likely")
+    (tmp_path / "map.yaml").write_text(proposal.text())
+    file = load_mapped(tmp_path / "raw.csv", tmp_path / "map.yaml", None)
+    np.testing.assert_allclose(file.log.time_s, log.time_s - log.time_s[0], atol=1e-4)
+
+
+@pytest.mark.parametrize("bits", [16, 32])
+def test_a_counter_that_overflows_begins_no_other_run(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, bits: int
+) -> None:
+    log = synthetic.log
+    since = (log.time_s - log.time_s[0]) * (1e3 if bits == 16 else 1e6)
+    counts = (2**bits - 20_000 + np.round(since).astype(np.int64)) % 2**bits
+    name = "time_ms" if bits == 16 else "time_us"
+    raw = with_times(log, tmp_path / "raw.csv", name, [str(count) for count in counts])
+    proposal = propose_file(raw)
+    assert proposal.time.columns == (name,)
+    (tmp_path / "map.yaml").write_text(proposal.text())
+    file = load_mapped(raw, tmp_path / "map.yaml", None)
+    assert file.findings == ()
+    np.testing.assert_allclose(file.log.time_s, log.time_s - log.time_s[0], atol=1e-3)
+
+
+def test_a_clock_that_is_set_back_is_no_counter() -> None:
+    steps = np.arange(40.0)
+    for back in (1.0, 20.0, 2.0**16):
+        values = np.concatenate([steps + 2.0**16, steps + 2.0**16 + 40.0 - back])
+        np.testing.assert_array_equal(unwrapped(values), values)
+
+
+def test_rows_out_of_order_are_said_to_be(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
+    header, *rows = canonical(synthetic.log, tmp_path / "raw.csv").read_text().splitlines()
+    (tmp_path / "raw.csv").write_text("\n".join([header, *reversed(rows), ""]))
+    proposal = propose_file(tmp_path / "raw.csv")
+    assert proposal.time.sure == "guess"
+    assert re.search(r"'time_s' goes back at \d+ of \d+ rows: sort the rows", proposal.time.why)
+
+
+def test_milliseconds_beside_a_time_of_day_are_a_part_of_it(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    begin, log = datetime(2026, 3, 1, 23, 59, 30), synthetic.log
+    stamps = [begin + timedelta(seconds=time) for time in log.time_s.tolist()]
+    written = [f"{stamp:%d.%m.%Y;%H:%M:%S};{stamp.microsecond // 1000}" for stamp in stamps]
+    raw = with_times(log, tmp_path / "raw.csv", "Datum;Uhrzeit;ms", written)
+    proposal = propose_file(raw)
+    assert proposal.time.columns == ("Uhrzeit", "ms")
+    (tmp_path / "map.yaml").write_text(proposal.text())
+    file = load_mapped(raw, tmp_path / "map.yaml", None)
+    np.testing.assert_allclose(file.log.time_s, log.time_s - log.time_s[0], atol=2e-3)
+
+
+PREAMBLES = {
+    "a name more than readings": "{header},Comment\n{rows}",
+    "as wide as the table": "Channels,15\nSamples{wide}\nX0{wide}\n\n{header}\n{rows}",
+    "LabVIEW": "Samples{wide}\nX0{wide}\n***End_of_Header***\n{header},Comment\n{rows}",
+    "names that come again": "{header}\n{rows}\n{header}\n{more}",
+}
+
+
+@pytest.mark.parametrize("form", PREAMBLES)
+def test_the_names_are_found_below_and_beyond_what_loggers_write(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, form: str
+) -> None:
+    raw = canonical(synthetic.log, tmp_path / "raw.csv")
+    header, *rows = raw.read_text().splitlines()
+    half = len(rows) // 2 if "{more}" in PREAMBLES[form] else len(rows)
+    raw.write_text(
+        PREAMBLES[form].format(
+            header=header,
+            rows="\n".join(rows[:half]),
+            more="\n".join(rows[half:]),
+            wide=",751" * header.count(","),
+        )
+    )
+    proposal = propose_file(raw)
+    assert {line.name for line in proposal.lines} >= {"lengths", "swivels", "tensions", "attitude"}
+    (tmp_path / "map.yaml").write_text(proposal.text())
+    log = load_mapped(raw, tmp_path / "map.yaml", None).log
+    np.testing.assert_array_equal(log.length_m, synthetic.log.length_m)
+
+
+def test_points_that_part_thousands_are_refused_and_those_of_fractions_are_not(
+    tmp_path: Path,
+) -> None:
+    for form, refused in (("{:,.0f}", True), ("{:.3f}", False), ("{:.4g}", False)):
+        lengths = np.linspace(820.0, 1180.0, 60)
+        cells = [form.format(length).replace(",", ".") for length in lengths]
+        rows = [f"{i};{cell};{cell}" for i, cell in enumerate(cells)]
+        (tmp_path / "raw.csv").write_text("\n".join(["t;a;b", *rows, ""]))
+        (tmp_path / "map.yaml").write_text(READ_MAP.format(decimal="."))
+        if refused:
+            with pytest.raises(cdprcal.InputError, match="without separators of thousands"):
+                load_mapped(tmp_path / "raw.csv", tmp_path / "map.yaml", None)
+        else:
+            log = load_mapped(tmp_path / "raw.csv", tmp_path / "map.yaml", None).log
+            np.testing.assert_allclose(log.length_m[:, 0], 1e-3 * lengths, atol=1e-3)
 
 
 def test_a_time_zone_that_changes_is_no_jump_and_a_clock_set_back_is_one(tmp_path: Path) -> None:

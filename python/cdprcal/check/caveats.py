@@ -27,16 +27,17 @@ def caveats_with_log(
     """Why a pose is not to be used (errors) or with care (warnings); none when neither.
 
     Errors are those for which ``check`` says that a log or robot file cannot be trusted; where
-    there is no pose, the signs, orders and units with which there would be one. Of warnings, those
-    of ``pauses`` come last. ``segment`` is that of the calibration. Raises InputError as
-    ``check_log`` does.
+    there are none and no pose, the signs, orders and units with which there would be one. Of
+    warnings, those of ``pauses`` come last. ``segment`` is that of the calibration. Raises
+    InputError as ``check_log`` does.
     """
     about_run = pauses(robot, [file], segment)
-    if calibration.result.status != _core.CalibrationStatus.converged:
-        tried = segment == -1 and _may_be_misread(calibration, file.log)
-        return (*(_misread(robot, file.log) if tried else ()), *about_run)
     found = [*sizes_of(robot), *check_log(robot, file, segment).findings]
     errors = [f for f in found if f.severity == "error" and f.code not in _LEFT_OUT]
+    if calibration.result.status != _core.CalibrationStatus.converged:
+        if not errors and segment == -1 and _may_be_misread(calibration, file.log):
+            errors = list(_misread(robot, file.log))
+        return (*errors, *about_run)
     return (*errors, *caveats_of(calibration), *about_run)
 
 

@@ -11,6 +11,7 @@ from cdprcal.command import (
     DONE,
     UNTRUSTED,
     ForceOption,
+    MapOption,
     interruptible,
     keep_apart,
     keep_existing,
@@ -36,6 +37,7 @@ def command(
     output: Annotated[
         str, typer.Option("-o", "--output", metavar="FILE", help="The page (HTML).")
     ] = "report.html",
+    map_: MapOption = "",
     force: ForceOption = False,
 ) -> None:
     """Write one HTML page about a start-up: pose, robot in 3D, residuals, diagnosis, inputs.
@@ -49,12 +51,13 @@ def command(
     from cdprcal.terminal import answers, notes, say
 
     need("jinja2", "plotly")
-    keep_apart({"-o": output}, {"input": inputs})
+    keep_apart({"-o": output}, {"input": inputs, "mapping file": map_})
     path = Path(output)
     if path.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"{output}: a page's name must end in .html")
     keep_existing({"page": output}, force=force)
-    subject = _subject(inputs, ["cdprcal", "report", *inputs, "-o", output])
+    words = ["cdprcal", "report", *inputs, *(("--map", map_) if map_ else ()), "-o", output]
+    subject = _subject(inputs, map_, words)
     with interruptible(), notes().status("drawing the page"):
         write_report(subject, path)
     from cdprcal.report.text import headline
@@ -67,22 +70,24 @@ def command(
     raise typer.Exit(DONE if subject.trusted else UNTRUSTED)
 
 
-def _subject(inputs: list[str], command: list[str]) -> Subject:
+def _subject(inputs: list[str], map_: str, command: list[str]) -> Subject:
     from cdprcal import _core
     from cdprcal._core import InputError
     from cdprcal.check import pauses
-    from cdprcal.io import load_runs
     from cdprcal.io.result_file import is_result_file, load_result
+    from cdprcal.mapping import Reader
     from cdprcal.report import subject_of_logs, subject_of_results
     from cdprcal.tables import print_findings
     from cdprcal.terminal import notes, say
 
     if is_result_file(inputs[0]):
+        if map_:
+            raise InputError("--map: a result file holds its log already; leave it out")
         return subject_of_results([load_result(path) for path in inputs], command)
     robot = _core.load_robot(inputs[0])
     if len(inputs) < 2:
         raise InputError(f"{inputs[0]}: a robot alone is no report: name its logs after it")
-    files = load_runs(inputs[1:], robot)
+    files = Reader(robot, map_).load_all(inputs[1:])
     for file in files:
         print_findings(file.findings)
     print_findings(pauses(robot, files))

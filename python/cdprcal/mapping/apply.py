@@ -17,6 +17,7 @@ from cdprcal.hardware.xsens.measurement import rotation_from_quaternion
 from cdprcal.io.files import begins_with, is_foreign, is_workbook, shown_path, shown_text
 from cdprcal.io.loaded import LogFile
 from cdprcal.io.log_file import load_run, refuse_repeated, require_cable_count
+from cdprcal.mapping.counter import unwrapped
 from cdprcal.mapping.document import GROUPS, QUATERNIONS, Group, Map, load_map
 from cdprcal.mapping.marks import marks_in, without
 from cdprcal.mapping.raw import Column, DelimitedForm, Floats, RawTable
@@ -183,9 +184,10 @@ class _Rows:
         column = self._column(name, "time")
         scale = 1.0 if column.is_clock else factor("s", unit)
         assert scale is not None  # the model saw to that
-        there = np.flatnonzero(np.isfinite(column.values))
-        first = column.values[there[0]] if len(there) else 0.0
-        return np.asarray(scale * (column.values - first))
+        values = column.values if column.is_clock else unwrapped(column.values)
+        there = np.flatnonzero(np.isfinite(values))
+        first = values[there[0]] if len(there) else 0.0
+        return np.asarray(scale * (values - first))
 
     def _stamps(self, topic: str) -> Floats:
         """When the messages of a topic were taken."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import math
 import re
 from collections import Counter
@@ -25,6 +26,7 @@ from cdprcal.mapping.units import unit_named
 SEPARATORS = (";", "\t", ",", "|", " ")
 _MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 _SAMPLED = 200  # lines are enough to tell a form by
+_PREAMBLE = 30  # lines
 _COMMENT = "#%"
 _MARK = re.compile(rf"^\s*[{_COMMENT}]+\s*")
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
@@ -42,6 +44,9 @@ _THOUSANDS = {
     ".": re.compile(r"[-+]?\d{1,3}([,'\u2019 \u00a0\u202f]\d{3})+\.\d+"),
     ",": re.compile(r"[-+]?\d{1,3}([.'\u2019 \u00a0\u202f]\d{3})+,\d+"),
 }
+_OF_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}[.,]\d{3}")
+_LEAST_MARKED = 20  # cells, so that it is no chance
+_NO_THOUSANDS = "write numbers without separators of thousands"
 _WITH_UNIT = re.compile(r"([-+]?[\d.,]+)\s*([^\W\d]+)")
 _DAYS: tuple[str, ...] = ("%Y-%m-%d", "%d.%m.%Y", "%Y/%m/%d", "%m/%d/%Y", "%d/%m/%Y", "%d-%m-%Y")
 _DAYS += ("%Y%m%d", "%d-%b-%Y")  # ISO without separators; MATLAB
@@ -134,7 +139,7 @@ def _is_number(cell: str, decimal: str) -> bool:
 def _almost(cell: str, decimal: str) -> str:
     """What to do about a cell that is a number for people only; empty for any other."""
     if _THOUSANDS[decimal].fullmatch(cell):
-        return "write numbers without separators of thousands"
+        return _NO_THOUSANDS
     parts = _WITH_UNIT.fullmatch(cell)
     if parts and unit_named(parts[2]) and number_in(parts[1], decimal) is not None:
         return "write the unit into the name of the column, not into the cells"
@@ -182,10 +187,14 @@ def _form_of(lines: list[str], encoding: str) -> DelimitedForm | None:
 def _header_line(lines: list[str], used: int, count: int, separator: str, decimal: str) -> int:
     """The line of names above the first row of numbers, from 1; 0: there is none. Rows have
     ``count`` cells, of which the first ``used`` hold something."""
-    names = 0
+    names = words = 0
     for number, line in enumerate(lines, start=1):
         cells = _named(line, separator)
+        if not any(cells):
+            continue
         if len(cells) < used or len(_without_empty_end(cells)) > count:
+            # A name more than there are readings: of a comment that nobody wrote.
+            words = 0 if any(_is_number(cell, decimal) for cell in cells) else number
             continue
         if names == number - 1 > 0 and _under_merged(lines[names - 1], cells, separator, decimal):
             names = number
@@ -194,11 +203,29 @@ def _header_line(lines: list[str], used: int, count: int, separator: str, decima
         # Where sensors begin one after another the first rows are sparse.
         sparse = names and numbers >= 2 and numbers == sum(map(bool, cells))
         if sparse or numbers > count / 2:
-            break
+            if words > names and len(_named(lines[words - 1], separator)) >= used:
+                names = words
+            return _below_preamble(lines, names, number, used, separator, decimal) or names
         # Below the names there may be units: those are no names.
         if not names or not _are_units(cells):
             names = number
     return names
+
+
+def _below_preamble(
+    lines: list[str], names: int, row: int, used: int, separator: str, decimal: str
+) -> int:
+    """A line of words alone, at least one a reading, soon after what looks like the first row and
+    is of a preamble as wide as the table ('Samples', 751, 751 …); 0: there is none, or the names
+    come again."""
+    for number in range(row + 1, min(row + _PREAMBLE, len(lines) + 1)):
+        cells = _named(lines[number - 1], separator)
+        wordy = all(cell and not _is_number(cell, decimal) for cell in cells)
+        if len(cells) >= used and wordy and not _are_units(cells):
+            return 0 if names and lines[number - 1] == lines[names - 1] else number
+        if all(_is_number(cell, decimal) for cell in cells[:used]):
+            return 0  # a row of readings
+    return 0
 
 
 def _under_merged(above: str, cells: list[str], separator: str, decimal: str) -> list[str]:
@@ -226,9 +253,12 @@ def _table(path: Path, lines: list[str], form: DelimitedForm) -> RawTable:
         raise InputError(f"{name}:{form.header_line}: names no columns; correct text.header_line")
     rows: list[list[str]] = []
     at: list[int] = []
+    least = _least_cells(lines, form, len(names))
     for number, line in enumerate(lines[form.header_line :], start=form.header_line + 1):
         if not line.strip() or line.lstrip()[0] in _COMMENT:
             continue
+        if form.header_line and line == lines[form.header_line - 1]:
+            continue  # the names again, where a logger went on
         cells = _cells(line, form.separator)
         if not names:
             if not sum(_is_number(cell, form.decimal) for cell in cells) > len(cells) / 2:
@@ -238,6 +268,8 @@ def _table(path: Path, lines: list[str], form: DelimitedForm) -> RawTable:
             continue  # units, or more words above the first row
         if len(cells) > len(names):
             cells[len(names) :] = _without_empty_end(cells[len(names) :])
+        if least <= len(cells) < len(names):
+            cells += [""] * (len(names) - len(cells))
         if len(cells) != len(names):
             if number == len(lines):
                 continue  # the last line was cut off
@@ -258,6 +290,14 @@ def _table(path: Path, lines: list[str], form: DelimitedForm) -> RawTable:
             repeats=first if first != column and first in columns else "",
         )
     return RawTable(path, "csv", columns, form, np.array(at, dtype=np.int64))
+
+
+def _least_cells(lines: list[str], form: DelimitedForm, names: int) -> int:
+    """Of a row: as many as there are names, but where most rows have fewer."""
+    below = itertools.islice(filter(str.strip, lines[form.header_line :]), _SAMPLED)
+    widths = Counter(len(_cells(line, form.separator)) for line in below)
+    usual = widths.most_common(1)[0][0] if widths else names
+    return usual if 2 * usual > names else names
 
 
 def _names(lines: list[str], form: DelimitedForm) -> tuple[list[str], list[str]]:
@@ -294,8 +334,24 @@ def _again(i: int) -> str:
     return f" (column {i + 1})"
 
 
+def _first_of_thousands(cells: Sequence[str], decimal: str) -> int | None:
+    """The first cell in which the decimal mark seems to part thousands: in all that have it three
+    digits follow, and those that do not are too many, and too large, for decimals left out."""
+    marked = [row for row, cell in enumerate(cells) if decimal in cell]
+    if not _LEAST_MARKED <= len(marked) < len(cells):
+        return None
+    if not all(_OF_THOUSANDS.fullmatch(cells[row]) for row in marked):
+        return None
+    whole = [number_in(cell, decimal) for cell in cells if cell and decimal not in cell]
+    sizes = [abs(value) for value in whole if value is not None and math.isfinite(value)]
+    return marked[0] if sizes and 100.0 <= max(sizes) < 1000.0 else None
+
+
 def _column(cells: Sequence[str], decimal: str, unit: str) -> Column:
     """Numbers, NaN where nothing was read; or seconds of dates and times of day."""
+    if (row := _first_of_thousands(cells, decimal)) is not None:
+        values = _numbers(cells, decimal)
+        return Column(values, unit=unit, unread=(row, cells[row], _NO_THOUSANDS))
     with suppress(ValueError):  # the slow way below tells what is in which cell
         if decimal == "." or not any("." in cell for cell in cells):
             values = np.array([cell.replace(decimal, ".") for cell in cells], dtype=np.float64)

@@ -9,9 +9,9 @@ import numpy as np
 
 from cdprcal.mapping.raw import Floats
 
-#: In small letters; the last ones are C's and Excel's.
+#: In small letters; the last ones are C's and Excel's, in English and German.
 _WORDS = {"", "-", "--", "---", "?", "na", "n/a", "nan", "+nan", "-nan", "null", "nil", "none"}
-_WORDS |= {"nan(ind)", "-nan(ind)", "-1.#ind", "1.#qnan", "#n/a"}
+_WORDS |= {"nan(ind)", "-nan(ind)", "-1.#ind", "1.#qnan", "#n/a", "#nv"}
 #: Nines, and where whole numbers of 16 and 32 bits end.
 _USUAL = [sign * (10.0**digits - 1.0) for digits in range(3, 8) for sign in (1, -1)]
 _USUAL += [-(2.0**15), 2.0**15 - 1.0, 2.0**16 - 1.0, -(2.0**31), 2.0**31 - 1.0, 2.0**32 - 1.0]

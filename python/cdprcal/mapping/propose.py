@@ -1,12 +1,7 @@
-"""A mapping file for a raw file, from names, ranges and units, with how sure each line is.
-
-With a robot, directions come from its physics: of all signs of lengths, swivels and attitude those
-are proposed with which the readings agree best, if they do so by more than chance would.
-"""
+"""A mapping file for a raw file, from names, ranges and units, with how sure each line is."""
 
 from __future__ import annotations
 
-import itertools
 import math
 import re
 from dataclasses import replace
@@ -17,15 +12,15 @@ import numpy as np
 from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.io.files import shown_path
-from cdprcal.mapping.apply import apply_map
 from cdprcal.mapping.document import GROUPS, QUATERNIONS
 from cdprcal.mapping.marks import marks_in, without
+from cdprcal.mapping.physics import by_physics
 from cdprcal.mapping.proposal import PER_CABLE, Line, Proposal
 from cdprcal.mapping.raw import Floats, RawTable
 from cdprcal.mapping.read import read_raw
 from cdprcal.mapping.recognise import INERTIAL, WHOLE_LENGTHS, Name, taken_apart, with_indices
 from cdprcal.mapping.time_column import time_of
-from cdprcal.mapping.units import UNITS, G, factor
+from cdprcal.mapping.units import UNITS, G
 from cdprcal.sensors import MOST_CABLES
 
 _AXES = ("roll", "pitch", "yaw")
@@ -35,8 +30,6 @@ _AXIS = re.compile(r"(?:(?<![a-z])|(?<=acc)|(?<=gyr)|(?<=gyro)|(?<=omega))([xyz]
 _MOST_TILT = math.radians(60.0)
 #: Nor does it turn faster [rad/s].
 _MOST_RATE = 2.0 * math.pi
-#: One explanation is better than another from here on [nat]: as everywhere in this project.
-_EVIDENCE = 3.0
 #: What all tensions together are of the platform's weight.
 _OF_WEIGHT = (0.5, 20.0)
 #: ln of how much shorter or longer a travel may be than a start-up's for a unit to be tried.
@@ -77,7 +70,7 @@ def propose(raw: RawTable, robot: _core.Robot | None = None) -> Proposal:
         time = replace(time, columns=(_topic(found[0].columns[0]),), why="the topic of the lengths")
     found = [_with_repeats(raw, line) for line in found]
     proposal = Proposal(raw, time, tuple(found), rate_Hz, _missing(read, found))
-    return proposal if robot is None else _with_signs(proposal, robot)
+    return proposal if robot is None else by_physics(proposal, robot)
 
 
 def _without_marks(raw: RawTable) -> RawTable:
@@ -370,12 +363,15 @@ def _with_unit(
         return line
     dimension = GROUPS[line.name].unit
     there = [key for key in line.columns if key]
+    values = np.stack([raw.columns[key].values for key in there], axis=1)
+    if dimension == "N" and float(np.nanmedian(values)) < 0.0:
+        turned = tuple(-sign for sign in line.sign)
+        line = replace(line, sign=turned, why=f"{line.why}; sign since no cable pushes")
     written = {names[key].unit or names[key].unknown for key in there} - {""}
     if dimension == "m_s2":
         written = {"g" if unit == "gf" else unit for unit in written}
     if len(written) == 1 and written < set(UNITS[dimension]):
         return replace(line, unit=written.pop(), why=f"{line.why}; unit as written")
-    values = np.stack([raw.columns[key].values for key in there], axis=1)
     unit, why, has_scale, rivals = _unit_by_range(line.name, values, robot)
     if written:
         one = dimension.replace("_s", "/s")
@@ -437,7 +433,7 @@ def _unit_by_range(
         return unit, f"unit by range: up to {most:.3g}", True, ()
     travel = float(np.nanmax(np.nanmax(values, axis=0) - np.nanmin(values, axis=0)))
     size_m = 2.0 if robot is None else _size_m(robot)
-    offs = {u: _off(travel * UNITS["m"][u] / size_m) for u in ("m", "mm", "cm")}
+    offs = {u: _off(travel * UNITS["m"][u] / size_m) for u in ("m", "mm", "cm", "in")}
     unit = min(offs, key=lambda u: offs[u])
     off = offs[unit]
     why = f"unit by range: {travel:.3g} of travel"
@@ -455,103 +451,6 @@ def _size_m(robot: _core.Robot) -> float:
 def _off(share: float) -> float:
     """How far a travel is from what start-ups have: a third of the frame's size."""
     return abs(math.log(max(share, _RAW) * 3.0))
-
-
-# Signs.
-
-
-def _with_signs(proposal: Proposal, robot: _core.Robot) -> Proposal:
-    """Turns over, and takes in other units, what agrees better with the robot's physics so; says
-    which it tried. Where nothing says how large a unit is, physics says nothing either."""
-    names = {line.name for line in proposal.lines}
-    if not {"lengths", "tensions"} & names:
-        return proposal
-    if unknown := {line.name for line in proposal.lines if not line.has_scale}:
-        return _guesses(proposal, "directions are not tried without it", unknown)
-    best, cost = proposal, math.inf
-    by_units: dict[tuple[str | float, ...], float] = {}
-    for lines in itertools.product(*map(_alternatives, proposal.lines)):
-        tried = replace(proposal, lines=lines)
-        other = _cost(tried, robot)
-        units = tuple(line.unit for line in lines)
-        by_units[units] = min(other, by_units.get(units, math.inf))
-        if lines == proposal.lines or other < cost - _EVIDENCE:
-            best, cost = tried, other
-    if not math.isfinite(cost):
-        return _guesses(best, "no pose agrees with it")
-    taken = tuple(line.unit for line in best.lines)
-    for units, other in by_units.items():
-        if units != taken and other < cost + _EVIDENCE:
-            differ = {
-                line.name for line, u in zip(best.lines, units, strict=True) if u != line.unit
-            }
-            best = _guesses(best, "physics agrees with another unit as well", differ)
-    return best
-
-
-def _guesses(proposal: Proposal, why: str, names: set[str] | None = None) -> Proposal:
-    """Lines (of ``names``, or all) as mere guesses, and why."""
-    lines = tuple(
-        replace(line, sure="guess", why=f"{line.why}; {why}")
-        if names is None or line.name in names
-        else line
-        for line in proposal.lines
-    )
-    return replace(proposal, lines=lines)
-
-
-def _alternatives(line: Line) -> list[Line]:
-    """A line as it stands, then with other signs (of lengths, swivels, roll and pitch, yaw) and in
-    the other units that it may have."""
-    turns: list[tuple[int, ...]] = [(1,) * len(line.sign)]
-    if line.name in ("lengths", "swivels"):
-        turns.append((-1,) * len(line.sign))
-    elif line.name == "attitude" and line.unit not in QUATERNIONS:
-        turns = list(itertools.product((1, -1), repeat=3))
-    out = []
-    for unit, turn in itertools.product((line.unit, *line.rivals), turns):
-        sign = tuple(s * t for s, t in zip(line.sign, turn, strict=True))
-        why = line.why
-        if sign != line.sign:
-            why += "; sign by the robot's physics"
-        if unit != line.unit:
-            why += f"; but {unit} by the robot's physics"
-        out.append(replace(line, unit=unit, sign=sign, why=why))
-    return out
-
-
-def _cost(proposal: Proposal, robot: _core.Robot) -> float:
-    """Minus ln of the likelihood of the readings at rest as the file has them, noise taken from the
-    residuals, but for a constant; infinite where there is no pose that agrees with them at all."""
-    try:
-        log = apply_map(proposal.raw, proposal.map(), "the proposed map", robot).log
-        held = any(line.name == "tensions" for line in proposal.lines)
-        options = _core.CalibrateOptions(
-            method=_core.Method.statics if held else _core.Method.kinematic,
-            noise=_core.NoiseSource.specified,
-            most_starts=1,
-        )
-        found = _core.calibrate(robot, log, options).result
-    except InputError:
-        return math.inf
-    if not len(found.poses):
-        return math.inf
-    rms = found.residual_rms
-    units = {line.name: line.unit for line in proposal.lines}
-    one_m = factor("m", units.get("lengths", "m")) or 1.0
-    total = -robot.cable_count * len(found.poses) * math.log(one_m)
-    for field, width in (
-        ("length_m", robot.cable_count),
-        ("swivel_rad", robot.cable_count),
-        ("roll_pitch_rad", 2),
-        ("yaw_rad", 1),
-        ("wrench_force_N", 3),
-        ("wrench_moment_Nm", 3),
-    ):
-        value = getattr(rms, field)
-        if value is not None and math.isfinite(value) and value > 0.0:
-            total += width * len(found.poses) * math.log(value)
-    return total
 
 
 def propose_file(path: str | Path, robot: _core.Robot | None = None) -> Proposal:

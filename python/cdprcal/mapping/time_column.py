@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from cdprcal.mapping.counter import unwrapped
 from cdprcal.mapping.proposal import PLUS, Line
 from cdprcal.mapping.raw import Floats, RawTable
 from cdprcal.mapping.recognise import Name
@@ -23,14 +24,16 @@ def time_of(raw: RawTable, names: dict[str, Name]) -> tuple[Line, float | None]:
     """Where the time of each row is, or the rate where no column has it."""
     if raw.kind == "bag":
         return Line("time", ("",), "s", (1,), "sure", "stamps"), None
-    rising = [key for key in names if _rises(raw.columns[key].values)]
+    rising = [key for key in names if _rises(unwrapped(raw.columns[key].values))]
     of_time = [key for key, name in names.items() if name.kind == "time"]
     held = [key for key in of_time if key not in rising and _never_falls(raw.columns[key].values)]
+    if (parts := _parts_of_time(raw, names)) and raw.columns[parts.columns[0]].is_clock:
+        return parts, None
     for key in (*rising, *held):
         if raw.columns[key].is_clock:
             line = Line("time", (key,), "s", (1,), "sure", "dates or times of day")
             return _held(line) if key in held else line, None
-    if parts := _parts_of_time(raw, names):
+    if parts:
         return parts, None
     named = [key for key in rising if key in of_time]
     for key in (*named, *held):
@@ -49,6 +52,11 @@ def time_of(raw: RawTable, names: dict[str, Name]) -> tuple[Line, float | None]:
         if by_steps is not None:
             return by_steps, None
     why = "no column rises as time does: correct the rate"
+    for key in of_time:
+        steps = np.diff(raw.columns[key].values)
+        if (back := int((steps < 0.0).sum())) and (steps != 0.0).mean() > _LEAST_STEPS:
+            why = f"{key!r} goes back at {back} of {len(steps) + 1} rows: sort the rows by it"
+            break
     return Line("time", (), "s", (1,), "guess", why), 100.0
 
 
@@ -56,10 +64,10 @@ def _of_column(raw: RawTable, name: Name, by: str) -> Line | None:
     """A column as the time, in its unit or one in which its steps are a logger's."""
     if name.unit in UNITS["s"]:
         return Line("time", (name.text,), name.unit, (1,), "sure", "name and unit")
-    values = raw.columns[name.text].values
+    values = unwrapped(raw.columns[name.text].values)
     steps = np.diff(values[np.isfinite(values)])
     step = float(np.median(steps)) if (steps > 0.0).mean() > 0.9 else float(np.mean(steps))
-    for unit in ("s", "ms", "us", "ns"):
+    for unit in ("s", "ms", "us", "ns", "d"):
         period_s = step * UNITS["s"][unit]
         if _PERIODS_S[0] <= period_s <= _PERIODS_S[1]:
             why = f"{by}it rises, by {period_s:g} s a row"

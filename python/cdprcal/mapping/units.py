@@ -16,6 +16,7 @@ UNITS: dict[str, dict[str, float]] = {
         "ns": 1e-9,
         "min": 60.0,
         "h": 3600.0,
+        "d": 86400.0,
     },
     "m": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "dm": 0.1, "um": 1e-6, "in": 0.0254, "ft": 0.3048},
     "rad": {
@@ -61,6 +62,7 @@ _ALIASES = {
     "microsec": "us",
     "usec": "us",
     "microsecond": "us",
+    "day": "d",
     "nsec": "ns",
     "nanosec": "ns",
     "nanosecond": "ns",
