@@ -5,11 +5,13 @@ Only typer is imported until a command runs, so that ``cdprcal --help`` answers 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command
 
 from cdprcal.cli import (
     acquire,
@@ -46,14 +48,35 @@ class _Command(TyperCommand):
         return readable(super().get_usage(ctx))
 
 
+class _Commands(Mapping[str, Any]):
+    """Each command, made when it is asked for: all of them take longer than most that they do."""
+
+    def __getitem__(self, name: str) -> Any:
+        return _command(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(COMMANDS)
+
+    def __len__(self) -> int:
+        return len(COMMANDS)
+
+
 class _Group(TyperGroup):
     """All commands: as each of them."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        self.commands: Any = _Commands()
 
     def get_help(self, ctx: Any) -> str:
         return readable(super().get_help(ctx))
 
     def get_usage(self, ctx: Any) -> str:
         return readable(super().get_usage(ctx))
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, summary) for name, (_, _, summary) in COMMANDS.items()])
 
 
 #: Name → function, example and what ``cdprcal --help`` says of it, in its order.
@@ -91,8 +114,15 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-for _name, (_function, _example, _summary) in COMMANDS.items():
-    app.command(_name, epilog=_example, short_help=_summary, cls=_Command)(_function)
+
+
+@cache
+def _command(name: str) -> Any:
+    """One command, as typer makes it."""
+    function, example, summary = COMMANDS[name]
+    alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
+    alone.command(name, epilog=example, short_help=summary, cls=_Command)(function)
+    return get_command(alone)
 
 
 def _print_version(wanted: bool) -> None:
