@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -91,6 +92,16 @@ def cli(capfd: pytest.CaptureFixture[str]) -> Callable[..., Ran]:
         return Ran(code if isinstance(code, int) else 0, out, err)
 
     return run
+
+
+def few(cases: Iterable[Any], kept: int = 1) -> list[Any]:
+    """Cases of a test of which the first show enough every time, and the others are thorough."""
+    out = []
+    for i, case in enumerate(cases):
+        values = case if isinstance(case, tuple) else (case,)
+        marks = () if i < kept else (pytest.mark.thorough,)
+        out.append(pytest.param(*values, marks=marks))
+    return out
 
 
 def changed(log: cdprcal.Log, **arrays: object) -> cdprcal.Log:

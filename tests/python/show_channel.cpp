@@ -43,6 +43,7 @@ int main() {
   expect(e.valid && e.height_m == 0.5, "modelled value");
   const double slope = (at(0.501).height_m - at(0.499).height_m) / 0.002;
   expect(std::abs(e.absolute_by_twist.height_m[2] - slope) < 1e-9, "derivative");
+  static_assert(kMostAbsoluteReadings == 1 + kMaxCables + 3 + 3 + 3 + 1);
   expect(kChannelTable.back().of().field() == "height_m", "name");
   return failures;
 }

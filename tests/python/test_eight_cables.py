@@ -13,7 +13,7 @@ import cdprcal
 from cdprcal.cli.generate import with_sensors
 from cdprcal.sensors import OPTIONS
 from cdprcal.studies import coverage, start_ups
-from conftest import Ran
+from conftest import Ran, few
 
 Cli = Callable[..., Ran]
 
@@ -99,7 +99,7 @@ def test_encoders_alone_find_the_initial_pose_to_a_tenth_of_a_millimetre(
     assert np.linalg.norm(error[:3]) < 1e-4
 
 
-@pytest.mark.parametrize("kind", SENSORS)
+@pytest.mark.parametrize("kind", few(SENSORS))
 def test_intervals_hold(robot: cdprcal.Robot, kind: str) -> None:
     """The short version of ``python -m cdprcal.studies start-ups posts8 --sensors …``."""
     groups = {OPTIONS[name] for name in SENSORS[kind].split(",")}

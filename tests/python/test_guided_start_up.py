@@ -54,6 +54,20 @@ def unbalanced(robot: cdprcal.Robot, pose: cdprcal.Pose, tension_N: np.ndarray) 
     return float(np.abs(may_move(robot) @ wrench).max())
 
 
+@pytest.mark.parametrize("name", ["belts4", "plate"])
+@pytest.mark.parametrize(
+    "effect", ["frame_scale=0.01,0,0.01", "frame_shear=0,0.01,0", "frame_warp=0.01"]
+)
+def test_a_flat_frame_may_be_deformed(name: str, effect: str) -> None:
+    """It has no corners across its plane, and nothing of it is lost for that."""
+    robot = robot_of(name)
+    injected = cdprcal.parse_injected_effect(effect)
+    simulator = cdprcal.Simulator(robot, cdprcal.SimulatorOptions(effects=[injected]))
+    rest = simulator.reset(np.full(4, 0.5 * sum(robot.tension_limits_N)))
+    assert rest.found, rest.reason
+    assert np.all(np.isfinite(rest.pose.position_m))
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_lengths_and_tensions_lead_back_to_the_pose(name: str) -> None:
     """The direct problem, of the tensions that the inverse one finds."""

@@ -16,7 +16,7 @@ from cdprcal import CalibrateOptions, CalibrationStatus, InputError, Method
 from cdprcal.cli.generate import with_sensors
 from cdprcal.io import load_log, save_log
 from cdprcal.sensors import OPTIONS
-from conftest import TABLE_II_TENSIONS_N, Ran, changed
+from conftest import TABLE_II_TENSIONS_N, Ran, changed, few
 
 ABSOLUTE = ("absolute_yaw_rad", "direct_length_m", "position_m")
 #: Those that say something of a pose: how fast the platform turns is nothing at rest.
@@ -81,8 +81,11 @@ def test_any_subset_works_or_says_why(robot: cdprcal.Robot, made: cdprcal.Synthe
         assert frozenset(group) not in converged, group
 
 
-@pytest.mark.parametrize("noise", [0.2, 1.0])
-@pytest.mark.parametrize("name", ["irma4", "ring3", "ring5"])
+SUBSETS = [("irma4", 1.0), ("ring3", 0.2), ("irma4", 0.2), ("ring3", 1.0)]
+SUBSETS += [("ring5", 0.2), ("ring5", 1.0)]
+
+
+@pytest.mark.parametrize(("name", "noise"), few(SUBSETS, kept=2))
 def test_no_subset_of_any_robot_is_silently_wrong(name: str, noise: float) -> None:
     """Few sensors leave several minima; a pose is claimed only where no other fits as well."""
     robot = cdprcal.load_robot(name)
@@ -104,6 +107,18 @@ def test_no_subset_of_any_robot_is_silently_wrong(name: str, noise: float) -> No
             error = cdprcal.minus(result.poses[0], made.poses[0])
             assert np.max(np.abs(error) / np.sqrt(np.diag(result.covariance))) < 5.0, chosen
     assert converged > 140
+
+
+@pytest.mark.parametrize("name", ["irma4", "posts8"])
+def test_all_sensors_together(name: str) -> None:
+    """Forty readings a rest where eight cables have them all."""
+    robot = cdprcal.load_robot(name)
+    made = run_of(robot, seed=3)
+    options = CalibrateOptions(allow_for_effects=False)
+    result = cdprcal.calibrate(robot, with_sensors(made.log, set(OPTIONS.values())), options).result
+    assert result.status == CalibrationStatus.converged
+    error = cdprcal.minus(result.poses[0], made.poses[0])
+    assert np.all(np.abs(error) < 5.0 * result.standard_deviation)
 
 
 def test_diagnosis_accuses_nobody_where_few_sensors_say_little() -> None:

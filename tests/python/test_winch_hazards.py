@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import cdprcal
+from conftest import few
 from winch_bus import small_plan, watched_run
 from winch_hazards import ALL, MODES, Hazard, attempt, session_in
 
@@ -17,7 +18,7 @@ def plan(robot: cdprcal.Robot) -> cdprcal.Plan:
     return small_plan(robot)
 
 
-@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("mode", few(MODES))
 @pytest.mark.parametrize(
     "effect", ["load_cell_bias=16,-16,16,-16", "transmission_ratio=0.03,0.03,-0.03,0.03"]
 )
