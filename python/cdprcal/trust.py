@@ -48,10 +48,10 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
                 severity="warning",
                 code="misfit",
                 message=f"the model misses the readings by {times:,.9g} times (rms) what these "
-                f"scatter at rest; no more than one of {1 / FALSE_ALARMS:g} sound logs gets this "
-                "warning",
-                remedy="the pose may be off by more than its σ: correct the robot file, or let "
-                "cdprcal diagnose find what it lacks",
+                "scatter at rest: it lacks something, or sensors have errors that stay over a rest "
+                f"(without either no more than one of {1 / FALSE_ALARMS:g} logs gets this warning)",
+                remedy="the pose may be off by more than its σ if the model lacks something: let "
+                "cdprcal diagnose find what, or correct the robot file",
             )
         )
     return tuple(found)

@@ -8,9 +8,13 @@
 
 using namespace cdprcal;
 
-/// Takes long to compile, and nothing here calls it.
+// These take long to compile, and nothing here calls them.
 TensionModel cdprcal::tensions_left_inverse(const Robot&, const PlatformState&,
                                             const std::vector<WrenchRow>&) {
+  return {};
+}
+CableVector cdprcal::corrected_tension_N(const EffectContext&, const ActiveEffects&,
+                                         const CableVector&) {
   return {};
 }
 

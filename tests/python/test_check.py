@@ -382,6 +382,31 @@ def test_stamps_that_jitter_are_no_jumps(
     assert not [f for f in check(robot, log).findings if f.severity == "error"]
 
 
+@pytest.mark.parametrize("late_s", [0.03, 0.06])
+def test_stamps_of_a_busy_logger_are_no_jumps(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, late_s: float
+) -> None:
+    """Now and then two rows come at once, and one is a period late and more."""
+    random = np.random.default_rng(4)
+    stamps = synthetic.log.time_s + random.exponential(late_s, synthetic.log.time_s.size)
+    for i in range(1, stamps.size):
+        stamps[i] = max(stamps[i], stamps[i - 1] + 2e-3)
+    log = edited(synthetic.log, "time_s", lambda t: np.copyto(t, stamps))
+    assert not [f for f in check(robot, log).findings if f.severity == "error"]
+    slipped = edited(log, "length_m", lambda lengths: lengths[300:, 1].__iadd__(0.5))
+    assert {code for _, code in found(check(robot, slipped))} & {"jump", "vibration"}
+
+
+def test_a_frame_whose_z_points_down_is_said_to_be_one(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    def turn_over(angles: Array) -> None:
+        angles[:, 0] = (angles[:, 0] + 2.0 * np.pi) % (2.0 * np.pi) - np.pi
+
+    report = check(robot, edited(synthetic.log, "roll_pitch_yaw_rad", turn_over))
+    assert found(report) == {("warning", "upside_down")}
+
+
 def test_single_odd_readings_are_counted_and_rests_leave_them_out(
     robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
 ) -> None:

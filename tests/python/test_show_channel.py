@@ -19,7 +19,7 @@ SOURCES = (
     *("geometry/euler", "geometry/pose", "kinematics/cable", "kinematics/platform", "statistics"),
     *("model/sensors", "readings/equilibrium_detection", "readings/log", "readings/log_columns"),
     *("readings/fresh", "readings/log_checks", "readings/odd_readings", "readings/signal"),
-    *("readings/measurement", "readings/noise", "effects/pose_evaluation", "effects/effect"),
+    *("readings/measurement", "readings/noise", "effects/pose_evaluation"),
     *("text", "text_file"),
     *("statics/inertial_wrench", "statics/wrench", "estimation/row_batch", "lanes/processor"),
 )

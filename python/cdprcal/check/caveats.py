@@ -27,17 +27,17 @@ def caveats_with_log(
     """Why a pose is not to be used (errors) or with care (warnings); none when neither.
 
     Errors are those for which ``check`` says that a log or robot file cannot be trusted; where
-    there are none and no pose, the signs, orders and units with which there would be one. Of
+    there is no pose, rather the signs, orders and units with which there would be one. Of
     warnings, those of ``pauses`` come last. ``segment`` is that of the calibration. Raises
     InputError as ``check_log`` does.
     """
     about_run = pauses(robot, [file], segment)
-    found = [*sizes_of(robot), *check_log(robot, file, segment).findings]
-    errors = [f for f in found if f.severity == "error" and f.code not in _LEFT_OUT]
+    absurd = [f for f in sizes_of(robot) if f.severity == "error"]
+    found = check_log(robot, file, segment).findings
+    errors = absurd + [f for f in found if f.severity == "error" and f.code not in _LEFT_OUT]
     if calibration.result.status != _core.CalibrationStatus.converged:
-        if not errors and segment == -1 and _may_be_misread(calibration, file.log):
-            errors = list(_misread(robot, file.log))
-        return (*errors, *about_run)
+        tried = not absurd and segment == -1 and _may_be_misread(calibration, file.log)
+        return (*((_misread(robot, file.log) if tried else ()) or errors), *about_run)
     return (*errors, *caveats_of(calibration), *about_run)
 
 

@@ -38,9 +38,11 @@ def check_ranges(subject: Subject) -> None:
             # through what no platform reaches.
             turned = np.nanmax(np.abs(values)) <= 2.0 * math.pi
             angle = (values + math.pi) % (2.0 * math.pi) - math.pi if turned else values
-            _check_limit(
-                subject, channel, np.abs(angle), math.pi / 2, "the platform would lie on its side"
-            )
+            angle = np.abs(angle)
+            if turned and np.nanmin(angle) > math.pi / 2.0:
+                _report_upside_down(subject, channel)
+                angle = math.pi - angle
+            _check_limit(subject, channel, angle, math.pi / 2, "the platform would lie on its side")
         elif channel.is_angle:
             limit = math.pi if channel.name == "yaw_rad" else 2 * math.pi
             change = np.abs(channel.unwrapped - _first(values))
@@ -68,6 +70,20 @@ def check_gravity(subject: Subject) -> None:
         begin=0,
         end=1,
         channel="specific_force_x_m_s2",
+    )
+
+
+def _report_upside_down(subject: Subject, channel: Channel) -> None:
+    subject.add(
+        "warning",
+        "upside_down",
+        f"{channel.name} is around half a turn all along: the platform's frame and the attitude "
+        "sensor have opposite z axes",
+        "fine where the robot file has its anchors in a frame whose z points down; otherwise turn "
+        "the readings over",
+        begin=0,
+        end=1,
+        channel=channel.name,
     )
 
 
@@ -145,9 +161,13 @@ def _second_differences(
     # Time stamps that jitter make a steady motion look jerky by rate × jitter.
     jitter = float(np.median(np.abs(steps - np.median(steps))))
     uneven = span / np.minimum(steps[1:], steps[:-1])  # noise over a short step is a high rate
-    slack = _NOISE_FACTOR * channel.noise * uneven + 10.0 * jitter * np.maximum(
-        np.minimum(np.abs(rate[1:]), np.abs(rate[:-1])), 0.0
+    usual_rate = np.lib.stride_tricks.sliding_window_view(
+        np.pad(np.abs(rate), _TREND_STEPS // 2, mode="edge"), _TREND_STEPS
     )
+    usual_rate = np.median(usual_rate, axis=1)
+    around = np.maximum(usual_rate[1:], usual_rate[:-1])
+    moving = np.maximum(np.minimum(np.abs(rate[1:]), np.abs(rate[:-1])), around)
+    slack = (_NOISE_FACTOR * channel.noise + 10.0 * jitter * moving) * uneven
     # A continuous acceleration a shows as a·Δt²; one that sets in shows as no more.
     impossible = second > acceleration_limit * span**2 + slack
     usual = float(np.quantile(second, _USUAL_QUANTILE))

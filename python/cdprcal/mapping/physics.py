@@ -13,6 +13,8 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.mapping.apply import apply_map
@@ -24,6 +26,8 @@ from cdprcal.mapping.units import UNITS, factor
 _EVIDENCE = 3.0
 #: All orders of so many cables are tried; of more those in which they follow one another.
 _MOST_ORDERED = 4
+#: From one row to the next, for rests to be seen [s].
+_ENOUGH_S = 0.1
 #: What a factor may be off one of a unit's by, rounded as it may be.
 _SAME_UNIT = 1e-3
 _GROUP_OF_FAULT = {
@@ -55,9 +59,10 @@ def by_physics(proposal: Proposal, robot: _core.Robot) -> Proposal:
     if unknown := {line.name for line in proposal.lines if not line.has_scale}:
         unknown |= {line.name for line in proposal.lines if line.rivals}
         return _guesses(proposal, "not tried on the robot, for want of a unit", unknown)
+    given, proposal = proposal, _thinned(proposal, robot)
     best, by_units = _best_of_signs(proposal, robot)
     if not math.isfinite(best.cost):
-        return _guesses(best.proposal, "no pose agrees with it")
+        return _guesses(given, "no pose agrees with it")
     found = best.proposal
     taken = tuple(line.unit for line in found.lines)
     for units, other in by_units.items():
@@ -66,7 +71,33 @@ def by_physics(proposal: Proposal, robot: _core.Robot) -> Proposal:
                 line.name for line, u in zip(found.lines, units, strict=True) if u != line.unit
             }
             found = _guesses(found, "physics agrees with another unit as well", differ)
-    return _weighed(replace(best, proposal=found), proposal, robot)
+    weighed = _weighed(replace(best, proposal=found), proposal, robot)
+    return replace(weighed, raw=given.raw, rate_Hz=given.rate_Hz)
+
+
+def _thinned(proposal: Proposal, robot: _core.Robot) -> Proposal:
+    """With as many rows as show what rests: a map is tried a hundred times and more."""
+    columns = proposal.raw.columns
+    one_clock = all(column.time_s is None for column in columns.values())
+    if not one_clock or len({len(column.values) for column in columns.values()}) != 1:
+        return proposal
+    try:
+        steps_s = np.diff(_log(proposal, robot).time_s)
+    except InputError:
+        return proposal
+    each = int(_ENOUGH_S / np.median(steps_s)) if len(steps_s) else 1
+    if each < 2:
+        return proposal
+    raw = proposal.raw
+    thinned = replace(
+        raw,
+        columns={
+            name: replace(column, values=column.values[::each]) for name, column in columns.items()
+        },
+        line=None if raw.line is None else raw.line[::each],
+    )
+    rate_Hz = None if proposal.rate_Hz is None else proposal.rate_Hz / each
+    return replace(proposal, raw=thinned, rate_Hz=rate_Hz)
 
 
 def _weighed(best: _Explanation, given: Proposal, robot: _core.Robot) -> Proposal:
