@@ -13,11 +13,11 @@ int main() {
   WorkspaceOptions options;
   options.step_m = 0.1;
   const Workspace workspace = compute_workspace(robot, options);
-  if (workspace.points_inside == 0) {
+  if (workspace.points_inside() == 0) {
     std::puts(explain_empty(workspace).c_str());
     return 1;
   }
-  std::printf("points: %lld %lld\n", static_cast<long long>(workspace.points_inside),
+  std::printf("points: %lld %lld\n", static_cast<long long>(workspace.points_inside()),
               static_cast<long long>(workspace.points_tested));
 
   const AlphaShape shape = workspace_shape(workspace);  // around the points, watertight

@@ -34,7 +34,7 @@ void workspace_flood(benchmark::State& state) {
   for (auto _ : state) w = run(state.range(0), state.range(1));
   state.counters["grid_points"] = static_cast<double>(w.grid.size());
   state.counters["tested"] = static_cast<double>(w.points_tested);
-  state.counters["inside"] = static_cast<double>(w.points_inside);
+  state.counters["inside"] = static_cast<double>(w.points_inside());
   state.counters["peak_MB"] = peak_memory_MB();
 }
 BENCHMARK(workspace_flood)
@@ -52,7 +52,7 @@ void workspace_of_eight(benchmark::State& state) {
   Workspace w;
   for (auto _ : state) w = run(state.range(0), 1, "posts8");
   state.counters["tested"] = static_cast<double>(w.points_tested);
-  state.counters["inside"] = static_cast<double>(w.points_inside);
+  state.counters["inside"] = static_cast<double>(w.points_inside());
   state.counters["tested_per_s"] = benchmark::Counter(
       static_cast<double>(w.points_tested), benchmark::Counter::kIsIterationInvariantRate);
 }

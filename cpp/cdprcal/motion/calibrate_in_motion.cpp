@@ -407,7 +407,6 @@ Vector6 moved(const CalibrationResult& before, const CalibrationResult& after) {
 InMotion settled(const InMotion& first, const MovingRun& moving, int round) {
   InMotion found = first;
   bool holds = false;
-  bool clear_alone = false;  // what is only hinted at led nowhere
   const auto rounds = [&] {
     return moving.options.rounds + (found.beside.late.empty() ? 0 : kLateRounds);
   };
@@ -415,7 +414,7 @@ InMotion settled(const InMotion& first, const MovingRun& moving, int round) {
     return round < rounds() || (!found.moved.isZero() && round < rounds() + kSettlingRounds);
   };
   for (; goes_on() && !found.calibration.result.poses.empty(); ++round) {
-    const double clear = clear_alone || round + 1 >= rounds() ? kClear : kHint;
+    const double clear = round + 1 < rounds() ? kHint : kClear;
     const Beside beside = found_beside(found, moving, clear);
     InMotion next = with_motion(next_start(found, moving, beside), moving, clear, beside);
     if (converged(next) || next.calibration.result.cost < found.calibration.result.cost) {
@@ -425,7 +424,7 @@ InMotion settled(const InMotion& first, const MovingRun& moving, int round) {
     } else if (clear == kClear) {
       return holds ? found : next;
     } else {
-      clear_alone = true;
+      round = rounds() - 2;  // then what is clear alone
     }
   }
   return found;

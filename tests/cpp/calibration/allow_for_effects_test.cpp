@@ -60,7 +60,7 @@ TEST(AllowForEffects, CountsWhatALogCannotRuleOut) {
   const Eigen::SelfAdjointEigenSolver<Matrix6> added(more);
   EXPECT_GE(added.eigenvalues()[0], -1e-12 * more.norm());
   EXPECT_GT(more.norm(), 0.0);
-  EXPECT_EQ(allowing.result.standard_deviation,
+  EXPECT_EQ(allowing.result.standard_deviation(),
             Vector6(allowing.result.covariance->diagonal().cwiseSqrt()));
   // No smaller than diagnose's before it finds anything.
   CalibrateOptions at_rest;
@@ -69,7 +69,7 @@ TEST(AllowForEffects, CountsWhatALogCannotRuleOut) {
   const Diagnosis found = diagnose(robot, {log});
   const Vector6 before = found.covariance_before.diagonal().cwiseSqrt();
   for (int i = 0; i < 6; ++i) {
-    EXPECT_GT(rests.result.standard_deviation[i], 0.8 * before[i]);
+    EXPECT_GT(rests.result.standard_deviation()[i], 0.8 * before[i]);
   }
 }
 
@@ -98,7 +98,7 @@ TEST(AllowForEffects, CountsWhatAnErrorThatAllReadingsShareCanDo) {
   const Vector6 error = minus(allowing.result.poses.front(), truth.poses.front());
   EXPECT_LT(error.dot(allowing.result.covariance->ldlt().solve(error)), 22.5);  // χ² of 6, 0.999
   for (int i = 0; i < 6; ++i) {
-    const double deviation = allowing.result.standard_deviation[i];
+    const double deviation = allowing.result.standard_deviation()[i];
     EXPECT_NEAR(deviation * deviation, (*allowing.result.covariance)(i, i), 1e-18);
   }
   // The lengths at the initial pose are those of its geometry, as far as effects leave it alone.
@@ -128,12 +128,12 @@ TEST(AllowForEffects, LeastCertainIsADirectionOfTheCovarianceThatIsShown) {
           std::sqrt(spread.eigenvalues()[5]) * scale.cwiseProduct(spread.eigenvectors().col(5));
       const int first = is_rotation ? 3 : 0;
       EXPECT_GT(sigma, 0.9 * most.segment<3>(first).norm()) << result.least_observed;
-      EXPECT_LT(sigma, 1.01 * result.standard_deviation.segment<3>(first).norm());
+      EXPECT_LT(sigma, 1.01 * result.standard_deviation().segment<3>(first).norm());
       const std::string axis = "xyz";
       for (int i = 0; i < 3; ++i) {  // one axis alone has the number of the table
         if (result.least_observed.find(std::string(" about ") + axis[i] + ",") == std::string::npos)
           continue;
-        EXPECT_NEAR(sigma, result.standard_deviation[3 + i], 0.006 * sigma);
+        EXPECT_NEAR(sigma, result.standard_deviation()[3 + i], 0.006 * sigma);
       }
     }
   }
@@ -147,8 +147,8 @@ TEST(AllowForEffects, AbsoluteSensorsAreInTheLargerModel) {
   ASSERT_EQ(allowing.result.status, CalibrationStatus::converged) << allowing.result.reason;
   EXPECT_NE(allowing.result.reason.find("allow for every known effect"), std::string::npos);
   const Calibration without = calibrate(robot, biased(made().log));
-  EXPECT_LT(allowing.result.standard_deviation.head<3>().maxCoeff(), robot.sigma.position_m);
-  EXPECT_GT(without.result.standard_deviation.head<3>().maxCoeff(), robot.sigma.position_m);
+  EXPECT_LT(allowing.result.standard_deviation().head<3>().maxCoeff(), robot.sigma.position_m);
+  EXPECT_GT(without.result.standard_deviation().head<3>().maxCoeff(), robot.sigma.position_m);
   const Vector6 error = minus(allowing.result.poses.front(), truth.poses.front());
   EXPECT_LT(error.dot(allowing.result.covariance->ldlt().solve(error)), 22.5);  // χ² of 6, 0.999
 }

@@ -34,7 +34,7 @@ TEST(Calibrate, AutomaticOnEveryMethod) {
       // The paper's claim rests on the robot file's σ, 20 times the noise; the full one's on the
       // noise.
       const Vector6 error = minus(c.result.poses[0], run.poses[0]);
-      EXPECT_LT((error.array() / c.result.standard_deviation.array()).abs().maxCoeff(),
+      EXPECT_LT((error.array() / c.result.standard_deviation().array()).abs().maxCoeff(),
                 formulation == Formulation::paper ? 1.0 : 4.0);
       EXPECT_LT(error.head<3>().norm(), 0.01);
       if (method != Method::kinematic) {

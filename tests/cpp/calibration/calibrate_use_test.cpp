@@ -179,7 +179,7 @@ TEST_F(CalibrateUse, APoseThatAnotherFitsAsWellIsNotClaimed) {
     }
     EXPECT_EQ(result.status, CalibrationStatus::unobservable) << result.reason;
     EXPECT_FALSE(result.covariance);
-    EXPECT_TRUE(result.standard_deviation.array().isNaN().all());
+    EXPECT_TRUE(result.standard_deviation().array().isNaN().all());
     if (result.reason.starts_with("another initial pose fits the readings about as well, ")) {
       ++ambiguous;
     }

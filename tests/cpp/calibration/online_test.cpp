@@ -55,19 +55,19 @@ TEST(OnlineCalibration, EndsWhereTheFinishedLogDoesAndKnowsMoreWithEveryRest) {
   for (const Log& part : parts) {
     const Calibration& now = online.add(part);
     if (now.result.status != CalibrationStatus::converged) continue;
-    if (std::isnan(first_m)) first_m = now.result.standard_deviation.head<3>().norm();
+    if (std::isnan(first_m)) first_m = now.result.standard_deviation().head<3>().norm();
     const Vector6 error = minus(now.result.poses.front(), truth.poses.front());
     EXPECT_LT(error.dot(now.result.covariance->ldlt().solve(error)), 27.9);  // χ² of 6, 0.9999
   }
   const CalibrationResult& last = online.calibration().result;
   ASSERT_EQ(last.status, CalibrationStatus::converged) << last.reason;
-  EXPECT_LT(last.standard_deviation.head<3>().norm(), first_m);
+  EXPECT_LT(last.standard_deviation().head<3>().norm(), first_m);
   EXPECT_EQ(online.calibration().static_poses, 8);
   EXPECT_EQ(online.calibration().equilibria.size(), 8U);
   EXPECT_EQ(last.poses.size(), online.calibration().problem.measurements.size());
   const CalibrationResult whole = calibrate(robot, truth.log, options).result;
   const Vector6 apart = minus(last.poses.front(), whole.poses.front());
-  EXPECT_TRUE((apart.array().abs() < whole.standard_deviation.array()).all());
+  EXPECT_TRUE((apart.array().abs() < whole.standard_deviation().array()).all());
 }
 
 TEST(OnlineCalibration, TimesOfTheRunGoOnFromStretchToStretch) {

@@ -50,10 +50,10 @@ struct Fitted {
     }
   }
 
-  Refinement refined(const RefineOptions& options = {}) {
+  Refinement refined() {
     fit = solve(s.problem, s.truth);
     EXPECT_EQ(fit.status, CalibrationStatus::converged) << fit.reason;
-    return refine(s.problem, fit, ripple, {}, options);
+    return refine(s.problem, fit, ripple);
   }
 };
 
@@ -74,8 +74,8 @@ TEST(Refine, FindsTheNoiseThatIsThereAndLosesNoReadingOfACleanLog) {
     EXPECT_LT(found, 1.5 * std::hypot(least, clean.ripple[c].sigma)) << kChannelTable[c].name;
   }
   // The claim shrinks with the noise, and holds.
-  EXPECT_LT(refined.result.standard_deviation.head<3>().norm(),
-            0.2 * clean.fit.standard_deviation.head<3>().norm());
+  EXPECT_LT(refined.result.standard_deviation().head<3>().norm(),
+            0.2 * clean.fit.standard_deviation().head<3>().norm());
   const Vector6 error = minus(refined.result.poses[0], clean.s.truth[0]);
   EXPECT_LT(error.dot(refined.result.covariance->inverse() * error), 22.5) << "χ² of 6 at 0.1 %";
   EXPECT_GE(refined.result.iterations, clean.fit.iterations);

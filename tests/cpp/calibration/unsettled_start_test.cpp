@@ -32,7 +32,7 @@ void disturb(Log& log, double sigmas, std::uint64_t seed) {
 /// How many of its own σ a start is off along the worst axis.
 double largest_z(const Calibration& found, const Pose& truth) {
   const Vector6 off = minus(truth, found.result.poses.front());
-  return off.cwiseQuotient(found.result.standard_deviation).cwiseAbs().maxCoeff();
+  return off.cwiseQuotient(found.result.standard_deviation()).cwiseAbs().maxCoeff();
 }
 
 TEST(UnsettledStart, ALowPassThatStartsDoesNotShiftTheInitialPose) {

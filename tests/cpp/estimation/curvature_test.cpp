@@ -28,7 +28,7 @@ TEST(Nearby, WhereAllRotationsAreKnownTheSlopeHolds) {
 TEST(Nearby, ACovarianceThatIsTooSmallIsFoundOut) {
   auto [problem, result] = solved(PoseKind::kinematic_pose, 2e-3);
   ASSERT_TRUE(result.covariance.has_value()) << result.reason;
-  ASSERT_GT(result.standard_deviation[5], 2.0 * kDegree);  // yaw, which geometry hardly shows
+  ASSERT_GT(result.standard_deviation()[5], 2.0 * kDegree);  // yaw, which geometry hardly shows
   const Nearby honest = nearby(problem, result);
   EXPECT_LT(honest.widening, 1.3);
   // The same claims three quarters of the deviation: beside it the cost rises too little.
