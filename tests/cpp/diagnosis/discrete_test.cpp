@@ -195,9 +195,9 @@ TEST_F(Discrete, AUnitIsAccusedOnlyWhereTheReadingsThenSaySomething) {
     log = clean();
     log.*readings *= factor;
     Log same = log;
-    EXPECT_EQ(find_discrete_faults(robot, same).faults.size(), 1U);
+    EXPECT_EQ(find_discrete_faults(robot, same).size(), 1U);
     robot.sigma.*sigma = coarse;
-    const std::vector<DiscreteFault> faults = find_discrete_faults(robot, log).faults;
+    const std::vector<DiscreteFault> faults = find_discrete_faults(robot, log);
     return faults.empty() ? std::string() : faults.front().text;
   };
   constexpr double kInDegrees = 1.0 / kDegree;

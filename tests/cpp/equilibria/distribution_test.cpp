@@ -182,6 +182,12 @@ TEST(Distribution, AnEmptyPolytopeIsSaidAndMissedByLeast) {
   }
 }
 
+Pose turned(const Pose& pose, const Eigen::VectorXd& turn) {
+  Vector6 twist;
+  twist << Vector3::Zero(), turn;
+  return plus(pose, twist);
+}
+
 TEST(Distribution, DerivativesAgreeWithNumericOnes) {
   Rng rng(7);
   for (const int n : {3, 4, 5}) {
@@ -194,13 +200,13 @@ TEST(Distribution, DerivativesAgreeWithNumericOnes) {
         const CableVector lambda = CableVector::Constant(n - 3, 11.0);
         const DistributedTension t = distribute(c.robot, c.state, d, lambda);
         ASSERT_TRUE(t.valid);
-        const auto numeric = numeric_pose_jacobian(
-            [&](const Pose& p) {
-              return Eigen::VectorXd(
-                  distribute(c.robot, platform_state(c.robot, p), d, lambda).tension_N);
+        const auto numeric = numeric_tangent_jacobian(
+            [&](const Eigen::VectorXd& turn) {
+              const PlatformState there = platform_state(c.robot, turned(c.pose, turn));
+              return Eigen::VectorXd(distribute(c.robot, there, d, lambda).tension_N);
             },
-            c.pose, 1e-4);
-        EXPECT_TRUE(jacobian_matches(t.by_rotation, numeric.rightCols(3), 1e-6));
+            3, 1e-4);
+        EXPECT_TRUE(jacobian_matches(t.by_rotation, numeric, 1e-6));
       }
     }
   }
@@ -218,12 +224,13 @@ TEST(Distribution, TheMomentOfEquationA1HasItsDerivatives) {
       ASSERT_TRUE(m.valid);
       EXPECT_LT((m.value - wrench_residual(c.robot, c.state, m.tension.tension_N).tail<3>()).norm(),
                 1e-10);
-      const auto numeric = numeric_pose_jacobian(
-          [&](const Pose& p) {
-            return Eigen::VectorXd(solver.moment(platform_state(c.robot, p)).value);
+      const auto numeric = numeric_tangent_jacobian(
+          [&](const Eigen::VectorXd& turn) {
+            const PlatformState there = platform_state(c.robot, turned(c.pose, turn));
+            return Eigen::VectorXd(solver.moment(there).value);
           },
-          c.pose, 1e-4);
-      EXPECT_TRUE(jacobian_matches(m.by_rotation, numeric.rightCols(3), 1e-6));
+          3, 1e-4);
+      EXPECT_TRUE(jacobian_matches(m.by_rotation, numeric, 1e-6));
     }
   }
 }

@@ -6,7 +6,7 @@
 #include "../support/run.hpp"
 #include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/error.hpp"
-#include "cdprcal/readings/equilibrium_mean.hpp"
+#include "cdprcal/readings/run.hpp"
 
 namespace cdprcal {
 namespace {
@@ -52,10 +52,10 @@ TEST(Measurement, ALogWithoutANameIsCalledTheLog) {
   Log log = test::startup_log(load_robot("irma4"), 0.2, 441, 0);
   log.source.clear();
   try {
-    (void)equilibrium_mean(log, {5, 5});
+    (void)run_of(log, 7);
     ADD_FAILURE();
   } catch (const InputError& error) {
-    EXPECT_EQ(std::string(error.what()).find("the log: an equilibrium"), 0U) << error.what();
+    EXPECT_EQ(std::string(error.what()).find("the log: segment 7"), 0U) << error.what();
   }
 }
 
