@@ -197,7 +197,7 @@ def test_the_bias_of_an_accelerometer_is_no_force(seed: int) -> None:
     assert np.all(start.standard_deviation[:3] < 1e-3)
 
 
-@pytest.mark.parametrize(("seed", "rows"), few([(2, 10), (1, 6)]))
+@pytest.mark.parametrize(("seed", "rows"), few([(1, 6), (2, 10)]))
 def test_an_attitude_that_comes_late_is_read_when_it_comes(seed: int, rows: int) -> None:
     """By up to half a period of the swing over six: its rate alone does not say where it was."""
     run = late(swing(mujoco, ROBOT, seed=seed, duration_s=15.0), rows)
