@@ -19,8 +19,8 @@ import pytest
 
 import cdprcal
 from cdprcal import sensors
-from cdprcal.io import load_log
-from cdprcal.mapping import load_mapped, parse_map, propose_file, read_raw
+from cdprcal.io import LogFile, load_log
+from cdprcal.mapping import Proposal, load_mapped, parse_map, propose_file, read_raw
 from cdprcal.mapping.counter import unwrapped
 from cdprcal.mapping.document import GROUPS, QUATERNIONS
 from cdprcal.mapping.marks import marks_in
@@ -607,6 +607,13 @@ def test_columns_of_several_units_are_a_guess(
     assert "convert the columns to one unit" in lengths.why
 
 
+def through_its_map(proposal: Proposal) -> LogFile:
+    """The file of a proposal as its map reads it."""
+    the_map = proposal.raw.path.with_name("map.yaml")
+    the_map.write_text(proposal.text())
+    return load_mapped(proposal.raw.path, the_map, None)
+
+
 def with_times(log: cdprcal.Log, path: Path, names: str, written: list[str]) -> Path:
     """A canonical log whose times are written otherwise, semicolons between its cells."""
     canonical(log, path, ("time_s", names))
@@ -642,8 +649,7 @@ def test_dates_and_times_of_day_pass_midnight(
     written = [stamp.strftime(form) for stamp in stamps]
     proposal = propose_file(with_times(log, tmp_path / "raw.csv", "stamp", written))
     assert proposal.time.why == "dates or times of day"
-    (tmp_path / "map.yaml").write_text(proposal.text())
-    file = load_mapped(tmp_path / "raw.csv", tmp_path / "map.yaml", None)
+    file = through_its_map(proposal)
     assert file.findings == ()
     np.testing.assert_allclose(file.log.time_s, log.time_s - log.time_s[0], atol=2e-5)
 
@@ -656,8 +662,7 @@ def test_days_of_excel_and_matlab_are_times(
     written = [f"{first + time / 86400.0:.11f}" for time in log.time_s.tolist()]
     proposal = propose_file(with_times(log, tmp_path / "raw.csv", "Time", written))
     assert (proposal.time.unit, proposal.time.sure) == ("d", "likely")
-    (tmp_path / "map.yaml").write_text(proposal.text())
-    file = load_mapped(tmp_path / "raw.csv", tmp_path / "map.yaml", None)
+    file = through_its_map(proposal)
     np.testing.assert_allclose(file.log.time_s, log.time_s - log.time_s[0], atol=1e-4)
 
 
@@ -672,8 +677,7 @@ def test_a_counter_that_overflows_begins_no_other_run(
     raw = with_times(log, tmp_path / "raw.csv", name, [str(count) for count in counts])
     proposal = propose_file(raw)
     assert proposal.time.columns == (name,)
-    (tmp_path / "map.yaml").write_text(proposal.text())
-    file = load_mapped(raw, tmp_path / "map.yaml", None)
+    file = through_its_map(proposal)
     assert file.findings == ()
     np.testing.assert_allclose(file.log.time_s, log.time_s - log.time_s[0], atol=1e-3)
 
@@ -702,8 +706,7 @@ def test_milliseconds_beside_a_time_of_day_are_a_part_of_it(
     raw = with_times(log, tmp_path / "raw.csv", "Datum;Uhrzeit;ms", written)
     proposal = propose_file(raw)
     assert proposal.time.columns == ("Uhrzeit", "ms")
-    (tmp_path / "map.yaml").write_text(proposal.text())
-    file = load_mapped(raw, tmp_path / "map.yaml", None)
+    file = through_its_map(proposal)
     np.testing.assert_allclose(file.log.time_s, log.time_s - log.time_s[0], atol=2e-3)
 
 
@@ -732,8 +735,7 @@ def test_the_names_are_found_below_and_beyond_what_loggers_write(
     )
     proposal = propose_file(raw)
     assert {line.name for line in proposal.lines} >= {"lengths", "swivels", "tensions", "attitude"}
-    (tmp_path / "map.yaml").write_text(proposal.text())
-    log = load_mapped(raw, tmp_path / "map.yaml", None).log
+    log = through_its_map(proposal).log
     np.testing.assert_array_equal(log.length_m, synthetic.log.length_m)
 
 
