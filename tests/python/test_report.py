@@ -20,7 +20,7 @@ from browser import PHONE, Tab, browser_tab, chromium
 from cdprcal.cli import app
 from cdprcal.diagnosis.plots import CABLES
 from cdprcal.diagnosis.table import value_rows
-from cdprcal.io import load_runs
+from cdprcal.io import load_run
 from cdprcal.report import subject_of_logs
 from cdprcal.report.night import NIGHT
 from cdprcal.report.page import _times_typical, about_ranking
@@ -434,7 +434,7 @@ def test_hatching_is_explained_where_there_is_some(page: Path) -> None:
 def test_encoders_fit_the_pose_that_is_shown(biased: Path) -> None:
     """The pose is the diagnosis' own, not that of the last calibration: so are the lengths."""
     robot = cdprcal.load_robot("irma4")
-    subject = subject_of_logs(robot, load_runs([biased], robot), ["cdprcal"])
+    subject = subject_of_logs(robot, [load_run(biased, robot)], ["cdprcal"])
     document = subject.runs[0].best
     pose = document["initial_pose"]
     shown = cdprcal.platform_state(robot, cdprcal.Pose(pose["position_m"], pose["rotation"]))

@@ -12,8 +12,6 @@
 #include "cdprcal/text.hpp"
 
 namespace cdprcal {
-namespace {}  // namespace
-
 DiagnosisModel model_of(const Calibration& calibration) {
   const CalibrationProblem& problem = calibration.problem;
   DiagnosisModel model;

@@ -763,6 +763,10 @@ void Search::find_rivals() {
   constexpr double kNegligible_nats = 12.0;
   if (out_.effects.empty()) return;
   const InitialPose present = initial_pose_of(model_);
+  // What imitates an effect is as likely as what is said not to be told apart: typical sizes alone
+  // are no reason to be sure. Nor are nats in motion, whose errors hang together: it is then as
+  // likely as what was accepted.
+  const double least_of_rival = balances_in_motion(model_) ? 0.0 : -options_.rival_nats;
   for (std::size_t k = 0; k < out_.effects.size(); ++k) {
     const std::optional<DiagnosisModel> without = without_effect(model_, k);
     if (!without) continue;
@@ -800,13 +804,8 @@ void Search::find_rivals() {
     std::vector<Alternative> others;
     for (const Refit& r : refits) {
       if (r.score.effect == accepted || r.log_evidence < own - kNegligible_nats) continue;
-      // What imitates it is as likely as what is said not to be told apart: typical sizes alone
-      // are no reason to be sure. Nor are nats in motion, whose errors hang together: it is then as
-      // likely as what was accepted.
       const bool rival = std::ranges::count(rivals, r.score.effect.get()) > 0;
-      const double least = !rival                       ? -kNegligible_nats
-                           : balances_in_motion(model_) ? 0.0
-                                                        : -options_.rival_nats;
+      const double least = rival ? least_of_rival : -kNegligible_nats;
       others.push_back({initial_pose_of(r.model), std::max(r.log_evidence - own, least)});
     }
     for (const Possibility& p : possibilities(present, others)) {

@@ -3,7 +3,7 @@
 from cdprcal.io.acquisition_inputs import AcquisitionInputs, read_inputs
 from cdprcal.io.live_log import LiveLog, open_live_log
 from cdprcal.io.loaded import LogFile, LogFormat
-from cdprcal.io.log_file import load_log, load_run, load_runs, sniff_format
+from cdprcal.io.log_file import load_log, load_run, sniff_format
 from cdprcal.io.save import save_log
 
 __all__ = [
@@ -13,7 +13,6 @@ __all__ = [
     "LogFormat",
     "load_log",
     "load_run",
-    "load_runs",
     "open_live_log",
     "read_inputs",
     "save_log",

@@ -105,16 +105,9 @@ def load_run(path: str | Path, robot: _core.Robot) -> LogFile:
     return file
 
 
-def load_runs(paths: Sequence[str | Path], robot: _core.Robot) -> list[LogFile]:
-    """As load_run, for several logs of one robot. Raises InputError also when two are the same run:
-    its readings would count twice, and everything would seem better known than it is."""
-    files = [load_run(path, robot) for path in paths]
-    refuse_repeated(files)
-    return files
-
-
 def refuse_repeated(files: Sequence[LogFile]) -> None:
-    """Raises InputError when two logs are the same run."""
+    """Raises InputError when two logs are the same run: its readings would count twice, and
+    everything would seem better known than it is."""
     for i, file in enumerate(files):
         for other in files[:i]:
             if _same_run(file.log, other.log):
