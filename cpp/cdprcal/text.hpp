@@ -17,6 +17,9 @@ std::string printed(const char* pattern, auto... values) {
   return out;
 }
 
+/// Without blanks, tabs and carriage returns at either end.
+std::string_view trimmed(std::string_view text);
+
 /// The shortest decimal that reads back as the same number.
 std::string shortest(double value);
 

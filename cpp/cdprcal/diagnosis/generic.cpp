@@ -9,7 +9,7 @@
 namespace cdprcal {
 namespace {
 
-enum class Covariate { time, position, tension, direction, itself };
+enum class Regressor { time, position, tension, direction, itself };
 
 constexpr const char* kTargets[] = {"length", "swivel", "roll_pitch", "yaw",
                                     "tension"};  // by Channel
@@ -28,7 +28,7 @@ struct Scale {
   [[nodiscard]] double operator()(double x) const { return (x - middle) / spread; }
 };
 
-struct Visited {
+struct VisitedPlaces {
   std::array<bool, 3> turns{};  ///< angles_that_vary
   Scale time;                   ///< to [−1, 1]
   std::array<Scale, 3> position;
@@ -73,14 +73,14 @@ double legendre(int degree, double x) {
 /// One dependence: `terms` functions of the covariate, for all cables alike or for each.
 struct Form {
   Channel target;
-  Covariate covariate;
+  Regressor covariate;
   bool common;
   int terms;
 };
 
 class GenericEffect final : public Effect {
  public:
-  GenericEffect(Form form, std::shared_ptr<const Visited> visited, int number)
+  GenericEffect(Form form, std::shared_ptr<const VisitedPlaces> visited, int number)
       : form_(form),
         visited_(std::move(visited)),
         name_(std::string("unexplained_") + kTargets[static_cast<int>(form.target)] + "_vs_" +
@@ -175,9 +175,9 @@ class GenericEffect final : public Effect {
     const Measurement& m = context.measurement;
     const auto c = static_cast<std::size_t>(cable);
     switch (form_.covariate) {
-      case Covariate::time:  // nothing yet at the start of the run
+      case Regressor::time:  // nothing yet at the start of the run
         return legendre(t + 1, visited_->time(m.run_time_s)) - legendre(t + 1, -1.0);
-      case Covariate::position: {
+      case Regressor::position: {
         const auto x = [&](int axis) {
           return visited_->position[static_cast<std::size_t>(axis)](context.pose.position_m[axis]);
         };
@@ -185,13 +185,13 @@ class GenericEffect final : public Effect {
         if (t < 6) return x(t - 3) * x(t - 3) - 1.0;
         return x(t - 6) * x((t - 5) % 3);
       }
-      case Covariate::tension:
+      case Regressor::tension:
         return bent(visited_->tension[c](m.tension_of_laws_N()[cable]), t);
-      case Covariate::direction: {
+      case Regressor::direction: {
         return value_or_zero(
             form_.target == Channel::swivel ? m.swivel_direction : m.length_direction, cable);
       }
-      case Covariate::itself:
+      case Regressor::itself:
         break;
     }
     switch (form_.target) {
@@ -224,13 +224,13 @@ class GenericEffect final : public Effect {
   static double bent(double x, int t) { return finite(t == 0 ? x : x * x - 1.0); }
 
   Form form_;
-  std::shared_ptr<const Visited> visited_;
+  std::shared_ptr<const VisitedPlaces> visited_;
   std::string name_;
   EffectInfo info_;
 };
 
-std::shared_ptr<const Visited> visited_by(const DiagnosisModel& model) {
-  auto out = std::make_shared<Visited>();
+std::shared_ptr<const VisitedPlaces> places_visited_by(const DiagnosisModel& model) {
+  auto out = std::make_shared<VisitedPlaces>();
   const auto n = static_cast<std::size_t>(model.robot.cable_count());
   out->turns = angles_that_vary(model);
   double last_s = 0.0;
@@ -270,30 +270,30 @@ std::shared_ptr<const Visited> visited_by(const DiagnosisModel& model) {
 
 constexpr bool kCommon = true, kEach = false;
 constexpr Form kForms[] = {
-    {Channel::length, Covariate::time, kCommon, 4},
-    {Channel::length, Covariate::time, kEach, 2},
-    {Channel::length, Covariate::position, kEach, 3},
-    {Channel::length, Covariate::tension, kCommon, 1},
-    {Channel::length, Covariate::tension, kEach, 2},
-    {Channel::length, Covariate::direction, kEach, 1},
-    {Channel::length, Covariate::itself, kEach, 2},
-    {Channel::swivel, Covariate::time, kEach, 2},
-    {Channel::swivel, Covariate::position, kEach, 3},
-    {Channel::swivel, Covariate::tension, kEach, 1},
-    {Channel::swivel, Covariate::direction, kEach, 1},
-    {Channel::swivel, Covariate::itself, kEach, 2},
-    {Channel::roll_pitch, Covariate::time, kCommon, 6},
-    {Channel::roll_pitch, Covariate::position, kCommon, 6},
-    {Channel::roll_pitch, Covariate::itself, kCommon, 4},
-    {Channel::yaw, Covariate::time, kCommon, 4},
-    {Channel::yaw, Covariate::position, kCommon, 9},
-    {Channel::yaw, Covariate::itself, kCommon, 2},
-    {Channel::balance, Covariate::time, kCommon, 4},
-    {Channel::balance, Covariate::time, kEach, 2},
-    {Channel::balance, Covariate::position, kEach, 3},
-    {Channel::balance, Covariate::itself, kCommon, 2},
-    {Channel::balance, Covariate::itself, kEach, 2},
-    {Channel::balance, Covariate::direction, kEach, 1},
+    {Channel::length, Regressor::time, kCommon, 4},
+    {Channel::length, Regressor::time, kEach, 2},
+    {Channel::length, Regressor::position, kEach, 3},
+    {Channel::length, Regressor::tension, kCommon, 1},
+    {Channel::length, Regressor::tension, kEach, 2},
+    {Channel::length, Regressor::direction, kEach, 1},
+    {Channel::length, Regressor::itself, kEach, 2},
+    {Channel::swivel, Regressor::time, kEach, 2},
+    {Channel::swivel, Regressor::position, kEach, 3},
+    {Channel::swivel, Regressor::tension, kEach, 1},
+    {Channel::swivel, Regressor::direction, kEach, 1},
+    {Channel::swivel, Regressor::itself, kEach, 2},
+    {Channel::roll_pitch, Regressor::time, kCommon, 6},
+    {Channel::roll_pitch, Regressor::position, kCommon, 6},
+    {Channel::roll_pitch, Regressor::itself, kCommon, 4},
+    {Channel::yaw, Regressor::time, kCommon, 4},
+    {Channel::yaw, Regressor::position, kCommon, 9},
+    {Channel::yaw, Regressor::itself, kCommon, 2},
+    {Channel::balance, Regressor::time, kCommon, 4},
+    {Channel::balance, Regressor::time, kEach, 2},
+    {Channel::balance, Regressor::position, kEach, 3},
+    {Channel::balance, Regressor::itself, kCommon, 2},
+    {Channel::balance, Regressor::itself, kEach, 2},
+    {Channel::balance, Regressor::direction, kEach, 1},
 };
 
 }  // namespace
@@ -303,13 +303,13 @@ DependenceSize dependence_size(Channel channel) {
 }
 
 Candidates generic_candidates(const DiagnosisModel& model) {
-  const std::shared_ptr<const Visited> visited = visited_by(model);
+  const std::shared_ptr<const VisitedPlaces> visited = places_visited_by(model);
   Candidates out;
   int number = 0;
   const bool in_motion = balances_in_motion(model);
   for (const Form& form : kForms) {
     ++number;
-    if (form.covariate == Covariate::itself) {
+    if (form.covariate == Regressor::itself) {
       const auto& [roll, pitch, yaw] = visited->turns;
       if (in_motion || (form.target == Channel::roll_pitch && !roll && !pitch) ||
           (form.target == Channel::yaw && !yaw)) {

@@ -29,7 +29,7 @@ constexpr double kNamedShare = kShareAtRest + kShareInMotion;
 /// Chance that a formula for what is left is one of noise.
 constexpr double kChanceOfForm = 0.05;
 /// What is to be more than one odd rest: so many standard errors of a gain.
-constexpr double kSure = 2.0;
+constexpr double kOutweighs = 2.0;
 /// What happened once shows in some number by so many σ.
 constexpr double kSeen = 3.0;
 constexpr const char* kNotSeen = "none of its numbers is known to be there at all";
@@ -457,7 +457,7 @@ void Search::describe() {
     // That there is something is known where something is left: the formula says what.
     const double least_p = left_ ? kChanceOfForm : chance;
     std::string reason = objection(winner, nullptr, least_p, held);
-    if (reason.empty() && !(held.gain > kSure * held.gain_error)) {
+    if (reason.empty() && !(held.gain > kOutweighs * held.gain_error)) {
       reason = printed("predicts too few poses it was not fitted on (gain %.1f +- %.1f nats)",
                        held.gain, held.gain_error);
     }

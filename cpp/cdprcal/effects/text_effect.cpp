@@ -664,7 +664,7 @@ class TextEffect final : public Effect {
   /// Parameters of so many typical sizes and variables anywhere they may be, all moving along a
   /// random line of each twist component.
   [[nodiscard]] Names random_names(const Term& term, double sizes, unsigned seed) const {
-    std::mt19937 random(seed);
+    std::minstd_rand random(seed + 1);
     std::uniform_real_distribution<double> unit(-1.0, 1.0);
     Names names;
     for (std::size_t p = 0; p < definition_.parameters.size(); ++p) {
@@ -724,9 +724,10 @@ class TextEffect final : public Effect {
         scale = definition_.parameters[p].typical;
       }
       const auto moved = [&](double step) {
-        Names there = names;
-        for (Slope& name : there) name.a += step * name.v[k];
-        return term.formula(std::span<const Slope>(there)).a;
+        std::array<double, std::tuple_size_v<Names>> there;
+        std::ranges::transform(names, there.begin(),
+                               [&](const Slope& name) { return name.a + step * name.v[k]; });
+        return term.formula(std::span<const double>(there));
       };
       const double h = 1e-4 * scale;
       const double slope =

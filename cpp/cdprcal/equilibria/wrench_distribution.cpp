@@ -13,7 +13,7 @@ namespace {
 
 /// Below this (pivot against the largest one, moments as arms of one metre's worth of force) the
 /// cables do not hold all six directions.
-constexpr double kSingular = 1e-10;
+constexpr double kNoRank = 1e-10;
 /// How much of a cable's tension must be free for the rule of N to hold on to it.
 constexpr double kFree = 1e-3;
 
@@ -52,7 +52,7 @@ WrenchRows wrench_rows(const Robot& robot, const PlatformState& state) {
   rows.gram.compute(gram);
   if (rows.gram.info() != Eigen::Success) return rows;
   const auto pivots = rows.gram.matrixLLT().diagonal().array().square();
-  rows.valid = pivots.minCoeff() > kSingular * pivots.maxCoeff();
+  rows.valid = pivots.minCoeff() > kNoRank * pivots.maxCoeff();
   return rows;
 }
 

@@ -16,7 +16,7 @@ using namespace lanes;
 
 constexpr int kRoot = 21;
 
-struct Batch {
+struct RootBatch {
   const Robot& robot;
   const double* poses;
   const double* sigma;  ///< [wrench, tension of each cable][lane]
@@ -24,7 +24,7 @@ struct Batch {
 };
 
 template <typename Kind, typename V = typename Kind::V>
-CDPRCAL_INLINE void roots(const Batch& in, int first) {
+CDPRCAL_INLINE void roots(const RootBatch& in, int first) {
   const Lanes<V> pose(in.poses, first), sigma(in.sigma, first);
   const WritableLanes<V> out(in.root, first);
   V r[3][3];
@@ -71,7 +71,7 @@ CDPRCAL_INLINE void roots(const Batch& in, int first) {
   }
 }
 
-CDPRCAL_DEFINE_FOR_PROCESSORS(root_lanes, roots, Batch)
+CDPRCAL_DEFINE_FOR_PROCESSORS(root_lanes, roots, RootBatch)
 
 }  // namespace
 

@@ -12,7 +12,7 @@ namespace {
 using namespace lanes;
 
 /// One batch: kLanes poses side by side, each number an array of kLanes.
-struct Batch {
+struct PoseBatch {
   const double* rows;
   const double* by_offset;
   const double* by_effect;
@@ -37,7 +37,7 @@ CDPRCAL_INLINE bool is_zero(const V& v) {
 
 /// Lanes `first` … of a batch.
 template <typename Kind, typename V = typename Kind::V>
-CDPRCAL_INLINE void eliminate(const Batch& in, int first) {
+CDPRCAL_INLINE void eliminate(const PoseBatch& in, int first) {
   const Lanes<V> rows(in.rows, first), by_offsets(in.by_offset, first),
       by_effects(in.by_effect, first);
   const WritableLanes<V> factor(in.factor, first), sums(in.sums, first);
@@ -169,7 +169,7 @@ CDPRCAL_INLINE void substitute(const Substitution& in, int first) {
 
 /// What the fit leaves of the rows of one batch.
 struct LeftOver {
-  const Batch& batch;
+  const PoseBatch& batch;
   const double* covariance;  ///< of the common unknowns, symmetric, column by column
   Eigen::Index stride;
   double* scratch;  ///< [unknown][lane]
@@ -178,7 +178,7 @@ struct LeftOver {
 
 template <typename Kind, typename V = typename Kind::V>
 CDPRCAL_INLINE void left_over_of(const LeftOver& in, int first) {
-  const Batch& b = in.batch;
+  const PoseBatch& b = in.batch;
   const Lanes<V> rows(b.rows, first), by_offsets(b.by_offset, first),
       by_effects(b.by_effect, first), factor(b.factor, first);
   const WritableLanes<V> lifted(in.scratch, first), out(in.out, first);
@@ -216,7 +216,7 @@ CDPRCAL_INLINE void left_over_of(const LeftOver& in, int first) {
   }
 }
 
-CDPRCAL_DEFINE_FOR_PROCESSORS(eliminate_lanes, eliminate, Batch)
+CDPRCAL_DEFINE_FOR_PROCESSORS(eliminate_lanes, eliminate, PoseBatch)
 CDPRCAL_DEFINE_FOR_PROCESSORS(substitute_lanes, substitute, Substitution)
 CDPRCAL_DEFINE_FOR_PROCESSORS(left_over_lanes, left_over_of, LeftOver)
 
@@ -309,17 +309,17 @@ void PoseElimination::left_over(const double* rows, const double* by_offset,
                                 double* out) const {
   const Buffer scratch = buffer(static_cast<std::size_t>(unknowns_));
   const std::size_t last = steps_wanted_ && batches_ > 0 ? batches_ - 1 : 0;
-  const Batch batch{rows,
-                    by_offset,
-                    by_effect,
-                    offsets_,
-                    columns_,
-                    slots_->data(),
-                    present_offsets_,
-                    static_cast<int>(slots_->size()),
-                    damping_,
-                    factors_ + last * factor_size_ * kLanes,
-                    sums_.get()};
+  const PoseBatch batch{rows,
+                        by_offset,
+                        by_effect,
+                        offsets_,
+                        columns_,
+                        slots_->data(),
+                        present_offsets_,
+                        static_cast<int>(slots_->size()),
+                        damping_,
+                        factors_ + last * factor_size_ * kLanes,
+                        sums_.get()};
   left_over_lanes({batch, covariance.data(), covariance.outerStride(), scratch.get(), out});
 }
 

@@ -11,8 +11,6 @@
 namespace cdprcal::detail {
 namespace {
 
-/// Of all pulleys together: chance that one is accused that is where the file has it.
-constexpr double kFalseAlarm = 0.01;
 /// By which the file's σ are larger where the lengths are to say alone how well they fit.
 constexpr double kLoose = 100.0;
 

@@ -4,8 +4,6 @@
 namespace cdprcal::detail {
 namespace {
 
-/// Of all poses together: chance that one that belongs is left out.
-constexpr double kFalseAlarm = 0.01;
 /// Readings to spare, by the numbers that they determine, before anything is accused.
 constexpr double kSpare = 5.0;
 

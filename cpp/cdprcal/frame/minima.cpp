@@ -10,7 +10,7 @@ namespace {
 /// Starts of those given that are solved to the end: the best few.
 constexpr std::size_t kMostSolved = 3;
 /// Of poses that are tried again from elsewhere.
-constexpr int kMostPasses = 5;
+constexpr int kMostRounds = 5;
 /// Costs closer than this share are of one minimum.
 constexpr double kSame = 1e-6;
 constexpr int kMostDrawn = 8;
@@ -34,10 +34,10 @@ bool fits(const FrameProblem& problem, const FrameState& state) {
 /// To the end: with poses that sit in minima of their own tried again.
 void follow(const FrameProblem& problem, int max_iterations, FrameState& state) {
   minimise(problem, state, max_iterations);
-  for (int pass = 0; pass < kMostPasses && improve_poses(problem, state); ++pass) {
+  for (int pass = 0; pass < kMostRounds && improve_poses(problem, state); ++pass) {
     minimise(problem, state, max_iterations);
   }
-  for (int pass = 0; pass < kMostPasses; ++pass) {
+  for (int pass = 0; pass < kMostRounds; ++pass) {
     if (!improve_frame(problem, state, max_iterations)) break;
   }
 }

@@ -11,8 +11,6 @@
 namespace cdprcal::detail {
 namespace {
 
-/// Evidence from which on one image is said to be the better one [nat], as everywhere here.
-constexpr double kEvidence = 3.0;
 /// Sweeps of coordinate descent; the share only needs telling from one half.
 constexpr int kSweeps = 100;
 

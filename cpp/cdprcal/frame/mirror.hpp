@@ -5,6 +5,9 @@
 
 namespace cdprcal::detail {
 
+/// Evidence from which on one of two is said to be better [nat], as everywhere here.
+inline constexpr double kEvidence = 3.0;
+
 /// Who tells a frame from its mirror image.
 enum class MirrorTold {
   by_readings,  ///< a tracker, or what is known of pulleys: the other image fits worse

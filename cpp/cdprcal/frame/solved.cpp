@@ -14,8 +14,6 @@ constexpr double kNoiseSettled = 0.005;
 /// Of the robot file's σ.
 constexpr double kLeastNoise = 1e-3;
 constexpr int kFolds = 5;
-/// Evidence from which on belts are said to run outside the plane [nat], as everywhere here.
-constexpr double kEvidence = 3.0;
 
 /// Noise of each channel from what its rows leave over, their leverages counted.
 /// Returns the largest relative change.

@@ -5,6 +5,9 @@
 
 namespace cdprcal::detail {
 
+/// Chance that of all pulleys, or of all poses, one is accused that is as it should be.
+inline constexpr double kFalseAlarm = 0.01;
+
 /// One problem at its minimum.
 struct Solved {
   FrameProblem problem;

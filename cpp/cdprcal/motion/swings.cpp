@@ -11,7 +11,7 @@
 namespace cdprcal {
 namespace {
 
-constexpr double kMost_s = 60.0, kFewestPeriods = 4.0;
+constexpr double kMost_s = 60.0, kFewestSwings = 4.0;
 /// A mode of the model and the one that was measured are of the same kind within this factor.
 constexpr double kAlike = 1.5;
 /// A peak of the spectrum is this many times its median; or, in a stretch so short that peaks fill
@@ -98,7 +98,7 @@ std::vector<Swing> swings(const Calibration& calibration, const CorrectedRun& ru
   const Modes modes = modes_at(robot, mean);
   const ModeVector& model_hz = modes.natural_frequency_hz;
   const double lasts_s = cdprcal::lasts_s(stretch, path);
-  if (model_hz.size() == 0 || !(model_hz.minCoeff() * lasts_s > kFewestPeriods)) return {};
+  if (model_hz.size() == 0 || !(model_hz.minCoeff() * lasts_s > kFewestSwings)) return {};
 
   // In coordinates of the modes, in which all have the same mass.
   const Matrix6 mass = mass_matrix(robot, state);

@@ -10,8 +10,8 @@
 namespace cdprcal {
 namespace {
 
-constexpr int kNewtonSteps = 30;
-constexpr double kBalance = 1e-10;  ///< error ÷ weight, as in DirectOptions
+constexpr int kMostNewtonSteps = 30;
+constexpr double kBalanced = 1e-10;  ///< error ÷ weight, as in DirectOptions
 
 Measurement at_rest(const CableVector& reading_N) {
   Measurement measurement;
@@ -60,10 +60,10 @@ std::optional<Pose> KnownEffects::settled(const CableVector& reading_N, const Po
   const double length_scale_m = characteristic_length_m(robot_);
   Pose pose = near;
   PoseEvaluation evaluation;
-  for (int step = 0; step < kNewtonSteps; ++step) {
+  for (int step = 0; step < kMostNewtonSteps; ++step) {
     evaluate_pose(robot_, measurement, pose, StaticsModel::wrench, {}, effects_, true, evaluation);
     if (!evaluation.valid || !evaluation.wrench.allFinite()) return std::nullopt;
-    if (balance_error_N(evaluation.wrench, length_scale_m) <= kBalance * robot_.weight_N()) {
+    if (balance_error_N(evaluation.wrench, length_scale_m) <= kBalanced * robot_.weight_N()) {
       return pose;
     }
     const Vector6 twist =

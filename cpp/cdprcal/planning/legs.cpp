@@ -8,7 +8,7 @@
 namespace cdprcal {
 namespace {
 
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr double kNever = std::numeric_limits<double>::infinity();
 const char* const kTooTight =
     "the path runs so close to the workspace's edge that no duration keeps the platform inside";
 
@@ -52,7 +52,7 @@ void LegTable::fill(std::size_t first, const ShareDone& progress) {
   const std::size_t n = places_.size();
   direct_.grow(n, Timing{});
   obstacle_.grow(n, std::string());
-  settled_s_.grow(n, kInfinite);
+  settled_s_.grow(n, kNever);
   next_.grow(n, -1);
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
   for (std::size_t i = 0; i < n; ++i) {
@@ -91,7 +91,7 @@ void LegTable::find_detours() {
   if (!any) return;
   for (std::size_t via = 0; via < n; ++via) {
     for (std::size_t i = 0; i < n; ++i) {
-      if (i == via || settled_s_(i, via) == kInfinite) continue;
+      if (i == via || settled_s_(i, via) == kNever) continue;
       for (std::size_t j = 0; j < n; ++j) {
         if (j == i || j == via || obstacle_(i, j).empty()) continue;
         const double time = settled_s_(i, via) + settled_s_(via, j);
@@ -107,7 +107,7 @@ void LegTable::find_detours() {
 bool LegTable::connected() const {
   for (std::size_t i = 0; i < given_; ++i) {
     for (std::size_t j = 0; j < given_; ++j) {
-      if (i != j && settled_s_(i, j) == kInfinite) return false;
+      if (i != j && settled_s_(i, j) == kNever) return false;
     }
   }
   return true;
@@ -120,7 +120,7 @@ Eigen::MatrixXd LegTable::time_s() const {
     for (std::size_t j = 0; j < given_; ++j) {
       if (i == j) continue;
       const std::vector<Leg> legs = way(static_cast<int>(i), static_cast<int>(j));
-      double sum = legs.empty() ? kInfinite : 0.0;
+      double sum = legs.empty() ? kNever : 0.0;
       for (const Leg& leg : legs) sum += leg.timing.transition_s + leg.timing.settling_s;
       if (!legs.empty()) sum += legs.back().timing.dwell_s - legs.back().timing.settling_s;
       time(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = sum;

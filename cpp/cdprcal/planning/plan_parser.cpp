@@ -22,13 +22,6 @@ using detail::tension_column;
 constexpr double kNormTolerance = 1e-6;
 constexpr Eigen::Index kMostModes = 6;
 
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kSpace = " \t\r";
-  const std::size_t begin = text.find_first_not_of(kSpace);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kSpace) - begin + 1);
-}
-
 /// A piece of a line and where it stands.
 struct Cell {
   std::string_view text;   ///< trimmed

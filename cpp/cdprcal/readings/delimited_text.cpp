@@ -7,17 +7,10 @@
 #include <string>
 
 #include "cdprcal/error.hpp"
+#include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
-
-bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
-  return text;
-}
 
 const char* find_in(const char* begin, const char* end, char wanted) {
   const void* found = std::memchr(begin, wanted, static_cast<std::size_t>(end - begin));

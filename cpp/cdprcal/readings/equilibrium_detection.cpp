@@ -13,12 +13,12 @@ namespace cdprcal {
 namespace {
 
 /// Prefix sums of one column over finite samples: any window's mean and scatter in O(1).
-class Series {
+class Trace {
  public:
   /// `fresh`: the readings among `values`, which may hold each over several rows, or leave those
   /// rows empty.
-  Series(const Eigen::VectorXd& values, const Eigen::VectorXd& fresh, double tolerance,
-         Channel channel)
+  Trace(const Eigen::VectorXd& values, const Eigen::VectorXd& fresh, double tolerance,
+        Channel channel)
       : noise_(channel_noise(fresh)), tolerance_(tolerance), channel_(channel) {
     const Eigen::Index n = values.size();
     const auto readings = static_cast<double>(fresh.array().isFinite().count());
@@ -115,11 +115,11 @@ class Series {
 /// read most often a few times.
 class Windows {
  public:
-  Windows(const Eigen::VectorXd& time, const std::vector<Series>& geometry, double window_s)
+  Windows(const Eigen::VectorXd& time, const std::vector<Trace>& geometry, double window_s)
       : time_(time), window_s_(window_s) {
     constexpr double kFewest = 4.0;
     double rows = std::numeric_limits<double>::infinity();
-    for (const Series& c : geometry) rows = std::min(rows, c.rows());
+    for (const Trace& c : geometry) rows = std::min(rows, c.rows());
     least_ = static_cast<Eigen::Index>(std::ceil(kFewest * rows));
   }
   /// The last row of the window that begins there, no earlier than `from`; the log's end if none.
@@ -140,7 +140,7 @@ class Windows {
 };
 
 /// The quietest quarter of a run, before any rest is known.
-std::vector<SampleRange> quietest(const std::vector<Series>& geometry, const Eigen::VectorXd& time,
+std::vector<SampleRange> quietest(const std::vector<Trace>& geometry, const Eigen::VectorXd& time,
                                   const Windows& all) {
   constexpr std::size_t kStretch = 4;  // windows that show what a filter remembers
   constexpr double kAsCalm = 2.0;      // times the restlessness of single windows
@@ -149,7 +149,7 @@ std::vector<SampleRange> quietest(const std::vector<Series>& geometry, const Eig
   for (Eigen::Index begin = 0, end = 0; begin < time.size(); begin = end) {
     end = all.last_of(begin, begin);
     double worst = 0.0;
-    for (const Series& c : geometry) worst = std::max(worst, c.restlessness({begin, end}));
+    for (const Trace& c : geometry) worst = std::max(worst, c.restlessness({begin, end}));
     if (end >= time.size()) continue;
     windows.push_back({begin, end});
     restless.push_back(worst);
@@ -258,7 +258,7 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
   }
   if (count < 4) return found;
 
-  std::vector<Series> geometry, tensions;
+  std::vector<Trace> geometry, tensions;
   for_each_sensor(
       [&](const Sensor& sensor, const LogMatrix& values) {
         if (sensor.is_inertial()) return;  // a platform hums while it rests
@@ -289,8 +289,8 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
   std::vector<SampleRange> calm = quietest(geometry, time, windows);
   for (SampleRange& stretch : calm) stretch.begin += range.begin, stretch.end += range.begin;
   const Signals how = signals_within(log, range, calm, sigma);
-  for (std::vector<Series>* group : {&geometry, &tensions}) {
-    for (Series& series : *group) series.take(how);
+  for (std::vector<Trace>* group : {&geometry, &tensions}) {
+    for (Trace& series : *group) series.take(how);
   }
 
   // Mark every sample of every window that passes all tests.
@@ -303,11 +303,11 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
     const SampleRange window{begin, last + 1};
     if (!windows.shows(window)) continue;
     const bool at_rest = std::all_of(geometry.begin(), geometry.end(),
-                                     [&](const Series& c) {
+                                     [&](const Trace& c) {
                                        return c.scatter_is_noise(window, options.confidence);
                                      }) &&
                          std::all_of(tensions.begin(), tensions.end(),
-                                     [&](const Series& c) { return c.halves_agree(window, z); });
+                                     [&](const Trace& c) { return c.halves_agree(window, z); });
     if (at_rest) std::fill(rests.begin() + begin, rests.begin() + last + 1, 1);
   }
 
@@ -324,7 +324,7 @@ std::vector<Equilibrium> detect_equilibria(const Log& log, const SampleRange& ra
     const bool joins = !runs.empty() &&
                        time[run.begin] - time[runs.back().end - 1] <= 2.0 * options.window_s &&
                        std::all_of(geometry.begin(), geometry.end(),
-                                   [&](const Series& c) { return c.same_place(runs.back(), run); });
+                                   [&](const Trace& c) { return c.same_place(runs.back(), run); });
     if (joins) {
       runs.back().end = run.end;
     } else {

@@ -19,14 +19,6 @@ namespace {
 using detail::LogColumn;
 using Eigen::Index;
 
-bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r'; }
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
-  return text;
-}
-
 /// The text line by line, counting from 1, without line ends.
 class Lines {
  public:

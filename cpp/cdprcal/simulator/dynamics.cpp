@@ -13,7 +13,7 @@ namespace {
 
 /// Friction turns over between 0.5 and 1.5 mm of cable travel: three elements in parallel, each
 /// elastic up to its own travel (Iwan), so that small jitter about a place is forgotten.
-constexpr std::array<double, 3> kTurnOver_m{0.5e-3, 1.0e-3, 1.5e-3};
+constexpr std::array<double, 3> kTurnsOver_m{0.5e-3, 1.0e-3, 1.5e-3};
 constexpr double kFrameTime_s = 0.1;  ///< the frame follows its load this slowly
 constexpr int kMaxIterations = 100;
 constexpr double kTooSmallToHalve_m_s = 1e-7;
@@ -325,7 +325,7 @@ void PlantDynamics::finish_step(const std::array<Pull, kMaxCables>& pulls) {
     Winch& winch = winch_[i];
     const double travel = pulls[i].payout_1_m - winch.payout_m;
     for (std::size_t e = 0; e < winch.friction.size(); ++e) {
-      winch.friction[e] = std::clamp(winch.friction[e] + 2.0 * travel / kTurnOver_m[e], -1.0, 1.0);
+      winch.friction[e] = std::clamp(winch.friction[e] + 2.0 * travel / kTurnsOver_m[e], -1.0, 1.0);
     }
     winch.payout_m = pulls[i].payout_1_m;
     winch.encoder_m = std::clamp(winch.encoder_m, winch.payout_m - p_.encoder_half_play_m,

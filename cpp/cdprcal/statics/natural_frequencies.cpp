@@ -8,7 +8,7 @@
 namespace cdprcal {
 namespace {
 
-using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
+using SquareMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
 
 /// Modes of the motions in the span of `basis` (6×m).
 Modes modes_in(const ModeShapes& basis, const Matrix6& stiffness, const Matrix6& mass) {
@@ -16,9 +16,9 @@ Modes modes_in(const ModeShapes& basis, const Matrix6& stiffness, const Matrix6&
   modes.natural_frequency_hz.resize(basis.cols());
   modes.shape.resize(6, basis.cols());
   if (basis.cols() == 0) return modes;
-  const Square k = basis.transpose() * stiffness * basis;
-  const Square m = basis.transpose() * mass * basis;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Square> eigen(0.5 * (k + k.transpose()), m);
+  const SquareMatrix k = basis.transpose() * stiffness * basis;
+  const SquareMatrix m = basis.transpose() * mass * basis;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<SquareMatrix> eigen(0.5 * (k + k.transpose()), m);
   modes.natural_frequency_hz = eigen.eigenvalues().unaryExpr(
       [](double square) { return square >= 0.0 ? std::sqrt(square) / (2.0 * kPi) : kNaN; });
   modes.shape = basis * eigen.eigenvectors();

@@ -20,23 +20,23 @@ struct Case {
   Log (*log)();
 };
 
-constexpr double kNoise = 0.2;  // of σ, a sample
+constexpr double kShareOfSigma = 0.2;  // of σ, a sample
 
 Log of_changed(void (*change)(Robot&), std::uint64_t seed) {
   Robot robot = load_robot("irma4");
   change(robot);
-  return startup_log(robot, kNoise, seed);
+  return startup_log(robot, kShareOfSigma, seed);
 }
 
 Log with_bias() {
-  Log log = startup_log(load_robot("irma4"), kNoise, 21);
+  Log log = startup_log(load_robot("irma4"), kShareOfSigma, 21);
   log.tension_N.rowwise() += Eigen::RowVector4d(9, -7, 11, -8);
   return log;
 }
 
 const Case kCases[] = {
-    {"clean", [] { return startup_log(load_robot("irma4"), kNoise, 11); }},
-    {"few_poses", [] { return startup_log(load_robot("irma4"), kNoise, 12, 0); }},
+    {"clean", [] { return startup_log(load_robot("irma4"), kShareOfSigma, 11); }},
+    {"few_poses", [] { return startup_log(load_robot("irma4"), kShareOfSigma, 12, 0); }},
     {"bias", &with_bias},
     {"bias_and_drift",
      [] {
@@ -54,14 +54,14 @@ const Case kCases[] = {
      [] { return of_changed([](Robot& r) { r.cables[1].pulley.position_m.x() += 0.01; }, 24); }},
     {"ratio",
      [] {
-       Log log = startup_log(load_robot("irma4"), kNoise, 25);
+       Log log = startup_log(load_robot("irma4"), kShareOfSigma, 25);
        log.length_m.array().rowwise() *= Eigen::Array4d(1.02, 0.985, 1.025, 1.012).transpose();
        return log;
      }},
     {"bump", &test::log_with_bump},
     {"outlier_and_slip",
      [] {
-       Log log = startup_log(load_robot("irma4"), kNoise, 26);
+       Log log = startup_log(load_robot("irma4"), kShareOfSigma, 26);
        const Eigen::Index half = log.sample_count() / 2;
        log.length_m(half / 2, 1) += 0.2;
        log.length_m.col(2).tail(half).array() += 0.03;
@@ -69,7 +69,7 @@ const Case kCases[] = {
      }},
     {"sign",
      [] {
-       Log log = startup_log(load_robot("irma4"), kNoise, 27, 0);
+       Log log = startup_log(load_robot("irma4"), kShareOfSigma, 27, 0);
        log.length_m.col(1) *= -1.0;
        return log;
      }},

@@ -60,7 +60,7 @@ Log delayed(Log log, double delay_s) {
   return log;
 }
 
-DiagnosisModel baseline_of(Log log) {
+DiagnosisModel baseline_in_motion(Log log) {
   std::vector<Log> logs{std::move(log)};
   std::vector<std::string> left_out;
   return baseline_model(load_robot("irma4"), logs, left_out);
@@ -83,7 +83,7 @@ Log thinned(const Log& log, Eigen::Index step) {
 class Motion : public testing::Test {
  protected:
   static const DiagnosisModel& exact() {
-    static const DiagnosisModel model = baseline_of(truth().log);
+    static const DiagnosisModel model = baseline_in_motion(truth().log);
     return model;
   }
   static const Log& read() {
@@ -91,7 +91,7 @@ class Motion : public testing::Test {
     return log;
   }
   static const DiagnosisModel& plain() {
-    static const DiagnosisModel model = baseline_of(read());
+    static const DiagnosisModel model = baseline_in_motion(read());
     return model;
   }
 };
@@ -128,7 +128,7 @@ TEST_F(Motion, SamplesStandWhereTheirOwnReadingsWantThemMost) {
   options.dwell_s = options.move_s = 4.0;
   options.seed = 96;
   const Log log = synthetic_log(robot, default_setpoints(robot, 2, 2, 2), options).log;
-  DiagnosisModel model = baseline_of(log);
+  DiagnosisModel model = baseline_in_motion(log);
   for (std::size_t c = 0; c < kRestGroups; ++c) {
     model.noise[c + kRestGroups] *= 0.4 + 0.3 * static_cast<double>((5 * c) % 7);
   }
@@ -364,7 +364,7 @@ TEST_F(Motion, ThePlayOfTheSwivelsFollowsTheModelNotTheirReadings) {
   constexpr double kHalf_rad = 0.02;
   LogMatrix state;
   const Log log = noisy(with_play(truth().log, kHalf_rad, state), 0.05, 94);
-  DiagnosisModel model = baseline_of(log);
+  DiagnosisModel model = baseline_in_motion(log);
   model.effects.push_back({find_effect("swivel_hysteresis"), EffectValues::Zero(1)});
   ASSERT_TRUE(fit_with_noise(model));
   const auto off = [&](const DiagnosisModel& m) {

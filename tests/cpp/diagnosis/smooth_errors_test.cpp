@@ -15,7 +15,7 @@
 namespace cdprcal {
 namespace {
 
-DiagnosisModel model() {
+DiagnosisModel smooth_model() {
   DiagnosisModel out = test::two_runs();
   out.effects.clear();
   return out;
@@ -37,7 +37,7 @@ Eigen::VectorXd added(const Effect& effect, const EffectContext& context,
 }
 
 TEST(SmoothErrors, ColumnsAreTheDerivativesOfWhatTheyAdd) {
-  const DiagnosisModel of = model();
+  const DiagnosisModel of = smooth_model();
   EXPECT_FALSE(is_smooth_errors(*find_effect("mass")));
   Candidates all = place_errors(of);
   all.push_back(wandering_errors(of));
@@ -76,7 +76,7 @@ Eigen::MatrixXd of_first_length(const DiagnosisModel& of, const Effect& effect) 
 TEST(PlaceErrors, GoTogetherWherePlacesAreNear) {
   // var(x − y) = 2 − 2 exp(−|x − y|² / 2 reach²), up to the terms that are left out. Their mean is
   // that of an offset, and none of theirs.
-  const DiagnosisModel of = model();
+  const DiagnosisModel of = smooth_model();
   const Candidates all = place_errors(of);
   ASSERT_EQ(all.size(), 3);
   const double reach_m = *reach_of_errors_m(*all.back());
@@ -94,7 +94,7 @@ TEST(PlaceErrors, GoTogetherWherePlacesAreNear) {
 }
 
 TEST(PlaceErrors, ReachAsFarAsTheRestsAreSpread) {
-  const DiagnosisModel of = model();
+  const DiagnosisModel of = smooth_model();
   std::vector<Vector3> at;
   Vector3 middle = Vector3::Zero();
   for (const DiagnosisRun& run : of.runs) {
@@ -114,7 +114,7 @@ TEST(PlaceErrors, ReachAsFarAsTheRestsAreSpread) {
 TEST(SmoothErrors, AreRandomWalksInTime) {
   // cov(s, t) = 2 min(s, t) / T of each component, up to the terms that are left out; no two of
   // them go together.
-  const DiagnosisModel of = model();
+  const DiagnosisModel of = smooth_model();
   const auto effect = wandering_errors(of);
   const DiagnosisRun& run = of.runs[0];
   const EffectValues typical = effect->typical(of.robot);
@@ -140,7 +140,7 @@ TEST(SmoothErrors, AreRandomWalksInTime) {
 }
 
 TEST(SmoothErrors, TheirSizeIsLearntChannelByChannel) {
-  DiagnosisModel of = model();
+  DiagnosisModel of = smooth_model();
   const auto effect = wandering_errors(of);
   of.effects.push_back({effect, EffectValues::Zero(2L * effect->size(4))});
   ASSERT_TRUE(fit_with_noise(of));
@@ -163,7 +163,7 @@ TEST(SmoothErrors, TheirSizeIsLearntChannelByChannel) {
 }
 
 TEST(SmoothErrors, NothingIsSaidOfFewRests) {
-  DiagnosisModel of = model();
+  DiagnosisModel of = smooth_model();
   for (DiagnosisRun& run : of.runs) {
     run.measurements.resize(4);
     run.poses.resize(4);
@@ -254,7 +254,7 @@ TEST(SmoothErrors, OfAPlaceAreNoFindingWhereSensorsMayHaveThem) {
 }
 
 TEST(SmoothErrors, AreWithinASpecificationOrNot) {
-  DiagnosisModel of = model();
+  DiagnosisModel of = smooth_model();
   of.effects.push_back({wandering_errors(of), EffectValues::Zero(2L * 75)});
   ASSERT_TRUE(fit_with_noise(of));
   const double yaw_rad = smooth_rms(of, of.effects[0])[static_cast<std::size_t>(Channel::yaw)];

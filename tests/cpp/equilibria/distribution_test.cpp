@@ -182,7 +182,7 @@ TEST(Distribution, AnEmptyPolytopeIsSaidAndMissedByLeast) {
   }
 }
 
-Pose turned(const Pose& pose, const Eigen::VectorXd& turn) {
+Pose displaced(const Pose& pose, const Eigen::VectorXd& turn) {
   Vector6 twist;
   twist << Vector3::Zero(), turn;
   return plus(pose, twist);
@@ -202,7 +202,7 @@ TEST(Distribution, DerivativesAgreeWithNumericOnes) {
         ASSERT_TRUE(t.valid);
         const auto numeric = numeric_tangent_jacobian(
             [&](const Eigen::VectorXd& turn) {
-              const PlatformState there = platform_state(c.robot, turned(c.pose, turn));
+              const PlatformState there = platform_state(c.robot, displaced(c.pose, turn));
               return Eigen::VectorXd(distribute(c.robot, there, d, lambda).tension_N);
             },
             3, 1e-4);
@@ -226,7 +226,7 @@ TEST(Distribution, TheMomentOfEquationA1HasItsDerivatives) {
                 1e-10);
       const auto numeric = numeric_tangent_jacobian(
           [&](const Eigen::VectorXd& turn) {
-            const PlatformState there = platform_state(c.robot, turned(c.pose, turn));
+            const PlatformState there = platform_state(c.robot, displaced(c.pose, turn));
             return Eigen::VectorXd(solver.moment(there).value);
           },
           3, 1e-4);

@@ -20,7 +20,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-Robot irma4_with(std::vector<AppliedEffect> effects) {
+Robot irma4_listing(std::vector<AppliedEffect> effects) {
   Robot robot = load_robot("irma4");
   robot.effects = std::move(effects);
   finalise(robot);
@@ -174,7 +174,7 @@ TEST_F(NextStops, PassThroughAnotherPlaceWhereNoDirectWayIsClear) {
 
 TEST_F(NextStops, ABiasOfTheLoadCellsChangesTheReadingsAndNothingElse) {
   const CableVector bias_N = Eigen::Vector4d(5.0, -3.0, 0.0, 8.0);
-  const Robot biased = irma4_with({{"load_cell_bias", "", {{"bias_N", {5.0, -3.0, 0.0, 8.0}}}}});
+  const Robot biased = irma4_listing({{"load_cell_bias", "", {{"bias_N", {5.0, -3.0, 0.0, 8.0}}}}});
   Plan read = *plan;
   read.start_tension_N += bias_N;
   for (PlannedPose& stop : read.poses) stop.tension_N += bias_N;
@@ -222,7 +222,7 @@ TEST_F(NextStops, RefuseAPlanThatDoesNotFitTheRobot) {
   EXPECT_THAT(refusal(robot, loose), HasSubstr("stop 2: its tensions do not hold the platform"));
   // What counts is what the cables carry: 26 N each are still too few, 1 N is below the limit.
   const auto biased = [](double by_N) {
-    return irma4_with({{"load_cell_bias", "", {{"bias_N", {by_N, by_N, by_N, by_N}}}}});
+    return irma4_listing({{"load_cell_bias", "", {{"bias_N", {by_N, by_N, by_N, by_N}}}}});
   };
   loose.poses.erase(loose.poses.begin());
   for (PlannedPose& stop : loose.poses) stop.tension_N.setConstant(21.0);

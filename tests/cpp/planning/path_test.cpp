@@ -12,7 +12,7 @@
 namespace cdprcal {
 namespace {
 
-SetPointOptions no_margin() {
+SetPointOptions without_margin() {
   SetPointOptions options;
   options.tension_margin_N = 0.0;
   return options;
@@ -108,7 +108,7 @@ TEST(Path, ThatSagsThroughTheFloorIsCaught) {
   // Two low set-points on opposite sides: half way between their tensions the platform hangs lower
   // than either, below the floor (z = 0).
   const Robot robot = load_robot("irma4");
-  const SetPointSolver solver(robot, no_margin());
+  const SetPointSolver solver(robot, without_margin());
   const SetPoint a = *solver.at({-0.6, -0.66, 0.4375}).set_point;
   const SetPoint b = *solver.at({0.6, 0.66, 0.1}).set_point;
   const Path path = PathChecker(solver).follow(a, b);
@@ -137,7 +137,7 @@ TEST(Path, ThatLeavesGivenBoundsIsCaught) {
 
 TEST(Path, TensionsThatComeTooCloseToTheLimitsAreCaught) {
   const Robot robot = load_robot("irma4");
-  const SetPointSolver solver(robot, no_margin());
+  const SetPointSolver solver(robot, without_margin());
   PathOptions options;
   options.tension_margin_N = 20.0;
   const PathChecker checker(solver, options);
@@ -154,7 +154,7 @@ TEST(Path, WhereTheEquilibriumEndsIsCaughtWhereABruteForceSearchLosesItToo) {
   int checked = 0;
   for (int trial = 0; trial < 30 && checked < 12; ++trial) {
     const Robot robot = test::random_robot(rng, 3 + trial % 3);
-    const SetPointSolver solver(robot, no_margin());
+    const SetPointSolver solver(robot, without_margin());
     PathOptions wide;
     wide.bounds = Box{{-50, -50, -50}, {50, 50, 50}};
     const PathChecker checker(solver, wide);

@@ -11,7 +11,7 @@ namespace cdprcal::test {
 namespace {
 
 constexpr Eigen::Index kSamples = 80;
-constexpr double kNoise_m = 2e-3;
+constexpr double kScatter_m = 2e-3;
 
 /// Three lengths that all do `motion` of the share of the time that is over, under white noise.
 Log moving(const std::function<double(double)>& motion, RandomNormal& random) {
@@ -21,7 +21,7 @@ Log moving(const std::function<double(double)>& motion, RandomNormal& random) {
   log.length_m.resize(kSamples, 3);
   for (Eigen::Index i = 0; i < kSamples; ++i) {
     const double at = motion(static_cast<double>(i) / kSamples);
-    for (double& length_m : log.length_m.row(i)) length_m = 2.0 + at + kNoise_m * random();
+    for (double& length_m : log.length_m.row(i)) length_m = 2.0 + at + kScatter_m * random();
   }
   return log;
 }
@@ -39,7 +39,7 @@ double worst_bias(const std::function<double(double)>& motion, const Find& find)
     double place = 0.0;
     for (Eigen::Index i = 0; i < found.end; ++i) place += motion(static_cast<double>(i) / kSamples);
     const auto count = static_cast<double>(found.size());
-    worst = std::max(worst, std::abs(place / count - motion(0.0)) / kNoise_m * std::sqrt(count));
+    worst = std::max(worst, std::abs(place / count - motion(0.0)) / kScatter_m * std::sqrt(count));
   }
   return worst;
 }
@@ -66,9 +66,9 @@ TEST(Still, AllOfARestIsItsBeginning) {
   EXPECT_GT(kept_of_rests(11, first), 50 * kSamples * 85 / 100);
 }
 
-double drift(double t) { return 4.0 * kNoise_m * t; }
-double there_and_back(double t) { return 2.0 * kNoise_m * std::sin(kPi * t); }
-double late(double t) { return t < 0.3 ? 0.0 : 30.0 * kNoise_m * (t - 0.3) * (t - 0.3); }
+double drift(double t) { return 4.0 * kScatter_m * t; }
+double there_and_back(double t) { return 2.0 * kScatter_m * std::sin(kPi * t); }
+double late(double t) { return t < 0.3 ? 0.0 : 30.0 * kScatter_m * (t - 0.3) * (t - 0.3); }
 
 TEST(Still, WhatDoesNotShowYetIsOffByFourSigma) {
   EXPECT_LT(worst_bias(drift, still), 5.0);
@@ -86,21 +86,22 @@ TEST(Still, TheFirstHalfOfItIsWhereThePlatformWas) {
 
 TEST(Still, NothingWhereItMovesAtOnce) {
   RandomNormal random(5);
-  const Log log = moving([](double t) { return 1e3 * kNoise_m * t; }, random);
+  const Log log = moving([](double t) { return 1e3 * kScatter_m * t; }, random);
   EXPECT_EQ(still_since_start(log, {0, kSamples}).size(), 1);
   EXPECT_EQ(at_the_start(log, {0, kSamples}).size(), 1);
   // Nor what comes to rest after a few samples: their mean is neither the one place nor the other.
-  const Log late = moving([](double t) { return -10.0 * kNoise_m * std::exp(-40.0 * t); }, random);
+  const Log late =
+      moving([](double t) { return -10.0 * kScatter_m * std::exp(-40.0 * t); }, random);
   EXPECT_LT(at_the_start(late, {0, kSamples}).size(), kFewestStill);
 }
 
 TEST(Still, LengthsAreBehindNoLongerFilterThanTheOtherSensors) {
   RandomNormal random(17);
   const Log log =
-      moving([](double t) { return t < 0.2 ? 0.0 : 2.0 * kNoise_m * std::sin(5.0 * t); }, random);
+      moving([](double t) { return t < 0.2 ? 0.0 : 2.0 * kScatter_m * std::sin(5.0 * t); }, random);
   Signals signals;
   Signal& length = signals[static_cast<std::size_t>(Channel::length)];
-  length = {.sigma = 2.0 * kNoise_m, .rows = 12.0, .correlation_s = 0.6, .period_s = 0.1};
+  length = {.sigma = 2.0 * kScatter_m, .rows = 12.0, .correlation_s = 0.6, .period_s = 0.1};
   Signal& swivel = signals[static_cast<std::size_t>(Channel::swivel)];
   swivel = length;
   EXPECT_EQ(still_since_start(log, {0, kSamples}, signals).size(), kSamples);
@@ -113,7 +114,7 @@ TEST(Still, LengthsAreBehindNoLongerFilterThanTheOtherSensors) {
 TEST(Still, AReadingThatStandsOutAloneIsNoMotion) {
   RandomNormal random(13);
   Log log = moving([](double) { return 0.0; }, random);
-  for (const Eigen::Index i : {2, 30, 55}) log.length_m(i, 1) += 30.0 * kNoise_m;
+  for (const Eigen::Index i : {2, 30, 55}) log.length_m(i, 1) += 30.0 * kScatter_m;
   EXPECT_GT(at_the_start(log, {0, kSamples}).size(), kSamples / 3);
 }
 

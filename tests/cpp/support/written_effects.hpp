@@ -9,7 +9,9 @@ namespace cdprcal::test {
 
 inline std::vector<std::shared_ptr<const Effect>> written_catalogue() {
   const auto root = std::filesystem::path(__FILE__).parent_path() / "../../..";
-  return load_effects((root / "examples/effects/catalogue.yaml").lexically_normal().string());
+  static const auto all =
+      load_effects((root / "examples/effects/catalogue.yaml").lexically_normal().string());
+  return all;
 }
 
 }  // namespace cdprcal::test
