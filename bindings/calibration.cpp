@@ -262,6 +262,9 @@ void register_result(py::module_& module) {
       .def_readonly("covariance", &CalibrationResult::covariance,
                     "Of ζ0 [6, 6]: position [m], world-frame rotation vector [rad]; None when ζ0 "
                     "is not observable.")
+      .def_readonly("lacks_something", &CalibrationResult::lacks_something,
+                    "The model does: an effect of the catalogue is more probable than none, or "
+                    "poses misfit by more than twice what the robot file says of the sensors.")
       .def_readonly("covariance_holds", &CalibrationResult::covariance_holds,
                     "False: the model misfits, and the covariance leaves that out.")
       .def_property_readonly(

@@ -187,6 +187,12 @@ void register_findings(py::module_& module) {
       .def_readonly("name", &DiscreteFault::name)
       .def_readonly("parameter", &DiscreteFault::parameter)
       .def_readonly("values", &DiscreteFault::values)
+      .def_readonly("rivals", &DiscreteFault::rivals,
+                    "Other faults with which the readings agree as well, and the initial pose is "
+                    "another.")
+      .def_readonly("swivel_order", &DiscreteFault::swivel_order,
+                    "Of a cable_order: the same for the swivel encoders; empty where it is "
+                    "`values`.")
       .def_readonly("tension_order", &DiscreteFault::tension_order,
                     "Of a cable_order: the load cells' where it differs from the encoders'; else "
                     "empty.")

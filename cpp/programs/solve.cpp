@@ -1,14 +1,12 @@
 // cdprcal-solve ROBOT LOG [--json]: the initial pose from a canonical log, without Python.
 //
-// Exit codes: 0 done, 1 the solution cannot be trusted, 2 wrong use, 3 a pose, but the model
-// misfits (the reason says what). The Python command has caveats besides: what is wrong with the
-// log, and residuals beyond what readings scatter by that no σ of the fit shows.
+// Exit codes: 0 done, 1 the solution cannot be trusted, 2 wrong use, 3 a pose, but the model lacks
+// something. The Python command has caveats besides: what is wrong with the log.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 #include <nlohmann/json.hpp>
 
-#include "cdprcal/calibration/allow_for_effects.hpp"
 #include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
@@ -161,7 +159,7 @@ int solve(int argc, char** argv) {
     throw InputError("standard output: cannot be written to; the result is lost");
   }
   if (calibration.result.status != CalibrationStatus::converged) return 1;
-  return misfit(calibration).empty() ? 0 : 3;
+  return calibration.result.lacks_something ? 3 : 0;
 }
 
 }  // namespace

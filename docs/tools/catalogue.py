@@ -71,8 +71,9 @@ FAULTS = """\
 
 They are looked for first, by refitting with each of them: the cost falls by orders of magnitude
 where one is real. Signs are tried in every combination, cables in every order (of more than six,
-any two exchanged). A unit in which readings would vary by less than their sigma is not accused:
-they would contradict nothing any more.
+any two exchanged). The mounting of the AHRS, its zero and those of the load cells are fitted to
+where the other sensors have the platform. A unit in which readings would vary by less than their
+sigma is not accused: they would contradict nothing any more.
 
 | name | what is wrong |
 |---|---|

@@ -49,4 +49,5 @@ def __getattr__(name: str) -> Any:
 def __dir__() -> list[str]:
     from cdprcal import _core
 
-    return sorted({*globals(), *(name for name in dir(_core) if not name.startswith("_"))})
+    own = (name for name in dir(_core) if not name.startswith("_"))
+    return sorted({*globals(), *_CALLS, *own})

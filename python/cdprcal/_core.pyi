@@ -2514,6 +2514,12 @@ class CalibrationResult:
     @property
     def iterations(self) -> int: ...
     @property
+    def lacks_something(self) -> bool:
+        """
+        The model does: an effect of the catalogue is more probable than none, or poses misfit by more than twice what the robot file says of the sensors.
+        """
+
+    @property
     def least_observed(self) -> str:
         """
         The weakest direction of the initial pose, in words, and which readings see it; empty when nothing was found.
@@ -2843,6 +2849,18 @@ class DiscreteFault:
     def name(self) -> str: ...
     @property
     def parameter(self) -> str: ...
+    @property
+    def rivals(self) -> list[str]:
+        """
+        Other faults with which the readings agree as well, and the initial pose is another.
+        """
+
+    @property
+    def swivel_order(self) -> list[float]:
+        """
+        Of a cable_order: the same for the swivel encoders; empty where it is `values`.
+        """
+
     @property
     def tension_order(self) -> list[float]:
         """

@@ -23,9 +23,11 @@ double scatter_of(const CalibrationProblem& problem, Channel channel);
 /// longer taken for independent ones, so the covariance counts what such errors can do. The reason
 /// says so; when the larger fit does not settle, that the uncertainty leaves out the misfit.
 /// Without a misfit the poses stay, and the covariance grows by what the log cannot rule out
-/// (evidence/model_average.hpp), as it does in diagnose before that finds anything. With specified
-/// noise nothing changes. False where there is a misfit that the uncertainty leaves out.
-/// Of the last `kinematic_poses` of a calibration in motion, which are in balance too, so many as
+/// (evidence/model_average.hpp), as it does in diagnose before that finds anything. So it does with
+/// one that no effect explains better than errors that stay over a rest, if it is no larger than
+/// twice what the robot file says of the sensors and load cells check it. With specified noise
+/// nothing changes. False where there is a misfit that the uncertainty leaves out. Of the last
+/// `kinematic_poses` of a calibration in motion, which are in balance too, so many as
 /// `moments_a_reading` count as one.
 bool allow_for_effects(const CalibrateOptions& options, Calibration& calibration,
                        double moments_a_reading = 1.0);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
+#include <cmath>
 #include <utility>
 
 #include "cdprcal/calibration/allow_for_effects.hpp"
@@ -13,7 +14,19 @@
 namespace cdprcal {
 namespace {
 
-constexpr double kFar = 6.0;  // σ: beyond what a fit calls possible
+constexpr double kFar = 6.0;   // σ: beyond what a fit calls possible
+constexpr double kNear = 3.0;  // σ: within what it says of itself
+
+/// Whether any cable pulls up there. A platform above all of its pulleys hangs on none: that mirror
+/// image of a pose fits the lengths, and is none.
+bool is_held_up(const Robot& robot, const Pose& pose) {
+  constexpr double kSlightly = 0.01;
+  const PlatformState state = platform_state(robot, pose);
+  for (int i = 0; i < state.cable_count; ++i) {
+    if (state.cable[static_cast<std::size_t>(i)].direction.z() < -kSlightly) return true;
+  }
+  return false;
+}
 
 /// Takes back the claim of a pose: another, `apart` from it, fits about as well.
 void leave_open(const Vector6& apart, Calibration& out) {
@@ -24,13 +37,25 @@ void leave_open(const Vector6& apart, Calibration& out) {
            out.result);
 }
 
+double sigmas_of(const Vector6& apart, const Matrix6& covariance) {
+  return std::sqrt(
+      std::max(0.0, apart.dot(covariance.completeOrthogonalDecomposition().solve(apart))));
+}
+
 /// How far another minimum is from one, where it fits about as well and is beyond what the one
 /// calls possible. The other fit may have stopped short of its minimum: then it fits better still.
-std::optional<Vector6> rivalled(const CalibrationResult& one, const CalibrationResult& other) {
+std::optional<Vector6> rivalled(const CalibrationResult& one, const CalibrationResult& other,
+                                double far = kFar) {
   if (!one.covariance || other.poses.empty()) return std::nullopt;
   if (!(other.cost - one.cost < kDecisive)) return std::nullopt;
   const Vector6 apart = minus(other.poses.front(), one.poses.front());
-  return is_far(apart, *one.covariance) ? std::optional(apart) : std::nullopt;
+  return sigmas_of(apart, *one.covariance) >= far ? std::optional(apart) : std::nullopt;
+}
+
+/// Widens the covariance of a pose by another one, as probable as it fits, that is too near to take
+/// the claim back and too far for it.
+void allow_for(const Vector6& apart, double probability, Matrix6& covariance) {
+  covariance += probability * apart * apart.transpose();
 }
 
 }  // namespace
@@ -47,8 +72,7 @@ bool looks_wrong(const Calibration& calibration) {
 }
 
 bool is_far(const Vector6& apart, const Matrix6& covariance) {
-  const double square = apart.dot(covariance.completeOrthogonalDecomposition().solve(apart));
-  return square >= kFar * kFar;
+  return sigmas_of(apart, covariance) >= kFar;
 }
 
 void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared,
@@ -68,7 +92,12 @@ void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared
     refine_in_place(options, out);
   }
   if (out.result.status != CalibrationStatus::converged) return;
+  const bool hangs = is_held_up(out.problem.robot, out.result.poses.front());
+  const auto cannot_be = [&](const CalibrationResult& other) {
+    return hangs && !other.poses.empty() && !is_held_up(out.problem.robot, other.poses.front());
+  };
   for (const CalibrationResult& other : minima) {
+    if (cannot_be(other)) continue;
     if (const auto apart = rivalled(origin, other)) return leave_open(*apart, out);
   }
   // A valley that is one minimum with the noise specified may be several with the one found, which
@@ -93,12 +122,20 @@ void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared
       }
     }
   }
+  Matrix6 wider = *out.result.covariance;
   for (const std::vector<Pose>& start : starts) {
     const CalibrationResult again =
         solve_unless_hopeless(out.problem, start, options.solve, out.result.cost);
     out.result.solve_time_s += again.solve_time_s;
+    if (cannot_be(again)) continue;
     if (const auto apart = rivalled(out.result, again)) return leave_open(*apart, out);
+    if (const auto apart = rivalled(out.result, again, kNear)) {
+      const double worse = std::max(0.0, again.cost - out.result.cost);
+      if (sigmas_of(*apart, wider) < kNear) continue;  // counted already
+      allow_for(*apart, 1.0 / (1.0 + std::exp(worse)), wider);
+    }
   }
+  out.result.covariance = wider;
 }
 
 }  // namespace cdprcal

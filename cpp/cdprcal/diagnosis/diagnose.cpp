@@ -20,6 +20,7 @@
 #include "cdprcal/evidence/checks.hpp"
 #include "cdprcal/evidence/directions.hpp"
 #include "cdprcal/evidence/steps.hpp"
+#include "cdprcal/motion/calibrate_in_motion.hpp"
 #include "cdprcal/readings/run.hpp"
 #include "cdprcal/statistics.hpp"
 #include "cdprcal/text.hpp"
@@ -244,6 +245,14 @@ void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
   }
   if (out.unexplained.empty()) return;
   const bool several = model.runs.size() > 1;
+  const auto whole = [](const DiagnosisRun& run) {
+    return run.measurements.front().direct_length_m.array().isFinite().any();
+  };
+  if (std::ranges::any_of(model.runs, whole)) {
+    out.next.push_back(
+        "what all whole lengths read too much in common, and where the pulleys are, "
+        "cdprcal geometry finds from many poses");
+  }
   out.next.push_back(
       "the readings contradict the sigma of the robot file: check signs, scales and order of the "
       "sensors, and whether the log is this robot's" +
@@ -324,6 +333,52 @@ void take_calibrated(const Robot& robot, const Log& log, Diagnosis& out) {
   if (stays.empty() || !out.wandering.empty()) return;
   out.next.push_back("errors that stay over a rest count as noise (the model misfits " + stays +
                      "): more rests make less of them, longer ones do not");
+}
+
+/// Faults in whose place others may be are not known, and where the platform began is not either.
+void doubt_faults(Diagnosis& out) {
+  for (const DiscreteFault& fault : out.faults) {
+    if (fault.rivals.empty()) continue;
+    std::string others;
+    for (const std::string& other : fault.rivals) add_item(others, other, ", or ");
+    out.verdict = Verdict::undetermined;
+    out.reason = "the readings agree as well if " + others + ", and the initial pose is another";
+    out.next.push_back(
+        "move one winch at a time and look which column answers: the readings do "
+        "not tell whether " +
+        fault.text + ", or " + others);
+  }
+}
+
+/// Why a log gives no initial pose that can be trusted; empty where it gives one.
+std::string without_pose(const Robot& robot, const Log& log, bool motion) {
+  try {
+    const Calibration calibration =
+        motion ? calibrate_in_motion(robot, log).calibration : calibrate(robot, log);
+    const CalibrationResult& found = calibration.result;
+    if (found.status == CalibrationStatus::converged) return "";
+    return std::string(to_string(found.status)) + ", " + found.reason;
+  } catch (const InputError& error) {  // effects that no robot has
+    return error.what();
+  }
+}
+
+/// Where nothing speaks against the model, something must speak for the pose: a log that it cannot
+/// calibrate is not explained.
+void doubt_poses(const std::vector<Log>& logs, bool motion, Diagnosis& out) {
+  if (!out.unexplained.empty()) return;
+  for (const Log& log : logs) {
+    const std::string why = without_pose(out.corrected, log, motion);
+    if (why.empty()) continue;
+    if (out.verdict != Verdict::undetermined) {
+      out.verdict = Verdict::unexplained;
+      out.reason = "a log gives no initial pose that can be trusted, whatever was found";
+    }
+    out.next.push_back(log.source +
+                       " gives no initial pose that can be trusted, with this model "
+                       "either: " +
+                       why + "; cdprcal check says more");
+  }
 }
 
 /// False when somebody stopped it.
@@ -477,6 +532,8 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   if (out.verdict == Verdict::consistent && given_logs.size() == 1 && !options.motion) {
     take_calibrated(given, given_logs.front(), out);
   }
+  doubt_faults(out);
+  doubt_poses(given_logs, options.motion, out);
   return out;
 }
 

@@ -5,7 +5,10 @@
 #include <numeric>
 #include <optional>
 
+#include "cdprcal/calibration/allow_for_effects.hpp"
+#include "cdprcal/diagnosis/fitted_faults.hpp"
 #include "cdprcal/effects/reading_faults.hpp"
+#include "cdprcal/evidence/model_average.hpp"
 #include "cdprcal/motion/calibrate_in_motion.hpp"
 #include "cdprcal/text.hpp"
 
@@ -25,6 +28,8 @@ constexpr int kMostFaults = 6;
 constexpr int kAllStarts = 8;
 /// Rests that the trials look at, or samples where nothing says that the platform rests.
 constexpr int kMostRests = 9, kMostSamples = 30;
+/// Of the readings that count as they are read; what leaves out more of them proves nothing.
+constexpr double kMostOfThem = 0.9;
 /// Pairs of faults that are tried, about a millisecond each.
 constexpr std::size_t kMostPairs = 3000;
 
@@ -56,9 +61,36 @@ CalibrateOptions options_for(bool balanced) {
   return options;
 }
 
+bool reads_lengths(const Log& log) {
+  bool out = log.length_m.cols() > 0;
+  for_each_absolute(
+      [&](const Sensor& sensor, const LogMatrix& readings) {
+        out = out || (sensor.is_length() && readings.cols() > 0);
+      },
+      log);
+  return out;
+}
+
+/// An order that a slip makes: two exchanged, or all counted from another one or the other way
+/// round.
+bool is_one_slip(const std::vector<double>& order) {
+  const auto n = static_cast<int>(order.size());
+  int moved = 0;
+  bool shifted = true, reversed = true;
+  for (int i = 0; i < n; ++i) {
+    const int from = static_cast<int>(order[static_cast<std::size_t>(i)]) - 1;
+    moved += from != i ? 1 : 0;
+    shifted = shifted && (from - i + n) % n == (static_cast<int>(order[0]) - 1) % n;
+    reversed = reversed && (from + i) % n == (static_cast<int>(order[0]) - 1) % n;
+  }
+  return moved == 2 || shifted || reversed;
+}
+
 /// What a calibration says of a map of the readings.
 struct Trial {
   double cost = std::numeric_limits<double>::infinity();
+  int readings = 0, spare = 0;  ///< what is left of them to check a map by
+  std::optional<InitialPose> initial;
   double expected = 0.0;    ///< cost of a right map, with errors as specified
   bool agrees = false;      ///< a pose is found, and the residuals are within their sigma
   bool says_enough = true;  ///< not when the pose is left open: whatever fits then proves nothing
@@ -74,6 +106,11 @@ Trial try_map(const Robot& robot, const Log& log, const std::vector<double>& at_
   const CalibrationResult result = calibrate(robot, log, options).result;
   Trial out;
   if (std::isfinite(result.cost)) out.cost = result.cost;
+  out.readings = result.residual_count;
+  out.spare = result.residual_count - result.parameter_count;
+  if (result.covariance && !result.poses.empty()) {
+    out.initial = {result.poses.front(), *result.covariance};
+  }
   out.expected = 0.5 * std::max(1, result.residual_count - result.parameter_count);
   out.agrees = result.status == CalibrationStatus::converged;
   out.says_enough = result.status != CalibrationStatus::unobservable;
@@ -181,6 +218,9 @@ AppliedEffect as_listed(const DiscreteFault& fault) {
   if (!fault.tension_order.empty()) {
     listed.parameters.push_back({"tension_order", fault.tension_order});
   }
+  if (!fault.swivel_order.empty()) {
+    listed.parameters.push_back({"swivel_order", fault.swivel_order});
+  }
   return listed;
 }
 
@@ -188,7 +228,7 @@ void set_right(const DiscreteFault& fault, Robot& robot, Log& log) {
   if (fault.convention) {
     robot.euler_convention = *fault.convention;
   } else {
-    set_right(as_listed(fault), log);
+    set_right(as_listed(fault), robot, log);
   }
 }
 
@@ -202,6 +242,7 @@ std::vector<DiscreteFault> attitude_faults(const Robot& robot, const Log& log) {
                    "convention",
                    {static_cast<double>(c)},
                    "the attitude's Euler angles are " + to_string(convention),
+                   {},
                    {},
                    convention});
   }
@@ -219,12 +260,29 @@ std::vector<DiscreteFault> attitude_faults(const Robot& robot, const Log& log) {
   return out;
 }
 
+/// Load cells most of whose readings are negative, as if cables pushed; without values where none.
+DiscreteFault reversed_load_cells(const Log& log) {
+  DiscreteFault out{"tension_sign", "sign", {}, ""};
+  std::string cables;
+  std::vector<double> signs;
+  for (Eigen::Index i = 0; i < log.tension_N.cols(); ++i) {
+    const auto below = (log.tension_N.col(i).array() < 0.0).count();
+    const auto above = (log.tension_N.col(i).array() > 0.0).count();
+    signs.push_back(below > above ? -1.0 : 1.0);
+    if (below > above) add_item(cables, std::to_string(i + 1));
+  }
+  if (cables.empty()) return out;
+  out.values = std::move(signs);
+  out.text = "the load cell of cable " + cables + " counts pulls as negative";
+  return out;
+}
+
 std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log) {
   const int n = robot.cable_count();
   std::vector<DiscreteFault> out;
   std::vector<std::string> numbers;
   for (int i = 1; i <= n; ++i) numbers.push_back(std::to_string(i));
-  if (log.length_m.cols() > 0) {
+  if (reads_lengths(log)) {
     add_signs("length_sign", numbers, "the length of cable ", " counts backwards", out);
   }
   if (log.swivel_rad.cols() > 0) {
@@ -232,18 +290,31 @@ std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log) {
   }
   std::vector<double> order(static_cast<std::size_t>(n));
   std::iota(order.begin(), order.end(), 1.0);
-  // The drives are in another order, or the encoders alone, or the load cells alone.
+  // The drives are in another order, or the encoders alone, or one kind of sensor alone.
   const std::vector<double> as_it_is = order;
   const auto add_order = [&](const std::vector<double>& wrong, const std::string& cables) {
-    out.push_back({"cable_order", "order", wrong, cables + " are read in another order"});
-    if (log.tension_N.cols() == 0) return;
-    out.push_back({"cable_order", "order", wrong,
-                   "the length and swivel encoders of " + cables +
-                       " are read in another order, the load cells are not",
-                   as_it_is});
-    out.push_back({"cable_order", "order", as_it_is,
-                   "the load cells of " + cables + " are read in another order", wrong});
-    for (auto half = out.end() - 2; half != out.end(); ++half) half->prior = 0.001;
+    constexpr double kPartOfThem = 0.1, kScrambled = 0.03;
+    const std::string in_another = cables + " are read in another order";
+    const auto first = static_cast<std::ptrdiff_t>(out.size());
+    out.push_back({"cable_order", "order", wrong, in_another});
+    const auto first_half = first + 1;
+    if (log.tension_N.cols() > 0) {
+      out.push_back({"cable_order", "order", wrong,
+                     "the length and swivel encoders of " + in_another + ", the load cells are not",
+                     as_it_is});
+      out.push_back({"cable_order", "order", as_it_is, "the load cells of " + in_another, wrong});
+    }
+    if (log.length_m.cols() > 0 && log.swivel_rad.cols() > 0) {
+      out.push_back({"cable_order", "order", wrong, "the length encoders of " + in_another,
+                     as_it_is, as_it_is});
+      out.push_back({"cable_order", "order", as_it_is, "the swivel encoders of " + in_another,
+                     as_it_is, wrong});
+    }
+    for (auto half = out.begin() + first_half; half != out.end(); ++half) {
+      half->prior *= kPartOfThem;
+    }
+    if (is_one_slip(wrong)) return;
+    for (auto fault = out.begin() + first; fault != out.end(); ++fault) fault->prior *= kScrambled;
   };
   if (n <= 6) {
     while (std::next_permutation(order.begin(), order.end())) add_order(order, "the cables");
@@ -256,12 +327,16 @@ std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log) {
       }
     }
   }
-  out.push_back({"length_unit", "factor", {1e-3}, "the lengths are in millimetres"});
+  if (reads_lengths(log)) {
+    out.push_back({"length_unit", "factor", {1e-3}, "the lengths are in millimetres"});
+  }
   // values: factor of swivels, factor of attitude
   out.push_back({"angle_unit", "factor", {kDegree, 1.0}, "the swivel angles are in degrees"});
   out.push_back({"angle_unit", "factor", {1.0, kDegree}, "the attitude is in degrees"});
   out.push_back({"angle_unit", "factor", {kDegree, kDegree}, "all angles are in degrees"});
   if (log.tension_N.cols() > 0) {
+    const DiscreteFault reversed = reversed_load_cells(log);
+    if (!reversed.values.empty()) out.push_back(reversed);
     constexpr double kKilogram_N = 9.80665, kPound_N = 4.4482216152605;
     const auto add_unit = [&](double factor, const char* unit) {
       out.push_back(
@@ -279,6 +354,14 @@ std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log) {
 
 namespace {
 
+/// Of an order, which one: there are many. Of the others the text says all.
+std::string in_numbers(const DiscreteFault& fault) {
+  if (fault.parameter != "order") return "";
+  std::string list;
+  for (const double channel : fault.values) add_item(list, printed("%.0f", channel), " ");
+  return " (" + list + ")";
+}
+
 /// The trials of one log: faults set right in a few of its poses.
 class Trials {
  public:
@@ -294,6 +377,7 @@ class Trials {
     if (std::optional<Log> brief = few_poses(robot, log_, at_rest, at_s_)) log_ = *std::move(brief);
     const Trial as_read = try_map(robot_, log_, at_s_, kAllStarts);
     cost_ = as_read.cost;
+    readings_ = as_read.readings;
     expected_ = as_read.expected;
     agrees_ = as_read.agrees || !as_read.surprises;
   }
@@ -301,6 +385,18 @@ class Trials {
   void consider_single() {
     forget();
     for (const DiscreteFault& fault : discrete_faults(robot_, log_)) consider({fault});
+    if (moving_) return;
+    // With values as free as these, less than agreement proves nothing.
+    const auto agrees = [&](const DiscreteFault& fault) {
+      Robot robot = robot_;
+      Log log = log_;
+      set_right(fault, robot, log);
+      return try_map(robot, log, at_s_, kAllStarts).agrees;
+    };
+    const CalibrateOptions options = options_for(log_.tension_N.cols() > 0);
+    for (const DiscreteFault& fault : fitted_faults(robot_, log_, options, at_s_)) {
+      if (agrees(fault)) consider({fault});
+    }
   }
   /// Cables in another order, and signs beside: neither alone says much. False when `go_on` said
   /// so.
@@ -309,7 +405,7 @@ class Trials {
     forget();
     std::vector<DiscreteFault> orders, signs;
     for (const DiscreteFault& fault : discrete_faults(robot_, log_)) {
-      if (fault.parameter == "order") orders.push_back(fault);
+      if (fault.parameter == "order" && fault.swivel_order.empty()) orders.push_back(fault);
       if (fault.parameter == "sign") signs.push_back(fault);
     }
     const std::size_t pairs = orders.size() * signs.size();
@@ -333,6 +429,13 @@ class Trials {
   /// a log in motion agree, whose sigma is coarse against them.
   [[nodiscard]] bool found() const {
     return best_cost_ * (moving_ && agrees_ ? kMuch : kOrdersOfMagnitude) < cost_;
+  }
+  /// Whether the best considered agrees and is more probable than none. Single samples share
+  /// errors with their neighbours: half of them count.
+  [[nodiscard]] bool is_more_probable() const {
+    if (best_.empty() || !agrees_) return false;
+    const double log_prior = surprise_of(best_cost_) - best_surprise_;
+    return 0.5 * (surprise_of(cost_) - surprise_of(best_cost_)) + log_prior > kSure;
   }
   /// Whether there is room for two that help so much each: the small effects never need them.
   [[nodiscard]] bool may_hold_two() const {
@@ -362,6 +465,7 @@ class Trials {
   }
   /// Sets the best right for good.
   void take(std::vector<DiscreteFault>& faults) {
+    if (!best_.empty()) best_.front().rivals = rivals();
     for (const DiscreteFault& fault : best_) take(fault, faults);
     cost_ = best_cost_;
   }
@@ -379,11 +483,17 @@ class Trials {
       robot.sigma = with_sigma_in_motion(robot, moving).sigma;
     }
     if (silences(robot, log_, log)) return;
-    // The right one comes down from the first start in a few steps.
+    // The right one comes down from the first start in a few steps, and leaves no readings out.
     const Trial trial = try_map(robot, log, at_s_, 1);
-    if (!trial.says_enough || !(trial.cost < cost_)) return;
+    if (!trial.says_enough || trial.spare <= 0 || !(trial.cost < cost_)) return;
+    if (trial.readings < kMostOfThem * readings_) return;
     double surprise = surprise_of(trial.cost);
     for (const DiscreteFault& fault : together) surprise -= std::log(fault.prior);
+    if (trial.agrees && trial.initial) {
+      std::string text;
+      for (const DiscreteFault& fault : together) add_item(text, fault.text, " and ");
+      agreeing_.push_back({surprise, *trial.initial, text + in_numbers(together.back())});
+    }
     if (!best_.empty() && surprise >= best_surprise_) return;
     best_ = together;
     best_surprise_ = surprise;
@@ -395,10 +505,27 @@ class Trials {
     if (moving_) set_right(fault, robot_, *moving_);
     faults.push_back(fault);
   }
+  /// What agrees about as well as the best, and has the initial pose elsewhere: a frame that looks
+  /// the same from another side has cables that can be counted from there.
+  [[nodiscard]] std::vector<std::string> rivals() const {
+    constexpr double kAsWell = 3.0;  // nats, as everywhere
+    constexpr double kElsewhere = 4.0;
+    std::vector<std::string> out;
+    const auto best = std::ranges::min_element(agreeing_, {}, &Agreeing::surprise);
+    if (best == agreeing_.end() || best->surprise > best_surprise_) return out;
+    for (const Agreeing& other : agreeing_) {
+      if (&other == &*best || other.surprise > best->surprise + kAsWell) continue;
+      const Vector6 apart = minus(other.initial.pose, best->initial.pose).cwiseAbs();
+      const Vector6 sigma = best->initial.covariance.diagonal().cwiseSqrt();
+      if ((apart.array() > kElsewhere * sigma.array()).any()) out.push_back(other.text);
+    }
+    return out;
+  }
   /// Minus the log-likelihood of errors of unknown size.
   [[nodiscard]] double surprise_of(double cost) const { return expected_ * std::log(cost); }
   void forget() {
     best_.clear();
+    agreeing_.clear();
     best_cost_ = cost_;
     agrees_ = false;
   }
@@ -408,9 +535,26 @@ class Trials {
   std::optional<Log> moving_;  ///< all of it, of single samples
   std::vector<double> at_s_;
   double cost_ = 0.0, expected_ = 0.0, best_cost_ = 0.0, best_surprise_ = 0.0;
+  int readings_ = 0;  ///< in the cost
+  struct Agreeing {
+    double surprise;
+    InitialPose initial;
+    std::string text;
+  };
+  std::vector<Agreeing> agreeing_;
   std::vector<DiscreteFault> best_;
   bool agrees_ = false;
 };
+
+/// Whether poses misfit what load cells do not check by more than it scatters: exchanged or
+/// reversed columns may hide in what σ allows.
+bool may_hide_one(const Robot& robot, const Log& log) {
+  if (log.tension_N.cols() > 0) return false;
+  CalibrateOptions options = options_for(false);
+  options.noise = NoiseSource::from_data;
+  options.allow_for_effects = false;
+  return !misfit(calibrate(robot, log, options)).empty();
+}
 
 /// Whether a log stands still often enough for rests to say what agrees.
 bool rests(const Robot& robot, const Log& log) {
@@ -473,17 +617,21 @@ std::vector<DiscreteFault> find_discrete_faults(Robot& robot, Log& log, bool mot
   const bool moving = motion && !(log.tension_N.cols() > 0 && rests(robot, log));
   std::vector<DiscreteFault> faults;
   if (!go_on("discrete faults: signs, order, units, conventions")) return faults;
+  bool contradicted = true;
   if (!moving) {
     const Trial as_given = try_map(robot, log, {}, kAllStarts);
-    if (as_given.agrees || !as_given.surprises) return faults;
+    contradicted = !as_given.agrees && as_given.surprises;
+    if (!contradicted && !may_hide_one(robot, log)) return faults;
   }
   Trials trials(robot, log, moving);
   const Trials as_read = trials;
-  while (static_cast<int>(faults.size()) < kMostFaults && !trials.agrees()) {
+  bool looking = !contradicted || !trials.agrees();
+  while (static_cast<int>(faults.size()) < kMostFaults && looking) {
     trials.consider_single();
-    if (!trials.found()) break;
+    if (!(contradicted ? trials.found() : trials.is_more_probable())) break;
     trials.take(faults);
     if (!go_on("found: " + faults.back().text)) break;
+    looking = !trials.agrees();
   }
   if (!trials.agrees() && as_read.may_hold_two()) {
     Trials pairs = as_read;

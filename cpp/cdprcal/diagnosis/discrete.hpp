@@ -1,5 +1,5 @@
-// Configuration faults: a sign, an order, a unit, a convention. They change the readings' map
-// itself, so they are found by trying, before any small effect is looked for.
+// Configuration faults: a sign, an order, a unit, a convention, a zero, a mounting. They change the
+// readings' map itself, so they are found by trying, before any small effect is looked for.
 #pragma once
 
 #include <functional>
@@ -14,16 +14,22 @@ namespace cdprcal {
 /// One fault of a log: its name in the catalogue and what sets it right.
 struct DiscreteFault {
   std::string name;            ///< length_sign, swivel_sign, cable_order, angle_unit, length_unit,
-                               ///< tension_unit, attitude_sign, euler_convention
-  std::string parameter;       ///< "sign", "order", "factor", "convention"
+                               ///< tension_unit, tension_sign, attitude_sign, euler_convention; of
+                               ///< fitted_faults: attitude_mounting, attitude_offset,
+                               ///< tension_offset
+  std::string parameter;       ///< "sign", "order", "factor", "convention", or a fitted one's
   std::vector<double> values;  ///< a cable: ±1, or the index (from 1) of the channel it is read on
   std::string text;            ///< for people
   /// Of a cable_order: the same for the load cells where it differs; else empty.
   std::vector<double> tension_order = {};
+  /// The same for the swivel encoders.
+  std::vector<double> swivel_order = {};
   /// Of the attitude's convention, which the robot has and no log: the right one.
   std::optional<EulerConvention> convention = std::nullopt;
   /// How probable it is before any reading, against a map that is right (1).
   double prior = 0.01;
+  /// Other faults with which the readings agree as well, and the initial pose is another.
+  std::vector<std::string> rivals = {};
   /// Nats, of one found by a refit among the effects; NaN of one found before any.
   double log_evidence = kNaN;
 };

@@ -86,7 +86,7 @@ std::optional<Log> correct_readings(const Robot& robot, const Log& log) {
     if (!is_reading_fault(applied.name) || !belongs_to(applied, log.source)) continue;
     check_belongs(robot, log);
     if (!corrected) corrected = log;
-    set_right(applied, *corrected);
+    set_right(applied, robot, *corrected);
   }
   return corrected;
 }

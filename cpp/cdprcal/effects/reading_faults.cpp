@@ -1,10 +1,27 @@
 #include "cdprcal/effects/reading_faults.hpp"
 
+#include <functional>
+
+#include "cdprcal/geometry/euler.hpp"
+#include "cdprcal/geometry/pose.hpp"
+
 namespace cdprcal {
 namespace {
 
 const std::vector<double>& values_of(const AppliedEffect& fault) {
   return fault.parameters.front().values;
+}
+
+/// Of the parameter of that name; where it is absent, of the first.
+const std::vector<double>& values_of(const AppliedEffect& fault, const std::string& parameter) {
+  for (const AppliedEffect::Parameter& given : fault.parameters) {
+    if (given.name == parameter) return given.values;
+  }
+  return values_of(fault);
+}
+
+Eigen::Map<const Eigen::RowVectorXd> row_of(const std::vector<double>& values) {
+  return {values.data(), static_cast<Eigen::Index>(values.size())};
 }
 
 void scale_columns(const std::vector<double>& signs, LogMatrix& readings) {
@@ -18,6 +35,18 @@ void reorder(const std::vector<double>& order, LogMatrix& readings) {
   for (Eigen::Index i = 0; i < readings.cols(); ++i) {
     readings.col(i) = read.col(static_cast<Eigen::Index>(order[static_cast<std::size_t>(i)]) - 1);
   }
+}
+
+/// Changes of the cables' lengths or, where the log has none, whole ones.
+void for_lengths(const std::function<void(LogMatrix&)>& change, Log& log) {
+  if (log.length_m.cols() > 0) return change(log.length_m);
+  for_each_absolute(
+      [&](const Sensor& sensor, LogMatrix& readings) {
+        if (sensor.is_length() && sensor.width == kOneACable && readings.cols() > 0) {
+          change(readings);
+        }
+      },
+      log);
 }
 
 const ReadingFault* find(const std::string& name) {
@@ -34,50 +63,90 @@ const std::vector<ReadingFault>& reading_faults() {
   static const std::vector<ReadingFault> table{
       {"length_sign",
        {{"sign", kPerCable, ValueRange::sign}},
-       [](const AppliedEffect& fault, Log& log) { scale_columns(values_of(fault), log.length_m); }},
+       [](const AppliedEffect& fault, const Robot&, Log& log) {
+         for_lengths([&](LogMatrix& read) { scale_columns(values_of(fault), read); }, log);
+       }},
       {"swivel_sign",
        {{"sign", kPerCable, ValueRange::sign}},
-       [](const AppliedEffect& fault, Log& log) {
+       [](const AppliedEffect& fault, const Robot&, Log& log) {
          scale_columns(values_of(fault), log.swivel_rad);
        }},
-      // Cable i is read on channel order[i]; its load cell on tension_order[i], where given.
+      // Cable i is read on channel order[i]; its swivel encoder on swivel_order[i] and its load
+      // cell on tension_order[i], where given.
       {"cable_order",
        {{"order", kPerCable, ValueRange::order},
-        {"tension_order", kPerCable, ValueRange::order, true}},
-       [](const AppliedEffect& fault, Log& log) {
-         for (LogMatrix* read : {&log.length_m, &log.swivel_rad}) reorder(values_of(fault), *read);
+        {"tension_order", kPerCable, ValueRange::order, true},
+        {"swivel_order", kPerCable, ValueRange::order, true}},
+       [](const AppliedEffect& fault, const Robot&, Log& log) {
+         for_lengths([&](LogMatrix& read) { reorder(values_of(fault), read); }, log);
+         reorder(values_of(fault, "swivel_order"), log.swivel_rad);
          for (LogMatrix* read : {&log.tension_N, &log.tension_setpoint_N}) {
-           reorder(fault.parameters.back().values, *read);
+           reorder(values_of(fault, "tension_order"), *read);
          }
        }},
       // Readings × factor are metres, or radians: of the swivels, and of the attitude.
       {"length_unit",
        {{"factor", ParameterShape::scalar, ValueRange::positive}},
-       [](const AppliedEffect& fault, Log& log) { log.length_m *= values_of(fault)[0]; }},
+       [](const AppliedEffect& fault, const Robot&, Log& log) {
+         for_lengths([&](LogMatrix& read) { read *= values_of(fault)[0]; }, log);
+       }},
       {"angle_unit",
        {{"factor", ParameterShape::pair, ValueRange::positive}},
-       [](const AppliedEffect& fault, Log& log) {
+       [](const AppliedEffect& fault, const Robot&, Log& log) {
          log.swivel_rad *= values_of(fault)[0];
          log.roll_pitch_yaw_rad *= values_of(fault)[1];
        }},
       // Readings × sign are roll, pitch and yaw: an AHRS whose axes point down, or backwards.
       {"attitude_sign",
        {{"sign", ParameterShape::vector3, ValueRange::sign}},
-       [](const AppliedEffect& fault, Log& log) {
+       [](const AppliedEffect& fault, const Robot&, Log& log) {
          scale_columns(values_of(fault), log.roll_pitch_yaw_rad);
+       }},
+      // Readings × sign are tensions: load cells that count pulls as negative.
+      {"tension_sign",
+       {{"sign", kPerCable, ValueRange::sign}},
+       [](const AppliedEffect& fault, const Robot&, Log& log) {
+         scale_columns(values_of(fault), log.tension_N);
        }},
       // Readings × factor are newtons; what the tensions were told to be is in the same unit.
       {"tension_unit",
        {{"factor", ParameterShape::scalar, ValueRange::positive}},
-       [](const AppliedEffect& fault, Log& log) {
+       [](const AppliedEffect& fault, const Robot&, Log& log) {
          log.tension_N *= values_of(fault)[0];
          log.tension_setpoint_N *= values_of(fault)[0];
+       }},
+      // The platform's attitude is R* exp(rotation)ᵀ: an AHRS upside down, on its side, or zeroed
+      // where the platform was not level.
+      {"attitude_mounting",
+       {{"rotation_rad", ParameterShape::vector3, ValueRange::any}},
+       [](const AppliedEffect& fault, const Robot& robot, Log& log) {
+         const Matrix3 back =
+             exp_so3(Vector3(row_of(values_of(fault)).transpose())).toRotationMatrix().transpose();
+         for (Eigen::Index row = 0; row < log.roll_pitch_yaw_rad.rows(); ++row) {
+           const Vector3 read = log.roll_pitch_yaw_rad.row(row).transpose();
+           const Matrix3 sensor =
+               rotation_from_euler(read, robot.euler_convention).toRotationMatrix();
+           log.roll_pitch_yaw_rad.row(row) =
+               euler_from_rotation(sensor * back, robot.euler_convention).transpose();
+         }
+       }},
+      // Readings + offset are roll, pitch and yaw: angles of which those of a moment were taken.
+      {"attitude_offset",
+       {{"offset_rad", ParameterShape::vector3, ValueRange::any}},
+       [](const AppliedEffect& fault, const Robot&, Log& log) {
+         log.roll_pitch_yaw_rad.rowwise() += row_of(values_of(fault));
+       }},
+      // Readings + offset are tensions: load cells that were zeroed under load.
+      {"tension_offset",
+       {{"offset_N", kPerCable, ValueRange::any}},
+       [](const AppliedEffect& fault, const Robot&, Log& log) {
+         log.tension_N.rowwise() += row_of(values_of(fault));
        }},
       // Readings − offset are lengths, of sensors that read whole ones. `geometry` finds it; the
       // simulated plant has no such sensor.
       {"whole_length_offset",
        {{"offset_m", kPerCable, ValueRange::any}},
-       [](const AppliedEffect& fault, Log& log) {
+       [](const AppliedEffect& fault, const Robot&, Log& log) {
          for_each_absolute(
              [&](const Sensor& sensor, LogMatrix& readings) {
                if (!sensor.is_length() || sensor.width != kOneACable) return;
@@ -97,8 +166,8 @@ Robot without_reading_faults(Robot robot) {
   return robot;
 }
 
-void set_right(const AppliedEffect& fault, Log& log) {
-  if (const ReadingFault* row = find(fault.name)) row->set_right(fault, log);
+void set_right(const AppliedEffect& fault, const Robot& robot, Log& log) {
+  if (const ReadingFault* row = find(fault.name)) row->set_right(fault, robot, log);
 }
 
 }  // namespace cdprcal

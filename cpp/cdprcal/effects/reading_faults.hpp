@@ -1,5 +1,5 @@
-// Faults of the readings' map itself: a sign, an order, a unit. Not small, not physical, and set
-// right before anything else looks at a log.
+// Faults of the readings' map itself: a sign, an order, a unit, a zero or a mounting that nobody
+// entered. Not small, not physical, and set right before anything else looks at a log.
 #pragma once
 
 #include <string>
@@ -15,10 +15,12 @@ namespace cdprcal {
 struct ReadingFault {
   const char* name;
   std::vector<ParameterLayout> parameters;
-  /// Makes the log what it would be without the fault, which must be valid for the log's cables.
-  void (*set_right)(const AppliedEffect& fault, Log& log);
+  /// Makes a log of the robot what it would be without the fault, which must be valid for the
+  /// log's cables.
+  void (*set_right)(const AppliedEffect& fault, const Robot& robot, Log& log);
 };
-/// The Euler convention is none of them: it has its own place, sensors.euler_convention.
+/// Those of lengths are of whole ones where a log has no changes of length. The Euler convention is
+/// none of them: it has its own place, sensors.euler_convention.
 const std::vector<ReadingFault>& reading_faults();
 
 /// Whether `name` is one of these.
@@ -29,6 +31,6 @@ bool is_reading_fault(const std::string& name);
 Robot without_reading_faults(Robot robot);
 
 /// ReadingFault::set_right of the row of that name.
-void set_right(const AppliedEffect& fault, Log& log);
+void set_right(const AppliedEffect& fault, const Robot& robot, Log& log);
 
 }  // namespace cdprcal

@@ -69,7 +69,9 @@ struct CalibrationResult {
   std::optional<Matrix6> covariance;  ///< of ζ0: position [m], world-frame rotation vector [rad];
                                       ///< filled when ζ0 is observable
   [[nodiscard]] Vector6 standard_deviation() const { return square_roots(covariance); }
-  bool covariance_holds = true;      ///< false: the model misfits, and the covariance leaves it out
+  bool lacks_something = false;  ///< the model does: an effect of the catalogue is more probable
+                                 ///< than none, or poses misfit by more than sensors may
+  bool covariance_holds = true;  ///< false: the model misfits, and the covariance leaves it out
   Eigen::VectorXd reference_errors;  ///< of the reference's lengths, swivels and yaw (2n + 1)
   std::string least_observed;        ///< the weakest direction of ζ0, in words (least_observed.hpp)
   CableVector initial_length_m;      ///< l(ζ0): what the relative length readings start from

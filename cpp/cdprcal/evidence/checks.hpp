@@ -2,6 +2,7 @@
 // the noise.
 #pragma once
 
+#include <algorithm>
 #include <string>
 
 #include "cdprcal/estimation/model.hpp"
@@ -23,7 +24,9 @@ struct Checks {
   double shared = 0.0;
   /// A fit with fewer readings left than constants told is a fit to itself: nothing that the model
   /// lacks would show. Of samples that share errors nobody knows how many readings they are.
-  [[nodiscard]] bool enough() const { return readings >= constants && !(shared > kMostShared); }
+  [[nodiscard]] bool enough() const {
+    return readings >= std::max(1, constants) && !(shared > kMostShared);
+  }
 };
 Checks checks_of(const DiagnosisModel& model);
 /// Why such a log is too little, for people.

@@ -270,6 +270,47 @@ void judge(const Solved& s, const FrameProblem& all, const Minima& found, int ma
   }
 }
 
+/// Values of the unknowns with an offset of each cable's own in the place of the common one.
+Eigen::VectorXd with_own_offsets(const Eigen::VectorXd& values, const FrameUnknowns& common) {
+  const Eigen::Index more = common.cables - 1, behind = common.direct_offsets + 1;
+  Eigen::VectorXd out(values.size() + more);
+  out << values.head(behind), Eigen::VectorXd::Constant(more, values[common.direct_offsets]),
+      values.tail(values.size() - behind);
+  return out;
+}
+/// The way back, with the mean of them.
+Eigen::VectorXd with_common_offset(const Eigen::VectorXd& values, const FrameUnknowns& common) {
+  const Eigen::Index more = common.cables - 1, begin = common.direct_offsets;
+  Eigen::VectorXd out(values.size() - more);
+  out << values.head(begin), values.segment(begin, common.cables).mean(),
+      values.tail(values.size() - begin - common.cables);
+  return out;
+}
+
+/// Where whole lengths say beyond chance that each has an offset of its own, σ allows for what the
+/// frame would be then: belts that end at arms of other lengths bend a frame with one in common.
+/// Whether they say so.
+bool allow_for_own_offsets(const FrameOptions& options, int logs, Solved& s) {
+  const FrameUnknowns& common = s.problem.unknowns;
+  if (common.direct_offset_count != 1 || common.cables < 2 || common.off_plane >= 0) return false;
+  FrameOptions asked = options;
+  asked.offset = LengthOffset::each;
+  Solved own = s;
+  own.problem.unknowns = unknowns_of(s.problem.robot, s.problem.poses, logs, asked);
+  own.state.values = with_own_offsets(s.state.values, common);
+  if (own.problem.unknowns.size != own.state.values.size()) return false;
+  minimise(own.problem, own.state, options.max_iterations);
+  // Residuals that hang together are worth fewer readings.
+  const double gain = (s.state.cost - own.state.cost) / (s.known.lack_of_fit * s.known.lack_of_fit);
+  if (!(chi_square_survival(2.0 * gain, common.cables - 1.0) < kFalseAlarm)) return false;
+  solve(own, options.max_iterations);
+  if (!own.known.valid) return false;
+  hold_unshown(own.problem, own.known, own.state);
+  const Eigen::VectorXd shift = with_common_offset(own.state.values, common) - s.state.values;
+  s.known.covariance += shift * shift.transpose();
+  return true;
+}
+
 void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& options,
                  FrameResult& out) {
   Solved s;
@@ -279,9 +320,8 @@ void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& optio
   s.problem.sigma = specified_sigma(robot.sigma);
   s.problem.basis = motion_basis(robot);
   const bool guessed = !set.guess.empty();
-  const Minima found =
-      minima(s.problem, guessed ? starts_at(s.problem, set.guess) : starts(s.problem), !guessed,
-             options.max_iterations);
+  Minima found = minima(s.problem, guessed ? starts_at(s.problem, set.guess) : starts(s.problem),
+                        !guessed, options.max_iterations);
   if (found.each.empty()) {
     out.reason = "no start fits the readings: check units and the order of the cables";
     return;
@@ -311,9 +351,15 @@ void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& optio
   hold_unshown(s.problem, s.known, s.state);
   all.sigma = s.problem.sigma;
   all.untold_stretch = s.problem.untold_stretch;
+  const bool each_its_own = allow_for_own_offsets(options, set.logs, s);
   fill(s, out);
   fill_texts(s, std::max(kEnough * out.noise_m, kLeastEnough_m), out);
   judge(s, all, found, options.max_iterations, out);
+  if (each_its_own) {
+    out.next.insert(out.next.begin(),
+                    "with an offset of each length's own they agree beyond chance better, and σ "
+                    "allows for that: --offset each says what the frame is then");
+  }
 }
 
 }  // namespace

@@ -29,7 +29,8 @@ enum class FramePoses { automatic, samples, rests };
 FramePoses parse_frame_poses(const std::string& name);
 
 struct FrameOptions {
-  LengthOffset offset = LengthOffset::common;  ///< of whole lengths
+  /// Of whole lengths. With common, σ allows for one a cable where the lengths say so.
+  LengthOffset offset = LengthOffset::common;
   FramePoses poses = FramePoses::automatic;
   bool leave_out = true;  ///< poses that do not belong, named in `left_out`
   /// Whether belts may run outside the plane of a planar robot, at a common distance that the file

@@ -249,6 +249,27 @@ std::vector<InjectableEffect> rows() {
        [](V& v, P& p) { p.length_factor *= v.scalar(); }, &inverse_factors},
       {"attitude_sign", "the AHRS counts roll, pitch or yaw backwards",
        [](V& v, P& p) { p.attitude_sign.array() *= v.vector3().array(); }},
+      {"tension_sign", "the load cell counts pulls as negative",
+       [](V& v, P& p) {
+         p.load_cell_N.push_back([sign = v.per_cable()](double tension_N, int cable, double) {
+           return sign[cable] * tension_N;
+         });
+       }},
+      {"attitude_mounting", "the AHRS is mounted in another orientation",
+       [](V& v, P& p) { p.ahrs_rotation = p.ahrs_rotation * exp_so3(v.vector3()); }},
+      {"attitude_offset", "roll, pitch and yaw were zeroed at these angles",
+       [](V& v, P& p) {
+         p.attitude_rad.push_back(
+             [zero_rad = v.vector3()](const Pose&, double, Vector3& roll_pitch_yaw_rad) {
+               roll_pitch_yaw_rad -= zero_rad;
+             });
+       }},
+      {"tension_offset", "the load cells were zeroed under these loads",
+       [](V& v, P& p) {
+         p.load_cell_N.push_back([zero_N = v.per_cable()](double tension_N, int cable, double) {
+           return tension_N - zero_N[cable];
+         });
+       }},
       {"tension_unit", "tensions are in another unit (0.10197162129779283: kgf)",
        [](V& v, P& p) { p.tension_factor *= v.scalar(); }, &inverse_factors},
       {"euler_convention",

@@ -29,14 +29,25 @@ _OF_A_POSE = 6
 _MOST_ROWS = 2000
 
 
+def _told_otherwise(subject: Subject) -> set[str]:
+    """Groups that nothing is lost without: whole lengths are read, or nothing turns."""
+    out = set()
+    if np.isfinite(subject.log.direct_length_m[subject.run]).any():
+        out.add("length_m")
+    if "R" not in subject.robot.platform.motion:
+        out.add("roll_pitch_yaw_rad")
+    return out
+
+
 def check_presence(subject: Subject) -> None:
     """Whole groups and single channels without a reading in the run, and dropouts."""
     present = {}
+    told_otherwise = _told_otherwise(subject)
     for group, sensor in SENSORS.items():
         matrix: Floats = getattr(subject.log, group)[subject.run]
         read = np.isfinite(matrix)
         present[group] = bool(read.any())
-        if not present[group] and sensor.is_absolute:
+        if not present[group] and (sensor.is_absolute or group in told_otherwise):
             continue
         if not present[group]:
             subject.add(

@@ -132,13 +132,7 @@ def command(
             if not motion:
                 _refuse_without_rest(the_robot, files)
             raise
-        # Where nothing speaks against the model, does anything speak for the pose?
-        without = [] if diagnosis.unexplained else _without_pose(diagnosis.corrected, files, motion)
     document = diagnosis_as_dict(diagnosis, the_robot, caveats)
-    if without:
-        document["verdict"] = _core.Verdict.unexplained.name
-        document["reason"] = "a log gives no initial pose that can be trusted, whatever was found"
-    document["next"] += without
     texts = {}
     if corrected:
         texts[Path(corrected)] = _core.to_yaml(diagnosis.corrected)
@@ -174,23 +168,6 @@ def _outputs(names: list[str], result: str) -> tuple[str, str]:
     if len(results) > 1:
         fail(f"-o: {results[0]} and {results[1]} would be the same result; give one")
     return "".join(robots), "".join(results)
-
-
-def _without_pose(robot: _core.Robot, files: list[LogFile], motion: bool) -> list[str]:
-    """What is to be said about logs that this robot file cannot calibrate."""
-    from cdprcal import _core
-    from cdprcal.io.files import shown_path
-
-    lines = []
-    for file in files:
-        moving = motion and _core.calibrate_in_motion(robot, file.log).calibration
-        found = (moving or _core.calibrate(robot, file.log)).result
-        if found.status != _core.CalibrationStatus.converged:
-            lines.append(
-                f"{shown_path(file.path)} gives no initial pose that can be trusted, with this "
-                f"model either: {found.status.name}, {found.reason}; cdprcal check says more"
-            )
-    return lines
 
 
 def _refuse_without_rest(robot: _core.Robot, files: list[LogFile]) -> None:

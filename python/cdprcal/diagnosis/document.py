@@ -134,11 +134,15 @@ def _fault(fault: _core.DiscreteFault) -> dict[str, Any]:
     return {
         "name": fault.name,
         "parameters": {fault.parameter: values}
-        | ({"tension_order": numbers(fault.tension_order)} if fault.tension_order else {}),
+        | {
+            name: numbers(order)
+            for name in ("tension_order", "swivel_order")
+            if (order := getattr(fault, name))
+        },
         "standard_deviation": None,
         "log_evidence": number(fault.log_evidence),
         "p_value": None,
-        "rivals": [],
+        "rivals": list(fault.rivals),
         "held_out": {"before": None, "after": None},
         "sentence": fault.text,
         "formula": None,

@@ -263,8 +263,9 @@ def _set_right(proposal: Proposal, robot: _core.Robot) -> Iterator[_Explanation]
 def _without(line: Line, fault: _core.DiscreteFault) -> Line:
     """A line that sets a fault right."""
     if fault.parameter == "order":
-        order = fault.tension_order if line.name == "tensions" else fault.values
-        return _in_order(line, [int(channel) - 1 for channel in order or fault.values])
+        own = {"tensions": fault.tension_order, "swivels": fault.swivel_order}
+        order = own.get(line.name) or fault.values
+        return _in_order(line, [int(channel) - 1 for channel in order])
     if line.name != _GROUP_OF_FAULT.get(fault.name) or line.unit in QUATERNIONS:
         return line
     if fault.parameter == "sign":

@@ -200,10 +200,10 @@ TEST(Diagnose, EncodersInAnotherOrderThanTheLoadCells) {
 }
 
 TEST(Diagnose, ALogThatContradictsTheRobotIsNeverConsistent) {
-  // Swivels alone in another order: no fault that is tried sets it right.
+  // A swivel that reads another run's: no fault that is tried sets it right.
   const Robot robot = load_robot("irma4");
   Log log = startup_log(robot, kNoise, 43, 0);
-  log.swivel_rad.col(0).swap(log.swivel_rad.col(1));
+  log.swivel_rad.col(0).reverseInPlace();
   const Diagnosis d = diagnose(robot, {log});
   EXPECT_EQ(d.verdict, Verdict::unexplained) << summary(d);
   ASSERT_FALSE(d.unexplained.empty());

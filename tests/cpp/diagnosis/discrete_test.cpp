@@ -117,12 +117,73 @@ TEST_F(Discrete, ASmallErrorIsNoFault) {
   EXPECT_GT(calibrate(robot, log).result.cost, 100.0);
 }
 
+TEST_F(Discrete, EncodersOfOneKindAreFoundInAnotherOrder) {
+  const LogMatrix lengths = log.length_m;
+  log.length_m.col(0).swap(log.length_m.col(2));
+  const std::vector<DiscreteFault> faults = find_discrete_faults(robot, log);
+  ASSERT_EQ(faults.size(), 1U);
+  EXPECT_EQ(faults[0].values, (std::vector<double>{3, 2, 1, 4}));
+  EXPECT_EQ(faults[0].swivel_order, (std::vector<double>{1, 2, 3, 4}));
+  EXPECT_EQ(faults[0].text, "the length encoders of the cables are read in another order");
+  EXPECT_EQ(log.length_m, lengths);
+}
+
+TEST_F(Discrete, LoadCellsZeroedUnderLoadAreFound) {
+  const Eigen::RowVectorXd held = log.tension_N.row(0);
+  log.tension_N.rowwise() -= held;
+  const std::vector<DiscreteFault> faults = find_discrete_faults(robot, log);
+  ASSERT_EQ(faults.size(), 1U);
+  EXPECT_EQ(faults[0].name, "tension_offset");
+  EXPECT_EQ(faults[0].text, "the load cells were zeroed under load");
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_NEAR(faults[0].values[static_cast<std::size_t>(i)], held[i], 2.0) << i;
+  }
+  EXPECT_LE((log.tension_N - clean().tension_N).cwiseAbs().maxCoeff(), 2.0);
+}
+
+TEST_F(Discrete, AnAhrsMountedOtherwiseIsFound) {
+  const Vector3 up(kPi, 0, 0), side(kPi / 2, 0, 0), corner(0, -kPi / 2, 0), askew(0.2, -0.35, 0.1);
+  for (const Vector3& turned : {up, side, corner, askew}) {
+    SCOPED_TRACE(turned.transpose());
+    Log other = clean();
+    Robot given = robot;
+    for (Eigen::Index row = 0; row < other.sample_count(); ++row) {
+      const Vector3 angles = other.roll_pitch_yaw_rad.row(row).transpose();
+      const Matrix3 sensor = (rotation_from_euler(angles, robot.euler_convention) * exp_so3(turned))
+                                 .toRotationMatrix();
+      other.roll_pitch_yaw_rad.row(row) =
+          euler_from_rotation(sensor, robot.euler_convention).transpose();
+    }
+    const std::vector<DiscreteFault> faults = find_discrete_faults(given, other);
+    ASSERT_EQ(faults.size(), 1U);
+    EXPECT_EQ(faults[0].name, "attitude_mounting");
+    // What turns axes into axes is taken as it is meant; yaw has an offset of its own anyway.
+    const LogMatrix off = other.roll_pitch_yaw_rad - clean().roll_pitch_yaw_rad;
+    EXPECT_LT(off.leftCols<2>().cwiseAbs().maxCoeff(), turned == askew ? 0.02 : 1e-9);
+  }
+}
+
+TEST_F(Discrete, AnglesZeroedWhereThePlatformWasNotLevelAreFound) {
+  const Eigen::RowVector3d zero(0.3, -0.25, 0.0);
+  log.roll_pitch_yaw_rad.rowwise() -= zero;
+  const std::vector<DiscreteFault> faults = find_discrete_faults(robot, log);
+  ASSERT_EQ(faults.size(), 1U);
+  EXPECT_EQ(faults[0].name, "attitude_offset");
+  for (int a = 0; a < 2; ++a) {
+    EXPECT_NEAR(faults[0].values[static_cast<std::size_t>(a)], zero[a], 0.01) << a;
+  }
+}
+
 TEST_F(Discrete, WhatIsListedSetsTheLogRightAsTheFaultDoes) {
   const std::vector<DiscreteFault> faults{
       {"length_sign", "sign", {1, -1, 1, -1}, ""},
       {"cable_order", "order", {2, 3, 4, 1}, "", {1, 2, 3, 4}},
       {"cable_order", "order", {2, 3, 4, 1}, ""},
+      {"cable_order", "order", {2, 3, 4, 1}, "", {1, 2, 3, 4}, {1, 2, 3, 4}},
       {"angle_unit", "factor", {1.0, kDegree}, ""},
+      {"tension_offset", "offset_N", {1.0, 2.0, 3.0, 4.0}, ""},
+      {"attitude_offset", "offset_rad", {0.1, 0.2, 0.3}, ""},
+      {"attitude_mounting", "rotation_rad", {0.1, 0.2, 0.3}, ""},
   };
   for (const DiscreteFault& fault : faults) {
     SCOPED_TRACE(fault.name);
@@ -131,13 +192,15 @@ TEST_F(Discrete, WhatIsListedSetsTheLogRightAsTheFaultDoes) {
     Robot listing = robot;
     listing.effects.push_back(listed);
     EXPECT_NO_THROW(check_effects(listing));
-    EXPECT_EQ(listed.parameters.size(), fault.tension_order.empty() ? 1U : 2U);
+    EXPECT_EQ(listed.parameters.size(), 1U + (fault.tension_order.empty() ? 0U : 1U) +
+                                            (fault.swivel_order.empty() ? 0U : 1U));
     EXPECT_EQ(listed.parameters[0].name, fault.parameter);
     EXPECT_EQ(listed.parameters[0].values, fault.values);
     Log by_file = log, by_fault = log;
-    set_right(listed, by_file);
+    set_right(listed, robot, by_file);
     set_right(fault, robot, by_fault);
     EXPECT_EQ(by_file.length_m, by_fault.length_m);
+    EXPECT_EQ(by_file.swivel_rad, by_fault.swivel_rad);
     EXPECT_EQ(by_file.tension_N, by_fault.tension_N);
     EXPECT_EQ(by_file.roll_pitch_yaw_rad, by_fault.roll_pitch_yaw_rad);
     EXPECT_EQ(robot.euler_convention, load_robot("irma4").euler_convention);
@@ -145,7 +208,8 @@ TEST_F(Discrete, WhatIsListedSetsTheLogRightAsTheFaultDoes) {
 }
 
 TEST_F(Discrete, TheEulerConventionIsTheRobotsAndTheLogStays) {
-  set_right({"euler_convention", "convention", {5.0}, "", {}, EulerConvention::ZYX}, robot, log);
+  set_right({"euler_convention", "convention", {5.0}, "", {}, {}, EulerConvention::ZYX}, robot,
+            log);
   EXPECT_EQ(robot.euler_convention, EulerConvention::ZYX);
   EXPECT_EQ(log.roll_pitch_yaw_rad, clean().roll_pitch_yaw_rad);
 }
@@ -387,11 +451,14 @@ TEST(DiscreteFaults, OrdersAreEveryPermutationOfFewCablesAndEveryExchangeInMany)
           named(discrete_faults(of_cables(n), channels(n, true, true, cells)), "cable_order");
       std::vector<double> as_it_is;
       for (int i = 1; i <= n; ++i) as_it_is.push_back(i);
-      std::set<std::vector<double>> with_cells, encoders_alone, cells_alone;
+      std::set<std::vector<double>> with_cells, encoders_alone, cells_alone, lengths_alone,
+          swivels_alone;
       for (const DiscreteFault& fault : orders) {
         EXPECT_EQ(fault.parameter, "order");
         const bool alone = fault.values == as_it_is;
-        const std::vector<double>& wrong = alone ? fault.tension_order : fault.values;
+        const std::vector<double>& own =
+            fault.swivel_order.empty() ? fault.tension_order : fault.swivel_order;
+        const std::vector<double>& wrong = alone ? own : fault.values;
         EXPECT_NE(wrong, as_it_is);
         EXPECT_TRUE(
             std::is_permutation(as_it_is.begin(), as_it_is.end(), wrong.begin(), wrong.end()));
@@ -405,7 +472,12 @@ TEST(DiscreteFaults, OrdersAreEveryPermutationOfFewCablesAndEveryExchangeInMany)
           who = "cables " + std::to_string(moved[0]) + " and " + std::to_string(moved[1]);
         }
         who += " are read in another order";
-        if (fault.tension_order.empty()) {
+        if (!fault.swivel_order.empty()) {
+          (alone ? swivels_alone : lengths_alone).insert(wrong);
+          EXPECT_EQ(fault.tension_order, as_it_is);
+          EXPECT_EQ(fault.text,
+                    (alone ? "the swivel encoders of " : "the length encoders of ") + who);
+        } else if (fault.tension_order.empty()) {
           with_cells.insert(fault.values);
           EXPECT_EQ(fault.text, who);
         } else if (alone) {
@@ -418,7 +490,11 @@ TEST(DiscreteFaults, OrdersAreEveryPermutationOfFewCablesAndEveryExchangeInMany)
                     "the length and swivel encoders of " + who + ", the load cells are not");
         }
       }
-      EXPECT_EQ(with_cells.size() + encoders_alone.size() + cells_alone.size(), orders.size());
+      EXPECT_EQ(with_cells.size() + encoders_alone.size() + cells_alone.size() +
+                    lengths_alone.size() + swivels_alone.size(),
+                orders.size());
+      EXPECT_EQ(lengths_alone, with_cells);
+      EXPECT_EQ(swivels_alone, with_cells);
       constexpr std::size_t kPermutations[] = {0, 0, 1, 5, 23, 119, 719};
       const auto count = static_cast<std::size_t>(n);
       EXPECT_EQ(with_cells.size(), n <= 6 ? kPermutations[count] : count * (count - 1) / 2);
@@ -553,13 +629,14 @@ TEST(DiscreteOfSixCables, SeveralSignsAndAnyOrderAreFoundAtOnce) {
 }
 
 TEST(DiscreteOfSixCables, AUnitThatLeavesReadingsWithNothingToSayIsNotAccused) {
-  // The length encoders of two cables exchanged, the swivels not: no fault that is looked for. In
-  // millimetres the lengths would stand still, and contradict nothing any more.
+  // Length encoders that read another run's: no fault that is looked for. In millimetres the
+  // lengths would stand still, and contradict nothing any more.
   Robot robot = ring6();
   Log log = moved(robot);
-  log.length_m.col(0).swap(log.length_m.col(3));
-  const std::vector<DiscreteFault> faults = find_discrete_faults(robot, log);
+  log.length_m.col(0).reverseInPlace();
+  log.length_m.col(3).reverseInPlace();
   EXPECT_GT(calibrate(robot, log).result.cost, 1e3);
+  const std::vector<DiscreteFault> faults = find_discrete_faults(robot, log);
   EXPECT_TRUE(faults.empty()) << faults[0].text;
 }
 

@@ -75,7 +75,8 @@ TEST(SmallFaults, OneTakesThePlaceOfAnother) {
   const DiscreteFault sign{"attitude_sign", "sign", {1, 1, -1}, "the AHRS counts yaw backwards"};
   faults.take(sign, logs);
   EXPECT_EQ(logs[0].roll_pitch_yaw_rad.col(2), -given.roll_pitch_yaw_rad.col(2));
-  const DiscreteFault order{"euler_convention", "convention", {5}, "", {}, EulerConvention::ZYX};
+  const DiscreteFault order{"euler_convention",  "convention", {5}, "", {}, {},
+                            EulerConvention::ZYX};
   faults.take(order, logs);
   EXPECT_EQ(logs[0].roll_pitch_yaw_rad, given.roll_pitch_yaw_rad);
   EXPECT_EQ(faults.taken()->name, "euler_convention");

@@ -21,7 +21,7 @@ Robot with_section(const std::string& section) {
   return parse_robot(builtin_robot_yaml("irma4") + "\n" + section, "robot.yaml");
 }
 
-std::string refusal(const std::string& section) {
+std::string refusal_of_effects(const std::string& section) {
   return test::refusal_of([&] { with_section(section); });
 }
 
@@ -51,7 +51,11 @@ TEST(AppliedEffects, EveryEffectOfTheCatalogueGoesThroughTheFileToTheBit) {
   robot.effects.push_back({"length_unit", "", {{"factor", {1e-3}}}});
   robot.effects.push_back({"angle_unit", "", {{"factor", {1.0, kDegree}}}});
   robot.effects.push_back({"tension_unit", "", {{"factor", {9.80665}}}});
+  robot.effects.push_back({"tension_sign", "", {{"sign", {1, -1, 1, 1}}}});
+  robot.effects.push_back({"tension_offset", "", {{"offset_N", {20, 1.0 / 3.0, 0, -7}}}});
   robot.effects.push_back({"attitude_sign", "", {{"sign", {1, -1, -1}}}});
+  robot.effects.push_back({"attitude_mounting", "", {{"rotation_rad", {kPi, 0.1, 0}}}});
+  robot.effects.push_back({"attitude_offset", "", {{"offset_rad", {0.1, -0.2, 3.0}}}});
   robot.effects.push_back({"whole_length_offset", "", {{"offset_m", {0.1, 0, -0.2, 1.0 / 3.0}}}});
   finalise(robot);
   const Robot read = parse_robot(to_yaml(robot), "written");
@@ -70,7 +74,7 @@ TEST(AppliedEffects, EveryEffectOfTheCatalogueGoesThroughTheFileToTheBit) {
 TEST(AppliedEffects, MistakesAreRefusedAtTheirPlace) {
   const auto expect = [](const std::string& section, int line, int column,
                          const std::string& what) {
-    const std::string message = refusal("effects:\n" + section);
+    const std::string message = refusal_of_effects("effects:\n" + section);
     EXPECT_EQ(message.rfind(place(line + 1, column), 0), 0U) << message;
     EXPECT_NE(message.find(what), std::string::npos) << message;
   };
@@ -90,11 +94,11 @@ TEST(AppliedEffects, MistakesAreRefusedAtTheirPlace) {
   expect("  - name: length_sign\n    sign: [1, 0, 1, 1]\n", 2, 11, "1 or -1");
   expect("  - name: cable_order\n    order: [1, 2, 2, 4]\n", 2, 12, "every cable once");
   expect("  - bias_N: [1, 2, 3, 4]\n", 1, 5, "");
-  EXPECT_NE(refusal("effects: {name: mass, mass_error_kg: 1}\n").find("must be a list"),
+  EXPECT_NE(refusal_of_effects("effects: {name: mass, mass_error_kg: 1}\n").find("must be a list"),
             std::string::npos);
-  EXPECT_EQ(refusal("effects: []\n"), "accepted");
+  EXPECT_EQ(refusal_of_effects("effects: []\n"), "accepted");
   // The robot may have been changed between two logs.
-  EXPECT_EQ(refusal("effects:\n  - name: mass\n    run: a.csv\n    mass_error_kg: 1\n"),
+  EXPECT_EQ(refusal_of_effects("effects:\n  - name: mass\n    run: a.csv\n    mass_error_kg: 1\n"),
             "accepted");
 }
 

@@ -301,10 +301,10 @@ TEST(Tracker, DoesNotTrustACableThatSlipped) {
 }
 
 TEST(Tracker, RestsWhereTheCalibrationAllowsForEffects) {
-  const Robot robot = load_robot("irma4");
-  StartUpRunOptions options;
-  options.simulator.sensors.swivel_rad.delay_s = 0.1;
-  const StartUpRun run = simulated(robot, 100.0, 3, options);
+  const StartUpRun run = simulated(load_robot("irma4"), 100.0, 3, {});
+  Robot robot = load_robot("irma4");
+  robot.platform.mass_kg *= 0.95;
+  finalise(robot);
   const Calibration calibration = calibrate(robot, run.log);
   EXPECT_THAT(calibration.result.reason, testing::HasSubstr("allow for every known effect"));
   const Matrix6& covariance = *calibration.result.covariance;

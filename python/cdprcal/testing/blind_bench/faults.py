@@ -74,6 +74,25 @@ def _tension_columns(rng: np.random.Generator, robot: _core.Robot) -> Values:
     return in_order + _order(rng, robot.cable_count)
 
 
+def _mounting(rng: np.random.Generator, _robot: _core.Robot) -> Values:
+    """A rotation vector: across, upside down, or askew by more than sensors are by mistake."""
+    if rng.integers(2):
+        axis, quarters = np.eye(3)[rng.integers(3)], int(rng.integers(1, 4))
+        return [float(v) for v in axis * np.pi / 2.0 * (quarters if quarters < 3 else -1)]
+    axis = rng.normal(size=3)
+    return [float(v) for v in axis / np.linalg.norm(axis) * rng.uniform(0.2, 1.0)]
+
+
+def _zero_angles(rng: np.random.Generator, _robot: _core.Robot) -> Values:
+    lean = rng.uniform(0.15, 0.4, size=2) * rng.choice([-1.0, 1.0], size=2)
+    return [*lean.tolist(), float(rng.uniform(-3.0, 3.0))]
+
+
+def _zero_loads(rng: np.random.Generator, robot: _core.Robot) -> Values:
+    share = robot.weight_N / robot.cable_count
+    return [float(v) for v in share * rng.uniform(0.5, 1.5, size=robot.cable_count)]
+
+
 Draw = Callable[[np.random.Generator, _core.Robot], list[tuple[str, Values]]]
 
 
@@ -98,9 +117,16 @@ CONFIGURATIONS: list[Draw] = [
     _alone("tension_unit", lambda rng, _robot: [1.0 / float(rng.choice(_UNITS_N))]),
     _alone("cable_order", _tension_columns),
     _order_and_signs,
+    _alone("attitude_mounting", _mounting),
+    _alone("attitude_offset", _zero_angles),
+    _alone("tension_offset", _zero_loads),
 ]
 #: The names that faults are given.
-NAMES = {*FIRST, "euler_convention", "attitude_sign", "tension_unit"}
+NAMES = {
+    *FIRST,
+    *("euler_convention", "attitude_sign", "tension_unit"),
+    *("attitude_mounting", "attitude_offset", "tension_offset"),
+}
 
 
 def _exchange_tensions(readings: Readings, values: Values) -> None:

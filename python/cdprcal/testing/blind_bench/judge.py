@@ -43,10 +43,6 @@ def run_case(split: Split, seed: int, setting: Setting, number_: int) -> dict[st
     return line
 
 
-#: How the reason of a calibration begins to say that its model does not fit.
-_MISFIT = "yet the model misfits"
-
-
 def _calibrated(simulated: Simulated) -> dict[str, Any]:
     """What `calibrate` says of the log: whether it trusts its pose, and how far that is off."""
     try:
@@ -55,7 +51,7 @@ def _calibrated(simulated: Simulated) -> dict[str, Any]:
         return {"status": "refused", "reason": str(error)}
     out: dict[str, Any] = {
         "status": result.status.name,
-        "warned": _MISFIT in result.reason,
+        "warned": result.lacks_something,
         "reason": result.reason,
     }
     if result.initial_pose is not None and result.covariance is not None:
@@ -63,15 +59,6 @@ def _calibrated(simulated: Simulated) -> dict[str, Any]:
             result.initial_pose, simulated.initial_pose, result.covariance
         )
     return out
-
-
-def _trusted(robot: _core.Robot, log: _core.Log) -> bool:
-    """As `diagnose` on the command line asks before it exits with 0."""
-    try:
-        result = _core.calibrate(robot, log).result
-    except _core.InputError:
-        return False
-    return bool(result.status == _core.CalibrationStatus.converged)
 
 
 def _found(diagnosis: _core.Diagnosis, simulated: Simulated, case: Case) -> dict[str, Any]:
@@ -121,7 +108,6 @@ def _found(diagnosis: _core.Diagnosis, simulated: Simulated, case: Case) -> dict
         "pose_shift_sigma": number(float(np.max(np.abs(shift) / sigma))),
         "pose_error_sigma": _in_sigma(after, truth, diagnosis.covariance_after),
         "off_sigma": _off_sigma(after, truth, diagnosis.covariance_after),
-        "trusted": _trusted(diagnosis.corrected, simulated.log),
     }
 
 
