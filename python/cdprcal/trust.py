@@ -14,8 +14,9 @@ ABOUT_RUN = ("gap", "short_run")
 def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
     """What is to be known before the pose is used; empty for one that did not converge.
 
-    ``misfit``: an effect of the catalogue is more probable than that the robot is as its file says,
-    or poses misfit by more than its sensors may; ``reservation``: what the core adds to its claim.
+    ``misfit``: an effect of the catalogue is far more probable than that the robot is as its file
+    says, or poses misfit by more than its sensors may; ``reservation``: what the core adds to its
+    claim.
     """
     result = calibration.result
     if result.status != _core.CalibrationStatus.converged:

@@ -99,10 +99,10 @@ std::optional<Possibility> with_better_balance(const CalibrateOptions& options,
 /// With what the log cannot rule out, as diagnose has it before it finds anything.
 struct WithUnseen {
   Matrix6 covariance;
-  bool lacks_something = false;  ///< an effect is more probable than that there is none
+  bool lacks_something = false;  ///< an effect is far more probable than that there is none
 };
 std::optional<WithUnseen> with_unseen(const Calibration& calibration, double moments_a_reading) {
-  constexpr double kProbable = 0.5;
+  constexpr double kProbable = 0.95;  // 3 nats, as everywhere; less is in the covariance
   DiagnosisModel model = model_of(calibration);
   keep_witnesses(calibration, moments_a_reading, model);
   if (!fit_with_noise(model)) return std::nullopt;

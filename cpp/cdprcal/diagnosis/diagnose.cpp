@@ -21,6 +21,7 @@
 #include "cdprcal/evidence/directions.hpp"
 #include "cdprcal/evidence/steps.hpp"
 #include "cdprcal/motion/calibrate_in_motion.hpp"
+#include "cdprcal/readings/lengths.hpp"
 #include "cdprcal/readings/run.hpp"
 #include "cdprcal/statistics.hpp"
 #include "cdprcal/text.hpp"
@@ -224,7 +225,8 @@ bool report_place_errors(const DiagnosisModel& model, Diagnosis& out) {
 
 /// What contradicts the sensors' specification although nothing that was tried says why: a model
 /// that fits so badly is not consistent with its readings, whatever its residuals look like.
-void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
+void report_contradictions(const DiagnosisModel& model, const std::vector<Log>& logs,
+                           Diagnosis& out) {
   constexpr double kContradiction = 3.0;  // as calibrate's
   constexpr double kSure = 0.95;          // of a level that few residuals tell
   const NoiseModel specified = specified_noise(model.robot.sigma);
@@ -245,10 +247,7 @@ void report_contradictions(const DiagnosisModel& model, Diagnosis& out) {
   }
   if (out.unexplained.empty()) return;
   const bool several = model.runs.size() > 1;
-  const auto whole = [](const DiagnosisRun& run) {
-    return run.measurements.front().direct_length_m.array().isFinite().any();
-  };
-  if (std::ranges::any_of(model.runs, whole)) {
+  if (logs.front().length_m.cols() == 0 && read_lengths(logs.front()) != nullptr) {
     out.next.push_back(
         "what all whole lengths read too much in common, and where the pulleys are, "
         "cdprcal geometry finds from many poses");
@@ -322,17 +321,19 @@ std::string reason_for(Verdict verdict, const Checks& checks) {
   return "";
 }
 
-/// Where nothing was found the pose is the one that calibrate has, and so is its σ.
-void take_calibrated(const Robot& robot, const Log& log, Diagnosis& out) {
+/// Where nothing was found the pose is the one that calibrate has, and so is its σ. False where it
+/// has none.
+bool take_calibrated(const Robot& robot, const Log& log, Diagnosis& out) {
   const Calibration calibration = calibrate(robot, log);
   const CalibrationResult& result = calibration.result;
-  if (result.status != CalibrationStatus::converged || !result.covariance) return;
+  if (result.status != CalibrationStatus::converged || !result.covariance) return false;
   out.initial_pose_before = out.initial_pose_after = result.poses.front();
   out.covariance_before = out.covariance_after = *result.covariance;
   const std::string stays = misfit(calibration);
-  if (stays.empty() || !out.wandering.empty()) return;
+  if (stays.empty() || !out.wandering.empty()) return true;
   out.next.push_back("errors that stay over a rest count as noise (the model misfits " + stays +
                      "): more rests make less of them, longer ones do not");
+  return true;
 }
 
 /// Faults in whose place others may be are not known, and where the platform began is not either.
@@ -353,8 +354,10 @@ void doubt_faults(Diagnosis& out) {
 /// Why a log gives no initial pose that can be trusted; empty where it gives one.
 std::string without_pose(const Robot& robot, const Log& log, bool motion) {
   try {
+    CalibrateOptions options;
+    options.allow_for_effects = options.solve.explain = false;
     const Calibration calibration =
-        motion ? calibrate_in_motion(robot, log).calibration : calibrate(robot, log);
+        motion ? calibrate_in_motion(robot, log).calibration : calibrate(robot, log, options);
     const CalibrationResult& found = calibration.result;
     if (found.status == CalibrationStatus::converged) return "";
     return std::string(to_string(found.status)) + ", " + found.reason;
@@ -499,7 +502,7 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   if (search.left()) {
     report_left(model, *search.left(), out);
   } else {
-    report_contradictions(model, out);
+    report_contradictions(model, logs, out);
   }
   if (search.noise_by_place() && out.unexplained.empty() &&
       report_place_errors(*search.noise_by_place(), out)) {
@@ -529,11 +532,10 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   out.reason = stopped    ? "stopped before the search was over: what was found so far stands"
                : searches ? reason_for(out.verdict, checks)
                           : "these effects were chosen, not found: nothing was searched for";
-  if (out.verdict == Verdict::consistent && given_logs.size() == 1 && !options.motion) {
-    take_calibrated(given, given_logs.front(), out);
-  }
+  const bool has_pose = out.verdict == Verdict::consistent && given_logs.size() == 1 &&
+                        !options.motion && take_calibrated(given, given_logs.front(), out);
   doubt_faults(out);
-  doubt_poses(given_logs, options.motion, out);
+  if (!has_pose) doubt_poses(given_logs, options.motion, out);
   return out;
 }
 

@@ -10,6 +10,7 @@
 #include "cdprcal/effects/reading_faults.hpp"
 #include "cdprcal/evidence/model_average.hpp"
 #include "cdprcal/motion/calibrate_in_motion.hpp"
+#include "cdprcal/readings/lengths.hpp"
 #include "cdprcal/text.hpp"
 
 namespace cdprcal {
@@ -59,16 +60,6 @@ CalibrateOptions options_for(bool balanced) {
   options.solve.max_iterations = 50;
   options.solve.explain = false;
   return options;
-}
-
-bool reads_lengths(const Log& log) {
-  bool out = log.length_m.cols() > 0;
-  for_each_absolute(
-      [&](const Sensor& sensor, const LogMatrix& readings) {
-        out = out || (sensor.is_length() && readings.cols() > 0);
-      },
-      log);
-  return out;
 }
 
 /// An order that a slip makes: two exchanged, or all counted from another one or the other way
@@ -282,7 +273,7 @@ std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log) {
   std::vector<DiscreteFault> out;
   std::vector<std::string> numbers;
   for (int i = 1; i <= n; ++i) numbers.push_back(std::to_string(i));
-  if (reads_lengths(log)) {
+  if (read_lengths(log) != nullptr) {
     add_signs("length_sign", numbers, "the length of cable ", " counts backwards", out);
   }
   if (log.swivel_rad.cols() > 0) {
@@ -327,7 +318,7 @@ std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log) {
       }
     }
   }
-  if (reads_lengths(log)) {
+  if (read_lengths(log) != nullptr) {
     out.push_back({"length_unit", "factor", {1e-3}, "the lengths are in millimetres"});
   }
   // values: factor of swivels, factor of attitude

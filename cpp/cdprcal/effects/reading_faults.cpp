@@ -1,9 +1,8 @@
 #include "cdprcal/effects/reading_faults.hpp"
 
-#include <functional>
-
 #include "cdprcal/geometry/euler.hpp"
 #include "cdprcal/geometry/pose.hpp"
+#include "cdprcal/readings/lengths.hpp"
 
 namespace cdprcal {
 namespace {
@@ -37,18 +36,6 @@ void reorder(const std::vector<double>& order, LogMatrix& readings) {
   }
 }
 
-/// Changes of the cables' lengths or, where the log has none, whole ones.
-void for_lengths(const std::function<void(LogMatrix&)>& change, Log& log) {
-  if (log.length_m.cols() > 0) return change(log.length_m);
-  for_each_absolute(
-      [&](const Sensor& sensor, LogMatrix& readings) {
-        if (sensor.is_length() && sensor.width == kOneACable && readings.cols() > 0) {
-          change(readings);
-        }
-      },
-      log);
-}
-
 const ReadingFault* find(const std::string& name) {
   for (const ReadingFault& fault : reading_faults()) {
     if (fault.name == name) return &fault;
@@ -64,7 +51,7 @@ const std::vector<ReadingFault>& reading_faults() {
       {"length_sign",
        {{"sign", kPerCable, ValueRange::sign}},
        [](const AppliedEffect& fault, const Robot&, Log& log) {
-         for_lengths([&](LogMatrix& read) { scale_columns(values_of(fault), read); }, log);
+         if (LogMatrix* read = read_lengths(log)) scale_columns(values_of(fault), *read);
        }},
       {"swivel_sign",
        {{"sign", kPerCable, ValueRange::sign}},
@@ -78,7 +65,7 @@ const std::vector<ReadingFault>& reading_faults() {
         {"tension_order", kPerCable, ValueRange::order, true},
         {"swivel_order", kPerCable, ValueRange::order, true}},
        [](const AppliedEffect& fault, const Robot&, Log& log) {
-         for_lengths([&](LogMatrix& read) { reorder(values_of(fault), read); }, log);
+         if (LogMatrix* read = read_lengths(log)) reorder(values_of(fault), *read);
          reorder(values_of(fault, "swivel_order"), log.swivel_rad);
          for (LogMatrix* read : {&log.tension_N, &log.tension_setpoint_N}) {
            reorder(values_of(fault, "tension_order"), *read);
@@ -88,7 +75,7 @@ const std::vector<ReadingFault>& reading_faults() {
       {"length_unit",
        {{"factor", ParameterShape::scalar, ValueRange::positive}},
        [](const AppliedEffect& fault, const Robot&, Log& log) {
-         for_lengths([&](LogMatrix& read) { read *= values_of(fault)[0]; }, log);
+         if (LogMatrix* read = read_lengths(log)) *read *= values_of(fault)[0];
        }},
       {"angle_unit",
        {{"factor", ParameterShape::pair, ValueRange::positive}},

@@ -4,6 +4,7 @@
 
 #include "cdprcal/readings/equilibrium_detection.hpp"
 #include "cdprcal/readings/fresh.hpp"
+#include "cdprcal/readings/lengths.hpp"
 #include "cdprcal/readings/turn_over.hpp"
 
 namespace cdprcal {
@@ -111,11 +112,10 @@ void slopes(const Eigen::VectorXd& time, const Eigen::VectorXd& angles, const Sa
 
 PathState path_state(const Robot& robot, const Log& log, double smoothing_s) {
   PathState state;
-  // Whole lengths turn over as changes of length do, and are read where those are not.
-  const bool whole = log.length_m.cols() == 0;
-  directions(log, whole ? log.direct_length_m : log.length_m, turn_over_m(robot), smoothing_s,
-             false, state.length_direction, state.length_direction_error,
-             state.length_direction_open);
+  // Whole lengths turn over as changes of length do.
+  const LogMatrix none(log.length_m.rows(), 0), *lengths = read_lengths(log);
+  directions(log, lengths != nullptr ? *lengths : none, turn_over_m(robot), smoothing_s, false,
+             state.length_direction, state.length_direction_error, state.length_direction_open);
   directions(log, log.swivel_rad, kTurnOver_rad, smoothing_s, true, state.swivel_direction,
              state.swivel_direction_error, state.swivel_direction_open);
   state.attitude_rate_rad_s =

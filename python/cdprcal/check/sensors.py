@@ -32,8 +32,10 @@ _MOST_ROWS = 2000
 def _told_otherwise(subject: Subject) -> set[str]:
     """Groups that nothing is lost without: whole lengths are read, or nothing turns."""
     out = set()
-    if np.isfinite(subject.log.direct_length_m[subject.run]).any():
-        out.add("length_m")
+    for group, sensor in SENSORS.items():
+        whole = sensor.is_absolute and sensor.is_per_cable and sensor.unit == "m"
+        if whole and np.isfinite(getattr(subject.log, group)[subject.run]).any():
+            out.add("length_m")
     if "R" not in subject.robot.platform.motion:
         out.add("roll_pitch_yaw_rad")
     return out
