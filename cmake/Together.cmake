@@ -6,7 +6,7 @@ function(cdprcal_compile_together target)
   if(NOT CDPRCAL_COMPILE_TOGETHER)
     return()
   endif()
-  set(most 8) # of 1 GB a compiler
+  set(most 8) # a compiler takes 2 GB for them
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
   get_target_property(sources ${target} SOURCES)
   foreach(source IN LISTS sources)
