@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import math
+
 from cdprcal import _core
 from cdprcal.findings import Finding
+from cdprcal.sensors import CHANNELS
 
 #: What the core says of a fit that it believes; what it adds behind this restricts it.
 CLAIM = "minimum found; residuals are within what the sensors' sigma allow"
 #: Caveats that say of which pose the answer is, not that it is off.
 ABOUT_RUN = ("gap", "short_run")
+#: How often a log of a robot that is as its file says gets the caveat "misfit"; diagnose takes as
+#: much for the chance of an accusation.
+FALSE_ALARMS = 0.01
 
 
 def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
     """What is to be known before the pose is used; empty for one that did not converge.
 
-    ``misfit``: an effect of the catalogue is far more probable than that the robot is as its file
-    says, or poses misfit by more than its sensors may; ``reservation``: what the core adds to its
+    ``misfit``: residuals are larger than the readings scatter within a rest, by χ² over all of
+    them, or an effect of the catalogue is there by 95 %; ``reservation``: what the core adds to its
     claim.
     """
     result = calibration.result
@@ -32,15 +38,66 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
                 remedy="use the pose with care, or let cdprcal diagnose find what the model lacks",
             )
         )
-    if result.lacks_something:
+    fit = _with_scatter_alone(calibration)
+    p_value = 0.0 if fit.status == _core.CalibrationStatus.not_converged else fit.chi_square_p_value
+    if p_value < FALSE_ALARMS or result.lacks_something:
+        freedom = max(1, fit.residual_count - fit.parameter_count)
+        # Two digits as people write them: 420, not 4.2e+02.
+        times = float(f"{math.sqrt(2.0 * fit.cost / freedom):.2g}")
         found.append(
             Finding(
                 severity="warning",
                 code="misfit",
-                message="the readings speak against the model: it more probably lacks something "
-                "than that its sensors err so",
-                remedy="the pose may be off by more than its σ: let cdprcal diagnose find what is "
-                "missing, or correct the robot file",
+                message=f"the model misses the readings by {times:,.9g} times (rms) what these "
+                "scatter at rest: it lacks something, or sensors have errors that stay over a rest "
+                f"(without either no more than one of {1 / FALSE_ALARMS:g} logs gets this warning)",
+                remedy="the pose may be off by more than its σ if the model lacks something: let "
+                "cdprcal diagnose find what, or correct the robot file",
             )
         )
     return tuple(found)
+
+
+def _with_scatter_alone(calibration: _core.Calibration) -> _core.CalibrationResult:
+    """The fit again, every reading as good as its samples within a rest say.
+
+    Where no sample says anything (poses of one sample) its noise stays, and so does one that was
+    specified; in a list of rests it is the specified one. Only rests and the reference count where
+    there are any: what is read in motion lags in its own ways.
+    """
+    problem = calibration.problem
+    if problem.noise is None:
+        return calibration.result
+    measurements, poses = problem.measurements, calibration.result.poses  # each a copy
+    rests = [
+        i for i, m in enumerate(measurements) if i == 0 or m.kind == _core.PoseKind.static_pose
+    ]
+    kept = rests if len(rests) > 1 else list(range(len(measurements)))
+    # In a list of rests no reading has a neighbour: what it scatters by the robot file says.
+    specified = _core.specified_noise(problem.robot.sigma).channels
+    is_list = all(noise.sample == 0.0 for noise in problem.noise.channels.values())
+    channels = {}
+    for name, noise in problem.noise.channels.items():
+        signal = noise.signal
+        if CHANNELS[name].sensor.is_inertial:  # whose bias stays, and does not scatter
+            channels[name] = noise
+            continue
+        channels[name] = (
+            _core.ChannelNoise(signal.rounding, noise.sample * math.sqrt(signal.rows))
+            if noise.sample > 0.0
+            else _core.ChannelNoise(specified[name].pose if is_list else noise.pose)
+        )
+    # The balance may be wrong by what the robot file says, no more.
+    force_N = problem.robot.sigma.wrench_force_N
+    arm_m = _core.characteristic_length_m(problem.robot)
+    again = _core.CalibrationProblem(
+        robot=problem.robot,
+        measurements=[measurements[i] for i in kept],
+        statics=problem.statics,
+        left_inverse_rows=problem.left_inverse_rows,
+        reference_attitude=problem.reference_attitude,
+        reference_statics=problem.reference_statics,
+        reference_noise=problem.reference_noise,
+        noise=_core.NoiseModel(channels, force_N, force_N * arm_m),
+    )
+    return _core.solve(again, [poses[i] for i in kept], _core.SolveOptions(explain=False))
