@@ -52,12 +52,6 @@ std::optional<Vector6> rivalled(const CalibrationResult& one, const CalibrationR
   return sigmas_of(apart, *one.covariance) >= far ? std::optional(apart) : std::nullopt;
 }
 
-/// Widens the covariance of a pose by another one, as probable as it fits, that is too near to take
-/// the claim back and too far for it.
-void allow_for(const Vector6& apart, double probability, Matrix6& covariance) {
-  covariance += probability * apart * apart.transpose();
-}
-
 }  // namespace
 
 bool looks_wrong(const Calibration& calibration) {
@@ -128,12 +122,13 @@ void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared
         solve_unless_hopeless(out.problem, start, options.solve, out.result.cost);
     out.result.solve_time_s += again.solve_time_s;
     if (cannot_be(again)) continue;
-    if (const auto apart = rivalled(out.result, again)) return leave_open(*apart, out);
-    if (const auto apart = rivalled(out.result, again, kNear)) {
-      const double worse = std::max(0.0, again.cost - out.result.cost);
-      if (sigmas_of(*apart, wider) < kNear) continue;  // counted already
-      allow_for(*apart, 1.0 / (1.0 + std::exp(worse)), wider);
-    }
+    const auto apart = rivalled(out.result, again, kNear);
+    if (!apart) continue;
+    if (is_far(*apart, *out.result.covariance)) return leave_open(*apart, out);
+    if (sigmas_of(*apart, wider) < kNear) continue;  // counted already
+    // Too near to take the claim back and too far for it: as probable as it fits.
+    const double worse = std::max(0.0, again.cost - out.result.cost);
+    wider += 1.0 / (1.0 + std::exp(worse)) * *apart * apart->transpose();
   }
   out.result.covariance = wider;
 }

@@ -52,6 +52,21 @@ void add_signs(const std::string& fault, const std::vector<std::string>& names,
   }
 }
 
+/// Load cells most of whose readings are negative, as if cables pushed.
+void add_reversed_load_cells(const Log& log, std::vector<DiscreteFault>& out) {
+  std::string cables;
+  std::vector<double> signs;
+  for (Eigen::Index i = 0; i < log.tension_N.cols(); ++i) {
+    const auto tension_N = log.tension_N.col(i).array();
+    const bool reversed = (tension_N < 0.0).count() > (tension_N > 0.0).count();
+    signs.push_back(reversed ? -1.0 : 1.0);
+    if (reversed) add_item(cables, std::to_string(i + 1));
+  }
+  if (cables.empty()) return;
+  out.push_back({"tension_sign", "sign", std::move(signs),
+                 "the load cell of cable " + cables + " counts pulls as negative"});
+}
+
 /// `balanced`: tensions say something; otherwise the geometry of single samples alone.
 CalibrateOptions options_for(bool balanced) {
   CalibrateOptions options;
@@ -102,7 +117,7 @@ Trial try_map(const Robot& robot, const Log& log, const std::vector<double>& at_
   if (result.covariance && !result.poses.empty()) {
     out.initial = {result.poses.front(), *result.covariance};
   }
-  out.expected = 0.5 * std::max(1, result.residual_count - result.parameter_count);
+  out.expected = 0.5 * std::max(1, out.spare);
   out.agrees = result.status == CalibrationStatus::converged;
   out.says_enough = result.status != CalibrationStatus::unobservable;
   out.surprises = !(result.chi_square_p_value >= kChance);
@@ -251,23 +266,6 @@ std::vector<DiscreteFault> attitude_faults(const Robot& robot, const Log& log) {
   return out;
 }
 
-/// Load cells most of whose readings are negative, as if cables pushed; without values where none.
-DiscreteFault reversed_load_cells(const Log& log) {
-  DiscreteFault out{"tension_sign", "sign", {}, ""};
-  std::string cables;
-  std::vector<double> signs;
-  for (Eigen::Index i = 0; i < log.tension_N.cols(); ++i) {
-    const auto below = (log.tension_N.col(i).array() < 0.0).count();
-    const auto above = (log.tension_N.col(i).array() > 0.0).count();
-    signs.push_back(below > above ? -1.0 : 1.0);
-    if (below > above) add_item(cables, std::to_string(i + 1));
-  }
-  if (cables.empty()) return out;
-  out.values = std::move(signs);
-  out.text = "the load cell of cable " + cables + " counts pulls as negative";
-  return out;
-}
-
 std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log) {
   const int n = robot.cable_count();
   std::vector<DiscreteFault> out;
@@ -326,8 +324,7 @@ std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log) {
   out.push_back({"angle_unit", "factor", {1.0, kDegree}, "the attitude is in degrees"});
   out.push_back({"angle_unit", "factor", {kDegree, kDegree}, "all angles are in degrees"});
   if (log.tension_N.cols() > 0) {
-    const DiscreteFault reversed = reversed_load_cells(log);
-    if (!reversed.values.empty()) out.push_back(reversed);
+    add_reversed_load_cells(log, out);
     constexpr double kKilogram_N = 9.80665, kPound_N = 4.4482216152605;
     const auto add_unit = [&](double factor, const char* unit) {
       out.push_back(

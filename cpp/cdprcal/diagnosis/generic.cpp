@@ -9,7 +9,7 @@
 namespace cdprcal {
 namespace {
 
-enum class Regressor { time, position, tension, direction, itself };
+enum class CovariateKind { time, position, tension, direction, itself };
 
 constexpr const char* kTargets[] = {"length", "swivel", "roll_pitch", "yaw",
                                     "tension"};  // by Channel
@@ -73,7 +73,7 @@ double legendre(int degree, double x) {
 /// One dependence: `terms` functions of the covariate, for all cables alike or for each.
 struct Form {
   Channel target;
-  Regressor covariate;
+  CovariateKind covariate;
   bool common;
   int terms;
 };
@@ -175,9 +175,9 @@ class GenericEffect final : public Effect {
     const Measurement& m = context.measurement;
     const auto c = static_cast<std::size_t>(cable);
     switch (form_.covariate) {
-      case Regressor::time:  // nothing yet at the start of the run
+      case CovariateKind::time:  // nothing yet at the start of the run
         return legendre(t + 1, visited_->time(m.run_time_s)) - legendre(t + 1, -1.0);
-      case Regressor::position: {
+      case CovariateKind::position: {
         const auto x = [&](int axis) {
           return visited_->position[static_cast<std::size_t>(axis)](context.pose.position_m[axis]);
         };
@@ -185,13 +185,13 @@ class GenericEffect final : public Effect {
         if (t < 6) return x(t - 3) * x(t - 3) - 1.0;
         return x(t - 6) * x((t - 5) % 3);
       }
-      case Regressor::tension:
+      case CovariateKind::tension:
         return bent(visited_->tension[c](m.tension_of_laws_N()[cable]), t);
-      case Regressor::direction: {
+      case CovariateKind::direction: {
         return value_or_zero(
             form_.target == Channel::swivel ? m.swivel_direction : m.length_direction, cable);
       }
-      case Regressor::itself:
+      case CovariateKind::itself:
         break;
     }
     switch (form_.target) {
@@ -270,30 +270,30 @@ std::shared_ptr<const VisitedPlaces> places_visited_by(const DiagnosisModel& mod
 
 constexpr bool kCommon = true, kEach = false;
 constexpr Form kForms[] = {
-    {Channel::length, Regressor::time, kCommon, 4},
-    {Channel::length, Regressor::time, kEach, 2},
-    {Channel::length, Regressor::position, kEach, 3},
-    {Channel::length, Regressor::tension, kCommon, 1},
-    {Channel::length, Regressor::tension, kEach, 2},
-    {Channel::length, Regressor::direction, kEach, 1},
-    {Channel::length, Regressor::itself, kEach, 2},
-    {Channel::swivel, Regressor::time, kEach, 2},
-    {Channel::swivel, Regressor::position, kEach, 3},
-    {Channel::swivel, Regressor::tension, kEach, 1},
-    {Channel::swivel, Regressor::direction, kEach, 1},
-    {Channel::swivel, Regressor::itself, kEach, 2},
-    {Channel::roll_pitch, Regressor::time, kCommon, 6},
-    {Channel::roll_pitch, Regressor::position, kCommon, 6},
-    {Channel::roll_pitch, Regressor::itself, kCommon, 4},
-    {Channel::yaw, Regressor::time, kCommon, 4},
-    {Channel::yaw, Regressor::position, kCommon, 9},
-    {Channel::yaw, Regressor::itself, kCommon, 2},
-    {Channel::balance, Regressor::time, kCommon, 4},
-    {Channel::balance, Regressor::time, kEach, 2},
-    {Channel::balance, Regressor::position, kEach, 3},
-    {Channel::balance, Regressor::itself, kCommon, 2},
-    {Channel::balance, Regressor::itself, kEach, 2},
-    {Channel::balance, Regressor::direction, kEach, 1},
+    {Channel::length, CovariateKind::time, kCommon, 4},
+    {Channel::length, CovariateKind::time, kEach, 2},
+    {Channel::length, CovariateKind::position, kEach, 3},
+    {Channel::length, CovariateKind::tension, kCommon, 1},
+    {Channel::length, CovariateKind::tension, kEach, 2},
+    {Channel::length, CovariateKind::direction, kEach, 1},
+    {Channel::length, CovariateKind::itself, kEach, 2},
+    {Channel::swivel, CovariateKind::time, kEach, 2},
+    {Channel::swivel, CovariateKind::position, kEach, 3},
+    {Channel::swivel, CovariateKind::tension, kEach, 1},
+    {Channel::swivel, CovariateKind::direction, kEach, 1},
+    {Channel::swivel, CovariateKind::itself, kEach, 2},
+    {Channel::roll_pitch, CovariateKind::time, kCommon, 6},
+    {Channel::roll_pitch, CovariateKind::position, kCommon, 6},
+    {Channel::roll_pitch, CovariateKind::itself, kCommon, 4},
+    {Channel::yaw, CovariateKind::time, kCommon, 4},
+    {Channel::yaw, CovariateKind::position, kCommon, 9},
+    {Channel::yaw, CovariateKind::itself, kCommon, 2},
+    {Channel::balance, CovariateKind::time, kCommon, 4},
+    {Channel::balance, CovariateKind::time, kEach, 2},
+    {Channel::balance, CovariateKind::position, kEach, 3},
+    {Channel::balance, CovariateKind::itself, kCommon, 2},
+    {Channel::balance, CovariateKind::itself, kEach, 2},
+    {Channel::balance, CovariateKind::direction, kEach, 1},
 };
 
 }  // namespace
@@ -309,7 +309,7 @@ Candidates generic_candidates(const DiagnosisModel& model) {
   const bool in_motion = balances_in_motion(model);
   for (const Form& form : kForms) {
     ++number;
-    if (form.covariate == Regressor::itself) {
+    if (form.covariate == CovariateKind::itself) {
       const auto& [roll, pitch, yaw] = visited->turns;
       if (in_motion || (form.target == Channel::roll_pitch && !roll && !pitch) ||
           (form.target == Channel::yaw && !yaw)) {

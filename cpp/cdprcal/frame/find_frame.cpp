@@ -320,8 +320,9 @@ void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& optio
   s.problem.sigma = specified_sigma(robot.sigma);
   s.problem.basis = motion_basis(robot);
   const bool guessed = !set.guess.empty();
-  Minima found = minima(s.problem, guessed ? starts_at(s.problem, set.guess) : starts(s.problem),
-                        !guessed, options.max_iterations);
+  const Minima found =
+      minima(s.problem, guessed ? starts_at(s.problem, set.guess) : starts(s.problem), !guessed,
+             options.max_iterations);
   if (found.each.empty()) {
     out.reason = "no start fits the readings: check units and the order of the cables";
     return;
