@@ -21,8 +21,8 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
     """What is to be known before the pose is used; empty for one that did not converge.
 
     ``misfit``: residuals are larger than the readings scatter within a rest, by χ² over all of
-    them, or an effect of the catalogue is there by 95 %; ``reservation``: what the core adds to its
-    claim.
+    them, or an effect of the catalogue is there by 95 %; ``unchecked``: as many numbers are fitted
+    as are read; ``reservation``: what the core adds to its claim.
     """
     result = calibration.result
     if result.status != _core.CalibrationStatus.converged:
@@ -36,6 +36,16 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
                 code="reservation",
                 message=f"{added}",
                 remedy="use the pose with care, or let cdprcal diagnose find what the model lacks",
+            )
+        )
+    if result.residual_count <= result.parameter_count:
+        found.append(
+            Finding(
+                severity="warning",
+                code="unchecked",
+                message="as many numbers are fitted as are read: what the model lacks, or a sensor "
+                "that is off, moves the pose and shows nowhere",
+                remedy="measure with more sensors, or check the pose by other means",
             )
         )
     fit = _with_scatter_alone(calibration)

@@ -91,6 +91,20 @@ def test_what_the_core_adds_to_its_claim_is_a_caveat(robot: cdprcal.Robot) -> No
     assert reservation.message.startswith("the model misfits")
 
 
+def test_a_pose_that_no_reading_is_left_to_contradict_is_not_certain(
+    cli: Cli, tmp_path: Path, robot: cdprcal.Robot
+) -> None:
+    # Six equations of a rest's balance, six unknowns of its pose: a robot that is 5 % heavier
+    # hangs elsewhere, and the tensions fit.
+    heavy = vary(robot, {"platform.mass_kg": 1.05 * robot.platform.mass_kg})
+    log = made(robot)
+    alone = cdprcal.Log(time_s=log.time_s, source="made", tension_N=log.tension_N)
+    code, document = calibrated(cli, tmp_path, heavy, alone)
+    assert document["residual_count"] == document["parameter_count"]
+    assert [caveat["code"] for caveat in document["caveats"]] == ["unchecked"]
+    assert code == 3
+
+
 def test_a_large_misfit_is_said_as_people_write_numbers(robot: cdprcal.Robot) -> None:
     wrong = vary(robot, {"cables.2.pulley.position_m.z": 1.7})
     (said,) = (

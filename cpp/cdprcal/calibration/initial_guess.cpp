@@ -1,10 +1,10 @@
 #include "cdprcal/calibration/initial_guess.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <optional>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/kinematics/motion.hpp"
@@ -157,7 +157,7 @@ Eigen::Quaterniond measured_attitude(const Robot& robot, const Measurement& m, d
   if (felt && !m.roll_pitch_yaw_rad.head<2>().allFinite()) {
     const double heading_rad = std::isfinite(yaw_rad) ? yaw_rad : 0.0;
     return Eigen::AngleAxisd(heading_rad, Vector3::UnitZ()) *
-           Eigen::Quaterniond::FromTwoVectors(up, Vector3::UnitZ());
+           rotation_between(up, Vector3::UnitZ());
   }
   Vector3 angles{m.roll_pitch_yaw_rad[0], m.roll_pitch_yaw_rad[1], yaw_rad};
   angles = angles.unaryExpr([](double a) { return std::isfinite(a) ? a : 0.0; });
@@ -178,7 +178,7 @@ Pose estimate_pose(const Robot& robot, const AbsoluteReadings& readings, const P
     Matrix6 damped = hessian;
     damped.diagonal() *= 1.0 + damping;
     damped.diagonal().array() += 1e-9 * hessian.diagonal().maxCoeff() * damping + 1e-12;
-    const Vector6 move = -damped.ldlt().solve(gradient);
+    const Vector6 move = -solve_symmetric(damped, gradient);
     if (!move.allFinite()) break;
     const Pose trial = plus(best, move);
     Matrix6 trial_hessian;

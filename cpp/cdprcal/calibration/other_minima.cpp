@@ -1,13 +1,12 @@
 #include "cdprcal/calibration/other_minima.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <cmath>
 #include <utility>
 
 #include "cdprcal/calibration/allow_for_effects.hpp"
 #include "cdprcal/calibration/initial_guess.hpp"
 #include "cdprcal/calibration/multi_start.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/text.hpp"
 
@@ -38,8 +37,7 @@ void leave_open(const Vector6& apart, Calibration& out) {
 }
 
 double sigmas_of(const Vector6& apart, const Matrix6& covariance) {
-  return std::sqrt(
-      std::max(0.0, apart.dot(covariance.completeOrthogonalDecomposition().solve(apart))));
+  return std::sqrt(std::max(0.0, apart.dot(least_norm(covariance, apart))));
 }
 
 /// How far another minimum is from one, where it fits about as well and is beyond what the one
@@ -98,7 +96,7 @@ void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared
   // starts at the bottom do not leave: all poses are lifted over its walls together.
   std::vector<std::vector<Pose>> starts;
   for (CalibrationResult& other : minima) starts.push_back(std::move(other.poses));
-  const Eigen::SelfAdjointEigenSolver<Matrix6> spread(*out.result.covariance);
+  const SymmetricEigen<Matrix6> spread(*out.result.covariance);
   const Vector6 least = kFar * std::sqrt(spread.eigenvalues()[5]) * spread.eigenvectors().col(5);
   for (const Vector6& move : {least, Vector6(-least)}) {
     std::vector<Pose>& start = starts.emplace_back();

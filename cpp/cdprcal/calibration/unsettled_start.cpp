@@ -1,8 +1,8 @@
 #include "cdprcal/calibration/unsettled_start.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/effects/pose_evaluation.hpp"
 #include "cdprcal/readings/still.hpp"
 #include "cdprcal/statistics.hpp"
@@ -51,12 +51,11 @@ Change change_between(const Log& log, Eigen::Index first, const SampleRange& lat
   for (Eigen::Index i = 0; i < count; ++i) {
     jacobian.row(i) = by_twist[static_cast<std::size_t>(i)];
   }
-  const Eigen::Map<const Eigen::VectorXd> change(changes.data(), count);
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(jacobian);
-  const double left = (change - jacobian * qr.solve(change)).squaredNorm();
-  const auto rank = static_cast<int>(qr.rank());
-  return {change.squaredNorm() - left, left, change.cwiseAbs2().maxCoeff(), rank,
-          static_cast<int>(count) - rank};
+  const Eigen::VectorXd change = Eigen::Map<const Eigen::VectorXd>(changes.data(), count);
+  const auto [step, rank] = least_squares(jacobian, change);
+  const double left = (change - jacobian * step).squaredNorm();
+  return {change.squaredNorm() - left, left, change.cwiseAbs2().maxCoeff(), static_cast<int>(rank),
+          static_cast<int>(count - rank)};
 }
 
 /// Whether one reading is odd, no motion makes it so, and all others say that nothing moved.

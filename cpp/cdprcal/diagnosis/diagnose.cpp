@@ -1,7 +1,5 @@
 #include "cdprcal/diagnosis/diagnose.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <limits>
 #include <tuple>

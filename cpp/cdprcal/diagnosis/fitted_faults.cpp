@@ -1,13 +1,14 @@
 #include "cdprcal/diagnosis/fitted_faults.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/geometry/euler.hpp"
 #include "cdprcal/geometry/pose.hpp"
+#include "cdprcal/singular_values.hpp"
 #include "cdprcal/statics/tension.hpp"
 #include "cdprcal/text.hpp"
 
@@ -54,10 +55,10 @@ Matrix3 mounting_of(const std::vector<Matrix3>& platform, const std::vector<Matr
     add(platform[k].row(2).transpose(), sensor[k].row(2).transpose());
     if (k > 0) add(turn(platform[k - 1], platform[k]), turn(sensor[k - 1], sensor[k]));
   }
-  const Eigen::JacobiSVD<Matrix3> svd(products, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Svd<Matrix3> parts = svd(products);
   Vector3 proper = Vector3::Ones();
-  proper[2] = (svd.matrixU() * svd.matrixV().transpose()).determinant();
-  return svd.matrixU() * proper.asDiagonal() * svd.matrixV().transpose();
+  proper[2] = (parts.u * parts.v.transpose()).determinant();
+  return parts.u * proper.asDiagonal() * parts.v.transpose();
 }
 
 double angle_between(const Matrix3& one, const Matrix3& other) {

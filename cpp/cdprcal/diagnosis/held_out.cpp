@@ -1,10 +1,10 @@
 #include "cdprcal/diagnosis/held_out.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <numeric>
 #include <optional>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/estimation/symmetric_inverse.hpp"
 #include "cdprcal/evidence/steps.hpp"
 
@@ -56,7 +56,7 @@ std::vector<Folds> partitions(const DiagnosisModel& model, const DiagnosisSystem
   }
   const Eigen::RowVector3d mean = position.colwise().mean();
   const Matrix3 scatter = (position.rowwise() - mean).transpose() * (position.rowwise() - mean);
-  const Eigen::SelfAdjointEigenSolver<Matrix3> axes(scatter);
+  const SymmetricEigen<Matrix3> axes(scatter);
   return {std::move(by_time), split(position * axes.eigenvectors().col(2), kFolds)};
 }
 

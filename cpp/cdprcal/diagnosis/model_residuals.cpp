@@ -1,9 +1,9 @@
 #include "cdprcal/diagnosis/model_residuals.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/effects/text_effect.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/estimation/model_fit.hpp"
@@ -18,9 +18,8 @@ void add_tensions(const RunRows& run, std::size_t pose, const Pose& at, PoseResi
   const WrenchMatrix structure = structure_matrix(platform_state(run.robot(), at));
   Vector6 scale;
   scale << Vector3::Ones(), Vector3::Constant(1.0 / characteristic_length_m(run.robot()));
-  out.tension_N = Eigen::MatrixXd(scale.asDiagonal() * structure)
-                      .completeOrthogonalDecomposition()
-                      .solve(scale.cwiseProduct(out.wrench));
+  out.tension_N = least_norm(Eigen::MatrixXd(scale.asDiagonal() * structure),
+                             Eigen::VectorXd(scale.cwiseProduct(out.wrench)));
 }
 
 /// Evaluates a pose whose neighbours in its batch cannot be evaluated; false: it is the one.

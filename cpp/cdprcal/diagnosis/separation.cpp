@@ -1,8 +1,8 @@
 #include "cdprcal/diagnosis/separation.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/equilibria/inverse.hpp"
 #include "cdprcal/workspace/grid.hpp"
 
@@ -101,13 +101,13 @@ struct Sums {
     squares += signature.squaredNorm();
   }
   [[nodiscard]] double nats() const {
-    return 0.5 * std::max(0.0, squares - cross.dot(hessian.ldlt().solve(cross)));
+    return 0.5 * std::max(0.0, squares - cross.dot(solve_symmetric(hessian, cross)));
   }
   /// Of what nuisance leaves of the signature, the share that the rival does too.
   [[nodiscard]] double imitated() const {
     const auto left_by = [&](Eigen::Index columns) {
-      const auto h = hessian.topLeftCorner(columns, columns);
-      const Eigen::VectorXd value = h.ldlt().solve(cross.head(columns));
+      const Eigen::MatrixXd h = hessian.topLeftCorner(columns, columns);
+      const Eigen::VectorXd value = solve_symmetric(h, cross.head(columns).eval());
       return squares - 2.0 * cross.head(columns).dot(value) + value.dot(h * value) -
              value.dot(prior.head(columns).cwiseProduct(value));
     };

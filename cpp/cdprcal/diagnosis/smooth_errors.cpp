@@ -1,12 +1,12 @@
 #include "cdprcal/diagnosis/smooth_errors.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <numbers>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/estimation/mean_square.hpp"
 #include "cdprcal/statistics.hpp"
 
@@ -65,7 +65,7 @@ Basis field(const Places& visited_m, double reach_m, int most_terms) {
   const Eigen::RowVectorXd mean = covariance.colwise().mean();
   covariance.rowwise() -= mean;
   covariance.colwise() -= covariance.rowwise().mean().eval();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> found(covariance);  // in increasing order
+  const SymmetricEigen<Eigen::MatrixXd> found(covariance);  // in increasing order
   const int terms = std::min<int>(most_terms, static_cast<int>(count));
   const Eigen::VectorXd size = found.eigenvalues().tail(terms).cwiseMax(1e-9).cwiseSqrt();
   const Eigen::MatrixXd weights =

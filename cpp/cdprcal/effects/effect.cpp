@@ -54,4 +54,10 @@ Robot with_effects(const Robot& robot, const ActiveEffects& effects) {
   return changed;
 }
 
+Eigen::MatrixXd wrench_by_tension(const PlatformState& state,
+                                  const Eigen::MatrixXd& tension_by_value) {
+  return structure_matrix(state) *
+         tension_by_value.array().isNaN().select(0.0, tension_by_value).matrix();
+}
+
 }  // namespace cdprcal

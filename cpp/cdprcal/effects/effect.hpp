@@ -149,10 +149,7 @@ inline double value_or_zero(const CableVector& values, int cable) {
 }
 
 /// ∂(Ξᵀτ)/∂θ for tensions that change by `tension_by_value` (n × p); NaN: nobody reads it.
-inline Eigen::MatrixXd wrench_by_tension(const PlatformState& state,
-                                         const Eigen::MatrixXd& tension_by_value) {
-  return structure_matrix(state) *
-         tension_by_value.array().isNaN().select(0.0, tension_by_value).matrix();
-}
+Eigen::MatrixXd wrench_by_tension(const PlatformState& state,
+                                  const Eigen::MatrixXd& tension_by_value);
 
 }  // namespace cdprcal

@@ -1,9 +1,9 @@
 #include "cdprcal/equilibria/direct.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/equilibria/distinct.hpp"
 #include "cdprcal/equilibria/pose_search.hpp"
 #include "cdprcal/equilibria/starts.hpp"
@@ -73,7 +73,7 @@ class TensionProblem {
       }
       constexpr double kRounding = 1e-15;  // a step more could only be noise
       if (error <= kRounding * weight) break;
-      const Vector6 twist = -Eigen::PartialPivLU<Matrix6>(free_stiffness(state)).solve(residual);
+      const Vector6 twist = -solve_square(free_stiffness(state), residual);
       if (!twist.allFinite()) break;
       pose = step_along(pose, twist);
     }

@@ -1,9 +1,9 @@
 // Direct problem from cable lengths: minimise z_G subject to l(ζ) ≤ l*, and polish the active set.
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/equilibria/distinct.hpp"
 #include "cdprcal/equilibria/pose_search.hpp"
@@ -127,9 +127,9 @@ class LengthProblem {
       const WrenchMatrix structure = free_.of(structure_matrix(state));
       const Vector6 load = free_.of(gravity_wrench(robot_, state));
       if (step == 0) {  // multipliers that fit the start best
-        WrenchMatrix columns(6, m);
+        Eigen::MatrixXd columns(6, m);
         for (int k = 0; k < m; ++k) columns.col(k) = structure.col(active[k]);
-        const CableVector fit = Eigen::ColPivHouseholderQR<WrenchMatrix>(columns).solve(load);
+        const CableVector fit = least_squares(columns, load).x;
         for (int k = 0; k < m; ++k) tension[active[k]] = fit[k];
       }
       const Vector6 balance = structure * tension - load;
@@ -159,7 +159,7 @@ class LengthProblem {
       KktVector move = -Eigen::PartialPivLU<KktMatrix>(kkt).solve(residual);
       if (!move.allFinite() || move.head<6>().norm() > 1e6 * size_m_) {
         // A neutral motion, such as the spin of a platform on one cable: take the shortest step.
-        move = -Eigen::CompleteOrthogonalDecomposition<KktMatrix>(kkt).solve(residual);
+        move = -least_norm(Eigen::MatrixXd(kkt), Eigen::VectorXd(residual));
       }
       if (!move.allFinite()) break;
       const double size =

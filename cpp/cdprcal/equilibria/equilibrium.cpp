@@ -1,9 +1,9 @@
 #include "cdprcal/equilibria/equilibrium.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <limits>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/statics/tension.hpp"
 
@@ -14,7 +14,6 @@ namespace {
 constexpr double kRankTolerance = 1e-10;
 
 /// Square of at most six rows: motions that remain free.
-using FreeMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
 
 /// diag(1, 1/scale): turns twists measured in metres into twists (m, rad).
 Vector6 twist_scale(double length_scale_m) {
@@ -27,7 +26,7 @@ Vector6 twist_scale(double length_scale_m) {
 /// the rows (of ∂l/∂δ, and what guides prevent), then over the axes, always taking the axis that is
 /// farthest from the span.
 template <typename Rows>
-FreeMatrix free_basis(const Rows& rows) {
+SmallSquare free_basis(const Rows& rows) {
   Eigen::Matrix<double, 6, 6> basis;
   int count = 0;
   const auto project = [&](Vector6 v) {
@@ -52,10 +51,10 @@ FreeMatrix free_basis(const Rows& rows) {
 }
 
 /// K_f of eq. A4 in scaled coordinates, symmetrised (at an equilibrium it is symmetric already).
-FreeMatrix scaled_free_stiffness(const PlatformState& state, const Matrix6& stiffness,
-                                 const Vector6& scale, const TwistBasis& guided) {
+SmallSquare scaled_free_stiffness(const PlatformState& state, const Matrix6& stiffness,
+                                  const Vector6& scale, const TwistBasis& guided) {
   const CableJacobian rows = length_jacobian(state) * scale.asDiagonal();
-  FreeMatrix basis;
+  SmallSquare basis;
   if (guided.cols() == 0) {
     basis = free_basis(rows);
   } else {
@@ -66,21 +65,21 @@ FreeMatrix scaled_free_stiffness(const PlatformState& state, const Matrix6& stif
   }
   const Matrix6 scaled = scale.asDiagonal() * stiffness * scale.asDiagonal();
   // lazyProduct: these are too small for blocking to pay.
-  const FreeMatrix turned = scaled.lazyProduct(basis);
-  const FreeMatrix k = basis.transpose().lazyProduct(turned);
+  const SmallSquare turned = scaled.lazyProduct(basis);
+  const SmallSquare k = basis.transpose().lazyProduct(turned);
   return 0.5 * (k + k.transpose());
 }
 
-double least_eigenvalue(const FreeMatrix& k) {
+double least_eigenvalue(const SmallSquare& k) {
   if (k.rows() == 1) return k(0, 0);
   if (k.rows() == 2) {
     return 0.5 * (k(0, 0) + k(1, 1)) - std::hypot(0.5 * (k(0, 0) - k(1, 1)), k(1, 0));
   }
-  return Eigen::SelfAdjointEigenSolver<FreeMatrix>(k, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  return symmetric_eigenvalues(k)[0];
 }
 
 /// Cholesky in place on the lower half: positive definite exactly when every pivot is positive.
-bool positive_definite(FreeMatrix k) {
+bool positive_definite(SmallSquare k) {
   if (k.rows() == 0) return true;  // no motion is left
   const double floor = 1e-12 * k.cwiseAbs().maxCoeff();
   for (Eigen::Index i = 0; i < k.rows(); ++i) {
@@ -110,19 +109,18 @@ Stability stability(const Robot& robot, const PlatformState& state, const CableV
   const Vector6 scale = twist_scale(characteristic_length_m(robot));
   const Matrix6 hessian = stiffness(robot, state, tension_N);
   Stability result;
-  const FreeMatrix free = scaled_free_stiffness(state, hessian, scale, guided_basis(robot));
+  const SmallSquare free = scaled_free_stiffness(state, hessian, scale, guided_basis(robot));
   result.locked_lengths_N_m =
       free.rows() == 0 ? std::numeric_limits<double>::infinity() : least_eigenvalue(free);
   const Matrix6 scaled = scale.asDiagonal() * hessian * scale.asDiagonal();
   if (is_guided(robot)) {
     const TwistBasis basis = motion_basis(robot);
-    const FreeMatrix k = basis.transpose() * scaled * basis;
+    const SmallSquare k = basis.transpose() * scaled * basis;
     result.constant_tensions_N_m = least_eigenvalue(0.5 * (k + k.transpose()));
     return result;
   }
   const Matrix6 symmetric = 0.5 * (scaled + scaled.transpose());
-  result.constant_tensions_N_m =
-      Eigen::SelfAdjointEigenSolver<Matrix6>(symmetric, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  result.constant_tensions_N_m = symmetric_eigenvalues(symmetric)[0];
   return result;
 }
 

@@ -67,8 +67,7 @@ StartRotations start_rotations(const Robot& robot) {
   rotations.push_back(facing(robot, Eigen::Quaterniond::Identity()));
   const Vector3 up = anchor_centroid_m(robot) - robot.platform.centre_of_mass_m;
   if (up.norm() > 1e-6 * robot_size_m(robot) && up.normalized().z() < std::cos(kPi / 6.0)) {
-    rotations.push_back(
-        facing(robot, Eigen::Quaterniond::FromTwoVectors(up, Vector3::UnitZ()).normalized()));
+    rotations.push_back(facing(robot, rotation_between(up, Vector3::UnitZ()).normalized()));
   }
   const std::size_t likely = rotations.size();
   for (std::size_t k = 0; k < likely; ++k) {

@@ -1,8 +1,8 @@
 #include "cdprcal/estimation/assembly.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/estimation/inverse_along.hpp"
 #include "cdprcal/statics/wrench.hpp"
@@ -256,7 +256,7 @@ Matrix6 covariance_of(const PoseRows& rows, const Eigen::MatrixXd& offsets) {
     information += own * own.transpose();
     if (rows.offset[r] >= 0) coupling.col(rows.offset[r]) += rows.by_offset[r] * own;
   }
-  const Matrix6 inverse = information.completeOrthogonalDecomposition().pseudoInverse();
+  const Matrix6 inverse = pseudo_inverse(information);
   const Eigen::MatrixXd passed = inverse * coupling;
   return inverse + passed * offsets * passed.transpose();
 }
@@ -434,12 +434,9 @@ ReferenceInformation Assembly::of_reference(const Eigen::MatrixXd& common,
   }
   out.information = common.topLeftCorner<6, 6>();
   if (!free.empty()) {
-    using Errors = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
-                                 kMostOffsets, kMostOffsets>;
-    const Errors errors = common(free, free);
-    const OffsetJacobian coupling = common(free, Eigen::seqN(0, 6));
-    const OffsetJacobian solved = errors.completeOrthogonalDecomposition().solve(coupling);
-    out.information -= coupling.transpose().lazyProduct(solved);
+    const Eigen::MatrixXd errors = common(free, free);
+    const Eigen::MatrixXd coupling = common(free, Eigen::seqN(0, 6));
+    out.information -= coupling.transpose().lazyProduct(least_norm(errors, coupling));
   }
   out.information = 0.5 * (out.information + out.information.transpose()).eval();
   if (!with_covariance) return out;

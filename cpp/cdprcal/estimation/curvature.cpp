@@ -1,11 +1,10 @@
 #include "cdprcal/estimation/curvature.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/estimation/assembly.hpp"
 #include "cdprcal/kinematics/motion.hpp"
 
@@ -13,7 +12,7 @@ namespace cdprcal {
 
 double variance_ratio_nearby(const CalibrationProblem& problem, const CalibrationResult& result) {
   constexpr double kReach = 2.0;  // σ
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(*result.covariance);
+  const SymmetricEigen<Matrix6> eigen(*result.covariance);
   const Vector6 worst = eigen.eigenvectors().col(5) * std::sqrt(eigen.eigenvalues()[5]);
   const TwistBasis basis = motion_basis(problem.robot);
   double largest = 1.0;
@@ -28,7 +27,7 @@ double variance_ratio_nearby(const CalibrationProblem& problem, const Calibratio
     if (!summary.usable) continue;  // the geometry ends there, and so does any doubt
     const std::optional<Matrix6> there = assembly.reference_information().covariance;
     if (!there) return std::numeric_limits<double>::infinity();
-    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> ratio(
+    const SymmetricEigen<Eigen::MatrixXd> ratio = symmetric_eigen<Eigen::MatrixXd>(
         basis.transpose() * *there * basis, basis.transpose() * *result.covariance * basis);
     largest =
         std::max({largest, ratio.eigenvalues().maxCoeff(), 1.0 / ratio.eigenvalues().minCoeff()});
@@ -59,7 +58,7 @@ double cost_beside(const Eigen::MatrixXd& beside, Assembly& assembly) {
     const Matrix6 information = assembly.reference_information().information;
     const Eigen::VectorXd slope = beside.transpose() * gradient;
     const Eigen::VectorXd step =
-        -(beside.transpose() * information * beside).completeOrthogonalDecomposition().solve(slope);
+        -least_norm(Eigen::MatrixXd(beside.transpose() * information * beside), slope);
     const double decrease = -0.5 * slope.dot(step);
     cost = held.cost - decrease;
     if (!(decrease > kSettled)) break;
@@ -74,9 +73,8 @@ double widening_along(const CalibrationProblem& problem, const CalibrationResult
                       const Vector6& held, const Vector6& reach) {
   constexpr double kUnbelievable = 8.0;  // of cost: 4 σ
   const TwistBasis basis = motion_basis(problem.robot);
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(basis.transpose() * held);
   const Eigen::MatrixXd beside =
-      basis * Eigen::MatrixXd(qr.householderQ()).rightCols(basis.cols() - 1);
+      basis * householder_q(basis.transpose() * held).rightCols(basis.cols() - 1);
   std::vector<double> distances{2.0, 4.0, 6.0};
   for (const double turn_deg : {15.0, 30.0}) {  // valleys of lengths lie about that far apart
     const double distance = turn_deg * kDegree / held.dot(reach);
@@ -104,7 +102,7 @@ double widening_along(const CalibrationProblem& problem, const CalibrationResult
 
 Nearby nearby(const CalibrationProblem& problem, const CalibrationResult& result) {
   const Matrix6& covariance = *result.covariance;
-  const Eigen::SelfAdjointEigenSolver<Matrix3> rotation(covariance.bottomRightCorner<3, 3>());
+  const SymmetricEigen<Matrix3> rotation(covariance.bottomRightCorner<3, 3>());
   const Vector3 sigma_rad = rotation.eigenvalues().cwiseMax(0.0).cwiseSqrt();
   Nearby out;
   out.covariance = covariance;

@@ -1,9 +1,9 @@
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/estimation/model_fit.hpp"
 #include "cdprcal/estimation/presence.hpp"
 
@@ -312,9 +312,7 @@ bool fit_with_noise(DiagnosisModel& model) {
 }
 
 Eigen::MatrixXd DiagnosisSystem::pose_by_rows(const PoseRange& pose) const {
-  return Eigen::MatrixXd(by_pose.middleRows(pose.begin, pose.size))
-      .completeOrthogonalDecomposition()
-      .pseudoInverse();
+  return pseudo_inverse(Eigen::MatrixXd(by_pose.middleRows(pose.begin, pose.size)));
 }
 
 Matrix6 initial_pose_covariance(const DiagnosisModel& model, std::size_t run) {

@@ -1,10 +1,10 @@
 #include "cdprcal/estimation/least_observed.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <array>
 #include <limits>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/estimation/assembly.hpp"
 #include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/kinematics/motion.hpp"
@@ -54,7 +54,7 @@ NamedDirection named_direction(const Vector6& unit, const Vector6& scale) {
 double sigma_along(const Matrix6& information, const Vector6& direction) {
   const Eigen::LLT<Matrix6> factor(information);
   if (is_regular(factor)) return factor.matrixL().solve(direction).norm();
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(information);
+  const SymmetricEigen<Matrix6> eigen(information);
   const double floor = 1e-12 * eigen.eigenvalues().maxCoeff();
   double variance = 0.0;
   for (int i = 0; i < 6; ++i) {
@@ -92,10 +92,10 @@ LeastObserved least_observed(const CalibrationProblem& problem, Assembly& assemb
   const Matrix6 all = scaled(0);
   if (!all.allFinite()) return out;
   const auto largest_of = [&]() -> Vector6 {
-    if (shown == nullptr) return Eigen::SelfAdjointEigenSolver<Matrix6>(all).eigenvectors().col(0);
+    if (shown == nullptr) return SymmetricEigen<Matrix6>(all).eigenvectors().col(0);
     const Vector6 back = scale.cwiseInverse();
     const Matrix6 covariance = back.asDiagonal() * *shown * back.asDiagonal();
-    return Eigen::SelfAdjointEigenSolver<Matrix6>(covariance).eigenvectors().col(5);
+    return SymmetricEigen<Matrix6>(covariance).eigenvectors().col(5);
   };
   const NamedDirection weakest = named_direction(largest_of(), scale);
   const Vector6 along = weakest.twist.cwiseProduct(scale);  // twist·δ = along·x

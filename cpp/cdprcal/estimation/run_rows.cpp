@@ -1,8 +1,8 @@
 #include "cdprcal/estimation/run_rows.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/statics/wrench.hpp"
 
 namespace cdprcal {
@@ -38,7 +38,7 @@ void clear(PoseEvaluation& change, int cables) {
 
 /// What of a wrench no unread tension can carry, in the metric of the whitening.
 Vector6 uncarried(const Matrix6& whitening, const Vector6& wrench) {
-  return whitening.completeOrthogonalDecomposition().solve(whitening * wrench);
+  return least_norm(whitening, Vector6(whitening * wrench));
 }
 
 /// Rows in the order of their slots: those with offsets first, the balance last.

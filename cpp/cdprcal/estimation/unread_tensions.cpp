@@ -1,10 +1,9 @@
 #include "cdprcal/estimation/unread_tensions.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/statics/wrench.hpp"
 
 namespace cdprcal {
@@ -37,11 +36,11 @@ PartialBalance partial_balance(const PlatformState& state, const CableVector& te
   const Eigen::Index silent = unread.cols(), left = 6 - silent;
   Matrix6 basis = Matrix6::Identity();
   if (silent > 0) {
-    basis = Eigen::HouseholderQR<Eigen::MatrixXd>(unread).householderQ() * Matrix6::Identity();
+    basis = householder_q(unread);
   }
   const Eigen::MatrixXd open = basis.rightCols(left);
   const Eigen::MatrixXd spread = open.transpose() * read;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(spread * spread.transpose());
+  const SymmetricEigen<Eigen::MatrixXd> axes(spread * spread.transpose());
   const Eigen::VectorXd gain = axes.eigenvalues().cwiseMax(0.0);
   out.whitening.bottomRows(left) = (gain.array() + 1.0).rsqrt().matrix().asDiagonal() *
                                    axes.eigenvectors().transpose() * open.transpose() *
@@ -58,7 +57,7 @@ PartialBalance partial_balance(const PlatformState& state, const CableVector& te
   Vector6 rest = -scale.cwiseProduct(wrench);
   root.matrixL().solveInPlace(columns);
   root.matrixL().solveInPlace(rest);
-  const Eigen::MatrixXd inverse = columns.completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::MatrixXd inverse = pseudo_inverse(columns);
   Matrix6 whiten = scale.asDiagonal();
   root.matrixL().solveInPlace(whiten);
   for (std::size_t k = 0; k < which.size(); ++k) {

@@ -1,7 +1,6 @@
 #include "cdprcal/estimation/weighed_poses.hpp"
 
-#include <Eigen/Eigenvalues>
-
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/estimation/balance_roots.hpp"
 #include "cdprcal/estimation/unread_tensions.hpp"
 
@@ -69,7 +68,7 @@ void WeighedPoses::update_wrench_whitening(double graduation) {
     const Vector6 scale = wrench_sigma(i).cwiseInverse();
     const WrenchMatrix structure = scale.asDiagonal() * structure_matrix(state);
     const Matrix6 gram = structure.lazyProduct(structure.transpose());
-    const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(gram);
+    const SymmetricEigen<Matrix6> eigen(gram);
     tension_gain_[i] = eigen.eigenvalues().cwiseMax(0.0);
     axes_[i] = eigen.eigenvectors().transpose() * scale.asDiagonal();
   }

@@ -1,11 +1,9 @@
 #include "cdprcal/evidence/model_average.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/estimation/symmetric_inverse.hpp"
 #include "cdprcal/evidence/checks.hpp"
 #include "cdprcal/evidence/steps.hpp"
@@ -66,10 +64,7 @@ Unseen unseen_effects(const DiagnosisModel& model, std::vector<CandidateScore> s
   // The first pose follows the common unknowns: δζ = −A⁺ C δx.
   const DiagnosisSystem::PoseRange& first = system.poses.front();
   const Eigen::MatrixXd follows =
-      -Eigen::MatrixXd(system.by_pose.middleRows(first.begin, first.size))
-           .completeOrthogonalDecomposition()
-           .pseudoInverse() *
-      system.by_common.middleRows(first.begin, first.size);
+      -system.pose_by_rows(first) * system.by_common.middleRows(first.begin, first.size);
   // All but the candidates settle anew for each of them.
   const Eigen::MatrixXd response =
       symmetric_inverse(information.topLeftCorner(nuisance, nuisance)) *
@@ -83,13 +78,14 @@ Unseen unseen_effects(const DiagnosisModel& model, std::vector<CandidateScore> s
     Eigen::MatrixXd own = information.block(begin, begin, size, size) -
                           information.block(begin, 0, size, nuisance) * of;
     own.diagonal().array() += 1.0;  // the prior: candidates count in typical sizes
-    const Eigen::LLT<Eigen::MatrixXd> llt(own);
+    const Cholesky<Eigen::MatrixXd> factor(own);
     const Eigen::MatrixXd moved =
         follows.middleCols(begin, size) - follows.leftCols(nuisance) * of;  // 6 × size
-    const Eigen::VectorXd value =
-        -llt.solve(gradient.segment(begin, size) - of.transpose() * gradient.head(nuisance));
+    const Eigen::VectorXd slope =
+        gradient.segment(begin, size) - of.transpose() * gradient.head(nuisance);
+    const Eigen::VectorXd value = -factor.solve(slope);
     const Vector6 shift = moved * value;
-    const Matrix6 spread = moved * llt.solve(moved.transpose());
+    const Matrix6 spread = moved * factor.solve(Eigen::MatrixXd(moved.transpose()));
     out.each.push_back({probability(prior_log_odds + scores[k].log_evidence), shift, spread});
     if (!candidates[k]->info().all_or_nothing && !as_step(*candidates[k])) out.possible += spread;
   }
@@ -108,14 +104,14 @@ Possibility in_place_of(const InitialPose& present, const InitialPose& other, do
   const auto inverse = [](double v) { return v > 0.0 ? 1.0 / v : 0.0; };
   const Vector6 sigma = present.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   const Matrix6 of_units = sigma.unaryExpr(inverse).asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix6> own(of_units * present.covariance * of_units);
+  const SymmetricEigen<Matrix6> own(of_units * present.covariance * of_units);
   const Vector6 spread =
       own.eigenvalues().unaryExpr([](double v) { return v > kNone ? std::sqrt(v) : 0.0; });
   const Matrix6 root = sigma.asDiagonal() * own.eigenvectors() * spread.asDiagonal();
   const Matrix6 whiten =
       spread.unaryExpr(inverse).asDiagonal() * own.eigenvectors().transpose() * of_units;
-  const Eigen::SelfAdjointEigenSolver<Matrix6> less_known(
-      whiten * other.covariance * whiten.transpose() - Matrix6::Identity());
+  const SymmetricEigen<Matrix6> less_known(whiten * other.covariance * whiten.transpose() -
+                                           Matrix6::Identity());
   const Matrix6 axes = root * less_known.eigenvectors();
   return {probability, minus(other.pose, present.pose),
           axes * less_known.eigenvalues().cwiseMax(0.0).asDiagonal() * axes.transpose()};

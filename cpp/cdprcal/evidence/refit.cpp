@@ -1,8 +1,9 @@
 #include "cdprcal/evidence/refit.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+
+#include "cdprcal/decompositions.hpp"
 
 namespace cdprcal {
 namespace {
@@ -26,7 +27,7 @@ class ToldOfValues {
     const Eigen::Index begin = values_begin(model, k);
     const Eigen::MatrixXd common = covariance(model);
     const Eigen::Index first = common.rows() - model.values().size() + begin;
-    posterior_.compute(common.block(first, first, size, size));
+    posterior_ = Cholesky<Eigen::MatrixXd>(common.block(first, first, size, size));
     precision_ = prior_precision(model).segment(begin, size);
   }
 
@@ -37,24 +38,20 @@ class ToldOfValues {
     const Eigen::VectorXd sigma = precision_.cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(size, size);
     const Eigen::MatrixXd alike = Eigen::MatrixXd::Ones(size, size) + share * share * one;
-    const Eigen::LLT<Eigen::MatrixXd> prior(sigma.asDiagonal() * alike * sigma.asDiagonal());
+    const Cholesky<Eigen::MatrixXd> prior(sigma.asDiagonal() * alike * sigma.asDiagonal());
     Eigen::MatrixXd information = posterior_.solve(one) + prior.solve(one);
     information.diagonal() -= precision_;
-    const Eigen::LLT<Eigen::MatrixXd> with(information);
-    if (posterior_.info() != Eigen::Success || with.info() != Eigen::Success) return 0.0;
-    const auto half_log_determinant = [](const Eigen::LLT<Eigen::MatrixXd>& llt) {
-      return llt.matrixLLT().diagonal().array().log().sum();
-    };
+    const Cholesky<Eigen::MatrixXd> with(information);
+    if (!posterior_.ok() || !with.ok()) return 0.0;
     const Eigen::VectorXd told = posterior_.solve(values_);
-    return -0.5 * precision_.array().log().sum() - half_log_determinant(prior) -
-           half_log_determinant(posterior_) - half_log_determinant(with) +
-           0.5 * told.dot(with.solve(told) - values_);
+    return 0.5 * (told.dot(with.solve(told) - values_) - precision_.array().log().sum() -
+                  prior.log_determinant() - posterior_.log_determinant() - with.log_determinant());
   }
 
  private:
   const Eigen::VectorXd& values_;
-  Eigen::LLT<Eigen::MatrixXd> posterior_;  ///< of V
-  Eigen::VectorXd precision_;              ///< of the prior, each value's
+  Cholesky<Eigen::MatrixXd> posterior_;  ///< of V
+  Eigen::VectorXd precision_;            ///< of the prior, each value's
 };
 
 }  // namespace

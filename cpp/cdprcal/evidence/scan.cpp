@@ -1,11 +1,10 @@
 #include "cdprcal/evidence/scan.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <numeric>
 #include <string_view>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/statistics.hpp"
 #include "cdprcal/synthetic/synthetic.hpp"
 
@@ -60,9 +59,7 @@ Stacked stack(const DiagnosisModel& model, const DiagnosisSystem& system) {
   const Eigen::VectorXd residual = system.free_residual(out.order);
   // The accepted effects' prior limits what they may absorb; their columns are removed all the
   // same: near their estimates the difference is far below one unit of evidence.
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(all.leftCols(system.layout.nuisance()));
-  qr.setThreshold(1e-9);
-  out.nuisance_q = qr.householderQ() * Eigen::MatrixXd::Identity(all.rows(), qr.rank());
+  out.nuisance_q = range_basis(all.leftCols(system.layout.nuisance()), 1e-9);
   const auto off_nuisance = [&](const auto& columns) -> Eigen::MatrixXd {
     return columns - out.nuisance_q * (out.nuisance_q.transpose() * columns);
   };
@@ -183,11 +180,9 @@ class NoiseOffPoses {
     const Eigen::Index rows = system.residual.size();
     basis_.resize(rows, 6);
     for (const DiagnosisSystem::PoseRange& pose : system.poses) {
-      const Eigen::MatrixXd own = system.by_pose.middleRows(pose.begin, pose.size);
-      const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(own);
-      Eigen::MatrixXd q = Eigen::MatrixXd::Zero(pose.size, 6);
-      q.leftCols(qr.rank()) = qr.householderQ() * Eigen::MatrixXd::Identity(pose.size, qr.rank());
-      basis_.middleRows(pose.begin, pose.size) = q;
+      const Eigen::MatrixXd q = range_basis(system.by_pose.middleRows(pose.begin, pose.size));
+      basis_.middleRows(pose.begin, pose.size).setZero();
+      basis_.block(pose.begin, 0, pose.size, q.cols()) = q;
       poses_.push_back(pose);
     }
   }
@@ -405,7 +400,8 @@ std::vector<double> imitation(const DiagnosisModel& model, const CandidateScore&
     // Under the rival's own prior: an imitation by absurd values does not count.
     Eigen::MatrixXd posterior = columns.transpose() * columns;
     posterior.diagonal().array() += 1.0;
-    const Eigen::VectorXd estimate = posterior.llt().solve(columns.transpose() * signature);
+    const Eigen::VectorXd product = columns.transpose() * signature;
+    const Eigen::VectorXd estimate = Cholesky<Eigen::MatrixXd>(posterior).solve(product);
     shares[k] = 1.0 - (signature - columns * estimate).squaredNorm() / total;
   }
   return shares;

@@ -1,9 +1,9 @@
 #include "cdprcal/frame/contradicted.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/frame/gauge.hpp"
 #include "cdprcal/statistics.hpp"
 #include "cdprcal/text.hpp"
@@ -19,7 +19,7 @@ Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& matrix) {
   const Eigen::VectorXd scale = matrix.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = scale.asDiagonal() * matrix * scale.asDiagonal();
   return scale.asDiagonal() *
-         scaled.ldlt().solve(Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols())) *
+         solve_symmetric(scaled, Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols()).eval()) *
          scale.asDiagonal();
 }
 
@@ -67,7 +67,7 @@ std::vector<Contradiction> contradicted(const Solved& solved, int max_iterations
       Eigen::MatrixXd spread = covariance.block(at, at, size, size);
       spread.diagonal() += own.cwiseInverse();
       const Eigen::VectorXd off = there.segment(at, size);
-      const double chi_square = off.dot(spread.ldlt().solve(off));
+      const double chi_square = off.dot(solve_symmetric(spread, off));
       const double chance = chi_square_survival(chi_square, size);
       if (!(chance <= least) || std::sqrt(chi_square) <= worst.sigmas) continue;
       least = chance;

@@ -1,10 +1,8 @@
 #include "cdprcal/frame/determined.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/effects/moved_pulleys.hpp"
 #include "cdprcal/frame/gauge.hpp"
 #include "cdprcal/kinematics/obstruction.hpp"
@@ -32,12 +30,12 @@ void leave_out_motions(const FrameProblem& problem, const Robot& robot, Knowledg
   if (u.by_convention() || !fixes_place(u, robot)) return;
   const Eigen::MatrixXd rigid = rigid_motions(u, robot);
   const Eigen::MatrixXd gram = rigid.transpose() * weight.asDiagonal() * rigid;
-  const Eigen::MatrixXd prior = gram.inverse();
+  const Eigen::MatrixXd prior = inverse(gram);
   const Eigen::MatrixXd coefficient = prior * rigid.transpose() * weight.asDiagonal();
   const Eigen::MatrixXd posterior =
       coefficient * known.covariance.topLeftCorner(size, size) * coefficient.transpose();
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
-      0.5 * (posterior + posterior.transpose()), prior);
+  const Eigen::MatrixXd symmetric = 0.5 * (posterior + posterior.transpose());
+  const SymmetricEigen<Eigen::MatrixXd> eigen = symmetric_eigen(symmetric, prior);
   known.unshown = Eigen::MatrixXd::Zero(rigid.cols(), size);
   for (Eigen::Index k = 0; k < eigen.eigenvalues().size(); ++k) {
     if (eigen.eigenvalues()[k] < kShown) continue;
@@ -108,10 +106,9 @@ Eigen::VectorXi metric_columns(const FrameUnknowns& u) {
   return out;
 }
 
-Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> metric_eigen(const FrameUnknowns& u,
-                                                            const Knowledge& known) {
+SymmetricEigen<Eigen::MatrixXd> metric_eigen(const FrameUnknowns& u, const Knowledge& known) {
   const Eigen::VectorXi columns = metric_columns(u);
-  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(known.covariance(columns, columns));
+  return SymmetricEigen<Eigen::MatrixXd>(known.covariance(columns, columns));
 }
 
 std::string image_in_words(MirrorTold told) {
@@ -224,8 +221,7 @@ Knowledge knowledge(const FrameProblem& problem, const FrameState& state,
   // tells at all stays finite when its variance is multiplied.
   const Eigen::MatrixXd block = out.precision(free, free);
   const Eigen::VectorXd scale = block.diagonal().cwiseSqrt().cwiseMax(1e-60).cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * block *
-                                                             scale.asDiagonal());
+  const SymmetricEigen<Eigen::MatrixXd> eigen(scale.asDiagonal() * block * scale.asDiagonal());
   const Eigen::VectorXd values = eigen.eigenvalues().cwiseMax(1e-15);
   Eigen::MatrixXd inverse = scale.asDiagonal() * eigen.eigenvectors() *
                             values.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose() *
@@ -315,9 +311,9 @@ std::vector<std::string> further_poses(const FrameProblem& problem, const FrameS
     Eigen::MatrixXd best_covariance;
     for (std::size_t i = 0; i < places.size(); ++i) {
       // C − C N (I + C N)⁻¹ C
-      const Eigen::MatrixXd product = covariance * told[i];
-      const Eigen::MatrixXd after =
-          (Eigen::MatrixXd::Identity(u.size, u.size) + product).partialPivLu().solve(covariance);
+      Eigen::MatrixXd system = covariance * told[i];
+      system.diagonal().array() += 1.0;
+      const Eigen::MatrixXd after = solve_square(system, covariance);
       const double variance = weakest.dot(after * weakest);
       if (!(variance >= least)) {
         least = variance;

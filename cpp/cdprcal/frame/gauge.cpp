@@ -1,11 +1,11 @@
 #include "cdprcal/frame/gauge.hpp"
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <numeric>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/effects/moved_pulleys.hpp"
+#include "cdprcal/singular_values.hpp"
 
 namespace cdprcal::detail {
 namespace {
@@ -87,9 +87,7 @@ bool fixes_place(const FrameUnknowns& u, const Robot& robot) {
   const Eigen::MatrixXd rigid = rigid_motions(u, robot);
   const Eigen::VectorXd root = u.precision.head(rigid.rows()).cwiseSqrt();
   // Some σ and places are rounded numbers: what is left of a motion by them is not known.
-  return Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(root.asDiagonal() * rigid)
-             .setThreshold(1e-6)
-             .rank() == rigid.cols();
+  return range_basis(root.asDiagonal() * rigid, 1e-6).cols() == rigid.cols();
 }
 
 void hold_place(const Robot& robot, FrameUnknowns& u) {
@@ -97,11 +95,11 @@ void hold_place(const Robot& robot, FrameUnknowns& u) {
   Eigen::MatrixXd rigid = rigid_motions(u, robot);
   rigid.rightCols(rigid.cols() - u.axis_count) /= robot_size_m(robot);  // turns as shifts
   const Eigen::VectorXd root = u.precision.head(rigid.rows()).cwiseSqrt();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(root.asDiagonal() * rigid, Eigen::ComputeFullV);
-  const Eigen::VectorXd& known = svd.singularValues();
+  const Svd<Eigen::MatrixXd> parts = svd(Eigen::MatrixXd(root.asDiagonal() * rigid));
+  const Eigen::VectorXd& known = parts.values;
   const auto rank = (known.array() > kUnknown * known[0]).count();
   // Motions that nothing fixes yet, as what they do to each coordinate.
-  Eigen::MatrixXd open = rigid * svd.matrixV().rightCols(rigid.cols() - rank);
+  Eigen::MatrixXd open = rigid * parts.v.rightCols(rigid.cols() - rank);
   for (const double least : {kTells, kUnknown}) {
     for (const int cable : u.reference) {
       for (int axis = 0; axis < u.axis_count && open.cols() > 0; ++axis) {
@@ -109,7 +107,7 @@ void hold_place(const Robot& robot, FrameUnknowns& u) {
         const Eigen::VectorXd moved = open.row(at).transpose();
         if (!(moved.norm() > least)) continue;
         u.held[static_cast<std::size_t>(at)] = true;
-        const Eigen::MatrixXd q = Eigen::HouseholderQR<Eigen::MatrixXd>(moved).householderQ();
+        const Eigen::MatrixXd q = householder_q(moved);
         open *= q.rightCols(open.cols() - 1).eval();
       }
     }

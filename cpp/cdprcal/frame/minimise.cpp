@@ -1,7 +1,6 @@
 #include "cdprcal/frame/minimise.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
+#include "cdprcal/decompositions.hpp"
 
 namespace cdprcal::detail {
 namespace {
@@ -13,12 +12,11 @@ constexpr double kMostDamping = 1e12;
 /// Of a column's own square: below it a pose's direction counts as not seen.
 constexpr double kRankTolerance = 1e-7;
 
-using PoseMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
 using PoseVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 6, 1>;
 
 /// The normal equations of one pose.
 struct Normal {
-  PoseMatrix pose;
+  SmallSquare pose;
   Eigen::MatrixXd cross;  ///< pose × common
   PoseVector gradient;
 };
@@ -76,9 +74,9 @@ FrameState step(const FrameProblem& problem, const FrameState& from, const Linea
   std::vector<Eigen::MatrixXd> solved;
   solved.reserve(linear.poses.size());
   for (const Normal& normal : linear.poses) {
-    PoseMatrix own = normal.pose;
+    SmallSquare own = normal.pose;
     damp(own, damping);
-    const Eigen::LLT<PoseMatrix> factor(own);
+    const Cholesky<SmallSquare> factor(own);
     Eigen::MatrixXd both(own.rows(), u.size + 1);
     both << normal.cross, normal.gradient;
     solved.push_back(factor.solve(both));
@@ -92,7 +90,7 @@ FrameState step(const FrameProblem& problem, const FrameState& from, const Linea
     schur(i, i) = 1.0;
     right[i] = 0.0;
   }
-  const Eigen::VectorXd change = schur.ldlt().solve(right);
+  const Eigen::VectorXd change = solve_symmetric(schur, right);
   FrameState to = from;
   to.values += change;
   for (std::size_t i = 0; i < to.poses.size(); ++i) {
@@ -164,12 +162,10 @@ FrameInformation information(const FrameProblem& problem, const FrameState& stat
         frame_rows(problem, robot, state.values, problem.poses[at], state.poses[at], true));
     const FrameRows& rows = out.rows.back();
     if (!rows.valid) return out;
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows.by_pose);
-    qr.setThreshold(kRankTolerance);
-    const Eigen::Index rank = qr.rank(), left = rows.residual.size() - rank;
-    out.freedom[i] = static_cast<int>(left);
-    const Eigen::MatrixXd common = (qr.householderQ().adjoint() * rows.by_common).bottomRows(left);
-    const Eigen::VectorXd residual = (qr.householderQ().adjoint() * rows.residual).tail(left);
+    const Eigen::MatrixXd free = basis_across(rows.by_pose, kRankTolerance);
+    out.freedom[i] = static_cast<int>(free.cols());
+    const Eigen::MatrixXd common = free.transpose() * rows.by_common;
+    const Eigen::VectorXd residual = free.transpose() * rows.residual;
     out.normal.noalias() += common.transpose() * common;
     out.scores.col(i) = common.transpose() * residual;
     out.misfit[i] = residual.squaredNorm();
@@ -185,9 +181,10 @@ double settle_pose(const FrameProblem& problem, const Robot& robot, const Eigen:
   double cost = 0.5 * rows.residual.squaredNorm();
   double damping = 1e-3;
   for (int i = 0; i < max_iterations && damping < kMostDamping; ++i) {
-    PoseMatrix own = rows.by_pose.transpose() * rows.by_pose;
+    SmallSquare own = rows.by_pose.transpose() * rows.by_pose;
     damp(own, damping);
-    const Eigen::VectorXd step = -own.llt().solve(rows.by_pose.transpose() * rows.residual);
+    const Eigen::VectorXd gradient = rows.by_pose.transpose() * rows.residual;
+    const Eigen::VectorXd step = -Cholesky<SmallSquare>(own).solve(gradient);
     const Pose next = stepped(problem, pose, step);
     FrameRows there = frame_rows(problem, robot, values, from, next, true);
     const double lower = there.valid ? 0.5 * there.residual.squaredNorm() : kNaN;

@@ -1,12 +1,12 @@
 #include "cdprcal/frame/mirror.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/frame/start.hpp"
 #include "cdprcal/kinematics/obstruction.hpp"
+#include "cdprcal/singular_values.hpp"
 
 namespace cdprcal::detail {
 namespace {
@@ -54,9 +54,8 @@ double evidence_of_file(const FrameProblem& problem, const FrameState& state) {
   }
   file.colwise() -= file.rowwise().mean().eval();
   found.colwise() -= found.rowwise().mean().eval();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(file * found.transpose(),
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double all = svd.singularValues().sum(), least = svd.singularValues().tail(1)[0];
+  const Svd<Eigen::MatrixXd> parts = svd(Eigen::MatrixXd(file * found.transpose()));
+  const double all = parts.values.sum(), least = parts.values.tail(1)[0];
   const auto misfit = [&](double agreement) {
     const double squares = file.squaredNorm();
     return std::max(squares - agreement * agreement / found.squaredNorm(), 1e-12 * squares);
@@ -64,7 +63,7 @@ double evidence_of_file(const FrameProblem& problem, const FrameState& state) {
   const double d = u.axis_count;  // shift, turn and size are fitted
   const double freedom = d * u.cables - d - 0.5 * d * (d - 1.0) - 1.0;
   const double evidence = 0.5 * freedom * std::log(misfit(all - 2.0 * least) / misfit(all));
-  return (svd.matrixU() * svd.matrixV().transpose()).determinant() > 0.0 ? evidence : -evidence;
+  return (parts.u * parts.v.transpose()).determinant() > 0.0 ? evidence : -evidence;
 }
 
 /// Poses at which cables would have to push, or something is in the way.
@@ -112,8 +111,8 @@ std::vector<int> untold_sides(const FrameProblem& problem, const FrameState& sta
   }
   const Eigen::VectorXd middle = points.rowwise().mean();
   points.colwise() -= middle;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spread(points * points.transpose() /
-                                                              static_cast<double>(points.cols()));
+  const SymmetricEigen<Eigen::MatrixXd> spread(points * points.transpose() /
+                                               static_cast<double>(points.cols()));
   const double least_m = kSpread * noise_m;
   if (!(spread.eigenvalues()[0] < least_m * least_m)) return {};
   const Eigen::VectorXd normal = spread.eigenvectors().col(0);

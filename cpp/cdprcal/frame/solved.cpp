@@ -1,8 +1,8 @@
 #include "cdprcal/frame/solved.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/frame/unknowns.hpp"
 
 namespace cdprcal::detail {
@@ -24,11 +24,8 @@ double estimate_noise(FrameProblem& problem, const FrameInformation& information
   for (double& sigma : least) sigma *= kLeastNoise;
   double change = 0.0;
   for (const FrameRows& rows : information.rows) {
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows.by_pose);
-    qr.setThreshold(1e-7);
-    const Eigen::Index size = rows.residual.size(), left = size - qr.rank();
-    const Eigen::MatrixXd q = qr.householderQ();
-    const Eigen::MatrixXd free = q.rightCols(left);
+    const Eigen::MatrixXd free = basis_across(rows.by_pose, 1e-7);
+    const Eigen::Index size = rows.residual.size(), left = free.cols();
     const Eigen::MatrixXd common = free.transpose() * rows.by_common;
     const Eigen::MatrixXd own =
         free * (Eigen::MatrixXd::Identity(left, left) - common * covariance * common.transpose()) *

@@ -1,14 +1,13 @@
 #include "cdprcal/frame/start.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <limits>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/effects/moved_pulleys.hpp"
 #include "cdprcal/frame/mirror.hpp"
+#include "cdprcal/singular_values.hpp"
 #include "cdprcal/synthetic/synthetic.hpp"
 
 namespace cdprcal::detail {
@@ -115,10 +114,9 @@ Rigid best_rigid(const Eigen::MatrixXd& from, const Eigen::MatrixXd& to) {
   const Eigen::VectorXd from_mean = from.rowwise().mean(), to_mean = to.rowwise().mean();
   const Eigen::MatrixXd covariance =
       (to.colwise() - to_mean) * (from.colwise() - from_mean).transpose();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(covariance,
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Svd<Eigen::MatrixXd> parts = svd(covariance);
   Rigid rigid;
-  rigid.turn = svd.matrixU() * svd.matrixV().transpose();
+  rigid.turn = parts.u * parts.v.transpose();
   rigid.shift = to_mean - rigid.turn * from_mean;
   return rigid;
 }
@@ -137,7 +135,7 @@ void hold(const FrameUnknowns& u, Eigen::MatrixXd& anchors, Eigen::MatrixXd& poi
   // makes it a turn, for the image is chosen already: by all pulleys.
   const std::vector<int> next(u.reference.begin() + 1, u.reference.begin() + 1 + d);
   const Eigen::MatrixXd of = anchors(Eigen::all, next);
-  Eigen::MatrixXd q = Eigen::HouseholderQR<Eigen::MatrixXd>(of).householderQ();
+  Eigen::MatrixXd q = householder_q(of);
   for (Eigen::Index i = 0; i + 1 < d; ++i) {
     if (q.col(i).dot(of.col(i)) < 0.0) q.col(i) *= -1.0;
   }
@@ -223,9 +221,9 @@ std::optional<ClosedForm> closed_form(const Eigen::MatrixXd& lengths, int dimens
   const Eigen::VectorXd by_pose = s.rowwise().mean();
   Eigen::MatrixXd centred = s.colwise() - by_pose;
   centred.rowwise() -= centred.colwise().mean().eval();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(centred, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const Eigen::MatrixXd u = svd.matrixU().leftCols(d) * svd.singularValues().head(d).asDiagonal();
-  const Eigen::MatrixXd v = svd.matrixV().leftCols(d);
+  const Svd<Eigen::MatrixXd> parts = thin_svd(centred);
+  const Eigen::MatrixXd u = parts.u.leftCols(d) * parts.values.head(d).asDiagonal();
+  const Eigen::MatrixXd v = parts.v.leftCols(d);
   // With p = M u + t and a about its own mean, −2 p·a = u·v: a = −½ M⁻ᵀ v. The mean over pulleys
   // is |p|² + const = uᵀC u + 2 uᵀb + const, with C = MᵀM and b = Mᵀt.
   Eigen::MatrixXd equations(m, squares + d + 1);
@@ -239,15 +237,14 @@ std::optional<ClosedForm> closed_form(const Eigen::MatrixXd& lengths, int dimens
     equations.row(i).segment(squares, d) = 2.0 * u.row(i);
     equations(i, squares + d) = 1.0;
   }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(equations);
-  if (qr.rank() < equations.cols()) return std::nullopt;
-  const Eigen::VectorXd x = qr.solve(by_pose);
+  const auto [x, rank] = least_squares(equations, by_pose);
+  if (rank < equations.cols()) return std::nullopt;
   Eigen::MatrixXd c(d, d);
   for (Eigen::Index j = 0, column = 0; j < d; ++j) {
     for (Eigen::Index k = j; k < d; ++k) c(j, k) = c(k, j) = x[column++];
   }
   // Noise may leave C without a root; its own size in place of what is missing is a start, too.
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(c);
+  const SymmetricEigen<Eigen::MatrixXd> eigen(c);
   if (!(eigen.eigenvalues().maxCoeff() > 0.0)) return std::nullopt;
   const Eigen::VectorXd roots =
       eigen.eigenvalues().cwiseMax(1e-3 * eigen.eigenvalues().maxCoeff()).cwiseSqrt();

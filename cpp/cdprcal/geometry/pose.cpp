@@ -1,8 +1,7 @@
 #include "cdprcal/geometry/pose.hpp"
 
-#include <Eigen/SVD>
-
 #include "cdprcal/error.hpp"
+#include "cdprcal/singular_values.hpp"
 
 namespace cdprcal {
 
@@ -72,9 +71,13 @@ Eigen::Quaterniond rotation_from_matrix(const Matrix3& matrix) {
         "rotation: the 3x3 matrix must be a rotation (here R Rᵀ differs from the identity "
         "or its determinant is negative)");
   }
-  const Eigen::JacobiSVD<Matrix3> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Matrix3 nearest = svd.matrixU() * svd.matrixV().transpose();
+  const Svd<Matrix3> parts = svd(matrix);
+  const Matrix3 nearest = parts.u * parts.v.transpose();
   return Eigen::Quaterniond(nearest).normalized();
+}
+
+Eigen::Quaterniond rotation_between(const Vector3& from, const Vector3& to) {
+  return Eigen::Quaterniond::FromTwoVectors(from, to);
 }
 
 }  // namespace cdprcal

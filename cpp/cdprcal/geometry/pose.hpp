@@ -42,4 +42,7 @@ double rotation_angle_difference_rad(const Pose& a, const Pose& b);
 /// 1e-6 from the identity, or the matrix mirrors.
 Eigen::Quaterniond rotation_from_matrix(const Matrix3& matrix);
 
+/// The shortest rotation that turns one direction into another; their lengths do not matter.
+Eigen::Quaterniond rotation_between(const Vector3& from, const Vector3& to);
+
 }  // namespace cdprcal

@@ -1,7 +1,6 @@
 #include "cdprcal/kinematics/motion.hpp"
 
-#include <Eigen/QR>
-
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/error.hpp"
 
 namespace cdprcal {
@@ -9,7 +8,7 @@ namespace {
 
 /// Orthonormal directions in a plane.
 Eigen::Matrix<double, 3, 2> plane(const Vector3& normal) {
-  const Matrix3 basis = Eigen::HouseholderQR<Vector3>(normal).householderQ();
+  const Matrix3 basis = householder_q(normal);
   return basis.rightCols<2>();
 }
 

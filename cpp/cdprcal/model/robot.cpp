@@ -1,9 +1,9 @@
 #include "cdprcal/model/robot.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <array>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/model/robot_check.hpp"
 #include "cdprcal/model/yardstick.hpp"
@@ -75,8 +75,7 @@ void check_inertia(Matrix3& inertia) {
     throw FieldError(field, "must be symmetric: rows and columns differ");
   }
   inertia = (0.5 * (inertia + inertia.transpose())).eval();
-  const Vector3 moments =
-      Eigen::SelfAdjointEigenSolver<Matrix3>(inertia, Eigen::EigenvaluesOnly).eigenvalues();
+  const Vector3 moments = symmetric_eigenvalues(inertia);
   if (!(moments[0] > kInertiaTolerance * scale)) {
     throw FieldError(field, "must be positive definite, but its least principal moment is " +
                                 shortest(moments[0]));

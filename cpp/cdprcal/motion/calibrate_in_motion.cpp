@@ -1,7 +1,6 @@
 #include "cdprcal/motion/calibrate_in_motion.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -10,6 +9,7 @@
 
 #include "cdprcal/calibration/allow_for_effects.hpp"
 #include "cdprcal/calibration/initial_guess.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/effects/corrected_run.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/evidence/scan.hpp"
@@ -274,17 +274,16 @@ Matrix6 widening(const CalibrationResult& together, const Calibration& plain, do
   constexpr double kNone = 1e-14;  // of the largest variance: where the platform cannot move
   const std::optional<Matrix6>& alone = plain.result.covariance;
   if (!together.covariance) return Matrix6::Identity();
-  const Eigen::SelfAdjointEigenSolver<Matrix6> own(*together.covariance);
+  const SymmetricEigen<Matrix6> own(*together.covariance);
   const auto count = (own.eigenvalues().array() > kNone * own.eigenvalues().maxCoeff()).count();
   const Eigen::VectorXd sigma = own.eigenvalues().tail(count).cwiseSqrt();
   const Eigen::MatrixXd directions = own.eigenvectors().rightCols(count);
   const Eigen::MatrixXd root = directions * sigma.asDiagonal();
   Eigen::MatrixXd of_rests = Eigen::MatrixXd::Zero(count, count);
   if (rests(plain) && alone && plain.result.status == CalibrationStatus::converged) {
-    of_rests = root.transpose() * alone->completeOrthogonalDecomposition().solve(root);
+    of_rests = root.transpose() * least_norm(Eigen::MatrixXd(*alone), root);
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 *
-                                                             (of_rests + of_rests.transpose()));
+  const SymmetricEigen<Eigen::MatrixXd> eigen(0.5 * (of_rests + of_rests.transpose()));
   const Eigen::VectorXd share = eigen.eigenvalues().cwiseMax(0.0).cwiseMin(1.0);
   const Eigen::VectorXd scale = (worth - (worth - 1.0) * share.array()).sqrt();
   return root * eigen.eigenvectors() * scale.asDiagonal() * eigen.eigenvectors().transpose() *

@@ -1,8 +1,8 @@
 #include "cdprcal/motion/locked.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/readings/turn_over.hpp"
 
@@ -43,8 +43,8 @@ bool is_resting(const Calibration& calibration, double time_s, double around_s) 
 Modes modes_at(const Robot& robot, const Pose& pose) {
   const PlatformState state = platform_state(robot, pose);
   if (!state.valid) return {};
-  const CableVector tension_N =
-      structure_matrix(state).completeOrthogonalDecomposition().solve(gravity_wrench(robot, state));
+  const CableVector tension_N = least_norm(Eigen::MatrixXd(structure_matrix(state)),
+                                           Eigen::VectorXd(gravity_wrench(robot, state)));
   return free_motion_modes(robot, state, tension_N);
 }
 

@@ -1,6 +1,6 @@
 #include "cdprcal/motion/middle_readings.hpp"
 
-#include <Eigen/QR>
+#include "cdprcal/decompositions.hpp"
 
 namespace cdprcal {
 
@@ -17,8 +17,7 @@ Measurement middle_reading(const Log& log, const SampleRange& run, Eigen::Index 
   const Eigen::VectorXd time_s = log.time_s.segment(begin, end - begin).array() - log.time_s[row];
   Eigen::MatrixXd powers(time_s.size(), 3);
   powers << Eigen::VectorXd::Ones(time_s.size()), time_s, time_s.cwiseAbs2();
-  const Eigen::VectorXd weight =
-      powers.completeOrthogonalDecomposition().pseudoInverse().row(0).transpose();
+  const Eigen::VectorXd weight = pseudo_inverse(powers).row(0).transpose();
   for_each_sensor(
       [&](const Sensor& sensor, const LogMatrix& values, auto& field) {
         const auto read = numbers(field);

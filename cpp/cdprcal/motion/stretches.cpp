@@ -1,10 +1,9 @@
 #include "cdprcal/motion/stretches.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/statics/inertial_wrench.hpp"
 #include "cdprcal/statics/taut.hpp"
 
@@ -40,7 +39,7 @@ OwnPose own_pose(const GeometricReadings& at, const KnownOffsets& known) {
     information += by_pose * by_pose.transpose() / known.sample_variance[k];
     gradient += by_pose * (ahead / known.sample_variance[k]);
   }
-  const Matrix6 covariance = information.completeOrthogonalDecomposition().pseudoInverse();
+  const Matrix6 covariance = pseudo_inverse(information);
   return {-covariance * gradient, covariance};
 }
 
@@ -174,8 +173,9 @@ std::optional<Measurement> Stretches::about(Eigen::Index row) const {
   m.samples = std::max(1, static_cast<int>(sum * sum / squares));
   const InertialWrench at_rest = inertial_wrench(robot_, state, m.twist, Vector6::Zero());
   m.acceleration =
-      bent + at_rest.mass.ldlt().solve(balance - wrench_residual(robot_, state, m.tension_N) -
-                                       at_rest.wrench);
+      bent + solve_symmetric(
+                 at_rest.mass,
+                 Vector6(balance - wrench_residual(robot_, state, m.tension_N) - at_rest.wrench));
   const double apart_s = half_s_ / (kSquare * m.samples);
   const Matrix6 known = at_rest.mass * sample_covariance_ * at_rest.mass.transpose();
   m.inertial_sigma =

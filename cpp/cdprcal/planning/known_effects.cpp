@@ -1,7 +1,6 @@
 #include "cdprcal/planning/known_effects.hpp"
 
-#include <Eigen/LU>
-
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/effects/pose_evaluation.hpp"
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/equilibria/wrench_distribution.hpp"
@@ -66,8 +65,7 @@ std::optional<Pose> KnownEffects::settled(const CableVector& reading_N, const Po
     if (balance_error_N(evaluation.wrench, length_scale_m) <= kBalanced * robot_.weight_N()) {
       return pose;
     }
-    const Vector6 twist =
-        -Eigen::PartialPivLU<Matrix6>(evaluation.wrench_by_twist).solve(evaluation.wrench);
+    const Vector6 twist = -solve_square(evaluation.wrench_by_twist, evaluation.wrench);
     // A step of the platform's own size is no small correction: another equilibrium, or none.
     if (!twist.allFinite() || twist.head<3>().norm() > length_scale_m ||
         twist.tail<3>().norm() > 1.0) {

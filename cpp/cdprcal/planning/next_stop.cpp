@@ -1,9 +1,9 @@
 #include "cdprcal/planning/next_stop.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/planning/observability.hpp"
@@ -12,7 +12,7 @@ namespace cdprcal {
 namespace {
 
 double largest_deviation(const Matrix3& covariance) {
-  return std::sqrt(Eigen::SelfAdjointEigenSolver<Matrix3>(covariance).eigenvalues().maxCoeff());
+  return std::sqrt(symmetric_eigenvalues(covariance).maxCoeff());
 }
 
 /// Covariance of ζ0 under a guess of it as wide as the frame (10 m, 1 rad), so that sets of poses
@@ -21,7 +21,7 @@ Matrix6 covariance_of(const Eigen::MatrixXd& information) {
   Matrix6 own = Observability::on_initial_pose(information);
   own.diagonal().head<3>().array() += 1e-2;
   own.diagonal().tail<3>().array() += 1.0;
-  return own.inverse();
+  return inverse(own);
 }
 
 double weighted_trace(const Matrix6& covariance, const AskedAccuracy& asked) {

@@ -1,10 +1,9 @@
 #include "cdprcal/planning/observability.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <limits>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/estimation/assembly.hpp"
 #include "cdprcal/estimation/inverse_along.hpp"
@@ -34,9 +33,8 @@ Eigen::MatrixXd with_wide_prior(Eigen::MatrixXd information) {
 double log_determinant(const Eigen::MatrixXd& information) {
   const auto of = [](const Eigen::MatrixXd& m) {
     if (m.rows() == 0) return 0.0;
-    const Eigen::LLT<Eigen::MatrixXd> llt(m);
-    if (llt.info() != Eigen::Success) return -std::numeric_limits<double>::infinity();
-    return 2.0 * llt.matrixLLT().diagonal().array().log().sum();
+    const Cholesky<Eigen::MatrixXd> factor(m);
+    return factor.ok() ? factor.log_determinant() : -std::numeric_limits<double>::infinity();
   };
   const Eigen::Index errors = information.rows() - 6;
   return of(information) - of(information.bottomRightCorner(errors, errors));
@@ -92,8 +90,7 @@ Observability::Split Observability::linearised(const SetPoint& set_point) const 
       cross += by_own * by_common.transpose();
     }
   }
-  const Eigen::CompleteOrthogonalDecomposition<Matrix6> decomposition(own);
-  split.added -= cross.transpose() * decomposition.solve(cross);
+  split.added -= cross.transpose() * least_norm(Eigen::MatrixXd(own), Eigen::MatrixXd(cross));
   split.added = 0.5 * (split.added + split.added.transpose()).eval();
   return split;
 }
@@ -107,9 +104,8 @@ Matrix6 Observability::on_initial_pose(const Eigen::MatrixXd& information) {
   Matrix6 out = information.topLeftCorner<6, 6>();
   if (errors > 0) {
     const Eigen::MatrixXd coupling = information.bottomLeftCorner(errors, 6);
-    const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> own(
-        information.bottomRightCorner(errors, errors));
-    out -= coupling.transpose() * own.solve(coupling);
+    out -= coupling.transpose() *
+           least_norm(information.bottomRightCorner(errors, errors).eval(), coupling);
   }
   return 0.5 * (out + out.transpose());
 }

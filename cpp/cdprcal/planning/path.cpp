@@ -1,10 +1,10 @@
 #include "cdprcal/planning/path.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/equilibria/held_motion.hpp"
 #include "cdprcal/equilibria/starts.hpp"
 #include "cdprcal/error.hpp"
@@ -88,8 +88,7 @@ bool PathChecker::settle(const CableVector& tension_N, Pose& pose) const {
     if (!state.valid) return false;
     const Vector6 residual = wrench_residual(solver_.robot(), state, tension_N);
     if (balance_error_N(residual, length_scale_m_) <= tolerance) return true;
-    const Vector6 twist =
-        -Eigen::PartialPivLU<Matrix6>(stiffness(solver_.robot(), state, tension_N)).solve(residual);
+    const Vector6 twist = -solve_square(stiffness(solver_.robot(), state, tension_N), residual);
     if (!twist.allFinite() || size_of(twist, step_limit_m_) > 1.0) return false;
     pose = plus(pose, twist);
   }
@@ -103,8 +102,8 @@ PathPoint PathChecker::describe(double fraction, const Pose& pose, const CableVe
   PathPoint point{fraction, pose, tension_N, Vector6::Zero(), CableVector(), 0.0};
   const WrenchMatrix structure = structure_matrix(state);
   // Ξᵀτ = f at every s: (K + Q) dζ/ds = −Ξᵀ dτ/ds
-  const Eigen::PartialPivLU<Matrix6> hessian(stiffness(robot, state, tension_N));
-  point.twist_by_fraction = -hessian.solve(structure * change_N);
+  point.twist_by_fraction =
+      -solve_square(stiffness(robot, state, tension_N), Vector6(structure * change_N));
   point.length_by_fraction_m = structure.transpose() * point.twist_by_fraction;
   point.stiffness_N_m = stability(robot, state, tension_N).constant_tensions_N_m;
   return point;

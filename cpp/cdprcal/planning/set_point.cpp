@@ -1,9 +1,8 @@
 #include "cdprcal/planning/set_point.hpp"
 
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <sstream>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
 
@@ -96,11 +95,11 @@ Vector6 settling_deviation(const Robot& robot, const SetPoint& set_point) {
   if (holds_orientation(robot)) {
     const Eigen::MatrixXd jacobian =
         FreeMotion(robot).of(length_jacobian(state).transpose()).transpose();
-    const Eigen::MatrixXd by_length = jacobian.completeOrthogonalDecomposition().pseudoInverse();
+    const Eigen::MatrixXd by_length = pseudo_inverse(jacobian);
     return robot.sigma.length_m * by_length.rowwise().norm();
   }
-  const Eigen::PartialPivLU<Matrix6> hessian(stiffness(robot, state, set_point.tension_N));
-  const WrenchMatrix by_tension = hessian.solve(structure_matrix(state));
+  const Eigen::MatrixXd hessian = stiffness(robot, state, set_point.tension_N);
+  const WrenchMatrix by_tension = solve_square(hessian, Eigen::MatrixXd(structure_matrix(state)));
   return robot.sigma.tension_N * by_tension.rowwise().norm();
 }
 

@@ -1,8 +1,8 @@
 #include "cdprcal/planning/timing.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/startup/length_controller.hpp"
@@ -91,8 +91,7 @@ Vector3 lag_by_time(const Robot& robot, const std::vector<PathPoint>& points, st
                                at.twist_by_fraction * FifthDegree::acceleration(x);
   const PlatformState state = platform_state(robot, at.pose);
   const Matrix6 hessian = stiffness(robot, state, at.tension_N);
-  const Vector6 lag =
-      Eigen::PartialPivLU<Matrix6>(hessian).solve(mass_matrix(robot, state) * acceleration);
+  const Vector6 lag = solve_square(hessian, Vector6(mass_matrix(robot, state) * acceleration));
   return lag.head<3>();
 }
 

@@ -1,7 +1,6 @@
 #include "cdprcal/simulator/simulator.hpp"
 
-#include <Eigen/LU>
-
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
@@ -35,7 +34,7 @@ bool balance(const PlantDynamics& plant, const Robot& robot, const CableVector& 
                         (2.0 * kStep);
     }
     if (!jacobian.allFinite()) return false;
-    Vector6 move = -free.of_stiffness(jacobian).partialPivLu().solve(wrench);
+    Vector6 move = -solve_square(free.of_stiffness(jacobian), wrench);
     if (!move.allFinite()) return false;
     move /= std::max({1.0, move.head<3>().norm() / 0.1, move.tail<3>().norm() / 0.2});
     const Pose next = plus(pose, move);

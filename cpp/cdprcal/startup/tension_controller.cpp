@@ -1,7 +1,8 @@
 #include "cdprcal/startup/tension_controller.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
+
+#include "cdprcal/decompositions.hpp"
 
 namespace cdprcal {
 namespace {
@@ -9,7 +10,7 @@ namespace {
 /// The symmetric matrix with eigenvalues changed by f (≥ 0 before).
 template <class Function>
 CableMatrix with_eigenvalues(const CableMatrix& matrix, const Function& f) {
-  const Eigen::SelfAdjointEigenSolver<CableMatrix> eigen(matrix);
+  const SymmetricEigen<CableMatrix> eigen(matrix);
   CableVector values = eigen.eigenvalues();
   for (double& v : values) v = f(std::max(0.0, v));
   return eigen.eigenvectors() * values.asDiagonal() * eigen.eigenvectors().transpose();

@@ -1,14 +1,12 @@
 #include "cdprcal/statics/natural_frequencies.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/kinematics/motion.hpp"
 
 namespace cdprcal {
 namespace {
-
-using SquareMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
 
 /// Modes of the motions in the span of `basis` (6×m).
 Modes modes_in(const ModeShapes& basis, const Matrix6& stiffness, const Matrix6& mass) {
@@ -16,9 +14,10 @@ Modes modes_in(const ModeShapes& basis, const Matrix6& stiffness, const Matrix6&
   modes.natural_frequency_hz.resize(basis.cols());
   modes.shape.resize(6, basis.cols());
   if (basis.cols() == 0) return modes;
-  const SquareMatrix k = basis.transpose() * stiffness * basis;
-  const SquareMatrix m = basis.transpose() * mass * basis;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<SquareMatrix> eigen(0.5 * (k + k.transpose()), m);
+  const SmallSquare k = basis.transpose() * stiffness * basis;
+  const SmallSquare m = basis.transpose() * mass * basis;
+  const SymmetricEigen<SmallSquare> eigen =
+      symmetric_eigen<SmallSquare>(0.5 * (k + k.transpose()), m);
   modes.natural_frequency_hz = eigen.eigenvalues().unaryExpr(
       [](double square) { return square >= 0.0 ? std::sqrt(square) / (2.0 * kPi) : kNaN; });
   modes.shape = basis * eigen.eigenvectors();

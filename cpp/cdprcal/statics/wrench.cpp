@@ -1,8 +1,8 @@
 #include "cdprcal/statics/wrench.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 
+#include "cdprcal/singular_values.hpp"
 #include "cdprcal/statics/one_a_cable.hpp"
 
 namespace cdprcal {
@@ -60,10 +60,8 @@ Eigen::MatrixXd free_motion_basis(const PlatformState& state) {
   if (!state.valid) {  // a decomposition of NaN would return memory that nobody wrote
     return Eigen::MatrixXd::Constant(6, std::max(0, 6 - state.cable_count), kNaN);
   }
-  const Eigen::MatrixXd lengths = length_jacobian(state);
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(lengths, Eigen::ComputeFullV);
-  const Eigen::Index rank = svd.rank();
-  return svd.matrixV().rightCols(6 - rank);
+  const Svd<Eigen::MatrixXd> parts = svd(Eigen::MatrixXd(length_jacobian(state)));
+  return parts.v.rightCols(6 - parts.rank);
 }
 
 Eigen::MatrixXd free_motion_stiffness(const Robot& robot, const PlatformState& state,

@@ -1,5 +1,6 @@
 #include "cdprcal/synthetic/synthetic.hpp"
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/effects/effect.hpp"
 #include "cdprcal/effects/pose_evaluation.hpp"
 #include "cdprcal/equilibria/direct.hpp"
@@ -106,7 +107,7 @@ bool yield_to(const Robot& robot, const CableVector& tension_N, const Vector6& w
   for (int i = 0; i < kSteps; ++i) {
     const PlatformState state = platform_state(robot, pose);
     const Vector6 left = wrench_residual(robot, state, tension_N) - wrench;
-    const Vector6 step = stiffness(robot, state, tension_N).partialPivLu().solve(left);
+    const Vector6 step = solve_square(stiffness(robot, state, tension_N), left);
     pose = plus(pose, -step);
     last = step.norm();
     if (!(last >= 1e-14)) break;

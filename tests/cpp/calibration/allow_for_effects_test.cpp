@@ -2,11 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <regex>
 
 #include "../support/run.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/diagnosis/baseline.hpp"
 #include "cdprcal/diagnosis/diagnose.hpp"
 #include "cdprcal/evidence/checks.hpp"
@@ -57,7 +56,7 @@ TEST(AllowForEffects, CountsWhatALogCannotRuleOut) {
   const Log log = made().log;
   const Calibration plain = calibrate(robot, log, unasked()), allowing = calibrate(robot, log);
   const Matrix6 more = *allowing.result.covariance - *plain.result.covariance;
-  const Eigen::SelfAdjointEigenSolver<Matrix6> added(more);
+  const SymmetricEigen<Matrix6> added(more);
   EXPECT_GE(added.eigenvalues()[0], -1e-12 * more.norm());
   EXPECT_GT(more.norm(), 0.0);
   EXPECT_EQ(allowing.result.standard_deviation(),
@@ -96,7 +95,8 @@ TEST(AllowForEffects, CountsWhatAnErrorThatAllReadingsShareCanDo) {
   EXPECT_NE(allowing.result.reason.find("the model misfits " + misfit(plain)), std::string::npos);
   EXPECT_NE(allowing.result.reason.find("allow for every known effect"), std::string::npos);
   const Vector6 error = minus(allowing.result.poses.front(), truth.poses.front());
-  EXPECT_LT(error.dot(allowing.result.covariance->ldlt().solve(error)), 22.5);  // χ² of 6, 0.999
+  EXPECT_LT(error.dot(solve_symmetric(*allowing.result.covariance, error)),
+            22.5);  // χ² of 6, 0.999
   for (int i = 0; i < 6; ++i) {
     const double deviation = allowing.result.standard_deviation()[i];
     EXPECT_NEAR(deviation * deviation, (*allowing.result.covariance)(i, i), 1e-18);
@@ -122,7 +122,7 @@ TEST(AllowForEffects, LeastCertainIsADirectionOfTheCovarianceThatIsShown) {
       Vector6 scale;
       scale << Vector3::Ones(), Vector3::Constant(1.0 / characteristic_length_m(robot));
       const Vector6 back = scale.cwiseInverse();
-      const Eigen::SelfAdjointEigenSolver<Matrix6> spread(
+      const SymmetricEigen<Matrix6> spread(
           Matrix6(back.asDiagonal() * *result.covariance * back.asDiagonal()));
       const Vector6 most =
           std::sqrt(spread.eigenvalues()[5]) * scale.cwiseProduct(spread.eigenvectors().col(5));
@@ -150,7 +150,8 @@ TEST(AllowForEffects, AbsoluteSensorsAreInTheLargerModel) {
   EXPECT_LT(allowing.result.standard_deviation().head<3>().maxCoeff(), robot.sigma.position_m);
   EXPECT_GT(without.result.standard_deviation().head<3>().maxCoeff(), robot.sigma.position_m);
   const Vector6 error = minus(allowing.result.poses.front(), truth.poses.front());
-  EXPECT_LT(error.dot(allowing.result.covariance->ldlt().solve(error)), 22.5);  // χ² of 6, 0.999
+  EXPECT_LT(error.dot(solve_symmetric(*allowing.result.covariance, error)),
+            22.5);  // χ² of 6, 0.999
 }
 
 /// A converged calibration whose channels scatter by 2 and misfit by `pose`.
@@ -244,7 +245,7 @@ void expect_the_diagnosis_model(const Robot& robot, const Log& log) {
   const Matrix6 covariance = initial_pose_covariance(with_uncertain_noise(model), 0);
   EXPECT_LT((*allowing.result.covariance - covariance).norm(), 0.05 * covariance.norm());
   const Vector6 apart = minus(allowing.result.poses.front(), model.runs[0].poses.front());
-  EXPECT_LT(apart.dot(covariance.ldlt().solve(apart)), 0.6);  // as far as both have settled
+  EXPECT_LT(apart.dot(solve_symmetric(covariance, apart)), 0.6);  // as far as both have settled
   const PlatformState initial =
       platform_state(with_effects(robot, model.active(0)), model.runs[0].poses.front());
   // Nearer to it by far than without the allowance.

@@ -2,8 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
-
 #include "../support/scenario.hpp"
 #include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/error.hpp"

@@ -1,11 +1,10 @@
 // Robots whose platform keeps to a plane, or does not turn: from readings to the initial pose.
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
-
 #include "../support/numeric_jacobian.hpp"
 #include "cdprcal/calibration/initial_guess.hpp"
 #include "cdprcal/calibration/multi_start.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/estimation/assembly.hpp"
 #include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/statics/wrench.hpp"
@@ -49,7 +48,7 @@ CableVector balancing(const Robot& robot, const Pose& pose) {
   const Eigen::MatrixXd a = free.transpose() * structure_matrix(state);
   const Eigen::VectorXd load = free.transpose() * gravity_wrench(robot, state);
   const CableVector pretension = CableVector::Constant(robot.cable_count(), 60.0);
-  return pretension + a.completeOrthogonalDecomposition().solve(load - a * pretension);
+  return pretension + least_norm(a, Eigen::VectorXd(load - a * pretension));
 }
 
 struct Rests {
@@ -95,7 +94,7 @@ TEST_P(Guided, LengthsAndTensionsFindThePoseAndNoOtherFreedom) {
   const TwistBasis held = guided_basis(r.problem.robot), free = motion_basis(r.problem.robot);
   EXPECT_LT((*result.covariance * held).norm(), 1e-12);
   const Eigen::MatrixXd own = free.transpose() * *result.covariance * free;
-  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(own).eigenvalues()[0], 0.0);
+  EXPECT_GT(SymmetricEigen<Eigen::MatrixXd>(own).eigenvalues()[0], 0.0);
 }
 
 TEST_P(Guided, WholeLengthsAloneDo) {
@@ -125,7 +124,7 @@ TEST_P(Guided, ErrorsAreWithinTheirCovariance) {
     ASSERT_EQ(result.status, CalibrationStatus::converged) << result.reason;
     const Eigen::VectorXd error = free.transpose() * minus(result.poses[0], r.truth[0]);
     const Eigen::MatrixXd own = free.transpose() * *result.covariance * free;
-    squares += error.dot(own.ldlt().solve(error));
+    squares += error.dot(solve_symmetric(own, error));
     count += static_cast<double>(free.cols());
   }
   // χ² of that many degrees of freedom: ± 4 standard deviations.

@@ -1,11 +1,9 @@
 // Recovery of a known initial pose from generated readings.
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-
 #include "../support/random_robot.hpp"
 #include "../support/scenario.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/statistics.hpp"
 
 namespace cdprcal::test {
@@ -83,7 +81,7 @@ Pose rest_under(const Robot& robot, Pose rest, const CableVector& tension_N, con
     const PlatformState state = platform_state(robot, rest);
     const Vector6 off = wrench_residual(robot, state, tension_N) - error;
     if (off.norm() < 1e-11) break;
-    rest = plus(rest, -stiffness(robot, state, tension_N).partialPivLu().solve(off));
+    rest = plus(rest, -solve_square(stiffness(robot, state, tension_N), off));
   }
   return rest;
 }
@@ -127,7 +125,7 @@ void expect_consistent(const Configuration& configuration, double noise_scale) {
     const CalibrationResult result = solve(problem, truth);
     ASSERT_EQ(result.status, CalibrationStatus::converged) << result.reason;
     const Vector6 error = minus(result.poses[0], truth[0]);
-    const double squared = error.dot(result.covariance->ldlt().solve(error));
+    const double squared = error.dot(solve_symmetric(*result.covariance, error));
     total += squared;
     cost += 2.0 * result.cost;
     degrees_of_freedom = result.residual_count - result.parameter_count;

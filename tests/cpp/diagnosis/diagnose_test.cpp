@@ -1,9 +1,9 @@
 #include "cdprcal/diagnosis/diagnose.hpp"
+#include "cdprcal/decompositions.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <functional>
 #include <regex>
 
@@ -540,8 +540,7 @@ TEST(Diagnose, SaysWhatThisLogCouldSeeOfEachEffect) {
   }
   // Wider than the fit's own: the noise is estimated, and not all can be seen.
   const auto wider = [](const Matrix6& told, const Matrix6& of_fit) {
-    return Eigen::SelfAdjointEigenSolver<Matrix6>(told - of_fit).eigenvalues().minCoeff() >=
-           -1e-9 * told.norm();
+    return SymmetricEigen<Matrix6>(told - of_fit).eigenvalues().minCoeff() >= -1e-9 * told.norm();
   };
   EXPECT_TRUE(wider(d.covariance_before, initial_pose_covariance(d.baseline, 0)));
   EXPECT_TRUE(wider(d.covariance_after, initial_pose_covariance(d.model, 0)));

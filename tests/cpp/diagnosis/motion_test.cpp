@@ -1,9 +1,9 @@
 // Samples in motion, and what only they show: a run of which the truth is known at every sample.
 #include "cdprcal/diagnosis/motion.hpp"
+#include "cdprcal/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -246,7 +246,7 @@ double correlation_of(const DiagnosisModel& model) {
     }
     const Eigen::MatrixXd by_pose = pose.by_pose;
     const Eigen::VectorXd residual = pose.residual;
-    const Eigen::VectorXd rows = residual - by_pose * by_pose.colPivHouseholderQr().solve(residual);
+    const Eigen::VectorXd rows = residual - by_pose * least_squares(by_pose, residual).x;
     if (last.size() > 0) {
       products += rows.dot(last);
       squares += 0.5 * (rows.squaredNorm() + last.squaredNorm());

@@ -1,8 +1,8 @@
 #include "cdprcal/diagnosis/separation.hpp"
+#include "cdprcal/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <set>
 
 #include "../support/dense.hpp"
@@ -69,7 +69,7 @@ double nats_between(const DiagnosisModel& model, std::size_t k, const std::strin
   const Eigen::VectorXd unit = hessian.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = unit.asDiagonal() * hessian * unit.asDiagonal();
   const Eigen::VectorXd cross = unit.asDiagonal() * (columns.transpose() * signature);
-  return 0.5 * (signature.squaredNorm() - cross.dot(scaled.ldlt().solve(cross)));
+  return 0.5 * (signature.squaredNorm() - cross.dot(solve_symmetric(scaled, cross)));
 }
 
 /// The model with the pose measured as it is offered, without noise.

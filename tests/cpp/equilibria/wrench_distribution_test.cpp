@@ -1,7 +1,6 @@
 // Six cables and more: tensions at a commanded pose, and how the platform is led from pose to pose.
 #include "cdprcal/equilibria/wrench_distribution.hpp"
-
-#include <Eigen/LU>
+#include "cdprcal/decompositions.hpp"
 
 #include "../support/cells.hpp"
 #include "cdprcal/equilibria/held_motion.hpp"
@@ -200,7 +199,7 @@ TEST(HeldMotion, AWayIsSlowEnoughForItsWeakestCable) {
     Vector6 wrench;
     wrench << force, arm.cross(force);
     const Eigen::MatrixXd structure = structure_matrix(at.state);
-    const Eigen::VectorXd change = structure.completeOrthogonalDecomposition().solve(wrench);
+    const Eigen::VectorXd change = least_norm(structure, Eigen::VectorXd(wrench));
     largest = std::max(largest, (change.array().abs() / at.tension_N.array()).maxCoeff());
   }
   EXPECT_NEAR(largest, 0.125, 0.005);

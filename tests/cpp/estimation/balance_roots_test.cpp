@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
-
 #include "../support/random_robot.hpp"
 #include "../support/scenario.hpp"
 #include "cdprcal/estimation/assembly.hpp"

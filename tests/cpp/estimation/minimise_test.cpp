@@ -1,11 +1,10 @@
 // Our minimiser against dense algebra and against Ceres.
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/estimation/arrowhead.hpp"
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <numeric>
 #include <tuple>
 
@@ -93,7 +92,7 @@ TEST_P(Elimination, IsTheSchurComplementOfTheDenseNormalEquations) {
   Eigen::MatrixXd damped = hessian;
   damped.diagonal().head(own) *= 1.0 + kDamping;
   const Eigen::MatrixXd cross = damped.topRightCorner(own, common);
-  const Eigen::LLT<Eigen::MatrixXd> factor(damped.topLeftCorner(own, own));
+  const Cholesky<Eigen::MatrixXd> factor(damped.topLeftCorner(own, own));
   const Eigen::VectorXd own_gradient = gradient.head(own);
   Eigen::MatrixXd information = damped.bottomRightCorner(common, common);
   Eigen::VectorXd reduced = gradient.tail(common);
@@ -110,7 +109,7 @@ TEST_P(Elimination, IsTheSchurComplementOfTheDenseNormalEquations) {
   for (double& v : step) v = random();
   const PoseSteps steps = elimination.back_substitute(step);
   if (poses == 0) return;
-  const Eigen::VectorXd expected = -factor.solve(own_gradient + cross * step);
+  const Eigen::VectorXd expected = -factor.solve(Eigen::VectorXd(own_gradient + cross * step));
   double damping = 0.0;
   for (int i = 0; i < poses; ++i) {
     const double* const at =
@@ -142,7 +141,7 @@ TEST_P(Elimination, LeavesOfEachRowWhatADenseFitLeaves) {
   const Eigen::MatrixXd covariance = hessian.inverse();
   const Eigen::VectorXd leverage = (jacobian * covariance).cwiseProduct(jacobian).rowwise().sum();
   const Eigen::MatrixXd by_pose = jacobian.leftCols(own);
-  const Eigen::VectorXd left = residual - by_pose * by_pose.colPivHouseholderQr().solve(residual);
+  const Eigen::VectorXd left = residual - by_pose * least_squares(by_pose, residual).x;
 
   PoseElimination elimination(static_cast<std::size_t>(poses), offsets, columns, true);
   elimination.begin(1e-14, batches.counted);

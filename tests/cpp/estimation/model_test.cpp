@@ -1,11 +1,10 @@
 // The linearised system behind the diagnosis, against one dense least-squares problem in which the
 // poses are unknowns like all others: no elimination, no projections.
 #include "cdprcal/estimation/model.hpp"
+#include "cdprcal/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <random>
 
 #include "../support/dense.hpp"
@@ -68,7 +67,7 @@ TEST(DiagnosisSystem, RowsAreReadingsOfTheirChannelOverItsNoise) {
     spread.diagonal().tail<3>().array() += s.wrench_moment_Nm * s.wrench_moment_Nm;
     const double level = pose.scale[2 * n + 3];
     EXPECT_NEAR(pose.residual.tail<6>().squaredNorm() * level * level,
-                wrench.dot(spread.ldlt().solve(wrench)), 1e-9);
+                wrench.dot(solve_symmetric(spread, wrench)), 1e-9);
     for (int row = 0; row < 2 * n + 9; ++row) {
       const auto at = static_cast<std::size_t>(row);
       const NoiseGroup channel = row < n            ? at_rest(Channel::length)
@@ -230,8 +229,7 @@ TEST(DiagnosisSystem, NoiseOfLoadCellsInMotionIsNoGainOfTheirs) {
     Measurement& m = run.measurements[i];
     m.acceleration.setConstant(1e-9);
     const PlatformState state = platform_state(model.robot, run.poses[i]);
-    m.tension_N =
-        structure_matrix(state).colPivHouseholderQr().solve(gravity_wrench(model.robot, state));
+    m.tension_N = least_squares(structure_matrix(state), gravity_wrench(model.robot, state)).x;
   }
   constexpr int kCopies = 10;
   for (int copy = 1; copy < kCopies; ++copy) {
@@ -325,7 +323,7 @@ TEST(DiagnosisSystem, CandidatesEnterAsAcceptedEffectsAtZeroDoInTypicalSizes) {
 TEST(DiagnosisSystem, ReducedRowsAreWhatThePoseCannotExplain) {
   for (const test::PoseSystem& pose : test::poses_of(linearise(two_runs()))) {
     const auto off_pose = [&](const Eigen::MatrixXd& rows) -> Eigen::MatrixXd {
-      return rows - pose.by_pose * pose.by_pose.colPivHouseholderQr().solve(rows);
+      return rows - pose.by_pose * least_squares(pose.by_pose, rows).x;
     };
     EXPECT_LE((off_pose(pose.residual) - pose.free_residual).norm(), 1e-9);
     EXPECT_LE((off_pose(pose.by_common) - pose.free_by_common).norm(),

@@ -1,9 +1,8 @@
 // Rests whose load cells are missing, all or some: the balance with the best tensions put in.
 #include "cdprcal/estimation/unread_tensions.hpp"
+#include "cdprcal/decompositions.hpp"
 
 #include <gtest/gtest.h>
-
-#include <Eigen/Cholesky>
 
 #include "../support/numeric_jacobian.hpp"
 #include "../support/random_robot.hpp"
@@ -65,7 +64,7 @@ double cost_with_wide_tensions(const Case& c, double wide) {
   Matrix6 covariance = structure * sigma.cwiseAbs2().asDiagonal() * structure.transpose();
   covariance.diagonal() += c.sigma.wrench.cwiseAbs2();
   const Vector6 residual = wrench_residual(c.robot, state, tension_N);
-  return 0.5 * residual.dot(Matrix6(covariance).ldlt().solve(residual));
+  return 0.5 * residual.dot(solve_symmetric(covariance, residual));
 }
 
 TEST(PartialBalance, IsTheBalanceWithTensionsOfUnboundedNoise) {

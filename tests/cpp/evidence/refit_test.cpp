@@ -1,11 +1,10 @@
 // What the diagnosis decides by: scores of the scan, evidence of the refit and prediction of poses
 // left out, against the same quantities from one dense least-squares problem.
 #include "cdprcal/evidence/refit.hpp"
+#include "cdprcal/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -40,8 +39,7 @@ double log_determinant(const Eigen::MatrixXd& positive) {
   const Eigen::VectorXd unit = positive.diagonal().cwiseSqrt();
   const Eigen::MatrixXd scaled =
       unit.cwiseInverse().asDiagonal() * positive * unit.cwiseInverse().asDiagonal();
-  const Eigen::MatrixXd root = scaled.llt().matrixL();
-  return 2.0 * (root.diagonal().array().log().sum() + unit.array().log().sum());
+  return Cholesky<Eigen::MatrixXd>(scaled).log_determinant() + 2.0 * unit.array().log().sum();
 }
 
 /// Occam's factor of a model's last effect: half the log of what the readings add to its prior's
@@ -158,7 +156,7 @@ TEST_P(ScanEvidence, IsThatOfTheLinearModelWithItsNoiseUnknown) {
       const Eigen::VectorXd unit = rest.colwise().norm().cwiseInverse();
       const Eigen::MatrixXd scaled = rest * unit.asDiagonal();
       const Eigen::VectorXd start = all.residual + all.jacobian.rightCols(own) * values;
-      const Eigen::VectorXd left = start - scaled * scaled.colPivHouseholderQr().solve(start);
+      const Eigen::VectorXd left = start - scaled * least_squares(scaled, start).x;
       NoiseLevels squares{};
       for (std::size_t row = 0; row < all.channel.size(); ++row) {
         squares[all.channel[row]] += std::pow(left[static_cast<Eigen::Index>(row)], 2);
@@ -334,15 +332,16 @@ void expect_shares(const CandidateScore& winner) {
     const Eigen::Index others = all.jacobian.cols() - own - its;
     const Eigen::MatrixXd rest = all.jacobian.leftCols(others);
     const Eigen::VectorXd unit = rest.colwise().norm().cwiseInverse();
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rest * unit.asDiagonal());
+    const Eigen::MatrixXd basis = range_basis(rest * unit.asDiagonal());
     const auto off = [&](const Eigen::MatrixXd& columns) -> Eigen::MatrixXd {
-      return columns - rest * unit.asDiagonal() * qr.solve(columns);
+      return columns - basis * (basis.transpose() * columns);
     };
     const Eigen::VectorXd signature = off(all.jacobian.middleCols(others, its) * winner.values);
     const Eigen::MatrixXd columns = off(all.jacobian.rightCols(own));
     Eigen::MatrixXd posterior = columns.transpose() * columns;
     posterior.diagonal() += all.precision.tail(own);
-    const Eigen::VectorXd taken = columns * posterior.ldlt().solve(columns.transpose() * signature);
+    const Eigen::VectorXd product = columns.transpose() * signature;
+    const Eigen::VectorXd taken = columns * solve_symmetric(posterior, product);
     EXPECT_NEAR(shares[k], 1.0 - (signature - taken).squaredNorm() / signature.squaredNorm(), 1e-6);
     EXPECT_NEAR(of_small[k], shares[k], 1e-9);
   }
@@ -547,11 +546,12 @@ double left_out(const Dense& all, const std::vector<int>& fold_of_pose, std::siz
     const Eigen::Index first = begin[i], count = begin[i + 1] - begin[i];
     const Eigen::MatrixXd own =
         all.jacobian.block(first, 6 * static_cast<Eigen::Index>(i), count, 6);
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(own);
+    const Eigen::MatrixXd basis = range_basis(own);
     const Eigen::MatrixXd common = all.jacobian.block(first, all.poses, count, others);
     const Eigen::VectorXd residual = all.residual.segment(first, count);
-    return std::pair<Eigen::MatrixXd, Eigen::VectorXd>(common - own * qr.solve(common),
-                                                       residual - own * qr.solve(residual));
+    return std::pair<Eigen::MatrixXd, Eigen::VectorXd>(
+        common - basis * (basis.transpose() * common),
+        residual - basis * (basis.transpose() * residual));
   };
   for (std::size_t i = 0; i < fold_of_pose.size(); ++i) {
     if (fold_of_pose[i] == fold_of_pose[pose]) continue;
@@ -560,9 +560,9 @@ double left_out(const Dense& all, const std::vector<int>& fold_of_pose, std::siz
     gradient += common.transpose() * residual;
   }
   const Eigen::VectorXd unit = hessian.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::VectorXd step = -(
-      unit.asDiagonal() *
-      (unit.asDiagonal() * hessian * unit.asDiagonal()).ldlt().solve(unit.asDiagonal() * gradient));
+  const Eigen::MatrixXd scaled = unit.asDiagonal() * hessian * unit.asDiagonal();
+  const Eigen::VectorXd right = unit.asDiagonal() * gradient;
+  const Eigen::VectorXd step = -(unit.asDiagonal() * solve_symmetric(scaled, right));
   const auto [common, residual] = rows(pose);
   return 0.5 * (residual + common * step).squaredNorm();
 }
@@ -586,7 +586,7 @@ TEST(HeldOutPoses, AreExplainedWithWhatTheOthersTaught) {
     position.row(static_cast<Eigen::Index>(i)) = after.runs[pose.run].poses[pose.pose].position_m;
   }
   const Eigen::MatrixXd centred = position.rowwise() - position.colwise().mean();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(centred.transpose() * centred);
+  const SymmetricEigen<Eigen::MatrixXd> axes(centred.transpose() * centred);
   const Eigen::VectorXd along = centred * axes.eigenvectors().col(2);
   ASSERT_EQ(count % 4, 0U);
   std::vector<int> by_time(count), by_region(count);
@@ -624,14 +624,13 @@ TEST(HeldOutPoses, WithNothingLearntAreOffByWhatTheirOwnPoseLeaves) {
   const DiagnosisSystem system = linearise(one);
   // Its offsets are its own.
   const Eigen::MatrixXd hessian = system.free_by_common.transpose() * system.free_by_common;
-  const Eigen::VectorXd step = -hessian.completeOrthogonalDecomposition().solve(
-      system.free_by_common.transpose() * system.free_residual);
+  const Eigen::VectorXd gradient = system.free_by_common.transpose() * system.free_residual;
+  const Eigen::VectorXd step = -least_norm(hessian, gradient);
   const Eigen::VectorXd by_offsets = system.by_common * step;
   Eigen::Index begin = 0;
   for (const test::PoseSystem& pose : test::poses_of(system)) {
     const Eigen::MatrixXd by_pose = pose.by_pose;
-    const Eigen::MatrixXd q = by_pose.householderQr().householderQ() *
-                              Eigen::MatrixXd::Identity(by_pose.rows(), by_pose.cols());
+    const Eigen::MatrixXd q = householder_q(by_pose).leftCols(by_pose.cols());
     const Eigen::VectorXd residual = pose.residual + by_offsets.segment(begin, by_pose.rows());
     begin += by_pose.rows();
     const Eigen::VectorXd left = residual - q * (q.transpose() * residual);
@@ -675,8 +674,8 @@ TEST(HeldOutPoses, OfAWholeLogHaveItsOwnOffsetsAndWhatTheOtherLogTaught) {
             system.prior_precision.cwiseMax(1e-300).cwiseSqrt()));
     const Eigen::VectorXd unit = hessian.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = unit.asDiagonal() * hessian * unit.asDiagonal();
-    const Eigen::VectorXd step =
-        -(unit.asDiagonal() * scaled.ldlt().solve(unit.asDiagonal() * gradient));
+    const Eigen::VectorXd right = unit.asDiagonal() * gradient;
+    const Eigen::VectorXd step = -(unit.asDiagonal() * solve_symmetric(scaled, right));
     const Eigen::VectorXd left = system.free_residual + system.free_by_common * step;
     for (const DiagnosisSystem::PoseRange& pose : system.poses) {
       if (pose.run == run) total += 0.5 * left.segment(pose.begin, pose.size).squaredNorm();

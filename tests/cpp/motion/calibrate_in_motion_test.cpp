@@ -1,9 +1,8 @@
 // The balance in motion: what a short run, and one without rests, say of the initial pose.
 #include "cdprcal/motion/calibrate_in_motion.hpp"
+#include "cdprcal/decompositions.hpp"
 
 #include <gmock/gmock.h>
-
-#include <Eigen/Cholesky>
 
 #include "../support/startup_scenario.hpp"
 #include "cdprcal/error.hpp"
@@ -92,7 +91,8 @@ TEST(InMotion, ShortRunsSayMoreThanTheirRestsAlone) {
     // The simulated platform's: its decays are of one second.
     EXPECT_NEAR(found.beside.damping_1_s[0], 1.0, 0.4);
     const Vector6 error = minus(found.calibration.result.poses[0], run.truth[0].pose);
-    EXPECT_LT(error.dot(found.calibration.result.covariance->llt().solve(error)), 22.5);  // 99.9 %
+    EXPECT_LT(error.dot(solve_symmetric(*found.calibration.result.covariance, error)),
+              22.5);  // 99.9 %
     EXPECT_LT(error.head<3>().norm(), 15e-3);
     EXPECT_LT(error.tail<3>().norm(), 0.5 * kDegree);
     rests_m2 += minus(rests.result.poses[0], run.truth[0].pose).head<3>().squaredNorm();
@@ -119,7 +119,7 @@ TEST(InMotion, FindsHowLateTheAttitudeIs) {
     }
     const CalibrationResult& result = found.calibration.result;
     const Vector6 error = minus(result.poses[0], run.truth[0].pose);
-    EXPECT_LT(error.dot(result.covariance->llt().solve(error)), 22.5);  // 99.9 %
+    EXPECT_LT(error.dot(solve_symmetric(*result.covariance, error)), 22.5);  // 99.9 %
   }
 }
 
@@ -140,7 +140,7 @@ TEST(InMotion, WholeRunsStayAsGood) {
     const double most = (apart.array().abs() / rests.standard_deviation().array()).maxCoeff();
     squares += most * most;
     const Vector6 error = minus(motion.poses[0], run.truth[0].pose);
-    EXPECT_LT(error.dot(motion.covariance->llt().solve(error)), 22.5);  // 99.9 %
+    EXPECT_LT(error.dot(solve_symmetric(*motion.covariance, error)), 22.5);  // 99.9 %
     // The noise is learnt from either's residuals.
     EXPECT_LT((motion.standard_deviation().array() / rests.standard_deviation().array()).maxCoeff(),
               1.03);
@@ -224,7 +224,7 @@ TEST(Smoothed, KnowsTheMotionBetterThanTheFilter) {
     before += (filtered.samples[k].state.twist - run.truth[k].twist).squaredNorm();
     after += error.squaredNorm();
     const Matrix6 covariance = path[k].covariance.block<6, 6>(6, 6);
-    chi_squared += error.dot(covariance.ldlt().solve(error));
+    chi_squared += error.dot(solve_symmetric(covariance, error));
   }
   EXPECT_LT(after, 0.5 * before);
   EXPECT_LT(chi_squared / static_cast<double>(path.size() - 50), 12.0);  // 6 where all is right

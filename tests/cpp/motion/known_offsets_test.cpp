@@ -1,7 +1,6 @@
 // What a calibration knows of the readings' offsets, held against those of the simulator.
 #include "cdprcal/motion/known_offsets.hpp"
-
-#include <Eigen/Eigenvalues>
+#include "cdprcal/decompositions.hpp"
 
 #include "../support/startup_scenario.hpp"
 
@@ -19,7 +18,7 @@ TEST(KnownOffsets, AreAsFarOffAsTheySay) {
     const StartUpRun run = simulate_startup(robot, plan, options);
     const KnownOffsets known = known_offsets(calibrate(robot, run.log));
     ASSERT_EQ(known.rows.size(), 11U);  // lengths, swivels, roll, pitch, yaw
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(known.covariance);
+    const SymmetricEigen<Eigen::MatrixXd> eigen(known.covariance);
     EXPECT_GT(eigen.eigenvalues().minCoeff(), -1e-15);
     EXPECT_GT(known.sample_variance.minCoeff(), 0.0);
     EXPECT_EQ(known.run_start_s, run.log.time_s[0]);

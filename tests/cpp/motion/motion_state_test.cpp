@@ -1,8 +1,6 @@
 // How a state in motion follows from the one before: derivatives and covariances.
 #include "cdprcal/motion/motion_state.hpp"
 
-#include <Eigen/Eigenvalues>
-
 #include "../support/numeric_jacobian.hpp"
 #include "../support/random_motion.hpp"
 

@@ -1,10 +1,8 @@
 // Pose and twist at every sample of simulated start-ups, whose truth is known.
 #include "cdprcal/motion/tracker.hpp"
+#include "cdprcal/decompositions.hpp"
 
 #include <gmock/gmock.h>
-
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
 #include "../support/startup_scenario.hpp"
 #include "cdprcal/error.hpp"
@@ -49,7 +47,7 @@ struct Score {
       rows += 1.0;
       position += within.head<3>().mean();
       rotation += within.tail<3>().mean();
-      chi_squared += error.dot(now.pose_covariance.llt().solve(error));
+      chi_squared += error.dot(solve_symmetric(now.pose_covariance, error));
       if (now.time_s < track.samples.front().time_s + 1.0) continue;  // a twist takes a moment
       later_rows += 1.0;
       const Vector6 twist = now.state.twist - truth[i].twist;
@@ -314,7 +312,7 @@ TEST(Tracker, RestsWhereTheCalibrationAllowsForEffects) {
   for (std::size_t i = 0; i < 200; ++i) {
     const TrackedSample& now = found.samples[i];
     ASSERT_TRUE(now.trusted) << now.reason;
-    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix6>(now.pose_covariance).eigenvalues()[0], 0.0);
+    EXPECT_GT(SymmetricEigen<Matrix6>(now.pose_covariance).eigenvalues()[0], 0.0);
     EXPECT_LT(error_of(now, run.truth[i]).head<3>().norm(), 0.02);
   }
 }

@@ -1,9 +1,9 @@
 // Predicted accuracy against what the estimator then achieves, and choices against exhaustive ones.
 #include "cdprcal/planning/observability.hpp"
+#include "cdprcal/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 
@@ -80,7 +80,7 @@ TEST(Observability, TheEstimatorIsAsAccurateAsPredicted) {
     const CalibrationResult result = solve(problem, truth);
     ASSERT_EQ(result.status, CalibrationStatus::converged) << result.reason;
     const Vector6 error = minus(result.poses[0], truth[0]);
-    sum += error.dot(covariance.ldlt().solve(error));
+    sum += error.dot(solve_symmetric(covariance, error));
     square += error.cwiseAbs2();
   }
   // Mean of chi-square with 6 degrees of freedom: 6 ± √(12/150) = 6 ± 0.28.

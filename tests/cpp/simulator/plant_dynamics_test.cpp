@@ -1,5 +1,4 @@
 // The plant's mechanics, against what statics, algebra and conservation laws say.
-#include <Eigen/Eigenvalues>
 
 #include "../support/startup_scenario.hpp"
 #include "cdprcal/statics/natural_frequencies.hpp"

@@ -3,11 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
 #include <fstream>
 #include <sstream>
 
 #include "../support/shared_data.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
 #include "cdprcal/statics/tension.hpp"
 
@@ -32,7 +32,7 @@ Vector3 unrounded_angles(const Robot& robot, const Table2Row& row) {
   Vector3 angles = row.euler();
   for (int i = 0; i < 5; ++i) {
     const TensionModel model = recorded_left_inverse(robot, row.pose(angles));
-    angles += by_angles(model, angles).colPivHouseholderQr().solve(row.tension() - model.tension_N);
+    angles += least_squares(by_angles(model, angles), row.tension() - model.tension_N).x;
   }
   return angles;
 }

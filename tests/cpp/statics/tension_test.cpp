@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <Eigen/SVD>
 
 #include "../support/numeric_jacobian.hpp"

@@ -1,9 +1,7 @@
 #include "cdprcal/statics/wrench.hpp"
+#include "cdprcal/decompositions.hpp"
 
 #include <gtest/gtest.h>
-
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 
 #include "../support/numeric_jacobian.hpp"
 #include "../support/random_robot.hpp"
@@ -28,9 +26,8 @@ double potential(const Robot& robot, const Pose& pose, const CableVector& tensio
 Pose settle(const Robot& robot, Pose pose, const CableVector& tension) {
   for (int i = 0; i < 50; ++i) {
     const PlatformState state = platform_state(robot, pose);
-    const Vector6 step = -stiffness(robot, state, tension)
-                              .partialPivLu()
-                              .solve(wrench_residual(robot, state, tension));
+    const Vector6 step =
+        -solve_square(stiffness(robot, state, tension), wrench_residual(robot, state, tension));
     pose = plus(pose, step);
     if (step.norm() < 1e-14) break;
   }

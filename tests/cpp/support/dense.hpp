@@ -4,10 +4,9 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <numeric>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/diagnosis/baseline.hpp"
 #include "cdprcal/evidence/checks.hpp"
 #include "run.hpp"
@@ -33,7 +32,7 @@ struct Dense {
   [[nodiscard]] Eigen::MatrixXd covariance() const {
     const Eigen::MatrixXd h = hessian();
     const Eigen::VectorXd unit = h.diagonal().cwiseSqrt().cwiseInverse();
-    return unit.asDiagonal() * (unit.asDiagonal() * h * unit.asDiagonal()).inverse() *
+    return unit.asDiagonal() * inverse(Eigen::MatrixXd(unit.asDiagonal() * h * unit.asDiagonal())) *
            unit.asDiagonal();
   }
   /// Rows less their leverages, a channel.
@@ -48,7 +47,7 @@ struct Dense {
   /// Squares of what is left when every pose goes where its own readings want it.
   [[nodiscard]] NoiseLevels squares_off_poses() const {
     const Eigen::MatrixXd a = jacobian.leftCols(poses);
-    const Eigen::VectorXd left = residual - a * a.colPivHouseholderQr().solve(residual);
+    const Eigen::VectorXd left = residual - a * least_squares(a, residual).x;
     NoiseLevels out{};
     for (std::size_t row = 0; row < channel.size(); ++row) {
       out[channel[row]] += std::pow(left[static_cast<Eigen::Index>(row)], 2);

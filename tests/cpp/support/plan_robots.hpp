@@ -1,11 +1,11 @@
 // Robots and a simulator for the planning tests.
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <optional>
 #include <vector>
 
 #include "../support/random_robot.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/planning/path.hpp"
 #include "cdprcal/planning/pose_grid.hpp"
 #include "cdprcal/planning/timing.hpp"
@@ -89,7 +89,7 @@ class Simulator {
     bias << m * spin.cross(spin.cross(arm)), spin.cross(inertia_at_p * spin);
     const Vector6 wrench =
         -wrench_residual(robot_, state, tension_N) - damping * at.velocity - bias;
-    return mass_matrix(robot_, state).ldlt().solve(wrench);
+    return solve_symmetric(mass_matrix(robot_, state), wrench);
   }
 
   const Robot& robot_;
