@@ -37,20 +37,26 @@ Cholesky<Matrix>::Cholesky(const Matrix& matrix) {
   lower_ = factor.matrixLLT();
 }
 
+namespace {
+
+/// (L Lᵀ)⁻¹ times some columns.
+template <typename Matrix, typename Columns>
+Columns twice_solved(const Matrix& lower, Columns columns) {
+  lower.template triangularView<Eigen::Lower>().solveInPlace(columns);
+  lower.template triangularView<Eigen::Lower>().adjoint().solveInPlace(columns);
+  return columns;
+}
+
+}  // namespace
+
 template <typename Matrix>
 MatrixXd Cholesky<Matrix>::solve(const MatrixXd& right) const {
-  MatrixXd out = right;
-  lower_.template triangularView<Eigen::Lower>().solveInPlace(out);
-  lower_.template triangularView<Eigen::Lower>().adjoint().solveInPlace(out);
-  return out;
+  return twice_solved(lower_, right);
 }
 
 template <typename Matrix>
 VectorXd Cholesky<Matrix>::solve(const VectorXd& right) const {
-  VectorXd out = right;
-  lower_.template triangularView<Eigen::Lower>().solveInPlace(out);
-  lower_.template triangularView<Eigen::Lower>().adjoint().solveInPlace(out);
-  return out;
+  return twice_solved(lower_, right);
 }
 
 template <typename Matrix>
