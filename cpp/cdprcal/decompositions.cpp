@@ -10,8 +10,6 @@ namespace cdprcal {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Eigen's decompositions with pivots look for the largest of no columns where there are none.
-
 template <typename Matrix>
 SymmetricEigen<Matrix>::SymmetricEigen(const Matrix& matrix) {
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(matrix);
@@ -71,6 +69,8 @@ Vector6 solve_symmetric(const Matrix6& a, const Vector6& b) { return a.ldlt().so
 Vector6 solve_square(const Matrix6& a, const Vector6& b) { return a.partialPivLu().solve(b); }
 MatrixXd solve_square(const MatrixXd& a, const MatrixXd& b) { return a.partialPivLu().solve(b); }
 MatrixXd inverse(const MatrixXd& a) { return a.inverse(); }
+
+// Decompositions with pivots, from here on, would look for the largest of no columns.
 
 Matrix6 pseudo_inverse(const Matrix6& a) {
   return a.completeOrthogonalDecomposition().pseudoInverse();

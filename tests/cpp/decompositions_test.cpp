@@ -1,6 +1,5 @@
 // What decompositions promise, on random matrices: by their definitions.
 #include "cdprcal/decompositions.hpp"
-#include "cdprcal/singular_values.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+
+#include "cdprcal/singular_values.hpp"
 
 namespace cdprcal {
 namespace {

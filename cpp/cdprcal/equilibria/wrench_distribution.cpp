@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/equilibria/polytope.hpp"
 #include "cdprcal/statics/tension.hpp"
 #include "cdprcal/statics/wrench.hpp"
@@ -17,19 +18,18 @@ constexpr double kNoRank = 1e-10;
 /// How much of a cable's tension must be free for the rule of N to hold on to it.
 constexpr double kFree = 1e-3;
 
-/// f numbers, and f×f, f×n of them.
+/// f numbers, and f×n of them.
 using FreeVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 6, 1>;
-using FreeSquare = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
 using FreeRows =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxCables>;
 
 /// X, its Gram matrix's factor and its null space.
 struct WrenchRows {
   bool valid = false;
-  FreeRows x;                   ///< moments divided by the platform's size
-  Eigen::LLT<FreeSquare> gram;  ///< of X Xᵀ
-  TwistBasis scaled_basis;      ///< B, of wrenches whose moments are not divided
-  FreeVector load;              ///< f, scaled alike
+  FreeRows x;                    ///< moments divided by the platform's size
+  Eigen::LLT<SmallSquare> gram;  ///< of X Xᵀ
+  TwistBasis scaled_basis;       ///< B, of wrenches whose moments are not divided
+  FreeVector load;               ///< f, scaled alike
   [[nodiscard]] CableVector least_norm(const FreeVector& wrench) const {
     return x.transpose() * gram.solve(wrench);
   }
@@ -48,7 +48,7 @@ WrenchRows wrench_rows(const Robot& robot, const PlatformState& state) {
   rows.scaled_basis = scale.asDiagonal() * motion_basis(robot);
   rows.x = rows.scaled_basis.transpose() * structure_matrix(state);
   rows.load = rows.reduced(gravity_wrench(robot, state));
-  const FreeSquare gram = rows.x * rows.x.transpose();
+  const SmallSquare gram = rows.x * rows.x.transpose();
   rows.gram.compute(gram);
   if (rows.gram.info() != Eigen::Success) return rows;
   const auto pivots = rows.gram.matrixLLT().diagonal().array().square();

@@ -1,5 +1,4 @@
 #include "cdprcal/diagnosis/diagnose.hpp"
-#include "cdprcal/decompositions.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,6 +9,7 @@
 #include "../support/dense.hpp"
 #include "../support/run.hpp"
 #include "cdprcal/calibration/calibrate.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/evidence/checks.hpp"
 

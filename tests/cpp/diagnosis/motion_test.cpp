@@ -1,6 +1,5 @@
 // Samples in motion, and what only they show: a run of which the truth is known at every sample.
 #include "cdprcal/diagnosis/motion.hpp"
-#include "cdprcal/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +8,7 @@
 
 #include "../support/dense.hpp"
 #include "../support/run.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/diagnosis/baseline.hpp"
 #include "cdprcal/diagnosis/search.hpp"
 

@@ -1,5 +1,4 @@
 #include "cdprcal/diagnosis/separation.hpp"
-#include "cdprcal/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,6 +6,7 @@
 
 #include "../support/dense.hpp"
 #include "../support/run.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/equilibria/inverse.hpp"

@@ -1,10 +1,10 @@
 // Direct geometrico-static problem: from tensions and from lengths.
 #include "cdprcal/equilibria/direct.hpp"
-#include "cdprcal/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
 #include "../support/table2.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/error.hpp"
 #include "robots.hpp"
 

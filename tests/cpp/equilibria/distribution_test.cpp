@@ -1,10 +1,10 @@
 // Tension distributions against their definitions.
 #include "cdprcal/equilibria/distribution.hpp"
-#include "cdprcal/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
 #include "../support/numeric_jacobian.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/equilibria/inverse.hpp"
 #include "cdprcal/error.hpp"
 #include "robots.hpp"

@@ -1,5 +1,4 @@
 // Our minimiser against dense algebra and against Ceres.
-#include "cdprcal/decompositions.hpp"
 #include "cdprcal/estimation/arrowhead.hpp"
 
 #include <gtest/gtest.h>
@@ -9,6 +8,7 @@
 #include <tuple>
 
 #include "../support/scenario.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/estimation/assembly.hpp"
 
 namespace cdprcal::test {

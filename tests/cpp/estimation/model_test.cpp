@@ -1,7 +1,6 @@
 // The linearised system behind the diagnosis, against one dense least-squares problem in which the
 // poses are unknowns like all others: no elimination, no projections.
 #include "cdprcal/estimation/model.hpp"
-#include "cdprcal/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +10,7 @@
 #include "../support/numeric_jacobian.hpp"
 #include "../support/random_robot.hpp"
 #include "../support/run.hpp"
+#include "cdprcal/decompositions.hpp"
 
 namespace cdprcal {
 namespace {

@@ -1,12 +1,13 @@
 // Inverses of informations about numbers of very different units.
 #include "cdprcal/estimation/symmetric_inverse.hpp"
-#include "cdprcal/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 #include <cmath>
 #include <random>
+
+#include "cdprcal/decompositions.hpp"
 
 namespace cdprcal::test {
 namespace {

@@ -1,12 +1,12 @@
 // Rests whose load cells are missing, all or some: the balance with the best tensions put in.
 #include "cdprcal/estimation/unread_tensions.hpp"
-#include "cdprcal/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
 #include "../support/numeric_jacobian.hpp"
 #include "../support/random_robot.hpp"
 #include "../support/scenario.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/estimation/assembly.hpp"
 #include "cdprcal/statics/wrench.hpp"
 

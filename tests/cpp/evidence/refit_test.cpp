@@ -1,7 +1,6 @@
 // What the diagnosis decides by: scores of the scan, evidence of the refit and prediction of poses
 // left out, against the same quantities from one dense least-squares problem.
 #include "cdprcal/evidence/refit.hpp"
-#include "cdprcal/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +9,7 @@
 
 #include "../support/dense.hpp"
 #include "../support/run.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/diagnosis/held_out.hpp"
 
 namespace cdprcal {

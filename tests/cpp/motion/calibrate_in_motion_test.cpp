@@ -1,10 +1,10 @@
 // The balance in motion: what a short run, and one without rests, say of the initial pose.
 #include "cdprcal/motion/calibrate_in_motion.hpp"
-#include "cdprcal/decompositions.hpp"
 
 #include <gmock/gmock.h>
 
 #include "../support/startup_scenario.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/motion/middle_readings.hpp"
 #include "cdprcal/motion/smoothed.hpp"

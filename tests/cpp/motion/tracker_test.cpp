@@ -1,10 +1,10 @@
 // Pose and twist at every sample of simulated start-ups, whose truth is known.
 #include "cdprcal/motion/tracker.hpp"
-#include "cdprcal/decompositions.hpp"
 
 #include <gmock/gmock.h>
 
 #include "../support/startup_scenario.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/error.hpp"
 #include "support/refusal.hpp"
 

@@ -1,6 +1,5 @@
 // Predicted accuracy against what the estimator then achieves, and choices against exhaustive ones.
 #include "cdprcal/planning/observability.hpp"
-#include "cdprcal/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +7,7 @@
 #include <algorithm>
 
 #include "../support/plan_robots.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/synthetic/synthetic.hpp"
 

@@ -1,11 +1,11 @@
 #include "cdprcal/statics/wrench.hpp"
-#include "cdprcal/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
 #include "../support/numeric_jacobian.hpp"
 #include "../support/random_robot.hpp"
 #include "../support/table2.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
 
