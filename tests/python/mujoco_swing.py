@@ -123,24 +123,20 @@ def swing(
     a_sample = round(1.0 / (rate_Hz * STEP_S))
     rows: list[Array] = []
     poses: list[cdprcal.Pose] = []
-    longest_m, stiffness = model.tendon_lengthspring[:, 1], model.tendon_stiffness
-    steps = round(duration_s / STEP_S)
-    times_s = np.asarray(np.arange(steps) * STEP_S, dtype=np.float64)
-    before_m = winches.natural_m(times_s[::a_sample])
+    times_s = STEP_S * np.arange(round(duration_s / STEP_S), dtype=np.float64)
+    sampled_m = winches.natural_m(times_s[::a_sample])
     middle_m = winches.natural_m(times_s + 0.5 * STEP_S)
-    stiffness_N_m = AXIAL_STIFFNESS_N / middle_m
-    for step in range(steps):
+    for step, time_s in enumerate(times_s):
         if step % a_sample == 0:
-            now_m = before_m[step // a_sample]
+            now_m = sampled_m[step // a_sample]
             mujoco.mj_forward(model, data)
             poses.append(cdprcal.Pose(data.xpos[1].copy(), data.xmat[1].reshape(3, 3).copy()))
             pulled_N = AXIAL_STIFFNESS_N * (data.ten_length / now_m - 1.0)
             pulled_N += TENDON_DAMPING_N_S_M * (data.ten_velocity)
-            rows.append(np.concatenate([[step * STEP_S], now_m, np.maximum(pulled_N, 0.0)]))
-        longest_m[:] = middle_m[step]
-        stiffness[:] = stiffness_N_m[step]
-        if hidden.pushed_s:
-            data.xfrc_applied[1] = hand(robot, hidden, data, step * STEP_S)
+            rows.append(np.concatenate([[time_s], now_m, np.maximum(pulled_N, 0.0)]))
+        model.tendon_lengthspring[:, 1] = middle_m[step]
+        model.tendon_stiffness[:] = AXIAL_STIFFNESS_N / middle_m[step]
+        data.xfrc_applied[1] = hand(robot, hidden, data, time_s)
         mujoco.mj_step(model, data)
     table = np.array(rows)
     assert table[:, n + 1 :].min() > 0.0, "a cable went slack and snatches: take another seed"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -22,21 +22,14 @@ Cli = Callable[..., Ran]
 ROBOT = polygon_robot(5, pulley_radius_m=0.0)
 
 
-@cache
-def hauled_by(seed: int) -> Swing:
-    """Round a circle of 60 mm, swinging by 2 degrees of yaw at 1.5 Hz."""
-    return swing(mujoco, ROBOT, seed=seed, duration_s=15.0)
-
-
-@cache
-def calmer(seed: int) -> Swing:
-    """Longer, and half as much of a kick."""
-    return swing(mujoco, ROBOT, seed=seed, duration_s=20.0, kick=0.15)
+#: Several tests ask for the same swing; none changes its log.
+swung = cache(partial(swing, mujoco, ROBOT))
 
 
 @pytest.fixture(scope="module")
 def hauled() -> Swing:
-    return hauled_by(1)
+    """Round a circle of 60 mm, swinging by 2 degrees of yaw at 1.5 Hz."""
+    return swung(seed=1, duration_s=15.0)
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +56,7 @@ def test_the_balance_in_motion_tells_what_its_moving_readings_leave_open(
 
 
 def test_what_effects_may_do_widens_its_pose_and_does_not_move_it() -> None:
-    run = calmer(802)
+    run = swung(seed=802, duration_s=20.0, kick=0.15)
     allowed = cdprcal.calibrate(ROBOT, run.log, motion=True).result
     fitted = _core.calibrate_in_motion(
         ROBOT, run.log, _core.CalibrateOptions(allow_for_effects=False)
@@ -158,7 +151,7 @@ def test_a_wrong_map_of_its_sensors_is_named(what: str, cables: int) -> None:
 
 def test_the_order_of_its_angles_is_named() -> None:
     """Off by the product of two tilts of some degrees: less than many an effect."""
-    run = calmer(802)
+    run = swung(seed=802, duration_s=20.0, kick=0.15)
     found = cdprcal.diagnose(ROBOT, misread(run, "euler_convention"), motion=True)
     assert [fault.name for fault in found.faults] == ["euler_convention"]
     assert not found.effects
@@ -166,7 +159,8 @@ def test_the_order_of_its_angles_is_named() -> None:
 
 @pytest.mark.parametrize("seed", few([815, 2, 1, 819]))
 def test_a_clean_log_that_never_rests_accuses_nobody(seed: int) -> None:
-    found = cdprcal.diagnose(ROBOT, calmer(seed).log, motion=True)
+    run = swung(seed=seed, duration_s=20.0, kick=0.15)
+    found = cdprcal.diagnose(ROBOT, run.log, motion=True)
     assert not found.effects
     assert found.verdict == cdprcal.Verdict.consistent
 
@@ -213,7 +207,7 @@ def test_the_bias_of_an_accelerometer_is_no_force(seed: int) -> None:
 @pytest.mark.parametrize(("seed", "rows"), few([(1, 6), (2, 10)]))
 def test_an_attitude_that_comes_late_is_read_when_it_comes(seed: int, rows: int) -> None:
     """By up to half a period of the swing over six: its rate alone does not say where it was."""
-    run = late(hauled_by(seed), rows)
+    run = late(swung(seed=seed, duration_s=15.0), rows)
     start = cdprcal.calibrate(ROBOT, run.log, motion=True).result
     assert "sensor_delay" in start.reason
     error = cdprcal.minus(start.poses[0], run.poses[0])
