@@ -6,6 +6,7 @@
 #include "cdprcal/calibration/measurements.hpp"
 #include "cdprcal/calibration/multi_start.hpp"
 #include "cdprcal/calibration/other_minima.hpp"
+#include "cdprcal/calibration/shared_errors.hpp"
 #include "cdprcal/calibration/unsettled_start.hpp"
 #include "cdprcal/effects/corrected_run.hpp"
 #include "cdprcal/error.hpp"
@@ -42,11 +43,10 @@ bool is_balanced(const CalibrationProblem& problem) {
 }
 
 /// As prepare. `start`: the samples that show the initial pose, where that is known.
-Calibration prepare(const Robot& robot, const Log& given, const CalibrateOptions& options,
-                    const std::optional<SampleRange>& start) {
-  const CorrectedRun corrected(robot, given, options.segment);
-  check_fit(given, options);
+Calibration prepare(const Robot& robot, const CorrectedRun& corrected,
+                    const CalibrateOptions& options, const std::optional<SampleRange>& start) {
   const Log& log = corrected.log;
+  check_fit(log, options);
   const SampleRange& run = corrected.rows;
   Calibration out;
   CalibrationProblem& problem = out.problem;
@@ -74,8 +74,7 @@ Calibration prepare(const Robot& robot, const Log& given, const CalibrateOptions
     measure_by_hand(read, path, run, options, out);
   }
   if (noise_source(options) == NoiseSource::from_data) {
-    const Signal& tension = out.signals[static_cast<std::size_t>(Channel::balance)];
-    out.gated = gate_slack(problem, tension.sigma * std::sqrt(tension.rows));
+    out.gated = gate_slack(problem, out.signals);
   }
   out.reference_time_s = problem.measurements.front().time_s;
   for (const Measurement& m : problem.measurements) {
@@ -101,8 +100,13 @@ void refine_in_place(const CalibrateOptions& options, Calibration& calibration) 
   gated.insert(gated.end(), refined.gated.begin(), refined.gated.end());
 }
 
+Outliers outliers(const CalibrateOptions& options) {
+  return noise_source(options) == NoiseSource::from_data ? Outliers::left_out : Outliers::kept;
+}
+
 Calibration prepare(const Robot& robot, const Log& log, const CalibrateOptions& options) {
-  return prepare(robot, log, options, std::nullopt);
+  const CorrectedRun run(robot, log, options.segment, outliers(options));
+  return prepare(robot, run, options, std::nullopt);
 }
 
 namespace {
@@ -113,6 +117,7 @@ Calibration fit(Calibration out, const CalibrateOptions& options) {
   if (options.guess.size() == problem.measurements.size()) {
     out.result = solve(problem, options.guess, options.solve);
     refine_in_place(options, out);
+    leave_independent_moments(options, out);
     return out;
   }
   if (options.guess.size() > 1) {
@@ -133,6 +138,7 @@ Calibration fit(Calibration out, const CalibrateOptions& options) {
       (first.status == CalibrationStatus::converged || first.curved) && doubtful) {
     look_elsewhere(options, prepared, first, std::move(ends), out);
   }
+  leave_independent_moments(options, out);
   return out;
 }
 
@@ -162,6 +168,7 @@ Calibration fit_either(const Calibration& prepared, const CalibrateOptions& opti
   Calibration there = prepared;
   there.result = solve(prepared.problem, geometry.result.poses, options.solve);
   refine_in_place(options, there);
+  leave_independent_moments(options, there);
   look_around(there.problem, there.result);
   const bool balances = there.result.status == CalibrationStatus::converged &&
                         !is_far(minus(there.result.poses.front(), geometry.result.poses.front()),
@@ -171,12 +178,12 @@ Calibration fit_either(const Calibration& prepared, const CalibrateOptions& opti
 
 /// Again with what shows the initial pose better than the first sample, where something does.
 Calibration fit_settled(const Robot& robot, const Log& log, const CalibrateOptions& options) {
-  Calibration out = fit_either(prepare(robot, log, options), options);
+  const CorrectedRun run(robot, log, options.segment, outliers(options));
+  Calibration out = fit_either(prepare(robot, run, options, std::nullopt), options);
   if (!options.at_s.empty() || options.formulation == Formulation::paper) return out;
-  const CorrectedRun run(robot, log, options.segment);
   const std::optional<SampleRange> start =
       unsettled_start(run.log, run.rows, out, options.detection.window_s);
-  return start ? fit_either(prepare(robot, log, options, start), options) : out;
+  return start ? fit_either(prepare(robot, run, options, start), options) : out;
 }
 
 }  // namespace

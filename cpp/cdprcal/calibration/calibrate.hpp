@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cdprcal/calibration/refine.hpp"
+#include "cdprcal/effects/corrected_run.hpp"
 #include "cdprcal/readings/log.hpp"
 
 namespace cdprcal {
@@ -46,6 +47,9 @@ struct Calibration {
 
 /// options.noise, or its default for the formulation.
 NoiseSource noise_source(const CalibrateOptions& options);
+
+/// With noise from data they are left out.
+Outliers outliers(const CalibrateOptions& options);
 
 /// With noise from data: refine in place of problem, result and what was gated.
 void refine_in_place(const CalibrateOptions& options, Calibration& calibration);

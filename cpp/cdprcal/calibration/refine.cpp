@@ -124,15 +124,33 @@ void hasten(const NoiseModel& before, bool& shrinks, NoiseModel& next) {
 
 }  // namespace
 
-std::vector<GatedReading> gate_slack(CalibrationProblem& problem, double tension_noise_N) {
+namespace {
+
+/// Whether load cells are off by more than their noise: cables cannot push, and a mean of several
+/// readings says that one does, or more than one reading (one may be an outlier).
+bool cables_push(const CalibrationProblem& problem, double tension_noise_N) {
+  const double taut_N = taut_tension_N(problem.robot);
+  int pushing = 0;
+  for (const Measurement& m : problem.measurements) {
+    const double doubt_N = kSlackDoubt * tension_noise_N / std::sqrt(m.samples);
+    const CableVector tension_N = true_tension_N(problem.robot, problem.effects, m);
+    const auto pushes = (tension_N.array() < -std::max(taut_N, doubt_N)).count();
+    pushing += static_cast<int>(pushes) * (m.samples > 1 ? 2 : 1);
+  }
+  return pushing > 1;
+}
+
+}  // namespace
+
+std::vector<GatedReading> gate_slack(CalibrationProblem& problem, const Signals& signals) {
   const Robot& robot = problem.robot;
-  const double taut_N = taut_tension_N(robot);
+  const Signal& of_rows = signals[static_cast<std::size_t>(Channel::balance)];
+  const double noise_N = of_rows.sigma * std::sqrt(of_rows.rows);
+  const double least_sigma_N = cables_push(problem, noise_N) ? robot.sigma.tension_N : 0.0;
   std::vector<GatedReading> gated;
   for (Measurement& m : problem.measurements) {
-    // Never above what a taut cable may carry, however noisy the reading.
-    const double doubtful_N = std::min(3.0 * tension_noise_N / std::sqrt(m.samples),
-                                       std::max(taut_N, robot.tension_min_N));
-    const double level_N = std::max(taut_N, doubtful_N);
+    const double sigma_N = std::max(least_sigma_N, noise_N / std::sqrt(m.samples));
+    const double level_N = slack_level_N(robot, sigma_N);
     bool any = false;
     const CableVector tension_N = true_tension_N(robot, problem.effects, m);
     for (Eigen::Index c = 0; c < tension_N.size(); ++c) {

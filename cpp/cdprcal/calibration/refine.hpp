@@ -23,11 +23,11 @@ struct Refinement {
   std::vector<GatedReading> gated;  ///< in order of time
 };
 
-/// Takes cables that hang slack out of a problem before any fit: below half of the least tension
-/// that the robot allows (a hundredth of its weight where it allows any), or within three times the
-/// noise of a tension reading around zero, that cable's length and swivel and the pose's balance
-/// say nothing. What the problem knows of its load cells is counted in.
-std::vector<GatedReading> gate_slack(CalibrationProblem& problem, double tension_noise_N);
+/// Takes cables that may hang slack (slack_level_N) out of a problem before any fit: that cable's
+/// length and swivel and the pose's balance say nothing. σ of a tension is the noise of its
+/// readings, and no less than the robot file's where the readings say that cables push. What the
+/// problem knows of its load cells is counted in.
+std::vector<GatedReading> gate_slack(CalibrationProblem& problem, const Signals& signals);
 
 /// Estimates the noise from the residuals of a converged fit, solves again, gates outliers, and
 /// repeats until the noise settles and nothing more is gated. Returns the first fit unchanged when

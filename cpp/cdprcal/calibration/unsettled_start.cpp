@@ -29,9 +29,11 @@ Change change_between(const Log& log, Eigen::Index first, const SampleRange& lat
     Eigen::VectorXd values(later.size() + 1);
     values << readings(first, column), readings.col(column).segment(later.begin, later.size());
     if (angles) values = unwrapped(values);
-    const double change = values[0] - values.tail(later.size()).mean();
+    const auto read = values.tail(later.size()).array().isFinite();
+    const auto count = static_cast<double>(read.count());
+    const double mean = read.select(values.tail(later.size()), 0.0).sum() / count;
+    const double change = values[0] - mean;
     const Signal& signal = signals[static_cast<std::size_t>(channel)];
-    const auto count = static_cast<double>(later.size());
     const double sigma = std::sqrt(signal.variance(1.0) + signal.variance(count));
     if (!std::isfinite(change) || !(sigma > 0.0)) return;
     changes.push_back(change / sigma);

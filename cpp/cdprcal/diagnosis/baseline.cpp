@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "cdprcal/calibration/calibrate.hpp"
+#include "cdprcal/calibration/refine.hpp"
 #include "cdprcal/diagnosis/events.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
@@ -13,14 +14,6 @@
 
 namespace cdprcal {
 namespace {
-
-/// A cable that hangs slack does not pull along the line that the balance supposes.
-void gate_slack(const Robot& robot, const ActiveEffects& known, Measurement& m) {
-  const CableVector tension_N = true_tension_N(robot, known, m);
-  for (Eigen::Index c = 0; c < tension_N.size(); ++c) {
-    if (tension_N[c] < kSlackShare * robot.tension_min_N) m.balance_counts = false;
-  }
-}
 
 /// The rows behind each measurement: those of the next rest, or one; moments in motion come last.
 std::vector<SampleRange> rows_of(const Log& log, const Calibration& calibration, int moments) {
@@ -76,11 +69,12 @@ DiagnosisRun run_from(const Robot& robot, const Log& log, bool motion,
   const InMotionOptions as_fitted = for_a_search();
   if (motion) start = calibrate_in_motion(robot, log, as_fitted);
   if (!start.in_motion) start.calibration = start_of(robot, log, motion);
-  const Calibration& calibration = start.calibration;
+  Calibration& calibration = start.calibration;
   if (calibration.result.poses.empty()) {
     throw InputError(name_of(log) + ": the baseline calibration failed: " +
                      calibration.result.reason + "; run cdprcal check");
   }
+  gate_slack(calibration.problem, calibration.signals);
   DiagnosisRun run;
   signals = calibration.signals;
   run.name = log.source;
@@ -101,7 +95,6 @@ DiagnosisRun run_from(const Robot& robot, const Log& log, bool motion,
     return std::ranges::find(start.beside.late, active.effect, &ActiveEffect::effect) !=
            start.beside.late.end();
   });
-  for (Measurement& m : run.measurements) gate_slack(robot, run.known, m);
   run.offsets = offsets_at(with_effects(robot, run.known), run.poses[0], run.measurements[0]);
   return run;
 }

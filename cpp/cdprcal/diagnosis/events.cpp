@@ -5,37 +5,15 @@
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/readings/equilibrium_detection.hpp"
 #include "cdprcal/readings/fresh.hpp"
+#include "cdprcal/readings/outliers.hpp"
 #include "cdprcal/readings/rest_list.hpp"
 #include "cdprcal/readings/signal.hpp"
+#include "cdprcal/statics/taut.hpp"
 #include "cdprcal/statistics.hpp"
 #include "cdprcal/text.hpp"
 
 namespace cdprcal {
 namespace {
-
-/// Beyond so many σ no sample of a run of any length is by chance.
-constexpr double kOutlier = 8.0;
-/// And so many times as far off as any reading nearby: motion bends readings, too.
-constexpr double kAboveNearby = 3.0;
-/// Readings on either side that an outlier is compared with, and that its scatter is taken from.
-constexpr Eigen::Index kBeside = 3, kNearby = 10;
-/// More than this in a row is motion, not an outlier.
-constexpr Eigen::Index kLongestOutlier = 2;
-
-/// How far each reading is from the median of those around it; NaN at the ends and without
-/// readings.
-Eigen::VectorXd departures(const Eigen::VectorXd& values, bool angles) {
-  Eigen::VectorXd out = Eigen::VectorXd::Constant(values.size(), kNaN);
-  for (Eigen::Index i = kBeside; i + kBeside < values.size(); ++i) {
-    std::vector<double> around;
-    for (Eigen::Index j = i - kBeside; j <= i + kBeside; ++j) {
-      const double d = values[j] - values[i];
-      if (std::isfinite(d)) around.push_back(angles ? wrap_angle(d) : d);
-    }
-    if (around.size() > 3) out[i] = -median(std::move(around));
-  }
-  return out;
-}
 
 /// Whether any other reading jerks around a row by more than noise does: its second difference
 /// there against its noise, at a chance of a thousandth over all that is looked at.
@@ -84,61 +62,50 @@ void name_short_slack(const Log& before, const SampleRange& run, std::vector<Log
   }
 }
 
-/// `rows`: the fresh readings, and the end of the run. A reading that is held for several is one.
-void gate_outliers(const Log& log, const std::vector<Eigen::Index>& rows, LogMatrix& readings,
-                   Eigen::Index column, double sigma, const std::string& channel, int cable,
-                   bool angles, std::vector<LogEvent>& out) {
-  const auto count = static_cast<Eigen::Index>(rows.size()) - 1;
-  const Eigen::VectorXd values = Eigen::VectorXd::NullaryExpr(
-      count, [&](Eigen::Index i) { return readings(rows[static_cast<std::size_t>(i)], column); });
-  const double noise = channel_noise(values, angles);
-  const Eigen::VectorXd off = departures(values, angles);
-  // Motion bends readings away from the median around them: judged by the scatter nearby.
-  const auto stands_out = [&](Eigen::Index i) {
-    if (!(std::abs(off[i]) > std::max(sigma, kOutlier * noise))) return false;
-    std::vector<double> nearby;
-    for (Eigen::Index j = std::max<Eigen::Index>(0, i - kNearby);
-         j < std::min(off.size(), i + kNearby + 1); ++j) {
-      if (std::abs(j - i) > kLongestOutlier && std::isfinite(off[j])) {
-        nearby.push_back(std::abs(off[j]));
+/// Readings of a cable below what is taut, one after the other.
+struct Low {
+  LogEvent event;
+  double mean_N = 0.0, doubt_N = 0.0;  ///< and what noise may make of it
+};
+
+/// `tension_N`: what the cables carry, NaN where a reading was taken out of the log. `rows`: the
+/// fresh readings, and the end of the run. One reading alone: name_short_slack.
+std::vector<Low> low_tensions(double taut_N, const Log& log, const LogMatrix& tension_N,
+                              const std::vector<Eigen::Index>& rows) {
+  std::vector<Low> out;
+  const std::size_t count = rows.size() - 1;
+  const std::vector<Eigen::Index> fresh(rows.begin(), rows.end() - 1);
+  for (Eigen::Index c = 0; c < tension_N.cols(); ++c) {
+    const double noise_N = channel_noise(log.tension_N.col(c)(fresh));
+    for (std::size_t i = 0; i < count; ++i) {
+      std::size_t end = i;
+      double sum_N = 0.0, least_N = taut_N;
+      for (; end < count && tension_N(rows[end], c) < taut_N; ++end) {
+        sum_N += tension_N(rows[end], c);
+        least_N = std::min(least_N, tension_N(rows[end], c));
       }
+      const auto readings = static_cast<double>(end - i);
+      if (readings > 1.0) {
+        out.push_back({{"slack", log.time_s[rows[i]], log.time_s[rows[end] - 1],
+                        static_cast<int>(c), "tension", least_N},
+                       sum_N / readings,
+                       kSlackDoubt * noise_N / std::sqrt(readings)});
+      }
+      i = std::max(i, end);
     }
-    if (nearby.size() < 5) return false;
-    return std::abs(off[i]) > kAboveNearby * *std::max_element(nearby.begin(), nearby.end());
-  };
-  for (Eigen::Index i = 0; i < off.size();) {
-    if (!std::isfinite(off[i]) || !stands_out(i)) {
-      ++i;
-      continue;
-    }
-    Eigen::Index end = i;
-    while (end < off.size() && std::isfinite(off[end]) && stands_out(end)) ++end;
-    if (end - i <= kLongestOutlier) {
-      const Eigen::Index from = rows[static_cast<std::size_t>(i)];
-      const Eigen::Index until = rows[static_cast<std::size_t>(end)];
-      out.push_back({"outlier", log.time_s[from], log.time_s[until - 1], cable, channel, off[i]});
-      readings.col(column).segment(from, until - from).setConstant(kNaN);
-    }
-    i = end;
   }
+  return out;
 }
 
-/// `tension_N`: what the cables carry, NaN where a reading was taken out of the log.
-void find_slack(const Robot& robot, const Log& log, const LogMatrix& tension_N,
-                const SampleRange& run, std::vector<LogEvent>& out) {
-  const double limit_N = kSlackShare * robot.tension_min_N;
-  for (Eigen::Index c = 0; c < tension_N.cols(); ++c) {
-    for (Eigen::Index i = run.begin; i < run.end; ++i) {
-      if (!(tension_N(i, c) < limit_N)) continue;
-      LogEvent event{"slack",   log.time_s[i],  log.time_s[i], static_cast<int>(c),
-                     "tension", tension_N(i, c)};
-      while (i < run.end && tension_N(i, c) < limit_N) {
-        event.end_s = log.time_s[i];
-        event.size = std::min(event.size, tension_N(i, c));
-        ++i;
-      }
-      if (event.end_s > event.begin_s) out.push_back(event);  // one alone: name_short_slack
-    }
+/// No cable pushes: load cells that say so are off by more than their noise, and by no more than
+/// the robot file says.
+void find_slack(const Robot& robot, const std::vector<Low>& lows, std::vector<LogEvent>& out) {
+  const double taut_N = taut_tension_N(robot);
+  const bool any_pushes = std::ranges::any_of(
+      lows, [&](const Low& low) { return low.mean_N < -std::max(taut_N, low.doubt_N); });
+  const double doubted_N = slack_level_N(robot, robot.sigma.tension_N);
+  for (const Low& low : lows) {
+    if (low.mean_N < (any_pushes ? doubted_N : taut_N - low.doubt_N)) out.push_back(low.event);
   }
 }
 
@@ -243,26 +210,21 @@ std::string describe(const LogEvent& event) {
 
 std::vector<LogEvent> gate_events(const Robot& robot, Log& log) {
   std::vector<LogEvent> out;
+  if (is_rest_list(log)) return out;  // no reading has a neighbour to stand out from
   const SampleRange run = segments(log).back();
   const Log before = with_known_effects(robot, log).log;
-  constexpr const char* kAngles[] = {"roll", "pitch", "yaw"};
-  const auto gate = [&](LogMatrix& readings, double sigma, const char* name, bool angles) {
-    std::vector<Eigen::Index> rows = fresh_rows(readings, run).rows;
-    rows.push_back(run.end);
-    for (Eigen::Index c = 0; c < readings.cols(); ++c) {
-      const bool of_cable = name != nullptr;
-      gate_outliers(log, rows, readings, c, sigma, of_cable ? name : kAngles[c],
-                    of_cable ? static_cast<int>(c) : -1, angles, out);
-    }
-  };
-  if (is_rest_list(log)) return out;  // no reading has a neighbour to stand out from
-  gate(log.length_m, robot.sigma.length_m, "length", false);
-  gate(log.swivel_rad, robot.sigma.swivel_rad, "swivel", true);
-  gate(log.tension_N, robot.sigma.tension_N, "tension", false);
-  gate(log.roll_pitch_yaw_rad, robot.sigma.attitude_rad, nullptr, true);
+  for (const Outlier& outlier : leave_out_outliers(robot.sigma, run, log)) {
+    const Sensor& sensor = row_of(outlier.channel).of();
+    const bool of_cable = sensor.width == kOneACable;
+    const auto column = static_cast<std::size_t>(outlier.column);
+    out.push_back({"outlier", outlier.begin_s, outlier.end_s, of_cable ? outlier.column : -1,
+                   sensor.width == 3 ? sensor.columns[column] : sensor.name, outlier.off});
+  }
   name_short_slack(before, run, out);
   const LogMatrix carried_N = log.tension_N.array().isNaN().select(kNaN, before.tension_N);
-  find_slack(robot, log, carried_N, run, out);
+  std::vector<Eigen::Index> fresh = fresh_rows(log.tension_N, run).rows;
+  fresh.push_back(run.end);
+  find_slack(robot, low_tensions(taut_tension_N(robot), log, carried_N, fresh), out);
   find_oscillations(robot, log, run, out);
   std::stable_sort(out.begin(), out.end(),
                    [](const LogEvent& a, const LogEvent& b) { return a.begin_s < b.begin_s; });

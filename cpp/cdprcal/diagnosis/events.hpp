@@ -9,9 +9,6 @@
 
 namespace cdprcal {
 
-/// Below this share of the least tension allowed a cable carries nothing worth balancing.
-inline constexpr double kSlackShare = 0.1;
-
 /// One event of a log. Its readings say nothing about the model and are left out.
 struct LogEvent {
   std::string name;  ///< outlier, slack, oscillation
@@ -23,11 +20,11 @@ struct LogEvent {
 std::string describe(const LogEvent& event);
 
 /// Looks through the run (the last segment) for
-/// - outliers: one or two readings that stand out of those around them by eight times the noise of
-///   the channel, three times the scatter nearby, and one σ of the robot file (less does no harm);
-/// - slack: a cable that carries less than a tenth of the least tension allowed. One reading alone
-///   is slack, too, when it stands out, is zero within its noise, and the platform jerks then:
-///   a tension loop takes up what hangs loose faster than a log has samples;
+/// - outliers: readings/outliers.hpp
+/// - slack: readings one after the other of a cable that is not taut, beyond what noise could make
+///   of one that is (where cables push, beyond the σ of the robot file). One reading alone is
+///   slack, too, when it stands out, is zero within its noise, and the platform jerks then: a
+///   tension loop takes up what hangs loose faster than a log has samples;
 /// - oscillation: a rest that a swing interrupts, or a swing between two rests of one set-point.
 /// Outliers, and readings of such short slack, come back as NaN in `log`.
 std::vector<LogEvent> gate_events(const Robot& robot, Log& log);

@@ -4,11 +4,13 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <span>
 #include <utility>
 
 #include "cdprcal/calibration/allow_for_effects.hpp"
 #include "cdprcal/calibration/initial_guess.hpp"
+#include "cdprcal/calibration/shared_errors.hpp"
 #include "cdprcal/decompositions.hpp"
 #include "cdprcal/effects/corrected_run.hpp"
 #include "cdprcal/error.hpp"
@@ -225,46 +227,13 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving, const
   return guess.size() - rests;
 }
 
-/// How many moments are worth one independent reading: what is wrong at a place stays wrong nearby.
-/// 1 + 2 Σ ρ_k, the autocorrelation of the residuals of all moments in their order, until it is
-/// gone (Sokal 1997).
-double moments_a_reading(const InMotion& found) {
-  constexpr double kGone = 0.05;
+/// Of the moments of a calibration in motion, which come last.
+double shared_by_moments(const InMotion& found) {
   const std::vector<PoseResidual>& residuals = found.calibration.result.residuals;
-  std::vector<std::vector<double>> series;  // one a row, in the order of the moments
-  const std::size_t first =
-      residuals.size() - static_cast<std::size_t>(found.calibration.kinematic_poses);
-  for (std::size_t i = first; i < residuals.size(); ++i) {
-    std::size_t next = 0;
-    const auto add = [&](std::span<const double> values) {
-      for (const double value : values) {
-        if (next == series.size()) series.emplace_back();
-        series[next++].push_back(value);
-      }
-    };
-    for_each_sensor([&](const Sensor&, const auto& field) { add(numbers(field)); }, residuals[i]);
-    add(numbers(residuals[i].wrench));
-  }
-  const auto correlation = [&](std::size_t lag) {
-    double all = 0.0, count = 0.0;
-    for (const std::vector<double>& row : series) {
-      double squares = 0.0, products = 0.0;
-      for (std::size_t k = 0; k < row.size(); ++k) {
-        if (std::isfinite(row[k])) squares += row[k] * row[k];
-        if (k >= lag && std::isfinite(row[k] * row[k - lag])) products += row[k] * row[k - lag];
-      }
-      if (squares > 0.0) all += products / squares, count += 1.0;
-    }
-    return count > 0.0 ? all / count : 0.0;
-  };
-  double worth = 1.0;
-  const auto most = static_cast<std::size_t>(found.calibration.kinematic_poses) / 3;
-  for (std::size_t lag = 1; lag < most; ++lag) {
-    const double rho = correlation(lag);
-    if (rho < kGone) break;
-    worth += 2.0 * rho;
-  }
-  return worth;
+  const auto moments = static_cast<std::size_t>(found.calibration.kinematic_poses);
+  std::vector<std::size_t> which(moments);
+  std::iota(which.begin(), which.end(), residuals.size() - moments);
+  return moments_a_reading(residuals, which);
 }
 
 /// What an error of the initial pose grows by where as many moments are worth one: √worth, and less
@@ -322,7 +291,7 @@ Beside found_beside(const InMotion& found, const MovingRun& moving, double clear
   if (!fit_with_noise(model)) return found.beside;
   const Eigen::Index values = model.values().size();
   const Eigen::VectorXd sigma =
-      std::sqrt(moments_a_reading(found)) * covariance(model).diagonal().tail(values).cwiseSqrt();
+      std::sqrt(shared_by_moments(found)) * covariance(model).diagonal().tail(values).cwiseSqrt();
   Eigen::Index begin = values;
   const std::size_t before = model.effects.size();
   for (std::size_t k = before; k-- > 1;) {
@@ -371,8 +340,7 @@ InMotion with_motion(const Calibration& start, const MovingRun& moving, double c
       add_moments(start, moving, beside, read, path, moving.pushed, problem, guess);
   out.calibration.kinematic_poses = static_cast<int>(moments);
   problem.noise.reset();
-  const Signal& tension = start.signals[static_cast<std::size_t>(Channel::balance)];
-  out.calibration.gated = gate_slack(problem, tension.sigma * std::sqrt(tension.rows));
+  out.calibration.gated = gate_slack(problem, start.signals);
   CalibrationResult& result = out.calibration.result;
   for (int turn = 0; turn < kTurns; ++turn) {
     problem.effects = effects_with(moving, out.beside);
@@ -496,7 +464,7 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   CalibrateOptions as_fitted = options.calibrate;
   as_fitted.allow_for_effects = as_fitted.solve.explain = false;
   Calibration plain = calibrate(robot, log, as_fitted);
-  const CorrectedRun run(robot, log, options.calibrate.segment);
+  const CorrectedRun run(robot, log, options.calibrate.segment, outliers(options.calibrate));
   // A motion too rough for stretches (cables that snatch, an attitude that comes late) may still
   // balance from moment to moment, with accelerations that are known for no more than they are.
   std::optional<InMotion> found;
@@ -520,7 +488,7 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
     return without_motion(found ? found->calibration.result.reason : "");
   }
   CalibrationResult& result = found->calibration.result;
-  const double worth = found->moments_a_reading = moments_a_reading(*found);
+  const double worth = found->moments_a_reading = shared_by_moments(*found);
   if (result.covariance) {
     const Matrix6 widened = widening(result, plain, worth);
     *result.covariance = widened * *result.covariance * widened.transpose() +

@@ -174,6 +174,13 @@ TEST(Refine, WhereNoFurtherFitConvergesTheLastOneStandsAndSaysSo) {
   EXPECT_GE(refined.result.solve_time_s, clean.fit.solve_time_s) << "all attempts count";
 }
 
+/// Load cells of so much white noise, every row a reading.
+Signals load_cells(double noise_N) {
+  Signals out{};
+  out[static_cast<std::size_t>(Channel::balance)].sigma = noise_N;
+  return out;
+}
+
 TEST(GateSlack, TakesOutACableThatMayHangLooseAndTheBalanceWithIt) {
   Scenario s = scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
   auto& m = s.problem.measurements;
@@ -183,7 +190,7 @@ TEST(GateSlack, TakesOutACableThatMayHangLooseAndTheBalanceWithIt) {
   m[4].tension_N[0] = 10.1;
   m[5].tension_N[3] = -2.0;
   m[6].tension_N[2] = kNaN;  // not read is not slack
-  const auto gated = gate_slack(s.problem, 0.1);
+  const auto gated = gate_slack(s.problem, load_cells(0.1));
   ASSERT_EQ(gated.size(), 2U);
   EXPECT_EQ(gated[0].reason, GatedReading::Reason::slack);
   EXPECT_EQ(gated[0].time_s, 4.0);
@@ -200,7 +207,7 @@ TEST(GateSlack, TakesOutACableThatMayHangLooseAndTheBalanceWithIt) {
   EXPECT_STREQ(to_string(GatedReading::Reason::outlier), "outlier");
 }
 
-TEST(GateSlack, DoubtsWhatItsNoiseCouldMakeOfNothingButNeverWhatIsAllowed) {
+TEST(GateSlack, DoubtsWhatItsNoiseCouldMakeOfNothingUnlessThatIsAllowed) {
   Scenario s = scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
   auto& m = s.problem.measurements;
   m[1].tension_N[0] = 14.0;  // below three times the noise of 5 N
@@ -208,17 +215,36 @@ TEST(GateSlack, DoubtsWhatItsNoiseCouldMakeOfNothingButNeverWhatIsAllowed) {
   m[2].samples = 4;  // of a mean of four: above
   m[3].tension_N[0] = 19.0;
   m[4].tension_N[0] = 21.0;  // within the limits, whatever the noise
+  m[5].tension_N[0] = -11.0;
   CalibrationProblem noisy = s.problem;
-  EXPECT_EQ(gate_slack(s.problem, 5.0).size(), 1U);
-  const auto gated = gate_slack(noisy, 1000.0);
-  ASSERT_EQ(gated.size(), 3U);
-  EXPECT_EQ(gated[2].size, 19.0);
+  EXPECT_EQ(gate_slack(s.problem, load_cells(5.0)).size(), 2U);
+  // 20 N are allowed: what noise of 10 N cannot make of them begins below -10 N. A mean of four
+  // tells more.
+  const auto gated = gate_slack(noisy, load_cells(10.0));
+  ASSERT_EQ(gated.size(), 2U);
+  EXPECT_EQ(gated[0].size, 14.0);
+  EXPECT_EQ(gated[1].size, -11.0);
   // A robot that allows any tension: a hundredth of its weight.
   Scenario free = scenario(load_robot("irma4"), irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
   free.problem.robot.tension_min_N = 0.0;
   free.problem.measurements[1].tension_N[0] = 0.0099 * free.problem.robot.weight_N();
   free.problem.measurements[2].tension_N[0] = 0.0101 * free.problem.robot.weight_N();
-  EXPECT_EQ(gate_slack(free.problem, 0.0).size(), 1U);
+  EXPECT_EQ(gate_slack(free.problem, load_cells(0.0)).size(), 1U);
+}
+
+TEST(GateSlack, BelievesNoNoiseThatLetsCablesPush) {
+  const Robot robot = load_robot("irma4");  // sigma 10 N
+  Scenario s = scenario(robot, irma4_setpoints(), PoseKind::static_pose, 0.0, 1);
+  auto& m = s.problem.measurements;
+  m[1].tension_N[0] = -12.0;
+  m[2].tension_N[1] = 5.0;
+  CalibrationProblem again = s.problem;
+  EXPECT_EQ(gate_slack(s.problem, load_cells(0.1)).size(), 2U);  // one may be an outlier
+  again.measurements[3].tension_N[2] = -12.0;
+  const auto gated = gate_slack(again, load_cells(0.1));
+  ASSERT_EQ(gated.size(), 2U);
+  EXPECT_EQ(gated[0].size, -12.0);
+  EXPECT_EQ(gated[1].size, -12.0);
 }
 
 TEST(GateSlack, AsksWhatTheCablesCarryNotWhatKnownBiasesMakeOfIt) {
@@ -227,14 +253,14 @@ TEST(GateSlack, AsksWhatTheCablesCarryNotWhatKnownBiasesMakeOfIt) {
   s.problem.effects = {{find_effect("load_cell_bias"), Eigen::Vector4d(-80.0, 0.0, 0.0, 30.0)}};
   for (Measurement& reading : m) reading.tension_N += Eigen::Vector4d(-80.0, 0.0, 0.0, 30.0);
   m[1].tension_N[0] = 21.0 - 80.0;
-  EXPECT_TRUE(gate_slack(s.problem, 0.1).empty());
+  EXPECT_TRUE(gate_slack(s.problem, load_cells(0.1)).empty());
   m[2].tension_N[3] = 5.0 + 30.0;
-  const auto gated = gate_slack(s.problem, 0.1);
+  const auto gated = gate_slack(s.problem, load_cells(0.1));
   ASSERT_EQ(gated.size(), 1U);
   EXPECT_EQ(gated[0].component, 3);
   EXPECT_DOUBLE_EQ(gated[0].size, 5.0);
   for (Measurement& reading : m) reading.tension_N.resize(0);  // no load cells to know about
-  EXPECT_TRUE(gate_slack(s.problem, 0.1).empty());
+  EXPECT_TRUE(gate_slack(s.problem, load_cells(0.1)).empty());
 }
 
 }  // namespace

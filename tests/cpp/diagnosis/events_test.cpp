@@ -334,9 +334,9 @@ TEST_F(Events, TheEndsOfARunAreNotJudged) {
 }
 
 TEST_F(Events, ASlackCableIsToldWithItsTimeAndLeastTension) {
-  const double limit_N = 0.1 * robot.tension_min_N;
+  const double limit_N = 0.5 * robot.tension_min_N;
   for (Eigen::Index i = 20; i < 30; ++i) {
-    log.tension_N(i, 3) = limit_N * (i == 24 ? 0.2 : 0.6);
+    log.tension_N(i, 3) = limit_N * (i == 24 ? 0.02 : 0.06);
   }
   log.tension_N(40, 1) = 1.01 * limit_N;  // above: not slack
   const auto slack = named(gate_events(robot, log), "slack");
@@ -345,19 +345,33 @@ TEST_F(Events, ASlackCableIsToldWithItsTimeAndLeastTension) {
   EXPECT_EQ(slack[0].channel, "tension");
   EXPECT_EQ(slack[0].begin_s, log.time_s[20]);
   EXPECT_EQ(slack[0].end_s, log.time_s[29]);
-  EXPECT_EQ(slack[0].size, 0.2 * limit_N);
-  EXPECT_EQ(log.tension_N(24, 3), 0.2 * limit_N);  // its readings stay
+  EXPECT_EQ(slack[0].size, 0.02 * limit_N);
+  EXPECT_EQ(log.tension_N(24, 3), 0.02 * limit_N);  // its readings stay
 }
 
 TEST_F(Events, ATensionThatPassesZeroForOneSampleOnItsWayIsNotSlack) {
   // Down and up again over a second: no outlier, and nothing that stayed.
-  const double limit_N = 0.1 * robot.tension_min_N;
+  const double limit_N = 0.5 * robot.tension_min_N;
   for (Eigen::Index k = -5; k <= 5; ++k) {
-    log.tension_N(60 + k, 3) = 0.9 * limit_N + 5.0 * static_cast<double>(std::abs(k));
+    log.tension_N(60 + k, 3) = 0.1 * limit_N + limit_N * static_cast<double>(std::abs(k));
   }
   EXPECT_TRUE(named(gate_events(robot, log), "slack").empty());
-  log.tension_N(61, 3) = 0.9 * limit_N;
+  log.tension_N(61, 3) = 0.1 * limit_N;
   EXPECT_EQ(named(gate_events(robot, log), "slack").size(), 1U);
+}
+
+TEST_F(Events, WhereACablePushesLoadCellsAreOffByUpToTheirSigma) {
+  log.tension_N.col(3).segment(20, 10).setConstant(0.5);
+  ASSERT_EQ(named(gate_events(robot, log), "slack").size(), 1U);
+  // 20 N are allowed, and sigma is 10 N: three of them make -10 N of that, and less is slack.
+  Log pushing = log;
+  pushing.tension_N.col(1).segment(60, 10).setConstant(-15.0);
+  const auto slack = named(gate_events(robot, pushing), "slack");
+  ASSERT_EQ(slack.size(), 1U);
+  EXPECT_EQ(slack[0].cable, 1);
+  Robot noisy = robot;
+  noisy.sigma.tension_N = 15.0;
+  EXPECT_TRUE(named(gate_events(noisy, pushing), "slack").empty());
 }
 
 TEST_F(Events, EveryCableIsLookedAt) {

@@ -71,6 +71,7 @@ TEST(Checks, SamplesThatShareErrorsAreNoneOfTheirOwn) {
     }
     CalibrateOptions options;
     options.method = Method::kinematic;
+    options.noise = NoiseSource::specified;  // all of them
     const Calibration calibration = calibrate(robot, log, options);
     DiagnosisModel model;
     model.robot = robot;

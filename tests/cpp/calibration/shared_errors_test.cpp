@@ -1,0 +1,73 @@
+// Errors that moments in motion share with their neighbours.
+#include "cdprcal/calibration/shared_errors.hpp"
+
+#include <gtest/gtest.h>
+
+#include "../support/run.hpp"
+#include "cdprcal/statistics.hpp"
+
+namespace cdprcal::test {
+namespace {
+
+/// Residuals of four lengths, each what stays of the last and something new.
+std::vector<PoseResidual> residuals(double stays, std::size_t count) {
+  RandomNormal random(5);
+  std::vector<PoseResidual> out(count);
+  Eigen::Vector4d last = Eigen::Vector4d::Zero();
+  for (PoseResidual& one : out) {
+    for (double& value : last) value = stays * value + std::sqrt(1.0 - stays * stays) * random();
+    one.length_m = last;
+    one.wrench.setConstant(kNaN);
+  }
+  return out;
+}
+
+TEST(SharedErrors, AreWorthWhatTheirAutocorrelationSays) {
+  const auto worth = [](double stays, std::size_t step) {
+    constexpr std::size_t kCount = 4000;
+    std::vector<std::size_t> moments;
+    for (std::size_t i = 0; i < kCount; i += step) moments.push_back(i);
+    return moments_a_reading(residuals(stays, kCount), moments);
+  };
+  EXPECT_EQ(worth(0.0, 1), 1.0);
+  // Of a process of first order: (1 + a) / (1 - a).
+  EXPECT_NEAR(worth(0.5, 1), 3.0, 0.4);
+  EXPECT_NEAR(worth(0.8, 1), 9.0, 1.5);
+  EXPECT_NEAR(worth(0.8, 2), (1.0 + 0.64) / (1.0 - 0.64), 0.8);
+  EXPECT_EQ(moments_a_reading({}, {}), 1.0);
+}
+
+/// Errors of the lengths that wander from one value to the next in so many rows.
+Log wandering(Log log, double sigma_m, Eigen::Index rows, std::uint64_t seed) {
+  RandomNormal random(seed);
+  for (Eigen::Index c = 0; c < log.length_m.cols(); ++c) {
+    double from = 0.0, to = 0.0;
+    for (Eigen::Index i = 0; i < log.sample_count(); ++i) {
+      if (i % rows == 0) from = to, to = sigma_m * random();
+      const double share = static_cast<double>(i % rows) / static_cast<double>(rows);
+      log.length_m(i, c) += from + share * (to - from);
+    }
+  }
+  return log;
+}
+
+TEST(SharedErrors, LeaveOneMomentOfThoseThatAreWorthOne) {
+  const Robot robot = load_robot("irma4");
+  const Log white = startup_log(robot, 0.2, 21, 1);
+  CalibrateOptions specified;
+  specified.noise = NoiseSource::specified;
+  const int all = calibrate(robot, white, specified).kinematic_poses;
+  EXPECT_EQ(calibrate(robot, white).kinematic_poses, all);
+  const Log shared = wandering(white, 0.01, 100, 3);
+  const int shared_all = calibrate(robot, shared, specified).kinematic_poses;
+  const Calibration found = calibrate(robot, shared);
+  ASSERT_EQ(found.result.status, CalibrationStatus::converged);
+  EXPECT_LT(found.kinematic_poses, 2 * shared_all / 3);
+  EXPECT_GE(found.kinematic_poses, 8);
+  EXPECT_EQ(found.problem.measurements.size(),
+            static_cast<std::size_t>(found.static_poses + found.kinematic_poses));
+  EXPECT_EQ(found.result.poses.size(), found.problem.measurements.size());
+}
+
+}  // namespace
+}  // namespace cdprcal::test
