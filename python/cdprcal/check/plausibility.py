@@ -201,7 +201,7 @@ def _report_spikes(subject: Subject, channel: Channel, index: np.ndarray, spikes
         f"{samples.size} single {'reading' if samples.size == 1 else 'readings'} of {channel.name} "
         f"stand{'s' if samples.size == 1 else ''} out of those before and after, first at "
         f"{subject.time_s[samples[0]]:g} s",
-        "look for a loose plug or interference; rests leave such readings out",
+        "look for a loose plug or interference; calibrate and diagnose leave such readings out",
         begin=int(samples[0]),
         end=int(samples[0]) + 1,
         channel=channel.name,
