@@ -406,3 +406,12 @@ def test_wrong_use_is_said(tmp_path: Path) -> None:
 def test_noise_of_eight_cables_is_no_law_of_their_readings(seed: int, number: int) -> None:
     line = run_case(Split.tuning, seed, Setting(27, 0.2, "eight"), number)
     assert (line["case"]["kind"], line["found"]["verdict"]) == ("clean", "consistent")
+
+
+def test_rests_are_tried_at_what_fewer_moments_say_of_geometry() -> None:
+    """Without load cells rests contradict each other here, and moments share their errors."""
+    setting = Setting(8, 0.2, "no_load_cells")
+    run = simulate(draw_case(Split.tuning, 9313, setting, 12), setting)
+    found = _core.calibrate(run.robot, run.log)
+    assert found.result.status == _core.CalibrationStatus.not_converged
+    assert "contradicts the readings" in found.result.reason

@@ -8,7 +8,6 @@
 #include "cdprcal/calibration/other_minima.hpp"
 #include "cdprcal/calibration/shared_errors.hpp"
 #include "cdprcal/calibration/unsettled_start.hpp"
-#include "cdprcal/effects/corrected_run.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/readings/fresh.hpp"
@@ -100,25 +99,31 @@ void refine_in_place(const CalibrateOptions& options, Calibration& calibration) 
   gated.insert(gated.end(), refined.gated.begin(), refined.gated.end());
 }
 
-Outliers outliers(const CalibrateOptions& options) {
-  return noise_source(options) == NoiseSource::from_data ? Outliers::left_out : Outliers::kept;
+CorrectedRun corrected_run(const Robot& robot, const Log& log, const CalibrateOptions& options) {
+  const bool from_data = noise_source(options) == NoiseSource::from_data;
+  return {robot, log, options.segment, from_data ? Outliers::left_out : Outliers::kept};
 }
 
 Calibration prepare(const Robot& robot, const Log& log, const CalibrateOptions& options) {
-  const CorrectedRun run(robot, log, options.segment, outliers(options));
-  return prepare(robot, run, options, std::nullopt);
+  return prepare(robot, corrected_run(robot, log, options), options, std::nullopt);
 }
 
 namespace {
+
+/// A prepared calibration, solved from these poses.
+Calibration fit_from(const std::vector<Pose>& guess, Calibration out,
+                     const CalibrateOptions& options) {
+  out.result = solve(out.problem, guess, options.solve);
+  refine_in_place(options, out);
+  leave_independent_moments(options, out);
+  return out;
+}
 
 /// A prepared calibration, solved; without words on it.
 Calibration fit(Calibration out, const CalibrateOptions& options) {
   const CalibrationProblem& problem = out.problem;
   if (options.guess.size() == problem.measurements.size()) {
-    out.result = solve(problem, options.guess, options.solve);
-    refine_in_place(options, out);
-    leave_independent_moments(options, out);
-    return out;
+    return fit_from(options.guess, std::move(out), options);
   }
   if (options.guess.size() > 1) {
     throw InputError("guess: " + std::to_string(options.guess.size()) + " poses given for " +
@@ -165,10 +170,11 @@ Calibration fit_either(const Calibration& prepared, const CalibrateOptions& opti
   if (out.result.status != CalibrationStatus::not_converged) return geometry;
   // Rests contradicted each other where they were fitted. Where geometry says the platform is they
   // may well balance; if not there either, it is one of geometry's minima, and not the pose.
-  Calibration there = prepared;
-  there.result = solve(prepared.problem, geometry.result.poses, options.solve);
-  refine_in_place(options, there);
-  leave_independent_moments(options, there);
+  // By what geometry was found by: of the moments in motion that may be fewer than were prepared.
+  Calibration there = geometry;
+  there.problem.statics = prepared.problem.statics;
+  there.problem.noise = prepared.problem.noise;
+  there = fit_from(geometry.result.poses, std::move(there), options);
   look_around(there.problem, there.result);
   const bool balances = there.result.status == CalibrationStatus::converged &&
                         !is_far(minus(there.result.poses.front(), geometry.result.poses.front()),
@@ -178,7 +184,7 @@ Calibration fit_either(const Calibration& prepared, const CalibrateOptions& opti
 
 /// Again with what shows the initial pose better than the first sample, where something does.
 Calibration fit_settled(const Robot& robot, const Log& log, const CalibrateOptions& options) {
-  const CorrectedRun run(robot, log, options.segment, outliers(options));
+  const CorrectedRun run = corrected_run(robot, log, options);
   Calibration out = fit_either(prepare(robot, run, options, std::nullopt), options);
   if (!options.at_s.empty() || options.formulation == Formulation::paper) return out;
   const std::optional<SampleRange> start =

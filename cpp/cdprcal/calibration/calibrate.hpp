@@ -48,8 +48,8 @@ struct Calibration {
 /// options.noise, or its default for the formulation.
 NoiseSource noise_source(const CalibrateOptions& options);
 
-/// With noise from data they are left out.
-Outliers outliers(const CalibrateOptions& options);
+/// The run that a calibration reads: with noise from data, without outliers.
+CorrectedRun corrected_run(const Robot& robot, const Log& log, const CalibrateOptions& options);
 
 /// With noise from data: refine in place of problem, result and what was gated.
 void refine_in_place(const CalibrateOptions& options, Calibration& calibration);

@@ -122,19 +122,14 @@ void hasten(const NoiseModel& before, bool& shrinks, NoiseModel& next) {
   next.wrench_moment_Nm *= ratio * ratio;
 }
 
-}  // namespace
-
-namespace {
-
 /// Whether load cells are off by more than their noise: cables cannot push, and a mean of several
 /// readings says that one does, or more than one reading (one may be an outlier).
 bool cables_push(const CalibrationProblem& problem, double tension_noise_N) {
-  const double taut_N = taut_tension_N(problem.robot);
   int pushing = 0;
   for (const Measurement& m : problem.measurements) {
-    const double doubt_N = kSlackDoubt * tension_noise_N / std::sqrt(m.samples);
+    const double limit_N = pushing_below_N(problem.robot, tension_noise_N / std::sqrt(m.samples));
     const CableVector tension_N = true_tension_N(problem.robot, problem.effects, m);
-    const auto pushes = (tension_N.array() < -std::max(taut_N, doubt_N)).count();
+    const auto pushes = (tension_N.array() < limit_N).count();
     pushing += static_cast<int>(pushes) * (m.samples > 1 ? 2 : 1);
   }
   return pushing > 1;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <span>
 
+#include "cdprcal/estimation/keep_one_of.hpp"
+
 namespace cdprcal {
 
 double moments_a_reading(const std::vector<PoseResidual>& residuals,
@@ -46,9 +48,12 @@ void leave_independent_moments(const CalibrateOptions& options, Calibration& cal
   if (noise_source(options) != NoiseSource::from_data || !options.at_s.empty()) return;
   if (calibration.result.status != CalibrationStatus::converged) return;
   const auto& measurements = calibration.problem.measurements;
+  const auto is_moment = [&](std::size_t i) {
+    return i > 0 && measurements[i].kind == PoseKind::kinematic_pose;
+  };
   std::vector<std::size_t> moments;
-  for (std::size_t i = 1; i < measurements.size(); ++i) {
-    if (measurements[i].kind == PoseKind::kinematic_pose) moments.push_back(i);
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    if (is_moment(i)) moments.push_back(i);
   }
   const double most = static_cast<double>(moments.size()) / kFewest;
   const double worth = moments_a_reading(calibration.result.residuals, moments);
@@ -56,16 +61,9 @@ void leave_independent_moments(const CalibrateOptions& options, Calibration& cal
   if (every < 2) return;
   Calibration next = calibration;
   std::vector<Pose>& poses = next.result.poses;
-  std::size_t moment = 0, kept = 0;
-  for (std::size_t i = 0; i < measurements.size(); ++i) {
-    const bool moves = moment < moments.size() && moments[moment] == i;
-    if (moves && moment++ % every != 0) continue;
-    next.problem.measurements[kept] = measurements[i];
-    poses[kept++] = poses[i];
-  }
-  next.kinematic_poses -= static_cast<int>(measurements.size() - kept);
-  next.problem.measurements.resize(kept);
-  poses.resize(kept);
+  keep_one_of(every, is_moment, next.problem.measurements);
+  keep_one_of(every, is_moment, poses);
+  next.kinematic_poses -= static_cast<int>(measurements.size() - poses.size());
   const double solve_time_s = next.result.solve_time_s;
   next.result = solve(next.problem, poses, options.solve);
   next.result.solve_time_s += solve_time_s;

@@ -65,7 +65,7 @@ void name_short_slack(const Log& before, const SampleRange& run, std::vector<Log
 /// Readings of a cable below what is taut, one after the other.
 struct Low {
   LogEvent event;
-  double mean_N = 0.0, doubt_N = 0.0;  ///< and what noise may make of it
+  double mean_N = 0.0, sigma_N = 0.0;  ///< and that of its noise
 };
 
 /// `tension_N`: what the cables carry, NaN where a reading was taken out of the log. `rows`: the
@@ -89,7 +89,7 @@ std::vector<Low> low_tensions(double taut_N, const Log& log, const LogMatrix& te
         out.push_back({{"slack", log.time_s[rows[i]], log.time_s[rows[end] - 1],
                         static_cast<int>(c), "tension", least_N},
                        sum_N / readings,
-                       kSlackDoubt * noise_N / std::sqrt(readings)});
+                       noise_N / std::sqrt(readings)});
       }
       i = std::max(i, end);
     }
@@ -97,15 +97,16 @@ std::vector<Low> low_tensions(double taut_N, const Log& log, const LogMatrix& te
   return out;
 }
 
-/// No cable pushes: load cells that say so are off by more than their noise, and by no more than
-/// the robot file says.
+/// Where a cable would push, load cells are off by more than their noise, and by no more than the
+/// robot file says.
 void find_slack(const Robot& robot, const std::vector<Low>& lows, std::vector<LogEvent>& out) {
   const double taut_N = taut_tension_N(robot);
   const bool any_pushes = std::ranges::any_of(
-      lows, [&](const Low& low) { return low.mean_N < -std::max(taut_N, low.doubt_N); });
+      lows, [&](const Low& low) { return low.mean_N < pushing_below_N(robot, low.sigma_N); });
   const double doubted_N = slack_level_N(robot, robot.sigma.tension_N);
   for (const Low& low : lows) {
-    if (low.mean_N < (any_pushes ? doubted_N : taut_N - low.doubt_N)) out.push_back(low.event);
+    const double level_N = any_pushes ? doubted_N : taut_N - kSlackDoubt * low.sigma_N;
+    if (low.mean_N < level_N) out.push_back(low.event);
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/estimation/balance_roots.hpp"
+#include "cdprcal/estimation/keep_one_of.hpp"
 #include "cdprcal/estimation/model_fit.hpp"
 
 namespace cdprcal {
@@ -272,12 +273,7 @@ double thin_out(DiagnosisRun& run, std::size_t moments, double moments_a_reading
   const double every = std::ceil(std::min(moments_a_reading, most));
   const std::size_t first = run.measurements.size() - moments;
   const auto thin = [&](auto& values) {
-    if (values.empty()) return;
-    std::size_t kept = first;
-    for (std::size_t i = first; i < values.size(); i += static_cast<std::size_t>(every)) {
-      values[kept++] = values[i];
-    }
-    values.resize(kept);
+    keep_one_of(static_cast<std::size_t>(every), [&](std::size_t i) { return i >= first; }, values);
   };
   thin(run.measurements);
   thin(run.poses);

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <span>
 #include <utility>
 
 #include "cdprcal/calibration/allow_for_effects.hpp"
@@ -464,7 +463,7 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   CalibrateOptions as_fitted = options.calibrate;
   as_fitted.allow_for_effects = as_fitted.solve.explain = false;
   Calibration plain = calibrate(robot, log, as_fitted);
-  const CorrectedRun run(robot, log, options.calibrate.segment, outliers(options.calibrate));
+  const CorrectedRun run = corrected_run(robot, log, options.calibrate);
   // A motion too rough for stretches (cables that snatch, an attitude that comes late) may still
   // balance from moment to moment, with accelerations that are known for no more than they are.
   std::optional<InMotion> found;

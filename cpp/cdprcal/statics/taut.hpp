@@ -16,6 +16,11 @@ inline double taut_tension_N(const Robot& robot) {
 /// So many σ of a reading are doubt, not tension.
 inline constexpr double kSlackDoubt = 3.0;
 
+/// No cable pushes: below this a reading of that σ shows that the load cell is off.
+inline double pushing_below_N(const Robot& robot, double sigma_N) {
+  return -std::max(taut_tension_N(robot), kSlackDoubt * sigma_N);
+}
+
 /// Below this a reading of that σ shows a cable that may hang slack: what is not taut, and what
 /// noise could make of nothing. Where noise could make nothing of a tension that is allowed, too,
 /// the reading cannot tell one from the other, and to leave out the low ones would make the rest
