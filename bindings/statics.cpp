@@ -88,6 +88,8 @@ void register_statics(py::module_& module) {
   module.def("tensions_least_squares", &tensions_least_squares, py::arg("robot"), py::arg("state"),
              "Tensions of least squared wrench error, moments scaled by the characteristic "
              "length; for n ≤ 6 cables of full rank.");
+  module.def("robot_size_m", &robot_size_m, py::arg("robot"),
+             "Largest distance between pulleys or, when that is 0, of the platform's anchors [m].");
   module.def("characteristic_length_m", &characteristic_length_m, py::arg("robot"),
              "Root mean square distance of the platform anchors from the centre of mass [m].");
 }

@@ -252,6 +252,7 @@ __all__: list[str] = [
     "read_log",
     "read_plan",
     "reading_noise",
+    "robot_size_m",
     "rotation_angle_difference_rad",
     "rotation_distance_rad",
     "rotation_from_euler",
@@ -5796,6 +5797,11 @@ def reading_noise(
 ) -> ReadingNoise:
     """
     The sigma of a robot's sensors times `scale`; absolute: those of absolute sensors too.
+    """
+
+def robot_size_m(robot: Robot) -> float:
+    """
+    Largest distance between pulleys or, when that is 0, of the platform's anchors [m].
     """
 
 def rotation_angle_difference_rad(a: Pose, b: Pose) -> float:

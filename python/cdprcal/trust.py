@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from cdprcal import _core
 from cdprcal.findings import Finding
 from cdprcal.sensors import CHANNELS
@@ -15,6 +17,8 @@ ABOUT_RUN = ("gap", "short_run")
 #: How often a log of a robot that is as its file says gets the caveat "misfit"; diagnose takes as
 #: much for the chance of an accusation.
 FALSE_ALARMS = 0.01
+#: Of the size of the robot: what an eye beside it sees.
+BY_EYE = 0.01
 
 
 def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
@@ -22,7 +26,8 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
 
     ``misfit``: residuals are larger than the readings scatter within a rest, by χ² over all of
     them, or an effect of the catalogue is there by 95 %; ``unchecked``: as many numbers are fitted
-    as are read; ``reservation``: what the core adds to its claim.
+    as are read; ``imprecise``: by its own σ the pose is no better than what an eye sees;
+    ``reservation``: what the core adds to its claim.
     """
     result = calibration.result
     if result.status != _core.CalibrationStatus.converged:
@@ -48,17 +53,32 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
                 remedy="measure with more sensors, or check the pose by other means",
             )
         )
+    robot = calibration.problem.robot
+    position_m, rotation_rad = worst_axes(result)
+    if max(position_m, rotation_rad * _core.characteristic_length_m(robot)) > (
+        BY_EYE * _core.robot_size_m(robot)
+    ):
+        found.append(
+            Finding(
+                severity="warning",
+                code="imprecise",
+                message=f"the pose is known to ± {_two_digits(1e3 * position_m)} mm and "
+                f"± {_two_digits(math.degrees(rotation_rad))}° (1 σ, worst axes), which is no "
+                f"better than the eye: {BY_EYE:.0%} of the robot's size",
+                remedy="measure at more varied poses, or with more sensors: cdprcal plan --optimal "
+                "says where",
+            )
+        )
     fit = _with_scatter_alone(calibration)
     p_value = 0.0 if fit.status == _core.CalibrationStatus.not_converged else fit.chi_square_p_value
     if p_value < FALSE_ALARMS or result.lacks_something:
         freedom = max(1, fit.residual_count - fit.parameter_count)
-        # Two digits as people write them: 420, not 4.2e+02.
-        times = float(f"{math.sqrt(2.0 * fit.cost / freedom):.2g}")
+        times = _two_digits(math.sqrt(2.0 * fit.cost / freedom))
         found.append(
             Finding(
                 severity="warning",
                 code="misfit",
-                message=f"the model misses the readings by {times:,.9g} times (rms) what these "
+                message=f"the model misses the readings by {times} times (rms) what these "
                 "scatter at rest: it lacks something, or sensors have errors that stay over a rest "
                 f"(without either no more than one of {1 / FALSE_ALARMS:g} logs gets this warning)",
                 remedy="the pose may be off by more than its σ if the model lacks something: let "
@@ -66,6 +86,21 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
             )
         )
     return tuple(found)
+
+
+def _two_digits(value: float) -> str:
+    """As people write them: 420, not 4.2e+02."""
+    return f"{float(f'{value:.2g}'):,.9g}"
+
+
+def worst_axes(result: _core.CalibrationResult) -> tuple[float, float]:
+    """Standard deviations of position [m] and rotation [rad] of ζ0 along their worst axes."""
+    if result.covariance is None:
+        return math.nan, math.nan
+    covariance = np.asarray(result.covariance)
+    blocks = covariance[:3, :3], covariance[3:, 3:]
+    position_m, rotation_rad = (float(np.sqrt(np.linalg.eigvalsh(b)[-1])) for b in blocks)
+    return position_m, rotation_rad
 
 
 def _with_scatter_alone(calibration: _core.Calibration) -> _core.CalibrationResult:

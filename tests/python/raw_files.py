@@ -336,6 +336,47 @@ def json_lines(log: cdprcal.Log, folder: Path) -> Path:
     return path
 
 
+def signals_of(log: cdprcal.Log) -> dict[str, Floats]:
+    """Every reading by a name of its own, in mm, N and degrees."""
+    out: dict[str, Floats] = {}
+    for i in range(4):
+        out[f"length_{i + 1}"] = 1e3 * np.asarray(log.length_m[:, i])
+        out[f"force_{i + 1}"] = np.asarray(log.tension_N[:, i])
+    for i, angle in enumerate(("roll", "pitch", "yaw")):
+        out[angle] = deg(log.roll_pitch_yaw_rad[:, i])
+    return out
+
+
+def influx(log: cdprcal.Log, folder: Path) -> Path:
+    """Annotated CSV of InfluxDB: a reading a row, one signal after another, each a table."""
+    begin = np.datetime64("2026-03-01T11:00:00", "us")
+    stamps = [f"{begin + np.timedelta64(round(1e6 * t), 'us')}Z" for t in log.time_s.tolist()]
+    lines = []
+    for table_id, (name, values) in enumerate(signals_of(log).items()):
+        lines += ["#datatype,string,long,dateTime:RFC3339,dateTime:RFC3339,double,string,string",
+                  "#group,false,false,true,false,false,true,true", "#default,_result,,,,,,",
+                  ",result,table,_start,_time,_value,_field,_measurement"]  # fmt: skip
+        lines += [f",,{table_id},2026-03-01T10:59:00Z,{stamp},{value:.6f},{name},robot"
+                  for stamp, value in zip(stamps, values.tolist(), strict=True)]  # fmt: skip
+        lines.append("")
+    path = folder / "influx.csv"
+    path.write_text("\n".join(lines))
+    return path
+
+
+def historian(log: cdprcal.Log, folder: Path) -> Path:
+    """A plant's historian: a reading a row, the tag and its unit beside, decimal commas."""
+    units = {"length": "mm", "force": "N"}
+    lines = ["Zeit [s];Signal;Wert;Einheit"]
+    for i, time in enumerate(log.time_s.tolist()):
+        for name, values in signals_of(log).items():
+            unit = units.get(name.partition("_")[0], "deg")
+            lines.append(f"{time:.4f};{name};{values[i]:.6f};{unit}".replace(".", ","))
+    path = folder / "historian.csv"
+    path.write_text("\n".join([*lines, ""]))
+    return path
+
+
 def quoted_commas(log: cdprcal.Log, folder: Path) -> Path:
     """Decimal commas in quotes between commas; the first row has no time yet."""
     names = ["Zeit [s]", *(f"Seil {i} Länge [mm]" for i in range(1, 5))]
@@ -488,6 +529,8 @@ SHAPES = {
     "Parquet": Shape(parquet, "t"),
     "Feather": Shape(feather, "t"),
     "JSON lines": Shape(json_lines, "t"),
+    "InfluxDB": Shape(influx, "t"),
+    "historian": Shape(historian, "t"),
     "quoted decimal commas": Shape(quoted_commas, "t"),
     "whole quaternions": Shape(whole_quaternions, "t"),
     "bag of joints": Shape(

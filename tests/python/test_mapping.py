@@ -1090,6 +1090,84 @@ def test_json_lines_are_records_with_times_of_their_own(tmp_path: Path) -> None:
     assert raw.line.tolist() == [1, 3, 5, 7, 9]
 
 
+def one_a_row(rows: list[tuple[Any, ...]]) -> str:
+    return "".join(",".join(map(str, row)) + "\n" for row in rows)
+
+
+def test_a_reading_a_row_is_a_column_a_signal(tmp_path: Path) -> None:
+    path = tmp_path / "long.csv"
+    rows: list[tuple[Any, ...]] = [("t", "quantity", "cable", "value")]
+    rows += [(0.1 * k, q, c, 10 * k + c) for k in range(20) for q in ("length", "force")
+             for c in (1, 2)]  # fmt: skip
+    path.write_text(one_a_row(rows))
+    raw = read_raw(path)
+    assert list(raw.columns) == ["t", "length.1", "length.2", "force.1", "force.2"]
+    np.testing.assert_allclose(raw.columns["t"].values, 0.1 * np.arange(20))
+    np.testing.assert_array_equal(raw.columns["force.2"].values, 10.0 * np.arange(20) + 2.0)
+
+
+def test_signals_with_times_of_their_own_stand_at_those_of_the_longest(tmp_path: Path) -> None:
+    """Columns that each logger writes when it likes: rows are those of one, the others nearest."""
+    random = np.random.default_rng(1)
+    path, times = tmp_path / "long.csv", {}
+    rows: list[tuple[Any, ...]] = []
+    for name, count in (("a", 200), ("b", 100)):
+        times[name] = np.sort(random.uniform(0.0, 10.0, count)).round(4)
+        rows += [(t, name, 3.0 * t) for t in times[name].tolist()]
+    path.write_text(one_a_row(rows))
+    columns = read_raw(path).columns
+    np.testing.assert_array_equal(columns["time"].values, times["a"])
+    read = columns["b"].values
+    there = np.isfinite(read)
+    assert there.sum() > 100
+    np.testing.assert_allclose(read[there] / 3.0, times["a"][there], atol=0.06)
+
+
+def test_a_reading_a_row_in_json_and_excel(tmp_path: Path) -> None:
+    openpyxl = pytest.importorskip("openpyxl")
+    held = [(0.1 * k, name, k + at) for k in range(10) for at, name in enumerate(("a", "b"))]
+    lines = tmp_path / "long.jsonl"
+    keys = ("ts", "signal", "value")
+    lines.write_text("\n".join(json.dumps(dict(zip(keys, row, strict=True))) for row in held))
+    book = openpyxl.Workbook()
+    for row in (keys, *held):
+        book.active.append(row)
+    book.save(tmp_path / "long.xlsx")
+    for path in (lines, tmp_path / "long.xlsx"):
+        columns = read_raw(path).columns
+        assert list(columns) == ["ts", "a", "b"]
+        np.testing.assert_array_equal(columns["b"].values, np.arange(10) + 1.0)
+
+
+def test_a_reading_that_is_none_is_named_by_its_line(tmp_path: Path) -> None:
+    path = tmp_path / "long.csv"
+    rows: list[tuple[Any, ...]] = [(0.1 * k, name, k) for k in range(30) for name in ("a", "b")]
+    rows[7] = (0.3, "b", "n/a")
+    path.write_text(one_a_row(rows))
+    assert np.isnan(read_raw(path).columns["b"].values[3])
+    rows[7] = (0.3, "b", "broken")
+    path.write_text(one_a_row(rows))
+    with pytest.raises(cdprcal.InputError, match=r"long\.csv:8: 'broken' is not a number; leave"):
+        read_raw(path)
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        lambda k: (0.1 * k, "rest" if k % 20 < 10 else "move", k, 2 * k, 3 * k),  # states
+        lambda k: (0.1 * k, "run 7", k),  # one signal
+        lambda k: (0.1 * k, f"note {k}", k),  # a name for every row
+    ],
+)
+def test_words_beside_readings_make_no_signals(
+    tmp_path: Path, row: Callable[[int], tuple[Any, ...]]
+) -> None:
+    path = tmp_path / "wide.csv"
+    names = ("t", "note", "length_1", "length_2", "length_3")[: len(row(0))]
+    path.write_text(one_a_row([names, *map(row, range(60))]))
+    assert list(read_raw(path).columns) == list(names)
+
+
 def test_arrays_of_other_rows_are_left_out_and_named(
     cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
 ) -> None:

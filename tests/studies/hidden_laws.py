@@ -2,6 +2,7 @@
 
     python tests/studies/hidden_laws.py --count 28                  # 27 poses, irma4
     python tests/studies/hidden_laws.py --count 28 --poses 8
+    python tests/studies/hidden_laws.py --count 28 --one            # of one cable alone
     python tests/studies/hidden_laws.py --count 50 --clean          # nothing hidden
 
 A robot is started up in the simulator; then a law changes its readings, here, by code that the
@@ -15,7 +16,7 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from functools import cache, partial
@@ -138,12 +139,44 @@ def iron_near_compass(w: World, rng: np.random.Generator) -> Floats:
     return out
 
 
+def _of_one(law: Law) -> Law:
+    """The same law, but of one cable: what it does to the others is not there."""
+
+    def of_one(w: World, rng: np.random.Generator) -> Floats:
+        values = law(w, rng)
+        out = np.zeros_like(values)
+        chosen = rng.integers(values.shape[1])
+        out[:, chosen] = values[:, chosen]
+        return out
+
+    return of_one
+
+
+def cable_grows(w: World, rng: np.random.Generator) -> Floats:
+    risen = 1 - np.exp(-w.time_s / (rng.uniform(0.3, 0.8) * w.time_s[-1]))
+    return np.asarray(rng.uniform(4e-3, 9e-3) * risen[:, None] * np.ones_like(w.length_m))
+
+
+def encoder_jumps(w: World, rng: np.random.Generator) -> Floats:
+    later = w.time_s > rng.uniform(0.25, 0.75) * w.time_s[-1]
+    return np.asarray(rng.uniform(3e-3, 9e-3) * later[:, None] * np.ones_like(w.length_m))
+
+
+def cells_cross_talk(w: World, rng: np.random.Generator) -> Floats:
+    out = np.zeros_like(w.tension_N)
+    to, of = rng.choice(w.tension_N.shape[1], 2, replace=False)
+    out[:, to] = rng.choice([-1, 1]) * rng.uniform(0.08, 0.2) * w.tension_N[:, of]
+    return out
+
+
 #: Names of the catalogue that say the same, or all but its curvature.
 ALIKE = {
     "swivel_off_centre": {"swivel_scale"},
     "iron_near_compass": {"magnetic_disturbance"},
     "ahrs_scale": {"attitude_scale"},
     "cable_stiffens": {"cable_elasticity"},
+    "one_swivel_off_centre": {"swivel_scale"},
+    "one_encoder_jumps": {"cable_slip"},
 }
 #: Law, field, what it depends on (any of these is right), whether the search has its form.
 LAWS: dict[str, tuple[Law, str, tuple[str, ...], bool]] = {
@@ -162,12 +195,26 @@ LAWS: dict[str, tuple[Law, str, tuple[str, ...], bool]] = {
     "ahrs_leans_with_height": (ahrs_leans_with_height, "roll_pitch_yaw_rad", ("z",), False),
     "iron_near_compass": (iron_near_compass, "roll_pitch_yaw_rad", ("x", "y", "z"), False),
 }
+#: What goes wrong on one cable alone.
+LAWS_OF_ONE: dict[str, tuple[Law, str, tuple[str, ...], bool]] = {
+    "one_drum_runs_out": (_of_one(drum_runs_out), "length_m", ("length",), True),
+    "one_cable_grows": (_of_one(cable_grows), "length_m", ("time",), True),
+    "one_encoder_jumps": (_of_one(encoder_jumps), "length_m", ("time",), False),
+    "one_swivel_off_centre": (_of_one(swivel_off_centre), "swivel_rad", ("swivel",), True),
+    "one_cell_bends": (_of_one(cells_bend), "tension_N", ("tension",), True),
+    "one_cell_warms_up": (_of_one(cells_warm_up), "tension_N", ("time",), True),
+    "cells_cross_talk": (cells_cross_talk, "tension_N", ("tension", "x", "y", "z"), False),
+}
 CHANNELS = {
     "length_m": ("length",),
     "swivel_rad": ("swivel",),
     "tension_N": ("tension",),
     "roll_pitch_yaw_rad": ("roll", "pitch", "yaw"),
 }
+
+
+def law_of(name: str) -> tuple[Law, str, tuple[str, ...], bool]:
+    return (LAWS | LAWS_OF_ONE)[name]
 
 
 @cache
@@ -221,7 +268,7 @@ def hidden_log(
         ),
     )
     if law:
-        make, field, _, _ = LAWS[law]
+        make, field, _, _ = law_of(law)
         read[field] += make(world, rng)
     rng = np.random.default_rng([run_seed, poses, 1])
     return with_rest_errors(run, read, rng, f"{law or 'clean'}-{seed}"), run.poses[0]
@@ -280,7 +327,7 @@ def try_one(robot: str, poses: int, job: tuple[str, int]) -> Found:
     names = [e.info.name for e in d.effects if not e.described] + [f.name for f in d.faults]
     right = False
     if law:
-        _, field, on, _ = LAWS[law]
+        _, field, on, _ = law_of(law)
         said = [e.info.name.split("_by_") for e in described]
         right = any(
             channel in CHANNELS[field] and any(v in rest.split("_") for v in on)
@@ -305,8 +352,7 @@ def try_one(robot: str, poses: int, job: tuple[str, int]) -> Found:
     )
 
 
-def jobs(count: int, first_seed: int, clean: bool) -> Iterator[tuple[str, int]]:
-    names = [""] if clean else list(LAWS)
+def jobs(count: int, first_seed: int, names: Sequence[str]) -> Iterator[tuple[str, int]]:
     for k in range(count):
         yield names[k % len(names)], first_seed + k
 
@@ -318,11 +364,13 @@ def main() -> None:
     parser.add_argument("--robot", default="irma4")
     parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--clean", action="store_true")
+    parser.add_argument("--one", action="store_true", help="laws of one cable alone")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     work = partial(try_one, options.robot, options.poses)
-    todo = list(jobs(options.count, options.first_seed, options.clean))
+    names = [""] if options.clean else [*(LAWS_OF_ONE if options.one else LAWS)]
+    todo = list(jobs(options.count, options.first_seed, names))
     results: list[Found] = []
     with ProcessPoolExecutor(options.workers) as pool:
         for found in pool.map(work, todo):

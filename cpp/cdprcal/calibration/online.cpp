@@ -5,6 +5,7 @@
 #include "cdprcal/calibration/allow_for_effects.hpp"
 #include "cdprcal/calibration/initial_guess.hpp"
 #include "cdprcal/calibration/multi_start.hpp"
+#include "cdprcal/calibration/shared_errors.hpp"
 #include "cdprcal/error.hpp"
 
 namespace cdprcal {
@@ -49,9 +50,9 @@ const Calibration& OnlineCalibration::add(const Log& since_last) {
 
 void OnlineCalibration::append(const Log& since_last, Calibration&& stretch) {
   const auto samples = static_cast<double>(since_last.sample_count());
-  auto& measurements = calibration_.problem.measurements;
+  auto& measurements = all_.problem.measurements;
   if (measurements.empty()) {
-    calibration_ = std::move(stretch);
+    all_ = std::move(stretch);
     samples_ = samples;
     return;
   }
@@ -65,22 +66,24 @@ void OnlineCalibration::append(const Log& since_last, Calibration&& stretch) {
   const auto join = [](auto& all, const auto& added) {
     all.insert(all.end(), added.begin(), added.end());
   };
-  join(calibration_.equilibria, stretch.equilibria);
-  join(calibration_.gated, stretch.gated);
-  calibration_.signals = mixed(calibration_.signals, samples_, stretch.signals, samples);
+  join(all_.equilibria, stretch.equilibria);
+  join(all_.gated, stretch.gated);
+  all_.signals = mixed(all_.signals, samples_, stretch.signals, samples);
   samples_ += samples;
-  calibration_.static_poses = calibration_.kinematic_poses = 0;
+  all_.static_poses = all_.kinematic_poses = 0;
   for (const Measurement& m : measurements) {
-    (m.kind == PoseKind::static_pose ? calibration_.static_poses : calibration_.kinematic_poses)++;
+    (m.kind == PoseKind::static_pose ? all_.static_poses : all_.kinematic_poses)++;
   }
 }
 
 void OnlineCalibration::update() {
-  CalibrationProblem& problem = calibration_.problem;
-  CalibrationResult& result = calibration_.result;
+  CalibrationProblem& problem = all_.problem;
+  CalibrationResult& result = all_.result;
   const auto& all = problem.measurements;
   bool fitted = false;
-  if (result.status == CalibrationStatus::converged && result.poses.size() <= all.size()) {
+  // One that is not believed is no guess.
+  if (calibration_.result.status == CalibrationStatus::converged &&
+      result.status == CalibrationStatus::converged && result.poses.size() <= all.size()) {
     // New poses are estimated from where the last one was (§3.3), the others are known.
     std::vector<Pose> guess = result.poses;
     if (all.size() > guess.size()) {
@@ -105,11 +108,13 @@ void OnlineCalibration::update() {
   if (noise_source(options_) == NoiseSource::from_data &&
       (!fitted || poses >= kNoiseRenewal * noise_poses_)) {
     noise_poses_ = poses;
-    refine_in_place(options_, calibration_);
+    refine_in_place(options_, all_);
   }
-  look_around(problem, result);
+  calibration_ = all_;
+  leave_independent_moments(options_, calibration_);
+  look_around(calibration_.problem, calibration_.result);
   allow_for_effects(options_, calibration_);
-  if (explain_) explain(problem, result);
+  if (explain_) explain(calibration_.problem, calibration_.result);
 }
 
 }  // namespace cdprcal

@@ -29,7 +29,8 @@ class OnlineCalibration {
   Robot robot_;
   CalibrateOptions options_;
   bool explain_;
-  Calibration calibration_;
+  Calibration all_;           ///< with every moment that was read
+  Calibration calibration_;   ///< with those that are independent, and what it may lack
   double samples_ = 0.0;      ///< so far, behind the signals
   double noise_poses_ = 0.0;  ///< behind problem.noise
   double last_s_ = -std::numeric_limits<double>::infinity();

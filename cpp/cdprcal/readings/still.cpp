@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "cdprcal/readings/equilibrium_detection.hpp"
-#include "cdprcal/readings/odd_readings.hpp"
 #include "cdprcal/statistics.hpp"
 
 namespace cdprcal {
@@ -18,13 +17,25 @@ struct Running {
   Signal signal;
 };
 
-/// Readings that stand out of both their neighbours are nobody's motion: NaN instead.
-void leave_out_spikes(double sigma, Eigen::VectorXd& values) {
-  constexpr double kStandsOut = 5.0;  // σ of a difference
-  const double least = kStandsOut * std::sqrt(2.0) * sigma;
+/// The tests below suppose Gaussian noise: the tail of a distribution counts as no farther from the
+/// median of those around it than that goes, and a spike says nothing. In a motion all are far.
+void clip_tails(double sigma, Eigen::VectorXd& values) {
+  constexpr double kTail = 3.0, kSpike = 2.0;  // σ, tails
+  constexpr Eigen::Index kBeside = 3;
   const Eigen::VectorXd given = values;
-  for (Eigen::Index i = 1; i + 1 < given.size(); ++i) {
-    if (stands_out(given[i - 1], given[i], given[i + 1], least)) values[i] = kNaN;
+  std::vector<double> around, off;
+  for (Eigen::Index i = 0; i < given.size(); ++i) {
+    around.clear(), off.clear();
+    for (Eigen::Index j = std::max<Eigen::Index>(0, i - kBeside);
+         j < std::min(given.size(), i + kBeside + 1); ++j) {
+      if (std::isfinite(given[j])) around.push_back(given[j]);
+    }
+    if (!std::isfinite(given[i]) || around.size() <= kBeside) continue;
+    const double middle = median(around);
+    for (const double value : around) off.push_back(std::abs(value - middle));
+    const double most = kTail * std::max(sigma, median(off));
+    const bool is_spike = std::abs(given[i] - middle) > kSpike * most;
+    values[i] = is_spike ? kNaN : std::clamp(given[i], middle - most, middle + most);
   }
 }
 
@@ -55,7 +66,7 @@ Running running(const Eigen::VectorXd& column, const SampleRange& range, bool an
   Eigen::VectorXd values = column.segment(range.begin, range.size());
   if (angle) values = unwrapped(values);
   out.signal = of_column(channel, channel_noise(column, angle));
-  if (out.signal.sigma > 0.0) leave_out_spikes(out.signal.sigma, values);
+  if (out.signal.sigma > 0.0) clip_tails(out.signal.sigma, values);
   double origin = kNaN;
   for (const double v : values) {
     const bool there = std::isfinite(v);

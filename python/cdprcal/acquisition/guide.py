@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from cdprcal import _core
 from cdprcal._core import RobotSample, StartUp, StartUpCommand, StartUpState
 from cdprcal.acquisition.told import Told, settled, told_by
+from cdprcal.trust import worst_axes
 
 
 @dataclass(frozen=True)
@@ -357,16 +358,6 @@ def _is_trusted(result: _core.CalibrationResult) -> bool:
 def _has(asked: _core.AskedAccuracy | None, covariance: NDArray[np.float64] | None) -> bool:
     """Whether an estimate has the accuracy asked for."""
     return asked is not None and covariance is not None and asked.reached(covariance)
-
-
-def worst_axes(result: _core.CalibrationResult) -> tuple[float, float]:
-    """Standard deviations of position [m] and rotation [rad] of ζ0 along their worst axes."""
-    if result.covariance is None:
-        return math.nan, math.nan
-    covariance = np.asarray(result.covariance)
-    blocks = covariance[:3, :3], covariance[3:, 3:]
-    position_m, rotation_rad = (float(np.sqrt(np.linalg.eigvalsh(b)[-1])) for b in blocks)
-    return position_m, rotation_rad
 
 
 class _Rows:

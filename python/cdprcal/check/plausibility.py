@@ -28,7 +28,7 @@ _AROUND = 8
 
 def check_ranges(subject: Subject) -> None:
     """Angles and lengths beyond what the geometry allows."""
-    frame = _frame_size_m(subject.robot)
+    frame = _core.robot_size_m(subject.robot)
     for channel in subject.channels:
         values = channel.values
         if not np.isfinite(values).any():
@@ -263,11 +263,6 @@ def _steepest(values: Floats, begin: int, end: int) -> int:
     low = max(begin, 1)
     steps = np.abs(np.diff(values[low - 1 : end + 1]))
     return low + int(np.argmax(steps))
-
-
-def _frame_size_m(robot: _core.Robot) -> float:
-    points = np.array([cable.pulley.position_m for cable in robot.cables])
-    return float(np.max(np.linalg.norm(points[:, None] - points[None], axis=-1)))
 
 
 def _first(values: Floats) -> float:

@@ -17,6 +17,7 @@ from cdprcal.hardware.xsens.measurement import rotation_from_quaternion
 from cdprcal.io.files import begins_with, is_foreign, is_workbook, shown_path, shown_text
 from cdprcal.io.loaded import LogFile
 from cdprcal.io.log_file import load_run, refuse_repeated, require_cable_count
+from cdprcal.mapping.common_time import nearest
 from cdprcal.mapping.counter import unwrapped
 from cdprcal.mapping.document import GROUPS, QUATERNIONS, Group, Map, load_map
 from cdprcal.mapping.marks import marks_in, without
@@ -137,7 +138,7 @@ class _Rows:
             self._marked.setdefault(mark, {})[name] = count
         if column.time_s is None:
             return column.values[self.kept]
-        return _nearest(column, self.time_s)
+        return nearest(column, self.time_s)
 
     def marks(self) -> list[Finding]:
         """What stands in columns that were read and seems to be no reading."""
@@ -216,22 +217,6 @@ def _increasing(time_s: Floats) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
     finite = np.flatnonzero(np.isfinite(time_s))
     before = np.maximum.accumulate(np.concatenate([[-np.inf], time_s[finite]]))[:-1]
     return finite[time_s[finite] > before]
-
-
-def _nearest(column: Column, time_s: Floats) -> Floats:
-    """Values nearest in time, no further than half the longer of both periods."""
-    times = column.time_s
-    assert times is not None
-    there = np.isfinite(column.values)
-    values, times = column.values[there], times[there]
-    if not len(times):
-        return np.full(len(time_s), np.nan)
-    after = np.clip(np.searchsorted(times, time_s), 0, len(times) - 1)
-    before = np.maximum(after - 1, 0)
-    at = np.where(np.abs(times[before] - time_s) <= np.abs(times[after] - time_s), before, after)
-    periods = [float(np.median(np.diff(t))) for t in (times, time_s) if len(t) > 1]
-    close = np.abs(times[at] - time_s) <= 0.5 * max(periods, default=0.0) + 1e-9
-    return np.where(close, values[at], np.nan)
 
 
 def _before(values: Floats, time_s: Floats, delay_s: float, *, is_angle: bool) -> Floats:

@@ -36,3 +36,20 @@ def on_common_time(
             values[at] = column.values[rows]
             columns[name] = replace(column, values=values)
     return there[first], columns
+
+
+def nearest(column: Column, time_s: Floats) -> Floats:
+    """Values of a column with times of its own at others, nearest in time, no further than half the
+    longer of both periods; NaN where none is."""
+    times = column.time_s
+    assert times is not None
+    there = np.isfinite(column.values)
+    values, times = column.values[there], times[there]
+    if not len(times):
+        return np.full(len(time_s), np.nan)
+    after = np.clip(np.searchsorted(times, time_s), 0, len(times) - 1)
+    before = np.maximum(after - 1, 0)
+    at = np.where(np.abs(times[before] - time_s) <= np.abs(times[after] - time_s), before, after)
+    periods = [float(np.median(np.diff(t))) for t in (times, time_s) if len(t) > 1]
+    close = np.abs(times[at] - time_s) <= 0.5 * max(periods, default=0.0) + 1e-9
+    return np.where(close, values[at], np.nan)

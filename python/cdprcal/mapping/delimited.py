@@ -81,7 +81,7 @@ def table_of_lines(
 ) -> RawTable:
     """Lines whose separator is known and whose decimal mark is the point: the lines of names and
     units are found. Raises InputError naming file and line."""
-    cells = [_cells(line, separator) for line in lines]
+    cells = [cells_of(line, separator) for line in lines]
     count = max((i for row in cells for i, cell in enumerate(row, 1) if cell), default=0)
     used = Counter(len(_without_empty_end(row)) for row in cells if any(row)).most_common(1)[0][0]
     form = DelimitedForm(separator, ".", _header_line(lines, used, count, separator, "."), "utf-8")
@@ -113,7 +113,8 @@ def _encoding(data: bytes) -> str:
     return "utf-8"
 
 
-def _cells(line: str, separator: str) -> list[str]:
+def cells_of(line: str, separator: str) -> list[str]:
+    """A line of text cut at its separators; of blanks any run is one."""
     if separator == " ":
         return line.split()
     if '"' in line:
@@ -123,7 +124,7 @@ def _cells(line: str, separator: str) -> list[str]:
 
 def _named(line: str, separator: str) -> list[str]:
     """The cells of a line of names or units, be it a comment."""
-    return _cells(_MARK.sub("", line), separator)
+    return cells_of(_MARK.sub("", line), separator)
 
 
 def _without_empty_end(cells: list[str]) -> list[str]:
@@ -131,7 +132,7 @@ def _without_empty_end(cells: list[str]) -> list[str]:
     return cells[: max((i for i, cell in enumerate(cells, 1) if cell), default=0)]
 
 
-def _is_number(cell: str, decimal: str) -> bool:
+def is_number(cell: str, decimal: str) -> bool:
     """Whether a cell tells rows from names, even if it cannot be read as it is."""
     return bool(number_in(cell, decimal) is not None or _clock(cell) or _almost(cell, decimal))
 
@@ -163,14 +164,14 @@ def _form_of(lines: list[str], encoding: str) -> DelimitedForm | None:
     quoted = any('"' in line for line in tail)
     best: tuple[float, int, int, str, str] | None = None
     for separator in SEPARATORS:
-        rows = [_cells(line, separator) for line in tail]
+        rows = [cells_of(line, separator) for line in tail]
         count = Counter(map(len, rows)).most_common(1)[0][0] if rows else 0
         used = max((len(_without_empty_end(row)) for row in rows if len(row) == count), default=0)
         if used < 2:
             continue
         for decimal in (".", ",") if separator != "," or quoted else (".",):
             of_rows = [
-                sum(_is_number(cell, decimal) or not cell for cell in row) / count
+                sum(is_number(cell, decimal) or not cell for cell in row) / count
                 for row in rows
                 if len(row) == count
             ]
@@ -194,12 +195,12 @@ def _header_line(lines: list[str], used: int, count: int, separator: str, decima
             continue
         if len(cells) < used or len(_without_empty_end(cells)) > count:
             # A name more than there are readings: of a comment that nobody wrote.
-            words = 0 if any(_is_number(cell, decimal) for cell in cells) else number
+            words = 0 if any(is_number(cell, decimal) for cell in cells) else number
             continue
         if names == number - 1 > 0 and _under_merged(lines[names - 1], cells, separator, decimal):
             names = number
             continue
-        numbers = sum(_is_number(cell, decimal) for cell in cells)
+        numbers = sum(is_number(cell, decimal) for cell in cells)
         # Where sensors begin one after another the first rows are sparse.
         sparse = names and numbers >= 2 and numbers == sum(map(bool, cells))
         if sparse or numbers > count / 2:
@@ -220,10 +221,10 @@ def _below_preamble(
     come again."""
     for number in range(row + 1, min(row + _PREAMBLE, len(lines) + 1)):
         cells = _named(lines[number - 1], separator)
-        wordy = all(cell and not _is_number(cell, decimal) for cell in cells)
+        wordy = all(cell and not is_number(cell, decimal) for cell in cells)
         if len(cells) >= used and wordy and not _are_units(cells):
             return 0 if names and lines[number - 1] == lines[names - 1] else number
-        if all(_is_number(cell, decimal) for cell in cells[:used]):
+        if all(is_number(cell, decimal) for cell in cells[:used]):
             return 0  # a row of readings
     return 0
 
@@ -236,7 +237,7 @@ def _under_merged(above: str, cells: list[str], separator: str, decimal: str) ->
     for word in (_named(above, separator) + [""] * len(cells))[: len(cells)]:
         over = word or over
         upper.append(over)
-    numbers = [over for over, cell in zip(upper, cells, strict=True) if _is_number(cell, decimal)]
+    numbers = [over for over, cell in zip(upper, cells, strict=True) if is_number(cell, decimal)]
     indices = [cell for cell in cells if re.fullmatch(r"\d{1,2}", cell)]
     if len(numbers) == len(cells) or len(numbers) != len(indices) or 1 in map(upper.count, numbers):
         return []  # a row of readings
@@ -259,12 +260,12 @@ def _table(path: Path, lines: list[str], form: DelimitedForm) -> RawTable:
             continue
         if form.header_line and line == lines[form.header_line - 1]:
             continue  # the names again, where a logger went on
-        cells = _cells(line, form.separator)
+        cells = cells_of(line, form.separator)
         if not names:
-            if not sum(_is_number(cell, form.decimal) for cell in cells) > len(cells) / 2:
+            if not sum(is_number(cell, form.decimal) for cell in cells) > len(cells) / 2:
                 continue
             names = [f"column_{i + 1}" for i in range(len(cells))]
-        if not rows and not any(_is_number(cell, form.decimal) for cell in cells):
+        if not rows and not any(is_number(cell, form.decimal) for cell in cells):
             continue  # units, or more words above the first row
         if len(cells) > len(names):
             cells[len(names) :] = _without_empty_end(cells[len(names) :])
@@ -295,7 +296,7 @@ def _table(path: Path, lines: list[str], form: DelimitedForm) -> RawTable:
 def _least_cells(lines: list[str], form: DelimitedForm, names: int) -> int:
     """Of a row: as many as there are names, but where most rows have fewer."""
     below = itertools.islice(filter(str.strip, lines[form.header_line :]), _SAMPLED)
-    widths = Counter(len(_cells(line, form.separator)) for line in below)
+    widths = Counter(len(cells_of(line, form.separator)) for line in below)
     usual = widths.most_common(1)[0][0] if widths else names
     return usual if 2 * usual > names else names
 
@@ -317,7 +318,7 @@ def _names(lines: list[str], form: DelimitedForm) -> tuple[list[str], list[str]]
     units: list[str] = []
     if form.header_line < len(lines):
         cells = _named(lines[form.header_line], form.separator)[: len(names)]
-        wordy = not any(_is_number(cell, form.decimal) for cell in cells)
+        wordy = not any(is_number(cell, form.decimal) for cell in cells)
         if len(cells) == len(names) and wordy and _are_units(cells):
             units = [cell.strip("[]() ") for cell in cells]
     return names, units
@@ -350,7 +351,7 @@ def _first_of_thousands(cells: Sequence[str], decimal: str) -> int | None:
 def _column(cells: Sequence[str], decimal: str, unit: str) -> Column:
     """Numbers, NaN where nothing was read; or seconds of dates and times of day."""
     if (row := _first_of_thousands(cells, decimal)) is not None:
-        values = _numbers(cells, decimal)
+        values = numbers_in(cells, decimal)
         return Column(values, unit=unit, unread=(row, cells[row], _NO_THOUSANDS))
     with suppress(ValueError):  # the slow way below tells what is in which cell
         if decimal == "." or not any("." in cell for cell in cells):
@@ -358,7 +359,7 @@ def _column(cells: Sequence[str], decimal: str, unit: str) -> Column:
             if not np.isinf(values).any():
                 return Column(values, unit=unit)
     is_clock = sum(bool(_clock(cell)) for cell in cells) > len(cells) / 2
-    values = _seconds(cells) if is_clock else _numbers(cells, decimal)
+    values = _seconds(cells) if is_clock else numbers_in(cells, decimal)
     for row, (cell, value) in enumerate(zip(cells, values.tolist(), strict=True)):
         if not math.isfinite(value) and not says_nothing(cell):
             remedy = _remedy(cell, decimal)
@@ -386,7 +387,7 @@ def _remedy(cell: str, decimal: str) -> str:
     return remedy
 
 
-def _numbers(cells: Sequence[str], decimal: str) -> Floats:
+def numbers_in(cells: Sequence[str], decimal: str) -> Floats:
     """The number in each cell, NaN for any other text."""
     read = (number_in(cell, decimal) for cell in cells)
     return np.array([np.nan if value is None else value for value in read])

@@ -11,6 +11,7 @@ import numpy as np
 from cdprcal._core import InputError
 from cdprcal.io.files import read_bytes, refuse_many_lines, shown_path, shown_text
 from cdprcal.mapping.delimited import clock_column
+from cdprcal.mapping.one_a_row import one_a_row
 from cdprcal.mapping.raw import Column, RawTable
 
 _MOST_WIDE = 64
@@ -52,6 +53,10 @@ def read_json_lines(path: Path) -> RawTable:
         rows.append(flat)
         at.append(number)
     keys = dict.fromkeys(key for row in rows for key in row)
+    if any(isinstance(cell, str) for row in rows for cell in row.values()):
+        cells = [["" if row.get(key) is None else str(row[key]) for key in keys] for row in rows]
+        if (table := one_a_row(path, [[*keys], *cells], [0, *at])) is not None:
+            return table
     columns = {key: _column([row.get(key) for row in rows]) for key in keys}
     kept = {key: column for key, column in columns.items() if column is not None}
     left_out = tuple(key for key in keys if key not in kept)

@@ -45,8 +45,8 @@ class DelimitedForm:
 
 @dataclass(frozen=True)
 class RawTable:
-    """A raw file: its kind (csv, records, mat, arrow, bag) and its columns in the order of the
-    file; ``left_out``: what it holds beside them that is no column of numbers."""
+    """A raw file: its kind (csv, one a row, records, mat, arrow, bag) and its columns in the order
+    of the file; ``left_out``: what it holds beside them that is no column of numbers."""
 
     path: Path
     kind: str

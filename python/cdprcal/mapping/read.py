@@ -11,6 +11,7 @@ from cdprcal.mapping.delimited import read_delimited
 from cdprcal.mapping.hdf5 import HDF5_MAGIC, read_hdf5
 from cdprcal.mapping.json_lines import holds_json_lines, read_json_lines
 from cdprcal.mapping.matlab import read_mat
+from cdprcal.mapping.one_a_row import one_a_row_in_text
 from cdprcal.mapping.raw import DelimitedForm, RawTable
 from cdprcal.mapping.records import holds_records, read_records
 from cdprcal.mapping.scope import holds_scope, read_scope
@@ -19,8 +20,8 @@ from cdprcal.ros2 import is_bag
 
 
 def read_raw(path: str | Path, form: DelimitedForm | None = None) -> RawTable:
-    """Reads CSV and its like, exports of TwinCAT Scope, JSON lines, records in braces, Excel
-    workbooks, MAT, HDF5, Parquet, Feather or a ROS 2 bag.
+    """Reads CSV and its like, with a signal a column or a reading a row, exports of TwinCAT Scope,
+    JSON lines, records in braces, Excel workbooks, MAT, HDF5, Parquet, Feather or a ROS 2 bag.
 
     ``form``: how text is to be cut; None: found. Raises InputError naming file and place.
     """
@@ -44,4 +45,6 @@ def read_raw(path: str | Path, form: DelimitedForm | None = None) -> RawTable:
             return read_records(path)
         if holds_scope(head):
             return read_scope(path)
+        if (table := one_a_row_in_text(path, head)) is not None:
+            return table
     return read_delimited(path, form)

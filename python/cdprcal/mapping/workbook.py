@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from dataclasses import replace
 from datetime import date, datetime, time, timedelta
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from cdprcal._core import InputError
 from cdprcal.extras import need
 from cdprcal.io.files import shown_path
 from cdprcal.mapping.delimited import table_of_lines
+from cdprcal.mapping.one_a_row import one_a_row
 from cdprcal.mapping.raw import RawTable
 
 _SEPARATOR = "\t"
@@ -44,14 +46,19 @@ def read_workbook(path: Path) -> RawTable:
         )
     chosen = counts.index(max(counts))
     others = tuple(f"sheet {title!r}" for i, (title, _) in enumerate(sheets) if i != chosen)
-    lines = [_line(row) for row in sheets[chosen][1]]
+    cells = [[_cell(c) for c in row] for row in sheets[chosen][1]]
+    filled = [i for i, row in enumerate(cells) if any(row)]
+    table = one_a_row(path, [cells[i] for i in filled], [i + 1 for i in filled])
+    if table is not None:
+        return replace(table, left_out=others)
+    lines = [_line(row) for row in cells]
     return table_of_lines(path, lines, _SEPARATOR, kind="workbook", left_out=others)
 
 
-def _line(row: tuple[Any, ...]) -> str:
+def _line(row: list[str]) -> str:
     """A row as text between tabs, as delimited text has it."""
     text = io.StringIO()
-    csv.writer(text, delimiter=_SEPARATOR, lineterminator="").writerow([_cell(c) for c in row])
+    csv.writer(text, delimiter=_SEPARATOR, lineterminator="").writerow(row)
     return text.getvalue()
 
 

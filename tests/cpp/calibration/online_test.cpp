@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "../support/run.hpp"
 #include "cdprcal/decompositions.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
@@ -20,23 +21,12 @@ SyntheticLog made(const Robot& robot) {
   return synthetic_log(robot, default_setpoints(robot, 2, 2, 2), options);
 }
 
-Log rows(const Log& log, Eigen::Index begin, Eigen::Index end) {
-  const Eigen::Index count = end - begin;
-  Log out = log;
-  out.time_s = log.time_s.segment(begin, count);
-  for (LogMatrix* group : {&out.length_m, &out.swivel_rad, &out.tension_N, &out.tension_setpoint_N,
-                           &out.roll_pitch_yaw_rad}) {
-    *group = group->middleRows(begin, count).eval();
-  }
-  return out;
-}
-
 /// Up to the end of each rest: 8 s a stop at 10 Hz, the first 4 s of them at rest.
 std::vector<Log> stretches(const Log& log) {
   std::vector<Log> out;
   Eigen::Index begin = 0;
   for (Eigen::Index end = 40; end <= log.sample_count(); end += 80) {
-    out.push_back(rows(log, begin, end));
+    out.push_back(test::cut(log, begin, end - begin));
     begin = end;
   }
   return out;
@@ -87,7 +77,7 @@ TEST(OnlineCalibration, RefusesWhatDoesNotFollowAndStaysAsItWas) {
   online.add(parts[0]);
   const std::size_t before = online.calibration().problem.measurements.size();
   EXPECT_THROW(online.add(parts[0]), InputError);
-  EXPECT_THROW(online.add(rows(parts[1], 0, 0)), InputError);
+  EXPECT_THROW(online.add(test::cut(parts[1], 0, 0)), InputError);
   EXPECT_EQ(online.calibration().problem.measurements.size(), before);
   online.add(parts[1]);
   EXPECT_GT(online.calibration().problem.measurements.size(), before);

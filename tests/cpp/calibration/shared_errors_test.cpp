@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "../support/run.hpp"
+#include "cdprcal/calibration/online.hpp"
 #include "cdprcal/statistics.hpp"
 
 namespace cdprcal::test {
@@ -67,6 +68,28 @@ TEST(SharedErrors, LeaveOneMomentOfThoseThatAreWorthOne) {
   EXPECT_EQ(found.problem.measurements.size(),
             static_cast<std::size_t>(found.static_poses + found.kinematic_poses));
   EXPECT_EQ(found.result.poses.size(), found.problem.measurements.size());
+}
+
+TEST(SharedErrors, AreOnesOfARunThatIsMeasuredToo) {
+  const Robot robot = load_robot("irma4");
+  const Log shared = wandering(startup_log(robot, 0.2, 21, 1), 0.01, 100, 3);
+  OnlineCalibration online(robot);
+  const Calibration whole = calibrate(robot, shared);
+  Eigen::Index begin = 0;
+  for (const Equilibrium& rest : whole.equilibria) {
+    online.add(cut(shared, begin, rest.samples.end - begin));
+    begin = rest.samples.end;
+  }
+  const Calibration& live = online.calibration();
+  ASSERT_EQ(live.result.status, CalibrationStatus::converged) << live.result.reason;
+  EXPECT_EQ(live.problem.measurements.size(), live.result.poses.size());
+  EXPECT_EQ(live.problem.measurements.size(),
+            static_cast<std::size_t>(live.static_poses + live.kinematic_poses));
+  EXPECT_LT(live.kinematic_poses, 2 * whole.kinematic_poses);
+  const Vector6 ratio =
+      live.result.standard_deviation().array() / whole.result.standard_deviation().array();
+  EXPECT_GT(ratio.minCoeff(), 0.6) << ratio.transpose();
+  EXPECT_LT(ratio.maxCoeff(), 1.6) << ratio.transpose();
 }
 
 }  // namespace

@@ -118,5 +118,21 @@ TEST(Still, AReadingThatStandsOutAloneIsNoMotion) {
   EXPECT_GT(at_the_start(log, {0, kSamples}).size(), kSamples / 3);
 }
 
+TEST(Still, TailsOfTheNoiseAreNoMotion) {
+  // Student's t with three degrees of freedom, whose fourth moment is infinite.
+  RandomNormal random(19);
+  Eigen::Index kept = 0;
+  for (int run = 0; run < 50; ++run) {
+    Log log = moving([](double) { return 0.0; }, random);
+    for (double& length_m : log.length_m.reshaped()) {
+      double squares = 0.0;
+      for (int k = 0; k < 3; ++k) squares += std::pow(random(), 2);
+      length_m = 2.0 + kScatter_m * random() / std::sqrt(squares / 3.0);
+    }
+    kept += still_since_start(log, {0, kSamples}).size();
+  }
+  EXPECT_GT(kept, 50 * kSamples * 9 / 10);
+}
+
 }  // namespace
 }  // namespace cdprcal::test
