@@ -246,7 +246,9 @@ void register_findings(py::module_& module) {
       .def_readonly("channel", &Unexplained::channel)
       .def_readonly("rms", &Unexplained::rms, "Of what is left, in the channel's unit.")
       .def_readonly("sigma", &Unexplained::sigma, "Of the readings' own ripple.")
-      .def_readonly("depends_on", &Unexplained::depends_on);
+      .def_readonly("depends_on", &Unexplained::depends_on)
+      .def_readonly("cable", &Unexplained::cable,
+                    "The only one that depends so, from 0; -1: several, or of no cable.");
   py::class_<Wandering>(module, "Wandering",
                         "Errors of a channel that wander with time: counted as noise.")
       .def_readonly("channel", &Wandering::channel)

@@ -2954,6 +2954,12 @@ class Unexplained:
     """
 
     @property
+    def cable(self) -> int:
+        """
+        The only one that depends so, from 0; -1: several, or of no cable.
+        """
+
+    @property
     def channel(self) -> str: ...
     @property
     def depends_on(self) -> str: ...

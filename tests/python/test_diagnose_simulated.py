@@ -8,6 +8,7 @@ import pytest
 import cdprcal
 from cdprcal import _core
 from cdprcal.diagnosis import diagnosis_as_dict
+from cdprcal.diagnosis.table import unexplained_line
 from cdprcal.testing.blind_bench.cases import Case, Hidden, Setting
 from cdprcal.testing.blind_bench.simulate import simulate
 from conftest import changed, few
@@ -176,3 +177,36 @@ def test_pulleys_of_another_size_are_named(name: str, factor: float) -> None:
     error = cdprcal.minus(found.initial_pose_after, run.truth[0].pose)
     assert np.max(np.abs(error) / np.sqrt(np.diag(found.covariance_after))) < 4.0
     assert np.linalg.norm(error[:3]) < 3e-3
+
+
+@pytest.mark.parametrize(("bent", "only"), [([3], 3), ([1, 3], -1)])
+def test_what_is_left_on_one_cable_alone_names_the_cable(
+    robot: cdprcal.Robot, bent: list[int], only: int
+) -> None:
+    """Load cells that are not straight, at too few rests for a formula."""
+    options = cdprcal.SyntheticLogOptions(
+        noise=cdprcal.reading_noise(robot.sigma, 0.1), seed=2, dwell_s=4.0, move_s=2.0
+    )
+    log = cdprcal.synthetic_log(robot, cdprcal.default_setpoints(robot, 2, 2, 2), options).log
+    tension_N = np.array(log.tension_N)
+    tension_N[:, bent] += 9e-4 * (tension_N[:, bent] - 60.0) ** 2
+    found = cdprcal.diagnose(robot, [changed(log, tension_N=tension_N)])
+    assert found.verdict == _core.Verdict.unexplained
+    (left,) = found.unexplained
+    assert (left.channel, left.depends_on, left.cable) == ("tension", "reading", only)
+    (shown,) = diagnosis_as_dict(found, robot)["unexplained"]
+    assert shown["cable"] == (None if only < 0 else only + 1)
+    on_one = f"on cable {only + 1} alone" in unexplained_line(shown)
+    assert on_one == (only >= 0) == any(f"cable {only + 1}, the only one" in n for n in found.next)
+
+
+def test_sigma_allows_for_laws_beside_the_name_that_was_found() -> None:
+    """An AHRS that bends tilts the platform no more than a centre of mass does: 4.3 σ off."""
+    hidden = Hidden("roll_pitch_bend", [-0.6946568318649553], 1.736642079662388)
+    case = Case(number=8, seed=741308269246158495, kind="outside", shuffled=False, stated=1.0,
+                hidden=[hidden], signal="held", noise=1.0)  # fmt: skip
+    made = simulate(case, Setting(poses=8, noise=0.2, family="held"))
+    found = _core.diagnose(made.robot, [made.log])
+    assert [effect.info.name for effect in found.effects] == ["centre_of_mass"]
+    off = np.asarray(_core.minus(found.initial_pose_after, made.initial_pose))
+    assert np.all(np.abs(off) < 3.0 * np.sqrt(np.diag(found.covariance_after)))

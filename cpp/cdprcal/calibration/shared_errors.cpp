@@ -7,21 +7,64 @@
 
 namespace cdprcal {
 
-double moments_a_reading(const std::vector<PoseResidual>& residuals,
-                         const std::vector<std::size_t>& moments) {
-  constexpr double kGone = 0.05;
-  std::vector<std::vector<double>> series;  // one a row, in the order of the moments
-  for (const std::size_t i : moments) {
+namespace {
+
+/// What some poses leave of every reading: one row a reading, in the order of `poses` (indices).
+std::vector<std::vector<double>> rows_of(const std::vector<PoseResidual>& residuals,
+                                         const std::vector<std::size_t>& poses) {
+  std::vector<std::vector<double>> out;
+  for (const std::size_t i : poses) {
     std::size_t next = 0;
     const auto add = [&](std::span<const double> values) {
       for (const double value : values) {
-        if (next == series.size()) series.emplace_back();
-        series[next++].push_back(value);
+        if (next == out.size()) out.emplace_back();
+        out[next++].push_back(value);
       }
     };
     for_each_sensor([&](const Sensor&, const auto& field) { add(numbers(field)); }, residuals[i]);
     add(numbers(residuals[i].wrench));
   }
+  return out;
+}
+
+/// How alike what moments leave is to what the rests nearest in time leave, of readings that both
+/// have: correlation, mean over the readings; 0 where none is shared.
+double alike_nearest_rests(const Calibration& calibration,
+                           const std::vector<std::size_t>& moments) {
+  const auto& measurements = calibration.problem.measurements;
+  std::vector<std::size_t> rests;
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    if (measurements[i].kind == PoseKind::static_pose) rests.push_back(i);
+  }
+  if (rests.empty()) return 0.0;
+  std::vector<std::size_t> nearest;
+  for (const std::size_t m : moments) {
+    nearest.push_back(*std::ranges::min_element(rests, {}, [&](std::size_t rest) {
+      return std::abs(measurements[rest].time_s - measurements[m].time_s);
+    }));
+  }
+  const auto moving = rows_of(calibration.result.residuals, moments);
+  const auto resting = rows_of(calibration.result.residuals, nearest);
+  double all = 0.0, count = 0.0;
+  for (std::size_t row = 0; row < moving.size(); ++row) {
+    double products = 0.0, of_moments = 0.0, of_rests = 0.0;
+    for (std::size_t k = 0; k < moments.size(); ++k) {
+      const double a = moving[row][k], b = resting[row][k];
+      if (!std::isfinite(a * b)) continue;
+      products += a * b, of_moments += a * a, of_rests += b * b;
+    }
+    const double size = std::sqrt(of_moments * of_rests);
+    if (size > 0.0) all += products / size, count += 1.0;
+  }
+  return count > 0.0 ? all / count : 0.0;
+}
+
+}  // namespace
+
+double moments_a_reading(const std::vector<PoseResidual>& residuals,
+                         const std::vector<std::size_t>& moments) {
+  constexpr double kGone = 0.05;
+  const auto series = rows_of(residuals, moments);
   const auto correlation = [&](std::size_t lag) {
     double all = 0.0, count = 0.0;
     for (const std::vector<double>& row : series) {
@@ -44,7 +87,8 @@ double moments_a_reading(const std::vector<PoseResidual>& residuals,
 }
 
 void leave_independent_moments(const CalibrateOptions& options, Calibration& calibration) {
-  constexpr double kFewest = 8.0;  // moments that are left: fewer say nothing of their noise
+  constexpr std::size_t kFewest = 8;  // poses that are left: fewer say nothing of their noise
+  constexpr double kSame = 0.99;      // of a correlation: beyond, a moment adds nothing
   if (noise_source(options) != NoiseSource::from_data || !options.at_s.empty()) return;
   if (calibration.result.status != CalibrationStatus::converged) return;
   const auto& measurements = calibration.problem.measurements;
@@ -55,8 +99,13 @@ void leave_independent_moments(const CalibrateOptions& options, Calibration& cal
   for (std::size_t i = 0; i < measurements.size(); ++i) {
     if (is_moment(i)) moments.push_back(i);
   }
-  const double most = static_cast<double>(moments.size()) / kFewest;
-  const double worth = moments_a_reading(calibration.result.residuals, moments);
+  // Beside a reading that is known another of correlation ρ is worth (1 − ρ) / (1 + ρ).
+  const double alike = std::clamp(alike_nearest_rests(calibration, moments), 0.0, kSame);
+  const double worth =
+      moments_a_reading(calibration.result.residuals, moments) * (1.0 + alike) / (1.0 - alike);
+  const std::size_t rests = measurements.size() - moments.size();
+  const std::size_t fewest = rests < kFewest ? kFewest : 1;
+  const double most = static_cast<double>(moments.size()) / static_cast<double>(fewest);
   const auto every = static_cast<std::size_t>(std::round(std::min(worth, most)));
   if (every < 2) return;
   Calibration next = calibration;
@@ -64,6 +113,9 @@ void leave_independent_moments(const CalibrateOptions& options, Calibration& cal
   keep_one_of(every, is_moment, next.problem.measurements);
   keep_one_of(every, is_moment, poses);
   next.kinematic_poses -= static_cast<int>(measurements.size() - poses.size());
+  // Their noise is not that of all: where moments repeat what rests say, a channel that is fitted
+  // exactly seems to have none, and would keep it.
+  next.problem.noise.reset();
   const double solve_time_s = next.result.solve_time_s;
   next.result = solve(next.problem, poses, options.solve);
   next.result.solve_time_s += solve_time_s;

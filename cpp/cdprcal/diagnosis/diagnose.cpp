@@ -6,6 +6,7 @@
 
 #include "cdprcal/calibration/allow_for_effects.hpp"
 #include "cdprcal/calibration/calibrate.hpp"
+#include "cdprcal/decompositions.hpp"
 #include "cdprcal/diagnosis/baseline.hpp"
 #include "cdprcal/diagnosis/events.hpp"
 #include "cdprcal/diagnosis/search.hpp"
@@ -164,6 +165,30 @@ std::string shown_name(NoiseGroup group) {
   return group == at_rest(Channel::balance) ? "tension" : to_string(group);
 }
 
+/// The one cable on which a model's last effect, whose values are each cable's, is more than
+/// chance; -1: on several or none, or it has no values of each.
+int only_cable(const DiagnosisModel& model) {
+  constexpr double kThere = 0.999, kNot = 0.95;
+  const EffectTerm& term = model.effects.back();
+  const int cables = model.robot.cable_count();
+  if (term.effect->size(cables) == term.effect->size(1)) return -1;
+  const Eigen::Index terms = term.values.size() / cables;
+  const Eigen::MatrixXd own =
+      covariance(model).bottomRightCorner(term.values.size(), term.values.size());
+  int only = -1;
+  for (int i = 0; i < cables; ++i) {
+    const auto of_cable = Eigen::seqN(i, terms, cables);
+    const Eigen::VectorXd value = term.values(of_cable);
+    const Eigen::MatrixXd variance = own(of_cable, of_cable);
+    const double square = value.dot(solve_symmetric(variance, value));
+    const auto freedom = static_cast<int>(terms);
+    if (!(square > chi_square_quantile(kNot, freedom))) continue;
+    if (only >= 0 || !(square > chi_square_quantile(kThere, freedom))) return -1;
+    only = i;
+  }
+  return only;
+}
+
 void report_left(const DiagnosisModel& model, const CandidateScore& score, Diagnosis& out) {
   const GenericName what = *generic_name(*score.effect);
   Unexplained left;
@@ -176,9 +201,12 @@ void report_left(const DiagnosisModel& model, const CandidateScore& score, Diagn
     left.rms = unit * model.noise[c];
     left.sigma = unit * model.floor[c];
   }
+  left.cable = only_cable(EvidenceAgainst(model).refit(score).model);
   out.unexplained.push_back(left);
+  const std::string where =
+      left.cable < 0 ? "the robot" : "cable " + std::to_string(left.cable + 1) + ", the only one";
   out.next.push_back("what is left of " + what.channel + " depends on " + what.depends_on +
-                     ": look for something on the robot that does");
+                     ": look for something on " + where + " that does");
   if (model.runs.size() > 1) {
     out.next.emplace_back("diagnose each log by itself: one of them may be another robot's");
   }

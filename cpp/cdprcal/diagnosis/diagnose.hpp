@@ -54,6 +54,7 @@ struct Unexplained {
   std::string channel;
   double rms = 0.0, sigma = 0.0;  ///< of what is left, and of the ripple; in the channel's unit
   std::string depends_on;
+  int cable = -1;  ///< that alone depends so; -1: several, or the channel is of no cable
 };
 
 /// Errors of a channel that wander with time: counted as noise, not as a finding.

@@ -808,6 +808,15 @@ void Search::find_rivals() {
       const double least = rival ? least_of_rival : -kNegligible_nats;
       others.push_back({initial_pose_of(r.model), std::max(r.log_evidence - own, least)});
     }
+    // Nor is it certain that the catalogue has what is there.
+    if (!out_.effects[k].described) {
+      const std::optional<Refit> law =
+          best_generic(against, scan(*without, generic_candidates(*without), {.draws = 0}),
+                       own - kNegligible_nats);
+      if (law && law->log_evidence > own - kNegligible_nats) {
+        others.push_back({initial_pose_of(law->model), law->log_evidence - own});
+      }
+    }
     for (const Possibility& p : possibilities(present, others)) {
       rivals_.push_back(p);
     }

@@ -56,6 +56,7 @@ def diagnosis_as_dict(
                 "rms": number(left.rms),
                 "sigma": number(left.sigma),
                 "depends_on": left.depends_on,
+                "cable": None if left.cable < 0 else left.cable + 1,
             }
             for left in diagnosis.unexplained
         ],

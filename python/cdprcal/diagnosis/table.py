@@ -284,5 +284,5 @@ def unexplained_line(left: dict[str, Any]) -> str:
     return (
         f"unexplained: {left['channel']}, rms {fixed(scaled(left['rms'], factor), 3)} {label} "
         f"where {against} {fixed(scaled(left['sigma'], factor), 3)} {label}; it depends on "
-        f"{left['depends_on']}"
+        f"{left['depends_on']}" + (f", on cable {left['cable']} alone" if left.get("cable") else "")
     )

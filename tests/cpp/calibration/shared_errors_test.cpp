@@ -70,6 +70,38 @@ TEST(SharedErrors, LeaveOneMomentOfThoseThatAreWorthOne) {
   EXPECT_EQ(found.result.poses.size(), found.problem.measurements.size());
 }
 
+/// Errors of the lengths that stay over each rest and half of the ways to it and from it.
+Log constant_over_rests(Log log, double sigma_m, std::uint64_t seed) {
+  constexpr Eigen::Index kPeriod = 80, kHalfAWay = 20;  // rows of run_through()
+  RandomNormal random(seed);
+  Eigen::RowVectorXd error = Eigen::RowVectorXd::Zero(log.length_m.cols());
+  for (Eigen::Index i = 0; i < log.sample_count(); ++i) {
+    if (i == 0 || (i + kHalfAWay) % kPeriod == 0) {
+      for (double& value : error) value = sigma_m * random();
+    }
+    log.length_m.row(i) += error;
+  }
+  return log;
+}
+
+TEST(SharedErrors, WithTheRestsBesideLeaveHardlyAMoment) {
+  const Robot robot = load_robot("irma4");
+  const Log white = startup_log(robot, 0.1, 4, 0);
+  const int all = calibrate(robot, white).kinematic_poses;
+  EXPECT_GT(all, 8);
+  const Log log = constant_over_rests(white, 0.01, 6);
+  const Calibration found = calibrate(robot, log);
+  ASSERT_EQ(found.result.status, CalibrationStatus::converged) << found.result.reason;
+  EXPECT_EQ(found.static_poses, 8);
+  EXPECT_LE(found.kinematic_poses, all / 4);
+  // What they said again is no more than the rests say alone.
+  CalibrateOptions statics;
+  statics.method = Method::statics;
+  const Vector6 ratio = found.result.standard_deviation().array() /
+                        calibrate(robot, log, statics).result.standard_deviation().array();
+  EXPECT_GT(ratio.minCoeff(), 0.7) << ratio.transpose();
+}
+
 TEST(SharedErrors, AreOnesOfARunThatIsMeasuredToo) {
   const Robot robot = load_robot("irma4");
   const Log shared = wandering(startup_log(robot, 0.2, 21, 1), 0.01, 100, 3);
