@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -54,7 +55,7 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
             )
         )
     robot = calibration.problem.robot
-    position_m, rotation_rad = worst_axes(result)
+    position_m, rotation_rad = worst_sigma(result.covariance) or (0.0, 0.0)
     if max(position_m, rotation_rad * _core.characteristic_length_m(robot)) > (
         BY_EYE * _core.robot_size_m(robot)
     ):
@@ -93,13 +94,18 @@ def _two_digits(value: float) -> str:
     return f"{float(f'{value:.2g}'):,.9g}"
 
 
-def worst_axes(result: _core.CalibrationResult) -> tuple[float, float]:
-    """Standard deviations of position [m] and rotation [rad] of ζ0 along their worst axes."""
-    if result.covariance is None:
-        return math.nan, math.nan
-    covariance = np.asarray(result.covariance)
-    blocks = covariance[:3, :3], covariance[3:, 3:]
-    position_m, rotation_rad = (float(np.sqrt(np.linalg.eigvalsh(b)[-1])) for b in blocks)
+def worst_sigma(covariance: Any) -> tuple[float, float] | None:
+    """Largest σ of a pose in any direction: position [m], rotation [rad]; None where it is not
+    observable. ``covariance``: [6, 6] as of CalibrationResult, or None."""
+    if covariance is None:
+        return None
+    table = np.array(covariance, dtype=float)
+    if not np.isfinite(table).all():
+        return None
+    position_m, rotation_rad = (
+        math.sqrt(max(0.0, float(np.linalg.eigvalsh(table[i : i + 3, i : i + 3])[-1])))
+        for i in (0, 3)
+    )
     return position_m, rotation_rad
 
 

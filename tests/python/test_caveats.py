@@ -16,7 +16,7 @@ from scipy.stats import binom
 import cdprcal
 from cdprcal.io import save_log
 from cdprcal.studies.variants import vary
-from cdprcal.trust import BY_EYE, CLAIM, FALSE_ALARMS, caveats_of, worst_axes
+from cdprcal.trust import BY_EYE, CLAIM, FALSE_ALARMS, caveats_of, worst_sigma
 from conftest import Ran
 from conftest import changed as edited
 
@@ -116,7 +116,7 @@ def test_a_pose_no_better_than_the_eye_is_called_so(
                        roll_pitch_yaw_rad=log.roll_pitch_yaw_rad)  # fmt: skip
     found = cdprcal.calibrate(robot, weak)
     assert found.result.status == cdprcal.CalibrationStatus.converged
-    position_m, _ = worst_axes(found.result)
+    position_m, _ = worst_sigma(found.result.covariance) or (0.0, 0.0)
     assert (position_m > BY_EYE * cdprcal.robot_size_m(robot)) == is_said
     said = [c.message for c in found.caveats if c.code == "imprecise"]
     assert len(said) == is_said

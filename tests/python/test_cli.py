@@ -56,8 +56,11 @@ def test_calibrate_json_is_as_documented(
     ran = cli(
         "calibrate", "irma4", log_path, "--json", "--method", method, "--formulation", formulation
     )
-    assert (ran.code, ran.stderr) == (0, "")
     result = strict(ran.stdout)
+    # Without statics the attitude is known to 15°, which is said.
+    weak = (method, formulation) == ("kinematic", "full")
+    assert [caveat["code"] for caveat in result["caveats"]] == ["imprecise"] * weak
+    assert (ran.code, ran.stderr) == (3 if weak else 0, "")
     assert result["status"] == "converged"
     assert result["reference_time_s"] >= 0
     assert_is_pose(result["initial_pose"])

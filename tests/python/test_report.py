@@ -24,7 +24,8 @@ from cdprcal.io import load_run
 from cdprcal.report import subject_of_logs
 from cdprcal.report.night import NIGHT
 from cdprcal.report.page import _times_typical, about_ranking
-from cdprcal.report.text import moved_by, small, with_sigma, worst_sigma
+from cdprcal.report.text import moved_by, small, with_sigma
+from cdprcal.trust import worst_sigma
 from conftest import Browsed, Ran, changed
 
 Cli = Callable[..., Ran]

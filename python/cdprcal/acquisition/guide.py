@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from cdprcal import _core
 from cdprcal._core import RobotSample, StartUp, StartUpCommand, StartUpState
 from cdprcal.acquisition.told import Told, settled, told_by
-from cdprcal.trust import worst_axes
+from cdprcal.trust import worst_sigma
 
 
 @dataclass(frozen=True)
@@ -331,7 +331,7 @@ class _Work:
             # A live estimate does not look for what the model lacks; the whole procedure does.
             result = _core.calibrate(self.robot, self.rows.log(0, end), self.options).result
             reached = _is_trusted(result) and _has(self.asked, result.covariance)
-        position_m, rotation_rad = worst_axes(result)
+        position_m, rotation_rad = worst_sigma(result.covariance) or (math.nan, math.nan)
         return Estimate(
             float(log.time_s[-1]),
             rests,

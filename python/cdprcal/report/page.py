@@ -37,6 +37,7 @@ from cdprcal.report.still import still_picture
 from cdprcal.report.subject import Run, Subject
 from cdprcal.tables import CHANNELS, gated_line, sigma_of
 from cdprcal.terminal import fixed
+from cdprcal.trust import worst_sigma
 
 _AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 _DEGREE = math.degrees(1.0)
@@ -165,7 +166,7 @@ def _key_figures(subject: Subject) -> list[tuple[str, str, str]]:
     covariance = (
         diagnosis["covariance_after"] if corrected and diagnosis else document["covariance"]
     )
-    sigma = text.worst_sigma(covariance)
+    sigma = worst_sigma(covariance)
     where = "with what was found" if corrected else "worst direction"
     position = "–" if sigma is None else f"± {text.small(1e3 * sigma[0], 'mm', 2)}"
     rotation = "–" if sigma is None else f"± {text.small(_DEGREE * sigma[1], '°', 2)}"

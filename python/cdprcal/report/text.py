@@ -12,6 +12,7 @@ from cdprcal.diagnosis.document import TRUSTED
 from cdprcal.diagnosis.table import left_over
 from cdprcal.report.subject import Subject
 from cdprcal.terminal import decimals, fixed, measured
+from cdprcal.trust import worst_sigma
 
 
 def with_sigma(value: float | None, sigma: float | None, unit: str) -> str:
@@ -41,20 +42,6 @@ def small(value: float | None, unit: str, digits: int = 3) -> str:
     # Rounded first: 420, not 4.2e+02.
     number = f"{value:,.0f}" if abs(value) >= 1000 else f"{float(f'{value:.{digits}g}'):g}"
     return typeset(f"{number}{_space(unit)}{unit}".strip())
-
-
-def worst_sigma(covariance: Any) -> tuple[float, float] | None:
-    """Largest σ in any direction: position [m], rotation [rad]; None when not observable."""
-    if covariance is None:
-        return None
-    table = np.array(covariance, dtype=float)
-    if not np.isfinite(table).all():
-        return None
-    position, rotation = (
-        math.sqrt(max(0.0, float(np.linalg.eigvalsh(table[i : i + 3, i : i + 3])[-1])))
-        for i in (0, 3)
-    )
-    return position, rotation
 
 
 def names_in_words(names: list[str]) -> str:
