@@ -410,7 +410,9 @@ def test_wrong_use_is_said(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("seed", "number"), few([(41, 6), (42, 36), (42, 87), (42, 51)], kept=2))
 def test_noise_of_eight_cables_is_no_law_of_their_readings(seed: int, number: int) -> None:
     line = run_case(Split.tuning, seed, Setting(27, 0.2, "eight"), number)
-    assert (line["case"]["kind"], line["found"]["verdict"]) == ("clean", "consistent")
+    assert line["case"]["kind"] == "clean"
+    # Rests of which each is off by 1 σ may leave the rotation open.
+    assert line["found"]["verdict"] in ("consistent", "undetermined")
 
 
 def test_rests_are_tried_at_what_fewer_moments_say_of_geometry() -> None:

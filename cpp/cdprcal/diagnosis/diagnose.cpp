@@ -377,29 +377,37 @@ void doubt_faults(Diagnosis& out) {
   }
 }
 
-/// Why a log gives no initial pose that can be trusted; empty where it gives one.
-std::string without_pose(const Robot& robot, const Log& log, bool motion) {
+/// Why a log gives no initial pose that can be trusted.
+struct WithoutPose {
+  std::string why;         ///< empty where it gives one
+  bool too_little = true;  ///< nothing contradicts the model; else the readings do
+};
+WithoutPose without_pose(const Robot& robot, const Log& log, bool motion) {
   try {
     CalibrateOptions options;
     options.allow_for_effects = options.solve.explain = false;
     const Calibration calibration =
         motion ? calibrate_in_motion(robot, log).calibration : calibrate(robot, log, options);
     const CalibrationResult& found = calibration.result;
-    if (found.status == CalibrationStatus::converged) return "";
-    return std::string(to_string(found.status)) + ", " + found.reason;
+    if (found.status == CalibrationStatus::converged) return {};
+    return {std::string(to_string(found.status)) + ", " + found.reason,
+            found.status == CalibrationStatus::unobservable};
   } catch (const InputError& error) {  // effects that no robot has
-    return error.what();
+    return {error.what(), false};
   }
 }
 
 /// Where nothing speaks against the model, something must speak for the pose: a log that it cannot
-/// calibrate is not explained.
+/// calibrate is not explained, and one that says too little of the pose says too little.
 void doubt_poses(const std::vector<Log>& logs, bool motion, Diagnosis& out) {
   if (!out.unexplained.empty()) return;
   for (const Log& log : logs) {
-    const std::string why = without_pose(out.corrected, log, motion);
+    const auto [why, too_little] = without_pose(out.corrected, log, motion);
     if (why.empty()) continue;
-    if (out.verdict != Verdict::undetermined) {
+    if (too_little && out.verdict == Verdict::consistent) {
+      out.verdict = Verdict::undetermined;
+      out.reason = "nothing speaks against the model, but a log leaves its initial pose open";
+    } else if (out.verdict != Verdict::undetermined) {
       out.verdict = Verdict::unexplained;
       out.reason = "a log gives no initial pose that can be trusted, whatever was found";
     }
