@@ -1139,6 +1139,16 @@ def test_a_reading_a_row_in_json_and_excel(tmp_path: Path) -> None:
         np.testing.assert_array_equal(columns["b"].values, np.arange(10) + 1.0)
 
 
+def test_a_table_of_signals_is_offered_a_map(cli: Cli, tmp_path: Path) -> None:
+    path = tmp_path / "long.csv"
+    rows: list[tuple[Any, ...]] = [("time_s", "signal", "value")]
+    rows += [(0.1 * k, name, k) for k in range(30) for name in ("length_1", "force_1")]
+    path.write_text(one_a_row(rows))
+    ran = cli("check", "irma4", path)
+    assert ran.code == 2
+    assert "--propose map.yaml" in ran.stderr
+
+
 def test_a_reading_that_is_none_is_named_by_its_line(tmp_path: Path) -> None:
     path = tmp_path / "long.csv"
     rows: list[tuple[Any, ...]] = [(0.1 * k, name, k) for k in range(30) for name in ("a", "b")]
