@@ -81,9 +81,9 @@ void OnlineCalibration::update() {
   CalibrationResult& result = all_.result;
   const auto& all = problem.measurements;
   bool fitted = false;
-  // One that is not believed is no guess.
+  // One that is not believed is no guess; one that is, all moments gave as well.
   if (calibration_.result.status == CalibrationStatus::converged &&
-      result.status == CalibrationStatus::converged && result.poses.size() <= all.size()) {
+      result.poses.size() <= all.size()) {
     // New poses are estimated from where the last one was (§3.3), the others are known.
     std::vector<Pose> guess = result.poses;
     if (all.size() > guess.size()) {

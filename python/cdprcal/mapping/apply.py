@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -21,7 +21,7 @@ from cdprcal.mapping.common_time import nearest
 from cdprcal.mapping.counter import unwrapped
 from cdprcal.mapping.document import GROUPS, QUATERNIONS, Group, Map, load_map
 from cdprcal.mapping.marks import marks_in, without
-from cdprcal.mapping.one_a_row import one_a_row_in_text
+from cdprcal.mapping.one_a_row import holds_one_a_row
 from cdprcal.mapping.raw import Column, DelimitedForm, Floats, RawTable
 from cdprcal.mapping.read import read_raw
 from cdprcal.mapping.units import factor
@@ -300,11 +300,8 @@ def _is_foreign(path: Path) -> bool:
     head = begins_with(path, 1 << 16, unpacked=True)
     lines = [] if is_foreign(head) else head.splitlines()
     header = next((line for line in lines if line.strip()[:1] not in (b"", b"#")), b"time_s")
-    if b"time_s" not in [cell.strip() for cell in header.split(b",")]:
-        return True
-    with suppress(InputError):
-        return one_a_row_in_text(path, head) is not None
-    return True  # of which one is no number
+    named = [cell.strip() for cell in header.split(b",")]
+    return b"time_s" not in named or holds_one_a_row(path, head)
 
 
 @dataclass(frozen=True)

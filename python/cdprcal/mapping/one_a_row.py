@@ -41,26 +41,22 @@ class _Form:
     unit: int | None
 
 
+def holds_one_a_row(path: Path, head: bytes) -> bool:
+    """Whether ``one_a_row_in_text`` reads a file; ``head``: its beginning."""
+    return _form_in_text(path, head) is not None
+
+
 def one_a_row_in_text(path: Path, head: bytes) -> RawTable | None:
     """As ``one_a_row``, of a text between separators; ``head``: its beginning."""
-    some = head.decode("latin-1").splitlines()
-    if not any(map(_has_words, some[len(some) // 2 :][:3])):
-        return None  # rows of numbers alone: there is no need to look at all of the file
-    lines, _ = text_lines(path)
-    kept = [i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")]
-    sample = [lines[kept[i]] for i in _sample(len(kept))]
-    for separator in _SEPARATORS:
-        cut = [cells_of(line, separator) for line in sample]
-        for decimal in (".",) if separator == "," else (".", ","):
-            if _form_of(cut, decimal) is not None:
-                cells = [cells_of(lines[i], separator) for i in kept]
-                return one_a_row(path, cells, [i + 1 for i in kept], decimal=decimal)
-    return None
+    found = _form_in_text(path, head)
+    if found is None:
+        return None
+    lines, separator, form = found
+    cells = [cells_of(line, separator) for line in lines.values()]
+    return _table(path, cells, [*lines], form)
 
 
-def one_a_row(
-    path: Path, cells: Sequence[list[str]], at: Sequence[int], *, decimal: str = "."
-) -> RawTable | None:
+def one_a_row(path: Path, cells: Sequence[list[str]], at: Sequence[int]) -> RawTable | None:
     """Each signal as a column, of rows that have a time, a name and a reading; None for others.
 
     ``cells``: of each row, of which the first may be a header; ``at``: the line of each. All
@@ -68,9 +64,34 @@ def one_a_row(
     own. A name is what tells signals apart: one column of the table ('length_1'), or several
     ('length', '1': 'length.1'). Raises InputError naming the line whose reading is no number.
     """
-    form = _form_of([cells[i] for i in _sample(len(cells))], decimal)
-    if form is None:
-        return None
+    form = _form_of([cells[i] for i in _sample(len(cells))], ".")
+    return None if form is None else _table(path, cells, at, form)
+
+
+def _form_in_text(path: Path, head: bytes) -> tuple[dict[int, str], str, _Form] | None:
+    """The lines of a text by number, but for empty ones and comments, their separator and form."""
+    some = head.decode("latin-1").splitlines()
+    if not any(map(_has_words, some[len(some) // 2 :][:3])):
+        return None  # rows of numbers alone: there is no need to look at all of the file
+    lines = {
+        number: line
+        for number, line in enumerate(text_lines(path)[0], start=1)
+        if line.strip() and not line.startswith("#")
+    }
+    kept = [*lines.values()]
+    sample = [kept[i] for i in _sample(len(kept))]
+    for separator in _SEPARATORS:
+        cut = [cells_of(line, separator) for line in sample]
+        for decimal in (".",) if separator == "," else (".", ","):
+            form = _form_of(cut, decimal)
+            if form is not None:
+                return lines, separator, form
+    return None
+
+
+def _table(path: Path, cells: Sequence[list[str]], at: Sequence[int], form: _Form) -> RawTable:
+    """As ``one_a_row``, of rows of a form."""
+    decimal = form.decimal
     width, name = len(cells[0]), shown_path(path)
     lines = [
         i for i, row in enumerate(cells) if len(row) == width and is_number(row[form.time], decimal)
