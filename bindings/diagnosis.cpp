@@ -427,6 +427,9 @@ void register_diagnose(py::module_& module) {
       .def_readonly("effects", &Diagnosis::effects, "NamedEffect, in the order accepted.")
       .def_readonly("rejected", &Diagnosis::rejected)
       .def_readonly("unexplained", &Diagnosis::unexplained)
+      .def_readonly("misfit", &Diagnosis::misfit,
+                    "By what the readings misfit although nothing was found, where that may well "
+                    "be an effect; else empty.")
       .def_readonly("wandering", &Diagnosis::wandering,
                     "Wandering, by channel. Empty: errors come anew at every rest.")
       .def_readonly(

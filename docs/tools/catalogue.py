@@ -250,7 +250,7 @@ def page(sentences: dict[str, str]) -> str:
 def _size(info: _core.EffectInfo, parameter: _core.EffectParameter, value: float) -> str:
     value = _reported(info, value)
     unit, factor = for_people(parameter.unit, value)
-    return f"{value * factor:.3g}{'' if unit.startswith('°') else ' '}{unit}"
+    return f"{float(f'{value * factor:.3g}'):g}{'' if unit.startswith('°') else ' '}{unit}"
 
 
 def _sentence(text: str) -> str:

@@ -3374,6 +3374,12 @@ class Diagnosis:
         """
 
     @property
+    def misfit(self) -> str:
+        """
+        By what the readings misfit although nothing was found, where that may well be an effect; else empty.
+        """
+
+    @property
     def model(self) -> DiagnosisModel:
         """
         Fitted with the effects.

@@ -12,6 +12,7 @@ from rich.text import Text
 from cdprcal import sensors
 from cdprcal.findings import Finding
 from cdprcal.terminal import Table, answers, counted, degrees, fixed, notes, say, scaled, summed_up
+from cdprcal.trust import worst_sigma
 
 _STYLE = {"error": "bold red", "warning": "yellow", "info": "cyan"}
 
@@ -62,7 +63,7 @@ def print_check(
     segments = report["segments"]
     say(
         out,
-        f"{report['format']} log, {report['samples']} samples, "
+        f"{report['format']} log, {counted(report['samples'], 'sample')}, "
         f"{counted(len(segments), 'segment')}, "
         f"{counted(len(report['equilibria']), 'equilibrium', 'equilibria')} in the run",
     )
@@ -188,14 +189,11 @@ def print_motion(motion: dict[str, Any] | None) -> None:
 
 
 def pose_line(document: dict[str, Any]) -> str:
-    """The initial pose with its uncertainty along the worst axis (1 σ), on one line."""
-    pose, deviation = document["initial_pose"], document["standard_deviation"]
+    """The initial pose with its uncertainty in the worst direction (1 σ), on one line."""
+    pose = document["initial_pose"]
     x, y, z = (fixed(value, 4) for value in pose["position_m"])
     roll, pitch, yaw = (fixed(degrees(value), 2) for value in pose["euler_rad"])
-    position, rotation = (
-        None if any(value is None for value in part) else max(part)
-        for part in (deviation[:3], deviation[3:])
-    )
+    position, rotation = worst_sigma(document["covariance"]) or (None, None)
     return (
         f"x {x}, y {y}, z {z} m ± {fixed(scaled(position, 1e3), 2)} mm; "
         f"roll {roll}, pitch {pitch}, yaw {yaw}° ± {fixed(degrees(rotation), 3)}°"

@@ -64,8 +64,8 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
                 severity="warning",
                 code="imprecise",
                 message=f"the pose is known to ± {_two_digits(1e3 * position_m)} mm and "
-                f"± {_two_digits(math.degrees(rotation_rad))}° (1 σ, worst axes), which is no "
-                f"better than the eye: {BY_EYE:.0%} of the robot's size",
+                f"± {_two_digits(math.degrees(rotation_rad))}° (1 σ, worst directions), which is "
+                f"no better than the eye: {BY_EYE:.0%} of the robot's size",
                 remedy="measure at more varied poses, or with more sensors: cdprcal plan --optimal "
                 "says where",
             )
@@ -92,6 +92,22 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
 def _two_digits(value: float) -> str:
     """As people write them: 420, not 4.2e+02."""
     return f"{float(f'{value:.2g}'):,.9g}"
+
+
+def caveats_of_diagnosis(diagnosis: _core.Diagnosis) -> tuple[Finding, ...]:
+    """Why a log with which nothing disagrees may lack something all the same."""
+    if not diagnosis.misfit:
+        return ()
+    return (
+        Finding(
+            severity="warning",
+            code="misfit",
+            message=f"no effect is found, yet the model misfits {diagnosis.misfit}: sensors may "
+            "err so, and so may the model",
+            remedy="measure again, at more rests or with other sensors: what comes again is of "
+            "the model",
+        ),
+    )
 
 
 def worst_sigma(covariance: Any) -> tuple[float, float] | None:

@@ -332,6 +332,11 @@ BAD_MAPS = {
         "attitude: {columns: [a, b, c], unit: quaternion_xyzw}",
         "must be 4 for a quaternion",
     ),
+    "a cable too few": (
+        "lengths: {columns: [a, b, c, d], unit: mm, sign: [1, -1, 1, 1]}",
+        "lengths: {columns: [a, b, c], unit: mm}\n  tensions: {columns: [d, e, f, g], unit: N}",
+        "map.yaml:4:.*channels.lengths.columns: has 3 columns, tensions has 4; name one a cable",
+    ),
     "two angles": (
         "lengths: {columns: [a, b, c, d], unit: mm, sign: [1, -1, 1, 1]}",
         "attitude: {columns: [a, b], unit: deg}",
@@ -912,11 +917,18 @@ def test_a_latency_is_no_part_of_the_time(synthetic: cdprcal.SyntheticLog, tmp_p
 
 @pytest.mark.parametrize("at_end", [",", ",,", ";", "\t", "\t\t", " ; "])
 @pytest.mark.parametrize("of", ["all", "header", "rows"])
+@pytest.mark.parametrize("units", [False, True])
 def test_separators_at_the_end_of_lines_make_no_column(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path, at_end: str, of: str
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, at_end: str, of: str, units: bool
 ) -> None:
     raw = canonical(synthetic.log, tmp_path / "raw.csv")
-    header, *rows = raw.read_text().replace(",", at_end.strip(" ")[0]).splitlines()
+    text = raw.read_text()
+    if units:  # below the names, and none of the time
+        names, _, below = text.partition("\n")
+        parts = [name.rpartition("_") for name in names.split(",")[1:]]
+        own = ",".join(["t", *(name for name, _, _ in parts)])
+        text = f"{own}\n{','.join(['', *(unit for _, _, unit in parts)])}\n{below}"
+    header, *rows = text.replace(",", at_end.strip(" ")[0]).splitlines()
     header += at_end if of != "rows" else ""
     rows = [row + at_end if of != "header" else row for row in rows]
     raw.write_text("\n".join([header, *rows, ""]))

@@ -89,6 +89,19 @@ def test_the_built_in_robots_have_nothing_but_remarks(cli: Cli, robot_name: str)
         ("position_m: [1.065,", "position_m: [1065,", "too_large", 1),
         ("tension_limits_N: [20, 400]", "tension_limits_N: [1, 20]", "no_workspace", 1),
         ("x_axis: [0, 0, -1]", "x_axis: [0, 0, 1]", "swivel_zero", 0),
+        ("position_m: [1.066, 1.155,", "position_m: [1.065, -1.155,", "pulleys_coincide", 0),
+        (
+            "tension_limits_N:",
+            "length_limits_m: [300, 4500]\ntension_limits_N:",
+            "length_limits",
+            1,
+        ),
+        (
+            "tension_limits_N:",
+            "effects:\n" + 2 * "  - {name: mass, mass_error_kg: 0.1}\n" + "tension_limits_N:",
+            "effect_repeated",
+            0,
+        ),
         (
             "[[0.18396, 0, 0], [0, 0.11545, 0], [0, 0, 0.18643]]",
             "[[184, 0, 0], [0, 115, 0], [0, 0, 186]]",
@@ -108,6 +121,22 @@ def test_slips_of_unit_and_sign_are_seen(
     ran = cli("check", tmp_path / "slip.yaml", "--json")
     assert code in {finding["code"] for finding in json.loads(ran.stdout)["findings"]}
     assert ran.code == exit_code
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "floor_m: 5",
+        "keep_out: [{lower_m: [-9, -9, -9], upper_m: [9, 9, 9]}]",
+        "length_limits_m: [6, 9]",
+    ],
+)
+def test_what_is_in_the_way_everywhere_is_named(cli: Cli, line: str, tmp_path: Path) -> None:
+    (tmp_path / "shut.yaml").write_text(f"{cdprcal.builtin_robot_yaml('irma4')}{line}\n")
+    ran = cli("check", tmp_path / "shut.yaml", "--json")
+    (finding,) = (f for f in json.loads(ran.stdout)["findings"] if f["code"] == "no_workspace")
+    assert f"something is in the way; check {line.partition(':')[0]}, then " in finding["message"]
+    assert ran.code == 1
 
 
 def test_a_point_needs_no_inertia(cli: Cli, tmp_path: Path) -> None:

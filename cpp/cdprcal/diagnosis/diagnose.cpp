@@ -87,12 +87,14 @@ void learn_priors(DiagnosisModel& model) {
 }
 
 /// Values and their standard deviations in reported units, by run after run; `uncertain` is the
-/// model with_uncertain_noise.
+/// model with_uncertain_noise, `unseen` what effects that were not accepted add to their variances.
 void report_values(const DiagnosisModel& model, const DiagnosisModel& uncertain,
-                   const UncertainDirections& directions, Diagnosis& out) {
+                   const UncertainDirections& directions, const Eigen::VectorXd& unseen,
+                   Diagnosis& out) {
   Eigen::VectorXd variance = covariance(uncertain).diagonal();
   Eigen::Index first = variance.size() - model.values().size();
   variance.tail(model.values().size()) += directions.variance;
+  variance.segment(first, unseen.size()) += unseen;
   for (std::size_t k = 0; k < out.effects.size(); ++k) {
     const EffectTerm& term = model.effects[k];
     const Eigen::VectorXd deviation =
@@ -356,6 +358,7 @@ bool take_calibrated(const Robot& robot, const Log& log, Diagnosis& out) {
   out.initial_pose_before = out.initial_pose_after = result.poses.front();
   out.covariance_before = out.covariance_after = *result.covariance;
   const std::string stays = misfit(calibration);
+  if (result.lacks_something) out.misfit = stays;
   if (stays.empty() || !out.wandering.empty()) return true;
   out.next.push_back("errors that stay over a rest count as noise (the model misfits " + stays +
                      "): more rests make less of them, longer ones do not");
@@ -547,15 +550,16 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   const DiagnosisModel honest = out.unexplained.empty() ? model : with_discrepancy(model, out);
   const DiagnosisModel uncertain = with_uncertain_noise(honest);
   const UncertainDirections directions = uncertain_directions(honest);
-  report_values(honest, uncertain, directions, out);
+  const Unseen missed = unseen_effects(model, unseen);
+  report_values(honest, uncertain, directions, missed.of_values, out);
   out.model = model;
   const InitialPose initial{honest.runs.front().poses.front(),
                             initial_pose_covariance(uncertain, 0) + directions.covariance};
   out.initial_pose_after = initial.pose;
   std::vector<Possibility> others = without_formulas(honest, initial, out);
   others.insert(others.end(), search.rivals().begin(), search.rivals().end());
-  out.covariance_after = averaged_covariance(initial.covariance, unseen_effects(model, unseen),
-                                             checks.enough(), std::move(others));
+  out.covariance_after =
+      averaged_covariance(initial.covariance, missed, checks.enough(), std::move(others));
   out.corrected = corrected_robot(given, logs, out);
   out.verdict = stopped                                                     ? Verdict::undetermined
                 : !out.unexplained.empty()                                  ? Verdict::unexplained

@@ -92,6 +92,9 @@ struct Diagnosis {
   std::vector<NamedEffect> effects;  ///< in the order accepted
   std::vector<RejectedEffect> rejected;
   std::vector<Unexplained> unexplained;
+  /// By what the readings misfit although nothing was found, where that may well be an effect;
+  /// else empty.
+  std::string misfit;
   std::vector<Wandering> wandering;  ///< empty: errors come anew at every rest
   Discrepancy discrepancy;           ///< empty: nothing that changes with the place
   std::vector<Gap> gap;

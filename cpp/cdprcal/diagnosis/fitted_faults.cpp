@@ -55,7 +55,7 @@ Matrix3 mounting_of(const std::vector<Matrix3>& platform, const std::vector<Matr
     add(platform[k].row(2).transpose(), sensor[k].row(2).transpose());
     if (k > 0) add(turn(platform[k - 1], platform[k]), turn(sensor[k - 1], sensor[k]));
   }
-  const Svd<Matrix3> parts = svd(products);
+  const Svd parts = svd(products);
   Vector3 proper = Vector3::Ones();
   proper[2] = (parts.u * parts.v.transpose()).determinant();
   return parts.u * proper.asDiagonal() * parts.v.transpose();

@@ -14,7 +14,7 @@ class SensorDelay final : public Effect {
                         .unit = "s",
                         .shape = ParameterShape::scalar,
                         .typical = 0.08,
-                        .plausible = 0.45,
+                        .plausible = 1.5,
                         .range = ValueRange::not_negative}},
         .scope = EffectScope::robot,
         .confused_with = {},

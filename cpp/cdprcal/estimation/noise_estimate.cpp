@@ -25,11 +25,20 @@ struct Prior {
   double weight = 0.0;
 };
 
-/// What the robot file says counts as four readings (scaled inverse χ²), and what is taken is the
-/// median of the posterior, as often too small as too large: Σ + 4 s² over their number + 4 − 2/3.
+/// What is taken of a variance is the median of its posterior (scaled inverse χ²), as often too
+/// small as too large: a sum of squares over their number less this.
+constexpr double kOfMedian = 2.0 / 3.0;
+
+/// What the robot file says counts as four readings.
 Prior as_specified(double variance) {
   constexpr double kReadings = 4.0;
-  return {variance * kReadings / (kReadings - 2.0 / 3.0), kReadings - 2.0 / 3.0};
+  return {variance * kReadings / (kReadings - kOfMedian), kReadings - kOfMedian};
+}
+
+double freedom_of(const std::vector<Square>& squares) {
+  double sum = 0.0;
+  for (const Square& s : squares) sum += s.freedom;
+  return sum;
 }
 
 /// −2 log likelihood (times prior) of a variance component, up to a constant.
@@ -74,10 +83,11 @@ double most_likely(const std::vector<Square>& squares, double least, const Prior
   return at_least && deviance(squares, least, prior) <= found ? least : std::exp(at);
 }
 
-double freedom_of(const std::vector<Square>& squares) {
-  double sum = 0.0;
-  for (const Square& s : squares) sum += s.freedom;
-  return sum;
+/// Squares as if there were fewer of them, so that what is most likely is the median.
+std::vector<Square> with_median(std::vector<Square> squares) {
+  const double share = 1.0 - kOfMedian / freedom_of(squares);
+  for (Square& s : squares) s.freedom *= share;
+  return squares;
 }
 
 /// The pose component of a channel whose rows are readings. Residuals of exactly zero (made-up
@@ -93,10 +103,10 @@ double reading_component(const CalibrationProblem& problem, const std::vector<Fi
     squares.push_back({value * value, row.freedom, signal.variance(m.samples, m.run_time_s), 1.0});
   }
   if (freedom_of(squares) < 1.0) return kNaN;
+  if (signal.sigma > 0.0) return std::sqrt(most_likely(with_median(squares), floor * floor));
   // Readings without neighbours (a list of rests) set no least to what their noise can be.
   const double specified = specified_noise(problem.robot.sigma)[channel].sigma(1);
-  const Prior prior = signal.sigma > 0.0 ? Prior{} : as_specified(specified * specified);
-  return std::sqrt(most_likely(squares, floor * floor, prior));
+  return std::sqrt(most_likely(squares, floor * floor, as_specified(specified * specified)));
 }
 
 /// How good lengths and swivels are at rests, of what the robot file says: the worse of the two,

@@ -125,9 +125,8 @@ bool run_stages(const CalibrationProblem& problem, const SolveOptions& options, 
   const bool converged = usable && summary.converged;
   if (!converged) {
     result.reason =
-        usable ? "stopped after " + std::to_string(result.iterations) +
-                     " iterations without reaching a minimum; measure at more varied poses, "
-                     "or with more sensors"
+        usable ? "stopped without reaching a minimum; measure at more varied poses, or with more "
+                 "sensors"
                : "the solver failed: a pose left the region where the cables' "
                  "geometry is defined, or the start was outside it";
   }

@@ -19,8 +19,8 @@ double probability(double log_odds) { return 1.0 / (1.0 + std::exp(-log_odds)); 
 /// What σ along an axis is multiplied by so that it bounds what possibilities do there.
 double widening_along(int axis, const Matrix6& own, const Matrix6& averaged,
                       const std::vector<Possibility>& others) {
-  constexpr double kBound = 4.0;      // σ: what is taken for certain
-  constexpr double kBeyond = 0.0025;  // half of one pose in two hundred: errors have the other half
+  constexpr double kBound = 4.0;     // σ: what is taken for certain
+  constexpr double kBeyond = 0.001;  // a fifth of one pose in two hundred: errors have the rest
   constexpr double kPrecise = 1.01;
   const auto beyond = [&](double widening) {
     const double bound = kBound * widening * std::sqrt(averaged(axis, axis));
@@ -69,6 +69,8 @@ Unseen unseen_effects(const DiagnosisModel& model, std::vector<CandidateScore> s
   const Eigen::MatrixXd response =
       symmetric_inverse(information.topLeftCorner(nuisance, nuisance)) *
       information.topRightCorner(nuisance, static_cast<Eigen::Index>(system.layout.candidates));
+  const Eigen::Index values = model.values().size();
+  out.of_values.setZero(values);
   const auto found = static_cast<double>(model.effects.size());
   const double prior_log_odds = std::log((found + 1.0) / (known - found + 1.0));
   for (std::size_t k = 0; k < candidates.size(); ++k) {
@@ -86,7 +88,13 @@ Unseen unseen_effects(const DiagnosisModel& model, std::vector<CandidateScore> s
     const Eigen::VectorXd value = -factor.solve(slope);
     const Vector6 shift = moved * value;
     const Matrix6 spread = moved * factor.solve(Eigen::MatrixXd(moved.transpose()));
-    out.each.push_back({probability(prior_log_odds + scores[k].log_evidence), shift, spread});
+    const double there = probability(prior_log_odds + scores[k].log_evidence);
+    out.each.push_back({there, shift, spread});
+    const Eigen::MatrixXd by_value = of.bottomRows(values);
+    const Eigen::MatrixXd spread_by_value =
+        by_value.cwiseProduct(factor.solve(Eigen::MatrixXd(by_value.transpose())).transpose());
+    out.of_values +=
+        there * ((by_value * value).cwiseAbs2() + Eigen::VectorXd(spread_by_value.rowwise().sum()));
     if (!candidates[k]->info().all_or_nothing && !as_step(*candidates[k])) out.possible += spread;
   }
   return out;

@@ -20,6 +20,9 @@ struct Unseen {
   /// What all of them at their typical sizes add to the covariance. NaN where the model cannot be
   /// evaluated.
   Matrix6 possible = Matrix6::Zero();
+  /// What one more of them adds to the variance of each value of the accepted effects, averaged
+  /// over the models.
+  Eigen::VectorXd of_values;
 };
 /// An effect that the readings speak against is improbable; one that these poses cannot show may do
 /// what it does at its typical size, with the probability that it is there. That is learnt from the
@@ -49,7 +52,7 @@ std::vector<Possibility> possibilities(const InitialPose& present,
 /// Covariance of the initial pose where other models may hold (Bayesian model averaging: Hoeting,
 /// Madigan, Raftery and Volinsky, Statistical Science 14, 1999). `own`: the present one's. A rare
 /// effect that moves the pose far hardly shows in a variance, and is beyond many σ where it is
-/// there: the σ of each coordinate is at least so large that no more than one pose in four hundred
+/// there: the σ of each coordinate is at least so large that no more than one pose in a thousand
 /// is for such a reason beyond 4 σ.
 Matrix6 averaged_covariance(const Matrix6& own, const std::vector<Possibility>& others);
 /// The same with the effects that were not accepted: one more of them, or all of them where the

@@ -145,9 +145,11 @@ class Contact final : public StepEffect {
     info_.scope = EffectScope::run;
     info_.sentence =
         "something bore the platform before it first moved: it stood on a floor or a stand, or "
-        "was held";
-    info_.remedy = "let the platform hang free before the run begins";
-    info_.settle = "look whether the platform touches anything, and repeat the run";
+        "was held; load cells that warm up look like it";
+    info_.remedy = "let the platform hang free, and load cells warm up, before the run begins";
+    info_.settle =
+        "look whether the platform touches anything, and repeat the run with load cells that have "
+        "been on for long";
   }
   const EffectInfo& info() const override { return info_; }
   void add_to_readings(const EffectContext& context, const EffectValues& wrench,

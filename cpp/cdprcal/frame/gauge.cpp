@@ -95,7 +95,7 @@ void hold_place(const Robot& robot, FrameUnknowns& u) {
   Eigen::MatrixXd rigid = rigid_motions(u, robot);
   rigid.rightCols(rigid.cols() - u.axis_count) /= robot_size_m(robot);  // turns as shifts
   const Eigen::VectorXd root = u.precision.head(rigid.rows()).cwiseSqrt();
-  const Svd<Eigen::MatrixXd> parts = svd(Eigen::MatrixXd(root.asDiagonal() * rigid));
+  const Svd parts = svd(Eigen::MatrixXd(root.asDiagonal() * rigid));
   const Eigen::VectorXd& known = parts.values;
   const auto rank = (known.array() > kUnknown * known[0]).count();
   // Motions that nothing fixes yet, as what they do to each coordinate.

@@ -54,7 +54,7 @@ double evidence_of_file(const FrameProblem& problem, const FrameState& state) {
   }
   file.colwise() -= file.rowwise().mean().eval();
   found.colwise() -= found.rowwise().mean().eval();
-  const Svd<Eigen::MatrixXd> parts = svd(Eigen::MatrixXd(file * found.transpose()));
+  const Svd parts = svd(Eigen::MatrixXd(file * found.transpose()));
   const double all = parts.values.sum(), least = parts.values.tail(1)[0];
   const auto misfit = [&](double agreement) {
     const double squares = file.squaredNorm();

@@ -114,7 +114,7 @@ Rigid best_rigid(const Eigen::MatrixXd& from, const Eigen::MatrixXd& to) {
   const Eigen::VectorXd from_mean = from.rowwise().mean(), to_mean = to.rowwise().mean();
   const Eigen::MatrixXd covariance =
       (to.colwise() - to_mean) * (from.colwise() - from_mean).transpose();
-  const Svd<Eigen::MatrixXd> parts = svd(covariance);
+  const Svd parts = svd(covariance);
   Rigid rigid;
   rigid.turn = parts.u * parts.v.transpose();
   rigid.shift = to_mean - rigid.turn * from_mean;
@@ -221,7 +221,7 @@ std::optional<ClosedForm> closed_form(const Eigen::MatrixXd& lengths, int dimens
   const Eigen::VectorXd by_pose = s.rowwise().mean();
   Eigen::MatrixXd centred = s.colwise() - by_pose;
   centred.rowwise() -= centred.colwise().mean().eval();
-  const Svd<Eigen::MatrixXd> parts = thin_svd(centred);
+  const Svd parts = thin_svd(centred);
   const Eigen::MatrixXd u = parts.u.leftCols(d) * parts.values.head(d).asDiagonal();
   const Eigen::MatrixXd v = parts.v.leftCols(d);
   // With p = M u + t and a about its own mean, −2 p·a = u·v: a = −½ M⁻ᵀ v. The mean over pulleys

@@ -1,7 +1,6 @@
 #include "cdprcal/geometry/pose.hpp"
 
 #include "cdprcal/error.hpp"
-#include "cdprcal/singular_values.hpp"
 
 namespace cdprcal {
 
@@ -71,13 +70,25 @@ Eigen::Quaterniond rotation_from_matrix(const Matrix3& matrix) {
         "rotation: the 3x3 matrix must be a rotation (here R Rᵀ differs from the identity "
         "or its determinant is negative)");
   }
-  const Svd<Matrix3> parts = svd(matrix);
-  const Matrix3 nearest = parts.u * parts.v.transpose();
+  // Newton's iteration for the polar factor (Higham, SIAM J. Sci. Stat. Comput. 7, 1986): what is
+  // off by 1e-6 is off by its square after one step.
+  Matrix3 nearest = matrix;
+  for (int step = 0; step < 2; ++step) {
+    nearest = 0.5 * (nearest + Matrix3(nearest.inverse()).transpose()).eval();
+  }
   return Eigen::Quaterniond(nearest).normalized();
 }
 
 Eigen::Quaterniond rotation_between(const Vector3& from, const Vector3& to) {
-  return Eigen::Quaterniond::FromTwoVectors(from, to);
+  const Vector3 a = from.normalized(), b = to.normalized();
+  // 1 + a·b and a × b, by what neither loses where they nearly cancel.
+  const Vector3 sum = a + b;
+  if (sum.norm() < 1e-12) {  // half a turn, about whatever is across
+    const Vector3 across = a.unitOrthogonal();
+    return {0.0, across.x(), across.y(), across.z()};
+  }
+  const Vector3 v = a.cross(sum);
+  return Eigen::Quaterniond(0.5 * sum.squaredNorm(), v.x(), v.y(), v.z()).normalized();
 }
 
 }  // namespace cdprcal

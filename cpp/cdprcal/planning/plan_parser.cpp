@@ -225,6 +225,9 @@ class PlanParser {
     }
     for (const Cell& cell : cells) {
       if (known.contains(std::string(cell.text))) continue;
+      if (cell.text == "time_s") {
+        fail(cell.column, "unknown column 'time_s', as logs have it; give a plan (cdprcal plan)");
+      }
       fail(cell.column, "unknown column " + in_quotes(cell.text) +
                             "; delete it (numbered columns must count from 1 without a gap)");
     }

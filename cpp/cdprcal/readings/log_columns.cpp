@@ -60,7 +60,7 @@ LogColumn parse_column(std::string_view name, const std::string& place) {
     return {g, cable - 1};
   }
   const std::string hint = name.find_first_of(";\t") != std::string_view::npos
-                               ? "columns must be separated by commas"
+                               ? "columns must be separated by commas, or give a --map"
                            : name.empty() ? "delete its comma in every line, or give a --map"
                                           : "known are " + known_columns();
   throw InputError(place + ": column " + in_quotes(name) + ": unknown; " + hint);

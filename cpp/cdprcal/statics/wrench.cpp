@@ -60,7 +60,7 @@ Eigen::MatrixXd free_motion_basis(const PlatformState& state) {
   if (!state.valid) {  // a decomposition of NaN would return memory that nobody wrote
     return Eigen::MatrixXd::Constant(6, std::max(0, 6 - state.cable_count), kNaN);
   }
-  const Svd<Eigen::MatrixXd> parts = svd(Eigen::MatrixXd(length_jacobian(state)));
+  const Svd parts = svd(Eigen::MatrixXd(length_jacobian(state)));
   return parts.v.rightCols(6 - parts.rank);
 }
 

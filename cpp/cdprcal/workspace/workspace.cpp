@@ -88,12 +88,21 @@ std::string explain_empty(const Workspace& workspace) {
   const std::int64_t unstable = count[static_cast<int>(PointStatus::unstable)];
   const std::int64_t none = count[static_cast<int>(PointStatus::no_equilibrium)];
   const std::int64_t obstructed = count[static_cast<int>(PointStatus::obstructed)];
+  std::string check = "tension_limits_N, the mass and the box";
+  if (obstructed > 0) {
+    const Surroundings& around = workspace.robot.surroundings;
+    std::string in_the_way;
+    if (around.has_floor()) add_item(in_the_way, "floor_m");
+    if (!around.keep_out.empty()) add_item(in_the_way, "keep_out");
+    if (around.limits_length()) add_item(in_the_way, "length_limits_m");
+    check = in_the_way + ", then " + check;
+  }
   return "no static workspace: of " + std::to_string(workspace.points_tested) + " seeds, " +
          std::to_string(infeasible) + " need tensions outside the limits, " +
          std::to_string(unstable) + " are unstable and " + std::to_string(none) +
          " have no equilibrium" +
          (obstructed > 0 ? ", at " + std::to_string(obstructed) + " something is in the way" : "") +
-         "; check tension_limits_N, the mass and the box";
+         "; check " + check;
 }
 
 InverseResult probe(const Workspace& workspace, const Vector3& position_m) {

@@ -17,6 +17,8 @@ from cdprcal.workspace.document import is_planar
 
 #: The farthest that pulleys of any cable robot are apart; beyond it the positions are in mm.
 _FARTHEST_M = 500.0
+#: How many times as long as its frame is wide the cables of a robot that hangs deep may be.
+_DEEPEST = 20.0
 #: A swivel angle at mid-workspace beyond this: zero is on the other side of the pulley.
 _FEWEST_CABLES = 3  # that a position can be chosen with
 _LARGEST_SWIVEL_RAD = math.radians(90.0)
@@ -55,7 +57,7 @@ class RobotReport:
 
 def check_robot(robot: _core.Robot) -> RobotReport:
     """Looks at sizes, inertia, swivel zeros and tension limits, and where the platform can hang."""
-    findings = [*sizes_of(robot), *_inertia(robot), *_sigma(robot)]
+    findings = [*sizes_of(robot), *_copies(robot), *_inertia(robot), *_sigma(robot)]
     size = None
     planar = is_planar(robot)
     if any(finding.severity == "error" for finding in findings):
@@ -90,6 +92,15 @@ def sizes_of(robot: _core.Robot) -> Iterator[Finding]:
             f"the pulleys are {frame_m:.4g} m apart",
             "position_m is in metres; these look like millimetres",
         )
+    least_m, most_m = robot.surroundings.length_limits_m
+    if least_m > _DEEPEST * frame_m > 0.0:
+        yield _finding(
+            "error",
+            "length_limits",
+            f"every cable is to be {least_m:.4g} to {most_m:.4g} m long, and the pulleys are "
+            f"{frame_m:.4g} m apart",
+            "length_limits_m is in metres; these look like millimetres",
+        )
     if robot.cable_count > 1 and platform_m >= frame_m:
         yield _finding(
             "warning",
@@ -113,6 +124,28 @@ def sizes_of(robot: _core.Robot) -> Iterator[Finding]:
                 "large_pulley",
                 f"cable {i}: the pulley's radius is {cable.pulley.radius_m:.4g} m",
                 "radius_m is in metres, and a radius, not a diameter",
+            )
+
+
+def _copies(robot: _core.Robot) -> Iterator[Finding]:
+    """What stands in the file twice."""
+    places = [tuple(cable.pulley.position_m) for cable in robot.cables]
+    for i, place in enumerate(places, 1):
+        if (first := places.index(place) + 1) < i:
+            yield _finding(
+                "warning",
+                "pulleys_coincide",
+                f"cable {i}: its pulley is where that of cable {first} is",
+                "correct position_m of one of them, if it is a copy",
+            )
+    names = [(effect.name, effect.run) for effect in robot.effects]
+    for name, run in dict.fromkeys(names):
+        if (count := names.count((name, run))) > 1:
+            yield _finding(
+                "warning",
+                "effect_repeated",
+                f"effects: {name} stands there {count} times" + (f" for {run}" if run else ""),
+                "each is applied after the others; delete all but one, if they are copies",
             )
 
 

@@ -11,6 +11,7 @@ from cdprcal import _core
 from cdprcal.check.signals import SignalReport
 from cdprcal.check.subject import Channel, Floats, Subject, duration_s, longest_of, stretches
 from cdprcal.sensors import SENSORS, columns_of
+from cdprcal.terminal import counted
 
 _WITHOUT = {
     "length_m": "the pose rests on swivel angles, attitude and tensions alone",
@@ -94,7 +95,8 @@ def _check_channel(subject: Subject, name: str, read: np.ndarray | None) -> None
         subject.add(
             "warning",
             "dropout",
-            f"{name} drops out {len(dropouts)} times, {duration_s(subject, dropouts):.3g} s in all",
+            f"{name} drops out {counted(len(dropouts), 'time')}, "
+            f"{duration_s(subject, dropouts):.3g} s in all",
             "poses in these intervals do without this channel",
             begin=longest[0],
             end=longest[1],

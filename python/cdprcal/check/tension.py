@@ -8,6 +8,7 @@ import numpy as np
 
 from cdprcal.check.subject import Channel, Flags, Subject, duration_s, longest_of, stretches
 from cdprcal.sensors import LOG_GROUPS
+from cdprcal.terminal import counted
 
 #: A cable counts as slack below this share of the least tension that the robot allows, …
 _SLACK_SHARE = 0.5
@@ -51,7 +52,8 @@ def _check_placeholder(subject: Subject, channel: Channel) -> Flags:
     subject.add(
         "error",
         "impossible_value",
-        f"{channel.name} is {channel.values[longest[0]]:g} N in {np.count_nonzero(flags)} samples: "
+        f"{channel.name} is {channel.values[longest[0]]:g} N in "
+        f"{counted(int(np.count_nonzero(flags)), 'sample')}: "
         "a cable cannot push",
         "does it stand for no reading? leave such cells empty",
         begin=longest[0],

@@ -6,6 +6,7 @@ import numpy as np
 
 from cdprcal import _core
 from cdprcal.check.subject import Subject
+from cdprcal.terminal import counted
 
 #: Samples further apart than this many usual periods have something missing between them.
 _MISSING_PERIODS = 2.5
@@ -58,7 +59,7 @@ def check_sampling(subject: Subject) -> None:
         subject.add(
             "error",
             "too_few_samples",
-            f"the run has {time.size} samples in {length_s:.3g} s",
+            f"the run has {counted(time.size, 'sample')} in {length_s:.3g} s",
             f"log for longer than the {window_s:g} s that a rest must last to be seen",
             begin=0,
         )
@@ -70,7 +71,7 @@ def check_sampling(subject: Subject) -> None:
         subject.add(
             "warning",
             "missing_samples",
-            f"samples are missing at {missing.size} places of the run, the longest for "
+            f"samples are missing at {counted(missing.size, 'place')} of the run, the longest for "
             f"{steps[worst]:.3g} s after {time[worst]:g} s (usual period {subject.period_s:.3g} s)",
             "harmless while the platform rests; else look for a busy logger",
             begin=worst,

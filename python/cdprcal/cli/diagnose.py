@@ -104,6 +104,7 @@ def command(
     from cdprcal.mapping import Reader
     from cdprcal.tables import print_findings
     from cdprcal.terminal import answers, as_typed, notes, say
+    from cdprcal.trust import caveats_of_diagnosis
 
     corrected, result = _outputs(output or [], result)
     keep_apart(
@@ -132,6 +133,7 @@ def command(
             if not motion:
                 _refuse_without_rest(the_robot, files)
             raise
+    print_findings(caveats_of_diagnosis(diagnosis), verbose=verbose)
     document = diagnosis_as_dict(diagnosis, the_robot, caveats)
     texts = {}
     if corrected:

@@ -37,7 +37,7 @@ def command(
         typer.Option(
             metavar="LIST",
             help="What the robot has: lengths, swivels, tensions, attitude; absolute-yaw, "
-            "direct-lengths, position.",
+            "direct-lengths, position, specific-force, angular-velocity.",
         ),
     ] = "lengths,swivels,tensions,attitude",
     seed: Annotated[int, typer.Option(min=0, help="Of noise and offsets.")] = 1,
@@ -56,7 +56,7 @@ def command(
     from cdprcal.io.files import write_text
     from cdprcal.io.log_file import is_mcap_name
     from cdprcal.results import pose_as_dict, strict_json
-    from cdprcal.terminal import answers, say
+    from cdprcal.terminal import answers, counted, say
 
     keep_apart({"-o": output, "--truth": truth}, {"robot file": robot})
     is_mcap_name(Path(output))
@@ -82,7 +82,8 @@ def command(
         write_text(Path(truth), strict_json({"poses": documents}))
     say(
         answers(),
-        f"{output}: {len(made.log)} samples, {len(setpoints)} equilibria, "
+        f"{output}: {len(made.log)} samples, "
+        f"{counted(len(setpoints), 'equilibrium', 'equilibria')}, "
         f"{made.log.time_s[-1]:g} s",
     )
 

@@ -13,6 +13,7 @@ from cdprcal.diagnosis.units import GAP_CHANNELS
 from cdprcal.findings import Finding
 from cdprcal.results import number, numbers, pose_as_dict, residual_as_dict
 from cdprcal.sensors import ABSOLUTE
+from cdprcal.trust import caveats_of_diagnosis
 
 #: Verdicts after which the pose and the model can be worked with.
 TRUSTED = {
@@ -31,7 +32,7 @@ def diagnosis_as_dict(
 ) -> dict[str, Any]:
     """A diagnosis of ``robot`` as plain data: NaN and absent become None.
 
-    ``caveats``: what is to be known of the logs.
+    ``caveats``: what is to be known of the logs; those of the diagnosis itself come after.
 
     Discrete faults come first among the effects: they were found first, and without statistics.
     An effect that differs from run to run has, for several logs, one entry a log in each parameter.
@@ -41,7 +42,7 @@ def diagnosis_as_dict(
     return {
         "verdict": diagnosis.verdict.name,
         "reason": diagnosis.reason,
-        "caveats": [caveat.as_dict() for caveat in caveats],
+        "caveats": [caveat.as_dict() for caveat in (*caveats, *caveats_of_diagnosis(diagnosis))],
         "effects": [
             *(_fault(fault) for fault in diagnosis.faults),
             *(

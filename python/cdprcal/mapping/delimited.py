@@ -233,6 +233,7 @@ def _under_merged(above: str, cells: list[str], separator: str, decimal: str) ->
     """Names that stand in two lines, written together: the upper one is over several columns each,
     in merged cells or again and again ('Length', 'Force' over 1 2 3 4 1 2 3 4). Empty where the
     lower line holds no more of names, or one of both is enough by itself."""
+    cells = _without_empty_end(cells)
     upper, over = [], ""
     for word in (_named(above, separator) + [""] * len(cells))[: len(cells)]:
         over = word or over

@@ -132,6 +132,19 @@ class Map(_Strict):
             if name not in GROUPS:
                 raise misplaced(f"channels.{name}", f"is not one of {', '.join(GROUPS)}")
             _check(name, group)
+        of_cables = {
+            name: len(group.columns)
+            for name, group in self.channels.items()
+            if GROUPS[name].is_per_cable
+        }
+        most = max(of_cables, key=of_cables.__getitem__, default="")
+        for name, count in of_cables.items():
+            if count < of_cables[most]:
+                raise misplaced(
+                    f"channels.{name}.columns",
+                    f"has {count} columns, {most} has {of_cables[most]}; name one a cable, and "
+                    "write '' for one that is not there",
+                )
         return self
 
 

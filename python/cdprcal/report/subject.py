@@ -129,7 +129,7 @@ def _of_results(results: Sequence[Result], command: Sequence[str]) -> Subject:
     }
     if not diagnoses:
         runs = [_of_result(result) for result in calibrated.values()]
-        why_not = "no diagnosis was given: make one by cdprcal diagnose ROBOT LOG -o FILE.json"
+        why_not = "give one, of cdprcal diagnose ROBOT LOG -o FILE.json, beside the results"
         return Subject(robot, tuple(runs), None, why_not, tuple(command))
     runs = []
     for log in diagnoses[0].logs:

@@ -54,7 +54,7 @@ def _as_initial(sample: dict[str, Any]) -> dict[str, Any]:
     """As ``pose_line`` has a calibration."""
     return {
         "initial_pose": sample["pose"],
-        "standard_deviation": sample["standard_deviation"],
+        "covariance": sample["covariance"],
     }
 
 

@@ -504,8 +504,10 @@ TEST(Diagnose, DeviationsCountWhatDirectionsOfMotionMayBeOff) {
   const Diagnosis d = diagnose(robot, {rubbing});
   ASSERT_EQ(d.effects.size(), 1U) << summary(d);
   ASSERT_EQ(d.effects[0].effect->name(), "pulley_friction");
+  // What was not found adds little here: this log speaks against it.
   const double expected = test::deviation_with_directions(d.model)[0];
-  EXPECT_NEAR(d.effects[0].standard_deviation[0], expected, 1e-3 * expected);
+  EXPECT_GE(d.effects[0].standard_deviation[0], expected);
+  EXPECT_LT(d.effects[0].standard_deviation[0], 1.005 * expected);
   const Eigen::MatrixXd of_the_fit = test::dense(linearise(d.model)).covariance();
   EXPECT_GT(expected, 1.5 * std::sqrt(of_the_fit(Eigen::last, Eigen::last)));
 }

@@ -35,6 +35,30 @@ TEST(ModelAverage, AnEffectThatMayBeThereWidensThePoseAsIfItWereFree) {
   }
 }
 
+TEST(ModelAverage, AnEffectThatMayBeThereWidensTheValuesOfOthersAsIfItWereFree) {
+  const auto with = [](DiagnosisModel model, const char* name) {
+    const auto effect = find_effect(name);
+    model.effects.push_back({effect, EffectValues::Zero(effect->size(4))});
+    EXPECT_TRUE(fit(model, 50));
+    return model;
+  };
+  const auto variance = [](const DiagnosisModel& model) {
+    const Eigen::MatrixXd spread = covariance(model);
+    return spread.diagonal().tail(model.values().size()).eval();
+  };
+  const DiagnosisModel model = with(clean(), "mass"), both = with(model, "load_cell_gain");
+  std::vector<CandidateScore> scores = scan(model, {find_effect("load_cell_gain")}, {.draws = 0});
+  scores[0].log_evidence = 1e3;  // it is there
+  const Unseen unseen = unseen_effects(model, scores);
+  ASSERT_EQ(unseen.of_values.size(), 1);
+  const double shift = both.values()[0] - model.values()[0];
+  const double expected = shift * shift + variance(both)[0] - variance(model)[0];
+  EXPECT_GT(expected, 3.0 * variance(model)[0]);  // weights and gains look alike
+  EXPECT_NEAR(unseen.of_values[0], expected, 0.05 * expected);
+  scores[0].log_evidence = -1e3;
+  EXPECT_LT(unseen_effects(model, scores).of_values[0], 0.05 * expected);
+}
+
 /// What possibilities add to a covariance of nothing, without any widening.
 Matrix6 mean_of(const std::vector<Possibility>& others) {
   Matrix6 out = Matrix6::Zero();

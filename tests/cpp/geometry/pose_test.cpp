@@ -101,6 +101,25 @@ TEST(RotationFromMatrix, RefusesWhatIsNoRotation) {
   EXPECT_THROW(rotation_from_matrix(nan), InputError);
 }
 
+TEST(RotationBetween, TurnsOneDirectionIntoTheOtherTheShortWay) {
+  Rng rng(6);
+  for (int i = 0; i < 50; ++i) {
+    const Vector3 from = 3.0 * (random_rotation(rng) * Vector3::UnitX());
+    const Vector3 to = 0.1 * (random_rotation(rng) * Vector3::UnitX());
+    const Eigen::Quaterniond found = rotation_between(from, to);
+    EXPECT_LE((found * from.normalized() - to.normalized()).norm(), 1e-14);
+    EXPECT_NEAR(log_so3(found).dot(from), 0.0, 1e-13);  // an axis across both
+    const Eigen::Quaterniond back = rotation_between(from, -from);
+    EXPECT_LE((back * from + from).norm(), 1e-13);
+    const Vector3 nearly = -from + 1e-5 * Vector3::UnitY();
+    EXPECT_LE((rotation_between(from, nearly) * from.normalized() - nearly.normalized()).norm(),
+              1e-10);
+  }
+  EXPECT_EQ(rotation_between(Vector3::UnitZ(), Vector3::UnitZ())
+                .angularDistance(Eigen::Quaterniond::Identity()),
+            0.0);
+}
+
 TEST(WrapAngle, IsInTheHalfOpenTurn) {
   EXPECT_EQ(wrap_angle(kPi), kPi);
   EXPECT_EQ(wrap_angle(-kPi), kPi);
