@@ -20,6 +20,8 @@ ABOUT_RUN = ("gap", "short_run")
 FALSE_ALARMS = 0.01
 #: Of the size of the robot: what an eye beside it sees.
 BY_EYE = 0.01
+#: Times that are listed.
+_SHOWN = 6
 
 
 def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
@@ -27,7 +29,8 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
 
     ``misfit``: residuals are larger than the readings scatter within a rest, by χ² over all of
     them, or an effect of the catalogue is there by 95 %; ``unchecked``: as many numbers are fitted
-    as are read; ``imprecise``: by its own σ the pose is no better than what an eye sees;
+    as are read; ``unbalanced``: the balance of several rests is left out, as an outlier;
+    ``imprecise``: by its own σ the pose is no better than what an eye sees;
     ``reservation``: what the core adds to its claim.
     """
     result = calibration.result
@@ -52,6 +55,25 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
                 message="as many numbers are fitted as are read: what the model lacks, or a sensor "
                 "that is off, moves the pose and shows nowhere",
                 remedy="measure with more sensors, or check the pose by other means",
+            )
+        )
+    unbalanced_s = sorted(
+        {
+            reading.time_s
+            for reading in calibration.gated
+            if (reading.channel, reading.reason) == ("balance", "outlier")
+        }
+    )
+    if len(unbalanced_s) > 1:  # one may be chance
+        at = ", ".join(f"{time_s:.1f}" for time_s in unbalanced_s[:_SHOWN])
+        more = ", …" if len(unbalanced_s) > _SHOWN else ""
+        found.append(
+            Finding(
+                severity="warning",
+                code="unbalanced",
+                message=f"{len(unbalanced_s)} rests are out of balance with all others and left "
+                f"out (at {at}{more} s): something may have pulled at the platform or borne it",
+                remedy="look what acted there, and on other rests less; or choose rests by --at",
             )
         )
     robot = calibration.problem.robot

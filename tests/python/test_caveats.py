@@ -107,6 +107,28 @@ def test_a_pose_that_no_reading_is_left_to_contradict_is_not_certain(robot: cdpr
     assert "unchecked" in [c.code for c in found.caveats]
 
 
+@pytest.mark.parametrize("count", [0, 1, 2, 3])
+def test_rests_at_which_something_pulled_are_said(robot: cdprcal.Robot, count: int) -> None:
+    setpoints = cdprcal.default_setpoints(robot, 3, 3, 2)
+    options = cdprcal.SyntheticLogOptions(
+        noise=cdprcal.reading_noise(robot.sigma, 0.1), seed=5, dwell_s=4.0, move_s=2.0
+    )
+    log = cdprcal.synthetic_log(robot, setpoints, options).log
+    tension_N = np.array(log.tension_N)
+    for rest in (5, 9, 13)[:count]:  # somebody leans on it
+        there = (log.time_s > 6.0 * rest - 1.0) & (log.time_s < 6.0 * rest + 5.0)
+        tension_N[there] += 40.0
+    pulled = cdprcal.Log(
+        time_s=log.time_s, source="made", length_m=log.length_m, swivel_rad=log.swivel_rad,
+        tension_N=tension_N, roll_pitch_yaw_rad=log.roll_pitch_yaw_rad,
+    )  # fmt: skip
+    found = cdprcal.calibrate(robot, pulled)
+    assert found.result.status == cdprcal.CalibrationStatus.converged
+    said = [c.message for c in found.caveats if c.code == "unbalanced"]
+    assert len(said) == (count > 1)
+    assert all(message.startswith(f"{count} rests are out of balance") for message in said)
+
+
 @pytest.mark.parametrize(("noise", "is_said"), [(0.1, False), (3.0, True)])
 def test_a_pose_no_better_than_the_eye_is_called_so(
     robot: cdprcal.Robot, noise: float, is_said: bool
