@@ -20,7 +20,7 @@ SOURCES = (
     *("model/sensors", "readings/equilibrium_detection", "readings/log", "readings/log_columns"),
     *("readings/fresh", "readings/log_checks", "readings/odd_readings", "readings/signal"),
     *("readings/measurement", "readings/noise", "effects/pose_evaluation"),
-    *("text", "text_file"),
+    *("text", "text_file", "singular_values"),
     *("statics/inertial_wrench", "statics/wrench", "estimation/row_batch", "lanes/processor"),
 )
 

@@ -19,8 +19,8 @@ from cdprcal.workspace.document import is_planar
 _FARTHEST_M = 500.0
 #: How many times as long as its frame is wide the cables of a robot that hangs deep may be.
 _DEEPEST = 20.0
-#: A swivel angle at mid-workspace beyond this: zero is on the other side of the pulley.
 _FEWEST_CABLES = 3  # that a position can be chosen with
+#: A swivel angle at mid-workspace beyond this: zero is on the other side of the pulley.
 _LARGEST_SWIVEL_RAD = math.radians(90.0)
 _WORKSPACE_POINTS = 8_000
 

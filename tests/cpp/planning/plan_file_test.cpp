@@ -116,6 +116,7 @@ TEST(PlanFile, EveryRefusalNamesItsPlace) {
   expect(with_cell(good, 4, 13, "-2"), "13:", "dwell_s: must not be negative");
   expect(with_cell(good, 4, 13, "1,2"), "13:", "cells");
   expect(replaced(good, "dwell_s,", "dwell,"), "9:", "unknown column 'dwell'");
+  expect(replaced(good, "dwell_s,", "time_s,"), "9:", "as logs have it; give a plan");
   expect(replaced(good, "tension_2_N", "tension_5_N"), "9:", "unknown column");
   expect(replaced(good, "tension_2_N", "tension_1_N"), "9:", "appears twice");
   expect(replaced(good, "purpose,", "pose,"), "9:1: ", "unknown column 'pose'");
