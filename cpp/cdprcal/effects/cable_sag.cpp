@@ -29,8 +29,8 @@ class CableSag final : public Effect {
   }
   // With w = rho g and free length L: the exit direction tilts by w L / (2 tau), the chord carries
   // tau + t_z w L / 2 of the tension tau read at the pulley, and w L / 2 hangs on each anchor. The
-  // arc is longer than its chord by (w L)^2 (1 - t_z^2) L / 24 over the square of the tension in the
-  // chord: micrometres where cables are short and taut, millimetres where they are not.
+  // arc is longer than its chord by (w L)^2 (1 - t_z^2) L / 24 over the square of the tension in
+  // the chord: micrometres where cables are short and taut, millimetres where they are not.
   void correct_tension(const EffectContext& context, const EffectValues& density_kg_m,
                        CableVector& tension_N) const override {
     for (int i = 0; i < context.state.cable_count; ++i) {
