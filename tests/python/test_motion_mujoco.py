@@ -164,6 +164,14 @@ def test_a_clean_log_that_never_rests_accuses_nobody(seed: int) -> None:
     assert found.verdict == cdprcal.Verdict.consistent
 
 
+@pytest.mark.parametrize("seed", few([2, 4]))
+def test_the_noise_of_a_free_swing_is_no_misfit(seed: int) -> None:
+    run = swing(mujoco, ROBOT, seed=seed, duration_s=15.0, haul_m=0.0)
+    found = cdprcal.calibrate(ROBOT, run.log, motion=True)
+    assert not found.result.lacks_something
+    assert "misfit" not in [caveat.code for caveat in found.caveats]
+
+
 @pytest.mark.parametrize("seed", few([2, 4, 5]))
 def test_the_noise_of_a_free_swing_is_no_hysteresis(seed: int) -> None:
     """Where a swivel hardly turns, which way it does is a matter of its own noise."""
@@ -247,6 +255,25 @@ def test_a_track_that_begins_in_motion_is_as_good_from_the_start(cables: int, se
     for i in range(50):
         error = cdprcal.minus(track[i].pose, run.poses[i])
         assert np.all(np.abs(error) < 3.0 * np.sqrt(np.diag(track.pose_covariance[i])))
+
+
+@pytest.mark.parametrize("gap_s", [0.3, 1.0, 1.7])
+def test_a_silence_in_a_swing_is_not_gone_through_blindly(gap_s: float) -> None:
+    """A platform that swings turns back in it: going on as before leads metres away."""
+    robot = polygon_robot(4, pulley_radius_m=0.0)
+    run = swing(mujoco, robot, seed=2, duration_s=8.0, haul_m=0.0, kick=0.6)
+    log, time_s = run.log, run.log.time_s
+    kept = np.flatnonzero((time_s <= 4.0) | (time_s >= 4.0 + gap_s))
+    cut = cdprcal.Log(
+        time_s=time_s[kept], source="cut", length_m=log.length_m[kept],
+        swivel_rad=log.swivel_rad[kept], tension_N=log.tension_N[kept],
+        roll_pitch_yaw_rad=log.roll_pitch_yaw_rad[kept],
+    )  # fmt: skip
+    track = cdprcal.track(robot, cut, motion=True)
+    assert track.trusted.mean() > 0.95
+    for i in np.flatnonzero(track.trusted):
+        error = np.abs(cdprcal.minus(track[int(i)].pose, run.poses[kept[i]]))
+        assert np.all(error < 6.0 * np.sqrt(np.diag(track.pose_covariance[i])))
 
 
 @pytest.mark.parametrize(("seed", "duration_s"), few([(2, 5.0), (802, 10.0)]))

@@ -106,15 +106,21 @@ std::optional<WithUnseen> with_unseen(const Calibration& calibration, double mom
   DiagnosisModel model = model_of(calibration);
   keep_witnesses(calibration, moments_a_reading, model);
   if (!fit_with_noise(model)) return std::nullopt;
-  const Unseen unseen = unseen_effects(model, scan(model, untried(model), {.draws = 0}));
+  const std::vector<CandidateScore> scores = scan(model, untried(model), {.draws = 0});
+  const Unseen unseen = unseen_effects(model, scores);
   Matrix6 own = *calibration.result.covariance +
                 initial_pose_covariance(with_uncertain_noise(model), 0) -
                 initial_pose_covariance(model, 0);
   if (!model.runs.front().known.empty()) own += uncertain_directions(model).covariance;
-  const WithUnseen out{averaged_covariance(own, unseen, checks_of(model).enough()),
-                       std::ranges::any_of(unseen.each, [](const Possibility& p) {
-                         return p.probability > kProbable;
-                       })};
+  // Of a platform that moves, directions are those of the readings, whose errors then look like
+  // what friction and hysteresis do; diagnose tells the two apart.
+  const bool moves = std::ranges::any_of(model.runs.front().measurements, &Measurement::moves);
+  WithUnseen out{averaged_covariance(own, unseen, checks_of(model).enough())};
+  for (std::size_t k = 0; k < unseen.each.size(); ++k) {
+    const bool by_errors =
+        moves && k < scores.size() && looks_at_directions(*scores[k].effect, model);
+    out.lacks_something |= unseen.each[k].probability > kProbable && !by_errors;
+  }
   return out.covariance.allFinite() ? std::optional(out) : std::nullopt;
 }
 

@@ -76,21 +76,4 @@ std::optional<DiagnosisModel> with_late_first_rests(const DiagnosisModel& model,
   return out;
 }
 
-bool looks_at_directions(const Effect& effect, const DiagnosisModel& model) {
-  const DiagnosisRun& run = model.runs.front();
-  const PlatformState state = platform_state(model.robot, run.poses.front());
-  const EffectValues typical = effect.typical(model.robot);
-  const auto columns = [&](double direction) {
-    Measurement m = run.measurements.front();
-    m.length_direction.setConstant(model.robot.cable_count(), direction);
-    m.swivel_direction.setConstant(model.robot.cable_count(), direction);
-    Eigen::MatrixXd out =
-        Eigen::MatrixXd::Zero(ReadingRows{model.robot.cable_count()}.size(), typical.size());
-    effect.columns({model.robot, state, run.poses.front(), m}, EffectValues::Zero(typical.size()),
-                   out);
-    return Eigen::MatrixXd(out.array().isNaN().select(0.0, out));
-  };
-  return columns(1.0) != columns(-1.0);
-}
-
 }  // namespace cdprcal

@@ -30,7 +30,4 @@ std::optional<DiagnosisModel> with_followed_directions(const DiagnosisModel& mod
 std::optional<DiagnosisModel> with_late_first_rests(const DiagnosisModel& model,
                                                     const std::vector<Log>& logs);
 
-/// Whether what an effect does depends on directions of motion.
-bool looks_at_directions(const Effect& effect, const DiagnosisModel& model);
-
 }  // namespace cdprcal

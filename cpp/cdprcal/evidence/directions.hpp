@@ -14,4 +14,7 @@ struct UncertainDirections {
 };
 UncertainDirections uncertain_directions(const DiagnosisModel& model);
 
+/// Whether what an effect does depends on directions of motion.
+bool looks_at_directions(const Effect& effect, const DiagnosisModel& model);
+
 }  // namespace cdprcal

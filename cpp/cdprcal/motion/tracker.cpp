@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "cdprcal/effects/corrected_run.hpp"
 #include "cdprcal/error.hpp"
@@ -22,6 +23,8 @@ constexpr double kOutlier = 6.0;
 constexpr double kAgrees = 3.0;
 /// More than this between samples, and counting may have been lost: as between segments of a log.
 constexpr double kGap_s = 2.0;
+/// A silence of so many samples and so long is one in which a platform that swings turns back.
+constexpr double kSilent = 5.0, kSilent_s = 0.5;
 /// Densities of jerk [m²/s⁵] that are believed: the least is that of a platform at rest, which may
 /// begin to move at any time, the most one that starts to fall within 10 ms.
 constexpr double kLeastJerk = 1e-2, kMostJerk = 1e4;
@@ -153,6 +156,15 @@ void Tracker::start() {
   lasting_.resize(0);
   swivel_rad_.resize(0);
   length_m_.resize(0);
+}
+
+/// Whether the platform went somewhere during a silence: on and on as it began to, it would have
+/// gone as far as from where on a pose is not determined.
+bool Tracker::went_unseen(double usual_s) const {
+  if (lost_ || !(dt_s_ > kSilent_s) || !(dt_s_ > kSilent * usual_s)) return false;
+  const Vector6 gone = dt_s_ * now_.state.twist.cwiseAbs() +
+                       0.5 * dt_s_ * dt_s_ * now_.state.acceleration.cwiseAbs();
+  return gone.head<3>().norm() > kVagueShift * size_m_ || gone.tail<3>().norm() > kVagueTurn;
 }
 
 void Tracker::predict() {
@@ -498,7 +510,7 @@ const TrackedSample& Tracker::add(const Measurement& sample) {
                          "; give samples of this robot");
       },
       sample);
-  dt_s_ = sample.time_s - last_s_;
+  const double usual_s = std::exchange(dt_s_, sample.time_s - last_s_);
   if (!(dt_s_ > 0.0) && std::isfinite(last_s_)) {
     throw InputError("track: a sample at " + std::to_string(sample.time_s) +
                      " s comes after one at " + std::to_string(last_s_) +
@@ -513,10 +525,11 @@ const TrackedSample& Tracker::add(const Measurement& sample) {
   leave_out_slack();
   const bool follows = dt_s_ <= kGap_s;
   if (!follows) contradictions_.forget();
-  if (follows && !lost_) predict();
+  const bool unseen = went_unseen(usual_s);
+  if (follows && !unseen && !lost_) predict();
   // After a silence what was known is no better than nothing.
-  step_.starts =
-      !follows || lost_ || !(covariance_.diagonal().head<3>().maxCoeff() < size_m_ * size_m_);
+  step_.starts = !follows || unseen || lost_ ||
+                 !(covariance_.diagonal().head<3>().maxCoeff() < size_m_ * size_m_);
   at_rest_ = std::isnan(dt_s_) && places_.front().kind == PoseKind::static_pose;
   if (step_.starts) start();
   const bool corrected = correct();

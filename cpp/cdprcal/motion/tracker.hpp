@@ -80,6 +80,7 @@ class Tracker {
   void leave_out_slack();
   void allow_for_directions();
   void start();
+  [[nodiscard]] bool went_unseen(double usual_s) const;
   void predict();
   [[nodiscard]] MotionMatrix of_jerk() const;
   [[nodiscard]] bool is_vague() const;

@@ -10,6 +10,7 @@
 #include "cdprcal/diagnosis/baseline.hpp"
 #include "cdprcal/diagnosis/generic.hpp"
 #include "cdprcal/diagnosis/model_residuals.hpp"
+#include "cdprcal/evidence/directions.hpp"
 #include "cdprcal/evidence/scan.hpp"
 #include "cdprcal/robot_file/robot_file.hpp"
 
