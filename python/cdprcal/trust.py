@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -57,25 +58,7 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
                 remedy="measure with more sensors, or check the pose by other means",
             )
         )
-    unbalanced_s = sorted(
-        {
-            reading.time_s
-            for reading in calibration.gated
-            if (reading.channel, reading.reason) == ("balance", "outlier")
-        }
-    )
-    if len(unbalanced_s) > 1:  # one may be chance
-        at = ", ".join(f"{time_s:.1f}" for time_s in unbalanced_s[:_SHOWN])
-        more = ", …" if len(unbalanced_s) > _SHOWN else ""
-        found.append(
-            Finding(
-                severity="warning",
-                code="unbalanced",
-                message=f"{len(unbalanced_s)} rests are out of balance with all others and left "
-                f"out (at {at}{more} s): something may have pulled at the platform or borne it",
-                remedy="look what acted there, and on other rests less; or choose rests by --at",
-            )
-        )
+    found += _unbalanced(calibration)
     robot = calibration.problem.robot
     position_m, rotation_rad = worst_sigma(result.covariance) or (0.0, 0.0)
     if max(position_m, rotation_rad * _core.characteristic_length_m(robot)) > (
@@ -114,6 +97,27 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
 def _two_digits(value: float) -> str:
     """As people write them: 420, not 4.2e+02."""
     return f"{float(f'{value:.2g}'):,.9g}"
+
+
+def _unbalanced(calibration: _core.Calibration) -> Iterator[Finding]:
+    """Rests whose balance no other rest agrees with, where that are several: one may be chance."""
+    times_s = sorted(
+        {
+            reading.time_s
+            for reading in calibration.gated
+            if (reading.channel, reading.reason) == ("balance", "outlier")
+        }
+    )
+    if len(times_s) > 1:
+        at = ", ".join(f"{time_s:.1f}" for time_s in times_s[:_SHOWN])
+        more = ", …" if len(times_s) > _SHOWN else ""
+        yield Finding(
+            severity="warning",
+            code="unbalanced",
+            message=f"{len(times_s)} rests are out of balance with all others and left "
+            f"out (at {at}{more} s): something may have pulled at the platform or borne it",
+            remedy="look what acted there, and on other rests less; or choose rests by --at",
+        )
 
 
 def caveats_of_diagnosis(diagnosis: _core.Diagnosis) -> tuple[Finding, ...]:

@@ -171,6 +171,10 @@ TEST(Decompositions, SingularValuesDescendAndMakeTheMatrix) {
   EXPECT_TRUE((full.v.transpose() * full.v).isApprox(identity(7), kExact));
   EXPECT_TRUE((thin.u * thin.values.asDiagonal() * thin.v.transpose()).isApprox(a, kExact));
   EXPECT_TRUE(std::is_sorted(full.values.begin(), full.values.end(), std::greater<>()));
+  const MatrixXd three = MatrixXd::Random(3, 3);
+  const Svd of_three = svd(three);
+  EXPECT_TRUE(
+      (of_three.u * of_three.values.asDiagonal() * of_three.v.transpose()).isApprox(three, kExact));
 }
 
 }  // namespace

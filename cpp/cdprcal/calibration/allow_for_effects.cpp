@@ -116,10 +116,11 @@ std::optional<WithUnseen> with_unseen(const Calibration& calibration, double mom
   // what friction and hysteresis do; diagnose tells the two apart.
   const bool moves = std::ranges::any_of(model.runs.front().measurements, &Measurement::moves);
   WithUnseen out{averaged_covariance(own, unseen, checks_of(model).enough())};
+  const auto by_errors = [&](std::size_t k) {
+    return moves && k < scores.size() && looks_at_directions(*scores[k].effect, model);
+  };
   for (std::size_t k = 0; k < unseen.each.size(); ++k) {
-    const bool by_errors =
-        moves && k < scores.size() && looks_at_directions(*scores[k].effect, model);
-    out.lacks_something |= unseen.each[k].probability > kProbable && !by_errors;
+    if (unseen.each[k].probability > kProbable && !by_errors(k)) out.lacks_something = true;
   }
   return out.covariance.allFinite() ? std::optional(out) : std::nullopt;
 }

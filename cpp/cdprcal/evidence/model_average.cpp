@@ -91,10 +91,9 @@ Unseen unseen_effects(const DiagnosisModel& model, std::vector<CandidateScore> s
     const double there = probability(prior_log_odds + scores[k].log_evidence);
     out.each.push_back({there, shift, spread});
     const Eigen::MatrixXd by_value = of.bottomRows(values);
-    const Eigen::MatrixXd spread_by_value =
-        by_value.cwiseProduct(factor.solve(Eigen::MatrixXd(by_value.transpose())).transpose());
-    out.of_values +=
-        there * ((by_value * value).cwiseAbs2() + Eigen::VectorXd(spread_by_value.rowwise().sum()));
+    const Eigen::VectorXd of_spread =
+        (by_value * factor.solve(Eigen::MatrixXd(by_value.transpose()))).diagonal();
+    out.of_values += there * ((by_value * value).cwiseAbs2() + of_spread);
     if (!candidates[k]->info().all_or_nothing && !as_step(*candidates[k])) out.possible += spread;
   }
   return out;

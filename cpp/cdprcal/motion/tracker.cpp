@@ -161,7 +161,7 @@ void Tracker::start() {
 /// Whether the platform went somewhere during a silence: on and on as it began to, it would have
 /// gone as far as from where on a pose is not determined.
 bool Tracker::went_unseen(double usual_s) const {
-  if (lost_ || !(dt_s_ > kSilent_s) || !(dt_s_ > kSilent * usual_s)) return false;
+  if (!(dt_s_ > kSilent_s) || !(dt_s_ > kSilent * usual_s)) return false;
   const Vector6 gone = dt_s_ * now_.state.twist.cwiseAbs() +
                        0.5 * dt_s_ * dt_s_ * now_.state.acceleration.cwiseAbs();
   return gone.head<3>().norm() > kVagueShift * size_m_ || gone.tail<3>().norm() > kVagueTurn;
@@ -525,11 +525,10 @@ const TrackedSample& Tracker::add(const Measurement& sample) {
   leave_out_slack();
   const bool follows = dt_s_ <= kGap_s;
   if (!follows) contradictions_.forget();
-  const bool unseen = went_unseen(usual_s);
-  if (follows && !unseen && !lost_) predict();
+  const bool anew = !follows || lost_ || went_unseen(usual_s);
+  if (!anew) predict();
   // After a silence what was known is no better than nothing.
-  step_.starts = !follows || unseen || lost_ ||
-                 !(covariance_.diagonal().head<3>().maxCoeff() < size_m_ * size_m_);
+  step_.starts = anew || !(covariance_.diagonal().head<3>().maxCoeff() < size_m_ * size_m_);
   at_rest_ = std::isnan(dt_s_) && places_.front().kind == PoseKind::static_pose;
   if (step_.starts) start();
   const bool corrected = correct();

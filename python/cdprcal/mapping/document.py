@@ -132,6 +132,10 @@ class Map(_Strict):
             if name not in GROUPS:
                 raise misplaced(f"channels.{name}", f"is not one of {', '.join(GROUPS)}")
             _check(name, group)
+        return self
+
+    @model_validator(mode="after")
+    def _one_column_a_cable(self) -> Map:
         of_cables = {
             name: len(group.columns)
             for name, group in self.channels.items()
