@@ -1,5 +1,16 @@
-# Compiles several source files of a folder as one, where the whole tree is compiled once: what they share, headers and
-# Eigen's templates above all, then costs its time once. Whoever changes single files compiles them one by one.
+# Where the whole tree is compiled once, what its files share costs its time once. Whoever changes single files compiles
+# them one by one.
+
+# Headers that nearly each file of a target includes are parsed once.
+function(cdprcal_headers_once target)
+  if(CDPRCAL_COMPILE_TOGETHER)
+    target_precompile_headers(${target} PRIVATE ${ARGN})
+    # Without it ccache cannot see into them.
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)
+  endif()
+endfunction()
+
+# Several source files of a folder are compiled as one, Eigen's templates above all.
 #
 # Files of one folder see each other's unnamed namespaces so: a name is used once in a folder.
 function(cdprcal_compile_together target)

@@ -21,7 +21,8 @@ target_compile_options(
     # sanitize preset finds the real cases.
     $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
     $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds>
-    $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)
 
 if(CDPRCAL_WARNINGS_AS_ERRORS)
   target_compile_options(cdprcal_warnings INTERFACE -Werror)
