@@ -58,6 +58,9 @@ void register_result(py::module_& module) {
       .def_readonly("scale", &FrameResult::scale,
                     "Readings a metre - 1 [1], where a tracker shows it; else None.")
       .def_readonly(
+          "own_scale", &FrameResult::own_scale,
+          "Readings a metre of each cable beside the mean of all [1]: none, or one a cable.")
+      .def_readonly(
           "stiffness_N", &FrameResult::stiffness_N,
           "EA of the cables, where tensions are read, NaN where they do not tell it; else None.")
       .def_readonly("off_plane_m", &FrameResult::off_plane_m,
@@ -92,9 +95,10 @@ void register_frame(py::module_& module) {
   module.def(
       "find_frame",
       [](const Robot& robot, const std::vector<Log>& logs, const std::string& offset,
-         const std::string& poses, bool leave_out, bool off_plane) {
+         const std::string& scale, const std::string& poses, bool leave_out, bool off_plane) {
         FrameOptions options;
         options.offset = parse_length_offset(offset);
+        options.scale = parse_length_scale(scale);
         options.poses = parse_frame_poses(poses);
         options.leave_out = leave_out;
         options.off_plane = off_plane;
@@ -102,9 +106,11 @@ void register_frame(py::module_& module) {
         return find_frame(robot, logs, options);
       },
       py::arg("robot"), py::arg("logs"), py::kw_only(), py::arg("offset") = "common",
-      py::arg("poses") = "automatic", py::arg("leave_out") = true, py::arg("off_plane") = true,
+      py::arg("scale") = "common", py::arg("poses") = "automatic", py::arg("leave_out") = true,
+      py::arg("off_plane") = true,
       "Pulley positions, offsets and scale from the poses of one or more logs of one robot. "
-      "offset: what whole lengths may be wrong by: 'none', 'common' or 'each'. poses: 'samples', "
+      "offset: what whole lengths may be wrong by: 'none', 'common' or 'each'. scale: whether readings "
+      "a metre are 'common' to all cables or 'each' cable's own. poses: 'samples', "
       "'rests', or 'automatic'. leave_out: poses that do not belong, named in left_out. "
       "off_plane: whether belts of a planar robot may run outside the plane. Raises InputError for "
       "logs that do not fit the robot or hold no lengths.");

@@ -5033,6 +5033,12 @@ class FrameResult:
         """
 
     @property
+    def own_scale(self) -> list[Estimate]:
+        """
+        Readings a metre of each cable beside the mean of all [1]: none, or one a cable.
+        """
+
+    @property
     def poses(self) -> list[Pose]:
         """
         Of the poses that were kept.
@@ -5344,12 +5350,13 @@ def find_frame(
     logs: collections.abc.Sequence[Log],
     *,
     offset: str = "common",
+    scale: str = "common",
     poses: str = "automatic",
     leave_out: bool = True,
     off_plane: bool = True,
 ) -> FrameResult:
     """
-    Pulley positions, offsets and scale from the poses of one or more logs of one robot. offset: what whole lengths may be wrong by: 'none', 'common' or 'each'. poses: 'samples', 'rests', or 'automatic'. leave_out: poses that do not belong, named in left_out. off_plane: whether belts of a planar robot may run outside the plane. Raises InputError for logs that do not fit the robot or hold no lengths.
+    Pulley positions, offsets and scale from the poses of one or more logs of one robot. offset: what whole lengths may be wrong by: 'none', 'common' or 'each'. scale: whether readings a metre are 'common' to all cables or 'each' cable's own. poses: 'samples', 'rests', or 'automatic'. leave_out: poses that do not belong, named in left_out. off_plane: whether belts of a planar robot may run outside the plane. Raises InputError for logs that do not fit the robot or hold no lengths.
     """
 
 def follow_path(

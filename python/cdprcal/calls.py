@@ -165,20 +165,22 @@ def geometry(
     logs: Log | Path | Sequence[Log | Path | Any] | Any,
     *,
     offset: str = "common",
+    scale: str = "common",
     poses: str = "automatic",
     map: Path = "",
 ) -> FrameResult:
     """Where the pulleys of a frame are, from the lengths at many poses. Look at status first.
 
-    ``robot``, ``logs`` and ``map`` as for ``diagnose``; ``offset`` and ``poses`` as the command's:
-    'none', 'common' or 'each'; 'automatic', 'samples' or 'rests'. Raises InputError for logs that
+    ``robot``, ``logs`` and ``map`` as for ``diagnose``; ``offset``, ``scale`` and
+    ``poses`` as the command's: 'none', 'common' or 'each'; 'common' or 'each'; 'automatic',
+    'samples' or 'rests'. Raises InputError for logs that
     do not fit the robot or hold no lengths.
     """
     the_robot = as_robot(robot)
     if isinstance(logs, str) or not isinstance(logs, Sequence):
         logs = [logs]
     the_logs = [as_log(log, the_robot, map) for log in logs]
-    return _core.find_frame(the_robot, the_logs, offset=offset, poses=poses)
+    return _core.find_frame(the_robot, the_logs, offset=offset, scale=scale, poses=poses)
 
 
 def track(

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import SequenceMatcher
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import PydanticCustomError
@@ -77,6 +77,8 @@ class YamlKind(Generic[M]):
             said = _message(first, where)
             if misspelt := _misspelt(first, errors):
                 said += f", and {misspelt[-1]} is not known there; correct its name"
+            elif first["type"] == "extra_forbidden":
+                said += f"; use one of {', '.join(_known_beside(self.model, where))}"
             line, column = _place(
                 document, misspelt or where,
                 missing=first["type"] == "missing" and not misspelt,
@@ -124,6 +126,23 @@ def _plain(node: Any, known: dict[int, Any]) -> Any:
         if isinstance(node, kind):
             return kind(node)
     return node
+
+
+def _models_in(kind: Any) -> list[type[BaseModel]]:
+    """The models of an annotation: of lists, maps and unions those that they hold."""
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        return [kind]
+    return [model for part in get_args(kind) for model in _models_in(part)]
+
+
+def _known_beside(model: type[BaseModel], where: Sequence[str | int]) -> list[str]:
+    """Names of the keys that may stand where ``where`` does."""
+    models = [model]
+    for step in where[:-1]:
+        fields = [one.model_fields[step] for one in models if step in one.model_fields]
+        # Else it is no field but an item, or the tag of a union.
+        models = [m for field in fields for m in _models_in(field.annotation)] if fields else models
+    return list(dict.fromkeys(name for one in models for name in one.model_fields))
 
 
 def _where(error: Any) -> tuple[str | int, ...]:

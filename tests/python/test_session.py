@@ -35,7 +35,11 @@ def test_example() -> None:
 
 
 FAULTS: dict[str, tuple[str, str, str]] = {
-    "unknown key": ("rate_Hz: 100\n", "rate_hz: 100\n", r":6:1: rate_hz: is not known here"),
+    "unknown key": (
+        "rate_Hz: 100\n",
+        "rate_hz: 100\n",
+        r":6:1: rate_hz: is not known here; use one of format, robot, .*rate_Hz",
+    ),
     "unknown key below": ("counts_per_m: 1e7", "counts_m: 1e6", r":\d+:5: winches\[#1\]\.counts_"),
     "missing": ("format: cdprcal-session-1\n", "", r":4:1: format: is missing"),
     "misspelt": (

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "cdprcal/decompositions.hpp"
+#include "cdprcal/estimation/symmetric_inverse.hpp"
 #include "cdprcal/frame/gauge.hpp"
 #include "cdprcal/statistics.hpp"
 #include "cdprcal/text.hpp"
@@ -13,15 +14,6 @@ namespace {
 
 /// By which the file's σ are larger where the lengths are to say alone how well they fit.
 constexpr double kLoose = 100.0;
-
-/// The inverse of a positive definite matrix whose columns have different units.
-Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& matrix) {
-  const Eigen::VectorXd scale = matrix.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd scaled = scale.asDiagonal() * matrix * scale.asDiagonal();
-  return scale.asDiagonal() *
-         solve_symmetric(scaled, Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols()).eval()) *
-         scale.asDiagonal();
-}
 
 }  // namespace
 
@@ -61,7 +53,7 @@ std::vector<Contradiction> contradicted(const Solved& solved, int max_iterations
       // Without its prior, whose pull at the minimum was own · values.
       Eigen::MatrixXd information = told.normal;
       information.diagonal() += without.precision;
-      const Eigen::MatrixXd covariance = inverse_of(information);
+      const Eigen::MatrixXd covariance = symmetric_inverse(information);
       const Eigen::VectorXd there =
           values + covariance.middleCols(at, size) * own.cwiseProduct(values.segment(at, size));
       Eigen::MatrixXd spread = covariance.block(at, at, size, size);
@@ -90,7 +82,8 @@ std::string in_words(const std::vector<Contradiction>& contradictions) {
                        std::to_string(std::lround(c.sigmas)) +
                        " σ) from where the robot file has it");
   }
-  return text + ": correct its position_m, or say by position_sigma_m how far off it may be";
+  return text +
+         ", by the lengths and the other pulleys: correct its position_m, or say by position_sigma_m how far off it may be";
 }
 
 }  // namespace cdprcal::detail

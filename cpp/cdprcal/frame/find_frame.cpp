@@ -2,6 +2,7 @@
 #include <chrono>
 
 #include "cdprcal/frame/contradicted.hpp"
+#include "cdprcal/frame/each_its_own.hpp"
 #include "cdprcal/frame/minima.hpp"
 #include "cdprcal/frame/poses.hpp"
 #include "cdprcal/frame/solved.hpp"
@@ -112,23 +113,46 @@ void fill_texts(const Solved& s, double enough_m, FrameResult& out) {
   out.next = further_poses(s.problem, s.state, s.known);
 }
 
-/// Adds to what the robot file says that whole lengths read too much.
-void add_offset(const std::vector<Estimate>& found, Robot& robot) {
+/// What the file says of each cable by an effect of this name.
+CableVector said_by_file(const Robot& robot, const std::string& effect) {
+  CableVector out = CableVector::Zero(robot.cable_count());
+  for (const AppliedEffect& said : robot.effects) {
+    if (said.name != effect || !said.run.empty()) continue;
+    const std::vector<double>& values = said.parameters.front().values;
+    out += Eigen::Map<const Eigen::VectorXd>(values.data(), out.size());
+  }
+  return out;
+}
+
+constexpr const char* kOffset = "whole_length_offset";
+constexpr const char* kRatio = "transmission_ratio";
+
+/// Adds `found`, one for all cables or one a cable, to what the robot file says by that effect.
+void add_effect(const char* name, const char* parameter, const std::vector<Estimate>& found,
+                Robot& robot) {
   if (found.empty()) return;
-  constexpr const char* kName = "whole_length_offset";
-  AppliedEffect offset{kName, "", {{"offset_m", {}}}};
-  for (int i = 0; i < robot.cable_count(); ++i) {
-    double total_m = found[found.size() == 1 ? 0 : static_cast<std::size_t>(i)].value;
-    for (const AppliedEffect& effect : robot.effects) {
-      if (effect.name == kName && effect.run.empty()) {
-        total_m += effect.parameters.front().values[static_cast<std::size_t>(i)];
-      }
-    }
-    offset.parameters.front().values.push_back(total_m);
+  CableVector sum = said_by_file(robot, name);
+  for (int i = 0; i < sum.size(); ++i) {
+    sum[i] += found[found.size() == 1 ? 0 : static_cast<std::size_t>(i)].value;
   }
   std::erase_if(robot.effects,
-                [&](const AppliedEffect& e) { return e.name == kName && e.run.empty(); });
-  robot.effects.push_back(std::move(offset));
+                [&](const AppliedEffect& e) { return e.name == name && e.run.empty(); });
+  robot.effects.push_back({name, "", {{parameter, {sum.begin(), sum.end()}}}});
+}
+
+/// By how much each cable's readings a metre differ from the mean of all; none where it is not
+/// asked.
+std::vector<Estimate> own_scales(const Solved& s) {
+  const FrameUnknowns& u = s.problem.unknowns;
+  const int at = u.own_column(Own::scale);
+  std::vector<Estimate> out;
+  for (int i = 0; at >= 0 && i < u.cables; ++i) {
+    const Eigen::RowVectorXd row = u.contrasts.row(i);
+    const auto block = s.known.covariance.block(at, at, u.cables - 1, u.cables - 1);
+    out.push_back({u.own_value(s.state.values, Own::scale, i),
+                   std::sqrt(std::max(0.0, (row * block * row.transpose())(0, 0)))});
+  }
+  return out;
 }
 
 /// Whole lengths, where any were read; else changes of length.
@@ -143,7 +167,9 @@ void fill(const Solved& s, FrameResult& out) {
   for (int i = 0; i < u.direct_offset_count; ++i) {
     out.offset_m.push_back(estimate(s, u.direct_offsets + i));
   }
-  add_offset(out.offset_m, out.corrected);
+  add_effect(kOffset, "offset_m", out.offset_m, out.corrected);
+  out.own_scale = own_scales(s);
+  add_effect(kRatio, "ratio_error", out.own_scale, out.corrected);
   if (u.scale >= 0) out.scale = estimate(s, u.scale);
   if (u.compliance >= 0) {
     const Estimate k = estimate(s, u.compliance);
@@ -270,51 +296,11 @@ void judge(const Solved& s, const FrameProblem& all, const Minima& found, int ma
   }
 }
 
-/// Values of the unknowns with an offset of each cable's own in the place of the common one.
-Eigen::VectorXd with_own_offsets(const Eigen::VectorXd& values, const FrameUnknowns& common) {
-  const Eigen::Index more = common.cables - 1, behind = common.direct_offsets + 1;
-  Eigen::VectorXd out(values.size() + more);
-  out << values.head(behind), Eigen::VectorXd::Constant(more, values[common.direct_offsets]),
-      values.tail(values.size() - behind);
-  return out;
-}
-/// The way back, with the mean of them.
-Eigen::VectorXd with_common_offset(const Eigen::VectorXd& values, const FrameUnknowns& common) {
-  const Eigen::Index more = common.cables - 1, begin = common.direct_offsets;
-  Eigen::VectorXd out(values.size() - more);
-  out << values.head(begin), values.segment(begin, common.cables).mean(),
-      values.tail(values.size() - begin - common.cables);
-  return out;
-}
-
-/// Where whole lengths say beyond chance that each has an offset of its own, σ allows for what the
-/// frame would be then: belts that end at arms of other lengths bend a frame with one in common.
-/// Whether they say so.
-bool allow_for_own_offsets(const FrameOptions& options, int logs, Solved& s) {
-  const FrameUnknowns& common = s.problem.unknowns;
-  if (common.direct_offset_count != 1 || common.cables < 2 || common.off_plane >= 0) return false;
-  FrameOptions asked = options;
-  asked.offset = LengthOffset::each;
-  Solved own = s;
-  own.problem.unknowns = unknowns_of(s.problem.robot, s.problem.poses, logs, asked);
-  own.state.values = with_own_offsets(s.state.values, common);
-  if (own.problem.unknowns.size != own.state.values.size()) return false;
-  minimise(own.problem, own.state, options.max_iterations);
-  // Residuals that hang together are worth fewer readings.
-  const double gain = (s.state.cost - own.state.cost) / (s.known.lack_of_fit * s.known.lack_of_fit);
-  if (!(chi_square_survival(2.0 * gain, common.cables - 1.0) < kFalseAlarm)) return false;
-  solve(own, options.max_iterations);
-  if (!own.known.valid) return false;
-  hold_unshown(own.problem, own.known, own.state);
-  const Eigen::VectorXd shift = with_common_offset(own.state.values, common) - s.state.values;
-  s.known.covariance += shift * shift.transpose();
-  return true;
-}
-
 void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& options,
                  FrameResult& out) {
   Solved s;
   s.problem.robot = robot;
+  s.problem.ratio = said_by_file(robot, kRatio);
   s.problem.poses = std::move(set.poses);
   s.problem.unknowns = unknowns_of(robot, s.problem.poses, set.logs, options);
   s.problem.sigma = specified_sigma(robot.sigma);
@@ -352,15 +338,12 @@ void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& optio
   hold_unshown(s.problem, s.known, s.state);
   all.sigma = s.problem.sigma;
   all.untold_stretch = s.problem.untold_stretch;
-  const bool each_its_own = allow_for_own_offsets(options, set.logs, s);
+  std::vector<std::string> each_its_own = allow_for_own(options, s);
   fill(s, out);
   fill_texts(s, std::max(kEnough * out.noise_m, kLeastEnough_m), out);
   judge(s, all, found, options.max_iterations, out);
-  if (each_its_own) {
-    out.next.insert(out.next.begin(),
-                    "with an offset of each length's own they agree beyond chance better, and σ "
-                    "allows for that: --offset each says what the frame is then");
-  }
+  out.next.insert(out.next.begin(), std::make_move_iterator(each_its_own.begin()),
+                  std::make_move_iterator(each_its_own.end()));
 }
 
 }  // namespace

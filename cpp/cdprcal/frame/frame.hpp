@@ -23,14 +23,20 @@ enum class LengthOffset { none, common, each };
 LengthOffset parse_length_offset(const std::string& name);
 const char* to_string(LengthOffset offset);
 
+/// Whether readings a metre are one number for all cables, or one a cable (belts that were
+/// stretched, drums of other diameters).
+enum class LengthScale { common, each };
+LengthScale parse_length_scale(const std::string& name);
+
 /// Which samples of a log are poses. automatic: the rests of a log that is sampled more often than
 /// twice a second, else every sample.
 enum class FramePoses { automatic, samples, rests };
 FramePoses parse_frame_poses(const std::string& name);
 
 struct FrameOptions {
-  /// Of whole lengths. With common, σ allows for one a cable where the lengths say so.
+  /// Of whole lengths. With common, σ allows for one a cable as far as the lengths do.
   LengthOffset offset = LengthOffset::common;
+  LengthScale scale = LengthScale::common;  ///< and so here
   FramePoses poses = FramePoses::automatic;
   bool leave_out = true;  ///< poses that do not belong, named in `left_out`
   /// Whether belts may run outside the plane of a planar robot, at a common distance that the file
@@ -58,12 +64,15 @@ struct Estimate {
 struct FrameResult {
   FrameStatus status = FrameStatus::not_converged;
   std::string reason;  ///< one sentence for people
-  Robot corrected;     ///< with these pulleys, their σ and, as whole_length_offset, the offset
+  /// With these pulleys, their σ and, as whole_length_offset and transmission_ratio, what lengths
+  /// are wrong by.
+  Robot corrected;
   std::vector<Vector3> anchors_m, anchors_sigma_m;  ///< D of each pulley, in `gauge`
   Eigen::MatrixXd covariance;                       ///< of all anchors [3n, 3n]
   std::string gauge;                                ///< what fixes the frame in the world, in words
-  std::vector<Estimate> offset_m;  ///< of whole lengths, reading − length: none, 1 or n
-  std::optional<Estimate> scale;   ///< readings a metre − 1, where a tracker shows it
+  std::vector<Estimate> offset_m;   ///< of whole lengths, reading − length: none, 1 or n
+  std::optional<Estimate> scale;    ///< readings a metre − 1, where a tracker shows it
+  std::vector<Estimate> own_scale;  ///< of each cable beside the mean of all: none, or n
   /// EA of all cables, where tensions are read; NaN where they do not tell it from none.
   std::optional<Estimate> stiffness_N;
   std::optional<Estimate> off_plane_m;  ///< where belts run outside the plane

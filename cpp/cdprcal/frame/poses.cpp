@@ -28,6 +28,12 @@ const char* to_string(LengthOffset offset) {
   return "unknown";
 }
 
+LengthScale parse_length_scale(const std::string& name) {
+  if (name == "common") return LengthScale::common;
+  if (name == "each") return LengthScale::each;
+  throw InputError("scale: must be common or each, not " + in_quotes(name));
+}
+
 FramePoses parse_frame_poses(const std::string& name) {
   if (name == "automatic") return FramePoses::automatic;
   if (name == "samples") return FramePoses::samples;

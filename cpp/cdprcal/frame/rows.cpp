@@ -42,6 +42,14 @@ class RowWriter {
     if (column >= 0) out_.by_common(row_, column) += weight_ * derivative;
   }
 
+  void by_own(Own what, int cable, double derivative) {
+    const FrameUnknowns& u = problem_.unknowns;
+    const int at = u.own_column(what);
+    if (at < 0) return;
+    out_.by_common.row(row_).segment(at, u.cables - 1) +=
+        weight_ * derivative * u.contrasts.row(cable);
+  }
+
   void finish() {
     const Eigen::Index rows = row_ + 1;
     out_.residual.conservativeResize(rows);
@@ -66,18 +74,23 @@ void add_lengths(const FrameProblem& problem, const Eigen::VectorXd& values,
                  int first_offset, bool one_offset, const PoseEvaluation& model,
                  const PlatformState& state, RowWriter& rows) {
   const FrameUnknowns& u = problem.unknowns;
+  const bool whole = channel == Channel::direct_length;
   const bool tensions = reading.tension_N.size() == u.cables && u.compliance >= 0;
   for (int i = 0; i < read.size(); ++i) {
     const int offset = first_offset < 0 ? -1 : first_offset + (one_offset ? 0 : i);
     const double flat = model.length_m[i];
-    const double square = flat * flat + at(values, u.off_plane);
+    const double square =
+        flat * flat + at(values, u.off_plane) + u.own_value(values, Own::square, i);
     const double length = std::sqrt(std::max(square, 1e-12));
     const bool told = tensions && std::isfinite(reading.tension_N[i]);
     const int untold = told || u.untold_tension < 0 ? -1 : u.untold_tension + i;
     const double tension =
         told ? reading.tension_N[i] : u.mean_tension_N + u.tension_spread_N * at(values, untold);
-    const double gain = 1.0 + at(values, u.scale) - at(values, u.compliance) * tension;
-    if (!rows.add(channel, i, gain * length + at(values, offset) - read[i],
+    const double known = problem.ratio.size() > 0 ? problem.ratio[i] : 0.0;
+    const double gain = 1.0 + known + at(values, u.scale) + u.own_value(values, Own::scale, i) -
+                        at(values, u.compliance) * tension;
+    const double added = at(values, offset) + (whole ? u.own_value(values, Own::offset, i) : 0.0);
+    if (!rows.add(channel, i, gain * length + added - read[i],
                   told ? 0.0 : problem.untold_stretch * length)) {
       continue;
     }
@@ -89,6 +102,9 @@ void add_lengths(const FrameProblem& problem, const Eigen::VectorXd& values,
     rows.by(u.compliance, -tension * length);
     rows.by(untold, -at(values, u.compliance) * u.tension_spread_N * length);
     rows.by(u.off_plane, 0.5 * gain / length);
+    if (whole) rows.by_own(Own::offset, i, 1.0);
+    rows.by_own(Own::scale, i, length);
+    rows.by_own(Own::square, i, 0.5 * gain / length);
   }
 }
 

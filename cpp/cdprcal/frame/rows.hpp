@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 #include "cdprcal/frame/frame.hpp"
@@ -9,6 +10,11 @@
 #include "cdprcal/kinematics/platform.hpp"
 
 namespace cdprcal::detail {
+
+/// What cables may each have of their own though a frame takes it to be one for all: an offset of
+/// whole lengths, readings a metre, the square of the distance from the plane.
+enum class Own { offset, scale, square };
+inline constexpr std::size_t kOwn = 3;
 
 /// The common unknowns: which there are, and where they stand among `size` values. −1: not there.
 struct FrameUnknowns {
@@ -20,6 +26,9 @@ struct FrameUnknowns {
   std::vector<int> length_offsets, swivel_offsets, yaw_offset;  ///< of each log
   int offsets_end = 0;                                          ///< all of the above are before it
   int scale = -1, compliance = -1, off_plane = -1;
+  /// n − 1 numbers each, along the columns of `contrasts`: the mean is a common unknown's.
+  std::array<int, kOwn> own{-1, -1, -1};
+  Eigen::MatrixXd contrasts;  ///< [n, n − 1], orthonormal, each column's sum 0
   /// Of each cable, by how many spreads the tensions that were not read are off the mean of all
   /// that were; there where lengths are read without tensions though others tell a stiffness.
   int untold_tension = -1;
@@ -36,6 +45,12 @@ struct FrameUnknowns {
     return std::find(held.begin(), held.end(), true) != held.end();
   }
   [[nodiscard]] Vector3 shift(const Eigen::VectorXd& values, int cable) const;
+  [[nodiscard]] int own_column(Own what) const { return own[static_cast<std::size_t>(what)]; }
+  /// By how much a cable differs from the mean of all.
+  [[nodiscard]] double own_value(const Eigen::VectorXd& values, Own what, int cable) const {
+    const int at = own_column(what);
+    return at < 0 ? 0.0 : contrasts.row(cable).dot(values.segment(at, cables - 1));
+  }
 };
 
 /// One pose's readings and the log they are of.
@@ -59,7 +74,8 @@ struct FrameRows {
 };
 
 struct FrameProblem {
-  Robot robot;  ///< as its file has it
+  Robot robot;        ///< as its file has it
+  CableVector ratio;  ///< by which its winches are known to read too much [1]; empty: by nothing
   FrameUnknowns unknowns;
   std::vector<FramePose> poses;
   ChannelSigma sigma{};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "cdprcal/frame/each_its_own.hpp"
 #include "cdprcal/frame/gauge.hpp"
 #include "cdprcal/model/yardstick.hpp"
 
@@ -83,6 +84,7 @@ FrameUnknowns unknowns_of(const Robot& robot, const std::vector<FramePose>& pose
   u.precision = Eigen::VectorXd::Zero(u.size);
   if (u.untold_tension >= 0) u.precision.segment(u.untold_tension, u.cables).setOnes();
   u.held.assign(static_cast<std::size_t>(u.size), false);
+  if (options.scale == LengthScale::each && u.cables > 1) add_own(robot, Own::scale, u);
   const double size = robot_size_m(robot), grown = times_reference(Yardstick::frame, robot);
   const bool said = std::any_of(robot.cables.begin(), robot.cables.end(), [](const Cable& cable) {
     return !cable.pulley.position_sigma_m.hasNaN();

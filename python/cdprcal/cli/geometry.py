@@ -52,6 +52,15 @@ def command(
             "cable.",
         ),
     ] = "common",
+    scale: Annotated[
+        str,
+        typer.Option(
+            metavar="common|each",
+            autocompletion=words("common|each"),
+            help="Whether lengths read too much by one share for all cables, or by one a cable "
+            "(stretched belts, drums of other diameters).",
+        ),
+    ] = "common",
     poses: Annotated[
         str,
         typer.Option(
@@ -85,7 +94,7 @@ def command(
         print_findings(file.findings, verbose=verbose)
     with interruptible():
         found = _core.find_frame(
-            the_robot, [file.log for file in files], offset=offset, poses=poses
+            the_robot, [file.log for file in files], offset=offset, scale=scale, poses=poses
         )
     document = frame_as_dict(found)
     converged = found.status == _core.FrameStatus.converged

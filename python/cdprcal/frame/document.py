@@ -18,6 +18,7 @@ def frame_as_dict(found: _core.FrameResult) -> dict[str, Any]:
         "gauge": found.gauge,
         "offset_m": [_estimate(offset) for offset in found.offset_m],
         "scale": _estimate(found.scale),
+        "own_scale": [_estimate(scale) for scale in found.own_scale],
         "stiffness_N": _estimate(found.stiffness_N),
         "off_plane_m": _estimate(found.off_plane_m),
         "weight_N": _estimate(found.weight_N),

@@ -54,6 +54,9 @@ def _estimates(document: dict[str, Any]) -> list[str]:
     for i, offset in enumerate(offsets, start=1):
         what = "all lengths read" if len(offsets) == 1 else f"length {i} reads"
         lines.append(f"offset: {what} too much by {_value(offset, 1e3, 'mm')}")
+    for i, scale in enumerate(document["own_scale"], start=1):
+        text = _value(scale, 1e2, "%")
+        lines.append(f"scale: length {i} reads too much by {text} beside the mean of all")
     for key, what, factor, unit in (
         ("scale", "scale: lengths read too much by", 1e2, "%"),
         ("stiffness_N", "stiffness of the cables (EA):", 1e-3, "kN"),

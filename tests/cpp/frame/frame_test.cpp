@@ -5,6 +5,7 @@
 #include "../support/numeric_jacobian.hpp"
 #include "../support/random_robot.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/frame/each_its_own.hpp"
 #include "cdprcal/frame/mirror.hpp"
 #include "cdprcal/frame/rows.hpp"
 #include "cdprcal/frame/start.hpp"
@@ -111,6 +112,11 @@ TEST(Frame, RowsHaveTheirNumericDerivatives) {
     u.mean_tension_N = 30.0;
     u.tension_spread_N = 10.0;
     u.size += 19;
+    u.precision = Eigen::VectorXd::Zero(u.size);
+    for (const detail::Own what : {detail::Own::offset, detail::Own::scale, detail::Own::square}) {
+      detail::add_own(problem.robot, what, u);
+    }
+    problem.ratio = CableVector::LinSpaced(5, -0.01, 0.01);
     Pose pose;
     pose.position_m = Vector3(0.1, 0.0, 0.4);
     pose = on_motion(problem.robot, pose);
@@ -222,6 +228,75 @@ TEST(Frame, SigmaHolds) {
   // χ² of 30, 99.9 % from both sides; σ never below those of independent readings.
   EXPECT_LT(squares, 59.7);
   EXPECT_GT(squares, 6.0);
+}
+
+/// What each cable has of its own, none on average.
+CableVector own_values(int cables, double spread, Rng& rng) {
+  std::normal_distribution<double> normal(0.0, spread);
+  CableVector out(cables);
+  for (double& value : out) value = normal(rng);
+  return out.array() - out.mean();
+}
+
+/// The largest error of a pulley by its σ.
+double worst_in_sigmas(const FrameResult& found, const Robot& truth) {
+  double worst = 0.0;
+  for (std::size_t i = 0; i < truth.cables.size(); ++i) {
+    const Vector3 error = found.anchors_m[i] - truth.cables[i].pulley.position_m;
+    worst = std::max(
+        worst, error.cwiseQuotient(found.anchors_sigma_m[i].cwiseMax(1e-6)).cwiseAbs().maxCoeff());
+  }
+  return worst;
+}
+
+TEST(Frame, SigmaAllowsForWhatEachCableHasOfItsOwn) {
+  const Robot truth = belts(corners());
+  int beyond = 0;
+  for (unsigned seed = 0; seed < 24; ++seed) {
+    Rng rng(200 + seed);
+    Twin twin = grid(truth, 7, 7, 0.05, rng, 0.5e-3);
+    if (seed % 2 == 0) {
+      twin.log.direct_length_m.rowwise() += own_values(4, 0.01, rng).transpose();
+    } else {
+      const CableVector gain = 1.0 + own_values(4, 0.003, rng).array();
+      twin.log.direct_length_m *= gain.asDiagonal();
+    }
+    const FrameResult found = find_frame(belts(rectangle()), {twin.log});
+    ASSERT_EQ(found.status, FrameStatus::converged) << found.reason;
+    if (worst_in_sigmas(found, truth) > 4.0) ++beyond;
+  }
+  // Where no reading shows them they count for as little as that is rare.
+  EXPECT_LE(beyond, 1);
+}
+
+TEST(Frame, AScaleOfEachIsFoundAndTakenOff) {
+  Rng rng(31);
+  const Robot truth = belts(corners());
+  Twin twin = grid(truth, 10, 10, 0.05, rng, 0.3e-3);
+  const CableVector own{{0.004, -0.002, -0.001, -0.001}};
+  twin.log.direct_length_m *= CableVector(1.0 + own.array()).asDiagonal();
+  const auto hint = [](const FrameResult& found) {
+    return std::count_if(found.next.begin(), found.next.end(), [](const std::string& text) {
+      return text.find("--scale each") != std::string::npos;
+    });
+  };
+  const FrameResult alike = find_frame(belts(rectangle()), {twin.log});
+  EXPECT_EQ(hint(alike), 1);
+  EXPECT_TRUE(alike.own_scale.empty());
+  FrameOptions options;
+  options.scale = LengthScale::each;
+  const FrameResult found = find_frame(belts(rectangle()), {twin.log}, options);
+  expect_within(found, truth, 3.5);
+  EXPECT_EQ(hint(found), 0);
+  ASSERT_EQ(found.own_scale.size(), 4U);
+  for (int i = 0; i < 4; ++i) {
+    const Estimate& scale = found.own_scale[static_cast<std::size_t>(i)];
+    EXPECT_LE(std::abs(scale.value - own[i]), 3.5 * scale.sigma) << "length " << i + 1;
+  }
+  // The corrected file has taken it off: nothing is left to find, and twice is once.
+  const FrameResult again = find_frame(found.corrected, {twin.log}, options);
+  EXPECT_EQ(again.status, FrameStatus::converged) << again.reason;
+  for (const Estimate& scale : again.own_scale) EXPECT_LT(std::abs(scale.value), scale.sigma);
 }
 
 TEST(Frame, PosesThatDoNotBelongAreNamed) {
