@@ -14,8 +14,8 @@ from cdprcal.sensors import CHANNELS
 
 #: What the core says of a fit that it believes; what it adds behind this restricts it.
 CLAIM = "minimum found; residuals are within what the sensors' sigma allow"
-#: Caveats that say of which pose the answer is, not that it is off.
-ABOUT_RUN = ("gap", "short_run")
+#: Caveats that say of which pose, and in which frame, the answer is, not that it is off.
+ABOUT_RUN = ("gap", "short_run", "frame")
 #: How often a log of a robot that is as its file says gets the caveat "misfit"; diagnose takes as
 #: much for the chance of an accusation.
 FALSE_ALARMS = 0.01
@@ -31,7 +31,8 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
     ``misfit``: residuals are larger than the readings scatter within a rest, by χ² over all of
     them, or an effect of the catalogue is there by 95 %; ``unchecked``: as many numbers are fitted
     as are read; ``unbalanced``: the balance of several rests is left out, as an outlier;
-    ``imprecise``: by its own σ the pose is no better than what an eye sees;
+    ``imprecise``: by its own σ the pose is no better than what an eye sees; ``frame``: the robot
+    file knows its pulleys less well than that;
     ``reservation``: what the core adds to its claim.
     """
     result = calibration.result
@@ -75,17 +76,22 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
                 "says where",
             )
         )
+    found += _frame(robot, position_m)
     fit = _with_scatter_alone(calibration)
     p_value = 0.0 if fit.status == _core.CalibrationStatus.not_converged else fit.chi_square_p_value
     if p_value < FALSE_ALARMS or result.lacks_something:
         freedom = max(1, fit.residual_count - fit.parameter_count)
         times = _two_digits(math.sqrt(2.0 * fit.cost / freedom))
+        seen = (
+            f"the model misses the readings by {times} times (rms) what these scatter at rest"
+            if p_value < FALSE_ALARMS
+            else "the readings agree beyond chance better with an effect that the model has not"
+        )
         found.append(
             Finding(
                 severity="warning",
                 code="misfit",
-                message=f"the model misses the readings by {times} times (rms) what these "
-                "scatter at rest: it lacks something, or sensors have errors that stay over a rest "
+                message=f"{seen}: it lacks something, or sensors have errors that stay over a rest "
                 f"(without either no more than one of {1 / FALSE_ALARMS:g} logs gets this warning)",
                 remedy="the pose may be off by more than its σ if the model lacks something: let "
                 "cdprcal diagnose find what, or correct the robot file",
@@ -118,6 +124,22 @@ def _unbalanced(calibration: _core.Calibration) -> Iterator[Finding]:
             f"out (at {at}{more} s): something may have pulled at the platform or borne it",
             remedy="look what acted there, and on other rests less; or choose rests by --at",
         )
+
+
+def _frame(robot: _core.Robot, position_m: float) -> Iterator[Finding]:
+    """Pulleys that are less well known than the pose beside them."""
+    sigma_m = np.array([cable.pulley.position_sigma_m for cable in robot.cables])
+    if not np.isfinite(sigma_m).any() or not np.nanmax(sigma_m) > position_m:
+        return
+    cable, _ = np.unravel_index(np.nanargmax(sigma_m), sigma_m.shape)
+    yield Finding(
+        severity="warning",
+        code="frame",
+        message=f"pulley {cable + 1} is known to ± {_two_digits(1e3 * np.nanmax(sigma_m))} mm "
+        "only (position_sigma_m), and σ of the pose takes it for exact: within this frame the pose "
+        "is as well known as it says, in the world and against a tape no better than the frame",
+        remedy="measure the pulleys, or let cdprcal geometry find them from more poses",
+    )
 
 
 def caveats_of_diagnosis(diagnosis: _core.Diagnosis) -> tuple[Finding, ...]:

@@ -14,6 +14,7 @@ import pytest
 from scipy.stats import binom
 
 import cdprcal
+from cdprcal.cli.calibrate import exit_code
 from cdprcal.io import save_log
 from cdprcal.studies.variants import vary
 from cdprcal.trust import BY_EYE, CLAIM, FALSE_ALARMS, caveats_of, worst_sigma
@@ -143,6 +144,22 @@ def test_a_pose_no_better_than_the_eye_is_called_so(
     said = [c.message for c in found.caveats if c.code == "imprecise"]
     assert len(said) == is_said
     assert all(re.match(r"the pose is known to ± [1-9]\d mm and ± ", message) for message in said)
+
+
+@pytest.mark.parametrize(("sigma_m", "is_said"), [(0.02, True), (1e-5, False)])
+def test_a_pose_better_known_than_the_pulleys_is_said_to_be_so_in_this_frame_alone(
+    robot: cdprcal.Robot, sigma_m: float, is_said: bool
+) -> None:
+    lines = cdprcal.to_yaml(robot).splitlines()
+    second = [i for i, line in enumerate(lines) if "pulley:" in line][1]
+    told = f"position_sigma_m: [1e-6, {sigma_m}, 1e-6], position_m"
+    lines[second] = lines[second].replace("position_m", told)
+    known = cdprcal.parse_robot("\n".join(lines), "told")
+    found = cdprcal.calibrate(known, made(robot, noise=0.1))
+    said = [c.message for c in found.caveats if c.code == "frame"]
+    assert len(said) == is_said
+    assert all(message.startswith("pulley 2 is known to ± 20 mm only") for message in said)
+    assert exit_code(found, found.caveats) == 0
 
 
 def test_a_large_misfit_is_said_as_people_write_numbers(robot: cdprcal.Robot) -> None:

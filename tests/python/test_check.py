@@ -440,6 +440,23 @@ def test_milliseconds_are_one_finding(
     assert "100 s" in time.message
 
 
+def test_differences_between_listed_rests_are_no_noise(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    """One row a rest: tensions differ by tens of newtons from row to row, and no cable is slack."""
+    rests = cdprcal.calibrate(robot, synthetic.log).equilibria
+    middle_s = [0.5 * (rest.begin_s + rest.end_s) for rest in rests]
+    rows = np.searchsorted(synthetic.log.time_s, middle_s)
+    groups = ("length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad")
+    read = {name: getattr(synthetic.log, name)[rows] for name in groups}
+    log = cdprcal.Log(time_s=10.0 * np.arange(len(rows)), **read)
+    assert check(robot, log).findings == ()
+    log = edited(log, "tension_N", lambda t: t.__setitem__((slice(2, 4), 1), 0.5))
+    (finding,) = check(robot, log).findings
+    assert finding.code == "slack"
+    assert " at 2 rests, down to 0.5 N" in finding.message
+
+
 @pytest.mark.parametrize("rows", [slice(100, 130), slice(5, None, 40)], ids=["once", "scattered"])
 def test_a_number_that_stands_for_no_reading_is_no_slack_cable(
     robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, rows: slice

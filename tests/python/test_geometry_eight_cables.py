@@ -108,3 +108,15 @@ def test_a_frame_whose_north_shows_in_part_is_where_the_gauge_says(robot: cdprca
         off.append((found.anchors_m - truth) / found.anchors_sigma_m)
     assert np.abs(off).max() < 4.0
     assert np.sqrt(np.mean(np.square(off))) < 1.5
+
+
+def test_one_start_that_is_tried_twice_is_no_second_opinion(robot: cdprcal.Robot) -> None:
+    """Changes of length alone: the first start ends metres away, and signs were blamed."""
+    rng = np.random.default_rng(1)
+    count = int(rng.integers(6, 14))
+    lengths = np.array([at.length_m for at in places(robot, count, rng)])
+    lengths += rng.normal(0.0, 1e-3, lengths.shape)
+    log = cdprcal.Log(time_s=10.0 * np.arange(count), length_m=lengths - lengths[0])
+    found = cdprcal.calibrate(robot, log).result
+    assert found.status == cdprcal.CalibrationStatus.unobservable  # few poses, hardly tilted
+    assert "signs" not in found.reason

@@ -42,9 +42,10 @@ std::vector<Start> starts_of(const CalibrationProblem& problem, int most_starts)
     // Rests then hang where their lengths let them, the first of them too.
     const Robot robot = with_effects(problem.robot, problem.effects);
     std::vector<Start> both;
-    for (const Start& start : starts) {
-      both.push_back(
-          {hanging_near(robot, start.reference).value_or(start.reference), RestGuess::ideal});
+    for (Start start : starts) {
+      const std::optional<Pose> hung = hanging_near(robot, start.reference);
+      both.push_back({hung.value_or(start.reference), RestGuess::ideal});
+      start.elsewhere = hung.has_value();
       both.push_back(start);
     }
     starts = std::move(both);

@@ -19,6 +19,8 @@ namespace {
 constexpr std::array<double, kOwn> kWidth{0.01, 0.003, 0.0025};
 /// By which power of the robot's size that grows.
 constexpr std::array<int, kOwn> kGrowsBy{1, 0, 2};
+/// Nobody knows which: half or twice as far is as likely.
+constexpr std::array<double, 2> kTimesWidth{0.5, 2.0};
 /// Before any reading each of them is as likely as not. Beyond doubt: nothing else is as likely as
 /// one in a hundred.
 constexpr double kBeyondDoubt = 0.99;
@@ -90,7 +92,8 @@ Told told_of(const std::vector<Own>& may, const Solved& solved) {
 
 /// One step from where the frame stands with `own` of `told`; nullopt where it cannot be solved.
 /// What is small bends a frame by little: one step is all.
-std::optional<Other> other_frame(const Solved& solved, const Told& told, std::vector<Own> own) {
+std::optional<Other> other_frame(const Solved& solved, const Told& told, std::vector<Own> own,
+                                 double times_width) {
   FrameProblem problem = told.problem;
   problem.unknowns = solved.problem.unknowns;
   FrameUnknowns& u = problem.unknowns;
@@ -102,6 +105,7 @@ std::optional<Other> other_frame(const Solved& solved, const Told& told, std::ve
     const int first = told.problem.unknowns.own_column(what);
     columns.tail(u.cables - 1).setLinSpaced(first, first + u.cables - 2);
   }
+  u.precision.tail(u.size - before) /= times_width * times_width;
   FrameInformation information = told.information;
   information.normal = told.information.normal(columns, columns);
   information.scores = told.information.scores(columns, Eigen::all);
@@ -186,8 +190,11 @@ std::vector<std::string> allow_for_own(const FrameOptions& options, Solved& solv
   const Told told = told_of(may, solved);
   if (may.empty() || !told.information.valid) return {};
   std::vector<Other> frames;  // the first as it stands
-  for (std::vector<Own>& own : choices(may)) {
-    if (auto other = other_frame(solved, told, std::move(own))) frames.push_back(std::move(*other));
+  for (const std::vector<Own>& own : choices(may)) {
+    for (const double times : kTimesWidth) {
+      std::optional<Other> other = other_frame(solved, told, own, times);
+      if (other) frames.push_back(std::move(*other));
+    }
   }
   if (frames.empty() || !frames.front().own.empty()) return {};
   const auto better = [](const Other& a, const Other& b) { return a.evidence < b.evidence; };
@@ -197,8 +204,10 @@ std::vector<std::string> allow_for_own(const FrameOptions& options, Solved& solv
   const Eigen::Index size = solved.problem.unknowns.size;
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
   std::array<double, kOwn> chance{};
+  double alike = 0.0;
   for (const Other& other : frames) {
     const double share = std::exp(other.evidence - most) / all;
+    if (other.own.empty()) alike += share;
     for (const Own what : other.own) chance[static_cast<std::size_t>(what)] += share;
     const Eigen::VectorXd shift = other.step.head(size) - frames.front().step;
     covariance += share * (shift * shift.transpose() +
@@ -207,7 +216,6 @@ std::vector<std::string> allow_for_own(const FrameOptions& options, Solved& solv
   }
   if (!covariance.allFinite()) return {};
   solved.known.covariance = covariance;
-  const double alike = std::exp(frames.front().evidence - most) / all;
   if (alike > 1.0 - kBeyondDoubt) return {};
   std::vector<std::pair<Own, const Other*>> asked;
   const bool sure = *std::max_element(chance.begin(), chance.end()) > kBeyondDoubt;

@@ -140,6 +140,14 @@ void add_effect(const char* name, const char* parameter, const std::vector<Estim
   robot.effects.push_back({name, "", {{parameter, {sum.begin(), sum.end()}}}});
 }
 
+/// What the file says itself stays.
+void add_stiffness(double stiffness_N, Robot& robot) {
+  constexpr const char* kElasticity = "cable_elasticity";
+  const auto is_said = [](const AppliedEffect& e) { return e.name == kElasticity; };
+  if (std::any_of(robot.effects.begin(), robot.effects.end(), is_said)) return;
+  robot.effects.push_back({kElasticity, "", {{"axial_stiffness_N", {stiffness_N}}}});
+}
+
 /// By how much each cable's readings a metre differ from the mean of all; none where it is not
 /// asked.
 std::vector<Estimate> own_scales(const Solved& s) {
@@ -170,11 +178,15 @@ void fill(const Solved& s, FrameResult& out) {
   add_effect(kOffset, "offset_m", out.offset_m, out.corrected);
   out.own_scale = own_scales(s);
   add_effect(kRatio, "ratio_error", out.own_scale, out.corrected);
-  if (u.scale >= 0) out.scale = estimate(s, u.scale);
+  if (u.scale >= 0) {
+    out.scale = estimate(s, u.scale);
+    add_effect(kRatio, "ratio_error", {*out.scale}, out.corrected);
+  }
   if (u.compliance >= 0) {
     const Estimate k = estimate(s, u.compliance);
     const bool told = k.value > kTold * k.sigma;  // else it may as well be infinite
     out.stiffness_N = told ? Estimate{1.0 / k.value, k.sigma / (k.value * k.value)} : Estimate{};
+    if (told) add_stiffness(out.stiffness_N->value, out.corrected);
   }
   if (u.off_plane >= 0) {
     const Estimate square = estimate(s, u.off_plane);
@@ -252,6 +264,16 @@ double alike_m(const FrameProblem& problem, const Minima& found, double sigma_m,
   return most;
 }
 
+/// What else makes pulleys seem to be elsewhere.
+std::string looks_so_too(const FrameUnknowns& u) {
+  std::string others;
+  const auto add = [&](const char* what) { add_item(others, what, " or "); };
+  if (u.direct_offset_count == 1) add("an offset of each length's own (--offset each)");
+  if (u.own_column(Own::scale) < 0) add("a scale of each length's own (--scale each)");
+  if (u.scale >= 0) add("a tracker that measures another point, or in another world,");
+  return others.empty() ? "" : "; " + others + " looks so, too";
+}
+
 /// Whether the frame can be trusted, and why not. `all`: the problem with all poses.
 void judge(const Solved& s, const FrameProblem& all, const Minima& found, int max_iterations,
            FrameResult& out) {
@@ -260,6 +282,11 @@ void judge(const Solved& s, const FrameProblem& all, const Minima& found, int ma
   if (freedom < s.known.parameters + 1.0) {
     out.status = FrameStatus::unobservable;
     out.reason = "these poses do not determine the frame: they hold no more readings than unknowns";
+    if (s.information.freedom.maxCoeff() <= 0) {
+      out.reason +=
+          ", and no further pose would add one: its readings are as many as its own coordinates; "
+          "a tracker, or one more cable or sensor, would";
+    }
   } else if (!(worst < kKnown * robot_size_m(out.corrected))) {
     out.status = FrameStatus::unobservable;
     out.reason = "these poses do not determine the frame: a pulley is known to " +
@@ -285,7 +312,7 @@ void judge(const Solved& s, const FrameProblem& all, const Minima& found, int ma
                  " poses the cables would have to push: give pulleys better position_m, or more "
                  "readings";
   } else if (const auto wrong = contradicted(s, max_iterations); !wrong.empty()) {
-    out.reason = in_words(wrong);
+    out.reason = in_words(wrong) + looks_so_too(s.problem.unknowns);
   } else if (const std::string why = beyond_any_noise(s, out.noise_m, out.left_out.size());
              !why.empty()) {
     out.reason = why;

@@ -85,8 +85,7 @@ def check_log(robot: _core.Robot, file: LogFile, segment: int = -1) -> CheckRepo
     run = choose_segment(len(segments), segment)
     subject = Subject(robot, file, slice(segments[run].begin, segments[run].end))
     subject.findings.extend(file.findings)
-    is_list = _core.is_rest_list(file.log)
-    if not is_list:
+    if not subject.is_list:
         check_segments(subject, segments, run)
         check_sampling(subject)
     check_presence(subject)
@@ -95,7 +94,7 @@ def check_log(robot: _core.Robot, file: LogFile, segment: int = -1) -> CheckRepo
     equilibria = find_equilibria(subject) if subject.time_s.size >= 3 else []
     signals = describe_signals(subject, equilibria)
     if subject.time_s.size >= 3:
-        if not is_list:
+        if not subject.is_list:
             check_jumps(subject)
             check_stuck(subject, signals)
         check_tensions(subject)

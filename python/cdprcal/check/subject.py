@@ -27,10 +27,13 @@ class Channel:
     values: Floats
     sigma: float
     fresh: NDArray[np.int64]  #: samples of the run in which the sensor read anew
+    of_list: bool = False  #: of rests: no two readings are of one place
 
     @cached_property
     def noise(self) -> float:
-        """Noise of one fresh reading, from the data itself."""
+        """Noise of one fresh reading, from the data itself; of a list of rests sigma."""
+        if self.of_list:
+            return self.sigma
         return float(_core.channel_noise(self.values[self.fresh], self.is_angle))
 
     @cached_property
@@ -70,6 +73,11 @@ class Subject:
         return list(self._channels())
 
     @cached_property
+    def is_list(self) -> bool:
+        """Whether each row is a rest."""
+        return _core.is_rest_list(self.log)
+
+    @cached_property
     def period_s(self) -> float:
         """The usual time between samples; NaN for fewer than two."""
         return float(np.median(np.diff(self.time_s))) if self.time_s.size > 1 else float("nan")
@@ -83,7 +91,9 @@ class Subject:
             )
             fresh -= self.run.start
             for i in range(matrix.shape[1]):
-                yield Channel(group, sensor.column(i), matrix[self.run, i], sigma, fresh)
+                yield Channel(
+                    group, sensor.column(i), matrix[self.run, i], sigma, fresh, self.is_list
+                )
 
     def add(
         self,

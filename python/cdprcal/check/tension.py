@@ -33,12 +33,19 @@ def check_tensions(subject: Subject) -> None:
     _check_setpoints(subject)
 
 
+def _lasting(subject: Subject, places: list[tuple[int, int]]) -> str:
+    """How long, or of a list of rests at how many."""
+    if subject.is_list:
+        return f"at {counted(sum(end - begin for begin, end in places), 'rest')}"
+    return f"for {duration_s(subject, places):.3g} s in {counted(len(places), 'interval')}"
+
+
 def _slack_level_N(subject: Subject, channel: Channel) -> float:
     robot = subject.robot
     return max(
         _SLACK_SHARE * robot.tension_min_N,
         _SLACK_WEIGHT_SHARE * robot.weight_N,
-        _NOISE_FACTOR * channel.noise,
+        0.0 if subject.is_list else _NOISE_FACTOR * channel.noise,  # of a whole rest it is small
     )
 
 
@@ -87,9 +94,8 @@ def _check_slack(subject: Subject, channel: Channel) -> Flags:
         subject.add(
             "error" if lasting else "warning",
             "slack",
-            f"cable {_cable(channel)} is slack: {channel.name} is below {level:.3g} N for "
-            f"{duration_s(subject, places):.3g} s in {len(places)} intervals, down to "
-            f"{np.nanmin(channel.values):.3g} N",
+            f"cable {_cable(channel)} is slack: {channel.name} is below {level:.3g} N "
+            f"{_lasting(subject, places)}, down to {np.nanmin(channel.values):.3g} N",
             "a slack cable's length and swivel angle say nothing; raise its least tension and log "
             "again",
             begin=longest[0],
@@ -112,8 +118,8 @@ def _check_saturated(subject: Subject, channel: Channel) -> Flags:
         subject.add(
             "error" if lasting else "warning",
             "saturated_tension",
-            f"{channel.name} is saturated at {np.nanmax(values):.4g} N for "
-            f"{duration_s(subject, places):.3g} s (limit {subject.robot.tension_max_N:g} N)",
+            f"{channel.name} is saturated at {np.nanmax(values):.4g} N "
+            f"{_lasting(subject, places)} (limit {subject.robot.tension_max_N:g} N)",
             "the true tension is unknown there; lower the tensions or check the load cell's range",
             begin=longest[0],
             end=longest[1],
@@ -140,8 +146,8 @@ def _check_limits(subject: Subject, channel: Channel, rest: Flags) -> None:
         subject.add(
             "warning",
             "tension_outside_limits",
-            f"{channel.name} is below the robot's {robot.tension_min_N:g} N for "
-            f"{duration_s(subject, places):.3g} s, down to {np.min(channel.values[flags]):.3g} N",
+            f"{channel.name} is below the robot's {robot.tension_min_N:g} N "
+            f"{_lasting(subject, places)}, down to {np.min(channel.values[flags]):.3g} N",
             "check the set-points and the tension control",
             begin=longest[0],
             end=longest[1],

@@ -339,6 +339,12 @@ TEST(Frame, ATrackerShowsTheScaleAndThePlaceInTheWorld) {
   ASSERT_TRUE(found.scale);
   EXPECT_LE(std::abs(found.scale->value - 0.004), 3.5 * found.scale->sigma);
   EXPECT_LT(found.scale->sigma, 1e-3);
+  // The file that is written reads in the tracker's metres.
+  const auto ratio =
+      std::find_if(found.corrected.effects.begin(), found.corrected.effects.end(),
+                   [](const AppliedEffect& effect) { return effect.name == "transmission_ratio"; });
+  ASSERT_NE(ratio, found.corrected.effects.end());
+  EXPECT_EQ(ratio->parameters.front().values, std::vector<double>(4, found.scale->value));
 }
 
 TEST(Frame, TooFewPosesAreSaidToDetermineNothing) {
@@ -351,6 +357,7 @@ TEST(Frame, TooFewPosesAreSaidToDetermineNothing) {
     const FrameResult found = find_frame(belts(rectangle()), {twin.log});
     EXPECT_NE(found.status, FrameStatus::converged) << poses;
     EXPECT_FALSE(found.reason.empty());
+    EXPECT_EQ(found.reason.find("no further pose"), std::string::npos);
   }
 }
 
@@ -366,6 +373,8 @@ TEST(Frame, PosesWithoutAReadingToSpareAreSaidToDetermineNothing) {
     const FrameResult found = find_frame(belts(three, Motion::t3), {twin.log}, options);
     EXPECT_EQ(found.status, FrameStatus::unobservable);
     EXPECT_NE(found.reason.find("no more readings than unknowns"), std::string::npos)
+        << found.reason;
+    EXPECT_NE(found.reason.find("no further pose would add one"), std::string::npos)
         << found.reason;
   }
 }
@@ -495,6 +504,9 @@ TEST(Frame, TensionsThatWereNotReadAreNotZero) {
       squares += sum;
       count += more;
       ASSERT_TRUE(found.stiffness_N);
+      ASSERT_EQ(found.corrected.effects.size(), 1U);
+      EXPECT_EQ(found.corrected.effects[0].name, "cable_elasticity");
+      EXPECT_EQ(found.corrected.effects[0].parameters[0].values[0], found.stiffness_N->value);
       of_stiffness +=
           std::pow((1.0 / found.stiffness_N->value - 2e-5) *
                        std::pow(found.stiffness_N->value, 2.0) / found.stiffness_N->sigma,
@@ -514,6 +526,9 @@ TEST(Frame, AStiffnessThatIsNotSeenIsNoNumber) {
   ASSERT_EQ(found.status, FrameStatus::converged) << found.reason;
   ASSERT_TRUE(found.stiffness_N);
   EXPECT_TRUE(std::isnan(found.stiffness_N->value));
+  EXPECT_TRUE(
+      std::none_of(found.corrected.effects.begin(), found.corrected.effects.end(),
+                   [](const AppliedEffect& effect) { return effect.name == "cable_elasticity"; }));
 }
 
 TEST(Frame, WhatIsKnownOfPulleysHoldsTheFrame) {

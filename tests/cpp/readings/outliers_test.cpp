@@ -52,6 +52,28 @@ TEST(Outliers, AreLookedForInEverySensorThatDoesNotJerkWithThePlatform) {
   EXPECT_EQ(log.specific_force_m_s2(40, 2), clean.specific_force_m_s2(40, 2) + 5.0);
 }
 
+TEST(Outliers, DoNotHideEachOtherButAnOscillationIsNone) {
+  Log log = of_absolute_sensors();
+  const Log clean = log;
+  for (const Eigen::Index row : {20, 24, 29}) log.position_m(row, 1) += row == 24 ? -0.02 : 0.05;
+  EXPECT_EQ(leave_out_outliers({}, {0, kRows}, log).size(), 3U);
+  EXPECT_EQ(log.position_m.array().isNaN().count(), 3);
+  log = clean;
+  for (Eigen::Index row = 12; row < 48; row += 3) log.position_m(row, 1) += 0.05;
+  EXPECT_TRUE(leave_out_outliers({}, {0, kRows}, log).empty());
+}
+
+TEST(Outliers, AtTheEndsOfARunAreNotTakenForItsMotion) {
+  Log log = of_absolute_sensors();
+  log.position_m.col(0) *= 10.0;  // in motion from the first sample on
+  EXPECT_TRUE(leave_out_outliers({}, {0, kRows}, log).empty());
+  log.position_m(0, 1) -= 0.05;
+  log.position_m(kRows - 2, 1) += 0.05;
+  EXPECT_EQ(leave_out_outliers({}, {0, kRows}, log).size(), 2U);
+  EXPECT_TRUE(std::isnan(log.position_m(0, 1)) && std::isnan(log.position_m(kRows - 2, 1)));
+  EXPECT_EQ(log.position_m.array().isNaN().count(), 2);
+}
+
 TEST(Outliers, AHeldReadingIsOneAndTheRunAloneIsLookedAt) {
   Log log = of_absolute_sensors();
   constexpr Eigen::Index kHeld = 3;
