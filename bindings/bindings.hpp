@@ -6,6 +6,7 @@
 #include <pybind11/stl.h>
 
 #include <string>
+#include <vector>
 
 #include "cdprcal/error.hpp"
 #include "cdprcal/types.hpp"
@@ -42,6 +43,10 @@ CableVector to_cable_vector(const Eigen::VectorXd& values, const char* name, int
 /// Rows of such arrays, set-points for one; each of exactly `cable_count` numbers.
 std::vector<CableVector> to_cable_vectors(const std::vector<Eigen::VectorXd>& rows,
                                           const char* name, int cable_count);
+
+/// Points as rows of an array.
+using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+Points to_rows(const std::vector<Vector3>& points);
 
 /// Throws InputError naming the field unless every number is finite.
 void require_finite(const Eigen::Ref<const Eigen::VectorXd>& values, const char* name);

@@ -20,7 +20,7 @@ void require_cables(const Log& log, int cable_count) {
   }
 }
 
-void register_enums(py::module_& module) {
+void register_calibration_enums(py::module_& module) {
   WordEnum<PoseKind>(module, "PoseKind",
                      "static_pose: at rest, statics hold; kinematic_pose: geometry only.")
       .value("static_pose", PoseKind::static_pose, "static")
@@ -219,7 +219,7 @@ void register_problem(py::module_& module) {
           "Weights of the balance are renewed until the initial pose moves less [m, rad].");
 }
 
-void register_result(py::module_& module) {
+void register_calibration_result(py::module_& module) {
   py::class_<ResidualRms> rms(module, "ResidualRms",
                               "Root mean square of the unweighted residuals, a channel; NaN where "
                               "nothing measured it.");
@@ -323,7 +323,7 @@ CalibrateOptions make_options(Method method, Formulation formulation,
   return options;
 }
 
-void register_options(py::module_& module) {
+void register_calibration_options(py::module_& module) {
   const CalibrateOptions usual;
   py::class_<CalibrateOptions>(module, "CalibrateOptions", "How to calibrate from a log.")
       .def(
@@ -361,7 +361,7 @@ void register_options(py::module_& module) {
 }
 
 void register_calibrate(py::module_& module) {
-  register_options(module);
+  register_calibration_options(module);
   module.def(
       "linearise",
       [](const CalibrationProblem& problem, const std::vector<Pose>& poses,
@@ -412,10 +412,10 @@ void register_calibrate(py::module_& module) {
 }  // namespace
 
 void register_calibration(py::module_& module) {
-  register_enums(module);
+  register_calibration_enums(module);
   register_measurement(module);
   register_problem(module);
-  register_result(module);
+  register_calibration_result(module);
   register_calibrate(module);
 }
 

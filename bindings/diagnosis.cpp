@@ -277,7 +277,7 @@ void register_findings(py::module_& module) {
                     "Smallest size that would show, in typical sizes.");
 }
 
-void register_path(py::module_& module) {
+void register_diagnosis_path(py::module_& module) {
   py::class_<PathState>(module, "PathState",
                         "From which side each cable and swivel came to where it is, row by row.")
       .def_readonly("length_direction", &PathState::length_direction,
@@ -567,7 +567,7 @@ void register_compare(py::module_& module) {
 void register_diagnosis(py::module_& module) {
   register_catalogue(module);
   register_findings(module);
-  register_path(module);
+  register_diagnosis_path(module);
   register_models(module);
   register_diagnose(module);
   register_compare(module);

@@ -10,7 +10,7 @@
 namespace cdprcal::python {
 namespace {
 
-void register_enums(py::module_& module) {
+void register_equilibria_enums(py::module_& module) {
   WordEnum<EquilibriumStatus>(
       module, "EquilibriumStatus",
       "found: balanced and stable, every cable pulls. obstructed: so, but for what the robot file "
@@ -45,7 +45,7 @@ void register_enums(py::module_& module) {
       .finalize();
 }
 
-void register_results(py::module_& module) {
+void register_equilibria_results(py::module_& module) {
   py::class_<Stability>(module, "Stability",
                         "Smallest eigenvalues of the two stiffnesses [N/m], rotations measured as "
                         "arcs at the characteristic length; positive: stable. Immutable.")
@@ -280,8 +280,8 @@ void register_direct(py::module_& module) {
 }  // namespace
 
 void register_equilibria(py::module_& module) {
-  register_enums(module);
-  register_results(module);
+  register_equilibria_enums(module);
+  register_equilibria_results(module);
   register_inverse(module);
   register_direct(module);
 }

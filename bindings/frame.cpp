@@ -6,16 +6,7 @@
 namespace cdprcal::python {
 namespace {
 
-using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
-
-Points to_rows(const std::vector<Vector3>& points) {
-  Points rows(points.size(), 3);
-  for (std::size_t i = 0; i < points.size(); ++i)
-    rows.row(static_cast<Eigen::Index>(i)) = points[i];
-  return rows;
-}
-
-void register_parts(py::module_& module) {
+void register_frame_parts(py::module_& module) {
   WordEnum<FrameStatus>(module, "FrameStatus", "How find_frame ended.")
       .value("converged", FrameStatus::converged)
       .value("not_converged", FrameStatus::not_converged)
@@ -36,7 +27,7 @@ void register_parts(py::module_& module) {
       .def_readonly("error_m", &LeftOutPose::error_m, "By which it is; NaN: no single one.");
 }
 
-void register_result(py::module_& module) {
+void register_frame_result(py::module_& module) {
   py::class_<FrameResult>(module, "FrameResult",
                           "Where the pulleys of a frame are. Look at status first. Immutable.")
       .def_readonly("status", &FrameResult::status)
@@ -90,8 +81,8 @@ void register_result(py::module_& module) {
 }  // namespace
 
 void register_frame(py::module_& module) {
-  register_parts(module);
-  register_result(module);
+  register_frame_parts(module);
+  register_frame_result(module);
   module.def(
       "find_frame",
       [](const Robot& robot, const std::vector<Log>& logs, const std::string& offset,

@@ -39,7 +39,7 @@ Pulley make_pulley(const Vector3& position_m, const Vector3& x_axis, const Vecto
   return probe.cables[0].pulley;
 }
 
-void register_parts(py::module_& module) {
+void register_model_parts(py::module_& module) {
   py::class_<Pulley>(module, "Pulley",
                      "Swivel pulley: the groove is tangent to the swivel axis at D (Fig. 1). "
                      "Immutable.")
@@ -256,7 +256,7 @@ Robot make_robot(const std::string& name, const Platform& platform, std::vector<
 }  // namespace
 
 void register_model(py::module_& module) {
-  register_parts(module);
+  register_model_parts(module);
   register_effect(module);
   py::class_<Robot>(module, "Robot",
                     "Platform, cables on swivel pulleys, limits and sensors. Immutable; pickles as "

@@ -25,6 +25,13 @@ CableVector to_cable_vector(const Eigen::VectorXd& values, const char* name, int
   return to_cable_vector(values, name);
 }
 
+Points to_rows(const std::vector<Vector3>& points) {
+  Points rows(points.size(), 3);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    rows.row(static_cast<Eigen::Index>(i)) = points[i];
+  return rows;
+}
+
 std::vector<CableVector> to_cable_vectors(const std::vector<Eigen::VectorXd>& rows,
                                           const char* name, int cable_count) {
   std::vector<CableVector> out;

@@ -106,7 +106,7 @@ void register_modes(py::module_& module) {
       "The 6 - n oscillations with locked cables: (natural_frequency_hz, shapes [6, 6 - n]).");
 }
 
-void register_path(py::module_& module) {
+void register_planning_path(py::module_& module) {
   WordEnum<PathStatus>(module, "PathStatus",
                        "Whether a transition keeps the platform stable and inside.")
       .value("clear", PathStatus::clear)
@@ -235,7 +235,7 @@ void register_plan_types(py::module_& module) {
       py::arg("path"), "Reads a plan file. Raises InputError 'file:line:column: …'.");
 }
 
-void register_options(py::module_& module) {
+void register_planning_options(py::module_& module) {
   WordEnum<VisitingOrder>(module, "VisitingOrder",
                           "least_time: each pose once; random: each several times, shuffled "
                           "so that drifts and creep look like no pose.")
@@ -266,7 +266,7 @@ void register_options(py::module_& module) {
       .def_readonly("measuring_s", &TimingOptions::measuring_s);
 }
 
-void register_results(py::module_& module) {
+void register_planning_results(py::module_& module) {
   WordEnum<PlanStatus>(module, "PlanStatus",
                        "infeasible: a pose is no set-point or cannot be reached; stopped: "
                        "by the progress callback. The plan is empty unless planned.")
@@ -383,11 +383,11 @@ void register_make_plan(py::module_& module) {
 void register_planning(py::module_& module) {
   register_set_points(module);
   register_modes(module);
-  register_path(module);
+  register_planning_path(module);
   register_known_effects(module);
   register_plan_types(module);
-  register_options(module);
-  register_results(module);
+  register_planning_options(module);
+  register_planning_results(module);
   register_make_plan(module);
 }
 

@@ -41,7 +41,7 @@ std::vector<CableVector> to_setpoints(const std::vector<Eigen::VectorXd>& rows) 
   return out;
 }
 
-std::vector<Eigen::VectorXd> to_rows(const std::vector<CableVector>& vectors) {
+std::vector<Eigen::VectorXd> to_arrays(const std::vector<CableVector>& vectors) {
   return {vectors.begin(), vectors.end()};
 }
 
@@ -313,7 +313,7 @@ void bind_startup_options(py::module_& module) {
            py::arg("setpoint_N"), py::arg("transition_s") = std::vector<double>{},
            py::arg("via") = std::vector<bool>{}, py::arg("pose") = std::vector<Pose>{})
       .def_property_readonly("setpoint_N",
-                             [](const StartUpPlan& p) { return to_rows(p.setpoint_N); })
+                             [](const StartUpPlan& p) { return to_arrays(p.setpoint_N); })
       .def_readonly("transition_s", &StartUpPlan::transition_s)
       .def_readonly("via", &StartUpPlan::via)
       .def_readonly("pose", &StartUpPlan::pose);

@@ -16,15 +16,7 @@
 namespace cdprcal::python {
 namespace {
 
-using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 using Faces = Eigen::Matrix<int, Eigen::Dynamic, 3, Eigen::RowMajor>;
-
-Points to_rows(const std::vector<Vector3>& points) {
-  Points rows(points.size(), 3);
-  for (std::size_t i = 0; i < points.size(); ++i)
-    rows.row(static_cast<Eigen::Index>(i)) = points[i];
-  return rows;
-}
 
 std::vector<Vector3> to_points(const Eigen::MatrixX3d& rows) {
   std::vector<Vector3> points;
@@ -140,7 +132,7 @@ void register_mesh(py::module_& module) {
       "InputError for points that are not finite or an alpha that is not positive.");
 }
 
-void register_results(py::module_& module) {
+void register_workspace_results(py::module_& module) {
   py::native_enum<PointStatus>(module, "PointStatus", "enum.IntEnum",
                                "What is known about a grid point. untested: the flood never "
                                "reached its neighbourhood.")
@@ -283,7 +275,7 @@ void register_functions(py::module_& module) {
 void register_workspace(py::module_& module) {
   register_box(module);
   register_mesh(module);
-  register_results(module);
+  register_workspace_results(module);
   register_functions(module);
 }
 

@@ -86,6 +86,7 @@ Told told_of(const std::vector<Own>& may, const Solved& solved) {
   const double worth = 1.0 / (solved.known.lack_of_fit * solved.known.lack_of_fit);
   out.information.normal *= worth;
   out.information.scores *= worth;
+  out.information.rows.clear();
   out.problem.poses.clear();
   return out;
 }
