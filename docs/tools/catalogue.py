@@ -70,7 +70,8 @@ FAULTS = """\
 ## Faults of the configuration
 
 They are looked for first, by refitting with each of them: the cost falls by orders of magnitude
-where one is real. Signs are tried in every combination, cables in every order (of more than six,
+where one is real. The order of Euler angles changes them by the product of two tilts only, and is
+held to the evidence that effects are held to. Signs are tried in every combination, cables in every order (of more than six,
 any two exchanged). The mounting of the AHRS, its zero and those of the load cells are fitted to
 where the other sensors have the platform. A unit in which readings would vary by less than their
 sigma is not accused: they would contradict nothing any more.
@@ -82,7 +83,9 @@ sigma is not accused: they would contradict nothing any more.
 EVENTS = """\
 ## Events in time
 
-Found in the readings of single samples, before any fit or after it.
+Found in the readings of single samples, before any fit or after it. At a run's first move
+`diagnose` also finds a `cable_slip` of all cables, and `contact`: something bore the platform, or
+held it, until then (the simulated machine does neither).
 
 | name | what happened |
 |---|---|
