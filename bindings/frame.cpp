@@ -100,8 +100,8 @@ void register_frame(py::module_& module) {
       py::arg("scale") = "common", py::arg("poses") = "automatic", py::arg("leave_out") = true,
       py::arg("off_plane") = true,
       "Pulley positions, offsets and scale from the poses of one or more logs of one robot. "
-      "offset: what whole lengths may be wrong by: 'none', 'common' or 'each'. scale: whether readings "
-      "a metre are 'common' to all cables or 'each' cable's own. poses: 'samples', "
+      "offset: what whole lengths may be wrong by: 'none', 'common' or 'each'. scale: whether "
+      "readings a metre are 'common' to all cables or 'each' cable's own. poses: 'samples', "
       "'rests', or 'automatic'. leave_out: poses that do not belong, named in left_out. "
       "off_plane: whether belts of a planar robot may run outside the plane. Raises InputError for "
       "logs that do not fit the robot or hold no lengths.");

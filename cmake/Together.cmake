@@ -1,22 +1,15 @@
-# Where the whole tree is compiled once, what its files share costs its time once. Whoever changes single files compiles
-# them one by one.
-
-# Headers that nearly each file of a target includes are parsed once.
-function(cdprcal_headers_once target)
-  if(CDPRCAL_COMPILE_TOGETHER)
-    target_precompile_headers(${target} PRIVATE ${ARGN})
-    # Without it ccache cannot see into them.
-    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)
-  endif()
-endfunction()
-
-# Several source files of a folder are compiled as one, Eigen's templates above all.
+# Compiles several source files of a folder as one, where the whole tree is compiled once: what they share, Eigen's
+# templates above all, then costs its time once, and so do the headers named, which nearly each of them includes. Whoever
+# changes single files compiles them one by one.
 #
 # Files of one folder see each other's unnamed namespaces so: a name is used once in a folder.
 function(cdprcal_compile_together target)
   if(NOT CDPRCAL_COMPILE_TOGETHER)
     return()
   endif()
+  target_precompile_headers(${target} PRIVATE ${ARGN})
+  # Without it ccache cannot see into them.
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)
   set(most 8) # a compiler takes 2 GB for them
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
   get_target_property(sources ${target} SOURCES)

@@ -62,7 +62,7 @@ def readings(what: str, spread: float, seed: int, poses: int) -> cdprcal.Log:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=24, help="Frames of each kind.")
     parser.add_argument("--poses", type=int, default=49)
     options = parser.parse_args()

@@ -83,7 +83,8 @@ std::string in_words(const std::vector<Contradiction>& contradictions) {
                        " σ) from where the robot file has it");
   }
   return text +
-         ", by the lengths and the other pulleys: correct its position_m, or say by position_sigma_m how far off it may be";
+         ", by the lengths and the other pulleys: correct its position_m, or say by "
+         "position_sigma_m how far off it may be";
 }
 
 }  // namespace cdprcal::detail

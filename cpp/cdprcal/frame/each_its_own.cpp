@@ -129,7 +129,7 @@ std::optional<Other> other_frame(const Solved& solved, const Told& told, std::ve
   return out;
 }
 
-/// All of them, and none first.
+/// All of them but none.
 std::vector<std::vector<Own>> choices(const std::vector<Own>& of) {
   std::vector<std::vector<Own>> out{{}};
   for (const Own what : of) {
@@ -138,6 +138,7 @@ std::vector<std::vector<Own>> choices(const std::vector<Own>& of) {
       out.back().push_back(what);
     }
   }
+  out.erase(out.begin());
   return out;
 }
 
@@ -188,32 +189,34 @@ std::vector<std::string> allow_for_own(const FrameOptions& options, Solved& solv
   for (const Own what : {Own::offset, Own::scale, Own::square}) {
     if (may_differ(options, solved.problem, what)) may.push_back(what);
   }
+  if (may.empty()) return {};
   const Told told = told_of(may, solved);
-  if (may.empty() || !told.information.valid) return {};
-  std::vector<Other> frames;  // the first as it stands
+  if (!told.information.valid) return {};
+  const std::optional<Other> as_it_stands = other_frame(solved, told, {}, 1.0);
+  if (!as_it_stands) return {};
+  std::vector<Other> frames{*as_it_stands};
   for (const std::vector<Own>& own : choices(may)) {
     for (const double times : kTimesWidth) {
       std::optional<Other> other = other_frame(solved, told, own, times);
-      if (other) frames.push_back(std::move(*other));
+      if (!other) continue;
+      other->evidence -= std::log(static_cast<double>(kTimesWidth.size()));
+      frames.push_back(std::move(*other));
     }
   }
-  if (frames.empty() || !frames.front().own.empty()) return {};
   const auto better = [](const Other& a, const Other& b) { return a.evidence < b.evidence; };
   const double most = std::max_element(frames.begin(), frames.end(), better)->evidence;
   double all = 0.0;
   for (const Other& other : frames) all += std::exp(other.evidence - most);
   const Eigen::Index size = solved.problem.unknowns.size;
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
+  const double alike = std::exp(as_it_stands->evidence - most) / all;
+  Eigen::MatrixXd covariance = alike * solved.known.covariance;
   std::array<double, kOwn> chance{};
-  double alike = 0.0;
-  for (const Other& other : frames) {
+  for (std::size_t k = 1; k < frames.size(); ++k) {
+    const Other& other = frames[k];
     const double share = std::exp(other.evidence - most) / all;
-    if (other.own.empty()) alike += share;
     for (const Own what : other.own) chance[static_cast<std::size_t>(what)] += share;
-    const Eigen::VectorXd shift = other.step.head(size) - frames.front().step;
-    covariance += share * (shift * shift.transpose() +
-                           (other.own.empty() ? solved.known.covariance
-                                              : other.covariance.topLeftCorner(size, size)));
+    const Eigen::VectorXd shift = other.step.head(size) - as_it_stands->step;
+    covariance += share * (other.covariance.topLeftCorner(size, size) + shift * shift.transpose());
   }
   if (!covariance.allFinite()) return {};
   solved.known.covariance = covariance;

@@ -141,7 +141,7 @@ void add_effect(const char* name, const char* parameter, const std::vector<Estim
 }
 
 /// What the file says itself stays.
-void add_stiffness(double stiffness_N, Robot& robot) {
+void add_elasticity(double stiffness_N, Robot& robot) {
   constexpr const char* kElasticity = "cable_elasticity";
   const auto is_said = [](const AppliedEffect& e) { return e.name == kElasticity; };
   if (std::any_of(robot.effects.begin(), robot.effects.end(), is_said)) return;
@@ -186,7 +186,7 @@ void fill(const Solved& s, FrameResult& out) {
     const Estimate k = estimate(s, u.compliance);
     const bool told = k.value > kTold * k.sigma;  // else it may as well be infinite
     out.stiffness_N = told ? Estimate{1.0 / k.value, k.sigma / (k.value * k.value)} : Estimate{};
-    if (told) add_stiffness(out.stiffness_N->value, out.corrected);
+    if (told) add_elasticity(out.stiffness_N->value, out.corrected);
   }
   if (u.off_plane >= 0) {
     const Estimate square = estimate(s, u.off_plane);

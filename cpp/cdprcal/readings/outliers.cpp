@@ -55,7 +55,7 @@ std::vector<bool> stand_alone(const Eigen::VectorXd& off, double least) {
     Eigen::Index end = i;
     while (end < off.size() && std::abs(off[end]) > least) ++end;
     if (end - i <= kLongestOutlier) std::fill(out.begin() + i, out.begin() + end, true);
-    i = std::max(i, end);
+    i = end;
   }
   return out;
 }
