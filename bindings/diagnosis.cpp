@@ -234,8 +234,8 @@ void register_findings(py::module_& module) {
             for (const auto& [name, value] : e.where) where[py::str(name)] = value;
             return where;
           },
-          "Of a step (cable_slip, load_shift, contact): time_s since the run's first sample, and of a "
-          "cable's the cable from 1.")
+          "Of a step (cable_slip, load_shift, load_cell_shift, contact): time_s since the run's first "
+          "sample, and of a cable's the cable from 1.")
       .def_readonly("held_out_before", &NamedEffect::held_out_before,
                     "½ Σ (residual/σ)² a held-out pose without the effect.")
       .def_readonly("held_out_after", &NamedEffect::held_out_after, "The same with it.");

@@ -84,8 +84,9 @@ EVENTS = """\
 ## Events in time
 
 Found in the readings of single samples, before any fit or after it. At a run's first move
-`diagnose` also finds a `cable_slip` of all cables, and `contact`: something bore the platform, or
-held it, until then (the simulated machine does neither).
+`diagnose` also finds a `cable_slip` of all cables, a `load_cell_shift` that ends there, and
+`contact`: something bore the platform, or held it, until then (the simulated machine does none of
+these).
 
 | name | what happened |
 |---|---|

@@ -2935,7 +2935,7 @@ class NamedEffect:
     @property
     def where(self) -> dict[str, float]:
         """
-        Of a step (cable_slip, load_shift, contact): time_s since the run's first sample, and of a cable's the cable from 1.
+        Of a step (cable_slip, load_shift, load_cell_shift, contact): time_s since the run's first sample, and of a cable's the cable from 1.
         """
 
 class RejectedEffect:

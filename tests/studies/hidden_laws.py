@@ -3,6 +3,7 @@
     python tests/studies/hidden_laws.py --count 28                  # 27 poses, irma4
     python tests/studies/hidden_laws.py --count 28 --poses 8
     python tests/studies/hidden_laws.py --count 28 --one            # of one cable alone
+    python tests/studies/hidden_laws.py --count 24 --law ahrs_across --law one_cell_jumps
     python tests/studies/hidden_laws.py --count 50 --clean          # nothing hidden
 
 A robot is started up in the simulator; then a law changes its readings, here, by code that the
@@ -124,6 +125,14 @@ def ahrs_scale(w: World, rng: np.random.Generator) -> Floats:
     return out * w.attitude_rad
 
 
+def ahrs_across(w: World, rng: np.random.Generator) -> Floats:
+    """Roll reads a share of pitch, or the other way round: axes that are not square."""
+    out = np.zeros_like(w.attitude_rad)
+    to = rng.integers(2)
+    out[:, to] = rng.choice([-1, 1]) * rng.uniform(0.05, 0.12) * w.attitude_rad[:, 1 - to]
+    return out
+
+
 def ahrs_leans_with_height(w: World, rng: np.random.Generator) -> Floats:
     out = np.zeros_like(w.attitude_rad)
     z = w.position_m[:, 2]
@@ -162,6 +171,17 @@ def encoder_jumps(w: World, rng: np.random.Generator) -> Floats:
     return np.asarray(rng.uniform(3e-3, 9e-3) * later[:, None] * np.ones_like(w.length_m))
 
 
+def cells_clip(w: World, rng: np.random.Generator) -> Floats:
+    """Cells read no more than the range of their amplifiers."""
+    most_N = np.quantile(w.tension_N, rng.uniform(0.6, 0.9), axis=0)
+    return np.asarray(np.minimum(most_N - w.tension_N, 0.0))
+
+
+def cells_jump(w: World, rng: np.random.Generator) -> Floats:
+    later = w.time_s > rng.uniform(0.25, 0.75) * w.time_s[-1]
+    return np.asarray(rng.uniform(5.0, 10.0) * later[:, None] * np.ones_like(w.tension_N))
+
+
 def cells_cross_talk(w: World, rng: np.random.Generator) -> Floats:
     out = np.zeros_like(w.tension_N)
     to, of = rng.choice(w.tension_N.shape[1], 2, replace=False)
@@ -177,6 +197,8 @@ ALIKE = {
     "cable_stiffens": {"cable_elasticity"},
     "one_swivel_off_centre": {"swivel_scale"},
     "one_encoder_jumps": {"cable_slip"},
+    "one_cell_clips": {"load_cell_shift"},
+    "one_cell_jumps": {"load_cell_shift"},
 }
 #: Law, field, what it depends on (any of these is right), whether the search has its form.
 LAWS: dict[str, tuple[Law, str, tuple[str, ...], bool]] = {
@@ -192,6 +214,7 @@ LAWS: dict[str, tuple[Law, str, tuple[str, ...], bool]] = {
     "cells_warm_up": (cells_warm_up, "tension_N", ("time",), True),
     "cells_feel_swivel": (cells_feel_swivel, "tension_N", ("swivel",), False),
     "ahrs_scale": (ahrs_scale, "roll_pitch_yaw_rad", ("roll", "pitch"), True),
+    "ahrs_across": (ahrs_across, "roll_pitch_yaw_rad", ("roll", "pitch"), True),
     "ahrs_leans_with_height": (ahrs_leans_with_height, "roll_pitch_yaw_rad", ("z",), False),
     "iron_near_compass": (iron_near_compass, "roll_pitch_yaw_rad", ("x", "y", "z"), False),
 }
@@ -203,6 +226,8 @@ LAWS_OF_ONE: dict[str, tuple[Law, str, tuple[str, ...], bool]] = {
     "one_swivel_off_centre": (_of_one(swivel_off_centre), "swivel_rad", ("swivel",), True),
     "one_cell_bends": (_of_one(cells_bend), "tension_N", ("tension",), True),
     "one_cell_warms_up": (_of_one(cells_warm_up), "tension_N", ("time",), True),
+    "one_cell_clips": (_of_one(cells_clip), "tension_N", ("tension", "time"), False),
+    "one_cell_jumps": (_of_one(cells_jump), "tension_N", ("time",), False),
     "cells_cross_talk": (cells_cross_talk, "tension_N", ("tension", "x", "y", "z"), False),
 }
 CHANNELS = {
@@ -365,11 +390,13 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--clean", action="store_true")
     parser.add_argument("--one", action="store_true", help="laws of one cable alone")
+    parser.add_argument("--law", action="append", choices=[*LAWS, *LAWS_OF_ONE], help="only this")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     work = partial(try_one, options.robot, options.poses)
-    names = [""] if options.clean else [*(LAWS_OF_ONE if options.one else LAWS)]
+    of_all = LAWS_OF_ONE if options.one else LAWS
+    names = [""] if options.clean else options.law or [*of_all]
     todo = list(jobs(options.count, options.first_seed, names))
     results: list[Found] = []
     with ProcessPoolExecutor(options.workers) as pool:

@@ -10,6 +10,7 @@
 #include "cdprcal/geometry/pose.hpp"
 #include "cdprcal/singular_values.hpp"
 #include "cdprcal/statics/tension.hpp"
+#include "cdprcal/statics/wrench.hpp"
 #include "cdprcal/text.hpp"
 
 namespace cdprcal {
@@ -18,6 +19,9 @@ namespace {
 constexpr double kPrior = 0.001;  // of a value that fits among so many
 /// A sensor that is askew by less is an effect [rad]: `plausible` of ahrs_misalignment.
 constexpr double kAskew_rad = 0.105;
+/// Cells that were zeroed while the platform hung on them read that load too little; what bears
+/// less of the weight than this share is an effect.
+constexpr double kHung = 0.5;
 
 /// A row of the log, and where the platform was then by the sensors that are left.
 struct Place {
@@ -142,17 +146,22 @@ void add_of_tensions(const Robot& given, const Log& log, const std::vector<Place
                      std::vector<DiscreteFault>& out) {
   const Robot robot = with_effects(given, resolve_effects(given, log.source));
   Eigen::VectorXd sum_N = Eigen::VectorXd::Zero(robot.cable_count());
+  Eigen::RowVectorXd upward = sum_N.transpose();  // of a pull of 1 N, what it bears
   double count = 0.0;
   for (const Place& place : places) {
-    const TensionModel model = tensions_least_squares(robot, platform_state(robot, place.pose));
+    const PlatformState state = platform_state(robot, place.pose);
+    const TensionModel model = tensions_least_squares(robot, state);
     const Eigen::VectorXd read = log.tension_N.row(place.row).transpose();
     if (!model.valid || !read.allFinite()) continue;
     sum_N += model.tension_N - read;
+    upward -= structure_matrix(state).row(2);
     count += 1.0;
   }
   if (!(count > 0.0)) return;
-  out.push_back({"tension_offset", "offset_N", values_of(sum_N / count),
-                 "the load cells were zeroed under load"});
+  const Eigen::VectorXd offset_N = sum_N / count;
+  if (!(upward.dot(offset_N) / count > kHung * robot.weight_N())) return;
+  out.push_back(
+      {"tension_offset", "offset_N", values_of(offset_N), "the load cells were zeroed under load"});
 }
 
 }  // namespace

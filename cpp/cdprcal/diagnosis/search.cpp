@@ -164,6 +164,42 @@ class PValues {
   mutable std::vector<CandidateScore> drawn_;
 };
 
+/// The likeliest formulas for what a model leaves, refitted, best first. Their prior is in their
+/// evidence. `noise`: the same model with errors that count as noise; a formula has to explain more
+/// than chance beside them, too.
+std::vector<Refit> refitted_formulas(const DiagnosisModel& model, std::size_t count,
+                                     const DiagnosisModel* noise = nullptr,
+                                     double most_chance = 1.0) {
+  const EvidenceAgainst against(model);
+  const auto sure_beside_noise = [&](const LikelyFormula& likely) {
+    const double beside = EvidenceAgainst(*noise).refit(likely.score).log_evidence;
+    return chance_at_most(beside + likely.log_prior) < most_chance;
+  };
+  std::vector<Refit> refits;
+  for (const LikelyFormula& likely : likely_formulas(model, count)) {
+    if (!(likely.score.log_evidence + likely.log_prior > 0.0)) continue;
+    Refit refit = against.refit(likely.score);
+    if (refit.model.effects.size() == model.effects.size()) continue;  // it does not settle
+    if (noise && !sure_beside_noise(likely)) continue;
+    // Among so many the best is worth as much less.
+    refit.log_evidence += likely.log_prior;
+    refit.score.p_value = chance_at_most(refit.log_evidence);
+    refits.push_back(std::move(refit));
+  }
+  std::ranges::stable_sort(refits, std::ranges::greater(), &Refit::log_evidence);
+  return refits;
+}
+
+/// Why an effect of this evidence is none where a formula has more, or cannot be told from it.
+std::string stands_in(const Refit& formula, double own_nats) {
+  return printed(
+      formula.log_evidence > own_nats
+          ? "only stood in for a law that no effect has: %s explains the readings better "
+            "(%.1f nats against %.1f)"
+          : "cannot be told from a law that no effect has: %s (%.1f nats against %.1f)",
+      formula.score.effect->info().equation, formula.log_evidence, own_nats);
+}
+
 }  // namespace
 
 void record_gap(const DiagnosisModel& before, const DiagnosisModel& model,
@@ -328,10 +364,28 @@ bool Search::look_for_fault() {
   if (small_faults_.taken()) return false;
   Unfaulted without(model_, beside_faults(model_));
   const std::optional<FaultRefit> found = small_faults_.best(without, options_.rival_nats);
+  if (!is_sure_of(found)) return false;
+  if (std::string reason = stands_for_a_law(*found); !reason.empty()) {
+    out_.rejected.push_back({found->fault.name, std::move(reason)});
+    return false;
+  }
+  return accept_fault(*found);
+}
+
+bool Search::is_sure_of(const std::optional<FaultRefit>& found) const {
   // The posterior bears the number of faults already, by their priors.
   return found && found->log_posterior > options_.least_evidence &&
-         chance_at_most(found->log_posterior) < kNamedShare * options_.family_wise_p &&
-         accept_fault(*found);
+         chance_at_most(found->log_posterior) < kNamedShare * options_.family_wise_p;
+}
+
+std::string Search::stands_for_a_law(const FaultRefit& found) const {
+  for (const Refit& law : refitted_formulas(found.judged_without, kFewRefits)) {
+    if (law.log_evidence < found.log_posterior) break;
+    Unfaulted without(law.model, beside_faults(law.model));
+    if (is_sure_of(small_faults_.best(without, options_.rival_nats))) continue;
+    return stands_in(law, found.log_posterior) + ", and nothing is left for it";
+  }
+  return "";
 }
 
 bool Search::exchange_fault() {
@@ -362,46 +416,6 @@ void Search::keep_left(const std::optional<Refit>& dependence, const Candidates&
       EvidenceAgainst(quiet), scan(quiet, laws, {.draws = 0}), options_.least_evidence);
   if (is_sure(quiet, best, laws)) left_ = best->score;
 }
-
-namespace {
-
-/// The likeliest formulas for what a model leaves, refitted, best first. Their prior is in their
-/// evidence. `noise`: the same model with errors that count as noise; a formula has to explain more
-/// than chance beside them, too.
-std::vector<Refit> refitted_formulas(const DiagnosisModel& model, std::size_t count,
-                                     const DiagnosisModel* noise = nullptr,
-                                     double most_chance = 1.0) {
-  const EvidenceAgainst against(model);
-  const auto sure_beside_noise = [&](const LikelyFormula& likely) {
-    const double beside = EvidenceAgainst(*noise).refit(likely.score).log_evidence;
-    return chance_at_most(beside + likely.log_prior) < most_chance;
-  };
-  std::vector<Refit> refits;
-  for (const LikelyFormula& likely : likely_formulas(model, count)) {
-    if (!(likely.score.log_evidence + likely.log_prior > 0.0)) continue;
-    Refit refit = against.refit(likely.score);
-    if (refit.model.effects.size() == model.effects.size()) continue;  // it does not settle
-    if (noise && !sure_beside_noise(likely)) continue;
-    // Among so many the best is worth as much less.
-    refit.log_evidence += likely.log_prior;
-    refit.score.p_value = chance_at_most(refit.log_evidence);
-    refits.push_back(std::move(refit));
-  }
-  std::ranges::stable_sort(refits, std::ranges::greater(), &Refit::log_evidence);
-  return refits;
-}
-
-/// Why an effect of this evidence is none where a formula has more, or cannot be told from it.
-std::string stands_in(const Refit& formula, double own_nats) {
-  return printed(
-      formula.log_evidence > own_nats
-          ? "only stood in for a law that no effect has: %s explains the readings better "
-            "(%.1f nats against %.1f)"
-          : "cannot be told from a law that no effect has: %s (%.1f nats against %.1f)",
-      formula.score.effect->info().equation, formula.log_evidence, own_nats);
-}
-
-}  // namespace
 
 double Search::nats_of_name(double log_evidence) const {
   return log_evidence - std::log(static_cast<double>(effects_of(model_.robot).size()));

@@ -99,7 +99,11 @@ class Search {
   /// Sets a fault right in the model and the logs, if it predicts poses that it was not fitted on;
   /// one in the place of another need not.
   bool accept_fault(const FaultRefit& found);
-  /// Accepts the most probable fault if it has the evidence, and chance would not do as well.
+  /// Whether a fault has the evidence, and chance would not do as well.
+  [[nodiscard]] bool is_sure_of(const std::optional<FaultRefit>& found) const;
+  /// Empty, or the law that explains the readings better than a fault does, and leaves it nothing.
+  [[nodiscard]] std::string stands_for_a_law(const FaultRefit& found) const;
+  /// Accepts the most probable fault of which that is sure.
   bool look_for_fault();
 
   std::vector<Log>& logs_;

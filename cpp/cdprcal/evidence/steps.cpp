@@ -4,6 +4,9 @@
 #include <cmath>
 #include <set>
 
+#include "cdprcal/estimation/presence.hpp"
+#include "cdprcal/statics/wrench.hpp"
+
 namespace cdprcal {
 namespace {
 
@@ -166,6 +169,50 @@ class Contact final : public StepEffect {
   EffectInfo info_;
 };
 
+/// Of one load cell: from a move on; or until the first one, where the cells warm up, or one is
+/// pulled harder than it can tell.
+class LoadCellShift final : public StepEffect {
+ public:
+  explicit LoadCellShift(Step step) : StepEffect(step) {
+    const bool first = step.parts_a_rest;
+    info_.name = "load_cell_shift";
+    info_.equation =
+        first ? "tau* = tau + bias_N until time_s" : "tau* = tau + bias_N after time_s";
+    // As load_cell_bias.
+    info_.parameters = {{.name = "bias_N",
+                         .unit = "N",
+                         .shape = ParameterShape::scalar,
+                         .typical = 8.0,
+                         .plausible = 60.0,
+                         .of = Yardstick::weight}};
+    info_.scope = EffectScope::run;
+    info_.sentence = first
+                         ? "a load cell read too much or too little before the platform first moved"
+                         : "the zero of a load cell jumped";
+    info_.remedy = first ? "let load cells warm up, and check their range, before the run begins"
+                         : "look at the cell, its screws and its plug, and tare it";
+    info_.settle = "return to the first pose at the end of the run, and compare the tensions";
+    info_.of_load_cells = true;
+  }
+  const EffectInfo& info() const override { return info_; }
+  void correct_tension(const EffectContext& context, const EffectValues& bias_N,
+                       CableVector& tension_N) const override {
+    if (acts(context)) tension_N[*step().cable] -= bias_N[0];
+  }
+  void columns(const EffectContext& context, const EffectValues&,
+               EffectColumns out) const override {
+    if (!acts(context)) return;
+    const ReadingRows rows{context.state.cable_count};
+    out.middleRows<6>(rows.wrench()) = -structure_matrix(context.state).col(*step().cable);
+  }
+
+ private:
+  [[nodiscard]] bool acts(const EffectContext& context) const {
+    return after(context) != step().parts_a_rest;
+  }
+  EffectInfo info_;
+};
+
 /// The middle of each move of a run.
 std::vector<double> moves_s(const DiagnosisRun& run) {
   std::vector<double> rests_s, out;
@@ -179,18 +226,34 @@ std::vector<double> moves_s(const DiagnosisRun& run) {
   return out;
 }
 
-void add_steps(double time_s, const Robot& robot, Candidates& out) {
-  for (int cable = 0; cable < robot.cable_count(); ++cable) {
+/// Whether any load cell was read.
+bool has_load_cells(const DiagnosisModel& model) {
+  return std::ranges::any_of(
+      model.runs, [](const DiagnosisRun& run) { return reads_tensions(run.measurements); });
+}
+
+void add_steps(double time_s, const DiagnosisModel& model, Candidates& out) {
+  const int cables = model.robot.cable_count();
+  for (int cable = 0; cable < cables; ++cable) {
     out.push_back(std::make_shared<CableSlip>(Step{.time_s = time_s, .cable = cable}));
   }
   out.push_back(std::make_shared<LoadShift>(Step{.time_s = time_s}));
+  if (!has_load_cells(model)) return;
+  for (int cable = 0; cable < cables; ++cable) {
+    out.push_back(std::make_shared<LoadCellShift>(Step{.time_s = time_s, .cable = cable}));
+  }
 }
 
 /// What only the first move of a run is likely to do.
-void add_first(double time_s, const Robot& robot, Candidates& out) {
+void add_first(double time_s, const DiagnosisModel& model, Candidates& out) {
   const Step of_all{.time_s = time_s, .parts_a_rest = true};
   out.push_back(std::make_shared<CableSlip>(of_all));
-  out.push_back(std::make_shared<Contact>(of_all, robot));
+  out.push_back(std::make_shared<Contact>(of_all, model.robot));
+  if (!has_load_cells(model)) return;
+  for (int cable = 0; cable < model.robot.cable_count(); ++cable) {
+    out.push_back(std::make_shared<LoadCellShift>(
+        Step{.time_s = time_s, .cable = cable, .parts_a_rest = true}));
+  }
 }
 
 }  // namespace
@@ -203,8 +266,8 @@ Candidates step_candidates(const DiagnosisModel& model) {
     if (!own_s.empty()) first_s.insert(own_s.front());
   }
   Candidates out;
-  for (const double time_s : all_s) add_steps(time_s, model.robot, out);
-  for (const double time_s : first_s) add_first(time_s, model.robot, out);
+  for (const double time_s : all_s) add_steps(time_s, model, out);
+  for (const double time_s : first_s) add_first(time_s, model, out);
   return out;
 }
 
@@ -213,7 +276,8 @@ Candidates steps_beside(const DiagnosisModel& model, const Effect& step) {
   Candidates out = step_candidates(model);
   std::erase_if(out, [&](const auto& other) {
     const Step its = *as_step(*other);
-    return its.time_s != at.time_s || (other->name() == step.name() && its.cable == at.cable);
+    return its.time_s != at.time_s || (other->name() == step.name() && its.cable == at.cable &&
+                                       its.parts_a_rest == at.parts_a_rest);
   });
   return out;
 }
@@ -222,8 +286,8 @@ std::vector<CandidateScore> first_step_scores(const DiagnosisModel& model) {
   const std::vector<double> all_s = moves_s(model.runs.front());
   if (all_s.empty()) return {};
   Candidates first;
-  add_steps(all_s.front(), model.robot, first);
-  add_first(all_s.front(), model.robot, first);
+  add_steps(all_s.front(), model, first);
+  add_first(all_s.front(), model, first);
   std::vector<CandidateScore> out = scan(model, first, {.draws = 0});
   const auto kinds = static_cast<double>(first.size()), moves = static_cast<double>(all_s.size());
   for (CandidateScore& score : out) {

@@ -16,9 +16,11 @@ struct Step {
 /// One candidate for each step and pair of rests in a row:
 /// - cable_slip: a cable slipped on its drum, unseen by the encoder; one for each cable
 /// - load_shift: the platform's load moved, or became another
+/// - load_cell_shift: the zero of a load cell jumped; one for each
 /// and at a run's first move, where these part its first rest from all others:
 /// - cable_slip: all cables together slipped, as where brakes let go
 /// - contact: something bore the platform until then
+/// - load_cell_shift: a load cell was off until then; one for each
 Candidates step_candidates(const DiagnosisModel& model);
 /// Of those; nothing for another effect.
 std::optional<Step> as_step(const Effect& effect);

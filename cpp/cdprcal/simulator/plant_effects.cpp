@@ -307,6 +307,13 @@ std::vector<InjectableEffect> rows() {
               [](PlantDynamics& plant, int cable, double m) { plant.run_off(cable, m, false); });
        },
        nullptr, moment("length_m")},
+      {"load_cell_shift", "the load cell's zero jumps by so much",
+       [](V& v, P& p) {
+         p.load_cell_N.push_back([at = Moment(v)](double tension_N, int cable, double time_s) {
+           return cable == at.cable && time_s >= at.time_s ? tension_N + at.size : tension_N;
+         });
+       },
+       nullptr, moment("bias_N")},
       {"load_shift",
        "the load becomes heavier by so much, and moves on the platform",
        [](V& v, P& p) {

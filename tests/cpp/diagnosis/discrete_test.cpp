@@ -141,6 +141,13 @@ TEST_F(Discrete, LoadCellsZeroedUnderLoadAreFound) {
   EXPECT_LE((log.tension_N - clean().tension_N).cwiseAbs().maxCoeff(), 2.0);
 }
 
+TEST_F(Discrete, LoadsThatDoNotBearThePlatformAreNoZero) {
+  // As readings look where the base is tilted: far beyond what chance does.
+  log.tension_N.rowwise() += Eigen::RowVector4d(-14.0, 1.0, 11.0, -2.0);
+  ASSERT_GT(calibrate(robot, log).result.cost, 100.0);
+  EXPECT_TRUE(find_discrete_faults(robot, log).empty());
+}
+
 TEST_F(Discrete, AnAhrsMountedOtherwiseIsFound) {
   const Vector3 up(kPi, 0, 0), side(kPi / 2, 0, 0), corner(0, -kPi / 2, 0), askew(0.2, -0.35, 0.1);
   for (const Vector3& turned : {up, side, corner, askew}) {

@@ -520,6 +520,31 @@ TEST(Search, WhatPartsTheFirstRestIsNamed) {
   }
 }
 
+TEST(Search, OneLoadCellThatWasOffIsNoFloor) {
+  constexpr double kFirstMove_s = 6.0, kThird_s = 8.0 * 3.0 - 2.0;
+  const Log clean = test::startup_log(load_robot("irma4"), 0.1, 86);
+  Log until = clean, after = clean;
+  for (Eigen::Index i = 0; i < clean.sample_count(); ++i) {
+    if (clean.time_s[i] < kFirstMove_s) until.tension_N(i, 2) -= 8.0;
+    if (clean.time_s[i] > kThird_s) after.tension_N(i, 1) += 8.0;
+  }
+  struct Case {
+    const Log& log;
+    double time_s, cable, bias_N;
+  };
+  for (const Case& c : {Case{until, kFirstMove_s, 3.0, -8.0}, Case{after, kThird_s, 2.0, 8.0}}) {
+    Progress p(baseline_of(c.log));
+    Search search = p.search();
+    ASSERT_TRUE(search.forward());
+    search.drop();
+    ASSERT_EQ(names(p.model), Names{"load_cell_shift"});
+    ASSERT_EQ(p.out.effects[0].where.size(), 2U);
+    EXPECT_NEAR(p.out.effects[0].where[0].second, c.time_s, 1.0);
+    EXPECT_EQ(p.out.effects[0].where[1].second, c.cable);
+    EXPECT_NEAR(p.model.effects[0].values[0], c.bias_N, 1.5);
+  }
+}
+
 TEST(Search, WhatFadesWhileThePlatformRestsIsNoFloor) {
   constexpr double kFirstMove_s = 6.0, kFaded_s = 1.8;
   const Log clean = test::startup_log(load_robot("irma4"), 0.1, 85);

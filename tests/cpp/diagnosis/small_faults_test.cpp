@@ -64,6 +64,15 @@ TEST_P(SmallFaultsOf, ReversedAnglesAreFoundAndSetRightInTheCorrectedRobot) {
   EXPECT_EQ(again.verdict, Verdict::consistent) << summary(again);
 }
 
+TEST_P(SmallFaultsOf, AnAngleThatReadsPartOfAnotherIsNoOrder) {
+  log.roll_pitch_yaw_rad.col(0) += 0.1 * log.roll_pitch_yaw_rad.col(1);
+  const Diagnosis d = diagnose(robot, {log});
+  EXPECT_TRUE(d.faults.empty()) << summary(d);
+  EXPECT_EQ(d.verdict, Verdict::described) << summary(d);
+  ASSERT_FALSE(d.effects.empty());
+  EXPECT_EQ(d.effects[0].effect->name(), "roll_by_pitch_line");
+}
+
 INSTANTIATE_TEST_SUITE_P(Seeds, SmallFaultsOf, testing::Values(411, 412, 413));
 
 TEST(SmallFaults, OneTakesThePlaceOfAnother) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 
 #include "../support/dense.hpp"
 #include "../support/numeric_jacobian.hpp"
@@ -19,7 +20,11 @@ std::shared_ptr<const Effect> first(const DiagnosisModel& model, const std::stri
   return nullptr;
 }
 
-TEST(Steps, AreOneACableAndMoveAndOneOfTheLoadInTheMiddleOfEach) {
+/// Steps at each move of a robot of four cables: a slip and a load cell of each, and one of the
+/// load.
+constexpr std::size_t kAMove = 9;
+
+TEST(Steps, AreTwoACableAndMoveAndOneOfTheLoadInTheMiddleOfEach) {
   const DiagnosisModel& model = test::two_runs();
   const Candidates steps = step_candidates(model);
   std::vector<double> middles;
@@ -33,24 +38,28 @@ TEST(Steps, AreOneACableAndMoveAndOneOfTheLoadInTheMiddleOfEach) {
     }
   }
   std::sort(middles.begin(), middles.end());
-  // And two of the first move, at which both runs are as long under way.
-  ASSERT_EQ(steps.size(), 5 * middles.size() + 2);
-  for (std::size_t k = 5 * middles.size(); k < steps.size(); ++k) {
+  // And six of the first move, at which both runs are as long under way.
+  ASSERT_EQ(steps.size(), kAMove * middles.size() + 6);
+  for (std::size_t k = kAMove * middles.size(); k < steps.size(); ++k) {
     const Step step = *as_step(*steps[k]);
     EXPECT_TRUE(step.parts_a_rest);
-    EXPECT_EQ(step.cable, std::nullopt);
+    EXPECT_EQ(step.cable.has_value(), steps[k]->name() == "load_cell_shift");
     EXPECT_EQ(step.time_s, middles.front());
   }
-  for (std::size_t k = 0; k < 5 * middles.size(); ++k) {
+  const auto cable_of = [](std::size_t k) { return static_cast<int>(k < 4 ? k : k - 5); };
+  for (std::size_t k = 0; k < kAMove * middles.size(); ++k) {
     const std::optional<Step> step = as_step(*steps[k]);
     ASSERT_TRUE(step.has_value());
-    const bool of_a_cable = k % 5 < 4;
-    EXPECT_EQ(step->cable, of_a_cable ? std::optional(static_cast<int>(k % 5)) : std::nullopt);
+    const std::size_t kind = k % kAMove;
+    const bool of_load = kind == 4;
+    EXPECT_EQ(step->cable, of_load ? std::nullopt : std::optional(cable_of(kind)));
     EXPECT_FALSE(step->parts_a_rest);
-    EXPECT_EQ(step->time_s, middles[k / 5]);
-    EXPECT_EQ(steps[k]->name(), of_a_cable ? "cable_slip" : "load_shift");
+    EXPECT_EQ(step->time_s, middles[k / kAMove]);
+    EXPECT_EQ(steps[k]->name(), of_load    ? "load_shift"
+                                : kind < 4 ? "cable_slip"
+                                           : "load_cell_shift");
     EXPECT_EQ(steps[k]->info().scope, EffectScope::run);
-    EXPECT_EQ(steps[k]->size(4), of_a_cable ? 1 : 4);
+    EXPECT_EQ(steps[k]->size(4), of_load ? 4 : 1);
   }
   EXPECT_FALSE(as_step(*find_effect("mass")).has_value());
   // Samples in motion are no rests.
@@ -82,7 +91,7 @@ TEST(Slips, ShortenWhatIsReadOfTheirCableFromThenOn) {
   const DiagnosisModel& model = test::two_runs();
   const DiagnosisRun& run = model.runs[0];
   const Candidates steps = step_candidates(model);
-  const auto& effect = steps[5 * 2 + 3];
+  const auto& effect = steps[kAMove * 2 + 3];
   const Step slip = *as_step(*effect);
   for (std::size_t i = 0; i < run.measurements.size(); ++i) {
     const Measurement& m = run.measurements[i];
@@ -103,7 +112,7 @@ TEST(Slips, ShortenWhatIsReadOfTheirCableFromThenOn) {
 /// What a load that shifted at the third move adds at a rest.
 Vector6 added(const DiagnosisModel& model, const Measurement& m, const Pose& pose,
               const EffectValues& change, PoseEvaluation& e) {
-  const auto effect = step_candidates(model)[5 * 2 + 4];
+  const auto effect = step_candidates(model)[kAMove * 2 + 4];
   const PlatformState state = platform_state(model.robot, pose);
   e.wrench.setZero();
   e.wrench_by_twist.setZero();
@@ -114,7 +123,7 @@ Vector6 added(const DiagnosisModel& model, const Measurement& m, const Pose& pos
 TEST(LoadShifts, AreAnotherPlatformFromThenOn) {
   const DiagnosisModel& model = test::two_runs();
   const DiagnosisRun& run = model.runs[0];
-  const auto effect = step_candidates(model)[5 * 2 + 4];
+  const auto effect = step_candidates(model)[kAMove * 2 + 4];
   const EffectValues change = (EffectValues(4) << 0.5, 0.01, -0.02, 0.015).finished();
   Robot later = model.robot;
   later.platform.mass_kg += 0.5;
@@ -210,12 +219,67 @@ TEST(Steps, BesideOneAreTheOthersOfItsTime) {
     for (const auto& other : steps_beside(model, of)) out.push_back(other->name());
     return out;
   };
-  const Names others{"cable_slip", "cable_slip", "cable_slip",
-                     "load_shift", "cable_slip", "contact"};
-  EXPECT_EQ(names(*steps[1]), others);
-  EXPECT_EQ(names(*steps[5 + 4]), Names(4, "cable_slip"));
-  EXPECT_EQ(names(*first(model, "contact")), (Names{"cable_slip", "cable_slip", "cable_slip",
-                                                    "cable_slip", "load_shift", "cable_slip"}));
+  // Each by how many: cable by cable, at the first move also of all cables.
+  using Count = std::map<std::string, int>;
+  const auto counted = [&](const Effect& of) {
+    Count out;
+    for (const std::string& name : names(of)) ++out[name];
+    return out;
+  };
+  const Count first_move{
+      {"cable_slip", 5}, {"contact", 1}, {"load_cell_shift", 8}, {"load_shift", 1}};
+  const auto without = [](Count all, const char* name) {
+    if (--all[name] == 0) all.erase(name);
+    return all;
+  };
+  EXPECT_EQ(counted(*steps[1]), without(first_move, "cable_slip"));
+  EXPECT_EQ(counted(*first(model, "contact")), without(first_move, "contact"));
+  EXPECT_EQ(counted(*first(model, "load_cell_shift")), without(first_move, "load_cell_shift"));
+  EXPECT_EQ(counted(*steps[kAMove + 4]), (Count{{"cable_slip", 4}, {"load_cell_shift", 4}}));
+}
+
+TEST(LoadCellShifts, AreReadOfTheirCableFromTheirMoveOnOrUntilTheFirst) {
+  const DiagnosisModel& model = test::two_runs();
+  const DiagnosisRun& run = model.runs[0];
+  const EffectValues bias_N = EffectValues::Constant(1, 7.0);
+  const Candidates steps = step_candidates(model);
+  for (const auto& effect : {steps[kAMove * 2 + 7], first(model, "load_cell_shift")}) {
+    const Step shift = *as_step(*effect);
+    EXPECT_EQ(effect->typical(load_robot("irma4")),
+              find_effect("load_cell_bias")->typical(load_robot("irma4")).head(1));
+    const std::string equation = effect->info().equation;
+    EXPECT_NE(equation.find(shift.parts_a_rest ? "until time_s" : "after time_s"),
+              std::string::npos);
+    for (std::size_t i = 0; i < run.measurements.size(); ++i) {
+      const Measurement& m = run.measurements[i];
+      const PlatformState state = platform_state(model.robot, run.poses[i]);
+      const EffectContext context{model.robot, state, run.poses[i], m};
+      const bool acts = shift.parts_a_rest ? i == 0 : m.run_time_s > shift.time_s;
+      CableVector tension_N = m.tension_N;
+      effect->correct_tension(context, bias_N, tension_N);
+      CableVector expected_N = m.tension_N;
+      if (acts) expected_N[*shift.cable] -= 7.0;
+      EXPECT_EQ(tension_N, expected_N) << i;
+      Eigen::MatrixXd column = Eigen::MatrixXd::Zero(ReadingRows{4}.size(), 1);
+      effect->columns(context, bias_N, column);
+      const NumericJacobian by_value = numeric_jacobian(
+          [&](const Eigen::VectorXd& x) {
+            CableVector made_N = m.tension_N;
+            effect->correct_tension(context, x, made_N);
+            return Eigen::VectorXd(wrench_residual(model.robot, state, made_N));
+          },
+          bias_N, 1e-3);
+      EXPECT_TRUE(jacobian_matches(column.middleRows<6>(ReadingRows{4}.wrench()), by_value, 1e-6));
+    }
+  }
+}
+
+TEST(Steps, OfLoadCellsAreOfRobotsThatHaveThem) {
+  DiagnosisModel model = test::two_runs();
+  for (DiagnosisRun& run : model.runs) {
+    for (Measurement& m : run.measurements) m.tension_N.resize(0);
+  }
+  for (const auto& step : step_candidates(model)) EXPECT_NE(step->name(), "load_cell_shift");
 }
 
 /// What a step that is hidden at the first move does to the pose that is found without it.

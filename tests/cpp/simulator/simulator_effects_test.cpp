@@ -527,6 +527,13 @@ TEST_F(InjectedEffects, EventsHappenWhenAndWhereAsked) {
   EXPECT_CLOSE(change(before, after), Eigen::Vector4d(0, 0, -0.005, 0), 1e-5);
   EXPECT_CLOSE(ideal_change(before, after), CableVector::Zero(4), 1e-5);
 
+  const auto misread_N = [](const Rest& r) {
+    return CableVector(r.sample.tension_N - r.truth.tension_N);
+  };
+  start({"load_cell_shift=1,2,7"});
+  EXPECT_CLOSE(misread_N(look()), CableVector::Zero(4), 1e-9);
+  EXPECT_CLOSE(misread_N(go(0)), Eigen::Vector4d(0, 7, 0, 0), 1e-9);
+
   start({"slack=1,1,0.4"});
   simulator->advance(0.99);
   EXPECT_GT(simulator->truth().tension_N[0], 50.0);
