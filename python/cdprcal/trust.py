@@ -15,7 +15,7 @@ from cdprcal.sensors import CHANNELS
 #: What the core says of a fit that it believes; what it adds behind this restricts it.
 CLAIM = "minimum found; residuals are within what the sensors' sigma allow"
 #: Caveats that say of which pose, and in which frame, the answer is, not that it is off.
-ABOUT_RUN = ("gap", "short_run", "frame")
+ABOUT_RUN = ("gap", "short_run")
 #: How often a log of a robot that is as its file says gets the caveat "misfit"; diagnose takes as
 #: much for the chance of an accusation.
 FALSE_ALARMS = 0.01
@@ -31,8 +31,7 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
     ``misfit``: residuals are larger than the readings scatter within a rest, by χ² over all of
     them, or an effect of the catalogue is there by 95 %; ``unchecked``: as many numbers are fitted
     as are read; ``unbalanced``: the balance of several rests is left out, as an outlier;
-    ``imprecise``: by its own σ the pose is no better than what an eye sees; ``frame``: the robot
-    file knows its pulleys less well than that;
+    ``imprecise``: by its own σ the pose is no better than what an eye sees;
     ``reservation``: what the core adds to its claim.
     """
     result = calibration.result
@@ -72,11 +71,11 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
                 message=f"the pose is known to ± {_two_digits(1e3 * position_m)} mm and "
                 f"± {_two_digits(math.degrees(rotation_rad))}° (1 σ, worst directions), which is "
                 f"no better than the eye: {BY_EYE:.0%} of the robot's size",
-                remedy="measure at more varied poses, or with more sensors: cdprcal plan --optimal "
+                remedy=_of_pulleys(robot, position_m)
+                or "measure at more varied poses, or with more sensors: cdprcal plan --optimal "
                 "says where",
             )
         )
-    found += _frame(robot, position_m)
     fit = _with_scatter_alone(calibration)
     p_value = 0.0 if fit.status == _core.CalibrationStatus.not_converged else fit.chi_square_p_value
     if p_value < FALSE_ALARMS or result.lacks_something:
@@ -126,19 +125,15 @@ def _unbalanced(calibration: _core.Calibration) -> Iterator[Finding]:
         )
 
 
-def _frame(robot: _core.Robot, position_m: float) -> Iterator[Finding]:
-    """Pulleys that are less well known than the pose beside them."""
+def _of_pulleys(robot: _core.Robot, position_m: float) -> str:
+    """What to do where pulleys are no better known than the pose; empty where they are."""
     sigma_m = np.array([cable.pulley.position_sigma_m for cable in robot.cables])
-    if not np.isfinite(sigma_m).any() or not np.nanmax(sigma_m) > position_m:
-        return
+    if not np.isfinite(sigma_m).any() or 2.0 * np.nanmax(sigma_m) < position_m:
+        return ""
     cable, _ = np.unravel_index(np.nanargmax(sigma_m), sigma_m.shape)
-    yield Finding(
-        severity="warning",
-        code="frame",
-        message=f"pulley {cable + 1} is known to ± {_two_digits(1e3 * np.nanmax(sigma_m))} mm "
-        "only (position_sigma_m), and σ of the pose takes it for exact: within this frame the pose "
-        "is as well known as it says, in the world and against a tape no better than the frame",
-        remedy="measure the pulleys, or let cdprcal geometry find them from more poses",
+    return (
+        f"pulley {cable + 1} is known to ± {_two_digits(1e3 * np.nanmax(sigma_m))} mm "
+        "(position_sigma_m): measure it, or let cdprcal geometry find the pulleys from more poses"
     )
 
 

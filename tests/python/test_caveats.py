@@ -14,7 +14,6 @@ import pytest
 from scipy.stats import binom
 
 import cdprcal
-from cdprcal.cli.calibrate import exit_code
 from cdprcal.io import save_log
 from cdprcal.studies.variants import vary
 from cdprcal.trust import BY_EYE, CLAIM, FALSE_ALARMS, caveats_of, worst_sigma
@@ -146,20 +145,55 @@ def test_a_pose_no_better_than_the_eye_is_called_so(
     assert all(re.match(r"the pose is known to ± [1-9]\d mm and ± ", message) for message in said)
 
 
-@pytest.mark.parametrize(("sigma_m", "is_said"), [(0.02, True), (1e-5, False)])
-def test_a_pose_better_known_than_the_pulleys_is_said_to_be_so_in_this_frame_alone(
-    robot: cdprcal.Robot, sigma_m: float, is_said: bool
+def with_pulleys_known_to(robot: cdprcal.Robot, sigma_m: float) -> cdprcal.Robot:
+    text = cdprcal.to_yaml(robot)
+    return cdprcal.parse_robot(
+        text.replace("position_m: ", f"position_sigma_m: {sigma_m}, position_m: "), "told"
+    )
+
+
+@pytest.mark.parametrize("sigma_m", [0.01, 0.03])
+def test_sigma_of_a_pose_allows_for_pulleys_that_are_known_so_well(
+    robot: cdprcal.Robot, sigma_m: float
 ) -> None:
-    lines = cdprcal.to_yaml(robot).splitlines()
-    second = [i for i, line in enumerate(lines) if "pulley:" in line][1]
-    told = f"position_sigma_m: [1e-6, {sigma_m}, 1e-6], position_m"
-    lines[second] = lines[second].replace("position_m", told)
-    known = cdprcal.parse_robot("\n".join(lines), "told")
-    found = cdprcal.calibrate(known, made(robot, noise=0.1))
-    said = [c.message for c in found.caveats if c.code == "frame"]
-    assert len(said) == is_said
-    assert all(message.startswith("pulley 2 is known to ± 20 mm only") for message in said)
-    assert exit_code(found, found.caveats) == 0
+    """In the frame that the file describes, whose pulleys are elsewhere by what it says."""
+    rng = np.random.default_rng(7)
+    known = with_pulleys_known_to(robot, sigma_m)
+    off: list[Any] = []
+    taken_for_exact: list[Any] = []
+    for seed in range(6):
+        moves = rng.normal(0.0, sigma_m, (4, 3))
+        there = {
+            f"cables.{i + 1}.pulley.position_m.{axis}": float(
+                robot.cables[i].pulley.position_m[k] + moves[i, k]
+            )
+            for i in range(4)
+            for k, axis in enumerate("xyz")
+        }
+        options = cdprcal.SyntheticLogOptions(
+            noise=cdprcal.reading_noise(robot.sigma, 0.1), seed=seed, dwell_s=4.0, move_s=2.0
+        )
+        set_points = cdprcal.default_setpoints(robot, 2, 2, 2)
+        made = cdprcal.synthetic_log(vary(robot, there), set_points, options)
+        for which, errors in ((known, off), (robot, taken_for_exact)):
+            result = cdprcal.calibrate(which, made.log).result
+            assert result.covariance is not None
+            error = cdprcal.minus(result.poses[0], made.poses[0])
+            errors.append(error / np.sqrt(np.diag(result.covariance)))
+    assert np.max(np.abs(off)) < 4.0
+    assert np.sqrt(np.mean(np.square(off))) < 1.5
+    assert np.max(np.abs(taken_for_exact)) > np.max(np.abs(off))
+
+
+def test_a_pose_that_is_as_little_known_as_the_pulleys_says_which(robot: cdprcal.Robot) -> None:
+    log = made(robot)
+    (said,) = (
+        c for c in cdprcal.calibrate(with_pulleys_known_to(robot, 0.2), log).caveats
+        if c.code == "imprecise"
+    )  # fmt: skip
+    assert said.remedy.startswith("pulley 1 is known to ± 200 mm (position_sigma_m): measure it")
+    exactly = cdprcal.calibrate(with_pulleys_known_to(robot, 1e-5), log)
+    assert not exactly.caveats
 
 
 def test_a_large_misfit_is_said_as_people_write_numbers(robot: cdprcal.Robot) -> None:

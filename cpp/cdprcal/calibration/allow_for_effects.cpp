@@ -119,8 +119,12 @@ std::optional<WithUnseen> with_unseen(const Calibration& calibration, double mom
   const auto by_errors = [&](std::size_t k) {
     return moves && k < scores.size() && looks_at_directions(*scores[k].effect, model);
   };
+  const auto is_stated = [&](std::size_t k) {
+    return k < scores.size() && scores[k].effect->is_stated(model.robot);
+  };
   for (std::size_t k = 0; k < unseen.each.size(); ++k) {
-    if (unseen.each[k].probability > kProbable && !by_errors(k)) out.lacks_something = true;
+    if (is_stated(k) || by_errors(k)) continue;
+    if (unseen.each[k].probability > kProbable) out.lacks_something = true;
   }
   return out.covariance.allFinite() ? std::optional(out) : std::nullopt;
 }
@@ -211,6 +215,7 @@ bool allow_for_all(Calibration& calibration, double moments_a_reading) {
   const Matrix6 covariance =
       shared * initial_pose_covariance(with_uncertain_noise(std::move(witnesses)), 0);
   if (!settled || !covariance.allFinite()) {
+    if (unseen) result.covariance = unseen->covariance;  // of one effect at a time
     result.reason += ", and the uncertainty leaves that out";
     result.covariance_holds = false;
     return false;

@@ -27,6 +27,7 @@ constexpr double kSteady = 0.3;
 constexpr double kMostTurning_rad = 0.5;
 constexpr int kMostFaults = 6;
 constexpr int kAllStarts = 8;
+constexpr int kAllIterations = 50;
 /// Rests that the trials look at, or samples where nothing says that the platform rests.
 constexpr int kMostRests = 9, kMostSamples = 30;
 /// Of the readings that count as they are read; what leaves out more of them proves nothing.
@@ -72,7 +73,7 @@ CalibrateOptions options_for(bool balanced) {
   CalibrateOptions options;
   options.method = balanced ? Method::statics : Method::kinematic;
   options.noise = NoiseSource::specified;
-  options.solve.max_iterations = 50;
+  options.solve.max_iterations = kAllIterations;
   options.solve.explain = false;
   return options;
 }
@@ -103,10 +104,11 @@ struct Trial {
   bool surprises = true;    ///< residuals that chance would not make
 };
 
-Trial try_map(const Robot& robot, const Log& log, const std::vector<double>& at_s,
-              int most_starts) {
+Trial try_map(const Robot& robot, const Log& log, const std::vector<double>& at_s, int most_starts,
+              int most_iterations = kAllIterations) {
   constexpr double kChance = 1e-3;
   CalibrateOptions options = options_for(log.tension_N.cols() > 0);
+  options.solve.max_iterations = most_iterations;
   options.most_starts = most_starts;
   options.at_s = at_s;
   const CalibrationResult result = calibrate(robot, log, options).result;
@@ -372,7 +374,11 @@ class Trials {
 
   void consider_single() {
     forget();
-    for (const DiscreteFault& fault : discrete_faults(robot_, log_)) consider({fault});
+    std::vector<Faults> singles;
+    for (DiscreteFault& fault : discrete_faults(robot_, log_)) {
+      singles.push_back({std::move(fault)});
+    }
+    consider_likeliest(singles, [](std::size_t) { return true; });
     if (moving_) return;
     // With values as free as these, less than agreement proves nothing.
     const auto agrees = [&](const DiscreteFault& fault) {
@@ -389,28 +395,23 @@ class Trials {
   /// Cables in another order, and signs beside: neither alone says much. False when `go_on` said
   /// so.
   bool consider_pairs(const GoOn& go_on) {
-    constexpr int kBetweenWords = 200;
+    constexpr std::size_t kBetweenWords = 200;
     forget();
     std::vector<DiscreteFault> orders, signs;
     for (const DiscreteFault& fault : discrete_faults(robot_, log_)) {
       if (fault.parameter == "order" && fault.swivel_order.empty()) orders.push_back(fault);
       if (fault.parameter == "sign") signs.push_back(fault);
     }
-    const std::size_t pairs = orders.size() * signs.size();
-    if (pairs > kMostPairs) return true;
-    int tried = 0;
+    if (orders.size() * signs.size() > kMostPairs) return true;
+    std::vector<Faults> pairs;
     for (const DiscreteFault& order : orders) {
-      for (const DiscreteFault& sign : signs) {
-        if (tried % kBetweenWords == 0 &&
-            !go_on("discrete faults: an order and signs together, " + std::to_string(tried) +
-                   " of " + std::to_string(pairs) + " tried")) {
-          return false;
-        }
-        consider({sign, order});
-        ++tried;
-      }
+      for (const DiscreteFault& sign : signs) pairs.push_back({sign, order});
     }
-    return true;
+    return consider_likeliest(pairs, [&](std::size_t tried) {
+      return tried % kBetweenWords != 0 ||
+             go_on("discrete faults: an order and signs together, " + std::to_string(tried) +
+                   " of " + std::to_string(pairs.size()) + " tried");
+    });
   }
 
   /// Whether the best considered helps a great deal: the small effects never do. Nor do they make
@@ -459,7 +460,30 @@ class Trials {
   }
 
  private:
-  void consider(const std::vector<DiscreteFault>& together) {
+  /// Of maps tried together.
+  using Faults = std::vector<DiscreteFault>;
+
+  /// Considers those of some that a few steps bring furthest down: the right map is among them, and
+  /// of the others few need be followed to their minimum. `go_on` is told how many were looked at;
+  /// false when it said so.
+  template <class GoOnAt>
+  bool consider_likeliest(const std::vector<Faults>& all, GoOnAt go_on) {
+    constexpr std::size_t kMostFollowed = 60;
+    constexpr int kFewSteps = 8;
+    std::vector<std::pair<double, const Faults*>> likely;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      if (!go_on(k)) return false;
+      if (const std::optional<Trial> sketch = trial_of(all[k], kFewSteps)) {
+        likely.emplace_back(surprise_of(all[k], *sketch), &all[k]);
+      }
+    }
+    std::ranges::stable_sort(likely, {}, &std::pair<double, const Faults*>::first);
+    likely.resize(std::min(likely.size(), kMostFollowed));
+    for (const auto& [surprise, faults] : likely) consider(*faults);
+    return true;
+  }
+  /// Nothing where it says nothing of the map.
+  [[nodiscard]] std::optional<Trial> trial_of(const Faults& together, int most_iterations) const {
     Robot robot = robot_;
     Log log = log_;
     for (const DiscreteFault& fault : together) set_right(fault, robot, log);
@@ -467,16 +491,21 @@ class Trials {
       Robot scratch = robot_;
       Log moving = *moving_;
       set_right(together.front(), scratch, moving);
-      if (shrinks_in_vain(*moving_, moving)) return;
+      if (shrinks_in_vain(*moving_, moving)) return std::nullopt;
       robot.sigma = with_sigma_in_motion(robot, moving).sigma;
     }
-    if (silences(robot, log_, log)) return;
+    if (silences(robot, log_, log)) return std::nullopt;
     // The right one comes down from the first start in a few steps, and leaves no readings out.
-    const Trial trial = try_map(robot, log, at_s_, 1);
-    if (!trial.says_enough || trial.spare <= 0 || !(trial.cost < cost_)) return;
-    if (trial.readings < kMostOfThem * readings_) return;
-    double surprise = surprise_of(trial.cost);
-    for (const DiscreteFault& fault : together) surprise -= std::log(fault.prior);
+    Trial trial = try_map(robot, log, at_s_, 1, most_iterations);
+    if (!trial.says_enough || trial.spare <= 0) return std::nullopt;
+    if (trial.readings < kMostOfThem * readings_) return std::nullopt;
+    return trial;
+  }
+  void consider(const Faults& together) {
+    const std::optional<Trial> found = trial_of(together, kAllIterations);
+    if (!found || !(found->cost < cost_)) return;
+    const Trial& trial = *found;
+    const double surprise = surprise_of(together, trial);
     if (trial.agrees && trial.initial) {
       std::string text;
       for (const DiscreteFault& fault : together) add_item(text, fault.text, " and ");
@@ -511,6 +540,12 @@ class Trials {
   }
   /// Minus the log-likelihood of errors of unknown size.
   [[nodiscard]] double surprise_of(double cost) const { return expected_ * std::log(cost); }
+  /// With what was known of the faults before.
+  [[nodiscard]] double surprise_of(const Faults& faults, const Trial& trial) const {
+    double out = surprise_of(trial.cost);
+    for (const DiscreteFault& fault : faults) out -= std::log(fault.prior);
+    return out;
+  }
   void forget() {
     best_.clear();
     agreeing_.clear();

@@ -21,7 +21,7 @@ constexpr double kPrior = 0.001;  // of a value that fits among so many
 constexpr double kAskew_rad = 0.105;
 /// Cells that were zeroed while the platform hung on them read that load too little; what bears
 /// less of the weight than this share is an effect.
-constexpr double kHung = 0.5;
+constexpr double kHung = 0.25;
 
 /// A row of the log, and where the platform was then by the sensors that are left.
 struct Place {

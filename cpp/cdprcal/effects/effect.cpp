@@ -23,11 +23,25 @@ int Effect::size(int cables) const {
 }
 
 EffectValues Effect::typical(const Robot& robot) const {
-  return spread(info(), robot, &EffectParameter::typical);
+  const EffectValues of_robots = spread(info(), robot, &EffectParameter::typical);
+  const EffectValues stated = stated_sigma(robot);
+  if (stated.size() == 0) return of_robots;
+  return stated.array().isFinite().select(stated, of_robots);
 }
 
 EffectValues Effect::plausible(const Robot& robot) const {
-  return spread(info(), robot, &EffectParameter::plausible);
+  const EffectValues of_robots = spread(info(), robot, &EffectParameter::plausible);
+  const EffectValues stated = stated_sigma(robot);
+  if (stated.size() == 0) return of_robots;
+  // As many σ as of robots like it, if that is more.
+  const EffectValues sigmas =
+      of_robots.cwiseQuotient(spread(info(), robot, &EffectParameter::typical));
+  return stated.array().isFinite().select(of_robots.cwiseMax(sigmas.cwiseProduct(stated)),
+                                          of_robots);
+}
+
+bool Effect::is_stated(const Robot& robot) const {
+  return stated_sigma(robot).array().isFinite().any();
 }
 
 EffectValues Effect::to_reported(const EffectValues& values) const {

@@ -92,9 +92,14 @@ class Effect {
 
   /// Number of internal values on a robot with n cables.
   [[nodiscard]] int size(int cables) const;
-  /// Prior σ, and plausible bound, of each value on a robot.
+  /// Prior σ, and plausible bound, of each value on a robot: of robots like it, or as large as the
+  /// robot file says.
   [[nodiscard]] EffectValues typical(const Robot& robot) const;
   [[nodiscard]] EffectValues plausible(const Robot& robot) const;
+  /// σ of each value by the robot file, which so says that the effect is there; NaN where it says
+  /// nothing, empty for effects of which it never does.
+  [[nodiscard]] virtual EffectValues stated_sigma(const Robot&) const { return {}; }
+  [[nodiscard]] bool is_stated(const Robot& robot) const;
 
   /// Geometry and inertia: changes the robot itself.
   virtual void apply(const EffectValues&, Robot&) const {}

@@ -25,6 +25,13 @@ class FrameAnchors final : public Effect {
     return info;
   }
   [[nodiscard]] bool moves_cables() const override { return true; }
+  [[nodiscard]] EffectValues stated_sigma(const Robot& robot) const override {
+    EffectValues out(3L * robot.cable_count());
+    for (int i = 0; i < robot.cable_count(); ++i) {
+      out.segment<3>(3L * i) = robot.cables[i].pulley.position_sigma_m;
+    }
+    return out;
+  }
   void apply(const EffectValues& offset_m, Robot& robot) const override {
     for (int i = 0; i < robot.cable_count(); ++i) {
       robot.cables[i].pulley.position_m += offset_m.segment<3>(3 * i);

@@ -16,6 +16,7 @@ class OfEachLog final : public Effect {
   const EffectInfo& info() const override { return info_; }
   void apply(const EffectValues& values, Robot& robot) const override { of_->apply(values, robot); }
   bool moves_cables() const override { return of_->moves_cables(); }
+  EffectValues stated_sigma(const Robot& robot) const override { return of_->stated_sigma(robot); }
   void correct_tension(const EffectContext& context, const EffectValues& values,
                        CableVector& tension_N) const override {
     of_->correct_tension(context, values, tension_N);

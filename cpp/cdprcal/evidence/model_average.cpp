@@ -88,7 +88,9 @@ Unseen unseen_effects(const DiagnosisModel& model, std::vector<CandidateScore> s
     const Eigen::VectorXd value = -factor.solve(slope);
     const Vector6 shift = moved * value;
     const Matrix6 spread = moved * factor.solve(Eigen::MatrixXd(moved.transpose()));
-    const double there = probability(prior_log_odds + scores[k].log_evidence);
+    const double there = candidates[k]->is_stated(model.robot)
+                             ? 1.0
+                             : probability(prior_log_odds + scores[k].log_evidence);
     out.each.push_back({there, shift, spread});
     const Eigen::MatrixXd by_value = of.bottomRows(values);
     const Eigen::VectorXd of_spread =

@@ -28,7 +28,7 @@ struct Unseen {
 /// what it does at its typical size, with the probability that it is there. That is learnt from the
 /// robot itself: of the catalogue's effects, the share that was found (Laplace's rule of
 /// succession). `scores`: a scan of this model, which must be fitted. Steps at the first move
-/// count, too, by what the readings say of them.
+/// count, too, by what the readings say of them. What the robot file says is there is.
 Unseen unseen_effects(const DiagnosisModel& model, std::vector<CandidateScore> scores);
 
 /// What a fitted model says of the initial pose of run 0.

@@ -44,6 +44,24 @@ TEST(Sizes, GrowWithTheRobotAsTheirUnitDoes) {
   }
 }
 
+TEST(Sizes, OfPulleysAreAsTheRobotFileSays) {
+  const auto effect = find_effect("frame_anchors");
+  Robot robot = load_robot("irma4");
+  const EffectValues usual = effect->typical(robot), most = effect->plausible(robot);
+  EXPECT_FALSE(effect->is_stated(robot));
+  robot.cables[1].pulley.position_sigma_m = Vector3(0.02, 1e-4, kNaN);
+  ASSERT_TRUE(effect->is_stated(robot));
+  EffectValues expected = usual, expected_most = most;
+  expected[3] = 0.02;
+  expected[4] = 1e-4;
+  expected_most[3] *= 0.02 / usual[3];  // what is said to be small may have been moved since
+  EXPECT_EQ(effect->typical(robot), expected);
+  EXPECT_LT((effect->plausible(robot) - expected_most).cwiseAbs().maxCoeff(), 1e-15);
+  for (const auto& other : effect_catalogue()) {
+    EXPECT_EQ(other->is_stated(robot), other->name() == "frame_anchors") << other->name();
+  }
+}
+
 TEST(Sizes, OfIrma4AreThoseOfTheTable) {
   const Robot robot = load_robot("irma4");
   for (const auto& effect : effect_catalogue()) {

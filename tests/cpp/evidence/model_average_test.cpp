@@ -80,6 +80,18 @@ TEST(ModelAverage, WhatTheReadingsSpeakAgainstAddsNothing) {
   EXPECT_GE(mean_of(unseen_effects(clean(), found).each).trace(), unseen.possible.trace());
 }
 
+TEST(ModelAverage, WhatTheRobotFileSaysIsThereWhateverSpeaksAgainstIt) {
+  DiagnosisModel model = clean();
+  for (Cable& cable : model.robot.cables) cable.pulley.position_sigma_m.setConstant(0.01);
+  std::vector<CandidateScore> scores = scan(model, {find_effect("frame_anchors")}, {.draws = 0});
+  scores[0].log_evidence = -30.0;
+  const Unseen unseen = unseen_effects(model, scores);
+  EXPECT_EQ(unseen.each.front().probability, 1.0);
+  const Unseen unsaid = unseen_effects(clean(), scores);
+  EXPECT_LT(unsaid.each.front().probability, 1e-6);
+  EXPECT_GT(unseen.each.front().spread.trace(), 4.0 * unsaid.each.front().spread.trace());
+}
+
 TEST(ModelAverage, AlternativesCountByTheirEvidence) {
   Vector6 twist;
   twist << 0.01, 0.0, 0.0, 0.0, 0.02, 0.0;
