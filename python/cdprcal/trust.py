@@ -137,6 +137,30 @@ def _of_pulleys(robot: _core.Robot, position_m: float) -> str:
     )
 
 
+def caveats_of_frame(found: _core.FrameResult) -> tuple[Finding, ...]:
+    """What is to be known before a frame is used; empty for one that did not converge.
+
+    ``imprecise``: a pulley is known no better than an eye sees.
+    """
+    if found.status != _core.FrameStatus.converged:
+        return ()
+    sigma_m = np.array(found.anchors_sigma_m).max(axis=1)
+    worst = int(np.argmax(sigma_m))
+    if not sigma_m[worst] > BY_EYE * _core.robot_size_m(found.corrected):
+        return ()
+    return (
+        Finding(
+            severity="warning",
+            code="imprecise",
+            message=f"pulley {worst + 1} is known to ± {_two_digits(1e3 * sigma_m[worst])} mm "
+            f"(1 σ, worst direction), which is no better than the eye: {BY_EYE:.0%} of the "
+            "robot's size",
+            remedy="measure at the poses that would tell more, or measure that pulley and give "
+            "its position_sigma_m",
+        ),
+    )
+
+
 def caveats_of_diagnosis(diagnosis: _core.Diagnosis) -> tuple[Finding, ...]:
     """Why a log with which nothing disagrees may lack something all the same."""
     if not diagnosis.misfit:

@@ -80,6 +80,30 @@ def test_the_calibrated_file_takes_the_offset_off(machine: Path) -> None:
     assert found.residual_rms.direct_length_m < 2e-3
 
 
+@pytest.mark.parametrize(("points", "code"), [(9, 3), (100, 0)])
+def test_a_frame_known_no_better_than_by_eye_is_said_to_be_so(
+    machine: Path, points: int, code: int
+) -> None:
+    """Of points in the middle of the frame alone; the file is written all the same."""
+    lines = (machine / "grid.txt").read_text().splitlines(keepends=True)
+    lengths_m = np.array([[float(x) for x in re.findall(r":([\d.]+)", line)] for line in lines])
+    from_middle = np.abs(lengths_m - np.median(lengths_m, axis=0)).max(axis=1)
+    chosen = np.sort(np.argsort(from_middle)[:points])
+    (machine / "grid.txt").write_text("".join(lines[k] for k in chosen))
+    command = _blocks("sh")[0].split()
+    done = _run(machine, *command[1:], "--json")
+    assert done.returncode == code, done.stderr
+    document = json.loads(done.stdout)
+    jsonschema.validate(document, schema("geometry"))
+    said = [caveat["message"] for caveat in document["caveats"] if caveat["code"] == "imprecise"]
+    assert len(said) == (code == 3)
+    assert all(re.match(r"pulley \d is known to ± [1-9]\d+ mm ", message) for message in said)
+    assert (machine / "calibrated.yaml").exists()
+    table = _run(machine, *command[1:], "--force")
+    assert table.returncode == code
+    assert all(message.split(" (1")[0] in table.stdout + table.stderr for message in said)
+
+
 def test_records_are_read_from_between_words(tmp_path: Path) -> None:
     path = tmp_path / "notes.txt"
     path.write_text("First run\n {a:1.5, b:-2},\n{a:2.5,\n b:3e1}\n\nSecond {a: 1, b: 2}\n")

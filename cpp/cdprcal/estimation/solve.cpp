@@ -190,13 +190,17 @@ double largest_motion(const CalibrationProblem& problem, const WeighedPoses& at)
   return largest;
 }
 
+constexpr const char* kCheckSensors =
+    "; check signs, scales and order of the sensors in the configuration, and whether they are as "
+    "good as its sigma say";
+
 void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged, bool explain,
            CalibrationResult& result) {
   const std::string doubts = contradictions(problem, assembly, result);
   if (!converged) {
     if (!doubts.empty()) {
-      result.reason += "; where it stopped the model contradicts the readings: " + doubts +
-                       "; check signs, scales and order of the sensors in the configuration";
+      result.reason +=
+          "; where it stopped the model contradicts the readings: " + doubts + kCheckSensors;
     }
     return;
   }
@@ -247,7 +251,7 @@ void judge(const CalibrationProblem& problem, Assembly& assembly, bool converged
     result.status = CalibrationStatus::not_converged;
     result.reason =
         "a minimum was found, but it contradicts the readings, so it is not the pose: " + doubts +
-        "; check signs, scales and order of the sensors in the configuration";
+        kCheckSensors;
     return;
   }
   result.status = CalibrationStatus::converged;

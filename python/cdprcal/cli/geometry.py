@@ -10,6 +10,7 @@ import typer
 from cdprcal.command import (
     DONE,
     UNTRUSTED,
+    WITH_CAVEATS,
     ForceOption,
     JsonOption,
     MapOption,
@@ -78,13 +79,15 @@ def command(
 
     Pulleys are known as well as position_sigma_m says. Points (platform.motion 2T, 3T) need no
     guess: the file's positions say which corner is which. The poses are nobody's knowledge either;
-    a tracker's (position_x_m …) help. Exit code 1: the poses do not determine the frame.
+    a tracker's (position_x_m …) help. Exit code 1: the poses do not determine the frame. 3: a
+    pulley is known no better than by eye.
     """
     from cdprcal import _core
     from cdprcal.frame import frame_as_dict
     from cdprcal.io.files import write_texts
     from cdprcal.mapping import Reader
     from cdprcal.tables import print_findings
+    from cdprcal.trust import caveats_of_frame
 
     keep_apart({"-o": output}, {"robot file": robot, "log": logs, "mapping file": map_})
     keep_existing({"robot file": output}, force=force)
@@ -96,7 +99,7 @@ def command(
         found = _core.find_frame(
             the_robot, [file.log for file in files], offset=offset, scale=scale, poses=poses
         )
-    document = frame_as_dict(found)
+    document, caveats = frame_as_dict(found), caveats_of_frame(found)
     converged = found.status == _core.FrameStatus.converged
     if output and converged:
         write_texts({Path(output): document["corrected"]})
@@ -106,4 +109,5 @@ def command(
         from cdprcal.frame.table import print_frame
 
         print_frame(document, verbose=verbose)
-    raise typer.Exit(DONE if converged else UNTRUSTED)
+        print_findings(caveats, verbose=verbose)
+    raise typer.Exit((WITH_CAVEATS if caveats else DONE) if converged else UNTRUSTED)

@@ -6,6 +6,7 @@ from typing import Any
 
 from cdprcal import _core
 from cdprcal.results import number, numbers
+from cdprcal.trust import caveats_of_frame
 
 
 def frame_as_dict(found: _core.FrameResult) -> dict[str, Any]:
@@ -13,6 +14,7 @@ def frame_as_dict(found: _core.FrameResult) -> dict[str, Any]:
     return {
         "status": found.status.name,
         "reason": found.reason,
+        "caveats": [caveat.as_dict() for caveat in caveats_of_frame(found)],
         "anchors_m": numbers(found.anchors_m),
         "anchors_sigma_m": numbers(found.anchors_sigma_m),
         "gauge": found.gauge,
