@@ -4,6 +4,7 @@
 #include "cdprcal/diagnosis/foresight.hpp"
 #include "cdprcal/diagnosis/separation.hpp"
 #include "cdprcal/effects/applied.hpp"
+#include "cdprcal/evidence/steps.hpp"
 #include "cdprcal/robot_file/effect_definitions.hpp"
 
 #include <pybind11/typing.h>
@@ -136,6 +137,10 @@ void register_catalogue(py::module_& module) {
   module.def(
       "effects_of", [](const Robot& robot) { return rows_of(effects_of(robot)); }, py::arg("robot"),
       "The catalogue, then the robot's own effects: those of its file's text.");
+  module.def(
+      "steps_of", [](const Robot& robot) { return rows_of(kinds_of_steps(robot)); },
+      py::arg("robot"),
+      "What happens once, as diagnose names it: a list of EffectInfo, those of one name in a row.");
   module.def(
       "with_effect_definitions",
       [](const Robot& robot, const std::string& yaml_text, const std::string& source) {

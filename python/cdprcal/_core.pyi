@@ -266,6 +266,7 @@ __all__: list[str] = [
     "solve",
     "specified_noise",
     "stability",
+    "steps_of",
     "stiffness",
     "structure_matrix",
     "swivel_jacobian",
@@ -5930,6 +5931,11 @@ def stability(
 ) -> Stability:
     """
     Both notions of stability at a pose that is in balance.
+    """
+
+def steps_of(robot: Robot) -> list[EffectInfo]:
+    """
+    What happens once, as diagnose names it: a list of EffectInfo, those of one name in a row.
     """
 
 def stiffness(

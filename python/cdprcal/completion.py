@@ -33,11 +33,12 @@ def effect_files(incomplete: str) -> list[str]:
 
 
 def effect_names(incomplete: str) -> list[str]:
-    """Effects of the catalogue."""
-    from cdprcal._core import effect_catalogue
+    """What diagnose names: effects of the catalogue, what happens once, faults."""
+    from cdprcal._core import effect_catalogue, injectable_effects, load_robot, steps_of
 
-    names = [info.name for info in effect_catalogue()]
-    return [name for name in names if name.startswith(incomplete)]
+    names = [info.name for info in (*effect_catalogue(), *steps_of(load_robot("irma4")))]
+    names += [row["name"] for row in injectable_effects() if not row["generator_only"]]
+    return [name for name in dict.fromkeys(names) if name.startswith(incomplete)]
 
 
 def effect_file_names(incomplete: str) -> list[str]:

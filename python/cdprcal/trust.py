@@ -14,13 +14,14 @@ from cdprcal.sensors import CHANNELS
 
 #: What the core says of a fit that it believes; what it adds behind this restricts it.
 CLAIM = "minimum found; residuals are within what the sensors' sigma allow"
-#: Caveats that say of which pose, and in which frame, the answer is, not that it is off.
+#: Caveats that say of which pose the answer is, not that it is off.
 ABOUT_RUN = ("gap", "short_run")
 #: How often a log of a robot that is as its file says gets the caveat "misfit"; diagnose takes as
 #: much for the chance of an accusation.
 FALSE_ALARMS = 0.01
 #: Of the size of the robot: what an eye beside it sees.
 BY_EYE = 0.01
+_BY_EYE = f"no better than the eye: {BY_EYE:.0%} of the robot's size"
 #: Times that are listed.
 _SHOWN = 6
 
@@ -70,7 +71,7 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
                 code="imprecise",
                 message=f"the pose is known to ± {_two_digits(1e3 * position_m)} mm and "
                 f"± {_two_digits(math.degrees(rotation_rad))}° (1 σ, worst directions), which is "
-                f"no better than the eye: {BY_EYE:.0%} of the robot's size",
+                f"{_BY_EYE}",
                 remedy=_of_pulleys(robot, position_m)
                 or "measure at more varied poses, or with more sensors: cdprcal plan --optimal "
                 "says where",
@@ -125,6 +126,10 @@ def _unbalanced(calibration: _core.Calibration) -> Iterator[Finding]:
         )
 
 
+def _known_to(pulley: int, sigma_m: float) -> str:
+    return f"pulley {pulley + 1} is known to ± {_two_digits(1e3 * sigma_m)} mm"
+
+
 def _of_pulleys(robot: _core.Robot, position_m: float) -> str:
     """What to do where pulleys are no better known than the pose; empty where they are."""
     sigma_m = np.array([cable.pulley.position_sigma_m for cable in robot.cables])
@@ -132,7 +137,7 @@ def _of_pulleys(robot: _core.Robot, position_m: float) -> str:
         return ""
     cable, _ = np.unravel_index(np.nanargmax(sigma_m), sigma_m.shape)
     return (
-        f"pulley {cable + 1} is known to ± {_two_digits(1e3 * np.nanmax(sigma_m))} mm "
+        f"{_known_to(int(cable), np.nanmax(sigma_m))} "
         "(position_sigma_m): measure it, or let cdprcal geometry find the pulleys from more poses"
     )
 
@@ -152,9 +157,8 @@ def caveats_of_frame(found: _core.FrameResult) -> tuple[Finding, ...]:
         Finding(
             severity="warning",
             code="imprecise",
-            message=f"pulley {worst + 1} is known to ± {_two_digits(1e3 * sigma_m[worst])} mm "
-            f"(1 σ, worst direction), which is no better than the eye: {BY_EYE:.0%} of the "
-            "robot's size",
+            message=f"{_known_to(worst, sigma_m[worst])} (1 σ, worst direction), which is "
+            f"{_BY_EYE}",
             remedy="measure at the poses that would tell more, or measure that pulley and give "
             "its position_sigma_m",
         ),

@@ -9,10 +9,13 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import jsonschema
 import pytest
 
 import cdprcal
+from cdprcal import _core
 from cdprcal.completion import paths
+from cdprcal.schemas import schema
 from conftest import Ran
 
 Cli = Callable[..., Ran]
@@ -39,6 +42,35 @@ def test_explain_says_all_about_one(cli: Cli, name: str) -> None:
     assert info.remedy in ran.stdout
     assert all(rival in ran.stdout for rival in info.confused_with)
     assert json.loads(cli("explain", name, "--json").stdout)["equation"] == info.equation
+
+
+@pytest.mark.parametrize("name", ["cable_slip", "load_shift", "load_cell_shift", "contact"])
+def test_explain_knows_what_happens_once(cli: Cli, name: str) -> None:
+    infos = [info for info in _core.steps_of(cdprcal.load_robot("irma4")) if info.name == name]
+    assert infos
+    said = cli("explain", name).stdout
+    document = json.loads(cli("explain", name, "--json").stdout)
+    jsonschema.validate(document, schema("explain"))
+    for info in infos:
+        for words in (info.sentence, info.equation, info.remedy):
+            assert words in " ".join(said.split())
+        assert info.sentence in document["sentence"]
+    assert ("try it: cdprcal demo --effect" in said) == (name != "contact")
+    assert f"{name}=time_s," in said or name == "contact"
+
+
+@pytest.mark.parametrize("name", ["euler_convention", "tension_offset", "slack"])
+def test_explain_knows_faults_of_the_configuration(cli: Cli, name: str) -> None:
+    row = next(row for row in _core.injectable_effects() if row["name"] == name)
+    assert cli("explain", name).stdout.startswith(f"{name}: {row['description']}\n")
+    document = json.loads(cli("explain", name, "--json").stdout)
+    jsonschema.validate(document, schema("explain"))
+    assert document["sentence"] == row["description"]
+
+
+def test_everything_that_diagnose_names_can_be_explained(cli: Cli) -> None:
+    for row in _core.injectable_effects():
+        assert cli("explain", row["name"]).code == (2 if row["generator_only"] else 0), row["name"]
 
 
 def test_sizes_are_those_of_the_catalogue(cli: Cli) -> None:
@@ -80,7 +112,10 @@ def test_a_template_from_another_robot_is_that_robot(cli: Cli, tmp_path: Path) -
 @pytest.mark.parametrize(
     ("typed", "offered"),
     [
-        ("cdprcal explain load_cell_", {"load_cell_bias", "load_cell_gain", "load_cell_drift"}),
+        (
+            "cdprcal explain load_cell_",
+            {"load_cell_bias", "load_cell_gain", "load_cell_drift", "load_cell_shift"},
+        ),
         ("cdprcal check irm", {"irma4"}),
         ("cdprcal check my", {"my.yaml"}),
         ("cdprcal calibrate irma4 run.csv --method s", {"static"}),

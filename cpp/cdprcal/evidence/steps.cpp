@@ -271,6 +271,16 @@ Candidates step_candidates(const DiagnosisModel& model) {
   return out;
 }
 
+Candidates kinds_of_steps(const Robot& robot) {
+  const Step of_one{.cable = 0}, first{.parts_a_rest = true};
+  return {std::make_shared<CableSlip>(of_one),
+          std::make_shared<CableSlip>(first),
+          std::make_shared<LoadShift>(Step{}),
+          std::make_shared<LoadCellShift>(of_one),
+          std::make_shared<LoadCellShift>(Step{.cable = 0, .parts_a_rest = true}),
+          std::make_shared<Contact>(first, robot)};
+}
+
 Candidates steps_beside(const DiagnosisModel& model, const Effect& step) {
   const Step at = *as_step(step);
   Candidates out = step_candidates(model);

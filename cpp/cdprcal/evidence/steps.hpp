@@ -22,6 +22,8 @@ struct Step {
 /// - contact: something bore the platform until then
 /// - load_cell_shift: a load cell was off until then; one for each
 Candidates step_candidates(const DiagnosisModel& model);
+/// One of each kind, of the first cable where it is of one, for what there is to say of it.
+Candidates kinds_of_steps(const Robot& robot);
 /// Of those; nothing for another effect.
 std::optional<Step> as_step(const Effect& effect);
 /// The other steps at the time of this one.

@@ -109,31 +109,58 @@ def explain(
     effects: EffectsOption = None,
     json: JsonOption = False,
 ) -> None:
-    """Say what an effect is: equation, values, usual size, what it is confused with, what to do."""
-    from cdprcal import _core
-    from cdprcal.terminal import Table, answers, say
+    """Say what an effect is: equation, values, usual size, what it is confused with, what to do.
 
-    known = {info.name: info for info in _core.effects_of(robot_with_effects("irma4", effects))}
-    if effect not in known:
-        near = difflib.get_close_matches(effect, known, n=3)
+    Also of what happens once (cable_slip, contact), and of faults of the configuration.
+    """
+    from cdprcal import _core
+    from cdprcal.terminal import answers, say
+
+    robot = robot_with_effects("irma4", effects)
+    steps = _core.steps_of(robot)
+    known: dict[str, list[_core.EffectInfo]] = {}
+    for info in (*_core.effects_of(robot), *steps):
+        known.setdefault(info.name, []).append(info)
+    injected = {row["name"]: row for row in _core.injectable_effects() if not row["generator_only"]}
+    faults = {name: row["description"] for name, row in injected.items() if name not in known}
+    if effect not in known and effect not in faults:
+        names = [*known, *faults]
+        near = difflib.get_close_matches(effect, names, n=3)
         fail(
             f"{effect!r}: is no effect; give "
             + (f"{' or '.join(near)}, or another" if near else "one")
             + " of those that cdprcal effects lists"
         )
-    info = known[effect]
     if json:
-        print_json(_document(info))
+        print_json(_documents(known[effect]) if effect in known else _of_fault(faults, effect))
         return
+    out = answers()
+    for info in known.get(effect, []):
+        _print_effect(info, "value" if info in steps else "in the robot file")
+    if effect in faults:
+        say(out, f"{effect}: {faults[effect]}")
+        say(out, f"what to do: {_SET_RIGHT}")
+    if effect in injected:
+        once = effect in faults or any(info.name == effect for info in steps)
+        values = ",".join(name for name, _ in injected[effect]["parameters"]) if once else "VALUES"
+        say(out, f"try it: cdprcal demo --effect {effect}={values}")
+
+
+_SET_RIGHT = (
+    "look at what diagnose says of it, and set it right in the robot file or on the machine"
+)
+
+
+def _print_effect(info: _core.EffectInfo, values: str) -> None:
+    """One effect for people; ``values``: the title of those it has."""
+    from cdprcal import _core
+    from cdprcal.terminal import Table, answers, say
+
     out = answers()
     say(out, f"{info.name}: {info.sentence}")
     say(out, info.equation)
     table = Table(
-        "in the robot file",
-        "how many",
-        "usually",
-        "at least" if info.inverse else "at most",
-        text=range(4),
+        values, "how many", "usually", "at least" if info.inverse else "at most", text=range(4)
     )
     for parameter in info.parameters:
         table.add_row(
@@ -157,7 +184,6 @@ def explain(
         say(out, f"to tell it from those: {info.settle}")
     if info.remedy:
         say(out, f"what to do: {info.remedy}")
-    say(out, f"try it: cdprcal demo --effect {info.name}=VALUES")
 
 
 _SHAPES = {
@@ -181,6 +207,31 @@ def _size(info: _core.EffectInfo, parameter: _core.EffectParameter, internal: fl
     value = 1.0 / internal if info.inverse else internal
     label, factor = for_people(parameter.unit, value)
     return f"{value * factor:.3g} {label}".strip()
+
+
+def _documents(infos: list[_core.EffectInfo]) -> dict[str, Any]:
+    """Of one name: what else it may be stands beside."""
+    return _document(infos[0]) | {
+        "sentence": "; or: ".join(info.sentence for info in infos),
+        "equation": "; or: ".join(dict.fromkeys(info.equation for info in infos)),
+    }
+
+
+def _of_fault(faults: dict[str, str], name: str) -> dict[str, Any]:
+    return {
+        "name": name,
+        "sentence": faults[name],
+        "equation": "",
+        "remedy": _SET_RIGHT,
+        "settle": "",
+        "confused_with": [],
+        "one_sided": False,
+        "on_request": False,
+        "shows": "at_rest",
+        "scope": "run",
+        "formula": None,
+        "parameters": [],
+    }
 
 
 def _document(info: _core.EffectInfo) -> dict[str, Any]:

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "../support/dense.hpp"
 #include "../support/numeric_jacobian.hpp"
@@ -85,6 +86,19 @@ TEST(Steps, AreEffectsWithWordsForPeople) {
   EXPECT_NE(std::string(info.sentence).find("slipped"), std::string::npos);
   EXPECT_NE(std::string(info.remedy).find("drum"), std::string::npos);
   EXPECT_NE(std::string(info.settle).find("drum"), std::string::npos);
+}
+
+TEST(Steps, AreOfKindsThatAreAllTheCandidates) {
+  using Kind = std::pair<std::string, bool>;
+  std::set<Kind> kinds, candidates;
+  const auto kind = [](const Effect& e) {
+    return Kind{e.info().sentence, as_step(e)->parts_a_rest};
+  };
+  const DiagnosisModel& model = test::two_runs();
+  for (const auto& step : kinds_of_steps(model.robot))
+    EXPECT_TRUE(kinds.insert(kind(*step)).second);
+  for (const auto& step : step_candidates(model)) candidates.insert(kind(*step));
+  EXPECT_EQ(kinds, candidates);
 }
 
 TEST(Slips, ShortenWhatIsReadOfTheirCableFromThenOn) {
