@@ -140,7 +140,7 @@ void register_catalogue(py::module_& module) {
   module.def(
       "steps_of", [](const Robot& robot) { return rows_of(kinds_of_steps(robot)); },
       py::arg("robot"),
-      "What happens once, as diagnose names it: a list of EffectInfo, those of one name in a row.");
+      "What happens once, as diagnose names it: a list of EffectInfo, several of one name.");
   module.def(
       "with_effect_definitions",
       [](const Robot& robot, const std::string& yaml_text, const std::string& source) {

@@ -5935,7 +5935,7 @@ def stability(
 
 def steps_of(robot: Robot) -> list[EffectInfo]:
     """
-    What happens once, as diagnose names it: a list of EffectInfo, those of one name in a row.
+    What happens once, as diagnose names it: a list of EffectInfo, several of one name.
     """
 
 def stiffness(

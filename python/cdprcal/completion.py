@@ -34,11 +34,11 @@ def effect_files(incomplete: str) -> list[str]:
 
 def effect_names(incomplete: str) -> list[str]:
     """What diagnose names: effects of the catalogue, what happens once, faults."""
-    from cdprcal._core import effect_catalogue, injectable_effects, load_robot, steps_of
+    from cdprcal._core import load_robot
+    from cdprcal.effect_names import infos_by_name, injectable
 
-    names = [info.name for info in (*effect_catalogue(), *steps_of(load_robot("irma4")))]
-    names += [row["name"] for row in injectable_effects() if not row["generator_only"]]
-    return [name for name in dict.fromkeys(names) if name.startswith(incomplete)]
+    names = dict.fromkeys([*infos_by_name(load_robot("irma4")), *injectable()])
+    return [name for name in names if name.startswith(incomplete)]
 
 
 def effect_file_names(incomplete: str) -> list[str]:
@@ -47,8 +47,10 @@ def effect_file_names(incomplete: str) -> list[str]:
 
 
 def injected_effects(incomplete: str) -> list[str]:
-    """The same with the = that their values come after."""
-    return [f"{name}=" for name in effect_names(incomplete)]
+    """What a simulated machine can have, with the = that its values come after."""
+    from cdprcal.effect_names import injectable
+
+    return [f"{name}=" for name in injectable() if name.startswith(incomplete)]
 
 
 def paths(incomplete: str, endings: tuple[str, ...]) -> list[str]:

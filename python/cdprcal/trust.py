@@ -21,7 +21,7 @@ ABOUT_RUN = ("gap", "short_run")
 FALSE_ALARMS = 0.01
 #: Of the size of the robot: what an eye beside it sees.
 BY_EYE = 0.01
-_BY_EYE = f"no better than the eye: {BY_EYE:.0%} of the robot's size"
+_BY_EYE = f"which is no better than the eye: {BY_EYE:.0%} of the robot's size"
 #: Times that are listed.
 _SHOWN = 6
 
@@ -70,8 +70,7 @@ def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:
                 severity="warning",
                 code="imprecise",
                 message=f"the pose is known to ± {_two_digits(1e3 * position_m)} mm and "
-                f"± {_two_digits(math.degrees(rotation_rad))}° (1 σ, worst directions), which is "
-                f"{_BY_EYE}",
+                f"± {_two_digits(math.degrees(rotation_rad))}° (1 σ, worst directions), {_BY_EYE}",
                 remedy=_of_pulleys(robot, position_m)
                 or "measure at more varied poses, or with more sensors: cdprcal plan --optimal "
                 "says where",
@@ -131,9 +130,9 @@ def _known_to(pulley: int, sigma_m: float) -> str:
 
 
 def _of_pulleys(robot: _core.Robot, position_m: float) -> str:
-    """What to do where pulleys are no better known than the pose; empty where they are."""
+    """What to do where pulleys are a good part of why; empty where they are not."""
     sigma_m = np.array([cable.pulley.position_sigma_m for cable in robot.cables])
-    if not np.isfinite(sigma_m).any() or 2.0 * np.nanmax(sigma_m) < position_m:
+    if not np.isfinite(sigma_m).any() or np.nanmax(sigma_m) < 0.5 * position_m:
         return ""
     cable, _ = np.unravel_index(np.nanargmax(sigma_m), sigma_m.shape)
     return (
@@ -157,8 +156,7 @@ def caveats_of_frame(found: _core.FrameResult) -> tuple[Finding, ...]:
         Finding(
             severity="warning",
             code="imprecise",
-            message=f"{_known_to(worst, sigma_m[worst])} (1 σ, worst direction), which is "
-            f"{_BY_EYE}",
+            message=f"{_known_to(worst, sigma_m[worst])} (1 σ, worst direction), {_BY_EYE}",
             remedy="measure at the poses that would tell more, or measure that pulley and give "
             "its position_sigma_m",
         ),

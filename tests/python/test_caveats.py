@@ -27,11 +27,15 @@ import edits
 Cli = Callable[..., Ran]
 
 
-def made(robot: cdprcal.Robot, seed: int = 1, noise: float = 0.1, **changed: Any) -> cdprcal.Log:
+def synthetic(robot: cdprcal.Robot, seed: int, noise: float = 0.1) -> cdprcal.SyntheticLog:
     options = cdprcal.SyntheticLogOptions(
         noise=cdprcal.reading_noise(robot.sigma, noise), seed=seed, dwell_s=4.0, move_s=2.0
     )
-    log = cdprcal.synthetic_log(robot, cdprcal.default_setpoints(robot, 2, 2, 2), options).log
+    return cdprcal.synthetic_log(robot, cdprcal.default_setpoints(robot, 2, 2, 2), options)
+
+
+def made(robot: cdprcal.Robot, seed: int = 1, noise: float = 0.1, **changed: Any) -> cdprcal.Log:
+    log = synthetic(robot, seed, noise).log
     groups = ("length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad")
     return cdprcal.Log(
         time_s=log.time_s, source="made", **{g: getattr(log, g) for g in groups} | changed
@@ -170,15 +174,11 @@ def test_sigma_of_a_pose_allows_for_pulleys_that_are_known_so_well(
             for i in range(4)
             for k, axis in enumerate("xyz")
         }
-        options = cdprcal.SyntheticLogOptions(
-            noise=cdprcal.reading_noise(robot.sigma, 0.1), seed=seed, dwell_s=4.0, move_s=2.0
-        )
-        set_points = cdprcal.default_setpoints(robot, 2, 2, 2)
-        made = cdprcal.synthetic_log(vary(robot, there), set_points, options)
+        run = synthetic(vary(robot, there), seed)
         for which, errors in ((known, off), (robot, taken_for_exact)):
-            result = cdprcal.calibrate(which, made.log).result
+            result = cdprcal.calibrate(which, run.log).result
             assert result.covariance is not None
-            error = cdprcal.minus(result.poses[0], made.poses[0])
+            error = cdprcal.minus(result.poses[0], run.poses[0])
             errors.append(error / np.sqrt(np.diag(result.covariance)))
     assert np.max(np.abs(off)) < 4.0
     assert np.sqrt(np.mean(np.square(off))) < 1.5

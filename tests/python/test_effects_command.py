@@ -121,6 +121,8 @@ def test_a_template_from_another_robot_is_that_robot(cli: Cli, tmp_path: Path) -
         ("cdprcal calibrate irma4 run.csv --method s", {"static"}),
         ("cdprcal plan irma4 --order ", {"least-time", "random"}),
         ("cdprcal demo --effect mas", {"mass="}),
+        ("cdprcal demo --effect load_cell_s", {"load_cell_shift="}),
+        ("cdprcal demo --effect conta", set()),
     ],
 )
 def test_shells_are_told_values(tmp_path: Path, typed: str, offered: set[str]) -> None:

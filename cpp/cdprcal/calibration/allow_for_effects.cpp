@@ -116,15 +116,14 @@ std::optional<WithUnseen> with_unseen(const Calibration& calibration, double mom
   // what friction and hysteresis do; diagnose tells the two apart.
   const bool moves = std::ranges::any_of(model.runs.front().measurements, &Measurement::moves);
   WithUnseen out{averaged_covariance(own, unseen, checks_of(model).enough())};
-  const auto by_errors = [&](std::size_t k) {
-    return moves && k < scores.size() && looks_at_directions(*scores[k].effect, model);
-  };
-  const auto is_stated = [&](std::size_t k) {
-    return k < scores.size() && scores[k].effect->is_stated(model.robot);
+  // What the robot file says is no lack.
+  const auto no_lack = [&](std::size_t k) {
+    if (k >= scores.size()) return false;  // a step
+    const Effect& effect = *scores[k].effect;
+    return effect.is_stated(model.robot) || (moves && looks_at_directions(effect, model));
   };
   for (std::size_t k = 0; k < unseen.each.size(); ++k) {
-    if (is_stated(k) || by_errors(k)) continue;
-    if (unseen.each[k].probability > kProbable) out.lacks_something = true;
+    if (unseen.each[k].probability > kProbable && !no_lack(k)) out.lacks_something = true;
   }
   return out.covariance.allFinite() ? std::optional(out) : std::nullopt;
 }

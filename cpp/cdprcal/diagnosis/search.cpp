@@ -190,6 +190,7 @@ std::vector<Refit> refitted_formulas(const DiagnosisModel& model, std::size_t co
   return refits;
 }
 
+constexpr const char* kNothingLeft = ", and nothing is left for it";
 /// Why an effect of this evidence is none where a formula has more, or cannot be told from it.
 std::string stands_in(const Refit& formula, double own_nats) {
   return printed(
@@ -383,7 +384,7 @@ std::string Search::stands_for_a_law(const FaultRefit& found) const {
     if (law.log_evidence < found.log_posterior) break;
     Unfaulted without(law.model, beside_faults(law.model));
     if (is_sure_of(small_faults_.best(without, options_.rival_nats))) continue;
-    return stands_in(law, found.log_posterior) + ", and nothing is left for it";
+    return stands_in(law, found.log_posterior) + kNothingLeft;
   }
   return "";
 }
@@ -446,7 +447,7 @@ void Search::withdraw_stand_ins() {
       ++k;
       continue;
     }
-    take_back(k, *without, stands_in(refits.front(), own) + ", and nothing is left for it");
+    take_back(k, *without, stands_in(refits.front(), own) + kNothingLeft);
   }
 }
 

@@ -229,8 +229,7 @@ void start_noise(DiagnosisModel& model, const Signals& signals) {
   }
   model.rest_samples = rests > 0 ? samples / rests : 1.0;
   model.signals = signals;
-  const bool reads = std::ranges::any_of(
-      model.runs, [](const DiagnosisRun& run) { return reads_tensions(run.measurements); });
+  const bool reads = reads_tensions(model);
   const NoiseModel specified = specified_noise(model.robot.sigma);
   for (std::size_t c = 0; c < kRestGroups; ++c) {
     const double sigma = specified.channel[c].pose;

@@ -23,4 +23,9 @@ bool reads_tensions(const std::vector<Measurement>& measurements) {
   return is_read(measurements, Channel::balance);
 }
 
+bool reads_tensions(const DiagnosisModel& model) {
+  return std::ranges::any_of(
+      model.runs, [](const DiagnosisRun& run) { return reads_tensions(run.measurements); });
+}
+
 }  // namespace cdprcal

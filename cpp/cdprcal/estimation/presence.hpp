@@ -1,6 +1,7 @@
 // Which sensors a problem has readings of.
 #pragma once
 
+#include "cdprcal/estimation/model.hpp"
 #include "cdprcal/estimation/problem.hpp"
 #include "cdprcal/readings/channel.hpp"
 
@@ -13,5 +14,7 @@ bool is_read(const CalibrationProblem& problem, Channel channel);
 
 /// Whether any load cell was read.
 bool reads_tensions(const std::vector<Measurement>& measurements);
+/// The same, in any run.
+bool reads_tensions(const DiagnosisModel& model);
 
 }  // namespace cdprcal

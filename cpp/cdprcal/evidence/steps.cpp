@@ -226,31 +226,35 @@ std::vector<double> moves_s(const DiagnosisRun& run) {
   return out;
 }
 
-/// Whether any load cell was read.
-bool has_load_cells(const DiagnosisModel& model) {
-  return std::ranges::any_of(
-      model.runs, [](const DiagnosisRun& run) { return reads_tensions(run.measurements); });
-}
+/// The robot whose steps they are.
+struct Stepping {
+  explicit Stepping(const DiagnosisModel& model)
+      : robot(model.robot), has_load_cells(reads_tensions(model)) {}
+  explicit Stepping(const Robot& with_all_sensors)
+      : robot(with_all_sensors), has_load_cells(true) {}
+  const Robot& robot;
+  bool has_load_cells;
+};
 
-void add_steps(double time_s, const DiagnosisModel& model, Candidates& out) {
-  const int cables = model.robot.cable_count();
+void add_steps(double time_s, const Stepping& of, Candidates& out) {
+  const int cables = of.robot.cable_count();
   for (int cable = 0; cable < cables; ++cable) {
     out.push_back(std::make_shared<CableSlip>(Step{.time_s = time_s, .cable = cable}));
   }
   out.push_back(std::make_shared<LoadShift>(Step{.time_s = time_s}));
-  if (!has_load_cells(model)) return;
+  if (!of.has_load_cells) return;
   for (int cable = 0; cable < cables; ++cable) {
     out.push_back(std::make_shared<LoadCellShift>(Step{.time_s = time_s, .cable = cable}));
   }
 }
 
 /// What only the first move of a run is likely to do.
-void add_first(double time_s, const DiagnosisModel& model, Candidates& out) {
+void add_first(double time_s, const Stepping& of, Candidates& out) {
   const Step of_all{.time_s = time_s, .parts_a_rest = true};
   out.push_back(std::make_shared<CableSlip>(of_all));
-  out.push_back(std::make_shared<Contact>(of_all, model.robot));
-  if (!has_load_cells(model)) return;
-  for (int cable = 0; cable < model.robot.cable_count(); ++cable) {
+  out.push_back(std::make_shared<Contact>(of_all, of.robot));
+  if (!of.has_load_cells) return;
+  for (int cable = 0; cable < of.robot.cable_count(); ++cable) {
     out.push_back(std::make_shared<LoadCellShift>(
         Step{.time_s = time_s, .cable = cable, .parts_a_rest = true}));
   }
@@ -265,20 +269,19 @@ Candidates step_candidates(const DiagnosisModel& model) {
     all_s.insert(own_s.begin(), own_s.end());
     if (!own_s.empty()) first_s.insert(own_s.front());
   }
+  const Stepping of(model);
   Candidates out;
-  for (const double time_s : all_s) add_steps(time_s, model, out);
-  for (const double time_s : first_s) add_first(time_s, model, out);
+  for (const double time_s : all_s) add_steps(time_s, of, out);
+  for (const double time_s : first_s) add_first(time_s, of, out);
   return out;
 }
 
 Candidates kinds_of_steps(const Robot& robot) {
-  const Step of_one{.cable = 0}, first{.parts_a_rest = true};
-  return {std::make_shared<CableSlip>(of_one),
-          std::make_shared<CableSlip>(first),
-          std::make_shared<LoadShift>(Step{}),
-          std::make_shared<LoadCellShift>(of_one),
-          std::make_shared<LoadCellShift>(Step{.cable = 0, .parts_a_rest = true}),
-          std::make_shared<Contact>(first, robot)};
+  Candidates out;
+  add_steps(0.0, Stepping(robot), out);
+  add_first(0.0, Stepping(robot), out);
+  std::erase_if(out, [](const auto& step) { return as_step(*step)->cable.value_or(0) > 0; });
+  return out;
 }
 
 Candidates steps_beside(const DiagnosisModel& model, const Effect& step) {
@@ -295,9 +298,10 @@ Candidates steps_beside(const DiagnosisModel& model, const Effect& step) {
 std::vector<CandidateScore> first_step_scores(const DiagnosisModel& model) {
   const std::vector<double> all_s = moves_s(model.runs.front());
   if (all_s.empty()) return {};
+  const Stepping of(model);
   Candidates first;
-  add_steps(all_s.front(), model, first);
-  add_first(all_s.front(), model, first);
+  add_steps(all_s.front(), of, first);
+  add_first(all_s.front(), of, first);
   std::vector<CandidateScore> out = scan(model, first, {.draws = 0});
   const auto kinds = static_cast<double>(first.size()), moves = static_cast<double>(all_s.size());
   for (CandidateScore& score : out) {

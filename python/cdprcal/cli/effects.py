@@ -114,14 +114,11 @@ def explain(
     Also of what happens once (cable_slip, contact), and of faults of the configuration.
     """
     from cdprcal import _core
+    from cdprcal.effect_names import infos_by_name, injectable
     from cdprcal.terminal import answers, say
 
     robot = robot_with_effects("irma4", effects)
-    steps = _core.steps_of(robot)
-    known: dict[str, list[_core.EffectInfo]] = {}
-    for info in (*_core.effects_of(robot), *steps):
-        known.setdefault(info.name, []).append(info)
-    injected = {row["name"]: row for row in _core.injectable_effects() if not row["generator_only"]}
+    known, injected = infos_by_name(robot), injectable()
     faults = {name: row["description"] for name, row in injected.items() if name not in known}
     if effect not in known and effect not in faults:
         names = [*known, *faults]
@@ -132,16 +129,18 @@ def explain(
             + " of those that cdprcal effects lists"
         )
     if json:
-        print_json(_documents(known[effect]) if effect in known else _of_fault(faults, effect))
+        print_json(
+            _documents(known[effect]) if effect in known else _of_fault(effect, faults[effect])
+        )
         return
     out = answers()
+    once = effect in faults or effect in {info.name for info in _core.steps_of(robot)}
     for info in known.get(effect, []):
-        _print_effect(info, "value" if info in steps else "in the robot file")
+        _print_effect(info, "value" if once else "in the robot file")
     if effect in faults:
         say(out, f"{effect}: {faults[effect]}")
         say(out, f"what to do: {_SET_RIGHT}")
     if effect in injected:
-        once = effect in faults or any(info.name == effect for info in steps)
         values = ",".join(name for name, _ in injected[effect]["parameters"]) if once else "VALUES"
         say(out, f"try it: cdprcal demo --effect {effect}={values}")
 
@@ -217,10 +216,10 @@ def _documents(infos: list[_core.EffectInfo]) -> dict[str, Any]:
     }
 
 
-def _of_fault(faults: dict[str, str], name: str) -> dict[str, Any]:
+def _of_fault(name: str, description: str) -> dict[str, Any]:
     return {
         "name": name,
-        "sentence": faults[name],
+        "sentence": description,
         "equation": "",
         "remedy": _SET_RIGHT,
         "settle": "",

@@ -83,11 +83,11 @@ def command(
     pulley is known no better than by eye.
     """
     from cdprcal import _core
+    from cdprcal.findings import Finding
     from cdprcal.frame import frame_as_dict
     from cdprcal.io.files import write_texts
     from cdprcal.mapping import Reader
     from cdprcal.tables import print_findings
-    from cdprcal.trust import caveats_of_frame
 
     keep_apart({"-o": output}, {"robot file": robot, "log": logs, "mapping file": map_})
     keep_existing({"robot file": output}, force=force)
@@ -99,7 +99,7 @@ def command(
         found = _core.find_frame(
             the_robot, [file.log for file in files], offset=offset, scale=scale, poses=poses
         )
-    document, caveats = frame_as_dict(found), caveats_of_frame(found)
+    document = frame_as_dict(found)
     converged = found.status == _core.FrameStatus.converged
     if output and converged:
         write_texts({Path(output): document["corrected"]})
@@ -109,5 +109,6 @@ def command(
         from cdprcal.frame.table import print_frame
 
         print_frame(document, verbose=verbose)
-        print_findings(caveats, verbose=verbose)
-    raise typer.Exit((WITH_CAVEATS if caveats else DONE) if converged else UNTRUSTED)
+        print_findings([Finding(**c) for c in document["caveats"]], verbose=verbose)
+    code = WITH_CAVEATS if document["caveats"] else DONE
+    raise typer.Exit(code if converged else UNTRUSTED)
