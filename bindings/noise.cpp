@@ -84,6 +84,8 @@ void register_noise(py::module_& module) {
       .def_readonly("hold_rows", &Signal::hold_rows, "Rows a fresh reading.")
       .def_readonly("correlation_s", &Signal::correlation_s,
                     "Time constant of the filter that the noise went through; 0: none.")
+      .def_readonly("loudest", &Signal::loudest,
+                    "What the noisiest column scatters by beside the middle one.")
       .def("effective", &Signal::effective, py::arg("samples"),
            "How many independent readings so many rows hold.");
   module.def(

@@ -1965,6 +1965,12 @@ class Signal:
         """
 
     @property
+    def loudest(self) -> float:
+        """
+        What the noisiest column scatters by beside the middle one.
+        """
+
+    @property
     def resolution(self) -> float:
         """
         Step of the readings where it shows beside their noise; else 0.

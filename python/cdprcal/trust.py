@@ -105,12 +105,17 @@ def _two_digits(value: float) -> str:
 
 
 def _unbalanced(calibration: _core.Calibration) -> Iterator[Finding]:
-    """Rests whose balance no other rest agrees with, where that are several: one may be chance."""
+    """Rests whose balance no other rest agrees with, where that are several: one may be chance.
+
+    Of moments in motion, of which there are hundreds, some are always left out.
+    """
+    rests = calibration.equilibria
     times_s = sorted(
         {
             reading.time_s
             for reading in calibration.gated
             if (reading.channel, reading.reason) == ("balance", "outlier")
+            and (not rests or any(r.begin_s <= reading.time_s <= r.end_s for r in rests))
         }
     )
     if len(times_s) > 1:
@@ -218,8 +223,10 @@ def _with_scatter_alone(calibration: _core.Calibration) -> _core.CalibrationResu
         if CHANNELS[name].sensor.is_inertial:  # whose bias stays, and does not scatter
             channels[name] = noise
             continue
+        # A column that is noisier than the others scatters, and misfits nothing.
+        sample = noise.sample * math.sqrt(signal.rows) * signal.loudest
         channels[name] = (
-            _core.ChannelNoise(signal.rounding, noise.sample * math.sqrt(signal.rows))
+            _core.ChannelNoise(signal.rounding, sample)
             if noise.sample > 0.0
             else _core.ChannelNoise(specified[name].pose if is_list else noise.pose)
         )

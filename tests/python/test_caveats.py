@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -16,7 +18,7 @@ from scipy.stats import binom
 import cdprcal
 from cdprcal.io import save_log
 from cdprcal.studies.variants import vary
-from cdprcal.trust import BY_EYE, CLAIM, FALSE_ALARMS, caveats_of, worst_sigma
+from cdprcal.trust import BY_EYE, CLAIM, FALSE_ALARMS, _unbalanced, caveats_of, worst_sigma
 from conftest import Ran
 from conftest import changed as edited
 
@@ -131,6 +133,33 @@ def test_rests_at_which_something_pulled_are_said(robot: cdprcal.Robot, count: i
     said = [c.message for c in found.caveats if c.code == "unbalanced"]
     assert len(said) == (count > 1)
     assert all(message.startswith(f"{count} rests are out of balance") for message in said)
+
+
+@pytest.mark.parametrize("group", ["length_m", "swivel_rad", "tension_N"])
+def test_one_column_that_is_noisier_than_the_others_misfits_nothing(
+    robot: cdprcal.Robot, group: str
+) -> None:
+    log = made(robot, seed=5)
+    values = getattr(log, group).copy()
+    ripple = np.median([cdprcal.channel_noise(column) for column in values.T])
+    values[:, 1] += np.random.default_rng(1).normal(0.0, 8.0 * ripple, len(values))
+    found = cdprcal.calibrate(robot, edited(log, **{group: values}))
+    assert found.result.status == "converged"
+    assert "misfit" not in [caveat.code for caveat in found.caveats]
+
+
+def test_of_moments_in_motion_none_is_called_a_rest_at_which_something_pulled(
+    robot: cdprcal.Robot,
+) -> None:
+    found = cdprcal.calibrate(robot, made(robot))
+    between_s = [0.5 * (a.end_s + b.begin_s) for a, b in itertools.pairwise(found.equilibria)]
+    out = [SimpleNamespace(time_s=t, channel="balance", reason="outlier") for t in between_s]
+    seen = SimpleNamespace(equilibria=found.equilibria, gated=out)
+    assert not list(_unbalanced(cast("cdprcal.Calibration", seen)))
+    for reading, rest in zip(out, found.equilibria, strict=False):
+        reading.time_s = rest.begin_s
+    (caveat,) = _unbalanced(cast("cdprcal.Calibration", seen))
+    assert caveat.message.startswith(f"{len(out)} rests are out of balance")
 
 
 @pytest.mark.parametrize(("noise", "is_said"), [(0.1, False), (3.0, True)])

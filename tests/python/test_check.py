@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -271,6 +272,16 @@ def test_too_little_of_a_run(robot: cdprcal.Robot, synthetic: cdprcal.SyntheticL
     assert ("error", "too_few_samples") in found(check(robot, few))
     one_pose = cdprcal.Log(**{name: getattr(synthetic.log, name)[:35] for name in names})
     assert ("error", "too_few_poses") in found(check(robot, one_pose))
+    # Winches locked, and a swing of a degree: that is a motion.
+    time_s = np.arange(1000) / 100.0
+    rest = synthetic.log.roll_pitch_yaw_rad[10]
+    angles = rest + np.radians(0.5) * np.sin(2.0 * np.pi * time_s)[:, None]
+    angles += np.random.default_rng(1).normal(0.0, np.radians(0.005), angles.shape)
+    still: dict[str, Any] = {
+        name: np.tile(getattr(synthetic.log, name)[10], (1000, 1)) for name in names[1:4]
+    }
+    swing = cdprcal.Log(time_s=time_s, roll_pitch_yaw_rad=angles, **still)
+    assert ("error", "too_few_poses") not in found(check(robot, swing))
 
 
 def test_another_robots_log_is_wrong_use(

@@ -13,7 +13,7 @@ import cdprcal
 from cdprcal.cli.generate import with_sensors
 from cdprcal.sensors import OPTIONS
 from cdprcal.studies import coverage, start_ups
-from conftest import Ran, few
+from conftest import Ran, changed, few
 
 Cli = Callable[..., Ran]
 
@@ -141,3 +141,16 @@ def test_a_plan_is_led_by_lengths_and_so_is_its_start_up(robot: cdprcal.Robot) -
         low, high = robot.tension_limits_N
         assert low + robot.sigma.tension_N <= stop.tension_N.min()
         assert stop.tension_N.max() <= high - robot.sigma.tension_N
+
+
+@pytest.mark.parametrize("seed", [2, 5])
+def test_cells_that_are_empty_accuse_nobody(cli: Cli, tmp_path: Path, seed: int) -> None:
+    """Rests seem to leave a direction open where lengths are no better than specified."""
+    path = tmp_path / "run.csv"
+    words = ("generate", "posts8", "--sensors", "lengths", "--grid", "3x3x3", "--seed", seed)
+    assert cli(*words, "-o", path).code == 0
+    log = cdprcal.read_log(str(path))
+    length_m = np.array(log.length_m)
+    length_m[np.random.default_rng(seed).random(length_m.shape) < 0.15] = np.nan
+    found = cdprcal.diagnose("posts8", changed(log, length_m=length_m))
+    assert (found.verdict, found.effects) == ("consistent", [])

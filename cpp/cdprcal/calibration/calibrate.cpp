@@ -182,14 +182,41 @@ Calibration fit_either(const Calibration& prepared, const CalibrateOptions& opti
   return balances ? there : out;
 }
 
+/// The rests of a prepared calibration and the sample that it starts from.
+Calibration without_motion(Calibration prepared) {
+  auto& measurements = prepared.problem.measurements;
+  measurements.erase(
+      std::remove_if(measurements.begin() + 1, measurements.end(),
+                     [](const Measurement& m) { return m.kind == PoseKind::kinematic_pose; }),
+      measurements.end());
+  prepared.kinematic_poses = measurements.front().kind == PoseKind::kinematic_pose ? 1 : 0;
+  return prepared;
+}
+
+/// The same; by its rests alone where the moments in motion contradict them: where one sensor is
+/// late they do so while the platform moves, and nowhere else.
+Calibration fit_rests_at_least(const Calibration& prepared, const CalibrateOptions& options) {
+  constexpr int kSeveral = 4;  // rests, which contradict one another too where a map is wrong
+  Calibration out = fit_either(prepared, options);
+  if (out.result.status != CalibrationStatus::not_converged || options.method != Method::unified ||
+      prepared.static_poses < kSeveral || prepared.kinematic_poses == 0 ||
+      !is_balanced(prepared.problem)) {
+    return out;
+  }
+  Calibration rests = fit_and_look(without_motion(prepared), options);
+  if (rests.result.status != CalibrationStatus::converged) return out;
+  rests.motion_left_out = true;
+  return rests;
+}
+
 /// Again with what shows the initial pose better than the first sample, where something does.
 Calibration fit_settled(const Robot& robot, const Log& log, const CalibrateOptions& options) {
   const CorrectedRun run = corrected_run(robot, log, options);
-  Calibration out = fit_either(prepare(robot, run, options, std::nullopt), options);
+  Calibration out = fit_rests_at_least(prepare(robot, run, options, std::nullopt), options);
   if (!options.at_s.empty() || options.formulation == Formulation::paper) return out;
   const std::optional<SampleRange> start =
       unsettled_start(run.log, run.rows, out, options.detection.window_s);
-  return start ? fit_either(prepare(robot, run, options, start), options) : out;
+  return start ? fit_rests_at_least(prepare(robot, run, options, start), options) : out;
 }
 
 }  // namespace
@@ -200,6 +227,9 @@ Calibration calibrate(const Robot& robot, const Log& log, const CalibrateOptions
   Calibration out = fit_settled(robot, log, silent);
   allow_for_effects(options, out);
   if (options.solve.explain) explain(out.problem, out.result);
+  if (out.motion_left_out) {
+    out.result.reason += "; moments in motion contradict the rests and do not count";
+  }
   return out;
 }
 

@@ -43,6 +43,9 @@ struct Calibration {
   double reference_time_s = 0.0;
   int static_poses = 0;  ///< the reference included, when it is one
   int kinematic_poses = 0;
+  /// Moments in motion contradicted the rests, which agree among themselves, and do not count: a
+  /// sensor may come late, or be held.
+  bool motion_left_out = false;
 };
 
 /// options.noise, or its default for the formulation.

@@ -47,9 +47,11 @@ Calibration start_of(const Robot& robot, const Log& log, bool motion) {
   options.method = Method::unified;
   options.kinematic_spacing_s = std::numeric_limits<double>::infinity();  // none but the reference
   Calibration at_rest = calibrate(robot, log, options);
-  if (at_rest.result.status == CalibrationStatus::not_converged) {
-    // Without load cells rests alone have minima in which cables would push; the noise that the
-    // readings show tells the right one from them where the specified is many times as large.
+  if (at_rest.result.status == CalibrationStatus::not_converged ||
+      at_rest.result.status == CalibrationStatus::unobservable) {
+    // Without load cells rests alone have minima in which cables would push, and seem to leave a
+    // direction open; the noise that the readings show tells the right one from them where the
+    // specified is many times as large.
     CalibrateOptions with_noise_found = options;
     with_noise_found.noise = NoiseSource::from_data;
     with_noise_found.allow_for_effects = false;

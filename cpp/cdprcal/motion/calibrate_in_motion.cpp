@@ -21,6 +21,7 @@
 #include "cdprcal/motion/middle_readings.hpp"
 #include "cdprcal/motion/smoothed.hpp"
 #include "cdprcal/motion/stretches.hpp"
+#include "cdprcal/readings/fresh.hpp"
 #include "cdprcal/statics/natural_frequencies.hpp"
 #include "cdprcal/text.hpp"
 
@@ -172,7 +173,8 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving, const
                         const std::vector<Push>& pushed, CalibrationProblem& problem,
                         std::vector<Pose>& guess) {
   const Robot& robot = problem.robot;
-  const CorrectedRun& run = read.run;
+  // A reading that is held is older from row to row: of one time, as the others.
+  const CorrectedRun run(read.run, without_holds(read.run.log));
   const Log& log = run.log;
   const std::size_t middle = start.problem.measurements.size() / 2;
   const double half_s = smoothing_half_s(robot, start.result.poses[middle],

@@ -1,6 +1,7 @@
 // Which readings contradict the others, and for how long: a spike is left out, what stays is doubt.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 namespace cdprcal {
@@ -8,37 +9,42 @@ namespace cdprcal {
 /// Keeps count, a reading each, sample after sample.
 class Contradictions {
  public:
-  explicit Contradictions(std::size_t readings) : against_s_(readings), with_s_(readings) {}
+  explicit Contradictions(std::size_t readings) : of_(readings) {}
 
-  /// Longer than this, and the pose may be wrong instead of the reading.
+  /// Longer than this, and the pose may be wrong instead of the reading, which does not count.
   static constexpr double kDoubt_s = 0.1;
-  /// So long, and the reading does not count any more until it agrees for as long.
+  /// Until it agrees for so long.
   static constexpr double kPatience_s = 0.5;
 
-  void note(std::size_t reading, bool contradicts, bool agrees, double dt_s) {
-    double &against = against_s_[reading], &with = with_s_[reading];
-    if (contradicts) against += dt_s;
-    if (!is_out(reading)) {
-      if (!contradicts) against = 0.0;
+  /// `misfit`: by how much. Without the reading the pose is known less and less, and what is so far
+  /// off agrees with it some time: it has to be far less off than it was.
+  void note(std::size_t reading, bool contradicts, double misfit, bool agrees, double dt_s) {
+    constexpr double kBack = 0.3;
+    Count& count = of_[reading];
+    if (contradicts) {
+      count.against_s += dt_s;
+      count.most = std::max(count.most, misfit);
+    }
+    if (!is_out(reading, dt_s)) {
+      if (!contradicts) count.against_s -= dt_s;
+      if (!(count.against_s > 0.0)) count = {};
       return;
     }
-    with = agrees ? with + dt_s : 0.0;
-    if (with >= kPatience_s) against = with = 0.0;
+    count.with_s = agrees && misfit < kBack * count.most ? count.with_s + dt_s : 0.0;
+    if (count.with_s >= kPatience_s) count = {};
   }
-  [[nodiscard]] bool is_out(std::size_t reading) const {
-    return against_s_[reading] >= kPatience_s;
+  [[nodiscard]] bool is_out(std::size_t reading, double dt_s) const {
+    return against_s(reading) > (dt_s < kDoubt_s ? kDoubt_s : 1.5 * dt_s);
   }
-  [[nodiscard]] bool is_doubted(std::size_t reading, double dt_s) const {
-    return against_s_[reading] > (dt_s < kDoubt_s ? kDoubt_s : 1.5 * dt_s);
-  }
-  [[nodiscard]] double against_s(std::size_t reading) const { return against_s_[reading]; }
-  void forget() {
-    against_s_.assign(against_s_.size(), 0.0);
-    with_s_.assign(with_s_.size(), 0.0);
-  }
+  [[nodiscard]] double against_s(std::size_t reading) const { return of_[reading].against_s; }
+  void forget() { of_.assign(of_.size(), {}); }
 
  private:
-  std::vector<double> against_s_, with_s_;
+  struct Count {
+    double against_s = 0.0, with_s = 0.0;
+    double most = 0.0;  ///< misfit meanwhile
+  };
+  std::vector<Count> of_;
 };
 
 }  // namespace cdprcal

@@ -25,9 +25,11 @@ bool has_offset(const RowLabel& row);
 /// As its column of a log is called: "length_3_m", "pitch_deg", "position_y_m".
 std::string in_words(const RowLabel& row);
 
+using ReadingsByPose = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor, kMostReadings, 6>;
+
 struct GeometricReadings {
   ReadingVector misfit;  ///< model − reading, offsets left out; NaN where nothing was read
-  Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor, kMostReadings, 6> by_pose;
+  ReadingsByPose by_pose;
   PoseEvaluation model;  ///< behind it
 };
 

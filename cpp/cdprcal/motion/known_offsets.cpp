@@ -78,6 +78,7 @@ KnownOffsets known_offsets(const Calibration& calibration) {
   out.run_start_s = problem.measurements.front().time_s;
   for (std::size_t c = 0; c < kChannels; ++c) {
     out.is_held[c] = calibration.signals[c].hold_rows > 1.0;
+    out.repeats[c] = calibration.signals[c].repeats;
   }
   const std::vector<RowLabel> labels = geometric_rows(robot.cable_count());
   const auto most = static_cast<Eigen::Index>(labels.size());
@@ -118,6 +119,7 @@ KnownOffsets known_offsets(const Calibration& calibration) {
   const auto count = static_cast<Eigen::Index>(out.rows.size());
   out.offset.setZero(count);
   out.sample_variance.resize(count);
+  out.rounding_variance.setZero(count);
   out.covariance.setZero(count, count);
   if (!evaluate(robot, problem.effects, problem.measurements.front(), result.poses.front(), at)) {
     throw InputError(
@@ -155,6 +157,8 @@ KnownOffsets known_offsets(const Calibration& calibration) {
     }
     out.covariance(r, r) += of.pose * of.pose;
     out.sample_variance[r] = sample_variance(calibration, channel, specified[channel].pose);
+    const double rounding = calibration.signals[static_cast<std::size_t>(channel)].rounding;
+    out.rounding_variance[r] = rounding * rounding;
   }
   out.covariance += by_pose * *result.covariance * by_pose.transpose();
   return out;

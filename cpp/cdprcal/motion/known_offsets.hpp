@@ -16,10 +16,12 @@ struct KnownOffsets {
     bool inertial = false;
   };
   std::vector<Row> rows;
-  ReadingVector offset;                   ///< one a row; 0 for what is absolute
-  ReadingMatrix covariance;               ///< of the offset and of what is wrong at a place
-  ReadingVector sample_variance;          ///< white, of one fresh reading
-  std::array<bool, kChannels> is_held{};  ///< logged faster than it reads
+  ReadingVector offset;                     ///< one a row; 0 for what is absolute
+  ReadingMatrix covariance;                 ///< of the offset and of what is wrong at a place
+  ReadingVector sample_variance;            ///< white, of one fresh reading
+  ReadingVector rounding_variance;          ///< what rounding leaves in a mean while nothing moves
+  std::array<bool, kChannels> is_held{};    ///< logged faster than it reads
+  std::array<double, kChannels> repeats{};  ///< share of readings that say the last one again
   double run_start_s = 0.0;
 };
 

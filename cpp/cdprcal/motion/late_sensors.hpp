@@ -42,7 +42,7 @@ class LateSensors {
     double time_s = 0.0;
     Pose pose;
     ReadingVector misfit;
-    Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor, kMostReadings, 6> by_pose;
+    ReadingsByPose by_pose;
   };
   struct Delay {
     int sensor = 0;

@@ -35,6 +35,10 @@ constexpr double kAnySpeed_m_s = 1.0, kAnyAcceleration_m_s2 = 10.0, kAnyJerk = 1
 /// The share of the robot's size, and the angle [rad], from which on a pose is not determined.
 constexpr double kVagueShift = 0.05, kVagueTurn = 0.2;
 constexpr int kMostIterations = 30;
+/// Readings are held against one another as they are in the mean over a moment, and over longer
+/// than a swing; not at every sample.
+constexpr std::array<double, 2> kLately_s{0.1, 2.0};
+constexpr double kCompare_s = 0.05;
 
 /// Of what was weighed; 0 where nothing was.
 template <class Readings>
@@ -75,6 +79,9 @@ Tracker::Tracker(const Calibration& calibration, double restless, std::optional<
       attitude_ahead_s_(attitude_ahead_s),
       jerk_(kLikelyJerk),
       restless_(restless),
+      agreement_(offsets_, free_, size_m_),
+      disagrees_(offsets_.rows.size()),
+      disagreed_(offsets_.rows.size()),
       contradictions_(offsets_.rows.size()),
       lateness_(offsets_, free_),
       known_late_(late) {
@@ -109,18 +116,30 @@ void Tracker::allow_for_directions() {
   attitude_by_rate_ += attitude_by_rate(robot_, effects_, places_.front(), pose);
 }
 
-/// What a held sensor says again is no new reading.
+/// What a held sensor says again is no new reading, nor is what one repeats to the last digit for
+/// longer than chance would have it at rest: it is stuck.
 void Tracker::leave_out_held() {
   const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+  constexpr double kNever = 1e-9;  // of a column each 10 ms, once in months
+  std::size_t s = 0;
   for_each_sensor(
       [&](const Sensor& sensor, auto& field, const auto& before) {
+        std::vector<int>& repeated = repeated_[s++];
         const auto now = numbers(field);
         const auto last = numbers(before);
         const auto channels = channels_of(sensor);
-        const bool held = !channels.empty() &&
-                          offsets_.is_held[static_cast<std::size_t>(channel_of(channels.front()))];
-        if (held && std::equal(now.begin(), now.end(), last.begin(), last.end(), same)) {
-          std::fill(now.begin(), now.end(), kNaN);
+        if (channels.empty() || now.size() != last.size()) return;
+        const Channel channel = channel_of(channels.front());
+        if (channel == Channel::balance) return;  // tells what is slack, and no more
+        const auto c = static_cast<std::size_t>(channel);
+        if (offsets_.is_held[c]) {
+          if (std::ranges::equal(now, last, same)) std::ranges::fill(now, kNaN);
+          return;
+        }
+        repeated.resize(now.size());
+        for (std::size_t k = 0; k < now.size(); ++k) {
+          repeated[k] = now[k] == last[k] ? repeated[k] + 1 : 0;
+          if (std::pow(offsets_.repeats[c], repeated[k]) < kNever) now[k] = kNaN;
         }
       },
       sample_, read_);
@@ -153,9 +172,18 @@ void Tracker::start() {
   shared_.setZero(kMotionUnknowns, offsets_.covariance.cols());
   if (!at_rest_) jerk_ = std::max(kLikelyJerk, kAnyJerk / restless_);
   lateness_.interrupt();
-  lasting_.resize(0);
+  forget();
   swivel_rad_.resize(0);
   length_m_.resize(0);
+}
+
+/// What readings said of late is of another motion.
+void Tracker::forget() {
+  lasting_.resize(0);
+  lately_ = {};
+  disagreed_.assign(disagreed_.size(), false);
+  quarrels_ = false;
+  compared_s_ = now_.time_s;
 }
 
 /// Whether the platform went somewhere during a silence: on and on as it began to, it would have
@@ -304,7 +332,7 @@ bool Tracker::quickens(const std::vector<Reading>& readings) {
   std::vector<Reading> counting;
   bool any = false;
   for (const Reading& r : readings) {
-    if (contradictions_.is_out(static_cast<std::size_t>(r.row))) continue;
+    if (contradictions_.is_out(static_cast<std::size_t>(r.row), dt_s_)) continue;
     counting.push_back(r);
     any = any || r.size > kDoubt * kDoubt;
   }
@@ -346,7 +374,10 @@ bool Tracker::correct() {
   innovation_.setConstant(offsets_.offset.size(), kNaN);
   if (!evaluate_now()) return false;
   std::vector<Reading> readings = weigh();
+  disagrees_.assign(disagrees_.size(), false);
+  for (const Reading& r : readings) innovation_[r.row] = r.size;
   if (!step_.starts) {
+    leave_out_strangers(readings);
     constexpr double kMore = 4.0;
     while (surprised(readings) && jerk_ < kMostJerk) {
       covariance_ += (kMore - 1.0) * jerk_ * of_jerk();
@@ -357,8 +388,8 @@ bool Tracker::correct() {
     learn_jerk(readings);
   }
   for (const Reading& r : readings) innovation_[r.row] = r.size;
-  now_.left_out = static_cast<int>(std::erase_if(readings, [&](const Reading& r) {
-    return contradictions_.is_out(static_cast<std::size_t>(r.row)) ||
+  now_.left_out += static_cast<int>(std::erase_if(readings, [&](const Reading& r) {
+    return contradictions_.is_out(static_cast<std::size_t>(r.row), dt_s_) ||
            (!step_.starts && r.size > kOutlier * kOutlier);
   }));
   return update(readings);
@@ -408,6 +439,64 @@ bool Tracker::update(const std::vector<Reading>& readings) {
     if (step_m < (starts ? 1e-6 : 1e-3) * size_m_) break;
   }
   return evaluate_now();
+}
+
+/// However the platform moves, its readings belong to one pose: what surprises a sample and belongs
+/// to none is not its motion. What contradicted of late is left out, too.
+void Tracker::leave_out_strangers(std::vector<Reading>& readings) {
+  constexpr double kSurprises = 4.0;
+  disagrees_ = disagreed_;
+  const bool surprises = std::ranges::any_of(
+      readings, [](const Reading& r) { return r.size > kSurprises * kSurprises; });
+  if (surprises) {
+    ReadingVector misfits = ReadingVector::Constant(offsets_.offset.size(), kNaN);
+    for (const Reading& r : readings) misfits[r.row] = r.innovation;
+    const Disagreement now =
+        agreement_.of(misfits, readings_.by_pose, offsets_.sample_variance, pose_sigma());
+    for (const Eigen::Index row : now.rows) disagrees_[static_cast<std::size_t>(row)] = true;
+  }
+  now_.left_out = static_cast<int>(std::erase_if(
+      readings, [&](const Reading& r) { return disagrees_[static_cast<std::size_t>(r.row)]; }));
+}
+
+/// What contradicts little but long shows in the means of late.
+void Tracker::compare_of_late(const ReadingVector& misfits) {
+  const std::optional<LateSensor>& late = known_late_ ? known_late_ : lateness_.found();
+  for (std::size_t window = 0; window < lately_.size(); ++window) {
+    auto& [mean, count, last_s] = lately_[window];
+    if (mean.size() != misfits.size()) {
+      mean = count = ReadingVector::Zero(misfits.size());
+      last_s = ReadingVector::Constant(misfits.size(), kNaN);
+    }
+    for (Eigen::Index row = 0; row < misfits.size(); ++row) {
+      if (!std::isfinite(misfits[row]) || !(innovation_[row] < kOutlier * kOutlier)) continue;
+      const KnownOffsets::Row& known = offsets_.rows[static_cast<std::size_t>(row)];
+      if (known.inertial) continue;
+      double misfit = misfits[row];
+      if (late && row_of(known.label.channel).sensor == late->sensor) {
+        misfit -= late->delay_s * readings_.by_pose.row(known.reading).dot(now_.state.twist);
+      }
+      // Means are compared that are of the same time.
+      if (now_.time_s - last_s[row] > kSilent_s) count.setZero();
+      count[row] = std::min(count[row] + 1.0, std::max(2.0, kLately_s[window] / dt_s_));
+      mean[row] += (misfit - mean[row]) / count[row];
+      last_s[row] = now_.time_s;
+    }
+  }
+  if (!(now_.time_s - compared_s_ >= kCompare_s)) return;
+  compared_s_ = now_.time_s;
+  disagreed_.assign(disagreed_.size(), false);
+  quarrels_ = false;
+  for (std::size_t window = 0; window < lately_.size(); ++window) {
+    const auto& [mean, count, last_s] = lately_[window];
+    const auto fresh = count.array() > 0.0 && now_.time_s - last_s.array() <= kSilent_s;
+    const Disagreement of = agreement_.of(
+        fresh.select(mean, kNaN), readings_.by_pose,
+        offsets_.rounding_variance + offsets_.sample_variance.cwiseQuotient(count.cwiseMax(1.0)),
+        pose_sigma());
+    for (const Eigen::Index row : of.rows) disagreed_[static_cast<std::size_t>(row)] = true;
+    quarrels_ = quarrels_ || (of.contradicts && of.rows.empty());
+  }
 }
 
 /// As dense as the innovations say: their mean square is 1 at the right density. What is considered
@@ -460,20 +549,31 @@ void Tracker::judge(bool corrected) {
       const bool surprises = !step_.starts && innovation_[row] > kOutlier * kOutlier;
       const bool remains = misfit * misfit > kOutlier * kOutlier * expected;
       // A start has no time to wait for.
-      contradictions_.note(r, surprises || remains, innovation_[row] < kAgrees * kAgrees,
+      contradictions_.note(r, surprises || remains || disagrees_[r], std::abs(misfit),
+                           innovation_[row] < kAgrees * kAgrees && !disagrees_[r] && !quarrels_,
                            step_.starts ? Contradictions::kPatience_s : dt_s_);
     }
-    if (!contradictions_.is_doubted(r, dt_s_)) continue;
+    if (!contradictions_.is_out(r, dt_s_)) continue;
     const Quantity shown = quantity_of(row_of(offsets_.rows[r].label.channel).of());
-    now_.reason = printed("%s contradicts the other readings by %.3g %s for %.1f s",
-                          in_words(offsets_.rows[r].label).c_str(), shown.scale * misfit,
-                          shown.unit, contradictions_.against_s(r));
+    const std::string by = std::isfinite(misfit)
+                               ? printed(" by %.3g %s", shown.scale * misfit, shown.unit)
+                               : "";  // not read just now: the last is what counts
+    now_.reason =
+        printed("%s contradicts the other readings%s for %.1f s",
+                in_words(offsets_.rows[r].label).c_str(), by.c_str(), contradictions_.against_s(r));
     return;
   }
-  now_.trusted = step_.agrees = !is_vague();
+  quarrels_for_s_ = quarrels_ ? quarrels_for_s_ + dt_s_ : 0.0;
+  if (quarrels_for_s_ > Contradictions::kDoubt_s) {
+    now_.reason = printed("the readings contradict one another for %.1f s", quarrels_for_s_);
+    return;
+  }
+  now_.trusted = !is_vague();
+  // One reading may be a spike; of a motion that several contradict nobody should make more.
+  step_.agrees = now_.trusted && std::ranges::count(disagrees_, true) < 2;
   now_.reason.clear();
   if (now_.trusted) return judge_lateness();
-  const Vector6 sigma = covariance_.diagonal().head<6>().cwiseSqrt();
+  const Vector6 sigma = pose_sigma();
   now_.reason =
       printed("the readings leave the pose open (sigma %.3g mm, %.3g deg); it takes more sensors",
               1e3 * sigma.head<3>().maxCoeff(), sigma.tail<3>().maxCoeff() / kDegree);
@@ -485,7 +585,7 @@ void Tracker::judge_lateness() {
   const std::optional<LateSensor>& late = known_late_ ? known_late_ : lateness_.found();
   if (!late) return;
   const Vector6 error = lateness_.pose_error(*late).cwiseAbs();
-  const Vector6 sigma = covariance_.diagonal().head<6>().cwiseSqrt();
+  const Vector6 sigma = pose_sigma();
   if (!(error.cwiseQuotient(sigma).maxCoeff() > kMost)) return;
   now_.trusted = false;
   now_.reason = printed(
@@ -541,6 +641,7 @@ const TrackedSample& Tracker::add(const Measurement& sample) {
     ReadingVector misfits(offsets_.offset.size());
     for (Eigen::Index row = 0; row < misfits.size(); ++row) misfits[row] = misfit(row);
     lateness_.add(now_.time_s, now_.state.pose, misfits, readings_);
+    if (!step_.starts) compare_of_late(misfits);
   }
   if (corrected && !effects_.empty()) follow_directions();
   judge(corrected);

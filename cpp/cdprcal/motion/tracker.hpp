@@ -5,6 +5,7 @@
 #include <string>
 
 #include "cdprcal/kinematics/motion.hpp"
+#include "cdprcal/motion/agreement.hpp"
 #include "cdprcal/motion/contradictions.hpp"
 #include "cdprcal/motion/inertial_readings.hpp"
 #include "cdprcal/motion/known_offsets.hpp"
@@ -80,9 +81,13 @@ class Tracker {
   void leave_out_slack();
   void allow_for_directions();
   void start();
+  void forget();
   [[nodiscard]] bool went_unseen(double usual_s) const;
   void predict();
   [[nodiscard]] MotionMatrix of_jerk() const;
+  [[nodiscard]] Vector6 pose_sigma() const {
+    return covariance_.diagonal().head<6>().cwiseMax(0.0).cwiseSqrt();
+  }
   [[nodiscard]] bool is_vague() const;
   bool evaluate_now();
   bool correct();
@@ -93,6 +98,8 @@ class Tracker {
   [[nodiscard]] bool has_rate(const RowLabel& label) const;
   [[nodiscard]] double misfit(Eigen::Index row) const;
   [[nodiscard]] ByState by_state(Eigen::Index row) const;
+  void leave_out_strangers(std::vector<Reading>& readings);
+  void compare_of_late(const ReadingVector& misfits);
   void learn_jerk(const std::vector<Reading>& readings);
   void follow_directions();
   void judge(bool corrected);
@@ -120,13 +127,24 @@ class Tracker {
   ReadingMatrix considered_;  ///< inverse of the covariance of what is considered
   ReadingVector lasting_;     ///< mean innovation of each row of late, and of how many
   ReadingVector lasted_;
+  /// What each row missed of late in the mean, of how many, and when the last one was.
+  struct Lately {
+    ReadingVector mean, count, last_s;
+  };
+  std::array<Lately, 2> lately_;  ///< of moments, and of longer than a swing
   double dt_s_ = 0.0, last_s_ = kNaN;
   bool lost_ = false;          ///< no pose near the last one had its readings
   Measurement sample_, read_;  ///< the present one, as it counts and as it was read
+  std::array<std::vector<int>, kSensors> repeated_;  ///< how often each column in a row
   GeometricReadings readings_;
   InertialReadings inertial_;
   CableVector swivel_turn_, length_turn_, swivel_rad_, length_m_;  ///< how far turned over, and at
   ReadingVector innovation_;  ///< size of each, NaN where nothing was read
+  Agreement agreement_;
+  std::vector<bool> disagrees_, disagreed_;  ///< rows: in this sample, and of late
+  bool quarrels_ = false;        ///< of late no pose had the readings, whichever is wrong
+  double quarrels_for_s_ = 0.0;  ///< so far
+  double compared_s_ = kNaN;     ///< when the means of late were last held against one another
   Contradictions contradictions_;
   LateSensors lateness_;
   std::optional<LateSensor> known_late_;

@@ -113,13 +113,17 @@ std::vector<Outlier> leave_out_outliers(const SensorSigma& sigma, const SampleRa
   for_each_sensor(
       [&](const Sensor& sensor, LogMatrix& readings) {
         if (sensor.is_inertial() || readings.cols() == 0) return;
-        std::vector<Eigen::Index> rows = fresh_rows(readings, run).rows;
-        const auto count = static_cast<Eigen::Index>(rows.size());
-        rows.push_back(run.end);
-        const auto row_of_reading = [&](Eigen::Index i) {
-          return rows[static_cast<std::size_t>(i)];
-        };
+        const std::vector<Eigen::Index> fresh = fresh_rows(readings, run).rows;
         for (Eigen::Index c = 0; c < readings.cols(); ++c) {
+          // As many on either side, also where cells are empty: a cable that moves is further off
+          // on one side than on the other.
+          std::vector<Eigen::Index> rows = fresh;
+          std::erase_if(rows, [&](Eigen::Index row) { return !std::isfinite(readings(row, c)); });
+          const auto count = static_cast<Eigen::Index>(rows.size());
+          rows.push_back(run.end);
+          const auto row_of_reading = [&](Eigen::Index i) {
+            return rows[static_cast<std::size_t>(i)];
+          };
           const Eigen::VectorXd values = Eigen::VectorXd::NullaryExpr(
               count, [&](Eigen::Index i) { return readings(row_of_reading(i), c); });
           const double noise = channel_noise(values, sensor.is_angle());

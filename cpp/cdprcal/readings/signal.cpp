@@ -30,8 +30,23 @@ struct Series {
   double resolution = 0.0;  ///< of the readings, the middle one
   double hold_rows = 1.0;   ///< of the log, a reading
   double period_s = 0.0;    ///< between two readings
+  double loudest = 0.0;     ///< noise of the column that has most
+  double repeats = 1.0;     ///< of the readings at rest, of the column that repeats itself most
   Channel channel{};
 };
+
+/// The share of readings at rest that are the same to the last digit as those before; of few, what
+/// it may be.
+double repeats_of(const Series::Column& column) {
+  double again = 1.0, all = 2.0;
+  for (const SampleRange& rest : column.rests) {
+    for (Eigen::Index i = rest.begin + 1; i < rest.end; ++i) {
+      again += column.readings[i] == column.readings[i - 1] ? 1.0 : 0.0;
+      all += 1.0;
+    }
+  }
+  return all > 2.0 ? again / all : 1.0;
+}
 
 /// The step that all steps are multiples of; 0 where it is far below the noise, or there is none.
 double resolution_of(const Eigen::VectorXd& values, double noise) {
@@ -252,6 +267,8 @@ Signal describe(const Series& series, bool filtered, double most) {
   out.sigma = series.noise;
   out.rows = out.hold_rows = series.hold_rows;
   out.period_s = series.period_s;
+  out.loudest = series.noise > 0.0 ? std::max(1.0, series.loudest / series.noise) : 1.0;
+  out.repeats = series.repeats;
   out.resolution = series.resolution;
   const Differences at_rest = differences(series, 1);
   double square = series.noise * series.noise, rounded = 0.0, kept = 0.0;
@@ -329,10 +346,13 @@ std::optional<Series> series_of(const ChannelRow& row, const LogMatrix& values,
   }
   if (noise.empty()) return std::nullopt;
   out.noise = median(noise);
+  out.loudest = *std::ranges::max_element(noise);
   for (const Series::Column& c : out.columns) {
     steps.push_back(resolution_of(c.readings, out.noise));
   }
   out.resolution = median(steps);
+  out.repeats = 0.0;
+  for (const Series::Column& c : out.columns) out.repeats = std::max(out.repeats, repeats_of(c));
   out.hold_rows = rows / static_cast<double>(noise.size());
   out.period_s = period_s * out.hold_rows;
   return out;
@@ -414,6 +434,8 @@ Signals mixed(const Signals& a, double weight_a, const Signals& b, double weight
     out[c].resolution = std::max(a[c].resolution, b[c].resolution);
     out[c].correlation_s = mean(a[c].correlation_s, b[c].correlation_s);
     out[c].period_s = mean(a[c].period_s, b[c].period_s);
+    out[c].loudest = std::max(a[c].loudest, b[c].loudest);
+    out[c].repeats = std::max(a[c].repeats, b[c].repeats);
   }
   return out;
 }

@@ -20,6 +20,8 @@ struct Signal {
   double hold_rows = 1.0;      ///< rows a fresh reading
   double correlation_s = 0.0;  ///< time constant of the filter that the noise went through
   double period_s = 0.0;       ///< from one fresh reading to the next
+  double loudest = 1.0;        ///< σ of the column that is noisiest, in σ
+  double repeats = 1.0;        ///< share of the rows of rests that say again what the last did
 
   /// White, every row: what readings are taken for where nothing says otherwise.
   [[nodiscard]] bool is_white() const { return rows == 1.0 && rounding == 0.0; }

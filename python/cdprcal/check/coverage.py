@@ -12,6 +12,8 @@ from cdprcal.check.subject import Floats, Subject
 
 #: Two places are different when a reading differs by more than this many sigma.
 _DIFFERENT_SIGMA = 5.0
+#: A platform swings where several readings go to and fro by so many times their noise; one drifts.
+_SWINGS_NOISE = 20.0
 
 
 def find_equilibria(subject: Subject) -> list[_core.Equilibrium]:
@@ -76,7 +78,9 @@ def _moves(readings: Floats) -> bool:
     if seen.size == 0:
         return False
     low, high = np.nanpercentile(seen, [1, 99], axis=0)
-    return bool((high - low > _DIFFERENT_SIGMA).any())
+    noise = [_core.channel_noise(column) for column in seen.T]
+    swings = high - low > _SWINGS_NOISE * np.array(noise)
+    return bool((high - low > _DIFFERENT_SIGMA).any() or swings.sum() > 1)
 
 
 def _mean(rows: Floats) -> Floats:

@@ -48,6 +48,21 @@ TEST(Calibrate, AutomaticOnEveryMethod) {
   }
 }
 
+TEST(Calibrate, RestsThatAgreeCountWhereMotionContradicts) {
+  const Robot robot = load_robot("irma4");
+  SyntheticLog run = run_of_irma4(0.05, 21);
+  const Eigen::Index late = 20;  // 2 s: a winch that answers when it likes
+  const Eigen::Index kept = run.log.sample_count() - late;
+  run.log.length_m.col(1).tail(kept) = Eigen::VectorXd(run.log.length_m.col(1).head(kept));
+  const Calibration found = calibrate(robot, run.log);
+  ASSERT_EQ(found.result.status, CalibrationStatus::converged) << found.result.reason;
+  EXPECT_TRUE(found.motion_left_out);
+  EXPECT_LE(found.kinematic_poses, 1);
+  EXPECT_NE(found.result.reason.find("moments in motion contradict the rests"), std::string::npos);
+  const Vector6 error = minus(found.result.poses[0], run.poses[0]);
+  EXPECT_LT((error.array() / found.result.standard_deviation().array()).abs().maxCoeff(), 4.0);
+}
+
 TEST(Calibrate, PosesByHand) {
   const Robot robot = load_robot("irma4");
   const SyntheticLog run = run_of_irma4(0.0, 5);

@@ -123,6 +123,25 @@ TEST(InMotion, FindsHowLateTheAttitudeIs) {
   }
 }
 
+TEST(InMotion, AnAttitudeThatIsHeldIsNotLate) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    StartUpPlan plan;
+    const Robot robot = load_robot("irma4");
+    plan.setpoint_N = default_setpoints(robot, 2, 2, 1);
+    StartUpRunOptions options;
+    options.log_rate_Hz = 100.0;
+    options.simulator.seed = seed;
+    options.simulator.sensors.roll_pitch_rad.rate_Hz = 20.0;
+    options.simulator.sensors.yaw_rad.rate_Hz = 20.0;
+    const Log log = cut(simulate_startup(robot, plan, options).log, 25.0);
+    const InMotion found = calibrate_in_motion(robot, log);
+    ASSERT_TRUE(found.in_motion) << found.calibration.result.reason;
+    for (const ActiveEffect& late : found.beside.late) {
+      EXPECT_LT(std::abs(late.values[0]), 0.008) << "held for 50 ms";
+    }
+  }
+}
+
 TEST(InMotion, WholeRunsStayAsGood) {
   const Robot robot = ring_robot(3);
   InMotionOptions options;

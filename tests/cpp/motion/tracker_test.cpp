@@ -298,6 +298,47 @@ TEST(Tracker, DoesNotTrustACableThatSlipped) {
   }
 }
 
+TEST(Tracker, SeesASlipThatHidesInTheNoise) {
+  const Robot robot = load_robot("irma4");
+  const StartUpRun run = simulated(robot, 100.0, 9);
+  const Calibration calibration = calibrate(robot, run.log);
+  for (int cable = 0; cable < robot.cable_count(); ++cable) {
+    SCOPED_TRACE(cable + 1);
+    Log log = run.log;
+    const Eigen::Index slip = log.sample_count() / 2;
+    log.length_m.col(cable).tail(log.sample_count() - slip).array() += 8e-3;
+    EXPECT_LE(silently_wrong_s(track(calibration, log).samples, run.truth), 0.5);
+  }
+}
+
+TEST(Tracker, ReadsNoSensorThatIsStuck) {
+  const Robot robot = load_robot("irma4");
+  const StartUpRun run = simulated(robot, 100.0, 10);
+  const Calibration calibration = calibrate(robot, run.log);
+  Log log = run.log;
+  const Eigen::Index row = log.sample_count() / 2, count = 150;
+  for (Eigen::Index i = row + 1; i < row + count; ++i) {
+    log.roll_pitch_yaw_rad.row(i) = log.roll_pitch_yaw_rad.row(row);
+  }
+  const Track stuck = track(calibration, log);
+  EXPECT_LE(silently_wrong_s(stuck.samples, run.truth), 0.1);
+  const Track whole = track(calibration, run.log);
+  const auto during = static_cast<std::size_t>(row + count / 2);
+  EXPECT_GT(stuck.samples[during].pose_covariance.trace(),
+            2.0 * whole.samples[during].pose_covariance.trace());
+  EXPECT_TRUE(stuck.samples.back().trusted) << stuck.samples.back().reason;
+}
+
+TEST(Tracker, AYawThatJumpedStaysOut) {
+  const Robot robot = load_robot("irma4");
+  const StartUpRun run = simulated(robot, 50.0, 11);
+  const Calibration calibration = calibrate(robot, run.log);
+  Log log = run.log;
+  const Eigen::Index jump = log.sample_count() / 2;
+  log.roll_pitch_yaw_rad.col(2).tail(log.sample_count() - jump).array() += 6.0 * kDegree;
+  EXPECT_LE(silently_wrong_s(track(calibration, log).samples, run.truth), 0.3);
+}
+
 TEST(Tracker, RestsWhereTheCalibrationAllowsForEffects) {
   const StartUpRun run = simulated(load_robot("irma4"), 100.0, 3, {});
   Robot robot = load_robot("irma4");

@@ -89,6 +89,20 @@ TEST(Outliers, AHeldReadingIsOneAndTheRunAloneIsLookedAt) {
   EXPECT_EQ(log.position_m.array().isNaN().count(), kHeld);
 }
 
+TEST(Outliers, ACableThatMovesPastEmptyCellsIsNone) {
+  RandomNormal random(7);
+  for (int run = 0; run < 20; ++run) {
+    Log log = of_absolute_sensors();
+    for (Eigen::Index i = 0; i < kRows; ++i) {
+      log.position_m.row(i).array() += 0.05 * static_cast<double>(i);
+      for (int c = 0; c < 3; ++c) {
+        if (random() < -0.7) log.position_m(i, c) = kNaN;  // a quarter
+      }
+    }
+    EXPECT_TRUE(leave_out_outliers({}, {0, kRows}, log).empty()) << run;
+  }
+}
+
 TEST(Outliers, InMotionDoNotReachACalibrationWithNoiseFromTheReadings) {
   const Robot robot = load_robot("irma4");
   const Log clean = startup_log(robot, 0.2, 11, 0);
