@@ -154,3 +154,22 @@ def test_cells_that_are_empty_accuse_nobody(cli: Cli, tmp_path: Path, seed: int)
     length_m[np.random.default_rng(seed).random(length_m.shape) < 0.15] = np.nan
     found = cdprcal.diagnose("posts8", changed(log, length_m=length_m))
     assert (found.verdict, found.effects) == ("consistent", [])
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+def test_lengths_alone_tell_the_pose_without_set_points(
+    cli: Cli, tmp_path: Path, seed: int
+) -> None:
+    """The specified noise accepts many minima; about one of them the rests scatter far less."""
+    path, truth_path = tmp_path / "run.csv", tmp_path / "truth.json"
+    words = ("generate", "posts8", "--sensors", "lengths", "--grid", "3x3x3", "--seed", seed)
+    assert cli(*words, "-o", path, "--truth", truth_path).code == 0
+    log = cdprcal.read_log(str(path))
+    lengths = cdprcal.Log(time_s=log.time_s, length_m=log.length_m, source="lengths")
+    result = cdprcal.calibrate("posts8", lengths).result
+    assert result.status == "converged", result.reason
+    truth = json.loads(truth_path.read_text())["poses"][0]
+    there = cdprcal.Pose(truth["position_m"], np.array(truth["rotation"]))
+    error = np.abs(cdprcal.minus(result.poses[0], there))
+    assert (error < 4.0 * result.standard_deviation).all()
+    assert np.linalg.norm(error[:3]) < 0.01

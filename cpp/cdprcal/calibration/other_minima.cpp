@@ -1,6 +1,8 @@
 #include "cdprcal/calibration/other_minima.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "cdprcal/calibration/allow_for_effects.hpp"
@@ -8,6 +10,7 @@
 #include "cdprcal/calibration/multi_start.hpp"
 #include "cdprcal/decompositions.hpp"
 #include "cdprcal/estimation/presence.hpp"
+#include "cdprcal/estimation/unread_tensions.hpp"
 #include "cdprcal/text.hpp"
 
 namespace cdprcal {
@@ -50,6 +53,164 @@ std::optional<Vector6> rivalled(const CalibrationResult& one, const CalibrationR
   return sigmas_of(apart, *one.covariance) >= far ? std::optional(apart) : std::nullopt;
 }
 
+/// −log of how probable the readings are at a minimum, with the noise found there; but for what all
+/// minima of a log share. A reading that was left out is an outlier, which few are.
+double nats_of(const Calibration& c) {
+  constexpr double kLeftOut = 18.0;
+  const NoiseModel& noise = *c.problem.noise;
+  const NoiseModel specified = specified_noise(c.problem.robot.sigma);
+  double out = c.result.cost;
+  for (const GatedReading& reading : c.gated) {
+    if (reading.reason == GatedReading::Reason::outlier) out += kLeftOut;
+  }
+  for (const Measurement& m : c.problem.measurements) {
+    for (std::size_t i = 0; i < kChannels; ++i) {
+      const auto channel = static_cast<Channel>(i);
+      if (channel == Channel::balance) continue;
+      const auto read = readings_of(m, channel).array().isFinite().count();
+      if (read == 0) continue;
+      out += static_cast<double>(read) *
+             std::log(noise[channel].sigma(m) / specified[channel].sigma(1));
+    }
+    if (m.in_balance()) {
+      out += balance_equations(c.problem.robot, m) *
+             std::log(noise.wrench_force_N / specified.wrench_force_N);
+    }
+  }
+  return out;
+}
+
+/// Whether the noise that is found may tell minima apart: with rests, whose means are far better
+/// than the specified noise. Of moments in motion alone the right one may be none of the minima
+/// found.
+bool noise_tells(const CalibrateOptions& options, const Calibration& c) {
+  constexpr int kSeveral = 4;
+  return noise_source(options) == NoiseSource::from_data && c.static_poses >= kSeveral;
+}
+
+/// A noise specified beyond the true one accepts many minima; by the noise that readings show about
+/// each, one of them may be far likelier than all others: it takes the place of `out`. False where
+/// none is.
+bool takes_likeliest(const CalibrateOptions& options, const Calibration& prepared,
+                     const std::vector<CalibrationResult>& minima, Calibration& out) {
+  constexpr std::size_t kMost = 8;  // that are refined
+  if (!noise_tells(options, out) || !out.problem.noise ||
+      out.result.status != CalibrationStatus::converged) {
+    return false;
+  }
+  const double lowest = minima.front().cost;
+  const auto possible = [&](const CalibrationResult& m) { return m.cost < lowest + kDecisive; };
+  if (static_cast<std::size_t>(std::ranges::count_if(minima, possible)) > kMost) return false;
+  Calibration best = out;
+  double least = nats_of(out), next = std::numeric_limits<double>::infinity();
+  for (const CalibrationResult& minimum : minima) {
+    if (!possible(minimum)) continue;
+    Calibration other = prepared;
+    other.result = minimum;
+    refine_in_place(options, other);
+    best.result.solve_time_s += other.result.solve_time_s;
+    if (other.result.status == CalibrationStatus::not_converged) continue;
+    if (other.result.status != CalibrationStatus::converged || !other.problem.noise) return false;
+    if (same_minimum(other.result, best.result)) continue;
+    const double nats = nats_of(other);
+    next = std::min(next, std::max(nats, least));
+    if (nats >= least) continue;
+    least = nats;
+    other.result.solve_time_s = best.result.solve_time_s;
+    best = std::move(other);
+  }
+  if (!(next - least > kDecisive)) return false;
+  out = std::move(best);
+  return true;
+}
+
+/// A prepared calibration at a minimum near these poses, with the noise found there.
+Calibration refined_from(const CalibrateOptions& options, const Calibration& prepared,
+                         const std::vector<Pose>& poses) {
+  Calibration out = prepared;
+  out.result = solve(out.problem, poses, options.solve);
+  refine_in_place(options, out);
+  return out;
+}
+
+/// How much less probable the readings are at another minimum than at one [nats]; 0 where noise
+/// that was specified cannot tell.
+double less_likely(const CalibrateOptions& options, const Calibration& other,
+                   const Calibration& one) {
+  if (!noise_tells(options, one) || !one.problem.noise) return 0.0;
+  if (other.result.status != CalibrationStatus::converged || !other.problem.noise) return 0.0;
+  return nats_of(other) - nats_of(one);
+}
+
+/// Whether a fit above all pulleys cannot be what hangs below them.
+bool cannot_be(const Calibration& found, const CalibrationResult& other) {
+  const Robot& robot = found.problem.robot;
+  return is_held_up(robot, found.result.poses.front()) && !other.poses.empty() &&
+         !is_held_up(robot, other.poses.front());
+}
+
+/// Where a fit may end in another minimum with the noise found: in those of the specified noise,
+/// and beside it.
+std::vector<std::vector<Pose>> starts_around(const std::vector<CalibrationResult>& minima,
+                                             const Calibration& out) {
+  std::vector<std::vector<Pose>> starts;
+  for (const CalibrationResult& other : minima) starts.push_back(other.poses);
+  // A valley that is one minimum with the noise specified may be several with the one found, which
+  // starts at the bottom do not leave: all poses are lifted over its walls together.
+  const SymmetricEigen<Matrix6> spread(*out.result.covariance);
+  const Vector6 least = kFar * std::sqrt(spread.eigenvalues()[5]) * spread.eigenvectors().col(5);
+  for (const Vector6& move : {least, Vector6(-least)}) {
+    std::vector<Pose>& start = starts.emplace_back();
+    for (const Pose& pose : out.result.poses) start.push_back(plus(pose, move));
+  }
+  // Nor do they where lengths alone show the attitude: valleys lie a turn of the platform apart.
+  const Pose& found = out.result.poses.front();
+  if (!kept_upright(out.problem, found)) return starts;
+  for (const double turn_deg : {15.0, -15.0, 30.0, -30.0}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      Vector6 turn = Vector6::Zero();
+      turn[3 + axis] = turn_deg * kDegree;
+      starts.push_back(measurement_guesses(out.problem.robot, out.problem.measurements,
+                                           plus(found, turn), out.problem.effects));
+    }
+  }
+  return starts;
+}
+
+/// Looks for minima with the noise found that fit about as well. Near ones widen the covariance;
+/// for a far one the claim is taken back, unless one of the two is far likelier with the noise that
+/// is found there. True: that is the other, which took the place of `out`.
+bool finds_likelier(const CalibrateOptions& options, const Calibration& prepared,
+                    const std::vector<CalibrationResult>& minima, Calibration& out) {
+  Matrix6 wider = *out.result.covariance;
+  for (const std::vector<Pose>& start : starts_around(minima, out)) {
+    const CalibrationResult again =
+        solve_unless_hopeless(out.problem, start, options.solve, out.result.cost);
+    out.result.solve_time_s += again.solve_time_s;
+    if (cannot_be(out, again)) continue;
+    const auto apart = rivalled(out.result, again, kNear);
+    if (!apart) continue;
+    if (is_far(*apart, *out.result.covariance)) {
+      Calibration other = refined_from(options, prepared, again.poses);
+      const double nats = less_likely(options, other, out);
+      if (nats > kDecisive) continue;
+      if (nats > -kDecisive) {
+        leave_open(*apart, out);
+        return false;
+      }
+      other.result.solve_time_s += out.result.solve_time_s;
+      out = std::move(other);
+      return true;
+    }
+    if (sigmas_of(*apart, wider) < kNear) continue;  // counted already
+    // Too near to take the claim back and too far for it: as probable as it fits.
+    const double worse = std::max(0.0, again.cost - out.result.cost);
+    wider += 1.0 / (1.0 + std::exp(worse)) * *apart * apart->transpose();
+  }
+  out.result.covariance = wider;
+  return false;
+}
+
 }  // namespace
 
 bool looks_wrong(const Calibration& calibration) {
@@ -70,11 +231,13 @@ bool is_far(const Vector6& apart, const Matrix6& covariance) {
 void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared,
                     const CalibrationResult& first, std::vector<CalibrationResult> ends,
                     Calibration& out) {
-  std::vector<CalibrationResult> minima =
+  const std::vector<CalibrationResult> minima =
       minima_from_starts(prepared.problem, options.most_starts, options.solve, std::move(ends));
   if (minima.empty()) return;
   out.result.solve_time_s += minima.front().solve_time_s;
-  const bool elsewhere = !same_minimum(first, minima.front()) && minima.front().cost < first.cost;
+  const bool told = takes_likeliest(options, prepared, minima, out);
+  const bool elsewhere =
+      !told && !same_minimum(first, minima.front()) && minima.front().cost < first.cost;
   const CalibrationResult& origin = elsewhere ? minima.front() : first;  // with the noise specified
   if (elsewhere) {
     const double solve_time_s = out.result.solve_time_s;
@@ -84,51 +247,13 @@ void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared
     refine_in_place(options, out);
   }
   if (out.result.status != CalibrationStatus::converged) return;
-  const bool hangs = is_held_up(out.problem.robot, out.result.poses.front());
-  const auto cannot_be = [&](const CalibrationResult& other) {
-    return hangs && !other.poses.empty() && !is_held_up(out.problem.robot, other.poses.front());
-  };
   for (const CalibrationResult& other : minima) {
-    if (cannot_be(other)) continue;
+    if (told || cannot_be(out, other)) continue;
     if (const auto apart = rivalled(origin, other)) return leave_open(*apart, out);
   }
-  // A valley that is one minimum with the noise specified may be several with the one found, which
-  // starts at the bottom do not leave: all poses are lifted over its walls together.
-  std::vector<std::vector<Pose>> starts;
-  for (CalibrationResult& other : minima) starts.push_back(std::move(other.poses));
-  const SymmetricEigen<Matrix6> spread(*out.result.covariance);
-  const Vector6 least = kFar * std::sqrt(spread.eigenvalues()[5]) * spread.eigenvectors().col(5);
-  for (const Vector6& move : {least, Vector6(-least)}) {
-    std::vector<Pose>& start = starts.emplace_back();
-    for (const Pose& pose : out.result.poses) start.push_back(plus(pose, move));
+  constexpr int kMoves = 3;  // each to one that is a thousand times as likely
+  for (int move = 0; move < kMoves && finds_likelier(options, prepared, minima, out); ++move) {
   }
-  // Nor do they where lengths alone show the attitude: valleys lie a turn of the platform apart.
-  const Pose& found = out.result.poses.front();
-  if (kept_upright(out.problem, found)) {
-    for (const double turn_deg : {15.0, -15.0, 30.0, -30.0}) {
-      for (int axis = 0; axis < 3; ++axis) {
-        Vector6 turn = Vector6::Zero();
-        turn[3 + axis] = turn_deg * kDegree;
-        starts.push_back(measurement_guesses(out.problem.robot, out.problem.measurements,
-                                             plus(found, turn), out.problem.effects));
-      }
-    }
-  }
-  Matrix6 wider = *out.result.covariance;
-  for (const std::vector<Pose>& start : starts) {
-    const CalibrationResult again =
-        solve_unless_hopeless(out.problem, start, options.solve, out.result.cost);
-    out.result.solve_time_s += again.solve_time_s;
-    if (cannot_be(again)) continue;
-    const auto apart = rivalled(out.result, again, kNear);
-    if (!apart) continue;
-    if (is_far(*apart, *out.result.covariance)) return leave_open(*apart, out);
-    if (sigmas_of(*apart, wider) < kNear) continue;  // counted already
-    // Too near to take the claim back and too far for it: as probable as it fits.
-    const double worse = std::max(0.0, again.cost - out.result.cost);
-    wider += 1.0 / (1.0 + std::exp(worse)) * *apart * apart->transpose();
-  }
-  out.result.covariance = wider;
 }
 
 }  // namespace cdprcal
