@@ -199,8 +199,8 @@ Calibration fit_rests_at_least(const Calibration& prepared, const CalibrateOptio
   constexpr int kSeveral = 4;  // rests, which contradict one another too where a map is wrong
   Calibration out = fit_either(prepared, options);
   if (out.result.status != CalibrationStatus::not_converged || options.method != Method::unified ||
-      prepared.static_poses < kSeveral || prepared.kinematic_poses == 0 ||
-      !is_balanced(prepared.problem)) {
+      prepared.static_poses < kSeveral || options.guess.size() > 1 ||
+      prepared.kinematic_poses == 0 || !is_balanced(prepared.problem)) {
     return out;
   }
   Calibration rests = fit_and_look(without_motion(prepared), options);

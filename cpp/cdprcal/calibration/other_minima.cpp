@@ -53,6 +53,13 @@ std::optional<Vector6> rivalled(const CalibrationResult& one, const CalibrationR
   return sigmas_of(apart, *one.covariance) >= far ? std::optional(apart) : std::nullopt;
 }
 
+/// Whether a fit above all pulleys cannot be what hangs below them.
+bool cannot_be(const Calibration& found, const CalibrationResult& other) {
+  const Robot& robot = found.problem.robot;
+  return is_held_up(robot, found.result.poses.front()) && !other.poses.empty() &&
+         !is_held_up(robot, other.poses.front());
+}
+
 /// −log of how probable the readings are at a minimum, with the noise found there; but for what all
 /// minima of a log share. A reading that was left out is an outlier, which few are.
 double nats_of(const Calibration& c) {
@@ -104,7 +111,7 @@ bool takes_likeliest(const CalibrateOptions& options, const Calibration& prepare
   Calibration best = out;
   double least = nats_of(out), next = std::numeric_limits<double>::infinity();
   for (const CalibrationResult& minimum : minima) {
-    if (!possible(minimum)) continue;
+    if (!possible(minimum) || cannot_be(out, minimum)) continue;
     Calibration other = prepared;
     other.result = minimum;
     refine_in_place(options, other);
@@ -140,13 +147,6 @@ double less_likely(const CalibrateOptions& options, const Calibration& other,
   if (!noise_tells(options, one) || !one.problem.noise) return 0.0;
   if (other.result.status != CalibrationStatus::converged || !other.problem.noise) return 0.0;
   return nats_of(other) - nats_of(one);
-}
-
-/// Whether a fit above all pulleys cannot be what hangs below them.
-bool cannot_be(const Calibration& found, const CalibrationResult& other) {
-  const Robot& robot = found.problem.robot;
-  return is_held_up(robot, found.result.poses.front()) && !other.poses.empty() &&
-         !is_held_up(robot, other.poses.front());
 }
 
 /// Where a fit may end in another minimum with the noise found: in those of the specified noise,
@@ -252,8 +252,12 @@ void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared
     if (const auto apart = rivalled(origin, other)) return leave_open(*apart, out);
   }
   constexpr int kMoves = 3;  // each to one that is a thousand times as likely
-  for (int move = 0; move < kMoves && finds_likelier(options, prepared, minima, out); ++move) {
+  Pose before = out.result.poses.front();
+  for (int move = 0; move < kMoves; ++move) {
+    if (!finds_likelier(options, prepared, minima, out)) return;
+    if (move + 1 < kMoves) before = out.result.poses.front();
   }
+  leave_open(minus(before, out.result.poses.front()), out);
 }
 
 }  // namespace cdprcal

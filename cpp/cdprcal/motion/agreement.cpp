@@ -16,6 +16,8 @@ constexpr double kChance = 1e-6;
 constexpr double kEach = 6.0, kTold = 13.8;
 /// An error of the pose of so many σ does no harm.
 constexpr double kHarmless = 2.0;
+/// Nor does what rounding makes of a direction in which guides hold the platform [m, rad].
+constexpr double kRoundedOff = 1e-9;
 
 bool agree(double chi_square, double freedom) {
   // Nothing is left that could contradict.
@@ -26,7 +28,7 @@ bool agree(double chi_square, double freedom) {
 }  // namespace
 
 Agreement::Agreement(const KnownOffsets& offsets, const FreeMotion& free, double size_m)
-    : rows_(offsets.rows), covariance_(offsets.covariance) {
+    : rows_(offsets.rows), free_(free), covariance_(offsets.covariance) {
   const auto count = static_cast<Eigen::Index>(rows_.size());
   const auto sensor = [&](Eigen::Index row) {
     return row_of(rows_[static_cast<std::size_t>(row)].label.channel).sensor;
@@ -67,7 +69,8 @@ Disagreement Agreement::of(const ReadingVector& misfits, const ReadingsByPose& b
   for (Eigen::Index i = 0; i < count; ++i) {
     const Eigen::Index row = read[static_cast<std::size_t>(i)];
     misfit[i] = misfits[row];
-    rows.row(i) = by_pose.row(rows_[static_cast<std::size_t>(row)].reading);
+    const Eigen::Index at = rows_[static_cast<std::size_t>(row)].reading;
+    rows.row(i) = free_.of(Vector6(by_pose.row(at).transpose())).transpose();
     for (Eigen::Index k = 0; k < count; ++k) {
       covariance(i, k) = covariance_(row, read[static_cast<std::size_t>(k)]);
     }
@@ -115,7 +118,7 @@ Disagreement Agreement::of(const ReadingVector& misfits, const ReadingsByPose& b
     const double remains = chi_square - said.dot(error);
     if (!agree(remains, freedom - number)) continue;
     const Vector6 moves = by_reading(Eigen::all, at) * error;
-    const bool harms = (moves.array().abs() > kHarmless * pose_sigma.array()).any();
+    const bool harms = (moves.array().abs() > kHarmless * pose_sigma.array() + kRoundedOff).any();
     enough.push_back({&rows_of, remains + kEach * number, harms});
   }
   if (enough.empty()) return out;

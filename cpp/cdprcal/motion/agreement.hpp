@@ -28,6 +28,7 @@ class Agreement {
 
  private:
   std::vector<KnownOffsets::Row> rows_;
+  FreeMotion free_;
   ReadingMatrix covariance_;
   std::vector<std::vector<Eigen::Index>> suspects_;  ///< rows, each alone, and those of each sensor
   Matrix6 anywhere_;  ///< information of what is known of a pose beforehand

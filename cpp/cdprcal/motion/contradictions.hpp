@@ -18,14 +18,17 @@ class Contradictions {
 
   /// `misfit`: by how much. Without the reading the pose is known less and less, and what is so far
   /// off agrees with it some time: it has to be far less off than it was.
-  void note(std::size_t reading, bool contradicts, double misfit, bool agrees, double dt_s) {
+  /// `starts`: there is no time to wait for.
+  void note(std::size_t reading, bool contradicts, double misfit, bool agrees, double dt_s,
+            bool starts = false) {
     constexpr double kBack = 0.3;
     Count& count = of_[reading];
     if (contradicts) {
-      count.against_s += dt_s;
+      count.against_s += starts ? kPatience_s : dt_s;
       count.most = std::max(count.most, misfit);
+      if (starts || count.against_s > std::max(kDoubt_s, 1.5 * dt_s)) count.out = true;
     }
-    if (!is_out(reading, dt_s)) {
+    if (!count.out) {
       if (!contradicts) count.against_s -= dt_s;
       if (!(count.against_s > 0.0)) count = {};
       return;
@@ -33,9 +36,7 @@ class Contradictions {
     count.with_s = agrees && misfit < kBack * count.most ? count.with_s + dt_s : 0.0;
     if (count.with_s >= kPatience_s) count = {};
   }
-  [[nodiscard]] bool is_out(std::size_t reading, double dt_s) const {
-    return against_s(reading) > (dt_s < kDoubt_s ? kDoubt_s : 1.5 * dt_s);
-  }
+  [[nodiscard]] bool is_out(std::size_t reading) const { return of_[reading].out; }
   [[nodiscard]] double against_s(std::size_t reading) const { return of_[reading].against_s; }
   void forget() { of_.assign(of_.size(), {}); }
 
@@ -43,6 +44,7 @@ class Contradictions {
   struct Count {
     double against_s = 0.0, with_s = 0.0;
     double most = 0.0;  ///< misfit meanwhile
+    bool out = false;
   };
   std::vector<Count> of_;
 };

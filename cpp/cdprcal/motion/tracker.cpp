@@ -85,7 +85,10 @@ Tracker::Tracker(const Calibration& calibration, double restless, std::optional<
       contradictions_(offsets_.rows.size()),
       lateness_(offsets_, free_),
       known_late_(late) {
-  if (!effects_.empty()) allow_for_directions();
+  if (!effects_.empty()) {
+    allow_for_directions();
+    agreement_ = Agreement(offsets_, free_, size_m_);
+  }
   const ReadingVector root = offsets_.covariance.diagonal().cwiseSqrt().cwiseMax(1e-12);
   ReadingMatrix relative =
       root.cwiseInverse().asDiagonal() * offsets_.covariance * root.cwiseInverse().asDiagonal();
@@ -308,7 +311,7 @@ std::vector<Tracker::Reading> Tracker::weigh() const {
   std::vector<Reading> out;
   for (Eigen::Index row = 0; row < offsets_.offset.size(); ++row) {
     const double innovation = misfit(row);
-    if (!std::isfinite(innovation)) continue;
+    if (!std::isfinite(innovation) || disagrees_[static_cast<std::size_t>(row)]) continue;
     over_seen(row, [&](auto seen) {
       constexpr int k = decltype(seen)::value;
       const Eigen::Matrix<double, 1, k> h = by_state(row).template head<k>();
@@ -332,7 +335,7 @@ bool Tracker::quickens(const std::vector<Reading>& readings) {
   std::vector<Reading> counting;
   bool any = false;
   for (const Reading& r : readings) {
-    if (contradictions_.is_out(static_cast<std::size_t>(r.row), dt_s_)) continue;
+    if (contradictions_.is_out(static_cast<std::size_t>(r.row))) continue;
     counting.push_back(r);
     any = any || r.size > kDoubt * kDoubt;
   }
@@ -373,8 +376,8 @@ bool Tracker::correct() {
   now_.left_out = 0;
   innovation_.setConstant(offsets_.offset.size(), kNaN);
   if (!evaluate_now()) return false;
-  std::vector<Reading> readings = weigh();
   disagrees_.assign(disagrees_.size(), false);
+  std::vector<Reading> readings = weigh();
   for (const Reading& r : readings) innovation_[r.row] = r.size;
   if (!step_.starts) {
     leave_out_strangers(readings);
@@ -389,7 +392,7 @@ bool Tracker::correct() {
   }
   for (const Reading& r : readings) innovation_[r.row] = r.size;
   now_.left_out += static_cast<int>(std::erase_if(readings, [&](const Reading& r) {
-    return contradictions_.is_out(static_cast<std::size_t>(r.row), dt_s_) ||
+    return contradictions_.is_out(static_cast<std::size_t>(r.row)) ||
            (!step_.starts && r.size > kOutlier * kOutlier);
   }));
   return update(readings);
@@ -468,6 +471,10 @@ void Tracker::compare_of_late(const ReadingVector& misfits) {
       mean = count = ReadingVector::Zero(misfits.size());
       last_s = ReadingVector::Constant(misfits.size(), kNaN);
     }
+    // Means are compared that are of the same time.
+    const bool returns =
+        (misfits.array().isFinite() && now_.time_s - last_s.array() > kSilent_s).any();
+    if (returns) count.setZero();
     for (Eigen::Index row = 0; row < misfits.size(); ++row) {
       if (!std::isfinite(misfits[row]) || !(innovation_[row] < kOutlier * kOutlier)) continue;
       const KnownOffsets::Row& known = offsets_.rows[static_cast<std::size_t>(row)];
@@ -476,9 +483,8 @@ void Tracker::compare_of_late(const ReadingVector& misfits) {
       if (late && row_of(known.label.channel).sensor == late->sensor) {
         misfit -= late->delay_s * readings_.by_pose.row(known.reading).dot(now_.state.twist);
       }
-      // Means are compared that are of the same time.
-      if (now_.time_s - last_s[row] > kSilent_s) count.setZero();
-      count[row] = std::min(count[row] + 1.0, std::max(2.0, kLately_s[window] / dt_s_));
+      const double each_s = std::isfinite(last_s[row]) ? now_.time_s - last_s[row] : dt_s_;
+      count[row] = std::min(count[row] + 1.0, std::max(2.0, kLately_s[window] / each_s));
       mean[row] += (misfit - mean[row]) / count[row];
       last_s[row] = now_.time_s;
     }
@@ -503,7 +509,6 @@ void Tracker::compare_of_late(const ReadingVector& misfits) {
 /// is not known, but lasts: it hides in the mean of late, and what is left is motion and noise.
 void Tracker::learn_jerk(const std::vector<Reading>& readings) {
   if (readings.empty()) return;
-  constexpr double kLate_s = 2.0;  // longer than a swing
   if (lasting_.size() != offsets_.offset.size()) {
     lasting_.setZero(offsets_.offset.size());
     lasted_.setZero(offsets_.offset.size());
@@ -513,7 +518,7 @@ void Tracker::learn_jerk(const std::vector<Reading>& readings) {
   double sum = 0.0;
   for (const Reading& r : readings) {
     double& seen = lasted_[r.row];
-    seen = std::min(seen + 1.0, std::max(2.0, kLate_s / dt_s_));
+    seen = std::min(seen + 1.0, std::max(2.0, kLately_s.back() / dt_s_));
     lasting_[r.row] += (r.innovation - lasting_[r.row]) / seen;
     const double changed = r.innovation - lasting_[r.row];
     sum += std::min(changed * changed / r.of_motion, kClip);
@@ -541,19 +546,21 @@ void Tracker::judge(bool corrected) {
     return;
   }
   for (std::size_t r = 0; r < offsets_.rows.size(); ++r) {
-    if (offsets_.rows[r].inertial) continue;  // what hums says nothing against the pose
     const auto row = static_cast<Eigen::Index>(r);
+    // What hums says nothing against the pose.
+    if (offsets_.rows[r].inertial || !std::isfinite(innovation_[row])) continue;
     const double misfit = this->misfit(row);
     const double expected = offsets_.covariance(row, row) + offsets_.sample_variance[row];
-    if (std::isfinite(innovation_[row])) {
-      const bool surprises = !step_.starts && innovation_[row] > kOutlier * kOutlier;
-      const bool remains = misfit * misfit > kOutlier * kOutlier * expected;
-      // A start has no time to wait for.
-      contradictions_.note(r, surprises || remains || disagrees_[r], std::abs(misfit),
-                           innovation_[row] < kAgrees * kAgrees && !disagrees_[r] && !quarrels_,
-                           step_.starts ? Contradictions::kPatience_s : dt_s_);
-    }
-    if (!contradictions_.is_out(r, dt_s_)) continue;
+    const bool surprises = !step_.starts && innovation_[row] > kOutlier * kOutlier;
+    const bool remains = misfit * misfit > kOutlier * kOutlier * expected;
+    const bool agrees = innovation_[row] < kAgrees * kAgrees && !disagrees_[r] && !quarrels_;
+    contradictions_.note(r, surprises || remains || disagrees_[r], std::abs(misfit), agrees, dt_s_,
+                         step_.starts);
+  }
+  quarrels_for_s_ = quarrels_ ? quarrels_for_s_ + dt_s_ : 0.0;
+  for (std::size_t r = 0; r < offsets_.rows.size(); ++r) {
+    if (!contradictions_.is_out(r)) continue;
+    const double misfit = this->misfit(static_cast<Eigen::Index>(r));
     const Quantity shown = quantity_of(row_of(offsets_.rows[r].label.channel).of());
     const std::string by = std::isfinite(misfit)
                                ? printed(" by %.3g %s", shown.scale * misfit, shown.unit)
@@ -563,7 +570,6 @@ void Tracker::judge(bool corrected) {
                 in_words(offsets_.rows[r].label).c_str(), by.c_str(), contradictions_.against_s(r));
     return;
   }
-  quarrels_for_s_ = quarrels_ ? quarrels_for_s_ + dt_s_ : 0.0;
   if (quarrels_for_s_ > Contradictions::kDoubt_s) {
     now_.reason = printed("the readings contradict one another for %.1f s", quarrels_for_s_);
     return;

@@ -42,7 +42,7 @@ Eigen::VectorXd departures(const Eigen::VectorXd& values, bool angles) {
     }
     if (around.size() <= 3) continue;
     const double off = -median(around);
-    const bool at_end = end - begin <= 2 * kBeside;
+    const bool at_end = static_cast<Eigen::Index>(around.size()) <= 2 * kBeside;  // or at a gap
     if (!at_end || std::abs(off) > kAboveNearby * (most - least)) out[i] = off;
   }
   return out;
@@ -103,6 +103,24 @@ bool is_motion(const Found& one, const std::vector<Found>& all) {
          });
 }
 
+/// Of some rows those that have a reading in a column; −1, several times, where many in a row have
+/// none: what is beyond is no neighbour.
+std::vector<Eigen::Index> with_readings(const LogMatrix& readings, Eigen::Index column,
+                                        const std::vector<Eigen::Index>& rows) {
+  std::vector<Eigen::Index> out;
+  Eigen::Index empty = 0;
+  for (const Eigen::Index row : rows) {
+    if (!std::isfinite(readings(row, column))) {
+      ++empty;
+      continue;
+    }
+    if (empty > kNearby && !out.empty()) out.insert(out.end(), 2 * kNearby, -1);
+    empty = 0;
+    out.push_back(row);
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<Outlier> leave_out_outliers(const SensorSigma& sigma, const SampleRange& run,
@@ -117,15 +135,15 @@ std::vector<Outlier> leave_out_outliers(const SensorSigma& sigma, const SampleRa
         for (Eigen::Index c = 0; c < readings.cols(); ++c) {
           // As many on either side, also where cells are empty: a cable that moves is further off
           // on one side than on the other.
-          std::vector<Eigen::Index> rows = fresh;
-          std::erase_if(rows, [&](Eigen::Index row) { return !std::isfinite(readings(row, c)); });
+          const std::vector<Eigen::Index> rows = with_readings(readings, c, fresh);
           const auto count = static_cast<Eigen::Index>(rows.size());
-          rows.push_back(run.end);
           const auto row_of_reading = [&](Eigen::Index i) {
             return rows[static_cast<std::size_t>(i)];
           };
-          const Eigen::VectorXd values = Eigen::VectorXd::NullaryExpr(
-              count, [&](Eigen::Index i) { return readings(row_of_reading(i), c); });
+          const Eigen::VectorXd values = Eigen::VectorXd::NullaryExpr(count, [&](Eigen::Index i) {
+            const Eigen::Index row = row_of_reading(i);
+            return row < 0 ? kNaN : readings(row, c);
+          });
           const double noise = channel_noise(values, sensor.is_angle());
           const double least = std::max(sigma.*sensor.sigma, kOutlier * noise);
           const Eigen::VectorXd off = departures(values, sensor.is_angle());
@@ -135,7 +153,9 @@ std::vector<Outlier> leave_out_outliers(const SensorSigma& sigma, const SampleRa
             Eigen::Index end = i + 1;
             while (end < count && is_outlier(off, alone, end, least)) ++end;
             if (end - i <= kLongestOutlier) {
-              const Eigen::Index from = row_of_reading(i), until = row_of_reading(end);
+              const Eigen::Index from = row_of_reading(i);
+              const auto next = std::ranges::upper_bound(fresh, row_of_reading(end - 1));
+              const Eigen::Index until = next == fresh.end() ? run.end : *next;
               const int column = static_cast<int>(c);
               found.push_back({{channel_of_column(sensor, column), column, log.time_s[from],
                                 log.time_s[until - 1], off[i]},

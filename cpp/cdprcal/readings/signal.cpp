@@ -35,17 +35,20 @@ struct Series {
   Channel channel{};
 };
 
-/// The share of readings at rest that are the same to the last digit as those before; of few, what
-/// it may be.
+/// The share of readings at a rest that are the same to the last digit as those before, at the one
+/// where they are most; of few, what it may be. Where that is every other one, a reading between
+/// two steps may stay for ever.
 double repeats_of(const Series::Column& column) {
-  double again = 1.0, all = 2.0;
+  double most = 0.0;
   for (const SampleRange& rest : column.rests) {
+    double again = 1.0, all = 2.0;
     for (Eigen::Index i = rest.begin + 1; i < rest.end; ++i) {
       again += column.readings[i] == column.readings[i - 1] ? 1.0 : 0.0;
       all += 1.0;
     }
+    if (all > 2.0) most = std::max(most, again / all);
   }
-  return all > 2.0 ? again / all : 1.0;
+  return most > 0.0 && most < 0.5 ? most : 1.0;
 }
 
 /// The step that all steps are multiples of; 0 where it is far below the noise, or there is none.

@@ -127,17 +127,17 @@ TEST(Contradictions, AReadingComesBackWhenItIsFarLessOff) {
     }
   };
   note(true, 0.1, false, 0.05);
-  EXPECT_FALSE(of.is_out(0, dt_s)) << "a spike";
+  EXPECT_FALSE(of.is_out(0)) << "a spike";
   note(false, 0.0, true, 0.05);
   EXPECT_EQ(of.against_s(0), 0.0);
   note(true, 0.1, false, 0.15);
-  EXPECT_TRUE(of.is_out(0, dt_s));
+  EXPECT_TRUE(of.is_out(0));
   note(false, 0.1, true, 5.0);
-  EXPECT_TRUE(of.is_out(0, dt_s)) << "as far off as ever, of a pose that is known less";
+  EXPECT_TRUE(of.is_out(0)) << "as far off as ever, of a pose that is known less";
   note(false, 0.01, true, 0.4);
-  EXPECT_TRUE(of.is_out(0, dt_s)) << "not for long enough";
+  EXPECT_TRUE(of.is_out(0)) << "not for long enough";
   note(false, 0.01, true, 0.2);
-  EXPECT_FALSE(of.is_out(0, dt_s));
+  EXPECT_FALSE(of.is_out(0));
 }
 
 }  // namespace
