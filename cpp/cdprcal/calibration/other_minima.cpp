@@ -95,6 +95,15 @@ bool noise_tells(const CalibrateOptions& options, const Calibration& c) {
   return noise_source(options) == NoiseSource::from_data && c.static_poses >= kSeveral;
 }
 
+/// A prepared calibration at a minimum, with the noise found there.
+Calibration refined_at(const CalibrateOptions& options, const Calibration& prepared,
+                       CalibrationResult minimum) {
+  Calibration out = prepared;
+  out.result = std::move(minimum);
+  refine_in_place(options, out);
+  return out;
+}
+
 /// A noise specified beyond the true one accepts many minima; by the noise that readings show about
 /// each, one of them may be far likelier than all others: it takes the place of `out`. False where
 /// none is.
@@ -112,9 +121,7 @@ bool takes_likeliest(const CalibrateOptions& options, const Calibration& prepare
   double least = nats_of(out), next = std::numeric_limits<double>::infinity();
   for (const CalibrationResult& minimum : minima) {
     if (!possible(minimum) || cannot_be(out, minimum)) continue;
-    Calibration other = prepared;
-    other.result = minimum;
-    refine_in_place(options, other);
+    Calibration other = refined_at(options, prepared, minimum);
     best.result.solve_time_s += other.result.solve_time_s;
     if (other.result.status == CalibrationStatus::not_converged) continue;
     if (other.result.status != CalibrationStatus::converged || !other.problem.noise) return false;
@@ -129,15 +136,6 @@ bool takes_likeliest(const CalibrateOptions& options, const Calibration& prepare
   if (!(next - least > kDecisive)) return false;
   out = std::move(best);
   return true;
-}
-
-/// A prepared calibration at a minimum near these poses, with the noise found there.
-Calibration refined_from(const CalibrateOptions& options, const Calibration& prepared,
-                         const std::vector<Pose>& poses) {
-  Calibration out = prepared;
-  out.result = solve(out.problem, poses, options.solve);
-  refine_in_place(options, out);
-  return out;
 }
 
 /// How much less probable the readings are at another minimum than at one [nats]; 0 where noise
@@ -191,7 +189,8 @@ bool finds_likelier(const CalibrateOptions& options, const Calibration& prepared
     const auto apart = rivalled(out.result, again, kNear);
     if (!apart) continue;
     if (is_far(*apart, *out.result.covariance)) {
-      Calibration other = refined_from(options, prepared, again.poses);
+      Calibration other =
+          refined_at(options, prepared, solve(prepared.problem, again.poses, options.solve));
       const double nats = less_likely(options, other, out);
       if (nats > kDecisive) continue;
       if (nats > -kDecisive) {
@@ -240,11 +239,9 @@ void look_elsewhere(const CalibrateOptions& options, const Calibration& prepared
       !told && !same_minimum(first, minima.front()) && minima.front().cost < first.cost;
   const CalibrationResult& origin = elsewhere ? minima.front() : first;  // with the noise specified
   if (elsewhere) {
-    const double solve_time_s = out.result.solve_time_s;
-    out = prepared;
-    out.result = origin;
-    out.result.solve_time_s = solve_time_s;
-    refine_in_place(options, out);
+    CalibrationResult there = origin;
+    there.solve_time_s = out.result.solve_time_s;
+    out = refined_at(options, prepared, std::move(there));
   }
   if (out.result.status != CalibrationStatus::converged) return;
   for (const CalibrationResult& other : minima) {

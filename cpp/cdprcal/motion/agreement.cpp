@@ -56,25 +56,20 @@ Agreement::Agreement(const KnownOffsets& offsets, const FreeMotion& free, double
 Disagreement Agreement::of(const ReadingVector& misfits, const ReadingsByPose& by_pose,
                            const ReadingVector& sample_variance, const Vector6& pose_sigma) const {
   std::vector<Eigen::Index> read;
-  ReadingVector place = ReadingVector::Constant(misfits.size(), -1.0);
+  std::vector<Eigen::Index> place(rows_.size(), -1);  // of a row among those
   for (Eigen::Index row = 0; row < misfits.size(); ++row) {
     if (rows_[static_cast<std::size_t>(row)].inertial || !std::isfinite(misfits[row])) continue;
-    place[row] = static_cast<double>(read.size());
+    place[static_cast<std::size_t>(row)] = static_cast<Eigen::Index>(read.size());
     read.push_back(row);
   }
   const auto count = static_cast<Eigen::Index>(read.size());
-  ReadingMatrix covariance(count, count);
+  const ReadingVector misfit = misfits(read);
+  ReadingMatrix covariance = covariance_(read, read);
+  covariance.diagonal() += sample_variance(read);
   ReadingsByPose rows(count, 6);
-  ReadingVector misfit(count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const Eigen::Index row = read[static_cast<std::size_t>(i)];
-    misfit[i] = misfits[row];
-    const Eigen::Index at = rows_[static_cast<std::size_t>(row)].reading;
-    rows.row(i) = free_.of(Vector6(by_pose.row(at).transpose())).transpose();
-    for (Eigen::Index k = 0; k < count; ++k) {
-      covariance(i, k) = covariance_(row, read[static_cast<std::size_t>(k)]);
-    }
-    covariance(i, i) += sample_variance[row];
+    const auto row = static_cast<std::size_t>(read[static_cast<std::size_t>(i)]);
+    rows.row(i) = free_.of(Vector6(by_pose.row(rows_[row].reading).transpose())).transpose();
   }
   const Eigen::LLT<ReadingMatrix> root(covariance);
   if (root.info() != Eigen::Success) return {};
@@ -101,7 +96,8 @@ Disagreement Agreement::of(const ReadingVector& misfits, const ReadingsByPose& b
   for (const std::vector<Eigen::Index>& rows_of : suspects_) {
     std::vector<Eigen::Index> at;
     for (const Eigen::Index row : rows_of) {
-      if (place[row] >= 0.0) at.push_back(static_cast<Eigen::Index>(place[row]));
+      const Eigen::Index among = place[static_cast<std::size_t>(row)];
+      if (among >= 0) at.push_back(among);
     }
     if (at.empty()) continue;
     const ReadingMatrix own = left(at, at);

@@ -40,6 +40,12 @@ constexpr int kMostIterations = 30;
 constexpr std::array<double, 2> kLately_s{0.1, 2.0};
 constexpr double kCompare_s = 0.05;
 
+/// One more value in a mean over the last so many, two at least.
+void average(double value, double most, double& mean, double& count) {
+  count = std::min(count + 1.0, std::max(2.0, most));
+  mean += (value - mean) / count;
+}
+
 /// Of what was weighed; 0 where nothing was.
 template <class Readings>
 double median_size(Readings readings) {
@@ -484,8 +490,7 @@ void Tracker::compare_of_late(const ReadingVector& misfits) {
         misfit -= late->delay_s * readings_.by_pose.row(known.reading).dot(now_.state.twist);
       }
       const double each_s = std::isfinite(last_s[row]) ? now_.time_s - last_s[row] : dt_s_;
-      count[row] = std::min(count[row] + 1.0, std::max(2.0, kLately_s[window] / each_s));
-      mean[row] += (misfit - mean[row]) / count[row];
+      average(misfit, kLately_s[window] / each_s, mean[row], count[row]);
       last_s[row] = now_.time_s;
     }
   }
@@ -517,9 +522,7 @@ void Tracker::learn_jerk(const std::vector<Reading>& readings) {
   constexpr double kClip = 9.0, kExpected = 0.98, kRate = 0.2, kMost = 0.7;
   double sum = 0.0;
   for (const Reading& r : readings) {
-    double& seen = lasted_[r.row];
-    seen = std::min(seen + 1.0, std::max(2.0, kLately_s.back() / dt_s_));
-    lasting_[r.row] += (r.innovation - lasting_[r.row]) / seen;
+    average(r.innovation, kLately_s.back() / dt_s_, lasting_[r.row], lasted_[r.row]);
     const double changed = r.innovation - lasting_[r.row];
     sum += std::min(changed * changed / r.of_motion, kClip);
   }
