@@ -259,6 +259,13 @@ void register_findings(py::module_& module) {
       .def_readonly("channel", &Wandering::channel)
       .def_readonly("rms", &Wandering::rms, "Over the rests; m, rad or N.")
       .def_readonly("sigma", &Wandering::sigma, "The robot file's, in the same unit.");
+  py::class_<OwnErrors>(module, "OwnErrors",
+                        "Errors of one sensor, anew at every rest, beyond those of its like: "
+                        "counted as noise.")
+      .def_readonly("column", &OwnErrors::column, "As a log calls it: ``length_3_m``.")
+      .def_readonly("rms", &OwnErrors::rms, "Over the rests, in the column's unit.")
+      .def_readonly("like", &OwnErrors::like, "The noise of its like, in the same unit.")
+      .def_readonly("sigma", &OwnErrors::sigma, "The robot file's, in the same unit.");
   py::class_<Discrepancy>(
       module, "Discrepancy",
       "What the model lacks and nobody could name or describe, as a smooth "
@@ -437,6 +444,8 @@ void register_diagnose(py::module_& module) {
                     "be an effect; else empty.")
       .def_readonly("wandering", &Diagnosis::wandering,
                     "Wandering, by channel. Empty: errors come anew at every rest.")
+      .def_readonly("own_errors", &Diagnosis::own_errors,
+                    "OwnErrors of single sensors. Empty: all of a channel are alike.")
       .def_readonly(
           "discrepancy", &Diagnosis::discrepancy,
           "Its channels are empty where nothing is left, or nothing that changes with the "

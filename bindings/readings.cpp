@@ -24,14 +24,14 @@ LogMatrix or_absent(std::optional<Readings> values, Eigen::Index samples) {
   return values ? std::move(values->values) : LogMatrix(samples, 0);
 }
 
-Log make_log(Eigen::VectorXd time_s, std::optional<Readings> length_m,
-             std::optional<Readings> swivel_rad, std::optional<Readings> tension_N,
-             std::optional<Readings> roll_pitch_yaw_rad, std::optional<Readings> tension_setpoint_N,
-             std::string source, const py::kwargs& absolute) {
+Log make_log(Times time_s, std::optional<Readings> length_m, std::optional<Readings> swivel_rad,
+             std::optional<Readings> tension_N, std::optional<Readings> roll_pitch_yaw_rad,
+             std::optional<Readings> tension_setpoint_N, std::string source,
+             const py::kwargs& absolute) {
   Log log;
-  const Eigen::Index samples = time_s.size();
+  const Eigen::Index samples = time_s.values.size();
   log.source = std::move(source);
-  log.time_s = std::move(time_s);
+  log.time_s = std::move(time_s.values);
   log.length_m = or_absent(std::move(length_m), samples);
   log.swivel_rad = or_absent(std::move(swivel_rad), samples);
   log.tension_N = or_absent(std::move(tension_N), samples);

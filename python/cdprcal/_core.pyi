@@ -79,6 +79,7 @@ __all__: list[str] = [
     "NoiseModel",
     "NoiseSource",
     "OnlineCalibration",
+    "OwnErrors",
     "ParameterShape",
     "Path",
     "PathPoint",
@@ -3001,6 +3002,35 @@ class Wandering:
         The robot file's, in the same unit.
         """
 
+class OwnErrors:
+    """
+    Errors of one sensor, anew at every rest, beyond those of its like: counted as noise.
+    """
+
+    @property
+    def column(self) -> str:
+        """
+        As a log calls it: ``length_3_m``.
+        """
+
+    @property
+    def like(self) -> float:
+        """
+        The noise of its like, in the same unit.
+        """
+
+    @property
+    def rms(self) -> float:
+        """
+        Over the rests, in the column's unit.
+        """
+
+    @property
+    def sigma(self) -> float:
+        """
+        The robot file's, in the same unit.
+        """
+
 class Discrepancy:
     """
     What the model lacks and nobody could name or describe, as a smooth function of the place (Kennedy and O'Hagan, 2001) that takes part in the covariance of the pose and in the effects' standard deviations.
@@ -3396,6 +3426,12 @@ class Diagnosis:
     def next(self) -> list[str]:
         """
         What would settle a tie, for people.
+        """
+
+    @property
+    def own_errors(self) -> list[OwnErrors]:
+        """
+        OwnErrors of single sensors. Empty: all of a channel are alike.
         """
 
     @property

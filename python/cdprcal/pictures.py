@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 #: Formats that a picture's name may ask for.
 FORMATS = (".png", ".pdf", ".svg")
+#: Who made a picture, in its own words: by them one is known that may be replaced.
+MAKER = "cdprcal"
 _DOTS_PER_INCH = 130
 
 
@@ -38,7 +40,11 @@ def save_figure(figure: Figure, path: Path) -> None:
 
     check_picture_name(path)
     kind = path.suffix[1:].lower()
-    # One figure is one file: neither the day nor a draw of names goes into it.
-    undated = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}.get(kind)
+    # One figure is one file: neither the day nor a draw of names goes into it. Who made it does.
+    undated = {
+        "png": {"Software": MAKER},
+        "pdf": {"Creator": MAKER, "CreationDate": None},
+        "svg": {"Creator": MAKER, "Date": None},
+    }.get(kind)
     with matplotlib.rc_context({"svg.hashsalt": "cdprcal"}), atomic_output(path) as temporary:
         figure.savefig(temporary, dpi=_DOTS_PER_INCH, format=kind, metadata=undated)

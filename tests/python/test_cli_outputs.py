@@ -119,9 +119,51 @@ def test_a_file_that_nobody_makes_again_is_not_replaced(
     assert {path: path.read_bytes() for path in Path().iterdir()} == before
 
 
+#: A file of somebody's that looks like what a command writes → its options and name.
+LOOKS_ALIKE: dict[str, tuple[str, ...]] = {
+    "robot.yaml": ("diagnose", "irma4", "run.csv", "--fit", "mass", "-o"),
+    "edited.yaml": ("diagnose", "irma4", "run.csv", "--fit", "mass", "-o"),
+    "log.csv": ("generate", "irma4", "--grid", "1x1x1", "-o"),
+    "index.html": ("report", "irma4", "run.csv", "-o"),
+    **{
+        f"figure{ending}": ("track", "irma4", "run.csv", "--plot")
+        for ending in (".png", ".svg", ".pdf")
+    },
+}
+
+
+@pytest.mark.parametrize("name", LOOKS_ALIKE)
+def test_what_only_looks_like_a_result_stays(
+    cli: Cli, log_path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    """A robot file by hand or edited, a log, pages and pictures of other programs."""
+    from matplotlib.figure import Figure
+
+    monkeypatch.chdir(tmp_path)
+    command, mine = LOOKS_ALIKE[name], Path(name)
+    if name == "edited.yaml":
+        assert cli(*command, name).code in (0, 1)
+        mine.write_text(mine.read_text().replace("mass_kg: ", "mass_kg: 1"))
+    elif mine.stem == "figure":
+        Figure().savefig(mine)
+    else:
+        mine.write_bytes(
+            {
+                "robot.yaml": cdprcal.builtin_robot_yaml("irma4").encode(),
+                "log.csv": log_path.read_bytes(),
+                "index.html": b"<!doctype html>\n<p>mine</p>\n",
+            }[name]
+        )
+    before = mine.read_bytes()
+    ran = cli(*command, name)
+    assert ran.code == 2, ran
+    assert f"{name}: exists already" in ran.stderr
+    assert "--force" in ran.stderr
+    assert mine.read_bytes() == before
+
+
 #: What is written → a command that writes it, and its file.
 AGAIN: dict[str, tuple[str, ...]] = {
-    "log": ("generate", "irma4", "--grid", "1x1x1", "-o", "new.csv"),
     "robot file": ("diagnose", "irma4", "run.csv", "--fit", "mass", "-o", "corrected.yaml"),
     "truth": ("generate", "irma4", "--grid", "1x1x1", "-o", "new.csv", "--truth", "truth.json"),
     "plan": ("plan", "irma4", "--grid", "1x1x2", "-o", "plan.csv"),
@@ -158,12 +200,10 @@ def test_force_replaces_what_is_no_input(
     monkeypatch.chdir(tmp_path)
     Path("new.csv").touch()  # nothing is lost
     assert cli("import", log_path, "-o", "new.csv").code == 0
-    assert cli("import", log_path, "-o", "new.csv").code == 0  # its own
-    Path("new.csv").write_text("measured")
-    refused = cli("import", log_path, "-o", "new.csv")
-    assert "new.csv: exists already and is no earlier log; give another name, or --force" in (
-        refused.stderr
-    )
+    refused = cli(
+        "import", log_path, "-o", "new.csv"
+    )  # which no one could tell from a measured one
+    assert "new.csv: exists already; give another name, or --force" in refused.stderr
     assert cli("import", log_path, "-o", "new.csv", "--force").code == 0
     assert cli("check", log_path, "--propose", "map.yaml").code in (0, 1)
     Path("map.yaml").write_text("corrected by hand")

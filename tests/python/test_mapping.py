@@ -1032,6 +1032,7 @@ DAMAGED = {
     "x.mat": (b"MATLAB 5.0 MAT-file" + bytes(200), "is no whole MAT-file"),
     "x.csv": (b"once upon a time\nthere was\n", "is no table of numbers"),
     "empty.csv": (b"", "is no table of numbers"),
+    "one line.json": (b'{"a":{' + b'"1":2.5,' * 30000 + b'"9":0}}', "is no table of numbers"),
     "ragged.csv": (b"t,a\n0,1\n1,2\n2\n3,4\n4,5\n", "ragged.csv:4: has 1 columns, the header 2"),
     "long.csv": (
         b't,"' + b"x" * 140000 + b'"\n1,2\n2,3\n3,4\n',

@@ -78,6 +78,17 @@ def test_what_is_masked_is_not_read(synthetic: cdprcal.SyntheticLog) -> None:
     np.testing.assert_array_equal(log.length_m[~mask], synthetic.log.length_m[~mask])
 
 
+@pytest.mark.parametrize("kind", ["datetime64[ms]", "timedelta64[us]"])
+def test_dates_are_no_seconds(synthetic: cdprcal.SyntheticLog, kind: str) -> None:
+    time = np.arange(synthetic.log.time_s.size).astype(kind)
+    with pytest.raises(cdprcal.InputError, match=r"counts no seconds: give numbers"):
+        cdprcal.Log(time_s=time, length_m=synthetic.log.length_m)
+    log = cdprcal.Log(
+        time_s=(time - time[0]) / np.timedelta64(1, "s"), length_m=synthetic.log.length_m
+    )
+    assert log.time_s[1] == (1e-3 if "ms" in kind else 1e-6)
+
+
 def test_the_module_says_its_version() -> None:
     assert cdprcal.__version__ == version("cdprcal")
 

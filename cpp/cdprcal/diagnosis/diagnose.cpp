@@ -10,8 +10,8 @@
 #include "cdprcal/diagnosis/baseline.hpp"
 #include "cdprcal/diagnosis/events.hpp"
 #include "cdprcal/diagnosis/search.hpp"
+#include "cdprcal/diagnosis/sensor_errors.hpp"
 #include "cdprcal/diagnosis/separation.hpp"
-#include "cdprcal/diagnosis/smooth_errors.hpp"
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/effects/of_each_log.hpp"
 #include "cdprcal/effects/reading_faults.hpp"
@@ -215,8 +215,8 @@ void report_left(const DiagnosisModel& model, const CandidateScore& score, Diagn
 }
 
 /// The channels in which such errors stand out of the noise of single readings.
-std::vector<Wandering> errors_beyond_noise(const DiagnosisModel& model, const EffectTerm& smooth) {
-  const std::array<double, kRestGroups> rms = smooth_rms(model, smooth);
+std::vector<Wandering> errors_beyond_noise(const DiagnosisModel& model, const EffectTerm& errors) {
+  const std::array<double, kRestGroups> rms = rms_of_errors(model, errors);
   const NoiseModel specified = specified_noise(model.robot.sigma);
   std::vector<Wandering> out;
   for (std::size_t c = 0; c < kRestGroups; ++c) {
@@ -235,11 +235,46 @@ std::string channels_of(const std::vector<Wandering>& errors) {
 
 void report_wandering(const DiagnosisModel& model, Diagnosis& out) {
   for (const EffectTerm& term : model.effects) {
-    if (is_smooth_errors(*term.effect)) out.wandering = errors_beyond_noise(model, term);
+    if (is_wandering_errors(*term.effect)) out.wandering = errors_beyond_noise(model, term);
   }
   if (out.wandering.empty()) return;
   out.next.push_back("errors that wander with time count as noise (" + channels_of(out.wandering) +
                      "): smaller effects would show at rests that are visited twice");
+}
+
+/// A level that contradicts the robot file's σ, in these: as calibrate's.
+constexpr double kContradiction = 3.0;
+
+/// What a level of noise that so many residuals tell surely is, at least.
+double least_level(double level, double freedom) {
+  constexpr double kSure = 0.95;
+  const double share = freedom / chi_square_quantile(kSure, std::max(1.0, freedom));
+  return level * std::sqrt(std::min(1.0, share));
+}
+
+/// Errors that one sensor has of its own. Beyond what any sensor may have they are a finding.
+void report_own_errors(const DiagnosisModel& model, Diagnosis& out) {
+  const NoiseModel specified = specified_noise(model.robot.sigma);
+  for (const EffectTerm& term : model.effects) {
+    const std::optional<OneSensor> of = sensor_of_errors(*term.effect);
+    if (!of) continue;
+    const NoiseGroup group = at_rest(of->channel);
+    const auto c = static_cast<std::size_t>(group);
+    const ChannelRow& row = row_of(of->channel);
+    const OwnErrors own{row.of().column(row.first + of->component), rms_of_errors(model, term)[c],
+                        noise_unit(model.robot, group) * model.noise[c], specified.channel[c].pose};
+    if (!(own.rms > own.like)) continue;
+    out.own_errors.push_back(own);
+    out.next.push_back(own.column + " has errors of its own, anew at every rest, " +
+                       printed("%.1f times those of its like: they count as noise; look at that "
+                               "sensor, its mount and its cable",
+                               own.rms / own.like));
+    const double rests = static_cast<double>(term.values.size());
+    if (!(least_level(own.rms, rests) > kContradiction * own.sigma)) continue;
+    const int cable = row.of().width == kOneACable ? of->component : -1;
+    out.unexplained.push_back(
+        {shown_name(group), own.rms, own.sigma, "nothing that was tried", cable});
+  }
 }
 
 /// Errors by place of a model that ends with them; whether any stand out of the noise.
@@ -255,9 +290,8 @@ bool report_place_errors(const DiagnosisModel& model, Diagnosis& out) {
 /// that fits so badly is not consistent with its readings, whatever its residuals look like.
 void report_contradictions(const DiagnosisModel& model, const std::vector<Log>& logs,
                            Diagnosis& out) {
-  constexpr double kContradiction = 3.0;  // as calibrate's
-  constexpr double kSure = 0.95;          // of a level that few residuals tell
   const NoiseModel specified = specified_noise(model.robot.sigma);
+  const std::size_t before = out.unexplained.size();
   for (std::size_t c = 0; c < kRestGroups; ++c) {
     const double sigma = specified.channel[c].pose;
     const auto group = static_cast<NoiseGroup>(c);
@@ -267,13 +301,10 @@ void report_contradictions(const DiagnosisModel& model, const std::vector<Log>& 
       if (errors.channel == channel) level = std::hypot(level, errors.rms);
     }
     if (!(level > kContradiction * sigma)) continue;
-    const double freedom = channel_sums(model).freedom[c];
-    const double share = freedom / chi_square_quantile(kSure, std::max(1.0, freedom));
-    const double least = level * std::sqrt(std::min(1.0, share));
-    if (!(least > kContradiction * sigma)) continue;
+    if (!(least_level(level, channel_sums(model).freedom[c]) > kContradiction * sigma)) continue;
     out.unexplained.push_back({channel, level, sigma, "nothing that was tried"});
   }
-  if (out.unexplained.empty()) return;
+  if (out.unexplained.size() == before) return;
   const bool several = model.runs.size() > 1;
   if (logs.front().length_m.cols() == 0 && read_lengths(logs.front()) != nullptr) {
     out.next.push_back(
@@ -536,6 +567,7 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   }
   advise(model, out);
   report_wandering(model, out);
+  report_own_errors(model, out);
   if (search.left()) {
     report_left(model, *search.left(), out);
   } else {

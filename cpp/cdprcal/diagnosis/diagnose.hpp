@@ -63,6 +63,14 @@ struct Wandering {
   double rms = 0.0, sigma = 0.0;  ///< over the rests, and the robot file's; in the channel's unit
 };
 
+/// Errors of one sensor, anew at every rest, beyond those of its like: counted as noise, not as a
+/// finding.
+struct OwnErrors {
+  std::string column;                         ///< as a log calls it: length_3_m
+  double rms = 0.0, like = 0.0, sigma = 0.0;  ///< over the rests, the noise of its like, and the
+                                              ///< robot file's; in the column's unit
+};
+
 /// Errors that are a smooth function of the place, of the channels in which they stand out of the
 /// noise. Unexplained: what the model lacks and nobody could name or describe, which takes part in
 /// every σ. Else within the sensors' specification, and counted as noise.
@@ -95,8 +103,9 @@ struct Diagnosis {
   /// By what the readings misfit although nothing was found, where that may well be an effect;
   /// else empty.
   std::string misfit;
-  std::vector<Wandering> wandering;  ///< empty: errors come anew at every rest
-  Discrepancy discrepancy;           ///< empty: nothing that changes with the place
+  std::vector<Wandering> wandering;   ///< empty: errors come anew at every rest
+  std::vector<OwnErrors> own_errors;  ///< empty: all sensors of a channel are alike
+  Discrepancy discrepancy;            ///< empty: nothing that changes with the place
   std::vector<Gap> gap;
   std::vector<Identifiability> identifiability;
   std::vector<CandidateScore> ranking;  ///< of all effects on the baseline, best first; no refit

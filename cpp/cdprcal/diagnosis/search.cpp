@@ -5,8 +5,8 @@
 #include "cdprcal/diagnosis/formulas.hpp"
 #include "cdprcal/diagnosis/motion.hpp"
 #include "cdprcal/diagnosis/quiet.hpp"
+#include "cdprcal/diagnosis/sensor_errors.hpp"
 #include "cdprcal/diagnosis/separation.hpp"
-#include "cdprcal/diagnosis/smooth_errors.hpp"
 #include "cdprcal/effects/of_each_log.hpp"
 #include "cdprcal/effects/text_effect.hpp"
 #include "cdprcal/estimation/presence.hpp"
@@ -72,38 +72,55 @@ std::optional<Refit> best_generic(const EvidenceAgainst& against,
   return std::move(refits.front());
 }
 
-/// The refit with errors that wander with time, when it has more evidence than this and the model's
-/// do not wander yet. Starts at the noise of `similar`, a model that ends with such errors.
-std::optional<Refit> with_smooth_errors(const DiagnosisModel& model, double log_evidence,
-                                        const DiagnosisModel* similar = nullptr) {
-  const auto has = [](const EffectTerm& term) { return is_smooth_errors(*term.effect); };
-  if (std::ranges::any_of(model.effects, has)) return std::nullopt;
-  const EvidenceAgainst against(model);
-  Refit refit;
-  if (similar) {
-    DiagnosisModel start = model;
-    start.noise = similar->noise;
-    refit = against.refit(std::move(start), similar->effects.back());
-  } else {
-    const std::shared_ptr<const Effect> walk = wandering_errors(model);
-    if (!walk) return std::nullopt;
-    const std::vector<CandidateScore> scores = scan(model, {walk}, {.draws = 0});
-    if (scores.empty() || !(scores.front().log_evidence > log_evidence)) return std::nullopt;
-    refit = against.refit(scores.front());
-  }
-  if (!(refit.log_evidence > log_evidence)) return std::nullopt;
-  return refit;
+/// Evidence for errors of one sensor, less what it costs that it may be any of so many.
+double charged(double log_evidence, std::size_t sensors) {
+  return log_evidence - std::log(static_cast<double>(std::max<std::size_t>(1, sensors)));
 }
 
-/// Those of some refits that add something to smooth errors, best first: judged together with
-/// these, which would swallow an effect if they were in the model before it.
-std::vector<Refit> beside_smooth_errors(std::vector<Refit> refits, const Refit& smooth,
+/// The refit with errors of the sensors that are no finding, those that wander with time or those
+/// of one sensor alone, when it has more evidence than this; its evidence bears how many there are.
+std::optional<Refit> with_sensor_errors(const DiagnosisModel& model, double log_evidence) {
+  constexpr std::size_t kAtATime = 8;
+  constexpr double kShareInScan = 0.25;  // of the evidence: a scan knows no width but the first
+  std::vector<CandidateScore> scores;
+  const auto keep = [&](CandidateScore&& score) {
+    if (score.log_evidence > kShareInScan * log_evidence) scores.push_back(std::move(score));
+  };
+  const auto wander = [](const EffectTerm& term) { return is_wandering_errors(*term.effect); };
+  if (std::ranges::none_of(model.effects, wander)) {
+    if (const auto walk = wandering_errors(model)) scan_in_parts(model, {walk}, kAtATime, keep);
+  }
+  const Candidates own = own_errors(model);
+  scan_in_parts(model, own, kAtATime, [&](CandidateScore&& score) {
+    score.log_evidence = charged(score.log_evidence, own.size());
+    keep(std::move(score));
+  });
+  std::ranges::stable_sort(scores, std::ranges::greater(), &CandidateScore::log_evidence);
+  std::vector<Refit> refits =
+      EvidenceAgainst(model).refits(scores, kFewRefits, [](const CandidateScore&) { return true; });
+  for (Refit& refit : refits) {
+    if (sensor_of_errors(*refit.score.effect)) {
+      refit.log_evidence = charged(refit.log_evidence, own.size());
+    }
+  }
+  const auto best = std::ranges::max_element(refits, {}, &Refit::log_evidence);
+  if (best == refits.end() || !(best->log_evidence > log_evidence)) return std::nullopt;
+  return std::move(*best);
+}
+
+/// Those of some refits that add something to errors of the sensors, best first: judged together
+/// with these, which would swallow an effect if they were in the model before it.
+std::vector<Refit> beside_sensor_errors(std::vector<Refit> refits, const Refit& errors,
                                         double least) {
   std::vector<std::pair<double, Refit>> kept;
   for (Refit& refit : refits) {
-    const std::optional<Refit> with = with_smooth_errors(refit.model, 0.0, &smooth.model);
-    const double together = refit.log_evidence + (with ? with->log_evidence : 0.0);
-    if (together > smooth.log_evidence + least) kept.emplace_back(together, std::move(refit));
+    DiagnosisModel start = refit.model;
+    start.noise = errors.model.noise;
+    const double with = EvidenceAgainst(refit.model)
+                            .refit(std::move(start), errors.model.effects.back())
+                            .log_evidence;
+    const double together = refit.log_evidence + std::max(0.0, with);
+    if (together > errors.log_evidence + least) kept.emplace_back(together, std::move(refit));
   }
   std::ranges::stable_sort(kept, std::ranges::greater(), &std::pair<double, Refit>::first);
   refits.clear();
@@ -337,8 +354,8 @@ void Search::accept(Refit& winner, const HeldOut& held) {
   }
   const DiagnosisModel before = std::move(model_);
   model_ = std::move(winner.model);
-  const auto smooth = model_.effects.begin() + static_cast<std::ptrdiff_t>(out_.effects.size());
-  std::rotate(smooth, model_.effects.end() - 1, model_.effects.end());
+  const auto errors = model_.effects.begin() + static_cast<std::ptrdiff_t>(out_.effects.size());
+  std::rotate(errors, model_.effects.end() - 1, model_.effects.end());
   if (found.effect->info().of_swivel_play) refine_swivel_play(model_, logs_);
   record_gap(before, model_, found.effect->name(), out_);
   out_.effects.push_back(std::move(found));
@@ -531,14 +548,14 @@ bool Search::forward() {
           return is_named(s) && s.log_evidence > options_.least_evidence;
         });
     charge(refits, steps.size());
-    std::optional<Refit> smooth;
-    if (rival || !refits.empty()) {
+    std::optional<Refit> errors;
+    if (rival || !refits.empty() || scatters(model_)) {
       double best = options_.least_evidence;
       if (rival) best = std::max(best, rival->log_evidence);
       if (!refits.empty()) best = std::max(best, refits.front().log_evidence);
-      smooth = with_smooth_errors(model_, best);
-      if (smooth) {
-        refits = beside_smooth_errors(std::move(refits), *smooth, options_.least_evidence);
+      errors = with_sensor_errors(model_, best);
+      if (errors) {
+        refits = beside_sensor_errors(std::move(refits), *errors, options_.least_evidence);
       }
     }
     bool accepted = false;
@@ -563,8 +580,8 @@ bool Search::forward() {
       look_for_fault();
       continue;
     }
-    if (!smooth) return true;
-    model_ = std::move(smooth->model);  // which hides no fault: it was looked for without
+    if (!errors) return true;
+    model_ = std::move(errors->model);  // which hides no fault: it was looked for without
   }
 }
 

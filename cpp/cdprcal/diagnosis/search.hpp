@@ -10,7 +10,7 @@ namespace cdprcal {
 
 /// Adds to a fitted baseline what explains it best, and writes down what was accepted (without
 /// values), rejected and seen on the way. `out.effects` runs parallel to the first of
-/// `model.effects`; errors of the sensors that are smooth (smooth_errors.hpp) follow behind.
+/// `model.effects`; errors of the sensors (sensor_errors.hpp) follow behind.
 class Search {
  public:
   /// Faults found on the way are set right in `logs`.

@@ -1,5 +1,7 @@
 #include "cdprcal/effects/reading_faults.hpp"
 
+#include <cmath>
+
 #include "cdprcal/geometry/euler.hpp"
 #include "cdprcal/geometry/pose.hpp"
 #include "cdprcal/readings/lengths.hpp"
@@ -34,6 +36,19 @@ void reorder(const std::vector<double>& order, LogMatrix& readings) {
   for (Eigen::Index i = 0; i < readings.cols(); ++i) {
     readings.col(i) = read.col(static_cast<Eigen::Index>(order[static_cast<std::size_t>(i)]) - 1);
   }
+}
+
+/// Each cable's whole length at a row, in every matrix that holds some: lasers, tapes, belts.
+template <class Change>
+void change_whole_lengths(Log& log, Change change) {
+  for_each_absolute(
+      [&](const Sensor& sensor, LogMatrix& readings) {
+        if (!sensor.is_length() || sensor.width != kOneACable) return;
+        for (Eigen::Index i = 0; i < readings.cols(); ++i) {
+          for (Eigen::Index row = 0; row < readings.rows(); ++row) change(row, i, readings(row, i));
+        }
+      },
+      log);
 }
 
 const ReadingFault* find(const std::string& name) {
@@ -129,19 +144,35 @@ const std::vector<ReadingFault>& reading_faults() {
        [](const AppliedEffect& fault, const Robot&, Log& log) {
          log.tension_N.rowwise() += row_of(values_of(fault));
        }},
-      // Readings − offset are lengths, of sensors that read whole ones. `geometry` finds it; the
-      // simulated plant has no such sensor.
+      // Of sensors that read whole lengths: readings − offset are lengths; so are readings by
+      // 1 + ratio_error, and readings of unstretched cables by 1 − tension / EA. `geometry` finds
+      // them; the simulated plant has no such sensor.
       {"whole_length_offset",
        {{"offset_m", kPerCable, ValueRange::any}},
        [](const AppliedEffect& fault, const Robot&, Log& log) {
-         for_each_absolute(
-             [&](const Sensor& sensor, LogMatrix& readings) {
-               if (!sensor.is_length() || sensor.width != kOneACable) return;
-               for (Eigen::Index i = 0; i < readings.cols(); ++i) {
-                 readings.col(i).array() -= values_of(fault)[static_cast<std::size_t>(i)];
-               }
-             },
-             log);
+         change_whole_lengths(log, [&](Eigen::Index, Eigen::Index cable, double& length_m) {
+           length_m -= values_of(fault)[static_cast<std::size_t>(cable)];
+         });
+       }},
+      {"whole_length_scale",
+       {{"ratio_error", kPerCable, ValueRange::above_minus_one}},
+       [](const AppliedEffect& fault, const Robot&, Log& log) {
+         change_whole_lengths(log, [&](Eigen::Index, Eigen::Index cable, double& length_m) {
+           length_m /= 1.0 + values_of(fault)[static_cast<std::size_t>(cable)];
+         });
+       }},
+      {"whole_length_stretch",
+       {{"axial_stiffness_N", ParameterShape::scalar, ValueRange::positive}},
+       [](const AppliedEffect& fault, const Robot&, Log& log) {
+         const auto read = log.tension_N.array().isFinite();
+         if (!read.any()) return;
+         const double mean_N =  // of a cable whose tension was not read
+             read.select(log.tension_N, 0.0).sum() / static_cast<double>(read.count());
+         change_whole_lengths(log, [&](Eigen::Index row, Eigen::Index cable, double& length_m) {
+           const double read_N = log.tension_N(row, cable);
+           const double tension_N = std::isfinite(read_N) ? read_N : mean_N;
+           length_m /= 1.0 - tension_N / values_of(fault)[0];
+         });
        }}};
   return table;
 }

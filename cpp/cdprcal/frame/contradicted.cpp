@@ -74,7 +74,11 @@ std::vector<Contradiction> contradicted(const Solved& solved, int max_iterations
   }
 }
 
-std::string in_words(const std::vector<Contradiction>& contradictions) {
+std::string in_words(const std::vector<Contradiction>& contradictions, double size_m) {
+  if (std::ranges::max(contradictions, {}, &Contradiction::distance_m).distance_m > size_m) {
+    return "the lengths fit no frame of this robot's size: check the unit of each column, and their "
+           "order";
+  }
   std::string text;
   for (const Contradiction& c : contradictions) {
     add_item(text, std::string("pulley ") + std::to_string(c.cable + 1) + " is " +

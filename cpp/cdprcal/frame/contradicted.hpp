@@ -17,7 +17,8 @@ struct Contradiction {
 /// the file says no σ, the priors do not fix the frame, or few readings are to spare.
 std::vector<Contradiction> contradicted(const Solved& solved, int max_iterations);
 
-/// "pulley 3 is 100 mm (33 σ) from where the robot file has it, by …"
-std::string in_words(const std::vector<Contradiction>& contradictions);
+/// "pulley 3 is 100 mm (33 σ) from where the robot file has it, by …"; farther away than a robot of
+/// this size is wide none is, and something else is wrong.
+std::string in_words(const std::vector<Contradiction>& contradictions, double size_m);
 
 }  // namespace cdprcal::detail

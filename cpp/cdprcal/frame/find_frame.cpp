@@ -125,7 +125,9 @@ CableVector said_by_file(const Robot& robot, const std::string& effect) {
 }
 
 constexpr const char* kOffset = "whole_length_offset";
-constexpr const char* kRatio = "transmission_ratio";
+/// What changes of length and whole lengths read too much by the metre, and by their tension.
+constexpr const char *kRatio = "transmission_ratio", *kScale = "whole_length_scale";
+constexpr const char *kElasticity = "cable_elasticity", *kStretch = "whole_length_stretch";
 
 /// Adds `found`, one for all cables or one a cable, to what the robot file says by that effect.
 void add_effect(const char* name, const char* parameter, const std::vector<Estimate>& found,
@@ -140,12 +142,18 @@ void add_effect(const char* name, const char* parameter, const std::vector<Estim
   robot.effects.push_back({name, "", {{parameter, {sum.begin(), sum.end()}}}});
 }
 
-/// What the file says itself stays.
-void add_elasticity(double stiffness_N, Robot& robot) {
-  constexpr const char* kElasticity = "cable_elasticity";
-  const auto is_said = [](const AppliedEffect& e) { return e.name == kElasticity; };
-  if (std::any_of(robot.effects.begin(), robot.effects.end(), is_said)) return;
-  robot.effects.push_back({kElasticity, "", {{"axial_stiffness_N", {stiffness_N}}}});
+/// The stretch of whole lengths beside that which the file took off them already; that of winches,
+/// of which nothing was taken off, where the file has none.
+void add_stiffness(double stiffness_N, bool whole, Robot& robot) {
+  const char* const name = whole ? kStretch : kElasticity;
+  const auto is_said = [&](const AppliedEffect& e) { return e.name == name && e.run.empty(); };
+  const auto said = std::ranges::find_if(robot.effects, is_said);
+  if (said == robot.effects.end()) {
+    robot.effects.push_back({name, "", {{"axial_stiffness_N", {stiffness_N}}}});
+  } else if (whole) {
+    double& sum_N = said->parameters.front().values.front();
+    sum_N = 1.0 / (1.0 / sum_N + 1.0 / stiffness_N);
+  }
 }
 
 /// By how much each cable's readings a metre differ from the mean of all; none where it is not
@@ -176,17 +184,24 @@ void fill(const Solved& s, FrameResult& out) {
     out.offset_m.push_back(estimate(s, u.direct_offsets + i));
   }
   add_effect(kOffset, "offset_m", out.offset_m, out.corrected);
+  const bool whole = any_reading(s.problem.poses, -1, Channel::direct_length);
+  const bool changes = any_reading(s.problem.poses, -1, Channel::length);
+  const auto add_scale = [&](const std::vector<Estimate>& found) {
+    if (whole) add_effect(kScale, "ratio_error", found, out.corrected);
+    if (changes) add_effect(kRatio, "ratio_error", found, out.corrected);
+  };
   out.own_scale = own_scales(s);
-  add_effect(kRatio, "ratio_error", out.own_scale, out.corrected);
+  add_scale(out.own_scale);
   if (u.scale >= 0) {
     out.scale = estimate(s, u.scale);
-    add_effect(kRatio, "ratio_error", {*out.scale}, out.corrected);
+    add_scale({*out.scale});
   }
   if (u.compliance >= 0) {
     const Estimate k = estimate(s, u.compliance);
     const bool told = k.value > kTold * k.sigma;  // else it may as well be infinite
     out.stiffness_N = told ? Estimate{1.0 / k.value, k.sigma / (k.value * k.value)} : Estimate{};
-    if (told) add_elasticity(out.stiffness_N->value, out.corrected);
+    if (told && whole) add_stiffness(out.stiffness_N->value, true, out.corrected);
+    if (told && changes) add_stiffness(out.stiffness_N->value, false, out.corrected);
   }
   if (u.off_plane >= 0) {
     const Estimate square = estimate(s, u.off_plane);
@@ -245,6 +260,17 @@ std::string sides_in_words(const Solved& s, double noise_m) {
          "distance";
 }
 
+/// Which columns are exchanged, by the file's pulleys; empty where none are.
+std::string order_in_words(const Solved& s) {
+  if (!row_of(s.problem.robot.platform.motion).is_point()) return "";
+  const auto pair = exchanged(s.problem, s.state);
+  if (!pair) return "";
+  const std::string first = std::to_string((*pair)[0] + 1), other = std::to_string((*pair)[1] + 1);
+  return "pulleys " + first + " and " + other +
+         " stand as the robot file has them when they change places: check the order of the "
+         "columns, or correct their position_m";
+}
+
 /// How much farther apart two pulleys are in another frame that fits as well, beyond what `sigma_m`
 /// says of a pulley; 0: none does. `problem`: with all poses, and noise as the residuals have it.
 double alike_m(const FrameProblem& problem, const Minima& found, double sigma_m,
@@ -271,7 +297,8 @@ std::string looks_so_too(const FrameUnknowns& u) {
   if (u.direct_offset_count == 1) add("an offset of each length's own (--offset each)");
   if (u.own_column(Own::scale) < 0) add("a scale of each length's own (--scale each)");
   if (u.scale >= 0) add("a tracker that measures another point, or in another world,");
-  return others.empty() ? "" : "; " + others + " looks so, too";
+  add("columns in another order");
+  return "; " + others + " looks so, too";
 }
 
 /// Whether the frame can be trusted, and why not. `all`: the problem with all poses.
@@ -295,7 +322,11 @@ void judge(const Solved& s, const FrameProblem& all, const Minima& found, int ma
     out.status = FrameStatus::unobservable;
     out.reason = sides;
   } else if (!s.state.settled) {
-    out.reason = "the steps did not settle";
+    out.reason =
+        "the steps did not settle: check the units and the order of the columns, or give better "
+        "position_m";
+  } else if (const std::string order = order_in_words(s); !order.empty()) {
+    out.reason = order;
   } else if (const double apart = alike_m(all, found, worst, max_iterations); apart > 0.0) {
     out.status = FrameStatus::unobservable;
     out.reason = "these poses do not determine the frame: another one, with two pulleys " +
@@ -312,7 +343,7 @@ void judge(const Solved& s, const FrameProblem& all, const Minima& found, int ma
                  " poses the cables would have to push: give pulleys better position_m, or more "
                  "readings";
   } else if (const auto wrong = contradicted(s, max_iterations); !wrong.empty()) {
-    out.reason = in_words(wrong) + looks_so_too(s.problem.unknowns);
+    out.reason = in_words(wrong, robot_size_m(s.problem.robot)) + looks_so_too(s.problem.unknowns);
   } else if (const std::string why = beyond_any_noise(s, out.noise_m, out.left_out.size());
              !why.empty()) {
     out.reason = why;
@@ -345,6 +376,7 @@ void solve_frame(const Robot& robot, FramePoseSet set, const FrameOptions& optio
   solve(s, options.max_iterations);
   const FrameUnknowns& u = s.problem.unknowns;
   if (s.known.valid && row_of(robot.platform.motion).is_point() && u.scale < 0) {
+    choose_sides(s.problem, s.state, s.problem.sigma[length_channel(s)], options.max_iterations);
     s.image = choose_image(s.problem, s.state, options.max_iterations);
     solve(s, options.max_iterations);
   }

@@ -64,8 +64,9 @@ struct Estimate {
 struct FrameResult {
   FrameStatus status = FrameStatus::not_converged;
   std::string reason;  ///< one sentence for people
-  /// With these pulleys, their σ and, as whole_length_offset and transmission_ratio, what lengths
-  /// are wrong by.
+  /// With these pulleys, their σ and what lengths are wrong by: whole ones by whole_length_offset,
+  /// whole_length_scale and whole_length_stretch, changes by transmission_ratio and
+  /// cable_elasticity.
   Robot corrected;
   std::vector<Vector3> anchors_m, anchors_sigma_m;  ///< D of each pulley, in `gauge`
   Eigen::MatrixXd covariance;                       ///< of all anchors [3n, 3n]

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "cdprcal/decompositions.hpp"
+#include "cdprcal/frame/gauge.hpp"
 #include "cdprcal/frame/start.hpp"
 #include "cdprcal/kinematics/obstruction.hpp"
 #include "cdprcal/singular_values.hpp"
@@ -40,30 +42,51 @@ FrameState mirrored(const FrameProblem& problem, const FrameState& state) {
   return out;
 }
 
-/// How much more the file's pulleys, whatever their place, turn and size, speak for this image than
-/// for the other [nat]: their distances are of normal errors of a size that nobody knows.
-double evidence_of_file(const FrameProblem& problem, const FrameState& state) {
-  const FrameUnknowns& u = problem.unknowns;
-  const Robot robot = moved(problem, state.values);
-  Eigen::MatrixXd file(u.axis_count, u.cables), found = file;
-  for (int i = 0; i < u.cables; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    const auto axes = u.axes.leftCols(u.axis_count).transpose();
-    file.col(i) = axes * problem.robot.cables[at].pulley.position_m;
-    found.col(i) = axes * robot.cables[at].pulley.position_m;
+/// The file's pulleys and others, [axes × n], moved and turned onto one another.
+class BesideFile {
+ public:
+  explicit BesideFile(const FrameProblem& problem) : u_(problem.unknowns) {
+    file_ = places(problem.robot);
+    file_.colwise() -= file_.rowwise().mean().eval();
   }
-  file.colwise() -= file.rowwise().mean().eval();
-  found.colwise() -= found.rowwise().mean().eval();
-  const Svd parts = svd(Eigen::MatrixXd(file * found.transpose()));
-  const double all = parts.values.sum(), least = parts.values.tail(1)[0];
-  const auto misfit = [&](double agreement) {
-    const double squares = file.squaredNorm();
-    return std::max(squares - agreement * agreement / found.squaredNorm(), 1e-12 * squares);
+  [[nodiscard]] Eigen::MatrixXd places(const Robot& robot) const {
+    Eigen::MatrixXd out(u_.axis_count, u_.cables);
+    for (int i = 0; i < u_.cables; ++i) {
+      out.col(i) = u_.axes.leftCols(u_.axis_count).transpose() *
+                   robot.cables[static_cast<std::size_t>(i)].pulley.position_m;
+    }
+    return out;
+  }
+  /// How likely the file's places are of pulleys that stand so, and of their mirror image, whatever
+  /// their place, turn and size: distances are of normal errors of a size that nobody knows [nat].
+  struct Likely {
+    double as_is, mirrored;
   };
-  const double d = u.axis_count;  // shift, turn and size are fitted
-  const double freedom = d * u.cables - d - 0.5 * d * (d - 1.0) - 1.0;
-  const double evidence = 0.5 * freedom * std::log(misfit(all - 2.0 * least) / misfit(all));
-  return (parts.u * parts.v.transpose()).determinant() > 0.0 ? evidence : -evidence;
+  [[nodiscard]] Likely likely(const Eigen::MatrixXd& found) const {
+    const Eigen::MatrixXd centred = found.colwise() - found.rowwise().mean();
+    const Svd parts = svd(Eigen::MatrixXd(file_ * centred.transpose()));
+    const bool turned = (parts.u * parts.v.transpose()).determinant() > 0.0;  // not mirrored
+    const double squares = file_.squaredNorm(), size = centred.squaredNorm();
+    const double d = u_.axis_count;  // shift, turn and size are fitted
+    const double freedom = d * u_.cables - d - 0.5 * d * (d - 1.0) - 1.0;
+    const auto of = [&](double agreement) {
+      const double misfit = squares - agreement * agreement / size;
+      return -0.5 * freedom * std::log(std::max(misfit, 1e-12 * squares) / squares);
+    };
+    const double all = parts.values.sum(), least = parts.values.tail(1)[0];
+    return turned ? Likely{of(all), of(all - 2.0 * least)} : Likely{of(all - 2.0 * least), of(all)};
+  }
+
+ private:
+  const FrameUnknowns& u_;
+  Eigen::MatrixXd file_;
+};
+
+/// How much more the file's pulleys speak for this image than for the other [nat].
+double evidence_of_file(const FrameProblem& problem, const FrameState& state) {
+  const BesideFile file(problem);
+  const auto [as_is, mirrored] = file.likely(file.places(moved(problem, state.values)));
+  return as_is - mirrored;
 }
 
 /// Poses at which cables would have to push, or something is in the way.
@@ -100,34 +123,156 @@ double unheld_share(const Robot& robot, const Pose& pose) {
   return left.norm();
 }
 
-std::vector<int> untold_sides(const FrameProblem& problem, const FrameState& state,
-                              double noise_m) {
+namespace {
+
+/// Poses of a point that lie in one plane (or line) to within the noise of a length: on which side
+/// of it a pulley is its lengths do not tell.
+struct OnePlane {
+  Eigen::VectorXd normal, middle;  ///< in the axes of the unknowns
+  std::vector<int> open;           ///< pulleys beside it that are not known to be where they are
+  bool all_open = true;            ///< all that are beside it
+};
+std::optional<OnePlane> plane_of(const FrameProblem& problem, const FrameState& state,
+                                 const Eigen::MatrixXd& pulleys, double noise_m) {
   constexpr double kSpread = 10.0;  // times the noise, by which lengths tell the sides
   const FrameUnknowns& u = problem.unknowns;
-  const Eigen::MatrixXd axes = u.axes.leftCols(u.axis_count);
   Eigen::MatrixXd points(u.axis_count, static_cast<Eigen::Index>(state.poses.size()));
   for (std::size_t i = 0; i < state.poses.size(); ++i) {
-    points.col(static_cast<Eigen::Index>(i)) = axes.transpose() * state.poses[i].position_m;
+    points.col(static_cast<Eigen::Index>(i)) =
+        u.axes.leftCols(u.axis_count).transpose() * state.poses[i].position_m;
   }
-  const Eigen::VectorXd middle = points.rowwise().mean();
-  points.colwise() -= middle;
+  OnePlane out;
+  out.middle = points.rowwise().mean();
+  points.colwise() -= out.middle;
   const SymmetricEigen<Eigen::MatrixXd> spread(points * points.transpose() /
                                                static_cast<double>(points.cols()));
   const double least_m = kSpread * noise_m;
-  if (!(spread.eigenvalues()[0] < least_m * least_m)) return {};
-  const Eigen::VectorXd normal = spread.eigenvectors().col(0);
-  std::vector<int> out;
+  if (!(spread.eigenvalues()[0] < least_m * least_m)) return std::nullopt;
+  out.normal = spread.eigenvectors().col(0);
   for (int i = 0; i < u.cables; ++i) {
-    const Vector3& file = problem.robot.cables[static_cast<std::size_t>(i)].pulley.position_m;
-    const Eigen::VectorXd shift = axes.transpose() * u.shift(state.values, i);
-    const double off_m = normal.dot(axes.transpose() * file + shift - middle);
-    if (std::abs(off_m) < least_m) continue;
+    const double off_m = std::abs(out.normal.dot(pulleys.col(i) - out.middle));
     const Eigen::VectorXd own = u.precision.segment(u.anchor(i, 0), u.axis_count);
     const double sigma_m = std::sqrt(own.cwiseInverse().maxCoeff());
-    // Twice as far from where the file has it on the other side.
-    const double other_m = (shift - 2.0 * off_m * normal).norm();
-    if (sigma_m < 0.5 * std::abs(off_m) || 2.0 * shift.norm() < other_m) continue;
-    out.push_back(i);
+    if (off_m < least_m) continue;
+    if (sigma_m >= 0.5 * off_m) {
+      out.open.push_back(i);
+    } else {
+      out.all_open = false;
+    }
+  }
+  return out;
+}
+
+/// Which of the open pulleys are to change sides: one choice of all that there are.
+using Sides = std::uint32_t;
+constexpr int kMostOpen = 12;
+
+Eigen::MatrixXd changed(const OnePlane& plane, Eigen::MatrixXd pulleys, Sides sides) {
+  for (std::size_t k = 0; k < plane.open.size(); ++k) {
+    if ((sides >> k & 1U) == 0U) continue;
+    auto at = pulleys.col(plane.open[k]);
+    at -= 2.0 * plane.normal.dot(at - plane.middle) * plane.normal;
+  }
+  return pulleys;
+}
+
+/// How likely the file's places make each choice.
+std::vector<double> likely_sides(const BesideFile& file, const OnePlane& plane,
+                                 const Eigen::MatrixXd& pulleys) {
+  std::vector<double> out;
+  for (Sides sides = 0; sides < (Sides{1} << plane.open.size()); ++sides) {
+    out.push_back(file.likely(changed(plane, pulleys, sides)).as_is);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<int> untold_sides(const FrameProblem& problem, const FrameState& state,
+                              double noise_m) {
+  const BesideFile file(problem);
+  const Eigen::MatrixXd pulleys = file.places(moved(problem, state.values));
+  const std::optional<OnePlane> plane = plane_of(problem, state, pulleys, noise_m);
+  if (!plane) return {};
+  if (plane->open.size() > kMostOpen) return plane->open;
+  const std::vector<double> likely = likely_sides(file, *plane, pulleys);
+  const auto all = static_cast<Sides>(likely.size() - 1);
+  Sides as_likely = 0;
+  for (Sides sides = 1; sides <= all; ++sides) {
+    const bool mirrors = plane->all_open && sides == all;  // of which choose_image tells
+    if (!mirrors && likely[sides] > likely[0] - kEvidence) as_likely |= sides;
+  }
+  std::vector<int> out;
+  for (std::size_t k = 0; k < plane->open.size(); ++k) {
+    if ((as_likely >> k & 1U) != 0U) out.push_back(plane->open[k]);
+  }
+  return out;
+}
+
+void choose_sides(const FrameProblem& problem, FrameState& state, double noise_m,
+                  int max_iterations) {
+  const FrameUnknowns& u = problem.unknowns;
+  const BesideFile file(problem);
+  const Eigen::MatrixXd pulleys = file.places(moved(problem, state.values));
+  const std::optional<OnePlane> plane = plane_of(problem, state, pulleys, noise_m);
+  if (!plane || plane->open.empty() || plane->open.size() > kMostOpen) return;
+  const std::vector<double> likely = likely_sides(file, *plane, pulleys);
+  const auto best = std::ranges::max_element(likely) - likely.begin();
+  if (!(likely[static_cast<std::size_t>(best)] > likely[0])) return;
+  Robot other = moved(problem, state.values);
+  const auto axes = u.axes.leftCols(u.axis_count);
+  const auto place_of = [](const Robot& robot, int cable) -> const Vector3& {
+    return robot.cables[static_cast<std::size_t>(cable)].pulley.position_m;
+  };
+  const Eigen::MatrixXd step = changed(*plane, pulleys, static_cast<Sides>(best)) - pulleys;
+  for (int i = 0; i < u.cables; ++i) {
+    other.cables[static_cast<std::size_t>(i)].pulley.position_m += axes * step.col(i);
+  }
+  // As the convention has the frame in the world.
+  const Matrix3 turn = u.axes * reference_axes(other, u.reference).transpose();
+  const auto placed = [&](const Vector3& point_m) -> Vector3 {
+    return turn * (point_m - place_of(other, u.reference[0])) +
+           place_of(problem.robot, u.reference[0]);
+  };
+  FrameState next = state;
+  for (int i = 0; i < u.cables; ++i) {
+    const Vector3 shift = placed(place_of(other, i)) - place_of(problem.robot, i);
+    for (int axis = 0; axis < u.axis_count; ++axis) {
+      const int column = u.anchor(i, axis);
+      if (!u.held[static_cast<std::size_t>(column)]) {
+        next.values[column] = shift.dot(u.axes.col(axis));
+      }
+    }
+  }
+  for (Pose& pose : next.poses) {
+    pose.position_m = placed(pose.position_m);
+    pose = on_motion(problem.robot, pose);
+  }
+  minimise(problem, next, max_iterations);
+  const double of_file = likely[static_cast<std::size_t>(best)] - likely[0];
+  if (next.settled && next.cost - state.cost < of_file) state = next;
+}
+
+std::optional<std::array<int, 2>> exchanged(const FrameProblem& problem, const FrameState& state) {
+  const FrameUnknowns& u = problem.unknowns;
+  const BesideFile file(problem);
+  const Eigen::MatrixXd pulleys = file.places(moved(problem, state.values));
+  const auto likely = [&](const Eigen::MatrixXd& found) {
+    const auto [as_is, mirrored] = file.likely(found);
+    return std::max(as_is, mirrored);
+  };
+  // There are as many pairs to be exchanged by chance.
+  double least = likely(pulleys) + kEvidence + std::log(0.5 * u.cables * (u.cables - 1));
+  std::optional<std::array<int, 2>> out;
+  for (int i = 0; i < u.cables; ++i) {
+    for (int j = 0; j < i; ++j) {
+      Eigen::MatrixXd other = pulleys;
+      other.col(i).swap(other.col(j));
+      const double as_likely = likely(other);
+      if (!(as_likely > least)) continue;
+      least = as_likely;
+      out = {j, i};
+    }
   }
   return out;
 }

@@ -1,6 +1,9 @@
 // Private to frame/: which of its two mirror images a frame is that lengths alone have shown.
 #pragma once
 
+#include <array>
+#include <optional>
+
 #include "cdprcal/frame/minimise.hpp"
 
 namespace cdprcal::detail {
@@ -24,9 +27,18 @@ double unheld_share(const Robot& robot, const Pose& pose);
 inline constexpr double kUnheld = 0.5;
 
 /// Of points: pulleys that may as well stand on the other side of the plane (or line) that all
-/// poses lie in to within the noise of a length, for neither what is known of them nor where the
-/// file has them tells the side.
+/// poses lie in to within the noise of a length, alone or together: neither what is known of them
+/// nor the file's places, all together, tell the sides.
 std::vector<int> untold_sides(const FrameProblem& problem, const FrameState& state, double noise_m);
+
+/// Of such poses: puts pulleys on the sides that agree best with the file, where others do than the
+/// present ones.
+void choose_sides(const FrameProblem& problem, FrameState& state, double noise_m,
+                  int max_iterations);
+
+/// Of points, whose lengths show no order of the pulleys: two that agree with the file's places far
+/// better when they are exchanged, as columns in another order make them.
+std::optional<std::array<int, 2>> exchanged(const FrameProblem& problem, const FrameState& state);
 
 /// Of points without a tracker: takes the frame's mirror image in its place where that is the
 /// better one.

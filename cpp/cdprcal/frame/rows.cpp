@@ -86,7 +86,7 @@ void add_lengths(const FrameProblem& problem, const Eigen::VectorXd& values,
     const int untold = told || u.untold_tension < 0 ? -1 : u.untold_tension + i;
     const double tension =
         told ? reading.tension_N[i] : u.mean_tension_N + u.tension_spread_N * at(values, untold);
-    const double known = problem.ratio.size() > 0 ? problem.ratio[i] : 0.0;
+    const double known = whole || problem.ratio.size() == 0 ? 0.0 : problem.ratio[i];
     const double gain = 1.0 + known + at(values, u.scale) + u.own_value(values, Own::scale, i) -
                         at(values, u.compliance) * tension;
     const double added = at(values, offset) + (whole ? u.own_value(values, Own::offset, i) : 0.0);

@@ -100,6 +100,7 @@ def command(
     from cdprcal.diagnosis import diagnosis_as_dict
     from cdprcal.diagnosis.document import TRUSTED
     from cdprcal.io.files import write_texts
+    from cdprcal.io.replacing import signed
     from cdprcal.io.result_file import diagnose_options, result_text
     from cdprcal.mapping import Reader
     from cdprcal.tables import print_findings
@@ -137,7 +138,7 @@ def command(
     document = diagnosis_as_dict(diagnosis, the_robot, caveats)
     texts = {}
     if corrected:
-        texts[Path(corrected)] = _core.to_yaml(diagnosis.corrected)
+        texts[Path(corrected)] = signed(_core.to_yaml(diagnosis.corrected))
     if result:
         texts[Path(result)] = result_text("diagnose", document, the_robot, the_logs, asked)
     if plot:

@@ -86,6 +86,7 @@ def command(
     from cdprcal.findings import Finding
     from cdprcal.frame import frame_as_dict
     from cdprcal.io.files import write_texts
+    from cdprcal.io.replacing import signed
     from cdprcal.mapping import Reader
     from cdprcal.tables import print_findings
 
@@ -102,7 +103,7 @@ def command(
     document = frame_as_dict(found)
     converged = found.status == _core.FrameStatus.converged
     if output and converged:
-        write_texts({Path(output): document["corrected"]})
+        write_texts({Path(output): signed(document["corrected"])})
     if json:
         print_json(document)
     else:

@@ -62,6 +62,15 @@ def diagnosis_as_dict(
             for left in diagnosis.unexplained
         ],
         "wandering": _by_channel(diagnosis.wandering),
+        "own_errors": [
+            {
+                "column": own.column,
+                "rms": number(own.rms),
+                "like": number(own.like),
+                "sigma": number(own.sigma),
+            }
+            for own in diagnosis.own_errors
+        ],
         "discrepancy": {
             "reach_m": number(diagnosis.discrepancy.reach_m),
             "channels": _by_channel(diagnosis.discrepancy.channels),

@@ -14,6 +14,7 @@ from cdprcal._core import Diagnosis, InputError
 from cdprcal.explore.exploration import Choice, Exploration
 from cdprcal.explore.shown import shown
 from cdprcal.io.files import write_texts
+from cdprcal.io.replacing import signed
 from cdprcal.local_page import LocalServer
 
 #: Fits that are kept, so that a tick that is taken back, and saving, take no time.
@@ -59,7 +60,7 @@ class ExploreServer(LocalServer):
         text = f"{_history(choice, self._names)}{_core.to_yaml(diagnosis.corrected)}"
         if self._output is None:
             return {"name": f"{self._exploration.robot.name}-corrected.yaml", "text": text}
-        write_texts({self._output: text})
+        write_texts({self._output: signed(text)})
         return {"saved": str(self._output)}
 
     def _fitted(self, asked: Any) -> tuple[Choice, Diagnosis]:

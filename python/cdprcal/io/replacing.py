@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from hashlib import sha256
 from pathlib import Path
 from typing import Literal
 
 from cdprcal._core import InputError
-from cdprcal.io.files import begins_with, shown_path
+from cdprcal.io.files import begins_with, not_a_file, shown_path
 
 Output = Literal[
     "log", "mapping file", "robot file", "result", "truth", "plan", "track", "page", "picture",
@@ -14,12 +15,11 @@ Output = Literal[
 ]  # fmt: skip
 
 #: What is written → how an earlier one begins, which may be replaced. Mapping files are edited by
-#: hand, none of them is; nor is a log that was acquired, or a robot file that somebody wrote, which
-#: begin otherwise than what cdprcal itself makes of others.
+#: hand, and a log looks like any other: none of them is.
 _EARLIER: dict[Output, tuple[bytes, ...]] = {
-    "log": (b"time_s,",),
+    "log": (),
     "mapping file": (),
-    "robot file": (b'name: "',),
+    "robot file": (b"# written by cdprcal ",),
     "result": (b'{\n  "status": ', b'{\n  "verdict": '),
     "truth": (b'{\n  "poses": ',),
     "plan": (b"# cdprcal plan",),
@@ -35,13 +35,36 @@ _EARLIER: dict[Output, tuple[bytes, ...]] = {
     "settings": (b'{"',),
 }
 
+#: Who made a picture or a page, as their formats say it (:data:`cdprcal.pictures.MAKER`).
+_MADE_HERE = (
+    b"Software\x00cdprcal",
+    b"/Creator (cdprcal)",
+    b"<dc:title>cdprcal</dc:title>",
+    b'<meta name="generator" content="cdprcal ',
+)
+#: So far from the beginning, or the end, it says it.
+_NEAR_BYTES = 16384
+
+
+def signed(text: str) -> str:
+    """A robot file as it is written: its first line tells whether anybody has edited it since."""
+    digest = _digest(text.encode())
+    return f"# written by cdprcal ({digest}); unless edited, the next replaces it\n{text}"
+
 
 def may_replace(path: Path, kind: Output) -> bool:
     """Whether nothing is lost when this is written: no file is there, an empty one, or an earlier
-    output of its kind."""
+    output of its kind, as it was written."""
     if not path.is_file():  # a folder is refused where it is opened; a device keeps nothing
         return True
-    return not path.stat().st_size or begins_with(path, 100).startswith(_EARLIER[kind])
+    if not path.stat().st_size:
+        return True
+    if not begins_with(path, 100).startswith(_EARLIER[kind]):
+        return False
+    if kind == "robot file":
+        line, _, text = path.read_bytes().partition(b"\n")
+        return f"({_digest(text)})".encode() in line
+    return kind not in ("picture", "page") or _is_made_here(path)
 
 
 def refuse_to_replace(path: Path, kind: Output) -> None:
@@ -51,7 +74,21 @@ def refuse_to_replace(path: Path, kind: Output) -> None:
             return
     except (OSError, ValueError):  # what is no name at all is refused where it is opened
         return
-    other = f" and is no earlier {kind}" if _EARLIER[kind] else ""
+    other = f" and is no earlier {kind} as it was written" if _EARLIER[kind] else ""
     raise InputError(
         f"{shown_path(path)}: exists already{other}; give another name, or --force to replace it"
     )
+
+
+def _digest(text: bytes) -> str:
+    return sha256(text).hexdigest()[:12]
+
+
+def _is_made_here(path: Path) -> bool:
+    if not_a_file(path):
+        return False
+    with path.open("rb") as stream:
+        begin = stream.read(_NEAR_BYTES)
+        stream.seek(max(0, path.stat().st_size - _NEAR_BYTES))
+        near = begin + stream.read()
+    return any(maker in near for maker in _MADE_HERE)

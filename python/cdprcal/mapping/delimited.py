@@ -117,7 +117,7 @@ def cells_of(line: str, separator: str) -> list[str]:
     """A line of text cut at its separators; of blanks any run is one."""
     if separator == " ":
         return line.split()
-    if '"' in line:
+    if '"' in line and len(line) < csv.field_size_limit():  # a longer one is no row of a table
         return [cell.strip() for cell in next(csv.reader(io.StringIO(line), delimiter=separator))]
     return [cell.strip() for cell in line.split(separator)]
 

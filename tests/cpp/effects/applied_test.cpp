@@ -57,6 +57,8 @@ TEST(AppliedEffects, EveryEffectOfTheCatalogueGoesThroughTheFileToTheBit) {
   robot.effects.push_back({"attitude_mounting", "", {{"rotation_rad", {kPi, 0.1, 0}}}});
   robot.effects.push_back({"attitude_offset", "", {{"offset_rad", {0.1, -0.2, 3.0}}}});
   robot.effects.push_back({"whole_length_offset", "", {{"offset_m", {0.1, 0, -0.2, 1.0 / 3.0}}}});
+  robot.effects.push_back({"whole_length_scale", "", {{"ratio_error", {0.01, 0, -0.02, 1e-3}}}});
+  robot.effects.push_back({"whole_length_stretch", "", {{"axial_stiffness_N", {5e4}}}});
   finalise(robot);
   const Robot read = parse_robot(to_yaml(robot), "written");
   ASSERT_EQ(read.effects.size(), effect_layouts().size());

@@ -4,6 +4,7 @@
 
 #include "../support/numeric_jacobian.hpp"
 #include "../support/random_robot.hpp"
+#include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/frame/each_its_own.hpp"
 #include "cdprcal/frame/mirror.hpp"
@@ -82,6 +83,20 @@ void expect_within(const FrameResult& found, const Robot& truth, double sigmas) 
     for (int axis = 0; axis < 3; ++axis) {
       EXPECT_LE(std::abs(error[axis]), sigmas * found.anchors_sigma_m[i][axis] + 1e-9)
           << "pulley " << i + 1 << " axis " << axis;
+    }
+  }
+}
+
+/// Every command that takes the corrected file reads the lengths as they are.
+void expect_taken_off(const FrameResult& found, const Twin& twin, const Robot& truth) {
+  const std::optional<Log> log = correct_readings(found.corrected, twin.log);
+  ASSERT_TRUE(log);
+  for (std::size_t i = 0; i < twin.points.size(); ++i) {
+    for (std::size_t c = 0; c < truth.cables.size(); ++c) {
+      const double length_m = (twin.points[i] - truth.cables[c].pulley.position_m).norm();
+      const double read_m =
+          log->direct_length_m(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(c));
+      EXPECT_NEAR(read_m, length_m, 4e-3);
     }
   }
 }
@@ -297,6 +312,7 @@ TEST(Frame, AScaleOfEachIsFoundAndTakenOff) {
   const FrameResult again = find_frame(found.corrected, {twin.log}, options);
   EXPECT_EQ(again.status, FrameStatus::converged) << again.reason;
   for (const Estimate& scale : again.own_scale) EXPECT_LT(std::abs(scale.value), scale.sigma);
+  expect_taken_off(found, twin, truth);
 }
 
 TEST(Frame, PosesThatDoNotBelongAreNamed) {
@@ -342,7 +358,7 @@ TEST(Frame, ATrackerShowsTheScaleAndThePlaceInTheWorld) {
   // The file that is written reads in the tracker's metres.
   const auto ratio =
       std::find_if(found.corrected.effects.begin(), found.corrected.effects.end(),
-                   [](const AppliedEffect& effect) { return effect.name == "transmission_ratio"; });
+                   [](const AppliedEffect& effect) { return effect.name == "whole_length_scale"; });
   ASSERT_NE(ratio, found.corrected.effects.end());
   EXPECT_EQ(ratio->parameters.front().values, std::vector<double>(4, found.scale->value));
 }
@@ -505,7 +521,7 @@ TEST(Frame, TensionsThatWereNotReadAreNotZero) {
       count += more;
       ASSERT_TRUE(found.stiffness_N);
       ASSERT_EQ(found.corrected.effects.size(), 1U);
-      EXPECT_EQ(found.corrected.effects[0].name, "cable_elasticity");
+      EXPECT_EQ(found.corrected.effects[0].name, "whole_length_stretch");
       EXPECT_EQ(found.corrected.effects[0].parameters[0].values[0], found.stiffness_N->value);
       of_stiffness +=
           std::pow((1.0 / found.stiffness_N->value - 2e-5) *
@@ -621,6 +637,61 @@ TEST(Frame, PosesOnALineDoNotTellTheSidesOfPulleys) {
   Robot file = truth;
   for (Cable& cable : file.cables) cable.pulley.position_sigma_m.setConstant(5e-3);
   EXPECT_EQ(find_frame(file, {log}).status, FrameStatus::converged);
+}
+
+TEST(Frame, PosesOnAPlaneTellTheSidesByAllOfTheFilesPulleys) {
+  const std::vector<Vector3> masts{
+      {0, 0, 0.35}, {0.9, 0.1, 0.35}, {-0.2, 1.0, 0.4}, {0.3, 0.2, 1.6}};
+  int converged = 0;
+  for (unsigned seed = 0; seed < 12; ++seed) {
+    Rng rng(900 + seed);
+    std::normal_distribution<double> tape(0.0, 0.1);
+    std::vector<Vector3> places = masts;
+    for (Vector3& place : places) place += Vector3(tape(rng), tape(rng), tape(rng));
+    const Robot truth = belts(places, Motion::t3);
+    const Log log = in_box(truth, 60, {-0.5, -0.5, 0.0}, {0.9, 0.9, 0.0}, rng);
+    const FrameResult found = find_frame(belts(masts, Motion::t3), {log});
+    if (found.status != FrameStatus::converged) {
+      EXPECT_NE(found.reason.find("do not determine the frame"), std::string::npos) << found.reason;
+      continue;
+    }
+    ++converged;
+    for (std::size_t i = 0; i < masts.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        const double found_m = (found.anchors_m[i] - found.anchors_m[j]).norm();
+        EXPECT_NEAR(found_m, (places[i] - places[j]).norm(), 0.1) << seed;
+      }
+    }
+  }
+  EXPECT_GE(converged, 3);
+}
+
+TEST(Frame, ColumnsInAnotherOrderAreSeenByTheFilesPulleys) {
+  const std::vector<Vector3> masts{{0, 0, 3}, {4, 0, 3.5}, {4, 3, 2.5}, {0, 3, 3}, {2, 1, 0}};
+  for (unsigned seed = 0; seed < 4; ++seed) {
+    Rng rng(950 + seed);
+    std::normal_distribution<double> tape(0.0, 0.1);
+    std::vector<Vector3> places = masts;
+    for (Vector3& place : places) place += Vector3(tape(rng), tape(rng), tape(rng));
+    Log log = in_box(belts(places, Motion::t3), 60, {0.5, 0.5, 0.5}, {3.5, 2.5, 2.0}, rng);
+    const Robot file = belts(masts, Motion::t3);
+    EXPECT_EQ(find_frame(file, {log}).status, FrameStatus::converged);
+    log.direct_length_m.col(1).swap(log.direct_length_m.col(2));
+    const FrameResult found = find_frame(file, {log});
+    EXPECT_EQ(found.status, FrameStatus::not_converged);
+    EXPECT_NE(found.reason.find("pulleys 2 and 3 stand as"), std::string::npos) << found.reason;
+  }
+}
+
+TEST(Frame, AColumnInAnotherUnitIsNoMatterOfPulleys) {
+  Rng rng(970);
+  Robot file = belts(corners());
+  for (Cable& cable : file.cables) cable.pulley.position_sigma_m.setConstant(0.05);
+  Log log = in_box(belts(corners()), 30, {0.5, 0.0, 0.4}, {2.5, 0.0, 1.7}, rng);
+  log.direct_length_m.col(1) *= 1e3;
+  const FrameResult found = find_frame(file, {log});
+  EXPECT_NE(found.status, FrameStatus::converged);
+  EXPECT_NE(found.reason.find("unit"), std::string::npos) << found.reason;
 }
 
 TEST(Frame, APulleyThatIsNotWhereTheFileHasItIsNamed) {

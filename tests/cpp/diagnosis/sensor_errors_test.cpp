@@ -1,5 +1,5 @@
-// Errors that wander with time: against their definition, and in logs that have them.
-#include "cdprcal/diagnosis/smooth_errors.hpp"
+// Errors of sensors that are no finding: against their definition, and in logs that have them.
+#include "cdprcal/diagnosis/sensor_errors.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -36,16 +36,24 @@ Eigen::VectorXd added(const Effect& effect, const EffectContext& context,
   return out;
 }
 
-TEST(SmoothErrors, ColumnsAreTheDerivativesOfWhatTheyAdd) {
+TEST(SensorErrors, ColumnsAreTheDerivativesOfWhatTheyAdd) {
   const DiagnosisModel of = smooth_model();
-  EXPECT_FALSE(is_smooth_errors(*find_effect("mass")));
+  EXPECT_FALSE(is_wandering_errors(*find_effect("mass")));
+  EXPECT_FALSE(sensor_of_errors(*find_effect("mass")));
   Candidates all = place_errors(of);
+  ASSERT_EQ(all.size(), 3);
+  for (const auto& effect : all) EXPECT_TRUE(reach_of_errors_m(*effect));
   all.push_back(wandering_errors(of));
-  ASSERT_EQ(all.size(), 4);
   ASSERT_EQ(all.back()->size(4), 5 * 15);
+  EXPECT_TRUE(is_wandering_errors(*all.back()));
+  const Candidates own = own_errors(of);
+  ASSERT_EQ(own.size(), 3 * 4 + 2);  // a yaw has none like it
+  for (const auto& effect : own) {
+    EXPECT_TRUE(sensor_of_errors(*effect));
+    EXPECT_FALSE(reach_of_errors_m(*effect) || is_wandering_errors(*effect));
+  }
+  all.insert(all.end(), own.begin(), own.end());
   for (const auto& effect : all) {
-    EXPECT_EQ(reach_of_errors_m(*effect).has_value(), effect != all.back());
-    EXPECT_TRUE(is_smooth_errors(*effect));
     const DiagnosisRun& run = of.runs[0];
     const PlatformState state = platform_state(of.robot, run.poses[3]);
     const EffectContext context{of.robot, state, run.poses[3], run.measurements[3]};
@@ -111,7 +119,7 @@ TEST(PlaceErrors, ReachAsFarAsTheRestsAreSpread) {
   }
 }
 
-TEST(SmoothErrors, AreRandomWalksInTime) {
+TEST(SensorErrors, AreRandomWalksInTime) {
   // cov(s, t) = 2 min(s, t) / T of each component, up to the terms that are left out; no two of
   // them go together.
   const DiagnosisModel of = smooth_model();
@@ -139,7 +147,7 @@ TEST(SmoothErrors, AreRandomWalksInTime) {
   }
 }
 
-TEST(SmoothErrors, TheirSizeIsLearntChannelByChannel) {
+TEST(SensorErrors, TheirSizeIsLearntChannelByChannel) {
   DiagnosisModel of = smooth_model();
   const auto effect = wandering_errors(of);
   of.effects.push_back({effect, EffectValues::Zero(2L * effect->size(4))});
@@ -148,7 +156,7 @@ TEST(SmoothErrors, TheirSizeIsLearntChannelByChannel) {
   ASSERT_EQ(term.learnt.size(), 5);
   // Yaws drift in these runs, and nothing else does.
   for (const int channel : {0, 1, 2}) EXPECT_GT(term.learnt[3], 3.0 * term.learnt[channel]);
-  EXPECT_GT(smooth_rms(of, term)[3], 3.0 * of.noise[3]);
+  EXPECT_GT(rms_of_errors(of, term)[3], 3.0 * of.noise[3]);
   // The width is that of the values: squares over what the readings determine of them.
   const Eigen::VectorXd precision = prior_precision(of);
   const Eigen::VectorXd variance = covariance(of).diagonal().tail(precision.size());
@@ -162,7 +170,7 @@ TEST(SmoothErrors, TheirSizeIsLearntChannelByChannel) {
   EXPECT_NEAR(squares / determined, 1.0, 0.05);
 }
 
-TEST(SmoothErrors, NothingIsSaidOfFewRests) {
+TEST(SensorErrors, NothingIsSaidOfFewRests) {
   DiagnosisModel of = smooth_model();
   for (DiagnosisRun& run : of.runs) {
     run.measurements.resize(4);
@@ -170,6 +178,59 @@ TEST(SmoothErrors, NothingIsSaidOfFewRests) {
   }
   EXPECT_FALSE(wandering_errors(of));
   EXPECT_TRUE(place_errors(of).empty());
+}
+
+/// A log in which one load cell, or one encoder, has an error of its own at every rest.
+Log log_of_one_bad(const Robot& robot, LogMatrix Log::* read, int cable, double sigma,
+                   std::uint64_t seed) {
+  Log log = test::startup_log(robot, 0.02, seed);
+  RandomNormal random(seed);
+  double error = sigma * random();
+  for (Eigen::Index row = 0; row < log.sample_count(); ++row) {
+    const auto told = [&](Eigen::Index at) { return log.tension_setpoint_N.row(at); };
+    if (row > 0 && told(row) != told(row - 1)) error = sigma * random();
+    (log.*read)(row, cable) += error;
+  }
+  return log;
+}
+
+TEST(OwnErrors, ASensorThatIsWorseThanItsLikeIsNamedAndNoFinding) {
+  const Robot robot = load_robot("irma4");
+  int accused = 0, said = 0, others = 0;
+  constexpr int kLogs = 6;
+  for (std::uint64_t seed = 0; seed < kLogs; ++seed) {
+    for (const bool cell : {true, false}) {
+      const int cable = static_cast<int>(seed % 4);
+      const Log log = cell ? log_of_one_bad(robot, &Log::tension_N, cable, 6.0, 300 + seed)
+                           : log_of_one_bad(robot, &Log::length_m, cable, 6e-3, 300 + seed);
+      const Diagnosis d = diagnose(robot, {log});
+      accused += d.verdict == Verdict::consistent ? 0 : 1;
+      const std::string column = std::string(cell ? "tension_" : "length_") +
+                                 std::to_string(cable + 1) + (cell ? "_N" : "_m");
+      for (const OwnErrors& own : d.own_errors) {
+        if (own.column == column) {
+          ++said;
+          EXPECT_GT(own.rms, 2.0 * own.like);
+          EXPECT_THAT(d.next, ::testing::Contains(
+                                  ::testing::StartsWith(column + " has errors of its own")));
+        } else {
+          ++others;
+        }
+      }
+    }
+  }
+  EXPECT_LE(accused, 1);
+  EXPECT_GE(said, 2 * kLogs - 2);
+  EXPECT_LE(others, 1);
+}
+
+TEST(OwnErrors, BeyondWhatAnySensorMayHaveAreAFinding) {
+  Robot precise = load_robot("irma4");
+  const Log log = log_of_one_bad(precise, &Log::tension_N, 2, 6.0, 300);
+  precise.sigma.tension_N = 0.5;
+  const Diagnosis d = diagnose(precise, {log});
+  EXPECT_EQ(d.verdict, Verdict::unexplained);
+  EXPECT_THAT(d.unexplained, ::testing::Contains(::testing::Field(&Unexplained::cable, 2)));
 }
 
 /// A log in which every reading wanders by so many σ of the robot file.
@@ -190,7 +251,7 @@ Log wandering_log(const Robot& robot, double sigmas, std::uint64_t seed) {
   return log;
 }
 
-TEST(SmoothErrors, ASensorThatWandersIsNoFinding) {
+TEST(SensorErrors, ASensorThatWandersIsNoFinding) {
   const Robot robot = load_robot("irma4");
   int accused = 0, said = 0;
   constexpr int kLogs = 10;
@@ -235,7 +296,7 @@ Log placed_log(const Robot& robot, double sigmas, std::uint64_t seed) {
   return log;
 }
 
-TEST(SmoothErrors, OfAPlaceAreNoFindingWhereSensorsMayHaveThem) {
+TEST(SensorErrors, OfAPlaceAreNoFindingWhereSensorsMayHaveThem) {
   const Robot robot = load_robot("irma4");
   int accused = 0, said = 0;
   constexpr int kLogs = 10;
@@ -253,11 +314,11 @@ TEST(SmoothErrors, OfAPlaceAreNoFindingWhereSensorsMayHaveThem) {
   EXPECT_GE(said, 1);
 }
 
-TEST(SmoothErrors, AreWithinASpecificationOrNot) {
+TEST(SensorErrors, AreWithinASpecificationOrNot) {
   DiagnosisModel of = smooth_model();
   of.effects.push_back({wandering_errors(of), EffectValues::Zero(2L * 75)});
   ASSERT_TRUE(fit_with_noise(of));
-  const double yaw_rad = smooth_rms(of, of.effects[0])[static_cast<std::size_t>(Channel::yaw)];
+  const double yaw_rad = rms_of_errors(of, of.effects[0])[static_cast<std::size_t>(Channel::yaw)];
   // 95 % of chi-square with one degree of freedom: 1.96².
   of.robot.sigma.attitude_rad = yaw_rad / 1.95;
   EXPECT_TRUE(within_specification(of, of.effects[0]));
@@ -265,7 +326,7 @@ TEST(SmoothErrors, AreWithinASpecificationOrNot) {
   EXPECT_FALSE(within_specification(of, of.effects[0]));
 }
 
-TEST(SmoothErrors, ThatAreBeyondTheSpecificationAreAFinding) {
+TEST(SensorErrors, ThatAreBeyondTheSpecificationAreAFinding) {
   const Robot robot = load_robot("irma4");
   Robot precise = robot;
   precise.sigma.length_m = 1e-4;

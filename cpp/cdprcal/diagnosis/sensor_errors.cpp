@@ -1,4 +1,4 @@
-#include "cdprcal/diagnosis/smooth_errors.hpp"
+#include "cdprcal/diagnosis/sensor_errors.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -26,6 +26,8 @@ constexpr double kReaches[] = {0.5, 1.0, 2.0};
 /// The functions φ_t that make up a random one of unit variance, Σ z_t φ_t with z_t of unit
 /// variance.
 struct Basis {
+  enum class By { time, place, rest };
+  By by;
   const char* name;
   int terms;
   std::function<Eigen::VectorXd(const Measurement&, const Pose&)> at;
@@ -35,7 +37,7 @@ struct Basis {
 /// The first terms of a random walk from power-on, of unit variance on average over the run (Wiener
 /// process): φ_t = 2 sin((t + ½)πu) / ((t + ½)π).
 Basis walk(double duration_s, int terms) {
-  return {"smooth_errors", terms, [=](const Measurement& m, const Pose&) {
+  return {Basis::By::time, "wandering_errors", terms, [=](const Measurement& m, const Pose&) {
             const double u = m.run_time_s / duration_s;
             Eigen::VectorXd out(terms);
             for (int t = 0; t < terms; ++t) {
@@ -70,7 +72,7 @@ Basis field(const Places& visited_m, double reach_m, int most_terms) {
   const Eigen::VectorXd size = found.eigenvalues().tail(terms).cwiseMax(1e-9).cwiseSqrt();
   const Eigen::MatrixXd weights =
       found.eigenvectors().rightCols(terms) * size.cwiseInverse().asDiagonal();
-  return {"place_errors", terms,
+  return {Basis::By::place, "place_errors", terms,
           [=](const Measurement&, const Pose& pose) -> Eigen::VectorXd {
             const Eigen::VectorXd here = near(pose.position_m, visited_m) - mean.transpose();
             return weights.transpose() * (here.array() - here.mean()).matrix();
@@ -78,9 +80,22 @@ Basis field(const Places& visited_m, double reach_m, int most_terms) {
           reach_m};
 }
 
+/// One function a rest, which is 1 there and 0 at all others: rests are known by their times.
+Basis each_rest(std::vector<double> times_s) {
+  const auto count = static_cast<int>(times_s.size());
+  return {Basis::By::rest, "own_errors", count, [=](const Measurement& m, const Pose&) {
+            Eigen::VectorXd out = Eigen::VectorXd::Zero(count);
+            const auto nearest = std::ranges::min_element(
+                times_s, {}, [&](double time_s) { return std::abs(time_s - m.run_time_s); });
+            if (!is_moving(m)) out[nearest - times_s.begin()] = 1.0;
+            return out;
+          }};
+}
+
 /// Where the platform rested, run after run, and how many rests the shortest run has.
 struct Rests {
   Places place_m;
+  std::vector<double> times_s;  ///< in order, each once
   double duration_s = 0.0;
   int fewest = std::numeric_limits<int>::max();
 };
@@ -95,6 +110,7 @@ Rests rests_of(const DiagnosisModel& model) {
       if (is_moving(m)) continue;
       out.duration_s = std::max(out.duration_s, m.run_time_s);
       places.push_back(run.poses[i].position_m);
+      out.times_s.push_back(m.run_time_s);
       ++count;
     }
     out.fewest = std::min(out.fewest, count);
@@ -103,6 +119,9 @@ Rests rests_of(const DiagnosisModel& model) {
   for (std::size_t i = 0; i < places.size(); ++i) {
     out.place_m.col(static_cast<Eigen::Index>(i)) = places[i];
   }
+  std::ranges::sort(out.times_s);
+  const auto repeated = std::ranges::unique(out.times_s);
+  out.times_s.erase(repeated.begin(), repeated.end());
   return out;
 }
 
@@ -118,31 +137,46 @@ constexpr Part kParts[] = {{Channel::length, ParameterShape::per_cable},
                            {Channel::yaw, ParameterShape::scalar},
                            {Channel::balance, ParameterShape::per_cable}};
 
-/// Each channel, component by component, with a random function of its own.
-class SmoothErrors final : public Effect {
+/// Where a sensor's component stands among those of kParts, one after another.
+int place_of(const OneSensor& sensor, int cables) {
+  int begin = 0;
+  for (const auto& [channel, shape] : kParts) {
+    if (channel == sensor.channel) break;
+    begin += entries(shape, cables);
+  }
+  return begin + sensor.component;
+}
+
+/// Each channel, component by component, with a random function of its own; or one component.
+class SensorErrors final : public Effect {
  public:
-  SmoothErrors(Basis basis, const DiagnosisModel& model) : basis_(std::move(basis)) {
+  SensorErrors(Basis basis, const DiagnosisModel& model, std::optional<OneSensor> only = {})
+      : basis_(std::move(basis)), only_(only) {
     info_.name = basis_.name;
-    info_.equation = "reading* = reading + a smooth random function";
+    info_.equation = "reading* = reading + a random function";
     info_.sentence = info_.remedy = info_.settle = "";
     info_.scope = EffectScope::run;
     // Of the tensions they are gains and biases in disguise, and weighed as these are.
     info_.of_load_cells = true;
     for (int t = 0; t < basis_.terms; ++t) {
       for (const auto& [channel, shape] : kParts) {
+        if (only_ && only_->channel != channel) continue;
         const NoiseGroup group = at_rest(channel);
         const double noise =
             noise_unit(model.robot, group) * model.noise[static_cast<std::size_t>(group)];
         // Of what nobody reads nothing is known.
         const double typical = std::isfinite(noise) && noise > 0.0 ? noise : 1.0;
-        info_.parameters.push_back({"amplitude", "", shape, typical, 1e9});
+        const ParameterShape of = only_ ? ParameterShape::scalar : shape;
+        info_.parameters.push_back({"amplitude", "", of, typical, 1e9});
       }
     }
   }
   const EffectInfo& info() const override { return info_; }
-  [[nodiscard]] std::optional<double> reach_m() const { return basis_.reach_m; }
+  [[nodiscard]] const Basis& basis() const { return basis_; }
+  [[nodiscard]] const std::optional<OneSensor>& only() const { return only_; }
   /// A channel's errors are of one size.
   std::vector<int> learnt_widths(int cables) const override {
+    if (only_) return std::vector<int>(static_cast<std::size_t>(basis_.terms), 0);
     std::vector<int> out;
     for (int t = 0; t < basis_.terms; ++t) {
       int group = 0;
@@ -171,10 +205,16 @@ class SmoothErrors final : public Effect {
     const int n = context.state.cable_count, of_readings = 2 * n + 3;
     const Eigen::VectorXd at = basis_.at(context.measurement, context.pose);
     const Eigen::MatrixXd pull = structure_matrix(context.state);
+    const int first = only_ ? place_of(*only_, n) : 0;
     for (int t = 0; t < basis_.terms; ++t) {
-      const int begin = t * components(n);
-      out.block(0, begin, of_readings, of_readings).diagonal().setConstant(at[t]);
-      out.block(of_readings, begin + of_readings, 6, n) = -at[t] * pull;
+      for (int k = 0; k < components(n); ++k) {
+        const int component = first + k, column = t * components(n) + k;
+        if (component < of_readings) {
+          out(component, column) = at[t];
+        } else {
+          out.block(of_readings, column, 6, 1) = -at[t] * pull.col(component - of_readings);
+        }
+      }
     }
   }
 
@@ -193,7 +233,9 @@ class SmoothErrors final : public Effect {
         Eigen::Index begin = 0;
         for (const auto& [channel, shape] : kParts) {
           MeanSquare& sum = sums[static_cast<std::size_t>(at_rest(channel))];
-          for (const double v : change.segment(begin, entries(shape, n))) sum.add(v);
+          for (int k = 0; k < entries(shape, n); ++k) {
+            if (!only_ || begin + k == place_of(*only_, n)) sum.add(change[begin + k]);
+          }
           begin += entries(shape, n);
         }
       }
@@ -204,14 +246,20 @@ class SmoothErrors final : public Effect {
   }
 
  private:
-  static int components(int cables) { return 3 * cables + 3; }
+  [[nodiscard]] int components(int cables) const { return only_ ? 1 : 3 * cables + 3; }
   /// What all terms together add to each component of kParts.
   [[nodiscard]] Eigen::VectorXd by_component(int cables, const Measurement& m, const Pose& pose,
                                              const EffectValues& values) const {
-    return values.reshaped(components(cables), basis_.terms) * basis_.at(m, pose);
+    const Eigen::VectorXd own =
+        values.reshaped(components(cables), basis_.terms) * basis_.at(m, pose);
+    if (!only_) return own;
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(3L * cables + 3);
+    out[place_of(*only_, cables)] = own[0];
+    return out;
   }
 
   Basis basis_;
+  std::optional<OneSensor> only_;
   EffectInfo info_;
 };
 
@@ -227,7 +275,7 @@ Candidates place_errors(const DiagnosisModel& model) {
   for (const double reach : kReaches) {
     const double reach_m = reach * spread_m;
     if (!(reach_m > 0.0)) continue;
-    out.push_back(std::make_shared<SmoothErrors>(field(rests.place_m, reach_m, most), model));
+    out.push_back(std::make_shared<SensorErrors>(field(rests.place_m, reach_m, most), model));
   }
   return out;
 }
@@ -244,27 +292,68 @@ std::optional<Refit> likeliest_place_errors(const DiagnosisModel& model, double 
 std::shared_ptr<const Effect> wandering_errors(const DiagnosisModel& model) {
   const Rests rests = rests_of(model);
   if (rests.fewest < kFewestRests || !(rests.duration_s > 0.0)) return nullptr;
-  return std::make_shared<SmoothErrors>(
+  return std::make_shared<SensorErrors>(
       walk(rests.duration_s, std::min(kMostTimeTerms, rests.fewest - 2)), model);
 }
 
-bool is_smooth_errors(const Effect& effect) {
-  return dynamic_cast<const SmoothErrors*>(&effect) != nullptr;
+Candidates own_errors(const DiagnosisModel& model) {
+  const Rests rests = rests_of(model);
+  if (rests.fewest < kFewestRests) return {};
+  const int n = model.robot.cable_count();
+  const auto reads = [](const Measurement& m, const OneSensor& sensor) {
+    const auto readings = readings_of(m, sensor.channel);
+    return !is_moving(m) && sensor.component < readings.size() &&
+           std::isfinite(readings[sensor.component]);
+  };
+  const auto read = [&](const OneSensor& sensor) {
+    return std::ranges::any_of(model.runs, [&](const DiagnosisRun& run) {
+      return std::ranges::any_of(run.measurements,
+                                 [&](const Measurement& m) { return reads(m, sensor); });
+    });
+  };
+  Candidates out;
+  for (const auto& [channel, shape] : kParts) {
+    if (entries(shape, n) < 2) continue;  // its noise is its own already
+    for (int k = 0; k < entries(shape, n); ++k) {
+      const OneSensor sensor{channel, k};
+      if (!read(sensor)) continue;
+      out.push_back(std::make_shared<SensorErrors>(each_rest(rests.times_s), model, sensor));
+    }
+  }
+  return out;
+}
+
+namespace {
+
+const SensorErrors* as_sensor_errors(const Effect& effect) {
+  return dynamic_cast<const SensorErrors*>(&effect);
+}
+
+}  // namespace
+
+bool is_wandering_errors(const Effect& effect) {
+  const SensorErrors* const errors = as_sensor_errors(effect);
+  return errors && errors->basis().by == Basis::By::time;
+}
+
+std::optional<OneSensor> sensor_of_errors(const Effect& effect) {
+  const SensorErrors* const errors = as_sensor_errors(effect);
+  return errors ? errors->only() : std::nullopt;
 }
 
 std::optional<double> reach_of_errors_m(const Effect& effect) {
-  const auto* const errors = dynamic_cast<const SmoothErrors*>(&effect);
-  return errors ? errors->reach_m() : std::nullopt;
+  const SensorErrors* const errors = as_sensor_errors(effect);
+  return errors ? errors->basis().reach_m : std::nullopt;
 }
 
-std::array<double, kRestGroups> smooth_rms(const DiagnosisModel& model, const EffectTerm& term) {
-  return dynamic_cast<const SmoothErrors&>(*term.effect).rms(model, term);
+std::array<double, kRestGroups> rms_of_errors(const DiagnosisModel& model, const EffectTerm& term) {
+  return dynamic_cast<const SensorErrors&>(*term.effect).rms(model, term);
 }
 
 bool within_specification(const DiagnosisModel& model, const EffectTerm& term) {
   constexpr double kSure = 0.95;  // of a size that few components tell
   const NoiseModel specified = specified_noise(model.robot.sigma);
-  const std::array<double, kRestGroups> rms = smooth_rms(model, term);
+  const std::array<double, kRestGroups> rms = rms_of_errors(model, term);
   return std::ranges::all_of(kParts, [&](const Part& part) {
     const NoiseGroup group = at_rest(part.channel);
     const double components = entries(part.shape, model.robot.cable_count());

@@ -1,4 +1,5 @@
-// Errors that do not come anew at every rest: they wander with time, or change with the place.
+// Errors of sensors that are not anew at every rest and alike in all of a kind: they wander with
+// time, change with the place, or are one sensor's own.
 #pragma once
 
 #include <array>
@@ -27,15 +28,26 @@ std::optional<Refit> likeliest_place_errors(const DiagnosisModel& model, double 
 /// Nothing where there are too few rests to tell.
 std::shared_ptr<const Effect> wandering_errors(const DiagnosisModel& model);
 
-/// Whether an effect is of either kind.
-bool is_smooth_errors(const Effect& effect);
-/// How far apart two places are whose errors differ [m]; nothing for errors that wander with time
-/// and for other effects.
+/// Errors of one sensor, anew at every rest, of each that has others like it: a channel has one
+/// size of noise, and one load cell or encoder may have more than its like. A walk is no finding,
+/// nor are these. None where there are too few rests to tell.
+Candidates own_errors(const DiagnosisModel& model);
+
+/// Of which sensor.
+struct OneSensor {
+  Channel channel;
+  int component;  ///< cable, or roll and pitch
+};
+/// Nothing for errors of all sensors, and for other effects.
+std::optional<OneSensor> sensor_of_errors(const Effect& effect);
+/// Whether an effect is errors that wander with time.
+bool is_wandering_errors(const Effect& effect);
+/// How far apart two places are whose errors differ [m]; nothing for other errors and effects.
 std::optional<double> reach_of_errors_m(const Effect& effect);
 
-/// Root mean squares over the rests of what one such effect of a model adds to each channel: m,
+/// Root mean squares over the rests of what such errors of a model add to each channel: m,
 /// rad, rad, rad, N (balance: to the load cells), NaN for channels that it leaves alone.
-std::array<double, kRestGroups> smooth_rms(const DiagnosisModel& model, const EffectTerm& term);
+std::array<double, kRestGroups> rms_of_errors(const DiagnosisModel& model, const EffectTerm& term);
 
 /// Whether such errors are none but those which the sensors are specified to have, in all channels.
 bool within_specification(const DiagnosisModel& model, const EffectTerm& term);
