@@ -237,7 +237,7 @@ def test_import_says_what_it_left_out(
     assert f"the last line, {6 * len(synthetic.log)}, has no end" in ran.stderr
     lines = raw_text(synthetic.log).splitlines(keepends=True)
     path.write_text("".join(lines + lines[:6]))
-    ran = cli("import", path, "-o", tmp_path / "out.csv")
+    ran = cli("import", path, "-o", tmp_path / "out.csv", "--force")
     assert ran.code == 1
     assert "time goes back" in ran.stderr
     assert len(cdprcal.read_log(str(tmp_path / "out.csv"))) == len(synthetic.log)
@@ -284,9 +284,9 @@ def test_generate_makes_what_calibrate_recovers(cli: Cli, tmp_path: Path) -> Non
     assert np.all(np.abs(error) < 4.0 * deviation)
     assert np.all(deviation < 1e-3)  # the noise is a tenth of sigma, and means of 50 are taken
     first = log.read_bytes()
-    cli("generate", "irma4", "-o", log, "--seed", 3, "--grid", "2x2x2")
+    cli("generate", "irma4", "-o", log, "--seed", 3, "--grid", "2x2x2", "--force")
     assert log.read_bytes() == first
-    cli("generate", "irma4", "-o", log, "--seed", 4, "--grid", "2x2x2")
+    cli("generate", "irma4", "-o", log, "--seed", 4, "--grid", "2x2x2", "--force")
     assert log.read_bytes() != first
 
 

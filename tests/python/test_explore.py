@@ -191,7 +191,7 @@ def test_saving_writes_the_corrected_robot(server: ExploreServer, tmp_path: Path
     assert [effect.name for effect in corrected.effects] == ["load_cell_bias"]
     np.testing.assert_allclose(corrected.effects[0].parameters["bias_N"], BIAS_N, atol=0.5)
     text = path.read_text()
-    assert text.startswith("# Made by cdprcal explore from run.csv; effects chosen by hand.\n")
+    assert "\n# Made by cdprcal explore from run.csv; effects chosen by hand.\n" in text
     assert "# Left out: the pose at 26 s of run.csv.\n" in text
 
 

@@ -23,7 +23,7 @@ from cdprcal.io import LogFile, load_log
 from cdprcal.mapping import Proposal, load_mapped, parse_map, propose_file, read_raw
 from cdprcal.mapping.counter import unwrapped
 from cdprcal.mapping.document import GROUPS, QUATERNIONS
-from cdprcal.mapping.marks import marks_in
+from cdprcal.io.marks import marks_in
 from cdprcal.mapping.recognise import taken_apart
 from cdprcal.mapping.units import UNITS, factor, unit_named
 from cdprcal.ros2 import save_bag
@@ -487,6 +487,8 @@ def test_marks_of_missing_readings_are_named_with_what_to_do(
         ([*range(100), -999, *range(100, 200), -999, -999, 200], {-999: 3}),
         ([*range(100), -999, *range(100, 200), 9999, -999, 9999, 200], {-999: 2, 9999: 2}),
         ([7.0] * 50 + [-999.0] + [7.0] * 20 + [-999.0], {-999: 2}),
+        ([*range(100), *[-999] * 8], {-999: 8}),  # one step, and it stands as no reading does
+        ([7.0] * 60 + [-999.0] * 8, {}),  # as all readings do
         ([*range(100), -999, *range(100, 200)], {}),  # once may be anything
         ([*range(900, 1100), *range(1100, 900, -1)], {}),  # on its way
         ([*range(900, 999), 999, 999, 999, *range(998, 900, -1)], {}),  # at its end
@@ -599,6 +601,26 @@ def test_tensions_without_a_unit_are_weighed_by_physics(
     tensions = next(line for line in propose_file(raw).lines if line.name == "tensions")
     assert (tensions.unit, tensions.sure) == ("N", "guess")
     assert "nothing says the unit" in tensions.why
+
+
+def test_of_maps_that_agree_as_well_the_one_that_changes_least_is_proposed(
+    synthetic: cdprcal.SyntheticLog, robot: cdprcal.Robot, tmp_path: Path
+) -> None:
+    """Millimetres under a header that says metres: the frame seen from behind agrees as well."""
+    raw = scaled(synthetic.log, tmp_path / "raw.csv", {"length_": 1e3})
+    lines = {line.name: line for line in propose_file(raw, robot).lines}
+    assert lines["lengths"].unit == "mm"
+    assert lines["lengths"].columns == tuple(f"length_{i}_m" for i in range(1, 5))
+    for line in lines.values():
+        assert set(line.sign) == {1}, line
+
+
+def test_eight_cables_are_read_as_they_stand(cli: Cli, tmp_path: Path) -> None:
+    """One start of a blind calibration misses the pose, and signs seemed to set it right."""
+    raw = tmp_path / "raw.csv"
+    assert cli("generate", "posts8", "-o", raw).code == 0
+    for line in propose_file(raw, cdprcal.load_robot("posts8")).lines:
+        assert set(line.sign) == {1}, line
 
 
 def test_columns_of_several_units_are_a_guess(
@@ -1032,7 +1054,10 @@ DAMAGED = {
     "x.mat": (b"MATLAB 5.0 MAT-file" + bytes(200), "is no whole MAT-file"),
     "x.csv": (b"once upon a time\nthere was\n", "is no table of numbers"),
     "empty.csv": (b"", "is no table of numbers"),
-    "one line.json": (b'{"a":{' + b'"1":2.5,' * 30000 + b'"9":0}}', "is no table of numbers"),
+    "one line.json": (
+        b'{"a":{' + b'"1":2.5,' * 30000 + b'"9":0}}',
+        "one line.json:1: has a cell of more than 131072",
+    ),
     "ragged.csv": (b"t,a\n0,1\n1,2\n2\n3,4\n4,5\n", "ragged.csv:4: has 1 columns, the header 2"),
     "long.csv": (
         b't,"' + b"x" * 140000 + b'"\n1,2\n2,3\n3,4\n',

@@ -72,35 +72,32 @@ std::optional<Refit> best_generic(const EvidenceAgainst& against,
   return std::move(refits.front());
 }
 
-/// Evidence for errors of one sensor, less what it costs that it may be any of so many.
-double charged(double log_evidence, std::size_t sensors) {
-  return log_evidence - std::log(static_cast<double>(std::max<std::size_t>(1, sensors)));
+/// Evidence for errors of one sensor, less what it costs that it may be any.
+double charged(double log_evidence, const DiagnosisModel& model) {
+  return log_evidence - std::log(sensors_with_like(model));
 }
 
 /// The refit with errors of the sensors that are no finding, those that wander with time or those
 /// of one sensor alone, when it has more evidence than this; its evidence bears how many there are.
 std::optional<Refit> with_sensor_errors(const DiagnosisModel& model, double log_evidence) {
-  constexpr std::size_t kAtATime = 8;
   constexpr double kShareInScan = 0.25;  // of the evidence: a scan knows no width but the first
-  std::vector<CandidateScore> scores;
-  const auto keep = [&](CandidateScore&& score) {
-    if (score.log_evidence > kShareInScan * log_evidence) scores.push_back(std::move(score));
-  };
+  Candidates errors = own_errors(model);
   const auto wander = [](const EffectTerm& term) { return is_wandering_errors(*term.effect); };
   if (std::ranges::none_of(model.effects, wander)) {
-    if (const auto walk = wandering_errors(model)) scan_in_parts(model, {walk}, kAtATime, keep);
+    if (const auto walk = wandering_errors(model)) errors.push_back(walk);
   }
-  const Candidates own = own_errors(model);
-  scan_in_parts(model, own, kAtATime, [&](CandidateScore&& score) {
-    score.log_evidence = charged(score.log_evidence, own.size());
-    keep(std::move(score));
+  std::vector<CandidateScore> scores = scan(model, errors, {.draws = 0});
+  std::erase_if(scores, [&](CandidateScore& score) {
+    const bool of_one = sensor_of_errors(*score.effect).has_value();
+    if (of_one) score.log_evidence = charged(score.log_evidence, model);
+    return !(score.log_evidence > (of_one ? kShareInScan : 1.0) * log_evidence);
   });
   std::ranges::stable_sort(scores, std::ranges::greater(), &CandidateScore::log_evidence);
   std::vector<Refit> refits =
       EvidenceAgainst(model).refits(scores, kFewRefits, [](const CandidateScore&) { return true; });
   for (Refit& refit : refits) {
     if (sensor_of_errors(*refit.score.effect)) {
-      refit.log_evidence = charged(refit.log_evidence, own.size());
+      refit.log_evidence = charged(refit.log_evidence, model);
     }
   }
   const auto best = std::ranges::max_element(refits, {}, &Refit::log_evidence);

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "cdprcal/decompositions.hpp"
+#include "cdprcal/diagnosis/model_residuals.hpp"
 #include "cdprcal/estimation/mean_square.hpp"
 #include "cdprcal/statistics.hpp"
 
@@ -296,29 +297,57 @@ std::shared_ptr<const Effect> wandering_errors(const DiagnosisModel& model) {
       walk(rests.duration_s, std::min(kMostTimeTerms, rests.fewest - 2)), model);
 }
 
-Candidates own_errors(const DiagnosisModel& model) {
+namespace {
+
+/// Mean squares of what a model leaves of each component of kParts at rests.
+std::vector<MeanSquare> residuals_of(const DiagnosisModel& model) {
+  const int n = model.robot.cable_count();
+  std::vector<MeanSquare> out(static_cast<std::size_t>(3 * n + 3));
+  for (const ModelResidual& entry : model_residuals(model)) {
+    if (is_moving(model.runs[entry.run].measurements[entry.pose])) continue;
+    const PoseResidual& left = entry.residual;
+    std::size_t component = 0;
+    const auto add = [&](const auto& values, int count) {
+      for (int k = 0; k < count; ++k, ++component) {
+        if (k < values.size()) out[component].add(values[k]);
+      }
+    };
+    add(left.length_m, n);
+    add(left.swivel_rad, n);
+    add(left.roll_pitch_yaw_rad, 3);
+    add(left.tension_N, n);
+  }
+  return out;
+}
+
+}  // namespace
+
+double sensors_with_like(const DiagnosisModel& model) {
+  return 3.0 * model.robot.cable_count() + 2.0;
+}
+
+Candidates own_errors(const DiagnosisModel& model, double larger) {
   const Rests rests = rests_of(model);
   if (rests.fewest < kFewestRests) return {};
   const int n = model.robot.cable_count();
-  const auto reads = [](const Measurement& m, const OneSensor& sensor) {
-    const auto readings = readings_of(m, sensor.channel);
-    return !is_moving(m) && sensor.component < readings.size() &&
-           std::isfinite(readings[sensor.component]);
-  };
-  const auto read = [&](const OneSensor& sensor) {
-    return std::ranges::any_of(model.runs, [&](const DiagnosisRun& run) {
-      return std::ranges::any_of(run.measurements,
-                                 [&](const Measurement& m) { return reads(m, sensor); });
-    });
-  };
+  const std::vector<MeanSquare> left = residuals_of(model);
   Candidates out;
+  std::size_t begin = 0;
   for (const auto& [channel, shape] : kParts) {
-    if (entries(shape, n) < 2) continue;  // its noise is its own already
-    for (int k = 0; k < entries(shape, n); ++k) {
-      const OneSensor sensor{channel, k};
-      if (!read(sensor)) continue;
+    const auto count = static_cast<std::size_t>(entries(shape, n));
+    const auto square = [&](std::size_t k) { return std::pow(left[begin + k].rms(), 2); };
+    for (std::size_t k = 0; k < count && count > 1; ++k) {  // of one its noise is its own already
+      double others = 0.0, read = 0.0;
+      for (std::size_t j = 0; j < count; ++j) {
+        if (j == k || !std::isfinite(square(j))) continue;
+        others += square(j);
+        read += 1.0;
+      }
+      if (!(square(k) * read > larger * others)) continue;  // NaN: not read
+      const OneSensor sensor{channel, static_cast<int>(k)};
       out.push_back(std::make_shared<SensorErrors>(each_rest(rests.times_s), model, sensor));
     }
+    begin += count;
   }
   return out;
 }

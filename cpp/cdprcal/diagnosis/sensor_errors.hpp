@@ -28,10 +28,13 @@ std::optional<Refit> likeliest_place_errors(const DiagnosisModel& model, double 
 /// Nothing where there are too few rests to tell.
 std::shared_ptr<const Effect> wandering_errors(const DiagnosisModel& model);
 
-/// Errors of one sensor, anew at every rest, of each that has others like it: a channel has one
-/// size of noise, and one load cell or encoder may have more than its like. A walk is no finding,
-/// nor are these. None where there are too few rests to tell.
-Candidates own_errors(const DiagnosisModel& model);
+/// Errors of one sensor, anew at every rest: a channel has one size of noise, and one load cell or
+/// encoder may have more than its like. A walk is no finding, nor are these. Of each sensor whose
+/// residuals are as much larger, as mean squares, than those of its like. None where there are too
+/// few rests to tell.
+Candidates own_errors(const DiagnosisModel& model, double larger = 1.5);
+/// How many sensors there are to choose from, more or less.
+double sensors_with_like(const DiagnosisModel& model);
 
 /// Of which sensor.
 struct OneSensor {

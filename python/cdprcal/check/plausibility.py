@@ -8,6 +8,7 @@ import numpy as np
 
 from cdprcal import _core
 from cdprcal.check.subject import Channel, Flags, Floats, Subject, stretches
+from cdprcal.io.marks import marks_in
 from cdprcal.sensors import SENSORS, feels_gravity
 
 #: A cable cannot change its length by more than this many times the pulleys' largest distance.
@@ -94,6 +95,9 @@ def _check_limit(
         beyond = stretches(values > limit)
     if not beyond:
         return
+    if marks := marks_in(channel.values):
+        _report_marks(subject, channel, marks)
+        return
     unit = "rad" if channel.is_angle else "m"
     worst = float(np.nanmax(values))
     remedy = (
@@ -108,6 +112,21 @@ def _check_limit(
         remedy,
         begin=beyond[0][0],
         end=beyond[0][1],
+        channel=channel.name,
+    )
+
+
+def _report_marks(subject: Subject, channel: Channel, marks: dict[int, int]) -> None:
+    begin, end = stretches(np.isin(channel.values, list(marks)))[0]
+    said = ", ".join(f"{mark} ({count} times)" for mark, count in marks.items())
+    subject.add(
+        "error",
+        "missing_mark",
+        f"{channel.name} holds {said}, far from all that is read beside it: it seems to say that "
+        "nothing was read",
+        f"leave these cells empty, or give a mapping file with missing: {list(marks)}",
+        begin=begin,
+        end=end,
         channel=channel.name,
     )
 

@@ -17,10 +17,10 @@ from cdprcal.hardware.xsens.measurement import rotation_from_quaternion
 from cdprcal.io.files import begins_with, is_foreign, is_workbook, shown_path, shown_text
 from cdprcal.io.loaded import LogFile
 from cdprcal.io.log_file import load_run, refuse_repeated, require_cable_count
+from cdprcal.io.marks import marks_in, without
 from cdprcal.mapping.common_time import nearest
 from cdprcal.mapping.counter import unwrapped
 from cdprcal.mapping.document import GROUPS, QUATERNIONS, Group, Map, load_map
-from cdprcal.mapping.marks import marks_in, without
 from cdprcal.mapping.one_a_row import holds_one_a_row
 from cdprcal.mapping.raw import Column, DelimitedForm, Floats, RawTable
 from cdprcal.mapping.read import read_raw

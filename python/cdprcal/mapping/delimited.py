@@ -19,7 +19,7 @@ import numpy as np
 
 from cdprcal._core import InputError
 from cdprcal.io.files import read_bytes, refuse_many_lines, shown_path
-from cdprcal.mapping.marks import says_nothing
+from cdprcal.io.marks import says_nothing
 from cdprcal.mapping.raw import Column, DelimitedForm, Floats, RawTable
 from cdprcal.mapping.units import unit_named
 
@@ -117,7 +117,7 @@ def cells_of(line: str, separator: str) -> list[str]:
     """A line of text cut at its separators; of blanks any run is one."""
     if separator == " ":
         return line.split()
-    if '"' in line and len(line) < csv.field_size_limit():  # a longer one is no row of a table
+    if '"' in line:
         return [cell.strip() for cell in next(csv.reader(io.StringIO(line), delimiter=separator))]
     return [cell.strip() for cell in line.split(separator)]
 

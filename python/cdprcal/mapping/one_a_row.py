@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import itertools
 import re
 from collections.abc import Sequence
@@ -12,9 +13,9 @@ import numpy as np
 
 from cdprcal._core import InputError
 from cdprcal.io.files import shown_path, shown_text
+from cdprcal.io.marks import says_nothing
 from cdprcal.mapping.common_time import nearest, on_common_time
 from cdprcal.mapping.delimited import cells_of, clock_column, is_number, numbers_in, text_lines
-from cdprcal.mapping.marks import says_nothing
 from cdprcal.mapping.raw import Column, Floats, RawTable
 from cdprcal.mapping.recognise import taken_apart
 from cdprcal.mapping.units import unit_named
@@ -81,7 +82,10 @@ def _form_in_text(path: Path, head: bytes) -> tuple[dict[int, str], str, _Form] 
     kept = [*lines.values()]
     sample = [kept[i] for i in _sample(len(kept))]
     for separator in _SEPARATORS:
-        cut = [cells_of(line, separator) for line in sample]
+        try:
+            cut = [cells_of(line, separator) for line in sample]
+        except csv.Error:  # a line longer than any cell may be
+            return None
         for decimal in (".",) if separator == "," else (".", ","):
             form = _form_of(cut, decimal)
             if form is not None:

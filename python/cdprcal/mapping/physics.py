@@ -126,6 +126,10 @@ def _weighed(best: _Explanation, given: Proposal, robot: _core.Robot) -> Proposa
         if other.robot is not robot or _differing(other.proposal, best.proposal)
     ]
     others.sort(key=lambda other: other.cost)
+    as_good = [other for other in others if other.cost < others[0].cost + _EVIDENCE]
+    if as_good:  # of several that agree as well the one that changes least
+        plain = min(as_good, key=lambda other: len(_differing_entries(other.proposal, as_read)))
+        others = [plain, *(other for other in others if other is not plain)]
     chosen = min([best, *others[:1]], key=lambda e: e.cost + (0.0 if e is best else _EVIDENCE))
     out = chosen.proposal
     changed = _differing(out, as_read)
@@ -139,6 +143,22 @@ def _weighed(best: _Explanation, given: Proposal, robot: _core.Robot) -> Proposa
         why = "so it agrees best, but not well: see what calibrate and diagnose say of it"
         return _guesses(out, why, changed)
     return out
+
+
+def _differing_entries(one: Proposal, other: Proposal) -> list[str]:
+    """Columns and signs of ``one`` that the other does not have there, and units."""
+    return [
+        str(mine)
+        for a, b in zip(one.lines, other.lines, strict=True)
+        for of in ("columns", "sign", "unit")
+        for mine, its in zip(_entries(a, of), _entries(b, of), strict=True)
+        if mine != its
+    ]
+
+
+def _entries(line: Line, of: str) -> tuple[object, ...]:
+    held = getattr(line, of)
+    return held if isinstance(held, tuple) else (held,)
 
 
 def _differing(one: Proposal, other: Proposal) -> set[str]:
@@ -167,16 +187,39 @@ def _guesses(proposal: Proposal, why: str, names: set[str] | None = None) -> Pro
 def _best_of_signs(
     proposal: Proposal, robot: _core.Robot
 ) -> tuple[_Explanation, dict[tuple[str | float, ...], float]]:
-    """The signs and units that agree best; and the lowest cost with each choice of units."""
-    best = _Explanation(proposal, robot)
+    """The signs and units that agree best, of several that agree as well those that change least;
+    and the lowest cost with each choice of units."""
     by_units: dict[tuple[str | float, ...], float] = {}
+    tried = []
     for lines in itertools.product(*map(_alternatives, proposal.lines)):
-        tried = _fitted(_Explanation(replace(proposal, lines=lines), robot))
+        tried.append(_fitted(_Explanation(replace(proposal, lines=lines), robot)))
         units = tuple(line.unit for line in lines)
-        by_units[units] = min(tried.cost, by_units.get(units, math.inf))
-        if lines == proposal.lines or tried.cost < best.cost - _EVIDENCE:
-            best = tried
+        by_units[units] = min(tried[-1].cost, by_units.get(units, math.inf))
+    least = min(by_units.values())
+    if not math.isfinite(least):
+        return tried[0], by_units
+    as_good = [other for other in tried if other.cost < least + _EVIDENCE]
+    best = min(as_good, key=lambda e: (_turned(e.proposal, proposal), e.cost))
+    if _turned(best.proposal, proposal) > 0:
+        # One start may have missed the pose that the columns as they stand agree with.
+        stand = tuple(
+            replace(line, sign=given.sign, why=given.why)
+            for line, given in zip(best.proposal.lines, proposal.lines, strict=True)
+        )
+        as_they_stand = _Explanation(replace(proposal, lines=stand), robot)
+        most = _core.CalibrateOptions().most_starts
+        again, best = _fitted(as_they_stand, most), _fitted(best, most)
+        if again.cost < best.cost + _EVIDENCE:
+            best = again
     return best, by_units
+
+
+def _turned(proposal: Proposal, given: Proposal) -> int:
+    """How many signs are not as given."""
+    pairs = zip(proposal.lines, given.lines, strict=True)
+    return sum(
+        a != b for line, as_given in pairs for a, b in zip(line.sign, as_given.sign, strict=True)
+    )
 
 
 def _alternatives(line: Line) -> list[Line]:
@@ -285,7 +328,7 @@ def _log(proposal: Proposal, robot: _core.Robot) -> _core.Log:
     return apply_map(proposal.raw, proposal.map(), "the proposed map", robot).log
 
 
-def _fitted(tried: _Explanation) -> _Explanation:
+def _fitted(tried: _Explanation, starts: int = 1) -> _Explanation:
     """With minus ln of the likelihood of the readings at rest as the file has them, noise taken
     from the residuals, but for a constant; infinite where there is no pose that agrees with them at
     all. They agree as they are where residuals are within what the sensors' sigma allow."""
@@ -294,7 +337,7 @@ def _fitted(tried: _Explanation) -> _Explanation:
     options = _core.CalibrateOptions(
         method=_core.Method.statics if held else _core.Method.kinematic,
         noise=_core.NoiseSource.specified,
-        most_starts=1,
+        most_starts=starts,
     )
     try:
         found = _core.calibrate(robot, _log(proposal, robot), options).result

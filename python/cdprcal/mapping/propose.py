@@ -12,8 +12,8 @@ import numpy as np
 from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.io.files import shown_path
+from cdprcal.io.marks import marks_in, without
 from cdprcal.mapping.document import GROUPS, QUATERNIONS
-from cdprcal.mapping.marks import marks_in, without
 from cdprcal.mapping.physics import by_physics
 from cdprcal.mapping.proposal import PER_CABLE, Line, Proposal
 from cdprcal.mapping.raw import Floats, RawTable

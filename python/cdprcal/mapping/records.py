@@ -9,7 +9,7 @@ import numpy as np
 
 from cdprcal._core import InputError
 from cdprcal.io.files import read_bytes, shown_path, shown_text
-from cdprcal.mapping.marks import says_nothing
+from cdprcal.io.marks import says_nothing
 from cdprcal.mapping.raw import Column, RawTable
 
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")

@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
-from cdprcal.mapping.raw import Floats
+Floats = NDArray[np.float64]
 
 #: In small letters; the last ones are C's and Excel's, in English and German.
 _WORDS = {"", "-", "--", "---", "?", "na", "n/a", "nan", "+nan", "-nan", "null", "nil", "none"}
@@ -28,7 +29,8 @@ def marks_in(values: Floats) -> dict[int, int]:
     """How often each number stands in a column that seems to mark a missing reading.
 
     It is one that people use so, stands there more than once, and every step onto it and off it is
-    larger than all other steps: of k steps of n all alike that has a chance of 1 : C(n, k).
+    larger than all other steps: of k steps of n all alike that has a chance of 1 : C(n, k). That it
+    stands still in between has that of a reading that does, each time.
     """
     there = values[np.isfinite(values)]
     usual = np.isin(there, _USUAL)
@@ -42,11 +44,11 @@ def marks_in(values: Floats) -> dict[int, int]:
         # Between two marks is no step of a reading.
         onto = steps[(is_it[1:] & ~usual[:-1]) | (is_it[:-1] & ~usual[1:])]
         few = min(len(onto), 3)  # enough to tell, and no number of a million digits
-        if (
-            is_it.sum() > 1
-            and math.comb(len(others) + few, few) > _ONE_IN
-            and onto.min() > others.max()
-        ):
+        if not few or not len(others) or is_it.sum() < 2:
+            continue
+        stands = (1.0 + np.count_nonzero(others == 0.0)) / (1.0 + len(others))
+        chance = stands ** np.count_nonzero(is_it[1:] & is_it[:-1])
+        if math.comb(len(others) + few, few) > _ONE_IN * chance and onto.min() > others.max():
             marks[int(mark)] = int(is_it.sum())
     return marks
 
