@@ -20,10 +20,10 @@ import pytest
 import cdprcal
 from cdprcal import sensors
 from cdprcal.io import LogFile, load_log
+from cdprcal.io.marks import marks_in
 from cdprcal.mapping import Proposal, load_mapped, parse_map, propose_file, read_raw
 from cdprcal.mapping.counter import unwrapped
 from cdprcal.mapping.document import GROUPS, QUATERNIONS
-from cdprcal.io.marks import marks_in
 from cdprcal.mapping.recognise import taken_apart
 from cdprcal.mapping.units import UNITS, factor, unit_named
 from cdprcal.ros2 import save_bag

@@ -53,18 +53,22 @@ def run_of(
 
 def diagnosed(robot: cdprcal.Robot, size: float, options: argparse.Namespace) -> str:
     """How often the worse column is named, and what logs are taken for instead."""
-    named = others = accused = 0
+    named = others = accused = refused = 0
     group, _, unit = options.of.partition("_")
     for seed in range(options.count):
         log, _, bad = run_of(robot, seed, size, options.worse, options.of)
-        found = cdprcal.diagnose(robot, [log])
+        try:
+            found = cdprcal.diagnose(robot, [log])
+        except cdprcal.InputError:  # no pose to begin with
+            refused += 1
+            continue
         own = [errors.column for errors in found.own_errors]
         named += f"{group}_{bad + 1}_{unit}" in own
         others += any(column != f"{group}_{bad + 1}_{unit}" for column in own)
         accused += bool(found.effects or found.faults)
     return (
         f"the worse one named in {named} of {options.count}, another in {others}; "
-        f"an effect, fault or formula in {accused}"
+        f"an effect, fault or formula in {accused}; refused {refused}"
     )
 
 
