@@ -209,7 +209,7 @@ def _best_of_signs(
         as_they_stand = _Explanation(replace(proposal, lines=stand), robot)
         most = _core.CalibrateOptions().most_starts
         again, best = _fitted(as_they_stand, most), _fitted(best, most)
-        if again.cost < best.cost + _EVIDENCE:
+        if again.agrees and again.cost < best.cost + _EVIDENCE:
             best = again
     return best, by_units
 
